@@ -1,5 +1,5 @@
-/* A blade: a box fixed to its motion's frame, from the frame's x axis outwards. The distance to it
- * is exact for faces, edges and corners; convex.h does the rest. */
+/* A blade: a box fixed to its motion's frame that points outwards from the frame's x axis. The
+ * distance to it is exact for faces, edges and corners; convex.h does the rest. */
 #include "base/elementary.h"
 #include "geometry/convex.h"
 #include "geometry/mesh.h"
@@ -7,14 +7,15 @@
 
 #include <stdio.h>
 
-/* Of the drum's length: a blade may just touch the end walls. */
+/* Fraction of the drum's length; a blade may touch the end walls without a gap. */
 #define ROUNDING 1e-12
 
-/* A blade turned by its pitch p is w |cos p| + t |sin p| long along the axis and w |sin p| + t |cos
- * p| wide around it, and its corners reach further out than tip_radius. */
+/* The dimensions of a blade turned by its pitch p: its length along the axis is w |cos p| + t |sin
+ * p|, its width around it is w |sin p| + t |cos p|. Its corners reach further out than
+ * tip_radius. */
 struct extent {
-    double along, across; /* [m] half of its length along the axis, and around it */
-    double reach;         /* [m] of its corners from the axis */
+    double along, across; /* [m] half of its length along the axis, half of its width around it */
+    double reach;         /* [m] distance of its corners from the axis */
 };
 
 struct blade {
@@ -22,7 +23,7 @@ struct blade {
     vec3 centre;          /* [m] of the box, in the motion's frame */
     vec3 w, s, h;         /* unit, in that frame: along the width, radial, along the thickness */
     vec3 half;            /* [m] along these */
-    struct extent extent; /* along and reach: INFINITY where it moves otherwise than about x */
+    struct extent extent; /* along and reach are INFINITY if it does not only turn about x */
 };
 
 static double clamp_out(double q, double half)
@@ -30,7 +31,8 @@ static double clamp_out(double q, double half)
     return q > half ? q - half : (q < -half ? q + half : 0.0);
 }
 
-/* A place along the box's own axes, and how far out of the box that is */
+/* to_box: a place in coordinates of the box's own axes. beyond: how far outside of the box it
+ * is. */
 static inline vec3 to_box(const struct blade *b, vec3 place)
 {
     const vec3 q = vec3_sub(place, b->centre);
@@ -43,7 +45,7 @@ static inline vec3 beyond(const struct blade *b, vec3 q)
                      clamp_out(q.z, b->half.z));
 }
 
-/* Along the box's own axes to the motion's frame */
+/* From the box's own axes to the motion's frame */
 static vec3 to_frame(const struct blade *b, double w, double s, double h)
 {
     return vec3_axpy(vec3_axpy(vec3_scale(b->w, w), s, b->s), h, b->h);
@@ -58,7 +60,8 @@ MILL_CONVEX_INLINE struct mill_view view(const struct mill_convex *convex, vec3 
         const double d = sqrt(square);
         return (struct mill_view){d, to_frame(b, out.x / d, out.y / d, out.z / d)};
     }
-    /* the centre is inside: only a pinched ball gets here; out through the nearest face */
+    /* The ball's centre is inside the box, which only happens to a pinched ball. The way out is
+     * through the nearest face. */
     const double dw = fabs(q.x) - b->half.x, ds = fabs(q.y) - b->half.y;
     const double dh = fabs(q.z) - b->half.z, d = fmax(dw, fmax(ds, dh));
     if (d == dw)
@@ -75,7 +78,7 @@ static struct mill_hit next_contact(const struct mill_shape *shape, const struct
     const vec3 out = beyond(b, to_box(b, f->place));
     const double far = radius + f->travel;
     (void)touching;
-    /* most: a sphere that holds the ball and all its way misses the box */
+    /* the usual case: a sphere around the ball and its path does not touch the box */
     if (vec3_dot(out, out) > far * far)
         return mill_hit_at(INFINITY);
     return mill_convex_search(&b->convex, view, f, radius, now, horizon);
@@ -87,7 +90,7 @@ static struct mill_contact contact(const struct mill_shape *shape, vec3 centre, 
     return mill_convex_contact((const struct mill_convex *)shape, view, centre, radius, pose);
 }
 
-/* Of a turn about the x axis, whatever its angle; any other motion may take it anywhere */
+/* For a turn about the x axis, at any angle; with any other motion the blade may be anywhere. */
 static bool reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, double radius)
 {
     const struct blade *b = (const struct blade *)shape;
@@ -99,8 +102,9 @@ static bool reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, double r
     return sqrt(y * y + z * z) <= b->extent.reach + far;
 }
 
-/* Seen from the axis a ball of the box lies within `wide` of the direction of the box's middle, and
- * the blade, a strip from the axis outwards, within `own` of its own. */
+/* Seen from the axis, a ball in the box is within the angle `wide` of the direction of the box's
+ * centre. The blade, a strip from the axis outwards, is within the angle `own` of its own
+ * direction. */
 static struct mill_sector sector(const struct mill_shape *shape, vec3 lo, vec3 hi, double radius)
 {
     const struct blade *b = (const struct blade *)shape;
@@ -111,7 +115,7 @@ static struct mill_sector sector(const struct mill_shape *shape, vec3 lo, vec3 h
     const double y = 0.5 * (y0 + y1), z = 0.5 * (z0 + z1), rho = sqrt(y * y + z * z);
     const double half = 0.5 * sqrt((y1 - y0) * (y1 - y0) + (z1 - z0) * (z1 - z0)) + margin;
     const double across = b->extent.across + radius + margin;
-    /* a box beyond the grid has no middle, and what moves otherwise than about x no angle */
+    /* no sector for an infinite box, or for a blade that does not only turn about x */
     if (!(rho - half > across) || isinf(b->extent.reach))
         return any;
     const double wide = mill_elementary_asin(half / rho);
@@ -120,7 +124,7 @@ static struct mill_sector sector(const struct mill_shape *shape, vec3 lo, vec3 h
                                 mill_elementary_cos(wide + own) - 1e-9};
 }
 
-/* All of the box, from the axis on: what is within the shaft is hidden there */
+/* Draws the whole box from the axis on; the shaft hides its inner part */
 static void draw(const struct mill_shape *shape, const struct mill_chamber *chamber,
                  double tolerance, struct mill_mesh *mesh)
 {

@@ -1,11 +1,11 @@
-/* Bodies: where they are, how they move, which cells they reach. */
+/* Bodies: their places, their movement, and the cells that they reach. */
 #include "geometry/body.h"
 
 #include "base/elementary.h"
 
 #include <assert.h>
 
-/* Of the mill's size: outweighs the rounding of a place. */
+/* Fraction of the size of the mill; larger than rounding errors of a place. */
 #define MARGIN 1e-6
 
 static bool is_unit(vec3 a)
@@ -19,7 +19,7 @@ bool mill_body_is_placed(const struct mill_body *b)
            vec3_norm(vec3_sub(vec3_cross(b->x, b->y), b->z)) < 1e-12;
 }
 
-/* A body that turns about a line that stands still stays within a ring about it. */
+/* A body that turns about a line at rest stays in a ring about this line. */
 static void find_ring(struct mill_bodied *b)
 {
     const struct mill_motion *motion = b->convex.base.motion;
@@ -60,7 +60,7 @@ void mill_body_create(struct mill_bodied *b, const struct mill_chamber *chamber,
     b->hull = hull;
     c->centre = b->is.centre;
     *bounds = mill_motion_bounds(c->base.motion, c->centre);
-    bool in_itself = ball; /* it turns so */
+    bool in_itself = ball; /* it turns about an axis of symmetry */
     if (vec3_norm(symmetry) > 0.0 && vec3_norm(bounds->axis) > 0.0) {
         const struct mill_pose pose = mill_shape_pose(&c->base, 0.0);
         const vec3 own = mill_pose_turn_out(&pose, mill_body_turn_out(&b->is, symmetry));
@@ -70,7 +70,7 @@ void mill_body_create(struct mill_bodied *b, const struct mill_chamber *chamber,
         bounds->turning = bounds->spin_up = 0.0;
         bounds->axis = vec3_make(0.0, 0.0, 0.0);
     }
-    /* a place on the axis but for rounding moves by less than rounding */
+    /* except for rounding, a place on the axis does not move */
     const double size = vec3_norm(b->is.centre) + hull.half + hull.radius;
     c->base.fixed = bounds->turning == 0.0 && bounds->far <= 1e-15 * size;
     if (c->base.fixed)
@@ -78,7 +78,7 @@ void mill_body_create(struct mill_bodied *b, const struct mill_chamber *chamber,
     find_ring(b);
 }
 
-/* How far a box gets from its middle: along a direction, and across it */
+/* The maximum distance of points of a box from its centre, along a direction and normal to it */
 static void extent_of(vec3 lo, vec3 hi, vec3 axis, double *along, double *across)
 {
     const vec3 half = vec3_scale(vec3_sub(hi, lo), 0.5);
@@ -104,8 +104,8 @@ bool mill_body_ring_meets(const struct mill_bodied *b, const double ring[4], vec
            along > ring[2] - far - half_along && along < ring[3] + far + half_along;
 }
 
-/* Seen from the line a ball of the box lies within `wide` of the direction of the box's middle, and
- * the body within `own` of its own. */
+/* Seen from the line, a ball in the box is within the angle `wide` of the direction of the box's
+ * centre, and the body is within the angle `own` of its own direction. */
 struct mill_sector mill_body_sector(const struct mill_shape *shape, vec3 lo, vec3 hi, double radius)
 {
     const struct mill_bodied *b = (const struct mill_bodied *)shape;
@@ -137,7 +137,7 @@ void mill_body_clip(const struct mill_bodied *b, vec3 *lo, vec3 *hi)
                     fmin(fmax(hi->z, least.z), most.z));
 }
 
-/* Does the sphere around all places of the body reach balls of the box? */
+/* Can balls in the box touch the sphere around all places that the body reaches? */
 static bool comes_near(const struct mill_bodied *b, vec3 lo, vec3 hi, double radius)
 {
     const struct mill_motion_bounds *m = &b->convex.bounds;
@@ -148,8 +148,8 @@ static bool comes_near(const struct mill_bodied *b, vec3 lo, vec3 hi, double rad
     return vec3_norm(off) <= far + radius * (1.0 + 1e-3) + MARGIN * (far + vec3_norm(h));
 }
 
-/* The box is the laboratory's; what is fixed has a gap there, which changes no faster than the
- * place. */
+/* The box is in the laboratory. The gap to a fixed body depends only on the place. Between two
+ * places it changes by at most their distance. */
 bool mill_body_reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, double radius)
 {
     const struct mill_bodied *b = (const struct mill_bodied *)shape;

@@ -1,4 +1,4 @@
-/* The box, its edges rounded or not: the distance to its core, and what it was shrunk by. */
+/* The box, with or without rounded edges: the distance to its core, less the rounding. */
 #include "geometry/body.h"
 #include "geometry/mesh.h"
 
@@ -29,7 +29,8 @@ MILL_CONVEX_INLINE struct mill_view view(const struct mill_convex *convex, vec3 
         return (struct mill_view){d - is->rounding,
                                   mill_body_turn_out(is, vec3_scale(out, 1.0 / d))};
     }
-    /* the centre is inside: only a pinched ball gets here; out through the nearest face */
+    /* The ball's centre is inside the box, which only happens to a pinched ball. The way out is
+     * through the nearest face. */
     const vec3 deep = {fabs(q.x) - b->half.x, fabs(q.y) - b->half.y, fabs(q.z) - b->half.z};
     const double d = fmax(deep.x, fmax(deep.y, deep.z));
     vec3 n = {0.0, 0.0, sign(q.z)};
@@ -56,7 +57,7 @@ static struct mill_contact contact(const struct mill_shape *shape, vec3 centre, 
     return mill_convex_contact((const struct mill_convex *)shape, view, centre, radius, pose);
 }
 
-/* About its longest edge */
+/* About the z axis */
 static struct mill_hull hull(const struct mill_body *is)
 {
     const vec3 half = vec3_scale(is->size, 0.5);
@@ -105,7 +106,7 @@ static double volume(const struct mill_body *is)
 static void outline(const struct mill_body *is, double tolerance, struct mill_mesh *mesh)
 {
     const vec3 half = vec3_scale(is->size, 0.5);
-    const int other = is->inside ? 1 : 0; /* mirrored, so that it is seen from inside */
+    const int other = is->inside ? 1 : 0; /* mirrored, to be seen from inside */
     vec3 corner[8];
     (void)tolerance;
     for (int i = 0; i < 8; i++) {

@@ -1,12 +1,12 @@
-/* Drum and shaft: circles about the axis that the centres of balls touch, at R - a in the drum, at
- * R + a at the shaft. */
+/* Drum and shaft: circles about the axis. The centres of touching balls are at R - a in the drum
+ * and at R + a at the shaft. */
 #include "geometry/mesh.h"
 #include "geometry/shapes.h"
 
 struct cylinder {
     struct mill_shape base;
     double radius; /* [m] */
-    double inward; /* +1: met from inside (drum), -1: from outside (shaft) */
+    double inward; /* +1: balls meet it from inside (drum), -1: from outside (shaft) */
 };
 
 static double contact_radius(const struct cylinder *c, double radius)
@@ -28,7 +28,7 @@ static struct mill_contact contact(const struct mill_shape *shape, vec3 centre, 
 {
     const struct cylinder *c = (const struct cylinder *)shape;
     const double rho = sqrt(centre.y * centre.y + centre.z * centre.z);
-    /* only a shaft without thickness has no direction at its axis; any will do there */
+    /* on the axis, any direction will do; a ball can be there only if the shaft has no thickness */
     const double uy = rho > 0.0 ? centre.y / rho : 1.0, uz = rho > 0.0 ? centre.z / rho : 0.0;
     const vec3 point = {centre.x, c->radius * uy, c->radius * uz};
     return (struct mill_contact){.normal = {0.0, -c->inward * uy, -c->inward * uz},
@@ -37,7 +37,8 @@ static struct mill_contact contact(const struct mill_shape *shape, vec3 centre, 
                                  .gap = c->inward * (contact_radius(c, radius) - rho)};
 }
 
-/* The drum is near what is far from the axis, the shaft what is near it. */
+/* The coordinate of the interval nearest to the surface: far from the axis for the drum, near to it
+ * for the shaft */
 static double nearest(const struct cylinder *c, double lo, double hi)
 {
     if (c->inward > 0.0)
@@ -53,7 +54,7 @@ static bool reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, double r
     return gap <= 1e-6 * c->radius + 1e-3 * radius;
 }
 
-/* From end wall to end wall, and its ends, so that it is a body */
+/* Draws the shaft from end wall to end wall, with its ends, so that it is closed */
 static void draw_shaft(const struct mill_shape *shape, const struct mill_chamber *chamber,
                        double tolerance, struct mill_mesh *mesh)
 {
@@ -65,14 +66,14 @@ static void draw_shaft(const struct mill_shape *shape, const struct mill_chamber
     mill_mesh_lid(mesh, &circle, end, 1.0, tolerance);
 }
 
-/* The shaft has a form, the drum none. */
+/* The shaft has a form, the drum has none. */
 static bool create(struct mill_shape *shape, const void *form, const struct mill_chamber *chamber)
 {
     struct cylinder *c = (struct cylinder *)shape;
     c->radius = form ? ((const struct mill_shaft *)form)->radius : chamber->drum.radius;
     c->inward = form ? -1.0 : 1.0;
     shape->hollow = form ? 0.0 : c->radius;
-    shape->fixed = true; /* if it turns, then about its own axis */
+    shape->fixed = true; /* if it turns, it turns about its own axis */
     return true;
 }
 

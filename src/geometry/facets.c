@@ -1,5 +1,5 @@
-/* The mesh: a closed surface of triangles, met from outside or from inside, one surface in either
- * case. Facets lie in the motion's frame, turned so that they are seen from where the balls are. */
+/* The mesh: a closed surface of triangles, met from outside or from inside. In both cases it is one
+ * surface. Facets are in the motion's frame, with their fronts towards the balls. */
 #include "base/elementary.h"
 #include "geometry/facets_near.h"
 #include "geometry/mesh.h"
@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* [m] a facet that is as near as this touches as well; and no coordinate is greater than */
+/* [m] SNUG: a facet nearer than this also touches. FARTHEST: bound of all coordinates. */
 #define SNUG 1e-12
 #define FARTHEST 1e9
 
@@ -31,7 +31,7 @@ static struct mill_contact contact_at(const struct mill_facets *m,
                                  .gap = d - radius};
 }
 
-/* Most are asked for when a ball touches: it is looked for nearby first. */
+/* Most calls are for a ball that touches, so it searches nearby facets first. */
 static struct mill_contact contact(const struct mill_shape *shape, vec3 centre, double radius,
                                    const struct mill_pose *pose)
 {
@@ -43,7 +43,7 @@ static struct mill_contact contact(const struct mill_shape *shape, vec3 centre, 
     return contact_at(m, &near, centre, radius, pose);
 }
 
-/* In a concave edge a ball touches several facets: that one which it closes on fastest. */
+/* In a concave edge a ball touches several facets: finds the facet that it closes on fastest. */
 static bool beside(const struct mill_shape *shape, vec3 centre, vec3 v, double radius,
                    const struct mill_pose *pose, struct mill_contact *contact)
 {
@@ -76,7 +76,7 @@ static struct mill_hit next_contact(const struct mill_shape *shape, const struct
     return mill_facets_search((const struct mill_facets *)shape, f, radius, now, horizon);
 }
 
-/* Of a body that turns about a line that stands still each box stays within a ring about it. */
+/* If the body turns about a line at rest, each box of the tree stays in a ring about this line. */
 static bool reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, double radius)
 {
     const struct mill_facets *m = (const struct mill_facets *)shape;
@@ -113,7 +113,7 @@ static bool is_sound(const void *form)
     bool good =
         mill_body_is_placed(is) && is->facets >= 4 && is->facets <= MILL_FACETS_MOST && is->facet;
     for (size_t k = 0; good && k < 3 * is->facets; k++)
-        good = vec3_norm(is->facet[k / 3][k % 3]) < FARTHEST; /* false of what is no number */
+        good = vec3_norm(is->facet[k / 3][k % 3]) < FARTHEST; /* false for NaN */
     return good;
 }
 
@@ -175,7 +175,7 @@ static struct mill_facets_flat flat_of(const vec3 p[3])
                                      .per = {per_square(ab), per_square(bc), per_square(ac)}};
 }
 
-/* Of a facet: its unit normal, and what it adds to those of its corners */
+/* Computes the unit normal of a facet and adds it, weighted, to the normals at its corners */
 static void add_normals(struct mill_facets *m, int32_t facet, const vec3 p[3])
 {
     struct mill_facets_side *s = &m->side[facet];
@@ -191,7 +191,8 @@ static void add_normals(struct mill_facets *m, int32_t facet, const vec3 p[3])
     }
 }
 
-/* What lies across each side; of an edge that is not one of two facets, the facet itself */
+/* Finds the neighbour at each side; for an edge that is not shared by exactly two facets, the facet
+ * itself */
 static void find_across(struct mill_facets *m, const struct mill_facets_joints *j)
 {
     for (size_t k = 0, step; k < j->edges; k += step) {
@@ -204,7 +205,7 @@ static void find_across(struct mill_facets *m, const struct mill_facets_joints *
     }
 }
 
-/* Facets as the balls see them, in the tree's order */
+/* Fills the tables of facets in the tree's order, with the fronts towards the balls */
 static bool arrange(struct mill_facets *m)
 {
     const struct mill_body *is = &m->body.is;
@@ -241,7 +242,7 @@ static bool create(struct mill_shape *shape, const void *form, const struct mill
     m->corner = malloc(is->facets * sizeof *m->corner);
     m->flat = malloc(is->facets * sizeof *m->flat);
     m->side = malloc(is->facets * sizeof *m->side);
-    m->at_corner = calloc(3 * is->facets, sizeof *m->at_corner); /* some remain unused */
+    m->at_corner = calloc(3 * is->facets, sizeof *m->at_corner); /* some are not used */
     if (!m->corner || !m->flat || !m->side || !m->at_corner)
         return false;
     memcpy(m->corner, is->facet, is->facets * sizeof *m->corner);

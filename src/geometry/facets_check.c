@@ -1,17 +1,20 @@
-/* Is a mesh the surface of a solid? Closed: each edge is one of exactly two facets, which go along
- * it in opposite directions. Facing outwards: the volume that it encloses is positive, and that of
- * each part that hangs together, unless it is a cavity. Not crossing itself: no side of a facet
- * goes through the inside of another one, by more than what the rounding to single precision of an
- * STL file may do. */
+/* Is a mesh the surface of a solid? Three conditions:
+ *
+ * It is closed: each edge belongs to exactly two facets, which go along it in opposite directions.
+ *
+ * It faces outwards: the enclosed volume is positive, also of each connected part, except cavities.
+ *
+ * It does not cross itself: no side of a facet goes through the inside of another one, by more than
+ * the rounding to single precision of an STL file can cause. */
 #include "geometry/facets.h"
 
 #include <stdio.h>
 
-/* Of its longest side: the height of a facet that has no area */
+/* Fraction of its longest side: a facet with less height has no area */
 #define NO_AREA 1e-9
-/* Of the greatest coordinate: two surfaces rounded to single precision may be off by this */
+/* Fraction of the maximum coordinate: error of two surfaces rounded to single precision */
 #define ROUNDED 2.5e-7
-/* of facets whose boxes overlap: some 15 s */
+/* of facets whose boxes overlap; takes about 15 s */
 enum { MOST_PAIRS = 1000000000 };
 
 /* ---- facets and edges ---- */
@@ -37,7 +40,7 @@ static const char *find_flat(const struct mill_body *is, char text[MILL_SHAPE_FA
     return NULL;
 }
 
-/* What is wrong with an edge that so many sides share, the first of which is *e */
+/* What is wrong with an edge that is shared by `sides` sides, of which *e is the first */
 static const char *judge_edge(const struct mill_body *is, const struct mill_facets_edge *e,
                               size_t sides, char text[MILL_SHAPE_FAULT])
 {
@@ -100,7 +103,8 @@ static bool pierces(const vec3 one[3], const vec3 other[3], double least)
     return found;
 }
 
-/* Facets that share a corner or an edge are not kept apart: what only touches does not pierce. */
+/* Facets that share a corner or an edge need no exception: a side that only touches does not
+ * pierce. */
 static bool cross(const vec3 one[3], const vec3 other[3], double least)
 {
     return pierces(one, other, least) || pierces(other, one, least);
@@ -112,8 +116,8 @@ static bool meets(const struct mill_facets_node *n, const vec3 lo, const vec3 hi
            (double)n->hi[1] >= lo.y && (double)n->lo[2] <= hi.z && (double)n->hi[2] >= lo.z;
 }
 
-/* The first facet behind number `one` of the tree's order that crosses it, or -1. *left: at so many
- * pairs it may still look. */
+/* The first facet after number `one` in the tree's order that crosses it, or -1. *left: how many
+ * more pairs may be compared. */
 static int32_t crossed_by(const struct mill_body *is, const struct mill_facets_tree *tree,
                           int32_t one, long *left)
 {

@@ -1,5 +1,5 @@
-/* Which facets of a mesh meet where: corners are sorted by their coordinates, of which equal ones
- * get one number, and sides by the numbers of their ends. */
+/* Finds which facets of a mesh share corners and edges. Corners are sorted by their coordinates,
+ * and equal ones get one number. Sides are sorted by the numbers of their ends. */
 #include "geometry/facets.h"
 
 #include <stdlib.h>

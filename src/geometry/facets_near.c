@@ -1,7 +1,7 @@
-/* The nearest place of a mesh, by its tree, and on which side of the surface that leaves a place:
- * the normal of the nearest facet, edge or corner says so. Those of edges and corners are sums of
- * the facets' ones, weighted by the angles that these take there (Baerentzen and Aanaes, IEEE
- * Trans. Vis. Comput. Graph. 11, 2005, 243). */
+/* The nearest point of a mesh, found by its tree, and the side of the surface on which a place is:
+ * the normal of the nearest facet, edge or corner decides. Normals of edges and corners are sums of
+ * the normals of their facets, weighted by the angles of the facets there (Baerentzen and Aanaes,
+ * IEEE Trans. Vis. Comput. Graph. 11, 2005, 243). */
 #include "geometry/facets_near.h"
 
 vec3 mill_facets_outwards(const struct mill_facets *m, const struct mill_facets_near *near)
@@ -29,7 +29,7 @@ static void look_closer(const struct mill_facets *m, const struct mill_facets_no
     }
 }
 
-/* Nearer boxes first: those that are farther than what was found are left out. */
+/* It visits nearer boxes first, and omits boxes that are farther than the nearest point found. */
 bool mill_facets_nearest(const struct mill_facets *m, vec3 place, double within,
                          struct mill_facets_near *near)
 {

@@ -1,22 +1,25 @@
-/* When a ball first meets a mesh. Each facet is a convex body, so convex.h's certificate holds for
- * each: from its distance and the rate of that it cannot be met before a certain time. A search
- * keeps that time for every facet that the ball can come near to, and goes on to the first of them;
- * only facets whose time has come are looked at again. So the first contact with any of them is
- * found, as for one convex body, and a facet that is out of reach costs one look. Facets that share
- * the edge or corner that a ball meets have one normal there: after the impact the gaps to all of
- * them open. */
+/* The first time at which a ball meets a mesh. Each facet is a convex body, so the certificate of
+ * convex.h is valid for each: its distance and the rate of this distance give a time before which
+ * the ball cannot meet it. A search stores this time for every facet that the ball can come near
+ * to, and steps to the earliest of these times. Only the facets that are due then are computed
+ * again. So it finds the first contact with any of them, as for one convex body, and a facet out of
+ * reach is computed only once.
+ *
+ * Facets that share the edge or corner that a ball meets have the same normal there: after the
+ * impact the gaps to all of them open. */
 #include "geometry/facets_near.h"
 
 #include <assert.h>
 
-enum { LISTED = 48 /* facets in one search; of more all in reach are looked at each time */ };
-/* Of a step: facets that are due so much later are looked at in the same one. */
+/* Facets in the list of one search. If there are more, all in reach are computed at each step. */
+enum { LISTED = 48 };
+/* Fraction of a step: facets that are due this much later are computed in the same step. */
 #define TOGETHER 0.25
-/* Of a radius: a facet nearer than this to a ball's surface is no contact of rounding */
+/* Fraction of a radius: if a ball overlaps a facet by more, this is not due to rounding */
 #define DEEP 1e-9
 
 struct due {
-    double t; /* [s] the facet cannot be met before */
+    double t; /* [s] no contact with the facet before this time */
     int32_t facet;
 };
 
@@ -25,24 +28,24 @@ struct search {
     const struct mill_flight *flight;
     double radius, now, horizon;
     bool still, glides;
-    /* the ball at one moment, in the motion's frame: */
+    /* the ball at one time, in the motion's frame: */
     double t;         /* [s] */
     vec3 place, v, g; /* [m], [m/s] relative to the frame, [m/s^2] */
-    double a;         /* [m/s^2] bound of its acceleration, for: */
-    double longest;   /* [s] INFINITY: to the end */
-    double far;       /* [m^2] square of a distance from which it gets to none before the end */
-    double deepest;   /* [m^2] square of the least distance of a facet */
+    double a;         /* [m/s^2] bound of its acceleration during `longest` */
+    double longest;   /* [s] INFINITY: until the end */
+    double far;     /* [m^2] square of the distance beyond which it meets no facet before the end */
+    double deepest; /* [m^2] square of the minimum distance of a facet */
 
-    double reach, end;            /* [m], [s] of the span, see begin_span() */
-    struct mill_facets_walk walk; /* through those in reach until then */
-    bool seen;                    /* there are some */
-    double next;                  /* [s] the first time at which one is due */
-    bool all;                     /* the list holds all that are due before the end */
+    double reach, end;            /* [m], [s] of the present span, see begin_span() */
+    struct mill_facets_walk walk; /* through the facets in reach during the span */
+    bool seen;                    /* there are such facets */
+    double next;                  /* [s] the earliest time at which a facet is due */
+    bool all;                     /* the list contains all facets that are due before the end */
     int listed;
     struct due list[LISTED];
 };
 
-/* Sees the ball at time t. */
+/* Computes the state of the ball at time t. */
 static void see(struct search *s, double t)
 {
     const struct mill_convex *c = &s->m->body.convex;
@@ -58,8 +61,8 @@ static void see(struct search *s, double t)
     s->longest = seen.within < s->horizon - t ? seen.within : (double)INFINITY;
 }
 
-/* From the moment that is seen on: the search goes on in spans, in which the ball gets no farther
- * than `reach` [m], through the facets that are as near as that. */
+/* Begins a span at the present time. In a span the ball moves by at most `reach` [m], and only
+ * facets within this distance are searched. */
 static void begin_span(struct search *s)
 {
     const double v = vec3_norm(s->v), left = s->horizon - s->t;
@@ -69,7 +72,7 @@ static void begin_span(struct search *s)
     s->walk = mill_facets_set_out(&s->m->tree, s->place, s->radius + 1.001 * s->reach);
 }
 
-/* [s] before which the ball cannot meet the facet; not after now: it does. */
+/* [s] The time before which the ball cannot meet the facet; not later than now: it meets it now. */
 static double due(struct search *s, int32_t facet)
 {
     int part;
@@ -81,14 +84,16 @@ static double due(struct search *s, int32_t facet)
     const double d1 = distance > 0.0 ? vec3_dot(way, s->v) / distance : 0.0;
     s->deepest = mill_least(s->deepest, square);
     if (s->still && d1 >= 0.0 && d >= -MILL_SHAPE_CLOSED && vec3_dot(way, s->g) >= 0.0)
-        return INFINITY; /* the plane between facet and ball stands still: never nearer again */
+        return INFINITY; /* a plane at rest is between facet and ball: the ball never comes
+                            nearer */
     if (d <= MILL_SHAPE_CLOSED && d1 <= MILL_CONVEX_SLOWEST)
         return s->t;
     const bool glides = s->glides && d > -MILL_SHAPE_CLOSED;
     const double next = s->t + mill_least(mill_convex_step(d, d1, s->a, glides), s->longest);
     if (next > s->t)
         return next;
-    return d1 <= 0.0 ? s->t : nextafter(s->t, INFINITY); /* nearer than the clock can tell */
+    /* the contact is nearer than the resolution of t */
+    return d1 <= 0.0 ? s->t : nextafter(s->t, INFINITY);
 }
 
 static void find_far(struct search *s)
@@ -97,7 +102,7 @@ static void find_far(struct search *s)
     s->far = s->longest >= h ? far * far * (1.0 + 1e-12) : (double)INFINITY;
 }
 
-/* Looks at all facets in reach and lists those that are due before the end; true: one is met. */
+/* Computes all facets in reach and lists those that are due before the end; true: one is met. */
 static bool look_at_all(struct search *s)
 {
     struct mill_facets_walk walk = s->walk;
@@ -122,7 +127,8 @@ static bool look_at_all(struct search *s)
     return met;
 }
 
-/* Looks at those that are due by `by` and keeps on the list what is due before the end. */
+/* Computes the facets that are due until `by` and keeps those that are due before the end; true:
+ * one is met. */
 static bool look_at_due(struct search *s, double by)
 {
     int kept = 0;
@@ -144,8 +150,8 @@ static bool look_at_due(struct search *s, double by)
     return met;
 }
 
-/* A ball whose centre has got behind the surface: only a pinched one does. It is met while it goes
- * on inwards. */
+/* For a ball whose centre is behind the surface, which only happens to a pinched ball: there is a
+ * contact while it moves inwards. */
 static struct mill_hit get_out(const struct search *s, const struct mill_facets_near *near)
 {
     const double out = near->d > 0.0 ? -vec3_dot(near->way, s->v) / near->d : 0.0;
@@ -156,7 +162,7 @@ static struct mill_hit get_out(const struct search *s, const struct mill_facets_
                           : (struct mill_hit){MILL_HIT_NONE, INFINITY};
 }
 
-/* The ball is seen at its start, and the first span has begun. */
+/* The search itself, after the state at the start is computed and the first span has begun */
 static struct mill_hit go_on(struct search *s, struct mill_hit none)
 {
     bool met = look_at_all(s);
@@ -180,7 +186,7 @@ static struct mill_hit go_on(struct search *s, struct mill_hit none)
             return none;
         }
     }
-    /* not met: a ball that hops along the body */
+    /* not met: the ball makes many small hops along the body */
     return (struct mill_hit){met ? MILL_HIT_CONTACT : MILL_HIT_ASK_AGAIN, s->t};
 }
 
@@ -192,7 +198,7 @@ struct mill_hit mill_facets_search(const struct mill_facets *m, const struct mil
     const double end = horizon < MILL_CONVEX_FARTHEST ? horizon : MILL_CONVEX_FARTHEST;
     const struct mill_hit none = end < horizon ? (struct mill_hit){MILL_HIT_ASK_AGAIN, end}
                                                : (struct mill_hit){MILL_HIT_NONE, INFINITY};
-    struct search s; /* its list is filled in as far as it is used */
+    struct search s; /* its list is filled only as far as it is used */
     s.m = m;
     s.flight = flight;
     s.radius = s.reach = radius;
@@ -205,7 +211,7 @@ struct mill_hit mill_facets_search(const struct mill_facets *m, const struct mil
         s.walk = mill_facets_set_out(&m->tree, flight->place, radius + flight->travel);
         if (mill_facets_walk_on(&s.walk) < 0)
             return none;
-        s.walk.next--; /* a walk from here on goes through it, and all others */
+        s.walk.next--; /* a walk from here on includes this facet and all others */
     }
     see(&s, 0.0);
     if (!(flight->travel <= radius))

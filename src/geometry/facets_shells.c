@@ -1,18 +1,18 @@
-/* A mesh may be of several shells that share no corner: solids side by side, and cavities. Each is
- * closed; one that faces inwards by itself, its volume negative, has to be a cavity within the
+/* A mesh may consist of several shells that share no corner: separate solids, and cavities. Each
+ * shell is closed. A shell that faces inwards, with a negative volume, must be a cavity inside the
  * others. */
 #include "geometry/facets.h"
 
 #include <stdlib.h>
 
-/* of facets seen from cavities: some 10 s */
+/* of facets, computed for cavities; takes about 10 s */
 #define MOST_ANGLES 2e8
 
 struct shells {
     const struct mill_body *is;
     const struct mill_facets_joints *joints;
-    int32_t *root;  /* [3 n] of a corner's number: another of its shell, or itself */
-    double *volume; /* [3 n] of a shell, by its root: six times the volume [m^3] */
+    int32_t *root;  /* [3 n] for each number of a corner: another corner of its shell, or itself */
+    double *volume; /* [3 n] for each root: six times the volume of its shell [m^3] */
 };
 
 static int32_t root_of(struct shells *s, int32_t corner)
@@ -36,8 +36,8 @@ static void sum_up(struct shells *s)
     }
 }
 
-/* Is a place within the solid of all shells but one? Their facets fill the full solid angle then.
- */
+/* Is a place inside the solid of all shells except `but`? Then their facets fill the full solid
+ * angle. */
 static bool is_within(struct shells *s, vec3 place, int32_t but)
 {
     double filled = 0.0; /* [rad] half of the solid angle */
@@ -65,7 +65,7 @@ bool mill_facets_shells(const struct mill_body *is, const struct mill_facets_joi
         const int32_t root = root_of(&s, joints->corner[k][0]);
         if (!(s.volume[root] < 0.0))
             continue;
-        s.volume[root] = 0.0; /* looked at once */
+        s.volume[root] = 0.0; /* each shell is checked once */
         left -= (double)is->facets;
         if (left < 0.0)
             *turned = MILL_FACETS_HOLLOW;

@@ -1,14 +1,15 @@
-/* A tree of boxes around facets, split where the surface area heuristic finds it cheapest: among
- * few planes across each axis that one which makes the sum of (number of facets) x (area of their
- * box) least (Wald, IEEE Symposium on Interactive Ray Tracing 2007, 33). */
+/* A tree of boxes around facets. Boxes are split by the surface area heuristic: among a few planes
+ * normal to each axis, it takes the plane with the minimum sum of (number of facets) x (area of
+ * their box) (Wald, IEEE Symposium on Interactive Ray Tracing 2007, 33). */
 #include "geometry/facets.h"
 
 #include <stdlib.h>
 
 enum {
     BINS = 12,
-    LEAF = 2,    /* facets of one leaf, at most; below 8 */
-    HALVING = 32 /* from this level on a box is split into halves: then the levels are few */
+    LEAF = 2,    /* maximum number of facets in one leaf; below 8 */
+    HALVING = 32 /* from this level on, boxes are split into halves, which limits the number of
+                    levels */
 };
 
 struct box {
@@ -71,7 +72,7 @@ static struct item item_of(const vec3 corner[3], int32_t facet)
     return item;
 }
 
-/* A plane between two bins across an axis */
+/* A plane between two bins, normal to an axis */
 struct split {
     int axis, bin;
     float from, per; /* bin of a middle m: (m - from) * per */
@@ -84,7 +85,7 @@ static int bin_of(const struct split *s, const struct item *item)
     return bin < BINS - 1 ? bin : BINS - 1;
 }
 
-/* The best plane across one axis; its cost is INFINITY where all middles are in one bin. */
+/* The best plane normal to one axis; its cost is INFINITY if all centres are in one bin. */
 static struct split split_across(const struct item *item, int32_t n, int axis)
 {
     struct split s = {axis, 0, item[0].middle[axis], 0.0F, INFINITY};
@@ -122,7 +123,7 @@ static struct split split_across(const struct item *item, int32_t n, int axis)
     return s;
 }
 
-/* Puts what is on the near side of the best plane first; how many that are */
+/* Puts the facets on the near side of the best plane first and returns their number */
 static int32_t part(struct item *item, int32_t n, int level)
 {
     struct split best = {.cost = INFINITY};

@@ -1,9 +1,11 @@
-/* Triangles of prisms and boxes. A profile (a circle is one of no height) is cut into pitches, each
- * an outer arc and the inner one after it; arcs into equal chords, an even number, so that every
- * half pitch is the mirror image of the next. The end of a prism is then, in each half pitch, the
- * fan of half an outer arc from its centre, and the strip between half an inner arc and the line
- * from the outer centre to the axis, cut by rays from the inner centre: these meet both once, so
- * the strip has no folds, even where bulges overhang. */
+/* Triangles of prisms and boxes. A profile (a circle is a profile of height 0) is divided into
+ * pitches, each an outer arc and the inner arc after it. Arcs are divided into an even number of
+ * equal chords, so that every half pitch is the mirror image of the next.
+ *
+ * The end of a prism consists of two parts in each half pitch. One is the fan of half an outer arc
+ * from its centre. The other is the strip between half an inner arc and the line from the outer
+ * centre to the axis, cut by rays from the inner centre. These rays meet both the arc and the line
+ * once, so the strip has no folds, even if arcs overhang. */
 #include "geometry/mesh.h"
 
 #include "base/elementary.h"
@@ -14,15 +16,15 @@
 
 /* ---- growing ---- */
 
-/* The array with room for one more: it doubles where its count is a power of two. NULL when out of
- * memory, and the old array stays. */
+/* Makes room for one more element of an array. The room doubles if the count is a power of two.
+ * NULL when out of memory; then the old array remains. */
 static void *more(void *array, size_t count, size_t size)
 {
     const bool full = (count & (count - 1)) == 0;
     return full ? realloc(array, (count > 0 ? 2 * count : 1) * size) : array;
 }
 
-/* Number of the new point */
+/* Adds a point and returns its number */
 static int64_t add_point(struct mill_mesh *mesh, vec3 point)
 {
     vec3 *grown = more(mesh->point, mesh->points, sizeof *grown);
@@ -34,7 +36,7 @@ static int64_t add_point(struct mill_mesh *mesh, vec3 point)
     return (int64_t)mesh->points++;
 }
 
-/* Counter-clockwise, or the other way round */
+/* Adds a triangle, counter-clockwise or, if turned, clockwise */
 static void triangle(struct mill_mesh *mesh, bool turned, int64_t a, int64_t b, int64_t c)
 {
     int64_t(*grown)[3] = more(mesh->corner, mesh->triangles, sizeof *grown);
@@ -62,7 +64,7 @@ static void quad(struct mill_mesh *mesh, bool turned, int64_t a, int64_t b, int6
 
 /* ---- prisms ---- */
 
-/* How many chords half an outer and half an inner arc get */
+/* The number of chords of half an outer and half an inner arc */
 struct cut {
     int outer, inner;
     int pitch; /* chords of a whole pitch */
@@ -93,7 +95,7 @@ static double direction(const struct mill_profile *p, int pitch)
     return p->angle + 2.0 * MILL_PI * pitch / p->buckles;
 }
 
-/* Corner j of a pitch: on its outer arc, and from the joint on its inner one */
+/* Corner j of a pitch: on its outer arc, and after the joint on its inner arc */
 static vec3 corner(const struct mill_profile *p, struct cut c, double x, int pitch, int j)
 {
     const double ray = direction(p, pitch);
@@ -106,7 +108,7 @@ static vec3 corner(const struct mill_profile *p, struct cut c, double x, int pit
     return vec3_add(polar(x, p->inner, between), polar(0.0, p->arc, angle));
 }
 
-/* All corners at x, counter-clockwise seen from greater x; the number of the first */
+/* Adds all corners at x, counter-clockwise seen from greater x; returns the number of the first */
 static int64_t ring(struct mill_mesh *mesh, const struct mill_profile *p, struct cut c, double x)
 {
     const int64_t first = (int64_t)mesh->points;
@@ -135,8 +137,9 @@ void mill_mesh_drum(const struct mill_shape *shape, const struct mill_chamber *c
     mill_mesh_mantle(mesh, &chamber->drum, chamber->half_length, tolerance, true);
 }
 
-/* The points on the line from an outer centre to the axis: the centre itself, those on rays from
- * the inner centre to its arc's corners (law of sines), and the axis, which is there already. */
+/* Adds the points on the line from an outer centre to the axis: the centre, and the points on rays
+ * from the inner centre to the corners of its arc (law of sines). The point on the axis exists
+ * already. */
 static void rung(struct mill_mesh *mesh, const struct mill_profile *p, struct cut c, double x,
                  int pitch)
 {
@@ -157,7 +160,7 @@ void mill_mesh_lid(struct mill_mesh *mesh, const struct mill_profile *p, double 
     const int64_t axis = add_point(mesh, vec3_make(x, 0.0, 0.0));
     const int64_t rim = ring(mesh, p, c, x);
     for (int k = 0; k < p->buckles; k++) {
-        /* a circle's arcs have the axis for a centre, and no line to it */
+        /* the arcs of a circle have their centre on the axis, so there is no line */
         const int64_t line = c.inner > 0 ? (int64_t)mesh->points : axis;
         const int64_t begin = (int64_t)k * c.pitch, joint = begin + 2 * c.outer;
         rung(mesh, p, c, x, k);
@@ -182,13 +185,13 @@ void mill_mesh_triangle(struct mill_mesh *mesh, vec3 a, vec3 b, vec3 c)
     triangle(mesh, false, first, first + 1, first + 2);
 }
 
-/* Of a line's point in the half plane: is it off the axis? */
+/* Is a point of a line in the half plane off the axis? */
 static bool is_off(const double at[2], double widest)
 {
     return at[0] > 1e-9 * widest;
 }
 
-/* Points around the axis, m of them; a line's end on the axis is one. The number of the first */
+/* Adds m points around the axis, or one for a point on the axis; returns the number of the first */
 static int64_t turned_ring(struct mill_mesh *mesh, const struct mill_body *is, const double at[2],
                            int m, double widest)
 {
@@ -207,14 +210,15 @@ void mill_mesh_turned(struct mill_mesh *mesh, const struct mill_body *is, const 
     double widest = 0.0;
     for (int i = 0; i < n; i++)
         widest = fmax(widest, line[i][0]);
-    /* every frame holds the points of what moves: no more of them than a picture needs */
+    /* every frame stores the points of moving bodies, so their number is limited to what a picture
+     * needs */
     const double share = fmin(fmax(tolerance / widest, 3e-3), 0.05);
     const int m = 4 * (int)ceil(0.25 * MILL_PI / mill_elementary_asin(sqrt(0.5 * share)) / 2.0);
     const double *from = line[0];
     int64_t last = turned_ring(mesh, is, from, m, widest);
     for (int i = 1; i < n; i++) {
         const double *to = line[i], dr = to[0] - from[0], dz = to[1] - from[1];
-        if (dr * dr + dz * dz < 1e-18 * widest * widest) /* the same point again */
+        if (dr * dr + dz * dz < 1e-18 * widest * widest) /* the same point twice */
             continue;
         const int64_t ring = turned_ring(mesh, is, to, m, widest);
         for (int k = 0; k < m; k++) {

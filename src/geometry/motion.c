@@ -1,14 +1,15 @@
-/* Chains of motions: a pose within its carrier's, and bounds that hold for both together. */
+/* Chains of motions: poses relative to the carrier, and bounds for the whole chain. */
 #include "millsim/motion.h"
 
 #include <assert.h>
 #include <stdbool.h>
 
-/* Periods are the same, and whole multiples, to this part of them. */
+/* Relative tolerance for equal periods and for whole multiples of periods */
 #define ALIKE 1e-9
-enum { MOST_PERIODS = 1000 }; /* in a common one */
+enum { MOST_PERIODS = 1000 }; /* in a common period */
 
-/* The pose `inner` within the frame of `outer`. */
+/* Converts the pose `inner`, which is relative to the frame of `outer`, to the frame in which
+ * `outer` is given. */
 static struct mill_pose within(const struct mill_pose *outer, const struct mill_pose *inner)
 {
     const vec3 place = mill_pose_out(outer, inner->place);
@@ -63,9 +64,9 @@ vec3 mill_motion_place(const struct mill_motion *motion, double t, vec3 place)
     return mill_pose_in(&pose, mill_motion_place(motion->on, t, place));
 }
 
-/* Of a point that a carried frame moves: `o` are the bounds of the carrier and of the place that
- * the point never leaves far. Sums of what each does alone, and of what the outer one does to the
- * inner one's motion (centrifugal, Coriolis and Euler terms). */
+/* Bounds for a point of a frame (bounds i) on a carrier (bounds o, for the place from which the
+ * point never moves far). They are sums of the effect of each motion, and of the outer motion on
+ * the inner one (centrifugal, Coriolis and Euler terms). */
 static struct mill_motion_bounds bounds_within(const struct mill_motion_bounds *o,
                                                const struct mill_motion_bounds *i)
 {
@@ -94,7 +95,7 @@ struct mill_motion_bounds mill_motion_bounds(const struct mill_motion *motion, v
     struct mill_motion_bounds bounds = motion->type->bounds(motion, point);
     for (const struct mill_motion *m = motion->on; m; m = m->on) {
         const struct mill_motion_bounds outer = m->type->bounds(m, bounds.home);
-        if (outer.turning == 0.0) { /* it may stand turned */
+        if (outer.turning == 0.0) { /* a carrier that does not turn may have a constant rotation */
             const struct mill_pose pose = m->type->pose(m, 0.0);
             bounds.axis = mill_pose_turn_out(&pose, bounds.axis);
         }

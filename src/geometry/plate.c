@@ -1,4 +1,5 @@
-/* The flat end walls: the gap is a parabola of time, a straight line where gravity is parallel. */
+/* The flat end walls: the gap is a parabola in time, or a straight line if gravity is parallel to
+ * the wall. */
 #include "geometry/mesh.h"
 #include "geometry/shapes.h"
 
@@ -49,7 +50,7 @@ static bool create(struct mill_shape *shape, const void *form, const struct mill
     (void)form;
     w->inward = shape->number == 0 ? 1.0 : -1.0;
     w->x = -chamber->half_length * w->inward;
-    shape->fixed = true; /* if it turns, then in itself */
+    shape->fixed = true; /* if it turns, its surface does not change */
     return true;
 }
 

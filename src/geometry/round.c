@@ -1,22 +1,23 @@
-/* Bodies of revolution: cylinder, cone, capsule, sphere, their edges rounded or not. All are one: a
- * core, which is a frustum (of a capsule a line, of a sphere a point), and how far they reach
- * beyond it. Seen in the half plane of radius and axis, the core's outline is its side, a straight
- * line, between two caps. */
+/* Bodies of revolution: cylinder, cone, capsule and sphere, with or without rounded edges. All are
+ * described in the same way: by a core, which is a frustum (for a capsule a line, for a sphere a
+ * point), and by the distance by which it is grown. In the half plane of radius and axis, the
+ * outline of the core is its side, a straight line, between two caps. */
 #include "base/elementary.h"
 #include "geometry/body.h"
 #include "geometry/mesh.h"
 
 struct round {
     struct mill_bodied body;
-    double grown;      /* [m] of the core */
-    double shift;      /* [m] of the core's middle along the axis */
-    double half;       /* [m] of the core's length */
+    double grown;      /* [m] by which the core is grown */
+    double shift;      /* [m] place of the core's centre along the axis */
+    double half;       /* [m] half of the core's length */
     double low, high;  /* [m] its radii at -half, +half */
-    double side;       /* [m] length of the line between them */
-    double out, along; /* direction of that line: (radius, axis) */
+    double side;       /* [m] length of the core's side */
+    double out, along; /* direction of the side: (radius, axis) */
 };
 
-/* The nearest place is on a cap, on the side, or where they meet; d < 0: inside */
+/* The distance to the core; < 0: inside. The nearest point is on a cap, on the side, or where they
+ * meet. */
 static double look(const struct round *c, double rho, double z, double *out, double *along)
 {
     const double r = rho - c->low, h = z + c->half;
@@ -26,7 +27,7 @@ static double look(const struct round *c, double rho, double z, double *out, dou
     *along = z < 0.0 ? -1.0 : 1.0;
     if ((above && rho <= c->high) || (below && rho <= c->low))
         return fabs(z) - c->half;
-    if (!above && !below && off <= 0.0) { /* inside: only a pinched ball gets here */
+    if (!above && !below && off <= 0.0) { /* inside: this only happens to a pinched ball */
         const double cap = fabs(z) - c->half;
         if (cap > off)
             return cap;
@@ -56,7 +57,7 @@ MILL_CONVEX_INLINE struct mill_view view(const struct mill_convex *convex, vec3 
     const double rho = vec3_norm(across);
     double out, along;
     const double d = look(c, rho, z - c->shift, &out, &along) - c->grown;
-    /* on the axis all directions are alike */
+    /* on the axis any direction will do */
     const vec3 radial = rho > 0.0 ? vec3_scale(across, out / rho) : vec3_scale(is->x, out);
     return (struct mill_view){d, vec3_axpy(radial, along, is->z)};
 }
@@ -123,7 +124,7 @@ static bool create(struct mill_shape *shape, const void *form, const struct mill
     return true;
 }
 
-/* ---- each of them ---- */
+/* ---- the kinds ---- */
 
 static bool is_turned(const struct mill_body *is)
 {
@@ -142,7 +143,7 @@ static bool is_capsule(const void *form)
     return is_sphere(form) && is->length >= 0.0 && isfinite(is->length);
 }
 
-/* Shrunk by the rounding, something is left of it. */
+/* Also checks that something is left of the cone after it is shrunk by the rounding. */
 static bool is_cone(const void *form)
 {
     const struct mill_body *is = form;
@@ -237,10 +238,10 @@ static double volume_cylinder(const struct mill_body *is)
     return MILL_PI * is->radius * is->radius * is->length;
 }
 
-/* ---- outlines: a line in the half plane, from the lower end of the axis to the upper one ---- */
+/* ---- outlines: a line in the half plane, from the lower end on the axis to the upper end ---- */
 
-/* Adds an arc about (rho, z) from one angle to another, of direction (sin, -cos); how many points
- */
+/* Adds an arc about (rho, z) from one angle to another, with directions (sin, -cos); returns the
+ * number of points */
 static int add_arc(double (*line)[2], int n, double rho, double z, double radius, double from,
                    double to)
 {

@@ -9,7 +9,7 @@ const struct mill_shape_type *const mill_shapes_named[] = {&mill_blade_type, NUL
 struct mill_chamber mill_shapes_chamber(const struct mill_setup_drum *drum)
 {
     assert(drum->radius > 0.0 && drum->length > 0.0);
-    /* a circle is the profile whose buckles have no height */
+    /* a circle is a profile with buckles of height 0 */
     const bool wavy = drum->buckles > 0;
     const double half = 0.5 * drum->length;
     const double far = drum->radius + (wavy ? drum->buckle_height : 0.0);
@@ -32,7 +32,7 @@ void mill_shapes_free(struct mill_shape **shapes, int count)
     free(shapes);
 }
 
-/* A body around the balls? */
+/* Is the surface a body with the balls inside? */
 static bool holds(const struct mill_setup_surface *surface)
 {
     return surface->type->hull && ((const struct mill_body *)surface->form)->inside;
@@ -46,18 +46,18 @@ const struct mill_setup_surface *mill_shapes_container(const struct mill_setup *
     return NULL;
 }
 
-/* What is being made, and from what */
+/* The surfaces that are made, and the data for them */
 struct making {
     const struct mill_setup *setup;
     const struct mill_chamber *chamber;
     struct mill_motion *const *motion;
-    const struct mill_motion *carries; /* the container */
+    const struct mill_motion *carries; /* the motion that moves the container */
     struct mill_poly_counts *counts;
     struct mill_shape **shape;
     int count, room;
 };
 
-/* A body that the container's motion carries, or that turns about its own axis, presses no ball
+/* A body that moves with the container, or that only turns about its own axis, cannot press a ball
  * against anything. */
 static bool can_pinch(const struct making *m, const struct mill_setup_surface *s,
                       const struct mill_shape *shape)
@@ -66,7 +66,7 @@ static bool can_pinch(const struct making *m, const struct mill_setup_surface *s
                                     : shape->type->pinches;
 }
 
-/* One surface of the world; type and form may be those of a wall of it */
+/* Makes one surface of the world; type and form may be those of one wall of it */
 static bool make(struct making *m, const struct mill_setup_surface *s,
                  const struct mill_shape_type *type, const void *form)
 {
@@ -86,7 +86,7 @@ static bool make(struct making *m, const struct mill_setup_surface *s,
     return good;
 }
 
-/* A container's walls one by one; anything else is one surface. */
+/* Makes each wall of a container; any other surface is made as one. */
 static bool make_walls(struct making *m, const struct mill_setup_surface *s)
 {
     const struct mill_body *body = s->form;
@@ -102,8 +102,8 @@ static bool make_walls(struct making *m, const struct mill_setup_surface *s)
     return good;
 }
 
-/* Round and wavy drums with their end walls; one that moves otherwise than about its own axis has
- * walls as a body has. */
+/* Makes a round or wavy drum with its end walls. If it does not only turn about its own axis, its
+ * walls are those of a body. */
 static bool make_drum(struct making *m)
 {
     const struct mill_setup_drum *drum = &m->setup->drum;

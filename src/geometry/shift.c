@@ -1,5 +1,5 @@
-/* To and fro without turning: a vibrating tube, a jar on a circle that does not turn itself. Each
- * coordinate is a sine of time, all of one frequency. */
+/* A shift to and fro without rotation: a vibrating tube, or a jar that moves on a circle without
+ * turning. Each coordinate is a sine of time. All have the same frequency. */
 #include "base/elementary.h"
 #include "geometry/phase.h"
 #include "millsim/motion.h"
@@ -9,7 +9,8 @@
 struct shift {
     struct mill_motion base;
     struct mill_shift is;
-    double start[3], phase[3]; /* [turns] of the sines at simulated and at local time 0 */
+    double start[3], phase[3]; /* [turns] phases of the sines, at simulated time 0 and at local
+                                  time 0 */
 };
 
 static bool is_sound(const void *form)
@@ -54,8 +55,8 @@ static void carry(const struct mill_motion *motion, double t, vec3 *point, vec3 
     *velocity = vec3_add(*velocity, at.velocity);
 }
 
-/* The farthest from the middle that a point of an ellipse gets, in amplitudes at one frequency: the
- * square of its distance is a mean and a wave of twice the frequency. */
+/* The maximum distance from the centre: the place moves on an ellipse, and the square of its
+ * distance is a constant plus a wave of twice the frequency. */
 static double farthest(const struct mill_shift *is)
 {
     const double a[3] = {is->amplitude.x, is->amplitude.y, is->amplitude.z};

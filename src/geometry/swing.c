@@ -1,5 +1,5 @@
-/* The swing about a fixed axis: a mixer mill's jar on its arm, a rocking vial. The angle is a sine
- * of time; the frame is turned by it as by any turn. */
+/* The swing about a fixed axis: the jar of a mixer mill on its arm, a rocking vial. The angle is a
+ * sine of time, and the frame is rotated by this angle. */
 #include "base/elementary.h"
 #include "geometry/phase.h"
 #include "millsim/motion.h"
@@ -9,8 +9,8 @@
 
 struct swing {
     struct mill_motion base;
-    struct mill_swing is; /* its axis of length 1 */
-    double start, phase;  /* [turns] of the sine at simulated and at local time 0 */
+    struct mill_swing is; /* with an axis of length 1 */
+    double start, phase;  /* [turns] phase of the sine, at simulated time 0 and at local time 0 */
 };
 
 static bool is_sound(const void *form)
@@ -56,8 +56,8 @@ static struct mill_pose pose(const struct mill_motion *motion, double t)
     return pose;
 }
 
-/* A point stays within half of the swing on either side; of its acceleration the tangential part is
- * greatest where the other is nought. */
+/* A point stays within the amplitude on both sides. The tangential part of its acceleration is
+ * greatest when the radial part is zero. */
 static struct mill_motion_bounds bounds(const struct mill_motion *motion, vec3 point)
 {
     const struct mill_swing *is = &((const struct swing *)motion)->is;

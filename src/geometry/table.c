@@ -1,17 +1,19 @@
-/* A measured motion: rows of place and rotation vector, one period of them, joined by a periodic
- * cubic spline in each of the six columns. Second derivatives at the rows follow from a cyclic
+/* A measured motion: rows of place and rotation vector over one period, joined by a periodic cubic
+ * spline in each of the six columns. The second derivatives at the rows follow from a cyclic
  * tridiagonal system (Press et al., Numerical Recipes, sections 2.7 and 3.3). The matrix of a
- * rotation vector r is exp [r]; its angular velocity is J r', J the integral of exp(s [r]) over
- * 0 <= s <= 1, whose norm is at most 1 and changes by at most half of what r does. */
+ * rotation vector r is exp [r]. Its angular velocity is J r', where J is the integral of exp(s [r])
+ * over 0 <= s <= 1. The norm of J is at most 1, and J changes by at most half of the change of
+ * r. */
 #include "base/elementary.h"
 #include "millsim/motion.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-enum { COLUMNS = 6, LOOKS = 1000 /* at a table, to bound where a point gets */ };
+enum { COLUMNS = 6, LOOKS = 1000 /* rows used to find how far a point moves */ };
 
-/* Row k and the piece of the spline behind it: x + s (b + s (c + s d)), s the time since the row */
+/* Row k and the piece of the spline after it: x + s (b + s (c + s d)), where s is the time since
+ * the row */
 struct piece {
     double t; /* [s] from the first row */
     double x[COLUMNS], b[COLUMNS], c[COLUMNS], d[COLUMNS];
@@ -19,10 +21,11 @@ struct piece {
 
 struct table {
     struct mill_motion base;
-    double period, phase; /* [s] of the table; in it at local time 0 */
+    double period, phase; /* [s] period of the table; time in the table at local time 0 */
     size_t pieces;
-    struct piece *piece; /* [pieces + 1], the last one is where the first one comes again */
-    double speed, acceleration, turning, spin_up; /* at most: of the place, and of the rotation */
+    struct piece *piece; /* [pieces + 1], the last one is the first one again */
+    double speed, acceleration, turning, spin_up; /* maximum values: of the place, and of the
+                                                     rotation */
 };
 
 static bool is_sound(const void *form)
@@ -37,7 +40,8 @@ static bool is_sound(const void *form)
     return good;
 }
 
-/* Solves the tridiagonal system with `below`, `on` and `above` the diagonal; all [n]. */
+/* Solves a tridiagonal system with the diagonals `below`, `on` and `above`; all arrays have n
+ * elements. */
 static void solve(size_t n, const double *below, const double *on, const double *above,
                   const double *right, double *x, double *work)
 {
@@ -52,8 +56,8 @@ static void solve(size_t n, const double *below, const double *on, const double 
         x[k] -= work[k + 1] * x[k + 1];
 }
 
-/* Half of the second derivatives of one column at the rows, into c. The corners of the cyclic
- * matrix are a product of two vectors (Sherman & Morrison). room[7 n] */
+/* Computes half of the second derivatives of one column at the rows, into c. The corner elements of
+ * the cyclic matrix are written as a product of two vectors (Sherman & Morrison). room[7 n] */
 static void bend(struct table *table, int column, double *room)
 {
     const size_t n = table->pieces;
@@ -89,8 +93,8 @@ static double length(const double *x)
     return sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
 }
 
-/* Bounds over a piece of `h` seconds: first derivatives are parabolas, so each is greatest at an
- * end or at its vertex; the second ones go straight from end to end. */
+/* Bounds over a piece of `h` seconds. First derivatives are parabolas, so each is greatest at an
+ * end or at its vertex. Second derivatives are linear. */
 static void bound(struct table *table, const struct piece *p, double h)
 {
     double rate[COLUMNS], end[COLUMNS], begin[COLUMNS];
@@ -113,7 +117,7 @@ static struct mill_motion *create(const void *form)
 {
     const struct mill_table *is = form;
     const size_t n = is->rows - 1;
-    /* in one piece, which free() lets go */
+    /* one block of memory, so that free() frees all */
     struct table *table = calloc(1, sizeof *table + (n + 1) * sizeof(struct piece));
     double *room = malloc(7 * n * sizeof *room);
     if (!table || !room) {
@@ -145,7 +149,7 @@ static struct mill_motion *create(const void *form)
     return &table->base;
 }
 
-/* The last piece that begins no later */
+/* The last piece that begins at `time` or before */
 static const struct piece *find(const struct table *table, double time)
 {
     size_t low = 0, high = table->pieces;
@@ -159,8 +163,9 @@ static const struct piece *find(const struct table *table, double time)
     return &table->piece[low];
 }
 
-/* Sum of (-z)^k (m - 1)! / (m + 2k - 1)!, m the first factor: sin a / a (2), (1 - cos a) / a^2 (3)
- * and (a - sin a) / a^3 (4), with z = a^2 small, but for their first terms 1, 1/2 and 1/6 */
+/* Sum of (-z)^k (m - 1)! / (m + 2k - 1)!: the series, divided by their first terms 1, 1/2 and 1/6,
+ * of sin a / a (m = 2), (1 - cos a) / a^2 (m = 3) and (a - sin a) / a^3 (m = 4); z = a^2 is
+ * small */
 static double series(double z, int m)
 {
     double sum = 1.0;
@@ -169,7 +174,7 @@ static double series(double z, int m)
     return sum;
 }
 
-/* Of an angle a: sin a / a, (1 - cos a) / a^2, (a - sin a) / a^3 */
+/* For an angle a: sin a / a, (1 - cos a) / a^2, (a - sin a) / a^3 */
 static void ratios(double a, double out[3])
 {
     const double z = a * a;
@@ -221,7 +226,7 @@ static struct mill_pose pose(const struct mill_motion *motion, double t)
     return pose_at(table, time < 0.0 ? time + table->period : time);
 }
 
-/* Home is where the first row has the point. */
+/* Home is the place of the point at the first row. */
 static struct mill_motion_bounds bounds(const struct mill_motion *motion, vec3 point)
 {
     const struct table *table = (const struct table *)motion;
@@ -229,8 +234,8 @@ static struct mill_motion_bounds bounds(const struct mill_motion *motion, vec3 p
     const struct mill_pose first = pose_at(table, 0.0);
     const vec3 home = mill_pose_out(&first, point);
     const double speed = table->speed + table->turning * reach;
-    /* every row, or of a long table some of them: no place is farther from one in time than half
-     * of what lies between two */
+    /* Uses every row, or some rows of a long table. Every time is at most half of the interval
+     * between two of these rows away from one of them. */
     const size_t n = table->pieces, stride = 1 + n / LOOKS;
     double far = 0.0, between = 0.0;
     for (size_t k = 0, next; k < n; k = next) {

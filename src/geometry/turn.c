@@ -1,6 +1,6 @@
-/* The turn at constant speed about a fixed axis: a rotor, a tumbling drum, a planetary jar on its
- * sun wheel. Rotation by Rodrigues' formula: of a vector, the part along the axis stays, the part
- * across it becomes cos(angle) of itself and sin(angle) of its cross product with the axis. */
+/* The turn at constant speed about a fixed axis: a rotor, a tumbling drum, a planetary jar. The
+ * rotation uses Rodrigues' formula: the part of a vector along the axis remains; the part normal to
+ * it becomes cos(angle) times itself plus sin(angle) times its cross product with the axis. */
 #include "base/elementary.h"
 #include "geometry/phase.h"
 #include "millsim/motion.h"
@@ -11,10 +11,11 @@
 
 struct turn {
     struct mill_motion base;
-    struct mill_turn is;                 /* its axis of length 1, its angle at local time 0 */
-    double start;                        /* [rad] its angle at simulated time 0 */
-    bool about_x;                        /* its axis is x through the carrier's origin */
-    vec3 along[3], across[3], turned[3]; /* of the directions x, y, z */
+    struct mill_turn is; /* with an axis of length 1 and the angle at local time 0 */
+    double start;        /* [rad] its angle at simulated time 0 */
+    bool about_x;        /* its axis is x through the carrier's origin */
+    vec3 along[3], across[3], turned[3]; /* parts of the directions x, y, z for Rodrigues'
+                                            formula */
 };
 
 static bool is_sound(const void *form)
@@ -89,7 +90,7 @@ static void carry(const struct mill_motion *motion, double t, vec3 *point, vec3 
     *velocity = vec3_axpy(rotated(is->axis, at, *velocity), is->speed, vec3_cross(is->axis, arm));
 }
 
-/* A point goes around its foot on the axis. */
+/* A point moves on a circle about its projection on the axis. */
 static struct mill_motion_bounds bounds(const struct mill_motion *motion, vec3 point)
 {
     const struct mill_turn *is = &((const struct turn *)motion)->is;
@@ -119,7 +120,8 @@ static bool axis(const struct mill_motion *motion, vec3 *through, vec3 *directio
     return true;
 }
 
-/* A rotor's angle is summed up from restart to restart, as in all runs of old; 2e-15 rad a turn. */
+/* For a rotor the angle is added up from restart to restart, so that runs give the same bits as in
+ * earlier versions; the error is 2e-15 rad per turn. */
 static void restart(struct mill_motion *motion, double base, double by)
 {
     struct turn *turn = (struct turn *)motion;

@@ -1,27 +1,27 @@
 /* One wall of a container that is a body: flat, or round and met from inside.
  *
- * A round wall (of a cylinder, a cone, a capsule, a sphere) is as far as its contact radius m from
- * a core, a line or a point: with q from the core's nearest place to the ball's centre, the gap
- * closes when f = m^2 - q^2 does. Its second derivative is at least -2 (v^2 + m a), with v and a
- * bounds of the ball's speed and acceleration as seen from the wall: the curvature 1/m of the
- * surface is in it, and no square root. Stepping by that bound never passes the first contact and
- * converges quadratically on it, as the search for convex bodies does. Of a cone m changes along
- * the axis.
+ * A round wall (of a cylinder, cone, capsule or sphere) has the distance m, the contact radius,
+ * from a core, which is a line or a point. q is the vector from the nearest point of the core to
+ * the ball's centre. The gap closes when f = m^2 - q^2 does. The second derivative of f is at least
+ * -2 (v^2 + m a), where v and a are bounds of the ball's speed and acceleration relative to the
+ * wall. This bound includes the curvature 1/m of the surface and needs no square root. Steps by
+ * this bound never pass the first contact and converge quadratically to it, like the search for
+ * convex bodies. For a cone, m changes along the axis.
  *
- * What stands still, or turns about its own axis, keeps its closed forms. */
+ * For walls that do not move, or only turn about their own axis, closed forms are used. */
 #include "geometry/body.h"
 #include "geometry/mesh.h"
 
 #include <assert.h>
 
-/* Of a ball's radius: so near to a cone's tip it is in it. */
+/* Fraction of a ball's radius: a ball nearer than this to a cone's tip is in the tip. */
 #define TIP 1e-9
 
 struct wall {
-    struct mill_bodied body;           /* `of`: draws the whole body */
-    struct mill_wall is;               /* in the motion's frame, where flat */
+    struct mill_bodied body;           /* its member `of` draws the whole body */
+    struct mill_wall is;               /* in the motion's frame, if it is flat */
     double cosine;                     /* of the angle between a cone's side and its axis */
-    struct mill_pose pose;             /* of the body's own frame, where that is fixed */
+    struct mill_pose pose;             /* of the body's own frame, if it is fixed */
     const struct mill_motion *carrier; /* the innermost motion that moves the centre */
 };
 
@@ -35,14 +35,14 @@ MILL_CONVEX_INLINE struct mill_view view(const struct mill_convex *convex, vec3 
 
 /* ---- round ---- */
 
-/* Where a ball's centre is, as seen from the body: on its axis, and across it */
+/* The place of a ball's centre relative to the core */
 struct seat {
     double m;    /* [m] contact radius there */
-    vec3 q;      /* [m] from the core's nearest place */
-    double away; /* [m] its length */
+    vec3 q;      /* [m] from the nearest point of the core */
+    double away; /* [m] length of q */
 };
 
-/* q: from the body's centre, axis: its own, in one frame */
+/* q: from the body's centre; axis: the body's own axis; both in the same frame */
 static struct seat seat_of(const struct wall *w, vec3 q, vec3 axis, double radius)
 {
     const double z = vec3_dot(q, axis), half = w->is.half;
@@ -53,8 +53,8 @@ static struct seat seat_of(const struct wall *w, vec3 q, vec3 axis, double radiu
     return s;
 }
 
-/* A ball as seen from the body, in a frame that turns with its axis: that of the laboratory where
- * the axis keeps its direction, for the turning about it then does not matter */
+/* A ball relative to the body, in a frame that turns with its axis. If the direction of the axis is
+ * constant, this is the laboratory, because a turn about the axis then has no effect. */
 struct sight {
     vec3 q, u, axis; /* [m] from the centre, [m/s], unit */
     struct mill_seen seen;
@@ -87,7 +87,7 @@ static double gap_of(const struct wall *w, const struct seat *s)
     return (s->m - s->away) * w->cosine;
 }
 
-/* [s] until f, of rate f1 and with f'' >= -b, can close */
+/* [s] minimum time until f can be zero, with rate f1 and f'' >= -b */
 static double step_of(double f, double f1, double b)
 {
     if (f <= 0.0)
@@ -112,9 +112,9 @@ static struct mill_hit search(const struct wall *w, const struct mill_flight *fl
         if (gap <= MILL_SHAPE_CLOSED && closing <= MILL_CONVEX_SLOWEST)
             return (struct mill_hit){MILL_HIT_CONTACT, t};
         const double a = at.seen.acceleration,
-                     free = sqrt(mill_greatest(s.m, 0.0) * a); /* beyond a tip m < 0 */
+                     free = sqrt(mill_greatest(s.m, 0.0) * a); /* beyond a tip, m < 0 */
         const double speed = vec3_norm(at.u);
-        /* so long that the speed grows by no more than half of what matters */
+        /* a time in which the speed grows by at most half of the larger of these two speeds */
         const double cap = mill_least(at.seen.within, 0.5 * mill_greatest(speed, free) / a);
         const double h = cap < end - t ? cap : end - t;
         const double most = speed + a * h, m = s.m + fabs(slope) * most * h;
@@ -128,11 +128,13 @@ static struct mill_hit search(const struct wall *w, const struct mill_flight *fl
         if (next > t)
             t = next;
         else if (f1 <= 0.0)
-            return (struct mill_hit){MILL_HIT_CONTACT, t}; /* nearer than the clock can tell */
+            /* the contact is nearer than the resolution of t */
+            return (struct mill_hit){MILL_HIT_CONTACT, t};
         else
             t = nextafter(t, INFINITY);
     }
-    return (struct mill_hit){MILL_HIT_ASK_AGAIN, t}; /* a ball that hops along the wall */
+    return (struct mill_hit){MILL_HIT_ASK_AGAIN, t}; /* the ball makes many small hops along the
+                                                        wall */
 }
 
 static struct seat seat_at(const struct wall *w, vec3 centre, double radius,
@@ -142,7 +144,7 @@ static struct seat seat_at(const struct wall *w, vec3 centre, double radius,
     return seat_of(w, vec3_sub(mill_pose_in(pose, centre), is->centre), is->z, radius);
 }
 
-/* With the wall in the direction `out` from the core, in the motion's frame */
+/* The contact with the wall in the direction `out` from the core, in the motion's frame */
 static struct mill_contact meet(const struct wall *w, const struct seat *seat, vec3 out,
                                 vec3 centre, double radius, const struct mill_pose *pose)
 {
@@ -157,7 +159,7 @@ static struct mill_contact meet(const struct wall *w, const struct seat *seat, v
 
 /* ---- both ---- */
 
-/* The flight in the frame of what is fixed */
+/* The flight in the frame of a fixed wall */
 static struct mill_flight seen_from(const struct mill_pose *pose, const struct mill_flight *f)
 {
     struct mill_flight seen = *f;
@@ -194,13 +196,13 @@ static struct mill_contact contact(const struct mill_shape *shape, vec3 centre, 
     if (w->is.flat)
         return mill_convex_contact(&w->body.convex, view, centre, radius, pose);
     const struct seat s = seat_at(w, centre, radius, pose);
-    /* in the middle all directions are alike */
+    /* in the centre any direction will do */
     const vec3 out = s.away > 0.0 ? vec3_scale(s.q, 1.0 / s.away) : w->body.is.x;
     return meet(w, &s, out, centre, radius, pose);
 }
 
-/* A ball in the tip of a cone touches it all around, and closes on where it goes across the axis.
- */
+/* A ball in the tip of a cone touches it all around. It closes on the side towards which it moves,
+ * normal to the axis. */
 static bool beside(const struct mill_shape *shape, vec3 centre, vec3 v, double radius,
                    const struct mill_pose *pose, struct mill_contact *k)
 {
@@ -218,7 +220,7 @@ static bool beside(const struct mill_shape *shape, vec3 centre, vec3 v, double r
     return vec3_dot(vec3_sub(v, k->velocity), k->normal) < 0.0;
 }
 
-/* form: the body and which of its walls */
+/* form: a struct mill_wall_of */
 static bool create(struct mill_shape *shape, const void *form, const struct mill_chamber *chamber)
 {
     struct wall *w = (struct wall *)shape;
@@ -240,7 +242,7 @@ static bool create(struct mill_shape *shape, const void *form, const struct mill
     }
     w->carrier = mill_motion_that_moves(shape->motion, is->centre);
     const struct mill_pose at = mill_shape_pose(shape, 0.0);
-    /* its x is the body's axis, as mill_shape_circle() wants it */
+    /* its x is the body's axis, as mill_shape_circle() requires */
     w->pose = mill_pose_still;
     if (w->is.flat) {
         w->pose = at;

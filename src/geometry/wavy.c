@@ -1,16 +1,16 @@
 /* The wavy drum. Where is the nearest point of its wall? The lines that join neighbouring centres
- * pass through the joints of the arcs. Between the two that meet in an outer centre, on the far
- * side from the axis, lies the wedge of that arc: there a ball's centre sees it from inside, as it
- * sees a drum. On the axis' side of the lines inner arcs are near, seen from outside like a shaft,
- * and the nearest of them counts. (The profile is its own mirror image in the rays through the
- * centres, so the nearest point lies in the half pitch where the ball is, and the normals of its
- * two arcs do not cross the line.) Along a line both arcs are equally far, so the gap has no step;
- * where they join it has no kink.
+ * pass through the joints of the arcs. The two lines that meet in an outer centre enclose the wedge
+ * of this arc, on the far side from the axis. A ball's centre in the wedge is inside the outer arc,
+ * as in a drum. On the axis' side of the lines, the nearest inner arc counts, seen from outside
+ * like a shaft. (The profile is symmetric about the rays through the centres. So the nearest point
+ * is in the half pitch of the ball, and the normals of the two arcs there do not cross the line.)
+ * On a line both arcs have the same distance, so the gap has no step; where they join, it has no
+ * kink.
  *
- * A flight is cut at the times at which it crosses one of the lines (quadratics). In each piece the
- * arc is known, and mill_poly_first_rise tells when its gap, a quartic, first closes. The pieces
- * have no gaps between them, so no contact at a joint is missed, whichever way roundings go. Most
- * flights cross no line, and mostly one arc is in reach of a cell: one quartic. */
+ * A flight is divided at the times at which it crosses one of the lines (quadratics). In each piece
+ * the arc is known, and mill_poly_first_rise gives the time at which its gap, a quartic, first
+ * closes. There is no time between the pieces, so no contact at a joint is missed, for any
+ * rounding. Most flights cross no line, and usually one arc is in reach of a cell: one quartic. */
 #include "geometry/wavy.h"
 #include "base/elementary.h"
 #include "geometry/mesh.h"
@@ -18,15 +18,15 @@
 #include <stdlib.h>
 
 #define NO_ARC (-1)
-/* Of the radius: a ball that fits the outer arcs no better than that meets their neighbours alone.
- */
+/* Fraction of the radius: a ball that fits into the outer arcs by less than this meets only the
+ * inner arcs. */
 #define SNUG 1e-12
-#define SECTORS 8 /* a buckle: a guess at the pitch, by one division */
-#define DEPTH 3   /* quarterings of a box before an arc counts as in reach */
+#define SECTORS 8 /* per buckle: an estimate of the pitch by one division */
+#define DEPTH 3   /* how often a box is divided into quarters before an arc counts as in reach */
 
 /* ---- which arc is near? ---- */
 
-/* Between the lines through that outer centre? */
+/* Is a place in the wedge, between the lines through this outer centre? */
 static bool in_wedge(const struct mill_wavy *w, const struct mill_wavy_arc *a, double y, double z)
 {
     const bool before = mill_wavy_beyond(a, 0, y, z) > 0.0,
@@ -34,7 +34,8 @@ static bool in_wedge(const struct mill_wavy *w, const struct mill_wavy_arc *a, d
     return w->overhangs ? before || after : before && after;
 }
 
-/* In the pitch around it? A wide wedge goes on behind the next inner arc, into another's pitch. */
+/* Is a place in the pitch around it? A wide wedge extends behind the next inner arc, into another
+ * pitch. */
 static bool in_pitch(const struct mill_wavy *w, const struct mill_wavy_arc *a, double y, double z)
 {
     const double along = y * a->uy + z * a->uz, across = fabs(z * a->uy - y * a->uz);
@@ -43,7 +44,7 @@ static bool in_pitch(const struct mill_wavy *w, const struct mill_wavy_arc *a, d
 
 /* ---- contacts ---- */
 
-/* A contact with the wall in its own frame, as it is in the laboratory */
+/* Converts a contact from the frame of the wall to the laboratory */
 static struct mill_contact seen(const struct mill_pose *pose, const struct mill_contact *k)
 {
     const vec3 point = mill_pose_out(pose, k->point);
@@ -66,8 +67,8 @@ static struct mill_contact contact(const struct mill_shape *shape, vec3 centre, 
     return seen(pose, &k);
 }
 
-/* A ball too wide for an outer arc, or for the way to it, may touch the inner ones on both sides.
- */
+/* A ball that is too large for an outer arc, or for its opening, may touch the inner arcs on both
+ * sides. */
 static bool beside(const struct mill_shape *shape, vec3 centre, vec3 v, double radius,
                    const struct mill_pose *pose, struct mill_contact *k)
 {
@@ -85,7 +86,7 @@ static bool beside(const struct mill_shape *shape, vec3 centre, vec3 v, double r
 
 /* ---- the first contact of a flight ---- */
 
-/* The first time after `from` at which the flight crosses an edge of one of the wedges, `to` if
+/* The first time after `from` at which the flight crosses an edge of one of the wedges; `to` if
  * there is none before. */
 static double next_edge(const struct mill_wavy *w, const struct mill_flight *f,
                         struct mill_span parts, double from, double to)
@@ -108,8 +109,8 @@ static double next_edge(const struct mill_wavy *w, const struct mill_flight *f,
     return to;
 }
 
-/* The outer arc in whose wedge a piece of a flight runs, from one place through the other, or
- * NO_ARC. The piece may leave the pitch, but through the wall. */
+/* The outer arc in whose wedge a piece of a flight is, or NO_ARC. The piece begins at `from` and
+ * passes `through`. It can leave the pitch only through the wall. */
 static int wedge_of(const struct mill_wavy *w, struct mill_span parts, vec3 from, vec3 through)
 {
     for (int i = parts.first % 2; i < parts.count; i += 2) {
@@ -121,7 +122,7 @@ static int wedge_of(const struct mill_wavy *w, struct mill_span parts, vec3 from
     return NO_ARC;
 }
 
-/* The inner arc of whose direction the place is, or NO_ARC. */
+/* The inner arc whose direction is nearest to that of the place, or NO_ARC */
 static int inner_at(const struct mill_wavy *w, struct mill_span parts, double y, double z)
 {
     double most = -INFINITY;
@@ -137,7 +138,7 @@ static int inner_at(const struct mill_wavy *w, struct mill_span parts, double y,
     return best;
 }
 
-/* One arc as if it were a full circle */
+/* The first contact with one arc, taken as a full circle */
 static double rise(const struct mill_wavy *w, int arc, const struct mill_flight *f, double radius,
                    double horizon, bool touching)
 {
@@ -146,8 +147,9 @@ static double rise(const struct mill_wavy *w, int arc, const struct mill_flight 
                              w->base.counts);
 }
 
-/* A piece of a flight between two edges: outer is the arc of its wedge, or NO_ARC. The ball has
- * touched the wall's nearest arc there, so that one's gap is zero at the start. */
+/* The first contact of a piece of a flight between two edges. outer: the arc of its wedge, or
+ * NO_ARC. touching: the ball touches the nearest arc of the wall at the start, so the gap to this
+ * arc is zero there. */
 static double piece_contact(const struct mill_wavy *w, int outer, const struct mill_flight *f,
                             struct mill_span parts, double radius, double horizon, bool touching)
 {
@@ -164,8 +166,9 @@ static double piece_contact(const struct mill_wavy *w, int outer, const struct m
     return first;
 }
 
-/* Certainly no contact within h: the flight is too short to reach any of the arcs, taken as full
- * circles. The margin outweighs all rounding; an infinite h rejects nothing. */
+/* True if there is certainly no contact within h: the flight is too short to reach any of the arcs,
+ * taken as full circles. The margin is larger than all rounding errors. For an infinite h it is
+ * false. */
 static bool out_of_reach(const struct mill_wavy *w, const struct mill_flight *f,
                          struct mill_span parts, double radius, double h)
 {
@@ -199,7 +202,7 @@ static struct mill_hit next_contact(const struct mill_shape *shape, const struct
         double to = horizon;
         if (fits) {
             to = next_edge(w, f, parts, from, horizon);
-            /* nothing changes beyond the last crossing, so any time after it will do */
+            /* after the last crossing the arc does not change, so any later time will do */
             const double within = to <= 1e9 ? 0.5 * (from + to) : from + 1.0;
             const vec3 at = vec3_fly(f->r, f->v, f->g, within);
             outer = wedge_of(w, parts, piece.r, at);
@@ -218,7 +221,7 @@ static struct mill_hit next_contact(const struct mill_shape *shape, const struct
 
 /* ---- which arcs can a ball in a cell touch? ---- */
 
-/* The part of the y-z plane that a box takes, no more than the drum needs */
+/* The part of the y-z plane that a box covers, at most as large as the drum */
 struct patch {
     double y, z, half_y, half_z; /* [m] centre and half sides */
 };
@@ -256,12 +259,12 @@ static bool arc_in_reach(const struct mill_wavy *w, int arc, struct patch p, dou
     return sqrt(y * y + z * z) <= w->radius + radius + margin;
 }
 
-/* Arcs between the directions in which the box lies, less those at either end that are too far. */
+/* The arcs between the directions of the box, without those at both ends that are too far away. */
 static struct mill_span arcs_in_reach(const struct mill_shape *shape, vec3 lo, vec3 hi,
                                       double radius)
 {
     const struct mill_wavy *w = (const struct mill_wavy *)shape;
-    if (shape->motion) /* any of them may come */
+    if (shape->motion) /* any arc may come near */
         return (struct mill_span){0, (int16_t)w->arcs};
     const double far = 1.5 * w->far;
     const double y0 = fmin(fmax(lo.y, -far), far), y1 = fmin(fmax(hi.y, -far), far);
@@ -301,17 +304,18 @@ static void release(struct mill_shape *shape)
     free(((struct mill_wavy *)shape)->outer_at);
 }
 
-/* The line from an outer centre to an inner one, its normal turned towards the outer arc. */
+/* Sets the line from an outer centre to an inner one, with its normal towards the outer arc. */
 static void set_edge(struct mill_wavy_arc *outer, int edge, const struct mill_wavy_arc *inner)
 {
     const double y = inner->y - outer->y, z = inner->z - outer->z, d = sqrt(y * y + z * z);
-    const double side = edge == 0 ? -1.0 : 1.0; /* the inner one comes before, or after */
+    const double side = edge == 0 ? -1.0 : 1.0; /* the inner arc is before it, or after it */
     outer->edge_y[edge] = side * z / d;
     outer->edge_z[edge] = -side * y / d;
 }
 
-/* For each sector the outer arc in whose pitch it begins; a hair before that, for is_after() cannot
- * tell the beginning of a pitch of half a turn from its end. */
+/* Finds for each sector the outer arc in whose pitch it begins. It uses a place slightly before the
+ * beginning, because is_after() cannot distinguish the beginning of a pitch of half a turn from its
+ * end. */
 static void find_pitches(struct mill_wavy *w)
 {
     const int n = w->arcs / 2;

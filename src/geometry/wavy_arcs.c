@@ -1,4 +1,4 @@
-/* Which arc of a wavy drum is near a place, and the contact with one of them */
+/* The arcs of a wavy drum near a place, and the contact with one arc */
 #include "geometry/wavy.h"
 
 /* Is the place in the half turn after the arc's direction? */
@@ -7,8 +7,8 @@ static bool is_after(const struct mill_wavy_arc *a, double y, double z)
     return z * a->uy - y * a->uz >= 0.0;
 }
 
-/* Sectors are equal parts of the square |y| + |z| = 1, from -y on: none is wider than half a
- * pitch. */
+/* Sectors are equal parts of the square |y| + |z| = 1, counted from -y. No sector is wider than
+ * half a pitch. */
 static int sector(const struct mill_wavy *w, double y, double z)
 {
     const double sum = fabs(y) + fabs(z);
@@ -36,7 +36,7 @@ struct mill_contact mill_wavy_arcs_contact(const struct mill_wavy *w, int arc, v
 {
     const struct mill_wavy_arc *a = &w->arc[arc];
     const double s = mill_wavy_inward(arc), d = mill_wavy_distance(a, centre.y, centre.z);
-    /* at its very centre an outer arc is everywhere alike; the axis is the way out */
+    /* at the centre of an outer arc any direction will do: take the direction from the axis */
     const double uy = d > 0.0 ? (centre.y - a->y) / d : a->uy;
     const double uz = d > 0.0 ? (centre.z - a->z) / d : a->uz;
     return (struct mill_contact){.normal = {0.0, -s * uy, -s * uz},

@@ -1,11 +1,13 @@
-/* A wavy drum that moves. In its own frame the gap to the wall is that to the nearest arc. Going
- * over from an outer arc to an inner one it has no kink, for the line between the two lies on both
- * normals; so the wall is as many smooth branches as there are inner arcs, each with the halves of
- * the outer ones beside it, and the gap is the least of them. Of the branches that are near each
- * tells how soon it could close: its second derivative is at least -(a + v^2 / s), a and v bounds
- * of the ball's acceleration and speed as seen from the drum, s its distance from the centre of the
- * outer arc. No gap changes faster than the place either; in the middle of an arc that tells more.
- */
+/* A wavy drum that moves. In its own frame the gap to the wall is the gap to the nearest arc. Where
+ * the nearest arc changes from an outer to an inner one, the gap has no kink, because the line
+ * between the two centres is the normal of both. So the wall consists of smooth branches, one for
+ * each inner arc with the halves of the outer arcs next to it, and the gap is the minimum over the
+ * branches.
+ *
+ * For each branch nearby there is a bound of the time until it can close: its second derivative is
+ * at least -(a + v^2 / s), where a and v are bounds of the ball's acceleration and speed relative
+ * to the drum, and s is its distance from the centre of the outer arc. In addition, no gap changes
+ * faster than the place; near the centre of an arc this bound is better. */
 #include "geometry/convex.h"
 #include "geometry/wavy.h"
 
@@ -14,10 +16,10 @@ struct branch {
     double gap, rate; /* [m], [m/s] */
 };
 
-/* How a ball is seen from the drum */
+/* The movement of a ball relative to the drum */
 struct sight {
     vec3 r, u;                  /* [m], [m/s] */
-    double speed, acceleration; /* at most, within: */
+    double speed, acceleration; /* maximum during `within` */
     double within;              /* [s] */
 };
 
@@ -42,7 +44,8 @@ static struct branch branch_of(const struct mill_wavy *w, int arc, const struct 
     return (struct branch){k.gap, vec3_dot(s->u, k.normal)};
 }
 
-/* [s] in which no branch closes; *nearest: of them all */
+/* [s] A time in which no branch can close; *nearest: the branch with the smallest gap, or the one
+ * that closes fastest if several are closed */
 static double safe_time(const struct mill_wavy *w, const struct sight *s, double radius,
                         bool glides, struct branch *nearest)
 {
@@ -52,7 +55,7 @@ static double safe_time(const struct mill_wavy *w, const struct sight *s, double
     const bool fits = w->radius > radius;
     const double bend = fits ? 2.0 * s->speed * s->speed / away : 0.0;
     const double a = s->acceleration + bend;
-    /* beside an outer arc both branches are that arc; behind them come others */
+    /* at an outer arc, the branches on both sides are this arc; after them come the next ones */
     const int other[3] = {arc == own ? arc : near.beside, (own + 3) % w->arcs,
                           (own + w->arcs - 3) % w->arcs};
     *nearest = branch_of(w, arc, s, radius);
@@ -62,7 +65,7 @@ static double safe_time(const struct mill_wavy *w, const struct sight *s, double
             continue;
         const struct branch b = branch_of(w, other[k], s, radius);
         const double more = mill_convex_step(b.gap, b.rate, a, glides);
-        /* where a ball touches both sides the one that it parts from does not hold it up */
+        /* if the ball touches both sides, the branch that it leaves does not limit the step */
         if (b.gap > MILL_SHAPE_CLOSED || b.rate < 0.0)
             step = mill_least(step, more);
         if (b.gap <= MILL_SHAPE_CLOSED && b.rate < nearest->rate)
@@ -91,7 +94,8 @@ struct mill_hit mill_wavy_moving_contact(const struct mill_wavy *w, const struct
         if (next > t)
             t = next;
         else if (b.rate <= 0.0)
-            return (struct mill_hit){MILL_HIT_CONTACT, t}; /* nearer than the clock can tell */
+            /* the contact is nearer than the resolution of t */
+            return (struct mill_hit){MILL_HIT_CONTACT, t};
         else
             t = nextafter(t, INFINITY);
     }
