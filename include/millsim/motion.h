@@ -122,7 +122,7 @@ struct mill_motion_cycle {
     int singles;   /* how many in the period; 0: over a thousand, and period is single */
 };
 
-/* For `count` motions with all their carriers; a NULL stands for what does not move. */
+/* For `count` motions with all their carriers; an entry may be NULL: it does not move. */
 struct mill_motion_cycle mill_motion_cycle(struct mill_motion *const *motion, int count);
 
 #endif

@@ -1,4 +1,4 @@
-/* The event loop: jumps the world from one contact to the next. */
+/* The event loop: it moves the world from one event to the next. */
 #ifndef MILLSIM_SIM_H
 #define MILLSIM_SIM_H
 

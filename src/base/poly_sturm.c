@@ -174,7 +174,7 @@ static double isolate(const struct chain *s, double *lo, double hi, int from, in
     return hi;
 }
 
-/* a / b, also where a or b lies beyond the range of doubles */
+/* a / b, also if a or b is outside of the range of doubles */
 static double ratio(struct wide a, struct wide b)
 {
     const int shift = wide_top(a) - wide_top(b);
@@ -183,8 +183,8 @@ static double ratio(struct wide a, struct wide b)
     return ldexp(wide_to_double(a) / wide_to_double(b), 32 * shift);
 }
 
-/* The only root of p in (lo, hi], where p turns positive: Newton on exact values, bisection where
- * it strays. hi may be INFINITY. */
+/* The only root of p in (lo, hi], at which p becomes positive: Newton's method with exact values,
+ * and bisection if a step leaves the bracket or does not shrink. hi may be INFINITY. */
 static double refine(const struct poly *p, double lo, double hi)
 {
     const struct poly slope = derivative(p);

@@ -14,7 +14,7 @@ struct mill_random {
     int drawn; /* number of words already used */
 };
 
-/* seed: 0 .. 2^32 - 1; 0 stands for 4357. */
+/* seed: 0 .. 2^32 - 1; 0 is used as 4357. */
 void mill_random_seed(struct mill_random *random, unsigned long seed);
 
 /* Uniform in [0, 1), a multiple of 2^-32 */

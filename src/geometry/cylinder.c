@@ -28,7 +28,8 @@ static struct mill_contact contact(const struct mill_shape *shape, vec3 centre, 
 {
     const struct cylinder *c = (const struct cylinder *)shape;
     const double rho = sqrt(centre.y * centre.y + centre.z * centre.z);
-    /* on the axis, any direction will do; a ball can be there only if the shaft has no thickness */
+    /* on the axis any direction will do; at a shaft, this only happens if the shaft has no
+     * thickness */
     const double uy = rho > 0.0 ? centre.y / rho : 1.0, uz = rho > 0.0 ? centre.z / rho : 0.0;
     const vec3 point = {centre.x, c->radius * uy, c->radius * uz};
     return (struct mill_contact){.normal = {0.0, -c->inward * uy, -c->inward * uz},
