@@ -1,10 +1,11 @@
-/* Bodies in motion are certified by conservative advancement (B. Mirtich, PhD thesis, Berkeley
- * 1996, 2.3.2): no point of either moves faster than a bound, so that they cannot meet before the
- * distance is used up; there one looks again. What carries both of two motions changes nothing
- * between them and is left out: in the frame of a planetary jar its agitator only turns.
+/* The check uses conservative advancement (B. Mirtich, PhD thesis, Berkeley 1996, 2.3.2). No point
+ * of two bodies moves faster than a known bound, so the bodies cannot meet before the distance
+ * between them is used up. The next step ("march") goes to that time and measures the distance
+ * again. A motion that carries both bodies does not change their distance, so it is left out: in
+ * the frame of a planetary jar, its agitator only turns.
  *
- * Most pairs need no march: those that never come near, those that only turn about one direction
- * and stay apart along it, and those of which one is round about the other's turning axis. */
+ * Most pairs need no march: bodies that never come near each other; bodies that only turn about one
+ * direction and are apart along it; and a round body that lies on the turning axis of the other. */
 #include "start/clash.h"
 
 #include "geometry/body.h"
@@ -13,14 +14,14 @@
 
 #include <stdlib.h>
 
-/* Of the size: nearer is a touch */
+/* Relative to the size: bodies nearer than this touch */
 #define TOUCH 1e-6
-/* [s] without a common period, where nobody says how long */
+/* [s] checked where the motions have no common period and the setup gives no horizon */
 #define HORIZON 1.0
-/* A check that takes long gets coarser: after so many looks no march goes on beyond the horizon,
- * where there is one, and steps are no shorter than COARSE of the size for each look so far; an
- * overlap that is missed then is shallower than half a step. The last look comes after some 10 s.
- */
+/* A check that takes long becomes coarser. After PATIENCE distances ("looks") no march goes on
+ * beyond the horizon, if there is one, and no step is shorter than COARSE of the size times the
+ * number of looks so far. An overlap missed that way is shallower than half a step. After
+ * MOST_LOOKS, about 10 s, the check ends. */
 enum { PATIENCE = 1000000, MOST_LOOKS = 20000000 };
 #define COARSE 1e-10
 
@@ -30,12 +31,12 @@ struct check {
     struct mill_fault *fault;
     int solids;
     struct mill_clash_solid *solid;
-    struct mill_clash_solid around; /* the container, unless it is one of the solids */
+    struct mill_clash_solid around; /* the container, if it is not one of the solids */
     struct mill_body drum;          /* the drum as a body */
     const struct mill_clash_solid *container;
     int walls;
     struct mill_wall wall[MILL_WALLS];
-    struct mill_clash_side *side[2]; /* on each of two motions */
+    struct mill_clash_side *side[2]; /* the solids on each of the two motions */
     int sides[2];
     double end; /* [s] */
     long looks;
@@ -43,7 +44,7 @@ struct check {
 
 /* ---- marches ---- */
 
-/* Two solids, or one and some of the container's walls */
+/* Two solids, or a solid and some of the container's walls */
 struct march {
     const struct mill_clash_side *a, *b;
     unsigned walls;
@@ -81,7 +82,7 @@ static struct mill_passing passing_of(const struct check *c, const struct march 
     return (struct mill_passing){m->a->is->surface, other, gap, t};
 }
 
-/* Tells the first touch before `end`, if it is the first of all. */
+/* Notes the first touch before `end`, if no earlier one is known. */
 static void march(struct check *c, const struct march *m, double end, enum mill_fault_code code)
 {
     const double horizon = c->setup->horizon;
@@ -91,7 +92,7 @@ static void march(struct check *c, const struct march *m, double end, enum mill_
         const bool late = c->looks > PATIENCE;
         if (t > end || t >= first || (late && horizon > 0.0 && t > horizon))
             return;
-        if (c->looks > MOST_LOOKS && t > 0.0) { /* how they begin is always seen */
+        if (c->looks > MOST_LOOKS && t > 0.0) { /* the start is always checked */
             if (t < c->fault->unchecked.when)
                 c->fault->unchecked = passing_of(c, m, 0.0, t);
             return;
@@ -135,7 +136,7 @@ static void check_pair(struct check *c, const struct mill_clash_side *a,
         return;
     if (!holds && mill_clash_side_are_apart(a, b, near))
         return;
-    /* within a mesh, however far from its facets */
+    /* a body inside a mesh, far from its facets */
     const struct march hidden = {a, b, 0, INFINITY, 0.0};
     if (b->is->mesh && is_in_mesh(a, b) != holds)
         march(c, &hidden, 0.0, code);
@@ -146,7 +147,8 @@ static void check_pair(struct check *c, const struct mill_clash_side *a,
     march(c, &open, c->end, code);
 }
 
-/* Walls that both keep where they are may be pierced; from others the gap may be steady. */
+/* A body may pierce a wall if both never change the space that they occupy. For other walls the
+ * distance may be constant. */
 static void check_walls(struct check *c, const struct mill_clash_side *a,
                         const struct mill_clash_side *b)
 {
@@ -160,7 +162,7 @@ static void check_walls(struct check *c, const struct mill_clash_side *a,
         const struct mill_wall *w = &c->wall[k];
         const vec3 normal = mill_pose_turn_out(&b->begin, mill_body_turn_out(is, w->normal));
         const bool kept = b->keeps || (w->flat && mill_clash_side_is_level(b, normal));
-        /* buckles that turn are not round */
+        /* a drum with buckles that turns is not round */
         const bool buckles =
             is == &c->drum && k == 0 && c->setup->drum.buckles > 0 && b->bounds.turning > 0.0;
         if (kept && a->keeps && !buckles)
@@ -197,7 +199,7 @@ static void check_two(struct check *c, const struct mill_clash_side *a,
 
 /* ---- motions ---- */
 
-/* The motion that carries both, or NULL: the laboratory does */
+/* The innermost motion that carries both; NULL: only the laboratory */
 static const struct mill_motion *common(const struct mill_motion *a, const struct mill_motion *b)
 {
     for (const struct mill_motion *m = a; m; m = m->on)
@@ -207,7 +209,7 @@ static const struct mill_motion *common(const struct mill_motion *a, const struc
     return NULL;
 }
 
-/* The one in the chain that `under` carries; NULL: there is none */
+/* The motion in the chain of `top` that `under` carries directly; NULL: there is none */
 static struct mill_motion *next_to(const struct check *c, const struct mill_motion *top,
                                    const struct mill_motion *under)
 {
@@ -217,7 +219,8 @@ static struct mill_motion *next_to(const struct check *c, const struct mill_moti
     return m ? c->motion[m->number] : NULL;
 }
 
-/* Collects the solids of one motion; `own` is what of it moves them against `other` */
+/* Collects the solids of one motion. `own`: the part of that motion that moves them relative to
+ * `other` */
 static void take_sides(struct check *c, int which, const struct mill_motion *motion,
                        const struct mill_motion *own, const struct mill_motion *other)
 {
@@ -264,7 +267,7 @@ static void check_motions(struct check *c, const struct mill_motion *a, const st
 
 /* ---- all ---- */
 
-/* A drum as a body; of a wavy one the cylinder that its buckles leave */
+/* The drum as a body; of a wavy drum the cylinder inside its buckles */
 static bool make_drum(struct check *c)
 {
     const struct mill_setup_drum *drum = &c->setup->drum;

@@ -1,18 +1,20 @@
-/* The distance of two convex parts is that of the origin from the set of all differences of their
- * places. The search goes by simplices of that set (E. G. Gilbert, D. W. Johnson & S. S. Keerthi,
- * IEEE J. Robot. Autom. 4 (1988) 193), with the farthest places of discs and boxes themselves, no
- * polygons. For any direction n the set's farthest place against n bounds the distance from below;
- * the best such bound is the answer, so rounding or a search cut short never makes it too great.
+/* The distance of two convex parts equals the distance from the origin to the set of all
+ * differences of their points. The search moves simplices of that set towards the origin (E. G.
+ * Gilbert, D. W. Johnson & S. S. Keerthi, IEEE J. Robot. Autom. 4 (1988) 193). It uses the exact
+ * extreme points of discs and boxes, no polygons. For any direction n, the extreme point of the set
+ * against n gives a lower bound of the distance. The result is the best of these bounds, so that
+ * neither rounding nor an early end of the search makes the distance too large.
  *
- * Of solids with many parts a tree of spheres leaves out those that are farther than others. */
+ * For solids with many parts, a tree of spheres skips the parts that are farther
+ * away than others. */
 #include "start/clash_gap.h"
 
 enum { LOOKS = 100, DEEPEST = 30 };
-/* of the parts' size: no distance */
+/* relative to the parts' size: a distance below this is 0 */
 #define NOTHING 1e-14
-/* of the distance: how well steps need it */
+/* relative to the distance: accuracy that the steps of a march need */
 #define CLOSE_ENOUGH 0.05
-/* of the distance: a sphere that is farther is left out */
+/* relative to the distance: a sphere farther than this is skipped */
 #define ENOUGH 0.9
 
 /* ---- two convex parts ---- */
@@ -28,8 +30,8 @@ static vec3 keep(struct simplex *s, int n, vec3 a, vec3 b, vec3 c, vec3 nearest)
     return nearest;
 }
 
-/* The place of the simplex that is nearest to the origin; the simplex becomes the corners that it
- * lies between. */
+/* Returns the point of the simplex that is nearest to the origin. Keeps only those corners of the
+ * simplex that span the face, edge or corner with this point. */
 static vec3 on_line(struct simplex *s, vec3 a, vec3 b)
 {
     const vec3 way = vec3_sub(b, a);
@@ -41,8 +43,8 @@ static vec3 on_line(struct simplex *s, vec3 a, vec3 b)
     return keep(s, 2, a, b, b, vec3_axpy(a, t / length, way));
 }
 
-/* By the regions of its corners, edges and face (C. Ericson, Real-Time Collision Detection, 2005,
- * 5.1.5) */
+/* Checks the regions of the corners, edges and face (C. Ericson, Real-Time Collision Detection,
+ * 2005, 5.1.5) */
 static vec3 on_triangle(struct simplex *s, vec3 a, vec3 b, vec3 c)
 {
     const vec3 ab = vec3_sub(b, a), ac = vec3_sub(c, a), n = vec3_cross(ab, ac);
@@ -74,7 +76,7 @@ static vec3 on_tetrahedron(struct simplex *s)
         const vec3 a = all.p[face[k][0]], b = all.p[face[k][1]], c = all.p[face[k][2]];
         const vec3 n = vec3_cross(vec3_sub(b, a), vec3_sub(c, a));
         if (-vec3_dot(n, a) * vec3_dot(n, vec3_sub(all.p[face[k][3]], a)) > 0.0)
-            continue; /* on the inner side of this face */
+            continue; /* the origin is on the inner side of this face */
         struct simplex of;
         const vec3 v = on_triangle(&of, a, b, c);
         if (vec3_dot(v, v) < least) {
@@ -104,7 +106,7 @@ struct mill_clash_gap mill_clash_gap_parts(const struct mill_clash_part *a,
     for (int k = 0; k < LOOKS; k++) {
         const double length = vec3_norm(v);
         if (k > 0 && !(length < gap.most))
-            break; /* rounding: no nearer than before */
+            break; /* no nearer than before, because of rounding */
         gap.most = k > 0 ? length : gap.most;
         if (!(length > nothing)) {
             gap.least = fmax(gap.least, 0.0);
@@ -150,8 +152,9 @@ static struct mill_clash_part ball_of(const struct mill_clash_node *n, vec3 cent
                                     .around = n->radius};
 }
 
-/* [m] What is in one sphere is farther from what is in the other. The sphere around a long part is
- * no measure of it: the part itself is taken. */
+/* [m] Lower bound of the distance between the contents of two spheres. Where a sphere belongs
+ * to a single part, the part itself is used: the sphere around a long part is much larger
+ * than the part. */
 static double least_of(const struct seek *s, const struct mill_clash_node *p,
                        const struct mill_clash_node *q)
 {
@@ -170,7 +173,7 @@ static double least_of(const struct seek *s, const struct mill_clash_node *p,
     return least;
 }
 
-/* Far from each other two spheres are all that steps need. */
+/* If two parts are far from each other, the bounds from their spheres are accurate enough. */
 static void take_leaves(struct seek *s, const struct mill_clash_node *p,
                         const struct mill_clash_node *q)
 {
@@ -184,7 +187,8 @@ static void take_leaves(struct seek *s, const struct mill_clash_node *p,
     s->gap.most = fmin(s->gap.most, gap.most);
 }
 
-/* Of the larger of two spheres both halves, the nearer one first; `least`: as least_of has it */
+/* Splits the larger of two spheres and searches both halves, the nearer one first. `least`: from
+ * least_of */
 static void seek(struct seek *s, const struct mill_clash_node *p, const struct mill_clash_node *q,
                  double least)
 {
@@ -231,9 +235,10 @@ static double wall_gap(const struct mill_wall *w, vec3 p)
     return (w->radius + w->slope * p.z - away) / sqrt(1.0 + w->slope * w->slope);
 }
 
-/* Least over an arc of a rim from a to b, from its centre: the gap is a concave function of place,
- * so its least over the triangle of the arc's ends and the corner of the tangents there is at one
- * of these. */
+/* Minimum of the gap over an arc of a rim from a to b; both are relative to the rim's centre. The
+ * arc lies within the triangle of its two ends and the point where the tangents at its ends meet.
+ * The gap is a concave function of place, so its minimum over the triangle is at one of these three
+ * points. */
 static double arc_gap(const struct mill_wall *w, vec3 centre, vec3 a, vec3 b, double near,
                       double *most, int depth)
 {
@@ -267,7 +272,7 @@ static double rim_gap(const struct mill_wall *w, const struct mill_clash_part *p
     return least;
 }
 
-/* The part's extreme places suffice: the gap is concave. */
+/* The gap is concave, so its minimum is at one of the part's extreme points. */
 static double part_gap(const struct mill_wall *w, const struct mill_clash_part *p, double near)
 {
     double least = INFINITY;
@@ -298,7 +303,7 @@ static void seek_wall(const struct mill_wall *w, const struct mill_clash_solid *
 {
     const double middle = wall_gap(w, mill_pose_out(in, n->centre)), least = middle - n->radius;
     gap->looks++;
-    /* far from the wall a sphere is all that steps need */
+    /* far from the wall the sphere's bound is accurate enough */
     if (least >= ENOUGH * gap->most || (n->part >= 0 && least > n->radius)) {
         gap->least = fmin(gap->least, least);
         if (n->part >= 0)

@@ -1,9 +1,10 @@
-/* How fast solids move, at most, and what keeps them apart or as far apart as they are. */
+/* Upper bounds of the speeds of solids. Also finds pairs that always stay apart, or at a constant
+ * distance. */
 #include "start/clash_side.h"
 
 #include "start/clash_gap.h"
 
-/* What is parallel, or on an axis, but for rounding */
+/* Directions and places that differ by no more than this are equal but for rounding */
 #define ROUNDING 1e-12
 
 struct mill_pose mill_clash_side_relative(const struct mill_pose *a, const struct mill_pose *b)
@@ -23,8 +24,9 @@ static struct mill_pose frame_about(vec3 centre, vec3 axis)
     return (struct mill_pose){.place = centre, .x = vec3_cross(y, axis), .y = y, .z = axis};
 }
 
-/* The motion's turning about an axis of fixed direction moves no point faster than by its distance
- * from the line through the centre, of a body round about that not at all. */
+/* [m] The largest distance of a point from the line through the centre, along the turning axis: a
+ * motion that turns about an axis of fixed direction moves points by this distance times the
+ * angular speed at most. 0 for a body that is round about that line. */
 static double turning_size(const struct mill_clash_side *s)
 {
     const vec3 axis = s->bounds.axis;
@@ -57,7 +59,7 @@ struct mill_clash_line mill_clash_side_line(const struct mill_motion *own,
     return line;
 }
 
-/* The ring about the line that the solid never leaves */
+/* Finds the ring about the line that the solid never leaves */
 static void find_ring(struct mill_clash_side *s, const struct mill_clash_line *line)
 {
     const vec3 off = vec3_sub(s->centre, line->through);
@@ -124,7 +126,7 @@ bool mill_clash_side_is_level(const struct mill_clash_side *s, vec3 direction)
     return mill_motion_keeps(s->motion, mill_pose_turn_in(&s->begin, direction));
 }
 
-/* [m] where the solid ends in a direction of the laboratory, at t = 0 */
+/* [m] coordinate of the solid's extreme point in a direction of the laboratory, at t = 0 */
 static double end_of(const struct mill_clash_side *s, vec3 way)
 {
     const vec3 in = mill_pose_turn_in(&s->begin, way);
@@ -136,15 +138,15 @@ static double end_of(const struct mill_clash_side *s, vec3 way)
     return most + vec3_dot(way, s->begin.place);
 }
 
-/* Spheres around all of their ways do not meet, or rings, or what they only turn across keeps them
- * apart. */
+/* Three tests: the spheres that contain each solid at all times do not meet; nor do the rings; or
+ * the solids turn about one axis and are apart along it. */
 bool mill_clash_side_are_apart(const struct mill_clash_side *a, const struct mill_clash_side *b,
                                double near)
 {
     const double apart = vec3_norm(vec3_sub(a->bounds.home, b->bounds.home));
     if (apart - a->bounds.far - b->bounds.far - a->size - b->size > near)
         return true;
-    if (a->ring.is && b->ring.is) { /* parallel lines, or one and the same */
+    if (a->ring.is && b->ring.is) { /* their lines are parallel or the same */
         const vec3 off = vec3_sub(a->ring.through, b->ring.through);
         const double between = vec3_norm(vec3_cross(off, a->ring.direction)) + near;
         if (a->inner - b->outer > between || b->inner - a->outer > between)

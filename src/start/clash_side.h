@@ -1,32 +1,33 @@
-/* Solids as their motions carry them, where what carries both of two motions is left out; and what
- * makes a march unneeded: the distance never changes, or it never gets small. */
+/* Solids as their motions carry them. A motion that carries both of two solids is left out. This
+ * file also finds the pairs that need no march: their distance never changes, or never becomes
+ * small. */
 #ifndef MILL_CLASH_SIDE_H
 #define MILL_CLASH_SIDE_H
 
 #include "geometry/shape.h"
 #include "start/clash_solid.h"
 
-/* A line that stands still, about which a motion turns */
+/* A line at rest, about which a motion turns */
 struct mill_clash_line {
-    bool is; /* there is one */
+    bool is; /* there is such a line */
     vec3 through, direction;
 };
 
 struct mill_clash_side {
     const struct mill_clash_solid *is;
     const struct mill_motion *motion;
-    struct mill_motion_bounds bounds; /* at the middle of the sphere around it */
+    struct mill_motion_bounds bounds; /* of the centre of the sphere around it */
     double size;                      /* [m] of that sphere */
-    double speed;                     /* [m/s] of any point where the solid changes */
-    struct mill_pose begin;           /* at t = 0 */
-    vec3 centre, axis;                /* there */
-    bool keeps;                       /* no point of space ever changes its distance from it */
-    struct mill_clash_line ring;      /* its places stay between these distances from that: */
-    double inner, outer;              /* [m] */
+    double speed;           /* [m/s] no point moves faster, where the solid changes its place */
+    struct mill_pose begin; /* at t = 0 */
+    vec3 centre, axis;      /* at t = 0 */
+    bool keeps;             /* the solid always occupies the same points of space */
+    struct mill_clash_line ring; /* the solid never leaves the ring around this line, */
+    double inner, outer;         /* [m] between these distances from the line */
 };
 
-/* That of a motion, or where it stands (NULL) that of the other; where both turn, about parallel
- * lines. */
+/* The line about which `own` turns. Where `own` is NULL (at rest): the line of `other`. Where both
+ * turn, their lines must be parallel. */
 struct mill_clash_line mill_clash_side_line(const struct mill_motion *own,
                                             const struct mill_motion *other);
 
@@ -37,17 +38,18 @@ struct mill_clash_side mill_clash_side_of(const struct mill_clash_solid *is,
 /* The pose a as seen from b */
 struct mill_pose mill_clash_side_relative(const struct mill_pose *a, const struct mill_pose *b);
 
-/* All turns of `s` are about the axis of `round`, of a ball about any through its centre. */
+/* True if `s` only turns, and only about the axis of `round`. Where `round` is a ball: about any
+ * axis through its centre. */
 bool mill_clash_side_turns_about(const struct mill_clash_side *s,
                                  const struct mill_clash_side *round);
 
-/* A direction of the laboratory along which no place of the solid ever moves */
+/* True if no point of the solid ever moves along this direction of the laboratory */
 bool mill_clash_side_is_level(const struct mill_clash_side *s, vec3 direction);
 
-/* Their distance never changes. */
+/* True if the distance of the two solids never changes */
 bool mill_clash_side_are_steady(const struct mill_clash_side *a, const struct mill_clash_side *b);
 
-/* They never come nearer than that, and one sees it at once. */
+/* True if a simple estimate shows that the two solids never come nearer than `near` */
 bool mill_clash_side_are_apart(const struct mill_clash_side *a, const struct mill_clash_side *b,
                                double near);
 

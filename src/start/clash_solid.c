@@ -1,5 +1,5 @@
-/* Surfaces as unions of convex parts. A body is one part: a box, or a frustum, which a line and a
- * point are too, grown by its rounding or radius. A mesh is as many as it has facets. */
+/* Surfaces as unions of convex parts. A body is one part: a box or a frustum, grown by its rounding
+ * or radius. A line and a point are frustums, too. A mesh has one part for each facet. */
 #include "start/clash_solid.h"
 
 #include "geometry/body.h"
@@ -58,7 +58,7 @@ static struct mill_clash_part facet_of(const struct mill_body *is, const vec3 co
     return p;
 }
 
-/* As blade.c has it: from the axis to the tip */
+/* As in blade.c: from the axis to the tip */
 static struct mill_clash_part blade_of(const struct mill_blade *is)
 {
     const struct mill_heading angle = mill_elementary_heading(is->angle);
@@ -107,7 +107,7 @@ vec3 mill_clash_solid_support(const struct mill_clash_part *p, vec3 way)
         at = vec3_axpy(at, y < 0.0 ? -p->half.y : p->half.y, p->y);
         return vec3_axpy(at, z < 0.0 ? -p->half.z : p->half.z, p->z);
     }
-    /* the farthest place of either rim, seen in the half plane of the axis and the direction */
+    /* the farthest point of either rim, in the half plane of the axis and the direction */
     const double across = sqrt(x * x + y * y);
     const bool up = z * p->half.z + p->high * across >= p->low * across - z * p->half.z;
     const double r = up ? p->high : p->low;
@@ -120,7 +120,7 @@ vec3 mill_clash_solid_support(const struct mill_clash_part *p, vec3 way)
 /* ---- the tree ---- */
 
 struct item {
-    double key; /* [m] along the longest side */
+    double key; /* [m] coordinate along the longest side */
     int32_t part;
 };
 
@@ -136,7 +136,7 @@ static double along(vec3 a, int axis)
     return axis == 0 ? a.x : (axis == 1 ? a.y : a.z);
 }
 
-/* Fills in the node around the items and all below it; returns the first node that is free. */
+/* Fills in the node around the items and all nodes below it. Returns the first unused node. */
 static int32_t grow(struct mill_clash_solid *s, int32_t node, struct item *item, int32_t count)
 {
     struct mill_clash_node *n = &s->node[node];
@@ -213,7 +213,8 @@ void mill_clash_solid_free(struct mill_clash_solid *s)
     free(s->node);
 }
 
-/* The solid angles of all facets are 4 pi from within and 0 from outside. */
+/* The solid angles of all facets add up to 4 pi for a point inside the mesh, to 0
+ * for one outside. */
 bool mill_clash_solid_holds(const struct mill_clash_solid *mesh, vec3 place)
 {
     double angle = 0.0;

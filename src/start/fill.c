@@ -1,8 +1,8 @@
-/* First positions: random, without overlap. Dilute charges are dropped in one by one, each at a
- * random place that is free (random sequential addition). That jams near a solid fraction of 0.38,
- * so denser ones are dropped in as smaller balls and then, at full size, push each other apart in
- * small alternating steps until nothing touches (as in position-based relaxation of hard-sphere
- * packings). Everything follows from the seed. */
+/* First positions: random and without overlap. In a dilute charge each ball is dropped at a random
+ * free place, one after the other (random sequential addition). That fails near a solid fraction of
+ * 0.38. So the balls of a denser charge are dropped at a smaller size. Then, at full size, they
+ * push each other apart in small alternating steps until nothing touches (as in position-based
+ * relaxation of hard-sphere packings). The seed alone determines the result. */
 #include "start/fill.h"
 
 #include "base/elementary.h"
@@ -12,12 +12,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define DROP_FRACTION 0.20 /* of the room that single drops fill quickly */
-#define DENSEST 0.59       /* of the room: beyond it no random packing is tried */
-#define LIKELY 0.55        /* of the room: what an answer tries at first; it packs in seconds */
-#define DROPS 4000         /* tries for one ball */
-#define TOLD 4096          /* drops between two reports */
-#define PATIENCE 40 /* looks at each ball within which the pushing must become less by a tenth */
+#define DROP_FRACTION 0.20 /* of the room: single drops fill this much quickly */
+#define DENSEST 0.59       /* of the room: no random packing is tried above this */
+#define LIKELY                                                                                     \
+    0.55           /* of the room: first try for a number of balls that fits; it packs in seconds */
+#define DROPS 4000 /* tries for one ball */
+#define TOLD 4096  /* drops between two reports */
+/* checks of each ball; the pushing must decrease by a tenth within this many */
+#define PATIENCE 40
 
 struct pack {
     const struct mill_setup *setup;
@@ -30,7 +32,7 @@ struct pack {
     int32_t *near;
 };
 
-/* qsort has no context, so the keys travel with the items */
+/* qsort has no context, so the items contain the keys */
 struct keyed {
     int32_t species, cell, ball;
     vec3 r;
@@ -67,7 +69,8 @@ static bool balls_clear(const struct pack *p, int32_t i, double scale)
     return true;
 }
 
-/* Drops ball i, shrunk by `scale` against other balls only. False: it found no room. */
+/* Drops ball i, shrunk by `scale` in the check against other balls. false: it found
+ * no free place. */
 static bool drop(struct pack *p, int32_t i, double scale)
 {
     struct mill_fill_place *place = &p->grids.place[i];
@@ -89,7 +92,7 @@ static bool drop(struct pack *p, int32_t i, double scale)
     return false;
 }
 
-/* Drops every ball, the largest kinds first: they would find no room later. */
+/* Drops all balls, the largest first, because large balls would find no free place later. */
 static bool drop_all(struct pack *p, double scale)
 {
     const struct mill_world *w = p->world;
@@ -114,7 +117,7 @@ static bool drop_all(struct pack *p, double scale)
     return true;
 }
 
-/* Numbers equal balls by place: neighbours in space become neighbours in memory. */
+/* Numbers equal balls by place, so that neighbours in space are neighbours in memory. */
 static bool sort_by_place(struct pack *p)
 {
     struct mill_fill_place *place = p->grids.place;
@@ -134,8 +137,8 @@ static bool sort_by_place(struct pack *p)
     return true;
 }
 
-/* Moves ball i and its neighbours apart where they are nearer than the spacing; returns the sum of
- * what they were pushed, in radii. */
+/* Moves ball i and its neighbours apart where they are nearer than the spacing. Returns the sum of
+ * the displacements, relative to the sums of the radii. */
 static double push_from_balls(struct pack *p, int32_t i)
 {
     struct mill_fill_place *place = p->grids.place, *me = &place[i];
@@ -150,10 +153,10 @@ static double push_from_balls(struct pack *p, int32_t i)
         if (o == me || square >= close * close)
             continue;
         const double distance = sqrt(square);
-        /* two centres at one place part along any fixed direction */
+        /* two centres at the same place are separated in a fixed direction */
         const vec3 n_io = distance > 0.0 ? vec3_scale(d, 1.0 / distance) : vec3_make(1.0, 0.0, 0.0);
         const double push = (1.0 + MILL_FILL_SPACING) * sum - distance;
-        /* the smaller one gives way: it finds room sooner */
+        /* the smaller ball is moved more, because it finds room sooner */
         me->r = vec3_axpy(me->r, -push * (o->radius / sum), n_io);
         o->r = vec3_axpy(o->r, push * (me->radius / sum), n_io);
         me->disturbed = o->disturbed = true;
@@ -163,8 +166,8 @@ static double push_from_balls(struct pack *p, int32_t i)
     return pushed;
 }
 
-/* One round over all balls whose neighbourhood was disturbed; adds their number to *looks and
- * returns the sum of what they were pushed. */
+/* One pass over all balls whose neighbourhood has changed. Adds the number of these balls to *looks
+ * and returns the sum of the displacements. */
 static double push_round(struct pack *p, uint64_t *looks)
 {
     struct mill_fill_place *place = p->grids.place;
@@ -194,7 +197,7 @@ static bool all_clear(const struct pack *p)
     return true;
 }
 
-/* False: they jammed. */
+/* false: the balls are jammed. */
 static bool push_apart(struct pack *p)
 {
     const uint64_t balls = (uint64_t)p->world->balls;
@@ -218,7 +221,7 @@ static bool push_apart(struct pack *p)
     return false;
 }
 
-/* Of the room */
+/* Solid fraction: the volume of the balls over that of the room */
 static double solid_fraction(const struct pack *p)
 {
     const struct mill_world *w = p->world;
@@ -244,14 +247,14 @@ static enum mill_fault_code settle(struct pack *p, double fraction)
     return scale == 1.0 || push_apart(p) ? MILL_FAULT_NONE : MILL_FAULT_NO_ROOM;
 }
 
-/* Gives every ball of p->world its r. */
+/* Finds a position for every ball of p->world. */
 static enum mill_fault_code pack(struct pack *p)
 {
     const struct mill_world *w = p->world;
     const double fraction = solid_fraction(p);
     enum mill_fault_code code = MILL_FAULT_MEMORY;
     assert(fraction > 0.0);
-    if (w->balls > 1 && fraction > DENSEST) /* one ball may fill two thirds of the drum */
+    if (w->balls > 1 && fraction > DENSEST) /* a single ball may fill two thirds of the drum */
         return MILL_FAULT_NO_ROOM;
     mill_random_seed(&p->random, p->setup->seed);
     p->near = malloc(sizeof *p->near * (size_t)w->balls);
@@ -264,8 +267,9 @@ static enum mill_fault_code pack(struct pack *p)
     return code;
 }
 
-/* Gives `fewer` this part of the balls of each kind, rounded down but at least one, in the order
- * that a setup with these counts would give them. count: of each species, set to what is left. */
+/* Fills `fewer` with this part of the balls of each kind, rounded down but at least one, in
+ * the order in which a setup with these counts would have them. count: the number left of
+ * each species. */
 static void thin_out(const struct mill_world *w, double part, struct mill_world *fewer,
                      int32_t *count)
 {
@@ -283,8 +287,8 @@ static void thin_out(const struct mill_world *w, double part, struct mill_world 
     }
 }
 
-/* They do not fit: finds a number that does, by packing fewer of the same mixture exactly as a
- * setup that asks for them would. */
+/* The balls do not fit. Finds a number that does: packs fewer balls of the same mixture, exactly as
+ * for a setup that asks for that number. */
 static enum mill_fault_code find_what_fits(struct pack *p, struct mill_fault *fault)
 {
     const struct mill_world *w = p->world;

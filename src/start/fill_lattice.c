@@ -1,10 +1,13 @@
-/* Two uses of lattices over the drum's box. The room that the surfaces leave to the balls: its
- * volume, and for each cell the surfaces that a ball in it can touch; distances change no faster
- * than the place does, so the distance from a cell's centre bounds it in the whole cell. And balls
- * by place, for mixtures of any sizes: one grid for each class of sizes, cells as wide as its
- * largest ball, a list of balls in each. A ball looks into its own grid and all others, into the
- * cells that its and their radii can reach: few cells of large balls, more of small ones, never
- * more balls than are about. */
+/* Two uses of a lattice over the drum's box.
+ *
+ * First, the room that the surfaces leave for the balls: its volume, and for each cell the surfaces
+ * that a ball in this cell can touch. A distance changes by no more than the place does, so the
+ * distance at the centre of a cell bounds the distances in the whole cell.
+ *
+ * Second, a lookup of balls by place, for mixtures of any sizes: one grid for each class of sizes,
+ * with cells as wide as the largest ball of the class and a list of balls in each cell. The
+ * neighbours of a ball are searched in all grids, in the cells that the radii of both can reach.
+ * These are few cells of large balls and more cells of small ones. */
 #include "start/fill.h"
 
 #include "base/elementary.h"
@@ -14,9 +17,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Points of the lattice, about; the fewest along an axis; along each, looked at together */
+/* About the number of points of the lattice; the minimum along an axis; cells along each axis of a
+ * block, which are checked together */
 enum { POINTS = 200000, FEWEST = 8, BLOCK = 4 };
-#define CLASS_RATIO 1.5 /* of the largest to the smallest ball that share a grid */
+#define CLASS_RATIO 1.5 /* largest over smallest diameter of the balls in one grid */
 
 static int32_t along(const struct mill_fill_lattice *l, int axis, double x)
 {
@@ -24,7 +28,7 @@ static int32_t along(const struct mill_fill_lattice *l, int axis, double x)
     return cell > 0.0 ? (int32_t)(cell < last ? cell : last) : 0;
 }
 
-/* Points beyond the box belong to the outermost cells. */
+/* Points outside the box are counted in the outermost cells. */
 static int32_t cell_of(const struct mill_fill_lattice *l, vec3 r)
 {
     const int32_t ix = along(l, 0, r.x - l->lo.x), iy = along(l, 1, r.y - l->lo.y);
@@ -33,7 +37,7 @@ static int32_t cell_of(const struct mill_fill_lattice *l, vec3 r)
 
 /* ---- the room ---- */
 
-/* Lays the lattice over a box: cubes, but for a drum that is flat or thin. */
+/* Sets up the lattice over a box. Cells are cubes, except in a flat or thin drum. */
 static void lay_out(struct mill_fill_lattice *l, const double extent[3])
 {
     double side = mill_elementary_cbrt(extent[0] * extent[1] * extent[2] / POINTS), points;
@@ -48,7 +52,7 @@ static void lay_out(struct mill_fill_lattice *l, const double extent[3])
     } while (points > FEWEST * (double)POINTS);
 }
 
-/* Of the box that the container is in at the start */
+/* Size of the box around the container at the start */
 static void extent_of(const struct mill_world *w, double extent[3])
 {
     const vec3 size = vec3_sub(w->container.hi, w->container.lo);
@@ -57,9 +61,9 @@ static void extent_of(const struct mill_world *w, double extent[3])
     extent[2] = size.z;
 }
 
-/* For the cells of the block that begins there, notes which surfaces are nearer than `near` to
- * their centres, few of which are in reach of the block; how many centres are clear of all
- * surfaces. */
+/* Notes for each cell of the block that begins at `first` which surfaces are nearer than `near` to
+ * its centre. Few surfaces are in reach of a block. Returns the number of centres that are clear of
+ * all surfaces. */
 static size_t look_around(struct mill_fill_room *room, const int32_t first[3], const double side[3],
                           double near)
 {

@@ -1,6 +1,5 @@
 /* Builds the world of a setup: motions, surfaces, species, start positions. Bodies must not run
- * into each other (clash.h); positions that were given are checked: speeds, surfaces, pairs, in
- * this order. */
+ * into each other (clash.h). Given positions are checked in this order: speeds, surfaces, pairs. */
 #include "millsim/start.h"
 
 #include "base/memory.h"
@@ -13,12 +12,13 @@
 #include <string.h>
 
 enum { MOST_BALLS = 50000000, MOST_SHAPES = INT16_MAX - 3 };
-/* Periods of the slowest motion in the one that results are averaged over, at most: a round jar
- * whose angle comes back after fifty turns of its disk is the same after one. */
+/* Upper limit of the period that results are averaged over, in periods of the slowest motion.
+ * Example: the angle of a round jar repeats only after fifty turns of its disk, but the mill
+ * repeats after one. */
 enum { MOST_SINGLES = 12 };
-/* [m] rounding of a decimal position may make touching balls overlap by this much */
+/* [m] rounding of decimal positions may make touching balls overlap by this much */
 #define SLACK 1e-12
-/* [m/s] a speed beyond it is a slip of units, and its square may overflow */
+/* [m/s] a higher speed is a mistake in the units, and its square may overflow */
 #define LIGHT 299792458.0
 
 static bool positive(double x)
@@ -39,7 +39,7 @@ static bool is_drum_sound(const struct mill_setup_drum *d)
     return mill_profile_is_sound(&chamber.drum);
 }
 
-/* Motions ride on earlier ones. */
+/* A motion can only be carried by an earlier one. */
 static bool are_bodies_sound(const struct mill_setup *s)
 {
     bool good = s->motions >= 0 && s->motions <= MILL_MOTIONS_MOST && s->surfaces >= 0 &&
@@ -68,7 +68,7 @@ static int count_containers(const struct mill_setup *s)
     return containers;
 }
 
-/* Every number that could make the loop meaningless or endless */
+/* Checks every number that could make the event loop meaningless or endless */
 static bool is_sound(const struct mill_setup *s)
 {
     int64_t balls = 0;
@@ -113,8 +113,8 @@ static bool make_motions(const struct mill_setup *setup, struct mill_world *w)
     return w->motion && w->motion_name;
 }
 
-/* A cylinder about the container's axis: of a drum the one that its buckles reach, of a body that
- * around it. */
+/* The container's cylinder: for a drum, the cylinder around its buckles; for a body, the cylinder
+ * around the body */
 static void make_container(const struct mill_setup *setup, struct mill_world *w)
 {
     const struct mill_setup_surface *body = mill_shapes_container(setup);
@@ -127,7 +127,7 @@ static void make_container(const struct mill_setup *setup, struct mill_world *w)
         const struct mill_body *is = body->form;
         const struct mill_hull hull = body->type->hull(is);
         w->drum_radius = hull.radius;
-        /* round ends go beyond the hull's line; boxes and cylinders end there */
+        /* round ends extend beyond the hull's line; boxes and cylinders do not */
         w->drum_length =
             2.0 * (hull.half + (body->type->walls && body->type != &mill_round_capsule_type &&
                                         body->type != &mill_round_sphere_type
@@ -147,13 +147,13 @@ static void make_container(const struct mill_setup *setup, struct mill_world *w)
     c->still = !body && !c->motion;
 }
 
-/* Grows the box [lo, hi] by the frame's cylinder. */
+/* Extends the box [lo, hi] to contain the cylinder in this frame. */
 static void take_in(const struct mill_world *w, const struct mill_pose *frame, double margin,
                     vec3 *lo, vec3 *hi)
 {
     const double r = w->drum_radius, half = 0.5 * w->drum_length;
     const vec3 x = frame->x, at = frame->place;
-    /* its half extents across the axis are r times the sine of the angle */
+    /* half extent across the axis: r times the sine of the angle */
     const vec3 e = {half * fabs(x.x) + r * sqrt(fmax(0.0, 1.0 - x.x * x.x)) + margin,
                     half * fabs(x.y) + r * sqrt(fmax(0.0, 1.0 - x.y * x.y)) + margin,
                     half * fabs(x.z) + r * sqrt(fmax(0.0, 1.0 - x.z * x.z)) + margin};
@@ -161,9 +161,10 @@ static void take_in(const struct mill_world *w, const struct mill_pose *frame, d
     *hi = vec3_make(fmax(hi->x, at.x + e.x), fmax(hi->y, at.y + e.y), fmax(hi->z, at.z + e.z));
 }
 
-/* Seen at many times of a period the container is never farther from one of these than it gets in
- * half the time between them. Motions without a common period may take it anywhere within a ball.
- */
+/* Finds a box that contains the container at all times. The container's place is looked up at
+ * many times of a period. The margin is how far it can move in half the time between two of
+ * these times. If its motions have no common period, the box contains the ball that the
+ * container never leaves. */
 static void find_places(struct mill_world *w)
 {
     enum { LOOKS = 512, MOST = 100000 };
@@ -213,7 +214,8 @@ static bool make_shapes(const struct mill_setup *setup, struct mill_world *w)
                               &w->shapes);
 }
 
-/* What stands or turns about the drum's axis lies within the drum; a shaft has no other axis. */
+/* Shafts and other surfaces that stand still or turn about the drum's axis must fit into the drum.
+ * A shaft must be on this axis. */
 static bool do_surfaces_fit(const struct mill_setup *setup, const struct mill_world *w,
                             struct mill_fault *fault)
 {
@@ -269,7 +271,8 @@ static double radius_of(const struct mill_world *w, int32_t i)
     return w->species[w->ball[i].species].radius;
 }
 
-/* Fills in the fault of the first ball that is too fast, or else of the first one in a surface. */
+/* Fills in the fault of the first ball that is too fast. If there is none: of the first ball that
+ * overlaps a surface. */
 static void check_balls(const struct mill_world *w, struct mill_fault *fault)
 {
     for (int32_t i = 0; i < w->balls; i++) {
@@ -290,7 +293,8 @@ static void check_balls(const struct mill_world *w, struct mill_fault *fault)
     }
 }
 
-/* Of balls that the first one overlaps, the first is told. */
+/* Reports the first ball that overlaps an earlier one; if it overlaps several, the
+ * first of these. */
 static void check_pairs(const struct mill_world *w, struct mill_fault *fault)
 {
     struct mill_fill_grids grids = {.balls = 0};
