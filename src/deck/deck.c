@@ -1,8 +1,8 @@
-/* The deck's public face, and the struct behind it: for every key of the table, in every section
- * that has it, the entry's value or the default. Whatever one key alone can tell (missing, unit,
- * range) is checked here; values that follow from other keys are worked out here. The rest is split
- * by question: deck_parse.c what stands in the file, deck_table.c what may, deck_value.c text and
- * numbers, deck_check.c what does not fit together. */
+/* The deck's public functions, and the values: for every key of the table, in every section that
+ * has it, the value of the entry or the default. This file checks what concerns one key alone
+ * (missing, unit, range), and computes the values that follow from other keys. The rest:
+ * deck_parse.c reads the file, deck_table.c lists what it may contain, deck_value.c converts
+ * between text and numbers, deck_check.c checks keys against each other. */
 #include "deck/deck_private.h"
 
 #include <assert.h>
@@ -11,14 +11,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The struct that the block's keys count from, in this section of its own */
+/* The struct that the block's keys of this section are in */
 static void *values_of(const struct mill_deck *deck, const struct mill_deck_block *block,
                        const struct mill_deck_section *section)
 {
     return block->named ? section->form : (char *)deck + block->values;
 }
 
-/* Do the keys of the block stand in other sections of this deck, those with a NAME? */
+/* True if [TITLE.NAME] sections of this deck have the block's keys instead */
 static bool is_elsewhere(const struct mill_deck *deck, const struct mill_deck_block *block)
 {
     const struct mill_deck_block named = {.title = block->title, .named = true};
@@ -45,7 +45,7 @@ static enum mill_status fill_key(struct mill_deck *deck, const struct mill_deck_
     } else if (entry && other && !entry->origin.override == !other->origin.override) {
         wrong = "'count' and 'fill' both set the number of balls; give only one of them";
     } else if (other && !(entry && entry->origin.override)) {
-        return MILL_OK; /* an override of one replaces the other */
+        return MILL_OK; /* an override of one key replaces the other */
     } else if (!entry && (key->derived || block->inherits)) {
         return MILL_OK;
     } else if (!entry && !key->preset) {
@@ -61,20 +61,21 @@ static enum mill_status fill_key(struct mill_deck *deck, const struct mill_deck_
     return wrong ? mill_deck_fault(deck, error, section->title, key->name, "%s", wrong) : MILL_OK;
 }
 
-/* Blocks of sections one by one: all blocks of a section, then those of the next of its kind */
+/* Iterates over blocks of sections: all blocks of a section, then those of the next section of its
+ * kind */
 struct walk {
-    int first, at; /* blocks: of this kind of section, and where the walk is */
+    int first, at; /* number of the first block of this kind of section; of the present block */
     struct mill_deck_section *section;
     struct mill_deck_block block; /* number `at`, of this section */
 };
 
-/* Does the block stand in this section, whose first block has been read? */
+/* Does the block belong to this section? The section's first block has been read. */
 static bool applies(const struct mill_deck_block *block, const struct mill_deck_section *section)
 {
     return block->words == 0 || (block->words >> *(const int *)section->form & 1u);
 }
 
-/* Begins as {0}; false: the end. */
+/* Starts from {0}; false: no more blocks. */
 static bool walk_on(const struct mill_deck *deck, struct walk *w)
 {
     struct mill_deck_block first;
@@ -94,7 +95,7 @@ static bool walk_on(const struct mill_deck *deck, struct walk *w)
     return false;
 }
 
-/* Does every key of the section belong to its own kind of motion or shape? */
+/* Checks that every key of the section belongs to the section's kind of motion or shape. */
 static enum mill_status check_entries(const struct mill_deck *deck,
                                       const struct mill_deck_section *section,
                                       struct mill_error *error)
@@ -149,7 +150,7 @@ static enum mill_status fill_block(struct mill_deck *deck, const struct mill_dec
     return status == MILL_OK && first ? check_entries(deck, section, error) : status;
 }
 
-/* Shapes of one type come one after the other. */
+/* Shapes of the same type must be added one after the other. */
 static void add_shape(struct mill_deck *deck, const struct mill_shape_type *type,
                       const char *section, const void *form)
 {
@@ -158,14 +159,14 @@ static void add_shape(struct mill_deck *deck, const struct mill_shape_type *type
     deck->shape[deck->shapes++] = (struct mill_deck_shape){type, section, form, number};
 }
 
-/* The blades of [blades], then those shapes that have sections of their own. Of equal blades,
- * number k = 0.. is centred at x = -L/2 + (k + 1/2) L/count and points at k angle_step. */
+/* Lists the blades of [blades], then the shapes with sections of their own. Equal blades: number k
+ * = 0.. has its centre at x = -L/2 + (k + 1/2) L/count and points at the angle k angle_step. */
 static enum mill_status list_shapes(struct mill_deck *deck, struct mill_error *error)
 {
     struct mill_deck_blades *all = &deck->blades;
     const double length = deck->drum_length, count = (double)all->count;
     const size_t most = (size_t)all->count + (size_t)deck->sections;
-    /* the engine numbers surfaces so far: drum, end walls, shaft and these */
+    /* the engine's numbers of surfaces are int16_t: drum, end walls, shaft and these */
     assert(most <= INT16_MAX - 4);
     deck->shape = calloc(most + 1, sizeof *deck->shape);
     deck->blade = calloc((size_t)all->count + 1, sizeof *deck->blade);
@@ -188,8 +189,8 @@ static enum mill_status list_shapes(struct mill_deck *deck, struct mill_error *e
     return MILL_OK;
 }
 
-/* Lists the kinds of balls, and turns their share of the container's volume, whatever stands in it,
- * into their number. */
+/* Lists the kinds of balls. Converts a fill to a number of balls; it is a fraction of the empty
+ * container's volume. */
 static enum mill_status list_balls(struct mill_deck *deck, struct mill_error *error)
 {
     const double volume = mill_deck_bodies_volume(deck);
@@ -216,7 +217,7 @@ static enum mill_status list_balls(struct mill_deck *deck, struct mill_error *er
     return MILL_OK;
 }
 
-/* What no surface of the mill has is no kind of it. */
+/* Does any surface of the mill have this kind of contact? */
 static bool has_kind(const struct mill_deck *deck, int kind)
 {
     bool has = deck->drum || kind == MILL_BALL_BALL || kind >= MILL_KINDS;
@@ -309,7 +310,7 @@ void mill_deck_each(const struct mill_deck *deck,
         const bool elsewhere = is_elsewhere(deck, &walk.block);
         for (const struct mill_key *key = walk.block.key; key->name && !elsewhere; key++) {
             const void *value_at = (const char *)values + key->offset;
-            /* Is it off, said by another key, or yet to be found? */
+            /* skip keys that are off, replaced by another key, or found in the run */
             if ((key->hidden && key->hidden(values)) ||
                 (key->zero_is_off && *(const double *)value_at == 0.0) ||
                 (key->type == MILL_KEY_NAME && !*(const char *const *)value_at))

@@ -1,6 +1,6 @@
-/* The deck: an INI text, read, checked and turned into SI numbers. What a key means, its unit,
- * default and range stand in one table (deck_table.c); reading, checking, printing and saving all
- * use it. */
+/* The deck: an INI text, read, checked and converted to SI numbers. One table (deck_table.c)
+ * defines each key's meaning, unit, default and range. Reading, checking, printing and saving all
+ * use this table. */
 #ifndef MILLSIM_DECK_H
 #define MILLSIM_DECK_H
 
@@ -16,7 +16,7 @@ struct mill_deck_balls {
     const char *section; /* "balls", "balls.NAME" */
     const char *name;    /* NAME; "balls" for the plain section */
     long count;
-    double fill;     /* of the drum's volume, as given instead of the count; 0: it was not */
+    double fill;     /* of the drum's volume, where given instead of the count; 0: not given */
     double diameter; /* [m] */
     double density;  /* [kg/m^3] */
 };
@@ -25,18 +25,18 @@ struct mill_deck_balls {
 struct mill_deck_blades {
     long count;             /* 0: there is no such section */
     double angle_step;      /* [rad] */
-    struct mill_blade form; /* of all; place and angle follow from their number */
+    struct mill_blade form; /* of all blades; only place and angle depend on a blade's number */
 };
 
-/* A shape within the drum, beside the shaft */
+/* A shape within the drum, in addition to the shaft */
 struct mill_deck_shape {
     const struct mill_shape_type *type;
     const char *section; /* "blades", "blade.NAME" */
-    const void *form;    /* the struct of numbers that the type takes */
-    int number;          /* which of its type, from 0 */
+    const void *form;    /* the struct of numbers that belongs to the type */
+    int number;          /* its number among the shapes of this type, from 0 */
 };
 
-/* [motion.NAME], as given; the kinds are in the order of the words of its key */
+/* [motion.NAME], as given; the values of `kind` have the order of the words of its key */
 struct mill_deck_motion {
     int kind;
     const char *on; /* the motion that carries it; NULL: none */
@@ -52,19 +52,19 @@ enum { MILL_DECK_TURN, MILL_DECK_SWING, MILL_DECK_SHIFT, MILL_DECK_TABLE };
 
 /* [body.NAME], as given */
 struct mill_deck_body {
-    int shape;           /* as in the words of its key */
+    int shape;           /* values in the order of the words of its key */
     int inside;          /* 1: it holds the balls */
-    const char *motion;  /* that carries it; NULL: it stands still */
+    const char *motion;  /* the motion that carries it; NULL: it stands still */
     vec3 axis;           /* of any length */
     double angle;        /* [rad] */
     struct mill_body is; /* its centre and sizes */
     const char *file;    /* of a mesh */
-    double unit;         /* [m] of that file */
-    long copies;         /* in all; of a container 0 */
+    double unit;         /* [m] length of one unit in the file */
+    long copies;         /* number of all copies; 0 for a container */
     double turn_by;      /* [rad] */
     vec3 turn_about;     /* of any length */
     vec3 shift_by;       /* [m] */
-    const char *kind;    /* of its contacts; NULL: "ball_NAME" */
+    const char *kind;    /* kind of contact; NULL: "ball_NAME" */
 };
 enum {
     MILL_DECK_BOX,
@@ -75,54 +75,55 @@ enum {
     MILL_DECK_MESH
 };
 
-/* Where something of a deck came from; nowhere: of the defaults */
+/* Where a value of the deck comes from. line 0 and no override: it is a default */
 struct mill_deck_origin {
-    int line;             /* in the file, from 1; else 0 */
+    int line;             /* in the file, from 1; 0: not from the file */
     const char *override; /* "SECTION.KEY=VALUE", or NULL */
 };
 
 struct mill_deck {
     double time;           /* [s] */
     double sample_from;    /* [s] */
-    bool sample_found;     /* sample_from is to be found: run.precision is given and it is not */
-    double precision;      /* relative standard error that ends the run; 0: none does */
-    double max_collisions; /* that end the run; 0: no number does */
+    bool sample_found;     /* true: the run finds sample_from (only run.precision is given) */
+    double precision;      /* relative standard error that ends the run; 0: not used */
+    double max_collisions; /* number of collisions that ends the run; 0: not used */
     long seed;
     vec3 gravity;                 /* [m/s^2] */
-    struct mill_deck_balls alike; /* [balls], where all are of one kind */
+    struct mill_deck_balls alike; /* [balls], where there are no [balls.NAME] */
     int kinds;                    /* of balls */
     struct mill_deck_balls *balls;
     int64_t all;       /* balls of all kinds */
     const char *start; /* path of the start file, resolved relative to the deck; NULL = random */
     double speed;      /* [m/s] of every ball, random start only */
-    int at_rest;       /* 1: balls of a random start do not move along with the container */
-    bool drum;         /* there is one; else a body holds the balls: */
-    const struct mill_setup_surface *container; /* that body, or NULL */
-    bool carried;                               /* the container, by a motion */
+    int at_rest;       /* 1: balls of a random start begin at rest, although the container moves */
+    bool drum;         /* true: a drum holds the balls; false: a body does */
+    const struct mill_setup_surface *container; /* the body that holds the balls, or NULL */
+    bool carried;                               /* true: a motion carries the container */
     double drum_radius, drum_length;            /* [m] */
-    const char *drum_motion;                    /* that carries the drum; NULL: none */
-    int drum_rides;                             /* 1 + its number; 0 */
-    int wavy; /* 1: the drum; else it is a circle, all of these 0: */
+    const char *drum_motion;                    /* the motion that carries the drum; NULL: none */
+    int drum_rides;                             /* 1 + number of the drum's motion; 0: none */
+    int wavy; /* 1: wavy drum; 0: a circle, and the buckles are 0 */
     long buckles;
-    double buckle_height; /* [m] the wall lies between drum_radius - that and drum_radius + that */
+    double buckle_height; /* [m] the wall is within drum_radius +- buckle_height */
     double buckle_angle;  /* [rad] of one outermost point, from +y towards +z */
     bool rotor;
     double rotor_speed;  /* [rad/s], positive turns about +x */
     double shaft_radius; /* [m] 0 = no shaft */
     double rotor_angle;  /* [rad] at t = 0 */
     struct mill_deck_blades blades;
-    struct mill_blade *blade; /* the forms of these */
-    int shapes;               /* those of [blades] first, then the [TYPE.NAME] in their order */
+    struct mill_blade *blade; /* the forms of the blades */
+    /* those of [blades] first, then the [TYPE.NAME] in the deck's order */
+    int shapes;
     struct mill_deck_shape *shape;
-    int motions; /* the rotor's first, carriers before what they carry */
+    int motions; /* the rotor's first; each motion after the one that carries it */
     struct mill_setup_motion motion[MILL_MOTIONS_MOST];
-    struct mill_deck_motion form[MILL_MOTIONS_MOST]; /* what these take */
-    int bodies; /* of the [body.NAME], their copies one by one */
+    struct mill_deck_motion form[MILL_MOTIONS_MOST]; /* the numbers of the motions */
+    int bodies; /* of the [body.NAME], with each copy counted */
     struct mill_setup_surface *body;
     const char **body_section;   /* of each */
     struct mill_body *body_form; /* of each */
     struct mill_kinds contacts;  /* kinds of contact */
-    struct mill_law general;     /* [contact], for kinds that do not say otherwise */
+    struct mill_law general;     /* [contact], for kinds that have no value of their own */
     struct mill_law law[MILL_KINDS_MOST];
     double rebound_floor;           /* [m/s] */
     double frames;                  /* [s] 0 = none */
@@ -130,26 +131,27 @@ struct mill_deck {
     int log_impacts;                /* 1: yes */
     double strike_window;           /* [s] */
     double checkpoint;              /* [s] of wall time */
-    void (*warn)(const char *line); /* NULL: nobody listens */
-    /* The text behind it */
-    const char *file; /* as named by the user, who keeps the name */
-    char *bytes;      /* of the file, cut into keys and values */
-    int overrides;    /* cut in the same way */
+    void (*warn)(const char *line); /* NULL: warnings are dropped */
+    /* The text of the deck */
+    const char *file; /* name as the user gave it; the caller keeps the string */
+    char *bytes;      /* contents of the file; keys and values point into it */
+    int overrides;    /* keys and values point into these, too */
     char **override;
     int sections;
     struct mill_deck_section *section;
-    int files; /* that it names, by path, as input: start, tables, meshes */
+    /* number of files that the deck names; `input` holds their paths: start, tables, meshes */
+    int files;
     const char **file_named;
-    int keeps; /* what else it owns */
+    int keeps; /* other memory that the deck owns */
     void **kept;
-    struct mill_deck_origin at; /* what is being read */
-    struct mill_units *units;   /* while it is */
+    struct mill_deck_origin at; /* what is being read now */
+    struct mill_units *units;   /* only while the deck is read */
 };
 
-/* Reads `path`, applies `count` overrides "SECTION.KEY=VALUE", checks every key and value. The
- * strings are kept by the caller, for as long as the deck is used. NULL and a filled error on
- * failure (MILL_BAD_DECK for a wrong deck, MILL_FAILED for a file that cannot be read or no
- * memory). Warnings, one line each, are handed to `warn` (may be NULL). Owner: the caller. */
+/* Reads `path`, applies `count` overrides "SECTION.KEY=VALUE" and checks every key and value. The
+ * caller keeps the strings while the deck is in use. On failure: NULL and a filled error
+ * (MILL_BAD_DECK for a wrong deck; MILL_FAILED for a file that cannot be read or for lack of
+ * memory). `warn` (may be NULL) is called for each warning, with one line. Owner: the caller. */
 enum mill_status mill_deck_read(const char *path, int count, const char *const *overrides,
                                 void (*warn)(const char *line), struct mill_deck **deck,
                                 struct mill_error *error);
@@ -158,35 +160,36 @@ void mill_deck_free(struct mill_deck *deck);
 /* The drum in numbers */
 struct mill_setup_drum mill_deck_drum(const struct mill_deck *deck);
 
-/* Sets "FILE:LINE: [section] key: ..." for a fault found later (the start does not fit, balls
- * overlap): a key that came by --set or by default is named accordingly. Returns MILL_BAD_DECK. */
+/* Sets "FILE:LINE: [section] key: ..." for a fault that is found after reading (the start does not
+ * fit, balls overlap). If the value came from --set or is a default, the text says so. Returns
+ * MILL_BAD_DECK. */
 enum mill_status mill_deck_fault(const struct mill_deck *deck, struct mill_error *error,
                                  const char *section, const char *key, const char *format, ...)
     __attribute__((format(printf, 5, 6)));
 
-/* Hands every entry of the full deck (defaults filled in) to `entry`, in the order of the table, as
- * text that reads back to the same bits: section, key, value with unit, and what the key means. */
+/* Calls `entry` for every entry of the full deck (with defaults), in the order of the table:
+ * section, key, value with unit, meaning. The value is a text that reads back to the same bits. */
 void mill_deck_each(const struct mill_deck *deck,
                     void (*entry)(void *self, const char *section, const char *key,
                                   const char *value, const char *meaning),
                     void *self);
 
-/* Tells of each of `count` values "SECTION.KEY=VALUE" what it is, as a line of six columns with
- * tabs between them: key, kind (number, whole, choice, vector or file), value in SI that reads back
- * to the same bits, its SI unit ("1": a plain number), what the key means, and the words of a
- * choice ("circle|wavy"). Values are checked one by one, not against each other. The first wrong
- * one ends it with MILL_BAD_DECK. */
+/* Prints a line for each of `count` values "SECTION.KEY=VALUE". It has six columns with tabs
+ * between them: key, kind (number, whole, choice, vector or file), value in SI that reads back to
+ * the same bits, SI unit ("1": a plain number), meaning of the key, and the words of a choice
+ * ("circle|wavy"). Each value is checked alone, not against the others. Stops at the first wrong
+ * value with MILL_BAD_DECK. */
 enum mill_status mill_deck_tell(int count, const char *const *values, FILE *out,
                                 struct mill_error *error);
 
-/* The deck's world. watch may be NULL. MILL_BAD_DECK when balls do not fit or overlap, or for a
- * start file that is wrong, with its line: x y z [vx vy vz [wx wy wz]] in SI a line, # comments.
- * Owner: the caller. */
+/* Builds the deck's world. watch may be NULL. MILL_BAD_DECK: balls do not fit or overlap, or the
+ * start file is wrong (the error names the line). A start file has one ball a line, x y z [vx vy vz
+ * [wx wy wz]] in SI, and # comments. Owner: the caller. */
 enum mill_status mill_deck_setup_world(const struct mill_deck *deck,
                                        const struct mill_start_watch *watch,
                                        struct mill_world **world, struct mill_error *error);
 
-/* A number that changes with the tables and meshes that the deck names; 0: there are none */
+/* A hash of the tables and meshes that the deck names; 0: it names none */
 uint64_t mill_deck_files_digest(const struct mill_deck *deck);
 
 /* Prints the full deck, itself a deck. */

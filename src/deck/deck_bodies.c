@@ -1,5 +1,5 @@
-/* Bodies: the [body.NAME] with their axes, copies and kinds of contact as the engine takes them,
- * and which of them holds the balls. */
+/* Bodies: converts the [body.NAME], with their axes, copies and kinds of contact, to the engine's
+ * form, and finds the one that holds the balls. */
 #include "deck/deck_private.h"
 #include "deck/stl.h"
 #include "geometry/facets.h"
@@ -11,11 +11,12 @@
 #include <string.h>
 
 enum {
-    MOST_BODIES = 20000,  /* the engine numbers surfaces so far, with the blades */
+    MOST_BODIES = 20000,  /* limit of the engine's numbers of surfaces, with the blades */
     MOST_FACETS = 5000000 /* of all copies of a mesh: 3 GB of memory */
 };
 #define PREFIX "ball_"
-#define ALONG 1e-6 /* so near to x an axis leaves of x nothing across it that could be trusted */
+/* an axis nearer than this to x: its part across x is only rounding */
+#define ALONG 1e-6
 
 static const struct mill_shape_type *const type_of[] = {
     &mill_box_type,           &mill_round_cylinder_type, &mill_round_cone_type,
@@ -23,7 +24,7 @@ static const struct mill_shape_type *const type_of[] = {
 
 /* ---- places ---- */
 
-/* Of quarter turns exactly 0 and 1, so that copies are as symmetric as they are meant */
+/* Exactly 0 and 1 for quarter turns, so that the copies are exactly symmetric */
 static struct mill_heading heading(double angle)
 {
     enum { NOTHING = -50 };
@@ -44,7 +45,7 @@ static vec3 turned(vec3 a, vec3 n, struct mill_heading at)
     return vec3_axpy(vec3_axpy(along, at.cos, across), at.sin, vec3_cross(n, a));
 }
 
-/* From z and about where x is: unit and orthogonal */
+/* Sets unit vectors at right angles: z as given, x as near to the given x as possible */
 static void set_axes(struct mill_body *is, vec3 z, vec3 x)
 {
     is->z = mill_deck_motions_unit(z);
@@ -126,7 +127,7 @@ static enum mill_status read_mesh(struct mill_deck *deck, const struct mill_deck
     return status;
 }
 
-/* What ranges of single keys leave open */
+/* Checks what the ranges of single keys do not cover */
 static enum mill_status check_form(const struct mill_deck *deck,
                                    const struct mill_deck_section *section,
                                    const struct mill_body *is, struct mill_error *error)

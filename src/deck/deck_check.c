@@ -1,5 +1,5 @@
-/* What no single key can tell: do times fit together, do balls, shaft and shapes fit into the drum,
- * or balls into the body that holds them? */
+/* Checks of several keys together: do the times agree? Do the balls, shaft and shapes fit into the
+ * drum, or the balls into the body that holds them? */
 #include "deck/deck_private.h"
 
 #include "base/elementary.h"
@@ -12,9 +12,10 @@
 
 #define MOST_SAMPLES 1e8
 #define MOST_FRAMES 1e7
-#define MANY_FRAMES 1e5            /* more is hardly meant */
-#define FRAME_OF_BALL 36.0         /* [B] nine numbers of four bytes */
-#define SNUG 1e-11                 /* of the drum's reach: wider than what wavy.c takes for equal */
+#define MANY_FRAMES 1e5    /* more frames are probably a mistake */
+#define FRAME_OF_BALL 36.0 /* [B] nine numbers of four bytes */
+/* relative to the drum's reach; more than the tolerance of wavy.c */
+#define SNUG 1e-11
 #define DENSEST 0.7404804896930611 /* pi / sqrt(18): no packing of equal balls is denser */
 
 struct mill_setup_drum mill_deck_drum(const struct mill_deck *deck)
@@ -49,8 +50,8 @@ static struct mill_profile profile_of(const struct mill_deck *deck)
     return mill_shapes_chamber(&drum).drum;
 }
 
-/* Buckles must leave each other room. Height and number are bounded by each other, so the message
- * names the height: the number is more often what matters. */
+/* Neighbouring buckles must not touch. Height and number limit each other. The message names the
+ * height, because users more often need a certain number. */
 static enum mill_status check_profile(const struct mill_deck *deck, struct mill_error *error)
 {
     if (!deck->drum || !deck->wavy)
@@ -66,7 +67,7 @@ static enum mill_status check_profile(const struct mill_deck *deck, struct mill_
                            deck->buckle_height);
 }
 
-/* [m] of the widest ball that has room in a body; INFINITY: not known */
+/* [m] diameter of the widest ball that fits into a body; INFINITY: not known */
 static double width_of(const struct mill_setup_surface *container)
 {
     const struct mill_body *is = container->form;
@@ -75,7 +76,7 @@ static double width_of(const struct mill_setup_surface *container)
     if (container->type == &mill_round_cylinder_type)
         return fmin(2.0 * is->radius, is->length);
     if (container->type == &mill_round_cone_type) {
-        /* it touches the wide end and the side all around, or both ends */
+        /* the ball touches the wide end and the side all around, or both ends */
         const double slope = fabs(is->end_radius - is->radius) / is->length;
         const double wide = fmax(is->radius, is->end_radius);
         return fmin(2.0 * wide / (slope + sqrt(1.0 + slope * slope)), is->length);
@@ -83,7 +84,7 @@ static double width_of(const struct mill_setup_surface *container)
     return container->type == &mill_facets_type ? (double)INFINITY : 2.0 * is->radius;
 }
 
-/* one that just fits has no way to go: it would hit both sides for ever */
+/* A ball that fits exactly cannot move: it would hit both sides again and again. */
 static enum mill_status check_widths(const struct mill_deck *deck, struct mill_error *error)
 {
     const double width = width_of(deck->container);
@@ -110,7 +111,7 @@ static enum mill_status check_sizes(const struct mill_deck *deck, struct mill_er
             return mill_deck_fault(deck, error, title, "diameter",
                                    "a ball of %g m does not fit into a drum of radius %g m%s", d,
                                    bore, between);
-        /* it would touch all of an arc at once */
+        /* the ball would touch a whole arc at once */
         if (deck->buckle_height > 0.0 &&
             fabs(d - 2.0 * profile_of(deck).arc) <= SNUG * (2.0 * deck->drum_radius - bore))
             return mill_deck_fault(deck, error, title, "diameter",
@@ -130,7 +131,7 @@ static enum mill_status check_sizes(const struct mill_deck *deck, struct mill_er
     return MILL_OK;
 }
 
-/* [m^3] of the container less the shaft */
+/* [m^3] of the container without the shaft */
 static double room_of(const struct mill_deck *deck)
 {
     if (deck->container)
@@ -230,14 +231,14 @@ static enum mill_status check_frames(const struct mill_deck *deck, struct mill_e
     return MILL_OK;
 }
 
-/* Random balls are put wherever there is room. */
+/* A random start puts balls into all free room, also into buckles with a narrow opening. */
 static void warn_of_mouths(const struct mill_deck *deck)
 {
     struct mill_error line;
     if (!deck->drum || !deck->wavy || deck->start)
         return;
     const struct mill_profile p = profile_of(deck);
-    /* between the inner arcs on both sides of a buckle that overhangs */
+    /* opening between the inner arcs on both sides of a buckle */
     const double mouth = 2.0 * (p.inner * mill_elementary_sin(MILL_PI / p.buckles) - p.arc);
     if (p.half_outer <= 0.5 * MILL_PI)
         return;
@@ -254,7 +255,8 @@ static void warn_of_mouths(const struct mill_deck *deck)
     }
 }
 
-/* One line for the equal blades, whose tips and sides are alike; one for each single one. */
+/* One line for all equal blades, because their tips and sides have the same gaps; one for each
+ * single blade. */
 static void warn_of_gaps(const struct mill_deck *deck)
 {
     double d = 0.0;
@@ -270,7 +272,8 @@ static void warn_of_gaps(const struct mill_deck *deck)
         for (int side = 0; side < 2; side++) {
             const double gap = side ? gaps.wall : gaps.drum;
             struct mill_error line;
-            /* one of a diameter and rounding pinches a ball between flat faces */
+            /* a gap of exactly one diameter, or nearly so, also pinches a ball
+             * between flat faces */
             if (side ? gap <= 0.0 || gap > more : gap >= less)
                 continue;
             mill_deck_fault(deck, &line, shape->section, side ? gaps.wall_key : gaps.drum_key,
@@ -283,7 +286,7 @@ static void warn_of_gaps(const struct mill_deck *deck)
     }
 }
 
-/* A motion that carries nothing is mostly a forgotten `on` or `motion`. */
+/* A motion that carries nothing: the user has probably forgotten `on` or `motion`. */
 static void warn_of_idle(const struct mill_deck *deck)
 {
     for (int k = deck->rotor; k < deck->motions; k++) {
@@ -304,7 +307,8 @@ static void warn_of_idle(const struct mill_deck *deck)
     }
 }
 
-/* A planetary jar has one axis: it turns about its own, on a disk that carries it. */
+/* A planetary jar turns about its own axis, on a disk that carries it. The container's axis and the
+ * axis of this turn must be the same line. */
 static void warn_of_axes(const struct mill_deck *deck)
 {
     struct mill_error line;

@@ -1,4 +1,4 @@
-/* Files that a deck names beside itself: where they are, and rows of numbers in them. */
+/* Files that a deck names: their paths, and rows of numbers in them. */
 #include "deck/deck_private.h"
 #include "deck/textfile.h"
 
@@ -24,7 +24,7 @@ enum mill_status mill_deck_files_find(struct mill_deck *deck, const char *sectio
     if (!whole && file[0] != '/' && !getcwd(here, sizeof here))
         return mill_error_set(error, MILL_FAILED, "the current folder has no name: %s",
                               strerror(errno));
-    const char *apart = here[0] && here[1] ? "/" : ""; /* "/" has one */
+    const char *apart = here[0] && here[1] ? "/" : ""; /* "/" already ends with one */
     const int folder = whole || !slash ? 0 : (int)(slash - file + 1);
     if (snprintf(whole_path, sizeof whole_path, "%s%s%.*s%s", here, apart, folder, file, name) >=
         PATH_MAX)
@@ -46,7 +46,7 @@ enum mill_status mill_deck_files_told(const struct mill_deck *deck, const char *
                                    : status;
 }
 
-/* FNV-1a, of 64 bits (G. Fowler, L. C. Noll & K.-P. Vo, 1991) */
+/* FNV-1a hash of 64 bits (G. Fowler, L. C. Noll & K.-P. Vo, 1991) */
 static uint64_t digest(uint64_t of, size_t count, const double *value)
 {
     const unsigned char *bytes = (const unsigned char *)value;
@@ -63,15 +63,16 @@ uint64_t mill_deck_files_digest(const struct mill_deck *deck)
         if (deck->motion[k].type == &mill_table_type)
             all = digest(all, 7 * deck->form[k].as.table.rows, &deck->form[k].as.table.row[0][0]);
     for (int k = 0; k < deck->bodies; k++)
-        if (deck->body[k].number == 0 && deck->body_form[k].facets > 0) /* copies have the same */
+        /* copies have the same facets */
+        if (deck->body[k].number == 0 && deck->body_form[k].facets > 0)
             all = digest(all, 9 * deck->body_form[k].facets, &deck->body_form[k].facet[0][0].x);
     return all == none ? 0 : all;
 }
 
 /* ---- rows of numbers ---- */
 
-/* The next row, without comment and newline, but no more of a file that has no rows than fits.
- * false: the end. *good: it is text. */
+/* Reads the next row without its comment and newline. Stops at LONGEST_ROW, for files without rows.
+ * false: end of the file. *good: the row is text and not too long. */
 static bool next_row(FILE *in, char row[LONGEST_ROW], bool *good)
 {
     int length = 0, c = mill_textfile_next(in);
@@ -90,9 +91,9 @@ static bool next_row(FILE *in, char row[LONGEST_ROW], bool *good)
 
 #define BLANKS " \t\r\f\v,"
 
-/* Reads up to `most` numbers of a row; -1: something else stands there. Hexadecimal ones are none,
- * as in a deck. A comma stands between all numbers or between none: some, as in "0,1 0,2 0,3", are
- * decimal commas, and would give six numbers. */
+/* Reads up to `most` numbers of a row; -1: it contains something else. Hexadecimal numbers are not
+ * accepted, as in a deck. There must be commas between all numbers or between none. Otherwise they
+ * are decimal commas, as in "0,1 0,2 0,3", which would give six numbers. */
 static int read_numbers(const char *row, int most, double *value)
 {
     int n = 0, separated = 0;
@@ -115,7 +116,7 @@ int mill_deck_files_row(struct mill_deck_rows *rows, int most, double *value)
     bool good;
     int n = 0;
     while (n == 0 && next_row(rows->in, row, &good)) {
-        /* of UTF-8 */
+        /* byte order mark of UTF-8 */
         const bool marked =
             ++rows->line == 1 && row[0] == '\xef' && row[1] == '\xbb' && row[2] == '\xbf';
         n = good ? read_numbers(row + (marked ? 3 : 0), most, value) : -1;

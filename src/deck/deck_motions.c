@@ -1,5 +1,5 @@
-/* What moves: the rotor and the [motion.NAME] as the engine takes them, each behind the one that
- * carries it, and the tables of measured motions. */
+/* Converts the rotor and the [motion.NAME] to the engine's form, each after the motion that carries
+ * it, and reads the tables of measured motions. */
 #include "deck/deck_private.h"
 #include "deck/textfile.h"
 
@@ -15,7 +15,7 @@ static const char *name_of(const struct mill_deck_section *section)
 
 /* ---- tables ---- */
 
-/* Of one period the end is where the beginning is. */
+/* Checks that the last row of a period repeats the first. */
 static enum mill_status check_period(const struct mill_deck_rows *in, size_t rows,
                                      const double (*row)[COLUMNS], struct mill_error *error)
 {
@@ -40,7 +40,7 @@ static enum mill_status check_period(const struct mill_deck_rows *in, size_t row
     return MILL_OK;
 }
 
-/* *row is kept by the caller, whatever happens. */
+/* The caller frees *row in all cases. */
 static enum mill_status read_rows(struct mill_deck_rows *in, size_t *rows, double (**row)[COLUMNS],
                                   struct mill_error *error)
 {
@@ -59,7 +59,7 @@ static enum mill_status read_rows(struct mill_deck_rows *in, size_t *rows, doubl
         if (*rows == MOST_ROWS)
             return mill_error_set(error, MILL_BAD_DECK, "%s:%ld: more than %d rows", in->path,
                                   in->line, MOST_ROWS);
-        if ((*rows & (*rows - 1)) == 0) { /* there is room for a power of two */
+        if ((*rows & (*rows - 1)) == 0) { /* the array is full: its size is a power of two */
             double(*more)[COLUMNS] = realloc(*row, (*rows ? 2 * *rows : 1) * sizeof **row);
             if (!more)
                 return mill_error_set(error, MILL_FAILED, "out of memory for the rows of %s",
@@ -102,7 +102,7 @@ static enum mill_status read_table(struct mill_deck *deck, const struct mill_dec
 
 /* ---- the list ---- */
 
-/* A motion of the engine; its axis gets the length 1 exactly where that can be. */
+/* Adds a motion of the engine. Scales its axis to length 1, exactly so along x, y or z. */
 static enum mill_status add_motion(struct mill_deck *deck, const struct mill_deck_section *section,
                                    int on, struct mill_error *error)
 {
@@ -157,8 +157,8 @@ enum mill_status mill_deck_motions_find(const struct mill_deck *deck, const char
                            hint);
 }
 
-/* Of motions that cannot be placed each waits for its carrier; followed far enough, all are in the
- * circle. */
+/* The remaining motions all wait for their carriers. Following the carriers leads
+ * into the circle. */
 static enum mill_status tell_circle(const struct mill_deck *deck,
                                     const struct mill_deck_section *section,
                                     struct mill_error *error)

@@ -1,9 +1,9 @@
-/* From the deck's file and the command line's overrides to sections and entries, each of which
- * knows where it came from: finding them, naming their places, letting them go. A line is a
- * section's title, or a key and its value, which are cut out of the file's bytes. Comments start
- * with # or ; at the beginning or after white space. A value in double quotes (a file name with
- * " #" in it) is kept whole; "" inside stands for one ". Section titles, keys and repetitions are
- * checked on the way, so a message names the first wrong line of the file. */
+/* Reads the deck's file and the command line's overrides into sections and entries, and records
+ * where each of them comes from. A line is a section's title, or a key and its value; both are cut
+ * out of the file's bytes. Comments start with # or ; at the start of a line or after white space.
+ * A value in double quotes (a file name with " #" in it) is kept whole; "" inside stands for one ".
+ * Section titles, keys and repetitions are checked during reading, so that a message names the
+ * first wrong line of the file. */
 #include "deck/deck_private.h"
 #include "deck/textfile.h"
 
@@ -13,7 +13,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define PREFIX "ball_" /* of kinds of contact */
+#define PREFIX "ball_" /* prefix of kinds of contact */
 enum { MOST_SECTIONS = 10000, LARGEST = 1 << 24 /* [B] of a deck */ };
 
 struct mill_deck_section *mill_deck_section(const struct mill_deck *deck, const char *title)
@@ -46,7 +46,7 @@ struct mill_deck_entry *mill_deck_entry(const struct mill_deck_section *section,
 enum mill_status mill_deck_fault(const struct mill_deck *deck, struct mill_error *error,
                                  const char *section, const char *key, const char *format, ...)
 {
-    enum { LONGEST = 400 }; /* of a file's name, whose end tells more than its beginning */
+    enum { LONGEST = 400 }; /* of a file's name; its end says more than its beginning */
     char where[LONGEST + 20], what[512], preset[80] = "";
     const struct mill_deck_section *place = section ? mill_deck_section(deck, section) : NULL;
     const struct mill_deck_entry *entry = key ? mill_deck_entry(place, key) : NULL;
@@ -100,7 +100,7 @@ void mill_deck_free(struct mill_deck *deck)
     free(deck);
 }
 
-/* [title] may be a section. */
+/* Checks that a section may have this title. */
 static enum mill_status check_title(const struct mill_deck *deck, const char *title,
                                     struct mill_error *error)
 {
@@ -158,7 +158,7 @@ static enum mill_status open_section(struct mill_deck *deck, const char *title,
     return status == MILL_OK ? add_section(deck, title, error) : status;
 }
 
-/* Adds key = value to the section, or replaces the value there when an override says so. */
+/* Adds key = value to the section. An override replaces an earlier value. */
 static enum mill_status add_entry(struct mill_deck *deck, struct mill_deck_section *section,
                                   const char *key, const char *value, bool quoted,
                                   struct mill_error *error)
@@ -204,7 +204,7 @@ static void strip_comment(char *text)
     text[length] = '\0';
 }
 
-/* Cuts white space off the end of text, and returns where it begins behind white space. */
+/* Cuts white space off the end of text. Returns the place after the white space at its start. */
 static char *trim(char *text)
 {
     size_t length = strlen(text);
@@ -214,7 +214,7 @@ static char *trim(char *text)
     return text + strspn(text, " \t");
 }
 
-/* Takes the quotes off a value. NULL, or what is wrong with them */
+/* Removes the quotes of a value. Returns NULL, or a text that says what is wrong with them. */
 static const char *unquote(char *value)
 {
     char *out = value, *p = value + 1;
@@ -234,7 +234,7 @@ static const char *unquote(char *value)
     return NULL;
 }
 
-/* line: from its '[' on */
+/* line: starts with '[' */
 static enum mill_status read_title(struct mill_deck *deck, char *line, struct mill_error *error)
 {
     strip_comment(line);
@@ -272,11 +272,12 @@ static enum mill_status read_entry(struct mill_deck *deck, char *line, struct mi
     return add_entry(deck, &deck->section[deck->sections - 1], key, value, quoted, error);
 }
 
-/* A line of `length` bytes, behind which there is room for a zero */
+/* A line of `length` bytes, with room for a zero after them */
 static enum mill_status read_line(struct mill_deck *deck, char *line, size_t length,
                                   struct mill_error *error)
 {
-    static const char mark[] = "\xef\xbb\xbf"; /* UTF-8's byte order mark, by Windows editors */
+    /* byte order mark of UTF-8, written by Windows editors */
+    static const char mark[] = "\xef\xbb\xbf";
     length -= length > 0 && line[length - 1] == '\r';
     line[length] = '\0';
     for (size_t i = 0; i < length; i++)
@@ -318,7 +319,7 @@ static enum mill_status read_file(struct mill_deck *deck, struct mill_error *err
     return status;
 }
 
-/* SECTION.KEY=VALUE; SECTION may hold dots itself. copy: of the override, to be cut up */
+/* SECTION.KEY=VALUE; SECTION may contain dots. copy: of the override; it is changed */
 static enum mill_status apply_override(struct mill_deck *deck, char *copy, struct mill_error *error)
 {
     for (const char *p = copy; *p; p++)

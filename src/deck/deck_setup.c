@@ -1,5 +1,5 @@
-/* From a deck to a world: the deck as plain numbers, the start file's among them, and what is wrong
- * with these told in the deck's terms. */
+/* Builds a world from a deck: converts the deck to plain numbers, reads the start file, and
+ * describes faults in the deck's terms. */
 #include "deck/deck_private.h"
 #include "deck/textfile.h"
 #include "geometry/shapes.h"
@@ -8,17 +8,17 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { TOLD = 8192 /* rows between two reports */ };
-/* of a ball's diameter: gaps are known to 10 % */
+enum { TOLD = 8192 /* rows between two progress reports */ };
+/* relative to a ball's diameter: gaps are known to 10 % */
 #define NARROW 0.9
 
-/* The parts of a setup that are lists */
+/* The lists that a setup needs */
 struct lists {
     struct mill_shaft shaft;
     struct mill_setup_surface *surface;
     struct mill_setup_balls *balls;
-    struct mill_setup_ball *ball; /* of a start file */
-    long *line;                   /* of each, from 1 */
+    struct mill_setup_ball *ball; /* balls of a start file */
+    long *line;                   /* line of each ball, from 1 */
     const char *kind[MILL_KINDS_MOST];
 };
 
@@ -133,7 +133,7 @@ static enum mill_status make_setup(const struct mill_deck *deck,
 
 /* ---- faults ---- */
 
-/* Of a mixture it names counts as "384 big, 3072 small". */
+/* For a mixture the message gives counts such as "384 big, 3072 small". */
 static enum mill_status tell_no_room(const struct mill_deck *deck, const struct mill_fault *fault,
                                      struct mill_error *error)
 {
@@ -154,7 +154,8 @@ static enum mill_status tell_no_room(const struct mill_deck *deck, const struct 
                            (long)deck->all, fault->amount, counts);
 }
 
-/* The section of a surface of the setup, and which of its copies it is, as in "its copy 3 " */
+/* The section of surface k of the setup. `copy`: which of the body's copies it is, as in "its copy
+ * 3 " */
 static const char *find_section(const struct mill_deck *deck, int k, char copy[32])
 {
     copy[0] = '\0';
@@ -172,7 +173,8 @@ static const char *find_section(const struct mill_deck *deck, int k, char copy[3
     return deck->body_section[k];
 }
 
-/* A mesh in the wrong unit is a thousand times too large: "; it is 84 x 84 x 64 m large" */
+/* Writes "; in its 'unit' it is 84 x 84 x 64 m large": a mesh in the wrong unit is a thousand times
+ * too large. */
 static void say_size(const struct mill_deck *deck, const char *section, char text[80])
 {
     const struct mill_body *is = NULL;
@@ -191,7 +193,7 @@ static void say_size(const struct mill_deck *deck, const char *section, char tex
                  hi.y - lo.y, hi.z - lo.z);
 }
 
-/* What bodies do when they move, or are not what they should be */
+/* Describes faults of bodies: they run into each other, or their numbers are wrong */
 static enum mill_status tell_bodies(const struct mill_deck *deck, const struct mill_fault *fault,
                                     struct mill_error *error)
 {
@@ -248,7 +250,8 @@ static enum mill_status tell(const struct mill_deck *deck, const long *line,
     return tell_no_room(deck, fault, error);
 }
 
-/* Where balls are pinched, for what moves comes nearer than they are wide; what nobody looked at */
+/* Warns of a place where a moving body comes nearer to another than a ball's diameter. unchecked:
+ * warns instead that the check for clashes ended before this pair was finished */
 static void warn_of(const struct mill_deck *deck, const struct mill_passing *place, bool unchecked)
 {
     char copy[32], other_copy[32] = "";

@@ -1,5 +1,5 @@
-/* A wrong name is answered with the nearest right one: of sections, of keys, of whatever else a
- * deck names. */
+/* For a wrong name (of a section, of a key, or of anything else that a deck names), finds the most
+ * similar right one. */
 #include "deck/deck_private.h"
 
 #include <stdio.h>
@@ -10,7 +10,8 @@ static char lower(char c)
     return c >= 'A' && c <= 'Z' ? (char)(c - 'A' + 'a') : c;
 }
 
-/* Do so many edits (a letter more, less, other, or two swapped) make b of a, case aside? */
+/* Do at most `edits` edits turn a into b? An edit adds, removes or changes a letter, or swaps two.
+ * Upper and lower case are equal. */
 static bool is_near(const char *a, const char *b, int edits)
 {
     for (; *a && lower(*a) == lower(*b); a++)

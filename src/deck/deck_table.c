@@ -1,6 +1,6 @@
-/* What may stand in a deck: every section with its keys, each with type, SI unit, range, default,
- * meaning and place in a struct. Reading, checking, printing and the messages all work from these
- * tables, in their order; those of the shapes stand beside the shapes. */
+/* What a deck may contain: every section with its keys, each with type, SI unit, range, default,
+ * meaning and place in a struct. Reading, checking, printing and messages all use these tables, in
+ * their order. The tables of the shapes are next to the code of the shapes. */
 #include "deck/deck_private.h"
 
 #include "geometry/shapes.h"
@@ -9,20 +9,21 @@
 #include <string.h>
 
 enum {
-    /* More would be finer than the few hundred points by which maps and outlines see a drum. */
+    /* More buckles would be finer than the few hundred points with which maps and outlines show a
+     * drum. */
     MOST_BUCKLES = 500,
     MOST_BLADES = 10000,
     MOST_FRICTION = 10
 };
-#define SEED_MAX 4294967295.0 /* what the generator tells apart */
-#define MOST_COLLISIONS 1e15  /* as a double a count is exact that far */
-/* In a mill of ten kilometres a place is told to 2e-12 m: a larger one could not keep overlaps
- * below a nanometre. */
+#define SEED_MAX 4294967295.0 /* the random generator distinguishes as many seeds */
+#define MOST_COLLISIONS 1e15  /* a double holds counts up to here exactly */
+/* In a mill of ten kilometres the resolution of a place is 2e-12 m. In a larger mill, overlaps
+ * could exceed a nanometre. */
 #define SIZE_OF_MILL .lo = 0, .above = true, .hi = 1e4
-/* [m] Far below what flies freely in air */
+/* [m] far smaller than anything that flies freely in air */
 #define LEAST_DIAMETER 1e-9
-/* [kg/m^3] A thousandth of air's, so that balls of next to no mass can be had, and the energies of
- * the smallest stay far above what a double can hold */
+/* [kg/m^3] A thousandth of the density of air. It allows balls of almost no mass, and the energies
+ * of the smallest balls are still far above the smallest double. */
 #define LEAST_DENSITY 1e-3
 
 #define ANY MILL_KEY_ANY
@@ -31,7 +32,7 @@ enum {
 #define IN(type, member) .offset = offsetof(struct type, member)
 #define DECK(member) IN(mill_deck, member)
 
-/* It is found in the run. */
+/* The run finds sample_from. */
 static bool sample_found(const void *deck)
 {
     return ((const struct mill_deck *)deck)->sample_found;
@@ -47,7 +48,8 @@ static bool no_drum(const void *deck)
     return !((const struct mill_deck *)deck)->drum;
 }
 
-/* Balls that start at random cannot tell. */
+/* True if the balls do not start at random, or the container does not move: the key
+ * has no effect. */
 static bool starts_alike(const void *deck)
 {
     const struct mill_deck *d = deck;
@@ -64,7 +66,7 @@ static bool is_single(const void *body)
     return ((const struct mill_deck_body *)body)->copies < 2;
 }
 
-/* The count says it. */
+/* The count gives the same information. */
 static bool always(const void *balls)
 {
     (void)balls;
@@ -314,7 +316,7 @@ static const struct mill_deck_block blocks[] = {
     {"blades", .optional = true, .key = blades_key, VALUES(blades)},
     {"blades", .optional = true, .key = mill_blade_key + MILL_BLADE_PLACES, VALUES(blades.form)},
     {"blades", .optional = true, .key = spread_key, VALUES(blades)},
-    /* here come those of the shapes */
+    /* the blocks of the shapes are inserted here */
     {OF_MOTION, .key = motion_key},
     {OF_MOTION, .key = turn_key, .words = 1u << MILL_DECK_TURN},
     {OF_MOTION, .key = swing_key, .words = 1u << MILL_DECK_SWING},

@@ -1,8 +1,8 @@
-/* A value as text and as an SI number, both ways. Numbers are decimal, in the C locale; the unit is
- * everything behind the number. Printing uses the fewest digits that read back to the same double
- * and SI units, whose factor is exactly one. Values are told without a deck as well, so that
- * programs around millsim (studies, sweeps) need neither a table of keys nor a reader of units of
- * their own. */
+/* Converts a value between text and SI number. Numbers are decimal, in the C locale. The unit is
+ * everything after the number. Printing uses SI units, whose factor is exactly one, and the fewest
+ * digits that read back to the same double. mill_deck_tell converts values without a deck, so that
+ * programs around millsim (studies, sweeps) need neither their own table of keys nor their own
+ * reader of units. */
 #include "deck/deck_private.h"
 
 #include <assert.h>
@@ -12,7 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define SHORTEST 1e-9 /* a direction */
+#define SHORTEST 1e-9 /* length of a direction; a shorter one is zero */
 
 /* What users call a quantity, and one example */
 static const struct quantity {
@@ -34,8 +34,7 @@ static const struct quantity {
     {NULL, "a plain number", "0.8", false},
 };
 
-/* As it stands behind a number: " mm", or nothing. A share stands for itself or has a unit such as
- * %. */
+/* Text after a number: " mm", or nothing. A fraction has no unit, or one such as %. */
 static const char *unit_of(const struct mill_key *key)
 {
     return key->unit && strcmp(key->unit, "1") != 0 ? key->unit : "";
@@ -130,7 +129,7 @@ static void print_shortest(double value, char out[32])
     snprintf(out, 32, "%.1g", value);
     while (digits < 17 && strtod(out, NULL) != value)
         snprintf(out, 32, "%.*g", ++digits, value);
-    /* 7800 rather than 7.8e+03 */
+    /* write 7800, not 7.8e+03 */
     const double size = fabs(value);
     if (strchr(out, 'e') && size >= 1.0 && size < 1e15)
         snprintf(out, 32, "%.*g", (int)floor(log10(size)) + 2, value);
@@ -158,7 +157,7 @@ static bool is_in_range(const struct mill_key *key, double value, const char *te
     return false;
 }
 
-/* The unit behind the number(s) of `text`: sets *scale. */
+/* Reads the unit after the number(s) of `text`: sets *scale. */
 static bool read_unit(const struct mill_units *units, const struct mill_key *key, const char *text,
                       const char *unit, double *scale, struct mill_error *why)
 {
@@ -183,7 +182,7 @@ static bool read_unit(const struct mill_units *units, const struct mill_key *key
     return refuse(key, *remark, text, remark, why);
 }
 
-/* Reads `count` numbers and the unit behind them. */
+/* Reads `count` numbers and the unit after them. */
 static bool read_numbers(const struct mill_units *units, const struct mill_key *key,
                          const char *text, int count, double *out, struct mill_error *why)
 {
@@ -210,7 +209,7 @@ static bool read_numbers(const struct mill_units *units, const struct mill_key *
         value[i] = mill_units_convert(value[i], scale);
         if (!isfinite(value[i]))
             return refuse(key, true, text, " (too large)", why);
-        /* of a vector it is told how large it may be */
+        /* for a vector the range limits the size of its components */
         if (!is_in_range(key, count > 1 && key->lo < 0.0 ? fabs(value[i]) : value[i], text, why))
             return false;
     }
@@ -220,7 +219,8 @@ static bool read_numbers(const struct mill_units *units, const struct mill_key *
     return true;
 }
 
-/* Whole numbers: digits, and a sign for those that may be below zero by mistake. */
+/* Reads a whole number: digits, and a sign, so that a negative number gives a message about the
+ * range. */
 static bool read_whole(const struct mill_key *key, const char *text, long *out,
                        struct mill_error *why)
 {
@@ -228,7 +228,7 @@ static bool read_whole(const struct mill_key *key, const char *text, long *out,
     const size_t length = strspn(digits, "0123456789");
     if (length == 0 || digits[length])
         return refuse(key, false, text, "", why);
-    *out = strtol(text, NULL, 10); /* the nearest one that there is */
+    *out = strtol(text, NULL, 10); /* on overflow: the nearest possible number */
     return is_in_range(key, (double)*out, text, why);
 }
 
@@ -282,7 +282,7 @@ void mill_deck_value_print(const struct mill_key *key, const void *form, char *o
         snprintf(out, size, "%s", key->words ? key->words : "");
 }
 
-/* One line, for an override as parsed */
+/* Prints the line for one parsed override */
 static enum mill_status tell(const struct mill_deck *deck, const struct mill_units *units,
                              FILE *out, struct mill_error *error)
 {
@@ -302,7 +302,8 @@ static enum mill_status tell(const struct mill_deck *deck, const struct mill_uni
     struct mill_error why, first;
     char text[128] = "";
     bool good = false;
-    /* which kind of motion or shape its section is of is not known: the first that takes it */
+    /* the section's kind of motion or shape is not known: use the first kind that
+     * accepts the value */
     for (int n = 0; !good && (row = mill_deck_table_key(section->title, entry->key, n)); n++) {
         key = *row;
         key.offset = 0;
@@ -313,7 +314,7 @@ static enum mill_status tell(const struct mill_deck *deck, const struct mill_uni
     if (!good)
         return mill_deck_fault(deck, error, section->title, entry->key, "%s", first.text);
     const char *unit = key.unit ? key.unit : "1", *file = NULL;
-    key.unit = NULL; /* it has a column of its own */
+    key.unit = NULL; /* the unit has a column of its own */
     if (key.type == MILL_KEY_FILE || key.type == MILL_KEY_NAME)
         file = value.file;
     if (file)

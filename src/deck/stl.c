@@ -1,7 +1,8 @@
-/* The two kinds of STL files (3D Systems, StereoLithography Interface Specification, 1989). Binary:
- * 80 bytes of anything, the number of facets in 4 bytes, then 50 bytes a facet, little-endian.
- * ASCII: words between white space. The first word does not tell them apart, for binary files may
- * begin with "solid" too: a file is binary if its size is that of its number of facets. */
+/* Reads the two kinds of STL files (3D Systems, StereoLithography Interface Specification, 1989).
+ * Binary: 80 bytes of any content, the number of facets in 4 bytes, then 50 bytes a facet,
+ * little-endian. ASCII: words with white space between them. The first word does not distinguish
+ * them, because binary files may also begin with "solid". A file is binary if its size agrees with
+ * its number of facets. */
 #include "deck/stl.h"
 
 #include "deck/textfile.h"
@@ -18,22 +19,22 @@
 enum {
     HEAD = 84,                     /* [B] of a binary file, before its facets */
     EACH = 50,                     /* [B] of a facet */
-    LARGEST = 400 * MILL_STL_MOST, /* [B] of a file; an ASCII facet takes some 270 */
-    LONG = 40                      /* characters of a wrong word that are shown */
+    LARGEST = 400 * MILL_STL_MOST, /* [B] of a file; an ASCII facet takes about 270 */
+    LONG = 40                      /* number of characters of a wrong word that a message shows */
 };
 
 struct reading {
     const char *path;
-    const unsigned char *bytes; /* [size], and a zero behind them */
+    const unsigned char *bytes; /* [size], and a zero after them */
     size_t size;
     double unit;
     struct mill_error *error;
-    /* of an ASCII file: */
-    const char *at, *end; /* behind the last word read; of the file */
-    const char *word;     /* that word, of so many characters; 0: the file has ended */
+    /* state of reading an ASCII file: */
+    const char *at, *end; /* after the last word; the end of the file */
+    const char *word;     /* the last word and its length; length 0: the file has ended */
     size_t length;
     long line;
-    /* what is made: */
+    /* the result: */
     vec3 (*facet)[3];
     size_t facets, room;
 };
@@ -53,7 +54,7 @@ static __attribute__((format(printf, 2, 3))) enum mill_status fault(const struct
     return mill_error_set(in->error, MILL_BAD_DECK, "%s: %s", path, what);
 }
 
-/* Room for one more facet, which is not made yet; NULL: *status says why there is none. */
+/* Room for one more facet, not counted yet; NULL: *status says why there is none. */
 static vec3 *next_facet(struct reading *in, enum mill_status *status)
 {
     if (in->facets == MILL_STL_MOST) {
@@ -126,7 +127,7 @@ static void next_word(struct reading *in)
     in->length = (size_t)(in->at - in->word);
 }
 
-/* What is left of a line may be a name. */
+/* Skips the rest of a line, which may be a name. */
 static void leave_line(struct reading *in)
 {
     while (in->at < in->end && *in->at != '\n' && *in->at != '\r')
@@ -159,7 +160,8 @@ static enum mill_status take(struct reading *in, const char *word)
     return expected(in, quoted);
 }
 
-/* strtod alone would take "0x1p3", "inf" and "nan" too, and what comes behind a NUL. */
+/* Reads a number. strtod alone would also accept "0x1p3", "inf" and "nan", and would
+ * stop at a NUL. */
 static enum mill_status take_number(struct reading *in, double *value)
 {
     next_word(in);
@@ -175,7 +177,7 @@ static enum mill_status take_number(struct reading *in, double *value)
     return expected(in, "a number");
 }
 
-/* From behind "facet" to "endfacet" */
+/* Reads from after "facet" to "endfacet" */
 static enum mill_status read_facet(struct reading *in)
 {
     enum mill_status status = MILL_OK;
@@ -183,7 +185,7 @@ static enum mill_status read_facet(struct reading *in)
     if (status == MILL_OK)
         status = take(in, "normal");
     for (int i = 0; i < 3; i++)
-        next_word(in); /* some programs write "nan" */
+        next_word(in); /* skip the normal: some programs write "nan" */
     if (status == MILL_OK)
         status = take(in, "outer");
     if (status == MILL_OK)
@@ -207,13 +209,13 @@ static enum mill_status read_facet(struct reading *in)
     return status;
 }
 
-/* [B] of UTF-8's mark at the begin of a text */
+/* [B] length of the byte order mark of UTF-8 at the start of a text */
 static size_t mark_of(const struct reading *in)
 {
     return in->size >= 3 && memcmp(in->bytes, "\xef\xbb\xbf", 3) == 0 ? 3 : 0;
 }
 
-/* Solids one behind the other are one surface. */
+/* Several solids in a file are one surface. */
 static enum mill_status read_ascii(struct reading *in)
 {
     enum mill_status status = MILL_OK;
@@ -238,7 +240,7 @@ static enum mill_status read_ascii(struct reading *in)
 
 /* ---- both ---- */
 
-/* No text holds a zero. */
+/* A text contains no zero byte. */
 static bool is_text(const struct reading *in)
 {
     size_t first = mark_of(in);

@@ -7,12 +7,12 @@
 
 #include <stddef.h>
 
-enum { MILL_STL_MOST = 2000000 /* facets of a file */ };
+enum { MILL_STL_MOST = 2000000 /* facets in a file */ };
 
-/* Reads an STL file, binary or ASCII. unit: [m] the length of one unit in the file. *facet: the
- * corners [m] in the file's order, of single precision in the file's unit, so that corners which
- * programs mean to be one are equal; NULL on failure. Owner: the caller; free(). What facets say
- * about their normals is not looked at: the order of their corners tells. */
+/* Reads an STL file, binary or ASCII. unit: [m] length of one unit in the file. *facet: the corners
+ * [m] in the order of the file; NULL on failure. Corners are in single precision in the file's
+ * unit, so that corners which are meant to be the same point are equal. The normals in the file are
+ * ignored: the order of the corners defines the outer side. Owner: the caller; free(). */
 enum mill_status mill_stl_read(const char *path, double unit, vec3 (**facet)[3], size_t *facets,
                                struct mill_error *error);
 

@@ -1,5 +1,6 @@
-/* Nothing that may have no end, or that nobody writes to, is waited for: a device, a socket, a
- * forgotten FIFO. A shell's `<(...)` is a pipe like any other. */
+/* Text files that users name. A device, a socket or a pipe without a writer (a forgotten FIFO)
+ * could block the program for ever, so they are refused. The pipe of a shell's `<(...)` is
+ * accepted. */
 #include "deck/textfile.h"
 
 #include <fcntl.h>
@@ -9,10 +10,11 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-enum { WRITER_COMES = 2000 }; /* [ms] a shell may start writer and reader at once */
+/* [ms] to wait for a writer: a shell may start writer and reader at the same time */
+enum { WRITER_COMES = 2000 };
 
-/* Of a pipe opened with O_NONBLOCK: something can be read, or a writer is there, if need be a slow
- * one, which is waited for from now on. */
+/* Is there data in the pipe, or a process that may still write? The pipe was opened with
+ * O_NONBLOCK; afterwards reading waits for a slow writer. */
 static bool has_writer(FILE *pipe)
 {
     struct pollfd end = {.fd = fileno(pipe), .events = POLLIN};

@@ -1,19 +1,19 @@
-/* Text files that users name: decks and starts. */
+/* Text files that users name: decks and start files. */
 #ifndef MILL_TEXTFILE_H
 #define MILL_TEXTFILE_H
 
 #include <errno.h>
 #include <stdio.h>
 
-/* Opens a file, or a pipe with a writer, for reading. NULL: *wrong says what it is instead, or is
- * NULL and errno says why it cannot be read. */
+/* Opens a file for reading, or a pipe that another process writes to. NULL: *wrong says what else
+ * the path is; if *wrong is NULL, errno says why it cannot be read. */
 FILE *mill_textfile_open(const char *path, const char **wrong);
 
-/* All bytes of a file of at most `most` bytes, and room for one more; NULL: as above. Owner: the
- * caller. */
+/* Reads a file of at most `most` bytes; the memory has room for one byte more. NULL: as for
+ * mill_textfile_open. Owner: the caller. */
 char *mill_textfile_read(const char *path, size_t most, size_t *size, const char **wrong);
 
-/* getc() that goes on after a signal */
+/* getc() that continues after a signal */
 static inline int mill_textfile_next(FILE *file)
 {
     int c;

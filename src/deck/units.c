@@ -1,8 +1,8 @@
-/* Which SI factor does a unit stand for, and is it of the wanted quantity? UDUNITS-2 parses the
- * unit (its grammar and database: https://docs.unidata.ucar.edu/udunits/current/) and converts it.
- * Its own test for convertibility is not enough: to it the radian is just 1, so 16 Hz would pass
- * for 16 rad/s; and 16 s for 1/16 Hz. So the unit also has to equal a multiple of the wanted one.
- */
+/* Finds the SI factor of a unit and checks that the unit is of the wanted quantity. UDUNITS-2
+ * parses the unit (its grammar and database: https://docs.unidata.ucar.edu/udunits/current/) and
+ * converts it. Its own test for convertibility is not strict enough: it treats the radian as 1, so
+ * it would accept 16 Hz for 16 rad/s, and 16 s for 1/16 Hz. So the unit must also equal a multiple
+ * of the wanted unit. */
 #include "deck/units.h"
 
 #include <ctype.h>
@@ -12,16 +12,16 @@
 #include <string.h>
 #include <udunits2.h>
 
-enum { LONGEST = 80, DATABASE = 1 << 20 /* [B] more than twice what it takes to read it */ };
-#define CLOSE 1e-15  /* of a scale to a whole number, or to one over it */
-#define LARGEST 1e15 /* such a number that a double holds exactly */
+enum { LONGEST = 80, DATABASE = 1 << 20 /* [B] more than twice what reading needs */ };
+#define CLOSE 1e-15  /* a scale this near to a whole number n, or to 1/n, is taken as that */
+#define LARGEST 1e15 /* largest whole number that is used like that; a double holds it exactly */
 
 struct mill_units {
     ut_system *system;
     ut_unit *radian, *rpm, *a_minute; /* the last: 1/min */
 };
 
-/* Unless the database knows the name by now */
+/* Adds a name to the database, if the database does not know it yet */
 static bool add_name(ut_system *system, const char *name, const char *meaning)
 {
     ut_unit *unit = ut_parse(system, meaning, UT_UTF8);
@@ -35,7 +35,7 @@ enum mill_status mill_units_create(struct mill_units **units, struct mill_error 
     *units = NULL;
     ut_set_error_message_handler(ut_ignore);
     struct mill_units *made = calloc(1, sizeof *made);
-    /* UDUNITS-2 crashes or exits where memory ends while it reads */
+    /* UDUNITS-2 crashes or exits if it runs out of memory while it reads */
     void *room = malloc(DATABASE);
     free(room);
     if (!made || !room) {
@@ -76,9 +76,9 @@ void mill_units_free(struct mill_units *units)
     free(units);
 }
 
-/* UDUNITS takes numbers as factors ("mm 5" is 5 mm) and huge exponents; a deck's value has one
- * number, in front. So digits may only follow a letter, '^', '**' or their sign, two of them at
- * most; but for a 1 in front, as in 1/min. */
+/* UDUNITS also accepts numbers as factors ("mm 5" is 5 mm) and huge exponents. A deck's value has
+ * only one number, in front of the unit. So digits in a unit may only follow a letter, '^', '**' or
+ * their sign, two digits at most. The only exception is a 1 in front, as in 1/min. */
 static bool digits_are_exponents(const char *unit)
 {
     const bool inverse = unit[0] == '1' && unit[1] == '/';
@@ -94,7 +94,7 @@ static bool digits_are_exponents(const char *unit)
     return true;
 }
 
-/* Is it that many of `base`? */
+/* Does `unit` equal `factor` times `base`? */
 static bool is_multiple(const ut_unit *unit, double factor, const ut_unit *base)
 {
     ut_unit *multiple = ut_scale(factor, base);

@@ -1,5 +1,5 @@
-/* Units of measure in decks, by UDUNITS-2 and a few names that its database lacks (deg, rev, U and
- * RPM). */
+/* Units of measure in decks: those of UDUNITS-2, and a few names that its database does not have
+ * (deg, rev, U and RPM). */
 #ifndef MILL_UNITS_H
 #define MILL_UNITS_H
 
@@ -9,24 +9,25 @@ struct mill_units; /* the unit database */
 
 enum mill_units_verdict {
     MILL_UNITS_GOOD,
-    MILL_UNITS_UNKNOWN,  /* no such unit, or not a unit at all */
-    MILL_UNITS_MISMATCH, /* a unit, but of another quantity, or not a pure scale (degC, dB) */
-    MILL_UNITS_NO_ANGLE, /* right but for the radian: Hz where rad/s is wanted, 1 where rad is */
-    MILL_UNITS_ANGLE     /* the other way round: rpm where Hz is wanted */
+    MILL_UNITS_UNKNOWN, /* no such unit, or not a unit at all */
+    /* a unit of another quantity, or one that is not a plain factor (degC, dB) */
+    MILL_UNITS_MISMATCH,
+    MILL_UNITS_NO_ANGLE, /* only the radian is missing: Hz instead of rad/s, or 1 instead of rad */
+    MILL_UNITS_ANGLE     /* a radian too many: rpm instead of Hz */
 };
 
-/* Loads the database. MILL_FAILED when UDUNITS finds none or memory is short. Owner: the caller. */
+/* Loads the database. MILL_FAILED: UDUNITS finds none, or out of memory. Owner: the caller. */
 enum mill_status mill_units_create(struct mill_units **units, struct mill_error *error);
 void mill_units_free(struct mill_units *units);
 
-/* The factor that takes a number in `unit` to SI unit `si` (both as UDUNITS writes them, `si` a
- * product of m, kg, s, Hz, rad, or "1"). *scale is set only for MILL_UNITS_GOOD. Angles are a
- * dimension of their own here: Hz and rad/s differ. As an angular speed 1/min is a turn a minute,
- * as on data sheets. */
+/* Finds the factor that converts a number in `unit` to the SI unit `si`. Both are in the notation
+ * of UDUNITS; `si` is a product of m, kg, s, Hz, rad, or "1". *scale is set only for
+ * MILL_UNITS_GOOD. Angles are a dimension of their own here, so that Hz and rad/s differ. For an
+ * angular speed, 1/min means one turn per minute, as on data sheets. */
 enum mill_units_verdict mill_units_scale(const struct mill_units *units, const char *unit,
                                          const char *si, double *scale);
 
-/* value * scale, rounded as decimal arithmetic would: 75 mm is the double nearest to 0.075. */
+/* value * scale, rounded as in decimal arithmetic: 75 mm becomes the double nearest to 0.075. */
 double mill_units_convert(double value, double scale);
 
 #endif
