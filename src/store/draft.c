@@ -1,7 +1,8 @@
-/* How a file that is written for hours can be whole at every moment: write a copy, sync it, rename
- * it over the old one, sync the folder (the usual way of replacing a file; POSIX makes rename
- * atomic). The copy is free on file systems that share blocks, else it costs what reading and
- * writing the file costs, and for a moment the room of a third file beside PATH and PATH.part. */
+/* A file that is written for hours must be complete at every moment. So publishing writes a
+ * copy, syncs it, renames it over the old file and syncs the folder (the usual method; POSIX
+ * makes rename atomic). On file systems that share blocks the copy costs nothing. Elsewhere the
+ * file is read and written once, and for a moment there are three files of its size: PATH,
+ * PATH.part and the copy. */
 #define _XOPEN_SOURCE 700 /* realpath */
 #include "store/draft.h"
 
@@ -23,15 +24,16 @@
 
 void mill_draft_init(struct mill_draft *draft, const char *path, const char *begins)
 {
-    /* A link stays a link: what it points to is replaced, or made. Where nothing is there yet, or a
-     * link to nothing: one step, the rest is for open to refuse. */
+    /* A symbolic link stays a link: the file that it points to is replaced, or made. If realpath
+     * fails because the file does not exist yet, only one link is followed; open refuses everything
+     * else. */
     char link[sizeof draft->path] = "", *whole = realpath(path, NULL);
     const bool leads = !whole && readlink(path, link, sizeof link - 1) > 0;
     const char *slash = leads && link[0] != '/' ? strrchr(path, '/') : NULL;
     const char *end = leads ? link : path;
     const int length = snprintf(draft->path, sizeof draft->path, "%.*s%s",
                                 slash ? (int)(slash - path) + 1 : 0, path, whole ? whole : end);
-    (void)length; /* what is cut is still too long */
+    (void)length; /* a path that is cut is still too long, and is refused */
     free(whole);
     snprintf(draft->part, sizeof draft->part, "%s.part", draft->path);
     snprintf(draft->new, sizeof draft->new, "%s.new", draft->path);
@@ -67,7 +69,8 @@ static int sync_file(int fd)
 {
     while (fsync(fd) != 0)
         if (errno != EINTR)
-            return errno == EINVAL || errno == ENOTSUP ? 0 : errno; /* no disk behind it */
+            /* this kind of file cannot be synced */
+            return errno == EINVAL || errno == ENOTSUP ? 0 : errno;
     return 0;
 }
 
@@ -79,7 +82,7 @@ static int rename_file(const char *from, const char *to)
     return 0;
 }
 
-/* Disks that know no locks are no reason to fail. */
+/* Is the file locked by another process? File systems without locks are accepted. */
 static bool locked_by_another(int fd)
 {
     while (flock(fd, LOCK_EX | LOCK_NB) != 0)
@@ -107,7 +110,7 @@ static int copy(int from, int to)
     }
 }
 
-/* ---- files beside PATH ---- */
+/* ---- files next to PATH ---- */
 
 static bool names(const char *path, int fd)
 {
@@ -122,7 +125,7 @@ static bool is_empty_file(int fd)
     return fstat(fd, &about) == 0 && S_ISREG(about.st_mode) && about.st_size == 0;
 }
 
-/* Has a draft left this file? Not where it is a link, or none. */
+/* Is this file from a draft? No if it is a link or does not exist. */
 static bool left_by_draft(const struct mill_draft *draft, const char *name)
 {
     char bytes[32];
@@ -138,8 +141,8 @@ static bool left_by_draft(const struct mill_draft *draft, const char *name)
     return left;
 }
 
-/* A file in the way of one of ours: EEXIST, unless it may go. A link goes itself, never what it
- * leads to. */
+/* Handles a file that is in the way: removes it if `may_go`, else EEXIST. Of a symbolic link only
+ * the link is removed. */
 static int clear_way(struct mill_draft *draft, const char *name, bool may_go)
 {
     struct stat about;
@@ -161,7 +164,7 @@ static int take_lock(struct mill_draft *draft, bool force)
             failed = clear_way(draft, draft->lock, force);
         else if (locked_by_another(fd))
             failed = EWOULDBLOCK;
-        /* the writer before may have removed the name between our opening and locking it */
+        /* between our open and our lock, an earlier writer may have removed the name */
         else if (names(draft->lock, fd))
             draft->lock_fd = fd;
         if (draft->lock_fd >= 0)
@@ -173,7 +176,7 @@ static int take_lock(struct mill_draft *draft, bool force)
     }
 }
 
-/* A new file with the bytes and the mode of `from`, or an empty one where from < 0. */
+/* Makes a new file with the bytes and the mode of `from`; an empty one if from < 0. */
 static int make(const char *name, int from, int *made)
 {
     struct stat about;
@@ -188,7 +191,7 @@ static int make(const char *name, int from, int *made)
     return copy(from, fd);
 }
 
-/* Closes the file and takes its name away, unless another file has that by now. */
+/* Closes the file and removes its name, unless the name belongs to another file now. */
 static void drop(const char *name, int *fd)
 {
     if (*fd < 0)
@@ -232,18 +235,17 @@ int mill_draft_publish(struct mill_draft *draft, bool last)
     char name[sizeof draft->path];
     if (draft->fd < 0)
         return EBADF;
-    /* a copy also where somebody removed PATH.part, or put another file there */
+    /* a copy is needed also if someone removed or replaced PATH.part */
     const bool itself = last && names(draft->part, draft->fd);
     int fd = -1, failed = itself ? 0 : make(draft->new, draft->fd, &fd);
     if (!failed)
         failed = sync_file(itself ? draft->fd : fd);
     if (!failed)
         failed = rename_file(itself ? draft->part : draft->new, draft->path);
-    drop(draft->new, &fd); /* the name is gone where that went well */
+    drop(draft->new, &fd); /* after a successful rename the name no longer exists */
     if (failed)
         return failed;
-    /* so that the new name outlives a loss of power; a folder that cannot be synced is none of ours
-     */
+    /* the new name must survive a loss of power; a folder that cannot be synced is no failure */
     const int folder = open_file(dirname(strcpy(name, draft->path)), O_RDONLY);
     if (folder >= 0) {
         sync_file(folder);

@@ -1,7 +1,7 @@
-/* A file that others only ever see whole: it is written as PATH.part, and PATH is replaced in one
- * step at each publication, by a copy of it, at the last one by itself. Whatever happens to the
- * process, PATH is as it was last published. PATH.lock, locked, keeps two writers of one PATH
- * apart. Knows bytes only, nothing of HDF5.
+/* A file that other processes only ever see complete. It is written as PATH.part. Each publication
+ * replaces PATH in one step by a copy of PATH.part, the last one by PATH.part itself. If the
+ * process dies, PATH is as it was last published. A lock on PATH.lock prevents two writers of one
+ * PATH. This module handles bytes only; it does not depend on HDF5.
  *
  * Functions that return an int return 0 or an errno. */
 #ifndef MILL_DRAFT_H
@@ -13,46 +13,48 @@
 
 enum mill_draft_way {
     MILL_DRAFT_EMPTY, /* a new file */
-    MILL_DRAFT_COPY,  /* the published file, to be gone on with */
-    MILL_DRAFT_FORCE  /* a new file, whatever stands in the way of PATH.part and PATH.lock */
+    MILL_DRAFT_COPY,  /* a copy of the published file, to continue it */
+    MILL_DRAFT_FORCE  /* a new file; replaces any PATH.part and PATH.lock */
 };
 
-/* Others only read it. */
+/* Other modules only read it. */
 struct mill_draft {
-    /* longer than any that the system takes: what is cut is refused */
+    /* longer than any path that the system accepts: a cut one is refused */
     char path[4104], part[4112], new[4112], lock[4112];
     const char *begins;
-    const char *obstacle; /* one of these names; NULL: none */
+    const char *obstacle; /* the one of these names that is in the way; NULL: none */
     int fd;               /* of PATH.part, for reading and writing; -1: none is open */
     int lock_fd;          /* -1: not locked */
 };
 
-/* For the file `path`, or what it links to. Touches no disk. begins: what it will begin with: by
- * this a PATH.part or PATH.new is known that a killed process has left; NULL: only an empty one is.
- * It must outlive the draft. */
+/* Prepares a draft of the file `path`, or of the file that this links to. Does not touch the
+ * disk. begins: the first bytes of the finished file. They identify a PATH.part or PATH.new
+ * that a killed process has left; NULL: only an empty file is accepted as such. `begins` must
+ * outlive the draft. */
 void mill_draft_init(struct mill_draft *draft, const char *path, const char *begins);
 
-/* Which of the four names leads to the file at `path`? NULL: none. */
+/* Returns the one of the four names that leads to the file at `path`; NULL: none. */
 const char *mill_draft_meets(const struct mill_draft *draft, const char *path);
 
-/* Begins the draft. EWOULDBLOCK: another process writes this file. EEXIST: a file that no draft
- * has left is in the way; it is not touched. After a failure too the caller ends the draft. */
+/* Begins the draft. EWOULDBLOCK: another process is writing this file. EEXIST: a file that is not
+ * from a draft is in the way; it is not touched. The caller ends the draft even after a failure. */
 int mill_draft_open(struct mill_draft *draft, enum mill_draft_way way);
 
-/* Why that failed, in one line ("PATH: cannot VERB: No space left on device"): MILL_FAILED, or
- * MILL_BAD_DECK for a file in the way. path: as the user gave it. */
+/* Describes why mill_draft_open or mill_draft_publish failed, in one line ("PATH: cannot VERB: No
+ * space left on device"). Returns MILL_FAILED, or MILL_BAD_DECK for a file in the way. path: as the
+ * user gave it. */
 enum mill_status mill_draft_tell(const struct mill_draft *draft, const char *path, const char *verb,
                                  int failed, struct mill_error *error);
 
-/* The bytes written so far become the file and reach the disk. Where they do not, the file stays as
- * it is. last: no draft is open afterwards. */
+/* Makes the bytes written so far the file, and waits until they are on the disk. After a failure
+ * the file is unchanged. last: closes the draft. */
 int mill_draft_publish(struct mill_draft *draft, bool last);
 
-/* Drops what was not published, gives up the lock. */
+/* Deletes what was not published, and releases the lock. */
 void mill_draft_end(struct mill_draft *draft);
 
-/* Takes away a PATH.lock that nobody holds: a process killed right after its last publication has
- * left it. */
+/* Removes a PATH.lock that no process holds: one killed right after its last publication has left
+ * it. */
 void mill_draft_clear(const char *path);
 
 #endif

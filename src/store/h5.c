@@ -1,7 +1,7 @@
-/* What all files of this module stand on: how failures are told, groups, links. HDF5's own error
- * stack is never printed; why it failed is noted at the first failure. After that (disk full,
- * mostly) the library's cache no longer matches the disk, and every further write would fail in a
- * new way: so the file is spent, and closing only lets go. */
+/* The common part of this module: failures, groups, links. HDF5's own error stack is never printed;
+ * the reason is recorded at the first failure. After a failure (mostly a full disk) the library's
+ * cache no longer matches the disk, and every later write would fail in another way. So the file is
+ * then spent, and closing only frees it. */
 #include "store/h5_internal.h"
 
 #include <assert.h>
@@ -11,11 +11,13 @@
 #include <string.h>
 #include <unistd.h>
 
-enum { PATH = 1024 }; /* [byte] no path in a file is as long: names from decks are short */
+/* [byte] all paths in a file are shorter, because names from decks are short */
+enum { PATH = 1024 };
 
 /* ---- failures ---- */
 
-/* Why HDF5 has failed first since the last failure was told; it forgets that at the next call. */
+/* Why HDF5 failed for the first time since the last failure was reported. HDF5 itself forgets the
+ * reason at its next call. */
 static struct {
     int number;      /* errno, 0 = none */
     char words[256]; /* "": nothing has failed */
@@ -40,7 +42,7 @@ static herr_t note_first(hid_t stack, void *self)
 
 void mill_h5_listen(void)
 {
-    H5dont_atexit(); /* what is wrong then would be told on stderr, if it did not hang */
+    H5dont_atexit(); /* HDF5 would report failures at exit on stderr, or hang */
     H5Eset_auto2(H5E_DEFAULT, note_first, NULL);
     reason.words[0] = '\0';
 }
@@ -59,7 +61,7 @@ void mill_h5_spend(struct mill_h5 *file, const char *why)
 {
     reason.words[0] = '\0';
     if (file->status != MILL_OK)
-        return; /* the first failure stands */
+        return; /* the first failure is the one that is reported */
     file->status = mill_error_set(&file->cause, MILL_FAILED, "%s: %s", file->path, why);
     mill_h5_detach(file);
 }
@@ -117,7 +119,7 @@ bool mill_h5_exists(struct mill_h5 *file, const char *path)
     char parent[PATH];
     if (!path[0])
         return file->status == MILL_OK;
-    /* H5Lexists fails where a group on the way is missing */
+    /* H5Lexists fails if a group on the way is missing */
     const bool held = mill_h5_exists(file, parent_of(path, parent));
     const bool there = held && H5Lexists(file->id, path, H5P_DEFAULT) > 0;
     mill_h5_check(file, "read", path);

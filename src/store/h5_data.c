@@ -1,10 +1,10 @@
-/* Attributes, and datasets, each with its unit and description: those written in one piece, views,
- * which show the elements of another dataset of the file under another shape (HDF5 virtual
- * datasets, since 1.10), and columns, which grow by rows. Single rows are gathered in memory and
- * written a chunk at a time, because one call to HDF5 costs microseconds; a chunk holds about
- * 64 KiB, the compromise between the cost per chunk and the cost of reading one frame; longer rows
- * than LARGEST_CHUNK are cut. Texts are of variable length in UTF-8, because h5py turns only those
- * into str and MDAnalysis compares the unit with a str. */
+/* Attributes and datasets. There are three kinds of datasets, each with unit and description: those
+ * written in one piece; views, which show the elements of another dataset of the file in another
+ * shape (HDF5 virtual datasets, since 1.10); and columns, which grow by rows. Columns gather single
+ * rows in memory and write whole chunks, because one call to HDF5 costs microseconds. A chunk holds
+ * about 64 KiB, a compromise between the cost of a chunk and the cost of reading one frame. A row
+ * longer than LARGEST_CHUNK is divided. Texts are UTF-8 of variable length: h5py turns only these
+ * into str, and MDAnalysis compares the unit with a str. */
 #include "store/h5_internal.h"
 
 #include <assert.h>
@@ -13,13 +13,14 @@
 
 enum {
     MAX_RANK = 8,
-    CONVERTED = 4096,  /* [byte] at a time, of texts: HDF5's own 1 MiB is zeroed for each of them */
-    CHECKED = 1 << 20, /* [byte] with one checksum, at most: HDF5 copies so many at a time */
+    /* [byte] buffer for converting texts: HDF5's default, 1 MiB, is zeroed for each text */
+    CONVERTED = 4096,
+    CHECKED = 1 << 20, /* [byte] for one checksum, at most: HDF5 copies this much at a time */
     CHUNK = 65536,
-    LARGEST_CHUNK = 262144 /* [byte] HDF5 needs three times as much to pack one */
+    LARGEST_CHUNK = 262144 /* [byte] HDF5 needs three times as much to compress a chunk */
 };
 
-/* In the file and in memory; neither is to be closed. */
+/* Types in the file and in memory. The caller closes neither. */
 struct types {
     hid_t kept, held;
 };
@@ -49,7 +50,7 @@ static hid_t make_space(int rank, const size_t *dims)
 
 /* ---- attributes ---- */
 
-/* count 0: a scalar */
+/* count 0: writes a scalar */
 static void put(hid_t object, const char *name, struct types types, size_t count,
                 const void *values)
 {
@@ -91,7 +92,8 @@ void mill_h5_attribute_ascii(struct mill_h5 *file, const char *object, const cha
 
 /* ---- datasets in one piece ---- */
 
-/* An empty dataset with its labels; negative: the file is spent. Closes space and list. */
+/* Makes an empty dataset with unit and description. Negative: the file is spent. Closes space and
+ * list. */
 static hid_t make(struct mill_h5 *file, const char *path, struct types types, hid_t space,
                   hid_t list, const char *unit, const char *description)
 {
@@ -108,7 +110,7 @@ static hid_t make(struct mill_h5 *file, const char *path, struct types types, hi
     return set;
 }
 
-/* The same with its content, closed. values: NULL where it has none of its own. */
+/* Makes a dataset, writes its values and closes it. values: NULL for a view. */
 static void store(struct mill_h5 *file, const char *path, struct types types, hid_t space,
                   hid_t list, const void *values, const char *unit, const char *description)
 {
@@ -136,8 +138,8 @@ void mill_h5_write_text(struct mill_h5 *file, const char *path, const char *text
     mill_h5_write(file, path, MILL_H5_TEXT, 0, NULL, &text, "", description);
 }
 
-/* `length` things of so many bytes in all are cut into equal pieces of `most` bytes at most, the
- * last a little shorter: the length of one. */
+/* Divides `length` elements of `bytes` in all into equal pieces of at most `most` bytes; the last
+ * one may be shorter. Returns the length of a piece. */
 static hsize_t piece(size_t length, size_t bytes, size_t most)
 {
     const size_t pieces = (bytes + most - 1) / most;
@@ -150,7 +152,7 @@ void mill_h5_write_checked(struct mill_h5 *file, const char *path, enum mill_h5_
     const struct types types = types_of(file, type);
     const hid_t list = mill_h5_timeless(H5P_DATASET_CREATE);
     const hsize_t chunk = piece(count, count * H5Tget_size(types.held), CHECKED);
-    if (count > 0) { /* HDF5 makes no chunks of nothing */
+    if (count > 0) { /* HDF5 cannot make chunks of 0 elements */
         H5Pset_chunk(list, 1, &chunk);
         H5Pset_fletcher32(list);
         H5Pset_fill_time(list, H5D_FILL_TIME_NEVER);
@@ -165,7 +167,7 @@ void mill_h5_view(struct mill_h5 *file, const char *path, enum mill_h5_type type
 {
     const hid_t space = make_space(rank, dims), origin = make_space(source_rank, source_dims);
     const hid_t list = mill_h5_timeless(H5P_DATASET_CREATE);
-    /* "." is this file, whatever its name will be */
+    /* "." means this file, also under a new name */
     H5Pset_virtual(list, space, ".", source, origin);
     mill_h5_check(file, "write", path);
     mill_h5_release(origin);
@@ -174,7 +176,7 @@ void mill_h5_view(struct mill_h5 *file, const char *path, enum mill_h5_type type
 
 /* ---- reading ---- */
 
-/* A dataset opened for reading, and how many elements it has; negative: there is none. */
+/* Opens a dataset for reading and counts its elements. Negative: there is none. */
 static hid_t look(struct mill_h5 *file, const char *path, size_t *count)
 {
     if (!mill_h5_exists(file, path))
@@ -190,7 +192,7 @@ enum mill_status mill_h5_read_text(struct mill_h5 *file, const char *path, char 
 {
     size_t count = 0;
     const hid_t set = look(file, path, &count);
-    char *held = NULL; /* HDF5's own memory */
+    char *held = NULL; /* memory of HDF5 */
     if (set >= 0 && count == 1)
         H5Dread(set, file->text, H5S_ALL, H5S_ALL, H5P_DEFAULT, &held);
     *text = held ? strdup(held) : NULL;
@@ -230,11 +232,11 @@ enum mill_status mill_h5_read(struct mill_h5 *file, const char *path, enum mill_
 
 struct mill_h5_column {
     struct mill_h5 *file;
-    struct mill_h5_column *next; /* open in the same file */
+    struct mill_h5_column *next; /* next open column of the file */
     hid_t set;
     struct types types;
     int rank;          /* of the dataset */
-    hsize_t extent[3]; /* rows in the file, then those of a row */
+    hsize_t extent[3]; /* rows in the file, then the dimensions of a row */
     size_t row_bytes;
     size_t capacity, gathered; /* [rows] */
     unsigned char *buffer;
@@ -246,9 +248,9 @@ static bool good(const struct mill_h5_column *column)
     return column && column->file->status == MILL_OK;
 }
 
-/* The dataset of a new column, with no rows. These are there only once they are written, so none is
- * filled first; and without filters HDF5 then writes from where the rows lie, where it else would
- * copy them (and lose the copy when a disk is full). */
+/* Makes the dataset of a new column, without rows. Space for rows exists only once they are
+ * written, so plain rows need no fill. Without fill and filters HDF5 writes rows directly from the
+ * caller's memory. Otherwise it would copy them, and lose the copy when the disk is full. */
 static hid_t make_rows(struct mill_h5_column *column, const struct mill_h5_layout *layout)
 {
     const hid_t list = mill_h5_timeless(H5P_DATASET_CREATE);
@@ -267,7 +269,7 @@ static hid_t make_rows(struct mill_h5_column *column, const struct mill_h5_layou
                 layout->description);
 }
 
-/* Makes the dataset, or takes up the one that is there. */
+/* Makes the dataset, or opens an existing one. */
 static void open_rows(struct mill_h5_column *column, const struct mill_h5_layout *layout,
                       uint64_t keep)
 {
@@ -355,7 +357,7 @@ void mill_h5_column_append(struct mill_h5_column *column, size_t count, const vo
 {
     const unsigned char *from = rows;
     while (good(column) && count > 0) {
-        /* the buffer ends where a chunk does, so that none is packed twice */
+        /* the buffer ends where a chunk ends, so that no chunk is compressed twice */
         const size_t begun = (size_t)(column->extent[0] % column->capacity);
         const size_t left = column->capacity - begun - column->gathered;
         const size_t some = count < left ? count : left;

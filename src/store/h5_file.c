@@ -5,11 +5,11 @@
 #include <string.h>
 #include <unistd.h>
 
-/* [byte] of a file's structure that HDF5 keeps in memory. Its own 2 MiB take some 5; a run writes
- * each piece once. */
+/* [byte] of a file's structure that HDF5 keeps in memory. HDF5's default of 2 MiB takes about 5
+ * MiB. A run writes each piece only once. */
 enum { METADATA = 262144 };
 
-/* failed: an errno of the draft, 0 = none */
+/* failed: an errno of the draft; 0: no failure */
 static void tell(struct mill_h5 *file, const char *verb, int failed)
 {
     if (failed == 0)
@@ -18,9 +18,9 @@ static void tell(struct mill_h5 *file, const char *verb, int failed)
     mill_h5_detach(file);
 }
 
-/* Files that HDF5 1.10 and later read, in the compact format of 1.8; closing takes all that is
- * still open along. PATH.lock keeps writers apart, and disks that know no locks are fine. Whole
- * chunks are written, so none is kept in memory. */
+/* Properties for opening a file. HDF5 1.10 and later can read it, in the compact format of 1.8.
+ * Closing also closes all open objects. HDF5's own locks are off: PATH.lock prevents a second
+ * writer, also on disks without locks. Chunks are written whole, so none is kept in memory. */
 static hid_t access_list(void)
 {
     const hid_t list = H5Pcreate(H5P_FILE_ACCESS);
@@ -43,8 +43,8 @@ static hid_t access_list(void)
     return list;
 }
 
-/* Through the draft, which is open, or for reading only. A new file is flushed at once, so that
- * what a killed run leaves begins as HDF5 files do. */
+/* Opens the draft's file, or a file that is only read. A new file is flushed at once, so that a
+ * file left by a killed run begins with HDF5's signature. */
 static void open_file(struct mill_h5 *file, enum mill_h5_open how, const char *verb)
 {
     const hid_t list = access_list(), create = mill_h5_timeless(H5P_FILE_CREATE);
@@ -59,7 +59,7 @@ static void open_file(struct mill_h5 *file, enum mill_h5_open how, const char *v
     mill_h5_release(list);
     if (file->id < 0)
         mill_h5_fail(file, verb, NULL, old ? "it is no HDF5 file, or damaged or cut off" : NULL);
-    /* what is empty then is not what HDF5 has opened: somebody put another file in its place */
+    /* an empty file is not the one that HDF5 opened: somebody has replaced it */
     else if (how != MILL_H5_READ &&
              (H5Fflush(file->id, H5F_SCOPE_GLOBAL) < 0 || lseek(file->draft.fd, 0, SEEK_END) <= 0))
         mill_h5_fail(file, verb, NULL, NULL);
@@ -84,7 +84,7 @@ enum mill_status mill_h5_create(const char *path, enum mill_h5_open how, struct 
     mill_draft_init(&file->draft, path, "\211HDF\r\n\032\n");
     if (how != MILL_H5_READ)
         tell(file, verb, mill_draft_open(&file->draft, way));
-    /* asked for only now, under the lock: a run that ends makes the file */
+    /* checked only now, while holding the lock: an ending run may have made the file */
     if (file->status == MILL_OK && how == MILL_H5_NEW && access(path, F_OK) == 0)
         mill_h5_spend(file, "exists already; --force overwrites it, -o gives another name");
     if (file->status == MILL_OK)
@@ -106,7 +106,7 @@ static void publish(struct mill_h5 *file, bool last)
         const hid_t id = file->id;
         while (file->columns)
             mill_h5_column_close(file->columns);
-        file->id = -1; /* what is wrong now finds no file to detach */
+        file->id = -1; /* so that a later failure does not try to detach the closed file */
         H5Fclose(id);
         mill_h5_check(file, "close", NULL);
     }
