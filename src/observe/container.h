@@ -1,4 +1,4 @@
-/* The container's shape, as its own frame sees it. */
+/* The container's shape in its own frame */
 #ifndef MILL_CONTAINER_H
 #define MILL_CONTAINER_H
 
@@ -7,8 +7,9 @@
 /* Is it a body, not a drum? */
 bool mill_container_is_body(const struct mill_world *world);
 
-/* [m] How far a point of the container's frame is from the nearest of a body's walls, < 0: outside.
- * It changes by no more than the point moves. normal: becomes the direction away from that wall. */
+/* [m] Distance from a point of the container's frame to the nearest wall of a body; < 0: the point
+ * is outside. When the point moves, the distance changes by no more than the point moves. normal:
+ * set to the direction away from that wall. */
 double mill_container_gap(const struct mill_world *world, vec3 point, vec3 *normal);
 
 #endif

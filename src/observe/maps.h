@@ -1,6 +1,6 @@
-/* Where in the mill does it happen? Two maps in the container's own frame, `cross_section` (y, z)
- * and `axial` (x, r): impacts, and the time-averaged flow of the balls as seen from the container.
- */
+/* Where in the mill do impacts happen, and how do the balls move there? Two maps in the container's
+ * own frame, `cross_section` (y, z) and `axial` (x, r), of impacts and of the time-averaged flow of
+ * the balls as seen from the container. */
 #ifndef MILL_MAPS_H
 #define MILL_MAPS_H
 
@@ -10,7 +10,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* Cells along an axis, at most; those along r; those of a map, at most */
+/* Maximum number of cells along an axis; cells along r; maximum number of cells of a map */
 enum { MILL_MAPS_LONGEST = 400, MILL_MAPS_RINGS = 30, MILL_MAPS_MOST = 400 * 30 };
 
 struct mill_map_hits {
@@ -24,48 +24,49 @@ struct mill_map_flow {
     double flow[3]; /* [m^4/s] volume times velocity: (x, y, z), or (x, r, phi) in the axial map */
 };
 
-/* Equal cells [from, from + n size) in two coordinates; what lies outside goes to the cells at the
- * rim. Index of cell (i, k): i * n[1] + k. */
+/* Equal cells [from, from + n size) in two coordinates. What is outside is counted in the outermost
+ * cells. Index of cell (i, k): i * n[1] + k. */
 struct mill_map {
     int n[2];
     double from[2], size[2]; /* [m] */
     double per[2];           /* [1/m] 1 / size */
     struct mill_map_flow *flow;
     struct mill_map_hits *hits;
-    double *room; /* [m^3] of the cell inside the container */
+    double *room; /* [m^3] volume of the cell inside the container */
 };
 
-/* Each of the arrays holds the cells of `cross`, then those of `axial`. */
+/* Each array contains the cells of `cross`, then those of `axial`. */
 struct mill_maps {
     struct mill_map cross, axial;
     size_t cells;
-    uint64_t samples; /* of the flow */
+    uint64_t samples; /* number of samples of the flow */
 };
 
-/* Cells of R/30 (2.5 mm in a drum of 75 mm): 60 x 60 over the cross-section, 30 rings; R is the
- * drum's radius, or that of the cylinder around a body, about the container's axis. false: out
- * of memory. Free them in any case. */
+/* Cells of size R/30 (2.5 mm in a drum of 75 mm): 60 x 60 in the cross-section, 30 rings. R is the
+ * radius of the drum, or of the cylinder around a body, about the container's axis. false: out of
+ * memory. The caller frees them in both cases. */
 bool mill_maps_init(struct mill_maps *maps, const struct mill_world *world);
-/* Empty ones with the same cells */
+/* Makes empty maps with the same cells */
 bool mill_maps_like(struct mill_maps *maps, const struct mill_maps *as);
 void mill_maps_free(struct mill_maps *maps);
 
-/* into += from; from = 0. Of the same cells. */
+/* into += from; then from = 0. Both must have the same cells. */
 void mill_maps_add(struct mill_maps *into, const struct mill_maps *from);
 void mill_maps_clear(struct mill_maps *maps);
 
-/* Tells them as the group "maps". */
+/* Writes the group "maps". */
 void mill_maps_tell(const struct mill_maps *maps, struct mill_sink *sink);
 
-/* For mill_maps_init(), of a container that is a body: the room of the cells, to a few thousandths
- * of a cell, within some tenths of a second. */
+/* For mill_maps_init() of a container that is a body: computes the volume of each cell inside it,
+ * to a few thousandths of a cell, within a few tenths of a second. */
 void mill_maps_room(struct mill_maps *maps, const struct mill_world *world);
 
-/* Counts an impact at a place of the container's frame; of a lasting one only the dissipation. */
+/* Counts an impact at a place in the container's frame. For a lasting contact only the dissipation
+ * counts. */
 void mill_maps_impact(struct mill_maps *maps, const struct mill_impact *impact, const vec3 *at);
 
-/* Adds the balls as they are at local time t. Each ball's volume is spread over 32 equal points
- * within it. */
+/* Adds the balls at local time t. The volume of each ball is spread over 32 equal
+ * points inside it. */
 void mill_maps_sample(struct mill_maps *maps, const struct mill_world *world, double t);
 
 /* Index along one axis (0 or 1) of the cell that holds coordinate `at` [m]. */

@@ -1,5 +1,6 @@
-/* What a reader of the numbers ought to know: where hard spheres leave their reach, and a run that
- * is not what it was meant to be. Decided here and nowhere else, before the run or after it. */
+/* Notes for the reader of the results: where the model of hard spheres is not valid, and where a
+ * run did not do what was probably wanted. Only this file decides about notes, before and after a
+ * run. */
 #ifndef MILL_NOTES_H
 #define MILL_NOTES_H
 
@@ -7,8 +8,9 @@
 #include "observe/tally.h"
 
 struct mill_note {
-    const char *code;    /* its name in files; NULL: of this run, not of its physics */
-    double value, limit; /* what is judged; NaN: not known */
+    /* name of the rule in files; NULL: the rule concerns the run, not its physics */
+    const char *code;
+    double value, limit; /* what the rule compares; NaN: not known */
     char text[256];      /* a sentence; "": within the limit */
 };
 
@@ -17,23 +19,24 @@ struct mill_notes {
     struct mill_note note[12];
 };
 
-/* Is it a mill of which only shaft and blades move, in a still drum? It is spoken of as a rotor. */
+/* True if only a shaft and blades move, in a drum at rest. The notes then speak of a rotor. */
 bool mill_notes_of_rotor(const struct mill_world *world);
 
-/* Of a mill that has yet to run, with `rate` [1/s] contacts to be expected; NaN: not known.
- * trial: what a short run of it came to; NULL: none. */
+/* Notes before a run. rate: contacts per second [1/s] to be expected; NaN: not known. trial:
+ * results of a short run of the same mill; NULL: none. */
 void mill_notes_expect(struct mill_notes *notes, const struct mill_world *world,
                        const struct mill_tally_results *trial, double rate);
 
-/* Of its results, world at local time t. stopped: the run was, by a signal. */
+/* Notes on the results of a run. The world is at local time t. stopped: a signal has stopped the
+ * run. */
 void mill_notes_take(struct mill_notes *notes, const struct mill_world *world,
                      const struct mill_tally_results *results, double t, bool stopped);
 
-/* The same of another program's run: without what is said of hard spheres only. */
+/* The same for another program's run, without the notes that concern hard spheres only. */
 void mill_notes_foreign(struct mill_notes *notes, const struct mill_world *world,
                         const struct mill_tally_results *results, double t, bool stopped);
 
-/* Tells values and limits as the group "reach", and to a file the sentences as "notes". */
+/* Writes values and limits as the group "reach"; in a file also the sentences as "notes". */
 void mill_notes_tell(const struct mill_notes *notes, struct mill_sink *sink);
 
 #endif

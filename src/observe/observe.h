@@ -1,4 +1,4 @@
-/* What is asked of the observers, as plain numbers: they know no deck. */
+/* What the observers are asked for, as plain numbers: they do not depend on the deck. */
 #ifndef MILL_OBSERVE_H
 #define MILL_OBSERVE_H
 
@@ -9,31 +9,34 @@
 #include <stdint.h>
 
 struct mill_observe {
-    double end;            /* [s] of the run */
-    double sample_from;    /* [s] statistics are gathered from here to the end; 0 where: */
-    bool sample_found;     /* the begin is to be found */
-    double precision;      /* relative standard error that ends the run; 0: none does */
-    double max_collisions; /* that end the run; 0: no number does */
+    double end; /* [s] end of the run */
+    /* [s] statistics are gathered from here to the end; 0: see sample_found */
+    double sample_from;
+    bool sample_found;     /* true: the start of the statistics is found in the run */
+    double precision;      /* relative standard error that ends the run; 0: not used */
+    double max_collisions; /* number of collisions that ends the run; 0: not used */
     double strike_window;  /* [s] contacts of a pair closer in time than this are one strike */
     double frames;         /* [s] between stored states of the balls; 0: none */
     double series;         /* [s] between rows of the time series */
     bool log_impacts;
-    double rotor_angle;       /* [rad] at t = 0 */
-    const double *elastic;    /* [J] in the springs of contacts, of another program's run; NULL: no
-                                 springs. The series reads it at every row. */
-    struct mill_profile drum; /* its cross-section, or the circle around a body, for pictures */
+    double rotor_angle; /* [rad] at t = 0 */
+    /* [J] energy in the springs of contacts, for another program's run; NULL: no springs. The
+     * series reads the number at every row. */
+    const double *elastic;
+    /* cross-section of the drum, or the circle around a body, for pictures */
+    struct mill_profile drum;
 };
 
-/* Of what happens every `interval` [s] from 0 to `end`: time k; INFINITY: there is none. The last
- * may lie a rounding error behind the end of the run. */
+/* Time of event k of those that happen every `interval` [s] from 0 to `end`. INFINITY: there is no
+ * such event. The last one may be later than the end of the run by a rounding error. */
 static inline double mill_observe_due(double interval, double end, uint64_t k)
 {
     const bool over = k > (uint64_t)floor(end / interval + 1e-9);
     return over ? (double)INFINITY : fmin((double)k * interval, end);
 }
 
-/* Asked now and then by what takes long, of which `done` of `all` is done. false: to be left
- * unfinished. */
+/* Called now and then during long work. `done` of `all` is done. on() returns false to stop the
+ * work unfinished. */
 struct mill_going {
     bool (*on)(void *self, double done, double all);
     void *self;

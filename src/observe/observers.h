@@ -1,5 +1,5 @@
-/* All observers of a run. One of them is a table and its line in observers.c; nobody else needs to
- * know which there are. */
+/* All observers of a run. An observer is a table of functions and a line in observers.c. No other
+ * file needs to know which observers exist. */
 #ifndef MILL_OBSERVERS_H
 #define MILL_OBSERVERS_H
 
@@ -7,9 +7,9 @@
 #include "observe/observe.h"
 #include "observe/sink.h"
 
-enum { MILL_OBSERVERS = 8 }; /* at most */
+enum { MILL_OBSERVERS = 8 }; /* maximum number */
 
-/* One of the type. NULL: out of memory. Owner: the caller. */
+/* Makes an observer of this type. NULL: out of memory. Owner: the caller. */
 struct mill_observer *mill_observers_one(const struct mill_observer_type *type,
                                          const struct mill_observe *asked,
                                          const struct mill_world *world, struct mill_error *error);
@@ -20,17 +20,19 @@ struct mill_observers {
     struct mill_observer *each[MILL_OBSERVERS];
 };
 
-/* Those that are asked for, in a world at t = 0. Free them in any case. */
+/* Makes the observers that are asked for, in a world at t = 0. The caller frees them
+ * in all cases. */
 enum mill_status mill_observers_create(const struct mill_observe *asked,
                                        const struct mill_world *world,
                                        struct mill_observers *observers, struct mill_error *error);
 void mill_observers_free(struct mill_observers *observers);
 
-/* Tells all their states; name: of the observer whose fields follow. */
+/* Saves or loads the states of all observers. name() is called before the fields of
+ * each observer. */
 void mill_observers_state(const struct mill_observers *observers, struct mill_state *state,
                           void (*name)(struct mill_state *state, const char *name));
 
-/* They make what they write to and are called by the loop from now on. */
+/* The observers make their datasets, and the event loop calls them from now on. */
 enum mill_status mill_observers_open(const struct mill_observers *observers,
                                      const struct mill_observe *asked, struct mill_h5 *file,
                                      struct mill_sim *sim, struct mill_error *error);
@@ -39,11 +41,12 @@ enum mill_status mill_observers_results(const struct mill_observers *observers,
                                         const struct mill_world *world, double t,
                                         struct mill_sink *sink, struct mill_error *error);
 
-/* false: it was not to go on, and not all is added. */
+/* Adds what only a finished file has. false: `going` has stopped it, and the result
+ * is incomplete. */
 bool mill_observers_finish(const struct mill_observers *observers, const struct mill_world *world,
                            const struct mill_going *going);
 
-/* The one of this type, or NULL */
+/* The observer of this type, or NULL */
 struct mill_observer *mill_observers_find(const struct mill_observers *observers,
                                           const struct mill_observer_type *type);
 

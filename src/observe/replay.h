@@ -1,9 +1,9 @@
-/* The run of another program, told to the observers of a run: a world whose balls and account are
- * set from outside, and which no event loop touches. States, impacts and accounts come in the order
- * of time, each kind for itself. They wait for the next account: then all that is before it is
- * gone through in the order of time, impacts one by one, and samples when observers want them. At a
- * sample the balls are those of the nearest state, on a free flight to that time; the account is
- * linear between the two around it. */
+/* Feeds another program's run to the observers. The balls and the account of the world come from
+ * outside; no event loop changes them. States, impacts and accounts must each come in the order of
+ * time. They wait for the next account. Then everything before that account is processed in the
+ * order of time: impacts one by one, and samples when observers want them. At a sample the balls
+ * are those of the nearest state, moved in free flight to the time of the sample. The account is
+ * interpolated linearly between the two accounts around it. */
 #ifndef MILL_REPLAY_H
 #define MILL_REPLAY_H
 
@@ -17,46 +17,48 @@ struct mill_replay_impact {
     int32_t kind, ball, partner, nothing;
 };
 
-/* Cumulative from t = 0; NaN: not known */
+/* Cumulative from t = 0, except `elastic`; NaN: not known */
 struct mill_replay_account {
     double time;    /* [s] */
-    double elastic; /* [J] in springs, now */
+    double elastic; /* [J] in springs at this time */
     struct {
-        double work, impulse; /* [J], [N m s] about its axis */
+        double work, impulse; /* [J], [N m s] the second about the motion's axis */
     } motion[MILL_MOTIONS_MOST];
     struct {
-        double all, normal; /* [J] lost */
+        double all, normal; /* [J] energy lost: in all, in the normal direction */
     } loss[MILL_KINDS_MOST];
 };
 
-/* Items of one size that wait, the first one first */
+/* Waiting items of equal size, the oldest first */
 struct mill_replay_queue {
-    size_t size, begin, end, room; /* [bytes] of an item; of those that wait; there are */
+    /* [bytes] of one item; start and end of those that wait; allocated */
+    size_t size, begin, end, room;
     char *bytes;
 };
 
 struct mill_replay {
     struct mill_world *world;
     const struct mill_observers *observers;
-    double apart; /* [s] a sample and its state are, at most */
-    double end;   /* [s] of the run as planned: nobody samples later */
-    /* ---- how far it is ---- */
-    double now;       /* [s] all before it has been told */
-    double at;        /* [s] of the state that the balls are in; -INFINITY: none yet */
-    double impact_at; /* [s] of the last impact that was given */
-    double state_at;  /* [s] of the last state that was given */
+    double apart; /* [s] maximum time between a sample and its state */
+    double end;   /* [s] planned end of the run: no samples later */
+    /* ---- progress ---- */
+    double now;       /* [s] everything before this has been processed */
+    double at;        /* [s] of the state that the balls are in; -INFINITY: no state yet */
+    double impact_at; /* [s] of the last impact received */
+    double state_at;  /* [s] of the last state received */
     double elastic;   /* [J] now */
     uint64_t accounts;
     struct mill_replay_account before, last; /* accounts */
     struct mill_replay_queue impacts, states;
 };
 
-/* Of a world at t = 0; both must outlive it. Free it in any case. */
+/* For a world at t = 0. World and observers must outlive it. The caller frees it in all cases. */
 void mill_replay_init(struct mill_replay *replay, struct mill_world *world,
                       const struct mill_observers *observers, double apart, double end);
 void mill_replay_free(struct mill_replay *replay);
 
-/* MILL_FAILED, and in one line why what is given cannot be; it is then not taken. */
+/* All of these return MILL_FAILED, and one line that says why, for impossible input. It is then
+ * ignored. */
 
 /* values[9 N]: positions [m], velocities [m/s], angular velocities [rad/s], (N, 3) each */
 enum mill_status mill_replay_state(struct mill_replay *replay, double time, const double *values,
@@ -68,7 +70,8 @@ enum mill_status mill_replay_account(struct mill_replay *replay,
                                      const struct mill_replay_account *account,
                                      struct mill_error *error);
 
-/* The run ends at `time`; from the last account on it goes on as between the last two. */
+/* Ends the run at `time`. After the last account, works and losses continue at the rates between
+ * the last two accounts. */
 enum mill_status mill_replay_end(struct mill_replay *replay, double time, struct mill_error *error);
 
 #endif

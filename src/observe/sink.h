@@ -1,5 +1,5 @@
-/* Who is told results: a file that keeps all of them, or a summary for programs. They are told
- * once, group by group, each with its name, unit and meaning. */
+/* Receivers of results: a file that keeps all of them, or a summary for programs. Results are
+ * written once, group by group, each with its name, unit and meaning. */
 #ifndef MILL_SINK_H
 #define MILL_SINK_H
 
@@ -8,35 +8,36 @@
 #include <stdbool.h>
 
 struct mill_sink {
-    bool full; /* wants histograms and maps, too */
-    /* A group within the present one, and back out of it */
+    bool full; /* also wants histograms and maps */
+    /* Opens a group within the present one; closes it */
     void (*open)(struct mill_sink *sink, const char *name);
     void (*close)(struct mill_sink *sink);
     /* values: C order, dims[rank] (NULL at rank 0 = a scalar) */
     void (*values)(struct mill_sink *sink, const char *name, enum mill_h5_type type, int rank,
                    const size_t *dims, const void *values, const char *unit, const char *meaning);
     void (*text)(struct mill_sink *sink, const char *name, const char *text, const char *meaning);
-    /* The same `values` every time: they need be kept only once. NULL where not `full`. */
+    /* For the same `values` in many groups: they are stored only once. NULL if not `full`. */
     void (*again)(struct mill_sink *sink, const char *name, size_t count, const double *values,
                   const char *unit, const char *meaning);
-    /* Of what was told last; a scalar where count is 0. NULL where not `full`. */
+    /* Attribute of the result written last; count 0: a scalar. NULL if not `full`. */
     void (*attribute)(struct mill_sink *sink, const char *name, enum mill_h5_type type,
                       size_t count, const void *values);
-    /* Of another program's run: which part of its loss is known of a single impact, "normal"; all
-     * of it only stands in the account. NULL: all of it, and the run is millsim's. */
+    /* For another program's run: the part of the loss that is known of each single impact,
+     * "normal". The total loss is known only from the account. NULL: all of it is known, as in
+     * millsim's own runs. */
     const char *part;
 };
 
-/* Into the file, with the group `root` ("": the file itself) as the outermost one. What the file
- * had of a group opened there is replaced. A failure is the file's to tell. */
+/* Writes to a file. The group `root` ("": the file itself) is the outermost one. Opening a group
+ * replaces an older one of its name. The file reports failures. */
 struct mill_sink_file {
     struct mill_sink sink; /* first */
     struct mill_h5 *file;
-    size_t root;         /* length of the outermost group's path */
-    char path[160];      /* of the present one, */
-    char last[192];      /* of what was told last, */
-    char once[192];      /* of what is told again and again, */
-    const double *known; /* and its values */
+    size_t root;         /* length of the path of the outermost group */
+    char path[160];      /* of the present group */
+    char last[192];      /* of the result written last */
+    char once[192];      /* of the values given to `again`, */
+    const double *known; /* and these values */
 };
 
 void mill_sink_file(struct mill_sink_file *sink, struct mill_h5 *file, const char *root);
@@ -53,7 +54,7 @@ static inline void mill_tell_count(struct mill_sink *sink, const char *name, uin
     sink->values(sink, name, MILL_H5_U64, 0, NULL, &value, "1", meaning);
 }
 
-/* What was told last are losses of single impacts: how much of these is known. */
+/* Marks the losses of single impacts that were written last with the known part of the loss. */
 static inline void mill_tell_part(struct mill_sink *sink)
 {
     if (sink->part)

@@ -1,5 +1,6 @@
-/* Re-contacts: a soft contact swallows what hard spheres count as several. A contact that follows
- * the previous one of the same pair within the window belongs to the same strike. */
+/* Re-contacts: several contacts of hard spheres that one contact of soft balls would include. A
+ * contact that follows the previous one of the same pair within the window belongs to the same
+ * strike. */
 #ifndef MILL_STRIKES_H
 #define MILL_STRIKES_H
 
@@ -11,13 +12,13 @@
 
 struct mill_strike {
     uint64_t pair;  /* kind, ball and partner in one number */
-    double time;    /* [s] of the pair's last contact; -INFINITY: the entry was never used */
-    int16_t normal; /* the owner's: slot of the first contact's normal speed, < 0: do not count */
-    int16_t tangential; /* the owner's: slot of its tangential speed */
-    int32_t portion;    /* the owner's: when it began */
+    double time;    /* [s] of the pair's last contact; -INFINITY: unused entry */
+    int16_t normal; /* for the caller: slot of the first contact's normal speed; < 0: not counted */
+    int16_t tangential; /* for the caller: slot of its tangential speed */
+    int32_t portion;    /* for the caller: portion in which the strike began */
 };
 
-/* Hash table of the pairs in contact of late */
+/* Hash table of the pairs that were in contact recently */
 struct mill_strikes {
     double window; /* [s] */
     int bits;      /* log2 of the number of buckets */
@@ -28,18 +29,19 @@ struct mill_strikes {
 bool mill_strikes_init(struct mill_strikes *strikes, double window);
 void mill_strikes_free(struct mill_strikes *strikes);
 
-/* The entry of this pair, brought up to this contact; *since [s]: from its last one, INFINITY where
- * the contact starts a strike, and then the caller fills in the slots. Times must not decrease from
- * call to call. The entry is good until the next call. Balls and partners number less than 2^29
- * (partner -1: none). NULL: out of memory. */
+/* Finds the entry of this pair and sets its time to that of this contact. *since [s]: time since
+ * the pair's last contact. INFINITY: a new strike, and the caller sets the slots. Times must not
+ * decrease from call to call. The entry is valid until the next call. Numbers of balls and partners
+ * must be less than 2^29 (partner -1: none). NULL: out of memory. */
 struct mill_strike *mill_strikes_meet(struct mill_strikes *strikes, int kind, int32_t ball,
                                       int32_t partner, double time, double *since);
 
-/* Entries there are, used or not. */
+/* Number of entries, used or not. */
 size_t mill_strikes_room(const struct mill_strikes *strikes);
 
-/* Gives the table 2^bits buckets, or more where the entries that are alive at `now` (INFINITY: none
- * is) need them. false: out of memory, the table is as before. */
+/* Gives the table 2^bits buckets, or more if the valid entries need them. Entries whose time is
+ * within the window before `now` are valid (INFINITY: none). false: out of memory; the table is
+ * unchanged. */
 bool mill_strikes_resize(struct mill_strikes *strikes, int bits, double now);
 
 #endif
