@@ -1,5 +1,5 @@
-/* Which surfaces are the container's walls, and where is a point between them? A drum has two kinds
- * of them, side and end walls, a body one. */
+/* Finds the container's walls and the distance of a point from them. A drum has two kinds of walls,
+ * the side and the end walls; a body has one. */
 #include "observe/container.h"
 
 #include "geometry/body.h"

@@ -1,5 +1,5 @@
-/* Room for the histograms of energy, in one piece, and how they are told: all pairs of a kind as
- * one array, so that a file of a mixture has no more datasets than another. */
+/* The histograms of energy are in one block of memory. In a file, all pairs of a kind are one
+ * array, so that the file of a mixture has no more datasets than others. */
 #include "observe/energies.h"
 
 #include "observe/sink.h"
@@ -63,7 +63,7 @@ void mill_energies_clear(struct mill_energies *e)
 
 /* ---- telling ---- */
 
-enum { DISSIPATED = 2 }; /* from here on energies lost */
+enum { DISSIPATED = 2 }; /* from this number on: energies lost */
 
 static void tell_kind(const struct mill_energies *e, int kind, const char *name,
                       struct mill_sink *sink)
@@ -73,7 +73,7 @@ static void tell_kind(const struct mill_energies *e, int kind, const char *name,
     const struct mill_energies_pair *pair = e->pair + e->first[kind] - !balls;
     const struct {
         const char *name, *unit, *meaning;
-        size_t at, step; /* [bytes] in a pair, and from bin to bin */
+        size_t at, step; /* [bytes] offset in a pair; step from bin to bin */
         enum mill_h5_type type;
     } of[] = {
         {"normal", "1", "impacts by m* v_n^2 / 2, with the normal speed just before" PAIR,

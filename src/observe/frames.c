@@ -1,8 +1,9 @@
-/* Stores where balls and motions are and how balls move, at output.frames, as H5MD 1.1 (de Buyl,
- * Colberg and Hoefling, Comput. Phys. Commun. 185, 2014, 1546; www.nongnu.org/h5md). Frame k
- * belongs to k times the interval, computed so and not summed up. float32: 1e-8 m in a drum of 0.1
- * m is far below what a picture or a correlation can show, and half the disk. The box carries no
- * edges: it is open, and MDAnalysis expects none then. */
+/* Stores the places and velocities of the balls and the poses of the motions at output.frames, as
+ * H5MD 1.1 (de Buyl, Colberg and Hoefling, Comput. Phys. Commun. 185, 2014, 1546;
+ * www.nongnu.org/h5md). The time of frame k is k times the interval, computed as a product and not
+ * summed up. Data are float32: 1e-8 m in a drum of 0.1 m is far finer than a picture or a
+ * correlation can show, and needs half the space. The box has no edges, because it is open, and
+ * MDAnalysis expects none then. */
 #include "observe/observers.h"
 
 #include "base/version.h"
@@ -61,7 +62,7 @@ static void write_balls(struct mill_h5 *file, const struct mill_world *world)
 {
     const size_t n = (size_t)world->balls, kinds = (size_t)world->species_count;
     const struct mill_ball *ball = world->ball;
-    void *room = malloc((n + kinds) * sizeof(double)); /* for one array after the other */
+    void *room = malloc((n + kinds) * sizeof(double)); /* used for one array after the other */
     int32_t *number = room;
     double *value = room;
     const char **name = room;
@@ -147,7 +148,7 @@ static void open_file(struct mill_observer *self, const struct mill_observe *ask
     struct frames *frames = (struct frames *)self;
     frames->asked = *asked;
     frames->file = file;
-    mill_h5_remove(file, "/VTKHDF"); /* of a run that goes on: it has a number of frames */
+    mill_h5_remove(file, "/VTKHDF"); /* of a continued run: its number of frames would be wrong */
     if (frames->rows == 0) {
         write_head(file);
         write_balls(file, world);

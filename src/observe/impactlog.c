@@ -1,4 +1,4 @@
-/* Logs every impact (output.impacts = all), one dataset a column. */
+/* Stores every impact (output.impacts = all); each column is a dataset. */
 #include "observe/observers.h"
 
 #include "millsim/state.h"

@@ -1,7 +1,7 @@
-/* Where do balls hit? The layout of the maps, and impacts counted at the point of contact. Where
- * the balls are on average: maps_sample.c. How much of a cell lies inside the drum is known in
- * closed form for the circle; for any other profile the drum's own gap function is asked, so that
- * this file need not know the profile; for bodies, which vary along their axis too, maps_room.c. */
+/* Layout of the maps, and the counting of impacts at the point of contact. maps_sample.c adds the
+ * balls. The part of a cell inside the drum is computed in closed form for a circle. For any other
+ * profile the drum's gap function is used, so that this file does not depend on the profile. Bodies
+ * also vary along their axis: see maps_room.c. */
 #include "observe/maps.h"
 
 #include "base/elementary.h"
@@ -28,16 +28,15 @@ static double gap_at(const struct mill_shape *drum, double y, double z)
     return mill_shape_gap(drum, vec3_make(0, y, z), 0, &mill_pose_still);
 }
 
-/* At distance r from the axis, in the k-th of the directions */
+/* The gap at distance r from the axis, in direction number k */
 static double gap_towards(const struct mill_shape *drum, double r, int k)
 {
     const struct mill_heading at = mill_elementary_heading(2 * MILL_PI * k / ANGLES);
     return gap_at(drum, r * at.cos, r * at.sin);
 }
 
-/* The drum, of which a cross-section is enough, unless it is (within 1e-9 of its radius) the
- * circle, or there is none to ask: then NULL.
- */
+/* The drum, whose cross-section is enough. NULL if the cross-section is the circle (within 1e-9 of
+ * its radius), or if there is no drum. */
 static const struct mill_shape *odd_drum(const struct mill_world *world)
 {
     const double radius = world->drum_radius;
@@ -48,13 +47,13 @@ static const struct mill_shape *odd_drum(const struct mill_world *world)
     return NULL;
 }
 
-/* The farthest that the inner surface gets from the axis [m]: the drum's radius, more for a wavy
- * one. */
+/* [m] Largest distance of the inner surface from the axis: the drum's radius, or more for a wavy
+ * drum */
 static double farthest(const struct mill_world *world, const struct mill_shape *drum)
 {
     double radius = world->drum_radius;
     for (int k = 0; drum && k < ANGLES; k++) {
-        double r = 0; /* steps of the gap's length never pass the wall */
+        double r = 0; /* steps as long as the gap never pass the wall */
         for (int step = 0; step < 1000; step++) {
             const double gap = gap_towards(drum, r, k);
             if (!(gap > 1e-9 * world->drum_radius) || r > 10 * world->drum_radius)
@@ -66,28 +65,31 @@ static double farthest(const struct mill_world *world, const struct mill_shape *
     return radius;
 }
 
-/* Integral of sqrt(R^2 - y^2) */
+/* Integral of sqrt(R^2 - y^2) from 0 to y */
 static double under_arc(double radius, double y)
 {
     const double s = fmin(1, y / radius);
     return 0.5 * radius * radius * (s * sqrt(1 - s * s) + mill_elementary_asin(s));
 }
 
-/* Area of cell (i, k) from the axis on, both >= 0, inside the circle */
+/* Area of cell (i, k) inside the circle; i and k count from the axis, both >= 0 */
 static double inside_circle(double radius, double size, int i, int k)
 {
     const double y0 = i * size, y1 = (i + 1) * size, z0 = k * size, z1 = (k + 1) * size;
-    const double full = sqrt(fmax(0, radius * radius - z1 * z1)); /* y up to which all of it is */
-    const double none = sqrt(fmax(0, radius * radius - z0 * z0)); /* y from which nothing is */
+    /* the whole width is inside up to this y */
+    const double full = sqrt(fmax(0, radius * radius - z1 * z1));
+    /* nothing is inside from this y on */
+    const double none = sqrt(fmax(0, radius * radius - z0 * z0));
     const double a = fmin(fmax(full, y0), y1), b = fmin(fmax(none, a), y1);
     const double arc = under_arc(radius, b) - under_arc(radius, a) - z0 * (b - a);
     const double area = (a - y0) * (z1 - z0) + arc;
-    return area > 1e-9 * (y1 - y0) * (z1 - z0) ? area : 0; /* a corner on the circle is no area */
+    /* a corner that touches the circle has no area */
+    return area > 1e-9 * (y1 - y0) * (z1 - z0) ? area : 0;
 }
 
-/* How many of subs x subs sub-points of a square, the middles of equal parts, lie inside any
- * profile. subs is a power of two: squares that the wall does not come near are settled at once,
- * others are quartered. */
+/* How many of subs x subs points of a square, the centres of equal parts, are inside any profile.
+ * subs is a power of two. A square that the wall does not reach needs only one test; other squares
+ * are divided into four. */
 static int points_inside(const struct mill_shape *drum, double y0, double z0, double size, int subs)
 {
     const double gap = gap_at(drum, y0 + size / 2, z0 + size / 2);
@@ -100,14 +102,15 @@ static int points_inside(const struct mill_shape *drum, double y0, double z0, do
     return inside;
 }
 
-/* [m^2] of ring i of this width inside the drum, none within `bore` of the axis being outside */
+/* [m^2] Area of ring i of this width inside the drum. Everything within `bore` of the axis is
+ * inside. */
 static double ring_area(const struct mill_shape *drum, double bore, double size, int i)
 {
     double area = 0;
-    for (int j = 0; j < SUBS; j++) { /* of equal area */
+    for (int j = 0; j < SUBS; j++) { /* sub-rings of equal area */
         const double r0 = i * size, r1 = r0 + size;
         const double r = sqrt(r0 * r0 + (r1 * r1 - r0 * r0) * (j + 0.5) / SUBS);
-        const bool whole = !drum || r < bore; /* the wall is no nearer to the axis */
+        const bool whole = !drum || r < bore; /* the wall is farther from the axis */
         int inside = whole ? ANGLES : 0;
         for (int k = 0; !whole && k < ANGLES; k++)
             inside += gap_towards(drum, r, k) > 0;
@@ -147,8 +150,8 @@ bool mill_maps_like(struct mill_maps *maps, const struct mill_maps *as)
     return true;
 }
 
-/* Cells of a jar with few large balls are no finer than the points that a ball is spread over, half
- * its radius apart; else the maps would show these. */
+/* In a jar with few large balls, cells must not be smaller than the distance of the points that a
+ * ball is spread over, half its radius. Otherwise the maps would show these points. */
 static int rings_of(const struct mill_world *world, double radius)
 {
     double largest = 0;
@@ -179,7 +182,8 @@ bool mill_maps_init(struct mill_maps *maps, const struct mill_world *world)
     double *room = maps->cross.room, size = maps->cross.size[0];
     for (int i = -RINGS; i < RINGS; i++) {
         for (int k = -RINGS; k < RINGS; k++) {
-            const int p = i < 0 ? -1 - i : i, q = k < 0 ? -1 - k : k; /* the quadrants are alike */
+            /* the four quadrants are equal */
+            const int p = i < 0 ? -1 - i : i, q = k < 0 ? -1 - k : k;
             const double y = (i + RINGS) * size - radius, z = (k + RINGS) * size - radius;
             const double area =
                 drum ? size * size * points_inside(drum, y, z, size, SUBS) / (SUBS * SUBS)

@@ -1,7 +1,7 @@
-/* How much of a map's cell lies within a container that is a body? A cell of the cross-section is a
- * column along the axis, one of the axial map a ring. The gap tells how far the nearest wall is, so
- * a piece of either that is smaller than that is settled at once; others are halved across their
- * longest side, and what is left in the end counts as far as a flat wall would leave of it. */
+/* How much of a cell is inside a container that is a body? A cell of the cross-section is a column
+ * along the axis, a cell of the axial map is a ring. The gap is the distance to the nearest wall,
+ * so a piece smaller than the gap is completely inside or outside. Other pieces are halved across
+ * their longest side. Of the smallest pieces, the part that a flat wall would leave is counted. */
 #include "observe/maps.h"
 
 #include "base/elementary.h"
@@ -9,7 +9,7 @@
 
 #include <math.h>
 
-#define FINEST 1.0 /* of a cell's width: pieces are not halved any more */
+#define FINEST 1.0 /* relative to a cell's width: smaller pieces are not halved */
 
 /* Two corners of a piece, along (x, y, z), or for a ring along (x, r, angle) */
 struct piece {
@@ -22,7 +22,7 @@ static double volume_of(const struct piece *p, bool ring)
     return (p->hi[0] - p->lo[0]) * across * (p->hi[2] - p->lo[2]) * (ring ? middle : 1);
 }
 
-/* [m^3] of the piece within the container */
+/* [m^3] volume of the piece inside the container */
 static double inside(const struct mill_world *world, const struct piece *piece, bool ring,
                      double finest)
 {
@@ -59,7 +59,7 @@ static double edge(const struct mill_map *map, int axis, int i)
 void mill_maps_room(struct mill_maps *maps, const struct mill_world *world)
 {
     const double half = 0.5 * world->drum_length, finest = FINEST * maps->cross.size[0];
-    double *room = maps->cross.room; /* both maps' */
+    double *room = maps->cross.room; /* of both maps */
     for (int which = 0; which < 2; which++) {
         const bool ring = which == 1;
         const struct mill_map *map = ring ? &maps->axial : &maps->cross;

@@ -1,9 +1,9 @@
-/* Where are the balls on average? A ball is as large as a map's cell, so its volume is spread over
- * points of a cubic lattice within it, with their spacing chosen so that the second moment of the
- * ball, a^2/5 along each axis, is kept. In the axial map the lattice is turned so that one of its
- * axes is radial; then the points fall onto few distinct (x, r), which is what makes this cheap.
- * Balls are taken by the block: first the places of all, in loops that the compiler turns into
- * vector instructions, then they are poured into the cells one ball after the other. */
+/* Where are the balls on average? A ball is about as large as a cell of a map, so its volume is
+ * spread over points of a cubic lattice inside it. The spacing of the lattice keeps the second
+ * moment of the ball, a^2/5 along each axis. In the axial map the lattice is turned so that one of
+ * its axes is radial. Then the points have only a few different (x, r), which makes this fast.
+ * Balls are processed in blocks: first the places of all balls, in loops that the compiler turns
+ * into vector instructions; then the balls are added to the cells one after the other. */
 #include "observe/maps.h"
 
 #include <math.h>
@@ -11,40 +11,42 @@
 
 enum {
     BLOCK = 32, /* balls */
-    LANES = 8,  /* balls whose places are found at a time: their number is rounded up to this */
+    /* the places of this many balls are computed at a time; their number is rounded up to it */
+    LANES = 8,
     SPOTS = 6,
     POINTS = 32 /* (+-1, +-1, +-1) and the permutations of (+-3, +-1, +-1), in half spacings */
 };
 
-/* Half the spacing over the ball's radius. The mean square of one coordinate over the lattice is
- * (8 * 1 + 24 * 11 / 3) / 32 = 3 half spacings squared, that of a ball a^2 / 5. */
+/* Half the spacing relative to the ball's radius. The mean square of a coordinate is (8 * 1 + 24 *
+ * 11 / 3) / 32 = 3 half spacings squared for the lattice, and a^2 / 5 for the ball. */
 #define HALF_SPACING sqrt(1.0 / 15)
 
-/* Places (j, k) of the lattice in the plane of radius and azimuth, in half spacings. Points on
- * either side of the radius (k and -k) share their r and are taken together, so that their
- * velocities' cross terms cancel. */
+/* Places (j, k) of the lattice in the plane of radius and azimuth, in half spacings. The points k
+ * and -k on both sides of the radius have the same r. They are processed together, so that the
+ * cross terms of their velocities cancel. */
 static const double spot[SPOTS][2] = {{-3, 1}, {-1, 1}, {1, 1}, {3, 1}, {-1, 3}, {1, 3}};
 
 struct block {
-    int count, padded;                   /* balls; rounded up */
+    int count, padded;                   /* number of balls; rounded up to LANES */
     double x[BLOCK], y[BLOCK], z[BLOCK]; /* [m] centres */
     double u[BLOCK], v[BLOCK], w[BLOCK]; /* [m/s] */
     double h[BLOCK];                     /* [m] half the spacing */
-    double two[BLOCK];                   /* [m^3] of two points */
+    double two[BLOCK];                   /* [m^3] volume of two points */
     double radius[BLOCK];                /* [m] distance from the axis */
     double out[BLOCK], around[BLOCK];    /* [m/s] radial and azimuthal velocity */
-    double share[SPOTS][BLOCK];          /* of these at the spots: cosine of the angle between */
-    /* [B] where in the map: of the planes -3, -1, 1, 3 in y, z and x, and of the spots */
+    /* at each spot: cosine of the angle between the spot's radial direction and the ball's */
+    double share[SPOTS][BLOCK];
+    /* [B] offsets in the map: of the planes -3, -1, 1, 3 in y, z and x, and of the spots */
     unsigned row[4][BLOCK], column[4][BLOCK], slice[4][BLOCK], ring[SPOTS][BLOCK];
 };
 
-/* (volume, flow) of a cell, or to be added to one */
+/* (volume, flow) of a cell, or what is added to it */
 typedef double four __attribute__((vector_size(32), aligned(32), may_alias));
 
 /* Everything below is part of `sample`, which is compiled for several processors. */
 #define INLINE static inline __attribute__((always_inline))
 
-/* Up to BLOCK balls from `first` on; the last one again to round them up */
+/* Loads up to BLOCK balls from number `first` on. Repeats the last one to round up their number. */
 INLINE void take(struct block *b, const struct mill_world *world, int32_t first, double t)
 {
     const struct mill_ball *ball = world->ball + first;
@@ -67,7 +69,7 @@ INLINE void take(struct block *b, const struct mill_world *world, int32_t first,
     }
 }
 
-/* The balls as their container's frame sees them */
+/* Transforms the balls to their container's frame. */
 INLINE void ride(struct block *b, const struct mill_pose *frame)
 {
     for (int i = 0; i < b->padded; i++) {
@@ -83,8 +85,8 @@ INLINE void ride(struct block *b, const struct mill_pose *frame)
     }
 }
 
-/* Cells of the four planes across one axis. No ball reaches so far beyond the wall that its outer
- * plane does; one that did would be moved inside. */
+/* Finds the cells of the four planes across one axis. The outer plane of a ball is never outside
+ * the wall; if it were, it would be counted in the outermost cell. */
 INLINE void place_planes(const struct mill_map *map, int n, int axis, int stride,
                          const double centre[BLOCK], const double h[BLOCK],
                          unsigned offset[4][BLOCK])
@@ -128,13 +130,13 @@ INLINE void add(char *row, unsigned offset, const four *what)
     *(four *)(void *)(row + offset) += *what;
 }
 
-/* Seen along x the lattice is 12 places: four hold 4 points each, eight hold 2. */
+/* Seen along x, the lattice has 12 places: four with 4 points each, eight with 2. */
 INLINE void add_cross(const struct mill_map *map, const struct block *b, int i)
 {
     const double n = b->two[i];
     const four two = {n, n * b->u[i], n * b->v[i], n * b->w[i]}, twice = two + two;
     for (int k = 0; k < 4; k++) {
-        const bool all = k == 1 || k == 2; /* of the planes, not only the inner two */
+        const bool all = k == 1 || k == 2; /* points in all planes, not only in the inner two */
         char *row = (char *)map->flow + b->row[k][i];
         if (all)
             add(row, b->column[0][i], &two);
@@ -162,9 +164,9 @@ INLINE void add_axial(const struct mill_map *map, const struct block *b, int i)
     }
 }
 
-/* The same source for any processor and, where the loader can choose, for those with AVX2 and with
- * AVX-512: the same operations on more numbers at a time, to the same bits, as none is contracted.
- */
+/* The same source is compiled for any processor and, where the loader can choose, for AVX2 and
+ * AVX-512. These execute the same operations on more numbers at a time. The results are equal to
+ * the last bit, because no operations are contracted. */
 #if defined __x86_64__ && defined __gnu_linux__ && __has_attribute(target_clones)
 __attribute__((target_clones("avx512f", "avx2", "default")))
 #endif

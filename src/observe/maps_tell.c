@@ -1,4 +1,4 @@
-/* How the maps are told: as the group "maps", cell by cell, beside the edges of the cells. */
+/* Writes the maps as the group "maps": values of all cells, and the edges of the cells. */
 #include "observe/maps.h"
 #include "observe/sink.h"
 
@@ -6,8 +6,8 @@
 
 enum { LOSS = 1 };
 
-/* Of a cell: fields 0 and 1 of the impacts, 2 the solid fraction, 3..5 the mean velocity. room
- * [m^3]: of the cell, times the samples */
+/* Value of a cell: fields 0 and 1 are of the impacts, 2 is the solid fraction, 3..5 are the mean
+ * velocity. room: [m^3] volume of the cell times the number of samples */
 static double cell_value(const struct mill_map *map, size_t cell, double room, int field)
 {
     const struct mill_map_hits *hits = &map->hits[cell];
@@ -19,7 +19,7 @@ static double cell_value(const struct mill_map *map, size_t cell, double room, i
     return flow->volume > 0 ? flow->flow[field - 3] / flow->volume : (double)NAN;
 }
 
-/* edges: names and meanings of those of either axis */
+/* edges: names and meanings of the edges along both axes */
 static void tell_map(struct mill_sink *sink, const char *name, const struct mill_map *map,
                      uint64_t samples, const char *const edges[2][2], const char *const velocity[3])
 {

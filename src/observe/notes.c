@@ -1,5 +1,5 @@
-/* Which numbers are not to be trusted, and why? Rules with stated bounds, from the account, the
- * contact laws and the statistics; each bound has its reason beside it. */
+/* Which results are not reliable, and why? Rules with fixed limits decide, from the account, the
+ * contact laws and the statistics. The reason of each limit is given next to it. */
 #include "observe/notes.h"
 
 #include "geometry/shape.h"
@@ -8,29 +8,34 @@
 #include <stdarg.h>
 #include <stdio.h>
 
-/* Below this restitution dense beds with friction collapse inelastically: at 0.6 half of the
- * contacts sit at the rebound floor, at 0.5 the power is 15 % off that of soft spheres. */
+/* Below this restitution, dense beds with friction collapse inelastically. At 0.6, half of the
+ * contacts are at the rebound floor; at 0.5 the power differs by 15 % from that of soft spheres. */
 #define INELASTIC 0.7
-/* Three tenths at the floor, as at a restitution of 0.6: then it shapes medians over all. */
+/* Three tenths of the contacts are at the floor, as at a restitution of 0.6. Then the floor
+ * influences medians over all contacts. */
 #define FLOORED 0.3
-/* Contacts outnumber strikes by a quarter: by as much the reference mill's blows of blades exceed
- * those of soft spheres, until re-contacts are merged (validation/dem). */
+/* There are a quarter more contacts than strikes. In the reference mill this is how much the hard
+ * spheres' impacts on blades exceed those of soft spheres, until re-contacts are merged
+ * (validation/dem). */
 #define RECONTACTS 0.2
-/* Balls are hit more often than a contact lasts: soft spheres would lean on several others for
- * good, and what hard ones count does not exist. In the reference mill at 37 % of the drum. */
+/* The time between two hits of a ball is shorter than a contact. Soft spheres would then be in
+ * permanent contact with several others, and the impacts of hard spheres do not exist in reality.
+ * The reference mill reaches this limit when 37 % of the drum are filled. */
 #define AT_ONCE 1.0
 #define UNSTEADY 0.05
-/* Of the drive's power on pressed balls. Where it is half of all, the power still is within a tenth
- * of that of soft spheres of steel, but nearly twice that of softer ones (validation/dem). */
+/* Part of the drive's power that goes to pressed balls. At one half, the power is still within a
+ * tenth of that of soft spheres of steel, but nearly twice that of softer spheres
+ * (validation/dem). */
 #define PINCHED 0.2
 
-/* Of all contacts at the floor, balls that scatter between starts, and an error that is less. */
-#define RUNNING 0.8 /* of few balls */
+/* A note on the start needs this part of all contacts at the floor, and an error that is smaller
+ * than the scatter between starts. */
+#define RUNNING 0.8 /* for fewer than DOZEN balls */
 #define RESTING 0.4
 #define KNOWN 0.03
 enum { DOZEN = 12 };
 
-/* Adds a rule's value and, where it is noted, its sentence. */
+/* Adds a rule's value; if `noted`, also its sentence. */
 __attribute__((format(printf, 6, 7))) static void add(struct mill_notes *notes, const char *code,
                                                       double value, double limit, bool noted,
                                                       const char *format, ...)
@@ -44,7 +49,8 @@ __attribute__((format(printf, 6, 7))) static void add(struct mill_notes *notes, 
     va_end(rest);
 }
 
-/* The least restitution of the contacts with friction; met: only kinds that there were */
+/* Lowest restitution of the contacts with friction. met: considers only kinds of contact that have
+ * occurred. */
 static void judge_law(struct mill_notes *notes, const struct mill_world *world, bool met)
 {
     int least = -1;
@@ -59,9 +65,9 @@ static void judge_law(struct mill_notes *notes, const struct mill_world *world, 
         value, world->kinds.name[least < 0 ? 0 : least]);
 }
 
-/* How often balls are hit in contacts of a kind. Hops at the floor on the wall of a moving
- * container are those of a ball that it presses: for a soft ball one contact that lasts, not
- * several. */
+/* How many hits on balls the contacts of a kind are. A ball that the wall of a moving container
+ * presses makes small hops at the rebound floor. A soft ball would have one long contact there, so
+ * these hops are not counted. */
 static double hits_of(const struct mill_world *world, int kind, double contacts, double floored)
 {
     if (kind == MILL_BALL_BALL)
@@ -69,7 +75,8 @@ static double hits_of(const struct mill_world *world, int kind, double contacts,
     return world->container.motion ? contacts - floored : contacts;
 }
 
-/* Contacts that a soft ball would be in at a time; rate [1/s]: how often the mean ball is hit */
+/* Number of contacts that a soft ball would have at a time. rate: hits per second [1/s] of a ball,
+ * on average */
 static void judge_rate(struct mill_notes *notes, const struct mill_world *world, double rate)
 {
     const double contact = mill_tally_contact(world, MILL_BALL_BALL);
@@ -87,7 +94,7 @@ bool mill_notes_of_rotor(const struct mill_world *world)
     return alone;
 }
 
-/* Shares of the window's power and contacts */
+/* Parts of the window's power and contacts */
 static void judge_shares(struct mill_notes *notes, const struct mill_tally_results *r)
 {
     const double power = r->at.known.drive.value, floored = r->floor_share[MILL_BALL_BALL];
@@ -116,7 +123,7 @@ void mill_notes_expect(struct mill_notes *notes, const struct mill_world *world,
 {
     notes->count = 0;
     judge_law(notes, world, false);
-    double hits = 0, all = 0; /* of balls at the contacts so far */
+    double hits = 0, all = 0; /* hits on balls in the contacts so far */
     for (int kind = 0; kind < world->kinds.count; kind++) {
         const double contacts = (double)world->account.collisions[kind];
         all += contacts;
@@ -127,12 +134,13 @@ void mill_notes_expect(struct mill_notes *notes, const struct mill_world *world,
         judge_shares(notes, trial);
 }
 
-/* Angular speed of the ring that the charge has become [rad/s]; 0 when it has not. In the last
- * tenth of the window the rotor (and bodies) had at most one in 200 of all contacts; nine tenths of
- * the kinetic energy are in the charge's turning about the axis, L^2 / 2I with angular momentum L
- * and moment of inertia I; and it turns so fast that it stays up, w^2 r > g with w = L / I, r^2 = I
- * / m. A smooth drum without friction ends like that, as nothing brakes the balls: a thick ring at
- * nearly the rotor's speed, a thin one slower, once the rotor does not reach it any more. */
+/* Angular speed [rad/s] of the ring that the charge has become; 0: it is no ring. There are three
+ * conditions. In the last tenth of the window, at most one in 200 contacts is with the rotor (or a
+ * body). At least nine tenths of the kinetic energy belong to the turning of the charge about the
+ * axis: L^2 / 2I, with angular momentum L and moment of inertia I. The ring turns so fast that it
+ * does not fall: w^2 r > g with w = L / I, r^2 = I / m. The charge of a smooth drum without
+ * friction ends as a ring, because nothing brakes the balls. A thick ring has nearly the rotor's
+ * speed; a thin one is slower once the rotor does not reach it any more. */
 static double ring_speed(const struct mill_world *world, const struct mill_tally_results *r,
                          double t)
 {
@@ -161,8 +169,8 @@ static double ring_speed(const struct mill_world *world, const struct mill_tally
     return turning && speed * speed * sqrt(inertia / mass) > gravity ? speed : 0;
 }
 
-/* The charge has become a ring; or over the window the motions' power and the dissipation differ.
- */
+/* Two rules: the charge has become a ring; or the motions' power and the dissipated power of the
+ * window differ. */
 static void judge_motion(struct mill_notes *notes, const struct mill_world *world,
                          const struct mill_tally_results *r, double t)
 {
@@ -187,10 +195,10 @@ static void judge_motion(struct mill_notes *notes, const struct mill_world *worl
         mill_notes_of_rotor(world) ? "rotor's" : "drive's");
 }
 
-/* A charge that rests on the wall of a moving container keeps the arrangement that it settled in,
- * and the error that batches tell is that of this one. In planetary mills the power of a dozen
- * balls and more differs by 3 to 8 % between starts (docs/mills.md); one ball of a mixer mill flies
- * from end to end, or runs around on the wall for good. */
+/* A charge that rests on the wall of a moving container keeps its first arrangement, and the error
+ * from batches is valid for this arrangement only. In planetary mills with a dozen balls or more
+ * the power differs by 3 to 8 % between starts (docs/mills.md). A single ball of a mixer mill
+ * either flies from end to end, or always rolls along the wall. */
 static void judge_start(struct mill_notes *notes, const struct mill_world *world,
                         const struct mill_tally_results *r)
 {
@@ -208,7 +216,8 @@ static void judge_start(struct mill_notes *notes, const struct mill_world *world
         100 * share);
 }
 
-/* A body out of the balls' reach is mostly a mistake: of its place, or of a mesh's unit. */
+/* A body that no ball reaches is probably a mistake: its place is wrong, or the
+ * unit of its mesh. */
 static void judge_reach(struct mill_notes *notes, const struct mill_world *world,
                         const struct mill_tally_results *r)
 {
@@ -222,7 +231,7 @@ static void judge_reach(struct mill_notes *notes, const struct mill_world *world
         never ? never : "");
 }
 
-/* How far it got */
+/* How far the run got */
 static void judge_time(struct mill_notes *notes, const struct mill_tally_results *r, double now,
                        bool stopped)
 {
@@ -245,7 +254,7 @@ void mill_notes_foreign(struct mill_notes *notes, const struct mill_world *world
 void mill_notes_take(struct mill_notes *notes, const struct mill_world *world,
                      const struct mill_tally_results *r, double t, bool stopped)
 {
-    double hits = 0; /* on balls */
+    double hits = 0; /* hits on balls */
     for (int kind = 0; kind < world->kinds.count; kind++) {
         const double contacts = (double)mill_spectrum_total(&r->impacts[kind].normal, 0).count;
         hits += contacts > 0 ? hits_of(world, kind, contacts, contacts * r->floor_share[kind]) : 0;

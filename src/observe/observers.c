@@ -1,4 +1,4 @@
-/* The list of all observers, and what is done to each of them in turn. */
+/* The list of all observers, and the functions that call each of them. */
 #include "observe/observers.h"
 
 #include "observe/tally.h"

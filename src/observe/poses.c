@@ -1,6 +1,6 @@
-/* Poses of the motions, frame by frame, in float64: what plays a mill needs no motion laws. They
- * are those of the motions themselves at the frame's local time, so a file holds the numbers that
- * impacts were resolved with. */
+/* Poses of the motions in each frame, in float64, so that a player needs no laws of motion. They
+ * are computed for the frame's local time by the functions that also resolve impacts, so the
+ * numbers are the same. */
 #include "observe/poses.h"
 
 #include <stdio.h>
@@ -10,7 +10,7 @@
 
 enum { PATH = 128 };
 
-/* Element `name` of a motion: its value as a column, step and time as other names */
+/* Opens the element `name` of a motion: its value as a column, step and time as links. */
 static struct mill_h5_column *open_element(struct mill_h5 *file, const char *motion,
                                            const char *name, const struct mill_h5_layout *value,
                                            uint64_t rows, const char *const common[2])
@@ -24,8 +24,8 @@ static struct mill_h5_column *open_element(struct mill_h5 *file, const char *mot
     return mill_h5_column_create(file, path, value, rows);
 }
 
-/* MDAnalysis wants every group of a group of observables to be an element: rotations stand for it.
- */
+/* MDAnalysis requires every group in a group of observables to be an element. So links to the parts
+ * of the rotation are added. */
 static void make_element(struct mill_h5 *file, const char *motion)
 {
     static const char *const part[] = {"step", "time", "value"};
@@ -92,7 +92,8 @@ struct mill_poses_one *mill_poses_read(struct mill_h5 *file, const char *motion,
     bool read = one && room;
     if (!read)
         mill_h5_spend(file, "out of memory for the poses");
-    for (int which = 0; which < 2 && read; which++) { /* each is read whole, then dealt out */
+    /* read one whole array, then copy it to the poses */
+    for (int which = 0; which < 2 && read; which++) {
         const size_t each = which ? 9 : 3;
         snprintf(path, sizeof path, GROUP "%s/%s/value", motion, which ? "rotation" : "centre");
         read = mill_h5_read(file, path, MILL_H5_F64, each * frames, room, NULL) == MILL_OK;

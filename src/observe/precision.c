@@ -1,20 +1,24 @@
-/* The run as a series of batches: the account of each and its impacts by speed, on the bins of the
- * spectra, so that the median of any window of batches can be told. Its standard error comes from
- * the share of each batch's impacts below it, as that of any quantile does: error of the share /
- * density of the speeds there.
- * A twelfth of the period of all motions is a batch (of a rotor at 1000 rpm 5 ms): in the words of
- * MSER-5 five observations of a sixtieth. Blades pass at all multiples of a revolution's parts, so
- * over whole periods what the motions stir up repeats and has no part in the error.
+/* The run as a series of batches. Each has its account and its impacts by speed, in the bins of the
+ * spectra, from which the median of any window of batches follows. The standard error of the median
+ * comes from the fraction of each batch's impacts below it, as for any quantile: error of the
+ * fraction / density of the speeds there.
  *
- * Where does the start-up of a series of batch means end? MSER-5 (White, Simulation 69 (1997) 323;
+ * A batch is a twelfth of the period of all motions (5 ms for a rotor at 1000 rpm). In the terms of
+ * MSER-5 this is five observations of a sixtieth. Blades pass at all multiples of the parts of a
+ * revolution. So what the motions cause repeats in each period, and over whole periods it does not
+ * contribute to the error.
+ *
+ * Where does the start-up end in a series of batch means? MSER-5 (White, Simulation 69 (1997) 323;
  * White, Cobb & Spratt, Proc. Winter Simulation Conf. 2000, 755) cuts where the standard error of
- * the mean of the rest, as if it were independent, is least; the five last batches make a poor rest
- * and are no candidates (Hoad, Robinson & Davies, J. Oper. Res. Soc. 61 (2010) 1632). How sure is
- * its mean? Batches grow with the series so that 24 or more remain, and what memory they still
- * have enters as that of an autoregressive process of first order, the factor (1 + phi)/(1 - phi)
- * of the variance (Lada, Steiger & Wilson, Eur. J. Oper. Res. 184 (2008) 707; Tafazzoli & Wilson,
- * IIE Trans. 43 (2011) 110), with phi freed of its bias in short series (Kendall, Biometrika 41
- * (1954) 403). */
+ * the mean of the rest, as if it were independent, is smallest. Cuts within the last five batches
+ * are excluded, because so few batches give a poor estimate (Hoad, Robinson & Davies, J. Oper. Res.
+ * Soc. 61 (2010) 1632).
+ *
+ * How accurate is the mean of the rest? Batches are joined as the series grows, so that 24 or more
+ * remain. Their remaining correlation is treated as that of an autoregressive process of first
+ * order, which multiplies the variance by (1 + phi)/(1 - phi) (Lada, Steiger & Wilson, Eur. J.
+ * Oper. Res. 184 (2008) 707; Tafazzoli & Wilson, IIE Trans. 43 (2011) 110). phi is corrected for
+ * its bias in short series (Kendall, Biometrika 41 (1954) 403). */
 #include "observe/precision.h"
 
 #include <assert.h>
@@ -22,25 +26,25 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* [s] of a batch. A charge needs longer than the first to change; motions slower than the last
- * stand. */
+/* [s] Lengths of a batch. A charge needs more than `shortest` to change. A motion with a period
+ * longer than `standing` is treated as standing still. */
 static const double shortest = 1e-3, usual = 5e-3, longest = 25e-3, standing = 1e6;
 
-/* Of the energy that the balls bring into contacts, and of a mean: less work or scatter is rounding
- */
+/* Relative to the energy that the balls bring into contacts, and relative to a mean: smaller work
+ * or scatter is rounding */
 static const double rounding = 1e-9;
 
-/* Less memory of a series than the first, or more than the second, is not believed: few batches
- * tell it to some 0.2 only. */
+/* A correlation phi ("memory") outside these limits is not believed: few batches determine it only
+ * to about 0.2. */
 static const double least_memory = -0.25, most_memory = 0.9;
 
-/* An error of less than this is none: the batches are too few. */
+/* With fewer degrees of freedom there is no error: the batches are too few. */
 static const double least_freedom = 3;
 
 enum { PARTS = 12, LAST = 5, FEWEST = 24 };
 
-/* Batches for motions that repeat after `turn` [s]. They do not depend on how long the run may
- * last: that must not change where it ends. */
+/* Batches for motions that repeat after `turn` [s]. They must not depend on run.time, because they
+ * influence where the run ends. */
 static struct mill_precision_progress plan(double turn)
 {
     if (!(turn < standing))
@@ -74,7 +78,7 @@ void mill_precision_free(struct mill_precision *p)
     free(p->counts);
 }
 
-/* Counts are told apart up to 2^32 - 1 in a batch: that many tell its median as well as more do. */
+/* Counts are stored up to 2^32 - 1 per batch, which is enough for its median. */
 static uint32_t count_of(uint64_t n)
 {
     return n < UINT32_MAX ? (uint32_t)n : UINT32_MAX;
@@ -115,7 +119,7 @@ size_t mill_precision_mser(const double *x, size_t n)
 {
     size_t best = 0;
     double least = INFINITY, mean = 0, squares = 0;
-    for (size_t d = n; d-- > 0;) { /* from the end, as each cut adds one to the rest */
+    for (size_t d = n; d-- > 0;) { /* from the end, so that each step adds one value */
         const double left = (double)(n - d), step = x[d] - mean;
         mean += step / left;
         squares += step * (x[d] - mean);
@@ -127,7 +131,8 @@ size_t mill_precision_mser(const double *x, size_t n)
     return best;
 }
 
-/* How many go into one so that FEWEST or more are left: parts of a period, then one or two */
+/* How many batches are joined into one so that at least FEWEST are left. The numbers divide a
+ * period, or are one or two periods. */
 static size_t size_of_batch(size_t n)
 {
     static const size_t size[] = {1, 2, 3, 4, 6, 12, 24};
@@ -138,16 +143,16 @@ static size_t size_of_batch(size_t n)
     return best;
 }
 
-/* Student's quantile for 95 % over that of the normal distribution: the expansion in 1/freedom
- * (Fisher & Cornish, Technometrics 2 (1960) 209), good to 2e-3 from least_freedom on */
+/* Student's quantile for 95 % over that of the normal distribution: an expansion in 1/freedom
+ * (Fisher & Cornish, Technometrics 2 (1960) 209), accurate to 2e-3 for freedom >= least_freedom */
 static double widening(double freedom)
 {
     const double u = 1 / freedom;
     return 1 + u * (1.21036 + u * (1.44008 + u * (1.30403 + u * 0.81100)));
 }
 
-/* rest[n]: x less the mean of those of the same phase. Returns by how much a last period that is
- * not whole shifts the mean. */
+/* rest[n]: x minus the mean of all values of the same phase. Returns by how much an incomplete last
+ * period shifts the mean. */
 static double remove_phases(const double *x, size_t n, size_t phases, double *rest)
 {
     double shift = 0;
@@ -163,8 +168,8 @@ static double remove_phases(const double *x, size_t n, size_t phases, double *re
     return shift;
 }
 
-/* Of n values whose mean is known: how far neighbours go together, freed of its bias. left: their
- * mean was taken from them, and no periods. */
+/* Correlation of neighbours in a series of n values without its mean, corrected for bias. left:
+ * only their mean was subtracted, not that of each phase. */
 static double memory_of(const double *x, size_t n, double squares, bool left)
 {
     double products = 0;
@@ -192,7 +197,7 @@ struct mill_precision_mean mill_precision_mean(const double *x, size_t n, size_t
         double sum = 0;
         for (size_t i = 0; i < size; i++)
             sum += rest[skipped + k * size + i];
-        rest[k] = sum / (double)size; /* behind what is still to be read */
+        rest[k] = sum / (double)size; /* overwrites only values that have been read */
         squares += rest[k] * rest[k];
     }
     mean.freedom = INFINITY;
@@ -200,14 +205,15 @@ struct mill_precision_mean mill_precision_mean(const double *x, size_t n, size_t
     if (!(squares > rounding * rounding * mean.value * mean.value))
         return mean;
     const double memory = memory_of(rest, batches, squares, !repeats), m2 = memory * memory;
-    /* the means of the phases took their share of the scatter along */
+    /* subtracting the means of the phases has removed a part of the scatter */
     const double turns = repeats ? (double)(n / period) : (double)INFINITY;
     const double left = (double)batches, share = 1 - 1 / turns;
     const double variance = squares / share / (left - 1) / left * (1 + memory) / (1 - memory);
-    /* Of a variance of which scatter and memory are both estimated. Skart, after the same authors,
-     * has left - 1, which is too many where memory is large; to count memory's uncertainty in full
-     * (3 for 1.5) is too few. Between them 95 % of the intervals hold, in series of 36 to 1000
-     * batches with memories from 0 to 0.8, and of mills (validation/precision). */
+    /* Degrees of freedom of a variance of which scatter and memory are both estimated. Skart, by
+     * the same authors, uses left - 1, which is too many if the memory is large. Counting the
+     * uncertainty of the memory in full (3 instead of 1.5) gives too few. With this formula,
+     * between the two, 95 % of the intervals contain the true mean, in series of 36 to 1000 batches
+     * with memories from 0 to 0.8 and in those of mills (validation/precision). */
     mean.freedom = left * share * (1 - m2) / (1.5 + m2);
     mean.error = sqrt(variance + shift * shift) * widening(mean.freedom);
     return mean.freedom < least_freedom ? (struct mill_precision_mean){mean.value, NAN, 0} : mean;
@@ -215,14 +221,15 @@ struct mill_precision_mean mill_precision_mean(const double *x, size_t n, size_t
 
 /* ---- the median ---- */
 
-/* Where the median of the slots from `slot` up lies: share `within` of bin `bin`. count: of all. */
+/* Place of the median of the slots from `slot` up: at the fraction `within` of bin `bin`. count: of
+ * all impacts */
 struct place {
     int slot, bin;
     double within, count;
 };
 
-/* Of the impacts in the slots from `slot` up, of the batches from `from` on; sum: zeros, becomes
- * that of their impacts by speed */
+/* Finds the median of the impacts in the slots from `slot` up, in the batches from `from` on. sum:
+ * zeros; set to the sum of their impacts by speed */
 static struct place find_median(const struct mill_precision *p, uint64_t from, int slot,
                                 uint64_t sum[MILL_SPECTRUM_SLOTS])
 {
@@ -241,8 +248,8 @@ static struct place find_median(const struct mill_precision *p, uint64_t from, i
     return place;
 }
 
-/* The median of a batch or a window is below the place by that many impacts: those of the batch
- * below it, less half of all; *all: of the batch */
+/* By how many impacts the median of a batch or a window is below the place: its impacts below the
+ * place, minus half of all its impacts. *all: all its impacts */
 static double excess(const uint32_t *row, const struct place *place, double *all)
 {
     double below = place->within * row[place->bin], rest = (1 - place->within) * row[place->bin];
@@ -254,11 +261,12 @@ static double excess(const uint32_t *row, const struct place *place, double *all
     return 0.5 * (below - rest);
 }
 
-/* Share of the impacts per unit of ln v around the median: over 5 bins to both sides, +-10 % */
+/* Fraction of the impacts per unit of ln v around the median, over 5 bins to each side, +-10 % */
 static double density(const uint64_t sum[], const struct place *place)
 {
     enum { REACH = 5 };
-    const int first = place->slot > 0 ? place->slot : 1; /* the others are under- and overflow */
+    /* slot 0 and the last one are underflow and overflow */
+    const int first = place->slot > 0 ? place->slot : 1;
     const int low = place->bin > first + REACH ? place->bin - REACH : first;
     const int high =
         place->bin + REACH < MILL_SPECTRUM_BINS ? place->bin + REACH + 1 : MILL_SPECTRUM_BINS + 1;
@@ -268,7 +276,7 @@ static double density(const uint64_t sum[], const struct place *place)
     return share / ((high - low) * MILL_SPECTRUM_LOG_BIN);
 }
 
-/* sum: as of find_median() */
+/* sum: as in find_median() */
 static struct mill_precision_mean tell_median(const struct mill_precision *p, uint64_t from,
                                               int slot)
 {
@@ -282,7 +290,7 @@ static struct mill_precision_mean tell_median(const struct mill_precision *p, ui
     for (uint64_t k = 0; k < n; k++)
         below[k] = excess(p->counts[from + k], &place, &all);
     const struct mill_precision_mean scatter = mill_precision_mean(below, n, p->at.period);
-    /* of the share below; independent impacts scatter it by 1/2 over the root of their number */
+    /* error of the fraction below; for n independent impacts it is 1/2 over the root of n */
     const double share = fmax(scatter.error * (double)n / place.count, 0.5 / sqrt(place.count));
     median.value = place.bin <= MILL_SPECTRUM_BINS
                        ? mill_spectrum_within(p->grid, place.bin, place.within)
@@ -294,7 +302,7 @@ static struct mill_precision_mean tell_median(const struct mill_precision *p, ui
     return median;
 }
 
-/* ---- what the batches tell ---- */
+/* ---- results of the batches ---- */
 
 static double work(const struct mill_precision *p, uint64_t from, uint64_t to)
 {
@@ -319,8 +327,8 @@ uint64_t mill_precision_cut(const struct mill_precision *p, bool *settled)
     return cut < n / 2 ? cut : n / 2;
 }
 
-/* A number of the account, of which the mean per second is told: a double, or the sum of `counts`
- * counts `step` bytes apart */
+/* Describes a number of the account whose mean per second is computed: a double, or the sum of
+ * `counts` counts that are `step` bytes apart */
 struct entry {
     size_t at, step;
     int counts;
@@ -353,8 +361,9 @@ static struct mill_precision_mean rate_of(const struct mill_precision *p, uint64
     return mill_precision_mean(rate, n, p->at.period);
 }
 
-/* Of impacts of a kind, or of all: they scatter at least as independent ones do, and none tell
- * nothing. at, size: of what is counted of a kind */
+/* Rate of impacts of a kind, or of all. Its error is at least that of independent impacts. Without
+ * impacts there is no error. at, size: place of the count in the account, and bytes from kind to
+ * kind */
 static struct mill_precision_mean impacts_of(const struct mill_precision *p, uint64_t from, int row,
                                              size_t at, size_t size)
 {
@@ -369,7 +378,7 @@ static struct mill_precision_mean impacts_of(const struct mill_precision *p, uin
     return rate;
 }
 
-/* Power and torque of a motion; -1: none, which does nothing */
+/* Power and torque of a motion; k = -1: no motion, zeros */
 static void tell_motion(const struct mill_precision *p, uint64_t from, int k,
                         struct mill_precision_mean *power, struct mill_precision_mean *torque)
 {

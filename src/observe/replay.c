@@ -1,18 +1,19 @@
-/* Why does what is given wait for the next account? A batch of the statistics ends between two
- * accounts, and what was done until then is known only when the second one is. What waits is
- * bounded by the time between them. */
+/* Why does the input wait for the next account? A batch of the statistics ends between two
+ * accounts, and the work and losses up to then are known only when the second account has come. The
+ * amount of waiting data is limited by the time between two accounts. */
 #include "observe/replay.h"
 
 #include "observe/tally.h"
 
 #include <stdlib.h>
 
-#define ROUNDING 1e-12 /* [s] by which a state may be farther from a sample than was said */
+/* [s] rounding: a state may be farther from a sample by this than the limit */
+#define ROUNDING 1e-12
 
-#define FAR 1e6   /* sizes of the mill that no place in it is away */
-#define MOST 1e12 /* [m/s], [rad/s], [J] no speed, and no loss of an impact, is more */
+#define FAR 1e6   /* in sizes of the mill: no place in it is as far away */
+#define MOST 1e12 /* [m/s], [rad/s], [J] upper limit of speeds and of the loss in an impact */
 
-enum { NUMBERS = 1 << 29 }; /* of bodies, at most: observe/strikes.h */
+enum { NUMBERS = 1 << 29 }; /* maximum number of bodies: observe/strikes.h */
 
 void mill_replay_init(struct mill_replay *r, struct mill_world *world,
                       const struct mill_observers *observers, double apart, double end)
@@ -26,7 +27,7 @@ void mill_replay_init(struct mill_replay *r, struct mill_world *world,
                               .state_at = -INFINITY};
     r->impacts.size = sizeof(struct mill_replay_impact);
     r->states.size = (1 + 9 * (size_t)world->balls) * sizeof(double);
-    world->account.pinch_work = NAN; /* nobody tells */
+    world->account.pinch_work = NAN; /* not known */
 }
 
 void mill_replay_free(struct mill_replay *r)
@@ -35,9 +36,9 @@ void mill_replay_free(struct mill_replay *r)
     free(r->states.bytes);
 }
 
-/* ---- what waits ---- */
+/* ---- waiting data ---- */
 
-/* Room for `count` items more, at the end. NULL: out of memory. */
+/* Makes room for `count` more items at the end. NULL: out of memory. */
 static char *make_room(struct mill_replay_queue *q, size_t count)
 {
     const size_t held = q->end - q->begin, needed = held + count * q->size;
@@ -59,7 +60,7 @@ static char *make_room(struct mill_replay_queue *q, size_t count)
     return at;
 }
 
-/* The first that waits, or NULL */
+/* The first waiting item, or NULL */
 static const void *first(const struct mill_replay_queue *q)
 {
     return q->begin < q->end ? q->bytes + q->begin : NULL;
@@ -72,7 +73,7 @@ static void drop(struct mill_replay_queue *q)
         q->begin = q->end = 0;
 }
 
-/* ---- the world at some time ---- */
+/* ---- the world at a given time ---- */
 
 static void set_epoch(struct mill_replay *r)
 {
@@ -82,11 +83,11 @@ static void set_epoch(struct mill_replay *r)
         w->ball[i].t = r->at - w->base;
 }
 
-/* As in the event loop: what is due at the end of an epoch is a sample in it, or the first impact
- * of the next. */
+/* Begins new epochs up to this time, as the event loop does. At the end of an epoch, a sample
+ * belongs to it, an impact to the next one. */
 static void reach(struct mill_replay *r, double time, bool impact)
 {
-    time = fmin(time, r->end); /* a time that is a slip costs no more than the run does */
+    time = fmin(time, r->end); /* a wrong time, later than the run, must not take long */
     while (time - r->world->base > MILL_WORLD_EPOCH ||
            (impact && time - r->world->base >= MILL_WORLD_EPOCH))
         set_epoch(r);
@@ -97,7 +98,7 @@ static vec3 three(const double *from)
     return vec3_make(from[0], from[1], from[2]);
 }
 
-/* The balls are as in the state that is nearest to this time. */
+/* Moves the balls to the state that is nearest to this time. */
 static void place_balls(struct mill_replay *r, double time)
 {
     struct mill_world *w = r->world;
@@ -120,7 +121,7 @@ static double between(double before, double after, double share)
     return share == 1.0 ? after : before + share * (after - before);
 }
 
-/* Works and losses as they are at this time; impacts are counted as they come. */
+/* Sets works and losses to their values at this time. Impacts are counted as they come. */
 static void set_account(struct mill_replay *r, double time)
 {
     struct mill_world *w = r->world;
@@ -140,7 +141,7 @@ static void set_account(struct mill_replay *r, double time)
     r->elastic = between(from->elastic, to->elastic, share);
 }
 
-/* ---- telling ---- */
+/* ---- calling the observers ---- */
 
 static enum mill_status tell_impact(struct mill_replay *r, const struct mill_replay_impact *from,
                                     struct mill_error *error)
@@ -176,7 +177,8 @@ static enum mill_status tell_impact(struct mill_replay *r, const struct mill_rep
     return status;
 }
 
-/* Statistics look at the account alone, but for the maps. */
+/* Only the maps and other observers need the balls; the rest of the statistics uses the account
+ * alone. */
 static bool wants_balls(const struct mill_observer *o, double time)
 {
     const struct mill_tally *tally = (const struct mill_tally *)o;
@@ -203,7 +205,7 @@ static enum mill_status take_samples(struct mill_replay *r, double due, struct m
     return status;
 }
 
-/* All up to this time: samples at it, too, and the impacts before it */
+/* Processes everything up to this time, including samples at it, but only the impacts before it */
 static enum mill_status go_on(struct mill_replay *r, double until, struct mill_error *error)
 {
     enum mill_status status = MILL_OK;
@@ -231,9 +233,9 @@ static enum mill_status go_on(struct mill_replay *r, double until, struct mill_e
     return MILL_OK;
 }
 
-/* ---- what is given ---- */
+/* ---- input ---- */
 
-/* The first of the values that is no number, or larger than `most`; count: there is none */
+/* Number of the first value that is NaN or larger than `most`; `count`: there is none */
 static size_t find_wrong(size_t count, const double *values, double most)
 {
     size_t i = 0;
@@ -242,7 +244,7 @@ static size_t find_wrong(size_t count, const double *values, double most)
     return i;
 }
 
-/* [m] */
+/* [m] upper limit of a place's coordinates */
 static double farthest(const struct mill_world *world)
 {
     return FAR * fmin(world->drum_radius, world->drum_length);
@@ -272,7 +274,7 @@ enum mill_status mill_replay_state(struct mill_replay *r, double time, const dou
     return MILL_OK;
 }
 
-/* number: in its record, from 0 */
+/* number: of the impact in its record, from 0 */
 static enum mill_status check_impact(const struct mill_replay *r, size_t number, double before,
                                      const struct mill_replay_impact *i, struct mill_error *error)
 {

@@ -1,7 +1,7 @@
-/* Time series at output.series, as H5MD observables {step, time, value}: step k belongs to k times
- * the interval. Works, losses and counts are cumulative from t = 0, so any window is a difference
- * of two rows; only the rotor's torque is a mean over the interval before. Step and time are stored
- * once and linked. */
+/* Time series at output.series, as H5MD observables {step, time, value}. The time of step k is k
+ * times the interval. Works, losses and counts are cumulative from t = 0, so the value for any
+ * window is the difference of two rows. Only the rotor's torque is a mean over the interval before.
+ * Step and time are stored once and linked. */
 #include "observe/observers.h"
 
 #include "millsim/state.h"
@@ -10,7 +10,7 @@
 #include <stddef.h>
 #include <stdio.h>
 
-/* What the values are taken from */
+/* Sources of the values */
 struct row {
     struct mill_energy energy;
     double work, torque; /* [J], [N m] of the rotor */
@@ -18,17 +18,18 @@ struct row {
     struct mill_account account;
 };
 
-/* One series; or one for each kind of contact, or motion; or one where there are springs */
+/* A line of the table is one series, one for each kind of contact, one for each motion, or one if
+ * there are springs */
 enum each { ONE, KIND, MOTION, SPRINGS };
 
 #define FROM(member) offsetof(struct row, member)
 
 static const struct {
     const char *name, *unit;
-    size_t from; /* its place in a row */
+    size_t from; /* offset of its value in a row */
     enum each each;
-    size_t step;  /* [bytes] from one of these to the next */
-    size_t width; /* numbers in a row of one */
+    size_t step;  /* [bytes] from one of these series to the next */
+    size_t width; /* numbers in a row of a series */
     enum mill_h5_type type;
     const char *meaning;
 } table[] = {
@@ -63,17 +64,17 @@ enum { TABLE = sizeof table / sizeof *table };
 struct series {
     struct mill_observer observer;
     struct mill_h5 *file;
-    double interval, end;  /* [s] of the rows, of the run */
-    uint64_t rows;         /* so far */
+    double interval, end;  /* [s] of the rows; of the run */
+    uint64_t rows;         /* rows so far */
     double rotor_impulse;  /* [N m s] at the row before */
-    int many[SPRINGS + 1]; /* series of a line of the table */
+    int many[SPRINGS + 1]; /* number of series of a line of the table */
     const double *elastic; /* [J] now; NULL: no springs */
     /* the file's: step and time */
     struct mill_h5_column *shared[2], *column[TABLE][MILL_KINDS_MOST];
 };
 
-/* The elements {step, time, value} of row i of the table; the first one made holds step and time,
- * the others link to them. */
+/* Opens the elements {step, time, value} of row i of the table. The first element contains step and
+ * time; the others link to them. */
 static void open_elements(struct series *series, const struct mill_world *world, int i)
 {
     static const struct mill_h5_layout layout[2] = {
@@ -101,7 +102,7 @@ static void open_elements(struct series *series, const struct mill_world *world,
         }
         snprintf(path, sizeof path, "%s/value", group);
         series->column[i][n] = mill_h5_column_create(series->file, path, &value, series->rows);
-        if (width > 1) /* the speeds that these are counted from stand beside them */
+        if (width > 1) /* the limits of speed for these counts are stored next to them */
             mill_h5_attribute(series->file, path, "thresholds", MILL_H5_F64, MILL_WORLD_FAST,
                               mill_world_fast);
     }

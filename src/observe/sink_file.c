@@ -1,12 +1,12 @@
-/* Results told to an HDF5 file: each is a dataset. The file remembers its first failure and refuses
- * all that comes later, so none is looked at here. */
+/* Writes results to an HDF5 file; each is a dataset. The file records its first failure and ignores
+ * all later calls, so no call is checked here. */
 #include "observe/sink.h"
 
 #include <assert.h>
 #include <stdio.h>
 #include <string.h>
 
-/* "GROUP/NAME", which is then what was told last */
+/* Returns "GROUP/NAME" and stores it as the last result */
 static const char *place(struct mill_sink_file *f, const char *name)
 {
     const int length = snprintf(f->last, sizeof f->last, "%s/%s", f->path, name);

@@ -1,14 +1,14 @@
-/* What speeds do impacts have? Counts and dissipation on logarithmic bins with edges 20^(k/152)
- * m/s: 1.99 % wide, so that a quantile read from them is good to 1 %, and with 0.05, 1 and 20 m/s
- * exactly on an edge. The bin is found from the leading bits of the floating-point number, which
- * grow like the logarithm, by a small table and one comparison: no logarithm at an impact. */
+/* Histogram of impact speeds: counts and dissipation in logarithmic bins with edges 20^(k/152) m/s.
+ * Bins are 1.99 % wide, so a quantile is accurate to 1 %. 0.05, 1 and 20 m/s are exactly on an
+ * edge. The leading bits of a double grow like the logarithm. So a small table and one comparison
+ * find the bin, without a logarithm at each impact. */
 #include "observe/spectrum.h"
 
 #include "base/elementary.h"
 
 #include <math.h>
 
-/* 20^(1/152), to 106 bits as a sum */
+/* 20^(1/152) as a sum of two doubles, to 106 bits */
 static const double ratio = 0x1.05187226d4515p+0, ratio_rest = 0x1.780f2c237233dp-54;
 
 /* 20^(k/152) [m/s], correctly rounded */
@@ -19,7 +19,7 @@ static double edge_speed(int k)
         whole *= 20;
     for (; k < 0; k += MILL_SPECTRUM_DECADE)
         divisor *= 20;
-    double part = 1, rest = 0; /* to 106 bits as a sum */
+    double part = 1, rest = 0; /* a sum of two doubles, to 106 bits */
     for (; k > 0; k--) {
         const double product = part * ratio, exactly = fma(part, ratio, -product);
         const double below = exactly + (part * ratio_rest + rest * ratio);
@@ -79,7 +79,8 @@ double mill_spectrum_quantile(const struct mill_spectrum_grid *grid,
     const double total = (double)mill_spectrum_total(spectrum, slot).count, rank = level * total;
     if (total == 0)
         return (double)NAN;
-    double below = 0; /* counted in the slots before this one: whole, so not beyond `total` */
+    /* counted in the slots before this one: a whole number, not more than `total` */
+    double below = 0;
     while (spectrum->slot[slot].count == 0 || below + (double)spectrum->slot[slot].count < rank)
         below += (double)spectrum->slot[slot++].count;
     if (slot == 0)

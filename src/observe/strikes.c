@@ -1,8 +1,8 @@
-/* Is this contact a new strike or a re-contact of the last one? A hash table remembers the last
- * contact of every pair for the length of the window. Nothing is ever deleted: an entry older than
- * the window is free, and a bucket full of younger ones makes the table grow. Only pairs that were
- * in contact within the last 10 us or so are alive, so the table stays small whatever the number of
- * balls. */
+/* Is a contact a new strike, or a re-contact in the last one? A hash table stores the last contact
+ * of every pair for the length of the window. Entries are never deleted: one that is older than the
+ * window may be overwritten, and the table grows if a bucket is full of younger ones. Only pairs
+ * that were in contact within about the last 10 us are needed, so the table stays small for any
+ * number of balls. */
 #include "observe/strikes.h"
 
 #include <assert.h>
@@ -37,8 +37,8 @@ size_t mill_strikes_room(const struct mill_strikes *strikes)
     return ((size_t)1 << strikes->bits) * BUCKET;
 }
 
-/* Multiply and fold, twice: neighbouring balls must not share buckets. The constants are odd with
- * well mixed bits (2^64 over the golden ratio, and 2^64 over the plastic number). */
+/* Multiplies and folds, twice, so that neighbouring balls are in different buckets. The constants
+ * are odd with well mixed bits (2^64 over the golden ratio, and 2^64 over the plastic number). */
 static struct mill_strike *bucket_of(const struct mill_strikes *strikes, uint64_t pair)
 {
     uint64_t h = pair ^ pair >> 32;
@@ -48,7 +48,8 @@ static struct mill_strike *bucket_of(const struct mill_strikes *strikes, uint64_
     return strikes->entry + (h >> 1 >> (63 - strikes->bits)) * BUCKET;
 }
 
-/* Puts the entries that are still alive into an empty table; false when they do not fit. */
+/* Copies the entries that are not older than the window into an empty table. false: they do not
+ * fit. */
 static bool spread(const struct mill_strikes *from, const struct mill_strikes *to, double now)
 {
     const struct mill_strike *end = from->entry + mill_strikes_room(from);

@@ -1,7 +1,7 @@
-/* What happened in the mill between run.sample_from and the end? An observer that sorts every
- * impact into spectra, strikes and maps as it comes, a few tens of nanoseconds each, and looks at
- * the world at a few times of its own: when the window opens, at the ends of batches, for the maps'
- * snapshots, and at the end. All these times follow from the deck alone. */
+/* The statistics from run.sample_from to the end of the run. This observer sorts every impact into
+ * spectra, strikes and maps, in a few tens of nanoseconds each. It also looks at the world at a few
+ * times: when the window opens, at the ends of batches, for the samples of the maps, and at the
+ * end. All these times depend on the deck alone. */
 #include "observe/tally.h"
 
 #include "millsim/state.h"
@@ -51,7 +51,7 @@ static enum mill_status count_strike(struct mill_tally *tally, const struct mill
     return MILL_OK;
 }
 
-/* Counts it where it happens in the container's frame. */
+/* Counts the impact at its place in the container's frame. */
 static void map_impact(struct mill_tally *tally, const struct mill_impact *impact)
 {
     const struct mill_world *world = tally->world;
@@ -83,7 +83,8 @@ static enum mill_status on_impact(struct mill_observer *observer, const struct m
 
 /* ---- times ---- */
 
-/* The last batch ends with the window when it is whole but for rounding. */
+/* Time at which the batch ends. The last batch ends with the window if it is complete but for
+ * rounding. */
 static double next_batch(const struct mill_tally *tally)
 {
     const double next = mill_precision_next(&tally->batches);
@@ -130,9 +131,9 @@ static enum mill_status on_sample(struct mill_observer *observer, const struct m
     return known ? mill_error_set(error, MILL_ENDED, "precision") : MILL_OK;
 }
 
-/* ---- state: only what gathering changes; the rest is made again from what is asked for ---- */
+/* ---- state: only what gathering changes; everything else is made again from the deck ---- */
 
-/* Of portion `number` from 1 on, or that being gathered: 0 */
+/* The state of portion `number`, from 1 on; 0: of the statistics that are being gathered */
 static void tell_gathered(struct mill_gathered *g, int kinds, uint64_t number,
                           struct mill_state *state)
 {
@@ -166,7 +167,7 @@ static void tell_strikes(struct mill_strikes *pairs, struct mill_state *state)
         mill_state_refuse(state, "out of memory for the table of strikes");
     const size_t room = mill_strikes_room(pairs);
     mill_state_structs(state, "pairs", sizeof *pairs->entry, room, pairs->entry);
-    /* slots of spectra that a damaged file must not smuggle in */
+    /* a damaged file must not bring in wrong slots of spectra */
     for (size_t i = 0; state->loads && state->status == MILL_OK && i < room; i++) {
         const struct mill_strike *strike = &pairs->entry[i];
         if (strike->normal < -1 || strike->normal >= MILL_SPECTRUM_SLOTS ||
@@ -182,7 +183,7 @@ static void tell_state(struct mill_observer *observer, struct mill_state *state)
     mill_state_field(state, "next", MILL_FIELD_F64, 1, &observer->next);
     mill_state_structs(state, "progress", sizeof t->at, 1, &t->at);
     mill_state_structs(state, "batches", sizeof batches->at, 1, &batches->at);
-    /* counts that the lengths of what follows, and indices into it, are taken from */
+    /* these numbers give the lengths of what follows and indices into it */
     const bool sane = batches->at.batches < MILL_PRECISION_BATCHES && t->at.length > 0 &&
                       t->at.portions < MILL_TALLY_PORTIONS;
     if (state->loads && !sane)
@@ -200,7 +201,7 @@ static void tell_state(struct mill_observer *observer, struct mill_state *state)
                      *batches->counts);
 }
 
-/* ---- life ---- */
+/* ---- creation ---- */
 
 double mill_tally_contact(const struct mill_world *world, int kind)
 {
@@ -224,7 +225,7 @@ static void free_tally(struct mill_observer *observer)
     mill_precision_free(&tally->batches);
 }
 
-/* Batches, and what may end the run. false: out of memory. */
+/* Prepares the batches and what may end the run. false: out of memory. */
 static bool plan_batches(struct mill_tally *t, const struct mill_observe *asked,
                          const struct mill_world *world)
 {
@@ -246,14 +247,14 @@ static enum mill_status create(struct mill_observer *observer, const struct mill
 {
     struct mill_tally *tally = (struct mill_tally *)observer;
     const double duration = fmax(0, asked->end - asked->sample_from);
-    tally->begin = asked->sample_from; /* 0 where it is to be found */
+    tally->begin = asked->sample_from; /* 0 if it is to be found */
     tally->end = fmax(asked->end, asked->sample_from);
-    tally->watch = asked->sample_from - 2 * asked->strike_window; /* twice: for the rounding */
+    tally->watch = asked->sample_from - 2 * asked->strike_window; /* twice, because of rounding */
     tally->interval = duration > 0 ? fmin(1e-3, duration / 100) : (double)INFINITY;
     mill_spectrum_grid_init(&tally->grid);
     tally->kinds = world->kinds.count;
     tally->world = world;
-    for (int kind = 0; kind < tally->kinds; kind++) /* all surfaces are alike */
+    for (int kind = 0; kind < tally->kinds; kind++) /* equal for all surfaces */
         tally->contact[kind] =
             kind < 2 ? mill_tally_contact(world, kind) : tally->contact[kind - 1];
     if (!mill_tally_window_create(&tally->gathered, world))

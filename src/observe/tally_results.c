@@ -1,12 +1,13 @@
-/* What does the window come to? Worked out from what the tally has gathered by now, which stays as
- * it is: a checkpoint may ask in the middle of a run, and the run goes on. How it is told:
- * tally_results_tell.c. */
+/* Computes the results of the window from what the tally has gathered. The tally is not changed: a
+ * checkpoint may ask for results in the middle of a run, and the run continues.
+ * tally_results_tell.c writes them. */
 #include "observe/tally.h"
 
 #include <math.h>
 #include <stdlib.h>
 
-/* Of the rotor by whole periods, from the batches since `from`. false: out of memory. */
+/* Power and torque of the rotor in whole periods, from the batches since `from`. false: out of
+ * memory. */
 static bool make_blocks(struct mill_tally_results *r, uint64_t from)
 {
     const struct mill_precision *batches = &r->tally->batches;
@@ -15,7 +16,7 @@ static bool make_blocks(struct mill_tally_results *r, uint64_t from)
     const struct mill_account *account = &batches->accounts[from];
     r->block = period > 0 ? (double)period * batches->at.batch : (double)NAN;
     r->revolutions = 1;
-    if (period > 0) { /* of several motions without a common period they need not be whole */
+    if (period > 0) { /* several motions without a common period need not make whole revolutions */
         const double turns = r->block * fabs(r->world->rotor_speed) / (2 * MILL_PI);
         r->revolutions = fabs(turns - round(turns)) < 1e-6 * turns ? round(turns) : turns;
     }
@@ -43,7 +44,7 @@ static void add(struct mill_tally_results *r, const struct mill_gathered *from)
     r->recontacts += from->recontacts;
 }
 
-/* The row of all, and the tangential speeds of all */
+/* Fills the row of all kinds, and adds up the tangential speeds. */
 static void sum_rows(struct mill_speeds *rows, int all)
 {
     for (int kind = 0; kind < all; kind++)
@@ -52,7 +53,7 @@ static void sum_rows(struct mill_speeds *rows, int all)
         mill_spectrum_merge(&rows[row].tangential[0], &rows[row].tangential[1]);
 }
 
-/* Numbers of impacts over the whole window */
+/* Sums numbers of impacts over the whole window. */
 static void sum_counts(struct mill_tally_results *r)
 {
     const struct mill_account *from = &r->at.at_begin, *to = &r->at.at_end;
@@ -78,7 +79,8 @@ static void sum_counts(struct mill_tally_results *r)
     }
 }
 
-/* Powers, torques and medians over the whole window. What has no axis has no torque. */
+/* Computes powers, torques and medians over the whole window. A motion without an axis has no
+ * torque. */
 static void sum_account(struct mill_tally_results *r)
 {
     const struct mill_account *from = &r->at.at_begin, *to = &r->at.at_end;

@@ -1,6 +1,4 @@
-/* How the statistics are told. One function tells each group, each number with its unit and
- * meaning.
- */
+/* Writes the statistics. One function writes each group; each number has its unit and meaning. */
 #include "observe/sink.h"
 #include "observe/tally.h"
 
@@ -40,7 +38,7 @@ static void tell_histogram(struct mill_sink *sink, const struct mill_spectrum_gr
     sink->close(sink);
 }
 
-/* spectrum: all of them; fast: those with v_n >= 0.05 m/s, in the slots from `slot` up */
+/* spectrum: all impacts; fast: those with v_n >= 0.05 m/s, in the slots from `slot` up */
 static void tell_speed(struct mill_sink *sink, const char *name,
                        const struct mill_spectrum_grid *grid, const struct mill_spectrum *spectrum,
                        const struct mill_spectrum *fast, int slot)
@@ -70,8 +68,8 @@ static void tell_speed(struct mill_sink *sink, const char *name,
     sink->close(sink);
 }
 
-/* [W] What the impacts of a row lose: where of single ones only a part is known, by the account;
- * of strikes that is no help. */
+/* [W] Power lost in the impacts of a row. If only a part of each loss is known, the account gives
+ * the total loss of impacts; for strikes it cannot. */
 static void tell_power(struct mill_sink *sink, const struct mill_tally_results *r,
                        const struct mill_speeds *speeds, int row, double dissipation)
 {
@@ -110,7 +108,7 @@ static void tell_rows(struct mill_sink *sink, const char *name, const struct mil
 
 static const char error[] = "its standard error, the same as in precision";
 
-/* Of a mill with other motions beside it the pinches are not told apart. */
+/* If there are other motions too, it is not known which of them pressed the balls. */
 static void tell_rotor(struct mill_sink *sink, const struct mill_tally_results *r)
 {
     const bool alone = r->world->motions == 1 && r->world->rotor == 0;
@@ -139,7 +137,7 @@ static void tell_rotor(struct mill_sink *sink, const struct mill_tally_results *
     sink->close(sink);
 }
 
-/* Of each motion, and of all together */
+/* Writes the results of each motion, and of all together. */
 static void tell_motions(struct mill_sink *sink, const struct mill_tally_results *r)
 {
     const struct mill_precision_known *known = &r->at.known;
@@ -168,7 +166,7 @@ static void tell_motions(struct mill_sink *sink, const struct mill_tally_results
     sink->close(sink);
 }
 
-/* So many means in a row, as a group of arrays; 0: one, as numbers */
+/* Writes `count` means as a group of arrays; count 0: a single one, as numbers. */
 static void tell_means(struct mill_sink *sink, const char *name, size_t count,
                        const struct mill_precision_mean *mean, const char *unit,
                        const char *meaning)

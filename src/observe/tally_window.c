@@ -1,10 +1,10 @@
-/* When may the run end, and where does its window begin? Where run.precision is given and
- * run.sample_from is not, nobody knows yet what belongs to the start-up while it is gathered, and
- * what is gathered cannot be taken out again: rounded sums do not subtract to nothing. So it is
- * kept apart by portions of a few batches, at most MILL_TALLY_PORTIONS of them, joined as the run
- * gets longer, and only those behind the cut are added up. A cut inside a portion goes to its end.
- * It is asked at ends of portions: an 8th to a 24th of the run lies between two (3 become one
- * where they make a period, else 2). */
+/* When may the run end, and where does its window begin? If run.precision is given without
+ * run.sample_from, the length of the start-up is not known while the statistics are gathered. They
+ * cannot be subtracted later, because rounded sums do not cancel exactly. So they are kept in
+ * separate portions of a few batches, at most MILL_TALLY_PORTIONS, which are joined as the run
+ * becomes longer. At the end only the portions after the cut are added up; a cut inside a portion
+ * is moved to its end. The program looks for the cut at the ends of portions, every 8th to 24th
+ * part of the run (3 portions become one where 3 make a period, else 2). */
 #include "observe/tally.h"
 
 #include <stdlib.h>
@@ -49,7 +49,7 @@ void mill_tally_window_free(struct mill_gathered *gathered)
     mill_maps_free(&gathered->maps);
 }
 
-/* Moves it; what stood there leaves its room. */
+/* Moves statistics; `from` gets the memory that `to` had. */
 static void move(struct mill_gathered *to, struct mill_gathered *from)
 {
     const struct mill_gathered room = *to;
@@ -61,7 +61,8 @@ static void move(struct mill_gathered *to, struct mill_gathered *from)
 static void join_portions(struct mill_tally *t)
 {
     const uint64_t length = t->at.length, period = t->batches.at.period;
-    uint64_t many = 2; /* or more: so that whole ones make a period, or are made of some */
+    /* or more, so that whole portions make a period, or periods make a portion */
+    uint64_t many = 2;
     while (length < period && period % (length * many) != 0)
         many++;
     for (uint64_t k = 0; t->search && k < t->at.portions / many; k++) {
@@ -120,7 +121,7 @@ void mill_tally_window_batch(struct mill_tally *t, const struct mill_account *ac
     mill_precision_close(&t->batches, count, account);
     if (t->batches.at.batches % t->at.length != 0)
         return;
-    if (t->search) { /* what was gathered since the last portion becomes one of its own */
+    if (t->search) { /* the statistics since the last portion become a new portion */
         move(&t->portion[t->at.portions], gathered);
         memset(gathered->impacts, 0, sizeof *gathered->impacts * (size_t)t->kinds);
         memset(gathered->strikes, 0, sizeof *gathered->strikes * (size_t)t->kinds);

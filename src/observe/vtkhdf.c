@@ -1,10 +1,10 @@
-/* VTKHDF 2.1 (docs.vtk.org, "VTKHDF file format"): a collection of blocks of poly data, every one
- * with time steps, for readers stumble over collections in which only some have them. A step of a
- * block begins in each of its arrays at an offset. So what does not change is there once and begins
- * at 0 in every step; what changes lies frame after frame: balls as a virtual dataset, which shows
- * the rows (frame, ball) of /particles/trajectory as one long column, the few points of what moves
- * in full. All steps are counted as the same one part, for their numbers of points and cells are
- * the same. Numbers that several blocks have in common are linked, not written again. */
+/* VTKHDF 2.1 (docs.vtk.org, "VTKHDF file format"): a collection of blocks of poly data. Every block
+ * has time steps, because readers fail if only some have them. In each array of a block, a step
+ * begins at an offset. Data that do not change are stored once, and every step begins at 0. Data
+ * that change are stored frame after frame: the few points of moving bodies in full, the balls as a
+ * virtual dataset, which shows the rows (frame, ball) of /particles/trajectory as one long column.
+ * All steps use the same single part, because their numbers of points and cells are equal. Numbers
+ * that several blocks share are linked, not written again. */
 #include "observe/vtkhdf.h"
 
 #include "base/elementary.h"
@@ -18,9 +18,9 @@
 #define ROOT "/VTKHDF"
 #define BALLS ROOT "/balls"
 #define TRAJECTORY "/particles/trajectory"
-#define ALIKE BALLS "/Steps/PartOffsets" /* as many zeros as there are frames */
+#define ALIKE BALLS "/Steps/PartOffsets" /* as many zeros as frames */
 
-/* Of the drum's radius: no triangle is farther from the surface that it stands for. */
+/* Relative to the drum's radius: maximum distance of a triangle from its surface */
 #define FLAT 1e-3
 
 enum { PATH = 192, BLOCK = 96, MOST_WIDTH = 4 };
@@ -30,16 +30,16 @@ struct scene {
     const struct mill_observe *asked;
     const struct mill_world *world;
     const struct mill_going *going;
-    bool left; /* it was not to go on */
+    bool left; /* true: stopped before the end */
     size_t frames;
-    int64_t blocks;    /* begun */
-    char block[BLOCK]; /* the group of the one that was begun last */
-    char path[PATH];   /* as last told by `at` */
+    int64_t blocks;    /* number of blocks so far */
+    char block[BLOCK]; /* the group of the present block */
+    char path[PATH];   /* result of the last call of `at` */
 };
 
-/* ---- single things of a block ---- */
+/* ---- parts of a block ---- */
 
-/* "BLOCK/GROUP/NAME", until the next call; "": no group */
+/* "BLOCK/GROUP/NAME", valid until the next call; GROUP may be "" */
 static const char *at(struct scene *s, const char *group, const char *name)
 {
     snprintf(s->path, PATH, "%s/%s%s%s", s->block, group, *group ? "/" : "", name);
@@ -54,13 +54,13 @@ static void put_number(struct scene *s, const char *group, const char *name, siz
     mill_h5_write(s->file, at(s, group, name), MILL_H5_I64, 1, &one, &number, "1", text);
 }
 
-/* Another name for what stands elsewhere in the file */
+/* Makes another name for an object in the file */
 static void link_to(struct scene *s, const char *existing, const char *group, const char *name)
 {
     mill_h5_link(s->file, existing, at(s, group, name));
 }
 
-/* Rows first, first + step, first + 2 step, ...; each has its number `width` times. */
+/* Writes the rows first, first + step, first + 2 step, ...; a row has its number `width` times. */
 static void put_rows(struct scene *s, const char *group, const char *name, size_t rows,
                      size_t width, int64_t first, size_t step, const char *text)
 {
@@ -73,7 +73,7 @@ static void put_rows(struct scene *s, const char *group, const char *name, size_
     mill_h5_column_close(column);
 }
 
-/* A group as VTK knows it by its attributes; VTK wants its members in order. */
+/* Makes a group with the attributes by which VTK knows it; VTK wants its members in order. */
 static void put_typed_group(struct scene *s, const char *path, const char *type)
 {
     static const int64_t version[2] = {2, 1};
@@ -82,9 +82,9 @@ static void put_typed_group(struct scene *s, const char *path, const char *type)
     mill_h5_attribute_ascii(s->file, path, "Type", type);
 }
 
-/* ---- what all blocks have ---- */
+/* ---- what all blocks contain ---- */
 
-/* The block's group, its place in the collection and in the tree of names */
+/* Begins a block: its group, its place in the collection and in the tree of names */
 static void begin_block(struct scene *s, const char *name, size_t points)
 {
     char place[PATH];
@@ -99,8 +99,8 @@ static void begin_block(struct scene *s, const char *name, size_t points)
     put_number(s, "", "NumberOfPoints", points, "number of points of a frame");
 }
 
-/* The steps' times and offsets; moving: each step has its own points, else all have the same. What
- * all blocks have in common the balls have, and the others link to it. */
+/* Writes the times and offsets of the steps. moving: each step has its own points; otherwise all
+ * use the same. What all blocks share is stored with the balls; the others link to it. */
 static void put_steps(struct scene *s, bool moving, size_t points)
 {
     static const struct {
@@ -132,8 +132,8 @@ static void put_steps(struct scene *s, bool moving, size_t points)
         link_to(s, ALIKE, "Steps", "PointOffsets");
 }
 
-/* The cells of one kind, `each` corners to a cell; corner NULL: point k is the corner of cell k.
- * The other kinds are empty. */
+/* Writes the cells of one kind, with `each` corners per cell. corner NULL: point k is the corner of
+ * cell k. The other kinds are empty. */
 static void put_cells(struct scene *s, const char *group, size_t cells, size_t each,
                       const int64_t *corner)
 {
@@ -143,14 +143,14 @@ static void put_cells(struct scene *s, const char *group, size_t cells, size_t e
     for (size_t k = 0; k < sizeof groups / sizeof *groups; k++) {
         if (strcmp(groups[k], group) == 0)
             continue;
-        if (!first || k > 1) { /* lines come first of those that are empty everywhere */
+        if (!first || k > 1) { /* lines are the first kind that is empty in all blocks */
             link_to(s, BALLS "/Lines", "", groups[k]);
             continue;
         }
         put_number(s, "Lines", "NumberOfCells", 0, "no cells of this kind");
         link_to(s, BALLS "/Lines/NumberOfCells", "Lines", "NumberOfConnectivityIds");
         link_to(s, BALLS "/Lines/NumberOfCells", "Lines", "Offsets");
-        /* growing, not fixed: h5repack cannot pack a fixed array of nothing */
+        /* a growing dataset, because h5repack cannot compress a fixed array of size 0 */
         put_rows(s, "Lines", "Connectivity", 0, 1, 0, 0, "no cells of this kind");
     }
     put_number(s, group, "NumberOfCells", cells, "number of cells");
@@ -166,7 +166,7 @@ static void put_cells(struct scene *s, const char *group, size_t cells, size_t e
 
 /* ---- the balls ---- */
 
-/* The frames of a state, (frame, ball, 3), as (frame x ball, 3) */
+/* Shows the frames of a state, (frame, ball, 3), as (frame x ball, 3) */
 static void put_view(struct scene *s, const char *group, const char *name, const char *state,
                      const char *unit, const char *text)
 {
@@ -234,7 +234,7 @@ void mill_vtkhdf_outline_free(struct mill_outline *outline)
     free(outline->number);
 }
 
-/* All points, turned about x by this angle */
+/* Writes all points turned about x by this angle */
 static void turn(const struct mill_mesh *mesh, double angle, float *to)
 {
     const struct mill_heading by = mill_elementary_heading(angle);
@@ -246,7 +246,7 @@ static void turn(const struct mill_mesh *mesh, double angle, float *to)
     }
 }
 
-/* All points, as a pose has them */
+/* Writes all points as moved by a pose */
 static void move(const struct mill_mesh *mesh, const struct mill_poses_one *pose, float *to)
 {
     for (size_t i = 0; i < mesh->points; i++) {
@@ -259,7 +259,7 @@ static void move(const struct mill_mesh *mesh, const struct mill_poses_one *pose
     }
 }
 
-/* Does the motion, or what carries it, ever move? */
+/* Does the motion move, or one that carries it? */
 static bool does_move(const struct mill_motion *motion)
 {
     bool moves = false;
@@ -268,8 +268,9 @@ static bool does_move(const struct mill_motion *motion)
     return moves;
 }
 
-/* The points of motion k (-1: what stands still) frame by frame, or of one that never moves once. A
- * rotor is turned by the angle at the frame's time, to the same bits as in files of old. */
+/* Writes the points of motion k (-1: what stands still) for each frame; only once if the motion
+ * never moves. A rotor is turned by its angle at the frame's time, which gives the same bits as in
+ * files of earlier versions. */
 static void put_points(struct scene *s, const struct mill_mesh *mesh, int k, bool moving,
                        float *points)
 {
@@ -308,7 +309,7 @@ static void put_points(struct scene *s, const struct mill_mesh *mesh, int k, boo
     free(pose);
 }
 
-/* The block of motion k, or of what stands still: -1 */
+/* Writes the block of motion k; -1: of what stands still */
 static void put_body(struct scene *s, const char *name, int k, const struct mill_outline *outline,
                      float *points)
 {
@@ -334,7 +335,7 @@ static void put_body(struct scene *s, const char *name, int k, const struct mill
     link_to(s, ALIKE, "Steps/CellDataOffsets", "number");
 }
 
-/* A drum that stands gives its name to all that stands still. */
+/* Name of the block of what stands still: that of the drum if the drum does not move */
 static const char *name_of_still(const struct mill_world *world)
 {
     for (int i = 0; i < world->shapes; i++)
@@ -344,12 +345,12 @@ static const char *name_of_still(const struct mill_world *world)
     return "still";
 }
 
-/* That of the motion, unless another block has it */
+/* Name of the motion's block: that of the motion, unless another block has this name */
 static void name_of_motion(const struct mill_world *world, int k, char name[BLOCK])
 {
     static const char *const taken[] = {"balls", "drum", "still", "Assembly"};
     const char *own = world->motion_name[k];
-    /* so that no two become alike */
+    /* so that no two names become equal */
     const char *before = strncmp(own, "motion_", 7) == 0 ? "motion_" : "";
     for (size_t i = 0; i < sizeof taken / sizeof *taken; i++)
         before = strcmp(own, taken[i]) == 0 ? "motion_" : before;
