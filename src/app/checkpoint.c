@@ -1,5 +1,5 @@
-/* A state is good for the build that wrote it: its structs are stored as they are, as words of 8
- * bytes. A hash of sources, flags and compiler tells the build. */
+/* A state can be read only by the build that wrote it: its structs are stored as they are, as words
+ * of 8 bytes. A hash of sources, flags and compiler identifies the build. */
 #include "app/checkpoint.h"
 
 #include "base/version.h"
@@ -10,7 +10,7 @@
 
 #define PATH "/checkpoint"
 
-/* Fields on their way to the file, or from it */
+/* Carries fields to the file, or from it */
 struct carrier {
     struct mill_state state; /* first */
     struct mill_h5 *file;
@@ -91,7 +91,7 @@ enum mill_status mill_checkpoint_load(const struct mill_checkpoint *to, struct m
 {
     struct mill_error why = {""};
     const enum mill_status status = carry_all(to, file, true, &why);
-    const bool placed = strstr(why.text, PATH) != NULL; /* it names file and dataset */
+    const bool placed = strstr(why.text, PATH) != NULL; /* the text names file and dataset */
     if (status == MILL_OK)
         return MILL_OK;
     return mill_error_set(error, status, "%s%s%s; start again with --force", placed ? "" : name,

@@ -1,14 +1,14 @@
-/* The state of a run in its own output file, as the datasets /checkpoint/OWNER/FIELD with checksums
- * of HDF5's own: what --resume goes on from. The file is published as a whole, so state and results
- * are always of one moment. The state goes to the file from where it stands and comes back to
- * there: no run holds it twice. */
+/* The state of a run in its own output file, in the datasets /checkpoint/OWNER/FIELD with checksums
+ * of HDF5. --resume continues from it. The file is published as a whole, so state and results
+ * always belong to the same moment. The state is written from where it is in memory and read back
+ * to there, so that no run holds it twice. */
 #ifndef MILL_CHECKPOINT_H
 #define MILL_CHECKPOINT_H
 
 #include "app/record.h"
 #include "observe/observers.h"
 
-/* What has a state */
+/* The objects that have a state */
 struct mill_checkpoint {
     struct mill_sim *sim;
     const struct mill_observers *observers;
@@ -17,16 +17,16 @@ struct mill_checkpoint {
 
 void mill_checkpoint_write(const struct mill_checkpoint *from, struct mill_h5 *file);
 
-/* Removes it, if there is one. */
+/* Removes the state, if there is one. */
 void mill_checkpoint_remove(struct mill_h5 *file);
 
-/* *found: the file has one, and it is of this build of the program. MILL_FAILED: it is of another.
- * name: of the file, for messages. */
+/* *found: the file has a state, and this build of the program wrote it. MILL_FAILED: another build
+ * wrote it. name: of the file, for messages. */
 enum mill_status mill_checkpoint_find(struct mill_h5 *file, const char *name, bool *found,
                                       struct mill_error *error);
 
-/* Puts the state into what is made from the same deck and has not run. After a failure that is good
- * for nothing. */
+/* Loads the state into objects that were made from the same deck and have not run. After a failure
+ * they must not be used. */
 enum mill_status mill_checkpoint_load(const struct mill_checkpoint *to, struct mill_h5 *file,
                                       const char *name, struct mill_error *error);
 

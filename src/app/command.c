@@ -1,5 +1,5 @@
-/* The command line by one table: what getopt_long knows, what --help says, what excludes what.
- * Wrong usage is told in one line. */
+/* One table defines the command line: the options for getopt_long, the text of --help, and which
+ * options exclude each other. Wrong usage gives a message of one line. */
 #include "app/command.h"
 
 #include "base/version.h"
@@ -8,13 +8,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { LONG = 256 }; /* + enum mill_option: what getopt_long calls an option by its long name */
+enum { LONG = 256 }; /* + enum mill_option: getopt_long's code of a long option */
 
 static const struct row {
     const char *name;
     char letter;       /* '\0': none */
-    const char *value; /* as --help names it; NULL: has none */
-    const char *help;  /* behind 23 columns */
+    const char *value; /* name of the value in --help; NULL: no value */
+    const char *help;  /* starts at column 23 */
 } rows[MILL_OPTIONS] = {
     [MILL_OUTPUT] = {"output", 'o', "FILE",
                      "where results go; default: the deck's name with .h5, in this folder"},
@@ -53,7 +53,7 @@ static const char told[] = "values are told without a deck and nothing is run";
 
 static const struct {
     enum mill_option one;
-    const char *others; /* their names; no name is part of another */
+    const char *others; /* their names; no name may be a part of another */
     const char *why;
 } exclusions[] = {
     {MILL_RESUME, "force", "go on, or start again"},
@@ -91,7 +91,7 @@ bool mill_command_answer(const struct mill_command *a, FILE *out)
     return true;
 }
 
-/* What getopt_long refused, as a usage error. */
+/* Describes as a usage error what getopt_long refused. */
 static enum mill_status refuse_option(int result, char *const *argv, struct mill_error *error)
 {
     const char *word = argv[optind - 1];
@@ -105,7 +105,7 @@ static enum mill_status refuse_option(int result, char *const *argv, struct mill
                           fault);
 }
 
-/* Takes options until there are no more or one ends the program. */
+/* Reads options until there are no more, or until one ends the program. */
 static enum mill_status read_options(int argc, char **argv, struct mill_command *a,
                                      struct mill_error *error)
 {
@@ -134,7 +134,7 @@ static enum mill_status read_options(int argc, char **argv, struct mill_command 
     return MILL_OK;
 }
 
-/* `more`: the words that are no options, NULL behind them */
+/* `more`: the words that are not options; NULL after the last */
 static enum mill_status check(struct mill_command *a, char *const *more, struct mill_error *error)
 {
     for (int k = 0; k < MILL_OPTIONS; k++)
@@ -199,7 +199,8 @@ static char *quote(int argc, char **argv)
 enum mill_status mill_command_read(int argc, char **argv, struct mill_command *a,
                                    struct mill_error *error)
 {
-    *a = (struct mill_command){.line = quote(argc, argv)}; /* before getopt_long sorts the words */
+    /* before getopt_long reorders the words */
+    *a = (struct mill_command){.line = quote(argc, argv)};
     a->set = calloc(2 * (size_t)argc + 1, sizeof *a->set);
     if (!a->line || !a->set)
         return mill_error_set(error, MILL_FAILED, "out of memory");

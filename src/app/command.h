@@ -26,23 +26,25 @@ enum mill_option {
 };
 
 struct mill_command {
-    const char *given[MILL_OPTIONS]; /* its value, or "" where it has none; NULL: not given */
-    const char **set, **value;       /* all values of --set, and of --value */
+    /* value of each option; "": given without a value; NULL: not given */
+    const char *given[MILL_OPTIONS];
+    const char **set, **value; /* all values of --set; all values of --value */
     int sets, values;
-    const char *deck; /* NULL: no run is asked for */
-    char *line;       /* the command line as a shell would read it back */
-    /* the file to be written: as given, or "some/mill.ini" -> "mill.h5"; what is cut is refused */
-    char output[4104]; /* longer than any path that the system takes */
+    const char *deck; /* NULL: no run was asked for */
+    char *line;       /* the command line, quoted for a shell */
+    /* the file to be written: as given, or "some/mill.ini" -> "mill.h5". A path that does not fit
+     * is refused */
+    char output[4104]; /* longer than any path that the system accepts */
 };
 
-/* Reads the arguments; MILL_BAD_DECK with a line that says what is wrong. */
+/* Reads the arguments. MILL_BAD_DECK: the error says what is wrong. */
 enum mill_status mill_command_read(int argc, char **argv, struct mill_command *command,
                                    struct mill_error *error);
 
-/* Frees what it owns: lists and line. */
+/* Frees the lists and the line. */
 void mill_command_free(struct mill_command *command);
 
-/* Prints what --help or --version ask for; false: neither was given. */
+/* Prints the text for --help or --version. false: neither was given. */
 bool mill_command_answer(const struct mill_command *command, FILE *out);
 
 #endif

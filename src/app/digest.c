@@ -1,6 +1,5 @@
-/* From the deck come mill, balls and motions; from the stream states, impacts, works and losses;
- * from both the observers of a run make what they make of a run. The stream is described in
- * docs/file-format.md. */
+/* The deck gives the mill, the balls and the motions. The stream gives states, impacts, works and
+ * losses. The observers process both as in a run. docs/file-format.md describes the stream. */
 #include "app/digest.h"
 
 #include "app/facts.h"
@@ -14,7 +13,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const char part[] = "normal"; /* of the loss, which is known of a single impact */
+static const char part[] = "normal"; /* the known part of the loss in a single impact */
 
 struct digest {
     struct mill_run_order *order;
@@ -27,8 +26,8 @@ struct digest {
     struct mill_facts_list facts;
     struct mill_stream stream;
     struct mill_h5 *file; /* NULL: not made yet */
-    bool begun;           /* the record `begin` has come */
-    const char *ended;    /* how the run ended, as the stream says; NULL: it has not */
+    bool begun;           /* the record `begin` has been read */
+    const char *ended;    /* how the run ended, from the stream; NULL: not yet */
 };
 
 static enum mill_status refuse(struct digest *d, enum mill_status status, const char *why)
@@ -42,7 +41,7 @@ static enum mill_status refuse(struct digest *d, enum mill_status status, const 
 
 /* ---- the mill ---- */
 
-/* No such run is ended by its results, and its window begins where the deck says. */
+/* Results cannot end such a run, and its window begins where the deck says. */
 static enum mill_status build(struct digest *d)
 {
     const struct mill_deck *deck = d->order->deck;
@@ -57,7 +56,7 @@ static enum mill_status build(struct digest *d)
     return MILL_OK;
 }
 
-/* Is the stream of this mill? */
+/* Checks that the stream is of this mill. */
 static enum mill_status begin(struct digest *d)
 {
     const struct mill_world *w = d->world;
@@ -89,7 +88,7 @@ static enum mill_status begin(struct digest *d)
 
 /* ---- the file ---- */
 
-/* Makes it, once there is something to write. */
+/* Makes the file when there is something to write. */
 static enum mill_status open_output(struct digest *d)
 {
     const bool force = d->order->asked->given[MILL_FORCE] != NULL;
@@ -117,7 +116,7 @@ static enum mill_status open_output(struct digest *d)
     return mill_h5_status(d->file, d->error);
 }
 
-/* The program's own notes, then those that its results give rise to */
+/* Writes the notes of the other program, then millsim's notes on the results. */
 static void write_notes(const struct digest *d, const struct mill_notes *notes)
 {
     const char *own = mill_facts_text(&d->facts, "notes");
@@ -175,7 +174,7 @@ static enum mill_status take_fact(struct digest *d)
     return status == MILL_OK ? status : refuse(d, status, why.text);
 }
 
-/* What observers cannot write is the file's failure, the rest the stream's. */
+/* A failure to write is reported for the file, all other failures for the stream. */
 static enum mill_status after(struct digest *d, enum mill_status status, const char *why)
 {
     if (mill_h5_status(d->file, d->error) != MILL_OK)
@@ -239,14 +238,14 @@ static enum mill_status take_end(struct digest *d)
     return after(d, mill_replay_end(&d->replay, time, &why), why.text);
 }
 
-/* What a record of a type is, and how many bytes it has: least, each one more, at most */
+/* Type of a record, its function, and its length in bytes: minimum, step, maximum */
 struct record {
     const char *type;
     enum mill_status (*take)(struct digest *);
     uint64_t least, step, most;
 };
 
-/* The next record. *over: it is the last one. */
+/* Reads the next record. *over: it was the last one. */
 static enum mill_status take_record(struct digest *d, bool *over)
 {
     const uint64_t f8 = sizeof(double), row = sizeof(struct mill_replay_impact);
@@ -293,7 +292,7 @@ static enum mill_status take_record(struct digest *d, bool *over)
 
 /* ---- the end ---- */
 
-/* Whatever the end: what the stream has told becomes the file. */
+/* Writes the file with everything that the stream has given, for any kind of end. */
 static enum mill_status conclude(struct digest *d, enum mill_status status)
 {
     const struct mill_error what = *d->error;
@@ -348,7 +347,7 @@ enum mill_status mill_digest(struct mill_run_order *order)
         status = conclude(&d, status);
     if (status == MILL_OK && !order->asked->given[MILL_QUIET])
         tell(&d);
-    mill_h5_abandon(d.file); /* still open: what was published stands */
+    mill_h5_abandon(d.file); /* still open: the file stays as last published */
     mill_replay_free(&d.replay);
     mill_observers_free(&d.observers);
     mill_facts_free(&d.facts);

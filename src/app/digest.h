@@ -1,12 +1,14 @@
-/* --digest: the run of another program, read as a stream, becomes a file like that of a run. */
+/* --digest: reads another program's run as a stream and makes an output file like that of millsim's
+ * own runs. */
 #ifndef MILL_DIGEST_H
 #define MILL_DIGEST_H
 
 #include "app/run.h"
 
-/* Reads the stream from standard input to its end and writes the output file. MILL_BAD_DECK: it is
- * of another mill, or no such stream; nothing is written. MILL_FAILED: it breaks off or holds what
- * cannot be; the file then has everything up to its last account. MILL_STOPPED: so, by a signal. */
+/* Reads the stream from standard input to its end and writes the output file. MILL_BAD_DECK: the
+ * stream is of another mill, or is no such stream; nothing is written. MILL_FAILED: the stream is
+ * cut off or contains impossible values; the file then holds everything up to the last account.
+ * MILL_STOPPED: the same after a signal. */
 enum mill_status mill_digest(struct mill_run_order *order);
 
 #endif

@@ -1,4 +1,4 @@
-/* Facts by their names, each in one piece of memory as it came. */
+/* A list of facts by name. Each keeps its record in one block of memory. */
 #include "app/facts.h"
 
 #include <stdio.h>
@@ -7,7 +7,7 @@
 
 enum { MOST = 1000, LONGEST = 120, PARTS = 4 };
 
-/* Names that /run has of millsim, or that lead elsewhere */
+/* Is the name allowed? Not if millsim itself writes it to /run, or if it is a path to elsewhere. */
 static bool is_name(const char *name)
 {
     static const char *const own[] = {"status", "time", "hdf5", "events", "reach"};
@@ -35,7 +35,7 @@ const char *mill_facts_text(const struct mill_facts_list *facts, const char *nam
     return fact && fact->type == MILL_H5_TEXT ? fact->text : "";
 }
 
-/* The value that begins at `at` and is `left` bytes long, of this type */
+/* Reads the value of this type, which begins at `at` and is `left` bytes long. */
 static bool take_value(struct mill_fact *fact, const char *type, const char *at, size_t left)
 {
     if (strcmp(type, "f8") == 0 && left == sizeof fact->number) {
@@ -52,7 +52,7 @@ static bool take_value(struct mill_fact *fact, const char *type, const char *at,
     return true;
 }
 
-/* A fact of these bytes, which it owns. false: it is none. */
+/* Makes a fact from these bytes, which it then owns. false: they are no fact. */
 static bool parse(struct mill_fact *fact, char *bytes, size_t length)
 {
     const char *part[PARTS], *at = bytes;
@@ -69,7 +69,7 @@ static bool parse(struct mill_fact *fact, char *bytes, size_t length)
            take_value(fact, part[3], at, length - (size_t)(at - bytes));
 }
 
-/* A fact of its own in the list, at the place of an earlier one of its name. false: no memory */
+/* Puts the fact into the list, in place of an earlier one of its name. false: out of memory */
 static bool keep(struct mill_facts_list *facts, const struct mill_fact *fact)
 {
     size_t i = 0;

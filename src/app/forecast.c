@@ -1,8 +1,9 @@
-/* How long will it take? The begin of the run tells, but in a still drum a charge at rest has few
- * contacts until the rotor has swept it up: their rate grows 3 to 30 times within a turn, the
- * sooner the fuller the drum, the more the less elastic the balls; then it is steady. While it
- * grows its logarithm is taken to be linear in time, with the three constants below from fifteen
- * charges of the reference mill (validation/forecast has fifteen others). */
+/* How long will the run take? The start of the run shows the speed. But in a drum at rest, a charge
+ * at rest has few contacts until the rotor has swept it up. Their rate grows by a factor of 3 to 30
+ * within a turn, faster in a fuller drum, and more for less elastic balls. Then it is constant. The
+ * forecast assumes that the logarithm of the rate grows linearly with time. The three constants
+ * below come from fifteen charges of the reference mill (validation/forecast tests them with
+ * fifteen others). */
 #include "app/forecast.h"
 
 #include "app/record.h"
@@ -12,21 +13,24 @@
 
 #include <math.h>
 
-#define TRIAL 2.0      /* [s] of processor time */
-#define SLICE 5000     /* events between two looks at the clock */
-#define SWEPT 0.15     /* turns until the charge is swept up, times its share of the drum, */
-#define MOST_TURNS 1.2 /* at most; the rate grows by exp(1 + LOSS (1 - restitution)) */
+#define TRIAL 2.0  /* [s] of processor time */
+#define SLICE 5000 /* events between two readings of the clock */
+/* turns until the charge is swept up: SWEPT over the part of the drum that it fills, */
+#define SWEPT 0.15
+/* maximum of these turns; the rate grows by exp(1 + LOSS (1 - restitution)) */
+#define MOST_TURNS 1.2
 #define LOSS 6.0
-#define RAPID 10.0       /* centripetal over gravitational acceleration from which it is swept up */
-#define FRAME 36.0       /* [byte] of a ball in a frame */
-#define POINT 4.0        /* [byte] of a point of what moves, in a frame: between 1.5 and 9.5 */
-#define ROW 300.0        /* [byte] of a row of the series */
-#define IMPACT 80.0      /* [byte] of a row of the log */
-#define STATISTICS 1.2e6 /* [byte] of a file's histograms and maps */
-#define LIBRARY 5e6      /* [byte] of memory for the file's library */
+/* ratio of centripetal to gravitational acceleration; above it the charge is swept up */
+#define RAPID 10.0
+#define FRAME 36.0       /* [byte] for a ball in a frame */
+#define POINT 4.0        /* [byte] for a point of a moving body in a frame: between 1.5 and 9.5 */
+#define ROW 300.0        /* [byte] for a row of the series */
+#define IMPACT 80.0      /* [byte] for a row of the log */
+#define STATISTICS 1.2e6 /* [byte] for a file's histograms and maps */
+#define LIBRARY 5e6      /* [byte] of memory for the HDF5 library */
 #define WRITING 1e-9     /* [s/byte] of processor time */
 
-/* How far the trial was at some moment */
+/* Progress of the trial at some moment */
 struct point {
     double time, contacts, cpu; /* [s] simulated, [1], [s] */
 };
@@ -40,7 +44,8 @@ static struct point look(const struct mill_sim *sim)
     return p;
 }
 
-/* Its end, and a point before it: since then there was a fifth to two fifths of the contacts. */
+/* Runs the trial. ends: a point before its end and its end; between them were a fifth to two fifths
+ * of the contacts. */
 static enum mill_status go(struct mill_sim *sim, double until, struct point ends[2],
                            struct mill_error *error)
 {
@@ -60,7 +65,8 @@ static enum mill_status go(struct mill_sim *sim, double until, struct point ends
     return status;
 }
 
-/* The trial with its statistics, gathered from the begin; free both in any case. */
+/* Runs the trial with its statistics, gathered from the start. The caller frees both
+ * in all cases. */
 static enum mill_status try(const struct mill_deck *deck, struct mill_world *world,
                             struct point ends[2], struct mill_observer **tally,
                             struct mill_tally_results **results, struct mill_error *error)
@@ -106,7 +112,7 @@ double mill_forecast_work(const struct mill_forecast_growth *growth, double time
     return swept / power * exp(power * (time / swept - 1));
 }
 
-/* Points that every frame shows anew */
+/* Number of points that are stored again in every frame */
 static double points_of(const struct mill_deck *deck, const struct mill_world *world)
 {
     const struct mill_profile drum = mill_record_profile(deck, world);
@@ -120,7 +126,8 @@ static double points_of(const struct mill_deck *deck, const struct mill_world *w
     return points;
 }
 
-/* Of a trial with these ends; returns the rate of contacts in the steady mill [1/s]. */
+/* Computes the forecast from the two points of a trial. Returns the rate of contacts [1/s] in the
+ * steady mill. */
 static double work_out(const struct mill_deck *deck, const struct mill_world *world,
                        const struct point ends[2], struct mill_forecast *forecast)
 {
@@ -138,7 +145,7 @@ static double work_out(const struct mill_deck *deck, const struct mill_world *wo
     if (deck->frames > 0)
         f.file += (floor(end / deck->frames) + 1) *
                   (world->balls * FRAME + points_of(deck, world) * POINT);
-    /* without contacts there is only the time to go by */
+    /* without contacts only the simulated time can be used */
     const double cost = ends[1].cpu - ends[0].cpu;
     f.cpu = ends[1].cpu + (met > 0 ? rest / met * cost : (end / f.trial - 1) * cost);
     f.cpu += f.file * WRITING;

@@ -1,5 +1,5 @@
-/* What a run will cost, from a short trial of it: contacts, processor time, memory, file; and where
- * it will leave the model's reach. */
+/* Estimates from a short trial run what a run will take: contacts, processor time, memory, size of
+ * the file. It also finds out where the run will leave the range of the model. */
 #ifndef MILL_FORECAST_H
 #define MILL_FORECAST_H
 
@@ -7,24 +7,27 @@
 #include "observe/notes.h"
 
 struct mill_forecast {
-    double trial;        /* [s] simulated by the trial */
-    double contacts;     /* of the whole run */
+    double trial;        /* [s] simulated time of the trial */
+    double contacts;     /* in the whole run */
     double cpu;          /* [s] */
     double memory, file; /* [byte] */
     struct mill_notes notes;
 };
 
-/* How the rate of contacts grows at the begin of a run: by exp(power), until `swept` [s] */
+/* How the rate of contacts grows at the start of a run: by the factor exp(power), until the time
+ * `swept` [s] */
 struct mill_forecast_growth {
-    double swept, power; /* swept 0: it does not grow */
+    double swept, power; /* swept 0: no growth */
 };
 struct mill_forecast_growth mill_forecast_growth(const struct mill_world *world);
 
-/* [s] Time in which a mill that is steady has as many contacts as this one, up to a constant. */
+/* [s] Time in which a steady mill has as many contacts as this one has in `time`, up
+ * to a constant. */
 double mill_forecast_work(const struct mill_forecast_growth *growth, double time);
 
-/* Runs the world of the deck for a second or two of processor time, or to the end, and works out
- * the rest. The world is then used up. A trial that fails still leaves the notes. */
+/* Runs the deck's world for one or two seconds of processor time, or to its end, and
+ * computes the forecast. The world must not be used afterwards. If the trial fails, the
+ * notes are still valid. */
 enum mill_status mill_forecast_make(const struct mill_deck *deck, struct mill_world *world,
                                     struct mill_forecast *forecast, struct mill_error *error);
 

@@ -1,6 +1,6 @@
-/* The command `millsim`: arguments, signals, messages and exit status. Nothing else in the program
- * prints or exits. Everything that can be refused is refused before the run begins: wrong usage, a
- * wrong deck, an output that exists or cannot be written. */
+/* The command `millsim`: arguments, signals, messages and exit status. No other part of the program
+ * prints or exits. All errors that can be found early are reported before the run begins: wrong
+ * usage, a wrong deck, an output that exists or cannot be written. */
 #include "app/digest.h"
 #include "app/forecast.h"
 #include "app/record.h"
@@ -20,14 +20,14 @@
 #include <malloc.h>
 #endif
 
-#define IMPATIENCE 2 /* [s] between two signals that mean one */
+#define IMPATIENCE 2 /* [s] signals closer in time than this count as one */
 
-static volatile sig_atomic_t stop;  /* the signal that asked for an end; 0: none */
-static volatile sig_atomic_t begun; /* results exist that a signal must not lose */
+static volatile sig_atomic_t stop;  /* the signal that asked the run to stop; 0: none */
+static volatile sig_atomic_t begun; /* there are results that a signal must not lose */
 
-/* The first signal ends the run in good order, or at once when there is nothing to save yet. An
- * impatient second one within seconds changes nothing, nor does SIGXCPU, which comes again with
- * each second of processor time; a later one ends it at once. */
+/* The first signal stops the run properly; if there is nothing to save yet, it ends the program at
+ * once. A second signal within IMPATIENCE has no effect. A later one ends the program at once,
+ * except SIGXCPU, which is repeated with each second of processor time. */
 static void take_signal(int number)
 {
     static volatile time_t first;
@@ -46,16 +46,17 @@ static void catch_signals(void)
     sigemptyset(&action.sa_mask);
     sigaction(SIGHUP, NULL, &hangup);
     for (int i = 0; i < 4; i++)
-        if (asking[i] != SIGHUP || hangup.sa_handler != SIG_IGN) /* not nohup */
+        /* do not catch SIGHUP under nohup */
+        if (asking[i] != SIGHUP || hangup.sa_handler != SIG_IGN)
             sigaction(asking[i], &action, NULL);
-    /* neither a reader that goes away nor a file that gets too large ends the run by itself */
+    /* a closed pipe or a file that is too large must not kill the process */
     action.sa_handler = SIG_IGN;
     sigaction(SIGPIPE, &action, NULL);
     sigaction(SIGXFSZ, &action, NULL);
 }
 
-/* Without this the output file could become descriptor 1 and get the summary written into it. A
- * closed stream is opened so that writing to it fails. */
+/* Opens standard streams that are closed. Otherwise the output file could become descriptor 1 and
+ * receive the summary. They are opened so that writing to them fails. */
 static void occupy_standard_streams(void)
 {
     for (int fd = 0; fd < 3; fd++)
@@ -73,7 +74,8 @@ static void warn(const char *line)
     fprintf(stderr, "millsim: warning: %s\n", line);
 }
 
-/* Neither the output nor what stands beside it while it is written is an input, by any name. */
+/* Checks that neither the output nor the temporary files next to it are an input, also under
+ * another name. */
 static enum mill_status check_inputs(const struct mill_run_order *o, const char *mend)
 {
     const struct mill_deck *deck = o->deck;
@@ -94,7 +96,7 @@ static enum mill_status check_inputs(const struct mill_run_order *o, const char 
     return MILL_OK;
 }
 
-/* Can the run write there? Asked before it begins, not hours later. */
+/* Checks that the run can write to the output, before the run and not hours later. */
 static enum mill_status check_output(const struct mill_run_order *o)
 {
     const char *const *given = o->asked->given, *output = o->asked->output;
@@ -120,7 +122,7 @@ static enum mill_status check_output(const struct mill_run_order *o)
             return mill_error_set(o->error, MILL_BAD_DECK, "%s: cannot be overwritten: %s", output,
                                   strerror(errno));
     }
-    /* results are written beside the output file and take its place */
+    /* results are written next to the output file, which they then replace */
     char folder[sizeof o->asked->output];
     snprintf(folder, sizeof folder, "%.*s", slash ? (int)(slash - output) + 1 : 1,
              slash ? output : ".");
@@ -132,7 +134,7 @@ static enum mill_status check_output(const struct mill_run_order *o)
     return MILL_OK;
 }
 
-/* Runs the deck; the progress line is ended when it returns. */
+/* Runs the deck. The progress line is ended on return. */
 static enum mill_status run(struct mill_run_order *o)
 {
     const struct mill_sim_checks *c = &o->checks;
@@ -153,7 +155,7 @@ static enum mill_status run(struct mill_run_order *o)
     return status;
 }
 
-/* Two digits */
+/* Rounds to two digits */
 static double rounded(double x)
 {
     char text[32];
@@ -161,7 +163,7 @@ static double rounded(double x)
     return atof(text);
 }
 
-/* What the run will cost, and where the model will leave its reach. */
+/* Prints what the run will take, and where it will leave the range of the model. */
 static void tell_forecast(const struct mill_deck *deck, struct mill_world *world, FILE *out)
 {
     const bool braked = !deck->rotor || deck->wavy || deck->law[MILL_BALL_DRUM].friction > 0;
@@ -185,8 +187,8 @@ static void tell_forecast(const struct mill_deck *deck, struct mill_world *world
             fprintf(out, "millsim: note: %s\n", f.notes.note[i].text);
 }
 
-/* Makes the start, and writes it or prints the deck. --check means all of it: balls that do not fit
- * or overlap show only when the mill is built. */
+/* Makes the start, and writes it or prints the deck. --check also makes the start, because only
+ * this shows whether balls fit or overlap. */
 static enum mill_status make_start(struct mill_run_order *o, FILE *aside)
 {
     const struct mill_command *a = o->asked;
@@ -198,7 +200,9 @@ static enum mill_status make_start(struct mill_run_order *o, FILE *aside)
         if (!a->given[MILL_QUIET])
             tell_forecast(o->deck, world, aside);
     } else if (status == MILL_OK) {
-        begun = 1; /* a signal waits: writing takes a moment, and would leave its draft */
+        /* signals must wait: writing takes only a moment, and a signal would leave the unfinished
+         * file */
+        begun = 1;
         status = mill_record_export(world, a->deck, a->output, a->given[MILL_FORCE], o->error);
     }
     mill_progress_end(&o->display);
@@ -206,7 +210,7 @@ static enum mill_status make_start(struct mill_run_order *o, FILE *aside)
     return status;
 }
 
-/* What is to be printed goes to the page, and what is to be remarked after it, aside. */
+/* Carries out the command. Output goes to `page`, remarks that follow it to `aside`. */
 static enum mill_status act(const struct mill_command *a, FILE *page, FILE *aside,
                             struct mill_error *error)
 {
@@ -234,8 +238,8 @@ static enum mill_status act(const struct mill_command *a, FILE *page, FILE *asid
     return status;
 }
 
-/* Control characters, as names of files may hold them, cannot drive the terminal. false: a full
- * disk or a closed pipe is a failure like any other. */
+/* Prints text with control characters replaced, because names of files may contain them. false: the
+ * disk is full or the pipe closed. */
 static bool put(const char *text)
 {
     errno = 0;
@@ -252,9 +256,10 @@ int main(int argc, char **argv)
     size_t size = 0, length = 0;
     occupy_standard_streams();
     catch_signals();
-    gsl_set_error_handler_off(); /* its own handler would abort */
+    gsl_set_error_handler_off(); /* GSL's own handler would abort the program */
 #ifdef M_MMAP_THRESHOLD
-    /* else glibc keeps what the start's packing needed for good: half the memory of a large run */
+    /* otherwise glibc keeps the memory that packing the balls needed: half the memory of a large
+     * run */
     mallopt(M_MMAP_THRESHOLD, 1 << 20);
 #endif
     FILE *page = open_memstream(&text, &size), *aside = open_memstream(&remarks, &length);
@@ -265,7 +270,7 @@ int main(int argc, char **argv)
     if (!page || fclose(page) != 0 || !printed)
         status = mill_error_set(&error, MILL_FAILED, "out of memory");
     int result = status == MILL_STOPPED ? 128 + (int)stop : (int)status;
-    /* all of it or nothing: what failed prints only why */
+    /* all output or none: after a failure only the reason is printed */
     if ((status == MILL_OK || status == MILL_STOPPED) && !put(text)) {
         fprintf(stderr, "millsim: cannot write to standard output: %s\n", strerror(errno));
         result = result ? result : (int)MILL_FAILED;

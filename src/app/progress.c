@@ -1,8 +1,9 @@
-/* How far is the run, how fast, and how long will it take? On a terminal the line is rewritten in
- * place and fitted to its width; in a log file one comes after 2 s and then at gaps that grow from
- * 10 s to 10 min; for programs it is a JSON object a line, at a steady rate. Rates are those of the
- * last fifth of the time or more, 10 s at most: they change as the charge is swept up, and what is
- * still to come of that is in the time left. */
+/* How far is the run, how fast is it, and how long will it take? On a terminal the line is
+ * rewritten in place and cut to the terminal's width. In a log file there is a line after 2 s, then
+ * after intervals that grow from 10 s to 10 min. For programs there is a JSON object per line, at a
+ * constant rate. Rates are taken over at least the last fifth of the time, but over 10 s at most,
+ * because they change while the rotor sweeps up the charge. The time left takes the rest of this
+ * change into account. */
 #include "app/progress.h"
 
 #include "app/record.h"
@@ -12,7 +13,8 @@
 #include <string.h>
 #include <sys/ioctl.h>
 
-enum { FIELDS = 6, FIELD = 64, GAP = 3 }; /* of the line, and characters of each and between */
+/* number of fields in the line; characters of a field, and between two fields */
+enum { FIELDS = 6, FIELD = 64, GAP = 3 };
 
 void mill_progress_init(struct mill_progress_display *display, FILE *out,
                         enum mill_progress_form form)
@@ -21,7 +23,7 @@ void mill_progress_init(struct mill_progress_display *display, FILE *out,
     *display = (struct mill_progress_display){out, form, .began = now, .due = 2.0, .gap = 10.0};
 }
 
-/* [s] of wall time until the end; infinite while nothing moves */
+/* [s] wall time until the end; infinite if there is no progress */
 static double left(const struct mill_progress *then, const struct mill_progress *now)
 {
     const double done = now->work - then->work;
@@ -31,7 +33,7 @@ static double left(const struct mill_progress *then, const struct mill_progress 
 static void format_left(double seconds, char *out, size_t size)
 {
     const int whole = (int)fmax(0.0, fmin(seconds, 1e9));
-    if (!(seconds < 8.64e6)) /* 100 days: nobody waits for it, and it is only a guess */
+    if (!(seconds < 8.64e6)) /* 100 days; such an estimate would be useless */
         snprintf(out, size, "more than 100 d left");
     else if (whole >= 86400)
         snprintf(out, size, "%d d %d h left", whole / 86400, whole % 86400 / 3600);
@@ -46,7 +48,7 @@ static void format_left(double seconds, char *out, size_t size)
 void mill_progress_format(const struct mill_progress *then, const struct mill_progress *now,
                           int width, char line[MILL_PROGRESS_LINE])
 {
-    /* the order in which fields are given up when the line is too long */
+    /* the order in which fields are left out when the line is too long */
     static const int given_up[FIELDS] = {3, 2, 0, 4, 5, 1};
     char field[FIELDS][FIELD] = {""}, whole[FIELDS * (FIELD + GAP)];
     const double wall = now->stage ? 0.0 : now->wall - then->wall;
@@ -82,8 +84,8 @@ static void put(FILE *out, const char *name, double value)
     fprintf(out, isfinite(value) ? ", \"%s\": %.9g" : ", \"%s\": null", name, value);
 }
 
-/* Words here are our own and need no escapes. What is told before and after the run is of balls or
- * frames, not of simulated time. */
+/* The words are fixed and need no escapes. Tasks before and after the run count balls or frames,
+ * not simulated time. */
 static void show_object(struct mill_progress_display *display, const struct mill_progress *now)
 {
     const struct mill_progress *then = &display->then[0];
@@ -125,7 +127,7 @@ void mill_progress_show(struct mill_progress_display *display, const struct mill
         show_object(display, now);
     } else if (display->form == MILL_PROGRESS_TERMINAL) {
         const bool told = ioctl(fileno(display->out), TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
-        /* the last column stays free: many terminals wrap as soon as it is written */
+        /* the last column stays empty, because many terminals wrap after it */
         mill_progress_format(&display->then[0], now, (told ? size.ws_col : 80) - 1, line);
         fprintf(display->out, "\r%-*s", display->shown, line);
         display->shown = (int)strlen(line);

@@ -1,7 +1,7 @@
-/* What a reader needs to trust a run: the program, its counts and its anomalies (/run); and to
- * repeat it: the deck as run (/deck), entry by entry and as a text that is itself a deck; its start
- * as a start file. Only /run may differ between two runs of one deck: it alone holds times and
- * names of the machine's libraries. */
+/* What a reader needs to trust a run: the program, its counts and its anomalies (/run). And what is
+ * needed to repeat the run: the deck (/deck), entry by entry and as a text that is itself a deck,
+ * and the start as a start file. Only /run may differ between two runs of one deck, because it
+ * contains times and the names of the machine's libraries. */
 #include "app/record.h"
 
 #include "base/version.h"
@@ -54,7 +54,7 @@ static void tell_kinds(struct mill_sink *sink, const char *name, const struct mi
     sink->close(sink);
 }
 
-/* Of the summary: the file has them as series. */
+/* For the summary only: the file has works as series. */
 static void tell_works(struct mill_sink *sink, const struct mill_world *world)
 {
     const struct mill_account *a = &world->account;
@@ -177,7 +177,8 @@ void mill_record_foreign(const struct mill_world *world, const char *status, dou
 
 double mill_record_peak_memory(void)
 {
-    /* Linux hands ru_maxrss of the process before exec on, so ask for this program's own first */
+    /* on Linux, ru_maxrss includes the process before exec, so first ask for the peak of this
+     * program itself */
     FILE *status = fopen("/proc/self/status", "r");
     struct rusage usage;
     char line[128];
@@ -206,7 +207,7 @@ static void write_entry(void *self, const char *section, const char *key, const 
     char path[4 * MILL_NAME_LENGTH];
     char *name = path + strlen("/deck/");
     snprintf(path, sizeof path, "/deck/%s|%s", section, key);
-    for (; *name; name++) /* a name from the deck must not become a path of its own */
+    for (; *name; name++) /* a name from the deck must not be taken for a path */
         *name = *name == '/' ? '_' : *name;
     *strrchr(path, '|') = '/';
     mill_h5_write_text(self, path, value, meaning);
@@ -267,9 +268,9 @@ void mill_record_start(struct mill_h5 *file, const struct mill_deck *deck, const
     mill_h5_write_text(file, "/run/status", "running", status_meaning);
 }
 
-/* The next line that says something of the run, without the comment behind it: neither empty, nor
- * where the checkpoints' interval is set, which changes nothing; of a file the name without
- * its folder, which may have moved. "" at the end of the text. */
+/* Copies the next line that matters for the comparison, without its comment. Skips empty lines and
+ * the interval of checkpoints, which does not change the run. For a file only its name is copied,
+ * because its folder may have changed. "" at the end of the text. */
 static void next_line(const char **text, char *line, size_t size)
 {
     do {
@@ -290,7 +291,7 @@ static void next_line(const char **text, char *line, size_t size)
     } while (!line[0] && **text);
 }
 
-/* The same names may stand for other tables and meshes by now. */
+/* The tables and meshes may have changed under the same names. */
 static enum mill_status compare_files(struct mill_h5 *file, const char *name,
                                       const struct mill_deck *deck, struct mill_error *error)
 {
@@ -310,7 +311,7 @@ static enum mill_status compare_files(struct mill_h5 *file, const char *name,
 enum mill_status mill_record_compare(struct mill_h5 *file, const char *name,
                                      const struct mill_deck *deck, struct mill_error *error)
 {
-    enum { LINE = 4500 }; /* a path, and what stands around it */
+    enum { LINE = 4500 }; /* long enough for a path and the words around it */
     char there[LINE] = "", here[LINE] = "", section[LINE] = "";
     char *old = NULL, *new = print_deck(deck);
     struct mill_error what;
@@ -345,9 +346,9 @@ enum mill_status mill_record_compare(struct mill_h5 *file, const char *name,
 
 /* ---- the start ---- */
 
-/* 0 or an errno. 17 digits bring every double back. The order is that of the world's rows, which is
- * all that a random start leaves behind: its balls were numbered by place within each kind, and a
- * start file's are taken as they come. */
+/* Returns 0 or an errno. 17 digits restore every double exactly. Balls are written in the order of
+ * the world's rows. A random start numbers its balls by place within each kind; a start file's
+ * balls keep their order, so the numbers are restored, too. */
 static int write_rows(const struct mill_world *world, const char *deck, FILE *out)
 {
     bool spins = false;
@@ -359,7 +360,8 @@ static int write_rows(const struct mill_world *world, const char *deck, FILE *ou
     errno = 0;
     fprintf(out, "# x y z [m] vx vy vz [m/s]%s, one ball a line: start of ",
             spins ? " wx wy wz [rad/s]" : "");
-    for (const char *p = deck; *p; p++) /* its name may hold anything, and this is one line */
+    /* the name may contain any characters, but this must be one line */
+    for (const char *p = deck; *p; p++)
         putc((unsigned char)*p < 32 || *p == 127 ? '?' : *p, out);
     putc('\n', out);
     for (int32_t i = 0; i < world->balls && !ferror(out); i++) {
@@ -374,7 +376,7 @@ static int write_rows(const struct mill_world *world, const char *deck, FILE *ou
     return errno ? errno : EIO;
 }
 
-/* 0 or an errno: into the open draft, which is published. */
+/* Writes into the open draft and publishes it. Returns 0 or an errno. */
 static int write_draft(const struct mill_world *world, const char *deck, struct mill_draft *draft)
 {
     const int fd = dup(draft->fd);

@@ -1,5 +1,5 @@
-/* One run: deck -> world -> event loop -> observers -> HDF5 file -> summary. The only place where
- * they are wired together. */
+/* A run: deck -> world -> event loop -> observers -> HDF5 file -> summary. Only this file connects
+ * all of these. */
 #include "app/run.h"
 
 #include "app/checkpoint.h"
@@ -14,10 +14,10 @@
 #include <string.h>
 #include <unistd.h>
 
-#define MOST_SHARE 0.02   /* of the wall time goes into checkpoints, whatever their interval */
-#define MANY_FRAMES 10000 /* from here on /VTKHDF takes long */
+#define MOST_SHARE 0.02   /* maximum part of the wall time for checkpoints, for any interval */
+#define MANY_FRAMES 10000 /* from this number on, /VTKHDF takes long */
 
-/* One run from its begin to its end */
+/* A run from its start to its end */
 struct run {
     struct mill_run_order *order;
     const char *const *given; /* options */
@@ -29,17 +29,20 @@ struct run {
     struct mill_sim *sim;
     struct mill_h5 *file;
     struct mill_observers observers;
-    struct mill_forecast_growth growth; /* for the time left */
-    bool resumes;                       /* there is a state to go on from */
-    bool complete;              /* the end is reached, also where the file has yet to be finished */
-    struct mill_error ended_by; /* what ended it: "time", or as an observer says */
-    double due;                 /* [s] of wall time, the next checkpoint */
-    struct mill_record_cost cost; /* of earlier legs of the run; checkpoints also of this one */
-    bool saved;                   /* there is a checkpoint to come back to */
-    struct mill_error note;       /* what --resume found, to be said once the file is ours */
+    struct mill_forecast_growth growth; /* for the estimate of the time left */
+    bool resumes;                       /* there is a state to continue from */
+    /* the end is reached; the file may still have to be finished */
+    bool complete;
+    struct mill_error ended_by; /* why it ended: "time", or an observer's reason */
+    double due;                 /* [s] wall time of the next checkpoint */
+    /* of earlier parts of a resumed run; checkpoints also of this part */
+    struct mill_record_cost cost;
+    bool saved; /* there is a checkpoint to resume from */
+    /* what --resume found; it is printed when the file is locked */
+    struct mill_error note;
 };
 
-/* Says what is noted, once. */
+/* Prints the note once. */
 static void say(struct run *r)
 {
     struct mill_error line;
@@ -49,9 +52,10 @@ static void say(struct run *r)
     r->note.text[0] = '\0';
 }
 
-/* ---- the begin ---- */
+/* ---- the start ---- */
 
-/* Is the file's run complete, what ended it, and is there a state to go on from? */
+/* Finds out whether the file's run is complete, why it ended, and whether there is a state to
+ * continue from. */
 static enum mill_status read_earlier(struct run *r, struct mill_h5 *file)
 {
     char *text = NULL, *ended_by = NULL;
@@ -72,7 +76,8 @@ static enum mill_status read_earlier(struct run *r, struct mill_h5 *file)
     return status;
 }
 
-/* What --resume finds: a state to go on from, or none; a complete run without has nothing left. */
+/* Finds out what --resume can do: continue from a state, or start from the beginning. A complete
+ * run without a state needs nothing. */
 static enum mill_status find_earlier(struct run *r)
 {
     struct mill_h5 *file = NULL;
@@ -114,7 +119,7 @@ struct mill_observe mill_run_observe(const struct mill_deck *deck, const struct 
     };
 }
 
-/* The mill and who watches it, at t = 0 */
+/* Makes the mill and its observers, at t = 0 */
 static enum mill_status build(struct run *r)
 {
     const struct mill_start_watch watch = {mill_progress_stage, &r->order->display};
@@ -145,8 +150,8 @@ static enum mill_status open_output(struct run *r)
     return status;
 }
 
-/* Loop and observers take up the state, of a file that nobody else writes to any more; it is then
- * that of a run that goes on. */
+/* Loads the state into loop and observers. The file is locked, so no other run writes to it. From
+ * now on the file is that of an unfinished run. */
 static enum mill_status take_up(struct run *r)
 {
     const struct mill_checkpoint to = {r->sim, &r->observers, &r->cost};
@@ -164,7 +169,7 @@ static enum mill_status take_up(struct run *r)
     return status;
 }
 
-/* state: NULL while the mill runs */
+/* state: NULL during the event loop */
 static void show(const struct run *r, bool begins, const char *state)
 {
     const char *running = mill_summary_samples(&r->observers) ? "sampling" : "settling";
@@ -182,7 +187,7 @@ static void show(const struct run *r, bool begins, const char *state)
     mill_progress_show(&r->order->display, &p);
 }
 
-/* The mill as the deck or the state says, and a file that holds what is known so far */
+/* Makes the mill from the deck or the state, and a file that holds what is known so far */
 static enum mill_status prepare(struct run *r)
 {
     const double interval = r->deck->frames, frames = interval > 0 ? r->deck->time / interval : 0;
@@ -199,20 +204,20 @@ static enum mill_status prepare(struct run *r)
     show(r, true, NULL);
     if (r->resumes)
         mill_error_set(&r->note, MILL_OK, "resuming at t = %.6g s", mill_sim_time(r->sim));
-    else if (frames > 1e6) /* rather from a slip in a unit than from a wish */
+    else if (frames > 1e6) /* probably a mistake in a unit */
         mill_error_set(&r->note, MILL_OK, "output.frames = %g s makes %.3g frames, %.3g GB or more",
                        interval, frames, frames * r->world->balls * 9 * sizeof(float) / 1e9);
     say(r);
-    /* what --force replaces stays until there are results to put in its place */
+    /* with --force the old file stays until there are results to replace it */
     if (r->resumes || (r->given[MILL_FORCE] && access(r->output, F_OK) == 0))
         return MILL_OK;
-    /* a disk that cannot be written is told now, and a killed run leaves a file */
+    /* this shows now whether the disk can be written, and a killed run leaves a file */
     return mill_h5_flush(r->file, r->error);
 }
 
-/* ---- what is known, into the file ---- */
+/* ---- results into the file ---- */
 
-/* What all legs of the run have cost up to now */
+/* Cost up to now, including the parts before --resume */
 static struct mill_record_cost cost_of(const struct run *r)
 {
     struct mill_record_cost cost = r->cost;
@@ -237,14 +242,14 @@ static struct mill_facts facts_of(const struct run *r, const char *status)
                                .version = mill_version};
 }
 
-/* The state that the run can go on from */
+/* Writes the state that the run can continue from */
 static void keep(const struct run *r)
 {
     struct mill_record_cost cost = cost_of(r);
     mill_checkpoint_write(&(struct mill_checkpoint){r->sim, &r->observers, &cost}, r->file);
 }
 
-/* All results; status: of the run */
+/* Writes all results; status: of the run */
 static void write_results(const struct run *r, const char *status)
 {
     const struct mill_facts facts = facts_of(r, status);
@@ -268,14 +273,14 @@ static void write_results(const struct run *r, const char *status)
     mill_tally_results_free(results);
 }
 
-/* Publishes all results up to now, as if the run ended here, together with the state. */
+/* Publishes all results up to now, as if the run ended here, and the state. */
 static enum mill_status save(struct run *r)
 {
     const double before = mill_record_clock(CLOCK_MONOTONIC);
     write_results(r, "running");
     keep(r);
     const enum mill_status status = mill_h5_flush(r->file, r->error);
-    mill_checkpoint_remove(r->file); /* its room in the file is free for what comes */
+    mill_checkpoint_remove(r->file); /* its space in the file can be used again */
     r->saved = r->saved || status == MILL_OK;
     const double now = mill_record_clock(CLOCK_MONOTONIC);
     r->cost.checkpoints++;
@@ -284,7 +289,8 @@ static enum mill_status save(struct run *r)
     return status;
 }
 
-/* Runs in slices of events, sized by the clock so that progress moves whatever an event costs. */
+/* Runs in slices of events. The clock determines their size, so that progress is shown regularly
+ * for any cost of an event. */
 static enum mill_status advance(struct run *r)
 {
     const double aim = fmin(MILL_PROGRESS_EVERY, r->deck->checkpoint), end = r->deck->time;
@@ -295,9 +301,10 @@ static enum mill_status advance(struct run *r)
         const double before = mill_record_clock(CLOCK_MONOTONIC), reached = mill_sim_time(r->sim);
         status = mill_sim_run(r->sim, end, slice, r->order->stop, r->error);
         const double took = mill_record_clock(CLOCK_MONOTONIC) - before;
-        const bool whole = mill_sim_time(r->sim) < end; /* the slice: it was not cut off */
+        /* true: the slice was not cut off by the end */
+        const bool whole = mill_sim_time(r->sim) < end;
         show(r, false, NULL);
-        /* the end was reached before this slice too: nothing was left that is due at it */
+        /* the end was reached before this slice, too: nothing that is due at the end is left */
         if (!whole && reached >= end)
             break;
         if (status == MILL_OK && mill_record_clock(CLOCK_MONOTONIC) > r->due)
@@ -312,7 +319,7 @@ static enum mill_status advance(struct run *r)
 
 /* ---- the end ---- */
 
-/* Shown as a stage of its own, and left when a signal asks for it */
+/* Shows writing as a stage of its own; stops when a signal asks for it */
 static bool goes_on(void *self, double done, double all)
 {
     const struct run *r = self;
@@ -320,10 +327,10 @@ static bool goes_on(void *self, double done, double all)
     return !*r->order->stop;
 }
 
-/* The run has ended: everything into the file, which is published and closed, also after a stop or
- * a failure. What only a finished file has may take minutes where frames are many: the results are
- * then published before, with the state, so that --resume can add what is missing. MILL_STOPPED: it
- * has to. */
+/* Ends the run: writes everything to the file, then publishes and closes it, also after a stop or a
+ * failure. /VTKHDF, which only a finished file has, may take minutes if there are many frames.
+ * Results and state are then published before it, so that --resume can add it. MILL_STOPPED:
+ * --resume has to add it. */
 static enum mill_status conclude(struct run *r, enum mill_status ended, struct mill_error *error)
 {
     const struct mill_going going = {goes_on, r};
@@ -332,7 +339,7 @@ static enum mill_status conclude(struct run *r, enum mill_status ended, struct m
     show(r, false, "writing");
     if (ended == MILL_STOPPED || slow)
         keep(r);
-    mill_sim_audit(r->sim); /* after the state: an undisturbed run is not audited here */
+    mill_sim_audit(r->sim); /* after the state, because an uninterrupted run has no audit here */
     write_results(r, ended == MILL_OK ? "complete" : ended == MILL_STOPPED ? "stopped" : "failed");
     const enum mill_status status = slow ? mill_h5_flush(r->file, error) : MILL_OK;
     if (status != MILL_OK)
@@ -350,7 +357,7 @@ static enum mill_status conclude(struct run *r, enum mill_status ended, struct m
     return mill_h5_close(file, error);
 }
 
-/* From the prepared run to its closed file */
+/* Executes the prepared run and closes its file */
 static enum mill_status carry_out(struct run *r)
 {
     enum mill_status status = MILL_OK;
@@ -359,9 +366,9 @@ static enum mill_status carry_out(struct run *r)
     if (status == MILL_OK && !r->complete)
         status = advance(r);
     r->order->checks = mill_sim_checks(r->sim);
-    /* what went wrong first is told */
+    /* the first failure is reported */
     struct mill_error *why = status == MILL_OK || status == MILL_STOPPED ? r->error : NULL;
-    /* a checkpoint that failed is no end of the run: the one before it stands */
+    /* a failed checkpoint does not end the run: the one before it is still valid */
     enum mill_status written = mill_h5_status(r->file, why);
     if (written == MILL_OK)
         written = conclude(r, status, why);
@@ -386,7 +393,7 @@ enum mill_status mill_run(struct mill_run_order *order)
     status = prepare(&r);
     if (status == MILL_OK)
         status = carry_out(&r);
-    mill_h5_abandon(r.file); /* still open: something failed, and what was published stands */
+    mill_h5_abandon(r.file); /* still open after a failure: the file stays as last published */
     if (status == MILL_OK || status == MILL_STOPPED) {
         const struct mill_facts facts = facts_of(&r, r.complete ? "complete" : "stopped");
         struct mill_summary s = {order->page, r.world, &r.observers, &facts, .results = NULL};

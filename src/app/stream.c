@@ -1,4 +1,5 @@
-/* Records of a type, a length and so many bytes. A signal is noticed while nothing comes. */
+/* Reads records: a type, a length, and that many bytes. While there is no input, it checks for a
+ * signal. */
 #include "app/stream.h"
 
 #include <errno.h>
@@ -7,11 +8,11 @@
 #include <string.h>
 #include <unistd.h>
 
-#define PATIENCE 250 /* [ms] between two looks at whether to stop */
+#define PATIENCE 250 /* [ms] between two checks of *stop */
 
 static const char magic[] = "millsim stream 1\n";
 
-/* *got: bytes, fewer than `count` at the end of the stream */
+/* *got: number of bytes; less than `count` at the end of the stream */
 static enum mill_status fill(const struct mill_stream *s, char *to, size_t count, size_t *got,
                              struct mill_error *error)
 {

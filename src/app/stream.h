@@ -1,5 +1,5 @@
-/* A stream of records on standard input: the run of another program, for --digest. What they mean
- * is the reader's to know; docs/file-format.md has all of it. */
+/* A stream of records on standard input: another program's run, for --digest. docs/file-format.md
+ * describes the records. */
 #ifndef MILL_STREAM_H
 #define MILL_STREAM_H
 
@@ -11,25 +11,26 @@
 
 enum { MILL_STREAM_TYPE = 8 }; /* bytes of a record's type */
 
-/* From descriptor 0; numbers are little-endian, as this machine's are. */
+/* From file descriptor 0. Numbers are little-endian, as on this machine. */
 struct mill_stream {
-    const volatile sig_atomic_t *stop; /* asks for an end where it is not 0 */
-    uint64_t records;                  /* begun so far */
-    char type[MILL_STREAM_TYPE + 1];   /* of the present record; "": the stream is over */
-    uint64_t length;                   /* [bytes] of what it holds, */
-    char *bytes;                       /* and that, with a 0 behind it */
+    const volatile sig_atomic_t *stop; /* non-zero: stop */
+    uint64_t records;                  /* number of records begun */
+    char type[MILL_STREAM_TYPE + 1];   /* of the present record; "": end of the stream */
+    uint64_t length;                   /* [bytes] length of the present record's contents */
+    char *bytes;                       /* the contents, followed by a 0 */
     size_t room;
 };
 
-/* Reads the first line. MILL_BAD_DECK: it is no such stream. MILL_STOPPED: it was asked for. */
+/* Reads the first line. MILL_BAD_DECK: this is no such stream. MILL_STOPPED: *stop
+ * became non-zero. */
 enum mill_status mill_stream_begin(struct mill_stream *stream, struct mill_error *error);
 
-/* Reads type and length of the next record, then what it holds. Where the stream ends in between it
- * is cut: MILL_FAILED. */
+/* next: reads type and length of the next record. take: reads its contents. MILL_FAILED: the stream
+ * is cut off. */
 enum mill_status mill_stream_next(struct mill_stream *stream, struct mill_error *error);
 enum mill_status mill_stream_take(struct mill_stream *stream, struct mill_error *error);
 
-/* What is wrong with the present record: "standard input: record 3 (state): WHY" */
+/* Describes what is wrong with the present record: "standard input: record 3 (state): WHY" */
 enum mill_status mill_stream_refuse(const struct mill_stream *stream, enum mill_status status,
                                     const char *why, struct mill_error *error);
 

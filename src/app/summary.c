@@ -1,6 +1,5 @@
-/* What did the run come to? A table of at most 100 columns for standard output: contacts by kind
- * over the sampled window, the rotor, the energies, the anomalies, the cost; last one line that
- * says it all. */
+/* The results of a run as a table of at most 100 columns for standard output: contacts by kind in
+ * the sampled window, the rotor, energies, anomalies, cost. The last line is a short summary. */
 #include "app/summary.h"
 
 #include <math.h>
@@ -9,7 +8,7 @@
 
 enum { WIDTH = 100, LABEL = 18, ABOVE_1 = 1, TEXT = 64 }; /* mill_world_fast[1] is 1 m/s */
 
-/* Room for a piece of text, until eight more are asked for */
+/* A buffer for a short text; eight calls later it is used again */
 static char *room(void)
 {
     static char texts[8][TEXT];
@@ -17,7 +16,7 @@ static char *room(void)
     return texts[turn++ % 8];
 }
 
-/* How a number of four significant digits is written: in units of `one`, with these decimals */
+/* Format of a number with four significant digits: in units of `one`, with `decimals` decimals */
 struct scale {
     double one;
     const char *prefix;
@@ -30,11 +29,11 @@ static bool fits(double value, struct scale *scale)
     char digits[TEXT];
     if (isinf(value))
         return false;
-    snprintf(digits, sizeof digits, "%.3e", value); /* rounded first: 999.96 is 1.000 k */
+    snprintf(digits, sizeof digits, "%.3e", value); /* round first: 999.96 becomes 1.000 k */
     const int exponent = value == 0 ? 0 : atoi(strchr(digits, 'e') + 1);
     if (exponent < -12 || exponent > 14)
         return false;
-    const int thousands = (exponent + 15) / 3 - 5; /* rounded down */
+    const int thousands = (exponent + 15) / 3 - 5; /* division rounded towards minus infinity */
     *scale = (struct scale){.one = pow(10, 3 * thousands),
                             .prefix = prefix[thousands + 4],
                             .decimals = 3 - (exponent - 3 * thousands)};
@@ -59,14 +58,14 @@ const char *mill_summary_si(double value, const char *unit)
     return text;
 }
 
-/* ---- how well the results are known: said of a run with run.precision ---- */
+/* ---- accuracy of the results: for runs with run.precision ---- */
 
 /* "+- 1.3 %" */
 static const char *error_of(const struct mill_precision_mean *mean)
 {
     const double error = mean->value != 0 ? mean->error / fabs(mean->value) : (double)NAN;
     char *text = room();
-    if (isnan(error)) /* not known, or of nothing */
+    if (isnan(error)) /* not known, or the value is 0 */
         return "unknown";
     snprintf(text, TEXT, error < 10 ? "+- %.2g %%" : "+- %.0f %%", 100 * error);
     return text;
@@ -96,7 +95,7 @@ bool mill_summary_samples(const struct mill_observers *observers)
     return tally->at.open && (!tally->search || tally->at.settled);
 }
 
-/* What was cut off, and why the run ended; nothing where only its time could end it. */
+/* Prints what was cut off and why the run ended; nothing if only its time could end it. */
 static void print_end(const struct mill_summary *s)
 {
     const struct mill_tally_results *r = s->results;
@@ -127,7 +126,7 @@ static void print_end(const struct mill_summary *s)
 
 /* ---- the table ---- */
 
-/* name: room for that of the kind */
+/* name: width of the column for names */
 static void print_row(FILE *out, const struct mill_tally_results *r, int row, int name)
 {
     const struct mill_spectrum_grid *grid = &r->tally->grid;
@@ -146,7 +145,7 @@ static void print_row(FILE *out, const struct mill_tally_results *r, int row, in
             mill_summary_si(mill_tally_per_second(r, all.dissipation), "W"));
 }
 
-/* Is the row one of the table? Kinds without contacts are left out. */
+/* Is the row shown in the table? Kinds without contacts are left out. */
 static bool is_shown(const struct mill_tally_results *r, int row)
 {
     return row == r->all || mill_spectrum_total(&r->impacts[row].normal, 0).count > 0;
@@ -178,8 +177,8 @@ static void print_contacts(const struct mill_summary *s)
     fputc('\n', s->out);
 }
 
-/* The mean and its error on the scale of the larger one: "8.213 +- 0.090 N m". An error that would
- * read 0 is given the digits that it takes. */
+/* Prints mean and error with the prefix of the larger one: "8.213 +- 0.090 N m". An error that
+ * would be printed as 0 gets more digits. */
 static void print_value(FILE *out, const struct mill_precision_mean *mean, const char *unit)
 {
     struct scale scale;
@@ -203,7 +202,7 @@ static void print_mean(FILE *out, const char *label, const struct mill_precision
     fprintf(out, "  (%s%s)\n", remark, isnan(mean->error) ? ": error not known" : "");
 }
 
-/* What the motions do; of a rotor alone in its own words */
+/* Prints what the motions do; for a single rotor in the words for a rotor */
 static void print_drive(const struct mill_summary *s)
 {
     const struct mill_tally_results *r = s->results;
@@ -284,14 +283,14 @@ static void print_state(const struct mill_summary *s, const struct mill_totals *
     print_anomalies(s->out, &s->world->counts, totals->balance_error);
 }
 
-/* Of a file, which may hold anything: control characters are replaced, as in messages. */
+/* Prints a name of a file; replaces control characters, as in messages. */
 static void print_name(FILE *out, const char *name)
 {
     for (; *name; name++)
         fputc((unsigned char)*name < 32 || *name == 127 ? '?' : *name, out);
 }
 
-/* "note: ...", broken between words */
+/* Prints "note: ...", with line breaks between words */
 static void print_note(FILE *out, const char *text)
 {
     int column = fprintf(out, "note:");

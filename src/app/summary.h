@@ -1,4 +1,4 @@
-/* What a run came to, for people (a table) and for programs (one JSON object). */
+/* The results of a run, for people (a table) and for programs (one JSON object) */
 #ifndef MILL_SUMMARY_H
 #define MILL_SUMMARY_H
 
@@ -13,7 +13,7 @@
 
 struct mill_summary {
     FILE *out;
-    const struct mill_world *world; /* world and observers are those at facts->time */
+    const struct mill_world *world; /* world and observers must be in the state of facts->time */
     const struct mill_observers *observers;
     const struct mill_facts *facts;
     /* ---- filled in ---- */
@@ -21,22 +21,22 @@ struct mill_summary {
     struct mill_notes notes;
 };
 
-/* The caller asks `out` for errors. MILL_FAILED: out of memory. */
+/* The caller checks `out` for errors. MILL_FAILED: out of memory. */
 enum mill_status mill_summary_write(struct mill_summary *s, bool json, struct mill_error *error);
 
-/* For that, with its results and notes: the JSON object. */
+/* Writes the JSON object for mill_summary_write, which has filled in results and notes. */
 enum mill_status mill_summary_json(const struct mill_summary *s, struct mill_error *error);
 
-/* How well the results are known by now: "median +- 1.3 %, power +- 0.9 %", "warming up", or ""
- * where run.precision is not asked for. It stands until a number or two more are written. */
+/* Accuracy of the results so far: "median +- 1.3 %, power +- 0.9 %", "warming up", or "" without
+ * run.precision. The text is valid until a few more numbers are formatted. */
 const char *mill_summary_known(const struct mill_observers *observers);
 
-/* Is what comes now gathered? Not before run.sample_from, nor as long as the start-up that is to be
- * cut off is not over. */
+/* Are statistics gathered now? Not before run.sample_from, and not during the start-up if it is to
+ * be cut off. */
 bool mill_summary_samples(const struct mill_observers *observers);
 
-/* "12.34 mm/s": four significant digits and the prefix that fits; "-" for NaN. It stands until some
- * more numbers are written: they take turns, so that one call of printf can have several. */
+/* "12.34 mm/s": four significant digits with a suitable prefix; "-" for NaN. Several buffers are
+ * used in rotation, so that one call of printf can contain several numbers. */
 const char *mill_summary_si(double value, const char *unit);
 
 #endif

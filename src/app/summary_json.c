@@ -1,5 +1,5 @@
-/* The summary for programs: one JSON object, SI units, every number to full precision, NaN and
- * infinity as null. What the keys mean: docs/file-format.md. */
+/* The summary for programs: one JSON object in SI units, with every number to full precision, and
+ * null for NaN and infinity. docs/file-format.md explains the keys. */
 #include "app/summary.h"
 
 #include <assert.h>
@@ -9,11 +9,12 @@
 struct json {
     struct mill_sink sink; /* first */
     FILE *out;
-    bool first; /* no member of the group stands yet */
-    int depth;  /* of its indentation */
+    bool first; /* true: the group has no member yet */
+    int depth;  /* depth of indentation */
 };
 
-/* Bytes of the UTF-8 character that starts here; 0: there is none (names of files hold anything) */
+/* Length in bytes of the UTF-8 character that starts here; 0: invalid (names of files may contain
+ * any bytes) */
 static int character(const unsigned char *p)
 {
     static const unsigned lowest[5] = {0, 0, 0x80, 0x800, 0x10000};
@@ -49,7 +50,7 @@ static void text_value(struct json *json, const char *text)
     fputc('"', json->out);
 }
 
-/* On to the next member; name: NULL within an array. */
+/* Starts the next member; name: NULL in an array. */
 static void next(struct json *json, const char *name)
 {
     fprintf(json->out, "%s\n%*s", json->first ? "" : ",", 2 * json->depth, "");
@@ -77,7 +78,7 @@ static void close_group(struct mill_sink *sink)
     fprintf(json->out, "\n%*s}", 2 * json->depth, "");
 }
 
-/* A summary is told whole numbers, numbers and short rows of them. */
+/* A summary contains only whole numbers, numbers and short rows of numbers. */
 static void values(struct mill_sink *sink, const char *name, enum mill_h5_type type, int rank,
                    const size_t *dims, const void *values, const char *unit, const char *meaning)
 {
