@@ -5,7 +5,7 @@
 #include <stdio.h>
 
 struct counter {
-    struct mill_observer base; /* first: the loop sees only this */
+    struct mill_observer base; /* first: the event loop only knows this member */
     unsigned long all, hard;
 };
 
