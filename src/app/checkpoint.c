@@ -73,9 +73,9 @@ enum mill_status mill_checkpoint_find(struct mill_h5 *file, const char *name, bo
         return mill_h5_status(file, error);
     enum mill_status status = mill_h5_read_text(file, PATH "/build", &build, NULL);
     if (status != MILL_OK)
-        mill_error_set(error, status,
-                       "%s: its checkpoint is none of this program; start again with --force",
-                       name);
+        mill_error_set(
+            error, status,
+            "%s: its checkpoint was not written by this program; start again with --force", name);
     else if (strcmp(build, mill_version_build) != 0)
         status = mill_error_set(error, MILL_FAILED,
                                 "%s: its checkpoint was written by another build of millsim "

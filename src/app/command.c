@@ -49,19 +49,19 @@ static const struct row {
     [MILL_VERSION_LINE] = {"version", 'V', NULL, "print the version and end"},
 };
 
-static const char told[] = "values are told without a deck and nothing is run";
+static const char told[] = "--value needs no deck and runs nothing";
 
 static const struct {
     enum mill_option one;
     const char *others; /* their names; no name may be a part of another */
     const char *why;
 } exclusions[] = {
-    {MILL_RESUME, "force", "go on, or start again"},
-    {MILL_PROGRESS, "quiet check", "progress of a run, or none"},
+    {MILL_RESUME, "force", "the first continues the run, the second starts it again"},
+    {MILL_PROGRESS, "quiet check", "there must be a run whose progress is shown"},
     {MILL_EXPORT_START, "output check resume json progress paranoid",
-     "the start is written and nothing is run"},
+     "--export-start only writes the start and runs nothing"},
     {MILL_DIGEST, "check resume json progress export-start paranoid",
-     "nothing is run but another program"},
+     "--digest runs nothing; another program has run the deck"},
     {MILL_VALUE, "output check resume json progress paranoid set force export-start digest", told},
 };
 

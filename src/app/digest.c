@@ -131,7 +131,7 @@ static void write_notes(const struct digest *d, const struct mill_notes *notes)
         if (n->text[0])
             end += sprintf(end, "%s\n", n->text);
     mill_h5_write_text(d->file, "/run/notes", text,
-                       "what a reader of the numbers ought to know, a line each");
+                       "remarks on the validity of the results, one per line");
     free(text);
 }
 

@@ -119,7 +119,7 @@ enum mill_status mill_facts_check(const struct mill_facts_list *facts, struct mi
     for (size_t i = 0; i < sizeof needed / sizeof *needed; i++) {
         const struct mill_fact *fact = mill_facts_find(facts, needed[i].name);
         if (!fact || fact->type != needed[i].type)
-            return mill_error_set(error, MILL_FAILED, "before it comes the fact '%s' (%s)",
+            return mill_error_set(error, MILL_FAILED, "the fact '%s' (%s) must come before it",
                                   needed[i].name,
                                   needed[i].type == MILL_H5_TEXT ? "text" : "f8, in s");
     }

@@ -181,7 +181,7 @@ static void tell_forecast(const struct mill_deck *deck, struct mill_world *world
                 rounded(f.contacts), rounded(f.cpu), rounded(1e-6 * f.memory),
                 rounded(1e-6 * f.file), rounded(f.trial));
     else
-        fprintf(out, "millsim: forecast: none, for the trial failed: %s\n", why.text);
+        fprintf(out, "millsim: no forecast, because the trial failed: %s\n", why.text);
     for (int i = 0; i < f.notes.count; i++)
         if (f.notes.note[i].text[0])
             fprintf(out, "millsim: note: %s\n", f.notes.note[i].text);

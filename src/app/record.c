@@ -87,17 +87,20 @@ static void tell_balance(struct mill_sink *sink, const struct mill_world *world,
                      "energy turned over: what the balance's error is measured against");
     mill_tell_count(
         sink, "not_closing", c->not_closing,
-        "anomaly: a contact that was due found itself opening; the rebound floor was applied");
+        "anomaly: contacts whose bodies were already separating; the rebound floor was applied");
     mill_tell_number(sink, "pinch_work", world->account.pinch_work, "J",
-                     "of the work of all motions: on balls that were pressed");
+                     "part of the work of all motions that was done on pressed balls");
     mill_tell_count(sink, "pinch_contacts", c->pinch_contacts,
-                    "contacts of balls while they were pressed: no impacts, but parts of one");
+                    "contacts of balls while they were pressed: parts of one long contact, not "
+                    "counted as impacts");
     mill_tell_number(sink, "pinch_time", c->pinch_time, "s",
-                     "in which balls were pressed, added up");
-    mill_tell_count(sink, "reliefs", c->reliefs,
-                    "anomaly: balls let go by moving bodies because they were pinched");
+                     "sum of the times in which balls were pressed");
+    mill_tell_count(
+        sink, "reliefs", c->reliefs,
+        "anomaly: pinched balls let go: contacts with what pinched them were ignored for a while");
     mill_tell_count(sink, "smoothed", c->smoothed,
-                    "anomaly: contacts made frictionless because time stood still at them");
+                    "anomaly: contacts computed without friction, because contacts followed each "
+                    "other without any time between them");
     mill_tell_count(sink, "overlaps", c->overlaps,
                     "anomaly: balls found deeper than 1e-9 m in another body");
     mill_tell_number(sink, "largest_overlap", c->largest_overlap, "m",
@@ -114,25 +117,27 @@ static void tell_events(struct mill_sink *sink, const struct mill_world *world)
     if (!sink->full)
         return;
     mill_tell_count(sink, "cell_crossings", c->cell_crossings, "balls changing their cell");
-    mill_tell_count(sink, "stale", c->stale,
-                    "events dropped: the partner had changed course, or a search is to go on");
+    mill_tell_count(
+        sink, "stale", c->stale,
+        "events dropped: the partner had changed its path, or a search had to be continued");
     mill_tell_count(sink, "predictions", c->predictions, "full predictions of a ball's next event");
     mill_tell_count(sink, "pair_tests", c->pair_tests, "pairs of balls tested for a contact");
     mill_tell_count(sink, "quartics", c->quartics.solves, "quartic equations solved");
-    mill_tell_count(sink, "quartic_fallbacks", c->quartics.fallbacks,
-                    "of these: the closed form was not trusted and a Sturm sequence took over");
+    mill_tell_count(
+        sink, "quartic_fallbacks", c->quartics.fallbacks,
+        "of these: solved by a Sturm sequence, because the closed form was not accurate enough");
     sink->close(sink);
 }
 
 static void tell_cost(struct mill_sink *sink, const struct mill_facts *facts, uint64_t contacts)
 {
     const struct mill_record_cost *cost = &facts->cost;
-    mill_tell_number(sink, "wall_time", cost->wall, "s", "time on the wall's clock");
+    mill_tell_number(sink, "wall_time", cost->wall, "s", "wall-clock time");
     mill_tell_number(sink, "cpu_time", cost->cpu, "s", "processor time");
     mill_tell_number(sink, "peak_memory", facts->peak_memory, "byte", "largest resident memory");
     if (sink->full) {
         mill_tell_number(sink, "checkpoint_time", cost->saving, "s",
-                         "time on the wall's clock that checkpoints took");
+                         "wall-clock time that checkpoints took");
         mill_tell_count(sink, "checkpoints", cost->checkpoints, "checkpoints taken");
     } else {
         mill_tell_number(sink, "contacts_per_cpu_second",
@@ -155,8 +160,9 @@ void mill_record_tell(const struct mill_world *world, const struct mill_facts *f
                    "what ended the run: time (run.time), precision (run.precision), "
                    "max_collisions, or none as yet");
     tell_events(sink, world);
-    tell_kinds(sink, "floored", &world->kinds, world->account.floored,
-               "impacts of this kind, from t = 0, that left with no more than the rebound floor");
+    tell_kinds(
+        sink, "floored", &world->kinds, world->account.floored,
+        "impacts of this kind, from t = 0, after which the normal speed was the rebound floor");
     tell_balance(sink, world, &totals);
     tell_cost(sink, facts, totals.contacts);
 }

@@ -42,8 +42,8 @@ enum mill_status mill_stream_begin(struct mill_stream *s, struct mill_error *err
     if (status != MILL_OK || strcmp(line, magic) == 0)
         return status;
     return mill_error_set(error, MILL_BAD_DECK,
-                          "standard input: is no stream of a run: expected the line '%.*s' first "
-                          "(docs/file-format.md)",
+                          "standard input: is not a stream of a run: expected the line '%.*s' "
+                          "first (docs/file-format.md)",
                           (int)sizeof magic - 2, magic);
 }
 

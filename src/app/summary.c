@@ -255,7 +255,7 @@ static void print_anomalies(FILE *out, const struct mill_counts *counts, double 
     } list[] = {{counts->not_closing, "contacts found opening"},
                 {counts->reliefs, "pinched balls let go"},
                 {counts->smoothed, "contacts made smooth"},
-                {!isfinite(balance_error), "energies that are no numbers"},
+                {!isfinite(balance_error), "energies that are not numbers"},
                 {counts->overlaps, "overlaps"}};
     const char *comma = "";
     fprintf(out, "%-*s ", LABEL, "anomalies");

@@ -53,7 +53,7 @@ static enum mill_status fill_key(struct mill_deck *deck, const struct mill_deck_
         return mill_deck_fault(deck, error, section->title, key->name, "missing (%s); expected %s",
                                key->meaning, wanted);
     } else if (entry && entry->quoted && key->type != MILL_KEY_FILE) {
-        wrong = "only file names are put in double quotes";
+        wrong = "double quotes are only allowed around the name of a file";
     } else if (!mill_deck_value_read(deck->units, key, entry ? entry->value : key->preset, values,
                                      &why)) {
         wrong = why.text;
@@ -127,7 +127,7 @@ static enum mill_status check_entries(const struct mill_deck *deck,
         }
         mill_deck_value_word(choice, *(const int *)section->form, own, sizeof own);
         return mill_deck_fault(deck, error, section->title, name,
-                               "does not belong to '%s = %s' (it does to: %s): leave it out",
+                               "does not belong to '%s = %s' (only to: %s): leave it out",
                                choice->name, own, of);
     }
     return MILL_OK;

@@ -88,17 +88,18 @@ static enum mill_status find_kind(struct mill_deck *deck, const struct mill_deck
     name += given ? strlen(PREFIX) : 0;
     if (!*name || strchr("-+.", *name) || name[strspn(name, allowed)] ||
         strlen(name) >= MILL_NAME_LENGTH)
-        return mill_deck_fault(deck, error, section->title, "kind",
-                               "'%.80s' is no name of letters, digits, '_', '-', '+' and '.'",
-                               given);
+        return mill_deck_fault(
+            deck, error, section->title, "kind",
+            "'%.80s' is not allowed: a name consists of letters, digits, '_', '-', '+' and '.'",
+            given);
     for (*kind = 0; *kind < kinds->count; ++*kind)
         if (strcmp(kinds->name[*kind] + strlen(PREFIX), name) == 0)
             break;
     if (*kind == MILL_BALL_BALL)
-        return mill_deck_fault(deck, error, section->title, given ? "kind" : NULL,
-                               "'ball_ball' are the contacts of two balls: give the body another "
-                               "%s",
-                               given ? "kind" : "name");
+        return mill_deck_fault(
+            deck, error, section->title, given ? "kind" : NULL,
+            "'ball_ball' is the kind of contact of two balls: give the body another %s",
+            given ? "kind" : "name");
     if (*kind == MILL_KINDS_MOST)
         return mill_deck_fault(deck, error, section->title, NULL,
                                "there are more than %d kinds of contact: give bodies that belong "
@@ -145,10 +146,10 @@ static enum mill_status check_form(const struct mill_deck *deck,
     if (!type->is_sound(is))
         return type->is_sound(&sharp)
                    ? mill_deck_fault(deck, error, section->title, "rounding",
-                                     "%g m is too much: shrunk by it nothing is left of the body",
+                                     "%g m is too large for the sizes of the body: make it smaller",
                                      is->rounding)
                    : mill_deck_fault(deck, error, section->title, NULL,
-                                     "a number of it is out of range");
+                                     "one of the body's values is out of range");
     return MILL_OK;
 }
 

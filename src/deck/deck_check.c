@@ -90,11 +90,11 @@ static enum mill_status check_widths(const struct mill_deck *deck, struct mill_e
     const double width = width_of(deck->container);
     for (int k = 0; k < deck->kinds; k++)
         if (deck->balls[k].diameter >= width)
-            return mill_deck_fault(
-                deck, error, deck->balls[k].section, "diameter",
-                "a ball of %g m does not fit into the container [%s], whose least "
-                "inner width or height is %g m",
-                deck->balls[k].diameter, deck->body_section[deck->container - deck->body], width);
+            return mill_deck_fault(deck, error, deck->balls[k].section, "diameter",
+                                   "a ball of %g m does not fit into the container [%s], whose "
+                                   "smallest inner width or height is %g m",
+                                   deck->balls[k].diameter,
+                                   deck->body_section[deck->container - deck->body], width);
     return MILL_OK;
 }
 
@@ -182,7 +182,7 @@ static struct mill_shape_fit fit_of(const struct mill_deck *deck,
 
 static enum mill_status check_shapes(const struct mill_deck *deck, struct mill_error *error)
 {
-    static const char mend[] = "need a [drum] that stands still; here give the part as a "
+    static const char mend[] = "need a [drum] that does not move; here give the part as a "
                                "[body.NAME] with 'motion = rotor'";
     char text[MILL_SHAPE_FAULT];
     const bool still = deck->drum && deck->drum_rides == 0;
@@ -324,8 +324,8 @@ static void warn_of_axes(const struct mill_deck *deck)
     if (vec3_norm(vec3_cross(turn->axis, is->z)) > 1e-6 || away <= 1e-6 * is->length)
         return;
     mill_deck_fault(deck, &line, deck->body_section[deck->container - deck->body], "centre",
-                    "the container's axis is %.3g mm beside the one that [motion.%s] turns about: "
-                    "a planetary jar and its turn have the same 'centre'",
+                    "the container's axis is %.3g mm away from the axis of [motion.%s]: give a "
+                    "planetary jar and its motion the same 'centre'",
                     1e3 * away, motion->name);
     deck->warn(line.text);
 }

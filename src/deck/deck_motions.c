@@ -23,7 +23,7 @@ static enum mill_status check_period(const struct mill_deck_rows *in, size_t row
     enum { LEAST = 4 };
     if (rows < LEAST)
         return mill_error_set(error, MILL_BAD_DECK,
-                              "%s:%ld: %zu rows are too few: a period takes at least %d", in->path,
+                              "%s:%ld: %zu rows are too few: a period needs at least %d", in->path,
                               in->line, rows, LEAST);
     for (int i = 1; i < COLUMNS; i++) {
         double lo = row[0][i], hi = lo;

@@ -124,8 +124,8 @@ static enum mill_status check_title(const struct mill_deck *deck, const char *ti
     if (strcmp(block.title, "contact") == 0) {
         if (strncmp(name, PREFIX, strlen(PREFIX)) != 0)
             return mill_deck_fault(deck, error, title, NULL,
-                                   "unknown kind of contact; they begin with 'ball_': "
-                                   "[contact.ball_drum], of [body.NAME] [contact.ball_NAME]");
+                                   "unknown kind of contact; its name begins with 'ball_': "
+                                   "[contact.ball_drum], or [contact.ball_NAME] for [body.NAME]");
         name += strlen(PREFIX);
     }
     if (strlen(name) >= MILL_NAME_LENGTH)

@@ -149,9 +149,10 @@ static enum mill_status tell_no_room(const struct mill_deck *deck, const struct 
         used += (size_t)snprintf(counts + used, sizeof counts - used, "%s%ld%s%s", k ? ", " : "",
                                  (long)fault->fits[k], mixture ? " " : "",
                                  mixture ? deck->balls[k].name : "");
-    return mill_deck_fault(deck, error, section, "count",
-                           "%ld balls do not fit (solid fraction %.3f of the free volume); %s do",
-                           (long)deck->all, fault->amount, counts);
+    return mill_deck_fault(
+        deck, error, section, "count",
+        "%ld balls do not fit (solid fraction %.3f of the free volume); %s fit",
+        (long)deck->all, fault->amount, counts);
 }
 
 /* The section of surface k of the setup. `copy`: which of the body's copies it is, as in "its copy
@@ -232,7 +233,7 @@ static enum mill_status tell(const struct mill_deck *deck, const long *line,
         return tell_bodies(deck, fault, error);
     case MILL_FAULT_SPEED:
         return mill_error_set(error, MILL_BAD_DECK,
-                              "%s:%ld: a speed beyond that of light: give m/s and rad/s",
+                              "%s:%ld: a speed above that of light: give m/s and rad/s",
                               deck->start, line[fault->ball]);
     case MILL_FAULT_BALL_IN_SHAPE:
         return mill_error_set(error, MILL_BAD_DECK, "%s:%ld: ball overlaps %s%s by %.4g m: move it",
@@ -265,8 +266,8 @@ static void warn_of(const struct mill_deck *deck, const struct mill_passing *pla
     const char *met = place->other < 0 ? "drum" : find_section(deck, place->other, other_copy);
     if (unchecked)
         mill_deck_fault(deck, &line, section, NULL,
-                        "nobody has checked whether %sruns into [%s] %safter t = %.4g s: that "
-                        "would take too long",
+                        "it was not checked whether %sruns into [%s] %safter t = %.4g s, because "
+                        "this would take too long",
                         copy[0] ? copy : "it ", met, other_copy, place->when);
     else
         mill_deck_fault(deck, &line, section, NULL,

@@ -170,7 +170,7 @@ static const struct mill_key law_key[] = {
 };
 
 static const struct mill_key floor_key[] = {
-    {"rebound_floor", "least normal speed after any contact", .unit = "m/s", NOT_NEGATIVE,
+    {"rebound_floor", "minimum normal speed after any contact", .unit = "m/s", NOT_NEGATIVE,
      .preset = "5 mm/s", DECK(rebound_floor)},
     {.name = NULL},
 };
@@ -214,7 +214,7 @@ static const struct mill_key swing_key[] = {
     {"centre", "a point of the axis", PLACE, .preset = "0 0 0 m", MOTION(as.swing.centre)},
     {"axis", "direction of the axis", DIRECTION, MOTION(as.swing.axis)},
     {"amplitude", "half of the whole swing", .unit = "rad", ANY, MOTION(as.swing.amplitude)},
-    {"frequency", "whole swings in a time", .unit = "Hz", NOT_NEGATIVE,
+    {"frequency", "whole swings per time", .unit = "Hz", NOT_NEGATIVE,
      MOTION(as.swing.frequency)},
     {"phase", "the angle is amplitude sin(2 pi frequency t + phase)", .unit = "rad", ANY,
      .preset = "0 deg", MOTION(as.swing.phase)},
@@ -223,7 +223,7 @@ static const struct mill_key swing_key[] = {
 
 static const struct mill_key shift_key[] = {
     {"amplitude", "along x, y and z, half of the whole stroke", PLACE, MOTION(as.shift.amplitude)},
-    {"frequency", "cycles in a time", .unit = "Hz", NOT_NEGATIVE, MOTION(as.shift.frequency)},
+    {"frequency", "cycles per time", .unit = "Hz", NOT_NEGATIVE, MOTION(as.shift.frequency)},
     {"phase", "along x, y and z: amplitude sin(2 pi frequency t + phase)",
      .type = MILL_KEY_VECTOR, .unit = "rad", ANY, .preset = "0 deg", .one_for_all = true,
      MOTION(as.shift.phase)},
@@ -231,7 +231,7 @@ static const struct mill_key shift_key[] = {
 };
 
 static const struct mill_key table_key[] = {
-    {"file", "one period, a row a time: t x y z rx ry rz in SI, r a rotation vector",
+    {"file", "one period, a row for each time: t x y z rx ry rz in SI, r a rotation vector",
      .type = MILL_KEY_FILE, MOTION(as.file)},
     {.name = NULL},
 };
@@ -289,7 +289,7 @@ static const struct mill_key mesh_key[] = {
 };
 
 static const struct mill_key copies_key[] = {
-    {"copies", "so many in all", .type = MILL_KEY_WHOLE, .lo = 1, .hi = MOST_BLADES,
+    {"copies", "number of equal bodies in all", .type = MILL_KEY_WHOLE, .lo = 1, .hi = MOST_BLADES,
      .preset = "1", BODY(copies), .hidden = is_inside,
      .needs = "a mill has one container: leave it out"},
     {"turn_by", "from one copy to the next, first a turn by this angle", .unit = "rad", ANY,

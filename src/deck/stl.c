@@ -106,8 +106,9 @@ static enum mill_status read_binary(struct reading *in)
             const vec3 at = {number_at(p + 12 * i), number_at(p + 12 * i + 4),
                              number_at(p + 12 * i + 8)};
             if (!isfinite(at.x + at.y + at.z))
-                status = fault(in, "facet %zu has a corner that is no number: write the file anew",
-                               k + 1);
+                status =
+                    fault(in, "facet %zu has a corner that is not a number: export the file again",
+                          k + 1);
             corner[i] = vec3_scale(at, in->unit);
         }
         in->facets++;
@@ -145,7 +146,8 @@ static bool is_word(const struct reading *in, const char *word)
 static enum mill_status expected(const struct reading *in, const char *what)
 {
     if (in->length == 0)
-        return fault(in, "the file ends where %s should come: it was cut off; write it anew", what);
+        return fault(in, "the file ends where %s is expected: it is incomplete; export it again",
+                     what);
     return fault(in, "expected %s, got '%.*s%s'", what, in->length > LONG ? LONG : (int)in->length,
                  in->word, in->length > LONG ? "..." : "");
 }
@@ -258,15 +260,14 @@ static enum mill_status read_bytes(struct reading *in)
     else if (is_text(in))
         status = read_ascii(in);
     else if (in->size < HEAD)
-        return fault(in, "is no STL file: it has %zu bytes, and does not begin with 'solid'",
+        return fault(in, "is not an STL file: it has %zu bytes, and does not begin with 'solid'",
                      in->size);
     else
-        return fault(
-            in,
-            "is no whole STL file: %lu facets, as its bytes 81 to 84 say, take %llu bytes, "
-            "but it has %zu; write it anew",
-            (unsigned long)word_at(in->bytes + HEAD - 4),
-            HEAD + EACH * (unsigned long long)word_at(in->bytes + HEAD - 4), in->size);
+        return fault(in,
+                     "is not a complete STL file: the %lu facets in its bytes 81 to 84 need %llu "
+                     "bytes, but it has %zu; export it again",
+                     (unsigned long)word_at(in->bytes + HEAD - 4),
+                     HEAD + EACH * (unsigned long long)word_at(in->bytes + HEAD - 4), in->size);
     in->line = 0;
     if (status == MILL_OK && in->facets == 0)
         return fault(in, "has no facets");

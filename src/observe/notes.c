@@ -60,8 +60,9 @@ static void judge_law(struct mill_notes *notes, const struct mill_world *world, 
             least = kind;
     const double value = least < 0 ? (double)NAN : world->law[least].restitution;
     add(notes, "restitution", value, INELASTIC, value < INELASTIC,
-        "contacts with friction have a restitution of %.3g (%s): hard spheres are meant for 0.7 "
-        "and more; in dense beds below that their power no longer agrees with soft spheres.",
+        "contacts with friction have a restitution of %.3g (%s): hard spheres are valid for 0.7 "
+        "and more. Below this, their power in dense beds no longer agrees with that of soft "
+        "spheres.",
         value, world->kinds.name[least < 0 ? 0 : least]);
 }
 
@@ -82,7 +83,8 @@ static void judge_rate(struct mill_notes *notes, const struct mill_world *world,
     const double contact = mill_tally_contact(world, MILL_BALL_BALL);
     add(notes, "contacts_at_once", rate * contact, AT_ONCE, rate * contact > AT_ONCE,
         "a ball is hit every %.3g us, and a contact of such balls of steel lasts %.3g us: soft "
-        "spheres would be in several at once, and rates and power of hard ones do not hold.",
+        "spheres would have several contacts at once, so rates and power of hard spheres are not "
+        "valid.",
         1e6 / rate, 1e6 * contact);
 }
 
@@ -103,18 +105,18 @@ static void judge_shares(struct mill_notes *notes, const struct mill_tally_resul
     const double share = impacts > 0 ? (double)r->recontacts / impacts : (double)NAN;
     const bool rotor = mill_notes_of_rotor(r->world);
     add(notes, "pinches", pinched, PINCHED, fabs(pinched) > PINCHED,
-        "%.0f %% of the %s power goes to balls that %s against others and walls: that is for "
-        "bodies of steel, softer ones take less, and the rates of %s impacts are less sure. Wider "
-        "gaps around %s make it less.",
+        "%.0f %% of the %s power goes to balls that %s against others and walls. Softer bodies "
+        "than steel take less, and the rates of %s impacts are less accurate. Wider "
+        "gaps around %s reduce this power.",
         100 * pinched, rotor ? "rotor's" : "drive's", rotor ? "it presses" : "moving bodies press",
         rotor ? "drum and blade" : "wall and body", rotor ? "the blades" : "the moving bodies");
     add(notes, "floor_share", floored, FLOORED, floored > FLOORED,
         "%.0f %% of the ball-ball contacts are at the rebound floor: medians over all contacts "
-        "depend on it; rather use those above 50 mm/s.",
+        "depend on the floor. Use the medians above 50 mm/s.",
         100 * floored);
     add(notes, "recontact_share", share, RECONTACTS, share > RECONTACTS,
         "%.0f %% of the contacts follow the last one of the same two bodies so soon that soft "
-        "balls would still touch: rather use strikes for rates.",
+        "balls would still touch. Use strikes for rates.",
         100 * share);
 }
 
@@ -184,7 +186,8 @@ static void judge_motion(struct mill_notes *notes, const struct mill_world *worl
     const bool works = world->period < (double)INFINITY && r->duration > 0 && most > 0;
     const double off = works ? fabs(power - dissipated) / most : (double)NAN;
     add(notes, "ring", ring != 0 ? ring / world->rotor_speed : 0, 0, ring != 0,
-        "the charge has come off the rotor and turns as a ring, at %.0f %% of the rotor's speed%s.",
+        "the rotor no longer reaches the charge, which turns as a ring, at %.0f %% of the rotor's "
+        "speed%s.",
         100 * ring / world->rotor_speed,
         world->law[MILL_BALL_DRUM].friction > 0
             ? ""
@@ -208,11 +211,12 @@ static void judge_start(struct mill_notes *notes, const struct mill_world *world
     const bool known = few || drive->error < KNOWN * fabs(drive->value);
     add(notes, NULL, share, few ? RUNNING : RESTING,
         world->container.motion && known && share > (few ? RUNNING : RESTING),
-        few ? "%.0f %% of the contacts are at the rebound floor, of balls that run along the wall: "
-              "other starts may end in another state. Take several: -s run.seed=2, or a study."
-            : "%.0f %% of the contacts are at the rebound floor, of balls that rest on the wall: "
-              "the errors are those of their present arrangement, and other starts may differ in "
-              "power by 3 to 8 %%. Take several: -s run.seed=2, or a study.",
+        few ? "%.0f %% of the contacts are at the rebound floor, because balls run along the wall: "
+              "other starts may end in another state. Run several starts: -s run.seed=2, or a "
+              "study."
+            : "%.0f %% of the contacts are at the rebound floor, because balls rest on the wall: "
+              "the errors are valid for their present arrangement only, and the power of other "
+              "starts may differ by 3 to 8 %%. Run several starts: -s run.seed=2, or a study.",
         100 * share);
 }
 
@@ -238,8 +242,7 @@ static void judge_time(struct mill_notes *notes, const struct mill_tally_results
     add(notes, NULL, now, r->tally->end, stopped,
         "stopped at %.6g s of %.6g s; the file holds everything up to then.", now, r->tally->end);
     add(notes, NULL, r->duration, 0, !(r->duration > 0),
-        "nothing was sampled: the run has not got beyond run.sample_from = %.6g s.",
-        r->tally->begin);
+        "nothing was sampled: the run ended before run.sample_from = %.6g s.", r->tally->begin);
 }
 
 void mill_notes_foreign(struct mill_notes *notes, const struct mill_world *world,
@@ -280,12 +283,13 @@ void mill_notes_tell(const struct mill_notes *notes, struct mill_sink *sink)
         if (!note->code)
             continue;
         sink->open(sink, note->code);
-        mill_tell_number(sink, "value", note->value, "1",
-                         "what a rule of the model's reach judges; NaN: not known");
-        mill_tell_number(sink, "limit", note->limit, "1", "where a note begins");
+        mill_tell_number(
+            sink, "value", note->value, "1",
+            "what a rule on the validity of the model compares with its limit; NaN: not known");
+        mill_tell_number(sink, "limit", note->limit, "1", "limit beyond which there is a note");
         sink->close(sink);
     }
     sink->close(sink);
     if (sink->full)
-        sink->text(sink, "notes", lines, "what a reader of the numbers ought to know, a line each");
+        sink->text(sink, "notes", lines, "remarks on the validity of the results, one per line");
 }

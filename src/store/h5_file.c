@@ -58,7 +58,8 @@ static void open_file(struct mill_h5 *file, enum mill_h5_open how, const char *v
     mill_h5_release(create);
     mill_h5_release(list);
     if (file->id < 0)
-        mill_h5_fail(file, verb, NULL, old ? "it is no HDF5 file, or damaged or cut off" : NULL);
+        mill_h5_fail(file, verb, NULL,
+                     old ? "it is not an HDF5 file, or it is damaged or cut off" : NULL);
     /* an empty file is not the one that HDF5 opened: somebody has replaced it */
     else if (how != MILL_H5_READ &&
              (H5Fflush(file->id, H5F_SCOPE_GLOBAL) < 0 || lseek(file->draft.fd, 0, SEEK_END) <= 0))

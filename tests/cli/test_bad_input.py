@@ -16,7 +16,7 @@ from milltools.geometry.profile import Profile
 ROWS = SMALL_START.splitlines()
 FORM = "expected 3, 6 or 9 numbers 'x y z [vx vy vz [wx wy wz]]' in SI units"
 MILL = SMALL.replace("density = 7800 kg/m^3\n", "density = 7800 kg/m^3\nstart = start.txt\n")
-LIGHT = "a speed beyond that of light: give m/s and rad/s"
+LIGHT = "a speed above that of light: give m/s and rad/s"
 
 
 @pytest.fixture

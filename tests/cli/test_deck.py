@@ -305,7 +305,7 @@ def test_a_line_that_is_no_deck_line_is_refused(refused, write_deck, line, words
 def test_only_file_names_take_quotes(refused, write_deck):
     text, line = set_key(SMALL, "drum", "radius", '"30 mm"')
     write_deck(text)
-    expected = f"deck.ini:{line}: [drum] radius: only file names are put in double quotes"
+    expected = f"deck.ini:{line}: [drum] radius: double quotes are only allowed around the name of a file"
     assert refused("deck.ini") == expected
 
 

@@ -84,9 +84,9 @@ WRONG_VALUES = [
     ("motion.sun", "on", "rotor", "there is no section [rotor]"),
     ("motion.sun", "on", "sun", "a motion cannot carry itself"),
     ("motion.sun", "on", "jar", "in a circle: 'jar' is itself carried by 'sun'"),
-    ("motion.sun", "amplitude", "5 deg", "not belong to 'kind = turn' (it does to: swing, shift)"),
-    ("motion.sun", "file", "a.txt", "does not belong to 'kind = turn' (it does to: table)"),
-    ("motion.rock", "speed", "5 rpm", "does not belong to 'kind = swing' (it does to: turn)"),
+    ("motion.sun", "amplitude", "5 deg", "not belong to 'kind = turn' (only to: swing, shift)"),
+    ("motion.sun", "file", "a.txt", "does not belong to 'kind = turn' (only to: table)"),
+    ("motion.rock", "speed", "5 rpm", "does not belong to 'kind = swing' (only to: turn)"),
     ("motion.rock", "frequency", "600 rpm", "(rpm is an angular speed; cycles are counted in Hz"),
     ("motion.rock", "frequency", "6 rad/s", "(rad/s is an angular speed; cycles are counted in"),
     ("motion.rock", "frequency", "-1 Hz", "must be at least 0 Hz, got '-1 Hz'"),
@@ -101,7 +101,7 @@ WRONG_VALUES = [
         "motion.shake",
         "axis",
         "0 0 1",
-        "does not belong to 'kind = shift' (it does to: turn, swing)",
+        "does not belong to 'kind = shift' (only to: turn, swing)",
     ),
     ("body.jar", "shape", "tube", "expected 'box', 'cylinder', 'cone', 'capsule', 'sphere' or"),
     ("body.jar", "side", "in", "expected 'outside' or 'inside', got 'in'"),
@@ -109,25 +109,25 @@ WRONG_VALUES = [
     ("body.jar", "motion", "rotor", "there is no section [rotor]"),
     ("body.jar", "axis", "0 0 1e-10", "expected three numbers, not all of them 0"),
     ("body.jar", "radius", "0 mm", "must be greater than 0 m"),
-    ("body.jar", "size", "1 1 1 mm", "does not belong to 'shape = cylinder' (it does to: box)"),
-    ("body.jar", "end_radius", "1 mm", "does not belong to 'shape = cylinder' (it does to: cone)"),
+    ("body.jar", "size", "1 1 1 mm", "does not belong to 'shape = cylinder' (only to: box)"),
+    ("body.jar", "end_radius", "1 mm", "does not belong to 'shape = cylinder' (only to: cone)"),
     ("body.jar", "rounding", "1 mm", "a container's edges are not rounded: leave it out"),
     ("body.jar", "copies", "2", "a mill has one container: leave it out"),
     ("body.tip", "side", "inside", "[body.jar] holds the balls, and a mill has one container"),
     ("body.bar", "size", "1 0 1 mm", "must be greater than 0 m, got '1 0 1 mm'"),
     ("body.bar", "size", "1 -1 1 mm", "must be greater than 0 m, got '1 -1 1 mm'"),
-    ("body.bar", "rounding", "1.6 mm", "0.0016 m is too much: shrunk by it nothing is left"),
+    ("body.bar", "rounding", "1.6 mm", "0.0016 m is too large for the sizes of the body"),
     ("body.bar", "copies", "0", "must be between 1 and 10000"),
     ("body.bar", "copies", "1.5", "expected a whole number"),
     ("body.bar", "turn_about", "0 0 0", "expected three numbers, not all of them 0"),
     ("body.bar", "kind", "bars", "a kind of contact begins with 'ball_': write 'ball_bars'"),
-    ("body.bar", "kind", "ball_ball", "'ball_ball' are the contacts of two balls"),
-    ("body.bar", "kind", "ball_a/b", "'ball_a/b' is no name of letters, digits"),
-    ("body.bar", "kind", "ball_", "'ball_' is no name of letters, digits"),
-    ("body.bar", "radius", "1 mm", "(it does to: cylinder, cone, capsule, sphere): leave it out"),
-    ("body.bar", "unit", "mm", "does not belong to 'shape = box' (it does to: mesh)"),
+    ("body.bar", "kind", "ball_ball", "'ball_ball' is the kind of contact of two balls"),
+    ("body.bar", "kind", "ball_a/b", "'ball_a/b' is not allowed: a name consists of letters, digits"),
+    ("body.bar", "kind", "ball_", "'ball_' is not allowed: a name consists of letters, digits"),
+    ("body.bar", "radius", "1 mm", "(only to: cylinder, cone, capsule, sphere): leave it out"),
+    ("body.bar", "unit", "mm", "does not belong to 'shape = box' (only to: mesh)"),
     ("body.tip", "radius", "-1 mm", "must be between 0 and 10000 m"),
-    ("body.tip", "rounding", "2 mm", "0.002 m is too much: shrunk by it nothing is left"),
+    ("body.tip", "rounding", "2 mm", "0.002 m is too large for the sizes of the body"),
     (
         "balls",
         "diameter",
@@ -137,7 +137,7 @@ WRONG_VALUES = [
     ("balls", "count", "600", "600 balls do not fit: they fill 0.0393 litres of the container's"),
     ("balls", "start_motion", "moving", "expected 'container' or 'still', got 'moving'"),
     ("contact.ball_jra", "friction", "0.1", "unknown kind of contact; there are ball_ball,"),
-    ("contact.jar", "friction", "0.1", "they begin with 'ball_'"),
+    ("contact.jar", "friction", "0.1", "its name begins with 'ball_'"),
     ("contact.ball_drum", "friction", "0.1", "unknown kind of contact; there are ball_ball,"),
 ]
 
@@ -253,10 +253,10 @@ def test_motions_and_kinds_have_a_number(millsim, refused, write_deck):
 @pytest.mark.parametrize(
     "drop, place, words",
     [
-        ("blades", "deck.ini:12: [rotor] shaft_radius: shafts need a [drum] that stands still", ""),
+        ("blades", "deck.ini:12: [rotor] shaft_radius: shafts need a [drum] that does not move", ""),
         (
             "shaft",
-            "deck.ini:13: [blades]: blades need a [drum] that stands still",
+            "deck.ini:13: [blades]: blades need a [drum] that does not move",
             "'motion = rotor'",
         ),
     ],
@@ -344,7 +344,7 @@ def test_a_jar_beside_the_axis_of_its_turn_is_a_warning(millsim):
     for key in ("body.jar.centre", "motion.jar.centre"):
         done = millsim("--check", "-q", "-s", f"{key}=0 0 0 mm", ROOT / "input/planetary.ini")
         assert done.returncode == 0
-        assert "[body.jar] centre: the container's axis is 70 mm beside the one" in done.stderr
+        assert "[body.jar] centre: the container's axis is 70 mm away from the axis of" in done.stderr
     assert millsim("--check", "-q", ROOT / "input/planetary.ini").stderr == ""
 
 
@@ -389,8 +389,8 @@ def test_bodies_whose_check_would_take_too_long_are_a_warning_but_their_begin_is
     write_deck(text)
     done = millsim("--check", "-q", "deck.ini")
     assert done.returncode == 0
-    assert "[body.a]: nobody has checked whether its copy " in done.stderr
-    assert done.stderr.endswith(" s: that would take too long\n")
+    assert "[body.a]: it was not checked whether its copy " in done.stderr
+    assert done.stderr.endswith(" s, because this would take too long\n")
     ball = "[body.{0}]\nshape = sphere\nradius = 3 mm\nmotion = {1}\ncentre = {2} 40 0 mm\n"
     write_deck(text + ball.format("y", "a", 0) + ball.format("z", "b", 5))
     done = millsim("--check", "-q", "deck.ini")

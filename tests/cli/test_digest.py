@@ -260,16 +260,16 @@ def test_from_the_last_account_to_the_end_works_go_on(made):
 @pytest.mark.parametrize(
     "stream, line",
     [
-        (b"", "is no stream of a run: expected the line 'millsim stream 1' first (docs/file-format.md)"),
-        (b"millsim stream 2\n" + begin(), "is no stream of a run: expected the line 'millsim stream 1' first (docs/file-format.md)"),
+        (b"", "is not a stream of a run: expected the line 'millsim stream 1' first (docs/file-format.md)"),
+        (b"millsim stream 2\n" + begin(), "is not a stream of a run: expected the line 'millsim stream 1' first (docs/file-format.md)"),
         (MAGIC + facts(), "record 1 (fact): expected the record 'begin' first"),
         (MAGIC + begin(balls=5), "record 1 (begin): it is of a mill with 5 balls, and the deck has 4"),
         (MAGIC + begin(kinds=6), "record 1 (begin): it is of a mill with 6 kinds of contact, and the deck has 5"),
         (MAGIC + begin(motions=0), "record 1 (begin): it is of a mill with 0 motions, and the deck has 1"),
         (MAGIC + begin(apart=math.nan), "record 1 (begin): expected a time of 0 s or more, and 0 or 1 for springs"),
         (MAGIC + begin() + begin(), "record 2 (begin): a second one"),
-        (MAGIC + begin() + state(0.0), "record 2 (state): before it comes the fact 'program' (text)"),
-        (MAGIC + begin() + facts(cpu_time="3") + state(0.0), "record 9 (state): before it comes the fact 'cpu_time' (f8, in s)"),
+        (MAGIC + begin() + state(0.0), "record 2 (state): the fact 'program' (text) must come before it"),
+        (MAGIC + begin() + facts(cpu_time="3") + state(0.0), "record 9 (state): the fact 'cpu_time' (f8, in s) must come before it"),
         (HEAD + fact("status", "complete"), "record 9 (fact): 'status': expected a name of /run that is the program's own to give, unit, meaning, type (f8, u8 or text) and value"),
         (HEAD + fact("../x", 1.0), "record 9 (fact): '../x': expected a name of /run that is the program's own to give, unit, meaning, type (f8, u8 or text) and value"),
         (HEAD + record("fact", b"a\0b\0c"), "record 9 (fact): 5 bytes: expected 6 or some more"),
@@ -366,7 +366,7 @@ def test_an_older_file_is_not_overwritten_unasked(digest, tmp_path):
 def test_options_of_runs_are_refused(digest, option):
     done = digest(b"", option)
     assert done.returncode == 2
-    assert done.said == f"options '--digest' and '{option}' exclude each other: nothing is run but another program"  # fmt: skip
+    assert done.said == f"options '--digest' and '{option}' exclude each other: --digest runs nothing; another program has run the deck"  # fmt: skip
 
 
 def test_a_signal_ends_it_with_what_it_has_been_told(write_deck, tmp_path):

@@ -114,8 +114,8 @@ def test_options_of_a_run_are_refused(millsim, write_deck, tmp_path, other):
     result = millsim("--export-start", "start.txt", *other, "deck.ini")
     assert result.returncode == 2
     assert result.stderr == (
-        f"millsim: options '--export-start' and '{other[0]}' exclude each other: the start is "
-        "written and nothing is run\n"
+        f"millsim: options '--export-start' and '{other[0]}' exclude each other: --export-start "
+        "only writes the start and runs nothing\n"
     )
     assert not (tmp_path / "start.txt").exists()
 

@@ -39,7 +39,7 @@ SLOW = ("motion.sun.speed=300 rpm", "motion.jar.speed=-600 rpm")
 def test_the_error_of_a_charge_pressed_to_a_moving_wall_is_said_to_be_that_of_one_start(millsim):
     sets = [word for order in BED + SLOW for word in ("-s", order)]
     said = notes(millsim("--json", *PLANETARY, *sets))
-    assert "the errors are those of their present arrangement" in said
+    assert "the errors are valid for their present arrangement" in said
     assert "arrangement" not in notes(millsim("--json", "-f", *PLANETARY))  # seven balls fly
 
 
@@ -53,7 +53,7 @@ def test_balls_that_run_along_a_wall_are_said_to_be_one_state_of_several(millsim
     sets = ("motion.arm.frequency=25 Hz", "balls.count=1", "balls.diameter=10 mm")
     words = [word for order in sets for word in ("-s", order)]
     said = notes(millsim("--json", ROOT / "input/mixer.ini", *words))
-    assert "100 % of the contacts are at the rebound floor, of balls that run along the wall" in said
+    assert "100 % of the contacts are at the rebound floor, because balls run along the wall" in said
 
 
 def test_a_body_that_no_ball_has_met_is_named(millsim):

@@ -211,7 +211,7 @@ def test_only_scripts_of_the_page_itself_may_run(changed, nothing):
 def test_without_samples_it_says_so_and_shows_the_rest(nothing):
     words = nothing[1].text
     assert nothing[1].ids("section") == SECTIONS
-    assert "Nothing was sampled: the run has not got beyond run.sample_from = 0.19 s." in words
+    assert "Nothing was sampled: the run ended before run.sample_from = 0.19 s." in words
     assert "Not drawn: nothing sampled" in words
     assert "kinetic energy" in nothing[1].rows
 

@@ -195,8 +195,9 @@ START_TEST(what_is_no_state_is_refused)
     const double number = 1.5;
     mill_h5_write(file, "/checkpoint", MILL_H5_F64, 0, NULL, &number, "s", "-");
     ck_assert_int_eq(mill_h5_close(file, NULL), MILL_OK);
-    ck_assert_str_eq(look(),
-                     "mill.h5: its checkpoint is none of this program; start again with --force");
+    ck_assert_str_eq(
+        look(),
+        "mill.h5: its checkpoint was not written by this program; start again with --force");
 }
 END_TEST
 

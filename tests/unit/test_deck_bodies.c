@@ -166,7 +166,7 @@ static const struct wrong_table {
     {"\n0 0 0 0 0 0 0\n1 1 0 0 0 0 0\n1 2 0 0 0 0 0\n3 0 0 0 0 0 0\n",
      ":4: times must ascend, but 1 s comes after 1 s"},
     {"0 0 0 0 0 0 0\n1 1 0 0 0 0 0\n2 0 0 0 0 0 0\n# end\n", ":3: 3 rows are too few"},
-    {"", ":1: 0 rows are too few: a period takes at least 4"},
+    {"", ":1: 0 rows are too few: a period needs at least 4"},
     {"0 0 0 0 0 0 0\n1 1 0 0 0 0 0\n2 0 1 0 0 0 0\n3 0 0 0 0 0.1 0\n",
      ":4: the last row must repeat the first, but ry is 0 there and 0.1 here"},
     {"0 0 0 0 0 0 nan\n", ":1: expected 7 numbers"},

@@ -119,8 +119,8 @@ START_TEST(a_file_that_is_no_hdf5_is_not_opened)
         fputs("[run]\ntime = 1 s\n", text);
         fclose(text);
         ck_assert_int_eq(mill_h5_create(f.path, how[k], &file, &error), MILL_FAILED);
-        snprintf(said, sizeof said, "%s: cannot open: it is no HDF5 file, or damaged or cut off",
-                 f.path);
+        snprintf(said, sizeof said,
+                 "%s: cannot open: it is not an HDF5 file, or it is damaged or cut off", f.path);
         ck_assert_str_eq(error.text, said);
         unlink(f.path);
     }

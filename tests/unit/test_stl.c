@@ -110,13 +110,13 @@ END_TEST
 
 START_TEST(broken_text_is_refused_with_its_line_and_the_mend)
 {
-    refuse("", "a.stl: is no STL file: it has 0 bytes");
+    refuse("", "a.stl: is not an STL file: it has 0 bytes");
     refuse("hello", "does not begin with 'solid'");
     refuse("soliloquy", "a.stl:1: expected 'solid', got 'soliloquy'");
     refuse("solid\nendsolid\n", "has no facets");
-    refuse("solid\n" FACET, "a.stl:9: the file ends where 'facet' or 'endsolid' should come");
+    refuse("solid\n" FACET, "a.stl:9: the file ends where 'facet' or 'endsolid' is expected");
     refuse("solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0\n",
-           "ends where a number should come");
+           "ends where a number is expected");
     refuse("solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0x1 0\n",
            "a.stl:4: expected a number, got '0x1'");
     refuse("solid\nfacet normal 0 0 1\nouter loop\nvertex 0 nan 0\n", "expected a number");
@@ -135,8 +135,8 @@ START_TEST(broken_binary_files_are_refused)
     const size_t size = make_binary(bytes, "solid", 3);
     for (size_t less = 1; less < size; less++) {
         ck_assert_int_eq(read_bytes(bytes, size - less), MILL_BAD_DECK);
-        ck_assert_msg(strstr(error.text, "no STL file") ||
-                          strstr(error.text, "no whole STL file") || size - less == 5,
+        ck_assert_msg(strstr(error.text, "not an STL file") ||
+                          strstr(error.text, "not a complete STL file") || size - less == 5,
                       "%s", error.text);
     }
     memset(bytes + HEAD - 4, 0xff, 4); /* more facets than there are bytes in memory */
@@ -145,7 +145,8 @@ START_TEST(broken_binary_files_are_refused)
     make_binary(bytes, "", 3);
     memset(bytes + HEAD + EACH + 12, 0xff, 4); /* a NaN */
     ck_assert_int_eq(read_bytes(bytes, size), MILL_BAD_DECK);
-    ck_assert_msg(strstr(error.text, "facet 2 has a corner that is no number"), "%s", error.text);
+    ck_assert_msg(strstr(error.text, "facet 2 has a corner that is not a number"), "%s",
+                  error.text);
     ck_assert_int_eq(read_bytes(bytes, make_binary(bytes, "", 0)), MILL_BAD_DECK);
     ck_assert_msg(strstr(error.text, "has no facets"), "%s", error.text);
 }

@@ -168,7 +168,7 @@ START_TEST(an_energy_that_is_no_number_is_an_anomaly)
 {
     run_mill();
     f.world.account.work = (double)NAN;
-    assert_holds(printed(false), "anomalies          energies that are no numbers: 1\n");
+    assert_holds(printed(false), "anomalies          energies that are not numbers: 1\n");
     assert_holds(text, ", 1 anomaly\n");
 }
 END_TEST
@@ -239,7 +239,7 @@ START_TEST(a_ring_that_the_rotor_does_not_touch_is_noted_with_its_speed)
 {
     run_ring(0.62 * f.world.rotor_speed, 0.1, 1);
     assert_holds(printed(false),
-                 "note: the charge has come off the rotor and turns as a ring, at 62 %");
+                 "note: the rotor no longer reaches the charge, which turns as a ring, at 62 %");
     assert_holds(text, "without friction");
     assert_fits(text);
 }

@@ -26,7 +26,7 @@ FACTS = {  # of /run: unit, meaning
     "command": ("", "command line"),
     "started": ("", "when the run was started, UTC"),
     "notes": ("", "what a reader ought to know before comparing, a line each"),
-    "wall_time": ("s", "time on the wall's clock"),
+    "wall_time": ("s", "wall-clock time"),
     "cpu_time": ("s", "processor time"),
     "peak_memory": ("byte", "largest resident memory"),
     "largest_overlap": ("m", "largest overlap seen"),

@@ -150,7 +150,7 @@ def how(run, size: int) -> list[tuple[str, object, str]]:
         found.append(("end", _ended(run), ""))
     found.append(("simulated", scaled(run.time, "s"), f"{len(run.frame_times())} frames stored"))
     for name, label, unit in (
-        ("wall_time", "time on the wall's clock", "s"),
+        ("wall_time", "wall-clock time", "s"),
         ("cpu_time", "processor time", "s"),
         ("peak_memory", "memory at most", "B"),
     ):
