@@ -149,10 +149,9 @@ static enum mill_status tell_no_room(const struct mill_deck *deck, const struct 
         used += (size_t)snprintf(counts + used, sizeof counts - used, "%s%ld%s%s", k ? ", " : "",
                                  (long)fault->fits[k], mixture ? " " : "",
                                  mixture ? deck->balls[k].name : "");
-    return mill_deck_fault(
-        deck, error, section, "count",
-        "%ld balls do not fit (solid fraction %.3f of the free volume); %s fit",
-        (long)deck->all, fault->amount, counts);
+    return mill_deck_fault(deck, error, section, "count",
+                           "%ld balls do not fit (solid fraction %.3f of the free volume); %s fit",
+                           (long)deck->all, fault->amount, counts);
 }
 
 /* The section of surface k of the setup. `copy`: which of the body's copies it is, as in "its copy
