@@ -57,7 +57,7 @@ static const struct {
     const char *why;
 } exclusions[] = {
     {MILL_RESUME, "force", "the first continues the run, the second starts it again"},
-    {MILL_PROGRESS, "quiet check", "there must be a run whose progress is shown"},
+    {MILL_PROGRESS, "quiet check", "--quiet and --check show no progress"},
     {MILL_EXPORT_START, "output check resume json progress paranoid",
      "--export-start only writes the start and runs nothing"},
     {MILL_DIGEST, "check resume json progress export-start paranoid",

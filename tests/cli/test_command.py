@@ -67,7 +67,7 @@ def test_version_is_one_line(millsim):
         (["--progress=xml", "deck.ini"], "option '--progress' takes json, got 'xml'"),
         (
             ["-q", "--progress=json", "deck.ini"],
-            "options '--progress' and '--quiet' exclude each other: there must be a run whose progress is shown",
+            "options '--progress' and '--quiet' exclude each other: --quiet and --check show no progress",
         ),
         (["--check=yes", "deck.ini"], "option '--check' takes no value; see millsim --help"),
         (
