@@ -103,7 +103,9 @@ def declared(extra):
 
 
 def closure(requirements):
-    """The names of all that is installed for some requirements, by the metadata of what is here."""
+    """The names of all that is installed for some requirements, by the metadata of what is here: on the oldest Python, whose
+    packages need the most others."""
+    oldest = {"python_version": "3.11", "python_full_version": "3.11.2"}
     todo, seen = [Requirement(text) for text in requirements], set()
     while todo:
         one = todo.pop()
@@ -113,7 +115,7 @@ def closure(requirements):
             seen.add(key)
             for text in importlib.metadata.distribution(one.name).requires or []:
                 other = Requirement(text)
-                if other.marker is None or any(other.marker.evaluate({"extra": e}) for e in ("", *one.extras)):
+                if other.marker is None or any(other.marker.evaluate({"extra": e} | oldest) for e in ("", *one.extras)):
                     todo.append(other)
     return {name for name, _ in seen}
 

@@ -496,7 +496,7 @@ def test_a_plan_may_wait_for_rows():
 
 
 def test_a_row_costs_the_driver_milliseconds(write_study, tmp_path, one_job, monkeypatch):
-    """CPU time of the driver alone, with a large margin: some 5 ms a run."""
+    """CPU time of the driver alone, with a margin: about 20 ms a run."""
     made = one_job()
     template = finished(made, {})
     program = tmp_path / "quick"

@@ -255,7 +255,7 @@ class Run(Store):
     @property
     def contacts(self) -> int:
         """Contacts in the whole run."""
-        return sum(map(self.collisions, self.kinds))
+        return sum(map(self.collisions, self.names("run/events/collisions")))
 
     @property
     def motions(self) -> list[str]:
