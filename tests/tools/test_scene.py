@@ -84,7 +84,8 @@ def picture(run, what, view="end", size=SIZE, quality="draft", limits=(0.0, 4.0)
 
 
 def project(view, points, size):
-    """Where points (K, 3) [m] are in a picture of `size` pixels by a camera.Camera: x from the left, y from the top, depth [m]; (K, 3)."""
+    """Where points (K, 3) [m] are in a picture of `size` pixels by a camera.Camera: x from the left, y from the top,
+    depth [m]; (K, 3)."""
     right, up, depth = view.axes @ (np.asarray(points, float) - view.eye).T
     half = view.height / 2 if view.angle == 0 else np.tan(np.radians(view.angle) / 2) * depth
     return np.stack([size[0] / 2 + right * size[1] / 2 / half, (1 - up / half) * size[1] / 2, depth], axis=1)

@@ -103,8 +103,8 @@ def declared(extra):
 
 
 def closure(requirements):
-    """The names of all that is installed for some requirements, by the metadata of what is here: on the oldest Python, whose
-    packages need the most others."""
+    """The names of all that is installed for some requirements, by the metadata of what is here: on the oldest Python,
+    whose packages need the most others."""
     oldest = {"python_version": "3.11", "python_full_version": "3.11.2"}
     todo, seen = [Requirement(text) for text in requirements], set()
     while todo:

@@ -6,9 +6,9 @@
     print(result.power, result.median_impact_speed)
     result.plot_spectrum()
 
-`run` simulates a deck, `load` opens what a run wrote, `read_deck` and `write_deck` are decks as dictionaries, `sweep` and
-`optimize` run whole studies, `load_study` opens one: docs/python.md. What a user can correct is a `MillsimError`. Sub-commands of
-`mill` are modules (`__main__.py` lists them); `read.runfile.Run` reads a run.
+`run` simulates a deck, `load` opens what a run wrote, `read_deck` and `write_deck` are decks as dictionaries,
+`sweep` and `optimize` run whole studies, `load_study` opens one: docs/python.md. What a user can correct is a
+`MillsimError`. Sub-commands of `mill` are modules (`__main__.py` lists them); `read.runfile.Run` reads a run.
 """
 
 from typing import TYPE_CHECKING as _TYPE_CHECKING

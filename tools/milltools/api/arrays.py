@@ -1,8 +1,8 @@
 """A run as arrays of xarray, and its log of impacts as tables of pandas.
 
-Arrays are lazy by xarray's own lazy indexing: a variable is read when its values are used, and of it only what was selected;
-`.chunk()` makes dask arrays of them, for what is larger than memory. (xarray.core.indexing is where xarray's guide for backends
-finds this: there is no other door to it.)
+Arrays are lazy by xarray's own lazy indexing: a variable is read when its values are used, and of it only what was
+selected; `.chunk()` makes dask arrays of them, for what is larger than memory. (xarray.core.indexing is where
+xarray's guide for backends finds this: there is no other door to it.)
 
 Values, shapes and types are those of the file, to the last bit. Every variable has `units` (SI, "m s-1") and a
 `description` in its attributes, which xarray writes on the axes of its plots.
@@ -77,8 +77,8 @@ def coordinate(name: str, values: object, units: str, description: str) -> xr.Va
 
 
 def series(run: Run) -> xr.Dataset:
-    """/observables: (time,), and what is told of each kind of contact (time, kind), of each motion (time, motion). Of a mill
-    without a rotor the columns about one are left out."""
+    """/observables: (time,), and what is told of each kind of contact (time, kind), of each motion (time, motion). Of a
+    mill without a rotor the columns about one are left out."""
     time = run.read("observables/kinetic_energy/time")
     coords = {"time": coordinate("time", time, "s", "simulated time")}
     members = {"kind": run.kinds, "motion": run.motions}
@@ -148,8 +148,9 @@ def maps(run: Run) -> xr.DataTree:
 
 
 class Impacts:
-    """The log of all impacts (`output.impacts = all`), read by slices: `impacts[:1000]` is a DataFrame of the first thousand,
-    `impacts[:]` of all of them (some 100 bytes each), `chunks()` one after the other; len(impacts) is their number."""
+    """The log of all impacts (`output.impacts = all`), read by slices: `impacts[:1000]` is a DataFrame of the first
+    thousand, `impacts[:]` of all of them (some 100 bytes each), `chunks()` one after the other; len(impacts) is
+    their number."""
 
     def __init__(self, run: Run):
         if not run.has("impacts/time"):

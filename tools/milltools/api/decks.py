@@ -76,8 +76,8 @@ def override(name: str, value: object) -> str:
 def read_deck(path: str | os.PathLike[str], **overrides: Value) -> dict[str, dict[str, str]]:
     """The deck at `path` as millsim understands it: {section: {key: text}}, every default filled in, in SI units.
 
-    Keyword arguments override keys as in `run`: read_deck("mill.ini", rotor__speed="1500 rpm"). InputError if it is wrong,
-    MissingFileError if it is not there.
+    Keyword arguments override keys as in `run`: read_deck("mill.ini", rotor__speed="1500 rpm"). InputError if it is
+    wrong, MissingFileError if it is not there.
     """
     sets = [override(name, value) for name, value in overrides.items()]
     try:
@@ -92,8 +92,8 @@ def located(fault: MillsimError, path: str | os.PathLike[str]) -> MillsimError:
 
 
 def write_deck(deck: Sections, path: str | os.PathLike[str], *, force: bool = False) -> None:
-    """Writes a dictionary of sections as a deck; one that is there is kept without `force`. What it says is not checked:
-    `run` and `read_deck` do that. MillsimError with status 1 if it cannot be written."""
+    """Writes a dictionary of sections as a deck; one that is there is kept without `force`. What it says is not
+    checked: `run` and `read_deck` do that. MillsimError with status 1 if it cannot be written."""
     text = as_text(deck)
     if pathlib.Path(path).exists() and not force:
         raise InputError(f"{path}: exists already; force=True overwrites it")

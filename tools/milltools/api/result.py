@@ -46,16 +46,16 @@ def _table(rows: Any, units: dict[str, str], index: Any = None, name: str | None
 
 
 def load(path: str | os.PathLike[str]) -> Result:
-    """Opens the output file of a run, millsim's or another's in its schema; nothing is read until it is asked for, so a file
-    of gigabytes costs nothing. MissingFileError if it is not there, InputError if it is no run."""
+    """Opens the output file of a run, millsim's or another's in its schema; nothing is read until it is asked for, so a
+    file of gigabytes costs nothing. MissingFileError if it is not there, InputError if it is no run."""
     return Result(path)
 
 
 class Result:
     """One run: `milltools.run(...)` and `milltools.load(path)` give it. A context manager; close() does as well.
 
-    All values are in SI and, where the file holds them, those of the file to the last bit. Numbers and tables are read anew
-    each time they are asked for. What is not in the file is an InputError that says what it would take.
+    All values are in SI and, where the file holds them, those of the file to the last bit. Numbers and tables are
+    read anew each time they are asked for. What is not in the file is an InputError that says what it would take.
     """
 
     def __init__(self, path: str | os.PathLike[str], _folder: pathlib.Path | None = None) -> None:
@@ -112,8 +112,8 @@ class Result:
 
     @property
     def deck(self) -> dict[str, dict[str, str]]:
-        """The deck as run, {section: {key: text}}, defaults filled in, SI. A plain dictionary of its own: change it, then
-        `milltools.run(deck)`, or keep it with `milltools.write_deck(deck, "mine.ini")`."""
+        """The deck as run, {section: {key: text}}, defaults filled in, SI. A plain dictionary of its own: change it,
+        then `milltools.run(deck)`, or keep it with `milltools.write_deck(deck, "mine.ini")`."""
         return deck_text.sections(self.file.deck_text(), "deck")
 
     # ---- numbers
@@ -132,8 +132,8 @@ class Result:
 
     @property
     def motions(self) -> pandas.DataFrame:
-        """What moves: one row a motion, the rotor too; columns power, power_error [W], torque, torque_error [N m] (about its
-        axis, on the balls; value +- 1.96 of the error is the 95 % interval), and in words how it goes."""
+        """What moves: one row a motion, the rotor too; columns power, power_error [W], torque, torque_error [N m]
+        (about its axis, on the balls; value +- 1.96 of the error is the 95 % interval), and in words how it goes."""
         run, rows = self.file, []
         run.need_statistics()
         for name in run.motions:
@@ -147,8 +147,9 @@ class Result:
 
     @property
     def power(self) -> Measurement:
-        """Mean power of the rotor, or of all motions together, over the window [W] with its standard error: value +- 1.96 of it
-        is the 95 % interval; NaN where the window is too short to tell, with fewer than three revolutions at any rate."""
+        """Mean power of the rotor, or of all motions together, over the window [W] with its standard error: value +-
+        1.96 of it is the 95 % interval; NaN where the window is too short to tell, with fewer than three revolutions
+        at any rate."""
         return self.drive
 
     @property
@@ -162,7 +163,8 @@ class Result:
         return self._measured(MEDIAN)
 
     def read(self, path: str, index: Any = ()) -> Any:
-        """Any dataset of the file by its path (docs/file-format.md), or its part `index`: result.read("run/version")."""
+        """Any dataset of the file by its path (docs/file-format.md), or its part `index`:
+        result.read("run/version")."""
         return self.file.read(path.strip("/"), index)
 
     # ---- tables and arrays
@@ -181,9 +183,10 @@ class Result:
 
     @property
     def estimates(self) -> pandas.DataFrame:
-        """All that the file knows with a standard error, a row each: rotor_power, rotor_torque, median, median_above_50mm_s,
-        rate/KIND, rate_above_0.5/KIND, rate_above_1/KIND, rate_above_2/KIND, with KIND "all", too; columns value, error
-        (value +- 1.96 of it is the 95 % interval; NaN: not known), degrees_of_freedom, unit."""
+        """All that the file knows with a standard error, a row each: rotor_power, rotor_torque, median,
+        median_above_50mm_s, rate/KIND, rate_above_0.5/KIND, rate_above_1/KIND, rate_above_2/KIND, with KIND "all",
+        too; columns value, error (value +- 1.96 of it is the 95 % interval; NaN: not known), degrees_of_freedom,
+        unit."""
         run, found = self.file, {}
         run.need_statistics()
         for name, (group, _) in runfile.estimates(run.kinds).items():
@@ -199,9 +202,10 @@ class Result:
         """Impacts of a kind (or "all") by speed: 1140 rows, a bin each, 2 % wide; columns low, high [m/s], count,
         dissipation [J], and per second of the window rate [1/s], power [W].
 
-        group: "impacts", or "strikes", re-contacts merged; speed: "normal_speed" or "tangential_speed". Impacts also by
-        "normal_energy", "total_energy" or "dissipated_energy": 1024 rows, low and high [J], 3 to 6 % wide (dissipation
-        is known by normal energy); then species="steel" or ("steel", "glass") are those of one species, or pair of balls.
+        group: "impacts", or "strikes", re-contacts merged; speed: "normal_speed" or "tangential_speed". Impacts also
+        by "normal_energy", "total_energy" or "dissipated_energy": 1024 rows, low and high [J], 3 to 6 % wide
+        (dissipation is known by normal energy); then species="steel" or ("steel", "glass") are those of one species,
+        or pair of balls.
         """
         histogram, duration = self._histogram(kind, group, speed, species), self.file.duration
         edge = "J" if speed in ENERGIES else "m s-1"
@@ -218,8 +222,8 @@ class Result:
     def rate(
         self, above: float, kind: str = "all", *, group: str = "impacts", speed: str = "normal_speed", species: Species = None
     ) -> float:  # fmt: skip
-        """Impacts a second [1/s] at or above a speed [m/s], or an energy [J] with speed="normal_energy", "total_energy" or
-        "dissipated_energy"; exact at an edge of a bin, else good to its width. Other arguments as of spectrum()."""
+        """Impacts a second [1/s] at or above a speed [m/s], or an energy [J] with speed="normal_energy", "total_energy"
+        or "dissipated_energy"; exact at an edge of a bin, else good to its width. Other arguments as of spectrum()."""
         return self._histogram(kind, group, speed, species).above(above) / self.file.duration
 
     def _histogram(self, kind: str, group: str, speed: str, species: Species) -> Histogram:
@@ -232,17 +236,17 @@ class Result:
 
     @property
     def impacts(self) -> Impacts:
-        """The log of single impacts: [first:last] and chunks() read it as DataFrames. InputError if it was not kept, which
-        takes `output.impacts = all`."""
+        """The log of single impacts: [first:last] and chunks() read it as DataFrames. InputError if it was not kept,
+        which takes `output.impacts = all`."""
         from milltools.api.arrays import Impacts
 
         return Impacts(self.file)
 
     @functools.cached_property
     def series(self) -> xarray.Dataset:
-        """Time series, lazy: kinetic_energy, rotational_energy, potential_energy, rotor_work [J], rotor_torque [N m] (time,),
-        and dissipation, dissipation_normal [J], collisions (time, kind), fast_collisions (time, kind, threshold). Works,
-        losses and counts are cumulative from t = 0."""
+        """Time series, lazy: kinetic_energy, rotational_energy, potential_energy, rotor_work [J], rotor_torque [N m]
+        (time,), and dissipation, dissipation_normal [J], collisions (time, kind), fast_collisions (time, kind,
+        threshold). Works, losses and counts are cumulative from t = 0."""
         from milltools.api import arrays
 
         return arrays.series(self.file)
@@ -259,7 +263,8 @@ class Result:
     @functools.cached_property
     def maps(self) -> xarray.DataTree:
         """Maps of the window, lazy: nodes cross_section (y, z) and axial (x, r), each with impact_count,
-        normal_speed_sum [m/s], dissipation [J], solid_fraction and mean velocities [m/s]; edges of the cells beside them."""
+        normal_speed_sum [m/s], dissipation [J], solid_fraction and mean velocities [m/s]; edges of the cells beside
+        them."""
         from milltools.api import arrays
 
         return arrays.maps(self.file)
@@ -274,8 +279,8 @@ class Result:
         return {name: figure.title for name, figure in FIGURES.items() if figure.why_not(self.file) is None}
 
     def plot(self, name: str, *others: Result, **options: Any) -> Figure:
-        """A figure of `mill plot --figure` by its name, such as "section-power"; `figures` has the names. Of several runs where
-        `others` are given. It is in no window of pyplot: a notebook shows it, savefig() keeps it."""
+        """A figure of `mill plot --figure` by its name, such as "section-power"; `figures` has the names. Of several
+        runs where `others` are given. It is in no window of pyplot: a notebook shows it, savefig() keeps it."""
         from milltools.api.plots import shown_inline
         from milltools.figures import FIGURES
 
@@ -286,8 +291,8 @@ class Result:
 
     def plot_spectrum(self, ax: Axes | None = None, **options: Any) -> Axes:
         """Draws the impact spectra into axes, new ones by default, and returns them. Options: group, speed, abscissa
-        ("speed" or "energy"), weight ("count", "energy" or "cumulative"), kinds; for several runs in the same axes name, and
-        position, its number from 0, which sets the colour (milltools.figures.spectra.plot)."""
+        ("speed" or "energy"), weight ("count", "energy" or "cumulative"), kinds; for several runs in the same axes
+        name, and position, its number from 0, which sets the colour (milltools.figures.spectra.plot)."""
         from milltools.api import plots
 
         return plots.spectrum(self.file, ax, options)
@@ -295,9 +300,9 @@ class Result:
     def show(
         self, path: str | os.PathLike[str] | None = None, *, browser: bool = False, height: int = 640
     ) -> EmbeddedPage | pathlib.Path:
-        """The balls turning in the mill, as in `mill report`: in a notebook, `height` pixels high, and kept with it (up to
-        some 7 MB). With a `path` it is written there as a page of its own, which replaces an old one; with `browser` the page,
-        a temporary one by default, is opened in a browser. Then the path is returned."""
+        """The balls turning in the mill, as in `mill report`: in a notebook, `height` pixels high, and kept with it (up
+        to some 7 MB). With a `path` it is written there as a page of its own, which replaces an old one; with
+        `browser` the page, a temporary one by default, is opened in a browser. Then the path is returned."""
         from milltools.api import plots
 
         return plots.show(self.file, self.name, path, browser, height)

@@ -73,8 +73,8 @@ def optimize(
 
 
 def load_study(path: Path) -> StudyResult:
-    """Opens the table of a study, finished or growing: by its own name, its journal's or the study deck's. MissingFileError if
-    it is not there."""
+    """Opens the table of a study, finished or growing: by its own name, its journal's or the study deck's.
+    MissingFileError if it is not there."""
     from milltools.study.show import data
 
     return StudyResult(data.opened(os.fspath(path))[0])
@@ -118,7 +118,8 @@ def _file(study: StudyDeck, output: object) -> Iterator[tuple[str, list[str]]]:
 
 @dataclasses.dataclass(frozen=True)
 class BestDesign:
-    """`design`: the varied keys as milltools.run(deck, **design) takes them; `value` of `objective` there, with its error."""
+    """`design`: the varied keys as milltools.run(deck, **design) takes them; `value` of `objective` there, with its
+    error."""
 
     design: dict[str, str]
     objective: str
@@ -126,8 +127,8 @@ class BestDesign:
 
 
 class StudyResult:
-    """A study: `milltools.sweep(...)`, `optimize(...)` and `load_study(path)` give it. Of a study that grows it is what was
-    there when it was opened."""
+    """A study: `milltools.sweep(...)`, `optimize(...)` and `load_study(path)` give it. Of a study that grows it is what
+    was there when it was opened."""
 
     def __init__(self, table: Table) -> None:
         self._table = table
@@ -141,8 +142,9 @@ class StudyResult:
 
     @property
     def table(self) -> pandas.DataFrame:
-        """One row a run, SI: `design`, `replicate`, `seed`, the varied keys, the objectives and what is recorded, each with its
-        standard error in "NAME:error", `status` (done, capped, failed), `message`, times and cost (docs/studies.md)."""
+        """One row a run, SI: `design`, `replicate`, `seed`, the varied keys, the objectives and what is recorded, each
+        with its standard error in "NAME:error", `status` (done, capped, failed), `message`, times and cost
+        (docs/studies.md)."""
         return self._table.frame()
 
     @property
@@ -152,8 +154,8 @@ class StudyResult:
 
     @property
     def best(self) -> BestDesign | None:
-        """The best design of those that were run, by the first objective; None if no run has a value. With enough runs the value
-        and its error are those of a Gaussian process through all of them."""
+        """The best design of those that were run, by the first objective; None if no run has a value. With enough runs
+        the value and its error are those of a Gaussian process through all of them."""
         from milltools.read.values import order
         from milltools.study.show import optimum
 
@@ -188,8 +190,9 @@ class StudyResult:
         return {kind: title for kind, (title, _) in self._figures().items()}
 
     def plot(self, name: str | None = None, **options: Any) -> Figure:
-        """A picture of `mill study` by its name, the first of `figures` by default. Options of "contour": x and y, varied keys, and
-        average=True for the mean over the other keys instead of a cut through the best. It is in no window of pyplot."""
+        """A picture of `mill study` by its name, the first of `figures` by default. Options of "contour": x and y,
+        varied keys, and average=True for the mean over the other keys instead of a cut through the best. It is in no
+        window of pyplot."""
         from milltools.api import plots
 
         plots.shown_inline()

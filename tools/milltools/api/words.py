@@ -1,4 +1,5 @@
-"""A run in words, and as HTML for notebooks: what it is, what came out, and what to mind; its numbers with their errors."""
+"""A run in words, and as HTML for notebooks: what it is, what came out, and what to mind; its numbers with their
+errors."""
 
 from __future__ import annotations
 

@@ -2,8 +2,9 @@
 
 
 class MillsimError(Exception):
-    """One line for the user: what, where, and what to do. `status` is the exit status that the command ends with: 2 for wrong
-    usage or input, and then this is an InputError; 1 for a failure outside (disk full, a program that is missing)."""
+    """One line for the user: what, where, and what to do. `status` is the exit status that the command ends with: 2 for
+    wrong usage or input, and then this is an InputError; 1 for a failure outside (disk full, a program that is
+    missing)."""
 
     def __init__(self, text: object, status: int = 2) -> None:
         super().__init__(" ".join(str(text).split()))

@@ -36,8 +36,9 @@ def check_writable(path, sources=()):
 
 @contextlib.contextmanager
 def whole(path):
-    """The draft to write to (it exists, and is empty), which becomes `path` at the end. After a fault, or Ctrl-C, nothing is
-    left and an old `path` stays; a fault of the disk is a UserError. A link at `path` is replaced, not followed."""
+    """The draft to write to (it exists, and is empty), which becomes `path` at the end. After a fault, or Ctrl-C,
+    nothing is left and an old `path` stays; a fault of the disk is a UserError. A link at `path` is replaced, not
+    followed."""
     path = pathlib.Path(path)
     with faults(path):
         _check_ordinary(path)
@@ -64,7 +65,8 @@ def write_text(path, text: str):
 
 
 def write_csv(path, head, rows):
-    """Writes rows of texts and numbers under the names of their columns: numbers to the last digit, what is not known empty."""
+    """Writes rows of texts and numbers under the names of their columns: numbers to the last digit, what is not
+    known empty."""
     with whole(path) as draft, open(draft, "w", newline="", encoding="utf-8", errors="replace") as file:
         out = csv.writer(file, lineterminator="\n")
         out.writerow(map(cell, head))

@@ -1,4 +1,5 @@
-"""Processes that a command starts: how many at once, how none outlives it, and how all end in order when a signal asks for it."""
+"""Processes that a command starts: how many at once, how none outlives it, and how all end in order when a signal
+asks for it."""
 
 import contextlib
 import functools
@@ -12,7 +13,8 @@ import threading
 
 @functools.cache
 def guard(how: str = "KILL") -> tuple[str, ...]:
-    """The words in front of a command that end it, by the signal `how`, with the process (thread) that started it: Linux only."""
+    """The words in front of a command that end it, by the signal `how`, with the process (thread) that started it:
+    Linux only."""
     setpriv = shutil.which("setpriv")
     if not setpriv:
         return ()
@@ -44,9 +46,9 @@ _patient = False  # then a second signal does not end a step either
 
 @contextlib.contextmanager
 def stops_in_order():
-    """Within it SIGINT raises KeyboardInterrupt, SIGTERM and SIGHUP raise Stopped: within between_steps() between two of
-    them, otherwise, and for an impatient second signal, at once. Outside of the main thread, which alone may take signals,
-    nothing changes."""
+    """Within it SIGINT raises KeyboardInterrupt, SIGTERM and SIGHUP raise Stopped: within between_steps() between two
+    of them, otherwise, and for an impatient second signal, at once. Outside of the main thread, which alone may take
+    signals, nothing changes."""
     if threading.current_thread() is not threading.main_thread():  # signals are the business of who owns it
         yield
         return
@@ -103,7 +105,8 @@ def between_steps(patient=False):
 
 @contextlib.contextmanager
 def at_once():
-    """Within it, inside of between_steps(), a signal raises at once, and one that came before does so now: for waiting."""
+    """Within it, inside of between_steps(), a signal raises at once, and one that came before does so now: for
+    waiting."""
     global _waits
     raise_if_asked()
     before, _waits = _waits, False

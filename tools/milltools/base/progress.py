@@ -1,5 +1,5 @@
-"""How far a command is: a bar on a terminal, one line rewritten in place in a notebook, a line now and then elsewhere, nothing
-of what is done in a moment."""
+"""How far a command is: a bar on a terminal, one line rewritten in place in a notebook, a line now and then elsewhere,
+nothing of what is done in a moment."""
 
 import contextlib
 import sys
@@ -26,8 +26,8 @@ def say(command: str, line: str):
 class Progress(contextlib.AbstractContextManager):
     """A context manager that is told how much of `total` is done (None: nobody knows how much there is).
 
-    `command` ("mill export") begins each line; quiet: nothing is said. `kept`: how much was done before, so that the time
-    left is reckoned from what is new."""
+    `command` ("mill export") begins each line; quiet: nothing is said. `kept`: how much was done before, so that the
+    time left is reckoned from what is new."""
 
     def __init__(self, command: str, total: float | None = None, quiet: bool = False, kept: float = 0.0):
         self.command, self.total, self.quiet = command, total, quiet
@@ -51,7 +51,8 @@ class Progress(contextlib.AbstractContextManager):
             print("\r", end="", flush=True)
 
     def __call__(self, done: float, text: str = "", left: float | None = None):
-        """`done` of the total is done; `text` says what is being done, `left` [s] how long it takes, where that is known."""
+        """`done` of the total is done; `text` says what is being done, `left` [s] how long it takes, where that is
+        known."""
         self.done, self.known = done, left
         now = time.monotonic()
         if self.quiet or now < self.due:

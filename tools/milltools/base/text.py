@@ -57,7 +57,8 @@ def columns(rows, left=()) -> list[str]:
 
 
 def spoken_unit(unit: str) -> str:
-    """A unit as people write it: "m s-1" -> "m/s", "W m-2" -> "W/m²", "1" -> ""; what is no such product stays as it is."""
+    """A unit as people write it: "m s-1" -> "m/s", "W m-2" -> "W/m²", "1" -> ""; what is no such product stays as it
+    is."""
     over, under = [], []
     for factor in unit.split():
         letters = factor.rstrip("-0123456789")
@@ -195,7 +196,8 @@ def share(value: float) -> Number:
 
 
 def with_error(value: float, error: float, unit: str) -> Number:
-    """Both on the scale of the larger one: "8.236 ± 0.145 N m". An error that would read 0 has the digits that it takes."""
+    """Both on the scale of the larger one: "8.236 ± 0.145 N m". An error that would read 0 has the digits that it
+    takes."""
     scale = _scale(max(abs(value), error)) if math.isfinite(value + error) else None
     if scale is None:
         return scaled(value, unit)

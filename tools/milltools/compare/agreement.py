@@ -1,11 +1,12 @@
 """How sure is a number, and do two numbers agree?
 
-What the file tells with a standard error is taken from there: rotor power, medians, rates. For all else (energies, losses,
-speeds of balls, and files of programs that tell no error) a run is cut into blocks of time (whole revolutions where there are enough); the scatter of the block means gives the
-standard error of the mean, with Student's t where blocks are few. Neighbouring blocks that go together
-are worth less than independent ones: with eight blocks and more the lag-1 correlation r is estimated (its bias of
--1/K taken off) and a positive r widens the error as in a first-order autoregressive series, K -> K (1-r)/(1+r).
-With fewer blocks r cannot be told from noise and they are taken as independent.
+What the file tells with a standard error is taken from there: rotor power, medians, rates. For all else (energies,
+losses, speeds of balls, and files of programs that tell no error) a run is cut into blocks of time (whole
+revolutions where there are enough); the scatter of the block means gives the standard error of the mean, with
+Student's t where blocks are few. Neighbouring blocks that go together are worth less than independent ones: with
+eight blocks and more the lag-1 correlation r is estimated (its bias of -1/K taken off) and a positive r widens the
+error as in a first-order autoregressive series, K -> K (1-r)/(1+r). With fewer blocks r cannot be told from noise
+and they are taken as independent.
 
 A transient has no mean that its blocks could be samples of; only replicates (other seeds) tell its error.
 """
@@ -51,7 +52,8 @@ def _widening(dof: float) -> float:
 def student(freedom: float, share: float) -> float:
     """The quantile of Student's t with `freedom` >= 1, of a share of 0.5 to 1; NaN for less freedom.
 
-    With t = sqrt(freedom) tan(angle) the density is cos(angle)**(freedom - 1): it falls, so Newton's steps from 0 never pass the root.
+    With t = sqrt(freedom) tan(angle) the density is cos(angle)**(freedom - 1): it falls, so Newton's steps from 0
+    never pass the root.
     """
     if not freedom >= 1:
         return math.nan
@@ -91,8 +93,8 @@ def from_blocks(value: float, blocks: np.ndarray, remark: str = "") -> Estimate:
 
 
 def from_file(known: tuple[float, float, float] | None) -> Estimate | None:
-    """What a run tells of itself, (value, standard error, degrees of freedom); None where it does not. The error is told
-    widened by Student's t at 95 %; here it is taken back, for other levels and for differences."""
+    """What a run tells of itself, (value, standard error, degrees of freedom); None where it does not. The error is
+    told widened by Student's t at 95 %; here it is taken back, for other levels and for differences."""
     if known is None:
         return None
     value, error, freedom = known
@@ -119,8 +121,8 @@ def _welch(errors, estimates) -> float:
 
 
 def from_replicates(first: list[Estimate], second: list[Estimate]) -> tuple[Estimate, Estimate]:
-    """Both sides' means with errors from the scatter between replicates. The relative scatter is taken to be the same on
-    both sides and pooled, so that a side of one run gets its error from the other."""
+    """Both sides' means with errors from the scatter between replicates. The relative scatter is taken to be the same
+    on both sides and pooled, so that a side of one run gets its error from the other."""
     sides = [np.array([e.value for e in side]) for side in (first, second)]
     freedom = sum(len(values) - 1 for values in sides)
     means = [float(values.mean()) for values in sides]
@@ -135,7 +137,8 @@ def from_replicates(first: list[Estimate], second: list[Estimate]) -> tuple[Esti
 
 
 def combine(first: list[Estimate], second: list[Estimate], steady: bool):
-    """Both sides' estimates, from blocks where the runs are steady and there are no four replicates or more to do better."""
+    """Both sides' estimates, from blocks where the runs are steady and there are no four replicates or more to do
+    better."""
     freedom = len(first) + len(second) - 2
     if not steady or freedom >= 3:
         return from_replicates(first, second)
@@ -143,8 +146,8 @@ def combine(first: list[Estimate], second: list[Estimate], steady: bool):
 
 
 class Difference(typing.NamedTuple):
-    """B - A relative to A, its standard error likewise (as told, NaN: unknown), and the verdict with its `mood`: "agree",
-    "differ" or "open"."""
+    """B - A relative to A, its standard error likewise (as told, NaN: unknown), and the verdict with its `mood`:
+    "agree", "differ" or "open"."""
 
     relative: float
     error: float

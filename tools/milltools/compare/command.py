@@ -1,7 +1,7 @@
 """`mill compare`: two or more runs side by side, with differences, standard errors and verdicts.
 
-load.py reads what is compared, agreement.py says how sure a number is, map_deviation.py compares maps, rows.py makes the table;
-terminal.py, pictures.py and page.py show it. docs/compare.md says what every number means.
+load.py reads what is compared, agreement.py says how sure a number is, map_deviation.py compares maps, rows.py makes
+the table; terminal.py, pictures.py and page.py show it. docs/compare.md says what every number means.
 """
 
 import pathlib

@@ -24,8 +24,8 @@ GEOMETRY = re.compile(r"(drum|blades|blade\.[^.]*|body\.[^.]*)\..*|rotor\.shaft_
 
 
 class Member(Run):
-    """One run, open: with its window in blocks of time, what its frames say of speeds and of the maps' noise, and why it is not
-    steady ("" if it is)."""
+    """One run, open: with its window in blocks of time, what its frames say of speeds and of the maps' noise, and why
+    it is not steady ("" if it is)."""
 
     def __init__(self, path: str):
         super().__init__(path)
@@ -172,7 +172,8 @@ class Side:
 
 
 def usual(text: str) -> str:
-    """A value of a deck as decks are written: angles in degrees, speeds in rpm, numbers without the noise of their last digit."""
+    """A value of a deck as decks are written: angles in degrees, speeds in rpm, numbers without the noise of their
+    last digit."""
     words = text.split()
     name, scale = USUAL.get(words[-1] if words else "", ("", 1.0))
 

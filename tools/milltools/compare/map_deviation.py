@@ -6,11 +6,12 @@ weighted with phi, the mean of both:
     D_phi = sqrt( sum phi (phi_B - phi_A)^2 / sum phi phi^2 )
     D_v   = sqrt( sum phi |v_B - v_A|^2 / sum phi (|v_A|^2 + |v_B|^2) / 2 )
 
-Noise enters both numerators as sum phi (var_A + var_B). The variance of a stored map M, a mean over n_M snapshots, is
-estimated from the run's n_F frames in the window: they make a map F by the same rule, whose variance follows from blocks
-of time. F is a coarser sampling of the same motion, so var M = var F - (F - M)^2 summed over the map, and no less than
-var F n_F / n_M, that of independent snapshots. Frames meet the blades at few angles, which makes F - M too large in the
-cross-section: noise is known roughly. With ten seeds of the reference mill (45 pairs) D was 0.6 to 1.5 times the noise.
+Noise enters both numerators as sum phi (var_A + var_B). The variance of a stored map M, a mean over n_M snapshots,
+is estimated from the run's n_F frames in the window: they make a map F by the same rule, whose variance follows from
+blocks of time. F is a coarser sampling of the same motion, so var M = var F - (F - M)^2 summed over the map, and no
+less than var F n_F / n_M, that of independent snapshots. Frames meet the blades at few angles, which makes F - M too
+large in the cross-section: noise is known roughly. With ten seeds of the reference mill (45 pairs) D was 0.6 to 1.5
+times the noise.
 """
 
 import numpy as np
@@ -39,7 +40,8 @@ def same_cells(run, other) -> bool:
 
 def noise(run, parts) -> dict:
     """(view, name) -> (variance of the frames' map, its squared distance from the stored one) by cell, velocity summed
-    over its components; empty where frames are too few to tell. `parts`: cells.Maps of the frames of each block of time, or None."""
+    over its components; empty where frames are too few to tell. `parts`: cells.Maps of the frames of each block of
+    time, or None."""
     frames = np.array([part.samples if part else 0 for part in parts])
     if len(frames) < 4 or frames.min() < 1 or frames.sum() < FEWEST_FRAMES:
         return {}
@@ -68,8 +70,8 @@ def _summed(name, squares):
 
 
 def deviation(a, b, view: str, name: str, steady: bool):
-    """(deviation D of side b from side a, the part that noise alone explains or NaN), both relative; None where the cells
-    differ or none are filled on both sides. Noise is from replicates where the runs are not steady."""
+    """(deviation D of side b from side a, the part that noise alone explains or NaN), both relative; None where the
+    cells differ or none are filled on both sides. Noise is from replicates where the runs are not steady."""
     if not all(same_cells(r, a.first) for side in (a, b) for r in side.runs):
         return None
     one, two = (side.mean_map("solid_fraction", view) for side in (a, b))

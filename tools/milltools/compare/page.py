@@ -1,5 +1,5 @@
-"""Runs side by side on one page that opens from disk: what differs and how sure that is, pictures, the balls of each, decks.
-Everything from the runs is escaped."""
+"""Runs side by side on one page that opens from disk: what differs and how sure that is, pictures, the balls of each,
+decks. Everything from the runs is escaped."""
 
 import math
 import pathlib
@@ -18,8 +18,8 @@ CONTENTS = (
 
 
 def sentence(table) -> str:
-    """The paragraph at the top: a side against the reference, in the few rows that matter most, and how many verdicts of
-    each kind there are."""
+    """The paragraph at the top: a side against the reference, in the few rows that matter most, and how many verdicts
+    of each kind there are."""
     words = []
     for row in table.shown:
         if row.key in TOLD and math.isfinite(row.difference):

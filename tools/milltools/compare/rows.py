@@ -72,7 +72,8 @@ def told(name, otherwise):
 
 
 def added(run: Member, name: str, kind: str, column=None):
-    """Rate, and its blocks, of a cumulative series of a kind, or of "all" added up; None where the file does not hold it."""
+    """Rate, and its blocks, of a cumulative series of a kind, or of "all" added up; None where the file does not
+    hold it."""
     names = [name.format(kind=k) for k in (run.kinds if kind == "all" else [kind])]
     if not all(map(run.has_series, names)):
         return None
@@ -143,8 +144,9 @@ def all_impacts(run: Member):
 
 
 def median(name):
-    """Median impact speed. Impacts come in bursts, so their number says nothing about its error (two seeds of the reference
-    mill differed by eight times what independent impacts would): the file tells it, else only replicates do."""
+    """Median impact speed. Impacts come in bursts, so their number says nothing about its error (two seeds of the
+    reference mill differed by eight times what independent impacts would): the file tells it, else only replicates
+    do."""
     return told(name, lambda run: Estimate(float(run.statistic(f"impacts/all/normal_speed/{name}"))))
 
 
@@ -163,7 +165,8 @@ def ball_speed(column):
 
 
 def quantities(steady: bool, kinds, first: Member, second: Member):
-    """(group, key, label, unit, measure) of every row but maps and price, of these kinds; `first` and `second` say what drives."""
+    """(group, key, label, unit, measure) of every row but maps and price, of these kinds; `first` and `second` say
+    what drives."""
     group, both = "power", (first, second)
     who = "drive" if any(run.drive == "drive" for run in both) else "rotor"
     yield group, f"{who}_power", f"{who} power", "W", drive_power
@@ -275,7 +278,8 @@ def price_row(a: Side, b: Side) -> Row:
 
 
 def deck_differences(sides: list[Side]) -> list[tuple[str, list[str]]]:
-    """(key, value on every side) of all keys that are not the same everywhere, in rpm and degrees; "" where a deck does not have it."""
+    """(key, value on every side) of all keys that are not the same everywhere, in rpm and degrees; "" where a deck
+    does not have it."""
     decks = [side.first.deck() for side in sides]
     keys = dict.fromkeys(key for other in decks[1:] for key in different_keys(decks[0], other))
     return [(key, [usual(deck.get(key, "")) for deck in decks]) for key in keys]

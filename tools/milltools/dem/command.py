@@ -50,7 +50,8 @@ ISOLATED = "loss of the impacts, as if each were alone, over the loss in the das
 
 
 def modulus(text):
-    """Young's modulus [Pa] from 'steel', '1e9', '10 GPa': no key of a deck has such a unit, so millsim cannot read it."""
+    """Young's modulus [Pa] from 'steel', '1e9', '10 GPa': no key of a deck has such a unit, so millsim cannot read
+    it."""
     if text.strip() == "steel":
         return STEEL
     found = re.fullmatch(r"\s*([0-9.eE+-]+)\s*([A-Za-z]*)\s*", text)
@@ -332,7 +333,8 @@ def _number(value):
 
 
 def summarize(path, deck, measured):
-    """The results in the file at `path` as a text, in the manner of millsim's own summary; measured: {kind: Singles}."""
+    """The results in the file at `path` as a text, in the manner of millsim's own summary; measured: {kind:
+    Singles}."""
     with Run(path) as run:
         read, window = run.read, run.duration
         until = read("run/warm_up_time")

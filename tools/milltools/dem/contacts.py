@@ -36,9 +36,10 @@ class Contacts:
     """Follows the contacts of a mill.
 
     sample(time, place, velocity, spin) takes the state (N, 3) [m, m/s, rad/s] and returns the impacts that began
-    since the last one, in the order of time, or None: an array of milltools.foreign.digest.IMPACT, `dissipation` that of an
-    isolated impact in the normal direction, (1 - e^2)/2 m v_n^2. normal_loss (5,) [J] is what the dashpots have taken since the beginning by kind, summed
-    over the samples; elastic (5,) [J] what the springs hold now; deepest [m] is the largest overlap so far.
+    since the last one, in the order of time, or None: an array of milltools.foreign.digest.IMPACT, `dissipation`
+    that of an isolated impact in the normal direction, (1 - e^2)/2 m v_n^2. normal_loss (5,) [J] is what the
+    dashpots have taken since the beginning by kind, summed over the samples; elastic (5,) [J] what the springs hold
+    now; deepest [m] is the largest overlap so far.
     """
 
     def __init__(self, deck, model):
@@ -183,8 +184,8 @@ class Contacts:
 def part(contacts, time, place, velocity):
     """Places (N, 3) [m] without overlaps near the given ones.
 
-    From a soft run to a stiffer one: stiffer springs would throw balls apart that overlap as soft ones do, with many times
-    the energy. So overlapping bodies are moved apart, each pair by half; the balls keep their velocities."""
+    From a soft run to a stiffer one: stiffer springs would throw balls apart that overlap as soft ones do, with many
+    times the energy. So overlapping bodies are moved apart, each pair by half; the balls keep their velocities."""
     place, enough = place.copy(), CLOSED * contacts.radius.max()
     for _ in range(ROUNDS):
         contacts.listed_until = -np.inf

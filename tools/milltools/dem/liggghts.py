@@ -1,7 +1,7 @@
 """One LIGGGHTS process and what comes out of it while it runs, through named pipes: nothing is left on the disk.
 
-LIGGGHTS 3.8 ends with status 0 after much that is no success (lost balls, a broken mesh); `Liggghts.finish` turns all that
-it is known to keep silent about into errors.
+LIGGGHTS 3.8 ends with status 0 after much that is no success (lost balls, a broken mesh); `Liggghts.finish` turns
+all that it is known to keep silent about into errors.
 """
 
 import contextlib
@@ -177,8 +177,8 @@ class Liggghts:
         return found and found[1]
 
     def told_of(self, row, columns):
-        """What LIGGGHTS tells of the meshes over the `row`-th interval of the series, one after the other: as many means as
-        `columns`."""
+        """What LIGGGHTS tells of the meshes over the `row`-th interval of the series, one after the other: as many
+        means as `columns`."""
         if not columns:
             return []
         try:

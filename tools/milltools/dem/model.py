@@ -81,8 +81,8 @@ class Model:
 
     def __init__(self, deck, modulus):
         self.modulus, self.kinds = modulus, deck.kinds
-        # [m/s] the impact at which the linear spring is as stiff as a Hertzian contact: that of the fastest surface, of the
-        # blades' tips; it enters the stiffness with the power 0.4
+        # [m/s] the impact at which the linear spring is as stiff as a Hertzian contact: that of the fastest surface, of
+        # the blades' tips; it enters the stiffness with the power 0.4
         self.speed = setup_of(deck).speed
         bodies = [(kind.density * math.pi / 6 * kind.diameter**3, kind.diameter / 2) for kind in deck.species]
 

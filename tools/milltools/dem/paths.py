@@ -1,8 +1,9 @@
 """How the motions of a deck carry what is on them.
 
-A motion takes a point p of its frame to R(t) p + d(t) in its carrier's. Of all but tables R and d are sums of harmonics, a few
-or (swings: Bessel functions) some ten, and so are those of a chain of motions: a sun wheel's jar, an arm in a shaken frame. So a
-point's place, velocity and acceleration are known in closed form. SI units, angles in rad; poses (3, 4) as of milltools.geometry.bodies.
+A motion takes a point p of its frame to R(t) p + d(t) in its carrier's. Of all but tables R and d are sums of
+harmonics, a few or (swings: Bessel functions) some ten, and so are those of a chain of motions: a sun wheel's jar,
+an arm in a shaken frame. So a point's place, velocity and acceleration are known in closed form. SI units, angles in
+rad; poses (3, 4) as of milltools.geometry.bodies.
 """
 
 import collections
@@ -74,8 +75,8 @@ def _translation(by):
 
 
 class Motion:
-    """harmonics: those of its matrix (4, 4); fastest(): its largest angular velocity [rad/s] or velocity [m/s]; seen(pose): the
-    same where points of its carrier's frame are at a fixed pose."""
+    """harmonics: those of its matrix (4, 4); fastest(): its largest angular velocity [rad/s] or velocity [m/s];
+    seen(pose): the same where points of its carrier's frame are at a fixed pose."""
 
     def pose(self, t):
         """(3, 4) at a time."""
@@ -199,7 +200,8 @@ class Chain:
         return self.whole(t)[:3]
 
     def fields(self, t):
-        """(3, 4) of each motion by itself, which takes a point in the laboratory to the velocity of what the chain carries there."""
+        """(3, 4) of each motion by itself, which takes a point in the laboratory to the velocity of what the chain
+        carries there."""
         found = []
         for one, carrier in zip(self.motions, self.carriers, strict=True):
             around = carrier(t)
@@ -211,8 +213,8 @@ class Chain:
         return Harmonics(self.whole.rate, (self.whole.value @ [*place, 1.0])[:, :3], ROUNDING)
 
     def spin(self):
-        """How what it carries turns, as the Rotation about the origin in the laboratory's directions; None: not at all. The
-        directions at t = 0 are those of pose(0). UserError: not about one fixed axis."""
+        """How what it carries turns, as the Rotation about the origin in the laboratory's directions; None: not at all.
+        The directions at t = 0 are those of pose(0). UserError: not about one fixed axis."""
         axes, swings, speed = None, [], 0.0
         for one, carrier in zip(self.motions, self.carriers, strict=True):
             if isinstance(one, Shift) or one.fastest() == 0:

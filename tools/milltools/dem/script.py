@@ -24,8 +24,8 @@ def stl(triangles):
 
 
 def data_file(deck, kinds, state, half):
-    """LIGGGHTS' read_data text: exactly the balls of a state (place, velocity, spin), ids from 1; kinds (N,): each ball's index
-    into the deck's; half (3,) [m]: of the box that LIGGGHTS decomposes."""
+    """LIGGGHTS' read_data text: exactly the balls of a state (place, velocity, spin), ids from 1; kinds (N,): each
+    ball's index into the deck's; half (3,) [m]: of the box that LIGGGHTS decomposes."""
     place, *moving = state
     lines = ["balls of the mill", "", f"{len(place)} atoms", f"{types(deck)} atom types", ""]
     lines += [f"{-h:.9g} {h:.9g} {axis}lo {axis}hi" for h, axis in zip(half, "xyz", strict=True)]
@@ -53,8 +53,8 @@ def _matrix(deck, name):
 
 
 def fill(deck, model, damped, steps, row, states_every, walls, **mill):
-    """The input script of so many steps with the balls of `balls.data`, watched every `row` steps; mill: what is there beside
-    the walls, as `write` has it."""
+    """The input script of so many steps with the balls of `balls.data`, watched every `row` steps; mill: what is there
+    beside the walls, as `write` has it."""
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(pathlib.Path(__file__).parent),
         undefined=jinja2.StrictUndefined,
@@ -71,13 +71,13 @@ def fill(deck, model, damped, steps, row, states_every, walls, **mill):
 
 
 def write(folder, deck, model, damped, steps, forces_every, begin, state, told=True, states_every=STEPS_PER_SAMPLE):
-    """Writes balls and meshes into `folder`; the input script of one stretch of a mill that begins at `begin` [s] with a state
-    (place, velocity, spin), and its meshes.
+    """Writes balls and meshes into `folder`; the input script of one stretch of a mill that begins at `begin` [s] with
+    a state (place, velocity, spin), and its meshes.
 
-    steps: how many; told: False leaves out all output and what serves it, to know the price; forces_every, states_every:
-    every how many steps the forces of the walls and the states of the balls are told (0: never).
-    States come out through `state.bin`, the walls' forces through `walls.bin`, what meshes do through
-    `torque.txt` once a row of the series: the mean torque on the blades, the mean powers of others.
+    steps: how many; told: False leaves out all output and what serves it, to know the price; forces_every,
+    states_every: every how many steps the forces of the walls and the states of the balls are told (0: never).
+    States come out through `state.bin`, the walls' forces through `walls.bin`, what meshes do through `torque.txt`
+    once a row of the series: the mean torque on the blades, the mean powers of others.
     """
     setup = setup_of(deck)
     meshes, driven = setup.meshes(begin), [mesh.name for mesh in setup.driven]

@@ -1,9 +1,10 @@
 """What a deck is in LIGGGHTS: the frame of the simulation, and the walls in it.
 
-The frame moves with the middle of what holds the balls and does not turn: x is along that container's axis, as it is at t = 0. So a
-planetary jar, a shaken box or a drum on a shaker stand still there, as exact primitives, and all that their path does is a
-uniform force, m (g - a(t)). Contacts, normal speeds and what is lost are the same in such a frame; the rest is brought back to
-the laboratory. A container that turns about its axis has a moving surface, one of flat facets turns as a mesh.
+The frame moves with the middle of what holds the balls and does not turn: x is along that container's axis, as it is
+at t = 0. So a planetary jar, a shaken box or a drum on a shaker stand still there, as exact primitives, and all that
+their path does is a uniform force, m (g - a(t)). Contacts, normal speeds and what is lost are the same in such a
+frame; the rest is brought back to the laboratory. A container that turns about its axis has a moving surface, one of
+flat facets turns as a mesh.
 """
 
 import functools
@@ -71,8 +72,8 @@ class Mesh(typing.NamedTuple):
 
 
 class Setup:
-    """walls: of milltools.dem.walls; frame: a Frame; chain: the motions that carry the container; spin: its Rotation in the frame,
-    or None; half (3,) [m]: of the box that holds all; speed [m/s]: of the fastest surface."""
+    """walls: of milltools.dem.walls; frame: a Frame; chain: the motions that carry the container; spin: its Rotation in
+    the frame, or None; half (3,) [m]: of the box that holds all; speed [m/s]: of the fastest surface."""
 
     def __init__(self, deck):
         self.deck = deck
@@ -196,13 +197,14 @@ class Setup:
 
     @functools.cached_property
     def acting(self):
-        """Names of the walls in the order in which LIGGGHTS tells their forces: one for each primitive, one for all meshes."""
+        """Names of the walls in the order in which LIGGGHTS tells their forces: one for each primitive, one for all
+        meshes."""
         return [name for wall in self.walls for name, *_ in wall.primitives] + ["blades"] * bool(self.meshes(0.0))
 
     @functools.cached_property
     def driven(self):
-        """The meshes whose work LIGGGHTS tells by itself, blades apart; where what holds the balls moves there are none: that work
-        is the balance of momentum's."""
+        """The meshes whose work LIGGGHTS tells by itself, blades apart; where what holds the balls moves there are
+        none: that work is the balance of momentum's."""
         meshes = [] if self.moves else self.meshes(0.0)
         return [mesh for mesh in meshes if mesh.motion and mesh.kind != BLADE]
 

@@ -1,8 +1,8 @@
 """Single impacts in LIGGGHTS: what a contact there really has of restitution and friction.
 
-Its spring-dashpot model with a Coulomb cap is no hard-sphere law: the cap holds for the tangential spring but not for the
-dashpot, and a time step cuts contacts off. So isolated balls are thrown at each other and at a wall under a set
-of angles, at the stiffness and time step of the run, and the three numbers of Walton's law are read off.
+Its spring-dashpot model with a Coulomb cap is no hard-sphere law: the cap holds for the tangential spring but not
+for the dashpot, and a time step cuts contacts off. So isolated balls are thrown at each other and at a wall under a
+set of angles, at the stiffness and time step of the run, and the three numbers of Walton's law are read off.
 """
 
 import dataclasses
@@ -40,8 +40,8 @@ class Singles:
 
 
 def _thrown(deck, kind):
-    """State [place, velocity, spin] of all balls, the thrown ones (A,) first, then what they are thrown at unless it is a wall; and
-    half of the size (3,) [m] of the box around them."""
+    """State [place, velocity, spin] of all balls, the thrown ones (A,) first, then what they are thrown at unless it is
+    a wall; and half of the size (3,) [m] of the box around them."""
     diameter, pairs = deck.species[0].diameter, kind == "ball_ball"
     ratio = np.repeat(ANGLES, PHASES)
     count = len(ratio)
@@ -61,7 +61,8 @@ def _thrown(deck, kind):
 
 
 def throw(deck, model, damped, kind):
-    """Throws balls of the deck's first species at each other (ball_ball) or at a plane with the contact law of `kind`."""
+    """Throws balls of the deck's first species at each other (ball_ball) or at a plane with the contact law of
+    `kind`."""
     state, half = _thrown(deck, kind)
     count, flat = len(state[0]), np.empty((len(state[0]), 9))
     contact = model.pair[0][0] if kind == "ball_ball" else model.wall[kind][0]

@@ -23,10 +23,11 @@ LEAST_PRICED = 1000  # steps
 
 
 class SoftMill:
-    """The mill of a deck; `results` takes what it does (see milltools.foreign.digest), `watch(time)` is told the progress.
+    """The mill of a deck; `results` takes what it does (see milltools.foreign.digest), `watch(time)` is told the
+    progress.
 
-    run(modulus, until) goes on from where it stands to `until` [s] at a Young's modulus [Pa]. `state` is in the frame of the
-    deck's setup, as all is here but what the results take.
+    run(modulus, until) goes on from where it stands to `until` [s] at a Young's modulus [Pa]. `state` is in the
+    frame of the deck's setup, as all is here but what the results take.
     """
 
     def __init__(self, deck, state, damped, results, ranks=1, watch=None):

@@ -29,8 +29,8 @@ ADDS_UP = "LIGGGHTS adds up the forces of neighbours, which changes restitution"
 
 @dataclasses.dataclass
 class Found:
-    """The contacts (M,) of one wall, or of balls, at one sample. Normals (M, 3) point into `ball`; key: who touches what; part:
-    the primitive or facet."""
+    """The contacts (M,) of one wall, or of balls, at one sample. Normals (M, 3) point into `ball`; key: who touches
+    what; part: the primitive or facet."""
 
     key: np.ndarray
     ball: np.ndarray
@@ -80,7 +80,8 @@ class Cylinder(Wall):
 
 
 class Ends(Wall):
-    """The planes x = -half and half. Where they turn and rub each is a facet in LIGGGHTS, large enough for no edge to be met."""
+    """The planes x = -half and half. Where they turn and rub each is a facet in LIGGGHTS, large enough for no edge
+    to be met."""
 
     def __init__(self, kind, half, partner=None, motion=None, radius=None):
         """partner: None: 0 and 1, as of end walls; radius: of the ends, if they turn and rub."""
@@ -137,7 +138,8 @@ class Blades(Wall):
         return Found(ball * self.count + blade, ball, blade, overlap[hit], normal[hit])
 
     def look(self, place, blade, time):
-        """Distance (M,) [m] of centres `place` (M, 3) from the boxes `blade` (M,), and the unit normal (M, 3) to them."""
+        """Distance (M,) [m] of centres `place` (M, 3) from the boxes `blade` (M,), and the unit normal (M, 3) to
+        them."""
         turn = self.angle[blade] + self.speed * time
         c, s = np.cos(turn), np.sin(turn)
         cp, sp, half = self.cos_p[blade], self.sin_p[blade], self.half[blade]
@@ -159,8 +161,8 @@ class Blades(Wall):
 
 
 class Flats(Wall):
-    """Flat facets: a box, a mesh. triangles (T, 3, 3) at t = 0, facing away from the balls (side -1: they are inside), or
-    towards them (+1); those of one plane are one facet."""
+    """Flat facets: a box, a mesh. triangles (T, 3, 3) at t = 0, facing away from the balls (side -1: they are inside),
+    or towards them (+1); those of one plane are one facet."""
 
     def __init__(self, kind, triangles, side, partner=0, motion=None, planes=None):
         """planes: names and words of the primitives that stand for it, in the order of its facets."""

@@ -1,18 +1,19 @@
 """The work that motions do on the balls, and the energy that friction takes at the walls.
 
-What holds the balls is all that moves, or it stands still. Where it moves, what all walls together do to the balls is known
-without looking at a single contact: the momentum and the angular momentum of the balls change by it and by gravity alone. Times the
-velocity that each motion gives to the container, that is the work of each. It is exact but for the interval of the samples, of
-which there are eight in a contact. Otherwise LIGGGHTS sums the forces on each mesh over all steps.
+What holds the balls is all that moves, or it stands still. Where it moves, what all walls together do to the balls
+is known without looking at a single contact: the momentum and the angular momentum of the balls change by it and by
+gravity alone. Times the velocity that each motion gives to the container, that is the work of each. It is exact but
+for the interval of the samples, of which there are eight in a contact. Otherwise LIGGGHTS sums the forces on each
+mesh over all steps.
 
-Friction, from LIGGGHTS' own forces at a few moments: the power of the tangential forces against the slip, summed over all
-contacts of a moment and averaged over moments, is the energy that goes into tangential springs, dashpots and sliding; what the
-springs give back is in it with its sign. So the mean over many moments is the loss, however far apart they are. Only its scatter
-depends on their number.
+Friction, from LIGGGHTS' own forces at a few moments: the power of the tangential forces against the slip, summed
+over all contacts of a moment and averaged over moments, is the energy that goes into tangential springs, dashpots
+and sliding; what the springs give back is in it with its sign. So the mean over many moments is the loss, however
+far apart they are. Only its scatter depends on their number.
 
-Between balls this does not work: `compute pair/gran/local` evaluates the contact law once more, after the step, and a
-sliding contact whose spring was just cut back to mu F_n then counts as sticking, dashpot added. What friction takes there is
-what the balance of energy leaves over (milltools.dem.soft_mill).
+Between balls this does not work: `compute pair/gran/local` evaluates the contact law once more, after the step, and
+a sliding contact whose spring was just cut back to mu F_n then counts as sticking, dashpot added. What friction
+takes there is what the balance of energy leaves over (milltools.dem.soft_mill).
 """
 
 import numpy as np
@@ -24,8 +25,8 @@ from milltools.geometry.bodies import moved
 class Drive:
     """work {name of a motion: [J] so far}; torque [N m]: the rotor's, mean over the last row.
 
-    sample(time, state): the balls (N, 3) in the frame; row(told): what LIGGGHTS tells of meshes over a row of `length` [s].
-    Where balls are moved by hand, `last` = None begins anew.
+    sample(time, state): the balls (N, 3) in the frame; row(told): what LIGGGHTS tells of meshes over a row of
+    `length` [s]. Where balls are moved by hand, `last` = None begins anew.
     """
 
     def __init__(self, setup, mass, inertia):

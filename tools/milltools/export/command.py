@@ -1,7 +1,7 @@
 """`mill export`: a mill, and what a run holds, in the formats of other programs; the file's suffix chooses.
 
-A format is a module of this package and an entry of FORMATS: for each thing it can hold (`--what`) a function of that name
-(arguments) that writes arguments.file and returns what it wrote, in a few words.
+A format is a module of this package and an entry of FORMATS: for each thing it can hold (`--what`) a function of
+that name (arguments) that writes arguments.file and returns what it wrote, in a few words.
 """
 
 import argparse

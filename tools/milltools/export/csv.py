@@ -1,5 +1,5 @@
-"""Tables as CSV: the first line names the columns with their units, numbers have as many digits as it takes to read them
-back to the last bit."""
+"""Tables as CSV: the first line names the columns with their units, numbers have as many digits as it takes to read
+them back to the last bit."""
 
 import bisect
 import csv
@@ -87,7 +87,8 @@ def balls(arguments):
 
 
 def _blocks(run, path, columns, arguments, slack=0.0):
-    """Blocks of the rows whose times, in order at the path, are within --from and --to: these times and columns(rows)."""
+    """Blocks of the rows whose times, in order at the path, are within --from and --to: these times and
+    columns(rows)."""
     low, high = source.window(arguments, slack)
     rows = range(run.length(path))
     first = bisect.bisect_left(rows, low, key=lambda k: run.read(path, k))
@@ -150,7 +151,8 @@ def _loss(run, name, text, path="impacts/dissipation"):
 
 
 def spectra(arguments):
-    """One histogram after the other, bin by bin; the first row of each is what is slower than its bins, the last what is faster."""
+    """One histogram after the other, bin by bin; the first row of each is what is slower than its bins, the last
+    what is faster."""
     with source.open_run(arguments) as run:
         run.need_statistics()
 

@@ -1,9 +1,9 @@
 """Frames as GSD, HOOMD's schema: for OVITO, HOOMD, freud.
 
-What GSD has a name for goes there (single precision, as the run's own frames). Spins go into log/particles/angular_velocity:
-GSD's own `angmom` is a quaternion in the body's frame, and balls have no orientation to refer it to. The exact time of a
-frame goes into log/time. GSD's box is always periodic, so it is wider than what the container sweeps by a ball on each side: balls at opposite
-walls are no neighbours.
+What GSD has a name for goes there (single precision, as the run's own frames). Spins go into
+log/particles/angular_velocity: GSD's own `angmom` is a quaternion in the body's frame, and balls have no orientation
+to refer it to. The exact time of a frame goes into log/time. GSD's box is always periodic, so it is wider than what
+the container sweeps by a ball on each side: balls at opposite walls are no neighbours.
 """
 
 import os

@@ -1,7 +1,7 @@
 """The mill's bodies as triangles, and as binary STL.
 
-Drum, shaft and blades are closed bodies of their own (solids.py); bodies of sections [body.NAME] are as the run has them, a container
-as the surface that the balls see.
+Drum, shaft and blades are closed bodies of their own (solids.py); bodies of sections [body.NAME] are as the run has
+them, a container as the surface that the balls see.
 """
 
 import numpy as np

@@ -1,7 +1,8 @@
 """Balls, or the mill's bodies, at one moment as VTK PolyData (.vtp).
 
-The arrays stand in the XML as base64, not compressed, and the time (TimeValue, where VTK looks for it) behind the points:
-so OVITO reads it as well, which knows neither raw nor compressed data, nor a file that begins with its fields.
+The arrays stand in the XML as base64, not compressed, and the time (TimeValue, where VTK looks for it) behind the
+points: so OVITO reads it as well, which knows neither raw nor compressed data, nor a file that begins with its
+fields.
 """
 
 import base64
@@ -41,7 +42,8 @@ def _section(file, tag, arrays, **more):
 
 
 def polydata(path, time, points, cells, point_data=None, cell_data=None):
-    """Writes PolyData, returns its size [bytes]. `points` (N, 3), `cells` {"Verts" or "Polys": (M, corners)}, data by name."""
+    """Writes PolyData, returns its size [bytes]. `points` (N, 3), `cells` {"Verts" or "Polys": (M, corners)}, data
+    by name."""
     counts = {f"NumberOf{kind}": len(cells.get(kind, ())) for kind in ("Verts", "Lines", "Strips", "Polys")}
     layout = {"type": "PolyData", "version": "1.0", "byte_order": "LittleEndian", "header_type": "UInt64"}
     with open(path, "wb") as file:

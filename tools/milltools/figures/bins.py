@@ -9,9 +9,9 @@ MERGED = 8  # bins of the file in one here: 14.6 a decade of speed; 0.05, 1 and 
 
 @dataclasses.dataclass(frozen=True)
 class Bins:
-    """Impacts of one kind in a window: `edges` (n + 1,) of speed [m/s] or energy [J], `count` (n,), `dissipation` (n,) [J],
-    those below the first and above the last edge, the `duration` of the window [s], and the `part` of the dissipation
-    that is known of single impacts, "all" or "normal"."""
+    """Impacts of one kind in a window: `edges` (n + 1,) of speed [m/s] or energy [J], `count` (n,), `dissipation` (n,)
+    [J], those below the first and above the last edge, the `duration` of the window [s], and the `part` of the
+    dissipation that is known of single impacts, "all" or "normal"."""
 
     edges: np.ndarray
     count: np.ndarray
@@ -79,7 +79,8 @@ def merged(histogram, duration: float, together: int = MERGED) -> Bins:
 
 
 def curve(ax, histograms, duration: float, **look):
-    """Draws impacts per second and decade of histograms over a window together; nothing where there are too few for a curve."""
+    """Draws impacts per second and decade of histograms over a window together; nothing where there are too few for
+    a curve."""
     if sum(one.count.sum() for one in histograms) >= 100:
         found = [merged(one, duration) for one in histograms]
         rate = sum(one.rate_density for one in found)

@@ -1,5 +1,5 @@
-"""`mill plot`: runs as pictures. Without --figure the overview of one run; with it one of milltools.figures, of one run or
-several, or its numbers."""
+"""`mill plot`: runs as pictures. Without --figure the overview of one run; with it one of milltools.figures, of one run
+or several, or its numbers."""
 
 import contextlib
 import pathlib

@@ -1,9 +1,9 @@
-"""How much energy an impact brings along its normal: E = m* v_n^2 / 2, with m* the ball's mass against a body of the mill and
-m1 m2 / (m1 + m2) between two balls.
+"""How much energy an impact brings along its normal: E = m* v_n^2 / 2, with m* the ball's mass against a body of the
+mill and m1 m2 / (m1 + m2) between two balls.
 
-Where all balls weigh the same, m* is one number for each kind and the bins of speed are bins of energy, exactly: edges
-map to edges. Where they do not, the file has histograms of energy. Files of other programs have none: there only the log of
-single impacts (output.impacts = all) tells which masses met; it is read by slices.
+Where all balls weigh the same, m* is one number for each kind and the bins of speed are bins of energy, exactly:
+edges map to edges. Where they do not, the file has histograms of energy. Files of other programs have none: there
+only the log of single impacts (output.impacts = all) tells which masses met; it is read by slices.
 """
 
 import bisect
@@ -98,8 +98,8 @@ def _from_log(run, told) -> dict[str, Bins]:
 
 
 def _slices(run) -> list[slice]:
-    """Slices of the log that cover the sampled window, and no more: its rows are in the order of time. A time is met within
-    rounding: the window's end is its begin + duration."""
+    """Slices of the log that cover the sampled window, and no more: its rows are in the order of time. A time is met
+    within rounding: the window's end is its begin + duration."""
     ends = (math.nextafter(time * (1 - 1e-15), -math.inf) for time in run.window)
     rows = range(run.length("impacts/time"))
     first, last = (bisect.bisect_left(rows, end, key=lambda row: float(run.read("impacts/time", row))) for end in ends)

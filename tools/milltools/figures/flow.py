@@ -1,6 +1,6 @@
-"""Where the power goes, as a flow: from what moves, and from energy that the charge gives up, to the impacts by contact kind,
-each parted into what the normal and the tangential motion lost, and into energy that the charge takes up. It is from the time
-series (docs/file-format.md, /observables). In every row
+"""Where the power goes, as a flow: from what moves, and from energy that the charge gives up, to the impacts by contact
+kind, each parted into what the normal and the tangential motion lost, and into energy that the charge takes up. It
+is from the time series (docs/file-format.md, /observables). In every row
 
     work of all that moves = change of the energies + dissipation,
 
@@ -25,9 +25,9 @@ NOTHING = 1e-12  # of the turnover: a flow below it is rounding
 
 @dataclasses.dataclass(frozen=True)
 class Account:
-    """Mean powers [W] between two times (from, to) [s]: of the `drives` on the balls by name, into the
-    `energies` by name (> 0: it grows), and `dissipation` by kind: (normal, tangential), tangential None where only the sum
-    is known, which then stands first."""
+    """Mean powers [W] between two times (from, to) [s]: of the `drives` on the balls by name, into the `energies` by
+    name (> 0: it grows), and `dissipation` by kind: (normal, tangential), tangential None where only the sum is
+    known, which then stands first."""
 
     window: tuple[float, float]
     drives: dict[str, float]

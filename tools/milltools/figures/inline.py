@@ -17,8 +17,8 @@ DPI = 144  # of the fields of maps, the only thing that is no line
 
 def svg(figure, prefix: str) -> str:
     """Inline SVG of a figure of this package: text as text, no background, INK as currentColor, every id begins with
-    `prefix` (letters, digits, "-", "_"; one of its own for each figure of a page), no width but the page's. What is not of
-    this package, such as names, is escaped by matplotlib; there are no scripts and nothing from elsewhere."""
+    `prefix` (letters, digits, "-", "_"; one of its own for each figure of a page), no width but the page's. What is
+    not of this package, such as names, is escaped by matplotlib; there are no scripts and nothing from elsewhere."""
     if not re.fullmatch(r"[A-Za-z][\w-]*", prefix):
         raise ValueError(f"no prefix of an id: {prefix!r}")
     text = _drawn(figure)
@@ -37,7 +37,8 @@ def svg(figure, prefix: str) -> str:
 
 
 def _drawn(figure) -> str:
-    """The figure as matplotlib writes it. Figure.savefig would draw it once more for its layout: a third of the time."""
+    """The figure as matplotlib writes it. Figure.savefig would draw it once more for its layout: a third of the
+    time."""
     out, nothing = io.StringIO(), dict.fromkeys(("Date", "Creator", "Format", "Type"))
     with matplotlib.rc_context(LOOK):
         canvas, engine = FigureCanvasSVG(figure), figure.get_layout_engine()

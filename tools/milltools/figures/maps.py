@@ -1,6 +1,6 @@
-"""Where it happens: fields over the cross-section (y, z), averaged along the axis, and over the axial cut (x, r), averaged
-around it. Densities are per volume of the mill: of a cell that the wall cuts, its part within the container counts, as in the
-file's solid fraction. Cells where there was nothing are blank."""
+"""Where it happens: fields over the cross-section (y, z), averaged along the axis, and over the axial cut (x, r),
+averaged around it. Densities are per volume of the mill: of a cell that the wall cuts, its part within the container
+counts, as in the file's solid fraction. Cells where there was nothing are blank."""
 
 import dataclasses
 import functools
@@ -60,7 +60,8 @@ QUANTITIES = {
 @dataclasses.dataclass(frozen=True)
 class Field:
     """Edges (n + 1,), (m + 1,) [m] of the cells of a view, their volumes within the container (n, m) [m^3], and each of
-    QUANTITIES (n, m), NaN where there was nothing; `flow` (3, n, m) [m/s] is the mean velocity, `count` (n, m) of impacts."""
+    QUANTITIES (n, m), NaN where there was nothing; `flow` (3, n, m) [m/s] is the mean velocity, `count` (n, m) of
+    impacts."""
 
     edges: tuple[np.ndarray, np.ndarray]
     volume: np.ndarray
@@ -174,7 +175,8 @@ class MapFigure(Figure):
         return image
 
     def _arrows(self, ax, found):
-        """The part of the mean velocity in the plane, averaged over squares of cells by the volume of the balls in them."""
+        """The part of the mean velocity in the plane, averaged over squares of cells by the volume of the balls in
+        them."""
         planar = (1, 2) if self.view == "cross_section" else (0, 1)
         weight = np.nan_to_num(found.values["solid"]) * found.volume
         step = max(1, round(max(weight.shape) / ARROWS))

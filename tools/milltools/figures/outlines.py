@@ -41,8 +41,8 @@ def _seen(run, body, triangles, poses):
 
 
 def _nearest(corners):
-    """Least distance of triangles (T, 3, 2) from the origin: of their sides, or 0 where it is within one. Of an arm through the
-    axis no corner is near it."""
+    """Least distance of triangles (T, 3, 2) from the origin: of their sides, or 0 where it is within one. Of an arm
+    through the axis no corner is near it."""
     side = np.roll(corners, -1, axis=1) - corners
     length = np.maximum((side**2).sum(axis=2), 1e-300)
     share = np.clip(-(corners * side).sum(axis=2) / length, 0, 1)
@@ -53,8 +53,8 @@ def _nearest(corners):
 
 
 def swept(run):
-    """((least, most), (from, to)) of the distances from the axis and of the places along it [m] of every body, and whether it moves
-    in the container."""
+    """((least, most), (from, to)) of the distances from the axis and of the places along it [m] of every body, and
+    whether it moves in the container."""
     poses = Mill.of(run).poses
     poses = poses[:: max(1, len(poses) // 12)]
     for body, triangles in bodies(run):
@@ -67,7 +67,8 @@ def swept(run):
 
 
 def stand(ax, run, poses, moving=True):
-    """Outlines over (y, z) of the bodies where motions are at `poses`; without `moving` of those alone that the container carries."""
+    """Outlines over (y, z) of the bodies where motions are at `poses`; without `moving` of those alone that the
+    container carries."""
     for body, triangles in reversed(list(bodies(run))):  # the shaft on top
         if moving or body.motion == run.carrier:
             points = outline(_seen(run, body, triangles, poses)[..., 1:].reshape(-1, 2))
@@ -106,8 +107,8 @@ def section(ax, run):
 
 
 def axial(ax, run):
-    """Container, shaft and the sweeps of blades and bodies over (x, r); returns the container's patch. Where a wall is wavy, the
-    drum ends at its outermost radius, and a line is at the innermost."""
+    """Container, shaft and the sweeps of blades and bodies over (x, r); returns the container's patch. Where a wall is
+    wavy, the drum ends at its outermost radius, and a line is at the innermost."""
     holds = vessel.of(run)
     rim = _wall(ax, run, "axial")
     low, high = holds.low, holds.high

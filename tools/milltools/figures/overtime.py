@@ -1,7 +1,7 @@
 """How a run goes on in time: the drive's power and torque, the energy of the charge, how often the balls meet.
 
-Means over an interval are differences of cumulative series over the time between, so they are exact, however short or long
-the interval; between two rows a series is taken as straight.
+Means over an interval are differences of cumulative series over the time between, so they are exact, however short
+or long the interval; between two rows a series is taken as straight.
 """
 
 import math
@@ -33,8 +33,9 @@ def means(time, cumulative, bounds) -> np.ndarray:
 
 
 def revolutions(run, time) -> np.ndarray:
-    """Bounds of whole periods of the slowest motion (revolutions of the rotor) within the series, one of them where the sampled window begins, so that those
-    in the window are the file's blocks; empty where nothing moves, or for less than one."""
+    """Bounds of whole periods of the slowest motion (revolutions of the rotor) within the series, one of them where the
+    sampled window begins, so that those in the window are the file's blocks; empty where nothing moves, or for less
+    than one."""
     period = run.period
     if not math.isfinite(period) or len(time) < 2:
         return np.empty(0)
@@ -97,7 +98,8 @@ def _named(name, words):
 
 
 class Draw(OverTime):
-    """What drives, all of it and each motion: mean over short intervals, over whole periods, and over the window with its error."""
+    """What drives, all of it and each motion: mean over short intervals, over whole periods, and over the window
+    with its error."""
 
     def __init__(self, name, title, series, statistic, unit, caption):
         self.name, self.title, self.series, self.caption = name, title, series, caption
@@ -125,8 +127,8 @@ class Draw(OverTime):
         return [series for _, series, *_ in self.sources(run)]
 
     def curves(self, run):
-        """(motion, time, integral over it of the quantity, its mean and standard error over the sampled window, NaN where not known)
-        of every source."""
+        """(motion, time, integral over it of the quantity, its mean and standard error over the sampled window, NaN
+        where not known) of every source."""
         for motion, series, divisor, place in self.sources(run):
             time, value = run.drive_work() if series == "rotor_work" else run.series(series)
             if series == "rotor_torque":  # the mean over the interval before each row

@@ -1,5 +1,5 @@
-"""The overview of a run: left the mill and the balls of the last stored frame, seen along the drum's axis, coloured by speed; in
-the middle where the energy goes; right how often and how hard the balls meet."""
+"""The overview of a run: left the mill and the balls of the last stored frame, seen along the drum's axis, coloured by
+speed; in the middle where the energy goes; right how often and how hard the balls meet."""
 
 import numpy as np
 from matplotlib.collections import EllipseCollection

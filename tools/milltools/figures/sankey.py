@@ -1,6 +1,8 @@
-"""Bands whose widths are powers: from sources on the left through a trunk to sinks on the right, in order, none crossing.
+"""Bands whose widths are powers: from sources on the left through a trunk to sinks on the right, in order, none
+crossing.
 
-Every width is true to scale. A band too thin to be seen keeps a hair's line, and its label stands apart with a leader.
+Every width is true to scale. A band too thin to be seen keeps a hair's line, and its label stands apart with a
+leader.
 """
 
 import dataclasses
@@ -31,8 +33,9 @@ HAIR = 0.5  # [pt] a band's outline: what is seen of one without width
 
 
 def draw(ax, sources, sinks, line):
-    """Draws bands into bare axes: x from 0 to 1 are the bands, their labels left and right of it; y is the power over the
-    sum of the sources, from the top down. `line`: least distance of two labels on the right. Returns the lowest y there is."""
+    """Draws bands into bare axes: x from 0 to 1 are the bands, their labels left and right of it; y is the power over
+    the sum of the sources, from the top down. `line`: least distance of two labels on the right. Returns the lowest
+    y there is."""
     whole = sum(b.power for b in sources)
     left = _stack(sources, whole)
     right = _stack(sinks, whole, apart=0.03, within=0.005)
@@ -52,7 +55,8 @@ def draw(ax, sources, sinks, line):
 
 
 def _stack(bands, whole, apart=0.0, within=0.0):
-    """(top, bottom) of each band (N, 2), one below the other, groups `apart` and those of a group `within` from each other."""
+    """(top, bottom) of each band (N, 2), one below the other, groups `apart` and those of a group `within` from each
+    other."""
     gaps = [0.0] + [within if a.group == b.group else apart for a, b in zip(bands, bands[1:])]
     sizes = np.array([b.power / whole for b in bands])
     bottom = np.cumsum(sizes + gaps)
@@ -75,12 +79,12 @@ def _ribbon(ax, xs, start, end, band):
 
 
 def spread(places, least, low, high):
-    """Places in rising order, moved as little as need be to be `least` apart and within [low, high]; closer if they do not
-    go in."""
+    """Places in rising order, moved as little as need be to be `least` apart and within [low, high]; closer if they do
+    not go in."""
     n = len(places)
     steps = min(least, (high - low) / max(n - 1, 1)) * np.arange(n)
-    # less these steps the places must not fall: least squares has them at the largest, over what begins at or before each, of
-    # the smallest mean of what ends at or after it
+    # less these steps the places must not fall: least squares has them at the largest, over what begins at or before
+    # each, of the smallest mean of what ends at or after it
     total = np.concatenate([[0.0], np.cumsum(np.asarray(places) - steps)])
     first, last = np.ogrid[:n, :n]
     mean = np.where(first <= last, (total[last + 1] - total[first]) / np.maximum(last + 1 - first, 1), np.inf)

@@ -36,21 +36,21 @@ def plot(
     ax, run, group="impacts", speed="normal_speed", abscissa="speed", weight="count", kinds=None, per_ball=False,
     name="", position=None,
 ):  # fmt: skip
-    """Draws the spectra of a run into matplotlib axes, with axis labels, units and limits; returns the lines, one a kind.
+    """Draws the spectra of a run into matplotlib axes, with axis labels, units and limits; returns the lines, one a
+    kind.
 
-    run        an open milltools.read.runfile.Run
-    group      "impacts" or "strikes" (re-contacts of a pair merged)
-    speed      "normal_speed" (approach) or "tangential_speed" (slip of the surfaces)
-    abscissa   "speed", or "energy": the available normal energy m* v_n^2 / 2
-    weight     "count": impacts per second and decade, both axes logarithmic; "energy": dissipated power per decade, the
+    run        an open milltools.read.runfile.Run group      "impacts" or "strikes" (re-contacts of a pair merged)
+    speed      "normal_speed" (approach) or "tangential_speed" (slip of the surfaces) abscissa   "speed", or
+    "energy": the available normal energy m* v_n^2 / 2 weight     "count": impacts per second and decade, both axes
+    logarithmic; "energy": dissipated power per decade, the
                ordinate linear, so that areas compare; "cumulative": impacts per second at or above
     kinds      contact kinds, as in Run.kinds and "all"; all kinds but "all" if None
     per_ball   the ordinate divided by the number of balls
     name, position   for several runs in the same axes: what the lines are called, and the run's number from 0, which
                sets their colour; without it the kind does
 
-    Call ax.legend() for the legend: lines are labelled with their kind and total. UserError for a word that is not one
-    of the above and for what the run does not have."""
+    Call ax.legend() for the legend: lines are labelled with their kind and total. UserError for a word that is not
+    one of the above and for what the run does not have."""
     kinds = _checked(run, group, speed, abscissa, weight, kinds)
     share = 1 / len(run.balls("mass")) if per_ball else 1.0
     drawn, lines = [], []
@@ -247,7 +247,8 @@ class SpectrumFigure(Figure):
 
 
 def _rows(kind, found: Bins, axis: str, group: str) -> dict:
-    """A kind's bins from the first to the last that is not empty, with what lies below and above all bins about them."""
+    """A kind's bins from the first to the last that is not empty, with what lies below and above all bins about
+    them."""
     used = np.flatnonzero((found.count != 0) | (found.dissipation != 0))
     a, b = (used[0], used[-1] + 1) if len(used) else (0, 0)
 

@@ -1,7 +1,7 @@
 """What pictures share: colours, figures into files.
 
-Nothing here chooses a backend or touches matplotlib's own settings, so that a notebook's figures stay its own: who draws
-does it within `with matplotlib.rc_context(STYLE)`.
+Nothing here chooses a backend or touches matplotlib's own settings, so that a notebook's figures stay its own: who
+draws does it within `with matplotlib.rc_context(STYLE)`.
 """
 
 import pathlib
@@ -80,7 +80,8 @@ def log_ticks(axis, low: float = 0.0, high: float = np.inf, most: int = 8):
 
 
 def save(figure, path, dpi=90, look=None):
-    """Writes a figure, drawn with the settings `look`, whole or not at all; a name without a known format, or a full disk, is a UserError."""
+    """Writes a figure, drawn with the settings `look`, whole or not at all; a name without a known format, or a full
+    disk, is a UserError."""
     kind = pathlib.Path(path).suffix.lower().lstrip(".") or "png"
     known = figure.canvas.get_supported_filetypes()
     if kind not in known:

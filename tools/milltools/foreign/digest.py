@@ -58,11 +58,13 @@ def _bytes(text):
 
 
 class Digest(contextlib.AbstractContextManager):
-    """Takes a run of `deck` (milltools.read.deck.Deck, read from its path) and writes the file `output`; a context manager.
+    """Takes a run of `deck` (milltools.read.deck.Deck, read from its path) and writes the file `output`; a context
+    manager.
 
-    The facts come first, then states, impacts and accounts in the order of time; `end` makes the file whole, and without it
-    the file is one of a run that has failed. apart [s]: no sample of the observers is farther than this from the nearest
-    state; springs: whether accounts tell `elastic_energy`; force: overwrites. UserError with the line that millsim says.
+    The facts come first, then states, impacts and accounts in the order of time; `end` makes the file whole, and
+    without it the file is one of a run that has failed. apart [s]: no sample of the observers is farther than this
+    from the nearest state; springs: whether accounts tell `elastic_energy`; force: overwrites. UserError with the
+    line that millsim says.
     """
 
     def __init__(self, deck, output, apart=0.0, springs=False, force=False):
@@ -83,8 +85,8 @@ class Digest(contextlib.AbstractContextManager):
         self.close()
 
     def facts(self, run):
-        """Facts of /run by name, each a value or (value, unit, meaning); they may be told again, and the last ones count. Needed
-        from the beginning: program, version, command, started, wall_time, cpu_time."""
+        """Facts of /run by name, each a value or (value, unit, meaning); they may be told again, and the last ones
+        count. Needed from the beginning: program, version, command, started, wall_time, cpu_time."""
         for name, fact in run.items():
             if not isinstance(fact, tuple):
                 if name not in FACTS:
@@ -108,10 +110,11 @@ class Digest(contextlib.AbstractContextManager):
         self._record("state", struct.pack("<d", time), np.array([place, velocity, spin], "<f8"))
 
     def impacts(self, rows):
-        """Impacts in order of time, an array of IMPACT (see impacts_of): none before those of the last call, or the last account.
+        """Impacts in order of time, an array of IMPACT (see impacts_of): none before those of the last call, or the
+        last account.
 
-        kind: index into deck.kinds; partner: the other ball, the number of blade, end wall or copy, or -1; position [m] and
-        normal, into the ball `ball`, in the laboratory; dissipation [J]: its normal part."""
+        kind: index into deck.kinds; partner: the other ball, the number of blade, end wall or copy, or -1; position
+        [m] and normal, into the ball `ball`, in the laboratory; dissipation [J]: its normal part."""
         for first in range(0, len(rows), MOST):
             part = np.ascontiguousarray(rows[first : first + MOST], IMPACT)
             self._record("impacts", part.view(np.uint8))
@@ -144,7 +147,8 @@ class Digest(contextlib.AbstractContextManager):
         self._check()
 
     def close(self):
-        """Without an end: the run has failed; its file is as it was told so far. Nothing is awaited but the engine's end."""
+        """Without an end: the run has failed; its file is as it was told so far. Nothing is awaited but the engine's
+        end."""
         with contextlib.suppress(BrokenPipeError):
             self.engine.stdin.close()
         self.engine.wait()

@@ -1,8 +1,9 @@
-"""The bodies of a mill as triangles, each in the frame of the motion that carries it: what pictures, player and exports are made
-from. They come from /VTKHDF, which every finished run has; of another its deck is run for no time, with one ball.
+"""The bodies of a mill as triangles, each in the frame of the motion that carries it: what pictures, player and exports
+are made from. They come from /VTKHDF, which every finished run has; of another its deck is run for no time, with one
+ball.
 
-A pose is an array (3, 4): a point p of a motion's frame is at pose[:, :3] @ p + pose[:, 3] in the laboratory. Triangles (T, 3, 3)
-are counter-clockwise seen from outside of the body; a container's from outside of the mill.
+A pose is an array (3, 4): a point p of a motion's frame is at pose[:, :3] @ p + pose[:, 3] in the laboratory.
+Triangles (T, 3, 3) are counter-clockwise seen from outside of the body; a container's from outside of the mill.
 """
 
 import contextlib
@@ -40,8 +41,8 @@ _KEPT = weakref.WeakKeyDictionary()  # the Mill of every open run that was asked
 
 
 def moved(pose, points):
-    """Points (..., 3) of a motion's frame in the laboratory; corners that meet stay the same to the bit, as matrix products need
-    not keep them."""
+    """Points (..., 3) of a motion's frame in the laboratory; corners that meet stay the same to the bit, as matrix
+    products need not keep them."""
     x, y, z = np.moveaxis(points, -1, 0)
     return np.stack([a * x + b * y + c * z + d for a, b, c, d in pose], axis=-1)
 
@@ -81,8 +82,8 @@ class Body:
 
 @contextlib.contextmanager
 def bare(text, time=0.0):
-    """The Run of a deck, as `millsim --check` prints it, with one ball of each kind: frame 0 is its bodies at t = 0, and frame 1
-    at `time` [s]."""
+    """The Run of a deck, as `millsim --check` prints it, with one ball of each kind: frame 0 is its bodies at t = 0,
+    and frame 1 at `time` [s]."""
     step = time if time > 0 else INSTANT
     changes = rerun.frames_only(step, step)
     changes["balls.start"] = "random"
@@ -136,7 +137,8 @@ class Mill:
 
     @functools.cached_property
     def glass(self) -> np.ndarray:
-        """Of these what is drawn: the round ones. Flat walls would only dim what is behind them; bars show where they end."""
+        """Of these what is drawn: the round ones. Flat walls would only dim what is behind them; bars show where
+        they end."""
         normal, area = facing(self.shell)
         away = np.einsum("ij,ij->i", normal, self.shell[:, 0]) / self.size
         _, plane = np.unique(np.round(np.column_stack([normal, away]), 3), axis=0, return_inverse=True)
@@ -176,7 +178,8 @@ class Mill:
         return poses.get(motion, STILL)
 
     def swept(self, poses) -> np.ndarray:
-        """Points (K, 3) [m] between which the container, with what it carries, is where motions are at one of `poses`."""
+        """Points (K, 3) [m] between which the container, with what it carries, is where motions are at one of
+        `poses`."""
         where = [self.pose(self.carrier, one) for one in poses] or [STILL]
         where = np.unique(np.round(where, 12), axis=0)
         aboard = [b.triangles for b in self.inner if self.carrier and b.motion == self.carrier]
@@ -248,7 +251,8 @@ def outline(points):
 
 
 def outermost(points):
-    """Of points (N, 3) those farthest along one of many directions: along the axes they reach as far as all do, else within 0.5 %."""
+    """Of points (N, 3) those farthest along one of many directions: along the axes they reach as far as all do, else
+    within 0.5 %."""
     points = np.unique(points, axis=0)
     far = [np.argmax(points @ some.T, axis=0) for some in np.array_split(DIRECTIONS, 20)]
     return points[np.unique(np.concatenate(far))]

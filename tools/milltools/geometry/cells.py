@@ -1,7 +1,8 @@
-"""Cells of millsim's maps, and balls spread over them: how much of a cell is within the drum, and where the balls of a frame are.
+"""Cells of millsim's maps, and balls spread over them: how much of a cell is within the drum, and where the balls of a
+frame are.
 
-The file has the maps of the whole window; those of parts of it, from frames, say how sure they are (compare/map_deviation.py). Rules and
-order of sums are those of src/observe/maps.c and maps_sample.c. SI throughout.
+The file has the maps of the whole window; those of parts of it, from frames, say how sure they are
+(compare/map_deviation.py). Rules and order of sums are those of src/observe/maps.c and maps_sample.c. SI throughout.
 """
 
 import functools
@@ -91,7 +92,8 @@ def _sub_points(profile, rings):
 
 
 class Maps:
-    """The cross-section (y, z) and the axial map (x, r) of a drum with a milltools.geometry.profile.Profile, `length` [m] long; `rings` of r."""
+    """The cross-section (y, z) and the axial map (x, r) of a drum with a milltools.geometry.profile.Profile,
+    `length` [m] long; `rings` of r."""
 
     def __init__(self, profile, length, rings=RINGS):
         radius = profile.outermost

@@ -1,16 +1,16 @@
 """The drum's inner cross-section, circle or wavy: its arcs, outline, area, and how far a point is from it.
 
-A wavy profile (Figure 6 of the paper that `drum.profile = wavy` follows; docs/deck.md has the keys) is 2n circular arcs of
-one radius rho, bulging outwards and inwards in turn, tangent where they join, between the radii R + h and R - h.
-Centres lie at R - u (outer arcs) and R + u (inner arcs), pi/n apart; that neighbours touch, 2 rho = |C_i - C_o| with
-rho = u + h, gives
+A wavy profile (Figure 6 of the paper that `drum.profile = wavy` follows; docs/deck.md has the keys) is 2n circular
+arcs of one radius rho, bulging outwards and inwards in turn, tangent where they join, between the radii R + h and R
+- h. Centres lie at R - u (outer arcs) and R + u (inner arcs), pi/n apart; that neighbours touch, 2 rho = |C_i - C_o|
+with rho = u + h, gives
 
     (1 - c) u^2 + 4 h u + 2 h^2 - (1 - c) R^2 = 0,    c = cos(pi/n),
 
 and u is its larger root: the only one with rho > 0. It is positive up to h = R sin(pi/2n); beyond, bulges overhang.
-The polygon of the centres with the outer sectors added and the inner ones taken away has the area
-n (R^2 - u^2) sin(pi/n) + pi rho^2. This is written from that formula alone, without the engine's code: the tests hold
-the two against each other.
+The polygon of the centres with the outer sectors added and the inner ones taken away has the area n (R^2 - u^2)
+sin(pi/n) + pi rho^2. This is written from that formula alone, without the engine's code: the tests hold the two
+against each other.
 """
 
 import dataclasses
@@ -41,12 +41,14 @@ class Arc:
 
 @dataclasses.dataclass(unsafe_hash=True)
 class Profile:
-    """Drum of `radius` R with n `buckles` of `height` h [m], one outermost point at `angle` [rad]; a circle if h = 0 or n = 0.
+    """Drum of `radius` R with n `buckles` of `height` h [m], one outermost point at `angle` [rad]; a circle if h = 0 or
+    n = 0.
 
-    What follows: `outermost` and `innermost`, the wall's largest and smallest distance from the axis; `step`, the angle between
-    neighbouring centres, seen from the axis; `offset`, u; `arc_radius`, rho; `halves`, half of the angle of an outer and of an inner
-    arc, seen from its centre; `neck`, half of the narrowest width of a bulge, or of what lies between two, whichever is less,
-    infinite where neither narrows, not positive where the formula has no profile; `area` [m^2] and `length`, all the way around."""
+    What follows: `outermost` and `innermost`, the wall's largest and smallest distance from the axis; `step`, the
+    angle between neighbouring centres, seen from the axis; `offset`, u; `arc_radius`, rho; `halves`, half of the
+    angle of an outer and of an inner arc, seen from its centre; `neck`, half of the narrowest width of a bulge, or
+    of what lies between two, whichever is less, infinite where neither narrows, not positive where the formula has
+    no profile; `area` [m^2] and `length`, all the way around."""
 
     radius: float
     buckles: int = 0
@@ -131,8 +133,8 @@ class Profile:
         return found
 
     def outline(self, tolerance=None) -> np.ndarray:
-        """Closed polygon (N, 2) of (y, z) [m] with its corners on the wall, counter-clockwise, the last one not the first
-        again; nowhere farther from the wall than `tolerance` [m] (default: R/2000)."""
+        """Closed polygon (N, 2) of (y, z) [m] with its corners on the wall, counter-clockwise, the last one not the
+        first again; nowhere farther from the wall than `tolerance` [m] (default: R/2000)."""
         tolerance = self.radius / 2000 if tolerance is None else tolerance
         if not tolerance > 0:
             raise ValueError(f"tolerance {tolerance} m: expected more than 0")
@@ -148,10 +150,11 @@ class Profile:
     # ---- distances
 
     def gap(self, y, z, radius=0.0) -> np.ndarray:
-        """Distance [m] of a ball's surface from the wall, < 0: it is in the wall by that much. Its centre (y, z), arrays.
+        """Distance [m] of a ball's surface from the wall, < 0: it is in the wall by that much. Its centre (y, z),
+        arrays.
 
-        The profile is its own mirror image at the ray through each centre, so the nearest point of the wall lies between
-        the same two rays as the ball: half an outer and half an inner arc are all there is to look at."""
+        The profile is its own mirror image at the ray through each centre, so the nearest point of the wall lies
+        between the same two rays as the ball: half an outer and half an inner arc are all there is to look at."""
         y, z = np.broadcast_arrays(np.asarray(y, float), np.asarray(z, float))
         away = np.hypot(y, z)
         if self.circle:

@@ -48,8 +48,8 @@ class OtherRun(UserError):
 
 @contextlib.contextmanager
 def again(run, until, interval=0.0, impacts=False, watch=None):
-    """The Run that comes of running a run's deck again to `until` [s], with frames every `interval` [s]
-    (0: none) and, if asked for, all impacts; its file is gone afterwards. `watch(line)` gets millsim's own lines of progress.
+    """The Run that comes of running a run's deck again to `until` [s], with frames every `interval` [s] (0: none) and,
+    if asked for, all impacts; its file is gone afterwards. `watch(line)` gets millsim's own lines of progress.
 
     UserError if millsim fails, OtherRun if that is not the same run up to then."""
     folder = tempfile.gettempdir()

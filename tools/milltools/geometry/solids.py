@@ -1,7 +1,7 @@
 """The mill's bodies as triangles: drum, end walls, shaft, blades, each closed, seen counter-clockwise from outside.
 
-A body is an array (T, 3, 3): triangles, their corners, (x, y, z) in m. Corners that meet are the same numbers to the bit, so
-that readers can join them; they lie on the true surface, and no flat is farther from it than a tolerance.
+A body is an array (T, 3, 3): triangles, their corners, (x, y, z) in m. Corners that meet are the same numbers to the
+bit, so that readers can join them; they lie on the true surface, and no flat is farther from it than a tolerance.
 """
 
 import math
@@ -56,8 +56,8 @@ def _cross(a, b, c):
 
 
 def triangulate(polygon):
-    """Triangles (N - 2, 3), indices into a polygon (N, 2) that runs counter-clockwise and may touch itself along a bridge
-    to a hole: ears are cut off one by one (G. H. Meisters, Am. Math. Monthly 82, 648, 1975)."""
+    """Triangles (N - 2, 3), indices into a polygon (N, 2) that runs counter-clockwise and may touch itself along a
+    bridge to a hole: ears are cut off one by one (G. H. Meisters, Am. Math. Monthly 82, 648, 1975)."""
     left, ears = list(range(len(polygon))), []
     at, failed = 0, 0
     while len(left) > 3:
@@ -120,9 +120,9 @@ def _merged(outline, least):
 
 
 def parts(deck, tolerance, thickness) -> dict[str, list[np.ndarray]]:
-    """The closed bodies of each of PARTS, as at t = 0. The drum: a tube, inside the profile, outside a circle `thickness` [m] beyond
-    its outermost point; the end walls: discs that close it; the shaft, from end wall to end wall, where there is one; the blades:
-    boxes from within the shaft to their tips."""
+    """The closed bodies of each of PARTS, as at t = 0. The drum: a tube, inside the profile, outside a circle
+    `thickness` [m] beyond its outermost point; the end walls: discs that close it; the shaft, from end wall to end
+    wall, where there is one; the blades: boxes from within the shaft to their tips."""
     profile, half, radius = Profile.of(deck.value), deck.number("drum.length") / 2, deck.shaft_radius
     hole = profile.outline(tolerance)
     # an arc starts half its angle before its middle: begin at an outermost point, where the outer circle is near

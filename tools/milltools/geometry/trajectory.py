@@ -1,10 +1,10 @@
 """The state of all balls at any time, from the frames a run has stored.
 
-Between two impacts a ball flies on a parabola. The stored states on both sides of a gap give one forward from the earlier frame
-and one backward from the later. Where the two agree the ball touched nothing in between; where they cross in one
-point it touched something once, there, at a time that solves exactly, since gravity is the same in both and
-drops out of their difference. In either case the flight is known. A ball that touched more than once is not: it gets
-the cubic that fits both states, and is counted.
+Between two impacts a ball flies on a parabola. The stored states on both sides of a gap give one forward from the
+earlier frame and one backward from the later. Where the two agree the ball touched nothing in between; where they
+cross in one point it touched something once, there, at a time that solves exactly, since gravity is the same in both
+and drops out of their difference. In either case the flight is known. A ball that touched more than once is not: it
+gets the cubic that fits both states, and is counted.
 """
 
 import dataclasses
@@ -23,8 +23,8 @@ SAME_TIME = 1e-9  # [s] nothing moves visibly in it
 
 @dataclasses.dataclass(frozen=True)
 class State:
-    """All balls at a `time` [s]: position [m], velocity [m/s], angular_velocity [rad/s], each (N, 3) float64, for some pictures
-    one more `value` of each ball (N,); `poses` of the motions, as Run.poses gives them."""
+    """All balls at a `time` [s]: position [m], velocity [m/s], angular_velocity [rad/s], each (N, 3) float64, for some
+    pictures one more `value` of each ball (N,); `poses` of the motions, as Run.poses gives them."""
 
     time: float
     position: np.ndarray
@@ -88,8 +88,8 @@ class Bounds:
 class Flights:
     """The flights of all balls between two states `a` and `b`.
 
-    `contact` (N,) is when a ball touched something, in seconds after `a`: infinite if nothing; `unknown` (N,) bool tells
-    where more than one contact leaves the flight open."""
+    `contact` (N,) is when a ball touched something, in seconds after `a`: infinite if nothing; `unknown` (N,) bool
+    tells where more than one contact leaves the flight open."""
 
     def __init__(self, a: State, b: State, mill: Bounds):
         self.a, self.b, self.mill = a, b, mill

@@ -1,5 +1,5 @@
-"""What holds the balls, in its own frame (x along its axis): its outlines in the two views of the maps, and how much of a map's
-cell is within it. A drum is known in closed form; of a body the triangles of its surface tell."""
+"""What holds the balls, in its own frame (x along its axis): its outlines in the two views of the maps, and how much of
+a map's cell is within it. A drum is known in closed form; of a body the triangles of its surface tell."""
 
 import numpy as np
 from matplotlib.patches import Polygon
@@ -27,8 +27,9 @@ def axes(runs) -> dict[str, str]:
 
 
 class _Vessel:
-    """`low`, `high`: its ends along x; `outermost`: its largest distance from the axis [m]; `radial` (N, 2): its outline over (x, r)
-    and `across` (M, 2) over (y, z); `noise`: a cells.Maps with the file's cells, None where there is none."""
+    """`low`, `high`: its ends along x; `outermost`: its largest distance from the axis [m]; `radial` (N, 2): its
+    outline over (x, r) and `across` (M, 2) over (y, z); `noise`: a cells.Maps with the file's cells, None where
+    there is none."""
 
     noise = None
 

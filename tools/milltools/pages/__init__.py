@@ -46,7 +46,8 @@ def environment(*folders) -> jinja2.Environment:
 
 
 def embedded(figure, dots: int = 150) -> str:
-    """A matplotlib figure as a data address: of an SVG, or of a PNG of so many dots per inch where an SVG would be a large one."""
+    """A matplotlib figure as a data address: of an SVG, or of a PNG of so many dots per inch where an SVG would be a
+    large one."""
     import matplotlib  # not every page has figures
 
     for kind, mime, told in (("svg", "svg+xml", {"Date": None}), ("png", "png", None)):

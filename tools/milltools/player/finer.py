@@ -1,8 +1,8 @@
 """Frames close enough together that the player turns instead of jumping.
 
-Stored frames are often so far apart that the rotor turns by a sixth of a revolution and a ball collides forty times from one
-to the next. So the deck is run again for the last stretch of the run (rerun.py: the same bits, and held against
-the file), if that is cheap; else the stored frames are shown.
+Stored frames are often so far apart that the rotor turns by a sixth of a revolution and a ball collides forty times
+from one to the next. So the deck is run again for the last stretch of the run (rerun.py: the same bits, and held
+against the file), if that is cheap; else the stored frames are shown.
 """
 
 import contextlib
@@ -45,8 +45,8 @@ class Finer:
 
 
 def interval(run) -> float:
-    """How far frames may be apart [s]: 1, 2 or 5 times a power of ten, in which the slowest motion goes by no more than TURN of
-    its period and a ball of usual speed moves by no more than its diameter. Infinite where nothing moves."""
+    """How far frames may be apart [s]: 1, 2 or 5 times a power of ten, in which the slowest motion goes by no more than
+    TURN of its period and a ball of usual speed moves by no more than its diameter. Infinite where nothing moves."""
     speed = np.linalg.norm(run.frame(len(run.frame_times()) - 1, "velocity").astype(float), axis=1)
     usual = math.sqrt(float((speed**2).mean()))
     limits = [TURN * run.period] if math.isfinite(run.period) else []
@@ -80,8 +80,8 @@ def _too_dear(run, until, step):
 
 @contextlib.contextmanager
 def frames_of(run, most_bytes, wanted, say, watch):
-    """The run itself, or, where its frames are too far apart, a Finer one. `wanted`: one of report.RERUN; say(line) tells the user,
-    watch(line) gets the progress."""
+    """The run itself, or, where its frames are too far apart, a Finer one. `wanted`: one of report.RERUN; say(line)
+    tells the user, watch(line) gets the progress."""
     times = run.frame_times()
     step = interval(run) if wanted != "never" else math.inf
     stored = float(np.median(np.diff(times))) if len(times) > 1 else math.inf

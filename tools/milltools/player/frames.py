@@ -1,9 +1,11 @@
-"""The frames of a run as the 3D player of the report gets them: few enough, small, and in bytes a browser unpacks itself.
+"""The frames of a run as the 3D player of the report gets them: few enough, small, and in bytes a browser unpacks
+itself.
 
 Frames are chosen by a stride so that the whole fits the room there is; of very many balls every k-th is taken. A
-position is three uint16 in the box around all that the container sweeps, so it is off by half a step at most: (upper - lower) / 131070,
-1.2 um in a drum of 150 mm, 2 um up to 262 mm. What balls are coloured by is one uint8 each, the 256th of
-0..limit that it lies in; what is beyond the limit counts as the last one. A frame of n balls is 9 n bytes, one plane of n bytes after the other:
+position is three uint16 in the box around all that the container sweeps, so it is off by half a step at most: (upper
+- lower) / 131070, 1.2 um in a drum of 150 mm, 2 um up to 262 mm. What balls are coloured by is one uint8 each, the
+256th of 0..limit that it lies in; what is beyond the limit counts as the last one. A frame of n balls is 9 n bytes,
+one plane of n bytes after the other:
 
     x high, x low, y high, y low, z high, z low,     of zigzag(position - position in the frame before)
     speed, spin, energy
@@ -55,7 +57,8 @@ def planned(run) -> Packed:
 
 
 def pack(run, room: int) -> Packed:
-    """The frames of a milltools.read.runfile.Run in at most `room` bytes of data, but one frame of one ball at least."""
+    """The frames of a milltools.read.runfile.Run in at most `room` bytes of data, but one frame of one ball at
+    least."""
     count, balls = _counts(run)
     room = max(room, 1)
     wanted = PRICE * balls * min(count, FEWEST_FRAMES)
@@ -127,7 +130,8 @@ def _pack(run, index, chosen):
 
 
 def quantise(position, lower, upper):
-    """Positions (n, 3) [m] as uint16 steps of (upper - lower) / 65535 from lower; what lies outside is put on the box."""
+    """Positions (n, 3) [m] as uint16 steps of (upper - lower) / 65535 from lower; what lies outside is put on the
+    box."""
     share = (position - lower) / (upper - lower)
     return np.rint(np.clip(share, 0, 1) * 65535).astype(np.uint16)
 

@@ -95,7 +95,8 @@ def cite(run) -> list[str]:
 
 @dataclasses.dataclass(frozen=True)
 class Picture:
-    """A figure of milltools.figures as SVG that is part of a page; `svg` is empty where it cannot be drawn; then `why` says so."""
+    """A figure of milltools.figures as SVG that is part of a page; `svg` is empty where it cannot be drawn; then
+    `why` says so."""
 
     name: str
     title: str
@@ -130,8 +131,9 @@ def drawing(paths: list[str]):
 
 @contextlib.contextmanager
 def painter(runs: list[Run]):
-    """A function of a Progress that gives every figure by its name, of open `runs` together. They take most of a page's time,
-    so a second process begins some while this one is busy with the balls. What it does not finish is drawn here."""
+    """A function of a Progress that gives every figure by its name, of open `runs` together. They take most of a page's
+    time, so a second process begins some while this one is busy with the balls. What it does not finish is drawn
+    here."""
     names, begun = figure_names(), {}
     worth_it = processes.cores() > 1 and any(not run.unsampled for run in runs)
 

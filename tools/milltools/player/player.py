@@ -37,8 +37,8 @@ def no_frames(run) -> str:
 
 
 def fragment(run, most_bytes: int = 6_000_000, still: bytes | None = None) -> str:
-    """The player of a milltools.read.runfile.Run as HTML, at most `most_bytes` long if that can be (frames are left out,
-    then balls); `still`: a PNG for where it cannot be drawn. The page needs scripts() once."""
+    """The player of a milltools.read.runfile.Run as HTML, at most `most_bytes` long if that can be (frames are left
+    out, then balls); `still`: a PNG for where it cannot be drawn. The page needs scripts() once."""
     why = no_frames(run)
     if why:
         return _template("player.html").render(still=_text(still), why=why, head=None, caption="")
@@ -62,9 +62,11 @@ def scripts() -> str:
 
 
 def policy(*others: str) -> str:
-    """The Content-Security-Policy of a page with players: nothing is loaded from anywhere, only our scripts and the `others` run.
+    """The Content-Security-Policy of a page with players: nothing is loaded from anywhere, only our scripts and the
+    `others` run.
 
-    Scripts are allowed by their hash: were something of a deck ever to come through unescaped, it would still not be executed."""
+    Scripts are allowed by their hash: were something of a deck ever to come through unescaped, it would still not be
+    executed."""
     hashes = [base64.b64encode(hashlib.sha256(text.encode()).digest()).decode() for text in (*_scripts(), *others)]
     run = " ".join(f"'sha256-{one}'" for one in hashes)
     return (
@@ -213,8 +215,8 @@ def _quantity(name, limit):
 
 
 def _speeds(interval, rate):
-    """(value, words, whether it is chosen): simulated seconds a second, from one to thirty frames a second, some `rate` of
-    them chosen."""
+    """(value, words, whether it is chosen): simulated seconds a second, from one to thirty frames a second, some `rate`
+    of them chosen."""
     if interval <= 0:
         return [("1", "1", False)]
     factors = [m * 10.0**p for p in range(-9, 4) for m in (1, 2, 5)]

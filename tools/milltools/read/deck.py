@@ -35,8 +35,8 @@ class Species:
 
 @dataclasses.dataclass(frozen=True)
 class Blade:
-    """A box on the rotor: `position` of its centre along x [m], `angle` at t = 0 from +y to +z [rad], reach `tip_radius` from
-    the axis, `width` along and `thickness` around it [m], `pitch` [rad]."""
+    """A box on the rotor: `position` of its centre along x [m], `angle` at t = 0 from +y to +z [rad], reach
+    `tip_radius` from the axis, `width` along and `thickness` around it [m], `pitch` [rad]."""
 
     position: float
     angle: float
@@ -56,8 +56,8 @@ def _ask(path, overrides, *options):
 
 
 class Deck:
-    """A deck in SI. `text` is the full deck as `millsim --check` prints it, `sections` its entries as texts: those of the text where
-    none are given. `place` names a value in messages, as in "mill.h5: damaged: /deck/drum/radius"."""
+    """A deck in SI. `text` is the full deck as `millsim --check` prints it, `sections` its entries as texts: those of
+    the text where none are given. `place` names a value in messages, as in "mill.h5: damaged: /deck/drum/radius"."""
 
     def __init__(self, text, path=None, overrides=(), sections=None, place="{path}: [{section}] {key}"):
         self.text, self.path, self.overrides, self.place = text, path, tuple(overrides), place
@@ -79,7 +79,8 @@ class Deck:
         return cls(_ask(path, overrides, "--check", "--quiet"), path, overrides)
 
     def start(self):
-        """Start state of the balls as millsim makes it, to the bit: place [m], velocity [m/s], spin [rad/s], (N, 3) each."""
+        """Start state of the balls as millsim makes it, to the bit: place [m], velocity [m/s], spin [rad/s], (N, 3)
+        each."""
         with tempfile.TemporaryDirectory(prefix="mill-") as folder:
             file = pathlib.Path(folder) / "start.txt"
             _ask(self.path, self.overrides, "--export-start", file)

@@ -1,5 +1,5 @@
-"""An HDF5 file that may come from anybody, read so that it does no harm: it leads to no other file, nothing larger is read than it
-can hold, and whatever HDF5 or h5py make of damaged bytes is a UserError, "FILE: damaged: /path: ...".
+"""An HDF5 file that may come from anybody, read so that it does no harm: it leads to no other file, nothing larger is
+read than it can hold, and whatever HDF5 or h5py make of damaged bytes is a UserError, "FILE: damaged: /path: ...".
 """
 
 import contextlib
@@ -212,8 +212,8 @@ class Store(contextlib.AbstractContextManager):
             raise ValueError(f"in pieces of {chunk} bytes")
 
     def _look_at_chunks(self, thing):
-        """Bytes of all chunks and of the largest one as they are stored; ValueError where one is more when unpacked than it should be:
-        HDF5 unpacks it all before it looks."""
+        """Bytes of all chunks and of the largest one as they are stored; ValueError where one is more when unpacked
+        than it should be: HDF5 unpacks it all before it looks."""
         sizes, suspects = [], []
         whole = math.prod(thing.chunks) * thing.dtype.itemsize
 
@@ -243,7 +243,8 @@ class Store(contextlib.AbstractContextManager):
         return shape[0]
 
     def read(self, path: str, index=(), why: str = ""):
-        """The dataset at a path, or its part `index`: arrays as numpy's, texts as str. Missing: UserError, with `why`."""
+        """The dataset at a path, or its part `index`: arrays as numpy's, texts as str. Missing: UserError, with
+        `why`."""
         thing = self.dataset(path, why)
         keys = index if isinstance(index, tuple) else (index,)
         with self._reading(path):
@@ -259,7 +260,8 @@ class Store(contextlib.AbstractContextManager):
     # ---- attributes
 
     def attribute(self, path: str, name: str, default=None):
-        """An attribute: a number, a str, or an array of these, of the kind that the default is; the default where there is none."""
+        """An attribute: a number, a str, or an array of these, of the kind that the default is; the default where
+        there is none."""
         thing = self.find(path)
         with self._reading(path):
             if thing is None or name not in thing.attrs:

@@ -11,9 +11,9 @@ ENERGIES = ("normal_energy", "total_energy", "dissipated_energy")
 
 @dataclasses.dataclass(frozen=True)
 class Histogram:
-    """Impacts by speed or energy: `edges` [m/s] or [J] (n + 1,), `count` (n,), `dissipation` [J] (n,; NaN where it is not known),
-    what lies outside them (number, and energy), and `part`: "all" of the energy, or only its "normal" part (programs that
-    cannot tell the rest per impact)."""
+    """Impacts by speed or energy: `edges` [m/s] or [J] (n + 1,), `count` (n,), `dissipation` [J] (n,; NaN where it is
+    not known), what lies outside them (number, and energy), and `part`: "all" of the energy, or only its "normal"
+    part (programs that cannot tell the rest per impact)."""
 
     edges: np.ndarray
     count: np.ndarray
@@ -25,8 +25,8 @@ class Histogram:
     dissipation_overflow: float = 0.0
 
     def above(self, speed: float) -> float:
-        """Number of impacts at or above a speed [m/s] or energy [J]; exact if it is an edge, else log-linear within its bin;
-        below the first edge all of them."""
+        """Number of impacts at or above a speed [m/s] or energy [J]; exact if it is an edge, else log-linear within its
+        bin; below the first edge all of them."""
         upper = np.searchsorted(self.edges, speed * (1 - 1e-9), side="left")  # first edge at or above
         if upper >= len(self.edges):
             return float(self.overflow)

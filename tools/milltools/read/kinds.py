@@ -1,4 +1,5 @@
-"""The kinds of contact that every file counts, in its order, and what kinds are called. A mill of bodies has more: `Run.kinds`."""
+"""The kinds of contact that every file counts, in its order, and what kinds are called. A mill of bodies has more:
+`Run.kinds`."""
 
 KINDS = ("ball_ball", "ball_drum", "ball_wall", "ball_shaft", "ball_blade")
 

@@ -133,8 +133,8 @@ class Run(Store):
 
     @property
     def cost(self) -> float:
-        """CPU seconds per simulated second: what the program says of itself (/run/price), else from its CPU time; NaN if
-        the run has not begun."""
+        """CPU seconds per simulated second: what the program says of itself (/run/price), else from its CPU time; NaN
+        if the run has not begun."""
         if self.has("run/price"):
             return float(self.read("run/price"))
         return float(self.read("run/cpu_time")) / self.time if self.time > 0 else float("nan")
@@ -159,7 +159,8 @@ class Run(Store):
         return self.read("deck/text") if self.has("deck/text") else ""
 
     def text(self, path: str, default: str | None = None) -> str:
-        """A value of the deck as its text, path as in "drum/profile"; the default, if one is given, where it is not there."""
+        """A value of the deck as its text, path as in "drum/profile"; the default, if one is given, where it is not
+        there."""
         found = self.as_deck.value(path.replace("/", "."), default)
         if found is None:
             raise UserError(f"{self.path}: has no /deck/{path}")
@@ -171,7 +172,8 @@ class Run(Store):
         return np.array(self.as_deck.numbers(path.replace("/", ".")))
 
     def quantity(self, path: str, default: float | None = None) -> float:
-        """A value of the deck as a number [SI], as in "drum/radius"; the default, if one is given, where it is not there."""
+        """A value of the deck as a number [SI], as in "drum/radius"; the default, if one is given, where it is not
+        there."""
         if default is None:
             self.text(path)
         return self.as_deck.number(path.replace("/", "."), default)
@@ -208,7 +210,8 @@ class Run(Store):
         return self.text(f"body.{self.vessel}/motion" if self.vessel else "drum/motion", "")
 
     def vessel_frame(self) -> np.ndarray:
-        """The container's own frame, x along its axis, as a pose (3, 4) in the frame of its motion: the frame of the maps."""
+        """The container's own frame, x along its axis, as a pose (3, 4) in the frame of its motion: the frame of the
+        maps."""
         if not self.vessel:
             return np.eye(3, 4)
         place = f"body.{self.vessel}"
@@ -233,7 +236,8 @@ class Run(Store):
 
     @functools.cached_property
     def kinds(self) -> tuple[str, ...]:
-        """Kinds of contact, those that every file counts first; of these what the mill has surfaces of, or what was met."""
+        """Kinds of contact, those that every file counts first; of these what the mill has surfaces of, or what was
+        met."""
         places = ("statistics/impacts", "run/events/collisions", "observables/collisions")
         names = next((set(found) for place in places if (found := self.names(place))), set(KINDS))
         order = [self.as_deck.kind_of(name) for name in self.as_deck.bodies]
@@ -277,7 +281,8 @@ class Run(Store):
 
     @property
     def period(self) -> float:
-        """After which the slowest motion repeats [s]; infinite where nothing moves, or where the deck does not say it."""
+        """After which the slowest motion repeats [s]; infinite where nothing moves, or where the deck does not say
+        it."""
         found = [2 * math.pi / abs(self.rotor_speed)] if self.rotor_speed else []
         for name in self.as_deck.named("motion"):
             speed, rate = (abs(self.quantity(f"motion.{name}/{k}", 0.0)) for k in ("speed", "frequency"))  # fmt: skip
@@ -293,8 +298,8 @@ class Run(Store):
         return self.poses(0)
 
     def poses(self, index: int) -> dict[str, np.ndarray]:
-        """Where motions have brought their frames in a stored frame, by name: (3, 4), a point p of a motion's frame is at
-        pose[:, :3] @ p + pose[:, 3]."""
+        """Where motions have brought their frames in a stored frame, by name: (3, 4), a point p of a motion's frame is
+        at pose[:, :3] @ p + pose[:, 3]."""
         names = self.names("observables/pose")
         if not names:  # a file that does not tell
             return self.rotor_pose(self.frame_time(index))
@@ -320,8 +325,8 @@ class Run(Store):
         return self.read(f"observables/{name}/time"), value
 
     def series_names(self) -> list[str]:
-        """All time series, as in "dissipation/ball_drum": those of the whole mill first, then by kind; not the poses, which go
-        with the frames."""
+        """All time series, as in "dissipation/ball_drum": those of the whole mill first, then by kind; not the poses,
+        which go with the frames."""
         paths = (path.split("/")[1:] for path in self.paths("observables"))
         found = {"/".join(parts[:-1]) for parts in paths if parts[-1] == "value" and parts[0] != "pose"}
         empty = self.absent
@@ -368,8 +373,8 @@ class Run(Store):
         return self.read(f"statistics/{path}", why="" if self.has_statistics else "no statistics yet")
 
     def standard_error(self, path: str) -> float:
-        """Of a scalar under /statistics, in its unit, as the run tells it: value +- 1.96 times this is its 95 % interval;
-        NaN if it does not tell."""
+        """Of a scalar under /statistics, in its unit, as the run tells it: value +- 1.96 times this is its 95 %
+        interval; NaN if it does not tell."""
         rate = RATE.fullmatch(path)
         name = f"rate/{rate[1]}" if rate else PRECISION.get(path)
         for place in ([f"precision/{name}/standard_error"] if name else []) + [f"{path}_error"]:
@@ -389,8 +394,9 @@ class Run(Store):
     def histogram(
         self, row: str, group: str = "impacts", speed: str = "normal_speed", species: Any = None
     ) -> Histogram:
-        """Impacts (or `strikes`) of a kind or "all" by "normal_speed" or "tangential_speed" [m/s]; impacts by "normal_energy",
-        "total_energy" or "dissipated_energy" [J], these also of one `species`, a name, or of a pair of balls, two names."""
+        """Impacts (or `strikes`) of a kind or "all" by "normal_speed" or "tangential_speed" [m/s]; impacts by
+        "normal_energy", "total_energy" or "dissipated_energy" [J], these also of one `species`, a name, or of a pair
+        of balls, two names."""
         if speed in ENERGIES:
             return by_energy(self, row, group, speed.removesuffix("_energy"), species)
         if species is not None:

@@ -12,7 +12,8 @@ AT_ONCE = 2000  # values on one command line
 
 @dataclasses.dataclass(frozen=True)
 class Value:
-    """One value of a deck key: `text` is its SI number (or word, or file name) as text that reads back to the same bits."""
+    """One value of a deck key: `text` is its SI number (or word, or file name) as text that reads back to the same
+    bits."""
 
     key: str  # section.key
     kind: str  # number, whole, choice, vector or file
@@ -40,7 +41,8 @@ def order(key, text, unit) -> str:
 
 
 def tell(orders) -> list[Value]:
-    """What each "section.key=text" is. A wrong one is millsim's own line as a UserError: "[rotor] speed: expected ..."."""
+    """What each "section.key=text" is. A wrong one is millsim's own line as a UserError: "[rotor] speed: expected
+    ..."."""
     found, orders = [], list(orders)
     for start in range(0, len(orders), AT_ONCE):
         try:
@@ -54,8 +56,8 @@ def tell(orders) -> list[Value]:
 
 
 def seconds(asked: dict, negative: bool = False) -> list:
-    """[s] of options' texts {"--from": "120 ms", "--to": None}, in their order; a plain number is in seconds, None stays None.
-    A wrong one, or one below 0 unless `negative`, is a UserError that names its option."""
+    """[s] of options' texts {"--from": "120 ms", "--to": None}, in their order; a plain number is in seconds, None
+    stays None. A wrong one, or one below 0 unless `negative`, is a UserError that names its option."""
     return _read(asked, "output.frames", "a time such as '120 ms'", negative)
 
 

@@ -1,4 +1,5 @@
-"""What VTK draws: balls, rotor, rims, glass; light, shade, and the way to the pixels. Imported after window.choose()."""
+"""What VTK draws: balls, rotor, rims, glass; light, shade, and the way to the pixels. Imported after
+window.choose()."""
 
 import math
 
@@ -36,8 +37,8 @@ def _renderer(window, **settings):
 
 
 class Eye:
-    """What the camera sees, in `count` x `count` tiles of the window's size: what VTK holds for a pixel is many times what the
-    finished picture does. `background`: colours below and above."""
+    """What the camera sees, in `count` x `count` tiles of the window's size: what VTK holds for a pixel is many times
+    what the finished picture does. `background`: colours below and above."""
 
     def __init__(self, window, tile, count, background):
         self._window, self._tile, self._count, self._background = window, tile, count, np.array(background)
@@ -55,8 +56,8 @@ class Eye:
         return View(camera, tuple(self._count * side for side in self._tile), clipping)
 
     def tiles(self):
-        """Draws tile by tile: (rows, columns) as slices, colours (h, w, 3) uint8 and depth buffer (h, w) of each, top row
-        first; views of VTK's arrays."""
+        """Draws tile by tile: (rows, columns) as slices, colours (h, w, 3) uint8 and depth buffer (h, w) of each, top
+        row first; views of VTK's arrays."""
         width, height = self._tile
         for row in range(self._count):
             for column in range(self._count):
@@ -162,8 +163,8 @@ def place(actor, pose):
 
 
 class Glass:
-    """The container's walls: clear where they are looked through, denser where they are seen edge on, as glass is. `actors`: their
-    far side, then their near side."""
+    """The container's walls: clear where they are looked through, denser where they are seen edge on, as glass is.
+    `actors`: their far side, then their near side."""
 
     def __init__(self, triangles):
         self.actors = []

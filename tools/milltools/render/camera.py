@@ -1,7 +1,8 @@
 """Where a picture is taken from: presets that show a whole mill in a frame of any shape, and free cameras.
 
-The world is the deck's, z up. A preset is a direction; how near the camera goes follows from the frame (`Camera.placed`) and
-from what the container sweeps. A camera that rides on the container moves with it, and goes as near as the container alone allows.
+The world is the deck's, z up. A preset is a direction; how near the camera goes follows from the frame
+(`Camera.placed`) and from what the container sweeps. A camera that rides on the container moves with it, and goes as
+near as the container alone allows.
 """
 
 import dataclasses
@@ -12,7 +13,8 @@ import numpy as np
 from milltools.base.errors import UserError
 from milltools.geometry import bodies
 
-# azimuth: from +x towards +y, elevation: above the horizon, view angle; all in degrees; "end" is along the container's axis
+# azimuth: from +x towards +y, elevation: above the horizon, view angle; all in degrees; "end" is along the container's
+# axis
 PRESETS = {
     "front": (-32.0, 17.0, 26.0),
     "three-quarter": (-58.0, 27.0, 26.0),
@@ -21,16 +23,18 @@ PRESETS = {
 }
 FREE_ANGLE = 30.0  # degrees, if not said
 MIN_ANGLE, MAX_ANGLE = 1.0, 150.0  # degrees
-# strengths of the lamps of every picture: the main one throws shadows (Camera.lamp), the others are at places right, up, towards the eye
+# strengths of the lamps of every picture: the main one throws shadows (Camera.lamp), the others are at places right,
+# up, towards the eye
 MAIN, FILL = 0.62, (((-0.75, 0.65, 0.55), 0.42), ((0.9, -0.1, 0.5), 0.12))
 
 
 @dataclasses.dataclass(frozen=True)
 class Camera:
-    """A view from `eye` towards `target` [m] with `up` upwards in the picture, `angle` [degrees] from the lower to the upper edge.
+    """A view from `eye` towards `target` [m] with `up` upwards in the picture, `angle` [degrees] from the lower to the
+    upper edge.
 
-    `angle` 0 is a view without perspective, `height` [m] from edge to edge. `hull` (K, 3): points that shall fill the frame
-    (see placed); None: the camera stands where it stands."""
+    `angle` 0 is a view without perspective, `height` [m] from edge to edge. `hull` (K, 3): points that shall fill
+    the frame (see placed); None: the camera stands where it stands."""
 
     eye: np.ndarray
     target: np.ndarray
@@ -58,16 +62,16 @@ class Camera:
 
     @property
     def lamp(self) -> np.ndarray:
-        """Towards the main lamp (right, up, towards the eye), a unit vector: over the camera's shoulder and into the drum's open
-        end. It changes smoothly as the camera goes around."""
+        """Towards the main lamp (right, up, towards the eye), a unit vector: over the camera's shoulder and into the
+        drum's open end. It changes smoothly as the camera goes around."""
         right, up, forward = self.axes
         into = -forward[0] * np.array([right[0], up[0], -forward[0]])
         towards = np.array([-0.12, 0.42, 1.0]) + 0.55 * into
         return towards / np.linalg.norm(towards)
 
     def placed(self, size, frame=(0.0, 0.0, 1.0, 1.0)) -> "Camera":
-        """The camera moved, not turned, until its hull fills `frame` (left, top, right, bottom; shares of a picture of `size`
-        pixels); itself if it has no hull."""
+        """The camera moved, not turned, until its hull fills `frame` (left, top, right, bottom; shares of a picture of
+        `size` pixels); itself if it has no hull."""
         if self.hull is None:
             return self
         points = self.hull @ self.axes.T
@@ -87,8 +91,8 @@ class Camera:
         return dataclasses.replace(self, eye=eye, target=target, height=2 * scale, hull=None)
 
     def _placed_deep(self, points, begin, end):
-        """A point is in the frame if it lies on the inner side of four planes through the eye: each is a bound linear in
-        the eye, so the nearest eye follows from the extreme points."""
+        """A point is in the frame if it lies on the inner side of four planes through the eye: each is a bound linear
+        in the eye, so the nearest eye follows from the extreme points."""
         slope = math.tan(math.radians(self.angle) / 2)
         begin, end, across, deep = begin * slope, end * slope, points[:, :2], points[:, 2:]
         low, high = (across - end * deep).max(axis=0), (across - begin * deep).min(axis=0)
@@ -99,8 +103,8 @@ class Camera:
 
 
 def of(view: str | Camera, run, fraction: float = 0.0, poses=None) -> Camera:
-    """A camera by name, one of PRESETS, for a milltools.read.runfile.Run; at `fraction` 0..1 of a film (orbit has gone once around
-    by 1). Or a free one. With `poses` it rides on the container, which is where these say."""
+    """A camera by name, one of PRESETS, for a milltools.read.runfile.Run; at `fraction` 0..1 of a film (orbit has gone
+    once around by 1). Or a free one. With `poses` it rides on the container, which is where these say."""
     mill = bodies.Mill.of(run)
     riding = poses is not None and bool(mill.carrier)
     if isinstance(view, str):

@@ -70,8 +70,8 @@ class Colour:
 
 
 def of(run, quantity: str, limits=None) -> Colour:
-    """The colours of a milltools.read.runfile.Run: `limits` (low, high) [SI], or such that all but few balls of its frames are
-    within them, from 0 on."""
+    """The colours of a milltools.read.runfile.Run: `limits` (low, high) [SI], or such that all but few balls of its
+    frames are within them, from 0 on."""
     if limits is None:
         limits = 0.0, _nice(_top(run, quantity))
     low, high = map(float, limits)

@@ -1,7 +1,7 @@
 """`mill render`: pictures and films of a run in 3D, off-screen.
 
-One way through, in film.py: when (times.py) -> states of the balls then (states.py) -> pictures (film.py, by team.py in several
-processes) -> a file (a film by encode.py, beside a camera's by footage.py).
+One way through, in film.py: when (times.py) -> states of the balls then (states.py) -> pictures (film.py, by team.py
+in several processes) -> a file (a film by encode.py, beside a camera's by footage.py).
 """
 
 import argparse

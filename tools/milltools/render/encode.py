@@ -44,7 +44,8 @@ def program(name="ffmpeg") -> str:
 
 @contextlib.contextmanager
 def ffmpeg(path, *words, **streams):
-    """The process of an ffmpeg command. UserError about `path` if it has failed, at the end or where it is written to."""
+    """The process of an ffmpeg command. UserError about `path` if it has failed, at the end or where it is written
+    to."""
     with tempfile.TemporaryFile() as said:
         process = subprocess.Popen(
             [*processes.guard(), program(), "-v", "error", "-nostdin", *words],
@@ -73,7 +74,8 @@ def ffmpeg(path, *words, **streams):
 
 @contextlib.contextmanager
 def encoder(path, size, fps):
-    """A function that adds a picture, uint8 (height, width, 3), top row first, to the film that is at `path` afterwards.
+    """A function that adds a picture, uint8 (height, width, 3), top row first, to the film that is at `path`
+    afterwards.
 
     path: its suffix is one of FORMATS; size (width, height) [pixels], both even; fps [1/s]."""
     width, height = size
@@ -102,7 +104,8 @@ def _fault(path, process, said):
 
 
 def probe(path) -> tuple[int, int, float, int | None]:
-    """Width and height [pixels], rate [1/s] and number of pictures (None: not said) of a file's first video, by ffprobe."""
+    """Width and height [pixels], rate [1/s] and number of pictures (None: not said) of a file's first video, by
+    ffprobe."""
     try:
         with open(path, "rb"):
             pass

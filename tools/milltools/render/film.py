@@ -92,7 +92,8 @@ def _written(path, what):
 
 
 def _write(arguments, path, run, plan, look, more=0, change=iter):
-    """Draws the pictures of a plan, changes them (a function of the iterable; they get `more` pixels wider), writes them."""
+    """Draws the pictures of a plan, changes them (a function of the iterable; they get `more` pixels wider), writes
+    them."""
     count, drawn = len(plan.times), 0
     say(f"{count} pictures at {plan.fps:g} a second, {times.words(plan.slow)}")
     workers = min(arguments.workers or look.painters(), count)
@@ -118,8 +119,8 @@ def _write(arguments, path, run, plan, look, more=0, change=iter):
 class Look:
     """How all pictures of a film look: what every process that draws must know, and small enough to be sent to it.
 
-    `path` of the run, `size` (width, height) [pixels], `quality` of scene.QUALITIES, `camera` as camera.of() takes it; `pov`:
-    traced by POV-Ray, not drawn by VTK; `rides`: the camera does, on the container."""
+    `path` of the run, `size` (width, height) [pixels], `quality` of scene.QUALITIES, `camera` as camera.of() takes
+    it; `pov`: traced by POV-Ray, not drawn by VTK; `rides`: the camera does, on the container."""
 
     path: str
     size: tuple[int, int]

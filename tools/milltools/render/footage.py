@@ -1,7 +1,7 @@
 """A camera's film beside the simulation, picture by picture in step.
 
-Picture k of the camera was taken at offset + k / (its frames a second) of the run's time. High-speed cameras write files that play slowly,
-so the rate at which pictures were taken and the rate at which the file plays are two things.
+Picture k of the camera was taken at offset + k / (its frames a second) of the run's time. High-speed cameras write
+files that play slowly, so the rate at which pictures were taken and the rate at which the file plays are two things.
 """
 
 import contextlib
@@ -22,8 +22,8 @@ INK, GROUND = (255, 255, 255), (38, 46, 58)
 
 @dataclasses.dataclass(frozen=True)
 class Film:
-    """A camera's film: `path`, the `crop` that is shown (width, height, and x, y of its upper left corner) [pixels], frames a
-    second it plays at, and how many pictures it says it has."""
+    """A camera's film: `path`, the `crop` that is shown (width, height, and x, y of its upper left corner) [pixels],
+    frames a second it plays at, and how many pictures it says it has."""
 
     path: str
     crop: tuple[int, int, int, int]
@@ -68,8 +68,8 @@ def pictures(film, height, skip=0):
 
 
 def beside(mine, height, film, skip):
-    """Yields each of the simulation's pictures `mine`, `height` pixels high, joined with the film's next one, from number
-    `skip` on; ends when either does. On both stands what they are."""
+    """Yields each of the simulation's pictures `mine`, `height` pixels high, joined with the film's next one, from
+    number `skip` on; ends when either does. On both stands what they are."""
     labels = [_label(name, height) for name in ("simulation", "camera")]
     gap = np.full((height, GAP, 3), GROUND, np.uint8)
     with contextlib.closing(pictures(film, height, skip)) as theirs:

@@ -132,7 +132,8 @@ class Overlay:
 
 
 def _blend(picture, image, at, unit=1.0):
-    """An RGBA image over `picture` (h, w, 3) in place, its corner `at` times `unit` pixels; what stands out is left away."""
+    """An RGBA image over `picture` (h, w, 3) in place, its corner `at` times `unit` pixels; what stands out is left
+    away."""
     x, y = (max(0, round(a * unit)) for a in at)
     under = picture[y : y + image.size[1], x : x + image.size[0]]
     over = np.asarray(image)[: under.shape[0], : under.shape[1]]

@@ -1,8 +1,8 @@
 """A state as a scene for POV-Ray: true shadows and reflections, the look of the paper's Figure 4.
 
-scene() is its text, trace() has povray make a picture of that; draw() is both, with colour bar and time written over it.
-POV-Ray takes any right, up and direction, so the scene keeps the deck's right-handed frame. Colours are linear light there
-(assumed_gamma 1). Only numbers go into a scene, no text of a deck.
+scene() is its text, trace() has povray make a picture of that; draw() is both, with colour bar and time written over
+it. POV-Ray takes any right, up and direction, so the scene keeps the deck's right-handed frame. Colours are linear
+light there (assumed_gamma 1). Only numbers go into a scene, no text of a deck.
 """
 
 import os
@@ -117,7 +117,8 @@ def _balls(run, state, colour):
 
 
 def trace(scene, size) -> np.ndarray:
-    """povray's picture (h, w, 3) uint8 of the text of a scene, of `size` pixels, over the other pictures' background."""
+    """povray's picture (h, w, 3) uint8 of the text of a scene, of `size` pixels, over the other pictures'
+    background."""
     width, height = size
     with tempfile.TemporaryDirectory(prefix="mill-") as name:
         folder = pathlib.Path(name)

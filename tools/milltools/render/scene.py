@@ -1,4 +1,5 @@
-"""The picture of a mill at a moment: balls as exact spheres, a container of glass, bodies of steel, drawn by VTK into memory.
+"""The picture of a mill at a moment: balls as exact spheres, a container of glass, bodies of steel, drawn by VTK into
+memory.
 
 Everything is made once; a frame only moves what moves. One Scene per process: OSMesa has one current context.
 """
@@ -24,7 +25,8 @@ QUALITIES = {"draft": 1, "final": 2}  # how many times larger it is drawn, and a
 
 
 def size_of(text: str) -> tuple[int, int]:
-    """(width, height) in pixels of a size by name (of SIZES) or as "1280x720"; both even, or videos could not have it."""
+    """(width, height) in pixels of a size by name (of SIZES) or as "1280x720"; both even, or videos could not have
+    it."""
     if text.lower() in SIZES:
         return SIZES[text.lower()]
     parts = text.lower().split("x")
@@ -37,7 +39,8 @@ def size_of(text: str) -> tuple[int, int]:
 
 
 def tiles(size, over):
-    """((width, height), count): tiles, count x count of them, that a picture drawn `over` times larger is put together from."""
+    """((width, height), count): tiles, count x count of them, that a picture drawn `over` times larger is put
+    together from."""
     width, height = (over * side for side in size)
     count = over
     while width * height > count**2 * TILE and width % (4 * count) == height % (4 * count) == 0:
@@ -48,8 +51,8 @@ def tiles(size, over):
 class Scene:
     """Draws states of a milltools.read.runfile.Run. A context manager.
 
-    `size` (width, height) pixels; `quality` of QUALITIES; `camera` a camera.Camera, `colour` a colour.Colour; `background`: as
-    STUDIO; `overlay`: whether colour bar and time are written over the picture."""
+    `size` (width, height) pixels; `quality` of QUALITIES; `camera` a camera.Camera, `colour` a colour.Colour;
+    `background`: as STUDIO; `overlay`: whether colour bar and time are written over the picture."""
 
     def __init__(self, run, size, quality, camera, colour, background=STUDIO, overlay=True):
         self.run, self.size, self.colour = run, tuple(size), colour
@@ -148,8 +151,8 @@ def _neighbours(axis, step=1):
 
 
 def smooth(light, width):
-    """Means over `width` x `width` pixels (1, 2 or 4) of an array (h, w): of values 1 apart with the one before, then 2 apart
-    with the one behind, so that means of means stay in the middle. At the edge values as they are."""
+    """Means over `width` x `width` pixels (1, 2 or 4) of an array (h, w): of values 1 apart with the one before, then 2
+    apart with the one behind, so that means of means stay in the middle. At the edge values as they are."""
     for step in (1, 2)[: width.bit_length() - 1]:
         for axis in (0, 1):
             here, there = _neighbours(axis, step)[:: -1 if step == 1 else 1]
@@ -161,8 +164,8 @@ def smooth(light, width):
 
 
 def soften(picture, depth, least):
-    """Mixes pixels of `picture` in place where neighbours differ in `depth` by more than `least`: edges without stairs, for a
-    fraction of the cost of a larger picture."""
+    """Mixes pixels of `picture` in place where neighbours differ in `depth` by more than `least`: edges without stairs,
+    for a fraction of the cost of a larger picture."""
     for axis in (0, 1):
         a, b = _neighbours(axis)
         edge = np.abs(depth[a] - depth[b]) > least

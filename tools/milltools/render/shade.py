@@ -1,13 +1,13 @@
 """Shade worked out from depth pictures: where light from everywhere hardly gets to, and shadows of the one strong lamp.
 
-VTK's own (an ambient occlusion pass, a shadow pass) cost more than all else in a picture, or look bad; from depth it is a few sums
-over arrays. A picture of depths is taken apart into GRID x GRID small ones, each of every fourth row and column. Each looks into other
-directions, and where the picture is put together again a mean over GRID x GRID pixels has seen them all: 16 times as many as each has
-paid for.
+VTK's own (an ambient occlusion pass, a shadow pass) cost more than all else in a picture, or look bad; from depth it
+is a few sums over arrays. A picture of depths is taken apart into GRID x GRID small ones, each of every fourth row
+and column. Each looks into other directions, and where the picture is put together again a mean over GRID x GRID
+pixels has seen them all: 16 times as many as each has paid for.
 
-Ambient occlusion is Loos and Sloan's volumetric obscurance (I3D 2010): about each place a ball of air, and how much of it is
-behind the surface, summed over lines along the view; half of it is, on a plane. Shadows: a place is dark if the lamp sees something
-nearer there.
+Ambient occlusion is Loos and Sloan's volumetric obscurance (I3D 2010): about each place a ball of air, and how much
+of it is behind the surface, summed over lines along the view; half of it is, on a plane. Shadows: a place is dark if
+the lamp sees something nearer there.
 """
 
 import math
@@ -50,8 +50,8 @@ class View:
         return length / (self.scale or self.slope * sum(self.clipping) / 2)
 
     def places(self, other, depth, phase, grid):
-        """Columns and rows [pixels] and depths [m] in the View `other`, which is without perspective, of every grid-th place here
-        from row and column `phase` on, which are `depth` [m] deep."""
+        """Columns and rows [pixels] and depths [m] in the View `other`, which is without perspective, of every grid-th
+        place here from row and column `phase` on, which are `depth` [m] deep."""
         width, height = self.size
         column = np.arange(width, dtype=np.float32)[None, phase[1] :: grid] - (width - 1) / 2
         row = (height - 1) / 2 - np.arange(height, dtype=np.float32)[phase[0] :: grid, None]
@@ -86,7 +86,8 @@ class Shade:
         self.phases = [(p, q) for p in range(self.grid) for q in range(self.grid)]
 
     def light(self, eye_buffer, lamp_buffer):
-        """The light that is left, 0..1, from depth buffers: float32 (h, w), grainy, to be averaged over `grid` x `grid` pixels."""
+        """The light that is left, 0..1, from depth buffers: float32 (h, w), grainy, to be averaged over `grid` x
+        `grid` pixels."""
         lamp = self.lamp.depth(np.ascontiguousarray(lamp_buffer))
         whole = np.empty(eye_buffer.shape, np.float32)
         for index, (p, q) in enumerate(self.phases):

@@ -1,4 +1,5 @@
-"""The states of a film's pictures, one after the other: stored ones, those of the deck run again, or, where that cannot be, flights.
+"""The states of a film's pictures, one after the other: stored ones, those of the deck run again, or, where that cannot
+be, flights.
 
 All are read when they are needed; nothing grows with the run or the film.
 """
@@ -27,7 +28,8 @@ class LastImpacts:
         self.next = 0  # the first row not looked at
 
     def until(self, time) -> np.ndarray:
-        """(N,) of the impacts before a time; times must rise. Rows are read backwards, until every ball has been met."""
+        """(N,) of the impacts before a time; times must rise. Rows are read backwards, until every ball has been
+        met."""
         rows = range(self.next, self.count)
         end = begin = self.next + bisect.bisect_left(
             rows, time, key=lambda row: float(self.run.read("impacts/time", row))
@@ -51,7 +53,8 @@ class LastImpacts:
 
 
 class Motion:
-    """Where the states come from: a `run` whose frames hold all times or are asked for flights, another with a `log` of impacts."""
+    """Where the states come from: a `run` whose frames hold all times or are asked for flights, another with a `log`
+    of impacts."""
 
     def __init__(self, run, log=None):
         self.trajectory, self.log = Trajectory(run), log
@@ -71,8 +74,8 @@ class Motion:
 
 @contextlib.contextmanager
 def of(run, plan, impacts, allowed, say, watch):
-    """The Motion of a run for a Plan. impacts: the log is wanted too; allowed: the deck may be run again; say(line) tells
-    the user; watch(line) gets the progress of that run."""
+    """The Motion of a run for a Plan. impacts: the log is wanted too; allowed: the deck may be run again; say(line)
+    tells the user; watch(line) gets the progress of that run."""
     log = run if impacts and run.has("impacts/time") else None
     wants_log = impacts and not log
     if not plan.step and not wants_log:

@@ -1,8 +1,8 @@
-"""Work done by several processes at once. Each has what it needs to itself (a scene has a context of its own, and draws on one
-core), and a thread here that hands it one task after the other, through a pair of sockets.
+"""Work done by several processes at once. Each has what it needs to itself (a scene has a context of its own, and draws
+on one core), and a thread here that hands it one task after the other, through a pair of sockets.
 
-This module is both ends: `python -m milltools.render.team SOCKET` is such a process. It ends when its socket does, so none
-outlives the command that started it, whatever ends that.
+This module is both ends: `python -m milltools.render.team SOCKET` is such a process. It ends when its socket does,
+so none outlives the command that started it, whatever ends that.
 """
 
 import collections
@@ -27,9 +27,9 @@ AHEAD = 2  # tasks for a process that are under way: one in hand, one that waits
 
 @contextlib.contextmanager
 def team(opens, count):
-    """A function that has one of `count` processes do a task, given its arguments, and returns the Future of its result. In each
-    process `opens()` is entered, and what that yields is called. UserError of a task or of a process that died comes with the
-    result."""
+    """A function that has one of `count` processes do a task, given its arguments, and returns the Future of its
+    result. In each process `opens()` is entered, and what that yields is called. UserError of a task or of a process
+    that died comes with the result."""
     with contextlib.ExitStack() as stack:
         workers, idle = [], queue.SimpleQueue()
         for _ in range(count):
@@ -51,8 +51,8 @@ def team(opens, count):
 
 
 def results(opens, count, tasks):
-    """Yields the result of every task (tuples of arguments) of an iterable, in order, by a team of `count` processes. Few are under
-    way at any time, so memory does not grow with their number."""
+    """Yields the result of every task (tuples of arguments) of an iterable, in order, by a team of `count` processes.
+    Few are under way at any time, so memory does not grow with their number."""
     with team(opens, count) as submit:
         waiting = collections.deque()
         for task in tasks:

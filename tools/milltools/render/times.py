@@ -15,8 +15,8 @@ FINER = 20  # a re-run has at most that many frames a picture
 
 @dataclasses.dataclass(frozen=True)
 class Plan:
-    """`times` (n,) [s] of the pictures, rising; the film's pictures a second `fps`; `slow`, how many times slower than real
-    time it plays; `step` [s] of a run whose frames are at all those times, 0 if they are stored ones."""
+    """`times` (n,) [s] of the pictures, rising; the film's pictures a second `fps`; `slow`, how many times slower than
+    real time it plays; `step` [s] of a run whose frames are at all those times, 0 if they are stored ones."""
 
     times: np.ndarray
     fps: float
@@ -73,8 +73,8 @@ def film(run, arguments, again) -> Plan:
 
 
 def camera(run, offset, camera_fps, play_fps, count, again) -> tuple[Plan, int]:
-    """(the simulation's pictures beside those of a camera, number of the first that has one): picture k of `count` (None:
-    not known) is at offset + k / camera_fps [s]."""
+    """(the simulation's pictures beside those of a camera, number of the first that has one): picture k of `count`
+    (None: not known) is at offset + k / camera_fps [s]."""
     last, step = last_time(run, again), 1 / camera_fps
     first = max(0, int(np.ceil(-offset / step - 1e-6)))
     stop = int(np.floor((last - offset) / step + 1e-6))

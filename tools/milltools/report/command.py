@@ -1,7 +1,7 @@
 """`mill report`: a run, or several side by side, as one page that opens from disk.
 
-facts.py says what a run has to say in words, the player package has the balls and the figures; run_page.py says it in rows and
-puts it together, and compare's page.py does so with several runs.
+facts.py says what a run has to say in words, the player package has the balls and the figures; run_page.py says it
+in rows and puts it together, and compare's page.py does so with several runs.
 """
 
 import os

@@ -93,7 +93,8 @@ def mill(run) -> str:
 
 
 def mean(run, name: str, unit: str) -> Number | None:
-    """A mean over the sampled window with its standard error; None where it is not known: "rotor/power", "motions/jar/torque"."""
+    """A mean over the sampled window with its standard error; None where it is not known: "rotor/power",
+    "motions/jar/torque"."""
     if not run.driven or run.unsampled or not run.has(f"statistics/{name}"):
         return None
     return with_error(float(run.statistic(name)), run.standard_error(name), unit)
@@ -212,8 +213,8 @@ def tiles(run) -> list[tuple[str, str, str]]:
 
 
 def notes(run) -> list[str]:
-    """What a reader of the numbers ought to know, the weightiest first: that the run has not come to its end, which only the file
-    can tell, and what its own program says of them."""
+    """What a reader of the numbers ought to know, the weightiest first: that the run has not come to its end, which
+    only the file can tell, and what its own program says of them."""
     until = f"{run.time:.6g} s of {run.quantity('run/time', math.nan):.6g} s"
     found = []
     if run.status == "failed":

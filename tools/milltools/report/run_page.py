@@ -1,5 +1,5 @@
-"""A run as one page: everything in one file that opens from disk, everything from the run escaped. Its tables are rows of (head,
-cells), every cell a text or a Number."""
+"""A run as one page: everything in one file that opens from disk, everything from the run escaped. Its tables are rows
+of (head, cells), every cell a text or a Number."""
 
 import math
 import os

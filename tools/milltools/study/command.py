@@ -1,6 +1,7 @@
 """`mill study`: a table of runs, finished or growing. docs/study-pictures.md says what it shows.
 
-show/data.py reads the table and, with show/optimum.py, says how sure things are; summary, contour, slices, pair and outputs show them.
+show/data.py reads the table and, with show/optimum.py, says how sure things are; summary, contour, slices, pair and
+outputs show them.
 """
 
 import pathlib

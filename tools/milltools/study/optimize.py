@@ -1,4 +1,5 @@
-"""`mill optimize`: the best design of a study deck in few runs, with a confidence interval of its value and of its place."""
+"""`mill optimize`: the best design of a study deck in few runs, with a confidence interval of its value and of its
+place."""
 
 import shlex
 
@@ -33,9 +34,9 @@ def optimize(
 ):  # fmt: skip
     """Searches the ranges of a study deck for the best design, and returns the table (table.Table).
 
-    output: the table's file, by default the deck's name with -optimize.parquet, here. runs: how many in all, earlier ones
-    included. seed: of the search's own choices, by default the study's. storage: as --storage takes it. The rest as for
-    sweep.sweep()."""
+    output: the table's file, by default the deck's name with -optimize.parquet, here. runs: how many in all, earlier
+    ones included. seed: of the search's own choices, by default the study's. storage: as --storage takes it. The
+    rest as for sweep.sweep()."""
     if runs < 1:
         raise UserError(f"--runs: expected 1 or more, got {runs}")
     if seed is not None and not 0 <= seed < 2**32:

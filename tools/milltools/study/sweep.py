@@ -24,9 +24,10 @@ def sweep(
 ):
     """Runs every design of a study deck that is not in the table yet, and returns the table (table.Table).
 
-    output: the table's file, by default the deck's name with .parquet, here. overrides: as --set takes them. retry: what
-    failed is run again. force: begin anew, even over the table of another study. command: what the table says it was made by.
-    where: the fields of executors.Where (workers, dask, slurm, ...). Ctrl-C is a filling.Interrupted: what was done is kept."""
+    output: the table's file, by default the deck's name with .parquet, here. overrides: as --set takes them. retry:
+    what failed is run again. force: begin anew, even over the table of another study. command: what the table says
+    it was made by. where: the fields of executors.Where (workers, dask, slurm, ...). Ctrl-C is a
+    filling.Interrupted: what was done is kept."""
     # imported as they are needed: neither --help nor a wrong option waits for pandas
     where = executors.Where(**where)
     from milltools.study.plan import designs, filling, probe

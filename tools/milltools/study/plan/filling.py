@@ -1,7 +1,8 @@
-"""What `mill sweep` and `mill optimize` share: a table that is filled, its progress, and the end when a signal asks for it.
+"""What `mill sweep` and `mill optimize` share: a table that is filled, its progress, and the end when a signal asks for
+it.
 
-Jobs go through an executor, never more at once than it wants, lost ones again; a row is handed on as soon as it is there. Memory and
-time per row do not grow with the study.
+Jobs go through an executor, never more at once than it wants, lost ones again; a row is handed on as soon as it is
+there. Memory and time per row do not grow with the study.
 """
 
 import concurrent.futures
@@ -88,9 +89,9 @@ def fill(jobs, executor, take, tracker):
 def send(jobs, executor, take, tick=lambda: None):
     """Runs every job of the iterator `jobs` through the executor; take(row) gets each row, in the main thread.
 
-    The iterator is asked only when there is room for one more, after the rows so far were taken; it may yield None: nothing
-    now, ask again when the next row is there. tick() is called while there is none. A job that raises Lost, or whose worker
-    went, is submitted again, ATTEMPTS times in all, then its row says so.
+    The iterator is asked only when there is room for one more, after the rows so far were taken; it may yield None:
+    nothing now, ask again when the next row is there. tick() is called while there is none. A job that raises Lost,
+    or whose worker went, is submitted again, ATTEMPTS times in all, then its row says so.
     """
     jobs, done, flying, more = iter(jobs), queue.SimpleQueue(), 0, True
 

@@ -1,7 +1,8 @@
-"""One run of a study: a job (a JSON-able dict, made by Study.job) -> a row (a flat dict, SI). Without state, so threads, Dask
-workers and tasks of a batch system can call `run`.
+"""One run of a study: a job (a JSON-able dict, made by Study.job) -> a row (a flat dict, SI). Without state, so
+threads, Dask workers and tasks of a batch system can call `run`.
 
-A run that ends by itself always gives a row: done, capped or failed. One that is killed raises Lost: it is worth another try.
+A run that ends by itself always gives a row: done, capped or failed. One that is killed raises Lost: it is worth
+another try.
 """
 
 import datetime
@@ -41,8 +42,8 @@ def empty(job, status, message) -> dict:
 
 
 def run(job, reader=None) -> dict:
-    """Runs millsim once in a folder of its own and reads what came out (`read`, or another reader(job, path)); the folder
-    goes with it."""
+    """Runs millsim once in a folder of its own and reads what came out (`read`, or another reader(job, path)); the
+    folder goes with it."""
     folder = pathlib.Path(tempfile.mkdtemp(prefix="mill-"))
     try:
         deck = folder / pathlib.Path(job["deck"]).name
@@ -122,8 +123,8 @@ def _execute(command, folder, limit):
 
 
 def _spent(pid, begin) -> tuple[float, str]:
-    """What a process has used so far [s], and of what: CPU time, or the wall clock, which is never less, where the system does
-    not tell (no /proc)."""
+    """What a process has used so far [s], and of what: CPU time, or the wall clock, which is never less, where the
+    system does not tell (no /proc)."""
     try:
         with open(PROC.format(pid=pid)) as file:
             fields = file.read().rpartition(")")[2].split()

@@ -1,4 +1,5 @@
-"""How far the file of a table is believed: lines of JSON with a checksum, metadata and rows of the kinds they must be."""
+"""How far the file of a table is believed: lines of JSON with a checksum, metadata and rows of the kinds they must
+be."""
 
 import hashlib
 import json
@@ -81,7 +82,8 @@ def _refused(word):
 
 
 def check_metadata(meta: dict, known_only: bool):
-    """ValueError where the metadata of a table are not of the kinds they must be; `known_only`: nothing else is there."""
+    """ValueError where the metadata of a table are not of the kinds they must be; `known_only`: nothing else is
+    there."""
     _check_kinds(meta, META, ("objectives", "record", "vary"), known_only)
     for one in meta["objectives"]:
         _check_kinds(one, OBJECTIVE, ("path", "goal"), known_only)

@@ -46,7 +46,8 @@ class Objective:
 
 
 class Study:
-    """A study deck as read, in SI; overrides are "study.KEY=VALUE", "vary.SECTION.KEY=RANGE" or, for [set], "SECTION.KEY=VALUE".
+    """A study deck as read, in SI; overrides are "study.KEY=VALUE", "vary.SECTION.KEY=RANGE" or, for [set],
+    "SECTION.KEY=VALUE".
 
     file, text              its name and what it says
     deck, deck_text         absolute path of the base deck and what that says

@@ -5,12 +5,13 @@
     with Writer.begin("figure7.parquet", study.about(planned)) as table:     # the driver, and only one
         table.add(row)
 
-Each row is appended to the journal as one JSON line and synced before `add` returns; the Parquet file is rewritten whole and
-renamed into place now and then, and at the end, when the journal goes. So whatever is killed, no row that was added is
-lost, and the Parquet file can be opened at any moment. Opening reads both; a run that is in both (same `id`) counts once, the
-later one. Lines, pages, all rows and the metadata have checksums. A line that is damaged is left out and counted in `damaged`;
-a Parquet file that is damaged is a UserError. Files of earlier versions have no checksums: they are held to the columns, names
-and kinds of values of their study, and get checksums when they are written next.
+Each row is appended to the journal as one JSON line and synced before `add` returns; the Parquet file is rewritten
+whole and renamed into place now and then, and at the end, when the journal goes. So whatever is killed, no row that
+was added is lost, and the Parquet file can be opened at any moment. Opening reads both; a run that is in both (same
+`id`) counts once, the later one. Lines, pages, all rows and the metadata have checksums. A line that is damaged is
+left out and counted in `damaged`; a Parquet file that is damaged is a UserError. Files of earlier versions have no
+checksums: they are held to the columns, names and kinds of values of their study, and get checksums when they are
+written next.
 """
 
 import contextlib
@@ -68,8 +69,8 @@ def journal_of(path) -> pathlib.Path:
 
 
 class Table:
-    """The rows of a study and its metadata (a dict: file-format in docs/studies.md). `damaged`: lines of the journal that
-    were left out."""
+    """The rows of a study and its metadata (a dict: file-format in docs/studies.md). `damaged`: lines of the journal
+    that were left out."""
 
     def __init__(self, path, meta, stored, damaged=0):
         self.path, self.meta, self.damaged = pathlib.Path(path), meta, damaged

@@ -7,8 +7,8 @@ from milltools.study.plan.job import Lost
 
 
 class ClusterExecutor(concurrent.futures.Executor):
-    """Futures without a result yet, and a fault after which nothing comes any more. Each cluster has its own submit(), `workers` and
-    leave(interrupted), which ends what nobody waits for."""
+    """Futures without a result yet, and a fault after which nothing comes any more. Each cluster has its own submit(),
+    `workers` and leave(interrupted), which ends what nobody waits for."""
 
     width = 10_000  # jobs under way at once: schedulers do not start with millions
 

@@ -30,8 +30,8 @@ from milltools.study.plan.job import Lost
 from milltools.study.remote.cluster import ClusterExecutor, one_line, settle
 
 TOOLS = pathlib.Path(__file__).resolve().parents[3]
-# What is sent names our functions by words: the scheduler then needs no milltools, and a worker without it says so. (Of a
-# message that it cannot unpack a worker dies, and nobody is told.)
+# What is sent names our functions by words: the scheduler then needs no milltools, and a worker without it says so. (Of
+# a message that it cannot unpack a worker dies, and nobody is told.)
 ASK = f"__import__({__name__!r}, fromlist=['*']).{{}}(*it)"
 SILENT = logging.CRITICAL + 1
 PATIENCE = 15  # [s] for a scheduler to answer
@@ -57,7 +57,8 @@ def versions(program):
 
 
 def perform(call, job, study, expected):
-    """One job on a worker: {"row": row}, {"lost": why}, or {"refused": why} if it would not be what the driver means."""
+    """One job on a worker: {"row": row}, {"lost": why}, or {"refused": why} if it would not be what the driver
+    means."""
     here = versions(job["program"]) if "program" in job else {}
     for name, version in expected.items():
         if here.get(name) != version:
@@ -96,8 +97,8 @@ def knock(address):
 
 
 class DaskExecutor(ClusterExecutor):
-    """Jobs of module-level functions, through the scheduler at `address` (host:port, a scheduler file, or "local": one of our own, with
-    `workers` processes, all cores if None)."""
+    """Jobs of module-level functions, through the scheduler at `address` (host:port, a scheduler file, or "local": one
+    of our own, with `workers` processes, all cores if None)."""
 
     def __init__(self, address, workers=None):
         needs("cluster", "dask", "distributed")
@@ -114,8 +115,8 @@ class DaskExecutor(ClusterExecutor):
         self.client = connect(distributed.Client, workers)
 
     def _start(self, client, workers):
-        """A client with a cluster of its own. Ctrl-C at the terminal is meant for the driver alone: processes started while it is
-        ignored go on ignoring it."""
+        """A client with a cluster of its own. Ctrl-C at the terminal is meant for the driver alone: processes started
+        while it is ignored go on ignoring it."""
         main = threading.current_thread() is threading.main_thread()
         before = signal.signal(signal.SIGINT, signal.SIG_IGN) if main else None
         processes_of = {"n_workers": workers or processes.cores(), "threads_per_worker": 1, "processes": True}
@@ -205,8 +206,8 @@ class DaskExecutor(ClusterExecutor):
 
 
 def _in_patience(step):
-    """Does a step of the end whose failure does not matter. A worker that cannot even read a question does not answer: it
-    is not waited for."""
+    """Does a step of the end whose failure does not matter. A worker that cannot even read a question does not answer:
+    it is not waited for."""
 
     def attempt():
         with contextlib.suppress(Exception):

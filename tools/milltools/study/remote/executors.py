@@ -3,8 +3,8 @@
     with open_executor(Where(workers=4), "a.parquet") as executor:
         filling.send(jobs, executor, take)
 
-An executor has two more attributes: `workers`, how many runs go on at once (for the time left), and `width`, how many are
-handed over at once (waves). When the block is left by an exception, what runs is ended.
+An executor has two more attributes: `workers`, how many runs go on at once (for the time left), and `width`, how
+many are handed over at once (waves). When the block is left by an exception, what runs is ended.
 """
 
 import concurrent.futures
@@ -67,7 +67,8 @@ def asked(arguments) -> dict:
 
 
 def open_executor(where, table, force=False):
-    """A context manager that gives the executor asked for; `table`: its path, beside which Slurm's tasks leave their rows."""
+    """A context manager that gives the executor asked for; `table`: its path, beside which Slurm's tasks leave their
+    rows."""
     if where.dask:
         from milltools.study.remote.cluster_dask import DaskExecutor
 

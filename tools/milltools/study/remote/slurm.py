@@ -1,13 +1,14 @@
 """Jobs through Slurm job arrays, behind `concurrent.futures.Executor`.
 
 submit() gathers jobs; when none comes for a moment they are bundled, many to one array task, and handed to sbatch.
-Results come back through files in a shared folder, written by the tasks (`slurm_task`) and watched by one thread here;
-squeue is asked, seldom, only which tasks are still to be expected. A task that is no longer in the queue and did not say that it
-was done was cut off: by its time limit, by scancel, by a node that died. Its results are kept; jobs that it had in hand are `Lost`
-(who submitted them decides whether to submit them again); those it had not begun go into the next array.
+Results come back through files in a shared folder, written by the tasks (`slurm_task`) and watched by one thread
+here; squeue is asked, seldom, only which tasks are still to be expected. A task that is no longer in the queue and
+did not say that it was done was cut off: by its time limit, by scancel, by a node that died. Its results are kept;
+jobs that it had in hand are `Lost` (who submitted them decides whether to submit them again); those it had not begun
+go into the next array.
 
-The folder outlives the driver. The next one takes up what is in it: results there are not computed again, and jobs that
-wait or run in Slurm are waited for, not submitted twice.
+The folder outlives the driver. The next one takes up what is in it: results there are not computed again, and jobs
+that wait or run in Slurm are waited for, not submitted twice.
 """
 
 import collections
@@ -40,8 +41,9 @@ FULL = 30.0  # [s] until another task is submitted where the account has as many
 
 
 def bundle_size(count, cost, tasks=None, largest=ARRAY):
-    """How many of `count` jobs one task gets. cost: wall time of a job [s], None if not known. A task should take minutes,
-    but all of `tasks` (SPREAD if None) should have something to do, and an array has `largest` tasks at most."""
+    """How many of `count` jobs one task gets. cost: wall time of a job [s], None if not known. A task should take
+    minutes, but all of `tasks` (SPREAD if None) should have something to do, and an array has `largest` tasks at
+    most."""
     wanted = GUESS if cost is None else max(1, int(TASK / max(cost, 1e-3)))
     return max(1, min(wanted, math.ceil(count / (tasks or SPREAD))), math.ceil(count / largest))
 
@@ -72,9 +74,9 @@ class SentTask:
 class SlurmExecutor(cluster.ClusterExecutor):
     """Jobs (dicts with an "id") of module-level functions, through sbatch.
 
-    folder: shared with the nodes; options: for sbatch, as typed; bundle: jobs a task, None: bundle_size(); tasks: so many of
-    ours in the queue at once at most; detach: an interrupted driver leaves its tasks in the queue; anew: what an earlier
-    driver has left is cancelled and forgotten. All but submit() is the business of one thread.
+    folder: shared with the nodes; options: for sbatch, as typed; bundle: jobs a task, None: bundle_size(); tasks: so
+    many of ours in the queue at once at most; detach: an interrupted driver leaves its tasks in the queue; anew:
+    what an earlier driver has left is cancelled and forgotten. All but submit() is the business of one thread.
     """
 
     def __init__(self, folder, options="", bundle=None, tasks=None, detach=False, anew=False):
@@ -110,8 +112,8 @@ class SlurmExecutor(cluster.ClusterExecutor):
         return future
 
     def leave(self, interrupted):
-        """Cancels what nobody waits for, and removes the folder when all of it has been handed over. With `detach` tasks of an
-        interrupted driver are left alone."""
+        """Cancels what nobody waits for, and removes the folder when all of it has been handed over. With `detach`
+        tasks of an interrupted driver are left alone."""
         self.closing.set()
         self.watcher.join()
         names = sorted({task.array.name for task in self.running})

@@ -1,7 +1,7 @@
 """What Slurm is asked and told: sbatch, squeue, scancel and scontrol, as processes. No accounting (sacct) is wanted.
 
-A site's wrong option or an account that may not submit is a UserError with sbatch's own line; a controller that does not
-answer is `Away`: it may be back in a minute.
+A site's wrong option or an account that may not submit is a UserError with sbatch's own line; a controller that does
+not answer is `Away`: it may be back in a minute.
 """
 
 import contextlib
@@ -29,8 +29,8 @@ class Full(Exception):
 
 
 def _environment():
-    """Ours without what an allocation that the driver itself may run in has set: tasks would take it for theirs. Options of
-    squeue in the environment would change what it prints."""
+    """Ours without what an allocation that the driver itself may run in has set: tasks would take it for theirs.
+    Options of squeue in the environment would change what it prints."""
     dropped = {name for name in os.environ if name.startswith(("SLURM_", "SQUEUE_"))} - {"SLURM_CONF", "SLURM_CLUSTERS"}
     return {name: value for name, value in os.environ.items() if name not in dropped}
 

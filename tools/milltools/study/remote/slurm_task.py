@@ -1,22 +1,22 @@
-"""Tasks of a Slurm array: what one does, `python -m milltools.study.remote.slurm_task FOLDER TASK`, and the folder through which it
-talks with its driver, on a file system that they share.
+"""Tasks of a Slurm array: what one does, `python -m milltools.study.remote.slurm_task FOLDER TASK`, and the folder
+through which it talks with its driver, on a file system that they share.
 
-A task runs its jobs one after the other on each of its cores (--cpus-per-task, 1 by default) and says each result before it
-takes the next job. It needs no Slurm: the line above, typed by hand, does the same work. A task that Slurm puts back into
-the queue finds what it did before. SIGTERM, which comes shortly before a time limit or a scancel strikes, ends the runs in
-hand; what was finished is kept.
+A task runs its jobs one after the other on each of its cores (--cpus-per-task, 1 by default) and says each result
+before it takes the next job. It needs no Slurm: the line above, typed by hand, does the same work. A task that Slurm
+puts back into the queue finds what it did before. SIGTERM, which comes shortly before a time limit or a scancel
+strikes, ends the runs in hand; what was finished is kept.
 
     TABLE.slurm/token            names the study in Slurm's queue: no other has the same
     TABLE.slurm/00003/           one array, FOLDER; its name in the queue is mill-TABLE-TOKEN-00003
-        job                      what sbatch said: the number of the array, empty while it is not known
-        12.jobs                  what task 12 is to do, one job a line (JSON): {"call": "module:function", "job": {...}}
-        12.rows                  what task 12 says, one line (JSON) each time, see below
-        12.out                   standard output and error of task 12
+        job                      what sbatch said: the number of the array, empty while it is not known 12.jobs
+        what task 12 is to do, one job a line (JSON): {"call": "module:function", "job": {...}} 12.rows
+        what task 12 says, one line (JSON) each time, see below 12.out                   standard output and error of
+        task 12
 
-A task says {"start": id, "host": ...} before a job and then one of {"row": row}, {"lost": id, "why": ...},
-{"error": id, "why": ...}; {"end": true} when nothing is left to do. Each line is one write() and on the disk before the
-next job begins, so whatever ends a task, what it finished is kept, and it is known which jobs it had in hand. A line
-torn by a crash is not a line: the next one begins anew.
+A task says {"start": id, "host": ...} before a job and then one of {"row": row}, {"lost": id, "why": ...}, {"error":
+id, "why": ...}; {"end": true} when nothing is left to do. Each line is one write() and on the disk before the next
+job begins, so whatever ends a task, what it finished is kept, and it is known which jobs it had in hand. A line torn
+by a crash is not a line: the next one begins anew.
 """
 
 import collections
@@ -51,7 +51,8 @@ def ended_job(said):
 
 
 class Sayer:
-    """Appends lines to a file so that none is lost or torn, whoever dies: the writing end of NAME.rows. For all threads."""
+    """Appends lines to a file so that none is lost or torn, whoever dies: the writing end of NAME.rows. For all
+    threads."""
 
     def __init__(self, path):
         self.lock = threading.Lock()
@@ -75,8 +76,8 @@ class Listener:
         self.path, self.offset, self.rest = path, 0, b""
 
     def listen(self):
-        """The new whole lines, as dicts; a file that is not there says nothing. Opening it anew each time makes a network
-        file system ask its server."""
+        """The new whole lines, as dicts; a file that is not there says nothing. Opening it anew each time makes a
+        network file system ask its server."""
         try:
             with open(self.path, "rb") as file:
                 file.seek(self.offset)

@@ -1,18 +1,19 @@
 """Which design to run next, from all that is known: a few spread points, then where an improvement is to be expected,
 and at the end again those that might be the best.
 
-    start     the first points of a scrambled Sobol sequence
-    search    the knowledge gradient for correlated beliefs (Frazier, Powell & Dayanik, INFORMS J. Comput. 21 (2009) 599): by how much
-              one more noisy run is expected to raise the best of all expected values. It weighs the noise of a run, so
-              that it also says when to run a design again. Runs that are still out are believed to give what the model
-              expects there (kriging believer: Ginsbourger, Le Riche & Carraro 2010)
-    confirm   the last fifth of the runs: whichever of the leader and its most likely rival is known less, with another seed,
+    start     the first points of a scrambled Sobol sequence search    the knowledge gradient for correlated beliefs
+    (Frazier, Powell & Dayanik, INFORMS J. Comput. 21 (2009) 599): by how much
+              one more noisy run is expected to raise the best of all expected values. It weighs the noise of a run,
+              so that it also says when to run a design again. Runs that are still out are believed to give what the
+              model expects there (kriging believer: Ginsbourger, Le Riche & Carraro 2010)
+    confirm   the last fifth of the runs: whichever of the leader and its most likely rival is known less, with
+    another seed,
               until no rival is left in doubt
 
-A capped run took its whole budget and a failed one gave nothing: both repel. The gradient is multiplied by the share of good runs to
-be expected, which is 1 far away from them. A design that failed is not run again; one that was capped is never the leader as long
-as another has a value. Everything here is a function of the runs, the seed and the number of the run: a restart
-changes nothing.
+A capped run took its whole budget and a failed one gave nothing: both repel. The gradient is multiplied by the share
+of good runs to be expected, which is 1 far away from them. A design that failed is not run again; one that was
+capped is never the leader as long as another has a value. Everything here is a function of the runs, the seed and
+the number of the run: a restart changes nothing.
 """
 
 import collections
@@ -98,8 +99,8 @@ def eligible(runs: list[Tried]) -> list[tuple]:
 
 
 def rival(surface: Surface, runs: list[Tried], pending=()) -> tuple | None:
-    """The design to run once more so that it becomes clear which is the best, or None when it is: the leader was run twice and
-    every other is worse beyond doubt, or certainly within 2 % of it."""
+    """The design to run once more so that it becomes clear which is the best, or None when it is: the leader was run
+    twice and every other is worse beyond doubt, or certainly within 2 % of it."""
     among = eligible(runs)
     leader = surface.best(among)
     if sum(r.design == leader and r.status in ("done", "running") for r in runs) < 2:
@@ -119,9 +120,9 @@ def rival(surface: Surface, runs: list[Tried], pending=()) -> tuple | None:
 
 
 def gain(surface: Surface, designs) -> np.ndarray:
-    """The knowledge gradient of one more run at each of designs, in the objective's unit: how far the best expected value among
-    them is expected to rise. After it all means move by `shift` times a standard normal number, which is integrated by
-    Gauss and Hermite's rule."""
+    """The knowledge gradient of one more run at each of designs, in the objective's unit: how far the best expected
+    value among them is expected to rise. After it all means move by `shift` times a standard normal number, which is
+    integrated by Gauss and Hermite's rule."""
     mean, cov = surface.covariance(designs)
     mean = surface.sign * mean
     shift = cov / np.sqrt(np.diag(cov) + surface.noise**2 + 1e-300)

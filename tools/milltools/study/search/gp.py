@@ -1,10 +1,10 @@
 """A Gaussian process through noisy runs: what is known of an objective between and beyond the designs that were run.
 
-A Matern 5/2 kernel with a length for every column of the space (`space.py`), and as noise of each run the square of its own
-standard error; on top of that a scatter between runs, fitted, which stands for runs without a known error and for what
-their errors leave out (the other seed's start). Kernel and scatter are at the maximum of the posterior: marginal likelihood
-times wide log-normal priors, because forty runs alone do not tell a long length from an endless one (Rasmussen & Williams 2006,
-sections 4.2, 5.4; priors as in Hvarfner, Hellsten & Nardi, ICML 2024).
+A Matern 5/2 kernel with a length for every column of the space (`space.py`), and as noise of each run the square of
+its own standard error; on top of that a scatter between runs, fitted, which stands for runs without a known error
+and for what their errors leave out (the other seed's start). Kernel and scatter are at the maximum of the posterior:
+marginal likelihood times wide log-normal priors, because forty runs alone do not tell a long length from an endless
+one (Rasmussen & Williams 2006, sections 4.2, 5.4; priors as in Hvarfner, Hellsten & Nardi, ICML 2024).
 
 `Surface` is fitted once and then asked: mean and standard deviation anywhere, differences between designs, and
 `optimum`: the best design with confidence intervals of its value and of its place.
@@ -35,13 +35,14 @@ MOST_FITTED = 200  # of these for kernel and scatter, which are looked for in so
 MOST_ASKED = 2000  # designs asked for at once: their covariance is a matrix
 JITTER = 1e-10  # of the variance, so that equal designs can be solved for
 TRIES = 4  # starts of the search for kernel and scatter
-# within limit(limits=1) linear algebra has one thread: more do not help with small matrices, and the runs need the cores
+# within limit(limits=1) linear algebra has one thread: more do not help with small matrices, and the runs need the
+# cores
 THREADS = ThreadpoolController()
 
 
 def candidates(designs, values, statuses) -> list[tuple]:
-    """The designs that may be called the best, each once: those with a value from a run that was not capped, or all with a
-    value where there is none."""
+    """The designs that may be called the best, each once: those with a value from a run that was not capped, or all
+    with a value where there is none."""
     known = [(tuple(d), s) for d, v, s in zip(designs, values, statuses) if math.isfinite(v)]
     done = [design for design, status in known if status == "done"]
     return list(dict.fromkeys(done or [design for design, _ in known]))
@@ -89,8 +90,8 @@ class Optimum:
 
 
 class Surface:
-    """The process fitted to runs: `designs` (tuples in the order of space.keys), `values`, `errors` (standard errors, NaN
-    where unknown) in the objective's unit, `maximise` or minimise. Rows without a value are left out; of more
+    """The process fitted to runs: `designs` (tuples in the order of space.keys), `values`, `errors` (standard errors,
+    NaN where unknown) in the objective's unit, `maximise` or minimise. Rows without a value are left out; of more
     than MOST_RUNS a random choice is taken. Deterministic for one seed. Raises ValueError without any value."""
 
     def __init__(self, space: Space, designs, values, errors, maximise=True, seed=0):
@@ -113,7 +114,8 @@ class Surface:
         self.process = self._process(kernel, np.hypot(known, self.scatter))
 
     def _kernel(self):
-        """Kernel of the objective (variance and lengths, of values less their mean, in their deviation) and scatter of a run."""
+        """Kernel of the objective (variance and lengths, of values less their mean, in their deviation) and scatter
+        of a run."""
         some = np.arange(len(self.values))
         if len(some) > MOST_FITTED:
             some = self.generator.choice(some, MOST_FITTED, replace=False)
@@ -129,7 +131,8 @@ class Surface:
         width = np.array([1.0, *np.ones_like(lengths), 1.5 if all_known else 2.0])
 
         def search(objective, start, bounds):
-            """The maximum of the posterior instead of the likelihood: what GaussianProcessRegressor calls an optimizer."""
+            """The maximum of the posterior instead of the likelihood: what GaussianProcessRegressor calls an
+            optimizer."""
 
             def lost(theta):
                 value, slope = objective(theta, eval_gradient=True)
@@ -179,7 +182,8 @@ class Surface:
         return self.middle + self.scale * mean, self.scale**2 * cov
 
     def realisations(self, designs, count, seed=0) -> np.ndarray:
-        """Functions that the runs do not rule out, as the posterior weighs them, at designs: shape (count, len(designs))."""
+        """Functions that the runs do not rule out, as the posterior weighs them, at designs: shape (count,
+        len(designs))."""
         mean, cov = self.covariance(designs)
         draws = np.random.default_rng(seed).standard_normal((count, len(mean)))
         # rounding leaves eigenvalues a little below zero; what lifts them is far below any error

@@ -1,16 +1,17 @@
 """A search for the best design: asks Optuna what to run next, sends it, tells what came out, and forgets nothing.
 
-One objective: `acquisition.choose`, which takes the noise of every run from its own standard error. (Optuna's own Gaussian process knows no
-noise of single trials and needs PyTorch.) Several: Optuna's NSGA-II (Deb, Pratap, Agarwal & Meyarivan 2002), after a first
-generation from a Sobol sequence; a capped run violates a constraint, so that it is inferior to any that is not. What is proposed
-follows from the seed and the number of the trial alone: an interrupted search goes on as if nothing had happened.
+One objective: `acquisition.choose`, which takes the noise of every run from its own standard error. (Optuna's own
+Gaussian process knows no noise of single trials and needs PyTorch.) Several: Optuna's NSGA-II (Deb, Pratap, Agarwal
+& Meyarivan 2002), after a first generation from a Sobol sequence; a capped run violates a constraint, so that it is
+inferior to any that is not. What is proposed follows from the seed and the number of the trial alone: an interrupted
+search goes on as if nothing had happened.
 
-Every run is a trial in Optuna's storage and a row in the table. In this order: the trial is made; "owner" (the driver that runs
-it), "seed" and "id" of its run are noted with it; it is run; the row goes into the table; the row goes into the trial, as "row" and with
-the constraint "capped"; the trial is told its values. So whenever a driver is killed, the next one finds out from the two what was
-paid for: a trial whose row is in the table is told, a row that the storage does not know is made a trial, and a trial of this table
-without a row is run again. Trials of other drivers on the same storage (other tables) are left to them; their rows are taken
-over as they come.
+Every run is a trial in Optuna's storage and a row in the table. In this order: the trial is made; "owner" (the
+driver that runs it), "seed" and "id" of its run are noted with it; it is run; the row goes into the table; the row
+goes into the trial, as "row" and with the constraint "capped"; the trial is told its values. So whenever a driver is
+killed, the next one finds out from the two what was paid for: a trial whose row is in the table is told, a row that
+the storage does not know is made a trial, and a trial of this table without a row is run again. Trials of other
+drivers on the same storage (other tables) are left to them; their rows are taken over as they come.
 """
 
 import contextlib
@@ -37,8 +38,8 @@ CAPPED = "capped"  # Optuna's constraint: satisfied where not positive
 
 
 def by_place(r: Range) -> bool:
-    """Is a key's parameter the place in the list of its values? Whole numbers without a gap are themselves; Optuna's steps are
-    computed and need not meet the deck's numbers."""
+    """Is a key's parameter the place in the list of its values? Whole numbers without a gap are themselves; Optuna's
+    steps are computed and need not meet the deck's numbers."""
     gapless = r.whole and r.values[-1] - r.values[0] == len(r.values) - 1
     return r.numeric and r.values is not None and not gapless
 
@@ -70,7 +71,8 @@ def design_of(space: Space, params: dict) -> tuple | None:
 
 
 class Sampler(optuna.samplers.BaseSampler):
-    """Gives each trial the `design` that was chosen for it; where there is none, what NSGA-II breeds, at first `start`."""
+    """Gives each trial the `design` that was chosen for it; where there is none, what NSGA-II breeds, at first
+    `start`."""
 
     design: tuple | None = None
     start: tuple
@@ -105,8 +107,9 @@ def name_of(study) -> str:
 
 
 class Search:
-    """`study`: a study_deck.Study. `table`: a table.Writer. `storage`: Optuna's. Rows that are known to the table or to the
-    storage are runs of this search at once, unless it begins `anew`. `private`: no other driver has this storage."""
+    """`study`: a study_deck.Study. `table`: a table.Writer. `storage`: Optuna's. Rows that are known to the table or to
+    the storage are runs of this search at once, unless it begins `anew`. `private`: no other driver has this
+    storage."""
 
     def __init__(self, study, table, storage, budget: Budget, private=True, anew=False):
         self.study, self.table, self.budget = study, table, budget

@@ -1,13 +1,15 @@
 """Which varied key matters: Sobol indices of a study's objective, with SALib.
 
-The first-order index of a key is the share of the objective's variance over the ranges that goes when the key is known, the total
-one what is left when all others are (Sobol' 2001; Saltelli et al., Comput. Phys. Commun. 181 (2010) 259). Every key counts as
-spread evenly over its range, or over the values of its list, and independent of the others.
+The first-order index of a key is the share of the objective's variance over the ranges that goes when the key is
+known, the total one what is left when all others are (Sobol' 2001; Saltelli et al., Comput. Phys. Commun. 181 (2010)
+259). Every key counts as spread evenly over its range, or over the values of its list, and independent of the
+others.
 
-    saltelli    the study was planned for it (`method = saltelli`): straight from the runs, 95 % intervals from SALib's bootstrap
-    surface     any other runs: a Gaussian process through them (gp.py), and indices of realisations of it, so that the interval holds
-                both what the runs leave open and the sampling (Le Gratiet, Cannamela & Iooss, SIAM/ASA J. Uncertainty
-                Quantification 2 (2014) 336)
+    saltelli    the study was planned for it (`method = saltelli`): straight from the runs, 95 % intervals from
+    SALib's bootstrap surface     any other runs: a Gaussian process through them (gp.py), and indices of
+    realisations of it, so that the interval holds
+                both what the runs leave open and the sampling (Le Gratiet, Cannamela & Iooss, SIAM/ASA J.
+                Uncertainty Quantification 2 (2014) 336)
 """
 
 import math
@@ -28,10 +30,10 @@ MOST_POINTS = 2000  # at which a surface is realised: their covariance is a matr
 
 
 def indices(table, objective=0, seed=0, surface=None) -> list[tuple]:
-    """For each varied key (key, first, first_ci, total, total_ci, method): Sobol indices of one of the objectives (by number)
-    with the half widths of their 95 % intervals, and "saltelli" or "surface". Empty where there are fewer than two keys
-    with more than one value, or too few runs to tell (fewer than three designs a key). A surface through the runs may be given
-    by who has one."""
+    """For each varied key (key, first, first_ci, total, total_ci, method): Sobol indices of one of the objectives (by
+    number) with the half widths of their 95 % intervals, and "saltelli" or "surface". Empty where there are fewer
+    than two keys with more than one value, or too few runs to tell (fewer than three designs a key). A surface
+    through the runs may be given by who has one."""
     space = Space(table.meta["vary"])
     active = [k for k, r in enumerate(space.ranges) if r.values is None or len(r.values) > 1]
     if len(active) < 2:

@@ -1,15 +1,16 @@
 """The space of a study's varied keys: values of a design <-> places in a unit cube.
 
-Everything that models or samples a study (Gaussian process, optimiser, sensitivities) sees numbers between 0 and 1; this
-is the one place where they are made from values of keys and back:
+Everything that models or samples a study (Gaussian process, optimiser, sensitivities) sees numbers between 0 and 1;
+this is the one place where they are made from values of keys and back:
 
     numbers with a list of values (a list in the deck, or a range with steps)   one column, spaced as the values are
     whole numbers, real numbers between low and high                            one column; logarithmic if the key is
-    words (choices, file names)                                                 one column each: 1/sqrt(2) for the chosen
+    words (choices, file names)                                                 one column each: 1/sqrt(2) for the
+    chosen
 
-so that two different choices are as far apart as the two ends of a number. Whole and stepped keys are always at one of their
-values *before* they are encoded: the model never sees the stairs between them (Garrido-Merchan & Hernandez-Lobato,
-Neurocomputing 380 (2020) 20).
+so that two different choices are as far apart as the two ends of a number. Whole and stepped keys are always at one
+of their values *before* they are encoded: the model never sees the stairs between them (Garrido-Merchan &
+Hernandez-Lobato, Neurocomputing 380 (2020) 20).
 """
 
 import dataclasses
@@ -58,8 +59,8 @@ def _near(r: Range, value, step: float, generator):
 
 
 class Space:
-    """All varied keys, from the entries of the table's "vary" (or the study deck's). A design is a tuple of values, in the
-    order of `keys`; `ranges`: their values in order."""
+    """All varied keys, from the entries of the table's "vary" (or the study deck's). A design is a tuple of values, in
+    the order of `keys`; `ranges`: their values in order."""
 
     def __init__(self, vary: list[dict]):
         self.ranges = [_ordered(Range.of(entry)) for entry in vary]

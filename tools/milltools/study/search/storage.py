@@ -3,8 +3,8 @@
     storage, place = open_storage(None, "figure7-optimize.parquet")     # figure7-optimize.optuna.journal
     storage, place = open_storage("postgresql://user@host/name", ...)
 
-The journal file is locked by the kernel, so a driver that is killed leaves no lock; a last line that was torn is cut off before
-anything is added behind it. Several drivers may share one storage (`search.py`).
+The journal file is locked by the kernel, so a driver that is killed leaves no lock; a last line that was torn is cut
+off before anything is added behind it. Several drivers may share one storage (`search.py`).
 """
 
 import contextlib
@@ -41,8 +41,8 @@ class KernelLock:
 
 
 def open_storage(asked: str | None, output):
-    """The storage that --storage asks for (a file, sqlite:///..., postgresql://...; None: beside the output), and its name for
-    messages, without a password. A UserError says what is wrong with it."""
+    """The storage that --storage asks for (a file, sqlite:///..., postgresql://...; None: beside the output), and its
+    name for messages, without a password. A UserError says what is wrong with it."""
     optuna.logging.set_verbosity(optuna.logging.ERROR)
     logging.getLogger("alembic").setLevel(logging.ERROR)
     warnings.filterwarnings("ignore", category=optuna.exceptions.ExperimentalWarning)

@@ -57,8 +57,8 @@ def places(axis, values) -> np.ndarray:
 
 
 def dress(ax, axis, which: str):
-    """Label, unit, ticks and logarithm of a varied key on "x" or "y"; along x angles and angular speeds have the other unit, SI or
-    rpm, on the other side."""
+    """Label, unit, ticks and logarithm of a varied key on "x" or "y"; along x angles and angular speeds have the other
+    unit, SI or rpm, on the other side."""
     line = getattr(ax, f"{which}axis")
     ax.set(**{f"{which}label": literal(axis.words + (axis.drawn.bracket if axis.numeric else ""))})
     if not axis.numeric:
@@ -89,7 +89,8 @@ def edges(values, log: bool = False) -> np.ndarray:
 
 
 def outline(mask, x, y) -> list[np.ndarray]:
-    """Borders of the cells where mask[row, column] holds, as closed lines of shape (points, 2); x, y: edges of the cells."""
+    """Borders of the cells where mask[row, column] holds, as closed lines of shape (points, 2); x, y: edges of the
+    cells."""
     # each cell by its own four corners: the step between two neighbours then has no width
     at = [np.repeat([ends[0], *ends, ends[-1]], 2)[1:-1] for ends in (x, y)]
     corners = np.pad(mask, 1).astype(float).repeat(2, axis=0).repeat(2, axis=1)

@@ -1,8 +1,8 @@
 """The objective over two varied keys, as the paper's Figure 7: filled contours, optimum, and how sure both are.
 
-On a grid the colours are the means of the designs' own runs, joined by straight lines only. Scattered designs (Latin hypercube, Sobol,
-optimiser) have a surface drawn through them, said so, and their runs as dots in the same colours. More than two keys: a cut through
-the optimum, or the mean over the others.
+On a grid the colours are the means of the designs' own runs, joined by straight lines only. Scattered designs (Latin
+hypercube, Sobol, optimiser) have a surface drawn through them, said so, and their runs as dots in the same colours.
+More than two keys: a cut through the optimum, or the mean over the others.
 """
 
 import dataclasses
@@ -33,8 +33,8 @@ AVERAGED = 64  # of the other keys' values, for a mean over them
 
 @dataclasses.dataclass(kw_only=True)
 class Plane:
-    """Two keys' plane of a study. Arrays are [y, x] over xs, ys (shown scale); `value`, `error` in the objective's shown
-    scale, `state` "done" | "capped" | "failed" | "" (not there); `star`: where the best design stands."""
+    """Two keys' plane of a study. Arrays are [y, x] over xs, ys (shown scale); `value`, `error` in the objective's
+    shown scale, `state` "done" | "capped" | "failed" | "" (not there); `star`: where the best design stands."""
 
     x: Axis
     y: Axis
@@ -58,7 +58,8 @@ class Plane:
 
     @property
     def limits(self):
-        """Of the axes: whole cells where they are small, else up to the outermost points: none should seem to lie beyond the ranges."""
+        """Of the axes: whole cells where they are small, else up to the outermost points: none should seem to lie
+        beyond the ranges."""
         ends = [spots if 1 < len(spots) < 12 else borders for spots, borders in zip((self.xs, self.ys), self.edges)]
         return [(along[0], along[-1]) for along in ends]
 

@@ -1,12 +1,13 @@
-"""What a study's table says, ready to be shown: its varied keys and objectives with names and units, its rows as a frame, its
-designs with their means and errors. Everything stays in SI here; `Scale` is for showing only.
+"""What a study's table says, ready to be shown: its varied keys and objectives with names and units, its rows as a
+frame, its designs with their means and errors. Everything stays in SI here; `Scale` is for showing only.
 
-A run tells the standard error s of its value (block averages); replicates tell their scatter. Both are used: the mean of k runs
-has the error sqrt(sum s^2)/k, enlarged for all designs alike when replicates of designs scatter more than their errors say
-(the scale factor of the Particle Data Group, Review of Particle Physics, section 5.2.2: sqrt(chi^2/dof) where above 1); then
-Student's t with these degrees of freedom holds. Where runs have no errors, the scatter of the replicates is pooled over all designs,
-relative to their means (the pure error of Box, Hunter & Hunter, Statistics for Experimenters, 2005, section 5.6): two or three replicates
-of one design often agree by chance. Student's t then has as many degrees of freedom as there are runs less designs.
+A run tells the standard error s of its value (block averages); replicates tell their scatter. Both are used: the
+mean of k runs has the error sqrt(sum s^2)/k, enlarged for all designs alike when replicates of designs scatter more
+than their errors say (the scale factor of the Particle Data Group, Review of Particle Physics, section 5.2.2:
+sqrt(chi^2/dof) where above 1); then Student's t with these degrees of freedom holds. Where runs have no errors, the
+scatter of the replicates is pooled over all designs, relative to their means (the pure error of Box, Hunter &
+Hunter, Statistics for Experimenters, 2005, section 5.6): two or three replicates of one design often agree by
+chance. Student's t then has as many degrees of freedom as there are runs less designs.
 """
 
 import dataclasses
@@ -114,8 +115,8 @@ def words_of(name: str) -> str:
 
 @dataclasses.dataclass(frozen=True)
 class Axis(Range):
-    """A varied key as it is shown: `unit` as people write it, all words in `choices`; `span` holds the range and all values that
-    were run; `said`: the scale of the study deck's own unit, None where it has none."""
+    """A varied key as it is shown: `unit` as people write it, all words in `choices`; `span` holds the range and all
+    values that were run; `said`: the scale of the study deck's own unit, None where it has none."""
 
     span: tuple = (0.0, 0.0)
     said: Scale | None = None
@@ -174,8 +175,8 @@ class Aim(Objective):
 
 @dataclasses.dataclass(frozen=True)
 class Means:
-    """Per design: mean, standard error (NaN if unknown), degrees of freedom of the latter (inf: normal), runs that made it.
-    `factor` is by how much the errors were enlarged."""
+    """Per design: mean, standard error (NaN if unknown), degrees of freedom of the latter (inf: normal), runs that made
+    it. `factor` is by how much the errors were enlarged."""
 
     mean: np.ndarray
     error: np.ndarray
@@ -220,8 +221,9 @@ def estimate(group, value, error, count) -> Means:
 
 
 class StudyView:
-    """A study as it is shown: `name`, the table's metadata `meta`, a DataFrame of all runs `rows` (columns as in the table), varied keys
-    `axes`, `objectives`; `designs`: a DataFrame of a line each, columns of the axes, "state" (done | capped | failed), "runs"."""
+    """A study as it is shown: `name`, the table's metadata `meta`, a DataFrame of all runs `rows` (columns as in the
+    table), varied keys `axes`, `objectives`; `designs`: a DataFrame of a line each, columns of the axes, "state"
+    (done | capped | failed), "runs"."""
 
     def __init__(self, name: str, meta: dict, rows: pd.DataFrame):
         self.name, self.meta = name, meta

@@ -1,8 +1,8 @@
 """Where the best design is, how good it is, and which others cannot be told from it.
 
-Neighbouring designs know of each other: a Gaussian process through all runs (`gp.py`) averages out the noise that lifts the luckiest
-of hundreds of designs above the truly best one. Where there are too few runs for it, each design stands for itself and
-Gupta's subset says which may be best (`not_told_apart`).
+Neighbouring designs know of each other: a Gaussian process through all runs (`gp.py`) averages out the noise that
+lifts the luckiest of hundreds of designs above the truly best one. Where there are too few runs for it, each design
+stands for itself and Gupta's subset says which may be best (`not_told_apart`).
 """
 
 import dataclasses
@@ -115,8 +115,8 @@ def subset_quantile(count: int) -> float:
 
 
 def not_told_apart(found: Means, sign: int, usable) -> np.ndarray:
-    """Which designs hold the truly best one with 95 % confidence (Gupta's subset; errors may differ, as in Hsu, Ann. Statist. 9
-    (1981) 1026). A design without known error counts by its mean alone."""
+    """Which designs hold the truly best one with 95 % confidence (Gupta's subset; errors may differ, as in Hsu, Ann.
+    Statist. 9 (1981) 1026). A design without known error counts by its mean alone."""
     inside = usable & np.isfinite(found.mean)
     best = int(np.argmax(np.where(inside, sign * found.mean, -np.inf)))
     quantile = subset_quantile(int(inside.sum()))
@@ -140,8 +140,9 @@ def spans(view, mask) -> str:
 
 
 def pareto(scores: np.ndarray) -> np.ndarray:
-    """Which lines of scores (designs x objectives, all to be large) no other line beats: as good in all, better in
-    one. Lines with NaN are out. Sorted by the first, a line is kept out by those before it: n log n for two, n k for more."""
+    """Which lines of scores (designs x objectives, all to be large) no other line beats: as good in all, better in one.
+    Lines with NaN are out. Sorted by the first, a line is kept out by those before it: n log n for two, n k for
+    more."""
     sound, kept = np.flatnonzero(np.isfinite(scores).all(axis=1)), []
     for line in sound[np.lexsort(-scores[sound, ::-1].T)]:
         better, here = scores[kept], scores[line]

@@ -16,8 +16,9 @@ DOTS = 200  # an inch of a picture
 
 
 def figures(view, objective, sensitivities=(), beside=None, wanted=None, **options):
-    """(kind, title, words for who cannot see it, function that draws it) of all pictures that a study has, the main one first:
-    contours, or lines where only one key is a number. `beside`: another study, with the designs `wanted` for a reference."""
+    """(kind, title, words for who cannot see it, function that draws it) of all pictures that a study has, the main one
+    first: contours, or lines where only one key is a number. `beside`: another study, with the designs `wanted` for
+    a reference."""
     what, part = objective.words, functools.partial
     options["sensitivities"] = sensitivities
     if sum(axis.numeric for axis in view.axes) > 1:
@@ -51,7 +52,8 @@ def draw(table, path):
 
 
 def write(asked, view, *more, **options) -> list[str]:
-    """Writes the files that are asked for, {kind: path}; the names of the pictures: of a PDF, whose pages they are, or one each."""
+    """Writes the files that are asked for, {kind: path}; the names of the pictures: of a PDF, whose pages they are,
+    or one each."""
     if "csv" in asked:
         csv(view, asked["csv"])
     if "html" in asked:

@@ -1,7 +1,8 @@
-"""Two studies of the same keys side by side, on one scale, and a plain sentence on how much of the gain of one is left in the other.
+"""Two studies of the same keys side by side, on one scale, and a plain sentence on how much of the gain of one is left
+in the other.
 
-The gain of a study is its best design over a reference: the designs named by --reference, else the circular drum (buckle height
-0) where that was varied, else the median of all designs.
+The gain of a study is its best design over a reference: the designs named by --reference, else the circular drum
+(buckle height 0) where that was varied, else the median of all designs.
 """
 
 import dataclasses
@@ -30,8 +31,8 @@ class Gain:
 
 
 def gain_of(view, objective, wanted=None) -> Gain | None:
-    """Over the mean of all designs that match `wanted` {key: SI value}, of the circular drum, or the median of all; None without a
-    best design."""
+    """Over the mean of all designs that match `wanted` {key: SI value}, of the circular drum, or the median of all;
+    None without a best design."""
     best, found = optimum.find(view, objective), view.estimate(objective.path)
     if best is None:
         return None

@@ -1,5 +1,5 @@
-"""Lines of a study: the objective along each varied key through the optimum, error bars on every point; the Pareto front; which
-key matters."""
+"""Lines of a study: the objective along each varied key through the optimum, error bars on every point; the Pareto
+front; which key matters."""
 
 import numpy as np
 

@@ -1,5 +1,6 @@
-"""A study in words: how far it is, what it cost, the best designs with 95 % confidence, what cannot be told from the best, which
-key matters, the Pareto front. `lines` is what `mill study` says; sweeps and searches end with `of_sweep` and `of_search`."""
+"""A study in words: how far it is, what it cost, the best designs with 95 % confidence, what cannot be told from the
+best, which key matters, the Pareto front. `lines` is what `mill study` says; sweeps and searches end with `of_sweep`
+and `of_search`."""
 
 import collections
 import math
@@ -22,8 +23,9 @@ UNDER = " " * 11  # a line that goes on
 
 
 def progress(view, now: float | None = None) -> dict:
-    """planned (None: not known), runs, cpu, wall [s] of all runs, ended: when the last did, elapsed [s] from the first start to that,
-    left [s] (NaN: not known or nothing left), complete, resting [s] since the last end where that is long."""
+    """planned (None: not known), runs, cpu, wall [s] of all runs, ended: when the last did, elapsed [s] from the first
+    start to that, left [s] (NaN: not known or nothing left), complete, resting [s] since the last end where that is
+    long."""
     rows, planned = view.rows, view.meta.get("planned")
     cpu, wall = (pd.to_numeric(rows[name]).to_numpy(float) for name in ("cpu", "wall"))
     stamps = pd.to_datetime(rows["finished"], utc=True, errors="coerce", format="ISO8601")
@@ -134,8 +136,8 @@ def at_edge(view, values) -> list[str]:
 
 
 def table_of(view, which, shown):
-    """Heads and lines of designs: place, values of the keys, then of each column (name, scale, values, half widths of their
-    95 % intervals) the value and the interval."""
+    """Heads and lines of designs: place, values of the keys, then of each column (name, scale, values, half widths of
+    their 95 % intervals) the value and the interval."""
     table = [["", *(axis.heading for axis in view.axes)]]
     for name, scale, *_ in shown:
         table[0] += [name + scale.bracket, "95 %"]
@@ -148,8 +150,8 @@ def table_of(view, which, shown):
 
 
 def best_table(view, objective, count=BEST):
-    """Heads and lines of the best designs with 95 % confidence intervals: best by the surface (so that luck does not rank
-    them), else by their own runs. Nothing where none has a value."""
+    """Heads and lines of the best designs with 95 % confidence intervals: best by the surface (so that luck does not
+    rank them), else by their own runs. Nothing where none has a value."""
     found, best = view.estimate(objective.path), optimum.find(view, objective)
     if best is None:
         return []
@@ -232,7 +234,8 @@ def of_sweep(table) -> list[str]:
 
 
 def of_search(table) -> list[str]:
-    """The best design that a search found, with intervals of its value and its place; the front of several objectives."""
+    """The best design that a search found, with intervals of its value and its place; the front of several
+    objectives."""
     view = StudyView.of(table)
     if len(view.objectives) > 1:
         which = optimum.front(view)
