@@ -39,10 +39,11 @@ def plot(
     """Draws the spectra of a run into matplotlib axes, with axis labels, units and limits; returns the lines, one a
     kind.
 
-    run        an open milltools.read.runfile.Run group      "impacts" or "strikes" (re-contacts of a pair merged)
-    speed      "normal_speed" (approach) or "tangential_speed" (slip of the surfaces) abscissa   "speed", or
-    "energy": the available normal energy m* v_n^2 / 2 weight     "count": impacts per second and decade, both axes
-    logarithmic; "energy": dissipated power per decade, the
+    run        an open milltools.read.runfile.Run
+    group      "impacts" or "strikes" (re-contacts of a pair merged)
+    speed      "normal_speed" (approach) or "tangential_speed" (slip of the surfaces)
+    abscissa   "speed", or "energy": the available normal energy m* v_n^2 / 2
+    weight     "count": impacts per second and decade, both axes logarithmic; "energy": dissipated power per decade, the
                ordinate linear, so that areas compare; "cumulative": impacts per second at or above
     kinds      contact kinds, as in Run.kinds and "all"; all kinds but "all" if None
     per_ball   the ordinate divided by the number of balls

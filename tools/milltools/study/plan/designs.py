@@ -1,9 +1,9 @@
 """The plan of a study: which designs are run, as dicts of SI values by key.
 
-    grid      every combination of the values, the last key fastest lhs       Latin hypercube (McKay, Beckman &
-    Conover 1979), `samples` designs sobol     scrambled Sobol sequence (Sobol' 1967; Owen 1998), `samples` designs;
-    more samples go on with the same ones saltelli  what Sobol indices need (Saltelli 2010), from `samples` base
-    points: sensitivity.py
+    grid      every combination of the values, the last key fastest
+    lhs       Latin hypercube (McKay, Beckman & Conover 1979), `samples` designs
+    sobol     scrambled Sobol sequence (Sobol' 1967; Owen 1998), `samples` designs; more samples begin with the same ones
+    saltelli  what Sobol indices need (Saltelli 2010), from `samples` base points: sensitivity.py
 
 Random ones are those of [study] seed. Designs that come out equal (whole numbers, words) are run once.
 """

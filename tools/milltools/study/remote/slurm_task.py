@@ -8,10 +8,10 @@ strikes, ends the runs in hand; what was finished is kept.
 
     TABLE.slurm/token            names the study in Slurm's queue: no other has the same
     TABLE.slurm/00003/           one array, FOLDER; its name in the queue is mill-TABLE-TOKEN-00003
-        job                      what sbatch said: the number of the array, empty while it is not known 12.jobs
-        what task 12 is to do, one job a line (JSON): {"call": "module:function", "job": {...}} 12.rows
-        what task 12 says, one line (JSON) each time, see below 12.out                   standard output and error of
-        task 12
+        job                      what sbatch said: the number of the array, empty while it is not known
+        12.jobs                  what task 12 is to do, one job a line: {"call": "module:function", "job": {...}}
+        12.rows                  what task 12 says, one line (JSON) each time, see below
+        12.out                   standard output and error of task 12
 
 A task says {"start": id, "host": ...} before a job and then one of {"row": row}, {"lost": id, "why": ...}, {"error":
 id, "why": ...}; {"end": true} when nothing is left to do. Each line is one write() and on the disk before the next

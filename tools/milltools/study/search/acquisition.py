@@ -1,14 +1,13 @@
 """Which design to run next, from all that is known: a few spread points, then where an improvement is to be expected,
 and at the end again those that might be the best.
 
-    start     the first points of a scrambled Sobol sequence search    the knowledge gradient for correlated beliefs
-    (Frazier, Powell & Dayanik, INFORMS J. Comput. 21 (2009) 599): by how much
-              one more noisy run is expected to raise the best of all expected values. It weighs the noise of a run,
-              so that it also says when to run a design again. Runs that are still out are believed to give what the
-              model expects there (kriging believer: Ginsbourger, Le Riche & Carraro 2010)
-    confirm   the last fifth of the runs: whichever of the leader and its most likely rival is known less, with
-    another seed,
-              until no rival is left in doubt
+    start     the first points of a scrambled Sobol sequence
+    search    the knowledge gradient for correlated beliefs (Frazier, Powell & Dayanik, INFORMS J. Comput. 21 (2009)
+              599): by how much one more noisy run is expected to raise the best of all expected values. It weighs the
+              noise of a run, so it also says when to run a design again. For runs that have not ended, the model's own
+              expectation counts (kriging believer: Ginsbourger, Le Riche & Carraro 2010)
+    confirm   the last fifth of the runs: the best design or its most likely rival, whichever is known less, with
+              another seed, until no rival is left in doubt
 
 A capped run took its whole budget and a failed one gave nothing: both repel. The gradient is multiplied by the share
 of good runs to be expected, which is 1 far away from them. A design that failed is not run again; one that was

@@ -5,11 +5,11 @@ known, the total one what is left when all others are (Sobol' 2001; Saltelli et 
 259). Every key counts as spread evenly over its range, or over the values of its list, and independent of the
 others.
 
-    saltelli    the study was planned for it (`method = saltelli`): straight from the runs, 95 % intervals from
-    SALib's bootstrap surface     any other runs: a Gaussian process through them (gp.py), and indices of
-    realisations of it, so that the interval holds
-                both what the runs leave open and the sampling (Le Gratiet, Cannamela & Iooss, SIAM/ASA J.
-                Uncertainty Quantification 2 (2014) 336)
+    saltelli    the study was planned for it (`method = saltelli`): straight from the runs, intervals from SALib's
+                bootstrap
+    surface     any other runs: a Gaussian process through them (gp.py), and indices of realisations of it. So the
+                interval holds both what the runs leave open and the sampling (Le Gratiet, Cannamela & Iooss, SIAM/ASA
+                J. Uncertainty Quantification 2 (2014) 336)
 """
 
 import math

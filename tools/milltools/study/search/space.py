@@ -5,8 +5,7 @@ this is the one place where they are made from values of keys and back:
 
     numbers with a list of values (a list in the deck, or a range with steps)   one column, spaced as the values are
     whole numbers, real numbers between low and high                            one column; logarithmic if the key is
-    words (choices, file names)                                                 one column each: 1/sqrt(2) for the
-    chosen
+    words (choices, file names)                                                 a column each: 1/sqrt(2) if chosen
 
 so that two different choices are as far apart as the two ends of a number. Whole and stepped keys are always at one
 of their values *before* they are encoded: the model never sees the stairs between them (Garrido-Merchan &
