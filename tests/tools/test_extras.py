@@ -87,6 +87,7 @@ def test_a_missing_package_is_one_line(without, millsim, write_study, tmp_path, 
     mend = f"run 'make mill EXTRAS={extra}' in {ROOT}"
     assert done.stderr == f"mill {words[0]}: this needs the Python package {package}: {mend}\n"
     assert done.returncode == 1
+    assert not any(tmp_path.glob("a*.parquet*")), "a table was begun"
 
 
 def test_outside_of_a_checkout_pip_is_told(monkeypatch, tmp_path):

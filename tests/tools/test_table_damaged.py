@@ -110,6 +110,15 @@ def test_a_line_of_another_kind_is_left_out_and_counted_with_or_without_a_checks
     assert [one["design"] for one in table.rows()] == [0, 1, 2, 3] and table.damaged == 0
 
 
+def test_mill_study_says_what_is_left_out(mill, tmp_path):
+    path = tmp_path / "a.parquet"
+    fill(path, row(0))
+    journal_of(path).write_bytes(HOSTILE[0] + b"\n" + old(row(2)))
+    done = mill("study", "a.parquet")
+    assert done.returncode == 0
+    assert done.stderr.startswith("mill study: a.parquet.journal: 1 damaged line left out; ")
+
+
 def test_a_journal_without_checksums_is_still_read_and_gets_them(tmp_path):
     path = tmp_path / "a.parquet"
     pyarrow.parquet.write_table(pyarrow.Table.from_pylist([row(0)], schema(META)), path)

@@ -9,6 +9,7 @@ import time
 
 from milltools.base.errors import UserError
 from milltools.base.files import check_writable
+from milltools.base.progress import say
 
 SUMMARY = (
     "Shows a study: how far it is, the best designs with 95 % confidence intervals, which others cannot be told from the best, "
@@ -85,6 +86,8 @@ def run(arguments) -> int:
     from milltools.study.show.data import opened
 
     table, view = opened(arguments.study)
+    if table.damaged:
+        say("mill study", f"{table.left_out}; the command that made the table does their runs again")
     objective = chosen(view, arguments)
     beside = opened(arguments.beside)[1] if arguments.beside else None
     wanted = reference(view, arguments.reference) if arguments.reference else None

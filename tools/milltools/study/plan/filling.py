@@ -13,10 +13,10 @@ import sys
 from milltools.base import processes
 from milltools.base.errors import UserError
 from milltools.base.progress import Progress, say
-from milltools.base.text import number, plural, spoken_unit
+from milltools.base.text import number, spoken_unit
 from milltools.study.plan import job as one_job
 from milltools.study.plan.sealed import STATUSES
-from milltools.study.plan.table import Writer, journal_of
+from milltools.study.plan.table import Writer
 
 ATTEMPTS = 3  # of a run that is lost
 TICK = 0.2  # [s] between looks at the clock
@@ -36,8 +36,7 @@ def filled(command, path, about, force):
     """The Writer of a table while it is filled; whatever asks for an end is an Interrupted that says how far it is."""
     with Writer.begin(path, about, force) as table:
         if table.damaged:
-            lines, what = plural(table.damaged, "damaged line"), "it" if table.damaged == 1 else "they"
-            say(command, f"{journal_of(path)}: {lines} left out; what {what} held is run again")
+            say(command, f"{table.left_out}; the runs of these lines are done again")
         try:
             with processes.stops_in_order():
                 yield table

@@ -30,6 +30,7 @@ import pyarrow.parquet
 
 from milltools.base.errors import MissingFileError, UserError
 from milltools.base.files import faults, whole
+from milltools.base.text import plural
 from milltools.study.plan import sealed
 
 METADATA = b"millsim"
@@ -87,6 +88,11 @@ class Table:
         """Every planned run is there, and nobody is at it."""
         planned = self.meta["planned"]
         return planned is not None and not journal_of(self.path).exists() and len(self.frame()) >= planned
+
+    @property
+    def left_out(self) -> str:
+        """What is damaged, in words."""
+        return f"{journal_of(self.path)}: {plural(self.damaged, 'damaged line')} left out"
 
     def frame(self) -> pandas.DataFrame:
         """Each run once, by design and replicate."""

@@ -24,7 +24,6 @@ import uuid
 
 from milltools.base import processes
 from milltools.base.errors import UserError
-from milltools.base.extras import needs
 from milltools.study.plan import job as one_job
 from milltools.study.plan.job import Lost
 from milltools.study.remote.cluster import ClusterExecutor, one_line, settle
@@ -101,7 +100,6 @@ class DaskExecutor(ClusterExecutor):
     of our own, with `workers` processes, all cores if None)."""
 
     def __init__(self, address, workers=None):
-        needs("cluster", "dask", "distributed")
         import distributed
 
         super().__init__()

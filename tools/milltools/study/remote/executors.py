@@ -13,6 +13,7 @@ import shlex
 
 from milltools.base import processes
 from milltools.base.errors import UserError
+from milltools.base.extras import needs
 
 
 def add_arguments(parser):
@@ -53,6 +54,8 @@ class Where:
                 raise UserError(f"--{name.replace('_', '-')} goes with --slurm")
         if self.dask and self.slurm:
             raise UserError("--dask or --slurm, not both")
+        if self.dask:
+            needs("cluster", "dask", "distributed")  # before a table is begun
         if self.workers and (self.slurm or self.dask not in (None, "local")):
             raise UserError("--workers is for runs on this machine: elsewhere Dask or --tasks says how many")
         try:
