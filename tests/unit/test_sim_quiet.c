@@ -35,7 +35,7 @@ START_TEST(a_ball_bounces_as_the_textbook_says_and_without_the_floor_ends_with_a
     witness_join(&w, &b, INFINITY);
     const double v0 = sqrt(2.0 * gravity * height), t0 = sqrt(2.0 * height / gravity);
     ck_assert_int_eq(mill_sim_run(b.sim, 10.0, NO_LIMIT, NULL, &b.error), MILL_FAILED);
-    ck_assert_ptr_nonnull(strstr(b.error.text, "at t = 0.2873"));
+    ck_assert_ptr_nonnull(strstr(b.error.text, "after t = 0.2873"));
     ck_assert_ptr_nonnull(strstr(b.error.text, "contact.rebound_floor"));
     double t = t0, v = v0;
     for (int n = 0; n < 20; n++) {
