@@ -674,7 +674,7 @@ def children(pid):
 def test_an_interrupt_ends_it_and_what_is_done_can_be_resumed(small_deck, tmp_path):
     said, errors, left = interrupted(small_deck, "'a.h5'", False, after=0.7)
     assert (said, errors, left) == (
-        "interrupted a.h5 holds everything up to then; resume=True goes on\n", "", []
+        "interrupted a.h5 contains everything up to then; resume=True continues\n", "", []
     )  # fmt: skip
     with milltools.load(tmp_path / "a.h5") as result:
         assert result.status == "stopped" and result.time > 0

@@ -207,7 +207,7 @@ def test_replicates_of_a_transient_tell_its_error(runs):
     "second, words",
     [
         ("fast", "rotor.speed is 1300 rpm, not 1000 rpm"),
-        ("one", "seed and start of another replicate"),
+        ("one", "same seed and start as another replicate"),
         ("transient2", "run.sample_from is 0 s, not 0.1 s"),
     ],
 )
@@ -276,7 +276,7 @@ def test_where_the_file_tells_no_errors_blocks_do(runs, copy):
 def test_what_only_one_file_holds_is_said(runs, copy):
     bare = copy("two", observables__dissipation=None)
     row = table(runs["one"], bare)["dissipated_power"]
-    assert row.verdict == "only in A: the file of B does not hold it"
+    assert row.verdict == "only in A: the file of B does not contain it"
     assert np.isfinite(row.a.value) and np.isnan(row.b.value)
 
 
@@ -396,10 +396,10 @@ def test_rows_that_are_zero_on_both_sides_are_said_once(capsys):
 @pytest.mark.parametrize(
     "words, line",
     [
-        (["one"], "one run is nothing to compare with; give two or more"),
+        (["one"], "one run cannot be compared; give two or more"),
         (["one", "missing.h5"], "missing.h5: no such file"),
         (["one", "text.h5"], "text.h5: not a readable HDF5 file: "),
-        (["one", ","], "',' names no file"),
+        (["one", ","], "',' contains no file name"),
     ],
 )
 def test_wrong_input_is_one_line_and_status_2(mill, runs, tmp_path, words, line):

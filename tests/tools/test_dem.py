@@ -93,16 +93,16 @@ def sets(*pairs):
         (["--time", "5"], "--set run.time=5: [run] time: expected a time with its unit"),
         (["--set", "drum.radius=30 s"], "--set drum.radius=30 s: [drum] radius: expected a length"),
         (["--set", "nonsense"], "--set nonsense: "),
-        (sets("contact.restitution=0"), "deck.ini: [contact] restitution of ball_ball: LIGGGHTS wants more than 0.05, got 0"),
-        (sets("contact.ball_wall.restitution=0.03"), "deck.ini: [contact] restitution of ball_wall: LIGGGHTS wants more than 0.05, got 0.03"),
+        (sets("contact.restitution=0"), "deck.ini: [contact] restitution of ball_ball: LIGGGHTS requires more than 0.05, got 0"),
+        (sets("contact.ball_wall.restitution=0.03"), "deck.ini: [contact] restitution of ball_wall: LIGGGHTS requires more than 0.05, got 0.03"),
         (sets("drum.profile=wavy", "drum.buckles=5", "drum.buckle_height=1 mm"), "deck.ini: [drum] profile: expected 'circle', got 'wavy': on a curved wall of triangles LIGGGHTS adds up the forces of neighbours"),
-        (sets("output.frames=1 us"), "deck.ini: [output] frames: 1e-06 s is less than the "),
-        (["--output", "there.h5"], "there.h5: there is such a file already; --force overwrites it"),
+        (sets("output.frames=1 us"), "deck.ini: [output] frames: 1e-06 s is less than "),
+        (["--output", "there.h5"], "there.h5: exists already; --force overwrites it"),
         (["--output", "no/such.h5"], "no/such.h5: there is no folder no"),
         (["--output", "scratch", "--force"], "scratch: is a folder"),
         (["--output", "deck.ini", "--force"], "deck.ini: is deck.ini itself; give another name"),
-        (["--script", "old"], "old: there is an in.mill already; --force overwrites it"),
-        (["--script", "new", "--warm-up", "1e7"], "--script writes one run of one stiffness: leave --warm-up out"),
+        (["--script", "old"], "old: contains an in.mill already; --force overwrites it"),
+        (["--script", "new", "--warm-up", "1e7"], "--script writes a run of one stiffness: omit --warm-up"),
     ],
 )  # fmt: skip
 def test_wrong_use_is_one_line_and_status_2(dem, tmp_path, words, line):
@@ -525,7 +525,7 @@ def test_a_price_that_cannot_be_measured_does_not_fail_the_run(dem, monkeypatch)
     monkeypatch.setattr(milltools.dem.command.Job, "check_singles", lambda job: None)
     done = dem(SMALL, *QUICK, *sets("contact.friction=0", "run.time=2 ms"), whole=True)
     assert done.status == 0 and "without it - s per simulated second" in done.out
-    assert done.err == "mill dem: note: the price was not measured: LIGGGHTS failed with status 1\n"
+    assert done.err == "mill dem: note: the cost of LIGGGHTS alone was not measured: LIGGGHTS failed with status 1\n"
     with Run("deck-dem.h5") as run:
         assert run.status == "complete" and math.isnan(run.read("run/price"))
 

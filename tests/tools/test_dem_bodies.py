@@ -278,12 +278,12 @@ REFUSED = {
     "capsule": (JAR.replace("cylinder", "capsule").replace("motion = jar\n", ""), "[body.jar] shape: expected cylinder, box or mesh, got capsule: LIGGGHTS has no such primitive"),
     "a pin": (BOX + "[body.pin]\nshape = cylinder\nradius = 0.002 m\nlength = 0.01 m\n", "[body.pin] shape: expected box or mesh, got cylinder: LIGGGHTS has no such"),
     "rounded": (BOX + "[body.bar]\nshape = box\nsize = 0.01 0.01 0.01 m\nrounding = 0.001 m\n", "[body.bar] rounding: LIGGGHTS has no such primitive"),
-    "table": (BOX + "motion = m\n[motion.m]\nkind = table\nfile = t.txt\n", "[motion.m] kind: mill dem knows no table: "),
-    "off its axis": (JAR.replace("motion = jar", "motion = m\naxis = 1 0 0") + TURN, "[body.jar] motion: it turns about another axis than its own: LIGGGHTS' round walls lie along x, y or z"),
-    "rocking": (JAR.replace("motion = jar", "motion = m") + "[motion.m]\nkind = swing\namplitude = 1 rad\nfrequency = 3 Hz\n", "[body.jar] motion: it swings to and fro about its own axis: "),
+    "table": (BOX + "motion = m\n[motion.m]\nkind = table\nfile = t.txt\n", "[motion.m] kind: mill dem cannot run a table: "),
+    "off its axis": (JAR.replace("motion = jar", "motion = m\naxis = 1 0 0") + TURN, "[body.jar] motion: it does not turn about its own axis: LIGGGHTS' round walls lie along x, y or z"),
+    "rocking": (JAR.replace("motion = jar", "motion = m") + "[motion.m]\nkind = swing\namplitude = 1 rad\nfrequency = 3 Hz\n", "[body.jar] motion: it swings about its own axis: "),
     "tumbling": (BOX + "motion = m\n" + TURN + "on = n\n" + TURN.replace(".m]", ".n]") + OFF, "[body.box] motion: motion m: its axis changes direction, and LIGGGHTS turns a wall about one axis"),
-    "two motions": (BOX + "[body.bar]\nshape = box\nsize = 0.01 0.01 0.01 m\nmotion = m\n" + TURN + "on = n\n" + TURN.replace(".m]", ".n]"), "[body.bar] motion: it rides on 2 motions: mill dem moves a mesh by one"),
-    "beside": (BOX + "motion = m\n[body.bar]\nshape = box\nsize = 0.01 0.01 0.01 m\n" + TURN, "[body.bar] motion: what holds the balls moves, and it does not ride with it: "),
+    "two motions": (BOX + "[body.bar]\nshape = box\nsize = 0.01 0.01 0.01 m\nmotion = m\n" + TURN + "on = n\n" + TURN.replace(".m]", ".n]"), "[body.bar] motion: 2 motions carry this body: mill dem can move a mesh by only one"),
+    "beside": (BOX + "motion = m\n[body.bar]\nshape = box\nsize = 0.01 0.01 0.01 m\n" + TURN, "[body.bar] motion: the container moves, and this body does not move with it: "),
 }  # fmt: skip
 
 

@@ -235,5 +235,5 @@ def test_parting_what_does_not_fit_is_one_line(deck):
     deck = deck(SMALL, "balls.count=2", "drum.length=12 mm", "blades.count=1")
     contacts = Contacts(deck, Model(deck, 1e8))
     contacts.walls[2].half = 0.0024  # a mill shorter than its balls
-    with pytest.raises(UserError, match="overlaps of .* m that cannot be undone"):
+    with pytest.raises(UserError, match="overlaps of .* m that cannot be removed"):
         part(contacts, 0.0, deck.start()[0], np.zeros((2, 3)))

@@ -131,14 +131,14 @@ FAILURES = {
     "early": "LIGGGHTS ended before its run was over",
     "not over": "LIGGGHTS ended before its run was over",
     "half a sample": "LIGGGHTS ended before its run was over",
-    "dangerous": "LIGGGHTS saw neighbours too late (3 dangerous builds)",
+    "dangerous": "LIGGGHTS updated its lists of neighbours too late (3 dangerous builds)",
     "garbage": "what LIGGGHTS writes cannot be read: state.bin begins a dump of ",
     "wide": "what LIGGGHTS writes cannot be read: state.bin begins a dump of 7 x 11 numbers in 1 parts",
     "more": "what LIGGGHTS writes cannot be read: state.bin begins a dump of 8 x 10 numbers in 1 parts",
     "twice": "what LIGGGHTS writes cannot be read: state.bin does not name every ball once at step 15",
     "part": "what LIGGGHTS writes cannot be read: state.bin has a part of 1073741824 numbers at step 15",
     "negative part": "what LIGGGHTS writes cannot be read: state.bin has a part of -10 numbers at step 15",
-    "no number": "LIGGGHTS has lost itself: a ball's place or speed is no number at step 15",
+    "no number": "LIGGGHTS has failed: a ball's place or speed is not a number at step 15",
 }  # fmt: skip
 
 

@@ -210,7 +210,7 @@ def path_of(deck):
     "call, message",
     [
         (lambda d: d.facts({"dt": 1e-6}), r"run: dt: expected \(value, unit"),
-        (lambda d: d.account(0.0, {"rotor_wrok": 1}), "rotor_wrok: nothing of that name"),
+        (lambda d: d.account(0.0, {"rotor_wrok": 1}), "rotor_wrok: an account has no value of this name"),
         (lambda d: d.state(0.0, *[np.zeros((200, 2))] * 3), r"expected an array \(200, 3\), got \(200, 2\)"),
     ],
 )

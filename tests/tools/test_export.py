@@ -167,8 +167,8 @@ def test_a_mill_without_a_rotor_has_drum_and_walls(mill, write_deck, tmp_path):
     [
         (["deck.ini", "mill.xyz"], "mill.xyz: expected a name ending in .stl"),
         (["deck.ini", "mill"], "mill: expected a name ending in .stl"),
-        (["deck.ini", "a.stl", "--part", "shaft"], "deck.ini: --part shaft: this mill has none"),
-        (["deck.ini", "a.stl", "--part", "lid"], "deck.ini: --part lid: this mill has none, but drum, walls"),
+        (["deck.ini", "a.stl", "--part", "shaft"], "deck.ini: --part shaft: this mill has no such part"),
+        (["deck.ini", "a.stl", "--part", "lid"], "deck.ini: --part lid: this mill has no such part; it has drum, walls"),
         (["deck.ini", "a.stl", "--tolerance", "1 s"], "--tolerance: expected a length such as '0.1 mm', got '1 s'"),
         (["deck.ini", "a.stl", "--tolerance", "-1 mm"], "--tolerance: expected a length such as '0.1 mm', got '-1 mm'"),
         (["deck.ini", "a.stl", "--tolerance", "1 mm"], "--tolerance: expected 3e-08 to 0.00075 m for this drum and wall, got 0.001 m"),
@@ -188,7 +188,7 @@ def test_what_cannot_be_is_one_line(mill, write_deck, tmp_path, words, line):
 def test_a_run_cannot_be_overridden(millsim, mill, small_deck):
     assert millsim("deck.ini", "-q", "-s", "run.time=1 ms").returncode == 0
     done = mill("export", "deck.h5", "a.stl", "-s", "drum.radius=40 mm")
-    line = "deck.h5: --set: what has been run cannot be changed; give its deck"
+    line = "deck.h5: --set: a finished run cannot be changed; give its deck"
     assert (done.returncode, done.stderr) == (2, f"mill export: {line}\n")
 
 

@@ -55,7 +55,7 @@ HAS = "frames 0 to 10, from 0 to 0.05 s"
         (["a.vtp", "--time", "1 s"], f"--time 1 s: RUN has {HAS}"),
         (["a.vtp", "--time", "1 mm"], "--time: expected a time such as '120 ms', got '1 mm'"),
         (["a.vtp", "--time", "-1 ms"], "--time: expected a time such as '120 ms', got '-1 ms'"),
-        (["a.pvd", "--from", "1 s"], "--from, --to: no frame in there; RUN has 11, from 0 to 0.05 s"),
+        (["a.pvd", "--from", "1 s"], "--from, --to: no frame in this span; RUN has 11, from 0 to 0.05 s"),
         (["a.pvd", "--from", "40 ms", "--to", "30 ms"], "--from 40 ms: is after --to 30 ms"),
         (["a.gsd", "--every", "0"], "--every: expected 1 or more, got 0"),
         (["a.gsd", "--every", "2.5"], "argument --every: invalid int value: '2.5'"),
@@ -66,7 +66,7 @@ HAS = "frames 0 to 10, from 0 to 0.05 s"
         (["a.gsd", "--part", "drum"], "--part: only for the mill's bodies (.stl, or --what mill)"),
         (["a.gsd", "--what", "mill"], "--what mill: not in .gsd, but in .stl or .vtp or .pvd"),
         (["a.stl", "--what", "balls"], "--what balls: not in .stl, but in .gsd or .vtp or .pvd or .csv"),
-        (["a.gsd", "-s", "run.time=1 s"], "RUN: --set: what has been run cannot be changed; give its deck"),
+        (["a.gsd", "-s", "run.time=1 s"], "RUN: --set: a finished run cannot be changed; give its deck"),
         (["no/a.gsd"], "no/a.gsd: No such file or directory"),
     ],
 )  # fmt: skip

@@ -175,7 +175,7 @@ def test_hard_links_in_a_circle_end(copy):
 
 def test_a_fifo_does_not_make_it_wait(tmp_path):
     os.mkfifo(tmp_path / "mill.h5")
-    with pytest.raises(UserError, match="no ordinary file"):
+    with pytest.raises(UserError, match="not an ordinary file"):
         Run(tmp_path / "mill.h5")
 
 

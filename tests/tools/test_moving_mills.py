@@ -291,7 +291,7 @@ def test_bodies_are_exported_where_they_are_at_any_time(mill, files, tmp_path):
     done = mill("export", "run.h5", "pins.pvd", "--what", "mill", "--part", "pin", "--to", "4 ms")
     assert "3 frames of pin" in done.stdout, done.stderr
     done = mill("export", "run.h5", "b.stl", "--part", "lid")
-    assert done.stderr.endswith("--part lid: this mill has none, but tank, pin\n")
+    assert done.stderr.endswith("--part lid: this mill has no such part; it has tank, pin\n")
 
 
 def test_a_mixtures_bodies_are_exported_too(mill, tmp_path):

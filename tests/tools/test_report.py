@@ -233,7 +233,7 @@ def test_a_run_at_work_is_told_of_as_far_as_it_is(start_millsim, write_deck, tmp
     done = report(tmp_path, "young.h5")
     assert done.returncode == 0, done.stderr
     reader = Reader((tmp_path / "young.html").read_text("utf-8"))
-    assert "has not come to its first checkpoint" in reader.text
+    assert "has not reached its first checkpoint" in reader.text
     assert "[drum]" in reader.text
 
 
@@ -285,8 +285,8 @@ def test_the_default_name_is_the_runs(page):
     [
         (["missing.h5"], 2, "missing.h5: no such file"),
         (["small.ini"], 2, "small.ini: not a readable HDF5 file: if it is a deck, './millsim DECK' runs it"),
-        (["small.h5", "nothing.h5"], 2, "a report is of one run; several go on one page with --compare"),
-        (["--compare", "small.h5"], 2, "one run is nothing to compare with; give two or more"),
+        (["small.h5", "nothing.h5"], 2, "a report shows one run; --compare puts several on one page"),
+        (["--compare", "small.h5"], 2, "one run cannot be compared; give two or more"),
         (["small.h5", "-o", "nowhere/x.html"], 2, "nowhere/x.html: there is no folder nowhere"),
         (["small.h5", "-o", "small.h5"], 2, "small.h5: is small.h5 itself; give another name"),
         (["small.h5", "-o", "."], 2, ".: is a folder"),

@@ -126,7 +126,7 @@ def test_detached_tasks_go_on_alone_and_their_rows_are_taken_up(case, slurm):
     sweep.send_signal(signal.SIGINT)
     _, said = sweep.communicate(timeout=90)
     assert sweep.returncode == 130
-    assert re.search(r"tasks stay in Slurm's queue \(\d+\); the same command takes up", said)
+    assert re.search(r"tasks stay in Slurm's queue \(\d+\); the same command later collects", said)
     case.release()
     wait(lambda: not slurm.listed("mill-t-"), "the tasks")
     assert set(case.runs().values()) == {1} and len(case.runs()) == case.designs

@@ -324,7 +324,7 @@ def test_a_place_in_the_queue_is_waited_for_with_one_line(queue, job, tmp_path, 
         queue.full = None
         assert future.result(90)["id"] == "a"
     said = capfd.readouterr().err.splitlines()
-    assert said == ["mill: no place in Slurm's queue, waiting: too many"]
+    assert said == ["mill: Slurm's queue is full, waiting: too many"]
 
 
 def abandon(executor):
@@ -396,9 +396,9 @@ def test_no_thread_is_left(queue, job, tmp_path):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--bundle", "3"], "--bundle goes with --slurm"),
-        (["--detach"], "--detach goes with --slurm"),
-        (["--slurm-options=--time=5"], "--slurm-options goes with --slurm"),
+        (["--bundle", "3"], "--bundle: only with --slurm"),
+        (["--detach"], "--detach: only with --slurm"),
+        (["--slurm-options=--time=5"], "--slurm-options: only with --slurm"),
         (["--slurm", "--dask", "local"], "--dask or --slurm, not both"),
         (["--slurm", "--workers", "3"], "--workers is for runs on this machine"),
         (["--slurm", "--tasks", "0"], "--tasks: expected 1 or more, got 0"),

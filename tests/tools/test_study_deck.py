@@ -166,18 +166,18 @@ def test_an_override_may_name_study_set_and_vary(write_study):
         ("record = ", "replicates = 1.5\n#", "expected a whole number from 1 to 10000, got '1.5'"),
         ("record = ", "seeds = mine\n#", "a.study:4: [study] seeds: expected shared or own, got 'mine'"),
         ("record = ", "method = full\n#", "a.study:4: [study] method: expected grid, lhs, sobol or saltelli, got 'full'"),
-        ("record = ", "method = lhs\n#", "a.study: [study] samples: missing; 'method = lhs' needs their number"),
-        ("record = ", "samples = 9\n#", "a.study:4: [study] samples: belongs to the methods"),
+        ("record = ", "method = lhs\n#", "a.study: [study] samples: missing; 'method = lhs' needs the number of samples"),
+        ("record = ", "samples = 9\n#", "a.study:4: [study] samples: is only for the methods"),
         ("record = ", "precision = 2 mm\n#", "a.study:4: [study] precision: expected a share such as '1 %', got '2 mm'"),
         ("record = ", "cpu_limit = 5\n#", "a.study:4: [study] cpu_limit: expected a time with its unit"),
-        ("record = ", f"minimise = {MEDIAN}\n#", "a.study:4: [study] minimise: '" + MEDIAN + "' is to be maximised already"),
+        ("record = ", f"minimise = {MEDIAN}\n#", "a.study:4: [study] minimise: '" + MEDIAN + "' is an objective of 'maximise' already"),
         ("run.time = 60 ms", "run.time = 10", "a.study:6: [set] run.time: expected a time with its unit such as '10 ms', got '10'"),
         ("run.time = 60 ms", "run.tim = 10", "a.study:6: [set] run.tim: unknown key; did you mean 'time'?"),
-        ("run.time = 60 ms", "run.seed = 1", "run.seed: seeds are those of [study]"),
+        ("run.time = 60 ms", "run.seed = 1", "run.seed: set the seeds with [study]"),
         ("rotor.speed = 300, ", "rotor.speed = 300 mm, ", "a.study:8: [vary] rotor.speed: expected an angular speed"),
         ("rotor.speed = ", "rotor.sped = ", "a.study:8: [vary] rotor.sped: unknown key; did you mean 'speed'?"),
-        ("rotor.speed = 300, 600, 900 rpm", "run.time = 1, 2 s", "a.study:8: [vary] run.time: stands in [set] already (a.study:6)"),
-        ("rotor.speed = 300, 600, 900 rpm", "run.seed = 1, 2", "a.study:8: [vary] run.seed: seeds are not varied"),
+        ("rotor.speed = 300, 600, 900 rpm", "run.time = 1, 2 s", "a.study:8: [vary] run.time: is given in [set] already (a.study:6)"),
+        ("rotor.speed = 300, 600, 900 rpm", "run.seed = 1, 2", "a.study:8: [vary] run.seed: seeds cannot be varied"),
         ("balls.count = 40..60 step 20", "rotor.speed = 1 rpm", "a.study:9: [vary] rotor.speed: there twice (first in line 8)"),
         ("[vary]", "[set]", "a.study:7: [set]: there twice (first in line 5)"),
         ("[set]", "set", "a.study:5: expected '[section]' or 'key = value', got 'set'"),
@@ -281,7 +281,7 @@ def test_only_a_key_of_the_base_deck_can_be_taken_out(write_study, tmp_path):
     with pytest.raises(UserError) as fault:
         Study(write_study(STUDY.replace("[set]", "[set]\nblades.pitch =")))
     assert str(fault.value) == (
-        f"{tmp_path}/a.study:6: [set] blades.pitch: an empty value takes a key out of the base deck, which has none such"
+        f"{tmp_path}/a.study:6: [set] blades.pitch: an empty value removes a key from the base deck, but the base deck has no such key"
     )
 
 

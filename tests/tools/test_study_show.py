@@ -90,13 +90,13 @@ def test_a_single_run_without_error_has_no_interval():
 def test_where_no_error_is_known_nothing_is_claimed():
     shown = view(*line_of([1.0, 1.2, 1.5], [math.nan] * 3, noise=False))
     said = "\n".join(summary.optimum_lines(shown, shown.objectives[0]))
-    assert "nothing tells how sure that is" in said
+    assert "its error is not known" in said
     assert "95 %" not in said and "as good" not in said
     _, *lines = summary.best_table(shown, shown.objectives[0])
     assert [line[-1] for line in lines] == ["best", "", ""]
     assert "95 %" not in contour.best_words(shown, shown.objectives[0])[1]
     (told, *_) = pair.sentences([shown, shown], shown.objectives[0], {"rotor.speed": 60.0})
-    assert told.endswith("100 % of the gain is left; how sure that is nothing tells")
+    assert told.endswith("100 % of the gain remains; the error is not known")
 
 
 def test_scatter_without_errors_is_pooled_over_designs():
@@ -160,7 +160,7 @@ def test_words_of_the_region_cover_it(figure7):
     low, high = inside["drum.buckles"].min(), inside["drum.buckles"].max()
     floor, roof = 1e3 * inside["drum.buckle_height"].min(), 1e3 * inside["drum.buckle_height"].max()
     text = "\n".join(summary.lines(figure7))
-    assert f"n {low}..{high}, h {floor:g}..{roof:g} mm cannot be told from the best" in text
+    assert f"n {low}..{high}, h {floor:g}..{roof:g} mm cannot be distinguished from the best" in text
 
 
 def test_capped_and_failed_designs_are_never_the_best():
@@ -188,7 +188,7 @@ def test_the_time_left_is_the_pace_of_the_last_runs():
     progress = summary.progress(shown, now)
     assert progress["left"] == pytest.approx(40) and not progress["complete"]
     assert "11 of 51 runs: 11 done; 40 s left" in summary.progress_lines(shown, now)[0]
-    assert "nothing new for 2.0 h" in summary.progress_lines(shown, now + 7200)[0]
+    assert "no new run for 2.0 h" in summary.progress_lines(shown, now + 7200)[0]
 
 
 def test_messages_are_counted_and_cannot_steer_a_terminal():
@@ -237,7 +237,7 @@ def test_the_contour_names_keys_units_marks_and_best(figure7):
         f"capped ({capped})",
         "failed (1)",
         "at most 2 % worse than the best",
-        "cannot be told from the best (95 %)",
+        "not distinguishable from best (95 %)",
     ):
         assert wanted in labels
     assert any(re.match(r"best: n\s=\s\d", label) for label in labels)
@@ -354,7 +354,7 @@ def test_what_is_left_of_the_gain_is_what_was_put_in(figure7):
     share, error = pair.left(*gains)
     assert share == pytest.approx(0.35, abs=3 * error) and error < 0.03
     line = pair.sentences(both, figure7.objectives[0])[0]
-    assert re.search(r"over the circular drum \(h = 0\): .* % higher in figure7, .* of the gain is left", line)
+    assert re.search(r"over the circular drum \(h = 0\): .* % higher in figure7, .* of the gain remains", line)
     assert pair.differences(both) == [("contact.friction", "not given", "0.3")]
 
 
@@ -458,7 +458,7 @@ def test_wrong_usage_is_one_line_and_status_2(mill):
 @pytest.mark.parametrize(
     "words, says",
     [
-        (["other.study"], "other.study: no table of it yet"),
+        (["other.study"], "other.study: it has no table yet"),
         (["made.parquet", "--x", "drum.radius"], "--x drum.radius: expected one of rotor.speed"),
         (["made.parquet", "--objective", "rate"], f"--objective rate: expected one of {SPEED}"),
         (["made.parquet", "--png", "a.gif"], "a.gif: expected a name that ends in .png"),
@@ -501,7 +501,7 @@ def test_the_reference_of_a_gain_has_units(study, tmp_path):
         small(tmp_path / name)
     both = ("a.parquet", "--beside", "b.parquet", "--reference")
     said = study(*both, "rotor.speed=60 rad/s")
-    assert "over rotor speed = 572.96 rpm: " in said and "of the gain is left" in said
+    assert "over rotor speed = 572.96 rpm: " in said and "of the gain remains" in said
     with pytest.raises(UserError, match="--reference rotor.speed=60 mm: .*rotor"):
         study(*both, "rotor.speed=60 mm")
 

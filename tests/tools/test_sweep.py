@@ -219,8 +219,8 @@ def test_another_base_deck_is_refused_and_force_begins_anew(sweep, write_study, 
     done = sweep(*words)
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == (
-        "mill sweep: a.parquet: holds the runs of another study: drum.length is 0.04 m there and 0.05 m here; "
-        "-o gives another name, --force begins anew\n"
+        "mill sweep: a.parquet: contains the runs of another study: drum.length is 0.04 m there and 0.05 m here; "
+        "-o sets another name, --force starts again\n"
     )
     assert (tmp_path / "a.parquet").read_bytes() == before
     assert sweep(*words, "--force").returncode == 0
@@ -259,9 +259,7 @@ def test_a_signal_ends_what_runs_keeps_what_is_done_and_says_how_to_go_on(
     os.killpg(process.pid, number)
     out, err = process.communicate(timeout=60)
     assert (process.returncode, out) == (status, "")
-    assert PROGRESS.sub("", err) == (
-        "mill sweep: interrupted; a.parquet has 2 of 6 runs, and the same command goes on\n"
-    )
+    assert PROGRESS.sub("", err) == ("mill sweep: interrupted; a.parquet has 2 of 6 runs; the same command goes on\n")
     assert not any(alive(pid) for pid, _, _ in runs(tmp_path))
     assert len(pandas.read_parquet(tmp_path / "a.parquet")) == 2
 
@@ -274,7 +272,7 @@ def test_two_drivers_on_one_table_are_one_too_many(start, mill, write_study, sta
     until(lambda: runs(tmp_path), "first run")
     done = mill("sweep", "--no-picture", "a.study")
     assert (done.returncode, done.stdout) == (1, "")
-    assert done.stderr == "mill sweep: a.parquet: another mill is writing it at this moment\n"
+    assert done.stderr == "mill sweep: a.parquet: another mill command is writing to it now\n"
     (tmp_path / "go").touch()
     process.communicate(timeout=60)
     assert process.returncode == 0
@@ -294,7 +292,7 @@ def test_a_design_that_is_refused_is_recorded_and_does_not_stop_the_rest(sweep, 
     message = frame.loc[0.02, "message"].iloc[0]
     assert message.startswith("deck.ini:15: [blades] tip_radius: must be less than the drum's radius")
     assert "(3 done, 3 failed)" in done.stdout
-    assert PROGRESS.sub("", done.stderr) == f"mill sweep: 3 runs failed, most of them so: {message}\n"
+    assert PROGRESS.sub("", done.stderr) == f"mill sweep: 3 runs failed, most of them with: {message}\n"
 
 
 def test_a_study_of_which_no_design_is_taken_ends_at_once(sweep, write_study, stand_in, tmp_path):
@@ -303,7 +301,7 @@ def test_a_study_of_which_no_design_is_taken_ends_at_once(sweep, write_study, st
     done = sweep("a.study")
     assert (done.returncode, done.stdout) == (2, "")
     assert "[blades] tip_radius: must be less than the drum's radius" in done.stderr
-    assert done.stderr.endswith("(and 4 others tried are refused too)\n")
+    assert done.stderr.endswith("(4 other designs were refused too)\n")
     assert sorted(tmp_path.iterdir()) == before
 
 
@@ -323,7 +321,7 @@ def test_an_objective_that_does_not_exist_ends_it_at_once(sweep, write_study, tm
     before = sorted(tmp_path.iterdir())
     done = sweep("a.study")
     assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr.startswith(f"mill sweep: a.study:2: [study] {key}: '{path}' is no scalar of /statistics")  # fmt: skip
+    assert done.stderr.startswith(f"mill sweep: a.study:2: [study] {key}: '{path}' is not a scalar of /statistics")  # fmt: skip
     assert hint in done.stderr
     assert sorted(tmp_path.iterdir()) == before
 
@@ -332,7 +330,7 @@ def test_all_failed_is_status_1_and_retry_runs_them_again(sweep, write_study, st
     write_study()
     done = sweep("a.study", program=stand_in("echo millsim: no disk >&2; exit 1"))
     assert done.returncode == 1
-    assert "6 runs failed, most of them so: no disk" in done.stderr
+    assert "6 runs failed, most of them with: no disk" in done.stderr
     assert sweep("a.study").returncode == 1
     assert sweep("a.study", "--retry").returncode == 0
     frame = pandas.read_parquet(tmp_path / "a.parquet")
@@ -363,7 +361,7 @@ def test_a_run_with_pinches_is_done_and_one_with_balls_deep_in_others_is_not(one
     done = one_job()
     assert job.read(done, finished(done, {"run/reliefs": 3000}))["status"] == "done"
     row = job.read(done, finished(done, {"run/overlaps": 3}))
-    assert row["status"] == "capped" and "3 balls deep in other bodies" in row["message"]
+    assert row["status"] == "capped" and "3 balls overlap other bodies" in row["message"]
 
 
 def test_the_error_of_a_run_with_precision_is_the_one_it_found(one_job):
@@ -417,7 +415,7 @@ def test_where_cpu_time_is_not_told_the_wall_clock_ends_a_run(one_job, monkeypat
     long = one_job(limit=2)
     long["set"] += ["run.time=1000 s", "output.series=1 s", "balls.count=200"]
     row = job.run(long)
-    assert row["status"] == "capped" and row["message"].startswith("stopped after 2 s of wall clock time")
+    assert row["status"] == "capped" and row["message"].startswith("stopped after 2 s of wall-clock time")
     assert row[MEDIAN] > 0 and 0 < row["time"] < 1000
 
 

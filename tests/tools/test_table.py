@@ -126,7 +126,7 @@ def test_a_run_that_is_in_file_and_journal_counts_once_the_later_one(path):
 
 def test_a_second_writer_is_refused_and_readers_are_not(path):
     with Writer.begin(path, META):
-        with pytest.raises(UserError, match="another mill is writing it at this moment") as fault:
+        with pytest.raises(UserError, match="another mill command is writing to it now") as fault:
             fill(path)
         assert fault.value.status == 1
         Table.open(path)
@@ -136,7 +136,7 @@ def test_a_second_writer_is_refused_and_readers_are_not(path):
 def test_a_table_of_another_study_is_refused_unless_forced(path):
     fill(path, row(0))
     other = META | {"fingerprint": "another", "file": "b.study"}
-    with pytest.raises(UserError, match="holds the runs of another study") as fault:
+    with pytest.raises(UserError, match="contains the runs of another study") as fault:
         fill(path, row(1), meta=other)
     assert fault.value.status == 2
     assert [one["design"] for one in Table.open(path).rows()] == [0]

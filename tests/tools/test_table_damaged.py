@@ -135,7 +135,7 @@ def test_a_row_that_cannot_be_of_the_study_is_not_kept(tmp_path):
     fill(path, row(0))
     before = path.read_bytes()
     for change in ({"collisions": "many"}, {"more": 1}):
-        with pytest.raises(UserError, match="a row that cannot be of this study"):
+        with pytest.raises(UserError, match="a row that cannot belong to this study"):
             fill(path, row(1, **change))
     assert path.read_bytes() == before and not journal_of(path).exists()
 
@@ -198,7 +198,7 @@ def test_pages_that_unpack_to_gigabytes_are_refused_unread(tmp_path):
 def test_neither_pipes_nor_links_stand_for_a_table(tmp_path):
     path = tmp_path / "a.parquet"
     os.mkfifo(path)
-    with pytest.raises(UserError, match="no ordinary file"):
+    with pytest.raises(UserError, match="not an ordinary file"):
         Table.open(path)
     path.unlink()
     fill(path, row(0))

@@ -1,11 +1,11 @@
 """A run as arrays of xarray, and its log of impacts as tables of pandas.
 
-Arrays are lazy by xarray's own lazy indexing: a variable is read when its values are used, and of it only what was
-selected; `.chunk()` makes dask arrays of them, for what is larger than memory. (xarray.core.indexing is where
-xarray's guide for backends finds this: there is no other door to it.)
+Arrays use xarray's own lazy indexing: a variable is read when its values are used, and only its selected part.
+`.chunk()` makes dask arrays, for data larger than memory. (xarray has no other interface to lazy indexing than
+xarray.core.indexing, which its guide for backends uses too.)
 
-Values, shapes and types are those of the file, to the last bit. Every variable has `units` (SI, "m s-1") and a
-`description` in its attributes, which xarray writes on the axes of its plots.
+Values, shapes and types are exactly those of the file. Every variable has `units` (SI, "m s-1") and a `description` in
+its attributes, which xarray writes on the axes of its plots.
 """
 
 from collections.abc import Iterator
@@ -36,14 +36,14 @@ VECTORS = {"position": ("x", "y", "z"), "normal": ("normal_x", "normal_y", "norm
 
 
 class Stored(BackendArray):
-    """Datasets of a run as one array: a single one as it is, several of one shape (S, ...) as (S, K, ...)."""
+    """Datasets of a run as one array: a single dataset unchanged, K datasets of one shape (S, ...) as (S, K, ...)."""
 
     def __init__(self, run: Run, paths: tuple[str, ...], stacked: bool):
         self.run, self.paths, self.stacked = run, paths, stacked
         shape, self.dtype = run.layout(paths[0])
         for path in paths[1:]:
             if run.layout(path) != (shape, self.dtype):
-                raise InputError(f"{run.path}: /{path} is not like /{paths[0]}")
+                raise InputError(f"{run.path}: /{path} has another shape or type than /{paths[0]}")
         self.shape = (shape[0], len(paths), *shape[1:]) if stacked else shape
 
     def __getitem__(self, key: Any) -> Any:
@@ -65,7 +65,7 @@ class Stored(BackendArray):
 
 
 def variable(run: Run, dims: list[str], *paths: str, stacked: bool = False, **more: str) -> xr.Variable:
-    """A lazy variable of the dataset at a path; of several of them, stacked along the second dimension."""
+    """A lazy variable of the dataset at a path; several datasets are stacked along the second dimension."""
     told = (("units", "unit"), ("description", "description"))
     attributes = {name: run.attribute(paths[0], attribute, "") for name, attribute in told}
     array = indexing.LazilyIndexedArray(Stored(run, paths, stacked))
@@ -77,8 +77,8 @@ def coordinate(name: str, values: object, units: str, description: str) -> xr.Va
 
 
 def series(run: Run) -> xr.Dataset:
-    """/observables: (time,), and what is told of each kind of contact (time, kind), of each motion (time, motion). Of a
-    mill without a rotor the columns about one are left out."""
+    """/observables: (time,); for each kind of contact (time, kind); for each motion (time, motion). For a mill without
+    a rotor the columns of the rotor are left out."""
     time = run.read("observables/kinetic_energy/time")
     coords = {"time": coordinate("time", time, "s", "simulated time")}
     members = {"kind": run.kinds, "motion": run.motions}
@@ -93,12 +93,12 @@ def series(run: Run) -> xr.Dataset:
         paths = [f"observables/{name}/{member}/value" for member in members[of]]
         if not paths or not all(map(run.has, paths)):
             continue
-        coords[of] = coordinate(of, list(members[of]), "", {"kind": "kind of contact", "motion": "what moves"}[of])
+        coords[of] = coordinate(of, list(members[of]), "", {"kind": "kind of contact", "motion": "moving body"}[of])
         dims = ["time", of]
         if name == "fast_collisions":
             dims.append("threshold")
             speeds = run.attribute(paths[0], "thresholds")
-            coords["threshold"] = coordinate("threshold", speeds, "m s-1", "least normal speed")
+            coords["threshold"] = coordinate("threshold", speeds, "m s-1", "smallest normal speed")
         found[name] = variable(run, dims, *paths, stacked=True, long_name=words(name))
         found[name].attrs["description"] = found[name].attrs["description"].replace("this", "a")
     for name, one in found.items():
@@ -148,9 +148,9 @@ def maps(run: Run) -> xr.DataTree:
 
 
 class Impacts:
-    """The log of all impacts (`output.impacts = all`), read by slices: `impacts[:1000]` is a DataFrame of the first
-    thousand, `impacts[:]` of all of them (some 100 bytes each), `chunks()` one after the other; len(impacts) is
-    their number."""
+    """The log of all impacts (`output.impacts = all`), read in slices: `impacts[:1000]` is a DataFrame of the first
+    thousand impacts, `impacts[:]` of all (about 100 bytes each); `chunks()` gives one slice after the other;
+    len(impacts) is their number."""
 
     def __init__(self, run: Run):
         if not run.has("impacts/time"):

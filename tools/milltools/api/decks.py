@@ -1,7 +1,7 @@
 """Decks as dictionaries: {"rotor": {"speed": "1500 rpm"}, "contact": {"restitution": 0.8}}.
 
-Section and key are those of docs/deck.md. A value is a text as in the deck, with its unit, or a number where the key is
-dimensionless. Nothing here knows units, keys or defaults: millsim reads them, and what is wrong is its own line.
+docs/deck.md lists sections and keys. A value is a text as in the deck, with its unit, or a number if the key is
+dimensionless. This module does not check units, keys or defaults: millsim does, and errors contain its message.
 """
 
 import numbers
@@ -20,7 +20,7 @@ Sections = Mapping[str, Mapping[str, Value]]
 
 
 def _value(key: str, value: object) -> str:
-    """A value as a deck has it."""
+    """A value as written in a deck."""
     if isinstance(value, numbers.Integral) and not isinstance(value, bool):
         return str(int(value))
     if isinstance(value, numbers.Real) and not isinstance(value, bool):
@@ -40,7 +40,7 @@ def _one_line(name: str, text: str) -> str:
 
 
 def as_text(deck: Sections) -> str:
-    """The text of a deck given as a dictionary of sections; sections and keys in its order."""
+    """The text of a deck from a dictionary of sections; sections and keys keep their order."""
     found = []
     for section, keys in deck.items():
         if not isinstance(keys, Mapping):
@@ -57,14 +57,14 @@ def as_text(deck: Sections) -> str:
 
 
 def text_of(deck: object) -> str | None:
-    """The text of a deck that is given as one, or as a dictionary; None where it is something else, such as a path."""
+    """The text of a deck that is given as a text or a dictionary; None for other types, such as a path."""
     if isinstance(deck, Mapping):
         return as_text(deck)
     return deck if isinstance(deck, str) and ("\n" in deck or deck.lstrip().startswith("[")) else None
 
 
 def override(name: str, value: object) -> str:
-    """`rotor__speed` or `rotor.speed` and a value as millsim's --set takes them: "rotor.speed=1500 rpm"."""
+    """`rotor__speed` or `rotor.speed` and a value in the form of millsim's --set: "rotor.speed=1500 rpm"."""
     key = name if "." in name else name.replace("__", ".")
     if "." not in key:
         raise TypeError(
@@ -74,10 +74,10 @@ def override(name: str, value: object) -> str:
 
 
 def read_deck(path: str | os.PathLike[str], **overrides: Value) -> dict[str, dict[str, str]]:
-    """The deck at `path` as millsim understands it: {section: {key: text}}, every default filled in, in SI units.
+    """The deck at `path` as millsim reads it: {section: {key: text}} with all defaults, in SI units.
 
     Keyword arguments override keys as in `run`: read_deck("mill.ini", rotor__speed="1500 rpm"). InputError if it is
-    wrong, MissingFileError if it is not there.
+    wrong, MissingFileError if it does not exist.
     """
     sets = [override(name, value) for name, value in overrides.items()]
     try:
@@ -87,13 +87,13 @@ def read_deck(path: str | os.PathLike[str], **overrides: Value) -> dict[str, dic
 
 
 def located(fault: MillsimError, path: str | os.PathLike[str]) -> MillsimError:
-    """What millsim says of a deck: where the file is not there, that is a MissingFileError."""
+    """Raises millsim's message about a deck; a missing file is a MissingFileError."""
     return fault if os.path.exists(path) else MissingFileError(fault, fault.status)
 
 
 def write_deck(deck: Sections, path: str | os.PathLike[str], *, force: bool = False) -> None:
-    """Writes a dictionary of sections as a deck; one that is there is kept without `force`. What it says is not
-    checked: `run` and `read_deck` do that. MillsimError with status 1 if it cannot be written."""
+    """Writes a dictionary of sections as a deck; an existing file is replaced only with `force`. The content is not
+    checked: `run` and `read_deck` do this. MillsimError with status 1 if it cannot be written."""
     text = as_text(deck)
     if pathlib.Path(path).exists() and not force:
         raise InputError(f"{path}: exists already; force=True overwrites it")

@@ -1,4 +1,4 @@
-"""One run of millsim from Python: start it, show how far it is, end it when it is interrupted."""
+"""One run of millsim from Python: starts it, shows its progress, ends it after an interrupt."""
 
 import contextlib
 import json
@@ -22,9 +22,9 @@ from milltools.base.progress import Progress, in_notebook
 from milltools.base.text import number
 from milltools.read import deck_text
 
-NAME = "deck.ini"  # of a deck that is no file
+NAME = "deck.ini"  # of a deck that is not a file
 NAME_MOST = 32  # letters in the name of a temporary output: what fits above a figure
-PATIENCE = 120.0  # [s] that an interrupted run has to bring what it has to the disk
+PATIENCE = 120.0  # [s] time for an interrupted run to write its results
 WARNING = "warning: "
 Path = str | os.PathLike[str]
 Deck = Path | decks.Sections
@@ -36,20 +36,20 @@ def run(
 ) -> Result:  # fmt: skip
     """Runs millsim on a deck and returns the result.
 
-    Values of keys are texts as in a deck, with their units, or numbers where the key is dimensionless. If a text or
-    dictionary names a start file, the name counts from the current folder. A remark of millsim is a warning. A wrong
-    deck is an InputError with its line, a deck that is not there a MissingFileError. An interrupt (Ctrl-C, the
-    notebook's stop button) ends millsim in an orderly way: `output` holds what it has and can be resumed. Then
-    KeyboardInterrupt is raised.
+    Values of keys are texts as in a deck, with their units, or numbers if the key is dimensionless. If a text or
+    dictionary names a start file, the name is relative to the current folder. Notes of millsim become warnings. A
+    wrong deck is an InputError with its line, a missing deck a MissingFileError. After an interrupt (Ctrl-C, the
+    notebook's stop button) millsim saves its results: `output` contains them and can be resumed. Then KeyboardInterrupt
+    is raised.
 
     Args:
         deck: path of a deck, the text of one, or a dictionary {"rotor": {"speed": "1500 rpm"}, ...}
-        output: the file to write; by default a temporary one that lives as long as the result
-        force: overwrite an output file that exists; without it that is an InputError
+        output: the file to write; by default a temporary file that exists as long as the result
+        force: overwrite an existing output file; without `force` an existing file is an InputError
         resume: continue an interrupted run of this output file, or start it
         progress: show the progress; by default in a terminal or notebook, when the run takes longer than 2 s
-        overrides: keys of the deck, section__key=value: rotor__speed="1500 rpm", contact__restitution=0.7; names that
-            Python does not allow go into a dictionary, **{"blade.left-1.pitch": "10 deg"}
+        overrides: keys of the deck, section__key=value: rotor__speed="1500 rpm", contact__restitution=0.7; for names
+            that Python does not allow use a dictionary, **{"blade.left-1.pitch": "10 deg"}
     """
     sets, text = [decks.override(name, value) for name, value in overrides.items()], decks.text_of(deck)
     if text is None and not isinstance(deck, str | os.PathLike):
@@ -58,16 +58,16 @@ def run(
         output = pathlib.Path(output)
         if output.exists() and not (force or resume):
             raise InputError(
-                f"{output}: exists already; force=True overwrites it, resume=True goes on with an interrupted run, "
+                f"{output}: exists already; force=True overwrites it, resume=True continues an interrupted run, "
                 "milltools.load opens it"
             )
     folder = pathlib.Path(tempfile.mkdtemp(prefix="mill-"))
     try:
         target = output.absolute() if output else folder / _name(deck, sets)
         if text is None:
-            source, place = os.fspath(deck), None  # type: ignore[arg-type] # a dictionary has a text
+            source, place = os.fspath(deck), None  # type: ignore[arg-type] # a dictionary has been converted to a text
         else:
-            source, place = NAME, folder  # where it is started
+            source, place = NAME, folder  # the folder where it is started
             (folder / NAME).write_text(text, encoding="utf-8")
             sets = list(_placed(sets, text))
         words: list[Path] = [*processes.guard(), engine.program().absolute(), "--json", "--output", target]
@@ -86,7 +86,7 @@ def run(
     except BaseException as fault:
         shutil.rmtree(folder, ignore_errors=True)
         if isinstance(fault, KeyboardInterrupt) and output and target.exists():
-            fault.add_note(f"{output} holds everything up to then; resume=True goes on")
+            fault.add_note(f"{output} contains everything up to then; resume=True continues")
         raise
     finally:
         if output:
@@ -94,12 +94,12 @@ def run(
 
 
 def shown(progress: bool | None) -> bool:
-    """Is progress to be shown? By default where somebody looks."""
+    """Should progress be shown? By default in terminals and notebooks."""
     return sys.stderr.isatty() or in_notebook() if progress is None else bool(progress)
 
 
 def _name(deck: Deck, sets: list[str]) -> str:
-    """Of a temporary output: what is run, in few words, as figures and summaries call it."""
+    """The name of a temporary output: a short description of the run, for figures and summaries."""
     words = [one.partition(".")[2] for one in sets]
     if isinstance(deck, str | os.PathLike) and os.path.exists(deck):
         words.insert(0, pathlib.Path(deck).stem)
@@ -108,9 +108,9 @@ def _name(deck: Deck, sets: list[str]) -> str:
 
 
 def _placed(sets: list[str], text: str) -> Iterator[str]:
-    """Overrides of a deck that is no file: its start file, by whomever named, counts from the current folder."""
+    """Overrides of a deck that is not a file: the name of its start file is relative to the current folder."""
     start = ""
-    with contextlib.suppress(MillsimError):  # millsim says better what is wrong with a text
+    with contextlib.suppress(MillsimError):  # millsim gives a better message about a wrong text
         start = deck_text.sections(text, "deck").get("balls", {}).get("start", "")
     if start not in ("", "random") and not any(one.startswith(f"{decks.START}=") for one in sets):
         sets = [*sets, f"{decks.START}={start}"]
@@ -121,7 +121,7 @@ def _placed(sets: list[str], text: str) -> Iterator[str]:
 
 
 def _own(deck: Deck, line: str) -> str:
-    """A line of millsim's without the line numbers of a text that we wrote."""
+    """A message of millsim without the line numbers of a deck that we wrote."""
     return re.sub(rf"^{re.escape(NAME)}(:\d+)?:", "deck:", line) if isinstance(deck, Mapping) else line
 
 
@@ -129,7 +129,7 @@ def _own(deck: Deck, line: str) -> str:
 
 
 def _execute(words: list[Path], place: pathlib.Path | None, quiet: bool) -> list[str]:
-    """Runs it; what is to be remarked: its warnings, and the notes of its summary."""
+    """Runs it; returns its warnings and the notes of its summary."""
     said: list[str] = []
     with tempfile.TemporaryFile("w+", encoding="utf-8") as summary, Progress("millsim", 1.0, quiet) as progress:
         try:
@@ -141,7 +141,7 @@ def _execute(words: list[Path], place: pathlib.Path | None, quiet: bool) -> list
                 stderr=subprocess.PIPE,
                 encoding="utf-8",
                 errors="replace",
-                start_new_session=True,  # an interrupt is ours to hand on
+                start_new_session=True,  # we pass on an interrupt
             )
         except OSError as fault:
             raise MillsimError(f"{words[0]}: {fault.strerror}", status=1) from None
@@ -162,13 +162,13 @@ def _execute(words: list[Path], place: pathlib.Path | None, quiet: bool) -> list
             how = f"millsim was ended by signal {abs(status) % 128}" if ended else f"millsim ended with status {status}"
             raise MillsimError(said[-1] if said else how, 1 if ended else status)
         summary.seek(0)
-        text = summary.read()  # empty where a run was complete already
+        text = summary.read()  # empty if the run was complete already
     warned = [one.removeprefix(WARNING) for one in said if one.startswith(WARNING)]
     return warned + (json.loads(text)["notes"] if text else [])
 
 
 def _show(progress: Progress, now: dict[str, Any]) -> None:
-    """What millsim --progress=json says (docs/running.md)."""
+    """Shows the output of millsim --progress=json (docs/running.md)."""
     words = [now["what"]]
     if now["time"] is not None:
         rate = now["contacts_per_second"]
@@ -177,11 +177,11 @@ def _show(progress: Progress, now: dict[str, Any]) -> None:
 
 
 def _end(process: subprocess.Popen[str]) -> None:
-    """Ends a run in good order, or at once if that is asked for again or takes too long; nothing is left behind."""
+    """Ends a run so that it saves its results, or at once after a second interrupt or a long wait."""
     try:
         process.send_signal(signal.SIGINT)
         with contextlib.suppress(subprocess.TimeoutExpired):
             process.communicate(timeout=PATIENCE)
     finally:
-        process.kill()  # nothing where it has ended
+        process.kill()  # no effect if it has ended
         process.communicate()

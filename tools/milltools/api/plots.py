@@ -18,7 +18,7 @@ from milltools.base.progress import in_notebook
 from milltools.figures import spectra
 from milltools.figures.base import LOOK
 
-INK: Any = LOOK  # matplotlib would have each of its keys spelled out
+INK: Any = LOOK  # a type for matplotlib's many keyword arguments
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 def spectrum(run: Run, ax: Axes | None, options: dict[str, Any]) -> Axes:
-    """The impact spectra in axes of one's own, or in new ones of pyplot with a legend."""
+    """The impact spectra in the given axes, or in new axes of pyplot with a legend."""
     if ax is not None:
         with matplotlib.rc_context(INK):
             spectra.plot(ax, run, **options)
@@ -36,11 +36,11 @@ def spectrum(run: Run, ax: Axes | None, options: dict[str, Any]) -> Axes:
 
     with matplotlib.rc_context(INK):
         figure, ax = plt.subplots(layout="constrained")
-        live = plt.isinteractive()  # a notebook's backend says so with the first figure; the context takes it back
+        live = plt.isinteractive()  # a notebook's backend sets this with the first figure; the context resets it
         try:
             spectra.plot(ax, run, **options)
         except BaseException:
-            plt.close(figure)  # or a notebook shows it, empty
+            plt.close(figure)  # otherwise a notebook shows it, empty
             raise
         figure.legend(fontsize="small", loc="outside lower left", ncols=2)
     matplotlib.interactive(live)
@@ -48,7 +48,7 @@ def spectrum(run: Run, ax: Axes | None, options: dict[str, Any]) -> Axes:
 
 
 def shown_inline() -> None:
-    """A notebook's backend teaches it to show figures when it is imported, which drawing without pyplot does not do."""
+    """Imports the notebook's backend, so that the notebook shows figures; drawing without pyplot does not import it."""
     backend = os.environ.get("MPLBACKEND", "")
     if "inline" in backend:
         importlib.import_module(backend.removeprefix("module://"))
@@ -60,9 +60,9 @@ def shown_inline() -> None:
 def show(
     run: Run, name: str, path: str | os.PathLike[str] | None, browser: bool, height: int
 ) -> EmbeddedPage | pathlib.Path:
-    """The player of a run in a notebook, or as a page of its own: Result.show says which."""
+    """The player of a run in a notebook, or as a separate page: see Result.show."""
     if not (path or browser or in_notebook()):
-        raise InputError('this is no notebook: show(browser=True) opens a browser, show("balls.html") writes the page')
+        raise InputError('not in a notebook: show(browser=True) opens a browser, show("balls.html") writes the page')
     from milltools.player import player
 
     text = player.page(run, name)
@@ -76,7 +76,7 @@ def show(
 
 
 class EmbeddedPage:
-    """A page within a notebook, which cannot reach the notebook it stands in."""
+    """A page within a notebook, isolated from the notebook."""
 
     def __init__(self, name: str, page: str, height: int) -> None:
         self.name, self.page, self.height = name, page, height

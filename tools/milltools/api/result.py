@@ -1,4 +1,4 @@
-"""What a run holds, for scripts and notebooks."""
+"""The results of a run, for scripts and notebooks."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ SUMMARY = {  # column: path below impacts/ROW
     "median": "normal_speed/median",
     "median_above_50mm_s": "normal_speed/median_above_50mm_s",
 }
-ARRAYS = ("series", "frames", "maps")  # kept once they are made
+ARRAYS = ("series", "frames", "maps")  # kept after the first use
 
 
 def _table(rows: Any, units: dict[str, str], index: Any = None, name: str | None = None) -> pandas.DataFrame:
@@ -46,21 +46,21 @@ def _table(rows: Any, units: dict[str, str], index: Any = None, name: str | None
 
 
 def load(path: str | os.PathLike[str]) -> Result:
-    """Opens the output file of a run, millsim's or another's in its schema; nothing is read until it is asked for, so a
-    file of gigabytes costs nothing. MissingFileError if it is not there, InputError if it is no run."""
+    """Opens the output file of a run, of millsim or of another program in its schema. Data are read only when used, so
+    large files open at once. MissingFileError if the file does not exist, InputError if it is not a run."""
     return Result(path)
 
 
 class Result:
-    """One run: `milltools.run(...)` and `milltools.load(path)` give it. A context manager; close() does as well.
+    """One run: `milltools.run(...)` and `milltools.load(path)` give it. A context manager, or use close().
 
-    All values are in SI and, where the file holds them, those of the file to the last bit. Numbers and tables are
-    read anew each time they are asked for. What is not in the file is an InputError that says what it would take.
+    All values are in SI; values from the file are exactly those of the file. Numbers and tables are read again at each
+    use. If data are not in the file, the InputError says which setting would store them.
     """
 
     def __init__(self, path: str | os.PathLike[str], _folder: pathlib.Path | None = None) -> None:
-        self.file = Run(os.fspath(path))  # the reader below all this: milltools.read.runfile.Run
-        # a temporary folder lives as long as this
+        self.file = Run(os.fspath(path))  # the underlying reader: milltools.read.runfile.Run
+        # a temporary folder exists as long as this object
         self._clear = _folder and weakref.finalize(self, shutil.rmtree, _folder, ignore_errors=True)
 
     def __enter__(self) -> Result:
@@ -70,7 +70,7 @@ class Result:
         self.close()
 
     def close(self) -> None:
-        """Closes the file; a temporary one goes with it."""
+        """Closes the file; a temporary file is removed."""
         for name in ARRAYS:
             self.__dict__.pop(name, None)
         self.file.close()
@@ -83,7 +83,7 @@ class Result:
     def _repr_html_(self) -> str | None:
         return None if self.file.closed else show.as_html(self)
 
-    # ---- who, what, how far
+    # ---- file, status, time
 
     @property
     def path(self) -> pathlib.Path:
@@ -92,7 +92,7 @@ class Result:
 
     @property
     def name(self) -> str:
-        """The file's path as given; where it is temporary, its name alone."""
+        """The path of the file as given; for a temporary file only its name."""
         return f"{self.path.stem} (temporary)" if self._clear else self.file.path
 
     @property
@@ -112,8 +112,8 @@ class Result:
 
     @property
     def deck(self) -> dict[str, dict[str, str]]:
-        """The deck as run, {section: {key: text}}, defaults filled in, SI. A plain dictionary of its own: change it,
-        then `milltools.run(deck)`, or keep it with `milltools.write_deck(deck, "mine.ini")`."""
+        """The deck as run, {section: {key: text}}, with all defaults, in SI. It is a plain copy: you can change it and
+        use `milltools.run(deck)`, or store it with `milltools.write_deck(deck, "mine.ini")`."""
         return deck_text.sections(self.file.deck_text(), "deck")
 
     # ---- numbers
@@ -126,19 +126,19 @@ class Result:
 
     @property
     def drive(self) -> Measurement:
-        """Mean power of all that moves, rotor or other motions, over the window [W]; error as of power."""
-        self.file.need_statistics()  # asks whether it is open, before the file is asked for more
+        """Mean power of all moving bodies, rotor or other motions, over the window [W]; error as for power."""
+        self.file.need_statistics()  # also checks that the file is open
         return self._measured("rotor/power" if self.file.driven != "drive" else "drive/power")
 
     @property
     def motions(self) -> pandas.DataFrame:
-        """What moves: one row a motion, the rotor too; columns power, power_error [W], torque, torque_error [N m]
-        (about its axis, on the balls; value +- 1.96 of the error is the 95 % interval), and in words how it goes."""
+        """One row per motion, including the rotor; columns power, power_error [W], torque, torque_error [N m] (about
+        its axis, on the balls; value +- 1.96 errors is the 95 % interval), and a description of the motion."""
         run, rows = self.file, []
         run.need_statistics()
         for name in run.motions:
             known = run.has(f"statistics/motions/{name}/power")
-            place = f"motions/{name}" if known else "rotor"  # files of before motions have the rotor's alone
+            place = f"motions/{name}" if known else "rotor"  # older files, without motions, have only the rotor's
             paths = [f"{place}/power", f"{place}/torque"]
             pairs = [(float(run.statistic(path)), run.standard_error(path)) for path in paths]
             rows.append((*pairs[0], *pairs[1], motions.words(run, name)))
@@ -148,18 +148,18 @@ class Result:
     @property
     def power(self) -> Measurement:
         """Mean power of the rotor, or of all motions together, over the window [W] with its standard error: value +-
-        1.96 of it is the 95 % interval; NaN where the window is too short to tell, with fewer than three revolutions
-        at any rate."""
+        1.96 errors is the 95 % interval. The error is NaN if the window is too short, in any case with fewer than
+        three revolutions."""
         return self.drive
 
     @property
     def torque(self) -> Measurement:
-        """Mean torque of the rotor on the balls about +x [N m]; error as of power."""
+        """Mean torque of the rotor on the balls about +x [N m]; error as for power."""
         return self._measured("rotor/torque")
 
     @property
     def median_impact_speed(self) -> Measurement:
-        """Median normal speed of all impacts above 50 mm/s [m/s]; error as of power."""
+        """Median normal speed of all impacts above 50 mm/s [m/s]; error as for power."""
         return self._measured(MEDIAN)
 
     def read(self, path: str, index: Any = ()) -> Any:
@@ -171,7 +171,7 @@ class Result:
 
     @property
     def summary(self) -> pandas.DataFrame:
-        """One row a contact kind and "all"; columns count, rate [1/s], dissipated_power [W], mean, median and
+        """One row per contact kind and "all"; columns count, rate [1/s], dissipated_power [W], mean, median and
         median_above_50mm_s of the normal speed [m/s], floor_share. `attrs["units"]` names the units."""
         run, where = self.file, "statistics/impacts"
         run.need_statistics()
@@ -183,9 +183,9 @@ class Result:
 
     @property
     def estimates(self) -> pandas.DataFrame:
-        """All that the file knows with a standard error, a row each: rotor_power, rotor_torque, median,
-        median_above_50mm_s, rate/KIND, rate_above_0.5/KIND, rate_above_1/KIND, rate_above_2/KIND, with KIND "all",
-        too; columns value, error (value +- 1.96 of it is the 95 % interval; NaN: not known), degrees_of_freedom,
+        """All values of the file that have a standard error, one per row: rotor_power, rotor_torque, median,
+        median_above_50mm_s, rate/KIND, rate_above_0.5/KIND, rate_above_1/KIND, rate_above_2/KIND, KIND also "all";
+        columns value, error (value +- 1.96 errors is the 95 % interval; NaN: not known), degrees_of_freedom,
         unit."""
         run, found = self.file, {}
         run.need_statistics()
@@ -199,13 +199,13 @@ class Result:
     def spectrum(
         self, kind: str = "all", *, group: str = "impacts", speed: str = "normal_speed", species: Species = None
     ) -> pandas.DataFrame:
-        """Impacts of a kind (or "all") by speed: 1140 rows, a bin each, 2 % wide; columns low, high [m/s], count,
+        """Impacts of a kind (or "all") by speed: 1140 rows, one bin each, 2 % wide; columns low, high [m/s], count,
         dissipation [J], and per second of the window rate [1/s], power [W].
 
-        group: "impacts", or "strikes", re-contacts merged; speed: "normal_speed" or "tangential_speed". Impacts also
-        by "normal_energy", "total_energy" or "dissipated_energy": 1024 rows, low and high [J], 3 to 6 % wide
-        (dissipation is known by normal energy); then species="steel" or ("steel", "glass") are those of one species,
-        or pair of balls.
+        group: "impacts", or "strikes" (re-contacts merged); speed: "normal_speed" or "tangential_speed". For impacts
+        also "normal_energy", "total_energy" or "dissipated_energy": 1024 rows, low and high [J], 3 to 6 % wide
+        (dissipation only with normal energy); then species="steel" selects one species, ("steel", "glass") one pair
+        of species.
         """
         histogram, duration = self._histogram(kind, group, speed, species), self.file.duration
         edge = "J" if speed in ENERGIES else "m s-1"
@@ -223,7 +223,7 @@ class Result:
         self, above: float, kind: str = "all", *, group: str = "impacts", speed: str = "normal_speed", species: Species = None
     ) -> float:  # fmt: skip
         """Impacts a second [1/s] at or above a speed [m/s], or an energy [J] with speed="normal_energy", "total_energy"
-        or "dissipated_energy"; exact at an edge of a bin, else good to its width. Other arguments as of spectrum()."""
+        or "dissipated_energy"; exact at an edge of a bin, else within its width. Other arguments as for spectrum()."""
         return self._histogram(kind, group, speed, species).above(above) / self.file.duration
 
     def _histogram(self, kind: str, group: str, speed: str, species: Species) -> Histogram:
@@ -236,8 +236,8 @@ class Result:
 
     @property
     def impacts(self) -> Impacts:
-        """The log of single impacts: [first:last] and chunks() read it as DataFrames. InputError if it was not kept,
-        which takes `output.impacts = all`."""
+        """The log of single impacts: [first:last] and chunks() read it as DataFrames. InputError if it was not stored,
+        which needs `output.impacts = all`."""
         from milltools.api.arrays import Impacts
 
         return Impacts(self.file)
@@ -255,7 +255,7 @@ class Result:
     def frames(self) -> xarray.Dataset:
         """Ball states, lazy: position [m], velocity [m/s], angular_velocity [rad/s], each (time, ball, axis) in single
         precision, with mass [kg], diameter [m] and species of each ball. Only what is selected is read;
-        `.chunk({"time": 10})` makes dask arrays. InputError where none are stored (`output.frames = 0 s`)."""
+        `.chunk({"time": 10})` makes dask arrays. InputError if none are stored (`output.frames = 0 s`)."""
         from milltools.api import arrays
 
         return arrays.frames(self.file)
@@ -263,8 +263,8 @@ class Result:
     @functools.cached_property
     def maps(self) -> xarray.DataTree:
         """Maps of the window, lazy: nodes cross_section (y, z) and axial (x, r), each with impact_count,
-        normal_speed_sum [m/s], dissipation [J], solid_fraction and mean velocities [m/s]; edges of the cells beside
-        them."""
+        normal_speed_sum [m/s], dissipation [J], solid_fraction and mean velocities [m/s]; also the edges of
+        the cells."""
         from milltools.api import arrays
 
         return arrays.maps(self.file)
@@ -273,14 +273,14 @@ class Result:
 
     @property
     def figures(self) -> dict[str, str]:
-        """What `plot` can draw of this run: {name: title}."""
+        """The figures that `plot` can draw for this run: {name: title}."""
         from milltools.figures import FIGURES
 
         return {name: figure.title for name, figure in FIGURES.items() if figure.why_not(self.file) is None}
 
     def plot(self, name: str, *others: Result, **options: Any) -> Figure:
-        """A figure of `mill plot --figure` by its name, such as "section-power"; `figures` has the names. Of several
-        runs where `others` are given. It is in no window of pyplot: a notebook shows it, savefig() keeps it."""
+        """A figure of `mill plot --figure` by its name, such as "section-power"; `figures` has the names. With
+        `others` it shows several runs. It has no window of pyplot: a notebook shows it, savefig() writes it."""
         from milltools.api.plots import shown_inline
         from milltools.figures import FIGURES
 
@@ -292,7 +292,7 @@ class Result:
     def plot_spectrum(self, ax: Axes | None = None, **options: Any) -> Axes:
         """Draws the impact spectra into axes, new ones by default, and returns them. Options: group, speed, abscissa
         ("speed" or "energy"), weight ("count", "energy" or "cumulative"), kinds; for several runs in the same axes
-        name, and position, its number from 0, which sets the colour (milltools.figures.spectra.plot)."""
+        name, and position, the number of the run from 0, which sets the colour (milltools.figures.spectra.plot)."""
         from milltools.api import plots
 
         return plots.spectrum(self.file, ax, options)
@@ -300,9 +300,9 @@ class Result:
     def show(
         self, path: str | os.PathLike[str] | None = None, *, browser: bool = False, height: int = 640
     ) -> EmbeddedPage | pathlib.Path:
-        """The balls turning in the mill, as in `mill report`: in a notebook, `height` pixels high, and kept with it (up
-        to some 7 MB). With a `path` it is written there as a page of its own, which replaces an old one; with
-        `browser` the page, a temporary one by default, is opened in a browser. Then the path is returned."""
+        """The moving balls in the mill, as in `mill report`. In a notebook: `height` pixels high and stored in it (up
+        to about 7 MB). With a `path` the page is written there and replaces an old file; with `browser` the page, by
+        default a temporary file, is opened in a browser. In both cases the path is returned."""
         from milltools.api import plots
 
         return plots.show(self.file, self.name, path, browser, height)

@@ -1,4 +1,4 @@
-"""Whole studies for scripts and notebooks: those of `mill sweep` and `mill optimize`, and their tables."""
+"""Studies for scripts and notebooks: `mill sweep`, `mill optimize` and their tables."""
 
 from __future__ import annotations
 
@@ -26,26 +26,26 @@ if TYPE_CHECKING:
     from milltools.study.plan.table import Table
 
 StudyDeck = Path | decks.Sections
-NAME = "a.study"  # of a study deck that is no file
+NAME = "a.study"  # of a study deck that is not a file
 
 
 def sweep(
     study: StudyDeck, output: Path | None = None, *, retry: bool = False, force: bool = False, progress: bool | None = None,
     **options: Any,
 ) -> StudyResult:  # fmt: skip
-    """Runs every design of a study deck and returns the study. What an earlier call has done is not done again.
+    """Runs every design of a study deck and returns the study. Runs of an earlier call are not repeated.
 
-    Runs that failed are a warning. An interrupt is a KeyboardInterrupt; then the same call continues the study.
+    Failed runs give a warning. An interrupt raises KeyboardInterrupt; the same call then continues the study.
 
     Args:
         study: path of a study deck (docs/studies.md), the text of one, or a dictionary {"study": {...}, "vary": {...}};
-            files that a text or dictionary names count from the current folder
+            file names in a text or dictionary are relative to the current folder
         output: the table, NAME.parquet; by default the name of the study deck, in the current folder
-        retry: run again what failed
-        force: begin anew, even over the table of another study
+        retry: repeat failed runs
+        force: start again, also over the table of another study
         progress: show the progress; by default in a terminal or notebook
         options: names with "__" or "." are values of the study deck, study__replicates=3, vary__rotor__speed="600, 800
-            rpm", or of all runs, run__time="0.2 s". The others say where runs are done, as the options of `mill sweep`:
+            rpm", or of all runs, run__time="0.2 s". The others are options of `mill sweep` for the place of the runs:
             workers=2, dask="HOST:PORT", slurm=True, ...
     """
     from milltools.study.sweep import sweep as fill
@@ -62,10 +62,10 @@ def optimize(
     Args:
         study: as for sweep()
         output: the table; by default NAME-optimize.parquet in the current folder
-        runs: number of runs in all, earlier ones included
-        seed: of the search's own choices; by default the study's
+        runs: total number of runs, including earlier runs
+        seed: of the search itself; by default the seed of the study
         storage: an Optuna storage in which several machines share a search (docs/optimize.md)
-        force: as for sweep(), and so are progress and options
+        force, progress, options: as for sweep()
     """
     from milltools.study.optimize import optimize as fill
 
@@ -74,7 +74,7 @@ def optimize(
 
 def load_study(path: Path) -> StudyResult:
     """Opens the table of a study, finished or growing: by its own name, its journal's or the study deck's.
-    MissingFileError if it is not there."""
+    MissingFileError if it does not exist."""
     from milltools.study.show import data
 
     return StudyResult(data.opened(os.fspath(path))[0])
@@ -83,7 +83,7 @@ def load_study(path: Path) -> StudyResult:
 def _filled(
     fill: Any, study: StudyDeck, output: Path | None, progress: bool | None, options: Any, **more: Any
 ) -> StudyResult:
-    """Of sweep.sweep or optimize.optimize."""
+    """The result of sweep.sweep or optimize.optimize."""
     sets = {name: value for name, value in options.items() if "__" in name or "." in name}
     more |= {name: value for name, value in options.items() if name not in sets}
     overrides = [decks.override(name, value) for name, value in sets.items()]
@@ -93,19 +93,19 @@ def _filled(
     failed = result.table["message"][result.table["status"] == "failed"]
     if len(failed):
         many = f"{len(failed)} of {len(result.table)} runs failed"
-        warnings.warn(f"{result.path}: {many}, most of them so: {failed.mode()[0]}", stacklevel=3)
+        warnings.warn(f"{result.path}: {many}, most of them with: {failed.mode()[0]}", stacklevel=3)
     return result
 
 
 @contextlib.contextmanager
 def _file(study: StudyDeck, output: object) -> Iterator[tuple[str, list[str]]]:
-    """(the study deck as a file, overrides that say where its base deck is)."""
+    """(the study deck as a file, overrides with the path of its base deck)."""
     text = decks.text_of(study)
     if text is None:
         yield os.fspath(study), []  # type: ignore[arg-type]
         return
     if output is None:
-        raise InputError("output: a study that is no file needs the name of its table, such as 'speeds.parquet'")
+        raise InputError("output: a study that is not a file needs the name of its table, such as 'speeds.parquet'")
     with tempfile.TemporaryDirectory(prefix="mill-") as folder:
         file = pathlib.Path(folder) / NAME
         file.write_text(text, encoding="utf-8")
@@ -127,8 +127,8 @@ class BestDesign:
 
 
 class StudyResult:
-    """A study: `milltools.sweep(...)`, `optimize(...)` and `load_study(path)` give it. Of a study that grows it is what
-    was there when it was opened."""
+    """A study: `milltools.sweep(...)`, `optimize(...)` and `load_study(path)` give it. If the study is still running,
+    it contains the runs that existed when it was opened."""
 
     def __init__(self, table: Table) -> None:
         self._table = table
@@ -142,14 +142,14 @@ class StudyResult:
 
     @property
     def table(self) -> pandas.DataFrame:
-        """One row a run, SI: `design`, `replicate`, `seed`, the varied keys, the objectives and what is recorded, each
+        """One row per run, SI: `design`, `replicate`, `seed`, the varied keys, the objectives and recorded values, each
         with its standard error in "NAME:error", `status` (done, capped, failed), `message`, times and cost
         (docs/studies.md)."""
         return self._table.frame()
 
     @property
     def complete(self) -> bool:
-        """Is every planned run there?"""
+        """Are all planned runs finished?"""
         return bool(self._table.complete)
 
     @property
@@ -186,12 +186,12 @@ class StudyResult:
 
     @property
     def figures(self) -> dict[str, str]:
-        """What `plot` can draw of this study: {name: title}."""
+        """The figures that `plot` can draw for this study: {name: title}."""
         return {kind: title for kind, (title, _) in self._figures().items()}
 
     def plot(self, name: str | None = None, **options: Any) -> Figure:
         """A picture of `mill study` by its name, the first of `figures` by default. Options of "contour": x and y,
-        varied keys, and average=True for the mean over the other keys instead of a cut through the best. It is in no
+        varied keys, and average=True for the mean over the other keys instead of a cut through the best. It has no
         window of pyplot."""
         from milltools.api import plots
 

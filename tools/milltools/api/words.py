@@ -1,4 +1,4 @@
-"""A run in words, and as HTML for notebooks: what it is, what came out, and what to mind; its numbers with their
+"""A run as text, and as HTML for notebooks: its description, results and warnings; numbers with their
 errors."""
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ COLUMNS = (  # of Result.summary: head, column, format, unit
 class Measurement:
     """`value` and its standard `error` (NaN where it is not known) in `unit`, SI as the file writes it ("m s-1").
 
-    float(m) is the value. Its text keeps as many digits as the error leaves: "862.5 +- 15.1 W".
+    float(m) is the value. Its text has only the digits that the error allows: "862.5 +- 15.1 W".
     """
 
     value: float
@@ -50,7 +50,7 @@ class Measurement:
 
 
 def facts(result: Any) -> dict[str, str]:
-    """What is told of a run, a line each: {head: text}."""
+    """The lines about a run: {head: text}."""
     run: Run = result.file
     state = "" if run.status == "complete" else f", {run.status}"
     found = {"run": f"{result.name}: {run.program}{state}, {run.time:.4g} s simulated"}
@@ -79,7 +79,7 @@ def facts(result: Any) -> dict[str, str]:
 
 
 def table(result: Any) -> pandas.DataFrame | None:
-    """The table of contact kinds as texts; None where nothing was sampled."""
+    """The table of contact kinds as texts; None if nothing was sampled."""
     if result.file.unsampled:
         return None
     found = result.summary.rename_axis(None)
@@ -100,7 +100,7 @@ def as_text(result: Any) -> str:
 
 
 def as_html(result: Any) -> str:
-    """The same as HTML, everything from the file escaped."""
+    """The same as HTML; all text from the file is escaped."""
     lines = [f"<div><b>{html.escape(head)}</b>: {html.escape(text)}</div>" for head, text in facts(result).items()]
     cells = table(result)
     return f"<div>{''.join(lines)}{'' if cells is None else cells.to_html(border=0)}</div>"

@@ -1,1 +1,1 @@
-"""Two or more runs side by side: differences, their errors, verdicts."""
+"""Comparison of two or more runs: differences, their errors, verdicts."""

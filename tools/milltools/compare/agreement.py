@@ -1,14 +1,14 @@
 """How sure is a number, and do two numbers agree?
 
-What the file tells with a standard error is taken from there: rotor power, medians, rates. For all else (energies,
-losses, speeds of balls, and files of programs that tell no error) a run is cut into blocks of time (whole
-revolutions where there are enough); the scatter of the block means gives the standard error of the mean, with
-Student's t where blocks are few. Neighbouring blocks that go together are worth less than independent ones: with
-eight blocks and more the lag-1 correlation r is estimated (its bias of -1/K taken off) and a positive r widens the
-error as in a first-order autoregressive series, K -> K (1-r)/(1+r). With fewer blocks r cannot be told from noise
-and they are taken as independent.
+Values that the file gives with a standard error are taken from there: rotor power, medians, rates. For all others
+(energies, losses, speeds of balls, and files of programs that give no error) a run is cut into K blocks of time (whole
+revolutions if there are enough). The scatter of the block means gives the standard error of the mean, with Student's t
+because blocks may be few. Correlated neighbouring blocks contain less information than independent ones. With eight
+blocks or more the lag-1 correlation r is estimated (corrected for its bias of -1/K); a positive r makes the error
+larger, as in a first-order autoregressive series: K -> K (1-r)/(1+r). With fewer blocks r cannot be distinguished from
+noise, and the blocks are taken as independent.
 
-A transient has no mean that its blocks could be samples of; only replicates (other seeds) tell its error.
+The blocks of a transient are not samples of one mean. Only replicates (other seeds) give the error of a transient.
 """
 
 import dataclasses
@@ -19,17 +19,17 @@ import typing
 
 import numpy as np
 
-NORMAL = 1.96  # a told error is widened so that this many of it are the 95 % interval
-CONFIDENCE = 0.99  # two-sided: one row in a hundred of equal runs is said to differ
+NORMAL = 1.96  # errors in files are scaled so that +- this multiple of them is the 95 % interval
+CONFIDENCE = 0.99  # two-sided: of equal runs, one row in a hundred gets the verdict "differ"
 FEWEST_FOR_CORRELATION = 8
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(64)
-COARSE = 0.10  # a comparison that would not notice this relative difference says so
+COARSE = 0.10  # the verdict is "undecided" if this relative difference would not be noticed
 
 
 @dataclasses.dataclass(frozen=True)
 class Estimate:
-    """A value, its standard error as it scatters (NaN: unknown) with its degrees of freedom, and what to know about it.
-    `pooled`: the error is of one scatter for both sides, so that their degrees of freedom are the same ones."""
+    """A value, its standard error from the scatter (NaN: unknown) with its degrees of freedom, and a remark.
+    `pooled`: both sides share one estimate of the scatter, so they also share its degrees of freedom."""
 
     value: float
     error: float = math.nan
@@ -39,21 +39,21 @@ class Estimate:
 
     @property
     def told(self) -> float:
-        """The standard error as millsim tells all errors: widened, so that value +- 1.96 of it is the 95 % interval."""
+        """The standard error as millsim writes it: scaled so that value +- 1.96 errors is the 95 % interval."""
         return self.error * _widening(self.dof) if math.isfinite(self.error) else math.nan
 
 
 def _widening(dof: float) -> float:
-    """Student's quantile for 95 % over that of the normal distribution."""
+    """Student's quantile for 95 % divided by the quantile of the normal distribution."""
     return student(dof, 0.975) / NORMAL if math.isfinite(dof) else 1.0
 
 
 @functools.lru_cache(4096)
 def student(freedom: float, share: float) -> float:
-    """The quantile of Student's t with `freedom` >= 1, of a share of 0.5 to 1; NaN for less freedom.
+    """The quantile of Student's t with `freedom` >= 1 for a probability of 0.5 to 1; NaN for less freedom.
 
-    With t = sqrt(freedom) tan(angle) the density is cos(angle)**(freedom - 1): it falls, so Newton's steps from 0
-    never pass the root.
+    With t = sqrt(freedom) tan(angle) the density is cos(angle)**(freedom - 1). It decreases, so Newton's steps from 0
+    never go beyond the root.
     """
     if not freedom >= 1:
         return math.nan
@@ -72,7 +72,7 @@ def student(freedom: float, share: float) -> float:
 
 
 def lag_correlation(blocks: np.ndarray) -> float:
-    """Correlation of neighbouring blocks, bias taken off, within 0..0.9; 0 where there are too few to tell."""
+    """Correlation of neighbouring blocks, corrected for bias, within 0..0.9; 0 if there are too few blocks."""
     count = len(blocks)
     off = blocks - blocks.mean()
     power = float(off @ off)
@@ -93,8 +93,8 @@ def from_blocks(value: float, blocks: np.ndarray, remark: str = "") -> Estimate:
 
 
 def from_file(known: tuple[float, float, float] | None) -> Estimate | None:
-    """What a run tells of itself, (value, standard error, degrees of freedom); None where it does not. The error is
-    told widened by Student's t at 95 %; here it is taken back, for other levels and for differences."""
+    """(value, standard error, degrees of freedom) from the file of a run; None if the file has none. The file's error
+    is scaled by Student's t at 95 %; the scaling is removed here, for other levels and for differences."""
     if known is None:
         return None
     value, error, freedom = known
@@ -121,8 +121,8 @@ def _welch(errors, estimates) -> float:
 
 
 def from_replicates(first: list[Estimate], second: list[Estimate]) -> tuple[Estimate, Estimate]:
-    """Both sides' means with errors from the scatter between replicates. The relative scatter is taken to be the same
-    on both sides and pooled, so that a side of one run gets its error from the other."""
+    """The means of both sides, with errors from the scatter between replicates. The relative scatter is assumed to be
+    the same on both sides and is pooled: a side with one run gets its error from the other side."""
     sides = [np.array([e.value for e in side]) for side in (first, second)]
     freedom = sum(len(values) - 1 for values in sides)
     means = [float(values.mean()) for values in sides]
@@ -137,8 +137,8 @@ def from_replicates(first: list[Estimate], second: list[Estimate]) -> tuple[Esti
 
 
 def combine(first: list[Estimate], second: list[Estimate], steady: bool):
-    """Both sides' estimates, from blocks where the runs are steady and there are no four replicates or more to do
-    better."""
+    """The estimates of both sides: from replicates if a run is not steady or if the replicates leave three degrees of
+    freedom or more, else from blocks."""
     freedom = len(first) + len(second) - 2
     if not steady or freedom >= 3:
         return from_replicates(first, second)
@@ -146,8 +146,8 @@ def combine(first: list[Estimate], second: list[Estimate], steady: bool):
 
 
 class Difference(typing.NamedTuple):
-    """B - A relative to A, its standard error likewise (as told, NaN: unknown), and the verdict with its `mood`:
-    "agree", "differ" or "open"."""
+    """B - A relative to A, its relative standard error (scaled as in files; NaN: unknown), and the verdict with its
+    `mood`: "agree", "differ" or "open"."""
 
     relative: float
     error: float
@@ -157,19 +157,19 @@ class Difference(typing.NamedTuple):
 
 
 def difference(a: Estimate, b: Estimate, unknown: str) -> Difference:
-    """Compares; `unknown` is the verdict where there is no error."""
+    """Compares two estimates; `unknown` is the verdict if an error is not known."""
     scale = abs(a.value) or math.nan
     off = b.value - a.value
     errors = np.array([a.error, b.error])
     error = math.hypot(*errors)
     if not (math.isfinite(off) and math.isfinite(error) and error):
         return Difference(off / scale, math.nan, 0, unknown if math.isfinite(off) else "no value", "open")
-    # of B/A: both errors count, A's as often as it goes into B
+    # of B/A: both errors count, the error of A times B/A
     share = np.array([a.error * b.value / scale, b.error])
     dof = a.dof if a.pooled else float(_welch(share, [a, b]))
     told = math.hypot(*share) * _widening(dof)
     freedom = a.dof if a.pooled else float(_welch(errors, [a, b]))
-    reach = student(freedom, 0.5 + CONFIDENCE / 2) * error  # if nothing differs
+    reach = student(freedom, 0.5 + CONFIDENCE / 2) * error  # the largest difference that chance explains
     if abs(off) > reach:
         verdict, mood = f"differ by {abs(off) / told:.1f} standard errors", "differ"
     elif not reach < COARSE * scale:

@@ -11,9 +11,9 @@ from milltools.base.files import check_writable, write_text
 from milltools.figures.command import PICTURES
 
 SUMMARY = (
-    "Puts runs side by side: power, energies, losses, impacts, ball speeds, maps, price; each with its difference from the "
-    "first run, the standard error of that, and a verdict. Files joined by commas are replicates of one run "
-    "(other seeds): their scatter gives the error, which runs that are not steady need."
+    "Compares runs: power, energies, losses, impacts, ball speeds, maps and computing cost, each with its difference from the "
+    "first run, the standard error of this difference and a verdict. Files joined by commas are replicates of one run "
+    "(other seeds): their scatter gives the error. Runs that are not steady need replicates."
 )
 
 
@@ -21,16 +21,16 @@ def add_arguments(parser):
     parser.add_argument(
         "runs", nargs="+", metavar="RUN", help="output file, or replicates: a1.h5,a2.h5; the first is the reference"
     )
-    parser.add_argument("--csv", metavar="FILE", help="the table with all digits")
-    parser.add_argument("--png", metavar="FILE", help="all pictures in one (.png, .svg, .pdf)")
+    parser.add_argument("--csv", metavar="FILE", help="write the table with all digits as CSV")
+    parser.add_argument("--png", metavar="FILE", help="write all pictures into one file (.png, .svg, .pdf)")
     parser.add_argument(
-        "--html", metavar="FILE", help="everything as one page, with the figures and the balls of the runs"
+        "--html", metavar="FILE", help="write one HTML page with everything: tables, figures, moving balls"
     )
 
 
 def run(arguments) -> int:
     if len(arguments.runs) < 2:
-        raise UserError("one run is nothing to compare with; give two or more")
+        raise UserError("one run cannot be compared; give two or more")
     if arguments.png and pathlib.Path(arguments.png).suffix not in PICTURES:
         raise UserError(f"{arguments.png}: expected a name that ends in {', '.join(PICTURES)}")
     # imported here: a wrong command line needs neither scipy nor matplotlib
@@ -41,8 +41,8 @@ def run(arguments) -> int:
         check_writable(path, [file for side in names for file in side])
     sides = load.sides(names)
     tables, notes = rows.tables(sides), rows.notes(sides)
-    # the files first: who reads the text may go away before its end
-    if arguments.html:  # made before anything is written: it reads most of the runs
+    # the files first: the reader of the text may close the pipe before its end
+    if arguments.html:  # made before any file is written: the page reads the most data
         from milltools.base.progress import Progress
         from milltools.compare import page
 

@@ -1,4 +1,4 @@
-"""What is compared of a run, read once; runs that are replicates of each other stand on one side."""
+"""The data of a run that are compared, read once. Replicates of one run form one side of the comparison."""
 
 import math
 import pathlib
@@ -16,16 +16,16 @@ from milltools.read.runfile import Run
 LEVELS = (0.1, 0.5, 0.9, 0.99)  # quantiles of the balls' speeds
 SPEED_EDGES = np.geomspace(1e-4, 1e3, 7 * 40 + 1)  # [m/s]
 MOST_BLOCKS = 64
-MOST_STATES = 20_000_000  # ball states looked at: more frames than that are thinned out
+MOST_STATES = 20_000_000  # ball states that are read; of more states, frames are left out evenly
 USUAL = {"rad/s": ("rpm", 30 / math.pi), "rad": ("deg", 180 / math.pi)}
-# keys that may differ between replicates, and say nothing about what mill it is
+# keys that may differ between replicates: they do not describe the mill
 OWN = re.compile(r"run\.seed|balls\.start|output\..*")
 GEOMETRY = re.compile(r"(drum|blades|blade\.[^.]*|body\.[^.]*)\..*|rotor\.shaft_radius")
 
 
 class Member(Run):
-    """One run, open: with its window in blocks of time, what its frames say of speeds and of the maps' noise, and why
-    it is not steady ("" if it is)."""
+    """One open run: its window in blocks of time, the speeds and the noise of the maps from its frames, and why the
+    run is not steady ("" if it is)."""
 
     def __init__(self, path: str):
         super().__init__(path)
@@ -41,7 +41,7 @@ class Member(Run):
         self.steady = not self.trend
 
     def _load_balls(self):
-        """What the frames within the window say about speeds and the maps' noise."""
+        """The speeds of the balls and the noise of the maps, from the frames within the window."""
         times = self.frame_times()
         first, last = self.span
         inside = np.flatnonzero((times >= first - 1e-9) & (times <= last + 1e-9))
@@ -64,7 +64,7 @@ class Member(Run):
     # ---- blocks of time
 
     def _cut(self):
-        """Blocks within the part of the window that the series cover."""
+        """Cuts the part of the window that the time series cover into blocks."""
         time = self.series("rotor_work")[0]
         first, last = max(self.window[0], time[0]), min(self.window[1], time[-1])
         rows = int(np.sum((time >= first) & (time <= last)))
@@ -86,7 +86,7 @@ class Member(Run):
         self.blocks = len(self.bounds) - 1
 
     def series(self, name: str):
-        """As of every Run; "drive_work": of all that moves."""
+        """A time series as Run gives it; "drive_work" is the work of all motions."""
         return self.drive_work() if name == "drive_work" else super().series(name)
 
     def rates(self, name: str, column: int | None = None):
@@ -133,9 +133,9 @@ class Member(Run):
         change = abs(sum(end - begin for begin, end in energies))
         work = float(np.diff(np.interp(self.span, *self.series("drive_work")))[0])
         turned = max(abs(work), change)
-        # a gas that nothing drives keeps its energy to rounding: no change of 1 % of it, no trend
+        # without a drive the energy stays constant but for rounding: a change below 1 % is not a trend
         if change > max(0.05 * turned, 0.01 * abs(self.means("kinetic_energy")[0])):
-            return f"energy of the balls changes by {change:.3g} J while the {self.drive} does {work:.3g} J"
+            return f"energy of the balls changes by {change:.3g} J while the {self.drive} does work of {work:.3g} J"
         time, value = self.series("kinetic_energy")
         inside = value[(time >= self.span[0]) & (time <= self.span[1])]
         if len(inside) < 16:
@@ -145,12 +145,12 @@ class Member(Run):
         off = abs(start - rest.mean())
         if off > 0.05 * abs(rest.mean()) and off > 3 * rest.std(ddof=1):
             share = off / abs(rest.mean())
-            return f"kinetic energy in the first quarter is {100 * share:.0f} % off the rest"
+            return f"kinetic energy in the first quarter differs from the rest by {100 * share:.0f} %"
         return ""
 
 
 class Side:
-    """One run or several replicates of it, under a letter."""
+    """One run or several replicates of it, named by a letter."""
 
     def __init__(self, letter: str, runs: list[Member]):
         self.letter, self.runs = letter, runs
@@ -158,21 +158,21 @@ class Side:
         more = f" and {len(runs) - 1} more" if len(runs) > 1 else ""
         self.label = f"{letter}: {pathlib.PurePath(self.first.path).name.removesuffix('.h5')}{more}"
         self.steady = all(run.steady for run in runs)
-        # not by millsim, so contacts take time and re-contacts of a pair merge
+        # not made by millsim: contacts take time, and re-contacts of a pair merge
         self.soft = any(run.program != "millsim" for run in runs)
         for other in runs[1:]:
             _check_replicate(self.first, other)
         seen = [(r.program, r.version, r.text("run/seed", ""), r.text("balls/start", "")) for r in runs]
         for run, key in zip(runs, seen):
             if seen.count(key) > 1:
-                raise UserError(f"{run.path}: seed and start of another replicate: it tells nothing new")
+                raise UserError(f"{run.path}: same seed and start as another replicate: it adds no information")
 
     def mean_map(self, name: str, view: str) -> np.ndarray:
         return np.mean([maps.stored(run, view, name) for run in self.runs], axis=0)
 
 
 def usual(text: str) -> str:
-    """A value of a deck as decks are written: angles in degrees, speeds in rpm, numbers without the noise of their
+    """A value as people write it in a deck: angles in degrees, speeds in rpm, numbers without rounding noise in the
     last digit."""
     words = text.split()
     name, scale = USUAL.get(words[-1] if words else "", ("", 1.0))
@@ -194,9 +194,9 @@ def different_keys(a: dict, b: dict) -> list[str]:
 
 
 def _check_replicate(first: Member, other: Member):
-    no_replicate = f"{other.path}: no replicate of {first.path}:"
+    no_replicate = f"{other.path}: not a replicate of {first.path}:"
     if first.program != other.program:
-        raise UserError(f"{other.path}: by {other.program}, so no replicate of {first.path}, by {first.program}")
+        raise UserError(f"{other.path}: not a replicate of {first.path}: by {other.program}, not by {first.program}")
     decks = first.deck(), other.deck()
     for key in different_keys(*decks):
         if not OWN.fullmatch(key):
@@ -207,17 +207,17 @@ def _check_replicate(first: Member, other: Member):
 
 
 def replicates(argument: str) -> list[str]:
-    """The files of one side; a name that has a comma in it is taken whole if there is such a file."""
+    """The files of one side; a name with a comma counts as one name if such a file exists."""
     if pathlib.Path(argument).exists():
         return [argument]
     files = [name for name in argument.split(",") if name]
     if not files:
-        raise UserError(f"'{argument}' names no file")
+        raise UserError(f"'{argument}' contains no file name")
     return files
 
 
 def sides(files: list[list[str]]) -> list[Side]:
     """Reads every run; letters from A on."""
     if len(files) > 26:
-        raise UserError(f"{len(files)} runs at a time are more than can be told apart: 26 at most")
+        raise UserError(f"{len(files)} runs are too many to compare: at most 26")
     return [Side(chr(ord("A") + k), [Member(f) for f in names]) for k, names in enumerate(files)]

@@ -6,12 +6,12 @@ weighted with phi, the mean of both:
     D_phi = sqrt( sum phi (phi_B - phi_A)^2 / sum phi phi^2 )
     D_v   = sqrt( sum phi |v_B - v_A|^2 / sum phi (|v_A|^2 + |v_B|^2) / 2 )
 
-Noise enters both numerators as sum phi (var_A + var_B). The variance of a stored map M, a mean over n_M snapshots,
-is estimated from the run's n_F frames in the window: they make a map F by the same rule, whose variance follows from
-blocks of time. F is a coarser sampling of the same motion, so var M = var F - (F - M)^2 summed over the map, and no
-less than var F n_F / n_M, that of independent snapshots. Frames meet the blades at few angles, which makes F - M too
-large in the cross-section: noise is known roughly. With ten seeds of the reference mill (45 pairs) D was 0.6 to 1.5
-times the noise.
+Noise adds sum phi (var_A + var_B) to both numerators. The variance of a stored map M, a mean over n_M snapshots, is
+estimated from the n_F frames of the run in the window: the same rule makes a map F from them, and blocks of time give
+the variance of F. F samples the same motion more coarsely, so var M = var F - (F - M)^2, summed over the map, but at
+least var F n_F / n_M, the value for independent snapshots. Frames show the blades at few angles only, which makes F - M
+too large in the cross-section: the noise is known only roughly. With ten seeds of the reference mill (45 pairs) D was
+0.6 to 1.5 times the noise.
 """
 
 import numpy as np
@@ -20,11 +20,11 @@ from milltools.figures.maps import VIEWS
 
 LEAST = 0.02  # solid fraction of cells that count
 FEWEST_FRAMES = 8
-BEYOND = 2  # times the noise that a deviation may be and still be called noise: see above
+BEYOND = 2  # a deviation of up to this many times the noise counts as noise: see above
 
 
 def stored(run, view: str, name: str) -> np.ndarray:
-    """The map of a file; of "velocity" its components come first."""
+    """The map of a file; for "velocity" the first dimension is the component."""
     if name == "velocity":
         return np.array([run.map(f"velocity_{axis}", view) for axis in VIEWS[view][2]])
     return run.map(name, view).astype(float)
@@ -49,7 +49,7 @@ def noise(run, parts) -> dict:
     for view in VIEWS:
         cells = [part.cross if view == "cross_section" else part.axial for part in parts]
         shape = run.map("solid_fraction", view).shape
-        if shape != cells[0].n:  # not the cells of this drum
+        if shape != cells[0].n:  # the cells belong to another drum
             return {}
         flow = np.array([one.flow.reshape(4, *shape) for one in cells]) / frames[:, None, None, None]
         with np.errstate(invalid="ignore", divide="ignore"):
@@ -65,13 +65,13 @@ def noise(run, parts) -> dict:
 
 
 def _summed(name, squares):
-    """Of a velocity over its components."""
+    """The sum over the components of a velocity."""
     return squares.sum(axis=0) if name == "velocity" else squares
 
 
 def deviation(a, b, view: str, name: str, steady: bool):
-    """(deviation D of side b from side a, the part that noise alone explains or NaN), both relative; None where the
-    cells differ or none are filled on both sides. Noise is from replicates where the runs are not steady."""
+    """(deviation D of side b from side a, the part that noise alone explains or NaN), both relative; None if the cells
+    differ or no cell is filled on both sides. If the runs are not steady, the noise comes from replicates."""
     if not all(same_cells(r, a.first) for side in (a, b) for r in side.runs):
         return None
     one, two = (side.mean_map("solid_fraction", view) for side in (a, b))
@@ -81,7 +81,7 @@ def deviation(a, b, view: str, name: str, steady: bool):
         return None
     weight = ((one + two) / 2)[counts]
     variances = [_variance(side, view, name, counts, weight, steady) for side in (a, b)]
-    if not steady and np.isnan(variances).any():  # a side of one run scatters as the other does
+    if not steady and np.isnan(variances).any():  # a side with one run gets the scatter of the other side
         runs = [len(side.runs) for side in (a, b)]
         single = np.nanmean([v * n for v, n in zip(variances, runs)]) if not np.isnan(variances).all() else np.nan
         variances = [single / n if np.isnan(v) else v for v, n in zip(variances, runs)]
@@ -111,7 +111,7 @@ def _variance(side, view, name, counts, weight, steady) -> float:
 
 
 def verdict(deviation: float, noise: float) -> tuple[str, str]:
-    """Words and mood for a deviation beside its noise."""
+    """Words and mood for a deviation and its noise."""
     if not np.isfinite(noise):
         return "noise unknown", "open"
     if deviation <= BEYOND * noise:

@@ -1,5 +1,5 @@
-"""Runs side by side on one page that opens from disk: what differs and how sure that is, pictures, the balls of each,
-decks. Everything from the runs is escaped."""
+"""Several runs on one page that opens from disk: differences and how sure they are, pictures, the balls of each run,
+decks. All text from the runs is escaped."""
 
 import math
 import pathlib
@@ -12,14 +12,14 @@ from milltools.player import parts
 MOST_BYTES = 6_000_000  # of all players together
 TOLD = ("rotor_power", "drive_power", "median_above_50mm_s", "kinetic_energy")
 CONTENTS = (
-    ("verdict", "Runs"), ("notes", "To know first"), ("balls", "Balls"), ("tables", "Differences"), ("pictures", "Pictures"),
+    ("verdict", "Runs"), ("notes", "Read first"), ("balls", "Balls"), ("tables", "Differences"), ("pictures", "Pictures"),
     *parts.FIGURES, ("deck", "Decks"), ("cite", "Cite"),
 )  # fmt: skip
 
 
 def sentence(table) -> str:
-    """The paragraph at the top: a side against the reference, in the few rows that matter most, and how many verdicts
-    of each kind there are."""
+    """The paragraph at the top: it compares a side with the reference in the most important rows, and counts the
+    verdicts of each kind."""
     words = []
     for row in table.shown:
         if row.key in TOLD and math.isfinite(row.difference):
@@ -34,7 +34,7 @@ def sentence(table) -> str:
 
 
 def steps(sides) -> float:
-    """What `render` tells its watch of, all in all."""
+    """The number of steps that `render` reports to its watch."""
     return 3 * len(sides) + len(pictures.PICTURES) + len(parts.figure_names())
 
 

@@ -1,4 +1,4 @@
-"""The pictures of a comparison: spectra, power and energy over time, maps, speeds of the balls, price.
+"""The pictures of a comparison: spectra, power and energy over time, maps, speeds of the balls, computing cost.
 
 Every drawing function takes a figure or subfigure and the sides; `PICTURES` lists them with their titles and sizes.
 """
@@ -18,7 +18,7 @@ from milltools.read.kinds import label as kind_label
 
 
 def draw_spectra(figure, sides):
-    """Normal impact speeds by kind; replicates together."""
+    """Spectra of the normal impact speed by contact kind; replicates are added up."""
     every = dict.fromkeys(kind for side in sides for kind in side.first.kinds)
     axes = figure.subplots(1, len(every), sharey=True)
     for ax, kind in zip(axes, every):
@@ -38,14 +38,14 @@ def draw_spectra(figure, sides):
 
 
 def _legend(figure, axes, count):
-    """One for all axes of a figure, above them."""
+    """One legend for all axes of a figure, above them."""
     found = {label: line for ax in axes for line, label in zip(*ax.get_legend_handles_labels())}
     if found:
         figure.legend(found.values(), found.keys(), loc="outside upper left", ncols=min(count, 4), frameon=False)
 
 
 def draw_power(figure, sides):
-    """Power of the drive and kinetic energy over time, every run on its own."""
+    """Power of the drive and kinetic energy over time, one line for each run."""
     axes = figure.subplots(1, 2)
     for number, side in enumerate(sides):
         for k, run in enumerate(side.runs):
@@ -69,7 +69,7 @@ def draw_power(figure, sides):
 
 
 def draw_speeds(figure, sides):
-    """Distribution of the balls' speeds over the frames in the window, and what a second of it costs."""
+    """Distribution of the balls' speeds over the frames in the window, and the computing cost of a simulated second."""
     ax, price = figure.subplots(1, 2, width_ratios=(3, 2))
     middle = np.sqrt(SPEED_EDGES[1:] * SPEED_EDGES[:-1])
     top = 0.0
@@ -105,12 +105,12 @@ def _draw_price(ax, sides):
         ax.set_xlim(0, 1.2 * max(known))
 
 
-# the second where the solid fraction is above LEAST: elsewhere it is the speed of the odd ball
+# the flow only where the solid fraction is above LEAST: elsewhere it would be the speed of single balls
 MAPS = (("solid_fraction", "solid fraction [1]"), ("velocity", "speed of the mean flow [m/s]"))
 
 
 def draw_maps(figure, sides):
-    """Cross-sections: each side on one scale, and what each has more than the first."""
+    """Cross-sections: all sides on one scale, and the difference of each side from the first."""
     columns = 2 * len(sides) - 1
     axes = figure.subplots(2, columns, squeeze=False, sharex=True, sharey=True)
     for line, (name, label) in zip(axes, MAPS):
@@ -160,7 +160,7 @@ def _map(ax, side, field, colours, low, high):
     return image
 
 
-# title, what it shows for who cannot see it, function, size [inch] for a number of sides
+# title, description for readers who cannot see it, function, size [inch] for a number of sides
 PICTURES = (
     (
         "Impact speeds", "spectra of the normal impact speed by contact kind, all runs overlaid",

@@ -15,7 +15,7 @@ from milltools.read.runfile import THRESHOLDS
 
 HARD_SOFT = "not comparable between hard and soft spheres"
 STIFFNESS = "depends on the stiffness"
-SOFT = ("rate_all", "median", "median_above_50mm_s")  # keys of what depends on the softness of spheres
+SOFT = ("rate_all", "median", "median_above_50mm_s")  # keys of rows that depend on the stiffness of spheres
 IDENTICAL = "agree: the same data"
 ZERO = "zero within the errors of both"
 
@@ -23,7 +23,7 @@ ZERO = "zero within the errors of both"
 @dataclasses.dataclass(frozen=True)
 class Row:
     """One line. `error` of A and B [unit]; `difference` and `difference_error` relative to A; `mood` of the verdict:
-    agree, differ, open. A value of NaN: the file does not hold it."""
+    agree, differ, open. A value of NaN: the file does not contain it."""
 
     group: str
     key: str
@@ -41,7 +41,7 @@ class Row:
 
 @dataclasses.dataclass(frozen=True)
 class Comparison:
-    """Side b against side a."""
+    """The comparison of side b with side a."""
 
     a: Side
     b: Side
@@ -53,7 +53,7 @@ class Comparison:
 
     @property
     def shown(self) -> list[Row]:
-        """The rows that say something: not those that are zero on both sides."""
+        """The rows with information: without those that are zero on both sides."""
         return [row for row in self.rows if row.verdict != ZERO]
 
     @property
@@ -63,17 +63,17 @@ class Comparison:
         return f"Zero within their errors in {self.a.letter} and in {self.b.letter}: {words}." if words else ""
 
 
-# ---- what a run has to say, each as measure(run) -> Estimate, or None where the file does not hold it
+# ---- quantities of a run, each as measure(run) -> Estimate, or None if the file does not contain it
 
 
 def told(name, otherwise):
-    """As the file tells it; of a file that does not, `otherwise` measures it."""
+    """The value and error from the file; if the file has none, `otherwise` measures them."""
     return lambda run: errors.from_file(run.known(name)) or otherwise(run)
 
 
 def added(run: Member, name: str, kind: str, column=None):
-    """Rate, and its blocks, of a cumulative series of a kind, or of "all" added up; None where the file does not
-    hold it."""
+    """Rate of a cumulative series of one kind, or of "all" kinds added up, and its blocks; None if the file does not
+    contain it."""
     names = [name.format(kind=k) for k in (run.kinds if kind == "all" else [kind])]
     if not all(map(run.has_series, names)):
         return None
@@ -92,11 +92,11 @@ def power(name, kind="", divisor=lambda run: 1.0):
 
 
 def drive_power(run: Member):
-    """Of the rotor, or of all motions together."""
+    """Power of the rotor, or of all motions together."""
     return errors.from_file(run.known(f"{run.drive}_power")) or errors.from_blocks(*run.rates("drive_work"))
 
 
-# a rotor of constant speed does work as its torque goes
+# at constant speed the work of a rotor is proportional to its torque
 torque = told("rotor_torque", power("rotor_work", divisor=lambda run: run.rotor_speed or math.inf))
 
 
@@ -124,7 +124,7 @@ def fast(kind, column, strikes=False):
         if known and known.value > 0:
             return Estimate(value, value * (known.error / known.value), known.dof, remark)
         found = added(run, "fast_collisions/{kind}", kind, column)
-        if not found:  # what fast impacts lose goes up and down with their number
+        if not found:  # the loss of fast impacts is nearly proportional to their number
             found = added(run, "dissipation_normal/{kind}", kind)
             remark = "error as of the normal dissipation"
         rate, blocks = found or (0, None)
@@ -132,7 +132,7 @@ def fast(kind, column, strikes=False):
             return Estimate(value)
         estimate = errors.from_blocks(value, blocks * value / rate, remark)
         counting = value / math.sqrt(count) if count else 0.0
-        # rates of few impacts scatter at least as their counts do
+        # a rate of few impacts scatters at least as much as their count (Poisson)
         return dataclasses.replace(estimate, error=max(estimate.error, counting))
 
     return measure
@@ -144,14 +144,14 @@ def all_impacts(run: Member):
 
 
 def median(name):
-    """Median impact speed. Impacts come in bursts, so their number says nothing about its error (two seeds of the
-    reference mill differed by eight times what independent impacts would): the file tells it, else only replicates
-    do."""
+    """Median impact speed. Impacts come in bursts, so the error does not follow from their number (two seeds of the
+    reference mill differed eight times as much as with independent impacts): the file gives the error, or only
+    replicates do."""
     return told(name, lambda run: Estimate(float(run.statistic(f"impacts/all/normal_speed/{name}"))))
 
 
 def ball_speed(column):
-    """Of all balls, mean over the frames in the window: column 0 mean, 1 rms, 2... quantiles."""
+    """Speed of all balls, mean over the frames in the window: column 0 mean, 1 rms, 2... quantiles."""
 
     def measure(run: Member):
         if not len(run.speeds):
@@ -165,8 +165,8 @@ def ball_speed(column):
 
 
 def quantities(steady: bool, kinds, first: Member, second: Member):
-    """(group, key, label, unit, measure) of every row but maps and price, of these kinds; `first` and `second` say
-    what drives."""
+    """(group, key, label, unit, measure) of every row but maps and cost, for these kinds; `first` and `second` are the
+    runs whose drives are compared."""
     group, both = "power", (first, second)
     who = "drive" if any(run.drive == "drive" for run in both) else "rotor"
     yield group, f"{who}_power", f"{who} power", "W", drive_power
@@ -212,7 +212,7 @@ def compare(a: Side, b: Side) -> Comparison:
     unknown = "error unknown: run longer"
     if not steady:
         several = any(len(side.runs) > 1 for side in (a, b))
-        unknown = "error unknown: " + ("replicates do not tell" if several else "not steady, no replicates")
+        unknown = "error unknown: " + ("too few replicates" if several else "not steady, no replicates")
     rows = []
     for *what, measure in quantities(steady, kinds, a.first, b.first):
         sides = [[measure(run) for run in side.runs] for side in (a, b)]
@@ -222,7 +222,7 @@ def compare(a: Side, b: Side) -> Comparison:
         if not all(held):
             there, missing = ("A", b.letter) if held[0] else (b.letter, "A")
             values = (Estimate(errors.mean_of(s).value if h else math.nan) for s, h in zip(sides, held))
-            verdict = f"only in {there}: the file of {missing} does not hold it"
+            verdict = f"only in {there}: the file of {missing} does not contain it"
             rows.append(Row(*what, *values, verdict=verdict))
             continue
         one, two = errors.combine(*sides, steady)
@@ -248,7 +248,7 @@ def tables(sides: list[Side]) -> list[Comparison]:
 
 
 def map_rows(a: Side, b: Side, steady: bool, identical: bool):
-    """Deviations of maps: in place of the difference their weighted rms, in place of its error what noise explains."""
+    """Deviations of maps: the weighted rms instead of the difference, what noise explains instead of its error."""
     for view, where in (("cross_section", "cross-section"), ("axial", "axial map")):
         for name, what in (("solid_fraction", "solid fraction"), ("velocity", "velocity")):
             found = maps.deviation(a, b, view, name, steady)
@@ -274,7 +274,7 @@ def price_row(a: Side, b: Side) -> Row:
     return Row("price", "cost", "CPU seconds per simulated s", "s/s", one, two, ratio - 1, verdict=verdict)
 
 
-# ---- what a reader ought to know first
+# ---- notes for the reader
 
 
 def deck_differences(sides: list[Side]) -> list[tuple[str, list[str]]]:
@@ -286,13 +286,13 @@ def deck_differences(sides: list[Side]) -> list[tuple[str, list[str]]]:
 
 
 def strike_notes(a: Side, b: Side, keys: list[str]) -> list[str]:
-    """Whether both sides mean the same by merged re-contacts. A soft contact merges what falls into its duration."""
+    """Notes if the sides merge re-contacts differently. A soft contact merges the re-contacts within its duration."""
     window = float(a.first.text("output/strike_window", "nan").split()[0])
     lasts = float(b.first.about("contact_duration", math.nan))
     if not a.soft and not 0.67 * lasts < window < 1.5 * lasts and math.isfinite(lasts):
         return [
-            f"Contacts last {1e6 * lasts:.3g} us in {b.letter}, A merges re-contacts within {1e6 * window:.3g} us: merged rates compare "
-            f"best with output.strike_window = {1e6 * lasts:.3g} us in both decks."
+            f"Contacts last {1e6 * lasts:.3g} us in {b.letter}, A merges re-contacts within {1e6 * window:.3g} us: to compare "
+            f"merged rates, set output.strike_window = {1e6 * lasts:.3g} us in both decks."
         ]
     if "output.strike_window" in keys:
         return [f"A and {b.letter} merge re-contacts within different windows."]
@@ -320,26 +320,28 @@ def notes(sides: list[Side]) -> list[str]:
         said += strike_notes(a, side, keys)
         if a.soft != side.soft:
             said.append(
-                f"{(a if a.soft else side).letter} are soft spheres: what counts as one impact is another there, so rates of "
-                "all impacts and medians of all are not comparable; fast impacts, losses, energies and maps are."
+                f"{(a if a.soft else side).letter} has soft spheres, whose impacts are counted differently: rates and medians of "
+                "all impacts are not comparable; fast impacts, losses, energies and maps are."
             )
     if all(side.steady for side in sides):
         cuts = dict.fromkeys(f"{s.letter} {r.cut}" for s in sides for r in s.runs[:1])
         said.append(
-            "Errors of the power that drives, medians and rates are those that the files tell; all others, and those of files that tell "
-            f"none, are from the scatter between blocks of time: {'; '.join(cuts)}. Where there are "
-            f"{errors.FEWEST_FOR_CORRELATION} or more, neighbours that go together widen them; fewer count as independent."
+            "Errors of drive power, medians and rates come from the files. All other errors, and those of files without "
+            f"errors, come from the scatter between blocks of time: {'; '.join(cuts)}. With {errors.FEWEST_FOR_CORRELATION} or "
+            "more blocks, correlation between neighbours makes the errors larger; fewer blocks count as independent."
         )
     else:
         said.append(
-            "Blocks of a run that is not steady are no samples of one mean: errors come from the scatter between "
-            "replicates (a1.h5,a2.h5), and are unknown without."
+            "Blocks of a run that is not steady are not samples of one mean: errors come from the scatter between "
+            "replicates (a1.h5,a2.h5). Without replicates the errors are unknown."
         )
     runs = [run for side in sides for run in side.runs]
     if any(not r.has_series("fast_collisions/ball_ball") and not r.known("rate/all") for r in runs):
-        said.append("Without /observables/fast_collisions errors of impact rates are those of the normal dissipation.")
+        said.append(
+            "A file lacks /observables/fast_collisions: errors of its impact rates are those of the normal dissipation."
+        )
     said.append(
-        f"Agree: what chance allows {100 * errors.CONFIDENCE:g} times in 100 (Student's t). Undecided: the errors are so large that a "
-        f"difference of {100 * errors.COARSE:g} % could go unseen; longer runs or more replicates make them smaller."
+        f"Agree: chance alone explains the difference, at {100 * errors.CONFIDENCE:g} % (Student's t). Undecided: with these errors a "
+        f"difference of {100 * errors.COARSE:g} % could remain unseen; longer runs or more replicates make them smaller."
     )
     return said

@@ -38,7 +38,7 @@ def heads(table) -> list[str]:
 
 
 def header_lines(sides) -> list[str]:
-    """Who is compared, and what differs between the decks."""
+    """The runs that are compared, and the differences of their decks."""
     lines = []
     for side in sides:
         for k, run in enumerate(side.runs):
@@ -51,7 +51,7 @@ def header_lines(sides) -> list[str]:
 
 
 def show(sides, tables, notes):
-    """Prints everything: with colours and rules where it is a terminal wide enough, else as aligned text."""
+    """Prints everything: with colours and rules on a terminal that is wide enough, else as aligned text."""
     for line in (*header_lines(sides), "", *notes):
         print(plain(line))
     for table in tables:
@@ -71,7 +71,7 @@ def _plain_table(table) -> list[str]:
 
 
 def _show_rich(table) -> bool:
-    """False, with nothing shown, where the terminal is too narrow for it."""
+    """Shows the table; False, with nothing shown, if the terminal is too narrow."""
     console = Console(highlight=False)
     grid = Table(title=Text(table.title), title_justify="left")
     for k, head in enumerate(heads(table)):

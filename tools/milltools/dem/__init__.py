@@ -1,4 +1,4 @@
-"""A deck as soft spheres in LIGGGHTS."""
+"""Runs a deck as soft spheres in LIGGGHTS."""
 
 from milltools.base.extras import needs
 

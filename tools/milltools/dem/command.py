@@ -1,4 +1,4 @@
-"""`mill dem`: the deck of a mill, run by LIGGGHTS as soft spheres, into a file that every reader of millsim's reads."""
+"""`mill dem`: runs the deck of a mill in LIGGGHTS as soft spheres and writes a file in millsim's own schema."""
 
 import contextlib
 import datetime
@@ -30,17 +30,17 @@ from milltools.foreign.digest import Digest
 from milltools.read.deck import Deck
 from milltools.read.runfile import Run
 
-SUMMARY = """Runs a deck in LIGGGHTS, as soft spheres: the same geometry, start, materials and rotor. The file it writes
-has millsim's own schema, so './mill compare' and every other reader work on it."""
+SUMMARY = """Runs a deck in LIGGGHTS, as soft spheres: the same geometry, start, materials and rotor. The file that
+it writes has millsim's own schema, so './mill compare' and all other tools can read it."""
 
-SETTLE = 0.02  # [s] of the stiff run before the sampled window, after a softer warm-up
-PUBLISH = 60.0  # [s] on the wall's clock between results brought to the disk
+SETTLE = 0.02  # [s] of the stiff run between a softer warm-up and the sampled window
+PUBLISH = 60.0  # [s] of wall-clock time between checkpoints of the results
 PREFIXES = {"": 1.0, "Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9}
-LEAST_RESTITUTION = 0.05  # LIGGGHTS takes no less
-LEAST_WITH_FRICTION = 0.7  # below, its friction is quite another than the deck's
-OFF = {1e9: "energies, power and rates of impacts", 1e11: "rates of impacts"}  # below so many [Pa]
+LEAST_RESTITUTION = 0.05  # LIGGGHTS accepts no smaller value
+LEAST_WITH_FRICTION = 0.7  # below this restitution, friction in LIGGGHTS differs much from the deck's
+OFF = {1e9: "energies, power and rates of impacts", 1e11: "rates of impacts"}  # below this modulus [Pa]
 LARGEST_START_OVERLAP = 1e-3  # of a diameter
-RESTITUTION_OFF = 0.02  # single impacts farther than this from the deck's restitution: something is wrong
+RESTITUTION_OFF = 0.02  # if single impacts differ more than this from the deck's restitution, something is wrong
 SINGLES = {
     "restitution": "normal restitution",
     "friction": "friction of sliding contacts",
@@ -50,7 +50,7 @@ ISOLATED = "loss of the impacts, as if each were alone, over the loss in the das
 
 
 def modulus(text):
-    """Young's modulus [Pa] from 'steel', '1e9', '10 GPa': no key of a deck has such a unit, so millsim cannot read
+    """Young's modulus [Pa] from 'steel', '1e9' or '10 GPa'. No key of a deck has this unit, so millsim cannot read
     it."""
     if text.strip() == "steel":
         return STEEL
@@ -67,7 +67,7 @@ def modulus(text):
 def add_arguments(parser):
     add = parser.add_argument
     add("deck", help="deck of the mill, as for millsim")
-    add("-o", "--output", help="where results go; default: the deck's name with -dem.h5, in this folder")
+    add("-o", "--output", help="file of the results; default: the deck's name with -dem.h5, in this folder")
     add(
         "-s", "--set", action="append", default=[], metavar="SECTION.KEY=VALUE",
         help="override one value of the deck; may be repeated",
@@ -76,20 +76,20 @@ def add_arguments(parser):
     add("-q", "--quiet", action="store_true", help="no progress")
     add(
         "--modulus", default="1e10", metavar="E",
-        help="Young's modulus of all bodies in Pa, or 'steel' (2.1e11); default %(default)s. The time step goes with it: "
-        "compare rates of impacts at 'steel' only",
+        help="Young's modulus of all bodies in Pa, or 'steel' (2.1e11); default %(default)s. It sets the time step. "
+        "Compare rates of impacts at 'steel' only",
     )  # fmt: skip
     add(
         "--warm-up", metavar="E",
-        help="this softer modulus up to 20 ms before run.sample_from: saves most of its time",
+        help="a softer modulus for the time up to 20 ms before run.sample_from: saves most of the cost of this time",
     )  # fmt: skip
     add("--time", help="end of the run, such as '50 ms', instead of the deck's run.time")
     add("--ranks", type=int, default=1, help="processes of LIGGGHTS (mpirun); default %(default)s")
-    add("--script", metavar="FOLDER", help="write LIGGGHTS' input script, balls and blades into FOLDER and end")
+    add("--script", metavar="FOLDER", help="only write LIGGGHTS' input script, balls and blades into FOLDER")
 
 
 def refuse(deck):
-    """UserError for decks that LIGGGHTS cannot run as they are meant."""
+    """UserError for decks that LIGGGHTS cannot run correctly."""
     profile = deck.value("drum.profile", "circle")
     if profile != "circle":
         raise UserError(
@@ -100,12 +100,12 @@ def refuse(deck):
         e = deck.contact(kind).restitution
         if e <= LEAST_RESTITUTION:
             raise UserError(
-                f"{deck.path}: [contact] restitution of {kind}: LIGGGHTS wants more than {LEAST_RESTITUTION}, got {e:g}"
+                f"{deck.path}: [contact] restitution of {kind}: LIGGGHTS requires more than {LEAST_RESTITUTION}, got {e:g}"
             )
 
 
 def cautions(deck, missed):
-    """What a reader ought to know before comparing, one sentence each."""
+    """Notes to read before comparing, one sentence each."""
     found = []
     for wanted, got in sorted({(round(a, 6), round(b, 6)) for a, b in missed.values()}):
         kinds = [kind for kind, pair in missed.items() if np.allclose(pair, (wanted, got), atol=1e-6)]
@@ -124,7 +124,7 @@ def cautions(deck, missed):
 
 
 class Job:
-    """One run of `mill dem`: from the checked deck to the file."""
+    """One run of `mill dem`, from the checked deck to the output file."""
 
     def __init__(self, arguments):
         times = [f"run.time={arguments.time}"] if arguments.time else []
@@ -145,15 +145,15 @@ class Job:
             self.soft_until = max(0.0, math.floor(until / series + 1e-9) * series)
             if self.soft_until == 0:
                 self.cautions.append(
-                    f"--warm-up has no effect: run.sample_from is not after {SETTLE * 1e3:g} ms, which the stiff run wants"
+                    f"--warm-up has no effect: run.sample_from is not after the {SETTLE * 1e3:g} ms that the stiff run needs"
                 )
         self.soft_model = Model(self.deck, self.soft) if self.soft_until > 0 else self.model
         self.interval = max(self.model.sample_interval, self.soft_model.sample_interval)
         self.frames = self.deck.number("output.frames", 0.0)
         if 0 < self.frames < self.interval:
             raise UserError(
-                f"{self.deck.path}: [output] frames: {self.frames:g} s is less than the {self.interval:.3g} s at which "
-                "LIGGGHTS is looked at with this modulus: choose more, or 0 s"
+                f"{self.deck.path}: [output] frames: {self.frames:g} s is less than {self.interval:.3g} s, the interval of "
+                "LIGGGHTS' samples with this modulus: choose more, or 0 s"
             )
         if arguments.ranks < 1:
             raise UserError(f"--ranks {arguments.ranks}: expected 1 or more")
@@ -163,7 +163,7 @@ class Job:
         self.measured, self.price = {}, math.nan
 
     def start(self):
-        """The state of the balls in the setup's frame. Bodies that overlap would fly apart: LIGGGHTS says nothing."""
+        """The state of the balls in the setup's frame. Overlapping bodies would fly apart, without a warning."""
         state = setup_of(self.deck).frame.from_laboratory(0.0, *self.deck.start())
         found = Contacts(self.deck, self.model).find(0.0, state[0], state[1])
         deepest = max((f.overlap.max() for f in found if len(f.ball)), default=0.0)
@@ -172,12 +172,12 @@ class Job:
         return state
 
     def write_script(self, folder):
-        """LIGGGHTS' files for the whole run, for those who go on by hand."""
+        """Writes LIGGGHTS' files for the whole run, for users who run LIGGGHTS themselves."""
         folder, step, deck = pathlib.Path(folder), self.model.time_step, self.deck
         if self.soft is not None:
-            raise UserError("--script writes one run of one stiffness: leave --warm-up out")
+            raise UserError("--script writes a run of one stiffness: omit --warm-up")
         if (folder / "in.mill").exists() and not self.arguments.force:
-            raise UserError(f"{folder}: there is an in.mill already; --force overwrites it")
+            raise UserError(f"{folder}: contains an in.mill already; --force overwrites it")
         state, run = self.start(), "liggghts -in in.mill -screen screen.txt -log none"
         types = ", ".join(f"{k} {kind.name}" for k, kind in enumerate(deck.species, start=1))
         head = [
@@ -190,7 +190,7 @@ class Job:
         lines = [f"# {plain(line).replace('&', '?').replace('$', '?')}\n" for line in head]
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            steps, frames = (round(time / step) for time in (self.end, self.frames))  # every sample would be gigabytes
+            steps, frames = (round(time / step) for time in (self.end, self.frames))  # all samples would need gigabytes
             text, meshes = script.write(
                 folder, deck, self.model, self.damped, steps, 0, 0.0, state, states_every=frames
             )
@@ -200,7 +200,7 @@ class Job:
         print(f"{folder}: {', '.join(['in.mill', 'balls.data', *(mesh.file for mesh in meshes)])}; run there: {run}")
 
     def facts(self, mill):
-        """What goes into /run, as milltools.foreign.digest takes it, of a SoftMill."""
+        """The facts of a SoftMill for /run, as milltools.foreign.digest takes them."""
         model, price = self.model, "processor seconds of LIGGGHTS for one simulated second at `modulus`, without output"
         softness = [
             f"at {self.modulus:.3g} Pa balls touch several others at a time: {what} are off; compare them at steel stiffness"
@@ -238,20 +238,20 @@ class Job:
         return found
 
     def publish(self, mill):
-        """Brings the results so far to the disk."""
+        """Writes the results so far to the disk."""
         self.results.facts(self.facts(mill))
         self.results.publish()
         self.published = time.monotonic()
 
     def finish(self, mill, status):
-        """The file is whole when this returns."""
+        """The file is complete when this returns."""
         mill.flush()
         self.results.facts(self.facts(mill))
-        # a sample and the account it makes differ by rounding
+        # the times of a sample and of its account differ by rounding
         self.results.end(status, self.end if status == "complete" else max(mill.time, mill.told, 0.0))
 
     def check_singles(self):
-        """Throws single balls, so that what LIGGGHTS makes of the deck's contacts is known before it runs for long."""
+        """Runs single impacts, to measure LIGGGHTS' restitution and friction before the long run."""
         self.measured = singles.measure(self.deck, self.model, self.damped)
         for kind, law in self.measured.items():
             wanted = self.deck.contact(kind).restitution
@@ -267,7 +267,7 @@ class Job:
         command(self.arguments.ranks)
         check_writable(self.output, [self.deck.path])
         if self.output.exists() and not self.arguments.force:
-            raise UserError(f"{self.output}: there is such a file already; --force overwrites it")
+            raise UserError(f"{self.output}: exists already; --force overwrites it")
         for caution in self.cautions:
             say("mill dem", f"note: {caution}")
         state = self.start()
@@ -276,11 +276,11 @@ class Job:
                 apart = self.interval * HALF_AN_INTERVAL
                 with Digest(self.deck, self.output, apart, True, self.arguments.force) as self.results:
                     return self.follow(state)
-            except OSError as fault:  # a full disk, as a rule
+            except OSError as fault:  # usually a full disk
                 raise UserError(f"{fault.filename or tempfile.gettempdir()}: {fault.strerror or fault}", 1) from None
 
     def follow(self, state):
-        """Runs LIGGGHTS from `state` and writes the results, whatever its end; returns the exit status."""
+        """Runs LIGGGHTS from `state` and writes the results also if the run fails; returns the exit status."""
         progress = Progress("mill dem", self.steps(self.end), self.arguments.quiet)
 
         def tell(reached):
@@ -297,10 +297,10 @@ class Job:
                 mill.run(self.soft, self.soft_until)
             mill.run(self.modulus, self.end)
             end = "complete"
-            try:  # what LIGGGHTS costs by itself; a run that is complete does not fail with it
+            try:  # the cost of LIGGGHTS alone; if this fails, the complete run is still valid
                 self.price = mill.price((self.end - self.soft_until) / self.model.time_step)
             except UserError as fault:
-                say("mill dem", f"note: the price was not measured: {fault}")
+                say("mill dem", f"note: the cost of LIGGGHTS alone was not measured: {fault}")
         except KeyboardInterrupt:
             status = 128 + signal.SIGINT
         except Stopped as stopped:
@@ -323,7 +323,7 @@ class Job:
         return status
 
     def steps(self, reached):
-        """How many time steps go up to `reached` [s]."""
+        """Number of time steps up to `reached` [s]."""
         soft = min(reached, self.soft_until)
         return soft / self.soft_model.time_step + (reached - soft) / self.model.time_step
 
@@ -333,7 +333,7 @@ def _number(value):
 
 
 def summarize(path, deck, measured):
-    """The results in the file at `path` as a text, in the manner of millsim's own summary; measured: {kind:
+    """The results in the file at `path` as a text, in the form of millsim's own summary; measured: {kind:
     Singles}."""
     with Run(path) as run:
         read, window = run.read, run.duration
@@ -362,7 +362,7 @@ def summarize(path, deck, measured):
         error = f"+- {_number(error)} W{blocks}" if math.isfinite(error) else "(no error: too short)"
         lines += ["", f"{drive} power        {_number(read(f'statistics/{drive}/power'))} W {error}"]
         moving, turning = (run.series(name)[1] for name in ("kinetic_energy", "rotational_energy"))
-        if len(moving):  # not stopped before it began
+        if len(moving):  # empty if the run was stopped before its first row
             lines.append(f"kinetic energy     {_number(moving[-1])} J at the end, and {_number(turning[-1])} J in spin")
         if run.has("run/energy_balance_error"):
             balance = read("run/energy_balance_error")

@@ -1,12 +1,12 @@
-"""Impacts out of a soft-sphere run: contacts followed from sample to sample.
+"""Finds the impacts in a soft-sphere run: contacts are followed from sample to sample.
 
-A sample is the state of all balls; it comes eight times in the duration of a contact, so a contact that is complete
-is seen. At its first sample the damped spring is solved back from overlap and closing speed to the speed of the impact
-and to its time: the normal speed that a hard-sphere code reports. Geometry is that of the deck (milltools.dem.walls),
-exactly; LIGGGHTS' own list of contacts costs it more than the whole state does.
+A sample is the state of all balls. There are eight samples in the duration of a contact, so no complete contact is
+missed. At the first sample of a contact the equation of the damped spring gives, from overlap and closing speed, the
+speed and the time of the impact: the normal speed that a hard-sphere code reports. The geometry is exactly that of the
+deck (milltools.dem.walls). LIGGGHTS' own list of contacts is not used: writing it costs more than the whole state.
 
-Only neighbours are looked at: pairs, from a k-d tree, and balls at blades that are near enough to meet before the lists
-are made anew. Arrays are by contact where not said otherwise; SI units.
+Only neighbours are checked: pairs from a k-d tree, and balls near enough to a blade to meet it before the lists are
+made again. Arrays have one row per contact unless stated otherwise; SI units.
 """
 
 import numpy as np
@@ -17,16 +17,16 @@ from milltools.dem.setup import setup_of
 from milltools.dem.walls import Blades, Found
 from milltools.foreign.digest import impacts_of
 
-SKIN = 0.2  # of the largest ball's diameter: how far a pair on the list may be from touching
-LEAST_SAMPLES = 8  # for which a list holds
-SPEEDUP = 1.5  # lists allow for balls faster than all are now, by this factor; faster ones make them anew
+SKIN = 0.2  # of the largest ball's diameter: pairs with a smaller gap are on the list
+LEAST_SAMPLES = 8  # for which a list is valid
+SPEEDUP = 1.5  # lists allow for speeds up to this factor times the present maximum; faster balls need new lists
 ROUNDS = 400
-CLOSED = 1e-7  # of the largest radius: overlaps that count as none
+CLOSED = 1e-7  # of the largest radius: smaller overlaps count as none
 
 
 def solve_back(overlap, closing, decay, frequency):
-    """(impact speed [m/s], time since the contact began [s]) of a damped linear spring from its overlap [m] > 0 and
-    closing speed [m/s]; decay [1/s] and frequency [rad/s] of the oscillation. Gravity during a contact is neglected."""
+    """(impact speed [m/s], time since the contact began [s]) of a damped linear spring, from its overlap [m] > 0 and
+    closing speed [m/s]; decay [1/s] and frequency [rad/s] are of the oscillation. Gravity is neglected."""
     phase = np.arctan2(1.0, (closing / overlap + decay) / frequency)
     age = phase / frequency
     return overlap * frequency * np.exp(decay * age) / np.sin(phase), age
@@ -36,10 +36,10 @@ class Contacts:
     """Follows the contacts of a mill.
 
     sample(time, place, velocity, spin) takes the state (N, 3) [m, m/s, rad/s] and returns the impacts that began
-    since the last one, in the order of time, or None: an array of milltools.foreign.digest.IMPACT, `dissipation`
-    that of an isolated impact in the normal direction, (1 - e^2)/2 m v_n^2. normal_loss (5,) [J] is what the
-    dashpots have taken since the beginning by kind, summed over the samples; elastic (5,) [J] what the springs hold
-    now; deepest [m] is the largest overlap so far.
+    since the last sample, in the order of time, or None: an array of milltools.foreign.digest.IMPACT; `dissipation`
+    is the normal loss of an isolated impact, (1 - e^2)/2 m v_n^2. normal_loss (5,) [J] is the energy that the
+    dashpots have dissipated since the beginning by kind, summed over the samples; elastic (5,) [J] is the energy in
+    the springs now; deepest [m] is the largest overlap so far.
     """
 
     def __init__(self, deck, model):
@@ -56,16 +56,16 @@ class Contacts:
         self.normal_loss, self.isolated_loss = np.zeros((2, len(deck.kinds)))
         self.elastic = np.zeros(len(self.walls))
         self.deepest = 0.0
-        self.listed_until, self.fastest = -np.inf, 0.0  # [s], [m/s] what the lists hold for
+        self.listed_until, self.fastest = -np.inf, 0.0  # [s], [m/s] limits of the lists
         self.found = [None] * len(self.walls)
-        self.time = 0.0  # [s] of what was found
+        self.time = 0.0  # [s] of the contacts found
         self.before = None  # velocities and spins of the last sample
         self.last = None  # [s] its time
 
-    # --- who touches whom -------------------------------------------------------------------------------
+    # --- finding contacts -------------------------------------------------------------------------------
 
     def _list(self, time, place, velocity):
-        """Makes the lists of neighbours anew where it is due."""
+        """Makes new lists of neighbours if the old ones are no longer valid."""
         now = np.sqrt(np.einsum("ij,ij->i", velocity, velocity).max())
         if time < self.listed_until and now <= self.fastest:
             return
@@ -96,16 +96,16 @@ class Contacts:
         return Found(i * len(place) + j, i, j, overlap, away[hit] / distance[:, None])
 
     def find(self, time, place, velocity):
-        """The contacts at this moment: the Found of balls, then of each wall of the setup."""
+        """The contacts at this moment: a Found for pairs of balls, then one for each wall of the setup."""
         self._list(time, place, velocity)
         self.time = time
         listed = {self.blades: self.at_blades}
         return [self._balls(place)] + [w.find(time, place, self.radius, *listed.get(w, ())) for w in self.setup.walls]
 
-    # --- what happens there -----------------------------------------------------------------------------
+    # --- contact motion and losses -----------------------------------------------------------------------------
 
     def springs(self, name, which, found):
-        """`name` of the Spring of each contact found with the wall of number `which`, from 1; 0: of balls."""
+        """Attribute `name` of the Spring of each contact with wall number `which`, from 1; 0: contacts of two balls."""
         table = self.spring[name][self.kinds[which]]
         if table.size == 1:
             return table.item()
@@ -113,7 +113,7 @@ class Contacts:
         return table[of, self.kind_of_ball[found.partner]] if which == 0 else table[of]
 
     def relative(self, which, found, place, velocity):
-        """Velocity (M, 3) of the ball's centre against the partner's, or against the surface."""
+        """Velocity (M, 3) of the ball's centre relative to the partner's centre, or to the surface."""
         own = velocity[found.ball]
         if which == 0:
             return own - velocity[found.partner]
@@ -123,7 +123,7 @@ class Contacts:
         return own - motion.velocity(self.time, place[found.ball] - self.radius[found.ball, None] * found.normal)
 
     def slip(self, which, found, place, velocity, spin):
-        """Slip (M, 3) of the two surfaces: tangential velocity of `ball` against its partner at the contact."""
+        """Slip (M, 3) of the two surfaces: tangential velocity of `ball` relative to its partner at the contact."""
         turning = spin[found.ball] * self.radius[found.ball, None]
         if which == 0:
             turning = turning + spin[found.partner] * self.radius[found.partner, None]
@@ -168,7 +168,7 @@ class Contacts:
         self.isolated_loss[kind] += lost.sum()
         reach = (self.radius[found.ball] - found.overlap / 2)[:, None]
         return impacts_of(
-            # it began after the last sample, whatever rounding and forces of third bodies say
+            # the contact began after the last sample; rounding and forces of third bodies can give an earlier time
             time=np.maximum(self.time - age, self.last),
             kind=kind,
             ball=found.ball,
@@ -184,8 +184,8 @@ class Contacts:
 def part(contacts, time, place, velocity):
     """Places (N, 3) [m] without overlaps near the given ones.
 
-    From a soft run to a stiffer one: stiffer springs would throw balls apart that overlap as soft ones do, with many
-    times the energy. So overlapping bodies are moved apart, each pair by half; the balls keep their velocities."""
+    Needed between a soft run and a stiffer one: with the overlaps of the soft run, stiffer springs would throw balls
+    apart with much more energy. So overlapping bodies are moved apart, each by half; velocities stay the same."""
     place, enough = place.copy(), CLOSED * contacts.radius.max()
     for _ in range(ROUNDS):
         contacts.listed_until = -np.inf
@@ -200,5 +200,5 @@ def part(contacts, time, place, velocity):
             return place
         place += shift
     raise UserError(
-        f"the soft start leaves overlaps of {deepest:.2g} m that cannot be undone: choose a stiffer --warm-up", 1
+        f"the soft start leaves overlaps of {deepest:.2g} m that cannot be removed: choose a stiffer --warm-up", 1
     )

@@ -1,7 +1,7 @@
-"""One LIGGGHTS process and what comes out of it while it runs, through named pipes: nothing is left on the disk.
+"""One LIGGGHTS process. Its results come through named pipes while it runs: nothing is left on the disk.
 
-LIGGGHTS 3.8 ends with status 0 after much that is no success (lost balls, a broken mesh); `Liggghts.finish` turns
-all that it is known to keep silent about into errors.
+LIGGGHTS 3.8 ends with status 0 also after many failures (lost balls, a broken mesh). `Liggghts.finish` raises an error
+for each such failure that is known.
 """
 
 import contextlib
@@ -20,11 +20,11 @@ from milltools.base.extras import program
 from milltools.base.processes import at_once, guard
 
 HEADER = 100  # bytes before the numbers of a binary dump
-PIPE = 1 << 20  # [bytes] that wait in a pipe: a few samples
+PIPE = 1 << 20  # [bytes] capacity of a pipe: a few samples
 
 
 def command(ranks):
-    """The words that start LIGGGHTS on so many ranks."""
+    """The command that starts LIGGGHTS on this number of ranks."""
     program("liggghts", "liggghts", "LIGGGHTS")
     if ranks == 1:
         return ["liggghts"]
@@ -49,10 +49,10 @@ def _pipe(path):
 
 
 class Liggghts:
-    """LIGGGHTS at work on `in.txt` in `folder`; `balls` that it must never lose; `triangles` of each of its meshes.
+    """LIGGGHTS running `in.txt` in `folder`; `balls`: their number, which must stay; `triangles`: of each mesh.
 
-    state() and walls() return what the next dump of that name holds, None at the end. Use as a context manager:
-    on leaving, whatever happened, no process is left.
+    state() and walls() return the content of the next dump of that name, None at the end. Use it as a context manager:
+    at its exit no process is left, also after an error.
     """
 
     def __init__(self, folder, script, balls, triangles=(), ranks=1, dumps=("state.bin",)):
@@ -64,20 +64,20 @@ class Liggghts:
         pipes = {name: _pipe(folder / name) for name in dumps}
         self.pipes = {name: reader for name, (reader, _) in pipes.items()}
         words = [*command(ranks), *"-in in.txt -screen screen.txt -log none -nocite".split()]
-        # What Open MPI keeps in files goes when the folder goes; one rank alone needs no daemon of its, which would be
-        # clearing up in the folder after us
+        # The files of Open MPI are removed with the folder. One rank alone needs no daemon of Open MPI, which would
+        # still clear up in the folder after us
         mpi = {"TMPDIR": str(folder), "OMPI_MCA_btl_vader_backing_directory": str(folder)}
         if ranks == 1:
             mpi["OMPI_MCA_ess_singleton_isolated"] = "1"
         with contextlib.ExitStack() as ours:
             errors = ours.enter_context(open(folder / "stderr.txt", "wb"))
             writers = [ours.enter_context(writer).fileno() for _, writer in pipes.values()]
-            # a session of its own: Ctrl-C at the terminal reaches millsim's tool alone, which then ends this one
+            # a session of its own: Ctrl-C at the terminal reaches only this tool, which then ends LIGGGHTS
             self.process = subprocess.Popen(
                 [*guard("KILL" if ranks == 1 else "TERM"), *words], cwd=folder, start_new_session=True,
                 stdin=subprocess.DEVNULL, stdout=errors, stderr=errors,
                 env={**os.environ, **mpi, "OMP_NUM_THREADS": "1"},
-                pass_fds=writers,  # so a pipe ends with the process, which may never open it
+                pass_fds=writers,  # so the pipe ends when the process ends, even if LIGGGHTS never opened it
             )  # fmt: skip
 
     def __enter__(self):
@@ -92,8 +92,8 @@ class Liggghts:
             self.told.close()
 
     def _end(self):
-        """Kills all processes of its session: mpirun puts its ranks into groups of their own, and they outlive it.
-        Not by SIGTERM: LIGGGHTS would write restart files first, or wait for us to read on."""
+        """Kills all processes of its session: mpirun puts its ranks into process groups of their own, which do not end
+        with it. Not with SIGTERM: LIGGGHTS would first write restart files, or wait until we read the pipes."""
         killed = {}
         while left := self._session():
             killed |= left
@@ -117,7 +117,7 @@ class Liggghts:
         return found
 
     def _wait(self, options=0):
-        """Its exit status; with os.WNOHANG None while it runs."""
+        """The exit status; with os.WNOHANG None while LIGGGHTS runs."""
         if self.process.returncode is None:
             pid, state, used = os.wait4(self.process.pid, options)
             if pid:
@@ -132,7 +132,7 @@ class Liggghts:
         return whole
 
     def _dump(self, name, columns):
-        """What _binary returns; None: it ended."""
+        """The result of _binary; None: LIGGGHTS has ended."""
         with contextlib.suppress(EOFError), at_once():
             return self._binary(name, columns)
 
@@ -152,33 +152,33 @@ class Liggghts:
         table = np.concatenate(parts)
         if rows != self.balls:
             lost = f"LIGGGHTS lost {self.balls - rows} of {self.balls} balls by step {step}"
-            raise UserError(f"{lost}: a stiffer --modulus or a shorter time step keeps them inside", 1)
+            raise UserError(f"{lost}: use a stiffer --modulus (it also shortens the time step)", 1)
         order = np.argsort(table[:, 0])
         if not np.array_equal(table[order, 0], np.arange(1, self.balls + 1)):
             raise _garbled(f"{name} does not name every ball once at step {step}")
         return step, table[order, 1:]
 
     def state(self, into):
-        """The step of the next sample; its state goes into the array (N, 9): place, velocity, spin. None: it ended."""
+        """The step of the next sample; its state goes into the array (N, 9): place, velocity, spin. None: the end."""
         found = self._dump("state.bin", 10)
         if found is None:
             return None
         step, into[:] = found
         if not np.isfinite(into).all():
-            raise UserError(f"LIGGGHTS has lost itself: a ball's place or speed is no number at step {step}", 1)
+            raise UserError(f"LIGGGHTS has failed: a ball's place or speed is not a number at step {step}", 1)
         if not self.begun:
             self.begun = True
             self._assert_mesh(self.screen(), over=False)
         return step
 
     def walls(self, count):
-        """Forces (N, 3 W) [N] of the W = `count` walls on each ball; None: it ended."""
+        """Forces (N, 3 W) [N] of the W = `count` walls on each ball; None: LIGGGHTS has ended."""
         found = self._dump("walls.bin", 1 + 3 * count)
         return found and found[1]
 
     def told_of(self, row, columns):
-        """What LIGGGHTS tells of the meshes over the `row`-th interval of the series, one after the other: as many
-        means as `columns`."""
+        """The mean values of the meshes over the `row`-th interval of the series, one after the other: as many as
+        `columns`."""
         if not columns:
             return []
         try:
@@ -191,7 +191,7 @@ class Liggghts:
         return means
 
     def screen(self):
-        """What LIGGGHTS has printed so far."""
+        """The text that LIGGGHTS has printed so far."""
         path = self.folder / "screen.txt"
         return path.read_text(errors="replace") if path.exists() else ""
 
@@ -201,8 +201,8 @@ class Liggghts:
         return found[1] if found else "unknown"
 
     def finish(self):
-        """Waits for the end and returns the processor time [s] that LIGGGHTS has taken; raises UserError for every way
-        in which it can have failed."""
+        """Waits for the end and returns the processor time [s] of LIGGGHTS; raises UserError for every known kind of
+        failure."""
         for pipe in self.pipes.values():
             pipe.close()
         with at_once():
@@ -222,7 +222,7 @@ class Liggghts:
             raise UserError(f"LIGGGHTS ended with {loop[1]} of {self.balls} balls", 1)
         dangerous = re.findall(r"Dangerous builds = (\d+)", text)
         if any(int(count) for count in dangerous):
-            raise UserError(f"LIGGGHTS saw neighbours too late ({dangerous[-1]} dangerous builds)", 1)
+            raise UserError(f"LIGGGHTS updated its lists of neighbours too late ({dangerous[-1]} dangerous builds)", 1)
         return self.cpu
 
     def _assert_mesh(self, text, over):

@@ -1,8 +1,8 @@
-"""The soft-sphere model that stands for a deck: LIGGGHTS' `model hooke`, linear spring and dashpot.
+"""The soft-sphere model of a deck: LIGGGHTS' `model hooke`, linear spring and dashpot.
 
 Formulas: LIGGGHTS 3.8.0, gran_model_hooke (stiffness from Young's modulus and a characteristic speed); the damped
 oscillator for contact duration and restitution (Schwager & Poeschel, Granular Matter 9 (2007) 465).
-Restitution is independent of speed: the contact ends where the overlap does, attraction included (`limitForce off`).
+Restitution does not depend on speed: the contact ends with the overlap, attraction is allowed (`limitForce off`).
 """
 
 import dataclasses
@@ -13,11 +13,11 @@ import numpy as np
 
 from milltools.dem.setup import setup_of
 
-POISSON = 0.3  # of all bodies; only E / (2 (1 - nu^2)) acts
+POISSON = 0.3  # of all bodies; only E / (2 (1 - nu^2)) has an effect
 STEEL = 2.1e11  # [Pa]
-STEPS_PER_CONTACT = 40  # restitution then comes out to 0.1 % (20: 0.2 %, 10: 0.4 %)
-STEPS_PER_SAMPLE = 5  # eight samples of every contact: none that is complete is missed
-STUCK = 0.03  # tangential restitutions closer than this count as the same
+STEPS_PER_CONTACT = 40  # restitution is then correct to 0.1 % (20: 0.2 %, 10: 0.4 %)
+STEPS_PER_SAMPLE = 5  # eight samples of every contact: no complete contact is missed
+STUCK = 0.03  # tangential restitutions closer than this count as equal
 
 
 @dataclasses.dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Spring:
 
     @property
     def decay(self):
-        """[1/s] rate at which the oscillation dies away."""
+        """[1/s] rate at which the oscillation decays."""
         return self.damping / (2 * self.mass)
 
     @property
@@ -67,7 +67,7 @@ def sticking_restitution(restitution):
     zeta = log / math.hypot(math.pi, log)
     time = math.pi / math.sqrt(1 - zeta**2)  # in units of the undamped frequency
     zeta_t = 3.5 * zeta
-    root = complex(1 - zeta_t**2) ** 0.5  # imaginary where the tangential motion only creeps back
+    root = complex(1 - zeta_t**2) ** 0.5  # imaginary if the tangential motion is overdamped
     sine = (np.sin(root * time) / root).real if root else time
     return float(-math.exp(-zeta_t * time) * (np.cos(root * time).real - zeta_t * sine))
 
@@ -81,8 +81,8 @@ class Model:
 
     def __init__(self, deck, modulus):
         self.modulus, self.kinds = modulus, deck.kinds
-        # [m/s] the impact at which the linear spring is as stiff as a Hertzian contact: that of the fastest surface, of
-        # the blades' tips; it enters the stiffness with the power 0.4
+        # [m/s] the impact speed at which the linear spring is as stiff as a Hertzian contact: the speed of the fastest
+        # surface, such as the blades' tips; the stiffness depends on it with the power 0.4
         self.speed = setup_of(deck).speed
         bodies = [(kind.density * math.pi / 6 * kind.diameter**3, kind.diameter / 2) for kind in deck.species]
 
@@ -102,14 +102,14 @@ class Model:
         self.time_step = self.sample_interval / STEPS_PER_SAMPLE
 
     def table(self, attribute):
-        """`attribute` of the Springs as arrays, by the kind of contact: (S, S) of pairs, (S,) of walls."""
+        """`attribute` of the Springs as arrays, by kind of contact: (S, S) for pairs, (S,) for walls."""
         read = np.vectorize(operator.attrgetter(attribute), otypes=[float])
         return [read(springs) for springs in (self.pair, *self.wall.values())]
 
 
 def tangential_damping(deck):
-    """Whether LIGGGHTS' tangential damping comes nearer to the deck, and {kind: (wanted, got)} of the
-    tangential restitutions that it cannot give. Without friction nothing sticks, and nothing is said."""
+    """Whether tangential damping in LIGGGHTS is closer to the deck, and {kind: (wanted, got)} of the
+    tangential restitutions that LIGGGHTS cannot give. Without friction nothing sticks, and the dictionary is empty."""
     missed = {True: {}, False: {}}
     for kind in deck.kinds:
         law = deck.contact(kind)

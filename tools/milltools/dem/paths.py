@@ -1,9 +1,9 @@
-"""How the motions of a deck carry what is on them.
+"""The motions of a deck, and the paths of points that they carry.
 
-A motion takes a point p of its frame to R(t) p + d(t) in its carrier's. Of all but tables R and d are sums of
-harmonics, a few or (swings: Bessel functions) some ten, and so are those of a chain of motions: a sun wheel's jar,
-an arm in a shaken frame. So a point's place, velocity and acceleration are known in closed form. SI units, angles in
-rad; poses (3, 4) as of milltools.geometry.bodies.
+A motion takes a point p of its own frame to R(t) p + d(t) in the frame of its carrier. For all motions but tables, R
+and d are sums of harmonics: a few, or about ten for swings (Bessel functions). The same is true of a chain of motions,
+such as a jar on a sun wheel or an arm in a shaken frame. So the place, velocity and acceleration of a point are known
+in closed form. SI units, angles in rad; poses (3, 4) as in milltools.geometry.bodies.
 """
 
 import collections
@@ -17,10 +17,10 @@ from scipy.special import jv
 from milltools.base.errors import UserError
 from milltools.geometry.bodies import after, moved
 
-NOTHING = 1e-14  # harmonics smaller than this are left out, beside the largest
+NOTHING = 1e-14  # harmonics smaller than this, relative to the largest, are left out
 PARALLEL = 1e-9
 ROUNDING = 1e-14  # [m]
-TIMES = np.random.default_rng(1).uniform(0, 1, 24)  # moments at which a motion is looked at, in its slowest periods
+TIMES = np.random.default_rng(1).uniform(0, 1, 24)  # moments at which motions are checked, in slowest periods
 
 
 def vector(deck, key, default=(0.0, 0.0, 0.0)):
@@ -29,13 +29,13 @@ def vector(deck, key, default=(0.0, 0.0, 0.0)):
 
 
 def direction(deck, key):
-    """The unit vector (3,) of a key of a deck; without it that of z."""
+    """The unit vector (3,) of a key of a deck; z if the key is not given."""
     along = vector(deck, key, (0.0, 0.0, 1.0))
     return along / np.linalg.norm(along)
 
 
 def digits(values):
-    """Numbers as LIGGGHTS reads them back to the last bit."""
+    """Numbers with enough digits for LIGGGHTS to read the same double."""
     return " ".join(f"{value:.17g}" for value in np.atleast_1d(values))
 
 
@@ -43,7 +43,7 @@ class Harmonics:
     """Sum of value[k] exp(i rate[k] t): value (K, ...) complex, rate (K,) [rad/s]; the sum is real."""
 
     def __init__(self, rate, value, least=0.0):
-        """least: harmonics as small as this are nothing but rounding."""
+        """least: harmonics of at most this size are rounding errors."""
         rate, value = np.asarray(rate, float), np.asarray(value, complex)
         order = np.argsort(rate)
         rate, value = rate[order], value[order]
@@ -75,15 +75,15 @@ def _translation(by):
 
 
 class Motion:
-    """harmonics: those of its matrix (4, 4); fastest(): its largest angular velocity [rad/s] or velocity [m/s];
-    seen(pose): the same where points of its carrier's frame are at a fixed pose."""
+    """harmonics: of its matrix (4, 4); fastest(): its largest angular velocity [rad/s] or velocity [m/s];
+    seen(pose): the same motion if its carrier's frame is at a fixed pose."""
 
     def pose(self, t):
-        """(3, 4) at a time."""
+        """The pose (3, 4) at a time."""
         return self.harmonics(t)[:3]
 
     def path(self, t):
-        """The pose since t = 0."""
+        """The pose relative to t = 0."""
         return after(self.pose(t), self.pose(0.0))
 
     def velocity(self, t, points):
@@ -93,7 +93,7 @@ class Motion:
 
 @dataclasses.dataclass(frozen=True)
 class Rotation(Motion):
-    """About an axis through `centre`, by angle + speed t + sum of a sin(w t + phase) of the `swings` (a, w, phase)."""
+    """Turns about an axis through `centre` by angle + speed t + sum of a sin(w t + phase) of `swings` (a, w, phase)."""
 
     name: str
     centre: np.ndarray
@@ -133,7 +133,7 @@ class Rotation(Motion):
 
 @dataclasses.dataclass(frozen=True)
 class Shift(Motion):
-    """By the vectors `amount` (3,) times sin(w t + phase), phase (3,)."""
+    """Shifts by the vector `amount` (3,) times sin(w t + phase), phase (3,)."""
 
     name: str
     amount: np.ndarray
@@ -154,7 +154,7 @@ class Shift(Motion):
 
     @property
     def rates(self):
-        """As of Rotation, its velocity [m/s] along x, y and z."""
+        """The velocity [m/s] along x, y and z, in the form of Rotation.rates."""
         return [
             (0.0, [(a * self.w, self.w, phase) for a, phase in zip(row, self.phase, strict=True)])
             for row in self.amount
@@ -168,7 +168,7 @@ def motion(deck, name):
     section, kind = f"motion.{name}", deck.value(f"motion.{name}.kind")
     if kind not in ("turn", "swing", "shift"):
         raise UserError(
-            f"{deck.path}: [{section}] kind: mill dem knows no {kind}: its acceleration between the rows is not LIGGGHTS'"
+            f"{deck.path}: [{section}] kind: mill dem cannot run a {kind}: LIGGGHTS has another acceleration between its rows"
         )
     w = 2 * math.pi * deck.number(f"{section}.frequency", 0.0)
     phase, amplitude = deck.numbers(f"{section}.phase") or [0.0], deck.numbers(f"{section}.amplitude")
@@ -181,14 +181,14 @@ def motion(deck, name):
 
 
 class Chain:
-    """Motions one on the other, the innermost first; `name` of the innermost, "": nothing moves."""
+    """A chain of motions, each carried by the next, the innermost first; `name` of the innermost, "": nothing moves."""
 
     def __init__(self, deck, name):
         self.name, self.motions = name, []
         while name:
             self.motions.append(motion(deck, name))
             name = deck.value(f"motion.{name}.on", "")
-        self.whole, self.carriers = Harmonics([0.0], [np.eye(4)]), []  # from where each motion is to the laboratory
+        self.whole, self.carriers = Harmonics([0.0], [np.eye(4)]), []  # from the frame of each motion to the laboratory
         for one in reversed(self.motions):
             self.carriers.insert(0, self.whole)
             self.whole = self.whole.times(one.harmonics)
@@ -196,12 +196,12 @@ class Chain:
         self.times = TIMES * (2 * math.pi / rates.min() if len(rates) else 1.0)
 
     def pose(self, t):
-        """(3, 4) in the laboratory."""
+        """The pose (3, 4) in the laboratory."""
         return self.whole(t)[:3]
 
     def fields(self, t):
-        """(3, 4) of each motion by itself, which takes a point in the laboratory to the velocity of what the chain
-        carries there."""
+        """(3, 4) for each motion alone: takes a point in the laboratory to the velocity that this motion gives to the
+        body there."""
         found = []
         for one, carrier in zip(self.motions, self.carriers, strict=True):
             around = carrier(t)
@@ -213,8 +213,8 @@ class Chain:
         return Harmonics(self.whole.rate, (self.whole.value @ [*place, 1.0])[:, :3], ROUNDING)
 
     def spin(self):
-        """How what it carries turns, as the Rotation about the origin in the laboratory's directions; None: not at all.
-        The directions at t = 0 are those of pose(0). UserError: not about one fixed axis."""
+        """The rotation of the carried body, as a Rotation about the origin in the laboratory's directions; None if it
+        does not turn. The directions at t = 0 are those of pose(0). UserError if the axis is not fixed."""
         axes, swings, speed = None, [], 0.0
         for one, carrier in zip(self.motions, self.carriers, strict=True):
             if isinstance(one, Shift) or one.fastest() == 0:

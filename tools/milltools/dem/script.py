@@ -1,7 +1,7 @@
-"""What LIGGGHTS is given: input script, start positions, the blades as triangles.
+"""The input of LIGGGHTS: input script, start positions, the blades as triangles.
 
-Everything is written out in numbers, in SI: unknown or misspelt variables on LIGGGHTS' command line are ignored in
-silence. The set-up and its pitfalls are explained in docs/dem.md.
+All values are written as numbers in SI, because LIGGGHTS ignores unknown or misspelt variables on its command line
+without a message. docs/dem.md explains the set-up and its pitfalls.
 """
 
 import pathlib
@@ -18,14 +18,14 @@ FACET = "facet normal %.9g %.9g %.9g\n outer loop\n" + 3 * "  vertex %.12g %.12g
 
 
 def stl(triangles):
-    """ASCII STL of (T, 3, 3) corners; LIGGGHTS reads no other."""
+    """ASCII STL of (T, 3, 3) corners, the only STL that LIGGGHTS reads."""
     rows = np.hstack([normals(triangles), triangles.reshape(-1, 9)])
     return "".join(["solid blades\n", *(FACET % tuple(row) for row in rows), "endsolid blades\n"])
 
 
 def data_file(deck, kinds, state, half):
-    """LIGGGHTS' read_data text: exactly the balls of a state (place, velocity, spin), ids from 1; kinds (N,): each
-    ball's index into the deck's; half (3,) [m]: of the box that LIGGGHTS decomposes."""
+    """LIGGGHTS' read_data text: exactly the balls of a state (place, velocity, spin), ids from 1; kinds (N,): index of
+    each ball's kind in the deck; half (3,) [m]: half the size of the box that LIGGGHTS decomposes."""
     place, *moving = state
     lines = ["balls of the mill", "", f"{len(place)} atoms", f"{types(deck)} atom types", ""]
     lines += [f"{-h:.9g} {h:.9g} {axis}lo {axis}hi" for h, axis in zip(half, "xyz", strict=True)]
@@ -39,7 +39,7 @@ def data_file(deck, kinds, state, half):
 
 
 def types(deck):
-    """How many types LIGGGHTS has: the balls' kinds, then those of the walls."""
+    """The number of types in LIGGGHTS: the kinds of balls, then those of walls."""
     return len(deck.species) + len(deck.kinds) - 1
 
 
@@ -53,8 +53,8 @@ def _matrix(deck, name):
 
 
 def fill(deck, model, damped, steps, row, states_every, walls, **mill):
-    """The input script of so many steps with the balls of `balls.data`, watched every `row` steps; mill: what is there
-    beside the walls, as `write` has it."""
+    """The input script of `steps` steps with the balls of `balls.data`, with output every `row` steps; mill: further
+    values, as `write` has them."""
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(pathlib.Path(__file__).parent),
         undefined=jinja2.StrictUndefined,
@@ -71,13 +71,13 @@ def fill(deck, model, damped, steps, row, states_every, walls, **mill):
 
 
 def write(folder, deck, model, damped, steps, forces_every, begin, state, told=True, states_every=STEPS_PER_SAMPLE):
-    """Writes balls and meshes into `folder`; the input script of one stretch of a mill that begins at `begin` [s] with
-    a state (place, velocity, spin), and its meshes.
+    """Writes balls and meshes into `folder`; returns the input script and the meshes of a part of a run that begins at
+    `begin` [s] with a state (place, velocity, spin).
 
-    steps: how many; told: False leaves out all output and what serves it, to know the price; forces_every,
-    states_every: every how many steps the forces of the walls and the states of the balls are told (0: never).
-    States come out through `state.bin`, the walls' forces through `walls.bin`, what meshes do through `torque.txt`
-    once a row of the series: the mean torque on the blades, the mean powers of others.
+    steps: their number; told: False leaves out all output, to measure the cost; forces_every, states_every: interval
+    in steps of the output of the walls' forces and of the balls' states (0: never). States go to `state.bin`, the
+    forces of the walls to `walls.bin`. `torque.txt` gets one row for each row of the series: the mean torque on the
+    blades and the mean powers of the other meshes.
     """
     setup = setup_of(deck)
     meshes, driven = setup.meshes(begin), [mesh.name for mesh in setup.driven]

@@ -1,10 +1,10 @@
-"""What a deck is in LIGGGHTS: the frame of the simulation, and the walls in it.
+"""The deck in LIGGGHTS: the frame of the simulation, and the walls in this frame.
 
-The frame moves with the middle of what holds the balls and does not turn: x is along that container's axis, as it is
-at t = 0. So a planetary jar, a shaken box or a drum on a shaker stand still there, as exact primitives, and all that
-their path does is a uniform force, m (g - a(t)). Contacts, normal speeds and what is lost are the same in such a
-frame; the rest is brought back to the laboratory. A container that turns about its axis has a moving surface, one of
-flat facets turns as a mesh.
+The frame moves with the middle of the container and does not turn: x is along the container's axis at t = 0. So a
+planetary jar, a shaken box or a drum on a shaker is at rest in this frame and can be made of exact primitives; the
+path of the container only adds a uniform force, m (g - a(t)). Contacts, normal speeds and losses are the same in such
+a frame; other results are transformed back to the laboratory. A round container that turns about its axis has a moving
+surface; a container of flat facets turns as a mesh.
 """
 
 import functools
@@ -18,7 +18,7 @@ from milltools.dem.walls import ADDS_UP, BLADE, SHAFT, Blades, Cylinder, Ends, F
 from milltools.geometry.bodies import moved
 
 CURVED = f"LIGGGHTS has no such primitive, and on a curved wall of triangles {ADDS_UP.replace('LIGGGHTS', 'it')}"
-ALONE = "mill dem knows the forces on all of them only"
+ALONE = "mill dem can then compute only the sum of the forces on all walls"
 
 
 class Frame:
@@ -29,22 +29,22 @@ class Frame:
         self.moves = bool(np.abs(track.rate).max() > 0)
 
     def to_laboratory(self, time, place, velocity, spin):
-        """The state (N, 3) there of balls in the frame."""
+        """The state (N, 3) in the laboratory of balls in the frame."""
         velocity = velocity @ self.rows + self.track(time, 1)
         return place @ self.rows + self.track(time), velocity, spin @ self.rows
 
     def from_laboratory(self, time, place, velocity, spin):
-        """The other way."""
+        """The inverse of to_laboratory."""
         place, velocity = place - self.track(time), velocity - self.track(time, 1)
         return [values @ self.rows.T for values in (place, velocity, spin)]
 
     def gravity(self, time):
-        """(3,) [m/s^2] in the frame, with what its motion adds."""
+        """(3,) [m/s^2] in the frame, with the inertial force of the frame's motion."""
         return self.rows @ (self.g - self.track(time, 2))
 
     @property
     def pushes(self):
-        """The same along x, y and z as functions of time, as Rotation has its rates."""
+        """gravity() along x, y and z as functions of time, in the form of Rotation.rates."""
         upper = self.track.rate > 0
         rate = self.track.rate[upper]
         push = 2 * rate[:, None] ** 2 * (self.track.value[upper] @ self.rows.T)
@@ -67,7 +67,7 @@ class Mesh(typing.NamedTuple):
 
     @property
     def centre(self):
-        """(3,) [m] what LIGGGHTS takes torques about."""
+        """(3,) [m] the reference point of LIGGGHTS' torques."""
         return self.motion.centre if self.motion else np.zeros(3)
 
 
@@ -101,7 +101,7 @@ class Setup:
     def _refused(self, reason):
         return UserError(f"{self.deck.path}: [{self.place}] motion: {reason}")
 
-    # ---- what holds the balls
+    # ---- the container
 
     def _container(self):
         shape = self.deck.value(f"{self.place}.shape") if self.vessel else "drum"
@@ -127,15 +127,13 @@ class Setup:
         self.half = self.inner.copy()
         if spin:
             if abs(abs(spin.axis[0]) - 1) > 1e-9:
-                raise self._refused(
-                    "it turns about another axis than its own: LIGGGHTS' round walls lie along x, y or z"
-                )
+                raise self._refused("it does not turn about its own axis: LIGGGHTS' round walls lie along x, y or z")
             if spin.swings and any(rubs):
                 raise self._refused(
-                    "it swings to and fro about its own axis: the surface of LIGGGHTS' round walls turns at a constant "
-                    "speed only"
+                    "it swings about its own axis: the surface of LIGGGHTS' round walls can only turn at a constant "
+                    "speed"
                 )
-            self.half[1:] = 4.5 * radius if rubs[1] else radius  # there are large facets
+            self.half[1:] = 4.5 * radius if rubs[1] else radius  # with large facets at the ends
         rolling = [radius - kind.diameter / 2 for kind in deck.species] if spin and rubs[0] else ()
         partners = (0, 0) if self.vessel else (-1, None)
         return [
@@ -143,12 +141,12 @@ class Setup:
             Ends(kinds[1], length / 2, partners[1], spin, radius if spin and rubs[1] else None),
         ]
 
-    # ---- what is in it
+    # ---- bodies in the container
 
     def _rotor(self):
         deck, walls = self.deck, []
         if self.moves and (deck.shaft_radius > 0 or deck.blades):
-            raise self._refused(f"what holds the balls moves beside a rotor: {ALONE}")
+            raise self._refused(f"the container moves and there is a rotor: {ALONE}")
         if deck.shaft_radius > 0:
             turning = motion(deck, "rotor")
             rolling = [deck.shaft_radius + kind.diameter / 2 for kind in deck.species]
@@ -165,9 +163,11 @@ class Setup:
         chain = Chain(deck, deck.value(f"{place}.motion", ""))
         moving = [(one, carrier) for one, carrier in zip(chain.motions, chain.carriers) if one.fastest() > 0]
         if self.moves and chain.name != self.chain.name:
-            raise fault(deck, name, "motion", f"what holds the balls moves, and it does not ride with it: {ALONE}")
+            raise fault(deck, name, "motion", f"the container moves, and this body does not move with it: {ALONE}")
         if not self.moves and len(moving) > 1:
-            raise fault(deck, name, "motion", f"it rides on {len(moving)} motions: mill dem moves a mesh by one")
+            raise fault(
+                deck, name, "motion", f"{len(moving)} motions carry this body: mill dem can move a mesh by only one"
+            )
         path = self.spin if self.moves else next((one.seen(self._pose(carrier)) for one, carrier in moving), None)
         kind = deck.kinds.index(deck.kind_of(name))
         walls = [
@@ -179,7 +179,7 @@ class Setup:
         return walls
 
     def _pose(self, whole):
-        """In the frame at t = 0, of what has these Harmonics in the laboratory."""
+        """The place in the frame at t = 0 of a point that has these Harmonics in the laboratory."""
         start = whole(0.0)[:3]
         start[:, 3] -= self.frame.track(0.0)
         return self.frame.rows @ start
@@ -197,19 +197,19 @@ class Setup:
 
     @functools.cached_property
     def acting(self):
-        """Names of the walls in the order in which LIGGGHTS tells their forces: one for each primitive, one for all
+        """Names of the walls in the order in which LIGGGHTS writes their forces: one for each primitive, one for all
         meshes."""
         return [name for wall in self.walls for name, *_ in wall.primitives] + ["blades"] * bool(self.meshes(0.0))
 
     @functools.cached_property
     def driven(self):
-        """The meshes whose work LIGGGHTS tells by itself, blades apart; where what holds the balls moves there are
-        none: that work is the balance of momentum's."""
+        """The meshes, without blades, whose work LIGGGHTS computes. There are none if the container moves: the
+        balance of momentum then gives the work."""
         meshes = [] if self.moves else self.meshes(0.0)
         return [mesh for mesh in meshes if mesh.motion and mesh.kind != BLADE]
 
     def _fastest(self):
-        """A rotor's tips, as far as there is one; else of all walls."""
+        """The largest speed [m/s]: of the rotor's tips, added to that of all other moving walls."""
         deck = self.deck
         tip = max((blade.tip_radius for blade in deck.blades), default=deck.shaft_radius)
         speeds = [abs(deck.rotor_speed) * tip]

@@ -1,8 +1,8 @@
-"""Single impacts in LIGGGHTS: what a contact there really has of restitution and friction.
+"""Single impacts in LIGGGHTS: the restitution and friction that its contacts really have.
 
-Its spring-dashpot model with a Coulomb cap is no hard-sphere law: the cap holds for the tangential spring but not
-for the dashpot, and a time step cuts contacts off. So isolated balls are thrown at each other and at a wall under a
-set of angles, at the stiffness and time step of the run, and the three numbers of Walton's law are read off.
+The spring-dashpot model of LIGGGHTS with a Coulomb limit differs from a hard-sphere law: the limit applies to the
+tangential spring but not to the dashpot, and contacts end at a time step. So isolated balls are thrown at each other
+and at a wall under a set of angles, with the stiffness and time step of the run. Walton's law is fitted to the results.
 """
 
 import dataclasses
@@ -19,14 +19,14 @@ from milltools.dem.setup import setup_of
 from milltools.dem.walls import Wall
 
 ANGLES = np.concatenate([np.linspace(0.1, 0.6, 6), np.linspace(0.8, 2.4, 9), np.linspace(2.8, 4.4, 5)])  # slip / v_n
-PHASES = 4  # each angle begins its contact at so many different fractions of a time step
-SPEED = 0.02  # [m/s] normal speed of all impacts: so slow that the normal hardly turns while they last
+PHASES = 4  # for each angle, contacts begin at this number of different fractions of a time step
+SPEED = 0.02  # [m/s] normal speed of all impacts: slow, so that the normal hardly turns during the contact
 GAP = 0.004  # of the diameter, before the impact
 
 
 @dataclasses.dataclass(frozen=True)
 class Singles:
-    """One kind of contact: the deck's law, what LIGGGHTS makes of it (means over impacts), and the impacts.
+    """One kind of contact: the law of the deck, the law measured in LIGGGHTS (means over impacts), and the impacts.
 
     ratio (A,): slip over normal speed before; after (A,): slip after over normal speed before; negative: reversed.
     """
@@ -40,8 +40,8 @@ class Singles:
 
 
 def _thrown(deck, kind):
-    """State [place, velocity, spin] of all balls, the thrown ones (A,) first, then what they are thrown at unless it is
-    a wall; and half of the size (3,) [m] of the box around them."""
+    """State [place, velocity, spin] of all balls: first the thrown balls (A,), then their targets if these are balls;
+    and half of the size (3,) [m] of the box around them."""
     diameter, pairs = deck.species[0].diameter, kind == "ball_ball"
     ratio = np.repeat(ANGLES, PHASES)
     count = len(ratio)
@@ -50,7 +50,7 @@ def _thrown(deck, kind):
     gap = GAP * diameter * (1 + np.arange(count) / (7.1 * count))
     height = 3 * diameter if pairs else 0.0
     place = np.column_stack([grid, height + (diameter if pairs else diameter / 2) + gap])
-    # the slip shall be along x when they touch: start so far back that the ball hits the grid's place
+    # the slip should be along x at the contact: start so far back that the ball hits the grid's place
     place[:, 0] -= ratio * gap
     velocity = np.column_stack([ratio * SPEED, 0 * ratio, np.full(count, -SPEED)])
     if pairs:
@@ -101,7 +101,7 @@ def _measure(deck, kind, before, after):
     law = deck.contact(kind)
     friction = tangential = math.nan
     if law.friction > 0:
-        # sliding throughout: the slip that is left falls behind by a constant; sticking: it is a constant share
+        # sliding throughout: the slip decreases by a constant; sticking: it is multiplied by a constant
         sliding = ratio > 1.25 * 3.5 * law.friction * (1 + e.mean()) / (1 + 0.4)
         sticking = ratio < 0.5 * 3.5 * law.friction * (1 + e.mean()) / 2
         if sliding.any():
@@ -112,7 +112,7 @@ def _measure(deck, kind, before, after):
 
 
 def measure(deck, model, damped):
-    """{kind: Singles} of every kind of contact that the deck's mill can have; equal laws on walls are thrown once."""
+    """{kind: Singles} of every kind of contact that the deck's mill can have; walls with equal laws share one test."""
     walls = {deck.kinds[wall.kind] for wall in setup_of(deck).walls}
     laws = {
         kind: (deck.contact(kind), kind == "ball_ball") for kind in deck.kinds if kind == "ball_ball" or kind in walls

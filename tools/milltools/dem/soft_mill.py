@@ -1,4 +1,4 @@
-"""A mill in LIGGGHTS, stretch by stretch, its samples turned into the results of a run as they come."""
+"""A mill in LIGGGHTS, run in parts of constant stiffness; its samples become the results of a run as they come."""
 
 import contextlib
 import math
@@ -16,18 +16,18 @@ from milltools.dem.setup import setup_of
 from milltools.dem.work import Drive, at_walls
 from milltools.foreign.digest import snapshot_times
 
-RUBBING_INTERVAL = 20e-6  # [s] between the moments at which tangential forces are told
+RUBBING_INTERVAL = 20e-6  # [s] between outputs of the tangential forces
 HALF_AN_INTERVAL = 0.5
-PRICED = 0.01  # of the steps are run once more, and three times as many, without output: what LIGGGHTS costs by itself
+PRICED = 0.01  # of the steps are run again without output, once and threefold: the cost of LIGGGHTS alone
 LEAST_PRICED = 1000  # steps
 
 
 class SoftMill:
-    """The mill of a deck; `results` takes what it does (see milltools.foreign.digest), `watch(time)` is told the
+    """The mill of a deck; `results` takes its results (see milltools.foreign.digest), `watch(time)` is called with the
     progress.
 
-    run(modulus, until) goes on from where it stands to `until` [s] at a Young's modulus [Pa]. `state` is in the
-    frame of the deck's setup, as all is here but what the results take.
+    run(modulus, until) continues from the present time to `until` [s] at a Young's modulus [Pa]. `state` and all other
+    values are in the frame of the deck's setup; only the results are in the laboratory frame.
     """
 
     def __init__(self, deck, state, damped, results, ranks=1, watch=None):
@@ -52,7 +52,7 @@ class SoftMill:
 
     @contextlib.contextmanager
     def _liggghts(self, model, steps, forces_every, dumps, **options):
-        """LIGGGHTS at work on so many steps from here on; options as script.write has them."""
+        """LIGGGHTS running this number of steps from now on; options as in script.write."""
         with tempfile.TemporaryDirectory(prefix="mill-dem-", ignore_cleanup_errors=True) as name:
             folder, begin = pathlib.Path(name), (self.time, self.state)
             text, meshes = script.write(folder, self.deck, model, self.damped, steps, forces_every, *begin, **options)
@@ -61,15 +61,15 @@ class SoftMill:
                 yield process
 
     def price(self, steps):
-        """Processor seconds of LIGGGHTS for one simulated second from here on, without output: what two runs of `steps`
-        and three times as many steps differ by. For the model of the last stretch."""
+        """Processor seconds of LIGGGHTS for one simulated second from now on, without output, from the difference of
+        two runs: one of `steps` steps, one of three times as many. Uses the model of the last part."""
         steps = max(LEAST_PRICED, round(PRICED * steps))
         taken = []
         for count in (steps, 3 * steps):
             with self._liggghts(self.model, count, 1, (), told=False) as process:
                 taken.append(process.finish())
         price = (taken[1] - taken[0]) / (2 * steps * self.model.time_step)
-        return price if price > 0 else math.nan  # of a mill so small that the start costs more
+        return price if price > 0 else math.nan  # NaN for a mill so small that the start costs more
 
     def run(self, modulus, until):
         """See the class."""
@@ -94,7 +94,7 @@ class SoftMill:
             self.cpu += process.cpu if process else 0.0
             self.normal_loss += contacts.normal_loss
             self.isolated_loss += contacts.isolated_loss
-            self.deepest = contacts.deepest  # of this stretch: a softer one before does not count
+            self.deepest = contacts.deepest  # of this part: an earlier, softer part does not count
 
     def _follow(self, process, samples, forces_every):
         begin, flat, contacts = self.time, np.empty((len(self.mass), 9)), self.contacts
@@ -103,10 +103,10 @@ class SoftMill:
             if step is None:
                 break
             if step != sample * STEPS_PER_SAMPLE:
-                raise UserError(f"LIGGGHTS told its step {step} when {sample * STEPS_PER_SAMPLE} was due", 1)
+                raise UserError(f"LIGGGHTS wrote step {step} where step {sample * STEPS_PER_SAMPLE} was expected", 1)
             if sample == 0:
                 self.version = process.version()
-            # all is read before the time goes on: whoever stops the waiting leaves no sample half done
+            # all is read before the time advances: so an interrupt cannot leave half of a sample
             forces = process.walls(len(self.setup.acting)) if forces_every and sample % forces_every == 0 else None
             self.time = begin + sample * contacts.interval
             self.state = [part.copy() for part in np.split(flat, 3, axis=1)]
@@ -126,17 +126,17 @@ class SoftMill:
             raise UserError("LIGGGHTS ended before its run was over", 1)
 
     def flush(self):
-        """Hands over the impacts that wait: many at a time are cheaper than few."""
+        """Passes on the collected impacts: many at a time are cheaper than few."""
         waiting, self.waiting = self.waiting, []
         if not waiting:
             return
         joined = np.concatenate(waiting)
-        # one that a sample found began no earlier than at the sample before, but for rounding
+        # an impact found at a sample began after the sample before, but for rounding
         joined["time"] = np.maximum(joined["time"], self.told)
         self.results.impacts(joined)
 
     def _outside(self, impacts):
-        """Impacts as the laboratory has them, at their own times: the frame has gone on since."""
+        """Impacts in the laboratory frame at their own times: the frame has moved since."""
         frame = self.setup.frame
         gone = (impacts["time"] - self.time)[:, None] * frame.track(self.time, 1)
         impacts["position"] = impacts["position"] @ frame.rows + frame.track(self.time) + gone
@@ -144,7 +144,7 @@ class SoftMill:
         return impacts
 
     def _store(self, process, sample):
-        """The balls whenever the observers want them, at the sample nearest to then; a row's account after them."""
+        """Stores the balls at the sample nearest to each time that the observers need, then the account of a row."""
         model = self.contacts.model
         after = self.time + HALF_AN_INTERVAL * model.sample_interval
         row = sample % model.samples_per_row == 0 and after > self.rows * self.series

@@ -1,11 +1,11 @@
-"""The surfaces that balls meet: where a ball touches them, how fast they move, and what LIGGGHTS has for them.
+"""The surfaces that balls touch: the places of contacts, the motion of the surfaces, and their form in LIGGGHTS.
 
 Everything is in the frame of the simulation (milltools.dem.setup). A wall has
     kind        index of its contact's kind
-    primitives  [(name, LIGGGHTS' words of its place, of its shear, number of a species or None: of all balls)]
+    primitives  [(name, LIGGGHTS' words for its place, for its shear, number of a species or None: for all balls)]
     motion      a Rotation or Shift of milltools.dem.paths, or None
-    mesh(time)  triangles (T, 3, 3) where it is a mesh in LIGGGHTS, else none
-    find(time, place, radius)  the Found of the balls (N, 3), (N,) that touch it
+    mesh(time)  triangles (T, 3, 3) if it is a mesh in LIGGGHTS, else none
+    find(time, place, radius)  the Found of those of the balls (N, 3), (N,) that touch it
 """
 
 import dataclasses
@@ -21,16 +21,16 @@ from milltools.geometry.bodies import STILL, inverse, moved
 from milltools.geometry.solids import CORNERS, FACES, blade_triangles
 
 NO_MESH = np.empty((0, 3, 3))
-ON_EDGE = 1e-9  # of a ball's radius: places closer than this are one
-FLAT = np.cos(np.radians(10))  # between neighbouring facets: nearer to flat than this they are a curved wall's
+ON_EDGE = 1e-9  # of a ball's radius: places closer than this count as one
+FLAT = np.cos(np.radians(10))  # between neighbouring facets: with a smaller angle they belong to a curved wall
 SHAFT, BLADE = 3, 4  # kinds
 ADDS_UP = "LIGGGHTS adds up the forces of neighbours, which changes restitution"
 
 
 @dataclasses.dataclass
 class Found:
-    """The contacts (M,) of one wall, or of balls, at one sample. Normals (M, 3) point into `ball`; key: who touches
-    what; part: the primitive or facet."""
+    """The contacts (M,) of one wall, or between balls, at one sample. Normals (M, 3) point into `ball`; key: identifies
+    the pair in contact; part: the primitive or facet."""
 
     key: np.ndarray
     ball: np.ndarray
@@ -55,15 +55,15 @@ class Wall:
 
 
 class Cylinder(Wall):
-    """About the x axis, endless: a drum (sign -1: balls are inside) or a shaft (+1)."""
+    """A cylinder about the x axis, without ends: a drum (sign -1: balls are inside) or a shaft (+1)."""
 
     def __init__(self, kind, name, radius, sign, motion=None, turning=(), partner=-1):
-        """turning: radii at which the centres of the species roll [m], if the wall turns and rubs."""
+        """turning: radii [m] at which the centres of each species roll, if the wall turns and has friction."""
         self.kind, self.radius, self.sign, self.motion = kind, radius, sign, motion
         self.partner = partner
         words = f"xcylinder {radius:.17g} 0 0"
         speed = motion.speed * motion.axis[0] if motion else 0.0
-        # LIGGGHTS takes an angular velocity here and lets it act at the ball's centre
+        # LIGGGHTS takes an angular velocity here and applies it at the radius of the ball's centre
         shears = [f"shear y {speed * radius / at:.17g}" for at in turning if speed]
         if len(shears) > 1:
             self.primitives = [(f"{name}{k}", words, shear, k) for k, shear in enumerate(shears)]
@@ -80,11 +80,11 @@ class Cylinder(Wall):
 
 
 class Ends(Wall):
-    """The planes x = -half and half. Where they turn and rub each is a facet in LIGGGHTS, large enough for no edge
-    to be met."""
+    """The planes x = -half and half. If they turn and have friction, each plane is a facet in LIGGGHTS, so large that
+    no ball reaches its edges."""
 
     def __init__(self, kind, half, partner=None, motion=None, radius=None):
-        """partner: None: 0 and 1, as of end walls; radius: of the ends, if they turn and rub."""
+        """partner: None: 0 and 1, as for end walls; radius: of the ends, if they turn and have friction."""
         self.kind, self.half, self.partner, self.motion = kind, half, partner, motion
         self.radius = radius
         if radius is None:
@@ -130,7 +130,7 @@ class Blades(Wall):
         return blade_triangles(self.deck, self.speed * time)
 
     def find(self, time, place, radius, ball, blade):
-        """Looks at the blades `blade` (M,) for the balls `ball` (M,) alone."""
+        """The contacts among the pairs of blades `blade` (M,) and balls `ball` (M,)."""
         distance, normal = self.look(place[ball], blade, time)
         overlap = radius[ball] - distance
         hit = np.nonzero(overlap > 0)[0]
@@ -149,7 +149,7 @@ class Blades(Wall):
         out = local - np.clip(local, -half, half)
         distance = np.sqrt(np.einsum("ij,ij->i", out, out))
         inside = distance == 0
-        if inside.any():  # out through the nearest face; only a very soft ball gets here
+        if inside.any():  # out through the nearest face; only the centre of a very soft ball gets inside
             depth = np.abs(local[inside]) - half[inside]
             face = depth.argmax(axis=1)
             row = np.arange(len(face))
@@ -161,11 +161,11 @@ class Blades(Wall):
 
 
 class Flats(Wall):
-    """Flat facets: a box, a mesh. triangles (T, 3, 3) at t = 0, facing away from the balls (side -1: they are inside),
-    or towards them (+1); those of one plane are one facet."""
+    """Flat facets: a box or a mesh. triangles (T, 3, 3) at t = 0 face away from the balls (side -1: balls are inside)
+    or towards them (+1); triangles in one plane form one facet."""
 
     def __init__(self, kind, triangles, side, partner=0, motion=None, planes=None):
-        """planes: names and words of the primitives that stand for it, in the order of its facets."""
+        """planes: names and words of the primitives that replace it, in the order of its facets."""
         self.kind, self.triangles, self.side, self.partner = kind, triangles, side, partner
         self.motion, self.primitives = motion, planes or ()
         normal = normals(triangles)
@@ -183,11 +183,11 @@ class Flats(Wall):
         return moved(self.pose(time), self.triangles)
 
     def pose(self, time):
-        """(3, 4) since t = 0."""
+        """The pose (3, 4) relative to t = 0."""
         return STILL if self.motion is None else self.motion.path(time)
 
     def reach(self):
-        """How far from the origin along x, y and z it ever is: (3,) [m], or more."""
+        """Upper limit of its distance from the origin along x, y and z at all times: (3,) [m]."""
         corner, path = self.triangles.reshape(-1, 3), self.motion
         if path is None:
             return np.abs(corner).max(axis=0)
@@ -199,9 +199,9 @@ class Flats(Wall):
         pose = self.pose(time)
         local = moved(inverse(pose), place)
         high = self.side * (local @ self.normal.T - self.height)
-        # centres that are beyond a facet belong to others, but for those of very soft balls
+        # centres behind a facet touch other facets, except centres of very soft balls
         ball, flat = np.nonzero((high < radius[:, None]) & (high > -0.5 * radius[:, None]))
-        if self.primitives:  # planes, as far as they go
+        if self.primitives:  # planes: limited to the facets
             near = local[ball] - high[ball, flat][:, None] * self.side * self.normal[flat]
             edge = np.zeros(len(ball), bool)
         else:
@@ -217,7 +217,7 @@ class Flats(Wall):
         return Found(key, ball, partner, radius[ball] - distance, normal @ pose[:, :3].T, flat)
 
     def _nearest(self, points, flat):
-        """The nearest places (M, 3) of the facets, and whether they are on their rims."""
+        """The nearest places (M, 3) on the facets, and whether these are on the rim of a facet."""
         near, best = np.empty_like(points), np.full(len(points), np.inf)
         edge = np.zeros(len(points), bool)
         for n in np.unique(flat):
@@ -228,14 +228,14 @@ class Flats(Wall):
                 better = away < best[rows]
                 near[rows[better]], best[rows[better]] = place[better], away[better]
                 edge[rows[better]] = rim[better]
-            # on a diagonal between two triangles of one facet it is no rim
+            # a side between two triangles of one facet is not a rim
             drop = points[rows] - near[rows]
             across = drop - (drop @ self.normal[n])[:, None] * self.normal[n]
             edge[rows] &= np.linalg.norm(across, axis=1) > 1e-12 * np.abs(self.triangles).max()
         return near, edge
 
     def _own(self, ball, flat, near, edge, distance, radius):
-        """Which contacts are none of a neighbouring facet: an edge that two facets share is met once."""
+        """Which contacts to keep, so that an edge shared by two facets gives one contact only."""
         keep = np.ones(len(ball), bool)
         for k in np.flatnonzero(edge):
             others = np.flatnonzero(keep & (ball == ball[k]))
@@ -263,11 +263,11 @@ def nearest(points, triangle):
     return best, outside
 
 
-# ---- bodies of a deck as flat facets, where their motion's frame has them; what is curved is refused
+# ---- bodies of a deck as flat facets, in the frame of their motion; curved bodies are refused
 
 
 def fault(deck, name, key, reason):
-    """UserError about a key of [body.NAME]."""
+    """The UserError for a key of [body.NAME]."""
     return UserError(f"{deck.path}: [body.{name}] {key}: {reason}")
 
 
@@ -303,7 +303,7 @@ def read_stl(path):
 
 
 def own_triangles(deck, name):
-    """Of a box or a mesh around its own origin, outwards; rows of coordinates are along its own z, x, y."""
+    """Triangles of a box or mesh around its own origin, facing outwards; coordinates are along its own z, x, y."""
     place, shape = f"body.{name}", deck.value(f"body.{name}.shape")
     if shape == "box":
         corner = (CORNERS * [0.5, 1, 0.5] - [0, 0.5, 0]) * np.roll(deck.numbers(f"{place}.size"), 1)
@@ -319,7 +319,7 @@ def own_triangles(deck, name):
 
 
 def curved(triangles):
-    """Whether facets that share an edge are nearly, but not quite, in one plane."""
+    """Whether facets that share an edge are nearly, but not exactly, in one plane."""
     normal, owner = normals(triangles), {}
     for k, triangle in enumerate(np.round(triangles / np.abs(triangles).max(), 6)):
         for a, b in ((0, 1), (1, 2), (2, 0)):

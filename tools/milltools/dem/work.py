@@ -1,19 +1,19 @@
 """The work that motions do on the balls, and the energy that friction takes at the walls.
 
-What holds the balls is all that moves, or it stands still. Where it moves, what all walls together do to the balls
-is known without looking at a single contact: the momentum and the angular momentum of the balls change by it and by
-gravity alone. Times the velocity that each motion gives to the container, that is the work of each. It is exact but
-for the interval of the samples, of which there are eight in a contact. Otherwise LIGGGHTS sums the forces on each
-mesh over all steps.
+Either the container is at rest, or it moves together with all bodies in it. If it moves, the total force of the walls
+on the balls follows without the contacts: only this force and gravity change the momentum and the angular momentum of
+the balls. The force times the velocity that each motion gives to the container gives the work of each motion. The only
+error comes from the interval of the samples, of which there are eight in a contact. If the container is at rest,
+LIGGGHTS sums the forces on each mesh over all steps.
 
-Friction, from LIGGGHTS' own forces at a few moments: the power of the tangential forces against the slip, summed
-over all contacts of a moment and averaged over moments, is the energy that goes into tangential springs, dashpots
-and sliding; what the springs give back is in it with its sign. So the mean over many moments is the loss, however
-far apart they are. Only its scatter depends on their number.
+Friction comes from LIGGGHTS' own forces at a few moments. The power of the tangential forces against the slip, summed
+over all contacts of a moment, is the energy that goes into tangential springs, dashpots and sliding; energy that the
+springs return counts as negative. So the mean power over many moments is the loss, whatever the time between them; only its
+scatter depends on their number.
 
-Between balls this does not work: `compute pair/gran/local` evaluates the contact law once more, after the step, and
-a sliding contact whose spring was just cut back to mu F_n then counts as sticking, dashpot added. What friction
-takes there is what the balance of energy leaves over (milltools.dem.soft_mill).
+Between balls this does not work. `compute pair/gran/local` evaluates the contact law again after the step; a sliding
+contact, whose spring was limited to mu F_n before, then counts as sticking, and its dashpot force is added. There the
+friction loss is the remainder of the balance of energy (milltools.dem.soft_mill).
 """
 
 import numpy as np
@@ -25,8 +25,8 @@ from milltools.geometry.bodies import moved
 class Drive:
     """work {name of a motion: [J] so far}; torque [N m]: the rotor's, mean over the last row.
 
-    sample(time, state): the balls (N, 3) in the frame; row(told): what LIGGGHTS tells of meshes over a row of
-    `length` [s]. Where balls are moved by hand, `last` = None begins anew.
+    sample(time, state): the balls (N, 3) in the frame; row(told): LIGGGHTS' values for meshes over a row of
+    `length` [s]. After balls were moved artificially, `last` = None starts a new balance of momentum.
     """
 
     def __init__(self, setup, mass, inertia):
@@ -43,7 +43,7 @@ class Drive:
             return
         setup, mass = self.setup, self.mass
         momentum, middle = mass @ velocity, mass @ place
-        whirl = (mass[:, None] * place).T @ velocity  # its odd part is the angular momentum
+        whirl = (mass[:, None] * place).T @ velocity  # its antisymmetric part is the angular momentum
         angular = (whirl - whirl.T)[[1, 2, 0], [2, 0, 1]] + self.inertia @ spin
         if self.last is not None:
             before, momentum_before, middle_before, angular_before = self.last
@@ -73,7 +73,7 @@ class Drive:
 
 
 def columns_of(contacts, which, found):
-    """Of each contact with the wall of number `which`: which of Setup.acting tells its force."""
+    """For each contact with wall number `which`: the index in Setup.acting of its force."""
     primitives = contacts.walls[which].primitives or [("blades", "", "", None)]
     name, _, _, species = primitives[0]
     first = contacts.setup.acting.index(name)
@@ -92,7 +92,7 @@ def at_walls(contacts, state, forces):
     place, velocity, spin = state
     power, torque = np.zeros(len(contacts.normal_loss)), 0.0
     touched = [(k, f, columns_of(contacts, k, f)) for k, f in enumerate(contacts.found) if k and len(f.ball)]
-    shared = np.zeros(forces.shape[:2], int)  # a ball between two blades: half of the force to each
+    shared = np.zeros(forces.shape[:2], int)  # a ball touching two blades: half of the force to each
     for _, found, column in touched:
         np.add.at(shared, (found.ball, column), 1)
     for which, contact, column in touched:

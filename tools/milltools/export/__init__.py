@@ -1,1 +1,1 @@
-"""A run for other programs."""
+"""Export of runs and decks to the formats of other programs."""

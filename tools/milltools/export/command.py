@@ -1,7 +1,7 @@
-"""`mill export`: a mill, and what a run holds, in the formats of other programs; the file's suffix chooses.
+"""`mill export`: writes a mill or the data of a run in the format of another program; the suffix of the file chooses.
 
-A format is a module of this package and an entry of FORMATS: for each thing it can hold (`--what`) a function of
-that name (arguments) that writes arguments.file and returns what it wrote, in a few words.
+A format is a module of this package and an entry of FORMATS. For each kind of content (`--what`) the module has a
+function of that name (arguments), which writes arguments.file and returns a short description of what it wrote.
 """
 
 import argparse
@@ -15,12 +15,12 @@ from milltools.base.processes import Stopped, stops_in_order
 from milltools.export.source import about
 from milltools.geometry.solids import PARTS
 
-SUMMARY = """Writes a mill and its balls for other programs; the suffix of the file chooses the format. Of a run: .gsd
-(OVITO, HOOMD, freud) and .pvd (ParaView; a file and a folder) hold its frames, .vtp one of them, .csv a table (--what). Of a
-deck or a run: .stl, the bodies of the mill as closed surfaces, in metres. An old file is replaced."""
+SUMMARY = """Writes a mill and its balls for other programs; the suffix of the file chooses the format. From a run: .gsd
+(OVITO, HOOMD, freud) and .pvd (ParaView; a file and a folder) contain its frames, .vtp one frame, .csv a table (--what). From
+a deck or a run: .stl, the bodies of the mill as closed surfaces, in metres. An old file is replaced."""
 
 
-# what a suffix can hold, the default first
+# what a file with this suffix can contain, the default first
 FORMATS = {
     ".stl": ("mill",),
     ".gsd": ("balls",),
@@ -37,7 +37,7 @@ SPELLED = {"begin": "from", "end": "to"}
 
 def add_arguments(parser):
     parser.add_argument(
-        "source", metavar="DECK-or-RUN", help="the output file of a run; for the mill's bodies a deck does"
+        "source", metavar="DECK-or-RUN", help="the output file of a run; for the mill's bodies also a deck"
     )
     parser.add_argument("file", metavar="FILE", help=f"what to write, a name ending in {', '.join(FORMATS)}")
     parser.add_argument(
@@ -49,29 +49,29 @@ def add_arguments(parser):
         help="override one value of a deck; may be repeated",
     )  # fmt: skip
     frames = parser.add_argument_group("which states")
-    frames.add_argument("--from", dest="begin", metavar="TIME", help="not before this time, such as '0.1 s'")
-    frames.add_argument("--to", dest="end", metavar="TIME", help="not after this time")
-    frames.add_argument("--every", type=int, metavar="N", help="only each N-th frame of these")
-    frames.add_argument("--frame", type=int, metavar="K", help="only this one, from 0; -1 is the last")
-    frames.add_argument("--time", metavar="TIME", help="only the one nearest to this time; of bodies: exactly then")
+    frames.add_argument("--from", dest="begin", metavar="TIME", help="only frames from this time on, such as '0.1 s'")
+    frames.add_argument("--to", dest="end", metavar="TIME", help="only frames up to this time")
+    frames.add_argument("--every", type=int, metavar="N", help="only every N-th of these frames")
+    frames.add_argument("--frame", type=int, metavar="K", help="only the frame of this number, from 0; -1 is the last")
+    frames.add_argument("--time", metavar="TIME", help="only the frame nearest to this time; bodies: exactly then")
     bodies = parser.add_argument_group("the mill's bodies")
     bodies.add_argument(
         "--part", action="append", metavar="PART",
-        help=f"only this part: {', '.join(PARTS)}, or NAME of a [body.NAME]; may be repeated (default: all there are)",
+        help=f"only this part: {', '.join(PARTS)}, or NAME of a [body.NAME]; may be repeated (default: all parts)",
     )  # fmt: skip
     bodies.add_argument(
         "--tolerance", metavar="LENGTH",
-        help="how far flats may be from the round surfaces, such as '0.1 mm'; default: a two-thousandth of the drum's radius",
+        help="largest distance of triangles from round surfaces, such as '0.1 mm'; default: 1/2000 of the drum's radius",
     )  # fmt: skip
     bodies.add_argument(
         "--thickness", metavar="LENGTH",
-        help="of the drum's wall where it is thinnest and of the end walls, such as '2 mm'; default: a twentieth of the drum's "
+        help="smallest thickness of the drum's wall and of the end walls, such as '2 mm'; default: 1/20 of the drum's "
         "radius",
     )  # fmt: skip
 
 
 def writer(arguments):
-    """The function that writes what is asked for; options that mean nothing to it are refused."""
+    """The function that writes the requested content; options that it does not use are refused."""
     suffix = pathlib.Path(arguments.file).suffix.lower()
     if suffix not in FORMATS:
         raise UserError(f"{arguments.file}: expected a name ending in {', '.join(FORMATS)}")
@@ -99,7 +99,7 @@ def run(arguments: argparse.Namespace) -> int:
     about(arguments.source)
     keep_apart(arguments.file, [arguments.source])
     try:
-        with stops_in_order():  # half a file, or a folder of half a run, stays behind otherwise
+        with stops_in_order():  # otherwise half a file, or a folder of half a run, would stay behind
             said = write(arguments)
     except Stopped as stop:
         print("mill export: stopped", file=sys.stderr)

@@ -1,5 +1,5 @@
-"""Tables as CSV: the first line names the columns with their units, numbers have as many digits as it takes to read
-them back to the last bit."""
+"""Tables as CSV: the first line names the columns with their units; numbers have enough digits to read back the
+same double."""
 
 import bisect
 import csv
@@ -23,7 +23,7 @@ XYZ = "xyz"
 
 
 def fill(file, blocks) -> int:
-    """Writes blocks, {head: (rows,) numbers or texts}, as one table, and returns the number of its rows."""
+    """Writes blocks, {head: (rows,) numbers or texts}, as one table and returns the number of rows."""
     writer, rows = None, 0
     for block in blocks:
         columns = [pa.array(values, from_pandas=True) for values in block.values()]  # NaN: empty
@@ -38,7 +38,7 @@ def fill(file, blocks) -> int:
 
 
 def table(arguments, blocks, of=""):
-    """Writes blocks into the file; says how much."""
+    """Writes blocks into the file; returns the number of rows in words."""
     with whole(arguments.file) as draft:
         with open(draft, "wb") as file:
             rows = fill(file, blocks)
@@ -47,7 +47,7 @@ def table(arguments, blocks, of=""):
 
 
 def cells(names) -> np.ndarray:
-    """Names from a file, for columns of texts."""
+    """Names from the file, for columns of text."""
     return np.array([cell(name) for name in names], object)
 
 
@@ -87,8 +87,8 @@ def balls(arguments):
 
 
 def _blocks(run, path, columns, arguments, slack=0.0):
-    """Blocks of the rows whose times, in order at the path, are within --from and --to: these times and
-    columns(rows)."""
+    """Blocks of the rows whose times are within --from and --to: the times and columns(rows). The dataset at the path
+    contains the times in ascending order."""
     low, high = source.window(arguments, slack)
     rows = range(run.length(path))
     first = bisect.bisect_left(rows, low, key=lambda k: run.read(path, k))
@@ -142,7 +142,7 @@ def impacts(arguments):
 
 
 def _loss(run, name, text, path="impacts/dissipation"):
-    """The head of a column; of losses it says so where only their normal part is known."""
+    """The head of a column; for losses it says if only the normal part is known."""
     part = run.attribute(path, "part", "all") if name == "dissipation" else "all"
     return head(name if part == "all" else f"{name}, {part} part", text)
 
@@ -151,8 +151,8 @@ def _loss(run, name, text, path="impacts/dissipation"):
 
 
 def spectra(arguments):
-    """One histogram after the other, bin by bin; the first row of each is what is slower than its bins, the last
-    what is faster."""
+    """One histogram after the other, bin by bin. The first row of each histogram counts impacts slower than all bins,
+    the last row impacts faster than all bins."""
     with source.open_run(arguments) as run:
         run.need_statistics()
 

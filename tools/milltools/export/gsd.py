@@ -1,9 +1,9 @@
-"""Frames as GSD, HOOMD's schema: for OVITO, HOOMD, freud.
+"""Frames as GSD in HOOMD's schema, for OVITO, HOOMD and freud.
 
-What GSD has a name for goes there (single precision, as the run's own frames). Spins go into
-log/particles/angular_velocity: GSD's own `angmom` is a quaternion in the body's frame, and balls have no orientation
-to refer it to. The exact time of a frame goes into log/time. GSD's box is always periodic, so it is wider than what
-the container sweeps by a ball on each side: balls at opposite walls are no neighbours.
+Quantities that GSD has a name for go there (single precision, as in the frames of the run). Spins go into
+log/particles/angular_velocity, because GSD's own `angmom` is a quaternion in the frame of the body, and balls have no
+orientation. The exact time of a frame goes into log/time. The box of GSD is always periodic, so the box is wider than
+the space that the container sweeps, by a ball on each side. Otherwise balls at opposite walls would be neighbours.
 """
 
 import os
@@ -35,7 +35,7 @@ def balls(arguments):
         with whole(arguments.file) as draft:
             file = gsd.fl.GSDFile(str(draft), "w", f"{run.program} {run.version}", "hoomd", [1, 4])
             with gsd.hoomd.HOOMDTrajectory(file) as out:
-                for index in source.steps(chosen, arguments):  # what is as in the first frame is not stored again
+                for index in source.steps(chosen, arguments):  # data as in the first frame are not repeated
                     frame.configuration.step = int(run.read("particles/trajectory/position/step", index))
                     frame.particles.position = run.frame(index, "position")
                     frame.particles.velocity = run.frame(index, "velocity")

@@ -1,4 +1,4 @@
-"""Frames for ParaView: a collection (.pvd) that gives each .vtp of the folder beside it its time."""
+"""Frames for ParaView: a collection (.pvd) that gives the time of each .vtp file in the folder of the same name."""
 
 import pathlib
 import re
@@ -36,7 +36,7 @@ def mill(arguments):
 
 
 def collection(arguments, run, write, of):
-    """balls.pvd and balls/balls_0000.vtp ..., by write(frame, time [s], path) -> bytes; says how much `of` what."""
+    """Writes balls.pvd and balls/balls_0000.vtp ... by write(frame, time [s], path) -> bytes; returns how much."""
     chosen, times = source.many(run, arguments), source.stored(run)
     path = pathlib.Path(arguments.file)
     place = path.with_suffix("")

@@ -1,4 +1,4 @@
-"""What is exported: a run or a deck, and which of its frames."""
+"""The source of an export: a run or a deck, and the selected frames."""
 
 import numpy as np
 
@@ -10,16 +10,16 @@ from milltools.read.deck_text import read_text
 from milltools.read.runfile import Run
 from milltools.read.values import seconds
 
-SLACK = 1e-6  # of the interval of frames: how far a time may be off and still be a frame's
+SLACK = 1e-6  # of the interval of frames: a time this close to a frame counts as its time
 
 
 def about(path) -> str:
-    """ "run" or "deck"; UserError for files that are neither, as far as their first bytes tell."""
+    """ "run" or "deck", from the first bytes; UserError if the file is neither."""
     try:
         with open(path, "rb") as file:
             head = file.read(512)
     except OSError:
-        return "deck"  # millsim says it in its own words
+        return "deck"  # millsim then reports what is wrong
     if head.startswith(b"\x89HDF\r\n\x1a\n"):
         return "run"
     if head.startswith(b"PAR1"):
@@ -30,7 +30,7 @@ def about(path) -> str:
 
 
 def open_run(arguments) -> Run:
-    """The run that is asked for; a deck is a UserError: its balls have not moved yet."""
+    """The requested run; UserError for a deck, which has no results."""
     path = arguments.source
     if about(path) == "deck":
         read_text(path)
@@ -38,12 +38,12 @@ def open_run(arguments) -> Run:
             f"{path}: expected the output file of a run, got a deck: it has no results before it is run ('millsim {path}')"
         )
     if arguments.set:
-        raise UserError(f"{path}: --set: what has been run cannot be changed; give its deck")
+        raise UserError(f"{path}: --set: a finished run cannot be changed; give its deck")
     return Run(path)
 
 
 def deck_of(arguments) -> Deck:
-    """The deck of a run, or the deck that is given."""
+    """The deck of a run, or the given deck."""
     if about(arguments.source) == "deck":
         return Deck.check(arguments.source, arguments.set)
     with open_run(arguments) as run:
@@ -53,12 +53,12 @@ def deck_of(arguments) -> Deck:
 
 
 def steps(items, arguments):
-    """The items, one after the other, while standard error says how far it is."""
+    """The items one after the other, with the progress on standard error."""
     return Progress("mill export", len(items)).each(items, arguments.file)
 
 
 def count(chosen, balls) -> str:
-    """31 frames of 4000 balls"""
+    """Words such as "31 frames of 4000 balls"."""
     return f"{plural(len(chosen), 'frame')} of {plural(balls, 'ball')}"
 
 
@@ -66,7 +66,7 @@ def count(chosen, balls) -> str:
 
 
 def interval(times):
-    """Interval of frames [s], 0 of a single one."""
+    """Interval of frames [s]; 0 for a single frame."""
     return float(np.diff(times).mean()) if len(times) > 1 else 0.0
 
 
@@ -80,7 +80,7 @@ def stored(run) -> np.ndarray:
 
 
 def one(run, arguments) -> int:
-    """Number of the frame asked for by --frame or --time; without them the last."""
+    """Number of the frame chosen by --frame or --time; without these options the last frame."""
     times = stored(run)
     last = len(times) - 1
     span = f"{run.path} has frames 0 to {last}, from {times[0]:.6g} to {times[-1]:.6g} s"
@@ -98,7 +98,7 @@ def one(run, arguments) -> int:
 
 
 def many(run, arguments) -> np.ndarray:
-    """Numbers of the frames asked for, at least one."""
+    """Numbers of the chosen frames, at least one."""
     if arguments.frame is not None or arguments.time is not None:
         return np.array([one(run, arguments)])
     times = stored(run)
@@ -109,13 +109,13 @@ def many(run, arguments) -> np.ndarray:
     chosen = np.flatnonzero((times >= low) & (times <= high))[::every]
     if not len(chosen):
         raise UserError(
-            f"--from, --to: no frame in there; {run.path} has {len(times)}, from {times[0]:.6g} to {times[-1]:.6g} s"
+            f"--from, --to: no frame in this span; {run.path} has {len(times)}, from {times[0]:.6g} to {times[-1]:.6g} s"
         )
     return chosen
 
 
 def window(arguments, slack=0.0) -> tuple[float, float]:
-    """--from and --to [s], widened by `slack` [s]; infinite where they are not given."""
+    """--from and --to [s], widened by `slack` [s]; infinite if not given."""
     low, high = seconds({"--from": arguments.begin, "--to": arguments.end})
     if low is not None and high is not None and low > high:
         raise UserError(f"--from {arguments.begin}: is after --to {arguments.end}")

@@ -1,7 +1,7 @@
 """The mill's bodies as triangles, and as binary STL.
 
-Drum, shaft and blades are closed bodies of their own (solids.py); bodies of sections [body.NAME] are as the run has
-them, a container as the surface that the balls see.
+Drum, shaft and blades are separate closed bodies (solids.py). Bodies of sections [body.NAME] have the same surface as
+in the run; of a container this is the inner surface.
 """
 
 import numpy as np
@@ -16,7 +16,7 @@ from milltools.geometry.profile import Profile
 from milltools.read.runfile import turned
 from milltools.read.values import metres, seconds
 
-MOST_CORNERS = 4000  # of an outline
+MOST_CORNERS = 4000  # of one outline
 FIXED = {"drum": "ball_drum", "walls": "ball_wall", "shaft": "ball_shaft", "blades": "ball_blade"}
 
 
@@ -45,11 +45,11 @@ class Parts:
         for part in arguments.part or ():
             if not found.get(part):
                 there = ", ".join(name for name, own in found.items() if own)
-                raise UserError(f"{deck.path}: --part {part}: this mill has none, but {there}")
+                raise UserError(f"{deck.path}: --part {part}: this mill has no such part; it has {there}")
         self.at_start = {part: own for part, own in found.items() if own and part in (arguments.part or found)}
 
     def placed(self, pieces, time, poses=None):
-        """Points of (motion, points at t = 0), one after the other, where motions are at `poses`, or at a time [s]."""
+        """The points of (motion, points at t = 0), in this order, at the `poses` of the motions or at a time [s]."""
         if self.plain:
             angle = self.deck.number("rotor.speed", 0.0) * time
             ways = {"rotor": turned(angle)} if angle else {}
@@ -73,7 +73,7 @@ def _sizes(deck, arguments):
     finest = max(1e-6 * profile.radius, (profile.length / MOST_CORNERS) ** 2 / (8 * profile.arc_radius))
     coarsest = min(profile.radius / 5, thickness / 2)
     if finest > coarsest:
-        raise UserError(f"{deck.path}: too many buckles for triangles")
+        raise UserError(f"{deck.path}: too many buckles to describe them by triangles")
     if not finest <= tolerance <= coarsest:
         raise UserError(
             f"--tolerance: expected {finest:.2g} to {coarsest:.2g} m for this drum and wall, got {tolerance:.6g} m"
@@ -82,7 +82,7 @@ def _sizes(deck, arguments):
 
 
 def asked_time(arguments) -> float:
-    """[s]: --time exactly, or that of --frame; else 0."""
+    """Time [s] of the bodies: exactly --time, or the time of --frame, else 0."""
     if arguments.frame is not None:
         with source.open_run(arguments) as run:
             return float(source.stored(run)[source.one(run, arguments)])

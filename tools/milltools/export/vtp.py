@@ -1,8 +1,8 @@
 """Balls, or the mill's bodies, at one moment as VTK PolyData (.vtp).
 
-The arrays stand in the XML as base64, not compressed, and the time (TimeValue, where VTK looks for it) behind the
-points: so OVITO reads it as well, which knows neither raw nor compressed data, nor a file that begins with its
-fields.
+The arrays are in the XML as base64, not compressed; the time (TimeValue, the name that VTK expects) comes after the
+points. OVITO can read such a file too. It can read neither raw nor compressed data, nor a file that begins with its
+field data.
 """
 
 import base64
@@ -21,7 +21,7 @@ TYPES = {"f4": "Float32", "f8": "Float64", "i4": "Int32", "i8": "Int64"}
 
 @contextlib.contextmanager
 def _element(file, tag, **attributes):
-    """Of XML that is written element by element."""
+    """Writes XML element by element."""
     words = "".join(f" {name}={quoteattr(str(value))}" for name, value in attributes.items())
     file.write(f"<{tag}{words}>\n".encode())
     yield
@@ -29,7 +29,7 @@ def _element(file, tag, **attributes):
 
 
 def _section(file, tag, arrays, **more):
-    """An element of arrays (N,) or (N, 3) by name, each behind the number of its bytes; `more` of their attributes."""
+    """An element of arrays (N,) or (N, 3) by name, each after the number of its bytes; `more`: further attributes."""
     with _element(file, tag):
         for name, values in arrays.items():
             kind = values.dtype.str[1:]
@@ -64,9 +64,9 @@ def polydata(path, time, points, cells, point_data=None, cell_data=None):
 
 
 def still(run):
-    """What balls keep, by name."""
+    """The constant properties of the balls, by name."""
     kept = {name: run.balls(name) for name in ("id", "species", "diameter", "mass")}
-    return kept | {"radius": kept["diameter"] / 2}  # what ParaView and OVITO draw spheres by
+    return kept | {"radius": kept["diameter"] / 2}  # ParaView and OVITO draw spheres of this radius
 
 
 def write_balls(run, index, time, kept, path):
@@ -107,7 +107,7 @@ class Bodies(stl.Parts):
         self.corners, self.part = np.concatenate(corners), np.concatenate(part)
 
     def write(self, time, path, poses=None):
-        """Returns the size [bytes]; `poses` of the motions then, where a run tells them."""
+        """Returns the size [bytes]; `poses`: of the motions at this time, if a run gives them."""
         points = self.placed(self.pieces, time, poses).astype("f4")
         return polydata(path, time, points, {"Polys": self.corners}, cell_data={"part": self.part})
 

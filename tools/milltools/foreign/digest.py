@@ -1,6 +1,6 @@
-"""The run of another program, handed to `millsim --digest`, which makes the file that every reader of millsim's reads.
+"""Passes the run of another program to `millsim --digest`, which writes a file in millsim's own schema.
 
-docs/file-format.md describes the stream. SI throughout.
+docs/file-format.md describes the stream. All values are in SI.
 """
 
 import contextlib
@@ -25,12 +25,12 @@ FACTS = {  # of /run: unit, meaning
     "version": ("", "version of the program"),
     "command": ("", "command line"),
     "started": ("", "when the run was started, UTC"),
-    "notes": ("", "what a reader ought to know before comparing, a line each"),
+    "notes": ("", "what to know before comparing, a line each"),
     "wall_time": ("s", "wall-clock time"),
     "cpu_time": ("s", "processor time"),
     "peak_memory": ("byte", "largest resident memory"),
     "largest_overlap": ("m", "largest overlap seen"),
-    "energy_turnover": ("J", "energy turned over: what the balance's error is measured against"),
+    "energy_turnover": ("J", "energy turned over: the energy balance error is relative to it"),
     "energy_balance_error": ("1", "|rotor work - change of energy - dissipation| over the energy turned over"),
 }
 
@@ -44,7 +44,7 @@ def impacts_of(**columns):
 
 
 def snapshot_times(deck):
-    """When the maps want the balls [s]: all of them within the window of `deck`, a milltools.read.deck.Deck."""
+    """Times [s] at which the maps need the balls, all within the window of `deck`, a milltools.read.deck.Deck."""
     begin, end = deck.number("run.sample_from", 0.0), deck.number("run.time")
     if not end > begin:
         return np.empty(0)
@@ -61,10 +61,10 @@ class Digest(contextlib.AbstractContextManager):
     """Takes a run of `deck` (milltools.read.deck.Deck, read from its path) and writes the file `output`; a context
     manager.
 
-    The facts come first, then states, impacts and accounts in the order of time; `end` makes the file whole, and
-    without it the file is one of a run that has failed. apart [s]: no sample of the observers is farther than this
-    from the nearest state; springs: whether accounts tell `elastic_energy`; force: overwrites. UserError with the
-    line that millsim says.
+    The facts come first, then states, impacts and accounts in the order of time. `end` completes the file; without it
+    the file is that of a failed run. apart [s]: the largest distance in time between a sample of the observers and
+    the nearest state; springs: whether accounts contain `elastic_energy`; force: overwrite the file. Errors are a
+    UserError with the message of millsim.
     """
 
     def __init__(self, deck, output, apart=0.0, springs=False, force=False):
@@ -72,7 +72,7 @@ class Digest(contextlib.AbstractContextManager):
         self.balls, self.springs = len(deck.species_of_ball), springs
         sets = [word for override in deck.overrides for word in ("--set", override)]
         words = [program(), "--digest", "--quiet", "-o", output, *["-f"] * force, *sets, "--", deck.path]  # fmt: skip
-        self.said = tempfile.TemporaryFile()  # a pipe that nobody reads may fill
+        self.said = tempfile.TemporaryFile()  # a file: a pipe that nobody reads could fill up and block
         self.engine = subprocess.Popen(
             words, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=self.said,
             start_new_session=True,  # Ctrl-C is for the program that makes the run
@@ -85,8 +85,8 @@ class Digest(contextlib.AbstractContextManager):
         self.close()
 
     def facts(self, run):
-        """Facts of /run by name, each a value or (value, unit, meaning); they may be told again, and the last ones
-        count. Needed from the beginning: program, version, command, started, wall_time, cpu_time."""
+        """Facts of /run by name, each a value or (value, unit, meaning); they may be given again, and the last values
+        count. Required at the beginning: program, version, command, started, wall_time, cpu_time."""
         for name, fact in run.items():
             if not isinstance(fact, tuple):
                 if name not in FACTS:
@@ -103,15 +103,15 @@ class Digest(contextlib.AbstractContextManager):
             self._record("fact", head + value)
 
     def state(self, time, place, velocity, spin):
-        """The balls (N, 3) in the laboratory at `time`, which is none before that of the last state."""
+        """The balls (N, 3) in the laboratory frame at `time`, which must not be before the last state."""
         for given in (place, velocity, spin):
             if np.shape(given) != (self.balls, 3):
                 raise ValueError(f"expected an array {(self.balls, 3)}, got {np.shape(given)}")
         self._record("state", struct.pack("<d", time), np.array([place, velocity, spin], "<f8"))
 
     def impacts(self, rows):
-        """Impacts in order of time, an array of IMPACT (see impacts_of): none before those of the last call, or the
-        last account.
+        """Impacts in order of time, an array of IMPACT (see impacts_of); none may be before the last call or the last
+        account.
 
         kind: index into deck.kinds; partner: the other ball, the number of blade, end wall or copy, or -1; position
         [m] and normal, into the ball `ball`, in the laboratory; dissipation [J]: its normal part."""
@@ -120,26 +120,26 @@ class Digest(contextlib.AbstractContextManager):
             self._record("impacts", part.view(np.uint8))
 
     def account(self, time, values):
-        """What has been done and lost up to `time`, since t = 0: all impacts and states before have been given.
+        """Work done and energy lost from t = 0 to `time`; all earlier impacts and states must have been given.
 
         values: `motion_work/MOTION` and `motion_impulse/MOTION` (about its axis), `dissipation/KIND` and
-        `dissipation_normal/KIND`, `elastic_energy`; what is not given is NaN in the file."""
+        `dissipation_normal/KIND`, `elastic_energy`; values that are not given are NaN in the file."""
         left = dict(values)
         told = [time, left.pop("elastic_energy", math.nan)]
         names = [f"{one}/{name}" for name in self.motions for one in ("motion_work", "motion_impulse")]
         names += [f"{one}/{name}" for name in self.kinds for one in ("dissipation", "dissipation_normal")]
         told += [left.pop(name, math.nan) for name in names]
         if left:
-            raise ValueError(f"{min(left)}: nothing of that name is in an account")
+            raise ValueError(f"{min(left)}: an account has no value of this name")
         self._record("account", np.array(told, "<f8"))
 
     def publish(self):
-        """The file is as of now from here on, brought to the disk."""
+        """Writes a checkpoint: the file on the disk contains everything given so far."""
         self._record("publish")
         self._write(flush=True)
 
     def end(self, status="complete", time=None):
-        """The run has ended at `time`, `complete`, `stopped` or `failed`: the file is whole when this returns."""
+        """The run has ended at `time`: `complete`, `stopped` or `failed`. The file is complete when this returns."""
         self._record("end", struct.pack("<d", time), status.encode())
         self._write(flush=True)
         with contextlib.suppress(BrokenPipeError):
@@ -147,8 +147,8 @@ class Digest(contextlib.AbstractContextManager):
         self._check()
 
     def close(self):
-        """Without an end: the run has failed; its file is as it was told so far. Nothing is awaited but the engine's
-        end."""
+        """Closes without an end: the run has failed, and its file contains what was given so far. Waits only for the
+        engine to end."""
         with contextlib.suppress(BrokenPipeError):
             self.engine.stdin.close()
         self.engine.wait()
@@ -171,7 +171,7 @@ class Digest(contextlib.AbstractContextManager):
             self._check()
 
     def _check(self):
-        """Awaits the engine; UserError with what it said if it failed."""
+        """Waits for the engine; if it failed, UserError with its message."""
         status = self.engine.wait()
         self.said.seek(0)
         lines = self.said.read().decode(errors="replace").splitlines()

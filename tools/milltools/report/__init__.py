@@ -1,1 +1,1 @@
-"""A run as one page."""
+"""One run as one HTML page."""

@@ -1,7 +1,7 @@
 """`mill report`: a run, or several side by side, as one page that opens from disk.
 
-facts.py says what a run has to say in words, the player package has the balls and the figures; run_page.py says it
-in rows and puts it together, and compare's page.py does so with several runs.
+facts.py describes a run in words; the player package makes the moving balls and the figures; run_page.py makes the
+tables and the whole page. For several runs, page.py of the compare package makes the page.
 """
 
 import os
@@ -14,8 +14,8 @@ from milltools.base.text import size
 
 RERUN = ("auto", "always", "never")  # finer.py
 SUMMARY = (
-    "Writes a run as one HTML page that needs no network: what was run, how hard and where the balls hit, where the energy "
-    "goes, the deck, and the balls themselves, turning. With --compare several runs on one page, with differences and verdicts."
+    "Writes one HTML page about a run that needs no network: what was run, how hard and where the balls hit, where the energy "
+    "goes, the deck, and moving pictures of the balls. --compare puts several runs on one page, with differences and verdicts."
 )
 
 
@@ -23,7 +23,7 @@ def add_arguments(parser):
     parser.add_argument("runs", nargs="+", metavar="RUN", help="output file of a run")
     parser.add_argument(
         "-o", "--output", metavar="FILE",
-        help="the page; default: the (first) run's name with .html, beside it; an old one is replaced",
+        help="file of the page; default: the (first) run's name with .html, in its folder; an old file is replaced",
     )  # fmt: skip
     parser.add_argument(
         "--compare", action="store_true",
@@ -31,16 +31,16 @@ def add_arguments(parser):
     )  # fmt: skip
     parser.add_argument(
         "--rerun", choices=RERUN, default="auto",
-        help="whether the deck is run again, bit for bit the same, where stored frames are too far apart for the balls to "
-        "be seen moving; auto: if it takes no more than half a minute",
+        help="run the deck again, bit for bit the same, if the stored frames are too far apart to show how the balls move; "
+        "auto: only if this takes at most half a minute",
     )  # fmt: skip
 
 
 def run(arguments) -> int:
     if not arguments.compare and len(arguments.runs) > 1:
-        raise UserError("a report is of one run; several go on one page with --compare")
+        raise UserError("a report shows one run; --compare puts several on one page")
     if arguments.compare and len(arguments.runs) < 2:
-        raise UserError("one run is nothing to compare with; give two or more")
+        raise UserError("one run cannot be compared; give two or more")
     sides = [[path] for path in arguments.runs]
     if arguments.compare:
         from milltools.compare.load import replicates
@@ -50,7 +50,7 @@ def run(arguments) -> int:
     output = arguments.output or files[0].removesuffix(".h5") + ("-compared.html" if arguments.compare else ".html")
     check_writable(output, files)
     try:
-        with stops_in_order():  # a deck that is run again leaves its folder behind otherwise
+        with stops_in_order():  # otherwise a second run of the deck leaves its folder behind
             return _write(arguments, sides, files, output)
     except Stopped as stop:
         say("mill report", "stopped")

@@ -1,4 +1,4 @@
-"""What a run has to say of itself in words: its name, what was run, the verdict."""
+"""A run described in words: its name, what was run, the verdict."""
 
 import contextlib
 import math
@@ -14,17 +14,17 @@ WITH_VALUE = ("-o", "--output", "-s", "--set", "--export-start", "--value", "--p
 DRIVE = (("power", "W"), ("torque", "N m"))
 ANOMALIES = (  # of /run, as shown, what it means
     ("not_closing", "contacts found opening",
-     "A contact that was due found its two bodies already parting; they were given the rebound floor."),
+     "At a predicted contact the two bodies were already moving apart; they got the rebound floor as speed."),
     ("reliefs", "pinched balls let go",
-     "A ball was pressed between a moving body, such as a blade, and a wall or other balls, with nowhere to go, or was squeezed "
-     "through a gap narrower than itself, and the body let it pass. Contacts of a pressed ball are not in the counts."),
-    ("smoothed", "contacts made smooth", "Time stood still at a contact with friction; it was carried out without."),
-    ("overlaps", "overlaps", "Balls were found deeper than 1 nm in another body."),
+     "A ball was pressed between a moving body, such as a blade, and a wall or other balls and could not escape, or was squeezed "
+     "through a gap narrower than itself, and the body let it pass. Contacts of a pressed ball are not counted."),
+    ("smoothed", "contacts made smooth", "Contacts followed each other without any time between them; they were computed without friction."),
+    ("overlaps", "overlaps", "Balls were more than 1 nm deep in another body."),
 )  # fmt: skip
 
 
 def deck_name(run) -> str:
-    """The deck's file name, from the command line; the run's own name where that does not tell."""
+    """The deck's file name, from the command line; if it is not there, the name of the output file."""
     words = iter(())
     with contextlib.suppress(ValueError):
         words = iter(shlex.split(run.about("command", ""))[1:])
@@ -38,7 +38,7 @@ def deck_name(run) -> str:
 
 
 def length(value: float) -> str:
-    """Mills and balls are measured in millimetres."""
+    """A length in millimetres."""
     return f"{1e3 * value:.4g}{SPACE}mm"
 
 
@@ -59,7 +59,7 @@ def joined(words: list[str]) -> str:
 
 
 def _vessel(run) -> str:
-    """What holds the balls, as in "a round drum, 150 mm wide and 120 mm long inside"."""
+    """The container, such as "a round drum, 150 mm wide and 120 mm long inside"."""
     if run.vessel:
         place, sizes = f"body.{run.vessel}", []
         for name in ("size", "radius", "end_radius", "length"):
@@ -101,7 +101,7 @@ def mean(run, name: str, unit: str) -> Number | None:
 
 
 def drive_remark(run) -> str:
-    """What its mean is over."""
+    """The time over which the mean is taken, in words."""
     what = "revolution" if run.driven == "rotor" else "period"
     turns = run.duration / run.period if math.isfinite(run.period) else math.nan
     words = f"over {turns:.3g} {what}{'s'[: abs(turns - 1) >= 5e-3]}" if turns == turns else "over the window"
@@ -113,7 +113,7 @@ def drive_remark(run) -> str:
 
 
 def anomalies(run) -> list[tuple[str, Number, str]] | None:
-    """(what, how often, what it means) of those that happened; None where the program does not count them."""
+    """(name, count, meaning) of the anomalies that happened; None if the program does not count them."""
     if not all(run.has(f"run/{name}") for name, *_ in ANOMALIES):
         return None
     found = []
@@ -127,7 +127,7 @@ def anomalies(run) -> list[tuple[str, Number, str]] | None:
 
 
 def energy_error(run) -> str:
-    """Of the energy turned over; a dash where it is not known."""
+    """Energy error as a share of the energy turned over; a dash if it is not known."""
     return str(small(run.about("energy_balance_error", math.nan)))
 
 
@@ -152,7 +152,7 @@ def _speed_sentence(run) -> str:
     normal = "impacts/all/normal_speed"
     total = int(run.statistic("impacts/all/count"))
     if not total:
-        return "Nothing touched anything."
+        return "There were no contacts."
     return (
         f"Among {count(total)} contacts ({scaled(run.statistic('impacts/all/rate'), '/s')}) the median normal impact speed is "
         f"{scaled(run.statistic(f'{normal}/median'), 'm/s')}, "
@@ -179,7 +179,7 @@ def verdict(run) -> list[str]:
     reached = f"simulated for {scaled(run.time, 's')}"
     if run.time == 0:
         return [*said, f"The run (status \N{LEFT DOUBLE QUOTATION MARK}{plain(run.status)}\N{RIGHT DOUBLE QUOTATION MARK}) "
-                "has not come to its first checkpoint: there are no results yet."]  # fmt: skip
+                "has not reached its first checkpoint: there are no results yet."]  # fmt: skip
     if run.unsampled:
         return [*said, f"It was {reached}; nothing was sampled.", _trust_sentence(run)]
     first, last = run.window
@@ -190,7 +190,7 @@ def verdict(run) -> list[str]:
 
 
 def tiles(run) -> list[tuple[str, str, str]]:
-    """(what, the figure, how it is to be read) of the four figures at the top."""
+    """(name, number, explanation) of the four numbers at the top."""
     found = []
     if not run.unsampled:
         power = mean(run, f"{run.driven}/power", "W")
@@ -213,20 +213,20 @@ def tiles(run) -> list[tuple[str, str, str]]:
 
 
 def notes(run) -> list[str]:
-    """What a reader of the numbers ought to know, the weightiest first: that the run has not come to its end, which
-    only the file can tell, and what its own program says of them."""
+    """Warnings about the numbers, the most important first: that the run is not complete (only the file shows this),
+    then the notes of the program that made the run."""
     until = f"{run.time:.6g} s of {run.quantity('run/time', math.nan):.6g} s"
     found = []
     if run.status == "failed":
-        found = [f"The run failed, at {until}; the file holds everything up to its last checkpoint."]
+        found = [f"The run failed, at {until}; the file contains everything up to its last checkpoint."]
     elif run.status == "running" and run.time == 0:
         found = [
-            "The run has not come to its first checkpoint: the file holds its deck and nothing else. If it is not running any "
-            "more, it has to be started again."
+            "The run has not reached its first checkpoint: the file contains only its deck. If it is no longer running, "
+            "start it again."
         ]
     elif run.status == "running":
         found = [
-            f"The run is not complete: this is what the file held at its last checkpoint, at {until}. If it is not running "
-            "any more, --resume goes on from there."
+            f"The run is not complete: these are the results at its last checkpoint, at {until}. If it is no longer "
+            "running, --resume continues from there."
         ]
     return [plain(note) for note in found + [note[:1].upper() + note[1:] for note in run.notes]]

@@ -1,5 +1,5 @@
-"""A run as one page: everything in one file that opens from disk, everything from the run escaped. Its tables are rows
-of (head, cells), every cell a text or a Number."""
+"""A run as one page: one file that opens from disk; all text from the run is escaped. Tables are rows of
+(head, cells); each cell is a text or a Number."""
 
 import math
 import os
@@ -30,7 +30,7 @@ ENERGIES = {
 
 
 def contacts(run) -> list[tuple[str, list[Number]]]:
-    """By kind, then all; kinds that did not meet are left out, as on the terminal."""
+    """Rows by kind of contact, then all; kinds without contacts are left out, as on the terminal."""
     found = []
     total = float(run.statistic("impacts/all/dissipated_power"))
     for row in (*run.kinds, "all"):
@@ -62,7 +62,7 @@ def strikes(run) -> str:
 
 
 def balance(run) -> list[tuple[str, object, str]]:
-    """(what, value, remark): drive, each motion with how it goes, energies, account."""
+    """(name, value, remark): drive, each motion with its description, energies, energy balance."""
     found = []
     for name, unit in facts.DRIVE:
         mean = facts.mean(run, f"{run.driven}/{name}", unit)
@@ -103,14 +103,14 @@ def _of_window(run):
 
 
 def precision(run) -> list[tuple[str, object, str]]:
-    """How well is known what decided when the run ended; empty without run.precision."""
+    """Precision of the values that decided when the run ended; empty without run.precision."""
     if not run.has("statistics/precision/asked"):
         return []
 
     def value(name):
         return float(run.statistic(f"precision/{name}"))
 
-    found = [("asked for", share(value("asked")), "run.precision: standard error over value")]
+    found = [("requested precision", share(value("asked")), "run.precision: standard error over value")]
     for name, label, unit in (
         ("median_above_50mm_s", "median normal speed above 50 mm/s", "m/s"),
         (f"{run.driven}_power", f"{run.driven} power", "W"),
@@ -122,17 +122,17 @@ def precision(run) -> list[tuple[str, object, str]]:
         found.append((label, with_error(mean, error, unit), known))
     return [
         *found,
-        ("start-up cut away", scaled(value("warm_up"), "s"), "the sampled window begins there"),
+        ("start-up left out", scaled(value("warm_up"), "s"), "the sampled window begins then"),
         ("length of a batch", scaled(value("batch"), "s"), f"{value('batches'):.0f} of them"),
         ("start-up is over", "yes" if value("settled") else "not known", ""),
-        ("known as well as asked", "yes" if value("reached") else "no", _ended(run)),
+        ("requested precision reached", "yes" if value("reached") else "no", _ended(run)),
     ]
 
 
 def _ended(run) -> str:
     words = {
         "time": "the run ended at run.time",
-        "precision": "the run ended because it was",
+        "precision": "the run ended for this reason",
         "max_collisions": "the run ended at run.max_collisions",
         "none": "the run is not complete",
     }
@@ -152,7 +152,7 @@ def how(run, size: int) -> list[tuple[str, object, str]]:
     for name, label, unit in (
         ("wall_time", "wall-clock time", "s"),
         ("cpu_time", "processor time", "s"),
-        ("peak_memory", "memory at most", "B"),
+        ("peak_memory", "largest memory", "B"),
     ):
         if run.has(f"run/{name}"):
             found.append((label, scaled(run.about(name), unit), ""))
@@ -166,7 +166,7 @@ def how(run, size: int) -> list[tuple[str, object, str]]:
 
 
 def everything(run) -> list[tuple[str, str, str, str]]:
-    """(name, value, unit, meaning) of all that /run holds, but for counts of contacts that the mill cannot have."""
+    """(name, value, unit, meaning) of all entries of /run, except counts of contacts that the mill cannot have."""
     found = []
     for path, unit, meaning in run.datasets("run"):
         if path.split("/")[-1] in run.absent:
@@ -181,7 +181,7 @@ def everything(run) -> list[tuple[str, str, str, str]]:
 
 
 def steps() -> float:
-    """What render() tells its watch of, all in all."""
+    """The number of steps that render() reports to its watch."""
     return 4 + len(parts.figure_names())
 
 
@@ -214,7 +214,7 @@ def render(run, watch, rerun: str = "auto") -> str:
         anomalies=facts.anomalies(run),
         uncounted=f"{plain(run.program)} does not count them."
         if run.time > 0
-        else "None counted yet: the run has not come to its first checkpoint.",
+        else "None counted yet: the run has not reached its first checkpoint.",
         precision=known,
         how=how(run, os.path.getsize(run.path)),
         everything=everything(run),

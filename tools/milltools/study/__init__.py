@@ -1,4 +1,4 @@
-"""Many runs in one table: docs/studies.md."""
+"""Studies: many runs in one table (docs/studies.md)."""
 
 from milltools.base.extras import needs
 

@@ -1,7 +1,7 @@
-"""`mill study`: a table of runs, finished or growing. docs/study-pictures.md says what it shows.
+"""`mill study`: shows the table of a study, finished or growing. docs/study-pictures.md explains the pictures.
 
-show/data.py reads the table and, with show/optimum.py, says how sure things are; summary, contour, slices, pair and
-outputs show them.
+show/data.py reads the table and computes errors; show/optimum.py finds the best design and its uncertainty; summary,
+contour, slices, pair and outputs show them.
 """
 
 import pathlib
@@ -12,11 +12,11 @@ from milltools.base.files import check_writable
 from milltools.base.progress import say
 
 SUMMARY = (
-    "Shows a study: how far it is, the best designs with 95 % confidence intervals, which others cannot be told from the best, "
+    "Shows a study: its progress, the best designs with 95 % confidence intervals, the designs that may be as good as the best, "
     "which key matters, the Pareto front of several objectives; as text, pictures, one page, CSV. Works while the study runs."
 )
-PAUSE = 3.0  # [s] between two looks at a study that is followed, at least
-SHARE = 10  # and at least this many times what a look takes
+PAUSE = 3.0  # [s] smallest time between two readings with --follow
+SHARE = 10  # and at least this multiple of the time that a reading takes
 OPTIONS = (
     ("png", "FILE", "pictures: FILE-contour.png, -slices, -pareto, -sensitivity, -beside"),
     ("svg", "FILE", "the same as SVG"),
@@ -26,10 +26,10 @@ OPTIONS = (
     ("objective", "PATH", "which objective, if there are several (default: the first)"),
     ("x", "KEY", "varied key along x"),
     ("y", "KEY", "varied key along y"),
-    ("beside", "OTHER", "another study of the same keys, on one scale, and what is left of the gain"),
-    ("reference", "KEY=VALUE,...", "what --beside counts the gain from, such as 'drum.buckle_height=0 mm'"),
-    ("average", None, "mean over the other keys instead of a cut through the best"),
-    ("follow", None, "look again every few seconds until the study is complete"),
+    ("beside", "OTHER", "another study of the same keys, on the same scale, and how much of the gain remains"),
+    ("reference", "KEY=VALUE,...", "reference design for the gain with --beside, such as 'drum.buckle_height=0 mm'"),
+    ("average", None, "mean over the other keys instead of a cut through the best design"),
+    ("follow", None, "update the text every few seconds until the study is complete"),
 )
 
 
@@ -41,13 +41,13 @@ def add_arguments(parser):
 
 
 def chosen(view, arguments):
-    """The objective that is asked for; wrong names of it and of keys are a UserError."""
+    """The requested objective; UserError for wrong names of objectives or keys."""
     numeric = [axis.key for axis in view.axes if axis.numeric]
     for option, key in (("--x", arguments.x), ("--y", arguments.y)):
         if key and key not in numeric:
             raise UserError(f"{option} {key}: expected one of {', '.join(numeric)}")
     if arguments.x and arguments.x == arguments.y:
-        raise UserError(f"--x and --y: two different keys, not {arguments.x} twice")
+        raise UserError(f"--x and --y: expected two different keys, got {arguments.x} twice")
     named = {objective.path: objective for objective in view.objectives}
     wanted = (arguments.objective or view.objectives[0].path).removeprefix("/statistics/")
     if wanted not in named:
@@ -87,7 +87,7 @@ def run(arguments) -> int:
 
     table, view = opened(arguments.study)
     if table.damaged:
-        say("mill study", f"{table.left_out}; the command that made the table does their runs again")
+        say("mill study", f"{table.left_out}; the command that made the table repeats their runs")
     objective = chosen(view, arguments)
     beside = opened(arguments.beside)[1] if arguments.beside else None
     wanted = reference(view, arguments.reference) if arguments.reference else None
@@ -96,7 +96,7 @@ def run(arguments) -> int:
         pair.check([view, beside], objective)
         said = ["", *pair.sentences([view, beside], objective, wanted)]
     sensitivities = optimum.indices(table, view, objective)
-    # the files first: who reads the text may go away before its end
+    # the files first: the reader of the text may close the pipe before its end
     written = []
     if asked:
         from milltools.study.show import outputs
@@ -110,7 +110,7 @@ def run(arguments) -> int:
 
 
 def follow(arguments):
-    """The text again and again, in place on a terminal, until the study is complete."""
+    """Prints the text repeatedly, in place on a terminal, until the study is complete."""
     from rich.console import Console
     from rich.live import Live
     from rich.text import Text

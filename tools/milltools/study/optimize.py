@@ -1,5 +1,5 @@
-"""`mill optimize`: the best design of a study deck in few runs, with a confidence interval of its value and of its
-place."""
+"""`mill optimize`: finds the best design of a study deck in few runs, with confidence intervals of its value and of
+its keys."""
 
 import shlex
 
@@ -8,9 +8,9 @@ from milltools.study.plan import options
 from milltools.study.remote import executors
 
 SUMMARY = (
-    "Searches the ranges of a study deck for the best design: runs a few that are spread, models them as a Gaussian process that knows "
-    "the error of every run, and goes where an improvement is to be expected; several objectives: NSGA-II. Whatever ends "
-    "it, the same command goes on."
+    "Searches the ranges of a study deck for the best design: runs a few evenly spread designs, fits a Gaussian process that uses "
+    "the error of every run, and runs designs where it expects an improvement. Several objectives: NSGA-II. After any "
+    "interruption, the same command continues."
 )
 NAME = "mill optimize"
 RUNS = 40
@@ -19,11 +19,11 @@ RUNS = 40
 def add_arguments(parser):
     options.add_arguments(parser)
     parser.add_argument("--runs", type=int, default=RUNS, metavar="N", help=f"runs in all, earlier ones included (default: {RUNS})")  # fmt: skip
-    parser.add_argument("--seed", type=int, metavar="N", help="of the search's own choices (default: the study's seed)")
+    parser.add_argument("--seed", type=int, metavar="N", help="seed of the search itself (default: the study's seed)")
     parser.add_argument(
         "--storage", metavar="URL|FILE",
-        help="where the search is kept: a file for Optuna's journal, sqlite:///FILE or postgresql://USER@HOST/NAME; a password "
-        "belongs into ~/.pgpass (default: a journal beside the table)",
+        help="where the search is stored: a file for Optuna's journal, sqlite:///FILE or postgresql://USER@HOST/NAME; put a "
+        "password into ~/.pgpass (default: a journal next to the table)",
     )  # fmt: skip
     executors.add_arguments(parser)
 
@@ -34,15 +34,15 @@ def optimize(
 ):  # fmt: skip
     """Searches the ranges of a study deck for the best design, and returns the table (table.Table).
 
-    output: the table's file, by default the deck's name with -optimize.parquet, here. runs: how many in all, earlier
-    ones included. seed: of the search's own choices, by default the study's. storage: as --storage takes it. The
-    rest as for sweep.sweep()."""
+    output: the table's file, by default the deck's name with -optimize.parquet, here. runs: number in all, earlier
+    runs included. seed: of the search itself, by default the study's. storage: as for --storage. The other
+    arguments are those of sweep.sweep()."""
     if runs < 1:
         raise UserError(f"--runs: expected 1 or more, got {runs}")
     if seed is not None and not 0 <= seed < 2**32:
         raise UserError(f"--seed: expected a whole number from 0 to {2**32 - 1}, got {seed}")
     where = executors.Where(**where)
-    # imported here: neither --help nor wrong usage waits for Optuna and scikit-learn
+    # imported here: --help and wrong usage need not wait for Optuna and scikit-learn
     from milltools.study.plan import filling, probe
     from milltools.study.plan.study_deck import Study
     from milltools.study.search.acquisition import Budget, spread
@@ -51,7 +51,7 @@ def optimize(
     from milltools.study.search.storage import open_storage
 
     study_deck = Study(study, overrides)
-    path = options.output_of(study, output, "-optimize")  # not that of `mill sweep`: a grid half done is no search
+    path = options.output_of(study, output, "-optimize")  # not the table of `mill sweep`: half a grid is not a search
     goal = study_deck.objectives[0]
     budget = Budget(runs, study_deck.replicates, goal.sign > 0, study_deck.seed if seed is None else seed)
     space = Space(study_deck.about()["vary"])
@@ -86,5 +86,5 @@ def run(arguments) -> int:
     spared = arguments.runs - len(table) - table.elsewhere
     more = [f"{spared} were not needed"] if spared > 0 else []
     if table.elsewhere:
-        more.append(f"{table.elsewhere} of other drivers are still out")
+        more.append(f"{table.elsewhere} of other drivers are still running")
     return filling.last_words(table, NAME, more)

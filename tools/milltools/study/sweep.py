@@ -1,4 +1,4 @@
-"""`mill sweep`: every design of a study deck, run on all cores or on a cluster, into one table that survives."""
+"""`mill sweep`: runs every design of a study deck, on all cores or on a cluster, into one crash-safe table."""
 
 import shlex
 
@@ -6,16 +6,16 @@ from milltools.study.plan import options
 from milltools.study.remote import executors
 
 SUMMARY = (
-    "Runs the designs of a study deck and keeps one row a run in a Parquet table. Whatever ends it, the same command goes on: "
-    "what is done is not done again."
+    "Runs the designs of a study deck and writes one row per run into a Parquet table. After any interruption, the same command "
+    "continues; finished runs are not repeated."
 )
 NAME = "mill sweep"
 
 
 def add_arguments(parser):
     options.add_arguments(parser)
-    parser.add_argument("--retry", action="store_true", help="run again what failed")
-    parser.add_argument("--no-picture", action="store_true", help="do not draw one at the end")
+    parser.add_argument("--retry", action="store_true", help="repeat failed runs")
+    parser.add_argument("--no-picture", action="store_true", help="do not draw a picture at the end")
     executors.add_arguments(parser)
 
 
@@ -25,10 +25,10 @@ def sweep(
     """Runs every design of a study deck that is not in the table yet, and returns the table (table.Table).
 
     output: the table's file, by default the deck's name with .parquet, here. overrides: as --set takes them. retry:
-    what failed is run again. force: begin anew, even over the table of another study. command: what the table says
-    it was made by. where: the fields of executors.Where (workers, dask, slurm, ...). Ctrl-C is a
-    filling.Interrupted: what was done is kept."""
-    # imported as they are needed: neither --help nor a wrong option waits for pandas
+    repeat failed runs. force: start again, also over the table of another study. command: the command line that the
+    table stores. where: the fields of executors.Where (workers, dask, slurm, ...). Ctrl-C raises
+    filling.Interrupted; finished runs are kept."""
+    # imported when needed: --help and wrong options need not wait for pandas
     where = executors.Where(**where)
     from milltools.study.plan import designs, filling, probe
     from milltools.study.plan.study_deck import Study
@@ -69,7 +69,7 @@ def run(arguments) -> int:
 
 
 def _draw(table):
-    """The main picture, where there are two axes for it."""
+    """The main picture, if there are two axes for it."""
     from milltools.study.plan.ranges import Range
     from milltools.study.show import outputs
 

@@ -1,1 +1,1 @@
-"""What a study runs, and the table that its rows go to."""
+"""The plan of a study, and the table for its rows."""

@@ -1,11 +1,11 @@
 """The plan of a study: which designs are run, as dicts of SI values by key.
 
-    grid      every combination of the values, the last key fastest
+    grid      every combination of the values; the last key changes fastest
     lhs       Latin hypercube (McKay, Beckman & Conover 1979), `samples` designs
-    sobol     scrambled Sobol sequence (Sobol' 1967; Owen 1998), `samples` designs; more samples begin with the same ones
-    saltelli  what Sobol indices need (Saltelli 2010), from `samples` base points: sensitivity.py
+    sobol     scrambled Sobol sequence (Sobol' 1967; Owen 1998), `samples` designs; more samples continue the sequence
+    saltelli  the designs that Sobol indices need (Saltelli 2010), from `samples` base points: sensitivity.py
 
-Random ones are those of [study] seed. Designs that come out equal (whole numbers, words) are run once.
+Random designs follow from [study] seed. Equal designs (possible with whole numbers and words) are run once.
 """
 
 import itertools
@@ -49,14 +49,14 @@ def _points(study):
 
     if study.method == "lhs":
         return qmc.LatinHypercube(d=size, seed=study.seed).random(count)
-    with warnings.catch_warnings():  # numbers that are no power of two cost balance, not validity
+    with warnings.catch_warnings():  # a number that is not a power of two is valid, but less balanced
         warnings.simplefilter("ignore", UserWarning)
         return qmc.Sobol(d=size, scramble=True, seed=study.seed).random(count)
 
 
 def saltelli(size: int, count: int, seed: int):
-    """Shares of the ranges (0..1) at which a study of `size` keys is run: `count` base points, made a power of two
-    (Sobol's sequence is balanced only then), times size + 2. Equal for equal arguments."""
+    """Points (shares 0..1 of the ranges) of a study of `size` keys: `count` base points, rounded to a power of two
+    (only then is Sobol's sequence balanced), times size + 2. Equal arguments give equal points."""
     from SALib.sample import sobol
 
     with warnings.catch_warnings():
@@ -66,7 +66,7 @@ def saltelli(size: int, count: int, seed: int):
 
 
 def unit_problem(size) -> dict:
-    """A problem of so many keys between 0 and 1, as SALib takes it."""
+    """A problem of `size` keys between 0 and 1, as SALib takes it."""
     return {"num_vars": size, "names": [str(k) for k in range(size)], "bounds": [[0, 1]] * size}
 
 

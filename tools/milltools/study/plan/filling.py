@@ -1,8 +1,8 @@
-"""What `mill sweep` and `mill optimize` share: a table that is filled, its progress, and the end when a signal asks for
-it.
+"""The common part of `mill sweep` and `mill optimize`: filling a table, showing progress, and ending in order after a
+signal.
 
-Jobs go through an executor, never more at once than it wants, lost ones again; a row is handed on as soon as it is
-there. Memory and time per row do not grow with the study.
+Jobs go through an executor, at most as many at once as it accepts; lost jobs are submitted again. Each row is passed
+on at once when its run ends. Memory and time per row do not grow with the size of the study.
 """
 
 import concurrent.futures
@@ -18,13 +18,13 @@ from milltools.study.plan import job as one_job
 from milltools.study.plan.sealed import STATUSES
 from milltools.study.plan.table import Writer
 
-ATTEMPTS = 3  # of a run that is lost
+ATTEMPTS = 3  # of a run that gets lost
 TICK = 0.2  # [s] between looks at the clock
 END = object()  # of a plan
 
 
 class Interrupted(KeyboardInterrupt):
-    """Ctrl-C, SIGTERM or SIGHUP ended a study: what was done is kept. `status` is that of the command."""
+    """Ctrl-C, SIGTERM or SIGHUP ended a study; finished runs are kept. `status`: exit status of the command."""
 
     def __init__(self, text, status):
         super().__init__(text)
@@ -33,20 +33,22 @@ class Interrupted(KeyboardInterrupt):
 
 @contextlib.contextmanager
 def filled(command, path, about, force):
-    """The Writer of a table while it is filled; whatever asks for an end is an Interrupted that says how far it is."""
+    """The Writer of a table while it is filled; a signal raises Interrupted, with the progress in its message."""
     with Writer.begin(path, about, force) as table:
         if table.damaged:
-            say(command, f"{table.left_out}; the runs of these lines are done again")
+            say(command, f"{table.left_out}; their runs will be repeated")
         try:
             with processes.stops_in_order():
                 yield table
         except (KeyboardInterrupt, processes.Stopped) as stop:
-            text = f"interrupted; {path} has {len(table.of_plan())} of {about['planned']} runs, and the same command goes on"
+            text = (
+                f"interrupted; {path} has {len(table.of_plan())} of {about['planned']} runs; the same command goes on"
+            )
             raise Interrupted(text, 128 + getattr(stop, "number", 2)) from None
 
 
 class Tracker:
-    """Progress of a study: how many runs there are, and the best of `objective`."""
+    """Progress of a study: the number of runs, and the best value of `objective`."""
 
     def __init__(self, command, planned, rows, objective, quiet):
         self.objective, self.best = objective, None
@@ -56,7 +58,7 @@ class Tracker:
             self.note(row)
 
     def note(self, row):
-        """Another row is there."""
+        """Called for each new row."""
         self.count[row["status"]] += 1
         value = row[self.objective.path]
         better = self.best is None or (value - self.best) * self.objective.sign > 0
@@ -64,7 +66,7 @@ class Tracker:
             self.best = value
 
     def tick(self):
-        """Time goes on."""
+        """Called regularly, to update the time."""
         runs = sum(self.count.values())
         words = [f"{runs} of {self.progress.total} runs"]
         words += [f"{self.count[name]} {name}" for name in ("failed", "capped") if self.count[name]]
@@ -74,7 +76,7 @@ class Tracker:
 
 
 def fill(jobs, executor, take, tracker):
-    """Runs the jobs; each row is taken, then counts in the progress."""
+    """Runs the jobs; `take` gets each row, then the progress counts it."""
 
     def took(row):
         take(row)
@@ -88,9 +90,9 @@ def fill(jobs, executor, take, tracker):
 def send(jobs, executor, take, tick=lambda: None):
     """Runs every job of the iterator `jobs` through the executor; take(row) gets each row, in the main thread.
 
-    The iterator is asked only when there is room for one more, after the rows so far were taken; it may yield None:
-    nothing now, ask again when the next row is there. tick() is called while there is none. A job that raises Lost,
-    or whose worker went, is submitted again, ATTEMPTS times in all, then its row says so.
+    The iterator is asked only if the executor has room for one more job and all rows so far were taken. It may yield
+    None: no job now, ask again after the next row. tick() is called while no row arrives. A job that raises Lost, or
+    whose worker has died, is submitted again, at most ATTEMPTS times in all; then its row contains the failure.
     """
     jobs, done, flying, more = iter(jobs), queue.SimpleQueue(), 0, True
 
@@ -123,24 +125,24 @@ def send(jobs, executor, take, tick=lambda: None):
 
 
 def _row(future, job, attempt):
-    """The row of a finished job; None if it is worth another try."""
+    """The row of a finished job; None if the job should be tried again."""
     try:
         return future.result()
     except (one_job.Lost, concurrent.futures.BrokenExecutor, concurrent.futures.CancelledError) as fault:
         return one_job.empty(job, "failed", f"lost {attempt} times: {fault}") if attempt == ATTEMPTS else None
     except UserError:
         raise
-    except Exception as fault:  # a disk that is full, a folder that cannot be made
+    except Exception as fault:  # a full disk, or a folder that cannot be made
         return one_job.empty(job, "failed", f"{type(fault).__name__}: {fault}")
 
 
 def last_words(table, command, more=()) -> int:
-    """How many runs there are, how to see them, and what failed most; returns the exit status."""
+    """Prints the number of runs, how to show them, and the most frequent failure; returns the exit status."""
     frame = table.of_plan()
     count = {name: int((frame["status"] == name).sum()) for name in STATUSES}
     words = "; ".join([", ".join(f"{many} {name}" for name, many in count.items() if many), *more])
     print(f"{table.path}: {len(frame)} runs ({words}); see them with: mill study {table.path}")
     if count["failed"]:
         message = frame.loc[frame["status"] == "failed", "message"].mode()[0]
-        print(f"{command}: {count['failed']} runs failed, most of them so: {message}", file=sys.stderr)
+        print(f"{command}: {count['failed']} runs failed, most of them with: {message}", file=sys.stderr)
     return 1 if count["failed"] == len(frame) else 0

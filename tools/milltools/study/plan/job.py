@@ -1,8 +1,8 @@
-"""One run of a study: a job (a JSON-able dict, made by Study.job) -> a row (a flat dict, SI). Without state, so
-threads, Dask workers and tasks of a batch system can call `run`.
+"""One run of a study: a job (a JSON-able dict, made by Study.job) -> a row (a flat dict, SI). `run` has no state, so
+threads, Dask workers and tasks of a batch system can call it.
 
-A run that ends by itself always gives a row: done, capped or failed. One that is killed raises Lost: it is worth
-another try.
+A run that ends by itself always gives a row: done, capped or failed. A run that is killed raises Lost, and the job
+should be tried again.
 """
 
 import datetime
@@ -23,7 +23,7 @@ from milltools.read.runfile import Run
 
 
 class Lost(Exception):
-    """The run was killed from outside, or its machine went: nothing is known of it."""
+    """The run was killed from outside, or its machine failed: it has no result."""
 
 
 def worker() -> str:
@@ -42,14 +42,14 @@ def empty(job, status, message) -> dict:
 
 
 def run(job, reader=None) -> dict:
-    """Runs millsim once in a folder of its own and reads what came out (`read`, or another reader(job, path)); the
-    folder goes with it."""
+    """Runs millsim once in a folder of its own, reads the results (`read`, or another reader(job, path)) and removes the
+    folder."""
     folder = pathlib.Path(tempfile.mkdtemp(prefix="mill-"))
     try:
         deck = folder / pathlib.Path(job["deck"]).name
         deck.write_text(job["text"], encoding="utf-8")
         words = [word for text in job["set"] for word in ("-s", text)]
-        # relative names: a message shows the deck's, and none is too long
+        # relative names: messages show the name of the deck only, and no path is too long
         options = ["-q", "-o", "run.h5", "-s", "output.frames=0 s", *words]
         command = [*processes.guard(), job["program"], *options, "--", deck.name]
         status, said, cut = _execute(command, folder, job["limit"])
@@ -69,13 +69,13 @@ def run(job, reader=None) -> dict:
 
 
 PROC = "/proc/{pid}/stat"
-_running: dict[int, subprocess.Popen] = {}  # thread -> what it runs
+_running: dict[int, subprocess.Popen] = {}  # thread -> its run
 _lock = threading.Lock()
 _ended = False
 
 
 def end_all():
-    """Ends all runs of this process, for good: later ones raise Lost at once."""
+    """Ends all runs of this process; later runs raise Lost at once."""
     global _ended
     with _lock:
         _ended = True
@@ -84,7 +84,7 @@ def end_all():
 
 
 def end_of(threads):
-    """Ends what these threads run."""
+    """Ends the runs of these threads."""
     with _lock:
         for thread in threads:
             if thread in _running:
@@ -92,11 +92,11 @@ def end_of(threads):
 
 
 def _execute(command, folder, limit):
-    """Status, the last line said, and of what it had its `limit` of seconds when we stopped it ("": we did not)."""
+    """Exit status, last line of its messages, and the kind of time whose `limit` [s] made us stop it ("": none)."""
     with _lock:
         if _ended:
-            raise Lost("the study is being ended")
-        # a session of its own: Ctrl-C is the driver's business
+            raise Lost("the study is ending")
+        # a session of its own: only the driver reacts to Ctrl-C
         quiet = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, "start_new_session": True}
         process = subprocess.Popen(command, cwd=folder, stderr=subprocess.PIPE, **quiet)
         _running[threading.get_ident()] = process
@@ -111,7 +111,7 @@ def _execute(command, folder, limit):
                 spent, what = _spent(process.pid, begin)
                 if spent >= limit:
                     cut = what
-                    process.send_signal(signal.SIGTERM)  # it keeps what it has
+                    process.send_signal(signal.SIGTERM)  # millsim then saves its results
     finally:
         with _lock:
             del _running[threading.get_ident()]
@@ -123,13 +123,13 @@ def _execute(command, folder, limit):
 
 
 def _spent(pid, begin) -> tuple[float, str]:
-    """What a process has used so far [s], and of what: CPU time, or the wall clock, which is never less, where the
-    system does not tell (no /proc)."""
+    """Time used by a process so far [s] and its kind: CPU time, or, if the system does not give it (no /proc),
+    wall-clock time, which is never less."""
     try:
         with open(PROC.format(pid=pid)) as file:
             fields = file.read().rpartition(")")[2].split()
     except OSError:
-        return time.monotonic() - begin, "wall clock time (CPU time is not told here)"
+        return time.monotonic() - begin, "wall-clock time (this system does not give the CPU time)"
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK"), "CPU time"
 
 
@@ -152,7 +152,7 @@ def read(job, path) -> dict:
             elif run.has("statistics/precision/reached") and not run.read("statistics/precision/reached"):
                 why = "run.time was reached before run.precision"
             if deep := int(run.read("run/overlaps")):
-                why = f"{deep} balls deep in other bodies: its impacts are not to be trusted"
+                why = f"{deep} balls overlap other bodies: the impacts are not reliable"
     except (UserError, TypeError) as fault:
         return empty(job, "failed", str(fault).replace(f"{path}: ", ""))
     return row | {"status": "capped", "message": why} if why else row

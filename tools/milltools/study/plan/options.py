@@ -1,4 +1,4 @@
-"""Options of all commands that fill the table of a study."""
+"""The common options of the commands that fill the table of a study."""
 
 import pathlib
 
@@ -12,12 +12,12 @@ def add_arguments(parser):
         "-s", "--set", action="append", default=[], metavar="KEY=VALUE",
         help="override one value: study.KEY=VALUE, vary.SECTION.KEY=RANGE, or SECTION.KEY=VALUE for all runs; may be repeated",
     )  # fmt: skip
-    parser.add_argument("-f", "--force", action="store_true", help="begin anew, even over the table of another study")
+    parser.add_argument("-f", "--force", action="store_true", help="start again, even over the table of another study")
     parser.add_argument("-q", "--quiet", action="store_true", help="no progress")
 
 
 def output_of(study, output, end="") -> pathlib.Path:
-    """The table's name, by default that of the study deck; what cannot be written is said before any run."""
+    """The name of the table, by default from the study deck; UserError before any run if it cannot be written."""
     path = pathlib.Path(output or f"{pathlib.Path(study).stem}{end}.parquet")
     check_writable(path, [study])
     return path

@@ -1,5 +1,5 @@
-"""A look before the first run: is there a design that millsim takes, and do the objectives exist? The answer comes from
-millsim itself, which runs one design for a nanosecond."""
+"""Check before the first run: does millsim accept a design, and do the objectives exist? To find out, millsim runs one
+design for a nanosecond."""
 
 import dataclasses
 import difflib
@@ -12,13 +12,13 @@ from milltools.base.errors import UserError
 from milltools.read.deck import Deck
 from milltools.study.plan import job as jobs
 
-TRIED = 5  # designs, spread over the plan, before all are given up
+TRIED = 5  # designs, spread over the plan, that are tried
 MOMENT = ["run.sample_from=0 s", "run.time=1 ns"]
 
 
 def probe(study, designs):
-    """Fills in units and descriptions of the objectives. UserError if none of a few designs is taken, or an objective
-    is no scalar of /statistics. Nothing is written."""
+    """Fills in units and descriptions of the objectives. UserError if millsim refuses all of a few designs, or an
+    objective is not a scalar of /statistics. Nothing is written."""
     places = sorted({round(k * (len(designs) - 1) / (TRIED - 1)) for k in range(TRIED)})
     faults = []
     for number in places:
@@ -28,7 +28,7 @@ def probe(study, designs):
             return _look(study, job)
         except UserError as fault:
             faults.append(fault)
-    others = f" (and {len(places) - 1} others tried are refused too)" if len(designs) > 1 else ""
+    others = f" ({len(places) - 1} other designs were refused too)" if len(designs) > 1 else ""
     raise UserError(f"{faults[0]}{others}", faults[0].status)
 
 
@@ -63,7 +63,7 @@ def _look(study, job):
         if path not in found:
             near = difflib.get_close_matches(path, found, 1, 0.6)
             hint = f"; did you mean '{near[0]}'?" if near else ""
-            raise study.fault(key, f"'{path}' is no scalar of /statistics in a run of this deck{hint}")
+            raise study.fault(key, f"'{path}' is not a scalar of /statistics in a run of this deck{hint}")
     study.objectives = [
         dataclasses.replace(o, unit=found[o.path][0], description=found[o.path][1]) for o in study.objectives
     ]

@@ -1,12 +1,12 @@
-"""What a line of [vary] says: the values that one deck key takes.
+"""The meaning of a line of [vary]: the values that one deck key takes.
 
-    2..20                          all whole numbers (keys that are whole), or all numbers between
+    2..20                          all whole numbers (for whole-number keys), else all numbers between
     0..10 mm step 0.5 mm           every half millimetre
     2..10 mm in 5 log              five values, evenly spaced in the logarithm
     600, 800, 1000 rpm             these
     circle, wavy                   these words
 
-Units are millsim's business: each value goes through `millsim --value`.
+millsim converts the units: each value goes through `millsim --value`.
 """
 
 import dataclasses
@@ -31,7 +31,7 @@ ABOUT = (
     "high",
     "values",
     "choices",
-)  # a search is known by their order
+)  # their order identifies a search
 WANTED = (
     "expected values such as '600, 800, 1000 rpm', or a range such as '2..20', '0..10 mm step 0.5 mm' or "
     "'2..10 mm in 5 log'"
@@ -49,7 +49,7 @@ class Range:
     log: bool
     low: float | None  # None for words
     high: float | None
-    values: tuple | None  # what a grid takes, in order; None: any number between low and high
+    values: tuple | None  # values for a grid, in order; None: any number between low and high
     choices: tuple[str, ...]  # of a choice: all words it could take
 
     @property
@@ -61,8 +61,8 @@ class Range:
         return self.kind in ("number", "whole")
 
     def at(self, share: float):
-        """The value at a share in [0, 1) of the range: equal shares for equal steps (of the logarithm if `log`), or
-        for each value of a list."""
+        """The value at a share in [0, 1) of the range: equal shares are equal steps (of the logarithm if `log`); in a
+        list each value has an equal share."""
         if self.log and self.whole:
             wanted = self.low * (self.high / self.low) ** share
             return min(self.values, key=lambda value: abs(math.log(value / wanted)))
@@ -73,12 +73,12 @@ class Range:
         return float(self.low + (self.high - self.low) * share)
 
     def share(self, value) -> float:
-        """Where a number lies between low (0) and high (1)."""
+        """The place of a number between low (0) and high (1)."""
         low, high, value = map(math.log if self.log else float, (self.low, self.high, value))
         return (value - low) / (high - low) if high > low else 0.0
 
     def about(self) -> dict:
-        """As the table's metadata keep it."""
+        """The form for the table's metadata."""
         return {name: getattr(self, name) for name in ABOUT}
 
     @classmethod
@@ -91,7 +91,7 @@ class Range:
 
 
 def parse(key: str, text: str) -> Range:
-    """The Range that `key = text` means; a wrong one is a UserError that says what was expected, without place."""
+    """The Range of `key = text`; UserError, without file and line, if the text is wrong."""
     return _span(key, text) if ".." in text and not text.lstrip().startswith('"') else _list(key, text)
 
 
@@ -101,7 +101,7 @@ def _list(key, text) -> Range:
         raise UserError(f"{WANTED}, got '{text[:80]}'" if text.strip() else f"{WANTED}, got nothing")
     numbers = [NUMBER.match(item) for item in items]
     unit = numbers[-1].group(2) if numbers[-1] else ""
-    # '600, 800, 1000 rpm': the unit of the last is that of all that have none; '0 0 -9.81 m/s^2' is three numbers
+    # '600, 800, 1000 rpm': values without a unit get the unit of the last; '0 0 -9.81 m/s^2' is three numbers
     bare = [bool(number) and not number.group(2) and unit and not NUMBER.match(unit) for number in numbers]
     found = tell(f"{key}={item} {unit}" if add else f"{key}={item}" for item, add in zip(items, bare))
     values = tuple(value.value for value in found)
@@ -167,9 +167,9 @@ def _span(key, text) -> Range:
 
 
 def _steps(key, low, high, step, ends, text):
-    """low, low + step, ... up to high, each rounded once, as if it had been written out with its unit."""
+    """low, low + step, ... up to high, each rounded once, as if written out with its unit."""
     unit = high[1]
-    if {low[1], step[1]} - {"", unit}:  # several units: all in SI
+    if {low[1], step[1]} - {"", unit}:  # different units: convert all to SI
         unit = ends[0].unit if ends[0].unit != "1" else ""
         told = tell([f"{key}={step[0]} {step[1] or high[1]}"])[0]
         low, high, step = ((decimal.Decimal(value.text),) for value in (*ends, told))
@@ -184,7 +184,7 @@ def _steps(key, low, high, step, ends, text):
 
 
 def _spread(kind, low, high, count, log):
-    """`count` values from low to high, both included; whole ones rounded, each once."""
+    """`count` values from low to high, both included; for whole-number keys rounded, each value once."""
     ratio = high / low if log else None
     inner = [
         low * ratio ** (k / (count - 1)) if log else low + (high - low) * k / (count - 1) for k in range(1, count - 1)

@@ -1,5 +1,5 @@
-"""How far the file of a table is believed: lines of JSON with a checksum, metadata and rows of the kinds they must
-be."""
+"""Checks of the file of a table: checksums of lines of JSON, and the names and types of metadata and
+rows."""
 
 import hashlib
 import json
@@ -28,7 +28,7 @@ OF_KIND = {"number": (int, float), "whole": int, "choice": str, "vector": str, "
 
 
 def hidden(address: str) -> str:
-    """An address such as --storage takes, without its passwords."""
+    """An address for --storage, without its passwords."""
     return SECRETS.sub(lambda found: f"{found[1] or found[2]}***", address)
 
 
@@ -46,12 +46,12 @@ def hidden_command(line: str) -> str:
 
 
 def plain(row: dict) -> dict:
-    """A row as JSON has it: what is not known is null."""
+    """A row for JSON: unknown values are null."""
     return {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in row.items()}
 
 
 def seal(values: dict) -> bytes:
-    """One line of JSON that ends with a checksum of all before it."""
+    """One line of JSON that ends with a checksum of the text before it."""
     text = json.dumps(values, ensure_ascii=False, allow_nan=False).encode()[:-1]
     return text + f', "sum": "{_sum(text)}"}}'.encode()
 
@@ -60,7 +60,7 @@ def unseal(line: bytes) -> tuple[dict, bool]:
     """The values of a line, and whether it has a checksum. ValueError where it is damaged."""
     found = SUM.fullmatch(line)
     if found and _sum(found[1]) != found[2].decode():
-        raise ValueError("its checksum is that of another text")
+        raise ValueError("its checksum does not match")
     try:
         values = json.loads(found[1] + b"}" if found else line, parse_constant=_refused)
     except RecursionError:
@@ -75,15 +75,15 @@ def _sum(text: bytes) -> str:
 
 
 def _refused(word):
-    raise ValueError(f"{word} is no number")
+    raise ValueError(f"{word} is not a number")
 
 
 # ---- metadata
 
 
 def check_metadata(meta: dict, known_only: bool):
-    """ValueError where the metadata of a table are not of the kinds they must be; `known_only`: nothing else is
-    there."""
+    """ValueError if the metadata of a table have wrong types; with `known_only` also if there are unknown
+    names."""
     _check_kinds(meta, META, ("objectives", "record", "vary"), known_only)
     for one in meta["objectives"]:
         _check_kinds(one, OBJECTIVE, ("path", "goal"), known_only)
@@ -93,9 +93,9 @@ def check_metadata(meta: dict, known_only: bool):
         _check_kinds(one, VARY, ("key", "kind"), known_only)
         _check_vary(one)
     if not meta["objectives"] or not meta["vary"]:
-        raise ValueError("nothing is varied, or nothing is wanted")
+        raise ValueError("it has no varied key or no objective")
     if not all(isinstance(path, str) for path in [*meta["record"], *meta.get("common", {}).values()]):
-        raise ValueError("'record' or 'common' holds something else than texts")
+        raise ValueError("'record' or 'common' contains values that are not texts")
 
 
 def _check_kinds(values, kinds, needed, known_only):
@@ -121,14 +121,14 @@ def _check_vary(one):
     good = all(isinstance(value, kind) and not isinstance(value, bool) for value in said)
     good = good and all(abs(value) < math.inf for value in said if kind is not str)
     if not good or values == [] or (values is None and (kind is str or None in ends or ends[0] > ends[1])):
-        raise ValueError(f"the values of {one['key'][:80]} are none")
+        raise ValueError(f"{one['key'][:80]} has no valid values")
 
 
 # ---- rows
 
 
 def wrong_rows(table: pyarrow.Table, vary: list[dict]) -> np.ndarray:
-    """Which rows cannot be of a study: no run's name or status, no number where there must be one, infinite ones."""
+    """Marks the rows that cannot belong to a study: wrong id or status, missing or infinite numbers."""
     finite = {"cpu", "wall", *(one["key"] for one in vary)}
     good = [
         compute.is_in(table["status"], pyarrow.array(STATUSES)),
@@ -147,7 +147,7 @@ def wrong_rows(table: pyarrow.Table, vary: list[dict]) -> np.ndarray:
 
 
 def content(table: pyarrow.Table) -> str:
-    """A checksum of all that the columns hold."""
+    """A checksum of all values in the columns."""
     total = hashlib.sha256()
     for name in table.schema.names:
         column = table[name]

@@ -1,4 +1,4 @@
-"""The study deck: what is varied, over which base deck, and what is wanted.
+"""The study deck: the varied keys, the base deck and the objectives.
 
     study = Study("input/figure7.study", ["study.replicates=3"])
     job = study.job(0, {"drum.buckles": 5, "drum.buckle_height": 0.004})        # -> job.run(job)
@@ -20,19 +20,19 @@ from milltools.read import deck_text as lines
 from milltools.read.values import Value, order, tell
 from milltools.study.plan import ranges
 
-ROW_VERSION = 1  # of what a row holds: another one is another run
+ROW_VERSION = 1  # of the content of a row: another version is another run
 SEEDS = 2**32
 METHODS = ("grid", "lhs", "sobol", "saltelli")
 KEYS = ("deck", "maximise", "minimise", "record", "replicates", "seed", "seeds", "precision", "max_collisions",
         "cpu_limit", "method", "samples")  # fmt: skip
-# what a run stores beside its statistics: it does not decide them
+# output of a run in addition to its statistics: these keys have no effect on the statistics
 STORED_ONLY = ("output.frames", "output.series", "output.checkpoint", "output.impacts")
 PATH = re.compile(r"[A-Za-z0-9_]+(/[A-Za-z0-9_]+)*$")
 
 
 @dataclasses.dataclass(frozen=True)
 class Objective:
-    """A scalar of /statistics that is to be large or small."""
+    """A scalar of /statistics to be maximised or minimised."""
 
     path: str  # below /statistics
     goal: str  # "maximise" or "minimise"
@@ -49,8 +49,8 @@ class Study:
     """A study deck as read, in SI; overrides are "study.KEY=VALUE", "vary.SECTION.KEY=RANGE" or, for [set],
     "SECTION.KEY=VALUE".
 
-    file, text              its name and what it says
-    deck, deck_text         absolute path of the base deck and what that says
+    file, text              its name and its text
+    deck, deck_text         absolute path and text of the base deck
     objectives, record      list of Objective; further paths below /statistics
     vary                    list of ranges.Range
     base                    {section.key: Value} of all keys that the base deck and [set] give
@@ -79,20 +79,20 @@ class Study:
 
     @property
     def paths(self) -> list[str]:
-        """All scalars that a row holds: objectives first."""
+        """All scalars in a row, objectives first."""
         return [*(objective.path for objective in self.objectives), *self.record]
 
     def fault(self, key, text) -> UserError:
-        """About a key of [study] or a varied key, with file and line."""
+        """The UserError for a key of [study] or a varied key, with file and line."""
         return self._lines.entries["vary" if "." in key else "study", key].fault(text)
 
     def seed_of(self, design: int, replicate: int) -> int:
-        """The seed of a run: with shared ones (common random numbers) that of its replicate alone."""
+        """The seed of a run; with shared seeds (common random numbers) it depends on the replicate only."""
         own = design * self.replicates if self.seeds == "own" else 0
         return (self.seed + own + replicate) % SEEDS
 
     def job(self, design: int, values: dict, replicate: int = 0) -> dict:
-        """One run as job.run takes it: JSON-able, all that is needed to run it on another machine."""
+        """One run as job.run takes it: JSON-able, with all data needed to run it on another machine."""
         seed = self.seed_of(design, replicate)
         chosen = {r.key: (self._text(r, values[r.key]), r.unit) for r in self.vary}
         chosen["run.seed"] = (str(seed), "1")
@@ -114,7 +114,7 @@ class Study:
         }
 
     def _text(self, r, value) -> str:
-        """The shortest text that reads back to the same number; a file by its whole name."""
+        """The shortest text that gives the same number when read; for a file its absolute name."""
         if r.kind == "file" and value != "random":
             return str((pathlib.Path(self.deck).parent / value).resolve())
         return repr(float(value)) if isinstance(value, float) else str(value)
@@ -125,31 +125,31 @@ class Study:
 
     @functools.cached_property
     def _varied(self):
-        """What stands in the place of texts that are a run's own."""
+        """Placeholders for texts that differ from run to run."""
         return dict.fromkeys([*(r.key for r in self.vary), "run.seed"], "varied")
 
     @functools.cached_property
     def _shared(self):
-        """What all runs have in common, as texts: keys in SI, and the rest."""
+        """The common settings of all runs, as texts: keys in SI, and others."""
         keys = {k: v.text for k, v in self.base.items() if k not in STORED_ONLY}
         sections = dict.fromkeys(k.rpartition(".")[0] for k in self.base)
-        named = [name for name in sections if "." in name]  # their order numbers the balls
+        named = [name for name in sections if "." in name]  # the numbers of the balls follow from their order
         return keys, [ROW_VERSION, named, self.start, sorted(self.paths), self.limit]
 
     def _identity(self, chosen: dict) -> str:
-        """16 hex digits of everything that decides a run and its row: all keys in SI however they were written and
-        wherever they stood, the start file, what is read from the run."""
+        """16 hex digits of everything that determines a run and its row: all keys in SI (in any notation, from any
+        file), the start file, the values read from the run."""
         keys, rest = self._shared
         whole = [*rest, sorted((keys | chosen).items())]
         return hashlib.sha256(json.dumps(whole).encode()).hexdigest()[:16]
 
     @property
     def fingerprint(self) -> str:
-        """16 hex digits of what all runs have in common: rows of equal fingerprints belong into one table."""
+        """16 hex digits of the common settings of all runs: rows with equal fingerprints belong into one table."""
         return self._identity(self._varied)
 
     def common(self) -> dict[str, str]:
-        """What the fingerprint is made of, for people: by section.key, or by what else it is."""
+        """The content of the fingerprint in readable form: {section.key or another name: text}."""
         keys = {k: v.order.partition("=")[2] for k, v in self.base.items() if k not in STORED_ONLY}
         rest = {"the start file": self.start and f"one with digest {self.start[:8]}",
                 "what is recorded": ", ".join(sorted(self.paths)),
@@ -172,7 +172,7 @@ class Study:
 
 
 class _Lines:
-    """What the lines of one study deck say; the first thing that is wrong ends it."""
+    """The lines of one study deck; the first mistake is a UserError."""
 
     def __init__(self, path, overrides):
         self.path, self.text = path, lines.read_text(path)
@@ -196,7 +196,7 @@ class _Lines:
         if section not in ("study", "vary"):
             section, key = "set", name
         self.entries[section, key] = lines.Entry(section, key, value.strip(), f"--set {text}")
-        # what is fixed is not varied any more, and the other way round
+        # a key that becomes fixed is no longer varied, and the other way round
         if section != "study":
             self.entries.pop(("vary" if section == "set" else "set", key), None)
 
@@ -231,7 +231,7 @@ class _Lines:
                     f"expected paths below /statistics such as 'impacts/all/normal_speed/median', got '{word[:80]}'"
                 )
             if found.count(word) > 1:
-                raise entry.fault(f"'{word}' is there twice")
+                raise entry.fault(f"'{word}' is given twice")
         return found
 
     def deck(self):
@@ -250,18 +250,18 @@ class _Lines:
         try:
             values = tell(f"{one.section}.{one.key}={one.value}" for one in found)
         except UserError:
-            for one in found:  # which of them
+            for one in found:
                 _tell(one, f"{one.section}.{one.key}")
             raise
         return path.resolve(), text, values
 
     def _without(self, text, found):
-        """The base deck without the keys that [set] leaves empty: their defaults hold. Lines keep their numbers."""
+        """The base deck without the keys that [set] leaves empty; they get their defaults. Lines keep their numbers."""
         rows, out = text.splitlines(), {entry.key: entry for entry in self.of("set") if not entry.value}
         own = {f"{one.section}.{one.key}": one for one in found}
         for key, entry in out.items():
             if key not in own:
-                raise entry.fault("an empty value takes a key out of the base deck, which has none such")
+                raise entry.fault("an empty value removes a key from the base deck, but the base deck has no such key")
             rows[own[key].line - 1] = ""
         return "\n".join(rows) + "\n", [one for one in found if f"{one.section}.{one.key}" not in out]
 
@@ -275,7 +275,7 @@ class _Lines:
         paths = [objective.path for objective in found]
         for path in paths:
             if paths.count(path) > 1:
-                raise self.get("minimise").fault(f"'{path}' is to be maximised already")
+                raise self.get("minimise").fault(f"'{path}' is an objective of 'maximise' already")
         return found
 
     def fixed(self):
@@ -284,21 +284,21 @@ class _Lines:
         for key in ("precision", "max_collisions"):
             entry = self.get(key)
             if entry and ("set", f"run.{key}") in self.entries:
-                raise entry.fault(f"stands in [set] as run.{key} already")
+                raise entry.fault(f"is given in [set] as run.{key} already")
             if entry:
                 found.append(_tell(entry, f"run.{key}"))
         for value in found:
             if value.key == "run.seed":
-                raise UserError(f"{self.path}: [set] run.seed: seeds are those of [study] seed and seeds")  # fmt: skip
+                raise UserError(f"{self.path}: [set] run.seed: set the seeds with [study] seed and seeds")  # fmt: skip
         return found
 
     def vary(self):
         found = []
         for entry in self.of("vary"):
             if ("set", entry.key) in self.entries:
-                raise entry.fault(f"stands in [set] already ({self.entries['set', entry.key].where})")
+                raise entry.fault(f"is given in [set] already ({self.entries['set', entry.key].where})")
             if entry.key == "run.seed":
-                raise entry.fault("seeds are not varied: give [study] replicates")
+                raise entry.fault("seeds cannot be varied: give [study] replicates")
             with _placed(entry, entry.key):
                 found.append(ranges.parse(entry.key, entry.value))
         if not found:
@@ -306,17 +306,17 @@ class _Lines:
         return found
 
     def method(self):
-        """The method, and how many samples it takes."""
+        """The method and its number of samples."""
         method, samples = self.choice("method", "grid", METHODS), self.whole("samples", None, 1)
         if method != "grid" and samples is None:
-            raise UserError(f"{self.path}: [study] samples: missing; 'method = {method}' needs their number")
+            raise UserError(f"{self.path}: [study] samples: missing; 'method = {method}' needs the number of samples")
         if method == "grid" and samples is not None:
-            raise self.get("samples").fault("belongs to the methods lhs, sobol and saltelli; a grid has steps")
+            raise self.get("samples").fault("is only for the methods lhs, sobol and saltelli; for a grid give steps")
         return method, samples
 
 
 def _start(merged, fixed, deck):
-    """A start file is named absolutely, for runs have folders of their own; and what it holds counts."""
+    """Makes the name of the start file absolute, because each run has its own folder, and digests its content."""
     value = merged.get("balls.start")
     if not value or value.text == "random":
         return fixed, ""
@@ -331,7 +331,7 @@ def _start(merged, fixed, deck):
 
 @contextlib.contextmanager
 def _placed(entry, key):
-    """Within it millsim's "[drum] radius: expected ..." of a key is a complaint with the place of the study deck."""
+    """Adds the place in the study deck to millsim's messages about a key ("[drum] radius: expected ...")."""
     try:
         yield
     except UserError as fault:
@@ -340,6 +340,6 @@ def _placed(entry, key):
 
 
 def _tell(entry, key) -> Value:
-    """What the value of an entry is to a key of the deck."""
+    """The value of an entry for a key of the deck."""
     with _placed(entry, key):
         return tell([f"{key}={entry.value}"])[0]

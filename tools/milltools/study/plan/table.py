@@ -1,17 +1,17 @@
-"""The table of a study: one row a run, in `NAME.parquet` with `NAME.parquet.journal` beside it while it grows.
+"""The table of a study: one row per run, in `NAME.parquet`; `NAME.parquet.journal` is next to it while it grows.
 
     table = Table.open("figure7.parquet")             # reading, also while a study runs
     table.frame()                                      # pandas.DataFrame, each run once
     with Writer.begin("figure7.parquet", study.about(planned)) as table:     # the driver, and only one
         table.add(row)
 
-Each row is appended to the journal as one JSON line and synced before `add` returns; the Parquet file is rewritten
-whole and renamed into place now and then, and at the end, when the journal goes. So whatever is killed, no row that
-was added is lost, and the Parquet file can be opened at any moment. Opening reads both; a run that is in both (same
-`id`) counts once, the later one. Lines, pages, all rows and the metadata have checksums. A line that is damaged is
-left out and counted in `damaged`; a Parquet file that is damaged is a UserError. Files of earlier versions have no
-checksums: they are held to the columns, names and kinds of values of their study, and get checksums when they are
-written next.
+Each row is appended to the journal as one JSON line and synced before `add` returns. From time to time, and at the
+end, the Parquet file is rewritten and renamed into place; at the end the journal is removed. So no added row is lost,
+whichever process is killed, and the Parquet file can be opened at any moment. Opening reads both files; a run that is
+in both (same `id`) counts once, and the later row is used. Lines, pages, all rows and the metadata have checksums. A
+damaged line is left out and counted in `damaged`; a damaged Parquet file is a UserError. Files of earlier versions
+have no checksums: they are checked for the columns, names and types of their study, and get checksums at the next
+writing.
 """
 
 import contextlib
@@ -34,8 +34,8 @@ from milltools.base.text import plural
 from milltools.study.plan import sealed
 
 METADATA = b"millsim"
-FOLD = 5.0  # [s] between rewritings of the Parquet file, at least
-SHARE = 50  # and at least this many times what the last one took
+FOLD = 5.0  # [s] smallest time between rewritings of the Parquet file
+SHARE = 50  # and at least this multiple of the time of the last rewriting
 TYPES = {"number": pyarrow.float64(), "whole": pyarrow.int64()}
 BEFORE = {"design": pyarrow.int64(), "replicate": pyarrow.int64(), "seed": pyarrow.int64(), "id": pyarrow.string()}  # fmt: skip
 BEHIND = {
@@ -44,8 +44,8 @@ BEHIND = {
     "worker": pyarrow.string(), "finished": pyarrow.string(),
 }  # fmt: skip
 COLUMNS = (*BEFORE, *BEHIND)
-MOST_ROWS = 10_000_000  # of a table that is read
-MOST_PACKED = 1000  # times that its pages may grow when they are unpacked
+MOST_ROWS = 10_000_000  # of a table to be read
+MOST_PACKED = 1000  # largest factor by which pages may grow when unpacked
 
 
 def schema(meta) -> pyarrow.Schema:
@@ -75,17 +75,17 @@ class Table:
 
     def __init__(self, path, meta, stored, damaged=0):
         self.path, self.meta, self.damaged = pathlib.Path(path), meta, damaged
-        self._stored, self._fresh = stored, []  # a pyarrow.Table; those of the rows since, one each
+        self._stored, self._fresh = stored, []  # a pyarrow.Table; one table for each later row
         self._frame = None
 
     @classmethod
     def open(cls, path) -> "Table":
-        """Reads a table; never changes it, so a study may run meanwhile."""
+        """Reads a table without changing it, so a study may run at the same time."""
         return cls(path, *_read(path))
 
     @property
     def complete(self) -> bool:
-        """Every planned run is there, and nobody is at it."""
+        """All planned runs are there, and no driver is working on the table."""
         planned = self.meta["planned"]
         return planned is not None and not journal_of(self.path).exists() and len(self.frame()) >= planned
 
@@ -101,7 +101,7 @@ class Table:
         return self._frame
 
     def rows(self) -> list[dict]:
-        """The same as dicts."""
+        """The rows of frame() as dicts."""
         return self.frame().to_dict("records")
 
     def __len__(self):
@@ -117,16 +117,16 @@ class Table:
 
 
 class Writer(Table):
-    """A table that is being filled; a context manager that holds the lock."""
+    """A table that is being filled; a context manager that keeps the lock."""
 
-    plan: set | None = None  # ids of the runs that are wanted; None: all that are there
-    elsewhere = 0  # runs that other drivers of the same search have not ended yet
+    plan: set | None = None  # ids of the requested runs; None: all runs in the table
+    elsewhere = 0  # runs that other drivers of the same search have not finished yet
 
     @classmethod
     @contextlib.contextmanager
     def begin(cls, path, meta, force=False):
-        """Makes the table, or goes on with one of the same study (equal `fingerprint`); another is refused, or
-        with `force` begun anew. A second driver on the same table is refused."""
+        """Makes the table, or continues a table of the same study (equal `fingerprint`). The table of another study is
+        refused, or replaced with `force`. A second driver on the same table is refused."""
         with _locked(path) as journal:
             meta = {**meta, "command": sealed.hidden_command(meta.get("command", ""))}
             if force or not pathlib.Path(path).exists():
@@ -143,17 +143,17 @@ class Writer(Table):
                 table.fold()
 
     def ids(self, failed=True) -> set[str]:
-        """Runs that are there; those that failed only if asked for."""
+        """The runs in the table; failed runs only if requested."""
         frame = self.frame()
         return set(frame["id"] if failed else frame["id"][frame["status"] != "failed"])
 
     def of_plan(self) -> pandas.DataFrame:
-        """The rows of the runs that are wanted."""
+        """The rows of the requested runs."""
         frame = self.frame()
         return frame if self.plan is None else frame[frame["id"].isin(self.plan)]
 
     def number(self, plan: dict):
-        """Gives the rows the design numbers of a plan {id: number}; those outside of it are numbered behind."""
+        """Gives the rows the design numbers of a plan {id: number}; other rows get the numbers after these."""
         self.plan = set(plan)
         frame = self.frame()
         numbers = frame["id"].map(plan)
@@ -167,13 +167,13 @@ class Writer(Table):
             self._write()
 
     def add(self, row: dict):
-        """Keeps a row: it is on the disk when this returns."""
+        """Stores a row: it is on the disk when this returns."""
         clean = sealed.plain(row)
         try:
             made = _made(clean, schema(self.meta))
             line = sealed.seal(clean) + b"\n"
         except ValueError as fault:
-            raise UserError(f"{self.path}: a row that cannot be of this study: {fault}", status=1) from None
+            raise UserError(f"{self.path}: a row that cannot belong to this study: {fault}", status=1) from None
         with faults(journal_of(self.path)):
             written = os.write(self._journal, line)
             os.fsync(self._journal)
@@ -186,7 +186,7 @@ class Writer(Table):
             self.fold()
 
     def fold(self):
-        """Brings the journal into the Parquet file."""
+        """Moves the rows of the journal into the Parquet file."""
         begin = time.monotonic()
         self._stored, self._fresh = self._arrow(), []
         self._write()
@@ -205,14 +205,14 @@ class Writer(Table):
 
 
 def _made(values: dict, kind) -> pyarrow.Table:
-    """A row as a table of one; ValueError where it has other columns, or values of other types."""
+    """A row as a table of one row; ValueError if it has other columns or values of other types."""
     if values.keys() != set(kind.names):
         odd = sorted(values.keys() ^ set(kind.names))
-        raise ValueError(f"its columns are others, such as {odd[0][:80]}")
+        raise ValueError(f"its columns differ, such as {odd[0][:80]}")
     for name, value in values.items():
         if kind.field(name).type == pyarrow.int64() and type(value) is not int:
-            raise ValueError(f"{name} is no whole number")
-    # what is not known is NaN where numbers stand
+            raise ValueError(f"{name} is not a whole number")
+    # unknown numbers are NaN
     unknown = {
         name: math.nan for name in kind.names if values[name] is None and kind.field(name).type == pyarrow.float64()
     }
@@ -223,8 +223,8 @@ def _made(values: dict, kind) -> pyarrow.Table:
 
 
 def _read(path):
-    """(metadata, rows of the Parquet file and then of the journal, lines of that which are damaged)"""
-    # the journal first: what is folded into the file meanwhile is then in both, not in neither
+    """(metadata, rows of the Parquet file and then of the journal, number of damaged lines in the journal)"""
+    # the journal first: rows that move into the file meanwhile are then read twice instead of not at all
     lines = _lines(journal_of(path))
     stored = _read_parquet(path)
     text = (stored.schema.metadata or {}).get(METADATA)
@@ -233,13 +233,13 @@ def _read(path):
     try:
         meta, stored = _believed(text, stored)
     except ValueError as fault:
-        raise UserError(f"{path}: damaged: {fault}; take a copy from a backup, or begin anew with --force") from None
+        raise UserError(f"{path}: damaged: {fault}; use a backup copy, or start again with --force") from None
     kind, fresh, damaged = schema(meta), [], 0
     for place, line in enumerate(lines, 1):
         try:
             made = _made(sealed.unseal(line)[0], kind)
             if sealed.wrong_rows(made, meta["vary"])[0]:
-                raise ValueError("no run of this study")
+                raise ValueError("not a run of this study")
             fresh.append(made)
         except ValueError:
             damaged += place < len(lines)  # the last one was torn when its writer was killed
@@ -247,7 +247,7 @@ def _read(path):
 
 
 def _lines(path) -> list[bytes]:
-    """Those of a journal; what stands behind the last end of a line is the last."""
+    """The lines of a journal; text after the last line end counts as the last line."""
     with faults(path), contextlib.suppress(FileNotFoundError), _opened(path) as file:
         *whole_lines, rest = file.read().split(b"\n")
         return [*filter(None, whole_lines), rest]
@@ -255,11 +255,11 @@ def _lines(path) -> list[bytes]:
 
 
 def _opened(path):
-    """A file that is one, and no pipe that is never answered."""
+    """Opens an ordinary file; other kinds, such as pipes, which could block, are refused."""
     handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
     if not stat.S_ISREG(os.fstat(handle).st_mode):
         os.close(handle)
-        raise UserError(f"{path}: no ordinary file, not the table of a study")
+        raise UserError(f"{path}: not an ordinary file, so not the table of a study")
     return open(handle, "rb")
 
 
@@ -271,7 +271,7 @@ def _read_parquet(path) -> pyarrow.Table:
             about = source.metadata
             groups = [about.row_group(number).total_byte_size for number in range(about.num_row_groups)]
             if about.num_rows > MOST_ROWS or sum(groups) > MOST_PACKED * (os.fstat(file.fileno()).st_size + 10**6):
-                raise UserError(f"{path}: not the table of a study: it says that it has {about.num_rows} rows")
+                raise UserError(f"{path}: not the table of a study: it claims to have {about.num_rows} rows")
             stored = source.read(use_threads=False)
             stored.validate(full=True)
             return stored
@@ -282,28 +282,28 @@ def _read_parquet(path) -> pyarrow.Table:
 
 
 def _believed(text, stored):
-    """The metadata of a table from their text, and its rows; ValueError where they are not what was written."""
+    """The metadata of a table from their text, and its rows; ValueError if they differ from what was written."""
     meta, has_sum = sealed.unseal(text)
     written = meta.pop("content", None) if has_sum else None
     sealed.check_metadata(meta, known_only=not has_sum)
     meta["command"] = sealed.hidden_command(meta.get("command", ""))
     kind = schema(meta)
     if len(kind) != len(COLUMNS) + len(meta["vary"]) + 2 * len(paths(meta)):
-        raise ValueError("two of its columns have one name")
+        raise ValueError("two of its columns have the same name")
     for field in kind:
         places = stored.schema.get_all_field_indices(field.name)
         if len(places) != 1 or stored.schema.field(places[0]).type != field.type:
-            raise ValueError(f"the column {field.name} is not there as {field.type}")
+            raise ValueError(f"it has no column {field.name} of type {field.type}")
     stored = stored.select(kind.names)
     if has_sum and sealed.content(stored) != written:
-        raise ValueError("the checksum of its rows is that of others")
+        raise ValueError("the checksum of its rows does not match")
     if sealed.wrong_rows(stored, meta["vary"]).any():
-        raise ValueError("it has rows that cannot be of a study")
+        raise ValueError("it has rows that cannot belong to a study")
     return meta, stored
 
 
 def _check_same(path, old, new):
-    """UserError, with the first thing in which they differ where a table tells, if two studies are not the same."""
+    """UserError if two studies differ, with the first difference if the table contains it."""
     if old.get("fingerprint") == new["fingerprint"]:
         return
     there, here = old.get("common", {}), new.get("common", {})
@@ -313,12 +313,12 @@ def _check_same(path, old, new):
         first, second = (about.get(names[0], "not given") for about in (there, here))
         more = f", and {len(names) - 1} more differ" if len(names) > 1 else ""
         said = f": {names[0]} is {first} there and {second} here{more}"
-    raise UserError(f"{path}: holds the runs of another study{said}; -o gives another name, --force begins anew")
+    raise UserError(f"{path}: contains the runs of another study{said}; -o sets another name, --force starts again")
 
 
 @contextlib.contextmanager
 def _locked(path):
-    """The journal's descriptor, locked; at the end the journal goes if it is empty."""
+    """The locked file descriptor of the journal; at the end an empty journal is removed."""
     name = journal_of(path)
     while True:
         with faults(name):
@@ -327,7 +327,7 @@ def _locked(path):
             fcntl.flock(journal, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             os.close(journal)
-            raise UserError(f"{path}: another mill is writing it at this moment", status=1) from None
+            raise UserError(f"{path}: another mill command is writing to it now", status=1) from None
         except OSError:
             pass  # a file system without locks
         with contextlib.suppress(OSError):

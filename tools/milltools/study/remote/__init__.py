@@ -1,1 +1,1 @@
-"""Where the runs of a study are done: cores of this machine, Dask, Slurm."""
+"""The places where the runs of a study are done: cores of this machine, Dask, Slurm."""

@@ -1,4 +1,4 @@
-"""What the executors of clusters share."""
+"""The common part of the executors for clusters."""
 
 import concurrent.futures
 import contextlib
@@ -7,17 +7,17 @@ from milltools.study.plan.job import Lost
 
 
 class ClusterExecutor(concurrent.futures.Executor):
-    """Futures without a result yet, and a fault after which nothing comes any more. Each cluster has its own submit(),
-    `workers` and leave(interrupted), which ends what nobody waits for."""
+    """Keeps the futures without a result and a fault that ended the study. Each cluster has its own submit(), `workers`
+    and leave(interrupted), which ends the runs that nobody waits for."""
 
-    width = 10_000  # jobs under way at once: schedulers do not start with millions
+    width = 10_000  # jobs submitted at once: schedulers cannot cope with millions
 
     def __init__(self):
         self.open = set()  # futures without a result
         self.fault, self.closed = None, False
 
     def new_future(self):
-        """A future that runs; with a fault it is over at once."""
+        """A running future; after a fault it fails at once."""
         if self.closed:
             raise RuntimeError("cannot schedule new futures after shutdown")
         future = concurrent.futures.Future()
@@ -29,7 +29,7 @@ class ClusterExecutor(concurrent.futures.Executor):
         return future
 
     def fail(self, fault):
-        """Nothing will come any more: all who wait get the first such fault, which is returned."""
+        """No more results will come: all waiting futures get the first such fault, which is returned."""
         self.fault = self.fault or fault
         for future in list(self.open):
             settle(future, fault=self.fault)
@@ -39,7 +39,7 @@ class ClusterExecutor(concurrent.futures.Executor):
         self.shutdown(cancel_futures=kind is not None)
 
     def shutdown(self, wait=True, *, cancel_futures=False):
-        """Without cancel_futures waits for all results (whatever `wait`)."""
+        """Waits for all results unless cancel_futures is given; `wait` has no effect."""
         if self.closed:
             return
         if not cancel_futures:
@@ -51,7 +51,7 @@ class ClusterExecutor(concurrent.futures.Executor):
 
 
 def settle(future, row=None, fault=None):
-    """Its result, unless it has one: an answer may come while the study is being ended."""
+    """Sets the result of a future, unless it has one: a result may come while the study is ending."""
     with contextlib.suppress(concurrent.futures.InvalidStateError):
         if fault is None:
             future.set_result(row)
@@ -60,5 +60,5 @@ def settle(future, row=None, fault=None):
 
 
 def one_line(fault):
-    """What went wrong, as one line."""
+    """The fault as one line."""
     return " ".join(str(fault).split()) or type(fault).__name__

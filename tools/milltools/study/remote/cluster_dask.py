@@ -1,8 +1,8 @@
 """Jobs through Dask distributed, behind `concurrent.futures.Executor`.
 
-The scheduler hands a job of a worker that died to another one, up to three times by its own default; after that it is
-`Lost`. Nothing is repeated otherwise. Every worker says, with its first job, which milltools and millsim it has: one
-that has others ends the study with one line.
+If a worker dies, the scheduler gives its job to another worker, by default up to three times; then the job is `Lost`.
+Nothing else is repeated. With its first job, every worker checks its versions of milltools and millsim: a worker with
+other versions ends the study with a message of one line.
 """
 
 import collections
@@ -29,23 +29,23 @@ from milltools.study.plan.job import Lost
 from milltools.study.remote.cluster import ClusterExecutor, one_line, settle
 
 TOOLS = pathlib.Path(__file__).resolve().parents[3]
-# What is sent names our functions by words: the scheduler then needs no milltools, and a worker without it says so. (Of
-# a message that it cannot unpack a worker dies, and nobody is told.)
+# Messages name our functions as text: so the scheduler needs no milltools, and a worker without milltools reports this.
+# (A worker that cannot unpack a message dies, and nobody learns why.)
 ASK = f"__import__({__name__!r}, fromlist=['*']).{{}}(*it)"
 SILENT = logging.CRITICAL + 1
-PATIENCE = 15  # [s] for a scheduler to answer
+PATIENCE = 15  # [s] to wait for an answer of the scheduler
 
 
-# ---- what workers do
+# ---- on the workers
 
 
-_threads = collections.defaultdict(set)  # of this worker, at work: study -> threads
-_ended = set()  # studies whose runs are not wanted any more
+_threads = collections.defaultdict(set)  # of this worker, with a run: study -> threads
+_ended = set()  # studies whose runs are no longer needed
 
 
 @functools.cache
 def versions(program):
-    """What decides a result here: the digest of how a job is run and read, the version of millsim."""
+    """The programs that determine a result here: digest of the code that runs and reads a job, version of millsim."""
     source = pathlib.Path(one_job.__file__).read_bytes()
     try:
         said = subprocess.run([program, "--version"], capture_output=True, text=True, timeout=60)
@@ -56,16 +56,16 @@ def versions(program):
 
 
 def perform(call, job, study, expected):
-    """One job on a worker: {"row": row}, {"lost": why}, or {"refused": why} if it would not be what the driver
-    means."""
+    """One job on a worker: {"row": row}, {"lost": why}, or {"refused": why} if the worker has other programs than the
+    driver."""
     here = versions(job["program"]) if "program" in job else {}
     for name, version in expected.items():
         if here.get(name) != version:
             host = socket.gethostname()
-            return {"refused": f"{name} is another one on {host} ({here.get(name)}) than here ({version})"}
+            return {"refused": f"{name} differs: {here.get(name)} on {host}, {version} here"}
     thread = threading.get_ident()
     if study in _ended:
-        return {"lost": "the study was ended"}
+        return {"lost": "the study has ended"}
     _threads[study].add(thread)
     try:
         return {"row": pkgutil.resolve_name(call)(job)}
@@ -76,7 +76,7 @@ def perform(call, job, study, expected):
 
 
 def end_runs(study):
-    """Ends the runs of a study on this worker; those of others go on."""
+    """Ends the runs of a study on this worker; runs of other studies continue."""
     _ended.add(study)
     one_job.end_of(list(_threads[study]))
 
@@ -85,19 +85,19 @@ def end_runs(study):
 
 
 def knock(address):
-    """An OSError where nobody listens at HOST:PORT: Dask itself would go on trying for its whole patience."""
+    """OSError if nobody listens at HOST:PORT: Dask itself would try again until its time limit."""
     host, _, port = address.removeprefix("tcp://").rpartition(":")
     try:
         socket.create_connection((host.strip("[]"), int(port)), PATIENCE).close()
     except ConnectionRefusedError:
         raise OSError("connection refused") from None
     except (OSError, ValueError, OverflowError):
-        pass  # for Dask to find out
+        pass  # Dask will find out
 
 
 class DaskExecutor(ClusterExecutor):
-    """Jobs of module-level functions, through the scheduler at `address` (host:port, a scheduler file, or "local": one
-    of our own, with `workers` processes, all cores if None)."""
+    """Jobs of module-level functions, through the scheduler at `address` (host:port, a scheduler file, or "local": our
+    own scheduler, with `workers` processes; None: one for each core)."""
 
     def __init__(self, address, workers=None):
         import distributed
@@ -105,7 +105,7 @@ class DaskExecutor(ClusterExecutor):
         super().__init__()
         self.address, self.study = address, uuid.uuid4().hex
         self.sent = {}  # future: Dask's future
-        # what goes wrong is told by us, once; it would write pages
+        # we report errors once; Dask would write pages
         for name in list(logging.root.manager.loggerDict):
             if name.startswith("distributed"):
                 logging.getLogger(name).setLevel(SILENT)
@@ -113,8 +113,8 @@ class DaskExecutor(ClusterExecutor):
         self.client = connect(distributed.Client, workers)
 
     def _start(self, client, workers):
-        """A client with a cluster of its own. Ctrl-C at the terminal is meant for the driver alone: processes started
-        while it is ignored go on ignoring it."""
+        """A client with its own cluster. Only the driver should react to Ctrl-C at the terminal: processes that start
+        while SIGINT is ignored keep ignoring it."""
         main = threading.current_thread() is threading.main_thread()
         before = signal.signal(signal.SIGINT, signal.SIG_IGN) if main else None
         processes_of = {"n_workers": workers or processes.cores(), "threads_per_worker": 1, "processes": True}
@@ -136,7 +136,7 @@ class DaskExecutor(ClusterExecutor):
 
     @property
     def workers(self):
-        """How many runs go on at once, with the workers there are now."""
+        """The number of simultaneous runs with the present workers."""
         with contextlib.suppress(Exception):
             return max(1, sum(self.client.nthreads().values()))
         return 1
@@ -157,7 +157,7 @@ class DaskExecutor(ClusterExecutor):
         return future
 
     def _receive(self, future, theirs):
-        """A job has come back: called by Dask in a thread of its own."""
+        """A job has ended: called by Dask in a separate thread."""
         try:
             answer = theirs.result()
         except (Exception, concurrent.futures.CancelledError) as raised:
@@ -169,7 +169,7 @@ class DaskExecutor(ClusterExecutor):
         self.sent.pop(future, None)
 
     def _explain(self, raised):
-        """What a user or the driver can do something about."""
+        """The error in a form that the user or the driver can act on."""
         import distributed
 
         if isinstance(raised, UserError):
@@ -179,20 +179,20 @@ class DaskExecutor(ClusterExecutor):
         said = f"{one_line(raised)} {one_line(raised.__cause__ or '')}"
         if missing := re.search(r"No module named '?([\w.]+)|cannot import name '(\w+)'", said):
             start = f"start them with PYTHONPATH={TOOLS} {os.path.dirname(sys.executable)}/dask"
-            return self._refuse(f"a worker has no {missing[1] or missing[2]} such as here: {start}")
+            return self._refuse(f"a worker does not find this version of {missing[1] or missing[2]}: {start}")
         if isinstance(raised, concurrent.futures.CancelledError | OSError | RuntimeError):
             return Lost("cancelled") if self.closed else self._gone()
         return UserError(f"--dask {self.address}: {one_line(raised)}", 1)
 
     def _refuse(self, why):
-        """All else would be refused, too."""
+        """Fails the study: all other jobs would be refused too."""
         return self.fail(UserError(f"--dask {self.address}: {why}", 1))
 
     def _gone(self):
-        return self.fail(UserError(f"the Dask scheduler at {self.address} is gone; the same command goes on once there is one again", 1))  # fmt: skip
+        return self.fail(UserError(f"the Dask scheduler at {self.address} is gone; start one, then the same command continues", 1))  # fmt: skip
 
     def leave(self, interrupted):
-        """Ends the runs on the workers, if they are not wanted any more, and the connection."""
+        """Ends the runs on the workers, if they are no longer needed, and the connection."""
         if interrupted:
             _in_patience(self._end_runs)
         _in_patience(lambda: self.client.close(timeout=5))
@@ -204,7 +204,7 @@ class DaskExecutor(ClusterExecutor):
 
 
 def _in_patience(step):
-    """Does a step of the end whose failure does not matter. A worker that cannot even read a question does not answer:
+    """Does a step at the end whose failure does not matter. A worker that cannot read a message never answers:
     it is not waited for."""
 
     def attempt():

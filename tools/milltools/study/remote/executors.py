@@ -1,10 +1,10 @@
-"""The one door through which runs are sent: a concurrent.futures.Executor.
+"""All runs are submitted through one interface, a concurrent.futures.Executor.
 
     with open_executor(Where(workers=4), "a.parquet") as executor:
         filling.send(jobs, executor, take)
 
-An executor has two more attributes: `workers`, how many runs go on at once (for the time left), and `width`, how
-many are handed over at once (waves). When the block is left by an exception, what runs is ended.
+An executor has two more attributes: `workers`, the number of simultaneous runs (to estimate the time left), and
+`width`, the largest number of submitted jobs. If an exception leaves the block, all runs are ended.
 """
 
 import concurrent.futures
@@ -17,24 +17,24 @@ from milltools.base.extras import needs
 
 
 def add_arguments(parser):
-    """The options that say where runs are done."""
+    """The options for the place of the runs."""
     parser.add_argument(
         "--workers", type=int, metavar="N", help="runs at once on this machine (default: one for each core)"
     )
     parser.add_argument(
         "--dask", metavar="ADDRESS",
-        help="runs go to the Dask scheduler at HOST:PORT or of this scheduler file; local: to one of our own, here",
+        help="send runs to the Dask scheduler at HOST:PORT or of this scheduler file; local: start one on this machine",
     )  # fmt: skip
-    parser.add_argument("--slurm", action="store_true", help="runs go to Slurm, in job arrays")
-    parser.add_argument("--slurm-options", metavar="OPTIONS", help="for sbatch: --slurm-options='--time=60 --partition=short'")  # fmt: skip
-    parser.add_argument("--bundle", type=int, metavar="K", help="runs in one Slurm task (default: minutes of them)")  # fmt: skip
-    parser.add_argument("--tasks", type=int, metavar="N", help="Slurm tasks at once, at most")
-    parser.add_argument("--detach", action="store_true", help="when interrupted, leave tasks to Slurm; the same command takes up their results")  # fmt: skip
+    parser.add_argument("--slurm", action="store_true", help="send runs to Slurm, in job arrays")
+    parser.add_argument("--slurm-options", metavar="OPTIONS", help="options for sbatch: --slurm-options='--time=60 --partition=short'")  # fmt: skip
+    parser.add_argument("--bundle", type=int, metavar="K", help="runs in one Slurm task (default: so that a task takes minutes)")  # fmt: skip
+    parser.add_argument("--tasks", type=int, metavar="N", help="largest number of Slurm tasks at once")
+    parser.add_argument("--detach", action="store_true", help="when interrupted, leave the tasks in Slurm's queue; the same command later collects their results")  # fmt: skip
 
 
 @dataclasses.dataclass(frozen=True)
 class Where:
-    """Where runs are done: what the options of the same names say. Those that do not go together are a UserError."""
+    """The place of the runs, by the options of the same names. Options that do not fit together are a UserError."""
 
     workers: int | None = None
     dask: str | None = None
@@ -51,13 +51,13 @@ class Where:
                 raise UserError(f"--{name}: expected 1 or more, got {number}")
         for name in ("slurm_options", "bundle", "tasks", "detach"):
             if getattr(self, name) and not self.slurm:
-                raise UserError(f"--{name.replace('_', '-')} goes with --slurm")
+                raise UserError(f"--{name.replace('_', '-')}: only with --slurm")
         if self.dask and self.slurm:
             raise UserError("--dask or --slurm, not both")
         if self.dask:
             needs("cluster", "dask", "distributed")  # before a table is begun
         if self.workers and (self.slurm or self.dask not in (None, "local")):
-            raise UserError("--workers is for runs on this machine: elsewhere Dask or --tasks says how many")
+            raise UserError("--workers is for runs on this machine; on a cluster Dask or --tasks sets the number")
         try:
             shlex.split(self.slurm_options or "")
         except ValueError as fault:
@@ -70,8 +70,8 @@ def asked(arguments) -> dict:
 
 
 def open_executor(where, table, force=False):
-    """A context manager that gives the executor asked for; `table`: its path, beside which Slurm's tasks leave their
-    rows."""
+    """A context manager that gives the requested executor; `table`: the path of the table; Slurm's tasks write their
+    rows into a folder next to it."""
     if where.dask:
         from milltools.study.remote.cluster_dask import DaskExecutor
 
@@ -85,15 +85,15 @@ def open_executor(where, table, force=False):
 
 
 class Local(concurrent.futures.ThreadPoolExecutor):
-    """`workers` runs at once on this machine. Threads will do: each run is a process of its own."""
+    """`workers` simultaneous runs on this machine. Threads are enough, because each run is a process of its own."""
 
     def __init__(self, workers):
         super().__init__(workers, thread_name_prefix="run")
-        self.workers, self.width = workers, workers + 2  # a worker never waits for the driver
+        self.workers, self.width = workers, workers + 2  # two more, so that a worker never waits for the driver
 
     def __exit__(self, kind, fault, trace):
         if kind:
-            from milltools.study.plan import job  # h5py: not for --help
+            from milltools.study.plan import job  # imports h5py: not for --help
 
             self.shutdown(wait=False, cancel_futures=True)
             job.end_all()

@@ -1,14 +1,13 @@
 """Jobs through Slurm job arrays, behind `concurrent.futures.Executor`.
 
-submit() gathers jobs; when none comes for a moment they are bundled, many to one array task, and handed to sbatch.
-Results come back through files in a shared folder, written by the tasks (`slurm_task`) and watched by one thread
-here; squeue is asked, seldom, only which tasks are still to be expected. A task that is no longer in the queue and
-did not say that it was done was cut off: by its time limit, by scancel, by a node that died. Its results are kept;
-jobs that it had in hand are `Lost` (who submitted them decides whether to submit them again); those it had not begun
-go into the next array.
-
-The folder outlives the driver. The next one takes up what is in it: results there are not computed again, and jobs
-that wait or run in Slurm are waited for, not submitted twice.
+submit() collects jobs. When no new job comes for a moment, they are bundled, many to one array task, and passed to
+sbatch. The tasks (`slurm_task`) write their results into files in a shared folder, which one thread here reads.
+squeue is asked only seldom, and only which tasks still exist. If a task has left the queue without reporting its end,
+it was cut off by its time limit, by scancel or by the failure of a node. Its results are kept. Jobs that it was running
+are `Lost` (the caller of submit() decides whether to submit them again); jobs that it had not begun go into the next
+array.
+The folder remains after the driver has ended. The next driver uses its content: results there are not computed again,
+and jobs that wait or run in Slurm are not submitted twice.
 """
 
 import collections
@@ -26,31 +25,31 @@ from milltools.study.remote import cluster, slurm_task
 from milltools.study.remote import slurm_queue as queue
 from milltools.study.remote.slurm_task import Listener, Spool, ended_job
 
-TASK = 300.0  # [s] what a task should take
-GUESS = 20  # jobs in a task while nothing is known of what they cost
-SPREAD = 16  # tasks at least, where there are as many jobs and no other number is asked for
-ARRAY = 1000  # tasks in one array at most, whatever the site allows
+TASK = 300.0  # [s] intended time of a task
+GUESS = 20  # jobs in a task while their cost is not known
+SPREAD = 16  # smallest number of tasks, if there are enough jobs and no other number is given
+ARRAY = 1000  # largest number of tasks in one array, also if the site allows more
 
-QUIET = 0.3  # [s] without a new job: those gathered are submitted
-TARDY = 5.0  # [s] the longest that a job is kept waiting for others
-GRACE = 3.0  # [s] that a task may be gone from the queue before its last line is missed
-SBATCH = 3.0  # [s] that an sbatch may outlive its driver
-TRIES = 3  # tasks in a row that end before a job's turn comes: something is wrong with tasks, not with jobs
-AWAY = 5.0  # [s] until a controller that did not answer is asked again
-FULL = 30.0  # [s] until another task is submitted where the account has as many as it may
+QUIET = 0.3  # [s] without a new job, after which the collected jobs are submitted
+TARDY = 5.0  # [s] longest time that a job waits for others
+GRACE = 3.0  # [s] to wait for the last line of a task after it left the queue
+SBATCH = 3.0  # [s] that an sbatch may continue after the end of its driver
+TRIES = 3  # after this many tasks in a row that end before a job begins, the tasks are at fault, not the jobs
+AWAY = 5.0  # [s] before a controller that did not answer is asked again
+FULL = 30.0  # [s] before another submission if the account has reached its limit of tasks
 
 
 def bundle_size(count, cost, tasks=None, largest=ARRAY):
     """How many of `count` jobs one task gets. cost: wall time of a job [s], None if not known. A task should take
-    minutes, but all of `tasks` (SPREAD if None) should have something to do, and an array has `largest` tasks at
-    most."""
+    minutes, but each of the `tasks` (SPREAD if None) should get jobs, and an array has at most `largest`
+    tasks."""
     wanted = GUESS if cost is None else max(1, int(TASK / max(cost, 1e-3)))
     return max(1, min(wanted, math.ceil(count / (tasks or SPREAD))), math.ceil(count / largest))
 
 
 @dataclasses.dataclass(eq=False)
 class SentJob:
-    """A job on its way. `future` is None while nobody has asked for it: it was submitted by an earlier driver."""
+    """A submitted job. `future` is None for a job of an earlier driver that has not been requested again."""
 
     call: str
     job: dict
@@ -59,7 +58,7 @@ class SentJob:
 
 
 class SentTask:
-    """One array task as seen from here."""
+    """The state of one array task, as the driver knows it."""
 
     def __init__(self, array, number, entries):
         self.array, self.number = array, number
@@ -67,32 +66,32 @@ class SentTask:
         self.begun = set()
         self.sure = True  # sbatch did not fail: Slurm has it
         self.ended = False
-        self.missed = None  # since when squeue does not list it [monotonic s]
+        self.missed = None  # time since which squeue does not list it [monotonic s]
         self.listener = Listener(array.rows(number))
 
 
 class SlurmExecutor(cluster.ClusterExecutor):
     """Jobs (dicts with an "id") of module-level functions, through sbatch.
 
-    folder: shared with the nodes; options: for sbatch, as typed; bundle: jobs a task, None: bundle_size(); tasks: so
-    many of ours in the queue at once at most; detach: an interrupted driver leaves its tasks in the queue; anew:
-    what an earlier driver has left is cancelled and forgotten. All but submit() is the business of one thread.
+    folder: shared with the nodes; options: for sbatch, as typed; bundle: jobs per task, None: bundle_size(); tasks:
+    largest number of our tasks in the queue; detach: an interrupted driver leaves its tasks in the queue; anew: tasks
+    and results of an earlier driver are cancelled and deleted. One thread does everything except submit().
     """
 
     def __init__(self, folder, options="", bundle=None, tasks=None, detach=False, anew=False):
         super().__init__()
         queue.check()
         self.options, self.bundle, self.tasks, self.detach = options, bundle, tasks, detach
-        self.largest = self.allowed = min(ARRAY, queue.largest_array())  # tasks an array, tasks an array now
+        self.largest = self.allowed = min(ARRAY, queue.largest_array())  # tasks per array: of the site, at present
         self.spool = Spool(folder)
         self.submitted = collections.deque()  # entries that the thread has not seen yet
         self.gathered = collections.deque()  # entries that are in no task
-        self.first = self.last = 0.0  # when the oldest, the newest of them came [monotonic s]
-        self.rows, self.earlier = {}, {}  # rows, entries by name: of an earlier driver, nobody has asked for them yet
+        self.first = self.last = 0.0  # times of the oldest and the newest of these [monotonic s]
+        self.rows, self.earlier = {}, {}  # rows and entries by name, of an earlier driver, not requested yet
         self.running = []  # tasks that have not ended
         self.cost, self.counted = 0.0, 0  # wall time of the results so far [s], their number
-        self.changed = self.asked = 0.0  # when a task last said something, when squeue was asked [monotonic s]
-        self.later = 0.0  # nothing is submitted before [monotonic s]
+        self.changed = self.asked = 0.0  # times of the last news from a task and of the last squeue [monotonic s]
+        self.later = 0.0  # no submission before this time [monotonic s]
         self.told = False
         self.closing = threading.Event()
         self._take_up(anew)
@@ -103,7 +102,7 @@ class SlurmExecutor(cluster.ClusterExecutor):
 
     @property
     def workers(self):
-        """How many runs may go on at once, as far as it is known."""
+        """The number of runs that can run at once, as far as it is known."""
         return self.tasks or max(SPREAD, len(self.running))
 
     def submit(self, call, job):
@@ -112,15 +111,15 @@ class SlurmExecutor(cluster.ClusterExecutor):
         return future
 
     def leave(self, interrupted):
-        """Cancels what nobody waits for, and removes the folder when all of it has been handed over. With `detach`
-        tasks of an interrupted driver are left alone."""
+        """Cancels tasks that nobody waits for, and removes the folder when all its results have been used. With
+        `detach` the tasks of an interrupted driver stay in the queue."""
         self.closing.set()
         self.watcher.join()
         names = sorted({task.array.name for task in self.running})
         if names and interrupted and self.detach:
             numbers = ", ".join(sorted({task.array.job or "?" for task in self.running}))
             what = f"{len(self.running)} tasks stay in Slurm's queue ({numbers})"
-            print(f"mill: {what}; the same command takes up their results", file=sys.stderr)
+            print(f"mill: {what}; the same command later collects their results", file=sys.stderr)
         else:
             try:
                 queue.cancel(names)
@@ -132,14 +131,14 @@ class SlurmExecutor(cluster.ClusterExecutor):
     # the other side: arrays
 
     def _take_up(self, anew):
-        """What an earlier driver has left: results, and tasks that may still be under way; with `anew` it goes."""
+        """Takes the results of an earlier driver, and its tasks that may still run; with `anew` they are deleted."""
         arrays = self.spool.arrays()
-        # a driver that was killed a moment ago may have left an sbatch at work
+        # a driver that was killed a moment ago may have left a running sbatch
         end = time.time() + SBATCH
         young = [array for array in arrays if array.folder.stat().st_mtime > end - 2 * SBATCH]
         while time.time() < end and not all(array.job for array in young):
             time.sleep(0.1)
-        while True:  # what runs must not be submitted again
+        while True:  # running tasks must not be submitted again
             try:
                 there = queue.listed([array.name for array in arrays])
                 break
@@ -156,7 +155,7 @@ class SlurmExecutor(cluster.ClusterExecutor):
                     entries = [SentJob(e["call"], e["job"]) for e in array.entries(number)]
                     task = SentTask(array, number, entries)
                 except (ValueError, KeyError, TypeError):
-                    continue  # its driver died while it wrote this: it was never submitted
+                    continue  # its driver died while writing the array, before submitting it
                 self._hear(task)
                 if not task.ended and (array.name, number) in there:
                     self.running.append(task)
@@ -164,14 +163,14 @@ class SlurmExecutor(cluster.ClusterExecutor):
         self.changed = time.monotonic()
 
     def _tell(self, fault):
-        """Says once why nothing happens."""
+        """Reports once why nothing happens."""
         if not self.told:
-            what = "Slurm does not answer" if isinstance(fault, queue.Away) else "no place in Slurm's queue"
+            what = "Slurm does not answer" if isinstance(fault, queue.Away) else "Slurm's queue is full"
             print(f"mill: {what}, waiting: {fault}", file=sys.stderr)
         self.told = True
 
     def _watch(self):
-        """The thread that submits, listens and asks, until the end."""
+        """The thread that submits jobs, reads results and asks squeue, until the end."""
         try:
             while not self.closing.wait(self._pause()):
                 while self.submitted:
@@ -183,20 +182,20 @@ class SlurmExecutor(cluster.ClusterExecutor):
                 self.running = [task for task in self.running if not task.ended]
         except OSError as fault:
             self.fail(UserError(f"{fault.filename or self.spool.folder}: {fault.strerror}", 1))
-        except Exception as fault:  # whatever it is: those who wait must hear of it
+        except Exception as fault:  # of any kind: the waiting callers must get it
             self.fail(fault)
 
     def _pause(self):
-        """[s] Shorter while things happen, longer when tasks take long: gentle to file system and controller."""
+        """[s] between readings: short while news arrive, longer for long tasks, to spare file system and controller."""
         if self.submitted or (self.gathered and time.monotonic() - self.last < TARDY):
             return 0.1
         return min(max(0.1, 0.1 * (time.monotonic() - self.changed)), 3.0)
 
     def _receive(self, entry):
-        """A job that was submitted: its row may be there, or an earlier driver's task may be at it."""
+        """Handles a submitted job: its row may exist already, or a task of an earlier driver may be running it."""
         name = entry.job["id"]
         if name in self.rows:
-            # the numbers of designs are the study's, which may have grown since
+            # the design number comes from the study, which may have grown since
             numbers = {key: entry.job[key] for key in ("design", "replicate") if key in entry.job}
             cluster.settle(entry.future, {**self.rows.pop(name), **numbers})
         elif name in self.earlier:
@@ -211,7 +210,7 @@ class SlurmExecutor(cluster.ClusterExecutor):
         (self.gathered.appendleft if ahead else self.gathered.append)(entry)
 
     def _submit_gathered(self):
-        """Submits an array of what was gathered, if it is time and there is room for it."""
+        """Submits an array of the collected jobs, if it is time and the queue has room."""
         now, count = time.monotonic(), len(self.gathered)
         free = math.inf if self.tasks is None else self.tasks - len(self.running)
         ready = now - self.last >= QUIET or now - self.first >= TARDY
@@ -233,11 +232,11 @@ class SlurmExecutor(cluster.ClusterExecutor):
             if len(bundles) > 1:
                 self.allowed = len(bundles) // 2
             else:
-                if not self.running:  # others of this account, or ours that have only just ended
+                if not self.running:  # full of other tasks of this account, or of ours that have just ended
                     self._tell(fault)
                 self.allowed, self.later = self.largest, now + FULL
             return
-        except queue.Away as fault:  # it may have got through all the same: squeue will tell
+        except queue.Away as fault:  # the submission may still have succeeded: squeue will show it
             self._tell(fault)
             self.later = now + AWAY
             for task in tasks:
@@ -248,22 +247,22 @@ class SlurmExecutor(cluster.ClusterExecutor):
         self.changed = self.asked = time.monotonic()
 
     def _hear(self, task, gone=False):
-        """Takes in what a task has said since the last look; of one that is gone it was the last."""
+        """Reads the new lines of a task; `gone`: the task has ended, and these are its last lines."""
         for said in task.listener.listen():
             self.changed = time.monotonic()
             if "start" in said:
                 task.begun.add(said["start"])
             elif "end" in said:
                 task.ended = True
-            elif entry := task.left.pop(ended_job(said), None):  # else said twice: by two incarnations of one task
+            elif entry := task.left.pop(ended_job(said), None):  # else reported twice: by two runs of one task
                 self._finish(entry, said)
         task.ended = task.ended or gone
-        # one that says that it is done may not be: a list cut short, a disk that lied
+        # a task may report its end too early: if its list was truncated, or a disk failed
         if task.ended and task.left and not self.closing.is_set():
             self._bury(task)
 
     def _finish(self, entry, said):
-        """A job has ended, as its task said."""
+        """A job has ended, according to its task."""
         row, why = said.get("row"), said.get("why", "")
         wall = row.get("wall") if row else None
         if isinstance(wall, (int, float)) and math.isfinite(wall):
@@ -277,7 +276,7 @@ class SlurmExecutor(cluster.ClusterExecutor):
             self.rows[entry.job["id"]] = row
 
     def _look_for_lost(self):
-        """Asks squeue, now and then, which tasks are still to be expected, and gives up those that are not."""
+        """Asks squeue from time to time which tasks still exist, and gives up the others."""
         now = time.monotonic()
         missed = any(task.missed for task in self.running)
         pause = 1.0 if missed else min(max(1.0, 0.1 * (now - self.changed)), 15.0)
@@ -296,10 +295,10 @@ class SlurmExecutor(cluster.ClusterExecutor):
             elif task.missed is None:
                 task.missed = now
             elif now - task.missed >= GRACE:
-                self._hear(task, gone=True)  # its last words came before squeue said that it was gone
+                self._hear(task, gone=True)  # its last lines were written before squeue reported its end
 
     def _bury(self, task):
-        """A task was cut off: what it had begun is lost, what it had not goes into another."""
+        """A task was cut off: the jobs that it had begun are lost, the others go into another task."""
         self.changed = time.monotonic()
         words = task.array.last_words(task.number)
         for name, entry in reversed(task.left.items()):
@@ -311,7 +310,7 @@ class SlurmExecutor(cluster.ClusterExecutor):
             else:
                 entry.idle = 0 if task.begun else entry.idle + task.sure
                 if entry.idle >= TRIES:
-                    said = f"the last one said: {words}" if words else "they said nothing"
+                    said = f"the last message: {words}" if words else "there was no message"
                     raise UserError(f"{TRIES} Slurm tasks ended before their first run; {said}", 1)
                 self._gather(entry, ahead=True)
         task.left.clear()

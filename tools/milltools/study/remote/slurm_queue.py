@@ -1,7 +1,7 @@
-"""What Slurm is asked and told: sbatch, squeue, scancel and scontrol, as processes. No accounting (sacct) is wanted.
+"""Commands to Slurm: sbatch, squeue, scancel and scontrol, as processes. Accounting (sacct) is not needed.
 
-A site's wrong option or an account that may not submit is a UserError with sbatch's own line; a controller that does
-not answer is `Away`: it may be back in a minute.
+An option that the site refuses, or an account that cannot submit, is a UserError with the message of sbatch. If the
+controller does not answer, the exception is `Away`: the controller may answer again in a minute.
 """
 
 import contextlib
@@ -14,7 +14,7 @@ import subprocess
 from milltools.base.errors import UserError
 from milltools.study.remote.cluster import one_line
 
-PATIENCE = 120  # [s] that a command of Slurm may take
+PATIENCE = 120  # [s] time limit of a command of Slurm
 
 # squeue's short names of states in which a task will not run again by itself
 ENDED = frozenset("BF CA CD DL F NF OOM PR RV TO".split())
@@ -25,22 +25,22 @@ class Away(Exception):
 
 
 class Full(Exception):
-    """This account may not have more tasks in the queue now."""
+    """This account has reached its limit of tasks in the queue."""
 
 
 def _environment():
-    """Ours without what an allocation that the driver itself may run in has set: tasks would take it for theirs.
-    Options of squeue in the environment would change what it prints."""
+    """Our environment without variables of a Slurm allocation in which the driver may run: tasks would use them.
+    Options of squeue are removed too, because they would change its output."""
     dropped = {name for name in os.environ if name.startswith(("SLURM_", "SQUEUE_"))} - {"SLURM_CONF", "SLURM_CLUSTERS"}
     return {name: value for name, value in os.environ.items() if name not in dropped}
 
 
 def _run(*words, text="", out=subprocess.PIPE):
-    """A command of Slurm that reads `text`, run to its end."""
+    """Runs a command of Slurm, with `text` as its input, to its end."""
     try:
         return subprocess.run(
             words, env=_environment(), input=text, stdout=out, stderr=subprocess.PIPE, text=True, errors="replace",
-            timeout=PATIENCE, start_new_session=True,  # Ctrl-C is the driver's business
+            timeout=PATIENCE, start_new_session=True,  # only the driver reacts to Ctrl-C
         )  # fmt: skip
     except subprocess.TimeoutExpired:
         raise Away(f"{words[0]} does not answer") from None
@@ -49,19 +49,19 @@ def _run(*words, text="", out=subprocess.PIPE):
 
 
 def _silent(said):
-    """Does this line of a Slurm command say that nobody answers?"""
+    """Does this line of a Slurm command report that the controller does not answer?"""
     return re.search(r"contact(ing)? (the )?slurm|timed out|Connection (refused|reset)|backup mode", said, re.I)
 
 
 def check():
-    """A UserError where Slurm's commands are missing."""
+    """UserError if Slurm's commands are missing."""
     missing = [name for name in ("sbatch", "squeue", "scancel") if not shutil.which(name)]
     if missing:
         raise UserError(f"--slurm: no {missing[0]} here: start it on a host that submits to Slurm", 1)
 
 
 def largest_array():
-    """How many tasks an array of this site may have; 1001, Slurm's own default, where it does not say."""
+    """Largest number of tasks in an array at this site; 1001, the default of Slurm, if Slurm does not give it."""
     said = ""
     with contextlib.suppress(Away):
         if shutil.which("scontrol"):
@@ -71,8 +71,8 @@ def largest_array():
 
 
 def submit(array, count, script, options="", at_once=None):
-    """Submits `count` tasks that run `script` (text). `options` are the user's, for sbatch; at_once: so many run at a
-    time. sbatch itself writes the array's number into the array's folder: it is known even if we die meanwhile."""
+    """Submits `count` tasks that run `script` (text). `options`: of the user, for sbatch; at_once: largest number that
+    run at once. sbatch itself writes the array's number into the array's folder, so it is kept if this driver dies."""
     limit = f"%{at_once}" if at_once else ""
     output = str(array.folder.resolve()).replace("%", "%%") + "/%a.out"
     files = (f"--output={output}", "--open-mode=append", "--parsable")
@@ -91,7 +91,7 @@ def submit(array, count, script, options="", at_once=None):
 
 
 def listed(names):
-    """{(name of an array, task)} of all that wait or run, of arrays of these names."""
+    """{(name of an array, task)} of all waiting or running tasks in arrays of these names."""
     if not names:
         return set()
     form = ("--noheader", "--array", "--states=all", "--format=%j|%K|%t")
@@ -107,7 +107,7 @@ def listed(names):
 
 
 def cancel(names):
-    """Ends what waits or runs of arrays of these names."""
+    """Ends all waiting or running tasks in arrays of these names."""
     for name in names:
         done = _run("scancel", f"--name={name}")
         if done.returncode != 0 and _silent(done.stderr):

@@ -1,22 +1,22 @@
-"""Tasks of a Slurm array: what one does, `python -m milltools.study.remote.slurm_task FOLDER TASK`, and the folder
-through which it talks with its driver, on a file system that they share.
+"""Tasks of a Slurm array: the program of one task, `python -m milltools.study.remote.slurm_task FOLDER TASK`, and the
+folder, on a shared file system, through which the task and its driver exchange jobs and results.
 
-A task runs its jobs one after the other on each of its cores (--cpus-per-task, 1 by default) and says each result
-before it takes the next job. It needs no Slurm: the line above, typed by hand, does the same work. A task that Slurm
-puts back into the queue finds what it did before. SIGTERM, which comes shortly before a time limit or a scancel
-strikes, ends the runs in hand; what was finished is kept.
+A task runs its jobs one after the other on each of its cores (--cpus-per-task, 1 by default) and writes each result
+before it takes the next job. It does not need Slurm: the command above, typed by hand, does the same work. A task that
+Slurm puts back into the queue finds its earlier results. SIGTERM, which comes shortly before a time limit or a scancel
+takes effect, ends the current runs; finished results are kept.
 
     TABLE.slurm/token            names the study in Slurm's queue: no other has the same
     TABLE.slurm/00003/           one array, FOLDER; its name in the queue is mill-TABLE-TOKEN-00003
-        job                      what sbatch said: the number of the array, empty while it is not known
-        12.jobs                  what task 12 is to do, one job a line: {"call": "module:function", "job": {...}}
-        12.rows                  what task 12 says, one line (JSON) each time, see below
+        job                      output of sbatch: the number of the array, empty while it is not known
+        12.jobs                  the jobs of task 12, one per line (JSON): {"call": "module:function", "job": {...}}
+        12.rows                  the messages of task 12, one per line (JSON), see below
         12.out                   standard output and error of task 12
 
-A task says {"start": id, "host": ...} before a job and then one of {"row": row}, {"lost": id, "why": ...}, {"error":
-id, "why": ...}; {"end": true} when nothing is left to do. Each line is one write() and on the disk before the next
-job begins, so whatever ends a task, what it finished is kept, and it is known which jobs it had in hand. A line torn
-by a crash is not a line: the next one begins anew.
+A task writes {"start": id, "host": ...} before a job and then one of {"row": row}, {"lost": id, "why": ...}, {"error":
+id, "why": ...}; {"end": true} after the last job. Each line is one write() and is on the disk before the next job
+begins. So, however a task ends, its finished results are kept, and the jobs that it was running are known. A line that
+a crash has cut off does not count: the next message begins a new line.
 """
 
 import collections
@@ -37,21 +37,21 @@ import time
 from milltools.study.plan.job import Lost, end_all, worker
 from milltools.study.remote.cluster import one_line
 
-MOMENT = 1.0  # [s] a run and its task are struck together, but one may feel it before the other
-TRIES = 3  # times that a job is begun in one task before it is called lost
+MOMENT = 1.0  # [s] a signal reaches a run and its task together, but one may react before the other
+TRIES = 3  # number of starts of a job in one task before it counts as lost
 
 
 # ---- the folder
 
 
 def ended_job(said):
-    """The id of the job whose end a line tells, None for another line."""
+    """The id of the job whose end a line reports; None for other lines."""
     row = said.get("row")
     return row.get("id") if isinstance(row, dict) else said.get("lost", said.get("error"))
 
 
 class Sayer:
-    """Appends lines to a file so that none is lost or torn, whoever dies: the writing end of NAME.rows. For all
+    """Appends lines to a file so that a crash does not lose or cut off a line: the writer of NAME.rows. Safe for
     threads."""
 
     def __init__(self, path):
@@ -70,14 +70,14 @@ class Sayer:
 
 
 class Listener:
-    """What has been appended to a file since the last look: the reading end of NAME.rows."""
+    """The lines appended to a file since the last reading: the reader of NAME.rows."""
 
     def __init__(self, path):
         self.path, self.offset, self.rest = path, 0, b""
 
     def listen(self):
-        """The new whole lines, as dicts; a file that is not there says nothing. Opening it anew each time makes a
-        network file system ask its server."""
+        """The new complete lines, as dicts; none if the file does not exist. Opening the file each time makes a network
+        file system ask its server."""
         try:
             with open(self.path, "rb") as file:
                 file.seek(self.offset)
@@ -88,13 +88,13 @@ class Listener:
         *whole, self.rest = (self.rest + new).split(b"\n")
         said = []
         for line in whole:
-            with contextlib.suppress(ValueError):  # torn: whoever wrote it died
+            with contextlib.suppress(ValueError):  # cut off: its writer died
                 said.append(json.loads(line))
         return [value for value in said if isinstance(value, dict)]
 
 
 def _text(path) -> str:
-    """What a file says; nothing if it is not there."""
+    """The text of a file; empty if it does not exist."""
     try:
         return path.read_text(errors="replace")
     except OSError:
@@ -102,25 +102,25 @@ def _text(path) -> str:
 
 
 class Array:
-    """One array's folder. write() makes it, before sbatch is called."""
+    """The folder of one array. write() makes it before sbatch is called."""
 
     def __init__(self, folder, name):
         self.folder, self.name = pathlib.Path(folder), name
 
     def write(self, bundles):
-        """bundles: per task the list of its entries {"call":, "job":}."""
+        """bundles: for each task the list of its entries {"call":, "job":}."""
         self.folder.mkdir()
         for number, entries in enumerate(bundles):
             lines = "".join(json.dumps(entry) + "\n" for entry in entries)
             (self.folder / f"{number}.jobs").write_text(lines)
-            # known to every host before a task writes to it: who reads in vain remembers that for a while on NFS
+            # the file must exist before a task writes to it: on NFS a host remembers a missing file for a while
             self.rows(number).touch()
 
     def rows(self, number):
         return self.folder / f"{number}.rows"
 
     def entries(self, number):
-        """The jobs of a task, as written; a task without a readable list is a ValueError."""
+        """The jobs of a task, as written; ValueError if the list cannot be read."""
         with open(self.folder / f"{number}.jobs") as file:
             return [json.loads(line) for line in file]
 
@@ -129,12 +129,12 @@ class Array:
 
     @property
     def job(self):
-        """Slurm's number of the array, as sbatch said; None while it is not known."""
+        """Slurm's number of the array, from sbatch; None while it is not known."""
         found = re.match(r"\d+", _text(self.folder / "job"))
         return found and found[0]
 
     def last_words(self, number):
-        """The last line of what a task printed, to tell why it ended; empty if it said nothing."""
+        """The last line that a task printed, which may explain its end; empty if it printed nothing."""
         lines = _text(self.folder / f"{number}.out").splitlines()
         return next((one_line(line) for line in reversed(lines) if line.strip()), "")
 
@@ -149,12 +149,12 @@ class Spool:
         self.prefix = f"mill-{word}-{self.token}"
 
     def arrays(self):
-        """Those that an earlier driver left, oldest first."""
+        """The arrays of earlier drivers, oldest first."""
         found = [path for path in self.folder.glob("[0-9]*") if (path / "0.jobs").exists()]
         return [Array(path, f"{self.prefix}-{path.name}") for path in sorted(found)]
 
     def create(self, bundles):
-        """A new array, written whole."""
+        """A new array, completely written."""
         self.folder.mkdir(parents=True, exist_ok=True)
         (self.folder / "token").write_text(self.token + "\n")
         number = 1 + max((int(p.name) for p in self.folder.glob("[0-9]*")), default=0)
@@ -163,11 +163,11 @@ class Spool:
         return array
 
 
-# ---- what a task does
+# ---- the program of a task
 
 
 def script(array):
-    """The batch script of an array. Its tasks find this very milltools, whatever the site does to their environment."""
+    """The batch script of an array. Its tasks use this copy of milltools, also if the site changes the environment."""
     tools = pathlib.Path(__file__).resolve().parents[3]
     words = [sys.executable, "-m", __name__, str(array.folder.resolve())]
     return (
@@ -186,10 +186,10 @@ def run(folder, number):
     done = {ended_job(said) for said in before}
     left = iter([entry for entry in array.entries(number) if entry["job"]["id"] not in done])
     say = Sayer(array.rows(number)).say
-    ended = threading.Event()  # by us: whoever resubmits it will see what was begun
+    ended = threading.Event()  # by us: the next task will see which jobs were begun
 
     def work():
-        """Takes jobs until none is left: one of this runs on each core."""
+        """Takes jobs until none is left; there is one such thread per core."""
         while not ended.is_set() and (entry := next(left, None)):
             job = entry["job"]
             name = job["id"]
@@ -207,13 +207,13 @@ def run(folder, number):
                 said = {"error": name, "why": one_line(fault)}
             say(said)
 
-    struck = []  # a handler must not wait for a lock, as Event.set() may
+    struck = []  # a list, because a signal handler must not wait for a lock, as Event.set() may
     signal.signal(signal.SIGTERM, lambda *_: struck.append(True))
     cores = os.environ.get("SLURM_CPUS_PER_TASK", "")
     threads = [threading.Thread(target=work, daemon=True) for _ in range(max(1, int(cores)) if cores.isdigit() else 1)]
     for thread in threads:
         thread.start()
-    # the main thread only sleeps, so that a signal finds it; runs that are killed end within moments
+    # the main thread only sleeps, so that it can handle signals; killed runs end within moments
     while any(thread.is_alive() for thread in threads):
         time.sleep(0.1)
         if struck:
@@ -230,7 +230,7 @@ def main():
     if len(sys.argv) != 3 or not sys.argv[2].isdigit():
         print("usage: python -m milltools.study.remote.slurm_task FOLDER TASK", file=sys.stderr)
         return 2
-    # runs keep what they need for a while in a folder of this task's, so that none of it stays where they were killed
+    # runs put temporary files into a folder of this task, so that no files remain after they are killed
     with tempfile.TemporaryDirectory(prefix="mill-", ignore_cleanup_errors=True) as scratch:
         tempfile.tempdir = os.environ["TMPDIR"] = scratch
         try:

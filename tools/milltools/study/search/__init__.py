@@ -1,1 +1,1 @@
-"""Which design to run next."""
+"""The choice of the next design to run."""

@@ -1,17 +1,17 @@
-"""Which design to run next, from all that is known: a few spread points, then where an improvement is to be expected,
-and at the end again those that might be the best.
+"""Chooses the next design to run from all results so far: first a few spread points, then designs with an expected
+improvement, and at the end again the designs that may be the best.
 
     start     the first points of a scrambled Sobol sequence
     search    the knowledge gradient for correlated beliefs (Frazier, Powell & Dayanik, INFORMS J. Comput. 21 (2009)
-              599): by how much one more noisy run is expected to raise the best of all expected values. It weighs the
-              noise of a run, so it also says when to run a design again. For runs that have not ended, the model's own
-              expectation counts (kriging believer: Ginsbourger, Le Riche & Carraro 2010)
-    confirm   the last fifth of the runs: the best design or its most likely rival, whichever is known less, with
-              another seed, until no rival is left in doubt
+              599): the expected increase of the best expected value by one more noisy run. It includes the noise of a
+              run, so it also shows when to run a design again. For unfinished runs the value that the model expects
+              is used (kriging believer: Ginsbourger, Le Riche & Carraro 2010)
+    confirm   the last fifth of the runs: the best design or its most likely rival, whichever is known less well, is
+              run with another seed, until no rival is left in doubt
 
-A capped run took its whole budget and a failed one gave nothing: both repel. The gradient is multiplied by the share
-of good runs to be expected, which is 1 far away from them. A design that failed is not run again; one that was
-capped is never the leader as long as another has a value. Everything here is a function of the runs, the seed and
+A capped run cost its whole budget and a failed run gave no result, so the search avoids designs near both: the gradient
+is multiplied by the expected share of good runs, which is 1 far away from them. A failed design is not run again. A
+capped design is never the leader if another design has a value. All choices are functions of the runs, the seed and
 the number of the run: a restart changes nothing.
 """
 
@@ -28,13 +28,13 @@ from milltools.study.search.gp import ALIKE, REACH, Surface, candidates
 from milltools.study.search.space import Space
 
 CONFIRM = 0.2  # of the runs, at the end
-LISTED = 1000  # designs of a space of which each is looked at
-CLOUD = 512  # designs looked at in a larger one, at first
-HEADS, NEIGHBOURS = 4, 64  # the best of those, and designs around each of them, at each of STEPS
+LISTED = 1000  # designs of a space up to which each is evaluated
+CLOUD = 512  # designs evaluated first in a larger space
+HEADS, NEIGHBOURS = 4, 64  # the best of these, and the number of designs around each, for each of STEPS
 STEPS = (0.1, 0.03, 0.01)  # of a key's range
 NORMAL = np.polynomial.hermite_e.hermegauss(21)  # places and weights
 NORMAL = (NORMAL[0], NORMAL[1] / NORMAL[1].sum())
-REPELLED = 0.3  # longest reach of a capped or failed run, in the unit cube
+REPELLED = 0.3  # largest distance at which a capped or failed run has an effect, in the unit cube
 
 
 @dataclasses.dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Tried:
 
 @dataclasses.dataclass(frozen=True)
 class Budget:
-    """How many runs there may be, how many of each design at least, which way is better, and the seed."""
+    """Largest number of runs, smallest number of runs per design, whether to maximise, and the seed."""
 
     runs: int
     replicates: int = 1
@@ -62,12 +62,12 @@ class Budget:
 
     @property
     def confirm_from(self) -> int:
-        """Number of the run (from 0) from which on only known designs are run again."""
+        """Number of the first run (from 0) of the last part, where known designs are repeated."""
         return self.runs - max(2, round(CONFIRM * self.runs)) if self.runs > 4 else self.runs
 
 
 def choose(space: Space, runs: list[Tried], budget: Budget) -> tuple | None:
-    """The design of the next run (number len(runs)); None when the optimum is known well enough to stop."""
+    """The design of the next run (number len(runs)); None if the optimum is known well enough to stop."""
     number = len(runs)
     again = unfinished(runs, budget.replicates)
     if again is not None:
@@ -93,12 +93,12 @@ def fit(space: Space, runs: list[Tried], budget: Budget) -> Surface:
 
 
 def eligible(runs: list[Tried]) -> list[tuple]:
-    """The designs that may be called the best."""
+    """The designs among which the best is chosen."""
     return candidates([r.design for r in runs], [r.value for r in runs], [r.status for r in runs])
 
 
 def rival(surface: Surface, runs: list[Tried], pending=()) -> tuple | None:
-    """The design to run once more so that it becomes clear which is the best, or None when it is: the leader was run
+    """The design to run once more to find out which one is best, or None if this is clear: the leader was run
     twice and every other is worse beyond doubt, or certainly within 2 % of it."""
     among = eligible(runs)
     leader = surface.best(among)
@@ -119,9 +119,9 @@ def rival(surface: Surface, runs: list[Tried], pending=()) -> tuple | None:
 
 
 def gain(surface: Surface, designs) -> np.ndarray:
-    """The knowledge gradient of one more run at each of designs, in the objective's unit: how far the best expected
-    value among them is expected to rise. After it all means move by `shift` times a standard normal number, which is
-    integrated by Gauss and Hermite's rule."""
+    """The knowledge gradient of one more run at each design, in the objective's unit: the expected increase of the best
+    expected value. The run moves all means by `shift` times a standard normal number; Gauss-Hermite quadrature
+    integrates over this number."""
     mean, cov = surface.covariance(designs)
     mean = surface.sign * mean
     shift = cov / np.sqrt(np.diag(cov) + surface.noise**2 + 1e-300)
@@ -130,7 +130,7 @@ def gain(surface: Surface, designs) -> np.ndarray:
 
 
 def soundness(surface: Surface, runs: list[Tried], designs) -> np.ndarray:
-    """Share of runs that are neither capped nor failed to be expected at designs: 1 where nothing is known."""
+    """Expected share of runs at designs that are neither capped nor failed; 1 if nothing is known."""
     ended = [r for r in runs if r.status != "running"]
     bad = np.array([r.status in ("capped", "failed") for r in ended], float)
     if not bad.any() or bad.all():
@@ -143,7 +143,7 @@ def soundness(surface: Surface, runs: list[Tried], designs) -> np.ndarray:
 
 
 def unfinished(runs, replicates) -> tuple | None:
-    """The first design that has not yet had all its runs; one that failed has had them."""
+    """The first design that needs more runs; a failed design needs none."""
     counts, failed = collections.Counter(r.design for r in runs), {r.design for r in runs if r.status == "failed"}
     return next((design for design, count in counts.items() if count < replicates and design not in failed), None)
 

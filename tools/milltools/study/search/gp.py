@@ -1,13 +1,12 @@
-"""A Gaussian process through noisy runs: what is known of an objective between and beyond the designs that were run.
+"""A Gaussian process through noisy runs: estimates an objective at designs that were not run.
 
-A Matern 5/2 kernel with a length for every column of the space (`space.py`), and as noise of each run the square of
-its own standard error; on top of that a scatter between runs, fitted, which stands for runs without a known error
-and for what their errors leave out (the other seed's start). Kernel and scatter are at the maximum of the posterior:
-marginal likelihood times wide log-normal priors, because forty runs alone do not tell a long length from an endless
-one (Rasmussen & Williams 2006, sections 4.2, 5.4; priors as in Hvarfner, Hellsten & Nardi, ICML 2024).
-
-`Surface` is fitted once and then asked: mean and standard deviation anywhere, differences between designs, and
-`optimum`: the best design with confidence intervals of its value and of its place.
+It has a Matern 5/2 kernel with a length for every column of the space (`space.py`). The noise variance of each run is
+the square of its standard error, plus a fitted scatter between runs. This scatter covers runs without a known error
+and errors that the runs do not include (the random start). Kernel and scatter are at the maximum of the posterior:
+marginal likelihood times wide log-normal priors, because forty runs alone cannot distinguish a long length from an
+infinite one (Rasmussen & Williams 2006, sections 4.2, 5.4; priors as in Hvarfner, Hellsten & Nardi, ICML 2024).
+`Surface` is fitted once. Then it gives the mean and standard deviation at any design, differences between designs, and
+`optimum`: the best design with confidence intervals of its value and of its keys.
 """
 
 import contextlib
@@ -28,29 +27,29 @@ from milltools.study.search.space import Space
 
 CONFIDENCE = 0.95
 REACH = float(norm.ppf((1 + CONFIDENCE) / 2))  # standard errors on either side of an interval
-ALIKE = 0.02  # designs this close to the best (share of its value) are as good for any purpose
-FLAT = 0.25  # of a key's range: where designs that are alike span more, the optimum is called flat
+ALIKE = 0.02  # designs this close to the best (share of its value) count as equally good
+FLAT = 0.25  # of a key's range: if equally good designs span more, the optimum is called flat
 MOST_RUNS = 1500  # of a surface: its time grows with the cube of their number
-MOST_FITTED = 200  # of these for kernel and scatter, which are looked for in some hundred tries
-MOST_ASKED = 2000  # designs asked for at once: their covariance is a matrix
-JITTER = 1e-10  # of the variance, so that equal designs can be solved for
+MOST_FITTED = 200  # of these for fitting kernel and scatter, which takes some hundred evaluations
+MOST_ASKED = 2000  # designs evaluated at once: their covariance is a full matrix
+JITTER = 1e-10  # of the variance, so that the equations can be solved with equal designs
 TRIES = 4  # starts of the search for kernel and scatter
-# within limit(limits=1) linear algebra has one thread: more do not help with small matrices, and the runs need the
-# cores
+# limit(limits=1) gives linear algebra one thread: more threads do not help with small matrices, and the runs need
+# the cores
 THREADS = ThreadpoolController()
 
 
 def candidates(designs, values, statuses) -> list[tuple]:
-    """The designs that may be called the best, each once: those with a value from a run that was not capped, or all
-    with a value where there is none."""
+    """The designs among which the best is chosen, each once: those with a value from a run that was not capped; if
+    there are none, all designs with a value."""
     known = [(tuple(d), s) for d, v, s in zip(designs, values, statuses) if math.isfinite(v)]
     done = [design for design, status in known if status == "done"]
     return list(dict.fromkeys(done or [design for design, _ in known]))
 
 
 def of_table(table, objective=0, seed=0) -> tuple["Surface", "Optimum"]:
-    """The surface through the runs of a table, and its optimum, for one of its objectives (by number). ValueError where
-    no run has a value."""
+    """The surface through the runs of a table, and its optimum, for one of its objectives (by number). ValueError if no
+    run has a value."""
     frame, meta = table.frame(), table.meta
     about, space = meta["objectives"][objective], Space(meta["vary"])
     designs = list(zip(*(frame[key].tolist() for key in space.keys)))
@@ -62,7 +61,7 @@ def of_table(table, objective=0, seed=0) -> tuple["Surface", "Optimum"]:
 
 @dataclasses.dataclass(frozen=True)
 class Interval:
-    """What designs that cannot be told from the best have of one key: low..high, or a list of words."""
+    """The values of one key in the designs that may be the best: low..high, or a list of words."""
 
     low: float | None
     high: float | None
@@ -73,9 +72,9 @@ class Interval:
 class Optimum:
     """The best design, its value with standard error and 95 % interval (from all runs together), and its place.
 
-    `place`: one Interval a key, of the designs that cannot be told from the best at 95 % (each against the best);
-    `place_share`: their share of the space. `alike`: the same of designs expected within 2 % of the best;
-    `flat`: keys along which those span a quarter of the range or more. `runs`: runs of the best design itself."""
+    `place`: one Interval per key, of the designs that do not differ significantly from the best at 95 % (each compared
+    with the best); `place_share`: their share of the space. `alike`: Intervals of designs expected within 2 % of the
+    best; `flat`: keys along which these span a quarter of the range or more. `runs`: runs of the best design."""
 
     design: tuple
     value: float
@@ -125,7 +124,7 @@ class Surface:
         lengths = np.full(codes.shape[1], 0.5)
         kernel = ConstantKernel(1.0, (1e-2, 1e2)) * Matern(lengths, (0.05, 20.0), nu=2.5)
         kernel += WhiteKernel(1e-3 if all_known else 1e-2, (1e-6, 1.0))
-        # log-normal priors of (variance, lengths, scatter^2): their centres and widths, in theta = log of them
+        # log-normal priors of (variance, lengths, scatter^2): centres and widths of theta, their logarithm
         usual = 0.5 * math.sqrt(len(self.space))
         centre = np.log([1.0, *np.full(len(lengths), usual), 1e-3 if all_known else 3e-2])
         width = np.array([1.0, *np.ones_like(lengths), 1.5 if all_known else 2.0])
@@ -147,13 +146,13 @@ class Surface:
 
         process = GaussianProcessRegressor(kernel, alpha=known**2 + JITTER, optimizer=search)
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # a parameter at its bound is the prior's business
+            warnings.simplefilter("ignore")  # a parameter at its bound is acceptable: the prior decides
             process.fit(codes, (values - self.middle) / self.scale)
-        # what is asked for is the objective, not another run of it: the scatter belongs to the runs
+        # the objective itself is wanted, not another run: without the scatter of runs
         return process.kernel_.k1, math.sqrt(process.kernel_.k2.noise_level) * self.scale
 
     def _process(self, kernel, noises):
-        """The process through this surface's runs with a kernel that is known and a noise for each run."""
+        """The process through the runs of this surface, with a given kernel and a noise for each run."""
         self.noises = noises
         alpha = (noises / self.scale) ** 2 + JITTER
         process = GaussianProcessRegressor(kernel, alpha=alpha, optimizer=None)
@@ -182,11 +181,11 @@ class Surface:
         return self.middle + self.scale * mean, self.scale**2 * cov
 
     def realisations(self, designs, count, seed=0) -> np.ndarray:
-        """Functions that the runs do not rule out, as the posterior weighs them, at designs: shape (count,
+        """Random functions from the posterior, evaluated at designs: shape (count,
         len(designs))."""
         mean, cov = self.covariance(designs)
         draws = np.random.default_rng(seed).standard_normal((count, len(mean)))
-        # rounding leaves eigenvalues a little below zero; what lifts them is far below any error
+        # rounding makes some eigenvalues slightly negative; the correction is far below any error
         lift, whole = 1e-10 * self.scale**2, np.eye(len(mean))
         while True:
             with contextlib.suppress(np.linalg.LinAlgError), THREADS.limit(limits=1):
@@ -204,7 +203,7 @@ class Surface:
         return np.concatenate(means), np.concatenate(spreads)
 
     def believing(self, pending) -> "Surface":
-        """The same surface (kernel and scatter kept) as if runs at `pending` had ended with what it expects there."""
+        """The same surface (same kernel and scatter), as if runs at `pending` had ended with their expected values."""
         other = copy.copy(self)
         other.designs = self.designs + list(pending)
         other.codes = self.space.encode(other.designs)
@@ -214,11 +213,11 @@ class Surface:
         return other
 
     def tested(self) -> list[tuple]:
-        """The designs that were run, each once, in the order they came."""
+        """The designs that were run, each once, in the order of the runs."""
         return list(dict.fromkeys(self.designs))
 
     def best(self, among=None) -> tuple:
-        """The design that is best by its mean, among those that were run or those given."""
+        """The design with the best mean, among those that were run or those given."""
         among = list(among) if among else self.tested()
         return among[int(np.argmax(self.sign * self.predict(among)[0]))]
 
@@ -226,10 +225,10 @@ class Surface:
         """The best design (of those run, or of those given) and how well it and its place are known."""
         best = self.best(among)
         (value,), (error,) = self.predict([best])
-        # of a space that cannot be listed: designs that are spread evenly
+        # for a space too large to list: evenly spread designs
         around = self.space.everything() or self.space.at(qmc.Sobol(len(self.space), seed=0).random_base2(11))
         gap, spread = self.gaps(around, best)
-        # one-sided at 97.5 %: worse than the best beyond doubt, or not
+        # one-sided at 97.5 %: certainly worse than the best, or not
         open_ = gap <= REACH * np.maximum(spread, 1e-12 * abs(value))
         alike = gap <= ALIKE * abs(value)
         places, near = (self._intervals([best, *itertools.compress(around, which)]) for which in (open_, alike))

@@ -1,17 +1,17 @@
-"""A search for the best design: asks Optuna what to run next, sends it, tells what came out, and forgets nothing.
+"""A search for the best design: gets the next design from Optuna, runs it, and stores each result in Optuna.
 
 One objective: `acquisition.choose`, which takes the noise of every run from its own standard error. (Optuna's own
-Gaussian process knows no noise of single trials and needs PyTorch.) Several: Optuna's NSGA-II (Deb, Pratap, Agarwal
-& Meyarivan 2002), after a first generation from a Sobol sequence; a capped run violates a constraint, so that it is
-inferior to any that is not. What is proposed follows from the seed and the number of the trial alone: an interrupted
-search goes on as if nothing had happened.
+Gaussian process ignores the noise of single trials and needs PyTorch.) Several: Optuna's NSGA-II (Deb, Pratap, Agarwal
+& Meyarivan 2002), after a first generation from a Sobol sequence; a capped run violates a constraint, so it ranks
+below every run that is not capped. The proposals depend only on the seed and the number of the trial: an interrupted
+search continues as if there had been no interruption.
 
-Every run is a trial in Optuna's storage and a row in the table. In this order: the trial is made; "owner" (the
-driver that runs it), "seed" and "id" of its run are noted with it; it is run; the row goes into the table; the row
-goes into the trial, as "row" and with the constraint "capped"; the trial is told its values. So whenever a driver is
-killed, the next one finds out from the two what was paid for: a trial whose row is in the table is told, a row that
-the storage does not know is made a trial, and a trial of this table without a row is run again. Trials of other
-drivers on the same storage (other tables) are left to them; their rows are taken over as they come.
+Every run is a trial in Optuna's storage and a row in the table. The order is: make the trial; store "owner" (the
+driver that runs it), "seed" and "id" of its run in it; run it; write the row into the table; write the row into the
+trial, as "row" and with the constraint "capped"; give the trial its values. So if a driver is killed, the next one
+can recover all finished runs: a trial whose row is in the table gets its values, a row without a trial gets a trial,
+and a trial of this table without a row is run again. Trials of other drivers on the same storage (other tables) are
+not touched; their rows are copied as they come.
 """
 
 import contextlib
@@ -30,22 +30,22 @@ from milltools.study.plan.sealed import plain
 from milltools.study.search.acquisition import Budget, Tried, choose, spread, unfinished
 from milltools.study.search.space import Space
 
-ASKING = datetime.timedelta(minutes=5)  # longest between a trial and its id, which others may be making
-CAPPED = "capped"  # Optuna's constraint: satisfied where not positive
+ASKING = datetime.timedelta(minutes=5)  # longest time between a trial and its id, which another driver may be writing
+CAPPED = "capped"  # Optuna's constraint: satisfied if not positive
 
 
-# ---- designs as Optuna has them
+# ---- designs in Optuna
 
 
 def by_place(r: Range) -> bool:
-    """Is a key's parameter the place in the list of its values? Whole numbers without a gap are themselves; Optuna's
-    steps are computed and need not meet the deck's numbers."""
+    """Is the parameter of a key the place in the list of its values? Consecutive whole numbers are used directly. Steps
+    computed by Optuna could differ from the deck's numbers."""
     gapless = r.whole and r.values[-1] - r.values[0] == len(r.values) - 1
     return r.numeric and r.values is not None and not gapless
 
 
 def name(r: Range) -> str:
-    """The parameter's name: the key, or what says that it is a place in a list."""
+    """The name of the parameter: the key, with a mark if the parameter is a place in a list."""
     return f"{r.key} (place)" if by_place(r) else r.key
 
 
@@ -63,7 +63,7 @@ def parameters(space: Space, design) -> dict:
 
 
 def design_of(space: Space, params: dict) -> tuple | None:
-    """The design of a trial's parameters; None where it has not got them all."""
+    """The design of a trial's parameters; None if some are missing."""
     found = [params.get(name(r)) for r in space.ranges]
     if None in found:
         return None
@@ -71,7 +71,7 @@ def design_of(space: Space, params: dict) -> tuple | None:
 
 
 class Sampler(optuna.samplers.BaseSampler):
-    """Gives each trial the `design` that was chosen for it; where there is none, what NSGA-II breeds, at first
+    """Gives each trial the `design` that was chosen for it; without one, a design of NSGA-II, at first from
     `start`."""
 
     design: tuple | None = None
@@ -101,14 +101,14 @@ class Sampler(optuna.samplers.BaseSampler):
 
 
 def name_of(study) -> str:
-    """The study's name in the storage: searches of the same runs, ranges and goals share one."""
+    """The name of the study in the storage: searches with equal runs, ranges and goals share it."""
     what = [study.fingerprint, [(o.path, o.goal) for o in study.objectives], study.about()["vary"]]
     return f"millsim-{hashlib.sha256(json.dumps(what).encode()).hexdigest()[:16]}"
 
 
 class Search:
-    """`study`: a study_deck.Study. `table`: a table.Writer. `storage`: Optuna's. Rows that are known to the table or to
-    the storage are runs of this search at once, unless it begins `anew`. `private`: no other driver has this
+    """`study`: a study_deck.Study. `table`: a table.Writer. `storage`: Optuna's. Rows in the table or in the
+    storage count as runs of this search, unless it begins `anew`. `private`: no other driver uses this
     storage."""
 
     def __init__(self, study, table, storage, budget: Budget, private=True, anew=False):
@@ -119,7 +119,7 @@ class Search:
         self.owner = f"{socket.gethostname()}:{table.path.resolve()}"
         name = name_of(study)
         if anew:
-            with contextlib.suppress(KeyError):  # there is none
+            with contextlib.suppress(KeyError):  # there may be none
                 optuna.delete_study(study_name=name, storage=storage)
         self.optuna = optuna.create_study(
             study_name=name,
@@ -128,10 +128,10 @@ class Search:
             sampler=self.sampler,
             load_if_exists=True,
         )
-        self._out = {}  # id of a run that is out -> its trial's id in the storage
+        self._out = {}  # id of an unfinished run -> id of its trial in the storage
         self._again = self._recover(private)
 
-    # ---- what there is
+    # ---- existing runs
 
     def trials(self):
         return self.optuna.get_trials(deepcopy=False)
@@ -151,12 +151,12 @@ class Search:
         return found
 
     def _values(self, row) -> list[float] | None:
-        """The objectives of a row; None where it failed or one is not known (JSON has null for NaN)."""
+        """The objectives of a row; None if it failed or one is not known (JSON has null for NaN)."""
         values = [math.nan if row[path] is None else row[path] for path in self.paths]
         return values if row["status"] != "failed" and all(map(math.isfinite, values)) else None
 
     def _recover(self, private) -> list:
-        """Brings table and storage together; returns the trials of this table that were out when its driver ended."""
+        """Makes table and storage consistent; returns the trials of this table whose runs its driver did not finish."""
         latest = datetime.datetime.now() - ASKING
         rows = {row["id"]: row for row in self.table.rows()}
         again = []
@@ -168,7 +168,7 @@ class Search:
             if row is not None:
                 self._tell(trial._trial_id, row)
             elif "id" not in known:
-                if private or trial.datetime_start < latest:  # its driver ended before it knew what to run
+                if private or trial.datetime_start < latest:  # its driver ended before the design was chosen
                     self.optuna.tell(trial.number, state=TrialState.FAIL)
             elif known.get("owner") == self.owner:
                 again.append(trial)
@@ -180,7 +180,7 @@ class Search:
         return again
 
     def take_over(self):
-        """Puts rows of other drivers, or of a table that was lost, into this table."""
+        """Copies rows of other drivers, or of a lost table, into this table."""
         there = self.table.ids()
         for trial in self.trials():
             row = trial.user_attrs.get("row")
@@ -191,7 +191,7 @@ class Search:
     def _adopt(self, row):
         """Makes a trial of a row, if its design is one of this search."""
         values = self._values(row)
-        with contextlib.suppress(ValueError):  # a range was made smaller
+        with contextlib.suppress(ValueError):  # if a range was made smaller
             trial = optuna.trial.create_trial(
                 state=TrialState.COMPLETE if values else TrialState.FAIL,
                 values=values,
@@ -202,10 +202,10 @@ class Search:
             )
             self.optuna.add_trial(trial)
 
-    # ---- what is to be run
+    # ---- new runs
 
     def jobs(self, workers: int):
-        """The jobs, one by one, for filling.send: at most `workers` are out; None where it has to wait for a row."""
+        """The jobs one by one, for filling.send, at most `workers` at once; None if it has to wait for a row."""
         while True:
             if len(self._out) >= workers:
                 yield None
@@ -216,12 +216,12 @@ class Search:
             elif self._choose(runs):
                 yield self._job(self.optuna.ask(self.sampler.distributions))
             elif self._out:
-                yield None  # what is still out may raise the question again
+                yield None  # unfinished runs may make another run necessary
             else:
                 return
 
     def _choose(self, runs) -> bool:
-        """Tells the sampler what the next trial is to be; false when there is nothing left to be found out."""
+        """Gives the sampler the design of the next trial; False if no further run is needed."""
         if len(self.paths) == 1:
             self.sampler.design = choose(self.space, runs, self.budget)
             return self.sampler.design is not None
@@ -240,7 +240,7 @@ class Search:
         return job
 
     def _number(self, design, trial_id):
-        """Number of the design in the order they came, and of this run of it."""
+        """Number of the design, in the order of first runs, and number of this run of the design."""
         seen, replicate = {}, 0
         for trial in self.trials():
             if trial._trial_id == trial_id:
@@ -252,7 +252,7 @@ class Search:
         return seen.setdefault(design, len(seen)), replicate
 
     def take(self, row):
-        """A row has come."""
+        """Stores a new row."""
         self.table.add(row)
         self._tell(self._out.pop(row["id"]), row)
 
@@ -265,5 +265,5 @@ class Search:
 
     @property
     def out(self) -> int:
-        """Runs that other drivers have not ended yet."""
+        """The number of unfinished runs of other drivers."""
         return sum(run.status == "running" for run in self.runs())

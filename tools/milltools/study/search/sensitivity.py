@@ -1,15 +1,15 @@
-"""Which varied key matters: Sobol indices of a study's objective, with SALib.
+"""The influence of each varied key: Sobol indices of an objective of a study, computed with SALib.
 
-The first-order index of a key is the share of the objective's variance over the ranges that goes when the key is
-known, the total one what is left when all others are (Sobol' 2001; Saltelli et al., Comput. Phys. Commun. 181 (2010)
-259). Every key counts as spread evenly over its range, or over the values of its list, and independent of the
-others.
+The first-order index of a key is the share of the objective's variance over the ranges that disappears if this key is
+fixed. The total index is the share that remains if all other keys are fixed (Sobol' 2001; Saltelli et al., Comput.
+Phys. Commun. 181 (2010) 259). Each key is assumed to be uniformly distributed over its range, or over the values of
+its list, and independent of the others.
 
-    saltelli    the study was planned for it (`method = saltelli`): straight from the runs, intervals from SALib's
-                bootstrap
-    surface     any other runs: a Gaussian process through them (gp.py), and indices of realisations of it. So the
-                interval holds both what the runs leave open and the sampling (Le Gratiet, Cannamela & Iooss, SIAM/ASA
-                J. Uncertainty Quantification 2 (2014) 336)
+    saltelli    the study was planned for it (`method = saltelli`): directly from the runs, with 95 % intervals from
+                SALib's bootstrap
+    surface     all other studies: from realisations of a Gaussian process through the runs (gp.py); the interval
+                includes the uncertainty of the surface and of the sampling (Le Gratiet, Cannamela & Iooss, SIAM/ASA J.
+                Uncertainty Quantification 2 (2014) 336)
 """
 
 import math
@@ -23,17 +23,17 @@ from milltools.study.search import gp
 from milltools.study.search.space import Space
 
 BASE = 256  # base points on a surface
-BATCHES = 6  # of base points: what is due to their choice becomes less
+BATCHES = 6  # of base points: more batches reduce the effect of their random choice
 REALISATIONS = 10  # of the surface, for each of them
 RESAMPLES = 30  # of the base points, for each realisation
-MOST_POINTS = 2000  # at which a surface is realised: their covariance is a matrix
+MOST_POINTS = 2000  # of one realisation of a surface: their covariance is a full matrix
 
 
 def indices(table, objective=0, seed=0, surface=None) -> list[tuple]:
     """For each varied key (key, first, first_ci, total, total_ci, method): Sobol indices of one of the objectives (by
-    number) with the half widths of their 95 % intervals, and "saltelli" or "surface". Empty where there are fewer
-    than two keys with more than one value, or too few runs to tell (fewer than three designs a key). A surface
-    through the runs may be given by who has one."""
+    number) with the half widths of their 95 % intervals, and "saltelli" or "surface". Empty if fewer than two
+    keys have more than one value, or if there are too few runs (fewer than three designs per key). A caller that has
+    a surface through the runs can pass it."""
     space = Space(table.meta["vary"])
     active = [k for k, r in enumerate(space.ranges) if r.values is None or len(r.values) > 1]
     if len(active) < 2:
@@ -48,7 +48,7 @@ def indices(table, objective=0, seed=0, surface=None) -> list[tuple]:
 
 
 def lines(table) -> list[str]:
-    """The indices of the first objective as text; empty where they cannot be told."""
+    """The indices of the first objective as text; empty if they are not known."""
     found = indices(table)
     if not found:
         return []
@@ -66,7 +66,7 @@ def _analyse(size, values, resamples, seed):
     """SALib's indices of values at saltelli(size, ...): shape (size, 4)."""
     from SALib.analyze import sobol
 
-    with warnings.catch_warnings():  # a constant has no variance to divide by; to SALib, seed 0 is none
+    with warnings.catch_warnings():  # a constant gives a division by zero variance; SALib takes seed 0 as no seed
         warnings.simplefilter("ignore")
         found = sobol.analyze(
             unit_problem(size), values, calc_second_order=False, num_resamples=resamples, seed=seed + 1
@@ -75,7 +75,7 @@ def _analyse(size, values, resamples, seed):
 
 
 def _planned(table, space, objective, seed):
-    """From the runs of a study with `method = saltelli`; None if it is another one, or a design has no value (yet)."""
+    """From the runs of a study with `method = saltelli`; None for other methods, or if a design has no value (yet)."""
     meta, frame = table.meta, table.frame()
     if meta.get("method") != "saltelli":
         return None
@@ -92,7 +92,7 @@ def _planned(table, space, objective, seed):
 
 
 def _surface(table, space, active, objective, seed, surface=None):
-    """From realisations of the surface through the runs; keys of one value have no share."""
+    """From realisations of the surface through the runs; keys with only one value have no share."""
     frame = table.frame()
     designs = frame.loc[frame["status"] != "failed", space.keys].drop_duplicates()
     if len(designs) < 3 * len(active) + 1:

@@ -1,15 +1,15 @@
 """The space of a study's varied keys: values of a design <-> places in a unit cube.
 
-Everything that models or samples a study (Gaussian process, optimiser, sensitivities) sees numbers between 0 and 1;
-this is the one place where they are made from values of keys and back:
+All code that models or samples a study (Gaussian process, optimiser, sensitivities) uses numbers between 0 and 1.
+This module converts the values of keys to these numbers and back:
 
     numbers with a list of values (a list in the deck, or a range with steps)   one column, spaced as the values are
     whole numbers, real numbers between low and high                            one column; logarithmic if the key is
-    words (choices, file names)                                                 a column each: 1/sqrt(2) if chosen
+    words (choices, file names)      one column for each word: 1/sqrt(2) for the chosen word, 0 for the others
 
-so that two different choices are as far apart as the two ends of a number. Whole and stepped keys are always at one
-of their values *before* they are encoded: the model never sees the stairs between them (Garrido-Merchan &
-Hernandez-Lobato, Neurocomputing 380 (2020) 20).
+So two different words have the same distance as the two ends of a range of numbers. Whole-number and stepped keys are
+rounded to one of their values *before* the encoding, so the model never gets values between the steps (Garrido-Merchan
+& Hernandez-Lobato, Neurocomputing 380 (2020) 20).
 """
 
 import dataclasses
@@ -20,11 +20,11 @@ import numpy as np
 
 from milltools.study.plan.ranges import Range
 
-MOST_LISTED = 20_000  # designs of a space of which all are asked
+MOST_LISTED = 20_000  # largest number of designs of a space that are all evaluated
 
 
 def _ordered(r: Range) -> Range:
-    """A number with its values in order, and from the first to the last of them."""
+    """A numerical key with its values in order, from the first to the last."""
     if not r.numeric:
         return r
     values, low, high = r.values, r.low, r.high
@@ -48,7 +48,7 @@ def _at(r: Range, share: float):
 
 
 def _near(r: Range, value, step: float, generator):
-    """Another value some `step` (share of the range) from this one; a word is changed with that probability."""
+    """Another value at a distance of about `step` (share of the range); a word is changed with that probability."""
     if not r.numeric:
         return generator.choice(r.values) if generator.random() < step else value
     aim = r.share(value) + step * generator.standard_normal()
@@ -83,7 +83,7 @@ class Space:
         return [tuple(_at(r, float(u)) for r, u in zip(self.ranges, row)) for row in shares]
 
     def near(self, design, step: float, generator) -> tuple:
-        """A design some `step` away: about one key is moved at least."""
+        """A design at a distance of about `step`: on average at least one key is changed."""
         moved = generator.random(len(self)) < max(0.5, 1 / len(self))
         moved[generator.integers(len(self))] = True
         return tuple(_near(r, x, step, generator) if m else x for r, x, m in zip(self.ranges, design, moved))

@@ -1,10 +1,10 @@
-"""Where a search is kept: Optuna's journal file, SQLite, or PostgreSQL.
+"""The storage of a search: Optuna's journal file, SQLite or PostgreSQL.
 
     storage, place = open_storage(None, "figure7-optimize.parquet")     # figure7-optimize.optuna.journal
     storage, place = open_storage("postgresql://user@host/name", ...)
 
-The journal file is locked by the kernel, so a driver that is killed leaves no lock; a last line that was torn is cut
-off before anything is added behind it. Several drivers may share one storage (`search.py`).
+The kernel locks the journal file, so a killed driver leaves no lock. An incomplete last line is removed before
+anything is added. Several drivers may share one storage (`search.py`).
 """
 
 import contextlib
@@ -25,7 +25,7 @@ SCHEMES = ("sqlite", "postgresql")
 
 
 class KernelLock:
-    """flock on the journal itself: it goes with the process that holds it (what Optuna calls a BaseJournalFileLock)."""
+    """flock on the journal itself, which ends with the process that holds it (a BaseJournalFileLock of Optuna)."""
 
     def __init__(self, path):
         self._file = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
@@ -63,7 +63,7 @@ def _journal(path):
             lock = KernelLock(path)
             lock.acquire()
             try:
-                with open(path, "rb+") as file:  # what stands behind the last end of a line was torn
+                with open(path, "rb+") as file:  # text after the last line end is incomplete
                     file.truncate(file.read().rfind(b"\n") + 1)
             finally:
                 lock.release()
@@ -81,7 +81,7 @@ def _database(url, scheme):
             needs("cluster", "psycopg")
             place = place.set(drivername="postgresql+psycopg")
         shown = hidden(place.render_as_string().replace("+psycopg", ""))
-        # a network connection that has gone is found before it is used
+        # a broken network connection is detected before use
         storage = optuna.storages.RDBStorage(
             place.render_as_string(hide_password=False), engine_kwargs={"pool_pre_ping": True}
         )

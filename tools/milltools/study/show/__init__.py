@@ -1,1 +1,1 @@
-"""What a study found, as text, pictures and a page."""
+"""The results of a study as text, pictures and an HTML page."""

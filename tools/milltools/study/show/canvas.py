@@ -1,4 +1,4 @@
-"""What all pictures of a study share: colours, names as matplotlib must show them, axes with units."""
+"""The common parts of all pictures of a study: colours, names escaped for matplotlib, axes with units."""
 
 import re
 import textwrap
@@ -13,7 +13,7 @@ from milltools.base.text import literal
 from milltools.figures import style
 from milltools.study.show.data import TURNING, Scale
 
-COLOURS = "viridis"  # even for the eye, in grey, and for all kinds of colour vision
+COLOURS = "viridis"  # perceptually uniform, also in grey and for colour-blind readers
 LINES = (*style.COLOURS[1:], style.COLOURS[0])
 MARKS = ("o", "s", "^", "D", "v", "P", "X")
 INK = style.INK
@@ -21,7 +21,7 @@ STYLE = {**style.STYLE, "svg.fonttype": "path"}
 
 
 def new(width: float, height: float) -> Figure:
-    """An empty figure [inch] in the style of all, in no window."""
+    """An empty figure [inch] in the common style, without a window."""
     matplotlib.rcParams.update(STYLE)
     figure = Figure(figsize=(width, height), layout="constrained")
     FigureCanvasAgg(figure)
@@ -33,32 +33,32 @@ def title(figure, text):
 
 
 def legend(figure, handles, columns: int):
-    """Below everything; `handles` with their labels."""
+    """A legend below the figure, of `handles` with their labels."""
     figure.legend(handles=list(handles), loc="outside lower left", ncols=columns, frameon=False)
 
 
 def value_label(objective, width: int = 30) -> str:
-    """Its name and unit, broken into lines."""
+    """The name and unit, broken into lines."""
     return broken(objective.words + objective.scale.bracket, width)
 
 
 def broken(text, width: int) -> str:
     """A literal text in lines of at most `width` characters, at most four of them."""
-    # a number stays with its unit, a name with its bracket
+    # keep a number with its unit, a name with its bracket
     bound = re.sub(r"(?<=\d) (?=[^\W\d])| (?=[\[=])|(?<==) ", "\N{NO-BREAK SPACE}", literal(text, 4 * width))
     return "\n".join(textwrap.wrap(bound, width)[:4])
 
 
 def places(axis, values) -> np.ndarray:
-    """Where values of a key stand on its axis: in its scale, words by their number."""
+    """The places of values of a key on its axis: in its scale; words by their number."""
     if not axis.numeric:
         return np.array([axis.choices.index(v) for v in values], float)
     return np.asarray(values, float) / axis.drawn.size
 
 
 def dress(ax, axis, which: str):
-    """Label, unit, ticks and logarithm of a varied key on "x" or "y"; along x angles and angular speeds have the other
-    unit, SI or rpm, on the other side."""
+    """Label, unit, ticks and logarithm of a varied key on "x" or "y"; along x, angles and angular speeds have a
+    second axis, on the opposite side, with the other unit (SI or rpm)."""
     line = getattr(ax, f"{which}axis")
     ax.set(**{f"{which}label": literal(axis.words + (axis.drawn.bracket if axis.numeric else ""))})
     if not axis.numeric:
@@ -91,7 +91,7 @@ def edges(values, log: bool = False) -> np.ndarray:
 def outline(mask, x, y) -> list[np.ndarray]:
     """Borders of the cells where mask[row, column] holds, as closed lines of shape (points, 2); x, y: edges of the
     cells."""
-    # each cell by its own four corners: the step between two neighbours then has no width
+    # four corners for each cell, so that the step between two neighbours has no width
     at = [np.repeat([ends[0], *ends, ends[-1]], 2)[1:-1] for ends in (x, y)]
     corners = np.pad(mask, 1).astype(float).repeat(2, axis=0).repeat(2, axis=1)
     return contourpy.contour_generator(*at, corners).lines(0.5)

@@ -1,8 +1,8 @@
-"""The objective over two varied keys, as the paper's Figure 7: filled contours, optimum, and how sure both are.
+"""The objective over two varied keys, like Figure 7 of the paper: filled contours, optimum, and errors of both.
 
-On a grid the colours are the means of the designs' own runs, joined by straight lines only. Scattered designs (Latin
-hypercube, Sobol, optimiser) have a surface drawn through them, said so, and their runs as dots in the same colours.
-More than two keys: a cut through the optimum, or the mean over the others.
+On a grid the colours are the means of the designs' own runs, with linear interpolation only. For scattered designs
+(Latin hypercube, Sobol, optimiser) a surface through the runs is drawn and labelled as such, with the runs as dots in
+the same colours. With more than two keys: a cut through the optimum, or the mean over the other keys.
 """
 
 import dataclasses
@@ -22,7 +22,7 @@ from milltools.study.show.data import Axis
 
 LEVELS = 18
 FINE = 81  # points of a surface along a real key
-FINEST = 120  # values of a grid's key that are drawn; of more, neighbours are averaged
+FINEST = 120  # largest number of values of a grid's key; of more values, neighbours are averaged
 HATCHES = {
     "capped": {"fc": "none", "ec": "0.75", "hatch": "xxxxx"},
     "failed": {"fc": "0.9", "ec": "0.4", "hatch": "////"},
@@ -34,7 +34,7 @@ AVERAGED = 64  # of the other keys' values, for a mean over them
 @dataclasses.dataclass(kw_only=True)
 class Plane:
     """Two keys' plane of a study. Arrays are [y, x] over xs, ys (shown scale); `value`, `error` in the objective's
-    shown scale, `state` "done" | "capped" | "failed" | "" (not there); `star`: where the best design stands."""
+    shown scale, `state` "done" | "capped" | "failed" | "" (no run); `star`: the place of the best design."""
 
     x: Axis
     y: Axis
@@ -58,14 +58,14 @@ class Plane:
 
     @property
     def limits(self):
-        """Of the axes: whole cells where they are small, else up to the outermost points: none should seem to lie
-        beyond the ranges."""
+        """Limits of the axes: whole cells if they are small, else up to the outermost points, so that no cell seems to
+        be beyond the ranges."""
         ends = [spots if 1 < len(spots) < 12 else borders for spots, borders in zip((self.xs, self.ys), self.edges)]
         return [(along[0], along[-1]) for along in ends]
 
 
 def main_keys(view, x=None, y=None, sensitivities=()) -> list[Axis]:
-    """The two keys to draw: those asked for, else those that matter most (their total indices), else the first two."""
+    """The two keys to draw: the requested keys, else those with the largest total indices, else the first two."""
     weight = {entry[0]: entry[3] for entry in sensitivities}
     chosen = [view.axis(key) for key in (x, y) if key]
     ranked = sorted((a for a in view.axes if a.numeric), key=lambda a: -weight.get(a.key, 0.0))
@@ -93,7 +93,7 @@ def plane(view, objective, x: Axis, y: Axis, average=False) -> Plane:
 
 
 def _grid(view, objective, x, y, rest, average, best):
-    """Fields of a Plane whose cells are means of designs; in words, where these are neighbours."""
+    """Fields of a Plane whose cells are means of designs; texts about keys whose neighbouring values are averaged."""
     found, cut = view.estimate(objective.path), rest if best and not average else []
     which = np.flatnonzero(view.having({axis.key: view.designs[axis.key][best.design] for axis in cut}))
     frame = view.designs.iloc[which]
@@ -101,7 +101,7 @@ def _grid(view, objective, x, y, rest, average, best):
     at, shape, size = rows * len(xs) + columns, (len(ys), len(xs)), len(xs) * len(ys)
 
     def mean(values, keep=slice(None)):
-        """Of the values of designs, over each cell of the plane."""
+        """Means of the values of designs in each cell of the plane."""
         with np.errstate(invalid="ignore"):
             found = np.bincount(at[keep], values[which][keep], size) / np.bincount(at[keep], minlength=size)
         return found.reshape(shape)
@@ -109,7 +109,7 @@ def _grid(view, objective, x, y, rest, average, best):
     state = np.full(size, "", dtype="<U6")
     for what in ("failed", "capped", "done"):
         state[at[(frame["state"] == what).to_numpy()]] = what
-    # in a cell of several, those that ended are taken
+    # in a cell with several designs, those with state "done" are used
     sound = np.isfinite(found.mean[which]) & ((state[at] != "done") | (frame["state"] == "done").to_numpy())
     several = np.bincount(at[sound], minlength=size).reshape(shape)
     marks = (best.open, best.alike) if best else np.zeros((2, len(view.designs)))
@@ -124,7 +124,7 @@ def _grid(view, objective, x, y, rest, average, best):
 
 
 def _cells(axis, found):
-    """Of a grid's key: the cell of each value found, where the cells stand on the axis, how many values make a cell."""
+    """For a grid's key: the cell of each value, the places of the cells on the axis, the number of values per cell."""
     more = -(-len(axis.values) // FINEST)
     cell = np.searchsorted(axis.values, found.to_numpy(float)) // more
     spots = canvas.places(axis, axis.values)
@@ -167,7 +167,7 @@ def _surface(view, objective, x, y, _, average, best):
 
 
 def levels_of(planes) -> np.ndarray:
-    """Of the colours of all of them: over the values drawn, without those of capped designs."""
+    """Range of the common colour scale: of all drawn values, without capped designs."""
     drawn = [(p.value, p.state) for p in planes] + [p.points[2:] for p in planes if p.points]
     found = np.concatenate([value[np.isfinite(value) & (state == "done")] for value, state in drawn])
     low, high = (float(found.min()), float(found.max())) if len(found) else (0.0, 1.0)
@@ -177,12 +177,12 @@ def levels_of(planes) -> np.ndarray:
 
 
 def paint(ax, plane: Plane, levels):
-    """One plane on one axes; returns what a colour bar wants, and the handles of a legend."""
+    """Draws one plane on one axes; returns the mappable for a colour bar, and the handles of a legend."""
     xe, ye = plane.edges
     colours = matplotlib.colormaps[canvas.COLOURS]
     norm = matplotlib.colors.BoundaryNorm(levels, colours.N)
     handles = []
-    # cells first, so that next to a hole they reach as far as they do; lines join the means of neighbours
+    # cells first, so that cells next to a hole are complete; contours then interpolate between neighbours
     image = ax.pcolormesh(xe, ye, np.ma.masked_invalid(plane.value), cmap=colours, norm=norm, rasterized=True)
     if min(plane.value.shape) > 1 and np.isfinite(plane.value).any():
         wide = np.ma.masked_invalid(np.pad(plane.value, 1, mode="edge"))
@@ -197,7 +197,7 @@ def paint(ax, plane: Plane, levels):
     if plane.points:
         px, py, values, state = plane.points
         done, look = state == "done", {"zorder": 3, "edgecolors": "white"}
-        if plane.others:  # they lie before and behind the plane: their colours would not be its
+        if plane.others:  # these designs are not in the plane, so their colours would not match
             ax.scatter(px[done], py[done], 9, "0.3", linewidths=0.4, **look)
         else:
             ax.scatter(px[done], py[done], 22, values[done], cmap=colours, norm=norm, linewidths=0.8, **look)
@@ -209,7 +209,7 @@ def paint(ax, plane: Plane, levels):
                 handles.append(Line2D([], [], ls="", marker=mark, c=canvas.INK, label=f"{what} ({these.sum()})"))
     for mask, colour, dashes, label in (
         (plane.alike, canvas.INK, "-", f"at most {100 * optimum.ALIKE:g} % worse than the best"),
-        (plane.open, "#d5006d", (0, (2.2, 1.6)), "cannot be told from the best (95 %)"),
+        (plane.open, "#d5006d", (0, (2.2, 1.6)), "not distinguishable from best (95 %)"),
     ):
         if mask.any():
             lines = LineCollection(canvas.outline(mask, xe, ye), zorder=4, lw=WIDTH, color=colour, ls=dashes)
@@ -260,11 +260,11 @@ def title(view, shown) -> str:
 
 
 def _draw_errors(ax, shown):
-    """How sure each point of the plane is."""
+    """The relative error of each point of the plane."""
     share = relative_errors(shown)
     canvas.dress(ax, shown.x, "x")
     ax.set_xlim(shown.limits[0])
-    ax.set_title("how sure" if shown.grid else "how sure the surface is", loc="left", fontsize=8.5)
+    ax.set_title("standard error" if shown.grid else "standard error of the surface", loc="left", fontsize=8.5)
     if not np.isfinite(share).any():
         ax.text(0.5, 0.5, "no errors known", ha="center", transform=ax.transAxes)
         return

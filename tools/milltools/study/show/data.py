@@ -1,13 +1,13 @@
-"""What a study's table says, ready to be shown: its varied keys and objectives with names and units, its rows as a
-frame, its designs with their means and errors. Everything stays in SI here; `Scale` is for showing only.
+"""The table of a study, prepared for showing: varied keys and objectives with names and units, rows as a frame,
+designs with means and errors. All values here are in SI; `Scale` is for showing only.
 
-A run tells the standard error s of its value (block averages); replicates tell their scatter. Both are used: the
-mean of k runs has the error sqrt(sum s^2)/k, enlarged for all designs alike when replicates of designs scatter more
-than their errors say (the scale factor of the Particle Data Group, Review of Particle Physics, section 5.2.2:
-sqrt(chi^2/dof) where above 1); then Student's t with these degrees of freedom holds. Where runs have no errors, the
-scatter of the replicates is pooled over all designs, relative to their means (the pure error of Box, Hunter &
-Hunter, Statistics for Experimenters, 2005, section 5.6): two or three replicates of one design often agree by
-chance. Student's t then has as many degrees of freedom as there are runs less designs.
+A run gives the standard error s of its value (block averages); replicates give their scatter. Both are used. The mean
+of k runs has the error sqrt(sum s^2)/k. If replicates scatter more than their errors allow, the errors of all designs
+are enlarged by one factor (the scale factor of the Particle Data Group, Review of Particle Physics, section 5.2.2:
+sqrt(chi^2/dof) if above 1), and Student's t with these degrees of freedom is used. If runs have no errors, the scatter
+of the replicates is pooled over all designs, relative to their means (the pure error of Box, Hunter & Hunter,
+Statistics for Experimenters, 2005, section 5.6), because two or three replicates of one design often agree by chance.
+The degrees of freedom of Student's t are then the number of runs minus the number of designs.
 """
 
 import dataclasses
@@ -28,7 +28,7 @@ from milltools.study.plan.study_deck import Objective
 from milltools.study.plan.table import Table
 from milltools.study.search import gp
 
-# What is varied most, as a paper would call it; other keys are their own name
+# Names, as in papers, of the keys that are varied most often; other keys keep their names
 WORDS = {
     "drum.buckles": "number of buckles n",
     "drum.buckle_height": "buckle height h",
@@ -54,7 +54,7 @@ TURNING = {"rad/s": ("rpm", math.tau / 60), "rad": ("deg", math.pi / 180)}
 
 @dataclasses.dataclass(frozen=True)
 class Scale:
-    """How SI values are shown: value / size, in `unit`."""
+    """Conversion of SI values for showing: value / size, in `unit`."""
 
     size: float = 1.0
     unit: str = ""
@@ -68,7 +68,7 @@ class Scale:
         return f" {self.unit}" if self.unit else ""
 
     def told(self, value: float, half: float) -> tuple[str, str]:
-        """A value and its half width, both to the second digit of the latter; five digits and nothing without one."""
+        """A value and its half width, both to the second digit of the half width; without one, five digits."""
         value, half = value / self.size, half / self.size
         if not math.isfinite(value):
             return "", ""
@@ -86,7 +86,7 @@ class Scale:
 
 
 def deck_entries(meta, name) -> list[deck_text.Entry]:
-    """Those of the "study" deck or its base "deck", as a table keeps them; none of one that cannot be read."""
+    """The entries of the "study" deck or its base "deck", from the table; none if the text cannot be read."""
     try:
         return deck_text.entries(meta.get(name) or "", "")
     except UserError:
@@ -104,7 +104,7 @@ def deck_scales(meta) -> dict[str, Scale]:
             found[entry["key"]] = unit.group(1).strip()
     try:
         told = values.tell(f"{key}=1 {unit}" for key, unit in found.items())
-    except UserError:  # no engine, or a unit that this one does not know
+    except UserError:  # no engine, or an engine that does not know the unit
         return {}
     return {one.key: Scale(one.value, plain(found[one.key])) for one in told}
 
@@ -115,8 +115,8 @@ def words_of(name: str) -> str:
 
 @dataclasses.dataclass(frozen=True)
 class Axis(Range):
-    """A varied key as it is shown: `unit` as people write it, all words in `choices`; `span` holds the range and all
-    values that were run; `said`: the scale of the study deck's own unit, None where it has none."""
+    """A varied key for showing: `unit` as people write it, all words in `choices`; `span`: the range and all values
+    that were run; `said`: the scale of the unit in the study deck, None if there is no unit."""
 
     span: tuple = (0.0, 0.0)
     said: Scale | None = None
@@ -131,13 +131,13 @@ class Axis(Range):
 
     @functools.cached_property
     def drawn(self) -> Scale:
-        """Of the axes of pictures: as the study deck has it, else SI, or mm and ms where values are small."""
+        """The scale for pictures: the unit of the study deck, else SI, or mm and ms for small values."""
         small = self.unit in ("m", "s") and 0 < max(map(abs, self.span)) < 0.5
         return self.said or (Scale(1e-3, f"m{self.unit}") if small else Scale(unit=self.unit))
 
     @functools.cached_property
     def scale(self) -> Scale:
-        """Of words and tables: as the study deck has it, else angles in degrees and speeds in rpm."""
+        """The scale for texts and tables: the unit of the study deck, else degrees and rpm for angles and speeds."""
         if self.said or self.unit not in TURNING:
             return self.drawn
         unit, size = TURNING[self.unit]
@@ -148,7 +148,7 @@ class Axis(Range):
         return self.words + (self.scale.bracket if self.numeric else "")
 
     def tell(self, value, unit: bool = True) -> str:
-        """A value of it as text, in its scale, for people."""
+        """A value as text, in the scale of the key."""
         if not self.numeric:
             return str(value)
         return f"{float(value) / self.scale.size:.5g}" + (self.scale.suffix if unit else "")
@@ -175,8 +175,8 @@ class Aim(Objective):
 
 @dataclasses.dataclass(frozen=True)
 class Means:
-    """Per design: mean, standard error (NaN if unknown), degrees of freedom of the latter (inf: normal), runs that made
-    it. `factor` is by how much the errors were enlarged."""
+    """Per design: mean, standard error (NaN if unknown), degrees of freedom of the error (inf: normal), number of runs.
+    `factor`: the factor that enlarged the errors."""
 
     mean: np.ndarray
     error: np.ndarray
@@ -199,12 +199,12 @@ def estimate(group, value, error, count) -> Means:
         mean = np.where(runs > 0, np.bincount(group, value, count) / runs, np.nan)
         told = np.sqrt(np.bincount(group, error**2, count)) / runs
         known, several = np.isfinite(told) & (told > 0), runs > 1
-        # of replicates without errors, relative to their means; absolute where values have both signs
+        # of replicates without errors, relative to their means; absolute if values have both signs
         oriented = np.all(mean[runs > 0] > 0) or np.all(mean[runs > 0] < 0)
         size = np.abs(mean) if oriented else 1 + 0 * mean
 
     def scatter(groups, unit):
-        """Of the runs of some groups about their means, in so many of `unit`, and its degrees of freedom."""
+        """Scatter of the runs of some groups about their means, in units of `unit`, and its degrees of freedom."""
         pool, free = groups[group], float((runs[groups] - 1).sum())
         return math.sqrt(np.sum(((value - mean[group])[pool] / unit[pool]) ** 2) / free), free
 
@@ -221,9 +221,9 @@ def estimate(group, value, error, count) -> Means:
 
 
 class StudyView:
-    """A study as it is shown: `name`, the table's metadata `meta`, a DataFrame of all runs `rows` (columns as in the
-    table), varied keys `axes`, `objectives`; `designs`: a DataFrame of a line each, columns of the axes, "state"
-    (done | capped | failed), "runs"."""
+    """A study for showing: `name`, the table's metadata `meta`, a DataFrame of all runs `rows` (columns as in the
+    table), varied keys `axes`, `objectives`; `designs`: a DataFrame with one line per design, columns of the axes,
+    "state" (done | capped | failed), "runs"."""
 
     def __init__(self, name: str, meta: dict, rows: pd.DataFrame):
         self.name, self.meta = name, meta
@@ -242,7 +242,7 @@ class StudyView:
 
     @classmethod
     def of(cls, table) -> "StudyView":
-        """Of a table.Table."""
+        """The view of a table.Table."""
         return cls(table.path.stem, table.meta, table.frame())
 
     def _axis(self, entry, said) -> Axis:
@@ -256,7 +256,7 @@ class StudyView:
         return dataclasses.replace(axis, unit=unit, values=tuple(sorted(values)) or None, span=span, said=said)
 
     def estimate(self, path: str) -> Means:
-        """Means of a scalar with their standard errors, one per design; of capped runs where no other is there."""
+        """Means of a scalar with their standard errors, one per design; from capped runs if there are no others."""
         if path not in self._estimates:
             state = self.designs["state"].to_numpy()[self.design_of]
             value, error = (self.rows[name].to_numpy(float) for name in (path, f"{path}:error"))
@@ -266,23 +266,23 @@ class StudyView:
 
     @property
     def usable(self) -> np.ndarray:
-        """Designs of which a run ended as asked for: a capped one may not have settled."""
+        """Designs with a run that was not capped; a capped run may still be in its start-up."""
         return (self.designs["state"] == "done").to_numpy()
 
     @property
     def judged(self) -> np.ndarray:
-        """Those of them that have a value of every objective."""
+        """Those of the `done` designs that have a value of every objective."""
         return self.usable & np.all([np.isfinite(self.estimate(o.path).mean) for o in self.objectives], axis=0)
 
     def axis(self, key: str) -> Axis:
         return next(a for a in self.axes if a.key == key)
 
     def having(self, values: dict) -> np.ndarray:
-        """Which designs have these values {key: value}."""
+        """Marks the designs that have these values {key: value}."""
         return (self.designs[list(values)] == pd.Series(values)).all(axis=1).to_numpy()
 
     def is_grid(self) -> bool:
-        """Whether every combination of values is (to be) there, so that neighbours are neighbours."""
+        """Whether every combination of values is planned, so that neighbours on the grid are real neighbours."""
         if not all(axis.values for axis in self.axes):
             return False
         return (self.meta.get("planned") or 0) >= math.prod(len(axis.values) for axis in self.axes)
@@ -293,11 +293,11 @@ class StudyView:
         return ", ".join(f"{a.short} = {a.tell(line[a.key])}" for a in self.axes)
 
 
-# ---- the table that a name means
+# ---- the table that belongs to a name
 
 
 def table_of(name: str) -> pathlib.Path:
-    """The table itself, that of a journal, or that beside a study deck or in the current folder."""
+    """The table itself, the table of a journal, or of a study deck (next to the deck or in the current folder)."""
     path = pathlib.Path(name)
     if path.name.endswith(".parquet.journal"):
         return path.with_name(path.name.removesuffix(".journal"))
@@ -309,12 +309,12 @@ def table_of(name: str) -> pathlib.Path:
         if candidate.exists():
             return candidate
     if path.exists():
-        raise UserError(f"{name}: no table of it yet: neither {' nor '.join(map(str, dict.fromkeys(found)))}")
+        raise UserError(f"{name}: it has no table yet: neither {' nor '.join(map(str, dict.fromkeys(found)))}")
     raise MissingFileError(f"{name}: no such file")
 
 
 def opened(name: str) -> tuple[Table, StudyView]:
-    """A study by the name of its table, journal or deck; one without rows yet is a UserError."""
+    """A study by the name of its table, journal or deck; UserError if it has no rows yet."""
     table = Table.open(table_of(name))
     if not len(table):
         raise UserError(f"{table.path}: no run has ended yet", status=1)

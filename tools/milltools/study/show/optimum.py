@@ -1,9 +1,9 @@
-"""Where the best design is, how good it is, and which others cannot be told from it.
+"""The best design, its value, and the designs that cannot be distinguished from it.
 
-Neighbouring designs know of each other: a Gaussian process through all runs (`gp.py`) averages out the noise that
-lifts the luckiest of hundreds of designs above the truly best one. Where there are too few runs for it, each design
-stands for itself and Gupta's subset says which may be best (`not_told_apart`).
-"""
+Neighbouring designs give information about each other: a Gaussian process through all runs (`gp.py`) averages out the
+noise, which would otherwise make a lucky one of hundreds of designs look better than the truly best one. If there are
+too few runs for this, each design is judged by its own runs, and Gupta's subset contains the designs that may be best
+(`not_told_apart`)."""
 
 import dataclasses
 import functools
@@ -15,17 +15,17 @@ from scipy import integrate, optimize, stats
 from milltools.study.search import gp, sensitivity, space
 from milltools.study.show.data import Means
 
-LEAST = 8  # designs with a value, below which no surface is fitted
-MOST = 420  # values given to the surface: neighbours of larger grids are averaged first
-ALIKE = gp.ALIKE  # "as good": within this share of the best value
+LEAST = 8  # smallest number of designs with a value for fitting a surface
+MOST = 420  # largest number of values for the surface: in larger grids neighbours are averaged first
+ALIKE = gp.ALIKE  # equally good: within this share of the best value
 REACH = gp.REACH
 
 
 @dataclasses.dataclass(frozen=True)
 class Best:
     """`design`: index of the best design; `value` +- `half` (95 %, NaN if unknown), SI. Over designs: `open` those that
-    cannot be told from the best, `alike` those at most ALIKE worse. `surface`: the gp.Surface, None if each
-    design stood for itself. `mean`, `spread`: what the surface says of each design (else its own mean and error)."""
+    cannot be distinguished from the best, `alike` those at most ALIKE worse. `surface`: the gp.Surface, None if it
+    was not used. `mean`, `spread`: estimates of the surface for each design (else its own mean and error)."""
 
     design: int
     value: float
@@ -38,13 +38,13 @@ class Best:
 
 
 def tuples(view, which) -> list[tuple]:
-    """Designs as the surface wants them."""
+    """Designs in the form for the surface."""
     return list(zip(*(view.designs[a.key][which].tolist() for a in view.axes)))
 
 
 def thinned(view, which, found):
-    """Designs with a value, neighbours along the key with most values averaged where there are more than MOST:
-    (designs, means, errors)."""
+    """Designs with a value: (designs, means, errors). Of more than MOST, neighbours along the key with most values are
+    averaged."""
     keys = [a.key for a in view.axes]
     frame = view.designs.loc[which, keys].assign(mean=found.mean[which], square=found.error[which] ** 2)
     if len(frame) > MOST and all(a.numeric for a in view.axes):
@@ -60,7 +60,7 @@ def thinned(view, which, found):
 
 
 def surface_of(view, which, found, sign):
-    """A gp.Surface through the means of designs, None where there cannot be one."""
+    """A gp.Surface through the means of designs, None if it is not possible."""
     if any(not e.get("choices") for e, a in zip(view.meta["vary"], view.axes) if not a.numeric):
         return None  # files, vectors: no distance between them
     if which.sum() < LEAST or np.ptp(found.mean[which]) == 0:
@@ -94,7 +94,7 @@ def _find(view, objective):
     if surface is None:
         open_ = not_told_apart(found, sign, which)
     else:
-        # the error of a difference is at most the sum of both: only those that may pass are asked in pairs
+        # the error of a difference is at most the sum of both errors: only possible candidates are compared in pairs
         open_ = gap <= REACH * (np.where(which, spread, 0) + spread[best]) + least
         _, width = surface.gaps(tuples(view, open_), tuples(view, [best])[0])
         open_[open_] = gap[open_] <= np.maximum(REACH * width, least)
@@ -103,7 +103,7 @@ def _find(view, objective):
 
 @functools.lru_cache
 def subset_quantile(count: int) -> float:
-    """How many standard errors of a difference the best of `count` designs may lie below the one that looks best:
+    """By how many standard errors of a difference the best of `count` designs may be below the one that looks best:
     Gupta, Technometrics 7 (1965) 225, eq. 2.4, for equal known errors; 1.64 for two designs, 3.3 for 400."""
     if count < 2:
         return 0.0
@@ -115,8 +115,8 @@ def subset_quantile(count: int) -> float:
 
 
 def not_told_apart(found: Means, sign: int, usable) -> np.ndarray:
-    """Which designs hold the truly best one with 95 % confidence (Gupta's subset; errors may differ, as in Hsu, Ann.
-    Statist. 9 (1981) 1026). A design without known error counts by its mean alone."""
+    """The set of designs that contains the truly best one with 95 % confidence (Gupta's subset; errors may differ, as in Hsu,
+    Ann. Statist. 9 (1981) 1026). A design without known error counts by its mean alone."""
     inside = usable & np.isfinite(found.mean)
     best = int(np.argmax(np.where(inside, sign * found.mean, -np.inf)))
     quantile = subset_quantile(int(inside.sum()))
@@ -130,7 +130,7 @@ def not_told_apart(found: Means, sign: int, usable) -> np.ndarray:
 
 
 def spans(view, mask) -> str:
-    """What a set of designs covers, key by key: "n 5..8, h 5.5..8 mm"."""
+    """The ranges of a set of designs, key by key: "n 5..8, h 5.5..8 mm"."""
     parts = []
     for axis in view.axes:
         found = view.designs[axis.key][mask]
@@ -140,9 +140,9 @@ def spans(view, mask) -> str:
 
 
 def pareto(scores: np.ndarray) -> np.ndarray:
-    """Which lines of scores (designs x objectives, all to be large) no other line beats: as good in all, better in one.
-    Lines with NaN are out. Sorted by the first, a line is kept out by those before it: n log n for two, n k for
-    more."""
+    """Marks the lines of scores (designs x objectives, all to be large) that no other line beats (as good in all,
+    better in one). Lines with NaN are excluded. Lines are sorted by the first score, so only earlier lines can beat a line:
+    n log n for two, n k for more."""
     sound, kept = np.flatnonzero(np.isfinite(scores).all(axis=1)), []
     for line in sound[np.lexsort(-scores[sound, ::-1].T)]:
         better, here = scores[kept], scores[line]
@@ -160,7 +160,7 @@ def front(view) -> np.ndarray:
 
 
 def indices(table, view, objective) -> list:
-    """sensitivity.indices of an objective, from the surface that is there already; nothing where they cannot be had."""
+    """sensitivity.indices of an objective, from the existing surface; empty if they cannot be computed."""
     best = find(view, objective)
     if len(view.axes) < 2 or best is None or best.surface is None:
         return []

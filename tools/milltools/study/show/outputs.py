@@ -16,15 +16,15 @@ DOTS = 200  # an inch of a picture
 
 
 def figures(view, objective, sensitivities=(), beside=None, wanted=None, **options):
-    """(kind, title, words for who cannot see it, function that draws it) of all pictures that a study has, the main one
-    first: contours, or lines where only one key is a number. `beside`: another study, with the designs `wanted` for
-    a reference."""
+    """(kind, title, description for readers who cannot see it, drawing function) of all pictures of a study, the main
+    picture first: contours, or lines if only one key is a number. `beside`: another study, with the designs `wanted`
+    as the reference."""
     what, part = objective.words, functools.partial
     options["sensitivities"] = sensitivities
     if sum(axis.numeric for axis in view.axes) > 1:
         words = (
             f"{what} as filled contours over two varied keys, the best design, the designs at most {100 * optimum.ALIKE:g} % worse "
-            "and those that cannot be told from it; the relative standard errors beside it"
+            "and those that cannot be distinguished from it; the relative standard errors beside it"
         )
         yield "contour", "Over two keys", words, part(contour.draw, view, objective, **options)
     words = f"{what} along each varied key through the best design, with 95 % error bars"
@@ -52,8 +52,8 @@ def draw(table, path):
 
 
 def write(asked, view, *more, **options) -> list[str]:
-    """Writes the files that are asked for, {kind: path}; the names of the pictures: of a PDF, whose pages they are,
-    or one each."""
+    """Writes the requested files, {kind: path}; returns the names of the pictures: one PDF for all, or one file
+    each."""
     if "csv" in asked:
         csv(view, asked["csv"])
     if "html" in asked:
@@ -81,7 +81,7 @@ def csv(view, path):
 
 
 def page(view, objective, *more, beside=None, wanted=None, **options) -> str:
-    """Text, tables and pictures as one page that opens from disk; everything from the study escaped."""
+    """Text, tables and pictures as one page that opens from disk; all text from the study is escaped."""
     kinds = list(figures(view, objective, *more, beside=beside, wanted=wanted, **options))
     kinds.sort(key=lambda entry: entry[0] != "beside")  # that one first
     aims = [objective] + [o for o in view.objectives if o is not objective]

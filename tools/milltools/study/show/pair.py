@@ -1,5 +1,5 @@
-"""Two studies of the same keys side by side, on one scale, and a plain sentence on how much of the gain of one is left
-in the other.
+"""Two studies of the same keys side by side, on one scale, with a sentence that says how much of the gain of the first
+remains in the second.
 
 The gain of a study is its best design over a reference: the designs named by --reference, else the circular drum
 (buckle height 0) where that was varied, else the median of all designs.
@@ -21,7 +21,7 @@ CIRCLE = "drum.buckle_height"
 
 @dataclasses.dataclass(frozen=True)
 class Gain:
-    """Best over reference less 1, with its standard error (NaN if unknown), SI; `words` names the reference."""
+    """Best value divided by the reference, minus 1, with its standard error (NaN: unknown); `words`: the reference."""
 
     best: str
     value: float
@@ -31,15 +31,15 @@ class Gain:
 
 
 def gain_of(view, objective, wanted=None) -> Gain | None:
-    """Over the mean of all designs that match `wanted` {key: SI value}, of the circular drum, or the median of all;
-    None without a best design."""
+    """The gain over the mean of all designs that match `wanted` {key: SI value}, over the circular drum, or over the
+    median of all designs; None without a best design."""
     best, found = optimum.find(view, objective), view.estimate(objective.path)
     if best is None:
         return None
     known = np.isfinite(found.mean)
     match, circle = view.usable & known, known & np.asarray(view.designs.get(CIRCLE, np.nan) == 0)
     if wanted is None and circle.any():
-        # without friction a circular drum never settles: what it was when it was cut off is the only reference there is
+        # without friction a circular drum never becomes steady: its value when it was capped is the only reference
         capped = not (match & circle).any()
         match, words = circle if capped else match & circle, f"the circular drum (h = 0{', capped' if capped else ''})"
     elif wanted is not None:
@@ -49,13 +49,13 @@ def gain_of(view, objective, wanted=None) -> Gain | None:
             close = np.isclose(column.astype(float), value, rtol=1e-9) if view.axis(key).numeric else column == value
             match &= np.asarray(close, bool)
         if not match.any():
-            raise UserError(f"--reference: no design of {view.name} that ran has {words}")
+            raise UserError(f"--reference: {view.name} has no design with a result and {words}")
     value, variance = found.mean[match], float(np.mean(found.error[match] ** 2))
     if wanted is None and not circle.any():
         words, reference = "the median design", float(np.median(value))
         error = 1.2533 * math.sqrt(variance / len(value))
     else:
-        # with shared seeds the circular drum is the same run at every n: equal to the last digit, so one and not many
+        # with shared seeds the circular drum is the same run at every n: equal values count as one run
         reference, error = float(value.mean()), math.sqrt(variance / len(np.unique(value)))
     ratio = best.value / reference
     error = abs(ratio) * math.hypot(best.half / optimum.REACH / best.value, error / reference)
@@ -70,14 +70,14 @@ def share(value: float, error: float) -> str:
 
 
 def left(first: Gain, second: Gain) -> tuple[float, float]:
-    """How much of the first gain the second is, with its standard error."""
+    """The second gain divided by the first, with its standard error."""
     ratio = second.value / first.value
     error = math.hypot(second.error / first.value, ratio * first.error / first.value)
     return ratio, error
 
 
 def differences(views) -> list[tuple[str, str, str]]:
-    """What [set] of the study decks and their base decks say differently: ("contact.friction", "0", "0.3")."""
+    """The differences of the study decks ([set]) and their base decks: ("contact.friction", "0", "0.3")."""
     decks = [_settings(view.meta) for view in views]
     return [
         (key, *(deck.get(key) or "not given" for deck in decks))
@@ -87,14 +87,14 @@ def differences(views) -> list[tuple[str, str, str]]:
 
 
 def _settings(meta) -> dict:
-    """Of the base deck, with what [set] of the study deck puts in their place."""
+    """The values of the base deck, with the changes of [set] in the study deck."""
     deck = {f"{entry.section}.{entry.key}": entry.value for entry in deck_entries(meta, "deck")}
     return deck | {entry.key: entry.value for entry in deck_entries(meta, "study") if entry.section == "set"}
 
 
 def sentences(views, objective, wanted=None) -> list[str]:
-    """In plain words: the gain of each, how much of it is left, what the best of the first is worth in the second, and
-    in what the decks differ."""
+    """As text: the gain of each study, the part that remains, the value of the first study's best design in the second,
+    and the differences of the decks."""
     names = [view.name for view in views]
     differ = [f"they differ in {key}: {a} in {names[0]}, {b} in {names[1]}" for key, a, b in differences(views)]
     gains = [gain_of(view, objective, wanted) for view in views]
@@ -104,9 +104,9 @@ def sentences(views, objective, wanted=None) -> list[str]:
     shares = [share(gain.value, gain.error) for gain in gains]
     line = f"{objective.words} of the best design over {gains[0].words}: {shares[0]} {what} in {names[0]}, {shares[1]} in {names[1]}"
     if gains[0].value > 0:
-        line += f"; {share(*left(*gains))} of the gain is left"
+        line += f"; {share(*left(*gains))} of the gain remains"
     known = any(math.isfinite(gain.error) for gain in gains)  # shown as +-
-    told = [line + (" (95 % confidence)" if known else "; how sure that is nothing tells")]
+    told = [line + (" (95 % confidence)" if known else "; the error is not known")]
     first, second = (optimum.find(view, objective) for view in views)
     keys = [axis.key for axis in views[0].axes]
     same = np.flatnonzero(views[1].having(views[0].designs.loc[first.design, keys].to_dict()))[:1]
@@ -115,13 +115,13 @@ def sentences(views, objective, wanted=None) -> list[str]:
         if math.isfinite(value):
             told.append(
                 f"the best design of {names[0]}, {gains[0].best}, is {100 * value:.3g} % {what} than {gains[1].words} in {names[1]}, "
-                f"where it {'cannot' if second.open[design] else 'can'} be told from the best one, {gains[1].best}"
+                f"where it {'cannot' if second.open[design] else 'can'} be distinguished from the best, {gains[1].best}"
             )
     return [plain(line) for line in [*told, *differ]]
 
 
 def check(views, objective):
-    """Two studies that cannot stand side by side are a UserError."""
+    """UserError if two studies cannot be compared."""
     keys = [[axis.key for axis in view.axes] for view in views]
     if sorted(keys[0]) != sorted(keys[1]):
         raise UserError(f"--beside: {views[1].name} varies {', '.join(keys[1])}, not {', '.join(keys[0])}")
@@ -130,7 +130,7 @@ def check(views, objective):
 
 
 def draw(views, objective, x=None, y=None, average=False, sensitivities=(), wanted=None):
-    """Both planes on one colour scale, and above them the sentence."""
+    """Both planes on one colour scale, with the sentence above them."""
     x, y = contour.main_keys(views[0], x, y, sensitivities)
     planes = []
     for view in views:  # in the units of the first
@@ -147,7 +147,7 @@ def draw(views, objective, x=None, y=None, average=False, sensitivities=(), want
         if plane.star:
             ax.set_xlabel(ax.get_xlabel() + "\n" + "; ".join(contour.best_words(view, objective)))
         for handle in handles:
-            handle.set_label(re.sub(r" \(\d+\)$", "", handle.get_label()))  # counts are those of one of the two
+            handle.set_label(re.sub(r" \(\d+\)$", "", handle.get_label()))  # the counts are of one study only
             kept.setdefault(handle.get_label(), handle)
     for end in "xy":  # cells of both may be of other sizes
         low, high = zip(*(getattr(ax, f"get_{end}lim")() for ax in axes))

@@ -52,7 +52,7 @@ def _slice(ax, view, objective, axis, best):
     if best.surface is not None:
         known = take & view.usable & np.isfinite(found.mean)
         _surface(ax, view, axis, best, frame[axis.key].to_numpy()[known])
-    if several:  # in a legend of the panel's own: the same colours mean other values in the next one
+    if several:  # each panel has its own legend, because the colours mean other values in each panel
         bars = []
         for number, value in enumerate(several.values):
             which = take & (frame[several.key] == value).to_numpy()
@@ -89,8 +89,8 @@ def _points(ax, axis, frame, found, which, number, name, joined):
 
 
 def _surface(ax, view, axis, best, known):
-    """What the surface says along the key, all others at the optimum, as far as `known` values of the key reach: beyond
-    the last run that was not capped it would only guess."""
+    """The surface along the key, with all others at the optimum, within the `known` values of the key: beyond the last
+    run that was not capped it would be a guess."""
     line = view.designs.iloc[best.design]
     low, high = (min(known), max(known)) if axis.numeric else axis.span
     if not axis.numeric:
@@ -125,7 +125,7 @@ def draw_front(view):
             halves = (np.nan_to_num(found.half[some]) for found in (two, one))
             ax.errorbar(one.mean[some], two.mean[some], *halves, ls="", marker="o", label=label, **{**BARS, **look})
         a, b = one.mean[which], two.mean[which]
-        if len(others) == 1:  # with more the front is no line
+        if len(others) == 1:  # with more objectives the front is not a line
             ax.step(a, b, where="pre" if first.sign > 0 else "post", color=canvas.LINES[0], lw=0.8, alpha=0.6)
         if len(which) <= NUMBERED:
             for place, (x, y) in enumerate(zip(a, b), 1):

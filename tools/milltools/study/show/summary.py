@@ -1,6 +1,6 @@
-"""A study in words: how far it is, what it cost, the best designs with 95 % confidence, what cannot be told from the
-best, which key matters, the Pareto front. `lines` is what `mill study` says; sweeps and searches end with `of_sweep`
-and `of_search`."""
+"""A study as text: progress, cost, the best designs with 95 % confidence, the designs that cannot be distinguished from
+the best, the influence of the keys, the Pareto front. `mill study` prints `lines`; sweeps and searches end with
+`of_sweep` and `of_search`."""
 
 import collections
 import math
@@ -18,13 +18,13 @@ from milltools.study.show.data import Scale, StudyView
 BEST = 10  # lines of the table of designs
 FEW = 5  # of them at the end of a sweep
 FRONT = 20  # lines of the table of the Pareto front
-QUIET = 3  # a study that rests for so many usual pauses between two runs is said to rest
-UNDER = " " * 11  # a line that goes on
+QUIET = 3  # a study counts as resting after this multiple of the usual pause between two runs
+UNDER = " " * 11  # indent of a continued line
 
 
 def progress(view, now: float | None = None) -> dict:
-    """planned (None: not known), runs, cpu, wall [s] of all runs, ended: when the last did, elapsed [s] from the first
-    start to that, left [s] (NaN: not known or nothing left), complete, resting [s] since the last end where that is
+    """planned (None: not known), runs, cpu, wall [s] of all runs, ended: time of the last end, elapsed [s] from the
+    first start to this, left [s] (NaN: not known or nothing left), complete, resting [s] since the last end if this is
     long."""
     rows, planned = view.rows, view.meta.get("planned")
     cpu, wall = (pd.to_numeric(rows[name]).to_numpy(float) for name in ("cpu", "wall"))
@@ -60,7 +60,7 @@ def progress_lines(view, now=None) -> list[str]:
     if p["complete"]:
         line += "; complete"
     elif math.isfinite(p["resting"]):
-        line += f"; nothing new for {duration(p['resting'])}"
+        line += f"; no new run for {duration(p['resting'])}"
     elif math.isfinite(p["left"]):
         line += f"; {duration(p['left'])} left at the pace of the last runs"
     cost = f"{duration(p['cpu'])} of CPU, runs of {duration(p['wall'])} in all within {duration(p['elapsed'])}"
@@ -92,7 +92,7 @@ def optimum_lines(view, objective) -> list[str]:
     if best is None:
         return [
             "optimum    none: every run with a value was capped, for the reasons above",
-            f"{UNDER}more run.time or max_collisions, or a larger precision, lets runs end as asked for",
+            f"{UNDER}with a larger run.time, max_collisions or precision, runs can end without being capped",
         ]
     scale, found = objective.scale, view.estimate(objective.path)
     known = math.isfinite(best.half)
@@ -104,10 +104,10 @@ def optimum_lines(view, objective) -> list[str]:
         more.append(f"(its own runs alone: {own})")
     if not known:
         mend = "(study.replicates or run.precision gives one)"
-        more.append(f"nothing tells how sure that is: single runs without an error of their own {mend}")
+        more.append(f"its error is not known: single runs without an error of their own {mend}")
     elif best.open.sum() > 1:
         count = f"{best.open.sum()} of {len(view.designs)} designs, 95 %"
-        more.append(f"{optimum.spans(view, best.open)} cannot be told from the best ({count})")
+        more.append(f"{optimum.spans(view, best.open)} cannot be distinguished from the best ({count})")
     else:
         more.append("no other design that was run can be as good (95 %)")
     if best.alike.sum() > 1:
@@ -116,9 +116,9 @@ def optimum_lines(view, objective) -> list[str]:
     if best.surface is not None and not view.is_grid():
         places = zip(view.axes, best.surface.optimum().place)
         where = ", ".join(f"{axis.short} {axis.reach(p.low, p.high, p.words)}" for axis, p in places)
-        more.append(f"by the surface, of all designs that the study allows: {where} cannot be told from the best")
+        more.append(f"by the surface, of all possible designs: {where} cannot be distinguished from the best")
     if edges := at_edge(view, [view.designs[axis.key][best.design] for axis in view.axes]):
-        more.append(f"on the edge of what was varied: {', '.join(edges)}")
+        more.append(f"on the edge of the varied range: {', '.join(edges)}")
     if found.factor > 1.05:
         times = f"{found.factor:.2f} times as much as the runs' errors say"
         more.append(f"replicates scatter {times}: errors enlarged by that")
@@ -225,7 +225,7 @@ def of_sweep(table) -> list[str]:
     if not good.any():
         said = collections.Counter(view.rows["message"]).most_common(3)
         reasons = [plain(f"    {times} x {message}") for message, times in said]
-        return ["no run is done as asked for, so there is no best design:", *reasons, ""]
+        return ["every run was capped or failed, so there is no best design:", *reasons, ""]
     first = view.objectives[0]
     order = np.argsort(-first.sign * np.where(good, view.estimate(first.path).mean, np.nan), kind="stable")
     goal = "largest" if first.sign > 0 else "smallest"
@@ -259,13 +259,15 @@ def of_search(table) -> list[str]:
     found += indented(rows, left=(1, 2, 3))
     alone = all(part.low == part.high and len(part.words) < 2 for part in best.place)
     share = f"{100 * best.place_share:.1f} %" if best.place_share >= 0.001 else "less than 0.1 %"
-    others = "every other is worse beyond doubt" if alone else f"{share} of all designs cannot be told from it"
+    others = (
+        "every other design is certainly worse" if alone else f"{share} of all designs cannot be distinguished from it"
+    )
     tested = f"from {len(surface.values)} runs of {len(surface.tested())} designs together"
     found += ["", f"{tested}, {plural(best.runs, 'run')} of this one; {others}"]
     if edges := at_edge(view, best.design):
-        found.append(f"on the edge of what was varied, so perhaps not the best there is: {', '.join(edges)}")
+        found.append(f"on the edge of the varied range, so there may be better designs outside: {', '.join(edges)}")
     for axis, part in zip(view.axes, best.alike):
         if axis.key in best.flat:
             reach = axis.reach(part.low, part.high, part.words)
-            found.append(f"flat along {axis.key}: designs at most {100 * gp.ALIKE:g} % worse reach over {reach}")
+            found.append(f"flat along {axis.key}: designs at most {100 * gp.ALIKE:g} % worse cover {reach}")
     return [*map(plain, found), ""]
