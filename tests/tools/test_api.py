@@ -631,7 +631,7 @@ def test_without_a_millsim_it_says_what_to_do(tmp_path):
     )
     assert done.stdout == (
         "no millsim found: build it ('make millsim' in its checkout), then put it on the PATH ('make install') "
-        "or set the environment variable MILLSIM to where it is 1\n"
+        "or set the environment variable MILLSIM to the path of the program 1\n"
     )
 
 

@@ -100,7 +100,7 @@ def sets(*pairs):
         (["--output", "there.h5"], "there.h5: exists already; --force overwrites it"),
         (["--output", "no/such.h5"], "no/such.h5: there is no folder no"),
         (["--output", "scratch", "--force"], "scratch: is a folder"),
-        (["--output", "deck.ini", "--force"], "deck.ini: is deck.ini itself; give another name"),
+        (["--output", "deck.ini", "--force"], "deck.ini: is the input file deck.ini itself; give another name"),
         (["--script", "old"], "old: contains an in.mill already; --force overwrites it"),
         (["--script", "new", "--warm-up", "1e7"], "--script writes a run of one stiffness: omit --warm-up"),
     ],

@@ -210,7 +210,7 @@ def test_a_collection_replaces_an_old_one_and_nothing_else(export, run_file, tmp
     before = names(tmp_path)
     status, _, err = export(run_file, "balls.pvd")
     assert status == 2 and err == (
-        "mill export: balls: is in the way, with 'notes.txt' that is not of an export; choose another name\n"
+        "mill export: balls: exists and holds 'notes.txt', which no export wrote; choose another name\n"
     )
     assert names(tmp_path) == before
 

@@ -237,7 +237,7 @@ def test_strikes_of_a_mixture_have_no_energies_and_say_why(folder, tmp_path, plo
     order = [folder / "mixture.h5", "e.svg", "--figure", "energies", "--strikes"]
     done = plot(*order, cwd=tmp_path)
     assert done.returncode == 2 and not (tmp_path / "e.svg").exists()
-    assert "masses differ" in done.stderr and len(done.stderr.splitlines()) == 1
+    assert "different masses" in done.stderr and len(done.stderr.splitlines()) == 1
 
 
 def test_rates_can_be_asked_above_any_energy_of_any_pair(mixture):
@@ -612,7 +612,7 @@ def test_list_names_the_figures_and_why_a_run_has_not(plot):
     assert done.returncode == 0
     for name, figure in FIGURES.items():
         assert re.search(rf"^{name} +{re.escape(figure.title)}$", done.stdout, re.M)
-    assert "not of gas.h5: nothing moves in this mill" in done.stdout
+    assert "not for gas.h5: nothing moves in this mill" in done.stdout
 
 
 @pytest.mark.parametrize(
@@ -623,10 +623,10 @@ def test_list_names_the_figures_and_why_a_run_has_not(plot):
         (["gas.h5", "a.svg", "--figure", "power"], "gas.h5: no figure 'power': nothing moves in this mill"),
         (["gas.h5", "a.svg", "--figure", "speeds", "--kind", "ball_blade"], "unknown contact kind 'ball_blade': one of ball_ball, ball_drum, ball_wall, all"),
         (["plain.h5", "a.svg", "--figure", "speeds", "--kind", "blade"], "unknown contact kind 'blade'"),
-        (["plain.h5", "a.svg", "--figure", "flow", "--kind", "ball_ball"], "takes no option"),
-        (["plain.h5", "gas.h5", "a.png"], "the overview is of one run"),
-        (["plain.h5", "a.csv"], "the overview is of one run, as a picture"),
-        (["plain.h5"], "expected a run and the name of a picture"),
+        (["plain.h5", "a.svg", "--figure", "flow", "--kind", "ball_ball"], "has no option"),
+        (["plain.h5", "gas.h5", "a.png"], "the overview shows one run"),
+        (["plain.h5", "a.csv"], "the overview shows one run, as a picture"),
+        (["plain.h5"], "expected a run and the name of the picture to write"),
         (["nothing.h5", "a.svg", "--figure", "speeds"], "nothing.h5: no such file"),
     ],
 )  # fmt: skip

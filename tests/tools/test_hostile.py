@@ -74,20 +74,20 @@ EDGES = "statistics/maps/axial/x_edges"
 @pytest.mark.parametrize(
     ("way", "path", "said"),
     [
-        ("elsewhere", VERSION, "its values are elsewhere, perhaps in another file, which is not read"),
-        ("virtual", EDGES, "its values are elsewhere, perhaps in another file, which is not read"),
+        ("elsewhere", VERSION, "its values are stored outside the dataset, perhaps in another file, which is not read"),
+        ("virtual", EDGES, "its values are stored outside the dataset, perhaps in another file, which is not read"),
         ("external", VERSION, "a link into another file, which is not followed"),
-        ("soft-loop", VERSION, "its links go round in a circle"),
-        ("reference", VERSION, "values of a type that no run has (object)"),
-        ("huge", EDGES, "bytes, of which the file, with"),
-        ("piece", EDGES, "is more when unpacked"),
-        ("bomb", "observables/kinetic_energy/time", "bytes, packed into"),
+        ("soft-loop", VERSION, "its links form a circle"),
+        ("reference", VERSION, "values of a type that runs do not use (object)"),
+        ("huge", EDGES, "bytes by its shape, but the file, of"),
+        ("piece", EDGES, "unpacks to more bytes"),
+        ("bomb", "observables/kinetic_energy/time", "bytes, compressed into"),
         ("nan", EDGES, "values that do not ascend"),
-        ("longer", "statistics/maps/axial/dissipation", "41 rows, where /statistics/maps/axial/x_edges makes it 40"),
+        ("longer", "statistics/maps/axial/dissipation", "41 rows, expected 40 to match /statistics/maps/axial/x_edges"),
         ("text", EDGES, "expected numbers, got"),
-        ("2^62", "particles/trajectory/diameter", "larger than those of the deck, or than its drum"),
-        ("2^62", "particles/trajectory/species", "a number beyond the 2 that there are"),
-        ("2^62", "impacts/ball", "a number beyond the 23 that there are"),
+        ("2^62", "particles/trajectory/diameter", "larger than the balls or the drum of the deck"),
+        ("2^62", "particles/trajectory/species", "an index that is too large: there are 2"),
+        ("2^62", "impacts/ball", "an index that is too large: there are 23"),
         ("flat", "particles/trajectory/position/value", "expected 3 dimensions, got 1"),
     ],
 )
@@ -110,7 +110,7 @@ def test_a_pose_is_a_rotation(copy):
     path = copy(lambda file: hostile.WAYS["zero"](file, "observables/pose/rotor/rotation/value"))
     with (
         Run(path) as run,
-        pytest.raises(UserError, match="damaged: /observables/pose/rotor/rotation/value: no rotation"),
+        pytest.raises(UserError, match="damaged: /observables/pose/rotor/rotation/value: not a rotation matrix"),
     ):
         run.poses(0)
 
@@ -183,7 +183,7 @@ def test_memory_is_bounded_by_what_a_file_can_hold(copy):
     """Half a megabyte that unpacks to 2 GB."""
     path = copy(lambda file: hostile.bomb(file, "impacts/dissipation"))
     assert path.stat().st_size < 5e6
-    assert "packed into" in refused(path, "impacts/dissipation") or "rows" in refused(path, "impacts/dissipation")
+    assert "compressed into" in refused(path, "impacts/dissipation") or "rows" in refused(path, "impacts/dissipation")
 
 
 @pytest.mark.skipif(h5py.version.hdf5_version_tuple < (2,), reason="the seeds are of HDF5 2")

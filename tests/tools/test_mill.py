@@ -92,7 +92,7 @@ def test_the_packages_version_is_that_of_the_product():
     [
         (["contrast"], f"mill: unknown command 'contrast': one of {', '.join(c.name for c in COMMANDS)}"),
         (["--vers"], "mill: unknown option '--vers'; see 'mill --help'"),
-        (["plot"], "mill plot: expected a run and the name of a picture; see 'mill plot --help'"),
+        (["plot"], "mill plot: expected a run and the name of the picture to write; see 'mill plot --help'"),
         (["plot", "--big", "a", "b"], "mill plot: unrecognized arguments: --big; see 'mill plot --help'"),
         (["plot", "missing.h5", "b.png"], "mill plot: missing.h5: no such file"),
         (["plot", ".", "b.png"], "mill plot: .: a folder, not an output file"),
@@ -107,7 +107,7 @@ def test_without_millsim_the_version_says_what_to_do(mill):
     done = mill("--version", env={"MILLSIM": "/nowhere/millsim"})
     assert (done.returncode, done.stderr) == (
         1,
-        "mill: $MILLSIM = /nowhere/millsim is not a program\n",
+        "mill: the environment variable MILLSIM is '/nowhere/millsim', which is not a program\n",
     )
 
 

@@ -205,7 +205,7 @@ def test_what_a_map_shows_is_named_by_the_mill(runs):
         for view, label in (("axial", "x, along the {}'s axis [m]"), ("section", "y, across the {}'s axis [m]")):  # fmt: skip
             figure = FIGURES[f"{view}-solid"]
             assert figure.draw(run).axes[0].get_xlabel() == label.format(container)
-            assert ("ashed: what bodies sweep over" in figure.says([run])) == dashed
+            assert ("ashed: the space that moving bodies sweep" in figure.says([run])) == dashed
             assert "shaft" not in figure.says([run])
     both = FIGURES["axial-solid"].draw(list(runs.values()))
     assert both.axes[1].get_xlabel() == "x, along the container's axis [m]"
@@ -252,8 +252,8 @@ def test_mill_render_rides_where_the_path_is_long_and_says_so(mill, files, tmp_p
     options = ("--size", "64x48", "-q")
     done = mill("render", "run.h5", "a.png", *options, *words)
     assert done.returncode == 0, done.stderr
-    assert ("rides on the container" in done.stderr) == (name == "planetary")
-    assert ("the container stands still" in done.stderr) == (name == "attritor")  # there is nothing to ride on
+    assert ("moves with the container" in done.stderr) == (name == "planetary")
+    assert ("the container does not move" in done.stderr) == (name == "attritor")  # there is nothing to ride on
     done = mill("render", "run.h5", "b.png", "--no-ride", *options)
     assert (done.returncode, done.stderr) == (0, "")
     same = (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()

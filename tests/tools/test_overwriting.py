@@ -25,5 +25,5 @@ def test_a_run_is_not_overwritten_by_what_is_made_of_it(millsim, mill, write_dec
     before = (tmp_path / name).read_bytes()
     done = mill(*words)
     assert done.returncode == 2
-    assert f"is {name} itself; give another name" in done.stderr
+    assert f"is the input file {name} itself; give another name" in done.stderr
     assert (tmp_path / name).read_bytes() == before

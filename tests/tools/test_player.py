@@ -152,13 +152,13 @@ def test_a_fragment_fits_the_room_it_is_given(run_of, most):
     thinned = -(-150 // head["drawn"])
     there = players.stored(run, "position", range(0, 51, stride))[:, ::thinned]
     assert abs(position - there).max() < 1e-6
-    assert "stored frame is here" in fragment
+    assert "stored frame, " in fragment
 
 
 def test_at_most_three_hundred_frames_are_there(run_of):
     fragment = player.fragment(run_of(SMALL, "output.frames=0.15 ms", "balls.count=5"))
     assert len(players.head(fragment)["times"]) == 167
-    assert "Every 2nd stored frame is here, 167 of 334." in fragment
+    assert "The player has every 2nd stored frame, 167 of 334." in fragment
 
 
 def test_of_very_many_balls_every_kth_is_drawn_and_the_page_says_so(mixed, monkeypatch):

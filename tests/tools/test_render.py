@@ -43,7 +43,7 @@ def test_a_still_is_of_the_last_frame_and_has_the_balls_colours(mill, runs, tmp_
 
 def test_a_still_between_frames_is_exact(mill, runs, tmp_path):
     done = mill("render", runs / "run.h5", "a.png", "--time", "12.4 ms", *SMALLEST)
-    assert done.returncode == 0 and "runs the deck again up to 0.0124 s" in done.stderr
+    assert done.returncode == 0 and "running the deck again up to 0.0124 s" in done.stderr
     words = ("--time", "12.4 ms", *SMALLEST)
     done = mill("render", runs / "fine.h5", "b.png", *words)
     assert (done.returncode, done.stderr) == (0, "")  # there it is stored
@@ -171,20 +171,20 @@ def test_what_is_another_run_is_not_taken_for_this_one(runs, the_program, tmp_pa
     with h5py.File(path, "r+") as file:
         if what == "frame":
             file["particles/trajectory/position/value"][4, 7, 2] += 1e-6
-            reason = "the balls are elsewhere at 0.02 s"
+            reason = "the states of the balls differ at 0.02 s"
         elif what == "series":
             file["observables/kinetic_energy/value"][33] *= 1 + 1e-6
-            reason = "its kinetic energy is another from 0.033 s on"
+            reason = "the kinetic energy differs from 0.033 s on"
         elif what == "program":
             file["run/program"] = "LIGGGHTS"
-            reason = "it is LIGGGHTS's run"
+            reason = "LIGGGHTS made the run, not millsim"
         else:
             text = file["deck/text"].asstr()[()].replace("seed = 1 ", "seed = 2 ")
             del file["deck/text"]
             file["deck/text"] = text
-            reason = "(run again, its "
+            reason = "(the deck, run again, gave other results: "
     found, guessed, said = told(path, plan_of(path))
-    assert "between stored frames balls are where their flights say" in said and reason in said
+    assert "the balls between stored frames are computed from their free flights" in said and reason in said
     assert len(found) == len(plan_of(path).times) and guessed > 0.02
 
 

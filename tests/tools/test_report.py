@@ -288,7 +288,7 @@ def test_the_default_name_is_the_runs(page):
         (["small.h5", "nothing.h5"], 2, "a report shows one run; --compare puts several on one page"),
         (["--compare", "small.h5"], 2, "one run cannot be compared; give two or more"),
         (["small.h5", "-o", "nowhere/x.html"], 2, "nowhere/x.html: there is no folder nowhere"),
-        (["small.h5", "-o", "small.h5"], 2, "small.h5: is small.h5 itself; give another name"),
+        (["small.h5", "-o", "small.h5"], 2, "small.h5: is the input file small.h5 itself; give another name"),
         (["small.h5", "-o", "."], 2, ".: is a folder"),
     ],
 )  # fmt: skip

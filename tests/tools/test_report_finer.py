@@ -132,7 +132,7 @@ def test_a_run_that_comes_out_otherwise_is_shown_as_stored(copy):
         f["particles/trajectory/position/value"][3, 5] += 1e-4
     times, _, _, said = shown(copy)
     assert times.tolist() == stored(copy).tolist()
-    assert "the balls are elsewhere" in said[0]
+    assert "the states of the balls differ" in said[0]
 
 
 def test_a_run_of_another_program_is_shown_as_stored(copy):

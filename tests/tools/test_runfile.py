@@ -92,7 +92,7 @@ def spoil(path, how):
 @pytest.mark.parametrize(
     "how, use, words",
     [
-        (lambda f: f.pop("deck"), lambda r: r.program, "an HDF5 file, but no run"),
+        (lambda f: f.pop("deck"), lambda r: r.program, "this HDF5 file is not a run"),
         (lambda f: f.pop("statistics"), lambda r: r.need_statistics(), "no statistics yet"),
         (lambda f: f.pop("statistics/maps"), lambda r: r.map("samples"), "has no /statistics/maps"),
         (lambda f: f.pop("deck/drum/radius"), lambda r: r.quantity("drum/radius"), "has no /deck/drum/radius"),

@@ -268,7 +268,8 @@ def test_without_osmesa_one_line_says_what_to_install(tmp_path):
     done = without(tmp_path, "libOSMesa.so.8", "libOSMesa.so", "libEGL.so.1")
     assert done.returncode == 1 and done.stderr == ""
     assert (
-        done.stdout == "nothing to draw with: libosmesa6 is not installed; on Debian: sudo apt-get install libosmesa6\n"
+        done.stdout
+        == "no library to draw with: libosmesa6 is not installed; on Debian: sudo apt-get install libosmesa6\n"
     )
 
 

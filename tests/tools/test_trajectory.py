@@ -167,7 +167,7 @@ def test_a_frame_that_is_damaged_is_one_line(millsim, small_deck, tmp_path):
         file["particles/trajectory/velocity/value"][3, 5, 1] = np.nan
     with Run(tmp_path / "deck.h5") as run, pytest.raises(UserError) as fault:
         Trajectory(run).at(0.015)
-    assert "damaged: /particles/trajectory/velocity/value: a value that is no finite number" in str(fault.value)
+    assert "damaged: /particles/trajectory/velocity/value: a value that is not a finite number" in str(fault.value)
 
 
 @pytest.mark.parametrize("angle", [0.0, 1e-12, 0.7, -3.0, np.pi])

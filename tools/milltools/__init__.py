@@ -1,4 +1,4 @@
-"""millsim from Python, the `mill` command, and the one reader of its output file.
+"""The Python interface of millsim, the `mill` command, and the reader of the output file.
 
     import milltools
 
@@ -6,9 +6,9 @@
     print(result.power, result.median_impact_speed)
     result.plot_spectrum()
 
-`run` simulates a deck, `load` opens what a run wrote, `read_deck` and `write_deck` are decks as dictionaries,
-`sweep` and `optimize` run whole studies, `load_study` opens one: docs/python.md. What a user can correct is a
-`MillsimError`. Sub-commands of `mill` are modules (`__main__.py` lists them); `read.runfile.Run` reads a run.
+`run` simulates a deck, `load` opens the output file of a run, `read_deck` and `write_deck` convert decks from and to
+dictionaries, `sweep` and `optimize` run studies, `load_study` opens one (docs/python.md). Errors that users can correct
+are `MillsimError`s. Sub-commands of `mill` are modules (see `__main__.py`); `read.runfile.Run` reads a run.
 """
 
 from typing import TYPE_CHECKING as _TYPE_CHECKING
@@ -30,7 +30,7 @@ __all__ = [
     "optimize", "read_deck", "run", "sweep", "write_deck",
 ]  # fmt: skip
 
-# where each name lives: imported when it is first asked for, so that `mill --help` needs no package
+# the module of each name, imported when the name is first used: so `mill --help` needs no package
 _HOMES = {
     "run": "launch", "load": "result", "Result": "result", "Measurement": "words", "read_deck": "decks",
     "write_deck": "decks", "sweep": "studies", "optimize": "studies", "load_study": "studies", "StudyResult": "studies",

@@ -1,8 +1,8 @@
-"""The `mill` command: `mill SUBCOMMAND ...`, and its tour `mill --help`.
+"""The `mill` command: `mill SUBCOMMAND ...`, and its overview `mill --help`.
 
 A sub-command is a module with SUMMARY (a sentence or two), add_arguments(parser) and run(arguments) -> exit
-status. It is imported only when it is used, so the tour needs neither numpy nor matplotlib; hence its line for the tour
-stands here. Exit status: 0 done; 1 something outside failed; 2 wrong usage or input; 130 Ctrl-C.
+status. The module is imported only when the sub-command runs, so that the overview needs neither numpy nor matplotlib.
+Exit status: 0 done; 1 a failure outside of mill, such as a full disk; 2 wrong usage or input; 130 Ctrl-C.
 """
 
 import argparse
@@ -27,41 +27,41 @@ class Command:
         return f"milltools.{HOMES.get(self.name, f'{self.name}.command')}"
 
 
-# where a command lives, if not in the command.py of the package of its name
+# modules of the commands that are not in the command.py of a package of the same name
 HOMES = {"plot": "figures.command", "sweep": "study.sweep", "optimize": "study.optimize"}
 
-# in the order in which they are met
+# in the order in which a user meets them
 COMMANDS = (
-    Command("plot", "runs as pictures: an overview, or figures: energy, spectra, maps, power; their numbers",
+    Command("plot", "draws runs: an overview, or figures (energy, spectra, maps, power); also numbers as CSV",
             "plot reference.h5 reference.png"),
-    Command("report", "one run as a page: the balls turning, where the energy goes, spectra, maps, numbers",
+    Command("report", "a web page of one run: moving balls in 3D, energy balance, spectra, maps, numbers",
             "report reference.h5"),
-    Command("render", "pictures and films of a run in 3D, slow motion too, also beside a camera's film",
+    Command("render", "3D pictures and films of a run, in slow motion or next to a film of a camera",
             "render reference.h5 movie.mp4 --slow 50"),
-    Command("dem", "the same deck as soft spheres, in LIGGGHTS, into a file of the same schema",
+    Command("dem", "runs the same deck with soft spheres in LIGGGHTS, into a file of the same format",
             "dem input/simoloyer.ini -o soft.h5"),
-    Command("compare", "two or more runs side by side: differences, standard errors, verdicts, pictures",
+    Command("compare", "compares two or more runs: differences, standard errors, verdicts, pictures",
             "compare reference.h5 soft.h5 --html compared.html"),
-    Command("sweep", "many runs: deck keys varied over ranges, on all cores or a cluster, in one table",
+    Command("sweep", "makes many runs with varied deck keys on all cores or a cluster, in one table",
             "sweep input/process.study"),
-    Command("optimize", "the best design of a study in few runs, with confidence intervals",
+    Command("optimize", "finds the best design of a study with few runs, with confidence intervals",
             "optimize input/figure7.study"),
-    Command("study", "what a study found: best designs with confidence, contours, slices, Pareto front, CSV",
+    Command("study", "shows the results of a study: best designs, contours, slices, Pareto front, CSV",
             "study figure7.parquet --html figure7.html"),
-    Command("export", "a run for other programs: OVITO (GSD), ParaView (VTP), tables (CSV), its mill as STL",
+    Command("export", "a run for other programs: OVITO (GSD), ParaView (VTP), tables (CSV), the mill (STL)",
             "export reference.h5 balls.gsd"),
 )  # fmt: skip
 
 
 class Parser(argparse.ArgumentParser):
-    """Wrong usage is one line, and says where help is."""
+    """Reports wrong usage in one line that names the help."""
 
     def error(self, message):
         raise UserError(f"{message}; see '{self.prog} --help'")
 
 
 def called() -> str:
-    """How this command was called, as it is to be called again: "mill" where the shell finds it, else "./mill"."""
+    """The words that call this command again: "mill" if the shell finds it, else a path such as "./mill"."""
     name = os.environ.get("MILL_CALLED") or sys.argv[0]
     if name.endswith("__main__.py"):
         return "python -m milltools"
@@ -81,11 +81,11 @@ def tour() -> str:
         lines += [f"  {command.name:<9} {command.line}", f"            $ {mill} {command.example}"]
     lines += [
         "",
-        f"A run comes first: '{millsim} input/simoloyer.ini' writes simoloyer.h5 ('make run': reference.h5).",
-        "input/ has decks of other mills, too: planetary, mixer, shaker, tumbling mills, attritors and more:",
-        "docs/mills.md says which, and how to describe your own.",
-        "Next: docs/deck.md says what a deck can hold, docs/file-format.md what is in the file,",
-        "docs/compare.md how runs are compared, docs/studies.md how many are made.",
+        f"First make a run: '{millsim} input/simoloyer.ini' writes simoloyer.h5 ('make run': reference.h5).",
+        "input/ also has decks of other mills: planetary, mixer, shaker, tumbling, attritors and more.",
+        "docs/mills.md lists these decks and explains how to describe your own mill.",
+        "docs/deck.md explains the keys of a deck, docs/file-format.md the output file,",
+        "docs/compare.md the comparison of runs, docs/studies.md studies with many runs.",
     ]
     return "\n".join(lines)
 
@@ -111,7 +111,7 @@ def dispatch(words: list[str]) -> int:
         allow_abbrev=False,
     )
     module.add_arguments(parser)
-    parser.set_defaults(words=["mill", *words])  # for commands that write down how they were called
+    parser.set_defaults(words=["mill", *words])  # for commands that record their command line
     return module.run(parser.parse_args(words[1:]))
 
 
@@ -125,13 +125,13 @@ def main() -> int:
     except UserError as fault:
         print(f"{name}: {fault}", file=sys.stderr)
         return fault.status
-    except KeyboardInterrupt as stop:  # one of a study says how far it is, and which signal it was
+    except KeyboardInterrupt as stop:  # that of a study has a text about its progress and the status of the signal
         print(f"{name}: {str(stop) or 'interrupted'}", file=sys.stderr)
         return getattr(stop, "status", 130)
     except BrokenPipeError:
-        # whoever read our output has had enough; what is still buffered must not be tried again at exit
+        # the reader closed the pipe; Python must not try at exit to write the rest of the buffer
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 141  # as a program ended by SIGPIPE
+        return 141  # the status of a program that SIGPIPE ends
 
 
 if __name__ == "__main__":

@@ -1,2 +1,2 @@
-"""The ground floor: texts and numbers, files, progress, processes, the engine's program. It imports nothing of the
-house."""
+"""The lowest layer: texts and numbers, files, progress, processes, the program millsim. It imports no other package of
+milltools."""

@@ -1,4 +1,4 @@
-"""Where millsim and its checkout are, and what it says of itself."""
+"""Finds and runs the program millsim; finds its checkout and version."""
 
 import os
 import pathlib
@@ -7,7 +7,7 @@ import subprocess
 
 from milltools.base.errors import UserError
 
-ROOT = pathlib.Path(__file__).resolve().parents[3]  # of the checkout, where this is one
+ROOT = pathlib.Path(__file__).resolve().parents[3]  # of the checkout, if this is not an installed package
 
 
 def in_checkout() -> bool:
@@ -16,11 +16,11 @@ def in_checkout() -> bool:
 
 
 def program() -> pathlib.Path:
-    """The millsim to run: $MILLSIM, else that of this checkout, else the one on the path."""
+    """The path of millsim: $MILLSIM, else the program in this checkout, else the one on the PATH."""
     chosen = os.environ.get("MILLSIM")
     if chosen:
         if not os.access(chosen, os.X_OK):
-            raise UserError(f"$MILLSIM = {chosen} is not a program", status=1)
+            raise UserError(f"the environment variable MILLSIM is '{chosen}', which is not a program", status=1)
         return pathlib.Path(chosen)
     if os.access(ROOT / "millsim", os.X_OK):
         return ROOT / "millsim"
@@ -31,13 +31,13 @@ def program() -> pathlib.Path:
         raise UserError(f"millsim is not built: run 'make millsim' in {ROOT}", status=1)
     raise UserError(
         "no millsim found: build it ('make millsim' in its checkout), then put it on the PATH ('make install') "
-        "or set the environment variable MILLSIM to where it is",
+        "or set the environment variable MILLSIM to the path of the program",
         status=1,
     )
 
 
 def ask(*words: str | pathlib.Path) -> str:
-    """What millsim prints; where it fails its own line is the error."""
+    """The output of millsim; if it fails, a UserError with millsim's own message."""
     done = subprocess.run([program(), *words], capture_output=True, text=True, errors="replace")
     if done.returncode != 0:
         lines = done.stderr.strip().splitlines() or [f"millsim ended with status {done.returncode}"]
@@ -46,12 +46,12 @@ def ask(*words: str | pathlib.Path) -> str:
 
 
 def own_words(line: str) -> str:
-    """A line that millsim writes for the user, without its name."""
+    """A message of millsim without the leading name of the program."""
     return line.strip().removeprefix("millsim: ")
 
 
 def version() -> str:
-    """The version, as `millsim --version` says it."""
+    """The version of millsim, from `millsim --version`."""
     path = program()
     try:
         said = subprocess.run([path, "--version"], capture_output=True, text=True, timeout=60)
@@ -63,7 +63,7 @@ def version() -> str:
 
 
 def package_version() -> str:
-    """That of milltools itself: of the checkout, or as it is installed."""
+    """The version of milltools: of the checkout, or of the installed package."""
     if in_checkout():
         return (ROOT / "VERSION").read_text().strip()
     import importlib.metadata

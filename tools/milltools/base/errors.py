@@ -1,10 +1,10 @@
-"""What goes wrong for reasons that a user can correct."""
+"""Errors that a user can correct."""
 
 
 class MillsimError(Exception):
-    """One line for the user: what, where, and what to do. `status` is the exit status that the command ends with: 2 for
-    wrong usage or input, and then this is an InputError; 1 for a failure outside (disk full, a program that is
-    missing)."""
+    """One line for the user: what is wrong, where, and what to do. `status` is the exit status of the command: 2 for
+    wrong usage or input (the error is then an InputError), 1 for a failure outside of it (a full disk, a missing
+    program)."""
 
     def __init__(self, text: object, status: int = 2) -> None:
         super().__init__(" ".join(str(text).split()))
@@ -12,7 +12,7 @@ class MillsimError(Exception):
         if type(self) is MillsimError and status == 2:
             self.__class__ = InputError
 
-    def __reduce__(self) -> tuple[object, ...]:  # to another process, with its status
+    def __reduce__(self) -> tuple[object, ...]:  # pickling to another process must keep the status
         return type(self), (str(self), self.status)
 
 
@@ -24,4 +24,4 @@ class MissingFileError(InputError, FileNotFoundError):
     """A file that is not there: also a FileNotFoundError."""
 
 
-UserError = MillsimError  # the name that the house raises, and that scripts of earlier versions catch
+UserError = MillsimError  # the name used within milltools, and in scripts for earlier versions

@@ -1,4 +1,4 @@
-"""Packages and programs that only some commands need: what is missing is one line that says how to install it."""
+"""Packages and programs that only some commands need: a missing one is an error that says how to install it."""
 
 import importlib.util
 import shutil
@@ -6,7 +6,7 @@ import shutil
 from milltools.base import engine
 from milltools.base.errors import UserError
 
-# what is imported of an extra of pyproject.toml, with the package that brings it where that has another name
+# extra of pyproject.toml -> {module to import: package that contains it}
 EXTRAS = {
     "render": {"psutil": "psutil", "vtkmodules": "vtk"},
     "study": {
@@ -20,7 +20,7 @@ EXTRAS = {
 
 
 def needs(extra: str, *modules: str):
-    """A UserError if one of the modules of an extra, all by default, is not installed."""
+    """A UserError if one of the given modules of an extra (default: of all of them) is not installed."""
     brings = EXTRAS[extra]
     missing = [brings[module] for module in modules or brings if not _found(module)]
     if missing:
@@ -30,7 +30,7 @@ def needs(extra: str, *modules: str):
 
 
 def program(name: str, package: str, title: str = "") -> str:
-    """The path of a program, which a Debian package brings; a UserError if it is not installed."""
+    """The path of a program from a Debian package; a UserError if it is not installed."""
     found = shutil.which(name)
     if not found:
         raise UserError(f"{title or name} is not installed; {on_debian(package)}", status=1)

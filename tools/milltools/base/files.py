@@ -1,4 +1,4 @@
-"""Files that are there whole or not at all. Drafts have names that nobody can foresee, so no link is followed."""
+"""Writes files completely or not at all. Drafts have random names, so nobody can place a link there in advance."""
 
 import contextlib
 import csv
@@ -15,14 +15,14 @@ from milltools.base.text import cell
 
 
 def keep_apart(output, sources):
-    """UserError where what is to be written is one of the files it comes from, by whatever name."""
+    """UserError if the output file is one of the source files, even under another name."""
     for source in sources:
         if os.path.exists(output) and os.path.exists(source) and os.path.samefile(output, source):
-            raise UserError(f"{output}: is {source} itself; give another name")
+            raise UserError(f"{output}: is the input file {source} itself; give another name")
 
 
 def check_writable(path, sources=()):
-    """UserError, before any work is done, where no file can be written as `path`, or where it is one of `sources`."""
+    """UserError if `path` cannot be written or is one of `sources`: to be called before the work begins."""
     path = pathlib.Path(path)
     if path.is_dir():
         raise UserError(f"{path}: is a folder")
@@ -36,8 +36,8 @@ def check_writable(path, sources=()):
 
 @contextlib.contextmanager
 def whole(path):
-    """The draft to write to (it exists, and is empty), which becomes `path` at the end. After a fault, or Ctrl-C,
-    nothing is left and an old `path` stays; a fault of the disk is a UserError. A link at `path` is replaced, not
+    """Yields an empty draft file to write to, and renames it to `path` at the end. After an error or Ctrl-C the draft
+    is deleted and an old `path` stays. An error of the file system is a UserError. A link at `path` is replaced, not
     followed."""
     path = pathlib.Path(path)
     with faults(path):
@@ -65,8 +65,8 @@ def write_text(path, text: str):
 
 
 def write_csv(path, head, rows):
-    """Writes rows of texts and numbers under the names of their columns: numbers to the last digit, what is not
-    known empty."""
+    """Writes rows of texts and numbers below the names of the columns: numbers with all their digits; None and NaN
+    are empty cells."""
     with whole(path) as draft, open(draft, "w", newline="", encoding="utf-8", errors="replace") as file:
         out = csv.writer(file, lineterminator="\n")
         out.writerow(map(cell, head))
@@ -83,16 +83,14 @@ def _cell(value) -> str:
 
 @contextlib.contextmanager
 def whole_folder(path, own):
-    """`whole` for a folder of files. An old one is replaced if own(name) is true of all that is in it, else it is
-    a UserError before anything is written."""
+    """Like `whole`, for a folder of files. An old folder is replaced if own(name) is true for all files in it; else a
+    UserError before anything is written."""
     path = pathlib.Path(path)
     if path.exists() or path.is_symlink():
         folder = path.is_dir() and not path.is_symlink()
         strange = [p.name for p in path.iterdir() if not own(p.name)] if folder else [path.name]
         if strange:
-            raise UserError(
-                f"{path}: is in the way, with '{min(strange)}' that is not of an export; choose another name"
-            )
+            raise UserError(f"{path}: exists and holds '{min(strange)}', which no export wrote; choose another name")
     with faults(path):
         place = pathlib.Path(tempfile.mkdtemp(prefix=f".{path.name[:100]}.", suffix=".part", dir=path.parent))
     try:
@@ -109,7 +107,7 @@ def whole_folder(path, own):
 
 @contextlib.contextmanager
 def faults(path):
-    """What the operating system refuses is a UserError about `path`."""
+    """Turns an OSError into a UserError about `path`."""
     try:
         yield
     except OSError as fault:
@@ -121,4 +119,4 @@ def _check_ordinary(path):
     with contextlib.suppress(FileNotFoundError):
         kind = os.lstat(path).st_mode
         if not (stat.S_ISREG(kind) or stat.S_ISLNK(kind)):
-            raise UserError(f"{path}: is no ordinary file; choose another name")
+            raise UserError(f"{path}: is not an ordinary file; choose another name")

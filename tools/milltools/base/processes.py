@@ -1,5 +1,5 @@
-"""Processes that a command starts: how many at once, how none outlives it, and how all end in order when a signal
-asks for it."""
+"""Child processes of a command: how many to run at once, how to end them with the command, and how to stop in order
+after a signal."""
 
 import contextlib
 import functools
@@ -13,8 +13,8 @@ import threading
 
 @functools.cache
 def guard(how: str = "KILL") -> tuple[str, ...]:
-    """The words in front of a command that end it, by the signal `how`, with the process (thread) that started it:
-    Linux only."""
+    """Words to put in front of a command, so that it gets the signal `how` when the process (thread) that started it
+    ends; empty where setpriv is missing (it is Linux only)."""
     setpriv = shutil.which("setpriv")
     if not setpriv:
         return ()
@@ -32,24 +32,24 @@ def cores() -> int:
 
 
 class Stopped(BaseException):
-    """SIGTERM or SIGHUP asks for an end; no Exception, so that nothing mistakes it for a failure."""
+    """Raised after SIGTERM or SIGHUP. It is not an Exception, so that no handler takes it for a failure."""
 
     def __init__(self, number):
         super().__init__(number)
         self.number = number
 
 
-_asked = None  # the signal that asks for an end
-_waits = False  # then it is looked at between two steps, so that none is torn in two
-_patient = False  # then a second signal does not end a step either
+_asked = None  # number of the signal that asked to stop
+_waits = False  # True: a signal takes effect only between two steps, so that no step is interrupted
+_patient = False  # True: a second signal does not interrupt a step either
 
 
 @contextlib.contextmanager
 def stops_in_order():
-    """Within it SIGINT raises KeyboardInterrupt, SIGTERM and SIGHUP raise Stopped: within between_steps() between two
-    of them, otherwise, and for an impatient second signal, at once. Outside of the main thread, which alone may take
-    signals, nothing changes."""
-    if threading.current_thread() is not threading.main_thread():  # signals are the business of who owns it
+    """Within it SIGINT raises KeyboardInterrupt, and SIGTERM and SIGHUP raise Stopped. They do so at once, but within
+    between_steps() only between two steps, unless a second signal comes. In threads other than the main thread,
+    which cannot handle signals, nothing changes."""
+    if threading.current_thread() is not threading.main_thread():
         yield
         return
     global _asked
@@ -63,7 +63,7 @@ def stops_in_order():
             raise_if_asked()
 
     def lost(what):
-        """Python drops what is raised in a finalizer or a callback, an end that is asked for, too: it comes again."""
+        """Python drops exceptions raised in a finalizer or a callback. A timer raises a dropped stop once more."""
         if issubclass(what.exc_type, (KeyboardInterrupt, Stopped)):
             signal.setitimer(signal.ITIMER_REAL, 0.01)
         else:
@@ -77,7 +77,7 @@ def stops_in_order():
     try:
         yield
     finally:
-        _asked = None  # whoever drives next in this process was not asked to end
+        _asked = None  # the next command in this process was not asked to stop
         sys.unraisablehook = hook
         signal.setitimer(signal.ITIMER_REAL, 0)
         for number, handler in before.items():
@@ -85,7 +85,7 @@ def stops_in_order():
 
 
 def raise_if_asked():
-    """To be called between two steps."""
+    """Raises the stop that a signal asked for, if any. To be called between two steps."""
     if _asked == signal.SIGINT:
         raise KeyboardInterrupt
     if _asked is not None:
@@ -94,7 +94,7 @@ def raise_if_asked():
 
 @contextlib.contextmanager
 def between_steps(patient=False):
-    """Within it a signal waits for raise_if_asked() or at_once(); patient: a second one waits as well."""
+    """Within it a signal takes effect only in raise_if_asked() or at_once(); patient: so does a second signal."""
     global _waits, _patient
     _waits, _patient = True, patient
     try:
@@ -105,8 +105,8 @@ def between_steps(patient=False):
 
 @contextlib.contextmanager
 def at_once():
-    """Within it, inside of between_steps(), a signal raises at once, and one that came before does so now: for
-    waiting."""
+    """For waiting inside of between_steps(): within it a signal raises at once, and an earlier signal raises at the
+    start."""
     global _waits
     raise_if_asked()
     before, _waits = _waits, False

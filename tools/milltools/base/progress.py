@@ -1,5 +1,5 @@
-"""How far a command is: a bar on a terminal, one line rewritten in place in a notebook, a line now and then elsewhere,
-nothing of what is done in a moment."""
+"""Shows the progress of a command: a bar on a terminal, one line rewritten in place in a notebook, elsewhere a line
+every few seconds. Work of less than PATIENCE shows nothing."""
 
 import contextlib
 import sys
@@ -7,27 +7,27 @@ import time
 
 from milltools.base.text import duration
 
-PATIENCE = 2.0  # [s] before anything is said
-PLAIN = 10.0  # [s] between lines where there is no terminal
+PATIENCE = 2.0  # [s] before the first output
+PLAIN = 10.0  # [s] between lines without a terminal
 SHORT = 0.2  # [s] between changes of a bar
 
 
 def in_notebook() -> bool:
-    """Is this the kernel of a notebook?"""
+    """Whether this process is the kernel of a notebook."""
     shell = sys.modules.get("IPython")
     return shell is not None and type(shell.get_ipython()).__name__ == "ZMQInteractiveShell"
 
 
 def say(command: str, line: str):
-    """A line for the user on standard error, which stays."""
+    """Prints a lasting line for the user on standard error."""
     print(f"{command}: {line}", file=sys.stderr, flush=True)
 
 
 class Progress(contextlib.AbstractContextManager):
-    """A context manager that is told how much of `total` is done (None: nobody knows how much there is).
+    """A context manager, called with the amount done of `total` (None: the total is not known).
 
-    `command` ("mill export") begins each line; quiet: nothing is said. `kept`: how much was done before, so that the
-    time left is reckoned from what is new."""
+    `command` ("mill export") begins each line; quiet: no output. `kept`: the amount that an earlier run has done; the
+    time left is estimated without it."""
 
     def __init__(self, command: str, total: float | None = None, quiet: bool = False, kept: float = 0.0):
         self.command, self.total, self.quiet = command, total, quiet
@@ -35,14 +35,14 @@ class Progress(contextlib.AbstractContextManager):
         self.begin = time.monotonic()
         self.due = self.begin + PATIENCE
         self.bar = None
-        self.width = 0  # of the line that stands in a notebook
-        self.known = None  # [s] until the end, where the work itself knows it
+        self.width = 0  # of the current line in a notebook
+        self.known = None  # [s] until the end, if the caller knows it
 
     def __exit__(self, *_):
         self.stop()
 
     def stop(self):
-        """Takes the bar away."""
+        """Removes the bar."""
         if self.bar:
             self.bar.stop()
             self.bar = None
@@ -51,7 +51,7 @@ class Progress(contextlib.AbstractContextManager):
             print("\r", end="", flush=True)
 
     def __call__(self, done: float, text: str = "", left: float | None = None):
-        """`done` of the total is done; `text` says what is being done, `left` [s] how long it takes, where that is
+        """Shows that `done` of the total is done; `text`: the current work; `left` [s]: the remaining time, if
         known."""
         self.done, self.known = done, left
         now = time.monotonic()
@@ -71,13 +71,13 @@ class Progress(contextlib.AbstractContextManager):
 
     @contextlib.contextmanager
     def step(self, text: str, share: float = 1.0):
-        """A piece of work that is so much of the total."""
+        """A piece of work that is the amount `share` of the total."""
         self(self.done, text)
         yield
         self(self.done + share, text)
 
     def each(self, items, text: str = ""):
-        """The items one after the other, each a step."""
+        """Yields the items; each one is a step."""
         with self:
             for item in items:
                 self(self.done, text)
@@ -85,7 +85,7 @@ class Progress(contextlib.AbstractContextManager):
                 self.done += 1
 
     def _left(self) -> str:
-        """12 min left, "" if nobody knows."""
+        """Such as "12 min left"; "" if not known."""
         if self.known is not None:
             return f"{duration(self.known)} left"
         if not self.total or self.done <= self.kept:
@@ -94,7 +94,7 @@ class Progress(contextlib.AbstractContextManager):
         return f"{duration(max(spent * (self.total - self.done) / (self.done - self.kept), 0))} left"
 
     def say(self, line: str):
-        """A line that stays, above the bar."""
+        """Prints a lasting line above the bar."""
         if self.quiet:
             return
         if self.bar:

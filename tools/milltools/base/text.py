@@ -1,4 +1,4 @@
-"""Numbers, units and names as people read them: one way for pictures, pages, terminals and tables."""
+"""Formats numbers, units and names for readers: alike in pictures, pages, terminals and tables."""
 
 import dataclasses
 import math
@@ -15,7 +15,7 @@ SUPERSCRIPT = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 
 
 def plain(text, keep: str = "") -> str:
-    """What a file says, without characters that steer a terminal or a page; `keep`: such as may stay."""
+    """A text from a file without control characters for terminals or pages; `keep`: control characters to keep."""
     return "".join(c if c.isprintable() or c in keep else "?" for c in str(text))
 
 
@@ -25,11 +25,11 @@ def lines(text) -> str:
 
 
 def literal(text, most: int = 60) -> str:
-    """A name as matplotlib must show it: no mathematics, no control characters, at most `most` characters."""
+    """A name as text for matplotlib: without mathematics and control characters, of at most `most` characters."""
     text = plain(text)
     if len(text) > most:
         text = text[: most // 2 - 1] + "..." + text[-(most // 2 - 2) :]
-    # matplotlib leaves names that begin with "_" out of legends; a mark of no width in front keeps them
+    # matplotlib leaves names that begin with "_" out of legends, unless a character of no width is in front
     text = "\N{WORD JOINER}" * text.startswith("_") + text
     return text.replace("\\", "/").replace("$", r"\$")
 
@@ -57,8 +57,8 @@ def columns(rows, left=()) -> list[str]:
 
 
 def spoken_unit(unit: str) -> str:
-    """A unit as people write it: "m s-1" -> "m/s", "W m-2" -> "W/m²", "1" -> ""; what is no such product stays as it
-    is."""
+    """A unit as people write it: "m s-1" -> "m/s", "W m-2" -> "W/m²", "1" -> ""; a text that is not a product of units
+    stays as it is."""
     over, under = [], []
     for factor in unit.split():
         letters = factor.rstrip("-0123456789")
@@ -74,7 +74,7 @@ def spoken_unit(unit: str) -> str:
 
 
 def number(value: float, digits: int = 3) -> str:
-    """A number in plain letters, as in 862, 0.0123 and 7.17×10⁶; "?" if there is none."""
+    """A number as text, such as 862, 0.0123 and 7.17×10⁶; "?" if it is not finite."""
     if not math.isfinite(value):
         return "?"
     text = f"{value:.{digits}g}"
@@ -89,12 +89,12 @@ def number(value: float, digits: int = 3) -> str:
 
 
 def _exponent(value: float, digits: int) -> int:
-    """The power of ten of a value of so many digits: 999.96 of four is 1.000 k."""
+    """The power of ten of a value rounded to so many digits: 999.96 with four digits is 1.000 k."""
     return int(f"{abs(value):.{digits - 1}e}".split("e")[1])
 
 
 def prefix(value: float, digits: int = 3) -> tuple[float, str]:
-    """(factor, its SI prefix) with which a value of so many digits is read best: 31.4e-6 -> (1e-6, "µ")."""
+    """(factor, its SI prefix) that suit a value of so many digits: 31.4e-6 -> (1e-6, "µ")."""
     if not math.isfinite(value):
         return 1.0, ""
     thousands = min(max(_exponent(value, digits) // 3, min(PREFIXES)), max(PREFIXES))
@@ -108,7 +108,7 @@ def quantity(value: float, unit: str, digits: int = 3) -> str:
 
 
 def decade(value: float) -> str:
-    """A whole power of ten in plain letters, "" for other numbers: labels of logarithmic axes."""
+    """A label of a logarithmic axis: a whole power of ten as text, "" for other numbers."""
     exponent = math.log10(value)
     if abs(exponent - round(exponent)) > 1e-6:
         return ""
@@ -117,7 +117,7 @@ def decade(value: float) -> str:
 
 
 def duration(seconds: float) -> str:
-    """42 s, 12 min, 3.5 h, 2.5 days; "?" if nobody knows."""
+    """42 s, 12 min, 3.5 h, 2.5 days; "?" if not finite."""
     if not math.isfinite(seconds):
         return "?"
     scales = ((120, 1, 0, "s"), (7200, 60, 0, "min"), (360_000, 3600, 1, "h"), (math.inf, 86_400, 1, "days"))
@@ -134,12 +134,12 @@ def size(count: float) -> str:
     return ""
 
 
-# ---- numbers of pages: the text, with the value as it is beside it
+# ---- numbers of pages: the text together with the exact value
 
 
 @dataclasses.dataclass(frozen=True)
 class Number:
-    """What is shown, and the value it stands for."""
+    """The text to show, and its exact value."""
 
     text: str
     value: float
@@ -152,7 +152,7 @@ class Number:
 
 
 def _scale(value: float) -> tuple[int, int] | None:
-    """(thousands, decimals) of four significant digits; None where no prefix fits."""
+    """(power of 1000, decimals) for four significant digits; None if no prefix fits."""
     thousands, rest = divmod(_exponent(value, 4), 3) if math.isfinite(value) else (math.inf, 0)
     return (thousands, 3 - rest) if thousands in PREFIXES else None
 
@@ -191,13 +191,13 @@ def count(value) -> Number:
 
 
 def share(value: float) -> Number:
-    """Of 1, in per cent."""
+    """A share of 1 in per cent."""
     return Number(MISSING if math.isnan(value) else f"{100 * value:.1f}{SPACE}%", float(value))
 
 
 def with_error(value: float, error: float, unit: str) -> Number:
-    """Both on the scale of the larger one: "8.236 ± 0.145 N m". An error that would read 0 has the digits that it
-    takes."""
+    """Both on the scale of the larger one: "8.236 ± 0.145 N m". An error that would be rounded to 0 gets more
+    digits."""
     scale = _scale(max(abs(value), error)) if math.isfinite(value + error) else None
     if scale is None:
         return scaled(value, unit)

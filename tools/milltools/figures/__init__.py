@@ -3,11 +3,11 @@
     with Run("reference.h5") as run:
         for figure in FIGURES.values():
             if figure.why_not(run) is None:
-                drawing = figure.draw(run)                 # a matplotlib Figure, in no window
-                markup = svg(drawing, figure.name)         # to be put into a page
-                numbers = figure.tables(run)               # what is drawn, in SI
+                drawing = figure.draw(run)                 # a matplotlib Figure, without a window
+                markup = svg(drawing, figure.name)         # SVG for a web page
+                numbers = figure.tables(run)               # the numbers drawn, in SI
 
-`draw` and `tables` take one open Run or a list of them. See base.Figure; `mill plot` is this on the command line.
+`draw` and `tables` take one open Run or a list of runs. See base.Figure; on the command line use `mill plot`.
 """
 
 __all__ = ["FIGURES", "Columns", "Figure", "svg"]
@@ -16,7 +16,7 @@ __all__ = ["FIGURES", "Columns", "Figure", "svg"]
 def __getattr__(name):
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    # with matplotlib, which 'mill plot --help' does without
+    # these import matplotlib, which 'mill plot --help' does not need
     from milltools.figures import base, flow, inline, maps, overtime, spectra
 
     every = (*flow.FIGURES, *spectra.FIGURES, *maps.FIGURES, *overtime.FIGURES)

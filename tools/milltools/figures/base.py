@@ -1,4 +1,4 @@
-"""What every figure is: a name, a title, words, why it cannot be drawn, the drawing, and its numbers as tables."""
+"""The base class of all figures: name, title, caption, why it cannot be drawn, the drawing, the numbers as tables."""
 
 import dataclasses
 import pathlib
@@ -12,12 +12,12 @@ from milltools.base.text import literal, number
 from milltools.figures.style import INK, STYLE
 
 WIDTH = 4.8  # [inch]: a column of a page, or a phone held upright
-QUIET = {"color": INK, "alpha": 0.7}  # what stands back; no grey, as a dark page needs a light one
+QUIET = {"color": INK, "alpha": 0.7}  # for less important parts; not grey, because dark pages need a light colour
 INKED = (
     "text.color", "axes.labelcolor", "axes.edgecolor", "xtick.color", "ytick.color", "patch.edgecolor", "grid.color",
     "hatch.color",
 )  # fmt: skip
-# all that is ink in one colour, which an inline SVG takes from its page
+# all lines and letters have one colour, so that an inline SVG can take it from its page
 LOOK = {
     **STYLE,
     **dict.fromkeys(INKED, INK),
@@ -33,7 +33,7 @@ LOOK = {
 
 @dataclasses.dataclass(frozen=True)
 class Columns:
-    """Numbers of a figure: `name` of the run, and columns of one length under their heads, "speed [m/s]" or "kind"."""
+    """Numbers of a figure: `name` of the run, and columns of equal length by their heads, "speed [m/s]" or "kind"."""
 
     name: str
     columns: dict[str, np.ndarray]
@@ -42,26 +42,26 @@ class Columns:
 class Figure:
     """One kind of picture of one run or several.
 
-    name      what `mill plot --figure` calls it
+    name      its name for `mill plot --figure`
     title     a few words
-    caption   a sentence or two: what is shown and how it is read
-    group     what it belongs to: "spectra", "energy", "maps", "time"
-    options   names of the keywords that draw and tables take beside the runs
+    caption   a sentence or two: what the figure shows and how to read it
+    group     its group of figures: "spectra", "energy", "maps", "time"
+    options   names of the keywords that draw and tables take in addition to the runs
     """
 
     name = title = caption = group = ""
     options: tuple[str, ...] = ()
 
     def why_not(self, run, **options) -> str | None:
-        """Why it cannot be drawn of this run, as part of a sentence; None if it can."""
+        """Why the figure cannot be drawn for this run, as part of a sentence; None if it can."""
         raise NotImplementedError
 
     def prepare(self, run, told=None):
-        """Does now what takes long, so that draw and tables do not; told(share) hears how far it is. Never needed."""
+        """Does the slow work ahead of draw and tables, and calls told(share) with its progress. Optional."""
 
     def draw(self, runs, titled: bool = True, **options) -> Canvas:
-        """The figure of one open Run or of several, side by side or overlaid; UserError where it cannot be drawn.
-        `titled=False` leaves out what a page says itself: the title."""
+        """The figure of one open Run, or of several side by side or overlaid; UserError if it cannot be drawn.
+        `titled=False` omits the title, for pages that print it themselves."""
         runs = self.checked(runs, options)
         with matplotlib.rc_context(LOOK):
             figure = Canvas(layout="constrained")
@@ -76,11 +76,11 @@ class Figure:
         raise NotImplementedError
 
     def says(self, runs) -> str:
-        """The caption, as it is of these runs."""
+        """The caption for these runs."""
         return self.caption
 
     def tables(self, runs, **options) -> list[Columns]:
-        """The numbers drawn, in SI: a table for each run, all with the same heads."""
+        """The numbers drawn, in SI: one table for each run, all with the same heads."""
         runs = self.checked(runs, options)
         return [Columns(name, self.columns(run, **options)) for name, run in zip(labels(runs), runs)]
 
@@ -91,7 +91,7 @@ class Figure:
         runs = list(runs) if isinstance(runs, (list, tuple)) else [runs]
         for name in options:
             if name not in self.options:
-                raise UserError(f"figure '{self.name}' takes no option '{name.replace('_', '-')}'")
+                raise UserError(f"figure '{self.name}' has no option '{name.replace('_', '-')}'")
         for run in runs:
             why = self.why_not(run, **options)
             if why:
@@ -100,7 +100,7 @@ class Figure:
 
 
 def labels(runs) -> list[str]:
-    """A short name for each run, all different: of its file, its path where that is not enough, then numbered."""
+    """A unique short name for each run: of its file, else its path, else its path with a number."""
     stems, names = [pathlib.Path(run.path).stem for run in runs], [str(run.path) for run in runs]
     numbered = [f"{name} ({k + 1})" for k, name in enumerate(names)]
     return next((some for some in (stems, names) if len(set(some)) == len(some)), numbered)
@@ -113,5 +113,5 @@ def sampled(run) -> str:
 
 
 def subtitle(ax, text: str, most: int = 110):
-    """Smaller letters above axes: which run, which window."""
+    """Writes a line in small letters above axes, such as the run and its sampled window."""
     ax.set_title(literal(text, most), loc="left", fontsize=8, **QUIET)

@@ -1,17 +1,17 @@
-"""Impacts by speed or energy in bins wide enough to draw, with all that the file counted still in them."""
+"""Impacts by speed or energy in bins that are wide enough to draw; they contain all impacts of the file."""
 
 import dataclasses
 
 import numpy as np
 
-MERGED = 8  # bins of the file in one here: 14.6 a decade of speed; 0.05, 1 and 20 m/s stay edges
+MERGED = 8  # bins of the file per bin here: 14.6 per decade of speed; 0.05, 1 and 20 m/s stay edges
 
 
 @dataclasses.dataclass(frozen=True)
 class Bins:
     """Impacts of one kind in a window: `edges` (n + 1,) of speed [m/s] or energy [J], `count` (n,), `dissipation` (n,)
-    [J], those below the first and above the last edge, the `duration` of the window [s], and the `part` of the
-    dissipation that is known of single impacts, "all" or "normal"."""
+    [J], number and dissipation `below` the first and `above` the last edge, `duration` of the window [s], and the
+    `part` of the dissipation that is known for single impacts, "all" or "normal"."""
 
     edges: np.ndarray
     count: np.ndarray
@@ -23,17 +23,17 @@ class Bins:
 
     @property
     def total(self) -> float:
-        """How many, those outside the bins too."""
+        """Number of impacts, including those outside the bins."""
         return float(self.count.sum()) + self.below[0] + self.above[0]
 
     @property
     def rate(self) -> float:
-        """[1/s], those outside the bins too."""
+        """Impacts per second [1/s], including those outside the bins."""
         return self.total / self.duration
 
     @property
     def power(self) -> float:
-        """Dissipated [W], those outside the bins too."""
+        """Dissipated power [W], including the impacts outside the bins."""
         return (float(self.dissipation.sum()) + self.below[1] + self.above[1]) / self.duration
 
     @property
@@ -43,7 +43,7 @@ class Bins:
 
     @property
     def decades(self) -> np.ndarray:
-        """(n,) widths of the bins."""
+        """(n,) widths of the bins in decades."""
         return np.diff(np.log10(self.edges))
 
     @property
@@ -64,7 +64,7 @@ class Bins:
 
 
 def merged(histogram, duration: float, together: int = MERGED) -> Bins:
-    """A histogram of the file in wider bins, `together` in one; the last is narrower where they do not go into it."""
+    """A histogram of the file with `together` bins merged into one; the last bin can be narrower."""
     first = np.arange(0, len(histogram.count), together)
     edges = np.append(histogram.edges[first], histogram.edges[-1])
     return Bins(
@@ -79,8 +79,8 @@ def merged(histogram, duration: float, together: int = MERGED) -> Bins:
 
 
 def curve(ax, histograms, duration: float, **look):
-    """Draws impacts per second and decade of histograms over a window together; nothing where there are too few for
-    a curve."""
+    """Draws the sum of histograms over a window as impacts per second and decade; nothing if there are too few for a
+    curve."""
     if sum(one.count.sum() for one in histograms) >= 100:
         found = [merged(one, duration) for one in histograms]
         rate = sum(one.rate_density for one in found)

@@ -1,5 +1,5 @@
-"""`mill plot`: runs as pictures. Without --figure the overview of one run; with it one of milltools.figures, of one run
-or several, or its numbers."""
+"""`mill plot`: draws runs. Without --figure it draws the overview of one run; with --figure one of milltools.figures,
+of one or more runs, as a picture or as numbers."""
 
 import contextlib
 import pathlib
@@ -9,24 +9,24 @@ from milltools.base.files import keep_apart, write_csv
 from milltools.base.progress import Progress
 
 SUMMARY = (
-    "Draws runs. Without --figure an overview of one run: the mill and its balls coloured by speed, where the energy "
-    "goes, and the spectrum of impact speeds of each contact kind. With --figure one figure of one run or several, or its "
-    "numbers. The format follows the name of the file: .png, .svg, .pdf, or .csv for the numbers."
+    "Draws runs. Without --figure it draws an overview of one run: the mill with its balls coloured by speed, a map of "
+    "the dissipated power, and the spectrum of impact speeds of each contact kind. With --figure it draws one figure of one "
+    "or more runs. The name of the file gives the format: .png, .svg, .pdf, or .csv for the numbers of the figure."
 )
 PICTURES = (".png", ".svg", ".pdf")
-DOTS, FEWER = 200, 90  # per inch, of a figure (a PNG, and the fields of maps), and of the overview
+DOTS, FEWER = 200, 90  # dots per inch: of a figure (a PNG, and the fields of maps), and of the overview
 
 
 def add_arguments(parser):
     parser.add_argument("runs", nargs="*", metavar="run.h5", help="output files of runs")
-    parser.add_argument("file", nargs="?", help="where it goes; an old one is replaced")
-    parser.add_argument("--figure", metavar="NAME", help="one of those that --list names")
-    parser.add_argument("--list", action="store_true", help="names the figures; of the runs, if given")
+    parser.add_argument("file", nargs="?", help="file to write; an old one is replaced")
+    parser.add_argument("--figure", metavar="NAME", help="figure to draw; --list shows the names")
+    parser.add_argument("--list", action="store_true", help="list the figures and, if runs are given, those they lack")
     parser.add_argument(
         "--kind", action="append", metavar="KIND", dest="kinds",
-        help="spectra of this contact kind alone, such as ball_ball, ball_drum or all; may be repeated",
+        help="show only spectra of this contact kind, such as ball_ball, ball_drum or all; can be repeated",
     )  # fmt: skip
-    parser.add_argument("--strikes", action="store_true", help="spectra of strikes: re-contacts of a pair merged")
+    parser.add_argument("--strikes", action="store_true", help="spectra of strikes (quick re-contacts count once)")
     parser.add_argument("--per-ball", action="store_true", help="spectra divided by the number of balls")
 
 
@@ -39,7 +39,7 @@ def run(arguments) -> int:
         if arguments.list:
             return tell(FIGURES, [stack.enter_context(Run(path)) for path in names])
         if len(names) < 2:
-            raise UserError("expected a run and the name of a picture; see 'mill plot --help'")
+            raise UserError("expected a run and the name of the picture to write; see 'mill plot --help'")
         *paths, target = names
         keep_apart(target, paths)
         options = {name: value for name in ("kinds", "strikes", "per_ball") if (value := getattr(arguments, name))}
@@ -49,7 +49,7 @@ def run(arguments) -> int:
             return 0
         if len(runs) > 1 or options or pathlib.Path(target).suffix.lower() == ".csv":
             raise UserError(
-                f"the overview is of one run, as a picture; say which figure: --figure {', '.join(FIGURES)}"
+                f"the overview shows one run, as a picture; for others choose --figure {', '.join(FIGURES)}"
             )
         runs[0].need_statistics()
         from milltools.figures import overview, style
@@ -59,7 +59,7 @@ def run(arguments) -> int:
 
 
 def write_figure(figures, name, runs, target, options):
-    """A figure of runs as a picture, or its numbers: of several runs with their names in front."""
+    """Writes a figure of runs as a picture or as numbers; of several runs, the first column names the run."""
     if name not in figures:
         raise UserError(f"unknown figure '{name}': one of {', '.join(figures)}")
     figure, suffix = figures[name], pathlib.Path(target).suffix.lower()
@@ -80,8 +80,8 @@ def write_figure(figures, name, runs, target, options):
 
 
 def tell(figures, runs) -> int:
-    """The figures there are; those that a run does not have with the reason."""
+    """Prints all figures; for a run without one of them also the reason."""
     for figure in figures.values():
         reasons = [f"{r.path}: {why}" for r in runs if (why := figure.why_not(r))]
-        print(f"{figure.name:<20} {figure.title}" + "".join(f"\n{'':<20}   not of {r}" for r in reasons))
+        print(f"{figure.name:<20} {figure.title}" + "".join(f"\n{'':<20}   not for {r}" for r in reasons))
     return 0

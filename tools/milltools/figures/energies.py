@@ -1,9 +1,9 @@
-"""How much energy an impact brings along its normal: E = m* v_n^2 / 2, with m* the ball's mass against a body of the
-mill and m1 m2 / (m1 + m2) between two balls.
+"""The available normal energy of an impact: E = m* v_n^2 / 2. Here m* is the mass of the ball for impacts on the mill,
+and m1 m2 / (m1 + m2) for impacts of two balls.
 
-Where all balls weigh the same, m* is one number for each kind and the bins of speed are bins of energy, exactly:
-edges map to edges. Where they do not, the file has histograms of energy. Files of other programs have none: there
-only the log of single impacts (output.impacts = all) tells which masses met; it is read by slices.
+If all balls have the same mass, each kind has one m*, and the bins of speed become bins of energy exactly. Otherwise
+the histograms of energy in the file are used. Files of other programs have none: then the energies come from the log of
+single impacts (output.impacts = all), which contains the two balls of each impact. It is read in slices.
 """
 
 import bisect
@@ -15,15 +15,15 @@ import numpy as np
 
 from milltools.figures.bins import Bins, merged
 
-SAME = 1e-12  # masses that differ by less are one
-EDGES = 10.0 ** (np.arange(-140, 15) / 7)  # [J] for a log: seven a decade, 1e-20 to 100 J
-SLICE = 1_000_000  # rows of the log at a time: some 50 MB
+SAME = 1e-12  # relative tolerance of equal masses
+EDGES = 10.0 ** (np.arange(-140, 15) / 7)  # [J] for a log: seven per decade, 1e-20 to 100 J
+SLICE = 1_000_000  # rows of the log read at a time: about 50 MB
 
-_logged = weakref.WeakKeyDictionary()  # run -> {kind: Bins}: a log is read once
+_logged = weakref.WeakKeyDictionary()  # run -> {kind: Bins}, so that a log is read only once
 
 
 def one_mass(run) -> float | None:
-    """Mass of every ball [kg]; None where they differ."""
+    """Mass of every ball [kg]; None if the masses differ."""
     mass = run.balls("mass")
     return float(mass[0]) if len(mass) and np.ptp(mass) <= SAME * mass[0] else None
 
@@ -38,15 +38,15 @@ def why_not(run, group: str = "impacts") -> str | None:
     if one_mass(run) is not None:
         return None
     if group != "impacts":
-        return "the balls' masses differ, and which of them meet in a strike is not recorded"
+        return "the balls have different masses, and the file does not say which of them meet in a strike"
     if stored(run) or run.has("impacts/time"):
         return None
     log = "the log of single impacts (output.impacts = all)"
-    return f"the balls' masses differ, and which of them meet is only in {log}"
+    return f"the balls have different masses, so this needs {log}"
 
 
 def kinds_known(run) -> tuple[str, ...]:
-    """Rows that have a spectrum: the kinds, and "all" where they share their bins."""
+    """Kinds that have a spectrum; with "all" if all kinds have the same bins."""
     return run.kinds if one_mass(run) is not None else (*run.kinds, "all")
 
 
@@ -64,15 +64,15 @@ def bins(run, kind: str, group: str = "impacts") -> Bins:
 
 
 def read(run, told=None):
-    """Reads the log of single impacts, where it is needed, for all that follows; told(share) hears how far it is."""
+    """Reads the log of single impacts once, if it is needed; calls told(share) with the progress."""
     if one_mass(run) is None and not stored(run) and run not in _logged:
         _logged[run] = _from_log(run, told or (lambda share: None))
 
 
 def _from_log(run, told) -> dict[str, Bins]:
-    """Bins of every kind and of all, of the impacts in the sampled window."""
+    """Bins of every kind and of "all", for the impacts in the sampled window."""
     mass, names = run.balls("mass").astype(float), list(run.attribute("impacts", "kinds"))
-    size = len(EDGES) + 1  # below and above the edges too
+    size = len(EDGES) + 1  # with the cells below and above the edges
     count, lost = np.zeros((2, len(names), size))
     slices = _slices(run)
     for k, part in enumerate(slices):
@@ -98,8 +98,8 @@ def _from_log(run, told) -> dict[str, Bins]:
 
 
 def _slices(run) -> list[slice]:
-    """Slices of the log that cover the sampled window, and no more: its rows are in the order of time. A time is met
-    within rounding: the window's end is its begin + duration."""
+    """Slices of the log for exactly the sampled window; the rows are in the order of time. Times are compared with a
+    tolerance for rounding, because the end of the window is its begin + duration."""
     ends = (math.nextafter(time * (1 - 1e-15), -math.inf) for time in run.window)
     rows = range(run.length("impacts/time"))
     first, last = (bisect.bisect_left(rows, end, key=lambda row: float(run.read("impacts/time", row))) for end in ends)

@@ -1,10 +1,10 @@
-"""Where the power goes, as a flow: from what moves, and from energy that the charge gives up, to the impacts by contact
-kind, each parted into what the normal and the tangential motion lost, and into energy that the charge takes up. It
-is from the time series (docs/file-format.md, /observables). In every row
+"""The energy account as a flow. Sources are the motions and energy that the charge releases. Sinks are the dissipation
+by contact kind, divided into its normal and tangential part, and energy that the charge stores. The numbers come from
+the time series (docs/file-format.md, /observables). In every row
 
-    work of all that moves = change of the energies + dissipation,
+    work of all motions = change of the energies + dissipation,
 
-so differences of two rows over the time between balance to rounding; what is left over is the balance error.
+so the mean powers between two rows balance except for rounding; the rest is the balance error.
 """
 
 import dataclasses
@@ -17,17 +17,17 @@ from milltools.figures.base import WIDTH, Figure, labels, subtitle
 from milltools.figures.style import INK, kind_look
 from milltools.read.kinds import label
 
-PARTS = {"normal": 0.85, "tangential": 0.5, "": 0.7}  # how solid a band is
+PARTS = {"normal": 0.85, "tangential": 0.5, "": 0.7}  # opacity of a band
 STORED = "#8c8c8c"
 ENERGIES = ("kinetic_energy", "rotational_energy", "potential_energy", "elastic_energy")
-NOTHING = 1e-12  # of the turnover: a flow below it is rounding
+NOTHING = 1e-12  # of the turnover: a smaller flow is rounding
 
 
 @dataclasses.dataclass(frozen=True)
 class Account:
-    """Mean powers [W] between two times (from, to) [s]: of the `drives` on the balls by name, into the `energies` by
-    name (> 0: it grows), and `dissipation` by kind: (normal, tangential), tangential None where only the sum is
-    known, which then stands first."""
+    """Mean powers [W] in a `window` (from, to) [s]: of the `drives` on the balls by name, into the `energies` by name
+    (> 0: the energy grows), and `dissipation` by kind: (normal, tangential), or (sum, None) if only the sum is
+    known."""
 
     window: tuple[float, float]
     drives: dict[str, float]
@@ -36,23 +36,23 @@ class Account:
 
     @property
     def residual(self) -> float:
-        """What came in and went nowhere [W]: the balance error."""
+        """The balance error [W]: work minus change of energies minus dissipation."""
         lost = sum(a + (b or 0.0) for a, b in self.dissipation.values())
         return sum(self.drives.values()) - sum(self.energies.values()) - lost
 
     @property
     def turnover(self) -> float:
-        """All that the sources give [W]: 100 %."""
+        """The sum of all sources [W]: 100 %."""
         return sum(power for *_, power in self.sources)
 
     @property
     def sources(self) -> list[tuple[str, str, str, float]]:
-        """(what, kind or "", part or "", power > 0 [W]) of everything that gives, without what is mere rounding."""
+        """(what, kind or "", part or "", power > 0 [W]) of all sources, without those that are rounding."""
         return self._terms(1)
 
     @property
     def sinks(self) -> list[tuple[str, str, str, float]]:
-        """The same of everything that takes."""
+        """Like `sources`, for all sinks."""
         return self._terms(-1)
 
     def _terms(self, sign):
@@ -69,20 +69,20 @@ class Account:
 
 
 def why_no_account(run) -> str | None:
-    """Why there is no account of the sampled window; None if there is."""
+    """Why the account of the sampled window is not known; None if it is."""
     for name in ("rotor_work", "kinetic_energy", *(f"dissipation/{k}" for k in run.kinds)):
         if not run.has_series(name):
             return f"the file has no series /observables/{name}"
         if not np.isfinite(run.series(name)[1]).all():
-            return f"the run does not tell its {name.replace('_', ' ')}"
+            return f"the file has no numbers for its {name.replace('_', ' ')}"
     begin, end = window(run)
     if not end > begin:
-        return "no two rows of the time series lie in the sampled window (output.series)"
+        return "fewer than two rows of the time series are in the sampled window (output.series)"
     return None
 
 
 def window(run) -> tuple[float, float]:
-    """The sampled window as far as there are rows of the time series [s]."""
+    """The part of the sampled window that the time series covers [s]."""
     time = run.series("rotor_work")[0]
     begin, end = run.window
     if not len(time):
@@ -91,7 +91,7 @@ def window(run) -> tuple[float, float]:
 
 
 def account(run) -> Account:
-    """Of the sampled window; between rows of the series they are taken as straight."""
+    """The account of the sampled window; between rows the series are interpolated linearly."""
     begin, end = window(run)
 
     def power(name, otherwise=0.0):
@@ -115,8 +115,8 @@ def account(run) -> Account:
 class Flow(Figure):
     name, group, title = "flow", "energy", "Energy account"
     caption = (
-        "Mean powers over the sampled window, widths true to scale. Left: what gives energy (each motion; the charge, where "
-        "its kinetic or potential energy falls; the rebound floor at slow impacts); right: what takes it. All that is given "
+        "Mean powers over the sampled window, widths true to scale. Left: the sources of energy (each motion; the charge, if "
+        "its kinetic or potential energy falls; the rebound floor at slow impacts). Right: the sinks. The sum of the sources "
         "is 100 %."
     )
 
@@ -124,7 +124,7 @@ class Flow(Figure):
         why = run.unsampled or why_no_account(run)
         if why:
             return why
-        return None if account(run).turnover > 0 else "no energy was turned over in the sampled window"
+        return None if account(run).turnover > 0 else "no energy was supplied in the sampled window"
 
     def paint(self, figure, runs):
         accounts = [account(run) for run in runs]
@@ -152,7 +152,7 @@ def _words(found: Account) -> str:
 
 
 def panel(ax, found: Account, height: float):
-    """One account in axes of its own, `height` [inch] high."""
+    """Draws one account into its own axes, `height` [inch] high."""
     kinds = [kind for _, kind, *_ in found.sinks]
     sources = [_band(found, *term, gives=True) for term in found.sources]
     sinks = [_band(found, *term, named=term[1] not in kinds[:k]) for k, term in enumerate(found.sinks)]
@@ -164,7 +164,7 @@ def panel(ax, found: Account, height: float):
 
 
 def _band(found: Account, what, kind, part, power, gives=False, named=True) -> sankey.Band:
-    """A source, or a sink: of a kind whose name stands there already the part alone."""
+    """The band of a source or sink; `named` False: the label has no name of the kind, because the band above has it."""
     percent = 100 * power / found.turnover
     numbers = quantity(power, "W"), f"{percent:.1f} %" if percent >= 0.05 else "<0.1 %"
     if what == "dissipation":

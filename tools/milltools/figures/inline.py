@@ -1,4 +1,4 @@
-"""A figure as SVG that stands in a page: its ink is the page's own, so that light and dark pages both work."""
+"""A figure as inline SVG of a page. It takes the text colour of the page, so it suits light and dark pages."""
 
 import io
 import re
@@ -12,15 +12,15 @@ from milltools.figures.style import INK
 _TAG = re.compile(r"<[^>]*>")  # a ">" in an attribute is written as &gt;
 _ID = re.compile(r'\s+id="([^"]*)"')
 _USED = re.compile(r"url\(#([^)]+)\)|href=\"#([^\"]+)\"")
-DPI = 144  # of the fields of maps, the only thing that is no line
+DPI = 144  # of the fields of maps, the only part that is an image
 
 
 def svg(figure, prefix: str) -> str:
-    """Inline SVG of a figure of this package: text as text, no background, INK as currentColor, every id begins with
-    `prefix` (letters, digits, "-", "_"; one of its own for each figure of a page), no width but the page's. What is
-    not of this package, such as names, is escaped by matplotlib; there are no scripts and nothing from elsewhere."""
+    """Inline SVG of a figure of this package: text as text, no background, INK as currentColor, the width of the page.
+    Every id begins with `prefix` (letters, digits, "-", "_"; different for each figure of a page). matplotlib escapes
+    names from files. There are no scripts and no external links."""
     if not re.fullmatch(r"[A-Za-z][\w-]*", prefix):
-        raise ValueError(f"no prefix of an id: {prefix!r}")
+        raise ValueError(f"not a valid prefix of an id: {prefix!r}")
     text = _drawn(figure)
     text = text[text.index("<svg") :]
     text = re.sub(r"\s*<metadata>.*?</metadata>", "", text, count=1, flags=re.S)
@@ -37,8 +37,8 @@ def svg(figure, prefix: str) -> str:
 
 
 def _drawn(figure) -> str:
-    """The figure as matplotlib writes it. Figure.savefig would draw it once more for its layout: a third of the
-    time."""
+    """The SVG that matplotlib writes. Figure.savefig would draw the figure once more for its layout, which costs a
+    third of the time."""
     out, nothing = io.StringIO(), dict.fromkeys(("Date", "Creator", "Format", "Type"))
     with matplotlib.rc_context(LOOK):
         canvas, engine = FigureCanvasSVG(figure), figure.get_layout_engine()
@@ -53,7 +53,7 @@ def _drawn(figure) -> str:
 
 
 def _own(tag: str, used: set, prefix: str) -> str:
-    """A tag with the page's ink and ids that begin with the prefix; ids nobody refers to, names of groups, go."""
+    """A tag with the text colour of the page and prefixed ids; ids that are not used are removed."""
     tag = _ID.sub(lambda m: f' id="{prefix}-{m[1]}"' if m[1] in used else "", tag)
     tag = tag.replace("url(#", f"url(#{prefix}-").replace('href="#', f'href="#{prefix}-')
     return tag.replace(INK, "currentColor")

@@ -1,6 +1,6 @@
-"""Where it happens: fields over the cross-section (y, z), averaged along the axis, and over the axial cut (x, r),
-averaged around it. Densities are per volume of the mill: of a cell that the wall cuts, its part within the container
-counts, as in the file's solid fraction. Cells where there was nothing are blank."""
+"""Maps of fields: in the cross-section (y, z), averaged along the axis, and in the axial cut (x, r), averaged around
+the axis. Densities are per volume inside the container, also in cells that the wall cuts, like the solid fraction in
+the file. Cells without data are blank."""
 
 import dataclasses
 import functools
@@ -15,35 +15,35 @@ from milltools.figures.style import log_ticks
 from milltools.geometry import vessel
 
 VIEWS = {"cross_section": ("y", "z", ("x", "y", "z")), "axial": ("x", "r", ("x", "r", "phi"))}
-ARROWS = 20  # about so many along the longer side
-ENDS = (0.01, 0.995)  # shares of the volume below and above the ends of a colour scale
-RANGE = 1e4  # a logarithmic scale shows no more than that
+ARROWS = 20  # approximate number of arrows along the longer side
+ENDS = (0.01, 0.995)  # the ends of a colour scale are these quantiles by volume
+RANGE = 1e4  # largest ratio of the ends of a logarithmic scale
 
 
 @functools.lru_cache
 def colours(name: str) -> ListedColormap:
-    """A map of matplotlib's without its black end, which on a dark page is as good as blank."""
+    """A colour map of matplotlib without its black end, which looks blank on a dark page."""
     return ListedColormap(matplotlib.colormaps[name](np.linspace(0.12, 1, 256)), name)
 
 
 @dataclasses.dataclass(frozen=True)
 class Shown:
-    """What a map is of: the `head` of its column and the `label` of its colour scale, units included."""
+    """A quantity of maps: the `head` of its column and the `label` of its colour scale include the unit."""
 
     words: str
     caption: str
     head: str
     label: str
     log: bool
-    impacts: bool  # from impacts, or from the balls
+    impacts: bool  # computed from impacts, else from the balls
 
 
 QUANTITIES = {
     "rate": Shown(
-        "number of collisions", "How often the balls meet where: impacts per second and volume, logarithmic.",
+        "number of collisions", "How often the balls collide at each place: impacts per second and volume, logarithmic.",
         "impacts per time and volume [1/(m3 s)]", "number of collisions [1/(m³ s)]", True, True),
     "impact-speed": Shown(
-        "collision velocity", "How hard: the mean normal speed of the impacts in a cell.",
+        "collision velocity", "How hard the impacts are: the mean normal speed of the impacts in a cell.",
         "mean normal impact speed [m/s]", "mean collision velocity, normal [m/s]", False, True),
     "power": Shown(
         "dissipated power", "Where the energy goes: dissipated power per volume, logarithmic.",
@@ -52,16 +52,16 @@ QUANTITIES = {
         "solid fraction", "Where the balls are: the share of the volume they fill, averaged over time.",
         "solid fraction [1]", "solid fraction [1]", False, False),
     "velocity": Shown(
-        "mean velocity", "How the charge moves: speed of the mean flow as colour, its part in the plane as arrows.",
+        "mean velocity", "How the charge moves: the colour is the speed of the mean flow, the arrows its part in the plane.",
         "mean speed [m/s]", "speed of the mean flow [m/s]", False, False),
 }  # fmt: skip
 
 
 @dataclasses.dataclass(frozen=True)
 class Field:
-    """Edges (n + 1,), (m + 1,) [m] of the cells of a view, their volumes within the container (n, m) [m^3], and each of
-    QUANTITIES (n, m), NaN where there was nothing; `flow` (3, n, m) [m/s] is the mean velocity, `count` (n, m) of
-    impacts."""
+    """A view of maps: edges (n + 1,), (m + 1,) [m] of the cells, their volumes inside the container (n, m) [m^3], and
+    each of QUANTITIES (n, m), NaN in cells without data; `flow` (3, n, m) [m/s]: the mean velocity, `count` (n, m):
+    number of impacts."""
 
     edges: tuple[np.ndarray, np.ndarray]
     volume: np.ndarray
@@ -99,7 +99,7 @@ def field(run, view: str) -> Field:
 
 
 def limits(fields, name) -> tuple[float, float]:
-    """Ends of a colour scale that serves all fields: what a share ENDS of the volume is below."""
+    """Ends of a common colour scale of all fields: the quantiles ENDS by volume."""
     value = np.concatenate([f.values[name].ravel() for f in fields])
     volume = np.concatenate([f.volume.ravel() for f in fields])
     log = QUANTITIES[name].log
@@ -175,15 +175,15 @@ class MapFigure(Figure):
         return image
 
     def _arrows(self, ax, found):
-        """The part of the mean velocity in the plane, averaged over squares of cells by the volume of the balls in
-        them."""
+        """Draws the part of the mean velocity in the plane as arrows: averages over squares of cells, weighted with the
+        volume of the balls."""
         planar = (1, 2) if self.view == "cross_section" else (0, 1)
         weight = np.nan_to_num(found.values["solid"]) * found.volume
         step = max(1, round(max(weight.shape) / ARROWS))
         places = np.meshgrid(*(0.5 * (e[:-1] + e[1:]) for e in found.edges), indexing="ij")
         flow = [np.nan_to_num(found.flow[k]) for k in planar]
         balls, room = _blocks(weight, step), _blocks(found.volume, step)
-        there = balls > 0.005 * np.maximum(room, 1e-300)  # not the odd ball's
+        there = balls > 0.005 * np.maximum(room, 1e-300)  # without the squares of a few stray balls
         x, y, u, v = (_blocks(weight * what, step)[there] / balls[there] for what in (*places, *flow))
         top = np.quantile(np.hypot(u, v), 0.98) if there.any() else 0
         if not top:
@@ -222,7 +222,7 @@ class MapFigure(Figure):
 
 
 def _blocks(values, step):
-    """Sums over squares of step x step cells, the last ones cut off."""
+    """Sums over squares of step x step cells; the last squares can be smaller."""
     first, second = (np.arange(0, n, step) for n in values.shape)
     return np.add.reduceat(np.add.reduceat(values, first, axis=0), second, axis=1)
 
@@ -231,7 +231,7 @@ _ROUND = {
     "axial": ("Axial cut", "axial", "Averaged around the container's axis x; r is the distance from it."),
     "cross_section": (
         "Cross-section", "section",
-        "Averaged along the container's axis x and seen against it, in the container's own frame.",
+        "Averaged along the container's axis x, seen against the direction of x, in the frame of the container.",
     ),
 }  # fmt: skip
 FIGURES = tuple(

@@ -1,5 +1,5 @@
-"""The mill's bodies in the two views of the maps: the container along its wall, shaft, and what blades and other
-bodies sweep over."""
+"""The bodies of the mill in the two views of the maps: the wall of the container, the shaft, and the space that blades
+and other bodies sweep."""
 
 import math
 
@@ -10,14 +10,14 @@ from milltools.figures.style import INK
 from milltools.geometry import vessel
 from milltools.geometry.bodies import Mill, inverse, moved, outline
 
-STEEL = "#8c8c8c"  # stands out on white and on black
-# a line that is seen on every colour of a field: light upon dark; neither may turn with the page's ink
+STEEL = "#8c8c8c"  # visible on white and on black
+# a light line on a dark line is visible on every colour of a field; both must keep their colour on dark pages
 UNDER, OVER = {"color": "#101010", "lw": 1.8, "alpha": 0.55}, {"color": "#f4f4f4", "lw": 0.9}
 DASHES = (0, (5, 3))
 
 
 def sweeps(run):
-    """(from, to along the axis, reach from it) [m] of the bodies that the blades sweep over, corners included."""
+    """(from, to along the axis, largest distance from it) [m] of the space that each blade sweeps, with its corners."""
     for blade in run.as_deck.blades:
         sine, cosine = abs(math.sin(blade.pitch)), abs(math.cos(blade.pitch))
         half = (cosine * blade.width + sine * blade.thickness) / 2
@@ -41,8 +41,8 @@ def _seen(run, body, triangles, poses):
 
 
 def _nearest(corners):
-    """Least distance of triangles (T, 3, 2) from the origin: of their sides, or 0 where it is within one. Of an arm
-    through the axis no corner is near it."""
+    """Smallest distance of triangles (T, 3, 2) from the origin: that of their sides, or 0 if the origin is in one. The
+    corners are not enough: an arm through the axis has none near it."""
     side = np.roll(corners, -1, axis=1) - corners
     length = np.maximum((side**2).sum(axis=2), 1e-300)
     share = np.clip(-(corners * side).sum(axis=2) / length, 0, 1)
@@ -53,12 +53,12 @@ def _nearest(corners):
 
 
 def swept(run):
-    """((least, most), (from, to)) of the distances from the axis and of the places along it [m] of every body, and
-    whether it moves in the container."""
+    """For every body: (smallest, largest) distance from the axis and (from, to) along it [m], and whether the body
+    moves in the container."""
     poses = Mill.of(run).poses
     poses = poses[:: max(1, len(poses) // 12)]
     for body, triangles in bodies(run):
-        if run.has_rotor and body.kind in ("ball_shaft", "ball_blade"):  # the deck tells them
+        if run.has_rotor and body.kind in ("ball_shaft", "ball_blade"):  # drawn from the deck
             continue
         moves = body.motion != run.carrier
         seen = np.concatenate([_seen(run, body, triangles, one) for one in (poses if moves else poses[:1])])
@@ -67,8 +67,8 @@ def swept(run):
 
 
 def stand(ax, run, poses, moving=True):
-    """Outlines over (y, z) of the bodies where motions are at `poses`; without `moving` of those alone that the
-    container carries."""
+    """Draws outlines over (y, z) of the bodies at `poses` of the motions; without `moving` only of bodies fixed to the
+    container."""
     for body, triangles in reversed(list(bodies(run))):  # the shaft on top
         if moving or body.motion == run.carrier:
             points = outline(_seen(run, body, triangles, poses)[..., 1:].reshape(-1, 2))
@@ -76,21 +76,21 @@ def stand(ax, run, poses, moving=True):
 
 
 def signs(run, view) -> str:
-    """What the outlines of a view mean, of those that are there: a sentence."""
+    """Explains the outlines in a view, in one sentence."""
     inner = Mill.of(run).inner
     found = []
     if run.as_deck.blades or any(view == "axial" or body.motion != run.carrier for body in inner):
-        found.append("dashed: what bodies sweep over")
+        found.append("dashed: the space that moving bodies sweep")
     if run.has_rotor:
         found.append("grey: the shaft")
     elif view != "axial" and any(body.motion == run.carrier for body in inner):
-        found.append("grey: bodies that do not move against the container")
-    said = "; ".join([*found, "blank: nothing of the kind was there in the window."])
+        found.append("grey: bodies fixed to the container")
+    said = "; ".join([*found, "blank: no impacts or balls in the cell during the window."])
     return said[0].upper() + said[1:]
 
 
 def section(ax, run):
-    """Container, shaft and sweep over (y, z); returns the container's patch, which is what the field is clipped to."""
+    """Draws container, shaft and swept space over (y, z); returns the container's patch to clip the field with."""
     rim = _wall(ax, run, "cross_section")
     if run.has_rotor:
         radius = run.quantity("rotor/shaft_radius")
@@ -107,8 +107,8 @@ def section(ax, run):
 
 
 def axial(ax, run):
-    """Container, shaft and the sweeps of blades and bodies over (x, r); returns the container's patch. Where a wall is
-    wavy, the drum ends at its outermost radius, and a line is at the innermost."""
+    """Draws container, shaft and swept space over (x, r); returns the container's patch. A wavy drum is drawn with its
+    outermost radius, and a dotted line at its innermost radius."""
     holds = vessel.of(run)
     rim = _wall(ax, run, "axial")
     low, high = holds.low, holds.high
@@ -129,7 +129,7 @@ def axial(ax, run):
 
 def _wall(ax, run, view):
     holds = vessel.of(run)
-    # beneath the field: cells where nothing was are told from the darkest colour on dark pages too
+    # behind the field, so that blank cells differ from the darkest colour on dark pages too
     paper = holds.rim(view, fc=INK, ec="none", alpha=0.08, zorder=0)
     paper.set_fill(True)
     ax.add_patch(paper)

@@ -1,7 +1,7 @@
-"""How a run goes on in time: the drive's power and torque, the energy of the charge, how often the balls meet.
+"""Figures over time: power and torque of the drive, energy of the charge, rate of the collisions.
 
-Means over an interval are differences of cumulative series over the time between, so they are exact, however short
-or long the interval; between two rows a series is taken as straight.
+Means over an interval are differences of cumulative series divided by the time between, so they are exact for intervals
+of any length; between two rows a series is interpolated linearly.
 """
 
 import math
@@ -16,12 +16,12 @@ from milltools.read import motions
 from milltools.read.kinds import label
 
 FIRST, SECOND = (KIND_LOOK[kind][0] for kind in ("ball_ball", "ball_drum"))
-EACH = (FIRST, *COLOURS[3:], SECOND)  # of a run's motions
-MOST = 300  # intervals of the fine means: more is a blur, and a large file
+EACH = (FIRST, *COLOURS[3:], SECOND)  # colours of the motions of a run
+MOST = 300  # largest number of fine intervals: more would be a blur and a large file
 
 
 def intervals(time) -> np.ndarray:
-    """Bounds of the fine intervals: the rows of a series, or as many of them as a picture can show, evenly chosen."""
+    """Bounds of the fine intervals: the rows of a series, or an even choice of at most MOST + 1 of them."""
     if len(time) <= MOST + 1:
         return time
     return time[np.linspace(0, len(time) - 1, MOST + 1).round().astype(int)]
@@ -33,9 +33,9 @@ def means(time, cumulative, bounds) -> np.ndarray:
 
 
 def revolutions(run, time) -> np.ndarray:
-    """Bounds of whole periods of the slowest motion (revolutions of the rotor) within the series, one of them where the
-    sampled window begins, so that those in the window are the file's blocks; empty where nothing moves, or for less
-    than one."""
+    """Bounds of whole periods of the slowest motion (revolutions of the rotor) within the series. One bound is the
+    start of the sampled window, so that the periods in the window are the blocks of the file. Empty if nothing moves or
+    the series is shorter than a period."""
     period = run.period
     if not math.isfinite(period) or len(time) < 2:
         return np.empty(0)
@@ -43,13 +43,13 @@ def revolutions(run, time) -> np.ndarray:
     slack = 1e-9 * max(period, time[-1])
     first = math.ceil((time[0] - start - slack) / period)
     last = math.floor((time[-1] - start + slack) / period)
-    together = max(1, math.ceil((last - first) / MOST))  # of a long run several in one
+    together = max(1, math.ceil((last - first) / MOST))  # in a long run, several periods in one interval
     bounds = start + period * np.arange(first, last + 1, together)
     return np.clip(bounds, time[0], time[-1]) if len(bounds) > 1 else np.empty(0)
 
 
 class OverTime(Figure):
-    """Lines over time, the sampled window shaded."""
+    """Lines over time; the sampled window is shaded."""
 
     group = "time"
     ylabel = ""
@@ -83,7 +83,7 @@ class OverTime(Figure):
             if len(time) < 2:
                 return "fewer than two rows of the time series are stored (output.series)"
             if not np.isfinite(value).all():
-                return f"the run does not tell its {name.split('/')[0].replace('_', ' ')}"
+                return f"the file has no numbers for its {name.split('/')[0].replace('_', ' ')}"
         return None
 
     def needed(self, run):
@@ -98,8 +98,8 @@ def _named(name, words):
 
 
 class Draw(OverTime):
-    """What drives, all of it and each motion: mean over short intervals, over whole periods, and over the window
-    with its error."""
+    """Power or torque of the whole drive and of each motion: means over short intervals, over whole periods, and over
+    the window with its standard error."""
 
     def __init__(self, name, title, series, statistic, unit, caption):
         self.name, self.title, self.series, self.caption = name, title, series, caption
@@ -112,7 +112,7 @@ class Draw(OverTime):
         return "no motion turns at a constant speed" if run.driven else "nothing moves in this mill"
 
     def sources(self, run):
-        """(motion, its series, what that is divided by, where its statistics are); motion "": all that drives."""
+        """(motion, its series, divisor of the series, group of its statistics); motion "": the whole drive."""
         if run.driven != "drive":
             return [("", self.series, 1.0, "rotor")] if run.has_rotor else []
         torque = self.statistic == "torque"
@@ -127,8 +127,8 @@ class Draw(OverTime):
         return [series for _, series, *_ in self.sources(run)]
 
     def curves(self, run):
-        """(motion, time, integral over it of the quantity, its mean and standard error over the sampled window, NaN
-        where not known) of every source."""
+        """Of every source: (motion, time, integral of the quantity over time, its mean and standard error over the
+        sampled window, NaN if not known)."""
         for motion, series, divisor, place in self.sources(run):
             time, value = run.drive_work() if series == "rotor_work" else run.series(series)
             if series == "rotor_torque":  # the mean over the interval before each row
@@ -139,14 +139,14 @@ class Draw(OverTime):
             yield motion, time, value / divisor, mean, error
 
     def parts(self, run):
-        """(what a mean is over, bounds) of the fine and of the coarse means."""
+        """(name of the interval, bounds) of the fine and of the coarse means."""
         time = run.series(self.series)[0]
         turn = "period" if run.driven == "drive" else "revolution"
         return ("interval", intervals(time)), (turn, revolutions(run, time))
 
     def lines(self, ax, run, name, position):
         sources = list(self.curves(run))
-        if name and self.statistic == "power":  # of several runs all that drives
+        if name and self.statistic == "power":  # of several runs only the whole drive
             sources = sources[:1]
         (_, fine), (period, turns) = self.parts(run)
         low, high = ax.get_ylim() if position else (0.0, 0.0)
@@ -190,7 +190,7 @@ class Draw(OverTime):
 
 class Energy(OverTime):
     name, title = "energy", "Kinetic energy"
-    caption = "Kinetic energy of all balls over time: of their motion, and of their spin. Shaded: the sampled window."
+    caption = "Kinetic energy of all balls over time: of translation and of rotation. Shaded: the sampled window."
     ylabel = "kinetic energy of the balls [J]"
     SERIES = {"kinetic_energy": "translation", "rotational_energy": "rotation"}
 
@@ -252,11 +252,11 @@ class Collisions(OverTime):
 
 
 _CAPTION = (
-    "{}: means over short intervals (thin), over whole revolutions or periods of the slowest motion (thick), and over the "
-    "sampled window (shaded) with its standard error."
+    "{}. Thin: means over short intervals. Thick: means over whole revolutions, or over periods of the slowest motion. "
+    "Shaded: the sampled window, with its mean and standard error."
 )
 FIGURES = (
-    Draw("power", "Power of the drive", "rotor_work", "power", "W", _CAPTION.format("Power on the balls of all that drives, and of each motion where there are several")),
+    Draw("power", "Power of the drive", "rotor_work", "power", "W", _CAPTION.format("Power that all motions give to the balls, and that of each motion if there are several")),
     Draw("torque", "Torque of the drive", "rotor_torque", "torque", "N m", _CAPTION.format("Torque on the balls about the axis of each motion that turns")),
     Energy(),
     Collisions(),

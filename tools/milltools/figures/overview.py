@@ -1,5 +1,5 @@
-"""The overview of a run: left the mill and the balls of the last stored frame, seen along the drum's axis, coloured by
-speed; in the middle where the energy goes; right how often and how hard the balls meet."""
+"""The overview of a run. Left: the mill and the balls of the last stored frame, seen along the drum's axis and coloured
+by speed. Middle: a map of the dissipated power. Right: the spectra of impact speeds."""
 
 import numpy as np
 from matplotlib.collections import EllipseCollection
@@ -14,7 +14,7 @@ from milltools.read import kinds
 
 
 def draw(run) -> Canvas:
-    """The figure of a run, in no window."""
+    """The figure of a run, without a window."""
     figure = Canvas(figsize=(15, 4.6), layout="constrained")
     left, middle, right = figure.subplots(1, 3)
     mill(left, run)
@@ -25,7 +25,7 @@ def draw(run) -> Canvas:
 
 
 def mill(ax, run):
-    """Axes (y, z) with the container's wall in them, which is returned."""
+    """Prepares axes (y, z), draws the container's wall and returns its patch."""
     holds = vessel.of(run)
     rim, words, reach = holds.rim(color="k"), vessel.axes([run]), 1.02 * holds.outermost
     ax.add_patch(rim)

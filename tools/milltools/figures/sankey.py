@@ -1,8 +1,8 @@
-"""Bands whose widths are powers: from sources on the left through a trunk to sinks on the right, in order, none
-crossing.
+"""A Sankey diagram: bands from sources on the left through a trunk to sinks on the right, in order and without
+crossings.
 
-Every width is true to scale. A band too thin to be seen keeps a hair's line, and its label stands apart with a
-leader.
+The widths are powers, true to scale. A very thin band is drawn as a hairline. A leader line connects each sink with its
+label.
 """
 
 import dataclasses
@@ -16,8 +16,8 @@ from milltools.figures.style import INK
 
 @dataclasses.dataclass(frozen=True)
 class Band:
-    """A source or a sink: `power` > 0 [W], its colour and how solid (0..1), and its label's columns of text. Neighbours
-    with the same `group` leave the trunk as one and part later."""
+    """A source or a sink: `power` > 0 [W], colour, opacity `solid` (0..1), and the columns of its label. Neighbours
+    with the same `group` leave the trunk as one band and split later."""
 
     power: float
     colour: str
@@ -26,23 +26,23 @@ class Band:
     group: str = ""
 
 
-COLUMNS = (1.10, 1.84, 2.92, 3.44)  # x of a label's texts, the last ones right-aligned
-LEFT = -1.0  # how far labels reach on the other side
+COLUMNS = (1.10, 1.84, 2.92, 3.44)  # x of the texts of a label, the last two right-aligned
+LEFT = -1.0  # x of the left end of the labels of sources
 FONT = 8.2  # [pt]
-HAIR = 0.5  # [pt] a band's outline: what is seen of one without width
+HAIR = 0.5  # [pt] outline of a band, which makes very thin bands visible
 
 
 def draw(ax, sources, sinks, line):
-    """Draws bands into bare axes: x from 0 to 1 are the bands, their labels left and right of it; y is the power over
-    the sum of the sources, from the top down. `line`: least distance of two labels on the right. Returns the lowest
-    y there is."""
+    """Draws bands into empty axes: the bands from x = 0 to 1, their labels to the left and right; y is the power
+    divided by the sum of the sources, from the top down. `line`: smallest distance of two labels on the right. Returns
+    the largest y used."""
     whole = sum(b.power for b in sources)
     left = _stack(sources, whole)
     right = _stack(sinks, whole, apart=0.03, within=0.005)
     down = _stack(sinks, whole)
-    middle = _stack(sinks, whole, apart=0.012)  # those of a group side by side
+    middle = _stack(sinks, whole, apart=0.012)  # bands of a group without a gap
     extent = max(right[-1][1], 1.0)
-    shift = (extent - 1) / 2  # the trunk at half height of what it feeds
+    shift = (extent - 1) / 2  # centres the trunk
     for band, ends in zip(sources, left + shift):
         _ribbon(ax, (0.0, 0.26), ends, ends, band)
     for band, begin, knee, end in zip(sinks, down + shift, middle + 0.9 * shift, right):
@@ -55,8 +55,8 @@ def draw(ax, sources, sinks, line):
 
 
 def _stack(bands, whole, apart=0.0, within=0.0):
-    """(top, bottom) of each band (N, 2), one below the other, groups `apart` and those of a group `within` from each
-    other."""
+    """(top, bottom) of each band (N, 2), one below the other, with gaps `apart` between groups and `within` inside a
+    group."""
     gaps = [0.0] + [within if a.group == b.group else apart for a, b in zip(bands, bands[1:])]
     sizes = np.array([b.power / whole for b in bands])
     bottom = np.cumsum(sizes + gaps)
@@ -64,7 +64,7 @@ def _stack(bands, whole, apart=0.0, within=0.0):
 
 
 def _ribbon(ax, xs, start, end, band):
-    """A band from (top, bottom) at xs[0] to those at xs[1]."""
+    """Draws a band from (top, bottom) `start` at xs[0] to `end` at xs[1]."""
     a, b = xs
     half = (a + b) / 2
     points = [
@@ -79,12 +79,12 @@ def _ribbon(ax, xs, start, end, band):
 
 
 def spread(places, least, low, high):
-    """Places in rising order, moved as little as need be to be `least` apart and within [low, high]; closer if they do
-    not go in."""
+    """Places in rising order, moved as little as possible so that they are `least` apart and within [low, high]; closer
+    together if there is not enough room."""
     n = len(places)
     steps = min(least, (high - low) / max(n - 1, 1)) * np.arange(n)
-    # less these steps the places must not fall: least squares has them at the largest, over what begins at or before
-    # each, of the smallest mean of what ends at or after it
+    # minus these steps the places must not fall: an isotonic regression. Its solution by least squares is, for each
+    # place, the maximum over all starts before it of the minimum over all ends after it of the mean from start to end
     total = np.concatenate([[0.0], np.cumsum(np.asarray(places) - steps)])
     first, last = np.ogrid[:n, :n]
     mean = np.where(first <= last, (total[last + 1] - total[first]) / np.maximum(last + 1 - first, 1), np.inf)

@@ -1,4 +1,4 @@
-"""Impact spectra: how often the balls meet, how hard, and where in that the power goes.
+"""Impact spectra: how often and how hard the balls collide, and which impacts dissipate the power.
 
     from milltools.figures import spectra
     spectra.plot(ax, run)                                   # impacts per second and decade by normal speed
@@ -22,11 +22,11 @@ from milltools.read.kinds import label
 GROUPS = ("impacts", "strikes")
 SPEEDS = {"normal_speed": "normal impact speed", "tangential_speed": "slip speed at impact"}
 WEIGHTS = ("count", "energy", "cumulative")
-SEEN = 1e-4  # share of the impacts that may lie to the left of the picture, of the power on either side
+SEEN = 1e-4  # share of the impacts that can be outside the picture on the left, of the power on each side
 
 
 def bins(run, kind="all", group="impacts", speed="normal_speed", abscissa="speed") -> Bins:
-    """What a curve is drawn from: impacts of a kind by speed [m/s] or by available normal energy [J]."""
+    """The bins of a curve: impacts of a kind by speed [m/s] or by available normal energy [J]."""
     if abscissa == "energy":
         return energies.bins(run, kind, group)
     return merged(run.histogram(kind, group, speed), run.duration)
@@ -50,8 +50,8 @@ def plot(
     name, position   for several runs in the same axes: what the lines are called, and the run's number from 0, which
                sets their colour; without it the kind does
 
-    Call ax.legend() for the legend: lines are labelled with their kind and total. UserError for a word that is not
-    one of the above and for what the run does not have."""
+    Call ax.legend() for the legend: lines are labelled with their kind and total. UserError for an argument that is not
+    one of the above, or if the run does not have the data."""
     kinds = _checked(run, group, speed, abscissa, weight, kinds)
     share = 1 / len(run.balls("mass")) if per_ball else 1.0
     drawn, lines = [], []
@@ -88,7 +88,7 @@ def _checked(run, group, speed="normal_speed", abscissa="speed", weight="count",
     if why:
         raise UserError(f"{run.path}: {why}")
     if abscissa == "energy" and speed != "normal_speed":
-        raise UserError("impact energies are of the normal speed")
+        raise UserError("the abscissa 'energy' needs the speed 'normal_speed'")
     return kinds
 
 
@@ -100,7 +100,7 @@ def _curve(found: Bins, weight, share):
 
 
 def _dots(ax, x, y, colour):
-    """Bins between empty ones, which no line reaches."""
+    """Draws dots for bins between empty bins, which have no line."""
     there = np.isfinite(np.concatenate([[np.nan], y, [np.nan]]))
     alone = there[1:-1] & ~there[:-2] & ~there[2:]
     if alone.any():
@@ -115,13 +115,13 @@ def _look(kind, kinds, place, position):
 
 
 def run_look(position: int) -> dict:
-    """Look of a run among several, its black the page's ink."""
+    """Look of a run among several; black becomes the text colour of the page."""
     look = run_style(position)
     return {**look, "color": INK if look["color"] == "#000000" else look["color"]}
 
 
 def _marks(ax, run, drawn, speed, abscissa, weight, share, position):
-    """The rebound floor, and how high a bin with a single impact stands."""
+    """Draws lines at the rebound floor and at the height of a bin with a single impact."""
     if weight == "energy":
         return
     floor = run.quantity("contact/rebound_floor", 0.0) if run.program == "millsim" else 0.0
@@ -154,13 +154,13 @@ def _axes(ax, group, speed, abscissa, weight, per_ball, part):
 
 
 def _limits(ax, weight):
-    """What is worth looking at of all curves in the axes: the few slowest impacts reach over many decades."""
+    """Limits the axes to the important part of all curves: the few slowest impacts spread over many decades."""
     ends = []  # left, right, bottom, top of each curve
     for line in ax.lines:
         x, y = (np.asarray(v, float) for v in line.get_data())
         there = np.isfinite(y)
         if len(x) < 20 or not np.any(y[there]):
-            continue  # a mark, or nothing: elastic contacts dissipate none
+            continue  # a marking line, or an empty curve: elastic contacts dissipate no energy
         x, y = x[there], y[there]
         if weight == "cumulative":
             seen = x[y <= y.max() * (1 - SEEN)]
@@ -181,7 +181,7 @@ def _limits(ax, weight):
 
 
 class SpectrumFigure(Figure):
-    """A spectrum of every contact kind; of several runs, of all kinds together or of those asked for."""
+    """A spectrum of every contact kind; for several runs, of all kinds together or of the chosen kinds."""
 
     group = "spectra"
     options = ("kinds", "strikes", "per_ball")
@@ -212,7 +212,7 @@ class SpectrumFigure(Figure):
         figure.set_size_inches(WIDTH, 4.1)
         ax = figure.subplots()
         one, names = len(runs) == 1, labels(runs)
-        if not kinds and not one:  # all together, where all runs know them
+        if not kinds and not one:  # all kinds together, if all runs have this spectrum
             kinds = "ball_ball" if self.energetic and not all("all" in energies.kinds_known(r) for r in runs) else "all"
         for k, (run, name) in enumerate(zip(runs, names)):
             several = {} if one else {"name": name, "position": k}
@@ -230,7 +230,7 @@ class SpectrumFigure(Figure):
         first = f"{names[0]}, " if one else ""
         subtitle(ax, first + (words.pop() if len(words) == 1 else "each over its own window"))
         entries = list(zip(*ax.get_legend_handles_labels()))
-        entries.sort(key=lambda entry: len(entry[0].get_xdata()) == 2)  # marks last
+        entries.sort(key=lambda entry: len(entry[0].get_xdata()) == 2)  # marking lines last
         look = {"loc": "outside lower left", "handlelength": 2.6, "columnspacing": 1.2}
         figure.legend(*zip(*entries), ncols=2 if one else 1, **look)
 
@@ -248,8 +248,8 @@ class SpectrumFigure(Figure):
 
 
 def _rows(kind, found: Bins, axis: str, group: str) -> dict:
-    """A kind's bins from the first to the last that is not empty, with what lies below and above all bins about
-    them."""
+    """The bins of a kind from the first to the last that is not empty, with a row below and a row above for impacts
+    outside all bins."""
     used = np.flatnonzero((found.count != 0) | (found.dissipation != 0))
     a, b = (used[0], used[-1] + 1) if len(used) else (0, 0)
 
@@ -273,18 +273,18 @@ def _rows(kind, found: Bins, axis: str, group: str) -> dict:
     }
 
 
-_KINDS = (  # name, title, what it is by
+_KINDS = (  # name, title, abscissa in words
     ("speeds", "Normal impact speeds", "normal speed", {}),
     ("slip", "Slip speeds at impact", "slip speed", {"speed": "tangential_speed"}),
     ("energies", "Impact energies", "available normal energy", {"abscissa": "energy"}),
 )
 _WEIGHTED = (  # end of the name, of the title, caption
-    ("", "", "count", "How often the balls meet at which {}: impacts per second and decade, by contact kind; the integral of a "
-     "curve is its kind's rate in the legend. Dotted: the height of a single impact in the window."),
-    ("-power", ": dissipated power", "energy", "At which {} the energy goes: dissipated power per decade, all of it, by contact "
-     "kind; the area under a curve is its kind's power in the legend, so equal areas are equal powers."),
-    ("-exceedance", ": exceedance", "cumulative", "How often an impact reaches a certain {}: impacts per second at or above it, by "
-     "contact kind."),
+    ("", "", "count", "How often the balls collide at each {}: impacts per second and decade, by contact kind. "
+     "The integral of a curve is the rate in the legend. Dotted: the height of a single impact in the window."),
+    ("-power", ": dissipated power", "energy", "The {} of the impacts that dissipate the power: dissipated power per "
+     "decade, by contact kind. The area under a curve is the power in the legend, so equal areas are equal powers."),
+    ("-exceedance", ": exceedance", "cumulative", "How often an impact reaches a given {}: impacts per second at or "
+     "above it, by contact kind."),
 )  # fmt: skip
 FIGURES = tuple(
     SpectrumFigure(name + end, title + more, caption.format(words), weight, **what)

@@ -1,7 +1,7 @@
-"""What pictures share: colours, figures into files.
+"""Common style of all pictures: colours, and saving of figures.
 
-Nothing here chooses a backend or touches matplotlib's own settings, so that a notebook's figures stay its own: who
-draws does it within `with matplotlib.rc_context(STYLE)`.
+Nothing here chooses a backend or changes matplotlib's global settings, so figures of a notebook keep their style. All
+drawing is done within `with matplotlib.rc_context(STYLE)`.
 """
 
 import pathlib
@@ -14,12 +14,12 @@ from milltools.base.errors import UserError
 from milltools.base.files import whole
 from milltools.base.text import decade, number
 
-INK = "#1a1a1a"  # lines and letters; the page's own ink in an inline SVG
-# told apart by all kinds of colour vision (Okabe and Ito), and by the line
+INK = "#1a1a1a"  # lines and letters; in an inline SVG the text colour of the page
+# distinguishable with all kinds of colour vision (Okabe and Ito); lines differ too
 COLOURS = ("#000000", "#d55e00", "#0072b2", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 LINES = ("-", "--", "-.", ":")
 SPEEDS = "turbo"  # the colour map of the balls, in every picture of them
-# near them, with a contrast of 3 and more on white as on #111; grey for what is rare
+# similar colours, with a contrast of at least 3 on white and on #111; grey for a rare kind
 KIND_LOOK = {
     "ball_ball": ("#1f86c9", "-"),
     "ball_drum": ("#d55e00", (0, (6, 1.5))),
@@ -32,7 +32,7 @@ MORE = (("#b58900", (0, (8, 2))), ("#2aa1b3", (0, (4, 1, 1, 1))), ("#8a6d3b", (0
 
 
 def kind_look(kind: str, kinds=()) -> dict:
-    """Colour and line of one of a run's `kinds`; of bodies those that no other kind of the run has, in their order."""
+    """Colour and line of one of the `kinds` of a run; kinds of bodies get those that the other kinds do not use."""
     if kind in KIND_LOOK:
         colour, line = KIND_LOOK[kind]
     else:

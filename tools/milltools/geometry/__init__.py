@@ -1,1 +1,1 @@
-"""Where things are: the mill's bodies as triangles, its outlines, the balls at any time."""
+"""Geometry of a run: the bodies of the mill as triangles, outlines, and the balls at any time."""

@@ -1,6 +1,6 @@
-"""The bodies of a mill as triangles, each in the frame of the motion that carries it: what pictures, player and exports
-are made from. They come from /VTKHDF, which every finished run has; of another its deck is run for no time, with one
-ball.
+"""The bodies of a mill as triangles, each in the frame of the motion that carries it. Pictures, player and exports use
+them. They are read from /VTKHDF, which every finished run has. For other runs millsim runs the deck for an instant with
+one ball.
 
 A pose is an array (3, 4): a point p of a motion's frame is at pose[:, :3] @ p + pose[:, 3] in the laboratory.
 Triangles (T, 3, 3) are counter-clockwise seen from outside of the body; a container's from outside of the mill.
@@ -17,17 +17,17 @@ from milltools.geometry import rerun
 from milltools.read.deck import Deck
 
 STILL = np.eye(3, 4)
-INSTANT = 1e-6  # [s] a deck is run so far for its bodies alone
-SAMPLED = 120  # poses that tell what a motion sweeps
-SHARP = np.cos(np.radians(35))  # between faces, from which on their edge is one
-RIM = 0.04  # of the container's size: bars along its edges
-WANDERS = 2.0  # times its own size: the path of a container from which on a camera rides on it
-FLAT = 0.04  # of the container's surface in one plane: a flat wall
-SAME = 1e-6  # of a mill's size: corners closer than this are one
+INSTANT = 1e-6  # [s] end of a run that is made only for the bodies of its deck
+SAMPLED = 120  # number of poses used to find the space that a motion sweeps
+SHARP = np.cos(np.radians(35))  # an edge is sharp if the angle between the normals of its faces is larger
+RIM = 0.04  # thickness of the bars along the container's edges, as a share of its size
+WANDERS = 2.0  # a camera moves with a container whose path is longer than this, in sizes of the container
+FLAT = 0.04  # a wall is flat if this share of the container's surface is in one plane
+SAME = 1e-6  # corners closer than this share of the mill's size are one corner
 
 
 def _around(count):
-    """Unit vectors in all directions, evenly: a spiral of golden angles; and those of the axes."""
+    """Unit vectors in all directions, evenly distributed on a spiral of golden angles, and those along the axes."""
     k = np.arange(count) + 0.5
     angle, height = np.pi * (1 + 5**0.5) * k, 1 - 2 * k / count
     flat = np.sqrt(1 - height**2)
@@ -37,12 +37,12 @@ def _around(count):
 
 DIRECTIONS = _around(1000)
 
-_KEPT = weakref.WeakKeyDictionary()  # the Mill of every open run that was asked for
+_KEPT = weakref.WeakKeyDictionary()  # cache: open run -> its Mill
 
 
 def moved(pose, points):
-    """Points (..., 3) of a motion's frame in the laboratory; corners that meet stay the same to the bit, as matrix
-    products need not keep them."""
+    """Points (..., 3) of a motion's frame in the laboratory. Unlike a matrix product, it keeps equal corners equal to
+    the bit."""
     x, y, z = np.moveaxis(points, -1, 0)
     return np.stack([a * x + b * y + c * z + d for a, b, c, d in pose], axis=-1)
 
@@ -60,19 +60,20 @@ def inverse(pose):
 
 
 def container(run, index):
-    """The pose of the container's own frame, which maps are taken in, in a stored frame of a run."""
+    """The pose of the container's own frame, the frame of the maps, in a stored frame of a run."""
     return after(Mill.pose(run.carrier, run.poses(index)), inverse(run.vessel_frame()))
 
 
 def after(pose, first):
-    """What comes from one pose of a motion, `first`, to another."""
+    """The displacement (3, 4) from the pose `first` of a motion to another pose."""
     back = inverse(first)
     return np.column_stack([pose[:, :3] @ back[:, :3], moved(pose, back[:, 3])])
 
 
 @dataclasses.dataclass(frozen=True)
 class Body:
-    """Surfaces of one kind of contact that one motion ("": none) carries; `number` (T,) of the blade, wall or copy."""
+    """Surfaces of one kind of contact that one motion ("": none) carries; `number` (T,): index of the blade, wall or
+    copy."""
 
     kind: str
     motion: str
@@ -82,8 +83,8 @@ class Body:
 
 @contextlib.contextmanager
 def bare(text, time=0.0):
-    """The Run of a deck, as `millsim --check` prints it, with one ball of each kind: frame 0 is its bodies at t = 0,
-    and frame 1 at `time` [s]."""
+    """The Run of a deck, as `millsim --check` prints it, with one ball of each kind: frame 0 shows the bodies at t = 0,
+    frame 1 at `time` [s]."""
     step = time if time > 0 else INSTANT
     changes = rerun.frames_only(step, step)
     changes["balls.start"] = "random"
@@ -94,13 +95,13 @@ def bare(text, time=0.0):
 
 
 class Mill:
-    """All bodies of a run, what holds its balls, and where motions take them."""
+    """All bodies of a run, its container, and the poses of the motions."""
 
     def __init__(self, bodies, container, poses, axis=(1.0, 0.0, 0.0)):
         self.bodies = bodies
-        self.container = container  # the kinds of its surfaces
-        self.axis = np.array(axis)  # of the container, in the laboratory at first
-        self.poses = poses  # dictionaries, as Run.poses gives them, through the run
+        self.container = container  # the kinds of the container's surfaces
+        self.axis = np.array(axis)  # of the container, in the laboratory at the start
+        self.poses = poses  # dictionaries as from Run.poses, at times throughout the run
 
     @classmethod
     def of(cls, run) -> "Mill":
@@ -116,7 +117,7 @@ class Mill:
 
     @property
     def walls(self) -> list[Body]:
-        """What holds the balls."""
+        """The bodies of the container."""
         return [body for body in self.bodies if body.kind in self.container]
 
     @property
@@ -126,19 +127,19 @@ class Mill:
 
     @property
     def carrier(self) -> str:
-        """The motion that carries the container; "": it stands still."""
+        """The motion that moves the container; "": it stands still."""
         return next((body.motion for body in self.walls), "")
 
     @functools.cached_property
     def shell(self) -> np.ndarray:
-        """The container's triangles, without those that are mere lines."""
+        """The container's triangles, without those that have no area."""
         found = np.concatenate([np.empty((0, 3, 3)), *(body.triangles for body in self.walls)])
         return found[facing(found)[1] > SAME**2 * np.ptp(found, axis=(0, 1)).max() ** 2] if len(found) else found
 
     @functools.cached_property
     def glass(self) -> np.ndarray:
-        """Of these what is drawn: the round ones. Flat walls would only dim what is behind them; bars show where
-        they end."""
+        """The triangles of the shell to draw: those of round walls. Flat walls would only dim the picture; the bars
+        along the edges show them."""
         normal, area = facing(self.shell)
         away = np.einsum("ij,ij->i", normal, self.shell[:, 0]) / self.size
         _, plane = np.unique(np.round(np.column_stack([normal, away]), 3), axis=0, return_inverse=True)
@@ -147,24 +148,24 @@ class Mill:
 
     @functools.cached_property
     def size(self) -> float:
-        """Half of the container's smallest extent [m]: what the widths of lines are measured by."""
+        """Half of the container's smallest extent [m]: the unit for the widths of lines."""
         points = self.shell.reshape(-1, 3)
         return float(np.ptp(points, axis=0).min()) / 2 if len(points) else 1.0
 
     @functools.cached_property
     def hull(self) -> np.ndarray:
-        """Points (K, 3) [m] between which the container is at all times."""
+        """Points (K, 3) [m] whose convex hull contains the container at all times."""
         return self.swept(self.poses)
 
     @functools.cached_property
     def wanders(self) -> bool:
-        """Whether the container's path is so long that a picture of all of it shows the container small."""
+        """Whether the path of the container is so long that a picture of the whole path shows the container small."""
         path, own = (np.linalg.norm(np.ptp(p, axis=0)) for p in (self.hull, self.swept(self.poses[:1])))  # fmt: skip
         return bool(path > WANDERS * own)
 
     @functools.cached_property
     def reach(self) -> float:
-        """How far from the laboratory's origin anything ever is [m]."""
+        """The largest distance of any body from the origin of the laboratory at any time [m]."""
         far = [
             np.linalg.norm(body.triangles.reshape(-1, 3), axis=1).max(initial=0)
             + max((np.linalg.norm(self.pose(body.motion, p)[:, 3]) for p in self.poses), default=0.0)
@@ -174,11 +175,11 @@ class Mill:
 
     @staticmethod
     def pose(motion, poses):
-        """Of a motion, among those of a frame."""
+        """The pose of a motion, from the poses of a frame; STILL if the motion has none."""
         return poses.get(motion, STILL)
 
     def swept(self, poses) -> np.ndarray:
-        """Points (K, 3) [m] between which the container, with what it carries, is where motions are at one of
+        """Points (K, 3) [m] whose convex hull contains the container and the bodies fixed to it in each of
         `poses`."""
         where = [self.pose(self.carrier, one) for one in poses] or [STILL]
         where = np.unique(np.round(where, 12), axis=0)
@@ -205,7 +206,7 @@ class Mill:
 
     @property
     def rim(self) -> float:
-        """How thick bars along the container's edges are drawn: from their middle to a corner [m]."""
+        """Radius of the bars along the container's edges, from the middle to a corner [m]."""
         return RIM * self.size
 
     @functools.cached_property
@@ -215,7 +216,7 @@ class Mill:
 
 
 def bars(edges, width):
-    """Triangles (24 E, 3, 3) of six-sided bars around lines (E, 2, 3), a little longer than these."""
+    """Triangles (24 E, 3, 3) of six-sided bars around lines (E, 2, 3); the bars are a little longer than the lines."""
     if not len(edges):
         return np.empty((0, 3, 3))
     along = edges[:, 1] - edges[:, 0]
@@ -234,7 +235,7 @@ def bars(edges, width):
 
 
 def outline(points):
-    """The corners of the convex hull of points (N, 2), against the clock."""
+    """The corners of the convex hull of points (N, 2), counter-clockwise."""
     points = np.unique(points, axis=0)
     sides = []
     for way in (points, points[::-1]):
@@ -251,15 +252,15 @@ def outline(points):
 
 
 def outermost(points):
-    """Of points (N, 3) those farthest along one of many directions: along the axes they reach as far as all do, else
-    within 0.5 %."""
+    """Those of the points (N, 3) that are farthest in one of many directions. Their extent along the axes is exact, in
+    other directions within 0.5 %."""
     points = np.unique(points, axis=0)
     far = [np.argmax(points @ some.T, axis=0) for some in np.array_split(DIRECTIONS, 20)]
     return points[np.unique(np.concatenate(far))]
 
 
 def read(run) -> list[Body]:
-    """The bodies in a run's /VTKHDF, in its order of blocks."""
+    """The bodies in /VTKHDF of a run, in the order of the blocks."""
     poses, found = run.first_poses(), []
     names = sorted(run.names("VTKHDF"), key=lambda name: run.attribute(f"VTKHDF/{name}", "Index", 0))
     for name in names:
@@ -273,13 +274,13 @@ def read(run) -> list[Body]:
         kinds = list(run.attribute(f"{place}/CellData/kind", "kinds", run.kinds))
         kind, number = (run.read(f"{place}/CellData/{what}") for what in ("kind", "number"))
         if len(corners) != 3 * len(kind) or corners.max(initial=0) >= len(points) or kind.max(initial=0) >= len(kinds):
-            raise run.damaged(place, f"no triangles: {len(points)} points, {len(corners)} corners, {len(kind)} kinds")
+            raise run.damaged(place, f"not triangles: {len(points)} points, {len(corners)} corners, {len(kind)} kinds")
         corners = corners.reshape(-1, 3)
         motion = name if name in poses else ""
         triangles = moved(inverse(Mill.pose(motion, poses)), points)[corners]
         for k in dict.fromkeys(kind.tolist()):
             own = triangles[kind == k]
             if kinds[k] in run.vessel_kinds:
-                own = own[:, ::-1]  # they face the balls
+                own = own[:, ::-1]  # in the file they face the balls
             found.append(Body(kinds[k], motion, own, number[kind == k]))
     return found

@@ -1,8 +1,7 @@
-"""Cells of millsim's maps, and balls spread over them: how much of a cell is within the drum, and where the balls of a
-frame are.
+"""Cells of millsim's maps: how much of each cell is inside the drum, and how the balls of a frame fill the cells.
 
-The file has the maps of the whole window; those of parts of it, from frames, say how sure they are
-(compare/map_deviation.py). Rules and order of sums are those of src/observe/maps.c and maps_sample.c. SI throughout.
+The file has the maps of the whole sampled window. Maps of parts of the window, made here from frames, show how precise
+the maps are (compare/map_deviation.py). Rules and order of sums are those of src/observe/maps.c and maps_sample.c. SI.
 """
 
 import functools
@@ -11,7 +10,7 @@ import math
 import numpy as np
 
 RINGS = 30  # cells of r, half as many as across
-SUBS, ANGLES = 32, 720  # points in a cell or ring along each direction, and directions, where no formula gives its area
+SUBS, ANGLES = 32, 720  # points along each direction of a cell or ring, and directions, if no formula gives its area
 
 # Points of a ball's volume: (+-1, +-1, +-1) and the permutations of (+-3, +-1, +-1) in half spacings, see
 # src/observe/maps_sample.c. Seen along x they are 12 places (plane in y, plane in z, points / 2):
@@ -23,14 +22,14 @@ _SPOTS = [
 
 
 class Map:
-    """Equal cells over two coordinates; what lies outside goes to the cells at the rim."""
+    """Equal cells over two coordinates; points outside count in the cells at the rim."""
 
     def __init__(self, n, begin, end, room):
         self.n, self.begin = n, begin
         self.size = [(end[k] - begin[k]) / n[k] for k in (0, 1)]  # [m]
         self.per = [n[k] / (end[k] - begin[k]) for k in (0, 1)]
         self.room = room  # [m^3] of the cells inside the drum, (n0 n1,)
-        self.flow = np.zeros((4, n[0] * n[1]))  # volume [m^3], and it times the velocity [m^4/s]
+        self.flow = np.zeros((4, n[0] * n[1]))  # volume [m^3], and volume times velocity [m^4/s]
 
     def planes(self, axis, centre, half):
         """Cells of the planes -3, -1, 1, 3 of the lattice across an axis, (4, N)."""
@@ -58,27 +57,27 @@ def circle_cells(radius, n):
     edge = np.arange(n // 2 + 1) * size
     y0, z0 = np.meshgrid(edge[:-1], edge[:-1], indexing="ij")
     y1, z1 = np.meshgrid(edge[1:], edge[1:], indexing="ij")
-    full = np.sqrt(np.maximum(0, radius * radius - z1 * z1))  # y up to which all of it is inside
-    none = np.sqrt(np.maximum(0, radius * radius - z0 * z0))  # y from which nothing is
+    full = np.sqrt(np.maximum(0, radius * radius - z1 * z1))  # y up to which the whole cell is inside
+    none = np.sqrt(np.maximum(0, radius * radius - z0 * z0))  # y from which on nothing of it is inside
     a = np.minimum(np.maximum(full, y0), y1)
     b = np.minimum(np.maximum(none, a), y1)
     area = (a - y0) * (z1 - z0) + _under_arc(radius, b) - _under_arc(radius, a) - z0 * (b - a)
-    area[~(area > 1e-9 * (y1 - y0) * (z1 - z0))] = 0  # a corner on the circle is no area
-    half = np.concatenate([area[::-1], area])  # the quadrants are alike
+    area[~(area > 1e-9 * (y1 - y0) * (z1 - z0))] = 0  # rounding at a corner on the circle
+    half = np.concatenate([area[::-1], area])  # the quadrants are equal
     return np.concatenate([half[:, ::-1], half], axis=1).ravel()
 
 
 @functools.lru_cache(maxsize=4)
 def _sub_points(profile, rings):
-    """(areas of the cells as `circle_cells` has them, areas of so many rings of r) of any profile, by points within, as
-    millsim measures them."""
+    """(areas of the cells as in `circle_cells`, areas of `rings` rings of r) inside any profile, from the share of
+    points inside, as in millsim."""
     n, size = 2 * rings, profile.outermost / rings
     corner = np.arange(n) * size - profile.outermost
     y, z = np.meshgrid(corner, corner, indexing="ij")
     gap = profile.gap(y + size / 2, z + size / 2)
     share = (gap > 0).astype(float)
     at = size * (np.arange(SUBS) + 0.5) / SUBS
-    cut = np.abs(gap) <= size  # the wall comes near
+    cut = np.abs(gap) <= size  # cells near the wall
     inside = profile.gap(y[cut][:, None, None] + at[:, None], z[cut][:, None, None] + at) > 0
     share[cut] = inside.mean(axis=(1, 2))
     inner = np.arange(rings) * size
@@ -110,7 +109,7 @@ class Maps:
         self.axial.room = np.tile(ring * self.axial.size[0], slices)
 
     def sample(self, position, velocity, radius):
-        """Adds the balls (N,) as they are: each one's volume is spread over 32 equal points within it."""
+        """Adds balls (N,): the volume of each ball is spread over 32 equal points within it."""
         x, y, z = position.T
         u, v, w = velocity.T
         half = radius * math.sqrt(1 / 15)  # of the spacing that keeps the ball's second moment

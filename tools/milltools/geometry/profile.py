@@ -1,16 +1,15 @@
-"""The drum's inner cross-section, circle or wavy: its arcs, outline, area, and how far a point is from it.
+"""The inner cross-section of the drum, a circle or wavy: its arcs, outline, area, and the distance of a point from it.
 
 A wavy profile (Figure 6 of the paper that `drum.profile = wavy` follows; docs/deck.md has the keys) is 2n circular
-arcs of one radius rho, bulging outwards and inwards in turn, tangent where they join, between the radii R + h and R
-- h. Centres lie at R - u (outer arcs) and R + u (inner arcs), pi/n apart; that neighbours touch, 2 rho = |C_i - C_o|
-with rho = u + h, gives
+arcs of one radius rho between the radii R + h and R - h. They bulge outwards and inwards alternately and join with a
+common tangent. Their centres are at the radius R - u (outer arcs) and R + u (inner arcs), pi/n apart. Neighbouring arcs
+touch, so 2 rho = |C_i - C_o| with rho = u + h. This gives
 
     (1 - c) u^2 + 4 h u + 2 h^2 - (1 - c) R^2 = 0,    c = cos(pi/n),
 
-and u is its larger root: the only one with rho > 0. It is positive up to h = R sin(pi/2n); beyond, bulges overhang.
-The polygon of the centres with the outer sectors added and the inner ones taken away has the area n (R^2 - u^2)
-sin(pi/n) + pi rho^2. This is written from that formula alone, without the engine's code: the tests hold the two
-against each other.
+and u is the larger root, the only one with rho > 0. It is positive up to h = R sin(pi/2n); for larger h the bulges
+overhang. The area is that of the polygon of the centres plus the outer sectors minus the inner ones: n (R^2 - u^2)
+sin(pi/n) + pi rho^2. This code is independent of the engine's code; the tests compare the two.
 """
 
 import dataclasses
@@ -25,8 +24,8 @@ MOST_BUCKLES = 100_000
 
 @dataclasses.dataclass(frozen=True)
 class Arc:
-    """A circular arc: `centre` (y, z) and `radius` [m], from the direction `start` counted from +y to +z through `turn`
-    [rad]: positive, around the axis, for an outer arc; negative for an inner one; 2 pi for the circle."""
+    """A circular arc: `centre` (y, z) and `radius` [m]. It begins in the direction `start` [rad], from +y to +z, and
+    turns by `turn` [rad]: positive for an outer arc, negative for an inner one, 2 pi for the circle."""
 
     centre: tuple[float, float]
     radius: float
@@ -44,11 +43,11 @@ class Profile:
     """Drum of `radius` R with n `buckles` of `height` h [m], one outermost point at `angle` [rad]; a circle if h = 0 or
     n = 0.
 
-    What follows: `outermost` and `innermost`, the wall's largest and smallest distance from the axis; `step`, the
-    angle between neighbouring centres, seen from the axis; `offset`, u; `arc_radius`, rho; `halves`, half of the
-    angle of an outer and of an inner arc, seen from its centre; `neck`, half of the narrowest width of a bulge, or
-    of what lies between two, whichever is less, infinite where neither narrows, not positive where the formula has
-    no profile; `area` [m^2] and `length`, all the way around."""
+    Derived values: `outermost` and `innermost`: the largest and smallest distance of the wall from the axis; `step`:
+    the angle between neighbouring centres, seen from the axis; `offset`: u; `arc_radius`: rho; `halves`: half of the
+    angle of an outer and of an inner arc, seen from its centre; `neck`: half of the narrowest width of a bulge or of
+    the wall between two bulges, whichever is smaller (infinite if neither narrows; not positive if there is no such
+    profile); `area` [m^2] and `length` [m] of the whole outline."""
 
     radius: float
     buckles: int = 0
@@ -77,17 +76,17 @@ class Profile:
         near, far, sine = radius - self.offset, radius + self.offset, math.sin(self.step)
         inner = math.atan2(near * sine, far - near * math.cos(self.step))
         self.halves = inner + self.step, inner
-        # the mouth of a bulge, between two inner arcs, and the waist of what stands between two outer ones
+        # the opening of a bulge between two inner arcs, and the narrowest wall between two outer arcs
         widths = (away * sine - rho for away, half in zip((far, near), self.halves) if half > math.pi / 2)
         self.neck = min(widths, default=math.inf)
         if not self.neck > 0:
-            raise ValueError(f"no profile: {self.buckles} buckles of {height} m run into each other")
+            raise ValueError(f"no profile: {self.buckles} buckles of {height} m height overlap each other")
         self.area = self.buckles * (radius**2 - self.offset**2) * sine + math.pi * rho**2
         self.length = 2 * self.buckles * rho * sum(self.halves)
 
     @classmethod
     def of(cls, lookup) -> "Profile":
-        """From what a deck says; lookup(key, default) gives the SI text of "section.key": `Deck.value`."""
+        """The profile of a deck; lookup(key, default) returns the SI text of "section.key", as `Deck.value` does."""
         if lookup("drum.radius", None) is None:
             raise UserError("the deck has no drum.radius")
         kind = lookup("drum.profile", "circle")
@@ -112,7 +111,7 @@ class Profile:
 
     @classmethod
     def of_run(cls, run) -> "Profile":
-        """From the deck of a milltools.read.runfile.Run."""
+        """The profile of a milltools.read.runfile.Run."""
         try:
             return cls.of(run.as_deck.value)
         except UserError as fault:
@@ -121,7 +120,7 @@ class Profile:
     # ---- arcs and outline
 
     def arcs(self) -> list[Arc]:
-        """All arcs, around the axis from the outermost point's arc on, each beginning where the last one ends."""
+        """All arcs in their order around the axis, from the arc of the outermost point on."""
         if self.circle:
             return [Arc((0.0, 0.0), self.radius, self.angle, 2 * math.pi)]
         found = []
@@ -133,8 +132,8 @@ class Profile:
         return found
 
     def outline(self, tolerance=None) -> np.ndarray:
-        """Closed polygon (N, 2) of (y, z) [m] with its corners on the wall, counter-clockwise, the last one not the
-        first again; nowhere farther from the wall than `tolerance` [m] (default: R/2000)."""
+        """Polygon (N, 2) of (y, z) [m] with its corners on the wall, counter-clockwise; the first corner is not
+        repeated at the end. Its distance from the wall is at most `tolerance` [m] (default: R/2000)."""
         tolerance = self.radius / 2000 if tolerance is None else tolerance
         if not tolerance > 0:
             raise ValueError(f"tolerance {tolerance} m: expected more than 0")
@@ -150,11 +149,11 @@ class Profile:
     # ---- distances
 
     def gap(self, y, z, radius=0.0) -> np.ndarray:
-        """Distance [m] of a ball's surface from the wall, < 0: it is in the wall by that much. Its centre (y, z),
-        arrays.
+        """Distance [m] of the surface of balls with their centres at (y, z) from the wall; negative if they penetrate
+        it. Arrays.
 
-        The profile is its own mirror image at the ray through each centre, so the nearest point of the wall lies
-        between the same two rays as the ball: half an outer and half an inner arc are all there is to look at."""
+        The profile is symmetric about the ray from the axis through each centre of an arc. So the nearest point of the
+        wall is between the same two rays as the ball, on half an outer arc or half an inner arc."""
         y, z = np.broadcast_arrays(np.asarray(y, float), np.asarray(z, float))
         away = np.hypot(y, z)
         if self.circle:
@@ -163,7 +162,7 @@ class Profile:
         angle = np.minimum(angle, 2 * self.step - angle)  # 0: at the outer arc, step: at the inner
         y, z = away * np.cos(angle), away * np.sin(angle)
         rho, near, far = self.arc_radius, self.radius - self.offset, self.radius + self.offset
-        # as seen from the centre of the outer arc, then of the inner one
+        # relative to the centre of the outer arc, then of the inner arc
         outer_y, outer_z = y - near, z
         cosine, sine = math.cos(self.step), math.sin(self.step)
         inner_y, inner_z = far - (cosine * y + sine * z), sine * y - cosine * z
@@ -177,7 +176,7 @@ class Profile:
             np.where(faces_outer, np.abs(rho - from_outer), to_join),
             np.where(faces_inner, np.abs(from_inner - rho), to_join),
         )
-        # the line of the two centres parts the chamber: axis' side and far side
+        # the line through the two centres divides the chamber into the side of the axis and the far side
         across = (far * cosine - near) * z - far * sine * (y - near)
         inside = np.where(across >= 0, from_inner > rho, from_outer < rho)
         return np.where(inside, distance, -distance) - radius

@@ -1,7 +1,7 @@
-"""A finished run once more, for what its file does not hold: ball states in finer steps, every impact.
+"""Runs the deck of a finished run again for data that its file does not have: more frames, or all impacts.
 
-millsim gives the same bits for the same deck, whatever it stores, so what comes out is the run and not another one
-like it. That is not taken on trust: its energies, counts and frames are compared with those in the file.
+millsim gives the same bits for the same deck, whatever it stores, so the result is exactly the same run. This is
+checked: energies and frames of the new file are compared with those in the old one.
 """
 
 import contextlib
@@ -17,23 +17,23 @@ from milltools.base.errors import UserError
 from milltools.geometry.trajectory import HALF_ULP, SAME_TIME, stored
 from milltools.read.runfile import Run
 
-BESIDE = 1e-3  # of an interval: how far behind its last frame the run ends
-ULPS = 4.0  # frames may differ by that many units in the last place of the largest value
-ENERGIES = 1e-9  # relative: the same events give the same bits, a single other one soon much more
+BESIDE = 1e-3  # the run ends this share of an interval after its last frame
+ULPS = 4.0  # frames can differ by that many units in the last place of the largest value
+ENERGIES = 1e-9  # relative tolerance; a single different event soon changes the energies by much more
 SERIES = ("kinetic_energy", "rotational_energy", "rotor_work")
-STATE_BYTES = 36  # a ball in a frame: three vectors of three float32
+STATE_BYTES = 36  # of a ball in a frame: three vectors of three float32
 IMPACT_BYTES = 54
 
 
 def why_not(run) -> str | None:
-    """Why a run cannot be run again, or None."""
+    """Why the deck of a run cannot be run again; None if it can."""
     if run.program != "millsim":
-        return f"it is {run.program}'s run"
-    return None if run.deck_text() else "the file holds no deck"
+        return f"{run.program} made the run, not millsim"
+    return None if run.deck_text() else "the file holds no text of the deck"
 
 
 def size(run, until, interval, impacts) -> float:
-    """About how large the new file gets [bytes]."""
+    """Approximate size of the new file [bytes]."""
     found = 0.0
     if interval:
         found += STATE_BYTES * len(run.balls("id")) * (until / interval + 2)
@@ -43,37 +43,37 @@ def size(run, until, interval, impacts) -> float:
 
 
 class OtherRun(UserError):
-    """What came of running a deck again is not the same run."""
+    """Running a deck again gave a different run."""
 
 
 @contextlib.contextmanager
 def again(run, until, interval=0.0, impacts=False, watch=None):
-    """The Run that comes of running a run's deck again to `until` [s], with frames every `interval` [s] (0: none) and,
-    if asked for, all impacts; its file is gone afterwards. `watch(line)` gets millsim's own lines of progress.
+    """Runs the deck of a run again to `until` [s], with frames every `interval` [s] (0: none) and, with `impacts`, all
+    impacts. Yields the new Run; its file is deleted afterwards. `watch(line)` gets millsim's lines of progress.
 
-    UserError if millsim fails, OtherRun if that is not the same run up to then."""
+    UserError if millsim fails, OtherRun if the two runs differ up to `until`."""
     folder = tempfile.gettempdir()
     needed, free = size(run, until, interval, impacts), shutil.disk_usage(folder).free
     if needed > 0.95 * free:
         raise UserError(
-            f"{folder}: running the deck again needs {needed / 1e9:.2g} GB there, {free / 1e9:.2g} GB are free: "
-            "set TMPDIR to a larger disk, end earlier (--to), or take --no-rerun",
+            f"{folder}: running the deck again needs {needed / 1e9:.2g} GB there, but {free / 1e9:.2g} GB are free: "
+            "set TMPDIR to a folder on a larger disk, end earlier (--to), or use --no-rerun",
             status=1,
         )
     changes = frames_only(until, interval) | {"output.impacts": "all" if impacts else "statistics"}
     with run_of(run.deck_text(), changes, watch) as other:
         where = _differs(run, other, until)
         if where:
-            raise OtherRun(f"run again, {where}")
+            raise OtherRun(f"the deck, run again, gave other results: {where}")
         yield other
 
 
 def frames_only(until, interval) -> dict[str, str]:
-    """What is changed in a deck that is run to `until` [s] for nothing but frames every `interval` [s]."""
-    beyond = BESIDE * (interval or until) or SAME_TIME  # millsim runs no deck for 0 s
+    """The changes of a deck that is run to `until` [s] only for frames every `interval` [s]."""
+    beyond = BESIDE * (interval or until) or SAME_TIME  # millsim does not accept 0 s
     return {
         "run.time": f"{until + beyond!r} s",
-        "run.sample_from": "0 s",  # the window may begin beyond the new end; it has no influence
+        "run.sample_from": "0 s",  # the old value can be after the new end; it has no influence on the states
         "run.precision": "0",
         "run.max_collisions": "0",
         "output.frames": f"{float(interval)!r} s",
@@ -84,7 +84,7 @@ def frames_only(until, interval) -> dict[str, str]:
 
 @contextlib.contextmanager
 def run_of(text, changes, watch=None):
-    """The Run of a deck's text with some values changed; its file is gone afterwards."""
+    """Yields the Run of a deck's text with some values changed; its file is deleted afterwards."""
     words = [word for key, value in changes.items() for word in ("-s", f"{key}={value}")]
     command = [*processes.guard(), engine.program(), "-o", "run.h5", *words, "--", "deck.ini"]
     none, line = subprocess.DEVNULL, ""
@@ -93,7 +93,7 @@ def run_of(text, changes, watch=None):
         with subprocess.Popen(
             command, cwd=folder, stdin=none, stdout=none, stderr=subprocess.PIPE, start_new_session=True,
             encoding="utf-8", errors="replace",
-        ) as process:  # fmt: skip  # in a session of its own: Ctrl-C is ours to handle
+        ) as process:  # fmt: skip  # in its own session: this process handles Ctrl-C
             try:
                 for line in filter(str.strip, process.stderr):
                     if watch:
@@ -103,13 +103,13 @@ def run_of(text, changes, watch=None):
                 raise
         if process.returncode != 0:
             why = engine.own_words(line) or f"it ended with status {process.returncode}"
-            raise UserError(f"running the deck again failed (--no-rerun does without): {why}", status=1)
+            raise UserError(f"running the deck again failed (--no-rerun avoids it): {why}", status=1)
         with Run(pathlib.Path(folder, "run.h5")) as run:
             yield run
 
 
 def _differs(run, other, until) -> str | None:
-    """Where `other` is not the same run as `run` up to `until` [s], in words; None if it is."""
+    """The first difference of the two runs up to `until` [s], in words; None if they are the same."""
     for name in SERIES:
         if not (run.has_series(name) and other.has_series(name)):
             continue
@@ -118,7 +118,7 @@ def _differs(run, other, until) -> str | None:
         scale = np.maximum(np.abs(mine[:count]), np.abs(its[:count])) * ENERGIES
         wrong = np.flatnonzero(~(np.abs(mine[:count] - its[:count]) <= scale))
         if len(wrong):
-            return f"its {name.replace('_', ' ')} is another from {times[wrong[0]]:.6g} s on"
+            return f"the {name.replace('_', ' ')} differs from {times[wrong[0]]:.6g} s on"
     mine, its = run.frame_times(), other.frame_times()
     for index, time in enumerate(mine):
         if time > until + SAME_TIME or not len(its):
@@ -130,8 +130,8 @@ def _differs(run, other, until) -> str | None:
         for name in ("position", "velocity", "angular_velocity"):
             one, two = getattr(a, name), getattr(b, name)
             if one.shape != two.shape:
-                return f"it has {len(two)} balls, not {len(one)}"
+                return f"{len(two)} balls, not {len(one)}"
             most = 2 * ULPS * HALF_ULP * np.abs(one).max(initial=0.0)
             if not np.abs(one - two).max(initial=0.0) <= most:
-                return f"the balls are elsewhere at {time:.6g} s"
+                return f"the states of the balls differ at {time:.6g} s"
     return None

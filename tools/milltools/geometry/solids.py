@@ -1,7 +1,7 @@
-"""The mill's bodies as triangles: drum, end walls, shaft, blades, each closed, seen counter-clockwise from outside.
+"""Drum, end walls, shaft and blades as closed bodies of triangles, counter-clockwise seen from outside.
 
-A body is an array (T, 3, 3): triangles, their corners, (x, y, z) in m. Corners that meet are the same numbers to the
-bit, so that readers can join them; they lie on the true surface, and no flat is farther from it than a tolerance.
+A body is an array (T, 3, 3): triangles, corners, (x, y, z) in m. Common corners are equal to the bit, so that readers
+can join them. All corners are on the true surface, and no triangle is farther from it than a tolerance.
 """
 
 import math
@@ -11,17 +11,17 @@ import numpy as np
 from milltools.geometry.profile import Profile
 
 PARTS = ("drum", "walls", "shaft", "blades")
-SUNK = 0.005  # [m] a blade's foot is this deep in the shaft, or a third of its radius
+SUNK = 0.005  # [m] depth of a blade's foot in the shaft, in thin shafts less
 CORNERS = np.array([(a, b, c) for a in (-1, 1) for b in (0, 1) for c in (-1, 1)], float)
 # the six faces of a box by its CORNERS, counter-clockwise seen from outside (axes: width, radial, thickness)
 FACES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
-MERGED = 1e-5  # of the drum's radius: corners of an outline closer than this are one; single precision tells them apart
+MERGED = 1e-5  # of the drum's radius: closer corners of an outline are merged; single precision resolves the others
 
 # ---- blades
 
 
 def blade_triangles(deck, turn):
-    """Closed surfaces of all blades, the rotor turned on by `turn` [rad]: (T, 3, 3) corners [m], outward."""
+    """Closed surfaces of all blades with the rotor turned by `turn` [rad]: corners (T, 3, 3) [m], facing outwards."""
     c, s = math.cos(turn), math.sin(turn)
     turned = np.array([[1, 0, 0], [0, c, s], [0, -s, c]])
     triangles = []
@@ -56,8 +56,8 @@ def _cross(a, b, c):
 
 
 def triangulate(polygon):
-    """Triangles (N - 2, 3), indices into a polygon (N, 2) that runs counter-clockwise and may touch itself along a
-    bridge to a hole: ears are cut off one by one (G. H. Meisters, Am. Math. Monthly 82, 648, 1975)."""
+    """Triangles (N - 2, 3) as indices into a counter-clockwise polygon (N, 2), which can touch itself along a bridge to
+    a hole. Ears are cut off one by one (G. H. Meisters, Am. Math. Monthly 82, 648, 1975)."""
     left, ears = list(range(len(polygon))), []
     at, failed = 0, 0
     while len(left) > 3:
@@ -70,7 +70,7 @@ def triangulate(polygon):
             failed = 0
         elif failed > len(left):
             raise ValueError("the outline crosses itself")
-        at = (at + 1) % len(left)  # not the neighbour of an ear again: fans of slivers come of that
+        at = (at + 1) % len(left)  # skip the neighbour of the ear, to avoid fans of thin triangles
     return np.array([*ears, left])
 
 
@@ -87,17 +87,17 @@ def _is_ear(polygon, left, a, b, c):
 
 
 def prism(outline, low, high, hole=None):
-    """The closed body between x = low and x = high within an outline (N, 2) of (y, z), counter-clockwise, and without
-    what lies within `hole` (M, 2), counter-clockwise too; the first corners of both must see each other."""
-    rings = [outline] if hole is None else [outline, hole[::-1]]  # a hole is walked the other way
+    """The closed body between x = low and x = high inside an `outline` (N, 2) of (y, z) and outside a `hole` (M, 2),
+    both counter-clockwise. The line between their first corners must not cross them."""
+    rings = [outline] if hole is None else [outline, hole[::-1]]  # the hole in the opposite direction
     count = len(outline)
     points = np.concatenate(rings)
     order = np.arange(count)
-    if hole is not None:  # around, over the bridge to the hole's first corner, now last, around the hole, and back
+    if hole is not None:  # the outline, the bridge to the hole's first corner (now the last), the hole, and back
         order = np.r_[order, 0, len(points) - 1, count : len(points)]
     cap = order[triangulate(points[order])]
     ends = [np.insert(points, 0, x, axis=1) for x in (low, high)]
-    # seen from outside: along +x at the far end, the other way round at the near one
+    # counter-clockwise from outside: the end at `high` as it is, the end at `low` reversed
     triangles = [ends[1][cap], ends[0][cap[:, ::-1]]]
     for k in np.split(np.arange(len(points)), [count])[: len(rings)]:
         n = np.roll(k, -1)
@@ -109,7 +109,7 @@ def prism(outline, low, high, hole=None):
 
 
 def _merged(outline, least):
-    """An outline without corners closer than `least` [m] to the one before."""
+    """An outline without corners that are closer than `least` [m] to the previous corner."""
     kept = [outline[0]]
     for point in outline[1:]:
         if math.dist(point, kept[-1]) >= least:
@@ -120,12 +120,12 @@ def _merged(outline, least):
 
 
 def parts(deck, tolerance, thickness) -> dict[str, list[np.ndarray]]:
-    """The closed bodies of each of PARTS, as at t = 0. The drum: a tube, inside the profile, outside a circle
-    `thickness` [m] beyond its outermost point; the end walls: discs that close it; the shaft, from end wall to end
-    wall, where there is one; the blades: boxes from within the shaft to their tips."""
+    """The closed bodies of each of PARTS at t = 0. Drum: a tube with the profile inside and a circle outside,
+    `thickness` [m] beyond the outermost point. Walls: discs that close the drum. Shaft, if there is one: from end wall
+    to end wall. Blades: boxes from inside the shaft to their tips."""
     profile, half, radius = Profile.of(deck.value), deck.number("drum.length") / 2, deck.shaft_radius
     hole = profile.outline(tolerance)
-    # an arc starts half its angle before its middle: begin at an outermost point, where the outer circle is near
+    # begin at an outermost point, where the outer circle is near
     hole = np.roll(hole, -int(np.argmax(np.hypot(*hole.T))), axis=0)
     hole = _merged(hole, MERGED * profile.radius)
     rim, tube = (circle(profile.outermost + thickness, tolerance, a) for a in (0.0, math.atan2(hole[0, 1], hole[0, 0])))

@@ -1,10 +1,10 @@
-"""The state of all balls at any time, from the frames a run has stored.
+"""The state of all balls at any time, computed from the stored frames of a run.
 
-Between two impacts a ball flies on a parabola. The stored states on both sides of a gap give one forward from the
-earlier frame and one backward from the later. Where the two agree the ball touched nothing in between; where they
-cross in one point it touched something once, there, at a time that solves exactly, since gravity is the same in both
-and drops out of their difference. In either case the flight is known. A ball that touched more than once is not: it
-gets the cubic that fits both states, and is counted.
+Between two impacts a ball flies on a parabola. Two neighbouring frames give two parabolas: forward from the earlier
+frame and backward from the later one. If the two agree, the ball had no contact in between. If they cross in one point,
+it had one contact there; its time has an exact solution, because gravity cancels in the difference of the parabolas. In
+both cases the flight is known. After more than one contact it is not: then a cubic curve joins the two states, and the
+ball is counted as unknown.
 """
 
 import dataclasses
@@ -16,15 +16,15 @@ from milltools.base.errors import UserError
 from milltools.geometry.profile import Profile
 
 HALF_ULP = 2.0**-24  # states are stored in single precision
-SLACK = 4.0  # of the rounding errors' bound: what agrees within it, agrees
-INSIDE = 1e-6  # of the drum's radius: a contact's place may be that far beyond the wall
-SAME_TIME = 1e-9  # [s] nothing moves visibly in it
+SLACK = 4.0  # tolerance of comparisons, in bounds of the rounding errors
+INSIDE = 1e-6  # a contact can be beyond the wall by this share of the drum's radius
+SAME_TIME = 1e-9  # [s] times closer than this count as equal
 
 
 @dataclasses.dataclass(frozen=True)
 class State:
-    """All balls at a `time` [s]: position [m], velocity [m/s], angular_velocity [rad/s], each (N, 3) float64, for some
-    pictures one more `value` of each ball (N,); `poses` of the motions, as Run.poses gives them."""
+    """All balls at a `time` [s]: position [m], velocity [m/s], angular_velocity [rad/s], each (N, 3) float64; for some
+    pictures a further `value` of each ball (N,); `poses` of the motions, as from Run.poses."""
 
     time: float
     position: np.ndarray
@@ -43,11 +43,11 @@ def stored(run, index) -> State:
 
 
 def between(a, b, share) -> np.ndarray:
-    """The pose (3, 4) at a share 0..1 of the way from one to another, the shorter way round."""
+    """The pose (3, 4) at a share 0..1 of the way from pose a to pose b, along the smaller rotation."""
     turn = b[:, :3] @ a[:, :3].T
     axis = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
     sine = np.linalg.norm(axis)
-    if sine < 1e-9:  # none, or half a turn: then the axis is in turn + 1
+    if sine < 1e-9:  # no rotation, or half a turn: then the axis is a column of turn + 1
         both = turn + np.eye(3)
         axis = both[:, np.argmax(np.diag(both))]
     angle = share * np.arctan2(sine, np.trace(turn) - 1)
@@ -62,7 +62,7 @@ def _length(vectors):
 
 
 class Bounds:
-    """What a flight must stay within: a drum that stands still, outside the shaft. Only the deck is read."""
+    """The limits of a flight: inside a drum that stands still, and outside the shaft. From the deck alone."""
 
     def __init__(self, run):
         self.still = not run.vessel and not run.text("drum/motion", "")
@@ -74,7 +74,7 @@ class Bounds:
         self.radius = run.balls("diameter") / 2
 
     def outside(self, balls, position):
-        """Which of the `balls` (numbers) would be in a wall or in the shaft at their positions; (n,) bool."""
+        """Which of the `balls` (indices) would overlap a wall or the shaft at these positions; (n,) bool."""
         if not self.still:
             return np.zeros(len(position), bool)
         radius, least = self.radius[balls], -INSIDE * self.profile.radius
@@ -88,19 +88,19 @@ class Bounds:
 class Flights:
     """The flights of all balls between two states `a` and `b`.
 
-    `contact` (N,) is when a ball touched something, in seconds after `a`: infinite if nothing; `unknown` (N,) bool
-    tells where more than one contact leaves the flight open."""
+    `contact` (N,): the time of a ball's contact in seconds after `a`, infinite if it has none. `unknown` (N,) bool: the
+    flight is not known because of more than one contact."""
 
     def __init__(self, a: State, b: State, mill: Bounds):
         self.a, self.b, self.mill = a, b, mill
         self.step = h = b.time - a.time
         if not h > 0:
-            raise UserError(f"frames at {a.time:.9g} s and {b.time:.9g} s: not in the order of time")
+            raise UserError(f"the frames at {a.time:.9g} s and {b.time:.9g} s are not in the order of time")
         g = mill.gravity
         # forward minus backward parabola, `s` seconds after a: offset + rate s
         offset = a.position - b.position + b.velocity * h - g * h**2 / 2
         rate = a.velocity + g * h - b.velocity
-        # by how much the two may differ [m] and [m/s] because states are rounded
+        # how much the two can differ [m] and [m/s] because the states are rounded
         speed = HALF_ULP * (_length(a.velocity) + _length(b.velocity))
         place = SLACK * (HALF_ULP * (_length(a.position) + _length(b.position)) + speed * h) + 1e-12
         speed = SLACK * speed + 1e-9
@@ -108,12 +108,12 @@ class Flights:
         with np.errstate(divide="ignore", invalid="ignore"):
             square = np.einsum("ij,ij->i", rate, rate)
             at = -np.einsum("ij,ij->i", offset, rate) / square
-            early = place / np.sqrt(square)  # how well that time is known
+            early = place / np.sqrt(square)  # uncertainty of this time
             crosses = (at >= -early) & (at <= h + early) & (_length(rate) > speed)
             crosses &= _length(offset + rate * at[:, None]) <= place
         once = ~agree & crosses
         self.contact = np.where(once, np.clip(at, 0, h), np.inf)
-        # two bounces on one line always cross in a point, but in one behind the wall: those were not one contact
+        # after two impacts along one line the parabolas also cross in a point, but behind the wall: not one contact
         balls = np.flatnonzero(once)
         at = self.contact[balls]
         wrong = mill.outside(balls, self._parabola(b, balls, (at + h) / 2 - h)[0])
@@ -138,7 +138,7 @@ class Flights:
         return place, slope / h
 
     def at(self, time) -> State:
-        """The state at a time between the two; that of a ball's contact counts as before it."""
+        """The state at a time between the two; at the time of its contact a ball has its velocity before it."""
         s = time - self.a.time
         position, velocity = self._parabola(self.a, slice(None), s)
         spin = self.a.angular_velocity.copy()
@@ -154,10 +154,10 @@ class Flights:
 
 
 class Trajectory:
-    """State at any time of an open Run; best asked in the order of time, for only one gap is kept.
+    """The state of an open Run at any time; fastest in the order of time, because only one pair of frames is cached.
 
-    `asked` and `unknown` count ball-steps: balls times the times between frames that were asked for, and
-    how many of them were a guess."""
+    `asked` counts the states of single balls computed between frames, `unknown` those of them that are only an
+    estimate."""
 
     def __init__(self, run):
         self.run = run
@@ -170,7 +170,7 @@ class Trajectory:
         self.asked = self.unknown = 0
 
     def frame_at(self, time) -> int | None:
-        """Number of the frame stored at a time, if there is one."""
+        """Index of the frame stored at a time; None if there is none."""
         nearest = int(np.argmin(np.abs(self.times - time)))
         return nearest if abs(self.times[nearest] - time) <= SAME_TIME else None
 
@@ -183,7 +183,7 @@ class Trajectory:
         return Flights(self.frame(index), self.frame(index + 1), self._mill)
 
     def at(self, time) -> State:
-        """The balls at a time [s] from the first to the last frame; UserError beyond."""
+        """The state at a time [s] from the first to the last frame; UserError for other times."""
         index = self.frame_at(time)
         if index is not None:
             return dataclasses.replace(self.frame(index), time=float(time))

@@ -1,5 +1,5 @@
-"""What holds the balls, in its own frame (x along its axis): its outlines in the two views of the maps, and how much of
-a map's cell is within it. A drum is known in closed form; of a body the triangles of its surface tell."""
+"""The container in its own frame (x along its axis): its outlines in the two views of the maps, and the volume of each
+map cell inside it. There are formulas for a drum; for a body the triangles of its surface are used."""
 
 import numpy as np
 from matplotlib.patches import Polygon
@@ -10,7 +10,7 @@ from milltools.geometry.cells import Maps
 from milltools.geometry.profile import Profile
 
 RAYS = 6  # along each side of a cell, or across a ring
-AROUND = 180  # directions in which rings are looked at
+AROUND = 180  # directions in which rings are sampled
 
 
 def of(run):
@@ -19,7 +19,7 @@ def of(run):
 
 
 def axes(runs) -> dict[str, str]:
-    """What the axes x, r, y, z of a picture of runs are called: by the container, whose own they are."""
+    """Labels of the axes x, r, y, z of a picture of runs, which are axes of the container."""
     names = {run.vessel or "drum" for run in runs}
     whose = f"the {literal(names.pop(), 24) if len(names) == 1 else 'container'}'s axis"
     words = {"x": f"along {whose}", "r": "from the axis", "y": f"across {whose}", "z": f"across {whose}"}
@@ -28,13 +28,13 @@ def axes(runs) -> dict[str, str]:
 
 class _Vessel:
     """`low`, `high`: its ends along x; `outermost`: its largest distance from the axis [m]; `radial` (N, 2): its
-    outline over (x, r) and `across` (M, 2) over (y, z); `noise`: a cells.Maps with the file's cells, None where
-    there is none."""
+    outline over (x, r); `across` (M, 2): its outline over (y, z); `noise`: a cells.Maps with the cells of the file, or
+    None."""
 
     noise = None
 
     def rim(self, view="cross_section", **look):
-        """The patch along its wall; in the view "axial" it ends at the axis."""
+        """A patch with the outline of the wall; in the view "axial" it ends at the axis."""
         outline = self.across if view == "cross_section" else self.radial
         return Polygon(outline, closed=True, fill=False, **look)
 
@@ -51,7 +51,7 @@ class Drum(_Vessel):
 
     @property
     def noise(self):
-        """A new cells.Maps of its cells; None where the drum moves: frames are the laboratory's."""
+        """A new cells.Maps of its cells; None if the drum moves, because frames are in the laboratory."""
         return Maps(self.profile, self._length) if self.still else None
 
     def volume(self, view, edges):
@@ -69,7 +69,7 @@ class Drum(_Vessel):
 class Container(_Vessel):
     def __init__(self, run):
         shell = moved(inverse(run.vessel_frame()), Mill.of(run).shell)
-        if run.text(f"body.{run.vessel}/shape") == "mesh":  # its centre is its box's
+        if run.text(f"body.{run.vessel}/shape") == "mesh":  # its centre is that of its bounding box
             points = shell.reshape(-1, 3)
             shell = shell - (points.min(axis=0) + points.max(axis=0)) / 2
         self._shell, points = shell, shell.reshape(-1, 3)
@@ -96,7 +96,8 @@ class Container(_Vessel):
         return np.diff(within.mean(axis=2), axis=0) * np.pi * np.diff(edges[1] ** 2)
 
     def _inside(self, y, z, ends):
-        """Lengths [m] inside of lines along x at (y, z) (K,): whole (K,), or below each of `ends` (E, K)."""
+        """Lengths [m] inside the container of lines along x at (y, z) (K,): the whole length (K,), or up to each of
+        `ends` (E, K)."""
         total = np.zeros(len(y) if ends is None else (len(ends), len(y)))
         order = np.argsort(y)
         rank = y[order]
@@ -113,7 +114,7 @@ class Container(_Vessel):
             one, two = (u * d - v * c) / twice, (v * a - u * b) / twice
             hit = (one >= 0) & (two >= 0) & (one + two <= 1)
             at = corner[0, 0] + one * (corner[1, 0] - corner[0, 0]) + two * (corner[2, 0] - corner[0, 0])  # fmt: skip
-            at, some, way = at[hit], some[hit], np.sign(twice)  # > 0: it goes out there
+            at, some, way = at[hit], some[hit], np.sign(twice)  # > 0: the line leaves the container
             if ends is None:
                 total[some] += way * at
             else:
@@ -122,6 +123,6 @@ class Container(_Vessel):
 
 
 def _between(edges):
-    """RAYS places within each of the cells between edges, not quite even: on no edge of a triangle but by chance."""
+    """RAYS places within each of the cells between edges; a small offset keeps them off the edges of triangles."""
     share = (np.arange(RAYS) + 0.5 + 0.013) / RAYS
     return (edges[:-1, None] + np.diff(edges)[:, None] * share).ravel()

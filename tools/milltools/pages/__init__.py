@@ -1,4 +1,4 @@
-"""What all pages of the mill command share: one style, templates that escape everything."""
+"""Shared by all pages of the mill command: the style, and templates that escape all texts."""
 
 import base64
 import io
@@ -15,12 +15,12 @@ LARGE = 600_000  # bytes of an SVG
 
 
 def style(*more) -> str:
-    """The house's style sheet, and those of the paths after it."""
+    """The shared style sheet, followed by those at the paths."""
     return "\n".join(pathlib.Path(path).read_text("utf-8") for path in (FOLDER / "style.css", *more))
 
 
 def maker() -> str:
-    """The version of the tools; unknown where there is no engine beside them."""
+    """The version of millsim; "?" if it is not found."""
     try:
         return engine.version()
     except UserError:
@@ -28,12 +28,12 @@ def maker() -> str:
 
 
 def data_link(text: str) -> str:
-    """The address of a text that a page holds itself."""
+    """A data URL of a text, so that the page contains it."""
     return "data:text/plain;charset=utf-8;base64," + base64.b64encode(text.encode()).decode()
 
 
 def environment(*folders) -> jinja2.Environment:
-    """Templates of the folders, and the shared ones; whatever they show is escaped, whatever is missing is an error."""
+    """Templates of the folders, and the shared ones; all texts are escaped, and a missing value is an error."""
     found = jinja2.Environment(
         loader=jinja2.FileSystemLoader([*map(str, folders), str(FOLDER)]),
         autoescape=True,
@@ -46,13 +46,13 @@ def environment(*folders) -> jinja2.Environment:
 
 
 def embedded(figure, dots: int = 150) -> str:
-    """A matplotlib figure as a data address: of an SVG, or of a PNG of so many dots per inch where an SVG would be a
-    large one."""
+    """A matplotlib figure as a data URL: an SVG, or, if that were larger than LARGE, a PNG with `dots` dots per
+    inch."""
     import matplotlib  # not every page has figures
 
     for kind, mime, told in (("svg", "svg+xml", {"Date": None}), ("png", "png", None)):
         store = io.BytesIO()
-        with matplotlib.rc_context({"svg.hashsalt": "millsim"}):  # the same figure is the same text
+        with matplotlib.rc_context({"svg.hashsalt": "millsim"}):  # the same figure always gives the same text
             figure.savefig(store, format=kind, dpi=dots, metadata=told)
         address = f"data:image/{mime};base64,{base64.b64encode(store.getvalue()).decode()}"
         if store.tell() < LARGE:

@@ -1,1 +1,1 @@
-"""The balls of a run in 3D in a browser, and the figures beside them."""
+"""The 3D player of a run for web pages, and the other parts of the pages."""

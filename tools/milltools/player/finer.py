@@ -1,8 +1,8 @@
-"""Frames close enough together that the player turns instead of jumping.
+"""Frames at intervals that are short enough for a smooth motion in the player.
 
-Stored frames are often so far apart that the rotor turns by a sixth of a revolution and a ball collides forty times
-from one to the next. So the deck is run again for the last stretch of the run (rerun.py: the same bits, and held
-against the file), if that is cheap; else the stored frames are shown.
+Between two stored frames the rotor often turns by a sixth of a revolution, and a ball collides forty times. So the deck
+is run again for the last part of the run if that is cheap (rerun.py; the result is compared with the file). Otherwise
+the player shows the stored frames.
 """
 
 import contextlib
@@ -14,15 +14,15 @@ from milltools.base.errors import UserError
 from milltools.geometry import rerun
 from milltools.player import frames
 
-TURN = 8 / 360  # of a turn of the rotor from one frame to the next, at most
-STILL = 1e6  # [byte] of a page for the picture, at most
-CHEAP = 30.0  # [s] of CPU time, at most, unless it is asked for
-ROOM = 2e9  # [byte] of temporary disk, likewise
+TURN = 8 / 360  # largest part of a rotor turn from one frame to the next
+STILL = 1e6  # [byte] largest size of the still picture in a page
+CHEAP = 30.0  # [s] largest CPU time without the option --rerun always
+ROOM = 2e9  # [byte] largest temporary disk space, likewise
 STEPS = (1.0, 2.0, 5.0)
 
 
 class Finer:
-    """A run whose frames come from another one, from a time [s] on; for all else it is itself."""
+    """A run whose frames come from another run, from a time [s] on; all other data are its own."""
 
     def __init__(self, run, other, begin):
         self._run, self._other = run, other
@@ -45,8 +45,8 @@ class Finer:
 
 
 def interval(run) -> float:
-    """How far frames may be apart [s]: 1, 2 or 5 times a power of ten, in which the slowest motion goes by no more than
-    TURN of its period and a ball of usual speed moves by no more than its diameter. Infinite where nothing moves."""
+    """Largest interval of frames [s]: 1, 2 or 5 times a power of ten. In this time the slowest motion moves by at most
+    TURN of its period, and a ball of mean speed by at most its diameter. Infinite if nothing moves."""
     speed = np.linalg.norm(run.frame(len(run.frame_times()) - 1, "velocity").astype(float), axis=1)
     usual = math.sqrt(float((speed**2).mean()))
     limits = [TURN * run.period] if math.isfinite(run.period) else []
@@ -60,28 +60,28 @@ def interval(run) -> float:
 
 
 def _count(run, most_bytes):
-    """How many frames there is room for beside the still picture, so that none has to be left out."""
+    """The number of frames that fit into a page together with the still picture."""
     drawn = min(len(run.balls("diameter")), frames.MOST_BALLS)
     room = 0.75 * (most_bytes - min(STILL, most_bytes / 4))  # base64
     return int(np.clip(0.9 * room / (frames.PRICE * drawn), 30, frames.MOST_FRAMES))
 
 
 def _too_dear(run, until, step):
-    """Why it is not done without being asked for, or None."""
+    """Why the deck is not run again by default; None if it is."""
     cost = run.cost * until
     if not cost <= CHEAP:
-        takes = f"some {cost:.0f} s" if cost == cost else "nobody knows how long"
-        return f"running the deck again for finer ones takes {takes} of CPU time: --rerun always does it"
+        takes = f"about {cost:.0f} s" if cost == cost else "an unknown amount"
+        return f"running the deck again for more frames takes {takes} of CPU time: use --rerun always to do it"
     needed = rerun.size(run, until, step, False)
     if needed > ROOM:
-        return f"running the deck again for finer ones takes {needed / 1e9:.2g} GB of temporary disk: --rerun always does it"
+        return f"running the deck again for more frames takes {needed / 1e9:.2g} GB of temporary disk: use --rerun always to do it"
     return None
 
 
 @contextlib.contextmanager
 def frames_of(run, most_bytes, wanted, say, watch):
-    """The run itself, or, where its frames are too far apart, a Finer one. `wanted`: one of report.RERUN; say(line)
-    tells the user, watch(line) gets the progress."""
+    """Yields the run, or a Finer one if its frames are too far apart. `wanted`: one of report.RERUN; say(line) prints a
+    line for the user, watch(line) gets the progress."""
     times = run.frame_times()
     step = interval(run) if wanted != "never" else math.inf
     stored = float(np.median(np.diff(times))) if len(times) > 1 else math.inf

@@ -1,17 +1,16 @@
-"""The frames of a run as the 3D player of the report gets them: few enough, small, and in bytes a browser unpacks
-itself.
+"""Packs the frames of a run for the 3D player: a limited number of frames, in a compact form that a browser unpacks.
 
-Frames are chosen by a stride so that the whole fits the room there is; of very many balls every k-th is taken. A
-position is three uint16 in the box around all that the container sweeps, so it is off by half a step at most: (upper
-- lower) / 131070, 1.2 um in a drum of 150 mm, 2 um up to 262 mm. What balls are coloured by is one uint8 each, the
-256th of 0..limit that it lies in; what is beyond the limit counts as the last one. A frame of n balls is 9 n bytes,
-one plane of n bytes after the other:
+Every k-th frame is taken so that the data fit into the page; of very many balls every k-th. A position is three uint16
+in the box around the space that the container sweeps, so its error is at most half a step: (upper - lower) / 131070,
+1.2 um in a drum of 150 mm, 2 um up to 262 mm. Each quantity for the colours is one uint8 per ball: 0..limit is divided
+into 256 parts, and larger values count in the last part. A frame of n balls has 9 n bytes, one plane of n bytes after
+the other:
 
     x high, x low, y high, y low, z high, z low,     of zigzag(position - position in the frame before)
     speed, spin, energy
 
-(before the first frame all are 0; differences wrap at 16 bits; zigzag 0, -1, 1, -2 ... = 0, 1, 2, 3 ...). All frames
-together are one gzip stream, which DecompressionStream reads. Everything is read and packed frame by frame.
+(before the first frame all positions are 0; differences wrap at 16 bits; zigzag maps 0, -1, 1, -2 ... to 0, 1, 2 ...).
+All frames together are one gzip stream for DecompressionStream. They are read and packed one by one.
 """
 
 import dataclasses
@@ -27,18 +26,18 @@ from milltools.render.colour import QUANTITIES
 
 MOST_FRAMES = 300
 MOST_BALLS = 20_000  # what a browser draws smoothly without a strong graphics card
-FEWEST_FRAMES = 30  # rather fewer balls than fewer frames than these
-PRICE = 8.4  # [byte] of a ball in a frame, packed: a first guess
-SHARE = 0.99  # of the balls are slower than the end of the colours, before it is rounded up
-SAMPLED = 40  # frames are looked at for that
-STEPS = (1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 10)  # what a colour bar may end at
+FEWEST_FRAMES = 30  # balls are left out before there are fewer frames than this
+PRICE = 8.4  # [byte] first estimate of the packed size of a ball in a frame
+SHARE = 0.99  # of the balls are below the end of the colour scale, before it is rounded up
+SAMPLED = 40  # number of frames used for that
+STEPS = (1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 10)  # possible ends of a colour bar, times a power of ten
 SHOWN = ("speed", "spin", "energy")  # of colour.QUANTITIES
 
 
 @dataclasses.dataclass(frozen=True)
 class Packed:
-    """`data`: the gzip stream. Of the stored frames those at `index` (F,) are in it, of the balls in the run those
-    numbered `chosen` (n,). `lower`, `upper` (3,) [m]: the box; `limits`: end of the colours by quantity [SI]."""
+    """`data`: the gzip stream, `index` (F,): the stored frames in it, `chosen` (n,): the indices of the balls in it.
+    `lower`, `upper` (3,) [m]: the box; `limits`: end of the colour scale of each quantity [SI]."""
 
     data: bytes
     index: np.ndarray
@@ -49,7 +48,7 @@ class Packed:
 
 
 def planned(run) -> Packed:
-    """What pack() would give if room were no question, without the data."""
+    """The result of pack() without a limit of size, and without the data."""
     count, balls = _counts(run)
     index = np.arange(0, count, -(-count // MOST_FRAMES))
     chosen = np.arange(0, balls, -(-balls // MOST_BALLS))
@@ -57,8 +56,8 @@ def planned(run) -> Packed:
 
 
 def pack(run, room: int) -> Packed:
-    """The frames of a milltools.read.runfile.Run in at most `room` bytes of data, but one frame of one ball at
-    least."""
+    """Packs the frames of a milltools.read.runfile.Run into at most `room` bytes of data, but at least one frame of one
+    ball."""
     count, balls = _counts(run)
     room = max(room, 1)
     wanted = PRICE * balls * min(count, FEWEST_FRAMES)
@@ -78,12 +77,12 @@ def pack(run, room: int) -> Packed:
 
 
 def _stride(count, room, price):
-    """So that frames of `price` bytes fit."""
+    """The stride with which frames of `price` bytes fit into `room` bytes."""
     return math.ceil(count / min(MOST_FRAMES, max(1, room // price)))
 
 
 def _price(run, stride, chosen):
-    """Bytes of a frame, by two in the middle of the run."""
+    """Bytes of a frame, measured with two frames in the middle of the run."""
     count, _ = _counts(run)
     first = max(0, min(count // 2, count - 1 - stride))
     one = len(_pack(run, [first], chosen).data)
@@ -92,7 +91,7 @@ def _price(run, stride, chosen):
 
 
 def _counts(run):
-    """How many frames and balls are stored."""
+    """Numbers of the stored frames and balls."""
     count, balls = len(run.frame_times()), len(run.balls("diameter"))
     if not count or not balls:
         raise UserError(f"{run.path}: no ball states are stored (output.frames = 0 s)")
@@ -100,7 +99,7 @@ def _counts(run):
 
 
 def _box(run, index):
-    """Lower and upper corner of the box around what the container sweeps in some frames (3,) [m]."""
+    """Lower and upper corner (3,) [m] of the box around the space that the container sweeps in some frames."""
     mill = Mill.of(run)
     hull = mill.swept([run.poses(int(k)) for k in index] if mill.carrier else [])
     return hull.min(axis=0), hull.max(axis=0)
@@ -115,7 +114,7 @@ def _pack(run, index, chosen):
 
     seen = [values(stored(run, int(k))) for k in index[:: -(-len(index) // SAMPLED)]]
     limits = {name: rounded_up(np.quantile(np.concatenate([one[name] for one in seen]), SHARE)) for name in SHOWN}
-    gzip = zlib.compressobj(6, zlib.DEFLATED, 31)  # 31: gzip, without a time: the same bytes always
+    gzip = zlib.compressobj(6, zlib.DEFLATED, 31)  # 31: gzip without a time stamp, so the bytes are reproducible
     pieces, last = [], np.zeros((3, len(chosen)), np.uint16)
     for k in index:
         state = stored(run, int(k))
@@ -130,21 +129,21 @@ def _pack(run, index, chosen):
 
 
 def quantise(position, lower, upper):
-    """Positions (n, 3) [m] as uint16 steps of (upper - lower) / 65535 from lower; what lies outside is put on the
+    """Positions (n, 3) [m] as uint16 steps of (upper - lower) / 65535 from lower; positions outside are moved onto the
     box."""
     share = (position - lower) / (upper - lower)
     return np.rint(np.clip(share, 0, 1) * 65535).astype(np.uint16)
 
 
 def planes(place, last) -> bytes:
-    """Zigzag differences of (3, n) uint16 from those before, as planes of high and low bytes."""
-    change = (place - last).view(np.int16)  # wraps
+    """Zigzag differences of positions (3, n) uint16 from those of the last frame, as planes of high and low bytes."""
+    change = (place - last).view(np.int16)  # wraps at 16 bits
     zigzag = ((change << 1) ^ (change >> 15)).view(np.uint16)
     return b"".join(plane.astype(np.uint8).tobytes() for axis in zigzag for plane in (axis >> 8, axis & 255))
 
 
 def rounded_up(value: float) -> float:
-    """The next round number; 1 for nothing at all."""
+    """The value rounded up to a round number; 1 for 0."""
     if not value > 0:
         return 1.0
     power = 10.0 ** math.floor(math.log10(value))

@@ -1,11 +1,11 @@
-/* The mill in WebGL: what frames.py packed is unpacked here, and drawn with three.js (vendor/). No page, no buttons:
-   those are player.js's. Lengths in m, angles in rad, the frame of the simulation (x along the drum). */
+/* The mill in WebGL: unpacks the data of frames.py and draws them with three.js (vendor/). player.js handles the page
+   and its buttons. Lengths in m, angles in rad, in the frame of the simulation (x along the drum). */
 'use strict';
 
 const Mill3D = (() => {
   const T = MillThree;
   const FIELD = 26; // [degrees] of view, up and down
-  const TRIANGLES = 1e6; // a frame of balls, at most about so many
+  const TRIANGLES = 1e6; // approximate limit for all balls of a frame
 
   /** Bytes of base64 text. */
   function bytesOf(text) {
@@ -15,12 +15,12 @@ const Mill3D = (() => {
     return bytes;
   }
 
-  /** Promise of {position: Uint16Array (F, n, 3), value: Uint8Array (F, quantities, n)}: frames.py says how they lie. */
+  /** Promise of {position: Uint16Array (F, n, 3), value: Uint8Array (F, quantities, n)}; frames.py has the format. */
   async function unpack(text, frames, balls, quantities) {
     const stream = new Blob([bytesOf(text)]).stream().pipeThrough(new DecompressionStream('gzip'));
     const bytes = new Uint8Array(await new Response(stream).arrayBuffer());
     const row = balls * (6 + quantities);
-    if (bytes.length !== frames * row) throw new Error('the data are not whole');
+    if (bytes.length !== frames * row) throw new Error('the data are not complete');
     const position = new Uint16Array(frames * balls * 3);
     const value = new Uint8Array(frames * quantities * balls);
     for (let f = 0; f < frames; f++) {
@@ -30,7 +30,7 @@ const Mill3D = (() => {
           const zigzag = (bytes[high + k] << 8) | bytes[low + k];
           const at = (f * balls + k) * 3 + axis;
           const before = f ? position[at - 3 * balls] : 0;
-          position[at] = before + ((zigzag >> 1) ^ -(zigzag & 1)); // wraps as it did
+          position[at] = before + ((zigzag >> 1) ^ -(zigzag & 1)); // wraps at 16 bits
         }
       }
       value.set(bytes.subarray(f * row + 6 * balls, (f + 1) * row), f * quantities * balls);
@@ -38,7 +38,7 @@ const Mill3D = (() => {
     return { position, value };
   }
 
-  /** sRGB bytes as the linear light that three.js reckons with. */
+  /** sRGB bytes as linear light, which three.js uses. */
   function linear(bytes) {
     return Float32Array.from(bytes, (b) => {
       const c = b / 255;
@@ -97,13 +97,13 @@ const Mill3D = (() => {
     return mesh;
   }
 
-  /** A body of player.py: triangles whose corners are smooth but for edges of more than some 35 degrees. */
+  /** A body from player.py: smooth triangles, with sharp edges above about 35 degrees. */
   function solid(body) {
     const points = floats(body.points), corners = new (body.wide ? Uint32Array : Uint16Array)(bytesOf(body.corners).buffer);
     const face = [], around = new Map(); // normals of the triangles; at which triangles a point is
     for (let k = 0; k < corners.length; k += 3) {
       const [a, b, c] = [0, 1, 2].map((j) => new T.Vector3().fromArray(points, 3 * corners[k + j]));
-      face.push(b.sub(a).cross(c.sub(a))); // its length is twice the area: large ones count for more
+      face.push(b.sub(a).cross(c.sub(a))); // its length is twice the area, so large triangles have more weight
       for (let j = k; j < k + 3; j++) around.set(corners[j], [...(around.get(corners[j]) ?? []), k / 3]);
     }
     const place = new Float32Array(3 * corners.length), normal = new Float32Array(3 * corners.length);
@@ -145,14 +145,14 @@ const Mill3D = (() => {
       this.steel = new T.MeshPhongMaterial({ specular: 0x333333, shininess: 25, side: T.DoubleSide });
       this.shell = new T.MeshLambertMaterial({ transparent: true, depthWrite: false, side: T.DoubleSide });
       this.rim = new T.MeshLambertMaterial();
-      this.world = new T.Group(); // all that is turned when the camera rides on the container
+      this.world = new T.Group(); // everything that turns when the camera moves with the container
       this.world.matrixAutoUpdate = false;
       this.poses = floats(head.poses);
       this.moving = head.motions.map(() => new T.Group());
       for (const group of this.moving) group.matrixAutoUpdate = false;
       for (const body of head.bodies) {
         const mesh = new T.Mesh(solid(body), this[body.look]);
-        if (body.look === 'shell') mesh.renderOrder = 1; // after the balls: it is seen through
+        if (body.look === 'shell') mesh.renderOrder = 1; // after the balls, because it is transparent
         (this.moving[body.motion] ?? this.world).add(mesh);
       }
       (this.moving[head.carrier] ?? this.world).add(bars(head.edges, this.rim));
@@ -172,7 +172,7 @@ const Mill3D = (() => {
       return this.poses.subarray(from, from + 12);
     }
 
-    /** Whether the camera stands on the container, which then does not move, or in the laboratory. */
+    /** Sets whether the camera is fixed to the container, which then does not move, or to the laboratory. */
     ride(riding) {
       this.riding = riding;
       this.look(this.name);
@@ -213,7 +213,7 @@ const Mill3D = (() => {
       return balls;
     }
 
-    /** Puts balls and bodies as in a frame, coloured by quantity number `by`; draw() shows it. */
+    /** Places balls and bodies as in a frame, coloured by the quantity with index `by`; draw() shows them. */
     place(frame, by) {
       const { head, count, colours } = this;
       const { position, value } = this.frames;
@@ -263,7 +263,7 @@ const Mill3D = (() => {
       if (!this.moved) this.look(this.name);
     }
 
-    /** A named view of all that the container sweeps, or of it: "front", "three-quarter" or "end". */
+    /** A named view of the space that the container sweeps, or of the container: "front", "three-quarter" or "end". */
     look(name) {
       const toward = new T.Vector3(...this.head.views[name]).normalize();
       const right = new T.Vector3(...this.head.up).cross(toward);
@@ -299,7 +299,7 @@ const Mill3D = (() => {
       this.controls.rotateUp(up);
     }
 
-    /** Where the eye is and what it looks at, as moveTo takes it. */
+    /** Place and target of the eye, in the form for moveTo. */
     stand() {
       return [this.camera.position.clone(), this.controls.target.clone()];
     }

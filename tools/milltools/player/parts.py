@@ -1,4 +1,4 @@
-"""What pages of runs are made of: the balls, the figures under their headings, how to cite."""
+"""Parts of the pages about runs: the player, the figures under their headings, the references."""
 
 import contextlib
 import dataclasses
@@ -25,18 +25,18 @@ from milltools.render.team import team
 
 MOST_BYTES = 6_500_000  # of the player
 STILL = 960, 540  # [pixels]
-SHARE = 0.6  # of the figures are the second process's; the balls take the first as long as the rest of them
+SHARE = 0.6  # of the figures are drawn by the second process; the first one also makes the player
 CITE = (
     "millsim: event-driven simulation of high-energy ball mills. The millsim developers.",
     "Reichardt, Wiechert: Design optimization of high energy ball mills by discrete event simulation (2007).",
 )
-# groups of figures: what the contents call them, heading, words below it
+# groups of figures: name in the contents, heading, text below it
 GROUPS = {
     "energy": ("Energy", "Where the energy goes", ""),
     "spectra": (
         "Impacts",
         "How hard they hit",
-        "How often the balls meet, how hard, and what that takes of the power, by kind of contact.",
+        "How often and how hard the balls hit, and how much of the power the impacts dissipate, by kind of contact.",
     ),
     "maps": (
         "Maps",
@@ -49,7 +49,8 @@ CONTENTS = tuple((anchor, name) for anchor, (name, *_) in GROUPS.items())
 
 
 def balls(run, rerun: str, say, tell, most_bytes: int = MOST_BYTES) -> str:
-    """The player with its still picture, or why there is none; `rerun`, `say`, `tell`: see finer.frames_of."""
+    """The player with its still picture, or the reason why there is none; `rerun`, `say`, `tell`: see
+    finer.frames_of."""
     why = player.no_frames(run)
     if why:
         return f'<p class="missing">{why}</p>'
@@ -58,15 +59,15 @@ def balls(run, rerun: str, say, tell, most_bytes: int = MOST_BYTES) -> str:
 
 
 def still(run) -> bytes:
-    """The last stored frame as a PNG, for where there is no WebGL and for paper."""
+    """The last stored frame as a PNG, for browsers without WebGL and for printing."""
     last, store = len(run.frame_times()) - 1, io.BytesIO()
     try:  # as `mill render` draws it
         state = stored(run, last)
-        riding = state.poses if Mill.of(run).wanders else None  # as the player begins
+        riding = state.poses if Mill.of(run).wanders else None  # like the first view of the player
         look = camera.of("front", run, poses=riding), colour.of(run, "speed")
         with scene.Scene(run, STILL, "draft", *look) as drawing:
             Image.fromarray(drawing.draw(state)).save(store, format="png")
-    except UserError:  # nothing here can draw in 3D without a display: seen along the axis, the ones in front last
+    except UserError:  # no 3D drawing without a display on this machine: draw the view along the axis
         figure = Canvas(figsize=(8, 6.4), layout="constrained")
         ax = figure.subplots()
         overview.mill(ax, run)
@@ -76,7 +77,7 @@ def still(run) -> bytes:
 
 
 def page(folder, **values) -> str:
-    """The template page.html in a folder as text, with `values`: a page with players and figures."""
+    """The template page.html of a folder, filled with `values`: a page with players and figures."""
     theme = (pages.FOLDER / "theme.js").read_text("utf-8")
     shared = {"policy": player.policy(theme), "maker": pages.maker(), "scripts": player.scripts(), "theme": theme}
     template = pages.environment(folder).get_template("page.html")
@@ -95,8 +96,8 @@ def cite(run) -> list[str]:
 
 @dataclasses.dataclass(frozen=True)
 class Picture:
-    """A figure of milltools.figures as SVG that is part of a page; `svg` is empty where it cannot be drawn; then
-    `why` says so."""
+    """A figure of milltools.figures as inline SVG; if it cannot be drawn, `svg` is empty and `why` has the
+    reason."""
 
     name: str
     title: str
@@ -106,7 +107,7 @@ class Picture:
 
 
 def draw(name: str, runs: list[Run]) -> Picture:
-    """A figure of open runs together."""
+    """One figure of all open `runs`."""
     figure = FIGURES[name]
     try:
         for run in runs:
@@ -123,7 +124,7 @@ def draw(name: str, runs: list[Run]) -> Picture:
 
 @contextlib.contextmanager
 def drawing(paths: list[str]):
-    """draw() of the runs at paths, for a second process."""
+    """Yields draw() for the runs at paths, for a second process."""
     with contextlib.ExitStack() as stack:
         runs = [stack.enter_context(Run(path)) for path in paths]
         yield lambda name: draw(name, runs)
@@ -131,19 +132,19 @@ def drawing(paths: list[str]):
 
 @contextlib.contextmanager
 def painter(runs: list[Run]):
-    """A function of a Progress that gives every figure by its name, of open `runs` together. They take most of a page's
-    time, so a second process begins some while this one is busy with the balls. What it does not finish is drawn
-    here."""
+    """Yields a function of a Progress that returns all figures of open `runs` by name. Figures take most of the time of
+    a page, so a second process draws some of them while this process makes the player. This process draws the rest, and
+    those that the second process did not finish."""
     names, begun = figure_names(), {}
     worth_it = processes.cores() > 1 and any(not run.unsampled for run in runs)
 
     def draw_all(watch: Progress) -> dict[str, Picture]:
         found = {}
-        for name in sorted(names, key=begun.__contains__):  # our own first
+        for name in sorted(names, key=begun.__contains__):  # first the figures that this process draws
             with watch.step("pictures"):
                 try:
                     found[name] = begun[name].result()
-                except (KeyError, UserError):  # not begun, or not finished
+                except (KeyError, UserError):  # not given to the second process, or not finished there
                     found[name] = draw(name, runs)
         return found
 
@@ -155,13 +156,14 @@ def painter(runs: list[Run]):
 
 
 def figure_names() -> list[str]:
-    """Of all figures, in the order of the page."""
+    """The names of all figures in the order of the page."""
     return [name for group in GROUPS for name, figure in FIGURES.items() if figure.group == group]
 
 
 def sections(drawings: dict[str, Picture]) -> list[dict]:
-    """All figures, by name, under the headings of GROUPS in panels; those of one panel begin with one name: "slip",
-    "slip-power". Where none of them can be drawn there are no panels, and `missing` says why."""
+    """The figures (given by name) under the headings of GROUPS, in panels. The names in a panel have the same
+    beginning: "slip", "slip-power". If no figure of a group can be drawn, there are no panels, and `missing` has the
+    reason."""
     found = []
     for anchor, (_, title, lead) in GROUPS.items():
         drawn = [drawings[name] for name in figure_names() if FIGURES[name].group == anchor]

@@ -1,24 +1,24 @@
-/* The 3D player of the report: every <figure class="mill-player"> of the page gets its buttons and its life here.
+/* The 3D player of the report: starts every <figure class="mill-player"> of the page and handles its buttons and keys.
 
    For scripts and tests, window.millPlayers[k] is the k-th player of the page:
-     ready           promise of true once it is drawn, of false where a picture stands instead
-     frames, frame   how many frames there are, the number of the one that is shown
+     ready           promise: true when the player is drawn, false if the still picture is shown instead
+     frames, frame   number of frames, index of the frame shown
      show(k)         pauses and shows frame k            play(), pause(), playing
      colourBy(name)  "speed", "spin", "energy"           look(name)  "front", "three-quarter", "end"
      positions()     centres of the balls as drawn, Float32Array (n, 3) [m]
-     levels()        what they are coloured by, Uint8Array (n,): 255 is the end of the colours
-     pose(name)      of a motion as drawn, three rows of four: what it carries is at rotation p + centre
-     ride(riding)    whether the camera rides on the container
+     levels()        values for their colours, Uint8Array (n,): 255 is the end of the scale
+     pose(name)      pose of a motion as drawn, three rows of four: a point p is at rotation p + centre
+     ride(riding)    sets whether the camera moves with the container
      draws           pictures drawn so far */
 'use strict';
 
 (() => {
   const TURN = Math.PI / 36; // by a key
   const FIRST_VIEW = 'front';
-  const QUICK = 40; // [ms] a picture may take for a player to start by itself
-  const HICCUP = 300; // [ms] longer waits between two pictures count as this
-  const NO_WEBGL = 'The turning picture needs WebGL 2, which this browser does not offer here.';
-  const NO_UNPACKING = 'The turning picture needs a browser from 2023 or later (DecompressionStream).';
+  const QUICK = 40; // [ms] the player starts by itself if a picture takes less
+  const HICCUP = 300; // [ms] a longer time between two pictures counts as this
+  const NO_WEBGL = 'The 3D picture needs WebGL 2, which this browser does not offer here.';
+  const NO_UNPACKING = 'The 3D picture needs a browser from 2023 or later (DecompressionStream).';
 
   class Player {
     constructor(figure) {
@@ -38,7 +38,7 @@
       new IntersectionObserver((entries) => {
         this.visible = entries[entries.length - 1].isIntersecting;
         if (!this.visible) return;
-        if (!this.started) this.start().catch((fault) => this.give_up(`The turning picture failed: ${fault.message}.`));
+        if (!this.started) this.start().catch((fault) => this.give_up(`The 3D picture failed: ${fault.message}.`));
         else if (this.view) { this.draw(); this.run(); }
       }, { rootMargin: '100px' }).observe(this.part('stage'));
     }
@@ -97,7 +97,7 @@
       on(part('reset'), 'click', () => this.reset());
       on(canvas, 'keydown', (e) => this.key(e));
       view.controls.addEventListener('change', () => this.draw());
-      // the wheel belongs to the page until the picture was clicked
+      // the wheel scrolls the page until the picture is clicked
       part('stage').addEventListener('wheel', (e) => {
         if (document.activeElement !== canvas && !e.ctrlKey) e.stopPropagation();
       }, { capture: true, passive: true });
@@ -106,11 +106,11 @@
         this.before = view.stand();
         canvas.focus({ preventScroll: true });
       });
-      // a finger that turned out to scroll the page has not turned the mill
+      // if a touch scrolls the page, undo its rotation of the mill
       canvas.addEventListener('pointercancel', () => view.moveTo(this.before));
       canvas.addEventListener('webglcontextlost', () => {
         this.lost = true;
-        this.say('The graphics driver has taken the picture away; it comes back by itself, or when the page is reloaded.');
+        this.say('The graphics driver has stopped the 3D picture. It returns by itself, or when you reload the page.');
       });
       canvas.addEventListener('webglcontextrestored', () => {
         this.lost = false;
@@ -150,7 +150,7 @@
       act();
     }
 
-    /** Light ink on the page means that it is dark, whoever chose that. */
+    /** The page is dark if its text is light, whoever chose that. */
     ink() {
       const [r, g, b] = getComputedStyle(this.figure).color.match(/[\d.]+/g).map(Number);
       this.view.ink(0.3 * r + 0.6 * g + 0.1 * b > 128);
@@ -164,7 +164,7 @@
       this.draw();
     }
 
-    /** For print without a picture of its own: what is seen now. */
+    /** For printing if there is no still picture: keeps the present view. */
     picture() {
       const image = this.part('still');
       if (image.dataset.own || this.lost) return;
@@ -185,7 +185,7 @@
       this.part('time').textContent = text;
     }
 
-    /** At the browser's next picture, once however often it is asked for. */
+    /** Draws once at the browser's next picture, even after several calls. */
     draw() {
       if (this.asked || this.lost || !this.visible) return;
       this.asked = true;
@@ -223,7 +223,7 @@
       button.classList.toggle('mp-playing', this.playing);
     }
 
-    /** Simulated time runs on from the frame that is shown. */
+    /** Simulated time continues from the frame shown. */
     begin() {
       this.clock = this.head.times[this.frame];
       this.last = null;
@@ -242,7 +242,7 @@
       requestAnimationFrame(tick);
     }
 
-    /** Shows the last stored frame before the time it is: none is made up in between. */
+    /** Shows the last stored frame before the present time: nothing is interpolated. */
     advance(now) {
       const { times, interval } = this.head;
       const passed = Math.min(now - (this.last ?? now), HICCUP) / 1000;

@@ -1,12 +1,12 @@
-"""The balls themselves, turning, in 3D: the player of the report, a piece of HTML that needs nothing but itself.
+"""The 3D player of the report with the moving balls: a piece of HTML that needs no other files.
 
     text = page(run, "a mill")                      # a page of its own
     balls, shared = fragment(run), scripts()        # parts of a larger one: `balls` of each run, `shared` once
 
-The browser draws it with WebGL through three.js (vendor/, MIT licence); frames.py says what it gets. It opens from
-file:// and asks the network for nothing. Where there is no WebGL, no JavaScript, or a printer, the picture `still`
-stands there instead, with a line that says why. Everything that comes from a deck is escaped. Frames are shown as they
-are stored: between two of them balls collide many times, so that paths drawn in between would be invented.
+The browser draws it with WebGL through three.js (vendor/, MIT licence); frames.py describes the data. It works from
+file:// and loads nothing from the network. Without WebGL or JavaScript, and in print, it shows the picture `still` and
+the reason. All texts from a deck are escaped. Only stored states are shown: between two frames balls collide many
+times, so paths drawn between them would be wrong.
 """
 
 import base64
@@ -29,16 +29,16 @@ VIEWS = ("front", "three-quarter")  # as in mill render
 
 
 def no_frames(run) -> str:
-    """Why there is nothing to be seen turning, as a sentence; "" if there is something."""
+    """Why the player has no frames to show, as a sentence; "" if it has."""
     if len(run.frame_times()):
         return ""
-    why = "output.frames is 0 s" if run.time > 0 else "it has not come to its first checkpoint"
+    why = "output.frames is 0 s" if run.time > 0 else "the run has not come to its first checkpoint"
     return f"No ball states are stored in this run: {why}."
 
 
 def fragment(run, most_bytes: int = 6_000_000, still: bytes | None = None) -> str:
-    """The player of a milltools.read.runfile.Run as HTML, at most `most_bytes` long if that can be (frames are left
-    out, then balls); `still`: a PNG for where it cannot be drawn. The page needs scripts() once."""
+    """The player of a milltools.read.runfile.Run as HTML, at most `most_bytes` long if possible (first frames, then
+    balls are left out). `still`: a PNG to show where WebGL does not work. The page needs scripts() once."""
     why = no_frames(run)
     if why:
         return _template("player.html").render(still=_text(still), why=why, head=None, caption="")
@@ -47,7 +47,7 @@ def fragment(run, most_bytes: int = 6_000_000, still: bytes | None = None) -> st
 
 
 def page(run, title: str) -> str:
-    """The player as a page of its own, which needs nothing else: for a notebook's frame, or a file."""
+    """A complete page with only the player: for a frame in a notebook, or for a file."""
     return _template("page.html").render(title=plain(title), policy=policy(), player=fragment(run), scripts=scripts())
 
 
@@ -56,17 +56,17 @@ def _scripts() -> list[str]:
 
 
 def scripts() -> str:
-    """Style and scripts of all players of a page: to be put into it once, anywhere."""
+    """Style and scripts for all players of a page: to be put into the page once, anywhere."""
     style = (FOLDER / "player.css").read_text("utf-8")
     return f"<style>{style}</style>\n" + "".join(f"<script>{text}</script>\n" for text in _scripts())
 
 
 def policy(*others: str) -> str:
-    """The Content-Security-Policy of a page with players: nothing is loaded from anywhere, only our scripts and the
-    `others` run.
+    """The Content-Security-Policy of a page with players: it loads nothing, and runs only the scripts of the player and
+    `others`.
 
-    Scripts are allowed by their hash: were something of a deck ever to come through unescaped, it would still not be
-    executed."""
+    Scripts are allowed by their hash. So a script in a text from a deck would not be executed even if it were not
+    escaped."""
     hashes = [base64.b64encode(hashlib.sha256(text.encode()).digest()).decode() for text in (*_scripts(), *others)]
     run = " ".join(f"'sha256-{one}'" for one in hashes)
     return (
@@ -99,7 +99,7 @@ def _whole(run, packed, still):
     )
 
 
-# ---- what the scripts get
+# ---- data for the scripts
 
 
 def _head(run, packed):
@@ -123,7 +123,7 @@ def _head(run, packed):
         "poses": _numbers([[pose[name] for name in names] for pose in poses], "<f4"),
         "bodies": _bodies(mill, names),
         "edges": {"lines": _numbers(mill.edges, "<f4"), "width": mill.rim},
-        # points that a view holds: of all that the container sweeps, and of it as in the first frame
+        # points that must be visible: of the space that the container sweeps, and of the container in the first frame
         "hulls": [_numbers(hull, "<f4") for hull in (mill.hull, mill.swept(poses[:1]))],
         "first": int(later[0]) if len(later) else 0,
         "lower": packed.lower.tolist(),
@@ -137,14 +137,14 @@ def _head(run, packed):
 
 
 def _labels(times):
-    """Times as they are read: all in ms with as many places as they need, at most three."""
+    """Labels of the times: all in ms, with the same number of decimal places, at most three."""
     ms = times * 1e3
     places = next((p for p in range(3) if np.allclose(ms, np.round(ms, p), atol=1e-6)), 3)
     return [f"t = {t:.{places}f} ms" for t in ms]
 
 
 def _runs(diameters):
-    """[[how many, diameter], ...] along the rows."""
+    """[[number, diameter], ...] of consecutive balls of equal diameter."""
     starts = np.flatnonzero(np.diff(diameters, prepend=np.nan))
     many = np.diff(starts, append=len(diameters))
     return [[int(n), float(diameters[k])] for n, k in zip(many, starts, strict=True)]
@@ -155,7 +155,7 @@ def _numbers(values, kind) -> str:
 
 
 def _bodies(mill, names):
-    """What is drawn beside the balls: look, number of the motion (-1: none), points [m] and the triangles' corners."""
+    """The bodies to draw: look, index of the motion (-1: none), points [m] and the corners of the triangles."""
     parts = [("shell", mill.carrier, mill.glass)]
     for motion in dict.fromkeys(body.motion for body in mill.inner):
         own = [body.triangles for body in mill.inner if body.motion == motion]
@@ -178,12 +178,12 @@ def _bodies(mill, names):
 
 
 def _views(run, first):
-    """What is up (against gravity, else +z), and from where the named views look."""
+    """The upward direction (against gravity, else +z), and the directions of the named views."""
     gravity = run.vector("gravity/acceleration")
     size = np.linalg.norm(gravity)
     up = -gravity / size if size > 0 else np.array([0.0, 0.0, 1.0])
-    level = np.eye(3) - np.outer(up, up)  # columns: the axes, made level
-    ahead = level[:, 0] if abs(up[0]) < 0.99 else level[:, 1]  # along the drum, unless it stands
+    level = np.eye(3) - np.outer(up, up)  # columns: the horizontal parts of the axes
+    ahead = level[:, 0] if abs(up[0]) < 0.99 else level[:, 1]  # along the drum, unless it is upright
     ahead = ahead / np.linalg.norm(ahead)
     views = {"end": run.frame_axis(run.poses(int(first))).tolist()}
     for name in VIEWS:
@@ -195,12 +195,12 @@ def _views(run, first):
 
 
 def _quantity(name, limit):
-    """A choice of colour, with the ticks of its bar as [share, text]."""
+    """A quantity for the colours, with the ticks of its bar as [share, text]."""
     label, (scale, unit) = colour.QUANTITIES[name].label, colour.Colour(name, (0.0, limit)).scale
     end = limit / scale
     power = 10.0 ** np.floor(np.log10(end))
     step = next(m * power for m in (0.2, 0.25, 0.5, 1, 2, 5) if end / (m * power) <= 5 + 1e-9)
-    between = [k * step for k in range(6) if k * step < 0.87 * end]  # the last word is a long one
+    between = [k * step for k in range(6) if k * step < 0.87 * end]  # the text at the end is long
     ticks = [[round(v / end, 4), f"{v:.4g}"] for v in between] + [[1, f"≥ {end:.4g} {unit}"]]
     return {
         "name": name,
@@ -211,12 +211,12 @@ def _quantity(name, limit):
     }
 
 
-# ---- what stands on the page
+# ---- texts of the page
 
 
 def _speeds(interval, rate):
-    """(value, words, whether it is chosen): simulated seconds a second, from one to thirty frames a second, some `rate`
-    of them chosen."""
+    """[(value, words, whether it is the default)]: simulated seconds per second, for one to thirty frames per second;
+    the default is near `rate` frames per second."""
     if interval <= 0:
         return [("1", "1", False)]
     factors = [m * 10.0**p for p in range(-9, 4) for m in (1, 2, 5)]
@@ -232,12 +232,12 @@ def _factor(factor):
 
 
 def _caption(run, packed, head):
-    """What is seen, what is left out, and why nothing moves between frames."""
+    """The caption: what is shown, what is left out, and what happens between the frames."""
     words = [_balls(run, packed) + "."]
     here, stored = len(packed.index), len(run.frame_times())
     if here < stored and not isinstance(run, Finer):
         stride = int(packed.index[1]) if here > 1 else stored
-        words.append(f"Every {_ordinal(stride)} stored frame is here, {here} of {stored}.")
+        words.append(f"The player has every {_ordinal(stride)} stored frame, {here} of {stored}.")
     if here > 1:
         words.append(_between(run, head["interval"]))
     return " ".join(words)
@@ -268,7 +268,7 @@ def _between(run, interval):
     facts = []
     if not run.unsampled:
         rates = {kind: float(run.statistic(f"impacts/{kind}/rate")) for kind in run.kinds}
-        rate = sum(rates.values()) + rates["ball_ball"]  # two balls have each of these
+        rate = sum(rates.values()) + rates["ball_ball"]  # each of these impacts belongs to two balls
         many = rate * interval / len(run.balls("diameter"))
         facts.append(f"a ball has {_plain(many)} impact{'s' * (_plain(many) != '1')}")
     if run.driven == "rotor":
@@ -277,16 +277,16 @@ def _between(run, interval):
         facts.append(f"the rotor turns by {angle}")
     elif np.isfinite(run.period):
         share = interval / run.period
-        facts.append(f"{_plain(share)} of a period of the slowest motion goes by")
+        facts.append(f"{_plain(share)} of a period of the slowest motion passes")
     if facts:
         text += f"; from one to the next {' and '.join(facts)}"
     if isinstance(run, Finer):
-        return f"{text}. They come of running the deck again, to the same bits: the file's own are farther apart."
-    return text + ". What lies between is not drawn, since it is not stored."
+        return f"{text}. They come from running the deck again: the stored ones are farther apart."
+    return text + ". Nothing is drawn between them, because no states are stored there."
 
 
 def _plain(value: float) -> str:
-    """Two digits that count, never as a power of ten."""
+    """A number with two significant digits, never as a power of ten."""
     return f"{float(f'{value:.2g}'):,.10g}".replace(",", " ")
 
 

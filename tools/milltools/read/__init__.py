@@ -1,1 +1,1 @@
-"""What a deck and an output file say."""
+"""Reads decks and output files."""

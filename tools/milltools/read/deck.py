@@ -1,6 +1,6 @@
-"""The deck as millsim understands it: read, checked and filled in by `millsim --check`, in SI units.
+"""The deck in SI units with all defaults, as `millsim --check` reads, checks and prints it.
 
-Python never reads units or defaults itself: there is one reader of decks, and it is in the engine.
+Python never interprets units or defaults itself: the only reader of decks is in the engine.
 """
 
 import collections
@@ -20,7 +20,7 @@ from milltools.read import deck_text
 from milltools.read.kinds import KINDS
 
 MOST_BLADES = 10000  # as in the engine
-SIZES = {"radius", "length", "diameter", "density", "tip_radius", "width", "thickness"}  # above 0, but of bodies
+SIZES = {"radius", "length", "diameter", "density", "tip_radius", "width", "thickness"}  # above 0, except for bodies
 
 
 @dataclasses.dataclass(frozen=True)
@@ -35,8 +35,8 @@ class Species:
 
 @dataclasses.dataclass(frozen=True)
 class Blade:
-    """A box on the rotor: `position` of its centre along x [m], `angle` at t = 0 from +y to +z [rad], reach
-    `tip_radius` from the axis, `width` along and `thickness` around it [m], `pitch` [rad]."""
+    """A box on the rotor: `position` of its centre along x [m], `angle` at t = 0 from +y to +z [rad], `tip_radius`: the
+    distance of its tip from the axis [m], `width` along the axis and `thickness` around it [m], `pitch` [rad]."""
 
     position: float
     angle: float
@@ -50,14 +50,14 @@ Contact = collections.namedtuple("Contact", "restitution friction tangential_res
 
 
 def _ask(path, overrides, *options):
-    """What millsim prints about the deck at `path`; its own line is the error of a wrong one."""
+    """What millsim prints about the deck at `path`; for a wrong deck a UserError with millsim's own message."""
     sets = [word for override in overrides for word in ("--set", override)]
     return engine.ask(*options, *sets, "--", path)
 
 
 class Deck:
-    """A deck in SI. `text` is the full deck as `millsim --check` prints it, `sections` its entries as texts: those of
-    the text where none are given. `place` names a value in messages, as in "mill.h5: damaged: /deck/drum/radius"."""
+    """A deck in SI. `text` is the full deck as `millsim --check` prints it, `sections` its entries as texts (default:
+    read from `text`). `place` names a value in messages, as in "mill.h5: damaged: /deck/drum/radius"."""
 
     def __init__(self, text, path=None, overrides=(), sections=None, place="{path}: [{section}] {key}"):
         self.text, self.path, self.overrides, self.place = text, path, tuple(overrides), place
@@ -75,26 +75,26 @@ class Deck:
 
     @classmethod
     def check(cls, path, overrides=()):
-        """The deck at `path` with `--set` overrides; millsim's own line is the error of a wrong one."""
+        """The deck at `path` with `--set` overrides; for a wrong deck a UserError with millsim's own message."""
         return cls(_ask(path, overrides, "--check", "--quiet"), path, overrides)
 
     def start(self):
-        """Start state of the balls as millsim makes it, to the bit: place [m], velocity [m/s], spin [rad/s], (N, 3)
-        each."""
+        """The start state of the balls, bit for bit as in millsim: position [m], velocity [m/s], spin [rad/s], each
+        (N, 3)."""
         with tempfile.TemporaryDirectory(prefix="mill-") as folder:
             file = pathlib.Path(folder) / "start.txt"
             _ask(self.path, self.overrides, "--export-start", file)
             table = np.loadtxt(file, ndmin=2)
-        whole = np.pad(table, ((0, 0), (0, 9 - table.shape[1])))  # what a file leaves out is 0
+        whole = np.pad(table, ((0, 0), (0, 9 - table.shape[1])))  # missing columns are 0
         return [part.copy() for part in np.split(whole, 3, axis=1)]
 
     def value(self, key, default=None):
-        """The text of `section.key`; the section may hold dots itself."""
+        """The text of `section.key`; the name of the section can contain dots."""
         section, _, name = key.rpartition(".")
         return self.sections.get(section, {}).get(name, default)
 
     def numbers(self, key):
-        """The numbers of `section.key`, SI, without their unit: all finite."""
+        """The numbers of `section.key` in SI, without the unit; UserError if one is not finite."""
         found = []
         with contextlib.suppress(ValueError):
             for word in self.value(key, "").split():
@@ -104,7 +104,7 @@ class Deck:
         return found
 
     def number(self, key, default=None):
-        """The number of `section.key`, SI; `default` where the deck has none, UserError where it has something else."""
+        """The number of `section.key` in SI; `default` if the deck has no such key, UserError if it is not a number."""
         if default is not None and self.value(key) is None:
             return default
         found = self.numbers(key)
@@ -113,7 +113,7 @@ class Deck:
         return found[0]
 
     def count(self, key, most=sys.maxsize):
-        """The whole number of `section.key`, 0 where there is none."""
+        """The whole number of `section.key`, 0 if the deck has no such key."""
         found = self.number(key, 0.0)
         if not (0 <= found <= most and found == int(found)):
             raise self._fault(key, f"expected a whole number from 0 to {most}")
@@ -132,7 +132,7 @@ class Deck:
         return np.repeat(np.arange(len(self.species)), [kind.count for kind in self.species])
 
     def named(self, what):
-        """NAME of every section [what.NAME], in the deck's order: of "body", "motion"."""
+        """NAME of every section [what.NAME], in the order of the deck; `what`: "body" or "motion"."""
         return [s.removeprefix(f"{what}.") for s in self.sections if s.startswith(f"{what}.")]
 
     @property
@@ -142,7 +142,7 @@ class Deck:
 
     @property
     def motions(self):
-        """Names of all that moves: of [motion.NAME], and "rotor"."""
+        """Names of all motions: NAME of every [motion.NAME], and "rotor"."""
         return self.named("motion") + ["rotor"] * ("rotor" in self.sections)
 
     def kind_of(self, body):
@@ -151,7 +151,7 @@ class Deck:
 
     @property
     def kinds(self):
-        """The kinds of contact that files count, those of bodies behind the usual ones."""
+        """The kinds of contact that output files count: first the usual ones, then those of bodies."""
         return tuple(dict.fromkeys([*KINDS, *map(self.kind_of, self.bodies)]))
 
     @property
@@ -166,7 +166,7 @@ class Deck:
 
     @property
     def blades(self):
-        """All blades, numbered as millsim numbers them: those of [blades], then each [blade.NAME]."""
+        """All blades in the order of millsim: those of [blades], then each [blade.NAME]."""
         found, turn = [], self.number("rotor.angle", 0.0)
         for section in sorted(self.sections, key=lambda name: name != "blades"):
             size = (self.number(f"{section}.{key}", 0.0) for key in ("tip_radius", "width", "thickness", "pitch"))

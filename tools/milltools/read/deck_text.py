@@ -1,4 +1,4 @@
-"""Lines of a deck or study deck: entries that know where they stand. The syntax is that of decks (docs/deck.md)."""
+"""Reads the text of a deck or study deck into entries with their lines. docs/deck.md describes the syntax."""
 
 import dataclasses
 import re
@@ -8,35 +8,35 @@ from milltools.base.errors import MissingFileError, UserError
 
 @dataclasses.dataclass(frozen=True)
 class Entry:
-    """`key = value` of a section; `where` names it in messages: "FILE:LINE" or "--set ..."."""
+    """`key = value` of a section; `where` is its place for messages: "FILE:LINE" or "--set ..."."""
 
     section: str
     key: str
     value: str
     where: str
-    line: int = 0  # of the file, from 1; 0: of none
+    line: int = 0  # number in the file, from 1; 0: not from a file
 
     def fault(self, text) -> UserError:
         return UserError(f"{self.where}: [{self.section}] {self.key}: {text}")
 
 
 def read_text(path) -> str:
-    """The text of a file; what is wrong with it is a UserError."""
+    """The text of a file; UserError if it cannot be read."""
     try:
         with open(path, encoding="utf-8-sig") as file:
             return file.read()
     except IsADirectoryError:
-        raise UserError(f"{path}: a folder, not a deck") from None
+        raise UserError(f"{path}: is a folder, not a deck") from None
     except FileNotFoundError:
         raise MissingFileError(f"{path}: no such file") from None
     except UnicodeDecodeError:
-        raise UserError(f"{path}: not a text in UTF-8") from None
+        raise UserError(f"{path}: is not a UTF-8 text") from None
     except OSError as fault:
         raise UserError(f"{path}: {fault.strerror}", status=1) from None
 
 
 def _value(text, where) -> str:
-    """A value without its comment; one in double quotes is kept whole, "" inside stands for one "."""
+    """A value without its comment. In a value in double quotes, "" stands for one "."""
     if text.startswith('"'):
         quoted = re.match(r'"((?:[^"]|"")*)"\s*(?:[#;].*)?$', text)
         if not quoted:
@@ -54,8 +54,8 @@ def sections(text, file) -> dict[str, dict[str, str]]:
 
 
 def entries(text, file) -> list[Entry]:
-    """All entries of a text, in their order. Comments begin with # or ; at the start or after white space; a section or
-    key that comes twice is refused."""
+    """All entries of a text, in their order. Comments begin with # or ; at the start of a line or after white space. A
+    section or key that is there twice is a UserError."""
     found, section, seen = [], None, {}
     for number, line in enumerate(text.splitlines(), 1):
         where, line = f"{file}:{number}", line.strip()

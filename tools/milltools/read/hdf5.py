@@ -1,5 +1,5 @@
-"""An HDF5 file that may come from anybody, read so that it does no harm: it leads to no other file, nothing larger is
-read than it can hold, and whatever HDF5 or h5py make of damaged bytes is a UserError, "FILE: damaged: /path: ...".
+"""Reads HDF5 files from any source safely. Links into other files are refused, nothing larger is read than the file can
+hold, and every error of HDF5 or h5py on damaged bytes becomes a UserError, "FILE: damaged: /path: ...".
 """
 
 import contextlib
@@ -15,33 +15,33 @@ import numpy as np
 from milltools.base.errors import MissingFileError, UserError
 from milltools.base.text import plain
 
-RATIO = 1032  # deflate makes nothing smaller than by this
-ROOM = 1 << 26  # [bytes] one read may take, whatever little is stored of it; beyond
-PACKED = 8  # times what is stored
-SMALL = 1 << 20  # [bytes] a dataset may have of which nothing is stored
-SCANNED = 1 << 28  # [bytes] in larger files the heaps of texts are not looked at
+RATIO = 1032  # the largest possible compression by deflate
+ROOM = 1 << 26  # [bytes] limit of one read, or, if that is more,
+PACKED = 8  # times the stored bytes
+SMALL = 1 << 20  # [bytes] limit of a dataset without stored values
+SCANNED = 1 << 28  # [bytes] the heaps of texts in larger files are not checked
 HEAP = b"GCOL\1\0\0\0"
-HOPS = 16  # soft links on the way to one thing
-TEXTS = 512  # of variable length in one attribute; beyond
-MOST_TEXT = 1 << 32  # [bytes] their number times the file's size
+HOPS = 16  # limit of soft links in one path
+TEXTS = 512  # limit of texts of variable length in one attribute, or, if that is more,
+MOST_TEXT = 1 << 32  # [bytes] limit of their number times the size of the file
 FILTERS = {getattr(h5py.h5z, f"FILTER_{name}") for name in ("DEFLATE", "SHUFFLE", "FLETCHER32", "SZIP", "LZF")}
-# what h5py raises where bytes are not as HDF5 has them
+# what h5py raises for damaged bytes
 FAULTS = (
     ArithmeticError, AttributeError, LookupError, MemoryError, OSError, RuntimeError, TypeError, ValueError, zlib.error
 )  # fmt: skip
 
 
 class Store(contextlib.AbstractContextManager):
-    """An open file. A context manager; close() does as well."""
+    """An open file: a context manager, or use close()."""
 
     def __init__(self, path):
         self.path = str(path)
-        self._sound = {}  # datasets by path that were looked at
+        self._sound = {}  # path -> dataset that has been checked
         try:
             about = os.stat(self.path)
             if not (stat.S_ISREG(about.st_mode) or stat.S_ISDIR(about.st_mode)):
-                raise UserError(f"{self.path}: no ordinary file")
-            with open(self.path, "rb") as file:  # its words for "no such file" are better than HDF5's
+                raise UserError(f"{self.path}: not an ordinary file")
+            with open(self.path, "rb") as file:  # its message for "no such file" is better than that of HDF5
                 self._size, begin = about.st_size, file.read(4096).lstrip()
             self._file = h5py.File(self.path, "r")
         except UserError:
@@ -73,7 +73,7 @@ class Store(contextlib.AbstractContextManager):
         return not self._file
 
     def damaged(self, path: str, why) -> UserError:
-        """What to raise where the thing at a path is not as files of runs have it."""
+        """The error for a dataset or group at a path that is not as in output files of runs."""
         return UserError(f"{self.path}: damaged: /{plain(path)}: {plain(why)}")
 
     @contextlib.contextmanager
@@ -88,9 +88,9 @@ class Store(contextlib.AbstractContextManager):
     # ---- links
 
     def find(self, path: str):
-        """The group or dataset at a path; None where there is none. Links into other files are refused."""
+        """The group or dataset at a path; None if there is none. Links into other files are refused."""
         if self.closed:
-            raise UserError(f"{self.path}: was closed: load it again")
+            raise UserError(f"{self.path}: the file was closed: load it again")
         with self._reading(path):
             here, hops = self._file, 0
             left = path.split("/")[::-1]
@@ -105,7 +105,7 @@ class Store(contextlib.AbstractContextManager):
                 if kind == h5py.h5l.TYPE_SOFT:
                     hops += 1
                     if hops > HOPS:
-                        raise ValueError("its links go round in a circle")
+                        raise ValueError("its links form a circle")
                     target = links.get_val(name.encode()).decode()
                     here = self._file if target.startswith("/") else here
                     left += target.split("/")[::-1]
@@ -119,13 +119,13 @@ class Store(contextlib.AbstractContextManager):
         return self.find(path) is not None
 
     def names(self, path: str) -> list[str]:
-        """Names of what is in the group at a path, in alphabetical order; none where there is no such group."""
+        """Names of the members of the group at a path, in alphabetical order; empty if there is no such group."""
         thing = None if self.closed else self.find(path)
         with self._reading(path):
             return sorted(thing) if isinstance(thing, h5py.Group) else []
 
     def paths(self, group: str) -> list[str]:
-        """Paths of all datasets below a group, in order; a group within itself is looked at once."""
+        """Paths of all datasets below a group, in order; a group that contains itself is searched once."""
         found, seen, left = [], set(), [(group, self.find(group))]
         with self._reading(group):
             while left:
@@ -143,7 +143,7 @@ class Store(contextlib.AbstractContextManager):
         return [(p, self.attribute(p, "unit", ""), self.attribute(p, "description", "")) for p in self.paths(group)]
 
     def _check_heaps(self):
-        """HDF5 walks through the heap that a text is in, object by object, and never gets past one of no size."""
+        """UserError for a heap of texts with an entry of no size: HDF5 would read such a heap in an endless loop."""
         if not 0 < self._size <= SCANNED:
             return
         with self._reading(""):
@@ -161,14 +161,14 @@ class Store(contextlib.AbstractContextManager):
                     length = number(at + 8, wide)
                     step = 8 + wide + (length + 7) // 8 * 8 if number(at, 2) else length
                     if not step:
-                        raise self.damaged("", f"the heap of texts at byte {heap}")
+                        raise self.damaged("", f"an entry without size in the heap of texts at byte {heap}")
                     at += step
                 heap = content.find(HEAP, heap + 8)
 
     # ---- datasets
 
     def dataset(self, path: str, why: str = "") -> h5py.Dataset:
-        """The dataset at a path, sound as far as can be told without reading it. Missing: UserError, with `why`."""
+        """The dataset at a path, checked without reading its values. If it is missing: UserError, with `why`."""
         thing = self._sound.get(path) or self.find(path)
         if not isinstance(thing, h5py.Dataset):
             raise UserError(f"{self.path}: has no /{plain(path)}{': ' + why if why else ''}")
@@ -180,40 +180,40 @@ class Store(contextlib.AbstractContextManager):
         return thing
 
     def _expect(self, path, thing):
-        """ValueError where the dataset at a path is not what it should be: for those who know."""
+        """ValueError if the dataset at a path has the wrong type or shape: for derived classes."""
 
     def _check(self, thing):
-        """ValueError where a dataset says it holds what this file cannot hold."""
+        """ValueError if a dataset claims to hold more than this file can hold, or something that runs do not have."""
         text = h5py.check_string_dtype(thing.dtype)
         if not text and thing.dtype.kind not in "iufb":
-            raise ValueError(f"values of a type that no run has ({thing.dtype})")
+            raise ValueError(f"values of a type that runs do not use ({thing.dtype})")
         plan = thing.id.get_create_plist()
         if plan.get_layout() == h5py.h5d.VIRTUAL or plan.get_external_count():
-            raise ValueError("its values are elsewhere, perhaps in another file, which is not read")
+            raise ValueError("its values are stored outside the dataset, perhaps in another file, which is not read")
         if text and text.length is None and thing.size != 1:
             raise ValueError(f"expected one text, got {thing.size}")
         if text and text.length is None and (place := thing.id.get_offset()) is not None:
-            with open(self.path, "rb") as file:  # HDF5 makes room for as much as stands there
+            with open(self.path, "rb") as file:  # HDF5 allocates as many bytes as are written there
                 file.seek(place)
                 length = int.from_bytes(file.read(4), "little")
             if length > self._size:
                 raise ValueError(f"a text of {length} bytes, in a file of {self._size}")
         filters = [plan.get_filter(k)[0] for k in range(plan.get_nfilters())]
         if not FILTERS.issuperset(filters) or len(set(filters)) < len(filters):
-            raise ValueError(f"packed by filters {filters}; repack it: 'h5repack -f GZIP=1 FILE NEW'")
+            raise ValueError(f"unknown compression (filters {filters}); repack it: 'h5repack -f GZIP=1 FILE NEW'")
         stored, largest = thing.id.get_storage_size(), 0
         size = math.prod(thing.shape) * thing.dtype.itemsize
         if filters and stored:
             stored, largest = self._look_at_chunks(thing)
         if stored > self._size or size > max(RATIO * stored, SMALL):
-            raise ValueError(f"{size} bytes, of which the file, with {self._size} bytes, holds {stored}")
+            raise ValueError(f"{size} bytes by its shape, but the file, of {self._size} bytes, stores {stored}")
         chunk = math.prod(thing.chunks or ()) * thing.dtype.itemsize
         if chunk > max(ROOM, PACKED * largest):
-            raise ValueError(f"in pieces of {chunk} bytes")
+            raise ValueError(f"chunks of {chunk} bytes: too large for what is stored")
 
     def _look_at_chunks(self, thing):
-        """Bytes of all chunks and of the largest one as they are stored; ValueError where one is more when unpacked
-        than it should be: HDF5 unpacks it all before it looks."""
+        """Stored bytes of all chunks and of the largest one. ValueError if a chunk unpacks to more bytes than it
+        should: HDF5 unpacks the whole chunk before it checks the size."""
         sizes, suspects = [], []
         whole = math.prod(thing.chunks) * thing.dtype.itemsize
 
@@ -225,26 +225,26 @@ class Store(contextlib.AbstractContextManager):
         thing.id.chunk_iter(note)
         for offset in suspects:
             _, packed = thing.id.read_direct_chunk(offset)
-            with contextlib.suppress(zlib.error):  # not packed
+            with contextlib.suppress(zlib.error):  # not compressed
                 if len(zlib.decompressobj().decompress(packed, 2 * whole + 1)) > 2 * whole:
-                    raise ValueError(f"a piece of {whole} bytes is more when unpacked")
+                    raise ValueError(f"a chunk of {whole} bytes unpacks to more bytes")
         return sum(sizes), max(sizes, default=0)
 
     def layout(self, path: str) -> tuple[tuple[int, ...], np.dtype]:
-        """(shape, type) of the dataset at a path, without reading it. Missing: UserError."""
+        """(shape, type) of the dataset at a path, without reading it. If it is missing: UserError."""
         thing = self.dataset(path)
         return thing.shape, thing.dtype
 
     def length(self, path: str) -> int:
-        """Rows of the dataset at a path, without reading it. Missing, or a scalar: UserError."""
+        """Number of rows of the dataset at a path, without reading it. If it is missing or a scalar: UserError."""
         shape = self.layout(path)[0]
         if not shape:
-            raise UserError(f"{self.path}: /{path} has no rows: it is one value")
+            raise UserError(f"{self.path}: /{path} is a single value without rows")
         return shape[0]
 
     def read(self, path: str, index=(), why: str = ""):
-        """The dataset at a path, or its part `index`: arrays as numpy's, texts as str. Missing: UserError, with
-        `why`."""
+        """The values of the dataset at a path, or of its part `index`: numpy arrays, texts as str. If it is missing:
+        UserError, with `why`."""
         thing = self.dataset(path, why)
         keys = index if isinstance(index, tuple) else (index,)
         with self._reading(path):
@@ -254,14 +254,14 @@ class Store(contextlib.AbstractContextManager):
             )
             size = math.prod([*rows, *thing.shape[len(keys) :]]) * thing.dtype.itemsize
             if size > max(ROOM, PACKED * thing.id.get_storage_size()):
-                raise ValueError(f"{size} bytes, packed into {thing.id.get_storage_size()}")
+                raise ValueError(f"{size} bytes, compressed into {thing.id.get_storage_size()}")
             return thing.asstr()[index] if h5py.check_string_dtype(thing.dtype) else thing[index]
 
     # ---- attributes
 
     def attribute(self, path: str, name: str, default=None):
-        """An attribute: a number, a str, or an array of these, of the kind that the default is; the default where
-        there is none."""
+        """An attribute: a number, a str, or an array of them; of the same type as `default`, which is returned if there
+        is no attribute."""
         thing = self.find(path)
         with self._reading(path):
             if thing is None or name not in thing.attrs:
@@ -270,7 +270,7 @@ class Store(contextlib.AbstractContextManager):
             text = h5py.check_string_dtype(about.dtype)
             count = math.prod(about.shape)
             if not text and about.dtype.kind not in "iufb":
-                raise ValueError(f"its attribute '{name}' has values of a type that no run has ({about.dtype})")
+                raise ValueError(f"its attribute '{name}' has values of a type that runs do not use ({about.dtype})")
             free = text and text.length is None
             if count * about.dtype.itemsize > self._size or (free and count > TEXTS and count * self._size > MOST_TEXT):
                 raise ValueError(f"its attribute '{name}' has {count} values")
@@ -285,7 +285,7 @@ def _decoded(value):
 
 
 def _like(default, value, name):
-    """An attribute as its default is: one text, one number, or several of either; else ValueError."""
+    """An attribute in the form of its default: one text, one number, or several of them; else ValueError."""
     if default is None:
         return value
     several = not isinstance(default, str | int | float)

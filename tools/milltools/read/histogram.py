@@ -1,4 +1,4 @@
-"""Impacts counted by speed or by energy, as an output file has them: bins, and how many lie above any value."""
+"""Histograms of impacts by speed or by energy from an output file, and the number of impacts above any value."""
 
 import dataclasses
 
@@ -11,9 +11,9 @@ ENERGIES = ("normal_energy", "total_energy", "dissipated_energy")
 
 @dataclasses.dataclass(frozen=True)
 class Histogram:
-    """Impacts by speed or energy: `edges` [m/s] or [J] (n + 1,), `count` (n,), `dissipation` [J] (n,; NaN where it is
-    not known), what lies outside them (number, and energy), and `part`: "all" of the energy, or only its "normal"
-    part (programs that cannot tell the rest per impact)."""
+    """Impacts by speed or energy: `edges` [m/s] or [J] (n + 1,), `count` (n,), `dissipation` [J] (n,; NaN if not
+    known), and the count and dissipation below and above the bins. `part`: "all" if the dissipation is the whole loss,
+    "normal" if the program knows only the normal part for each impact."""
 
     edges: np.ndarray
     count: np.ndarray
@@ -25,8 +25,8 @@ class Histogram:
     dissipation_overflow: float = 0.0
 
     def above(self, speed: float) -> float:
-        """Number of impacts at or above a speed [m/s] or energy [J]; exact if it is an edge, else log-linear within its
-        bin; below the first edge all of them."""
+        """Number of impacts at or above a speed [m/s] or energy [J]: exact at an edge, interpolated log-linearly within
+        a bin; below the first edge the number of all impacts."""
         upper = np.searchsorted(self.edges, speed * (1 - 1e-9), side="left")  # first edge at or above
         if upper >= len(self.edges):
             return float(self.overflow)
@@ -40,7 +40,7 @@ class Histogram:
 
 
 def by_speed(run, path: str) -> Histogram:
-    """Of the group `path` of an open Run."""
+    """The histogram in the group `path` of an open Run."""
     count, dissipation = f"{path}/count", f"{path}/dissipation"
     return Histogram(
         run.read(f"{path}/edges"),
@@ -53,21 +53,21 @@ def by_speed(run, path: str) -> Histogram:
 
 
 def by_energy(run, row: str, group: str, name: str, species) -> Histogram:
-    """name: "normal", "total" or "dissipated"; the rest as of Run.histogram."""
+    """name: "normal", "total" or "dissipated"; the other arguments as in Run.histogram."""
     if group != "impacts":
-        raise UserError(f"{run.path}: energies are known of impacts, not of {group}")
+        raise UserError(f"{run.path}: the file has energies of impacts only, not of {group}")
     names = [] if species is None else [species] if isinstance(species, str) else list(species)
     known = run.species_names()
     for word in names:
         if word not in known:
-            raise UserError(f"{run.path}: no balls '{word}': the species are {', '.join(known)}")
+            raise UserError(f"{run.path}: unknown species '{word}': one of {', '.join(known)}")
     chosen = sorted(known.index(word) for word in names)
     if len(chosen) > 2 or (len(chosen) == 2 and row != "ball_ball"):
-        raise UserError(f"{run.path}: two species at most, and two with kind 'ball_ball' alone")
+        raise UserError(f"{run.path}: give one species, or two with the kind 'ball_ball'")
     kinds = run.kinds if row == "all" else (row,)
 
     def total(what):
-        """Over the kinds, and the pairs that are asked for."""
+        """The sum over the kinds and over the chosen species."""
         return sum(_of_pairs(run, f"{kind}/{what}", chosen) for kind in kinds)
 
     count = total(name)
@@ -79,10 +79,10 @@ def by_energy(run, row: str, group: str, name: str, species) -> Histogram:
 
 
 def _of_pairs(run, path: str, species: list[int]) -> np.ndarray:
-    values = run.read(f"statistics/energies/{path}", why="written by an older program, or another")
+    values = run.read(f"statistics/energies/{path}", why="an older version or another program wrote the file")
     if not species:
         return values.sum(axis=tuple(range(values.ndim - 1)))
-    if len(species) == 1 and values.ndim == 3:  # of balls: it with each, itself once
+    if len(species) == 1 and values.ndim == 3:  # ball-ball: with every species, but with itself only once
         (one,) = species
         return values[one].sum(axis=0) + values[:, one].sum(axis=0) - values[one, one]
     return values[tuple(species)]

@@ -1,4 +1,4 @@
-"""What the datasets of an output file must be for readers to go by them (docs/file-format.md): type, shape, values."""
+"""The type, shape and values that readers require of the datasets of an output file (docs/file-format.md)."""
 
 import functools
 import re
@@ -39,33 +39,33 @@ def _rising_or_level(values):
 
 
 class Rule(typing.NamedTuple):
-    """What the datasets at paths must be."""
+    """What the datasets whose paths match `pattern` must be."""
 
     pattern: re.Pattern
     kinds: str  # of numpy's types
-    shape: tuple  # a number; None: any; "PATH": as long as that dataset, "PATH -1": one less
+    shape: tuple  # a number; None: any; "PATH": as many rows as that dataset, "PATH -1": one less
     check: Callable | None  # of the values
 
 
 SAID = {
-    _finite: "a value that is no finite number",
+    _finite: "a value that is not a finite number",
     _no_infinity: "an infinite value",
     _positive: "a value that is not above 0",
-    _not_negative: "a value below 0, or that is no number",
-    _known_not_negative: "a value below 0, or an infinite one",
+    _not_negative: "a value that is below 0 or not a number",
+    _known_not_negative: "a value that is below 0 or infinite",
     _rising: "values that do not ascend",
-    _rising_or_level: "values that descend, or are no numbers",
+    _rising_or_level: "values that descend or are not numbers",
 }
 BALLS = "particles/trajectory/id"
 FRAMES = "particles/trajectory/position/time"
-# NaN stands for what is not known: a median of no impacts, a velocity where no ball ever was
+# NaN: not known, such as a median of no impacts, or a velocity in a cell that no ball entered
 RULES = [
     Rule(re.compile(pattern), kinds, shape, check)
     for pattern, kinds, shape, check in (
         (r"deck/.*", TEXT, (), None),
         (r"run/(program|version|command|started|status|notes)", TEXT, (), None),
         (r"run/(time|cpu_time|wall_time)", NUMBER, (), _not_negative),
-        (r"run/price", NUMBER, (), _known_not_negative),  # a run too short for it has none
+        (r"run/price", NUMBER, (), _known_not_negative),  # NaN if the run is too short to measure it
         (r"run/(events|reach|floored)/.*", NUMBER, (), _no_infinity),
         (r"run/.*", EITHER, (), None),
         (r"particles/trajectory/id", WHOLE, (None,), None),
@@ -101,7 +101,7 @@ RULES = [
         (r"statistics/energies/.*", NUMBER, (None, "statistics/energies/edges -1"), _no_infinity),
         (r"statistics/(.*/quantiles\w*|rotor/block_(power|torque))", NUMBER, (None,), _no_infinity),
         (r"statistics/precision/fast_rate/.*", NUMBER, (None,), None),
-        (r"statistics/precision/.*", NUMBER, (), None),  # what is exact has infinitely many degrees of freedom
+        (r"statistics/precision/.*", NUMBER, (), None),  # an exact value has infinitely many degrees of freedom
         (r"statistics/impacts/.*/(count|rate)", NUMBER, (), _not_negative),
         (r"statistics/.*", NUMBER, (), _no_infinity),
     )
@@ -115,7 +115,7 @@ def of(path: str) -> Rule | None:
 
 
 def check_layout(run, path: str, thing):
-    """ValueError where a dataset is not of the type and shape that its path wants."""
+    """ValueError if a dataset does not have the type and shape that the rule for its path requires."""
     rule = of(path)
     if not rule:
         return
@@ -131,12 +131,12 @@ def check_layout(run, path: str, thing):
             other, _, less = rule.pattern.fullmatch(path).expand(want).partition(" ")
             want = run.length(other) + int(less or 0)
             if have != want:
-                raise ValueError(f"{have} rows, where /{other} makes it {want}")
+                raise ValueError(f"{have} rows, expected {want} to match /{other}")
         elif want not in (None, have):
             raise ValueError(f"{have} columns, expected {want}")
 
 
 def fault(rule: Rule | None, values) -> str:
-    """Why these are no values for a dataset of a rule; "" where they are."""
+    """Why values break a rule; "" if they do not."""
     wrong = rule and rule.check and not rule.check(np.atleast_1d(values))
     return SAID[rule.check] if wrong else ""

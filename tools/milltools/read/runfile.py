@@ -1,12 +1,12 @@
-"""The one reader of the output file (docs/file-format.md): what a run holds, in SI, with errors a user understands.
+"""Reads the output file of a run (docs/file-format.md) in SI units, with errors that a user understands.
 
     with Run("reference.h5") as run:
         time, power = run.series("rotor_work")
         radius = run.quantity("drum/radius")
         spectrum = run.histogram("ball_ball")
 
-Everything is read when it is asked for, so opening a file of gigabytes costs nothing. Whatever is missing or damaged is
-a UserError that names the file, the part, and what it would take to have it.
+Data are read only when they are needed, so opening a file of gigabytes takes no time. For missing or damaged data the
+UserError names the file and the dataset, and what option of the run would store it.
 """
 
 import functools
@@ -27,7 +27,7 @@ from milltools.read.kinds import KINDS
 
 THRESHOLDS = (0.5, 1.0, 2.0)  # [m/s] of fast_collisions
 MEDIAN = "impacts/all/normal_speed/median_above_50mm_s"
-# where /statistics tells how well a number is known; so it does of impacts/ROW/rate
+# path below /statistics -> name below /statistics/precision with its standard error; impacts/ROW/rate has one too
 PRECISION = {
     "rotor/power": "rotor_power",
     "rotor/torque": "rotor_torque",
@@ -35,14 +35,14 @@ PRECISION = {
     "impacts/all/normal_speed/median": "median",
     MEDIAN: "median_above_50mm_s",
 }
-TURNED = 1e-3  # of a rotation: how far its axes may be from upright to each other, and from length 1
-# datasets of numbers of things: of the names in an attribute, or of balls
+TURNED = 1e-3  # tolerance of a rotation matrix: its rows must be orthogonal and of length 1
+# datasets of indices: into the names in an attribute, or of balls
 INDICES = {"impacts/kind": "kinds", "impacts/ball": "balls", "particles/trajectory/species": "names"}
 RATE = re.compile(r"impacts/([^/]+)/rate")
 
 
 def estimates(kinds: Iterable[str]) -> dict[str, tuple[str, Any]]:
-    """What may be known with a standard error: name -> (its group below /statistics/precision, which of its values)."""
+    """Numbers with a standard error: name -> (group below /statistics/precision, index into its values)."""
     rows = (*kinds, "all")
     found: dict[str, tuple[str, Any]] = {
         name: (name, ()) for name in (*PRECISION.values(), *(f"rate/{r}" for r in rows))
@@ -54,57 +54,57 @@ def estimates(kinds: Iterable[str]) -> dict[str, tuple[str, Any]]:
 
 
 def turned(angle: float) -> np.ndarray:
-    """The pose (3, 4) of what has turned about x by an angle [rad]."""
+    """The pose (3, 4) after a rotation about x by an angle [rad]."""
     c, s = math.cos(angle), math.sin(angle)
     return np.array([[1, 0, 0, 0], [0, c, -s, 0], [0, s, c, 0]])
 
 
 class Run(Store):
-    """An open output file: a Store whose values are those of a run."""
+    """An open output file: a Store that knows the datasets of a run."""
 
     def __init__(self, path: object) -> None:
         super().__init__(path)
         if not all(isinstance(self.find(name), h5py.Group) for name in ("deck", "run")):
             self.close()
-            raise UserError(f"{self.path}: an HDF5 file, but no run: it has no /deck and /run")
+            raise UserError(f"{self.path}: this HDF5 file is not a run: it has no /deck and /run")
 
-    def __reduce__(self) -> tuple[Any, ...]:  # to another process, as dask does: an open file cannot go
+    def __reduce__(self) -> tuple[Any, ...]:  # for pickling to another process, which opens the file again
         return Run, (self.path,)
 
     def _expect(self, path: str, thing: h5py.Dataset) -> None:
         rules.check_layout(self, path, thing)
 
     def read(self, path: str, index: Any = (), why: str = "") -> Any:
-        """As Store.read: values that a run can have."""
+        """Like Store.read, and checks that a run can have these values."""
         values = super().read(path, index, why)
         rule = rules.of(path)
         if rule and rule.shape == () and np.ndim(values) == 1:  # some writers have no scalars
             values = values[0]
         fault = rules.fault(rule, values)
         if path in INDICES and np.max(values, initial=0) >= self._count(path):
-            fault = f"a number beyond the {self._count(path)} that there are"
+            fault = f"an index that is too large: there are {self._count(path)}"
         if path == "particles/trajectory/diameter" and np.max(values, initial=0) > self._largest_ball():
-            fault = f"a ball of {np.max(values):g} m, larger than those of the deck, or than its drum"
+            fault = f"a ball diameter of {np.max(values):g} m, larger than the balls or the drum of the deck"
         if fault:
             raise self.damaged(path, fault)
         return values
 
     def _largest_ball(self) -> float:
-        """[m], with room for rounding."""
+        """The largest possible diameter of a ball [m], with a margin for rounding."""
         drum = 2 * self.quantity("drum/radius", np.inf) + 2 * self.quantity("drum/buckle_height", 0.0)
         return 1.001 * min(drum, max((kind.diameter for kind in self.as_deck.species), default=0.0))
 
     def _count(self, path: str) -> int:
-        """How many things the numbers in one of INDICES tell apart."""
+        """The number of items that the indices in one of INDICES refer to."""
         if INDICES[path] == "balls":
             return self.length(rules.BALLS)
         other = self.kinds if INDICES[path] == "kinds" else ["balls"]
         return len(self.attribute(path, INDICES[path], ())) or len(other)
 
-    # ---- who, what, how far
+    # ---- program, version, status
 
     def about(self, name: str, default: Any = None) -> Any:
-        """What /run says, as in "compiler"; the default where it does not."""
+        """A value of /run by its name, such as "compiler"; the default if it is not there."""
         return self.read(f"run/{name}") if self.has(f"run/{name}") else default
 
     @property
@@ -123,7 +123,7 @@ class Run(Store):
 
     @property
     def notes(self) -> list[str]:
-        """What the program that made it has to say about its numbers, a sentence each."""
+        """Remarks of the program on the numbers of the run, one sentence each."""
         return self.about("notes", "").splitlines()
 
     @property
@@ -133,8 +133,8 @@ class Run(Store):
 
     @property
     def cost(self) -> float:
-        """CPU seconds per simulated second: what the program says of itself (/run/price), else from its CPU time; NaN
-        if the run has not begun."""
+        """CPU seconds per simulated second: from /run/price, or, if that is not there, from the CPU time; NaN if the
+        run has not begun."""
         if self.has("run/price"):
             return float(self.read("run/price"))
         return float(self.read("run/cpu_time")) / self.time if self.time > 0 else float("nan")
@@ -143,7 +143,7 @@ class Run(Store):
 
     @functools.cached_property
     def as_deck(self) -> Deck:
-        """The deck as run, its sections in the order of its text."""
+        """The deck of the run, with its sections in the order of the text."""
         heads = [line.strip()[1:-1] for line in self.deck_text().splitlines() if line.startswith("[")]
         names = [name for name in self.names("deck") if isinstance(self.find(f"deck/{name}"), h5py.Group)]
         names.sort(key=lambda n: (heads.index(n) if n in heads else len(heads), n))
@@ -151,29 +151,29 @@ class Run(Store):
         return Deck(self.deck_text(), self.path, (), found, "{path}: damaged: /deck/{section}/{key}")
 
     def deck(self) -> dict[str, str]:
-        """Every value of the deck as run, "section.key": text with its SI unit."""
+        """All values of the deck of the run: "section.key" -> text with its SI unit."""
         return {f"{s}.{key}": value for s, keys in self.as_deck.sections.items() for key, value in keys.items()}
 
     def deck_text(self) -> str:
-        """The deck as run, itself a deck."""
+        """The text of the deck of the run, which millsim can run again."""
         return self.read("deck/text") if self.has("deck/text") else ""
 
     def text(self, path: str, default: str | None = None) -> str:
-        """A value of the deck as its text, path as in "drum/profile"; the default, if one is given, where it is not
-        there."""
+        """A value of the deck as text, by a path such as "drum/profile". If it is missing: the default, else
+        UserError."""
         found = self.as_deck.value(path.replace("/", "."), default)
         if found is None:
             raise UserError(f"{self.path}: has no /deck/{path}")
         return found
 
     def vector(self, path: str) -> np.ndarray:
-        """The numbers of a value, as in "gravity/acceleration" [SI]."""
+        """The numbers of a vector of the deck in SI, by a path such as "gravity/acceleration"."""
         self.quantity(path)
         return np.array(self.as_deck.numbers(path.replace("/", ".")))
 
     def quantity(self, path: str, default: float | None = None) -> float:
-        """A value of the deck as a number [SI], as in "drum/radius"; the default, if one is given, where it is not
-        there."""
+        """A value of the deck as a number in SI, by a path such as "drum/radius". If it is missing: the default, else
+        UserError."""
         if default is None:
             self.text(path)
         return self.as_deck.number(path.replace("/", "."), default)
@@ -191,33 +191,33 @@ class Run(Store):
         """Angle of the rotor at a time, from +y to +z [rad]."""
         return self.quantity("rotor/angle") + self.rotor_speed * time if self.has_rotor else 0.0
 
-    # ---- what holds the balls
+    # ---- the container
 
     @property
     def vessel(self) -> str:
-        """NAME of the body that holds the balls; "": the drum does."""
+        """NAME of the body that contains the balls; "" if the drum contains them."""
         inside = (n for n in self.as_deck.named("body") if self.text(f"body.{n}/side", "") == "inside")
         return next(inside, "")
 
     @property
     def vessel_kinds(self) -> tuple[str, ...]:
-        """Kinds of contact with what holds the balls."""
+        """Kinds of contact with the container."""
         return (self.as_deck.kind_of(self.vessel),) if self.vessel else ("ball_drum", "ball_wall")
 
     @property
     def carrier(self) -> str:
-        """The motion that the container rides on; "": it stands still."""
+        """The motion that moves the container; "": it stands still."""
         return self.text(f"body.{self.vessel}/motion" if self.vessel else "drum/motion", "")
 
     def vessel_frame(self) -> np.ndarray:
-        """The container's own frame, x along its axis, as a pose (3, 4) in the frame of its motion: the frame of the
-        maps."""
+        """The container's own frame with x along its axis, as a pose (3, 4) in the frame of its motion. The maps use
+        this frame."""
         if not self.vessel:
             return np.eye(3, 4)
         place = f"body.{self.vessel}"
         axis = self.vector(f"{place}/axis") if self.has(f"deck/{place}/axis") else [0.0, 0.0, 1.0]
         if not np.any(axis) or len(axis) != 3:
-            raise self.damaged(f"deck/{place}/axis", "no direction")
+            raise self.damaged(f"deck/{place}/axis", "not a direction (three numbers, not all 0)")
         z = np.array(axis) / np.linalg.norm(axis)
         across = np.eye(3)[1 if np.hypot(z[1], z[2]) < 1e-6 else 0]
         x = across - (across @ z) * z
@@ -228,7 +228,7 @@ class Run(Store):
         return np.column_stack([z, x, y, centre])
 
     def frame_axis(self, poses: dict[str, np.ndarray]) -> np.ndarray:
-        """Direction of the container's axis in the laboratory, where motions are at `poses`."""
+        """Direction of the container's axis in the laboratory, for the `poses` of the motions."""
         axis = self.vessel_frame()[:, 0]
         return poses[self.carrier][:, :3] @ axis if self.carrier in poses else axis
 
@@ -236,8 +236,8 @@ class Run(Store):
 
     @functools.cached_property
     def kinds(self) -> tuple[str, ...]:
-        """Kinds of contact, those that every file counts first; of these what the mill has surfaces of, or what was
-        met."""
+        """Kinds of contact: first those of KINDS for which the mill has surfaces or the run has contacts, then those
+        of bodies."""
         places = ("statistics/impacts", "run/events/collisions", "observables/collisions")
         names = next((set(found) for place in places if (found := self.names(place))), set(KINDS))
         order = [self.as_deck.kind_of(name) for name in self.as_deck.bodies]
@@ -248,31 +248,31 @@ class Run(Store):
 
     @property
     def absent(self) -> set[str]:
-        """Kinds of contact that the file counts, all 0, and that this mill does not have."""
+        """Kinds of contact that the file counts (as 0) although this mill does not have them."""
         return {*KINDS} - {*self.kinds}
 
     def collisions(self, kind: str) -> int:
-        """Contacts of a kind in the whole run; 0 where none are counted."""
+        """Number of contacts of a kind in the whole run; 0 if the file does not count them."""
         path = f"run/events/collisions/{kind}"
         return int(self.read(path)) if self.has(path) else 0
 
     @property
     def contacts(self) -> int:
-        """Contacts in the whole run."""
+        """Number of contacts in the whole run."""
         return sum(map(self.collisions, self.names("run/events/collisions")))
 
     @property
     def motions(self) -> list[str]:
-        """Names of what moves: of [motion.NAME] in the deck's order, and "rotor"."""
+        """Names of the motions: of [motion.NAME] in the order of the deck, and "rotor"."""
         return self.as_deck.motions
 
     @property
     def driven(self) -> str:
-        """What does work on the balls: "rotor", "drive" if other motions are there, or "" if nothing moves."""
+        """What does work on the balls: "drive" if the deck has motions, else "rotor", or "" if nothing moves."""
         return "drive" if self.as_deck.named("motion") else "rotor" if self.rotor_speed else ""
 
     def drive_work(self) -> tuple[np.ndarray, np.ndarray]:
-        """(time [s], work [J] of all motions since t = 0), by the rows of the time series."""
+        """(time [s], work [J] of all motions since t = 0) for the rows of the time series."""
         parts = [f"motion_work/{name}" for name in self.motions]
         if self.driven != "drive" or not all(map(self.has_series, parts)):
             return self.series("rotor_work")
@@ -281,8 +281,7 @@ class Run(Store):
 
     @property
     def period(self) -> float:
-        """After which the slowest motion repeats [s]; infinite where nothing moves, or where the deck does not say
-        it."""
+        """Period of the slowest motion [s]; infinite if nothing moves or the deck does not contain the periods."""
         found = [2 * math.pi / abs(self.rotor_speed)] if self.rotor_speed else []
         for name in self.as_deck.named("motion"):
             speed, rate = (abs(self.quantity(f"motion.{name}/{k}", 0.0)) for k in ("speed", "frequency"))  # fmt: skip
@@ -290,18 +289,18 @@ class Run(Store):
         return max(found, default=math.inf)
 
     def rotor_pose(self, time: float) -> dict[str, np.ndarray]:
-        """The same of the rotor alone at any time [s], by its speed; nothing without one."""
+        """The pose of the rotor at any time [s], computed from its speed; empty without a rotor."""
         return {"rotor": turned(self.rotor_angle(time))} if self.has_rotor else {}
 
     def first_poses(self) -> dict[str, np.ndarray]:
-        """Those of the file's first frame, whatever frames are shown: the points under /VTKHDF begin there."""
+        """The poses of the first frame of the file, to which the points under /VTKHDF belong."""
         return self.poses(0)
 
     def poses(self, index: int) -> dict[str, np.ndarray]:
-        """Where motions have brought their frames in a stored frame, by name: (3, 4), a point p of a motion's frame is
-        at pose[:, :3] @ p + pose[:, 3]."""
+        """The poses (3, 4) of the motions in a stored frame, by name: a point p in the frame of a motion is in the
+        laboratory at pose[:, :3] @ p + pose[:, 3]."""
         names = self.names("observables/pose")
-        if not names:  # a file that does not tell
+        if not names:  # the file has no poses
             return self.rotor_pose(self.frame_time(index))
         found = {}
         for name in names:
@@ -310,7 +309,7 @@ class Run(Store):
                 raise UserError(f"{self.path}: /{place} has no frame {index}")
             rotation, centre = (self.read(f"{place}/{part}/value", index) for part in ("rotation", "centre"))
             if np.abs(rotation @ rotation.T - np.eye(3)).max() > TURNED:
-                raise self.damaged(f"{place}/rotation/value", f"no rotation in frame {index}")
+                raise self.damaged(f"{place}/rotation/value", f"not a rotation matrix in frame {index}")
             found[name] = np.column_stack([rotation, centre])
         return found
 
@@ -320,13 +319,13 @@ class Run(Store):
         return self.has(f"observables/{name}/value")
 
     def series(self, name: str) -> tuple[np.ndarray, np.ndarray]:
-        """(time [s] (S,), value (S, ...) as float64) of a time series, as in "dissipation/ball_drum"."""
+        """(time [s] (S,), value (S, ...) as float64) of a time series, such as "dissipation/ball_drum"."""
         value = self.read(f"observables/{name}/value").astype(float)
         return self.read(f"observables/{name}/time"), value
 
     def series_names(self) -> list[str]:
-        """All time series, as in "dissipation/ball_drum": those of the whole mill first, then by kind; not the poses,
-        which go with the frames."""
+        """Names of all time series, such as "dissipation/ball_drum": first those of the whole mill, then those of each
+        kind; without the poses, which belong to the frames."""
         paths = (path.split("/")[1:] for path in self.paths("observables"))
         found = {"/".join(parts[:-1]) for parts in paths if parts[-1] == "value" and parts[0] != "pose"}
         empty = self.absent
@@ -343,7 +342,7 @@ class Run(Store):
 
     @property
     def unsampled(self) -> str | None:
-        """Why there is nothing from the sampled window; None if there is."""
+        """Why the file has no data of the sampled window; None if it has."""
         if not self.has_statistics:
             return f"no statistics yet: the run (status '{self.status}') has not come to its first checkpoint"
         if not self.duration > 0:
@@ -351,7 +350,7 @@ class Run(Store):
         return None
 
     def need_statistics(self) -> None:
-        """UserError where there is nothing sampled to speak of."""
+        """UserError if the file has no data of the sampled window."""
         if why := self.unsampled:
             raise UserError(f"{self.path}: {why}")
 
@@ -364,17 +363,17 @@ class Run(Store):
     def window(self) -> tuple[float, float]:
         """Sampled window (from, to) [s]."""
         begin = self.quantity("run/sample_from", 0.0)
-        if self.has("statistics/precision/warm_up"):  # found by the run, or the same
+        if self.has("statistics/precision/warm_up"):  # the start that the run itself found, or run.sample_from
             begin = float(self.read("statistics/precision/warm_up"))
         return begin, begin + self.duration
 
     def statistic(self, path: str) -> Any:
-        """A scalar or array under /statistics, as in "impacts/ball_ball/rate" or "rotor/power"."""
+        """A scalar or array under /statistics, such as "impacts/ball_ball/rate" or "rotor/power"."""
         return self.read(f"statistics/{path}", why="" if self.has_statistics else "no statistics yet")
 
     def standard_error(self, path: str) -> float:
-        """Of a scalar under /statistics, in its unit, as the run tells it: value +- 1.96 times this is its 95 %
-        interval; NaN if it does not tell."""
+        """The standard error of a scalar under /statistics, in its unit: value +- 1.96 standard errors is the 95 %
+        interval. NaN if the file does not contain it."""
         rate = RATE.fullmatch(path)
         name = f"rate/{rate[1]}" if rate else PRECISION.get(path)
         for place in ([f"precision/{name}/standard_error"] if name else []) + [f"{path}_error"]:
@@ -383,7 +382,7 @@ class Run(Store):
         return float("nan")
 
     def known(self, name: str) -> tuple[float, float, float] | None:
-        """(value, standard error, degrees of freedom) of one of estimates(); None where the file does not tell."""
+        """(value, standard error, degrees of freedom) of one of estimates(); None if the file does not have them."""
         group, column = estimates(self.kinds)[name]
         if not self.has(f"statistics/precision/{group}/degrees_of_freedom"):
             return None
@@ -394,17 +393,17 @@ class Run(Store):
     def histogram(
         self, row: str, group: str = "impacts", speed: str = "normal_speed", species: Any = None
     ) -> Histogram:
-        """Impacts (or `strikes`) of a kind or "all" by "normal_speed" or "tangential_speed" [m/s]; impacts by
-        "normal_energy", "total_energy" or "dissipated_energy" [J], these also of one `species`, a name, or of a pair
-        of balls, two names."""
+        """Impacts (or `strikes`) of a kind or of "all" kinds by "normal_speed" or "tangential_speed" [m/s]; or impacts
+        by "normal_energy", "total_energy" or "dissipated_energy" [J]. With energies, `species` selects the balls: one
+        name, or two names for the impacts between two species."""
         if speed in ENERGIES:
             return by_energy(self, row, group, speed.removesuffix("_energy"), species)
         if species is not None:
-            raise UserError(f'{self.path}: species are told apart by energy alone: ask with speed="normal_energy"')
+            raise UserError(f'{self.path}: only energies are stored by species: use speed="normal_energy"')
         return by_speed(self, f"statistics/{group}/{row}/{speed}/histogram")
 
     def map(self, name: str, view: str = "cross_section") -> np.ndarray:
-        """A map, as in "solid_fraction": indices (y, z) in the cross section, (x, r) in the view "axial"."""
+        """A map such as "solid_fraction": indices (y, z) in the cross section, (x, r) in the view "axial"."""
         return self.read(f"statistics/maps/{view}/{name}")
 
     def edges(self, view: str = "cross_section") -> tuple[np.ndarray, np.ndarray]:
@@ -415,15 +414,15 @@ class Run(Store):
     # ---- balls
 
     def balls(self, name: str) -> np.ndarray:
-        """What balls keep: "mass" [kg], "diameter" [m], "species", "id"; (N,)."""
+        """A constant property of the balls (N,): "mass" [kg], "diameter" [m], "species", "id"."""
         return self.read(f"particles/trajectory/{name}")
 
     def species_names(self) -> list[str]:
-        """Names of the kinds of balls, by the numbers in balls("species")."""
+        """Names of the species; balls("species") contains indices into them."""
         return list(self.attribute("particles/trajectory/species", "names", ())) or ["balls"]
 
     def frame_times(self) -> np.ndarray:
-        """Times of the stored frames [s]; empty where output.frames = 0 s."""
+        """Times of the stored frames [s]; empty if output.frames = 0 s."""
         path = "particles/trajectory/position/time"
         return self.read(path) if self.has(path) else np.empty(0)
 

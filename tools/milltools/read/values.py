@@ -1,4 +1,4 @@
-"""What values of deck keys are, as millsim itself tells (`millsim --value`): Python reads no units."""
+"""Reads values of deck keys through `millsim --value`: Python itself interprets no units."""
 
 import contextlib
 import dataclasses
@@ -12,7 +12,7 @@ AT_ONCE = 2000  # values on one command line
 
 @dataclasses.dataclass(frozen=True)
 class Value:
-    """One value of a deck key: `text` is its SI number (or word, or file name) as text that reads back to the same
+    """One value of a deck key. `text`: its number in SI (or word, or file name), with enough digits for the same
     bits."""
 
     key: str  # section.key
@@ -31,18 +31,18 @@ class Value:
 
     @property
     def order(self) -> str:
-        """As `--set` takes it."""
+        """The value in the form of the option `--set`."""
         return order(self.key, self.text, self.unit)
 
 
 def order(key, text, unit) -> str:
-    """`section.key=value unit` as `--set` takes it."""
+    """`section.key=value unit`, the form of the option `--set`."""
     return f"{key}={text}" if unit == "1" else f"{key}={text} {unit}"
 
 
 def tell(orders) -> list[Value]:
-    """What each "section.key=text" is. A wrong one is millsim's own line as a UserError: "[rotor] speed: expected
-    ..."."""
+    """The Value of each "section.key=text". For a wrong one a UserError with millsim's own message: "[rotor] speed:
+    expected ..."."""
     found, orders = [], list(orders)
     for start in range(0, len(orders), AT_ONCE):
         try:
@@ -56,18 +56,18 @@ def tell(orders) -> list[Value]:
 
 
 def seconds(asked: dict, negative: bool = False) -> list:
-    """[s] of options' texts {"--from": "120 ms", "--to": None}, in their order; a plain number is in seconds, None
-    stays None. A wrong one, or one below 0 unless `negative`, is a UserError that names its option."""
+    """The times [s] of options {"--from": "120 ms", "--to": None}, in their order. A plain number is in seconds; None
+    stays None. A wrong text, or a time below 0 unless `negative`, is a UserError that names the option."""
     return _read(asked, "output.frames", "a time such as '120 ms'", negative)
 
 
 def metres(asked: dict) -> list:
-    """`seconds` for lengths [m]."""
+    """Like `seconds`, for lengths [m]."""
     return _read(asked, "rotor.shaft_radius", "a length such as '0.1 mm'", False)
 
 
 def _read(asked, key, expected, negative):
-    """`key`: one of a deck that takes any such value from 0 on."""
+    """`key`: a deck key that accepts all values of this unit from 0 on."""
     found = {}
     for option, text in asked.items():
         with contextlib.suppress(ValueError):
@@ -90,7 +90,7 @@ def _read(asked, key, expected, negative):
 
 
 def _plain(text) -> str:
-    """millsim's complaint without the option it came by: the caller knows the line of the file."""
+    """millsim's message without the option --value: the caller adds the line of the file."""
     if not text.startswith("--value "):
         return text
     head, bracket, rest = text.partition(": [")

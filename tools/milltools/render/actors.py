@@ -1,4 +1,4 @@
-"""What VTK draws: balls, rotor, rims, glass; light, shade, and the way to the pixels. Imported after
+"""The objects that VTK draws: balls, rotor, rims, glass, lights; and how to read their pictures. Import it after
 window.choose()."""
 
 import math
@@ -17,7 +17,7 @@ from milltools.geometry.bodies import inverse, moved
 from milltools.render.camera import FILL, MAIN, Camera
 from milltools.render.shade import View
 
-SHARP = 35.0  # degrees between faces, from which on their edge is one
+SHARP = 35.0  # degrees between two faces, above which their edge is sharp
 BALL = {"ambient": 0.16, "diffuse": 0.86, "specular": 0.28, "specular_power": 45}
 METAL = {"color": (0.74, 0.76, 0.79), "ambient": 0.12, "diffuse": 0.72, "specular": 0.45, "specular_power": 18}
 RIM = {"color": (0.20, 0.25, 0.33), "ambient": 0.2, "diffuse": 0.7, "specular": 0.4, "specular_power": 25}
@@ -26,19 +26,19 @@ TINT, CLEAR, EDGE = (
     (0.80, 0.87, 0.94),
     0.08,
     0.75,
-)  # of glass, and how dense it is where it is looked through and seen edge on
+)  # of glass: colour, opacity seen face on, and opacity seen edge on
 
 
 def _renderer(window, **settings):
     made = vtkRenderer(automatic_light_creation=False, **settings)
-    made.cullers.RemoveAllItems()  # they go by the balls' centres: of few a tile would lack halves
+    made.cullers.RemoveAllItems()  # they test the centres of balls, so balls at the edge of a tile would be missing
     window.AddRenderer(made)
     return made
 
 
 class Eye:
-    """What the camera sees, in `count` x `count` tiles of the window's size: what VTK holds for a pixel is many times
-    what the finished picture does. `background`: colours below and above."""
+    """The view of the camera, in `count` x `count` tiles of the window's size, because VTK needs much more memory per
+    pixel than the finished picture. `background`: colours below and above."""
 
     def __init__(self, window, tile, count, background):
         self._window, self._tile, self._count, self._background = window, tile, count, np.array(background)
@@ -82,7 +82,7 @@ class Eye:
 
 
 def aim(renderer, camera, mill):
-    """Turns the renderer's camera as a camera.Camera says; returns its clipping range [m]."""
+    """Sets the renderer's camera to a camera.Camera; returns its clipping range [m]."""
     view = renderer.active_camera
     view.position, view.focal_point, view.view_up = camera.eye, camera.target, camera.axes[1]
     view.parallel_projection = camera.angle == 0
@@ -100,7 +100,7 @@ def depths(window, width, height):
 
 
 class Shadow:
-    """What the strongest lamp sees: a square picture of depths in a corner of the window."""
+    """The view of the strongest lamp: a square picture of depths in a corner of the window."""
 
     def __init__(self, window, size):
         self._window, self._side = window, min(size)
@@ -116,7 +116,7 @@ class Shadow:
         return View(lamp, (self._side, self._side), aim(self.renderer, lamp, mill))
 
     def render(self):
-        """The depth buffer (side, side) as the balls and the rotor stand."""
+        """The depth buffer (side, side) for the present places of the balls and the rotor."""
         renderers = list(self._window.renderers)
         for one in renderers:
             one.draw = one is self.renderer
@@ -132,7 +132,7 @@ class Balls:
 
     def __init__(self, radius):
         count = len(radius)
-        # single precision is what the mapper takes: it crashes with doubles
+        # in single precision: the mapper crashes with doubles
         self._place = np.zeros((count, 3), np.float32)
         self._colour = np.zeros((count, 3), np.uint8)
         self._radius = np.ascontiguousarray(radius, np.float32)
@@ -163,8 +163,8 @@ def place(actor, pose):
 
 
 class Glass:
-    """The container's walls: clear where they are looked through, denser where they are seen edge on, as glass is.
-    `actors`: their far side, then their near side."""
+    """The container's walls, like glass: transparent seen face on, more opaque seen edge on. `actors`: their far side,
+    then their near side."""
 
     def __init__(self, triangles):
         self.actors = []
@@ -181,7 +181,7 @@ class Glass:
 
     def _side(self, front):
         mapper = vtkPolyDataMapper(input_data=self._data)
-        # a wall that a body ends at lies behind that end
+        # where a body ends at a wall, the wall is drawn behind the end of the body
         mapper.SetResolveCoincidentTopologyToPolygonOffset()
         mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(0, 4)
         look = {"specular": 0.9 if front else 0.0, "frontface_culling": not front, "backface_culling": front}
@@ -190,7 +190,7 @@ class Glass:
         return actor
 
     def look(self, camera, pose):
-        """How clear it is everywhere, seen from a camera.Camera, where it is at a pose (3, 4)."""
+        """Sets the opacity of all points, seen from a camera.Camera, for the container at a pose (3, 4)."""
         if not self.actors:
             return
         sight = self._points - moved(inverse(pose), camera.eye)
@@ -213,7 +213,7 @@ def _cells(count, size):
 
 
 def _smooth(triangles):
-    """Triangles (T, 3, 3) as vtkPolyData with normals, smooth but for SHARP edges."""
+    """Triangles (T, 3, 3) as vtkPolyData with normals, smooth except at SHARP edges."""
     corners = numpy_to_vtk(triangles.reshape(-1, 3).astype(np.float32), deep=True)
     data = vtkPolyData(points=vtkPoints(data=corners), polys=_cells(len(triangles), 3))
     joined = vtkCleanPolyData(tolerance=1e-7)(data)  # corners that meet become one point

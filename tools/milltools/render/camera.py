@@ -1,8 +1,8 @@
-"""Where a picture is taken from: presets that show a whole mill in a frame of any shape, and free cameras.
+"""Cameras: presets that show a whole mill in a picture of any shape, and free cameras.
 
-The world is the deck's, z up. A preset is a direction; how near the camera goes follows from the frame
-(`Camera.placed`) and from what the container sweeps. A camera that rides on the container moves with it, and goes as
-near as the container alone allows.
+The coordinates are those of the deck, z up. A preset is a direction. The distance follows from the shape of the picture
+(`Camera.placed`) and from the space that the container sweeps. A camera that rides on the container moves with it; its
+distance follows from the container alone.
 """
 
 import dataclasses
@@ -21,10 +21,10 @@ PRESETS = {
     "end": (0.0, 0.0, 0.0),
     "orbit": (-32.0, 20.0, 26.0),
 }
-FREE_ANGLE = 30.0  # degrees, if not said
+FREE_ANGLE = 30.0  # degrees, default of a free camera
 MIN_ANGLE, MAX_ANGLE = 1.0, 150.0  # degrees
-# strengths of the lamps of every picture: the main one throws shadows (Camera.lamp), the others are at places right,
-# up, towards the eye
+# strengths of the lamps of every picture; the main lamp (Camera.lamp) casts shadows, the others have places (right, up,
+# towards the eye)
 MAIN, FILL = 0.62, (((-0.75, 0.65, 0.55), 0.42), ((0.9, -0.1, 0.5), 0.12))
 
 
@@ -33,8 +33,8 @@ class Camera:
     """A view from `eye` towards `target` [m] with `up` upwards in the picture, `angle` [degrees] from the lower to the
     upper edge.
 
-    `angle` 0 is a view without perspective, `height` [m] from edge to edge. `hull` (K, 3): points that shall fill
-    the frame (see placed); None: the camera stands where it stands."""
+    `angle` 0 is a view without perspective, `height` [m] from edge to edge. `hull` (K, 3): points that should fill
+    the frame (see placed); None: the camera keeps its place. `riding`: it moves with the container."""
 
     eye: np.ndarray
     target: np.ndarray
@@ -45,7 +45,7 @@ class Camera:
     riding: bool = False
 
     def carried(self, turn) -> "Camera":
-        """The camera that rides on what a pose (3, 4) has moved from where the camera stood."""
+        """The camera after the displacement (3, 4) of the container on which it rides."""
         eye, target = bodies.moved(turn, np.array([self.eye, self.target]))
         hull = None if self.hull is None else bodies.moved(turn, self.hull)
         up = turn[:, :3] @ self.up
@@ -62,16 +62,16 @@ class Camera:
 
     @property
     def lamp(self) -> np.ndarray:
-        """Towards the main lamp (right, up, towards the eye), a unit vector: over the camera's shoulder and into the
-        drum's open end. It changes smoothly as the camera goes around."""
+        """Unit vector towards the main lamp (right, up, towards the eye). It shines over the camera's shoulder and
+        into the end of the drum. It moves smoothly when the camera moves around the mill."""
         right, up, forward = self.axes
         into = -forward[0] * np.array([right[0], up[0], -forward[0]])
         towards = np.array([-0.12, 0.42, 1.0]) + 0.55 * into
         return towards / np.linalg.norm(towards)
 
     def placed(self, size, frame=(0.0, 0.0, 1.0, 1.0)) -> "Camera":
-        """The camera moved, not turned, until its hull fills `frame` (left, top, right, bottom; shares of a picture of
-        `size` pixels); itself if it has no hull."""
+        """The camera, moved without turning so that its hull fills `frame` (left, top, right, bottom; shares of a
+        picture of `size` pixels); the same camera if it has no hull."""
         if self.hull is None:
             return self
         points = self.hull @ self.axes.T
@@ -91,8 +91,8 @@ class Camera:
         return dataclasses.replace(self, eye=eye, target=target, height=2 * scale, hull=None)
 
     def _placed_deep(self, points, begin, end):
-        """A point is in the frame if it lies on the inner side of four planes through the eye: each is a bound linear
-        in the eye, so the nearest eye follows from the extreme points."""
+        """A point is in the frame if it is on the inner side of four planes through the eye. Each plane is a linear
+        bound on the place of the eye, so the nearest place follows from the extreme points."""
         slope = math.tan(math.radians(self.angle) / 2)
         begin, end, across, deep = begin * slope, end * slope, points[:, :2], points[:, 2:]
         low, high = (across - end * deep).max(axis=0), (across - begin * deep).min(axis=0)
@@ -103,8 +103,8 @@ class Camera:
 
 
 def of(view: str | Camera, run, fraction: float = 0.0, poses=None) -> Camera:
-    """A camera by name, one of PRESETS, for a milltools.read.runfile.Run; at `fraction` 0..1 of a film (orbit has gone
-    once around by 1). Or a free one. With `poses` it rides on the container, which is where these say."""
+    """A camera for a milltools.read.runfile.Run: one of PRESETS by name, or a free one. `fraction` 0..1: the share of a
+    film that has passed (orbit goes around once). With `poses` the camera rides on the container at these poses."""
     mill = bodies.Mill.of(run)
     riding = poses is not None and bool(mill.carrier)
     if isinstance(view, str):
@@ -136,7 +136,7 @@ def _preset(text, mill, hull, fraction):
 
 
 def _swept(hull):
-    """The points that `hull` passes through when it is turned about z; so that an orbit does not come and go."""
+    """Points that enclose `hull` turned about z by any angle, so that the distance is constant in an orbit."""
     away, height = np.hypot(hull[:, 0], hull[:, 1]), hull[:, 2]
     outer = [np.argmax(away), np.argmax(height), np.argmin(height)]
     outer += [np.argmax(away + s * height) for s in (-1, 1)]
@@ -145,7 +145,7 @@ def _swept(hull):
 
 
 def free(eye, target=(0.0, 0.0, 0.0), up=(0.0, 0.0, 1.0), angle=FREE_ANGLE) -> Camera:
-    """A camera at a place [m], its view `angle` in degrees. UserError where it sees nothing."""
+    """A camera at `eye` [m] with a view `angle` in degrees. UserError for a view that is not defined."""
     eye, target, up = (np.array(v, float) for v in (eye, target, up))
     if not all(v.shape == (3,) and np.isfinite(v).all() for v in (eye, target, up)):
         raise UserError("camera: eye, target and up are three numbers each, as in 0.3,-0.2,0.1")
@@ -155,7 +155,7 @@ def free(eye, target=(0.0, 0.0, 0.0), up=(0.0, 0.0, 1.0), angle=FREE_ANGLE) -> C
     if not np.linalg.norm(forward) > 0:
         raise UserError("camera: eye and target are the same place")
     if np.linalg.norm(np.cross(forward, up)) < 1e-6 * np.linalg.norm(forward) * np.linalg.norm(up):
-        raise UserError("camera: up points along the view; give another one, such as up=0,1,0")
+        raise UserError("camera: up is parallel to the view; choose another direction, such as up=0,1,0")
     if not up.any():
-        raise UserError("camera: up has no direction")
+        raise UserError("camera: up must not be 0,0,0")
     return Camera(eye, target, up, float(angle))

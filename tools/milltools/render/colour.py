@@ -1,4 +1,4 @@
-"""What the balls are coloured by: a value for each, limits that hold for a whole film, a colour map."""
+"""Colours of the balls: a value for each ball, limits for a whole film, and a colour map."""
 
 import dataclasses
 from collections.abc import Callable
@@ -11,14 +11,14 @@ from milltools.base.text import prefix
 from milltools.figures.style import SPEEDS
 from milltools.geometry.trajectory import stored
 
-SHARE = 0.995  # of the balls are within the limits, if not said otherwise
+SHARE = 0.995  # of the balls are within the default limits
 TABLE = (matplotlib.colormaps[SPEEDS](np.arange(256))[:, :3] * 255 + 0.5).astype(np.uint8)
-LOOKED_AT = 12  # frames that the limits are found from
+LOOKED_AT = 12  # number of frames for the default limits
 
 
 @dataclasses.dataclass(frozen=True)
 class Quantity:
-    """Its `label` at the bar, its SI `unit`, and how it is had from a state and the masses of the balls."""
+    """A quantity: `label` at the bar, SI `unit`, and a function of a state and the masses of the balls."""
 
     label: str
     unit: str
@@ -45,7 +45,7 @@ class Colour:
         return QUANTITIES[self.quantity].values(state, run.balls("mass"))
 
     def rgb(self, values) -> np.ndarray:
-        """Colours (N, 3) uint8; beyond the limits that of the limit, NaN grey."""
+        """Colours (N, 3) uint8; values beyond a limit have the colour of the limit, NaN is grey."""
         low, high = self.limits
         share = (np.asarray(values, float) - low) / (high - low)
         known = np.isfinite(share)
@@ -56,7 +56,7 @@ class Colour:
 
     @property
     def scale(self) -> tuple[float, str]:
-        """What a value is divided by to be written, and the unit it then has."""
+        """(divisor, unit) for the numbers at the bar."""
         unit, top = QUANTITIES[self.quantity].unit, max(map(abs, self.limits))
         if unit != "J":
             return 1.0, unit
@@ -65,13 +65,13 @@ class Colour:
 
     @property
     def title(self) -> str:
-        """As in "speed [m/s]"."""
+        """Such as "speed [m/s]"."""
         return f"{QUANTITIES[self.quantity].label} [{self.scale[1]}]"
 
 
 def of(run, quantity: str, limits=None) -> Colour:
-    """The colours of a milltools.read.runfile.Run: `limits` (low, high) [SI], or such that all but few balls of its
-    frames are within them, from 0 on."""
+    """The colours of a milltools.read.runfile.Run. `limits` (low, high) [SI]; default: from 0 to a value that only few
+    balls of its frames exceed."""
     if limits is None:
         limits = 0.0, _nice(_top(run, quantity))
     low, high = map(float, limits)
@@ -81,23 +81,23 @@ def of(run, quantity: str, limits=None) -> Colour:
 
 
 def _top(run, quantity) -> float:
-    """The value that all but a share of the balls stay below in the frames of a run."""
+    """The value below which SHARE of the balls are in the frames of a run."""
     if quantity == "impact":
         return _top_impact(run)
     times = run.frame_times()
     if len(times) == 0:
         raise UserError(
-            f"{run.path}: no ball states are stored (output.frames = 0 s) that tell how far the colours reach: "
-            "--limits LOW,HIGH does"
+            f"{run.path}: no ball states are stored (output.frames = 0 s) to find the range of the colours from: "
+            "give it with --limits LOW,HIGH"
         )
-    # the first frames are of a start, not of the mill
+    # without the first frame, which shows the start state
     chosen = np.unique(np.linspace(min(1, len(times) - 1), len(times) - 1, LOOKED_AT).astype(int))
     found = [QUANTITIES[quantity].values(stored(run, int(index)), run.balls("mass")) for index in chosen]
     return float(np.quantile(np.concatenate(found), SHARE))
 
 
 def _top_impact(run) -> float:
-    """From the spectrum of impacts; where nothing was sampled, from the fastest balls."""
+    """The limit for impact speeds: from the spectrum of impacts, or, if nothing was sampled, from the fastest balls."""
     if run.has("statistics/impacts/all/normal_speed/histogram/count"):
         histogram = run.histogram("all")
         total = histogram.count.sum()
@@ -108,7 +108,7 @@ def _top_impact(run) -> float:
 
 
 def _nice(top: float) -> float:
-    """The next number of two digits from `top` on, so that the bar ends at a number one can read."""
+    """`top` rounded up to two digits, so that the bar ends at a short number."""
     if not top > 0:
         return 1.0
     unit = 10.0 ** np.floor(np.log10(top) - 1)

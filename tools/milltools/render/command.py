@@ -1,7 +1,7 @@
 """`mill render`: pictures and films of a run in 3D, off-screen.
 
-One way through, in film.py: when (times.py) -> states of the balls then (states.py) -> pictures (film.py, by team.py
-in several processes) -> a file (a film by encode.py, beside a camera's by footage.py).
+The steps, called in film.py: times of the pictures (times.py) -> states of the balls (states.py) -> pictures (film.py,
+in several processes by team.py) -> a file (films by encode.py, joined with a camera's film by footage.py).
 """
 
 import argparse
@@ -13,9 +13,9 @@ from milltools.base.files import check_writable
 from milltools.base.processes import Stopped, stops_in_order
 from milltools.base.progress import say
 
-SUMMARY = """Pictures (FILE.png) and films (FILE.mp4, FILE.webm; FILE.webp and FILE.gif for
-pages, where they repeat) of a run in 3D; no display is needed. Without --slow a film shows every stored
-frame; with it, times between them, exactly: the deck is run again up to there. An old file is replaced."""
+SUMMARY = """Draws a run in 3D as a picture (FILE.png) or a film (FILE.mp4, FILE.webm; FILE.webp and FILE.gif
+repeat in web pages). It needs no display. Without --slow a film shows every stored frame. With --slow it shows
+exact states between the stored frames too: millsim runs the deck again for them. An old file is replaced."""
 
 STILLS, FILMS = (".png", ".pov"), (".mp4", ".webm", ".webp", ".gif")
 FILM_ONLY = ("fps", "slow", "begin", "end", "beside")
@@ -27,42 +27,42 @@ EYE_ONLY = ("target", "up", "angle")
 
 def add_arguments(parser):
     parser.add_argument("run", metavar="RUN", help="output file of a run")
-    parser.add_argument("file", metavar="FILE", help="what to write: FILE.png, .mp4, .webm, .webp, .gif; with --pov FILE.pov too")  # fmt: skip
-    add = parser.add_argument_group("when").add_argument
-    add("--time", metavar="T", help="of a picture, such as '123 ms' (default: the last stored frame)")  # fmt: skip
-    add("--from", dest="begin", metavar="T", help="of a film, its first time (default: 0 s)")
-    add("--to", dest="end", metavar="T", help="its last time (default: the end of the run)")
+    parser.add_argument("file", metavar="FILE", help="file to write: FILE.png, .mp4, .webm, .webp, .gif; with --pov also FILE.pov")  # fmt: skip
+    add = parser.add_argument_group("times").add_argument
+    add("--time", metavar="T", help="time of a picture, such as '123 ms' (default: the last stored frame)")  # fmt: skip
+    add("--from", dest="begin", metavar="T", help="first time of a film (default: 0 s)")
+    add("--to", dest="end", metavar="T", help="last time of a film (default: the end of the run)")
     add("--slow", type=_positive, metavar="N", help="play N times slower than real time")
-    add("--fps", type=_positive, metavar="F", help="pictures a second (default: 25)")
+    add("--fps", type=_positive, metavar="F", help="pictures per second of a film (default: 25)")
     add("--no-rerun", action="store_true",
-        help="between stored frames show the balls where their flights say, do not run the deck again")  # fmt: skip
-    add = parser.add_argument_group("how it looks").add_argument
+        help="do not run the deck again; compute the balls between stored frames from their free flights")  # fmt: skip
+    add = parser.add_argument_group("look").add_argument
     add("--size", default=None, help="720p, 1080p (default), 1440p, 4k or WIDTHxHEIGHT")
     add("--quality", choices=("draft", "final"),
-        help="final has smoother edges and shades (default of a picture), draft is twice as fast (default of a film)")  # fmt: skip
+        help="'final' has smoother edges and shades (default of a picture), 'draft' is twice as fast (default of a film)")  # fmt: skip
     add("--camera", choices=CAMERAS, help="default: front, as in Figure 4 of Reichardt and Wiechert")  # fmt: skip
     add(
         "--ride",
         action=argparse.BooleanOptionalAction,
-        help="whether the camera rides on the container, which then does not move in the picture "
-        "(default: if the path of the container is more than twice as large as it, and without --eye)",
+        help="move the camera with the container, which then does not move in the picture "
+        "(default without --eye: yes if the path of the container is more than twice as large as the container)",
     )
-    add("--eye", metavar="X,Y,Z", help="a camera of your own: its place [m]")
-    add("--target", metavar="X,Y,Z", help="what it looks at [m] (default: 0,0,0)")
-    add("--up", metavar="X,Y,Z", help="what is upwards in the picture (default: 0,0,1)")
-    add("--angle", metavar="DEGREES", help="of its view from the lower to the upper edge")
+    add("--eye", metavar="X,Y,Z", help="position of a free camera [m]")
+    add("--target", metavar="X,Y,Z", help="point that the free camera looks at [m] (default: 0,0,0)")
+    add("--up", metavar="X,Y,Z", help="direction that is upwards in the picture (default: 0,0,1)")
+    add("--angle", metavar="DEGREES", help="view angle from the lower to the upper edge (default: 30)")
     add("--colour", "--color", choices=("speed", "spin", "energy", "impact"), default="speed",
-        help="of the balls: speed (default), spin, kinetic energy, normal speed of the last impact")  # fmt: skip
-    add("--limits", metavar="LOW,HIGH", help="of the colours, in SI units (default: almost all balls are within)")  # fmt: skip
-    add("--pov", action="store_true", help="ray-traced by POV-Ray, with shadows and reflections; FILE.pov is its scene only")  # fmt: skip
-    add = parser.add_argument_group("beside a camera's film").add_argument
-    add("--beside", metavar="VIDEO", help="the camera's film, on the right")
-    add("--offset", metavar="T", help="the run's time at its first picture, such as '120 ms' or '-5 ms' (default: 0 s)")  # fmt: skip
-    add("--camera-fps", type=_positive, metavar="F", help="pictures a second it took (default: what its file plays at)")  # fmt: skip
-    add("--crop", metavar="WxH+X+Y", help="the part of its pictures to show [pixels]")
+        help="what colours the balls: speed (default), spin, kinetic energy, normal speed of the last impact")  # fmt: skip
+    add("--limits", metavar="LOW,HIGH", help="range of the colours, in SI units (default: a range that holds almost all balls)")  # fmt: skip
+    add("--pov", action="store_true", help="draw with the ray tracer POV-Ray, with shadows and reflections; FILE.pov: write only the scene")  # fmt: skip
+    add = parser.add_argument_group("side by side with a film of a camera").add_argument
+    add("--beside", metavar="VIDEO", help="film of a camera, shown on the right")
+    add("--offset", metavar="T", help="time in the run of the first picture of VIDEO, such as '120 ms' or '-5 ms' (default: 0 s)")  # fmt: skip
+    add("--camera-fps", type=_positive, metavar="F", help="pictures per second that the camera took (default: the rate at which VIDEO plays)")  # fmt: skip
+    add("--crop", metavar="WxH+X+Y", help="part of the pictures of VIDEO to show [pixels]")
     add = parser.add_argument_group("running").add_argument
-    add("--workers", type=_whole, metavar="N", help="processes that draw (default: one a core)")
-    add("-q", "--quiet", action="store_true", help="no progress")
+    add("--workers", type=_whole, metavar="N", help="number of processes that draw (default: one per core)")
+    add("-q", "--quiet", action="store_true", help="show no progress")
 
 
 def _positive(text):
@@ -98,11 +98,11 @@ def run(arguments) -> int:
 
 
 def _suffix(arguments):
-    """The file's, after all that does not go together is refused."""
+    """The suffix of the file; UserError for options that do not go together."""
     suffix = pathlib.Path(arguments.file).suffix.lower()
     known = (*STILLS, *FILMS) if arguments.pov else (STILLS[0], *FILMS)
     if suffix not in known:
-        mend = "; --pov writes scenes" if suffix == ".pov" else ""
+        mend = "; to write a scene, add --pov" if suffix == ".pov" else ""
         raise UserError(f"{arguments.file}: expected a name ending in {', '.join(known)}{mend}")
     beside, eye = arguments.beside is not None, arguments.eye is not None
     for words, allowed, why in (
@@ -110,8 +110,8 @@ def _suffix(arguments):
         (("time",), suffix in STILLS, f"only for {' and '.join(STILLS)}"),
         (BESIDE_ONLY, beside, "only with --beside"),
         (EYE_ONLY, eye, "only with --eye"),
-        (TIMED, not beside, "not with --beside: the camera's pictures say when; see --offset, --camera-fps"),
-        (("eye",), not arguments.camera, "not with --camera: it is a camera of its own"),
+        (TIMED, not beside, "not with --beside: the times come from the camera's film (see --offset, --camera-fps)"),
+        (("eye",), not arguments.camera, "not with --camera: choose one of the two"),
     ):
         for word in words:
             if getattr(arguments, word) is not None and not allowed:

@@ -1,4 +1,4 @@
-"""Pictures into a film, by ffmpeg; and what its sibling ffprobe says of one.
+"""Makes films from pictures with ffmpeg, and reads the properties of a film with ffprobe.
 
 ffmpeg gets raw pictures on its standard input.
 """
@@ -17,19 +17,19 @@ from milltools.base import extras, processes
 from milltools.base.errors import UserError
 from milltools.base.files import whole
 
-# screens' red, green and blue as the video standard of HD has them, said so in the file
+# converts the colours to the standard of HD video (BT.709), and records that in the file
 COLOURS = [
     "-vf", "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+full_chroma_int", "-pix_fmt", "yuv420p",
     "-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709", "-color_range", "tv",
 ]  # fmt: skip
 PALETTE = "split[a][b];[a]palettegen=stats_mode=diff[p];[b][p]paletteuse=dither=bayer:bayer_scale=4:diff_mode=rectangle"  # fmt: skip
-# a fixed number of threads: x264's and libvpx's output depends on it, and films of one run are to be the same anywhere
+# a fixed number of threads, because the output of x264 and libvpx depends on it: films must not depend on the machine
 FORMATS = {
     ".mp4": ["-c:v", "libx264", "-preset", "medium", "-crf", "20", "-threads", "4", *COLOURS,
              "-movflags", "+faststart", "-f", "mp4"],
     ".webm": ["-c:v", "libvpx-vp9", "-b:v", "0", "-crf", "33", "-row-mt", "1", "-cpu-used", "4", "-threads", "4",
               *COLOURS, "-f", "webm"],
-    # pictures that move in a page without a player, over and over
+    # formats that pages show without a player; they repeat
     ".webp": ["-c:v", "libwebp_anim", "-pix_fmt", "yuv420p", "-quality", "60", "-compression_level", "5", "-loop", "0",
               "-f", "webp"],
     ".gif": ["-filter_complex", PALETTE, "-loop", "0", "-f", "gif"],
@@ -44,14 +44,13 @@ def program(name="ffmpeg") -> str:
 
 @contextlib.contextmanager
 def ffmpeg(path, *words, **streams):
-    """The process of an ffmpeg command. UserError about `path` if it has failed, at the end or where it is written
-    to."""
+    """The process of an ffmpeg command. UserError about `path` if ffmpeg fails, at its end or while it gets data."""
     with tempfile.TemporaryFile() as said:
         process = subprocess.Popen(
             [*processes.guard(), program(), "-v", "error", "-nostdin", *words],
             stderr=said,
-            start_new_session=True,  # Ctrl-C is ours to handle
-            restore_signals=False,  # what it may not write it shall say, not die of
+            start_new_session=True,  # this process handles Ctrl-C
+            restore_signals=False,  # ffmpeg must report that it cannot write, not be killed by a signal
             **streams,
         )
         try:
@@ -74,7 +73,7 @@ def ffmpeg(path, *words, **streams):
 
 @contextlib.contextmanager
 def encoder(path, size, fps):
-    """A function that adds a picture, uint8 (height, width, 3), top row first, to the film that is at `path`
+    """Yields a function that adds a picture, uint8 (height, width, 3), top row first, to the film, which is at `path`
     afterwards.
 
     path: its suffix is one of FORMATS; size (width, height) [pixels], both even; fps [1/s]."""
@@ -104,7 +103,7 @@ def _fault(path, process, said):
 
 
 def probe(path) -> tuple[int, int, float, int | None]:
-    """Width and height [pixels], rate [1/s] and number of pictures (None: not said) of a file's first video, by
+    """Width and height [pixels], rate [1/s] and number of pictures (None: not known) of the first video of a file, from
     ffprobe."""
     try:
         with open(path, "rb"):

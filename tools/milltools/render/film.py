@@ -1,4 +1,4 @@
-"""A picture or a film of a run: what it shows, how it looks, who draws it, where it goes."""
+"""Makes a picture or a film of a run: chooses the states, the look and the processes, and writes the file."""
 
 import contextlib
 import dataclasses
@@ -18,7 +18,7 @@ from milltools.read.runfile import Run
 from milltools.read.values import seconds
 from milltools.render import camera, colour, encode, footage, pov, scene, states, team, times
 
-PROCESS, PIXEL = 3.2e8, 12.0  # bytes that a process takes, and more for each pixel it draws
+PROCESS, PIXEL = 3.2e8, 12.0  # bytes that a process needs, and bytes for each pixel it draws
 EYE = {"eye": 3, "target": 3, "up": 3, "angle": 1}  # how many numbers each option has
 EXAMPLES = {1: "30", 2: "0,4", 3: "0.3,-0.2,0.1"}
 
@@ -26,7 +26,7 @@ say = functools.partial(progress.say, "mill render")
 
 
 def still(arguments, path):
-    """Writes the picture that `mill render` was asked for, or the scene of one for POV-Ray, to `path`."""
+    """Writes the picture of a `mill render` command, or its scene for POV-Ray, to `path`."""
     with Run(arguments.run) as run:
         plan = times.still(run, arguments.time, _again(arguments, run))
         look = _look(arguments, run, _size(arguments))
@@ -47,7 +47,7 @@ def still(arguments, path):
 
 
 def film(arguments, path):
-    """Writes the film that `mill render` was asked for to `path`."""
+    """Writes the film of a `mill render` command to `path`."""
     encode.program()  # before anything is drawn
     with Run(arguments.run) as run:
         again, (width, height) = _again(arguments, run), _size(arguments)
@@ -69,31 +69,31 @@ def film(arguments, path):
 
 
 def _again(arguments, run) -> bool:
-    """Whether the deck may and can be run again."""
+    """Whether the deck can be run again, and --no-rerun does not forbid it."""
     return not arguments.no_rerun and rerun.why_not(run) is None
 
 
 @contextlib.contextmanager
 def _moving(arguments, run, plan):
-    """The Motion that tells the states of a plan; says at the end how much of what was shown is not known."""
+    """Yields the Motion with the states of a plan; reports at the end which share of the states is estimated."""
     told = None if arguments.quiet else lambda line: say(f"running the deck again: {line}")
     with states.of(run, plan, arguments.colour == "impact", not arguments.no_rerun, say, told) as moving:
         yield moving
     if moving.trajectory.asked:
         say(
-            f"between stored frames {100 * moving.guessed:.2g} % of the balls' places are not known "
-            "(more than one contact in a gap): a smooth curve joins the frames there"
+            f"between stored frames {100 * moving.guessed:.2g} % of the balls' positions are estimates: "
+            "after more than one contact between two frames, a smooth curve joins the two states"
         )
 
 
 def _written(path, what):
-    """The last line: what has been written."""
+    """Prints the last line about the file written."""
     print(f"{path}: {what}, {size(os.path.getsize(path))}", flush=True)
 
 
 def _write(arguments, path, run, plan, look, more=0, change=iter):
-    """Draws the pictures of a plan, changes them (a function of the iterable; they get `more` pixels wider), writes
-    them."""
+    """Draws the pictures of a plan and writes them as a film. `change`: a function applied to the iterable of pictures,
+    which makes them `more` pixels wider."""
     count, drawn = len(plan.times), 0
     say(f"{count} pictures at {plan.fps:g} a second, {times.words(plan.slow)}")
     workers = min(arguments.workers or look.painters(), count)
@@ -108,7 +108,7 @@ def _write(arguments, path, run, plan, look, more=0, change=iter):
                 add(picture)
                 watch(drawn, f"{drawn} of {count} pictures")
             if not drawn:
-                raise UserError(f"{path}: there is no picture to show")
+                raise UserError(f"{path}: the film would have no picture")
         _written(path, f"{drawn} pictures, {drawn / plan.fps:.3g} s")
 
 
@@ -117,10 +117,10 @@ def _write(arguments, path, run, plan, look, more=0, change=iter):
 
 @dataclasses.dataclass(frozen=True)
 class Look:
-    """How all pictures of a film look: what every process that draws must know, and small enough to be sent to it.
+    """The look of all pictures of a film. It is sent to every process that draws, so it is small.
 
-    `path` of the run, `size` (width, height) [pixels], `quality` of scene.QUALITIES, `camera` as camera.of() takes
-    it; `pov`: traced by POV-Ray, not drawn by VTK; `rides`: the camera does, on the container."""
+    `path` of the run, `size` (width, height) [pixels], `quality` of scene.QUALITIES, `camera` as for camera.of();
+    `pov`: drawn by POV-Ray instead of VTK; `rides`: the camera moves with the container."""
 
     path: str
     size: tuple[int, int]
@@ -131,7 +131,7 @@ class Look:
     rides: bool
 
     def view(self, run, fraction=0.0, poses=None) -> camera.Camera:
-        """The camera at a share of the film, where motions are at `poses`."""
+        """The camera at a share of the film, for the `poses` of the motions."""
         return camera.of(self.camera, run, fraction, (poses or {}) if self.rides else None)
 
     @contextlib.contextmanager
@@ -154,7 +154,7 @@ class Look:
                 yield draw
 
     def painters(self) -> int:
-        """How many draw at once, if nobody says: one a core, fewer where memory would not do."""
+        """Default number of processes that draw: one per core, fewer if the memory is not sufficient."""
         if self.pov:
             return processes.cores()
         pixels = self.size[0] * self.size[1] * scene.QUALITIES[self.quality] ** 2
@@ -167,7 +167,7 @@ def _size(arguments) -> tuple[int, int]:
 
 
 def _look(arguments, run, pixels) -> Look:
-    """UserError for what cannot be shown, before anything is drawn."""
+    """The Look from the options; UserError for options that are wrong, before anything is drawn."""
     suffix = os.path.splitext(arguments.file)[1].lower()
     if arguments.pov and suffix != ".pov":
         extras.program("povray", "povray")
@@ -177,10 +177,10 @@ def _look(arguments, run, pixels) -> Look:
         view = camera.free(**{name: _numbers(text, name, EYE[name]) for name, text in given.items()})
     mill, rides = Mill.of(run), arguments.ride
     if rides and not mill.carrier:
-        say("--ride: the container stands still, and so does the camera")
+        say("--ride has no effect: the container does not move")
     elif rides is None and not arguments.eye and mill.wanders:
         rides = True
-        say("the camera rides on the container, whose path is long (--no-ride: it stands still)")
+        say("the camera moves with the container because its path is long (--no-ride: the camera stands still)")
     limits = _numbers(arguments.limits, "limits", 2) if arguments.limits else None
     colours = colour.of(run, arguments.colour, limits)
     quality = arguments.quality or ("final" if suffix in (".png", ".pov") else "draft")
@@ -188,7 +188,7 @@ def _look(arguments, run, pixels) -> Look:
 
 
 def _numbers(text, name, count):
-    """As camera.free() and colour.of() take them: one number alone is no list."""
+    """The `count` numbers of an option, in the form for camera.free() and colour.of(): a list, or a single number."""
     try:
         found = [float(word) for word in text.split(",")]
     except ValueError:

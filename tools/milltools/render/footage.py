@@ -1,7 +1,7 @@
-"""A camera's film beside the simulation, picture by picture in step.
+"""Joins the film of a camera with pictures of the simulation at the same times.
 
-Picture k of the camera was taken at offset + k / (its frames a second) of the run's time. High-speed cameras write
-files that play slowly, so the rate at which pictures were taken and the rate at which the file plays are two things.
+Picture k of the camera was taken at the time offset + k / (pictures per second) of the run. Files of high-speed cameras
+play slowly, so the rate at which the pictures were taken differs from the rate at which the file plays.
 """
 
 import contextlib
@@ -22,8 +22,8 @@ INK, GROUND = (255, 255, 255), (38, 46, 58)
 
 @dataclasses.dataclass(frozen=True)
 class Film:
-    """A camera's film: `path`, the `crop` that is shown (width, height, and x, y of its upper left corner) [pixels],
-    frames a second it plays at, and how many pictures it says it has."""
+    """A camera's film: `path`, the `crop` to show (width, height, and x, y of its upper left corner) [pixels], the
+    `rate` at which it plays [1/s], and its number of `pictures` if the file contains it."""
 
     path: str
     crop: tuple[int, int, int, int]
@@ -31,12 +31,12 @@ class Film:
     pictures: int | None
 
     def width(self, height) -> int:
-        """Its width when it is `height` pixels high; even, as films want it."""
+        """The width of its pictures scaled to `height` pixels; even, as films require."""
         return max(2, 2 * round(self.crop[0] * height / self.crop[1] / 2))
 
 
 def open_film(path, crop=None) -> Film:
-    """The film at a path, or the part "WxH+X+Y" of its pictures. UserError where there is none."""
+    """The film at a path, or the part "WxH+X+Y" of its pictures. UserError if there is no such film or part."""
     width, height, rate, count = encode.probe(path)
     part = (width, height, 0, 0)
     if crop is not None:
@@ -56,7 +56,7 @@ def pictures(film, height, skip=0):
         f"select=gte(n\\,{skip}),crop={':'.join(map(str, film.crop))}:exact=1,"
         f"scale={width}:{height}:flags=lanczos+accurate_rnd+full_chroma_int"
     )
-    # every picture as it is in the file, whatever its time stamp
+    # every picture of the file exactly once, whatever its time stamp
     words = [
         "-i", f"file:{film.path}", "-map", "0:v:0", "-vf", chain, "-vsync", "passthrough",
         "-f", "rawvideo", "-pix_fmt", "rgb24", "pipe:1",
@@ -68,8 +68,8 @@ def pictures(film, height, skip=0):
 
 
 def beside(mine, height, film, skip):
-    """Yields each of the simulation's pictures `mine`, `height` pixels high, joined with the film's next one, from
-    number `skip` on; ends when either does. On both stands what they are."""
+    """Yields each picture of the simulation (`mine`, `height` pixels high) joined with the next one of the film, from
+    number `skip` on; ends with the shorter of the two. Labels name the two parts."""
     labels = [_label(name, height) for name in ("simulation", "camera")]
     gap = np.full((height, GAP, 3), GROUND, np.uint8)
     with contextlib.closing(pictures(film, height, skip)) as theirs:
@@ -77,7 +77,7 @@ def beside(mine, height, film, skip):
             joined = np.concatenate([left, gap, right], axis=1)
             for label, end in zip(labels, (left.shape[1], joined.shape[1])):
                 rows, columns = label.shape[:2]
-                begin = max(0, end - columns)  # the upper right corner: the scene writes nothing there
+                begin = max(0, end - columns)  # in the upper right corner, which is free in pictures of the scene
                 joined[:rows, begin:end] = label[:, columns - (end - begin) :]
             yield joined
 

@@ -1,6 +1,6 @@
-"""What is written over a picture: the colour bar, drawn once, and the time, for every frame.
+"""Text over a picture: the colour bar, drawn once, and the time, drawn for every frame.
 
-Sizes follow the picture's shorter side. A wide picture has its bar on the right, a narrow one below.
+Sizes are proportional to the shorter side of the picture. A wide picture has the bar on the right, a narrow one below.
 """
 
 import functools
@@ -11,13 +11,13 @@ import numpy as np
 from matplotlib.ticker import MaxNLocator
 from PIL import Image, ImageDraw, ImageFont
 
-WIDE = 1.4  # from this ratio of width to height on, the bar is on the right
+WIDE = 1.4  # for this or a larger ratio of width to height, the bar is on the right
 INK = (38, 46, 58)
 
 
 @functools.cache
 def font(pixels: int) -> ImageFont.FreeTypeFont:
-    """matplotlib's own font: it is on every machine and has every sign."""
+    """The font of matplotlib, which is on every machine and has all characters needed."""
     path = pathlib.Path(matplotlib.get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf"
     return ImageFont.truetype(path, pixels)
 
@@ -34,7 +34,7 @@ class Overlay:
 
     @property
     def frame(self):
-        """What is left for the mill (left, top, right, bottom), in shares of the picture."""
+        """The part left for the mill (left, top, right, bottom), in shares of the picture."""
         width, height = self.size
         gap = 2.2 * self.unit
         if self.wide:
@@ -61,7 +61,7 @@ class Overlay:
 
     @functools.cached_property
     def _caption_images(self):
-        """A line for each part where it stands beside the mill, not above it."""
+        """One line for each part of the caption beside the mill, or one line above the mill."""
         lines = self.caption.split(", ") if self.wide else [self.caption]
         return [self._line(line, 2.4, 200) for line in lines if line]
 
@@ -76,7 +76,7 @@ class Overlay:
         return [(f"{t:g}", (t - low) / (high - low)) for t in ticks]
 
     def _draw_bar(self):
-        """Where the bar's picture goes (x, y) [pixels], and the picture: upwards on the right, or across below."""
+        """(place (x, y) [pixels], image) of the bar: vertical on the right, or horizontal below."""
         u, title, ticks = self.unit, self.colour.title, self._ticks()
         small, large = font(round(2.5 * u)), font(round(2.6 * u))
         thick, arrow = round(2.4 * u), round(2.6 * u)
@@ -101,7 +101,7 @@ class Overlay:
             )
 
         def beyond(share, away):
-            """The place beside the bar at a share of it, `away` from its edge."""
+            """The point beside the bar at a share of its length, at the distance `away` from its edge."""
             if self.wide:
                 return left + thick + away, top + (1 - share) * (length - 1)
             return left + share * (length - 1), top + thick + away
@@ -121,7 +121,7 @@ class Overlay:
 
     @staticmethod
     def _arrow(image, colour, at, size, upwards):
-        """Beyond the upper limit: an arrow of its colour, drawn large and shrunk for clean edges."""
+        """Draws an arrow at the upper limit in its colour, enlarged and then reduced for smooth edges."""
         width, height = (8 * s for s in size)
         large = Image.new("RGBA", (width, height), (*map(int, colour), 0))
         tip = [(0, height), (width / 2, 0), (width, height)]
@@ -132,8 +132,8 @@ class Overlay:
 
 
 def _blend(picture, image, at, unit=1.0):
-    """An RGBA image over `picture` (h, w, 3) in place, its corner `at` times `unit` pixels; what stands out is left
-    away."""
+    """Draws an RGBA image over `picture` (h, w, 3) in place, with its corner at `at` times `unit` pixels; parts outside
+    the picture are cut off."""
     x, y = (max(0, round(a * unit)) for a in at)
     under = picture[y : y + image.size[1], x : x + image.size[0]]
     over = np.asarray(image)[: under.shape[0], : under.shape[1]]

@@ -1,8 +1,8 @@
-"""A state as a scene for POV-Ray: true shadows and reflections, the look of the paper's Figure 4.
+"""Scenes for POV-Ray with true shadows and reflections, similar to Figure 4 of the paper.
 
-scene() is its text, trace() has povray make a picture of that; draw() is both, with colour bar and time written over
-it. POV-Ray takes any right, up and direction, so the scene keeps the deck's right-handed frame. Colours are linear
-light there (assumed_gamma 1). Only numbers go into a scene, no text of a deck.
+scene() makes the text of a scene, trace() runs povray on it, draw() does both and adds colour bar and time. POV-Ray
+accepts any right, up and direction, so the scene keeps the right-handed frame of the deck. Its colours are linear light
+(assumed_gamma 1). A scene contains only numbers, no texts from a deck.
 """
 
 import os
@@ -21,7 +21,7 @@ from milltools.render.scene import STUDIO, written_over
 
 FLAGS = ("-D", "-GD", "-GR", "-GS", "-GW", "+FN8", "+UA", "+A0.3", "+AM1", "+R2")
 THREADS = "MILL_POVRAY_THREADS"
-# strengths in linear light, where sums look brighter than those of the other pictures
+# strengths of the lamps in linear light, where sums look brighter than in the other pictures
 POV_MAIN, POV_FILL = 0.8, 0.55
 
 HEAD = """\
@@ -78,7 +78,7 @@ def _camera(camera, size):
 
 
 def _lights(camera, mill):
-    """The lamps of the other pictures: the main one throws shadows, two fill."""
+    """The same lamps as in the other pictures: the main lamp casts shadows, the two others do not."""
     axes = camera.axes * np.array([[1], [1], [-1]])
     lamps = [(camera.lamp, f"{POV_MAIN}")]
     lamps += [(np.array(place), f"{POV_FILL * strength:.3g} shadowless") for place, strength in FILL]
@@ -98,7 +98,7 @@ def _mesh(triangles, texture, *words):
 
 
 def _bodies(mill, poses):
-    """The container with bars along its edges, and what else there is."""
+    """The container with bars along its edges, and all other bodies."""
     carrier = mill.pose(mill.carrier, poses)
     found = [_mesh(moved(carrier, mill.glass), "Glass", "no_shadow")] if len(mill.glass) else []
     found += [_mesh(moved(carrier, mill.frame), "Rim")] if len(mill.frame) else []
@@ -117,7 +117,7 @@ def _balls(run, state, colour):
 
 
 def trace(scene, size) -> np.ndarray:
-    """povray's picture (h, w, 3) uint8 of the text of a scene, of `size` pixels, over the other pictures'
+    """The picture (h, w, 3) uint8 that povray makes of the text of a scene, of `size` pixels, over the usual
     background."""
     width, height = size
     with tempfile.TemporaryDirectory(prefix="mill-") as name:
@@ -126,7 +126,7 @@ def trace(scene, size) -> np.ndarray:
         words = [extras.program("povray", "povray"), "+Iscene.pov", "+Otraced.png", f"+W{width}", f"+H{height}", *FLAGS]
         if os.environ.get(THREADS, "").isdigit():
             words.append(f"+WT{os.environ[THREADS]}")
-        # run() ends povray with us, on Ctrl-C too
+        # run() ends povray together with this process, on Ctrl-C too
         done = subprocess.run(
             words, cwd=folder, stdin=subprocess.DEVNULL, capture_output=True, text=True, errors="replace"
         )
@@ -141,8 +141,8 @@ def trace(scene, size) -> np.ndarray:
 
 
 def _reason(said):
-    """povray's own line of what went wrong, from all it says."""
-    lines = [line.strip() for line in said.splitlines() if line.strip()] or ["it said nothing"]
+    """The line with the error from the output of povray."""
+    lines = [line.strip() for line in said.splitlines() if line.strip()] or ["it gave no message"]
     return next((line for line in lines if "rror" in line), lines[-1])
 
 

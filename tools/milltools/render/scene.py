@@ -1,7 +1,6 @@
-"""The picture of a mill at a moment: balls as exact spheres, a container of glass, bodies of steel, drawn by VTK into
-memory.
+"""Pictures of a mill, drawn by VTK into memory: balls as exact spheres, the container as glass, other bodies as steel.
 
-Everything is made once; a frame only moves what moves. One Scene per process: OSMesa has one current context.
+All objects are made once; for each frame they are only moved. One Scene per process: OSMesa has one current context.
 """
 
 import numpy as np
@@ -19,14 +18,14 @@ SIZES, DEFAULT = {"720p": (1280, 720), "1080p": (1920, 1080), "1440p": (2560, 14
 LEAST, MOST = 16, 8192  # pixels of a side
 
 STUDIO = (0.965, 0.97, 0.98), (0.80, 0.845, 0.895)  # colours of the background, below and above
-TILE = 2_100_000  # pixels that VTK draws at a time; each costs it some 60 bytes
-EDGE = 0.4  # neighbours this much deeper are behind an edge; in radii of a ball
-QUALITIES = {"draft": 1, "final": 2}  # how many times larger it is drawn, and averaged down for clean edges
+TILE = 2_100_000  # pixels that VTK draws at a time; each needs about 60 bytes
+EDGE = 0.4  # in radii of a ball: a larger difference in depth of neighbouring pixels is an edge
+QUALITIES = {"draft": 1, "final": 2}  # the picture is drawn so many times larger, and averaged for smooth edges
 
 
 def size_of(text: str) -> tuple[int, int]:
-    """(width, height) in pixels of a size by name (of SIZES) or as "1280x720"; both even, or videos could not have
-    it."""
+    """(width, height) in pixels of a size by name (of SIZES) or as "1280x720"; both must be even, as videos
+    require."""
     if text.lower() in SIZES:
         return SIZES[text.lower()]
     parts = text.lower().split("x")
@@ -39,8 +38,8 @@ def size_of(text: str) -> tuple[int, int]:
 
 
 def tiles(size, over):
-    """((width, height), count): tiles, count x count of them, that a picture drawn `over` times larger is put
-    together from."""
+    """((width, height), count): size and number (count x count) of the tiles of a picture that is drawn `over` times
+    larger."""
     width, height = (over * side for side in size)
     count = over
     while width * height > count**2 * TILE and width % (4 * count) == height % (4 * count) == 0:
@@ -52,7 +51,7 @@ class Scene:
     """Draws states of a milltools.read.runfile.Run. A context manager.
 
     `size` (width, height) pixels; `quality` of QUALITIES; `camera` a camera.Camera, `colour` a colour.Colour;
-    `background`: as STUDIO; `overlay`: whether colour bar and time are written over the picture."""
+    `background`: like STUDIO; `overlay`: whether to draw colour bar and time over the picture."""
 
     def __init__(self, run, size, quality, camera, colour, background=STUDIO, overlay=True):
         self.run, self.size, self.colour = run, tuple(size), colour
@@ -84,7 +83,7 @@ class Scene:
         self._window.Finalize()
 
     def look(self, camera):
-        """Another camera from the next frame on (an orbit has one for every frame)."""
+        """Sets the camera for the next frames (an orbit has a new one for every frame)."""
         frame = self._over.frame if self._over else (0.02, 0.02, 0.98, 0.98)
         self.camera = camera.placed(self.size, frame)
         eye, lamp = self._eye.look(self.camera, self.mill), self._shadow.look(self.camera, self.mill)
@@ -110,7 +109,7 @@ class Scene:
         return picture
 
     def _see(self):
-        """The picture without shade, and the depth buffer behind it (of the larger picture where there is one)."""
+        """The picture without shade, and its depth buffer (of the larger picture if there is one)."""
         over, (width, height) = self._larger, self.size
         picture = np.empty((height, width, 3), np.uint8)
         depth = np.empty((over * height, over * width), np.float32)
@@ -122,22 +121,22 @@ class Scene:
 
 
 def written_over(run, camera, colour, size) -> Overlay:
-    """What is written over a picture of `size` pixels, with a caption such as "4000 balls, 1000 rpm"."""
+    """The Overlay of a picture of `size` pixels, with a caption such as "4000 balls, 1000 rpm"."""
     seen = ["camera on the container"] if camera.riding else []
     caption = ", ".join([plural(len(run.balls("mass")), "ball"), *motions.speeds(run), *seen])
     return Overlay(size, colour, caption, run.quantity("run/time", 1.0))
 
 
-# ---- sums over pixels between what VTK has drawn and the finished picture
+# ---- operations on pixels between VTK's picture and the finished picture
 
 
 def halved(picture):
-    """A picture (h, w, 3) uint8 of half the size, its pixels means of four."""
+    """A picture (h, w, 3) uint8 reduced to half the size; each pixel is the mean of four."""
     return np.asarray(Image.fromarray(np.ascontiguousarray(picture)).reduce(2))
 
 
 def halved_light(light):
-    """An array (h, w) float32 of half the size, likewise."""
+    """An array (h, w) float32 reduced to half the size in the same way."""
     small = light[::2, ::2] + light[1::2, ::2]
     small += light[::2, 1::2]
     small += light[1::2, 1::2]
@@ -146,13 +145,13 @@ def halved_light(light):
 
 
 def _neighbours(axis, step=1):
-    """Indices of the values of an array (h, w) that have another one `step` behind them, and of those."""
+    """Indices of all pairs of values of an array (h, w) that are `step` apart along an axis."""
     return ((np.s_[:-step], np.s_[step:]), (np.s_[:, :-step], np.s_[:, step:]))[axis]
 
 
 def smooth(light, width):
-    """Means over `width` x `width` pixels (1, 2 or 4) of an array (h, w): of values 1 apart with the one before, then 2
-    apart with the one behind, so that means of means stay in the middle. At the edge values as they are."""
+    """Means over `width` x `width` pixels (1, 2 or 4) of an array (h, w): first with the previous value, then with the
+    value two places behind, so that the mean is centred. Values at the edge stay unchanged."""
     for step in (1, 2)[: width.bit_length() - 1]:
         for axis in (0, 1):
             here, there = _neighbours(axis, step)[:: -1 if step == 1 else 1]
@@ -164,8 +163,8 @@ def smooth(light, width):
 
 
 def soften(picture, depth, least):
-    """Mixes pixels of `picture` in place where neighbours differ in `depth` by more than `least`: edges without stairs,
-    for a fraction of the cost of a larger picture."""
+    """Mixes neighbouring pixels of `picture` in place if their `depth` differs by more than `least`: smooth edges for a
+    fraction of the cost of a larger picture."""
     for axis in (0, 1):
         a, b = _neighbours(axis)
         edge = np.abs(depth[a] - depth[b]) > least
@@ -175,7 +174,7 @@ def soften(picture, depth, least):
 
 
 def darken(picture, light):
-    """A picture (h, w, 3) uint8 with the share `light` (h, w), 0..1, of its own."""
+    """A picture (h, w, 3) uint8 with its brightness multiplied by `light` (h, w), 0..1."""
     made = picture * (light * 256 + 0.5).astype(np.uint16)[..., None]
     made >>= 8
     return made.astype(np.uint8)

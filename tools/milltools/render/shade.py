@@ -1,57 +1,58 @@
-"""Shade worked out from depth pictures: where light from everywhere hardly gets to, and shadows of the one strong lamp.
+"""Shade from depth pictures: ambient occlusion (corners that get little light), and shadows of the strong lamp.
 
-VTK's own (an ambient occlusion pass, a shadow pass) cost more than all else in a picture, or look bad; from depth it
-is a few sums over arrays. A picture of depths is taken apart into GRID x GRID small ones, each of every fourth row
-and column. Each looks into other directions, and where the picture is put together again a mean over GRID x GRID
-pixels has seen them all: 16 times as many as each has paid for.
+VTK's own passes for ambient occlusion and shadows are slower than all other work on a picture, or look bad. From depths
+the shade needs only a few operations on arrays. A picture of depths is divided into GRID x GRID small pictures, each
+with every fourth row and column. Each small picture samples other directions. In the joined picture, a mean over
+GRID x GRID pixels has all directions: 16 times as many as were computed for each pixel.
 
-Ambient occlusion is Loos and Sloan's volumetric obscurance (I3D 2010): about each place a ball of air, and how much
-of it is behind the surface, summed over lines along the view; half of it is, on a plane. Shadows: a place is dark if
-the lamp sees something nearer there.
+Ambient occlusion is Loos and Sloan's volumetric obscurance (I3D 2010): the share of a sphere around each point that is
+behind the surface, summed over lines along the view; on a plane it is one half. Shadows: a point is dark if the lamp
+sees something nearer in its direction.
 """
 
 import math
 
 import numpy as np
 
-GOLDEN = math.pi * (3 - math.sqrt(5))  # angle between places of a sunflower's seeds
+GOLDEN = math.pi * (3 - math.sqrt(5))  # the golden angle, for points on a spiral
 GRID = 4
-COARSE = 2.0  # depths of the lamp's picture are this many of its pixels off, on what is seen aslant
-# How dark it gets, and how that is found; lengths in radii of a ball
-PAIRS = 2  # of lines through the air about a place, in each of the small pictures
-REACH = 2.4  # of the air about a place
+COARSE = 2.0  # error of depths in the lamp's picture on inclined surfaces, in its pixels
+# parameters of the shade; lengths in radii of a ball
+PAIRS = 2  # of lines through the sphere around a point, in each of the small pictures
+REACH = 2.4  # radius of the sphere around a point
 DARK = 1.7
-BLUR = 0.45  # radius over which the looks into the lamp's picture are spread
-MOST_BLUR = 8.0  # pixels of the lamp's picture: farther apart the looks are seen one by one, as streaks
-BIAS = 0.35  # what the lamp sees as near as this throws no shadow
+BLUR = 0.45  # radius over which the samples of the lamp's picture are spread
+MOST_BLUR = 8.0  # pixels of the lamp's picture: with a larger spread single samples are visible as streaks
+BIAS = 0.35  # objects nearer to a point than this cast no shadow on it
 SOFT = 0.3
-SHADOW = 0.42  # share of light that a shadow takes
-LEAST_REACH = 3.0  # pixels of a small picture that the air about a place must reach; else the grid is made coarser
+SHADOW = 0.42  # share of the light that a shadow removes
+LEAST_REACH = 3.0  # smallest radius of the sphere in pixels of a small picture; else the picture is divided less
 
 
 class View:
-    """Depth pictures (h, w) of a camera.Camera: from what the window holds to metres, and to places in another view."""
+    """Converts depth pictures (h, w) of a camera.Camera from the window's values to metres and to places in another
+    view."""
 
     def __init__(self, camera, size, clipping):
         self.camera, self.size, self.clipping = camera, size, clipping
         flat = camera.angle == 0
         self.slope = 0.0 if flat else 2 * math.tan(math.radians(camera.angle) / 2) / size[1]
-        self.scale = camera.height / size[1] if flat else 0.0  # [m] a pixel
+        self.scale = camera.height / size[1] if flat else 0.0  # [m] per pixel
 
     def depth(self, buffer):
-        """Depth along the view [m] from a depth buffer's 0..1 (any shape), as float32."""
+        """Depth along the view [m] as float32, from values 0..1 of a depth buffer (any shape)."""
         near, far = map(np.float32, self.clipping)
         if self.slope == 0:
             return near + buffer * (far - near)
         return near * far / (far - buffer * (far - near))
 
     def pixels(self, length):
-        """How many pixels a length [m] is in the middle of the depths."""
+        """A length [m] in pixels, at the middle of the range of depths."""
         return length / (self.scale or self.slope * sum(self.clipping) / 2)
 
     def places(self, other, depth, phase, grid):
-        """Columns and rows [pixels] and depths [m] in the View `other`, which is without perspective, of every grid-th
-        place here from row and column `phase` on, which are `depth` [m] deep."""
+        """Columns and rows [pixels] and depths [m] in the View `other`, which has no perspective, of every grid-th
+        pixel of this view from row and column `phase` on. `depth` [m]: the depths of these pixels in this view."""
         width, height = self.size
         column = np.arange(width, dtype=np.float32)[None, phase[1] :: grid] - (width - 1) / 2
         row = (height - 1) / 2 - np.arange(height, dtype=np.float32)[phase[0] :: grid, None]
@@ -86,8 +87,8 @@ class Shade:
         self.phases = [(p, q) for p in range(self.grid) for q in range(self.grid)]
 
     def light(self, eye_buffer, lamp_buffer):
-        """The light that is left, 0..1, from depth buffers: float32 (h, w), grainy, to be averaged over `grid` x
-        `grid` pixels."""
+        """The remaining light 0..1, from depth buffers: float32 (h, w), grainy, to be averaged over `grid` x `grid`
+        pixels."""
         lamp = self.lamp.depth(np.ascontiguousarray(lamp_buffer))
         whole = np.empty(eye_buffer.shape, np.float32)
         for index, (p, q) in enumerate(self.phases):
@@ -101,7 +102,7 @@ class Shade:
         return whole
 
     def _open(self, depth, index):
-        """Ambient light. Lines come in pairs, opposite each other: on a plane seen aslant they cancel."""
+        """Ambient light. The lines are pairs on opposite sides, so that the slope of a plane cancels."""
         reach = self.reach
         pixels = self.eye.pixels(reach) / self.grid
         margin = math.ceil(pixels) + 1
@@ -110,7 +111,7 @@ class Shade:
         total, weight = np.zeros_like(depth), 0.0
         part, other, near = (np.empty_like(depth) for _ in range(3))
         for k in range(PAIRS):
-            # every small picture has a line near the middle and one near the edge of the air
+            # every small picture has a line near the middle and one near the edge of the sphere
             share = math.sqrt((k + (index + 0.5) / len(self.phases)) / PAIRS)
             angle = (k * len(self.phases) + index) * GOLDEN
             dx, dy = (round(share * pixels * f(angle)) for f in (math.cos, math.sin))
@@ -119,11 +120,11 @@ class Shade:
                 padded[margin + y : margin + y + height, margin + x : margin + x + width]
                 for x, y in ((dx, dy), (-dx, -dy))
             )
-            np.subtract(depth, one, out=part)  # > 0: in front of this place
+            np.subtract(depth, one, out=part)  # > 0: in front of this point
             np.subtract(depth, two, out=other)
             np.maximum(part, other, out=near)
             np.subtract(half + np.float32(reach), near, out=near)
-            near *= np.float32(1 / reach)  # 0: what is far in front is something else
+            near *= np.float32(1 / reach)  # 0 for objects far in front, which do not count
             np.clip(near, 0, 1, out=near)
             np.clip(part, -half, half, out=part)
             part += np.clip(other, -half, half, out=other)
@@ -135,7 +136,7 @@ class Shade:
         return np.clip(total, 0.1, 1, out=total)
 
     def _lit(self, depth, lamp, index):
-        """The lamp's light."""
+        """Light of the lamp."""
         spread = min(BLUR * self.radius / self.lamp.scale, MOST_BLUR)
         away = spread * math.sqrt((index + 0.5) / len(self.phases))
         column, row, far = self.eye.places(self.lamp, depth, self.phases[index], self.grid)

@@ -1,7 +1,7 @@
-"""The states of a film's pictures, one after the other: stored ones, those of the deck run again, or, where that cannot
-be, flights.
+"""The states of the balls for the pictures of a film: stored states, states from running the deck again, or, if that is
+not possible, states computed from free flights.
 
-All are read when they are needed; nothing grows with the run or the film.
+States are read when they are needed, so the memory does not grow with the run or the film.
 """
 
 import bisect
@@ -15,7 +15,7 @@ from milltools.base.text import size
 from milltools.geometry import rerun
 from milltools.geometry.trajectory import Trajectory
 
-ROWS = 1 << 18  # of the log of impacts, read at a time
+ROWS = 1 << 18  # rows of the log of impacts read at a time
 
 
 class LastImpacts:
@@ -25,11 +25,11 @@ class LastImpacts:
         self.run, self.count = run, run.length("impacts/time")
         self.pair = list(run.attribute("impacts/kind", "kinds")).index("ball_ball")
         self.speed = np.full(len(run.balls("id")), np.nan)
-        self.next = 0  # the first row not looked at
+        self.next = 0  # the first row not read yet
 
     def until(self, time) -> np.ndarray:
-        """(N,) of the impacts before a time; times must rise. Rows are read backwards, until every ball has been
-        met."""
+        """The speeds (N,) for a time; times must rise. Rows are read backwards, until each ball has an impact in
+        them."""
         rows = range(self.next, self.count)
         end = begin = self.next + bisect.bisect_left(
             rows, time, key=lambda row: float(self.run.read("impacts/time", row))
@@ -47,14 +47,14 @@ class LastImpacts:
             self.run.read(f"impacts/{name}", rows) for name in ("ball", "partner", "kind", "normal_speed")
         )
         found = np.full_like(self.speed, np.nan)
-        # both balls of a row, rows in their order: of several the last one stays
+        # for both balls of a row; numpy assigns the rows in order, so the last impact of a ball stays
         found[np.stack([ball, np.where(kind == self.pair, partner, ball)], axis=1).ravel()] = np.repeat(speed, 2)
         return found
 
 
 class Motion:
-    """Where the states come from: a `run` whose frames hold all times or are asked for flights, another with a `log`
-    of impacts."""
+    """Source of the states: a `run` with frames at all times, or with frames to compute flights from; and a run with a
+    `log` of impacts."""
 
     def __init__(self, run, log=None):
         self.trajectory, self.log = Trajectory(run), log
@@ -68,14 +68,14 @@ class Motion:
 
     @property
     def guessed(self) -> float:
-        """Share of the places between stored frames that were not known, so far."""
+        """Share of the states between stored frames so far that are only estimates."""
         return self.trajectory.unknown / max(self.trajectory.asked, 1)
 
 
 @contextlib.contextmanager
 def of(run, plan, impacts, allowed, say, watch):
-    """The Motion of a run for a Plan. impacts: the log is wanted too; allowed: the deck may be run again; say(line)
-    tells the user; watch(line) gets the progress of that run."""
+    """Yields the Motion of a run for a Plan. impacts: the log is needed too; allowed: the deck can be run again;
+    say(line) prints a line for the user; watch(line) gets the progress of that run."""
     log = run if impacts and run.has("impacts/time") else None
     wants_log = impacts and not log
     if not plan.step and not wants_log:
@@ -94,11 +94,11 @@ def of(run, plan, impacts, allowed, say, watch):
             yield Motion(other if plan.step else run, other if wants_log else log)
             return
         if wants_log:
-            raise UserError(f"{run.path}: --colour impact needs every impact (output.impacts = all), and {reason}")
+            raise UserError(f"{run.path}: --colour impact needs all impacts (output.impacts = all): {reason}")
         if not len(run.frame_times()):
-            raise UserError(f"{run.path}: no ball states are stored (output.frames = 0 s), and {reason}")
+            raise UserError(f"{run.path}: no ball states are stored (output.frames = 0 s): {reason}")
         if allowed:
-            say(f"between stored frames balls are where their flights say ({reason})")
+            say(f"the balls between stored frames are computed from their free flights ({reason})")
         yield Motion(run, log)
 
 
@@ -107,4 +107,4 @@ def _announce(run, plan, until, impacts):
     what = " and ".join(["exact states"] * bool(plan.step) + ["impacts"] * impacts)
     takes = [f"about {cost:.0f} s of CPU time"] if cost >= 1 else []
     takes += [f"{size(needed)} of temporary disk"] if needed > 1e6 else []
-    return f"runs the deck again up to {until:.4g} s for {what}" + (f": {', '.join(takes)}" if takes else "")
+    return f"running the deck again up to {until:.4g} s for {what}" + (f": {', '.join(takes)}" if takes else "")

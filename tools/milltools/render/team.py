@@ -1,8 +1,8 @@
-"""Work done by several processes at once. Each has what it needs to itself (a scene has a context of its own, and draws
-on one core), and a thread here that hands it one task after the other, through a pair of sockets.
+"""Several processes that draw at the same time. Each has its own scene (which needs its own context and draws on one
+core). In this process a thread for each of them sends it one task after the other through a pair of sockets.
 
-This module is both ends: `python -m milltools.render.team SOCKET` is such a process. It ends when its socket does,
-so none outlives the command that started it, whatever ends that.
+This module is both ends: `python -m milltools.render.team SOCKET` is such a process. It ends when its socket is closed,
+so it always ends with the command that started it.
 """
 
 import collections
@@ -20,16 +20,16 @@ from multiprocessing.connection import Connection
 from milltools.base import processes
 from milltools.base.errors import UserError
 
-# threads of Mesa and of POV-Ray: the other cores have their own process
+# one thread of Mesa and of POV-Ray, because each core has its own process
 ONE_CORE = {"LP_NUM_THREADS": "1", "MILL_POVRAY_THREADS": "1"}
-AHEAD = 2  # tasks for a process that are under way: one in hand, one that waits
+AHEAD = 2  # tasks per process: one in work, one that waits
 
 
 @contextlib.contextmanager
 def team(opens, count):
-    """A function that has one of `count` processes do a task, given its arguments, and returns the Future of its
-    result. In each process `opens()` is entered, and what that yields is called. UserError of a task or of a process
-    that died comes with the result."""
+    """Yields a function that gives the arguments of a task to one of `count` processes and returns the Future of its
+    result. Each process enters the context `opens()` and calls what it yields. The UserError of a task, or of a process
+    that died, is raised by the Future."""
     with contextlib.ExitStack() as stack:
         workers, idle = [], queue.SimpleQueue()
         for _ in range(count):
@@ -38,7 +38,7 @@ def team(opens, count):
         pool = concurrent.futures.ThreadPoolExecutor(count)
         stack.callback(pool.shutdown, cancel_futures=True)
         for worker in workers:
-            stack.callback(worker.kill)  # first of all: then no thread waits for it
+            stack.callback(worker.kill)  # runs before the pool shuts down, so that no thread waits for the process
 
         def do(*task):
             worker = idle.get()
@@ -51,8 +51,8 @@ def team(opens, count):
 
 
 def results(opens, count, tasks):
-    """Yields the result of every task (tuples of arguments) of an iterable, in order, by a team of `count` processes.
-    Few are under way at any time, so memory does not grow with their number."""
+    """Yields the results of the tasks (tuples of arguments) of an iterable in order, from a team of `count` processes.
+    Only few tasks are started at a time, so the memory does not grow with their number."""
     with team(opens, count) as submit:
         waiting = collections.deque()
         for task in tasks:
@@ -78,7 +78,7 @@ class _Worker:
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
                 stderr=self.said,
-                start_new_session=True,  # Ctrl-C is ours to handle
+                start_new_session=True,  # the parent process handles Ctrl-C
             )
         self._send(opens)
 
@@ -88,11 +88,11 @@ class _Worker:
         self.said.close()
 
     def _send(self, thing):
-        with contextlib.suppress(BrokenPipeError, ConnectionResetError):  # what it ended of is there to be read
+        with contextlib.suppress(BrokenPipeError, ConnectionResetError):  # do() reads why the process ended
             self.here.send(thing)
 
     def do(self, task):
-        """The result of a task; the process's UserError is raised here."""
+        """The result of a task; raises the UserError of the process."""
         self._send(task)
         try:
             result = self.here.recv()
@@ -107,17 +107,17 @@ class _Worker:
         how = f"signal {-status} ({signal.Signals(-status).name})" if status < 0 else f"status {status}"
         self.said.seek(0)
         lines = self.said.read().decode(errors="replace").strip().splitlines()
-        return UserError(f"a drawing process died of {how}{': ' + lines[-1] if lines else ''}", status=1)
+        return UserError(f"a drawing process ended with {how}{': ' + lines[-1] if lines else ''}", status=1)
 
     def kill(self):
-        """Ends the process, whatever it does, and what it has started."""
+        """Kills the process and its children."""
         with contextlib.suppress(ProcessLookupError):
-            os.killpg(self.process.pid, signal.SIGKILL)  # its session is its own
+            os.killpg(self.process.pid, signal.SIGKILL)  # it has its own session
         self.process.wait()
 
 
 def main() -> int:
-    """What such a process does: gives the result of each task that comes, or the UserError that ends it."""
+    """The process of a worker: sends the result of each task that it receives, or the UserError that ends it."""
     with Connection(int(sys.argv[1])) as socket:
         try:
             opens = socket.recv()
@@ -128,7 +128,7 @@ def main() -> int:
             socket.send(fault)
             return 1
         except (EOFError, BrokenPipeError, ConnectionResetError):
-            return 0  # nobody wants the result any more
+            return 0  # the parent process has closed the connection
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""When the pictures of a film are taken, and how fast it plays."""
+"""The times of the pictures of a film, and the speed at which it plays."""
 
 import dataclasses
 
@@ -10,13 +10,13 @@ from milltools.read.values import seconds
 
 FPS = 25.0
 MOST = 1_000_000  # pictures of a film
-FINER = 20  # a re-run has at most that many frames a picture
+FINER = 20  # largest number of frames per picture when the deck is run again
 
 
 @dataclasses.dataclass(frozen=True)
 class Plan:
-    """`times` (n,) [s] of the pictures, rising; the film's pictures a second `fps`; `slow`, how many times slower than
-    real time it plays; `step` [s] of a run whose frames are at all those times, 0 if they are stored ones."""
+    """`times` (n,) [s] of the pictures, rising; `fps`: pictures per second of the film; `slow`: how many times slower
+    than real time it plays; `step` [s]: interval of frames that include all times, 0 if stored frames do."""
 
     times: np.ndarray
     fps: float
@@ -25,7 +25,7 @@ class Plan:
 
 
 def last_time(run, again) -> float:
-    """The last moment [s] that can be shown; `again`: the deck can be run again."""
+    """The last time [s] that can be shown; `again`: the deck can be run again."""
     times = run.frame_times()
     if not len(times) and not again:
         raise UserError(f"{run.path}: no ball states are stored (output.frames = 0 s)")
@@ -33,33 +33,33 @@ def last_time(run, again) -> float:
 
 
 def still(run, text, again) -> Plan:
-    """One picture, at a time or of the last frame."""
+    """The plan of one picture, at a given time or at that of the last frame."""
     times = run.frame_times()
     if text is None:
         if not len(times):
-            raise UserError(f"{run.path}: no ball states are stored (output.frames = 0 s); --time says when")  # fmt: skip
+            raise UserError(f"{run.path}: no ball states are stored (output.frames = 0 s): give a time with --time")  # fmt: skip
         return Plan(times[-1:], FPS, np.inf)
     (time,), last = seconds({"--time": text}), last_time(run, again)
     if time > last + SAME_TIME:
-        raise UserError(f"--time: the run's balls are known up to {last:.6g} s, asked for {time:.6g} s")
+        raise UserError(f"--time: the ball states of the run end at {last:.6g} s, got {time:.6g} s")
     time = min(time, last)
     return _plan(run, np.array([time]), FPS, np.inf, time or SAME_TIME)
 
 
 def film(run, arguments, again) -> Plan:
-    """The pictures of a film: every stored frame, or with --slow at times of their own."""
+    """The plan of a film: every stored frame, or with --slow at equal intervals."""
     last = last_time(run, again)
     begin, end = seconds({"--from": arguments.begin, "--to": arguments.end})
     begin, end = begin or 0.0, last if end is None else end
     if not begin <= end:
         raise UserError(f"--to: must be after --from, {begin:.6g} s; got {end:.6g} s")
     if begin > last + SAME_TIME:
-        raise UserError(f"--from: the run's balls are known up to {last:.6g} s")
+        raise UserError(f"--from: the ball states of the run end at {last:.6g} s, got {begin:.6g} s")
     fps, end = arguments.fps or FPS, min(end, last)
     if arguments.slow is None:
         times = run.frame_times()
         if not len(times):
-            raise UserError(f"{run.path}: no ball states are stored (output.frames = 0 s): --slow N runs the deck again for them")  # fmt: skip
+            raise UserError(f"{run.path}: no ball states are stored (output.frames = 0 s): with --slow N millsim runs the deck again")  # fmt: skip
         times = times[(times >= begin - SAME_TIME) & (times <= end + SAME_TIME)]
         if len(times) < 2:
             raise UserError(
@@ -73,8 +73,8 @@ def film(run, arguments, again) -> Plan:
 
 
 def camera(run, offset, camera_fps, play_fps, count, again) -> tuple[Plan, int]:
-    """(the simulation's pictures beside those of a camera, number of the first that has one): picture k of `count`
-    (None: not known) is at offset + k / camera_fps [s]."""
+    """(plan of the pictures to show beside those of a camera, number of the first picture of the camera that is shown).
+    Picture k of `count` (None: not known) of the camera is at offset + k / camera_fps [s]."""
     last, step = last_time(run, again), 1 / camera_fps
     first = max(0, int(np.ceil(-offset / step - 1e-6)))
     stop = int(np.floor((last - offset) / step + 1e-6))
@@ -82,19 +82,19 @@ def camera(run, offset, camera_fps, play_fps, count, again) -> tuple[Plan, int]:
         stop = min(stop, count - 1)
     if stop < first:
         raise UserError(
-            f"--beside: no picture of the camera falls into the run: they begin at {offset:.6g} s, the run ends at {last:.6g} s"
+            f"--beside: no picture of the camera is in the time of the run: the film starts at {offset:.6g} s, the run ends at {last:.6g} s"
         )
     k = np.arange(first, first + _few(stop - first + 1, step))
     fine = step / next((n for n in range(1, FINER) if _whole(offset / step * n)), FINER)
-    times = np.round((offset + k * step) / fine) * fine  # so that frames every `fine` hold them all
+    times = np.round((offset + k * step) / fine) * fine  # so that frames every `fine` include all times
     return _plan(run, times, play_fps, camera_fps / play_fps, fine), first
 
 
 def until(plan, end) -> Plan:
-    """A plan without what is later than `end` [s]."""
+    """A plan without pictures later than `end` [s]."""
     times = plan.times[plan.times <= end + SAME_TIME]
     if not len(times):
-        raise UserError(f"--to: no picture is before {end:.6g} s")
+        raise UserError(f"--to: the film has no picture before {end:.6g} s")
     return dataclasses.replace(plan, times=times)
 
 
@@ -104,12 +104,12 @@ def _whole(number):
 
 def _few(count, step):
     if count > MOST:
-        raise UserError(f"{count} pictures, {step:.3g} s apart, are more than a film has: end earlier (--to)")
+        raise UserError(f"{count} pictures, {step:.3g} s apart, are too many for a film: end earlier (--to)")
     return count
 
 
 def _plan(run, times, fps, slow, step):
-    """Frames that are stored need no other run."""
+    """A plan; its step is 0 if all times are stored frames, so that the deck need not be run again."""
     stored = run.frame_times()
     near = np.searchsorted(stored, times - SAME_TIME)
     if near.max() < len(stored) and (np.abs(stored[near] - times) <= SAME_TIME).all():
@@ -118,7 +118,7 @@ def _plan(run, times, fps, slow, step):
 
 
 def words(slow) -> str:
-    """How fast a film plays."""
+    """The speed at which a film plays, in words."""
     if abs(slow - 1) < 0.01:
         return "in real time"
     much = max(slow, 1 / slow)

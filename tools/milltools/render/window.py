@@ -1,6 +1,6 @@
-"""A window that is on no screen: VTK draws into memory with Mesa's OSMesa, or with EGL where there is no OSMesa.
+"""A window without a screen: VTK draws into memory with Mesa's OSMesa, or with EGL if there is no OSMesa.
 
-VTK itself only warns when it finds neither, and goes on drawing nothing; here that is an error.
+If VTK finds neither of them, it only warns and draws nothing; here that is an error.
 """
 
 import contextlib
@@ -10,7 +10,7 @@ import os
 from milltools.base.errors import UserError
 from milltools.base.extras import needs, on_debian
 
-# How VTK calls a kind of window, and a library it loads for it
+# VTK's name of a kind of window, and the library it loads for it
 WINDOWS = (
     ("vtkOSOpenGLRenderWindow", "libOSMesa.so.8"),
     ("vtkOSOpenGLRenderWindow", "libOSMesa.so"),
@@ -21,18 +21,19 @@ MEND = f"libosmesa6 is not installed; {on_debian('libosmesa6')}"
 
 
 def choose() -> str:
-    """The kind of window to be had here, told to VTK; before vtk is imported. UserError if there is none."""
+    """Chooses a kind of window that works here, and sets it for VTK. Call it before vtk is imported. UserError if there
+    is none."""
     for kind, library in WINDOWS:
         with contextlib.suppress(OSError):
             ctypes.CDLL(library)
             os.environ[CHOICE] = kind
             os.environ.setdefault("EGL_PLATFORM", "surfaceless")  # never asks for a display
             return kind
-    raise UserError(f"nothing to draw with: {MEND}", status=1)
+    raise UserError(f"no library to draw with: {MEND}", status=1)
 
 
 def open_window(size):
-    """A vtkRenderWindow of `size` (width, height) pixels that is sure to draw. UserError if nothing comes out."""
+    """A vtkRenderWindow of `size` (width, height) pixels that has been tested. UserError if it draws nothing."""
     kind = choose()
     try:
         import vtkmodules.vtkRenderingOpenGL2  # noqa: F401 (registers the windows)
@@ -43,7 +44,7 @@ def open_window(size):
         raise UserError(f"pictures need VTK: {fault}", 1) from None
     if (vtkVersion.GetVTKMajorVersion(), vtkVersion.GetVTKMinorVersion()) < (9, 4):
         raise UserError(f"pictures need VTK 9.4 or later, this is {vtkVersion.GetVTKVersion()}", 1)
-    vtkObject.GlobalWarningDisplayOff()  # VTK's own words go to the terminal; ours are below
+    vtkObject.GlobalWarningDisplayOff()  # VTK would print its own warnings; the errors below replace them
     window = vtkRenderWindow(off_screen_rendering=True, multi_samples=0, size=size)
     if window.GetClassName() != kind or not _draws(window):
         raise UserError(f"VTK draws nothing with {kind}: {MEND}", status=1)
@@ -51,7 +52,7 @@ def open_window(size):
 
 
 def _draws(window) -> bool:
-    """Whether a coloured background comes back as it was asked for."""
+    """Whether the window draws a coloured background correctly."""
     from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
     from vtkmodules.vtkRenderingCore import vtkRenderer
 
