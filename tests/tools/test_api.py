@@ -484,7 +484,7 @@ def test_a_notebook_shows_the_player_in_a_frame_of_its_own(result, monkeypatch):
 def test_elsewhere_the_player_is_a_page_where_it_is_asked_for(result, tmp_path, monkeypatch):
     opened = []
     monkeypatch.setattr("webbrowser.open", lambda address: opened.append(address) or True)
-    with pytest.raises(milltools.InputError, match=r"no notebook: show\(browser=True\) opens a browser"):
+    with pytest.raises(milltools.InputError, match=r"not in a notebook: show\(browser=True\) opens a browser"):
         result.show()
     path = result.show(tmp_path / "balls.html")
     assert path == tmp_path / "balls.html" and "mill-player" in path.read_text() and not opened
