@@ -158,6 +158,8 @@ class DaskExecutor(ClusterExecutor):
 
     def _receive(self, future, theirs):
         """A job has ended: called by Dask in a separate thread."""
+        if self.fault or self.closed:  # the future has its result, and a client that closes may never answer
+            return
         try:
             answer = theirs.result()
         except (Exception, concurrent.futures.CancelledError) as raised:
