@@ -106,17 +106,17 @@ def closure(requirements):
     """The names of all that is installed for some requirements, by the metadata of what is here: on the oldest Python,
     whose packages need the most others."""
     oldest = {"python_version": "3.11", "python_full_version": "3.11.2"}
-    todo, seen = [Requirement(text) for text in requirements], set()
-    while todo:
-        one = todo.pop()
+    left, seen = [Requirement(text) for text in requirements], set()
+    while left:
+        one = left.pop()
         if name_of(one.name) == "milltools":
-            todo += [Requirement(text) for extra in one.extras for text in declared(extra)]
+            left += [Requirement(text) for extra in one.extras for text in declared(extra)]
         elif (key := (name_of(one.name), frozenset(one.extras))) not in seen:
             seen.add(key)
             for text in importlib.metadata.distribution(one.name).requires or []:
                 other = Requirement(text)
                 if other.marker is None or any(other.marker.evaluate({"extra": e} | oldest) for e in ("", *one.extras)):
-                    todo.append(other)
+                    left.append(other)
     return {name for name, _ in seen}
 
 

@@ -19,9 +19,9 @@ from milltools.base.errors import UserError as UserError  # the name of MillsimE
 if _TYPE_CHECKING:
     from milltools.api.decks import read_deck, write_deck
     from milltools.api.launch import run
+    from milltools.api.measurement import Measurement
     from milltools.api.result import Result, load
     from milltools.api.studies import StudyResult, load_study, optimize, sweep
-    from milltools.api.words import Measurement
 
     __version__: str
 
@@ -32,7 +32,7 @@ __all__ = [
 
 # the module of each name, imported when the name is first used: so `mill --help` needs no package
 _HOMES = {
-    "run": "launch", "load": "result", "Result": "result", "Measurement": "words", "read_deck": "decks",
+    "run": "launch", "load": "result", "Result": "result", "Measurement": "measurement", "read_deck": "decks",
     "write_deck": "decks", "sweep": "studies", "optimize": "studies", "load_study": "studies", "StudyResult": "studies",
 }  # fmt: skip
 

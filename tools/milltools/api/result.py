@@ -10,7 +10,7 @@ import weakref
 from typing import TYPE_CHECKING, Any
 
 from milltools.api import words as show
-from milltools.api.words import Measurement
+from milltools.api.measurement import Measurement
 from milltools.base.errors import InputError
 from milltools.read import deck_text, motions, runfile
 from milltools.read.histogram import ENERGIES, Histogram
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from milltools.api.arrays import Impacts
+    from milltools.api.impacts import Impacts
     from milltools.api.plots import EmbeddedPage
 
 Species = str | tuple[str, str] | None
@@ -238,7 +238,7 @@ class Result:
     def impacts(self) -> Impacts:
         """The log of single impacts: [first:last] and chunks() read it as DataFrames. InputError if it was not stored,
         which needs `output.impacts = all`."""
-        from milltools.api.arrays import Impacts
+        from milltools.api.impacts import Impacts
 
         return Impacts(self.file)
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from milltools.api import decks
 from milltools.api.launch import Path, shown
-from milltools.api.words import Measurement
+from milltools.api.measurement import Measurement
 from milltools.base.errors import InputError, MillsimError
 from milltools.read import deck_text
 

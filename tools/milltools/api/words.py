@@ -1,20 +1,17 @@
-"""A run as text, and as HTML for notebooks: its description, results and warnings; numbers with their
-errors."""
+"""A run as text, and as HTML for notebooks: its description, results and warnings."""
 
 from __future__ import annotations
 
-import dataclasses
 import html
-import math
 from typing import TYPE_CHECKING, Any
 
+from milltools.api.measurement import Measurement
 from milltools.read.runfile import Run
 from milltools.report import facts as report
 
 if TYPE_CHECKING:
     import pandas
 
-SHOWN = 4  # digits of a value without an error
 COLUMNS = (  # of Result.summary: head, column, format, unit
     ("contacts", "count", ",.0f", ""),
     ("rate", "rate", ".4g", "1/s"),
@@ -23,30 +20,6 @@ COLUMNS = (  # of Result.summary: head, column, format, unit
     ("at the floor", "floor_share", ".1%", ""),
     ("dissipated power", "dissipated_power", ".4g", "W"),
 )
-
-
-@dataclasses.dataclass(frozen=True)
-class Measurement:
-    """`value` and its standard `error` (NaN where it is not known) in `unit`, SI as the file writes it ("m s-1").
-
-    float(m) is the value. Its text has only the digits that the error allows: "862.5 +- 15.1 W".
-    """
-
-    value: float
-    error: float
-    unit: str
-
-    def __float__(self) -> float:
-        return self.value
-
-    def __str__(self) -> str:
-        unit = {"m s-1": "m/s"}.get(self.unit, self.unit)
-        if not math.isfinite(self.error) or self.error <= 0 or not math.isfinite(self.value):
-            return f"{self.value:.{SHOWN}g} {unit}"
-        digits = max(2 - math.floor(math.log10(self.error)), 0)  # three of the error
-        return f"{self.value:.{digits}f} +- {self.error:.{digits}f} {unit}"
-
-    __repr__ = __str__
 
 
 def facts(result: Any) -> dict[str, str]:

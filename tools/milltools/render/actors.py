@@ -22,11 +22,8 @@ BALL = {"ambient": 0.16, "diffuse": 0.86, "specular": 0.28, "specular_power": 45
 METAL = {"color": (0.74, 0.76, 0.79), "ambient": 0.12, "diffuse": 0.72, "specular": 0.45, "specular_power": 18}
 RIM = {"color": (0.20, 0.25, 0.33), "ambient": 0.2, "diffuse": 0.7, "specular": 0.4, "specular_power": 25}
 GLASS = {"ambient": 0.55, "diffuse": 0.45, "specular_power": 30}
-TINT, CLEAR, EDGE = (
-    (0.80, 0.87, 0.94),
-    0.08,
-    0.75,
-)  # of glass: colour, opacity seen face on, and opacity seen edge on
+# of glass: colour, opacity seen face on, and opacity seen edge on
+TINT, CLEAR, EDGE = (0.80, 0.87, 0.94), 0.08, 0.75
 
 
 def _renderer(window, **settings):

@@ -20,18 +20,8 @@ from milltools.read.values import tell
 MOST = 1_000_000  # values of one key
 NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)$", re.S)
 CLAUSES = {"log": r"(.*\S)\s+(log)$", "in": r"(.*\S)\s+in\s+(\d+)$", "step": r"(.*?\S)\s+step\s+(.+)$"}
-ABOUT = (
-    "key",
-    "unit",
-    "meaning",
-    "kind",
-    "whole",
-    "log",
-    "low",
-    "high",
-    "values",
-    "choices",
-)  # their order identifies a search
+# the order of these names identifies a search
+ABOUT = ("key", "unit", "meaning", "kind", "whole", "log", "low", "high", "values", "choices")
 WANTED = (
     "expected values such as '600, 800, 1000 rpm', or a range such as '2..20', '0..10 mm step 0.5 mm' or "
     "'2..10 mm in 5 log'"
