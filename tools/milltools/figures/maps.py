@@ -79,9 +79,8 @@ def field(run, view: str) -> Field:
     whole = np.outer(np.diff(edges[0]), np.diff(edges[1] if view == "cross_section" else np.pi * edges[1] ** 2))
     if view == "cross_section":
         whole *= np.ptp(run.edges("axial")[0])
-    volume = np.where(
-        (volume <= 0) & (count > 0), whole, volume
-    )  # cells with impacts that are outside but for rounding
+    # cells with impacts that are outside but for rounding
+    volume = np.where((volume <= 0) & (count > 0), whole, volume)
     fraction = run.map("solid_fraction", view).astype(float)
     flow = np.array([run.map(f"velocity_{axis}", view) for axis in VIEWS[view][2]], float)
     with np.errstate(invalid="ignore", divide="ignore"):

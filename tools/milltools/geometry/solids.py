@@ -28,9 +28,8 @@ def blade_triangles(deck, turn):
     for blade in deck.blades:
         sine, cosine = math.sin(blade.pitch), math.cos(blade.pitch)
         half = (abs(sine) * blade.width + abs(cosine) * blade.thickness) / 2
-        inside = math.sqrt(
-            max(deck.shaft_radius**2 - half**2, 0.0)
-        )  # where the corners of the foot are inside the shaft, too
+        # where the corners of the foot are inside the shaft, too
+        inside = math.sqrt(max(deck.shaft_radius**2 - half**2, 0.0))
         foot = max(min(deck.shaft_radius - SUNK, 0.95 * inside), 0.3 * inside, 1e-3 * blade.tip_radius)
         w, h = CORNERS[:, 0] * blade.width / 2, CORNERS[:, 2] * blade.thickness / 2
         radial = foot + CORNERS[:, 1] * (blade.tip_radius - foot)

@@ -45,10 +45,8 @@ WORDS = {
     "rotor/torque": "rotor torque",
 }
 SHORT = {"drum.buckles": "n", "drum.buckle_height": "h"}
-UNKNOWN = {
-    **dict.fromkeys(("unit", "meaning", "log", "low", "high", "values")),
-    "choices": (),
-}  # where a table does not tell
+# where a table does not tell
+UNKNOWN = dict.fromkeys(("unit", "meaning", "log", "low", "high", "values")) | {"choices": ()}
 TURNING = {"rad/s": ("rpm", math.tau / 60), "rad": ("deg", math.pi / 180)}
 
 
