@@ -265,7 +265,7 @@ validate:
 	@$(MAKE) $(PARALLEL) millsim $(PROBES)
 	.venv/bin/python validation/ladder.py $(CASES)
 
-# some 60 minutes, nearly all of them LIGGGHTS at steel stiffness; KEPT=1: kept runs of any version will do
+# some 80 minutes, nearly all of them LIGGGHTS at steel stiffness; KEPT=1: kept runs of any version will do
 validate-dem:
 	@tools/setup --local build dem --python check dem
 	@$(MAKE) $(PARALLEL) millsim mill
