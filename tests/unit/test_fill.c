@@ -479,7 +479,8 @@ static double seconds_to_fill(const struct charge *c, int at_least)
     return (double)(end.tv_sec - begin.tv_sec) + 1e-9 * (double)(end.tv_nsec - begin.tv_nsec);
 }
 
-/* Ten times as many balls would take a hundred times as long if the balls were compared in pairs. */
+/* If every ball were compared with every other, ten times as many would take a hundred times as
+ * long. */
 START_TEST(the_time_of_a_start_grows_like_the_number_of_balls)
 {
     static const struct charge many[] = {
