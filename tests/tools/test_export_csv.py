@@ -77,6 +77,16 @@ def test_chosen_frames_only(export, run_file, tmp_path):
     assert sorted(set(read(tmp_path / "balls.csv")["frame"])) == [2, 6, 10]
 
 
+@pytest.mark.parametrize("name", ["=1+1", "+cmd", "-2", "@SUM(A1)"])
+def test_a_spreadsheet_takes_no_name_of_a_file_for_a_formula(export, run_file, tmp_path, name):
+    foreign = shutil.copy(run_file, tmp_path / "foreign.h5")
+    with h5py.File(foreign, "r+") as file:
+        species = file[f"{TRAJECTORY}/species"]
+        species.attrs["names"] = [name.encode(), b"glass"]
+    assert export(foreign, "balls.csv", "--frame", 0)[0] == 0
+    assert set(read(tmp_path / "balls.csv")["species"]) == {f"'{name}", "glass"}
+
+
 # ---- impacts
 
 

@@ -32,6 +32,8 @@ TRAJECTORY = "particles/trajectory"
         (["--frame", "-2"], [9]),
         (["--time", "16 ms"], [3]),
         (["--time", "0.05"], [10]),
+        (["--time", "5 ns"], [0]),
+        (["--from", "45e6 ns"], [9, 10]),
     ],
 )
 def test_frames_are_chosen(export, run_file, tmp_path, words, steps):
