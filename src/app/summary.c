@@ -231,7 +231,7 @@ static void print_drive(const struct mill_summary *s)
         fputc('\n', s->out);
     }
     if (r->pinch_power > 0)
-        fprintf(s->out, "%-*s %s of this power, on balls that %s press\n", LABEL, "pinches",
+        fprintf(s->out, "%-*s %s of the power goes to balls that %s press\n", LABEL, "pinches",
                 mill_summary_si(r->pinch_power, "W"),
                 mill_notes_of_rotor(world) ? "blades" : "moving bodies");
 }
