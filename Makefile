@@ -157,7 +157,7 @@ check:
 	@tools/setup --local build test --python check study cluster export dem
 	@$(MAKE) $(PARALLEL) $(CHECKED:%.c=$(BUILD)/%) $(BUILD)/millsim millsim
 	@$(if $(CHECKED),$(MAKE) $(PARALLEL) --output-sync=target $(patsubst tests/unit/test_%.c,unit-%,$(CHECKED)))
-	$(if $(PYTESTS),MILLSIM=$(abspath $(BUILD)/millsim) .venv/bin/python -m pytest -q $(PYTESTS) \
+	$(if $(PYTESTS),MILLSIM=$(abspath $(BUILD)/millsim) .venv/bin/python -m pytest -q -rs $(PYTESTS) \
 	    $(if $(T),,-n $(JOBS) --dist loadfile -m 'not slow and not browser and not slurm and not dem and not render'))
 
 unit: $(patsubst tests/unit/test_%.c,unit-%,$(wildcard tests/unit/test_*.c))

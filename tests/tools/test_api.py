@@ -280,6 +280,7 @@ def test_all_that_is_known_with_an_error_is_in_one_table(result, file):
     assert table.loc["rate_above_1/all", "unit"] == "s-1"
 
 
+@pytest.mark.filterwarnings("ignore:.*rebound floor")
 def test_where_a_run_knows_its_precision_that_is_the_error():
     result = milltools.run(SMALL, run__time="1 s", run__precision=0.1)
     known = "statistics/precision/{}/standard_error"
@@ -690,6 +691,7 @@ def test_progress_is_shown_of_long_runs(small_deck, tmp_path, monkeypatch):
     assert os.listdir(tmp_path) == ["deck.ini"]  # nothing temporary is left
 
 
+@pytest.mark.filterwarnings("ignore:.*rebound floor")
 def test_a_notebook_has_progress_in_one_line_that_goes_again(small_deck, capsys, monkeypatch):
     monkeypatch.setattr("milltools.base.progress.in_notebook", lambda: True)
     monkeypatch.setattr("milltools.base.progress.PATIENCE", 0.0)
