@@ -394,19 +394,20 @@ static uint64_t run(const struct mill_deck *deck, const struct way *way, struct 
 {
     struct mill m = {NULL, NULL};
     struct mill_error error = {""};
-    uint64_t events = way->events;
     if (!open_mill(deck, &m))
         return 0;
     const bool swift = is_swift(m.world);
-    if (swift && events > CHECKED) /* each search may need its most steps, for each of the blades */
-        events = CHECKED;
+    /* in a swift mill, each search for each blade may need its most steps: fewer events */
+    const uint64_t fewer = swift && way->events > CHECKED ? way->events / CHECKED : 1;
+    const uint64_t piece = way->piece / fewer;
+    uint64_t events = way->events / fewer;
     if (way->paranoid && !swift)
         fuzz_require(mill_sim_paranoid(m.sim, true, &error) == MILL_OK, "%s", error.text);
-    if (way->saved && mill_run_checked(m.sim, deck->time, events / 2, way->piece)) {
+    if (way->saved && mill_run_checked(m.sim, deck->time, events / 2, piece)) {
         hand_over(deck, &m);
         events -= events / 2;
     }
-    mill_run_checked(m.sim, deck->time, events, way->piece);
+    mill_run_checked(m.sim, deck->time, events, piece);
     memcpy(state, m.world->ball, sizeof *state * (size_t)m.world->balls);
     const uint64_t predictions = m.world->counts.predictions;
     close_mill(&m);
