@@ -235,11 +235,11 @@ nightly:
 coverage:
 	@tools/setup --local build test --python all check test coverage
 	@$(MAKE) $(PARALLEL) MODE=cov $(UNIT:$(BUILD)/%=build/cov/%) $(FUZZERS:$(BUILD)/%=build/cov/%) build/cov/millsim
-	@$(MAKE) $(PARALLEL) millsim mill
+	@$(MAKE) $(PARALLEL) $(BENCH) millsim mill
 	@find build/cov -name '*.gcda' -delete; rm -rf build/coverage; mkdir -p build/coverage
-	@status=0; $(MAKE) $(PARALLEL) --output-sync=target MODE=cov UNIT_SECONDS=600 unit replay || status=$$?; \
-	MILLSIM=$(abspath build/cov/millsim) .venv/bin/python -m coverage run --rcfile tests/coverage.ini -m pytest -q -n $(JOBS) --dist loadfile \
-	    $(or $(PYTESTS),tests) || status=$$?; \
+	@status=0; $(MAKE) $(PARALLEL) -k --output-sync=target MODE=cov UNIT_SECONDS=600 unit replay || status=$$?; \
+	SLOWER=5 MILLSIM=$(abspath build/cov/millsim) .venv/bin/python -m coverage run --rcfile tests/coverage.ini -m pytest -q -n $(JOBS) \
+	    --dist loadfile --timeout 1500 -m 'not unmeasured' $(or $(PYTESTS),tests) || status=$$?; \
 	.venv/bin/python tests/covered.py || status=$$?; exit $$status
 
 # what the tests' lock says of a package, for `make lowest`

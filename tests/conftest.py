@@ -60,6 +60,9 @@ balls.count = 40..60 step 20
 """
 
 
+SLOWER = float(os.environ.get("SLOWER", "1"))  # how much slower programs are while they are measured (make coverage)
+
+
 @pytest.fixture(autouse=True, scope="session")
 def signals():
     """What nohup or a job in the background ignores, programs would ignore as well; a handler does not reach them."""
@@ -91,7 +94,7 @@ def millsim(tmp_path):
             stderr=subprocess.PIPE,
             text=True,
             errors="replace",
-            timeout=timeout,
+            timeout=timeout * SLOWER,
             check=False,
             env=environment,
             **options,
@@ -114,7 +117,7 @@ def mill(tmp_path):
             capture_output=True,
             text=True,
             errors="replace",
-            timeout=timeout,
+            timeout=timeout * SLOWER,
             check=False,
             env=environment,
             **options,

@@ -117,6 +117,7 @@ def test_a_summary_that_cannot_be_written_is_a_failure(millsim, small_deck):
     assert "cannot write to standard output" in result.stderr
 
 
+@pytest.mark.unmeasured
 def test_too_little_memory_is_told_as_that(millsim, small_deck):
     """Also while UDUNITS-2 reads its database, which crashes or exits by itself."""
 

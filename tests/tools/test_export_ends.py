@@ -145,6 +145,7 @@ sys.exit(main())
 
 
 @pytest.mark.slow
+@pytest.mark.unmeasured
 @pytest.mark.parametrize("target", ["a.gsd", "a.vtp", "a.csv"])
 def test_a_file_that_cannot_grow_is_one_line(run_file, tmp_path, root, target):
     words = [sys.executable, "-c", FULL, str(run_file), target]

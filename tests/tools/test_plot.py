@@ -73,6 +73,7 @@ def test_help_needs_no_matplotlib():
     assert subprocess.run([sys.executable, "-c", code], env={"PYTHONPATH": str(ROOT / "tools")}).returncode == 0
 
 
+@pytest.mark.unmeasured
 def test_a_full_disk_leaves_the_old_picture(millsim, mill, small_deck, tmp_path):
     assert millsim("deck.ini", "-q").returncode == 0
     (tmp_path / "run.png").write_text("old")

@@ -91,6 +91,7 @@ def test_a_helper_that_dies_is_one_line(start_mill, runs, tmp_path, victim):
     assert not any(os.path.exists(f"/proc/{pid}") for pid in helpers)
 
 
+@pytest.mark.unmeasured
 def test_a_full_disk_is_one_line(mill, runs, tmp_path):
     full = {"preexec_fn": lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000))}
     for name, words in (("film.mp4", ("--to", "10 ms")), ("still.png", ()), ("still.pov", ("--pov",))):

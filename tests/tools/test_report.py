@@ -300,6 +300,7 @@ def test_wrong_usage_is_one_line_and_nothing_is_written(folder, words, status, l
     assert sorted(p.name for p in folder.iterdir()) == before
 
 
+@pytest.mark.unmeasured
 def test_a_full_disk_is_one_line_and_leaves_the_old_page(folder, tmp_path):
     shutil.copy(folder / "nothing.h5", tmp_path / "a.h5")
     (tmp_path / "a.html").write_text("old")
