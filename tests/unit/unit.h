@@ -21,7 +21,8 @@ static inline int unit_run_in(const char *name, void (*set_up)(void), void (*tea
 {
     Suite *suite = suite_create(name);
     TCase *all = tcase_create(name);
-    tcase_set_timeout(all, 120.0);
+    if (!getenv("CK_DEFAULT_TIMEOUT")) /* the Makefile sets it */
+        tcase_set_timeout(all, 120.0);
     tcase_add_checked_fixture(all, set_up, tear_down);
     for (size_t k = 0; k < tests; k++)
         tcase_add_loop_test(all, test[k].test, 0, test[k].rounds);
