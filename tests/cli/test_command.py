@@ -117,6 +117,7 @@ def test_a_summary_that_cannot_be_written_is_a_failure(millsim, small_deck):
     assert "cannot write to standard output" in result.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.unmeasured
 def test_too_little_memory_is_told_as_that(millsim, small_deck):
     """Also while UDUNITS-2 reads its database, which crashes or exits by itself."""
@@ -388,6 +389,7 @@ def test_progress_in_a_log_comes_after_two_seconds(start_millsim, write_deck):
     process.wait(timeout=20)
 
 
+@pytest.mark.slow
 def test_progress_for_programs_is_an_object_a_line(start_millsim, write_deck):
     long_deck(write_deck)
     process = start_millsim("long.ini", "--progress=json")

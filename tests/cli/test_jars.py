@@ -47,6 +47,7 @@ def test_a_planetary_mill_at_twice_the_speed_has_the_same_impacts_and_eight_time
     assert_held(case)
 
 
+@pytest.mark.slow
 def test_mirrored_turned_and_shifted_twins_of_a_planetary_mill_have_the_same_impacts(case):
     _, curves = twins.mirrored_and_turned(case)
     twins.not_turning(case, curves)

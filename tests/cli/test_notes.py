@@ -17,6 +17,7 @@ def test_a_window_in_which_the_charge_still_gains_energy_is_called_unsteady(mill
     assert "not steady" in notes(done)
 
 
+@pytest.mark.slow
 def test_a_charge_in_its_steady_state_is_not(millsim):
     window = ["-s", "run.time=160ms", "-s", "run.sample_from=100ms"]
     done = millsim(ROOT / "input/simoloyer.ini", "-q", "--json", *window)

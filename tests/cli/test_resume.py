@@ -234,6 +234,7 @@ def test_a_run_killed_before_its_first_checkpoint_starts_again(folder, short):
     assert_same(mill.file, short)
 
 
+@pytest.mark.slow
 def test_what_a_killed_run_leaves_beside_its_file_is_cleared_up(folder, short):
     mill = folder()
     mill.stop("-q", number=signal.SIGKILL)
@@ -276,6 +277,7 @@ def test_a_forced_run_killed_before_its_first_checkpoint_leaves_the_old_file(fol
     assert mill.file.read_bytes() == stopped.read_bytes()
 
 
+@pytest.mark.slow
 def test_an_impatient_second_signal_changes_nothing(folder, short):
     mill = folder()
     process = mill.start("-q")
@@ -322,6 +324,7 @@ def test_a_stop_before_the_statistics_begin_is_no_loss(folder, tmp_path_factory)
     assert_same(mill.file, undisturbed(tmp_path_factory, deck))
 
 
+@pytest.mark.slow
 def test_the_summary_of_a_resumed_run_is_that_of_an_undisturbed_one(folder, tmp_path):
     mill = folder()
 
@@ -374,6 +377,7 @@ def test_no_state_is_left_in_a_complete_file(folder):
         assert "checkpoint" not in file
 
 
+@pytest.mark.slow
 def test_without_a_file_a_resumed_run_starts_from_the_beginning(folder, short):
     mill = folder()
     code, said = mill.run("--resume")
@@ -428,6 +432,7 @@ def test_another_setting_is_refused_and_the_same_one_is_not(folder, tmp_path_fac
     assert_same(mill.file, undisturbed(tmp_path_factory, SHORT, *setting))
 
 
+@pytest.mark.slow
 def test_the_same_deck_in_other_words_is_the_same_deck(folder, short):
     mill = folder()
     mill.stop("-q")
@@ -437,6 +442,7 @@ def test_the_same_deck_in_other_words_is_the_same_deck(folder, short):
     assert_same(mill.file, short)
 
 
+@pytest.mark.slow
 def test_the_interval_of_checkpoints_may_change(folder, short):
     mill = folder()
     mill.stop("-q")
@@ -444,6 +450,7 @@ def test_the_interval_of_checkpoints_may_change(folder, short):
     assert_same(mill.file, short)
 
 
+@pytest.mark.slow
 def test_the_folder_may_move(tmp_path):
     start = "".join(
         f"{x} {y} {z} 0 1 0\n"
@@ -788,6 +795,7 @@ def test_a_disk_that_fills_up_takes_nothing_and_with_space_the_run_goes_on(folde
     assert {entry.name for entry in mill.file.parent.iterdir()} == {"mill.h5"}
 
 
+@pytest.mark.slow
 def test_a_disk_too_full_to_resume_leaves_the_file_as_it_was(folder, disk, short):
     mill = folder()
     mill.file = disk("200m") / "mill.h5"

@@ -232,6 +232,7 @@ def test_one_ball_that_just_fits_between_the_walls_runs(run, deck, radius, diame
     run(deck, *orders, "balls.speed=1 m/s", f"run.time={ms(50)}", f"output.frames={ms(2)}", balls=1)
 
 
+@pytest.mark.slow
 def test_a_hundred_thousand_balls_run(run):
     orders = ["balls.diameter=1 mm", f"run.time={ms(2)}", f"output.frames={ms(1)}"]
     run(MILL, *orders, balls=100_000)
@@ -256,6 +257,7 @@ def test_a_mixture_of_one_to_ten_runs(run, restitution):
     run(deck, *orders, balls=5012)
 
 
+@pytest.mark.slow
 def test_a_mixture_of_one_to_ten_may_be_dense(run):
     room = np.pi * 0.015**2 * 0.022
     assert solid_fraction(5, 5e-3, room) + solid_fraction(8000, 0.5e-3, room) > 0.43

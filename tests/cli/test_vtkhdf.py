@@ -258,6 +258,7 @@ def test_a_run_that_goes_on_has_none_until_it_ends(interrupted):
         assert "VTKHDF" not in file
 
 
+@pytest.mark.slow
 def test_a_resumed_run_ends_with_the_same(tmp_path):
     whole = run(tmp_path, "run.time=0.4 s", name="whole.h5")
     process = subprocess.Popen([PROGRAM, "-q", "-s", "run.time=0.4 s", "-o", "parts.h5", "mill.ini"], cwd=tmp_path)
@@ -404,6 +405,7 @@ def test_a_repacked_file_still_shows_its_frames(vtk_step, path, tmp_path):
     assert_vtk_reads(vtk_step, repacked)
 
 
+@pytest.mark.slow
 def test_thousands_of_frames_are_read_fast(vtk_step, tmp_path):
     many = run(tmp_path, "run.time=200 ms", "output.frames=0.1 ms")
     with h5py.File(many) as file:

@@ -63,6 +63,7 @@ def test_figure_7_is_within_two_per_cent_of_its_best_after_forty_runs(seed):
     assert best.place_share < 0.2
 
 
+@pytest.mark.slow
 def test_four_workers_without_known_errors_and_a_capped_corner_do_as_well():
     space, plan = Space([N, H]), Budget(40, seed=7)
     runs = search(space, figure7, plan, 4, lambda n, h: n * h < 0.01, known=False)
@@ -82,6 +83,7 @@ def test_words_and_real_keys_are_searched_together():
     assert word == "wavy" and abs(x - 0.3) < 0.2
 
 
+@pytest.mark.slow
 def test_what_is_minimised_is_found_too():
     space, plan = Space(LINE), Budget(24, maximise=False, seed=1)
     runs = search(space, lambda x: 1 + 2 * (x - 0.7) ** 2, plan)

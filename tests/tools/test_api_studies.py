@@ -110,6 +110,7 @@ def test_runs_that_failed_are_a_warning(write_study, stand_in, monkeypatch, tmp_
     assert found.complete
 
 
+@pytest.mark.slow
 def test_a_search_finds_a_design(write_study, tmp_path):
     found = milltools.optimize(write_study(), tmp_path / "s.parquet", runs=6, workers=1)
     assert len(found.table) <= 6 and found.best.design["balls.count"] in ("40", "60")

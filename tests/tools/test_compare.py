@@ -191,6 +191,7 @@ def test_a_transient_alone_has_no_error(runs):
     assert found["kinetic_energy_end"].a.value > found["kinetic_energy"].a.value
 
 
+@pytest.mark.slow
 def test_replicates_of_a_transient_tell_its_error(runs):
     replicates = [runs[f"transient{k}"] for k in (1, 2, 3)]
     row = table(replicates, runs["transient_fast"])["kinetic_energy"]
@@ -243,6 +244,7 @@ def test_warnings_name_what_is_not_alike(mill, runs, copy):
     assert "The geometry of A and B differs: drum.radius." in done.stdout
 
 
+@pytest.mark.slow
 def test_soft_spheres_are_not_judged_by_what_depends_on_softness(runs, copy):
     soft = copy("two", run__program="LIGGGHTS", run__price=500.0)
     found = table(runs["one"], soft)
@@ -256,6 +258,7 @@ def test_soft_spheres_are_not_judged_by_what_depends_on_softness(runs, copy):
     )
 
 
+@pytest.mark.slow
 def test_without_fast_counts_errors_come_from_the_normal_dissipation(runs, copy):
     bare = copy("one", observables__fast_collisions=None, statistics__precision=None)
     row, power = (table(bare, runs["two"])[k] for k in ("rate_ball_ball_above_0.5", "normal_dissipation_ball_ball"))  # fmt: skip
@@ -263,6 +266,7 @@ def test_without_fast_counts_errors_come_from_the_normal_dissipation(runs, copy)
     assert row.remark == "error as of the normal dissipation"
 
 
+@pytest.mark.slow
 def test_where_the_file_tells_no_errors_blocks_do(runs, copy):
     bare = table(copy("one", statistics__precision=None), runs["two"])
     torque, power = bare["rotor_torque"].a, bare["rotor_power"].a

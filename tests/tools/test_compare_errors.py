@@ -21,6 +21,7 @@ def said_to_differ(make, trials, seed):
     return wrong / trials
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("blocks", [2, 4, 6, 12, 60])
 def test_equal_runs_are_said_to_differ_once_in_a_hundred(blocks):
     """4000 trials of independent blocks: 0.01 +- 0.0016; fewer than that is allowed, for Welch's freedom is

@@ -151,6 +151,7 @@ def test_a_ball_rides_on_the_wall_of_a_jar_in_circular_translation():
     assert abs(seen.column("motion_work/jar")).max() < 1e-5 * seen.kinetic(mill.mass)[0]
 
 
+@pytest.mark.slow
 @needs_liggghts
 def test_a_ball_on_a_shaken_plate_hits_it_once_a_period():
     w, e, strength = 2 * np.pi * 50, 0.8, 0.8  # A w^2 / g
@@ -236,6 +237,7 @@ def test_a_ball_at_rest_is_hit_by_a_moving_bar_when_and_as_fast_as_the_bar_says(
     assert np.linalg.norm(mill.state[1]) == pytest.approx(1.8 * speed, rel=0.02)
 
 
+@pytest.mark.slow
 @needs_liggghts
 def test_work_of_each_motion_is_what_the_balls_have_taken():
     """Planetary, no friction: kinetic energy less what is lost, and E - W L, with W of the sun, stays but for what

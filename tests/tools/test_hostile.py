@@ -36,6 +36,7 @@ def test_commands_end_well_or_in_one_line(the_program):
     assert tried and int(tried[1]) >= PAIRS, done.stdout + done.stderr
 
 
+@pytest.mark.slow
 def test_the_fuzzer_replays_its_corpus():
     corpus = sorted((ROOT / "tests/fuzz/corpus/reader").iterdir())
     assert corpus

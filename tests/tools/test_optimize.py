@@ -163,6 +163,7 @@ def test_a_front_is_what_no_other_beats():
 # ---- whatever ends it
 
 
+@pytest.mark.slow
 def test_a_search_that_is_stopped_goes_on_to_the_same_runs(study, tmp_path):
     whole = searched(study, tmp_path / "a.parquet", Pretended(hill))
     path = tmp_path / "b.parquet"

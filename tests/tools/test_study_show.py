@@ -525,6 +525,7 @@ def mill_started(tmp_path):
         process.stdout.close()
 
 
+@pytest.mark.slow
 def test_files_are_written_though_nobody_reads_the_text(mill_started, tmp_path):
     small(tmp_path / "made.parquet")
     process = mill_started("study", "made.parquet", "--csv", "my.csv", "--html", "my.html")

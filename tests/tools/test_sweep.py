@@ -211,6 +211,7 @@ def test_what_is_done_is_not_done_again_and_more_may_be_asked_for(sweep, write_s
     pandas.testing.assert_frame_equal(second.loc[same.index, same.columns], same)
 
 
+@pytest.mark.slow
 def test_another_base_deck_is_refused_and_force_begins_anew(sweep, write_study, write_deck, tmp_path):
     write_study()
     assert sweep("a.study", "-s", "rotor.speed=600 rpm").returncode == 0
@@ -326,6 +327,7 @@ def test_an_objective_that_does_not_exist_ends_it_at_once(sweep, write_study, tm
     assert sorted(tmp_path.iterdir()) == before
 
 
+@pytest.mark.slow
 def test_all_failed_is_status_1_and_retry_runs_them_again(sweep, write_study, stand_in, tmp_path):
     write_study()
     done = sweep("a.study", program=stand_in("echo millsim: no disk >&2; exit 1"))
@@ -410,6 +412,7 @@ def test_a_run_over_its_limit_of_cpu_time_is_stopped_keeps_what_it_has_and_is_ca
     assert row[MEDIAN] > 0 and 0 < row["time"] < 1000
 
 
+@pytest.mark.slow
 def test_where_cpu_time_is_not_told_the_wall_clock_ends_a_run(one_job, monkeypatch):
     monkeypatch.setattr(job, "PROC", "/nowhere/{pid}")
     long = one_job(limit=2)
@@ -493,6 +496,7 @@ def test_a_plan_may_wait_for_rows():
     assert rows == ["first", "second, knowing the first"]
 
 
+@pytest.mark.slow
 def test_a_row_costs_the_driver_milliseconds(write_study, tmp_path, one_job, monkeypatch):
     """CPU time of the driver alone, with a margin: about 20 ms a run."""
     made = one_job()

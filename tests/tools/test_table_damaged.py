@@ -48,6 +48,7 @@ def old(values) -> bytes:
     return json.dumps({k: None if v != v else v for k, v in values.items()}).encode() + b"\n"
 
 
+@pytest.mark.slow
 def test_no_flipped_bit_of_a_journal_changes_a_value_unseen(made, tmp_path):
     _, empty, journal, rows = made
     path, dropped = tmp_path / "a.parquet", 0
@@ -110,6 +111,7 @@ def test_a_line_of_another_kind_is_left_out_and_counted_with_or_without_a_checks
     assert [one["design"] for one in table.rows()] == [0, 1, 2, 3] and table.damaged == 0
 
 
+@pytest.mark.slow
 def test_mill_study_says_what_is_left_out(mill, tmp_path):
     path = tmp_path / "a.parquet"
     fill(path, row(0))
