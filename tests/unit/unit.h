@@ -15,14 +15,20 @@ struct unit_test {
     int rounds;
 };
 
+/* How much slower the tests are while they are measured (make coverage) */
+static inline double unit_slower(void)
+{
+    const char *slower = getenv("SLOWER");
+    return slower ? atof(slower) : 1.0;
+}
+
 /* Returns what main does. set_up and tear_down: around each test; may be NULL. */
 static inline int unit_run_in(const char *name, void (*set_up)(void), void (*tear_down)(void),
                               const struct unit_test *test, size_t tests)
 {
     Suite *suite = suite_create(name);
     TCase *all = tcase_create(name);
-    if (!getenv("CK_DEFAULT_TIMEOUT")) /* the Makefile sets it */
-        tcase_set_timeout(all, 120.0);
+    tcase_set_timeout(all, 120.0 * unit_slower());
     tcase_add_checked_fixture(all, set_up, tear_down);
     for (size_t k = 0; k < tests; k++)
         tcase_add_loop_test(all, test[k].test, 0, test[k].rounds);
