@@ -67,7 +67,7 @@ help:
 	@echo 'make millsim   build ./millsim alone'
 	@echo 'make mill EXTRAS="render study"  ./mill with more: render, study, cluster, export, dem; all'
 	@echo 'make run       install what is missing, build, run the reference mill, write its report'
-	@echo 'make check     some minutes of tests that need neither root nor other programs (T="tests/tools/test_profile.py": all of that file)'
+	@echo 'make check     two minutes of tests that need neither root nor other programs (T="tests/tools/test_profile.py": all of that file)'
 	@echo 'make test      install what is missing, build, run every test (MODE=asan: under sanitizers)'
 	@echo 'make deps      install the Debian packages of all targets (PARTS="build test": only of these)'
 	@echo 'make lint      formatting, floors, names, static checks      make format   reformat'
@@ -148,15 +148,15 @@ test:
 	@$(MAKE) $(PARALLEL) --output-sync=target unit
 	@$(MAKE) --no-print-directory replay cli
 
-# What needs neither root nor more than a compiler, Check and Python, and no long while. T: files, of Python or tests/unit/test_*.c; all of
-# a file of Python is run, slow tests too
-SLOW_UNIT := facets fill planetary bodies poly_rise wavy
-CHECKED := $(if $(T),$(filter tests/unit/%,$(T)),$(filter-out $(SLOW_UNIT:%=tests/unit/test_%.c),$(wildcard tests/unit/test_*.c)))
+# What needs neither root nor more than a compiler, Check and Python, and no long while. T: files, of Python or
+# tests/unit/test_*.c; all of such a file is run, slow tests too
+CHECKED := $(if $(T),$(filter tests/unit/%,$(T)),$(wildcard tests/unit/test_*.c))
 PYTESTS := $(if $(T),$(filter-out tests/unit/%,$(T)),tests)
 check:
 	@tools/setup --local build test --python check study cluster export dem
 	@$(MAKE) $(PARALLEL) $(CHECKED:%.c=$(BUILD)/%) $(BUILD)/millsim millsim
-	@$(if $(CHECKED),$(MAKE) $(PARALLEL) --output-sync=target $(patsubst tests/unit/test_%.c,unit-%,$(CHECKED)))
+	@$(if $(CHECKED),$(if $(T),,CK_EXCLUDE_TAGS=slow) $(MAKE) $(PARALLEL) --output-sync=target \
+	    $(patsubst tests/unit/test_%.c,unit-%,$(CHECKED)))
 	$(if $(PYTESTS),MILLSIM=$(abspath $(BUILD)/millsim) .venv/bin/python -m pytest -q -rs $(PYTESTS) \
 	    $(if $(T),,-n $(JOBS) --dist loadfile -m 'not slow and not browser and not slurm and not dem and not render'))
 

@@ -113,6 +113,7 @@ WRONG_ROWS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("row, words", WRONG_ROWS, ids=[ascii(row)[:40] for row, _ in WRONG_ROWS])
 def test_a_wrong_row_is_named_with_file_and_line(refused, with_start, tmp_path, row, words):
     if "overlaps the one" in words:  # found in the order of lines: the row is compared with line 1
@@ -215,6 +216,7 @@ def test_a_start_file_without_permission_is_named_with_its_key(refused, with_sta
     assert "cannot read" in refused("deck.ini")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "change",
     [

@@ -61,6 +61,7 @@ def test_a_bed_so_dense_that_contacts_overlap_says_so_before_it_is_run(millsim):
     assert "millsim: note: a ball is hit every" in said
 
 
+@pytest.mark.slow
 @pytest.mark.unmeasured
 def test_blades_that_jam_balls_say_so_before_the_run(millsim):
     jammed = sets("blades.tip_radius=70.5 mm", "blades.width=17 mm", "run.time=60 ms", "run.sample_from=0 s")

@@ -32,6 +32,7 @@ def test_a_golden_deck_stores_what_the_release_build_stores(tmp_path, name):
     assert golden.differing(golden.run(PROGRAM, name, tmp_path), release) == []
 
 
+@pytest.mark.slow
 def test_the_hashes_do_not_depend_on_where_the_deck_lies_or_when_it_runs(millsim, tmp_path):
     for folder in ("here", "there"):
         shutil.copytree(ROOT / "input", tmp_path / folder)
@@ -42,6 +43,7 @@ def test_the_hashes_do_not_depend_on_where_the_deck_lies_or_when_it_runs(millsim
     assert golden.differing(here, there) == []
 
 
+@pytest.mark.slow
 def test_the_hashes_see_the_last_bit_of_a_start_position(millsim, tmp_path):
     marks = []
     for height in (0.03, math.nextafter(0.03, 1)):
@@ -53,6 +55,7 @@ def test_the_hashes_see_the_last_bit_of_a_start_position(millsim, tmp_path):
     assert "impacts" in golden.differing(*marks)
 
 
+@pytest.mark.slow
 def test_only_a_deck_that_was_changed_changes_the_decks_hash(millsim, tmp_path):
     marks = []
     for seed in (1, 2):

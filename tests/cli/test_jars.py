@@ -23,6 +23,7 @@ def assert_held(case):
     assert not wrong, wrong
 
 
+@pytest.mark.slow
 def test_a_ball_in_a_shaken_box_hits_each_end_once_a_period_with_the_speed_of_theory(case):
     for e, ratio, table in shaken.BOX:
         mill = shaken.in_box(e, ratio)
@@ -31,6 +32,7 @@ def test_a_ball_in_a_shaken_box_hits_each_end_once_a_period_with_the_speed_of_th
         assert log["normal_speed"][-20:] / unit == pytest.approx(table, abs=6e-7)
 
 
+@pytest.mark.slow
 def test_a_ball_in_a_box_too_short_for_even_hits_hits_its_ends_unevenly(case):
     shaken.box_uneven(case)
     assert_held(case)
@@ -42,6 +44,7 @@ def test_a_ball_released_from_the_wall_of_a_planetary_jar_meets_it_again_as_theo
     assert_held(case)
 
 
+@pytest.mark.slow
 def test_a_planetary_mill_at_twice_the_speed_has_the_same_impacts_and_eight_times_the_power(case):
     scaling.same_impacts(case)
     assert_held(case)

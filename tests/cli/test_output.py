@@ -193,6 +193,7 @@ def test_h5md_header(mill):
     assert "edges" not in box
 
 
+@pytest.mark.slow
 def test_step_and_time_are_stored_once(mill):
     poses = "/observables/pose/"  # at the times of the frames
     for parents, but in (((TRAJECTORY, poses), "none"), (("/observables",), poses)):
@@ -383,6 +384,7 @@ def test_output_options_do_not_change_the_run(path, tmp_path):
         assert a["/run/events/predictions"][()] == b["/run/events/predictions"][()]
 
 
+@pytest.mark.slow
 def test_stored_deck_gives_the_same_run(path, tmp_path):
     with h5py.File(path) as file:
         (tmp_path / "stored.ini").write_text(file["/deck/text"].asstr()[()])
@@ -513,6 +515,7 @@ def test_a_disk_that_fills_up_ends_in_one_line_and_status_1(tmp_path):
 # ---- other people's readers ----
 
 
+@pytest.mark.slow
 def test_mdanalysis_reads_positions_and_velocities(path, mill):
     mda = pytest.importorskip("MDAnalysis")
     from MDAnalysis.coordinates.H5MD import H5MDReader

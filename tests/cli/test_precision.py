@@ -140,6 +140,7 @@ def test_it_ends_at_the_end_of_a_batch(known):
     assert batches == pytest.approx(round(batches), abs=1e-9)
 
 
+@pytest.mark.slow
 def test_a_longer_time_allowed_changes_nothing(known, run):
     path, _ = run("run.time=7 s")
     apart = ("/deck/run/time", "/deck/text", "/observables")
@@ -170,6 +171,7 @@ def test_seeds_scatter_no_more_than_told(run):
 # ---- the window ----
 
 
+@pytest.mark.slow
 def test_the_statistics_are_those_of_a_run_sampled_from_the_cut_to_the_end(known, run):
     begin, end = map(float, read(known[0], "statistics/precision/warm_up", "run/time"))
     assert begin > 0
@@ -200,6 +202,7 @@ def test_the_python_tools_find_the_window(known):
     assert window == pytest.approx((precision(path)["warm_up"], read(path, "run/time")), rel=1e-12)
 
 
+@pytest.mark.slow
 def test_the_start_up_is_cut_off(run):
     """The first revolution is unlike all others: the median without the cut is far off."""
     path, _ = run()
@@ -209,6 +212,7 @@ def test_the_start_up_is_cut_off(run):
     assert abs(found / steady - 1) < 0.5 * abs(raw / steady - 1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("begin", ["0 s", "60 ms"])
 def test_a_given_sample_from_wins(run, begin):
     path, summary = run(f"run.sample_from={begin}")
@@ -293,6 +297,7 @@ def test_collisions_may_end_a_run_before_its_window_opens(run):
     assert read(path, "statistics/duration", "run/ended_by") == [0, "max_collisions"]
 
 
+@pytest.mark.slow
 def test_the_dead_corner_is_never_taken_for_known(run):
     """Without friction the charge comes off the rotor: a power near 0 is not known to 20 %."""
     path, summary = run("contact.friction=0", "run.precision=20 %", "run.max_collisions=2e6", "run.time=4 s")
@@ -331,6 +336,7 @@ def test_a_wrong_value_is_refused_in_one_line(millsim, tmp_path, key, value, wan
     assert f"[run] {key}: {wanted}" in done.stderr
 
 
+@pytest.mark.slow
 def test_the_printed_deck_leaves_the_window_to_be_found(known, run):
     text = read(known[0], "deck/text")
     assert "sample_from" not in text

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from conftest import PROGRAM, ROOT
 
+pytestmark = pytest.mark.slow
+
 
 def run_deck(name, folder, *options):
     """The summary of a deck of input/, run in a folder."""
@@ -39,13 +41,11 @@ def mean_since(run, name, start):
 # What an independent hard-sphere model gave for this mill, and how far two such models may differ.
 
 
-@pytest.mark.slow
 def test_the_rotor_draws_855_watt(reference):
     run, _ = reference
     assert run["statistics/rotor/power"][()] == pytest.approx(855, rel=0.04)
 
 
-@pytest.mark.slow
 def test_the_charge_moves_with_9_6_joule(reference):
     run, _ = reference
     assert mean_since(run, "kinetic_energy", 0.1) == pytest.approx(9.6, rel=0.02)
@@ -66,6 +66,7 @@ def test_normal_impacts_dissipate_267_watt(reference):
     assert lost / 0.4 == pytest.approx(267, rel=0.05)
 
 
+@pytest.mark.slow
 def test_balls_hit_each_other_above_1_m_s_1_11_million_times_a_second(reference):
     run, _ = reference
     histogram = run["statistics/impacts/ball_ball/normal_speed/histogram"]
@@ -79,7 +80,6 @@ def test_a_mill_of_4000_balls_needs_less_than_60_megabyte(reference):
     assert reference[1]["peak_memory"] < 60e6
 
 
-@pytest.mark.slow
 @pytest.mark.skipif("asan" in PROGRAM.parts, reason="the sanitizer's own memory counts too")
 def test_256_000_balls_need_at_most_600_byte_each(tmp_path):
     options = ["balls.count=256000", "balls.diameter=1.25mm", "run.time=20us", "run.sample_from=0s"]
@@ -101,7 +101,6 @@ def test_the_books_of_the_single_deck_close(tmp_path):
     check_books(run_deck("single.ini", tmp_path))
 
 
-@pytest.mark.slow
 def test_the_gas_keeps_its_energy_over_a_million_contacts(tmp_path):
     run = run_deck("gas.ini", tmp_path)
     check_books(run)

@@ -355,6 +355,7 @@ def test_wall_and_processor_time_are_those_of_all_legs(folder):
 # ---- what there is to resume ----
 
 
+@pytest.mark.slow
 def test_a_complete_run_is_left_as_it_is(folder):
     mill = folder()
     mill.finish()
@@ -367,6 +368,7 @@ def test_a_complete_run_is_left_as_it_is(folder):
     assert (after.st_ino, after.st_mtime_ns) == (about.st_ino, about.st_mtime_ns)
 
 
+@pytest.mark.slow
 def test_no_state_is_left_in_a_complete_file(folder):
     mill = folder()
     mill.stop("-q")
@@ -386,6 +388,7 @@ def test_without_a_file_a_resumed_run_starts_from_the_beginning(folder, short):
     assert_same(mill.file, short)
 
 
+@pytest.mark.slow
 def test_a_quiet_resume_is_quiet(folder):
     mill = folder()
     mill.stop("-q")
@@ -496,6 +499,7 @@ checkpoint = 10 ms
 ROWS = "0 0 0 0 0 0 0\n0.01 1e-3 0 0 0 0 0\n0.02 0 {} 0 0 0 0\n0.03 0 0 0 0 0 0\n"
 
 
+@pytest.mark.slow
 def test_a_table_that_changed_since_is_refused_and_the_old_one_goes_on(folder):
     mill = folder(RIDDEN)
     table = mill.path / "path.txt"
@@ -623,6 +627,7 @@ def test_resume_and_force_exclude_each_other(folder):
     assert mill.names() == {"mill.ini"}
 
 
+@pytest.mark.slow
 def test_a_run_that_failed_is_not_tried_again(folder):
     mill = folder(
         "[run]\ntime = 10 s\n[balls]\ncount = 1\ndiameter = 10 mm\ndensity = 7800 kg/m^3\n"
@@ -674,6 +679,7 @@ def test_files_removed_under_a_run_do_not_hurt_it(folder, short, victims):
     assert mill.names() == {"mill.ini", "mill.h5"}
 
 
+@pytest.mark.slow
 def test_a_removed_folder_ends_the_run_with_one_line(folder, tmp_path):
     mill = folder()
     mill.file = tmp_path / "out" / "mill.h5"
@@ -846,6 +852,7 @@ def test_frequent_checkpoints_take_two_percent_of_the_time_at_most(folder, kills
         assert 0 < took <= 0.02 * wall
 
 
+@pytest.mark.slow
 def test_checkpoints_come_no_more_often_than_asked_for(folder):
     mill = folder()
     mill.finish("-s", "output.checkpoint=1 h")

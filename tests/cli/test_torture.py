@@ -93,6 +93,7 @@ def solid_fraction(balls, radius, room):
 MILL_ROOM = np.pi * 0.060 * (0.040**2 - 0.008**2) - 3 * 0.008 * 0.006 * (0.033 - 0.008)  # m^3
 
 
+@pytest.mark.slow
 def test_a_random_start_fills_057_of_a_small_mill(run):
     # where every fourth ball is at a wall; a mill of 24 balls across takes up to 0.59
     balls = 2480
@@ -101,6 +102,7 @@ def test_a_random_start_fills_057_of_a_small_mill(run):
     assert done.run["collisions"]["ball_ball"] > balls
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("balls", [2540, 2700, 3100])  # 0.58, 0.62, 0.71 of the room
 def test_what_is_denser_than_any_random_start_is_refused_at_once(millsim, tmp_path, balls):
     complaint, took = refusal(millsim, tmp_path, MILL, f"balls.count={balls}")
@@ -115,6 +117,7 @@ def test_what_is_denser_than_any_packing_is_refused_without_trying(millsim, tmp_
     assert took < 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "drum, spare, least",
     [(40, 1e-2, 0.60), (40, 1e-6, 0.60), (40, 0, 0.60), (80, 1e-2, 0.64), (80, 1e-4, 0.65)],
@@ -172,6 +175,7 @@ def test_balls_pinched_at_6000_rpm_are_let_go_and_counted(run, gap):
     assert done.run["reliefs"] > 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [1500, 3000, 4500, 6000, -6000])
 def test_a_rotor_of_any_speed_runs(run, speed):
     done = run(MILL, f"rotor.speed={speed} rpm", f"run.time={ms(60)}", f"output.frames={ms(2)}")
@@ -205,6 +209,7 @@ def test_balls_with_the_utmost_grip_run(run, tangential):
     run(MILL, *orders, f"run.time={ms(50)}", f"output.frames={ms(2)}")
 
 
+@pytest.mark.slow
 def test_a_quarter_full_mill_of_restitution_a_half_with_friction_at_1500_rpm_runs_and_is_noted(run):
     # a slow build runs for as long: contacts at the floor come with the bed
     orders = ["contact.restitution=0.5", "rotor.speed=1500 rpm", "run.time=40 ms"]
@@ -250,6 +255,7 @@ density = 7800 kg/m^3
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("restitution", [0, 0.8])
 def test_a_mixture_of_one_to_ten_runs(run, restitution):
     deck = HEAD + MIXTURE.format(large=12, small=5000) + ROTOR
@@ -293,6 +299,7 @@ def test_gravity_may_point_anywhere(run, pull):
     run(MILL, f"gravity.acceleration={pull} m/s^2", f"run.time={ms(100)}", f"output.frames={ms(5)}")
 
 
+@pytest.mark.slow
 def test_balls_in_a_drum_without_a_rotor_come_to_rest(run):
     done = run(DRUM, "run.time=300 ms", "output.frames=100 ms")
     floor = 2 * 600 * 0.5 * 7800 * np.pi / 6 * 0.005**3 * 0.005**2  # J, all balls at twice the floor's energy
@@ -300,6 +307,7 @@ def test_balls_in_a_drum_without_a_rotor_come_to_rest(run):
     assert done.run["rotor_work"] == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [100, 1000])
 @pytest.mark.parametrize("restitution", [0, 0.8, 1])
 def test_balls_as_fast_as_bullets_stay_in_the_drum(run, speed, restitution):
@@ -322,6 +330,7 @@ def turning(done):
     return speed / rotor, momentum * speed / (v**2).sum()
 
 
+@pytest.mark.slow
 def test_a_charge_without_friction_turns_as_a_ring_and_that_is_said_with_its_speed(run):
     done = run(MILL, *SMOOTH, balls=300)
     speed, share = turning(done)
@@ -354,6 +363,7 @@ def wavy(buckles, height, text=MILL):
 
 
 # Shallow and deep, with hardly a neck and with arcs that no ball fits into; more buckles than balls around
+@pytest.mark.slow
 @pytest.mark.parametrize("buckles, height", [(2, 6), (3, 0.01), (6, 6), (12, 5.3), (20, 6.5), (60, 2.5), (500, 0.3)])
 def test_any_buckles_run(run, buckles, height):
     done = run(wavy(buckles, height), "blades.tip_radius=26 mm", "rotor.speed=3000 rpm")

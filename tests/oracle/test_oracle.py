@@ -178,6 +178,7 @@ def test_mirrored_mills_run_alike():
         assert a.position * [1, -1, 1] == pytest.approx(b.position, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_the_books_balance_over_a_busy_run():
     rng = np.random.default_rng(7)
     blades = (

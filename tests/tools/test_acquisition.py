@@ -90,6 +90,7 @@ def test_what_is_minimised_is_found_too():
     assert abs(fit(space, runs, plan).optimum().design[0] - 0.7) < 0.1
 
 
+@pytest.mark.slow
 def test_a_choice_depends_on_runs_seed_and_nothing_else():
     space, plan = Space([N, H]), Budget(20, seed=3)
     runs = search(space, figure7, plan)
@@ -97,6 +98,7 @@ def test_a_choice_depends_on_runs_seed_and_nothing_else():
         assert choose(space, runs[:count], plan) == runs[count].design
 
 
+@pytest.mark.slow
 def test_the_first_designs_are_spread_and_different():
     space, plan = Space([N, H]), Budget(40, seed=1)
     runs = search(space, figure7, Budget(8 * 3, seed=1))[:8]
@@ -105,6 +107,7 @@ def test_the_first_designs_are_spread_and_different():
     assert spread(space, [], plan) != spread(space, [], Budget(40, seed=2))
 
 
+@pytest.mark.slow
 def test_runs_that_are_out_are_not_proposed_again():
     space, plan = Space(LINE), Budget(40, seed=1)
     runs = search(space, lambda x: 1 - (x - 0.5) ** 2, Budget(12, seed=1))
@@ -136,6 +139,7 @@ def test_capped_and_failed_runs_repel_but_only_near():
     assert list(soundness(surface, runs[2:], [(0.05,)])) == [1]
 
 
+@pytest.mark.slow
 def test_a_design_that_failed_is_never_run_again():
     space = Space([{"key": "n", "unit": "1", "kind": "whole", "whole": True, "low": 1, "high": 6, "values": None}])
     runs = [Tried((n,), 1.0 + 0.1 * n, 0.05) for n in (1, 2, 3, 4)] + [Tried((6,), status="failed")]

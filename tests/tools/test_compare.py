@@ -94,6 +94,7 @@ def copy(runs, tmp_path):
     return make
 
 
+@pytest.mark.slow
 def test_a_run_agrees_with_itself_and_differs_by_nothing(runs):
     found = table(runs["one"], runs["one"])
     assert len(found) >= 39
@@ -102,12 +103,14 @@ def test_a_run_agrees_with_itself_and_differs_by_nothing(runs):
         assert row.mood == "agree" or key == "cost", key
 
 
+@pytest.mark.slow
 def test_another_seed_agrees(runs):
     found = table(runs["one"], runs["two"])
     assert [key for key, row in found.items() if row.mood == "differ"] == []
     assert found["ball_speed_mean"].verdict == "agree"
 
 
+@pytest.mark.slow
 def test_another_speed_differs(runs):
     found = table(runs["one"], runs["fast"])
     for key in (
@@ -127,6 +130,7 @@ def test_another_speed_differs(runs):
     assert sigmas == pytest.approx(row.difference / row.difference_error, abs=0.06)
 
 
+@pytest.mark.slow
 def test_values_are_those_of_the_file(runs):
     found = table(runs["one"], runs["fast"])
     for side, name in (("a", "one"), ("b", "fast")):
@@ -172,6 +176,7 @@ def test_the_error_is_the_one_that_the_file_tells(runs, key, name, column):
     assert found.error * stdtrit(freedom, 0.975) == pytest.approx(1.96 * error)
 
 
+@pytest.mark.slow
 def test_a_file_that_tells_no_errors_has_them_from_its_revolutions(runs, copy):
     """Independent where there are fewer than eight."""
     short = copy("one", statistics__duration=0.42, statistics__precision=None)
@@ -182,6 +187,7 @@ def test_a_file_that_tells_no_errors_has_them_from_its_revolutions(runs, copy):
     assert found.a.dof == pytest.approx(6)
 
 
+@pytest.mark.slow
 def test_a_transient_alone_has_no_error(runs):
     found = table(runs["transient1"], runs["transient2"])
     row = found["rotor_power"]
@@ -277,6 +283,7 @@ def test_where_the_file_tells_no_errors_blocks_do(runs, copy):
     assert 0.2 * told.error < counted.error < 5 * told.error
 
 
+@pytest.mark.slow
 def test_what_only_one_file_holds_is_said(runs, copy):
     bare = copy("two", observables__dissipation=None)
     row = table(runs["one"], bare)["dissipated_power"]
@@ -414,6 +421,7 @@ def test_wrong_input_is_one_line_and_status_2(mill, runs, tmp_path, words, line)
     assert len(done.stderr.splitlines()) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("option", ["--csv", "--png", "--html"])
 def test_an_output_that_cannot_be_written_is_one_line(mill, runs, option):
     done = mill("compare", runs["one"], runs["one"], option, "nowhere/out.png")

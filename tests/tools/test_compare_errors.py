@@ -39,6 +39,7 @@ def series(random, count, r):
     return out
 
 
+@pytest.mark.slow
 def test_blocks_that_go_together_widen_the_error():
     """r = 0.5: without the correction one comparison in seven of equal runs is said to differ, with it fewer than
     one in 25."""

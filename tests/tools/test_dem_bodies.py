@@ -184,6 +184,7 @@ def test_a_ball_in_a_shaken_box_hits_either_end_once_a_period_and_takes_that_pow
     assert seen.column("dissipation/ball_box")[-1] == pytest.approx(power * 0.5, rel=0.05)
 
 
+@pytest.mark.slow
 @needs_liggghts
 @pytest.mark.parametrize("where", ["wall", "end"])
 def test_the_surface_of_a_turning_jar_drags_a_ball_that_slides(where):

@@ -46,6 +46,7 @@ def test_a_grid_needs_single_values(write_study, tmp_path):
     )
 
 
+@pytest.mark.slow
 def test_a_grid_of_more_than_can_be_run_is_refused(write_study):
     text = "rotor.speed = 1..10000 rpm step 1 rpm\nballs.count = 1..10000\n"
     path = write_study(STUDY.partition("[vary]")[0] + "[vary]\n" + text)

@@ -65,6 +65,7 @@ def test_the_core_works_without_extras(without, millsim, write_study, tmp_path):
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "extra, module, words",
     [

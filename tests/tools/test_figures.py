@@ -147,6 +147,7 @@ def near(value):
 # ---- spectra
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("abscissa", ["speed", "energy"])
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_integrals_of_a_spectrum_are_the_totals_of_the_file(run, kind, abscissa):
@@ -293,6 +294,7 @@ def test_plot_names_what_it_knows_where_a_word_is_wrong(plain, what):
 # ---- the energy account
 
 
+@pytest.mark.slow
 def test_the_flow_adds_up_to_the_energy_balance(run):
     found = flow.account(run)
     gives, takes = (sum(p for *_, p in side) for side in (found.sources, found.sinks))
@@ -368,6 +370,7 @@ def foreign(folder, tmp_path):
         yield run
 
 
+@pytest.mark.slow
 def test_what_another_program_does_not_tell_is_named(foreign):
     for name in ("speeds-power", "energies-power", "axial-power"):
         figure = FIGURES[name].draw(foreign)
@@ -529,11 +532,13 @@ def test_inline_svg_is_well_formed_and_stands_alone(plain, name):
     assert "currentColor" in text and "#1a1a1a" not in text and "#ffffff" not in text
 
 
+@pytest.mark.slow
 def test_the_same_figure_is_the_same_svg(plain):
     one, two = (figures.svg(FIGURES["section-rate"].draw(plain), "a") for _ in range(2))
     assert one == two
 
 
+@pytest.mark.slow
 def test_a_name_with_markup_stays_text(folder, tmp_path):
     path = tmp_path / "<script>alert(1)<|script>&$x^2$.h5"
     path.symlink_to(folder / "plain.h5")
@@ -596,6 +601,7 @@ def test_the_csv_of_several_runs_names_them(plot, tmp_path):
     assert list(pd.read_csv(tmp_path / "a.csv")["run"].unique()) == ["plain", "gas"]
 
 
+@pytest.mark.slow
 def test_every_csv_has_units_in_its_heads(run):
     for figure in FIGURES.values():
         if figure.why_not(run) is None:
@@ -691,6 +697,7 @@ def test_each_figure_of_an_odd_run_is_drawn_or_says_why_not(tmp_path, options, m
     assert missing is None or set(SORTS) - set(found) == missing
 
 
+@pytest.mark.slow
 def test_a_run_stopped_before_its_window_has_what_goes_over_time(tmp_path):
     (tmp_path / "deck.ini").write_text(SMALL.replace("time = 50 ms", "time = 9 h\nsample_from = 8 h"))
     running = subprocess.Popen(

@@ -68,6 +68,7 @@ def test_without_noise_it_goes_through_every_run():
     assert mean == pytest.approx(found.values, abs=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("known", [True, False])
 def test_its_interval_covers_the_truth_as_often_as_it_says(known):
     covered, asked = 0, [(x,) for x in np.linspace(0.05, 1.95, 20)]

@@ -72,6 +72,7 @@ VERSION = "run/version"
 EDGES = "statistics/maps/axial/x_edges"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("way", "path", "said"),
     [
@@ -164,6 +165,7 @@ def test_a_heap_with_an_object_of_no_size_is_refused(run_file, tmp_path):
         Store(tmp_path / "mill.h5")
 
 
+@pytest.mark.slow
 def test_hard_links_in_a_circle_end(copy):
     def change(file):
         file["observables/loop"] = file["observables"]

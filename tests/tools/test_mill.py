@@ -32,6 +32,7 @@ def test_the_tour_says_that_there_are_other_mills(mill):
     assert "input/simoloyer.ini" in said and "planetary" in said and "docs/mills.md" in said
 
 
+@pytest.mark.slow
 def test_the_tour_shows_how_it_was_called(checkout, tmp_path):
     (tmp_path / "bin").mkdir()
     (tmp_path / "bin/mill").symlink_to(checkout)

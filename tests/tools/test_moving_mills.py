@@ -51,6 +51,7 @@ def turned(angle):
 # ---- what a run says
 
 
+@pytest.mark.slow
 def test_kinds_that_a_mill_has_no_surface_of_are_left_out(runs):
     assert runs["planetary"].kinds == ("ball_ball", "ball_jar")
     assert runs["attritor"].kinds == ("ball_ball", "ball_tank", "ball_pin")  # as in the deck
@@ -62,6 +63,7 @@ def test_kinds_that_a_mill_has_no_surface_of_are_left_out(runs):
         assert not any(kind in name for name in told for kind in ("drum", "wall", "shaft", "blade"))
 
 
+@pytest.mark.slow
 def test_motions_share_the_power_of_the_drive(files):
     with milltools.load(files["planetary"]) as result:
         assert list(result.motions.index) == ["sun", "jar"]
@@ -75,6 +77,7 @@ def test_motions_share_the_power_of_the_drive(files):
         assert "drive power" in repr(result) and "rotor" not in repr(result)
 
 
+@pytest.mark.slow
 def test_the_account_has_a_source_for_each_motion_and_adds_up(runs):
     found = flow.account(runs["planetary"])
     assert set(found.drives) == {"sun", "jar"} and set(found.dissipation) == {
@@ -179,6 +182,7 @@ def test_between_frames_a_motion_goes_the_shorter_way(runs):
     assert state.poses["sun"][:, :3] == pytest.approx(turned(20 * np.pi * 0.011), abs=1e-9)
 
 
+@pytest.mark.slow
 def test_cells_of_the_maps_add_up_to_the_container(runs):
     for run, volume in ((runs["planetary"], 0.02**2 * 0.03), (runs["attritor"], 0.03**2 * 0.06)):
         for view in ("cross_section", "axial"):
@@ -199,6 +203,7 @@ def test_an_arm_through_the_axis_is_outlined_from_the_axis_on(runs):
         assert end - begin == pytest.approx(0.006, rel=1e-2)
 
 
+@pytest.mark.slow
 def test_what_a_map_shows_is_named_by_the_mill(runs):
     for name, container, dashed in (("planetary", "jar", False), ("attritor", "tank", True)):
         run = runs[name]
@@ -294,6 +299,7 @@ def test_bodies_are_exported_where_they_are_at_any_time(mill, files, tmp_path):
     assert done.stderr.endswith("--part lid: this mill has no such part; it has tank, pin\n")
 
 
+@pytest.mark.slow
 def test_a_mixtures_bodies_are_exported_too(mill, tmp_path):
     charge = "[balls.a]\nfill = 5 %\ndiameter = 5 mm\ndensity = 7800 kg/m^3\n[balls.b]\ncount = 9\n"
     (tmp_path / "deck.ini").write_text(PLANETARY.replace("[balls]\ncount = 12\n", charge))
@@ -321,6 +327,7 @@ def test_two_runs_of_such_mills_are_compared(mill, files, tmp_path):
     assert "ball-pin" in done.stdout and "ball-drum" not in done.stdout
 
 
+@pytest.mark.slow
 def test_drive_power_and_that_of_each_motion_are_compared(files):
     path = str(files["planetary"])
     (table,) = [compared.compare(*load.sides([[path], [path]]))]
@@ -333,6 +340,7 @@ def test_drive_power_and_that_of_each_motion_are_compared(files):
     assert "drive power +0.00 " in page.sentence(table)
 
 
+@pytest.mark.slow
 def test_a_drum_on_a_motion_without_other_bodies_has_a_drive_power_too(tmp_path):
     drum = "[drum]\nmotion = sun\nradius = 30 mm\nlength = 40 mm\n"
     text = re.sub(r"\[motion.jar\].*?(?=\[balls\])", drum, PLANETARY, flags=re.S)

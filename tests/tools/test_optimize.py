@@ -108,6 +108,7 @@ def test_the_best_is_found_and_told_with_its_intervals(study, tmp_path):
     assert f"from {len(rows)} runs" in text
 
 
+@pytest.mark.slow
 def test_runs_of_one_design_have_seeds_of_their_own(study, tmp_path):
     rows = searched(study, tmp_path / "t.parquet", Pretended(hill, error=0.05), Budget(20, seed=1))
     assert len(set(designs(rows))) == len(rows) == len({row["id"] for row in rows})
@@ -116,6 +117,7 @@ def test_runs_of_one_design_have_seeds_of_their_own(study, tmp_path):
     assert all(sorted(seeds) == list(range(1, len(seeds) + 1)) for seeds in again)
 
 
+@pytest.mark.slow
 def test_one_worker_and_a_seed_give_the_same_runs(study, tmp_path):
     one = searched(study, tmp_path / "a.parquet", Pretended(hill), Budget(12, seed=3))
     two = searched(study, tmp_path / "b.parquet", Pretended(hill), Budget(12, seed=3))
@@ -123,6 +125,7 @@ def test_one_worker_and_a_seed_give_the_same_runs(study, tmp_path):
     assert designs(one) == designs(two) != designs(other)
 
 
+@pytest.mark.slow
 def test_a_design_that_fails_does_not_stop_the_search(study, tmp_path):
     def refused(one):
         return "too many balls" if one["values"]["balls.count"] > 14 else hill(one)
@@ -135,6 +138,7 @@ def test_a_design_that_fails_does_not_stop_the_search(study, tmp_path):
     assert max(hill({"values": row}) for row in surface_rows) > 0.97
 
 
+@pytest.mark.slow
 def test_several_objectives_end_with_their_front(write_study, tmp_path):
     study = Study(write_study(STUDY.replace("[set]", f"minimise = {POWER}\n[set]")))
 
@@ -210,6 +214,7 @@ def test_a_driver_that_dies_between_two_steps_loses_no_run(study, tmp_path, mome
     assert designs(rows) == designs(whole)
 
 
+@pytest.mark.slow
 def test_a_line_that_was_torn_is_cut_off(study, tmp_path):
     path = tmp_path / "t.parquet"
     searched(study, path, Pretended(hill, stop=5))
@@ -220,6 +225,7 @@ def test_a_line_that_was_torn_is_cut_off(study, tmp_path):
     assert b"worker_id{" not in journal.read_bytes()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lost", ["storage", "table"])
 def test_the_table_or_the_storage_alone_is_enough_to_go_on(study, tmp_path, lost):
     path = tmp_path / "t.parquet"
@@ -317,6 +323,7 @@ def test_wrong_usage_is_one_line(mill, write_study, tmp_path, words, said):
     assert not list(tmp_path.glob("*.parquet"))
 
 
+@pytest.mark.slow
 def test_a_storage_that_is_not_there_is_one_line_without_the_password(tmp_path):
     with pytest.raises(UserError) as fault:
         open_storage("postgresql://me:secret@127.0.0.1:1/none", tmp_path / "t.parquet")

@@ -141,6 +141,7 @@ def test_the_same_run_gives_the_same_bytes(mixed):
 # ---- the room there is
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("most", [60_000, 45_000, 36_000])
 def test_a_fragment_fits_the_room_it_is_given(run_of, most):
     run = run_of(SMALL, "balls.count=150", "output.frames=1 ms", "balls.diameter=4 mm")
@@ -155,6 +156,7 @@ def test_a_fragment_fits_the_room_it_is_given(run_of, most):
     assert "stored frame, " in fragment
 
 
+@pytest.mark.slow
 def test_at_most_three_hundred_frames_are_there(run_of):
     fragment = player.fragment(run_of(SMALL, "output.frames=0.15 ms", "balls.count=5"))
     assert len(players.head(fragment)["times"]) == 167

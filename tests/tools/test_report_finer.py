@@ -47,6 +47,7 @@ def edit(path, name, value):
         f[name][...] = value
 
 
+@pytest.mark.slow
 def test_the_frames_are_those_of_the_same_run_stored_more_often(file, tmp_path):
     times, places, _, said = shown(file)
     step = times[1] - times[0]
@@ -59,6 +60,7 @@ def test_the_frames_are_those_of_the_same_run_stored_more_often(file, tmp_path):
     assert said == []
 
 
+@pytest.mark.slow
 def test_from_frame_to_frame_the_rotor_turns_by_few_degrees_and_a_ball_hardly_moves(file):
     times, places, html, _ = shown(file)
     poses = players.poses(players.head(html))[:, 0]
@@ -87,11 +89,13 @@ def test_balls_of_a_jar_that_is_carried_are_within_it_in_all_finer_frames(tmp_pa
     assert np.hypot(shell[:, 0] - 0.06, shell[:, 1]).max() < 0.0201
 
 
+@pytest.mark.slow
 def test_the_last_stretch_of_the_run_is_shown(file):
     times, *_ = shown(file)
     assert times[-1] == pytest.approx(stored(file)[-1], abs=1e-9)
 
 
+@pytest.mark.slow
 def test_little_room_makes_the_stretch_shorter_and_not_the_steps_longer(tmp_path):
     many = "balls.count=200", "balls.diameter=3 mm"
     path = players.simulate(tmp_path, SMALL, "output.frames=20 ms", "run.time=0.2 s", *many)
@@ -102,22 +106,26 @@ def test_little_room_makes_the_stretch_shorter_and_not_the_steps_longer(tmp_path
     assert times[-1] == pytest.approx(all_[-1])
 
 
+@pytest.mark.slow
 def test_the_page_says_that_the_deck_was_run_again(file):
     assert "running the deck again" in shown(file)[2]
     assert "running the deck again" not in shown(file, "never")[2]
 
 
+@pytest.mark.slow
 def test_never_shows_what_is_stored(file):
     times, _, _, said = shown(file, "never")
     assert times.tolist() == stored(file).tolist()
     assert said == []
 
 
+@pytest.mark.slow
 def test_frames_that_are_close_enough_are_shown_as_they_are(tmp_path):
     path = players.simulate(tmp_path, SMALL, "output.frames=1 ms", "run.time=50 ms")
     assert shown(path)[0].tolist() == stored(path).tolist()
 
 
+@pytest.mark.slow
 def test_a_dear_run_is_run_again_only_if_that_is_asked_for(copy):
     edit(copy, "run/cpu_time", 1e6)
     times, _, _, said = shown(copy)

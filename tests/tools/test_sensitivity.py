@@ -74,6 +74,7 @@ def test_base_points_are_made_a_power_of_two():
     assert np.array_equal(sensitivity.saltelli(2, 100, 0), sensitivity.saltelli(2, 128, 0))
 
 
+@pytest.mark.slow
 def test_a_key_that_does_nothing_has_no_share():
     shares = np.random.default_rng(0).random((40, 2))
     table = Known(shares, lambda x, y: x, "lhs", 0, error=0.01, keys=("a.x", "a.y"))

@@ -71,6 +71,7 @@ def test_a_python_that_makes_no_environment_is_mended_by_deps(checkout, tmp_path
     assert run.returncode == 1 and "apt-get install python3-venv" in run.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("target", ["run", "test", "deps"])
 def test_the_targets_of_a_fresh_machine_ask_for_that_python(target):
     make = ["make", "-n", "-C", ROOT, target]
@@ -157,6 +158,7 @@ def imports(path):
                 yield top
 
 
+@pytest.mark.slow
 def test_what_is_imported_is_declared():
     found = {name for path in (ROOT / "tools/milltools").rglob("*.py") for name in imports(path)}
     bring = {module: package for extra in EXTRAS.values() for module, package in extra.items()}

@@ -87,6 +87,7 @@ def test_a_single_run_without_error_has_no_interval():
     assert line[3] == "?"
 
 
+@pytest.mark.slow
 def test_where_no_error_is_known_nothing_is_claimed():
     shown = view(*line_of([1.0, 1.2, 1.5], [math.nan] * 3, noise=False))
     said = "\n".join(summary.optimum_lines(shown, shown.objectives[0]))
@@ -115,6 +116,7 @@ def test_scatter_without_errors_is_pooled_over_designs():
     assert found.half[1] == pytest.approx(4.302653 * found.error[1], rel=1e-5)  # 2 degrees of freedom
 
 
+@pytest.mark.slow
 def test_the_subset_holds_the_best_of_equal_designs_in_95_percent():
     random, designs, error = np.random.default_rng(3), 20, 0.02
     held = 0
@@ -141,6 +143,7 @@ def test_the_pareto_front_is_that_of_brute_force():
 # ---- the optimum
 
 
+@pytest.mark.slow
 def test_the_regions_hold_what_the_truth_says(figure7):
     best = optimum.find(figure7, figure7.objectives[0])
     n, h = (figure7.designs[key].to_numpy() for key in ("drum.buckles", "drum.buckle_height"))
@@ -154,6 +157,7 @@ def test_the_regions_hold_what_the_truth_says(figure7):
     assert not best.open[truth < 0.9 * truth.max()].any()
 
 
+@pytest.mark.slow
 def test_words_of_the_region_cover_it(figure7):
     best = optimum.find(figure7, figure7.objectives[0])
     inside = figure7.designs[best.open]
@@ -170,6 +174,7 @@ def test_capped_and_failed_designs_are_never_the_best():
     assert best.design == 1 and not best.open[2] and not best.alike[2]
 
 
+@pytest.mark.slow
 def test_minimised_objectives_are_best_at_the_least():
     rows, meta = line_of([3.0, 1.0, 2.0], [0.01] * 3)
     meta["objectives"][0]["goal"] = "minimise"
@@ -214,6 +219,7 @@ def place_in_map(image, ax, x, y):
     return off.argmin() / 255, off.min()
 
 
+@pytest.mark.slow
 def test_colours_are_in_the_order_of_the_values(figure7):
     figure = contour.draw(figure7, figure7.objectives[0])
     image, ax = pixels(figure), figure.axes[0]
@@ -224,6 +230,7 @@ def test_colours_are_in_the_order_of_the_values(figure7):
     assert np.all(np.diff([place for place, _ in found]) > 0.05)
 
 
+@pytest.mark.slow
 def test_the_contour_names_keys_units_marks_and_best(figure7):
     figure = contour.draw(figure7, figure7.objectives[0])
     ax, labels = figure.axes[0], [t.get_text() for t in figure.legends[0].get_texts()]
@@ -346,6 +353,7 @@ def test_scattered_studies_of_words_and_two_objectives_are_drawn():
 # ---- beside
 
 
+@pytest.mark.slow
 def test_what_is_left_of_the_gain_is_what_was_put_in(figure7):
     rows, meta = made.figure7(noise=0.01, gain=0.35, seed=4)
     meta["study"] += "[set]\ncontact.friction = 0.3\n"
@@ -358,6 +366,7 @@ def test_what_is_left_of_the_gain_is_what_was_put_in(figure7):
     assert pair.differences(both) == [("contact.friction", "not given", "0.3")]
 
 
+@pytest.mark.slow
 def test_one_colour_scale_for_both(figure7):
     low = view(*made.figure7(noise=0.01, gain=0.35, seed=4), "friction")
     figure = pair.draw([figure7, low], figure7.objectives[0])
@@ -474,6 +483,7 @@ def test_what_is_wrong_is_said(study, tmp_path, words, says):
     assert says in str(fault.value)
 
 
+@pytest.mark.slow
 def test_pictures_page_and_csv_are_written(study, tmp_path):
     small(tmp_path / "made.parquet")
     study(
@@ -550,6 +560,7 @@ def test_following_ends_when_the_study_is_complete(mill_started, tmp_path):
     assert process.returncode == 0 and "3 of 3 runs: 3 done; complete" in rest
 
 
+@pytest.mark.slow
 def test_sweep_gets_text_and_picture(tmp_path):
     from milltools.study.plan.table import Table
 

@@ -101,6 +101,7 @@ def rows_so_far(folder):
 # ---- a whole sweep
 
 
+@pytest.mark.slow
 def test_every_design_becomes_a_row_with_what_millsim_says(sweep, millsim, write_study, tmp_path):
     write_study()
     done = sweep("a.study", "--workers", "2")
@@ -123,6 +124,7 @@ def test_every_design_becomes_a_row_with_what_millsim_says(sweep, millsim, write
     assert row["worker"].count(":") == 1 and row["version"]
 
 
+@pytest.mark.slow
 def test_it_ends_with_the_best_and_how_to_see_it(sweep, write_study, tmp_path):
     write_study()
     done = sweep("a.study")
@@ -136,6 +138,7 @@ def test_it_ends_with_the_best_and_how_to_see_it(sweep, write_study, tmp_path):
     assert lines[-1] == "a.parquet: 6 runs (6 done); see them with: mill study a.parquet"
 
 
+@pytest.mark.slow
 def test_replicates_have_seeds_of_their_own_and_give_an_error(sweep, write_study, tmp_path):
     write_study()
     done = sweep("a.study", "-s", "study.replicates=2", "-s", "rotor.speed=600 rpm")
@@ -169,6 +172,7 @@ def test_progress_is_lines_where_there_is_no_terminal(write_study, capsys):
 # ---- from Python
 
 
+@pytest.mark.slow
 def test_a_script_sweeps_and_gets_the_table(write_study, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     table = sweep_study(write_study(), overrides=["rotor.speed=600 rpm"], workers=1, quiet=True)
@@ -181,6 +185,7 @@ def test_a_script_sweeps_and_gets_the_table(write_study, tmp_path, monkeypatch, 
         sweep_study("a.study", workers=0)
 
 
+@pytest.mark.slow
 def test_a_table_says_by_which_command_it_was_made(sweep, write_study, tmp_path):
     write_study()
     assert sweep("a.study", "-s", "rotor.speed=600 rpm", "-q").returncode == 0
@@ -283,6 +288,7 @@ def test_two_drivers_on_one_table_are_one_too_many(start, mill, write_study, sta
 # ---- designs that go wrong
 
 
+@pytest.mark.slow
 def test_a_design_that_is_refused_is_recorded_and_does_not_stop_the_rest(sweep, write_study, tmp_path):
     write_study(STUDY.replace("balls.count = 40..60 step 20", "drum.radius = 20, 30 mm"))
     done = sweep("a.study")
@@ -359,6 +365,7 @@ def test_a_run_that_reaches_its_most_collisions_is_capped(one_job):
     assert path_of[MEDIAN] > 0
 
 
+@pytest.mark.slow
 def test_a_run_with_pinches_is_done_and_one_with_balls_deep_in_others_is_not(one_job):
     done = one_job()
     assert job.read(done, finished(done, {"run/reliefs": 3000}))["status"] == "done"
@@ -404,6 +411,7 @@ def finished(made, extra):
     return path
 
 
+@pytest.mark.slow
 def test_a_run_over_its_limit_of_cpu_time_is_stopped_keeps_what_it_has_and_is_capped(one_job):
     long = one_job(limit=0.3)
     long["set"] += ["run.time=1000 s", "output.series=1 s", "balls.count=200"]

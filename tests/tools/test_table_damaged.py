@@ -65,6 +65,7 @@ def test_no_flipped_bit_of_a_journal_changes_a_value_unseen(made, tmp_path):
     assert 250 <= dropped <= 250 * 3
 
 
+@pytest.mark.slow
 def test_no_flipped_bit_of_a_parquet_file_changes_a_value_unseen(made, tmp_path):
     full, _, _, rows = made
     path, refused = tmp_path / "a.parquet", 0
@@ -97,6 +98,7 @@ HOSTILE = [
 ]  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("line", HOSTILE, ids=range(len(HOSTILE)))
 def test_a_line_of_another_kind_is_left_out_and_counted_with_or_without_a_checksum(tmp_path, line):
     path = tmp_path / "a.parquet"
@@ -187,6 +189,7 @@ def test_columns_of_another_type_and_rows_of_no_run_are_one_line(tmp_path):
         assert fault.value.status == 2
 
 
+@pytest.mark.slow
 def test_pages_that_unpack_to_gigabytes_are_refused_unread(tmp_path):
     path = tmp_path / "a.parquet"
     rows = pyarrow.Table.from_pylist([row(0, message="x" * 10**6)], schema(META))

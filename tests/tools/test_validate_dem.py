@@ -69,6 +69,7 @@ def windows(case, write_deck):
     return lambda **settings: [mills.Window(p) for p in case.seeds(6, deck, **settings)]
 
 
+@pytest.mark.slow
 def test_a_mill_is_not_off_itself(windows):
     first, *others = windows()
     for quantity in mills.STEADY:

@@ -191,10 +191,10 @@ END_TEST
 int main(void)
 {
     const struct unit_test tests[] = {
-        {a_known_place_changes_no_contact, 1},
-        {a_blade_that_is_said_to_be_missed_is_nowhere_entered, 1},
+        {a_known_place_changes_no_contact, 1, UNIT_SLOW},
+        {a_blade_that_is_said_to_be_missed_is_nowhere_entered, 1, UNIT_SLOW},
         {most_blades_that_are_missed_are_rejected_at_once, 1},
-        {a_blade_touches_no_ball_of_a_box_outside_its_sector, 1},
+        {a_blade_touches_no_ball_of_a_box_outside_its_sector, 1, UNIT_SLOW},
     };
     return unit_run("blade_reach", tests, sizeof tests / sizeof *tests);
 }

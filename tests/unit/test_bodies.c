@@ -248,10 +248,10 @@ END_TEST
 int main(void)
 {
     const struct unit_test tests[] = {
-        {bodies_are_met_from_outside_when_they_are, BODIES * WAYS},
-        {bodies_are_met_from_inside_when_they_are, BODIES * WAYS},
+        {bodies_are_met_from_outside_when_they_are, BODIES * WAYS, UNIT_SLOW},
+        {bodies_are_met_from_inside_when_they_are, BODIES * WAYS, UNIT_SLOW},
         {a_contact_is_what_the_body_does_there, WAYS},
-        {reach_is_never_denied_wrongly, WAYS},
+        {reach_is_never_denied_wrongly, WAYS, UNIT_SLOW},
     };
     return unit_run("bodies", tests, sizeof tests / sizeof *tests);
 }

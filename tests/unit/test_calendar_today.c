@@ -239,7 +239,7 @@ int main(void)
         {a_crowd_that_changes_stays_in_order, 1},
         {negative_times_and_both_zeros_are_in_order, 1},
         {events_in_the_owner_s_records_give_the_same_order_and_touch_nothing_beside_them, 1},
-        {the_walk_ahead_names_items_only_and_changes_nothing, 1},
+        {the_walk_ahead_names_items_only_and_changes_nothing, 1, UNIT_SLOW},
         {a_steady_run_s_events_are_named_before_their_turn_year_after_year, 1},
         {after_a_new_beginning_events_are_named_again, 1},
     };

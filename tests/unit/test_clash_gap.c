@@ -117,8 +117,10 @@ END_TEST
 int main(void)
 {
     const struct unit_test tests[] = {
-        {a_distance_is_never_greater_than_the_truth_and_near_to_it, (KINDS + 1) * (KINDS + 1)},
-        {a_gap_to_a_wall_is_never_greater_than_the_truth_and_near_to_it, (KINDS + 1) * KINDS},
+        {a_distance_is_never_greater_than_the_truth_and_near_to_it, (KINDS + 1) * (KINDS + 1),
+         UNIT_SLOW},
+        {a_gap_to_a_wall_is_never_greater_than_the_truth_and_near_to_it, (KINDS + 1) * KINDS,
+         UNIT_SLOW},
     };
     return unit_run("clash_gap", tests, sizeof tests / sizeof *tests);
 }

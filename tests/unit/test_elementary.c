@@ -103,7 +103,7 @@ int main(void)
         {quarter_turns_are_exact_but_for_the_rounding_of_pi, 1},
         {huge_angles_still_give_a_direction, 1},
         {directions_have_their_angles, 1},
-        {cube_roots_and_exponentials_are_right_to_the_last_place_or_two, 1},
+        {cube_roots_and_exponentials_are_right_to_the_last_place_or_two, 1, UNIT_SLOW},
         {every_library_gives_the_same_bits, 1},
     };
     return unit_run("elementary", tests, sizeof tests / sizeof *tests);

@@ -537,16 +537,16 @@ END_TEST
 int main(void)
 {
     const struct unit_test tests[] = {
-        {meshes_are_met_from_outside_when_they_are, WAYS},
-        {meshes_are_met_from_inside_when_they_are, WAYS},
+        {meshes_are_met_from_outside_when_they_are, WAYS, UNIT_SLOW},
+        {meshes_are_met_from_inside_when_they_are, WAYS, UNIT_SLOW},
         {a_contact_is_with_the_nearest_of_all_facets, WAYS},
-        {many_facets_are_found_as_few_are, 1},
+        {many_facets_are_found_as_few_are, 1, UNIT_SLOW},
         {a_box_of_facets_is_met_as_a_box_is, WAYS},
         {a_ball_that_meets_what_facets_share_meets_it_once, 1},
         {a_corner_of_hundreds_of_facets_is_met_as_any_other, 1},
-        {a_ball_in_a_hollow_edge_meets_one_flat_after_the_other, 2},
+        {a_ball_in_a_hollow_edge_meets_one_flat_after_the_other, 2, UNIT_SLOW},
         {a_ball_pressed_through_the_surface_gets_out, 1},
-        {reach_is_never_denied_wrongly, WAYS},
+        {reach_is_never_denied_wrongly, WAYS, UNIT_SLOW},
         {hull_volume_and_outline_are_those_of_the_solid, 1},
         {every_fault_is_told_by_the_numbers_of_its_facets, 1},
         {a_part_that_faces_inwards_has_to_be_a_cavity, 1},

@@ -501,23 +501,23 @@ END_TEST
 int main(void)
 {
     const struct unit_test tests[] = {
-        {equal_balls_do_not_overlap_up_to_half_of_the_free_volume, 1},
-        {mixtures_do_not_overlap_up_to_half_of_the_free_volume, 1},
+        {equal_balls_do_not_overlap_up_to_half_of_the_free_volume, 1, UNIT_SLOW},
+        {mixtures_do_not_overlap_up_to_half_of_the_free_volume, 1, UNIT_SLOW},
         {balls_in_narrow_drums_do_not_overlap, 1},
         {the_lattice_forgets_no_surface, 1},
         {the_lattice_takes_as_little_memory_in_a_flat_or_thin_drum_as_in_any, 1},
-        {many_seeds_fill_without_overlap, 1},
+        {many_seeds_fill_without_overlap, 1, UNIT_SLOW},
         {the_same_seed_gives_the_same_bits_and_another_one_other_places, 1},
         {every_ball_has_the_speed_asked_for_in_a_random_direction, 1},
         {without_a_speed_the_balls_rest, 1},
         {balls_are_spread_evenly, 1},
         {neighbours_in_memory_are_neighbours_in_space, 1},
-        {too_many_balls_are_refused_with_a_number_that_fits, 1},
-        {too_many_of_a_mixture_are_refused_with_counts_that_fit, 1},
+        {too_many_balls_are_refused_with_a_number_that_fits, 1, UNIT_SLOW},
+        {too_many_of_a_mixture_are_refused_with_counts_that_fit, 1, UNIT_SLOW},
         {a_mill_without_room_for_one_ball_says_so, 1},
         {one_ball_that_just_fits_is_placed, 1},
-        {a_long_start_tells_how_far_it_is_and_is_the_same_unwatched, 1},
-        {the_time_of_a_start_grows_like_the_number_of_balls, 1},
+        {a_long_start_tells_how_far_it_is_and_is_the_same_unwatched, 1, UNIT_SLOW},
+        {the_time_of_a_start_grows_like_the_number_of_balls, 1, UNIT_SLOW},
     };
     return unit_run("fill", tests, sizeof tests / sizeof *tests);
 }

@@ -290,7 +290,7 @@ int main(void)
     const struct unit_test tests[] = {
         {a_pose_is_where_its_turns_take_a_frame, ALL},
         {velocities_are_the_rates_of_the_pose, ALL},
-        {bounds_hold_at_all_times, ALL},
+        {bounds_hold_at_all_times, ALL, UNIT_SLOW},
         {bounds_are_no_larger_than_they_must_be, 1},
         {a_restart_of_local_time_keeps_the_poses, ALL},
         {phases_stay_small_and_true_over_a_million_restarts, 1},

@@ -144,7 +144,7 @@ END_TEST
 int main(void)
 {
     const struct unit_test tests[] = {
-        {a_moving_drum_is_met_when_it_is, 2 * WAYS},
+        {a_moving_drum_is_met_when_it_is, 2 * WAYS, UNIT_SLOW},
         {what_turns_about_its_own_axis_is_met_like_what_stands, 1},
     };
     return unit_run("moving_drum", tests, sizeof tests / sizeof *tests);

@@ -170,7 +170,7 @@ END_TEST
 int main(void)
 {
     const struct unit_test tests[] = {
-        {the_first_contact_is_closed_closing_and_nothing_comes_before_it, 2},
+        {the_first_contact_is_closed_closing_and_nothing_comes_before_it, 2, UNIT_SLOW},
         {the_box_moves_as_its_gap_says, 2},
         {no_gap_bends_faster_than_the_search_believes, 2},
     };

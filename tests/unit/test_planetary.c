@@ -324,7 +324,7 @@ int main(void)
         {maps_are_the_jars_own, 1},
         {the_summary_has_a_line_for_each_motion, 1},
         {notes_speak_of_the_drive, 1},
-        {a_run_taken_up_again_has_the_same_poses_and_pictures, 1},
+        {a_run_taken_up_again_has_the_same_poses_and_pictures, 1, UNIT_SLOW},
     };
     return unit_run_in("planetary", set_up, tear_down, tests, sizeof tests / sizeof *tests);
 }

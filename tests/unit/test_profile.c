@@ -294,7 +294,7 @@ int main(void)
         {a_profile_is_sound_up_to_the_height_at_which_neighbouring_bulges_meet, 1},
         {the_gap_is_the_distance_to_the_nearest_point_of_the_wall, 1},
         {the_gap_is_positive_inside_and_negative_outside, 1},
-        {buckles_of_next_to_no_height_are_met_like_the_circle, 1},
+        {buckles_of_next_to_no_height_are_met_like_the_circle, 1, UNIT_SLOW},
         {across_the_line_at_a_joint_the_gap_has_no_step_and_the_normal_no_kink, 1},
         {the_contact_s_normal_is_the_gap_s_gradient_and_its_point_lies_on_the_wall, 1},
     };

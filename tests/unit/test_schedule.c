@@ -423,9 +423,10 @@ END_TEST
 int main(void)
 {
     const struct unit_test tests[] = {
-        {the_first_contact_of_a_fresh_world_is_the_first_of_all_pairs_and_surfaces, SETTINGS},
-        {every_next_contact_of_a_run_is_the_first_of_all, SETTINGS},
-        {balls_that_overlap_and_close_meet_at_once, SETTINGS},
+        {the_first_contact_of_a_fresh_world_is_the_first_of_all_pairs_and_surfaces, SETTINGS,
+         UNIT_SLOW},
+        {every_next_contact_of_a_run_is_the_first_of_all, SETTINGS, UNIT_SLOW},
+        {balls_that_overlap_and_close_meet_at_once, SETTINGS, UNIT_SLOW},
         {the_deepest_overlap_is_that_of_all_pairs_and_surfaces, SETTINGS},
         {a_ball_is_never_farther_from_the_place_told_than_told, SETTINGS},
     };

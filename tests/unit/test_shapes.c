@@ -430,12 +430,13 @@ int main(void)
 {
     const struct unit_test tests[] = {
         {the_first_contact_is_closed_closing_and_nothing_comes_before_it, SHAPES},
-        {a_resolved_contact_does_not_come_back_at_once_and_the_next_is_not_missed, SHAPES},
+        {a_resolved_contact_does_not_come_back_at_once_and_the_next_is_not_missed, SHAPES,
+         UNIT_SLOW},
         {a_contact_is_found_in_a_window_that_ends_just_after_it_and_in_no_shorter_one, BLADE},
         {a_straight_flight_meets_an_end_wall_at_the_end_of_the_window_to_the_last_bit, 2},
         {a_hop_below_the_rounding_of_a_position_takes_its_full_time, BLADE},
         {overlapping_and_closing_is_a_contact_now, SHAPES},
-        {overlapping_and_opening_is_a_contact_only_when_it_closes_again, SHAPES},
+        {overlapping_and_opening_is_a_contact_only_when_it_closes_again, SHAPES, UNIT_SLOW},
         {the_contact_s_normal_is_the_gap_s_gradient_and_its_point_lies_on_the_surface, SHAPES},
         {the_surface_moves_as_the_gap_says_and_turns_about_the_axis, SHAPES},
         {a_shape_is_in_reach_wherever_it_is_met_but_not_everywhere, SHAPES},

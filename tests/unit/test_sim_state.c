@@ -293,8 +293,8 @@ END_TEST
 int main(void)
 {
     const struct unit_test tests[] = {
-        {a_run_handed_over_again_and_again_ends_with_the_same_bits, 2 * MILLS},
-        {every_single_event_may_be_the_last_before_the_hand_over, MILLS},
+        {a_run_handed_over_again_and_again_ends_with_the_same_bits, 2 * MILLS, UNIT_SLOW},
+        {every_single_event_may_be_the_last_before_the_hand_over, MILLS, UNIT_SLOW},
         {pinches_are_counted_on_across_the_hand_over, PINCHING},
         {saving_changes_nothing, 1},
         {what_was_loaded_is_what_was_saved, 1},

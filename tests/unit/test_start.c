@@ -399,7 +399,7 @@ int main(void)
         {rows_of_three_six_and_nine_numbers_are_read, 1},
         {rows_belong_to_the_balls_in_the_order_of_the_deck, 1},
         {comments_blank_lines_commas_tabs_and_line_ends_do_not_matter, 1},
-        {numbers_are_read_to_the_last_bit, 1},
+        {numbers_are_read_to_the_last_bit, 1, UNIT_SLOW},
         {a_wrong_number_of_rows_is_refused, 1},
         {what_is_not_three_six_or_nine_numbers_is_refused, 1},
         {a_zero_byte_does_not_hide_the_rest_of_a_line, 1},

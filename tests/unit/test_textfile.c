@@ -122,10 +122,10 @@ int main(void)
 {
     const struct unit_test tests[] = {
         {a_file_is_read_to_its_end, 1},
-        {a_pipe_is_read_whenever_its_writer_comes_and_writes, 4},
-        {a_pipe_without_a_writer_is_not_waited_for, 1},
+        {a_pipe_is_read_whenever_its_writer_comes_and_writes, 4, UNIT_SLOW},
+        {a_pipe_without_a_writer_is_not_waited_for, 1, UNIT_SLOW},
         {what_is_no_file_is_told, 1},
-        {a_signal_ends_neither_opening_nor_reading, 1},
+        {a_signal_ends_neither_opening_nor_reading, 1, UNIT_SLOW},
     };
     return unit_run_in("textfile", enter_folder, leave_folder, tests, sizeof tests / sizeof *tests);
 }

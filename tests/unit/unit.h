@@ -9,10 +9,19 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* A test whose row does not say so is fast */
+#pragma GCC diagnostic ignored "-Wmissing-field-initializers"
+
+enum unit_speed {
+    UNIT_FAST,
+    UNIT_SLOW, /* more than a second of a quiet core, all rounds together */
+};
+
 /* A test, run so many times with _i = 0, 1, ... */
 struct unit_test {
     const TTest *test;
     int rounds;
+    enum unit_speed speed;
 };
 
 /* How much slower the tests are while they are measured (make coverage) */
@@ -27,12 +36,15 @@ static inline int unit_run_in(const char *name, void (*set_up)(void), void (*tea
                               const struct unit_test *test, size_t tests)
 {
     Suite *suite = suite_create(name);
-    TCase *all = tcase_create(name);
-    tcase_set_timeout(all, 120.0 * unit_slower());
-    tcase_add_checked_fixture(all, set_up, tear_down);
+    TCase *tests_of[] = {[UNIT_FAST] = tcase_create(name), [UNIT_SLOW] = tcase_create(name)};
+    tcase_set_tags(tests_of[UNIT_SLOW], "slow"); /* CK_EXCLUDE_TAGS=slow leaves them out */
+    for (size_t k = 0; k < sizeof tests_of / sizeof *tests_of; k++) {
+        tcase_set_timeout(tests_of[k], 120.0 * unit_slower());
+        tcase_add_checked_fixture(tests_of[k], set_up, tear_down);
+        suite_add_tcase(suite, tests_of[k]);
+    }
     for (size_t k = 0; k < tests; k++)
-        tcase_add_loop_test(all, test[k].test, 0, test[k].rounds);
-    suite_add_tcase(suite, all);
+        tcase_add_loop_test(tests_of[test[k].speed], test[k].test, 0, test[k].rounds);
     SRunner *runner = srunner_create(suite);
     srunner_run_all(runner, CK_ENV);
     const int failed = srunner_ntests_failed(runner);
