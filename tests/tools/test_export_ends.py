@@ -57,7 +57,7 @@ HAS = "frames 0 to 10, from 0 to 0.05 s"
         (["a.vtp", "--time", "1 s"], f"--time 1 s: RUN has {HAS}"),
         (["a.vtp", "--time", "1 mm"], "--time: expected a time such as '120 ms', got '1 mm'"),
         (["a.vtp", "--time", "-1 ms"], "--time: expected a time such as '120 ms', got '-1 ms'"),
-        (["a.pvd", "--from", "1 s"], "--from, --to: no frame in this span; RUN has 11, from 0 to 0.05 s"),
+        (["a.pvd", "--from", "1 s"], "--from, --to: no frame in this span; RUN has 11: 0 to 0.05 s"),
         (["a.pvd", "--from", "40 ms", "--to", "30 ms"], "--from 40 ms: is after --to 30 ms"),
         (["a.gsd", "--every", "0"], "--every: expected 1 or more, got 0"),
         (["a.gsd", "--every", "2.5"], "argument --every: invalid int value: '2.5'"),
@@ -85,7 +85,7 @@ def test_what_cannot_be_is_one_line_and_nothing_is_written(export, run_file, tmp
     [
         (b"PAR1\x15\x04\x15", "a.file: a table of a study, not a run or a deck; 'mill study a.file' shows it"),
         (b"\x93NUMPY\x01\x00", "a.file: neither the output file of a run (HDF5) nor a deck (text)"),
-        (b"[run]\n", "a.file: expected the output file of a run, got a deck: it has no results before it is run ('millsim a.file')"),
+        (b"[run]\n", "a.file: expected the output file of a run, got a deck: run it first ('millsim a.file')"),
     ],
 )  # fmt: skip
 @pytest.mark.parametrize("target", ["a.gsd", "a.vtp", "a.pvd", "a.csv"])

@@ -151,7 +151,7 @@ BESIDE = (*FILM, "--beside", "camera.mp4")
         ((*BESIDE, "--offset", "60 ms"), "--beside: no picture of the camera is in the time of the run"),
         (("run.h5", "camera.mp4", "--beside", "camera.mp4"), "camera.mp4: is the input file camera.mp4 itself; give another name"),
         (("none.h5", "a.png"), "none.h5: no ball states are stored (output.frames = 0 s): give a time with --time"),
-        (("none.h5", "a.mp4"), "none.h5: no ball states are stored (output.frames = 0 s): with --slow N millsim runs"),
+        (("none.h5", "a.mp4"), "none.h5: no ball states are stored (output.frames = 0 s): --slow N runs the deck again"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_is_one_line(runs, shots, tmp_path, words, line, capsys, monkeypatch):

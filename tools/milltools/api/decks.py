@@ -68,7 +68,8 @@ def override(name: str, value: object) -> str:
     key = name if "." in name else name.replace("__", ".")
     if "." not in key:
         raise TypeError(
-            f"unexpected keyword argument '{name}': keys of the deck are spelled section__key, such as rotor__speed='1500 rpm'"
+            f"unexpected keyword argument '{name}': keys of the deck are spelled section__key, such as "
+            "rotor__speed='1500 rpm'"
         )
     return f"{_one_line('a key', key)}={_value(key, value)}"
 

@@ -11,9 +11,9 @@ from milltools.base.files import check_writable, write_text
 from milltools.figures.command import PICTURES
 
 SUMMARY = (
-    "Compares runs: power, energies, losses, impacts, ball speeds, maps and computing cost, each with its difference from the "
-    "first run, the standard error of this difference and a verdict. Files joined by commas are replicates of one run "
-    "(other seeds): their scatter gives the error. Runs that are not steady need replicates."
+    "Compares runs: power, energies, losses, impacts, ball speeds, maps and computing cost, each with its difference "
+    "from the first run, the standard error of this difference and a verdict. Files joined by commas are replicates of "
+    "one run (other seeds): their scatter gives the error. Runs that are not steady need replicates."
 )
 
 

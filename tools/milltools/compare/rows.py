@@ -291,8 +291,8 @@ def strike_notes(a: Side, b: Side, keys: list[str]) -> list[str]:
     lasts = float(b.first.about("contact_duration", math.nan))
     if not a.soft and not 0.67 * lasts < window < 1.5 * lasts and math.isfinite(lasts):
         return [
-            f"Contacts last {1e6 * lasts:.3g} us in {b.letter}, A merges re-contacts within {1e6 * window:.3g} us: to compare "
-            f"merged rates, set output.strike_window = {1e6 * lasts:.3g} us in both decks."
+            f"Contacts last {1e6 * lasts:.3g} us in {b.letter}, A merges re-contacts within {1e6 * window:.3g} us: to "
+            f"compare merged rates, set output.strike_window = {1e6 * lasts:.3g} us in both decks."
         ]
     if "output.strike_window" in keys:
         return [f"A and {b.letter} merge re-contacts within different windows."]
@@ -320,15 +320,16 @@ def notes(sides: list[Side]) -> list[str]:
         said += strike_notes(a, side, keys)
         if a.soft != side.soft:
             said.append(
-                f"{(a if a.soft else side).letter} has soft spheres, whose impacts are counted differently: rates and medians of "
-                "all impacts are not comparable; fast impacts, losses, energies and maps are."
+                f"{(a if a.soft else side).letter} has soft spheres, whose impacts are counted differently: rates and "
+                "medians of all impacts are not comparable; fast impacts, losses, energies and maps are."
             )
     if all(side.steady for side in sides):
         cuts = dict.fromkeys(f"{s.letter} {r.cut}" for s in sides for r in s.runs[:1])
         said.append(
-            "Errors of drive power, medians and rates come from the files. All other errors, and those of files without "
-            f"errors, come from the scatter between blocks of time: {'; '.join(cuts)}. With {errors.FEWEST_FOR_CORRELATION} or "
-            "more blocks, correlation between neighbours makes the errors larger; fewer blocks count as independent."
+            "Errors of drive power, medians and rates come from the files. All other errors, and those of files "
+            f"without errors, come from the scatter between blocks of time: {'; '.join(cuts)}. With "
+            f"{errors.FEWEST_FOR_CORRELATION} or more blocks, correlation between neighbours makes the errors larger; "
+            "fewer blocks count as independent."
         )
     else:
         said.append(
@@ -341,7 +342,8 @@ def notes(sides: list[Side]) -> list[str]:
             "A file lacks /observables/fast_collisions: errors of its impact rates are those of the normal dissipation."
         )
     said.append(
-        f"Agree: chance alone explains the difference, at {100 * errors.CONFIDENCE:g} % (Student's t). Undecided: with these errors a "
-        f"difference of {100 * errors.COARSE:g} % could remain unseen; longer runs or more replicates make them smaller."
+        f"Agree: chance alone explains the difference, at {100 * errors.CONFIDENCE:g} % (Student's t). Undecided: with "
+        f"these errors a difference of {100 * errors.COARSE:g} % could remain unseen; longer runs or more replicates "
+        "make them smaller."
     )
     return said

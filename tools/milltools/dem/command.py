@@ -100,7 +100,7 @@ def refuse(deck):
         e = deck.contact(kind).restitution
         if e <= LEAST_RESTITUTION:
             raise UserError(
-                f"{deck.path}: [contact] restitution of {kind}: LIGGGHTS requires more than {LEAST_RESTITUTION}, got {e:g}"
+                f"{deck.path}: [contact] restitution of {kind}: LIGGGHTS needs more than {LEAST_RESTITUTION}, got {e:g}"
             )
 
 
@@ -117,8 +117,8 @@ def cautions(deck, missed):
     low = [k for k in deck.kinds if deck.contact(k).friction > 0 and deck.contact(k).restitution < LEAST_WITH_FRICTION]
     if low:
         found.append(
-            f"restitution below {LEAST_WITH_FRICTION} with friction ({', '.join(low)}): LIGGGHTS' effective friction is "
-            "far from the deck's there; do not compare"
+            f"restitution below {LEAST_WITH_FRICTION} with friction ({', '.join(low)}): LIGGGHTS' effective friction "
+            "is far from the deck's there; do not compare"
         )
     return found
 
@@ -145,15 +145,15 @@ class Job:
             self.soft_until = max(0.0, math.floor(until / series + 1e-9) * series)
             if self.soft_until == 0:
                 self.cautions.append(
-                    f"--warm-up has no effect: run.sample_from is not after the {SETTLE * 1e3:g} ms that the stiff run needs"
+                    f"--warm-up has no effect: run.sample_from is not after the stiff run's {SETTLE * 1e3:g} ms"
                 )
         self.soft_model = Model(self.deck, self.soft) if self.soft_until > 0 else self.model
         self.interval = max(self.model.sample_interval, self.soft_model.sample_interval)
         self.frames = self.deck.number("output.frames", 0.0)
         if 0 < self.frames < self.interval:
             raise UserError(
-                f"{self.deck.path}: [output] frames: {self.frames:g} s is less than {self.interval:.3g} s, the interval of "
-                "LIGGGHTS' samples with this modulus: choose more, or 0 s"
+                f"{self.deck.path}: [output] frames: {self.frames:g} s is less than {self.interval:.3g} s, the "
+                "interval of LIGGGHTS' samples with this modulus: choose more, or 0 s"
             )
         if arguments.ranks < 1:
             raise UserError(f"--ranks {arguments.ranks}: expected 1 or more")
@@ -184,8 +184,8 @@ class Job:
             f"{pathlib.Path(deck.path).name} as LIGGGHTS reads it, SI units, by mill dem of millsim {engine.version()}",
             f"run here: {run}",
             f"types: {types}; then {', '.join(deck.kinds[1:])}",
-            f"a contact of two balls lasts {self.model.pair[0][0].duration:.4g} s; "
-            "state.bin holds the balls at output.frames",
+            f"a contact of two balls lasts {self.model.pair[0][0].duration:.4g} s; state.bin holds the balls at "
+            "output.frames",
         ]
         lines = [f"# {plain(line).replace('&', '?').replace('$', '?')}\n" for line in head]
         try:
@@ -203,7 +203,7 @@ class Job:
         """The facts of a SoftMill for /run, as milltools.foreign.digest takes them."""
         model, price = self.model, "processor seconds of LIGGGHTS for one simulated second at `modulus`, without output"
         softness = [
-            f"at {self.modulus:.3g} Pa balls touch several others at a time: {what} are off; compare them at steel stiffness"
+            f"at {self.modulus:.3g} Pa balls touch several others at a time: {what} are off; compare at steel stiffness"
             for least, what in OFF.items()
             if self.modulus < least
         ]
@@ -371,17 +371,18 @@ def summarize(path, deck, measured):
         for kind, law in measured.items():
             wanted = deck.contact(kind)
             lines.append(
-                f"{kind:<12} deck {wanted.restitution:<6.4g} got {law.restitution:.3f}"
-                f"   deck {wanted.friction:<6.4g} got {_number(law.friction):<7}"
-                f"   deck {wanted.tangential_restitution:<6.4g} got {_number(law.tangential_restitution)}"
+                f"{kind:<12} deck {wanted.restitution:<6.4g} got {law.restitution:.3f}   deck {wanted.friction:<6.4g} "
+                f"got {_number(law.friction):<7}   deck {wanted.tangential_restitution:<6.4g} got "
+                f"{_number(law.tangential_restitution)}"
             )
         overlap = read("run/largest_overlap")
         lines += [
             "",
-            f"cost               {read('run/cpu_time'):.4g} s CPU with output, without it {_number(read('run/price'))} s "
-            f"per simulated second; {read('run/wall_time'):.4g} s wall",
-            f"largest overlap    {overlap * 1e6:.3g} um, {100 * overlap / run.balls('diameter').min():.2g} % of a diameter; "
-            f"contacts last {read('run/contact_duration') * 1e6:.3g} us, time step {read('run/time_step') * 1e6:.3g} us",
+            f"cost               {read('run/cpu_time'):.4g} s CPU with output, without it {_number(read('run/price'))} "
+            f"s per simulated second; {read('run/wall_time'):.4g} s wall",
+            f"largest overlap    {overlap * 1e6:.3g} um, {100 * overlap / run.balls('diameter').min():.2g} % of a "
+            f"diameter; contacts last {read('run/contact_duration') * 1e6:.3g} us, time step "
+            f"{read('run/time_step') * 1e6:.3g} us",
             f"file               {path}",
         ]
         for note in read("run/notes").splitlines():

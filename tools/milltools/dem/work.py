@@ -8,8 +8,8 @@ LIGGGHTS sums the forces on each mesh over all steps.
 
 Friction comes from LIGGGHTS' own forces at a few moments. The power of the tangential forces against the slip, summed
 over all contacts of a moment, is the energy that goes into tangential springs, dashpots and sliding; energy that the
-springs return counts as negative. So the mean power over many moments is the loss, whatever the time between them; only its
-scatter depends on their number.
+springs return counts as negative. So the mean power over many moments is the loss, whatever the time between them;
+only its scatter depends on their number.
 
 Between balls this does not work. `compute pair/gran/local` evaluates the contact law again after the step; a sliding
 contact, whose spring was limited to mu F_n before, then counts as sticking, and its dashpot force is added. There the

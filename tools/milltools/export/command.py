@@ -16,8 +16,8 @@ from milltools.export.source import about
 from milltools.geometry.solids import PARTS
 
 SUMMARY = """Writes a mill and its balls for other programs; the suffix of the file chooses the format. From a run: .gsd
-(OVITO, HOOMD, freud) and .pvd (ParaView; a file and a folder) contain its frames, .vtp one frame, .csv a table (--what). From
-a deck or a run: .stl, the bodies of the mill as closed surfaces, in metres. An old file is replaced."""
+(OVITO, HOOMD, freud) and .pvd (ParaView; a file and a folder) contain its frames, .vtp one frame, .csv a table
+(--what). From a deck or a run: .stl, the bodies of the mill as closed surfaces, in metres. An old file is replaced."""
 
 
 # what a file with this suffix can contain, the default first
@@ -42,7 +42,7 @@ def add_arguments(parser):
     parser.add_argument("file", metavar="FILE", help=f"what to write, a name ending in {', '.join(FORMATS)}")
     parser.add_argument(
         "--what", choices=WHAT,
-        help="balls: their states (default); mill: its bodies (.stl, .vtp, .pvd); series, impacts, spectra: tables (.csv)",
+        help="balls: their states (default); mill: its bodies (.stl, .vtp, .pvd); series, impacts, spectra: .csv",
     )  # fmt: skip
     parser.add_argument(
         "-s", "--set", action="append", default=[], metavar="SECTION.KEY=VALUE",
@@ -61,7 +61,7 @@ def add_arguments(parser):
     )  # fmt: skip
     bodies.add_argument(
         "--tolerance", metavar="LENGTH",
-        help="largest distance of triangles from round surfaces, such as '0.1 mm'; default: 1/2000 of the drum's radius",
+        help="largest distance of triangles from round surfaces: '0.1 mm'; default: 1/2000 of the drum's radius",
     )  # fmt: skip
     bodies.add_argument(
         "--thickness", metavar="LENGTH",

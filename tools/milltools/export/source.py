@@ -34,9 +34,7 @@ def open_run(arguments) -> Run:
     path = arguments.source
     if about(path) == "deck":
         read_text(path)
-        raise UserError(
-            f"{path}: expected the output file of a run, got a deck: it has no results before it is run ('millsim {path}')"
-        )
+        raise UserError(f"{path}: expected the output file of a run, got a deck: run it first ('millsim {path}')")
     if arguments.set:
         raise UserError(f"{path}: --set: a finished run cannot be changed; give its deck")
     return Run(path)
@@ -109,7 +107,7 @@ def many(run, arguments) -> np.ndarray:
     chosen = np.flatnonzero((times >= low) & (times <= high))[::every]
     if not len(chosen):
         raise UserError(
-            f"--from, --to: no frame in this span; {run.path} has {len(times)}, from {times[0]:.6g} to {times[-1]:.6g} s"
+            f"--from, --to: no frame in this span; {run.path} has {len(times)}: {times[0]:.6g} to {times[-1]:.6g} s"
         )
     return chosen
 

@@ -10,8 +10,9 @@ from milltools.base.progress import Progress
 
 SUMMARY = (
     "Draws runs. Without --figure it draws an overview of one run: the mill with its balls coloured by speed, a map of "
-    "the dissipated power, and the spectrum of impact speeds of each contact kind. With --figure it draws one figure of one "
-    "or more runs. The name of the file gives the format: .png, .svg, .pdf, or .csv for the numbers of the figure."
+    "the dissipated power, and the spectrum of impact speeds of each contact kind. With --figure it draws one figure "
+    "of one or more runs. The name of the file gives the format: .png, .svg, .pdf, or .csv for the numbers of the "
+    "figure."
 )
 PICTURES = (".png", ".svg", ".pdf")
 DOTS, FEWER = 200, 90  # dots per inch: of a figure (a PNG, and the fields of maps), and of the overview

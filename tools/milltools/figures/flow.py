@@ -115,9 +115,9 @@ def account(run) -> Account:
 class Flow(Figure):
     name, group, title = "flow", "energy", "Energy account"
     caption = (
-        "Mean powers over the sampled window, widths true to scale. Left: the sources of energy (each motion; the charge, if "
-        "its kinetic or potential energy falls; the rebound floor at slow impacts). Right: the sinks. The sum of the sources "
-        "is 100 %."
+        "Mean powers over the sampled window, widths true to scale. Left: the sources of energy (each motion; the "
+        "charge, if its kinetic or potential energy falls; the rebound floor at slow impacts). Right: the sinks. The "
+        "sum of the sources is 100 %."
     )
 
     def why_not(self, run):

@@ -40,7 +40,8 @@ class Shown:
 
 QUANTITIES = {
     "rate": Shown(
-        "number of collisions", "How often the balls collide at each place: impacts per second and volume, logarithmic.",
+        "number of collisions",
+        "How often the balls collide at each place: impacts per second and volume, logarithmic.",
         "impacts per time and volume [1/(m3 s)]", "number of collisions [1/(m³ s)]", True, True),
     "impact-speed": Shown(
         "collision velocity", "How hard the impacts are: the mean normal speed of the impacts in a cell.",
@@ -52,7 +53,8 @@ QUANTITIES = {
         "solid fraction", "Where the balls are: the share of the volume they fill, averaged over time.",
         "solid fraction [1]", "solid fraction [1]", False, False),
     "velocity": Shown(
-        "mean velocity", "How the charge moves: the colour is the speed of the mean flow, the arrows its part in the plane.",
+        "mean velocity",
+        "How the charge moves: the colour is the speed of the mean flow, the arrows its part in the plane.",
         "mean speed [m/s]", "speed of the mean flow [m/s]", False, False),
 }  # fmt: skip
 

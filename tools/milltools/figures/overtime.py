@@ -256,8 +256,10 @@ _CAPTION = (
     "Shaded: the sampled window, with its mean and standard error."
 )
 FIGURES = (
-    Draw("power", "Power of the drive", "rotor_work", "power", "W", _CAPTION.format("Power that all motions give to the balls, and that of each motion if there are several")),
-    Draw("torque", "Torque of the drive", "rotor_torque", "torque", "N m", _CAPTION.format("Torque on the balls about the axis of each motion that turns")),
+    Draw("power", "Power of the drive", "rotor_work", "power", "W",
+         _CAPTION.format("Power that all motions give to the balls, and that of each motion if there are several")),
+    Draw("torque", "Torque of the drive", "rotor_torque", "torque", "N m",
+         _CAPTION.format("Torque on the balls about the axis of each motion that turns")),
     Energy(),
     Collisions(),
 )  # fmt: skip

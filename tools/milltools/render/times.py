@@ -37,7 +37,7 @@ def still(run, text, again) -> Plan:
     times = run.frame_times()
     if text is None:
         if not len(times):
-            raise UserError(f"{run.path}: no ball states are stored (output.frames = 0 s): give a time with --time")  # fmt: skip
+            raise UserError(f"{run.path}: no ball states are stored (output.frames = 0 s): give a time with --time")
         return Plan(times[-1:], FPS, np.inf)
     (time,), last = seconds({"--time": text}), last_time(run, again)
     if time > last + SAME_TIME:
@@ -59,7 +59,9 @@ def film(run, arguments, again) -> Plan:
     if arguments.slow is None:
         times = run.frame_times()
         if not len(times):
-            raise UserError(f"{run.path}: no ball states are stored (output.frames = 0 s): with --slow N millsim runs the deck again")  # fmt: skip
+            raise UserError(
+                f"{run.path}: no ball states are stored (output.frames = 0 s): --slow N runs the deck again"
+            )
         times = times[(times >= begin - SAME_TIME) & (times <= end + SAME_TIME)]
         if len(times) < 2:
             raise UserError(
@@ -82,7 +84,8 @@ def camera(run, offset, camera_fps, play_fps, count, again) -> tuple[Plan, int]:
         stop = min(stop, count - 1)
     if stop < first:
         raise UserError(
-            f"--beside: no picture of the camera is in the time of the run: the film starts at {offset:.6g} s, the run ends at {last:.6g} s"
+            f"--beside: no picture of the camera is in the time of the run: the film starts at {offset:.6g} s, the run "
+            f"ends at {last:.6g} s"
         )
     k = np.arange(first, first + _few(stop - first + 1, step))
     fine = step / next((n for n in range(1, FINER) if _whole(offset / step * n)), FINER)

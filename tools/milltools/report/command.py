@@ -14,8 +14,9 @@ from milltools.base.text import size
 
 RERUN = ("auto", "always", "never")  # finer.py
 SUMMARY = (
-    "Writes one HTML page about a run that needs no network: what was run, how hard and where the balls hit, where the energy "
-    "goes, the deck, and moving pictures of the balls. --compare puts several runs on one page, with differences and verdicts."
+    "Writes one HTML page about a run that needs no network: what was run, how hard and where the balls hit, where the "
+    "energy goes, the deck, and moving pictures of the balls. --compare puts several runs on one page, with "
+    "differences and verdicts."
 )
 
 
@@ -27,11 +28,12 @@ def add_arguments(parser):
     )  # fmt: skip
     parser.add_argument(
         "--compare", action="store_true",
-        help="two or more runs on one page, the first is the reference; replicates (other seeds) joined by commas: a1.h5,a2.h5",
+        help="two or more runs on one page, the first is the reference; replicates (other seeds) joined by commas: "
+             "a1.h5,a2.h5",
     )  # fmt: skip
     parser.add_argument(
         "--rerun", choices=RERUN, default="auto",
-        help="run the deck again, bit for bit the same, if the stored frames are too far apart to show how the balls move; "
+        help="run the deck again, bit for bit the same, if the stored frames are too far apart to show motion; "
         "auto: only if this takes at most half a minute",
     )  # fmt: skip
 

@@ -16,9 +16,11 @@ ANOMALIES = (  # of /run, as shown, what it means
     ("not_closing", "contacts found opening",
      "At a predicted contact the two bodies were already moving apart; they got the rebound floor as speed."),
     ("reliefs", "pinched balls let go",
-     "A ball was pressed between a moving body, such as a blade, and a wall or other balls and could not escape, or was squeezed "
-     "through a gap narrower than itself, and the body let it pass. Contacts of a pressed ball are not counted."),
-    ("smoothed", "contacts made smooth", "Contacts followed each other without any time between them; they were computed without friction."),
+     "A ball was pressed between a moving body, such as a blade, and a wall or other balls and could not escape, or "
+     "was squeezed through a gap narrower than itself, and the body let it pass. Contacts of a pressed ball are not "
+     "counted."),
+    ("smoothed", "contacts made smooth",
+     "Contacts followed each other without any time between them; they were computed without friction."),
     ("overlaps", "overlaps", "Balls were more than 1 nm deep in another body."),
 )  # fmt: skip
 
@@ -154,8 +156,8 @@ def _speed_sentence(run) -> str:
     if not total:
         return "There were no contacts."
     return (
-        f"Among {count(total)} contacts ({scaled(run.statistic('impacts/all/rate'), '/s')}) the median normal impact speed is "
-        f"{scaled(run.statistic(f'{normal}/median'), 'm/s')}, "
+        f"Among {count(total)} contacts ({scaled(run.statistic('impacts/all/rate'), '/s')}) the median normal impact "
+        f"speed is {scaled(run.statistic(f'{normal}/median'), 'm/s')}, "
         f"{scaled(run.statistic(f'{normal}/median_above_50mm_s'), 'm/s')} of those above 50{SPACE}mm/s."
     )
 
@@ -178,13 +180,15 @@ def verdict(run) -> list[str]:
     said = [f"{charge(run)} in {mill(run)}."]
     reached = f"simulated for {scaled(run.time, 's')}"
     if run.time == 0:
-        return [*said, f"The run (status \N{LEFT DOUBLE QUOTATION MARK}{plain(run.status)}\N{RIGHT DOUBLE QUOTATION MARK}) "
+        return [*said, "The run (status "
+                       f"\N{LEFT DOUBLE QUOTATION MARK}{plain(run.status)}\N{RIGHT DOUBLE QUOTATION MARK}) "
                 "has not reached its first checkpoint: there are no results yet."]  # fmt: skip
     if run.unsampled:
         return [*said, f"It was {reached}; nothing was sampled.", _trust_sentence(run)]
     first, last = run.window
     said.append(
-        f"It was {reached} and sampled for {scaled(run.duration, 's')}, from {scaled(first, 's')} to {scaled(last, 's')}."
+        f"It was {reached} and sampled for {scaled(run.duration, 's')}, from {scaled(first, 's')} to "
+        f"{scaled(last, 's')}."
     )
     return [*said, _drive_sentence(run), _speed_sentence(run), _trust_sentence(run)]
 
@@ -221,8 +225,8 @@ def notes(run) -> list[str]:
         found = [f"The run failed, at {until}; the file contains everything up to its last checkpoint."]
     elif run.status == "running" and run.time == 0:
         found = [
-            "The run has not reached its first checkpoint: the file contains only its deck. If it is no longer running, "
-            "start it again."
+            "The run has not reached its first checkpoint: the file contains only its deck. If it is no longer "
+            "running, start it again."
         ]
     elif run.status == "running":
         found = [

@@ -18,8 +18,8 @@ CONTENTS = (
 )  # fmt: skip
 SPEED = "v\N{LATIN SUBSCRIPT SMALL LETTER N}"
 CONTACT_HEADS = (
-    "contacts", "rate", f"median {SPEED} of all", f"median {SPEED} above 50 mm/s", f"mean {SPEED}", "at the rebound floor",
-    "dissipated power", "share",
+    "contacts", "rate", f"median {SPEED} of all", f"median {SPEED} above 50 mm/s", f"mean {SPEED}",
+    "at the rebound floor", "dissipated power", "share",
 )  # fmt: skip
 ENERGIES = {
     "kinetic_energy": "kinetic energy",

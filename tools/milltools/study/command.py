@@ -12,8 +12,9 @@ from milltools.base.files import check_writable
 from milltools.base.progress import say
 
 SUMMARY = (
-    "Shows a study: its progress, the best designs with 95 % confidence intervals, the designs that may be as good as the best, "
-    "which key matters, the Pareto front of several objectives; as text, pictures, one page, CSV. Works while the study runs."
+    "Shows a study: its progress, the best designs with 95 % confidence intervals, the designs that may be as good as "
+    "the best, which key matters, the Pareto front of several objectives; as text, pictures, one page, CSV. Works "
+    "while the study runs."
 )
 PAUSE = 3.0  # [s] smallest time between two readings with --follow
 SHARE = 10  # and at least this multiple of the time that a reading takes

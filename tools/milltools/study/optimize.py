@@ -8,9 +8,9 @@ from milltools.study.plan import options
 from milltools.study.remote import executors
 
 SUMMARY = (
-    "Searches the ranges of a study deck for the best design: runs a few evenly spread designs, fits a Gaussian process that uses "
-    "the error of every run, and runs designs where it expects an improvement. Several objectives: NSGA-II. After any "
-    "interruption, the same command continues."
+    "Searches the ranges of a study deck for the best design: runs a few evenly spread designs, fits a Gaussian "
+    "process that uses the error of every run, and runs designs where it expects an improvement. Several objectives: "
+    "NSGA-II. After any interruption, the same command continues."
 )
 NAME = "mill optimize"
 RUNS = 40
@@ -18,12 +18,13 @@ RUNS = 40
 
 def add_arguments(parser):
     options.add_arguments(parser)
-    parser.add_argument("--runs", type=int, default=RUNS, metavar="N", help=f"runs in all, earlier ones included (default: {RUNS})")  # fmt: skip
+    parser.add_argument("--runs", type=int, default=RUNS, metavar="N",
+        help=f"runs in all, earlier ones included (default: {RUNS})")  # fmt: skip
     parser.add_argument("--seed", type=int, metavar="N", help="seed of the search itself (default: the study's seed)")
     parser.add_argument(
         "--storage", metavar="URL|FILE",
-        help="where the search is stored: a file for Optuna's journal, sqlite:///FILE or postgresql://USER@HOST/NAME; put a "
-        "password into ~/.pgpass (default: a journal next to the table)",
+        help="where the search is stored: a file for Optuna's journal, sqlite:///FILE or postgresql://USER@HOST/NAME; "
+        "put a password into ~/.pgpass (default: a journal next to the table)",
     )  # fmt: skip
     executors.add_arguments(parser)
 

@@ -6,8 +6,8 @@ from milltools.study.plan import options
 from milltools.study.remote import executors
 
 SUMMARY = (
-    "Runs the designs of a study deck and writes one row per run into a Parquet table. After any interruption, the same command "
-    "continues; finished runs are not repeated."
+    "Runs the designs of a study deck and writes one row per run into a Parquet table. After any interruption, the "
+    "same command continues; finished runs are not repeated."
 )
 NAME = "mill sweep"
 

@@ -42,8 +42,8 @@ def empty(job, status, message) -> dict:
 
 
 def run(job, reader=None) -> dict:
-    """Runs millsim once in a folder of its own, reads the results (`read`, or another reader(job, path)) and removes the
-    folder."""
+    """Runs millsim once in a folder of its own, reads the results (`read`, or another reader(job, path)) and removes
+    the folder."""
     folder = pathlib.Path(tempfile.mkdtemp(prefix="mill-"))
     try:
         deck = folder / pathlib.Path(job["deck"]).name

@@ -7,10 +7,11 @@ from milltools.base.files import check_writable
 
 def add_arguments(parser):
     parser.add_argument("study", metavar="STUDY", help="the study deck, such as input/figure7.study")
-    parser.add_argument("-o", "--output", metavar="FILE", help="the table (default: the study's name with .parquet, here)")  # fmt: skip
+    parser.add_argument("-o", "--output", metavar="FILE",
+        help="the table (default: the study's name with .parquet, here)")  # fmt: skip
     parser.add_argument(
         "-s", "--set", action="append", default=[], metavar="KEY=VALUE",
-        help="override one value: study.KEY=VALUE, vary.SECTION.KEY=RANGE, or SECTION.KEY=VALUE for all runs; may be repeated",
+        help="override one value: study.KEY=VALUE, vary.SECTION.KEY=RANGE, or SECTION.KEY=VALUE for all runs; repeatable",
     )  # fmt: skip
     parser.add_argument("-f", "--force", action="store_true", help="start again, even over the table of another study")
     parser.add_argument("-q", "--quiet", action="store_true", help="no progress")

@@ -179,7 +179,9 @@ class _Lines:
         found = lines.entries(self.text, path)
         for entry in found:
             if entry.section not in ("study", "set", "vary"):
-                raise UserError(f"{entry.where}: [{entry.section}]: unknown section; there are [study], [set] and [vary]")  # fmt: skip
+                raise UserError(
+                    f"{entry.where}: [{entry.section}]: unknown section; there are [study], [set] and [vary]"
+                )
         self.entries = {(entry.section, entry.key): entry for entry in found}
         for text in overrides:
             self._override(text)
@@ -302,7 +304,7 @@ class _Lines:
             with _placed(entry, entry.key):
                 found.append(ranges.parse(entry.key, entry.value))
         if not found:
-            raise UserError(f"{self.path}: [vary]: missing or empty; expected a line such as 'drum.buckles = 2..20'")  # fmt: skip
+            raise UserError(f"{self.path}: [vary]: missing or empty; expected a line such as 'drum.buckles = 2..20'")
         return found
 
     def method(self):

@@ -132,7 +132,9 @@ class DaskExecutor(ClusterExecutor):
             knock(where.get("address", ""))
             return client(**where, timeout=PATIENCE)
         except (OSError, ValueError, TypeError) as fault:
-            raise UserError(f"--dask: no scheduler at {self.address} ({one_line(fault)}): start one with 'dask scheduler'", 1) from None  # fmt: skip
+            raise UserError(
+                f"--dask: no scheduler at {self.address} ({one_line(fault)}): start one with 'dask scheduler'", 1
+            ) from None
 
     @property
     def workers(self):
@@ -191,7 +193,7 @@ class DaskExecutor(ClusterExecutor):
         return self.fail(UserError(f"--dask {self.address}: {why}", 1))
 
     def _gone(self):
-        return self.fail(UserError(f"the Dask scheduler at {self.address} is gone; start one, then the same command continues", 1))  # fmt: skip
+        return self.fail(UserError(f"the Dask scheduler at {self.address} is gone: start one, and the same command", 1))
 
     def leave(self, interrupted):
         """Ends the runs on the workers, if they are no longer needed, and the connection."""

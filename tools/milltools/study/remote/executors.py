@@ -26,10 +26,13 @@ def add_arguments(parser):
         help="send runs to the Dask scheduler at HOST:PORT or of this scheduler file; local: start one on this machine",
     )  # fmt: skip
     parser.add_argument("--slurm", action="store_true", help="send runs to Slurm, in job arrays")
-    parser.add_argument("--slurm-options", metavar="OPTIONS", help="options for sbatch: --slurm-options='--time=60 --partition=short'")  # fmt: skip
-    parser.add_argument("--bundle", type=int, metavar="K", help="runs in one Slurm task (default: so that a task takes minutes)")  # fmt: skip
+    parser.add_argument("--slurm-options", metavar="OPTIONS",
+        help="options for sbatch: --slurm-options='--time=60 --partition=short'")  # fmt: skip
+    parser.add_argument("--bundle", type=int, metavar="K",
+        help="runs in one Slurm task (default: so that a task takes minutes)")  # fmt: skip
     parser.add_argument("--tasks", type=int, metavar="N", help="largest number of Slurm tasks at once")
-    parser.add_argument("--detach", action="store_true", help="when interrupted, leave the tasks in Slurm's queue; the same command later collects their results")  # fmt: skip
+    parser.add_argument("--detach", action="store_true",
+        help="when interrupted, leave the tasks in Slurm's queue; the same command later collects their results")  # fmt: skip
 
 
 @dataclasses.dataclass(frozen=True)

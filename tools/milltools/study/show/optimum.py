@@ -115,8 +115,8 @@ def subset_quantile(count: int) -> float:
 
 
 def not_told_apart(found: Means, sign: int, usable) -> np.ndarray:
-    """The set of designs that contains the truly best one with 95 % confidence (Gupta's subset; errors may differ, as in Hsu,
-    Ann. Statist. 9 (1981) 1026). A design without known error counts by its mean alone."""
+    """The set of designs that contains the truly best one with 95 % confidence (Gupta's subset; errors may differ, as
+    in Hsu, Ann. Statist. 9 (1981) 1026). A design without known error counts by its mean alone."""
     inside = usable & np.isfinite(found.mean)
     best = int(np.argmax(np.where(inside, sign * found.mean, -np.inf)))
     quantile = subset_quantile(int(inside.sum()))
@@ -141,8 +141,8 @@ def spans(view, mask) -> str:
 
 def pareto(scores: np.ndarray) -> np.ndarray:
     """Marks the lines of scores (designs x objectives, all to be large) that no other line beats (as good in all,
-    better in one). Lines with NaN are excluded. Lines are sorted by the first score, so only earlier lines can beat a line:
-    n log n for two, n k for more."""
+    better in one). Lines with NaN are excluded. Lines are sorted by the first score, so only earlier lines can beat a
+    line: n log n for two, n k for more."""
     sound, kept = np.flatnonzero(np.isfinite(scores).all(axis=1)), []
     for line in sound[np.lexsort(-scores[sound, ::-1].T)]:
         better, here = scores[kept], scores[line]

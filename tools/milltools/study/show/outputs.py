@@ -23,8 +23,9 @@ def figures(view, objective, sensitivities=(), beside=None, wanted=None, **optio
     options["sensitivities"] = sensitivities
     if sum(axis.numeric for axis in view.axes) > 1:
         words = (
-            f"{what} as filled contours over two varied keys, the best design, the designs at most {100 * optimum.ALIKE:g} % worse "
-            "and those that cannot be distinguished from it; the relative standard errors beside it"
+            f"{what} as filled contours over two varied keys, the best design, the designs at most "
+            f"{100 * optimum.ALIKE:g} % worse and those that cannot be distinguished from it; the relative standard "
+            "errors beside it"
         )
         yield "contour", "Over two keys", words, part(contour.draw, view, objective, **options)
     words = f"{what} along each varied key through the best design, with 95 % error bars"

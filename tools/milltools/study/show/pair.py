@@ -114,8 +114,9 @@ def sentences(views, objective, wanted=None) -> list[str]:
         value = objective.sign * (second.mean[design] / gains[1].reference - 1)
         if math.isfinite(value):
             told.append(
-                f"the best design of {names[0]}, {gains[0].best}, is {100 * value:.3g} % {what} than {gains[1].words} in {names[1]}, "
-                f"where it {'cannot' if second.open[design] else 'can'} be distinguished from the best, {gains[1].best}"
+                f"the best design of {names[0]}, {gains[0].best}, is {100 * value:.3g} % {what} than {gains[1].words} "
+                f"in {names[1]}, where it {'cannot' if second.open[design] else 'can'} be distinguished from the best, "
+                f"{gains[1].best}"
             )
     return [plain(line) for line in [*told, *differ]]
 
