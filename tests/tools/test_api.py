@@ -551,7 +551,7 @@ def test_a_keyword_that_is_no_key_of_a_deck_is_a_type_error(small_deck):
     [
         ({"rotor": {"spede": 3}}, "deck: [rotor] spede: unknown key; did you mean 'speed'?"),
         ({"rotor": 3}, "rotor: expected a dictionary of keys, such as {'speed': '1500 rpm'}, got int"),
-        ("[run]\ntime = 3\n", "deck.ini:2: [run] time: expected a time with its unit such as '10 ms', got '3'"),
+        ("[run]\ntime = 3\n", "deck:2: [run] time: expected a time with its unit such as '10 ms', got '3'"),
         ("nowhere.ini", "nowhere.ini: cannot be read: No such file or directory"),
     ],
     ids=["key", "form", "text", "path"],

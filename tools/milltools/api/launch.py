@@ -121,8 +121,10 @@ def _placed(sets: list[str], text: str) -> Iterator[str]:
 
 
 def _own(deck: Deck, line: str) -> str:
-    """A message of millsim without the line numbers of a deck that we wrote."""
-    return re.sub(rf"^{re.escape(NAME)}(:\d+)?:", "deck:", line) if isinstance(deck, Mapping) else line
+    """A message of millsim about a file that we wrote: lines are those of the user's text, a dictionary has none."""
+    if decks.text_of(deck) is None:
+        return line
+    return re.sub(rf"^{re.escape(NAME)}(:\d+)?:", "deck:" if isinstance(deck, Mapping) else r"deck\1:", line)
 
 
 # ---- the process
