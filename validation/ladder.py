@@ -4,7 +4,7 @@
 A case is a folder with a deck, a README.md (claim, source, tolerance) and a check.py whose check(case) runs
 millsim, works out what it measures, and states claims. The first line of check.py's docstring is its title.
 
-    ladder.py [CASE ...] [--jobs N]      ends with 1 when a claim is outside its band, unless it is known why
+    ladder.py [CASE ...] [--jobs N]      exit status 1 if a claim is outside its band and no reason is known
 """
 
 import argparse
@@ -213,7 +213,7 @@ def claims_table(claims: list[Claim]) -> list[str]:
     if not claims:
         return []
     lines = [
-        "| claim | against | expected | measured | error | band | holds |",
+        "| claim | compared with | expected | measured | error | band | holds |",
         "| --- | --- | --- | --- | --- | --- | --- |",
     ]
     for claim in claims:
@@ -248,8 +248,9 @@ def write_results(cases: list[dict], path: pathlib.Path) -> None:
     lines = [
         "# The verification ladder",
         "",
-        f"Written by `make validate`: {held} of {len(claims)} claims hold. *Band* is what the measured value may be "
-        "off, or its bound where nothing is expected but smallness; *error* is its standard error.",
+        f"Written by `make validate`: {held} of {len(claims)} claims hold. *Band*: largest accepted difference "
+        "between the measured and the expected value or, where no value is expected, the largest accepted value; "
+        "*error*: standard error of the measured value.",
         "",
         stamp(),
         "",
@@ -262,7 +263,7 @@ def write_results(cases: list[dict], path: pathlib.Path) -> None:
         lines += [
             f"## {case['title']}",
             "",
-            f"[What is claimed, and why so]({case['name']}/README.md)",
+            f"[The claims and their reasons]({case['name']}/README.md)",
             "",
         ]
         if case["failure"]:
@@ -302,7 +303,7 @@ def headlines(claims: list[Claim], link: str) -> list[str]:
 
 def summary(cases: list[dict]) -> list[str]:
     """The headlines of all cases as a Markdown table."""
-    rows = ["| claim | against | expected | measured | case |", "| --- | --- | --- | --- | --- |"]
+    rows = ["| claim | compared with | expected | measured | case |", "| --- | --- | --- | --- | --- |"]
     for case in cases:
         claims = [Claim(**claim) for claim in case["claims"]]
         rows += headlines(claims, f"[{case['name']}]({case['name']}/README.md)")
@@ -311,8 +312,13 @@ def summary(cases: list[dict]) -> list[str]:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("case", nargs="*", help=f"of {', '.join(CASES)}; default: all, and only then RESULTS.md")
-    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="cases at a time (default: all cores)")
+    parser.add_argument("case", nargs="*", help=f"{', '.join(CASES)}; default: all; RESULTS.md is written only for all")
+    parser.add_argument(
+        "--jobs",
+        type=int,
+        default=os.cpu_count(),
+        help="number of cases that run at the same time (default: number of cores)",
+    )
     arguments = parser.parse_args()
     names = arguments.case or CASES
     for name in names:
@@ -320,7 +326,7 @@ def main() -> int:
             parser.error(f"no case '{name}'; there are {', '.join(CASES)}")
     started = time.monotonic()
     results = {}
-    print(f"ladder: {len(names)} cases, {arguments.jobs} at a time", flush=True)
+    print(f"ladder: {len(names)} cases, at most {arguments.jobs} at the same time", flush=True)
     # a process for each case: modules of one folder must not be taken for those of another
     pool_of = concurrent.futures.ProcessPoolExecutor
     spawn = multiprocessing.get_context("spawn")
@@ -334,11 +340,11 @@ def main() -> int:
             print(f"ladder: {result['name']:14} {state}, {result['seconds']:.0f} s", flush=True)
             for claim in claims:
                 if not claim.holds or arguments.case:
-                    expected = "" if claim.expected is None else f" expected {claim.expected:.6g}"
+                    expected = "" if claim.expected is None else f", expected {claim.expected:.6g}"
                     error = "" if claim.error is None else f" +- {claim.error:.2g}"
                     print(
                         f"    {'yes' if claim.holds else 'NO '} {claim.what}: {claim.measured:.6g}{error}"
-                        f"{expected} band {claim.band:.3g} [{claim.unit}]",
+                        f"{expected}, band {claim.band:.3g} [{claim.unit}]",
                         flush=True,
                     )
             if result["failure"]:

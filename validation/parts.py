@@ -97,7 +97,7 @@ def write_results(title, writer, introduction, results, path, counted, summary):
         lines += [f"## {result['name'].capitalize()}", ""]
         lines += [f"{title}.\n" for title in result["titles"]]
         if result["failure"]:
-            lines += ["**It failed:**", ""]
+            lines += ["**This part failed:**", ""]
             lines += ["    " + line for line in result["failure"].rstrip().splitlines()] + [""]
         lines += [*result["table"], ""]
         lines += [f"- {sentence}" for sentence in result["told"]] + [""]
@@ -108,7 +108,7 @@ def write_results(title, writer, introduction, results, path, counted, summary):
 
 def summary(results):
     """The headlines as lines of a Markdown table."""
-    rows = ["| claim | against | expected | measured | part |", "| --- | --- | --- | --- | --- |"]
+    rows = ["| claim | compared with | expected | measured | part |", "| --- | --- | --- | --- | --- |"]
     for result in results:
         link = f"[{result['name']}](#{result['name']})"
         rows += ladder.headlines(result["claims"], link)
@@ -129,18 +129,20 @@ def main(
     """Reads the command line and runs the parts named there (none: all, and only then results are written); the exit
     status.
 
-    description: of the command; kept: what --kept takes whatever version made it; folder: the comparison's, of the
+    description: of the command; kept: what --kept uses whatever version made it; folder: the comparison's, of the
     name of its target `make validate-NAME`; parts: name -> modules; make_case(folder, scratch, kept) gives what
     check() works with; counted(claims), summary(results): the first sentence of the results, and the table below it.
     """
     parser = argparse.ArgumentParser(description=description.splitlines()[0])
-    parser.add_argument("part", nargs="*", help=f"of {', '.join(parts)}; default: all, and only then RESULTS.md")
-    parser.add_argument("--kept", action="store_true", help=f"take kept {kept} whatever version made them")
+    parser.add_argument("part", nargs="*", help=f"{', '.join(parts)}; default: all; RESULTS.md is written only for all")
+    parser.add_argument(
+        "--kept", action="store_true", help=f"use the kept {kept}, whatever version of millsim made them"
+    )
     asked = parser.parse_args()
     mark, names = folder.name, asked.part
     for name in names:
         if name not in parts:
-            say(f"{mark}: no part '{name}'; there are {', '.join(parts)}")
+            say(f"{mark}: no part '{name}'; the parts are {', '.join(parts)}")
             return 2
     begin = time.monotonic()
     results = []

@@ -67,7 +67,7 @@ class StudyCase(Part):
         MADE.add(name)
         made = json.loads(note.read_text())
         if made["millsim"] != version():
-            say(f"    {name}: kept, of version {made['millsim']}, used in {version()}")
+            say(f"    {name}: the kept table of version {made['millsim']} is used; this is version {version()}")
         return pandas.read_parquet(path), made["wall"]
 
     def picture(self, name, kind, figure, *options):

@@ -93,7 +93,8 @@ def atmosphere(case):
     first = runs[0]
     weight = first.count * first.weight
     case.bound(
-        "force of floor less lid less change of momentum, off the weight, worst run",
+        "force on the bottom minus force on the lid minus change of momentum: "
+        "largest relative deviation from the weight, all runs",
         max(abs(run.force_less_change / weight - 1.0) for run in runs),
         1e-8,
         against="weight of the balls",
@@ -102,7 +103,7 @@ def atmosphere(case):
     carried, carried_error = over_seeds([run.number.sum() * run.weight / run.area for run in runs])
     error = np.hypot(error, carried_error)
     case.claim(
-        "pressure on the floor less that on the lid, in the core",
+        "pressure on the bottom minus pressure on the lid, in the core",
         step,
         carried,
         4.0 * error,
@@ -119,11 +120,11 @@ def atmosphere(case):
         ]
     )
     case.claim(
-        "temperature of the lowest third over that of the uppermost",
+        "ratio of the temperature in the lowest third to that in the uppermost third",
         ratio,
         1.0,
         4.0 * error,
-        against="equilibrium: equal",
+        against="equal in equilibrium",
         error=error,
     )
     state_equation(case, runs)
@@ -142,7 +143,7 @@ def state_equation(case, runs):
         ]
         ratio, error = over_seeds(values)
         case.claim(
-            f"p/nT over that of theory, at a packing of {packing[near].mean():.3f}",
+            f"ratio of p/nT to the theoretical value, at a packing of {packing[near].mean():.3f}",
             ratio,
             1.0,
             0.005 + 4.0 * error,
@@ -158,7 +159,7 @@ def state_equation(case, runs):
     ]
     off, error = over_seeds(values)
     case.claim(
-        "ln(packing at the top / at the bottom) less that of theory",
+        "ln(packing at the top / packing at the bottom) minus the theoretical value",
         off,
         0.0,
         0.01 + 4.0 * error,

@@ -15,10 +15,10 @@ def check(case):
     reference = power(case, Mill(case.run()))
     rubbing, sliding = Mill(case.run("rough.ini"), margin=0.25), Mill(case.run("smooth.ini"))
     case.bound(
-        "contacts of pressed balls in the two logged mills",
+        "contacts of pressed balls in the two mills whose impacts are logged",
         sum(int(mill.file["run/pinch_contacts"][()]) for mill in (rubbing, sliding)),
         0,
-        against="the log has no rows of them: it would not be whole",
+        against="the log does not contain these contacts and would be incomplete",
     )
     rough(case, rubbing)
     steady = smooth(case, sliding)

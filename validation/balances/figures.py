@@ -17,7 +17,7 @@ def draw_mills(case, mill, steady):
     ax.axhline(0.0, color="k", ls="--", lw=1, label="theory")
     ax.set(
         xlabel="length of the window [s]",
-        ylabel="losses less power of the rotor [W]",
+        ylabel="losses minus power of the rotor [W]",
         title=f"reference mill, {np.ptp(work) / np.ptp(time):.0f} W",
     )
     ax.legend()
@@ -28,7 +28,7 @@ def draw_mills(case, mill, steady):
     ):
         mean = values.cumsum() / np.arange(1, len(values) + 1)
         ax.plot(bins - 0.025, values, ".", color="0.7", label="blocks of 50 ms")
-        ax.plot(bins, mean, color="C0", label="mean from the begin on")
+        ax.plot(bins, mean, color="C0", label="mean from the beginning on")
         ax.axhline(level, color="k", ls="--", lw=1)
         ax.set(xlabel="time [s]", ylabel=text, title="smooth mill")
     axes[1].plot([], [], "k--", lw=1, label=r"$N m g$")
@@ -50,7 +50,7 @@ def draw_atmosphere(case, runs):
     ax = axes[0]
     ax.errorbar(packing, middle, xerr=4.0 * error, fmt=".", color="C0", label="slices, 4 standard errors")
     ax.plot(theory, middle[inner], "k-", lw=1, label="Carnahan-Starling")
-    ax.set(xlabel="packing fraction", ylabel="height [mm]", title="core of the atmosphere")
+    ax.set(xlabel="packing", ylabel="height [mm]", title="core of the atmosphere")
     ax.legend()
     ax = axes[1]
     z = [run.pressure * run.ball / run.packing / run.mean_temperature for run in runs]
@@ -58,7 +58,7 @@ def draw_atmosphere(case, runs):
     off, error = over_seeds(off)
     ax.errorbar(packing[inner], off[inner], 4.0 * error[inner], fmt=".", label="4 standard errors")
     ax.axhline(0.0, color="k", lw=1, label="Carnahan-Starling")
-    ax.set(xlabel="packing fraction", ylabel="p / nT off theory [%]", title="equation of state")
+    ax.set(xlabel="packing", ylabel="deviation of p / nT from theory [%]", title="equation of state")
     ax.legend()
     figure.tight_layout()
     case.save(figure, "atmosphere.png")

@@ -122,17 +122,17 @@ def rough(case, mill):
     _, linear, angular, weight_torque = momentum(mill, mass, inertia)
     force, noise = (x / mill.duration for x in paths.sum(SURFACES, mill.begin, mill.end))
     error = np.hypot(noise[2], steady_error(linear[:, 2], mill.duration))
-    claim_weight(case, "with friction", force[2], weight[2], error, headline=True)
+    claim_weight(case, "mill with friction", force[2], weight[2], error, headline=True)
     change = (linear[-1] - linear[0]) / mill.duration
     case.bound(
-        "force less weight less change of momentum, largest of x, y, z over its rounding",
+        "force minus weight minus change of momentum: largest ratio of a component to its rounding error",
         np.abs((force - weight - change) / noise).max(),
         4.0,
         against="momentum balance",
     )
     reactions = paths.reactions(mill.begin, mill.end)
     case.claim(
-        "impulses of each two balls that meet: mean square of their sum over its rounding",
+        "contacts of two balls: mean square of the sum of the two impulses divided by its rounding error",
         (reactions**2).mean(),
         1.0,
         0.1,
@@ -150,7 +150,7 @@ def rough_torques(case, mill, paths, angular, weight_torque, weight):
     )
     booked = rotor_torque(mill)
     case.claim(
-        "torque of shaft and blades from the paths",
+        "torque of shaft and blades, computed from the paths of the balls",
         rotor,
         booked,
         4.0 * rotor_noise,
@@ -161,7 +161,7 @@ def rough_torques(case, mill, paths, angular, weight_torque, weight):
     change = (angular[-1] - angular[0]) / mill.duration
     sampling = sampling_error(mill, weight)
     case.claim(
-        "torque of drum and end walls from the paths",
+        "torque of drum and end walls, computed from the paths of the balls",
         still,
         change - booked - weight_torque,
         4.0 * still_noise + sampling,
@@ -171,7 +171,7 @@ def rough_torques(case, mill, paths, angular, weight_torque, weight):
     )
     error = np.hypot(still_noise, steady_error(angular, mill.duration))
     case.claim(
-        "torque of drum and end walls from the paths, steady mean",
+        "torque of drum and end walls, computed from the paths of the balls, steady mean",
         still,
         -booked - weight_torque,
         4.0 * error,

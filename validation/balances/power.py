@@ -12,7 +12,7 @@ def power(case, mill):
     rows = mill.window(time)
     imbalance = np.abs(work - work[0] - (energy - energy[0]) - (loss - loss[0]))
     case.bound(
-        "energy balance, largest of all rows, over the energy turned over",
+        "energy balance: largest error of all rows of the series, divided by the energy turned over",
         imbalance.max() / mill.summary["run"]["energy_turnover"],
         1e-11,
         against="rotor work = change of energy + losses",
@@ -39,7 +39,7 @@ def torque(case, mill, time, work):
     speed = 1000.0 * 2.0 * np.pi / 60.0
     turned = speed * np.cumsum(mill.series("rotor_torque")[1][1:] * np.diff(time))
     case.bound(
-        "rotor torque x speed against power, largest of all rows",
+        "sum of rotor torque x speed compared with rotor work: largest error of all rows, divided by the work",
         np.abs(turned - np.diff(work).cumsum()).max() / np.ptp(work),
         1e-12,
         against="power = torque x speed",
@@ -52,11 +52,11 @@ def halves(case, mill):
     first, second = np.array_split(blocks, 2)
     error = np.sqrt(sum(half.var(ddof=1) / len(half) for half in (first, second)))
     case.claim(
-        "power in the window's second half",
+        "mean power of the rotor in the second half of the window",
         second.mean(),
         first.mean(),
         4.0 * error,
-        against="power in its first half",
+        against="mean power in the first half",
         error=error,
         unit="W",
     )

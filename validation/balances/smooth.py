@@ -29,24 +29,24 @@ def smooth(case, mill):
     force = impulse.sum(axis=0) / mill.duration
     frames, linear, angular, weight_torque = momentum(mill, mass, inertia)
     error = steady_error(linear[:, 2], mill.duration)
-    claim_weight(case, "smooth", force[2], weight[2], error)
+    claim_weight(case, "mill with smooth surfaces", force[2], weight[2], error)
     change = (linear[-1] - linear[0]) / mill.duration
     case.bound(
-        "force less weight less change of momentum, over the weight",
+        "force minus weight minus change of momentum: largest component, divided by the weight",
         np.abs(force - weight - change).max() / weight[2],
         1e-7,
         against="momentum balance",
     )
     rotor = rotor_torque(mill)
     case.bound(
-        "torque of shaft and blades from the log, off that of the series",
+        "torque of shaft and blades, computed from the log: relative deviation from that of the series",
         moments[np.isin(kind, ROTOR)].sum() / mill.duration / rotor - 1.0,
         1e-8,
         against="rotor_torque of the series",
     )
     change = (angular[-1] - angular[0]) / mill.duration
     case.claim(
-        "torque of the rotor, smooth drum, less change of angular momentum",
+        "smooth drum: torque of the rotor minus change of angular momentum",
         rotor - change,
         -weight_torque,
         sampling_error(mill, weight[2]),
@@ -56,7 +56,7 @@ def smooth(case, mill):
     )
     error = steady_error(angular, mill.duration)
     case.claim(
-        "torque of the rotor, smooth drum, steady mean",
+        "smooth drum: torque of the rotor, steady mean",
         rotor,
         -weight_torque,
         4.0 * error,

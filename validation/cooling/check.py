@@ -1,4 +1,4 @@
-"""Cooling: Haff's law, the velocity distribution's shape, and how rough spheres share energy with their spin.
+"""Cooling: Haff's law, the shape of the velocity distribution, and the rotational energy of rough spheres.
 
 README.md says what is claimed and where each band comes from.
 """

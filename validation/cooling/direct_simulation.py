@@ -62,7 +62,7 @@ def collide_some(v, w, law, fastest, rng):
     n /= np.sqrt((n**2).sum(axis=1))[:, None]
     g_n = ((v[pairs[0]] - v[pairs[1]]) * n).sum(axis=1)
     if np.abs(g_n).max() > fastest:
-        raise RuntimeError("direct simulation: a pair was faster than thought possible")
+        raise RuntimeError("direct simulation: a pair was faster than the assumed maximum")
     # n may point either way: half of the directions are parting, turn them round
     hit = once & (np.abs(g_n) > fastest * rng.random(ORACLE_BATCH))
     (i, j), n, g_n = pairs[:, hit], (n * np.sign(g_n)[:, None])[hit], np.abs(g_n)[hit]

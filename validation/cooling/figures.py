@@ -14,8 +14,8 @@ def draw(case, smooth, rough):
     for colour, ((e, beta), result) in zip(("C0", "C1", "C2"), rough.items(), strict=True):
         draw_rough(axes[:, 1], colour, (e, beta), result)
     names = (
-        ("Haff's law", "$T/T_0$", "ln T over Haff's law with $a_2 = 0$"),
-        ("Rough spheres", "$R = T_{rot}/T_{tr}$", "R over mean field - 1 [%]"),
+        ("Haff's law", "$T/T_0$", "ln T minus Haff's law with $a_2 = 0$"),
+        ("Rough spheres", "$R = T_{rot}/T_{tr}$", "deviation of R from mean field [%]"),
     )
     for column, (title, top, bottom) in enumerate(names):
         axes[0, column].set(title=title, ylabel=f"{top} [1]")

@@ -85,7 +85,7 @@ def check_smooth(case):
         rate, error = mean_and_error(np.array([r["rate"] for r in results]))
         theory = (1 - e**2) / 3 * loss
         case.claim(
-            f"Haff's law, e = {e:g}: -d ln T / dC",
+            f"Haff's law, e = {e:g}: rate of cooling, -d ln T / dC",
             rate,
             theory,
             4 * error + RATE_BIAS * theory,
@@ -95,7 +95,7 @@ def check_smooth(case):
         )
         shape, error = mean_and_error(np.array([r["shape"] for r in results]))
         case.claim(
-            f"fourth moment of the velocities, e = {e:g}: a2",
+            f"a2 from the fourth moment of the velocities, e = {e:g}",
             shape,
             a2,
             4 * error + SHAPE_BIAS,
@@ -113,7 +113,7 @@ def claim_together(case, runs):
     shapes = np.array([[r["shape"] for r in rows] for rows in runs.values()])
     ratio, error = mean_and_error(a2 @ shapes / (a2 @ a2))
     case.claim(
-        "a2 over that of theory, e = 0.95, 0.9, 0.8 together",
+        "ratio of the measured a2 to the theoretical a2, e = 0.95, 0.9, 0.8 together",
         ratio,
         1,
         4 * error + SHAPE_BIAS / np.abs(a2).mean(),
@@ -125,12 +125,13 @@ def claim_together(case, runs):
     # The error of a rate goes with 1 - e^2, so that all three excesses have the same
     ratio, error = mean_and_error(shift @ rates / (shift @ shift))
     case.claim(
-        "what the shape adds to the rate over that of theory, e = 0.95, 0.9, 0.8 together",
+        "effect of the shape of the distribution on the rate of cooling: "
+        "ratio of the measured to the theoretical effect, e = 0.95, 0.9, 0.8 together",
         ratio,
         1,
         4 * error + RATE_BIAS / np.abs(shift).mean(),
         error=error,
-        against="a2/4 + a3/32: 3/16 a2 from the loss in time, 1/16 from the collision rate",
+        against="a2/4 + a3/32; of a2/4, 3/16 a2 from the loss per time, 1/16 a2 from the collision rate",
     )
 
 

@@ -46,10 +46,10 @@ def claim_rough(case, e, beta, result):
     both = np.hypot(error, truth_error)
     name = f"e = {e:g}, beta = {beta:g}"
     band = 4 * both + DILUTION * np.abs(truth)
-    source = "direct simulation Monte Carlo of the same contact law and walls"
+    source = "direct simulation Monte Carlo with the same contact law and walls"
     for row, what in enumerate(("ln T_tr", "R = T_rot / T_tr")):
         case.claim(
-            f"rough spheres, {name}: {what} at C = {COUNTS[-1]:g}",
+            f"rough spheres, {name}: {what} at C = {COUNTS[-1]:g} collisions per ball",
             mean[row, -1],
             truth[row, -1],
             band[row, -1],
@@ -58,7 +58,8 @@ def claim_rough(case, e, beta, result):
             headline=beta == 0.5 and row == 1,
         )
         case.bound(
-            f"rough spheres, {name}: {what}, C = {COUNTS[0]:g} to {COUNTS[-1]:g}, most that is off, in bands",
+            f"rough spheres, {name}: {what}, C = {COUNTS[0]:g} to {COUNTS[-1]:g}, "
+            "largest deviation divided by its band",
             np.abs((mean - truth) / band)[row].max(),
             1,
             against=source,
@@ -66,13 +67,14 @@ def claim_rough(case, e, beta, result):
     field = result["mean_field"][1]
     worst = np.abs(truth[1] / field - 1).argmax()
     case.claim(
-        f"rough spheres, {name}: what R has over Gaussian mean field where that is worst, C = {COUNTS[worst]:g}",
+        f"rough spheres, {name}: relative deviation of R from Gaussian mean-field theory where it is largest, "
+        f"C = {COUNTS[worst]:g}",
         100 * (mean[1, worst] / field[worst] - 1),
         100 * (truth[1, worst] / field[worst] - 1),
         100 * band[1, worst] / field[worst],
         error=100 * error[1, worst] / field[worst],
         unit="%",
-        against="direct simulation; mean field: Huthmann and Zippelius 1997",
+        against="deviation of the direct simulation; mean-field theory: Huthmann and Zippelius 1997",
     )
 
 

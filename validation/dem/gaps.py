@@ -1,4 +1,4 @@
-"""Gaps: forty designs whose blades come as near as half a millimetre to the drum, and LIGGGHTS at five of them."""
+"""Gaps: forty designs, clearances of blades and drum down to half a millimetre, and LIGGGHTS for five of them."""
 
 import subprocess
 
@@ -16,7 +16,10 @@ SCATTER = 10  # [%] between two seeds of 0.15 s
 # tip radius and width of the blades [mm]: gaps of two balls and more, of a little less than a ball (which jams between
 # edge and drum), of half a ball and of none; the reference mill, 67 and 12, is in steady.py
 WEDGE = ("70.5", "17")
-JAM = "half of the power goes to balls pushed along between corner and drum, and soft ones take a tenth more; when they are let go does not matter"
+JAM = (
+    "half of the power goes to balls pushed along between blade corner and drum, and soft balls take a tenth more; "
+    "the moment at which they are let go has no effect"
+)
 DESIGNS = [("64", "13.5"), ("66", "17"), WEDGE, ("72.5", "10"), ("74.5", "23.5")]
 TIP, WIDTH, POWER = "blades.tip_radius", "blades.width", "rotor/power"
 
@@ -33,15 +36,16 @@ def check(case):
             claim(case, verdict, "LIGGGHTS, steel", suffix=f", {named(design)}", known=known)
     powers = [run.values["power"] for run in (soft[WEDGE][0], compared(case, WEDGE, "1e10")[0][0])]
     case.tell(
-        f"{named(WEDGE)}: LIGGGHTS' power is {powers[0]:.0f} W at steel and {powers[1]:.0f} W at 1e10 Pa. A ball jams between the edge of the blade and "
-        "the drum, and how hard it is to get through is a matter of its stiffness; such a run notes its pinches."
+        f"{named(WEDGE)}: the power in LIGGGHTS is {powers[0]:.0f} W at steel and {powers[1]:.0f} W at 1e10 Pa. "
+        "Balls jam between the edge of a blade and the drum, and the power that this takes depends on their stiffness; "
+        "such a run has a note about pinches."
     )
     draw(case, table, soft)
 
 
 def named(design):
     tip, width = design
-    return f"{1e3 * RADIUS - float(tip):g} mm at the tip, blades {width} mm wide"
+    return f"clearance {1e3 * RADIUS - float(tip):g} mm at the tip, blades {width} mm wide"
 
 
 def compared(case, design, modulus):
@@ -68,25 +72,26 @@ def sweep(case):
     )
     table = pandas.read_parquet(path)
     case.bound(
-        f"{len(table)} runs of 40 designs: failed, cut short or with a ball deep in a body",
+        f"{len(table)} runs of 40 designs: number that failed, were cut short or left a ball deep in a body",
         int((table.status != "done").sum()),
         0,
-        against="no run is spoilt by a pinch",
+        against="no pinch makes a run unusable",
         headline=True,
     )
     power = table.groupby([TIP, WIDTH])[POWER]
     off = 100 * (power.max() - power.min()) / power.mean()
     case.bound(
-        "40 designs: largest difference of power between two seeds",
+        "40 designs: largest relative difference of the power between two seeds",
         off.max(),
         SCATTER,
         unit="%",
-        against="two runs of 0.15 s: no single ball decides",
+        against="no single ball determines the power of a run of 0.15 s",
     )
     share = (table["rotor/pinch_power"] / table[POWER]).groupby(table[TIP]).mean()
     told = ", ".join(f"{1e3 * (RADIUS - tip):.1f} mm: {100 * part:.0f} %" for tip, part in share.items())
     case.tell(
-        f"Two seeds of a design differ by {np.sqrt(np.mean(off**2)):.1f} % rms. Share of the power that pressed balls take, by the gap at the tip: {told}."
+        f"The powers of two seeds of a design differ by {np.sqrt(np.mean(off**2)):.1f} % (rms). Fraction of the power "
+        f"that goes to pressed balls, by the clearance at the tip: {told}."
     )
     return table
 
@@ -105,9 +110,9 @@ def draw(case, table, soft):
         )  # fmt: skip
     axis.plot([], [], "o", mfc="none", ms=10, color="k", label="LIGGGHTS, steel")
     axis.axvline(5, color="grey", lw=0.8, ls=":")
-    axis.annotate(" a ball", (5, axis.get_ylim()[1]), va="top")
-    axis.set(xlabel="gap between blades and drum [mm]", ylabel="rotor power [W]", yscale="log")
+    axis.annotate(" ball diameter", (5, axis.get_ylim()[1]), va="top")
+    axis.set(xlabel="clearance between blades and drum [mm]", ylabel="rotor power [W]", yscale="log")
     axis.legend(fontsize=8)
-    axis.set_title("Forty designs, none spoilt: balls jam only where the gap is just below a ball")
+    axis.set_title("Forty designs: balls jam only where the clearance is slightly less than a ball diameter")
     case.save(figure, "gaps.png")
     plt.close(figure)

@@ -1,4 +1,4 @@
-"""Single impacts: balls thrown at a wall and at each other under many angles, in LIGGGHTS, in millsim, and on paper."""
+"""Single impacts: balls thrown at a wall and at each other at 20 angles, in LIGGGHTS, in millsim and in theory."""
 
 import dataclasses
 
@@ -17,7 +17,7 @@ DECK = ROOT / "input" / "simoloyer.ini"
 KINDS = {"ball_ball": "pair", "ball_wall": "wall"}
 RESTITUTIONS = (0.5, 0.6, 0.7, 0.8, 0.9)
 STEPS = (10, 20, 40, 80, 160)  # a contact, for what the time step does
-PLACES = {"ball_ball": "on each other", "ball_wall": "on a wall"}
+PLACES = {"ball_ball": "at each other", "ball_wall": "at a wall"}
 
 # The balls of one throw in millsim: along the end wall x = -L/2, or one behind the other's target
 THROWN = """\
@@ -96,7 +96,7 @@ def throws(deck, modulus, kind):
 
 
 def check(case):
-    say("    single impacts over angles")
+    say("    single impacts at 20 angles")
     deck = Deck.check(DECK)
     curves = {}
     for kind in KINDS:
@@ -115,10 +115,10 @@ def claim_hard(case, deck, kind, e, after):
     expected = walton(singles.ANGLES, law.restitution, law.friction, law.tangential_restitution)
     off = np.maximum(np.abs(e - law.restitution), np.abs(after - expected))
     case.bound(
-        f"millsim, balls thrown {PLACES[kind]}, {len(e)} angles: restitution and slip after, largest deviation",
+        f"millsim, balls thrown {PLACES[kind]}, {len(e)} angles: restitution and slip after the impact, largest error",
         off.max(),
         1e-5,
-        against="the deck's law (Walton 1993); velocities are stored in single precision",
+        against="contact law of the deck (Walton 1993); velocities are stored in single precision",
     )
 
 
@@ -132,7 +132,7 @@ def claim_soft(case, deck, kind, name, soft):
         law.restitution,
         0.01 * law.restitution,
         error=error,
-        against="the deck's",
+        against="restitution of the deck",
         headline=name == "steel" and kind == "ball_ball",
     )
     own = walton(soft.ratio, law.restitution, law.friction, law.tangential_restitution)
@@ -143,11 +143,12 @@ def claim_soft(case, deck, kind, name, soft):
         soft.tangential_restitution,
         sticking_restitution(law.restitution),
         0.015,
-        against="damped oscillators along and across, closed form",
+        against="damped oscillators in normal and tangential direction, closed form",
     )
     case.tell(
-        f"{where}: effective friction {soft.friction:.4f} and tangential restitution {soft.tangential_restitution:.4f}. Slip after "
-        f"is {off(soft.after, effective, own):.1f} % (rms) off Walton's law with these, {off(soft.after, own, own):.1f} % off that "
+        f"{where}: effective friction {soft.friction:.4f} and tangential restitution "
+        f"{soft.tangential_restitution:.4f}. The slip after the impact deviates from Walton's law by "
+        f"{off(soft.after, effective, own):.1f} % (rms) with these values, and by {off(soft.after, own, own):.1f} % "
         f"with the deck's {law.friction} and {law.tangential_restitution}."
     )
 
@@ -166,7 +167,7 @@ def claim_law(case, deck, kind, modulus, soft, where):
     law = deck.contact(kind)
     _, after = law_of_liggghts(spring, law.friction, soft.ratio, gap, singles.SPEED, model.time_step)
     case.bound(
-        f"{where}: slip after, rms off its contact law",
+        f"{where}: slip after the impact, rms deviation from the contact law of LIGGGHTS",
         off(soft.after, after, after),
         1,
         against="spring, dashpot and cap integrated with the same time step",
@@ -180,7 +181,7 @@ def sweep_restitution(case):
     for e in RESTITUTIONS:
         deck = Deck.check(DECK, [f"contact.restitution={e}"])
         soft = throws(deck, STEEL, "ball_ball")
-        where = f"LIGGGHTS at steel, pairs, restitution {e}"
+        where = f"LIGGGHTS at steel, balls thrown at each other, restitution {e}"
         claim_law(case, deck, "ball_ball", STEEL, soft, where)
         found.append((e, soft.restitution, soft.friction, soft.tangential_restitution))
         own = walton(soft.ratio, *found[-1][1:])
@@ -188,20 +189,20 @@ def sweep_restitution(case):
     values = {e: mu for e, _, mu, _ in found}
     deck_mu = Deck.check(DECK).contact("ball_ball").friction
     case.claim(
-        "LIGGGHTS at steel, friction 0.3: its effective value at restitution 0.8 over the deck's",
+        "LIGGGHTS at steel, restitution 0.8, friction 0.3: ratio of the effective friction of two balls to the deck's",
         values[0.8] / deck_mu,
         1,
         0.08,
-        against="0.314 to 0.323 over 0.3, measured before with another program",
+        against="0.314 to 0.323 for 0.3, measured earlier with another program",
         headline=True,
     )
     case.tell(
-        "Effective friction of pairs at steel where the deck says "
+        "Effective friction of two balls at steel, where the friction of the deck is "
         f"{deck_mu}: " + ", ".join(f"{mu:.3f} at e = {e}" for e, mu in values.items()) + "."
     )
     case.tell(
-        "How well two numbers describe LIGGGHTS' contact at all, slip after, rms off Walton's law with its own effective friction "
-        "and tangential restitution: " + ", ".join(f"{v:.1f} % at e = {e}" for e, v in misfit.items()) + "."
+        "Slip after the impact in LIGGGHTS, rms deviation from Walton's law with the effective friction and tangential "
+        "restitution of LIGGGHTS: " + ", ".join(f"{v:.1f} % at e = {e}" for e, v in misfit.items()) + "."
     )
     return found
 
@@ -217,9 +218,9 @@ def sweep_step(case, deck):
     finally:
         dem_model.STEPS_PER_CONTACT = usual
     case.tell(
-        "By steps in a contact (pairs, steel), restitution and effective friction: "
-        + ", ".join(f"{n}: {e:.4f}, {mu:.4f}" for n, e, mu, _ in found)
-        + f"; runs have {usual}."
+        "Restitution and effective friction of two balls at steel, by the number of time steps per contact: "
+        + "; ".join(f"{n} steps: {e:.4f} and {mu:.4f}" for n, e, mu, _ in found)
+        + f". All other runs have {usual} steps per contact."
     )
     return found
 
@@ -232,7 +233,7 @@ def draw(case, deck, curves, by_restitution, by_step):
     lines = (
         ("the deck: 0.3, 0.484", law, "-"),
         (
-            f"LIGGGHTS' own: {soft.friction:.3f}, {soft.tangential_restitution:.3f}",
+            f"effective in LIGGGHTS: {soft.friction:.3f}, {soft.tangential_restitution:.3f}",
             dataclasses.replace(law, friction=soft.friction, tangential_restitution=soft.tangential_restitution),
             "--",
         ),
@@ -257,7 +258,7 @@ def draw(case, deck, curves, by_restitution, by_step):
     middle.plot(e, mu, "o-", label="friction")
     middle.plot(e, beta, "s-", label="tangential restitution")
     middle.axhline(law.friction, color="C0", ls=":", label="friction of the deck")
-    middle.set(xlabel="restitution [1]", ylabel="effective value [1]", title="Pairs in LIGGGHTS, steel")
+    middle.set(xlabel="restitution [1]", ylabel="effective value [1]", title="Two balls in LIGGGHTS, steel")
     steps, e, mu, _ = np.array(by_step).T
     right.plot(steps, 100 * (e / law.restitution - 1), "o-", label="restitution")
     right.plot(steps, 100 * (mu / law.friction - 1), "s-", label="friction")
@@ -265,9 +266,9 @@ def draw(case, deck, curves, by_restitution, by_step):
     right.axhline(0, color="k", lw=0.8)
     right.set(
         xscale="log",
-        xlabel="time steps in a contact [1]",
-        ylabel="off the deck [%]",
-        title="What the time step does, steel, e = 0.8",
+        xlabel="time steps per contact [1]",
+        ylabel="deviation from the deck [%]",
+        title="Effect of the time step, steel, e = 0.8",
     )
     right.set_xticks(STEPS, [str(n) for n in STEPS])
     right.set_xticks([], minor=True)

@@ -1,5 +1,4 @@
-"""Isolated impacts in a mill: each ball meets one thing, and LIGGGHTS' speeds, rebuilt from its states, are
-millsim's."""
+"""Isolated impacts in a mill: speeds in LIGGGHTS, reconstructed from its stored states, compared with millsim."""
 
 import shutil
 
@@ -163,7 +162,8 @@ def claim(case, stiff, found):
             raise RuntimeError(f"isolated: no ball met a {part}")
         off = 100 * (rows[:, 1] / rows[:, 0] - 1)
         case.bound(
-            f"LIGGGHTS at {LABELS[stiff]}, {len(rows)} isolated impacts, {part}: normal speed, largest deviation",
+            f"LIGGGHTS at {LABELS[stiff]}, {len(rows)} isolated impacts, {part}: "
+            "normal speed, largest relative deviation",
             off[np.abs(off).argmax()],
             SPEED_BAND[stiff],
             unit="%",
@@ -172,11 +172,11 @@ def claim(case, stiff, found):
         )
         after = 100 * np.nanmax(rows[:, 5])
         case.bound(
-            f"LIGGGHTS at {LABELS[stiff]}, isolated impacts, {part}: velocity after, largest deviation",
+            f"LIGGGHTS at {LABELS[stiff]}, isolated impacts, {part}: velocity after the impact, largest deviation",
             after,
             AFTER_BAND,
             unit="%",
-            against="millsim with the deck's contact law; of the speed of the impact",
+            against="millsim with the deck's contact law; relative to the speed of the impact",
         )
 
 
@@ -193,7 +193,7 @@ def draw(case, found):
             title=f"Isolated impacts, LIGGGHTS at {LABELS[stiff]}",
         )
         axis.grid(alpha=0.3)
-    axes[0].set_ylabel("normal speed rebuilt, off millsim's [%]")
+    axes[0].set_ylabel("normal speed in LIGGGHTS, deviation from millsim [%]")
     axes[1].legend(fontsize=8)
     case.save(figure, "isolated.png")
     plt.close(figure)

@@ -1,5 +1,4 @@
-"""Jars, vibration and shift: planetary jars, a shaken tube, a box on a circular path, LIGGGHTS at steel stiffness
-against millsim."""
+"""Planetary jars, a shaken tube and a box on a circular path: millsim compared with LIGGGHTS at steel stiffness."""
 
 import dataclasses
 
@@ -21,7 +20,7 @@ TOLD = [
     Quantity("rotational", "rotational energy", "J", 0),
     Quantity("normal", "power lost in normal direction", "W", 0),
     Quantity("ball_1", "ball-ball impacts above 1 m/s", "/s", 0),
-    Quantity("vessel_0.5", "wall impacts above 0.5 m/s, re-contacts told apart", "/s", 0),
+    Quantity("vessel_0.5", "wall impacts above 0.5 m/s (each re-contact counts)", "/s", 0),
     Quantity("ball_slow_strikes", "ball-ball strikes above 0.5 m/s", "/s", 0),
 ]
 
@@ -42,11 +41,13 @@ MILLS = [
     Mill(
         "planetary45",
         5,
-        "planetary, 45 ml, 7 balls of 15 mm, 650 rpm",
-        known={"ball_0.5": "balls that press each other meet several times in what is one soft contact"},
+        "planetary jar, 45 ml, 7 balls of 15 mm, 650 rpm",
+        known={
+            "ball_0.5": "balls that are pressed together meet several times within the duration of one soft contact"
+        },
     ),
-    Mill("planetary250b", 3, "planetary, 250 ml, 25 balls of 15 mm, 400 rpm"),
-    Mill("planetary250", 1, "planetary, 250 ml, 50 balls of 10 mm, 300 rpm", False),
+    Mill("planetary250b", 3, "planetary jar, 250 ml, 25 balls of 15 mm, 400 rpm"),
+    Mill("planetary250", 1, "planetary jar, 250 ml, 50 balls of 10 mm, 300 rpm", False),
     Mill("vibratory", 8, "tube shaken along a circle, 60 balls of 10 mm"),
     Mill("box", 3, "box on a circular path, 20 balls of 10 mm"),
 ]
@@ -73,7 +74,7 @@ def compare(case, mill):
     for verdict in claimed:
         claim(case, verdict, against, known=mill.known.get(verdict.quantity.key, ""))
     told = verdicts[len(claimed) :] + [judge(quantity, soft, hard) for quantity in TOLD]
-    case.tell(f"Told, {mill.what}: {words(told)}.")
+    case.tell(f"No claim, {mill.what}: {words(told)}.")
     own = own_friction(soft[0].path)
     hard = [Window(path) for path in case.seeds(HARD_SEEDS, deck, **window, **own)]
     told = [judge(quantity, soft, hard) for quantity in QUANTITIES + TOLD]
@@ -97,7 +98,7 @@ def draw(case, verdicts):
         axis.errorbar(off, rows[: len(of)] + shift, xerr=error, fmt="os^Dv"[k], ms=5, capsize=3, label=what)
     axis.axvline(0, color="k", lw=0.8)
     axis.set_yticks(rows, [quantity.name for quantity in QUANTITIES])
-    axis.set(xlabel="millsim off LIGGGHTS at steel stiffness [%], one standard error")
+    axis.set(xlabel="deviation of millsim from LIGGGHTS at steel stiffness [%]; bars: one standard error")
     axis.grid(alpha=0.3, axis="x")
     axis.legend(fontsize=8, ncols=2, loc="upper center", bbox_to_anchor=(0.5, -0.13))
     case.save(figure, "jars.png")

@@ -1,5 +1,4 @@
-"""Nips: gaps at the tip from a little more than a ball down to nine tenths of one, where friction holds the ball
-between edge and drum."""
+"""Nips: clearances of 5.05 to 4.5 mm, where friction can hold a ball of 5 mm between blade edge and drum."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -37,13 +36,14 @@ def check(case):
                 case,
                 judge(quantity, *windows),
                 f"LIGGGHTS, steel, {len(windows[0])} start{'s' if len(windows[0]) > 1 else ''}",
-                suffix=f", {gap} mm at the corners",
+                suffix=f", clearance {gap} mm at the corners",
                 headline=quantity.headline and gap in ("4.8", "4.5"),
             )
         shares = [pinch_share(run.path) for run in windows[1]]
         case.tell(
-            f"{gap} mm at the corners: {100 * np.mean([share for share, _ in shares]):.0f} % of the rotor's work is done on pressed balls, "
-            f"{np.mean([count for _, count in shares]):.0f} are let go in a run."
+            f"clearance {gap} mm at the corners: {100 * np.mean([share for share, _ in shares]):.0f} % of the "
+            f"rotor's work is done on pressed balls, {np.mean([count for _, count in shares]):.0f} balls are "
+            "let go per run."
         )
         soft.append(np.mean([run.values["power"] for run in windows[0]]))
         hard.append([run.values["power"] for run in windows[1]])
@@ -51,7 +51,7 @@ def check(case):
         windows = compared(case, "4.65", words.replace(",", "").replace(" ", "-"), **settings)
         verdicts = [judge(quantity, *windows) for quantity in PINCHED]
         case.tell(
-            f"4.65 mm at the corners, {words}, not claimed: millsim is off LIGGGHTS by "
+            f"clearance 4.65 mm at the corners, {words}, no claim: millsim deviates from LIGGGHTS by "
             + ", ".join(f"{v.off:+.1f} +- {v.error:.1f} % ({v.quantity.name})" for v in verdicts)
             + "."
         )
@@ -63,13 +63,11 @@ def draw(case, gaps, soft, hard):
     axis.errorbar(gaps, hard.mean(axis=1), hard.std(axis=1, ddof=1), fmt=".-", label="millsim")
     axis.plot(gaps, soft, "o", mfc="none", ms=10, color="k", label="LIGGGHTS, steel")
     axis.axvline(5, color="grey", lw=0.8, ls=":")
-    axis.annotate(" a ball", (5, axis.get_ylim()[1]), va="top")
-    axis.set(xlabel="gap between the blades' corners and the drum [mm]", ylabel="rotor power [W]")
+    axis.annotate(" ball diameter", (5, axis.get_ylim()[1]), va="top")
+    axis.set(xlabel="clearance between blade corners and drum [mm]", ylabel="rotor power [W]")
     axis.set_ylim(0)
     axis.legend()
     worst = np.max(np.abs(hard.mean(axis=1) / soft - 1))
-    axis.set_title(
-        f"Balls squeezed through a gap just below their diameter: power within {100 * worst:.0f} % of soft spheres"
-    )
+    axis.set_title(f"Clearance slightly less than the ball diameter: power within {100 * worst:.0f} % of soft spheres")
     case.save(figure, "nips.png")
     plt.close(figure)

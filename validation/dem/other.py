@@ -1,4 +1,4 @@
-"""Other mills: 600 rpm and 2500 balls at steel stiffness; and restitution 0.5, where the two do not agree."""
+"""Other mills: 600 rpm and 2500 balls at steel stiffness; and restitution 0.5, where the two programs do not agree."""
 
 from mills import STEADY, Window, judge
 from runs import ROOT, say
@@ -32,5 +32,6 @@ def inelastic(case):
         verdicts = [judge(quantity, [Window(soft)], hard) for quantity in STEADY[:5]]
         off = ", ".join(f"{v.off:+.1f} +- {v.error:.1f} % ({v.quantity.name})" for v in verdicts)
         case.tell(
-            f"Restitution 0.5, friction 0.3, LIGGGHTS at 1e10 Pa, 1000 rpm, 4000 balls: with {text} millsim is off by {off}."
+            f"Restitution 0.5, friction 0.3, LIGGGHTS at 1e10 Pa, 1000 rpm, 4000 balls: with {text}, "
+            f"millsim deviates from LIGGGHTS by {off}."
         )

@@ -1,5 +1,4 @@
-"""Pinches: mills whose blades press balls against walls, at steel stiffness, where balls are let go and where jams
-carry power."""
+"""Pinches: mills whose blades press balls against walls, at steel stiffness; millsim lets balls go, or they jam."""
 
 import numpy as np
 from mills import Quantity, Window, claim, judge
@@ -18,14 +17,14 @@ PINCHED = [
 DENSE = {"balls__count": 1800, "rotor__speed": "900 rpm", "blades__count": 8, "blades__width": "9 mm"}  # fmt: skip
 # name, what it is, further settings, starts in LIGGGHTS
 MILLS = [
-    ("pinch", "1500 balls, 700 rpm, 10 mm at the tip and 4 mm beside the blades", {}, 3),
+    ("pinch", "1500 balls, 700 rpm, clearances of 10 mm at the tip and 4 mm beside the blades", {}, 3),
     (
         "jam",
-        "1800 balls, 900 rpm, 4 mm at the tip and 0.5 mm beside the blades",
+        "1800 balls, 900 rpm, clearances of 4 mm at the tip and 0.5 mm beside the blades",
         DENSE | {"blades__tip_radius": "56 mm"},
         1,
     ),  # fmt: skip
-    ("narrow", "1800 balls, 900 rpm, 10 mm at the tip and 0.5 mm beside the blades", DENSE, 1),
+    ("narrow", "1800 balls, 900 rpm, clearances of 10 mm at the tip and 0.5 mm beside the blades", DENSE, 1),
 ]
 
 
@@ -60,19 +59,19 @@ def check(case):
                 100 * powers.std(ddof=1) / powers.mean(),
                 2,
                 unit="%",
-                against="no single ball decides a run",
+                against="no single ball determines the power of a run",
             )
             case.bound(
-                f"{text}: greatest millisecond of six seeds over that of LIGGGHTS",
+                f"{text}: ratio of the largest power in one millisecond, six seeds, to that in LIGGGHTS",
                 max(map(greatest, hard)) / max(map(greatest, soft)),
                 1.5,
-                against="a stiff soft sphere gives way",
+                against="a soft ball gives way, even if it is stiff",
             )
         shares = [pinch_share(path) for path in hard]
         case.tell(
-            f"{text}: {100 * np.mean([share for share, _ in shares]):.0f} % of the rotor's work is done on pressed balls, "
-            f"{np.mean([count for _, count in shares]):.0f} are let go in a run; power of the seeds "
+            f"{text}: {100 * np.mean([share for share, _ in shares]):.0f} % of the rotor's work is done on pressed "
+            f"balls, {np.mean([count for _, count in shares]):.0f} balls are let go per run; power of the seeds "
             + ", ".join(f"{power:.1f}" for power in powers)
-            + f" W, greatest milliseconds {', '.join(f'{greatest(path):.0f}' for path in hard)} W, LIGGGHTS' "
-            f"{', '.join(f'{greatest(path):.0f}' for path in soft)} W."
+            + f" W; largest power in one millisecond {', '.join(f'{greatest(path):.0f}' for path in hard)} W, "
+            f"in LIGGGHTS {', '.join(f'{greatest(path):.0f}' for path in soft)} W."
         )

@@ -1,5 +1,4 @@
-"""What the two programs cost: processor seconds for one simulated second of the steady reference mill, measured in
-turn."""
+"""Computing cost of the two programs: processor seconds per simulated second of the steady reference mill."""
 
 import os
 
@@ -19,12 +18,12 @@ LEAST = {"1e9": (18, ""), "steel": (120, ", aim 200")}
 
 
 def check(case):
-    say("    price")
+    say("    computing cost")
     paths = {"1e9": soft_run(case), "steel": stiff_run(case)[0]}
     load = os.getloadavg()[0]
     for modulus, path in paths.items():
         measure(case, modulus, path)
-    case.tell(f"Load of the machine when this began: {load:.1f}, on {os.cpu_count()} cores.")
+    case.tell(f"Load of the machine at the start of this part: {load:.1f}, on {os.cpu_count()} cores.")
 
 
 def measure(case, modulus, path):
@@ -45,7 +44,7 @@ def measure(case, modulus, path):
     steps = SPAN[modulus] / mill.model.time_step / PRICED
     soft, hard, whole = [], [], []
     for k in range(ROUNDS):
-        say(f"    price at {LABELS[modulus]}, round {k + 1} of {ROUNDS}")
+        say(f"    computing cost at {LABELS[modulus]}, round {k + 1} of {ROUNDS}")
         soft.append(mill.price(steps))
         with Run(case.run(DECK, output="price.h5", **SETTINGS)) as run:
             whole.append(run.cost)
@@ -54,21 +53,22 @@ def measure(case, modulus, path):
     # how well the least of the rounds is known: what the second is above it
     error = np.hypot(*(np.diff(np.sort(costs)[:2])[0] / min(costs) for costs in (soft, hard)))
     case.bound(
-        f"processor time of millsim over that of LIGGGHTS, {LABELS[modulus]}: {ratio:.0f} times cheaper",
+        f"ratio of the processor time of millsim to that of LIGGGHTS at {LABELS[modulus]}; "
+        f"LIGGGHTS needs {ratio:.0f} times as much",
         100 / ratio,
         100 / least,
         error=100 / ratio * error,
         unit="%",
-        against=f"at least {least} times cheaper{aim}; {min(soft):.4g} and {min(hard):.3g} CPU s for one simulated second",
+        against=f"at least {least} times as much{aim}; {min(soft):.4g} and {min(hard):.3g} CPU s per simulated second",
         headline=True,
     )
     case.tell(
-        f"CPU seconds for one simulated second at {LABELS[modulus]}, round by round: LIGGGHTS "
+        f"CPU seconds per simulated second at {LABELS[modulus]}, one value per round: LIGGGHTS "
         + ", ".join(f"{cost:.4g}" for cost in soft)
         + "; millsim "
         + ", ".join(f"{cost:.3g}" for cost in hard)
-        + f". With start, statistics, frames and file millsim takes {min(whole):.3g} for the {END} s of the run: "
-        f"{min(soft) / min(whole):.0f} times cheaper than LIGGGHTS without any of them."
+        + f". With start-up, statistics, frames and output file, millsim takes {min(whole):.3g} CPU s per simulated "
+        f"second of a run of {END} s; LIGGGHTS without any of them needs {min(soft) / min(whole):.0f} times as much."
     )
 
 

@@ -89,10 +89,10 @@ class DemCase(Part):
             return False
         name = note.stem
         if made["millsim"] == key["millsim"]:
-            say(f"    {name}: kept in {KEPT.relative_to(ROOT)} from an earlier call, used again")
+            say(f"    {name}: the run in {KEPT.relative_to(ROOT)} from an earlier call is used again")
             return True
         if self.stale:
-            say(f"    {name}: kept, of version {made['millsim']}, used again in {key['millsim']}")
+            say(f"    {name}: the kept run of version {made['millsim']} is used; this is version {key['millsim']}")
         return self.stale
 
     def seeds(self, count, deck, **settings):

@@ -1,4 +1,4 @@
-"""The reference mill with friction, steady at 1000 rpm: LIGGGHTS at steel stiffness against millsim.
+"""The reference mill with friction, steady at 1000 rpm: millsim compared with LIGGGHTS at steel stiffness.
 
 `compare` does the same for any mill that is steady in its sampled window; other.py uses it.
 """
@@ -54,9 +54,9 @@ def soft_balls(case):
     hard = [Window(path) for path in case.seeds(HARD_SEEDS, DECK, **SETTINGS)]
     verdicts = [judge(quantity, soft, hard) for quantity in STEADY]
     case.tell(
-        "At 1e9 Pa millsim is off LIGGGHTS by "
+        "At 1e9 Pa millsim deviates from LIGGGHTS by "
         + ", ".join(f"{v.off:+.1f} +- {v.error:.1f} % ({v.quantity.name})" for v in verdicts)
-        + ": compare rates at steel only."
+        + ". Therefore rates are compared at steel only."
     )
 
 
@@ -90,7 +90,7 @@ def compare(case, name, what, deck, settings):
     power, *others = verdicts["own"]  # the bands of the others are for the deck's friction
     claim(case, power, f"LIGGGHTS, steel, {what}", OWN_POWER_BAND, suffix, headline=told)
     case.tell(
-        "With LIGGGHTS' effective friction in its deck millsim is off by "
+        "With LIGGGHTS' effective friction in its deck, millsim deviates from LIGGGHTS by "
         + ", ".join(f"{v.off:+.1f} +- {v.error:.1f} % ({v.quantity.name})" for v in others)
         + "."
     )
@@ -126,25 +126,23 @@ def tell(case, soft_path, soft, hard, own, verdicts):
             one, merged = (100 * (np.mean([run.values[k] for run in runs]) / soft.values[k] - 1) for k in names)
             counts.append(f"{kind_label(kind)} {one:+.1f} %, {merged:+.1f} %")
         case.tell(
-            f"What one impact is: rates above 1 m/s with {law}, millsim over LIGGGHTS, one by one, and with re-contacts of "
-            f"a pair within a contact's duration merged in both: {'; '.join(counts)}."
+            f"Rates above 1 m/s with {law}, deviation of millsim from LIGGGHTS if each impact counts, and if "
+            f"re-contacts of a pair within the duration of a contact count once in both: {'; '.join(counts)}."
         )
     case.tell(
-        f"Slow tail: {mean['all']:.4g} impacts a second in all in millsim, {soft.values['all']:.4g} in LIGGGHTS; of these "
-        f"{100 * mean['slow'] / mean['all']:.1f} and {100 * soft.values['slow'] / soft.values['all']:.1f} % are slower than "
-        "50 mm/s."
+        f"Slow impacts: millsim has {mean['all']:.4g} impacts per second in total, LIGGGHTS {soft.values['all']:.4g}; "
+        f"of these, {100 * mean['slow'] / mean['all']:.1f} and "
+        f"{100 * soft.values['slow'] / soft.values['all']:.1f} % are slower than 50 mm/s."
     )
     with Run(soft_path) as run:
         shares = {k: float(run.read(f"run/isolated_share/{k}")) for k in KINDS}
     case.tell(
-        "Multiple contacts: what LIGGGHTS' impacts would lose if each were alone, over what its dashpots take: "
-        + ", ".join(f"{kind_label(k)} {share:.3f}" for k, share in shares.items())
-        + "."
+        "Multiple contacts in LIGGGHTS: ratio of the energy that the impacts would lose as single impacts to the work "
+        "of the dashpots: " + ", ".join(f"{kind_label(k)} {share:.3f}" for k, share in shares.items()) + "."
     )
     case.tell(
-        "Standard error of LIGGGHTS' run from its own blocks, and scatter of one run of millsim over seeds: "
-        + ", ".join(f"{v.quantity.name} {v.blocks:.2g}, {v.scatter:.2g} %" for v in verdicts)
-        + "."
+        "Standard error of the LIGGGHTS run from its own blocks, and scatter of single runs of millsim from seed to "
+        "seed: " + "; ".join(f"{v.quantity.name} {v.blocks:.2g} and {v.scatter:.2g} %" for v in verdicts) + "."
     )
 
 
@@ -166,7 +164,9 @@ def draw_verdicts(case, name, what, verdicts):
     axis.axvline(0, color="k", lw=0.8)
     axis.fill_betweenx([], [], [], color="C2", alpha=0.15, label="band")
     axis.set_yticks(rows, [quantity.name for quantity in STEADY])
-    axis.set(xlabel="millsim off LIGGGHTS at steel stiffness [%]", title=f"{what}, one standard error")
+    axis.set(
+        xlabel="deviation of millsim from LIGGGHTS at steel stiffness [%]", title=f"{what}; bars: one standard error"
+    )
     axis.grid(alpha=0.3, axis="x")
     axis.legend(fontsize=8, ncols=3, loc="upper center", bbox_to_anchor=(0.5, -0.13))
     case.save(figure, f"{name}.png")
@@ -182,12 +182,12 @@ def draw_spectra(case, name, what, soft, hard):
                 if group == "strikes" and paths is not hard:
                     continue  # there they are the same: a soft contact is one
                 edges, density = density_of(paths, kind, group)
-                text = label + (", re-contacts merged" if group == "strikes" else "")
+                text = label + (", re-contacts counted once" if group == "strikes" else "")
                 axis.stairs(density, edges, color=colour, ls=style, label=text)
         axis.set(xscale="log", yscale="log", xlim=(0.004, 12), title=kind_label(kind))
         top = density_of([soft], kind, "impacts")[1].max()
         axis.set(ylim=(top / 1e3, 4 * top), xlabel="normal speed [m/s]")
-        axis.set_ylabel("impacts per second and factor e of speed [1/s]")
+        axis.set_ylabel("impacts per second and unit of ln(speed) [1/s]")
         axis.grid(alpha=0.3)
     axes[0, 0].legend(fontsize=9, loc="lower center")
     figure.suptitle(f"Impact speeds, {what}")

@@ -1,4 +1,4 @@
-"""The first 100 ms of the reference mill without friction, from rest, in LIGGGHTS and millsim from the same places.
+"""The first 100 ms of the reference mill without friction, from rest, in LIGGGHTS and millsim from the same positions.
 
 A smooth mill has no useful steady state, so the start is compared. There is one start for each seed; millsim runs
 with many.
@@ -86,7 +86,7 @@ def compare(case, name, soft, hard):
             claim(case, verdict, f"LIGGGHTS, {LABELS[name]}, {SEEDS} starts")
         return
     case.tell(
-        f"Softer, at {LABELS[name]}, millsim is off LIGGGHTS by "
+        f"At {LABELS[name]}, softer than steel, millsim deviates from LIGGGHTS by "
         + ", ".join(f"{v.off:+.1f} +- {v.error:.1f} % ({v.quantity.name})" for v in verdicts)
         + "."
     )
@@ -101,12 +101,12 @@ def scatter(case, soft, hard):
             ratios.append((own / np.std([run.values[key] for run in hard], ddof=1)) ** 2)
     freedom = (SEEDS - 1) * len(soft)  # the quantities hang together: one of them counts
     case.claim(
-        "scatter of LIGGGHTS' runs from start to start over that of millsim's, rms of power, energy, loss, rate",
+        "ratio of the scatter of LIGGGHTS from start to start to that of millsim, rms of power, energy, loss, rate",
         np.sqrt(np.mean(ratios)),
         1,
         3 / np.sqrt(2 * freedom),
         error=1 / np.sqrt(2 * freedom),
-        against="both are as chaotic",
+        against="both programs are equally chaotic",
     )
 
 
@@ -115,11 +115,11 @@ def same_place(case, soft, hard):
     with Run(soft) as one, Run(hard) as other:
         off = np.abs(one.frame(0, "position") - other.frame(0, "position")).max()
     case.bound(
-        "places of the balls at the start, largest difference",
+        "positions of the balls at the start, largest difference",
         off,
         0,
         unit="m",
-        against="the same start",
+        against="both programs start from the same positions",
     )
 
 
@@ -138,7 +138,7 @@ def draw(case, soft, hard):
         (energy, time, np.array([run.kinetic for run in hard])),
     ):
         mean, spread = values.mean(axis=0), values.std(axis=0, ddof=1)
-        label = f"millsim, {len(hard)} starts, +- 1 deviation"
+        label = f"millsim, {len(hard)} starts, +- 1 standard deviation"
         axis.fill_between(when, mean - spread, mean + spread, color="k", alpha=0.2, lw=0, label=label)
         axis.plot(when, mean, color="k", lw=1)
     for k, (name, runs) in enumerate(soft.items()):
@@ -153,8 +153,8 @@ def draw(case, soft, hard):
         xscale="log",
         xlim=(0.02, 12),
         xlabel="normal speed of ball-ball impacts [m/s]",
-        ylabel="impacts per second and factor e of speed [1/s]",
-        title="Impacts of 0 to 100 ms",
+        ylabel="impacts per second and unit of ln(speed) [1/s]",
+        title="Impacts from 0 to 100 ms",
     )
     for axis in axes:
         axis.grid(alpha=0.3)

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""millsim held against LIGGGHTS: runs the parts of this folder and writes RESULTS.md and its figures.
+"""Compares millsim with LIGGGHTS: runs the parts of this folder and writes RESULTS.md and its figures.
 
-validate.py [PART ...] [--kept]      ends with 1 when a claim is outside its band
+validate.py [PART ...] [--kept]      exit status 1 if a claim is outside its band and no reason is known
 """
 
 import pathlib
@@ -27,8 +27,8 @@ PARTS = {
     "price": ("price",),
 }
 INTRODUCTION = (
-    "[README.md](README.md) says what is compared and why so. Deviations are millsim over LIGGGHTS less 1; *band* is "
-    "what they may be, *error* their standard error."
+    "[README.md](README.md) explains what is compared and why. A deviation is the value of millsim divided by that of "
+    "LIGGGHTS, minus 1; *band*: the largest accepted deviation; *error*: its standard error."
 )
 
 if __name__ == "__main__":
@@ -37,7 +37,7 @@ if __name__ == "__main__":
             __doc__,
             "runs of LIGGGHTS",
             HERE,
-            "Held against LIGGGHTS",
+            "Compared with LIGGGHTS",
             INTRODUCTION,
             PARTS,
             DemCase,

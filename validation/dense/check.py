@@ -186,9 +186,9 @@ def standard_error(values):
 
 
 LAWS = {
-    "rate": "contact rate in the bulk over Enskog's",
-    "z": "pressure in the bulk, from the virial, over theory's",
-    "wall": "pressure on the end walls over theory's",
+    "rate": "ratio of the contact rate in the bulk to Enskog's",
+    "z": "ratio of the pressure in the bulk (from the virial) to the theoretical pressure",
+    "wall": "ratio of the pressure on the end walls to the theoretical pressure",
 }
 
 
@@ -215,13 +215,13 @@ def claim_bulk(case, found):
                 error=error,
             )
     for key, what in (
-        ("rate", "contact rate from Enskog's"),
-        ("z", "pressure from Carnahan-Starling"),
+        ("rate", "contact rate in the bulk from Enskog's"),
+        ("z", "pressure in the bulk from Carnahan-Starling's"),
     ):
         means = np.array([values[f"{key}_cs"].mean() - 1 for values in found.values()])
         worst = np.argmax(np.abs(means))
         case.bound(
-            f"largest deviation of the {what} in the bulk, packings {', '.join(map(str, found))}",
+            f"largest relative deviation of the {what}, packings {', '.join(map(str, found))}",
             means[worst],
             0.01,
             against="Enskog, Carnahan & Starling 1969",
@@ -239,28 +239,28 @@ def chi_square(uniform):
 def claim_geometry(case, geometry):
     columns = np.concatenate(geometry, axis=1)
     for title, column, against in (
-        ("(b/s)^2", columns[0], "uniform on [0, 1]"),
+        ("impact parameter squared, (b/s)^2", columns[0], "uniform on [0, 1]"),
         ("relative speed at impact", special.gammainc(2, columns[1]), "v^3 exp(-m v^2/4T)"),
     ):
         blocks = column[: len(column) // BLOCK * BLOCK].reshape(-1, BLOCK)
         p = stats.chi2.sf([chi_square(block) for block in blocks], BINS - 1)
         error = np.sqrt(LEVEL * (1 - LEVEL) / len(p))
         case.claim(
-            f"{title}: share of {len(p)} chi-square tests passed at level {LEVEL}",
+            f"{title}: fraction of {len(p)} chi-square tests that pass at level {LEVEL}",
             np.mean(p > 1 - LEVEL), LEVEL, 4 * error, against=against, error=error,
         )  # fmt: skip
         case.bound(
-            f"{title}: Kolmogorov-Smirnov sqrt(n) D of the {len(p)} p-values against uniform",
+            f"{title}: Kolmogorov-Smirnov sqrt(n) D of the {len(p)} p-values against a uniform distribution",
             np.sqrt(len(p)) * stats.kstest(p, "uniform").statistic, KS_LIMIT, against=against,
         )  # fmt: skip
         case.bound(
-            f"{title}: all {len(column)} contacts in one chi-square, its p-value as normal deviate",
+            f"{title}: one chi-square test of all {len(column)} contacts, p-value expressed as a normal deviate",
             stats.norm.isf(stats.chi2.sf(chi_square(column), BINS - 1)), 4, against=against, error=1,
         )  # fmt: skip
     error = 1 / np.sqrt(columns.shape[1])
     case.bound(
-        "correlation of (b/s)^2 with the relative speed squared",
-        np.corrcoef(columns)[0, 1], 4 * error, against="independent", error=error,
+        "correlation of (b/s)^2 with the square of the relative speed",
+        np.corrcoef(columns)[0, 1], 4 * error, against="independent quantities", error=error,
     )  # fmt: skip
 
 
@@ -302,7 +302,7 @@ def draw_pressure(axis, found):
 def draw_deviations(axis, found):
     phi = np.linspace(1e-3, 0.45, 200)
     cs, better = carnahan_starling(phi), kolafa(phi)
-    axis.axhspan(-1, 1, color="0.93", label="claimed, 1 %")
+    axis.axhspan(-1, 1, color="0.93", label="band of the claim, 1 %")
     axis.axhline(0, color="C3", label="Enskog, Carnahan & Starling")
     axis.plot(phi, 100 * ((better - 1) / (cs - 1) - 1), "C0-", lw=1, label="Kolafa, rate")
     axis.plot(phi, 100 * (better / cs - 1), "C0--", lw=1, label="Kolafa, pressure")
@@ -346,7 +346,7 @@ def check(case):
     claim_bulk(case, found)
     claim_geometry(case, geometry)
     case.bound(
-        "Clausius' virial theorem: impulses of balls and walls against kinetic energy, largest error of all runs",
+        "Clausius' virial theorem (impulses of balls and walls, kinetic energy): largest relative error of all runs",
         np.abs(virial).max(),
         1e-7,
         against="exact identity of the motion",

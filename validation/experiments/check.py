@@ -1,5 +1,4 @@
-"""Experiments: single impacts and a cooling gas, predicted with measured coefficients and held against what was
-measured.
+"""Experiments: single impacts and a cooling gas, predicted with measured coefficients, compared with measurements.
 
 README.md says what is claimed, where each number was read, and what could not be read.
 """

@@ -58,7 +58,8 @@ def draw_pairs(axis, curves):
     axis.fill_between([], [], [], color="grey", alpha=0.2, label="errors of the measured coefficients")
     axis.axhline(0, color="0.7", lw=0.8, zorder=0)
     axis.set(
-        title="Spheres on each other: millsim is Walton's law\nwith Foerster's restitution, friction, tangential restitution",
+        title="Impacts of two spheres: millsim follows Walton's law\n"
+        "with Foerster's restitution, friction, tangential restitution",
         xlabel=r"slip before / normal speed before, $\psi_1$ [1]",
         ylabel=r"slip after / normal speed before, $\psi_2$ [1]",
         xlim=(0, fine[-1]),
@@ -74,7 +75,7 @@ def draw_measured(axis, readings):
             ms=6,
             mfc="none",
             color="k",
-            label=f"measured, as {name} reads it",
+            label=f"measured, as read by {name}",
         )
 
 
@@ -87,7 +88,8 @@ def draw_kept(axis, plate):
     kept = 1 - 2 / 7 * (1 - ALUMINA.slip_after(1, ratio) / ratio)
     axis.plot(fine, kept, color="C3", lw=1, label="Walton's law")
     axis.set(
-        title=f"Alumina on glass: as predicted above {STEEP:g} deg,\nnear the normal one tangential restitution does not do",
+        title=f"Alumina on glass: as predicted above {STEEP:g} deg,\n"
+        "below, one value of the tangential restitution is not enough",
         xlabel="angle from the normal, before [deg]",
         ylabel="tangential speed of the centre, after / before [1]",
     )
@@ -102,7 +104,7 @@ def draw_spin(axis, plate):
     kick = 5 / 7 * (ratio - ALUMINA.slip_after(1, ratio)) * SPEED * np.cos(np.radians(fine))
     axis.plot(fine, kick / (DIAMETER / 2), color="C3", lw=1, label="Walton's law")
     axis.set(
-        title="Alumina on glass: spin follows friction 0.092",
+        title="Alumina on glass: the spin agrees with friction 0.092",
         xlabel="angle from the normal, before [deg]",
         ylabel="spin after [rad/s]",
     )
@@ -118,12 +120,12 @@ def draw_reversal(axis, plate):
             ms=6,
             mfc="none",
             color="k",
-            label=f"measured, as {name} reads it",
+            label=f"measured, as read by {name}",
         )
-    axis.axhline(ALUMINA.beta, color="C3", lw=1, label="Walton's law with 0.44, of glass on glass")
+    axis.axhline(ALUMINA.beta, color="C3", lw=1, label="Walton's law with 0.44 (glass on glass)")
     axis.axhline(0, color="0.7", lw=0.8, zorder=0)
     axis.set(
-        title="Why: the slip of nearly normal impacts is not reversed;\n0.44 is reached only near the kink",
+        title="Reason: the slip of nearly normal impacts is not reversed;\n0.44 is reached only near the kink",
         xlabel="angle from the normal, before [deg]",
         ylabel=r"tangential restitution $\beta_0$ of the impact [1]",
         xlim=(0, STEEP),
@@ -162,7 +164,7 @@ def draw_ratio(axis, runs):
             axis.plot(CLOCK, mean, color=COLOURS[name], label=label)
             axis.fill_between(CLOCK, mean - spread, mean + spread, color=COLOURS[name], alpha=0.2)
     axis.set(
-        title="A gas of acetate keeps the measured ratio,\none of glass loses it (shaded: scatter of single runs)",
+        title="Contacts of acetate: the ratio stays as measured,\nof glass: it falls (shaded: scatter of single runs)",
         xlabel="time / Haff time [1]",
         ylabel="rotational / translational energy [1]",
         xlim=(0, CLOCK[-1]),
@@ -213,14 +215,14 @@ def draw_scan(axis, scan):
             label=f"millsim, e {law.e:g}, $\\beta_0$ {law.beta:g}",
         )
         none = np.isnan(value)
-        label = "no ratio lasts: it rises from all starts" if none.any() else None
+        label = "no lasting ratio: it rises from all starts" if none.any() else None
         height = np.full(none.sum(), 0.97)
         axis.plot(np.array(FRICTIONS)[none], height, "^", color=COLOURS[name], label=label)
         axis.axvline(law.mu, color=COLOURS[name], ls=":", label=f"friction of {name}")
     axis.set(
-        title="Which ratio lasts is decided by restitution and friction:\nspheres like glass are ruled out",
+        title="The lasting ratio depends on restitution and friction:\ncontacts of glass are excluded",
         xlabel="friction of the spheres and walls [1]",
-        ylabel="ratio that three Haff times leave as it is [1]",
+        ylabel="lasting ratio of rotational / translational energy [1]",
         xscale="log",
         ylim=(0, 1.5),
     )

@@ -148,7 +148,7 @@ def claim_ratio(case, name, runs):
     material = f"cooling spheres with the contacts of {name}"
     value, error = lasting(runs)
     case.claim(
-        f"{material}: ratio of rotational to translational energy that three Haff times leave as it is",
+        f"{material}: lasting ratio of rotational to translational energy (no change in three Haff times)",
         value,
         TRITTEL_RATIO,
         RATIO_BAND,
@@ -159,7 +159,7 @@ def claim_ratio(case, name, runs):
     )
     change, error = mean_and_error(runs[1].ratio[:, -1] - runs[1].ratio[:, 0])
     case.bound(
-        f"{material}: change of the ratio in three Haff times, from 2/3",
+        f"{material}: change of the ratio in three Haff times after a start at 2/3",
         change,
         RATIO_BAND,
         error=error,
@@ -170,7 +170,7 @@ def claim_ratio(case, name, runs):
 
 def claim_energy(case, run):
     left, error = mean_and_error(run.energy[:, -1])
-    what = "cooling spheres with the contacts of acetate: energy left after three Haff times"
+    what = "cooling spheres with the contacts of acetate: fraction of the energy left after three Haff times"
     case.claim(what, left, 1 / 16, HAFF_BAND, error=error, against="Haff 1983: (1 + t/tau)^-2")
     case.claim(
         what,
@@ -180,7 +180,7 @@ def claim_energy(case, run):
         error=error,
         against="measured: about 5 % (Trittel et al. 2024)",
         headline=True,
-        known="5 % are left after 3.5 Haff times, by Haff's law too: the digit is rounder than its band",
+        known="by Haff's law 5 % are left after 3.5 Haff times; the accuracy of the measured value is not known",
     )
 
 
@@ -203,11 +203,11 @@ def claim_unknown(case, usual):
         runs = from_all_starts(case, law, SOME_SEEDS, **how)
         value, error = lasting(runs)
         case.bound(
-            f"cooling spheres with the contacts of acetate: change of the ratio that lasts with {what}",
+            f"cooling spheres with the contacts of acetate: change of the lasting ratio with {what}",
             value - usual[0],
             RATIO_BAND,
             error=np.hypot(error, usual[1]),
-            against="not known of the experiment: should not matter",
+            against="not known for the experiment: should have no effect",
             known=known,
         )
         if "walls" in how:
@@ -219,7 +219,8 @@ def claim_boltzmann(case, run):
     value, error = mean_and_error(run.counted)
     truth = direct_simulation(ACETATE.e, ACETATE.beta, 0, ACETATE.mu)[1][COUNTS == COUNTED]
     case.claim(
-        f"the same spheres between smooth walls, without spin at first: ratio after {COUNTED} collisions each",
+        "cooling spheres with the contacts of acetate, smooth walls, no spin at first: "
+        f"ratio of the energies after {COUNTED} collisions each",
         value,
         truth.item(),
         4 * error,
@@ -228,5 +229,5 @@ def claim_boltzmann(case, run):
     )
 
 
-RESTITUTION_MATTERS = "the prediction is as sharp as restitution is known: it moves by 0.1 with 0.02"
-NOT_GLASS = "refutes contacts like those of glass in this experiment, not the program"
+RESTITUTION_MATTERS = "the prediction is only as accurate as the restitution: a change of 0.02 changes the ratio by 0.1"
+NOT_GLASS = "refutes the assumption that these spheres have the contacts of glass, not the program"

@@ -99,7 +99,8 @@ def claim_pair(case, name, law, error, rebound):
     size = 1 + RATIOS
     off = np.maximum(np.abs(rebound.normal - law.e), np.abs(rebound.slip - law.slip_after(1, RATIOS)))
     case.bound(
-        f"{name} on {name}, {len(RATIOS)} angles from 0 to 84 deg: slip and normal speed after, largest error over the speed before",
+        f"{name} on {name}, {len(RATIOS)} angles from 0 to 84 deg: slip and normal speed after the impact, "
+        "largest error relative to the speed before",
         (off / size).max(),
         FLOAT32,
         against="Walton 1993 with the coefficients of Foerster et al. 1994",
@@ -113,11 +114,11 @@ def claim_pair(case, name, law, error, rebound):
         strict=True,
     ):
         case.claim(
-            f"{name} on {name}: {what} read off millsim's curve",
+            f"{name} on {name}: {what} from the curve of millsim",
             value,
             expected,
             band,
-            against="Foerster et al. 1994, their error as the band",
+            against="Foerster et al. 1994; the band is their error",
         )
 
 
@@ -140,35 +141,36 @@ def check_plate(case):
 
 
 def claim_plate(case, result):
-    against = "measured: Kharaz, Gorham and Salman 2001, as read by two others"
+    against = "measured: Kharaz, Gorham and Salman 2001, mean of two readings of their figures"
     start = f"alumina on glass, 3.9 m/s, from {STEEP:g} deg on"
     angle, value, predicted = result["kept"]
     steep = angle > STEEP
     case.bound(
-        f"{start}: tangential speed after over before, largest deviation",
+        f"{start}: ratio of the tangential speed after the impact to that before it, largest deviation",
         most(predicted - value, steep),
         CLOSURE,
         against=against,
         headline=True,
     )
     case.bound(
-        "alumina on glass, 3.9 m/s, from 2 to 20 deg: tangential speed after over before, largest deviation",
+        "alumina on glass, 3.9 m/s, from 2 to 20 deg: "
+        "ratio of the tangential speed after the impact to that before it, largest deviation",
         most(predicted - value, ~steep),
         CLOSURE,
         against=against,
         headline=True,
-        known="one tangential restitution does not do: spheres slip in part and spring back",
+        known="one value of the tangential restitution is not enough: contacts slip partly and spring back sideways",
     )
     lost = 2 / 7 * np.sin(np.radians(angle)) ** 2 * (ALUMINA.beta**2 - reversal(value) ** 2)
     case.bound(
-        "alumina on glass, from 2 to 20 deg: energy that this makes wrong, over all before the impact",
+        "alumina on glass, from 2 to 20 deg: resulting error of the energy, divided by the energy before the impact",
         most(lost, ~steep),
         ENERGY,
-        against="slip takes part with sin^2 of the angle only",
+        against="the energy of the slip is proportional to sin^2 of the angle",
     )
     angle, value, predicted = result["angle"]
     case.bound(
-        f"{start}: angle after, largest deviation",
+        f"{start}: angle after the impact, largest deviation",
         most(predicted - value, angle > STEEP),
         1.0,
         unit="deg",
@@ -178,13 +180,13 @@ def claim_plate(case, result):
     speed = SPEED * np.sin(np.radians(angle))
     kept = np.interp(angle, *result["kept"][:2])
     case.bound(
-        f"{start}: tangential speed kept, that measured less that which the measured spin asks for, largest",
+        f"{start}: ratio of the tangential speeds, measured minus computed from the measured spin, largest difference",
         most(kept - (1 - 0.4 * value * DIAMETER / 2 / speed), angle > STEEP),
         CLOSURE,
-        against="one blow makes both: the experiment's own error",
+        against="one impulse causes both: error of the experiment itself",
     )
     case.bound(
-        f"{start}: rim speed after over tangential speed before, largest deviation",
+        f"{start}: ratio of the rim speed after the impact to the tangential speed before it, largest deviation",
         most((predicted - value) * DIAMETER / 2 / speed, angle > STEEP),
         2.5 * CLOSURE,
         against=against,

@@ -1,4 +1,4 @@
-"""Forecasts: what `--check` says that a run will cost, against the run."""
+"""Forecasts: the computing cost that `--check` forecasts, compared with the run."""
 
 import math
 import os
@@ -58,7 +58,8 @@ def check(case):
     claim_notes(case, before, after)
     lines = watch(case, WATCHED)
     case.bound(
-        f"{name(WATCHED)}: time left on the progress line, from 10 % on, largest factor off what was left",
+        f"{name(WATCHED)}: remaining time on the progress line, from 10 % on, "
+        "largest factor between it and the true one",
         max(max(left / said, said / left) for share, said, left in lines if 10 <= share <= 90),
         FACTOR,
         against="the run",
@@ -166,22 +167,23 @@ def claim(case, told, true, took):
     for k in (0, 1):
         for deck, said, was in zip(DECKS, told[:, k], true[:, k], strict=True):
             case.bound(
-                f"{name(deck)}: {WHAT[k]}, forecast {said:.2g}{UNITS[k]}, were {was:.2g}{UNITS[k]}: factor",
+                f"{name(deck)}: {WHAT[k]}, forecast {said:.2g}{UNITS[k]}, in the run {was:.2g}{UNITS[k]}: factor",
                 off(said, was),
                 FACTOR,
                 against="the run",
             )
     for k in range(4):
         case.bound(
-            f"{len(DECKS)} charges of the reference mill, 5 to 40 % filled: {WHAT[k]} as forecast, largest factor off",
+            f"{len(DECKS)} charges of the reference mill, 5 to 40 % filled: {WHAT[k]}, "
+            "largest factor between forecast and run",
             np.max(off(told[:, k], true[:, k])),
             FACTOR,
             against="the runs",
             headline=k < 2,
         )
     case.bound(
-        "processor time of a forecast, the longest of them", max(took), QUICK, unit="s",
-        against="a check should not be waited for",
+        "longest processor time of a forecast", max(took), QUICK, unit="s",
+        against="users make forecasts often",
     )  # fmt: skip
 
 
@@ -189,24 +191,24 @@ def claim_notes(case, before, after):
     """before, after: rules noted of each charge."""
     pairs = list(zip(before, after, strict=True))
     case.bound(
-        "charges beyond the model's reach of which nothing is said before the run",
+        "charges outside the range of the model that have no note before the run",
         sum(bool(later and not sooner) for sooner, later in pairs),
         0,
         against="the notes of the run",
         headline=True,
     )
     case.bound(
-        "notes before the run that the run itself has not",
+        "notes before the run that the run does not confirm",
         sum(len(sooner - later) for sooner, later in pairs),
         0,
         against="the notes of the run",
     )
     count = sum(map(len, after))
     case.bound(
-        f"share of the {count} notes of the runs that was not told before them",
+        f"fraction of the {count} notes of the runs that were missing before the runs",
         sum(len(later - sooner) for sooner, later in pairs) / count,
         UNTOLD,
-        against="the notes of the run; what is just beyond a bound may be below it in a trial",
+        against="the notes of the run; a value slightly above a limit can be below it in the trial",
     )
 
 
@@ -224,20 +226,20 @@ def draw(case, told, true, lines):
         unit = UNITS[k].strip() or "1"
         axis.set(
             xscale="log", yscale="log", xlabel=f"{WHAT[k]} of the run [{unit}]",
-            ylabel=f"as forecast [{unit}]", xlim=line,
-            title=f"{WHAT[k].capitalize()}: forecasts are off by {np.max(off(told[:, k], true[:, k])):.2g} times at most",
+            ylabel=f"forecast [{unit}]", xlim=line,
+            title=f"{WHAT[k].capitalize()}: forecast within a factor of {np.max(off(told[:, k], true[:, k])):.2g}",
         )  # fmt: skip
         axis.grid(alpha=0.3)
     axes[0].legend(fontsize=9, loc="upper left")
     figure.colorbar(colours, ax=axes[1], label="filling [% of the free volume]")
     share, said, left = np.array([line for line in lines if min(line[1:]) > 0]).T
     axes[2].fill_between(share, left / FACTOR, left * FACTOR, color="C2", alpha=0.15)
-    axes[2].plot(share, left, color="grey", lw=0.8, label="what was left")
-    axes[2].plot(share, said, ".", color="C0", label="as told")
+    axes[2].plot(share, left, color="grey", lw=0.8, label="true remaining time")
+    axes[2].plot(share, said, ".", color="C0", label="on the progress line")
     late = share >= 10
     axes[2].set(
-        yscale="log", xlabel="share of the run done [%]", ylabel="processor time left [s]",
-        title=f"Time left: off by {np.median(off(said, left)[late]):.2g} times in the median",
+        yscale="log", xlabel="finished fraction of the run [%]", ylabel="remaining processor time [s]",
+        title=f"Remaining time: median factor from the true one {np.median(off(said, left)[late]):.2g}",
     )  # fmt: skip
     axes[2].grid(alpha=0.3)
     axes[2].legend(fontsize=9)

@@ -1,4 +1,4 @@
-"""The paper's test: an elastic gas in the cylinder becomes Maxwell's
+"""The paper's test: an elastic gas in the cylinder reaches Maxwell's distribution
 
 The tests of Reichardt and Wiechert (2007), with the dependences of the samples minded. The README beside this
 file says why each statistic is the right one.
@@ -179,7 +179,7 @@ def claim_distributions(case, found):
         tests = np.concatenate([np.asarray(run) for run in found[name]])
         p = np.array([p_value(one, LEFT[name]) for one in tests])
         case.claim(
-            f"{title}: share of {len(p)} chi-square tests passed at level {LEVEL}",
+            f"{title}: fraction of {len(p)} chi-square tests that pass at level {LEVEL}",
             np.mean(p > 1 - LEVEL),
             LEVEL,
             4 * np.sqrt(LEVEL * (1 - LEVEL) / len(p)),
@@ -187,14 +187,14 @@ def claim_distributions(case, found):
             error=np.sqrt(LEVEL * (1 - LEVEL) / len(p)),
         )
         case.bound(
-            f"{title}: Kolmogorov-Smirnov sqrt(n) D of the {len(p)} p-values against uniform",
+            f"{title}: Kolmogorov-Smirnov sqrt(n) D of the {len(p)} p-values against a uniform distribution",
             np.sqrt(len(p)) * stats.kstest(p, "uniform").statistic,
             KS_LIMIT,
             against=against,
         )
         pooled = p_value(tests.sum(axis=0) / np.sqrt(len(tests)), LEFT[name])
         case.bound(
-            f"{title}: all samples in one chi-square, its p-value as normal deviate",
+            f"{title}: one chi-square test of all samples, p-value expressed as a normal deviate",
             stats.norm.isf(pooled),
             4,
             against=against,
@@ -208,7 +208,7 @@ def claim_all_together(case, p_values):
     p = np.concatenate(list(p_values.values()))
     error = np.sqrt(LEVEL * (1 - LEVEL) / len(p))
     case.claim(
-        f"elastic gas: share of all {len(p)} chi-square tests of speeds, impact speeds and positions passed at "
+        f"elastic gas: fraction of all {len(p)} chi-square tests (speeds, impact speeds, positions) that pass at "
         f"level {LEVEL}",
         np.mean(p > 1 - LEVEL),
         LEVEL,
@@ -223,7 +223,7 @@ def claim_independence(case, found):
     speed = np.array(found["speed"])
     steps = speed[:, :-1], speed[:, 1:]
     case.bound(
-        "correlation of the residuals of absolute speeds with those 30 ms later",
+        "absolute speeds: correlation of the residuals of the bins with those 30 ms later",
         np.sum(steps[0] * steps[1]) / np.sqrt(np.sum(steps[0] ** 2) * np.sum(steps[1] ** 2)),
         0.1,
         against="independent samples",
@@ -231,7 +231,7 @@ def claim_independence(case, found):
     )
     first, second = np.concatenate(found["same_ball"], axis=1)
     case.bound(
-        "correlation of the normal speeds of successive taken impacts of one ball",
+        "correlation of the normal speeds of successive sampled impacts of one ball",
         12 * np.mean(first * second),  # 1/12 is the variance of a uniform number
         0.05,
         against="independent samples",
@@ -243,7 +243,7 @@ def claim_exact(case, found):
     mean = np.array(found["mean_impact"])
     error = mean.std(ddof=1) / np.sqrt(len(mean))
     case.claim(
-        "mean normal impact speed of all ball contacts over sqrt(pi T/m)",
+        "mean normal impact speed of all ball contacts, divided by sqrt(pi T/m)",
         mean.mean(),
         1,
         4 * error,
@@ -251,9 +251,14 @@ def claim_exact(case, found):
         error=error,
         headline=True,
     )
-    case.bound("largest change of the kinetic energy", max(found["strays"]), 1e-12, against="conservation")
     case.bound(
-        "largest change of the angular momentum about the axis over sum |L|",
+        "largest relative change of the kinetic energy",
+        max(found["strays"]),
+        1e-12,
+        against="conservation of energy",
+    )
+    case.bound(
+        "largest change of the angular momentum about the axis, divided by sum |L|",
         np.abs(found["spin"]).max(),
         1e-8,
         against="conservation: a smooth drum exerts no torque",
@@ -295,7 +300,7 @@ def draw_p_values(case, p_values, pairs):
     for name, p in p_values.items():
         left.step(np.sort(p), (np.arange(len(p)) + 1) / len(p), label=f"{QUANTITIES[name][0]}, {len(p)}")
     left.plot([0, 1], [0, 1], "k--", lw=1, label="uniform")
-    left.set(xlabel="p-value of a chi-square test [1]", ylabel="share of tests below [1]")
+    left.set(xlabel="p-value of a chi-square test [1]", ylabel="fraction of tests below [1]")
     left.legend(frameon=False, fontsize=8)
     x = np.logspace(-0.4, 2, 400)
     right.step(
@@ -303,11 +308,11 @@ def draw_p_values(case, p_values, pairs):
         (np.arange(len(pairs)) + 1) / len(pairs),
         label=f"all pairs, {len(pairs)} tests",
     )
-    right.plot(x, stats.chi2.cdf(x * (BINS - 1), BINS - 1), "k--", lw=1, label="were they independent")
+    right.plot(x, stats.chi2.cdf(x * (BINS - 1), BINS - 1), "k--", lw=1, label="if the pairs were independent")
     right.set(
         xscale="log",
         xlabel="chi-square / degrees of freedom [1]",
-        ylabel="share of tests below [1]",
+        ylabel="fraction of tests below [1]",
     )
     right.legend(frameon=False)
     case.save(figure, "p_values.png")

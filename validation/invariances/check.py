@@ -89,9 +89,9 @@ def turned(degrees):
 
 TWINS = {
     "mirrored along the axis": Twin(np.diag([-1, 1, 1])),
-    "mirrored across it": Twin(np.diag([1, -1, 1])),
+    "mirrored across the axis": Twin(np.diag([1, -1, 1])),
     f"turned by {TURN:g} deg": Twin(turned(TURN)),
-    "end for end": Twin(np.diag([-1, -1, 1])),
+    "turned end for end": Twin(np.diag([-1, -1, 1])),
 }
 SAME = Twin(np.eye(3))
 
@@ -141,17 +141,17 @@ def bits(case, deck):
     time, slices = 8.0, 32
     figures, states = probe(case, deck, time, slices)
     different = {
-        "days of 0.1 us in the event list": ["--width", 1e-7],
-        "days of 1 ms in the event list": ["--width", 1e-3],
+        "calendar with days of 0.1 us": ["--width", 1e-7],
+        "calendar with days of 1 ms": ["--width", 1e-3],
         "clock started at 100 000 s": ["--clock", 1e5],
     }
     for what, options in different.items():
         other = probe(case, deck, time, slices, *options)
         case.bound(
-            f"{what}: numbers that differ, of {figures.size + states.size}",
+            f"{what}: output values that differ, of {figures.size + states.size}",
             (other[0] != figures).sum() + (other[1] != states).sum(),
             0,
-            against="same arithmetic, same bits",
+            against="the same arithmetic gives the same bits",
             headline="clock" in what,
         )
     order = np.concatenate([np.random.default_rng(1).permutation(150), np.arange(150, 250)])
@@ -159,10 +159,10 @@ def bits(case, deck):
     start = start_file(case, "permuted.txt", states[0][order])
     other = probe(case, deck, time, slices, settings=[f"balls.start={start}"])
     case.bound(
-        f"balls renumbered: numbers that differ, of {states.size}",
+        f"balls renumbered: output values that differ, of {states.size}",
         (other[1] != states[:, order]).sum(),
         0,
-        against="a contact does not know which ball is the first",
+        against="a contact does not depend on which ball comes first",
     )
 
 
@@ -187,7 +187,7 @@ def twins(case, text):
     part = (nudge > 10.0 * nudge[0]) & (nudge < MOST)
     for name, curve in curves.items():
         case.bound(
-            f"{name}: deviation, as one at the start that grows likewise",
+            f"{name}: deviation at the start that would grow to the deviation found",
             np.exp(np.mean(np.log((curve / nudge)[part]))) * nudge[0],
             4e-12,
             against="rounding",
@@ -248,15 +248,15 @@ def statistics(case, text):
                     b,
                     a,
                     4.0 * error,
-                    against="the mill itself, other seeds",
+                    against="the original mill with other seeds",
                     error=error,
                     unit=what.split("[")[1].rstrip("]"),
                 )
         case.bound(
-            f"{name}: mean square of all {len(base)} differences over their standard errors",
+            f"{name}: mean square of all {len(base)} differences divided by their standard errors",
             np.mean(np.square(list(worst[name].values()))),
             SPREAD,
-            against="about 1.2 by chance",
+            against="about 1.2 is expected by chance",
         )
     return worst
 
@@ -303,11 +303,11 @@ def claim_return(case, what, rate, rate_error, back, lasted, rounding):
     backward, error = mean(back)
     error = np.hypot(error, rate_error)
     case.claim(
-        f"{what}, backwards: rate at which the deviation grows",
+        f"{what} run backwards: growth rate of the deviation from the forward path",
         backward,
         rate,
         4.0 * error,
-        against="growth of a nudge on the way forwards",
+        against="growth rate of a small change of the start in the forward run",
         error=error,
         unit="1/s",
     )
@@ -315,11 +315,11 @@ def claim_return(case, what, rate, rate_error, back, lasted, rounding):
     until, error = mean(lasted)
     error = np.hypot(error, expected * rate_error / rate)
     case.claim(
-        f"{what}, backwards: time for which the path is retraced to a thousandth of a diameter",
+        f"{what} run backwards: time until the deviation from the forward path is a thousandth of a diameter",
         1e3 * until,
         1e3 * expected,
         1e3 * (0.06 * expected + 4.0 * error),
-        against="ln(1e-3 d / rounding) / growth of a nudge",
+        against="ln(1e-3 d / rounding) / growth rate in the forward run",
         error=1e3 * error,
         unit="ms",
         headline=what == "smooth gas",
@@ -336,7 +336,7 @@ def draw(case, parting, worst, gases):
     ax.semilogy(times, nudge, "k--", lw=1, label=f"start nudged by {NUDGE:g}")
     for name, curve in curves.items():
         ax.semilogy(times[1:], curve[1:], lw=1.2, label=name)
-    ax.set(xlabel="time [ms]", ylabel="distance from the mill itself [diameters]", title="mill")
+    ax.set(xlabel="time [ms]", ylabel="distance from the original mill [diameters]", title="mill")
     ax.legend(fontsize=8)
     ax = axes[1]
     for k, (name, (times, curves, _)) in enumerate(gases.items()):
@@ -347,8 +347,8 @@ def draw(case, parting, worst, gases):
         part = theory < 1.0
         ax.semilogy(1e3 * times[part], theory[part], style, lw=2, label=f"theory, {name}")
     ax.set(
-        xlabel="time on the way back [ms]",
-        ylabel="distance from the way there [diameters]",
+        xlabel="time after the reversal [ms]",
+        ylabel="distance from the forward path [diameters]",
         title="elastic gas, run backwards",
     )
     ax.legend(fontsize=8)
@@ -357,7 +357,7 @@ def draw(case, parting, worst, gases):
         ax.plot(list(off.values()), np.arange(len(off)) + 0.12 * (k - 1.5), "o", ms=4, label=name)
     ax.set_yticks(range(len(off)), list(off), fontsize=6)
     ax.axvspan(-4.0, 4.0, color="0.92")
-    ax.set(xlabel="difference from the mill itself [standard errors]", title="steady mill")
+    ax.set(xlabel="difference from the original mill [standard errors]", title="steady mill")
     ax.set_ylim(-0.7, len(off) + 3.5)
     ax.legend(fontsize=7, loc="upper center", ncol=2)
     figure.tight_layout()

@@ -24,7 +24,15 @@ def check(case):
         out = case.run(path, run__time=LONG.get(name, "1 s"), run__sample_from="0 s", output__frames="0 s")
         off, turned, wrong, deep = value(out, "run/energy_balance_error", "run/energy_turnover", "run/not_closing",
                                          "run/overlaps")  # fmt: skip
-        case.bound(f"input/{path.name}: energy balance over {turned:.3g} J turned over", off, 1e-9,
-                   against="work of all motions = change of energy + losses")  # fmt: skip
-        case.bound(f"input/{path.name}: anomalies (contacts found opening, overlaps)", float(wrong) + float(deep), 0,
-                   against="none")  # fmt: skip
+        case.bound(
+            f"input/{path.name}: error of the energy balance, divided by the energy turned over, {turned:.3g} J",
+            off,
+            1e-9,
+            against="work of all motions = change of energy + losses",
+        )
+        case.bound(
+            f"input/{path.name}: number of anomalies (contacts with an opening gap, overlaps)",
+            float(wrong) + float(deep),
+            0,
+            against="none",
+        )

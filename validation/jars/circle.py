@@ -58,8 +58,14 @@ def first_impacts(case):
             speed_off = max(speed_off, *off)
         work_off = max(work_off, abs(series(path, "motion_work/path")[-1] / (float(ball.work) * MASS) - 1))
     what = f"jar on a circle, one spinning ball, {STARTS} starts, first {COUNT} impacts"
-    case.bound(f"{what}: times, largest error (inf: not as many)", time_off, TIME_BOUND, against="roots in 40 digits",
-               unit="s", headline=True)  # fmt: skip
+    case.bound(
+        f"{what}: times, largest error (inf: another number)",
+        time_off,
+        TIME_BOUND,
+        against="roots in 40 digits",
+        unit="s",
+        headline=True,
+    )
     case.bound(
         f"{what}: normal speeds and slips, largest error",
         speed_off,
@@ -84,7 +90,8 @@ def each_hit(case):
     gains = 2 * MASS * log["normal_speed"] * (log["normal"] * wall).sum(axis=1)
     row = np.ceil(log["time"] / step).astype(int)
     expected = energy[0] + np.bincount(row, gains, len(energy))[: len(energy)].cumsum()
-    case.bound(f"jar on a circle, smooth elastic ball: energy after each of {len(gains)} hits, error over the largest gain",
+    what = "jar on a circle, smooth elastic ball"
+    case.bound(f"{what}: energy after each of {len(gains)} hits, largest error divided by the largest gain in one hit",
                np.abs(energy - expected).max() / np.abs(gains).max(), 1e-7 * len(gains),
                against="dE = J . v_wall; normals of the log are float32")  # fmt: skip
 
@@ -98,14 +105,15 @@ def rest(case):
     log = log_of(path)
     hop = 2 * floor / (OMEGA**2 * (AMPLITUDE + reach))
     hops = np.diff(log["time"])
-    case.claim("a ball rolling at the outermost point of a jar on a circle: each hop of the rebound floor", hops.mean(), hop,
-               1e-3 * hop, against="2 v_r/(w^2 (A + l))", unit="s")  # fmt: skip
+    what = "ball that rolls at the outermost point of a jar on a circle"
+    case.claim(f"{what}: mean time of a hop with the speed of the rebound floor", hops.mean(), hop, 1e-3 * hop,
+               against="2 v_r/(w^2 (A + l))", unit="s")  # fmt: skip
     turned = np.angle((log["position"][:, 0] + 1j * log["position"][:, 1]) * np.exp(-1j * OMEGA * log["time"]))
-    case.bound(f"the same: strays from the outermost point over {log['time'][-1] * FREQUENCY:.1f} turns, largest",
-               np.degrees(np.abs(turned).max()), 0.1, against="equilibrium, stable", unit="deg")  # fmt: skip
+    case.bound(f"{what}: largest deviation from this point in {log['time'][-1] * FREQUENCY:.1f} turns",
+               np.degrees(np.abs(turned).max()), 0.1, against="stable equilibrium", unit="deg")  # fmt: skip
     turnover = 0.5 * MASS * (OMEGA * (AMPLITUDE + reach)) ** 2
-    case.bound("the same: work of the drive over the ball's energy", series(path, "motion_work/path")[-1] / turnover, 1e-3,
-               against="rolls on for nothing")  # fmt: skip
+    case.bound(f"{what}: work of the drive divided by the energy of the ball",
+               series(path, "motion_work/path")[-1] / turnover, 1e-3, against="the drive does no work")  # fmt: skip
 
 
 def check(case):

@@ -85,19 +85,25 @@ def nudged(rows, seed=1):
 
 
 def claim_same(case, what, base, other, twin, stretch=1.0, headline=False):
-    """Two runs have the same impacts, as far as rounding lets them: held against a twin that was nudged at the start.
+    """Two runs have the same impacts, as far as rounding lets them: compared with a twin that was nudged at the start.
 
     Returns the deviations of `other` and of the twin [s].
     """
     off, beside = apart(base, other, stretch), apart(base, twin)
     count = min(len(off), len(beside))
     early = off[: max(int(np.argmax(beside > GROWN)), 1)]
-    case.bound(f"{what}: first {len(early)} impacts, difference of times", early.max(), GROWN,
-               against="the same impacts; 1e-13 m at the start grow to 1e-10 s meanwhile", unit="s")  # fmt: skip
+    case.bound(f"{what}: first {len(early)} impacts, largest difference of the times", early.max(), GROWN,
+               against="equal impacts; in this time 1e-13 m at the start grow to 1e-10 s", unit="s")  # fmt: skip
     grown = np.maximum(off[:count], 1e-17) / np.maximum(np.maximum.accumulate(beside[:count]), 1e-17)
     size = NUDGE * np.exp(np.mean(np.log(grown[beside[:count] > 1e-14])))
-    case.bound(f"{what}: {len(off)} impacts alike, the difference is as of one at the start that grows likewise", size,
-               NUDGE, against="rounding; a gap of 1e-15 m counts as closed", unit="m", headline=headline)  # fmt: skip
+    case.bound(
+        f"{what}: {len(off)} equal impacts, deviation at the start that would grow to the deviation found",
+        size,
+        NUDGE,
+        against="rounding; the program treats a gap of 1e-15 m as closed",
+        unit="m",
+        headline=headline,
+    )
     return off, beside
 
 

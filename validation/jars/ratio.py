@@ -41,19 +41,33 @@ def peak(ratios, values):
 
 def check(case):
     told = {}
-    early = "the ball of this ratio is held by the wall, these bounce and come off sooner; with e = 0.5 the top is near -3.0"
+    early = (
+        "in the theory the wall holds the ball, these balls bounce and leave it earlier; "
+        "with e = 0.5 the power is largest near -3.0"
+    )
     for name, (count, diameter) in CHARGES.items():
         ratios = np.array(RATIOS, float)
         both = np.array([[run(case, k, count, diameter, seed) for k in ratios] for seed in SEEDS])
         critical = -(1 + np.sqrt(R / (RADIUS - diameter / 2)))
         what = f"planetary mill, {name}, {len(SEEDS)} starts at each of {len(ratios)} ratios"
-        for column, quantity in enumerate(("power of the drive", "impacts above 1 m/s")):
+        for column, quantity in enumerate(("power of the drive", "rate of impacts above 1 m/s")):
             top, error = peak(ratios, both[..., column])
-            case.claim(f"{what}: ratio of the largest {quantity}", top, critical, 0.1 * abs(critical), error=error,
-                       against="-(1 + sqrt(R/(r - a))); 10 %", headline=count == 20 and column == 0,
-                       known=early if count == 7 and column == 0 else "")  # fmt: skip
+            case.claim(
+                f"{what}: ratio k at which the {quantity} is largest",
+                top,
+                critical,
+                0.1 * abs(critical),
+                error=error,
+                against="-(1 + sqrt(R/(r - a))); 10 %",
+                headline=count == 20 and column == 0,
+                known=early if count == 7 and column == 0 else "",
+            )
         told[name] = (ratios, both, critical)
     power = told["20 balls of 10 mm"][1][..., 0].mean(axis=0)
-    case.bound("20 balls of 10 mm at k = -4.5: power over the largest", power[-1] / power.max(), 0.1,
-               against="condensed on the wall")  # fmt: skip
+    case.bound(
+        "planetary mill, 20 balls of 10 mm: power at k = -4.5 divided by the largest power",
+        power[-1] / power.max(),
+        0.1,
+        against="the wall holds the balls all the way round",
+    )
     return told

@@ -66,19 +66,19 @@ def one(case, name, distance, radius, diameter, sun, k, flight, normal, slip, di
     when, speed, slides = reference(distance, radius, diameter, sun, k, state)
     log = log_of(run(case, distance, radius, diameter, sun, k, state, flight))
     row = {key: log[key][0] for key in ("time", "normal_speed", "tangential_speed")}
-    what = f"released from the wall, {name}"
+    what = f"ball released from the wall, {name}"
     case.claim(f"{what}: time of flight", row["time"], flight, digits[0],
-               against="table of theory, as many digits", unit="s", headline=name == "P7, 15 mm")  # fmt: skip
+               against="table of theory, to its last digit", unit="s", headline=name == "P7, 15 mm")  # fmt: skip
     case.claim(
         f"{what}: normal speed",
         row["normal_speed"],
         normal,
         digits[1],
-        against="the same",
+        against="table of theory, to its last digit",
         unit="m/s",
     )
-    case.claim(f"{what}: slip along the wall", row["tangential_speed"], slip, digits[1], against="the same",
-               unit="m/s")  # fmt: skip
+    case.claim(f"{what}: slip along the wall", row["tangential_speed"], slip, digits[1],
+               against="table of theory, to its last digit", unit="m/s")  # fmt: skip
     off = abs(float(when - mpmath.mpf(float(row["time"]))))
     speeds = max(abs(float(speed) - row["normal_speed"]), abs(float(slides) - row["tangential_speed"]))
     return off * sun, speeds / (sun * distance)
@@ -91,20 +91,24 @@ def touching(case):
         _, state = released(distance, radius, diameter, sun, k, off=0.0)
         log = log_of(run(case, distance, radius, diameter, sun, k, state, flight, floor=1e-12))
         counts.append((log["time"] < 0.01 * flight).sum())
-    case.bound("the same, started within a rounding of the wall, v_r = 1e-12 m/s: contacts at the start", max(counts), 1,
-               against="v_r takes it off the wall at once",
-               known="a gap below 1e-15 m is taken for a contact again until it opens with 1e-9 m/s")  # fmt: skip
+    case.bound(
+        "ball released within a rounding error of the wall, v_r = 1e-12 m/s: contacts at the start, largest number",
+        max(counts),
+        1,
+        against="the ball leaves the wall at once, with v_r",
+        known="a gap below 1e-15 m counts as a contact again until it opens with 1e-9 m/s",
+    )
 
 
 def check(case):
     offs = np.array([one(case, *row) for row in CASES])
-    what = f"released 1e-14 m from the wall, {len(CASES)} cases"
-    case.bound(f"{what}: time of the next contact, largest error in radians of the disk", offs[:, 0].max(), 1e-12,
-               against="root in 40 digits; triple root at t = 0", headline=True)  # fmt: skip
+    what = f"ball released 1e-14 m from the wall, {len(CASES)} cases"
+    case.bound(f"{what}: time of the next contact, largest error in radians of the disk", offs[:, 0].max(),
+               1e-12, against="root in 40 digits; triple root at t = 0", headline=True)  # fmt: skip
     case.bound(
-        f"{what}: speeds at it over the jar's, largest error",
+        f"{what}: speeds at this contact, largest error divided by the speed of the axis of the jar",
         offs[:, 1].max(),
         1e-12,
-        against="the same",
+        against="root in 40 digits; triple root at t = 0",
     )
     touching(case)

@@ -52,8 +52,14 @@ def same_impacts(case):
         what = f"planetary mill without gravity at {factor:g} times the speed"
         curves[factor], curves[1.0] = claim_same(case, what, base, log_of(run(case, factor, **begin)), twin, factor)
         power = work(run(case, factor, SHORT, **begin)) * factor / done
-        case.claim(f"{what}, while they are: exponent of the power", np.log(power) / np.log(factor), 3, 1e-9,
-                   against="P ~ W^3, rebound floor ~ W", headline=factor == 4)  # fmt: skip
+        case.claim(
+            f"{what}, while the impacts are equal: exponent of the power",
+            np.log(power) / np.log(factor),
+            3,
+            1e-9,
+            against="P ~ W^3, rebound floor ~ W",
+            headline=factor == 4,
+        )
     return curves
 
 
@@ -64,8 +70,9 @@ def exponents(case):
             for seed in SEEDS]  # fmt: skip
     (a, error_a), (b, error_b) = mean(slow), mean(fast)
     error = np.hypot(error_a / a, error_b / b) / np.log(3)
-    case.claim(f"the same at 3 times the speed, {len(SEEDS)} starts of its own each: exponent", np.log(b / a) / np.log(3),
-               3, 0.03, against="P ~ W^3; 1 %", error=error)  # fmt: skip
+    what = f"planetary mill without gravity at 1 and 3 times the speed, {len(SEEDS)} different starts each"
+    case.claim(f"{what}: exponent of the mean power", np.log(b / a) / np.log(3), 3, 0.03,
+               against="P ~ W^3; 1 %", error=error)  # fmt: skip
 
 
 def check(case):

@@ -78,18 +78,20 @@ def plate(case):
         settled = max(settled, np.abs(log["normal_speed"][last] / speed - 1).max())
         settled = max(settled, np.abs(mill.phases(log["time"][last]) - phase).max())
         spaced = max(spaced, np.abs(np.diff(log["time"][last]) * FREQUENCY / n - 1).max())
-    what = f"ball on a shaken plate, {len(PLATE)} cases of Gamma and e, one bounce in 1 or 2 periods"
-    case.bound(f"{what}: times of {impacts} impacts, from 0.1 rad beside it on, largest error", time_off,
+    what = f"ball on a shaken plate, {len(PLATE)} pairs of Gamma and e, one bounce in 1 or 2 periods"
+    case.bound(f"{what}: times of {impacts} impacts, start 0.1 rad from the periodic motion, largest error", time_off,
                TIME_BOUND, against="roots in 40 digits", unit="s", headline=True)  # fmt: skip
-    case.bound(f"{what}: impact speeds on the way, largest error", speed_off, 1e-11,
+    case.bound(f"{what}: normal speeds of these impacts, largest error", speed_off, 1e-11,
                against="roots in 40 digits", unit="m/s")  # fmt: skip
-    case.bound(f"{what}: last 20 impacts, speed (relative) and phase, largest error", settled, SAME,
+    case.bound(f"{what}: speed (relative) and phase of the last 20 impacts, largest error", settled, SAME,
                against="2 n pi g/(w (1+e)); cos(phase) = n pi (1-e)/((1+e) Gamma)")  # fmt: skip
-    case.bound(f"{what}: last intervals over n periods, largest error", spaced, SAME, against="1")
+    case.bound(
+        f"{what}: intervals between the last 20 impacts, divided by n periods, largest error", spaced, SAME, against="1"
+    )
 
 
 def plate_breaks(case):
-    """Just below and just above the Gamma up to which a bounce a period is stable: do two bounces in turn differ?"""
+    """Just below and just above the Gamma up to which a bounce a period is stable: do two successive bounces differ?"""
     e, n = 0.6, 1
     cos = n * np.pi * (1 - e) / (1 + e)
     limit = np.sqrt(cos**2 + (2 * (1 + e**2) / (1 + e) ** 2) ** 2)
@@ -101,11 +103,18 @@ def plate_breaks(case):
         log, _ = run(case, mill, z, 0.0, 3000 / FREQUENCY, **gravity())
         speeds = log["normal_speed"][-100:]
         uneven.append(np.abs(np.diff(speeds)).max() / speed)
-    case.bound("plate, e = 0.6, Gamma 0.5 % below the stable limit: two impacts in turn differ by", uneven[0],
-               1e-6, against="all alike")  # fmt: skip
+    what = "ball on a shaken plate, e = 0.6, Gamma 0.5 %"
+    case.bound(
+        f"{what} below the stability limit: largest relative difference of two successive impact speeds",
+        uneven[0],
+        1e-6,
+        against="all impacts are equal",
+    )
     # a doubling leaves as the square root of what is beyond it: 0.5 % beyond is some 10 %
-    case.bound("the same 0.5 % above it: 1 % over the difference of two impacts in turn", 0.01 / uneven[1],
-               1, against="a period of two: they differ by sqrt(0.005) times order 1")  # fmt: skip
+    case.bound(f"{what} above the stability limit: 1 % divided by "
+               "the largest relative difference of two successive impact speeds",
+               0.01 / uneven[1], 1,
+               against="two bounces repeat: they differ by sqrt(0.005) times a factor of order 1")  # fmt: skip
 
 
 def in_box(e, ratio):
@@ -127,15 +136,20 @@ def box(case):
         tabled = max(tabled, np.abs(last / unit - table).max())
         powers = max(powers, abs(power(path) / (MASS * FREQUENCY * (1 - e**2) * speed**2) - 1))
     what = "ball in a box shaken without gravity, (e, S/A) = (0.8, 10), (0.5, 4), (0.5, 6)"
-    case.bound(f"{what}: times of {3 * COUNT} impacts, transient included, largest error", worst_time, TIME_BOUND,
+    case.bound(f"{what}: times of {3 * COUNT} impacts, including the transient, largest error", worst_time, TIME_BOUND,
                against="roots in 40 digits", unit="s", headline=True)  # fmt: skip
-    case.bound(f"{what}: speeds on the way, largest error", worst_speed, 1e-11, against="roots in 40 digits",
-               unit="m/s")  # fmt: skip
-    case.bound(f"{what}: impact speed settled, largest relative error", settled, SAME,
+    case.bound(
+        f"{what}: normal speeds of these impacts, largest error",
+        worst_speed,
+        1e-11,
+        against="roots in 40 digits",
+        unit="m/s",
+    )
+    case.bound(f"{what}: impact speed of the periodic motion, largest relative error", settled, SAME,
                against="2 A w cos(theta)/(1-e)")  # fmt: skip
-    case.bound(f"{what}: the same over A w, error against the table's seven digits", tabled, 6e-7,
+    case.bound(f"{what}: impact speed / (A w), largest difference from a table of seven digits", tabled, 6e-7,
                against="4.179391, 2.379893, 3.086419")  # fmt: skip
-    case.bound(f"{what}: power of the drive over the last two seconds, largest relative error", powers, 1e-9,
+    case.bound(f"{what}: mean power of the drive in the last two seconds, largest relative error", powers, 1e-9,
                against="m f (1-e^2) g_n^2")  # fmt: skip
 
 
@@ -161,18 +175,19 @@ def box_uneven(case):
     mill.phase = mill.phase + 0.3
     log, path = run(case, mill, 0.1, -1.5 * unit, 50.0, **NO_GRAVITY)
     intervals = np.diff(log["time"][-21:]) * FREQUENCY
-    case.claim("the same, e 0.5, S/A 2.4, below the limit 2.59997: longer of two intervals in turn, in periods",
-               intervals.max(), longer, 6e-7, against="uneven hits; table of six digits")  # fmt: skip
-    case.bound("the same: each second interval alike, largest difference", np.abs(intervals[2:] - intervals[:-2]).max(),
-               SAME, against="period of two")  # fmt: skip
-    case.claim("the same: impact speed over A w", log["normal_speed"][-20:].mean() / unit, table, 6e-7,
+    what = "ball in a box shaken without gravity, e = 0.5, S/A = 2.4"
+    case.claim(f"{what}, below the limit 2.59997: longer of two successive intervals between hits, in periods",
+               intervals.max(), longer, 6e-7, against="unequal intervals; table of six digits")  # fmt: skip
+    case.bound(f"{what}: difference between an interval and the next but one, largest, in periods",
+               np.abs(intervals[2:] - intervals[:-2]).max(), SAME, against="two intervals repeat")  # fmt: skip
+    case.claim(f"{what}: mean impact speed divided by A w", log["normal_speed"][-20:].mean() / unit, table, 6e-7,
                against="table of seven digits", headline=True)  # fmt: skip
     count = 60
     times, speeds = mill.impacts(0.1, -1.5 * unit, count)
-    case.bound(f"the same: times of its first {count} impacts, largest error", worst(log, times, speeds)[0],
+    case.bound(f"{what}: times of the first {count} impacts, largest error", worst(log, times, speeds)[0],
                TIME_BOUND, against="roots in 40 digits", unit="s")  # fmt: skip
-    case.bound("the same: energy balance over turnover", value(path, "run/energy_balance_error"), 1e-12,
-               against="nothing lost")  # fmt: skip
+    case.bound(f"{what}: error of the energy balance, divided by the energy turned over",
+               value(path, "run/energy_balance_error"), 1e-12, against="work = change of energy + losses")  # fmt: skip
 
 
 def check(case):

@@ -32,10 +32,15 @@ def jacobi(case):
     momentum = mass * (places[..., 0] * speeds[..., 1] - places[..., 1] * speeds[..., 0]).sum(axis=1)
     kept = energy - SUN * momentum
     what = f"elastic smooth balls in a planetary mill, {value(path, 'run/events/collisions/ball_jar')} hits of the jar"
-    case.bound(f"{what}: change of E - W L, largest over the largest E", np.abs(kept - kept[0]).max() / energy.max(),
-               3e-6, against="constant; frames are float32: 7 balls, place and velocity to 6e-8", headline=True)  # fmt: skip
-    case.bound(f"{what}: change of E that they had meanwhile, 10 % over it", 0.1 * energy.max() / np.ptp(energy), 1,
-               against="E itself is not conserved")  # fmt: skip
+    case.bound(
+        f"{what}: largest change of E - W L, divided by the largest E",
+        np.abs(kept - kept[0]).max() / energy.max(),
+        3e-6,
+        against="constant; frames are float32: 7 balls, position and velocity to 6e-8",
+        headline=True,
+    )
+    case.bound(f"{what}: 10 % of the largest E, divided by the change of E in the same time",
+               0.1 * energy.max() / np.ptp(energy), 1, against="E itself is not conserved")  # fmt: skip
 
 
 def work(path):
@@ -60,13 +65,21 @@ def idle(case):
             spin = max(spin, np.abs(jar).max()) if name == "smooth" else spin
     smooth, error = mean(powers["smooth"])
     rough = np.mean(powers["rough"])
-    case.claim(f"smooth balls, e = 0.8, 1 s to 16 s, {len(SEEDS)} starts: power over that of rough ones, {rough:.3g} W",
-               smooth / rough, 0, 1e-3, against="settles and does nothing", error=error / rough, headline=True)  # fmt: skip
+    what = f"planetary mill, smooth balls, e = 0.8, 1 s to 16 s, {len(SEEDS)} starts"
+    case.claim(
+        f"{what}: ratio of its power to that of rough balls, {rough:.3g} W",
+        smooth / rough,
+        0,
+        1e-3,
+        against="the balls settle, the mill does no work",
+        error=error / rough,
+        headline=True,
+    )
     case.bound(
-        "the same: work that the jar's own turn did",
+        f"{what}: largest work of the turn of the jar",
         spin,
         1e-9,
-        against="a smooth round jar cannot",
+        against="a smooth round jar does no work when it turns",
         unit="J",
     )
 
@@ -114,9 +127,16 @@ def pendulum(case):
 
         found, spread = curve_fit(law, time, angle, p0=(SWING, frequency, 0.0, 0.0))
         name = "rolls" if rolls else "slides without friction"
-        case.claim(f"one ball in a planetary jar that {name}: frequency of its swing about the outermost point", found[1],
-                   frequency, 1e-4 * frequency, against="sqrt(W^2 R/l), 5/7 of the square if it rolls; 3 deg",
-                   error=np.sqrt(spread[1, 1]), unit="Hz", headline=rolls)  # fmt: skip
+        case.claim(
+            f"one ball that {name} in a planetary jar: frequency of its swing about the outermost point",
+            found[1],
+            frequency,
+            1e-4 * frequency,
+            against="sqrt(W^2 R/l), 5/7 of the square if it rolls; amplitude 3 deg",
+            error=np.sqrt(spread[1, 1]),
+            unit="Hz",
+            headline=rolls,
+        )
         told[name] = (time, angle, frequency)
     return told
 

@@ -1,5 +1,5 @@
-"""Mills that are the same mill: mirrored, turned in space, a jar that does not turn told as a shift, a smooth jar's
-own spin."""
+"""Mills that are the same mill: mirrored, turned in space, a jar that does not turn described as a shift, a smooth
+jar's own spin."""
 
 import numpy as np
 from jars.common import RPM, as_started, claim_same, log_of, nudged, start
@@ -82,7 +82,7 @@ def not_turning(case, curves):
     }
     other = run(case, rows, deck="circle.ini", **shift)
     curves["k = -1 as a shift"], _ = claim_same(
-        case, "k = -1, told as a turn on a turn and as a shift on a circle", base, other, twin
+        case, "k = -1, described as a turn on a turn and as a shift on a circle", base, other, twin
     )
 
 
@@ -94,7 +94,7 @@ def own_spin(case, curves):
     twin = run(case, nudged(rows), **planetary(), **smooth)
     for ratio in (0.0, 3.0):
         other = run(case, rows, **planetary(jar=ratio * SUN), **smooth)
-        what = f"smooth balls, the jar's own spin k = {ratio:g} instead of -2"
+        what = f"planetary mill, smooth balls, k = {ratio:g} instead of -2"
         curves[f"smooth, k = {ratio:g} instead of -2"], _ = claim_same(case, what, base, other, twin)
 
 

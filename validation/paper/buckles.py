@@ -1,5 +1,4 @@
-"""Figure 7: median normal impact speed over number and height of the buckles, beyond the paper's 20 buckles, and
-measured anew with several seeds."""
+"""Figure 7: median normal impact speed against number and height of the buckles, up to 120 buckles, several seeds."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -7,7 +6,7 @@ from study_case import FRICTION, MEDIAN, H, N, named
 
 LOWEST = "The smooth chamber (h = 0) has the lowest median impact speed"
 TWICE = "Buckles double the median impact speed"
-INSIDE = "The maximum lies inside the range that was varied, 2 to 20 buckles"
+INSIDE = "The maximum is inside the range of the paper, 2 to 20 buckles"
 FLAT = "The maximum is flat"
 ROUGH = "Leaving out friction and rotation of the balls is an oversimplification (Reichardt, Adam & Wiechert)"
 SEEDS = tuple(range(1001, 1007))  # of no study
@@ -58,9 +57,9 @@ def draw(found):
         ax.errorbar(n, v, error, fmt=f"C{k}o-", ms=4, label=words)
         for x, y, z in zip(n, v, h):
             ax.annotate(f"{1e3 * z:g}", (x, y), (0, 6), textcoords="offset points", fontsize=7)
-    ax.axvspan(2, 20, color="0.92", label="varied in the paper")
+    ax.axvspan(2, 20, color="0.92", label="range of the paper")
     ax.set(
-        xlabel="number of buckles [1] (beside the points: best height [mm])",
+        xlabel="number of buckles [1] (at the points: best height [mm])",
         ylabel="median impact speed above 50 mm/s [m/s]",
         title="The best chamber has more buckles than the paper's 20",
         ylim=(0, 1.4),
@@ -77,22 +76,22 @@ def ask_lowest(case, table, ring, low):
     done = table[table.status == "done"]
     least = done.loc[done[MEDIAN].idxmin()]
     case.ask(
-        LOWEST, f"without friction: lowest median of the {len(done)} designs that settled (n = {int(least[N])}, h = {1e3 * least[H]:g} mm), over "
-        "that of the smooth chamber, cut off as its charge becomes a ring",
+        LOWEST, f"without friction: ratio of the lowest median of the {len(done)} designs that were not capped "
+        f"(n = {int(least[N])}, h = {1e3 * least[H]:g} mm) to that of the smooth chamber, whose charge becomes a ring",
         least[MEDIAN] / ring.mean(), above=1, error=least[f"{MEDIAN}:error"] / ring.mean(),
     )  # fmt: skip
     case.ask(
-        LOWEST, "without friction, few low buckles",
-        reason="their charge ends as a ring, too: what tells them from the smooth chamber is when the run is cut off",
+        LOWEST, "without friction: designs with few low buckles",
+        reason="their charge ends as a ring, too; the medians depend on the time at which the run ends",
     )  # fmt: skip
     for design in LOW:
         case.ask(
-            LOWEST, f"with friction 0.3: median at {named(design)} over that of the smooth chamber",
+            LOWEST, f"with friction 0.3: ratio of the median at {named(design)} to that of the smooth chamber",
             low[design] / low[SMOOTH], above=1, headline=design == LOW[-1],
         )  # fmt: skip
     case.tell(
-        "With friction: "
-        + ", ".join(f"{named(d) if d[1] else 'smooth'} {told(v)}" for d, v in low.items()) + "."
+        "Medians with friction 0.3: "
+        + "; ".join(f"{named(d) if d[1] else 'smooth'}: {told(v)}" for d, v in low.items()) + "."
     )  # fmt: skip
 
 
@@ -100,13 +99,15 @@ def ask_largest(case, words, name, found):
     within, best = WITHIN[name], found[WITHIN[name]]
     for design in BEYOND[name]:
         case.ask(
-            INSIDE, f"{words}: median at {named(design)} over that at {named(within)}, the best of 2..20",
+            INSIDE, f"{words}: ratio of the median at {named(design)} to that at {named(within)}, "
+            "the best of 2..20 buckles",
             found[design] / best, below=1,
         )  # fmt: skip
     past = found[PAST[name]] / found[BEYOND[name][-1]]
     case.tell(
-        f"{words.capitalize()}: {', '.join(f'{named(d)} {told(v)}' for d, v in found.items())}. The maximum is bracketed: {named(PAST[name])} has "
-        f"{past.mean():.3f} +- {past.std(ddof=1) / np.sqrt(len(past)):.3f} times the median of {named(BEYOND[name][-1])}."
+        f"Medians {words}: {'; '.join(f'{named(d)}: {told(v)}' for d, v in found.items())}. "
+        f"Beyond the maximum the median decreases: at {named(PAST[name])} it is "
+        f"{past.mean():.3f} +- {past.std(ddof=1) / np.sqrt(len(past)):.3f} times that at {named(BEYOND[name][-1])}."
     )
 
 
@@ -130,22 +131,22 @@ def check(case):
     }
     for words, values in gain.items():
         case.ask(
-            TWICE, f"{words}: median of the best chamber of 2..20 buckles over that of the smooth one", values, above=2,
-            headline=words.startswith("with "),
+            TWICE, f"{words}: ratio of the median of the best chamber with 2..20 buckles to that of the smooth chamber",
+            values, above=2, headline=words.startswith("with "),
         )  # fmt: skip
     ask_largest(case, "without friction", "smooth", smooth)
     ask_largest(case, "with friction 0.3", "rough", rough)
     for design in flat:
         case.ask(
-            FLAT, f"without friction: median at {named(design)} over that at {named(WITHIN['smooth'])}",
+            FLAT, f"without friction: ratio of the median at {named(design)} to that at {named(WITHIN['smooth'])}",
             smooth[design] / smooth[WITHIN["smooth"]], expected=1, band=0.03,
         )  # fmt: skip
     case.ask(
-        ROUGH, f"median at {named(WITHIN['smooth'])} with friction 0.3 over that without",
+        ROUGH, f"{named(WITHIN['smooth'])}: ratio of the median with friction 0.3 to that without friction",
         rough[WITHIN["smooth"]] / smooth[WITHIN["smooth"]], below=0.95,
     )  # fmt: skip
     case.ask(
-        ROUGH, "best over smooth chamber, with friction 0.3 over without",
+        ROUGH, "ratio of the medians of the best and the smooth chamber: with friction 0.3, divided by that without",
         gain["with friction 0.3"] / gain["without friction"], below=0.95,
     )  # fmt: skip
     case.save(draw(found), "buckles.png")

@@ -1,10 +1,10 @@
-"""Where the balls hit, how hard, and which impacts carry the energy: the reference mill with friction, steady."""
+"""Where and how hard the balls hit, and which impacts have most of the energy: the reference mill, steady."""
 
 import matplotlib.pyplot as plt
 import numpy as np
 from log import BALL, DRUM, END, over_seeds
 
-BORDER = "More than half of the impacts lie at the border of the grinding chamber"
+BORDER = "More than half of the impacts are at the border of the grinding chamber"
 BLADES = "The hardest impacts are near the blades"
 RARE = "Efficient collisions are rare"
 
@@ -54,7 +54,7 @@ def draw(found):
     ax.set(
         xlabel="depth of the border, from drum and end walls [ball diameters]",
         ylabel="impacts within the border [%]",
-        title="Half of the impacts lie at the border if it is a ball deep",
+        title="Half of the impacts are at the border if its depth is one ball diameter",
         ylim=(0, 104),
     )
     ax.legend(frameon=False)
@@ -64,43 +64,46 @@ def draw(found):
 def check(case):
     f = over_seeds(case, "reference", measure)
     for words, key in (
-        ("share of impacts whose place is within one diameter of drum or end walls", "one"),
-        ("... within one diameter of the drum alone", "one_drum"),
-        ("... within two diameters of drum or end walls", "two"),
+        ("fraction of impacts with a point of contact within one diameter of drum or end walls", "one"),
+        ("fraction of impacts with a point of contact within one diameter of the drum", "one_drum"),
+        ("fraction of impacts with a point of contact within two diameters of drum or end walls", "two"),
         (
-            "... within half a diameter of drum or end walls (two balls that touch a flat wall meet half a diameter from it)",
+            "fraction of impacts with a point of contact within half a diameter of drum or end walls "
+            "(two balls at a flat wall touch at this distance)",
             "half",
         ),
-        ("share of ball-ball impacts within one diameter of drum or end walls", "one_pairs"),
-        ("share of impacts that are contacts with drum or end walls", "walls"),
-        ("... with the drum alone", "drum"),
+        ("fraction of ball-ball impacts with a point of contact within one diameter of drum or end walls", "one_pairs"),
+        ("fraction of impacts in which a ball hits the drum or an end wall", "walls"),
+        ("fraction of impacts in which a ball hits the drum", "drum"),
     ):
         case.ask(BORDER, words, f[key], above=50, unit="%")
     case.ask(
-        BLADES, "mean v_n within one diameter of a blade over that elsewhere", f["near"] / f["far"], above=1,
+        BLADES, "ratio of the mean v_n within one diameter of a blade to that elsewhere", f["near"] / f["far"], above=1,
     )  # fmt: skip
     case.ask(
-        BLADES, "share of the hardest 1 % of impacts within one diameter of a blade, over that of all impacts",
+        BLADES, "fraction of the hardest 1 % of impacts within one diameter of a blade, divided by that of all impacts",
         f["hard_near"] / f["near_share"], above=1,
     )  # fmt: skip
     case.ask(
-        BLADES, "share of the hardest 1 % of impacts within one diameter of a blade", f["hard_near"], above=50, unit="%",
+        BLADES, "fraction of the hardest 1 % of impacts within one diameter of a blade", f["hard_near"],
+        above=50, unit="%",
     )  # fmt: skip
     case.ask(
-        BLADES, "... within two diameters of a blade", f["hard_two"], above=50, unit="%",
+        BLADES, "fraction of the hardest 1 % of impacts within two diameters of a blade", f["hard_two"],
+        above=50, unit="%",
     )  # fmt: skip
     case.tell(
         f"Mean normal speeds: {f['near'].mean():.3f} m/s within one diameter of a blade, {f['far'].mean():.3f} m/s "
-        f"elsewhere. {f['near_share'].mean():.1f} and {f['two_share'].mean():.1f} % of all impacts lie within one and two "
-        "diameters of a blade."
+        f"elsewhere. {f['near_share'].mean():.1f} % of all impacts are within one diameter of a blade, "
+        f"{f['two_share'].mean():.1f} % within two diameters."
     )
-    rare = "smallest share of impacts that carry half of the"
+    rare = "smallest fraction of impacts that together have half of the"
     case.ask(RARE, f"{rare} energy of normal approach", f["energy_50"], below=10, unit="%")
     case.ask(RARE, f"{rare} dissipated energy", f["loss_50"], below=10, unit="%")
-    case.ask(RARE, "share of impacts above 1 m/s", f["above"], below=20, unit="%")
+    case.ask(RARE, "fraction of impacts with a normal speed above 1 m/s", f["above"], below=20, unit="%")
     case.tell(
-        f"Nine tenths of the energy of normal approach are carried by {f['energy_90'].mean():.1f} % of the impacts, of the dissipated energy by "
-        f"{f['loss_90'].mean():.1f} %."
+        f"{f['energy_90'].mean():.1f} % of the impacts have nine tenths of the energy of normal approach, "
+        f"{f['loss_90'].mean():.1f} % have nine tenths of the dissipated energy."
     )
     case.save(draw(f), "border.png")
     plt.close("all")

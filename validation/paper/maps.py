@@ -73,7 +73,8 @@ def check(case):
             rows.append((title, path))
             share, median = border(path)
             case.tell(
-                f"{title}: {100 * share:.1f} % of all contacts are with drum or end walls; median above 50 mm/s {median:.3f} m/s."
+                f"{title}: {100 * share:.1f} % of all contacts are with drum or end walls; "
+                f"median of the normal speeds above 50 mm/s: {median:.3f} m/s."
             )
     case.save(draw(rows), "figure5.png")
     plt.close("all")

@@ -1,4 +1,4 @@
-"""What a simulated second of the mill costs."""
+"""Computing cost of one simulated second of the mill."""
 
 import json
 
@@ -6,8 +6,8 @@ import numpy as np
 from log import REFERENCE, SEEDS
 from speeds import SMOOTH
 
-PRICE = "A simulated second of the mill takes six minutes of computing: no more"
-MILLS = {"the reference mill, with friction": {}, "the same without friction": SMOOTH}
+PRICE = "One simulated second of the mill takes no more than six minutes of computing"
+MILLS = {"the reference mill, with friction": {}, "the reference mill, without friction": SMOOTH}
 
 
 def check(case):
@@ -26,9 +26,9 @@ def check(case):
     for words, values in case.kept("price", all_of_it).items():
         case.ask(
             PRICE,
-            f"CPU time of one simulated second, {words}, first 0.2 s",
+            f"CPU time per simulated second, {words}, first 0.2 s",
             values,
             below=360,
             unit="s",
         )
-        case.tell(f"Six minutes, on a machine of 2007, are {360 / np.mean(values):.0f} times that ({words}).")
+        case.tell(f"Six minutes on a machine of 2007 are {360 / np.mean(values):.0f} times this CPU time ({words}).")

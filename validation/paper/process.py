@@ -1,5 +1,4 @@
-"""The main process parameters of the reference mill: what rotor speed, filling, ball size and restitution do to
-impacts and power."""
+"""Process parameters of the reference mill: effect of speed, filling, size, restitution on impacts and power."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -69,11 +68,11 @@ def draw(table, laws):
             ax.set_yticks(TICKS[wanted], [f"{tick:g}" for tick in TICKS[wanted]])
             ax.minorticks_off()
             value, error = laws[wanted][key]
-            ax.set_title(f"power {value:.2f} +- {error:.2f}", fontsize=10)
+            ax.set_title(f"exponent {value:.2f} +- {error:.2f}", fontsize=10)
             if ax in axes[-1]:
                 ax.set_xlabel(f"{words} [{unit}]")
         row[0].set_ylabel(f"{name} [{UNITS[wanted]}]")
-    figure.suptitle("Speed and filling decide the power, restitution and filling how hard the balls hit")
+    figure.suptitle("Speed and filling determine the power, restitution and filling the impact speed")
     return figure
 
 
@@ -100,18 +99,21 @@ def check(case):
         for key, words in KEYS.items():
             value, error = laws[wanted][key]
             case.ask(
-                MAIN, f"{name} goes with {words} to the power of {value:.2f}: distance from none", abs(value),
+                MAIN, f"power law of the {name}: absolute value of the exponent of {words}, {value:.2f}", abs(value),
                 above=0, error=error, headline=key == "rotor.speed",
             )  # fmt: skip
     for key, words in KEYS.items():
         more = (
-            "1.1 times as large" if key != "contact.restitution" else "1.1 times as large (at 0.8: restitution 0.777)"
+            "1.1 times as large"
+            if key != "contact.restitution"
+            else "1.1 times as large (restitution 0.777 instead of 0.8)"
         )
-        case.tell(f"{words[0].upper()}{words[1:]} {more} changes {change(laws, key, 1.1)}.")
+        case.tell(f"{words[0].upper()}{words[1:]} {more}: this changes {change(laws, key, 1.1)}.")
     case.tell(
-        f"The laws leave {left[MEDIAN]:.1f} % (median) and {left[POWER]:.1f} % (power) of the variance of the logarithm. They stand on {len(done)} of "
-        f"{len(table)} designs by Sobol's sequence: {int((table.status == 'failed').sum())} failed, the rest was "
-        f"not known to 2 % by {CONTACTS:.0e} contacts or 1 s; {table.cpu.sum():.0f} CPU s. The deck asks for 128 designs and 2e7 contacts."
+        f"The power laws do not explain {left[MEDIAN]:.1f} % (median) and {left[POWER]:.1f} % (power) of the variance "
+        f"of the logarithm. They are fitted to {len(done)} of {len(table)} designs of Sobol's sequence: "
+        f"{int((table.status == 'failed').sum())} failed, the others were not known to 2 % after {CONTACTS:.0e} "
+        f"contacts or 1 s; {table.cpu.sum():.0f} CPU s. `input/process.study` itself has 128 designs and 2e7 contacts."
     )
     case.picture("process", "sensitivity", "process-sensitivity.png")
     case.save(draw(done, laws), "process.png")

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Every statement of the 2007 paper put to the mill: writes RESULTS.md and figures.
+"""Tests every statement of the 2007 paper with simulated mills: writes RESULTS.md and figures.
 
-validate.py [PART ...] [--kept]      ends with 1 when a question has no answer
+validate.py [PART ...] [--kept]      exit status 1 if a question has no answer
 """
 
 import pathlib
@@ -27,8 +27,8 @@ PARTS = {
     "price": ("price",),
 }
 INTRODUCTION = (
-    "[README.md](README.md) says how a question becomes a verdict. Errors are standard errors, from as many runs with seeds of their own as "
-    "*runs* says."
+    "[README.md](README.md) explains how a question becomes a verdict. Errors are standard errors; *runs*: the number "
+    "of runs with different seeds over which the answer is averaged."
 )
 
 if __name__ == "__main__":

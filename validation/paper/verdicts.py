@@ -83,7 +83,7 @@ def table(questions) -> list[str]:
     lines = []
     for statement, asked in by_statement(questions).items():
         lines += [f"**{statement}** *{overall(asked)}*", ""]
-        lines += ["| asked of the mill | wanted | answer | runs | verdict |"]
+        lines += ["| question | confirmed if | answer | runs | verdict |"]
         lines += ["| --- | --- | --- | --- | --- |"]
         for q in asked:
             cells = (q.what, q.asked, q.answer, str(q.runs or ""), q.verdict)
@@ -99,7 +99,7 @@ def counted(questions) -> str:
     whole = ", ".join(f"{statements[v]} {v}" for v in (CONFIRMED, REFUTED, OPEN))
     mixed = sum(statements.values()) - sum(statements[v] for v in (CONFIRMED, REFUTED, OPEN))
     return (
-        f"{sum(statements.values())} statements: {whole}, {mixed} with answers that differ with the question; "
+        f"{sum(statements.values())} statements: {whole}, {mixed} with answers that differ between questions; "
         f"of {sum(said.values())} answers {', '.join(f'{said[v]} {v}' for v in (CONFIRMED, REFUTED, OPEN))}."
     )
 
@@ -107,7 +107,7 @@ def counted(questions) -> str:
 def summary(results) -> list[str]:
     """A table with a line for each statement: the answer to its first question."""
     rows = [
-        "| the paper says | asked of the mill | answer | verdict |",
+        "| statement of the paper | question, confirmed if | answer | verdict |",
         "| --- | --- | --- | --- |",
     ]
     for result in results:

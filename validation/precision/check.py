@@ -1,4 +1,4 @@
-"""Precision: is what a run says of its own errors true?"""
+"""Precision: are the standard errors that a run reports correct?"""
 
 import json
 import math
@@ -82,7 +82,7 @@ def claim(case, rpm, mill):
         rms, rms_told = (math.sqrt(np.mean(e**2)) for e in (true, told))
         spread = rms / math.sqrt(2 * SEEDS)
         case.bound(
-            f"{rpm} rpm, {100 * ASKED:g} % asked: true error of the {what}, rms of {SEEDS} runs",
+            f"{rpm} rpm, {100 * ASKED:g} % requested: true error of the {what}, rms of {SEEDS} runs",
             100 * rms,
             100 * ASKED,
             error=100 * spread,
@@ -91,27 +91,27 @@ def claim(case, rpm, mill):
             headline=rpm == 1000,
         )
         case.claim(
-            f"{rpm} rpm: true error of the {what} over the one told, both rms",
+            f"{rpm} rpm, {what}: ratio of the true error to the reported error, both rms",
             rms / rms_told,
             (LEAST + MOST) / 2,
             (MOST - LEAST) / 2,
             error=spread / rms_told,
-            against="the error told is the error",
+            against="the reported error is the true error",
         )
     case.claim(
-        f"{rpm} rpm: share of the runs that end by themselves",
+        f"{rpm} rpm: fraction of the runs that end by themselves",
         mill["reached"] / SEEDS,
         1,
         0,
         against="run.precision",
     )
     case.bound(
-        f"{rpm} rpm: simulated time until {100 * ASKED:g} % are known, the start-up included",
+        f"{rpm} rpm: mean simulated time to reach {100 * ASKED:g} %, including the start-up",
         np.mean(mill["end"]),
         NEED[rpm],
         error=np.std(mill["end"], ddof=1) / math.sqrt(SEEDS),
         unit="s",
-        against="studies take many runs",
+        against="studies need many runs",
         headline=rpm == 1000,
     )
 
@@ -135,12 +135,12 @@ def draw(case, found):
                 color=colour,
                 label=MEANS[name][0],
             )
-        axis.axhspan(-100 * ASKED, 100 * ASKED, color="C2", alpha=0.12, label="asked for")
+        axis.axhspan(-100 * ASKED, 100 * ASKED, color="C2", alpha=0.12, label="requested precision")
         axis.axhline(0, color="grey", lw=0.8)
         axis.set(
-            xlabel="end of the run, simulated [ms]",
-            ylabel="true error, and the one told [%]",
-            title=f"{rpm} rpm, {SEEDS} seeds, {100 * ASKED:g} % asked",
+            xlabel="simulated time at the end of the run [ms]",
+            ylabel="true error, with the reported error as a bar [%]",
+            title=f"{rpm} rpm, {SEEDS} seeds, {100 * ASKED:g} % requested",
         )
         axis.grid(alpha=0.3)
     axes[0].legend(fontsize=9)

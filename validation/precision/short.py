@@ -1,4 +1,4 @@
-"""Does the true value lie within the 95 % interval that a short run tells?"""
+"""Does the true value lie within the 95 % interval that a short run reports?"""
 
 import h5py
 import matplotlib.pyplot as plt
@@ -22,7 +22,8 @@ def check(case):
         known = np.isfinite(told[name][:, 1])
         off, reach = told[name][known, 0] - true[name], 1.96 * told[name][known, 1]
         case.claim(
-            f"{len(off)} runs of 5 to 15 revolutions: true {name} within its 95 % interval",
+            f"{len(off)} runs of 5 to 15 revolutions: fraction whose 95 % interval of the {name} "
+            "contains the true value",
             100 * np.mean(abs(off) <= reach),
             (LEAST + MOST) / 2,
             (MOST - LEAST) / 2,
@@ -77,8 +78,8 @@ def draw(case, windows, told, true):
         shares.append(100 * inside[known].mean())
         order = np.arange(len(off))
         for which, colour, words in (
-            (inside, "C0", "holds"),
-            (known & ~inside, "C3", "does not hold"),
+            (inside, "C0", "contains"),
+            (known & ~inside, "C3", "does not contain"),
         ):
             axis.errorbar(
                 order[which], off[which], reach[which], fmt=".", ms=3, lw=0.8, color=colour,
@@ -87,11 +88,12 @@ def draw(case, windows, told, true):
         axis.axhline(0, color="grey", lw=0.8)
         places = SEEDS * (np.arange(len(WINDOWS)) + 0.5)
         axis.set_xticks(places, [f"{turns:g}" for turns in WINDOWS])
-        axis.set(xlabel="revolutions sampled, 50 runs each", title=name)
+        axis.set(xlabel="sampled revolutions, 50 runs each", title=name)
         axis.legend(fontsize=8)
-    axes[0].set_ylabel("value less the true one, and its 95 % interval [%]")
+    axes[0].set_ylabel("relative deviation from the true value, with 95 % interval [%]")
     figure.suptitle(
-        f"The 95 % interval of a short run holds the true value in {min(shares):.1f} to {max(shares):.1f} % of 200 runs"
+        "The 95 % interval of a short run contains the true value "
+        f"in {min(shares):.1f} to {max(shares):.1f} % of 200 runs"
     )
     case.save(figure, "short.png")
     plt.close(figure)

@@ -123,23 +123,23 @@ def claim_floor(case, runs, means, errors):
             if floor not in USEFUL or floor == DEFAULT:
                 continue
             case.bound(
-                f"{QUANTITIES[name]}: change when the floor is {1000 * floor:g} mm/s instead of 5 mm/s",
+                f"{QUANTITIES[name]}: change when the rebound floor is {1000 * floor:g} mm/s instead of 5 mm/s",
                 100 * (value[k] / value[default] - 1),
                 100 * ALIKE,
                 error=100 * np.hypot(error[k], error[default]),
                 unit="%",
-                against="slow contacts carry hardly any energy",
+                against="slow contacts have hardly any energy",
                 headline=name == "power" and floor == 1e-4,
             )
     samples = [[run["median"] for run in runs[floor]] for floor in (FLOORS[0], FLOORS[-1])]
     case.bound(
-        "the plain median does depend on the floor: chance that it does not rise from 0.1 to 50 mm/s",
+        "median v_n of all impacts does depend on the floor: probability that it does not rise from 0.1 to 50 mm/s",
         stats.ttest_ind(*samples, equal_var=False, alternative="less").pvalue,
         1e-4,
-        against="Welch's test over the seeds",
+        against="Welch's test, the seeds of both floors",
     )
     case.bound(
-        "share of impacts at the default floor",
+        "fraction of impacts that are at the floor, default floor",
         100 * means["share"][default],
         5,
         error=100 * errors["share"][default],
@@ -148,17 +148,18 @@ def claim_floor(case, runs, means, errors):
     )
     useful = [FLOORS.index(floor) for floor in USEFUL]
     case.bound(
-        "energy that a floor of up to 10 mm/s gives, over the energy dissipated",
+        "energy that the floor adds, divided by the dissipated energy, largest value of the floors up to 10 mm/s",
         means["given"][useful].max(),
         1e-4,
-        against="m* (v_r^2 - v_n^2)/2 of every impact slower than the floor",
+        against="sum of m* (v_r^2 - v_n^2)/2 over the impacts slower than the floor",
     )
     many = [run for floor in USEFUL if floor >= 1e-3 for run in runs[floor]]
     case.bound(
-        "balls let go by the blades, floors from 1 to 10 mm/s: what they can have been given, over the rotor's work",
+        "largest energy that pinched balls can get when they are let go, divided by the work of the rotor, "
+        "floors from 1 to 10 mm/s",
         sum(run["reliefs"] for run in many) * LET_GO / sum(run["work"] for run in many),
         1e-3,
-        against="ten elastic impacts of the blades each (docs/physics.md, pinches)",
+        against="ten elastic impacts of a blade for each relief (docs/physics.md, pinches)",
     )
 
 
@@ -180,7 +181,7 @@ def claim_length(case, runs):
         lengths[name] = deviation
         if name == "power":  # 38 runs; the eight of the medians are too few to say
             case.claim(
-                f"{QUANTITIES[name]}: exponent of its standard error against the time sampled",
+                f"{QUANTITIES[name]}: exponent of the sampled time in its standard error",
                 slope,
                 -0.5,
                 4 * error,
@@ -188,7 +189,7 @@ def claim_length(case, runs):
                 against="independent revolutions: 1/sqrt(time)",
             )
         case.bound(
-            f"{QUANTITIES[name]}: time to sample for a standard error of 1 %",
+            f"{QUANTITIES[name]}: sampled time needed for a standard error of 1 %",
             REVOLUTION * (deviation[0] / 0.01) ** 2,
             1.0,
             unit="s",
@@ -241,12 +242,12 @@ def claim_printed_error(case, runs):
     ratio = np.sqrt((said**2).mean()) / scatter
     error = ratio * np.sqrt(1 / (2 * freedom) + 1 / (2 * len(said) * (REVOLUTIONS - 1)))
     case.claim(
-        "standard error of the power that a run prints over the scatter of seeds",
+        "ratio of the standard error of the power that a run prints to the scatter of the seeds",
         ratio,
         1,
         4 * error,
         error=error,
-        against="whole revolutions are independent",
+        against="revolutions are independent of each other",
     )
 
 
@@ -271,14 +272,14 @@ def draw(case, means, errors, lengths):
             color=COLOURS[name],
             label=label,
         )
-    left.plot(floors, 100 * means["share"], "s:", color="grey", label="share of impacts at the floor")
-    left.axhspan(100 - 100 * ALIKE, 100 + 100 * ALIKE, color="C2", alpha=0.12, label="claimed band")
+    left.plot(floors, 100 * means["share"], "s:", color="grey", label="fraction of impacts at the floor")
+    left.axhspan(100 - 100 * ALIKE, 100 + 100 * ALIKE, color="C2", alpha=0.12, label="band of the claims")
     left.axvline(1000 * DEFAULT, color="grey", lw=0.8)
     left.text(1000 * DEFAULT, 8, " default", color="grey")
     left.set(
         xscale="log",
         xlabel="rebound floor [mm/s]",
-        ylabel="of the value at 5 mm/s [%], share [%]",
+        ylabel="value / value at 5 mm/s [%], fraction [%]",
         title="Power and fast impacts do not depend on the floor",
     )
     time = REVOLUTION * np.array(BLOCKS)
@@ -287,14 +288,14 @@ def draw(case, means, errors, lengths):
         right.plot(time, 100 * deviation, "o", color=COLOURS[name], label=QUANTITIES[name])
         line = 100 * deviation[0] * np.sqrt(REVOLUTION / long)
         right.plot(long, line, color=COLOURS[name], lw=1)
-    right.plot([], [], color="grey", lw=1, label="1/sqrt(time) from one revolution")
+    right.plot([], [], color="grey", lw=1, label="1/sqrt(time), through the first point")
     right.axhline(1, color="grey", ls=":", lw=1)
     right.set(
         xscale="log",
         yscale="log",
         xlabel="sampled time [s]",
         ylabel="relative standard error [%]",
-        title="Half a second of sampled time: one per cent",
+        title="Half a second of sampled time gives an error of one per cent",
     )
     percents = [0.3, 0.5, 1, 2, 3]
     right.set_yticks(percents, [f"{p:g}" for p in percents])

@@ -90,7 +90,7 @@ def settle(case, deck):
     t0, _ = fall()
     whole = t0 * (1 + exact(e)) / (1 - exact(e))
     case.claim(
-        f"bouncing ball, e = {e}: impact from which the rebound is slower than 1 mm/s",
+        f"bouncing ball, e = {e}, v_r = 1 mm/s: time of the first impact at the floor",
         mine["time"][last],
         times[-1],
         TIME_BOUND,
@@ -99,20 +99,20 @@ def settle(case, deck):
     )
     hop = 2 * floor / G
     case.claim(
-        "the same: all bounces take t0 (1+e)/(1-e), the last hops replaced by the floor's",
+        "same case: the same time, compared with the time that all bounces take without a floor",
         mine["time"][last],
         whole,
         hop / (1 - e),
-        against="geometric series; band: what is left of it, below 2 v_r/(g (1-e))",
+        against="t0 (1+e)/(1-e); band: remainder of the geometric series, below 2 v_r/(g (1-e))",
         unit="s",
     )
     hops = np.diff(mine["time"][last : last + 100])
     case.claim(
-        "the same: then hops of 2 v_r/g each, over 99 hops",
+        "same case: mean time of flight of the next 99 hops",
         hops.mean(),
         hop,
         1e-6 * hop,
-        against="u returns after 2u/g",
+        against="2 v_r/g: a ball thrown up at u returns after 2u/g",
         error=None,
         unit="s",
     )
@@ -127,12 +127,12 @@ def check(case, tally):
         worst_time, worst_height = max(worst_time, off_time), max(worst_height, off_height)
         wrong += missing
         impacts += 5 * count
-    what = "bouncing ball on drum, shaft, end wall, blade's tip and side, e 0.1..0.95"
+    what = "bouncing ball on drum, shaft, end wall, tip and side of a blade, e = 0.1 .. 0.95"
     case.bound(
-        f"{what}: runs in which the count of impacts is not that of the series",
+        f"{what}: balls with a wrong number of impacts",
         wrong,
         0,
-        against=f"{impacts} impacts down to 50 mm/s",
+        against=f"geometric series: {impacts} impacts down to 50 mm/s",
     )
     case.bound(
         f"{what}: impact times, largest relative error",
@@ -141,7 +141,7 @@ def check(case, tally):
         against="t_n = t0 (1 + 2e + .. + 2e^n)",
     )
     case.bound(
-        f"{what}: impact speeds as heights v^2/2g, largest error",
+        f"{what}: impact speeds, expressed as heights v^2/2g, largest error",
         worst_height,
         HEIGHT_BOUND,
         against="e^n v0",

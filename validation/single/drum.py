@@ -48,10 +48,10 @@ def returns(case, tally):
     g = exact(9.81)
     off = tally.add("thrown up from the bottom", log["time"][first], [2 * exact(v) / g for v in u])
     case.bound(
-        "thrown up from the drum's bottom, 1 mm/s .. 3 m/s: time of return, largest error",
+        "ball thrown up from the bottom of the drum, 1 mm/s .. 3 m/s: time of return, largest error",
         off,
         TIME_BOUND,
-        against="2u/g",
+        against="2u/g (u: speed at the start)",
         unit="s",
     )
 
@@ -82,15 +82,15 @@ def detach_exactly(case, tally):
         exact_speeds.append(8 * exact(v) * sine**3 * a / c)
     off = tally.add("detached, triple root", times, exact_times)
     case.bound(
-        f"detached at theta from the top with v^2 = g rho cos(theta), {len(TRIPLES)} angles in exact numbers: "
-        "first contact, largest error",
+        f"ball that detaches at theta from the top, v^2 = g rho cos(theta), {len(TRIPLES)} angles without rounding: "
+        "time of the first contact, largest error",
         off,
         TIME_BOUND,
-        against="lands after 4 v sin(theta)/g; triple root at 0",
+        against="4 v sin(theta)/g; triple root at t = 0",
         unit="s",
     )
     case.bound(
-        "the same: normal speed of landing, largest relative error",
+        "same case: normal speed at this contact, largest relative error",
         relative(speeds, [float(v) for v in exact_speeds]),
         1e-13,
         against="8 v sin^3(theta) cos(theta)",
@@ -124,11 +124,11 @@ def detach_anywhere(case, tally):
         late.append(times[times > 1e-3][0])
     off = tally.add("detached, start rounded", late, [exact(t) for t in landing])
     case.bound(
-        f"the same at 10, 11 .. 85 deg, start rounded to doubles ({early} contacts at the start): "
-        "landing, largest error",
+        f"ball that detaches at 10, 11 .. 85 deg, start rounded to double precision ({early} contacts at the start): "
+        "time of landing, largest error",
         off,
         TIME_BOUND,
-        against="4 v sin(theta)/g; a contact at the start with v_r moves it by 2 v_r/(v sin(theta) g t)",
+        against="4 v sin(theta)/g; a contact at the start with rebound v_r changes it by 2 v_r/(v sin(theta) g t)",
         unit="s",
     )
 
@@ -156,23 +156,24 @@ def threshold(case, tally):
     falls = [2 * mpmath.sqrt(exact(g) * rho - exact(v) ** 2) / g for v in slow]
     off = tally.add("from the top, v^2 -> g rho", times[: len(slow)], falls)
     case.bound(
-        "at the top with v = sqrt(g rho) (1 - 2^-k), k = 4 .. 53 (the last double below): first contact, largest error",
+        "ball at the top with v = sqrt(g rho) (1 - 2^-k), k = 4 .. 53 (53: the last double below sqrt(g rho)): "
+        "time of the first contact, largest error",
         off,
         TIME_BOUND,
-        against="2 sqrt(g rho - v^2)/g; quadruple root at k -> oo",
+        against="2 sqrt(g rho - v^2)/g; quadruple root in the limit of infinite k",
         unit="s",
     )
     case.bound(
-        "the same: largest relative error",
+        "same case: time of the first contact, largest relative error",
         relative(times[: len(slow)], [float(t) for t in falls]),
         1e-8,
-        against="half a rounding of v^2, over g rho - v^2, is at most 2e-9 (k = 27)",
+        against="half a rounding of v^2, divided by g rho - v^2, is at most 2e-9 (k = 27)",
     )
     case.bound(
-        "at the top with v^2 >= g rho, from equality on: first contact",
+        "ball at the top with v^2 >= g rho, equality included: time of the first contact",
         np.max(np.abs(times[len(slow) :])),
         0,
-        against="pressed to the wall at once",
+        against="in contact with the wall from t = 0 on",
         unit="s",
     )
 
@@ -222,17 +223,18 @@ def landing_off(place, excess, rho, g, floor):
 def centrifuge(case):
     stays, falls = loops(case)
     case.bound(
-        "up the wall with v_top^2 = 1.05, 1.1, 1.4 g rho: longest hop of a ball that stays on, relative error",
+        "ball that goes up the wall with v_top^2 = 1.05, 1.1, 1.4 g rho and stays on it: "
+        "time of the longest hop, largest relative error",
         max(stays),
         1e-3,
         against="2 v_r / (v_top^2/rho - g), at the top",
     )
     case.bound(
-        "up the wall with v_top^2 = 0.95 .. 0.2 g rho: where the ball lands that comes off, "
-        "angle's error over what hops of the floor explain",
+        "ball that goes up the wall with v_top^2 = 0.95 .. 0.2 g rho and leaves it: "
+        "largest ratio of the error of the landing angle to the effect of the hops",
         max(falls),
         1,
-        against="off at cos(theta) = 2/3 + v_top^2/(3 g rho), lands 3 theta beyond the top",
+        against="leaves the wall at cos(theta) = 2/3 + v_top^2/(3 g rho), lands 3 theta beyond the top",
     )
 
 
@@ -280,13 +282,13 @@ def at_random(case, tally):
     off = tally.add("flights onto drum", times[onto], np.array(to_drum)[onto])
     off = max(off, tally.add("flights onto shaft", times[~onto], np.array(to_shaft)[~onto]))
     case.bound(
-        f"{count} flights between drum and shaft: balls that meet the wrong one of the two first",
+        f"{count} flights between drum and shaft: balls whose first contact is with the wrong one of the two",
         wrong,
         0,
         against=f"roots of both quartics; {np.sum(onto)} meet the drum",
     )
     case.bound(
-        "the same: first contact, largest error",
+        "same case: time of the first contact, largest error",
         off,
         TIME_BOUND,
         against="roots of the quartic to 50 digits",

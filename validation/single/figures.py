@@ -56,7 +56,7 @@ def times(case, tally):
     axis.set_xlim(0.6 * LOWEST, 1e-11)
     axis.set_yticks(range(len(names)), [f"{n} ({len(tally.groups[n])})" for n in names])
     axis.invert_yaxis()
-    axis.set_xlabel(f"error of the contact time [s]; {LOWEST:g}: that or less")
+    axis.set_xlabel(f"error of the contact time [s] ({LOWEST:g}: this or less)")
     axis.set_title("Contact times that are known exactly (number of contacts)")
     figure.legend(fontsize=8, loc="outside lower center", ncols=2)
     case.save(figure, "times.png")

@@ -216,32 +216,34 @@ def state(case, what, results):
 
     total, sticking = (sum(r[name] for r in results) for name in ("count", "sticking"))
     case.bound(
-        f"{what}, {total} impacts, 0 .. 89 deg, {sticking} of them sticking: normal speed after, largest error",
+        f"{what}, {total} impacts, 0 .. 89 deg, {sticking} of them sticking: "
+        "normal speed after, largest relative error",
         worst("normal"),
         TIGHT,
         against="e g_n (Walton 1993; Foerster et al. 1994)",
     )
     case.bound(
-        f"{what}: slip seen at the contact, and at the next one, largest error over all speeds before",
+        f"{what}: slip at the impact and at the next impact, largest error divided by the sum of all speeds before",
         max(worst("slip_before"), worst("slip")),
         TIGHT,
         against="max(-beta0 g_t, g_t - (7/2) mu (1+e) g_n)",
         headline=what.endswith("wall"),
     )
     case.bound(
-        f"{what}: energy lost, largest error over the energy of all speeds before",
+        f"{what}: energy lost, largest error divided by the kinetic energy at the sum of all speeds before",
         worst("loss"),
         TIGHT,
         against="m* [(1-e^2) g_n^2 + (2/7)(g_t^2 - g_t'^2)]/2",
     )
     case.bound(
-        f"{what}: velocities and spins after, each component in float32, largest error over all speeds before",
+        f"{what}: velocities and spins after, components in float32, "
+        "largest error divided by the sum of all speeds before",
         max(worst("velocity"), worst("spin")),
         2 * FLOAT32,
-        against="J/m and a n x J/I; two roundings of a float32",
+        against="changes J/m and a n x J/I (J: impulse, I: inertia); two roundings of a float32",
     )
     case.bound(
-        f"{what}: energy of flight and of spin after, sums in float64, largest relative error",
+        f"{what}: translational and rotational energy after, sums in float64, largest relative error",
         max(worst("kinetic"), worst("rotational")),
         TIGHT,
         against="sum m v'^2/2, sum I w'^2/2",
@@ -254,10 +256,10 @@ def check(case):
     wall = [on_wall(case, law, rng) for law in LAWS]
     state(case, "ball on end wall", wall)
     case.bound(
-        "ball on end wall: time of flight to its next contact, largest relative error",
+        "ball on end wall: time of flight to the next contact, largest relative error",
         max(result["flight"] for result in wall),
         TIGHT,
-        against="2 e g_n / g, whatever the rounding of the place",
+        against="2 e g_n / g, independent of the rounding of the position",
     )
-    state(case, "ball on another, eight times as heavy", [on_ball(case, law, rng) for law in LAWS])
+    state(case, "ball on a ball eight times as heavy", [on_ball(case, law, rng) for law in LAWS])
     return list(zip(LAWS, wall, strict=True))

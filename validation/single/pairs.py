@@ -53,12 +53,12 @@ def check(case, tally):
     expected = [meeting(*both) for both in pairs]
     off = tally.add("ball on ball", time[first], [t for t, _ in expected])
     off_speed = max(abs(float(s - v)) for s, (_, v) in zip(speed[first], expected, strict=True))
-    what = f"{COUNT} pairs in flight, impact parameter 0 .. 0.999 d"
+    what = f"{COUNT} pairs in flight, impact parameter 0 .. 0.999 diameters"
     case.bound(
         f"{what}: time of contact, largest error",
         off,
         TIME_BOUND,
-        against="|d + u t| = 2a to 50 digits",
+        against="root of |d + u t| = 2a to 50 digits",
         unit="s",
     )
     case.bound(

@@ -133,26 +133,31 @@ def add_times(tally, prefix, meetings, times):
 
 
 def state(case, what, wrong, off, speeds, place, normal):
-    case.bound(f"{what}: balls whose first contact is not with their blade", wrong, 0, against="geometry")
+    case.bound(
+        f"{what}: balls whose first contact is not with their own blade",
+        wrong,
+        0,
+        against="each ball is placed so that it meets its own blade first",
+    )
     case.bound(
         f"{what}: time of contact, largest error",
         off,
         TIME_BOUND,
-        against="closed forms; gap's root to 50 digits",
+        against="closed forms; root of the gap to 50 digits",
         unit="s",
     )
     case.bound(
         f"{what}: closing speed and slip of the surfaces, largest error",
         speeds,
         SPEED_BOUND,
-        against="parts of Omega x r - v - a w x n, to 50 digits",
+        against="components of Omega x r - v - a w x n, to 50 digits",
         unit="m/s",
     )
     case.bound(
-        f"{what}: point of contact and normal, in halves of float32's last digit",
+        f"{what}: contact point and normal, largest error in halves of the last digit of a float32",
         max(place, normal),
         1.01,
-        against="the same, rounded",
+        against="the exact values, rounded to float32",
     )
 
 
@@ -177,25 +182,30 @@ def at_rest_check(case, tally, speed):
     meetings, log, (off_work, off_torque) = strike(case, tally, speed, 10)
     wrong, times, speeds, place, normal = compare(log, meetings, speed, 0.0)
     off = add_times(tally, "stroke of", meetings, times)
-    what = f"blade at {speed:g} rad/s strikes balls at rest ({len(meetings)})"
+    what = f"blades at {speed:g} rad/s strike {len(meetings)} balls at rest"
     state(case, what, wrong, off, speeds, place, normal)
     missed, arrived, off_time, off_speed = next_at_drum(log, meetings, speed, 0.9)
-    case.bound(f"{what}: balls that do not go straight to the drum", missed, 0, against="geometry")
     case.bound(
-        f"{what}: arrival of {arrived} of them at the drum within 20 ms, largest error",
+        f"{what}: balls that should reach the drum next within 20 ms and do not",
+        missed,
+        0,
+        against="straight path from the blade to the drum",
+    )
+    case.bound(
+        f"{what}: time at which {arrived} of them reach the drum within 20 ms, largest error",
         off_time,
         TIME_BOUND,
-        against="they fly with (1+e) (Omega x r).n along n",
+        against="a struck ball moves at (1+e) (Omega x r).n along n",
         unit="s",
     )
     case.bound(
-        f"{what}: their normal speed there, largest relative error",
+        f"{what}: normal speed of these impacts on the drum, largest relative error",
         off_speed,
         1e-11,  # a gap of 1e-15 m taken for closed turns the normal by (v_t/v_n) 4e-13, v_t/v_n <= 20
-        against="the same",
+        against="a struck ball moves at (1+e) (Omega x r).n along n",
     )
     case.bound(
-        f"{what}: rotor work, and torque times angle turned, largest relative error",
+        f"{what}: rotor work, and mean torque times angle of rotation, largest relative error",
         max(abs(off_work), abs(off_torque)),
         1e-12,
         against="sum of m (1+e) u_n^2",
@@ -221,7 +231,7 @@ def flight_check(case, tally, speed):
     )
     wrong, times, speeds, place, normal = compare(log, meetings, speed, G)
     off = add_times(tally, "flight onto", meetings, times)
-    what = f"balls in flight against faces, tips, edges, corners of pitched blades at {speed:g} rad/s ({len(meetings)})"
+    what = f"balls in flight against all parts of pitched blades at {speed:g} rad/s ({len(meetings)})"
     state(case, what, wrong, off, speeds, place, normal)
 
 

@@ -1,4 +1,4 @@
-"""The same study with friction 0.3: how much of the gain is left."""
+"""The study of Figure 7 with friction 0.3: how much of the increase of the median remains."""
 
 from figure7 import check_grid
 from study_case import FRICTION, KEPT, MEDIAN, H
@@ -19,7 +19,8 @@ def check(case):
     check_grid(case, "friction", table, wall, "friction 0.3")
     gains = [gain(t) for t in (without, table)]
     case.tell(
-        f"Without friction the best wavy chamber has {gains[0][0]:.2f} times the median impact speed of the smooth one "
-        f"({gains[0][1]:.3f} m/s); with friction 0.3 {gains[1][0]:.2f} times ({gains[1][1]:.3f} m/s)."
+        "Ratio of the median impact speed of the best wavy chamber to that of the smooth chamber: "
+        f"{gains[0][0]:.2f} without friction (smooth chamber: {gains[0][1]:.3f} m/s), "
+        f"{gains[1][0]:.2f} with friction 0.3 (smooth chamber: {gains[1][1]:.3f} m/s)."
     )
     case.picture("figure7", "beside", "beside.png", "--beside", KEPT / "friction.parquet")

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Design studies of the wavy chamber held against what they are to show: writes RESULTS.md and figures.
+"""Compares design studies of the wavy chamber with their requirements: writes RESULTS.md and figures.
 
-validate.py [PART ...] [--kept]      ends with 1 when a claim is outside its band
+validate.py [PART ...] [--kept]      exit status 1 if a claim is outside its band and no reason is known
 """
 
 import pathlib
@@ -24,7 +24,7 @@ PARTS = {
     "overhead": ("overhead",),
 }
 INTRODUCTION = (
-    "[README.md](README.md) says what is claimed and why so. *Band* is what a value may be off, or its bound; *error* its "
+    "[README.md](README.md) explains what is claimed and why. *Band*: the limit of the measured value; *error*: its "
     "standard error."
 )
 
