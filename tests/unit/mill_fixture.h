@@ -5,8 +5,8 @@
 
 #include "observe/observers.h"
 #include "observe/tally.h"
+#include "unit.h"
 
-#include <check.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -9,8 +9,8 @@
 #include "store/h5.h"
 
 #include "state_fixture.h"
+#include "unit.h"
 
-#include <check.h>
 #include <hdf5.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -199,28 +199,6 @@ static inline bool look_same(const char *path, const char *a, const char *b)
 #endif
     H5Fclose(file);
     return same;
-}
-
-/* Runs the one suite of a test program: the tests, and `rounds` times each of the loops (_i = 0, 1,
- * ...). */
-static inline int run_tests(const char *name, const TTest *const *tests, size_t count,
-                            const TTest *const *loops, size_t loop_count, int rounds)
-{
-    Suite *suite = suite_create(name);
-    TCase *test_case = tcase_create(name);
-    SRunner *runner;
-    int failed;
-    size_t i;
-    for (i = 0; i < count; i++)
-        tcase_add_test(test_case, tests[i]);
-    for (i = 0; i < loop_count; i++)
-        tcase_add_loop_test(test_case, loops[i], 0, rounds);
-    suite_add_tcase(suite, test_case);
-    runner = srunner_create(suite);
-    srunner_run_all(runner, CK_NORMAL);
-    failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
 }
 
 #endif

@@ -171,16 +171,16 @@ END_TEST
 
 int main(void)
 {
-    const TTest *const tests[] = {
-        frames_lie_at_multiples_of_the_interval_from_zero_to_the_end,
-        times_do_not_drift_over_many_frames,
-        an_end_between_two_frames_adds_none,
-        each_state_of_each_ball_is_stored,
-        balls_carry_number_kind_mass_and_diameter,
-        step_and_time_are_stored_once,
-        units_are_texts_that_h5md_readers_know,
-        without_frames_the_balls_are_still_described,
-        a_run_taken_up_again_leaves_the_same_frames,
+    const struct unit_test tests[] = {
+        {frames_lie_at_multiples_of_the_interval_from_zero_to_the_end, 1},
+        {times_do_not_drift_over_many_frames, 1},
+        {an_end_between_two_frames_adds_none, 1},
+        {each_state_of_each_ball_is_stored, 1},
+        {balls_carry_number_kind_mass_and_diameter, 1},
+        {step_and_time_are_stored_once, 1},
+        {units_are_texts_that_h5md_readers_know, 1},
+        {without_frames_the_balls_are_still_described, 1},
+        {a_run_taken_up_again_leaves_the_same_frames, 1},
     };
-    return run_tests("frames", tests, sizeof tests / sizeof tests[0], NULL, 0, 0);
+    return unit_run("frames", tests, sizeof tests / sizeof *tests);
 }

@@ -367,23 +367,21 @@ END_TEST
 
 int main(void)
 {
-    const TTest *const tests[] = {
-        nothing_is_there_before_the_first_flush,
-        the_old_file_stands_until_the_first_flush_of_the_new_one,
-        a_file_closed_unflushed_is_published,
-        an_abandoned_file_is_as_last_flushed,
-        a_file_abandoned_unflushed_never_was,
-        between_flushes_the_file_is_readable_and_as_last_flushed,
-        a_file_may_be_read_while_another_writes_it,
-        after_a_full_disk_the_file_is_as_last_flushed,
-        a_file_killed_before_its_first_flush_never_was,
-        a_file_in_use_is_not_opened_twice,
+    const struct unit_test tests[] = {
+        {nothing_is_there_before_the_first_flush, 1},
+        {the_old_file_stands_until_the_first_flush_of_the_new_one, 1},
+        {a_file_closed_unflushed_is_published, 1},
+        {an_abandoned_file_is_as_last_flushed, 1},
+        {a_file_abandoned_unflushed_never_was, 1},
+        {between_flushes_the_file_is_readable_and_as_last_flushed, 1},
+        {a_file_may_be_read_while_another_writes_it, 1},
+        {after_a_full_disk_the_file_is_as_last_flushed, 1},
+        {a_file_killed_before_its_first_flush_never_was, 1},
+        {a_file_in_use_is_not_opened_twice, 1},
+        {a_full_disk_is_told_once_and_the_file_still_closes, 20},
+        {a_disk_that_fills_up_at_any_moment_takes_nothing_that_was_flushed, 20},
+        {a_killed_file_is_as_last_flushed_and_can_be_gone_on_with, 20},
+        {what_cannot_be_read_is_not_taken_for_missing, 20},
     };
-    const TTest *const loops[] = {
-        a_full_disk_is_told_once_and_the_file_still_closes,
-        a_disk_that_fills_up_at_any_moment_takes_nothing_that_was_flushed,
-        a_killed_file_is_as_last_flushed_and_can_be_gone_on_with,
-        what_cannot_be_read_is_not_taken_for_missing,
-    };
-    return run_tests("h5_disk", tests, sizeof tests / sizeof tests[0], loops, 4, 20);
+    return unit_run("h5_disk", tests, sizeof tests / sizeof *tests);
 }

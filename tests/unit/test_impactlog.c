@@ -121,10 +121,10 @@ END_TEST
 
 int main(void)
 {
-    const TTest *const tests[] = {
-        every_impact_is_logged_in_order,
-        finishing_in_between_loses_and_doubles_nothing,
-        a_run_taken_up_again_leaves_the_same_log,
+    const struct unit_test tests[] = {
+        {every_impact_is_logged_in_order, 1},
+        {finishing_in_between_loses_and_doubles_nothing, 1},
+        {a_run_taken_up_again_leaves_the_same_log, 1},
     };
-    return run_tests("impactlog", tests, sizeof tests / sizeof tests[0], NULL, 0, 0);
+    return unit_run("impactlog", tests, sizeof tests / sizeof *tests);
 }

@@ -489,34 +489,28 @@ END_TEST
 
 int main(void)
 {
-    Suite *suite = suite_create("maps");
-    TCase *tests = tcase_create("maps");
-    tcase_add_checked_fixture(tests, setup, teardown);
-    tcase_add_test(tests, cells_are_a_thirtieth_of_the_radius);
-    tcase_add_test(tests, a_flat_mill_has_four_slices_and_a_long_one_400);
-    tcase_add_test(tests, an_impact_is_counted_where_it_happens);
-    tcase_add_test(tests, impacts_on_the_walls_belong_to_the_cells_at_the_rim);
-    tcase_add_test(tests, the_cells_make_up_the_drum);
-    tcase_add_test(tests, a_cut_cell_has_the_area_inside_the_circle);
-    tcase_add_test(tests, a_drum_that_is_no_circle_is_measured_by_its_gap);
-    tcase_add_test(tests, a_ball_keeps_its_volume_centre_and_second_moment);
-    tcase_add_test(tests, a_ball_is_spread_over_the_rings_that_it_covers);
-    tcase_add_test(tests, a_ball_on_the_axis_stays_in_the_inner_rings);
-    tcase_add_test(tests, a_uniform_charge_has_the_same_solid_fraction_in_every_inner_ring);
-    tcase_add_test(tests, a_ring_that_turns_has_azimuthal_velocity_only);
-    tcase_add_test(tests, the_cross_section_holds_the_mean_velocity_of_the_balls_in_a_cell);
-    tcase_add_test(tests, balls_are_taken_where_they_are_at_the_time_asked_for);
-    tcase_add_test(tests, many_balls_at_once_pour_what_each_alone_would);
-    tcase_add_test(tests, the_cross_section_is_that_of_the_points_one_by_one);
-    tcase_add_test(tests, a_ball_outside_the_drum_is_counted_at_the_rim);
-    tcase_add_test(tests, a_ball_larger_than_the_mill_stays_within_the_maps);
-    tcase_add_test(tests, maps_of_a_turning_container_are_those_of_the_still_one);
-    tcase_add_test(tests, impacts_in_a_turning_container_are_counted_where_it_has_them);
-    tcase_add_loop_test(tests, the_cells_make_up_a_body, 0, 5);
-    suite_add_tcase(suite, tests);
-    SRunner *runner = srunner_create(suite);
-    srunner_run_all(runner, CK_NORMAL);
-    const int failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    return failed != 0;
+    const struct unit_test tests[] = {
+        {cells_are_a_thirtieth_of_the_radius, 1},
+        {a_flat_mill_has_four_slices_and_a_long_one_400, 1},
+        {an_impact_is_counted_where_it_happens, 1},
+        {impacts_on_the_walls_belong_to_the_cells_at_the_rim, 1},
+        {the_cells_make_up_the_drum, 1},
+        {a_cut_cell_has_the_area_inside_the_circle, 1},
+        {a_drum_that_is_no_circle_is_measured_by_its_gap, 1},
+        {a_ball_keeps_its_volume_centre_and_second_moment, 1},
+        {a_ball_is_spread_over_the_rings_that_it_covers, 1},
+        {a_ball_on_the_axis_stays_in_the_inner_rings, 1},
+        {a_uniform_charge_has_the_same_solid_fraction_in_every_inner_ring, 1},
+        {a_ring_that_turns_has_azimuthal_velocity_only, 1},
+        {the_cross_section_holds_the_mean_velocity_of_the_balls_in_a_cell, 1},
+        {balls_are_taken_where_they_are_at_the_time_asked_for, 1},
+        {many_balls_at_once_pour_what_each_alone_would, 1},
+        {the_cross_section_is_that_of_the_points_one_by_one, 1},
+        {a_ball_outside_the_drum_is_counted_at_the_rim, 1},
+        {a_ball_larger_than_the_mill_stays_within_the_maps, 1},
+        {maps_of_a_turning_container_are_those_of_the_still_one, 1},
+        {impacts_in_a_turning_container_are_counted_where_it_has_them, 1},
+        {the_cells_make_up_a_body, 5},
+    };
+    return unit_run_in("maps", setup, teardown, tests, sizeof tests / sizeof *tests);
 }

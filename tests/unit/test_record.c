@@ -145,12 +145,12 @@ END_TEST
 
 int main(void)
 {
-    const TTest *const tests[] = {
-        the_deck_is_stored_entry_by_entry_with_defaults,
-        the_stored_text_is_a_deck_with_the_same_values,
-        a_run_in_progress_says_so,
-        the_end_replaces_what_a_checkpoint_wrote,
-        memory_and_processor_time_are_those_of_this_process,
+    const struct unit_test tests[] = {
+        {the_deck_is_stored_entry_by_entry_with_defaults, 1},
+        {the_stored_text_is_a_deck_with_the_same_values, 1},
+        {a_run_in_progress_says_so, 1},
+        {the_end_replaces_what_a_checkpoint_wrote, 1},
+        {memory_and_processor_time_are_those_of_this_process, 1},
     };
-    return run_tests("record", tests, sizeof tests / sizeof tests[0], NULL, 0, 0);
+    return unit_run("record", tests, sizeof tests / sizeof *tests);
 }

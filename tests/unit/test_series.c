@@ -144,13 +144,13 @@ END_TEST
 
 int main(void)
 {
-    const TTest *const tests[] = {
-        rows_lie_at_multiples_of_the_interval_up_to_the_end,
-        energies_are_those_of_the_world_at_the_time,
-        works_losses_and_counts_are_cumulative,
-        torque_is_the_impulse_over_the_interval_before,
-        step_and_time_are_stored_once,
-        a_run_taken_up_again_leaves_the_same_rows,
+    const struct unit_test tests[] = {
+        {rows_lie_at_multiples_of_the_interval_up_to_the_end, 1},
+        {energies_are_those_of_the_world_at_the_time, 1},
+        {works_losses_and_counts_are_cumulative, 1},
+        {torque_is_the_impulse_over_the_interval_before, 1},
+        {step_and_time_are_stored_once, 1},
+        {a_run_taken_up_again_leaves_the_same_rows, 1},
     };
-    return run_tests("series", tests, sizeof tests / sizeof tests[0], NULL, 0, 0);
+    return unit_run("series", tests, sizeof tests / sizeof *tests);
 }

@@ -341,41 +341,30 @@ START_TEST(json_groups_are_balanced_and_members_separated)
 }
 END_TEST
 
-static Suite *make_suite(void)
-{
-    Suite *suite = suite_create("summary");
-    TCase *tests = tcase_create("summary");
-    tcase_add_checked_fixture(tests, setup, teardown);
-    tcase_add_test(tests, numbers_have_four_digits_and_the_prefix_that_fits);
-    tcase_add_test(tests, the_table_names_the_kinds_that_occurred_and_all);
-    tcase_add_test(tests, the_table_gives_power_with_its_standard_error);
-    tcase_add_test(tests, the_table_says_why_there_is_no_standard_error);
-    tcase_add_test(tests, without_anomalies_it_says_none);
-    tcase_add_test(tests, anomalies_are_counted_by_what_they_are);
-    tcase_add_test(tests, control_characters_of_file_names_do_not_reach_the_terminal);
-    tcase_add_test(tests, an_energy_that_is_no_number_is_an_anomaly);
-    tcase_add_test(tests, the_last_line_says_it_all);
-    tcase_add_test(tests, the_table_fits_100_columns_with_every_note_and_large_numbers);
-    tcase_add_test(tests, a_run_stopped_before_the_window_has_a_summary);
-    tcase_add_test(tests, a_ring_that_the_rotor_does_not_touch_is_noted_with_its_speed);
-    tcase_add_test(tests, the_drums_friction_is_not_denied_to_a_ring_that_has_it);
-    tcase_add_test(tests, a_charge_that_the_rotor_still_strikes_is_no_ring);
-    tcase_add_test(tests, a_charge_too_slow_to_stay_up_is_no_ring);
-    tcase_add_test(tests, a_charge_with_much_other_motion_is_no_ring);
-    tcase_add_test(tests, an_inelastic_charge_without_friction_is_not_noted);
-    tcase_add_test(tests, json_gives_numbers_to_full_precision_and_no_nan);
-    tcase_add_test(tests, json_escapes_what_a_file_name_may_hold);
-    tcase_add_test(tests, json_replaces_bytes_that_are_not_utf_8);
-    tcase_add_test(tests, json_groups_are_balanced_and_members_separated);
-    suite_add_tcase(suite, tests);
-    return suite;
-}
-
 int main(void)
 {
-    SRunner *runner = srunner_create(make_suite());
-    srunner_run_all(runner, CK_NORMAL);
-    const int failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    return failed != 0;
+    const struct unit_test tests[] = {
+        {numbers_have_four_digits_and_the_prefix_that_fits, 1},
+        {the_table_names_the_kinds_that_occurred_and_all, 1},
+        {the_table_gives_power_with_its_standard_error, 1},
+        {the_table_says_why_there_is_no_standard_error, 1},
+        {without_anomalies_it_says_none, 1},
+        {anomalies_are_counted_by_what_they_are, 1},
+        {control_characters_of_file_names_do_not_reach_the_terminal, 1},
+        {an_energy_that_is_no_number_is_an_anomaly, 1},
+        {the_last_line_says_it_all, 1},
+        {the_table_fits_100_columns_with_every_note_and_large_numbers, 1},
+        {a_run_stopped_before_the_window_has_a_summary, 1},
+        {a_ring_that_the_rotor_does_not_touch_is_noted_with_its_speed, 1},
+        {the_drums_friction_is_not_denied_to_a_ring_that_has_it, 1},
+        {a_charge_that_the_rotor_still_strikes_is_no_ring, 1},
+        {a_charge_too_slow_to_stay_up_is_no_ring, 1},
+        {a_charge_with_much_other_motion_is_no_ring, 1},
+        {an_inelastic_charge_without_friction_is_not_noted, 1},
+        {json_gives_numbers_to_full_precision_and_no_nan, 1},
+        {json_escapes_what_a_file_name_may_hold, 1},
+        {json_replaces_bytes_that_are_not_utf_8, 1},
+        {json_groups_are_balanced_and_members_separated, 1},
+    };
+    return unit_run_in("summary", setup, teardown, tests, sizeof tests / sizeof *tests);
 }

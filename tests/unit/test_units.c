@@ -1,7 +1,7 @@
 /* Units of measure: which are known, what factor they stand for, which are of another quantity. */
 #include "deck/units.h"
+#include "unit.h"
 
-#include <check.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -155,22 +155,13 @@ END_TEST
 
 int main(void)
 {
-    Suite *suite = suite_create("units");
-    TCase *known = tcase_create("known");
-    tcase_add_checked_fixture(known, load, unload);
-    tcase_add_loop_test(known, a_known_unit_has_its_factor, 0,
-                        (int)(sizeof factors / sizeof *factors));
-    tcase_add_loop_test(known, another_unit_is_refused_and_leaves_the_factor_alone, 0,
-                        (int)(sizeof refusals / sizeof *refusals));
-    tcase_add_test(known, millimetres_become_the_nearest_double);
-    tcase_add_test(known, the_si_unit_keeps_every_bit);
-    suite_add_tcase(suite, known);
-    TCase *missing = tcase_create("missing");
-    tcase_add_test(missing, a_missing_database_is_named_with_the_mend);
-    suite_add_tcase(suite, missing);
-    SRunner *runner = srunner_create(suite);
-    srunner_run_all(runner, CK_NORMAL);
-    const int failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    return failed != 0;
+    const struct unit_test tests[] = {
+        {a_known_unit_has_its_factor, (int)(sizeof factors / sizeof *factors)},
+        {another_unit_is_refused_and_leaves_the_factor_alone,
+         (int)(sizeof refusals / sizeof *refusals)},
+        {millimetres_become_the_nearest_double, 1},
+        {the_si_unit_keeps_every_bit, 1},
+        {a_missing_database_is_named_with_the_mend, 1},
+    };
+    return unit_run_in("units", load, unload, tests, sizeof tests / sizeof *tests);
 }
