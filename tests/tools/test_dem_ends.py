@@ -188,7 +188,7 @@ def test_the_file_can_be_read_while_the_run_goes_on(dem, monkeypatch, tmp_path):
         with Run(path) as run:
             seen.append((run.status, run.time, len(run.series("kinetic_energy")[0]), run.duration))
 
-    monkeypatch.setattr(milltools.dem.command, "PUBLISH", 0.01)
+    monkeypatch.setattr(milltools.dem.command, "PUBLISH", 0.05)
     monkeypatch.setattr(milltools.dem.command.Job, "publish", look)
     assert dem("--quiet", "--modulus", "1e9")[0] == 0
     assert len(seen) > 2 and {status for status, *_ in seen} == {"running"}

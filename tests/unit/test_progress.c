@@ -301,7 +301,6 @@ START_TEST(from_a_tenth_on_the_time_left_is_right_within_a_factor_of_2)
                                      .drum_radius = 0.075,
                                      .drum_length = 0.12,
                                      .rotor_speed = run->rpm * 3.14159265 / 30,
-                                     .container = {.still = true},
                                      .law = {{.restitution = run->restitution}}};
     const struct mill_forecast_growth growth = mill_forecast_growth(&world);
     const double takes = 1e6 * run->contacts[MARKS - 1] * CONTACT;
