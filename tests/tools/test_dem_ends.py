@@ -187,6 +187,7 @@ def test_the_file_can_be_read_while_the_run_goes_on(dem, monkeypatch, tmp_path):
             time.sleep(0.001)
         with Run(path) as run:
             seen.append((run.status, run.time, len(run.series("kinetic_energy")[0]), run.duration))
+        job.published = time.monotonic()  # looking takes longer than PUBLISH
 
     monkeypatch.setattr(milltools.dem.command, "PUBLISH", 0.05)
     monkeypatch.setattr(milltools.dem.command.Job, "publish", look)
