@@ -41,6 +41,7 @@ CASES = [
     "experiments",
     "jars",
 ]
+TIMED = ["forecast"]  # compare processor times: one at a time, after all others
 
 
 @dataclasses.dataclass
@@ -310,6 +311,24 @@ def summary(cases: list[dict]) -> list[str]:
     return rows
 
 
+def tell(result: dict, fully: bool) -> None:
+    """Prints how many claims of a case hold, and those that do not; fully: all of them."""
+    claims = [Claim(**claim) for claim in result["claims"]]
+    state = f"{sum(c.holds for c in claims)} of {len(claims)} claims hold"
+    print(f"ladder: {result['name']:14} {state}, {result['seconds']:.0f} s", flush=True)
+    for claim in claims:
+        if not claim.holds or fully:
+            expected = "" if claim.expected is None else f", expected {claim.expected:.6g}"
+            error = "" if claim.error is None else f" +- {claim.error:.2g}"
+            print(
+                f"    {'yes' if claim.holds else 'NO '} {claim.what}: {claim.measured:.6g}{error}"
+                f"{expected}, band {claim.band:.3g} [{claim.unit}]",
+                flush=True,
+            )
+    if result["failure"]:
+        print(result["failure"], flush=True)
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("case", nargs="*", help=f"{', '.join(CASES)}; default: all; RESULTS.md is written only for all")
@@ -330,25 +349,14 @@ def main() -> int:
     # a process for each case: modules of one folder must not be taken for those of another
     pool_of = concurrent.futures.ProcessPoolExecutor
     spawn = multiprocessing.get_context("spawn")
-    with pool_of(arguments.jobs, mp_context=spawn, max_tasks_per_child=1) as pool:
-        futures = {pool.submit(run_case, name): name for name in names}
-        for future in concurrent.futures.as_completed(futures):
-            result = future.result()
-            results[result["name"]] = result
-            claims = [Claim(**claim) for claim in result["claims"]]
-            state = f"{sum(c.holds for c in claims)} of {len(claims)} claims hold"
-            print(f"ladder: {result['name']:14} {state}, {result['seconds']:.0f} s", flush=True)
-            for claim in claims:
-                if not claim.holds or arguments.case:
-                    expected = "" if claim.expected is None else f", expected {claim.expected:.6g}"
-                    error = "" if claim.error is None else f" +- {claim.error:.2g}"
-                    print(
-                        f"    {'yes' if claim.holds else 'NO '} {claim.what}: {claim.measured:.6g}{error}"
-                        f"{expected}, band {claim.band:.3g} [{claim.unit}]",
-                        flush=True,
-                    )
-            if result["failure"]:
-                print(result["failure"], flush=True)
+    rounds = [[name for name in names if name not in TIMED], *([name] for name in names if name in TIMED)]
+    for together in rounds:
+        with pool_of(arguments.jobs, mp_context=spawn, max_tasks_per_child=1) as pool:
+            futures = {pool.submit(run_case, name): name for name in together}
+            for future in concurrent.futures.as_completed(futures):
+                result = future.result()
+                results[result["name"]] = result
+                tell(result, bool(arguments.case))
     ordered = [results[name] for name in CASES if name in results]
     good = all(not r["failure"] and r["claims"] and all(Claim(**c).as_known for c in r["claims"]) for r in ordered)
     if not arguments.case:

@@ -239,7 +239,7 @@ def draw(case, told, true, lines):
     late = share >= 10
     axes[2].set(
         yscale="log", xlabel="finished fraction of the run [%]", ylabel="remaining processor time [s]",
-        title=f"Remaining time: median factor from the true one {np.median(off(said, left)[late]):.2g}",
+        title=f"Remaining time: median factor {np.median(off(said, left)[late]):.2g}",
     )  # fmt: skip
     axes[2].grid(alpha=0.3)
     axes[2].legend(fontsize=9)
