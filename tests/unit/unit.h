@@ -24,22 +24,19 @@ struct unit_test {
     enum unit_speed speed;
 };
 
-/* How much slower the tests are while they are measured (make coverage) */
-static inline double unit_slower(void)
-{
-    const char *slower = getenv("SLOWER");
-    return slower ? atof(slower) : 1.0;
-}
-
 /* Returns what main does. set_up and tear_down: around each test; may be NULL. */
 static inline int unit_run_in(const char *name, void (*set_up)(void), void (*tear_down)(void),
                               const struct unit_test *test, size_t tests)
 {
+    /* a test of two minutes hangs; SLOWER: how much slower it is while it is measured (make
+     * coverage) */
+    const char *slower = getenv("SLOWER");
+    const double limit = 120.0 * (slower ? atof(slower) : 1.0);
     Suite *suite = suite_create(name);
     TCase *tests_of[] = {[UNIT_FAST] = tcase_create(name), [UNIT_SLOW] = tcase_create(name)};
     tcase_set_tags(tests_of[UNIT_SLOW], "slow"); /* CK_EXCLUDE_TAGS=slow leaves them out */
     for (size_t k = 0; k < sizeof tests_of / sizeof *tests_of; k++) {
-        tcase_set_timeout(tests_of[k], 120.0 * unit_slower());
+        tcase_set_timeout(tests_of[k], limit);
         tcase_add_checked_fixture(tests_of[k], set_up, tear_down);
         suite_add_tcase(suite, tests_of[k]);
     }

@@ -145,7 +145,7 @@ class Job:
             self.soft_until = max(0.0, math.floor(until / series + 1e-9) * series)
             if self.soft_until == 0:
                 self.cautions.append(
-                    f"--warm-up has no effect: run.sample_from is not after the stiff run's {SETTLE * 1e3:g} ms"
+                    f"--warm-up has no effect: run.sample_from is not after the {SETTLE * 1e3:g} ms of the stiff run"
                 )
         self.soft_model = Model(self.deck, self.soft) if self.soft_until > 0 else self.model
         self.interval = max(self.model.sample_interval, self.soft_model.sample_interval)
@@ -371,9 +371,9 @@ def summarize(path, deck, measured):
         for kind, law in measured.items():
             wanted = deck.contact(kind)
             lines.append(
-                f"{kind:<12} deck {wanted.restitution:<6.4g} got {law.restitution:.3f}   deck {wanted.friction:<6.4g} "
-                f"got {_number(law.friction):<7}   deck {wanted.tangential_restitution:<6.4g} got "
-                f"{_number(law.tangential_restitution)}"
+                f"{kind:<12} deck {wanted.restitution:<6.4g} got {law.restitution:.3f}"
+                f"   deck {wanted.friction:<6.4g} got {_number(law.friction):<7}"
+                f"   deck {wanted.tangential_restitution:<6.4g} got {_number(law.tangential_restitution)}"
             )
         overlap = read("run/largest_overlap")
         lines += [

@@ -42,7 +42,8 @@ def add_arguments(parser):
     parser.add_argument("file", metavar="FILE", help=f"what to write, a name ending in {', '.join(FORMATS)}")
     parser.add_argument(
         "--what", choices=WHAT,
-        help="balls: their states (default); mill: its bodies (.stl, .vtp, .pvd); series, impacts, spectra: .csv",
+        help="balls: their states (default); mill: its bodies (.stl, .vtp, .pvd); series, impacts, spectra: "
+        "tables (.csv)",
     )  # fmt: skip
     parser.add_argument(
         "-s", "--set", action="append", default=[], metavar="SECTION.KEY=VALUE",
@@ -61,7 +62,8 @@ def add_arguments(parser):
     )  # fmt: skip
     bodies.add_argument(
         "--tolerance", metavar="LENGTH",
-        help="largest distance of triangles from round surfaces: '0.1 mm'; default: 1/2000 of the drum's radius",
+        help="largest distance of triangles from round surfaces, such as '0.1 mm'; "
+        "default: 1/2000 of the drum's radius",
     )  # fmt: skip
     bodies.add_argument(
         "--thickness", metavar="LENGTH",

@@ -107,7 +107,7 @@ def many(run, arguments) -> np.ndarray:
     chosen = np.flatnonzero((times >= low) & (times <= high))[::every]
     if not len(chosen):
         raise UserError(
-            f"--from, --to: no frame in this span; {run.path} has {len(times)}: {times[0]:.6g} to {times[-1]:.6g} s"
+            f"--from, --to: no frame in this span; {run.path} has {len(times)} frames, {times[0]:.6g} to {times[-1]:.6g} s"
         )
     return chosen
 

@@ -29,7 +29,7 @@ def add_arguments(parser):
     parser.add_argument(
         "--compare", action="store_true",
         help="two or more runs on one page, the first is the reference; replicates (other seeds) joined by commas: "
-             "a1.h5,a2.h5",
+        "a1.h5,a2.h5",
     )  # fmt: skip
     parser.add_argument(
         "--rerun", choices=RERUN, default="auto",

@@ -180,9 +180,8 @@ def verdict(run) -> list[str]:
     said = [f"{charge(run)} in {mill(run)}."]
     reached = f"simulated for {scaled(run.time, 's')}"
     if run.time == 0:
-        return [*said, "The run (status "
-                       f"\N{LEFT DOUBLE QUOTATION MARK}{plain(run.status)}\N{RIGHT DOUBLE QUOTATION MARK}) "
-                "has not reached its first checkpoint: there are no results yet."]  # fmt: skip
+        status = f"\N{LEFT DOUBLE QUOTATION MARK}{plain(run.status)}\N{RIGHT DOUBLE QUOTATION MARK}"
+        return [*said, f"The run (status {status}) has not reached its first checkpoint: there are no results yet."]
     if run.unsampled:
         return [*said, f"It was {reached}; nothing was sampled.", _trust_sentence(run)]
     first, last = run.window

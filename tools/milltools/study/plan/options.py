@@ -11,7 +11,8 @@ def add_arguments(parser):
         help="the table (default: the study's name with .parquet, here)")  # fmt: skip
     parser.add_argument(
         "-s", "--set", action="append", default=[], metavar="KEY=VALUE",
-        help="override one value: study.KEY=VALUE, vary.SECTION.KEY=RANGE, or SECTION.KEY=VALUE for all runs; repeatable",
+        help="override one value: study.KEY=VALUE, vary.SECTION.KEY=RANGE, or SECTION.KEY=VALUE for all runs; "
+        "may be repeated",
     )  # fmt: skip
     parser.add_argument("-f", "--force", action="store_true", help="start again, even over the table of another study")
     parser.add_argument("-q", "--quiet", action="store_true", help="no progress")

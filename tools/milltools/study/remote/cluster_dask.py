@@ -193,7 +193,8 @@ class DaskExecutor(ClusterExecutor):
         return self.fail(UserError(f"--dask {self.address}: {why}", 1))
 
     def _gone(self):
-        return self.fail(UserError(f"the Dask scheduler at {self.address} is gone: start one, and the same command", 1))
+        why = f"the Dask scheduler at {self.address} is gone; start one, then the same command continues"
+        return self.fail(UserError(why, 1))
 
     def leave(self, interrupted):
         """Ends the runs on the workers, if they are no longer needed, and the connection."""
