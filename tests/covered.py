@@ -27,7 +27,8 @@ def measure_c():
     (TO / "c").mkdir(exist_ok=True)
     run(
         sys.executable, "-m", "gcovr", "--root", ".", "--filter", "src/", "build/cov",
-        "--gcov-ignore-parse-errors=negative_hits.warn_once_per_file", "--gcov-suspicious-hits-threshold=0", "--txt", TO / "c.txt", "--html-details", TO / "c/index.html",
+        "--gcov-ignore-parse-errors=negative_hits.warn_once_per_file", "--gcov-suspicious-hits-threshold=0",
+        "--txt", TO / "c.txt", "--html-details", TO / "c/index.html",
         "--json", TO / "c.json", "--json-summary", TO / "c-summary.json",
     )  # fmt: skip
     missed = {}

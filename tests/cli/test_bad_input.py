@@ -424,6 +424,6 @@ def test_buckles_that_let_no_ball_out_are_warned_of(millsim, write_deck):
     orders = ("--check", "-q", "deck.ini", "-s", "blades.tip_radius=15 mm", "-s")
     assert millsim(*orders, f"balls.diameter={0.99 * mouth} mm").stderr == ""
     assert millsim(*orders, f"balls.diameter={1.01 * mouth} mm").stderr == (
-        f"millsim: warning: deck.ini:11: [drum] buckle_height: buckles open only {mouth:.3g} mm wide, less than a ball's "
-        f"diameter of {1.01 * mouth:.3g} mm: balls that start in one stay there\n"
+        f"millsim: warning: deck.ini:11: [drum] buckle_height: buckles open only {mouth:.3g} mm wide, less than a "
+        f"ball's diameter of {1.01 * mouth:.3g} mm: balls that start in one stay there\n"
     )

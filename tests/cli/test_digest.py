@@ -63,7 +63,7 @@ def fact(name, value, unit=""):
 
 
 def facts(**other):
-    return b"".join(fact(name, value) for name, value in {**TEXTS, "wall_time": 2.0, "cpu_time": 3.0, **other}.items())  # fmt: skip
+    return b"".join(fact(name, value) for name, value in {**TEXTS, "wall_time": 2.0, "cpu_time": 3.0, **other}.items())
 
 
 PLACES = np.array([[0.01, 0, 0.02], [-0.01, 0, 0.02], [0.01, 0, -0.02], [-0.01, 0, -0.02]])
@@ -179,7 +179,9 @@ def test_what_an_account_does_not_tell_is_unknown_not_zero(made):
     head = MAGIC + begin(springs=1) + facts()
     with made(head + states() + b"".join(rows) + end()) as file:
         assert np.isnan(file["observables/rotor_work/value"][:]).all()
-        for name in ("rotor/power", "drive/power", "drive/pinch_power", "impacts/all/dissipated_power", "floor_share/all"):  # fmt: skip
+        for name in (
+            "rotor/power", "drive/power", "drive/pinch_power", "impacts/all/dissipated_power", "floor_share/all",
+        ):  # fmt: skip
             assert np.isnan(file[f"statistics/{name}"][()]), name
         elastic = file["observables/elastic_energy"]
         assert np.allclose(elastic["value"][:], 5 * elastic["time"][:])
@@ -203,7 +205,9 @@ def test_balls_fly_freely_from_the_nearest_state(made):
 
 
 def test_the_file_says_whose_run_it_is(made):
-    with made(HEAD + fact("measured/ball_ball/restitution", 0.79, "1") + states() + account(0.0) + account(0.2) + end()) as file:  # fmt: skip
+    with made(
+        HEAD + fact("measured/ball_ball/restitution", 0.79, "1") + states() + account(0.0) + account(0.2) + end()
+    ) as file:
         run = file["run"]
         for name in ("program", "version", "command", "started"):
             assert run[name].asstr()[()] == TEXTS[name]
@@ -224,7 +228,7 @@ def test_results_so_far_are_there_while_the_stream_goes_on(write_deck, tmp_path)
     out = tmp_path / "out.h5"
     words = [PROGRAM, "--digest", "-o", out, "deck.ini"]
     with subprocess.Popen(words, stdin=subprocess.PIPE, cwd=tmp_path) as engine:
-        engine.stdin.write(HEAD + states(0.1) + account(0.0) + impacts(impact(0.05)) + account(0.1) + record("publish"))  # fmt: skip
+        engine.stdin.write(HEAD + states(0.1) + account(0.0) + impacts(impact(0.05)) + account(0.1) + record("publish"))
         engine.stdin.flush()
         deadline = time.monotonic() + 20
         while not out.exists() and time.monotonic() < deadline:
@@ -235,7 +239,7 @@ def test_results_so_far_are_there_while_the_stream_goes_on(write_deck, tmp_path)
             assert file["statistics/duration"][()] == pytest.approx(0.08)
             assert file["statistics/impacts/all/count"][()] == 1
             assert "VTKHDF" not in file
-        engine.stdin.write(fact("wall_time", 9.0) + b"".join(state(0.1 + k * 1e-3 / 2) for k in range(1, 201)))  # fmt: skip
+        engine.stdin.write(fact("wall_time", 9.0) + b"".join(state(0.1 + k * 1e-3 / 2) for k in range(1, 201)))
         engine.stdin.write(impacts(impact(0.15)) + account(0.2) + end())
     assert engine.returncode == 0
     with h5py.File(out) as file:
@@ -261,7 +265,8 @@ def test_from_the_last_account_to_the_end_works_go_on(made):
     "stream, line",
     [
         (b"", "is not a stream of a run: expected the line 'millsim stream 1' first (docs/file-format.md)"),
-        (b"millsim stream 2\n" + begin(), "is not a stream of a run: expected the line 'millsim stream 1' first (docs/file-format.md)"),
+        (b"millsim stream 2\n" + begin(),
+         "is not a stream of a run: expected the line 'millsim stream 1' first (docs/file-format.md)"),
         (MAGIC + facts(), "record 1 (fact): expected the record 'begin' first"),
         (MAGIC + begin(balls=5), "record 1 (begin): it is of a mill with 5 balls, and the deck has 4"),
         (MAGIC + begin(kinds=6), "record 1 (begin): it is of a mill with 6 kinds of contact, and the deck has 5"),
@@ -269,14 +274,22 @@ def test_from_the_last_account_to_the_end_works_go_on(made):
         (MAGIC + begin(apart=math.nan), "record 1 (begin): expected a time of 0 s or more, and 0 or 1 for springs"),
         (MAGIC + begin() + begin(), "record 2 (begin): a second one"),
         (MAGIC + begin() + state(0.0), "record 2 (state): the fact 'program' (text) must come before it"),
-        (MAGIC + begin() + facts(cpu_time="3") + state(0.0), "record 9 (state): the fact 'cpu_time' (f8, in s) must come before it"),
-        (HEAD + fact("status", "complete"), "record 9 (fact): 'status': expected a name of /run that is the program's own to give, unit, meaning, type (f8, u8 or text) and value"),
-        (HEAD + fact("../x", 1.0), "record 9 (fact): '../x': expected a name of /run that is the program's own to give, unit, meaning, type (f8, u8 or text) and value"),
+        (MAGIC + begin() + facts(cpu_time="3") + state(0.0),
+         "record 9 (state): the fact 'cpu_time' (f8, in s) must come before it"),
+        (HEAD + fact("status", "complete"),
+         "record 9 (fact): 'status': expected a name of /run that is the program's own to give, unit, meaning, type "
+         "(f8, u8 or text) and value"),
+        (HEAD + fact("../x", 1.0),
+         "record 9 (fact): '../x': expected a name of /run that is the program's own to give, unit, meaning, type "
+         "(f8, u8 or text) and value"),
         (HEAD + record("fact", b"a\0b\0c"), "record 9 (fact): 5 bytes: expected 6 or some more"),
-        (HEAD + record("fact", b"a\0b\0c\0f8\0" + bytes(7)), "record 9 (fact): 'a': expected a name of /run that is the program's own to give, unit, meaning, type (f8, u8 or text) and value"),
+        (HEAD + record("fact", b"a\0b\0c\0f8\0" + bytes(7)),
+         "record 9 (fact): 'a': expected a name of /run that is the program's own to give, unit, meaning, type "
+         "(f8, u8 or text) and value"),
         (HEAD + record("stat\x1be", b""), "record 9 (stat?e): unknown record"),
         (HEAD + record("state", bytes(8)), "record 9 (state): 8 bytes: expected 296"),
-        (HEAD + struct.pack("<8sQ", b"impacts ", 1 << 62), "record 9 (impacts): 4611686018427387904 bytes: expected 96 for each impact, 2^20 impacts at most"),
+        (HEAD + struct.pack("<8sQ", b"impacts ", 1 << 62),
+         "record 9 (impacts): 4611686018427387904 bytes: expected 96 for each impact, 2^20 impacts at most"),
     ],
     ids=range(17),
 )  # fmt: skip
@@ -309,11 +322,15 @@ KEPT = "; out.h5 holds the run up to 0.1 s"
         (impacts(impact(0.11, kind=1, partner=-2)), "record 213 (impacts): impact 0: ball 0 and partner -2"),
         (impacts(impact(0.11, speed=math.nan)), "record 213 (impacts): impact 0: expected numbers"),
         (impacts(impact(math.nan)), "record 213 (impacts): impact 0: expected numbers"),
-        (impacts(impact(0.12), impact(0.11)), "record 213 (impacts): impact 1: its time is 0.11 s, after an impact or account of 0.12 s"),
-        (impacts(impact(0.09)), "record 213 (impacts): impact 0: its time is 0.09 s, after an impact or account of 0.1 s"),
+        (impacts(impact(0.12), impact(0.11)),
+         "record 213 (impacts): impact 1: its time is 0.11 s, after an impact or account of 0.12 s"),
+        (impacts(impact(0.09)),
+         "record 213 (impacts): impact 0: its time is 0.09 s, after an impact or account of 0.1 s"),
         (account(0.09), "record 213 (account): its time is 0.09 s, that of the one before 0.1"),
         (account(0.11, math.inf), "record 213 (account): expected finite numbers, or NaN for what is not known"),
-        (account(0.12), "record 213 (account): there is no state of the balls within 0.001 s of t = 0.1015 s, where statistics want one"),
+        (account(0.12),
+         "record 213 (account): there is no state of the balls within 0.001 s of t = 0.1015 s, where statistics want "
+         "one"),
         (end(0.09), "record 213 (end): its time is 0.09 s, that of the last account 0.1"),
         (end(how="finished"), "record 213 (end): expected complete, stopped or failed"),
         (b"", "ends without the record 'end', after 212 records"),
@@ -338,7 +355,7 @@ def test_a_stream_that_goes_wrong_midway_leaves_what_it_has_told(digest, tmp_pat
 
 def test_a_stream_that_ends_before_its_first_account_leaves_no_file(digest, tmp_path):
     done = digest(HEAD + states(0.1))
-    assert (done.returncode, done.said) == (1, "standard input: ends without the record 'end', after 209 records")  # fmt: skip
+    assert (done.returncode, done.said) == (1, "standard input: ends without the record 'end', after 209 records")
     assert [path.name for path in tmp_path.iterdir()] == ["deck.ini"]
 
 
@@ -367,7 +384,9 @@ def test_an_older_file_is_not_overwritten_unasked(digest, tmp_path):
 def test_options_of_runs_are_refused(digest, option):
     done = digest(b"", option)
     assert done.returncode == 2
-    assert done.said == f"options '--digest' and '{option}' exclude each other: --digest runs nothing; another program has run the deck"  # fmt: skip
+    assert done.said == (
+        f"options '--digest' and '{option}' exclude each other: --digest runs nothing; another program has run the deck"
+    )
 
 
 def test_a_signal_ends_it_with_what_it_has_been_told(write_deck, tmp_path):

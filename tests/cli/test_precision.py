@@ -224,7 +224,7 @@ def test_a_given_sample_from_wins(run, begin):
 
 def test_few_balls_stop_where_the_window_ends_after_a_given_begin(run):
     """Three balls fly through the begin and the 36 batches behind it within one report of progress."""
-    path, summary = run("run.sample_from=0.2 s", "run.precision=1", "balls.count=3", "run.time=20 s", deck=GAS)  # fmt: skip
+    path, summary = run("run.sample_from=0.2 s", "run.precision=1", "balls.count=3", "run.time=20 s", deck=GAS)
     assert summary["run"]["ended_by"] == "precision"
     end = 0.2 + read(path, "statistics/duration")
     assert read(path, "run/time") == pytest.approx(end, rel=1e-12)
@@ -280,7 +280,7 @@ def test_a_number_of_collisions_ends_the_run_at_just_that_one(run, cap):
     assert summary["run"]["ended_by"] == read(path, "run/ended_by") == "max_collisions"
     assert read(path, "run/status", "run/time") == ["complete", summary["time"]]
     before, _ = run("run.precision=0", f"run.time={summary['time']!r} s", name="short.h5")
-    assert sum(read(before, *(f"run/events/collisions/{k}" for k in summary["run"]["collisions"]))) in (cap - 1, cap)  # fmt: skip
+    assert sum(read(before, *(f"run/events/collisions/{k}" for k in summary["run"]["collisions"]))) in (cap - 1, cap)
 
 
 def test_a_run_ended_by_collisions_before_it_settled_has_half_of_it_in_its_statistics(run):
@@ -370,7 +370,7 @@ def test_one_number_has_one_error(known, run):
             assert 0 < told[f"{name}/standard_error"] < 0.5 * value
         assert told["rate/ball_ball/value"] == read(path, "statistics/impacts/ball_ball/rate")
         assert 0 < told["fast_rate/all/standard_error"][1] < 0.5 * told["fast_rate/all/value"][1]
-    assert summary["statistics"]["precision"]["rotor_power"]["standard_error"] == told["rotor_power/standard_error"]  # fmt: skip
+    assert summary["statistics"]["precision"]["rotor_power"]["standard_error"] == told["rotor_power/standard_error"]
 
 
 @pytest.mark.slow
@@ -378,7 +378,9 @@ def test_short_runs_hold_the_truth_in_their_intervals(run):
     """24 runs of five revolutions: of 95 % chance, fewer than 19 within come once in a thousand times."""
     told = []
     for seed in range(101, 125):
-        path, _ = run(f"run.seed={seed}", "run.precision=0", "run.sample_from=0.15 s", "run.time=0.4 s", "balls.count=150")  # fmt: skip
+        path, _ = run(
+            f"run.seed={seed}", "run.precision=0", "run.sample_from=0.15 s", "run.time=0.4 s", "balls.count=150"
+        )
         told.append([*read(path, "statistics/rotor/power", "statistics/rotor/power_error")])
     value, error = np.array(told).T
     within = abs(value - value.mean()) <= 1.96 * error
@@ -400,7 +402,7 @@ def test_the_summary_says_what_was_cut_and_how_well_it_is_known(known):
 @pytest.mark.slow
 def test_progress_tells_how_well_it_is_known_by_now(millsim, tmp_path):
     (tmp_path / "mill.ini").write_text(MILL)
-    done = millsim("-s", "run.precision=0.4 %", "-s", "run.time=30 s", "-s", "run.max_collisions=3e6", "mill.ini")  # fmt: skip
+    done = millsim("-s", "run.precision=0.4 %", "-s", "run.time=30 s", "-s", "run.max_collisions=3e6", "mill.ini")
     assert done.returncode == 0
     if "left" in done.stderr:  # a machine so fast shows none
         assert re.search(r"left   (warming up|median \+- [\d.]+ %, power \+- )", done.stderr)

@@ -114,7 +114,8 @@ def test_an_override_of_the_fill_replaces_the_count_and_the_other_way_round(mill
 @pytest.mark.parametrize(
     "line, complaint",
     [
-        ("count = 20\nfill = 5 %", "4: [balls] count: 'count' and 'fill' both set the number of balls; give only one of them"),
+        ("count = 20\nfill = 5 %",
+         "4: [balls] count: 'count' and 'fill' both set the number of balls; give only one of them"),
         ("fill = 0 %", "4: [balls] fill: must be greater than 0, got '0 %'"),
         ("fill = 1e-6", "4: [balls] fill: gives 0.00173 balls of 0.005 m; expected 1 to 50000000"),
     ],

@@ -89,7 +89,7 @@ def turned(points, angle):
 
 def bodies(path):
     with h5py.File(path) as file:
-        return {name: corners(block) for name, block in file["VTKHDF"].items() if name in ("drum", "rotor")}  # fmt: skip
+        return {name: corners(block) for name, block in file["VTKHDF"].items() if name in ("drum", "rotor")}
 
 
 # ---- what is in the file ----
@@ -355,7 +355,7 @@ def test_vtk_sees_the_times_of_the_frames(path, mill):
 
 def test_vtk_sees_bodies_of_triangles_with_their_kinds(vtk_step, path):
     blocks = vtk_step(path, 0.004)
-    kinds = {name: set(numpy_of(blocks[name].GetCellData().GetArray("kind"))) for name in ("drum", "rotor")}  # fmt: skip
+    kinds = {name: set(numpy_of(blocks[name].GetCellData().GetArray("kind"))) for name in ("drum", "rotor")}
     assert kinds == {"drum": {1, 2}, "rotor": {3, 4}}
     for name, reach in (("drum", 0.04), ("rotor", 0.03)):
         body = blocks[name]

@@ -41,14 +41,19 @@ def ask(path):
         run = runfile.Run(path)
     except UserError:
         return
-    names = ("program", "version", "status", "notes", "time", "cost", "has_rotor", "rotor_speed", "kinds", "absent", "contacts", "motions",
-             "driven", "period", "vessel", "vessel_kinds", "carrier", "window", "duration", "has_statistics")  # fmt: skip
+    names = (
+        "program", "version", "status", "notes", "time", "cost", "has_rotor", "rotor_speed", "kinds", "absent",
+        "contacts", "motions", "driven", "period", "vessel", "vessel_kinds", "carrier", "window", "duration",
+        "has_statistics",
+    )  # fmt: skip
     asked = [lambda name=name: getattr(run, name) for name in names]
-    asked += [run.deck, lambda: run.as_deck.sections, run.deck_text, lambda: run.as_deck.blades, run.series_names, run.species_names,
-              run.frame_times, run.drive_work,
-              run.vessel_frame, run.need_statistics, lambda: read(run), lambda: stored(run, 0), lambda: run.poses(0),
-              lambda: run.frame_axis(run.first_poses()), lambda: motions.speeds(run),
-              lambda: [motions.words(run, name) for name in run.motions], lambda: Profile.of_run(run)]  # fmt: skip
+    asked += [
+        run.deck, lambda: run.as_deck.sections, run.deck_text, lambda: run.as_deck.blades, run.series_names,
+        run.species_names, run.frame_times, run.drive_work, run.vessel_frame, run.need_statistics,
+        lambda: read(run), lambda: stored(run, 0), lambda: run.poses(0), lambda: run.frame_axis(run.first_poses()),
+        lambda: motions.speeds(run), lambda: [motions.words(run, name) for name in run.motions],
+        lambda: Profile.of_run(run),
+    ]  # fmt: skip
     asked += [lambda name=name: run.balls(name) for name in ("id", "species", "mass", "diameter")]
     for view in ("cross_section", "axial"):
         asked += [lambda view=view: run.edges(view)]

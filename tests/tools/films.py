@@ -44,13 +44,13 @@ def make_camera(path):
 def probe(path):
     """(codec, pixel format, width, height, pictures counted, duration [s]) of a film that decodes without a word."""
     fields = "codec_name,pix_fmt,width,height,nb_read_frames:format=duration"
-    words = ["ffprobe", "-v", "error", "-count_frames", "-show_entries", f"stream={fields}", "-of", "json", path]  # fmt: skip
+    words = ["ffprobe", "-v", "error", "-count_frames", "-show_entries", f"stream={fields}", "-of", "json", path]
     found = json.loads(subprocess.run(words, capture_output=True, check=True).stdout)
     decoded = subprocess.run(["ffmpeg", "-v", "error", "-i", path, "-f", "null", "-"], capture_output=True)  # fmt: skip
     assert (decoded.returncode, decoded.stdout, decoded.stderr) == (0, b"", b"")
     stream = found["streams"][0]
     names = ("codec_name", "pix_fmt", "width", "height")
-    return (*(stream[name] for name in names), int(stream["nb_read_frames"]), float(found["format"]["duration"]))  # fmt: skip
+    return (*(stream[name] for name in names), int(stream["nb_read_frames"]), float(found["format"]["duration"]))
 
 
 def frames(path):

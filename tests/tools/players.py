@@ -26,8 +26,10 @@ LONE = (  # one blade, and a ball of half a millimetre that hides nothing
 PAGE = """\
 <!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>mill</title>
-<meta http-equiv="Content-Security-Policy" content="default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:">
-<style>:root {{ color-scheme: light dark }} body {{ margin: 0; background: Canvas; color: CanvasText }} .tall {{ height: 2000px }}</style>
+<meta http-equiv="Content-Security-Policy" content="default-src 'none'; script-src 'unsafe-inline'; \
+style-src 'unsafe-inline'; img-src data:">
+<style>:root {{ color-scheme: light dark }} body {{ margin: 0; background: Canvas; color: CanvasText }} \
+.tall {{ height: 2000px }}</style>
 </head><body>{0}</body></html>
 """
 

@@ -33,7 +33,9 @@ def folder(tmp_path_factory):
         ],
     }.items():
         words = [word for option in sets for word in ("-s", option)]
-        subprocess.run([PROGRAM, "-q", "small.ini", "-o", f"{name}.h5", *words], cwd=made, check=True, capture_output=True)  # fmt: skip
+        subprocess.run(
+            [PROGRAM, "-q", "small.ini", "-o", f"{name}.h5", *words], cwd=made, check=True, capture_output=True
+        )
     return made
 
 
@@ -63,7 +65,9 @@ def compared(folder):
     """The page of two runs of the small mill: path, Reader."""
     for seed in (1, 2):
         words = ["-s", f"run.seed={seed}", "-s", "run.time=0.8 s", "-s", "output.frames=20 ms"]
-        subprocess.run([PROGRAM, "-q", "small.ini", "-o", f"seed{seed}.h5", *words], cwd=folder, check=True, capture_output=True)  # fmt: skip
+        subprocess.run(
+            [PROGRAM, "-q", "small.ini", "-o", f"seed{seed}.h5", *words], cwd=folder, check=True, capture_output=True
+        )
     done = report(folder, "--compare", "seed1.h5", "seed2.h5")
     assert done.returncode == 0, done.stderr
     path = folder / "seed1-compared.html"

@@ -392,7 +392,10 @@ def test_states_go_to_another_process(result):
 
 def test_a_run_shows_its_summary(result):
     text = repr(result)
-    for word in ("30 steel balls of 5", "20 glass balls of 3", "600 rpm", str(result.power), "ball_blade", "dissipated power [W]"):  # fmt: skip
+    for word in (
+        "30 steel balls of 5", "20 glass balls of 3", "600 rpm",
+        str(result.power), "ball_blade", "dissipated power [W]",
+    ):  # fmt: skip
         assert word in text
     page = result._repr_html_()
     assert "<table" in page and str(result.power) in page
@@ -527,7 +530,8 @@ def test_overrides_are_keys_of_the_deck(small_deck):
     "overrides, line",
     [
         ({"rotor__spede": 3}, "--set rotor.spede=3: [rotor] spede: unknown key; did you mean 'speed'?"),
-        ({"rotor__speed": 3}, "--set rotor.speed=3: [rotor] speed: expected an angular speed with its unit such as '1000 rpm', got '3'"),
+        ({"rotor__speed": 3},
+         "--set rotor.speed=3: [rotor] speed: expected an angular speed with its unit such as '1000 rpm', got '3'"),
         ({"rotor__speed": [3]}, "rotor.speed: expected a text such as '1500 rpm', or a number, got list"),
         ({"rotor__speed": True}, "rotor.speed: expected a text such as '1500 rpm', or a number, got bool"),
         ({"rotor__speed": "3 rpm\n[run]"}, "'3 rpm\\n[run]' (rotor.speed): expected one line of plain text"),
@@ -709,7 +713,7 @@ def test_a_notebook_has_progress_in_one_line_that_goes_again(small_deck, capsys,
 
 @pytest.mark.slow
 def test_short_runs_show_nothing(small_deck):
-    done = python(f"import milltools; milltools.run({str(small_deck)!r}, progress=True)", flags=["-W", "ignore"])  # fmt: skip
+    done = python(f"import milltools; milltools.run({str(small_deck)!r}, progress=True)", flags=["-W", "ignore"])
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 
 

@@ -170,7 +170,7 @@ def test_values_are_those_of_the_file(runs):
 def test_the_error_is_the_one_that_the_file_tells(runs, key, name, column):
     with h5py.File(runs["one"]) as file:
         told = file[f"statistics/precision/{name}"]
-        value, error, freedom = (told[part][column] for part in ("value", "standard_error", "degrees_of_freedom"))  # fmt: skip
+        value, error, freedom = (told[part][column] for part in ("value", "standard_error", "degrees_of_freedom"))
     found = table(runs["one"], runs["two"])[key].a
     assert (found.value, found.dof) == (value, pytest.approx(freedom))
     assert found.error * stdtrit(freedom, 0.975) == pytest.approx(1.96 * error)
@@ -267,7 +267,7 @@ def test_soft_spheres_are_not_judged_by_what_depends_on_softness(runs, copy):
 @pytest.mark.slow
 def test_without_fast_counts_errors_come_from_the_normal_dissipation(runs, copy):
     bare = copy("one", observables__fast_collisions=None, statistics__precision=None)
-    row, power = (table(bare, runs["two"])[k] for k in ("rate_ball_ball_above_0.5", "normal_dissipation_ball_ball"))  # fmt: skip
+    row, power = (table(bare, runs["two"])[k] for k in ("rate_ball_ball_above_0.5", "normal_dissipation_ball_ball"))
     assert row.a.error / row.a.value == pytest.approx(power.a.error / power.a.value, rel=0.05)
     assert row.remark == "error as of the normal dissipation"
 

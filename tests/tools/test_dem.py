@@ -83,7 +83,8 @@ def sets(*pairs):
     "words, line",
     [
         (["--bogus"], "unrecognized arguments: --bogus; see 'mill dem --help'"),
-        (["--modulus", "hard"], "modulus 'hard': expected 'steel' or a Young's modulus from 1e5 to 1e13 Pa, such as 1e9 or '10 GPa'"),
+        (["--modulus", "hard"],
+         "modulus 'hard': expected 'steel' or a Young's modulus from 1e5 to 1e13 Pa, such as 1e9 or '10 GPa'"),
         (["--modulus", "1e99"], "modulus '1e99': expected 'steel' or a Young's"),
         (["--modulus", "5 bar"], "modulus '5 bar': expected 'steel' or a Young's"),
         (["--modulus", "1e9", "--warm-up", "1 GPa"], "--warm-up 1 GPa is not softer than --modulus 1e9"),
@@ -93,9 +94,13 @@ def sets(*pairs):
         (["--time", "5"], "--set run.time=5: [run] time: expected a time with its unit"),
         (["--set", "drum.radius=30 s"], "--set drum.radius=30 s: [drum] radius: expected a length"),
         (["--set", "nonsense"], "--set nonsense: "),
-        (sets("contact.restitution=0"), "deck.ini: [contact] restitution of ball_ball: LIGGGHTS needs more than 0.05, got 0"),
-        (sets("contact.ball_wall.restitution=0.03"), "deck.ini: [contact] restitution of ball_wall: LIGGGHTS needs more than 0.05, got 0.03"),
-        (sets("drum.profile=wavy", "drum.buckles=5", "drum.buckle_height=1 mm"), "deck.ini: [drum] profile: expected 'circle', got 'wavy': on a curved wall of triangles LIGGGHTS adds up the forces of neighbours"),
+        (sets("contact.restitution=0"),
+         "deck.ini: [contact] restitution of ball_ball: LIGGGHTS needs more than 0.05, got 0"),
+        (sets("contact.ball_wall.restitution=0.03"),
+         "deck.ini: [contact] restitution of ball_wall: LIGGGHTS needs more than 0.05, got 0.03"),
+        (sets("drum.profile=wavy", "drum.buckles=5", "drum.buckle_height=1 mm"),
+         "deck.ini: [drum] profile: expected 'circle', got 'wavy': on a curved wall of triangles LIGGGHTS adds up "
+         "the forces of neighbours"),
         (sets("output.frames=1 us"), "deck.ini: [output] frames: 1e-06 s is less than "),
         (["--output", "there.h5"], "there.h5: exists already; --force overwrites it"),
         (["--output", "no/such.h5"], "no/such.h5: there is no folder no"),
@@ -143,7 +148,7 @@ def test_the_help_names_every_option_and_the_default(dem, capsys):
         dem(SMALL, "--help")
     out = capsys.readouterr().out
     assert ended.value.code == 0
-    for word in ("--modulus E", "1e10", "--warm-up E", "--time", "--ranks", "--script FOLDER", "--force", "--set"):  # fmt: skip
+    for word in ("--modulus E", "1e10", "--warm-up E", "--time", "--ranks", "--script FOLDER", "--force", "--set"):
         assert word in out
 
 
@@ -156,10 +161,15 @@ def test_the_help_names_every_option_and_the_default(dem, capsys):
     [
         (sets("contact.tangential_restitution=0.484"), []),
         (sets("contact.friction=0"), []),
-        ([], ["tangential restitution 0 of ball_ball, ball_drum, ball_wall, ball_shaft, ball_blade has no counterpart in LIGGGHTS, which has 0.467 (damped) or 1: this run has 0.467"]),
-        (sets("contact.tangential_restitution=0.484", "contact.ball_blade.tangential_restitution=0.9"), ["tangential restitution 0.9 of ball_blade has no"]),
-        (sets("contact.tangential_restitution=0.484", "contact.ball_drum.restitution=0.65", "contact.ball_drum.tangential_restitution=0.26"),
-         ["restitution below 0.7 with friction (ball_drum): LIGGGHTS' effective friction is far from the deck's there; do not compare"]),
+        ([],
+         ["tangential restitution 0 of ball_ball, ball_drum, ball_wall, ball_shaft, ball_blade has no counterpart in "
+          "LIGGGHTS, which has 0.467 (damped) or 1: this run has 0.467"]),
+        (sets("contact.tangential_restitution=0.484", "contact.ball_blade.tangential_restitution=0.9"),
+         ["tangential restitution 0.9 of ball_blade has no"]),
+        (sets("contact.tangential_restitution=0.484", "contact.ball_drum.restitution=0.65",
+              "contact.ball_drum.tangential_restitution=0.26"),
+         ["restitution below 0.7 with friction (ball_drum): LIGGGHTS' effective friction is far from the deck's there; "
+          "do not compare"]),
         (["--warm-up", "1e7", *sets("contact.friction=0")], ["--warm-up has no effect: "]),
     ],
 )  # fmt: skip
@@ -237,7 +247,10 @@ def test_balls_fly_as_started_until_they_meet_something(ran, tmp_path):
 def first_impacts(run, end):
     """{(kind, ball, partner): (time, normal speed, slip, normal)} of impacts before `end` that are the first of all
     their balls."""
-    columns = [run.read(f"impacts/{name}") for name in ("kind", "ball", "partner", "time", "normal_speed", "tangential_speed", "normal")]  # fmt: skip
+    columns = [
+        run.read(f"impacts/{name}")
+        for name in ("kind", "ball", "partner", "time", "normal_speed", "tangential_speed", "normal")
+    ]
     met, found = set(), {}
     for kind, ball, partner, *told in sorted(zip(*columns, strict=True), key=lambda row: row[3]):
         balls = {int(ball), int(partner)} if kind == 0 else {int(ball)}
@@ -253,7 +266,14 @@ def test_the_first_impacts_are_millsims_in_partner_time_speed_and_normal(ran, mi
     """Up to a ball's first impact both fly freely, so both must meet the same surfaces: geometry, rotor and solving
     back."""
     text = SMALL.replace("friction = 0.3", FRICTION) + BLADES
-    words = sets("output.impacts=all", f"rotor.speed={speed} rpm", "blades.pitch=35 deg", "balls.count=60", "balls.speed=1 m/s", "rotor.angle=25 deg")  # fmt: skip
+    words = sets(
+        "output.impacts=all",
+        f"rotor.speed={speed} rpm",
+        "blades.pitch=35 deg",
+        "balls.count=60",
+        "balls.speed=1 m/s",
+        "rotor.angle=25 deg",
+    )
     with ran(text, "--time", "12 ms", "--modulus", "1e9", *words) as run:
         assert millsim("deck.ini", "-q", "-s", "run.time=12 ms", *words).returncode == 0
         with Run(tmp_path / "deck.h5") as own:
@@ -328,17 +348,20 @@ def test_the_file_has_millsims_names_types_and_units(files):
 def test_the_facts_of_the_run_are_told(files):
     with Run(files[0]) as run:
         assert (run.read("run/modulus"), run.read("run/ranks")) == (1e8, 1)
-        assert run.read("run/tools") == subprocess.run([PROGRAM, "--version"], capture_output=True, text=True).stdout.split()[1]  # fmt: skip
+        assert (
+            run.read("run/tools")
+            == subprocess.run([PROGRAM, "--version"], capture_output=True, text=True).stdout.split()[1]
+        )
         assert run.read("run/command").startswith("mill dem deck.ini --quiet --modulus 1e8")
         interval = run.read("run/sample_interval")
         assert interval == pytest.approx(5 * run.read("run/time_step"))
-        assert run.read("run/contact_duration") > 8 * interval * (1 - 1e-9) or run.read("run/contact_duration") > 0  # fmt: skip
+        assert run.read("run/contact_duration") > 8 * interval * (1 - 1e-9) or run.read("run/contact_duration") > 0
         assert run.read("run/cpu_time") > 0
         assert run.read("run/wall_time") > 0
         for kind in KINDS:
             assert run.read(f"run/measured/{kind}/restitution") == pytest.approx(0.8, abs=0.01)
             assert 0.3 < run.read(f"run/measured/{kind}/friction") < 0.33
-            assert run.read(f"run/measured/{kind}/tangential_restitution") == pytest.approx(0.467, abs=0.01)  # fmt: skip
+            assert run.read(f"run/measured/{kind}/tangential_restitution") == pytest.approx(0.467, abs=0.01)
 
 
 @pytest.mark.dem
@@ -357,7 +380,10 @@ def test_rows_and_log_and_statistics_tell_of_the_same_impacts(files):
 @pytest.mark.dem
 def test_work_energies_and_losses_balance_by_construction_and_losses_grow(files):
     with Run(files[0]) as run:
-        energies = sum(run.series(name)[1] for name in ("kinetic_energy", "rotational_energy", "potential_energy", "elastic_energy"))  # fmt: skip
+        energies = sum(
+            run.series(name)[1]
+            for name in ("kinetic_energy", "rotational_energy", "potential_energy", "elastic_energy")
+        )
         work, loss = run.series("rotor_work")[1], 0.0
         for kind in KINDS:
             loss = loss + run.series(f"dissipation/{kind}")[1]
@@ -411,7 +437,11 @@ def values(path):
     with h5py.File(path) as file:
         found = {}
         file.visititems(lambda name, item: found.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None)
-    return {name: np.asarray(v).tobytes() for name, v in found.items() if not name.startswith("run/") and np.asarray(v).dtype.kind != "O"}  # fmt: skip
+    return {
+        name: np.asarray(v).tobytes()
+        for name, v in found.items()
+        if not name.startswith("run/") and np.asarray(v).dtype.kind != "O"
+    }
 
 
 @pytest.mark.dem
@@ -430,7 +460,7 @@ def test_two_ranks_give_the_same_physics(ran):
     for ranks in (1, 2):
         with ran(SMALL, "--time", "6 ms", "--ranks", ranks, *words) as run:
             energy = run.series("kinetic_energy")[1][-1]
-            told.append((energy, run.series("rotor_work")[1][-1], run.read("statistics/impacts/all/count")))  # fmt: skip
+            told.append((energy, run.series("rotor_work")[1][-1], run.read("statistics/impacts/all/count")))
             assert run.frame(-1, "position").shape == (150, 3)
             assert run.read("run/ranks") == ranks
     assert told[1] == pytest.approx(told[0], rel=0.1)
@@ -460,7 +490,14 @@ def test_blades_go_on_from_their_angle_after_a_warm_up(ran, millsim, tmp_path):
     """A ball that floats in the way of a blade, which comes after the hand-over."""
     (tmp_path / "start.txt").write_text("-0.01 0.0 0.016\n")
     text = SMALL.replace("count = 20", "count = 1\nstart = start.txt").replace("friction = 0.3", FRICTION)
-    words = sets("gravity.acceleration=0 0 0 m/s^2", "rotor.angle=-30 deg", "rotor.speed=1200 rpm", "output.impacts=all", "run.sample_from=24 ms", "output.frames=1 ms")  # fmt: skip
+    words = sets(
+        "gravity.acceleration=0 0 0 m/s^2",
+        "rotor.angle=-30 deg",
+        "rotor.speed=1200 rpm",
+        "output.impacts=all",
+        "run.sample_from=24 ms",
+        "output.frames=1 ms",
+    )
     with ran(text, "--time", "26 ms", "--warm-up", "1e7", "--modulus", "1e9", *words) as run:
         assert millsim("deck.ini", "-q", "-s", "run.time=26 ms", *words).returncode == 0
         with Run(tmp_path / "deck.h5") as own:

@@ -103,7 +103,10 @@ def test_the_frame_goes_with_the_jar_without_turning_and_back_again():
 
 
 def test_a_box_is_touched_where_its_nearest_place_is_and_an_edge_once():
-    deck = deck_of("[body.bar]\nshape = box\nsize = 0.04 0.02 0.03 m\naxis = 1 2 3\nangle = 0.7 rad\ncentre = 0.01 0 0.02 m\n" + BOX.replace("0.04 0.05 0.06", "1 1 1"))  # fmt: skip
+    deck = deck_of(
+        "[body.bar]\nshape = box\nsize = 0.04 0.02 0.03 m\naxis = 1 2 3\nangle = 0.7 rad\ncentre = 0.01 0 0.02 m\n"
+        + BOX.replace("0.04 0.05 0.06", "1 1 1")
+    )
     wall = Setup(deck).walls[-1]
     rows, middle = axes(deck, "bar")
     rng = np.random.default_rng(3)
@@ -138,7 +141,10 @@ def test_in_a_corner_of_what_holds_it_a_ball_touches_three_facets():
 def test_a_ball_rides_on_the_wall_of_a_jar_in_circular_translation():
     """It is pressed outwards by m W^2 (R + l), all the way round."""
     w, circle = 2 * np.pi * 20, 0.017
-    path = "[motion.jar]\nkind = shift\namplitude = 0.017 0.017 0 m\nfrequency = 20 Hz\nphase = 1.5707963267948966 0 0 rad\n"  # fmt: skip
+    path = (
+        "[motion.jar]\nkind = shift\namplitude = 0.017 0.017 0 m\nfrequency = 20 Hz\n"
+        "phase = 1.5707963267948966 0 0 rad\n"
+    )
     deck = deck_of(JAR.replace("0.07 0 0", "0 0 0") + path)
     mill, seen = follow(deck, [0.032, 0, 0], [0, 0.032 * w, 0], 0.001)
     spring = mill.model.wall["ball_jar"][0]
@@ -157,7 +163,10 @@ def test_a_ball_on_a_shaken_plate_hits_it_once_a_period():
     w, e, strength = 2 * np.pi * 50, 0.8, 0.8  # A w^2 / g
     size = strength * G / w**2
     phase = np.arccos(np.pi * (1 - e) / ((1 + e) * strength))
-    deck = deck_of(BOX + f"motion = m\n[motion.m]\nkind = shift\namplitude = 0 0 {size} m\nfrequency = 50 Hz\n", gravity__acceleration=f"0 0 {-G} m/s^2")  # fmt: skip
+    deck = deck_of(
+        BOX + f"motion = m\n[motion.m]\nkind = shift\namplitude = 0 0 {size} m\nfrequency = 50 Hz\n",
+        gravity__acceleration=f"0 0 {-G} m/s^2",
+    )
     speed, when = np.pi * G / w, phase / w
     start = -0.025 + size * np.sin(phase) + speed * when - G * when**2 / 2
     _, seen = follow(deck, [0, 0, start], [0, 0, G * when - speed], 0.2)
@@ -173,7 +182,10 @@ def test_a_ball_in_a_shaken_box_hits_either_end_once_a_period_and_takes_that_pow
     kappa = np.pi * (1 + e) / (1 - e)
     phase = np.arctan(2 / kappa) - np.arccos(free / size / np.hypot(kappa, 2))
     speed = size * w * np.cos(phase) * (1 + e) / (1 - e)
-    deck = deck_of(f"[body.box]\nshape = box\nside = inside\nsize = {free + 0.01} 0.05 0.06 m\nmotion = m\n[motion.m]\nkind = shift\namplitude = {size} 0 0 m\nfrequency = 20 Hz\n")  # fmt: skip
+    deck = deck_of(
+        f"[body.box]\nshape = box\nside = inside\nsize = {free + 0.01} 0.05 0.06 m\nmotion = m\n"
+        f"[motion.m]\nkind = shift\namplitude = {size} 0 0 m\nfrequency = 20 Hz\n"
+    )
     start = -free / 2 + size * np.sin(phase) - speed * phase / w
     mill, seen = follow(deck, [start, 0, 0], [speed, 0, 0], 0.5)
     impact = 2 * size * w * np.cos(phase) / (1 - e)
@@ -207,10 +219,18 @@ def test_the_surface_of_a_turning_jar_drags_a_ball_that_slides(where):
 
 MOVED = {
     "shift": (SHAKE.replace("shake", "m"), 0.0175),
-    "swing": ("[motion.m]\nkind = swing\naxis = 0 1 0\ncentre = 0.05 0 0 m\namplitude = 0.3 rad\nfrequency = 25 Hz\nphase = 0.1 rad\n", 0.0215),
+    "swing": (
+        "[motion.m]\nkind = swing\naxis = 0 1 0\ncentre = 0.05 0 0 m\n"
+        "amplitude = 0.3 rad\nfrequency = 25 Hz\nphase = 0.1 rad\n",
+        0.0215,
+    ),
     "turn": ("[motion.m]\nkind = turn\naxis = 0 1 0\ncentre = 0.05 0 -0.03 m\nspeed = 30 rad/s\n", 0.021),
-    "turn on what stands still": ("[motion.m]\nkind = turn\non = base\naxis = 0 1 0\ncentre = 0.05 0 -0.03 m\nspeed = 30 rad/s\n[motion.base]\nkind = turn\naxis = 1 2 3\nspeed = 0 rad/s\nangle = 0.5 rad\n", 0.021),
-}  # fmt: skip
+    "turn on what stands still": (
+        "[motion.m]\nkind = turn\non = base\naxis = 0 1 0\ncentre = 0.05 0 -0.03 m\nspeed = 30 rad/s\n"
+        "[motion.base]\nkind = turn\naxis = 1 2 3\nspeed = 0 rad/s\nangle = 0.5 rad\n",
+        0.021,
+    ),
+}
 
 
 @pytest.mark.slow
@@ -218,7 +238,7 @@ MOVED = {
 @pytest.mark.parametrize("name", MOVED)
 def test_a_ball_at_rest_is_hit_by_a_moving_bar_when_and_as_fast_as_the_bar_says(name):
     text, high = MOVED[name]
-    bar = "[body.bar]\nshape = box\nsize = 0.02 0.02 0.02 m\ncentre = 0 0 -0.03 m\naxis = 0.1 0.2 1\nmotion = m\n"  # fmt: skip
+    bar = "[body.bar]\nshape = box\nsize = 0.02 0.02 0.02 m\ncentre = 0 0 -0.03 m\naxis = 0.1 0.2 1\nmotion = m\n"
     deck = deck_of(BOX.replace("0.04 0.05 0.06", "0.4 0.5 0.6") + "axis = 1 0 0\n" + bar + text)
     chain, (rows, middle) = Chain(deck, "m"), axes(deck, "bar")
     ball = moved(chain.pose(0.0), middle + [0.0015, 0.001, high])
@@ -278,16 +298,47 @@ def test_a_stop_while_forces_are_awaited_leaves_no_sample_half_done(monkeypatch)
 TURN = "[motion.m]\nkind = turn\nspeed = 10 rad/s\n"
 OFF = "axis = 1 0 0\n"
 REFUSED = {
-    "capsule": (JAR.replace("cylinder", "capsule").replace("motion = jar\n", ""), "[body.jar] shape: expected cylinder, box or mesh, got capsule: LIGGGHTS has no such primitive"),
-    "a pin": (BOX + "[body.pin]\nshape = cylinder\nradius = 0.002 m\nlength = 0.01 m\n", "[body.pin] shape: expected box or mesh, got cylinder: LIGGGHTS has no such"),
-    "rounded": (BOX + "[body.bar]\nshape = box\nsize = 0.01 0.01 0.01 m\nrounding = 0.001 m\n", "[body.bar] rounding: LIGGGHTS has no such primitive"),
-    "table": (BOX + "motion = m\n[motion.m]\nkind = table\nfile = t.txt\n", "[motion.m] kind: mill dem cannot run a table: "),
-    "off its axis": (JAR.replace("motion = jar", "motion = m\naxis = 1 0 0") + TURN, "[body.jar] motion: it does not turn about its own axis: LIGGGHTS' round walls lie along x, y or z"),
-    "rocking": (JAR.replace("motion = jar", "motion = m") + "[motion.m]\nkind = swing\namplitude = 1 rad\nfrequency = 3 Hz\n", "[body.jar] motion: it swings about its own axis: "),
-    "tumbling": (BOX + "motion = m\n" + TURN + "on = n\n" + TURN.replace(".m]", ".n]") + OFF, "[body.box] motion: motion m: its axis changes direction, and LIGGGHTS turns a wall about one axis"),
-    "two motions": (BOX + "[body.bar]\nshape = box\nsize = 0.01 0.01 0.01 m\nmotion = m\n" + TURN + "on = n\n" + TURN.replace(".m]", ".n]"), "[body.bar] motion: 2 motions carry this body: mill dem can move a mesh by only one"),
-    "beside": (BOX + "motion = m\n[body.bar]\nshape = box\nsize = 0.01 0.01 0.01 m\n" + TURN, "[body.bar] motion: the container moves, and this body does not move with it: "),
-}  # fmt: skip
+    "capsule": (
+        JAR.replace("cylinder", "capsule").replace("motion = jar\n", ""),
+        "[body.jar] shape: expected cylinder, box or mesh, got capsule: LIGGGHTS has no such primitive",
+    ),
+    "a pin": (
+        BOX + "[body.pin]\nshape = cylinder\nradius = 0.002 m\nlength = 0.01 m\n",
+        "[body.pin] shape: expected box or mesh, got cylinder: LIGGGHTS has no such",
+    ),
+    "rounded": (
+        BOX + "[body.bar]\nshape = box\nsize = 0.01 0.01 0.01 m\nrounding = 0.001 m\n",
+        "[body.bar] rounding: LIGGGHTS has no such primitive",
+    ),
+    "table": (
+        BOX + "motion = m\n[motion.m]\nkind = table\nfile = t.txt\n",
+        "[motion.m] kind: mill dem cannot run a table: ",
+    ),
+    "off its axis": (
+        JAR.replace("motion = jar", "motion = m\naxis = 1 0 0") + TURN,
+        "[body.jar] motion: it does not turn about its own axis: LIGGGHTS' round walls lie along x, y or z",
+    ),
+    "rocking": (
+        JAR.replace("motion = jar", "motion = m") + "[motion.m]\nkind = swing\namplitude = 1 rad\nfrequency = 3 Hz\n",
+        "[body.jar] motion: it swings about its own axis: ",
+    ),
+    "tumbling": (
+        BOX + "motion = m\n" + TURN + "on = n\n" + TURN.replace(".m]", ".n]") + OFF,
+        "[body.box] motion: motion m: its axis changes direction, and LIGGGHTS turns a wall about one axis",
+    ),
+    "two motions": (
+        BOX
+        + "[body.bar]\nshape = box\nsize = 0.01 0.01 0.01 m\nmotion = m\n"
+        + TURN
+        + "on = n\n"
+        + TURN.replace(".m]", ".n]"),
+        "[body.bar] motion: 2 motions carry this body: mill dem can move a mesh by only one",
+    ),
+    "beside": (
+        BOX + "motion = m\n[body.bar]\nshape = box\nsize = 0.01 0.01 0.01 m\n" + TURN,
+        "[body.bar] motion: the container moves, and this body does not move with it: ",
+    ),
+}
 
 
 @pytest.mark.parametrize("name", REFUSED)
@@ -309,8 +360,19 @@ def test_a_tube_of_many_facets_is_curved_and_a_box_of_an_stl_is_not(tmp_path):
         ring = np.column_stack([np.cos(corners), np.sin(corners)]) * 10
         lines, following = ["solid x"], np.roll(ring, -1, axis=0)
         for (a, b), (c, d) in zip(ring, following, strict=True):
-            for three in (((a, b, -5), (c, d, -5), (c, d, 5)), ((a, b, -5), (c, d, 5), (a, b, 5)), ((0, 0, 5), (a, b, 5), (c, d, 5)), ((0, 0, -5), (c, d, -5), (a, b, -5))):  # fmt: skip
-                lines += ["facet normal 0 0 0", "outer loop", *(f"vertex {x} {y} {z}" for x, y, z in three), "endloop", "endfacet"]  # fmt: skip
+            for three in (
+                ((a, b, -5), (c, d, -5), (c, d, 5)),
+                ((a, b, -5), (c, d, 5), (a, b, 5)),
+                ((0, 0, 5), (a, b, 5), (c, d, 5)),
+                ((0, 0, -5), (c, d, -5), (a, b, -5)),
+            ):
+                lines += [
+                    "facet normal 0 0 0",
+                    "outer loop",
+                    *(f"vertex {x} {y} {z}" for x, y, z in three),
+                    "endloop",
+                    "endfacet",
+                ]
         (tmp_path / f"{name}.stl").write_text("\n".join(lines))
         text = HEAD + BOX + f"[body.{name}]\nshape = mesh\nfile = {name}.stl\nunit = 0.001 m\n"
         deck = deck_of(text.removeprefix(HEAD))

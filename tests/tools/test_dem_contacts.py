@@ -142,7 +142,7 @@ def test_what_the_dashpot_takes_is_the_impacts_loss_on_average_over_phases(one_b
 def test_the_largest_overlap_and_the_springs_energy_are_those_of_the_oscillator(one_ball):
     contact = Model(one_ball, 1e8).wall["ball_drum"][0]
     deepest = flown(contact, 2.5, contact.duration * np.linspace(0.3, 0.6, 99))[0].max()
-    assert max(bounce(one_ball, "ball_drum", k / 8)[0].deepest for k in range(8)) == pytest.approx(deepest, rel=0.01)  # fmt: skip
+    assert max(bounce(one_ball, "ball_drum", k / 8)[0].deepest for k in range(8)) == pytest.approx(deepest, rel=0.01)
     midway = bounce(one_ball, "ball_drum", 0.0, sampled=7)[0]
     overlap = flown(contact, 2.5, [3 * midway.interval])[0][0]
     assert midway.elastic[1] == pytest.approx(0.5 * contact.stiffness * overlap**2, rel=1e-6)
@@ -165,7 +165,7 @@ def test_an_impact_of_two_unlike_balls_is_that_of_their_relative_motion(deck):
         overlap += closing * (age - t)
         axis = np.array([0.6, 0.0, 0.8])  # from the small ball to the large one
         centre = np.array([0.0, 0.015, 0.0]) + drift * age
-        place = [centre + (0.004 - overlap) * share[0] * axis, centre - (0.004 - overlap) * share[1] * axis]  # fmt: skip
+        place = [centre + (0.004 - overlap) * share[0] * axis, centre - (0.004 - overlap) * share[1] * axis]
         velocity = [drift - closing * share[0] * axis, drift + closing * share[1] * axis]
         found = contacts.sample(sample * model.sample_interval, np.array(place), np.array(velocity), spin)  # fmt: skip
         if found is not None:

@@ -160,9 +160,9 @@ def test_triangles_are_the_boxes_wherever_a_ball_can_touch_them(deck):
 @pytest.mark.parametrize("pitch", [0, 30, 45, 90])
 @pytest.mark.parametrize("width, thickness", [(6, 4), (7, 7), (12, 2), (2, 12)])
 def test_a_blade_is_closed_outward_and_its_foot_hidden_in_the_shaft(deck, pitch, width, thickness):
-    deck = deck(SMALL, f"blades.pitch={pitch} deg", f"blades.width={width} mm", f"blades.thickness={thickness} mm")  # fmt: skip
+    deck = deck(SMALL, f"blades.pitch={pitch} deg", f"blades.width={width} mm", f"blades.thickness={thickness} mm")
     triangles = blade_triangles(deck, 0.7).reshape(-1, 12, 3, 3)
-    across = (abs(math.sin(math.radians(pitch))) * width + abs(math.cos(math.radians(pitch))) * thickness) / 2e3  # fmt: skip
+    across = (abs(math.sin(math.radians(pitch))) * width + abs(math.cos(math.radians(pitch))) * thickness) / 2e3
     for own in triangles:
         names = {tuple(np.round(corner, 12)) for corner in own.reshape(-1, 3)}
         assert len(names) == 8

@@ -34,7 +34,8 @@ def row(ball, step):
 
 def dump(step, rows, claimed=None, width=10):
     numbers = [v for row in rows for v in row]
-    head = struct.pack("<qq", step, len(rows) if claimed is None else claimed) + bytes(76) + struct.pack("<ii", width, 1)
+    count = len(rows) if claimed is None else claimed
+    head = struct.pack("<qq", step, count) + bytes(76) + struct.pack("<ii", width, 1)
     return head + struct.pack("<i", len(numbers)) + struct.pack(f"<{{len(numbers)}}d", *numbers)
 
 say("LIGGGHTS (Version LIGGGHTS-PLAY 3.8.0, compiled 2026-01-01)")

@@ -114,7 +114,7 @@ def test_a_run_without_frames_is_told(export, millsim, small_deck, tmp_path, tar
 
 
 @pytest.mark.parametrize("target", ["a.gsd", "a.pvd", "a.csv"])
-@pytest.mark.parametrize("fault, status", [(KeyboardInterrupt, 130), (OSError(28, "No space left on device"), 1)])  # fmt: skip
+@pytest.mark.parametrize("fault, status", [(KeyboardInterrupt, 130), (OSError(28, "No space left on device"), 1)])
 def test_an_export_that_ends_early_leaves_what_was_there(
     export, run_file, tmp_path, monkeypatch, target, fault, status
 ):  # fmt: skip

@@ -627,7 +627,8 @@ def test_list_names_the_figures_and_why_a_run_has_not(plot):
         (["plain.h5", "a.svg", "--figure", "speed"], "unknown figure 'speed': one of "),
         (["plain.h5", "a.gif", "--figure", "speeds"], "a.gif: expected a name that ends in"),
         (["gas.h5", "a.svg", "--figure", "power"], "gas.h5: no figure 'power': nothing moves in this mill"),
-        (["gas.h5", "a.svg", "--figure", "speeds", "--kind", "ball_blade"], "unknown contact kind 'ball_blade': one of ball_ball, ball_drum, ball_wall, all"),
+        (["gas.h5", "a.svg", "--figure", "speeds", "--kind", "ball_blade"],
+         "unknown contact kind 'ball_blade': one of ball_ball, ball_drum, ball_wall, all"),
         (["plain.h5", "a.svg", "--figure", "speeds", "--kind", "blade"], "unknown contact kind 'blade'"),
         (["plain.h5", "a.svg", "--figure", "flow", "--kind", "ball_ball"], "has no option"),
         (["plain.h5", "gas.h5", "a.png"], "the overview shows one run"),
@@ -655,8 +656,8 @@ def test_a_missing_folder_is_an_outside_fault(plot, tmp_path):
 
 # one of each sort
 SORTS = (
-    "flow", "speeds", "speeds-power", "slip-exceedance", "energies", "section-power", "axial-velocity", "power", "energy",
-    "collisions",
+    "flow", "speeds", "speeds-power", "slip-exceedance", "energies", "section-power", "axial-velocity", "power",
+    "energy", "collisions",
 )  # fmt: skip
 
 

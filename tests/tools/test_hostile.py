@@ -17,9 +17,12 @@ import pytest
 from conftest import ROOT
 from export_run import run_file  # noqa: F401
 
-from milltools.base.errors import UserError
+from milltools.base.errors import InputError, MissingFileError, UserError
+from milltools.export.source import about
+from milltools.read.deck_text import read_text
 from milltools.read.hdf5 import Store
 from milltools.read.runfile import Run
+from milltools.study.plan.table import Table
 
 FILES, PAIRS = 400, 60  # of these many files so many pairs of file and command
 
@@ -176,10 +179,25 @@ def test_hard_links_in_a_circle_end(copy):
         assert len(run.datasets("statistics")) < 2000
 
 
-def test_a_fifo_does_not_make_it_wait(tmp_path):
-    os.mkfifo(tmp_path / "mill.h5")
-    with pytest.raises(UserError, match="not an ordinary file"):
-        Run(tmp_path / "mill.h5")
+@pytest.mark.parametrize("read", [Run, read_text, Table.open])
+def test_a_fifo_does_not_make_it_wait(tmp_path, read):
+    os.mkfifo(tmp_path / "fifo")
+    with pytest.raises(InputError, match="is not an ordinary file"):
+        read(tmp_path / "fifo")
+
+
+@pytest.mark.parametrize("read", [Run, read_text, Table.open])
+def test_a_folder_and_a_missing_file_are_told_in_one_way(tmp_path, read):
+    with pytest.raises(InputError, match="is a folder, not "):
+        read(tmp_path)
+    with pytest.raises(MissingFileError, match="missing: no such file"):
+        read(tmp_path / "missing")
+
+
+def test_a_fifo_is_neither_a_run_nor_read(tmp_path):
+    """Its kind is left to millsim, which reads a pipe that has a writer: nothing may be taken out of it before."""
+    os.mkfifo(tmp_path / "fifo")
+    assert about(tmp_path / "fifo") == "deck"
 
 
 def test_memory_is_bounded_by_what_a_file_can_hold(copy):

@@ -96,7 +96,7 @@ def test_the_packages_version_is_that_of_the_product():
         (["plot"], "mill plot: expected a run and the name of the picture to write; see 'mill plot --help'"),
         (["plot", "--big", "a", "b"], "mill plot: unrecognized arguments: --big; see 'mill plot --help'"),
         (["plot", "missing.h5", "b.png"], "mill plot: missing.h5: no such file"),
-        (["plot", ".", "b.png"], "mill plot: .: a folder, not an output file"),
+        (["plot", ".", "b.png"], "mill plot: .: is a folder, not the output file of a run"),
     ],
 )  # fmt: skip
 def test_wrong_usage_is_one_line_and_status_2(mill, words, line):

@@ -41,7 +41,9 @@ def database(tmp_path_factory):
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
-    folder = pathlib.Path(subprocess.run(as_postgres("mktemp", "-d"), capture_output=True, text=True, check=True).stdout.strip())  # fmt: skip
+    folder = pathlib.Path(
+        subprocess.run(as_postgres("mktemp", "-d"), capture_output=True, text=True, check=True).stdout.strip()
+    )
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "cwd": "/"}
     try:
         subprocess.run(
@@ -49,8 +51,10 @@ def database(tmp_path_factory):
             check=True, **quiet,
         )  # fmt: skip
         pg_ctl = [str(BIN.with_name("pg_ctl")), "-D", f"{folder}/data", "-w"]
-        options = f"-p {port} -c listen_addresses=127.0.0.1 -c unix_socket_directories={folder} -c fsync=off"  # fmt: skip
-        subprocess.run(as_postgres(*pg_ctl, "-l", f"{folder}/log", "-o", options, "start"), check=True, timeout=120, **quiet)  # fmt: skip
+        options = f"-p {port} -c listen_addresses=127.0.0.1 -c unix_socket_directories={folder} -c fsync=off"
+        subprocess.run(
+            as_postgres(*pg_ctl, "-l", f"{folder}/log", "-o", options, "start"), check=True, timeout=120, **quiet
+        )
         try:
             yield f"postgresql://mill@127.0.0.1:{port}/postgres"
         finally:
@@ -63,7 +67,7 @@ def test_a_search_is_kept_and_shared(database, mill, write_study, tmp_path):
     write_study(STUDY)
 
     def optimize(runs, output):
-        done = mill("optimize", "a.study", "--runs", runs, "--workers", "1", "--storage", database, "-o", output)  # fmt: skip
+        done = mill("optimize", "a.study", "--runs", runs, "--workers", "1", "--storage", database, "-o", output)
         assert done.returncode == 0, done.stderr
         return pandas.read_parquet(tmp_path / output), done
 

@@ -160,7 +160,7 @@ def test_without_the_deck_flights_are_shown_and_what_is_not_known_is_said(runs, 
         more[gap] = (np.bincount(both, minlength=20) > 1).mean()
     assert guessed == pytest.approx(more.mean(), rel=0.1) and guessed > 0.02
     with Run(runs / "fine.h5") as fine:
-        off_by = [np.abs(s.position - stored(fine, k).position).max(axis=1) for k, s in enumerate(found, 1)]  # fmt: skip
+        off_by = [np.abs(s.position - stored(fine, k).position).max(axis=1) for k, s in enumerate(found, 1)]
     assert (np.concatenate(off_by) < 1e-7).mean() > 1 - guessed  # frames themselves are known too
 
 
@@ -228,7 +228,7 @@ def camera(tmp_path):
 
 
 def test_simulation_and_camera_go_in_step(mill, runs, camera, tmp_path):
-    words = ("--beside", "camera.mp4", "--offset", "45 ms", "--camera-fps", "1250", "--crop", "40x24+12+12")  # fmt: skip
+    words = ("--beside", "camera.mp4", "--offset", "45 ms", "--camera-fps", "1250", "--crop", "40x24+12+12")
     done = mill("render", runs / "run.h5", "both.mp4", *words, *SMALLEST)
     assert done.returncode == 0, done.stderr
     # the run ends at 50 ms, 6 pictures after 45 ms; the film plays as the camera's does

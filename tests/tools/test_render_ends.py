@@ -129,7 +129,8 @@ BESIDE = (*FILM, "--beside", "camera.mp4")
     [
         (("none-there.h5", "a.png"), "none-there.h5: no such file"),
         (("run.h5", "a.avi"), "a.avi: expected a name ending in .png, .mp4, .webm, .webp, .gif"),
-        (("run.h5", "a.pov"), "a.pov: expected a name ending in .png, .mp4, .webm, .webp, .gif; to write a scene, add --pov"),
+        (("run.h5", "a.pov"),
+         "a.pov: expected a name ending in .png, .mp4, .webm, .webp, .gif; to write a scene, add --pov"),
         (("run.h5", "nowhere/a.png"), "nowhere/a.png: there is no folder nowhere"),
         (("run.h5", "a.png", "--time", "1 kg"), "--time: expected a time such as '120 ms', got '1 kg'"),
         (("run.h5", "a.png", "--time", "51 ms"), "--time: the ball states of the run end at 0.05 s, got 0.051 s"),
@@ -141,7 +142,8 @@ BESIDE = (*FILM, "--beside", "camera.mp4")
         ((*FILM, "--slow", "0"), "argument --slow: invalid positive number value: '0'"),
         ((*FILM, "--workers", "none"), "argument --workers: invalid number of processes value: 'none'"),
         ((*FILM, "--from", "30 ms", "--to", "20 ms"), "--to: must be after --from, 0.03 s; got 0.02 s"),
-        ((*FILM, "--from", "41 ms", "--to", "44 ms"), "run.h5: fewer than two frames are stored from 0.041 s to 0.044 s"),
+        ((*FILM, "--from", "41 ms", "--to", "44 ms"),
+         "run.h5: fewer than two frames are stored from 0.041 s to 0.044 s"),
         ((*FILM, "--slow", "1e8"), "125000001 pictures, 4e-10 s apart, are too many for a film"),
         ((*FILM, "--crop", "1x1+0+0"), "--crop: only with --beside"),
         ((*FILM, "--beside", "no.mp4"), "no.mp4: No such file or directory"),
@@ -149,9 +151,11 @@ BESIDE = (*FILM, "--beside", "camera.mp4")
         ((*BESIDE, "--crop", "60x20+10+0"), "--crop: 60x20+10+0 is not within camera.mp4, 64x48 pixels"),
         ((*BESIDE, "--crop", "left"), "--crop: expected WxH+X+Y in pixels, such as 640x480+20+10, got 'left'"),
         ((*BESIDE, "--offset", "60 ms"), "--beside: no picture of the camera is in the time of the run"),
-        (("run.h5", "camera.mp4", "--beside", "camera.mp4"), "camera.mp4: is the input file camera.mp4 itself; give another name"),
+        (("run.h5", "camera.mp4", "--beside", "camera.mp4"),
+         "camera.mp4: is the input file camera.mp4 itself; give another name"),
         (("none.h5", "a.png"), "none.h5: no ball states are stored (output.frames = 0 s): give a time with --time"),
-        (("none.h5", "a.mp4"), "none.h5: no ball states are stored (output.frames = 0 s): --slow N runs the deck again"),
+        (("none.h5", "a.mp4"),
+         "none.h5: no ball states are stored (output.frames = 0 s): --slow N runs the deck again"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_is_one_line(runs, shots, tmp_path, words, line, capsys, monkeypatch):

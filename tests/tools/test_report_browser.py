@@ -19,7 +19,10 @@ def test_it_opens_from_disk_without_errors_or_requests(page, open_page):
 def test_on_a_phone_nothing_but_tables_scrolls_sideways(page, open_page):
     opened = open_page(page[0], width=360, height=640)
     assert opened.evaluate("document.documentElement.scrollWidth") <= 360
-    reach = "Math.max(...[...document.querySelectorAll('p, h1, h2, dl, figcaption, nav, pre')].map(e => e.getBoundingClientRect().right))"
+    reach = (
+        "Math.max(...[...document.querySelectorAll('p, h1, h2, dl, figcaption, nav, pre')]"
+        ".map(e => e.getBoundingClientRect().right))"
+    )
     assert opened.evaluate(reach) <= 360
 
 
@@ -40,7 +43,8 @@ def test_dark_is_dark_and_light_is_light(page, open_page):
 def test_drawings_take_the_ink_of_the_page(page, open_page):
     opened = open_page(page[0], dark=True)
     ink = opened.evaluate(
-        "getComputedStyle(document.querySelector('#figure-speeds svg text')).fill.match(/\\d+/g).slice(0, 3).map(Number)"
+        "getComputedStyle(document.querySelector('#figure-speeds svg text'))"
+        ".fill.match(/\\d+/g).slice(0, 3).map(Number)"
     )
     assert min(ink) > 200
 
@@ -60,7 +64,10 @@ def test_keys_alone_reach_the_controls_and_change_the_spectra(page, open_page):
     reached = []
     for _ in range(60):
         opened.page.keyboard.press("Tab")
-        what = "document.activeElement.id || document.activeElement.className || document.activeElement.getAttribute('href')"
+        what = (
+            "document.activeElement.id || document.activeElement.className "
+            "|| document.activeElement.getAttribute('href')"
+        )
         reached.append(opened.evaluate(what))
         if reached[-1] == "spectra-1":
             break

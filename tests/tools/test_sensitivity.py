@@ -93,5 +93,5 @@ def test_what_cannot_be_told_is_not():
     assert sensitivity.indices(few) == []
     line = Known(np.random.default_rng(0).random((30, 1)), lambda x: x, "lhs", 0, keys=("a.x",))
     assert sensitivity.indices(line) == []
-    still = Known(np.random.default_rng(0).random((30, 2)), lambda x, y: 1.0, "lhs", 0, keys=("a.x", "a.y"))  # fmt: skip
+    still = Known(np.random.default_rng(0).random((30, 2)), lambda x, y: 1.0, "lhs", 0, keys=("a.x", "a.y"))
     assert sensitivity.indices(still) == []

@@ -78,7 +78,7 @@ def test_whole_numbers_of_a_logarithmic_range_are_even_in_the_logarithm():
 
 
 def test_a_range_survives_the_tables_metadata():
-    for key, text in (("rotor.speed", "1..9 rpm"), ("drum.profile", "circle, wavy"), ("balls.count", "1..4")):  # fmt: skip
+    for key, text in (("rotor.speed", "1..9 rpm"), ("drum.profile", "circle, wavy"), ("balls.count", "1..4")):
         found = parse(key, text)
         assert Range.of(json.loads(json.dumps(found.about()))) == found
 
@@ -163,23 +163,31 @@ def test_an_override_may_name_study_set_and_vary(write_study):
         ("maximise = ", "record = ", "there twice (first in line 3)"),
         ("maximise = ", "# ", "a.study: [study] maximise: missing, and so is minimise"),
         ("maximise = impacts", "maximise = im pacts", "a.study:3: [study] maximise: expected paths below /statistics"),
-        ("record = ", "replicates = 0\n#", "a.study:4: [study] replicates: expected a whole number from 1 to 10000, got '0'"),
+        ("record = ", "replicates = 0\n#",
+         "a.study:4: [study] replicates: expected a whole number from 1 to 10000, got '0'"),
         ("record = ", "replicates = 1.5\n#", "expected a whole number from 1 to 10000, got '1.5'"),
         ("record = ", "seeds = mine\n#", "a.study:4: [study] seeds: expected shared or own, got 'mine'"),
-        ("record = ", "method = full\n#", "a.study:4: [study] method: expected grid, lhs, sobol or saltelli, got 'full'"),
-        ("record = ", "method = lhs\n#", "a.study: [study] samples: missing; 'method = lhs' needs the number of samples"),
+        ("record = ", "method = full\n#",
+         "a.study:4: [study] method: expected grid, lhs, sobol or saltelli, got 'full'"),
+        ("record = ", "method = lhs\n#",
+         "a.study: [study] samples: missing; 'method = lhs' needs the number of samples"),
         ("record = ", "samples = 9\n#", "a.study:4: [study] samples: is only for the methods"),
-        ("record = ", "precision = 2 mm\n#", "a.study:4: [study] precision: expected a share such as '1 %', got '2 mm'"),
+        ("record = ", "precision = 2 mm\n#",
+         "a.study:4: [study] precision: expected a share such as '1 %', got '2 mm'"),
         ("record = ", "cpu_limit = 5\n#", "a.study:4: [study] cpu_limit: expected a time with its unit"),
-        ("record = ", f"minimise = {MEDIAN}\n#", "a.study:4: [study] minimise: '" + MEDIAN + "' is an objective of 'maximise' already"),
-        ("run.time = 60 ms", "run.time = 10", "a.study:6: [set] run.time: expected a time with its unit such as '10 ms', got '10'"),
+        ("record = ", f"minimise = {MEDIAN}\n#",
+         "a.study:4: [study] minimise: '" + MEDIAN + "' is an objective of 'maximise' already"),
+        ("run.time = 60 ms", "run.time = 10",
+         "a.study:6: [set] run.time: expected a time with its unit such as '10 ms', got '10'"),
         ("run.time = 60 ms", "run.tim = 10", "a.study:6: [set] run.tim: unknown key; did you mean 'time'?"),
         ("run.time = 60 ms", "run.seed = 1", "run.seed: set the seeds with [study]"),
         ("rotor.speed = 300, ", "rotor.speed = 300 mm, ", "a.study:8: [vary] rotor.speed: expected an angular speed"),
         ("rotor.speed = ", "rotor.sped = ", "a.study:8: [vary] rotor.sped: unknown key; did you mean 'speed'?"),
-        ("rotor.speed = 300, 600, 900 rpm", "run.time = 1, 2 s", "a.study:8: [vary] run.time: is given in [set] already (a.study:6)"),
+        ("rotor.speed = 300, 600, 900 rpm", "run.time = 1, 2 s",
+         "a.study:8: [vary] run.time: is given in [set] already (a.study:6)"),
         ("rotor.speed = 300, 600, 900 rpm", "run.seed = 1, 2", "a.study:8: [vary] run.seed: seeds cannot be varied"),
-        ("balls.count = 40..60 step 20", "rotor.speed = 1 rpm", "a.study:9: [vary] rotor.speed: there twice (first in line 8)"),
+        ("balls.count = 40..60 step 20", "rotor.speed = 1 rpm",
+         "a.study:9: [vary] rotor.speed: there twice (first in line 8)"),
         ("[vary]", "[set]", "a.study:7: [set]: there twice (first in line 5)"),
         ("[set]", "set", "a.study:5: expected '[section]' or 'key = value', got 'set'"),
         ("[study]\n", "", "a.study:1: deck: stands before the first [section]"),
@@ -226,7 +234,9 @@ DESIGN = {"rotor.speed": 60.0, "balls.count": 10}
 def test_a_run_is_known_by_what_decides_it_not_by_how_it_is_written(write_study, write_deck):
     first = Study(write_study()).job(0, DESIGN)["id"]
     again = Study(write_study("# a remark\n" + STUDY.replace("60 ms", "0.06 s")))
-    write_deck("; remark\n" + SMALL.replace("radius = 30 mm", "radius = 3 cm").replace("frames = 5 ms", "frames = 1 ms"))  # fmt: skip
+    write_deck(
+        "; remark\n" + SMALL.replace("radius = 30 mm", "radius = 3 cm").replace("frames = 5 ms", "frames = 1 ms")
+    )
     assert again.job(0, DESIGN)["id"] == first
     assert Study(again.file).job(3, DESIGN)["id"] == first
 
@@ -283,13 +293,14 @@ def test_only_a_key_of_the_base_deck_can_be_taken_out(write_study, tmp_path):
     with pytest.raises(UserError) as fault:
         Study(write_study(STUDY.replace("[set]", "[set]\nblades.pitch =")))
     assert str(fault.value) == (
-        f"{tmp_path}/a.study:6: [set] blades.pitch: an empty value removes a key from the base deck, but the base deck has no such key"
+        f"{tmp_path}/a.study:6: [set] blades.pitch: an empty value removes a key from the base deck, but the base deck "
+        "has no such key"
     )
 
 
 def test_varied_start_files_are_found_from_anywhere(write_study, write_deck, tmp_path):
     write_deck(SMALL_START, "s.txt")
-    study = Study(write_study(STUDY.replace("balls.count = 40..60 step 20", "balls.start = random, s.txt")))  # fmt: skip
-    orders = [study.job(0, {"rotor.speed": 60.0, "balls.start": name})["set"] for name in ("random", "s.txt")]  # fmt: skip
+    study = Study(write_study(STUDY.replace("balls.count = 40..60 step 20", "balls.start = random, s.txt")))
+    orders = [study.job(0, {"rotor.speed": 60.0, "balls.start": name})["set"] for name in ("random", "s.txt")]
     assert "balls.start=random" in orders[0]
     assert f"balls.start={tmp_path}/s.txt" in orders[1]

@@ -500,7 +500,8 @@ def test_pictures_page_and_csv_are_written(study, tmp_path):
         "p.csv",
     )
     starts = {
-        "p-slices.png": b"\x89PNG", "p-slices.svg": b"<?xml", "p.pdf": b"%PDF", "p.html": b"<!doctype", "p.csv": b"design,",
+        "p-slices.png": b"\x89PNG", "p-slices.svg": b"<?xml", "p.pdf": b"%PDF", "p.html": b"<!doctype",
+        "p.csv": b"design,",
     }  # fmt: skip
     for name, start in starts.items():
         assert (tmp_path / name).read_bytes().startswith(start)

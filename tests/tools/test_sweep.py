@@ -328,7 +328,7 @@ def test_an_objective_that_does_not_exist_ends_it_at_once(sweep, write_study, tm
     before = sorted(tmp_path.iterdir())
     done = sweep("a.study")
     assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr.startswith(f"mill sweep: a.study:2: [study] {key}: '{path}' is not a scalar of /statistics")  # fmt: skip
+    assert done.stderr.startswith(f"mill sweep: a.study:2: [study] {key}: '{path}' is not a scalar of /statistics")
     assert hint in done.stderr
     assert sorted(tmp_path.iterdir()) == before
 

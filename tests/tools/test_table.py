@@ -150,7 +150,7 @@ def test_what_makes_it_another_study_is_told_with_both_values(path):
     other = common | {"rotor.speed": "80 rad/s", "contact.friction": "0"}
     with pytest.raises(UserError) as fault:
         fill(path, row(1), meta=META | {"fingerprint": "another", "common": other})
-    assert "another study: rotor.speed is 60 rad/s there and 80 rad/s here, and 1 more differ;" in str(fault.value)  # fmt: skip
+    assert "another study: rotor.speed is 60 rad/s there and 80 rad/s here, and 1 more differ;" in str(fault.value)
     del other["rotor.speed"]
     with pytest.raises(UserError, match="rotor.speed is 60 rad/s there and not given here, and 1"):
         fill(path, row(1), meta=META | {"fingerprint": "another", "common": other})

@@ -151,12 +151,15 @@ def metadata(*drop, **change):
 @pytest.mark.parametrize(
     "text",
     [
-        b"", b"{", b"\xff", b"[]", b"null", b"[" * 100000, b"{}", metadata("vary"), metadata("objectives"), metadata("record"),
+        b"", b"{", b"\xff", b"[]", b"null", b"[" * 100000, b"{}",
+        metadata("vary"), metadata("objectives"), metadata("record"),
         metadata(vary=None), metadata(vary=[]), metadata(vary=[1]), metadata(vary=[{"key": "a"}]), metadata(record=[1]),
         metadata(vary=[{"key": "a", "kind": "number"}]), metadata(vary=[{"key": "a", "kind": "colour", "values": [1]}]),
-        metadata(vary=[META["vary"][0] | {"values": ["x"]}, *META["vary"][1:]]), metadata(vary=[*META["vary"], META["vary"][0]]),
-        metadata(objectives=[]), metadata(objectives=[{"path": PATH}]), metadata(objectives=[{"path": PATH, "goal": "win"}]),
-        metadata(planned="3"), metadata(planned=True), metadata(fingerprint=1), metadata(common={"a": 1}), metadata(kind="x"),
+        metadata(vary=[META["vary"][0] | {"values": ["x"]}, *META["vary"][1:]]),
+        metadata(vary=[*META["vary"], META["vary"][0]]),
+        metadata(objectives=[]), metadata(objectives=[{"path": PATH}]),
+        metadata(objectives=[{"path": PATH, "goal": "win"}]), metadata(planned="3"), metadata(planned=True),
+        metadata(fingerprint=1), metadata(common={"a": 1}), metadata(kind="x"),
         metadata(planned=1).replace(b'"planned": 1', b'"planned": 1e400'),
         metadata(vary=[{"key": "a", "kind": "number", "low": 0, "high": 1}]),
         sealed.seal(META), sealed.seal(META | {"content": "0" * 16}),
@@ -177,8 +180,8 @@ def test_columns_of_another_type_and_rows_of_no_run_are_one_line(tmp_path):
     path = tmp_path / "a.parquet"
     good = pyarrow.Table.from_pylist([row(0)], schema(META))
     for name, values in (
-        ("design", [0.5]), ("status", [1]), ("status", ["well"]), ("status", [None]), ("id", ["x"]), ("cpu", [float("inf")]),
-        ("drum.buckle_height", [float("nan")]), ("collisions", [-1]),
+        ("design", [0.5]), ("status", [1]), ("status", ["well"]), ("status", [None]), ("id", ["x"]),
+        ("cpu", [float("inf")]), ("drum.buckle_height", [float("nan")]), ("collisions", [-1]),
     ):  # fmt: skip
         place = good.schema.get_field_index(name)
         kind = good.schema.field(name).type if values == [None] else None

@@ -58,7 +58,7 @@ def runs(millsim, write_deck, tmp_path):
 def impacts_in(run, begin, end):
     """How many impacts every ball has between two times."""
     first, last = np.searchsorted(run.read("impacts/time"), (begin, end))
-    ball, partner, kind = (run.read(f"impacts/{n}", slice(first, last)) for n in ("ball", "partner", "kind"))  # fmt: skip
+    ball, partner, kind = (run.read(f"impacts/{n}", slice(first, last)) for n in ("ball", "partner", "kind"))
     both = np.concatenate([ball, partner[kind == 0]])
     return np.bincount(both, minlength=len(run.balls("id")))
 
@@ -151,9 +151,14 @@ def test_a_contact_s_time_is_exact(runs):
     rest = np.zeros((1, 3))
     at = 0.013  # [s] of the bounce; up before it, the other way after
     down, up = -1.1, 0.88  # [m/s]
-    a = State(0.0, np.array([[0, 0, floor - down * at - g * at**2 / 2]]), np.array([[0.2, 0, down + g * at]]), rest)  # fmt: skip
+    a = State(0.0, np.array([[0, 0, floor - down * at - g * at**2 / 2]]), np.array([[0.2, 0, down + g * at]]), rest)
     left = 0.02 - at
-    b = State(0.02, np.array([[0.004 - 0.05 * left, 0, floor + up * left - g * left**2 / 2]]), np.array([[-0.05, 0, up - g * left]]), rest)  # fmt: skip
+    b = State(
+        0.02,
+        np.array([[0.004 - 0.05 * left, 0, floor + up * left - g * left**2 / 2]]),
+        np.array([[-0.05, 0, up - g * left]]),
+        rest,
+    )
     a.position[0, 0] = 0.004 - 0.2 * at
     flights = Flights(a, b, mill)
     assert flights.contact[0] == pytest.approx(at, abs=1e-12)

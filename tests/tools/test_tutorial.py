@@ -120,7 +120,9 @@ def test_every_command_runs_and_leaves_what_the_text_goes_on_with(told, checkout
 def test_what_it_says_is_printed_is_printed(told):
     """Not the numbers, which are of the whole mills, but every line of a table that is shown."""
     printed = "".join(done.stdout for done in told)
-    shown = re.findall(r"^    (rotor power|ball-ball above 1 m/s|median v_n above 50 mm/s|kind) ", PAGE.read_text(), re.M)  # fmt: skip
+    shown = re.findall(
+        r"^    (rotor power|ball-ball above 1 m/s|median v_n above 50 mm/s|kind) ", PAGE.read_text(), re.M
+    )
     assert set(shown) == {
         "rotor power",
         "ball-ball above 1 m/s",
@@ -147,7 +149,9 @@ def test_it_uses_no_command_that_is_not_there():
 
 def test_its_links_lead_somewhere():
     text = PAGE.read_text()
-    heads = {re.sub(r"[^\w -]", "", head).strip().lower().replace(" ", "-") for head in re.findall(r"^#+ (.*)$", text, re.M)}  # fmt: skip
+    heads = {
+        re.sub(r"[^\w -]", "", head).strip().lower().replace(" ", "-") for head in re.findall(r"^#+ (.*)$", text, re.M)
+    }
     for target in re.findall(r"\]\(([^)]+)\)", text):
         path, _, anchor = target.partition("#")
         assert not path or (PAGE.parent / path).resolve().exists(), target

@@ -91,7 +91,7 @@ def draw(case, verdicts):
     figure, axis = plt.subplots(figsize=(9, 4.6), layout="constrained")
     rows = np.arange(len(QUANTITIES))[::-1]
     for row, quantity in zip(rows, QUANTITIES, strict=True):
-        axis.fill_betweenx([row - 0.4, row + 0.4], -quantity.band, quantity.band, color="C2", alpha=0.15, lw=0)  # fmt: skip
+        axis.fill_betweenx([row - 0.4, row + 0.4], -quantity.band, quantity.band, color="C2", alpha=0.15, lw=0)
     for k, (what, of) in enumerate(verdicts.items()):
         shift = 0.28 - 0.14 * k
         off, error = ([getattr(v, name) for v in of] for name in ("off", "error"))

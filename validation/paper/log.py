@@ -77,7 +77,8 @@ def over_seeds(case, name, measure, window=WINDOW, seeds=SEEDS, deck=REFERENCE, 
         found = {}
         for seed in seeds:
             path = case.run(
-                deck, output="log.h5", run__seed=seed, run__time=f"{window[1]!r} s", run__sample_from=f"{window[0]!r} s",
+                deck, output="log.h5", run__seed=seed,
+                run__time=f"{window[1]!r} s", run__sample_from=f"{window[0]!r} s",
                 output__impacts="all", output__frames="0 s", **settings,
             )  # fmt: skip
             for key, value in measure(read(path, *window)).items():

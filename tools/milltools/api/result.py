@@ -220,7 +220,8 @@ class Result:
         return _table(found, dict(zip(found, (edge, edge, "1", "J", "s-1", "W"))))
 
     def rate(
-        self, above: float, kind: str = "all", *, group: str = "impacts", speed: str = "normal_speed", species: Species = None
+        self, above: float, kind: str = "all", *,
+        group: str = "impacts", speed: str = "normal_speed", species: Species = None,
     ) -> float:  # fmt: skip
         """Impacts a second [1/s] at or above a speed [m/s], or an energy [J] with speed="normal_energy", "total_energy"
         or "dissipated_energy"; exact at an edge of a bin, else within its width. Other arguments as for spectrum()."""

@@ -30,8 +30,8 @@ NAME = "a.study"  # of a study deck that is not a file
 
 
 def sweep(
-    study: StudyDeck, output: Path | None = None, *, retry: bool = False, force: bool = False, progress: bool | None = None,
-    **options: Any,
+    study: StudyDeck, output: Path | None = None, *, retry: bool = False, force: bool = False,
+    progress: bool | None = None, **options: Any,
 ) -> StudyResult:  # fmt: skip
     """Runs every design of a study deck and returns the study. Runs of an earlier call are not repeated.
 
@@ -54,8 +54,8 @@ def sweep(
 
 
 def optimize(
-    study: StudyDeck, output: Path | None = None, *, runs: int = 40, seed: int | None = None, storage: str | None = None,
-    force: bool = False, progress: bool | None = None, **options: Any,
+    study: StudyDeck, output: Path | None = None, *, runs: int = 40, seed: int | None = None,
+    storage: str | None = None, force: bool = False, progress: bool | None = None, **options: Any,
 ) -> StudyResult:  # fmt: skip
     """Searches the ranges of a study deck for the best design, as `mill optimize` does, and returns the study.
 

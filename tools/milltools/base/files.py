@@ -10,7 +10,7 @@ import shutil
 import stat
 import tempfile
 
-from milltools.base.errors import UserError
+from milltools.base.errors import MissingFileError, UserError
 from milltools.base.text import cell
 
 
@@ -32,6 +32,22 @@ def check_writable(path, sources=()):
         raise UserError(f"{path}: cannot write into {path.parent}", status=1)
     _check_ordinary(path)
     keep_apart(path, sources)
+
+
+def opened(path, what, mode="rb", **options):
+    """Opens an ordinary file to read it as `what`. A UserError if there is none, and for other kinds: a pipe could
+    block."""
+    try:
+        handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
+    except FileNotFoundError:
+        raise MissingFileError(f"{path}: no such file") from None
+    except OSError as fault:
+        raise UserError(f"{path}: cannot be read: {fault.strerror}", status=1) from None
+    kind = os.fstat(handle).st_mode
+    if not stat.S_ISREG(kind):
+        os.close(handle)
+        raise UserError(f"{path}: is {'a folder' if stat.S_ISDIR(kind) else 'not an ordinary file'}, not {what}")
+    return open(handle, mode, **options)
 
 
 @contextlib.contextmanager

@@ -12,8 +12,8 @@ from milltools.player import parts
 MOST_BYTES = 6_000_000  # of all players together
 TOLD = ("rotor_power", "drive_power", "median_above_50mm_s", "kinetic_energy")
 CONTENTS = (
-    ("verdict", "Runs"), ("notes", "Read first"), ("balls", "Balls"), ("tables", "Differences"), ("pictures", "Pictures"),
-    *parts.CONTENTS, ("deck", "Decks"), ("cite", "Cite"),
+    ("verdict", "Runs"), ("notes", "Read first"), ("balls", "Balls"), ("tables", "Differences"),
+    ("pictures", "Pictures"), *parts.CONTENTS, ("deck", "Decks"), ("cite", "Cite"),
 )  # fmt: skip
 
 

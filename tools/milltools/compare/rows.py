@@ -302,7 +302,7 @@ def strike_notes(a: Side, b: Side, keys: list[str]) -> list[str]:
 def notes(sides: list[Side]) -> list[str]:
     """Warnings and how the errors were made, one sentence each."""
     said = []
-    a = sides[0]
+    a, begin, duration = sides[0], sides[0].first.window[0], sides[0].first.duration
     for side in sides:
         for run in side.runs:
             who = f"{side.letter} ({run.path})"
@@ -312,7 +312,7 @@ def notes(sides: list[Side]) -> list[str]:
             if not run.steady:
                 said.append(f"{who} is not steady over its window: {run.trend}.")
     for side in sides[1:]:
-        if abs(side.first.duration - a.first.duration) > 1e-6 * a.first.duration or abs(side.first.window[0] - a.first.window[0]) > 1e-9:  # fmt: skip
+        if abs(side.first.duration - duration) > 1e-6 * duration or abs(side.first.window[0] - begin) > 1e-9:
             said.append(f"The sampled windows of A and {side.letter} differ.")
         keys = different_keys(a.first.deck(), side.first.deck())
         if shape := [key for key in keys if GEOMETRY.fullmatch(key)]:

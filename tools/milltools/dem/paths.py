@@ -168,7 +168,8 @@ def motion(deck, name):
     section, kind = f"motion.{name}", deck.value(f"motion.{name}.kind")
     if kind not in ("turn", "swing", "shift"):
         raise UserError(
-            f"{deck.path}: [{section}] kind: mill dem cannot run a {kind}: between its rows, LIGGGHTS accelerates differently"
+            f"{deck.path}: [{section}] kind: mill dem cannot run a {kind}: between its rows, LIGGGHTS accelerates "
+            "differently"
         )
     w = 2 * math.pi * deck.number(f"{section}.frequency", 0.0)
     phase, amplitude = deck.numbers(f"{section}.phase") or [0.0], deck.numbers(f"{section}.amplitude")

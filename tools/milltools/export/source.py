@@ -3,6 +3,7 @@
 import numpy as np
 
 from milltools.base.errors import UserError
+from milltools.base.files import opened
 from milltools.base.progress import Progress
 from milltools.base.text import plural
 from milltools.read.deck import Deck
@@ -16,9 +17,9 @@ SLACK = 1e-6  # of the interval of frames: a time this close to a frame counts a
 def about(path) -> str:
     """ "run" or "deck", from the first bytes; UserError if the file is neither."""
     try:
-        with open(path, "rb") as file:
+        with opened(path, "a run or a deck") as file:
             head = file.read(512)
-    except OSError:
+    except UserError:
         return "deck"  # millsim then reports what is wrong
     if head.startswith(b"\x89HDF\r\n\x1a\n"):
         return "run"
@@ -107,7 +108,8 @@ def many(run, arguments) -> np.ndarray:
     chosen = np.flatnonzero((times >= low) & (times <= high))[::every]
     if not len(chosen):
         raise UserError(
-            f"--from, --to: no frame in this span; {run.path} has {len(times)} frames, {times[0]:.6g} to {times[-1]:.6g} s"
+            f"--from, --to: no frame in this span; {run.path} has {len(times)} frames, "
+            f"{times[0]:.6g} to {times[-1]:.6g} s"
         )
     return chosen
 

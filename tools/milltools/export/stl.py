@@ -38,9 +38,9 @@ class Parts:
                 self.first = run.poses(0)
                 for body in bodies.read(run):
                     if body.kind not in [kind for part, kind in FIXED.items() if found.get(part)]:
-                        pose = bodies.Mill.pose(body.motion, self.first)
+                        triangles = bodies.moved(bodies.Mill.pose(body.motion, self.first), body.triangles)
                         name = body.kind.removeprefix("ball_")
-                        found.setdefault(name, []).append((body.motion, bodies.moved(pose, body.triangles)))  # fmt: skip
+                        found.setdefault(name, []).append((body.motion, triangles))
         self.names = [*solids.PARTS, *(name for name in found if name not in solids.PARTS)]
         for part in arguments.part or ():
             if not found.get(part):

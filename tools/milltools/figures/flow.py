@@ -148,7 +148,8 @@ def _words(found: Account) -> str:
     begin, end = found.window
     off = abs(found.residual) / found.turnover
     error = "<0.001 %" if off < 1e-5 else f"{number(100 * off)} %"
-    return f"mean of {number(begin, 4)} to {number(end, 4)} s; 100 % = {quantity(found.turnover, 'W')}, balance error {error}"
+    whole = quantity(found.turnover, "W")
+    return f"mean of {number(begin, 4)} to {number(end, 4)} s; 100 % = {whole}, balance error {error}"
 
 
 def panel(ax, found: Account, height: float):

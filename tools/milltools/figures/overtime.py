@@ -203,9 +203,9 @@ class Energy(OverTime):
         return time[rows], value[rows]
 
     def lines(self, ax, run, name, position):
-        for k, (series, words) in enumerate(self.SERIES.items()):
-            colour = run_look(position)["color"] if name else (FIRST, SECOND)[k]
-            ax.plot(*self.thinned(run, series), color=colour, lw=1.4, ls=("-", (0, (4, 1.5)))[k], label=_named(name, words))  # fmt: skip
+        for (series, words), own, dashes in zip(self.SERIES.items(), (FIRST, SECOND), ("-", (0, (4, 1.5)))):
+            colour = run_look(position)["color"] if name else own
+            ax.plot(*self.thinned(run, series), color=colour, lw=1.4, ls=dashes, label=_named(name, words))
         ax.set_ylim(bottom=0)
 
     def columns(self, run):
@@ -239,9 +239,9 @@ class Collisions(OverTime):
             bounds, rate = self.rates(run, kind)
             if not rate.any():
                 continue
-            look = run_look(position) if name else kind_look(kind, run.kinds)
+            look = {**(run_look(position) if name else kind_look(kind, run.kinds)), "lw": 1.2}
             middle = (bounds[1:] + bounds[:-1]) / 2
-            ax.plot(middle, np.where(rate > 0, rate, np.nan), **{**look, "lw": 1.2}, label=_named(name, label(kind)))  # fmt: skip
+            ax.plot(middle, np.where(rate > 0, rate, np.nan), **look, label=_named(name, label(kind)))
         ax.set_yscale("log")
         log_ticks(ax.yaxis)
 

@@ -68,14 +68,12 @@ def _count(run, most_bytes):
 
 def _too_dear(run, until, step):
     """Why the deck is not run again by default; None if it is."""
-    cost = run.cost * until
+    cost, takes = run.cost * until, None
     if not cost <= CHEAP:
-        takes = f"about {cost:.0f} s" if cost == cost else "an unknown amount"
-        return f"running the deck again for more frames takes {takes} of CPU time: use --rerun always to do it"
-    needed = rerun.size(run, until, step, False)
-    if needed > ROOM:
-        return f"running the deck again for more frames takes {needed / 1e9:.2g} GB of temporary disk: use --rerun always to do it"
-    return None
+        takes = (f"about {cost:.0f} s" if cost == cost else "an unknown amount") + " of CPU time"
+    elif (needed := rerun.size(run, until, step, False)) > ROOM:
+        takes = f"{needed / 1e9:.2g} GB of temporary disk"
+    return takes and f"running the deck again for more frames takes {takes}: use --rerun always to do it"
 
 
 @contextlib.contextmanager

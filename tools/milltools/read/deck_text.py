@@ -3,7 +3,8 @@
 import dataclasses
 import re
 
-from milltools.base.errors import MissingFileError, UserError
+from milltools.base.errors import UserError
+from milltools.base.files import faults, opened
 
 
 @dataclasses.dataclass(frozen=True)
@@ -23,16 +24,10 @@ class Entry:
 def read_text(path) -> str:
     """The text of a file; UserError if it cannot be read."""
     try:
-        with open(path, encoding="utf-8-sig") as file:
+        with opened(path, "a deck", "r", encoding="utf-8-sig") as file, faults(path):
             return file.read()
-    except IsADirectoryError:
-        raise UserError(f"{path}: is a folder, not a deck") from None
-    except FileNotFoundError:
-        raise MissingFileError(f"{path}: no such file") from None
     except UnicodeDecodeError:
         raise UserError(f"{path}: is not a UTF-8 text") from None
-    except OSError as fault:
-        raise UserError(f"{path}: {fault.strerror}", status=1) from None
 
 
 def _value(text, where) -> str:

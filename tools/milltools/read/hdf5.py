@@ -6,13 +6,13 @@ import contextlib
 import math
 import mmap
 import os
-import stat
 import zlib
 
 import h5py
 import numpy as np
 
-from milltools.base.errors import MissingFileError, UserError
+from milltools.base.errors import UserError
+from milltools.base.files import opened
 from milltools.base.text import plain
 
 RATIO = 1032  # the largest possible compression by deflate
@@ -38,20 +38,11 @@ class Store(contextlib.AbstractContextManager):
         self.path = str(path)
         self._sound = {}  # path -> dataset that has been checked
         try:
-            about = os.stat(self.path)
-            if not (stat.S_ISREG(about.st_mode) or stat.S_ISDIR(about.st_mode)):
-                raise UserError(f"{self.path}: not an ordinary file")
-            with open(self.path, "rb") as file:  # its message for "no such file" is better than that of HDF5
-                self._size, begin = about.st_size, file.read(4096).lstrip()
+            with opened(self.path, "the output file of a run") as file:
+                self._size, begin = os.fstat(file.fileno()).st_size, file.read(4096).lstrip()
             self._file = h5py.File(self.path, "r")
         except UserError:
             raise
-        except IsADirectoryError:
-            raise UserError(f"{self.path}: a folder, not an output file") from None
-        except FileNotFoundError:
-            raise MissingFileError(f"{self.path}: no such file") from None
-        except PermissionError:
-            raise UserError(f"{self.path}: permission denied") from None
         except FAULTS as fault:
             text = begin[:1] in (b"[", b"#", b";") and b"\0" not in begin
             why = "if it is a deck, './millsim DECK' runs it" if text else fault

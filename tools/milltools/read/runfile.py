@@ -241,7 +241,7 @@ class Run(Store):
         places = ("statistics/impacts", "run/events/collisions", "observables/collisions")
         names = next((set(found) for place in places if (found := self.names(place))), set(KINDS))
         order = [self.as_deck.kind_of(name) for name in self.as_deck.bodies]
-        own = sorted(names - {*KINDS, "all"}, key=lambda kind: (kind not in order, order.index(kind) if kind in order else 0, kind))  # fmt: skip
+        own = sorted(names - {*KINDS, "all"}, key=lambda kind: ([*order, kind].index(kind), kind))
         drum, rotor = not self.vessel, self.has_rotor
         there = {k for k, has in zip(KINDS, (True, drum, drum, rotor, rotor)) if has} | {*order}
         return (*(kind for kind in KINDS if kind in there or self.collisions(kind)), *own)

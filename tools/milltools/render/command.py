@@ -26,48 +26,47 @@ EYE_ONLY = ("target", "up", "angle")
 
 
 def add_arguments(parser):
+    # fmt: off
     parser.add_argument("run", metavar="RUN", help="output file of a run")
     parser.add_argument("file", metavar="FILE",
-        help="file to write: FILE.png, .mp4, .webm, .webp, .gif; with --pov also FILE.pov")  # fmt: skip
+        help="file to write: FILE.png, .mp4, .webm, .webp, .gif; with --pov also FILE.pov")
     add = parser.add_argument_group("times").add_argument
-    add("--time", metavar="T", help="time of a picture, such as '123 ms' (default: the last stored frame)")  # fmt: skip
+    add("--time", metavar="T", help="time of a picture, such as '123 ms' (default: the last stored frame)")
     add("--from", dest="begin", metavar="T", help="first time of a film (default: 0 s)")
     add("--to", dest="end", metavar="T", help="last time of a film (default: the end of the run)")
     add("--slow", type=_positive, metavar="N", help="play N times slower than real time")
     add("--fps", type=_positive, metavar="F", help="pictures per second of a film (default: 25)")
     add("--no-rerun", action="store_true",
-        help="do not run the deck again; compute the balls between stored frames from their free flights")  # fmt: skip
+        help="do not run the deck again; compute the balls between stored frames from their free flights")
     add = parser.add_argument_group("look").add_argument
     add("--size", default=None, help="720p, 1080p (default), 1440p, 4k or WIDTHxHEIGHT")
     add("--quality", choices=("draft", "final"),
-        help="'final' has smoother edges and shades (default of pictures), 'draft' is twice as fast (default of films)")  # fmt: skip
-    add("--camera", choices=CAMERAS, help="default: front, as in Figure 4 of Reichardt and Wiechert")  # fmt: skip
-    add(
-        "--ride",
-        action=argparse.BooleanOptionalAction,
+        help="'final' has smoother edges and shades (default of pictures), 'draft' is twice as fast (default of films)")
+    add("--camera", choices=CAMERAS, help="default: front, as in Figure 4 of Reichardt and Wiechert")
+    add("--ride", action=argparse.BooleanOptionalAction,
         help="move the camera with the container, which then does not move in the picture (default without --eye: yes "
-        "if the path of the container is more than twice as large as the container)",
-    )
+        "if the path of the container is more than twice as large as the container)")
     add("--eye", metavar="X,Y,Z", help="position of a free camera [m]")
     add("--target", metavar="X,Y,Z", help="point that the free camera looks at [m] (default: 0,0,0)")
     add("--up", metavar="X,Y,Z", help="direction that is upwards in the picture (default: 0,0,1)")
     add("--angle", metavar="DEGREES", help="view angle from the lower to the upper edge (default: 30)")
     add("--colour", "--color", choices=("speed", "spin", "energy", "impact"), default="speed",
-        help="what colours the balls: speed (default), spin, kinetic energy, normal speed of the last impact")  # fmt: skip
+        help="what colours the balls: speed (default), spin, kinetic energy, normal speed of the last impact")
     add("--limits", metavar="LOW,HIGH",
-        help="range of the colours, in SI units (default: a range that holds almost all balls)")  # fmt: skip
+        help="range of the colours, in SI units (default: a range that holds almost all balls)")
     add("--pov", action="store_true",
-        help="draw with the ray tracer POV-Ray, with shadows and reflections; FILE.pov: write only the scene")  # fmt: skip
+        help="draw with the ray tracer POV-Ray, with shadows and reflections; FILE.pov: write only the scene")
     add = parser.add_argument_group("side by side with a film of a camera").add_argument
     add("--beside", metavar="VIDEO", help="film of a camera, shown on the right")
     add("--offset", metavar="T",
-        help="time in the run of the first picture of VIDEO, such as '120 ms' or '-5 ms' (default: 0 s)")  # fmt: skip
+        help="time in the run of the first picture of VIDEO, such as '120 ms' or '-5 ms' (default: 0 s)")
     add("--camera-fps", type=_positive, metavar="F",
-        help="pictures per second that the camera took (default: the rate at which VIDEO plays)")  # fmt: skip
+        help="pictures per second that the camera took (default: the rate at which VIDEO plays)")
     add("--crop", metavar="WxH+X+Y", help="part of the pictures of VIDEO to show [pixels]")
     add = parser.add_argument_group("running").add_argument
     add("--workers", type=_whole, metavar="N", help="number of processes that draw (default: one per core)")
     add("-q", "--quiet", action="store_true", help="show no progress")
+    # fmt: on
 
 
 def _positive(text):

@@ -22,7 +22,7 @@ COLOURS = [
     "-vf", "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+full_chroma_int", "-pix_fmt", "yuv420p",
     "-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709", "-color_range", "tv",
 ]  # fmt: skip
-PALETTE = "split[a][b];[a]palettegen=stats_mode=diff[p];[b][p]paletteuse=dither=bayer:bayer_scale=4:diff_mode=rectangle"  # fmt: skip
+PALETTE = "split[a][b];[a]palettegen=stats_mode=diff[p];[b][p]paletteuse=dither=bayer:bayer_scale=4:diff_mode=rectangle"
 # a fixed number of threads, because the output of x264 and libvpx depends on it: films must not depend on the machine
 FORMATS = {
     ".mp4": ["-c:v", "libx264", "-preset", "medium", "-crf", "20", "-threads", "4", *COLOURS,
@@ -110,7 +110,7 @@ def probe(path) -> tuple[int, int, float, int | None]:
             pass
     except OSError as fault:
         raise UserError(f"{path}: {fault.strerror}") from None
-    words = [program("ffprobe"), "-v", "error", "-select_streams", "v:0", "-show_streams", "-of", "json", f"file:{path}"]  # fmt: skip
+    words = [program("ffprobe"), *"-v error -select_streams v:0 -show_streams -of json".split(), f"file:{path}"]
     done = subprocess.run(words, capture_output=True, text=True, errors="replace", stdin=subprocess.DEVNULL)
     try:
         stream = json.loads(done.stdout)["streams"][0]

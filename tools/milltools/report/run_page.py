@@ -58,7 +58,8 @@ def strikes(run) -> str:
     if not window > 0 or not run.has("statistics/strikes/all/count"):
         return ""
     times, rate = run.statistic("strikes/all/count"), run.statistic("strikes/all/rate")
-    return f"{count(times)} strikes ({scaled(rate, '/s')}) when re-contacts of a pair within {scaled(window, 's')} are merged."
+    merged = f"when re-contacts of a pair within {scaled(window, 's')} are merged"
+    return f"{count(times)} strikes ({scaled(rate, '/s')}) {merged}."
 
 
 def balance(run) -> list[tuple[str, object, str]]:

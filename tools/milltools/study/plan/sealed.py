@@ -16,8 +16,9 @@ SUM = re.compile(rb'(\{.*), "sum": "([0-9a-f]{16})"\}', re.S)
 SECRETS = re.compile(r"(\w://[^:/@]*:).*(?=@)|([?&][^=&]*(?:pass|pwd|secret|token)[^=&]*=)[^&]*", re.I | re.S)
 NONE = type(None)
 META = {
-    "study": str, "file": str, "deck": str, "fingerprint": str, "common": dict, "objectives": list, "record": list, "vary": list,
-    "method": str, "samples": (int, NONE), "seed": int, "replicates": int, "planned": (int, NONE), "command": str, "version": str,
+    "study": str, "file": str, "deck": str, "fingerprint": str, "common": dict, "objectives": list, "record": list,
+    "vary": list, "method": str, "samples": (int, NONE), "seed": int, "replicates": int, "planned": (int, NONE),
+    "command": str, "version": str,
 }  # fmt: skip
 OBJECTIVE = {"path": str, "goal": str, "unit": (str, NONE), "description": (str, NONE)}
 VARY = {

@@ -21,27 +21,26 @@ import json
 import math
 import os
 import pathlib
-import stat
 import time
 
 import pandas
 import pyarrow
 import pyarrow.parquet
 
-from milltools.base.errors import MissingFileError, UserError
-from milltools.base.files import faults, whole
+from milltools.base.errors import UserError
+from milltools.base.files import faults, opened, whole
 from milltools.base.text import plural
 from milltools.study.plan import sealed
 
 METADATA = b"millsim"
 FOLD = 5.0  # [s] smallest time between rewritings of the Parquet file
 SHARE = 50  # and at least this multiple of the time of the last rewriting
-TYPES = {"number": pyarrow.float64(), "whole": pyarrow.int64()}
-BEFORE = {"design": pyarrow.int64(), "replicate": pyarrow.int64(), "seed": pyarrow.int64(), "id": pyarrow.string()}  # fmt: skip
+TEXT, REAL, WHOLE = pyarrow.string(), pyarrow.float64(), pyarrow.int64()
+TYPES = {"number": REAL, "whole": WHOLE}
+BEFORE = {"design": WHOLE, "replicate": WHOLE, "seed": WHOLE, "id": TEXT}
 BEHIND = {
-    "status": pyarrow.string(), "message": pyarrow.string(), "time": pyarrow.float64(), "sample_from": pyarrow.float64(),
-    "collisions": pyarrow.int64(), "cpu": pyarrow.float64(), "wall": pyarrow.float64(), "version": pyarrow.string(),
-    "worker": pyarrow.string(), "finished": pyarrow.string(),
+    "status": TEXT, "message": TEXT, "time": REAL, "sample_from": REAL, "collisions": WHOLE, "cpu": REAL, "wall": REAL,
+    "version": TEXT, "worker": TEXT, "finished": TEXT,
 }  # fmt: skip
 COLUMNS = (*BEFORE, *BEHIND)
 MOST_ROWS = 10_000_000  # of a table to be read
@@ -52,9 +51,9 @@ def schema(meta) -> pyarrow.Schema:
     """The columns of a table, from its metadata."""
     fields = dict(BEFORE)
     for vary in meta["vary"]:
-        fields[vary["key"]] = TYPES.get(vary["kind"], pyarrow.string())
+        fields[vary["key"]] = TYPES.get(vary["kind"], TEXT)
     for path in paths(meta):
-        fields[path] = fields[f"{path}:error"] = pyarrow.float64()
+        fields[path] = fields[f"{path}:error"] = REAL
     fields.update(BEHIND)
     text = json.dumps(meta, ensure_ascii=False).encode()
     return pyarrow.schema(list(fields.items()), metadata={METADATA: text})
@@ -210,12 +209,10 @@ def _made(values: dict, kind) -> pyarrow.Table:
         odd = sorted(values.keys() ^ set(kind.names))
         raise ValueError(f"its columns differ, such as {odd[0][:80]}")
     for name, value in values.items():
-        if kind.field(name).type == pyarrow.int64() and type(value) is not int:
+        if kind.field(name).type == WHOLE and type(value) is not int:
             raise ValueError(f"{name} is not a whole number")
     # unknown numbers are NaN
-    unknown = {
-        name: math.nan for name in kind.names if values[name] is None and kind.field(name).type == pyarrow.float64()
-    }
+    unknown = {name: math.nan for name in kind.names if values[name] is None and kind.field(name).type == REAL}
     try:
         return pyarrow.Table.from_pylist([values | unknown], kind)
     except (pyarrow.ArrowException, OverflowError, TypeError, ValueError) as fault:
@@ -248,24 +245,15 @@ def _read(path):
 
 def _lines(path) -> list[bytes]:
     """The lines of a journal; text after the last line end counts as the last line."""
-    with faults(path), contextlib.suppress(FileNotFoundError), _opened(path) as file:
+    with faults(path), contextlib.suppress(FileNotFoundError), opened(path, "the journal of a study") as file:
         *whole_lines, rest = file.read().split(b"\n")
         return [*filter(None, whole_lines), rest]
     return []
 
 
-def _opened(path):
-    """Opens an ordinary file; other kinds, such as pipes, which could block, are refused."""
-    handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
-    if not stat.S_ISREG(os.fstat(handle).st_mode):
-        os.close(handle)
-        raise UserError(f"{path}: not an ordinary file, so not the table of a study")
-    return open(handle, "rb")
-
-
 def _read_parquet(path) -> pyarrow.Table:
     try:
-        with _opened(path) as file:
+        with opened(path, "the table of a study") as file:
             # a table is small, and pyarrow's threads may abort a program that ends while they start
             source = pyarrow.parquet.ParquetFile(file, page_checksum_verification=True, pre_buffer=False)
             about = source.metadata
@@ -275,8 +263,8 @@ def _read_parquet(path) -> pyarrow.Table:
             stored = source.read(use_threads=False)
             stored.validate(full=True)
             return stored
-    except FileNotFoundError:
-        raise MissingFileError(f"{path}: no such file") from None
+    except UserError:
+        raise
     except (pyarrow.ArrowException, OSError, ValueError, KeyError, TypeError, OverflowError, MemoryError) as fault:
         raise UserError(f"{path}: not a readable Parquet file: {fault}") from None
 

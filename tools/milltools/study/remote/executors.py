@@ -32,7 +32,7 @@ def add_arguments(parser):
         help="runs in one Slurm task (default: so that a task takes minutes)")  # fmt: skip
     parser.add_argument("--tasks", type=int, metavar="N", help="largest number of Slurm tasks at once")
     parser.add_argument("--detach", action="store_true",
-        help="when interrupted, leave the tasks in Slurm's queue; the same command later collects their results")  # fmt: skip
+        help="if interrupted, leave the tasks in the queue; the same command later collects their results")  # fmt: skip
 
 
 @dataclasses.dataclass(frozen=True)

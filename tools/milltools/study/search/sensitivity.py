@@ -54,7 +54,7 @@ def lines(table) -> list[str]:
         return []
     how = "the runs" if found[0][5] == "saltelli" else "a surface through the runs"
     width = max(len(row[0]) for row in found)
-    text = [f"which key matters: share of the variance (Sobol indices with 95 % intervals, from {how}):", ""]  # fmt: skip
+    text = [f"which key matters: share of the variance (Sobol indices with 95 % intervals, from {how}):", ""]
     text.append(f"    {'':<{width}}  {'alone':<16}with the others")
     for key, first, first_ci, total, total_ci, _ in found:
         alone, whole = f"{first:.2f} +- {first_ci:.2f}", f"{total:.2f} +- {total_ci:.2f}"

@@ -115,7 +115,8 @@ def _grid(view, objective, x, y, rest, average, best):
     marks = (best.open, best.alike) if best else np.zeros((2, len(view.designs)))
     with np.errstate(invalid="ignore"):
         fields = {
-            "xs": xs, "ys": ys, "value": mean(found.mean, sound), "error": np.sqrt(mean(found.error**2, sound) / several),
+            "xs": xs, "ys": ys,
+            "value": mean(found.mean, sound), "error": np.sqrt(mean(found.error**2, sound) / several),
             "state": state.reshape(shape), "count": frame["state"].value_counts().to_dict(),
         }  # fmt: skip
     for name, mask in zip(("open", "alike"), marks):

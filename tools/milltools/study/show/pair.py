@@ -102,7 +102,8 @@ def sentences(views, objective, wanted=None) -> list[str]:
         return [plain(f"{objective.words}: one of the studies has no value of it"), *map(plain, differ)]
     what = "higher" if objective.sign > 0 else "lower"
     shares = [share(gain.value, gain.error) for gain in gains]
-    line = f"{objective.words} of the best design over {gains[0].words}: {shares[0]} {what} in {names[0]}, {shares[1]} in {names[1]}"
+    ways = ", ".join(f"{gain} {what} in {name}" for gain, name in zip(shares, names))
+    line = f"{objective.words} of the best design over {gains[0].words}: {ways}"
     if gains[0].value > 0:
         line += f"; {share(*left(*gains))} of the gain remains"
     known = any(math.isfinite(gain.error) for gain in gains)  # shown as +-
