@@ -173,8 +173,8 @@ static void tell_forecast(const struct mill_deck *deck, struct mill_world *world
     if (mill_forecast_make(deck, world, &f, &why) == MILL_OK)
         fprintf(out,
                 "millsim: forecast: %s%g contacts, %g s of processor time, %g MB of "
-                "memory, a file of %g MB; from a trial of %g s simulated; right "
-                "within a factor of 2 up to 40 %% filling\n",
+                "memory, a file of %g MB; from a trial of %g s of simulated "
+                "time; right within a factor of 2 if the balls fill at most 40 %%\n",
                 !whole   ? "at most "
                 : braked ? ""
                          : "at least ",

@@ -104,7 +104,7 @@ static void print_end(const struct mill_summary *s)
         return;
     if (r->tally->search)
         fprintf(s->out, "cut the first %s (%s by MSER-5), ", mill_summary_si(r->begin, "s"),
-                r->at.settled ? "warm-up" : "best cut");
+                r->at.settled ? "start-up" : "best cut");
     if (r->tally->at.ended == MILL_TALLY_PRECISION)
         fprintf(s->out, "ended at %s", time);
     else if (strcmp(s->facts->status, "stopped") == 0)
@@ -120,7 +120,7 @@ static void print_end(const struct mill_summary *s)
                     ? say_known(&r->at.known)
                     : "not settled, so neither median nor power is known");
     if (r->tally->precision > 0 && !r->reached)
-        fprintf(s->out, "; %.2g %% asked", 100 * r->tally->precision);
+        fprintf(s->out, "; requested: %.2g %%", 100 * r->tally->precision);
     fputc('\n', s->out);
 }
 

@@ -239,7 +239,7 @@ void mill_tally_results_tell(const struct mill_tally_results *r, struct mill_sin
     sink->open(sink, "statistics");
     mill_tell_number(sink, "duration", r->duration, "s",
                      r->tally->search ? "length of the window that the statistics cover: from the "
-                                        "end of the warm-up to the end"
+                                        "end of the start-up to the end"
                                       : "length of the window that the statistics cover: from "
                                         "run.sample_from to the end");
     if (!sink->full)

@@ -259,7 +259,7 @@ def test_time_is_the_upper_bound(millsim, tmp_path):
     assert told["reached"] == 0
     assert told["rotor_power/standard_error"] > 0.001 * told["rotor_power/value"]
     assert re.search(
-        r"run\.time = 400\.0 ms reached: median \+- [\d.]+ %, power \+- [\d.]+ %; 0\.1 % asked",
+        r"run\.time = 400\.0 ms reached: median \+- [\d.]+ %, power \+- [\d.]+ %; requested: 0\.1 %",
         done.stdout,
     )
 
@@ -267,7 +267,7 @@ def test_time_is_the_upper_bound(millsim, tmp_path):
 def test_a_run_too_short_to_settle_says_so(millsim, tmp_path):
     (tmp_path / "mill.ini").write_text(MILL)
     done = millsim("-q", "-s", "run.time=60 ms", "mill.ini")
-    assert "not settled, so neither median nor power is known; 5 % asked" in done.stdout
+    assert "not settled, so neither median nor power is known; requested: 5 %" in done.stdout
     told = precision(tmp_path / "mill.h5")
     assert (told["settled"], told["reached"]) == (0, 0)
     assert 0 < read(tmp_path / "mill.h5", "statistics/duration") <= 0.06
@@ -392,7 +392,7 @@ def test_the_summary_says_what_was_cut_and_how_well_it_is_known(known):
     path, said = known
     begin, end = (1000 * t for t in read(path, "statistics/precision/warm_up", "run/time"))
     assert re.search(
-        rf"^cut the first {begin:#.4g} ms \(warm-up by MSER-5\), ended at {end:#.4g} ms: "
+        rf"^cut the first {begin:#.4g} ms \(start-up by MSER-5\), ended at {end:#.4g} ms: "
         r"median \+- [\d.]+ %, power \+- [\d.]+ %$",
         said,
         re.M,

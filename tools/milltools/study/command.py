@@ -83,7 +83,7 @@ def run(arguments) -> int:
     if arguments.follow:
         follow(arguments)
     # imported here: a wrong command line needs neither pandas nor matplotlib
-    from milltools.study.show import optimum, pair, summary
+    from milltools.study.show import optimum, summary
     from milltools.study.show.data import opened
 
     table, view = opened(arguments.study)
@@ -94,6 +94,8 @@ def run(arguments) -> int:
     wanted = reference(view, arguments.reference) if arguments.reference else None
     said = []
     if beside is not None:
+        from milltools.study.show import pair
+
         pair.check([view, beside], objective)
         said = ["", *pair.sentences([view, beside], objective, wanted)]
     sensitivities = optimum.indices(table, view, objective)
