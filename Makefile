@@ -57,7 +57,8 @@ mill: always
 	@cp -f tools/mill.sh mill
 	@tools/setup --local --python core $(EXTRAS)
 
-# The only target that calls apt; `make run` and `make test` ask for it, so that they do all on a fresh machine. Others say what is missing.
+# The only target that calls apt; `make run` and `make test` ask for it, so that they do all on a fresh machine. Others
+# say what is missing.
 ALL_PARTS := build python test dem slurm render pov browser lint fuzz golden valgrind
 deps:
 	@tools/setup $(or $(PARTS),$(ALL_PARTS))
@@ -67,23 +68,24 @@ help:
 	@echo 'make millsim   build ./millsim alone'
 	@echo 'make mill EXTRAS="render study"  ./mill with more: render, study, cluster, export, dem; all'
 	@echo 'make run       install what is missing, build, run the reference mill, write its report'
-	@echo 'make check     two minutes of tests that need neither root nor other programs (T="tests/tools/test_profile.py": all of that file)'
+	@echo 'make check     two minutes of tests that need neither root nor other programs (T=FILE: all tests of a file)'
 	@echo 'make test      install what is missing, build, run every test (MODE=asan: under sanitizers)'
 	@echo 'make deps      install the Debian packages of all targets (PARTS="build test": only of these)'
 	@echo 'make lint      formatting, floors, names, static checks      make format   reformat'
 	@echo 'make golden    the same bits whatever compiler, optimisation and C library, and those frozen in tests/golden'
 	@echo 'make valgrind  tiny decks, right and wrong ones, under valgrind'
-	@echo 'make validate  the verification ladder: validation/RESULTS.md and figures (CASES="gas dense": only these, and no RESULTS.md)'
-	@echo 'make validate-dem  millsim against LIGGGHTS, some 80 minutes: validation/dem/RESULTS.md (CASES="ladder": half a minute)'
-	@echo 'make validate-study  the wavy chamber, some 40 minutes: validation/study/RESULTS.md (CASES="figure7": only that)'
-	@echo 'make validate-paper  the 2007 paper, statement by statement, some 15 minutes: validation/paper/RESULTS.md (CASES="impacts": only that)'
+	@echo 'make validate  the verification ladder: validation/RESULTS.md and figures (some 15 minutes)'
+	@echo 'make validate-dem  millsim against LIGGGHTS, some 80 minutes: validation/dem/RESULTS.md'
+	@echo 'make validate-study  the wavy chamber, some 40 minutes: validation/study/RESULTS.md'
+	@echo 'make validate-paper  the 2007 paper, statement by statement, some 15 minutes: validation/paper/RESULTS.md'
+	@echo '               CASES="gas dense" with validate, validate-... or bench: only these parts, and no RESULTS.md'
 	@echo 'make docs      the documentation as a site that opens from disk: build/docs/index.html'
 	@echo 'make pictures  make those of the README and docs/figures.md anew'
 	@echo 'make coverage  every test with lines and branches counted: build/coverage (an hour)'
 	@echo 'make lowest    make check with the lowest versions of Python packages that tools/pyproject.toml allows'
 	@echo 'make nightly   ten minutes of fuzzing a target, coverage, and all of the validation: some six hours'
 	@echo 'make fuzz      fuzz every target, FUZZ_SECONDS=$(FUZZ_SECONDS) each: tests/fuzz/README.md'
-	@echo 'make bench     measure speed, some minutes: docs/performance.md (CASES="gas4k simoloyer": only these, QUICK=1: try it)'
+	@echo 'make bench     measure speed, some minutes: docs/performance.md (QUICK=1: try it)'
 	@echo 'make bench-parts  nanoseconds of root finding, calendar and observers'
 	@echo 'make install   the program, libmillsim.a and its headers into PREFIX=$(PREFIX)'
 	@echo 'make clean     remove what was built        MODE=release|debug|o2|asan  WERROR=1  V=1'
@@ -169,14 +171,14 @@ unit-%: $(BUILD)/tests/unit/test_%
 replay: $(FUZZERS)
 	@set -e; for t in $(FUZZ); do $(BUILD)/tests/fuzz/fuzz_$$t tests/fuzz/corpus/$$t; done
 
-# The Python tools are what they are in every mode: tested once, with the release build. Two tests at a time, those of a file one
-# after the other: most keep one core busy, or wait.
+# The Python tools are what they are in every mode: tested once, with the release build. Two tests at a time, those of a
+# file one after the other: most keep one core busy, or wait.
 cli: $(BUILD)/millsim millsim
 	MILLSIM=$(abspath $(BUILD)/millsim) .venv/bin/python -m pytest -q -rs -n 2 --dist loadfile --durations 15 \
 	    $(if $(filter release,$(MODE)),tests,tests/cli)
 
-# The same program whatever the optimisation, the compiler and the C library's mathematics (MODE=musl: the release build's
-# objects, with musl's in front of glibc's)
+# The same program whatever the optimisation, the compiler and the C library's mathematics (MODE=musl: the release
+# build's objects, with musl's in front of glibc's)
 GOLDEN := release debug o2 asan clang musl
 golden:
 	@tools/setup --local build golden --python core
@@ -224,7 +226,7 @@ fuzz:
 	@$(MAKE) $(PARALLEL) MODE=fuzz CC=clang-14 fuzzers
 	@$(MAKE) --no-print-directory -k -j2 MODE=fuzz CC=clang-14 $(addprefix fuzz-,$(FUZZ) reader)
 
-# fuzzing for longer than a push can wait, and all that takes hours: as many steps as there are are tried, and a failed one fails it at the end
+# fuzzing for longer than a push can wait, and all that takes hours: every step is tried, also after one has failed
 nightly:
 	@status=0; for step in 'fuzz FUZZ_SECONDS=600' coverage lowest validate validate-paper validate-study validate-dem; do \
 	    echo "make $$step"; $(MAKE) --no-print-directory $$step || status=$$?; done; exit $$status
@@ -245,8 +247,9 @@ $(foreach p,pytest pytest-timeout pytest-xdist mpmath,$(eval LOCKED_$p := $(shel
 build/lowest/made: tools/pyproject.toml tests/requirements.lock
 	@rm -rf build/lowest; mkdir -p build; $(or $(PYTHON),python3) -m venv build/lowest
 	build/lowest/bin/python -m pip install -q --disable-pip-version-check uv
-	build/lowest/bin/python -m uv pip install -q --python build/lowest/bin/python --resolution lowest-direct './tools[study,cluster,export,dem]' \
-	    pytest==$(LOCKED_pytest) pytest-timeout==$(LOCKED_pytest-timeout) pytest-xdist==$(LOCKED_pytest-xdist) mpmath==$(LOCKED_mpmath)
+	build/lowest/bin/python -m uv pip install -q --python build/lowest/bin/python --resolution lowest-direct \
+	    './tools[study,cluster,export,dem]' pytest==$(LOCKED_pytest) pytest-timeout==$(LOCKED_pytest-timeout) \
+	    pytest-xdist==$(LOCKED_pytest-xdist) mpmath==$(LOCKED_mpmath)
 	@touch $@
 lowest: build/lowest/made
 	@$(MAKE) $(PARALLEL) millsim
@@ -300,14 +303,16 @@ pictures:
 	@mkdir -p $(PICTURES)
 	./millsim -q -f -o $(PICTURES)/reference.h5 input/simoloyer.ini >/dev/null
 	./millsim -q -f -o $(PICTURES)/wavy.h5 -s 'run.precision=0' -s 'run.time=0.3 s' input/wavy.ini >/dev/null
-	./mill render $(PICTURES)/reference.h5 docs/img/mill.webp --slow 50 --from '200 ms' --to '259.2 ms' --size 640x360 --quality final
+	./mill render $(PICTURES)/reference.h5 docs/img/mill.webp --slow 50 --from '200 ms' --to '259.2 ms' \
+	    --size 640x360 --quality final
 	./mill render $(PICTURES)/reference.h5 docs/img/mill.png --size 960x540
 	./mill render $(PICTURES)/wavy.h5 docs/img/wavy.png --size 960x540
 	./mill render $(PICTURES)/reference.h5 docs/img/pov.png --pov --size 960x540
 	./mill plot $(PICTURES)/reference.h5 docs/img/reference.png
 	for d in planetary attritor stl; do ./millsim -q -f -o $(PICTURES)/$$d.h5 input/$$d.ini >/dev/null && \
 	    ./mill render $(PICTURES)/$$d.h5 docs/img/$$d.png --size 640x400 || exit 1; done
-	for f in flow speeds axial-rate; do ./mill plot $(PICTURES)/reference.h5 docs/img/figure-$$f.png --figure $$f || exit 1; done
+	for f in flow speeds axial-rate; do \
+	    ./mill plot $(PICTURES)/reference.h5 docs/img/figure-$$f.png --figure $$f || exit 1; done
 
 # the pages as a site; a link that leads nowhere fails
 docs:
