@@ -21,9 +21,10 @@ static const struct row {
     [MILL_SET] = {"set", 's', "SECTION.KEY=VALUE",
                   "\n                       override a value of the deck: -s 'rotor.speed=800 rpm';"
                   "\n                       may be repeated"},
-    [MILL_CHECK] = {"check", 'c', NULL,
-                    "check the deck, print it with all defaults, and forecast what\n"
-                    "                       its run will cost, from a trial of 2 s; do not run"},
+    [MILL_CHECK] =
+        {"check", 'c', NULL,
+         "check the deck, print it with all defaults, and forecast the cost of\n"
+         "                       its run, from a trial that takes 2 s of processor time"},
     [MILL_RESUME] = {"resume", 'r', NULL,
                      "continue an interrupted run of this output file, to the\n"
                      "                       same results as if it had never been interrupted"},
@@ -37,13 +38,15 @@ static const struct row {
         {"export-start", 0, "FILE",
          "\n                       write the balls as they start to FILE, which balls.start reads\n"
          "                       back to the same bits; do not run"},
-    [MILL_VALUE] = {"value", 0, "SECTION.KEY=VALUE",
-                    "\n                       print what it is: key, kind, SI value, SI unit,"
-                    "\n                       meaning, with tabs between; without a deck;"
-                    "\n                       may be repeated"},
-    [MILL_DIGEST] = {"digest", 0, NULL,
-                     "make the output file of another program's run of this deck, which\n"
-                     "                       is read from standard input: docs/file-format.md"},
+    [MILL_VALUE] =
+        {"value", 0, "SECTION.KEY=VALUE",
+         "\n                       print how millsim reads a value: key, kind, SI value, SI"
+         "\n                       unit, meaning, allowed words, with tabs between; needs"
+         "\n                       no deck; may be repeated"},
+    [MILL_DIGEST] =
+        {"digest", 0, NULL,
+         "write the output file of a run that another program made of this\n"
+         "                       deck; standard input gives the run: docs/file-format.md"},
     [MILL_PARANOID] = {"paranoid", 0, NULL, "check every step against brute force (slow)"},
     [MILL_HELP] = {"help", 'h', NULL, "print this and end"},
     [MILL_VERSION_LINE] = {"version", 'V', NULL, "print the version and end"},

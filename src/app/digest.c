@@ -273,7 +273,7 @@ static enum mill_status take_record(struct digest *d, bool *over)
     if (r == none || (r == known) == d->begun)
         return refuse(d, MILL_FAILED,
                       r == none  ? "unknown record"
-                      : d->begun ? "a second one"
+                      : d->begun ? "a second record of this type"
                                  : "expected the record 'begin' first");
     if (s->length < r->least || s->length > r->most || (s->length - r->least) % r->step != 0) {
         mill_error_set(&why, MILL_FAILED, "%" PRIu64 " bytes: expected %" PRIu64 "%s", s->length,

@@ -98,10 +98,11 @@ enum mill_status mill_facts_take(struct mill_facts_list *facts, const char *byte
     memcpy(own, bytes, length);
     own[length] = '\0';
     if (!parse(&fact, own, length) || facts->count >= MOST)
-        status = mill_error_set(error, MILL_FAILED,
-                                "'%.40s': expected a name of /run that is the program's own to "
-                                "give, unit, meaning, type (f8, u8 or text) and value",
-                                own);
+        status =
+            mill_error_set(error, MILL_FAILED,
+                           "'%.40s': expected the name of a value of /run that millsim does not "
+                           "write itself, unit, meaning, type (f8, u8 or text) and value",
+                           own);
     else if (!keep(facts, &fact))
         status = mill_error_set(error, MILL_FAILED, "out of memory");
     if (status != MILL_OK)

@@ -129,8 +129,8 @@ static enum mill_status check_output(const struct mill_run_order *o)
     if (slash && !slash[1])
         return mill_error_set(o->error, MILL_BAD_DECK, "%s: is not the name of a file", output);
     if (access(folder, W_OK | X_OK) != 0)
-        return mill_error_set(o->error, MILL_BAD_DECK, "%s: cannot be made: its folder: %s", output,
-                              strerror(errno));
+        return mill_error_set(o->error, MILL_BAD_DECK, "%s: cannot be written: its folder: %s",
+                              output, strerror(errno));
     return MILL_OK;
 }
 
@@ -171,15 +171,16 @@ static void tell_forecast(const struct mill_deck *deck, struct mill_world *world
     struct mill_forecast f;
     struct mill_error why;
     if (mill_forecast_make(deck, world, &f, &why) == MILL_OK)
-        fprintf(out,
-                "millsim: forecast: %s%g contacts, %g s of processor time, %g MB of "
-                "memory, a file of %g MB; from a trial of %g s of simulated "
-                "time; right within a factor of 2 if the balls fill at most 40 %%\n",
-                !whole   ? "at most "
-                : braked ? ""
-                         : "at least ",
-                rounded(f.contacts), rounded(f.cpu), rounded(1e-6 * f.memory),
-                rounded(1e-6 * f.file), rounded(f.trial));
+        fprintf(
+            out,
+            "millsim: forecast: %s%g contacts, %g s of processor time, %g MB of "
+            "memory, a file of %g MB; from a trial of %g s of simulated "
+            "time; right within a factor of 2 if the balls fill at most 40 %% of the container\n",
+            !whole   ? "at most "
+            : braked ? ""
+                     : "at least ",
+            rounded(f.contacts), rounded(f.cpu), rounded(1e-6 * f.memory), rounded(1e-6 * f.file),
+            rounded(f.trial));
     else
         fprintf(out, "millsim: no forecast, because the trial failed: %s\n", why.text);
     for (int i = 0; i < f.notes.count; i++)

@@ -62,9 +62,9 @@ void mill_progress_format(const struct mill_progress *then, const struct mill_pr
         snprintf(field[0], FIELD, "%.4g s of %.4g s", now->time, now->end);
     snprintf(field[1], FIELD, "%.0f %%", now->time < now->end ? fmin(floor(share), 99.0) : 100.0);
     if (wall > 0.0) {
-        snprintf(field[2], FIELD, "%.3g collisions/s",
+        snprintf(field[2], FIELD, "%.3g contacts/s",
                  (double)(now->collisions - then->collisions) / wall);
-        snprintf(field[3], FIELD, "%.3g s/s", speed);
+        snprintf(field[3], FIELD, "%.3g simulated s per s", speed);
         format_left(left(then, now), field[4], FIELD);
     }
     snprintf(field[5], FIELD, "%s", now->known ? now->known : "");

@@ -21,7 +21,7 @@
 #define DIGEST "/deck/digest"
 
 static const char status_meaning[] =
-    "complete, stopped (by a signal), failed, or running (if it is not, it was killed)";
+    "complete, stopped (by a signal), failed, or running (or killed while it ran)";
 
 struct mill_profile mill_record_profile(const struct mill_deck *deck,
                                         const struct mill_world *world)
@@ -104,7 +104,7 @@ static void tell_balance(struct mill_sink *sink, const struct mill_world *world,
     mill_tell_count(sink, "overlaps", c->overlaps,
                     "anomaly: balls found deeper than 1e-9 m in another body");
     mill_tell_number(sink, "largest_overlap", c->largest_overlap, "m",
-                     "largest overlap seen at a contact or an audit");
+                     "largest overlap seen at a contact or a check");
 }
 
 static void tell_events(struct mill_sink *sink, const struct mill_world *world)
@@ -125,7 +125,7 @@ static void tell_events(struct mill_sink *sink, const struct mill_world *world)
     mill_tell_count(sink, "quartics", c->quartics.solves, "quartic equations solved");
     mill_tell_count(
         sink, "quartic_fallbacks", c->quartics.fallbacks,
-        "of these: solved by a Sturm sequence, because the closed form was not accurate enough");
+        "of these: solved by a Sturm sequence, because rounding left the fast search undecided");
     sink->close(sink);
 }
 
@@ -334,11 +334,13 @@ enum mill_status mill_record_compare(struct mill_h5 *file, const char *name,
             strcpy(section, here);
     }
     if (there[0] == '[' && !strstr(new, there))
-        mill_error_set(&what, MILL_OK, "it has a section %s, and this one has none", there);
+        mill_error_set(&what, MILL_OK, "its deck has a section %s, and the given deck has none",
+                       there);
     else if (here[0] == '[' && !strstr(old, here))
-        mill_error_set(&what, MILL_OK, "it has no section %s, and this one has", here);
+        mill_error_set(&what, MILL_OK, "its deck has no section %s, and the given deck has one",
+                       here);
     else
-        mill_error_set(&what, MILL_OK, "%s '%.400s' there, '%.400s' here", section,
+        mill_error_set(&what, MILL_OK, "%s '%.400s' in the file, '%.400s' in the deck", section,
                        there[0] ? there : "nothing more", here[0] ? here : "nothing more");
     if (strcmp(there, here) != 0)
         status = mill_error_set(error, MILL_BAD_DECK,

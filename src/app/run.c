@@ -347,8 +347,8 @@ static enum mill_status conclude(struct run *r, enum mill_status ended, struct m
     r->saved = r->saved || slow;
     if ((slow || !many) && !mill_observers_finish(&r->observers, r->world, slow ? &going : NULL))
         return mill_error_set(error, MILL_STOPPED,
-                              "stopped by a signal; %s holds all results, but for /VTKHDF, which "
-                              "--resume adds",
+                              "stopped by a signal; %s holds all results but not the frames "
+                              "for ParaView (/VTKHDF), which --resume adds",
                               r->output);
     if (slow)
         mill_checkpoint_remove(r->file);

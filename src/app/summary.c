@@ -85,7 +85,7 @@ const char *mill_summary_known(const struct mill_observers *observers)
         (const struct mill_tally *)mill_observers_find(observers, &mill_tally_type);
     if (tally->precision == 0)
         return "";
-    return tally->at.settled && tally->at.known.enough ? say_known(&tally->at.known) : "warming up";
+    return tally->at.settled && tally->at.known.enough ? say_known(&tally->at.known) : "start-up";
 }
 
 bool mill_summary_samples(const struct mill_observers *observers)
@@ -103,8 +103,8 @@ static void print_end(const struct mill_summary *s)
     if (r->tally->precision == 0 && r->tally->collisions == UINT64_MAX)
         return;
     if (r->tally->search)
-        fprintf(s->out, "cut the first %s (%s by MSER-5), ", mill_summary_si(r->begin, "s"),
-                r->at.settled ? "start-up" : "best cut");
+        fprintf(s->out, "left out the first %s (%s by MSER-5), ", mill_summary_si(r->begin, "s"),
+                r->at.settled ? "start-up" : "best guess of the start-up");
     if (r->tally->at.ended == MILL_TALLY_PRECISION)
         fprintf(s->out, "ended at %s", time);
     else if (strcmp(s->facts->status, "stopped") == 0)
@@ -116,9 +116,9 @@ static void print_end(const struct mill_summary *s)
         fprintf(s->out, "run.time = %s reached", time);
     if (r->tally->precision > 0)
         fprintf(s->out, ": %s",
-                r->at.settled && r->at.known.enough
-                    ? say_known(&r->at.known)
-                    : "not settled, so neither median nor power is known");
+                r->at.settled && r->at.known.enough ? say_known(&r->at.known)
+                : r->at.settled ? "too short to know the errors of median and power"
+                                : "the start-up is not over, so neither error is known");
     if (r->tally->precision > 0 && !r->reached)
         fprintf(s->out, "; requested: %.2g %%", 100 * r->tally->precision);
     fputc('\n', s->out);
@@ -170,8 +170,8 @@ static void print_contacts(const struct mill_summary *s)
             print_row(s->out, r, row, name);
     if (r->tally->pairs.window > 0) {
         const double strikes = (double)mill_spectrum_total(&r->strikes[r->all].normal, 0).count;
-        fprintf(s->out, "%-*s %12.0f %11s  when re-contacts of a pair within %s are merged\n", name,
-                "strikes", strikes, mill_summary_si(mill_tally_per_second(r, strikes), "/s"),
+        fprintf(s->out, "%-*s %12.0f %11s  impacts of the same two bodies within %s count once\n",
+                name, "strikes", strikes, mill_summary_si(mill_tally_per_second(r, strikes), "/s"),
                 mill_summary_si(r->tally->pairs.window, "s"));
     }
     fputc('\n', s->out);
@@ -252,9 +252,9 @@ static void print_anomalies(FILE *out, const struct mill_counts *counts, double 
     const struct {
         uint64_t count;
         const char *what;
-    } list[] = {{counts->not_closing, "contacts found opening"},
-                {counts->reliefs, "pinched balls let go"},
-                {counts->smoothed, "contacts made smooth"},
+    } list[] = {{counts->not_closing, "contacts with an opening gap"},
+                {counts->reliefs, "pinched balls released"},
+                {counts->smoothed, "contacts without friction"},
                 {!isfinite(balance_error), "energies that are not numbers"},
                 {counts->overlaps, "overlaps"}};
     const char *comma = "";

@@ -148,8 +148,9 @@ static enum mill_status check_form(const struct mill_deck *deck,
                    ? mill_deck_fault(deck, error, section->title, "rounding",
                                      "%g m is too large for the sizes of the body: make it smaller",
                                      is->rounding)
-                   : mill_deck_fault(deck, error, section->title, NULL,
-                                     "one of the body's values is out of range");
+                   : mill_deck_fault(
+                         deck, error, section->title, NULL,
+                         "a size of the body is out of range: look at its radius, length and size");
     return MILL_OK;
 }
 

@@ -246,10 +246,11 @@ static void warn_of_mouths(const struct mill_deck *deck)
         const double d = deck->balls[k].diameter;
         if (d <= mouth || d >= 2.0 * p.arc)
             continue;
-        mill_deck_fault(deck, &line, "drum", "buckle_height",
-                        "buckles open only %.3g mm wide, less than a ball's diameter of %.3g mm: "
-                        "balls that start in one stay there",
-                        1e3 * mouth, 1e3 * d);
+        mill_deck_fault(
+            deck, &line, "drum", "buckle_height",
+            "the openings of the buckles are only %.3g mm wide, less than a ball's diameter of "
+            "%.3g mm: balls that start in a buckle stay there",
+            1e3 * mouth, 1e3 * d);
         deck->warn(line.text);
         return;
     }

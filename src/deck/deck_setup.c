@@ -142,9 +142,10 @@ static enum mill_status tell_no_room(const struct mill_deck *deck, const struct 
     char counts[512];
     size_t used = 0;
     if (fault->fits[0] == 0)
-        return mill_deck_fault(deck, error, section, "count",
-                               "not a single ball%s fits: make balls or rotor smaller",
-                               mixture ? " of each kind" : "");
+        return mill_deck_fault(
+            deck, error, section, "count",
+            "not a single ball%s fits: make the balls, or the bodies in the container, smaller",
+            mixture ? " of each kind" : "");
     for (int k = 0; k < deck->kinds && k < MILL_FAULT_SPECIES && used < sizeof counts; k++)
         used += (size_t)snprintf(counts + used, sizeof counts - used, "%s%ld%s%s", k ? ", " : "",
                                  (long)fault->fits[k], mixture ? " " : "",
@@ -173,9 +174,9 @@ static const char *find_section(const struct mill_deck *deck, int k, char copy[3
     return deck->body_section[k];
 }
 
-/* Writes "; in its 'unit' it is 84 x 84 x 64 m large": a mesh in the wrong unit is a thousand times
- * too large. */
-static void say_size(const struct mill_deck *deck, const char *section, char text[80])
+/* Writes "; with this 'unit' the mesh measures 84 x 84 x 64 m ...": a mesh in the wrong unit is a
+ * thousand times too large. */
+static void say_size(const struct mill_deck *deck, const char *section, char text[128])
 {
     const struct mill_body *is = NULL;
     vec3 lo = {INFINITY, INFINITY, INFINITY}, hi = {-INFINITY, -INFINITY, -INFINITY};
@@ -189,23 +190,24 @@ static void say_size(const struct mill_deck *deck, const char *section, char tex
     }
     text[0] = '\0';
     if (is && is->facets > 0)
-        snprintf(text, 80, "; in its 'unit' it is %.3g x %.3g x %.3g m large", hi.x - lo.x,
-                 hi.y - lo.y, hi.z - lo.z);
+        snprintf(text, 128,
+                 "; with this 'unit' the mesh measures %.3g x %.3g x %.3g m: check 'unit'",
+                 hi.x - lo.x, hi.y - lo.y, hi.z - lo.z);
 }
 
 /* Describes faults of bodies: they run into each other, or their numbers are wrong */
 static enum mill_status tell_bodies(const struct mill_deck *deck, const struct mill_fault *fault,
                                     struct mill_error *error)
 {
-    char copy[32], other_copy[32], size[80], by[32] = "";
+    char copy[32], other_copy[32], size[128], by[32] = "";
     const char *section = find_section(deck, fault->other, copy);
     say_size(deck, section, size);
     if (fault->amount > 0.0)
         snprintf(by, sizeof by, " by %.2g mm", 1e3 * fault->amount);
     if (fault->code == MILL_FAULT_OUTSIDE)
         return mill_deck_fault(deck, error, section, NULL,
-                               "%sleaves the container%s at t = %.6g s: make it smaller, or set it "
-                               "elsewhere%s",
+                               "%sleaves the container%s at t = %.6g s: make it smaller, or move "
+                               "it%s",
                                copy, by, fault->when, size);
     const char *met = find_section(deck, fault->ball, other_copy);
     return mill_deck_fault(
@@ -235,9 +237,9 @@ static enum mill_status tell(const struct mill_deck *deck, const long *line,
                               "%s:%ld: a speed above that of light: give m/s and rad/s",
                               deck->start, line[fault->ball]);
     case MILL_FAULT_BALL_IN_SHAPE:
-        return mill_error_set(error, MILL_BAD_DECK, "%s:%ld: ball overlaps %s%s by %.4g m: move it",
-                              deck->start, line[fault->ball],
-                              fault->kind < MILL_KINDS ? "" : "the body ",
+        return mill_error_set(error, MILL_BAD_DECK,
+                              "%s:%ld: ball overlaps %s%s by %.4g m: move the ball", deck->start,
+                              line[fault->ball], fault->kind < MILL_KINDS ? "" : "the body ",
                               mill_kinds_partner(&deck->contacts, fault->kind), fault->amount);
     case MILL_FAULT_BALL_IN_BALL:
         return mill_error_set(

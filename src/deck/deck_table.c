@@ -81,7 +81,7 @@ static const struct mill_key run_key[] = {
     {"precision", "the run ends when median speed and rotor power are known to this relative "
      "error; 0: at run.time", .unit = "1", .lo = 0, .hi = 1, .preset = "0", DECK(precision),
      .zero_is_off = true},
-    {"max_collisions", "the run ends after this many collisions; 0: at run.time", .lo = 0,
+    {"max_collisions", "the run ends after this number of contacts; 0: at run.time", .lo = 0,
      .hi = MOST_COLLISIONS, .preset = "0", DECK(max_collisions), .zero_is_off = true},
     {"seed", "seed of every random choice", .type = MILL_KEY_WHOLE, .lo = 0, .hi = SEED_MAX,
      .preset = "1", DECK(seed)},
@@ -97,7 +97,7 @@ static const struct mill_key gravity_key[] = {
 static const struct mill_key ball_key[] = {
     {"count", "number of balls", .type = MILL_KEY_WHOLE, .lo = 1, .hi = MILL_DECK_MOST_BALLS,
      .instead = "fill", IN(mill_deck_balls, count)},
-    {"fill", "volume of the balls over the container's, instead of their number", .unit = "1",
+    {"fill", "volume of the balls divided by that of the container; gives their number", .unit = "1",
      .lo = 0, .above = true, .hi = 1, .derived = true, .instead = "count", .hidden = always,
      IN(mill_deck_balls, fill)},
     {"diameter", "diameter of a ball", .unit = "m", .lo = LEAST_DIAMETER, .hi = MILL_KEY_LARGEST,
@@ -132,7 +132,7 @@ static const struct mill_key drum_key[] = {
      "radius + height", .unit = "m", NOT_NEGATIVE, DECK(buckle_height), WAVY},
     {"buckle_angle", "angle of one outermost point, from +y towards +z", .unit = "rad", ANY,
      .preset = "0 deg", DECK(buckle_angle), WAVY},
-    {"motion", "what carries the drum: a motion's name, or rotor; its axis is that frame's x",
+    {"motion", "name of the motion that carries the drum, or rotor; the drum's axis is x of its frame",
      .type = MILL_KEY_NAME, .derived = true, DECK(drum_motion)},
     {.name = NULL},
 };
@@ -222,7 +222,7 @@ static const struct mill_key swing_key[] = {
 };
 
 static const struct mill_key shift_key[] = {
-    {"amplitude", "along x, y and z, half of the whole stroke", PLACE, MOTION(as.shift.amplitude)},
+    {"amplitude", "half of the whole stroke, along x, y and z", PLACE, MOTION(as.shift.amplitude)},
     {"frequency", "cycles per time", .unit = "Hz", NOT_NEGATIVE, MOTION(as.shift.frequency)},
     {"phase", "along x, y and z: amplitude sin(2 pi frequency t + phase)",
      .type = MILL_KEY_VECTOR, .unit = "rad", ANY, .preset = "0 deg", .one_for_all = true,
@@ -292,11 +292,11 @@ static const struct mill_key copies_key[] = {
     {"copies", "number of equal bodies in all", .type = MILL_KEY_WHOLE, .lo = 1, .hi = MOST_BLADES,
      .preset = "1", BODY(copies), .hidden = is_inside,
      .needs = "a mill has one container: leave it out"},
-    {"turn_by", "from one copy to the next, first a turn by this angle", .unit = "rad", ANY,
+    {"turn_by", "angle by which each copy is turned from the one before it", .unit = "rad", ANY,
      .preset = "0 deg", BODY(turn_by), .hidden = is_single},
-    {"turn_about", "about this axis through the origin of its motion's frame", DIRECTION,
+    {"turn_about", "axis of this turn, through the origin of the motion's frame", DIRECTION,
      BODY(turn_about), .hidden = is_single},
-    {"shift_by", "then this way", PLACE, .preset = "0 0 0 m", BODY(shift_by),
+    {"shift_by", "shift of each copy from the one before it, after the turn", PLACE, .preset = "0 0 0 m", BODY(shift_by),
      .hidden = is_single},
     {"kind", "kind of contact under which its contacts are counted", TEXT, BODY(kind)},
     {.name = NULL},

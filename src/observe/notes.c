@@ -20,7 +20,7 @@
 #define RECONTACTS 0.2
 /* The time between two hits of a ball is shorter than a contact. Soft spheres would then be in
  * permanent contact with several others, and the impacts of hard spheres do not exist in reality.
- * The reference mill reaches this limit when 37 % of the drum are filled. */
+ * The reference mill reaches this limit when about 32 % of the drum are filled. */
 #define AT_ONCE 1.0
 #define UNSTEADY 0.05
 /* Part of the drive's power that goes to pressed balls. At one half, the power is still within a
@@ -105,8 +105,8 @@ static void judge_shares(struct mill_notes *notes, const struct mill_tally_resul
     const double share = impacts > 0 ? (double)r->recontacts / impacts : (double)NAN;
     const bool rotor = mill_notes_of_rotor(r->world);
     add(notes, "pinches", pinched, PINCHED, fabs(pinched) > PINCHED,
-        "%.0f %% of the %s power goes to balls that %s against others and walls. Softer bodies "
-        "than steel take less, and the rates of %s impacts are less accurate. Wider "
+        "%.0f %% of the %s power goes to balls that %s against others and walls. With materials "
+        "softer than steel this part is smaller. The rates of %s impacts are less accurate. Wider "
         "gaps around %s reduce this power.",
         100 * pinched, rotor ? "rotor's" : "drive's", rotor ? "it presses" : "moving bodies press",
         rotor ? "drum and blade" : "wall and body", rotor ? "the blades" : "the moving bodies");

@@ -384,7 +384,7 @@ def test_progress_in_a_log_comes_after_two_seconds(start_millsim, write_deck):
     line = process.stderr.readline()
     assert 1.5 < time.monotonic() - began < 10
     assert line.endswith("\n") and "\r" not in line
-    assert "%" in line and "collisions/s" in line and "left" in line
+    assert "%" in line and "contacts/s" in line and "left" in line
     process.send_signal(signal.SIGINT)
     process.wait(timeout=20)
 

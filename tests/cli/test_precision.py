@@ -392,7 +392,7 @@ def test_the_summary_says_what_was_cut_and_how_well_it_is_known(known):
     path, said = known
     begin, end = (1000 * t for t in read(path, "statistics/precision/warm_up", "run/time"))
     assert re.search(
-        rf"^cut the first {begin:#.4g} ms \(start-up by MSER-5\), ended at {end:#.4g} ms: "
+        rf"^left out the first {begin:#.4g} ms \(start-up by MSER-5\), ended at {end:#.4g} ms: "
         r"median \+- [\d.]+ %, power \+- [\d.]+ %$",
         said,
         re.M,
@@ -405,7 +405,7 @@ def test_progress_tells_how_well_it_is_known_by_now(millsim, tmp_path):
     done = millsim("-s", "run.precision=0.4 %", "-s", "run.time=30 s", "-s", "run.max_collisions=3e6", "mill.ini")
     assert done.returncode == 0
     if "left" in done.stderr:  # a machine so fast shows none
-        assert re.search(r"left   (warming up|median \+- [\d.]+ %, power \+- )", done.stderr)
+        assert re.search(r"left   (start-up|median \+- [\d.]+ %, power \+- )", done.stderr)
 
 
 # ---- interruptions ----

@@ -77,7 +77,8 @@ strike_window = 0 s
 """
 JAR = (
     "[run]\ntime = 0.2 s\nsample_from = 0.04 s\n"
-    + JAR_ON_A_DISK
+    + JAR_ON_A_DISK[JAR_ON_A_DISK.index("[motion.jar]") :]  # before its carrier
+    + JAR_ON_A_DISK[: JAR_ON_A_DISK.index("[motion.jar]")]
     + """\
 [balls]
 count = 30

@@ -111,7 +111,7 @@ def test_runs_that_failed_are_a_warning(write_study, stand_in, monkeypatch, tmp_
         warnings.simplefilter("always")
         found = milltools.sweep(write_study(), tmp_path / "a.parquet", study__replicates=2)
     failed = [str(one.message) for one in told if "runs failed" in str(one.message)]
-    assert failed == [f"{tmp_path / 'a.parquet'}: 6 of 12 runs failed, most of them with: no luck"]
+    assert failed == [f"{tmp_path / 'a.parquet'}: 6 of 12 runs failed; the most frequent message: no luck"]
     assert [one.filename for one in told if "runs failed" in str(one.message)] == [__file__]
     assert found.complete
 

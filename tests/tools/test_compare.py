@@ -269,7 +269,7 @@ def test_without_fast_counts_errors_come_from_the_normal_dissipation(runs, copy)
     bare = copy("one", observables__fast_collisions=None, statistics__precision=None)
     row, power = (table(bare, runs["two"])[k] for k in ("rate_ball_ball_above_0.5", "normal_dissipation_ball_ball"))
     assert row.a.error / row.a.value == pytest.approx(power.a.error / power.a.value, rel=0.05)
-    assert row.remark == "error as of the normal dissipation"
+    assert row.remark == "relative error of the normal dissipation"
 
 
 @pytest.mark.slow

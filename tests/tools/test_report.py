@@ -259,7 +259,7 @@ def test_anomalies_are_named_counted_and_explained(changed):
         file["run/largest_overlap"][()] = 3e-8
 
     _, reader = changed(pinch)
-    assert reader.rows["pinched balls let go"] == [7] and reader.rows["overlaps"] == [2]
+    assert reader.rows["pinched balls released"] == [7] and reader.rows["overlaps"] == [2]
     assert "The deepest: 30.00 nm" in reader.text
 
 

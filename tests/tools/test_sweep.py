@@ -226,7 +226,7 @@ def test_another_base_deck_is_refused_and_force_begins_anew(sweep, write_study, 
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == (
         "mill sweep: a.parquet: contains the runs of another study: drum.length is 0.04 m there and 0.05 m here; "
-        "-o sets another name, --force starts again\n"
+        "-o sets another name, --force replaces it\n"
     )
     assert (tmp_path / "a.parquet").read_bytes() == before
     assert sweep(*words, "--force").returncode == 0
@@ -265,7 +265,7 @@ def test_a_signal_ends_what_runs_keeps_what_is_done_and_says_how_to_go_on(
     os.killpg(process.pid, number)
     out, err = process.communicate(timeout=60)
     assert (process.returncode, out) == (status, "")
-    assert PROGRESS.sub("", err) == ("mill sweep: interrupted; a.parquet has 2 of 6 runs; the same command goes on\n")
+    assert PROGRESS.sub("", err) == ("mill sweep: interrupted; a.parquet has 2 of 6 runs; the same command continues\n")
     assert not any(alive(pid) for pid, _, _ in runs(tmp_path))
     assert len(pandas.read_parquet(tmp_path / "a.parquet")) == 2
 
@@ -299,7 +299,7 @@ def test_a_design_that_is_refused_is_recorded_and_does_not_stop_the_rest(sweep, 
     message = frame.loc[0.02, "message"].iloc[0]
     assert message.startswith("deck.ini:15: [blades] tip_radius: must be less than the drum's radius")
     assert "(3 done, 3 failed)" in done.stdout
-    assert PROGRESS.sub("", done.stderr) == f"mill sweep: 3 runs failed, most of them with: {message}\n"
+    assert PROGRESS.sub("", done.stderr) == f"mill sweep: 3 runs failed; the most frequent message: {message}\n"
 
 
 def test_a_study_of_which_no_design_is_taken_ends_at_once(sweep, write_study, stand_in, tmp_path):
@@ -338,7 +338,7 @@ def test_all_failed_is_status_1_and_retry_runs_them_again(sweep, write_study, st
     write_study()
     done = sweep("a.study", program=stand_in("echo millsim: no disk >&2; exit 1"))
     assert done.returncode == 1
-    assert "6 runs failed, most of them with: no disk" in done.stderr
+    assert "6 runs failed; the most frequent message: no disk" in done.stderr
     assert sweep("a.study").returncode == 1
     assert sweep("a.study", "--retry").returncode == 0
     frame = pandas.read_parquet(tmp_path / "a.parquet")
@@ -448,7 +448,7 @@ def test_a_lost_run_is_run_again_and_given_up_after_three_times(one_job, stand_i
             send([one_job(die)], executor, rows.append)
         assert [row["status"] for row in rows] == [status]
         assert len(runs(tmp_path)) == 3
-    assert rows[0]["message"] == "lost 3 times: millsim was ended by signal 9"
+    assert rows[0]["message"] == "no result, tried 3 times: millsim was ended by signal 9"
 
 
 # ---- the driver

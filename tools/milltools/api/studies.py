@@ -93,7 +93,7 @@ def _filled(
     failed = result.table["message"][result.table["status"] == "failed"]
     if len(failed):
         many = f"{len(failed)} of {len(result.table)} runs failed"
-        warnings.warn(f"{result.path}: {many}, most of them with: {failed.mode()[0]}", stacklevel=3)
+        warnings.warn(f"{result.path}: {many}; the most frequent message: {failed.mode()[0]}", stacklevel=3)
     return result
 
 

@@ -29,7 +29,7 @@ def sentence(table) -> str:
     judged = {mood: sum(row.mood == mood for row in table.shown) for mood in ("agree", "differ", "open")}
     return (
         f"{table.title}: {'; '.join(words)}. Of {len(table.shown)} quantities {judged['agree']} agree, "
-        f"{judged['differ']} differ, {judged['open']} are open."
+        f"{judged['differ']} differ, {judged['open']} have no verdict."
     )
 
 

@@ -100,7 +100,7 @@ def _draw_price(ax, sides):
     ax.bar_label(bars, [f"{c:.3g}" for c in costs], padding=4)
     ax.set_yticks(range(len(sides)), [literal(side.label, 24) for side in sides])
     ax.invert_yaxis()
-    ax.set(title="price", xlabel="CPU seconds per simulated second [s/s]")
+    ax.set(title="Cost", xlabel="CPU seconds per simulated second [s/s]")
     if known:
         ax.set_xlim(0, 1.2 * max(known))
 
@@ -176,7 +176,7 @@ PICTURES = (
         draw_maps, lambda n: (3.5 * (2 * n - 1) + 2.5, 7.0),
     ),
     (
-        "Speeds of the balls, and the price", "distribution of the balls' speeds; CPU seconds per simulated second",
+        "Speeds of the balls, and the cost", "distribution of the balls' speeds; CPU seconds per simulated second",
         draw_speeds, lambda n: (15, 4.2 + 0.15 * max(0, n - 6)),
     ),
 )  # fmt: skip

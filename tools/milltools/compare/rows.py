@@ -120,13 +120,13 @@ def fast(kind, column, strikes=False):
             return known
         count = run.histogram(kind, "strikes" if strikes else "impacts").above(THRESHOLDS[column])
         value = count / run.duration
-        remark = "error as of the impacts" if strikes else ""
+        remark = "relative error of the impacts" if strikes else ""
         if known and known.value > 0:
             return Estimate(value, value * (known.error / known.value), known.dof, remark)
         found = added(run, "fast_collisions/{kind}", kind, column)
         if not found:  # the loss of fast impacts is nearly proportional to their number
             found = added(run, "dissipation_normal/{kind}", kind)
-            remark = "error as of the normal dissipation"
+            remark = "relative error of the normal dissipation"
         rate, blocks = found or (0, None)
         if not rate > 0:
             return Estimate(value)
@@ -190,7 +190,7 @@ def quantities(steady: bool, kinds, first: Member, second: Member):
     for kind, strikes in [*((kind, False) for kind in ("all", *kinds)), *merged]:
         for column, speed in enumerate(THRESHOLDS):
             key = f"{'strike_' if strikes else ''}rate_{kind}_above_{speed:g}"
-            label = f"{_label(kind)} above {speed:g} m/s{', merged' if strikes else ''}"
+            label = f"{_label(kind)} above {speed:g} m/s{' (strikes)' if strikes else ''}"
             yield group, key, label, "1/s", fast(kind, column, strikes)
     yield group, "rate_all", "impacts, all", "1/s", told("rate/all", all_impacts)
     yield group, "median", "median v_n, all impacts", "m/s", median("median")
@@ -209,7 +209,7 @@ def compare(a: Side, b: Side) -> Comparison:
     steady = a.steady and b.steady
     identical = len(a.runs) == len(b.runs) and all(x.same_data(y) for x, y in zip(a.runs, b.runs))
     kinds = tuple(dict.fromkeys(kind for side in (a, b) for kind in side.first.kinds))
-    unknown = "error unknown: run longer"
+    unknown = "error unknown: too few blocks or frames"
     if not steady:
         several = any(len(side.runs) > 1 for side in (a, b))
         unknown = "error unknown: " + ("too few replicates" if several else "not steady, no replicates")
@@ -258,7 +258,7 @@ def map_rows(a: Side, b: Side, steady: bool, identical: bool):
                 yield Row(*row, verdict="maps have different cells")
             else:
                 words = (IDENTICAL, "agree") if identical and found[0] == 0 else maps.verdict(*found)
-                yield Row(*row, *found, 0, *words, "error: what noise explains")
+                yield Row(*row, *found, 0, *words, "error: the deviation that noise explains")
 
 
 def price_row(a: Side, b: Side) -> Row:
@@ -291,11 +291,11 @@ def strike_notes(a: Side, b: Side, keys: list[str]) -> list[str]:
     lasts = float(b.first.about("contact_duration", math.nan))
     if not a.soft and not 0.67 * lasts < window < 1.5 * lasts and math.isfinite(lasts):
         return [
-            f"Contacts last {1e6 * lasts:.3g} us in {b.letter}, A merges re-contacts within {1e6 * window:.3g} us: to "
-            f"compare merged rates, set output.strike_window = {1e6 * lasts:.3g} us in both decks."
+            f"Contacts last {1e6 * lasts:.3g} us in {b.letter}, A counts impacts within {1e6 * window:.3g} us as one "
+            f"strike: to compare strikes, set output.strike_window = {1e6 * lasts:.3g} us in both decks."
         ]
     if "output.strike_window" in keys:
-        return [f"A and {b.letter} merge re-contacts within different windows."]
+        return [f"A and {b.letter} have different output.strike_window: do not compare their strikes."]
     return []
 
 
@@ -321,7 +321,7 @@ def notes(sides: list[Side]) -> list[str]:
         if a.soft != side.soft:
             said.append(
                 f"{(a if a.soft else side).letter} has soft spheres, whose impacts are counted differently: rates and "
-                "medians of all impacts are not comparable; fast impacts, losses, energies and maps are."
+                "medians of all impacts are not comparable; fast impacts, losses, energies and maps are comparable."
             )
     if all(side.steady for side in sides):
         cuts = dict.fromkeys(f"{s.letter} {r.cut}" for s in sides for r in s.runs[:1])
@@ -342,8 +342,8 @@ def notes(sides: list[Side]) -> list[str]:
             "A file lacks /observables/fast_collisions: errors of its impact rates are those of the normal dissipation."
         )
     said.append(
-        f"Agree: chance alone explains the difference, at {100 * errors.CONFIDENCE:g} % (Student's t). Undecided: with "
-        f"these errors a difference of {100 * errors.COARSE:g} % could remain unseen; longer runs or more replicates "
-        "make them smaller."
+        f"Agree: the difference is as small as chance explains at {100 * errors.CONFIDENCE:g} % (Student's t). "
+        f"Undecided: with these errors a difference of {100 * errors.COARSE:g} % could remain unseen; longer runs or "
+        "more replicates make them smaller."
     )
     return said

@@ -46,7 +46,7 @@ SINGLES = {
     "friction": "friction of sliding contacts",
     "tangential_restitution": "tangential restitution of sticking contacts",
 }
-ISOLATED = "loss of the impacts, as if each were alone, over the loss in the dashpots, summed over samples"
+ISOLATED = "loss computed for isolated impacts, divided by the loss in the dashpots"
 
 
 def modulus(text):
@@ -81,11 +81,11 @@ def add_arguments(parser):
     )  # fmt: skip
     add(
         "--warm-up", metavar="E",
-        help="a softer modulus for the time up to 20 ms before run.sample_from: saves most of the cost of this time",
+        help="a smaller modulus up to 20 ms before run.sample_from: saves most of the cost of this time",
     )  # fmt: skip
     add("--time", help="end of the run, such as '50 ms', instead of the deck's run.time")
     add("--ranks", type=int, default=1, help="processes of LIGGGHTS (mpirun); default %(default)s")
-    add("--script", metavar="FOLDER", help="only write LIGGGHTS' input script, balls and blades into FOLDER")
+    add("--script", metavar="FOLDER", help="only write LIGGGHTS' input script, balls and meshes into FOLDER")
 
 
 def refuse(deck):
@@ -144,16 +144,14 @@ class Job:
             until = self.deck.number("run.sample_from", 0.0) - SETTLE
             self.soft_until = max(0.0, math.floor(until / series + 1e-9) * series)
             if self.soft_until == 0:
-                self.cautions.append(
-                    f"--warm-up has no effect: run.sample_from is not after the {SETTLE * 1e3:g} ms of the stiff run"
-                )
+                self.cautions.append(f"--warm-up has no effect: run.sample_from must be later than {SETTLE * 1e3:g} ms")
         self.soft_model = Model(self.deck, self.soft) if self.soft_until > 0 else self.model
         self.interval = max(self.model.sample_interval, self.soft_model.sample_interval)
         self.frames = self.deck.number("output.frames", 0.0)
         if 0 < self.frames < self.interval:
             raise UserError(
                 f"{self.deck.path}: [output] frames: {self.frames:g} s is less than {self.interval:.3g} s, the "
-                "interval of LIGGGHTS' samples with this modulus: choose more, or 0 s"
+                "interval of LIGGGHTS' samples with this modulus: choose a longer one, or 0 s"
             )
         if arguments.ranks < 1:
             raise UserError(f"--ranks {arguments.ranks}: expected 1 or more")
@@ -168,7 +166,7 @@ class Job:
         found = Contacts(self.deck, self.model).find(0.0, state[0], state[1])
         deepest = max((f.overlap.max() for f in found if len(f.ball)), default=0.0)
         if deepest > LARGEST_START_OVERLAP * min(kind.diameter for kind in self.deck.species):
-            raise UserError(f"{self.deck.path}: balls overlap by {deepest:.3g} m at the start")
+            raise UserError(f"{self.deck.path}: balls overlap by {deepest:.3g} m at the start: correct [balls] start")
         return state
 
     def write_script(self, folder):
@@ -203,7 +201,7 @@ class Job:
         """The facts of a SoftMill for /run, as milltools.foreign.digest takes them."""
         model, price = self.model, "processor seconds of LIGGGHTS for one simulated second at `modulus`, without output"
         softness = [
-            f"at {self.modulus:.3g} Pa balls touch several others at a time: {what} are off; compare at steel stiffness"
+            f"at {self.modulus:.3g} Pa balls touch several others at a time: {what} are wrong: use --modulus steel"
             for least, what in OFF.items()
             if self.modulus < least
         ]
@@ -220,10 +218,10 @@ class Job:
             "price": (self.price, "1", price),
             "modulus": (self.modulus, "Pa", "Young's modulus of all bodies"),
             "warm_up_modulus": (self.soft or self.modulus, "Pa", "Young's modulus up to warm_up_time"),
-            "warm_up_time": (self.soft_until, "s", "end of the softer warm-up"),
+            "warm_up_time": (self.soft_until, "s", "end of the part with the smaller modulus"),
             "time_step": (model.time_step, "s", "time step at `modulus`"),
-            "sample_interval": (model.sample_interval, "s", "interval at which contacts were looked at"),
-            "contact_duration": (model.pair[0][0].duration, "s", "of two balls of the first kind at `modulus`"),
+            "sample_interval": (model.sample_interval, "s", "time between two samples of the contacts"),
+            "contact_duration": (model.pair[0][0].duration, "s", "of a contact of two balls of the first kind"),
             "ranks": (self.arguments.ranks, "1", "processes of LIGGGHTS"),
         }
         if not mill.rubs and mill.turnover:

@@ -200,5 +200,5 @@ def part(contacts, time, place, velocity):
             return place
         place += shift
     raise UserError(
-        f"the soft start leaves overlaps of {deepest:.2g} m that cannot be removed: choose a stiffer --warm-up", 1
+        f"--warm-up leaves overlaps of {deepest:.2g} m that cannot be removed: choose a larger modulus for it", 1
     )

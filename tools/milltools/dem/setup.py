@@ -146,7 +146,7 @@ class Setup:
     def _rotor(self):
         deck, walls = self.deck, []
         if self.moves and (deck.shaft_radius > 0 or deck.blades):
-            raise self._refused(f"the container moves and there is a rotor: {ALONE}")
+            raise self._refused(f"cannot run a rotor in a moving container: {ALONE}")
         if deck.shaft_radius > 0:
             turning = motion(deck, "rotor")
             rolling = [deck.shaft_radius + kind.diameter / 2 for kind in deck.species]

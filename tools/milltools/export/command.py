@@ -54,11 +54,11 @@ def add_arguments(parser):
     frames.add_argument("--to", dest="end", metavar="TIME", help="only frames up to this time")
     frames.add_argument("--every", type=int, metavar="N", help="only every N-th of these frames")
     frames.add_argument("--frame", type=int, metavar="K", help="only the frame of this number, from 0; -1 is the last")
-    frames.add_argument("--time", metavar="TIME", help="only the frame nearest to this time; bodies: exactly then")
+    frames.add_argument("--time", metavar="TIME", help="only the frame nearest to this time; bodies: at this time")
     bodies = parser.add_argument_group("the mill's bodies")
     bodies.add_argument(
         "--part", action="append", metavar="PART",
-        help=f"only this part: {', '.join(PARTS)}, or NAME of a [body.NAME]; may be repeated (default: all parts)",
+        help=f"only this part: {', '.join(PARTS)}, or NAME of a kind ball_NAME; may be repeated (default: all parts)",
     )  # fmt: skip
     bodies.add_argument(
         "--tolerance", metavar="LENGTH",
@@ -80,11 +80,11 @@ def writer(arguments):
     what = arguments.what or FORMATS[suffix][0]
     if what not in FORMATS[suffix]:
         able = [name for name, holds in FORMATS.items() if what in holds]
-        raise UserError(f"--what {what}: not in {suffix}, but in {' or '.join(able)}")
+        raise UserError(f"a {suffix} file cannot contain {what}: write {' or '.join(able)}")
     given = {name for name in (*BODY_OPTIONS, *SPAN_OPTIONS, *MOMENT_OPTIONS) if getattr(arguments, name) is not None}
     for idle, options, why in (
         (what != "mill", BODY_OPTIONS, "only for the mill's bodies (.stl, or --what mill)"),
-        (suffix in (".stl", ".vtp"), SPAN_OPTIONS, f"{suffix} holds one moment: --time or --frame; .pvd all"),
+        (suffix in (".stl", ".vtp"), SPAN_OPTIONS, f"{suffix} files contain one moment: use --time, --frame or .pvd"),
         (what in ("series", "impacts", "spectra"), ("every", *MOMENT_OPTIONS), f"only for frames, not for {what}"),
         (what == "spectra", SPAN_OPTIONS, "spectra are of the whole sampled window"),
         ("frame" in given, ("time",), "either --frame or --time"),

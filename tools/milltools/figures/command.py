@@ -22,12 +22,12 @@ def add_arguments(parser):
     parser.add_argument("runs", nargs="*", metavar="run.h5", help="output files of runs")
     parser.add_argument("file", nargs="?", help="file to write; an old one is replaced")
     parser.add_argument("--figure", metavar="NAME", help="figure to draw; --list shows the names")
-    parser.add_argument("--list", action="store_true", help="list the figures and, if runs are given, those they lack")
+    parser.add_argument("--list", action="store_true", help="list the figures; with runs, also what cannot be drawn")
     parser.add_argument(
         "--kind", action="append", metavar="KIND", dest="kinds",
         help="show only spectra of this contact kind, such as ball_ball, ball_drum or all; can be repeated",
     )  # fmt: skip
-    parser.add_argument("--strikes", action="store_true", help="spectra of strikes (quick re-contacts count once)")
+    parser.add_argument("--strikes", action="store_true", help="spectra of strikes (repeated impacts count once)")
     parser.add_argument("--per-ball", action="store_true", help="spectra divided by the number of balls")
 
 
@@ -50,7 +50,7 @@ def run(arguments) -> int:
             return 0
         if len(runs) > 1 or options or pathlib.Path(target).suffix.lower() == ".csv":
             raise UserError(
-                f"the overview shows one run, as a picture; for others choose --figure {', '.join(FIGURES)}"
+                f"without --figure only one run can be drawn, without options; else --figure {', '.join(FIGURES)}"
             )
         runs[0].need_statistics()
         from milltools.figures import overview, style

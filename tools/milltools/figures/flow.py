@@ -74,7 +74,7 @@ def why_no_account(run) -> str | None:
         if not run.has_series(name):
             return f"the file has no series /observables/{name}"
         if not np.isfinite(run.series(name)[1]).all():
-            return f"the file has no numbers for its {name.replace('_', ' ')}"
+            return f"/observables/{name} contains values that are not numbers"
     begin, end = window(run)
     if not end > begin:
         return "fewer than two rows of the time series are in the sampled window (output.series)"

@@ -40,12 +40,12 @@ class Shown:
 
 QUANTITIES = {
     "rate": Shown(
-        "number of collisions",
-        "How often the balls collide at each place: impacts per second and volume, logarithmic.",
-        "impacts per time and volume [1/(m3 s)]", "number of collisions [1/(m³ s)]", True, True),
+        "rate of impacts",
+        "How often the balls hit at each place: impacts per second and volume, logarithmic.",
+        "impacts per time and volume [1/(m3 s)]", "impacts per time and volume [1/(m³ s)]", True, True),
     "impact-speed": Shown(
-        "collision velocity", "How hard the impacts are: the mean normal speed of the impacts in a cell.",
-        "mean normal impact speed [m/s]", "mean collision velocity, normal [m/s]", False, True),
+        "impact speed", "How hard the impacts are: the mean normal speed of the impacts in a cell.",
+        "mean normal impact speed [m/s]", "mean normal impact speed [m/s]", False, True),
     "power": Shown(
         "dissipated power", "Where the energy goes: dissipated power per volume, logarithmic.",
         "dissipated power per volume [W/m3]", "dissipated power density [W/m³]", True, True),

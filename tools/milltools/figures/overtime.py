@@ -83,7 +83,7 @@ class OverTime(Figure):
             if len(time) < 2:
                 return "fewer than two rows of the time series are stored (output.series)"
             if not np.isfinite(value).all():
-                return f"the file has no numbers for its {name.split('/')[0].replace('_', ' ')}"
+                return f"/observables/{name} contains values that are not numbers"
         return None
 
     def needed(self, run):
@@ -215,7 +215,7 @@ class Energy(OverTime):
 
 
 class Collisions(OverTime):
-    name, title = "collisions", "Collision rate"
+    name, title = "collisions", "Rate of impacts"
     caption = "Impacts per second over time, by contact kind, logarithmic. Shaded: the sampled window."
     ylabel = "impacts per second [1/s]"
     series = "collisions/ball_ball"

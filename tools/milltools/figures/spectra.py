@@ -279,7 +279,7 @@ _KINDS = (  # name, title, abscissa in words
     ("energies", "Impact energies", "available normal energy", {"abscissa": "energy"}),
 )
 _WEIGHTED = (  # end of the name, of the title, caption
-    ("", "", "count", "How often the balls collide at each {}: impacts per second and decade, by contact kind. "
+    ("", "", "count", "How often the balls hit at each {}: impacts per second and decade, by contact kind. "
      "The integral of a curve is the rate in the legend. Dotted: the height of a single impact in the window."),
     ("-power", ": dissipated power", "energy", "The {} of the impacts that dissipate the power: dissipated power per "
      "decade, by contact kind. The area under a curve is the power in the legend, so equal areas are equal powers."),

@@ -47,9 +47,10 @@ class OtherRun(UserError):
 
 
 @contextlib.contextmanager
-def again(run, until, interval=0.0, impacts=False, watch=None):
+def again(run, until, interval=0.0, impacts=False, watch=None, never="--no-rerun"):
     """Runs the deck of a run again to `until` [s], with frames every `interval` [s] (0: none) and, with `impacts`, all
     impacts. Yields the new Run; its file is deleted afterwards. `watch(line)` gets millsim's lines of progress.
+    `never`: the option that avoids this run.
 
     UserError if millsim fails, OtherRun if the two runs differ up to `until`."""
     folder = tempfile.gettempdir()
@@ -57,7 +58,7 @@ def again(run, until, interval=0.0, impacts=False, watch=None):
     if needed > 0.95 * free:
         raise UserError(
             f"{folder}: running the deck again needs {needed / 1e9:.2g} GB there, but {free / 1e9:.2g} GB are free: "
-            "set TMPDIR to a folder on a larger disk, end earlier (--to), or use --no-rerun",
+            f"set TMPDIR to a folder on a larger disk, or use {never}",
             status=1,
         )
     changes = frames_only(until, interval) | {"output.impacts": "all" if impacts else "statistics"}
@@ -103,7 +104,7 @@ def run_of(text, changes, watch=None):
                 raise
         if process.returncode != 0:
             why = engine.own_words(line) or f"it ended with status {process.returncode}"
-            raise UserError(f"running the deck again failed (--no-rerun avoids it): {why}", status=1)
+            raise UserError(f"running the deck again failed: {why}", status=1)
         with Run(pathlib.Path(folder, "run.h5")) as run:
             yield run
 

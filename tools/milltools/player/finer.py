@@ -91,7 +91,7 @@ def frames_of(run, most_bytes, wanted, say, watch):
     with contextlib.ExitStack() as stack:
         if not reason:
             try:
-                other = stack.enter_context(rerun.again(run, until, step, watch=watch))
+                other = stack.enter_context(rerun.again(run, until, step, watch=watch, never="--rerun never"))
             except UserError as fault:
                 reason = str(fault)
         if reason:

@@ -35,12 +35,12 @@ GROUPS = {
     "energy": ("Energy", "Where the energy goes", ""),
     "spectra": (
         "Impacts",
-        "How hard they hit",
+        "How hard the balls hit",
         "How often and how hard the balls hit, and how much of the power the impacts dissipate, by kind of contact.",
     ),
     "maps": (
         "Maps",
-        "Where it happens",
+        "Where the balls hit",
         "Averaged around the axis (axial cut) and along it (cross-section), over the sampled window.",
     ),
     "time": ("Over time", "Over time", ""),

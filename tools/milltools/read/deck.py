@@ -142,8 +142,12 @@ class Deck:
 
     @property
     def motions(self):
-        """Names of all motions: NAME of every [motion.NAME], and "rotor"."""
-        return self.named("motion") + ["rotor"] * ("rotor" in self.sections)
+        """Names of all motions in millsim's order: "rotor", then each [motion.NAME] after the one that carries it."""
+        named, found = self.named("motion"), ["rotor"] * ("rotor" in self.sections)
+        for name in named * len(named):  # a deck may define a motion before its carrier
+            if name not in found and self.value(f"motion.{name}.on", "") in ("", *found):
+                found.append(name)
+        return found
 
     def kind_of(self, body):
         """The kind of contact with the body of a section [body.NAME]."""

@@ -62,7 +62,7 @@ def entries(text, file) -> list[Entry]:
                 raise UserError(f"{where}: expected '[section]', got '{line[:80]}'")
             section = title[1:-1].strip()
             if section in seen:
-                raise UserError(f"{where}: [{section}]: there twice (first in line {seen[section]})")
+                raise UserError(f"{where}: [{section}]: is given twice (first in line {seen[section]})")
             seen[section] = number
             continue
         key, equals, value = line.partition("=")
@@ -72,7 +72,7 @@ def entries(text, file) -> list[Entry]:
         if section is None:
             raise UserError(f"{where}: {key}: stands before the first [section]")
         if (section, key) in seen:
-            raise UserError(f"{where}: [{section}] {key}: there twice (first in line {seen[section, key]})")
+            raise UserError(f"{where}: [{section}] {key}: is given twice (first in line {seen[section, key]})")
         seen[section, key] = number
         found.append(Entry(section, key, _value(value.strip(), where), where, number))
     return found

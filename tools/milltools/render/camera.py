@@ -109,7 +109,7 @@ def of(view: str | Camera, run, fraction: float = 0.0, poses=None) -> Camera:
     riding = poses is not None and bool(mill.carrier)
     if isinstance(view, str):
         if view not in PRESETS:
-            raise UserError(f"camera: expected one of {', '.join(PRESETS)}; got {view!r}")
+            raise UserError(f"--camera: expected one of {', '.join(PRESETS)}; got {view!r}")
         view = _preset(view, mill, mill.swept(mill.poses[:1]) if riding else mill.hull, fraction)
     if not riding:
         return view
@@ -148,14 +148,14 @@ def free(eye, target=(0.0, 0.0, 0.0), up=(0.0, 0.0, 1.0), angle=FREE_ANGLE) -> C
     """A camera at `eye` [m] with a view `angle` in degrees. UserError for a view that is not defined."""
     eye, target, up = (np.array(v, float) for v in (eye, target, up))
     if not all(v.shape == (3,) and np.isfinite(v).all() for v in (eye, target, up)):
-        raise UserError("camera: eye, target and up are three numbers each, as in 0.3,-0.2,0.1")
+        raise UserError("--eye, --target, --up: expected three numbers each, such as 0.3,-0.2,0.1")
     if not MIN_ANGLE <= angle <= MAX_ANGLE:
-        raise UserError(f"camera: angle: expected {MIN_ANGLE:g} to {MAX_ANGLE:g} degrees, got {angle:g}")
+        raise UserError(f"--angle: expected {MIN_ANGLE:g} to {MAX_ANGLE:g} degrees, got {angle:g}")
     forward = target - eye
     if not np.linalg.norm(forward) > 0:
-        raise UserError("camera: eye and target are the same place")
+        raise UserError("--eye and --target are the same place")
     if np.linalg.norm(np.cross(forward, up)) < 1e-6 * np.linalg.norm(forward) * np.linalg.norm(up):
-        raise UserError("camera: up is parallel to the view; choose another direction, such as up=0,1,0")
+        raise UserError("--up is parallel to the view; choose another direction, such as --up 0,1,0")
     if not up.any():
-        raise UserError("camera: up must not be 0,0,0")
+        raise UserError("--up must not be 0,0,0")
     return Camera(eye, target, up, float(angle))

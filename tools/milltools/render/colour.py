@@ -76,7 +76,7 @@ def of(run, quantity: str, limits=None) -> Colour:
         limits = 0.0, _nice(_top(run, quantity))
     low, high = map(float, limits)
     if not (np.isfinite([low, high]).all() and low < high):
-        raise UserError(f"colour: limits: expected two numbers, the lower first; got {low:g}, {high:g}")
+        raise UserError(f"--limits: expected two numbers, the lower first; got {low:g}, {high:g}")
     return Colour(quantity, (low, high))
 
 

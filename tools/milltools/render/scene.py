@@ -30,10 +30,10 @@ def size_of(text: str) -> tuple[int, int]:
         return SIZES[text.lower()]
     parts = text.lower().split("x")
     if len(parts) != 2 or not all(p.isascii() and p.isdigit() for p in parts):
-        raise UserError(f"size: expected {', '.join(SIZES)}, or as 1280x720; got {text!r}")
+        raise UserError(f"--size: expected {', '.join(SIZES)}, or WIDTHxHEIGHT such as 1280x720; got {text!r}")
     size = int(parts[0]), int(parts[1])
     if not all(LEAST <= s <= MOST and s % 2 == 0 for s in size):
-        raise UserError(f"size: expected even numbers from {LEAST} to {MOST}, got {text!r}")
+        raise UserError(f"--size: expected even numbers from {LEAST} to {MOST}, got {text!r}")
     return size
 
 

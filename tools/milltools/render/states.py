@@ -81,7 +81,7 @@ def of(run, plan, impacts, allowed, say, watch):
     if not plan.step and not wants_log:
         yield Motion(run, log)
         return
-    reason = rerun.why_not(run) if allowed else "--no-rerun"
+    reason = rerun.why_not(run) if allowed else "--no-rerun forbids to run the deck again"
     with contextlib.ExitStack() as stack:
         if not reason:
             until = float(plan.times[-1])

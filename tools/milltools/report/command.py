@@ -14,9 +14,9 @@ from milltools.base.text import size
 
 RERUN = ("auto", "always", "never")  # finer.py
 SUMMARY = (
-    "Writes one HTML page about a run that needs no network: what was run, how hard and where the balls hit, where the "
-    "energy goes, the deck, and moving pictures of the balls. --compare puts several runs on one page, with "
-    "differences and verdicts."
+    "Writes one HTML page about a run; the page needs no network: what was run, how hard and where the balls hit, "
+    "where the energy goes, the deck, and moving pictures of the balls. --compare puts several runs on one page, "
+    "with differences and verdicts."
 )
 
 
@@ -24,7 +24,8 @@ def add_arguments(parser):
     parser.add_argument("runs", nargs="+", metavar="RUN", help="output file of a run")
     parser.add_argument(
         "-o", "--output", metavar="FILE",
-        help="file of the page; default: the (first) run's name with .html, in its folder; an old file is replaced",
+        help="file of the page, replaced if it exists; default: the first run's name with .html (--compare: "
+        "-compared.html), in its folder",
     )  # fmt: skip
     parser.add_argument(
         "--compare", action="store_true",

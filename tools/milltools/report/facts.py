@@ -13,13 +13,13 @@ from milltools.read import motions
 WITH_VALUE = ("-o", "--output", "-s", "--set", "--export-start", "--value", "--progress", "--part")
 DRIVE = (("power", "W"), ("torque", "N m"))
 ANOMALIES = (  # of /run, as shown, what it means
-    ("not_closing", "contacts found opening",
+    ("not_closing", "contacts with an opening gap",
      "At a predicted contact the two bodies were already moving apart; they got the rebound floor as speed."),
-    ("reliefs", "pinched balls let go",
+    ("reliefs", "pinched balls released",
      "A ball was pressed between a moving body, such as a blade, and a wall or other balls and could not escape, or "
      "was squeezed through a gap narrower than itself, and the body let it pass. Contacts of a pressed ball are not "
      "counted."),
-    ("smoothed", "contacts made smooth",
+    ("smoothed", "contacts without friction",
      "Contacts followed each other without any time between them; they were computed without friction."),
     ("overlaps", "overlaps", "Balls were more than 1 nm deep in another body."),
 )  # fmt: skip
@@ -154,9 +154,9 @@ def _speed_sentence(run) -> str:
     normal = "impacts/all/normal_speed"
     total = int(run.statistic("impacts/all/count"))
     if not total:
-        return "There were no contacts."
+        return "There were no impacts."
     return (
-        f"Among {count(total)} contacts ({scaled(run.statistic('impacts/all/rate'), '/s')}) the median normal impact "
+        f"Among {count(total)} impacts ({scaled(run.statistic('impacts/all/rate'), '/s')}) the median normal impact "
         f"speed is {scaled(run.statistic(f'{normal}/median'), 'm/s')}, "
         f"{scaled(run.statistic(f'{normal}/median_above_50mm_s'), 'm/s')} of those above 50{SPACE}mm/s."
     )
@@ -165,7 +165,7 @@ def _speed_sentence(run) -> str:
 def _trust_sentence(run) -> str:
     words = []
     if run.has("run/energy_balance_error"):
-        words.append(f"the energy account is off by {energy_error(run)} of the energy turned over")
+        words.append(f"the error of the energy balance is {energy_error(run)} of the energy turned over")
     found = anomalies(run)
     if found:
         words.append("anomalies: " + joined([f"{times} \N{MULTIPLICATION SIGN} {what}" for what, times, _ in found]))

@@ -58,7 +58,7 @@ def strikes(run) -> str:
     if not window > 0 or not run.has("statistics/strikes/all/count"):
         return ""
     times, rate = run.statistic("strikes/all/count"), run.statistic("strikes/all/rate")
-    merged = f"when re-contacts of a pair within {scaled(window, 's')} are merged"
+    merged = f"if impacts of the same two bodies within {scaled(window, 's')} count once"
     return f"{count(times)} strikes ({scaled(rate, '/s')}) {merged}."
 
 
@@ -111,7 +111,7 @@ def precision(run) -> list[tuple[str, object, str]]:
     def value(name):
         return float(run.statistic(f"precision/{name}"))
 
-    found = [("requested precision", share(value("asked")), "run.precision: standard error over value")]
+    found = [("requested precision", share(value("asked")), "run.precision: standard error divided by value")]
     for name, label, unit in (
         ("median_above_50mm_s", "median normal speed above 50 mm/s", "m/s"),
         (f"{run.driven}_power", f"{run.driven} power", "W"),
@@ -124,7 +124,7 @@ def precision(run) -> list[tuple[str, object, str]]:
     return [
         *found,
         ("start-up left out", scaled(value("warm_up"), "s"), "the sampled window begins then"),
-        ("length of a batch", scaled(value("batch"), "s"), f"{value('batches'):.0f} of them"),
+        ("length of a batch", scaled(value("batch"), "s"), f"{value('batches'):.0f} batches"),
         ("start-up is over", "yes" if value("settled") else "not known", ""),
         ("requested precision reached", "yes" if value("reached") else "no", _ended(run)),
     ]
@@ -160,8 +160,8 @@ def how(run, size: int) -> list[tuple[str, object, str]]:
     if math.isfinite(run.cost):
         cpu = float(run.read("run/cpu_time"))
         rate = f"{scaled(run.contacts / cpu, '')} contacts per processor second" if cpu > 0 else ""
-        found.append(("price", Number(f"{run.cost:.4g} s/s", run.cost),
-                      "processor seconds per simulated second" + (f"; {rate}" if rate else "")))  # fmt: skip
+        found.append(("cost per simulated second", Number(f"{run.cost:.4g} s", run.cost),
+                      "processor time" + (f"; {rate}" if rate else "")))  # fmt: skip
     found.append(("file", plain(run.path), str(scaled(size, "B"))))
     return found
 

@@ -19,7 +19,7 @@ SUMMARY = (
 PAUSE = 3.0  # [s] smallest time between two readings with --follow
 SHARE = 10  # and at least this multiple of the time that a reading takes
 OPTIONS = (
-    ("png", "FILE", "pictures: FILE-contour.png, -slices, -pareto, -sensitivity, -beside"),
+    ("png", "FILE", "pictures; FILE a.png gives a-contour.png, a-slices.png, a-pareto.png ..."),
     ("svg", "FILE", "the same as SVG"),
     ("pdf", "FILE", "the same, as pages of one PDF"),
     ("html", "FILE", "everything as one page"),
@@ -27,9 +27,9 @@ OPTIONS = (
     ("objective", "PATH", "which objective, if there are several (default: the first)"),
     ("x", "KEY", "varied key along x"),
     ("y", "KEY", "varied key along y"),
-    ("beside", "OTHER", "another study of the same keys, on the same scale, and how much of the gain remains"),
+    ("beside", "OTHER", "also show another study of the same keys, and how much of the best design's gain remains"),
     ("reference", "KEY=VALUE,...", "reference design for the gain with --beside, such as 'drum.buckle_height=0 mm'"),
-    ("average", None, "mean over the other keys instead of a cut through the best design"),
+    ("average", None, "contours: mean over the other keys instead of a cut through the best design"),
     ("follow", None, "update the text every few seconds until the study is complete"),
 )
 

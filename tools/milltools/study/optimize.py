@@ -9,15 +9,15 @@ from milltools.study.remote import executors
 
 SUMMARY = (
     "Searches the ranges of a study deck for the best design: runs a few evenly spread designs, fits a Gaussian "
-    "process that uses the error of every run, and runs designs where it expects an improvement. Several objectives: "
-    "NSGA-II. After any interruption, the same command continues."
+    "process that uses the error of every run, and runs designs where it expects an improvement. For several "
+    "objectives it uses the genetic algorithm NSGA-II. After any interruption, the same command continues."
 )
 NAME = "mill optimize"
 RUNS = 40
 
 
 def add_arguments(parser):
-    options.add_arguments(parser)
+    options.add_arguments(parser, "-optimize")
     parser.add_argument("--runs", type=int, default=RUNS, metavar="N",
         help=f"runs in all, earlier ones included (default: {RUNS})")  # fmt: skip
     parser.add_argument("--seed", type=int, metavar="N", help="seed of the search itself (default: the study's seed)")
@@ -85,7 +85,7 @@ def run(arguments) -> int:
 
     print("\n".join(summary.of_search(table)))
     spared = arguments.runs - len(table) - table.elsewhere
-    more = [f"{spared} were not needed"] if spared > 0 else []
+    more = [f"{spared} more were not needed"] if spared > 0 else []
     if table.elsewhere:
-        more.append(f"{table.elsewhere} of other drivers are still running")
+        more.append(f"{table.elsewhere} runs of other 'mill optimize' commands are not finished")
     return filling.last_words(table, NAME, more)

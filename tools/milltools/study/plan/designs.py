@@ -31,9 +31,7 @@ def plan(study) -> list[dict]:
 def _grid(study):
     for r in study.vary:
         if r.values is None:
-            raise study.fault(
-                r.key, "expected 'step' or 'in' behind the range, for 'method = grid' needs single values"
-            )
+            raise study.fault(r.key, "expected 'step' or 'in' behind the range: 'method = grid' needs single values")
     count = math.prod(len(r.values) for r in study.vary)
     if count * study.replicates > MOST:
         raise UserError(f"{study.file}: [vary]: {count} designs are more than {MOST}")

@@ -42,7 +42,7 @@ def filled(command, path, about, force):
                 yield table
         except (KeyboardInterrupt, processes.Stopped) as stop:
             text = (
-                f"interrupted; {path} has {len(table.of_plan())} of {about['planned']} runs; the same command goes on"
+                f"interrupted; {path} has {len(table.of_plan())} of {about['planned']} runs; the same command continues"
             )
             raise Interrupted(text, 128 + getattr(stop, "number", 2)) from None
 
@@ -129,7 +129,9 @@ def _row(future, job, attempt):
     try:
         return future.result()
     except (one_job.Lost, concurrent.futures.BrokenExecutor, concurrent.futures.CancelledError) as fault:
-        return one_job.empty(job, "failed", f"lost {attempt} times: {fault}") if attempt == ATTEMPTS else None
+        return (
+            None if attempt < ATTEMPTS else one_job.empty(job, "failed", f"no result, tried {attempt} times: {fault}")
+        )
     except UserError:
         raise
     except Exception as fault:  # a full disk, or a folder that cannot be made
@@ -144,5 +146,5 @@ def last_words(table, command, more=()) -> int:
     print(f"{table.path}: {len(frame)} runs ({words}); see them with: mill study {table.path}")
     if count["failed"]:
         message = frame.loc[frame["status"] == "failed", "message"].mode()[0]
-        print(f"{command}: {count['failed']} runs failed, most of them with: {message}", file=sys.stderr)
+        print(f"{command}: {count['failed']} runs failed; the most frequent message: {message}", file=sys.stderr)
     return 1 if count["failed"] == len(frame) else 0

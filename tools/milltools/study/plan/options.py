@@ -5,10 +5,10 @@ import pathlib
 from milltools.base.files import check_writable
 
 
-def add_arguments(parser):
+def add_arguments(parser, end=""):
     parser.add_argument("study", metavar="STUDY", help="the study deck, such as input/figure7.study")
     parser.add_argument("-o", "--output", metavar="FILE",
-        help="the table (default: the study's name with .parquet, here)")  # fmt: skip
+        help=f"the table (default: the study's name with {end}.parquet, in this folder)")  # fmt: skip
     parser.add_argument(
         "-s", "--set", action="append", default=[], metavar="KEY=VALUE",
         help="override one value: study.KEY=VALUE, vary.SECTION.KEY=RANGE, or SECTION.KEY=VALUE for all runs; "

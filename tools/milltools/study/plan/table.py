@@ -230,7 +230,7 @@ def _read(path):
     try:
         meta, stored = _believed(text, stored)
     except ValueError as fault:
-        raise UserError(f"{path}: damaged: {fault}; use a backup copy, or start again with --force") from None
+        raise UserError(f"{path}: damaged: {fault}; use a backup copy, or run the study with --force") from None
     kind, fresh, damaged = schema(meta), [], 0
     for place, line in enumerate(lines, 1):
         try:
@@ -300,8 +300,8 @@ def _check_same(path, old, new):
     if names:
         first, second = (about.get(names[0], "not given") for about in (there, here))
         more = f", and {len(names) - 1} more differ" if len(names) > 1 else ""
-        said = f": {names[0]} is {first} there and {second} here{more}"
-    raise UserError(f"{path}: contains the runs of another study{said}; -o sets another name, --force starts again")
+        said = f": {names[0]} is {first} in the table and {second} in the study deck{more}"
+    raise UserError(f"{path}: contains the runs of another study{said}; -o sets another name, --force replaces it")
 
 
 @contextlib.contextmanager

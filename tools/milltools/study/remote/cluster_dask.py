@@ -28,7 +28,7 @@ from milltools.study.plan import job as one_job
 from milltools.study.plan.job import Lost
 from milltools.study.remote.cluster import ClusterExecutor, one_line, settle
 
-TOOLS = pathlib.Path(__file__).resolve().parents[3]
+TOOLS, DASK = pathlib.Path(__file__).resolve().parents[3], f"{os.path.dirname(sys.executable)}/dask"
 # Messages name our functions as text: so the scheduler needs no milltools, and a worker without milltools reports this.
 # (A worker that cannot unpack a message dies, and nobody learns why.)
 ASK = f"__import__({__name__!r}, fromlist=['*']).{{}}(*it)"
@@ -133,7 +133,7 @@ class DaskExecutor(ClusterExecutor):
             return client(**where, timeout=PATIENCE)
         except (OSError, ValueError, TypeError) as fault:
             raise UserError(
-                f"--dask: no scheduler at {self.address} ({one_line(fault)}): start one with 'dask scheduler'", 1
+                f"--dask: no scheduler at {self.address} ({one_line(fault)}): start one with '{DASK} scheduler'", 1
             ) from None
 
     @property
@@ -182,7 +182,7 @@ class DaskExecutor(ClusterExecutor):
             return Lost("several Dask workers died while it ran")
         said = f"{one_line(raised)} {one_line(raised.__cause__ or '')}"
         if missing := re.search(r"No module named '?([\w.]+)|cannot import name '(\w+)'", said):
-            start = f"start them with PYTHONPATH={TOOLS} {os.path.dirname(sys.executable)}/dask"
+            start = f"start the workers with PYTHONPATH={TOOLS} {DASK} worker {self.address}"
             return self._refuse(f"a worker does not find this version of {missing[1] or missing[2]}: {start}")
         if isinstance(raised, concurrent.futures.CancelledError | OSError | RuntimeError):
             return Lost("cancelled") if self.closed else self._gone()

@@ -52,10 +52,10 @@ def lines(table) -> list[str]:
     found = indices(table)
     if not found:
         return []
-    how = "the runs" if found[0][5] == "saltelli" else "a surface through the runs"
+    how = "the runs" if found[0][5] == "saltelli" else "a fit through the runs"
     width = max(len(row[0]) for row in found)
     text = [f"which key matters: share of the variance (Sobol indices with 95 % intervals, from {how}):", ""]
-    text.append(f"    {'':<{width}}  {'alone':<16}with the others")
+    text.append(f"    {'':<{width}}  {'alone':<16}with interactions")
     for key, first, first_ci, total, total_ci, _ in found:
         alone, whole = f"{first:.2f} +- {first_ci:.2f}", f"{total:.2f} +- {total_ci:.2f}"
         text.append(f"    {key:<{width}}  {alone:<16}{whole}")

@@ -256,7 +256,7 @@ def draw(view, objective, x=None, y=None, average=False, sensitivities=()):
 
 
 def title(view, shown) -> str:
-    how = "" if shown.grid else "surface through all runs (Gaussian process)"
+    how = "" if shown.grid else "fit through all runs (Gaussian process)"
     return ", ".join(filter(None, (view.name, shown.others, how)))
 
 
@@ -265,7 +265,7 @@ def _draw_errors(ax, shown):
     share = relative_errors(shown)
     canvas.dress(ax, shown.x, "x")
     ax.set_xlim(shown.limits[0])
-    ax.set_title("standard error" if shown.grid else "standard error of the surface", loc="left", fontsize=8.5)
+    ax.set_title("standard error" if shown.grid else "standard error of the fit", loc="left", fontsize=8.5)
     if not np.isfinite(share).any():
         ax.text(0.5, 0.5, "no errors known", ha="center", transform=ax.transAxes)
         return

@@ -103,7 +103,7 @@ def sentences(views, objective, wanted=None) -> list[str]:
     what = "higher" if objective.sign > 0 else "lower"
     shares = [share(gain.value, gain.error) for gain in gains]
     ways = ", ".join(f"{gain} {what} in {name}" for gain, name in zip(shares, names))
-    line = f"{objective.words} of the best design over {gains[0].words}: {ways}"
+    line = f"{objective.words} of the best design, compared with {gains[0].words}: {ways}"
     if gains[0].value > 0:
         line += f"; {share(*left(*gains))} of the gain remains"
     known = any(math.isfinite(gain.error) for gain in gains)  # shown as +-

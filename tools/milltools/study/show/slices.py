@@ -10,7 +10,7 @@ FEW = 6  # values of another key, for each of which a line is drawn
 NUMBERED = 20  # designs of the front that bear the number they have in the table
 BARS = {"elinewidth": 0.8, "capsize": 1.8, "capthick": 0.8}
 SURFACE = "0.25"
-SMOOTH = "surface, 95 %"
+SMOOTH = "fit, 95 %"
 
 
 def draw(view, objective):
@@ -146,7 +146,7 @@ def draw_sensitivity(view, entries):
     rows = np.arange(len(entries))
     for shift, k, name, colour in (
         (-0.18, 1, "alone (first order)", canvas.LINES[0]),
-        (0.18, 3, "with all its interactions (total)", canvas.LINES[1]),
+        (0.18, 3, "with interactions (total)", canvas.LINES[1]),
     ):
         size = np.array([entry[k] for entry in entries], float)
         error = np.nan_to_num([entry[k + 1] for entry in entries])

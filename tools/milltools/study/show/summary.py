@@ -63,7 +63,7 @@ def progress_lines(view, now=None) -> list[str]:
         line += f"; no new run for {duration(p['resting'])}"
     elif math.isfinite(p["left"]):
         line += f"; {duration(p['left'])} left at the pace of the last runs"
-    cost = f"{duration(p['cpu'])} of CPU, runs of {duration(p['wall'])} in all within {duration(p['elapsed'])}"
+    cost = f"{duration(p['cpu'])} of CPU; the runs took {duration(p['wall'])} in all, within {duration(p['elapsed'])}"
     lines = [line, f"cost       {cost}"]
     for what in ("capped", "failed"):
         said = collections.Counter(view.rows["message"][view.rows["status"] == what])
@@ -92,7 +92,7 @@ def optimum_lines(view, objective) -> list[str]:
     if best is None:
         return [
             "optimum    none: every run with a value was capped, for the reasons above",
-            f"{UNDER}with a larger run.time, max_collisions or precision, runs can end without being capped",
+            f"{UNDER}raise the limit named above (run.time, max_collisions, cpu_limit), or accept a larger error",
         ]
     scale, found = objective.scale, view.estimate(objective.path)
     known = math.isfinite(best.half)
@@ -116,7 +116,7 @@ def optimum_lines(view, objective) -> list[str]:
     if best.surface is not None and not view.is_grid():
         places = zip(view.axes, best.surface.optimum().place)
         where = ", ".join(f"{axis.short} {axis.reach(p.low, p.high, p.words)}" for axis, p in places)
-        more.append(f"by the surface, of all possible designs: {where} cannot be distinguished from the best")
+        more.append(f"by the fit, of all possible designs, those with {where} cannot be distinguished from the best")
     if edges := at_edge(view, [view.designs[axis.key][best.design] for axis in view.axes]):
         more.append(f"on the edge of the varied range: {', '.join(edges)}")
     if found.factor > 1.05:
@@ -157,9 +157,9 @@ def best_table(view, objective, count=BEST):
         return []
     ok = view.usable & np.isfinite(found.mean)
     order = np.argsort(-np.where(ok, objective.sign * best.mean, np.nan), kind="stable")[: min(count, ok.sum())]
-    shown = [("runs alone", objective.scale, found.mean, found.half)]
+    shown = [("own runs", objective.scale, found.mean, found.half)]
     if best.surface is not None:
-        shown.insert(0, ("surface", objective.scale, best.mean, optimum.REACH * best.spread))
+        shown.insert(0, ("fit", objective.scale, best.mean, optimum.REACH * best.spread))
     heads, *lines = table_of(view, order, shown)
     for line, k in zip(lines, order):
         worse = math.isfinite(best.half) and not best.open[k]
@@ -186,8 +186,8 @@ def sensitivity_lines(entries) -> list[str]:
     table = [(key, scale.pair(first, a), scale.pair(total, b)) for key, first, a, total, b, _ in entries]
     methods = ", ".join(dict.fromkeys(str(entry[5]) for entry in entries))
     return [
-        f"which key matters: share of the variance, alone and with all its interactions (Sobol indices; {methods})",
-        *indented([("key", "alone", "in all"), *table], left=(0,)),
+        f"which key matters: share of the variance, alone and with interactions (Sobol indices; {methods})",
+        *indented([("key", "alone", "with interactions"), *table], left=(0,)),
     ]
 
 
@@ -255,15 +255,15 @@ def of_search(table) -> list[str]:
     rows = []
     for axis, value, part in zip(view.axes, best.design, best.place):
         place = axis.reach(part.low, part.high, part.words)
-        rows.append(("", axis.key, axis.tell(value), f"at 95 % it may be {place}"))
+        rows.append(("", axis.key, axis.tell(value), f"95 % interval: {place}"))
     found += indented(rows, left=(1, 2, 3))
     alone = all(part.low == part.high and len(part.words) < 2 for part in best.place)
     share = f"{100 * best.place_share:.1f} %" if best.place_share >= 0.001 else "less than 0.1 %"
     others = (
-        "every other design is certainly worse" if alone else f"{share} of all designs cannot be distinguished from it"
+        "every other design is worse (95 %)" if alone else f"{share} of all designs cannot be distinguished from it"
     )
-    tested = f"from {len(surface.values)} runs of {len(surface.tested())} designs together"
-    found += ["", f"{tested}, {plural(best.runs, 'run')} of this one; {others}"]
+    tested = f"computed from {len(surface.values)} runs of {len(surface.tested())} designs"
+    found += ["", f"{tested}, {best.runs} of them of this design; {others}"]
     if edges := at_edge(view, best.design):
         found.append(f"on the edge of the varied range, so there may be better designs outside: {', '.join(edges)}")
     for axis, part in zip(view.axes, best.alike):
