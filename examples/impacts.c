@@ -1,4 +1,5 @@
 /* A mill from plain numbers, without a deck or a file: counts its hard impacts for half a second.
+ * After `make install`:
  *     cc -std=c99 impacts.c $(pkg-config --cflags --libs millsim) -o impacts && ./impacts */
 #include <millsim/sim.h>
 #include <millsim/start.h>

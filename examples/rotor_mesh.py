@@ -14,7 +14,7 @@ import sys
 HUB, TIP, THICK = 9.0, 40.0, 6.0  # [mm] radii, thickness of a paddle
 LOW, HIGH = -34.0, 30.0  # [mm] of the hub
 STAGES, ARMS, TURNS = 3, 4, 0.55  # of the helix from end to end
-STAGE, EDGE = 15.0, 4.0  # [mm] length of a paddle along the axis; of it what its ends run out over
+STAGE, EDGE = 15.0, 4.0  # [mm] length of a paddle along the axis; length over which each of its ends tapers into the hub
 AROUND, STEPS = 15, 11  # corners of an arm's outline; rings of a stage
 
 

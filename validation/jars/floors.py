@@ -1,4 +1,4 @@
-"""What depends on the rebound floor in a planetary mill that presses balls to its wall with 30 g."""
+"""What depends on the rebound floor in a planetary mill that presses balls against its wall with 33 g."""
 
 import h5py
 import numpy as np

@@ -37,7 +37,7 @@ def check(case):
 
 def runs(case):
     """Revolutions of the window of each run; of each quantity (value, standard error); the true values: of all runs
-    together, which are some 30 times as long as one of them."""
+    together, which are 200 times as long as one of them on average."""
     windows = np.repeat(WINDOWS, SEEDS)
     told = {name: np.empty((len(windows), 2)) for name in QUANTITIES}
     counts = 0
