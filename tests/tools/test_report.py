@@ -15,6 +15,7 @@ import pytest
 from conftest import ROOT, SMALL
 from report_page import Reader, report
 
+from milltools.base.processes import cores
 from milltools.compare.rows import ZERO
 
 pytestmark = pytest.mark.slow
@@ -344,6 +345,7 @@ def test_a_comparison_shows_the_balls_of_both(compared):
     assert compared[0].stat().st_size < 10e6
 
 
+@pytest.mark.skipif(cores() < 2, reason="on one core a report starts no second process")
 def test_ctrl_c_leaves_neither_page_nor_process(folder, tmp_path):
     shutil.copy(folder / "small.h5", tmp_path / "stopped.h5")
     environment = {**os.environ, "PYTHONPATH": str(ROOT / "tools"), "MILL_TEST": str(tmp_path)}
