@@ -12,6 +12,7 @@ import pytest
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 PROGRAM = pathlib.Path(os.environ.get("MILLSIM", ROOT / "millsim"))
 sys.path.insert(0, str(ROOT / "tools"))  # milltools of this checkout, whatever is installed
+os.environ["MILL_CALLED"] = "mill"  # the command that messages name
 
 # A mill that runs in well under a second; keys in the order of the lines, so tests can name a line.
 SMALL = """\

@@ -92,19 +92,19 @@ WRONG_ROWS = [
     ("0 0.027 \u0660", FORM),
     ("0 0.027 \u22120.001", FORM),
     ("0\u00a00.027 0", FORM),
-    ("0 0.0276 0", "ball overlaps the drum by 0.0001 m: move it"),
-    ("0 5 0", "ball overlaps the drum by 4.973 m: move it"),
-    ("0 27 0", "ball overlaps the drum by 26.97 m: move it"),  # millimetres
-    ("0 1e150 0", "ball overlaps the drum by 1e+150 m: move it"),
+    ("0 0.0276 0", "ball overlaps the drum by 0.0001 m: move the ball"),
+    ("0 5 0", "ball overlaps the drum by 4.973 m: move the ball"),
+    ("0 27 0", "ball overlaps the drum by 26.97 m: move the ball"),  # millimetres
+    ("0 1e150 0", "ball overlaps the drum by 1e+150 m: move the ball"),
     ("0 1e300 0", "ball overlaps the drum by "),
-    ("0.0176 0.027 0", "ball overlaps an end wall by 0.0001 m: move it"),
-    ("-7.0175 0.027 0", "ball overlaps an end wall by 7 m: move it"),
-    ("0 0.0074 0", "ball overlaps the shaft by 0.0001 m: move it"),
-    ("0 0 0", "ball overlaps the shaft by 0.0075 m: move it"),
-    ("-0.01 0.0244 0", "ball overlaps a blade by 0.0001 m: move it"),  # its tip
-    ("-0.01 0.015 0.0044", "ball overlaps a blade by 0.0001 m: move it"),  # its face
-    ("-0.01 0.015 0", "ball overlaps a blade by 0.0045 m: move it"),
-    ("0.01 -0.015 0", "ball overlaps a blade by 0.0045 m: move it"),
+    ("0.0176 0.027 0", "ball overlaps an end wall by 0.0001 m: move the ball"),
+    ("-7.0175 0.027 0", "ball overlaps an end wall by 7 m: move the ball"),
+    ("0 0.0074 0", "ball overlaps the shaft by 0.0001 m: move the ball"),
+    ("0 0 0", "ball overlaps the shaft by 0.0075 m: move the ball"),
+    ("-0.01 0.0244 0", "ball overlaps a blade by 0.0001 m: move the ball"),  # its tip
+    ("-0.01 0.015 0.0044", "ball overlaps a blade by 0.0001 m: move the ball"),  # its face
+    ("-0.01 0.015 0", "ball overlaps a blade by 0.0045 m: move the ball"),
+    ("0.01 -0.015 0", "ball overlaps a blade by 0.0045 m: move the ball"),
     (ROWS[0], "ball overlaps the one of line 1 by 0.005 m: move one of them"),
     ("-0.016 0.027 0.0049", "ball overlaps the one of line 1 by 0.0001 m: move one of them"),
     ("0 0.027 0 3e8 0 0", LIGHT),
@@ -388,11 +388,11 @@ WAVY = MILL.replace(
 @pytest.mark.parametrize(
     "row, words",
     [
-        ("0 0.0316 0", "ball overlaps the drum by 0.0001 m: move it"),
-        ("0 0.04 0", "ball overlaps the drum by 0.0085 m: move it"),
-        ("0 0.5 0", "ball overlaps the drum by 0.4685 m: move it"),
-        ("0 -0.0236 0", "ball overlaps the drum by 0.0001 m: move it"),
-        ("0 -0.0275 0", "ball overlaps the drum by 0.004 m: move it"),
+        ("0 0.0316 0", "ball overlaps the drum by 0.0001 m: move the ball"),
+        ("0 0.04 0", "ball overlaps the drum by 0.0085 m: move the ball"),
+        ("0 0.5 0", "ball overlaps the drum by 0.4685 m: move the ball"),
+        ("0 -0.0236 0", "ball overlaps the drum by 0.0001 m: move the ball"),
+        ("0 -0.0275 0", "ball overlaps the drum by 0.004 m: move the ball"),
     ],
 )
 def test_a_ball_in_the_wall_of_a_wavy_drum_is_named(refused, write_deck, tmp_path, row, words):
@@ -424,6 +424,7 @@ def test_buckles_that_let_no_ball_out_are_warned_of(millsim, write_deck):
     orders = ("--check", "-q", "deck.ini", "-s", "blades.tip_radius=15 mm", "-s")
     assert millsim(*orders, f"balls.diameter={0.99 * mouth} mm").stderr == ""
     assert millsim(*orders, f"balls.diameter={1.01 * mouth} mm").stderr == (
-        f"millsim: warning: deck.ini:11: [drum] buckle_height: buckles open only {mouth:.3g} mm wide, less than a "
-        f"ball's diameter of {1.01 * mouth:.3g} mm: balls that start in one stay there\n"
+        f"millsim: warning: deck.ini:11: [drum] buckle_height: the openings of the buckles are only "
+        f"{mouth:.3g} mm wide, less than a ball's diameter of {1.01 * mouth:.3g} mm: balls that start in a buckle stay "
+        "there\n"
     )

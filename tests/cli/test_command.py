@@ -210,8 +210,8 @@ def test_force_overwrites(millsim, small_deck, tmp_path):
 @pytest.mark.parametrize(
     "output, complaint",
     [
-        ("none/deck.h5", "cannot be made: its folder: No such file or directory"),
-        ("deck.ini/deck.h5", "cannot be made: its folder: Not a directory"),
+        ("none/deck.h5", "cannot be written: its folder: No such file or directory"),
+        ("deck.ini/deck.h5", "cannot be written: its folder: Not a directory"),
         (".", "is a folder; use -o with the name of a file"),
         ("./", "is a folder; use -o with the name of a file"),
         ("none/", "is not the name of a file"),
@@ -277,7 +277,7 @@ def test_a_folder_without_permission_is_refused(millsim, small_deck, tmp_path):
     (tmp_path / "locked").mkdir(mode=0o500)
     result = millsim("deck.ini", "-o", "locked/deck.h5")
     assert result.returncode == 2
-    assert "cannot be made: its folder: Permission denied" in result.stderr
+    assert "cannot be written: its folder: Permission denied" in result.stderr
 
 
 def test_check_writes_nothing(millsim, small_deck, tmp_path):

@@ -332,7 +332,7 @@ def test_a_fault_in_a_file_is_told_with_the_line_that_names_it(refused, write_de
 def test_a_mesh_in_the_wrong_unit_is_told_with_its_size(refused):
     complaint = refused(ROOT / "input/stl.ini", "-s", "body.rotor.unit=m")
     assert "leaves the container by 3.9e+04 mm at t = 0 s" in complaint
-    assert "in its 'unit' it is 78.9 x 78.9 x 64 m large" in complaint
+    assert "with this 'unit' the mesh measures 78.9 x 78.9 x 64 m: check 'unit'" in complaint
 
 
 def test_more_facets_than_memory_holds_are_refused_by_the_number_of_copies(refused):

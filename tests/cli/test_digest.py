@@ -272,20 +272,20 @@ def test_from_the_last_account_to_the_end_works_go_on(made):
         (MAGIC + begin(kinds=6), "record 1 (begin): it is of a mill with 6 kinds of contact, and the deck has 5"),
         (MAGIC + begin(motions=0), "record 1 (begin): it is of a mill with 0 motions, and the deck has 1"),
         (MAGIC + begin(apart=math.nan), "record 1 (begin): expected a time of 0 s or more, and 0 or 1 for springs"),
-        (MAGIC + begin() + begin(), "record 2 (begin): a second one"),
+        (MAGIC + begin() + begin(), "record 2 (begin): a second record of this type"),
         (MAGIC + begin() + state(0.0), "record 2 (state): the fact 'program' (text) must come before it"),
         (MAGIC + begin() + facts(cpu_time="3") + state(0.0),
          "record 9 (state): the fact 'cpu_time' (f8, in s) must come before it"),
         (HEAD + fact("status", "complete"),
-         "record 9 (fact): 'status': expected a name of /run that is the program's own to give, unit, meaning, type "
-         "(f8, u8 or text) and value"),
+         "record 9 (fact): 'status': expected the name of a value of /run that millsim does not write itself, "
+         "unit, meaning, type (f8, u8 or text) and value"),
         (HEAD + fact("../x", 1.0),
-         "record 9 (fact): '../x': expected a name of /run that is the program's own to give, unit, meaning, type "
-         "(f8, u8 or text) and value"),
+         "record 9 (fact): '../x': expected the name of a value of /run that millsim does not write itself, "
+         "unit, meaning, type (f8, u8 or text) and value"),
         (HEAD + record("fact", b"a\0b\0c"), "record 9 (fact): 5 bytes: expected 6 or some more"),
         (HEAD + record("fact", b"a\0b\0c\0f8\0" + bytes(7)),
-         "record 9 (fact): 'a': expected a name of /run that is the program's own to give, unit, meaning, type "
-         "(f8, u8 or text) and value"),
+         "record 9 (fact): 'a': expected the name of a value of /run that millsim does not write itself, "
+         "unit, meaning, type (f8, u8 or text) and value"),
         (HEAD + record("stat\x1be", b""), "record 9 (stat?e): unknown record"),
         (HEAD + record("state", bytes(8)), "record 9 (state): 8 bytes: expected 296"),
         (HEAD + struct.pack("<8sQ", b"impacts ", 1 << 62),

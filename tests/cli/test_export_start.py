@@ -124,7 +124,7 @@ def test_options_of_a_run_are_refused(millsim, write_deck, tmp_path, other):
     "name, complaint",
     [
         ("", "option '--export-start' needs the name of a file"),
-        ("none/start.txt", "none/start.txt: cannot be made: its folder: No such file or directory"),
+        ("none/start.txt", "none/start.txt: cannot be written: its folder: No such file or directory"),
         ("none/", "none/: is not the name of a file"),
         (".", ".: is a folder; give the name of a file"),
         ("deck.ini", "deck.ini: is the deck itself; give it another name"),
@@ -157,7 +157,7 @@ def test_a_folder_without_permission_is_refused(millsim, write_deck, tmp_path):
     (tmp_path / "locked").mkdir(mode=0o500)
     result = millsim("--export-start", "locked/start.txt", "deck.ini")
     assert result.returncode == 2
-    assert "cannot be made: its folder: Permission denied" in result.stderr
+    assert "cannot be written: its folder: Permission denied" in result.stderr
 
 
 def test_a_full_disk_leaves_what_was_there(millsim, write_deck, tmp_path):

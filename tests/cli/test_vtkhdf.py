@@ -438,7 +438,7 @@ def test_a_signal_that_comes_while_very_many_frames_are_added_leaves_complete_re
     process.send_signal(signal.SIGTERM)
     said = process.communicate(timeout=30)[1]
     assert process.returncode == 143
-    assert "stopped by a signal; mill.h5 holds all results, but for /VTKHDF, which --resume adds" in said
+    assert "mill.h5 holds all results but not the frames for ParaView (/VTKHDF), which --resume adds" in said
     with h5py.File(file) as mill:
         assert "VTKHDF" not in mill and mill["run/status"].asstr()[()] == "complete"
         assert len(mill[f"{TRAJECTORY}/position/value"]) == 100001

@@ -63,11 +63,11 @@ HAS = "frames 0 to 10, from 0 to 0.05 s"
         (["a.gsd", "--every", "2.5"], "argument --every: invalid int value: '2.5'"),
         (["a.gsd", "--frame", "1", "--time", "1 ms"], "--time: either --frame or --time"),
         (["a.gsd", "--frame", "1", "--every", "2"], "--every: either one state (--frame, --time) or many"),
-        (["a.vtp", "--every", "2"], "--every: .vtp holds one moment: --time or --frame; .pvd all"),
-        (["a.stl", "--to", "2 s"], "--to: .stl holds one moment: --time or --frame; .pvd all"),
+        (["a.vtp", "--every", "2"], "--every: .vtp files contain one moment: use --time, --frame or .pvd"),
+        (["a.stl", "--to", "2 s"], "--to: .stl files contain one moment: use --time, --frame or .pvd"),
         (["a.gsd", "--part", "drum"], "--part: only for the mill's bodies (.stl, or --what mill)"),
-        (["a.gsd", "--what", "mill"], "--what mill: not in .gsd, but in .stl or .vtp or .pvd"),
-        (["a.stl", "--what", "balls"], "--what balls: not in .stl, but in .gsd or .vtp or .pvd or .csv"),
+        (["a.gsd", "--what", "mill"], "a .gsd file cannot contain mill: write .stl or .vtp or .pvd"),
+        (["a.stl", "--what", "balls"], "a .stl file cannot contain balls: write .gsd or .vtp or .pvd or .csv"),
         (["a.gsd", "-s", "run.time=1 s"], "RUN: --set: a finished run cannot be changed; give its deck"),
         (["no/a.gsd"], "no/a.gsd: No such file or directory"),
     ],
@@ -85,7 +85,7 @@ def test_what_cannot_be_is_one_line_and_nothing_is_written(export, run_file, tmp
     [
         (b"PAR1\x15\x04\x15", "a.file: a table of a study, not a run or a deck; 'mill study a.file' shows it"),
         (b"\x93NUMPY\x01\x00", "a.file: neither the output file of a run (HDF5) nor a deck (text)"),
-        (b"[run]\n", "a.file: expected the output file of a run, got a deck: run it first ('millsim a.file')"),
+        (b"[run]\n", "a.file: expected the output file of a run, got a deck: run it first ('./millsim a.file')"),
     ],
 )  # fmt: skip
 @pytest.mark.parametrize("target", ["a.gsd", "a.vtp", "a.pvd", "a.csv"])

@@ -91,8 +91,8 @@ def test_a_missing_package_is_one_line(without, millsim, write_study, tmp_path, 
     assert not any(tmp_path.glob("a*.parquet*")), "a table was begun"
 
 
-def test_outside_of_a_checkout_pip_is_told(monkeypatch, tmp_path):
-    monkeypatch.setattr(extras.engine, "ROOT", tmp_path)
+def test_outside_of_a_checkout_pip_is_told(monkeypatch):
+    monkeypatch.setattr(extras.engine, "IN_CHECKOUT", False)
     monkeypatch.setattr(extras, "_found", lambda module: False)
     with pytest.raises(extras.UserError, match=re.escape("psutil, vtk: pip install 'milltools[render]'")):
         extras.needs("render")

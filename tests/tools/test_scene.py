@@ -238,7 +238,7 @@ def test_sizes_go_by_name_or_number(text, size):
 
 @pytest.mark.parametrize("text", ["641x360", "0x0", "big", "10x10x10", "99999x100", "1e3x100", "x"])
 def test_a_size_no_video_can_have_is_refused(text):
-    with pytest.raises(UserError, match="^size: expected"):
+    with pytest.raises(UserError, match="^--size: expected"):
         scene.size_of(text)
 
 
@@ -312,7 +312,7 @@ def test_a_free_camera_stands_where_it_is_put(runs):
 
 
 def test_a_camera_that_is_not_there_is_refused(runs):
-    with pytest.raises(UserError, match="^camera: expected one of front"):
+    with pytest.raises(UserError, match="^--camera: expected one of front"):
         camera.of("side", runs("one"))
 
 

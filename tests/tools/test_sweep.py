@@ -225,8 +225,8 @@ def test_another_base_deck_is_refused_and_force_begins_anew(sweep, write_study, 
     done = sweep(*words)
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == (
-        "mill sweep: a.parquet: contains the runs of another study: drum.length is 0.04 m there and 0.05 m here; "
-        "-o sets another name, --force replaces it\n"
+        "mill sweep: a.parquet: contains the runs of another study: drum.length is 0.04 m in the table "
+        "and 0.05 m in the study deck; -o sets another name, --force replaces it\n"
     )
     assert (tmp_path / "a.parquet").read_bytes() == before
     assert sweep(*words, "--force").returncode == 0

@@ -150,9 +150,12 @@ def test_what_makes_it_another_study_is_told_with_both_values(path):
     other = common | {"rotor.speed": "80 rad/s", "contact.friction": "0"}
     with pytest.raises(UserError) as fault:
         fill(path, row(1), meta=META | {"fingerprint": "another", "common": other})
-    assert "another study: rotor.speed is 60 rad/s there and 80 rad/s here, and 1 more differ;" in str(fault.value)
+    assert (
+        "another study: rotor.speed is 60 rad/s in the table and 80 rad/s in the study deck, and 1 more differ;"
+        in str(fault.value)
+    )
     del other["rotor.speed"]
-    with pytest.raises(UserError, match="rotor.speed is 60 rad/s there and not given here, and 1"):
+    with pytest.raises(UserError, match="rotor.speed is 60 rad/s in the table and not given in the study deck, and 1"):
         fill(path, row(1), meta=META | {"fingerprint": "another", "common": other})
 
 

@@ -9,7 +9,6 @@ import argparse
 import dataclasses
 import importlib
 import os
-import shutil
 import sys
 
 from milltools.base import engine
@@ -60,17 +59,8 @@ class Parser(argparse.ArgumentParser):
         raise UserError(f"{message}; see '{self.prog} --help'")
 
 
-def called() -> str:
-    """The words that call this command again: "mill" if the shell finds it, else a path such as "./mill"."""
-    name = os.environ.get("MILL_CALLED") or sys.argv[0]
-    if name.endswith("__main__.py"):
-        return "python -m milltools"
-    found = shutil.which(os.path.basename(name))
-    return os.path.basename(name) if found and os.path.samefile(found, name) else name
-
-
 def tour() -> str:
-    mill, millsim = called(), "./millsim" if engine.in_checkout() else "millsim"
+    mill, millsim = engine.called(), engine.MILLSIM
     lines = [
         "mill: tools around millsim, the simulator of high-energy ball mills.",
         "",
@@ -107,7 +97,7 @@ def dispatch(words: list[str]) -> int:
     parser = Parser(
         prog=f"mill {command.name}",
         description=module.SUMMARY,
-        epilog=f"example: {called()} {command.example}",
+        epilog=f"example: {engine.called()} {command.example}",
         allow_abbrev=False,
     )
     module.add_arguments(parser)

@@ -4,15 +4,22 @@ import os
 import pathlib
 import shutil
 import subprocess
+import sys
 
 from milltools.base.errors import UserError
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]  # of the checkout, if this is not an installed package
+IN_CHECKOUT = (ROOT / "src/app/main.c").exists()  # else this is an installed package
+MILLSIM = "./millsim" if IN_CHECKOUT else "millsim"  # the word that starts it
 
 
-def in_checkout() -> bool:
-    """Is this a clone of the repository, not an installed package?"""
-    return (ROOT / "src/app/main.c").exists()
+def called() -> str:
+    """The words that call this command again: "mill" if the shell finds it, else a path such as "./mill"."""
+    name = os.environ.get("MILL_CALLED") or sys.argv[0]
+    if name.endswith("__main__.py"):
+        return "python -m milltools"
+    found = shutil.which(os.path.basename(name))
+    return os.path.basename(name) if found and os.path.samefile(found, name) else name
 
 
 def program() -> pathlib.Path:
@@ -27,7 +34,7 @@ def program() -> pathlib.Path:
     found = shutil.which("millsim")
     if found:
         return pathlib.Path(found)
-    if in_checkout():
+    if IN_CHECKOUT:
         raise UserError(f"millsim is not built: run 'make millsim' in {ROOT}", status=1)
     raise UserError(
         "no millsim found: build it ('make millsim' in its checkout), then put it on the PATH ('make install') "
@@ -64,7 +71,7 @@ def version() -> str:
 
 def package_version() -> str:
     """The version of milltools: of the checkout, or of the installed package."""
-    if in_checkout():
+    if IN_CHECKOUT:
         return (ROOT / "VERSION").read_text().strip()
     import importlib.metadata
 

@@ -11,6 +11,7 @@ import zlib
 import h5py
 import numpy as np
 
+from milltools.base.engine import MILLSIM
 from milltools.base.errors import UserError
 from milltools.base.files import opened
 from milltools.base.text import plain
@@ -45,7 +46,7 @@ class Store(contextlib.AbstractContextManager):
             raise
         except FAULTS as fault:
             text = begin[:1] in (b"[", b"#", b";") and b"\0" not in begin
-            why = "if it is a deck, './millsim DECK' runs it" if text else fault
+            why = f"if it is a deck, '{MILLSIM} DECK' runs it" if text else fault
             raise UserError(f"{self.path}: not a readable HDF5 file: {why}") from None
         try:
             self._check_heaps()

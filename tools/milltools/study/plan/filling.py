@@ -10,7 +10,7 @@ import contextlib
 import queue
 import sys
 
-from milltools.base import processes
+from milltools.base import engine, processes
 from milltools.base.errors import UserError
 from milltools.base.progress import Progress, say
 from milltools.base.text import number, spoken_unit
@@ -143,7 +143,7 @@ def last_words(table, command, more=()) -> int:
     frame = table.of_plan()
     count = {name: int((frame["status"] == name).sum()) for name in STATUSES}
     words = "; ".join([", ".join(f"{many} {name}" for name, many in count.items() if many), *more])
-    print(f"{table.path}: {len(frame)} runs ({words}); see them with: mill study {table.path}")
+    print(f"{table.path}: {len(frame)} runs ({words}); see them with: {engine.called()} study {table.path}")
     if count["failed"]:
         message = frame.loc[frame["status"] == "failed", "message"].mode()[0]
         print(f"{command}: {count['failed']} runs failed; the most frequent message: {message}", file=sys.stderr)
