@@ -632,7 +632,7 @@ def test_without_a_millsim_it_says_what_to_do(tmp_path):
         import sys; sys.path.insert(0, {str(package)!r})
         import pathlib, milltools
         from milltools.base import engine
-        engine.ROOT = pathlib.Path({str(tmp_path)!r})
+        engine.ROOT, engine.IN_CHECKOUT = pathlib.Path({str(tmp_path)!r}), False
         import os; del os.environ["MILLSIM"]; os.environ["PATH"] = "/nowhere"
         try: milltools.run("a.ini")
         except milltools.UserError as fault: print(fault, fault.status)
