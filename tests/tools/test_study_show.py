@@ -362,7 +362,7 @@ def test_what_is_left_of_the_gain_is_what_was_put_in(figure7):
     share, error = pair.left(*gains)
     assert share == pytest.approx(0.35, abs=3 * error) and error < 0.03
     line = pair.sentences(both, figure7.objectives[0])[0]
-    assert re.search(r"over the circular drum \(h = 0\): .* % higher in figure7, .* of the gain remains", line)
+    assert re.search(r"compared with the circular drum \(h = 0\): .* % higher in figure7, .* of the gain remains", line)
     assert pair.differences(both) == [("contact.friction", "not given", "0.3")]
 
 
@@ -512,7 +512,7 @@ def test_the_reference_of_a_gain_has_units(study, tmp_path):
         small(tmp_path / name)
     both = ("a.parquet", "--beside", "b.parquet", "--reference")
     said = study(*both, "rotor.speed=60 rad/s")
-    assert "over rotor speed = 572.96 rpm: " in said and "of the gain remains" in said
+    assert "compared with rotor speed = 572.96 rpm: " in said and "of the gain remains" in said
     with pytest.raises(UserError, match="--reference rotor.speed=60 mm: .*rotor"):
         study(*both, "rotor.speed=60 mm")
 
