@@ -160,7 +160,7 @@ def test_workers_without_milltools_are_one_line(case, scheduler):
     assert done.returncode == 1
     assert len(done.stderr.splitlines()) == 1
     assert "does not find this version of milltools" in done.stderr
-    assert "start them with PYTHONPATH=" in done.stderr
+    assert "start the workers with PYTHONPATH=" in done.stderr
 
 
 def test_workers_with_another_milltools_are_one_line(case, scheduler):

@@ -207,8 +207,8 @@ def test_a_run_without_statistics_has_no_spectra(export, run_file, tmp_path):
 @pytest.mark.parametrize(
     "words, line",
     [
-        (["a.gsd", "--what", "series"], "--what series: not in .gsd, but in .csv"),
-        (["a.csv", "--what", "mill"], "--what mill: not in .csv, but in .stl or .vtp or .pvd"),
+        (["a.gsd", "--what", "series"], "a .gsd file cannot contain series: write .csv"),
+        (["a.csv", "--what", "mill"], "a .csv file cannot contain mill: write .stl or .vtp or .pvd"),
         (["a.csv", "--what", "series", "--frame", "1"], "--frame: only for frames, not for series"),
         (["a.csv", "--what", "spectra", "--to", "1 s"], "--to: spectra are of the whole sampled window"),
     ],

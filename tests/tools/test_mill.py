@@ -24,7 +24,7 @@ def test_the_tour_names_every_command_with_an_example(mill, words):
     assert done.stderr == ""
     for command in COMMANDS:
         assert re.search(rf"^  {command.name} +{re.escape(command.line)}$", done.stdout, re.M)
-        assert f"$ python -m milltools {command.example}\n" in done.stdout
+        assert f"$ mill {command.example}\n" in done.stdout
 
 
 def test_the_tour_says_that_there_are_other_mills(mill):

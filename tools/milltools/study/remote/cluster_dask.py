@@ -182,7 +182,7 @@ class DaskExecutor(ClusterExecutor):
             return Lost("several Dask workers died while it ran")
         said = f"{one_line(raised)} {one_line(raised.__cause__ or '')}"
         if missing := re.search(r"No module named '?([\w.]+)|cannot import name '(\w+)'", said):
-            start = f"start the workers with PYTHONPATH={TOOLS} {DASK} worker {self.address}"
+            start = f"start the workers with PYTHONPATH={TOOLS} {DASK} worker ..."
             return self._refuse(f"a worker does not find this version of {missing[1] or missing[2]}: {start}")
         if isinstance(raised, concurrent.futures.CancelledError | OSError | RuntimeError):
             return Lost("cancelled") if self.closed else self._gone()
