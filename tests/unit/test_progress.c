@@ -12,7 +12,8 @@ START_TEST(all_is_told_where_there_is_room)
 {
     char line[MILL_PROGRESS_LINE];
     mill_progress_format(&start, &half, 120, line);
-    ck_assert_str_eq(line, "0.15 s of 0.3 s   50 %   2.4e+06 contacts/s   0.03 simulated s per s   5 s left");
+    ck_assert_str_eq(
+        line, "0.15 s of 0.3 s   50 %   2.4e+06 contacts/s   0.03 simulated s per s   5 s left");
 }
 END_TEST
 
@@ -87,8 +88,10 @@ START_TEST(a_start_that_takes_long_is_shown_by_what_it_does)
     mill_progress_show(&display, &later);
     fclose(display.out);
     ck_assert_msg(strstr(text, "\rdropping balls   40 %"), "%s", text);
-    ck_assert_msg(strstr(text, "\r0.15 s of 0.3 s   50 %   20 contacts/s   0.03 simulated s per s   5 s left"),
-                  "%s", text);
+    ck_assert_msg(
+        strstr(text,
+               "\r0.15 s of 0.3 s   50 %   20 contacts/s   0.03 simulated s per s   5 s left"),
+        "%s", text);
     free(text);
 }
 END_TEST

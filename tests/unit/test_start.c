@@ -361,9 +361,11 @@ START_TEST(where_not_one_ball_fits_this_is_said)
                "angle = 0 deg\ntip_radius = 35 mm\nwidth = 100 mm\n"
                "thickness = 70 mm\n[blade.b]\nposition = 0 mm\nangle = 180 deg\n"
                "tip_radius = 35 mm\nwidth = 100 mm\nthickness = 70 mm\n");
-    ck_assert_msg(strstr(none, "not a single ball fits: make the balls, or the bodies in the container, smaller") !=
-                      NULL, "%s",
-                  none);
+    ck_assert_msg(
+        strstr(none,
+               "not a single ball fits: make the balls, or the bodies in the container, smaller") !=
+            NULL,
+        "%s", none);
 }
 END_TEST
 
