@@ -23,8 +23,8 @@ static const struct row {
                   "\n                       may be repeated"},
     [MILL_CHECK] =
         {"check", 'c', NULL,
-         "check the deck, print it with all defaults, and forecast the cost\n"
-         "                       of its run, from a trial that takes 2 s of processor time"},
+         "do not run; check the deck, print it with all defaults, forecast\n"
+         "                       the cost from a trial that takes 2 s of processor time"},
     [MILL_RESUME] = {"resume", 'r', NULL,
                      "continue an interrupted run of this output file, to the\n"
                      "                       same results as if it had never been interrupted"},

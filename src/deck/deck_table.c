@@ -81,7 +81,7 @@ static const struct mill_key run_key[] = {
     {"precision", "the run ends when median speed and rotor power are known to this relative "
      "error; 0: at run.time", .unit = "1", .lo = 0, .hi = 1, .preset = "0", DECK(precision),
      .zero_is_off = true},
-    {"max_collisions", "the run ends after this number of contacts; 0: at run.time", .lo = 0,
+    {"max_collisions", "the run ends after this number of impacts; 0: at run.time", .lo = 0,
      .hi = MOST_COLLISIONS, .preset = "0", DECK(max_collisions), .zero_is_off = true},
     {"seed", "seed of every random choice", .type = MILL_KEY_WHOLE, .lo = 0, .hi = SEED_MAX,
      .preset = "1", DECK(seed)},

@@ -22,6 +22,7 @@ from milltools.export.source import about
 from milltools.read.deck_text import read_text
 from milltools.read.hdf5 import Store
 from milltools.read.runfile import Run
+from milltools.render.encode import probe
 from milltools.study.plan.table import Table
 
 FILES, PAIRS = 400, 60  # of these many files so many pairs of file and command
@@ -179,14 +180,14 @@ def test_hard_links_in_a_circle_end(copy):
         assert len(run.datasets("statistics")) < 2000
 
 
-@pytest.mark.parametrize("read", [Run, read_text, Table.open])
+@pytest.mark.parametrize("read", [Run, read_text, Table.open, probe])
 def test_a_fifo_does_not_make_it_wait(tmp_path, read):
     os.mkfifo(tmp_path / "fifo")
     with pytest.raises(InputError, match="is not an ordinary file"):
         read(tmp_path / "fifo")
 
 
-@pytest.mark.parametrize("read", [Run, read_text, Table.open])
+@pytest.mark.parametrize("read", [Run, read_text, Table.open, probe])
 def test_a_folder_and_a_missing_file_are_told_in_one_way(tmp_path, read):
     with pytest.raises(InputError, match="is a folder, not "):
         read(tmp_path)

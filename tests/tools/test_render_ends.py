@@ -146,7 +146,7 @@ BESIDE = (*FILM, "--beside", "camera.mp4")
          "run.h5: fewer than two frames are stored from 0.041 s to 0.044 s"),
         ((*FILM, "--slow", "1e8"), "125000001 pictures, 4e-10 s apart, are too many for a film"),
         ((*FILM, "--crop", "1x1+0+0"), "--crop: only with --beside"),
-        ((*FILM, "--beside", "no.mp4"), "no.mp4: No such file or directory"),
+        ((*FILM, "--beside", "no.mp4"), "no.mp4: no such file"),
         ((*FILM, "--beside", "deck.ini"), "deck.ini: ffmpeg finds no video in it"),
         ((*BESIDE, "--crop", "60x20+10+0"), "--crop: 60x20+10+0 is not within camera.mp4, 64x48 pixels"),
         ((*BESIDE, "--crop", "left"), "--crop: expected WxH+X+Y in pixels, such as 640x480+20+10, got 'left'"),

@@ -62,7 +62,7 @@ def again(run, until, interval=0.0, impacts=False, watch=None, never="--no-rerun
             status=1,
         )
     changes = frames_only(until, interval) | {"output.impacts": "all" if impacts else "statistics"}
-    with run_of(run.deck_text(), changes, watch) as other:
+    with run_of(run.deck_text(), changes, watch, f" ({never} avoids it)") as other:
         where = _differs(run, other, until)
         if where:
             raise OtherRun(f"the deck, run again, gave other results: {where}")
@@ -84,7 +84,7 @@ def frames_only(until, interval) -> dict[str, str]:
 
 
 @contextlib.contextmanager
-def run_of(text, changes, watch=None):
+def run_of(text, changes, watch=None, mend=""):
     """Yields the Run of a deck's text with some values changed; its file is deleted afterwards."""
     words = [word for key, value in changes.items() for word in ("-s", f"{key}={value}")]
     command = [*processes.guard(), engine.program(), "-o", "run.h5", *words, "--", "deck.ini"]
@@ -104,7 +104,7 @@ def run_of(text, changes, watch=None):
                 raise
         if process.returncode != 0:
             why = engine.own_words(line) or f"it ended with status {process.returncode}"
-            raise UserError(f"running the deck again failed: {why}", status=1)
+            raise UserError(f"running the deck again failed{mend}: {why}", status=1)
         with Run(pathlib.Path(folder, "run.h5")) as run:
             yield run
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from milltools.base import extras, processes
 from milltools.base.errors import UserError
-from milltools.base.files import whole
+from milltools.base.files import opened, whole
 
 # converts the colours to the standard of HD video (BT.709), and records that in the file
 COLOURS = [
@@ -105,11 +105,7 @@ def _fault(path, process, said):
 def probe(path) -> tuple[int, int, float, int | None]:
     """Width and height [pixels], rate [1/s] and number of pictures (None: not known) of the first video of a file, from
     ffprobe."""
-    try:
-        with open(path, "rb"):
-            pass
-    except OSError as fault:
-        raise UserError(f"{path}: {fault.strerror}") from None
+    opened(path, "a film").close()
     words = [program("ffprobe"), *"-v error -select_streams v:0 -show_streams -of json".split(), f"file:{path}"]
     done = subprocess.run(words, capture_output=True, text=True, errors="replace", stdin=subprocess.DEVNULL)
     try:

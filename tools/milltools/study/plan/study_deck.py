@@ -291,7 +291,7 @@ class _Lines:
                 found.append(_tell(entry, f"run.{key}"))
         for value in found:
             if value.key == "run.seed":
-                raise UserError(f"{self.path}: [set] run.seed: use seed, seeds or replicates of [study]")
+                raise UserError(f"{self.path}: [set] run.seed: cannot be set: use seed, seeds or replicates of [study]")
         return found
 
     def vary(self):
@@ -300,7 +300,7 @@ class _Lines:
             if ("set", entry.key) in self.entries:
                 raise entry.fault(f"is given in [set] already ({self.entries['set', entry.key].where})")
             if entry.key == "run.seed":
-                raise entry.fault("use seed, seeds or replicates of [study]")
+                raise entry.fault("cannot be varied: use seed, seeds or replicates of [study]")
             with _placed(entry, entry.key):
                 found.append(ranges.parse(entry.key, entry.value))
         if not found:
