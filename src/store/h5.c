@@ -11,9 +11,6 @@
 #include <string.h>
 #include <unistd.h>
 
-/* [byte] all paths in a file are shorter, because names from decks are short */
-enum { PATH = 1024 };
-
 /* ---- failures ---- */
 
 /* Why HDF5 failed for the first time since the last failure was reported. HDF5 itself forgets the
@@ -105,10 +102,10 @@ hid_t mill_h5_timeless(hid_t property_class)
 }
 
 /* The group that holds `path`, "" for the root. */
-static const char *parent_of(const char *path, char parent[PATH])
+static const char *parent_of(const char *path, char parent[MILL_H5_PATH])
 {
     const char *name = strrchr(path, '/');
-    assert(name && name - path < PATH);
+    assert(name && name - path < MILL_H5_PATH);
     memcpy(parent, path, (size_t)(name - path));
     parent[name - path] = '\0';
     return parent;
@@ -116,7 +113,7 @@ static const char *parent_of(const char *path, char parent[PATH])
 
 bool mill_h5_exists(struct mill_h5 *file, const char *path)
 {
-    char parent[PATH];
+    char parent[MILL_H5_PATH];
     if (!path[0])
         return file->status == MILL_OK;
     /* H5Lexists fails if a group on the way is missing */
@@ -126,19 +123,33 @@ bool mill_h5_exists(struct mill_h5 *file, const char *path)
     return there;
 }
 
+/* Removes an object whose group exists. */
+static void clear(struct mill_h5 *file, const char *path)
+{
+    if (H5Lexists(file->id, path, H5P_DEFAULT) > 0) {
+        H5Ldelete(file->id, path, H5P_DEFAULT);
+        file->way[0] = '\0';
+    }
+    mill_h5_check(file, "replace", path);
+}
+
 void mill_h5_remove(struct mill_h5 *file, const char *path)
 {
     if (mill_h5_exists(file, path))
-        H5Ldelete(file->id, path, H5P_DEFAULT);
-    mill_h5_check(file, "replace", path);
+        clear(file, path);
 }
 
 bool mill_h5_make_way(struct mill_h5 *file, const char *path)
 {
-    char parent[PATH];
-    if (parent_of(path, parent)[0])
-        mill_h5_group(file, parent, false);
-    mill_h5_remove(file, path);
+    char parent[MILL_H5_PATH];
+    /* an output file has hundreds of datasets in few groups: each group is looked for once */
+    if (strcmp(parent_of(path, parent), file->way) != 0) {
+        if (parent[0])
+            mill_h5_group(file, parent, false);
+        strcpy(file->way, parent);
+    }
+    if (file->status == MILL_OK)
+        clear(file, path);
     return file->status == MILL_OK;
 }
 

@@ -7,6 +7,9 @@
 
 #include <hdf5.h>
 
+/* [byte] all paths in a file are shorter, because names from decks are short */
+enum { MILL_H5_PATH = 1024 };
+
 struct mill_h5 {
     struct mill_draft draft; /* not open if the file is only read */
     hid_t id;
@@ -15,6 +18,7 @@ struct mill_h5 {
     enum mill_status status;
     struct mill_error cause;        /* of the first failure */
     struct mill_h5_column *columns; /* all open columns */
+    char way[MILL_H5_PATH];         /* a group that exists: the last one that was asked for */
     char path[];                    /* as the user gave it, for messages */
 };
 
