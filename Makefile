@@ -83,7 +83,8 @@ help:
 	@echo 'make pictures  make those of the README and docs/figures.md anew'
 	@echo 'make coverage  every test with lines and branches counted: build/coverage (an hour)'
 	@echo 'make lowest    make check with the lowest versions of Python packages that tools/pyproject.toml allows'
-	@echo 'make nightly   ten minutes of fuzzing a target, coverage, and all of the validation: some six hours'
+	@echo 'make nightly   ten minutes of fuzzing a target, thorough, coverage, and all of the validation: some six hours'
+	@echo 'make thorough  the cases that make test leaves out, because they are many or long'
 	@echo 'make fuzz      fuzz every target, FUZZ_SECONDS=$(FUZZ_SECONDS) each: tests/fuzz/README.md'
 	@echo 'make bench     measure speed, some minutes: docs/performance.md (QUICK=1: try it)'
 	@echo 'make bench-parts  nanoseconds of root finding, calendar and observers'
@@ -160,12 +161,18 @@ check:
 	@$(if $(CHECKED),$(if $(T),,CK_EXCLUDE_TAGS=slow) $(MAKE) $(PARALLEL) --output-sync=target \
 	    $(patsubst tests/unit/test_%.c,unit-%,$(CHECKED)))
 	$(if $(PYTESTS),MILLSIM=$(abspath $(BUILD)/millsim) .venv/bin/python -m pytest -q -rs $(PYTESTS) \
-	    $(if $(T),,-n $(JOBS) --dist loadfile -m 'not slow and not browser and not slurm and not dem and not render'))
+	    $(if $(T),,-n $(JOBS) --dist loadfile -m 'not slow and not thorough and not browser and not slurm and not dem and not render'))
 
 unit: $(patsubst tests/unit/test_%.c,unit-%,$(wildcard tests/unit/test_*.c))
 
 unit-%: $(BUILD)/tests/unit/test_%
 	@$<
+
+# the cases of tests that `make test` leaves out because they are many or long
+thorough:
+	@tools/setup --local --python all check test
+	@$(MAKE) $(PARALLEL) $(BENCH) $(BUILD)/millsim millsim mill
+	MILLSIM=$(abspath $(BUILD)/millsim) .venv/bin/python -m pytest -q -rs -n 2 --timeout 3600 -m thorough $(PYTESTS)
 
 # the seeds and past finds of the fuzz targets, without a fuzzer
 replay: $(FUZZERS)
@@ -228,7 +235,7 @@ fuzz:
 
 # fuzzing for longer than a push can wait, and all that takes hours: every step is tried, also after one has failed
 nightly:
-	@status=0; for step in 'fuzz FUZZ_SECONDS=600' coverage lowest validate validate-paper validate-study validate-dem; do \
+	@status=0; for step in 'fuzz FUZZ_SECONDS=600' thorough coverage lowest validate validate-paper validate-study validate-dem; do \
 	    echo "make $$step"; $(MAKE) --no-print-directory $$step || status=$$?; done; exit $$status
 
 # lines and branches that the tests reach: of C by gcov, of Python by coverage.py in every process that the tests start
@@ -239,7 +246,7 @@ coverage:
 	@find build/cov -name '*.gcda' -delete; rm -rf build/coverage; mkdir -p build/coverage
 	@status=0; export SLOWER=5; $(MAKE) $(PARALLEL) -k --output-sync=target MODE=cov unit replay || status=$$?; \
 	MILLSIM=$(abspath build/cov/millsim) .venv/bin/python -m coverage run --rcfile tests/coverage.ini -m pytest -q -n $(JOBS) \
-	    --dist loadfile --timeout 1500 -m 'not unmeasured' $(or $(PYTESTS),tests) || status=$$?; \
+	    --dist loadfile --timeout 1500 -m 'not unmeasured and not thorough' $(or $(PYTESTS),tests) || status=$$?; \
 	.venv/bin/python tests/covered.py || status=$$?; exit $$status
 
 # what the tests' lock says of a package, for `make lowest`
@@ -254,7 +261,7 @@ build/lowest/made: tools/pyproject.toml tests/requirements.lock
 lowest: build/lowest/made
 	@$(MAKE) $(PARALLEL) millsim
 	MILLSIM=$(abspath millsim) build/lowest/bin/python -m pytest -q $(PYTESTS) -n $(JOBS) --dist loadfile \
-	    -m 'not slow and not browser and not slurm and not dem and not render'
+	    -m 'not slow and not thorough and not browser and not slurm and not dem and not render'
 
 fuzzers: $(FUZZERS)
 
@@ -342,5 +349,5 @@ clean:
 -include $(patsubst %.o,%.d,$(LIB)) $(BUILD)/src/app/main.d $(addsuffix .d,$(UNIT) $(BENCH) $(PROBES) $(FUZZERS)) \
     $(BUILD)/tests/fuzz/replay.d $(BUILD)/tests/fuzz/units_once.d
 .SECONDARY:
-.PHONY: all help needed deps run check test unit coverage nightly lowest replay fuzz fuzzers cli golden valgrind validate validate-dem validate-study validate-paper lint format docs pictures bench bench-parts \
+.PHONY: all help needed deps run check test unit thorough coverage nightly lowest replay fuzz fuzzers cli golden valgrind validate validate-dem validate-study validate-paper lint format docs pictures bench bench-parts \
         install clean always

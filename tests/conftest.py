@@ -1,5 +1,6 @@
 """Fixtures of the tests of what users touch. They run $MILLSIM, or else ./millsim of the repository's root."""
 
+import functools
 import os
 import pathlib
 import shlex
@@ -64,6 +65,13 @@ balls.count = 40..60 step 20
 SLOWER = float(os.environ.get("SLOWER", "1"))  # how much slower programs are while they are measured (make coverage)
 
 
+def some(cases, every):
+    """For parametrize: every so manieth case; the others are left to make nightly."""
+    thorough = pytest.mark.thorough
+    cases = [case if isinstance(case, tuple) else (case,) for case in cases]
+    return [pytest.param(*case, marks=[thorough][: k % every]) for k, case in enumerate(cases)]
+
+
 @pytest.fixture(autouse=True, scope="session")
 def signals():
     """What nohup or a job in the background ignores, programs would ignore as well; a handler does not reach them."""
@@ -104,27 +112,26 @@ def millsim(tmp_path):
     return run
 
 
+def run_mill(cwd, *words, timeout=120, env=None, preexec_fn=None):
+    """subprocess.CompletedProcess of `mill WORDS` in the folder cwd; env: what its environment has in addition."""
+    return subprocess.run(
+        [sys.executable, "-m", "milltools", *map(str, words)],
+        cwd=cwd,
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        errors="replace",
+        timeout=timeout * SLOWER,
+        check=False,
+        env={**os.environ, "PYTHONPATH": str(ROOT / "tools"), "MILLSIM": str(PROGRAM), **(env or {})},
+        preexec_fn=preexec_fn,
+    )
+
+
 @pytest.fixture
 def mill(tmp_path):
-    """mill(*arguments) runs the mill command in tmp_path and returns status, stdout and stderr."""
-
-    def run(*arguments, timeout=120, **options):
-        environment = {**os.environ, "PYTHONPATH": str(ROOT / "tools"), "MILLSIM": str(PROGRAM)}
-        environment.update(options.pop("env", {}))
-        return subprocess.run(
-            [sys.executable, "-m", "milltools", *map(str, arguments)],
-            cwd=tmp_path,
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            text=True,
-            errors="replace",
-            timeout=timeout * SLOWER,
-            check=False,
-            env=environment,
-            **options,
-        )
-
-    return run
+    """mill(*words) runs the mill command in tmp_path and returns status, stdout and stderr: see run_mill."""
+    return functools.partial(run_mill, tmp_path)
 
 
 @pytest.fixture

@@ -8,6 +8,7 @@ import resource
 import h5py
 import numpy as np
 import pytest
+from conftest import some
 from soundness import depth_in_blades, mill_of, ms, sound
 
 from milltools.geometry.profile import Profile
@@ -145,7 +146,7 @@ def test_a_rotor_in_a_crystal_of_064_shears_it_and_what_it_lets_go_is_counted(ru
     mill = type("", (), {"blades": blades, "angle": 0, "speed": 0})
     r = r[depth_in_blades(mill, r, 1.5e-3, 0) < 0]
     assert solid_fraction(len(r), 1.5e-3, MILL_ROOM) > 0.64
-    orders = [f"run.time={ms(0.25)}", f"output.frames={ms(0.05)}", "balls.diameter=3 mm"]
+    orders = [f"run.time={ms(0.1)}", f"output.frames={ms(0.05)}", "balls.diameter=3 mm"]
     done = run(MILL, *orders, start=r, balls=len(r))
     assert done.run["floored"]["ball_ball"] > 0.3 * done.run["collisions"]["ball_ball"]
     assert "at the rebound floor" in done.notes
@@ -160,7 +161,7 @@ def tip_radius(gap):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("gap", [0.1, 0.3, 0.5, 0.7, 0.9, 0.95, 0.99, 1, 1.01, 1.2, 1.5])
+@pytest.mark.parametrize("gap", some([0.99, 0.1, 0.3, 1, 0.5, 0.7, 1.01, 0.9, 0.95, 1.2, 1.5], 3))
 def test_any_gap_between_blade_and_drum_runs_and_a_narrow_one_is_warned_of(run, gap):
     orders = [f"blades.tip_radius={tip_radius(gap):.15g} mm", "rotor.speed=1500 rpm"]
     done = run(MILL, *orders, f"run.time={ms(60)}", f"output.frames={ms(2)}")

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from any_mill import AnySimulation
+from conftest import some
 from decks import random_case
 from few_balls import agreement, predict, row_of
 from mill_decks import random_mill
@@ -152,7 +153,7 @@ def test_a_drum_that_turns_rubs_and_does_not_push():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed, wavy", [(2, False), (6, False), (7, False), (2, True), (12, True)])
+@pytest.mark.parametrize("seed, wavy", some([(2, False), (6, False), (7, False), (2, True), (12, True)], 3))
 def test_a_mill_of_drum_and_rotor_runs_as_it_did(seed, wavy):
     case = random_case(seed, wavy)
     expected = [row_of(i) for i in predict(case)]
@@ -162,7 +163,7 @@ def test_a_mill_of_drum_and_rotor_runs_as_it_did(seed, wavy):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [3, 8, 12, 14, 26])
+@pytest.mark.parametrize("seed", some([3, 8, 12, 14, 26], 5))
 def test_a_finer_sampling_finds_the_same_impacts(seed):
     case = random_mill(seed)
     expected = [row_of(i) for i in predict(case)]
@@ -188,20 +189,23 @@ def changed(section, key, value):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "fault",
-    [
-        changed("motion.jar", "speed", "-10.0001 rad/s"),
-        changed("motion.jar", "centre", "30.0001 0 0 mm"),
-        changed("motion.jar", "angle", "0.0001 deg"),
-        changed("motion.sun", "amplitude", "10.0001 deg"),
-        changed("motion.sun", "frequency", "12.0001 Hz"),
-        changed("motion.sun", "phase", "0.001 deg"),
-        changed("body.jar", "end_radius", "22.00001 mm"),
-        changed("body.fin", "angle", "0.001 deg"),
-        changed("body.fin", "rounding", "1.001 mm"),
-        changed("body.fin", "turn_by", "119.9999 deg"),
-        changed("body.fin", "kind", "ball_jar"),
-        changed("contact.ball_fin", "restitution", "0.95001"),
-    ],
+    some(
+        [
+            changed("motion.jar", "speed", "-10.0001 rad/s"),
+            changed("motion.jar", "centre", "30.0001 0 0 mm"),
+            changed("motion.jar", "angle", "0.0001 deg"),
+            changed("motion.sun", "amplitude", "10.0001 deg"),
+            changed("motion.sun", "frequency", "12.0001 Hz"),
+            changed("motion.sun", "phase", "0.001 deg"),
+            changed("body.jar", "end_radius", "22.00001 mm"),
+            changed("body.fin", "angle", "0.001 deg"),
+            changed("body.fin", "rounding", "1.001 mm"),
+            changed("body.fin", "turn_by", "119.9999 deg"),
+            changed("body.fin", "kind", "ball_jar"),
+            changed("contact.ball_fin", "restitution", "0.95001"),
+        ],
+        4,
+    ),
 )
 def test_the_comparison_notices_a_program_that_is_wrong(fault):
     sections = {

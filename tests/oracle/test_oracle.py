@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from conftest import some
 from decks import random_case
 from few_balls import agreement, predict, row_of
 from oracle import KINDS, STEP, Blade, Law, Mill, Simulation
@@ -199,7 +200,7 @@ def test_the_books_balance_over_a_busy_run():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [5, 6, 17, 27])
+@pytest.mark.parametrize("seed", some([5, 6, 17, 27], 2))
 def test_a_finer_sampling_finds_the_same_impacts(seed):
     case = random_case(seed)
     expected = [row_of(i) for i in predict(case)]
@@ -232,18 +233,21 @@ def other_law(**change):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "fault",
-    [
-        wrong_pitch,
-        wrong_turn,
-        longer_blades,
-        other_law(restitution=0.9),
-        other_law(friction=0.0),
-        other_law(tangential=0.0),
-        lambda mill: replace(mill, rebound_floor=0.2),
-        lambda mill: replace(mill, gravity=mill.gravity * (1 + 1e-5)),
-        lambda mill: replace(mill, drum_length=mill.drum_length + 1e-7),
-        lambda mill: replace(mill, radius=mill.radius[::-1].copy()),
-    ],
+    some(
+        [
+            wrong_pitch,
+            wrong_turn,
+            longer_blades,
+            other_law(restitution=0.9),
+            other_law(friction=0.0),
+            other_law(tangential=0.0),
+            lambda mill: replace(mill, rebound_floor=0.2),
+            lambda mill: replace(mill, gravity=mill.gravity * (1 + 1e-5)),
+            lambda mill: replace(mill, drum_length=mill.drum_length + 1e-7),
+            lambda mill: replace(mill, radius=mill.radius[::-1].copy()),
+        ],
+        3,
+    ),
 )
 def test_the_comparison_notices_a_program_that_is_wrong(fault):
     case = random_case(38)

@@ -415,8 +415,9 @@ if __name__ == "__main__":
         base, seen, tried, found = make(pathlib.Path(name)), set(), 0, 0
         files = dict(list(crafted(seed).items())[:number])
         every = [(file, what) for file in files for what in commands(base, base, base.parent)]
-        pairs = int(os.environ.get("PAIRS", len(every)))  # so many of all, and every command on the run as it is
-        chosen = {*random.Random(seed).sample(every, pairs), *(pair for pair in every if pair[0] == "as-is")}
+        pairs = int(os.environ.get("PAIRS", len(every)))  # so many of all, and so many on the run as it is
+        good = [pair for pair in every if pair[0] == "as-is"]
+        chosen = {pair for some in (every, good) for pair in random.Random(seed).sample(some, min(pairs, len(some)))}
         with contextlib.suppress(KeyboardInterrupt):  # enough
             for file, what, fault, said in finds(
                 base, files, lambda *pair: pair in chosen and (not only or pair[1] in only)

@@ -1,12 +1,9 @@
 """What the tests of reports read their pages with, and how they are made."""
 
 import html.parser
-import os
 import resource
-import subprocess
-import sys
 
-from conftest import PROGRAM, ROOT
+from conftest import run_mill
 
 
 class Reader(html.parser.HTMLParser):
@@ -45,11 +42,6 @@ class Reader(html.parser.HTMLParser):
 
 
 def report(folder, *words, timeout=300, room=None):
-    """The mill command in a folder; room [bytes]: no file may be larger, as on a disk that is full."""
+    """`mill report` in a folder; room [bytes]: no file may be larger, as on a disk that is full."""
     limit = room and (lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (room, room)))
-    environment = {**os.environ, "PYTHONPATH": str(ROOT / "tools"), "MILLSIM": str(PROGRAM)}
-    return subprocess.run(
-        [sys.executable, "-m", "milltools", "report", *map(str, words)],
-        cwd=folder, capture_output=True, text=True, timeout=timeout, env=environment, stdin=subprocess.DEVNULL,
-        preexec_fn=limit,
-    )  # fmt: skip
+    return run_mill(folder, "report", *words, timeout=timeout, preexec_fn=limit)

@@ -10,7 +10,7 @@ import tempfile
 import h5py
 import numpy as np
 import pytest
-from conftest import PROGRAM, ROOT, SMALL, SMALL_START
+from conftest import PROGRAM, ROOT, SMALL, SMALL_START, some
 from dem_oracle import BLADES, MIXTURE
 
 import milltools.dem.command
@@ -204,7 +204,7 @@ DECKS = {
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", DECKS)
+@pytest.mark.parametrize("name", some(DECKS, 3))
 def test_every_deck_runs_from_millsims_own_start(ran, millsim, name, tmp_path):
     text, overrides = DECKS[name]
     text = text.replace("friction = 0.3", FRICTION)

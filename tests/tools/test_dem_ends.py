@@ -11,7 +11,7 @@ import tempfile
 import time
 
 import pytest
-from conftest import PROGRAM, ROOT, SMALL
+from conftest import PROGRAM, ROOT, SMALL, some
 
 import milltools.base.progress
 import milltools.dem.command
@@ -100,8 +100,10 @@ def start(tmp_path, write_deck):
         os.kill(pid, signal.SIGKILL)
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+INT, TERM, HUP = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
+
+
+@pytest.mark.parametrize("number, ranks", some([(INT, 1), (TERM, 1), (HUP, 1), (TERM, 2), (INT, 2), (HUP, 2)], 3))
 def test_a_signal_ends_it_with_its_results_and_leaves_nothing(start, tmp_path, number, ranks):
     process = start("--quiet", "--ranks", str(ranks))
     assert process.poll() is None and living(process.mark)
@@ -125,7 +127,7 @@ def test_a_signal_ends_it_with_its_results_and_leaves_nothing(start, tmp_path, n
         assert run.read("run/cpu_time") > 0
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", some([1, 2], 2))
 def test_kill_9_takes_liggghts_with_it_and_leaves_little(start, tmp_path, ranks):
     process = start("--quiet", "--ranks", str(ranks))
     assert living(process.mark)

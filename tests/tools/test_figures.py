@@ -1,6 +1,5 @@
 """mill plot --figure: what is drawn is what the file holds; pictures are compared by their structure."""
 
-import os
 import re
 import signal
 import subprocess
@@ -12,7 +11,7 @@ import matplotlib
 import numpy as np
 import pandas as pd
 import pytest
-from conftest import PROGRAM, ROOT, SMALL
+from conftest import PROGRAM, SMALL, run_mill
 
 from milltools import figures
 from milltools.__main__ import main
@@ -124,14 +123,9 @@ def gas(folder):
 @pytest.fixture
 def plot(folder):
     """plot(*words) is `mill plot *words` in the folder of the runs."""
-    environment = {**os.environ, "PYTHONPATH": str(ROOT / "tools")}
-    command = [os.sys.executable, "-m", "milltools", "plot"]
 
     def go(*words, cwd=folder):
-        return subprocess.run(
-            [*command, *map(str, words)],
-            cwd=cwd, env=environment, capture_output=True, text=True, check=False, timeout=120,
-        )  # fmt: skip
+        return run_mill(cwd, "plot", *words)
 
     return go
 

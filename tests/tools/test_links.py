@@ -3,7 +3,7 @@ the output is left beside it."""
 
 # ruff: noqa: F811 - the fixtures of export_run
 import pytest
-from conftest import STUDY
+from conftest import STUDY, some
 from export_run import export, run_file  # noqa: F401
 
 KEPT = "what the link leads to\n"
@@ -38,33 +38,53 @@ def table(tmp_path_factory):
     return tmp_path_factory.mktemp("table") / "t.parquet"
 
 
+def writers(every):
+    """Every so manieth of WRITERS, for parametrize."""
+    marks = {name: [pytest.mark.render] if name in DRAWN else [] for name in WRITERS}
+    return [pytest.param(*one.values, marks=[*one.marks, *marks[one.values[0]]]) for one in some(WRITERS, every)]
+
+
+@pytest.fixture
+def follows_no_link(mill, run_file, table, write_study, tmp_path):
+    """follows_no_link(writer, places): links at these places, of which {} is the output, are not followed."""
+
+    def check(writer, *places):
+        target, words = WRITERS[writer]
+        before = set()
+        if ".study" in words or "t.parquet" in words:
+            write_study(STUDY.replace("300, 600, 900 rpm", "600, 900 rpm").replace("40..60 step 20", "40, 50"))
+            if not table.exists() and "t.parquet" in words:
+                assert mill("sweep", "a.study", "-o", table, "-q").returncode == 0
+            before = {path.name for path in tmp_path.iterdir()}
+        elsewhere = tmp_path / "elsewhere"
+        elsewhere.mkdir()
+        victim = elsewhere / "victim.txt"
+        victim.write_text(KEPT)
+        links = {place.format(target) for place in places}
+        for link in links:
+            (tmp_path / link).symlink_to(victim)
+        names = {"RUN": str(run_file), "t.parquet": str(table)}
+        done = mill(*(names.get(word, word) for word in words.split()))
+        assert victim.read_text() == KEPT
+        assert list(elsewhere.iterdir()) == [victim]
+        assert not (tmp_path / target).is_symlink() or (done.returncode == 2 and target in done.stderr), done.stderr
+        assert done.returncode == 0 or (done.returncode == 2 and done.stderr.count("\n") == 1), done.stderr
+        own = {target, *links, "elsewhere", *{"a.pvd": ["a"], "a.parquet": ["a.png"]}.get(target, [])}
+        assert {path.name for path in tmp_path.iterdir()} <= own | before
+
+    return check
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("place", ["{}", "{}.part", "{}.new"])
-@pytest.mark.parametrize(
-    "writer", [pytest.param(name, marks=pytest.mark.render) if name in DRAWN else name for name in WRITERS]
-)
-def test_a_planted_link_is_not_followed(mill, run_file, table, write_study, tmp_path, writer, place):
-    target, words = WRITERS[writer]
-    before = set()
-    if ".study" in words or "t.parquet" in words:
-        write_study(STUDY.replace("300, 600, 900 rpm", "600, 900 rpm").replace("40..60 step 20", "40, 50"))
-        if not table.exists() and "t.parquet" in words:
-            assert mill("sweep", "a.study", "-o", table, "-q").returncode == 0
-        before = {path.name for path in tmp_path.iterdir()}
-    elsewhere = tmp_path / "elsewhere"
-    elsewhere.mkdir()
-    victim = elsewhere / "victim.txt"
-    victim.write_text(KEPT)
-    link = tmp_path / place.format(target)
-    link.symlink_to(victim)
-    names = {"RUN": str(run_file), "t.parquet": str(table)}
-    done = mill(*(names.get(word, word) for word in words.split()))
-    assert victim.read_text() == KEPT
-    assert list(elsewhere.iterdir()) == [victim]
-    assert not (tmp_path / target).is_symlink() or (done.returncode == 2 and target in done.stderr), done.stderr
-    assert done.returncode == 0 or (done.returncode == 2 and done.stderr.count("\n") == 1), done.stderr
-    own = {target, link.name, "elsewhere", *{"a.pvd": ["a"], "a.parquet": ["a.png"]}.get(target, [])}
-    assert {path.name for path in tmp_path.iterdir()} <= own | before
+@pytest.mark.parametrize("writer", writers(1))
+def test_a_link_in_the_place_of_the_output_is_not_followed(follows_no_link, writer):
+    follows_no_link(writer, "{}")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("writer", writers(3))
+def test_links_beside_the_output_are_not_followed(follows_no_link, writer):
+    follows_no_link(writer, "{}.part", "{}.new")
 
 
 @pytest.mark.parametrize("name", ["a.h5.lock", "a.h5.part", "a.h5.new"])
