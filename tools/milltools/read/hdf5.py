@@ -37,6 +37,7 @@ class Store(contextlib.AbstractContextManager):
 
     def __init__(self, path):
         self.path = str(path)
+        self._found = {}  # path -> what find() returned: an open file does not change
         self._sound = {}  # path -> dataset that has been checked
         try:
             with opened(self.path, "the output file of a run") as file:
@@ -83,29 +84,33 @@ class Store(contextlib.AbstractContextManager):
         """The group or dataset at a path; None if there is none. Links into other files are refused."""
         if self.closed:
             raise UserError(f"{self.path}: the file was closed: load it again")
-        with self._reading(path):
-            here, hops = self._file, 0
-            left = path.split("/")[::-1]
-            while left:
-                name = left.pop()
-                if name in ("", "."):
-                    continue
-                if not isinstance(here, h5py.Group) or name not in here.id:
-                    return None
-                links = here.id.links
-                kind = links.get_info(name.encode()).type
-                if kind == h5py.h5l.TYPE_SOFT:
-                    hops += 1
-                    if hops > HOPS:
-                        raise ValueError("its links form a circle")
-                    target = links.get_val(name.encode()).decode()
-                    here = self._file if target.startswith("/") else here
-                    left += target.split("/")[::-1]
-                elif kind == h5py.h5l.TYPE_HARD:
-                    here = here[name]
-                else:
-                    raise ValueError("a link into another file, which is not followed")
-            return here
+        if path not in self._found:
+            group, _, name = path.rpartition("/")
+            with self._reading(path):
+                self._found[path] = self._follow(name, self.find(group) if group else self._file)
+        return self._found[path]
+
+    def _follow(self, name, here):
+        """The member of a group, by way of soft links; None if there is none."""
+        hops, left = 0, [name]
+        while left:
+            name = left.pop()
+            if name in ("", "."):
+                continue
+            if not isinstance(here, h5py.Group) or name not in here.id:
+                return None
+            kind = here.id.links.get_info(name.encode()).type
+            if kind == h5py.h5l.TYPE_SOFT:
+                if (hops := hops + 1) > HOPS:
+                    raise ValueError("its links form a circle")
+                target = here.id.links.get_val(name.encode()).decode()
+                here = self._file if target.startswith("/") else here
+                left += target.split("/")[::-1]
+            elif kind == h5py.h5l.TYPE_HARD:
+                here = here[name]
+            else:
+                raise ValueError("a link into another file, which is not followed")
+        return here
 
     def has(self, path: str) -> bool:
         return self.find(path) is not None
