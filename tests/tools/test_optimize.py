@@ -250,6 +250,15 @@ def test_two_drivers_share_a_storage_and_its_runs(study, tmp_path):
     assert len(third.jobs) == 1 and len(rows) == 10
 
 
+def test_a_run_that_another_driver_has_told_meanwhile_is_told_once(study, tmp_path):
+    def twice(search):
+        tell = search._tell
+        search._tell = lambda number, row: [tell(number, row) for _ in range(2)]
+
+    rows = searched(study, tmp_path / "a.parquet", Pretended(hill, error=1), Budget(4, seed=1), dies=twice)
+    assert [row["status"] for row in rows] == ["done"] * 4
+
+
 def test_a_sweep_that_is_there_is_knowledge(study, tmp_path):
     path = tmp_path / "t.parquet"
     about = study.about(4)

@@ -160,9 +160,7 @@ class Search:
         latest = datetime.datetime.now() - ASKING
         rows = {row["id"]: row for row in self.table.rows()}
         again = []
-        for trial in self.trials():
-            if trial.state != TrialState.RUNNING:
-                continue
+        for trial in [trial for trial in self.trials() if trial.state == TrialState.RUNNING]:
             known = trial.user_attrs
             row = known.get("row") or rows.get(known.get("id"))
             if row is not None:
@@ -258,10 +256,11 @@ class Search:
 
     def _tell(self, trial_id, row):
         storage, values = self.optuna._storage, self._values(row)
-        storage.set_trial_user_attr(trial_id, "row", plain(row))
-        storage.set_trial_system_attr(trial_id, f"constraints:{CAPPED}", float(row["status"] == "capped"))
-        state = TrialState.COMPLETE if values else TrialState.FAIL
-        self.optuna.tell(storage.get_trial_number_from_id(trial_id), values, state=state)
+        number, state = storage.get_trial_number_from_id(trial_id), TrialState.COMPLETE if values else TrialState.FAIL
+        with contextlib.suppress(optuna.exceptions.UpdateFinishedTrialError):  # another driver was faster
+            storage.set_trial_user_attr(trial_id, "row", plain(row))
+            storage.set_trial_system_attr(trial_id, f"constraints:{CAPPED}", float(row["status"] == "capped"))
+            self.optuna.tell(number, values, state=state, skip_if_finished=True)
 
     @property
     def out(self) -> int:
