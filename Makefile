@@ -84,7 +84,7 @@ help:
 	@echo 'make coverage  every test with lines and branches counted: build/coverage (an hour)'
 	@echo 'make lowest    make check with the lowest versions of Python packages that tools/pyproject.toml allows'
 	@echo 'make nightly   ten minutes of fuzzing a target, thorough, coverage, and all of the validation: some six hours'
-	@echo 'make thorough  the cases that make test leaves out, because they are many or long'
+	@echo 'make thorough  the cases of tests that make test leaves out, because there are many like them'
 	@echo 'make fuzz      fuzz every target, FUZZ_SECONDS=$(FUZZ_SECONDS) each: tests/fuzz/README.md'
 	@echo 'make bench     measure speed, some minutes: docs/performance.md (QUICK=1: try it)'
 	@echo 'make bench-parts  nanoseconds of root finding, calendar and observers'
@@ -168,7 +168,7 @@ unit: $(patsubst tests/unit/test_%.c,unit-%,$(wildcard tests/unit/test_*.c))
 unit-%: $(BUILD)/tests/unit/test_%
 	@$<
 
-# the cases of tests that `make test` leaves out because they are many or long
+# the cases that `make test` leaves out: similar ones remain in it
 thorough:
 	@tools/setup --local --python all check test
 	@$(MAKE) $(PARALLEL) $(BENCH) $(BUILD)/millsim millsim mill

@@ -66,10 +66,9 @@ SLOWER = float(os.environ.get("SLOWER", "1"))  # how much slower programs are wh
 
 
 def some(cases, every):
-    """For parametrize: every so manieth case; the others are left to make nightly."""
-    thorough = pytest.mark.thorough
+    """Cases for parametrize: the first and each `every`-th after it; the others are `thorough`."""
     cases = [case if isinstance(case, tuple) else (case,) for case in cases]
-    return [pytest.param(*case, marks=[thorough][: k % every]) for k, case in enumerate(cases)]
+    return [pytest.param(*case, marks=[pytest.mark.thorough] if k % every else []) for k, case in enumerate(cases)]
 
 
 @pytest.fixture(autouse=True, scope="session")

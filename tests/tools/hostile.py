@@ -417,7 +417,7 @@ if __name__ == "__main__":
         every = [(file, what) for file in files for what in commands(base, base, base.parent)]
         pairs = int(os.environ.get("PAIRS", len(every)))  # so many of all, and so many on the run as it is
         good = [pair for pair in every if pair[0] == "as-is"]
-        chosen = {pair for some in (every, good) for pair in random.Random(seed).sample(some, min(pairs, len(some)))}
+        chosen = {pair for group in (every, good) for pair in random.Random(seed).sample(group, min(pairs, len(group)))}
         with contextlib.suppress(KeyboardInterrupt):  # enough
             for file, what, fault, said in finds(
                 base, files, lambda *pair: pair in chosen and (not only or pair[1] in only)
