@@ -13,8 +13,11 @@
 
 #include <math.h>
 
-#define TRIAL 2.0  /* [s] of processor time */
-#define SLICE 5000 /* events between two readings of the clock */
+/* The trial ends after so many contacts: the same deck has the same forecast of contacts and the
+ * same notes on any machine, fast or busy. A mill whose contacts are rare or dear ends it by time. */
+#define CONTACTS 1.5e6
+#define PATIENCE 10.0 /* [s] of processor time */
+#define SLICE 5000    /* events between two readings of the clock */
 /* turns until the charge is swept up: SWEPT over the part of the drum that it fills, */
 #define SWEPT 0.15
 /* maximum of these turns; the rate grows by exp(1 + LOSS (1 - restitution)) */
@@ -52,7 +55,8 @@ static enum mill_status go(struct mill_sim *sim, double until, struct point ends
     struct point now = look(sim), then[2] = {now, now};
     const double cpu = now.cpu;
     enum mill_status status = MILL_OK;
-    while (status == MILL_OK && now.time < until && now.cpu - cpu < TRIAL) {
+    while (status == MILL_OK && now.time < until && now.contacts < CONTACTS &&
+           now.cpu - cpu < PATIENCE) {
         status = mill_sim_run(sim, until, SLICE, NULL, error);
         now = look(sim);
         if (now.contacts - then[1].contacts > 0.2 * now.contacts) {

@@ -39,6 +39,14 @@ def test_the_deck_is_printed_as_without_a_forecast(millsim):
     assert FORECAST.fullmatch(loud.stderr) and quiet.stderr == ""
 
 
+@pytest.mark.slow
+def test_the_trial_ends_after_so_many_contacts_on_any_machine(millsim):
+    full = sets("balls.count=8000", "run.sample_from=0 s")
+    trial = FORECAST.search(millsim("--check", *full, MILL).stderr).group(6)
+    ended = millsim("--json", "-q", *full, *sets("run.max_collisions=1500000"), "-o", "run.h5", MILL)
+    assert float(f"{json.loads(ended.stdout)['time']:.2g}") == float(trial)
+
+
 def test_a_run_that_may_end_sooner_costs_that_at_most(millsim):
     few = sets("run.max_collisions=10", "balls.count=50", "run.time=5 ms", "run.sample_from=0 s")
     words, contacts, *_ = FORECAST.fullmatch(millsim("--check", *few, MILL).stderr).groups()
@@ -63,9 +71,8 @@ def test_a_bed_so_dense_that_contacts_overlap_says_so_before_it_is_run(millsim):
 
 
 @pytest.mark.slow
-@pytest.mark.unmeasured
 def test_blades_that_jam_balls_say_so_before_the_run(millsim):
-    jammed = sets("blades.tip_radius=70.5 mm", "blades.width=17 mm", "run.time=60 ms", "run.sample_from=0 s")
+    jammed = sets("blades.tip_radius=70.5 mm", "blades.width=17 mm", "run.time=40 ms", "run.sample_from=0 s")
     said = millsim("--check", *jammed, MILL).stderr
     assert "% of the rotor's power goes to balls that it presses" in said
     assert "% of the contacts follow the last one of the same two bodies" in said
