@@ -182,7 +182,7 @@ replay: $(FUZZERS)
 # file one after the other: most keep one core busy, or wait.
 cli: $(BUILD)/millsim millsim
 	MILLSIM=$(abspath $(BUILD)/millsim) .venv/bin/python -m pytest -q -rs -n 2 --dist loadfile --durations 15 \
-	    $(if $(filter release,$(MODE)),tests,tests/cli)
+	    $(if $(filter release,$(MODE)),tests,tests/cli -m 'not thorough and not long')
 
 # The same program whatever the optimisation, the compiler and the C library's mathematics (MODE=musl: the release
 # build's objects, with musl's in front of glibc's)

@@ -59,6 +59,7 @@ def engine():
     return run
 
 
+@pytest.mark.long
 def test_quick_bench_measures_every_case_and_writes_a_full_record(bench, tmp_path):
     done = bench("--quick")
     assert done.returncode == 0, done.stderr

@@ -155,6 +155,7 @@ def test_better_known_takes_longer(known, run):
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_seeds_scatter_no_more_than_told(run):
     """The true errors of five runs: their root mean square is near the 3 % asked for."""
     errors = {"rotor_power": [], "median_above_50mm_s": []}
@@ -298,6 +299,7 @@ def test_collisions_may_end_a_run_before_its_window_opens(run):
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_the_dead_corner_is_never_taken_for_known(run):
     """Without friction the charge comes off the rotor: a power near 0 is not known to 20 %."""
     path, summary = run("contact.friction=0", "run.precision=20 %", "run.max_collisions=2e6", "run.time=4 s")
@@ -374,6 +376,7 @@ def test_one_number_has_one_error(known, run):
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_short_runs_hold_the_truth_in_their_intervals(run):
     """24 runs of five revolutions: of 95 % chance, fewer than 19 within come once in a thousand times."""
     told = []

@@ -41,21 +41,25 @@ def mean_since(run, name, start):
 # What an independent hard-sphere model gave for this mill, and how far two such models may differ.
 
 
+@pytest.mark.long
 def test_the_rotor_draws_855_watt(reference):
     run, _ = reference
     assert run["statistics/rotor/power"][()] == pytest.approx(855, rel=0.04)
 
 
+@pytest.mark.long
 def test_the_charge_moves_with_9_6_joule(reference):
     run, _ = reference
     assert mean_since(run, "kinetic_energy", 0.1) == pytest.approx(9.6, rel=0.02)
 
 
+@pytest.mark.long
 def test_the_charge_spins_with_0_66_joule(reference):
     run, _ = reference
     assert mean_since(run, "rotational_energy", 0.1) == pytest.approx(0.66, rel=0.05)
 
 
+@pytest.mark.long
 def test_normal_impacts_dissipate_267_watt(reference):
     run, _ = reference
     lost = 0.0
@@ -66,7 +70,7 @@ def test_normal_impacts_dissipate_267_watt(reference):
     assert lost / 0.4 == pytest.approx(267, rel=0.05)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_balls_hit_each_other_above_1_m_s_1_11_million_times_a_second(reference):
     run, _ = reference
     histogram = run["statistics/impacts/ball_ball/normal_speed/histogram"]
@@ -75,12 +79,12 @@ def test_balls_hit_each_other_above_1_m_s_1_11_million_times_a_second(reference)
     assert rate == pytest.approx(1.11e6, rel=0.05)
 
 
-@pytest.mark.skipif("asan" in PROGRAM.parts, reason="the sanitizer's own memory counts too")
+@pytest.mark.long
 def test_a_mill_of_4000_balls_needs_less_than_60_megabyte(reference):
     assert reference[1]["peak_memory"] < 60e6
 
 
-@pytest.mark.skipif("asan" in PROGRAM.parts, reason="the sanitizer's own memory counts too")
+@pytest.mark.long
 def test_256_000_balls_need_at_most_600_byte_each(tmp_path):
     options = ["balls.count=256000", "balls.diameter=1.25mm", "run.time=20us", "run.sample_from=0s"]
     sets = [word for option in options for word in ("--set", option)]
@@ -93,6 +97,7 @@ def check_books(run):
     assert run["overlaps"] == run["reliefs"] == run["not_closing"] == run["smoothed"] == 0
 
 
+@pytest.mark.long
 def test_the_books_of_the_reference_mill_close(reference):
     check_books(reference[1])
 
@@ -105,6 +110,7 @@ def test_the_books_of_every_deck_close_to_rounding(deck, tmp_path):
     assert run["overlaps"] == run["not_closing"] == run["smoothed"] == 0
 
 
+@pytest.mark.long
 def test_the_gas_keeps_its_energy_over_a_million_contacts(tmp_path):
     run = run_deck("gas.ini", tmp_path)
     check_books(run)

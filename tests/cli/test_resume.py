@@ -832,6 +832,7 @@ def spent(path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kills", some([0, 1], 2))
+@pytest.mark.long
 def test_frequent_checkpoints_take_two_percent_of_the_time_at_most(folder, kills):
     """Each is as far from the next as keeps it so: true at every checkpoint, whatever else the machine does."""
     deck = ENDLESS

@@ -9,8 +9,7 @@ import pytest
 from conftest import ROOT, SMALL
 from matplotlib.patches import Polygon
 
-from milltools import pages
-from milltools.figures import overview
+from milltools.figures import overview, style
 from milltools.geometry.profile import Profile
 from milltools.read.runfile import Run
 
@@ -87,5 +86,5 @@ def test_a_full_disk_leaves_the_old_picture(millsim, mill, small_deck, tmp_path)
 def test_a_figure_within_a_page_is_the_same_text_each_time(millsim, small_deck, tmp_path):
     assert millsim("deck.ini", "-q").returncode == 0
     with Run(tmp_path / "deck.h5") as run:
-        one, two = (pages.embedded(overview.draw(run)) for _ in range(2))
+        one, two = (style.embedded(overview.draw(run)) for _ in range(2))
     assert one == two and one.startswith("data:image/svg+xml;base64,")

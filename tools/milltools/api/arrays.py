@@ -16,10 +16,9 @@ from xarray.backends import BackendArray
 from xarray.core import indexing
 
 from milltools.base.errors import InputError
-from milltools.read.runfile import Run
+from milltools.read.runfile import VIEWS, Run
 
 STATES = ("position", "velocity", "angular_velocity")
-VIEWS = {"cross_section": ["y", "z"], "axial": ["x", "r"]}
 COORDINATES = {
     "x": "along the drum's axis",
     "y": "across the drum, horizontal",
@@ -127,7 +126,7 @@ def maps(run: Run) -> xr.DataTree:
     """/statistics/maps: the nodes "cross_section" (y, z) and "axial" (x, r)."""
     run.need_statistics()
     about, views = {"samples": int(run.read("statistics/maps/samples")), "duration": run.duration}, {}
-    for view, dims in VIEWS.items():
+    for view, (*dims, _) in VIEWS.items():
         where, coords, found = f"statistics/maps/{view}", {}, {}
         for dim, edges in zip(dims, run.edges(view)):
             middle = (edges[:-1] + edges[1:]) / 2

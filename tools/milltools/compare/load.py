@@ -9,9 +9,8 @@ import numpy as np
 from milltools.base.errors import UserError
 from milltools.base.text import plural
 from milltools.compare import map_deviation as maps
-from milltools.figures.flow import ENERGIES
 from milltools.geometry import vessel
-from milltools.read.runfile import Run
+from milltools.read.runfile import FORMS, Run
 
 LEVELS = (0.1, 0.5, 0.9, 0.99)  # quantiles of the balls' speeds
 SPEED_EDGES = np.geomspace(1e-4, 1e3, 7 * 40 + 1)  # [m/s]
@@ -129,7 +128,7 @@ class Member(Run):
 
     def _trend(self) -> str:
         """Why the run is not steady over its window; empty if it is."""
-        energies = [np.interp(self.span, *self.series(n)) for n in ENERGIES if self.has_series(n)]
+        energies = [np.interp(self.span, *self.series(n)) for n in FORMS if self.has_series(n)]
         change = abs(sum(end - begin for begin, end in energies))
         work = float(np.diff(np.interp(self.span, *self.series("drive_work")))[0])
         turned = max(abs(work), change)

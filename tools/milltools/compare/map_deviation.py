@@ -16,7 +16,7 @@ too large in the cross-section: the noise is known only roughly. With ten seeds 
 
 import numpy as np
 
-from milltools.figures.maps import VIEWS
+from milltools.read.runfile import VIEWS
 
 LEAST = 0.02  # solid fraction of cells that count
 FEWEST_FRAMES = 8

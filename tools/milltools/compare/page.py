@@ -7,6 +7,7 @@ import pathlib
 from milltools import pages
 from milltools.base.text import lines, plain
 from milltools.compare import pictures, rows, terminal
+from milltools.figures.style import embedded
 from milltools.player import parts
 
 MOST_BYTES = 6_000_000  # of all players together
@@ -50,7 +51,7 @@ def render(sides, tables, notes, watch, rerun: str = "never") -> str:
         shown = []
         for title, words, figure in pictures.figures(sides):
             with watch.step("pictures"):
-                shown.append((title, words, pages.embedded(figure, dots=110)))
+                shown.append((title, words, embedded(figure, dpi=110)))
         figures = parts.sections(draw_all(watch))
     return parts.page(
         pathlib.Path(__file__).parent,

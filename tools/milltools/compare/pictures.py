@@ -12,6 +12,7 @@ from milltools.base.text import literal
 from milltools.compare.load import SPEED_EDGES
 from milltools.compare.map_deviation import LEAST, same_cells
 from milltools.figures.bins import curve
+from milltools.figures.outlines import rim
 from milltools.figures.overtime import means
 from milltools.figures.style import run_style, save
 from milltools.read.kinds import label as kind_label
@@ -155,8 +156,7 @@ def _field(side, name):
 def _map(ax, side, field, colours, low, high):
     edges = side.first.edges()
     image = ax.pcolormesh(*edges, field.T, cmap=colours, vmin=low, vmax=high, rasterized=True)
-    rim = ax.add_patch(side.first.container.rim(lw=0.8))
-    image.set_clip_path(rim)
+    image.set_clip_path(ax.add_patch(rim(side.first.container, lw=0.8)))
     return image
 
 

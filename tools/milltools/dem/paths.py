@@ -54,11 +54,12 @@ class Harmonics:
         rate = np.where(np.abs(rate[first]) > near, rate[first], 0.0)
         keep = (size > max(NOTHING * size.max(), least)) | (rate == 0)
         self.rate, self.value = rate[keep], value[keep]
+        self._phase, self._flat = 1j * self.rate, self.value.reshape(len(self.rate), -1)
 
     def __call__(self, t, order=0):
         """The derivative of this order at the time t."""
-        wave = (1j * self.rate) ** order * np.exp(1j * self.rate * t)
-        return np.tensordot(wave, self.value, 1).real
+        wave = self._phase**order * np.exp(self._phase * t)
+        return (wave @ self._flat).real.reshape(self.value.shape[1:])  # np.tensordot takes four times as long
 
     def times(self, inner):
         """This matrix times another."""

@@ -16,10 +16,10 @@ from milltools.figures import sankey
 from milltools.figures.base import WIDTH, Figure, labels, subtitle
 from milltools.figures.style import INK, kind_look
 from milltools.read.kinds import label
+from milltools.read.runfile import FORMS
 
 PARTS = {"normal": 0.85, "tangential": 0.5, "": 0.7}  # opacity of a band
 STORED = "#8c8c8c"
-ENERGIES = ("kinetic_energy", "rotational_energy", "potential_energy", "elastic_energy")
 NOTHING = 1e-12  # of the turnover: a smaller flow is rounding
 
 
@@ -101,7 +101,7 @@ def account(run) -> Account:
         low, high = np.interp([begin, end], time, value)
         return float(high - low) / (end - begin)
 
-    energies = {name: value for name in ENERGIES if np.isfinite(value := power(name, np.nan))}
+    energies = {name: value for name in FORMS if np.isfinite(value := power(name, np.nan))}
     dissipation = {}
     for kind in run.kinds:
         total, normal = power(f"dissipation/{kind}"), power(f"dissipation_normal/{kind}", np.nan)

@@ -13,8 +13,8 @@ from milltools.figures import outlines
 from milltools.figures.base import WIDTH, Figure, labels, sampled, subtitle
 from milltools.figures.style import log_ticks
 from milltools.geometry import vessel
+from milltools.read.runfile import VIEWS
 
-VIEWS = {"cross_section": ("y", "z", ("x", "y", "z")), "axial": ("x", "r", ("x", "r", "phi"))}
 ARROWS = 20  # approximate number of arrows along the longer side
 ENDS = (0.01, 0.995)  # the ends of a colour scale are these quantiles by volume
 RANGE = 1e4  # largest ratio of the ends of a logarithmic scale

@@ -91,7 +91,7 @@ def signs(run, view) -> str:
 
 def section(ax, run):
     """Draws container, shaft and swept space over (y, z); returns the container's patch to clip the field with."""
-    rim = _wall(ax, run, "cross_section")
+    wall = _wall(ax, run, "cross_section")
     if run.has_rotor:
         radius = run.quantity("rotor/shaft_radius")
         ax.add_patch(Circle((0, 0), radius, fc=STEEL, ec=INK, lw=0.6, zorder=3, label="_shaft"))
@@ -103,14 +103,14 @@ def section(ax, run):
         _line(ax, reach * np.cos(turn), reach * np.sin(turn), "_sweep")
     edge = 1.02 * vessel.of(run).outermost
     ax.set(xlim=(-edge, edge), ylim=(-edge, edge))
-    return rim
+    return wall
 
 
 def axial(ax, run):
     """Draws container, shaft and swept space over (x, r); returns the container's patch. A wavy drum is drawn with its
     outermost radius, and a dotted line at its innermost radius."""
     holds = vessel.of(run)
-    rim = _wall(ax, run, "axial")
+    wall = _wall(ax, run, "axial")
     low, high = holds.low, holds.high
     if not run.vessel and holds.profile.innermost < holds.outermost:
         ax.plot([low, high], [holds.profile.innermost] * 2, color=INK, lw=0.6, ls=":", label="_wavy")
@@ -124,16 +124,21 @@ def axial(ax, run):
         _line(ax, [begin, begin, end, end, begin], [near, far, far, near, near], "_sweep")
     edge = 0.01 * (high - low)
     ax.set(xlim=(low - edge, high + edge), ylim=(0, 1.02 * holds.outermost))
-    return rim
+    return wall
+
+
+def rim(holds, view="cross_section", **look):
+    """A patch with the outline of a vessel's wall; in the view "axial" it ends at the axis."""
+    return Polygon(holds.across if view == "cross_section" else holds.radial, closed=True, fill=False, **look)
 
 
 def _wall(ax, run, view):
     holds = vessel.of(run)
     # behind the field, so that blank cells differ from the darkest colour on dark pages too
-    paper = holds.rim(view, fc=INK, ec="none", alpha=0.08, zorder=0)
+    paper = rim(holds, view, fc=INK, ec="none", alpha=0.08, zorder=0)
     paper.set_fill(True)
     ax.add_patch(paper)
-    return ax.add_patch(holds.rim(view, ec=INK, lw=1.0, zorder=4, label="_drum"))
+    return ax.add_patch(rim(holds, view, ec=INK, lw=1.0, zorder=4, label="_drum"))
 
 
 def _line(ax, x, y, label):

@@ -27,11 +27,11 @@ def draw(run) -> Canvas:
 def mill(ax, run):
     """Prepares axes (y, z), draws the container's wall and returns its patch."""
     holds = vessel.of(run)
-    rim, words, reach = holds.rim(color="k"), vessel.axes([run]), 1.02 * holds.outermost
-    ax.add_patch(rim)
+    wall, words, reach = outlines.rim(holds, color="k"), vessel.axes([run]), 1.02 * holds.outermost
+    ax.add_patch(wall)
     ax.set_aspect("equal")
     ax.set(xlim=(-reach, reach), ylim=(-reach, reach), xlabel=words["y"], ylabel=words["z"])
-    return rim
+    return wall
 
 
 def draw_balls(ax, run):

@@ -4,6 +4,8 @@ Nothing here chooses a backend or changes matplotlib's global settings, so figur
 drawing is done within `with matplotlib.rc_context(STYLE)`.
 """
 
+import base64
+import io
 import pathlib
 
 import matplotlib
@@ -28,6 +30,7 @@ KIND_LOOK = {
     "ball_blade": ("#b8609a", (0, (3, 1.2))),
     "all": (INK, "-"),
 }
+LARGE = 600_000  # bytes of an SVG in a page
 MORE = (("#b58900", (0, (8, 2))), ("#2aa1b3", (0, (4, 1, 1, 1))), ("#8a6d3b", (0, (2, 1))), ("#7b61c9", (0, (5, 3))))
 
 
@@ -86,8 +89,31 @@ def save(figure, path, dpi=90, look=None):
     known = figure.canvas.get_supported_filetypes()
     if kind not in known:
         raise UserError(f"{path}: no picture can be written as '{kind}': one of {', '.join(known)}")
-    # no dates: the same picture is the same file
-    dateless = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind)
+    with matplotlib.rc_context(look or {}), whole(path) as draft:
+        _write(figure, draft, kind, dpi)
 
-    with matplotlib.rc_context({**(look or {}), "svg.hashsalt": "millsim"}), whole(path) as draft:
-        figure.savefig(draft, dpi=dpi, format=kind, metadata=dateless)
+
+def embedded(figure, dpi=150) -> str:
+    """A figure as a data URL: an SVG, or a PNG if the SVG were larger than LARGE."""
+    for kind in ("svg", "png"):
+        store = io.BytesIO()
+        _write(figure, store, kind, dpi)
+        if store.tell() < LARGE:
+            break
+    return f"data:image/{'svg+xml' if kind == 'svg' else kind};base64,{base64.b64encode(store.getvalue()).decode()}"
+
+
+def _write(figure, target, kind, dpi):
+    """Writes a figure without dates and random names: the same picture is the same file."""
+    dateless = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind)
+    with matplotlib.rc_context({"svg.hashsalt": "millsim"}):
+        lay_out(figure, dpi)
+        figure.savefig(target, format=kind, dpi=dpi, metadata=dateless)
+
+
+def lay_out(figure, dpi):
+    """Finds the layout of a figure. Figure.savefig draws a figure that has a layout engine twice: half of the time."""
+    engine, figure.dpi = figure.get_layout_engine(), dpi
+    if engine:
+        engine.execute(figure)
+        figure.set_layout_engine(None)

@@ -19,7 +19,7 @@ from milltools.read.runfile import Run
 
 BESIDE = 1e-3  # the run ends this share of an interval after its last frame
 ULPS = 4.0  # frames can differ by that many units in the last place of the largest value
-ENERGIES = 1e-9  # relative tolerance; a single different event soon changes the energies by much more
+SAME_ENERGY = 1e-9  # relative tolerance; a single different event soon changes the energies by much more
 SERIES = ("kinetic_energy", "rotational_energy", "rotor_work")
 STATE_BYTES = 36  # of a ball in a frame: three vectors of three float32
 IMPACT_BYTES = 54
@@ -116,7 +116,7 @@ def _differs(run, other, until) -> str | None:
             continue
         (times, mine), (_, its) = run.series(name), other.series(name)
         count = min(len(mine), len(its), int((times <= until + SAME_TIME).sum()))
-        scale = np.maximum(np.abs(mine[:count]), np.abs(its[:count])) * ENERGIES
+        scale = np.maximum(np.abs(mine[:count]), np.abs(its[:count])) * SAME_ENERGY
         wrong = np.flatnonzero(~(np.abs(mine[:count] - its[:count]) <= scale))
         if len(wrong):
             return f"the {name.replace('_', ' ')} differs from {times[wrong[0]]:.6g} s on"

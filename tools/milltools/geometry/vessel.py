@@ -2,7 +2,6 @@
 map cell inside it. There are formulas for a drum; for a body the triangles of its surface are used."""
 
 import numpy as np
-from matplotlib.patches import Polygon
 
 from milltools.base.text import literal
 from milltools.geometry.bodies import Mill, inverse, moved, outline
@@ -14,7 +13,9 @@ AROUND = 180  # directions in which rings are sampled
 
 
 def of(run):
-    """The Drum or Container of a milltools.read.runfile.Run."""
+    """The Drum or Container of a milltools.read.runfile.Run. `low`, `high`: its ends along x; `outermost`: its largest
+    distance from the axis [m]; `radial` (N, 2): its outline over (x, r); `across` (M, 2): its outline over (y, z);
+    `noise`: a cells.Maps with the cells of the file, or None."""
     return Container(run) if run.vessel else Drum(run)
 
 
@@ -26,25 +27,11 @@ def axes(runs) -> dict[str, str]:
     return {axis: f"{axis}, {said} [m]" for axis, said in words.items()}
 
 
-class _Vessel:
-    """`low`, `high`: its ends along x; `outermost`: its largest distance from the axis [m]; `radial` (N, 2): its
-    outline over (x, r); `across` (M, 2): its outline over (y, z); `noise`: a cells.Maps with the cells of the file, or
-    None."""
-
-    noise = None
-
-    def rim(self, view="cross_section", **look):
-        """A patch with the outline of the wall; in the view "axial" it ends at the axis."""
-        outline = self.across if view == "cross_section" else self.radial
-        return Polygon(outline, closed=True, fill=False, **look)
-
-
-class Drum(_Vessel):
+class Drum:
     def __init__(self, run):
         self.profile, length = Profile.of_run(run), run.quantity("drum/length")
         self.low, self.high, self.outermost = -length / 2, length / 2, self.profile.outermost
-        self.across = self.profile.outline()
-        ends = np.array([self.low, self.high, self.high, self.low])
+        self.across, ends = self.profile.outline(), np.array([self.low, self.high, self.high, self.low])
         self.radial = np.column_stack([ends, self.outermost * np.array([0, 0, 1, 1])])
         self._length = length
         self.still = not run.carrier
@@ -66,13 +53,13 @@ class Drum(_Vessel):
         return np.outer(first, np.pi * np.diff(edges[1] ** 2))
 
 
-class Container(_Vessel):
+class Container:
     def __init__(self, run):
         shell = moved(inverse(run.vessel_frame()), Mill.of(run).shell)
         if run.text(f"body.{run.vessel}/shape") == "mesh":  # its centre is that of its bounding box
             points = shell.reshape(-1, 3)
             shell = shell - (points.min(axis=0) + points.max(axis=0)) / 2
-        self._shell, points = shell, shell.reshape(-1, 3)
+        self._shell, points, self.noise = shell, shell.reshape(-1, 3), None
         self.low, self.high = points[:, 0].min(), points[:, 0].max()
         away = np.hypot(points[:, 1], points[:, 2])
         self.outermost = away.max()

@@ -1,7 +1,6 @@
 """Shared by all pages of the mill command: the style, and templates that escape all texts."""
 
 import base64
-import io
 import pathlib
 
 import jinja2
@@ -11,7 +10,6 @@ from milltools.base.errors import UserError
 from milltools.base.text import lines, plain
 
 FOLDER = pathlib.Path(__file__).resolve().parent
-LARGE = 600_000  # bytes of an SVG
 
 
 def style(*more) -> str:
@@ -43,18 +41,3 @@ def environment(*folders) -> jinja2.Environment:
     )
     found.filters |= {"plain": plain, "lines": lines}
     return found
-
-
-def embedded(figure, dots: int = 150) -> str:
-    """A matplotlib figure as a data URL: an SVG, or, if that were larger than LARGE, a PNG with `dots` dots per
-    inch."""
-    import matplotlib  # not every page has figures
-
-    for kind, mime, told in (("svg", "svg+xml", {"Date": None}), ("png", "png", None)):
-        store = io.BytesIO()
-        with matplotlib.rc_context({"svg.hashsalt": "millsim"}):  # the same figure always gives the same text
-            figure.savefig(store, format=kind, dpi=dots, metadata=told)
-        address = f"data:image/{mime};base64,{base64.b64encode(store.getvalue()).decode()}"
-        if store.tell() < LARGE:
-            break
-    return address

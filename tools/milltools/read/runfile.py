@@ -26,6 +26,15 @@ from milltools.read.histogram import ENERGIES, Histogram, by_energy, by_speed
 from milltools.read.kinds import KINDS
 
 THRESHOLDS = (0.5, 1.0, 2.0)  # [m/s] of fast_collisions
+# views of the maps: axes of the first and second index, and components of the velocity
+VIEWS = {"cross_section": ("y", "z", ("x", "y", "z")), "axial": ("x", "r", ("x", "r", "phi"))}
+# forms of energy in /series, in words
+FORMS = {
+    "kinetic_energy": "kinetic energy",
+    "rotational_energy": "energy in the balls' spin",
+    "potential_energy": "potential energy",
+    "elastic_energy": "energy in the springs of contacts",
+}
 MEDIAN = "impacts/all/normal_speed/median_above_50mm_s"
 # path below /statistics -> name below /statistics/precision with its standard error; impacts/ROW/rate has one too
 PRECISION = {
@@ -408,7 +417,7 @@ class Run(Store):
 
     def edges(self, view: str = "cross_section") -> tuple[np.ndarray, np.ndarray]:
         """Edges of a map's cells [m] along its first and second index."""
-        first, second = ("y", "z") if view == "cross_section" else ("x", "r")
+        first, second, _ = VIEWS[view]
         return self.map(f"{first}_edges", view), self.map(f"{second}_edges", view)
 
     # ---- balls

@@ -9,6 +9,7 @@ from milltools import pages
 from milltools.base.text import Number, count, lines, plain, scaled, share, small, with_error
 from milltools.player import parts
 from milltools.read import kinds, motions
+from milltools.read.runfile import FORMS
 from milltools.report import facts
 
 HERE = pathlib.Path(__file__).resolve().parent
@@ -21,12 +22,6 @@ CONTACT_HEADS = (
     "contacts", "rate", f"median {SPEED} of all", f"median {SPEED} above 50 mm/s", f"mean {SPEED}",
     "at the rebound floor", "dissipated power", "share",
 )  # fmt: skip
-ENERGIES = {
-    "kinetic_energy": "kinetic energy",
-    "rotational_energy": "energy in the balls' spin",
-    "potential_energy": "potential energy",
-    "elastic_energy": "energy in the springs of contacts",
-}
 
 
 def contacts(run) -> list[tuple[str, list[Number]]]:
@@ -76,7 +71,7 @@ def balance(run) -> list[tuple[str, object, str]]:
             found.append((f"power of {plain(name)}", power, words))
     if not run.unsampled:
         found += _of_window(run)
-    for name, label in ENERGIES.items():
+    for name, label in FORMS.items():
         time, value = run.series(name) if run.has_series(name) else ((), ())
         if len(value) and math.isfinite(value[-1]):
             found.append((label, scaled(value[-1], "J"), f"at {scaled(time[-1], 's')}"))

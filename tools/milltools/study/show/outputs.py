@@ -100,6 +100,6 @@ def page(view, objective, *more, beside=None, wanted=None, **options) -> str:
         optima=[summary.optimum_lines(view, aim) for aim in aims],
         beside=pair.sentences([view, beside], objective, wanted) if beside is not None else [],
         tables=tables,
-        pictures=[(title, words, pages.embedded(make())) for _, title, words, make in kinds],
+        pictures=[(title, words, style.embedded(make())) for _, title, words, make in kinds],
         meta=view.meta,
     )
