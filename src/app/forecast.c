@@ -14,7 +14,7 @@
 #include <math.h>
 
 /* The trial ends after so many contacts: the same deck has the same forecast of contacts and the
- * same notes on any machine, fast or busy. A mill whose contacts are rare or dear ends it by time. */
+ * same notes on any machine, slow or busy. Where contacts are rare, it ends after so much time. */
 #define CONTACTS 1.5e6
 #define PATIENCE 10.0 /* [s] of processor time */
 #define SLICE 5000    /* events between two readings of the clock */
