@@ -9,13 +9,16 @@ import pandas
 from study_case import FIGURE7, ROOT
 
 SPIN = '''#!{python}
-"""Stands in for millsim: one second of CPU time, its own start included, then the file of a real run."""
+"""Stands in for millsim: the file of a real run, after one second of CPU time, which includes its own start."""
 import os, shutil, sys, time
 if "-o" not in sys.argv or not any("run.seed" in word for word in sys.argv):
     os.execv("{program}", sys.argv)
+target = sys.argv[sys.argv.index("-o") + 1]
+shutil.copyfile("{sample}", target + ".stand-in")
 while time.process_time() < {seconds}:
     pass
-shutil.copyfile("{sample}", sys.argv[sys.argv.index("-o") + 1])
+os.rename(target + ".stand-in", target)
+os._exit(0)  # the end of Python's interpreter is no part of a study
 '''
 SECONDS = 1.0
 
