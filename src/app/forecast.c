@@ -16,7 +16,7 @@
 /* The trial ends after so many contacts: the same deck has the same forecast of contacts and the
  * same notes on any machine, slow or busy. Where contacts are rare, it ends after so much time. */
 #define CONTACTS 1.5e6
-#define PATIENCE 10.0 /* [s] of processor time */
+#define PATIENCE 20.0 /* [s] of processor time */
 #define SLICE 5000    /* events between two readings of the clock */
 /* turns until the charge is swept up: SWEPT over the part of the drum that it fills, */
 #define SWEPT 0.15

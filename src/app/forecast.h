@@ -25,7 +25,7 @@ struct mill_forecast_growth mill_forecast_growth(const struct mill_world *world)
  * to a constant. */
 double mill_forecast_work(const struct mill_forecast_growth *growth, double time);
 
-/* Runs the deck's world for 1.5 million contacts, or ten seconds of processor time, or to its end,
+/* Runs the deck's world for 1.5 million contacts, or 20 seconds of processor time, or to its end,
  * and computes the forecast. The world must not be used afterwards. If the trial fails, the
  * notes are still valid. */
 enum mill_status mill_forecast_make(const struct mill_deck *deck, struct mill_world *world,

@@ -216,7 +216,7 @@ def read_arguments():
     parser.add_argument("cases", nargs="*", metavar="CASE", help="name of a case or its beginning")
     parser.add_argument("--list", action="store_true", help="name the cases and end")
     parser.add_argument("--quick", action="store_true", help="see that it works; figures are void")
-    parser.add_argument("--repeats", type=int, help=f"default {REPEATS}; 2 with --quick")
+    parser.add_argument("--repeats", type=int, help=f"default {REPEATS}; 1 with --quick")
     parser.add_argument(
         "--json",
         type=pathlib.Path,
@@ -236,7 +236,7 @@ def bench(arguments):
     target = (arguments.json or ROOT / usual).resolve()
     if not target.parent.is_dir():
         raise BenchError(f"{target}: no such folder")
-    repeats = arguments.repeats or (2 if arguments.quick else REPEATS)
+    repeats = arguments.repeats or (1 if arguments.quick else REPEATS)
     report = {
         "date": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
         "quick": arguments.quick,

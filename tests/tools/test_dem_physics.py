@@ -7,6 +7,7 @@ import shutil
 
 import numpy as np
 import pytest
+from conftest import some
 
 from milltools.dem import singles
 from milltools.dem.model import Model, sticking_restitution, tangential_damping
@@ -135,7 +136,7 @@ def test_sticking_impacts_turn_back_as_the_damped_oscillators_say(measured, kind
     assert laws[kind].tangential_restitution == pytest.approx(expected, abs=0.02)
 
 
-@pytest.mark.parametrize("kind", KINDS[1:])
+@pytest.mark.parametrize("kind", some(KINDS[1:], 2))
 def test_what_friction_takes_at_a_wall_closes_the_balance(mill, write_deck, tmp_path, kind):
     """Friction there and nowhere else: nothing is left over for friction between balls."""
     deck = write_deck(SHAFT if kind == "ball_shaft" else MILL)
