@@ -156,6 +156,7 @@ test:
 CHECKED := $(if $(T),$(filter tests/unit/%,$(T)),$(wildcard tests/unit/test_*.c))
 PYTESTS := $(if $(T),$(filter-out tests/unit/%,$(T)),tests)
 check:
+	$(foreach file,$(CHECKED),$(if $(wildcard $(file)),,$(error $(file): no such test)))
 	@tools/setup --local build test --python check study cluster export dem
 	@$(MAKE) $(PARALLEL) $(CHECKED:%.c=$(BUILD)/%) $(BUILD)/millsim millsim
 	@$(if $(CHECKED),$(if $(T),,CK_EXCLUDE_TAGS=slow) $(MAKE) $(PARALLEL) --output-sync=target \

@@ -113,7 +113,7 @@ def account(run) -> Account:
 
 
 class Flow(Figure):
-    name, group, title = "flow", "energy", "Energy account"
+    name, group, title = "flow", "energy", "Energy balance"
     caption = (
         "Mean powers over the sampled window, widths true to scale. Left: the sources of energy (each motion; the "
         "charge, if its kinetic or potential energy falls; the rebound floor at slow impacts). Right: the sinks. The "
