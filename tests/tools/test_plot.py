@@ -4,12 +4,13 @@ import resource
 import subprocess
 import sys
 
+import matplotlib
 import numpy as np
 import pytest
 from conftest import ROOT, SMALL
 from matplotlib.patches import Polygon
 
-from milltools.figures import overview, style
+from milltools.figures import FIGURES, overview, style
 from milltools.geometry.profile import Profile
 from milltools.read.runfile import Run
 
@@ -81,6 +82,16 @@ def test_a_full_disk_leaves_the_old_picture(millsim, mill, small_deck, tmp_path)
     assert (done.returncode, done.stderr) == (1, "mill plot: run.png: File too large\n")
     assert (tmp_path / "run.png").read_text() == "old"
     assert sorted(p.name for p in tmp_path.iterdir()) == ["deck.h5", "deck.ini", "run.png"]
+
+
+@pytest.mark.slow
+def test_a_users_own_layout_of_matplotlib_changes_no_picture(millsim, small_deck, tmp_path):
+    assert millsim("deck.ini", "-q").returncode == 0
+    with Run(tmp_path / "deck.h5") as run:
+        plain = style.embedded(FIGURES["section-rate"].draw(run))
+        with matplotlib.rc_context({"figure.autolayout": True}):
+            own = style.embedded(FIGURES["section-rate"].draw(run))
+    assert own == plain
 
 
 def test_a_figure_within_a_page_is_the_same_text_each_time(millsim, small_deck, tmp_path):

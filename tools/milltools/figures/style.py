@@ -30,8 +30,8 @@ KIND_LOOK = {
     "ball_blade": ("#b8609a", (0, (3, 1.2))),
     "all": (INK, "-"),
 }
-LARGE = 600_000  # bytes of an SVG in a page
 MORE = (("#b58900", (0, (8, 2))), ("#2aa1b3", (0, (4, 1, 1, 1))), ("#8a6d3b", (0, (2, 1))), ("#7b61c9", (0, (5, 3))))
+LARGE = 600_000  # bytes of an SVG in a page
 
 
 def kind_look(kind: str, kinds=()) -> dict:
@@ -116,4 +116,5 @@ def lay_out(figure, dpi):
     engine, figure.dpi = figure.get_layout_engine(), dpi
     if engine:
         engine.execute(figure)
-        figure.set_layout_engine(None)
+        with matplotlib.rc_context({"figure.autolayout": False, "figure.constrained_layout.use": False}):
+            figure.set_layout_engine(None)
