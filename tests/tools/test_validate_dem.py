@@ -1,7 +1,8 @@
-"""make validate-dem: are its checks able to fail, and are kept runs only used again where they may be? No LIGGGHTS
-needed."""
+"""make validate-dem: are its checks able to fail, and are kept runs only used again where they may be? Only the last
+test needs LIGGGHTS."""
 
 import pathlib
+import shutil
 import sys
 
 import numpy as np
@@ -11,6 +12,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "validation" / "dem"), str(ROOT / "validation")]
 
 import mills
+import parts
 import runs
 from law import impact
 
@@ -160,3 +162,18 @@ def test_a_sticking_contact_of_the_integrated_law_turns_back_as_the_closed_form_
     ratio = np.array([0.1, 0.3])  # friction beyond all: the cap does not act where the normal force goes through 0
     _, after = impact(contact, 1e5, ratio, [1e-6] * 2, 0.02, step)
     assert -after / ratio == pytest.approx(sticking_restitution(0.8), abs=2e-3)
+
+
+@pytest.mark.dem
+@pytest.mark.slow
+@pytest.mark.thorough
+def test_single_impacts_hold_and_are_drawn(tmp_path):
+    """The shortest part, whole: 10 s."""
+    (tmp_path / "dem").mkdir()
+    for deck in (ROOT / "validation" / "dem").glob("*.ini"):
+        shutil.copy(deck, tmp_path / "dem")
+    found = parts.run_part(
+        "dem", "ladder", ("impacts", "isolated"), lambda scratch: runs.DemCase(tmp_path / "dem", scratch)
+    )
+    assert not found["failure"] and all(claim.as_known for claim in found["claims"])
+    assert found["figures"] == sorted(path.name for path in (tmp_path / "dem").glob("*.png")) != []

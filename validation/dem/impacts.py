@@ -1,6 +1,5 @@
 """Single impacts: balls thrown at a wall and at each other at 20 angles, in LIGGGHTS, in millsim and in theory."""
 
-import dataclasses
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -234,7 +233,7 @@ def draw(case, deck, curves, by_restitution, by_step):
         ("the deck: 0.3, 0.484", law, "-"),
         (
             f"effective in LIGGGHTS: {soft.friction:.3f}, {soft.tangential_restitution:.3f}",
-            dataclasses.replace(law, friction=soft.friction, tangential_restitution=soft.tangential_restitution),
+            law._replace(friction=soft.friction, tangential_restitution=soft.tangential_restitution),
             "--",
         ),
     )
