@@ -9,6 +9,7 @@ import subprocess
 import sys
 
 import pytest
+from warm import Warm
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 PROGRAM = pathlib.Path(os.environ.get("MILLSIM", ROOT / "millsim"))
@@ -111,18 +112,28 @@ def millsim(tmp_path):
     return run
 
 
+@functools.cache
+def warm():
+    """The process that `mill` is forked from, one for each process of pytest."""
+    return Warm(ROOT / "tools")
+
+
 def run_mill(cwd, *words, timeout=120, env=None, preexec_fn=None):
     """subprocess.CompletedProcess of `mill WORDS` in the folder cwd; env: what its environment has in addition."""
+    words, timeout = list(map(str, words)), timeout * SLOWER
+    environment = {**os.environ, "PYTHONPATH": str(ROOT / "tools"), "MILLSIM": str(PROGRAM), **(env or {})}
+    if preexec_fn is None and SLOWER == 1:
+        return warm().run(words, cwd, environment, timeout)
     return subprocess.run(
-        [sys.executable, "-m", "milltools", *map(str, words)],
+        [sys.executable, "-m", "milltools", *words],
         cwd=cwd,
         stdin=subprocess.DEVNULL,
         capture_output=True,
         text=True,
         errors="replace",
-        timeout=timeout * SLOWER,
+        timeout=timeout,
         check=False,
-        env={**os.environ, "PYTHONPATH": str(ROOT / "tools"), "MILLSIM": str(PROGRAM), **(env or {})},
+        env=environment,
         preexec_fn=preexec_fn,
     )
 
