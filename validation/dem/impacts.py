@@ -1,6 +1,5 @@
 """Single impacts: balls thrown at a wall and at each other at 20 angles, in LIGGGHTS, in millsim and in theory."""
 
-
 import matplotlib.pyplot as plt
 import numpy as np
 from law import impact as law_of_liggghts
