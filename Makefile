@@ -147,8 +147,8 @@ run:
 test:
 	@$(MAKE) --no-print-directory deps PARTS='build python test dem slurm render pov browser'
 	@tools/setup --local --python all check test
-	@$(MAKE) $(PARALLEL) $(UNIT) $(FUZZERS) $(BENCH) $(PROBES) $(BUILD)/millsim millsim mill
-	@$(MAKE) $(PARALLEL) --output-sync=target unit
+	@$(MAKE) $(PARALLEL) compiled mill
+	@$(if $(filter release,$(MODE)),,CK_EXCLUDE_TAGS=slow) $(MAKE) $(PARALLEL) --output-sync=target unit
 	@$(MAKE) --no-print-directory replay cli
 
 # What needs neither root nor more than a compiler, Check and Python, and no long while. T: files, of Python or
@@ -164,6 +164,9 @@ check:
 	$(if $(PYTESTS),MILLSIM=$(abspath $(BUILD)/millsim) .venv/bin/python -m pytest -q -rs $(PYTESTS) \
 	    $(if $(T),,-n $(JOBS) --dist loadfile -m 'not slow and not thorough and not browser and not slurm and not dem and not render'))
 
+# all that `make test` compiles
+compiled: $(UNIT) $(FUZZERS) $(BENCH) $(PROBES) $(BUILD)/millsim millsim
+
 unit: $(patsubst tests/unit/test_%.c,unit-%,$(wildcard tests/unit/test_*.c))
 
 unit-%: $(BUILD)/tests/unit/test_%
@@ -174,6 +177,7 @@ thorough:
 	@tools/setup --local --python all check test
 	@$(MAKE) $(PARALLEL) $(BENCH) $(BUILD)/millsim millsim mill
 	MILLSIM=$(abspath $(BUILD)/millsim) .venv/bin/python -m pytest -q -rs -n 2 --timeout 3600 -m thorough $(PYTESTS)
+	@$(MAKE) $(PARALLEL) --output-sync=target MODE=asan unit
 
 # the seeds and past finds of the fuzz targets, without a fuzzer
 replay: $(FUZZERS)
@@ -350,5 +354,5 @@ clean:
 -include $(patsubst %.o,%.d,$(LIB)) $(BUILD)/src/app/main.d $(addsuffix .d,$(UNIT) $(BENCH) $(PROBES) $(FUZZERS)) \
     $(BUILD)/tests/fuzz/replay.d $(BUILD)/tests/fuzz/units_once.d
 .SECONDARY:
-.PHONY: all help needed deps run check test unit thorough coverage nightly lowest replay fuzz fuzzers cli golden valgrind validate validate-dem validate-study validate-paper lint format docs pictures bench bench-parts \
+.PHONY: all help needed deps run check test compiled unit thorough coverage nightly lowest replay fuzz fuzzers cli golden valgrind validate validate-dem validate-study validate-paper lint format docs pictures bench bench-parts \
         install clean always

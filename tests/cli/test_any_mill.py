@@ -29,7 +29,8 @@ def prediction(seed):
     return predict(case_of(seed))
 
 
-@pytest.mark.parametrize("seed", some(SEEDS, 6))
+@pytest.mark.long
+@pytest.mark.parametrize("seed", some(SEEDS, 10))
 def test_the_program_finds_every_impact_of_the_oracle(seed, tmp_path):
     story = compare(case_of(seed), prediction(seed), tmp_path)
     assert story is None, story

@@ -28,12 +28,14 @@ def prediction(seed, wavy=False):
     return predict(random_case(seed, wavy))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", some(SEEDS, 8))
 def test_the_program_finds_every_impact_of_the_oracle(seed, tmp_path):
     story = compare(random_case(seed), prediction(seed), tmp_path)
     assert story is None, story
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", some(WAVY_SEEDS, 8))
 def test_the_program_finds_every_impact_of_the_oracle_in_a_wavy_drum(seed, tmp_path):
     story = compare(random_case(seed, wavy=True), prediction(seed, True), tmp_path)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from conftest import some
 from mill_decks import random_mill
 from mill_parts import prism_mesh, random_motion, stl
 from motions import Motion, Swing, Turn
@@ -169,7 +170,7 @@ def test_distance_to_a_solid_is_that_to_its_nearest_point(name):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["box", "cylinder", "cone", "wide end"])
-@pytest.mark.parametrize("rounding", [0.05, 0.25])
+@pytest.mark.parametrize("rounding", some([0.05, 0.25], 2))
 def test_a_rounded_solid_is_all_balls_of_that_radius_that_fit_in_it(name, rounding):
     rng = np.random.default_rng(9)
     sharp, member = SOLIDS[name]

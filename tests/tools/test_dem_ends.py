@@ -228,7 +228,7 @@ def test_on_a_terminal_a_bar_moves_and_the_cursor_comes_back(start, tmp_path, en
         master, terminal = pty.openpty()
     except OSError as fault:
         pytest.skip(f"no terminal to be had here: {fault}")
-    words = ["--time", "100 s"] if ending == "stopped" else ["--time", "300 ms"]
+    words = ["--time", "100 s"] if ending == "stopped" else ["--time", "150 ms"]
     process = start(*words, stderr=terminal, stdout=subprocess.DEVNULL)
     os.close(terminal)
     if ending == "stopped":

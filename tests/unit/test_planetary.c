@@ -326,5 +326,5 @@ int main(void)
         {notes_speak_of_the_drive, 1},
         {a_run_taken_up_again_has_the_same_poses_and_pictures, 1, UNIT_SLOW},
     };
-    return unit_run_in("planetary", set_up, tear_down, tests, sizeof tests / sizeof *tests);
+    return unit_run_after("planetary", set_up, tear_down, tests, sizeof tests / sizeof *tests);
 }

@@ -24,8 +24,10 @@ struct unit_test {
     enum unit_speed speed;
 };
 
-/* Returns what main does. set_up and tear_down: around each test; may be NULL. */
-static inline int unit_run_in(const char *name, void (*set_up)(void), void (*tear_down)(void),
+/* Returns what main does; add: how set_up and tear_down, which may be NULL, are added to a case of
+ * tests. */
+static inline int unit_run_as(void (*add)(TCase *, SFun, SFun), const char *name,
+                              void (*set_up)(void), void (*tear_down)(void),
                               const struct unit_test *test, size_t tests)
 {
     /* a test of two minutes hangs; SLOWER: how much slower it is while it is measured (make
@@ -37,7 +39,7 @@ static inline int unit_run_in(const char *name, void (*set_up)(void), void (*tea
     tcase_set_tags(tests_of[UNIT_SLOW], "slow"); /* CK_EXCLUDE_TAGS=slow leaves them out */
     for (size_t k = 0; k < sizeof tests_of / sizeof *tests_of; k++) {
         tcase_set_timeout(tests_of[k], limit);
-        tcase_add_checked_fixture(tests_of[k], set_up, tear_down);
+        add(tests_of[k], set_up, tear_down);
         suite_add_tcase(suite, tests_of[k]);
     }
     for (size_t k = 0; k < tests; k++)
@@ -47,6 +49,20 @@ static inline int unit_run_in(const char *name, void (*set_up)(void), void (*tea
     const int failed = srunner_ntests_failed(runner);
     srunner_free(runner);
     return failed != 0;
+}
+
+/* set_up and tear_down: around each test */
+static inline int unit_run_in(const char *name, void (*set_up)(void), void (*tear_down)(void),
+                              const struct unit_test *test, size_t tests)
+{
+    return unit_run_as(tcase_add_checked_fixture, name, set_up, tear_down, test, tests);
+}
+
+/* set_up and tear_down: around all tests of a speed; each test has a copy of what set_up leaves */
+static inline int unit_run_after(const char *name, void (*set_up)(void), void (*tear_down)(void),
+                                 const struct unit_test *test, size_t tests)
+{
+    return unit_run_as(tcase_add_unchecked_fixture, name, set_up, tear_down, test, tests);
 }
 
 static inline int unit_run(const char *name, const struct unit_test *test, size_t tests)
