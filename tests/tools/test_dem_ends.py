@@ -246,7 +246,7 @@ def test_on_a_terminal_a_bar_moves_and_the_cursor_comes_back(start, tmp_path, en
     os.close(master)
     assert process.wait(timeout=30) == (130 if ending == "stopped" else 0)
     text = seen.decode()
-    assert re.search(r"LIGGGHTS at \d+\.\d\d of (100000|300|1e\+05) ms", text)
+    assert re.search(r"LIGGGHTS at \d+\.\d\d of (100000|150|1e\+05) ms", text)
     assert re.search(r"\d+ (s|min|h) left|\d\.\d h left", text)
     assert text.rfind("\x1b[?25h") > text.rfind("\x1b[?25l") > -1
     assert "Traceback" not in text
