@@ -63,6 +63,7 @@ balls.count = 40..60 step 20
 """
 
 
+WAITING = ("test_dask", "test_dem_ends", "test_slurm", "test_slurm_parts", "test_tutorial")
 SLOWER = float(os.environ.get("SLOWER", "1"))  # how much slower programs are while they are measured (make coverage)
 
 
@@ -70,6 +71,16 @@ def some(cases, every):
     """Cases for parametrize: the first and each `every`-th after it; the others are `thorough`."""
     cases = [case if isinstance(case, tuple) else (case,) for case in cases]
     return [pytest.param(*case, marks=[pytest.mark.thorough] if k % every else []) for k, case in enumerate(cases)]
+
+
+def pytest_collection_modifyitems(items):
+    """Files whose tests mostly wait come early and not all at once: tests of others fill the cores meanwhile."""
+    files = list(dict.fromkeys(item.path for item in items))
+    waiting = [path for path in files if path.stem in WAITING]
+    order = [path for path in files if path not in waiting]
+    for k, path in enumerate(waiting):
+        order.insert(4 * k, path)
+    items.sort(key=lambda item: order.index(item.path))
 
 
 @pytest.fixture(autouse=True, scope="session")
