@@ -8,7 +8,7 @@ import sys
 import time
 
 import pandas
-from conftest import PROGRAM, ROOT, SMALL
+from conftest import PROGRAM, ROOT, SMALL, warm
 
 from milltools.study.plan.table import Table
 
@@ -103,10 +103,8 @@ class Case:
         return process
 
     def sweep(self, *words, timeout=120):
-        """The same, to its end: status, stdout, stderr."""
-        process = self.start(*words)
-        said = process.communicate(timeout=timeout)
-        return subprocess.CompletedProcess(words, process.returncode, *said)
+        """The same, to its end, forked as tests/warm.py says: status, stdout, stderr."""
+        return warm().run(["sweep", f"{self.name}.study", *QUIET, *words], self.folder, self.environment, timeout)
 
     def stop(self):
         for process in self.started:
