@@ -117,10 +117,9 @@ class Contacts:
         own = velocity[found.ball]
         if which == 0:
             return own - velocity[found.partner]
-        motion = self.walls[which].motion
-        if motion is None:
-            return own
-        return own - motion.velocity(self.time, place[found.ball] - self.radius[found.ball, None] * found.normal)
+        if motion := self.walls[which].motion:
+            own -= motion.velocity(self.time, place[found.ball] - self.radius[found.ball, None] * found.normal)
+        return own
 
     def slip(self, which, found, place, velocity, spin):
         """Slip (M, 3) of the two surfaces: tangential velocity of `ball` relative to its partner at the contact."""
@@ -132,7 +131,6 @@ class Contacts:
         return moving - along[:, None] * found.normal
 
     def sample(self, time, place, velocity, spin):
-        """See the class."""
         if self.before is None:
             self.before, self.last = (velocity.copy(), spin.copy()), time
         began = []

@@ -57,9 +57,10 @@ class Harmonics:
         self._phase, self._flat = 1j * self.rate, self.value.reshape(len(self.rate), -1)
 
     def __call__(self, t, order=0):
-        """The derivative of this order at the time t."""
-        wave = self._phase**order * np.exp(self._phase * t)
-        return (wave @ self._flat).real.reshape(self.value.shape[1:])  # np.tensordot takes four times as long
+        """The derivative of this order at the time t, or at times (T,): (T, ...)."""
+        wave = self._phase**order * np.exp(np.multiply.outer(t, self._phase))
+        # np.tensordot takes four times as long
+        return (wave @ self._flat).real.reshape(np.shape(t) + self.value.shape[1:])
 
     def times(self, inner):
         """This matrix times another."""
@@ -202,12 +203,15 @@ class Chain:
         return self.whole(t)[:3]
 
     def fields(self, t):
-        """(3, 4) for each motion alone: takes a point in the laboratory to the velocity that this motion gives to the
-        body there."""
+        """(3, 4) for each motion alone, or (T, 3, 4) at times (T,): takes a point in the laboratory to the velocity
+        that this motion gives to the body there."""
         found = []
         for one, carrier in zip(self.motions, self.carriers, strict=True):
             around = carrier(t)
-            found.append(after((around @ one.harmonics(t, 1))[:3], (around @ one.harmonics(t))[:3]))
+            rate, now = around @ one.harmonics(t, 1), around @ one.harmonics(t)
+            turning = rate[..., :3, :3] @ now[..., :3, :3].swapaxes(-1, -2)
+            shift = rate[..., :3, 3:] - turning @ now[..., :3, 3:]
+            found.append(np.concatenate([turning, shift], axis=-1))
         return found
 
     def point(self, place):

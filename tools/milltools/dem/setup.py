@@ -30,8 +30,7 @@ class Frame:
 
     def to_laboratory(self, time, place, velocity, spin):
         """The state (N, 3) in the laboratory of balls in the frame."""
-        velocity = velocity @ self.rows + self.track(time, 1)
-        return place @ self.rows + self.track(time), velocity, spin @ self.rows
+        return place @ self.rows + self.track(time), velocity @ self.rows + self.track(time, 1), spin @ self.rows
 
     def from_laboratory(self, time, place, velocity, spin):
         """The inverse of to_laboratory."""
@@ -39,8 +38,8 @@ class Frame:
         return [values @ self.rows.T for values in (place, velocity, spin)]
 
     def gravity(self, time):
-        """(3,) [m/s^2] in the frame, with the inertial force of the frame's motion."""
-        return self.rows @ (self.g - self.track(time, 2))
+        """(3,) [m/s^2], or (T, 3) at times (T,), in the frame, with the inertial force of the frame's motion."""
+        return (self.g - self.track(time, 2)) @ self.rows.T
 
     @property
     def pushes(self):

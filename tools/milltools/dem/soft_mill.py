@@ -72,13 +72,12 @@ class SoftMill:
         return price if price > 0 else math.nan  # NaN for a mill so small that the start costs more
 
     def run(self, modulus, until):
-        """See the class."""
         model = Model(self.deck, modulus)
         before, contacts = self.contacts, Contacts(self.deck, model)
         if before:
             self.removed += sum(self._energies().values())
             self.state[0] = part(Contacts(self.deck, model), self.time, *self.state[:2])
-            self.drive.last = None
+            self.drive.settle(keep=0)
         self.contacts = contacts
         if before:
             self.removed -= sum(self._energies().values())
