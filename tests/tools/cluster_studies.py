@@ -8,7 +8,7 @@ import sys
 import time
 
 import pandas
-from conftest import PROGRAM, ROOT, SMALL, warm
+from conftest import PROGRAM, ROOT, SMALL, run_mill
 
 from milltools.study.plan.table import Table
 
@@ -103,8 +103,9 @@ class Case:
         return process
 
     def sweep(self, *words, timeout=120):
-        """The same, to its end, forked as tests/warm.py says: status, stdout, stderr."""
-        return warm().run(["sweep", f"{self.name}.study", *QUIET, *words], self.folder, self.environment, timeout)
+        """The same, to its end: status, stdout, stderr."""
+        words = ["sweep", f"{self.name}.study", *QUIET, *words]
+        return run_mill(self.folder, *words, timeout=timeout, env=self.environment)
 
     def stop(self):
         for process in self.started:
