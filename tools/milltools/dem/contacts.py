@@ -52,7 +52,7 @@ class Contacts:
         self.blades = next((wall for wall in self.setup.walls if isinstance(wall, Blades)), Blades(deck))
         self.spring = {name: model.table(name) for name in ("mass", "stiffness", "damping", "decay", "frequency")}
         self.loss = [1 - deck.contact(kind).restitution ** 2 for kind in deck.kinds]
-        self.touching = [np.empty(0, np.int64) for _ in self.walls]
+        self.touching = [np.empty(0, np.int64) for _ in self.walls]  # their keys, ascending
         self.normal_loss, self.isolated_loss = np.zeros((2, len(deck.kinds)))
         self.elastic = np.zeros(len(self.walls))
         self.deepest = 0.0
@@ -146,7 +146,7 @@ class Contacts:
             self.normal_loss[self.kinds[which]] += self.interval * np.sum(damping * closing * closing)
             self.elastic[which] = 0.5 * np.sum(self.springs("stiffness", which, found) * found.overlap**2)
             self.deepest = max(self.deepest, found.overlap.max())
-            new = np.isin(found.key, self.touching[which], assume_unique=True, invert=True)
+            new = np.append(self.touching[which], -1)[np.searchsorted(self.touching[which], found.key)] != found.key
             self.touching[which] = found.key
             if new.any():
                 began.append(self._impacts(which, found.where(new), closing[new], place))

@@ -131,13 +131,13 @@ class Liggghts:
             raise EOFError
         return whole
 
-    def _dump(self, name, columns):
-        """The result of _binary; None: LIGGGHTS has ended."""
+    def _dump(self, name, into):
+        """The step of the next dump, whose rows go into the array `into` (N, K), one a ball; None: it has ended."""
         with contextlib.suppress(EOFError), at_once():
-            return self._binary(name, columns)
+            return self._binary(name, into)
 
-    def _binary(self, name, columns):
-        """(step, rows (N, columns - 1) in the order of the balls, without their ids) of the next dump."""
+    def _binary(self, name, into):
+        columns = into.shape[1] + 1
         head = self._read(name, HEADER)
         step, rows = (int(n) for n in np.frombuffer(head, np.int64, 2))
         width, chunks = (int(n) for n in np.frombuffer(head, np.int32, 2, HEADER - 8))
@@ -153,17 +153,16 @@ class Liggghts:
         if rows != self.balls:
             lost = f"LIGGGHTS lost {self.balls - rows} of {self.balls} balls by step {step}"
             raise UserError(f"{lost}: use a stiffer --modulus (it also shortens the time step)", 1)
-        order = np.argsort(table[:, 0])
-        if not np.array_equal(table[order, 0], np.arange(1, self.balls + 1)):
+        ball = table[:, 0].astype(np.int64) - 1
+        if not 0 <= ball.min() <= ball.max() < len(table) == self.balls or np.bincount(ball).max() > 1:
             raise _garbled(f"{name} does not name every ball once at step {step}")
-        return step, table[order, 1:]
+        into[ball] = table[:, 1:]
+        return step
 
     def state(self, into):
         """The step of the next sample; its state goes into the array (N, 9): place, velocity, spin. None: the end."""
-        found = self._dump("state.bin", 10)
-        if found is None:
+        if (step := self._dump("state.bin", into)) is None:
             return None
-        step, into[:] = found
         if not np.isfinite(into).all():
             raise UserError(f"LIGGGHTS has failed: a ball's place or speed is not a number at step {step}", 1)
         if not self.begun:
@@ -173,8 +172,8 @@ class Liggghts:
 
     def walls(self, count):
         """Forces (N, 3 W) [N] of the W = `count` walls on each ball; None: LIGGGHTS has ended."""
-        found = self._dump("walls.bin", 1 + 3 * count)
-        return found and found[1]
+        forces = np.empty((self.balls, 3 * count))
+        return None if self._dump("walls.bin", forces) is None else forces
 
     def told_of(self, row, columns):
         """The mean values of the meshes over the `row`-th interval of the series, one after the other: as many as

@@ -90,7 +90,8 @@ class Motion:
 
     def velocity(self, t, points):
         """[m/s] of points (M, 3) that it carries, all in the carrier's frame."""
-        return moved(after(self.harmonics(t, 1)[:3], self.pose(t)), points)
+        pose, rate = (self.harmonics(t, order)[:3] for order in (0, 1))
+        return (points - pose[:, 3]) @ (pose[:, :3] @ rate[:, :3].T) + rate[:, 3]
 
 
 @dataclasses.dataclass(frozen=True)

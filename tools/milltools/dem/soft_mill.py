@@ -108,7 +108,7 @@ class SoftMill:
             # all is read before the time advances: so an interrupt cannot leave half of a sample
             forces = process.walls(len(self.setup.acting)) if forces_every and sample % forces_every == 0 else None
             self.time = begin + sample * contacts.interval
-            self.state = [part.copy() for part in np.split(flat, 3, axis=1)]
+            self.state = [*flat.reshape(-1, 3, 3).swapaxes(0, 1).copy()]
             impacts = contacts.sample(self.time, *self.state)
             self.drive.sample(self.time, *self.state)
             if forces is not None:

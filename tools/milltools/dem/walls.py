@@ -71,7 +71,7 @@ class Cylinder(Wall):
             self.primitives = [(name, words, "".join(shears), None)]
 
     def find(self, time, place, radius):
-        rho = np.hypot(place[:, 1], place[:, 2])
+        rho = np.sqrt(place[:, 1] ** 2 + place[:, 2] ** 2)
         deep = self.sign * (self.radius - rho) + radius
         ball = np.nonzero(deep > 0)[0]
         normal = np.zeros((len(ball), 3))
