@@ -149,7 +149,7 @@ class Liggghts:
             if count % columns or not 0 <= count <= self.balls * columns:
                 raise _garbled(f"{name} has a part of {count} numbers at step {step}")
             parts.append(np.frombuffer(self._read(name, 8 * count), np.float64).reshape(-1, columns))
-        table = np.concatenate(parts)
+        table = np.concatenate(parts) if chunks > 1 else parts[0]
         if rows != self.balls:
             lost = f"LIGGGHTS lost {self.balls - rows} of {self.balls} balls by step {step}"
             raise UserError(f"{lost}: use a stiffer --modulus (it also shortens the time step)", 1)
