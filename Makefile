@@ -281,7 +281,7 @@ validate:
 
 # some 80 minutes, nearly all of them LIGGGHTS at steel stiffness; KEPT=1: kept runs of any version will do
 validate-dem:
-	@tools/setup --local build dem --python check dem
+	@tools/setup --local build dem --python check dem study
 	@$(MAKE) $(PARALLEL) millsim mill
 	.venv/bin/python validation/dem/validate.py $(if $(KEPT),--kept) $(CASES)
 
