@@ -60,6 +60,7 @@ for sample in range({SAMPLES}):
         if play == "twice": rows[0] = rows[1]
         if play == "no number": rows[2][4] = float("nan")
         if play == "part": out.write(dump(step, rows)[:100] + struct.pack("<i", 1 << 30))
+        if play == "empty part": out.write(dump(step, rows)[:100] + struct.pack("<i", 0))
         if play == "negative part": out.write(dump(step, rows)[:100] + struct.pack("<i", -10))
     data = dump(step, rows)
     if play == "slow":
@@ -137,6 +138,7 @@ FAILURES = {
     "wide": "what LIGGGHTS writes cannot be read: state.bin begins a dump of 7 x 11 numbers in 1 parts",
     "more": "what LIGGGHTS writes cannot be read: state.bin begins a dump of 8 x 10 numbers in 1 parts",
     "twice": "what LIGGGHTS writes cannot be read: state.bin does not name every ball once at step 15",
+    "empty part": "what LIGGGHTS writes cannot be read: state.bin does not name every ball once at step 15",
     "part": "what LIGGGHTS writes cannot be read: state.bin has a part of 1073741824 numbers at step 15",
     "negative part": "what LIGGGHTS writes cannot be read: state.bin has a part of -10 numbers at step 15",
     "no number": "LIGGGHTS has failed: a ball's place or speed is not a number at step 15",

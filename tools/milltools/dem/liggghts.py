@@ -153,10 +153,9 @@ class Liggghts:
         if rows != self.balls:
             lost = f"LIGGGHTS lost {self.balls - rows} of {self.balls} balls by step {step}"
             raise UserError(f"{lost}: use a stiffer --modulus (it also shortens the time step)", 1)
-        ball = table[:, 0].astype(np.int64) - 1
-        if not 0 <= ball.min() <= ball.max() < len(table) == self.balls or np.bincount(ball).max() > 1:
+        if not np.array_equal(np.sort(table[:, 0]), np.arange(1, self.balls + 1)):
             raise _garbled(f"{name} does not name every ball once at step {step}")
-        into[ball] = table[:, 1:]
+        into[table[:, 0].astype(np.int64) - 1] = table[:, 1:]
         return step
 
     def state(self, into):

@@ -76,6 +76,12 @@ def _translation(by):
     return whole
 
 
+def _field(pose, rate):
+    """(..., 3, 4): takes a point of a body to its velocity, from the pose (..., 4, 4) and its derivative."""
+    turning = rate[..., :3, :3] @ pose[..., :3, :3].swapaxes(-1, -2)
+    return np.concatenate([turning, rate[..., :3, 3:] - turning @ pose[..., :3, 3:]], axis=-1)
+
+
 class Motion:
     """harmonics: of its matrix (4, 4); fastest(): its largest angular velocity [rad/s] or velocity [m/s];
     seen(pose): the same motion if its carrier's frame is at a fixed pose."""
@@ -90,8 +96,8 @@ class Motion:
 
     def velocity(self, t, points):
         """[m/s] of points (M, 3) that it carries, all in the carrier's frame."""
-        pose, rate = (self.harmonics(t, order)[:3] for order in (0, 1))
-        return (points - pose[:, 3]) @ (pose[:, :3] @ rate[:, :3].T) + rate[:, 3]
+        field = _field(self.harmonics(t), self.harmonics(t, 1))
+        return points @ field[:, :3].T + field[:, 3]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -206,14 +212,8 @@ class Chain:
     def fields(self, t):
         """(3, 4) for each motion alone, or (T, 3, 4) at times (T,): takes a point in the laboratory to the velocity
         that this motion gives to the body there."""
-        found = []
-        for one, carrier in zip(self.motions, self.carriers, strict=True):
-            around = carrier(t)
-            rate, now = around @ one.harmonics(t, 1), around @ one.harmonics(t)
-            turning = rate[..., :3, :3] @ now[..., :3, :3].swapaxes(-1, -2)
-            shift = rate[..., :3, 3:] - turning @ now[..., :3, 3:]
-            found.append(np.concatenate([turning, shift], axis=-1))
-        return found
+        each = zip((carrier(t) for carrier in self.carriers), self.motions, strict=True)
+        return [_field(around @ one.harmonics(t), around @ one.harmonics(t, 1)) for around, one in each]
 
     def point(self, place):
         """The Harmonics (3,) of a point at `place` in the innermost frame."""
