@@ -8,6 +8,8 @@ CC ?= cc
 PREFIX ?= /usr/local
 FUZZ_SECONDS ?= 30
 Q = $(if $(V),,@echo "  $(MODE) $(notdir $@)"; )
+# tests start hundreds of Python processes: none of them compiles the libraries again
+unexport PYTHONDONTWRITEBYTECODE
 JOBS ?= $(shell nproc 2>/dev/null || echo 2)
 PARALLEL := --no-print-directory -j$(JOBS)
 VERSION := $(shell git describe --tags --always --dirty 2>/dev/null || cat VERSION)

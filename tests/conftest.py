@@ -1,6 +1,7 @@
 """Fixtures of the tests of what users touch. They run $MILLSIM, or else ./millsim of the repository's root."""
 
 import functools
+import gc
 import os
 import pathlib
 import shlex
@@ -81,6 +82,12 @@ def pytest_collection_modifyitems(items):
     for k, path in enumerate(waiting):
         order.insert(4 * k, path)
     items.sort(key=lambda item: order.index(item.path))
+
+
+def pytest_collection_finish():
+    """What the modules of all tests have loaded stays: garbage collections need not look at it again."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(autouse=True, scope="session")

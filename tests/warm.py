@@ -8,6 +8,7 @@ import json
 import os
 import pathlib
 import runpy
+import select
 import signal
 import socket
 import subprocess
@@ -16,12 +17,15 @@ import tempfile
 import traceback
 
 LIBRARIES = (
+    "PIL.PngImagePlugin",
+    "contourpy",
     "h5py",
     "jinja2",
     "matplotlib.backends.backend_agg",
     "matplotlib.backends.backend_svg",
     "matplotlib.figure",
     "numpy",
+    "optuna",
     "pandas",
     "pyarrow.compute",
     "pyarrow.parquet",
@@ -72,29 +76,33 @@ class Warm:
 
 
 def next_call(channel):
-    """The next call and its two files, in a process of its own, the child of one that tells the caller how it ended.
-    Does not return in the process that has loaded the libraries."""
+    """The next call and its two files, in a process of its own. Does not return in the process that has loaded the
+    libraries, which tells the caller how the call ended."""
+    calls = {}  # process and caller by what select() waits for
     while True:
-        message, files, *_ = socket.recv_fds(channel, 1 << 20, 3)
-        if not message:
-            sys.exit()
-        if not os.fork():
-            break
-        for file in files:
-            os.close(file)
-        with contextlib.suppress(ChildProcessError):
-            while os.waitpid(-1, os.WNOHANG)[0]:
-                pass
-    channel.close()
-    *files, far = files
-    answer = socket.socket(fileno=far)
-    pid = os.fork()
-    if pid:
-        answer.send(str(pid).encode())
-        answer.send(str(os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])).encode())
-        os._exit(0)
-    answer.close()
-    return json.loads(message), files
+        for ready in select.select([channel, *calls], [], [])[0]:
+            if ready is not channel:
+                pid, caller = calls.pop(ready)
+                status = os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
+                with caller, contextlib.suppress(OSError):  # the caller may have given up
+                    caller.send(str(status).encode())
+                os.close(ready)
+                continue
+            message, files, *_ = socket.recv_fds(channel, 1 << 20, 3)
+            if not message:
+                sys.exit()
+            caller = socket.socket(fileno=files.pop())
+            pid = os.fork()
+            if not pid:
+                for end in (channel, caller, *(other for _, other in calls.values())):
+                    end.close()
+                for number in calls:
+                    os.close(number)
+                return json.loads(message), files
+            caller.send(str(pid).encode())
+            calls[os.pidfd_open(pid)] = pid, caller
+            for file in files:
+                os.close(file)
 
 
 if __name__ == "__main__":

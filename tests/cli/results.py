@@ -1,5 +1,8 @@
 """Comparing output files: what they hold, and whether two of them hold the same."""
 
+import functools
+import os
+
 import h5py
 
 # All else must be the same to the bit in two runs of one deck
@@ -47,13 +50,16 @@ def things(path):
     return found
 
 
+@functools.lru_cache(maxsize=2)
+def held(path, changed):
+    """things() of a file: many are compared with the same one."""
+    return things(path)
+
+
 def differences(first, second, apart_from=OWN):
-    """Names under which the two files hold something different, and those that only one has. Of a file that is compared
-    often, things() of it may stand in its place."""
-    one, two = (
-        {name: thing for name, thing in whole.items() if not name.startswith(apart_from)}
-        for whole in (side if isinstance(side, dict) else things(side) for side in (first, second))
-    )
+    """Names under which the two files hold something different, and those that only one has."""
+    sides = (held(path, os.stat(path).st_mtime_ns) for path in (first, second))
+    one, two = ({name: thing for name, thing in side.items() if not name.startswith(apart_from)} for side in sides)
     assert len(one) > 100, "the first is no whole output file"
     return sorted(name for name in one.keys() | two.keys() if one.get(name) != two.get(name))
 

@@ -380,8 +380,7 @@ shift_by = 0 0 9 mm
 TANK = "[body.tank]\nshape = cylinder\nside = inside\nradius = 90 mm\nlength = 400 mm\n"
 
 
-@pytest.mark.slow
-@pytest.mark.long
+@pytest.mark.thorough
 def test_bodies_whose_check_would_take_too_long_are_a_warning_but_their_begin_is_seen(millsim, write_deck):
     one = SHAKEN.format(name="a", frequency=50, x=-4)
     other = SHAKEN.format(name="b", frequency=51.2345678, x=4)

@@ -172,7 +172,7 @@ def kill_after(folder, seconds, *arguments):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("times", [12, pytest.param(50, marks=pytest.mark.thorough)])
+@pytest.mark.parametrize("times", [6, pytest.param(50, marks=pytest.mark.thorough)])
 def test_a_run_killed_many_times_ends_with_the_same_bits(folder, tmp_path_factory, times):
     chance = random.Random(20070315)
     whole = undisturbed(tmp_path_factory, MILL)
@@ -206,7 +206,7 @@ def test_a_run_killed_many_times_ends_with_the_same_bits(folder, tmp_path_factor
     mill.run("-q", "--resume")
     assert_same(mill.file, whole)
     assert mill.names() == {"mill.ini", "mill.h5"}
-    assert min(resumed_at) > 0 and len(resumed_at) >= times // 5, resumed_at
+    assert min(resumed_at) > 0 and len(resumed_at) >= max(2, times // 5), resumed_at
 
 
 @pytest.mark.slow
@@ -249,7 +249,7 @@ def test_what_a_killed_run_leaves_beside_its_file_is_cleared_up(folder, short):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGXCPU])
+@pytest.mark.parametrize("number", some([signal.SIGINT, signal.SIGHUP, signal.SIGXCPU, signal.SIGTERM], 3))
 def test_a_stopped_run_says_how_to_go_on_and_goes_on_to_the_same_bits(folder, short, number):
     mill = folder()
     code, said = mill.stop("-q", number=number)
@@ -665,14 +665,13 @@ def test_a_second_run_on_the_same_output_is_refused_and_the_first_unharmed(folde
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("victims", [["mill.h5"], ["mill.h5.part"], ["mill.h5.lock"],
-                                     ["mill.h5", "mill.h5.part", "mill.h5.lock"]])  # fmt: skip
+@pytest.mark.parametrize("victims", some(["mill.h5", "mill.h5.part", "mill.h5 mill.h5.part mill.h5.lock"], 2))
 def test_files_removed_under_a_run_do_not_hurt_it(folder, short, victims):
     mill = folder()
     process = mill.start("-q")
     mill.await_checkpoint(process)
     process.send_signal(signal.SIGSTOP)
-    for name in victims:
+    for name in victims.split():
         (mill.path / name).unlink(missing_ok=name.endswith("part"))
     process.send_signal(signal.SIGCONT)
     assert process.wait(timeout=60) == 0, process.communicate()[1]
@@ -786,7 +785,7 @@ def test_a_forced_run_on_a_full_disk_leaves_the_old_file(folder, disk):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("size", ["1m", "2500k", "5m"])
+@pytest.mark.parametrize("size", some(["1m", "2500k", "5m"], 2))
 def test_a_disk_that_fills_up_takes_nothing_and_with_space_the_run_goes_on(folder, disk, short, size):
     mill = folder()
     mill.file = disk(size) / "mill.h5"

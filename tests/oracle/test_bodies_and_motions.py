@@ -154,7 +154,7 @@ def member_of(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", SOLIDS)
+@pytest.mark.parametrize("name", some(SOLIDS, 3))
 def test_distance_to_a_solid_is_that_to_its_nearest_point(name):
     rng = np.random.default_rng(8)
     shape, member = SOLIDS[name][0], member_of(name)
@@ -169,7 +169,7 @@ def test_distance_to_a_solid_is_that_to_its_nearest_point(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["box", "cylinder", "cone", "wide end"])
+@pytest.mark.parametrize("name", some(["box", "cylinder", "cone", "wide end"], 3))
 @pytest.mark.parametrize("rounding", some([0.05, 0.25], 2))
 def test_a_rounded_solid_is_all_balls_of_that_radius_that_fit_in_it(name, rounding):
     rng = np.random.default_rng(9)
@@ -203,7 +203,7 @@ CONTAINERS = {
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", CONTAINERS)
+@pytest.mark.parametrize("name", some(CONTAINERS, 2))
 def test_distance_within_a_container_is_that_to_its_nearest_wall(name):
     rng = np.random.default_rng(10)
     shape, member = CONTAINERS[name]

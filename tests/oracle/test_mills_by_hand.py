@@ -173,7 +173,7 @@ def test_a_finer_sampling_finds_the_same_impacts(seed):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(5, 10))
+@pytest.mark.parametrize("seed", some(range(5, 10), 2))
 def test_the_books_balance(seed):
     s = random_mill(seed).simulation()
     before = s.energy()
@@ -204,7 +204,7 @@ def changed(section, key, value):
             changed("body.fin", "kind", "ball_jar"),
             changed("contact.ball_fin", "restitution", "0.95001"),
         ],
-        4,
+        6,
     ),
 )
 def test_the_comparison_notices_a_program_that_is_wrong(fault):

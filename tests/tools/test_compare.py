@@ -76,22 +76,23 @@ def table(*paths):
     return {row.key: row for row in rows.compare(*sides).rows}
 
 
+def changed(source, to, **datasets):
+    """The path `to`, a copy of a run with other values, "__" for "/" in their names."""
+    shutil.copy(source, to)
+    with h5py.File(to, "r+") as file:
+        for key, value in datasets.items():
+            path = key.replace("__", "/")
+            if path in file:
+                del file[path]
+            if value is not None:
+                file[path] = value
+    return to
+
+
 @pytest.fixture
 def copy(runs, tmp_path):
-    """copy(name, **datasets) copies a run and puts other values into it, "__" for "/" in their names."""
-
-    def make(name, to="copy.h5", **datasets):
-        shutil.copy(runs[name], tmp_path / to)
-        with h5py.File(tmp_path / to, "r+") as file:
-            for key, value in datasets.items():
-                path = key.replace("__", "/")
-                if path in file:
-                    del file[path]
-                if value is not None:
-                    file[path] = value
-        return tmp_path / to
-
-    return make
+    """copy(name, to, **datasets): a changed() run of RUNS."""
+    return lambda name, to="copy.h5", **datasets: changed(runs[name], tmp_path / to, **datasets)
 
 
 @pytest.mark.slow
@@ -310,34 +311,31 @@ def test_the_csv_holds_every_row_with_all_digits(mill, runs, tmp_path):
 HOSTILE = "<img src=x onerror=alert(1)> $_{x^ \x1b[31m.h5"
 
 
-@pytest.mark.slow
-def test_nothing_from_a_run_gets_out_of_its_place(mill, runs, copy, tmp_path):
-    path = copy(
-        "two", to=HOSTILE, deck__balls__start="<script>alert(2)</script>\x1b[2J", run__command="</code><b>"
-    )  # fmt: skip
-    done = mill("compare", path, runs["one"], "--html", "page.html", "--png", "all.png", "--csv", "t.csv")  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    assert "\x1b" not in done.stdout
-    page = (tmp_path / "page.html").read_text()
-    for foreign in ("<script>alert", "<img src=x", "</code><b>", "\x1b"):
-        assert foreign not in page
-    assert "&lt;script&gt;alert(2)&lt;/script&gt;" in page
-    assert "&lt;img src=x onerror=alert(1)&gt;" in page
-    assert (tmp_path / "all.png").read_bytes().startswith(b"\x89PNG")
-
-
 @pytest.fixture(scope="module")
 def page(runs, tmp_path_factory):
-    """The page of two runs: text, Reader."""
+    """The page of two runs, one with hostile names: text, Reader, what the terminal shows."""
     folder = tmp_path_factory.mktemp("page")
-    assert run_mill(folder, "compare", runs["one"], runs["fast"], "--html", "page.html").returncode == 0
+    start = "<script>alert(2)</script>\x1b[2J"
+    path = changed(runs["one"], folder / HOSTILE, deck__balls__start=start, run__command="</code><b>")
+    done = run_mill(folder, "compare", path, runs["fast"], "--html", "page.html", "--csv", "t.csv")
+    assert done.returncode == 0, done.stderr
     text = (folder / "page.html").read_text()
-    return text, Reader(text)
+    return text, Reader(text), done.stdout
+
+
+@pytest.mark.slow
+def test_nothing_from_a_run_gets_out_of_its_place(page):
+    text, _, said = page
+    assert "\x1b" not in said
+    for foreign in ("<script>alert", "<img src=x", "</code><b>", "\x1b"):
+        assert foreign not in text
+    assert "&lt;script&gt;alert(2)&lt;/script&gt;" in text
+    assert "&lt;img src=x onerror=alert(1)&gt;" in text
 
 
 @pytest.mark.slow
 def test_the_page_needs_nothing_but_itself(page):
-    text, read = page
+    text, read, _ = page
     links = [a[name] for _, a in read.tags for name in ("src", "href") if name in a]
     assert links and all(link.startswith(("data:", "#")) for link in links)
     assert text.count('<img src="data:image/') == 4
@@ -347,7 +345,7 @@ def test_the_page_needs_nothing_but_itself(page):
 
 @pytest.mark.slow
 def test_the_page_has_pictures_figures_and_the_balls_of_both(page):
-    _, read = page
+    _, read, _ = page
     assert [a.get("class") for t, a in read.tags if t == "figure"].count("mill-player") == 2
     assert {"verdict", "notes", "balls", "tables", "pictures", "energy", "spectra", "maps", "deck", "cite"} <= set(
         read.ids("section")

@@ -2,7 +2,6 @@
 
 import dataclasses
 import math
-import os
 import subprocess
 import sys
 import tempfile
@@ -10,7 +9,7 @@ import tempfile
 import h5py
 import numpy as np
 import pytest
-from conftest import PROGRAM, ROOT, SMALL, SMALL_START, some
+from conftest import PROGRAM, SMALL, SMALL_START, run_mill, some
 from dem_oracle import BLADES, MIXTURE
 
 import milltools.dem.command
@@ -296,10 +295,8 @@ def files(tmp_path_factory):
     """(file of mill dem, millsim's file) of one deck: two kinds of balls, every impact logged."""
     folder = tmp_path_factory.mktemp("files")
     (folder / "deck.ini").write_text(MIXTURE.replace("friction = 0.3", FRICTION) + "impacts = all\n")
-    environment = {**os.environ, "PYTHONPATH": str(ROOT / "tools"), "MILLSIM": str(PROGRAM)}
     times = sets("run.time=12 ms", "run.sample_from=2 ms", "rotor.speed=3000 rpm")
-    words = [sys.executable, "-m", "milltools", "dem", "deck.ini", "--quiet", "--modulus", "1e8", *times]
-    done = subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True)
+    done = run_mill(folder, "dem", "deck.ini", "--quiet", "--modulus", "1e8", *times)
     assert (done.returncode, done.stderr) == (0, "")
     (folder / "said.txt").write_text(done.stdout)
     subprocess.run([PROGRAM, "-q", "deck.ini", *times], cwd=folder, check=True, capture_output=True)

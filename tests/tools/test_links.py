@@ -41,6 +41,7 @@ def table(tmp_path_factory):
 def writers(every):
     """Names of WRITERS for parametrize, with their marks; see some()."""
     marks = {name: [pytest.mark.render] if name in DRAWN else [] for name in WRITERS}
+    marks["compared.html"] = [pytest.mark.thorough]  # takes longer than all others
     return [pytest.param(*one.values, marks=[*one.marks, *marks[one.values[0]]]) for one in some(WRITERS, every)]
 
 

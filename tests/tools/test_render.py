@@ -2,13 +2,13 @@
 all."""
 
 import shutil
-import subprocess
 
 import films
 import h5py
 import numpy as np
 import pytest
-from films import ENVIRONMENT, MILL, SMALLEST, STEP, frames, off, picture, probe
+from conftest import run_mill
+from films import SMALLEST, STEP, frames, off, picture, probe
 from PIL import Image
 
 from milltools.base import text
@@ -67,7 +67,7 @@ def test_a_ray_traced_still_is_there_and_its_scene_too(mill, runs, tmp_path):
 def slow(runs):
     """A slow film with its words: 20 ms to 26 ms, 100 times slower."""
     words = ["render", "run.h5", "slow.mp4", "--slow", "100", "--from", "20 ms", "--to", "26 ms"]
-    done = subprocess.run([*MILL, *words, *SMALLEST], cwd=runs, capture_output=True, text=True, env=ENVIRONMENT)
+    done = run_mill(runs, *words, *SMALLEST)
     assert done.returncode == 0, done.stderr
     return runs / "slow.mp4", done.stderr
 

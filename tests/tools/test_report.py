@@ -1,5 +1,6 @@
 """mill report: one page that holds the run's numbers and needs nothing but itself, whatever the run holds."""
 
+import csv
 import html
 import os
 import re
@@ -12,7 +13,7 @@ from pathlib import Path
 
 import h5py
 import pytest
-from conftest import ROOT, SMALL
+from conftest import ROOT, SMALL, run_mill
 from report_page import Reader, report
 
 from milltools.base.processes import cores
@@ -317,20 +318,7 @@ def test_a_full_disk_is_one_line_and_leaves_the_old_page(folder, tmp_path):
 
 
 def test_a_comparison_has_the_rows_of_mill_compare(compared, folder):
-    environment = {**os.environ, "PYTHONPATH": str(ROOT / "tools")}
-    words = [
-        sys.executable,
-        "-m",
-        "milltools",
-        "compare",
-        "seed1.h5",
-        "seed2.h5",
-        "--csv",
-        "table.csv",
-    ]
-    subprocess.run(words, cwd=folder, check=True, capture_output=True, env=environment)
-    import csv
-
+    assert run_mill(folder, "compare", "seed1.h5", "seed2.h5", "--csv", "table.csv").returncode == 0
     with open(folder / "table.csv") as file:
         for row in csv.DictReader(file):
             assert row["label"] in compared[1].text
@@ -343,6 +331,15 @@ def test_a_comparison_shows_the_balls_of_both(compared):
     figures = [a for t, a in compared[1].tags if t == "figure" and a.get("class") == "mill-player"]
     assert len(figures) == 2
     assert compared[0].stat().st_size < 10e6
+
+
+@pytest.mark.browser
+def test_a_comparison_opens_without_errors_or_requests(compared, open_page):
+    opened = open_page(compared[0], width=1000, height=800)
+    for k in (0, 1):  # they begin when they are seen
+        opened.evaluate(f"document.querySelectorAll('.mill-player')[{k}].scrollIntoView()")
+        opened.until(f"document.querySelectorAll('.mill-player')[{k}].classList.contains('mp-live')")
+    opened.check()
 
 
 @pytest.mark.skipif(cores() < 2, reason="on one core a report starts no second process")

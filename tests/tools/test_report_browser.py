@@ -92,11 +92,3 @@ def test_without_scripts_the_still_picture_stands_there(page, open_page):
     opened = open_page(page[0], scripts=False)
     picture = opened.picture(".mp-stage")
     assert picture.std() > 10
-
-
-def test_a_comparison_opens_without_errors_or_requests(compared, open_page):
-    opened = open_page(compared[0], width=1000, height=800)
-    for k in (0, 1):  # they begin when they are seen
-        opened.evaluate(f"document.querySelectorAll('.mill-player')[{k}].scrollIntoView()")
-        opened.until(f"document.querySelectorAll('.mill-player')[{k}].classList.contains('mp-live')")
-    opened.check()

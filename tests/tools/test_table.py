@@ -198,7 +198,7 @@ def test_any_other_parquet_file_is_refused_and_kept(path):
     assert list(pandas.read_parquet(path)["a"]) == [1]
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_20000_rows_are_added_and_opened_in_seconds(path, monkeypatch):
     """CPU seconds with a large margin: some 5 s to add them all, 0.02 s to open them."""
     monkeypatch.setattr(os, "fsync", lambda _: None)  # the disk's own time

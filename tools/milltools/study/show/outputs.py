@@ -3,8 +3,6 @@
 import functools
 import pathlib
 
-from matplotlib.backends.backend_pdf import PdfPages
-
 from milltools import pages
 from milltools.base.files import whole, write_csv, write_text
 from milltools.base.text import plain
@@ -65,6 +63,8 @@ def write(asked, view, *more, **options) -> list[str]:
             names.append(str(path.with_name(f"{path.stem}-{name}{path.suffix}")))
             style.save(make(), names[-1], DOTS)
     if "pdf" in asked:
+        from matplotlib.backends.backend_pdf import PdfPages  # with 130 modules of fontTools
+
         names.append(asked["pdf"])
         with whole(names[-1]) as draft, PdfPages(draft, metadata={"CreationDate": None}) as sheets:
             for *_, make in figures(view, *more, **options):
