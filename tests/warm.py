@@ -52,6 +52,11 @@ class Warm:
                 env={**os.environ, "PYTHONPATH": str(path)},
                 pass_fds=[far.fileno()],
             )
+        atexit.register(self.close)
+
+    def close(self):
+        self.channel.close()
+        self.process.wait()
 
     def run(self, words, folder, environment, timeout):
         call = json.dumps({"words": words, "folder": str(folder), "environment": environment})
