@@ -56,6 +56,7 @@ class Warm:
 
     def close(self):
         self.channel.close()
+        self.process.kill()  # a fork of this process may hold the channel open
         self.process.wait()
 
     def run(self, words, folder, environment, timeout):
