@@ -317,8 +317,10 @@ def page(runs, tmp_path_factory):
     folder = tmp_path_factory.mktemp("page")
     start = "<script>alert(2)</script>\x1b[2J"
     path = changed(runs["one"], folder / HOSTILE, deck__balls__start=start, run__command="</code><b>")
-    done = run_mill(folder, "compare", path, runs["fast"], "--html", "page.html", "--csv", "t.csv")
+    words = ("--html", "page.html", "--png", "all.png", "--csv", "t.csv")
+    done = run_mill(folder, "compare", path, runs["fast"], *words)
     assert done.returncode == 0, done.stderr
+    assert (folder / "all.png").read_bytes().startswith(b"\x89PNG")
     text = (folder / "page.html").read_text()
     return text, Reader(text), done.stdout
 

@@ -54,7 +54,7 @@ def test_the_core_works_without_extras(without, millsim, write_study, tmp_path):
     for words in (
         ("plot", "a.h5", "a.png"),
         ("report", "a.h5"),
-        ("compare", "a.h5", "b.h5"),
+        ("compare", "a.h5", "b.h5", "--html", "c.html"),
         ("export", "deck.ini", "mill.stl"),
         ("export", "a.h5", "a.vtp"),
     ):
