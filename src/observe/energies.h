@@ -1,7 +1,8 @@
 /* How much energy do impacts bring, and how much do they lose? Histograms for each pair of
- * species and surfaces. Each octave (a factor of 2) has 16 bins of equal width. So the leading
- * bits of a double are the number of its bin: this needs no logarithm and no table, and the
- * edges are exact. */
+ * species and surfaces. Each octave (a factor of 2) of the energy in millijoules has 16 bins of
+ * equal width. So the leading bits of a double are the number of its bin: this needs no logarithm
+ * and no table. The edges are exact, and 1, 10 and 100 mJ are edges. The standard error of any sum
+ * over impacts follows from coarser histograms of short blocks of time. */
 #ifndef MILL_ENERGIES_H
 #define MILL_ENERGIES_H
 
@@ -11,18 +12,25 @@
 #include <string.h>
 
 enum {
-    MILL_ENERGIES_LOWEST = -54, /* bins from 2^-54 J = 5.6e-17 J */
-    MILL_ENERGIES_HIGHEST = 10, /* to 2^10 J */
+    MILL_ENERGIES_LOWEST = -44, /* bins from 2^-44 mJ = 5.7e-17 J */
+    MILL_ENERGIES_HIGHEST = 20, /* to 2^20 mJ = 1049 J */
     MILL_ENERGIES_INSIDE = (MILL_ENERGIES_HIGHEST - MILL_ENERGIES_LOWEST) * 16, /* 2^10 bins */
     /* first bin: below the lowest edge, also zero and negative; last bin: above the highest edge */
     MILL_ENERGIES_BINS = MILL_ENERGIES_INSIDE + 2,
     MILL_ENERGIES_SHIFT = 52 - 4,
-    MILL_ENERGIES_FIRST = (1023 + MILL_ENERGIES_LOWEST) * 16 - 1 /* leading bits of the first bin */
+    MILL_ENERGIES_FIRST =
+        (1023 + MILL_ENERGIES_LOWEST) * 16 - 1, /* leading bits of the first bin */
+    MILL_ENERGIES_SORTS = 3,  /* energies of an impact: normal, total, dissipated */
+    MILL_ENERGIES_JOINED = 4, /* bins that are one in a block */
+    MILL_ENERGIES_COARSE = MILL_ENERGIES_INSIDE / MILL_ENERGIES_JOINED + 2,
+    MILL_ENERGIES_BLOCKS = 96 /* maximum number; then blocks are joined */
 };
+
+#define MILL_ENERGIES_MILLI 1e3 /* [mJ/J] */
 
 /* Slot i counts energies E with edge(i) <= E < edge(i + 1). */
 struct mill_energies_pair {
-    double half_mass; /* [kg] m* / 2 */
+    double half_mass; /* [g] 1000 m* / 2, which makes energies in mJ */
     struct {
         uint64_t count;
         double dissipation; /* [J] of these impacts */
@@ -50,14 +58,42 @@ void mill_energies_free(struct mill_energies *energies);
 void mill_energies_add(struct mill_energies *into, const struct mill_energies *from);
 void mill_energies_clear(struct mill_energies *energies);
 
-/* Writes the group "energies". kinds: of the same world */
+/* Writes the content of the group "energies". kinds: of the same world */
 void mill_energies_tell(const struct mill_energies *energies, const struct mill_kinds *kinds,
                         struct mill_sink *sink);
+
+/* The impacts of short blocks of time, of some batches each, in coarser bins */
+struct mill_energies_blocks {
+    size_t pairs;
+    uint64_t length;  /* batches of a block */
+    uint64_t blocks;  /* complete ones */
+    uint64_t *before; /* [pairs][SORTS][COARSE] at the end of the last block */
+    int32_t *count;   /* [BLOCKS][pairs][SORTS][COARSE] */
+};
+
+/* false: out of memory. The caller frees them in both cases. */
+bool mill_energies_blocks_init(struct mill_energies_blocks *blocks, const struct mill_energies *of);
+void mill_energies_blocks_free(struct mill_energies_blocks *blocks);
+
+/* Ends a block with what was counted in `energies` since the last one. period: batches of a period,
+ * which blocks that are joined divide, or hold; 0: there is none */
+void mill_energies_blocks_close(struct mill_energies_blocks *blocks,
+                                const struct mill_energies *energies, uint64_t period);
+
+/* Forgets the counts so far, of energies that were cleared. */
+void mill_energies_blocks_restart(struct mill_energies_blocks *blocks);
+
+/* Writes the group "blocks" within the group "energies". from: the first batch that counts. period:
+ * in batches; batch: [s] its length */
+void mill_energies_blocks_tell(const struct mill_energies_blocks *blocks,
+                               const struct mill_energies *energies, const struct mill_kinds *kinds,
+                               uint64_t from, uint64_t period, double batch,
+                               struct mill_sink *sink);
 
 /* [J] Lower edge of bin i; for i = MILL_ENERGIES_BINS the upper edge of the last bin */
 double mill_energies_edge(int i);
 
-/* Bin of an energy [J], from its bits, which grow with the value. > MILL_ENERGIES_INSIDE: outside
+/* Bin of an energy [mJ], from its bits, which grow with the value. > MILL_ENERGIES_INSIDE: outside
  * the bins */
 static inline uint64_t mill_energies_inside(double energy)
 {
@@ -66,7 +102,7 @@ static inline uint64_t mill_energies_inside(double energy)
     return (bits >> MILL_ENERGIES_SHIFT) - MILL_ENERGIES_FIRST;
 }
 
-/* Bin of any energy [J] */
+/* Bin of any energy [mJ] */
 static inline uint64_t mill_energies_bin(double energy)
 {
     const uint64_t bin = mill_energies_inside(energy);
@@ -84,7 +120,8 @@ static inline void mill_energies_impact(struct mill_energies *energies,
                         (size_t)impact->partner_species];
     const double v = impact->normal_speed, slip = impact->tangential_speed;
     const double normal = pair->half_mass * (v * v);
-    const double total = normal + pair->half_mass * (slip * slip), lost = impact->dissipation;
+    const double total = normal + pair->half_mass * (slip * slip);
+    const double lost = MILL_ENERGIES_MILLI * impact->dissipation;
     uint64_t by_normal = mill_energies_inside(normal), by_total = mill_energies_inside(total);
     uint64_t by_lost = mill_energies_inside(lost);
     /* one check instead of three: -1.5 ns */
@@ -93,7 +130,7 @@ static inline void mill_energies_impact(struct mill_energies *energies,
         by_total = mill_energies_bin(total);
         by_lost = mill_energies_bin(lost);
     }
-    pair->normal[by_normal].dissipation += lost;
+    pair->normal[by_normal].dissipation += impact->dissipation;
     if (impact->lasting)
         return;
     pair->normal[by_normal].count++;

@@ -327,24 +327,24 @@ uint64_t mill_precision_cut(const struct mill_precision *p, bool *settled)
     return cut < n / 2 ? cut : n / 2;
 }
 
-/* Describes a number of the account whose mean per second is computed: a double, or the sum of
- * `counts` counts that are `step` bytes apart */
+/* Describes a number of the account whose mean per second is computed: the sum of `terms` doubles
+ * (0: one), or counts, that are `step` bytes apart */
 struct entry {
     size_t at, step;
-    int counts;
+    int terms;
+    bool counts;
 };
 
 static double value_of(const struct mill_account *account, struct entry entry)
 {
     const char *at = (const char *)account + entry.at;
-    double value;
-    uint64_t sum = 0, one;
-    memcpy(&value, at, sizeof value);
-    for (int i = 0; i < entry.counts; i++) {
-        memcpy(&one, at + (size_t)i * entry.step, sizeof one);
-        sum += one;
+    double sum = 0, value;
+    uint64_t count;
+    for (int i = 0; i < (entry.terms > 0 ? entry.terms : 1); i++, at += entry.step) {
+        memcpy(entry.counts ? (void *)&count : (void *)&value, at, sizeof value);
+        sum += entry.counts ? (double)count : value;
     }
-    return entry.counts > 0 ? (double)sum : value;
+    return sum;
 }
 
 static struct mill_precision_mean rate_of(const struct mill_precision *p, uint64_t from,
@@ -361,15 +361,21 @@ static struct mill_precision_mean rate_of(const struct mill_precision *p, uint64
     return mill_precision_mean(rate, n, p->at.period);
 }
 
+/* The entry of a kind, or the sum of those of all kinds. at, size: its place in the account, and
+ * bytes from kind to kind */
+static struct entry row_of(const struct mill_precision *p, int row, size_t at, size_t size,
+                           bool counts)
+{
+    const bool all = row == p->kinds;
+    return (struct entry){at + (all ? 0 : (size_t)row * size), size, all ? p->kinds : 1, counts};
+}
+
 /* Rate of impacts of a kind, or of all. Its error is at least that of independent impacts. Without
- * impacts there is no error. at, size: place of the count in the account, and bytes from kind to
- * kind */
+ * impacts there is no error. at, size: as for row_of */
 static struct mill_precision_mean impacts_of(const struct mill_precision *p, uint64_t from, int row,
                                              size_t at, size_t size)
 {
-    const bool all = row == p->kinds;
-    const struct entry entry = {at + (all ? 0 : (size_t)row * size), size, all ? p->kinds : 1};
-    struct mill_precision_mean rate = rate_of(p, from, entry);
+    struct mill_precision_mean rate = rate_of(p, from, row_of(p, row, at, size, true));
     const double time = (double)(p->at.batches - from) * p->at.batch;
     if (!(rate.value > 0))
         return (struct mill_precision_mean){rate.value, NAN, 0};
@@ -413,6 +419,13 @@ struct mill_precision_known mill_precision_tell(const struct mill_precision *p, 
     for (int row = 0; row <= p->kinds; row++) {
         known.rate[row] = impacts_of(p, from, row, offsetof(struct mill_account, collisions),
                                      sizeof now->collisions[0]);
+        known.loss[row] = rate_of(
+            p, from,
+            row_of(p, row, offsetof(struct mill_account, dissipation), sizeof(double), false));
+        known.loss_normal[row] =
+            rate_of(p, from,
+                    row_of(p, row, offsetof(struct mill_account, dissipation_normal),
+                           sizeof(double), false));
         for (int i = 0; i < MILL_WORLD_FAST; i++)
             known.fast[row][i] = impacts_of(p, from, row, offsetof(struct mill_account, fast[0][i]),
                                             sizeof now->fast[0]);

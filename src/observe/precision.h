@@ -54,6 +54,8 @@ struct mill_precision_known {
     struct mill_precision_mean rate[MILL_PRECISION_ROWS]; /* [1/s] of impacts */
     /* with speeds above mill_world_fast */
     struct mill_precision_mean fast[MILL_PRECISION_ROWS][MILL_WORLD_FAST];
+    /* [W] lost in impacts: all of it, and its normal part */
+    struct mill_precision_mean loss[MILL_PRECISION_ROWS], loss_normal[MILL_PRECISION_ROWS];
     /* number of batches that the results come from */
     uint64_t batches;
     bool idle;   /* no motion has ever done work, so that there is no power to know */

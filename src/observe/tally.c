@@ -176,6 +176,17 @@ static void tell_strikes(struct mill_strikes *pairs, struct mill_state *state)
     }
 }
 
+static void tell_blocks(struct mill_energies_blocks *blocks, struct mill_state *state)
+{
+    const size_t size = blocks->pairs * MILL_ENERGIES_SORTS * MILL_ENERGIES_COARSE;
+    mill_state_structs(state, "block_length", sizeof blocks->length, 1, &blocks->length);
+    mill_state_structs(state, "blocks", sizeof blocks->blocks, 1, &blocks->blocks);
+    if (blocks->blocks >= MILL_ENERGIES_BLOCKS || blocks->length == 0)
+        mill_state_refuse(state, "the saved statistics are damaged");
+    mill_state_structs(state, "block_before", sizeof *blocks->before, size, blocks->before);
+    mill_state_field(state, "block_counts", MILL_FIELD_I32, blocks->blocks * size, blocks->count);
+}
+
 static void tell_state(struct mill_observer *observer, struct mill_state *state)
 {
     struct mill_tally *t = (struct mill_tally *)observer;
@@ -195,6 +206,7 @@ static void tell_state(struct mill_observer *observer, struct mill_state *state)
     for (uint64_t i = 0; t->search && i < t->at.portions; i++)
         tell_gathered(&t->portion[i], t->kinds, i + 1, state);
     const size_t n = (size_t)batches->at.batches;
+    tell_blocks(&t->blocks, state);
     mill_state_structs(state, "before", sizeof *t->before, MILL_SPECTRUM_SLOTS, t->before);
     mill_state_structs(state, "accounts", sizeof *batches->accounts, n + 1, batches->accounts);
     mill_state_field(state, "batch_counts", MILL_FIELD_I32, n * MILL_SPECTRUM_SLOTS,
@@ -221,6 +233,7 @@ static void free_tally(struct mill_observer *observer)
         mill_tally_window_free(&tally->portion[i]);
     free(tally->portion);
     mill_tally_window_free(&tally->gathered);
+    mill_energies_blocks_free(&tally->blocks);
     mill_strikes_free(&tally->pairs);
     mill_precision_free(&tally->batches);
 }
@@ -257,7 +270,8 @@ static enum mill_status create(struct mill_observer *observer, const struct mill
     for (int kind = 0; kind < tally->kinds; kind++) /* equal for all surfaces */
         tally->contact[kind] =
             kind < 2 ? mill_tally_contact(world, kind) : tally->contact[kind - 1];
-    if (!mill_tally_window_create(&tally->gathered, world))
+    if (!mill_tally_window_create(&tally->gathered, world) ||
+        !mill_energies_blocks_init(&tally->blocks, &tally->gathered.energies))
         return mill_error_set(error, MILL_FAILED, "out of memory for maps, spectra and energies");
     if (!mill_strikes_init(&tally->pairs, asked->strike_window) ||
         !plan_batches(tally, asked, world))

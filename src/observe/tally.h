@@ -61,6 +61,7 @@ struct mill_tally {
     struct mill_tally_progress at;
     struct mill_spectrum_grid grid;
     struct mill_gathered gathered; /* since the end of the last portion */
+    struct mill_energies_blocks blocks;
     struct mill_strikes pairs;
     /* ---- accuracy of the results, and what can end the run before its time ---- */
     double precision;    /* run.precision; 0: none */
@@ -96,6 +97,7 @@ struct mill_tally_results {
     /* known: values are of the whole window, errors from its batches */
     struct mill_tally_progress at;
     double begin, duration; /* [s] of the window */
+    uint64_t from;          /* its first batch */
     /* number of the row for all kinds together; it follows those of the kinds */
     int all;
     struct mill_speeds *impacts, *strikes; /* [all + 1] */

@@ -53,16 +53,21 @@ static void sum_rows(struct mill_speeds *rows, int all)
         mill_spectrum_merge(&rows[row].tangential[0], &rows[row].tangential[1]);
 }
 
-/* Sums numbers of impacts over the whole window. */
+/* Sums numbers of impacts, and their losses, over the whole window. */
 static void sum_counts(struct mill_tally_results *r)
 {
     const struct mill_account *from = &r->at.at_begin, *to = &r->at.at_end;
     struct mill_precision_known *known = &r->at.known;
+    double loss[2][MILL_PRECISION_ROWS] = {{0}};
     uint64_t floored[MILL_PRECISION_ROWS] = {0}, impacts[MILL_PRECISION_ROWS] = {0};
     uint64_t fast[MILL_PRECISION_ROWS][MILL_WORLD_FAST] = {{0}};
     for (int kind = 0; kind < r->all; kind++) {
         floored[kind] = to->floored[kind] - from->floored[kind];
         impacts[kind] = to->collisions[kind] - from->collisions[kind];
+        loss[0][kind] = to->dissipation[kind] - from->dissipation[kind];
+        loss[1][kind] = to->dissipation_normal[kind] - from->dissipation_normal[kind];
+        loss[0][r->all] += loss[0][kind];
+        loss[1][r->all] += loss[1][kind];
         floored[r->all] += floored[kind];
         impacts[r->all] += impacts[kind];
         for (int i = 0; i < MILL_WORLD_FAST; i++) {
@@ -73,6 +78,8 @@ static void sum_counts(struct mill_tally_results *r)
     for (int row = 0; row <= r->all; row++) {
         r->floor_share[row] =
             impacts[row] > 0 ? (double)floored[row] / (double)impacts[row] : (double)NAN;
+        known->loss[row].value = mill_tally_per_second(r, loss[0][row]);
+        known->loss_normal[row].value = mill_tally_per_second(r, loss[1][row]);
         known->rate[row].value = mill_tally_per_second(r, (double)impacts[row]);
         for (int i = 0; i < MILL_WORLD_FAST; i++)
             known->fast[row][i].value = mill_tally_per_second(r, (double)fast[row][i]);
@@ -145,6 +152,7 @@ enum mill_status mill_tally_results_make(const struct mill_tally *tally,
         r->begin = batches->origin + (double)from * batches->at.batch;
         r->at.at_begin = batches->accounts[from];
     }
+    r->from = from;
     r->reached = asked > 0 && r->at.settled && mill_precision_reached(&r->at.known, asked);
     r->duration = r->at.open ? fmax(0, r->at.over - r->begin) : 0;
     if (!make_room(r) || !make_blocks(r, from)) {

@@ -227,6 +227,18 @@ static void tell_precision(struct mill_sink *sink, const struct mill_tally_resul
                    "impacts per second with a normal speed at or above each of the attribute "
                    "thresholds [m/s]");
     sink->close(sink);
+    static const struct {
+        const char *name, *meaning;
+    } losses[] = {{"dissipated_power", "power lost in impacts"},
+                  {"dissipated_power_normal", "its normal part"}};
+    for (size_t i = 0; i < 2; i++) {
+        sink->open(sink, losses[i].name);
+        for (int row = 0; row <= r->all; row++)
+            tell_means(sink, mill_tally_name(r, row), 0,
+                       i == 0 ? &known->loss[row] : &known->loss_normal[row], "W",
+                       losses[i].meaning);
+        sink->close(sink);
+    }
     mill_tell_number(sink, "batch", r->tally->batches.at.batch, "s", "length of a batch");
     mill_tell_count(sink, "batches", known->batches, "whole batches within the window");
     if (r->tally->precision > 0)
@@ -254,7 +266,11 @@ void mill_tally_results_tell(const struct mill_tally_results *r, struct mill_sin
                          "impacts");
     sink->close(sink);
     if (sink->full) {
+        sink->open(sink, "energies");
         mill_energies_tell(&r->energies, &r->world->kinds, sink);
+        mill_energies_blocks_tell(&r->tally->blocks, &r->energies, &r->world->kinds, r->from,
+                                  r->tally->batches.at.period, r->tally->batches.at.batch, sink);
+        sink->close(sink);
         mill_maps_tell(&r->maps, sink);
     }
     tell_rotor(sink, r);

@@ -119,6 +119,8 @@ void mill_tally_window_batch(struct mill_tally *t, const struct mill_account *ac
         t->before[i] = now;
     }
     mill_precision_close(&t->batches, count, account);
+    if (t->batches.at.batches % t->blocks.length == 0)
+        mill_energies_blocks_close(&t->blocks, &gathered->energies, t->batches.at.period);
     if (t->batches.at.batches % t->at.length != 0)
         return;
     if (t->search) { /* the statistics since the last portion become a new portion */
@@ -130,10 +132,13 @@ void mill_tally_window_batch(struct mill_tally *t, const struct mill_account *ac
         gathered->recontacts = 0;
         gathered->last++;
         memset(t->before, 0, sizeof t->before);
+        mill_energies_blocks_restart(&t->blocks);
     }
     if (++t->at.portions == MILL_TALLY_PORTIONS)
         join_portions(t);
-    t->at.length /= mill_precision_join(&t->batches);
+    const uint64_t joined = mill_precision_join(&t->batches);
+    t->at.length /= joined;
+    t->blocks.length /= joined;
     if (t->precision > 0) {
         mill_tally_window_find(t, &t->at);
         if (t->at.settled && mill_precision_reached(&t->at.known, t->precision))
