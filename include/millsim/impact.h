@@ -20,6 +20,7 @@ struct mill_rebound {
     double dissipation;        /* [J] all of it; negative if the rebound floor adds energy */
     double dissipation_normal; /* [J] its normal part */
     bool floored;              /* the rebound floor acted */
+    bool slid;                 /* Coulomb's bound acted: the contact did not stick */
 };
 
 /* Computes one impact. n: unit normal from body 1 to body 2. slip: velocity of the surface of body

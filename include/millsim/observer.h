@@ -21,7 +21,10 @@ struct mill_impact {
     vec3 slip;
     double normal_speed, tangential_speed;  /* [m/s] just before */
     double dissipation, dissipation_normal; /* [J] */
-    bool lasting; /* one of the balls is pressed: a lasting contact, not a new impact */
+    int32_t surface;    /* number of the shape that the ball met; -1: a ball, or not known */
+    vec3 place, facing; /* [m], unit: position and normal in the frame of this shape's motion */
+    bool slid;          /* the surfaces slid to the end of the contact: they did not stick */
+    bool lasting;       /* one of the balls is pressed: a lasting contact, not a new impact */
 };
 
 struct mill_observer {

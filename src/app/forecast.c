@@ -75,7 +75,9 @@ static enum mill_status try(const struct mill_deck *deck, struct mill_world *wor
                             struct point ends[2], struct mill_observer **tally,
                             struct mill_tally_results **results, struct mill_error *error)
 {
-    const struct mill_observe asked = {.end = deck->time, .strike_window = deck->strike_window};
+    const struct mill_observe asked = {.end = deck->time,
+                                       .strike_window = deck->strike_window,
+                                       .drum = mill_record_profile(deck, world)};
     struct mill_sim *sim = NULL;
     *tally = mill_observers_one(&mill_tally_type, &asked, world, error);
     enum mill_status status = *tally ? mill_sim_create(world, &sim, error) : MILL_FAILED;

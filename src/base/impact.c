@@ -29,11 +29,13 @@ struct mill_rebound mill_impact_resolve(const struct mill_law *law, double rebou
     /* loss = impulse . (slip before + slip after) / 2, exact for any impulse and any slip */
     rebound.dissipation_normal = 0.5 * j_n * (g_n - leaving) + j_n * (closing - g_n);
     rebound.dissipation = rebound.dissipation_normal;
+    rebound.slid = false;
 
     if (law->friction > 0.0 && s_t > 0.0) {
         /* uniform spheres: the tangential reduced mass is 2/7 of the normal one */
         const double sticking = (2.0 / 7.0) * reduced_mass * (1.0 + law->tangential) * s_t;
         const double j_t = mill_least(sticking, law->friction * j_n);
+        rebound.slid = j_t < sticking;
         const double after = s_t - 3.5 * j_t / reduced_mass;
         rebound.impulse = vec3_axpy(rebound.impulse, j_t / s_t, g_t);
         rebound.dissipation += 0.5 * j_t * (s_t + after);

@@ -180,6 +180,7 @@ static void resolve(struct mill_sim *sim, int32_t i, int32_t j, double reduced_m
     impact->tangential_speed = rebound.tangential_speed;
     impact->dissipation = rebound.dissipation;
     impact->dissipation_normal = rebound.dissipation_normal;
+    impact->slid = rebound.slid;
     kick(w, i, n, impact->impulse, smooth);
     if (j != MILL_NOBODY)
         kick(w, j, impact->normal, rebound.impulse, smooth);
@@ -220,7 +221,8 @@ static void ball_meets_ball(struct mill_sim *sim, int32_t one, int32_t other)
                                  .partner = j,
                                  .species = (int16_t)a->species,
                                  .partner_species = (int16_t)b->species,
-                                 .position = vec3_axpy(a->r, sa->radius, n)};
+                                 .position = vec3_axpy(a->r, sa->radius, n),
+                                 .surface = -1};
     resolve(sim, i, j, reduced, n, slip, &impact);
     tell(sim, &impact);
     mill_schedule_ball(sim->schedule, i, sim->now, MILL_NOBODY);
@@ -274,7 +276,10 @@ static void ball_meets_shape(struct mill_sim *sim, int32_t i, int32_t s)
                                  .partner = shape->number,
                                  .species = (int16_t)b->species,
                                  .partner_species = -1,
-                                 .position = c.point};
+                                 .position = c.point,
+                                 .surface = s,
+                                 .place = mill_pose_in(&pose, c.point),
+                                 .facing = mill_pose_turn_in(&pose, c.normal)};
     const bool pinches = shape->pinches && sim->pinches.ball;
     const double friction = w->law[impact.kind].friction;
     if (pinches)

@@ -139,6 +139,13 @@ static void draw(const struct mill_shape *shape, const struct mill_chamber *cham
     mill_mesh_box(mesh, corner);
 }
 
+static bool chart(const struct mill_shape *shape, struct mill_pose *frame)
+{
+    const struct blade *b = (const struct blade *)shape;
+    *frame = (struct mill_pose){.place = b->centre, .x = b->w, .y = b->s, .z = b->h};
+    return false;
+}
+
 static bool is_sound(const void *form)
 {
     const struct mill_blade *is = form;
@@ -255,4 +262,5 @@ const struct mill_shape_type mill_blade_type = {.name = "blade",
                                                 .contact = contact,
                                                 .reachable = reachable,
                                                 .sector = sector,
-                                                .draw = draw};
+                                                .draw = draw,
+                                                .chart = chart};

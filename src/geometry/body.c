@@ -165,3 +165,17 @@ bool mill_body_reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, doubl
     return b->is.inside || (comes_near(b, lo, hi, radius) &&
                             (!b->rings || mill_body_ring_meets(b, ring, lo, hi, radius)));
 }
+
+bool mill_body_chart_round(const struct mill_shape *shape, struct mill_pose *frame)
+{
+    const struct mill_body *is = &((const struct mill_bodied *)shape)->is;
+    *frame = (struct mill_pose){.place = is->centre, .x = is->z, .y = is->x, .z = is->y};
+    return true;
+}
+
+bool mill_body_chart_flat(const struct mill_shape *shape, struct mill_pose *frame)
+{
+    const struct mill_body *is = &((const struct mill_bodied *)shape)->is;
+    *frame = (struct mill_pose){.place = is->centre, .x = is->x, .y = is->y, .z = is->z};
+    return false;
+}

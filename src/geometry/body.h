@@ -63,6 +63,10 @@ bool mill_body_is_placed(const struct mill_body *body);
 void mill_body_create(struct mill_bodied *b, const struct mill_chamber *chamber,
                       struct mill_hull hull, vec3 symmetry, bool ball);
 
+/* `chart` of struct mill_shape_type for bodies with a shape of revolution, or without */
+bool mill_body_chart_round(const struct mill_shape *shape, struct mill_pose *frame);
+bool mill_body_chart_flat(const struct mill_shape *shape, struct mill_pose *frame);
+
 /* reachable of struct mill_shape_type */
 bool mill_body_reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, double radius);
 

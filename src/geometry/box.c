@@ -136,4 +136,5 @@ const struct mill_shape_type mill_box_type = {.name = "box",
                                               .walls = walls,
                                               .hull = hull,
                                               .volume = volume,
-                                              .outline = outline};
+                                              .outline = outline,
+                                              .chart = mill_body_chart_flat};

@@ -91,7 +91,8 @@ const struct mill_shape_type mill_cylinder_drum_type = {.name = "drum",
                                                         .next_contact = next_contact,
                                                         .contact = contact,
                                                         .reachable = reachable,
-                                                        .draw = mill_mesh_drum};
+                                                        .draw = mill_mesh_drum,
+                                                        .chart = mill_shapes_chart};
 
 const struct mill_shape_type mill_cylinder_shaft_type = {.name = "shaft",
                                                          .kind = MILL_BALL_SHAFT,
@@ -101,4 +102,5 @@ const struct mill_shape_type mill_cylinder_shaft_type = {.name = "shaft",
                                                          .next_contact = next_contact,
                                                          .contact = contact,
                                                          .reachable = reachable,
-                                                         .draw = draw_shaft};
+                                                         .draw = draw_shaft,
+                                                         .chart = mill_shapes_chart};

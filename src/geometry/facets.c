@@ -274,4 +274,5 @@ const struct mill_shape_type mill_facets_type = {.name = "mesh",
                                                  .draw = draw,
                                                  .hull = hull,
                                                  .volume = volume,
-                                                 .outline = outline};
+                                                 .outline = outline,
+                                                 .chart = mill_body_chart_flat};

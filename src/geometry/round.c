@@ -298,7 +298,8 @@ static void draw(const struct mill_shape *shape, const struct mill_chamber *cham
                                                              .walls = walls_##NAME,                \
                                                              .hull = hull_##NAME,                  \
                                                              .volume = volume_##NAME,              \
-                                                             .outline = outline_##NAME}
+                                                             .outline = outline_##NAME,            \
+                                                             .chart = mill_body_chart_round}
 
 ROUND(sphere);
 ROUND(capsule);

@@ -161,6 +161,10 @@ struct mill_shape_type {
      * [m] from the surface. */
     void (*draw)(const struct mill_shape *, const struct mill_chamber *, double tolerance,
                  struct mill_mesh *);
+    /* Sets the frame in which the faces of the shape lie along the axes, in coordinates of its
+     * motion's frame. true: the shape can turn about x of this frame without a change. NULL: it is
+     * the motion's frame, and the shape is flat. */
+    bool (*chart)(const struct mill_shape *, struct mill_pose *frame);
     /* Only for bodies: */
     /* Its walls, if it is a container; returns their number. NULL: it is one surface, also from
      * inside. */

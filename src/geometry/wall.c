@@ -264,6 +264,13 @@ static void draw(const struct mill_shape *shape, const struct mill_chamber *cham
         b->of->outline(&b->is, tolerance, mesh);
 }
 
+/* The chart of the whole body, for the wall that draws it */
+static bool chart(const struct mill_shape *shape, struct mill_pose *frame)
+{
+    const struct mill_bodied *b = (const struct mill_bodied *)shape;
+    return b->of ? b->of->chart(shape, frame) : mill_body_chart_flat(shape, frame);
+}
+
 const struct mill_shape_type mill_wall_type = {.name = "wall",
                                                .size = sizeof(struct wall),
                                                .create = create,
@@ -271,4 +278,5 @@ const struct mill_shape_type mill_wall_type = {.name = "wall",
                                                .contact = contact,
                                                .beside = beside,
                                                .reachable = mill_body_reachable,
-                                               .draw = draw};
+                                               .draw = draw,
+                                               .chart = chart};

@@ -371,4 +371,5 @@ const struct mill_shape_type mill_wavy_type = {.name = "drum",
                                                .reachable = reachable,
                                                .parts = arcs_in_reach,
                                                .beside = beside,
-                                               .draw = mill_mesh_drum};
+                                               .draw = mill_mesh_drum,
+                                               .chart = mill_shapes_chart};

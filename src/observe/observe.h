@@ -3,10 +3,18 @@
 #define MILL_OBSERVE_H
 
 #include "base/profile.h"
+#include "millsim/kinds.h"
 
 #include <math.h>
 #include <stdbool.h>
 #include <stdint.h>
+
+/* Coefficients of wear of one kind of contact; 0: not given */
+struct mill_wear_law {
+    double archard;  /* Archard's K */
+    double hardness; /* [Pa] of the surface */
+    double erosion;  /* [kg/J] Finnie's k */
+};
 
 struct mill_observe {
     double end; /* [s] end of the run */
@@ -25,6 +33,7 @@ struct mill_observe {
     const double *elastic;
     /* cross-section of the drum, or the circle around a body, for pictures */
     struct mill_profile drum;
+    struct mill_wear_law wear[MILL_KINDS_MOST];
 };
 
 /* Time of event k of those that happen every `interval` [s] from 0 to `end`. INFINITY: there is no

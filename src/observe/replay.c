@@ -160,6 +160,7 @@ static enum mill_status tell_impact(struct mill_replay *r, const struct mill_rep
                                        .partner_species = (int16_t)other,
                                        .position = three(from->position),
                                        .normal = three(from->normal),
+                                       .surface = -1, /* not known */
                                        .normal_speed = from->normal_speed,
                                        .tangential_speed = from->tangential_speed,
                                        .dissipation = from->dissipation,

@@ -9,6 +9,7 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* ---- impacts ---- */
 
@@ -71,6 +72,7 @@ static enum mill_status on_impact(struct mill_observer *observer, const struct m
             mill_energies_impact(&tally->gathered.energies, impact);
             count(&tally->gathered.impacts[impact->kind], impact, normal, tangential);
             map_impact(tally, impact);
+            mill_wear_impact(&tally->gathered.wear, impact);
         }
         status = count_strike(tally, impact, normal, tangential, error);
     }
@@ -150,6 +152,7 @@ static void tell_gathered(struct mill_gathered *g, int kinds, uint64_t number,
                  {"recontacts", sizeof g->recontacts, 1, &g->recontacts},
                  {"samples", sizeof maps->samples, 1, &g->maps.samples},
                  {"hits", sizeof *maps->cross.hits, maps->cells, maps->cross.hits},
+                 {"wear", sizeof *g->wear.sum, (size_t)g->wear.plan->facets, g->wear.sum},
                  {"flow", sizeof *maps->cross.flow, maps->cells, maps->cross.flow}};
     for (size_t i = 0; i < sizeof field / sizeof *field; i++) {
         char name[32];
@@ -270,7 +273,8 @@ static enum mill_status create(struct mill_observer *observer, const struct mill
     for (int kind = 0; kind < tally->kinds; kind++) /* equal for all surfaces */
         tally->contact[kind] =
             kind < 2 ? mill_tally_contact(world, kind) : tally->contact[kind - 1];
-    if (!mill_tally_window_create(&tally->gathered, world) ||
+    memcpy(tally->law, asked->wear, sizeof tally->law);
+    if (!mill_tally_window_create(&tally->gathered, world, &asked->drum) ||
         !mill_energies_blocks_init(&tally->blocks, &tally->gathered.energies))
         return mill_error_set(error, MILL_FAILED, "out of memory for maps, spectra and energies");
     if (!mill_strikes_init(&tally->pairs, asked->strike_window) ||

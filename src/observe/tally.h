@@ -10,6 +10,7 @@
 #include "observe/precision.h"
 #include "observe/spectrum.h"
 #include "observe/strikes.h"
+#include "observe/wear.h"
 
 /* Normal and tangential speeds of the impacts (or strikes) of one kind */
 struct mill_speeds {
@@ -26,6 +27,7 @@ struct mill_gathered {
     struct mill_energies energies;
     uint64_t recontacts; /* impacts after the pair's last one within the duration of a contact */
     struct mill_maps maps;
+    struct mill_wear wear;
     int64_t last; /* number of the last original portion in it */
 };
 
@@ -58,6 +60,7 @@ struct mill_tally {
     double interval;                 /* [s] between the samples for the maps; INFINITY: none */
     int kinds;                       /* of contact */
     const struct mill_world *world;
+    struct mill_wear_law law[MILL_KINDS_MOST];
     struct mill_tally_progress at;
     struct mill_spectrum_grid grid;
     struct mill_gathered gathered; /* since the end of the last portion */
@@ -104,6 +107,7 @@ struct mill_tally_results {
     struct mill_energies energies;
     uint64_t recontacts; /* number of impacts that are re-contacts */
     struct mill_maps maps;
+    struct mill_wear wear;
     double floor_share[MILL_PRECISION_ROWS]; /* of the impacts in the window, those at which the
                                                 rebound floor acted; NaN when there were none */
     /* [W] part of the drive's power that goes to pressed balls; NaN at duration 0 */
@@ -154,9 +158,10 @@ void mill_tally_window_batch(struct mill_tally *tally, const struct mill_account
 /* Returns the strikes of an earlier portion. */
 struct mill_speeds *mill_tally_window_strikes(struct mill_tally *tally, int32_t portion);
 
-/* create: makes empty statistics for a world. like: the same, for the world of other statistics.
- * false: out of memory. The caller frees them in all cases. */
-bool mill_tally_window_create(struct mill_gathered *gathered, const struct mill_world *world);
+/* create: makes empty statistics for a world, whose drum has this cross-section. like: the same,
+ * for the world of other statistics. false: out of memory. The caller frees them in all cases. */
+bool mill_tally_window_create(struct mill_gathered *gathered, const struct mill_world *world,
+                              const struct mill_profile *drum);
 bool mill_tally_window_like(struct mill_gathered *gathered, const struct mill_gathered *as,
                             int kinds);
 

@@ -41,6 +41,7 @@ static void add(struct mill_tally_results *r, const struct mill_gathered *from)
     mill_tally_window_add(r->strikes, from->strikes, r->all);
     mill_energies_add(&r->energies, &from->energies);
     mill_maps_add(&r->maps, &from->maps);
+    mill_wear_add(&r->wear, &from->wear);
     r->recontacts += from->recontacts;
 }
 
@@ -122,7 +123,7 @@ static bool make_room(struct mill_tally_results *r)
     r->impacts = calloc((size_t)r->all + 1, sizeof *r->impacts);
     r->strikes = calloc((size_t)r->all + 1, sizeof *r->strikes);
     return r->impacts && r->strikes && mill_maps_like(&r->maps, &as->maps) &&
-           mill_energies_like(&r->energies, &as->energies);
+           mill_energies_like(&r->energies, &as->energies) && mill_wear_like(&r->wear, &as->wear);
 }
 
 enum mill_status mill_tally_results_make(const struct mill_tally *tally,
@@ -176,6 +177,7 @@ void mill_tally_results_free(struct mill_tally_results *results)
     if (!results)
         return;
     mill_maps_free(&results->maps);
+    mill_wear_free(&results->wear);
     mill_energies_free(&results->energies);
     free(results->impacts);
     free(results->strikes);

@@ -272,6 +272,8 @@ void mill_tally_results_tell(const struct mill_tally_results *r, struct mill_sin
                                   r->tally->batches.at.period, r->tally->batches.at.batch, sink);
         sink->close(sink);
         mill_maps_tell(&r->maps, sink);
+        if (!sink->part) /* another program's run: the surfaces that balls met are not known */
+            mill_wear_tell(&r->wear, r->duration, r->tally->law, sink);
     }
     tell_rotor(sink, r);
     tell_motions(sink, r);

@@ -28,17 +28,20 @@ static bool make_room(struct mill_gathered *gathered, int kinds)
     return gathered->impacts && gathered->strikes;
 }
 
-bool mill_tally_window_create(struct mill_gathered *gathered, const struct mill_world *world)
+bool mill_tally_window_create(struct mill_gathered *gathered, const struct mill_world *world,
+                              const struct mill_profile *drum)
 {
     return make_room(gathered, world->kinds.count) && mill_maps_init(&gathered->maps, world) &&
-           mill_energies_init(&gathered->energies, world);
+           mill_energies_init(&gathered->energies, world) &&
+           mill_wear_init(&gathered->wear, world, drum);
 }
 
 bool mill_tally_window_like(struct mill_gathered *gathered, const struct mill_gathered *as,
                             int kinds)
 {
     return make_room(gathered, kinds) && mill_maps_like(&gathered->maps, &as->maps) &&
-           mill_energies_like(&gathered->energies, &as->energies);
+           mill_energies_like(&gathered->energies, &as->energies) &&
+           mill_wear_like(&gathered->wear, &as->wear);
 }
 
 void mill_tally_window_free(struct mill_gathered *gathered)
@@ -47,6 +50,7 @@ void mill_tally_window_free(struct mill_gathered *gathered)
     free(gathered->strikes);
     mill_energies_free(&gathered->energies);
     mill_maps_free(&gathered->maps);
+    mill_wear_free(&gathered->wear);
 }
 
 /* Moves statistics; `from` gets the memory that `to` had. */
@@ -72,6 +76,7 @@ static void join_portions(struct mill_tally *t)
             mill_tally_window_add(first->strikes, first[m].strikes, t->kinds);
             mill_energies_add(&first->energies, &first[m].energies);
             mill_maps_add(&first->maps, &first[m].maps);
+            mill_wear_add(&first->wear, &first[m].wear);
             first->recontacts += first[m].recontacts;
         }
         first->last = first[many - 1].last;
@@ -129,6 +134,7 @@ void mill_tally_window_batch(struct mill_tally *t, const struct mill_account *ac
         memset(gathered->strikes, 0, sizeof *gathered->strikes * (size_t)t->kinds);
         mill_energies_clear(&gathered->energies);
         mill_maps_clear(&gathered->maps);
+        mill_wear_clear(&gathered->wear);
         gathered->recontacts = 0;
         gathered->last++;
         memset(t->before, 0, sizeof t->before);

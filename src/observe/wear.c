@@ -1,0 +1,233 @@
+/* Sums over impacts, for each facet.
+ *
+ * Archard's law of sliding wear (J. Appl. Phys. 24 (1953) 981): the volume K F s / H is removed on
+ * a path s under the force F, from a surface of hardness H. With Coulomb's friction mu, the work W
+ * = mu F s is dissipated, so the volume is K W / (mu H). Impacts that stick slide only on a part of
+ * the path, so only the work of those that slide to the end counts. Finnie's law of erosion (Wear 3
+ * (1960) 87): an impact at the angle a from the surface removes the mass k m g^2 f(a), with f = sin
+ * 2a - 3 sin^2 a for tan a < 1/3, else cos^2 a / 3. Here g is the speed relative to the surface,
+ * with the ball's spin. With normal and tangential speed this is k m (2 v_n v_t - 3 v_n^2) or k m
+ * v_t^2 / 3. */
+#include "observe/wear.h"
+
+#include "base/memory.h"
+#include "observe/sink.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+bool mill_wear_like(struct mill_wear *wear, const struct mill_wear *as)
+{
+    *wear = (struct mill_wear){.plan = as->plan};
+    wear->sum = mill_memory_get((size_t)as->plan->facets + 1, sizeof *wear->sum);
+    return wear->sum;
+}
+
+bool mill_wear_init(struct mill_wear *wear, const struct mill_world *world,
+                    const struct mill_profile *drum)
+{
+    struct mill_wear_plan *plan = calloc(1, sizeof *plan);
+    *wear = (struct mill_wear){.plan = plan, .owns = true};
+    if (!plan)
+        return false;
+    plan->world = world;
+    plan->chamber = (struct mill_chamber){.drum = *drum, .half_length = 0.5 * world->drum_length};
+    if (!mill_wear_facets_make(plan))
+        return false;
+    const struct mill_wear as = *wear;
+    const bool good = mill_wear_like(wear, &as);
+    wear->owns = true;
+    return good;
+}
+
+void mill_wear_free(struct mill_wear *wear)
+{
+    if (wear->owns && wear->plan)
+        mill_wear_facets_free(wear->plan);
+    if (wear->owns)
+        free(wear->plan);
+    free(wear->sum);
+}
+
+/* ---- sums ---- */
+
+void mill_wear_impact(struct mill_wear *wear, const struct mill_impact *impact)
+{
+    if (impact->surface < 0)
+        return;
+    const struct mill_wear_plan *plan = wear->plan;
+    const int part = plan->part_of[impact->surface];
+    struct mill_wear_sum *sum =
+        &wear->sum[mill_wear_facets_find(plan, part, impact->place, impact->facing)];
+    const double n = impact->normal_speed, t = impact->tangential_speed;
+    const double normal = impact->dissipation_normal, sliding = impact->dissipation - normal;
+    const double slid = impact->slid ? sliding : 0;
+    sum->count += !impact->lasting;
+    sum->normal += normal;
+    sum->sliding += sliding;
+    sum->slid += slid;
+    sum->carved += plan->world->species[impact->species].mass *
+                   (3 * n < t ? 2 * n * t - 3 * n * n : t * t / 3);
+    sum->normal_squares += normal * normal;
+    sum->sliding_squares += sliding * sliding;
+    sum->slid_squares += slid * slid;
+}
+
+void mill_wear_add(struct mill_wear *into, const struct mill_wear *from)
+{
+    for (int32_t i = 0; i < into->plan->facets; i++) {
+        struct mill_wear_sum *to = &into->sum[i];
+        const struct mill_wear_sum *more = &from->sum[i];
+        to->count += more->count;
+        to->normal += more->normal;
+        to->sliding += more->sliding;
+        to->slid += more->slid;
+        to->carved += more->carved;
+        to->normal_squares += more->normal_squares;
+        to->sliding_squares += more->sliding_squares;
+        to->slid_squares += more->slid_squares;
+    }
+}
+
+void mill_wear_clear(struct mill_wear *wear)
+{
+    memset(wear->sum, 0, (size_t)wear->plan->facets * sizeof *wear->sum);
+}
+
+/* ---- telling ---- */
+
+enum column {
+    RATE,
+    NORMAL,
+    NORMAL_ERROR,
+    SLIDING,
+    SLIDING_ERROR,
+    DEPTH,
+    DEPTH_ERROR,
+    EROSION,
+    AREA,
+    COLUMNS
+};
+
+static const struct {
+    const char *name, *unit, *meaning;
+} columns[COLUMNS] = {
+    [RATE] = {"rate", "m-2 s-1", "impacts per area and time"},
+    [NORMAL] = {"normal_power", "W m-2", "power lost along the normal, per area"},
+    [NORMAL_ERROR] = {"normal_power_error", "W m-2",
+                      "its standard error, as if single impacts were independent"},
+    [SLIDING] = {"sliding_power", "W m-2", "power lost by sliding, per area"},
+    [SLIDING_ERROR] = {"sliding_power_error", "W m-2",
+                       "its standard error, as if single impacts were independent"},
+    [DEPTH] = {"archard_rate", "m s-1",
+               "depth removed per time by sliding wear (Archard): K W / (mu H) per area, with the "
+               "work W of impacts that slide to the end; NaN without K, H or friction"},
+    [DEPTH_ERROR] = {"archard_rate_error", "m s-1",
+                     "its standard error, as if single impacts were independent"},
+    [EROSION] = {"finnie_rate", "kg m-2 s-1",
+                 "mass removed per area and time by erosion (Finnie): k m g^2 f(angle); NaN "
+                 "without k"},
+    [AREA] = {"area", "m2", "area of the facet"},
+};
+
+static double value_of(const struct mill_wear *wear, int32_t i, enum column column, double duration,
+                       const struct mill_wear_law *laws)
+{
+    const struct mill_wear_plan *plan = wear->plan;
+    const struct mill_wear_facet *facet = &plan->facet[i];
+    const struct mill_wear_sum *sum = &wear->sum[i];
+    const int kind = plan->world->shape[plan->part[facet->part].shape]->kind;
+    const struct mill_wear_law *law = &laws[kind];
+    const double per = 1 / (facet->area * duration), mu = plan->world->law[kind].friction;
+    /* 0 / 0: a coefficient that is not given */
+    const double archard =
+        law->archard * law->hardness * mu > 0 ? law->archard / (mu * law->hardness) : (double)NAN;
+    const double value[COLUMNS] = {[RATE] = (double)sum->count * per,
+                                   [NORMAL] = sum->normal * per,
+                                   [NORMAL_ERROR] = sqrt(sum->normal_squares) * per,
+                                   [SLIDING] = sum->sliding * per,
+                                   [SLIDING_ERROR] = sqrt(sum->sliding_squares) * per,
+                                   [DEPTH] = archard * sum->slid * per,
+                                   [DEPTH_ERROR] = archard * sqrt(sum->slid_squares) * per,
+                                   [EROSION] = law->erosion > 0 ? law->erosion * sum->carved * per
+                                                                : (double)NAN,
+                                   [AREA] = facet->area};
+    return value[column];
+}
+
+static void tell_parts(const struct mill_wear_plan *plan, struct mill_sink *sink, int32_t *room)
+{
+    const struct mill_world *w = plan->world;
+    const size_t parts = (size_t)plan->parts;
+    const char *kind[MILL_KINDS_MOST], *motion[MILL_MOTIONS_MOST];
+    for (int k = 0; k < w->kinds.count; k++)
+        kind[k] = w->kinds.name[k];
+    for (int k = 0; k < w->motions; k++)
+        motion[k] = w->motion_name[k];
+    sink->open(sink, "parts");
+    for (size_t i = 0; i < parts; i++)
+        room[i] = w->shape[plan->part[i].shape]->kind;
+    sink->values(sink, "kind", MILL_H5_I32, 1, &parts, room, "1",
+                 "kind of contact with the part: index into the attribute kinds");
+    sink->attribute(sink, "kinds", MILL_H5_TEXT, (size_t)w->kinds.count, kind);
+    for (size_t i = 0; i < parts; i++)
+        room[i] = w->shape[plan->part[i].shape]->number;
+    sink->values(sink, "number", MILL_H5_I32, 1, &parts, room, "1",
+                 "number of the blade, end wall or copy of a body; -1: the only one");
+    for (size_t i = 0; i < parts; i++) {
+        const struct mill_motion *m = w->shape[plan->part[i].shape]->motion;
+        room[i] = m ? m->number : -1;
+    }
+    sink->values(sink, "motion", MILL_H5_I32, 1, &parts, room, "1",
+                 "motion that carries the part: index into the attribute motions; -1: none");
+    if (w->motions > 0)
+        sink->attribute(sink, "motions", MILL_H5_TEXT, (size_t)w->motions, motion);
+    for (size_t i = 0; i < parts; i++)
+        room[i] = plan->part[i].round;
+    sink->values(sink, "round", MILL_H5_I32, 1, &parts, room, "1",
+                 "1: the part can turn about x of its axes without a change");
+    sink->close(sink);
+}
+
+static void tell_facets(const struct mill_wear *wear, struct mill_sink *sink, int32_t *room,
+                        double *three)
+{
+    const struct mill_wear_plan *plan = wear->plan;
+    const size_t n = (size_t)plan->facets, dims[2] = {n, 3};
+    for (size_t i = 0; i < n; i++)
+        room[i] = plan->facet[i].part;
+    sink->values(sink, "part", MILL_H5_I32, 1, &n, room, "1", "part of the facet: row of `parts`");
+    for (size_t i = 0; i < n; i++)
+        room[i] = plan->facet[i].face;
+    sink->values(sink, "face", MILL_H5_I32, 1, &n, room, "1",
+                 "direction in which the facet faces: 0 to 5: -x, +x, -y, +y, -z, +z of the part's "
+                 "own axes; of a round part: along its axis, away from it (3), around it");
+    for (size_t i = 0; i < n; i++)
+        memcpy(three + 3 * i, &plan->facet[i].centre, 3 * sizeof *three);
+    sink->values(sink, "centre", MILL_H5_F64, 2, dims, three, "m",
+                 "middle of the facet, in the frame of the part's motion");
+    for (size_t i = 0; i < n; i++)
+        room[i] = (int32_t)fmin((double)wear->sum[i].count, INT32_MAX);
+    sink->values(sink, "count", MILL_H5_I32, 1, &n, room, "1", "impacts on the facet");
+}
+
+void mill_wear_tell(const struct mill_wear *wear, double duration, const struct mill_wear_law *law,
+                    struct mill_sink *sink)
+{
+    const size_t n = (size_t)wear->plan->facets, parts = (size_t)wear->plan->parts;
+    double *three = malloc((3 * n + 1) * sizeof *three);
+    int32_t *room = malloc((n + parts + 1) * sizeof *room);
+    if (three && room) {
+        sink->open(sink, "wear");
+        tell_parts(wear->plan, sink, room);
+        tell_facets(wear, sink, room, three);
+        for (enum column c = 0; c < COLUMNS; c++) {
+            for (size_t i = 0; i < n; i++)
+                three[i] = value_of(wear, (int32_t)i, c, duration, law);
+            mill_tell_array(sink, columns[c].name, n, three, columns[c].unit, columns[c].meaning);
+        }
+        sink->close(sink);
+    }
+    free(three);
+    free(room);
+}

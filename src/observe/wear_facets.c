@@ -1,0 +1,439 @@
+/* The facets are made from the outline of the mill. Each triangle is cut into pieces smaller than a
+ * cell of the lattice; each piece adds its area to the facet of its middle. Facets that are only
+ * slivers, because the surface just enters a cell, become parts of a neighbour. So areas and
+ * impacts are assigned to facets by the same rule. */
+#include "observe/wear_facets.h"
+
+#include "geometry/shapes.h"
+
+#include <stdlib.h>
+
+enum {
+    USUAL = 2000,   /* facets of a mill, about */
+    FEWEST = 150,   /* facets of a part, about, */
+    MOST = 40000,   /* unless there are so many parts that all would have more than this */
+    PIECES = 3,     /* pieces are smaller than a cell by this factor */
+    LONGEST = 1000, /* cells of a part along one coordinate */
+    FACES = MILL_WEAR_FACES
+};
+#define MOST_CELLS 2e6 /* of a part, for each face */
+#define FLAT 1e-3      /* relative to the drum's radius: distance of the outline from the surface */
+#define SLIVER 0.2     /* of the area of a cell's face */
+#define ROUND_OFF 1e-9
+
+/* ---- where is a point? ---- */
+
+/* Coordinates of a place in the chart */
+static inline void chart(const struct mill_wear_part *p, vec3 place, double u[3])
+{
+    const vec3 q = mill_pose_in(&p->chart, place);
+    u[0] = q.x;
+    u[1] = p->round ? sqrt(q.y * q.y + q.z * q.z) : q.y;
+    u[2] = p->round ? p->radius * mill_elementary_atan2(q.z, q.y) : q.z;
+}
+
+/* The direction in which a surface faces at a place: the largest component of its normal */
+static inline int face_of(const struct mill_wear_part *p, vec3 place, vec3 facing)
+{
+    vec3 n = mill_pose_turn_in(&p->chart, facing);
+    if (p->round) {
+        const vec3 q = mill_pose_in(&p->chart, place);
+        const double r = sqrt(q.y * q.y + q.z * q.z), y = r > 0 ? q.y / r : 1,
+                     z = r > 0 ? q.z / r : 0;
+        n = vec3_make(n.x, n.y * y + n.z * z, n.z * y - n.y * z);
+    }
+    const double x = fabs(n.x), y = fabs(n.y), z = fabs(n.z);
+    if (x >= y && x >= z)
+        return n.x > 0;
+    return y >= z ? 2 + (n.y > 0) : 4 + (n.z > 0);
+}
+
+/* The cell of a place; returns the place's face */
+static inline int cell_of(const struct mill_wear_part *p, vec3 place, vec3 facing, int at[3])
+{
+    double u[3];
+    chart(p, place, u);
+    for (int k = 0; k < 3; k++) {
+        const int i = (int)((u[k] - p->from[k]) * p->per[k]);
+        at[k] = i < 0 ? 0 : i >= p->n[k] ? p->n[k] - 1 : i;
+    }
+    if (p->joined)
+        at[2] -= at[2] % p->joined[at[1]];
+    return face_of(p, place, facing);
+}
+
+static inline size_t index_of(const struct mill_wear_part *p, const int at[3], int face)
+{
+    return (((size_t)at[0] * (size_t)p->n[1] + (size_t)at[1]) * (size_t)p->n[2] + (size_t)at[2]) *
+               FACES +
+           (size_t)face;
+}
+
+/* The facet nearest to a cell that has none in this direction: another direction of the same cell,
+ * or a cell as near as possible. Of several, the one with the largest area. */
+static int32_t nearest(const struct mill_wear_plan *plan, const struct mill_wear_part *p,
+                       const int at[3], int face)
+{
+    int32_t best = -1;
+    for (int far = 0; best < 0 && far <= LONGEST; far++) {
+        int lo[3], hi[3], c[3];
+        for (int k = 0; k < 3; k++) {
+            lo[k] = at[k] - far < 0 ? 0 : at[k] - far;
+            hi[k] = at[k] + far >= p->n[k] ? p->n[k] - 1 : at[k] + far;
+        }
+        for (int same = 1; best < 0 && same >= 0; same--)
+            for (c[0] = lo[0]; c[0] <= hi[0]; c[0]++)
+                for (c[1] = lo[1]; c[1] <= hi[1]; c[1]++)
+                    for (c[2] = lo[2]; c[2] <= hi[2]; c[2]++)
+                        for (int f = same ? face : 0; f < (same ? face + 1 : FACES); f++) {
+                            const int32_t id = p->cell[index_of(p, c, f)];
+                            if (id >= 0 &&
+                                (best < 0 || plan->facet[id].area > plan->facet[best].area))
+                                best = id;
+                        }
+    }
+    return best;
+}
+
+int32_t mill_wear_facets_find(const struct mill_wear_plan *plan, int part, vec3 place, vec3 facing)
+{
+    const struct mill_wear_part *p = &plan->part[part];
+    int at[3];
+    const int face = cell_of(p, place, facing, at);
+    const int32_t id = p->cell[index_of(p, at, face)];
+    return id >= 0 ? id : nearest(plan, p, at, face);
+}
+
+/* ---- making the facets ---- */
+
+/* Calls `on` for the pieces of a triangle, whose edges are at most `size`. */
+struct cutter {
+    double size; /* [m] */
+    void (*on)(struct cutter *, vec3 a, vec3 b, vec3 c);
+    struct mill_wear_plan *plan;
+    int part;
+    double area;
+    double lo[3], hi[3];
+    struct mill_mesh *mesh;
+    int32_t *facet;
+};
+
+static void cut(struct cutter *to, vec3 a, vec3 b, vec3 c)
+{
+    const vec3 ab = vec3_sub(b, a), bc = vec3_sub(c, b), ca = vec3_sub(a, c);
+    const double x = vec3_dot(ab, ab), y = vec3_dot(bc, bc), z = vec3_dot(ca, ca);
+    const double longest = fmax(x, fmax(y, z));
+    if (!(longest > to->size * to->size)) {
+        to->on(to, a, b, c);
+    } else if (x == longest) {
+        const vec3 m = vec3_scale(vec3_add(a, b), 0.5);
+        cut(to, a, m, c);
+        cut(to, m, b, c);
+    } else if (y == longest) {
+        const vec3 m = vec3_scale(vec3_add(b, c), 0.5);
+        cut(to, a, b, m);
+        cut(to, a, m, c);
+    } else {
+        const vec3 m = vec3_scale(vec3_add(c, a), 0.5);
+        cut(to, a, b, m);
+        cut(to, m, b, c);
+    }
+}
+
+static void cut_mesh(struct cutter *to, const struct mill_mesh *mesh)
+{
+    for (size_t i = 0; i < mesh->triangles; i++) {
+        const int64_t *corner = mesh->corner[i];
+        cut(to, mesh->point[corner[0]], mesh->point[corner[1]], mesh->point[corner[2]]);
+    }
+}
+
+/* Half of the cross product: its length is the area, its direction the normal */
+static vec3 area_of(vec3 a, vec3 b, vec3 c)
+{
+    return vec3_scale(vec3_cross(vec3_sub(b, a), vec3_sub(c, a)), 0.5);
+}
+
+static vec3 middle(vec3 a, vec3 b, vec3 c)
+{
+    return vec3_scale(vec3_add(a, vec3_add(b, c)), 1.0 / 3.0);
+}
+
+/* Adds up the area of the part and the reach of its coordinates. */
+static void measure(struct cutter *to, vec3 a, vec3 b, vec3 c)
+{
+    const vec3 corner[3] = {a, b, c};
+    to->area += vec3_norm(area_of(a, b, c));
+    for (int i = 0; i < 3; i++) {
+        double u[3];
+        chart(&to->plan->part[to->part], corner[i], u);
+        for (int k = 0; k < 3; k++) {
+            to->lo[k] = fmin(to->lo[k], u[k]);
+            to->hi[k] = fmax(to->hi[k], u[k]);
+        }
+    }
+}
+
+/* Adds a piece to its facet; a cell without a facet gets a new one. */
+static void collect(struct cutter *to, vec3 a, vec3 b, vec3 c)
+{
+    struct mill_wear_plan *plan = to->plan;
+    struct mill_wear_part *p = &plan->part[to->part];
+    const vec3 normal = area_of(a, b, c), at = middle(a, b, c);
+    const double area = vec3_norm(normal);
+    int place[3];
+    const int face = cell_of(p, at, normal, place);
+    int32_t *id = &p->cell[index_of(p, place, face)];
+    if (*id < 0 && (plan->facets & (plan->facets - 1)) == 0) { /* the room doubles */
+        const size_t room = plan->facets > 0 ? 2 * (size_t)plan->facets : 1;
+        struct mill_wear_facet *more = realloc(plan->facet, room * sizeof *more);
+        if (!more) {
+            to->mesh->failed = true;
+            return;
+        }
+        plan->facet = more;
+    }
+    if (*id < 0) {
+        *id = plan->facets++;
+        plan->facet[*id] = (struct mill_wear_facet){.part = to->part, .face = face};
+    }
+    struct mill_wear_facet *f = &plan->facet[*id];
+    f->area += area;
+    f->centre = vec3_axpy(f->centre, area, at); /* divided by the area at the end */
+}
+
+/* Draws all surfaces of a part; sets its shape. */
+static void draw_part(const struct mill_wear_plan *plan, int part, struct mill_mesh *mesh,
+                      int *shape)
+{
+    const struct mill_world *w = plan->world;
+    *mesh = (struct mill_mesh){0};
+    for (int k = 0; k < w->shapes; k++) {
+        const size_t before = mesh->triangles;
+        if (plan->part_of[k] != part)
+            continue;
+        w->shape[k]->type->draw(w->shape[k], &plan->chamber, FLAT * plan->chamber.drum.radius,
+                                mesh);
+        if (shape && mesh->triangles > before)
+            *shape = k;
+    }
+}
+
+/* Sets the lattice of a part, whose coordinates `reach` has measured, for cells of this size.
+ * false: out of memory. */
+static bool lay_out(struct mill_wear_part *p, const struct cutter *reach, double size)
+{
+    size_t cells = FACES;
+    double volume = 1;
+    for (int k = 0; k < 3; k++)
+        volume *= fmax(reach->hi[k] - reach->lo[k], size) / size;
+    size *= fmax(1, mill_elementary_cbrt(volume / MOST_CELLS));
+    for (int k = 0; k < 3; k++) {
+        const double length = reach->hi[k] - reach->lo[k];
+        const double least = p->round && k == 1 ? 2 * FLAT * p->radius : ROUND_OFF * p->radius;
+        p->n[k] = length > least ? (int)fmin(fmax(round(length / size), 1), LONGEST) : 1;
+        p->from[k] = reach->lo[k];
+        p->size[k] = length / p->n[k];
+        p->per[k] = length > 0 ? p->n[k] / length : 0;
+        cells *= (size_t)p->n[k];
+    }
+    p->joined = p->round ? malloc((size_t)p->n[1] * sizeof *p->joined) : NULL;
+    for (int ring = 0; p->joined && ring < p->n[1]; ring++) {
+        const double r = p->from[1] + (ring + 0.5) * p->size[1];
+        for (p->joined[ring] = 1;
+             2 * p->joined[ring] * r <= p->radius && p->joined[ring] < p->n[2];)
+            p->joined[ring] *= 2;
+    }
+    p->cell = p->round && !p->joined ? NULL : malloc(cells * sizeof *p->cell);
+    for (size_t i = 0; p->cell && i < cells; i++)
+        p->cell[i] = -1;
+    return p->cell;
+}
+
+/* Makes slivers parts of a neighbour of the same direction in a cell beside theirs. */
+static void join_slivers(struct mill_wear_plan *plan, struct mill_wear_part *p, int32_t first,
+                         double least, int32_t *into)
+{
+    int c[3], near[3];
+    for (c[0] = 0; c[0] < p->n[0]; c[0]++)
+        for (c[1] = 0; c[1] < p->n[1]; c[1]++)
+            for (c[2] = 0; c[2] < p->n[2]; c[2]++)
+                for (int f = 0; f < FACES; f++) {
+                    const int32_t id = p->cell[index_of(p, c, f)];
+                    if (id < first || plan->facet[id].area >= least)
+                        continue;
+                    for (int k = 0; k < 27 * FACES; k++) {
+                        for (int axis = 0, rest = k / FACES; axis < 3; axis++, rest /= 3)
+                            near[axis] = c[axis] + rest % 3 - 1;
+                        if (near[0] < 0 || near[1] < 0 || near[2] < 0 || near[0] >= p->n[0] ||
+                            near[1] >= p->n[1] || near[2] >= p->n[2])
+                            continue;
+                        const int32_t other = p->cell[index_of(p, near, k % FACES)];
+                        const bool same = k % FACES == f;
+                        if (other < 0 || other == id || plan->facet[other].area < least)
+                            continue;
+                        const bool had = into[id] != id;
+                        const bool was = had && plan->facet[into[id]].face == f;
+                        if (!had || (same && !was) ||
+                            (same == was && plan->facet[other].area > plan->facet[into[id]].area))
+                            into[id] = other;
+                    }
+                }
+}
+
+/* Removes the facets that were joined to others, and divides centres by areas. */
+static void tidy(struct mill_wear_plan *plan, struct mill_wear_part *p, int32_t first,
+                 int32_t *into)
+{
+    int32_t kept = first;
+    for (int32_t id = first; id < plan->facets; id++) {
+        struct mill_wear_facet *f = &plan->facet[into[id]];
+        if (into[id] == id)
+            continue;
+        f->area += plan->facet[id].area;
+        f->centre = vec3_add(f->centre, plan->facet[id].centre);
+    }
+    for (int32_t id = first; id < plan->facets; id++)
+        if (into[id] == id) {
+            plan->facet[kept] = plan->facet[id];
+            plan->facet[kept].centre =
+                vec3_scale(plan->facet[id].centre, 1.0 / plan->facet[id].area);
+            into[id] = -1 - kept++; /* its new number, marked */
+        }
+    const size_t cells = (size_t)p->n[0] * (size_t)p->n[1] * (size_t)p->n[2] * FACES;
+    for (size_t i = 0; i < cells; i++) {
+        int32_t id = p->cell[i];
+        if (id >= 0)
+            p->cell[i] = -1 - (into[id] >= 0 ? into[into[id]] : into[id]);
+    }
+    plan->facets = kept;
+}
+
+/* Makes the facets of a part. false: out of memory. */
+static bool make_part(struct mill_wear_plan *plan, int part, double size, int fewest)
+{
+    struct mill_wear_part *p = &plan->part[part];
+    struct cutter reach = {.size = INFINITY, .on = measure, .plan = plan, .part = part};
+    struct mill_mesh mesh;
+    const int32_t first = plan->facets;
+    for (int k = 0; k < 3; k++) {
+        reach.lo[k] = INFINITY;
+        reach.hi[k] = -INFINITY;
+    }
+    draw_part(plan, part, &mesh, NULL);
+    p->radius = 1;
+    reach.size =
+        4 * size; /* corners alone do not show how far a triangle reaches in radius, angle */
+    cut_mesh(&reach, &mesh);
+    p->radius = p->round ? reach.hi[1] : reach.hi[0] - reach.lo[0] + reach.hi[1] - reach.lo[1];
+    reach.lo[2] *= p->round ? p->radius : 1;
+    reach.hi[2] *= p->round ? p->radius : 1;
+    const double cell = fewest > 0 ? fmin(size, sqrt(reach.area / fewest)) : size;
+    p->cut = cell;
+    bool good = !mesh.failed && reach.area > 0 && lay_out(p, &reach, cell);
+    if (good) {
+        struct cutter to = {
+            .size = cell / PIECES, .on = collect, .plan = plan, .part = part, .mesh = &mesh};
+        cut_mesh(&to, &mesh);
+        good = !mesh.failed;
+    }
+    int32_t *into = good ? malloc(((size_t)plan->facets + 1) * sizeof *into) : NULL;
+    for (int32_t id = 0; into && id < plan->facets; id++)
+        into[id] = id;
+    if (into) {
+        join_slivers(plan, p, first, SLIVER * cell * cell, into);
+        tidy(plan, p, first, into);
+    }
+    free(into);
+    mill_mesh_free(&mesh);
+    return into != NULL;
+}
+
+/* Lists the parts: the walls of a body that holds the balls are one. Sets their charts. */
+static bool list_parts(struct mill_wear_plan *plan)
+{
+    const struct mill_world *w = plan->world;
+    plan->part_of = calloc((size_t)w->shapes + 1, sizeof *plan->part_of);
+    plan->part = calloc((size_t)w->shapes + 1, sizeof *plan->part);
+    int walls = -1;
+    for (int k = 0; plan->part_of && plan->part && k < w->shapes; k++) {
+        const bool wall = w->shape[k]->type == &mill_wall_type;
+        plan->part_of[k] = wall && walls >= 0 ? walls : plan->parts++;
+        walls = wall ? plan->part_of[k] : walls;
+    }
+    for (int part = 0; plan->part_of && plan->part && part < plan->parts; part++) {
+        struct mill_wear_part *p = &plan->part[part];
+        struct mill_mesh mesh;
+        draw_part(plan, part, &mesh, &p->shape);
+        const struct mill_shape *shape = w->shape[p->shape];
+        p->chart = mill_pose_still;
+        p->round = shape->type->chart && shape->type->chart(shape, &p->chart);
+        for (size_t i = 0; i < mesh.triangles; i++) {
+            const int64_t *c = mesh.corner[i];
+            plan->area += vec3_norm(area_of(mesh.point[c[0]], mesh.point[c[1]], mesh.point[c[2]]));
+        }
+        mill_mesh_free(&mesh);
+    }
+    return plan->part_of && plan->part;
+}
+
+bool mill_wear_facets_make(struct mill_wear_plan *plan)
+{
+    if (!list_parts(plan))
+        return false;
+    const double few = (double)plan->parts * FEWEST, all = few > MOST ? MOST : USUAL;
+    const double size = sqrt(plan->area / all);
+    bool good = true;
+    for (int part = 0; good && part < plan->parts; part++)
+        good = make_part(plan, part, size, few > MOST ? 0 : FEWEST);
+    return good;
+}
+
+void mill_wear_facets_free(struct mill_wear_plan *plan)
+{
+    for (int part = 0; plan->part && part < plan->parts; part++) {
+        free(plan->part[part].joined);
+        free(plan->part[part].cell);
+    }
+    free(plan->part);
+    free(plan->part_of);
+    free(plan->facet);
+}
+
+/* Adds a piece with the number of its facet. */
+static void show(struct cutter *to, vec3 a, vec3 b, vec3 c)
+{
+    const size_t n = to->mesh->triangles;
+    const vec3 normal = area_of(a, b, c);
+    if ((n & (n - 1)) == 0) { /* the room doubles */
+        int32_t *more = realloc(to->facet, (n > 0 ? 2 * n : 1) * sizeof *more);
+        to->mesh->failed = to->mesh->failed || !more;
+        to->facet = more ? more : to->facet;
+    }
+    if (to->mesh->failed)
+        return;
+    to->facet[n] = mill_wear_facets_find(to->plan, to->part, middle(a, b, c), normal);
+    mill_mesh_triangle(to->mesh, a, b, c);
+}
+
+bool mill_wear_facets_outline(const struct mill_wear_plan *plan, const struct mill_motion *motion,
+                              struct mill_mesh *mesh, int32_t **facet)
+{
+    struct cutter to = {.on = show, .mesh = mesh};
+    *mesh = (struct mill_mesh){0};
+    for (int part = 0; part < plan->parts; part++) {
+        const struct mill_wear_part *p = &plan->part[part];
+        struct mill_mesh whole;
+        if (plan->world->shape[p->shape]->motion != motion)
+            continue;
+        draw_part(plan, part, &whole, NULL);
+        mesh->failed = mesh->failed || whole.failed;
+        to.plan = (struct mill_wear_plan *)plan;
+        to.part = part;
+        to.size = fmax(p->cut, 1e-9);
+        cut_mesh(&to, &whole);
+        mill_mesh_free(&whole);
+    }
+    *facet = to.facet;
+    return !mesh->failed;
+}
