@@ -155,5 +155,6 @@ bool mill_shapes_chart(const struct mill_shape *shape, struct mill_pose *frame)
 {
     (void)shape;
     *frame = mill_pose_still;
+    frame->about_x = true; /* fewer operations */
     return true;
 }

@@ -66,13 +66,15 @@ static enum mill_status on_impact(struct mill_observer *observer, const struct m
     struct mill_tally *tally = (struct mill_tally *)observer;
     enum mill_status status = MILL_OK;
     if (!tally->at.closed && (tally->at.open || impact->time >= tally->watch)) {
+        struct mill_wear_sum *wear = mill_wear_facet(&tally->gathered.wear, impact);
         const int normal = mill_spectrum_find(&tally->grid, impact->normal_speed);
         const int tangential = mill_spectrum_find(&tally->grid, impact->tangential_speed);
         if (tally->at.open) {
             mill_energies_impact(&tally->gathered.energies, impact);
             count(&tally->gathered.impacts[impact->kind], impact, normal, tangential);
             map_impact(tally, impact);
-            mill_wear_impact(&tally->gathered.wear, impact);
+            if (wear)
+                mill_wear_impact(&tally->gathered.wear, wear, impact);
         }
         status = count_strike(tally, impact, normal, tangential, error);
     }

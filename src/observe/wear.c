@@ -51,14 +51,22 @@ void mill_wear_free(struct mill_wear *wear)
 
 /* ---- sums ---- */
 
-void mill_wear_impact(struct mill_wear *wear, const struct mill_impact *impact)
+struct mill_wear_sum *mill_wear_facet(const struct mill_wear *wear,
+                                      const struct mill_impact *impact)
 {
-    if (impact->surface < 0)
-        return;
     const struct mill_wear_plan *plan = wear->plan;
+    if (impact->surface < 0)
+        return NULL;
     const int part = plan->part_of[impact->surface];
     struct mill_wear_sum *sum =
         &wear->sum[mill_wear_facets_find(plan, part, impact->place, impact->facing)];
+    __builtin_prefetch(sum, 1);
+    return sum;
+}
+
+void mill_wear_impact(const struct mill_wear *wear, struct mill_wear_sum *sum,
+                      const struct mill_impact *impact)
+{
     const double n = impact->normal_speed, t = impact->tangential_speed;
     const double normal = impact->dissipation_normal, sliding = impact->dissipation - normal;
     const double slid = impact->slid ? sliding : 0;
@@ -66,7 +74,7 @@ void mill_wear_impact(struct mill_wear *wear, const struct mill_impact *impact)
     sum->normal += normal;
     sum->sliding += sliding;
     sum->slid += slid;
-    sum->carved += plan->world->species[impact->species].mass *
+    sum->carved += wear->plan->world->species[impact->species].mass *
                    (3 * n < t ? 2 * n * t - 3 * n * n : t * t / 3);
     sum->normal_squares += normal * normal;
     sum->sliding_squares += sliding * sliding;

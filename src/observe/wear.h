@@ -35,8 +35,12 @@ void mill_wear_free(struct mill_wear *wear);
 void mill_wear_add(struct mill_wear *into, const struct mill_wear *from);
 void mill_wear_clear(struct mill_wear *wear);
 
-/* Counts an impact on a surface of this world; others have no effect. */
-void mill_wear_impact(struct mill_wear *wear, const struct mill_impact *impact);
+/* The sums of the facet that an impact is on; NULL: it is not on a surface of this world. They are
+ * requested from memory, so that a later call of mill_wear_impact need not wait for them. */
+struct mill_wear_sum *mill_wear_facet(const struct mill_wear *wear,
+                                      const struct mill_impact *impact);
+void mill_wear_impact(const struct mill_wear *wear, struct mill_wear_sum *sum,
+                      const struct mill_impact *impact);
 
 /* Writes the group "wear" of a window of `duration` [s]. law: [kinds] */
 void mill_wear_tell(const struct mill_wear *wear, double duration, const struct mill_wear_law *law,

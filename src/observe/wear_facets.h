@@ -5,7 +5,6 @@
 #ifndef MILL_WEAR_FACETS_H
 #define MILL_WEAR_FACETS_H
 
-#include "base/elementary.h"
 #include "geometry/mesh.h"
 #include "millsim/world.h"
 
