@@ -10,6 +10,7 @@
 #include "base/elementary.h"
 #include "geometry/shapes.h"
 #include "observe/poses.h"
+#include "observe/wear.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -335,6 +336,26 @@ static void put_body(struct scene *s, const char *name, int k, const struct mill
     link_to(s, ALIKE, "Steps/CellDataOffsets", "number");
 }
 
+/* ---- wear ---- */
+
+/* Writes the block "wear": all surfaces in small triangles, as they are at the first frame, with
+ * the results of their facets */
+static void put_wear(struct scene *s)
+{
+    uint64_t triangles = 0;
+    mill_h5_read(s->file, MILL_WEAR_MESH "/triangles", MILL_H5_U64, 1, &triangles, NULL);
+    begin_block(s, "wear", 3 * (size_t)triangles);
+    link_to(s, MILL_WEAR_MESH "/points", "", "Points");
+    put_cells(s, "Polygons", (size_t)triangles, 3, NULL);
+    put_steps(s, false, 0);
+    for (int c = 0; c < MILL_WEAR_SHOWN; c++) {
+        char path[PATH];
+        snprintf(path, sizeof path, MILL_WEAR_MESH "/%s", mill_wear_shown[c]);
+        link_to(s, path, "CellData", mill_wear_shown[c]);
+        link_to(s, ALIKE, "Steps/CellDataOffsets", mill_wear_shown[c]);
+    }
+}
+
 /* Name of the block of what stands still: that of the drum if the drum does not move */
 static const char *name_of_still(const struct mill_world *world)
 {
@@ -384,5 +405,7 @@ bool mill_vtkhdf_write(struct mill_h5 *file, const struct mill_observe *asked,
         free(points);
         mill_vtkhdf_outline_free(&outline);
     }
+    if (mill_h5_exists(file, MILL_WEAR_MESH))
+        put_wear(&s);
     return !s.left;
 }

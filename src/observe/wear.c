@@ -31,6 +31,8 @@ bool mill_wear_init(struct mill_wear *wear, const struct mill_world *world,
     if (!plan)
         return false;
     plan->world = world;
+    for (int k = -1; k < world->motions; k++)
+        plan->start[k + 1] = mill_motion_pose(k < 0 ? NULL : world->motion[k], 0.0);
     plan->chamber = (struct mill_chamber){.drum = *drum, .half_length = 0.5 * world->drum_length};
     if (!mill_wear_facets_make(plan))
         return false;
@@ -117,6 +119,9 @@ enum column {
     COLUMNS
 };
 
+const char *const mill_wear_shown[MILL_WEAR_SHOWN] = {"rate", "normal_power", "sliding_power",
+                                                      "archard_rate", "finnie_rate"};
+
 static const struct {
     const char *name, *unit, *meaning;
 } columns[COLUMNS] = {
@@ -163,6 +168,37 @@ static double value_of(const struct mill_wear *wear, int32_t i, enum column colu
     return value[column];
 }
 
+/* A pose as three rows of four: a point p of its frame is at pose[:, :3] p + pose[:, 3] */
+static void set_rows(const struct mill_pose *pose, double row[12])
+{
+    const vec3 *axis[4] = {&pose->x, &pose->y, &pose->z, &pose->place};
+    for (int k = 0; k < 4; k++) {
+        row[k] = axis[k]->x;
+        row[4 + k] = axis[k]->y;
+        row[8 + k] = axis[k]->z;
+    }
+}
+
+static void tell_poses(const struct mill_wear_plan *plan, struct mill_sink *sink)
+{
+    const size_t dims[3] = {(size_t)plan->parts, 3, 4};
+    double(*row)[12] = malloc((dims[0] + 1) * sizeof *row);
+    for (size_t i = 0; row && i < dims[0]; i++) {
+        const struct mill_motion *m = plan->world->shape[plan->part[i].shape]->motion;
+        set_rows(&plan->start[m ? m->number + 1 : 0], row[i]);
+    }
+    if (row)
+        sink->values(sink, "start", MILL_H5_F64, 3, dims, row, "1",
+                     "pose of the part's motion at t = 0: a point p of its frame is at "
+                     "start[:, :3] p + start[:, 3] m");
+    for (size_t i = 0; row && i < dims[0]; i++)
+        set_rows(&plan->part[i].chart, row[i]);
+    if (row)
+        sink->values(sink, "axes", MILL_H5_F64, 3, dims, row, "1",
+                     "the part's own axes, as a pose in the frame of its motion");
+    free(row);
+}
+
 static void tell_parts(const struct mill_wear_plan *plan, struct mill_sink *sink, int32_t *room)
 {
     const struct mill_world *w = plan->world;
@@ -194,6 +230,7 @@ static void tell_parts(const struct mill_wear_plan *plan, struct mill_sink *sink
         room[i] = plan->part[i].round;
     sink->values(sink, "round", MILL_H5_I32, 1, &parts, room, "1",
                  "1: the part can turn about x of its axes without a change");
+    tell_poses(plan, sink);
     sink->close(sink);
 }
 
@@ -219,6 +256,69 @@ static void tell_facets(const struct mill_wear *wear, struct mill_sink *sink, in
     sink->values(sink, "count", MILL_H5_I32, 1, &n, room, "1", "impacts on the facet");
 }
 
+/* The triangles of a picture, with the facet of each */
+struct picture {
+    size_t triangles;
+    float *value; /* [triangles][9] corners, then room for other numbers */
+    int32_t *facet;
+};
+
+/* Adds the surfaces of motion k (-1: of what stands still), as they are at t = 0. false: out of
+ * memory */
+static bool add_outline(const struct mill_wear_plan *plan, int k, struct picture *to)
+{
+    struct mill_mesh mesh;
+    int32_t *own = NULL;
+    bool good = mill_wear_facets_outline(plan, k < 0 ? NULL : plan->world->motion[k], &mesh, &own);
+    const size_t all = to->triangles + mesh.triangles + 1;
+    float *value = realloc(to->value, 9 * all * sizeof *value);
+    to->value = value ? value : to->value;
+    int32_t *facet = realloc(to->facet, all * sizeof *facet);
+    to->facet = facet ? facet : to->facet;
+    good = good && value && facet;
+    for (size_t i = 0; good && i < 3 * mesh.triangles; i++) {
+        const vec3 r = mill_pose_out(&plan->start[k + 1], mesh.point[mesh.corner[i / 3][i % 3]]);
+        float *at = value + 9 * to->triangles + 3 * i;
+        at[0] = (float)r.x;
+        at[1] = (float)r.y;
+        at[2] = (float)r.z;
+    }
+    if (good && mesh.triangles > 0)
+        memcpy(facet + to->triangles, own, mesh.triangles * sizeof *own);
+    to->triangles += mesh.triangles;
+    free(own);
+    mill_mesh_free(&mesh);
+    return good;
+}
+
+static void tell_mesh(const struct mill_wear *wear, double duration,
+                      const struct mill_wear_law *law, struct mill_sink *sink)
+{
+    static const enum column shown[MILL_WEAR_SHOWN] = {RATE, NORMAL, SLIDING, DEPTH, EROSION};
+    struct picture to = {0, NULL, NULL};
+    bool good = true;
+    for (int k = -1; good && k < wear->plan->world->motions; k++)
+        good = add_outline(wear->plan, k, &to);
+    const size_t n = to.triangles, dims[2] = {3 * n, 3};
+    if (good) {
+        sink->open(sink, "mesh");
+        mill_tell_count(sink, "triangles", n, "number of triangles");
+        sink->values(sink, "points", MILL_H5_F32, 2, dims, to.value, "m",
+                     "corners of the triangles, three each, counter-clockwise as seen from the "
+                     "balls, in the laboratory at t = 0");
+        sink->values(sink, "facet", MILL_H5_I32, 1, &n, to.facet, "1", "facet of each triangle");
+        for (int c = 0; c < MILL_WEAR_SHOWN; c++) {
+            for (size_t i = 0; i < n; i++)
+                to.value[i] = (float)value_of(wear, to.facet[i], shown[c], duration, law);
+            sink->values(sink, columns[shown[c]].name, MILL_H5_F32, 1, &n, to.value,
+                         columns[shown[c]].unit, columns[shown[c]].meaning);
+        }
+        sink->close(sink);
+    }
+    free(to.value);
+    free(to.facet);
+}
+
 void mill_wear_tell(const struct mill_wear *wear, double duration, const struct mill_wear_law *law,
                     struct mill_sink *sink)
 {
@@ -234,6 +334,7 @@ void mill_wear_tell(const struct mill_wear *wear, double duration, const struct 
                 three[i] = value_of(wear, (int32_t)i, c, duration, law);
             mill_tell_array(sink, columns[c].name, n, three, columns[c].unit, columns[c].meaning);
         }
+        tell_mesh(wear, duration, law, sink);
         sink->close(sink);
     }
     free(three);

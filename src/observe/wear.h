@@ -42,6 +42,11 @@ struct mill_wear_sum *mill_wear_facet(const struct mill_wear *wear,
 void mill_wear_impact(const struct mill_wear *wear, struct mill_wear_sum *sum,
                       const struct mill_impact *impact);
 
+/* Path of the triangles in the file, and the names of the numbers of each triangle */
+#define MILL_WEAR_MESH "/statistics/wear/mesh"
+enum { MILL_WEAR_SHOWN = 5 };
+extern const char *const mill_wear_shown[MILL_WEAR_SHOWN];
+
 /* Writes the group "wear" of a window of `duration` [s]. law: [kinds] */
 void mill_wear_tell(const struct mill_wear *wear, double duration, const struct mill_wear_law *law,
                     struct mill_sink *sink);

@@ -13,7 +13,7 @@ enum {
     USUAL = 2000,   /* facets of a mill, about */
     FEWEST = 150,   /* facets of a part, about, */
     MOST = 40000,   /* unless there are so many parts that all would have more than this */
-    PIECES = 3,     /* pieces are smaller than a cell by this factor */
+    PIECES = 2,     /* pieces are smaller than a cell by this factor */
     LONGEST = 1000, /* cells of a part along one coordinate */
     FACES = MILL_WEAR_FACES
 };
@@ -21,6 +21,7 @@ enum {
 #define FLAT 1e-3      /* relative to the drum's radius: distance of the outline from the surface */
 #define SLIVER 0.2     /* of the area of a cell's face */
 #define ROUND_OFF 1e-9
+#define SHOWN 2.0 /* times the size of a cell: triangles of pictures, about four in a facet */
 
 /* ---- where is a point? ---- */
 
@@ -436,7 +437,7 @@ bool mill_wear_facets_outline(const struct mill_wear_plan *plan, const struct mi
         mesh->failed = mesh->failed || whole.failed;
         to.plan = (struct mill_wear_plan *)plan;
         to.part = part;
-        to.size = fmax(p->cut, 1e-9);
+        to.size = fmax(SHOWN * p->cut, 1e-9);
         cut_mesh(&to, &whole);
         mill_mesh_free(&whole);
     }
