@@ -104,7 +104,7 @@ static enum mill_status find_earlier(struct run *r)
 
 struct mill_observe mill_run_observe(const struct mill_deck *deck, const struct mill_world *world)
 {
-    return (struct mill_observe){
+    struct mill_observe asked = {
         .end = deck->time,
         .sample_from = deck->sample_from,
         .sample_found = deck->sample_found,
@@ -117,6 +117,10 @@ struct mill_observe mill_run_observe(const struct mill_deck *deck, const struct 
         .rotor_angle = deck->rotor_angle,
         .drum = mill_record_profile(deck, world),
     };
+    for (int kind = 0; kind < world->kinds.count; kind++)
+        asked.wear[kind] = (struct mill_wear_law){
+            deck->wear[kind].archard, deck->wear[kind].hardness, deck->wear[kind].erosion};
+    return asked;
 }
 
 /* Makes the mill and its observers, at t = 0 */

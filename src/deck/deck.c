@@ -226,13 +226,16 @@ static bool has_kind(const struct mill_deck *deck, int kind)
     return has;
 }
 
-static enum mill_status list_laws(struct mill_deck *deck, struct mill_error *error)
+/* Fills each[kinds], structs of `size` bytes, with `general` and with the values of the sections
+ * [TITLE.KIND]. */
+static enum mill_status list_by_kind(struct mill_deck *deck, const char *title, const void *general,
+                                     void *each, size_t size, struct mill_error *error)
 {
-    const struct mill_deck_block named = {.title = "contact", .named = true};
+    const struct mill_deck_block named = {.title = title, .named = true};
     const struct mill_kinds *kinds = &deck->contacts;
     char known[MILL_KINDS_MOST * (MILL_KINDS_LENGTH + 2)] = "";
     for (int kind = 0; kind < kinds->count; kind++) {
-        deck->law[kind] = deck->general;
+        memcpy((char *)each + size * (size_t)kind, general, size);
         if (has_kind(deck, kind))
             strcat(strcat(known, kind > 0 ? ", " : ""), kinds->name[kind]);
     }
@@ -244,9 +247,33 @@ static enum mill_status list_laws(struct mill_deck *deck, struct mill_error *err
         if (kind == kinds->count)
             return mill_deck_fault(deck, error, s->title, NULL,
                                    "unknown kind of contact; there are %s", known);
-        deck->law[kind] = *(const struct mill_law *)s->form;
+        memcpy((char *)each + size * (size_t)kind, s->form, size);
     }
     return MILL_OK;
+}
+
+static enum mill_status list_laws(struct mill_deck *deck, struct mill_error *error)
+{
+    const enum mill_status status =
+        list_by_kind(deck, "contact", &deck->general, deck->law, sizeof *deck->law, error);
+    return status == MILL_OK
+               ? list_by_kind(deck, "wear", &deck->worn, deck->wear, sizeof *deck->wear, error)
+               : status;
+}
+
+/* Converts the ratio of the masses of balls and powder to a mass of powder, and finds its table. */
+static enum mill_status list_powder(struct mill_deck *deck, struct mill_error *error)
+{
+    struct mill_deck_powder *powder = &deck->powder;
+    double mass = 0.0;
+    for (int k = 0; k < deck->kinds; k++)
+        mass += (double)deck->balls[k].count * deck->balls[k].density * MILL_PI / 6.0 *
+                pow(deck->balls[k].diameter, 3);
+    if (powder->ball_to_powder > 0.0)
+        powder->mass = mass / powder->ball_to_powder;
+    return powder->table
+               ? mill_deck_files_find(deck, "powder", "table", powder->table, &powder->table, error)
+               : MILL_OK;
 }
 
 static enum mill_status fill(struct mill_deck *deck, struct mill_error *error)
@@ -265,8 +292,13 @@ static enum mill_status fill(struct mill_deck *deck, struct mill_error *error)
     deck->sample_found =
         deck->precision > 0.0 && !mill_deck_entry(mill_deck_section(deck, "run"), "sample_from");
     deck->rotor = mill_deck_section(deck, "rotor") != NULL;
-    static enum mill_status (*const list[])(struct mill_deck *, struct mill_error *) = {
-        mill_deck_motions_list, mill_deck_bodies_list, list_laws, list_balls, list_shapes};
+    static enum mill_status (*const list[])(struct mill_deck *,
+                                            struct mill_error *) = {mill_deck_motions_list,
+                                                                    mill_deck_bodies_list,
+                                                                    list_laws,
+                                                                    list_balls,
+                                                                    list_shapes,
+                                                                    list_powder};
     for (size_t i = 0; status == MILL_OK && i < sizeof list / sizeof *list; i++)
         status = list[i](deck, error);
     return status == MILL_OK && deck->start

@@ -75,6 +75,44 @@ enum {
     MILL_DECK_MESH
 };
 
+/* [powder], as given. It does not influence the run: programs compute the dose from it. */
+struct mill_deck_powder {
+    double mass;           /* [kg] 0: there is no such section */
+    double ball_to_powder; /* mass of the balls / mass of the powder, where given instead */
+    double density;        /* [kg/m^3] of its material */
+    double size;           /* [m] of its particles; 0: not given */
+    double packing;        /* share of a layer that particles fill */
+    int capture;           /* how much powder an impact catches; values in the order of the words */
+    double layer;          /* [m] thickness of the powder on a surface; 0: not given */
+    double modulus;        /* [Pa] reduced modulus of the surfaces */
+    int energy;            /* of an impact; values in the order of the words of its key */
+    double threshold;      /* [J] impacts from here on are hard */
+    int law;               /* of the reaction or breakage; values in the order of the words */
+    double coefficient, exponent; /* 0: not given */
+    double strength;              /* [kg/(J m)] Vogel & Peukert; 0: not given */
+    double least;                 /* [J m/kg] Vogel & Peukert */
+    const char *table;            /* file, or NULL */
+};
+
+enum { MILL_DECK_MONOLAYER, MILL_DECK_VOLUME, MILL_DECK_LAYER };
+enum { MILL_DECK_NONE, MILL_DECK_POWER, MILL_DECK_THRESHOLD, MILL_DECK_VOGEL, MILL_DECK_RATES };
+
+/* [heat], as given; programs compute temperatures from it */
+struct mill_deck_heat {
+    double ball_capacity, powder_capacity, jar_capacity; /* [J/(kg K)]; powder: 0: not given */
+    double jar_mass;                                     /* [kg] */
+    double ball_to_jar, jar_to_room;                     /* [W/K] */
+    double room;                                         /* [K] */
+    double share;                                        /* of the power that heats the balls */
+};
+
+/* [wear], [wear.KIND]: coefficients; 0: not given */
+struct mill_deck_wear {
+    double archard;  /* Archard's K */
+    double hardness; /* [Pa] */
+    double erosion;  /* [kg/J] Finnie's k */
+};
+
 /* Where a value of the deck comes from. line 0 and no override: it is a default */
 struct mill_deck_origin {
     int line;             /* in the file, from 1; 0: not from the file */
@@ -125,7 +163,11 @@ struct mill_deck {
     struct mill_kinds contacts;  /* kinds of contact */
     struct mill_law general;     /* [contact], for kinds that have no value of their own */
     struct mill_law law[MILL_KINDS_MOST];
-    double rebound_floor;           /* [m/s] */
+    double rebound_floor; /* [m/s] */
+    struct mill_deck_powder powder;
+    struct mill_deck_heat heat;
+    struct mill_deck_wear worn; /* [wear], for kinds that have no values of their own */
+    struct mill_deck_wear wear[MILL_KINDS_MOST];
     double frames;                  /* [s] 0 = none */
     double series;                  /* [s] */
     int log_impacts;                /* 1: yes */

@@ -121,7 +121,7 @@ static enum mill_status check_title(const struct mill_deck *deck, const char *ti
     if (strcmp(title, "motion.rotor") == 0)
         return mill_deck_fault(deck, error, title, NULL,
                                "'rotor' is the motion of [rotor]; give this one another name");
-    if (strcmp(block.title, "contact") == 0) {
+    if (strcmp(block.title, "contact") == 0 || strcmp(block.title, "wear") == 0) {
         if (strncmp(name, PREFIX, strlen(PREFIX)) != 0)
             return mill_deck_fault(deck, error, title, NULL,
                                    "unknown kind of contact; its name begins with 'ball_': "
