@@ -35,6 +35,8 @@ COMMANDS = (
             "plot reference.h5 reference.png"),
     Command("report", "a web page of one run: moving balls in 3D, energy balance, spectra, maps, numbers",
             "report reference.h5"),
+    Command("dose", "what the impacts do to the powder: dose, stress energy, hard impacts, temperatures",
+            "dose reference.h5"),
     Command("render", "3D pictures and films of a run, in slow motion or next to a film of a camera",
             "render reference.h5 movie.mp4 --slow 50"),
     Command("dem", "runs the same deck with soft spheres in LIGGGHTS, into a file of the same format",

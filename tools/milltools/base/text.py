@@ -4,6 +4,7 @@ import dataclasses
 import math
 
 PREFIXES = dict(zip(range(-4, 5), ("p", "n", "µ", "m", "", "k", "M", "G", "T")))  # powers of 1000
+COUNTS = {1: "thousand", 2: "million", 3: "billion", 4: "trillion"}  # the same of rates of events
 SPACE = "\N{NO-BREAK SPACE}"
 THIN = "\N{NARROW NO-BREAK SPACE}"
 MISSING = "\N{EN DASH}"
@@ -158,12 +159,14 @@ def _scale(value: float) -> tuple[int, int] | None:
 
 
 def _tail(thousands: int, unit: str) -> str:
+    if unit == "/s" and thousands in COUNTS:  # "M/s" would look like metres per second
+        return f"{SPACE}{COUNTS[thousands]}/s"
     tail = PREFIXES[thousands] + unit.replace(" ", SPACE)
     return SPACE + tail if tail else ""
 
 
 def scaled(value: float, unit: str) -> Number:
-    """862.4519 W -> "862.5 W", 8977160/s -> "8.977 M/s"; a dash for NaN."""
+    """862.4519 W -> "862.5 W", 8977160/s -> "8.977 million/s"; a dash for NaN."""
     value = float(value)
     scale = _scale(value)
     if math.isnan(value):

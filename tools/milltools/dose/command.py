@@ -1,0 +1,27 @@
+"""`mill dose`: the dose of a run as a table."""
+
+from milltools.base.text import columns
+from milltools.dose import dose
+from milltools.read.runfile import Run
+
+SUMMARY = (
+    "Says what the impacts of a run do to the powder: power for each kilogram of balls and of powder, dose, energy and "
+    "number of impacts, hard impacts, powder caught, rate of a reaction or breakage, temperatures. Powder and heat are "
+    "described in the sections [powder] and [heat] of the deck, or with -s; docs/dose.md has the formulas."
+)
+
+
+def add_arguments(parser):
+    parser.add_argument("run", metavar="RUN", help="output file of a run")
+    parser.add_argument(
+        "-s", "--set", action="append", default=[], metavar="SECTION.KEY=VALUE",
+        help="a value of [powder] or [heat] for this run, such as 'powder.mass=20 g'; may be repeated",
+    )  # fmt: skip
+
+
+def run(arguments) -> int:
+    with Run(arguments.run) as opened:
+        found = dose.rows(opened, arguments.set)
+    cells = [(row.name, dose.measured(row), row.words) for row in found]
+    print("\n".join(columns([("", "value ± standard error", ""), *cells], left=(0, 2))))
+    return 0

@@ -1,0 +1,158 @@
+"""Sums over all impacts of a run, such as the impacts above 1 mJ each second, with their standard errors.
+
+The histograms of energy in the file give the sum. Its error comes from the same histograms of short blocks of time.
+"""
+
+import dataclasses
+import math
+from collections.abc import Callable, Iterable, Iterator
+
+import numpy as np
+
+from milltools.base.errors import UserError
+from milltools.read.runfile import Run
+
+SORTS = ("normal", "total", "dissipated")  # energies of an impact
+POINTS = 8  # at which a function of energy is taken within a bin
+FEWEST = 36  # blocks that an error needs
+SIZES = (24, 12, 6, 4, 3, 2, 1)  # blocks that are joined so that at least JOINED remain
+JOINED = 24
+MEMORY = (-0.25, 0.9)  # limits of the correlation of neighbours
+ROUNDING = 1e-9
+
+
+@dataclasses.dataclass(frozen=True)
+class Pair:
+    """Two bodies that meet: the kind of contact, the reduced mass [kg] and the reduced radius [m] (of the ball where it
+    meets the mill), and the index of the species in the arrays of the file."""
+
+    kind: str
+    mass: float
+    radius: float
+    index: tuple[int, ...]
+
+
+Weight = Callable[[np.ndarray, Pair], np.ndarray]  # of energies [J] of impacts of a pair
+
+
+def pairs(run: Run, kinds: Iterable[str] | None = None) -> Iterator[Pair]:
+    """All pairs of species and surfaces of a run."""
+    species = run.as_deck.species
+    masses = [one.density * math.pi / 6 * one.diameter**3 for one in species]
+    for kind in run.kinds if kinds is None else kinds:
+        for i, one in enumerate(species):
+            if kind != "ball_ball":
+                yield Pair(kind, masses[i], one.diameter / 2, (i,))
+                continue
+            for j in range(i, len(species)):
+                radii = one.diameter / 2, species[j].diameter / 2
+                mass, radius = (a * b / (a + b) for a, b in ((masses[i], masses[j]), radii))
+                yield Pair(kind, mass, radius, (i, j))
+
+
+@dataclasses.dataclass(frozen=True)
+class Sum:
+    """A sum over impacts for each second of the window: its value, its value in each block of time (None: the file has
+    no blocks), blocks in a period, and the error that independent impacts would give."""
+
+    value: float
+    series: np.ndarray | None
+    period: int
+    least: float
+
+    @property
+    def error(self) -> float:
+        """Standard error; NaN if the run is too short or its file has no blocks."""
+        found = math.nan if self.series is None or not self.value else standard_error(self.series, self.period)
+        return max(found, self.least) if found == found else math.nan
+
+    def over(self, other: "Sum") -> tuple[float, float]:
+        """(value, standard error) of this sum divided by another one of the same run."""
+        if not other.value:
+            return math.nan, math.nan
+        ratio = self.value / other.value
+        if self.series is None or other.series is None:
+            return ratio, math.nan
+        return ratio, standard_error(self.series - ratio * other.series, self.period) / abs(other.value)
+
+
+def total(run: Run, weight: Weight, energy: str = "normal", kinds: Iterable[str] | None = None) -> Sum:
+    """The sum of weight(energy of the impact) over all impacts of some `kinds` (default: all), for each second of the
+    window; `energy`: one of SORTS. In a bin the impacts are taken to be evenly spread over the logarithm of energy."""
+    place = "statistics/energies"
+    if not run.has(f"{place}/edges"):
+        raise UserError(f"{run.path}: has no energies of impacts: an older version or another program wrote it")
+    run.need_statistics()
+    blocks, value, squares, series = f"{place}/blocks", 0.0, 0.0, None
+    points = _points(run.read(f"{place}/edges"))
+    known = run.has(f"{blocks}/edges")
+    coarse = _points(run.read(f"{blocks}/edges")) if known else None
+    for pair in pairs(run, kinds):
+        count = run.read(f"{place}/{pair.kind}/{energy}")[pair.index]
+        weights = np.mean(weight(points, pair), axis=1)
+        value += float(count @ weights)
+        squares += float(count @ weights**2)
+        if known:
+            rows = run.read(f"{blocks}/{pair.kind}/{energy}")[(slice(None), *pair.index)]
+            part = rows @ np.mean(weight(coarse, pair), axis=1)
+            series = part if series is None else series + part
+    time = run.duration
+    if series is None:
+        return Sum(value / time, None, 0, math.sqrt(squares) / time)
+    length, period = float(run.read(f"{blocks}/duration")), int(run.read(f"{blocks}/period"))
+    return Sum(value / time, series / length, period, math.sqrt(squares) / time)
+
+
+def every(energy: np.ndarray, pair: Pair) -> np.ndarray:
+    """Counts all impacts."""
+    return np.ones_like(energy)
+
+
+def itself(energy: np.ndarray, pair: Pair) -> np.ndarray:
+    """Adds up the energies."""
+    return energy
+
+
+def above(least: float) -> Weight:
+    """Counts impacts of this energy [J] or more; within a bin by its share of the logarithm of energy."""
+    return lambda energy, pair: (energy >= least * (1 - 1e-12)).astype(float)
+
+
+def _points(edges: np.ndarray) -> np.ndarray:
+    """Energies within each bin, evenly on the scale of logarithms: (bins, POINTS). Below the bins 0, above them the
+    highest edge."""
+    inner = np.log(edges[1:-1])
+    shares = (np.arange(POINTS) + 0.5) / POINTS
+    within = np.exp(inner[:-1, None] + np.diff(inner)[:, None] * shares)
+    return np.vstack([np.zeros(POINTS), within, np.full(POINTS, edges[-2])])
+
+
+def standard_error(x: np.ndarray, period: int) -> float:
+    """Standard error of the mean of a stationary series with correlated values, widened by Student's t so that +- 1.96
+    errors is the 95 % interval; what repeats each `period` values (0: none) is not scatter. NaN: fewer than FEWEST
+    values, or too strong a correlation. The same estimate as in src/observe/precision.c."""
+    n = len(x)
+    if n < FEWEST:
+        return math.nan
+    size = next(size for size in SIZES if n // size >= JOINED)
+    count = n // size
+    repeats = period > size and n // period >= 2
+    phases = period if repeats else 1
+    means = np.array([x[phase::phases].mean() for phase in range(phases)])
+    times = np.array([len(x[phase::phases]) for phase in range(phases)])
+    shift = float(np.sum(means * times) / n - means.mean())
+    rest = (x - means[np.arange(n) % phases])[n - count * size :].reshape(count, size).mean(axis=1)
+    squares = float(rest @ rest)
+    if not squares > (ROUNDING * x.mean()) ** 2:
+        return abs(shift)
+    memory = float(rest[1:] @ rest[:-1]) / squares
+    memory += memory / (count - 1) if repeats else (1 + 4 * memory) / count
+    memory = min(max(memory, MEMORY[0]), MEMORY[1])
+    share = 1 - period / (n // period * period) if repeats else 1.0
+    variance = squares / share / (count - 1) / count * (1 + memory) / (1 - memory)
+    freedom = count * share * (1 - memory**2) / (1.5 + memory**2)
+    if freedom < 3:
+        return math.nan
+    u = 1 / freedom
+    widening = 1 + u * (1.21036 + u * (1.44008 + u * (1.30403 + u * 0.81100)))
+    return math.sqrt(variance + shift**2) * widening
