@@ -4,6 +4,7 @@
 #include "app/digest.h"
 #include "app/forecast.h"
 #include "app/record.h"
+#include "app/summary.h"
 #include "deck/deck.h"
 #include "store/draft.h"
 
@@ -198,8 +199,10 @@ static enum mill_status make_start(struct mill_run_order *o, FILE *aside)
     enum mill_status status = mill_deck_setup_world(o->deck, &watch, &world, o->error);
     if (status == MILL_OK && a->given[MILL_CHECK]) {
         mill_deck_print(o->deck, o->page);
-        if (!a->given[MILL_QUIET])
+        if (!a->given[MILL_QUIET]) {
+            mill_summary_mill(world, "millsim: ", aside);
             tell_forecast(o->deck, world, aside);
+        }
     } else if (status == MILL_OK) {
         /* signals must wait: writing takes only a moment, and a signal would leave the unfinished
          * file */

@@ -24,6 +24,16 @@ struct mill_summary {
 /* The caller checks `out` for errors. MILL_FAILED: out of memory. */
 enum mill_status mill_summary_write(struct mill_summary *s, bool json, struct mill_error *error);
 
+/* Prints the balls, how much of the mill they fill, and how fast its surfaces move; `lead` begins
+ * each line. */
+void mill_summary_mill(const struct mill_world *world, const char *lead, FILE *out);
+
+/* [kg] of all balls */
+double mill_summary_mass(const struct mill_world *world);
+
+/* Prints the impacts of the window by kind. */
+void mill_summary_table(const struct mill_summary *s);
+
 /* Writes the JSON object for mill_summary_write, which has filled in results and notes. */
 enum mill_status mill_summary_json(const struct mill_summary *s, struct mill_error *error);
 
@@ -34,9 +44,5 @@ const char *mill_summary_known(const struct mill_observers *observers);
 /* Are statistics gathered now? Not before run.sample_from, and not during the start-up if it is to
  * be cut off. */
 bool mill_summary_samples(const struct mill_observers *observers);
-
-/* "12.34 mm/s": four significant digits with a suitable prefix; "-" for NaN. Several buffers are
- * used in rotation, so that one call of printf can contain several numbers. */
-const char *mill_summary_si(double value, const char *unit);
 
 #endif

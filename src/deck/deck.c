@@ -261,21 +261,6 @@ static enum mill_status list_laws(struct mill_deck *deck, struct mill_error *err
                : status;
 }
 
-/* Converts the ratio of the masses of balls and powder to a mass of powder, and finds its table. */
-static enum mill_status list_powder(struct mill_deck *deck, struct mill_error *error)
-{
-    struct mill_deck_powder *powder = &deck->powder;
-    double mass = 0.0;
-    for (int k = 0; k < deck->kinds; k++)
-        mass += (double)deck->balls[k].count * deck->balls[k].density * MILL_PI / 6.0 *
-                pow(deck->balls[k].diameter, 3);
-    if (powder->ball_to_powder > 0.0)
-        powder->mass = mass / powder->ball_to_powder;
-    return powder->table
-               ? mill_deck_files_find(deck, "powder", "table", powder->table, &powder->table, error)
-               : MILL_OK;
-}
-
 static enum mill_status fill(struct mill_deck *deck, struct mill_error *error)
 {
     struct walk walk = {0};
@@ -292,13 +277,9 @@ static enum mill_status fill(struct mill_deck *deck, struct mill_error *error)
     deck->sample_found =
         deck->precision > 0.0 && !mill_deck_entry(mill_deck_section(deck, "run"), "sample_from");
     deck->rotor = mill_deck_section(deck, "rotor") != NULL;
-    static enum mill_status (*const list[])(struct mill_deck *,
-                                            struct mill_error *) = {mill_deck_motions_list,
-                                                                    mill_deck_bodies_list,
-                                                                    list_laws,
-                                                                    list_balls,
-                                                                    list_shapes,
-                                                                    list_powder};
+    static enum mill_status (*const list[])(struct mill_deck *, struct mill_error *) = {
+        mill_deck_motions_list, mill_deck_bodies_list, list_laws, list_balls, list_shapes,
+        mill_deck_powder_list};
     for (size_t i = 0; status == MILL_OK && i < sizeof list / sizeof *list; i++)
         status = list[i](deck, error);
     return status == MILL_OK && deck->start

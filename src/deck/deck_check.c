@@ -331,36 +331,11 @@ static void warn_of_axes(const struct mill_deck *deck)
     deck->warn(line.text);
 }
 
-/* Keys that other keys of [powder] need */
-static enum mill_status check_powder(const struct mill_deck *deck, struct mill_error *error)
-{
-    const struct mill_deck_powder *p = &deck->powder;
-    const bool vogel = p->law == MILL_DECK_VOGEL;
-    const struct {
-        bool wrong;
-        const char *key, *why;
-    } list[] = {
-        {(p->law == MILL_DECK_POWER || p->law == MILL_DECK_THRESHOLD) && p->coefficient == 0.0,
-         "coefficient", "this law needs the coefficient c of each impact"},
-        {p->law == MILL_DECK_POWER && p->exponent == 0.0, "exponent",
-         "the power law needs its exponent n"},
-        {vogel && p->strength == 0.0, "strength", "the law needs the material's f_Mat"},
-        {vogel && p->size == 0.0, "size", "the law needs the diameter of a particle"},
-        {p->law == MILL_DECK_RATES && !p->table, "table",
-         "the law needs a file with a row 'E k' for each energy"},
-        {p->capture == MILL_DECK_LAYER && p->layer == 0.0, "layer",
-         "this capture needs the thickness of the powder on a surface"},
-    };
-    for (size_t i = 0; p->mass > 0.0 && i < sizeof list / sizeof *list; i++)
-        if (list[i].wrong)
-            return mill_deck_fault(deck, error, "powder", list[i].key, "%s", list[i].why);
-    return MILL_OK;
-}
-
 enum mill_status mill_deck_check(const struct mill_deck *deck, struct mill_error *error)
 {
     static enum mill_status (*const check[])(const struct mill_deck *, struct mill_error *) = {
-        check_times, check_profile, check_shapes, check_sizes, check_amount, check_powder};
+        check_times, check_profile, check_shapes,
+        check_sizes, check_amount,  mill_deck_powder_check};
     enum mill_status status = MILL_OK;
     for (size_t i = 0; status == MILL_OK && i < sizeof check / sizeof *check; i++)
         status = check[i](deck, error);

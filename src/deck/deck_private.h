@@ -151,6 +151,16 @@ enum mill_status mill_deck_bodies_list(struct mill_deck *deck, struct mill_error
 /* [m^3] of the empty container: what is inside is not subtracted */
 double mill_deck_bodies_volume(const struct mill_deck *deck);
 
+/* ---- powder, heat, wear (deck_powder.c) ---- */
+
+extern const struct mill_key mill_deck_powder_key[], mill_deck_powder_heat_key[],
+    mill_deck_powder_wear_key[];
+
+/* Converts the ratio of the masses of balls and powder to a mass of powder, and finds its table. */
+enum mill_status mill_deck_powder_list(struct mill_deck *deck, struct mill_error *error);
+
+enum mill_status mill_deck_powder_check(const struct mill_deck *deck, struct mill_error *error);
+
 /* ---- checks of several keys together (deck_check.c) ---- */
 
 enum mill_status mill_deck_check(const struct mill_deck *deck, struct mill_error *error);

@@ -202,6 +202,23 @@ void mill_energies_blocks_close(struct mill_energies_blocks *b, const struct mil
         join(b, period);
 }
 
+struct mill_precision_mean mill_energies_blocks_hard(const struct mill_energies_blocks *b,
+                                                     uint64_t from, uint64_t period, double batch)
+{
+    enum { MILLIJOULE = -MILL_ENERGIES_LOWEST * 16 + 1 }; /* the bin that begins at 1 mJ */
+    const uint64_t first = (from + b->length - 1) / b->length;
+    const size_t low = coarse(MILLIJOULE), stride = MILL_ENERGIES_SORTS * MILL_ENERGIES_COARSE;
+    double series[MILL_ENERGIES_BLOCKS] = {0};
+    size_t n = 0;
+    for (uint64_t k = first; k < b->blocks; k++, n++)
+        for (size_t i = 0; i < b->pairs; i++)
+            for (size_t bin = low; bin < MILL_ENERGIES_COARSE; bin++)
+                series[n] +=
+                    b->count[k * size_of(b) + i * stride + bin] / ((double)b->length * batch);
+    const bool whole = period > b->length && period % b->length == 0;
+    return mill_precision_mean(series, n, whole ? (size_t)(period / b->length) : 0);
+}
+
 static void tell_blocks(const struct mill_energies_blocks *b, const struct mill_energies *e,
                         int kind, uint64_t first, int32_t *room, struct mill_sink *sink)
 {

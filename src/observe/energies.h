@@ -7,6 +7,7 @@
 #define MILL_ENERGIES_H
 
 #include "millsim/observer.h"
+#include "observe/precision.h"
 
 #include <stdbool.h>
 #include <string.h>
@@ -82,6 +83,11 @@ void mill_energies_blocks_close(struct mill_energies_blocks *blocks,
 
 /* Forgets the counts so far, of energies that were cleared. */
 void mill_energies_blocks_restart(struct mill_energies_blocks *blocks);
+
+/* [1/s] The impacts of all pairs with a normal energy of 1 mJ or more, with their error. from,
+ * period, batch: as below */
+struct mill_precision_mean mill_energies_blocks_hard(const struct mill_energies_blocks *blocks,
+                                                     uint64_t from, uint64_t period, double batch);
 
 /* Writes the group "blocks" within the group "energies". from: the first batch that counts. period:
  * in batches; batch: [s] its length */

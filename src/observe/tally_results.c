@@ -117,6 +117,23 @@ static void sum_account(struct mill_tally_results *r)
     known->median_fast.value = mill_spectrum_quantile(grid, all, MILL_SPECTRUM_FAST, 0.5);
 }
 
+/* The error comes from blocks, the value from the whole window. */
+static void sum_hard(struct mill_tally_results *r)
+{
+    const struct mill_precision *batches = &r->tally->batches;
+    uint64_t count = 0;
+    for (size_t i = 0; i < r->energies.pairs; i++)
+        for (uint64_t bin = mill_energies_bin(1); bin < MILL_ENERGIES_BINS; bin++)
+            count += r->energies.pair[i].normal[bin].count;
+    r->hard = mill_energies_blocks_hard(&r->tally->blocks, r->from, batches->at.period,
+                                        batches->at.batch);
+    r->hard.value = mill_tally_per_second(r, (double)count);
+    if (r->hard.error < sqrt((double)count) / r->duration)
+        r->hard.error = sqrt((double)count) / r->duration;
+    if (count == 0)
+        r->hard.error = NAN;
+}
+
 static bool make_room(struct mill_tally_results *r)
 {
     const struct mill_gathered *as = &r->tally->gathered;
@@ -169,6 +186,7 @@ enum mill_status mill_tally_results_make(const struct mill_tally *tally,
     sum_rows(r->strikes, r->all);
     sum_counts(r);
     sum_account(r);
+    sum_hard(r);
     return MILL_OK;
 }
 

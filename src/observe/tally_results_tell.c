@@ -227,6 +227,8 @@ static void tell_precision(struct mill_sink *sink, const struct mill_tally_resul
                    "impacts per second with a normal speed at or above each of the attribute "
                    "thresholds [m/s]");
     sink->close(sink);
+    tell_means(sink, "rate_above_1mJ", 0, &r->hard, "s-1",
+               "impacts per second with a normal energy, m* v_n^2 / 2, of 1 mJ or more");
     static const struct {
         const char *name, *meaning;
     } losses[] = {{"dissipated_power", "power lost in impacts"},

@@ -33,7 +33,9 @@ bool mill_wear_init(struct mill_wear *wear, const struct mill_world *world,
     plan->world = world;
     for (int k = -1; k < world->motions; k++)
         plan->start[k + 1] = mill_motion_pose(k < 0 ? NULL : world->motion[k], 0.0);
-    plan->chamber = (struct mill_chamber){.drum = *drum, .half_length = 0.5 * world->drum_length};
+    plan->chamber = (struct mill_chamber){
+        .drum = drum->radius > 0 ? *drum : mill_profile_make(2, world->drum_radius, 0, 0),
+        .half_length = 0.5 * world->drum_length};
     if (!mill_wear_facets_make(plan))
         return false;
     const struct mill_wear as = *wear;
@@ -57,11 +59,13 @@ struct mill_wear_sum *mill_wear_facet(const struct mill_wear *wear,
                                       const struct mill_impact *impact)
 {
     const struct mill_wear_plan *plan = wear->plan;
-    if (impact->surface < 0)
+    const int32_t facet = impact->surface < 0
+                              ? -1
+                              : mill_wear_facets_find(plan, plan->part_of[impact->surface],
+                                                      impact->place, impact->facing);
+    if (facet < 0)
         return NULL;
-    const int part = plan->part_of[impact->surface];
-    struct mill_wear_sum *sum =
-        &wear->sum[mill_wear_facets_find(plan, part, impact->place, impact->facing)];
+    struct mill_wear_sum *sum = &wear->sum[facet];
     __builtin_prefetch(sum, 1);
     return sum;
 }

@@ -106,6 +106,8 @@ int32_t mill_wear_facets_find(const struct mill_wear_plan *plan, int part, vec3 
 {
     const struct mill_wear_part *p = &plan->part[part];
     int at[3];
+    if (!p->cell) /* nothing of it can be reached */
+        return -1;
     const int face = cell_of(p, place, facing, at);
     const int32_t id = p->cell[index_of(p, at, face)];
     return id >= 0 ? id : nearest(plan, p, at, face);
@@ -332,12 +334,16 @@ static bool make_part(struct mill_wear_plan *plan, int part, double size, int fe
     reach.size =
         4 * size; /* corners alone do not show how far a triangle reaches in radius, angle */
     cut_mesh(&reach, &mesh);
+    if (!(reach.area > 0)) { /* a part that draws nothing has no facets */
+        mill_mesh_free(&mesh);
+        return !mesh.failed;
+    }
     p->radius = p->round ? reach.hi[1] : reach.hi[0] - reach.lo[0] + reach.hi[1] - reach.lo[1];
     reach.lo[2] *= p->round ? p->radius : 1;
     reach.hi[2] *= p->round ? p->radius : 1;
     const double cell = fewest > 0 ? fmin(size, sqrt(reach.area / fewest)) : size;
     p->cut = cell;
-    bool good = !mesh.failed && reach.area > 0 && lay_out(p, &reach, cell);
+    bool good = !mesh.failed && lay_out(p, &reach, cell);
     if (good) {
         struct cutter to = {
             .size = cell / PIECES, .on = collect, .plan = plan, .part = part, .mesh = &mesh};

@@ -54,7 +54,7 @@ bool mill_wear_facets_make(struct mill_wear_plan *plan);
 void mill_wear_facets_free(struct mill_wear_plan *plan);
 
 /* Number of the facet at a place of a part that faces in a direction, both in the frame of the
- * part's motion */
+ * part's motion; -1: the part has none */
 int32_t mill_wear_facets_find(const struct mill_wear_plan *plan, int part, vec3 place, vec3 facing);
 
 /* The surfaces that one motion carries (NULL: what stands still), in triangles about as small as

@@ -235,10 +235,11 @@ START_TEST(the_summary_has_a_line_for_each_motion)
     char *text = summary_of(false);
     const char *drive = strstr(text, "\ndrive power ");
     ck_assert_ptr_nonnull(drive);
-    ck_assert_ptr_nonnull(strstr(drive, "W  (3.25 periods)\nshake "));
+    ck_assert_ptr_nonnull(strstr(text, " (3.25 periods)\n"));
+    ck_assert_ptr_nonnull(strstr(drive, "W/kg of balls\nshake "));
     for (int k = 0; k < PLANETARY_MOTIONS; k++) {
         char start[80];
-        snprintf(start, sizeof start, "\n%-18s ", p.world->motion_name[k]);
+        snprintf(start, sizeof start, "\n%-15s ", p.world->motion_name[k]);
         const char *line = strstr(drive, start);
         ck_assert_msg(line != NULL, "no %s in\n%s", p.world->motion_name[k], text);
         const char *end = strchr(line + 1, '\n'), *torque = strstr(line, "N m\n");

@@ -173,7 +173,14 @@ def rows(run: Run, sets: typing.Sequence[str] = ()) -> list[Row]:
         found += [
             Row("ball to powder", mass / per, math.nan, "", f"mass ratio; {per:.4g} kg of powder"),
             Row("dose rate", power / per, error / per, "W/kg", "power per powder mass", ("W/g", 1e3)),
-            Row("dose in an hour", power / per * HOUR, error / per * HOUR, "J/kg", "energy per powder mass", ("kJ/g", 1e6)),
+            Row(
+                "dose in an hour",
+                power / per * HOUR,
+                error / per * HOUR,
+                "J/kg",
+                "energy per powder mass",
+                ("kJ/g", 1e6),
+            ),
         ]
     every, brought = (sums.total(run, weight, sort) for weight in (sums.every, sums.itself))
     hard, lost = sums.total(run, sums.above(least), sort), sums.total(run, sums.itself, "dissipated")
@@ -205,7 +212,14 @@ def _of_powder(run: Run, stuff: Powder, sort: str) -> list[Row]:
         caught = sums.total(run, lambda energy, p: laws.captured(energy, p.mass, p.radius, stuff), "normal")
         share = caught.value / stuff.mass, caught.error / stuff.mass
         found = [
-            Row("powder caught", caught.value, caught.error, "kg/s", f"by all impacts; model: {stuff.capture}", ("g/s", 1e-3)),
+            Row(
+                "powder caught",
+                caught.value,
+                caught.error,
+                "kg/s",
+                f"by all impacts; model: {stuff.capture}",
+                ("g/s", 1e-3),
+            ),
             Row("stress number rate", *share, "/s", "times a second that each part of the powder is caught, mean"),
         ]
     if stuff.law != "none":

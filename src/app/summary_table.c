@@ -1,0 +1,157 @@
+/* The mill as a few lines, and its impacts as a table: a row for each kind, one unit a column. */
+#include "app/summary.h"
+#include "app/summary_text.h"
+#include "geometry/mesh.h"
+#include "millsim/start.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { TEXT = MILL_SUMMARY_TEXT };
+#define RANDOM_PACKING 0.6 /* share that balls fill in a heap of balls: bulk density / density */
+
+/* ---- the mill ---- */
+
+/* Prints number and mass of the balls, and how much of the free volume they fill. */
+static void print_balls(const struct mill_world *world, const char *lead, FILE *out)
+{
+    const double room = mill_start_free_volume(world);
+    const double mass = mill_summary_mass(world);
+    double volume = 0;
+    for (int32_t i = 0; i < world->balls; i++)
+        volume += 4 * MILL_PI / 3 * pow(world->species[world->ball[i].species].radius, 3);
+    fputs(lead, out);
+    mill_summary_text_label(out, "balls");
+    fprintf(out, "%ld, %s", (long)world->balls, mill_summary_text_si(1e3 * mass, "g"));
+    if (room > 0)
+        fprintf(out, ": %.3g %% of the free volume, %.3g %% with voids of 40 %%",
+                100 * volume / room, 100 * volume / (room * RANDOM_PACKING));
+    fputc('\n', out);
+}
+
+/* Prints the highest speed and acceleration of the surfaces of each motion. */
+static void print_motions(const struct mill_world *world, const char *lead, FILE *out)
+{
+    const double g = vec3_norm(world->g);
+    for (int k = 0; k < world->motions; k++) {
+        const struct mill_chamber chamber = {.drum = mill_profile_make(2, world->drum_radius, 0, 0),
+                                             .half_length = 0.5 * world->drum_length};
+        struct mill_mesh mesh = {0};
+        double speed = 0, acceleration = 0;
+        for (int i = 0; i < world->shapes; i++)
+            if (world->shape[i]->motion == world->motion[k])
+                world->shape[i]->type->draw(world->shape[i], &chamber, 1e-2 * world->drum_radius,
+                                            &mesh);
+        for (size_t i = 0; i < mesh.points; i++) {
+            const struct mill_motion_bounds b = mill_motion_bounds(world->motion[k], mesh.point[i]);
+            speed = fmax(speed, b.speed);
+            acceleration = fmax(acceleration, b.acceleration);
+        }
+        mill_mesh_free(&mesh);
+        if (!(speed > 0))
+            continue;
+        fputs(lead, out);
+        mill_summary_text_label(out, world->motion_name[k]);
+        fprintf(out, "%s %s", k == world->rotor ? "tip speed" : "surfaces at up to",
+                mill_summary_text_si(speed, "m/s"));
+        if (g > 0)
+            fprintf(out, ", Froude number %.3g", acceleration / g);
+        fputc('\n', out);
+    }
+}
+
+void mill_summary_mill(const struct mill_world *world, const char *lead, FILE *out)
+{
+    print_balls(world, lead, out);
+    print_motions(world, lead, out);
+}
+
+double mill_summary_mass(const struct mill_world *world)
+{
+    double mass = 0;
+    for (int32_t i = 0; i < world->balls; i++)
+        mass += world->species[world->ball[i].species].mass;
+    return mass;
+}
+
+/* ---- the table: one unit a column ---- */
+
+/* Name, and units with their decimals, of the columns of rates, speeds and powers */
+struct columns {
+    int name;
+    struct mill_summary_scale rate, speed, power;
+};
+
+static struct mill_summary_scale scale_of(double value, const char *unit)
+{
+    struct mill_summary_scale scale = {1, "", 3};
+    if (value > 0)
+        mill_summary_text_fits(value, unit, &scale);
+    return scale;
+}
+
+static void print_row(FILE *out, const struct mill_tally_results *r, int row,
+                      const struct columns *c)
+{
+    const struct mill_spectrum_grid *grid = &r->tally->grid;
+    const struct mill_spectrum *normal = &r->impacts[row].normal;
+    const struct mill_spectrum_slot all = mill_spectrum_total(normal, 0);
+    fprintf(
+        out, "%-*s %12llu %11s %8s %9s %8s %6s %9s\n", c->name, mill_tally_name(r, row),
+        (unsigned long long)all.count,
+        mill_summary_text_cell(mill_tally_per_second(r, (double)all.count), c->rate),
+        mill_summary_text_cell(mill_spectrum_quantile(grid, normal, 0, 0.5), c->speed),
+        mill_summary_text_cell(mill_spectrum_quantile(grid, normal, MILL_SPECTRUM_FAST, 0.5),
+                               c->speed),
+        mill_summary_text_cell(mill_spectrum_mean(normal), c->speed),
+        mill_summary_text_cell(100 * r->floor_share[row], (struct mill_summary_scale){1, "", 1}),
+        mill_summary_text_cell(mill_tally_per_second(r, all.dissipation), c->power));
+}
+
+/* Is the row shown in the table? Kinds without contacts are left out. */
+static bool is_shown(const struct mill_tally_results *r, int row)
+{
+    return row == r->all || mill_spectrum_total(&r->impacts[row].normal, 0).count > 0;
+}
+
+void mill_summary_table(const struct mill_summary *s)
+{
+    const struct mill_tally_results *r = s->results;
+    const struct mill_spectrum_slot all = mill_spectrum_total(&r->impacts[r->all].normal, 0);
+    struct columns c = {10,
+                        scale_of(mill_tally_per_second(r, (double)all.count), "/s"),
+                        {1, "", 3},
+                        scale_of(mill_tally_per_second(r, all.dissipation), "W")};
+    char unit[3][TEXT];
+    double fastest = 0; /* in the table */
+    for (int row = 0; row <= r->all; row++) {
+        if (is_shown(r, row) && (int)strlen(mill_tally_name(r, row)) > c.name)
+            c.name = (int)strlen(mill_tally_name(r, row));
+        /* fmax ignores NaN */
+        fastest = fmax(fastest, mill_spectrum_mean(&r->impacts[row].normal));
+        fastest = fmax(fastest, mill_spectrum_quantile(&r->tally->grid, &r->impacts[row].normal,
+                                                       MILL_SPECTRUM_FAST, 0.5));
+    }
+    c.speed = scale_of(fastest, "m/s");
+    snprintf(unit[0], TEXT, "%s/s", c.rate.prefix);
+    snprintf(unit[1], TEXT, "%sm/s", c.speed.prefix);
+    snprintf(unit[2], TEXT, "%sW", c.power.prefix);
+    const char *const head[3][7] = {{"", "rate", "median", "median", "mean", "at the", "power"},
+                                    {"", "", "v_n", ">50 mm/s", "v_n", "floor", "lost"},
+                                    {"impacts", unit[0], unit[1], unit[1], unit[1], "%", unit[2]}};
+    fputc('\n', s->out);
+    for (int i = 0; i < 3; i++)
+        fprintf(s->out, "%-*s %12s %11s %8s %9s %8s %6s %9s\n", c.name, i < 2 ? "" : "kind",
+                head[i][0], head[i][1], head[i][2], head[i][3], head[i][4], head[i][5], head[i][6]);
+    for (int row = 0; row <= r->all; row++)
+        if (is_shown(r, row))
+            print_row(s->out, r, row, &c);
+    if (r->tally->pairs.window > 0) {
+        const double strikes = (double)mill_spectrum_total(&r->strikes[r->all].normal, 0).count;
+        fprintf(s->out, "%-*s %12.0f %11s  impacts of a pair within %s are one\n", c.name,
+                "strikes", strikes,
+                mill_summary_text_cell(mill_tally_per_second(r, strikes), c.rate),
+                mill_summary_text_si(r->tally->pairs.window, "s"));
+    }
+    fputc('\n', s->out);
+}
