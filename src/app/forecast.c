@@ -29,7 +29,7 @@
 #define POINT 4.0        /* [byte] for a point of a moving body in a frame: between 1.5 and 9.5 */
 #define ROW 300.0        /* [byte] for a row of the series */
 #define IMPACT 80.0      /* [byte] for a row of the log */
-#define STATISTICS 1.2e6 /* [byte] for a file's histograms and maps */
+#define STATISTICS 3.5e6 /* [byte] for a file's histograms, maps and wear */
 #define LIBRARY 5e6      /* [byte] of memory for the HDF5 library */
 #define WRITING 1e-9     /* [s/byte] of processor time */
 

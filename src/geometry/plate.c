@@ -61,4 +61,5 @@ const struct mill_shape_type mill_plate_type = {.name = "end wall",
                                                 .next_contact = next_contact,
                                                 .contact = contact,
                                                 .reachable = reachable,
-                                                .draw = draw};
+                                                .draw = draw,
+                                                .chart = mill_shapes_chart};

@@ -369,7 +369,7 @@ static const char *name_of_still(const struct mill_world *world)
 /* Name of the motion's block: that of the motion, unless another block has this name */
 static void name_of_motion(const struct mill_world *world, int k, char name[BLOCK])
 {
-    static const char *const taken[] = {"balls", "drum", "still", "Assembly"};
+    static const char *const taken[] = {"balls", "drum", "still", "wear", "Assembly"};
     const char *own = world->motion_name[k];
     /* so that no two names become equal */
     const char *before = strncmp(own, "motion_", 7) == 0 ? "motion_" : "";

@@ -260,6 +260,49 @@ static void tell_facets(const struct mill_wear *wear, struct mill_sink *sink, in
     sink->values(sink, "count", MILL_H5_I32, 1, &n, room, "1", "impacts on the facet");
 }
 
+/* The cells of the lattices that have a facet, for pictures */
+static void tell_cells(const struct mill_wear_plan *plan, struct mill_sink *sink)
+{
+    size_t all = 0, n = 0;
+    for (int i = 0; i < plan->parts; i++)
+        for (size_t k = 0; k < mill_wear_facets_cells(&plan->part[i]); k++)
+            all += plan->part[i].cell[k] >= 0;
+    int32_t(*row)[6] = malloc((all + 1) * sizeof *row);
+    double(*lattice)[7] = malloc(((size_t)plan->parts + 1) * sizeof *lattice);
+    for (int i = 0; row && lattice && i < plan->parts; i++) {
+        const struct mill_wear_part *p = &plan->part[i];
+        for (int k = 0; k < 3; k++) {
+            lattice[i][k] = p->from[k];
+            lattice[i][3 + k] = p->size[k];
+        }
+        lattice[i][6] = p->radius;
+        for (size_t k = 0; k < mill_wear_facets_cells(p); k++) {
+            const size_t cell = k / MILL_WEAR_FACES, depth = (size_t)p->n[2],
+                         rings = (size_t)p->n[1];
+            const int32_t ring = (int32_t)(cell / depth % rings);
+            if (p->cell[k] < 0)
+                continue;
+            row[n][0] = p->cell[k];
+            row[n][1] = (int32_t)(cell / depth / rings);
+            row[n][2] = ring;
+            row[n][3] = (int32_t)(cell % depth);
+            row[n][4] = p->joined ? p->joined[ring] : 1;
+            row[n++][5] = (int32_t)(k % MILL_WEAR_FACES);
+        }
+    }
+    const size_t cells[2] = {n, 6}, lattices[2] = {(size_t)plan->parts, 7};
+    if (row && lattice) {
+        sink->values(sink, "cells", MILL_H5_I32, 2, cells, row, "1",
+                     "cells of the facets: facet, cell along each of the three coordinates, cells "
+                     "that are one along the third, face");
+        sink->values(sink, "lattices", MILL_H5_F64, 2, lattices, lattice, "m",
+                     "of each part: beginning and size of the cells along the three coordinates, "
+                     "and the radius by which angles are multiplied");
+    }
+    free(row);
+    free(lattice);
+}
+
 /* The triangles of a picture, with the facet of each */
 struct picture {
     size_t triangles;
@@ -338,6 +381,7 @@ void mill_wear_tell(const struct mill_wear *wear, double duration, const struct 
                 three[i] = value_of(wear, (int32_t)i, c, duration, law);
             mill_tell_array(sink, columns[c].name, n, three, columns[c].unit, columns[c].meaning);
         }
+        tell_cells(wear->plan, sink);
         tell_mesh(wear, duration, law, sink);
         sink->close(sink);
     }

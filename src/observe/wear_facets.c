@@ -11,7 +11,7 @@
 
 enum {
     USUAL = 2000,   /* facets of a mill, about */
-    FEWEST = 150,   /* facets of a part, about, */
+    FEWEST = 300,   /* facets of a part, about, */
     MOST = 40000,   /* unless there are so many parts that all would have more than this */
     PIECES = 2,     /* pieces are smaller than a cell by this factor */
     LONGEST = 1000, /* cells of a part along one coordinate */
@@ -20,8 +20,7 @@ enum {
 #define MOST_CELLS 2e6 /* of a part, for each face */
 #define FLAT 1e-3      /* relative to the drum's radius: distance of the outline from the surface */
 #define SLIVER 0.2     /* of the area of a cell's face */
-#define ROUND_OFF 1e-9
-#define SHOWN 2.0 /* times the size of a cell: triangles of pictures, about four in a facet */
+#define SHOWN 1.5      /* times the size of a cell: edges of the triangles of pictures */
 
 /* ---- where is a point? ---- */
 
@@ -113,6 +112,11 @@ int32_t mill_wear_facets_find(const struct mill_wear_plan *plan, int part, vec3 
     return id >= 0 ? id : nearest(plan, p, at, face);
 }
 
+size_t mill_wear_facets_cells(const struct mill_wear_part *p)
+{
+    return p->cell ? (size_t)p->n[0] * (size_t)p->n[1] * (size_t)p->n[2] * FACES : 0;
+}
+
 /* ---- making the facets ---- */
 
 /* Calls `on` for the pieces of a triangle, whose edges are at most `size`. */
@@ -134,19 +138,14 @@ static void cut(struct cutter *to, vec3 a, vec3 b, vec3 c)
     const double longest = fmax(x, fmax(y, z));
     if (!(longest > to->size * to->size)) {
         to->on(to, a, b, c);
-    } else if (x == longest) {
-        const vec3 m = vec3_scale(vec3_add(a, b), 0.5);
-        cut(to, a, m, c);
-        cut(to, m, b, c);
-    } else if (y == longest) {
-        const vec3 m = vec3_scale(vec3_add(b, c), 0.5);
-        cut(to, a, b, m);
-        cut(to, a, m, c);
-    } else {
-        const vec3 m = vec3_scale(vec3_add(c, a), 0.5);
-        cut(to, a, b, m);
-        cut(to, m, b, c);
+        return;
     }
+    /* halve the longest edge, from p to q */
+    const vec3 p = x == longest ? a : y == longest ? b : c;
+    const vec3 q = x == longest ? b : y == longest ? c : a;
+    const vec3 r = x == longest ? c : y == longest ? a : b, m = vec3_scale(vec3_add(p, q), 0.5);
+    cut(to, p, m, r);
+    cut(to, m, q, r);
 }
 
 static void cut_mesh(struct cutter *to, const struct mill_mesh *mesh)
@@ -176,10 +175,8 @@ static void measure(struct cutter *to, vec3 a, vec3 b, vec3 c)
     for (int i = 0; i < 3; i++) {
         double u[3];
         chart(&to->plan->part[to->part], corner[i], corner[i], u);
-        for (int k = 0; k < 3; k++) {
-            to->lo[k] = fmin(to->lo[k], u[k]);
-            to->hi[k] = fmax(to->hi[k], u[k]);
-        }
+        for (int k = 0; k < 3; k++)
+            to->lo[k] = fmin(to->lo[k], u[k]), to->hi[k] = fmax(to->hi[k], u[k]);
     }
 }
 
@@ -239,7 +236,7 @@ static bool lay_out(struct mill_wear_part *p, const struct cutter *reach, double
     size *= fmax(1, mill_elementary_cbrt(volume / MOST_CELLS));
     for (int k = 0; k < 3; k++) {
         const double length = reach->hi[k] - reach->lo[k];
-        const double least = p->round && k == 1 ? 2 * FLAT * p->radius : ROUND_OFF * p->radius;
+        const double least = p->round && k == 1 ? 2 * FLAT * p->radius : 1e-9 * p->radius;
         p->n[k] = length > least ? (int)fmin(fmax(round(length / size), 1), LONGEST) : 1;
         p->from[k] = reach->lo[k];
         p->size[k] = length / p->n[k];
@@ -309,8 +306,7 @@ static void tidy(struct mill_wear_plan *plan, struct mill_wear_part *p, int32_t 
                 vec3_scale(plan->facet[id].centre, 1.0 / plan->facet[id].area);
             into[id] = -1 - kept++; /* its new number, marked */
         }
-    const size_t cells = (size_t)p->n[0] * (size_t)p->n[1] * (size_t)p->n[2] * FACES;
-    for (size_t i = 0; i < cells; i++) {
+    for (size_t i = 0; i < mill_wear_facets_cells(p); i++) {
         int32_t id = p->cell[i];
         if (id >= 0)
             p->cell[i] = -1 - (into[id] >= 0 ? into[into[id]] : into[id]);
@@ -339,8 +335,11 @@ static bool make_part(struct mill_wear_plan *plan, int part, double size, int fe
         return !mesh.failed;
     }
     p->radius = p->round ? reach.hi[1] : reach.hi[0] - reach.lo[0] + reach.hi[1] - reach.lo[1];
-    reach.lo[2] *= p->round ? p->radius : 1;
-    reach.hi[2] *= p->round ? p->radius : 1;
+    if (p->round) { /* all around, or nearly */
+        const bool whole = reach.hi[2] - reach.lo[2] > 1.5 * MILL_PI;
+        reach.lo[2] = p->radius * (whole ? -MILL_PI : reach.lo[2]);
+        reach.hi[2] = p->radius * (whole ? MILL_PI : reach.hi[2]);
+    }
     const double cell = fewest > 0 ? fmin(size, sqrt(reach.area / fewest)) : size;
     p->cut = cell;
     bool good = !mesh.failed && lay_out(p, &reach, cell);

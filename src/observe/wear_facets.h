@@ -57,6 +57,9 @@ void mill_wear_facets_free(struct mill_wear_plan *plan);
  * part's motion; -1: the part has none */
 int32_t mill_wear_facets_find(const struct mill_wear_plan *plan, int part, vec3 place, vec3 facing);
 
+/* Length of the list of cells of a part, with a place for each face; 0: it has no facets */
+size_t mill_wear_facets_cells(const struct mill_wear_part *part);
+
 /* The surfaces that one motion carries (NULL: what stands still), in triangles about as small as
  * facets; `facet` has the number of the facet of each. false: out of memory. The caller frees both
  * in all cases. */

@@ -9,6 +9,7 @@ from conftest import PROGRAM, ROOT
 
 MILL = ROOT / "input/simoloyer.ini"
 FORECAST = re.compile(
+    r"millsim: balls .*\n(?:millsim: \w+ +(?:tip speed|surfaces) .*\n)*"
     r"millsim: forecast: (.*?)(\S+) contacts, (\S+) s of processor time, (\S+) MB of memory, "
     r"a file of (\S+) MB; from a trial of (\S+) s of simulated time; "
     r"right within a factor of 2 if the balls fill at most 40 % of the container\n"

@@ -189,8 +189,8 @@ def test_a_rotor_that_stands_is_stored_once(tmp_path):
 def test_a_mill_without_a_rotor_has_none(tmp_path):
     deck = DECK[: DECK.index("[rotor]")] + DECK[DECK.index("[contact]") :]
     with h5py.File(run(tmp_path, "run.time=4 ms", deck=deck)) as file:
-        assert set(file["VTKHDF"]) == {"Assembly", "balls", "drum"}
-        assert set(file["VTKHDF/Assembly"]) == {"balls", "drum"}
+        assert set(file["VTKHDF"]) == {"Assembly", "balls", "drum", "wear"}
+        assert set(file["VTKHDF/Assembly"]) == {"balls", "drum", "wear"}
 
 
 def test_without_frames_there_is_no_group(tmp_path):
@@ -204,7 +204,7 @@ def test_only_the_rotors_corners_take_room(mill):
     mill["VTKHDF"].visititems(
         lambda name, item: (
             stored.update({name: item.id.get_storage_size()})
-            if isinstance(item, h5py.Dataset) and name.split("/")[-1] not in mill[TRAJECTORY]
+            if isinstance(item, h5py.Dataset) and name.split("/")[-1] not in mill[TRAJECTORY] and "wear" not in name
             else None
         )
     )
@@ -336,7 +336,7 @@ def assert_vtk_reads(vtk_step, path):
 @pytest.mark.slow
 def test_vtk_reads_every_state_of_every_ball_to_the_bit(vtk_step, path):
     blocks = assert_vtk_reads(vtk_step, path)
-    assert set(blocks) == {"balls", "drum", "rotor"}
+    assert set(blocks) == {"balls", "drum", "rotor", "wear"}
     assert blocks["balls"].GetNumberOfVerts() == blocks["balls"].GetNumberOfCells() == 90
 
 
@@ -379,7 +379,7 @@ def test_vtk_reads_other_mills_too(vtk_step, tmp_path, orders):
 def test_vtk_reads_a_mill_without_a_rotor(vtk_step, tmp_path):
     deck = DECK[: DECK.index("[rotor]")] + DECK[DECK.index("[contact]") :]
     blocks = assert_vtk_reads(vtk_step, run(tmp_path, deck=deck))
-    assert set(blocks) == {"balls", "drum"}
+    assert set(blocks) == {"balls", "drum", "wear"}
 
 
 @pytest.mark.slow

@@ -83,9 +83,13 @@ def test_buckles_of_no_height_are_the_circle_to_the_bit(millsim, write_deck, tmp
         write_deck(text)
         run_of(millsim, "-o", f"{name}.h5")
     groups = ("statistics", "observables", "particles")
-    circle = datasets(tmp_path / "circle.h5", groups)
+    # the outline of a drum with buckles has other triangles, and so its facets have other areas
+    circle, wave = (
+        {name: value for name, value in datasets(tmp_path / file, groups).items() if "/wear/" not in name}
+        for file in ("circle.h5", "wavy.h5")
+    )
     assert len(circle) > 100
-    assert circle == datasets(tmp_path / "wavy.h5", groups)
+    assert circle == wave
 
 
 def impacts(path):

@@ -27,7 +27,7 @@ class Command:
 
 
 # modules of the commands that are not in the command.py of a package of the same name
-HOMES = {"plot": "figures.command", "sweep": "study.sweep", "optimize": "study.optimize"}
+HOMES = {"plot": "figures.command", "wear": "dose.wear", "sweep": "study.sweep", "optimize": "study.optimize"}
 
 # in the order in which a user meets them
 COMMANDS = (
@@ -37,6 +37,8 @@ COMMANDS = (
             "report reference.h5"),
     Command("dose", "what the impacts do to the powder: dose, stress energy, hard impacts, temperatures",
             "dose reference.h5"),
+    Command("wear", "which parts of the mill the balls wear, by part and face: impacts, power, depth",
+            "wear reference.h5"),
     Command("render", "3D pictures and films of a run, in slow motion or next to a film of a camera",
             "render reference.h5 movie.mp4 --slow 50"),
     Command("dem", "runs the same deck with soft spheres in LIGGGHTS, into a file of the same format",

@@ -43,6 +43,7 @@ GROUPS = {
         "Where the balls hit",
         "Averaged around the axis (axial cut) and along it (cross-section), over the sampled window.",
     ),
+    "wear": ("Wear", "Which parts wear", ""),
     "time": ("Over time", "Over time", ""),
 }
 CONTENTS = tuple((anchor, name) for anchor, (name, *_) in GROUPS.items())

@@ -107,6 +107,8 @@ RULES = [
         (r"statistics/wear/mesh/facet", WHOLE, (None,), _not_negative),
         (r"statistics/wear/mesh/\w+", NUMBER, ("statistics/wear/mesh/facet",), _no_infinity),
         (r"statistics/wear/centre", NUMBER, ("statistics/wear/area", 3), _finite),
+        (r"statistics/wear/cells", WHOLE, (None, 6), _not_negative),
+        (r"statistics/wear/lattices", NUMBER, ("statistics/wear/parts/kind", 7), _finite),
         (r"statistics/wear/area", NUMBER, (None,), _positive),
         (r"statistics/wear/(part|face|count)", WHOLE, ("statistics/wear/area",), _not_negative),
         (r"statistics/wear/\w+", NUMBER, ("statistics/wear/area",), _no_infinity),

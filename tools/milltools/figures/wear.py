@@ -1,0 +1,212 @@
+"""Wear of the parts: the energy that impacts leave on each facet, with round parts unrolled and the faces of flat parts
+beside each other."""
+
+import dataclasses
+
+import numpy as np
+from matplotlib.collections import PolyCollection
+from matplotlib.colors import LogNorm
+
+from milltools.base.text import plain
+from milltools.dose import wear
+from milltools.figures.base import WIDTH, Figure, labels, sampled, subtitle
+from milltools.figures.maps import RANGE, colours
+from milltools.figures.style import log_ticks
+from milltools.read.wear import Part, Wear, why_not
+
+MOST = 6  # faces, besides those of the container
+LEAST = 1e-3  # faces with a smaller share of the power are left out
+ENOUGH = 20  # impacts; facets with fewer do not set the scale
+ENDS = (0.05, 0.995)  # the ends of the scale are these quantiles by area
+ARC = np.radians(3)  # an arc of a cell has a corner each 3 degrees
+ANGLE = "angle [°]"
+
+
+@dataclasses.dataclass(frozen=True)
+class Sheet:
+    """A face, or the whole side of a round part, in a plane: an outline [mm or degrees] and the facet of each cell of
+    its lattice, and the words of the two axes."""
+
+    name: str
+    part: Part
+    outlines: list[np.ndarray]
+    facet: np.ndarray
+    words: tuple[str, str]
+
+    @property
+    def unrolled(self) -> bool:
+        return self.words[1] == ANGLE
+
+
+def sheets(found: Wear) -> list[Sheet]:
+    """All faces, in the order of the parts."""
+    done = []
+    for k, part in enumerate(found.parts):
+        cells = found.cells[found.part[found.cells[:, 0]] == k]
+        face = np.where((cells[:, 5] > 2) & part.round, 2, cells[:, 5])  # the side of a round part is one sheet
+        for one in np.unique(face).tolist():
+            own = cells[face == one]
+            name = plain(f"{found.part_name(part)}, {found.face_name(part, int(own[:, 5].max()))}")
+            outlines, words = _flat(part, one, *part.boxes(own))
+            done.append(Sheet(name, part, outlines, own[:, 0], words))
+    return done
+
+
+def _flat(part: Part, face: int, low: np.ndarray, high: np.ndarray):
+    """Outlines of cells from low to high (C, 3) [m] of the coordinates of a part, in the plane of a face; and the words
+    of its axes. The longer side is along the first axis."""
+    if part.round and face < 2:  # rings
+        return [_sector(*ends) for ends in zip(1e3 * low[:, 1], 1e3 * high[:, 1], low[:, 2], high[:, 2])], (
+            "y [mm]",
+            "z [mm]",
+        )
+    scale = np.array([1e3, 1e3, np.degrees(1) if part.round else 1e3])
+    axes = [0, 2] if part.round else [k for k in range(3) if k != face // 2]
+    words = ("along the axis [mm]", ANGLE) if part.round else ("[mm]", "[mm]")
+    a, b = (scale * ends for ends in (low, high))
+    if not part.round and np.ptp([a[:, axes[1]], b[:, axes[1]]]) > np.ptp([a[:, axes[0]], b[:, axes[0]]]):
+        axes.reverse()
+    x, y = axes
+    corners = np.stack([[a[:, x], a[:, y]], [b[:, x], a[:, y]], [b[:, x], b[:, y]], [a[:, x], b[:, y]]])
+    return list(corners.transpose(2, 0, 1)), words
+
+
+def _sector(inner: float, outer: float, first: float, last: float) -> np.ndarray:
+    """The outline of a part of a ring: radii, and angles [rad]."""
+    angle = np.linspace(first, last, max(2, int((last - first) / ARC) + 2))
+    arc = np.column_stack([np.cos(angle), np.sin(angle)])
+    return np.concatenate([outer * arc, inner * arc[::-1]])
+
+
+class WearFigure(Figure):
+    group = "wear"
+
+    def __init__(self, name, column, title, caption):
+        self.name, self.column, self.title, self.caption = name, column, title, caption
+
+    def why_not(self, run):
+        return why_not(run) or (None if run.read("statistics/wear/count").any() else "no impacts on the parts")
+
+    def says(self, runs):
+        return " ".join([self.caption, *(f"{wear.finding(run, wear.faces(run))}." for run in runs)])
+
+    def paint(self, figure, runs):
+        shown = [self._chosen(run) for run in runs]
+        norm = LogNorm(*self._limits([found for found, _ in shown]), clip=True)
+        heights = [self._height(drawn) for _, drawn in shown]
+        figure.set_size_inches(WIDTH, sum(heights) + 0.3)
+        parts = np.atleast_1d(figure.subfigures(len(runs), 1, height_ratios=heights))
+        for part, run, name, (found, drawn) in zip(parts, runs, labels(runs), shown):
+            axes = self._panels(part, found, drawn, norm)
+            subtitle(axes[0], f"{name}, {sampled(run)}: {drawn[0].name}")
+            bar = part.colorbar(axes[0].collections[0], ax=axes, label=f"{self._label} [W/m²]", pad=0.02, aspect=40)
+            bar.solids.set_rasterized(True)
+            log_ticks(bar.ax.yaxis, norm.vmin, norm.vmax)
+            bar.ax.grid(False)
+
+    @property
+    def _label(self):
+        return {"sliding_power": "power lost by sliding", "normal_power": "power lost along the normal"}[self.column]
+
+    def _chosen(self, run):
+        """The wear and the sheets to draw: unrolled sides of the container, its ends, the faces with the most power."""
+        found = Wear(run)
+        power = found[self.column] * found.area
+        every = [sheet for sheet in sheets(found) if found["count"][np.unique(sheet.facet)].any()]
+        holds = [sheet for sheet in every if sheet.part.kind in run.vessel_kinds]
+        others = [sheet for sheet in every if sheet not in holds]
+        others = [sheet for sheet in others if power[np.unique(sheet.facet)].sum() > LEAST * power.sum()]
+        others.sort(key=lambda sheet: -power[np.unique(sheet.facet)].sum())
+        worst = {}  # of equal parts, such as blades, only the one with the most power
+        for sheet in others:
+            worst.setdefault((sheet.part.kind, sheet.name.partition(",")[2]), sheet)
+        return found, sorted(holds, key=lambda sheet: not sheet.unrolled) + list(worst.values())[:MOST]
+
+    def _limits(self, all_found):
+        value, area, count = (
+            np.concatenate([found[name] for found in all_found]) for name in (self.column, "area", "count")
+        )
+        good = (value > 0) & (count >= ENOUGH)
+        if not good.any():
+            good = value > 0
+        if not good.any():
+            return 1.0, 10.0
+        low, high = np.quantile(value[good], ENDS, weights=area[good], method="inverted_cdf")
+        return min(max(low, high / RANGE), high / 2), high
+
+    def _rows(self, drawn):
+        """The sheets of each row, with its height [inch]: the first one alone, others two beside each other."""
+        rows = [drawn[:1], *(drawn[k : k + 2] for k in range(1, len(drawn), 2))]
+        return [(row, max(self._tall(sheet, WIDTH / len(row) - 1.1) for sheet in row) + 0.75) for row in rows]
+
+    def _tall(self, sheet, width):
+        """[inch] height of a panel of this width"""
+        if sheet.unrolled:
+            return 1.6
+        points = np.concatenate(sheet.outlines)
+        across, along = np.ptp(points, axis=0)[::-1] + 1e-9
+        return float(np.clip(width * across / along, 0.2, 2.2))
+
+    def _height(self, drawn):
+        return sum(height for _, height in self._rows(drawn))
+
+    def _panels(self, part, found, drawn, norm):
+        rows = self._rows(drawn)
+        grid = part.add_gridspec(len(rows), 2, height_ratios=[height for _, height in rows])
+        value, axes = found[self.column], []
+        for r, (row, _) in enumerate(rows):
+            for c, sheet in enumerate(row):
+                ax = part.add_subplot(grid[r, :] if r == 0 else grid[r, c])
+                colour = np.where(value[sheet.facet] > 0, value[sheet.facet], np.nan)
+                cells = PolyCollection(
+                    sheet.outlines, array=colour, norm=norm, cmap=colours("inferno"), edgecolors="face",
+                    linewidths=0.3, rasterized=True,
+                )  # fmt: skip
+                ax.add_collection(cells)
+                ax.autoscale_view()
+                ax.margins(0.01)
+                ax.set(xlabel=sheet.words[0], ylabel=sheet.words[1])
+                if sheet.unrolled:
+                    ax.set_yticks([-180, -90, 0, 90, 180])
+                else:
+                    ax.set_aspect("equal")
+                    ax.locator_params(axis="y", nbins=3)
+                if axes:
+                    subtitle(ax, sheet.name, 40)
+                ax.grid(False)
+                ax.locator_params(axis="x", nbins=5)
+                axes.append(ax)
+        return axes
+
+    def columns(self, run):
+        found = Wear(run)
+        names = [found.part_name(part) for part in found.parts]
+        faces = [found.face_name(found.parts[p], f) for p, f in zip(found.part, found.face)]
+        centre = found["centre"]
+        return {
+            "part": np.array([names[p] for p in found.part]),
+            "face": np.array(faces),
+            **{f"{axis} [m]": centre[:, k] for k, axis in enumerate("xyz")},
+            "area [m2]": found.area,
+            "impacts [1]": found["count"],
+            "power lost along the normal [W/m2]": found["normal_power"],
+            "its standard error [W/m2]": found["normal_power_error"],
+            "power lost by sliding [W/m2]": found["sliding_power"],
+            "its standard error [W/m2] ": found["sliding_power_error"],
+            "depth removed by sliding wear [m/s]": found["archard_rate"],
+            "mass removed by erosion [kg/(m2 s)]": found["finnie_rate"],
+        }
+
+
+FIGURES = (
+    WearFigure(
+        "wear", "sliding_power", "Wear: where balls slide on the parts",
+        "Power that impacts lose by sliding, per area of the parts, logarithmic. Archard's depth of wear is proportional "
+        "to it. Round parts are unrolled; blades and other parts are shown from the side of the balls, those with the "
+        "most power first.",
+    ),
+    WearFigure(
+        "wear-normal", "normal_power", "Wear: where balls hit the parts hard",
+        "Power that impacts lose along the normal, per area of the parts, logarithmic: the measure of pitting and cracks.",
+    ),
+)  # fmt: skip
