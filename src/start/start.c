@@ -68,12 +68,12 @@ static int count_containers(const struct mill_setup *s)
     return containers;
 }
 
-/* Checks every number that could make the event loop meaningless or endless */
+/* Checks every number that could make the event loop meaningless or endless, except those of the
+ * drum and the bodies */
 static bool is_sound(const struct mill_setup *s)
 {
     int64_t balls = 0;
-    bool good = (s->drum.radius == 0.0 || is_drum_sound(&s->drum)) && are_bodies_sound(s) &&
-                s->speed >= 0.0 && isfinite(s->speed) && isfinite(vec3_norm(s->gravity)) &&
+    bool good = s->speed >= 0.0 && isfinite(s->speed) && isfinite(vec3_norm(s->gravity)) &&
                 s->rebound_floor >= 0.0 && isfinite(s->rebound_floor) && s->horizon >= 0.0 &&
                 isfinite(s->horizon) && s->species > 0;
     for (int k = 0; good && k < s->species; k++) {
@@ -87,6 +87,14 @@ static bool is_sound(const struct mill_setup *s)
                fabs(law->tangential) <= 1.0;
     }
     return good && balls > 0 && balls <= MOST_BALLS;
+}
+
+/* Checks the drum and the bodies. */
+static enum mill_fault_code check_mill(const struct mill_setup *s)
+{
+    if (!(s->drum.radius == 0.0 || is_drum_sound(&s->drum)) || !are_bodies_sound(s))
+        return MILL_FAULT_NUMBER;
+    return count_containers(s) == 1 ? MILL_FAULT_NONE : MILL_FAULT_CONTAINER;
 }
 
 static bool make_motions(const struct mill_setup *setup, struct mill_world *w)
@@ -241,6 +249,18 @@ static bool do_surfaces_fit(const struct mill_setup *setup, const struct mill_wo
     return fits;
 }
 
+/* Makes what the balls move in. */
+static bool make_mill(const struct mill_setup *setup, struct mill_world *w)
+{
+    if (!make_motions(setup, w))
+        return false;
+    const struct mill_motion_cycle cycle = mill_motion_cycle(w->motion, w->motions);
+    w->period = cycle.singles <= MOST_SINGLES ? cycle.period : cycle.single;
+    make_container(setup, w);
+    find_places(w);
+    return make_shapes(setup, w);
+}
+
 static bool make_balls(const struct mill_setup *setup, struct mill_world *w)
 {
     for (int k = 0; k < setup->species; k++)
@@ -343,20 +363,11 @@ enum mill_fault_code mill_start_world(const struct mill_setup *setup,
     *fault = (struct mill_fault){
         .code = MILL_FAULT_NONE, .narrowest.gap = INFINITY, .unchecked.when = INFINITY};
     *world = NULL;
-    if (!is_sound(setup))
-        return fault->code = MILL_FAULT_NUMBER;
-    if (count_containers(setup) != 1)
-        return fault->code = MILL_FAULT_CONTAINER;
+    fault->code = is_sound(setup) ? check_mill(setup) : MILL_FAULT_NUMBER;
+    if (fault->code != MILL_FAULT_NONE)
+        return fault->code;
     struct mill_world *w = calloc(1, sizeof *w);
-    bool made = w && make_motions(setup, w) && make_balls(setup, w);
-    if (made) {
-        const struct mill_motion_cycle cycle = mill_motion_cycle(w->motion, w->motions);
-        w->period = cycle.singles <= MOST_SINGLES ? cycle.period : cycle.single;
-        make_container(setup, w);
-        find_places(w);
-        made = make_shapes(setup, w);
-    }
-    if (!made) {
+    if (!w || !make_mill(setup, w) || !make_balls(setup, w)) {
         mill_world_free(w);
         return fault->code = MILL_FAULT_MEMORY;
     }
@@ -377,4 +388,15 @@ enum mill_fault_code mill_start_world(const struct mill_setup *setup,
         mill_world_free(w);
     }
     return fault->code;
+}
+
+enum mill_fault_code mill_start_free_volume_of(const struct mill_setup *setup, double *volume)
+{
+    enum mill_fault_code code = check_mill(setup);
+    if (code != MILL_FAULT_NONE)
+        return code;
+    struct mill_world *w = calloc(1, sizeof *w);
+    *volume = w && make_mill(setup, w) ? mill_start_free_volume(w) : -1.0;
+    mill_world_free(w);
+    return *volume < 0.0 ? MILL_FAULT_MEMORY : MILL_FAULT_NONE;
 }

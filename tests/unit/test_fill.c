@@ -498,6 +498,77 @@ START_TEST(the_time_of_a_start_grows_like_the_number_of_balls)
 }
 END_TEST
 
+/* ---- the free volume ---- */
+
+/* The drum of 75 x 120 mm with a shaft, and `discs` discs of this thickness on it. The exact free
+ * volume goes to *free. */
+static struct mill_setup with_discs(int discs, double thickness, struct mill_body *disc,
+                                    struct mill_setup_surface *surface, double *free)
+{
+    static const struct mill_shaft shaft = {0.015};
+    static const struct mill_turn turn = {.axis = {1, 0, 0}, .speed = 50};
+    static const struct mill_setup_motion rotor = {
+        .type = &mill_turn_type, .form = &turn, .on = MILL_STILL};
+    struct mill_setup s = {.drum = {.radius = 0.075, .length = 0.12},
+                           .motions = 1,
+                           .motion = &rotor,
+                           .surfaces = 1 + discs,
+                           .surface = surface};
+    surface[0] = (struct mill_setup_surface){
+        .type = &mill_cylinder_shaft_type, .form = &shaft, .number = -1};
+    *free = PI * (0.075 * 0.075 - 0.015 * 0.015) * 0.12;
+    for (int k = 0; k < discs; k++) {
+        disc[k] = (struct mill_body){.centre = {-0.06 + (k + 0.37) * 0.12 / discs, 0, 0},
+                                     .x = {0, 1, 0},
+                                     .y = {0, 0, 1},
+                                     .z = {1, 0, 0},
+                                     .radius = 0.06,
+                                     .length = thickness};
+        surface[1 + k] = (struct mill_setup_surface){
+            .type = &mill_round_cylinder_type, .form = &disc[k], .kind = MILL_BALL_BLADE};
+        *free -= PI * (0.06 * 0.06 - 0.015 * 0.015) * thickness;
+    }
+    return s;
+}
+
+START_TEST(the_free_volume_is_known_to_a_thousandth_without_any_ball)
+{
+    static const double thickness[] = {5e-3, 1.3e-3, 0.7e-2};
+    for (int n = 0; n < 9; n++) {
+        struct mill_body disc[8];
+        struct mill_setup_surface surface[9];
+        double exact, found;
+        const struct mill_setup s = with_discs(n, thickness[n % 3], disc, surface, &exact);
+        ck_assert_int_eq(mill_start_free_volume_of(&s, &found), MILL_FAULT_NONE);
+        ck_assert_double_eq_tol(found / exact, 1.0, 1e-3);
+    }
+}
+END_TEST
+
+START_TEST(the_free_volume_of_a_world_is_that_of_its_setup_and_leaves_out_blades)
+{
+    const struct model m = charged(&reference);
+    struct mill_world *w = model_world(&m);
+    const double found = mill_start_free_volume(w);
+    ck_assert_double_eq_tol(found, free_volume(&m), 0.01 * found); /* by throwing points */
+    /* shaft, and five blades outside of it, in proportion to the drum */
+    const double r = 0.075, l = 0.12, blade = 0.15 * l * 0.08 * r * (0.88 - 0.2) * r;
+    const double exact = PI * r * r * (1 - 0.04) * l - 5 * blade;
+    ck_assert_double_eq_tol(found / exact, 1.0, 1e-3);
+    mill_world_free(w);
+}
+END_TEST
+
+START_TEST(a_mill_that_cannot_be_has_no_free_volume)
+{
+    const struct mill_setup none = {.drum = {.radius = 0.0}}, wrong = {.drum = {.radius = -1.0}};
+    double found = 7.0;
+    ck_assert_int_eq(mill_start_free_volume_of(&none, &found), MILL_FAULT_CONTAINER);
+    ck_assert_int_eq(mill_start_free_volume_of(&wrong, &found), MILL_FAULT_NUMBER);
+    ck_assert(found == 7.0);
+}
+END_TEST
+
 int main(void)
 {
     const struct unit_test tests[] = {
@@ -505,6 +576,9 @@ int main(void)
         {mixtures_do_not_overlap_up_to_half_of_the_free_volume, 1, UNIT_SLOW},
         {balls_in_narrow_drums_do_not_overlap, 1},
         {the_lattice_forgets_no_surface, 1},
+        {the_free_volume_is_known_to_a_thousandth_without_any_ball, 1},
+        {the_free_volume_of_a_world_is_that_of_its_setup_and_leaves_out_blades, 1},
+        {a_mill_that_cannot_be_has_no_free_volume, 1},
         {the_lattice_takes_as_little_memory_in_a_flat_or_thin_drum_as_in_any, 1},
         {many_seeds_fill_without_overlap, 1, UNIT_SLOW},
         {the_same_seed_gives_the_same_bits_and_another_one_other_places, 1},
