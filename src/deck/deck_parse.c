@@ -43,37 +43,6 @@ struct mill_deck_entry *mill_deck_entry(const struct mill_deck_section *section,
     return NULL;
 }
 
-enum mill_status mill_deck_fault(const struct mill_deck *deck, struct mill_error *error,
-                                 const char *section, const char *key, const char *format, ...)
-{
-    enum { LONGEST = 400 }; /* of a file's name; its end says more than its beginning */
-    char where[LONGEST + 20], what[512], preset[80] = "";
-    const struct mill_deck_section *place = section ? mill_deck_section(deck, section) : NULL;
-    const struct mill_deck_entry *entry = key ? mill_deck_entry(place, key) : NULL;
-    const struct mill_key *row = key && section ? mill_deck_table_key(section, key, 0) : NULL;
-    struct mill_deck_origin origin = deck->at;
-    if (!origin.line && !origin.override && place)
-        origin = entry ? entry->origin : place->origin;
-    const size_t length = strlen(deck->file);
-    const char *file = deck->file + (length > LONGEST ? length - LONGEST : 0);
-    if (origin.override)
-        snprintf(where, sizeof where, "--%s %.240s", *file ? "set" : "value", origin.override);
-    else
-        snprintf(where, sizeof where, "%s", file);
-    if (origin.line > 0)
-        snprintf(where, sizeof where, "%s:%d", file, origin.line);
-    if (row && !entry && row->preset)
-        snprintf(preset, sizeof preset, " (default %s)", row->preset);
-    va_list list;
-    va_start(list, format);
-    vsnprintf(what, sizeof what, format, list);
-    va_end(list);
-    return mill_error_set(error, MILL_BAD_DECK, "%s: %s%.80s%s%s%.60s%s%s%s", where,
-                          section ? "[" : "", section ? section : "", section ? "]" : "",
-                          section && key ? " " : "", key ? key : "", preset,
-                          section || key ? ": " : "", what);
-}
-
 void mill_deck_free(struct mill_deck *deck)
 {
     if (!deck)
@@ -106,7 +75,7 @@ static enum mill_status check_title(const struct mill_deck *deck, const char *ti
 {
     static const char allowed[] =
         "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-+.";
-    char hint[160];
+    char hint[400];
     struct mill_deck_block block;
     bool known = false;
     for (int i = 0; !known && mill_deck_table_block(i, &block); i++)
@@ -158,19 +127,23 @@ static enum mill_status open_section(struct mill_deck *deck, const char *title,
     return status == MILL_OK ? add_section(deck, title, error) : status;
 }
 
-/* Adds key = value to the section. An override replaces an earlier value. */
+/* Adds key = value to the section. An override replaces an earlier value. value NULL: the key is
+ * given, but what it is cannot be read. */
 static enum mill_status add_entry(struct mill_deck *deck, struct mill_deck_section *section,
                                   const char *key, const char *value, bool quoted,
                                   struct mill_error *error)
 {
-    char hint[160];
+    char hint[400];
     struct mill_deck_entry *entry = mill_deck_entry(section, key);
     if (!mill_deck_table_key(section->title, key, 0)) {
-        mill_deck_suggest_key(section->title, key, hint, sizeof hint);
+        const char *meant = mill_deck_suggest_key(section->title, key, hint, sizeof hint);
+        if (meant && !mill_deck_entry(section, meant) && /* it is not missing */
+            add_entry(deck, section, meant, NULL, false, error) != MILL_OK)
+            return MILL_FAILED;
         return mill_deck_fault(deck, error, section->title, key,
                                *key ? "unknown key%s" : "there is no key in front of '='%s", hint);
     }
-    if (entry && !deck->at.override)
+    if (entry && entry->value && !deck->at.override)
         return mill_deck_fault(deck, error, section->title, key,
                                "the key is given twice (first in line %d)", entry->origin.line);
     if (!entry) {
@@ -238,6 +211,7 @@ static const char *unquote(char *value)
 static enum mill_status read_title(struct mill_deck *deck, char *line, struct mill_error *error)
 {
     strip_comment(line);
+    deck->open = -1;
     char *title = trim(line) + 1, *end = strchr(title, ']');
     if (!end || end[1])
         return mill_deck_fault(deck, error, NULL, NULL,
@@ -245,31 +219,55 @@ static enum mill_status read_title(struct mill_deck *deck, char *line, struct mi
                                    : "the closing ']' of the section is missing");
     *end = '\0';
     const struct mill_deck_section *first = mill_deck_section(deck, title);
-    return !first ? open_section(deck, title, error)
-                  : mill_deck_fault(deck, error, title, NULL,
-                                    "the section is given twice (first in line %d)",
-                                    first->origin.line);
+    if (first) {
+        deck->open = (int)(first - deck->section);
+        return mill_deck_fault(deck, error, title, NULL,
+                               "the section is given twice (first in line %d)", first->origin.line);
+    }
+    const enum mill_status status = open_section(deck, title, error);
+    deck->open = status == MILL_OK ? deck->sections - 1 : -1;
+    return status;
+}
+
+/* A line of the section cannot be read. If `key` is one of its keys, this key is not missing. */
+static enum mill_status excuse(struct mill_deck *deck, const char *key, struct mill_error *error)
+{
+    struct mill_deck_section *section = deck->open < 0 ? NULL : &deck->section[deck->open];
+    const struct mill_key *row = section ? mill_deck_table_key(section->title, key, 0) : NULL;
+    return row && !mill_deck_entry(section, key)
+               ? add_entry(deck, section, row->name, NULL, false, error)
+               : MILL_OK;
 }
 
 static enum mill_status read_entry(struct mill_deck *deck, char *line, struct mill_error *error)
 {
+    if (deck->open < 0 && mill_deck_faults_lost(deck))
+        return MILL_OK; /* the section is unknown, and so are its keys */
     char *equals = strpbrk(line, "=:");
     const bool quoted = equals && equals[1 + strspn(equals + 1, " \t")] == '"';
     if (!quoted) {
         strip_comment(line);
         equals = strpbrk(line, "=:");
     }
-    if (!equals)
-        return mill_deck_fault(deck, error, NULL, NULL,
-                               "expected '[section]' or 'key = value', got '%.60s'", trim(line));
+    if (!equals) {
+        char word[40];
+        snprintf(word, sizeof word, "%.*s", (int)strcspn(line, " \t"), line);
+        return excuse(deck, word, error) != MILL_OK
+                   ? MILL_FAILED
+                   : mill_deck_fault(deck, error, NULL, NULL,
+                                     "expected '[section]' or 'key = value', got '%.60s'",
+                                     trim(line));
+    }
     *equals = '\0';
     char *key = trim(line), *value = trim(equals + 1);
     const char *wrong = quoted ? unquote(value) : NULL;
+    if (wrong && excuse(deck, key, error) != MILL_OK)
+        return MILL_FAILED;
     if (wrong)
         return mill_deck_fault(deck, error, NULL, NULL, "%s", wrong);
-    if (deck->sections == 0)
+    if (deck->open < 0)
         return mill_deck_fault(deck, error, NULL, key, "stands before the first [section]");
-    return add_entry(deck, &deck->section[deck->sections - 1], key, value, quoted, error);
+    return add_entry(deck, &deck->section[deck->open], key, value, quoted, error);
 }
 
 /* A line of `length` bytes, with room for a zero after them */
@@ -309,11 +307,12 @@ static enum mill_status read_file(struct mill_deck *deck, struct mill_error *err
         char *newline = memchr(line, '\n', (size_t)(end - line));
         const size_t length = (size_t)((newline ? newline : end) - line);
         deck->at.line++;
-        status = read_line(deck, line, length, error);
+        status = mill_deck_faults_keep(deck, read_line(deck, line, length, error), error);
         line += length + 1;
     }
     deck->at.line = 0;
-    if (status == MILL_OK && deck->sections == 0)
+    deck->open = -1;
+    if (status == MILL_OK && deck->sections == 0 && !mill_deck_faults_lost(deck))
         return mill_deck_fault(deck, error, NULL, NULL,
                                "the deck is empty: expected sections such as [run] and [drum]");
     return status;
@@ -346,18 +345,23 @@ enum mill_status mill_deck_parse(struct mill_deck *deck, const char *path, int c
 {
     struct mill_deck_block block;
     deck->file = path ? path : "";
+    deck->open = -1;
     deck->override = calloc((size_t)count + 1, sizeof *deck->override);
     if (!deck->override)
         return mill_error_set(error, MILL_FAILED, "out of memory");
     enum mill_status status = path ? read_file(deck, error) : MILL_OK;
+    status = mill_deck_faults_keep(deck, status, error);
     for (int i = 0; i < count && status == MILL_OK; i++) {
         char *copy = deck->override[deck->overrides++] = strdup(overrides[i]);
         deck->at.override = overrides[i];
         status = copy ? apply_override(deck, copy, error)
                       : mill_error_set(error, MILL_FAILED, "out of memory");
+        status = mill_deck_faults_keep(deck, status, error);
     }
     deck->at.override = NULL;
-    for (int i = 0; path && status == MILL_OK && mill_deck_table_block(i, &block); i++) {
+    for (int i = 0; path && !mill_deck_faults_lost(deck) && status == MILL_OK &&
+                    mill_deck_table_block(i, &block);
+         i++) {
         const struct mill_deck_block other = {.title = block.spared_by, .named = true};
         if (!block.named && !block.optional && !mill_deck_section(deck, block.title) &&
             !(other.title && mill_deck_next(deck, &other, NULL)))

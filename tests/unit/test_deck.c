@@ -37,7 +37,7 @@ static enum mill_status read_text(const char *text, size_t length, struct mill_d
     ck_assert_uint_eq(fwrite(text, 1, length, file), length);
     fclose(file);
     error.text[0] = '\0';
-    return mill_deck_read(path, 0, NULL, NULL, deck, &error);
+    return mill_deck_read(path, 0, NULL, NULL, NULL, deck, &error);
 }
 
 static struct mill_deck *read_good(const char *text)
@@ -225,7 +225,7 @@ START_TEST(the_largest_seed_is_kept)
     struct mill_deck *deck = read_good("[output]\n" BASE BALLS);
     mill_deck_free(deck);
     const char *order = "run.seed=4294967295";
-    ck_assert_int_eq(mill_deck_read(path, 1, &order, NULL, &deck, &error), MILL_OK);
+    ck_assert_int_eq(mill_deck_read(path, 1, &order, NULL, NULL, &deck, &error), MILL_OK);
     ck_assert(deck->seed == 4294967295L);
     mill_deck_free(deck);
 }
@@ -323,7 +323,7 @@ START_TEST(a_later_fault_names_the_line_the_override_or_the_default)
     struct mill_deck *deck = read_good(BASE BALLS);
     mill_deck_free(deck);
     const char *order = "balls.diameter=6 mm";
-    ck_assert_int_eq(mill_deck_read(path, 1, &order, NULL, &deck, &error), MILL_OK);
+    ck_assert_int_eq(mill_deck_read(path, 1, &order, NULL, NULL, &deck, &error), MILL_OK);
     ck_assert_int_eq(mill_deck_fault(deck, &error, "balls", "count", "%d too many", 7),
                      MILL_BAD_DECK);
     snprintf(expected, sizeof expected, "%s:9: [balls] count: 7 too many", path);
