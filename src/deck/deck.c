@@ -83,8 +83,9 @@ static enum mill_status fill_key(struct mill_deck *deck, const struct mill_deck_
         return MILL_OK;
     } else if (choice.other) {
         return mill_deck_fault(deck, error, section->title, key->name,
-                               "'%s' and '%s' both set the %s; give only one of them", key->name,
-                               choice.other->key, choice.first->meaning);
+                               "'%s' and '%s' both set the %.*s; give only one of them", key->name,
+                               choice.other->key, (int)strcspn(choice.first->meaning, ";,"),
+                               choice.first->meaning);
     } else if (!entry && key->instead) {
         return MILL_OK;
     } else if (!entry && !key->preset) {

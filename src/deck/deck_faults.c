@@ -10,8 +10,9 @@
 #include <string.h>
 
 enum { KEPT = 100, SHOWN = 20 };
-#define LATE (LONG_MAX - 1) /* place of what is missing altogether: before that of the overrides   \
-                             */
+#define LATE                                                                                       \
+    (LONG_MAX - 1) /* place of what is missing altogether: before that of the overrides            \
+                    */
 
 struct fault {
     long place; /* number of the line, or LATE, or LONG_MAX */

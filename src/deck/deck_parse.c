@@ -278,17 +278,30 @@ static enum mill_status read_line(struct mill_deck *deck, char *line, size_t len
     static const char mark[] = "\xef\xbb\xbf";
     length -= length > 0 && line[length - 1] == '\r';
     line[length] = '\0';
-    for (size_t i = 0; i < length; i++)
-        if (iscntrl((unsigned char)line[i]) && line[i] != '\t')
-            return mill_deck_fault(deck, error, NULL, NULL,
-                                   "holds the control character 0x%02x: a deck is plain text",
-                                   (unsigned)line[i]);
     if (deck->at.line == 1 && strncmp(line, mark, 3) == 0)
         line += 3;
     line += strspn(line, " \t");
     if (!*line || is_comment(line, 0))
         return MILL_OK;
     return *line == '[' ? read_title(deck, line, error) : read_entry(deck, line, error);
+}
+
+/* A file that is not a text has one fault, not one per line. */
+static enum mill_status check_text(struct mill_deck *deck, size_t size, struct mill_error *error)
+{
+    const char *bytes = deck->bytes;
+    deck->at.line = 1;
+    for (size_t i = 0; i < size; i++) {
+        const bool ends =
+            bytes[i] == '\n' || (bytes[i] == '\r' && (i + 1 == size || bytes[i + 1] == '\n'));
+        if (iscntrl((unsigned char)bytes[i]) && bytes[i] != '\t' && !ends)
+            return mill_deck_fault(deck, error, NULL, NULL,
+                                   "holds the control character 0x%02x: a deck is plain text",
+                                   (unsigned)bytes[i]);
+        deck->at.line += bytes[i] == '\n';
+    }
+    deck->at.line = 0;
+    return MILL_OK;
 }
 
 static enum mill_status read_file(struct mill_deck *deck, struct mill_error *error)
@@ -302,7 +315,7 @@ static enum mill_status read_file(struct mill_deck *deck, struct mill_error *err
         mill_deck_fault(deck, error, NULL, NULL, "cannot be read: %s", strerror(errno));
         return MILL_FAILED;
     }
-    enum mill_status status = MILL_OK;
+    enum mill_status status = check_text(deck, size, error);
     for (char *line = deck->bytes, *end = line + size; status == MILL_OK && line < end;) {
         char *newline = memchr(line, '\n', (size_t)(end - line));
         const size_t length = (size_t)((newline ? newline : end) - line);

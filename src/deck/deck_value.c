@@ -98,15 +98,20 @@ void mill_deck_value_wanted(const struct mill_key *key, bool with_unit, char *ou
 }
 
 /* For numbers with commas: "; write 37.5 mm with a decimal point". A comma may also separate the
- * thousands of a whole number or the components of a vector. */
-static void mend_commas(const struct mill_key *key, const char *text, char *mend, size_t size)
+ * thousands of a whole number or the components of a vector. For fractions: "; write 9.525 mm". */
+static void mend_number(const struct mill_key *key, const char *text, char *mend, size_t size)
 {
     enum { LONG = 80 };
     const bool vector = key->type == MILL_KEY_VECTOR, whole = key->type == MILL_KEY_WHOLE;
     const char *comma = strchr(text, ',');
     char good[LONG + 1];
     size_t length = 0;
+    double above, below;
+    int used = 0;
     mend[0] = '\0';
+    if (key->type == MILL_KEY_NUMBER && strlen(text) <= LONG &&
+        sscanf(text, "%lf/%lf %n", &above, &below, &used) == 2 && below > 0.0 && used > 0)
+        snprintf(mend, size, "; write %.9g%s%s", above / below, text[used] ? " " : "", text + used);
     if (!comma || strlen(text) > LONG || strchr(text, '.') || key->type > MILL_KEY_WHOLE)
         return;
     const char *blank = strpbrk(text, " \t");
@@ -130,7 +135,7 @@ static bool refuse(const struct mill_key *key, bool with_unit, const char *text,
     enum { LONG = 80 };
     char wanted[120], mend[160];
     mill_deck_value_wanted(key, with_unit, wanted, sizeof wanted);
-    mend_commas(key, text, mend, sizeof mend);
+    mend_number(key, text, mend, sizeof mend);
     if (*mend)
         remark = mend;
     if (!*text)
