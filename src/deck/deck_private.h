@@ -116,6 +116,11 @@ struct mill_deck_section {
 enum mill_status mill_deck_parse(struct mill_deck *deck, const char *path, int count,
                                  const char *const *overrides, struct mill_error *error);
 
+/* Writes `value` so that a line with it reads back the same, in quotes where necessary. */
+void mill_deck_parse_quote(const char *value, char *out, size_t size);
+
+/* ---- the sections and entries (deck_entries.c) ---- */
+
 /* The section [title], or NULL. */
 struct mill_deck_section *mill_deck_section(const struct mill_deck *deck, const char *title);
 
@@ -126,9 +131,6 @@ struct mill_deck_section *mill_deck_next(const struct mill_deck *deck,
 
 /* NULL: there is no such entry, or `section` is NULL. */
 struct mill_deck_entry *mill_deck_entry(const struct mill_deck_section *section, const char *key);
-
-/* Writes `value` so that a line with it reads back the same, in quotes where necessary. */
-void mill_deck_parse_quote(const char *value, char *out, size_t size);
 
 /* ---- values (deck_value.c) ---- */
 

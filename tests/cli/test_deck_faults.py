@@ -191,7 +191,9 @@ def test_a_comma_or_fraction_in_a_number_is_told_its_mend(faults, key, value, me
     assert (line.partition("'; ")[2] or None) == mend
 
 
-@pytest.mark.parametrize("unit", ["rpm", "RPM", "1/min", "min^-1", "min-1", "U/min", "r/min", "rev/min", "min⁻¹", "min–1", "/min"])
+@pytest.mark.parametrize(
+    "unit", ["rpm", "RPM", "1/min", "min^-1", "min-1", "U/min", "r/min", "rev/min", "min⁻¹", "min–1", "/min"]
+)
 def test_turns_per_minute_are_read_as_data_sheets_print_them(millsim, unit):
     result = millsim(f"--value=rotor.speed=600 {unit}")
     assert result.returncode == 0, result.stderr
