@@ -181,6 +181,8 @@ static enum mill_status fill_block(struct mill_deck *deck, const struct mill_dec
                                    struct mill_deck_section *section, struct mill_error *error)
 {
     enum mill_status status = MILL_OK;
+    if (section->guessed)
+        return MILL_OK;
     const bool first = block->named && !section->form;
     if (first) {
         section->form = calloc(1, block->size);

@@ -41,8 +41,35 @@ void mill_deck_free(struct mill_deck *deck)
     free(deck);
 }
 
+static enum mill_status add_section(struct mill_deck *deck, const char *title,
+                                    struct mill_error *error)
+{
+    const size_t size = ((size_t)deck->sections + 1) * sizeof *deck->section;
+    struct mill_deck_section *more = realloc(deck->section, size);
+    if (!more)
+        return mill_error_set(error, MILL_FAILED, "out of memory");
+    deck->section = more;
+    more[deck->sections++] = (struct mill_deck_section){.title = title, .origin = deck->at};
+    return MILL_OK;
+}
+
+/* An unknown section probably stands for `meant` (NULL: not known for which), which is then not
+ * missing. The next fault is in this section. */
+static enum mill_status guess(struct mill_deck *deck, const char *meant, struct mill_error *error)
+{
+    if (!meant)
+        return MILL_OK;
+    if (!mill_deck_section(deck, meant)) {
+        if (add_section(deck, meant, error) != MILL_OK)
+            return MILL_FAILED;
+        deck->section[deck->sections - 1].guessed = true;
+    }
+    deck->open = (int)(mill_deck_section(deck, meant) - deck->section);
+    return MILL_OK;
+}
+
 /* Checks that a section may have this title. */
-static enum mill_status check_title(const struct mill_deck *deck, const char *title,
+static enum mill_status check_title(struct mill_deck *deck, const char *title,
                                     struct mill_error *error)
 {
     static const char allowed[] =
@@ -53,7 +80,8 @@ static enum mill_status check_title(const struct mill_deck *deck, const char *ti
     for (int i = 0; !known && mill_deck_table_block(i, &block); i++)
         known = mill_deck_table_belongs(&block, title);
     if (!known) {
-        mill_deck_suggest_key(title, NULL, hint, sizeof hint);
+        if (guess(deck, mill_deck_suggest_key(title, NULL, hint, sizeof hint), error) != MILL_OK)
+            return MILL_FAILED;
         return mill_deck_fault(deck, error, title, NULL, "unknown section%s", hint);
     }
     if (!block.named)
@@ -75,18 +103,6 @@ static enum mill_status check_title(const struct mill_deck *deck, const char *ti
         return mill_deck_fault(deck, error, title, NULL,
                                "a name consists of letters, digits, '_', '-', '+' and '.', and "
                                "begins with one of the first three");
-    return MILL_OK;
-}
-
-static enum mill_status add_section(struct mill_deck *deck, const char *title,
-                                    struct mill_error *error)
-{
-    const size_t size = ((size_t)deck->sections + 1) * sizeof *deck->section;
-    struct mill_deck_section *more = realloc(deck->section, size);
-    if (!more)
-        return mill_error_set(error, MILL_FAILED, "out of memory");
-    deck->section = more;
-    more[deck->sections++] = (struct mill_deck_section){.title = title, .origin = deck->at};
     return MILL_OK;
 }
 
@@ -190,7 +206,13 @@ static enum mill_status read_title(struct mill_deck *deck, char *line, struct mi
                                end ? "unexpected text after the ']' of the section"
                                    : "the closing ']' of the section is missing");
     *end = '\0';
-    const struct mill_deck_section *first = mill_deck_section(deck, title);
+    struct mill_deck_section *first = mill_deck_section(deck, title);
+    if (first && first->guessed) {
+        deck->open = (int)(first - deck->section);
+        first->guessed = false;
+        first->origin = deck->at;
+        return MILL_OK;
+    }
     if (first) {
         deck->open = (int)(first - deck->section);
         return mill_deck_fault(deck, error, title, NULL,
@@ -213,7 +235,7 @@ static enum mill_status excuse(struct mill_deck *deck, const char *key, struct m
 
 static enum mill_status read_entry(struct mill_deck *deck, char *line, struct mill_error *error)
 {
-    if (deck->open < 0 && mill_deck_faults_lost(deck))
+    if (deck->open < 0 && (deck->sections > 0 || mill_deck_faults_lost(deck)))
         return MILL_OK; /* the section is unknown, and so are its keys */
     char *equals = strpbrk(line, "=:");
     const bool quoted = equals && equals[1 + strspn(equals + 1, " \t")] == '"';
@@ -342,6 +364,7 @@ enum mill_status mill_deck_parse(struct mill_deck *deck, const char *path, int c
         status = copy ? apply_override(deck, copy, error)
                       : mill_error_set(error, MILL_FAILED, "out of memory");
         status = mill_deck_faults_keep(deck, status, error);
+        deck->open = -1;
     }
     deck->at.override = NULL;
     for (int i = 0; path && !mill_deck_faults_lost(deck) && status == MILL_OK &&

@@ -49,7 +49,7 @@ int mill_deck_suggest_edits(const char *word, const char *text);
 
 /* Sets hint to "; did you mean ...?" or a similar text for a wrong section (name: NULL) or key.
  * hint becomes empty if no name is similar. Returns the key of section [title] that was probably
- * meant, or NULL. */
+ * meant, or the section without a NAME, or NULL. */
 const char *mill_deck_suggest_key(const char *title, const char *name, char *hint, size_t size);
 
 /* Words that users type for something that has another name here */
@@ -104,7 +104,8 @@ struct mill_deck_entry {
 struct mill_deck_section {
     const char *title; /* as in [title] */
     struct mill_deck_origin origin;
-    bool broken; /* it has a fault */
+    bool broken;  /* it has a fault */
+    bool guessed; /* it is missing, but an unknown section probably stands for it */
     int entries;
     struct mill_deck_entry *entry;
     void *form; /* the struct of a named section, filled from its entries and defaults */

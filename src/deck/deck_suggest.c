@@ -185,7 +185,7 @@ static const struct mill_deck_synonym *find_synonym(const char *title, const cha
 }
 
 /* Writes "; here it is balls.big.mass": NAME is that of the section, if it is of the same kind.
- * Returns the key if it belongs to the section. */
+ * Returns the key if it belongs to the section, or the section. */
 static const char *tell_synonym(const struct mill_deck_synonym *s, const char *title,
                                 const char *name, char *hint, size_t size)
 {
@@ -202,6 +202,8 @@ static const char *tell_synonym(const struct mill_deck_synonym *s, const char *t
         snprintf(hint, size, "; here it is %.63s.%s%s", title, key, remark);
     else
         snprintf(hint, size, "; here it is %s%s", s->here, remark);
+    if (!name)
+        return s->here && !strchr(s->here, '.') ? s->here : NULL;
     return same ? mill_deck_table_key(title, key, 0)->name : NULL;
 }
 
@@ -221,6 +223,7 @@ const char *mill_deck_suggest_key(const char *title, const char *name, char *hin
         name_block(&block, "", word);
         if (!name && (edits = mill_deck_suggest_edits(word, stem)) < best) {
             best = edits;
+            meant = block.named ? NULL : block.title;
             name_block(&block, "NAME", word);
             snprintf(hint, size, "; did you mean [%s]?", word);
         }

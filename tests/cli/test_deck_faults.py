@@ -114,6 +114,18 @@ def test_the_keys_of_a_section_that_cannot_be_read_are_not_missed(faults, title)
     assert len(faults(SMALL.replace("[balls]", title))) == 1
 
 
+def test_sections_that_an_unknown_one_does_not_stand_for_are_missed(faults):
+    text = SMALL.replace("[balls]", "[beads]").replace("[contact]\nrestitution = 0.8\nfriction = 0.3\n", "")
+    assert places(faults(text)) == ["3: [beads]", "[contact] restitution"]
+
+
+def test_a_section_may_follow_an_unknown_one_that_stands_for_it(faults):
+    assert places(faults("[mill]\nx = 1\n" + SMALL.replace("radius = 30 mm", "radius = 30 s"))) == [
+        "1: [mill]",
+        "10: [drum] radius",
+    ]
+
+
 @pytest.mark.parametrize("line", ["inner_diameter = 60 mm", "radios = 30 mm", "radius 30 mm", 'radius = "30 mm'])
 def test_a_key_that_cannot_be_read_is_not_missing_too(faults, line):
     assert len(faults(SMALL.replace("radius = 30 mm", line, 1))) == 1
