@@ -230,7 +230,7 @@ static enum mill_status act(const struct mill_command *a, FILE *page, FILE *asid
                        a->given[MILL_PROGRESS] ? MILL_PROGRESS_OBJECTS
                        : isatty(STDERR_FILENO) ? MILL_PROGRESS_TERMINAL
                                                : MILL_PROGRESS_LOG);
-    enum mill_status status = mill_deck_read(a->deck, a->sets, a->set, warn, &deck, error);
+    enum mill_status status = mill_deck_read(a->deck, a->sets, a->set, warn, say, &deck, error);
     order.deck = deck;
     if (status == MILL_OK && !check)
         status = check_output(&order);

@@ -24,8 +24,8 @@ static void print_balls(const struct mill_world *world, const char *lead, FILE *
     mill_summary_text_label(out, "balls");
     fprintf(out, "%ld, %s", (long)world->balls, mill_summary_text_si(1e3 * mass, "g"));
     if (room > 0)
-        fprintf(out, ": %.3g %% of the free room, %.3g %% with 40 %% voids",
-                100 * volume / room, 100 * volume / (room * RANDOM_PACKING));
+        fprintf(out, ": %.3g %% of the free room, %.3g %% with 40 %% voids", 100 * volume / room,
+                100 * volume / (room * RANDOM_PACKING));
     fputc('\n', out);
 }
 

@@ -29,18 +29,22 @@ enum mill_key_type {
 struct mill_key {
     const char *name, *meaning;
     enum mill_key_type type;
-    const char *unit;    /* SI; NULL: dimensionless; "1": dimensionless, and % is allowed */
-    double lo, hi;       /* range in SI, with its ends; without lo if `above` */
-    bool above;          /* lo itself is not allowed */
-    bool zero_is_off;    /* 0 means off; the key is then not printed */
-    bool direction;      /* of a vector: must not be zero */
-    bool one_for_all;    /* of a vector: one number can be given for all three */
-    bool unit_alone;     /* "mm" means 1 mm */
-    const char *preset;  /* default as text; NULL: required, or `derived` */
-    bool derived;        /* its default follows from other keys */
-    const char *instead; /* another key with the same meaning: exactly one of the two is given */
-    size_t offset;       /* of the value, in the struct of its table */
-    const char *words;   /* CHOICE: "first|second"; FILE: the word for "no file", or NULL */
+    const char *unit;   /* SI; NULL: dimensionless; "1": dimensionless, and % is allowed */
+    double lo, hi;      /* range in SI, with its ends; without lo if `above` */
+    bool above;         /* lo itself is not allowed */
+    bool zero_is_off;   /* 0 means off; the key is then not printed */
+    bool direction;     /* of a vector: must not be zero */
+    bool one_for_all;   /* of a vector: one number can be given for all three */
+    bool unit_alone;    /* "mm" means 1 mm */
+    const char *preset; /* default as text; NULL: required, or `derived` */
+    bool derived;       /* its default follows from other keys */
+    /* The key that this one stands for. Of all keys that stand for the same one, and that one
+     * itself, exactly one is given. Only that one is printed. */
+    const char *instead;
+    double factor;     /* with `instead`: the value times this is the value of that key, and has
+                          its place; 0: the value has a place of its own */
+    size_t offset;     /* of the value, in the struct of its table */
+    const char *words; /* CHOICE: "first|second"; FILE: the word for "no file", or NULL */
     /* Called with the struct of the table; NULL: never hidden. true: the key has no meaning here,
      * needs no value and is not printed. */
     bool (*hidden)(const void *form);

@@ -4,12 +4,15 @@
  * deck_parse.c reads the file, deck_table.c lists what it may contain, deck_value.c converts
  * between text and numbers, deck_check.c checks keys against each other. */
 #include "deck/deck_private.h"
+#include "start/clash_solid.h"
 
 #include <assert.h>
 #include <limits.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+enum { UNKNOWN = -1 }; /* word of a choice */
 
 /* The struct that the block's keys of this section are in */
 static void *values_of(const struct mill_deck *deck, const struct mill_deck_block *block,
@@ -25,33 +28,70 @@ static bool is_elsewhere(const struct mill_deck *deck, const struct mill_deck_bl
     return block->unless_named && mill_deck_next(deck, &named, NULL);
 }
 
+/* Which key of a section is given, of those that stand for the same one */
+struct choice {
+    const struct mill_key *first;        /* the one that they stand for */
+    const struct mill_deck_entry *given; /* an override replaces what the file gives; NULL: none */
+    const struct mill_deck_entry *other; /* a second one, given in the same place; NULL: none */
+    char words[120];                     /* the keys besides the first: ", or 'fill', 'mass'" */
+};
+
+static struct choice find_choice(const struct mill_deck_block *block, const struct mill_key *key,
+                                 const struct mill_deck_section *section)
+{
+    const char *name = key->instead ? key->instead : key->name;
+    struct choice c = {.first = key};
+    size_t used = 0;
+    for (const struct mill_key *k = block->key; k->name; k++) {
+        const bool first = strcmp(k->name, name) == 0;
+        if (!first && !(k->instead && strcmp(k->instead, name) == 0))
+            continue;
+        if (first)
+            c.first = k;
+        else
+            used += (size_t)snprintf(c.words + used, sizeof c.words - used, "%s '%s'",
+                                     used ? "," : ", or", k->name);
+        const struct mill_deck_entry *entry = mill_deck_entry(section, k->name);
+        if (entry && (!c.given || (entry->origin.override && !c.given->origin.override))) {
+            c.given = entry;
+            c.other = NULL;
+        } else if (entry && entry->value && c.given->value &&
+                   !entry->origin.override == !c.given->origin.override) {
+            c.other = entry;
+        }
+    }
+    return c;
+}
+
 static enum mill_status fill_key(struct mill_deck *deck, const struct mill_deck_block *block,
                                  const struct mill_key *key,
                                  const struct mill_deck_section *section, struct mill_error *error)
 {
     const struct mill_deck_entry *entry = mill_deck_entry(section, key->name);
-    const struct mill_deck_entry *other =
-        key->instead ? mill_deck_entry(section, key->instead) : NULL;
+    const struct choice choice = find_choice(block, key, section);
     void *values = values_of(deck, block, section);
     const bool elsewhere = is_elsewhere(deck, block), hidden = key->needs && key->hidden(values);
     const char *wrong = NULL;
     struct mill_error why;
     char wanted[120];
-    if (!entry && key->hidden && key->hidden(values)) {
+    if ((!entry && key->hidden && key->hidden(values)) || (entry && !entry->value)) {
         return MILL_OK;
     } else if (elsewhere || hidden) {
-        if (entry)
+        if (entry && !(hidden && section->broken)) /* it may be hidden because of a fault */
             wrong = hidden ? key->needs : "belongs in the sections [balls.NAME] of this mixture";
-    } else if (entry && other && !entry->origin.override == !other->origin.override) {
-        wrong = "'count' and 'fill' both set the number of balls; give only one of them";
-    } else if (other && !(entry && entry->origin.override)) {
-        return MILL_OK; /* an override of one key replaces the other */
-    } else if (!entry && (key->derived || block->inherits)) {
+    } else if (choice.given != entry || (!entry && (key->derived || block->inherits))) {
+        return MILL_OK;
+    } else if (choice.other) {
+        return mill_deck_fault(deck, error, section->title, key->name,
+                               "'%s' and '%s' both set the %.*s; give only one of them", key->name,
+                               choice.other->key, (int)strcspn(choice.first->meaning, ";,"),
+                               choice.first->meaning);
+    } else if (!entry && key->instead) {
         return MILL_OK;
     } else if (!entry && !key->preset) {
         mill_deck_value_wanted(key, false, wanted, sizeof wanted);
-        return mill_deck_fault(deck, error, section->title, key->name, "missing (%s); expected %s",
-                               key->meaning, wanted);
+        return mill_deck_fault(deck, error, section->title, key->name,
+                               "missing (%s); expected %s%s", key->meaning, wanted, choice.words);
     } else if (entry && entry->quoted && key->type != MILL_KEY_FILE) {
         wrong = "double quotes are only allowed around the name of a file";
     } else if (!mill_deck_value_read(deck->units, key, entry ? entry->value : key->preset, values,
@@ -72,7 +112,8 @@ struct walk {
 /* Does the block belong to this section? The section's first block has been read. */
 static bool applies(const struct mill_deck_block *block, const struct mill_deck_section *section)
 {
-    return block->words == 0 || (block->words >> *(const int *)section->form & 1u);
+    const int *word = section->form;
+    return block->words == 0 || (*word >= 0 && block->words >> *word & 1u);
 }
 
 /* Starts from {0}; false: no more blocks. */
@@ -95,12 +136,14 @@ static bool walk_on(const struct mill_deck *deck, struct walk *w)
     return false;
 }
 
-/* Checks that every key of the section belongs to the section's kind of motion or shape. */
+/* Checks that every key of the section belongs to the section's kind of motion or shape, if that is
+ * known. */
 static enum mill_status check_entries(const struct mill_deck *deck,
                                       const struct mill_deck_section *section,
                                       struct mill_error *error)
 {
-    for (int e = 0; e < section->entries; e++) {
+    enum mill_status status = MILL_OK;
+    for (int e = 0; e < section->entries && status == MILL_OK; e++) {
         const char *name = section->entry[e].key;
         const struct mill_key *choice = NULL;
         struct mill_deck_block block;
@@ -117,7 +160,7 @@ static enum mill_status check_entries(const struct mill_deck *deck,
                 }
         }
         char own[32], of[160] = "", word[32];
-        if (belongs)
+        if (belongs || !choice || *(const int *)section->form == UNKNOWN)
             continue;
         for (int n = 0; n < 32; n++) {
             if (words >> n & 1u) {
@@ -126,17 +169,20 @@ static enum mill_status check_entries(const struct mill_deck *deck,
             }
         }
         mill_deck_value_word(choice, *(const int *)section->form, own, sizeof own);
-        return mill_deck_fault(deck, error, section->title, name,
-                               "does not belong to '%s = %s' (only to: %s): leave it out",
-                               choice->name, own, of);
+        mill_deck_fault(deck, error, section->title, name,
+                        "does not belong to '%s = %s' (only to: %s): leave it out", choice->name,
+                        own, of);
+        status = mill_deck_faults_keep(deck, MILL_BAD_DECK, error);
     }
-    return MILL_OK;
+    return status;
 }
 
 static enum mill_status fill_block(struct mill_deck *deck, const struct mill_deck_block *block,
                                    struct mill_deck_section *section, struct mill_error *error)
 {
     enum mill_status status = MILL_OK;
+    if (section->guessed)
+        return MILL_OK;
     const bool first = block->named && !section->form;
     if (first) {
         section->form = calloc(1, block->size);
@@ -144,9 +190,11 @@ static enum mill_status fill_block(struct mill_deck *deck, const struct mill_dec
             return mill_error_set(error, MILL_FAILED, "out of memory");
         if (block->inherits)
             memcpy(section->form, (char *)deck + block->values, block->size);
+        if (block->key->type == MILL_KEY_CHOICE)
+            *(int *)section->form = UNKNOWN; /* until it is read */
     }
     for (const struct mill_key *key = block->key; key->name && status == MILL_OK; key++)
-        status = fill_key(deck, block, key, section, error);
+        status = mill_deck_faults_keep(deck, fill_key(deck, block, key, section, error), error);
     return status == MILL_OK && first ? check_entries(deck, section, error) : status;
 }
 
@@ -189,34 +237,6 @@ static enum mill_status list_shapes(struct mill_deck *deck, struct mill_error *e
     return MILL_OK;
 }
 
-/* Lists the kinds of balls. Converts a fill to a number of balls; it is a fraction of the empty
- * container's volume. */
-static enum mill_status list_balls(struct mill_deck *deck, struct mill_error *error)
-{
-    const double volume = mill_deck_bodies_volume(deck);
-    const struct mill_deck_block named = {.title = "balls", .named = true};
-    const struct mill_deck_section *s = mill_deck_next(deck, &named, NULL);
-    deck->balls = calloc((size_t)deck->sections, sizeof *deck->balls);
-    if (!deck->balls)
-        return mill_error_set(error, MILL_FAILED, "out of memory");
-    do {
-        struct mill_deck_balls *balls = s ? s->form : &deck->alike;
-        const double d = balls->diameter, one = MILL_PI / 6.0 * d * d * d;
-        const double given = balls->fill * volume / one, count = round(given);
-        balls->section = s ? s->title : "balls";
-        balls->name = s ? strchr(s->title, '.') + 1 : "balls";
-        if (balls->fill > 0.0 && !(count >= 1.0 && count <= MILL_DECK_MOST_BALLS))
-            return mill_deck_fault(deck, error, balls->section, "fill",
-                                   "gives %.3g balls of %g m; expected 1 to %d", given, d,
-                                   MILL_DECK_MOST_BALLS);
-        if (balls->fill > 0.0)
-            balls->count = (long)count;
-        deck->balls[deck->kinds++] = *balls;
-        deck->all += balls->count;
-    } while (s && (s = mill_deck_next(deck, &named, s)));
-    return MILL_OK;
-}
-
 /* Does any surface of the mill have this kind of contact? */
 static bool has_kind(const struct mill_deck *deck, int kind)
 {
@@ -239,16 +259,45 @@ static enum mill_status list_by_kind(struct mill_deck *deck, const char *title, 
         if (has_kind(deck, kind))
             strcat(strcat(known, kind > 0 ? ", " : ""), kinds->name[kind]);
     }
-    for (const struct mill_deck_section *s = NULL; (s = mill_deck_next(deck, &named, s));) {
+    enum mill_status status = MILL_OK;
+    const struct mill_deck_section *s = NULL;
+    while (status == MILL_OK && (s = mill_deck_next(deck, &named, s))) {
         int kind = 0;
         while (kind < kinds->count &&
                (strcmp(strchr(s->title, '.') + 1, kinds->name[kind]) != 0 || !has_kind(deck, kind)))
             kind++;
-        if (kind == kinds->count)
-            return mill_deck_fault(deck, error, s->title, NULL,
-                                   "unknown kind of contact; there are %s", known);
-        memcpy((char *)each + size * (size_t)kind, s->form, size);
+        if (kind < kinds->count) {
+            memcpy((char *)each + size * (size_t)kind, s->form, size);
+            continue;
+        }
+        mill_deck_fault(deck, error, s->title, NULL, "unknown kind of contact; there are %s",
+                        known);
+        status = mill_deck_faults_keep(deck, MILL_BAD_DECK, error);
     }
+    return status;
+}
+
+/* Converts the tip speed, if it is given instead of the rotor's speed. */
+static enum mill_status set_speed(struct mill_deck *deck, struct mill_error *error)
+{
+    double tip = 0.0;
+    if (deck->tip_speed == 0.0)
+        return MILL_OK;
+    for (int k = 0; k < deck->shapes; k++)
+        if (deck->shape[k].type == &mill_blade_type)
+            tip = fmax(tip, ((const struct mill_blade *)deck->shape[k].form)->tip_radius);
+    for (int k = 0; k < deck->bodies; k++) {
+        const double far = deck->body[k].motion == 0 ? mill_clash_solid_reach(&deck->body[k]) : 0.0;
+        if (far < 0.0)
+            return mill_error_set(error, MILL_FAILED, "out of memory");
+        tip = fmax(tip, far);
+    }
+    if (tip == 0.0)
+        return mill_deck_fault(deck, error, "rotor", "tip_speed",
+                               "needs blades, or bodies with 'motion = rotor': their largest "
+                               "distance from the axis is the radius of the tip; without them give "
+                               "'speed'");
+    deck->form[0].as.turn.speed = deck->rotor_speed = deck->tip_speed / tip;
     return MILL_OK;
 }
 
@@ -260,6 +309,26 @@ static enum mill_status list_laws(struct mill_deck *deck, struct mill_error *err
                ? list_by_kind(deck, "wear", &deck->worn, deck->wear, sizeof *deck->wear, error)
                : status;
 }
+
+/* What follows from several keys, and its checks */
+#define MOVED "rotor motion drum"
+#define MILL MOVED " body blades blade"
+static const struct mill_deck_step steps[] = {
+    {mill_deck_motions_list, MOVED},
+    {mill_deck_bodies_list, MOVED " body"},
+    {list_laws, MOVED " body contact wear"},
+    {list_shapes, "drum blades blade"},
+    {set_speed, MILL},
+    {mill_deck_check_times, "run output"},
+    {mill_deck_check_profile, "drum"},
+    {mill_deck_check_shapes, MOVED " blades blade"},
+    {mill_deck_balls_list, MILL " balls"},
+    {mill_deck_check_sizes, MILL " balls"},
+    {mill_deck_check_amount, MILL " balls"},
+    {mill_deck_check_frames, MILL " balls run output"},
+    {mill_deck_powder_list, MILL " balls powder"},
+    {mill_deck_powder_check, "powder"},
+};
 
 static enum mill_status fill(struct mill_deck *deck, struct mill_error *error)
 {
@@ -277,35 +346,33 @@ static enum mill_status fill(struct mill_deck *deck, struct mill_error *error)
     deck->sample_found =
         deck->precision > 0.0 && !mill_deck_entry(mill_deck_section(deck, "run"), "sample_from");
     deck->rotor = mill_deck_section(deck, "rotor") != NULL;
-    static enum mill_status (*const list[])(struct mill_deck *, struct mill_error *) = {
-        mill_deck_motions_list, mill_deck_bodies_list, list_laws, list_balls, list_shapes,
-        mill_deck_powder_list};
-    for (size_t i = 0; status == MILL_OK && i < sizeof list / sizeof *list; i++)
-        status = list[i](deck, error);
-    return status == MILL_OK && deck->start
-               ? mill_deck_files_find(deck, "balls", "start", deck->start, &deck->start, error)
-               : status;
+    for (size_t i = 0; status == MILL_OK && i < sizeof steps / sizeof *steps; i++)
+        status = mill_deck_faults_step(deck, &steps[i], error);
+    return status;
 }
 
 enum mill_status mill_deck_read(const char *path, int count, const char *const *overrides,
-                                void (*warn)(const char *line), struct mill_deck **deck,
-                                struct mill_error *error)
+                                void (*warn)(const char *line), void (*fault)(const char *line),
+                                struct mill_deck **deck, struct mill_error *error)
 {
     struct mill_deck *made = *deck = calloc(1, sizeof *made);
     if (!made)
         return mill_error_set(error, MILL_FAILED, "out of memory");
     made->warn = warn;
-    enum mill_status status = mill_deck_parse(made, path, count, overrides, error);
+    enum mill_status status = fault ? mill_deck_faults_create(made, error) : MILL_OK;
+    if (status == MILL_OK)
+        status = mill_deck_parse(made, path, count, overrides, error);
     if (status == MILL_OK)
         status = mill_units_create(&made->units, error);
     if (status == MILL_OK)
         status = fill(made, error);
-    if (status == MILL_OK)
-        status = mill_deck_check(made, error);
+    status = mill_deck_faults_tell(made, status, fault, error);
     mill_units_free(made->units);
     made->units = NULL;
-    if (status == MILL_OK)
+    if (status == MILL_OK) {
+        mill_deck_check_warn(made);
         return MILL_OK;
+    }
     mill_deck_free(made);
     *deck = NULL;
     return status;
@@ -324,7 +391,7 @@ void mill_deck_each(const struct mill_deck *deck,
         for (const struct mill_key *key = walk.block.key; key->name && !elsewhere; key++) {
             const void *value_at = (const char *)values + key->offset;
             /* skip keys that are off, replaced by another key, or found in the run */
-            if ((key->hidden && key->hidden(values)) ||
+            if (key->instead || (key->hidden && key->hidden(values)) ||
                 (key->zero_is_off && *(const double *)value_at == 0.0) ||
                 (key->type == MILL_KEY_NAME && !*(const char *const *)value_at))
                 continue;

@@ -16,9 +16,12 @@ struct mill_deck_balls {
     const char *section; /* "balls", "balls.NAME" */
     const char *name;    /* NAME; "balls" for the plain section */
     long count;
-    double fill;     /* of the drum's volume, where given instead of the count; 0: not given */
-    double diameter; /* [m] */
-    double density;  /* [kg/m^3] */
+    /* Given instead of the count; 0: not given. Parts of the container's volume, and of the free
+     * volume with the voids between the balls; [kg] of all of them */
+    double fill, bulk_fill, mass;
+    const char *given; /* the key that gives the number: "count", "fill", ... */
+    double diameter;   /* [m] */
+    double density;    /* [kg/m^3] */
 };
 
 /* [blades]: equal ones, spread evenly along the drum and around the rotor */
@@ -146,6 +149,7 @@ struct mill_deck {
     double buckle_angle;  /* [rad] of one outermost point, from +y towards +z */
     bool rotor;
     double rotor_speed;  /* [rad/s], positive turns about +x */
+    double tip_speed;    /* [m/s] where given instead of the speed; 0: not given, or at rest */
     double shaft_radius; /* [m] 0 = no shaft */
     double rotor_angle;  /* [rad] at t = 0 */
     struct mill_deck_blades blades;
@@ -187,16 +191,22 @@ struct mill_deck {
     int keeps; /* other memory that the deck owns */
     void **kept;
     struct mill_deck_origin at; /* what is being read now */
-    struct mill_units *units;   /* only while the deck is read */
+    int open; /* number of the section that the next lines belong to; -1: of none */
+    /* Only while the deck is read: */
+    struct mill_units *units;
+    struct mill_deck_faults *faults; /* NULL: reading ends at the first one */
 };
 
 /* Reads `path`, applies `count` overrides "SECTION.KEY=VALUE" and checks every key and value. The
  * caller keeps the strings while the deck is in use. On failure: NULL and a filled error
  * (MILL_BAD_DECK for a wrong deck; MILL_FAILED for a file that cannot be read or for lack of
- * memory). `warn` (may be NULL) is called for each warning, with one line. Owner: the caller. */
+ * memory). `warn` (may be NULL) is called for each warning, with one line. If the deck has several
+ * faults, `fault` is called for each of them but the last, which is in `error`, in the order of the
+ * lines; with more than 20 faults, `error` says how many more there are. NULL for `fault`: reading
+ * ends at the first one. Owner: the caller. */
 enum mill_status mill_deck_read(const char *path, int count, const char *const *overrides,
-                                void (*warn)(const char *line), struct mill_deck **deck,
-                                struct mill_error *error);
+                                void (*warn)(const char *line), void (*fault)(const char *line),
+                                struct mill_deck **deck, struct mill_error *error);
 void mill_deck_free(struct mill_deck *deck);
 
 /* The drum in numbers */

@@ -229,9 +229,13 @@ enum mill_status mill_deck_bodies_list(struct mill_deck *deck, struct mill_error
     if (!deck->body || !deck->body_form || !deck->body_section)
         return mill_error_set(error, MILL_FAILED, "out of memory");
     enum mill_status status = MILL_OK;
-    while (status == MILL_OK && (s = mill_deck_next(deck, &named, s)))
+    bool good = true;
+    while (status == MILL_OK && (s = mill_deck_next(deck, &named, s))) {
         status = add_body(deck, s, error);
-    if (status == MILL_OK && !deck->drum && !deck->container)
+        good = good && status == MILL_OK;
+        status = mill_deck_faults_keep(deck, status, error);
+    }
+    if (good && !deck->drum && !deck->container)
         return mill_deck_fault(deck, error, NULL, NULL,
                                "nothing holds the balls: add [drum], or a [body.NAME] with "
                                "'side = inside'");

@@ -30,18 +30,21 @@ struct mill_setup_drum mill_deck_drum(const struct mill_deck *deck)
     };
 }
 
-static enum mill_status check_times(const struct mill_deck *deck, struct mill_error *error)
+enum mill_status mill_deck_check_times(struct mill_deck *deck, struct mill_error *error)
 {
+    enum mill_status status = MILL_OK;
     if (deck->sample_from >= deck->time)
-        return mill_deck_fault(deck, error, "run", "sample_from",
-                               "must be before the end of the run, %g s", deck->time);
-    if (deck->max_collisions != floor(deck->max_collisions))
-        return mill_deck_fault(deck, error, "run", "max_collisions",
-                               "must be a whole number, got %.15g", deck->max_collisions);
-    if (deck->time / deck->series > MOST_SAMPLES)
-        return mill_deck_fault(deck, error, "output", "series",
-                               "too short: more than 1e8 samples until %g s", deck->time);
-    return MILL_OK;
+        status = mill_deck_fault(deck, error, "run", "sample_from",
+                                 "must be before the end of the run, %g s", deck->time);
+    status = mill_deck_faults_keep(deck, status, error);
+    if (status == MILL_OK && deck->max_collisions != floor(deck->max_collisions))
+        status = mill_deck_fault(deck, error, "run", "max_collisions",
+                                 "must be a whole number, got %.15g", deck->max_collisions);
+    status = mill_deck_faults_keep(deck, status, error);
+    if (status == MILL_OK && deck->time / deck->series > MOST_SAMPLES)
+        status = mill_deck_fault(deck, error, "output", "series",
+                                 "too short: more than 1e8 samples until %g s", deck->time);
+    return status;
 }
 
 static struct mill_profile profile_of(const struct mill_deck *deck)
@@ -52,7 +55,7 @@ static struct mill_profile profile_of(const struct mill_deck *deck)
 
 /* Neighbouring buckles must not touch. Height and number limit each other. The message names the
  * height, because users more often need a certain number. */
-static enum mill_status check_profile(const struct mill_deck *deck, struct mill_error *error)
+enum mill_status mill_deck_check_profile(struct mill_deck *deck, struct mill_error *error)
 {
     if (!deck->drum || !deck->wavy)
         return MILL_OK;
@@ -84,51 +87,55 @@ static double width_of(const struct mill_setup_surface *container)
     return container->type == &mill_facets_type ? (double)INFINITY : 2.0 * is->radius;
 }
 
-/* A ball that fits exactly cannot move: it would hit both sides again and again. */
-static enum mill_status check_widths(const struct mill_deck *deck, struct mill_error *error)
+/* Does a ball of kind k fit into the container? One that fits exactly cannot move: it would hit
+ * both sides again and again. */
+static enum mill_status check_width(const struct mill_deck *deck, int k, struct mill_error *error)
 {
     const double width = width_of(deck->container);
-    for (int k = 0; k < deck->kinds; k++)
-        if (deck->balls[k].diameter >= width)
-            return mill_deck_fault(deck, error, deck->balls[k].section, "diameter",
-                                   "a ball of %g m does not fit into the container [%s], whose "
-                                   "smallest inner width or height is %g m",
-                                   deck->balls[k].diameter,
-                                   deck->body_section[deck->container - deck->body], width);
+    if (deck->balls[k].diameter < width)
+        return MILL_OK;
+    return mill_deck_fault(deck, error, deck->balls[k].section, "diameter",
+                           "a ball of %g m does not fit into the container [%s], whose "
+                           "smallest inner width or height is %g m",
+                           deck->balls[k].diameter,
+                           deck->body_section[deck->container - deck->body], width);
+}
+
+static enum mill_status check_size(const struct mill_deck *deck, int k, struct mill_error *error)
+{
+    const double bore = deck->drum_radius - deck->buckle_height, d = deck->balls[k].diameter;
+    const char *between = deck->wavy ? " where its buckles come nearest to the axis" : "";
+    const char *title = deck->balls[k].section;
+    if (d >= 2.0 * bore)
+        return mill_deck_fault(deck, error, title, "diameter",
+                               "a ball of %g m does not fit into a drum of radius %g m%s", d, bore,
+                               between);
+    /* the ball would touch a whole arc at once */
+    if (deck->buckle_height > 0.0 &&
+        fabs(d - 2.0 * profile_of(deck).arc) <= SNUG * (2.0 * deck->drum_radius - bore))
+        return mill_deck_fault(deck, error, title, "diameter",
+                               "a ball of %g m is exactly as wide as a buckle of the drum and "
+                               "would stick there: make it a little smaller or larger",
+                               d);
+    if (d >= deck->drum_length)
+        return mill_deck_fault(deck, error, title, "diameter",
+                               "a ball of %g m does not fit into a drum %g m long", d,
+                               deck->drum_length);
+    if (deck->rotor && d >= bore - deck->shaft_radius)
+        return mill_deck_fault(
+            deck, error, title, "diameter",
+            "a ball of %g m does not fit between the shaft and the drum, %g m apart%s", d,
+            bore - deck->shaft_radius, between);
     return MILL_OK;
 }
 
-static enum mill_status check_sizes(const struct mill_deck *deck, struct mill_error *error)
+enum mill_status mill_deck_check_sizes(struct mill_deck *deck, struct mill_error *error)
 {
-    if (deck->container)
-        return check_widths(deck, error);
-    const double bore = deck->drum_radius - deck->buckle_height;
-    const char *between = deck->wavy ? " where its buckles come nearest to the axis" : "";
-    for (int k = 0; k < deck->kinds; k++) {
-        const double d = deck->balls[k].diameter;
-        const char *title = deck->balls[k].section;
-        if (d >= 2.0 * bore)
-            return mill_deck_fault(deck, error, title, "diameter",
-                                   "a ball of %g m does not fit into a drum of radius %g m%s", d,
-                                   bore, between);
-        /* the ball would touch a whole arc at once */
-        if (deck->buckle_height > 0.0 &&
-            fabs(d - 2.0 * profile_of(deck).arc) <= SNUG * (2.0 * deck->drum_radius - bore))
-            return mill_deck_fault(deck, error, title, "diameter",
-                                   "a ball of %g m is exactly as wide as a buckle of the drum and "
-                                   "would stick there: make it a little smaller or larger",
-                                   d);
-        if (d >= deck->drum_length)
-            return mill_deck_fault(deck, error, title, "diameter",
-                                   "a ball of %g m does not fit into a drum %g m long", d,
-                                   deck->drum_length);
-        if (deck->rotor && d >= bore - deck->shaft_radius)
-            return mill_deck_fault(
-                deck, error, title, "diameter",
-                "a ball of %g m does not fit between the shaft and the drum, %g m apart%s", d,
-                bore - deck->shaft_radius, between);
-    }
-    return MILL_OK;
+    enum mill_status status = MILL_OK;
+    for (int k = 0; k < deck->kinds && status == MILL_OK; k++)
+        status = mill_deck_faults_keep(
+            deck, (deck->container ? check_width : check_size)(deck, k, error), error);
+    return status;
 }
 
 /* [m^3] of the container without the shaft */
@@ -141,7 +148,7 @@ static double room_of(const struct mill_deck *deck)
     return (mill_profile_area(&drum) - MILL_PI * shaft * shaft) * deck->drum_length;
 }
 
-static enum mill_status check_amount(const struct mill_deck *deck, struct mill_error *error)
+enum mill_status mill_deck_check_amount(struct mill_deck *deck, struct mill_error *error)
 {
     const double room = room_of(deck);
     double volume = 0.0;
@@ -149,7 +156,7 @@ static enum mill_status check_amount(const struct mill_deck *deck, struct mill_e
     for (int k = 0; k < deck->kinds; k++) {
         const double d = deck->balls[k].diameter;
         const char *title = deck->balls[k].section;
-        const char *amount = deck->balls[k].fill > 0 ? "fill" : "count";
+        const char *amount = deck->balls[k].given;
         total += deck->balls[k].count;
         if (total > MILL_DECK_MOST_BALLS)
             return mill_deck_fault(deck, error, title, amount, "more than %d balls in all",
@@ -180,7 +187,7 @@ static struct mill_shape_fit fit_of(const struct mill_deck *deck,
                                    .spread = strcmp(shape->section, "blades") == 0};
 }
 
-static enum mill_status check_shapes(const struct mill_deck *deck, struct mill_error *error)
+enum mill_status mill_deck_check_shapes(struct mill_deck *deck, struct mill_error *error)
 {
     static const char mend[] = "need a [drum] that does not move; here give the part as a "
                                "[body.NAME] with 'motion = rotor'";
@@ -198,37 +205,59 @@ static enum mill_status check_shapes(const struct mill_deck *deck, struct mill_e
         return mill_deck_fault(deck, error, "rotor", "shaft_radius",
                                "must be less than the drum's radius%s, %g m",
                                deck->wavy ? " less the height of its buckles" : "", bore);
-    for (int k = 0; k < deck->shapes; k++) {
+    enum mill_status status = MILL_OK;
+    const char *said = "";
+    for (int k = 0; k < deck->shapes && status == MILL_OK; k++) {
         const struct mill_deck_shape *shape = &deck->shape[k];
         const struct mill_shape_fit fit = fit_of(deck, shape);
         if (shape->type->on_rotor && !deck->rotor)
             return mill_deck_fault(deck, error, shape->section, NULL,
                                    "%ss need a section [rotor] that carries them",
                                    shape->type->name);
+        if (strcmp(shape->section, said) == 0)
+            continue; /* other blades of [blades] have the same fault */
         const char *key = shape->type->fault(shape->form, &fit, text);
-        if (key)
-            return mill_deck_fault(deck, error, shape->section, key, "%s", text);
+        if (!key)
+            continue;
+        said = shape->section;
+        mill_deck_fault(deck, error, shape->section, key, "%s", text);
+        status = mill_deck_faults_keep(deck, MILL_BAD_DECK, error);
     }
-    return MILL_OK;
+    return status;
 }
 
-static enum mill_status check_frames(const struct mill_deck *deck, struct mill_error *error)
+/* [GB] of the ball states in this number of frames */
+static double size_of(const struct mill_deck *deck, double frames)
 {
-    const double frames = deck->frames > 0.0 ? deck->time / deck->frames : 0.0;
-    const double size = 1e-9 * frames * (double)deck->all * FRAME_OF_BALL; /* [GB] */
-    struct mill_error line;
+    return 1e-9 * frames * (double)deck->all * FRAME_OF_BALL;
+}
+
+static double frames_of(const struct mill_deck *deck)
+{
+    return deck->frames > 0.0 ? deck->time / deck->frames : 0.0;
+}
+
+enum mill_status mill_deck_check_frames(struct mill_deck *deck, struct mill_error *error)
+{
+    const double frames = frames_of(deck);
     if (frames > MOST_FRAMES)
         return mill_deck_fault(
             deck, error, "output", "frames",
             "too short: more than 1e7 frames until %g s (%.3g GB of ball states)", deck->time,
-            size);
-    if (frames > MANY_FRAMES && deck->warn) {
-        mill_deck_fault(deck, &line, "output", "frames",
-                        "%.3g frames until %g s take %.3g GB; consider a longer interval", frames,
-                        deck->time, size);
-        deck->warn(line.text);
-    }
+            size_of(deck, frames));
     return MILL_OK;
+}
+
+static void warn_of_frames(const struct mill_deck *deck)
+{
+    const double frames = frames_of(deck);
+    struct mill_error line;
+    if (frames <= MANY_FRAMES)
+        return;
+    mill_deck_fault(deck, &line, "output", "frames",
+                    "%.3g frames until %g s take %.3g GB; consider a longer interval", frames,
+                    deck->time, size_of(deck, frames));
+    deck->warn(line.text);
 }
 
 /* A random start puts balls into all free room, also into buckles with a narrow opening. */
@@ -331,21 +360,13 @@ static void warn_of_axes(const struct mill_deck *deck)
     deck->warn(line.text);
 }
 
-enum mill_status mill_deck_check(const struct mill_deck *deck, struct mill_error *error)
+void mill_deck_check_warn(const struct mill_deck *deck)
 {
-    static enum mill_status (*const check[])(const struct mill_deck *, struct mill_error *) = {
-        check_times, check_profile, check_shapes,
-        check_sizes, check_amount,  mill_deck_powder_check};
-    enum mill_status status = MILL_OK;
-    for (size_t i = 0; status == MILL_OK && i < sizeof check / sizeof *check; i++)
-        status = check[i](deck, error);
-    if (status == MILL_OK)
-        status = check_frames(deck, error);
-    if (status == MILL_OK && deck->warn) {
-        warn_of_mouths(deck);
-        warn_of_gaps(deck);
-        warn_of_idle(deck);
-        warn_of_axes(deck);
-    }
-    return status;
+    if (!deck->warn)
+        return;
+    warn_of_frames(deck);
+    warn_of_mouths(deck);
+    warn_of_gaps(deck);
+    warn_of_idle(deck);
+    warn_of_axes(deck);
 }

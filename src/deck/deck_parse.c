@@ -9,70 +9,11 @@
 
 #include <assert.h>
 #include <ctype.h>
-#include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
 
 #define PREFIX "ball_" /* prefix of kinds of contact */
 enum { MOST_SECTIONS = 10000, LARGEST = 1 << 24 /* [B] of a deck */ };
-
-struct mill_deck_section *mill_deck_section(const struct mill_deck *deck, const char *title)
-{
-    for (int i = 0; i < deck->sections; i++)
-        if (strcmp(deck->section[i].title, title) == 0)
-            return &deck->section[i];
-    return NULL;
-}
-
-struct mill_deck_section *mill_deck_next(const struct mill_deck *deck,
-                                         const struct mill_deck_block *block,
-                                         const struct mill_deck_section *last)
-{
-    assert(!last || (last >= deck->section && last < deck->section + deck->sections));
-    for (int i = last ? (int)(last - deck->section) + 1 : 0; i < deck->sections; i++)
-        if (mill_deck_table_belongs(block, deck->section[i].title))
-            return &deck->section[i];
-    return NULL;
-}
-
-struct mill_deck_entry *mill_deck_entry(const struct mill_deck_section *section, const char *key)
-{
-    for (int i = 0; section && i < section->entries; i++)
-        if (strcmp(section->entry[i].key, key) == 0)
-            return &section->entry[i];
-    return NULL;
-}
-
-enum mill_status mill_deck_fault(const struct mill_deck *deck, struct mill_error *error,
-                                 const char *section, const char *key, const char *format, ...)
-{
-    enum { LONGEST = 400 }; /* of a file's name; its end says more than its beginning */
-    char where[LONGEST + 20], what[512], preset[80] = "";
-    const struct mill_deck_section *place = section ? mill_deck_section(deck, section) : NULL;
-    const struct mill_deck_entry *entry = key ? mill_deck_entry(place, key) : NULL;
-    const struct mill_key *row = key && section ? mill_deck_table_key(section, key, 0) : NULL;
-    struct mill_deck_origin origin = deck->at;
-    if (!origin.line && !origin.override && place)
-        origin = entry ? entry->origin : place->origin;
-    const size_t length = strlen(deck->file);
-    const char *file = deck->file + (length > LONGEST ? length - LONGEST : 0);
-    if (origin.override)
-        snprintf(where, sizeof where, "--%s %.240s", *file ? "set" : "value", origin.override);
-    else
-        snprintf(where, sizeof where, "%s", file);
-    if (origin.line > 0)
-        snprintf(where, sizeof where, "%s:%d", file, origin.line);
-    if (row && !entry && row->preset)
-        snprintf(preset, sizeof preset, " (default %s)", row->preset);
-    va_list list;
-    va_start(list, format);
-    vsnprintf(what, sizeof what, format, list);
-    va_end(list);
-    return mill_error_set(error, MILL_BAD_DECK, "%s: %s%.80s%s%s%.60s%s%s%s", where,
-                          section ? "[" : "", section ? section : "", section ? "]" : "",
-                          section && key ? " " : "", key ? key : "", preset,
-                          section || key ? ": " : "", what);
-}
 
 void mill_deck_free(struct mill_deck *deck)
 {
@@ -100,19 +41,47 @@ void mill_deck_free(struct mill_deck *deck)
     free(deck);
 }
 
+static enum mill_status add_section(struct mill_deck *deck, const char *title,
+                                    struct mill_error *error)
+{
+    const size_t size = ((size_t)deck->sections + 1) * sizeof *deck->section;
+    struct mill_deck_section *more = realloc(deck->section, size);
+    if (!more)
+        return mill_error_set(error, MILL_FAILED, "out of memory");
+    deck->section = more;
+    more[deck->sections++] = (struct mill_deck_section){.title = title, .origin = deck->at};
+    return MILL_OK;
+}
+
+/* An unknown section probably stands for `meant` (NULL: not known for which), which is then not
+ * missing. The next fault is in this section. */
+static enum mill_status guess(struct mill_deck *deck, const char *meant, struct mill_error *error)
+{
+    if (!meant)
+        return MILL_OK;
+    if (!mill_deck_section(deck, meant)) {
+        if (add_section(deck, meant, error) != MILL_OK)
+            return MILL_FAILED;
+        deck->section[deck->sections - 1].guessed = true;
+    }
+    deck->open = (int)(mill_deck_section(deck, meant) - deck->section);
+    return MILL_OK;
+}
+
 /* Checks that a section may have this title. */
-static enum mill_status check_title(const struct mill_deck *deck, const char *title,
+static enum mill_status check_title(struct mill_deck *deck, const char *title,
                                     struct mill_error *error)
 {
     static const char allowed[] =
         "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-+.";
-    char hint[160];
+    char hint[400];
     struct mill_deck_block block;
     bool known = false;
     for (int i = 0; !known && mill_deck_table_block(i, &block); i++)
         known = mill_deck_table_belongs(&block, title);
     if (!known) {
-        mill_deck_suggest_key(title, NULL, hint, sizeof hint);
+        if (guess(deck, mill_deck_suggest_key(title, NULL, hint, sizeof hint), error) != MILL_OK)
+            return MILL_FAILED;
         return mill_deck_fault(deck, error, title, NULL, "unknown section%s", hint);
     }
     if (!block.named)
@@ -137,18 +106,6 @@ static enum mill_status check_title(const struct mill_deck *deck, const char *ti
     return MILL_OK;
 }
 
-static enum mill_status add_section(struct mill_deck *deck, const char *title,
-                                    struct mill_error *error)
-{
-    const size_t size = ((size_t)deck->sections + 1) * sizeof *deck->section;
-    struct mill_deck_section *more = realloc(deck->section, size);
-    if (!more)
-        return mill_error_set(error, MILL_FAILED, "out of memory");
-    deck->section = more;
-    more[deck->sections++] = (struct mill_deck_section){.title = title, .origin = deck->at};
-    return MILL_OK;
-}
-
 static enum mill_status open_section(struct mill_deck *deck, const char *title,
                                      struct mill_error *error)
 {
@@ -158,19 +115,23 @@ static enum mill_status open_section(struct mill_deck *deck, const char *title,
     return status == MILL_OK ? add_section(deck, title, error) : status;
 }
 
-/* Adds key = value to the section. An override replaces an earlier value. */
+/* Adds key = value to the section. An override replaces an earlier value. value NULL: the key is
+ * given, but what it is cannot be read. */
 static enum mill_status add_entry(struct mill_deck *deck, struct mill_deck_section *section,
                                   const char *key, const char *value, bool quoted,
                                   struct mill_error *error)
 {
-    char hint[160];
+    char hint[400];
     struct mill_deck_entry *entry = mill_deck_entry(section, key);
     if (!mill_deck_table_key(section->title, key, 0)) {
-        mill_deck_suggest_key(section->title, key, hint, sizeof hint);
+        const char *meant = mill_deck_suggest_key(section->title, key, hint, sizeof hint);
+        if (meant && !mill_deck_entry(section, meant) && /* it is not missing */
+            add_entry(deck, section, meant, NULL, false, error) != MILL_OK)
+            return MILL_FAILED;
         return mill_deck_fault(deck, error, section->title, key,
                                *key ? "unknown key%s" : "there is no key in front of '='%s", hint);
     }
-    if (entry && !deck->at.override)
+    if (entry && entry->value && !deck->at.override)
         return mill_deck_fault(deck, error, section->title, key,
                                "the key is given twice (first in line %d)", entry->origin.line);
     if (!entry) {
@@ -238,38 +199,69 @@ static const char *unquote(char *value)
 static enum mill_status read_title(struct mill_deck *deck, char *line, struct mill_error *error)
 {
     strip_comment(line);
+    deck->open = -1;
     char *title = trim(line) + 1, *end = strchr(title, ']');
     if (!end || end[1])
         return mill_deck_fault(deck, error, NULL, NULL,
                                end ? "unexpected text after the ']' of the section"
                                    : "the closing ']' of the section is missing");
     *end = '\0';
-    const struct mill_deck_section *first = mill_deck_section(deck, title);
-    return !first ? open_section(deck, title, error)
-                  : mill_deck_fault(deck, error, title, NULL,
-                                    "the section is given twice (first in line %d)",
-                                    first->origin.line);
+    struct mill_deck_section *first = mill_deck_section(deck, title);
+    if (first && first->guessed) {
+        deck->open = (int)(first - deck->section);
+        first->guessed = false;
+        first->origin = deck->at;
+        return MILL_OK;
+    }
+    if (first) {
+        deck->open = (int)(first - deck->section);
+        return mill_deck_fault(deck, error, title, NULL,
+                               "the section is given twice (first in line %d)", first->origin.line);
+    }
+    const enum mill_status status = open_section(deck, title, error);
+    deck->open = status == MILL_OK ? deck->sections - 1 : -1;
+    return status;
+}
+
+/* A line of the section cannot be read. If `key` is one of its keys, this key is not missing. */
+static enum mill_status excuse(struct mill_deck *deck, const char *key, struct mill_error *error)
+{
+    struct mill_deck_section *section = deck->open < 0 ? NULL : &deck->section[deck->open];
+    const struct mill_key *row = section ? mill_deck_table_key(section->title, key, 0) : NULL;
+    return row && !mill_deck_entry(section, key)
+               ? add_entry(deck, section, row->name, NULL, false, error)
+               : MILL_OK;
 }
 
 static enum mill_status read_entry(struct mill_deck *deck, char *line, struct mill_error *error)
 {
+    if (deck->open < 0 && (deck->sections > 0 || mill_deck_faults_lost(deck)))
+        return MILL_OK; /* the section is unknown, and so are its keys */
     char *equals = strpbrk(line, "=:");
     const bool quoted = equals && equals[1 + strspn(equals + 1, " \t")] == '"';
     if (!quoted) {
         strip_comment(line);
         equals = strpbrk(line, "=:");
     }
-    if (!equals)
-        return mill_deck_fault(deck, error, NULL, NULL,
-                               "expected '[section]' or 'key = value', got '%.60s'", trim(line));
+    if (!equals) {
+        char word[40];
+        snprintf(word, sizeof word, "%.*s", (int)strcspn(line, " \t"), line);
+        return excuse(deck, word, error) != MILL_OK
+                   ? MILL_FAILED
+                   : mill_deck_fault(deck, error, NULL, NULL,
+                                     "expected '[section]' or 'key = value', got '%.60s'",
+                                     trim(line));
+    }
     *equals = '\0';
     char *key = trim(line), *value = trim(equals + 1);
     const char *wrong = quoted ? unquote(value) : NULL;
+    if (wrong && excuse(deck, key, error) != MILL_OK)
+        return MILL_FAILED;
     if (wrong)
         return mill_deck_fault(deck, error, NULL, NULL, "%s", wrong);
-    if (deck->sections == 0)
+    if (deck->open < 0)
         return mill_deck_fault(deck, error, NULL, key, "stands before the first [section]");
-    return add_entry(deck, &deck->section[deck->sections - 1], key, value, quoted, error);
+    return add_entry(deck, &deck->section[deck->open], key, value, quoted, error);
 }
 
 /* A line of `length` bytes, with room for a zero after them */
@@ -280,17 +272,30 @@ static enum mill_status read_line(struct mill_deck *deck, char *line, size_t len
     static const char mark[] = "\xef\xbb\xbf";
     length -= length > 0 && line[length - 1] == '\r';
     line[length] = '\0';
-    for (size_t i = 0; i < length; i++)
-        if (iscntrl((unsigned char)line[i]) && line[i] != '\t')
-            return mill_deck_fault(deck, error, NULL, NULL,
-                                   "holds the control character 0x%02x: a deck is plain text",
-                                   (unsigned)line[i]);
     if (deck->at.line == 1 && strncmp(line, mark, 3) == 0)
         line += 3;
     line += strspn(line, " \t");
     if (!*line || is_comment(line, 0))
         return MILL_OK;
     return *line == '[' ? read_title(deck, line, error) : read_entry(deck, line, error);
+}
+
+/* A file that is not a text has one fault, not one per line. */
+static enum mill_status check_text(struct mill_deck *deck, size_t size, struct mill_error *error)
+{
+    const char *bytes = deck->bytes;
+    deck->at.line = 1;
+    for (size_t i = 0; i < size; i++) {
+        const bool ends =
+            bytes[i] == '\n' || (bytes[i] == '\r' && (i + 1 == size || bytes[i + 1] == '\n'));
+        if (iscntrl((unsigned char)bytes[i]) && bytes[i] != '\t' && !ends)
+            return mill_deck_fault(deck, error, NULL, NULL,
+                                   "holds the control character 0x%02x: a deck is plain text",
+                                   (unsigned)bytes[i]);
+        deck->at.line += bytes[i] == '\n';
+    }
+    deck->at.line = 0;
+    return MILL_OK;
 }
 
 static enum mill_status read_file(struct mill_deck *deck, struct mill_error *error)
@@ -304,16 +309,17 @@ static enum mill_status read_file(struct mill_deck *deck, struct mill_error *err
         mill_deck_fault(deck, error, NULL, NULL, "cannot be read: %s", strerror(errno));
         return MILL_FAILED;
     }
-    enum mill_status status = MILL_OK;
+    enum mill_status status = check_text(deck, size, error);
     for (char *line = deck->bytes, *end = line + size; status == MILL_OK && line < end;) {
         char *newline = memchr(line, '\n', (size_t)(end - line));
         const size_t length = (size_t)((newline ? newline : end) - line);
         deck->at.line++;
-        status = read_line(deck, line, length, error);
+        status = mill_deck_faults_keep(deck, read_line(deck, line, length, error), error);
         line += length + 1;
     }
     deck->at.line = 0;
-    if (status == MILL_OK && deck->sections == 0)
+    deck->open = -1;
+    if (status == MILL_OK && deck->sections == 0 && !mill_deck_faults_lost(deck))
         return mill_deck_fault(deck, error, NULL, NULL,
                                "the deck is empty: expected sections such as [run] and [drum]");
     return status;
@@ -346,18 +352,24 @@ enum mill_status mill_deck_parse(struct mill_deck *deck, const char *path, int c
 {
     struct mill_deck_block block;
     deck->file = path ? path : "";
+    deck->open = -1;
     deck->override = calloc((size_t)count + 1, sizeof *deck->override);
     if (!deck->override)
         return mill_error_set(error, MILL_FAILED, "out of memory");
     enum mill_status status = path ? read_file(deck, error) : MILL_OK;
+    status = mill_deck_faults_keep(deck, status, error);
     for (int i = 0; i < count && status == MILL_OK; i++) {
         char *copy = deck->override[deck->overrides++] = strdup(overrides[i]);
         deck->at.override = overrides[i];
         status = copy ? apply_override(deck, copy, error)
                       : mill_error_set(error, MILL_FAILED, "out of memory");
+        status = mill_deck_faults_keep(deck, status, error);
+        deck->open = -1;
     }
     deck->at.override = NULL;
-    for (int i = 0; path && status == MILL_OK && mill_deck_table_block(i, &block); i++) {
+    for (int i = 0; path && !mill_deck_faults_lost(deck) && status == MILL_OK &&
+                    mill_deck_table_block(i, &block);
+         i++) {
         const struct mill_deck_block other = {.title = block.spared_by, .named = true};
         if (!block.named && !block.optional && !mill_deck_section(deck, block.title) &&
             !(other.title && mill_deck_next(deck, &other, NULL)))

@@ -6,21 +6,13 @@
 
 #define AT(type, member) .offset = offsetof(struct type, member)
 
-/* The mass gives the same information. */
-static bool always(const void *powder)
-{
-    (void)powder;
-    return true;
-}
-
 /* clang-format off */
 #define OPTIONAL MILL_KEY_NOT_NEGATIVE, .zero_is_off = true
 #define POWDER(member) AT(mill_deck_powder, member)
 const struct mill_key mill_deck_powder_key[] = {
-    {"mass", "mass of the powder", .unit = "kg", MILL_KEY_POSITIVE, .instead = "ball_to_powder",
-     POWDER(mass)},
+    {"mass", "mass of the powder", .unit = "kg", MILL_KEY_POSITIVE, POWDER(mass)},
     {"ball_to_powder", "mass of the balls divided by that of the powder; gives its mass", MILL_KEY_POSITIVE,
-     .derived = true, .instead = "mass", .hidden = always, POWDER(ball_to_powder)},
+     .instead = "mass", POWDER(ball_to_powder)},
     {"density", "density of the powder's material", .unit = "kg/m^3", .lo = 1e-3,
      .hi = MILL_KEY_LARGEST, POWDER(density)},
     {"size", "diameter of a particle; 0 m: not known", .unit = "m", OPTIONAL, .preset = "0 m",
@@ -101,7 +93,7 @@ enum mill_status mill_deck_powder_list(struct mill_deck *deck, struct mill_error
 }
 
 /* Keys that other keys of [powder] need */
-enum mill_status mill_deck_powder_check(const struct mill_deck *deck, struct mill_error *error)
+enum mill_status mill_deck_powder_check(struct mill_deck *deck, struct mill_error *error)
 {
     const struct mill_deck_powder *p = &deck->powder;
     const bool vogel = p->law == MILL_DECK_VOGEL;

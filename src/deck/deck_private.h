@@ -48,20 +48,64 @@ enum { MILL_DECK_MOST_EDITS = 8 };
 int mill_deck_suggest_edits(const char *word, const char *text);
 
 /* Sets hint to "; did you mean ...?" or a similar text for a wrong section (name: NULL) or key.
- * hint becomes empty if no name is similar. */
-void mill_deck_suggest_key(const char *title, const char *name, char *hint, size_t size);
+ * hint becomes empty if no name is similar. Returns the key of section [title] that was probably
+ * meant, or the section without a NAME, or NULL. */
+const char *mill_deck_suggest_key(const char *title, const char *name, char *hint, size_t size);
+
+/* Words that users type for something that has another name here */
+struct mill_deck_synonym {
+    const char *of; /* section of the typed keys; "*": any; "": the words are sections */
+    const char
+        *words; /* in lower case, separated by blanks, '_' for '_', '-' or a blank in a key */
+    const char
+        *here; /* "drum.diameter", "balls.NAME.mass", "drum": a key or a section; NULL: none */
+    const char *remark; /* follows; NULL: nothing */
+};
+
+/* Row i [0..] of the table of synonyms; NULL: the end */
+const struct mill_deck_synonym *mill_deck_suggest_synonym(int i);
+
+/* ---- faults (deck_faults.c) ---- */
+
+/* Prepares the deck to keep its faults. */
+enum mill_status mill_deck_faults_create(struct mill_deck *deck, struct mill_error *error);
+
+/* Keeps the fault of a call that returned `status`, and marks the section of the last message of
+ * mill_deck_fault. Returns MILL_OK if reading can continue, otherwise `status`. */
+enum mill_status mill_deck_faults_keep(const struct mill_deck *deck, enum mill_status status,
+                                       const struct mill_error *error);
+
+/* Was there a fault that is not in a known section? Then a section that is missing may be that
+ * one. */
+bool mill_deck_faults_lost(const struct mill_deck *deck);
+
+/* A part of reading that uses the values of these sections */
+struct mill_deck_step {
+    enum mill_status (*run)(struct mill_deck *deck, struct mill_error *error);
+    const char *sections; /* "drum blade" stands for [drum], [blade.NAME] */
+};
+
+/* Carries out the step, if none of its sections has a fault, and keeps its own fault. */
+enum mill_status mill_deck_faults_step(struct mill_deck *deck, const struct mill_deck_step *step,
+                                       struct mill_error *error);
+
+/* Tells all faults as mill_deck_read does. Returns the status of reading. */
+enum mill_status mill_deck_faults_tell(struct mill_deck *deck, enum mill_status status,
+                                       void (*fault)(const char *line), struct mill_error *error);
 
 /* ---- file and overrides into entries (deck_parse.c) ---- */
 
 struct mill_deck_entry {
-    const char *key, *value;
-    bool quoted; /* the value was in double quotes */
+    const char *key, *value; /* value NULL: a line that could not be read gives this key */
+    bool quoted;             /* the value was in double quotes */
     struct mill_deck_origin origin;
 };
 
 struct mill_deck_section {
     const char *title; /* as in [title] */
     struct mill_deck_origin origin;
+    bool broken;  /* it has a fault */
+    bool guessed; /* it is missing, but an unknown section probably stands for it */
     int entries;
     struct mill_deck_entry *entry;
     void *form; /* the struct of a named section, filled from its entries and defaults */
@@ -73,6 +117,11 @@ struct mill_deck_section {
 enum mill_status mill_deck_parse(struct mill_deck *deck, const char *path, int count,
                                  const char *const *overrides, struct mill_error *error);
 
+/* Writes `value` so that a line with it reads back the same, in quotes where necessary. */
+void mill_deck_parse_quote(const char *value, char *out, size_t size);
+
+/* ---- the sections and entries (deck_entries.c) ---- */
+
 /* The section [title], or NULL. */
 struct mill_deck_section *mill_deck_section(const struct mill_deck *deck, const char *title);
 
@@ -83,9 +132,6 @@ struct mill_deck_section *mill_deck_next(const struct mill_deck *deck,
 
 /* NULL: there is no such entry, or `section` is NULL. */
 struct mill_deck_entry *mill_deck_entry(const struct mill_deck_section *section, const char *key);
-
-/* Writes `value` so that a line with it reads back the same, in quotes where necessary. */
-void mill_deck_parse_quote(const char *value, char *out, size_t size);
 
 /* ---- values (deck_value.c) ---- */
 
@@ -159,10 +205,29 @@ extern const struct mill_key mill_deck_powder_key[], mill_deck_powder_heat_key[]
 /* Converts the ratio of the masses of balls and powder to a mass of powder, and finds its table. */
 enum mill_status mill_deck_powder_list(struct mill_deck *deck, struct mill_error *error);
 
-enum mill_status mill_deck_powder_check(const struct mill_deck *deck, struct mill_error *error);
+enum mill_status mill_deck_powder_check(struct mill_deck *deck, struct mill_error *error);
 
-/* ---- checks of several keys together (deck_check.c) ---- */
+/* ---- kinds of balls (deck_balls.c) ---- */
 
-enum mill_status mill_deck_check(const struct mill_deck *deck, struct mill_error *error);
+/* Lists the kinds of balls with their numbers, and finds the start file. */
+enum mill_status mill_deck_balls_list(struct mill_deck *deck, struct mill_error *error);
+
+/* ---- the free volume (deck_setup.c) ---- */
+
+/* [m^3] The container without what is in it at the start. The balls need not be known yet. */
+enum mill_status mill_deck_setup_free_volume(const struct mill_deck *deck, double *volume,
+                                             struct mill_error *error);
+
+/* ---- checks of several keys together (deck_check.c): steps of reading ---- */
+
+enum mill_status mill_deck_check_times(struct mill_deck *deck, struct mill_error *error);
+enum mill_status mill_deck_check_profile(struct mill_deck *deck, struct mill_error *error);
+enum mill_status mill_deck_check_shapes(struct mill_deck *deck, struct mill_error *error);
+enum mill_status mill_deck_check_sizes(struct mill_deck *deck, struct mill_error *error);
+enum mill_status mill_deck_check_amount(struct mill_deck *deck, struct mill_error *error);
+enum mill_status mill_deck_check_frames(struct mill_deck *deck, struct mill_error *error);
+
+/* Warns of what is allowed but is probably a mistake. */
+void mill_deck_check_warn(const struct mill_deck *deck);
 
 #endif

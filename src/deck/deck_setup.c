@@ -82,20 +82,16 @@ static enum mill_status read_start(const struct mill_deck *deck,
 
 /* ---- the setup ---- */
 
-static enum mill_status make_setup(const struct mill_deck *deck,
-                                   const struct mill_start_watch *watch, struct lists *lists,
-                                   struct mill_setup *setup, struct mill_error *error)
+/* All but the balls */
+static enum mill_status make_mill(const struct mill_deck *deck, struct lists *lists,
+                                  struct mill_setup *setup, struct mill_error *error)
 {
     *setup = (struct mill_setup){.gravity = deck->gravity,
                                  .drum = mill_deck_drum(deck),
                                  .motions = deck->motions,
                                  .motion = deck->motion,
-                                 .species = deck->kinds,
-                                 .speed = deck->speed,
-                                 .at_rest = deck->at_rest != 0,
                                  .kinds = deck->contacts.count - MILL_KINDS,
                                  .kind = lists->kind,
-                                 .seed = (unsigned long)deck->seed,
                                  .rebound_floor = deck->rebound_floor,
                                  .horizon = deck->time};
     memcpy(setup->law, deck->law, sizeof setup->law);
@@ -104,16 +100,8 @@ static enum mill_status make_setup(const struct mill_deck *deck,
     lists->shaft.radius = deck->shaft_radius;
     setup->surface = lists->surface =
         calloc((size_t)deck->shapes + (size_t)deck->bodies + 1, sizeof *lists->surface);
-    setup->balls = lists->balls = calloc((size_t)deck->kinds, sizeof *lists->balls);
-    if (!lists->surface || !lists->balls)
+    if (!lists->surface)
         return mill_error_set(error, MILL_FAILED, "out of memory for the mill's surfaces");
-    for (int k = 0; k < deck->kinds; k++) {
-        const struct mill_deck_balls *b = &deck->balls[k];
-        lists->balls[k] = (struct mill_setup_balls){.name = b->name,
-                                                    .diameter = b->diameter,
-                                                    .density = b->density,
-                                                    .count = (int32_t)b->count};
-    }
     if (deck->rotor && deck->shaft_radius > 0.0)
         lists->surface[setup->surfaces++] = (struct mill_setup_surface){
             .type = &mill_cylinder_shaft_type, .form = &lists->shaft, .number = -1, .motion = 0};
@@ -126,9 +114,38 @@ static enum mill_status make_setup(const struct mill_deck *deck,
     }
     for (int k = 0; k < deck->bodies; k++)
         lists->surface[setup->surfaces++] = deck->body[k];
+    return MILL_OK;
+}
+
+static enum mill_status add_balls(const struct mill_deck *deck,
+                                  const struct mill_start_watch *watch, struct lists *lists,
+                                  struct mill_setup *setup, struct mill_error *error)
+{
+    setup->species = deck->kinds;
+    setup->speed = deck->speed;
+    setup->at_rest = deck->at_rest != 0;
+    setup->seed = (unsigned long)deck->seed;
+    setup->balls = lists->balls = calloc((size_t)deck->kinds, sizeof *lists->balls);
+    if (!lists->balls)
+        return mill_error_set(error, MILL_FAILED, "out of memory for the kinds of balls");
+    for (int k = 0; k < deck->kinds; k++) {
+        const struct mill_deck_balls *b = &deck->balls[k];
+        lists->balls[k] = (struct mill_setup_balls){.name = b->name,
+                                                    .diameter = b->diameter,
+                                                    .density = b->density,
+                                                    .count = (int32_t)b->count};
+    }
     const enum mill_status status = deck->start ? read_start(deck, watch, lists, error) : MILL_OK;
     setup->start = lists->ball;
     return status;
+}
+
+static void free_lists(struct lists *lists)
+{
+    free(lists->surface);
+    free(lists->balls);
+    free(lists->ball);
+    free(lists->line);
 }
 
 /* ---- faults ---- */
@@ -137,20 +154,20 @@ static enum mill_status make_setup(const struct mill_deck *deck,
 static enum mill_status tell_no_room(const struct mill_deck *deck, const struct mill_fault *fault,
                                      struct mill_error *error)
 {
-    const char *section = deck->balls[0].section;
+    const char *section = deck->balls[0].section, *amount = deck->balls[0].given;
     const bool mixture = deck->kinds > 1;
     char counts[512];
     size_t used = 0;
     if (fault->fits[0] == 0)
         return mill_deck_fault(
-            deck, error, section, "count",
+            deck, error, section, amount,
             "not a single ball%s fits: make the balls, or the bodies in the container, smaller",
             mixture ? " of each kind" : "");
     for (int k = 0; k < deck->kinds && k < MILL_FAULT_SPECIES && used < sizeof counts; k++)
         used += (size_t)snprintf(counts + used, sizeof counts - used, "%s%ld%s%s", k ? ", " : "",
                                  (long)fault->fits[k], mixture ? " " : "",
                                  mixture ? deck->balls[k].name : "");
-    return mill_deck_fault(deck, error, section, "count",
+    return mill_deck_fault(deck, error, section, amount,
                            "%ld balls do not fit (solid fraction %.3f of the free volume); %s fit",
                            (long)deck->all, fault->amount, counts);
 }
@@ -286,7 +303,9 @@ enum mill_status mill_deck_setup_world(const struct mill_deck *deck,
     struct mill_setup setup;
     struct mill_fault fault;
     *world = NULL;
-    enum mill_status status = make_setup(deck, watch, &lists, &setup, error);
+    enum mill_status status = make_mill(deck, &lists, &setup, error);
+    if (status == MILL_OK)
+        status = add_balls(deck, watch, &lists, &setup, error);
     if (status == MILL_OK) {
         mill_start_world(&setup, watch, world, &fault);
         status = tell(deck, lists.line, &fault, error);
@@ -295,9 +314,20 @@ enum mill_status mill_deck_setup_world(const struct mill_deck *deck,
         if (status == MILL_OK)
             warn_of(deck, &fault.unchecked, true);
     }
-    free(lists.surface);
-    free(lists.balls);
-    free(lists.ball);
-    free(lists.line);
+    free_lists(&lists);
+    return status;
+}
+
+enum mill_status mill_deck_setup_free_volume(const struct mill_deck *deck, double *volume,
+                                             struct mill_error *error)
+{
+    struct lists lists = {.surface = NULL};
+    struct mill_setup setup;
+    enum mill_status status = make_mill(deck, &lists, &setup, error);
+    if (status == MILL_OK) {
+        const struct mill_fault fault = {.code = mill_start_free_volume_of(&setup, volume)};
+        status = tell(deck, NULL, &fault, error);
+    }
+    free_lists(&lists);
     return status;
 }

@@ -20,6 +20,7 @@ enum {
 /* In a mill of ten kilometres the resolution of a place is 2e-12 m. In a larger mill, overlaps
  * could exceed a nanometre. */
 #define SIZE_OF_MILL .lo = 0, .above = true, .hi = 1e4
+#define DIAMETER(of) .lo = 0, .above = true, .hi = 2e4, .instead = (of), .factor = 0.5
 /* [m] far smaller than anything that flies freely in air */
 #define LEAST_DIAMETER 1e-9
 /* [kg/m^3] A thousandth of the density of air. It allows balls of almost no mass, and the energies
@@ -66,13 +67,6 @@ static bool is_single(const void *body)
     return ((const struct mill_deck_body *)body)->copies < 2;
 }
 
-/* The count gives the same information. */
-static bool always(const void *balls)
-{
-    (void)balls;
-    return true;
-}
-
 /* clang-format off */
 static const struct mill_key run_key[] = {
     {"time", "end of the run", .unit = "s", POSITIVE, DECK(time)},
@@ -94,12 +88,17 @@ static const struct mill_key gravity_key[] = {
     {.name = NULL},
 };
 
+#define SHARE .lo = 0, .above = true, .hi = 1
 static const struct mill_key ball_key[] = {
     {"count", "number of balls", .type = MILL_KEY_WHOLE, .lo = 1, .hi = MILL_DECK_MOST_BALLS,
-     .instead = "fill", IN(mill_deck_balls, count)},
-    {"fill", "volume of the balls divided by that of the container; gives their number", .unit = "1",
-     .lo = 0, .above = true, .hi = 1, .derived = true, .instead = "count", .hidden = always,
-     IN(mill_deck_balls, fill)},
+     IN(mill_deck_balls, count)},
+    {"fill", "volume of the balls divided by that of the container; gives their number",
+     .instead = "count", .unit = "1", SHARE, IN(mill_deck_balls, fill)},
+    {"bulk_fill", "share of the free volume that the balls fill with the voids between them, "
+     "of which 60 % is solid; gives their number", .instead = "count", .unit = "1", SHARE,
+     IN(mill_deck_balls, bulk_fill)},
+    {"mass", "total mass of the balls of this kind; gives their number", .instead = "count",
+     .unit = "kg", POSITIVE, IN(mill_deck_balls, mass)},
     {"diameter", "diameter of a ball", .unit = "m", .lo = LEAST_DIAMETER, .hi = MILL_KEY_LARGEST,
      IN(mill_deck_balls, diameter)},
     {"density", "density of the balls' material", .unit = "kg/m^3", .lo = LEAST_DENSITY,
@@ -123,6 +122,7 @@ static const struct mill_key start_key[] = {
     .needs = "belongs to the wavy profile: add 'profile = wavy', or leave it out"
 static const struct mill_key drum_key[] = {
     {"radius", "inner radius of the drum", .unit = "m", SIZE_OF_MILL, DECK(drum_radius)},
+    {"diameter", "inner diameter of the drum", .unit = "m", DIAMETER("radius"), DECK(drum_radius)},
     {"length", "inner length of the drum", .unit = "m", SIZE_OF_MILL, DECK(drum_length)},
     {"profile", "shape of the drum's wall", .type = MILL_KEY_CHOICE, .preset = "circle", DECK(wavy),
      .words = "circle|wavy"},
@@ -140,8 +140,12 @@ static const struct mill_key drum_key[] = {
 static const struct mill_key rotor_key[] = {
     {"speed", "constant speed of the rotor, positive about +x", .unit = "rad/s", ANY,
      DECK(rotor_speed)},
+    {"tip_speed", "speed of the point of blades and bodies on the rotor that is farthest from its "
+     "axis; gives the speed of the rotor", .instead = "speed", .unit = "m/s", ANY, DECK(tip_speed)},
     {"shaft_radius", "radius of the shaft; 0 m: none", .unit = "m", NOT_NEGATIVE,
      DECK(shaft_radius), .hidden = no_drum},
+    {"shaft_diameter", "diameter of the shaft; 0 m: none", .instead = "shaft_radius", .factor = 0.5,
+     .unit = "m", NOT_NEGATIVE, DECK(shaft_radius), .hidden = no_drum},
     {"angle", "angle of the rotor at t = 0, from +y towards +z", .unit = "rad", ANY,
      .preset = "0 deg", DECK(rotor_angle)},
     {.name = NULL},
@@ -265,6 +269,7 @@ static const struct mill_key cone_key[] = {
 
 static const struct mill_key radius_key[] = {
     {"radius", "radius of the body", .unit = "m", SIZE_OF_MILL, BODY(is.radius)},
+    {"diameter", "diameter of the body", .unit = "m", DIAMETER("radius"), BODY(is.radius)},
     {.name = NULL},
 };
 

@@ -25,8 +25,8 @@ static const struct quantity {
     {"m/s", "a speed", "5 mm/s", false},
     {"rad/s", "an angular speed", "1000 rpm", false},
     {"Hz", "a frequency", "25 Hz", false},
+    {"kg", "a mass", "22 kg", false},
     {"kg/m^3", "a density", "7800 kg/m^3", false},
-    {"kg", "a mass", "20 g", false},
     {"J", "an energy", "1 mJ", false},
     {"K", "a temperature in kelvin", "293 K", false},
     {"Pa", "a pressure", "8 GPa", false},
@@ -105,12 +105,47 @@ void mill_deck_value_wanted(const struct mill_key *key, bool with_unit, char *ou
                  q->example);
 }
 
+/* For numbers with commas: "; write 37.5 mm with a decimal point". A comma may also separate the
+ * thousands of a whole number or the components of a vector. For fractions: "; write 9.525 mm". */
+static void mend_number(const struct mill_key *key, const char *text, char *mend, size_t size)
+{
+    enum { LONG = 80 };
+    const bool vector = key->type == MILL_KEY_VECTOR, whole = key->type == MILL_KEY_WHOLE;
+    const char *comma = strchr(text, ',');
+    char good[LONG + 1];
+    size_t length = 0;
+    double above, below;
+    int used = 0;
+    mend[0] = '\0';
+    if (key->type == MILL_KEY_NUMBER && strlen(text) <= LONG &&
+        sscanf(text, "%lf/%lf %n", &above, &below, &used) == 2 && below > 0.0 && used > 0)
+        snprintf(mend, size, "; write %.9g%s%s", above / below, text[used] ? " " : "", text + used);
+    if (!comma || strlen(text) > LONG || strchr(text, '.') || key->type > MILL_KEY_WHOLE)
+        return;
+    const char *blank = strpbrk(text, " \t");
+    const bool apart = vector && (!blank || blank > strrchr(text, ',') || blank == comma + 1);
+    for (const char *p = text; *p; p++) {
+        if (*p == ',' && !isdigit((unsigned char)p[1]) && !apart)
+            return;
+        if (*p != ',' || !whole)
+            good[length++] = *p != ',' ? *p : apart ? ' ' : '.';
+    }
+    good[length] = '\0';
+    snprintf(mend, size, "; write %s%s", good,
+             whole    ? ""
+             : vector ? (apart ? " with blanks between the numbers" : " with decimal points")
+                      : " with a decimal point");
+}
+
 static bool refuse(const struct mill_key *key, bool with_unit, const char *text, const char *remark,
                    struct mill_error *why)
 {
     enum { LONG = 80 };
-    char wanted[120];
+    char wanted[120], mend[160];
     mill_deck_value_wanted(key, with_unit, wanted, sizeof wanted);
+    mend_number(key, text, mend, sizeof mend);
+    if (*mend)
+        remark = mend;
     if (!*text)
         mill_error_set(why, MILL_BAD_DECK, "expected %s, got nothing", wanted);
     else
@@ -178,7 +213,11 @@ static bool read_unit(const struct mill_units *units, const struct mill_key *key
         key->unit ? mill_units_scale(units, unit, key->unit, scale) : MILL_UNITS_MISMATCH;
     if (verdict == MILL_UNITS_GOOD)
         return true;
-    if (verdict == MILL_UNITS_UNKNOWN)
+    if (unit[0] == 'l' && unit[1] == '/' &&
+        (strcmp(key->unit ? key->unit : "", "rad/s") == 0 ||
+         strcmp(key->unit ? key->unit : "", "Hz") == 0))
+        snprintf(remark, sizeof remark, " (the letter l; with the digit one: 1%.60s)", unit + 1);
+    else if (verdict == MILL_UNITS_UNKNOWN)
         snprintf(remark, sizeof remark, " (unknown unit '%.60s')", unit);
     else if (verdict == MILL_UNITS_NO_ANGLE && strcmp(key->unit, "rad/s") == 0)
         snprintf(remark, sizeof remark, " (%.40s: turns or radians? write rpm or rad/s)", unit);
@@ -251,19 +290,27 @@ static bool read_word(const struct mill_key *key, const char *text, void *out,
     while ((word = word_of(key, n, &length)) &&
            (strlen(text) != (size_t)length || strncmp(text, word, (size_t)length) != 0))
         n++;
+    if (key->type == MILL_KEY_CHOICE && !word)
+        return refuse(key, false, text, "", why);
     if (key->type == MILL_KEY_CHOICE)
         *(int *)out = n;
     else
         *(const char **)out = word ? NULL : text;
-    return word || key->type != MILL_KEY_CHOICE || refuse(key, false, text, "", why);
+    return true;
 }
 
 bool mill_deck_value_read(const struct mill_units *units, const struct mill_key *key,
                           const char *text, void *form, struct mill_error *why)
 {
     void *out = (char *)form + key->offset;
-    if (key->type == MILL_KEY_NUMBER || key->type == MILL_KEY_VECTOR)
-        return read_numbers(units, key, text, key->type == MILL_KEY_VECTOR ? 3 : 1, out, why);
+    if (key->type == MILL_KEY_VECTOR)
+        return read_numbers(units, key, text, 3, out, why);
+    if (key->type == MILL_KEY_NUMBER) {
+        const bool good = read_numbers(units, key, text, 1, out, why);
+        if (good && key->factor > 0.0)
+            *(double *)out *= key->factor;
+        return good;
+    }
     return key->type == MILL_KEY_WHOLE ? read_whole(key, text, out, why)
                                        : read_word(key, text, out, why);
 }
@@ -316,6 +363,7 @@ static enum mill_status tell(const struct mill_deck *deck, const struct mill_uni
     for (int n = 0; !good && (row = mill_deck_table_key(section->title, entry->key, n)); n++) {
         key = *row;
         key.offset = 0;
+        key.factor = 0.0; /* the value itself, not that of the key that it stands for */
         good = mill_deck_value_read(units, &key, entry->value, &value, &why);
         if (n == 0)
             first = why;

@@ -8,6 +8,7 @@
 #include <ctype.h>
 #include <math.h>
 #include <stdbool.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <udunits2.h>
@@ -57,7 +58,8 @@ enum mill_status mill_units_create(struct mill_units **units, struct mill_error 
     made->a_minute = ut_parse(made->system, "1/min", UT_UTF8);
     if (!made->radian || !made->rpm || !made->a_minute ||
         !add_name(made->system, "deg", "degree") || !add_name(made->system, "rev", "revolution") ||
-        !add_name(made->system, "U", "revolution") || !add_name(made->system, "RPM", "rpm")) {
+        !add_name(made->system, "U", "revolution") || !add_name(made->system, "RPM", "rpm") ||
+        !add_name(made->system, "r", "revolution") || !add_name(made->system, "upm", "rpm")) {
         mill_units_free(made);
         return mill_error_set(error, MILL_FAILED, "cannot add units to the database of UDUNITS-2");
     }
@@ -103,11 +105,40 @@ static bool is_multiple(const ut_unit *unit, double factor, const ut_unit *base)
     return same;
 }
 
+/* Writes the unit with plain signs. Data sheets print other ones: a raised minus and one, a dash, a
+ * minus sign, and "/min" without the one. */
+static void make_plain(const char *unit, char out[2 * LONGEST])
+{
+    static const struct {
+        const char *sign, *plain;
+    } signs[] = {{"\xe2\x81\xbb\xc2\xb9", "-1"}, {"\xe2\x80\x93", "-"}, {"\xe2\x88\x92", "-"}};
+    size_t length = 0;
+    if (*unit == '/')
+        out[length++] = '1';
+    while (*unit) {
+        const char *plain = NULL;
+        for (size_t k = 0; !plain && k < sizeof signs / sizeof *signs; k++) {
+            if (strncmp(unit, signs[k].sign, strlen(signs[k].sign)) != 0)
+                continue;
+            plain = signs[k].plain;
+            unit += strlen(signs[k].sign);
+        }
+        if (plain)
+            length += (size_t)snprintf(out + length, 3, "%s", plain);
+        else
+            out[length++] = *unit++;
+    }
+    out[length] = '\0';
+}
+
 enum mill_units_verdict mill_units_scale(const struct mill_units *units, const char *unit,
                                          const char *si, double *scale)
 {
-    const bool plain = *unit && strlen(unit) <= LONGEST && digits_are_exponents(unit);
-    ut_unit *got = plain ? ut_parse(units->system, unit, UT_UTF8) : NULL;
+    char plain[2 * LONGEST] = "";
+    if (strlen(unit) <= LONGEST)
+        make_plain(unit, plain);
+    ut_unit *got =
+        *plain && digits_are_exponents(plain) ? ut_parse(units->system, plain, UT_UTF8) : NULL;
     if (!got)
         return MILL_UNITS_UNKNOWN;
     const bool angular = strstr(si, "rad") != NULL;

@@ -1,5 +1,5 @@
 /* Units of measure in decks: those of UDUNITS-2, and a few names that its database does not have
- * (deg, rev, U and RPM). */
+ * (deg, rev, U, r, RPM and upm). */
 #ifndef MILL_UNITS_H
 #define MILL_UNITS_H
 

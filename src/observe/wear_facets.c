@@ -327,8 +327,7 @@ static bool make_part(struct mill_wear_plan *plan, int part, double size, int fe
     }
     draw_part(plan, part, &mesh, NULL);
     p->radius = 1;
-    reach.size =
-        4 * size; /* corners alone do not show how far a triangle reaches in radius, angle */
+    reach.size = 4 * size; /* corners alone do not show the reach of a triangle in radius, angle */
     cut_mesh(&reach, &mesh);
     if (!(reach.area > 0)) { /* a part that draws nothing has no facets */
         mill_mesh_free(&mesh);

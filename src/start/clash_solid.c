@@ -213,6 +213,43 @@ void mill_clash_solid_free(struct mill_clash_solid *s)
     free(s->node);
 }
 
+/* The farthest point of a convex part is also the farthest one in its own direction. The search
+ * goes from a farthest point to a farther one, from several first directions. */
+static double reach_of(const struct mill_clash_part *p)
+{
+    enum { WAYS = 32, STEPS = 100 };
+    double far = 0.0;
+    for (int n = 0; n < WAYS; n++) {
+        const struct mill_heading to = mill_elementary_heading(n * (2.0 * MILL_PI / WAYS));
+        vec3 way = {0.0, to.cos, to.sin};
+        double last = 0.0;
+        for (int k = 0; k < STEPS; k++) {
+            const vec3 at = mill_clash_solid_support(p, way);
+            const double d = sqrt(at.y * at.y + at.z * at.z);
+            if (!(d > last))
+                break;
+            way = vec3_make(0.0, at.y / d, at.z / d);
+            last = d;
+        }
+        far = fmax(far, last);
+    }
+    return far + p->grown;
+}
+
+double mill_clash_solid_reach(const struct mill_setup_surface *surface)
+{
+    const struct mill_setup_surface still = {
+        .type = surface->type, .form = surface->form, .motion = MILL_STILL};
+    const struct mill_setup setup = {.surfaces = 1, .surface = &still};
+    struct mill_clash_solid s;
+    double far = -1.0;
+    if (mill_clash_solid_init(&s, &setup, 0, NULL))
+        for (int32_t k = 0; k < s.parts; k++)
+            far = fmax(far, reach_of(&s.part[k]));
+    mill_clash_solid_free(&s);
+    return far;
+}
+
 /* The solid angles of all facets add up to 4 pi for a point inside the mesh, to 0
  * for one outside. */
 bool mill_clash_solid_holds(const struct mill_clash_solid *mesh, vec3 place)

@@ -55,6 +55,10 @@ struct mill_clash_part mill_clash_solid_move(const struct mill_clash_part *part,
 /* The point of the part's core that is farthest in the direction `way` */
 vec3 mill_clash_solid_support(const struct mill_clash_part *part, vec3 way);
 
+/* [m] The largest distance of the surface's points from the x axis of its motion's frame. The
+ * surface is a body. -1: out of memory */
+double mill_clash_solid_reach(const struct mill_setup_surface *surface);
+
 /* Is a point, given in the mesh's motion's frame, inside this closed mesh? */
 bool mill_clash_solid_holds(const struct mill_clash_solid *mesh, vec3 place);
 

@@ -118,7 +118,7 @@ static enum mill_status read_deck(struct gas *gas, const struct job *job)
     snprintf(set[4], SET_LENGTH, "gravity.acceleration=%.17g 0 0 m/s^2", job->gravity ? -g : 0.0);
     for (int k = 0; k < 5; k++)
         sets[k] = set[k];
-    return mill_deck_read(job->deck, 5, sets, NULL, &gas->deck, &gas->error);
+    return mill_deck_read(job->deck, 5, sets, NULL, NULL, &gas->deck, &gas->error);
 }
 
 static bool open_gas(struct gas *gas)

@@ -38,6 +38,10 @@ pytestmark = pytest.mark.usefixtures("the_program")
         ("contact.restitution", "0.7..0.9 step 0.1", [0.7, 0.8, 0.9]),
         ("contact.friction", "0.3", [0.3]),
         ("balls.fill", "5..15 % step 5 %", [0.05, 0.1, 0.15]),
+        ("balls.mass", "400, 500 g", [0.4, 0.5]),
+        ("balls.bulk_fill", "20..40 % step 20 %", [0.2, 0.4]),
+        ("drum.diameter", "15..20 cm in 2", [0.15, 0.2]),
+        ("rotor.tip_speed", "8..12 m/s step 2 m/s", [8.0, 10.0, 12.0]),
         ("drum.profile", "circle, wavy", ["circle", "wavy"]),
         ("gravity.acceleration", "0 0 -9.81 m/s^2, 0 0 0 m/s^2", ["0 0 -9.81", "0 0 0"]),
     ],
@@ -220,6 +224,17 @@ def test_a_mistake_in_the_base_deck_is_named_with_its_own_line(write_study, writ
     with pytest.raises(UserError) as fault:
         Study(path)
     assert str(fault.value).startswith(f"{tmp_path}/deck.ini:8: [drum] radius: expected a length")
+
+
+def test_all_mistakes_in_the_base_deck_are_named_at_once(write_study, write_deck, tmp_path):
+    path = write_study()
+    write_deck(SMALL.replace("radius = 30 mm", "inner_radius = 30 s", 1).replace("time = 50 ms", "time = 50 mm"))
+    with pytest.raises(UserError) as fault:
+        Study(path)
+    assert [line.removeprefix(f"{tmp_path}/deck.ini:")[:21] for line in fault.value.lines] == [
+        "2: [run] time: expect",
+        "8: [drum] inner_radiu",
+    ]
 
 
 def test_an_empty_vary_is_refused(write_study):

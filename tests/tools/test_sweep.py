@@ -13,7 +13,7 @@ import h5py
 import numpy as np
 import pandas
 import pytest
-from conftest import PROGRAM, ROOT, STUDY
+from conftest import PROGRAM, ROOT, SMALL, STUDY
 from scipy import stats
 from studies import MEDIAN, alive, runs
 
@@ -300,6 +300,18 @@ def test_a_design_that_is_refused_is_recorded_and_does_not_stop_the_rest(sweep, 
     assert message.startswith("deck.ini:15: [blades] tip_radius: must be less than the drum's radius")
     assert "(3 done, 3 failed)" in done.stdout
     assert PROGRESS.sub("", done.stderr) == f"mill sweep: 3 runs failed; the most frequent message: {message}\n"
+
+
+@pytest.mark.slow
+def test_a_design_with_several_faults_has_them_in_one_line(sweep, write_study, write_deck, tmp_path):
+    blade = "[blade.{}]\nposition = 0 m\nangle = 0 deg\ntip_radius = 24 mm\nwidth = 6 mm\nthickness = 4 mm\n"
+    write_study(STUDY.replace("balls.count = 40..60 step 20", "drum.radius = 23, 30 mm"))
+    write_deck(SMALL + blade.format("a") + blade.format("b"))
+    assert sweep("a.study").returncode == 0
+    frame = pandas.read_parquet(tmp_path / "a.parquet").set_index("drum.radius")
+    (message,) = set(frame.loc[0.023, "message"])
+    assert message.startswith("deck.ini:26: [blade.a] tip_radius: must be less than the drum's radius")
+    assert message.endswith("(and 1 more fault)")
 
 
 def test_a_study_of_which_no_design_is_taken_ends_at_once(sweep, write_study, stand_in, tmp_path):

@@ -1,6 +1,6 @@
 /* The deck as a struct: what is read, what follows from it, what prints back to the same bits. The
  * messages are tested through the program, in tests/cli/test_deck.py. */
-#include "deck/deck.h"
+#include "deck/deck_private.h"
 #include "unit.h"
 
 #include <unistd.h>
@@ -37,7 +37,7 @@ static enum mill_status read_text(const char *text, size_t length, struct mill_d
     ck_assert_uint_eq(fwrite(text, 1, length, file), length);
     fclose(file);
     error.text[0] = '\0';
-    return mill_deck_read(path, 0, NULL, NULL, deck, &error);
+    return mill_deck_read(path, 0, NULL, NULL, NULL, deck, &error);
 }
 
 static struct mill_deck *read_good(const char *text)
@@ -225,7 +225,7 @@ START_TEST(the_largest_seed_is_kept)
     struct mill_deck *deck = read_good("[output]\n" BASE BALLS);
     mill_deck_free(deck);
     const char *order = "run.seed=4294967295";
-    ck_assert_int_eq(mill_deck_read(path, 1, &order, NULL, &deck, &error), MILL_OK);
+    ck_assert_int_eq(mill_deck_read(path, 1, &order, NULL, NULL, &deck, &error), MILL_OK);
     ck_assert(deck->seed == 4294967295L);
     mill_deck_free(deck);
 }
@@ -323,7 +323,7 @@ START_TEST(a_later_fault_names_the_line_the_override_or_the_default)
     struct mill_deck *deck = read_good(BASE BALLS);
     mill_deck_free(deck);
     const char *order = "balls.diameter=6 mm";
-    ck_assert_int_eq(mill_deck_read(path, 1, &order, NULL, &deck, &error), MILL_OK);
+    ck_assert_int_eq(mill_deck_read(path, 1, &order, NULL, NULL, &deck, &error), MILL_OK);
     ck_assert_int_eq(mill_deck_fault(deck, &error, "balls", "count", "%d too many", 7),
                      MILL_BAD_DECK);
     snprintf(expected, sizeof expected, "%s:9: [balls] count: 7 too many", path);
@@ -372,6 +372,49 @@ START_TEST(a_damaged_deck_is_read_or_refused_in_one_line)
 }
 END_TEST
 
+/* "drum.diameter": is it a key, or without a point a section, of the table? */
+static bool is_here(const char *here, const char *key)
+{
+    struct mill_deck_block block;
+    char title[64];
+    snprintf(title, sizeof title, "%.*s", key ? (int)(key - 1 - here) : 60, here);
+    bool known = false;
+    for (int i = 0; !known && mill_deck_table_block(i, &block); i++)
+        known = mill_deck_table_belongs(&block, title);
+    return known && (!key || mill_deck_table_key(title, key, 0));
+}
+
+/* Every mend of a word of the trade names a key or section that exists, and is said for this word.
+ */
+START_TEST(every_word_of_the_trade_leads_to_a_key_or_section_that_exists)
+{
+    const struct mill_deck_synonym *row;
+    int words = 0;
+    for (int i = 0; (row = mill_deck_suggest_synonym(i)); i++) {
+        const bool section = !*row->of, any = strcmp(row->of, "*") == 0;
+        const char *key = row->here && !section ? strrchr(row->here, '.') + 1 : NULL;
+        char title[64], all[400], hint[400];
+        ck_assert_msg(!row->here || is_here(row->here, key), "%s", row->here);
+        ck_assert(row->here || row->remark);
+        snprintf(title, sizeof title, "%s", any ? "run" : row->of);
+        if (strcmp(title, "blade") == 0 || strcmp(title, "motion") == 0 ||
+            strcmp(title, "body") == 0)
+            strcat(title, ".NAME");
+        ck_assert(section || is_here(title, NULL));
+        snprintf(all, sizeof all, "%s", row->words);
+        for (char *word = strtok(all, " "); word; word = strtok(NULL, " "), words++) {
+            /* not a right name, and not in an earlier row */
+            ck_assert_msg(section ? !is_here(word, NULL) : !mill_deck_table_key(title, word, 0),
+                          "%s.%s", title, word);
+            mill_deck_suggest_key(section ? word : title, section ? NULL : word, hint, sizeof hint);
+            ck_assert_msg(any || strstr(hint, row->here ? row->here : row->remark), "%s.%s: '%s'",
+                          title, word, hint);
+        }
+    }
+    ck_assert_int_gt(words, 200);
+}
+END_TEST
+
 int main(void)
 {
     const struct unit_test tests[] = {
@@ -393,6 +436,7 @@ int main(void)
         {each_hands_out_every_entry_with_its_meaning, 1},
         {a_later_fault_names_the_line_the_override_or_the_default, 1},
         {a_damaged_deck_is_read_or_refused_in_one_line, 1},
+        {every_word_of_the_trade_leads_to_a_key_or_section_that_exists, 1},
     };
     return unit_run_in("deck", make_file, remove_file, tests, sizeof tests / sizeof *tests);
 }

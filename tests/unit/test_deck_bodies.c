@@ -41,7 +41,7 @@ static enum mill_status read_text(const char *text, struct mill_deck **deck)
 {
     write_text(path, text);
     error.text[0] = '\0';
-    return mill_deck_read(path, 0, NULL, NULL, deck, &error);
+    return mill_deck_read(path, 0, NULL, NULL, NULL, deck, &error);
 }
 
 static struct mill_deck *read_good(const char *text)

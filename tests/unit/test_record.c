@@ -25,7 +25,8 @@ static struct mill_deck *read_deck(const char *text)
     ck_assert_ptr_nonnull(out);
     fputs(text, out);
     fclose(out);
-    ck_assert_msg(mill_deck_read(path, 0, NULL, NULL, &deck, &error) == MILL_OK, "%s", error.text);
+    ck_assert_msg(mill_deck_read(path, 0, NULL, NULL, NULL, &deck, &error) == MILL_OK, "%s",
+                  error.text);
     unlink(path);
     return deck;
 }

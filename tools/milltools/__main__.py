@@ -117,7 +117,7 @@ def main() -> int:
         sys.stdout.flush()
         return status
     except UserError as fault:
-        print(f"{name}: {fault}", file=sys.stderr)
+        print(*(f"{name}: {line}" for line in fault.lines), sep="\n", file=sys.stderr)
         return fault.status
     except KeyboardInterrupt as stop:  # that of a study has a text about its progress and the status of the signal
         print(f"{name}: {str(stop) or 'interrupted'}", file=sys.stderr)

@@ -25,7 +25,6 @@ from milltools.read import deck_text
 NAME = "deck.ini"  # of a deck that is not a file
 NAME_MOST = 32  # letters in the name of a temporary output: what fits above a figure
 PATIENCE = 120.0  # [s] time for an interrupted run to write its results
-WARNING = "warning: "
 Path = str | os.PathLike[str]
 Deck = Path | decks.Sections
 
@@ -78,7 +77,7 @@ def run(
         try:
             notes = _execute([*words, "--", source], place, not shown(progress))
         except MillsimError as fault:
-            own = MillsimError(_own(deck, str(fault)), fault.status)
+            own = MillsimError([_own(deck, line) for line in fault.lines], fault.status)
             raise (own if place else decks.located(own, source)) from None
         for note in notes:
             warnings.warn(_own(deck, note), stacklevel=2)
@@ -162,10 +161,10 @@ def _execute(words: list[Path], place: pathlib.Path | None, quiet: bool) -> list
         if status != 0:
             ended = status < 0 or status > 128
             how = f"millsim was ended by signal {abs(status) % 128}" if ended else f"millsim ended with status {status}"
-            raise MillsimError(said[-1] if said else how, 1 if ended else status)
+            raise MillsimError(engine.complaints(status, "\n".join(said)) if said else how, 1 if ended else status)
         summary.seek(0)
         text = summary.read()  # empty if the run was complete already
-    warned = [one.removeprefix(WARNING) for one in said if one.startswith(WARNING)]
+    warned = [one.removeprefix(engine.WARNING) for one in said if one.startswith(engine.WARNING)]
     return warned + (json.loads(text)["notes"] if text else [])
 
 

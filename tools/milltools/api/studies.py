@@ -113,7 +113,8 @@ def _file(study: StudyDeck, output: object) -> Iterator[tuple[str, list[str]]]:
             deck = deck_text.sections(text, "deck").get("study", {}).get("deck")
             yield str(file), [f"study.deck={os.path.abspath(deck)}"] if deck else []
         except MillsimError as fault:
-            raise MillsimError(str(fault).replace(f"{file}:", f"{NAME}:"), fault.status) from None
+            lines = [line.replace(f"{file}:", f"{NAME}:") for line in fault.lines]
+            raise MillsimError(lines, fault.status) from None
 
 
 @dataclasses.dataclass(frozen=True)

@@ -10,6 +10,7 @@ from milltools.base.errors import UserError
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]  # of the checkout, if this is not an installed package
 IN_CHECKOUT = (ROOT / "src/app/main.c").exists()  # else this is an installed package
+WARNING = "warning: "  # begins such a message
 MILLSIM = "./millsim" if IN_CHECKOUT else "millsim"  # the word that starts it
 
 
@@ -47,9 +48,16 @@ def ask(*words: str | pathlib.Path) -> str:
     """The output of millsim; if it fails, a UserError with millsim's own message."""
     done = subprocess.run([program(), *words], capture_output=True, text=True, errors="replace")
     if done.returncode != 0:
-        lines = done.stderr.strip().splitlines() or [f"millsim ended with status {done.returncode}"]
-        raise UserError(own_words(lines[-1]), done.returncode if done.returncode > 0 else 1)
+        raise UserError(complaints(done.returncode, done.stderr), done.returncode if done.returncode > 0 else 1)
     return done.stdout
+
+
+def complaints(status: int, said: str) -> list[str]:
+    """The messages with which millsim ended: all faults of a wrong deck, otherwise the last line."""
+    lines = [own_words(line) for line in said.strip().splitlines()]
+    if status == 2:
+        lines = [line for line in lines if not line.startswith(WARNING)]
+    return (lines if status == 2 else lines[-1:]) or [f"millsim ended with status {status}"]
 
 
 def own_words(line: str) -> str:

@@ -17,7 +17,7 @@ import tempfile
 import threading
 import time
 
-from milltools.base import processes
+from milltools.base import engine, processes
 from milltools.base.errors import UserError
 from milltools.read.runfile import Run
 
@@ -92,7 +92,7 @@ def end_of(threads):
 
 
 def _execute(command, folder, limit):
-    """Exit status, last line of its messages, and the kind of time whose `limit` [s] made us stop it ("": none)."""
+    """Exit status, its message in one line, and the kind of time whose `limit` [s] made us stop it ("": none)."""
     with _lock:
         if _ended:
             raise Lost("the study is ending")
@@ -118,8 +118,8 @@ def _execute(command, folder, limit):
         if process.poll() is None:
             process.kill()
             process.wait()
-    lines = said.decode(errors="replace").strip().splitlines()
-    return process.returncode, lines[-1].removeprefix("millsim: ") if lines else "", cut
+    said = said.decode(errors="replace").strip()
+    return process.returncode, UserError(engine.complaints(process.returncode, said)).line if said else "", cut
 
 
 def _spent(pid, begin) -> tuple[float, str]:

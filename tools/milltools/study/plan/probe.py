@@ -29,7 +29,7 @@ def probe(study, designs):
         except UserError as fault:
             faults.append(fault)
     others = f" ({len(places) - 1} other designs were refused too)" if len(designs) > 1 else ""
-    raise UserError(f"{faults[0]}{others}", faults[0].status)
+    raise UserError([*faults[0].lines[:-1], f"{faults[0].lines[-1]}{others}"], faults[0].status)
 
 
 def _check(job):
@@ -40,7 +40,7 @@ def _check(job):
         try:
             Deck.check(path, job["set"])
         except UserError as fault:
-            raise UserError(str(fault).replace(f"{folder}/", ""), fault.status) from None
+            raise UserError([line.replace(f"{folder}/", "") for line in fault.lines], fault.status) from None
 
 
 def _look(study, job):

@@ -251,10 +251,14 @@ class _Lines:
         text, found = self._without(text, lines.entries(text, path))
         try:
             values = tell(f"{one.section}.{one.key}={one.value}" for one in found)
-        except UserError:
+        except UserError as whole:
+            faults = []
             for one in found:
-                _tell(one, f"{one.section}.{one.key}")
-            raise
+                try:
+                    _tell(one, f"{one.section}.{one.key}")
+                except UserError as fault:
+                    faults.append(fault)
+            raise UserError([str(one) for one in faults], faults[0].status) if faults else whole from None
         return path.resolve(), text, values
 
     def _without(self, text, found):

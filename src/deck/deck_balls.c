@@ -1,0 +1,64 @@
+/* The kinds of balls, and how many balls of each kind there are: given, or computed from a mass or
+ * a filling. */
+#include "deck/deck_private.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define BULK_SOLID 0.6 /* solid part of balls at rest that lie at random, with their voids */
+
+/* Converts what is given instead of the number of balls to that number. volume: [m^3] the free one;
+ * < 0: not known yet */
+static enum mill_status count_balls(const struct mill_deck *deck, struct mill_deck_balls *balls,
+                                    double *volume, struct mill_error *error)
+{
+    const double d = balls->diameter, one = MILL_PI / 6.0 * d * d * d;
+    double given = balls->mass / balls->density / one;
+    balls->given = "mass";
+    if (balls->fill > 0.0) {
+        balls->given = "fill";
+        given = balls->fill * mill_deck_bodies_volume(deck) / one;
+    } else if (balls->bulk_fill > 0.0) {
+        enum mill_status status = MILL_OK;
+        balls->given = "bulk_fill";
+        if (*volume < 0.0)
+            status = mill_deck_setup_free_volume(deck, volume, error);
+        if (status != MILL_OK)
+            return status;
+        given = BULK_SOLID * balls->bulk_fill * *volume / one;
+    } else if (balls->mass == 0.0) {
+        balls->given = "count";
+        return MILL_OK;
+    }
+    const double count = round(given);
+    if (!(count >= 1.0 && count <= MILL_DECK_MOST_BALLS))
+        return mill_deck_fault(deck, error, balls->section, balls->given,
+                               "gives %.3g balls of %g m; expected 1 to %d", given, d,
+                               MILL_DECK_MOST_BALLS);
+    balls->count = (long)count;
+    return MILL_OK;
+}
+
+enum mill_status mill_deck_balls_list(struct mill_deck *deck, struct mill_error *error)
+{
+    const struct mill_deck_block named = {.title = "balls", .named = true};
+    const struct mill_deck_section *s = mill_deck_next(deck, &named, NULL);
+    double volume = -1.0;
+    deck->balls = calloc((size_t)deck->sections, sizeof *deck->balls);
+    if (!deck->balls)
+        return mill_error_set(error, MILL_FAILED, "out of memory");
+    do {
+        struct mill_deck_balls *balls = s ? s->form : &deck->alike;
+        balls->section = s ? s->title : "balls";
+        balls->name = s ? strchr(s->title, '.') + 1 : "balls";
+        const enum mill_status status = count_balls(deck, balls, &volume, error);
+        if (status != MILL_OK)
+            return status;
+        deck->balls[deck->kinds++] = *balls;
+        deck->all += balls->count;
+    } while (s && (s = mill_deck_next(deck, &named, s)));
+    return deck->start
+               ? mill_deck_files_find(deck, "balls", "start", deck->start, &deck->start, error)
+               : MILL_OK;
+}

@@ -1,0 +1,147 @@
+/* What is wrong with a deck: its messages, with the line that is at fault. While a deck is read
+ * they are kept, so that the user gets all of them at once, in the order of the lines. A section
+ * with a fault is marked, and checks that need its values are left out: their faults would only
+ * follow from the first one. */
+#include "deck/deck_private.h"
+
+#include <limits.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { KEPT = 100, SHOWN = 20 };
+#define LATE                                                                                       \
+    (LONG_MAX - 1) /* place of what is missing altogether: before that of the overrides            \
+                    */
+
+struct fault {
+    long place; /* number of the line, or LATE, or LONG_MAX */
+    int number;
+    struct mill_error what;
+};
+
+struct mill_deck_faults {
+    long place;                        /* of the last message */
+    struct mill_deck_section *section; /* of the last message; NULL: of none that can be read */
+    bool lost;                         /* a section could not be read, or is missing */
+    int count;
+    struct fault fault[KEPT];
+};
+
+enum mill_status mill_deck_fault(const struct mill_deck *deck, struct mill_error *error,
+                                 const char *section, const char *key, const char *format, ...)
+{
+    enum { LONGEST = 400 }; /* of a file's name; its end says more than its beginning */
+    char where[LONGEST + 20], what[512], preset[80] = "";
+    struct mill_deck_section *place = section ? mill_deck_section(deck, section) : NULL;
+    const struct mill_deck_entry *entry = key ? mill_deck_entry(place, key) : NULL;
+    const struct mill_key *row = key && section ? mill_deck_table_key(section, key, 0) : NULL;
+    struct mill_deck_origin origin = deck->at;
+    if (!origin.line && !origin.override && place)
+        origin = entry ? entry->origin : place->origin;
+    if (deck->faults) {
+        deck->faults->place = origin.line > 0 ? origin.line : origin.override ? LONG_MAX : LATE;
+        deck->faults->section = !place && deck->open >= 0 ? &deck->section[deck->open] : place;
+    }
+    const size_t length = strlen(deck->file);
+    const char *file = deck->file + (length > LONGEST ? length - LONGEST : 0);
+    if (origin.override)
+        snprintf(where, sizeof where, "--%s %.240s", *file ? "set" : "value", origin.override);
+    else
+        snprintf(where, sizeof where, "%s", file);
+    if (origin.line > 0)
+        snprintf(where, sizeof where, "%s:%d", file, origin.line);
+    if (row && !entry && row->preset)
+        snprintf(preset, sizeof preset, " (default %s)", row->preset);
+    va_list list;
+    va_start(list, format);
+    vsnprintf(what, sizeof what, format, list);
+    va_end(list);
+    return mill_error_set(error, MILL_BAD_DECK, "%s: %s%.80s%s%s%.60s%s%s%s", where,
+                          section ? "[" : "", section ? section : "", section ? "]" : "",
+                          section && key ? " " : "", key ? key : "", preset,
+                          section || key ? ": " : "", what);
+}
+
+/* Reading ends when there is no more room. */
+enum mill_status mill_deck_faults_keep(const struct mill_deck *deck, enum mill_status status,
+                                       const struct mill_error *error)
+{
+    struct mill_deck_faults *f = deck->faults;
+    if (status != MILL_BAD_DECK || !f || f->count == KEPT)
+        return status;
+    f->fault[f->count] = (struct fault){f->place, f->count, *error};
+    f->count++;
+    if (f->section)
+        f->section->broken = true;
+    else
+        f->lost = true;
+    return f->count < KEPT ? MILL_OK : MILL_BAD_DECK;
+}
+
+bool mill_deck_faults_lost(const struct mill_deck *deck)
+{
+    return deck->faults && deck->faults->lost;
+}
+
+/* Is there a fault in one of these sections, or is it perhaps one that could not be read? */
+static bool concerns(const struct mill_deck *deck, const char *sections)
+{
+    for (const char *word = sections; *word; word += strspn(word, " ")) {
+        const size_t length = strcspn(word, " ");
+        bool there = false;
+        for (int i = 0; i < deck->sections; i++) {
+            const struct mill_deck_section *s = &deck->section[i];
+            if (strcspn(s->title, ".") != length || strncmp(s->title, word, length) != 0)
+                continue;
+            if (s->broken)
+                return true;
+            there = true;
+        }
+        if (!there && mill_deck_faults_lost(deck))
+            return true;
+        word += length;
+    }
+    return false;
+}
+
+enum mill_status mill_deck_faults_step(struct mill_deck *deck, const struct mill_deck_step *step,
+                                       struct mill_error *error)
+{
+    if (concerns(deck, step->sections))
+        return MILL_OK;
+    return mill_deck_faults_keep(deck, step->run(deck, error), error);
+}
+
+enum mill_status mill_deck_faults_create(struct mill_deck *deck, struct mill_error *error)
+{
+    deck->faults = calloc(1, sizeof *deck->faults);
+    return deck->faults ? MILL_OK : mill_error_set(error, MILL_FAILED, "out of memory");
+}
+
+static int by_place(const void *a, const void *b)
+{
+    const struct fault *x = a, *y = b;
+    return x->place != y->place ? (x->place > y->place) - (x->place < y->place)
+                                : x->number - y->number;
+}
+
+enum mill_status mill_deck_faults_tell(struct mill_deck *deck, enum mill_status status,
+                                       void (*fault)(const char *line), struct mill_error *error)
+{
+    struct mill_deck_faults *f = deck->faults;
+    const int all = f ? f->count : 0, shown = all > SHOWN ? SHOWN : all - 1;
+    if (all > 0 && status != MILL_FAILED) {
+        status = MILL_BAD_DECK;
+        qsort(f->fault, (size_t)all, sizeof *f->fault, by_place);
+        for (int i = 0; i < shown; i++)
+            fault(f->fault[i].what.text);
+        *error = f->fault[all - 1].what;
+        if (all > SHOWN)
+            mill_error_set(error, status, "%.400s: %d%s more faults", deck->file, all - SHOWN,
+                           all == KEPT ? " or" : "");
+    }
+    free(f);
+    deck->faults = NULL;
+    return status;
+}
