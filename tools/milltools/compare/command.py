@@ -58,5 +58,9 @@ def run(arguments) -> Answer:
         terminal.write_csv(tables, arguments.csv)
     if arguments.html:
         write_text(arguments.html, text)
-    facts = {"files": files, "notes": notes, "rows": [dict(zip(terminal.COLUMNS, row)) for row in terminal.rows(tables)]}
+    facts = {
+        "files": files,
+        "notes": notes,
+        "rows": [dict(zip(terminal.COLUMNS, row)) for row in terminal.rows(tables)],
+    }
     return Answer(lambda: terminal.show(sides, tables, notes), facts)

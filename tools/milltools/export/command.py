@@ -18,8 +18,9 @@ from milltools.export.source import about
 from milltools.geometry.solids import PARTS
 
 SUMMARY = """Writes a mill and its balls for other programs; the suffix of the file chooses the format. From a run: .gsd
-(OVITO, HOOMD, freud) and .pvd (ParaView; a file and a folder) contain its frames, .vtp one frame, .csv a table
-(--what), .xlsx a workbook of tables. From a deck or a run: .stl, the bodies of the mill as closed surfaces, in metres. An old file is replaced."""
+(OVITO, HOOMD, freud) and .pvd (ParaView, PyVista; a file and a folder) contain its frames, .vtp one frame, .csv a table
+(--what), .xlsx a workbook of tables. From a deck or a run: .stl, the bodies of the mill as closed surfaces, in metres.
+An old file is replaced."""
 
 
 # what a file with this suffix can contain, the default first

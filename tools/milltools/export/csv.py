@@ -3,6 +3,7 @@ same double."""
 
 import csv
 import io
+import math
 
 from milltools.base.extras import needs
 from milltools.base.text import cell
@@ -10,6 +11,8 @@ from milltools.base.text import cell
 needs("export", "pyarrow")
 import pyarrow as pa
 from pyarrow.csv import CSVWriter, WriteOptions
+
+ROWS = math.inf  # as many as there are
 
 
 def write(path, tables):

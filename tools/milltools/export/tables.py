@@ -40,6 +40,12 @@ def write(arguments, what):
     form = importlib.import_module(f"milltools.export{pathlib.Path(arguments.file).suffix.lower()}")
     with source.open_run(arguments) as run:
         tables = {name: CONTENTS[name](run, arguments) for name in names}
+        for name, table in tables.items():
+            if table.rows > form.ROWS:
+                raise UserError(
+                    f"{arguments.file}: a sheet of Excel has room for {form.ROWS} rows, and {name} has {table.rows}: "
+                    f"write .csv, or choose fewer rows with {table.fewer}"
+                )
         with whole(arguments.file) as draft:
             form.write(draft, tables)
             total = os.path.getsize(draft)
@@ -47,7 +53,7 @@ def write(arguments, what):
     said = [plural(table.rows, "row") + table.words for table in tables.values()]
     if what == "all":
         said = [f"{name} ({words})" for name, words in zip(names, said)]
-    return f"{', '.join(said)}, {size(total)}", {"rows": rows[what] if what in rows else rows, "bytes": total}
+    return f"{', '.join(said)}, {size(total)}", {"rows": rows.get(what, rows), "bytes": total}
 
 
 def cells(names) -> np.ndarray:

@@ -1,36 +1,26 @@
 """Tables as a workbook of Excel, a sheet for each table. It needs no decision about commas and decimal points."""
 
+import datetime
 import math
 import tempfile
 
 import numpy as np
 
-from milltools.base.errors import UserError
 from milltools.base.extras import needs
 
 needs("export", "xlsxwriter")
 import xlsxwriter
 from xlsxwriter.exceptions import FileCreateError
 
-ROWS = 1_048_576  # of a sheet, its head included
-
-
-def check(path, tables):
-    """UserError if a table is longer than a sheet."""
-    for name, table in tables.items():
-        if table.rows >= ROWS:
-            raise UserError(
-                f"{path}: the {table.rows} rows of {name} do not fit into a sheet, which has {ROWS}: write .csv, or "
-                f"choose fewer rows by {table.fewer}"
-            )
+ROWS = 1_048_575  # of a sheet of Excel, below its head
 
 
 def write(path, tables):
     """Writes {name of a sheet: tables.Table}; numbers that are not finite are empty cells."""
-    check(path, tables)
     with tempfile.TemporaryDirectory(prefix="mill-") as folder:  # a library's drafts, also after Ctrl-C
         options = {"constant_memory": True, "tmpdir": folder, "strings_to_formulas": False, "strings_to_urls": False}
         book = xlsxwriter.Workbook(str(path), options)
+        book.set_properties({"created": datetime.datetime(1980, 1, 1)})  # the same run gives the same file
         bold = book.add_format({"bold": True, "text_wrap": True, "valign": "top"})
         for name, table in tables.items():
             _sheet(book.add_worksheet(name), table.blocks, bold)

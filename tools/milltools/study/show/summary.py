@@ -293,7 +293,8 @@ def facts(table, view=None, sensitivities=None) -> dict:
             sensitivities = optimum.indices(table, view, objective)
         if found := optimum.find(view, objective):
             how = "runs" if found.surface is None else "surface"
-            own = {"value": found.value, "half_95": found.half, "from": how, "open": found.open.sum()}
+            own = {"value": found.value, "half_95": found.half, "from": how}
+            own["open"] = found.open.sum() if math.isfinite(found.half) else math.nan
             best.append({"objective": objective.path} | own | design(found.design))
     names = ("key", "alone", "alone_half_95", "total", "total_half_95", "method")
     state = progress(view)
