@@ -10,8 +10,7 @@ from typing import Any
 @dataclasses.dataclass(frozen=True)
 class Answer:
     """`text`: lines, or a function that prints them. `facts`: the members of the JSON object, in SI units, or a function
-    that returns them; numbers of numpy and paths are allowed. Programs rely on the names of the members. `status`: the
-    exit status."""
+    of them; numbers of numpy and paths are allowed. Programs rely on their names. `status`: the exit status."""
 
     text: str | Callable[[], object]
     facts: dict[str, Any] | Callable[[], dict[str, Any]]
