@@ -9,8 +9,9 @@ from typing import Any
 
 @dataclasses.dataclass(frozen=True)
 class Answer:
-    """`text`: lines, or a function that prints them. `facts`: the members of the JSON object, in SI units, or a function
-    of them; numbers of numpy and paths are allowed. Programs rely on their names. `status`: the exit status."""
+    """`text`: lines, or a function that prints them. `facts`: the members of the JSON object, in SI units, or a
+    function that gives them; numbers of numpy and paths are allowed. Programs rely on the names. `status`: the exit
+    status."""
 
     text: str | Callable[[], object]
     facts: dict[str, Any] | Callable[[], dict[str, Any]]
