@@ -316,7 +316,8 @@ def commands(path, base, out):
         "pov": ["render", path, out / "s.pov", "--size", "64x64", "--pov"],
     }
     found |= {
-        f"csv {w}": ["export", path, out / f"{w}.csv", "--what", w] for w in ("balls", "series", "impacts", "spectra")
+        f"csv {w}": ["export", path, out / f"{w}.csv", "--what", w]
+        for w in ("balls", "series", "impacts", "spectra", "summary")
     }
     found |= {f"figure {f}": ["plot", "--figure", f, path, out / "f.png"] for f in FIGURES}
     return {name: [*map(str, words)] for name, words in found.items()}

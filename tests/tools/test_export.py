@@ -1,13 +1,16 @@
 """mill export writes the mill's bodies as closed surfaces."""
 
+import json
 import math
 from collections import Counter
 
 import numpy as np
 import pytest
-from conftest import SMALL
+from conftest import ROOT, SMALL
 
+from milltools.geometry import solids
 from milltools.geometry.profile import Profile
+from milltools.read.deck import Deck
 
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("extra", "<u2")])
 WAVY = SMALL.replace("radius = 30 mm\n", "radius = 30 mm\nprofile = wavy\n", 1)
@@ -57,6 +60,12 @@ def bodies(corners):
     return [(corners[rows].astype(float), [corner[k] for k in rows]) for rows in groups.values()]
 
 
+def closed(triangles):
+    """Whether each edge of triangles (indices of corners) is there once in each direction."""
+    edges = Counter((t[k], t[k - 2]) for t in triangles for k in range(3))
+    return all(edges[b, a] == count == 1 for (a, b), count in edges.items())
+
+
 def volume(corners):
     """Enclosed by triangles that are seen counter-clockwise from outside."""
     return np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6
@@ -75,8 +84,7 @@ def test_every_body_is_closed_and_of_its_volume(mill, write_deck, tmp_path, shap
         across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         assert (np.einsum("ij,ij->i", normals, across) > 0).all()
         for own, triangles in bodies(corners):
-            edges = Counter((t[k], t[k - 2]) for t in triangles for k in range(3))
-            assert all(edges[b, a] == count == 1 for (a, b), count in edges.items())
+            assert closed(triangles)
             sizes.setdefault(part, []).append(volume(own))
     rim = math.pi * (profile.outermost + 0.0015) ** 2  # a twentieth of the radius thick
     assert sizes["drum"] == pytest.approx([(rim - profile.area) * 0.04], rel=3e-3)
@@ -84,6 +92,33 @@ def test_every_body_is_closed_and_of_its_volume(mill, write_deck, tmp_path, shap
     assert sizes["shaft"] == pytest.approx([math.pi * 0.005**2 * 0.04], rel=2e-3)
     blade = 0.006 * 0.004 * 0.022  # but for the foot, which is hidden in the shaft
     assert len(sizes["blades"]) == 2 and blade * 0.77 < min(sizes["blades"]) <= max(sizes["blades"]) < blade
+
+
+def whole(corners):
+    """Triangles as indices into all corners of the file, equal corners joined."""
+    return np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)[1].reshape(-1, 3).tolist()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("deck", sorted(path.name for path in (ROOT / "input").glob("*.ini")))
+def test_all_parts_in_one_file_are_closed_and_separate(mill, tmp_path, deck):
+    done = mill("export", ROOT / "input" / deck, "mill.stl", "--json")
+    assert done.returncode == 0, done.stderr
+    corners = read(tmp_path / "mill.stl")[2]
+    assert closed(whole(corners))
+    alone = 0
+    for part in json.loads(done.stdout)["parts"]:
+        assert mill("export", ROOT / "input" / deck, "part.stl", "--part", part).returncode == 0
+        alone += len(bodies(read(tmp_path / "part.stl")[2]))
+    assert len(bodies(corners)) == alone
+
+
+@pytest.mark.parametrize("buckles", [2, 3, 18])
+def test_no_number_of_buckles_makes_drum_and_end_walls_share_an_edge(the_program, buckles):
+    deck = Deck.check(ROOT / "input/wavy.ini", [f"drum.buckles={buckles}", "drum.buckle_height=1.5 mm"])
+    made = [body for own in solids.parts(deck, 3.75e-5, 3.75e-3).values() for body in own]
+    corners = np.concatenate(made).astype("f4")
+    assert closed(whole(corners)) and len(bodies(corners)) == len(made) == 9
 
 
 @pytest.mark.slow

@@ -26,7 +26,9 @@ def bits(column, stored):
     """A column is the stored one: the same bytes once it has the stored type."""
     stored = np.asarray(stored)
     column = np.asarray(column)
-    assert (column.astype(stored.dtype) == column).all()  # nothing is lost on the way
+    assert np.array_equal(
+        column.astype(stored.dtype), column, equal_nan=column.dtype.kind == "f"
+    )  # nothing is lost on the way
     return column.astype(stored.dtype).tobytes() == stored.tobytes()
 
 
@@ -102,9 +104,9 @@ def test_pandas_reads_the_impact_log_to_the_last_bit(export, run_file, stored, t
     for name, head in (
         ("ball", "ball"),
         ("partner", "partner"),
-        ("normal_speed", "normal_speed [m/s]"),
-        ("tangential_speed", "tangential_speed [m/s]"),
-        ("dissipation", "dissipation [J]"),
+        ("normal_speed", "normal speed [m/s]"),
+        ("tangential_speed", "tangential speed [m/s]"),
+        ("dissipation", "dissipated energy [J]"),
     ):
         assert bits(table[head], log[name][:]), name
     singles = {head: "float32" for head in [*heads("", "m"), "nx", "ny", "nz"]}
@@ -114,7 +116,7 @@ def test_pandas_reads_the_impact_log_to_the_last_bit(export, run_file, stored, t
 
 
 def test_impacts_of_a_while(export, run_file, stored, tmp_path, monkeypatch):
-    from milltools.export import csv as module
+    from milltools.export import tables as module
 
     monkeypatch.setattr(module, "BLOCK", 7)  # many blocks
     time = stored["impacts/time"][:]
@@ -148,17 +150,19 @@ def test_pandas_reads_every_series_to_the_last_bit(export, run_file, stored, tmp
     table = read(tmp_path / "series.csv")
     series = stored["observables"]
     assert bits(table["time [s]"], series["rotor_work/time"][:])
-    left = set(table.columns) - {"time [s]"}
+    power = np.diff(series["rotor_work/value"][:]) / np.diff(series["rotor_work/time"][:])
+    assert bits(table["rotor power [W]"], [np.nan, *power])
+    left = set(table.columns) - {"time [s]", "rotor power [W]"}
     for head, name in (
-        ("kinetic_energy [J]", "kinetic_energy"),
-        ("rotor_torque [N m]", "rotor_torque"),
-        ("rotor_work [J]", "rotor_work"),
-        ("collisions/ball_drum", "collisions/ball_drum"),
-        ("dissipation_normal/ball_blade [J]", "dissipation_normal/ball_blade"),
+        ("kinetic energy [J]", "kinetic_energy"),
+        ("rotor torque [N m]", "rotor_torque"),
+        ("rotor work [J]", "rotor_work"),
+        ("contacts, ball-drum", "collisions/ball_drum"),
+        ("dissipated energy, normal part, ball-blade [J]", "dissipation_normal/ball_blade"),
     ):
         assert bits(table[head], series[name]["value"][:]), name
         left.remove(head)
-    fast = [f"fast_collisions/ball_blade from {mark} m/s" for mark in ("0.5", "1", "2")]
+    fast = [f"contacts from {mark} m/s, ball-blade" for mark in ("0.5", "1", "2")]
     assert bits(table[fast], series["fast_collisions/ball_blade/value"][:])
     assert len(left) == 3 + 1 + 4 + 5 + 4 + 15 - 1  # the rest of all there are
 
@@ -183,10 +187,10 @@ def test_spectra_have_every_bin_of_every_kind(export, run_file, stored, tmp_path
         assert bits(rows["from [m/s]"][1:], found["edges"][:])
         assert bits(rows["to [m/s]"][:-1], found["edges"][:])
         assert bits(rows["count"][1:-1], found["count"][:])
-        assert bits(rows["dissipation [J]"][1:-1], found["dissipation"][:])
+        assert bits(rows["dissipated energy [J]"][1:-1], found["dissipation"][:])
         for side, row in (("underflow", rows.iloc[0]), ("overflow", rows.iloc[-1])):
             assert row["count"] == found["count"].attrs[side]
-            assert row["dissipation [J]"] == found["dissipation"].attrs[side]
+            assert row["dissipated energy [J]"] == found["dissipation"].attrs[side]
         total = stored[f"statistics/{group}/{kind}/count"][()]
         assert rows["count"].sum() == total
         assert rows["rate [1/s]"].sum() == pytest.approx(total / seconds)
@@ -201,16 +205,84 @@ def test_a_run_without_statistics_has_no_spectra(export, run_file, tmp_path):
     assert status == 2 and err.startswith("mill export: early.h5: no statistics yet")
 
 
+# ---- the summary
+
+
+def test_the_summary_has_a_row_a_kind_and_the_power_in_the_last_row(export, run_file, stored, tmp_path):
+    assert export(run_file, "summary.csv", "--what", "summary")[0] == 0
+    table = read(tmp_path / "summary.csv").set_index("kind")
+    assert list(table.index) == ["ball_ball", "ball_drum", "ball_wall", "ball_shaft", "ball_blade", "all"]
+    statistics = stored["statistics"]
+    for head, path in (
+        ("impacts", "count"),
+        ("impacts [1/s]", "rate"),
+        ("dissipated power [W]", "dissipated_power"),
+        ("median impact speed [m/s]", "normal_speed/median"),
+        ("median impact speed above 50 mm/s [m/s]", "normal_speed/median_above_50mm_s"),
+    ):
+        assert bits(table[head], [statistics[f"impacts/{kind}/{path}"][()] for kind in table.index]), head
+    assert table["power [W]"]["all"] == statistics["rotor/power"][()]
+    assert table["power [W]"].notna().sum() == 1
+
+
+# ---- workbooks
+
+
+def sheets(path):
+    """{name: rows of values} of a workbook."""
+    openpyxl = pytest.importorskip("openpyxl")
+    return {sheet.title: list(sheet.values) for sheet in openpyxl.load_workbook(path)}
+
+
+def test_a_workbook_has_summary_series_and_spectra_on_sheets(export, run_file, tmp_path):
+    assert export(run_file, "mill.xlsx")[0] == 0
+    found = sheets(tmp_path / "mill.xlsx")
+    assert list(found) == ["summary", "series", "spectra"]
+    for what, rows in found.items():
+        assert export(run_file, "one.csv", "--what", what)[0] == 0
+        table = read(tmp_path / "one.csv", kind=str).replace([np.inf], np.nan)
+        assert list(rows[0]) == list(table.columns)
+        assert len(rows) == 1 + len(table)
+        for cells, line in zip(rows[1:], table.itertuples(index=False)):
+            for one, other in zip(cells, line):
+                if isinstance(other, str):
+                    assert one == other
+                else:  # a workbook has 16 digits
+                    assert (one is None and np.isnan(other)) or one == pytest.approx(other, rel=1e-15, abs=0)
+
+
+def test_single_precision_comes_back_from_a_workbook(export, run_file, stored, tmp_path):
+    assert export(run_file, "balls.xlsx", "--what", "balls", "--frame", 1)[0] == 0
+    head, *rows = sheets(tmp_path / "balls.xlsx")["balls"]
+    place = head.index("x [m]")
+    found = np.array([row[place : place + 3] for row in rows])
+    assert found.astype("f4").tobytes() == stored[f"{TRAJECTORY}/position/value"][1].tobytes()
+    assert max(len(repr(float(value))) for value in found[:, 0]) <= len("-0.0123456789e-05")
+
+
+def test_a_table_longer_than_a_sheet_is_one_line_and_nothing_is_written(export, run_file, tmp_path, monkeypatch):
+    from milltools.export import xlsx
+
+    monkeypatch.setattr(xlsx, "ROWS", 252)
+    line = (
+        "mill export: a.xlsx: a sheet of Excel has room for 252 rows, and balls has 253: write .csv, or choose fewer "
+        "rows with --from, --to, --every, --frame\n"
+    )
+    assert export(run_file, "a.xlsx", "--what", "balls") == (2, "", line)
+    assert names(tmp_path) == []
+
+
 # ---- tables
 
 
 @pytest.mark.parametrize(
     "words, line",
     [
-        (["a.gsd", "--what", "series"], "a .gsd file cannot contain series: write .csv"),
+        (["a.gsd", "--what", "series"], "a .gsd file cannot contain series: write .csv or .xlsx"),
         (["a.csv", "--what", "mill"], "a .csv file cannot contain mill: write .stl or .vtp or .pvd"),
+        (["a.xlsx", "--to", "1 s"], "--to: only for one table: add --what series"),
         (["a.csv", "--what", "series", "--frame", "1"], "--frame: only for frames, not for series"),
-        (["a.csv", "--what", "spectra", "--to", "1 s"], "--to: spectra are of the whole sampled window"),
+        (["a.csv", "--what", "spectra", "--to", "1 s"], "--to: spectra: always of the whole sampled window"),
     ],
 )  # fmt: skip
 def test_what_a_table_cannot_be_is_one_line(export, run_file, tmp_path, words, line):

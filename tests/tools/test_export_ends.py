@@ -50,8 +50,8 @@ HAS = "frames 0 to 10, from 0 to 0.05 s"
 @pytest.mark.parametrize(
     "words, line",
     [
-        (["a.xyz"], "a.xyz: expected a name ending in .stl, .gsd, .vtp, .pvd, .csv"),
-        (["a"], "a: expected a name ending in .stl, .gsd, .vtp, .pvd, .csv"),
+        (["a.xyz"], "a.xyz: expected a name ending in .stl, .gsd, .vtp, .pvd, .csv, .xlsx"),
+        (["a"], "a: expected a name ending in .stl, .gsd, .vtp, .pvd, .csv, .xlsx"),
         (["a.gsd", "--frame", "11"], f"--frame 11: RUN has {HAS}"),
         (["a.gsd", "--frame", "-12"], f"--frame -12: RUN has {HAS}"),
         (["a.vtp", "--time", "1 s"], f"--time 1 s: RUN has {HAS}"),
@@ -67,7 +67,7 @@ HAS = "frames 0 to 10, from 0 to 0.05 s"
         (["a.stl", "--to", "2 s"], "--to: .stl files contain one moment: use --time, --frame or .pvd"),
         (["a.gsd", "--part", "drum"], "--part: only for the mill's bodies (.stl, or --what mill)"),
         (["a.gsd", "--what", "mill"], "a .gsd file cannot contain mill: write .stl or .vtp or .pvd"),
-        (["a.stl", "--what", "balls"], "a .stl file cannot contain balls: write .gsd or .vtp or .pvd or .csv"),
+        (["a.stl", "--what", "balls"], "a .stl file cannot contain balls: write .gsd or .vtp or .pvd or .csv or .xlsx"),
         (["a.gsd", "-s", "run.time=1 s"], "RUN: --set: a finished run cannot be changed; give its deck"),
         (["no/a.gsd"], "no/a.gsd: No such file or directory"),
     ],
@@ -113,12 +113,13 @@ def test_a_run_without_frames_is_told(export, millsim, small_deck, tmp_path, tar
 # ---- whole or not at all
 
 
-@pytest.mark.parametrize("target", ["a.gsd", "a.pvd", "a.csv"])
+@pytest.mark.parametrize("target", ["a.gsd", "a.pvd", "a.csv", "a.xlsx"])
 @pytest.mark.parametrize("fault, status", [(KeyboardInterrupt, 130), (OSError(28, "No space left on device"), 1)])
 def test_an_export_that_ends_early_leaves_what_was_there(
     export, run_file, tmp_path, monkeypatch, target, fault, status
 ):  # fmt: skip
-    assert export(run_file, target, "--frame", 0)[0] == 0
+    what = ("--what", "balls") if target == "a.xlsx" else ()
+    assert export(run_file, target, "--frame", 0, *what)[0] == 0
     before = {n: (tmp_path / n).read_bytes() for n in names(tmp_path) if (tmp_path / n).is_file()}
     whole = Run.frame
 
@@ -128,7 +129,7 @@ def test_an_export_that_ends_early_leaves_what_was_there(
         return whole(self, index, name)
 
     monkeypatch.setattr(Run, "frame", fails)
-    said = export(run_file, target)
+    said = export(run_file, target, *what)
     assert said[:2] == (status, "")
     assert len(said[2].splitlines()) == 1
     after = {n: (tmp_path / n).read_bytes() for n in names(tmp_path) if (tmp_path / n).is_file()}
@@ -146,7 +147,7 @@ sys.exit(main())
 
 @pytest.mark.slow
 @pytest.mark.unmeasured
-@pytest.mark.parametrize("target", ["a.gsd", "a.vtp", "a.csv"])
+@pytest.mark.parametrize("target", ["a.gsd", "a.vtp", "a.csv", "a.xlsx"])
 def test_a_file_that_cannot_grow_is_one_line(run_file, tmp_path, root, target):
     words = [sys.executable, "-c", FULL, str(run_file), target]
     environment = {**os.environ, "PYTHONPATH": str(root / "tools")}
@@ -157,7 +158,7 @@ def test_a_file_that_cannot_grow_is_one_line(run_file, tmp_path, root, target):
     assert names(tmp_path) == []
 
 
-@pytest.mark.parametrize("target", ["a.gsd", "a.vtp", "a.csv"])
+@pytest.mark.parametrize("target", ["a.gsd", "a.vtp", "a.csv", "a.xlsx"])
 def test_the_same_run_gives_the_same_file(export, run_file, tmp_path, target):
     contents = []
     for _ in range(2):

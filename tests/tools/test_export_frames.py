@@ -198,6 +198,20 @@ def test_a_collection_has_every_frame_at_its_time(export, run_file, stored, tmp_
     assert names(tmp_path) == sorted(["balls", "balls.pvd", *(name for _, name in found)])
 
 
+def test_both_has_balls_and_bodies_of_every_frame(export, run_file, tmp_path):
+    status, out, _ = export(run_file, "mill.pvd", "--what", "both", "--every", 4)
+    assert status == 0 and out.startswith("mill.pvd: 3 frames of 23 balls, drum, walls, shaft, blades, ")
+    assert export(run_file, "balls.pvd", "--every", 4)[0] == 0
+    assert export(run_file, "bodies.pvd", "--what", "mill", "--every", 4)[0] == 0
+    assert export(run_file, "mill.pvd", "--what", "both", "--every", 4)[0] == 0  # over the old one
+    sets = xml.parse(tmp_path / "mill.pvd").getroot().find("Collection").findall("DataSet")
+    assert [one.get("part") for one in sets] == ["0", "1"] * 3
+    found = members(tmp_path / "mill.pvd")
+    alone = zip(members(tmp_path / "balls.pvd"), members(tmp_path / "bodies.pvd"), strict=True)
+    for (time, name), (when, other) in zip(found, (one for pair in alone for one in pair), strict=True):
+        assert time == when and (tmp_path / name).read_bytes() == (tmp_path / other).read_bytes()
+
+
 def test_a_name_is_escaped_in_a_collection(export, run_file, tmp_path):
     assert export(run_file, 'a<b>&".pvd', "--frame", 0)[0] == 0
     assert members(tmp_path / 'a<b>&".pvd') == [(0.0, 'a<b>&"/a<b>&"_0000.vtp')]

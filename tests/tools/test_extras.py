@@ -77,6 +77,7 @@ def test_the_core_works_without_extras(without, millsim, write_study, tmp_path):
         ("cluster", "psycopg", ("optimize", "a.study", "--storage", "postgresql://x@127.0.0.1:1/y")),
         ("export", "gsd", ("export", "a.h5", "a.gsd")),
         ("export", "pyarrow", ("export", "a.h5", "a.csv")),
+        ("export", "xlsxwriter", ("export", "a.h5", "a.xlsx")),
         ("dem", "scipy", ("dem", "deck.ini", "-o", "a.soft.h5")),
     ],
 )

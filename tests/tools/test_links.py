@@ -20,6 +20,7 @@ WRITERS = {
     "compared.html": ("a.html", "compare RUN RUN --html a.html"),
     "compared.png": ("a.png", "compare RUN RUN --png a.png"),
     "balls.csv": ("a.csv", "export RUN a.csv"),
+    "xlsx": ("a.xlsx", "export RUN a.xlsx"),
     "gsd": ("a.gsd", "export RUN a.gsd"),
     "vtp": ("a.vtp", "export RUN a.vtp"),
     "pvd": ("a.pvd", "export RUN a.pvd"),

@@ -1,6 +1,8 @@
-"""The mill command: its tour, its errors, how it is found and how it is interrupted."""
+"""The mill command: its tour, its errors, --json, how it is found and how it is interrupted."""
 
 import importlib
+import json
+import math
 import os
 import re
 import shutil
@@ -8,11 +10,16 @@ import signal
 import subprocess
 import sys
 import time
+import types
 
+import numpy as np
 import pytest
-from conftest import PROGRAM, ROOT
+from conftest import PROGRAM, ROOT, SMALL, STUDY, run_mill
 
+from milltools import __main__
 from milltools.__main__ import COMMANDS
+from milltools.base.answer import Answer
+from milltools.read.runfile import Run
 
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT / "tools"), "MILLSIM": str(PROGRAM)}
 
@@ -92,6 +99,7 @@ def test_the_packages_version_is_that_of_the_product():
     "words, line",
     [
         (["contrast"], f"mill: unknown command 'contrast': one of {', '.join(c.name for c in COMMANDS)}"),
+        (["plt"], "mill: unknown command 'plt'; did you mean 'plot'?"),
         (["--vers"], "mill: unknown option '--vers'; see 'mill --help'"),
         (["plot"], "mill plot: expected a run and the name of the picture to write; see 'mill plot --help'"),
         (["plot", "--big", "a", "b"], "mill plot: unrecognized arguments: --big; see 'mill plot --help'"),
@@ -102,6 +110,90 @@ def test_the_packages_version_is_that_of_the_product():
 def test_wrong_usage_is_one_line_and_status_2(mill, words, line):
     done = mill(*words)
     assert (done.returncode, done.stdout, done.stderr) == (2, "", line + "\n")
+
+
+# a call of every command for test_json_is_one_object, and members that its object has; files a.h5, b.h5, deck.ini,
+# a.study and a.parquet are there
+CALLS = {
+    "plot": ("a.h5 a.png", {"figure": "overview", "files": ["a.png"]}),
+    "report": ("a.h5 -o a.html --rerun never", {"files": ["a.html"]}),
+    "render": ("a.h5 a.png --size 160x120 --quality draft", {"files": ["a.png"], "pictures": 1, "size": [160, 120]}),
+    "dem": ("deck.ini --script dem", {"folder": "dem"}),
+    "compare": ("a.h5 b.h5 --csv c.csv", {"files": ["c.csv"]}),
+    "sweep": ("a.study -o s.parquet --workers 1 --no-picture", {"files": ["s.parquet"]}),
+    "optimize": ("a.study -o o.parquet --runs 3 --workers 1", {"files": ["o.parquet"]}),
+    "study": ("a.parquet --csv s.csv", {"files": ["s.csv"], "study": "a"}),
+    "export": ("a.h5 a.csv --what summary", {"files": ["a.csv"], "rows": 6}),
+}
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory):
+    """The files of CALLS."""
+    folder = tmp_path_factory.mktemp("json")
+    (folder / "deck.ini").write_text(SMALL)
+    small = STUDY.replace("300, 600, 900", "300, 600").replace("balls.count = 40..60 step 20\n", "")
+    (folder / "a.study").write_text(small)
+    for seed, name in ((1, "a.h5"), (2, "b.h5")):
+        subprocess.run([PROGRAM, "-q", "deck.ini", "-s", f"run.seed={seed}", "-o", name], cwd=folder, check=True)
+    assert run_mill(folder, "sweep", "a.study", "--workers", "1").returncode == 0
+    return folder
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "command",
+    [pytest.param(c, marks=[pytest.mark.render] * (c.name == "render")) for c in COMMANDS],
+    ids=lambda c: c.name,
+)
+def test_json_is_one_object_and_nothing_else(place, command):
+    words, members = CALLS[command.name]
+    done = run_mill(place, command.name, *words.split(), "--json")
+    assert done.returncode == 0, done.stderr
+
+    def refuse(text):
+        raise AssertionError(f"{text} is not JSON")
+
+    found = json.loads(done.stdout, parse_constant=refuse)
+    assert done.stdout.count("\n") == 1
+    assert found["command"] == command.name
+    assert {name: found[name] for name in members} == members
+    for file in found["files"]:
+        assert (place / file).exists()
+
+
+@pytest.mark.slow
+def test_json_of_a_comparison_and_a_study_has_the_numbers(place):
+    rows = json.loads(run_mill(place, "compare", "a.h5", "b.h5", "--json").stdout)["rows"]
+    (power,) = (row for row in rows if row["quantity"] == "rotor_power")
+    with Run(place / "a.h5") as run:
+        assert power["reference_value"] == pytest.approx(run.statistic("rotor/power"))
+    assert power["verdict"] and "reference_error" in power
+    found = json.loads(run_mill(place, "study", "a.parquet", "--json").stdout)
+    (best,) = found["best"]
+    assert best["objective"] == "impacts/all/normal_speed/median_above_50mm_s"
+    assert best["value"] == best["objectives"][best["objective"]]["value"] > 0
+    assert best["design"].keys() == found["varied"].keys() == {"rotor.speed"}
+    assert best["half_95"] is None  # single runs without an error
+    assert found["runs"]["done"] == 2 and found["runs"]["complete"] is True
+
+
+def test_what_a_command_says_of_its_own_goes_to_standard_error_with_json(monkeypatch, capfd):
+    talks = types.SimpleNamespace(
+        SUMMARY="Talks.",
+        add_arguments=lambda parser: None,
+        run=lambda arguments: print("by the way") or Answer("text", {"value": math.nan, "list": np.arange(2)}, 3),
+    )
+    monkeypatch.setattr(importlib, "import_module", lambda name: talks)
+    assert __main__.dispatch(["plot", "--json"]) == 3
+    out, err = capfd.readouterr()
+    assert json.loads(out) == {"command": "plot", "value": None, "list": [0, 1]}
+    assert err == "by the way\n"
+
+
+def test_an_error_leaves_standard_output_empty_with_json(mill):
+    done = mill("plot", "missing.h5", "b.png", "--json")
+    assert (done.returncode, done.stdout) == (2, "")
 
 
 def test_without_millsim_the_version_says_what_to_do(mill):

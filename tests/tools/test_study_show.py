@@ -19,7 +19,7 @@ from conftest import ROOT
 from milltools.__main__ import dispatch
 from milltools.base.errors import UserError
 from milltools.study.show import canvas, contour, data, optimum, outputs, pair, slices, summary
-from milltools.study.show.data import StudyView
+from milltools.study.show.data import StudyView, words_of
 
 SPEED, POWER = made.SPEED, made.POWER
 VIRIDIS = plt.get_cmap("viridis")(np.linspace(0, 1, 256))[:, :3]
@@ -410,13 +410,27 @@ def csv_of(shown, folder):
 def test_csv_reads_back_with_units(figure7, tmp_path):
     rows = csv_of(figure7, tmp_path)
     assert len(rows) == len(figure7.rows)
+    speed = "median normal impact speed above 50 mm/s"
     for k in (0, 50, 200):
-        assert float(rows[k]["drum.buckle_height [m]"]) == figure7.rows["drum.buckle_height"][k]
-        assert float(rows[k][f"{SPEED} [m/s]"]) == figure7.rows[SPEED][k]
-        assert float(rows[k][f"{SPEED}:error [m/s]"]) == figure7.rows[f"{SPEED}:error"][k]
-    assert rows[0]["drum.buckles"] == "2" and rows[0]["cpu [s]"] == "1.5"
+        assert float(rows[k]["buckle height h [m]"]) == figure7.rows["drum.buckle_height"][k]
+        assert float(rows[k][f"{speed} [m/s]"]) == figure7.rows[SPEED][k]
+        assert float(rows[k][f"standard error of {speed} [m/s]"]) == figure7.rows[f"{SPEED}:error"][k]
+    assert rows[0]["number of buckles n"] == "2" and rows[0]["cpu [s]"] == "1.5"
     failed = next(row for row in rows if row["status"] == "failed")
-    assert failed[f"{SPEED} [m/s]"] == ""
+    assert failed[f"{speed} [m/s]"] == ""
+
+
+@pytest.mark.parametrize(
+    "path, words",
+    [
+        ("impacts/ball_ball/normal_speed/median_above_50mm_s", "median normal impact speed above 50 mm/s, ball-ball"),
+        ("impacts/ball_wall/rate", "rate of impacts, ball-end wall"),
+        ("impacts/all/rate", "rate of impacts"),
+        ("strikes/all/rate", "strikes all rate"),
+    ],
+)
+def test_a_path_of_a_kind_is_named_as_that_of_all_with_the_kind(path, words):
+    assert words_of(path) == words
 
 
 def test_words_of_a_study_are_no_formulas_of_a_spreadsheet(tmp_path):

@@ -1,18 +1,21 @@
 """The `mill` command: `mill SUBCOMMAND ...`, and its overview `mill --help`.
 
-A sub-command is a module with SUMMARY (a sentence or two), add_arguments(parser) and run(arguments) -> exit
-status. The module is imported only when the sub-command runs, so that the overview needs neither numpy nor matplotlib.
-Exit status: 0 done; 1 a failure outside of mill, such as a full disk; 2 wrong usage or input; 130 Ctrl-C.
+A sub-command is a module with SUMMARY (a sentence or two), add_arguments(parser) and run(arguments) -> Answer. The
+module is imported only when the sub-command runs, so that the overview needs neither numpy nor matplotlib.
+Exit status: 0 done; 1 a failure outside of mill, such as a full disk; 2 wrong usage or input; 128 + N: signal N.
 """
 
 import argparse
+import contextlib
 import dataclasses
+import difflib
 import importlib
 import os
 import sys
 
 from milltools.base import engine
 from milltools.base.errors import UserError
+from milltools.base.processes import Stopped
 
 
 @dataclasses.dataclass(frozen=True)
@@ -96,7 +99,9 @@ def dispatch(words: list[str]) -> int:
         raise UserError(f"unknown option '{words[0]}'; see 'mill --help'")
     command = next((one for one in COMMANDS if one.name == words[0]), None)
     if command is None:
-        raise UserError(f"unknown command '{words[0]}': one of {', '.join(c.name for c in COMMANDS)}")
+        names = [one.name for one in COMMANDS]
+        meant = "".join(f"; did you mean '{name}'?" for name in difflib.get_close_matches(words[0], names, 1))
+        raise UserError(f"unknown command '{words[0]}'{meant or ': one of ' + ', '.join(names)}")
     module = importlib.import_module(command.module)
     parser = Parser(
         prog=f"mill {command.name}",
@@ -105,8 +110,13 @@ def dispatch(words: list[str]) -> int:
         allow_abbrev=False,
     )
     module.add_arguments(parser)
+    parser.add_argument("--json", action="store_true", help="print one JSON object on standard output, nothing else")
     parser.set_defaults(words=["mill", *words])  # for commands that record their command line
-    return module.run(parser.parse_args(words[1:]))
+    arguments = parser.parse_args(words[1:])
+    with contextlib.redirect_stdout(sys.stderr) if arguments.json else contextlib.nullcontext():
+        answer = module.run(arguments)
+    answer.show(command.name, arguments.json)
+    return answer.status
 
 
 def main() -> int:
@@ -119,6 +129,9 @@ def main() -> int:
     except UserError as fault:
         print(*(f"{name}: {line}" for line in fault.lines), sep="\n", file=sys.stderr)
         return fault.status
+    except Stopped as stop:
+        print(f"{name}: stopped", file=sys.stderr)
+        return 128 + stop.number
     except KeyboardInterrupt as stop:  # that of a study has a text about its progress and the status of the signal
         print(f"{name}: {str(stop) or 'interrupted'}", file=sys.stderr)
         return getattr(stop, "status", 130)

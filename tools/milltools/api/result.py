@@ -14,7 +14,7 @@ from milltools.api.measurement import Measurement
 from milltools.base.errors import InputError
 from milltools.read import deck_text, motions, runfile
 from milltools.read.histogram import ENERGIES, Histogram
-from milltools.read.runfile import MEDIAN, Run
+from milltools.read.runfile import MEDIAN, SUMMARY, Run
 
 if TYPE_CHECKING:
     import pandas
@@ -26,14 +26,6 @@ if TYPE_CHECKING:
     from milltools.api.plots import EmbeddedPage
 
 Species = str | tuple[str, str] | None
-SUMMARY = {  # column: path below impacts/ROW
-    "count": "count",
-    "rate": "rate",
-    "dissipated_power": "dissipated_power",
-    "mean": "normal_speed/mean",
-    "median": "normal_speed/median",
-    "median_above_50mm_s": "normal_speed/median_above_50mm_s",
-}
 ARRAYS = ("series", "frames", "maps")  # kept after the first use
 
 
@@ -173,13 +165,10 @@ class Result:
     def summary(self) -> pandas.DataFrame:
         """One row per contact kind and "all"; columns count, rate [1/s], dissipated_power [W], mean, median and
         median_above_50mm_s of the normal speed [m/s], floor_share. `attrs["units"]` names the units."""
-        run, where = self.file, "statistics/impacts"
+        run = self.file
         run.need_statistics()
-        kinds = (*run.kinds, "all")
-        found = {name: [run.read(f"{where}/{row}/{path}")[()] for row in kinds] for name, path in SUMMARY.items()}
-        found["floor_share"] = [run.statistic(f"floor_share/{row}")[()] for row in kinds]
-        units = {name: run.attribute(f"{where}/all/{path}", "unit") for name, path in SUMMARY.items()}
-        return _table(found, units | {"floor_share": "1"}, kinds, "kind")
+        units = {name: run.attribute(f"statistics/{path.format('all')}", "unit") for name, path in SUMMARY.items()}
+        return _table(run.summary(), units, (*run.kinds, "all"), "kind")
 
     @property
     def estimates(self) -> pandas.DataFrame:

@@ -14,7 +14,7 @@ EXTRAS = {
         for name in ("optuna", "pyarrow", "SALib", "scipy", "sklearn", "sqlalchemy", "threadpoolctl")
     },
     "cluster": {"dask": "dask", "distributed": "distributed", "psycopg": "psycopg"},
-    "export": {"gsd": "gsd", "pyarrow": "pyarrow"},
+    "export": {"gsd": "gsd", "pyarrow": "pyarrow", "xlsxwriter": "xlsxwriter"},
     "dem": {"scipy": "scipy"},
 }
 

@@ -6,6 +6,7 @@ the table; terminal.py, pictures.py and page.py show it. docs/compare.md says wh
 
 import pathlib
 
+from milltools.base.answer import Answer
 from milltools.base.errors import UserError
 from milltools.base.files import check_writable, write_text
 from milltools.figures.command import PICTURES
@@ -28,7 +29,7 @@ def add_arguments(parser):
     )
 
 
-def run(arguments) -> int:
+def run(arguments) -> Answer:
     if len(arguments.runs) < 2:
         raise UserError("one run cannot be compared; give two or more")
     if arguments.png and pathlib.Path(arguments.png).suffix not in PICTURES:
@@ -37,7 +38,8 @@ def run(arguments) -> int:
     from milltools.compare import load, rows, terminal
 
     names = [load.replicates(argument) for argument in arguments.runs]
-    for path in filter(None, (arguments.csv, arguments.png, arguments.html)):
+    files = [path for path in (arguments.csv, arguments.png, arguments.html) if path]
+    for path in files:
         check_writable(path, [file for side in names for file in side])
     sides = load.sides(names)
     tables, notes = rows.tables(sides), rows.notes(sides)
@@ -56,5 +58,9 @@ def run(arguments) -> int:
         terminal.write_csv(tables, arguments.csv)
     if arguments.html:
         write_text(arguments.html, text)
-    terminal.show(sides, tables, notes)
-    return 0
+    facts = {
+        "files": files,
+        "notes": notes,
+        "rows": [dict(zip(terminal.COLUMNS, row)) for row in terminal.rows(tables)],
+    }
+    return Answer(lambda: terminal.show(sides, tables, notes), facts)

@@ -94,14 +94,17 @@ COLUMNS = (
 )  # fmt: skip
 
 
-def write_csv(tables, path):
-    """All rows of all tables, numbers with all digits, empty where unknown."""
-    rows = []
+def rows(tables):
+    """All rows of all tables with the cells of COLUMNS; None where a number is not known."""
     for table in tables:
         names = [",".join(run.path for run in side.runs) for side in (table.a, table.b)]
         for row in table.rows:
             numbers = [x for e in (row.a, row.b) for x in (e.value, e.told)]
             numbers += [100 * row.difference, 100 * row.difference_error, row.dof or math.nan]
             known = [value if math.isfinite(value) else None for value in numbers]
-            rows.append([*names, row.group, row.key, row.label.strip(), row.unit, *known, row.verdict, row.remark])
-    files.write_csv(path, COLUMNS, rows)
+            yield [*names, row.group, row.key, row.label.strip(), row.unit, *known, row.verdict, row.remark]
+
+
+def write_csv(tables, path):
+    """All rows as CSV, numbers with all digits, empty where unknown."""
+    files.write_csv(path, COLUMNS, rows(tables))

@@ -14,6 +14,7 @@ import time
 import numpy as np
 
 from milltools.base import engine
+from milltools.base.answer import Answer
 from milltools.base.errors import UserError
 from milltools.base.files import check_writable
 from milltools.base.processes import Stopped, between_steps, stops_in_order
@@ -169,7 +170,7 @@ class Job:
             raise UserError(f"{self.deck.path}: balls overlap by {deepest:.3g} m at the start: correct [balls] start")
         return state
 
-    def write_script(self, folder):
+    def write_script(self, folder) -> Answer:
         """Writes LIGGGHTS' files for the whole run, for users who run LIGGGHTS themselves."""
         folder, step, deck = pathlib.Path(folder), self.model.time_step, self.deck
         if self.soft is not None:
@@ -195,7 +196,9 @@ class Job:
             (folder / "in.mill").write_text("".join(lines) + text)
         except OSError as fault:
             raise UserError(f"{folder}: cannot write: {fault.strerror}", 1) from None
-        print(f"{folder}: {', '.join(['in.mill', 'balls.data', *(mesh.file for mesh in meshes)])}; run there: {run}")
+        names = ["in.mill", "balls.data", *(mesh.file for mesh in meshes)]
+        facts = {"files": [folder / name for name in names], "folder": folder, "run": run}
+        return Answer(f"{folder}: {', '.join(names)}; run there: {run}", facts)
 
     def facts(self, mill):
         """The facts of a SoftMill for /run, as milltools.foreign.digest takes them."""
@@ -260,8 +263,8 @@ class Job:
                     1,
                 )
 
-    def run(self):
-        """Runs the mill and returns the exit status."""
+    def run(self) -> Answer:
+        """Runs the mill."""
         command(self.arguments.ranks)
         check_writable(self.output, [self.deck.path])
         if self.output.exists() and not self.arguments.force:
@@ -277,8 +280,8 @@ class Job:
             except OSError as fault:  # usually a full disk
                 raise UserError(f"{fault.filename or tempfile.gettempdir()}: {fault.strerror or fault}", 1) from None
 
-    def follow(self, state):
-        """Runs LIGGGHTS from `state` and writes the results also if the run fails; returns the exit status."""
+    def follow(self, state) -> Answer:
+        """Runs LIGGGHTS from `state` and writes the results also if the run fails."""
         progress = Progress("mill dem", self.steps(self.end), self.arguments.quiet)
 
         def tell(reached):
@@ -314,11 +317,12 @@ class Job:
         finally:
             progress.stop()
         self.finish(mill, end)
-        print(summarize(self.output, self.deck, self.measured), end="")
+        text = summarize(self.output, self.deck, self.measured)
         if end == "stopped":
             name = signal.Signals(status - 128).name
             say("mill dem", f"stopped by {name} at {mill.time * 1e3:.4g} ms; results up to then are in {self.output}")
-        return status
+        with Run(self.output) as run:
+            return Answer(text, {"files": [self.output]} | run.results(), status)
 
     def steps(self, reached):
         """Number of time steps up to `reached` [s]."""
@@ -385,12 +389,9 @@ def summarize(path, deck, measured):
         ]
         for note in read("run/notes").splitlines():
             lines += textwrap.wrap(f"note: {note}", 100, subsequent_indent="      ")
-    return "\n".join([*lines, ""])
+    return "\n".join(lines)
 
 
-def run(arguments) -> int:
+def run(arguments) -> Answer:
     job = Job(arguments)
-    if arguments.script:
-        job.write_script(arguments.script)
-        return 0
-    return job.run()
+    return job.write_script(arguments.script) if arguments.script else job.run()

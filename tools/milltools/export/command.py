@@ -1,23 +1,26 @@
 """`mill export`: writes a mill or the data of a run in the format of another program; the suffix of the file chooses.
 
 A format is a module of this package and an entry of FORMATS. For each kind of content (`--what`) the module has a
-function of that name (arguments), which writes arguments.file and returns a short description of what it wrote.
+function of that name (arguments), which writes arguments.file and returns a short description of what it wrote and the
+facts for --json. tables.py has the contents of tables.
 """
 
 import argparse
+import functools
 import importlib
 import pathlib
-import sys
 
+from milltools.base.answer import Answer
 from milltools.base.errors import UserError
 from milltools.base.files import keep_apart
-from milltools.base.processes import Stopped, stops_in_order
+from milltools.base.processes import stops_in_order
 from milltools.export.source import about
 from milltools.geometry.solids import PARTS
 
 SUMMARY = """Writes a mill and its balls for other programs; the suffix of the file chooses the format. From a run: .gsd
-(OVITO, HOOMD, freud) and .pvd (ParaView; a file and a folder) contain its frames, .vtp one frame, .csv a table
-(--what). From a deck or a run: .stl, the bodies of the mill as closed surfaces, in metres. An old file is replaced."""
+(OVITO, HOOMD, freud) and .pvd (ParaView, PyVista; a file and a folder) contain its frames, .vtp one frame, .csv a table
+(--what), .xlsx a workbook of tables. From a deck or a run: .stl, the bodies of the mill as closed surfaces, in metres.
+An old file is replaced."""
 
 
 # what a file with this suffix can contain, the default first
@@ -25,10 +28,12 @@ FORMATS = {
     ".stl": ("mill",),
     ".gsd": ("balls",),
     ".vtp": ("balls", "mill"),
-    ".pvd": ("balls", "mill"),
-    ".csv": ("balls", "series", "impacts", "spectra"),
+    ".pvd": ("balls", "mill", "both"),
+    ".csv": ("balls", "summary", "series", "impacts", "spectra"),
+    ".xlsx": ("all", "summary", "series", "spectra", "impacts", "balls"),
 }
-WHAT = ("balls", "mill", "series", "impacts", "spectra")
+WHAT = ("balls", "mill", "both", "summary", "series", "impacts", "spectra", "all")
+TABLES = (".csv", ".xlsx")
 BODY_OPTIONS = ("part", "tolerance", "thickness")
 SPAN_OPTIONS = ("begin", "end", "every")
 MOMENT_OPTIONS = ("frame", "time")
@@ -42,8 +47,8 @@ def add_arguments(parser):
     parser.add_argument("file", metavar="FILE", help=f"what to write, a name ending in {', '.join(FORMATS)}")
     parser.add_argument(
         "--what", choices=WHAT,
-        help="balls: their states (default); mill: its bodies (.stl, .vtp, .pvd); series, impacts, spectra: "
-        "tables (.csv)",
+        help="balls: their states (default); mill: its bodies (.stl, .vtp, .pvd); both (.pvd); summary, series, "
+        "impacts, spectra: tables (.csv, .xlsx); all: sheets summary, series, spectra (default of .xlsx)",
     )  # fmt: skip
     parser.add_argument(
         "-s", "--set", action="append", default=[], metavar="SECTION.KEY=VALUE",
@@ -83,28 +88,28 @@ def writer(arguments):
         raise UserError(f"a {suffix} file cannot contain {what}: write {' or '.join(able)}")
     given = {name for name in (*BODY_OPTIONS, *SPAN_OPTIONS, *MOMENT_OPTIONS) if getattr(arguments, name) is not None}
     for idle, options, why in (
-        (what != "mill", BODY_OPTIONS, "only for the mill's bodies (.stl, or --what mill)"),
+        (what not in ("mill", "both"), BODY_OPTIONS, "only for the mill's bodies (.stl, or --what mill)"),
         (suffix in (".stl", ".vtp"), SPAN_OPTIONS, f"{suffix} files contain one moment: use --time, --frame or .pvd"),
-        (what in ("series", "impacts", "spectra"), ("every", *MOMENT_OPTIONS), f"only for frames, not for {what}"),
-        (what == "spectra", SPAN_OPTIONS, "spectra are of the whole sampled window"),
+        (suffix in TABLES and what != "balls", ("every", *MOMENT_OPTIONS), f"only for frames, not for {what}"),
+        (what in ("summary", "spectra"), SPAN_OPTIONS, f"{what}: always of the whole sampled window"),
+        (what == "all", SPAN_OPTIONS, "only for one table: add --what series"),
         ("frame" in given, ("time",), "either --frame or --time"),
         (given.intersection(MOMENT_OPTIONS), SPAN_OPTIONS, "either one state (--frame, --time) or many"),
     ):
         for name in options:
             if idle and name in given:
                 raise UserError(f"--{SPELLED.get(name, name)}: {why}")
+    if suffix in TABLES:
+        from milltools.export import tables
+
+        return functools.partial(tables.write, what=what)
     return getattr(importlib.import_module(f"milltools.export{suffix}"), what)
 
 
-def run(arguments: argparse.Namespace) -> int:
+def run(arguments: argparse.Namespace) -> Answer:
     write = writer(arguments)
     about(arguments.source)
     keep_apart(arguments.file, [arguments.source])
-    try:
-        with stops_in_order():  # otherwise half a file, or a folder of half a run, would stay behind
-            said = write(arguments)
-    except Stopped as stop:
-        print("mill export: stopped", file=sys.stderr)
-        return 128 + stop.number
-    print(f"{arguments.file}: {said}")
-    return 0
+    with stops_in_order():  # otherwise half a file, or a folder of half a run, would stay behind
+        said, facts = write(arguments)
+    return Answer(f"{arguments.file}: {said}", {"files": [arguments.file]} | facts)

@@ -42,4 +42,5 @@ def balls(arguments):
                     frame.log["time"] = np.array([times[index]])
                     frame.log["particles/angular_velocity"] = run.frame(index, "angular_velocity")
                     out.append(frame)
-        return f"{source.count(chosen, len(diameter))}, {size(os.path.getsize(arguments.file))}"
+        total = os.path.getsize(arguments.file)
+        return f"{source.count(chosen, len(diameter))}, {size(total)}", {"frames": len(chosen), "bytes": total}

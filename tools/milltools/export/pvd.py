@@ -14,40 +14,51 @@ TAIL = "\n</Collection>\n</VTKFile>\n"
 
 
 def balls(arguments):
-    with source.open_run(arguments) as run:
-        kept = vtp.still(run)
-
-        def write(index, time, path):
-            return vtp.write_balls(run, index, time, kept, path)
-
-        return collection(arguments, run, write, f"{len(kept['id'])} balls")
+    return collection(arguments, (_balls,))
 
 
 def mill(arguments):
-    if source.about(arguments.source) == "deck":
-        raise UserError(f"{arguments.file}: a deck has no frames: give a run, or write .stl or .vtp")
+    return collection(arguments, (_mill,))
+
+
+def both(arguments):
+    """Part 0 of each frame is the balls, part 1 the bodies of the mill."""
+    return collection(arguments, (_balls, _mill))
+
+
+def _balls(arguments, run):
+    kept = vtp.still(run)
+    return f"{len(kept['id'])} balls", lambda index, time, path: vtp.write_balls(run, index, time, kept, path)
+
+
+def _mill(arguments, run):
     bodies = vtp.Bodies(source.deck_of(arguments), arguments)
+    return ", ".join(bodies.at_start), lambda index, time, path: bodies.write(time, path, run.poses(index))
+
+
+def collection(arguments, makers):
+    """Writes balls.pvd and balls/balls_0000.vtp ... A maker gives, for a run, a name and a function write(frame, time
+    [s], path) -> bytes. Of several parts, the later ones are balls/balls_0000_1.vtp ..."""
+    if source.about(arguments.source) == "deck" and _mill in makers:
+        raise UserError(f"{arguments.file}: a deck has no frames: give a run, or write .stl or .vtp")
     with source.open_run(arguments) as run:
-
-        def write(index, time, path):
-            return bodies.write(time, path, run.poses(index))
-
-        return collection(arguments, run, write, ", ".join(bodies.at_start))
+        return _collection(arguments, run, [make(arguments, run) for make in makers])
 
 
-def collection(arguments, run, write, of):
-    """Writes balls.pvd and balls/balls_0000.vtp ... by write(frame, time [s], path) -> bytes; returns how much."""
+def _collection(arguments, run, parts):
     chosen, times = source.many(run, arguments), source.stored(run)
     path = pathlib.Path(arguments.file)
     place = path.with_suffix("")
-    own = re.compile(re.escape(place.name) + r"_\d+\.vtp")
+    own = re.compile(re.escape(place.name) + r"_\d+(_1)?\.vtp")
     digits = max(4, len(str(chosen[-1])))
     lines, total = [], 0
     with whole(path) as draft, whole_folder(place, own.fullmatch) as folder:
         for index in source.steps(chosen, arguments):
-            name = f"{place.name}_{index:0{digits}d}.vtp"
-            total += write(index, times[index], folder / name)
-            link = quoteattr(f"{place.name}/{name}")
-            lines.append(f'<DataSet timestep="{float(times[index])!r}" part="0" file={link}/>')
+            for part, (_, write) in enumerate(parts):
+                name = f"{place.name}_{index:0{digits}d}{'_1' * part}.vtp"
+                total += write(index, times[index], folder / name)
+                link = quoteattr(f"{place.name}/{name}")
+                lines.append(f'<DataSet timestep="{float(times[index])!r}" part="{part}" file={link}/>')
         draft.write_text(HEAD + "\n".join(lines) + TAIL, encoding="utf-8")
-    return f"{plural(len(lines), 'frame')} of {of}, {size(total)} in {place.name}/"
+    words = f"{plural(len(chosen), 'frame')} of {', '.join(of for of, _ in parts)}, {size(total)} in {place.name}/"
+    return words, {"folder": place, "frames": len(chosen), "bytes": total}

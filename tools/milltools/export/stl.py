@@ -100,4 +100,5 @@ def mill(arguments):
     content = head + np.uint32(len(rows)).astype("<u4").tobytes() + rows.tobytes()
     with whole(arguments.file) as draft:
         draft.write_bytes(content)
-    return f"{names} at {time:.6g} s: {len(rows)} triangles, {size(len(content))}"
+    facts = {"parts": list(parts.at_start), "time": time, "triangles": len(rows), "bytes": len(content)}
+    return f"{names} at {time:.6g} s: {len(rows)} triangles, {size(len(content))}", facts

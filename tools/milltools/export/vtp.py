@@ -83,7 +83,7 @@ def balls(arguments):
         with whole(arguments.file) as draft:
             total = write_balls(run, index, times[index], kept, draft)
     which = f"frame {index} of 0 to {len(times) - 1}, {times[index]:.6g} s"
-    return f"{which}, {len(kept['id'])} balls, {size(total)}"
+    return f"{which}, {len(kept['id'])} balls, {size(total)}", {"frame": index, "time": times[index], "bytes": total}
 
 
 # ---- the mill
@@ -116,4 +116,5 @@ def mill(arguments):
     bodies, time = Bodies(source.deck_of(arguments), arguments), stl.asked_time(arguments)
     with whole(arguments.file) as draft:
         total = bodies.write(time, draft)
-    return f"{', '.join(bodies.at_start)} at {time:.6g} s: {len(bodies.part)} triangles, {size(total)}"
+    facts = {"parts": list(bodies.at_start), "time": time, "triangles": len(bodies.part), "bytes": total}
+    return f"{', '.join(bodies.at_start)} at {time:.6g} s: {len(bodies.part)} triangles, {size(total)}", facts

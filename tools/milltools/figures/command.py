@@ -2,11 +2,14 @@
 of one or more runs, as a picture or as numbers."""
 
 import contextlib
+import os
 import pathlib
 
+from milltools.base.answer import Answer
 from milltools.base.errors import UserError
 from milltools.base.files import keep_apart, write_csv
 from milltools.base.progress import Progress
+from milltools.base.text import size
 
 SUMMARY = (
     "Draws runs. Without --figure it draws an overview of one run: the mill with its balls coloured by speed, a map of "
@@ -31,7 +34,7 @@ def add_arguments(parser):
     parser.add_argument("--per-ball", action="store_true", help="spectra divided by the number of balls")
 
 
-def run(arguments) -> int:
+def run(arguments) -> Answer:
     from milltools.figures import FIGURES
     from milltools.read.runfile import Run
 
@@ -47,16 +50,20 @@ def run(arguments) -> int:
         runs = [stack.enter_context(Run(path)) for path in paths]
         if arguments.figure:
             write_figure(FIGURES, arguments.figure, runs, target, options)
-            return 0
-        if len(runs) > 1 or options or pathlib.Path(target).suffix.lower() == ".csv":
-            raise UserError(
-                f"without --figure only one run can be drawn, without options; else --figure {', '.join(FIGURES)}"
-            )
-        runs[0].need_statistics()
-        from milltools.figures import overview, style
+            title = FIGURES[arguments.figure].title
+        else:
+            if len(runs) > 1 or options or pathlib.Path(target).suffix.lower() == ".csv":
+                raise UserError(
+                    f"without --figure only one run can be drawn, without options; else --figure {', '.join(FIGURES)}"
+                )
+            runs[0].need_statistics()
+            from milltools.figures import overview, style
 
-        style.save(overview.draw(runs[0]), target, FEWER)
-    return 0
+            style.save(overview.draw(runs[0]), target, FEWER)
+            title = "overview"
+    total = os.path.getsize(target)
+    facts = {"files": [target], "bytes": total, "figure": arguments.figure or title, "title": title, "runs": paths}
+    return Answer(f"{target}: {title}, {size(total)}", facts)
 
 
 def write_figure(figures, name, runs, target, options):
@@ -80,9 +87,12 @@ def write_figure(figures, name, runs, target, options):
     write_csv(target, ["run"] * (len(tables) > 1) + list(tables[0].columns), rows)
 
 
-def tell(figures, runs) -> int:
-    """Prints all figures; for a run without one of them also the reason."""
+def tell(figures, runs) -> Answer:
+    """All figures; for a run without one of them also the reason."""
+    lines, found = [], []
     for figure in figures.values():
-        reasons = [f"{r.path}: {why}" for r in runs if (why := figure.why_not(r))]
-        print(f"{figure.name:<20} {figure.title}" + "".join(f"\n{'':<20}   not for {r}" for r in reasons))
-    return 0
+        reasons = {r.path: why for r in runs if (why := figure.why_not(r))}
+        lines.append(f"{figure.name:<20} {figure.title}")
+        lines += [f"{'':<20}   not for {path}: {why}" for path, why in reasons.items()]
+        found.append({"name": figure.name, "title": figure.title, "not_for": reasons})
+    return Answer("\n".join(lines), {"files": [], "figures": found})

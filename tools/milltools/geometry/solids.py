@@ -127,7 +127,10 @@ def parts(deck, tolerance, thickness) -> dict[str, list[np.ndarray]]:
     # begin at an outermost point, where the outer circle is near
     hole = np.roll(hole, -int(np.argmax(np.hypot(*hole.T))), axis=0)
     hole = _merged(hole, MERGED * profile.radius)
-    rim, tube = (circle(profile.outermost + thickness, tolerance, a) for a in (0.0, math.atan2(hole[0, 1], hole[0, 0])))
+    angle = math.atan2(hole[0, 1], hole[0, 0])
+    tube = circle(profile.outermost + thickness, tolerance, angle)
+    # half a side further: bodies that share edges would not be closed for readers that join all corners of a file
+    rim = circle(profile.outermost + thickness, tolerance, angle + math.pi / len(tube))
     return {
         "drum": [prism(tube, -half, half, hole)],
         "walls": [prism(rim, -half - thickness, -half), prism(rim, half, half + thickness)],

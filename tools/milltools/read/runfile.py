@@ -35,6 +35,15 @@ FORMS = {
     "potential_energy": "potential energy",
     "elastic_energy": "energy in the springs of contacts",
 }
+SUMMARY = {  # column of the summary of impacts: path below /statistics, with the kind of contact as {}
+    "count": "impacts/{}/count",
+    "rate": "impacts/{}/rate",
+    "dissipated_power": "impacts/{}/dissipated_power",
+    "mean": "impacts/{}/normal_speed/mean",
+    "median": "impacts/{}/normal_speed/median",
+    "median_above_50mm_s": "impacts/{}/normal_speed/median_above_50mm_s",
+    "floor_share": "floor_share/{}",
+}
 MEDIAN = "impacts/all/normal_speed/median_above_50mm_s"
 # path below /statistics -> name below /statistics/precision with its standard error; impacts/ROW/rate has one too
 PRECISION = {
@@ -379,6 +388,27 @@ class Run(Store):
     def statistic(self, path: str) -> Any:
         """A scalar or array under /statistics, such as "impacts/ball_ball/rate" or "rotor/power"."""
         return self.read(f"statistics/{path}", why="" if self.has_statistics else "no statistics yet")
+
+    def summary(self) -> dict[str, list[Any]]:
+        """The columns of SUMMARY: a value for each kind of contact, then one for all."""
+        rows = (*self.kinds, "all")
+        return {name: [self.statistic(path.format(row))[()] for row in rows] for name, path in SUMMARY.items()}
+
+    def results(self) -> dict[str, Any]:
+        """Status, window, power and summary of the run, for the JSON object of a command."""
+        drive, columns = self.driven or "rotor", self.summary()
+        return {
+            "status": self.status,
+            "time": self.time,
+            "window": self.window,
+            "power": self.statistic(f"{drive}/power"),
+            "power_error": self.standard_error(f"{drive}/power"),
+            "impacts": {
+                kind: {name: values[k] for name, values in columns.items()}
+                for k, kind in enumerate((*self.kinds, "all"))
+            },
+            "notes": self.notes,
+        }
 
     def standard_error(self, path: str) -> float:
         """The standard error of a scalar under /statistics, in its unit: value +- 1.96 standard errors is the 95 %

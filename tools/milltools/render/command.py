@@ -7,11 +7,11 @@ in several processes by team.py) -> a file (films by encode.py, joined with a ca
 import argparse
 import pathlib
 
+from milltools.base.answer import Answer
 from milltools.base.errors import UserError
 from milltools.base.extras import needs
 from milltools.base.files import check_writable
-from milltools.base.processes import Stopped, stops_in_order
-from milltools.base.progress import say
+from milltools.base.processes import stops_in_order
 
 SUMMARY = """Draws a run in 3D as a picture (FILE.png) or a film (FILE.mp4, FILE.webm; FILE.webp and FILE.gif
 repeat in web pages). It needs no display. Without --slow a film shows every stored frame. With --slow it shows
@@ -86,19 +86,14 @@ def _whole(text):
 _positive.__name__, _whole.__name__ = "positive number", "number of processes"  # argparse's errors name them
 
 
-def run(arguments) -> int:
+def run(arguments) -> Answer:
     suffix, path = _suffix(arguments), pathlib.Path(arguments.file)
     check_writable(path, [other for other in (arguments.run, arguments.beside) if other])
     needs("render")
-    try:
-        with stops_in_order():
-            from milltools.render import film
+    with stops_in_order():
+        from milltools.render import film
 
-            (film.still if suffix in STILLS else film.film)(arguments, path)
-    except Stopped as stop:
-        say("mill render", "stopped")
-        return 128 + stop.number
-    return 0
+        return (film.still if suffix in STILLS else film.film)(arguments, path)
 
 
 def _suffix(arguments):

@@ -10,6 +10,7 @@ import psutil
 from PIL import Image
 
 from milltools.base import extras, files, processes, progress
+from milltools.base.answer import Answer
 from milltools.base.errors import UserError
 from milltools.base.text import plural, size
 from milltools.geometry import rerun
@@ -25,7 +26,7 @@ EXAMPLES = {1: "30", 2: "0,4", 3: "0.3,-0.2,0.1"}
 say = functools.partial(progress.say, "mill render")
 
 
-def still(arguments, path):
+def still(arguments, path) -> Answer:
     """Writes the picture of a `mill render` command, or its scene for POV-Ray, to `path`."""
     with Run(arguments.run) as run:
         plan = times.still(run, arguments.time, _again(arguments, run))
@@ -35,26 +36,25 @@ def still(arguments, path):
         if path.suffix.lower() == ".pov":
             text = pov.scene(run, state, look.view(run, 0.0, state.poses), look.colour, look.size)
             files.write_text(path, text)
-            _written(path, "a scene for POV-Ray")
-            return
+            return _written(path, "a scene for POV-Ray", size=look.size, time=state.time)
         with look.drawing() as draw:
             picture = draw(state)
     content = io.BytesIO()
     Image.fromarray(picture).save(content, "PNG")
     with files.whole(path) as draft:
         draft.write_bytes(content.getvalue())
-    _written(path, f"{look.size[0]} x {look.size[1]} pixels at {state.time:.6g} s")
+    words = f"{look.size[0]} x {look.size[1]} pixels at {state.time:.6g} s"
+    return _written(path, words, pictures=1, size=look.size, time=state.time)
 
 
-def film(arguments, path):
+def film(arguments, path) -> Answer:
     """Writes the film of a `mill render` command to `path`."""
     encode.program()  # before anything is drawn
     with Run(arguments.run) as run:
         again, (width, height) = _again(arguments, run), _size(arguments)
         if not arguments.beside:
             plan = times.film(run, arguments, again)
-            _write(arguments, path, run, plan, _look(arguments, run, (width, height)))
-            return
+            return _write(arguments, path, run, plan, _look(arguments, run, (width, height)))
         shot = footage.open_film(arguments.beside, arguments.crop)
         offset = seconds({"--offset": arguments.offset}, negative=True)[0] if arguments.offset else 0.0
         rate = arguments.camera_fps or shot.rate
@@ -65,7 +65,7 @@ def film(arguments, path):
             width = shot.width(height)  # both see as much
         look = _look(arguments, run, (width, height))
         more = footage.GAP + shot.width(height)
-        _write(arguments, path, run, plan, look, more, lambda mine: footage.beside(mine, height, shot, first))
+        return _write(arguments, path, run, plan, look, more, lambda mine: footage.beside(mine, height, shot, first))
 
 
 def _again(arguments, run) -> bool:
@@ -86,12 +86,13 @@ def _moving(arguments, run, plan):
         )
 
 
-def _written(path, what):
-    """Prints the last line about the file written."""
-    print(f"{path}: {what}, {size(os.path.getsize(path))}", flush=True)
+def _written(path, what, **facts) -> Answer:
+    """The last line about the file written, and its facts for --json."""
+    total = os.path.getsize(path)
+    return Answer(f"{path}: {what}, {size(total)}", {"files": [path], "bytes": total} | facts)
 
 
-def _write(arguments, path, run, plan, look, more=0, change=iter):
+def _write(arguments, path, run, plan, look, more=0, change=iter) -> Answer:
     """Draws the pictures of a plan and writes them as a film. `change`: a function applied to the iterable of pictures,
     which makes them `more` pixels wider."""
     count, drawn = len(plan.times), 0
@@ -109,7 +110,9 @@ def _write(arguments, path, run, plan, look, more=0, change=iter):
                 watch(drawn, f"{drawn} of {count} pictures")
             if not drawn:
                 raise UserError(f"{path}: the film would have no picture")
-        _written(path, f"{drawn} pictures, {drawn / plan.fps:.3g} s")
+    facts = {"pictures": drawn, "fps": plan.fps, "duration": drawn / plan.fps, "slow": plan.slow}
+    facts |= {"size": (look.size[0] + more, look.size[1]), "from": plan.times[0], "to": plan.times[drawn - 1]}
+    return _written(path, f"{drawn} pictures, {drawn / plan.fps:.3g} s", **facts)
 
 
 # ---- how it looks

@@ -6,10 +6,11 @@ tables and the whole page. For several runs, page.py of the compare package make
 
 import os
 
+from milltools.base.answer import Answer
 from milltools.base.errors import UserError
 from milltools.base.files import check_writable, write_text
-from milltools.base.processes import Stopped, stops_in_order
-from milltools.base.progress import Progress, say
+from milltools.base.processes import stops_in_order
+from milltools.base.progress import Progress
 from milltools.base.text import size
 
 RERUN = ("auto", "always", "never")  # finer.py
@@ -39,7 +40,7 @@ def add_arguments(parser):
     )  # fmt: skip
 
 
-def run(arguments) -> int:
+def run(arguments) -> Answer:
     if not arguments.compare and len(arguments.runs) > 1:
         raise UserError("a report shows one run; --compare puts several on one page")
     if arguments.compare and len(arguments.runs) < 2:
@@ -52,15 +53,13 @@ def run(arguments) -> int:
     files = [path for side in sides for path in side]
     output = arguments.output or files[0].removesuffix(".h5") + ("-compared.html" if arguments.compare else ".html")
     check_writable(output, files)
-    try:
-        with stops_in_order():  # otherwise a second run of the deck leaves its folder behind
-            return _write(arguments, sides, files, output)
-    except Stopped as stop:
-        say("mill report", "stopped")
-        return 128 + stop.number
+    with stops_in_order():  # otherwise a second run of the deck leaves its folder behind
+        _write(arguments, sides, files, output)
+    total = os.path.getsize(output)
+    return Answer(f"{output}: {size(total)}", {"files": [output], "bytes": total, "runs": files})
 
 
-def _write(arguments, sides, files, output) -> int:
+def _write(arguments, sides, files, output):
     # imported here: a wrong command line needs neither matplotlib nor scipy
     if arguments.compare:
         from milltools.compare import load, page, rows
@@ -77,5 +76,3 @@ def _write(arguments, sides, files, output) -> int:
         with Run(files[0]) as opened, Progress("mill report", run_page.steps()) as watch:
             text = run_page.render(opened, watch, arguments.rerun)
     write_text(output, text)
-    print(f"{output}: {size(os.path.getsize(output))}")
-    return 0

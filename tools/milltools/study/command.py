@@ -7,6 +7,7 @@ contour, slices, pair and outputs show them.
 import pathlib
 import time
 
+from milltools.base.answer import Answer
 from milltools.base.errors import UserError
 from milltools.base.files import check_writable
 from milltools.base.progress import say
@@ -72,7 +73,7 @@ def reference(view, text) -> dict:
     return wanted
 
 
-def run(arguments) -> int:
+def run(arguments) -> Answer:
     asked = {kind: path for kind, what, _ in OPTIONS if what == "FILE" and (path := getattr(arguments, kind))}
     for kind, path in asked.items():
         check_writable(path)
@@ -80,6 +81,8 @@ def run(arguments) -> int:
             raise UserError(f"{path}: expected a name that ends in .{kind}")
     if arguments.reference and not arguments.beside:
         raise UserError("--reference: only with --beside")
+    if arguments.follow and arguments.json:
+        raise UserError("--follow: not with --json, which prints one object")
     if arguments.follow:
         follow(arguments)
     # imported here: a wrong command line needs neither pandas nor matplotlib
@@ -108,8 +111,9 @@ def run(arguments) -> int:
         written = outputs.write(asked, view, objective, sensitivities, beside=beside, wanted=wanted, **options)
     if not arguments.follow:
         said[:0] = summary.lines(view, sensitivities, objective if arguments.objective else None)
-    print("\n".join([*said, *(f"written: {path}" for path in written)]))
-    return 0
+    files = [*written, *(asked[kind] for kind in ("csv", "html") if kind in asked)]
+    said += [f"written: {path}" for path in written]
+    return Answer("\n".join(said), lambda: {"files": files} | summary.facts(table, view, sensitivities))
 
 
 def follow(arguments):

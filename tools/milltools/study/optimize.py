@@ -3,6 +3,7 @@ its keys."""
 
 import shlex
 
+from milltools.base.answer import Answer
 from milltools.base.errors import UserError
 from milltools.study.plan import options
 from milltools.study.remote import executors
@@ -73,7 +74,7 @@ def optimize(
     return table
 
 
-def run(arguments) -> int:
+def run(arguments) -> Answer:
     from milltools.study.plan import filling
 
     table = optimize(
@@ -83,9 +84,10 @@ def run(arguments) -> int:
     )  # fmt: skip
     from milltools.study.show import summary
 
-    print("\n".join(summary.of_search(table)))
     spared = arguments.runs - len(table) - table.elsewhere
     more = [f"{spared} more were not needed"] if spared > 0 else []
     if table.elsewhere:
         more.append(f"{table.elsewhere} runs of other 'mill optimize' commands are not finished")
-    return filling.last_words(table, NAME, more)
+    last, status = filling.last_words(table, NAME, more)
+    lines = [*summary.of_search(table), last]
+    return Answer("\n".join(lines), lambda: {"files": [table.path]} | summary.facts(table), status)

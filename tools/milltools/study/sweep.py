@@ -2,6 +2,7 @@
 
 import shlex
 
+from milltools.base.answer import Answer
 from milltools.study.plan import options
 from milltools.study.remote import executors
 
@@ -52,7 +53,7 @@ def sweep(
     return table
 
 
-def run(arguments) -> int:
+def run(arguments) -> Answer:
     from milltools.study.plan import filling
 
     table = sweep(
@@ -62,20 +63,21 @@ def run(arguments) -> int:
     from milltools.study.search import sensitivity
     from milltools.study.show import summary
 
-    print("\n".join([*summary.of_sweep(table), *sensitivity.lines(table)]))
-    if not arguments.no_picture:
-        _draw(table)
-    return filling.last_words(table, NAME)
+    lines = [*summary.of_sweep(table), *sensitivity.lines(table)]
+    files = [table.path] + ([] if arguments.no_picture else _draw(table))
+    lines += [f"{path}: the first objective over two of the varied keys" for path in files[1:]]
+    last, status = filling.last_words(table, NAME)
+    return Answer("\n".join([*lines, last]), lambda: {"files": files} | summary.facts(table), status)
 
 
-def _draw(table):
-    """The main picture, if there are two axes for it."""
+def _draw(table) -> list:
+    """The main picture, if there are two axes for it; its path."""
     from milltools.study.plan.ranges import Range
     from milltools.study.show import outputs
 
     axes = [r for r in map(Range.of, table.meta["vary"]) if r.numeric and (r.values is None or len(r.values) > 1)]
     if len(axes) < 2:
-        return
+        return []
     path = table.path.with_suffix(".png")
     outputs.draw(table, path)
-    print(f"{path}: the first objective over two of the varied keys")
+    return [path]

@@ -138,13 +138,14 @@ def _row(future, job, attempt):
         return one_job.empty(job, "failed", f"{type(fault).__name__}: {fault}")
 
 
-def last_words(table, command, more=()) -> int:
-    """Prints the number of runs, how to show them, and the most frequent failure; returns the exit status."""
+def last_words(table, command, more=()) -> tuple[str, int]:
+    """The number of runs and how to show them as a line, and the exit status. Prints the most frequent failure on
+    standard error."""
     frame = table.of_plan()
     count = {name: int((frame["status"] == name).sum()) for name in STATUSES}
     words = "; ".join([", ".join(f"{many} {name}" for name, many in count.items() if many), *more])
-    print(f"{table.path}: {len(frame)} runs ({words}); see them with: {engine.called()} study {table.path}")
+    line = f"{table.path}: {len(frame)} runs ({words}); see them with: {engine.called()} study {table.path}"
     if count["failed"]:
         message = frame.loc[frame["status"] == "failed", "message"].mode()[0]
         print(f"{command}: {count['failed']} runs failed; the most frequent message: {message}", file=sys.stderr)
-    return 1 if count["failed"] == len(frame) else 0
+    return line, 1 if count["failed"] == len(frame) else 0

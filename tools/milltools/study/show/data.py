@@ -23,6 +23,7 @@ from scipy import stats
 from milltools.base.errors import MissingFileError, UserError
 from milltools.base.text import plain, spoken_unit
 from milltools.read import deck_text, values
+from milltools.read.kinds import label
 from milltools.study.plan.ranges import Range
 from milltools.study.plan.study_deck import Objective
 from milltools.study.plan.table import Table
@@ -39,7 +40,9 @@ WORDS = {
     "contact.friction": "friction",
     "impacts/all/normal_speed/median_above_50mm_s": "median normal impact speed above 50 mm/s",
     "impacts/all/normal_speed/median": "median normal impact speed",
+    "impacts/all/normal_speed/mean": "mean normal impact speed",
     "impacts/all/rate": "rate of impacts",
+    "impacts/all/dissipated_power": "dissipated power",
     "rotor/power": "rotor power",
     "drive/power": "drive power",
     "rotor/torque": "rotor torque",
@@ -108,6 +111,10 @@ def deck_scales(meta) -> dict[str, Scale]:
 
 
 def words_of(name: str) -> str:
+    """A key or a path below /statistics as people write it; that of a kind as that of all impacts, with the kind."""
+    kind = re.fullmatch("impacts/(\\w+)(/.+)", name)
+    if kind and (words := WORDS.get(f"impacts/all{kind[2]}")) and kind[1] != "all":
+        return f"{words}, {label(kind[1])}"
     return WORDS.get(name) or re.sub("[./_]", " ", name)
 
 

@@ -8,7 +8,7 @@ from milltools.base.files import whole, write_csv, write_text
 from milltools.base.text import plain
 from milltools.figures import style
 from milltools.study.show import contour, optimum, pair, slices, summary
-from milltools.study.show.data import StudyView
+from milltools.study.show.data import StudyView, words_of
 
 DOTS = 200  # an inch of a picture
 
@@ -73,12 +73,18 @@ def write(asked, view, *more, **options) -> list[str]:
 
 
 def csv(view, path):
-    """All runs as comma-separated values, SI, the unit of each column in its head: "drum.buckle_height [m]"."""
+    """All runs as comma-separated values, SI, the unit of each column in its head: "buckle height h [m]"."""
     units = {one.key: one.unit for one in view.axes} | {one.path: one.unit for one in view.objectives}
     units |= {"time": "s", "sample_from": "s", "cpu": "s", "wall": "s"}
-    named = [(column, units.get(column.removesuffix(":error"))) for column in view.rows.columns]
+    known = {one.key: one.words for one in view.axes} | {one.path: one.words for one in view.objectives}
+    heads = []
+    for column in view.rows.columns:
+        name = column.removesuffix(":error")
+        words = known.get(name) or (words_of(name) if "/" in name else name)
+        words = f"standard error of {words}" if name != column else words
+        heads.append(f"{words} [{units[name]}]" if units.get(name) else words)
     rows = view.rows.astype(object).where(view.rows.notna(), None)
-    write_csv(path, [f"{name} [{unit}]" if unit else name for name, unit in named], rows.itertuples(index=False))
+    write_csv(path, heads, rows.itertuples(index=False))
 
 
 def page(view, objective, *more, beside=None, wanted=None, **options) -> str:

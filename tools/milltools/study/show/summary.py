@@ -271,3 +271,40 @@ def of_search(table) -> list[str]:
             reach = axis.reach(part.low, part.high, part.words)
             found.append(f"flat along {axis.key}: designs at most {100 * gp.ALIKE:g} % worse cover {reach}")
     return [*map(plain, found), ""]
+
+
+# ---- for programs
+
+
+def facts(table, view=None, sensitivities=None) -> dict:
+    """The members of the JSON object of a study, in SI. `best`, for each objective, and `pareto` are designs {key:
+    value} with the values of the objectives and the half widths of their 95 % intervals. `open` is the number of
+    designs that cannot be distinguished from the best."""
+    view = view or StudyView.of(table)
+    keys, means = [axis.key for axis in view.axes], {o.path: view.estimate(o.path) for o in view.objectives}
+
+    def design(k):
+        values = {path: {"value": found.mean[k], "half_95": found.half[k]} for path, found in means.items()}
+        return {"design": dict(zip(keys, view.designs[keys].iloc[k])), "objectives": values}
+
+    best = []
+    for objective in view.objectives:
+        if sensitivities is None:
+            sensitivities = optimum.indices(table, view, objective)
+        if found := optimum.find(view, objective):
+            how = "runs" if found.surface is None else "surface"
+            own = {"value": found.value, "half_95": found.half, "from": how}
+            own["open"] = found.open.sum() if math.isfinite(found.half) else math.nan
+            best.append({"objective": objective.path} | own | design(found.design))
+    names = ("key", "alone", "alone_half_95", "total", "total_half_95", "method")
+    state = progress(view)
+    return {
+        "study": view.name,
+        "objectives": [{"path": o.path, "goal": o.goal, "unit": o.unit, "words": o.words} for o in view.objectives],
+        "varied": {axis.key: axis.unit for axis in view.axes},
+        "runs": {name: state[name] for name in ("planned", "runs", "complete", "cpu")}
+        | {status: int((view.rows["status"] == status).sum()) for status in STATUSES},
+        "best": best,
+        "pareto": [design(k) for k in optimum.front(view)] if len(view.objectives) > 1 else [],
+        "sensitivity": [dict(zip(names, entry)) for entry in sensitivities or ()],
+    }
