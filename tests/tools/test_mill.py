@@ -117,6 +117,8 @@ def test_wrong_usage_is_one_line_and_status_2(mill, words, line):
 CALLS = {
     "plot": ("a.h5 a.png", {"figure": "overview", "files": ["a.png"]}),
     "report": ("a.h5 -o a.html --rerun never", {"files": ["a.html"]}),
+    "dose": ("a.h5", {"files": [], "run": "a.h5"}),
+    "wear": ("a.h5", {"files": [], "run": "a.h5"}),
     "render": ("a.h5 a.png --size 160x120 --quality draft", {"files": ["a.png"], "pictures": 1, "size": [160, 120]}),
     "dem": ("deck.ini --script dem", {"folder": "dem"}),
     "compare": ("a.h5 b.h5 --csv c.csv", {"files": ["c.csv"]}),

@@ -1,5 +1,6 @@
 """`mill dose`: the dose of a run as a table."""
 
+from milltools.base.answer import Answer
 from milltools.base.text import columns
 from milltools.dose import dose
 from milltools.read.runfile import Run
@@ -19,9 +20,13 @@ def add_arguments(parser):
     )  # fmt: skip
 
 
-def run(arguments) -> int:
+def run(arguments) -> Answer:
     with Run(arguments.run) as opened:
         found = dose.rows(opened, arguments.set)
     cells = [(row.name, dose.measured(row), row.words) for row in found]
-    print("\n".join(columns([("", "value ± standard error", ""), *cells], left=(0, 2))))
-    return 0
+    text = "\n".join(columns([("", "value ± standard error", ""), *cells], left=(0, 2)))
+    results = {
+        row.name: {"value": row.value, "standard_error": row.error, "unit": row.unit, "meaning": row.words}
+        for row in found
+    }
+    return Answer(text, {"run": arguments.run, "files": [], "results": results})

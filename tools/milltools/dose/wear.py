@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 
+from milltools.base.answer import Answer
 from milltools.base.text import columns, number
 from milltools.read.runfile import Run
 from milltools.read.wear import Wear
@@ -101,10 +102,12 @@ def add_arguments(parser):
     parser.add_argument("run", metavar="RUN", help="output file of a run")
 
 
-def run(arguments) -> int:
+def run(arguments) -> Answer:
     with Run(arguments.run) as opened:
         found = faces(opened)
-        print(finding(opened, found))
+        said = finding(opened, found)
     heads, rows = cells(found)
-    print("\n".join(columns([heads, *rows], left=(0, 1))))
-    return 0
+    text = "\n".join([said, "", *columns([heads, *rows], left=(0, 1))])
+    return Answer(
+        text, {"run": arguments.run, "files": [], "finding": said, "faces": list(map(dataclasses.asdict, found))}
+    )
