@@ -2,14 +2,14 @@
 design for a nanosecond."""
 
 import dataclasses
-import difflib
 import pathlib
 import tempfile
 
-import h5py
-
 from milltools.base.errors import UserError
+from milltools.read import expression
 from milltools.read.deck import Deck
+from milltools.read.results import Results
+from milltools.read.runfile import Run
 from milltools.study.plan import job as jobs
 
 TRIED = 5  # designs, spread over the plan, that are tried
@@ -18,7 +18,7 @@ MOMENT = ["run.sample_from=0 s", "run.time=1 ns"]
 
 def probe(study, designs):
     """Fills in units and descriptions of the objectives. UserError if millsim refuses all of a few designs, or an
-    objective is not a scalar of /statistics. Nothing is written."""
+    objective, a recorded number or a requirement cannot be computed. Nothing is written."""
     places = sorted({round(k * (len(designs) - 1) / (TRIED - 1)) for k in range(TRIED)})
     faults = []
     for number in places:
@@ -45,25 +45,28 @@ def _check(job):
 
 def _look(study, job):
     job = {**job, "set": [*job["set"], *MOMENT], "objectives": [], "record": [], "limit": None}
-    found = {}
-
-    def note(name, item):
-        if isinstance(item, h5py.Dataset) and item.shape == () and item.dtype.kind in "fiu":
-            found[name] = (item.attrs.get("unit", ""), item.attrs.get("description", ""))
+    found = []
 
     def read(_, path):
-        with h5py.File(path) as file:
-            file["statistics"].visititems(note)
+        with Run(path) as run:
+            found.append(Results.of(run))
         return {"status": "done"}
 
     row = jobs.run(job, read)
     if row["status"] != "done":
         raise UserError(row["message"])
-    for key, path in [*((o.goal, o.path) for o in study.objectives), *(("record", path) for path in study.record)]:
-        if path not in found:
-            near = difflib.get_close_matches(path, found, 1, 0.6)
-            hint = f"; did you mean '{near[0]}'?" if near else ""
-            raise study.fault(key, f"'{path}' is not a scalar of /statistics in a run of this deck{hint}")
+    units = {}
+    for key, text in [*((o.goal, o.path) for o in study.objectives), *(("record", text) for text in study.record)]:
+        try:
+            units[text] = expression.parsed(text).of(found[0]).unit
+        except UserError as fault:
+            raise study.fault(key, str(fault)) from None
+    for one in study.require:
+        try:
+            one.check(found[0])
+        except UserError as fault:
+            raise study.fault("require", str(fault)) from None
     study.objectives = [
-        dataclasses.replace(o, unit=found[o.path][0], description=found[o.path][1]) for o in study.objectives
+        dataclasses.replace(o, unit=units[o.path], description=expression.parsed(o.path).words)
+        for o in study.objectives
     ]
