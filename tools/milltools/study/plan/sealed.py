@@ -23,7 +23,7 @@ META = {
 OBJECTIVE = {"path": str, "goal": str, "unit": (str, NONE), "description": (str, NONE)}
 VARY = {
     "key": str, "unit": (str, NONE), "meaning": (str, NONE), "kind": str, "whole": bool, "log": bool,
-    "low": (int, float, NONE), "high": (int, float, NONE), "values": (list, NONE), "choices": list,
+    "low": (int, float, NONE), "high": (int, float, NONE), "values": (list, NONE), "choices": list, "written": str,
 }  # fmt: skip
 OF_KIND = {"number": (int, float), "whole": int, "choice": str, "vector": str, "file": str}
 

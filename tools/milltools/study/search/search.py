@@ -25,7 +25,7 @@ import optuna
 from optuna.distributions import CategoricalDistribution, FloatDistribution, IntDistribution
 from optuna.trial import TrialState
 
-from milltools.study.plan.ranges import Range
+from milltools.study.plan.ranges import ABOUT, Range
 from milltools.study.plan.sealed import plain
 from milltools.study.search.acquisition import Budget, Tried, choose, spread, unfinished
 from milltools.study.search.space import Space
@@ -102,7 +102,8 @@ class Sampler(optuna.samplers.BaseSampler):
 
 def name_of(study) -> str:
     """The name of the study in the storage: searches with equal runs, ranges and goals share it."""
-    what = [study.fingerprint, [(o.path, o.goal) for o in study.objectives], study.about()["vary"]]
+    ranges = [{name: getattr(r, name) for name in ABOUT} for r in study.vary]
+    what = [study.fingerprint, [(o.path, o.goal) for o in study.objectives], ranges]
     return f"millsim-{hashlib.sha256(json.dumps(what).encode()).hexdigest()[:16]}"
 
 

@@ -22,8 +22,9 @@ from scipy import stats
 
 from milltools.base.errors import MissingFileError, UserError
 from milltools.base.text import plain, spoken_unit
-from milltools.read import deck_text, values
-from milltools.study.plan.ranges import Range
+from milltools.read import deck_text, expression, values
+from milltools.read.results import Results
+from milltools.study.plan.ranges import Range, unit_written
 from milltools.study.plan.study_deck import Objective
 from milltools.study.plan.table import Table
 from milltools.study.search import gp
@@ -37,12 +38,8 @@ WORDS = {
     "rotor.speed": "rotor speed",
     "contact.restitution": "restitution",
     "contact.friction": "friction",
-    "impacts/all/normal_speed/median_above_50mm_s": "median normal impact speed above 50 mm/s",
-    "impacts/all/normal_speed/median": "median normal impact speed",
-    "impacts/all/rate": "rate of impacts",
-    "rotor/power": "rotor power",
-    "drive/power": "drive power",
-    "rotor/torque": "rotor torque",
+    "rotor.tip_speed": "tip speed",
+    "blade.*.pitch": "pitch of the blades",
 }
 SHORT = {"drum.buckles": "n", "drum.buckle_height": "h"}
 # where a table does not tell
@@ -95,11 +92,10 @@ def deck_scales(meta) -> dict[str, Scale]:
     """The scale of each key whose line in [vary] of the study deck has a unit: "600..1200 rpm step 100 rpm"."""
     lines = {e.key: e.value for e in deck_entries(meta, "study") if e.section == "vary"}
     found = {}
-    for entry in meta["vary"]:
-        text = re.sub(r"(\s+(log|in\s+\d+))+$", "", lines.get(entry["key"], ""))
-        unit = re.match(r".*\d\.?\s*([^\W\d][^,]*)$", text)
+    for entry in meta["vary"]:  # tables of earlier versions do not tell the unit
+        unit = entry.get("written") or unit_written(lines.get(entry["key"], ""))
         if unit and entry.get("kind") == "number":
-            found[entry["key"]] = unit.group(1).strip()
+            found[entry["key"]] = unit
     try:
         told = values.tell(f"{key}=1 {unit}" for key, unit in found.items())
     except UserError:  # no engine, or an engine that does not know the unit
@@ -107,8 +103,8 @@ def deck_scales(meta) -> dict[str, Scale]:
     return {one.key: Scale(one.value, plain(found[one.key])) for one in told}
 
 
-def words_of(name: str) -> str:
-    return WORDS.get(name) or re.sub("[./_]", " ", name)
+def words_of(key: str) -> str:
+    return WORDS.get(key) or re.sub("[./_]", " ", key.replace(".*.", ".all."))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -164,11 +160,15 @@ class Aim(Objective):
 
     @property
     def words(self) -> str:
-        return words_of(self.path)
+        return expression.parsed(self.path).words
 
     @property
     def scale(self) -> Scale:
         return Scale(unit=self.unit)
+
+    @property
+    def goal_words(self) -> str:
+        return f"{'largest' if self.sign > 0 else 'smallest'} {self.words}"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -220,7 +220,7 @@ def estimate(group, value, error, count) -> Means:
 
 class StudyView:
     """A study for showing: `name`, the table's metadata `meta`, a DataFrame of all runs `rows` (columns as in the
-    table), varied keys `axes`, `objectives`; `designs`: a DataFrame with one line per design, columns of the axes,
+    table), varied keys `axes`, `objectives`, requirements `require`; `designs`: a DataFrame with one line per design, columns of the axes,
     "state" (done | capped | failed), "runs"."""
 
     def __init__(self, name: str, meta: dict, rows: pd.DataFrame):
@@ -229,6 +229,7 @@ class StudyView:
         said = deck_scales(meta)
         self.axes = [self._axis(entry, said.get(entry["key"])) for entry in meta["vary"]]
         self.objectives = [Aim(o["path"], o["goal"], spoken_unit(o.get("unit") or "")) for o in meta["objectives"]]
+        self.require = [expression.Requirement.read(text) for text in meta.get("require") or ()]
         self._estimates = {}
         keys = [axis.key for axis in self.axes]
         self.design_of = self.rows.groupby(keys, sort=False, dropna=False).ngroup().to_numpy()
@@ -257,10 +258,71 @@ class StudyView:
         """Means of a scalar with their standard errors, one per design; from capped runs if there are no others."""
         if path not in self._estimates:
             state = self.designs["state"].to_numpy()[self.design_of]
-            value, error = (self.rows[name].to_numpy(float) for name in (path, f"{path}:error"))
+            value, error = self.column(path)
             value = np.where((self.rows["status"] == state).to_numpy(), value, np.nan)
             self._estimates[path] = estimate(self.design_of, value, error, len(self.designs))
         return self._estimates[path]
+
+    def column(self, text: str) -> tuple[np.ndarray, np.ndarray]:
+        """Values and standard errors of an expression in all rows, as stored or from the kept results. UserError if it
+        is neither stored nor computable."""
+        if text in self.rows:
+            return tuple(self.rows[name].to_numpy(float) for name in (text, f"{text}:error"))
+        found = np.full((2, len(self.rows)), np.nan)
+        for k, results in enumerate(self._results):
+            if results:
+                told = expression.parsed(text).of(results)
+                found[:, k] = told.value, told.error
+        return tuple(found)
+
+    @functools.cached_property
+    def _results(self) -> list:
+        """The kept Results of every row, None where there are none."""
+        texts = self.rows["results"] if "results" in self.rows else [""] * len(self.rows)
+        found = [Results.unpack(text) for text in texts]
+        if not any(found):
+            stored = ", ".join(name.removesuffix(":error") for name in self.rows if name.endswith(":error"))
+            raise UserError(
+                f"{self.name}: no run of this table has kept its results (an earlier version made it), so there are only "
+                f"{stored}; for other questions run the study again with --force"
+            )
+        return found
+
+    def aim(self, text: str, goal: str = "maximise") -> Aim:
+        """An expression as an objective: one of the study, or a new one. UserError for a wrong expression."""
+        text = expression.parsed(text).text
+        for own in self.objectives:
+            if own.path == text:
+                return own
+        unit = ""
+        if text not in self.rows or any(self.rows.get("results", ())):
+            told = next(results for results in self._results if results)
+            unit = spoken_unit(expression.parsed(text).of(told).unit)
+        return Aim(text, goal, unit)
+
+    def ask(self, objective: str | None = None, require=()) -> Aim:
+        """Makes the view answer another question: an objective, such as "rate / power" or "minimise power", and more
+        requirements such as "power <= 225 W". Returns the objective."""
+        words = (objective or "").split(maxsplit=1)
+        goal = words.pop(0) if words[:1] in (["maximise"], ["minimise"]) else "maximise"
+        chosen = self.aim(words[0], goal) if words else self.objectives[0]
+        self.require += [expression.Requirement.read(text) for text in require]
+        for one in self.require[len(self.require) - len(require) :]:
+            if told := next(filter(None, self._results), None):
+                one.check(told)
+        if chosen not in self.objectives:
+            self.objectives = [chosen]
+        for name in ("feasible", "_optima"):
+            self.__dict__.pop(name, None)
+        return chosen
+
+    @functools.cached_property
+    def feasible(self) -> np.ndarray:
+        """Designs whose means meet all requirements."""
+        found = np.ones(len(self.designs), bool)
+        for one in self.require:
+            found &= one.sign * (self.estimate(one.expression.text).mean - one.limit) <= 1e-12 * abs(one.limit)
+        return found
 
     @property
     def usable(self) -> np.ndarray:
@@ -284,6 +346,12 @@ class StudyView:
         if not all(axis.values for axis in self.axes):
             return False
         return (self.meta.get("planned") or 0) >= math.prod(len(axis.values) for axis in self.axes)
+
+    def label(self, design: int) -> str:
+        """A design as a short label: "1000 rpm, 2.5 mm"."""
+        line = self.designs.iloc[design]
+        bare = [axis.numeric and not axis.scale.unit for axis in self.axes]
+        return ", ".join(f"{a.short} = " * b + a.tell(line[a.key]) for a, b in zip(self.axes, bare))
 
     def tell(self, design: int) -> str:
         """A design in words: "n = 6, h = 6.5 mm"."""

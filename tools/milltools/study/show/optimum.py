@@ -1,4 +1,4 @@
-"""The best design, its value, and the designs that cannot be distinguished from it.
+"""The best design that meets the requirements, its value, and the designs that cannot be distinguished from it.
 
 Neighbouring designs give information about each other: a Gaussian process through all runs (`gp.py`) averages out the
 noise, which would otherwise make a lucky one of hundreds of designs look better than the truly best one. If there are
@@ -69,7 +69,8 @@ def surface_of(view, which, found, sign):
 
 
 def find(view, objective) -> Best | None:
-    """The optimum of an objective among the designs that were run; None if none has a value."""
+    """The optimum of an objective among the designs that were run and meet the requirements; None if none has a
+    value."""
     cache = view.__dict__.setdefault("_optima", {})
     if objective.path not in cache:
         cache[objective.path] = _find(view, objective)
@@ -79,20 +80,21 @@ def find(view, objective) -> Best | None:
 def _find(view, objective):
     found, sign = view.estimate(objective.path), objective.sign
     which = view.usable & np.isfinite(found.mean)
-    if not which.any():
+    among = which & view.feasible
+    if not among.any():
         return None
-    best = int(np.argmax(np.where(which, sign * found.mean, -np.inf)))
+    best = int(np.argmax(np.where(among, sign * found.mean, -np.inf)))
     surface = surface_of(view, which, found, sign)
     mean, spread, half = found.mean, found.error, found.half[best]
     if surface is not None:
         mean, spread = np.full((2, len(which)), np.nan)
         mean[which], spread[which] = surface.predict(tuples(view, which))
-        best = int(np.flatnonzero(which)[np.argmax(sign * mean[which])])
+        best = int(np.flatnonzero(among)[np.argmax(sign * mean[among])])
         half = REACH * spread[best]
     value = float(mean[best])
-    gap, least = np.where(which, sign * (value - mean), np.inf), 1e-12 * abs(value)
+    gap, least = np.where(among, sign * (value - mean), np.inf), 1e-12 * abs(value)
     if surface is None:
-        open_ = not_told_apart(found, sign, which)
+        open_ = not_told_apart(found, sign, among)
     else:
         # the error of a difference is at most the sum of both errors: only possible candidates are compared in pairs
         open_ = gap <= REACH * (np.where(which, spread, 0) + spread[best]) + least
@@ -151,12 +153,42 @@ def pareto(scores: np.ndarray) -> np.ndarray:
     return np.isin(np.arange(len(scores)), kept)
 
 
-def front(view) -> np.ndarray:
-    """Indices of the designs on the Pareto front of all objectives, best of the first one first."""
-    means = [o.sign * view.estimate(o.path).mean for o in view.objectives]
-    scores = np.where(view.usable[:, None], np.column_stack(means), np.nan)
+def front(view, aims=None) -> np.ndarray:
+    """Indices of the designs on the Pareto front of objectives (default: all), best of the first one first."""
+    means = [o.sign * view.estimate(o.path).mean for o in aims or view.objectives]
+    scores = np.where((view.usable & view.feasible)[:, None], np.column_stack(means), np.nan)
     which = np.flatnonzero(pareto(scores))
     return which[np.argsort(-scores[which, 0], kind="stable")]
+
+
+def allowed(view):
+    """A function of designs that were perhaps not run: which of them meet all requirements, by fits through the
+    runs."""
+    limits = []
+    for one in view.require:
+        found = view.estimate(one.expression.text)
+        surface = surface_of(view, view.usable & np.isfinite(found.mean), found, -one.sign)
+        if surface is not None:
+            limits.append((one, surface))
+
+    def meets(designs):
+        good = np.ones(len(designs), bool)
+        for one, surface in limits:
+            good &= one.sign * (surface.predict(designs)[0] - one.limit) <= 0
+        return good
+
+    return meets
+
+
+def knee(view, aims, which) -> int | None:
+    """The design on a front of two objectives that is farthest from the line between its ends, both objectives scaled
+    to the front's range; None for fewer than four designs, or where the front is nearly straight."""
+    if len(which) < 4:
+        return None
+    places = np.column_stack([o.sign * view.estimate(o.path).mean[which] for o in aims])
+    places = (places - places.min(axis=0)) / np.ptp(places, axis=0)
+    bulge = places.sum(axis=1) - 1  # from (0, 1) to (1, 0)
+    return int(which[np.argmax(bulge)]) if bulge.max() > 0.1 else None
 
 
 def indices(table, view, objective) -> list:
@@ -164,4 +196,6 @@ def indices(table, view, objective) -> list:
     best = find(view, objective)
     if len(view.axes) < 2 or best is None or best.surface is None:
         return []
-    return sensitivity.indices(table, view.objectives.index(objective), surface=best.surface)
+    stored = [one["path"] for one in table.meta["objectives"]]
+    number = stored.index(objective.path) if objective.path in stored else None
+    return sensitivity.indices(table, number, surface=best.surface)
