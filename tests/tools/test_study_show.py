@@ -469,7 +469,7 @@ def test_wrong_usage_is_one_line_and_status_2(mill):
     [
         (["other.study"], "other.study: it has no table yet"),
         (["made.parquet", "--x", "drum.radius"], "--x drum.radius: expected one of rotor.speed"),
-        (["made.parquet", "--objective", "rate"], f"--objective rate: expected one of {SPEED}"),
+        (["made.parquet", "--objective", "rate"], "--objective rate: made: no run of this table has kept its results"),
         (["made.parquet", "--png", "a.gif"], "a.gif: expected a name that ends in .png"),
         (["made.parquet", "--png", "no/a.png"], "no/a.png: there is no folder no"),
         (["made.parquet", "--reference", "rotor.speed=1"], "--reference: only with --beside"),

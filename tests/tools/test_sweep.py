@@ -158,7 +158,7 @@ def test_replicates_have_seeds_of_their_own_and_give_an_error(sweep, write_study
 def test_progress_is_lines_where_there_is_no_terminal(write_study, capsys):
     study = Study(write_study())
     kept = [{"status": "capped", MEDIAN: 0.75}, {"status": "failed", MEDIAN: float("nan")}]
-    tracker = Tracker("mill sweep", 6, kept, study.objectives[0], quiet=False)
+    tracker = Tracker("mill sweep", 6, kept, study, quiet=False)
     tracker.note({"status": "done", MEDIAN: 0.5})
     tracker.progress.due -= 60
     tracker.tick()

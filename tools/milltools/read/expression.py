@@ -362,9 +362,23 @@ class Requirement:
         limit = right._value(right._tree, None)
         return cls(f"{left.text} {'<=' if sign > 0 else '>='} {right.text}", left, sign, limit.value)
 
+    def excess(self, results: Results | None) -> tuple[float, float]:
+        """By how much results violate it (below 0: met), with the standard error; NaN without results."""
+        if results is None:
+            return math.nan, math.nan
+        found = self.expression.of(results)
+        return self.sign * (found.value - self.limit), found.error
+
     def check(self, results: Results):
         """UserError if the units of both sides differ."""
         value, limit = self.expression.of(results), parsed(self.text.split("= ")[-1])
         if value.powers != limit._value(limit._tree, None).powers:
             unit = spoken_unit(value.unit) or "a plain number"
             raise UserError(f"'{self.text}': {self.expression.text} has the unit {unit}, and the limit has another one")
+
+
+@functools.lru_cache(maxsize=None)
+def excess(packed: str, texts: tuple[str, ...]) -> tuple:
+    """Requirement.excess of every requirement, from packed Results; each run is unpacked once."""
+    results = Results.unpack(packed) if texts else None
+    return tuple(Requirement.read(text).excess(results) for text in texts)

@@ -62,7 +62,7 @@ def optimize(
         kept, place = kept or open_storage(None, path)
         search = Search(study_deck, table, kept, budget, private=storage is None, anew=force)
         rows = table.rows()
-        tracker = filling.Tracker(NAME, runs, rows, goal, quiet)
+        tracker = filling.Tracker(NAME, runs, rows, study_deck, quiet)
         if rows:
             tracker.progress.say(f"{len(rows)} runs are there already ({place})")
         if len(rows) < runs:

@@ -42,7 +42,7 @@ def sweep(
         table.number(numbers)
         there = table.ids(failed=not retry) & set(numbers)
         rows = [row for row in table.rows() if row["id"] in there]
-        tracker = filling.Tracker(NAME, len(numbers), rows, study_deck.objectives[0], quiet)
+        tracker = filling.Tracker(NAME, len(numbers), rows, study_deck, quiet)
         if rows:
             tracker.progress.say(f"{len(rows)} of {len(numbers)} runs are there already")
         if len(rows) < len(numbers):

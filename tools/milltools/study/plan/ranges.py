@@ -79,7 +79,8 @@ class Range:
         values, log = about.get("values"), bool(about.get("log"))
         texts = about["key"], about.get("kind", "number"), about.get("unit") or "", about.get("meaning") or ""
         ends = about.get("low"), about.get("high")
-        return cls(*texts, log, *ends, values and tuple(values), tuple(about.get("choices") or ()))
+        written = about.get("written") or ""
+        return cls(*texts, log, *ends, values and tuple(values), tuple(about.get("choices") or ()), written)
 
 
 def parse(key: str, text: str) -> Range:

@@ -141,11 +141,11 @@ class Axis(Range):
     def heading(self) -> str:
         return self.words + (self.scale.bracket if self.numeric else "")
 
-    def tell(self, value, unit: bool = True) -> str:
+    def tell(self, value, unit: bool = True, digits: int = 5) -> str:
         """A value as text, in the scale of the key."""
         if not self.numeric:
             return str(value)
-        return f"{float(value) / self.scale.size:.5g}" + (self.scale.suffix if unit else "")
+        return f"{float(value) / self.scale.size:.{digits}g}" + (self.scale.suffix if unit else "")
 
     def reach(self, low, high, words=()) -> str:
         """From one value to another, or the words: "5..8 mm", "circle or wavy"."""
@@ -303,11 +303,12 @@ class StudyView:
     def ask(self, objective: str | None = None, require=()) -> Aim:
         """Makes the view answer another question: an objective, such as "rate / power" or "minimise power", and more
         requirements such as "power <= 225 W". Returns the objective."""
-        words = (objective or "").split(maxsplit=1)
-        goal = words.pop(0) if words[:1] in (["maximise"], ["minimise"]) else "maximise"
-        chosen = self.aim(words[0], goal) if words else self.objectives[0]
-        self.require += [expression.Requirement.read(text) for text in require]
-        for one in self.require[len(self.require) - len(require) :]:
+        goal, text = re.fullmatch(r"\s*(?:(maximise|minimise)\b)?(.*)", objective or "", re.S).groups()
+        chosen = self.aim(text, goal or "maximise") if text.strip() else self.objectives[0]
+        asked = [expression.Requirement.read(text) for text in require]
+        new = {(one.expression.text, one.sign) for one in asked}  # a new limit replaces that of the study
+        self.require = [one for one in self.require if (one.expression.text, one.sign) not in new] + asked
+        for one in asked:
             if told := next(filter(None, self._results), None):
                 one.check(told)
         if chosen not in self.objectives:
@@ -351,7 +352,7 @@ class StudyView:
         """A design as a short label: "1000 rpm, 2.5 mm"."""
         line = self.designs.iloc[design]
         bare = [axis.numeric and not axis.scale.unit for axis in self.axes]
-        return ", ".join(f"{a.short} = " * b + a.tell(line[a.key]) for a, b in zip(self.axes, bare))
+        return ", ".join(f"{a.short} = " * b + a.tell(line[a.key], digits=4) for a, b in zip(self.axes, bare))
 
     def tell(self, design: int) -> str:
         """A design in words: "n = 6, h = 6.5 mm"."""

@@ -7,7 +7,7 @@ from milltools import pages
 from milltools.base.files import whole, write_csv, write_text
 from milltools.base.text import plain
 from milltools.figures import style
-from milltools.study.show import contour, optimum, pair, slices, summary
+from milltools.study.show import contour, optimum, pair, slices, summary, tradeoff
 from milltools.study.show.data import StudyView
 
 DOTS = 200  # an inch of a picture
@@ -28,9 +28,10 @@ def figures(view, objective, sensitivities=(), beside=None, wanted=None, **optio
         yield "contour", "Over two keys", words, part(contour.draw, view, objective, **options)
     words = f"{what} along each varied key through the best design, with 95 % error bars"
     yield "slices", "Along each key", words, part(slices.draw, view, objective)
-    if len(view.objectives) > 1:
-        words = "the designs that no other beats in every objective, with 95 % error bars"
-        yield "pareto", "Pareto front", words, part(slices.draw_front, view)
+    if found := tradeoff.pairs(view, objective):
+        what = " and ".join(dict.fromkeys(f"{pair.y.words} over {pair.x.words}" for pair in found))
+        words = f"{what} of every design, the designs that no other beats in both, and their 95 % error bars"
+        yield "pareto", "Trade-off", words, part(tradeoff.draw, view, objective)
     if sensitivities:
         words = "share of the variance that each varied key explains, alone and in all"
         yield "sensitivity", "Which key matters", words, part(slices.draw_sensitivity, view, sensitivities)

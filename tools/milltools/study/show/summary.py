@@ -148,7 +148,8 @@ def optimum_lines(view, objective) -> list[str]:
         what = f"at most {100 * optimum.ALIKE:g} % worse than the best"
         more.append(f"{optimum.spans(view, best.alike)}: {what} ({best.alike.sum()} designs)")
     if best.surface is not None and not view.is_grid():
-        places = zip(view.axes, best.surface.optimum(allowed=optimum.allowed(view)).place)
+        found_place = best.surface.optimum(optimum.tuples(view, [best.design]), optimum.allowed(view)).place
+        places = zip(view.axes, found_place)
         where = ", ".join(f"{axis.short} {axis.reach(p.low, p.high, p.words)}" for axis, p in places)
         more.append(f"by the fit, of all possible designs, those with {where} cannot be distinguished from the best")
     if edges := at_edge(view, [view.designs[axis.key][best.design] for axis in view.axes]):
