@@ -284,7 +284,7 @@ def test_the_unit_of_the_study_deck_is_that_of_words_and_axes():
     shown = view(*line_of([1.0, 2.0, 1.5], [0.1] * 3, study=lines))
     figure = slices.draw(shown, shown.objectives[0])
     ax = figure.axes[0]
-    assert (ax.get_xlabel(), ax.child_axes[0].get_xlabel()) == ("rotor speed [rpm]", "[rad/s]")
+    assert ax.get_xlabel() == "rotor speed [rpm]" and not ax.child_axes
     assert ax.get_xlim()[1] > 1100
     both = view(*line_of([1.0, 2.0, 1.5], [0.1] * 3, study=lines.replace("rpm", "rad/s")))
     assert (shown.tell(0), both.tell(0)) == ("rotor speed = 572.96 rpm", "rotor speed = 60 rad/s")

@@ -2,6 +2,7 @@
 
 import shlex
 
+from milltools.base.text import plural
 from milltools.study.plan import options
 from milltools.study.remote import executors
 
@@ -52,7 +53,30 @@ def sweep(
     return table
 
 
+def dry_run(arguments) -> int:
+    """Tells the number of runs and their cost."""
+    from milltools.study.plan import designs, probe, table
+    from milltools.study.plan.study_deck import Study
+
+    study, where = Study(arguments.study, arguments.set), executors.Where(**executors.asked(arguments))
+    path, plan = options.output_of(arguments.study, arguments.output), designs.plan(study)
+    probe.probe(study, plan)
+    wanted = {job["id"] for job in designs.jobs(study, plan)}
+    there = set()
+    if path.exists() and not arguments.force:
+        there = wanted & set(table.Table.open(path).frame()["id"])
+    each = plural(study.replicates, "run")
+    had = f"; {len(there)} of them are in {path} already" if there else ""
+    print(f"plan       {plural(len(plan), 'design')}, {each} each: {plural(len(wanted), 'run')}{had}")
+    missing = len(wanted) - len(there)
+    if missing:
+        print("\n".join(probe.forecast(NAME, study, missing, where.at_once, arguments.quiet)))
+    return 0
+
+
 def run(arguments) -> int:
+    if arguments.dry_run:
+        return dry_run(arguments)
     from milltools.study.plan import filling
 
     table = sweep(

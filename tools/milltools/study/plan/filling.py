@@ -65,7 +65,7 @@ class Tracker:
         value = row[self.objective.path]
         better = self.best is None or (value - self.best) * self.objective.sign > 0
         good = row["status"] == "done" and value == value and better
-        if good and all(over <= 0 for over, _ in expression.excess(row["results"], self.require)):
+        if good and all(over <= 0 for over, _ in expression.excess(row.get("results", ""), self.require)):
             self.best = value
 
     def tick(self):
