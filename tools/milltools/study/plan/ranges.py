@@ -20,7 +20,7 @@ from milltools.read.values import tell
 MOST = 1_000_000  # values of one key
 NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)$", re.S)
 CLAUSES = {"log": r"(.*\S)\s+(log)$", "in": r"(.*\S)\s+in\s+(\d+)$", "step": r"(.*?\S)\s+step\s+(.+)$"}
-WRITTEN = re.compile(r".*\d\.?\s*([^\W\d][^,]*)$", re.S)
+WRITTEN = re.compile(r".*\d\.?\s*([^\W\d][^,]*|%)$", re.S)
 # the order of these names identifies a search
 ABOUT = ("key", "unit", "meaning", "kind", "whole", "log", "low", "high", "values", "choices")
 WANTED = (

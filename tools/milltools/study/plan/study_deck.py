@@ -27,6 +27,7 @@ SEEDS = 2**32
 METHODS = ("grid", "lhs", "sobol", "saltelli")
 KEYS = ("deck", "maximise", "minimise", "require", "record", "replicates", "seed", "seeds", "precision", "max_collisions",
         "cpu_limit", "method", "samples")  # fmt: skip
+RIVALS = {"rotor.tip_speed": "rotor.speed"}  # a key replaces another one of the base deck
 # output of a run in addition to its statistics: these keys have no effect on the statistics
 STORED_ONLY = ("output.frames", "output.series", "output.checkpoint", "output.impacts")
 
@@ -291,6 +292,8 @@ class _Lines:
         """The base deck without the keys that [set] leaves empty; they get their defaults. Lines keep their numbers."""
         rows, out = text.splitlines(), {entry.key: entry for entry in self.of("set") if not entry.value}
         own = {f"{one.section}.{one.key}": one for one in found}
+        replaced = [RIVALS[key] for _, key in self.entries if key in RIVALS]
+        out |= {key: None for key in replaced if key in own and ("set", key) not in self.entries}
         for key, entry in out.items():
             if key not in own:
                 raise entry.fault("an empty value removes a key from the base deck, but the base deck has no such key")
