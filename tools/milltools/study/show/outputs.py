@@ -3,11 +3,10 @@
 import functools
 import pathlib
 
-from milltools import pages
 from milltools.base.files import whole, write_csv, write_text
 from milltools.base.text import plain
 from milltools.figures import style
-from milltools.study.show import contour, optimum, pair, slices, summary, tradeoff
+from milltools.study.show import contour, optimum, pair, slices, tradeoff
 from milltools.study.show.data import StudyView
 
 DOTS = 200  # an inch of a picture
@@ -57,7 +56,7 @@ def write(asked, view, *more, **options) -> list[str]:
     if "csv" in asked:
         csv(view, asked["csv"])
     if "html" in asked:
-        write_text(asked["html"], page(view, *more, **options))
+        write_text(asked["html"], _page(view, *more, **options))
     names = []
     for path in (pathlib.Path(asked[kind]) for kind in ("png", "svg") if kind in asked):
         for name, _, _, make in figures(view, *more, **options):
@@ -82,25 +81,8 @@ def csv(view, path):
     write_csv(path, [f"{name} [{unit}]" if unit else name for name, unit in named], rows.itertuples(index=False))
 
 
-def page(view, objective, *more, beside=None, wanted=None, **options) -> str:
-    """Text, tables and pictures as one page that opens from disk; all text from the study is escaped."""
-    kinds = list(figures(view, objective, *more, beside=beside, wanted=wanted, **options))
-    kinds.sort(key=lambda entry: entry[0] != "beside")  # that one first
-    aims = [objective] + [o for o in view.objectives if o is not objective]
-    tables = [(f"The best designs, by {objective.words}", summary.best_table(view, objective))]
-    if len(view.objectives) > 1:
-        front, count = summary.front_table(view, 100)
-        tables.append((f"Pareto front: {count} designs", front))
-    template = pages.environment(pathlib.Path(__file__).parent).get_template("study_page.html")
-    return template.render(
-        policy="default-src 'none'; img-src data:; style-src 'unsafe-inline'",
-        style=pages.style(),
-        title=f"Study: {plain(view.name)}",
-        name=plain(view.name),
-        head=summary.head_lines(view) + summary.progress_lines(view),
-        optima=[summary.optimum_lines(view, aim) for aim in aims],
-        beside=pair.sentences([view, beside], objective, wanted) if beside is not None else [],
-        tables=tables,
-        pictures=[(title, words, style.embedded(make())) for _, title, words, make in kinds],
-        meta=view.meta,
-    )
+def _page(view, objective, sensitivities=(), beside=None, wanted=None, quiet=False, **options) -> str:
+    from milltools.study.show import page  # with the player, which the other files do not need
+
+    kinds = list(figures(view, objective, sensitivities, beside=beside, wanted=wanted, **options))
+    return page.render(view, objective, kinds, beside, wanted, quiet)
