@@ -18,7 +18,7 @@ from conftest import ROOT
 
 from milltools.__main__ import dispatch
 from milltools.base.errors import UserError
-from milltools.study.show import canvas, contour, data, optimum, outputs, pair, slices, summary
+from milltools.study.show import canvas, contour, data, optimum, outputs, page, pair, slices, summary, tradeoff
 from milltools.study.show.data import StudyView
 
 SPEED, POWER = made.SPEED, made.POWER
@@ -394,11 +394,12 @@ def test_the_page_escapes_everything_and_needs_no_network():
     bad = "<script>alert(1)</script><img src=http://x.example/>"
     rows["message"] = bad
     meta |= {"study": bad, "deck": bad, "command": bad, "version": bad}
-    page = outputs.page(view(rows, meta, bad), view(rows, meta).objectives[0])
+    shown = view(rows, meta, bad)
+    text = page.render(shown, shown.objectives[0], list(outputs.figures(shown, shown.objectives[0])))
     reader = Reader()
-    reader.feed(page)
-    assert "script" not in reader.tags and bad not in page and "&lt;script&gt;" in page
-    assert reader.links and all(link.startswith("data:image/") for link in reader.links)
+    reader.feed(text)
+    assert reader.tags.count("script") == 3 and bad not in text and "&lt;script&gt;" in text  # data, theme, pictures
+    assert reader.links and all(link.startswith(("data:image/", "#")) for link in reader.links)
 
 
 def csv_of(shown, folder):

@@ -168,7 +168,8 @@ class Aim(Objective):
 
     @property
     def goal_words(self) -> str:
-        return f"{'largest' if self.sign > 0 else 'smallest'} {self.words}"
+        many = self.words.startswith("impacts")
+        return f"{('the largest ', 'the smallest ', 'most ', 'fewest ')[2 * many + (self.sign < 0)]}{self.words}"
 
 
 @dataclasses.dataclass(frozen=True)

@@ -51,13 +51,13 @@ def draw(table, path):
 
 
 def write(asked, view, *more, **options) -> list[str]:
-    """Writes the requested files, {kind: path}; returns the names of the pictures: one PDF for all, or one file
-    each."""
+    """Writes the requested files, {kind: path}; returns the names of the page and of the pictures: one PDF for all, or
+    one file each."""
     if "csv" in asked:
         csv(view, asked["csv"])
     if "html" in asked:
         write_text(asked["html"], _page(view, *more, **options))
-    names = []
+    names = [asked["html"]] if "html" in asked else []
     for path in (pathlib.Path(asked[kind]) for kind in ("png", "svg") if kind in asked):
         for name, _, _, make in figures(view, *more, **options):
             names.append(str(path.with_name(f"{path.stem}-{name}{path.suffix}")))

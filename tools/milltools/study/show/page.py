@@ -16,7 +16,7 @@ from milltools import pages
 from milltools.base import engine
 from milltools.base.errors import UserError
 from milltools.base.progress import Progress
-from milltools.base.text import plain, spoken_unit
+from milltools.base.text import plain
 from milltools.figures import style
 from milltools.player import parts, player
 from milltools.read import values
@@ -92,7 +92,7 @@ def data(view, objective, mills) -> dict:
             "told": [aim.scale.pair(found[path].mean[k], found[path].half[k]) for path, aim in aims.items()],
         })  # fmt: skip
     pairs = [{"x": [*aims].index(p.x.path), "y": [*aims].index(p.y.path),
-              "slope": None if p.slope is None else spoken_unit(p.slope)} for p in shown]  # fmt: skip
+              "slope": p.slope} for p in shown]  # fmt: skip
     table = matplotlib.colormaps["viridis"](np.linspace(0, 1, 32), bytes=True)[:, :3]
     return {
         "keys": [{"name": a.words, "unit": a.scale.unit if a.numeric else "", "words": [] if a.numeric else

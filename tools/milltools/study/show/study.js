@@ -8,7 +8,7 @@
   const data = JSON.parse(document.getElementById('data').textContent);
   const { keys, aims, designs } = data;
   const SPACE = 'http://www.w3.org/2000/svg';
-  const WIDTH = 520, HEIGHT = 380, LEFT = 62, RIGHT = 18, TOP = 16, BOTTOM = 44;
+  const WIDTH = 520, HEIGHT = 380, LEFT = 80, RIGHT = 18, TOP = 16, BOTTOM = 44;
   const brushes = new Map(); // number of a parallel axis -> [low, high]
   let chosen = data.best, pair = 0;
 

@@ -113,15 +113,15 @@ def finding(view, objective) -> str:
     known = " (95 %)" if math.isfinite(best.half) else " (error not known)"
     under = f" with {required(view)}" if view.require else ""
     value = objective.scale.pair(best.value, best.half)
-    return f"{view.tell(best.design)} gives the {objective.goal_words}{under}: {value}{known}"
+    return f"{view.tell(best.design)} gives {objective.goal_words}{under}: {value}{known}"
 
 
 def optimum_lines(view, objective) -> list[str]:
     best = optimum.find(view, objective)
-    if best is None and not (view.designs["state"] == "capped").any():
-        return [f"optimum    no run has a value of {objective.words}"]
     if best is None and (which := view.usable & ~view.feasible).any():
         return [f"optimum    none: no design that was run meets {required(view)}", *nearest(view, which)]
+    if best is None and not (view.designs["state"] == "capped").any():
+        return [f"optimum    no run has a value of {objective.words}"]
     if best is None:
         return [
             "optimum    none: every run with a value was capped, for the reasons above",

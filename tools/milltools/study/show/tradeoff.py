@@ -15,7 +15,7 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 
 from milltools.base.errors import UserError
-from milltools.base.text import literal, number, spoken_unit
+from milltools.base.text import literal, number
 from milltools.read import expression
 from milltools.study.show import canvas, optimum
 from milltools.study.show.data import Aim
@@ -150,7 +150,7 @@ def _through_origin(ax, pair, x, y, handles):
         ax.annotate(f"{number(slope)}", end, (2, 0) if end[0] == right else (0, 1), textcoords="offset points",
                     fontsize=6.5, color="0.4", annotation_clip=False, **at)  # fmt: skip
     if slopes:
-        line.set_label(literal(f"equal efficiency [{spoken_unit(pair.slope) or '1'}]"))
+        line.set_label(literal(f"equal efficiency [{pair.slope or '1'}]"))
         handles.setdefault("slope", line)
 
 
