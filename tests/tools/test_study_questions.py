@@ -146,7 +146,7 @@ def test_a_key_with_a_star_sets_all_sections_of_the_base_deck(write_study, write
 
 def test_a_star_that_names_no_section_is_refused(write_study):
     with pytest.raises(UserError, match=r"blade\.\*\.pitch: no section of the base deck is named so"):
-        Study(write_study(STUDY + "blade.*.pitch = 0, 30 deg\n")).fingerprint  # noqa: B018
+        Study(write_study(STUDY + "blade.*.pitch = 0, 30 deg\n")).fingerprint
 
 
 def test_the_unit_of_an_override_is_that_of_the_axes(write_study):

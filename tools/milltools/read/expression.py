@@ -377,7 +377,7 @@ class Requirement:
             raise UserError(f"'{self.text}': {self.expression.text} has the unit {unit}, and the limit has another one")
 
 
-@functools.lru_cache(maxsize=None)
+@functools.cache
 def excess(packed: str, texts: tuple[str, ...]) -> tuple:
     """Requirement.excess of every requirement, from packed Results; each run is unpacked once."""
     results = Results.unpack(packed) if texts else None

@@ -16,8 +16,9 @@ import numpy as np
 
 from milltools.base.errors import UserError
 from milltools.read.histogram import Histogram
-from milltools.read.runfile import THRESHOLDS, Run, estimates
+from milltools.read.runfile import PRECISION, RATE, THRESHOLDS, Run, estimates
 
+NO_SCALARS = ("maps", "energies", "histogram")
 SPECTRA = {"m/s": "normal_speed", "J": "normal_energy"}
 # edges of bins by their first and last edge and their number: only these three numbers are kept
 LAWS = {
@@ -42,15 +43,21 @@ class Results:
     def of(cls, run: Run) -> "Results":
         scalars = {}
 
-        def note(name, item):
-            if isinstance(item, h5py.Dataset) and item.shape in ((), (1,)) and item.dtype.kind in "fiu":
-                value, error = run.statistic(name), run.standard_error(name)
-                group = scalars.setdefault(run.attribute(f"statistics/{name}", "unit", ""), {})
-                if np.ndim(value) == 0:
-                    group[name] = [float(value), error if math.isfinite(error) else None]
+        def note(group, prefix):
+            for name, item in group.items():
+                path = prefix + name
+                if isinstance(item, h5py.Group):
+                    if name not in NO_SCALARS:
+                        note(item, f"{path}/")
+                elif item.shape in ((), (1,)) and item.dtype.kind in "fiu":
+                    told = path in PRECISION or RATE.fullmatch(path) or f"{name}_error" in group
+                    error = run.standard_error(path) if told else math.nan
+                    unit = item.attrs.get("unit", "")
+                    own = scalars.setdefault(unit.decode() if isinstance(unit, bytes) else str(unit), {})
+                    own[path] = [float(np.ravel(item[()])[0]), error if math.isfinite(error) else None]
 
         run.need_statistics()
-        run.find("statistics").visititems(note)
+        note(run.find("statistics"), "")
         kinds = (*run.kinds, "all")
         found = [name for name in estimates(run.kinds) if name.startswith("rate")]
         known = {kind: [] for kind in kinds}

@@ -49,7 +49,9 @@ def tell(orders) -> list[Value]:
         try:
             said = engine.ask(*(f"--value={_single(text)}" for text in orders[start : start + AT_ONCE]))
         except UserError as fault:
-            raise UserError(_plain(str(fault).replace(f".{ANY}", ".*")), 1 if fault.status in (1, 126, 127) else 2) from None
+            raise UserError(
+                _plain(str(fault).replace(f".{ANY}", ".*")), 1 if fault.status in (1, 126, 127) else 2
+            ) from None
         for asked, line in zip(orders[start:], said.splitlines()):
             _, kind, text, unit, meaning, choices = line.split("\t")
             key = asked.partition("=")[0].strip()

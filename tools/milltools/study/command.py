@@ -24,8 +24,12 @@ OPTIONS = (
     ("pdf", "FILE", "the same, as pages of one PDF"),
     ("html", "FILE", "everything as one page"),
     ("csv", "FILE", "all runs, with units"),
-    ("objective", "EXPR", "objective: one of the study or any other expression, such as 'rate_above(1 mJ) / power' or "
-        "'minimise power' (default: the first of the study)"),
+    (
+        "objective",
+        "EXPR",
+        "objective: one of the study or any other expression, such as 'rate_above(1 mJ) / power' or "
+        "'minimise power' (default: the first of the study)",
+    ),
     ("require", "EXPR", "only designs that meet this, such as 'power <= 225 W'; may be repeated"),
     ("x", "KEY", "varied key along x"),
     ("y", "KEY", "varied key along y"),

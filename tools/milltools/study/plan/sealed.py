@@ -16,9 +16,9 @@ SUM = re.compile(rb'(\{.*), "sum": "([0-9a-f]{16})"\}', re.S)
 SECRETS = re.compile(r"(\w://[^:/@]*:).*(?=@)|([?&][^=&]*(?:pass|pwd|secret|token)[^=&]*=)[^&]*", re.I | re.S)
 NONE = type(None)
 META = {
-    "study": str, "file": str, "deck": str, "fingerprint": str, "common": dict, "objectives": list, "record": list, "require": list,
-    "vary": list, "method": str, "samples": (int, NONE), "seed": int, "replicates": int, "planned": (int, NONE),
-    "command": str, "version": str,
+    "study": str, "file": str, "deck": str, "fingerprint": str, "common": dict, "objectives": list, "record": list,
+    "require": list, "vary": list, "method": str, "samples": (int, NONE), "seed": int, "replicates": int,
+    "planned": (int, NONE), "command": str, "version": str,
 }  # fmt: skip
 OBJECTIVE = {"path": str, "goal": str, "unit": (str, NONE), "description": (str, NONE)}
 VARY = {
@@ -95,7 +95,9 @@ def check_metadata(meta: dict, known_only: bool):
         _check_vary(one)
     if not meta["objectives"] or not meta["vary"]:
         raise ValueError("it has no varied key or no objective")
-    if not all(isinstance(path, str) for path in [*meta["record"], *meta.get("require", []), *meta.get("common", {}).values()]):
+    if not all(
+        isinstance(path, str) for path in [*meta["record"], *meta.get("require", []), *meta.get("common", {}).values()]
+    ):
         raise ValueError("'record' or 'common' contains values that are not texts")
 
 

@@ -25,8 +25,8 @@ from milltools.study.plan import ranges
 ROW_VERSION = 1  # of the content of a row: another version is another run
 SEEDS = 2**32
 METHODS = ("grid", "lhs", "sobol", "saltelli")
-KEYS = ("deck", "maximise", "minimise", "require", "record", "replicates", "seed", "seeds", "precision", "max_collisions",
-        "cpu_limit", "method", "samples")  # fmt: skip
+KEYS = ("deck", "maximise", "minimise", "require", "record", "replicates", "seed", "seeds", "precision",
+        "max_collisions", "cpu_limit", "method", "samples")  # fmt: skip
 RIVALS = {"rotor.tip_speed": "rotor.speed"}  # a key replaces another one of the base deck
 # output of a run in addition to its statistics: these keys have no effect on the statistics
 STORED_ONLY = ("output.frames", "output.series", "output.checkpoint", "output.impacts")

@@ -40,8 +40,8 @@ TYPES = {"number": REAL, "whole": WHOLE}
 BEFORE = {"design": WHOLE, "replicate": WHOLE, "seed": WHOLE, "id": TEXT}
 RESULTS = "results"  # read/results.py; tables of earlier versions do not have them
 BEHIND = {
-    RESULTS: TEXT, "status": TEXT, "message": TEXT, "time": REAL, "sample_from": REAL, "collisions": WHOLE, "cpu": REAL, "wall": REAL,
-    "version": TEXT, "worker": TEXT, "finished": TEXT,
+    RESULTS: TEXT, "status": TEXT, "message": TEXT, "time": REAL, "sample_from": REAL, "collisions": WHOLE,
+    "cpu": REAL, "wall": REAL, "version": TEXT, "worker": TEXT, "finished": TEXT,
 }  # fmt: skip
 COLUMNS = (*BEFORE, *BEHIND)
 MOST_ROWS = 10_000_000  # of a table to be read

@@ -66,7 +66,6 @@ class Where:
         except ValueError as fault:
             raise UserError(f"--slurm-options: {fault}: {self.slurm_options}") from None
 
-
     @property
     def at_once(self) -> int:
         """The number of runs at a time, as far as it is known."""

@@ -153,8 +153,8 @@ def rival(surface: Surface, runs: list[Tried], pending=(), meets=certain) -> tup
 
 def gain(surface: Surface, designs, among=slice(None)) -> np.ndarray:
     """The knowledge gradient of one more run at each design, in the objective's unit: the expected increase of the best
-    expected value of the designs `among` (a mask). The run moves all means by `shift` times a standard normal number; Gauss-Hermite quadrature
-    integrates over this number."""
+    expected value of the designs `among` (a mask). The run moves all means by `shift` times a standard normal number;
+    Gauss-Hermite quadrature integrates over this number."""
     mean, cov = surface.covariance(designs)
     mean = surface.sign * mean
     shift = cov / np.sqrt(np.diag(cov) + surface.noise**2 + 1e-300)

@@ -3,8 +3,8 @@
 One objective: `acquisition.choose`, which takes the noise of every run from its own standard error. (Optuna's own
 Gaussian process ignores the noise of single trials and needs PyTorch.) Several: Optuna's NSGA-II (Deb, Pratap, Agarwal
 & Meyarivan 2002), after a first generation from a Sobol sequence; a capped run, and one that does not meet a
-requirement of the study, violates a constraint, so it ranks below every run that violates none. The proposals depend only on the seed and the number of the trial: an interrupted
-search continues as if there had been no interruption.
+requirement of the study, violates a constraint, so it ranks below every run that violates none. The proposals depend
+only on the seed and the number of the trial: an interrupted search continues as if there had been no interruption.
 
 Every run is a trial in Optuna's storage and a row in the table. The order is: make the trial; store "owner" (the
 driver that runs it), "seed" and "id" of its run in it; run it; write the row into the table; write the row into the

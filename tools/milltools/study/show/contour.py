@@ -228,7 +228,9 @@ def paint(ax, plane: Plane, levels):
     if plane.grid and plane.state.size <= DOTS:
         at = np.array([(x, y) for y, row in zip(plane.ys, plane.state) for x, what in zip(plane.xs, row) if what])
         ax.plot(*at.T, "o", ms=3, mfc="white", mec=canvas.INK, mew=0.6, zorder=3, ls="", clip_on=False)
-        handles.append(Line2D([], [], ls="", marker="o", ms=3, mfc="white", mec=canvas.INK, label="designs that were run"))
+        handles.append(
+            Line2D([], [], ls="", marker="o", ms=3, mfc="white", mec=canvas.INK, label="designs that were run")
+        )
     for text, excess in plane.limits:
         if min(excess.shape) > 1 and (excess > 0).any():
             ax.contourf(*level(excess)[:3], [0, np.inf], colors="none", hatches=["\\\\"], zorder=2)

@@ -221,8 +221,8 @@ def estimate(group, value, error, count) -> Means:
 
 class StudyView:
     """A study for showing: `name`, the table's metadata `meta`, a DataFrame of all runs `rows` (columns as in the
-    table), varied keys `axes`, `objectives`, requirements `require`; `designs`: a DataFrame with one line per design, columns of the axes,
-    "state" (done | capped | failed), "runs"."""
+    table), varied keys `axes`, `objectives`, requirements `require`; `designs`: a DataFrame with one line per design,
+    columns of the axes, "state" (done | capped | failed), "runs"."""
 
     def __init__(self, name: str, meta: dict, rows: pd.DataFrame):
         self.name, self.meta = name, meta
@@ -284,8 +284,8 @@ class StudyView:
         if not any(found):
             stored = ", ".join(name.removesuffix(":error") for name in self.rows if name.endswith(":error"))
             raise UserError(
-                f"{self.name}: no run of this table has kept its results (an earlier version made it), so there are only "
-                f"{stored}; for other questions run the study again with --force"
+                f"{self.name}: no run of this table has kept its results (an earlier version made it), so there are "
+                f"only {stored}; for other questions run the study again with --force"
             )
         return found
 

@@ -87,7 +87,8 @@ def data(view, objective, mills) -> dict:
         line = view.designs.iloc[k]
         designs.append({
             "name": view.tell(k), "state": str(state[k]), "set": " ".join(f"-s '{text}'" for text in settings(view, k)),
-            "keys": [float(line[a.key]) / a.scale.size if a.numeric else a.choices.index(line[a.key]) for a in view.axes],
+            "keys": [float(line[a.key]) / a.scale.size if a.numeric else a.choices.index(line[a.key])
+                     for a in view.axes],
             "aims": [_number(found[path].mean[k]) for path in aims],
             "told": [aim.scale.pair(found[path].mean[k], found[path].half[k]) for path, aim in aims.items()],
         })  # fmt: skip

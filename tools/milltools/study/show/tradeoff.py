@@ -110,7 +110,9 @@ def _panel(ax, view, objective, pair, hue, colours, handles):
                            edgecolors=canvas.INK, linewidths=0.6, zorder=3)  # fmt: skip
         if axis:
             label = f"{axis.short} = {axis.tell(value)}"
-            handles.setdefault(label, Line2D([], [], ls="", marker=mark, mfc="0.7", mec=canvas.INK, label=literal(label)))
+            handles.setdefault(
+                label, Line2D([], [], ls="", marker=mark, mfc="0.7", mec=canvas.INK, label=literal(label))
+            )
     which = optimum.front(view, (pair.y, pair.x))
     a, b = x[which], y[which]
     order = np.argsort(a)
