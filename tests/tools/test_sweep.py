@@ -508,7 +508,7 @@ def test_a_plan_may_wait_for_rows():
 
 @pytest.mark.slow
 def test_a_row_costs_the_driver_milliseconds(write_study, tmp_path, one_job, monkeypatch):
-    """CPU time of the driver alone, with a margin: about 60 ms a run."""
+    """CPU time of the driver alone, with a margin: about 90 ms a run."""
     made = one_job()
     template = finished(made, {})
     program = tmp_path / "quick"
@@ -524,7 +524,7 @@ def test_a_row_costs_the_driver_milliseconds(write_study, tmp_path, one_job, mon
             send(jobs[first : first + 20], executor, rows.append)
             spent.append(time.process_time() - begin)
     assert {row["status"] for row in rows} == {"done"}
-    assert min(spent) / 20 < 0.12
+    assert min(spent) / 20 < 0.25
 
 
 def test_a_signal_waits_for_the_row_at_hand_and_a_second_one_does_not():

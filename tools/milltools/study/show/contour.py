@@ -299,6 +299,9 @@ def _draw_errors(ax, shown):
     if not np.isfinite(share).any():
         ax.text(0.5, 0.5, "no errors known", ha="center", transform=ax.transAxes)
         return
+    if np.nanmax(share) - np.nanmin(share) < 1e-6 * np.nanmax(share):  # replicates pooled over all designs
+        ax.text(0.5, 0.5, f"{np.nanmedian(share):.2g} % everywhere", ha="center", transform=ax.transAxes)
+        return
     top = float(np.nanquantile(share, 0.99)) or 1.0
     look = {"edgecolors": "white", "linewidth": 0.4} if share.size <= DOTS else {"rasterized": True}
     image = ax.pcolormesh(*shown.edges, share, cmap="cividis_r", vmin=0, vmax=top, **look)
