@@ -67,6 +67,7 @@ def made(designs, entries, objectives, errors=None, status=None, replicates=1, n
             bad = status == "failed"
             rows[path] = np.where(bad, np.nan, truth + shake)
             rows[f"{path}:error"] = np.where(bad, np.nan, spread)
+        rows["results"] = ""
         rows["status"] = status
         rows["message"] = ""
         rows.loc[status == "failed", "message"] = "x.ini: [drum] buckle_height: expected less than the blades leave"

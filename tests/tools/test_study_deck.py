@@ -166,7 +166,7 @@ def test_an_override_may_name_study_set_and_vary(write_study):
         ("record = ", "remark = ", "a.study:4: [study] remark: unknown key; there are deck, "),
         ("maximise = ", "record = ", "is given twice (first in line 3)"),
         ("maximise = ", "# ", "a.study: [study] maximise: missing, and so is minimise"),
-        ("maximise = impacts", "maximise = im pacts", "a.study:3: [study] maximise: expected paths below /statistics"),
+        ("maximise = impacts", "maximise = im pacts", "a.study:3: [study] maximise: 'im pacts/all"),
         ("record = ", "replicates = 0\n#",
          "a.study:4: [study] replicates: expected a whole number from 1 to 10000, got '0'"),
         ("record = ", "replicates = 1.5\n#", "expected a whole number from 1 to 10000, got '1.5'"),

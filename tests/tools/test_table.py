@@ -34,8 +34,8 @@ def row(number, **changes):
         "design": number, "replicate": 0, "seed": 1, "id": f"{number:016x}",
         "drum.buckles": 2 + number, "drum.buckle_height": 0.001 * number, "drum.profile": "wavy",
         PATH: 0.5 + number, f"{PATH}:error": math.nan, "rotor/power": 900.0, "rotor/power:error": 9.0,
-        "status": "done", "message": "", "time": 0.3, "sample_from": 0.1, "collisions": 1000, "cpu": 1.5, "wall": 1.6,
-        "version": "1", "worker": "here:1", "finished": "2026-01-01T00:00:00+00:00",
+        "results": "", "status": "done", "message": "", "time": 0.3, "sample_from": 0.1, "collisions": 1000,
+        "cpu": 1.5, "wall": 1.6, "version": "1", "worker": "here:1", "finished": "2026-01-01T00:00:00+00:00",
     }  # fmt: skip
     return made | changes
 

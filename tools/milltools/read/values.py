@@ -7,6 +7,7 @@ import math
 from milltools.base import engine
 from milltools.base.errors import UserError
 
+ANY = "any_of_them"  # stands for * in a key
 AT_ONCE = 2000  # values on one command line
 
 
@@ -46,13 +47,22 @@ def tell(orders) -> list[Value]:
     found, orders = [], list(orders)
     for start in range(0, len(orders), AT_ONCE):
         try:
-            said = engine.ask(*(f"--value={text}" for text in orders[start : start + AT_ONCE]))
+            said = engine.ask(*(f"--value={_single(text)}" for text in orders[start : start + AT_ONCE]))
         except UserError as fault:
-            raise UserError(_plain(str(fault)), 1 if fault.status in (1, 126, 127) else 2) from None
-        for line in said.splitlines():
-            key, kind, text, unit, meaning, choices = line.split("\t")
+            raise UserError(
+                _plain(str(fault).replace(f".{ANY}", ".*")), 1 if fault.status in (1, 126, 127) else 2
+            ) from None
+        for asked, line in zip(orders[start:], said.splitlines()):
+            _, kind, text, unit, meaning, choices = line.split("\t")
+            key = asked.partition("=")[0].strip()
             found.append(Value(key, kind, text, unit, meaning, tuple(filter(None, choices.split("|")))))
     return found
+
+
+def _single(text: str) -> str:
+    """The key of one section for a key of several, such as blade.*.pitch."""
+    key, equals, value = text.partition("=")
+    return key.replace(".*", f".{ANY}") + equals + value
 
 
 def seconds(asked: dict, negative: bool = False) -> list:

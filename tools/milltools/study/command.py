@@ -25,7 +25,13 @@ OPTIONS = (
     ("pdf", "FILE", "the same, as pages of one PDF"),
     ("html", "FILE", "everything as one page"),
     ("csv", "FILE", "all runs, with units"),
-    ("objective", "PATH", "which objective, if there are several (default: the first)"),
+    (
+        "objective",
+        "EXPR",
+        "objective: one of the study or any other expression, such as 'rate_above(1 mJ) / power' or "
+        "'minimise power' (default: the first of the study)",
+    ),
+    ("require", "EXPR", "only designs that meet this, such as 'power <= 225 W'; may be repeated"),
     ("x", "KEY", "varied key along x"),
     ("y", "KEY", "varied key along y"),
     ("beside", "OTHER", "also show another study of the same keys, and how much of the best design's gain remains"),
@@ -39,6 +45,7 @@ def add_arguments(parser):
     parser.add_argument("study", metavar="FILE", help="table of a study (NAME.parquet), its journal, or the study deck")
     for name, what, words in OPTIONS:
         kind = {"metavar": what} if what else {"action": "store_true"}
+        kind |= {"action": "append", "default": []} if name == "require" else {}
         parser.add_argument(f"--{name}", help=words, **kind)
 
 
@@ -50,11 +57,12 @@ def chosen(view, arguments):
             raise UserError(f"{option} {key}: expected one of {', '.join(numeric)}")
     if arguments.x and arguments.x == arguments.y:
         raise UserError(f"--x and --y: expected two different keys, got {arguments.x} twice")
-    named = {objective.path: objective for objective in view.objectives}
-    wanted = (arguments.objective or view.objectives[0].path).removeprefix("/statistics/")
-    if wanted not in named:
-        raise UserError(f"--objective {arguments.objective}: expected one of {', '.join(named)}")
-    return named[wanted]
+    try:
+        return view.ask(arguments.objective, arguments.require)
+    except UserError as fault:
+        given = [f"--objective {arguments.objective}"] * bool(arguments.objective)
+        given += [f"--require {text}" for text in arguments.require]
+        raise UserError(f"{', '.join(given)}: {fault}", fault.status) from None
 
 
 def reference(view, text) -> dict:

@@ -5,6 +5,7 @@ import shlex
 
 from milltools.base.answer import Answer
 from milltools.base.errors import UserError
+from milltools.base.text import plural
 from milltools.study.plan import options
 from milltools.study.remote import executors
 
@@ -39,8 +40,7 @@ def optimize(
     output: the table's file, by default the deck's name with -optimize.parquet, here. runs: number in all, earlier
     runs included. seed: of the search itself, by default the study's. storage: as for --storage. The other
     arguments are those of sweep.sweep()."""
-    if runs < 1:
-        raise UserError(f"--runs: expected 1 or more, got {runs}")
+    _check_runs(runs)
     if seed is not None and not 0 <= seed < 2**32:
         raise UserError(f"--seed: expected a whole number from 0 to {2**32 - 1}, got {seed}")
     where = executors.Where(**where)
@@ -63,7 +63,7 @@ def optimize(
         kept, place = kept or open_storage(None, path)
         search = Search(study_deck, table, kept, budget, private=storage is None, anew=force)
         rows = table.rows()
-        tracker = filling.Tracker(NAME, runs, rows, goal, quiet)
+        tracker = filling.Tracker(NAME, runs, rows, study_deck, quiet)
         if rows:
             tracker.progress.say(f"{len(rows)} runs are there already ({place})")
         if len(rows) < runs:
@@ -74,7 +74,31 @@ def optimize(
     return table
 
 
+def _check_runs(runs):
+    if runs < 1:
+        raise UserError(f"--runs: expected 1 or more, got {runs}")
+
+
+def dry_run(arguments) -> Answer:
+    """Tells the cost of the runs that are missing."""
+    from milltools.study.plan import probe, table
+    from milltools.study.plan.study_deck import Study
+
+    _check_runs(arguments.runs)
+    study, where = Study(arguments.study, arguments.set), executors.Where(**executors.asked(arguments))
+    path = options.output_of(arguments.study, arguments.output, "-optimize")
+    probe.probe(study, probe.corners(study))
+    there = len(table.Table.open(path)) if path.exists() and not arguments.force else 0
+    had = f"; {there} of them are in {path} already" if there else ""
+    lines, missing = [f"plan       at most {plural(arguments.runs, 'run')}{had}"], max(arguments.runs - there, 0)
+    if missing:
+        lines += probe.forecast(NAME, study, missing, where.at_once, arguments.quiet)
+    return Answer("\n".join(lines), {"files": [], "missing_runs": missing, "forecast": lines})
+
+
 def run(arguments) -> Answer:
+    if arguments.dry_run:
+        return dry_run(arguments)
     from milltools.study.plan import filling
 
     table = optimize(

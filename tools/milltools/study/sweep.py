@@ -3,6 +3,7 @@
 import shlex
 
 from milltools.base.answer import Answer
+from milltools.base.text import plural
 from milltools.study.plan import options
 from milltools.study.remote import executors
 
@@ -43,7 +44,7 @@ def sweep(
         table.number(numbers)
         there = table.ids(failed=not retry) & set(numbers)
         rows = [row for row in table.rows() if row["id"] in there]
-        tracker = filling.Tracker(NAME, len(numbers), rows, study_deck.objectives[0], quiet)
+        tracker = filling.Tracker(NAME, len(numbers), rows, study_deck, quiet)
         if rows:
             tracker.progress.say(f"{len(rows)} of {len(numbers)} runs are there already")
         if len(rows) < len(numbers):
@@ -53,7 +54,32 @@ def sweep(
     return table
 
 
+def dry_run(arguments) -> Answer:
+    """Tells the number of runs and their cost."""
+    from milltools.study.plan import designs, probe, table
+    from milltools.study.plan.study_deck import Study
+
+    study, where = Study(arguments.study, arguments.set), executors.Where(**executors.asked(arguments))
+    path, plan = options.output_of(arguments.study, arguments.output), designs.plan(study)
+    probe.probe(study, plan)
+    wanted = {job["id"] for job in designs.jobs(study, plan)}
+    there = set()
+    if path.exists() and not arguments.force:
+        there = wanted & set(table.Table.open(path).frame()["id"])
+    each = plural(study.replicates, "run")
+    had = f"; {len(there)} of them are in {path} already" if there else ""
+    lines, missing = (
+        [f"plan       {plural(len(plan), 'design')}, {each} each: {plural(len(wanted), 'run')}{had}"],
+        len(wanted) - len(there),
+    )
+    if missing:
+        lines += probe.forecast(NAME, study, missing, where.at_once, arguments.quiet)
+    return Answer("\n".join(lines), {"files": [], "missing_runs": missing, "forecast": lines})
+
+
 def run(arguments) -> Answer:
+    if arguments.dry_run:
+        return dry_run(arguments)
     from milltools.study.plan import filling
 
     table = sweep(

@@ -14,6 +14,7 @@ from milltools.base import engine, processes
 from milltools.base.errors import UserError
 from milltools.base.progress import Progress, say
 from milltools.base.text import number, spoken_unit
+from milltools.read import expression
 from milltools.study.plan import job as one_job
 from milltools.study.plan.sealed import STATUSES
 from milltools.study.plan.table import Writer
@@ -48,10 +49,11 @@ def filled(command, path, about, force):
 
 
 class Tracker:
-    """Progress of a study: the number of runs, and the best value of `objective`."""
+    """Progress of a study: the number of runs, and the best value of its first objective."""
 
-    def __init__(self, command, planned, rows, objective, quiet):
-        self.objective, self.best = objective, None
+    def __init__(self, command, planned, rows, study, quiet):
+        self.objective, self.best = study.objectives[0], None
+        self.require = tuple(one.text for one in study.require)
         self.count = dict.fromkeys(STATUSES, 0)
         self.progress = Progress(command, planned, quiet, kept=len(rows))
         for row in rows:
@@ -62,7 +64,8 @@ class Tracker:
         self.count[row["status"]] += 1
         value = row[self.objective.path]
         better = self.best is None or (value - self.best) * self.objective.sign > 0
-        if row["status"] == "done" and value == value and better:
+        good = row["status"] == "done" and value == value and better
+        if good and all(over <= 0 for over, _ in expression.excess(row.get("results", ""), self.require)):
             self.best = value
 
     def tick(self):

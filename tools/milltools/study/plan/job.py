@@ -19,6 +19,8 @@ import time
 
 from milltools.base import engine, processes
 from milltools.base.errors import UserError
+from milltools.read import expression
+from milltools.read.results import Results
 from milltools.read.runfile import Run
 
 
@@ -36,7 +38,7 @@ def empty(job, status, message) -> dict:
     row = {name: job[name] for name in ("design", "replicate", "seed", "id")} | job["values"]
     for path in (*job["objectives"], *job["record"]):
         row[path] = row[f"{path}:error"] = math.nan
-    row.update(status=status, message=message, time=math.nan, sample_from=math.nan, collisions=0)
+    row.update(results="", status=status, message=message, time=math.nan, sample_from=math.nan, collisions=0)
     row.update(cpu=0.0, wall=0.0, version="", worker=worker())
     return row | {"finished": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")}
 
@@ -141,9 +143,11 @@ def read(job, path) -> dict:
     row, why = empty(job, "done", ""), ""
     try:
         with Run(path) as run:
+            results = Results.of(run)
             for name in (*job["objectives"], *job["record"]):
-                row[name] = float(run.read(f"statistics/{name}"))
-                row[f"{name}:error"] = run.standard_error(name)
+                found = expression.parsed(name).of(results)
+                row[name], row[f"{name}:error"] = float(found.value), float(found.error)
+            row["results"] = results.pack()
             row["time"], row["collisions"], row["version"] = run.time, run.contacts, run.version
             row["sample_from"] = run.time - float(run.read("statistics/duration"))
             row["cpu"], row["wall"] = (float(run.read(f"run/{name}_time")) for name in ("cpu", "wall"))

@@ -15,6 +15,8 @@ def add_arguments(parser, end=""):
         "may be repeated",
     )  # fmt: skip
     parser.add_argument("-f", "--force", action="store_true", help="start again, even over the table of another study")
+    parser.add_argument("-n", "--dry-run", action="store_true",
+        help="check everything, tell the number of runs and their cost, run nothing and write nothing")  # fmt: skip
     parser.add_argument("-q", "--quiet", action="store_true", help="no progress")
 
 

@@ -20,6 +20,7 @@ from milltools.read.values import tell
 MOST = 1_000_000  # values of one key
 NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)$", re.S)
 CLAUSES = {"log": r"(.*\S)\s+(log)$", "in": r"(.*\S)\s+in\s+(\d+)$", "step": r"(.*?\S)\s+step\s+(.+)$"}
+WRITTEN = re.compile(r".*\d\.?\s*([^\W\d][^,]*|%)$", re.S)
 # the order of these names identifies a search
 ABOUT = ("key", "unit", "meaning", "kind", "whole", "log", "low", "high", "values", "choices")
 WANTED = (
@@ -41,6 +42,7 @@ class Range:
     high: float | None
     values: tuple | None  # values for a grid, in order; None: any number between low and high
     choices: tuple[str, ...]  # of a choice: all words it could take
+    written: str = ""  # the unit in the deck
 
     @property
     def whole(self) -> bool:
@@ -69,7 +71,7 @@ class Range:
 
     def about(self) -> dict:
         """The form for the table's metadata."""
-        return {name: getattr(self, name) for name in ABOUT}
+        return {name: getattr(self, name) for name in ABOUT} | ({"written": self.written} if self.written else {})
 
     @classmethod
     def of(cls, about) -> "Range":
@@ -77,12 +79,20 @@ class Range:
         values, log = about.get("values"), bool(about.get("log"))
         texts = about["key"], about.get("kind", "number"), about.get("unit") or "", about.get("meaning") or ""
         ends = about.get("low"), about.get("high")
-        return cls(*texts, log, *ends, values and tuple(values), tuple(about.get("choices") or ()))
+        written = about.get("written") or ""
+        return cls(*texts, log, *ends, values and tuple(values), tuple(about.get("choices") or ()), written)
 
 
 def parse(key: str, text: str) -> Range:
     """The Range of `key = text`; UserError, without file and line, if the text is wrong."""
-    return _span(key, text) if ".." in text and not text.lstrip().startswith('"') else _list(key, text)
+    found = _span(key, text) if ".." in text and not text.lstrip().startswith('"') else _list(key, text)
+    return dataclasses.replace(found, written=unit_written(text) if found.kind == "number" else "")
+
+
+def unit_written(text: str) -> str:
+    """The last unit of a line: "rpm" of "600..1200 rpm step 100 rpm"; "" without one."""
+    found = WRITTEN.match(re.sub(r"(\s+(log|in\s+\d+))+$", "", text.strip()))
+    return found[1].strip() if found else ""
 
 
 def _list(key, text) -> Range:

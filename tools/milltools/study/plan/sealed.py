@@ -17,13 +17,13 @@ SECRETS = re.compile(r"(\w://[^:/@]*:).*(?=@)|([?&][^=&]*(?:pass|pwd|secret|toke
 NONE = type(None)
 META = {
     "study": str, "file": str, "deck": str, "fingerprint": str, "common": dict, "objectives": list, "record": list,
-    "vary": list, "method": str, "samples": (int, NONE), "seed": int, "replicates": int, "planned": (int, NONE),
-    "command": str, "version": str,
+    "require": list, "vary": list, "method": str, "samples": (int, NONE), "seed": int, "replicates": int,
+    "planned": (int, NONE), "command": str, "version": str,
 }  # fmt: skip
 OBJECTIVE = {"path": str, "goal": str, "unit": (str, NONE), "description": (str, NONE)}
 VARY = {
     "key": str, "unit": (str, NONE), "meaning": (str, NONE), "kind": str, "whole": bool, "log": bool,
-    "low": (int, float, NONE), "high": (int, float, NONE), "values": (list, NONE), "choices": list,
+    "low": (int, float, NONE), "high": (int, float, NONE), "values": (list, NONE), "choices": list, "written": str,
 }  # fmt: skip
 OF_KIND = {"number": (int, float), "whole": int, "choice": str, "vector": str, "file": str}
 
@@ -95,7 +95,9 @@ def check_metadata(meta: dict, known_only: bool):
         _check_vary(one)
     if not meta["objectives"] or not meta["vary"]:
         raise ValueError("it has no varied key or no objective")
-    if not all(isinstance(path, str) for path in [*meta["record"], *meta.get("common", {}).values()]):
+    if not all(
+        isinstance(path, str) for path in [*meta["record"], *meta.get("require", []), *meta.get("common", {}).values()]
+    ):
         raise ValueError("'record' or 'common' contains values that are not texts")
 
 

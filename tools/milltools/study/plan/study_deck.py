@@ -8,6 +8,7 @@ docs/studies.md lists the keys. Every mistake is a UserError that names file, li
 
 import contextlib
 import dataclasses
+import fnmatch
 import functools
 import hashlib
 import json
@@ -17,24 +18,25 @@ import re
 from milltools.base import engine
 from milltools.base.errors import UserError
 from milltools.read import deck_text as lines
+from milltools.read import expression
 from milltools.read.values import Value, order, tell
 from milltools.study.plan import ranges
 
 ROW_VERSION = 1  # of the content of a row: another version is another run
 SEEDS = 2**32
 METHODS = ("grid", "lhs", "sobol", "saltelli")
-KEYS = ("deck", "maximise", "minimise", "record", "replicates", "seed", "seeds", "precision", "max_collisions",
-        "cpu_limit", "method", "samples")  # fmt: skip
+KEYS = ("deck", "maximise", "minimise", "require", "record", "replicates", "seed", "seeds", "precision",
+        "max_collisions", "cpu_limit", "method", "samples")  # fmt: skip
+RIVALS = {"rotor.tip_speed": "rotor.speed"}  # a key replaces another one of the base deck
 # output of a run in addition to its statistics: these keys have no effect on the statistics
 STORED_ONLY = ("output.frames", "output.series", "output.checkpoint", "output.impacts")
-PATH = re.compile(r"[A-Za-z0-9_]+(/[A-Za-z0-9_]+)*$")
 
 
 @dataclasses.dataclass(frozen=True)
 class Objective:
-    """A scalar of /statistics to be maximised or minimised."""
+    """An expression of results to be maximised or minimised."""
 
-    path: str  # below /statistics
+    path: str  # the expression, such as a path below /statistics
     goal: str  # "maximise" or "minimise"
     unit: str = ""
     description: str = ""
@@ -51,7 +53,8 @@ class Study:
 
     file, text              its name and its text
     deck, deck_text         absolute path and text of the base deck
-    objectives, record      list of Objective; further paths below /statistics
+    objectives, record      list of Objective; further expressions of results
+    require                 list of expression.Requirement
     vary                    list of ranges.Range
     base                    {section.key: Value} of all keys that the base deck and [set] give
     fixed                   list of the Values that override the base deck
@@ -68,6 +71,7 @@ class Study:
         self.deck = str(deck)
         self.objectives, fixed, self.vary = told.objectives(), told.fixed(), told.vary()
         self.method, self.samples = told.method()
+        self.require = told.requirements()
         self.record = [path for path in told.paths("record") if path not in {o.path for o in self.objectives}]
         merged = {value.key: value for value in [*base, *fixed]}
         self.base = {key: value for key, value in merged.items() if key != "balls.start"}
@@ -96,6 +100,7 @@ class Study:
         seed = self.seed_of(design, replicate)
         chosen = {r.key: (self._text(r, values[r.key]), r.unit) for r in self.vary}
         chosen["run.seed"] = (str(seed), "1")
+        chosen = self._spread(chosen)
         orders = [value.order for value in self.fixed]
         orders += [order(key, text, unit) for key, (text, unit) in chosen.items()]
         return {
@@ -119,6 +124,24 @@ class Study:
             return str((pathlib.Path(self.deck).parent / value).resolve())
         return repr(float(value)) if isinstance(value, float) else str(value)
 
+    def _spread(self, chosen: dict) -> dict:
+        """{key: value} with a key such as blade.*.pitch replaced by those of all sections that it names."""
+        return {one: value for key, value in chosen.items() for one in self._named.get(key, [key])}
+
+    @functools.cached_property
+    def _named(self):
+        """The keys of all sections that a key such as blade.*.pitch names."""
+        sections = list(dict.fromkeys(key.rpartition(".")[0] for key in self.base))
+        found = {}
+        for r in self.vary:
+            section, _, name = r.key.rpartition(".")
+            if "*" in section:
+                found[r.key] = [f"{one}.{name}" for one in sections if fnmatch.fnmatchcase(one, section)]
+                if not found[r.key]:
+                    named = ", ".join(f"[{one}]" for one in sections)
+                    raise self.fault(r.key, f"no section of the base deck is named so; there are {named}")
+        return found
+
     @functools.cached_property
     def _program(self):
         return str(engine.program().resolve())
@@ -126,7 +149,7 @@ class Study:
     @functools.cached_property
     def _varied(self):
         """Placeholders for texts that differ from run to run."""
-        return dict.fromkeys([*(r.key for r in self.vary), "run.seed"], "varied")
+        return self._spread(dict.fromkeys([*(r.key for r in self.vary), "run.seed"], "varied"))
 
     @functools.cached_property
     def _shared(self):
@@ -164,6 +187,7 @@ class Study:
             "deck": self.deck_text,
             "common": self.common(),
             "objectives": [dataclasses.asdict(objective) for objective in self.objectives],
+            "require": [one.text for one in self.require],
             "vary": [r.about() for r in self.vary],
             "planned": planned,
             "command": command,
@@ -226,15 +250,22 @@ class _Lines:
         entry = self.get(key)
         if not entry:
             return []
-        found = [word.strip().removeprefix("/statistics/") for word in entry.value.split(",")]
+        found = self._read(entry, lambda word: expression.parsed(word).text)
         for word in found:
-            if not PATH.match(word):
-                raise entry.fault(
-                    f"expected paths below /statistics such as 'impacts/all/normal_speed/median', got '{word[:80]}'"
-                )
             if found.count(word) > 1:
                 raise entry.fault(f"'{word}' is given twice")
         return found
+
+    def requirements(self):
+        entry = self.get("require")
+        return self._read(entry, expression.Requirement.read) if entry else []
+
+    def _read(self, entry, read):
+        """What `read` makes of the parts of a list of expressions."""
+        try:
+            return [read(part) for part in expression.split(entry.value)]
+        except UserError as fault:
+            raise entry.fault(str(fault)) from None
 
     def deck(self):
         """Absolute path of the base deck, its text, and its entries in SI."""
@@ -265,6 +296,8 @@ class _Lines:
         """The base deck without the keys that [set] leaves empty; they get their defaults. Lines keep their numbers."""
         rows, out = text.splitlines(), {entry.key: entry for entry in self.of("set") if not entry.value}
         own = {f"{one.section}.{one.key}": one for one in found}
+        replaced = [RIVALS[key] for _, key in self.entries if key in RIVALS]
+        out |= {key: None for key in replaced if key in own and ("set", key) not in self.entries}
         for key, entry in out.items():
             if key not in own:
                 raise entry.fault("an empty value removes a key from the base deck, but the base deck has no such key")

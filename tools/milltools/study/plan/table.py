@@ -38,9 +38,10 @@ SHARE = 50  # and at least this multiple of the time of the last rewriting
 TEXT, REAL, WHOLE = pyarrow.string(), pyarrow.float64(), pyarrow.int64()
 TYPES = {"number": REAL, "whole": WHOLE}
 BEFORE = {"design": WHOLE, "replicate": WHOLE, "seed": WHOLE, "id": TEXT}
+RESULTS = "results"  # read/results.py; tables of earlier versions do not have them
 BEHIND = {
-    "status": TEXT, "message": TEXT, "time": REAL, "sample_from": REAL, "collisions": WHOLE, "cpu": REAL, "wall": REAL,
-    "version": TEXT, "worker": TEXT, "finished": TEXT,
+    RESULTS: TEXT, "status": TEXT, "message": TEXT, "time": REAL, "sample_from": REAL, "collisions": WHOLE,
+    "cpu": REAL, "wall": REAL, "version": TEXT, "worker": TEXT, "finished": TEXT,
 }  # fmt: skip
 COLUMNS = (*BEFORE, *BEHIND)
 MOST_ROWS = 10_000_000  # of a table to be read
@@ -205,6 +206,7 @@ class Writer(Table):
 
 def _made(values: dict, kind) -> pyarrow.Table:
     """A row as a table of one row; ValueError if it has other columns or values of other types."""
+    values = {RESULTS: "", **values}
     if values.keys() != set(kind.names):
         odd = sorted(values.keys() ^ set(kind.names))
         raise ValueError(f"its columns differ, such as {odd[0][:80]}")
@@ -275,8 +277,10 @@ def _believed(text, stored):
     written = meta.pop("content", None) if has_sum else None
     sealed.check_metadata(meta, known_only=not has_sum)
     meta["command"] = sealed.hidden_command(meta.get("command", ""))
-    kind = schema(meta)
-    if len(kind) != len(COLUMNS) + len(meta["vary"]) + 2 * len(paths(meta)):
+    kind, earlier = schema(meta), RESULTS not in stored.schema.names
+    if earlier:
+        kind = kind.remove(kind.get_field_index(RESULTS))
+    if len(kind) + earlier != len(COLUMNS) + len(meta["vary"]) + 2 * len(paths(meta)):
         raise ValueError("two of its columns have the same name")
     for field in kind:
         places = stored.schema.get_all_field_indices(field.name)
@@ -287,6 +291,8 @@ def _believed(text, stored):
         raise ValueError("the checksum of its rows does not match")
     if sealed.wrong_rows(stored, meta["vary"]).any():
         raise ValueError("it has rows that cannot belong to a study")
+    if earlier:
+        stored = stored.append_column(RESULTS, pyarrow.array([""] * len(stored), TEXT)).select(schema(meta).names)
     return meta, stored
 
 

@@ -66,6 +66,11 @@ class Where:
         except ValueError as fault:
             raise UserError(f"--slurm-options: {fault}: {self.slurm_options}") from None
 
+    @property
+    def at_once(self) -> int:
+        """The number of runs at a time, as far as it is known."""
+        return self.workers or (self.tasks if self.slurm and self.tasks else processes.cores())
+
 
 def asked(arguments) -> dict:
     """The fields of Where that a command line gives."""

@@ -11,7 +11,12 @@ improvement, and at the end again the designs that may be the best.
 
 A capped run cost its whole budget and a failed run gave no result, so the search avoids designs near both: the gradient
 is multiplied by the expected share of good runs, which is 1 far away from them. A failed design is not run again. A
-capped design is never the leader if another design has a value. All choices are functions of the runs, the seed and
+capped design is never the leader if another design has a value.
+
+Requirements such as `power <= 225 W` have a Gaussian process each. The gradient counts only designs that are expected
+to meet them as the best, and is multiplied by the probability that a design meets them (Gardner et al., Bayesian
+optimization with inequality constraints, ICML 2014). Until one is expected to, the most probable one is run. All
+choices are functions of the runs, the seed and
 the number of the run: a restart changes nothing.
 """
 
@@ -39,12 +44,14 @@ REPELLED = 0.3  # largest distance at which a capped or failed run has an effect
 
 @dataclasses.dataclass(frozen=True)
 class Tried:
-    """A run: its design; value and standard error (NaN: unknown); done, capped, failed, or running."""
+    """A run: its design; value and standard error (NaN: unknown); done, capped, failed, or running; for every
+    requirement by how much it is violated (below 0: met), with its standard error."""
 
     design: tuple
     value: float = math.nan
     error: float = math.nan
     status: str = "done"
+    excess: tuple = ()
 
 
 @dataclasses.dataclass(frozen=True)
@@ -81,9 +88,10 @@ def choose(space: Space, runs: list[Tried], budget: Budget) -> tuple | None:
     pending = [r.design for r in runs if r.status == "running"]
     if pending:
         surface = surface.believing(pending)
+    meets = requirements(space, good, budget)
     if number >= budget.confirm_from:
-        return rival(surface, runs, pending)
-    return _search(space, surface, runs, generator)
+        return rival(surface, runs, pending, meets)
+    return _search(space, surface, runs, generator, meets)
 
 
 def fit(space: Space, runs: list[Tried], budget: Budget) -> Surface:
@@ -92,15 +100,40 @@ def fit(space: Space, runs: list[Tried], budget: Budget) -> Surface:
     return Surface(space, *columns, budget.maximise, budget.seed)
 
 
-def eligible(runs: list[Tried]) -> list[tuple]:
-    """The designs among which the best is chosen."""
-    return candidates([r.design for r in runs], [r.value for r in runs], [r.status for r in runs])
+def certain(designs) -> np.ndarray:
+    """The probability to meet no requirement at all."""
+    return np.ones(len(designs))
 
 
-def rival(surface: Surface, runs: list[Tried], pending=()) -> tuple | None:
+def requirements(space: Space, runs: list[Tried], budget: Budget):
+    """A function of designs: the probability that each of them meets all requirements."""
+    fits = []
+    for columns in zip(*(r.excess for r in runs)):
+        excess, error = zip(*columns)
+        if not np.isfinite(excess).any():  # no results are kept in a table of an earlier version
+            continue
+        fits.append(Surface(space, [r.design for r in runs], excess, error, False, budget.seed))
+
+    def probability(designs):
+        found = certain(designs)
+        for fit_ in fits:
+            mean, spread = fit_.predict(designs)
+            found = found * norm.cdf(-mean / np.maximum(spread, 1e-300))
+        return found
+
+    return probability
+
+
+def eligible(runs: list[Tried], meets=certain) -> list[tuple]:
+    """The designs among which the best is chosen: of those expected to meet the requirements, if there are any."""
+    found = candidates([r.design for r in runs], [r.value for r in runs], [r.status for r in runs])
+    return [design for design, chance in zip(found, meets(found)) if chance >= 0.5] or found
+
+
+def rival(surface: Surface, runs: list[Tried], pending=(), meets=certain) -> tuple | None:
     """The design to run once more to find out which one is best, or None if this is clear: the leader was run
     twice and every other is worse beyond doubt, or certainly within 2 % of it."""
-    among = eligible(runs)
+    among = eligible(runs, meets)
     leader = surface.best(among)
     if sum(r.design == leader and r.status in ("done", "running") for r in runs) < 2:
         return leader
@@ -118,13 +151,14 @@ def rival(surface: Surface, runs: list[Tried], pending=()) -> tuple | None:
     return leader if spreads[0] > spreads[1] else challenger
 
 
-def gain(surface: Surface, designs) -> np.ndarray:
+def gain(surface: Surface, designs, among=slice(None)) -> np.ndarray:
     """The knowledge gradient of one more run at each design, in the objective's unit: the expected increase of the best
-    expected value. The run moves all means by `shift` times a standard normal number; Gauss-Hermite quadrature
-    integrates over this number."""
+    expected value of the designs `among` (a mask). The run moves all means by `shift` times a standard normal number;
+    Gauss-Hermite quadrature integrates over this number."""
     mean, cov = surface.covariance(designs)
     mean = surface.sign * mean
     shift = cov / np.sqrt(np.diag(cov) + surface.noise**2 + 1e-300)
+    mean, shift = mean[among], shift[among]
     risen = sum(weight * (mean[:, None] + z * shift).max(axis=0) for z, weight in zip(*NORMAL))
     return risen - mean.max()
 
@@ -157,11 +191,13 @@ def spread(space: Space, known, budget: Budget, skip=0) -> tuple:
     return fresh[skip % len(fresh)] if fresh else points[len(known) % len(points)]
 
 
-def _search(space, surface, runs, generator) -> tuple:
+def _search(space, surface, runs, generator, meets=certain) -> tuple:
     failed = {r.design for r in runs if r.status == "failed"}
 
     def by_worth(designs):
-        worth = gain(surface, designs) * soundness(surface, runs, designs)
+        chance = meets(designs)
+        among = chance >= 0.5
+        worth = (gain(surface, designs, among) * chance if among.any() else chance) * soundness(surface, runs, designs)
         return [designs[i] for i in np.argsort(-worth, kind="stable")]
 
     designs = space.everything(LISTED)

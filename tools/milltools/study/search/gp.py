@@ -47,16 +47,17 @@ def candidates(designs, values, statuses) -> list[tuple]:
     return list(dict.fromkeys(done or [design for design, _ in known]))
 
 
-def of_table(table, objective=0, seed=0) -> tuple["Surface", "Optimum"]:
-    """The surface through the runs of a table, and its optimum, for one of its objectives (by number). ValueError if no
-    run has a value."""
+def of_table(table, objective=0, seed=0, good=None, allowed=None) -> tuple["Surface", "Optimum"]:
+    """The surface through the runs of a table, and its optimum, for one of its objectives (by number). `good` marks the
+    rows that meet the requirements, `allowed(designs)` the designs that do. ValueError if no run has a value."""
     frame, meta = table.frame(), table.meta
     about, space = meta["objectives"][objective], Space(meta["vary"])
     designs = list(zip(*(frame[key].tolist() for key in space.keys)))
     values, errors = frame[about["path"]].to_numpy(), frame[f"{about['path']}:error"].to_numpy()
     values = np.where(frame["status"] == "failed", np.nan, values)
     surface = Surface(space, designs, values, errors, about["goal"] == "maximise", seed)
-    return surface, surface.optimum(candidates(designs, values, frame["status"]))
+    among = values if good is None else np.where(good, values, np.nan)
+    return surface, surface.optimum(candidates(designs, among, frame["status"]), allowed)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -221,12 +222,15 @@ class Surface:
         among = list(among) if among else self.tested()
         return among[int(np.argmax(self.sign * self.predict(among)[0]))]
 
-    def optimum(self, among=None) -> Optimum:
-        """The best design (of those run, or of those given) and how well it and its place are known."""
+    def optimum(self, among=None, allowed=None) -> Optimum:
+        """The best design (of those run, or of those given) and how well it and its place are known, compared with all
+        designs that `allowed(designs)` marks."""
         best = self.best(among)
         (value,), (error,) = self.predict([best])
         # for a space too large to list: evenly spread designs
         around = self.space.everything() or self.space.at(qmc.Sobol(len(self.space), seed=0).random_base2(11))
+        if allowed is not None:
+            around = [*itertools.compress(around, allowed(around))] or [best]
         gap, spread = self.gaps(around, best)
         # one-sided at 97.5 %: certainly worse than the best, or not
         open_ = gap <= REACH * np.maximum(spread, 1e-12 * abs(value))

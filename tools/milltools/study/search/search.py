@@ -2,9 +2,9 @@
 
 One objective: `acquisition.choose`, which takes the noise of every run from its own standard error. (Optuna's own
 Gaussian process ignores the noise of single trials and needs PyTorch.) Several: Optuna's NSGA-II (Deb, Pratap, Agarwal
-& Meyarivan 2002), after a first generation from a Sobol sequence; a capped run violates a constraint, so it ranks
-below every run that is not capped. The proposals depend only on the seed and the number of the trial: an interrupted
-search continues as if there had been no interruption.
+& Meyarivan 2002), after a first generation from a Sobol sequence; a capped run, and one that does not meet a
+requirement of the study, violates a constraint, so it ranks below every run that violates none. The proposals depend
+only on the seed and the number of the trial: an interrupted search continues as if there had been no interruption.
 
 Every run is a trial in Optuna's storage and a row in the table. The order is: make the trial; store "owner" (the
 driver that runs it), "seed" and "id" of its run in it; run it; write the row into the table; write the row into the
@@ -25,7 +25,8 @@ import optuna
 from optuna.distributions import CategoricalDistribution, FloatDistribution, IntDistribution
 from optuna.trial import TrialState
 
-from milltools.study.plan.ranges import Range
+from milltools.read.expression import excess
+from milltools.study.plan.ranges import ABOUT, Range
 from milltools.study.plan.sealed import plain
 from milltools.study.search.acquisition import Budget, Tried, choose, spread, unfinished
 from milltools.study.search.space import Space
@@ -102,7 +103,8 @@ class Sampler(optuna.samplers.BaseSampler):
 
 def name_of(study) -> str:
     """The name of the study in the storage: searches with equal runs, ranges and goals share it."""
-    what = [study.fingerprint, [(o.path, o.goal) for o in study.objectives], study.about()["vary"]]
+    ranges = [{name: getattr(r, name) for name in ABOUT} for r in study.vary]
+    what = [study.fingerprint, [(o.path, o.goal) for o in study.objectives], ranges]
     return f"millsim-{hashlib.sha256(json.dumps(what).encode()).hexdigest()[:16]}"
 
 
@@ -145,7 +147,8 @@ class Search:
                 values, error = self._values(row), row[f"{self.paths[0]}:error"]
                 status = "failed" if row["status"] == "done" and not values else row["status"]
                 value = values[0] if values else math.nan
-                found.append(Tried(design, value, math.nan if error is None else error, status))
+                error = math.nan if error is None else error
+                found.append(Tried(design, value, error, status, self._excess(row) if values else ()))
             elif trial.state == TrialState.RUNNING and "id" in trial.user_attrs:
                 found.append(Tried(design, status="running"))
         return found
@@ -154,6 +157,18 @@ class Search:
         """The objectives of a row; None if it failed or one is not known (JSON has null for NaN)."""
         values = [math.nan if row[path] is None else row[path] for path in self.paths]
         return values if row["status"] != "failed" and all(map(math.isfinite, values)) else None
+
+    def _excess(self, row) -> tuple:
+        """For every requirement by how much the run of a row violates it, with the standard error."""
+        return excess(row["results"], tuple(one.text for one in self.study.require))
+
+    def _constraints(self, row) -> dict:
+        """Optuna's constraints: satisfied if not positive."""
+        found = {CAPPED: float(row["status"] == "capped")}
+        if row["status"] != "failed":
+            for one, (over, _) in zip(self.study.require, self._excess(row)):
+                found[one.text] = over / (abs(one.limit) or 1) if math.isfinite(over) else 1.0
+        return found
 
     def _recover(self, private) -> list:
         """Makes table and storage consistent; returns the trials of this table whose runs its driver did not finish."""
@@ -196,7 +211,7 @@ class Search:
                 params=parameters(self.space, [row[key] for key in self.space.keys]),
                 distributions=self.sampler.distributions,
                 user_attrs={"id": row["id"], "owner": self.owner, "row": plain(row)},
-                constraints={CAPPED: float(row["status"] == "capped")},
+                constraints=self._constraints(row),
             )
             self.optuna.add_trial(trial)
 
@@ -259,7 +274,8 @@ class Search:
         number, state = storage.get_trial_number_from_id(trial_id), TrialState.COMPLETE if values else TrialState.FAIL
         with contextlib.suppress(optuna.exceptions.UpdateFinishedTrialError):  # another driver was faster
             storage.set_trial_user_attr(trial_id, "row", plain(row))
-            storage.set_trial_system_attr(trial_id, f"constraints:{CAPPED}", float(row["status"] == "capped"))
+            for name, excess in self._constraints(row).items():
+                storage.set_trial_system_attr(trial_id, f"constraints:{name}", excess)
             self.optuna.tell(number, values, state=state, skip_if_finished=True)
 
     @property

@@ -31,9 +31,9 @@ MOST_POINTS = 2000  # of one realisation of a surface: their covariance is a ful
 
 def indices(table, objective=0, seed=0, surface=None) -> list[tuple]:
     """For each varied key (key, first, first_ci, total, total_ci, method): Sobol indices of one of the objectives (by
-    number) with the half widths of their 95 % intervals, and "saltelli" or "surface". Empty if fewer than two
-    keys have more than one value, or if there are too few runs (fewer than three designs per key). A caller that has
-    a surface through the runs can pass it."""
+    number; None: another one, with its surface) with the half widths of their 95 % intervals, and "saltelli" or
+    "surface". Empty if fewer than two keys have more than one value, or if there are too few runs (fewer than three
+    designs per key). A caller that has a surface through the runs can pass it."""
     space = Space(table.meta["vary"])
     active = [k for k, r in enumerate(space.ranges) if r.values is None or len(r.values) > 1]
     if len(active) < 2:
@@ -77,7 +77,7 @@ def _analyse(size, values, resamples, seed):
 def _planned(table, space, objective, seed):
     """From the runs of a study with `method = saltelli`; None for other methods, or if a design has no value (yet)."""
     meta, frame = table.meta, table.frame()
-    if meta.get("method") != "saltelli":
+    if meta.get("method") != "saltelli" or objective is None:
         return None
     path = meta["objectives"][objective]["path"]
     good = frame[frame["status"] != "failed"]

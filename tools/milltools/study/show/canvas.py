@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from milltools.base.text import literal
 from milltools.figures import style
-from milltools.study.show.data import TURNING, Scale
+from milltools.study.show.data import TURNING
 
 COLOURS = "viridis"  # perceptually uniform, also in grey and for colour-blind readers
 LINES = (*style.COLOURS[1:], style.COLOURS[0])
@@ -57,8 +57,8 @@ def places(axis, values) -> np.ndarray:
 
 
 def dress(ax, axis, which: str):
-    """Label, unit, ticks and logarithm of a varied key on "x" or "y"; along x, angles and angular speeds have a
-    second axis, on the opposite side, with the other unit (SI or rpm)."""
+    """Label, unit, ticks and logarithm of a varied key on "x" or "y"; along x, angles and angular speeds
+    without a unit in the study deck have a second axis, on the opposite side, with the other unit (rpm or degrees)."""
     line = getattr(ax, f"{which}axis")
     ax.set(**{f"{which}label": literal(axis.words + (axis.drawn.bracket if axis.numeric else ""))})
     if not axis.numeric:
@@ -71,12 +71,10 @@ def dress(ax, axis, which: str):
         line.set_major_formatter(matplotlib.ticker.FormatStrFormatter("%g"))
     elif axis.whole:
         line.set_major_locator(matplotlib.ticker.MaxNLocator(integer=True, steps=[1, 2, 5, 10]))
-    if which == "x" and axis.unit in TURNING:
-        other = axis.scale if axis.drawn.unit == axis.unit else Scale(unit=axis.unit)
-        ratio = other.size / axis.drawn.size
-        if other.unit != axis.drawn.unit:
-            beside = ax.secondary_xaxis("top", functions=(lambda v: v / ratio, lambda v: v * ratio))
-            beside.set_xlabel(f"[{other.unit}]")
+    if which == "x" and axis.unit in TURNING and not axis.said:
+        ratio = axis.scale.size / axis.drawn.size
+        beside = ax.secondary_xaxis("top", functions=(lambda v: v / ratio, lambda v: v * ratio))
+        beside.set_xlabel(f"[{axis.scale.unit}]")
 
 
 def edges(values, log: bool = False) -> np.ndarray:

@@ -11,7 +11,6 @@ import math
 
 import matplotlib
 import numpy as np
-from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path
@@ -28,13 +27,16 @@ HATCHES = {
     "failed": {"fc": "0.9", "ec": "0.4", "hatch": "////"},
 }
 WIDTH = 1.3  # of the outlines of regions
+OVER = "#b3261e"  # the limit of a requirement
+DOTS = 2000  # designs of a grid up to which each is a point
 AVERAGED = 64  # of the other keys' values, for a mean over them
 
 
 @dataclasses.dataclass(kw_only=True)
 class Plane:
     """Two keys' plane of a study. Arrays are [y, x] over xs, ys (shown scale); `value`, `error` in the objective's
-    shown scale, `state` "done" | "capped" | "failed" | "" (no run); `star`: the place of the best design."""
+    shown scale, `state` "done" | "capped" | "failed" | "" (no run); `gap` and `reach` as in optimum.Best; `star`: the
+    place of the best design; `limits`: (text of a requirement, excess over it) for each."""
 
     x: Axis
     y: Axis
@@ -43,11 +45,13 @@ class Plane:
     value: np.ndarray
     error: np.ndarray
     state: np.ndarray
-    open: np.ndarray
-    alike: np.ndarray
+    gap: np.ndarray
+    reach: np.ndarray
     star: tuple | None
     others: str
     grid: bool
+    alike_reach: float
+    limits: list = dataclasses.field(default_factory=list)
     points: tuple = ()  # scattered: places x and y, values and states of the designs
     count: dict | None = None  # grid: designs by state
 
@@ -57,7 +61,7 @@ class Plane:
         return canvas.edges(self.xs, self.x.log), canvas.edges(self.ys, self.y.log)
 
     @property
-    def limits(self):
+    def ends(self):
         """Limits of the axes: whole cells if they are small, else up to the outermost points, so that no cell seems to
         be beyond the ranges."""
         ends = [spots if 1 < len(spots) < 12 else borders for spots, borders in zip((self.xs, self.ys), self.edges)]
@@ -89,7 +93,9 @@ def plane(view, objective, x: Axis, y: Axis, average=False) -> Plane:
     if best and not (grid and average and rest):
         star = tuple(float(canvas.places(a, [line[a.key]])[0]) for a in (x, y))
     fields, averaged = (_grid if grid else _surface)(view, objective, x, y, rest, average, best)
-    return Plane(x=x, y=y, star=star, others=", ".join([*others, *averaged]), grid=grid, **fields)
+    worse = optimum.ALIKE * abs(best.value) if best else 0.0
+    others = ", ".join([*others, *averaged])
+    return Plane(x=x, y=y, star=star, others=others, grid=grid, alike_reach=worse, **fields)
 
 
 def _grid(view, objective, x, y, rest, average, best):
@@ -112,15 +118,17 @@ def _grid(view, objective, x, y, rest, average, best):
     # in a cell with several designs, those with state "done" are used
     sound = np.isfinite(found.mean[which]) & ((state[at] != "done") | (frame["state"] == "done").to_numpy())
     several = np.bincount(at[sound], minlength=size).reshape(shape)
-    marks = (best.open, best.alike) if best else np.zeros((2, len(view.designs)))
+    marks = (best.gap, best.reach) if best else np.full((2, len(view.designs)), np.nan)
     with np.errstate(invalid="ignore"):
         fields = {
             "xs": xs, "ys": ys,
             "value": mean(found.mean, sound), "error": np.sqrt(mean(found.error**2, sound) / several),
             "state": state.reshape(shape), "count": frame["state"].value_counts().to_dict(),
         }  # fmt: skip
-    for name, mask in zip(("open", "alike"), marks):
-        fields[name] = mean(mask) >= 0.5
+    for name, values in zip(("gap", "reach"), marks):
+        fields[name] = mean(values, sound)
+    limits = [(one, view.estimate(one.expression.text).mean) for one in view.require]
+    fields["limits"] = [(one.text, mean(one.sign * (values - one.limit), sound)) for one, values in limits]
     return fields, [f"means of {more} neighbours along {a.short}" for a, more in ((x, more_x), (y, more_y)) if more > 1]
 
 
@@ -147,7 +155,7 @@ def _surface(view, objective, x, y, _, average, best):
     mesh = np.meshgrid(_span(x), _span(y))
     shape = mesh[0].shape
     fields = {"value": np.full(shape, np.nan), "error": np.full(shape, np.nan)}
-    fields |= {"open": np.zeros(shape, bool), "alike": np.zeros(shape, bool), "state": np.full(shape, "done")}
+    fields |= {"gap": np.full(shape, np.nan), "reach": np.full(shape, np.nan), "state": np.full(shape, "done")}
     if best and best.surface:
         named = {axis.key: values.ravel().tolist() for axis, values in zip((x, y), mesh)}
         told = []
@@ -158,9 +166,12 @@ def _surface(view, objective, x, y, _, average, best):
         fields["value"], fields["error"] = np.mean(told, axis=0).reshape(2, *shape)
         if not (average and len(view.axes) > 2):
             _, width = best.surface.gaps(designs, optimum.tuples(view, [best.design])[0])
-            gap = objective.sign * (best.value - fields["value"])
-            fields["open"] = gap <= optimum.REACH * width.reshape(shape)
-            fields["alike"] = gap <= optimum.ALIKE * abs(best.value)
+            fields["gap"] = objective.sign * (best.value - fields["value"])
+            fields["reach"] = optimum.REACH * width.reshape(shape)
+            told = [(one.text, excess(designs).reshape(shape)) for one, excess in optimum.limits(view)]
+            fields["limits"] = told
+            for _, excess in told:
+                fields["gap"][excess > 0] = np.nan
     spots = [canvas.places(a, view.designs[a.key]) for a in (x, y)]
     fields["xs"], fields["ys"] = canvas.places(x, mesh[0][0]), canvas.places(y, mesh[1][:, 0])
     fields["points"] = *spots, view.estimate(objective.path).mean, view.designs["state"].to_numpy()
@@ -185,9 +196,15 @@ def paint(ax, plane: Plane, levels):
     handles = []
     # cells first, so that cells next to a hole are complete; contours then interpolate between neighbours
     image = ax.pcolormesh(xe, ye, np.ma.masked_invalid(plane.value), cmap=colours, norm=norm, rasterized=True)
+    wx, wy = (np.concatenate([e[:1], v, e[-1:]]) for e, v in ((xe, plane.xs), (ye, plane.ys)))
+
+    def level(field):
+        """Where a field is 0, with the interpolation of the colours; unknown values are far above."""
+        most = np.nanmax(np.abs(field), initial=0) or 1.0
+        return wx, wy, np.pad(np.nan_to_num(field, nan=most, posinf=most), 1, mode="edge"), [0]
+
     if min(plane.value.shape) > 1 and np.isfinite(plane.value).any():
         wide = np.ma.masked_invalid(np.pad(plane.value, 1, mode="edge"))
-        wx, wy = (np.concatenate([e[:1], v, e[-1:]]) for e, v in ((xe, plane.xs), (ye, plane.ys)))
         image = ax.contourf(wx, wy, wide, levels, cmap=colours, norm=norm)
         ax.contour(wx, wy, wide, levels, colors="white", linewidths=0.3, alpha=0.5)
     for what, look in HATCHES.items():
@@ -208,18 +225,29 @@ def paint(ax, plane: Plane, levels):
             if (these := state == what).any():
                 ax.scatter(px[these], py[these], 26, canvas.INK, marker=mark, linewidths=1.1, zorder=3)
                 handles.append(Line2D([], [], ls="", marker=mark, c=canvas.INK, label=f"{what} ({these.sum()})"))
-    for mask, colour, dashes, label in (
-        (plane.alike, canvas.INK, "-", f"at most {100 * optimum.ALIKE:g} % worse than the best"),
-        (plane.open, "#d5006d", (0, (2.2, 1.6)), "not distinguishable from best (95 %)"),
+    if plane.grid and plane.state.size <= DOTS:
+        at = np.array([(x, y) for y, row in zip(plane.ys, plane.state) for x, what in zip(plane.xs, row) if what])
+        ax.plot(*at.T, "o", ms=3, mfc="white", mec=canvas.INK, mew=0.6, zorder=3, ls="", clip_on=False)
+        handles.append(
+            Line2D([], [], ls="", marker="o", ms=3, mfc="white", mec=canvas.INK, label="designs that were run")
+        )
+    for text, excess in plane.limits:
+        if min(excess.shape) > 1 and (excess > 0).any():
+            ax.contourf(*level(excess)[:3], [0, np.inf], colors="none", hatches=["\\\\"], zorder=2)
+            ax.contour(*level(excess), colors=OVER, linewidths=WIDTH, zorder=4)
+            look = {"fc": "none", "ec": "0.25", "hatch": "\\\\\\"}
+            handles.append(matplotlib.patches.Patch(label=f"does not meet {text}", **look))
+    for field, colour, dashes, label in (
+        (plane.gap - plane.alike_reach, canvas.INK, "-", f"at most {100 * optimum.ALIKE:g} % worse than the best"),
+        (plane.gap - plane.reach, "#d5006d", (0, (2.2, 1.6)), "not distinguishable from best (95 %)"),
     ):
-        if mask.any():
-            lines = LineCollection(canvas.outline(mask, xe, ye), zorder=4, lw=WIDTH, color=colour, ls=dashes)
+        if min(field.shape) > 1 and (field <= 0).any():
+            lines = ax.contour(*level(field), colors=colour, linewidths=WIDTH, linestyles=[dashes], zorder=4)
             lines.set_path_effects([Stroke(linewidth=WIDTH + 1.6, foreground="white"), Normal()])
-            ax.add_collection(lines)
             handles.append(Line2D([], [], c=colour, lw=WIDTH, ls=dashes, label=label))
     if plane.star:
         ax.plot(*plane.star, "*", ms=13, mfc="white", mec=canvas.INK, mew=1, zorder=6, clip_on=False)
-    ax.set(**dict(zip(("xlim", "ylim"), plane.limits)))
+    ax.set(**dict(zip(("xlim", "ylim"), plane.ends)))
     canvas.dress(ax, plane.x, "x")
     canvas.dress(ax, plane.y, "y")
     ax.spines[["top", "right"]].set_visible(True)
@@ -245,7 +273,8 @@ def draw(view, objective, x=None, y=None, average=False, sensitivities=()):
     figure = canvas.new(8.2, 4.6)
     left, right = figure.subplots(1, 2, width_ratios=(2.1, 1), sharey=True)
     image, handles = paint(left, shown, levels_of([shown]))
-    figure.colorbar(image, ax=left, label=canvas.value_label(objective, 60), pad=0.015, aspect=28)
+    left.set_title(canvas.value_label(objective, 70), loc="left", fontsize=8.5)
+    figure.colorbar(image, ax=left, pad=0.015, aspect=28)
     if shown.star:
         label = "\n".join(canvas.broken(line, 50) for line in best_words(view, objective))
         handles.insert(0, Line2D([], [], ls="", marker="*", ms=11, mfc="white", mec=canvas.INK, label=label))
@@ -264,12 +293,16 @@ def _draw_errors(ax, shown):
     """The relative error of each point of the plane."""
     share = relative_errors(shown)
     canvas.dress(ax, shown.x, "x")
-    ax.set_xlim(shown.limits[0])
-    ax.set_title("standard error" if shown.grid else "standard error of the fit", loc="left", fontsize=8.5)
+    ax.set_xlim(shown.ends[0])
+    what = "standard error" if shown.grid else "standard error of the fit"
+    ax.set_title(f"{what} [% of the value]", loc="left", fontsize=8.5)
     if not np.isfinite(share).any():
         ax.text(0.5, 0.5, "no errors known", ha="center", transform=ax.transAxes)
         return
+    if np.nanmax(share) - np.nanmin(share) < 1e-6 * np.nanmax(share):  # replicates pooled over all designs
+        ax.text(0.5, 0.5, f"{np.nanmedian(share):.2g} % everywhere", ha="center", transform=ax.transAxes)
+        return
     top = float(np.nanquantile(share, 0.99)) or 1.0
-    image = ax.pcolormesh(*shown.edges, share, cmap="cividis_r", vmin=0, vmax=top, rasterized=True)
-    label = f"relative standard error [%], median {np.nanmedian(share):.2g}"
-    ax.figure.colorbar(image, ax=ax, label=label, extend="max", pad=0.02, aspect=28)
+    look = {"edgecolors": "white", "linewidth": 0.4} if share.size <= DOTS else {"rasterized": True}
+    image = ax.pcolormesh(*shown.edges, share, cmap="cividis_r", vmin=0, vmax=top, **look)
+    ax.figure.colorbar(image, ax=ax, extend="max", pad=0.02, aspect=28)

@@ -22,9 +22,10 @@ from scipy import stats
 
 from milltools.base.errors import MissingFileError, UserError
 from milltools.base.text import plain, spoken_unit
-from milltools.read import deck_text, values
+from milltools.read import deck_text, expression, values
 from milltools.read.kinds import label
-from milltools.study.plan.ranges import Range
+from milltools.read.results import Results
+from milltools.study.plan.ranges import Range, unit_written
 from milltools.study.plan.study_deck import Objective
 from milltools.study.plan.table import Table
 from milltools.study.search import gp
@@ -38,14 +39,8 @@ WORDS = {
     "rotor.speed": "rotor speed",
     "contact.restitution": "restitution",
     "contact.friction": "friction",
-    "impacts/all/normal_speed/median_above_50mm_s": "median normal impact speed above 50 mm/s",
-    "impacts/all/normal_speed/median": "median normal impact speed",
-    "impacts/all/normal_speed/mean": "mean normal impact speed",
-    "impacts/all/rate": "rate of impacts",
-    "impacts/all/dissipated_power": "dissipated power",
-    "rotor/power": "rotor power",
-    "drive/power": "drive power",
-    "rotor/torque": "rotor torque",
+    "rotor.tip_speed": "tip speed",
+    "blade.*.pitch": "pitch of the blades",
 }
 SHORT = {"drum.buckles": "n", "drum.buckle_height": "h"}
 # where a table does not tell
@@ -98,11 +93,10 @@ def deck_scales(meta) -> dict[str, Scale]:
     """The scale of each key whose line in [vary] of the study deck has a unit: "600..1200 rpm step 100 rpm"."""
     lines = {e.key: e.value for e in deck_entries(meta, "study") if e.section == "vary"}
     found = {}
-    for entry in meta["vary"]:
-        text = re.sub(r"(\s+(log|in\s+\d+))+$", "", lines.get(entry["key"], ""))
-        unit = re.match(r".*\d\.?\s*([^\W\d][^,]*)$", text)
+    for entry in meta["vary"]:  # tables of earlier versions do not tell the unit
+        unit = entry.get("written") or unit_written(lines.get(entry["key"], ""))
         if unit and entry.get("kind") == "number":
-            found[entry["key"]] = unit.group(1).strip()
+            found[entry["key"]] = unit
     try:
         told = values.tell(f"{key}=1 {unit}" for key, unit in found.items())
     except UserError:  # no engine, or an engine that does not know the unit
@@ -112,10 +106,10 @@ def deck_scales(meta) -> dict[str, Scale]:
 
 def words_of(name: str) -> str:
     """A key or a path below /statistics as people write it; that of a kind as that of all impacts, with the kind."""
-    kind = re.fullmatch("impacts/(\\w+)(/.+)", name)
-    if kind and (words := WORDS.get(f"impacts/all{kind[2]}")) and kind[1] != "all":
-        return f"{words}, {label(kind[1])}"
-    return WORDS.get(name) or re.sub("[./_]", " ", name)
+    kind = re.fullmatch("impacts/(\\w+)/(.+)", name)
+    if kind and (words := expression.WORDS.get(f"impacts/KIND/{kind[2]}")):
+        return words if kind[1] == "all" else f"{words}, {label(kind[1])}"
+    return WORDS.get(name) or expression.WORDS.get(name) or re.sub("[./_]", " ", name.replace(".*.", ".all."))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -152,11 +146,11 @@ class Axis(Range):
     def heading(self) -> str:
         return self.words + (self.scale.bracket if self.numeric else "")
 
-    def tell(self, value, unit: bool = True) -> str:
+    def tell(self, value, unit: bool = True, digits: int = 5) -> str:
         """A value as text, in the scale of the key."""
         if not self.numeric:
             return str(value)
-        return f"{float(value) / self.scale.size:.5g}" + (self.scale.suffix if unit else "")
+        return f"{float(value) / self.scale.size:.{digits}g}" + (self.scale.suffix if unit else "")
 
     def reach(self, low, high, words=()) -> str:
         """From one value to another, or the words: "5..8 mm", "circle or wavy"."""
@@ -171,11 +165,16 @@ class Aim(Objective):
 
     @property
     def words(self) -> str:
-        return words_of(self.path)
+        return expression.parsed(self.path).words
 
     @property
     def scale(self) -> Scale:
         return Scale(unit=self.unit)
+
+    @property
+    def goal_words(self) -> str:
+        many = self.words.startswith("impacts")
+        return f"{('the largest ', 'the smallest ', 'most ', 'fewest ')[2 * many + (self.sign < 0)]}{self.words}"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -227,8 +226,8 @@ def estimate(group, value, error, count) -> Means:
 
 class StudyView:
     """A study for showing: `name`, the table's metadata `meta`, a DataFrame of all runs `rows` (columns as in the
-    table), varied keys `axes`, `objectives`; `designs`: a DataFrame with one line per design, columns of the axes,
-    "state" (done | capped | failed), "runs"."""
+    table), varied keys `axes`, `objectives`, requirements `require`; `designs`: a DataFrame with one line per design,
+    columns of the axes, "state" (done | capped | failed), "runs"."""
 
     def __init__(self, name: str, meta: dict, rows: pd.DataFrame):
         self.name, self.meta = name, meta
@@ -236,6 +235,7 @@ class StudyView:
         said = deck_scales(meta)
         self.axes = [self._axis(entry, said.get(entry["key"])) for entry in meta["vary"]]
         self.objectives = [Aim(o["path"], o["goal"], spoken_unit(o.get("unit") or "")) for o in meta["objectives"]]
+        self.require = [expression.Requirement.read(text) for text in meta.get("require") or ()]
         self._estimates = {}
         keys = [axis.key for axis in self.axes]
         self.design_of = self.rows.groupby(keys, sort=False, dropna=False).ngroup().to_numpy()
@@ -264,10 +264,72 @@ class StudyView:
         """Means of a scalar with their standard errors, one per design; from capped runs if there are no others."""
         if path not in self._estimates:
             state = self.designs["state"].to_numpy()[self.design_of]
-            value, error = (self.rows[name].to_numpy(float) for name in (path, f"{path}:error"))
+            value, error = self.column(path)
             value = np.where((self.rows["status"] == state).to_numpy(), value, np.nan)
             self._estimates[path] = estimate(self.design_of, value, error, len(self.designs))
         return self._estimates[path]
+
+    def column(self, text: str) -> tuple[np.ndarray, np.ndarray]:
+        """Values and standard errors of an expression in all rows, as stored or from the kept results. UserError if it
+        is neither stored nor computable."""
+        if text in self.rows:
+            return tuple(self.rows[name].to_numpy(float) for name in (text, f"{text}:error"))
+        found = np.full((2, len(self.rows)), np.nan)
+        for k, results in enumerate(self._results):
+            if results:
+                told = expression.parsed(text).of(results)
+                found[:, k] = told.value, told.error
+        return tuple(found)
+
+    @functools.cached_property
+    def _results(self) -> list:
+        """The kept Results of every row, None where there are none."""
+        texts = self.rows["results"] if "results" in self.rows else [""] * len(self.rows)
+        found = [Results.unpack(text) for text in texts]
+        if not any(found):
+            stored = ", ".join(name.removesuffix(":error") for name in self.rows if name.endswith(":error"))
+            raise UserError(
+                f"{self.name}: no run of this table has kept its results (an earlier version made it), so there are "
+                f"only {stored}; for other questions run the study again with --force"
+            )
+        return found
+
+    def aim(self, text: str, goal: str = "maximise") -> Aim:
+        """An expression as an objective: one of the study, or a new one. UserError for a wrong expression."""
+        text = expression.parsed(text).text
+        for own in self.objectives:
+            if own.path == text:
+                return own
+        unit = ""
+        if text not in self.rows or any(self.rows.get("results", ())):
+            told = next(results for results in self._results if results)
+            unit = spoken_unit(expression.parsed(text).of(told).unit)
+        return Aim(text, goal, unit)
+
+    def ask(self, objective: str | None = None, require=()) -> Aim:
+        """Makes the view answer another question: an objective, such as "rate / power" or "minimise power", and more
+        requirements such as "power <= 225 W". Returns the objective."""
+        goal, text = re.fullmatch(r"\s*(?:(maximise|minimise)\b)?(.*)", objective or "", re.S).groups()
+        chosen = self.aim(text, goal or "maximise") if text.strip() else self.objectives[0]
+        asked = [expression.Requirement.read(text) for text in require]
+        new = {(one.expression.text, one.sign) for one in asked}  # a new limit replaces that of the study
+        self.require = [one for one in self.require if (one.expression.text, one.sign) not in new] + asked
+        for one in asked:
+            if told := next(filter(None, self._results), None):
+                one.check(told)
+        if chosen not in self.objectives:
+            self.objectives = [chosen]
+        for name in ("feasible", "_optima"):
+            self.__dict__.pop(name, None)
+        return chosen
+
+    @functools.cached_property
+    def feasible(self) -> np.ndarray:
+        """Designs whose means meet all requirements."""
+        found = np.ones(len(self.designs), bool)
+        for one in self.require:
+            found &= one.sign * (self.estimate(one.expression.text).mean - one.limit) <= 1e-12 * abs(one.limit)
+        return found
 
     @property
     def usable(self) -> np.ndarray:
@@ -291,6 +353,12 @@ class StudyView:
         if not all(axis.values for axis in self.axes):
             return False
         return (self.meta.get("planned") or 0) >= math.prod(len(axis.values) for axis in self.axes)
+
+    def label(self, design: int) -> str:
+        """A design as a short label: "1000 rpm, 2.5 mm"."""
+        line = self.designs.iloc[design]
+        bare = [axis.numeric and not axis.scale.unit for axis in self.axes]
+        return ", ".join(f"{a.short} = " * b + a.tell(line[a.key], digits=4) for a, b in zip(self.axes, bare))
 
     def tell(self, design: int) -> str:
         """A design in words: "n = 6, h = 6.5 mm"."""

@@ -1,9 +1,9 @@
-"""The best design, its value, and the designs that cannot be distinguished from it.
+"""The best design that meets the requirements, its value, and the designs that cannot be distinguished from it.
 
 Neighbouring designs give information about each other: a Gaussian process through all runs (`gp.py`) averages out the
 noise, which would otherwise make a lucky one of hundreds of designs look better than the truly best one. If there are
 too few runs for this, each design is judged by its own runs, and Gupta's subset contains the designs that may be best
-(`not_told_apart`)."""
+(`subset_reach`)."""
 
 import dataclasses
 import functools
@@ -23,18 +23,29 @@ REACH = gp.REACH
 
 @dataclasses.dataclass(frozen=True)
 class Best:
-    """`design`: index of the best design; `value` +- `half` (95 %, NaN if unknown), SI. Over designs: `open` those that
-    cannot be distinguished from the best, `alike` those at most ALIKE worse. `surface`: the gp.Surface, None if it
-    was not used. `mean`, `spread`: estimates of the surface for each design (else its own mean and error)."""
+    """`design`: index of the best design; `value` +- `half` (95 %, NaN if unknown), SI. Over designs: `gap`, how much
+    worse than the best; `reach`, how much worse a design may look that is as good (95 %). `surface`: the gp.Surface,
+    None if it was not used. `mean`, `spread`: estimates of the surface for each design (else its own mean and
+    error)."""
 
     design: int
     value: float
     half: float
-    open: np.ndarray
-    alike: np.ndarray
+    gap: np.ndarray
+    reach: np.ndarray
     mean: np.ndarray
     spread: np.ndarray
     surface: object = None
+
+    @property
+    def open(self) -> np.ndarray:
+        """Designs that cannot be distinguished from the best."""
+        return self.gap <= self.reach
+
+    @property
+    def alike(self) -> np.ndarray:
+        """Designs at most ALIKE worse."""
+        return self.gap <= ALIKE * abs(self.value)
 
 
 def tuples(view, which) -> list[tuple]:
@@ -69,7 +80,8 @@ def surface_of(view, which, found, sign):
 
 
 def find(view, objective) -> Best | None:
-    """The optimum of an objective among the designs that were run; None if none has a value."""
+    """The optimum of an objective among the designs that were run and meet the requirements; None if none has a
+    value."""
     cache = view.__dict__.setdefault("_optima", {})
     if objective.path not in cache:
         cache[objective.path] = _find(view, objective)
@@ -79,26 +91,26 @@ def find(view, objective) -> Best | None:
 def _find(view, objective):
     found, sign = view.estimate(objective.path), objective.sign
     which = view.usable & np.isfinite(found.mean)
-    if not which.any():
+    among = which & view.feasible
+    if not among.any():
         return None
-    best = int(np.argmax(np.where(which, sign * found.mean, -np.inf)))
+    best = int(np.argmax(np.where(among, sign * found.mean, -np.inf)))
     surface = surface_of(view, which, found, sign)
     mean, spread, half = found.mean, found.error, found.half[best]
     if surface is not None:
         mean, spread = np.full((2, len(which)), np.nan)
         mean[which], spread[which] = surface.predict(tuples(view, which))
-        best = int(np.flatnonzero(which)[np.argmax(sign * mean[which])])
+        best = int(np.flatnonzero(among)[np.argmax(sign * mean[among])])
         half = REACH * spread[best]
     value = float(mean[best])
-    gap, least = np.where(which, sign * (value - mean), np.inf), 1e-12 * abs(value)
+    gap, least = np.where(among, sign * (value - mean), np.inf), 1e-12 * abs(value)
     if surface is None:
-        open_ = not_told_apart(found, sign, which)
+        reach = subset_reach(found, sign, among)
     else:
-        # the error of a difference is at most the sum of both errors: only possible candidates are compared in pairs
-        open_ = gap <= REACH * (np.where(which, spread, 0) + spread[best]) + least
-        _, width = surface.gaps(tuples(view, open_), tuples(view, [best])[0])
-        open_[open_] = gap[open_] <= np.maximum(REACH * width, least)
-    return Best(best, value, float(half), open_, gap <= ALIKE * abs(value), mean, spread, surface)
+        reach = np.zeros(len(which))
+        _, width = surface.gaps(tuples(view, among), tuples(view, [best])[0])
+        reach[among] = np.maximum(REACH * width, least)
+    return Best(best, value, float(half), gap, reach, mean, spread, surface)
 
 
 @functools.lru_cache
@@ -114,9 +126,10 @@ def subset_quantile(count: int) -> float:
     return optimize.brentq(lambda d: integrate.quad(density, -9, 9, (d,), limit=200)[0] - gp.CONFIDENCE, 0.0, 12.0)
 
 
-def not_told_apart(found: Means, sign: int, usable) -> np.ndarray:
-    """The set of designs that contains the truly best one with 95 % confidence (Gupta's subset; errors may differ, as
-    in Hsu, Ann. Statist. 9 (1981) 1026). A design without known error counts by its mean alone."""
+def subset_reach(found: Means, sign: int, usable) -> np.ndarray:
+    """How much worse each design may look than the best one, so that those within this reach contain the truly best one
+    with 95 % confidence (Gupta's subset; errors may differ, as in Hsu, Ann. Statist. 9 (1981) 1026). A design without
+    known error counts by its mean alone."""
     inside = usable & np.isfinite(found.mean)
     best = int(np.argmax(np.where(inside, sign * found.mean, -np.inf)))
     quantile = subset_quantile(int(inside.sum()))
@@ -124,9 +137,7 @@ def not_told_apart(found: Means, sign: int, usable) -> np.ndarray:
     if math.isfinite(dof):  # the same tail under Student's t
         quantile = stats.t.isf(stats.norm.sf(quantile), dof)
     error = np.nan_to_num(found.error)
-    reach = quantile * np.hypot(error, error[best])
-    with np.errstate(invalid="ignore"):
-        return inside & (sign * (found.mean[best] - found.mean) <= reach)
+    return quantile * np.hypot(error, error[best])
 
 
 def spans(view, mask) -> str:
@@ -151,12 +162,41 @@ def pareto(scores: np.ndarray) -> np.ndarray:
     return np.isin(np.arange(len(scores)), kept)
 
 
-def front(view) -> np.ndarray:
-    """Indices of the designs on the Pareto front of all objectives, best of the first one first."""
-    means = [o.sign * view.estimate(o.path).mean for o in view.objectives]
-    scores = np.where(view.usable[:, None], np.column_stack(means), np.nan)
+def front(view, aims=None) -> np.ndarray:
+    """Indices of the designs on the Pareto front of objectives (default: all), best of the first one first."""
+    means = [o.sign * view.estimate(o.path).mean for o in aims or view.objectives]
+    scores = np.where((view.usable & view.feasible)[:, None], np.column_stack(means), np.nan)
     which = np.flatnonzero(pareto(scores))
     return which[np.argsort(-scores[which, 0], kind="stable")]
+
+
+def limits(view) -> list[tuple]:
+    """(requirement, function of designs that were perhaps not run: by how much they violate it, by a fit through the
+    runs) of all requirements for which a fit is possible."""
+    fits = []
+    for one in view.require:
+        found = view.estimate(one.expression.text)
+        surface = surface_of(view, view.usable & np.isfinite(found.mean), found, -one.sign)
+        if surface is not None:
+            fits.append((one, lambda designs, r=one, s=surface: r.sign * (s.predict(designs)[0] - r.limit)))
+    return fits
+
+
+def allowed(view):
+    """A function of designs that were perhaps not run: which of them meet all requirements."""
+    fits = limits(view)
+    return lambda designs: np.all([np.full(len(designs), True), *(excess(designs) <= 0 for _, excess in fits)], axis=0)
+
+
+def knee(view, aims, which) -> int | None:
+    """The design on a front of two objectives that is farthest from the line between its ends, both objectives scaled
+    to the front's range; None for fewer than four designs, or where the front is nearly straight."""
+    if len(which) < 4:
+        return None
+    places = np.column_stack([o.sign * view.estimate(o.path).mean[which] for o in aims])
+    places = (places - places.min(axis=0)) / np.ptp(places, axis=0)
+    bulge = places.sum(axis=1) - 1  # from (0, 1) to (1, 0)
+    return int(which[np.argmax(bulge)]) if bulge.max() > 0.1 else None
 
 
 def indices(table, view, objective) -> list:
@@ -164,4 +204,6 @@ def indices(table, view, objective) -> list:
     best = find(view, objective)
     if len(view.axes) < 2 or best is None or best.surface is None:
         return []
-    return sensitivity.indices(table, view.objectives.index(objective), surface=best.surface)
+    stored = [one["path"] for one in table.meta["objectives"]]
+    number = stored.index(objective.path) if objective.path in stored else None
+    return sensitivity.indices(table, number, surface=best.surface)

@@ -3,11 +3,10 @@
 import functools
 import pathlib
 
-from milltools import pages
 from milltools.base.files import whole, write_csv, write_text
 from milltools.base.text import plain
 from milltools.figures import style
-from milltools.study.show import contour, optimum, pair, slices, summary
+from milltools.study.show import contour, optimum, pair, slices, tradeoff
 from milltools.study.show.data import StudyView, words_of
 
 DOTS = 200  # an inch of a picture
@@ -28,9 +27,10 @@ def figures(view, objective, sensitivities=(), beside=None, wanted=None, **optio
         yield "contour", "Over two keys", words, part(contour.draw, view, objective, **options)
     words = f"{what} along each varied key through the best design, with 95 % error bars"
     yield "slices", "Along each key", words, part(slices.draw, view, objective)
-    if len(view.objectives) > 1:
-        words = "the designs that no other beats in every objective, with 95 % error bars"
-        yield "pareto", "Pareto front", words, part(slices.draw_front, view)
+    if found := tradeoff.pairs(view, objective):
+        what = " and ".join(dict.fromkeys(f"{pair.y.words} over {pair.x.words}" for pair in found))
+        words = f"{what} of every design, the designs that no other beats in both, and their 95 % error bars"
+        yield "pareto", "Trade-off", words, part(tradeoff.draw, view, objective)
     if sensitivities:
         words = "share of the variance that each varied key explains, alone and in all"
         yield "sensitivity", "Which key matters", words, part(slices.draw_sensitivity, view, sensitivities)
@@ -51,13 +51,13 @@ def draw(table, path):
 
 
 def write(asked, view, *more, **options) -> list[str]:
-    """Writes the requested files, {kind: path}; returns the names of the pictures: one PDF for all, or one file
-    each."""
+    """Writes the requested files, {kind: path}; returns the names of the page and of the pictures: one PDF for all, or
+    one file each."""
     if "csv" in asked:
         csv(view, asked["csv"])
     if "html" in asked:
-        write_text(asked["html"], page(view, *more, **options))
-    names = []
+        write_text(asked["html"], _page(view, *more, **options))
+    names = [asked["html"]] if "html" in asked else []
     for path in (pathlib.Path(asked[kind]) for kind in ("png", "svg") if kind in asked):
         for name, _, _, make in figures(view, *more, **options):
             names.append(str(path.with_name(f"{path.stem}-{name}{path.suffix}")))
@@ -78,34 +78,18 @@ def csv(view, path):
     units |= {"time": "s", "sample_from": "s", "cpu": "s", "wall": "s"}
     known = {one.key: one.words for one in view.axes} | {one.path: one.words for one in view.objectives}
     heads = []
-    for column in view.rows.columns:
+    shown = view.rows.drop(columns="results", errors="ignore")  # packed, for programs
+    for column in shown.columns:
         name = column.removesuffix(":error")
         words = known.get(name) or (words_of(name) if "/" in name else name)
         words = f"standard error of {words}" if name != column else words
         heads.append(f"{words} [{units[name]}]" if units.get(name) else words)
-    rows = view.rows.astype(object).where(view.rows.notna(), None)
+    rows = shown.astype(object).where(shown.notna(), None)
     write_csv(path, heads, rows.itertuples(index=False))
 
 
-def page(view, objective, *more, beside=None, wanted=None, **options) -> str:
-    """Text, tables and pictures as one page that opens from disk; all text from the study is escaped."""
-    kinds = list(figures(view, objective, *more, beside=beside, wanted=wanted, **options))
-    kinds.sort(key=lambda entry: entry[0] != "beside")  # that one first
-    aims = [objective] + [o for o in view.objectives if o is not objective]
-    tables = [(f"The best designs, by {objective.words}", summary.best_table(view, objective))]
-    if len(view.objectives) > 1:
-        front, count = summary.front_table(view, 100)
-        tables.append((f"Pareto front: {count} designs", front))
-    template = pages.environment(pathlib.Path(__file__).parent).get_template("study_page.html")
-    return template.render(
-        policy="default-src 'none'; img-src data:; style-src 'unsafe-inline'",
-        style=pages.style(),
-        title=f"Study: {plain(view.name)}",
-        name=plain(view.name),
-        head=summary.head_lines(view) + summary.progress_lines(view),
-        optima=[summary.optimum_lines(view, aim) for aim in aims],
-        beside=pair.sentences([view, beside], objective, wanted) if beside is not None else [],
-        tables=tables,
-        pictures=[(title, words, style.embedded(make())) for _, title, words, make in kinds],
-        meta=view.meta,
-    )
+def _page(view, objective, sensitivities=(), beside=None, wanted=None, quiet=False, **options) -> str:
+    from milltools.study.show import page  # with the player, which the other files do not need
+
+    kinds = list(figures(view, objective, sensitivities, beside=beside, wanted=wanted, **options))
+    return page.render(view, objective, kinds, beside, wanted, quiet)

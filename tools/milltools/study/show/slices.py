@@ -1,5 +1,5 @@
-"""Lines of a study: the objective along each varied key through the optimum, error bars on every point; the Pareto
-front; which key matters."""
+"""Lines of a study: the objective along each varied key through the optimum, error bars on every point; which
+key matters."""
 
 import numpy as np
 
@@ -7,7 +7,6 @@ from milltools.base.text import literal
 from milltools.study.show import canvas, optimum
 
 FEW = 6  # values of another key, for each of which a line is drawn
-NUMBERED = 20  # designs of the front that bear the number they have in the table
 BARS = {"elinewidth": 0.8, "capsize": 1.8, "capthick": 0.8}
 SURFACE = "0.25"
 SMOOTH = "fit, 95 %"
@@ -106,37 +105,6 @@ def _surface(ax, view, axis, best, known):
         ax.plot(x, mean, color=SURFACE, lw=1, zorder=4)
     else:
         ax.errorbar(x + 0.12, mean, reach, color=SURFACE, ls="", marker="_", label=SMOOTH, **BARS)
-
-
-def draw_front(view):
-    """The Pareto front: the first objective against each other one."""
-    first, *others = view.objectives
-    figure = canvas.new(5.8 if len(others) == 1 else 4.4 * min(len(others), 3), 4.2)
-    axes = np.ravel(figure.subplots(1, len(others), squeeze=False))
-    which = optimum.front(view)
-    beaten = np.setdiff1d(np.flatnonzero(view.usable), which)
-    one = view.estimate(first.path)
-    for ax, other in zip(axes, others):
-        two = view.estimate(other.path)
-        for some, label, look in (
-            (beaten, f"other designs ({len(beaten)})", {"ms": 2.5, "color": "0.75", "elinewidth": 0.4, "capsize": 0}),
-            (which, f"Pareto front ({len(which)}), 95 %", {"ms": 4.5, "color": canvas.LINES[0], "zorder": 3}),
-        ):
-            halves = (np.nan_to_num(found.half[some]) for found in (two, one))
-            ax.errorbar(one.mean[some], two.mean[some], *halves, ls="", marker="o", label=label, **{**BARS, **look})
-        a, b = one.mean[which], two.mean[which]
-        if len(others) == 1:  # with more objectives the front is not a line
-            ax.step(a, b, where="pre" if first.sign > 0 else "post", color=canvas.LINES[0], lw=0.8, alpha=0.6)
-        if len(which) <= NUMBERED:
-            for place, (x, y) in enumerate(zip(a, b), 1):
-                ax.annotate(str(place), (x, y), (3, 4), textcoords="offset points", fontsize=7)
-        for objective, label in ((first, ax.set_xlabel), (other, ax.set_ylabel)):
-            label(f"{canvas.value_label(objective, 50)}, {objective.goal}d")
-        ax.grid(alpha=0.25, lw=0.6)
-        ax.margins(0.06)
-    canvas.title(figure, view.name)
-    canvas.legend(figure, axes[0].get_legend_handles_labels()[0], 2)
-    return figure
 
 
 def draw_sensitivity(view, entries):

@@ -82,11 +82,44 @@ def head_lines(view) -> list[str]:
         spans.append(f"{a.words} {words}" + (f" ({len(a.values)} values)" if a.numeric and a.values else ""))
     least, most = view.designs["runs"].min(), view.designs["runs"].max()
     each = plural(most, "run") if least == most else f"{least} to {most} runs"
-    return [f"{view.name}: {aims}", f"varied     {', '.join(spans)}", f"designs    {len(view.designs)}, {each} each"]
+    out = [f"{view.name}: {aims}", f"varied     {', '.join(spans)}", f"designs    {len(view.designs)}, {each} each"]
+    if view.require:
+        meet = f"{(view.usable & view.feasible).sum()} of {view.usable.sum()} designs meet this"
+        out.append(f"required   {required(view)}: {meet}")
+    return out
+
+
+def required(view) -> str:
+    return " and ".join(one.text for one in view.require)
+
+
+def limit_lines(view, design) -> list[str]:
+    """How a design meets each requirement: "power there: 221 +- 3 W, required <= 225 W"."""
+    told = []
+    for one in view.require:
+        found, aim = view.estimate(one.expression.text), view.aim(one.expression.text)
+        value, half = float(found.mean[design]), float(found.half[design])
+        unsure = math.isfinite(half) and one.sign * (value - one.limit) + half > 0
+        more = "; within its error it may not meet this" if unsure else ""
+        told.append(f"{aim.words} there: {aim.scale.pair(value, half)}, required {one.text}{more}")
+    return told
+
+
+def finding(view, objective) -> str:
+    """The answer as one sentence; "" if there is none."""
+    best = optimum.find(view, objective)
+    if best is None:
+        return ""
+    known = " (95 %)" if math.isfinite(best.half) else " (error not known)"
+    under = f" with {required(view)}" if view.require else ""
+    value = objective.scale.pair(best.value, best.half)
+    return f"{view.tell(best.design)} gives {objective.goal_words}{under}: {value}{known}"
 
 
 def optimum_lines(view, objective) -> list[str]:
     best = optimum.find(view, objective)
+    if best is None and (which := view.usable & ~view.feasible).any():
+        return [f"optimum    none: no design that was run meets {required(view)}", *nearest(view, which)]
     if best is None and not (view.designs["state"] == "capped").any():
         return [f"optimum    no run has a value of {objective.words}"]
     if best is None:
@@ -109,12 +142,14 @@ def optimum_lines(view, objective) -> list[str]:
         count = f"{best.open.sum()} of {len(view.designs)} designs, 95 %"
         more.append(f"{optimum.spans(view, best.open)} cannot be distinguished from the best ({count})")
     else:
-        more.append("no other design that was run can be as good (95 %)")
+        more.append(f"no other design that was run{' and meets this' * bool(view.require)} can be as good (95 %)")
+    more[:0] = limit_lines(view, best.design)
     if best.alike.sum() > 1:
         what = f"at most {100 * optimum.ALIKE:g} % worse than the best"
         more.append(f"{optimum.spans(view, best.alike)}: {what} ({best.alike.sum()} designs)")
     if best.surface is not None and not view.is_grid():
-        places = zip(view.axes, best.surface.optimum().place)
+        found_place = best.surface.optimum(optimum.tuples(view, [best.design]), optimum.allowed(view)).place
+        places = zip(view.axes, found_place)
         where = ", ".join(f"{axis.short} {axis.reach(p.low, p.high, p.words)}" for axis, p in places)
         more.append(f"by the fit, of all possible designs, those with {where} cannot be distinguished from the best")
     if edges := at_edge(view, [view.designs[axis.key][best.design] for axis in view.axes]):
@@ -123,6 +158,16 @@ def optimum_lines(view, objective) -> list[str]:
         times = f"{found.factor:.2f} times as much as the runs' errors say"
         more.append(f"replicates scatter {times}: errors enlarged by that")
     return [f"optimum    {view.tell(best.design)}: {objective.words} {value}", *(UNDER + line for line in more)]
+
+
+def nearest(view, which) -> list[str]:
+    """The design that is nearest to meeting the requirements, of those that `which` marks."""
+    over = [
+        one.sign * (view.estimate(one.expression.text).mean - one.limit) / (abs(one.limit) or 1) for one in view.require
+    ]
+    worst = np.where(which, np.max(over, axis=0), np.inf)
+    design = int(np.nanargmin(worst))
+    return [UNDER + line for line in [f"nearest to it is {view.tell(design)}", *limit_lines(view, design)]]
 
 
 def at_edge(view, values) -> list[str]:
@@ -155,11 +200,12 @@ def best_table(view, objective, count=BEST):
     found, best = view.estimate(objective.path), optimum.find(view, objective)
     if best is None:
         return []
-    ok = view.usable & np.isfinite(found.mean)
+    ok = view.usable & view.feasible & np.isfinite(found.mean)
     order = np.argsort(-np.where(ok, objective.sign * best.mean, np.nan), kind="stable")[: min(count, ok.sum())]
     shown = [("own runs", objective.scale, found.mean, found.half)]
     if best.surface is not None:
         shown.insert(0, ("fit", objective.scale, best.mean, optimum.REACH * best.spread))
+    shown += [(aim.words, aim.scale, m.mean, m.half) for aim, m in limits_of(view) if aim.path != objective.path]
     heads, *lines = table_of(view, order, shown)
     for line, k in zip(lines, order):
         worse = math.isfinite(best.half) and not best.open[k]
@@ -168,9 +214,16 @@ def best_table(view, objective, count=BEST):
     return [[*heads, "runs", ""], *lines]
 
 
+def limits_of(view):
+    """The expressions of the requirements as objectives, with their means."""
+    aims = {one.expression.text: view.aim(one.expression.text) for one in view.require}
+    return [(aim, view.estimate(path)) for path, aim in aims.items()]
+
+
 def table_of_runs(view, which):
-    """Heads and lines of designs with all objectives, by their own runs."""
+    """Heads and lines of designs with all objectives and requirements, by their own runs."""
     found = [(o, view.estimate(o.path)) for o in view.objectives]
+    found += [(o, means) for o, means in limits_of(view) if o not in view.objectives]
     return table_of(view, which, [(o.words, o.scale, means.mean, means.half) for o, means in found])
 
 
@@ -221,7 +274,9 @@ def lines(view, sensitivities=(), objective=None, now=None) -> list[str]:
 def of_sweep(table) -> list[str]:
     """The best designs by the first objective, of those with a value of all."""
     view = StudyView.of(table)
-    good = view.judged
+    good = view.judged & view.feasible
+    if view.judged.any() and not good.any():
+        return [plain(line.strip()) for line in optimum_lines(view, view.objectives[0])] + [""]
     if not good.any():
         said = collections.Counter(view.rows["message"]).most_common(3)
         reasons = [plain(f"    {times} x {message}") for message, times in said]
@@ -229,7 +284,8 @@ def of_sweep(table) -> list[str]:
     first = view.objectives[0]
     order = np.argsort(-first.sign * np.where(good, view.estimate(first.path).mean, np.nan), kind="stable")
     goal = "largest" if first.sign > 0 else "smallest"
-    title = f"the {goal} {first.path} of {good.sum()} designs:"
+    of = f"{good.sum()} designs" + (f" that meet {required(view)}" if view.require else "")
+    title = f"the {goal} {first.words} of {of}:"
     return [plain(title), "", *indented(table_of_runs(view, order[: min(FEW, good.sum())])), ""]
 
 
@@ -244,14 +300,20 @@ def of_search(table) -> list[str]:
         of = f"{len(which)} of {view.judged.sum()} designs"
         title = f"{of} are not beaten by another in every objective (the Pareto front):"
         return [title, "", *indented(table_of_runs(view, which)), ""]
+    if (view.usable & ~view.feasible).any() and not (view.usable & view.feasible).any():
+        return [plain(line.strip()) for line in optimum_lines(view, view.objectives[0])] + [""]
     try:
-        surface, best = gp.of_table(table)
+        good = view.feasible[view.design_of] if view.require else None
+        surface, best = gp.of_table(table, good=good, allowed=optimum.allowed(view) if view.require else None)
     except ValueError:
         return ["no run has a value"]
     about = view.objectives[0]
     word = "largest" if about.sign > 0 else "smallest"
     ends = f"{best.low:.5g} .. {best.high:.5g}{about.scale.suffix}"
-    found = [f"the {word} {about.path}: {best.value:.5g}{about.scale.suffix}, 95 %: {ends}", ""]
+    under = f" with {required(view)}" if view.require else ""
+    found = [f"the {word} {about.words}{under}: {best.value:.5g}{about.scale.suffix}, 95 %: {ends}"]
+    same = view.having(dict(zip([axis.key for axis in view.axes], best.design)))
+    found += [*limit_lines(view, int(np.flatnonzero(same)[0])), ""]
     rows = []
     for axis, value, part in zip(view.axes, best.design, best.place):
         place = axis.reach(part.low, part.high, part.words)

@@ -1,0 +1,162 @@
+"""Expressions of results: values, units and errors; what a table keeps of a run answers as the run itself."""
+
+import math
+
+import pytest
+
+from milltools.base.errors import UserError
+from milltools.read.expression import Expression, Requirement, split
+from milltools.read.results import Results
+from milltools.read.runfile import Run
+
+EDGES = [1e-4, 1e-3, 1e-2]
+
+
+def results(**changes):
+    """Results of 2 s with 300 impacts below and 100 above 1 mJ, of which 20 are above 10 mJ."""
+    return Results(
+        {
+            "duration": 2.0, "mass": 4.0,
+            "scalars": {
+                "W": {"rotor/power": [50.0, 1.0], "impacts/ball_ball/dissipated_power": [20.0, None]},
+                "s-1": {"impacts/all/rate": [200.0, 2.0]},
+                "N m": {"rotor/torque": [3.0, 0.1]},
+            },
+            "known": {"all": [[200.0, 2.0], [40.0, 1.6], [4.0, 1.0], [0.0, None]], "ball_ball": [[0.0, None]] * 4},
+            "bins": {"J": EDGES}, "counts": {"J": {"all": [0, 0, 300, 80, 20], "ball_ball": [0, 0, 0, 0]}},
+        } | changes
+    )  # fmt: skip
+
+
+@pytest.fixture
+def example(millsim, small_deck, tmp_path):
+    done = millsim("deck.ini", "-q", "-s", "run.sample_from=10 ms")
+    assert done.returncode == 0, done.stderr
+    return tmp_path / "deck.h5"
+
+
+def value(text):
+    return Expression(text).of(results())
+
+
+@pytest.mark.parametrize(
+    "text, wanted, unit",
+    [
+        ("power", 50, "W"),
+        ("torque", 3, "N m"),
+        ("power / mass", 12.5, "W kg-1"),
+        ("rate_above(1 mJ) / power", 1, "J-1"),
+        ("rate_above(1000 uJ)/power", 1, "J-1"),
+        ("impacts/all/rate / rotor/power", 4, "J-1"),
+        ("rate_above(1 mJ, ball_ball)", 0, "s-1"),
+        ("-(power - 20 W) * 2", -60, "W"),
+        ("power * 1 h - 0.05 kWh", 0, "J"),
+        ("mass / (2 kg + 200 g)", 4 / 2.2, "1"),
+        ("dissipation(ball_ball) / 5 W", 4, "1"),
+    ],
+)
+def test_an_expression_has_its_value_and_unit(text, wanted, unit):
+    found = value(text)
+    assert found.value == pytest.approx(wanted) and found.unit == unit
+
+
+def test_a_threshold_is_exact_at_an_edge_and_logarithmic_within_a_bin():
+    assert value("rate_above(10 mJ)").value == 10
+    assert value("rate_above(3.16227766 mJ)").value == pytest.approx((40 + 20) / 2, rel=1e-6)
+
+
+def test_the_error_of_a_quotient_is_that_of_both_relative_errors():
+    found = value("impacts/all/rate / power")
+    assert found.error / found.value == pytest.approx(math.hypot(2 / 200, 1 / 50))
+
+
+def test_a_number_that_occurs_twice_has_one_error():
+    assert value("power / power").error == pytest.approx(0, abs=1e-12)
+    assert value("power + power").error == pytest.approx(2.0)
+
+
+def test_the_error_of_a_threshold_is_that_of_the_nearest_known_rate_and_at_least_that_of_counting():
+    assert value("rate_above(1 mJ)").error == pytest.approx(50 / math.sqrt(100))  # counting: 10 %; 40/s is known to 4 %
+    kept = results(known={"all": [[200.0, 2.0], [40.0, 16.0]], "ball_ball": []})
+    assert Expression("rate_above(1 mJ)").of(kept).error == pytest.approx(50 * 0.4)
+
+
+def test_an_unknown_error_of_one_part_makes_the_error_unknown():
+    assert math.isnan(value("dissipation(ball_ball) / power").error)
+
+
+@pytest.mark.parametrize(
+    "text, says",
+    [
+        ("power + mass", "W and kg cannot be added"),
+        ("powr", "unknown name 'powr'; there are power, torque"),
+        ("rate_above(1 xJ)", "unknown unit 'xJ' behind 1"),
+        ("rate_above(3 W)", "rate_above needs a speed or an energy"),
+        ("power(ball_ball)", "'power' takes nothing in parentheses"),
+        ("rate(ball_moon)", "no kind of contact 'ball_moon'; there are all, ball_ball"),
+        ("impacts/all/rte", "did you mean 'impacts/all/rate'?"),
+        ("rate_above(1 m/s)", "no spectra by speed are kept"),
+        ("(power", "expected an expression"),
+        ("power ** 2", "expected numbers, names, + - * / and parentheses"),
+        ("__import__('os')", "has no meaning here"),
+        ("power if power else mass", "expected an expression"),
+        ("", "expected an expression"),
+    ],
+)
+def test_a_wrong_expression_is_said_in_one_line(text, says):
+    with pytest.raises(UserError) as fault:
+        value(text)
+    assert says in str(fault.value)
+
+
+def test_words_are_those_of_people():
+    assert Expression("rate_above(1 mJ) / power").words == "impacts above 1 mJ per joule"
+    path = "impacts/ball_ball/normal_speed/median_above_50mm_s"
+    assert Expression(path).words == "median normal ball-ball impact speed above 50 mm/s"
+
+
+def test_the_parts_of_a_quotient_are_expressions():
+    assert [part.text for part in Expression("rate_above(1 mJ, ball_ball) / (power - 5 W)").ratio] == [
+        "rate_above(1 mJ, ball_ball)", "power - 5 W",
+    ]  # fmt: skip
+
+
+def test_commas_within_parentheses_do_not_divide_a_list():
+    assert split("rate_above(1 mJ, ball_ball) / power, mass") == ["rate_above(1 mJ, ball_ball) / power", "mass"]
+
+
+def test_a_requirement_tells_by_how_much_it_is_violated():
+    assert Requirement.read("power <= 45 W").excess(results()) == (5.0, 1.0)
+    assert Requirement.read("power >= 0.06 kW").excess(results())[0] == pytest.approx(10)
+
+
+@pytest.mark.parametrize(
+    "text, says",
+    [
+        ("power", "expected a requirement such as 'power <= 225 W'"),
+        ("power <= mass", "expected a number with its unit on the right"),
+        ("power <= 225", "power has the unit W, and the limit has another one"),
+    ],
+)
+def test_a_wrong_requirement_is_said_in_one_line(text, says):
+    with pytest.raises(UserError) as fault:
+        Requirement.read(text).check(results())
+    assert says in str(fault.value)
+
+
+def test_what_is_kept_of_a_run_answers_as_the_run(example):
+    with Run(example) as run:
+        kept = Results.unpack(Results.of(run).pack())
+        for kind in ("all", "ball_ball", "ball_drum"):
+            for limit in (1e-7, 2.5e-6, 1e-4):
+                count = run.histogram(kind, speed="normal_energy").above(limit)
+                assert kept.above(limit, "J", kind)[0] == pytest.approx(count / run.duration, rel=1e-9)
+            count = run.histogram(kind).above(0.2)
+            assert kept.above(0.2, "m/s", kind)[0] == pytest.approx(count / run.duration, rel=1e-9)
+        assert kept.scalar("rotor/power")[0] == run.statistic("rotor/power")
+        assert kept.data["mass"] == pytest.approx(run.balls("mass").sum())
+
+
+@pytest.mark.parametrize("text", ["", "nonsense", "eJyrVkrOzytJrShRslIyVKoFACY4BLc="])
+def test_a_text_that_holds_no_results_gives_none(text):
+    assert Results.unpack(text) is None

@@ -1,0 +1,228 @@
+"""A study answers questions: requirements, objectives asked afterwards, keys of several sections, its cost before it
+starts, its page."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+import study_tables as made
+from conftest import SMALL, STUDY, run_mill
+from test_study_show import SPEED, line_of, view
+
+from milltools.base.errors import UserError
+from milltools.study.plan.study_deck import Study
+from milltools.study.plan.table import Table
+from milltools.study.search.acquisition import Budget, Tried, choose
+from milltools.study.search.space import Space
+from milltools.study.show import contour, data, optimum, outputs, page, summary, tradeoff
+
+HARD = """\
+[study]
+deck = deck.ini
+maximise = rate_above(0.1 uJ) / power
+require = power <= 1 W
+replicates = 2
+[set]
+run.time = 60 ms
+[vary]
+rotor.speed = 300, 600, 900 rpm
+"""
+
+
+@pytest.fixture(scope="module")
+def swept(tmp_path_factory):
+    """The table of HARD."""
+    folder = tmp_path_factory.mktemp("hard")
+    (folder / "deck.ini").write_text(SMALL)
+    (folder / "hard.study").write_text(HARD)
+    done = run_mill(folder, "sweep", "hard.study", "-q")
+    assert done.returncode == 0, done.stderr
+    return folder / "hard.parquet"
+
+
+def limited(limit=None):
+    """Five designs whose speed rises with the key, and of which the first three meet SPEED <= 1.3 m/s."""
+    more = {"require": [f"{SPEED} <= {limit}"]} if limit else {}
+    return view(*line_of([1.0, 1.2, 1.25, 1.6, 2.0], [0.01] * 5, noise=False, **more))
+
+
+# ---- requirements
+
+
+def test_the_best_design_is_the_best_of_those_that_meet_the_requirement():
+    free, bound = limited(), limited("1.3 m/s")
+    assert optimum.find(free, free.objectives[0]).design == 4
+    assert optimum.find(bound, bound.objectives[0]).design == 2
+    assert bound.feasible.tolist() == [True, True, True, False, False]
+
+
+def test_a_design_whose_interval_reaches_beyond_the_limit_is_called_unsure():
+    near, far = limited("1.26 m/s"), limited("1.4 m/s")
+    said = ["\n".join(summary.optimum_lines(one, one.objectives[0])) for one in (near, far)]
+    assert "within its error it may not meet this" in said[0] and "may not meet" not in said[1]
+
+
+def test_where_no_design_meets_the_requirement_the_nearest_is_named():
+    shown = limited("0.5 m/s")
+    said = "\n".join(summary.lines(shown))
+    assert f"none: no design that was run meets {SPEED} <= 0.5 m/s" in said
+    assert "nearest to it is rotor speed = 572.96 rpm" in said and summary.finding(shown, shown.objectives[0]) == ""
+
+
+def test_a_requirement_of_another_unit_is_refused_before_the_first_run(mill, write_study, tmp_path):
+    write_study(HARD.replace("1 W", "1 kg"))
+    done = mill("sweep", "a.study")
+    assert done.returncode == 2 and "a.study:4: [study] require: 'power <= 1 kg'" in done.stderr
+    assert not (tmp_path / "a.parquet").exists()
+
+
+def test_a_search_ends_at_the_best_design_within_the_limit():
+    """Maximise x with y = x^2 <= 0.25: the search must end near x = 0.5, far from the best of all."""
+    space = Space([made.vary("contact.restitution", low=0.0, high=1.0)])
+    runs, random = [], np.random.default_rng(3)
+    for _ in range(24):
+        design = choose(space, runs, Budget(24))
+        if design is None:
+            break
+        x = design[0]
+        excess = x**2 - 0.25 + 0.002 * random.standard_normal()
+        runs.append(Tried(design, x + 0.002 * random.standard_normal(), 0.002, "done", ((excess, 0.002),)))
+    good = [run.design[0] for run in runs if run.excess[0][0] <= 0]
+    assert 0.45 < max(good) <= 0.51
+    assert sum(run.design[0] > 0.7 for run in runs) < 6
+
+
+# ---- questions afterwards
+
+
+def test_another_question_is_answered_from_the_table(mill, swept):
+    done = mill("study", str(swept), "--objective", "minimise power / mass", "--require", "rate >= 1/s")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("hard: power per mass of the balls [W/kg], minimised")
+    assert "rate >= 1/s: 3 of 3 designs meet this" in done.stdout
+
+
+def test_a_new_limit_replaces_that_of_the_study(swept):
+    shown = data.opened(str(swept))[1]
+    shown.ask(None, ["power <= 2 W"])
+    assert [one.text for one in shown.require] == ["power <= 2 W"]
+
+
+def test_an_objective_asked_afterwards_is_that_of_the_rows(swept):
+    shown = data.opened(str(swept))[1]
+    stored, computed = shown.estimate("rate_above(0.1 uJ) / power"), shown.estimate("rate_above(0.1 uJ)/power")
+    assert computed.mean == pytest.approx(stored.mean, rel=1e-12)
+
+
+def test_a_table_of_an_earlier_version_says_that_it_has_no_results():
+    shown = limited()
+    with pytest.raises(UserError) as fault:
+        shown.ask("rate / power")
+    assert f"there are only {SPEED}" in str(fault.value)
+
+
+def test_a_table_without_the_column_of_results_still_opens(tmp_path):
+    import pyarrow.parquet
+
+    rows, meta = line_of([1.0, 2.0], [0.1, 0.1])
+    path = made.write(tmp_path / "old.parquet", rows, meta)
+    stored = pyarrow.parquet.read_table(path)
+    pyarrow.parquet.write_table(stored.drop_columns(["results"]), path)
+    assert Table.open(path).frame()["results"].tolist() == ["", ""]
+
+
+# ---- keys
+
+
+def test_a_key_with_a_star_sets_all_sections_of_the_base_deck(write_study, write_deck):
+    blades = "[blade.a]\nposition = 0 mm\nangle = 0 deg\ntip_radius = 20 mm\nwidth = 6 mm\nthickness = 4 mm\n"
+    path = write_study(STUDY + "blade.*.pitch = 0, 30 deg\n")
+    write_deck(SMALL + blades + blades.replace("blade.a", "blade.b"))
+    study = Study(path)
+    job = study.job(0, {"rotor.speed": 60.0, "balls.count": 40, "blade.*.pitch": 0.5})
+    assert [text for text in job["set"] if "pitch" in text] == ["blade.a.pitch=0.5 rad", "blade.b.pitch=0.5 rad"]
+
+
+def test_a_star_that_names_no_section_is_refused(write_study):
+    with pytest.raises(UserError, match=r"blade\.\*\.pitch: no section of the base deck is named so"):
+        Study(write_study(STUDY + "blade.*.pitch = 0, 30 deg\n")).fingerprint
+
+
+def test_the_unit_of_an_override_is_that_of_the_axes(write_study):
+    study = Study(write_study(), ["vary.rotor.speed=10..20 rad/s step 5 rad/s"])
+    assert study.about()["vary"][0]["written"] == "rad/s"
+
+
+# ---- the cost
+
+
+def test_a_dry_run_tells_runs_and_cost_and_writes_nothing(mill, write_study, tmp_path):
+    write_study()
+    before = sorted(tmp_path.iterdir())
+    done = mill("sweep", "a.study", "--dry-run", "--workers", "2")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("plan       6 designs, 1 run each: 6 runs\n")
+    assert "rotor.speed = 300 rpm, balls.count = 40: " in done.stdout
+    assert re.search(r"cost +about .* of CPU", done.stdout) and "with 2 runs at a time" in done.stdout
+    assert sorted(tmp_path.iterdir()) == before
+
+
+def test_a_dry_run_of_a_search_counts_the_runs_that_are_missing(mill, write_study, tmp_path):
+    write_study()
+    done = mill("optimize", "a.study", "-n", "--runs", "7")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("plan       at most 7 runs\n") and not list(tmp_path.glob("*.parquet*"))
+
+
+# ---- pictures
+
+
+def test_the_region_of_ties_ends_where_the_difference_is_its_own_error():
+    rows, meta = made.figure7(noise=0.01)
+    shown = view(rows, meta)
+    plane = contour.plane(shown, shown.objectives[0], *contour.main_keys(shown))
+    inside, best = plane.gap <= plane.reach, optimum.find(shown, shown.objectives[0])
+    assert inside.sum() == best.open.sum()
+    assert np.nanmax(plane.gap[inside]) <= np.nanmax(plane.reach[inside]) < 0.2 * best.value
+
+
+def test_a_quotient_is_traded_off_as_numerator_over_denominator(swept):
+    shown = data.opened(str(swept))[1]
+    (pair,) = tradeoff.pairs(shown, shown.objectives[0])
+    assert (pair.x.path, pair.x.goal) == ("power", "minimise")
+    assert (pair.y.path, pair.y.goal, pair.slope) == ("rate_above(0.1 uJ)", "maximise", "1/J")
+
+
+def test_the_knee_of_a_front_is_its_corner():
+    x = np.linspace(60, 120, 5)
+    power, speed = [1.0, 2.0, 3.0, 30.0, 60.0], [0.1, 0.5, 1.0, 1.05, 1.1]
+    goals = {SPEED: ("maximise", np.array(speed)), made.POWER: ("minimise", np.array(power))}
+    rows, meta = made.made(made.grid(rotor__speed=x), [made.vary("rotor.speed", x)], goals)
+    shown = view(rows, meta)
+    assert optimum.knee(shown, shown.objectives, optimum.front(shown)) == 2
+
+
+# ---- the page
+
+
+def rendered(swept):
+    shown = data.opened(str(swept))[1]
+    kinds = list(outputs.figures(shown, shown.objectives[0]))
+    return shown, page.render(shown, shown.objectives[0], kinds)
+
+
+@pytest.mark.slow
+def test_the_page_begins_with_the_finding_and_has_the_mill_of_the_best_design(swept):
+    shown, text = rendered(swept)
+    best = optimum.find(shown, shown.objectives[0]).design
+    title = re.search(r"<h1>(.*?)</h1>", text)[1]
+    assert title.startswith(shown.tell(best).replace("r", "R", 1)) and "impacts above 0.1 uJ per joule" in title
+    found = json.loads(re.search(r'id="data">(.*?)</script>', text)[1])
+    assert found["best"] == best and best in found["mills"] and f'class="turning" data-design="{best}"' in text
+    assert found["designs"][best]["aims"][0] == pytest.approx(shown.estimate(shown.objectives[0].path).mean[best])
+
+
+def test_settings_of_a_design_run_it_again(swept):
+    shown = data.opened(str(swept))[1]
+    assert page.settings(shown, 1) == ["rotor.speed=62.83185307179586 rad/s"]

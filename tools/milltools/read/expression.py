@@ -1,0 +1,384 @@
+"""Expressions of the results of a run, such as `rate_above(1 mJ, ball_ball) / power`, with units and errors.
+
+    question = Expression("rate_above(1 mJ) / power")
+    question.of(Results.of(run))        # Quantity: value and standard error in SI, unit "1/J"
+
+An expression has numbers with units, the names of NAMES, paths of scalars below /statistics such as
+`impacts/all/rate`, the signs + - * / and parentheses. A slash inside a path has no space around it. Nothing of an
+expression is executed: Python's parser gives a tree, and only these parts of a tree are accepted.
+
+The standard error is that of first order, as if the numbers of a run were independent of each other. Numbers that rise
+and fall together, such as a rate and the power, have a ratio that is known better than this error says. A number that
+occurs twice counts as one, so `power / power` has no error.
+"""
+
+import ast
+import dataclasses
+import functools
+import math
+import operator
+import re
+
+from milltools.base.errors import UserError
+from milltools.base.text import spoken_unit
+from milltools.read.results import Results
+
+MEDIAN = "normal_speed/median_above_50mm_s"
+# name: (path below /statistics, words); KIND is the argument of the name, "all" without one
+NAMES = {
+    "power": ("drive/power", "power"),
+    "torque": ("rotor/torque", "rotor torque"),
+    "mass": ("", "mass of the balls"),
+    "rate": ("impacts/KIND/rate", "rate of impacts"),
+    "rate_above": ("", "rate of impacts above"),
+    "median_speed": (f"impacts/KIND/{MEDIAN}", "median normal impact speed above 50 mm/s"),
+    "dissipation": ("impacts/KIND/dissipated_power", "dissipated power"),
+}
+OTHERS = {"drive/power": "rotor/power"}  # of a run without the first
+WORDS = {path: words for path, words in NAMES.values() if path} | {
+    "impacts/KIND/normal_speed/median": "median normal impact speed",
+    "impacts/KIND/normal_speed/mean": "mean normal impact speed",
+    "rotor/power": "rotor power",
+    "drive/power": "drive power",
+}
+SHOWN = "power, torque, mass, rate(KIND), rate_above(1 mJ, KIND), rate_above(1 m/s, KIND), median_speed(KIND), " \
+    "dissipation(KIND), or a path below /statistics such as impacts/all/rate"  # fmt: skip
+
+# ---- units: (size in SI, exponents of kg, m, s)
+
+BASE = ("kg", "m", "s")
+UNITS = {
+    "g": (1e-3, (1, 0, 0)), "t": (1e3, (1, 0, 0)), "m": (1.0, (0, 1, 0)), "s": (1.0, (0, 0, 1)),
+    "min": (60.0, (0, 0, 1)), "h": (3600.0, (0, 0, 1)), "J": (1.0, (1, 2, -2)), "Wh": (3600.0, (1, 2, -2)),
+    "W": (1.0, (1, 2, -3)), "N": (1.0, (1, 1, -2)), "Nm": (1.0, (1, 2, -2)), "Pa": (1.0, (1, -1, -2)),
+    "Hz": (1.0, (0, 0, -1)), "rpm": (math.tau / 60, (0, 0, -1)), "rad": (1.0, (0, 0, 0)),
+    "%": (0.01, (0, 0, 0)), "1": (1.0, (0, 0, 0)),
+}  # fmt: skip
+PREFIXES = {"n": 1e-9, "u": 1e-6, "µ": 1e-6, "μ": 1e-6, "m": 1e-3, "c": 1e-2, "k": 1e3, "M": 1e6, "G": 1e9}
+PREFIXED = ("g", "m", "s", "J", "Wh", "W", "N", "Nm", "Pa", "Hz")
+SPOKEN = ("1", "W", "J", "N", "kg", "m", "s", "s-1", "m s-1", "J-1", "W-1", "W kg-1", "J kg-1", "kg-1 s-1", "J m-2",
+          "W m-2", "N m-2", "kg-1", "s2 m-2")  # fmt: skip
+ATOM = r"(?:[A-Za-zµμ]+|%|1)(?:\^|\*\*)?(?:-?\d+)?"
+UNIT = re.compile(rf"\s*((?:1?/)?{ATOM}(?:[./*]{ATOM})*)")
+PARTS = re.compile(r"([./* ]?)([A-Za-zµμ]+|%|1(?!\d))(?:\^|\*\*)?(-?\d+)?")
+
+
+def unit_of(text: str) -> tuple[float, tuple[int, ...]]:
+    """Size in SI and exponents of kg, m, s of a unit such as "mJ", "m/s", "m s-1"; KeyError for an unknown one."""
+    size, powers = 1.0, (0, 0, 0)
+    for sign, name, power in PARTS.findall(text):
+        if name not in UNITS and (name[:1] not in PREFIXES or name[1:] not in PREFIXED):
+            raise KeyError(name)
+        one, own = UNITS.get(name) or (PREFIXES[name[0]] * UNITS[name[1:]][0], UNITS[name[1:]][1])
+        times = int(power or 1) * (-1 if sign == "/" else 1)
+        size, powers = size * one**times, tuple(a + times * b for a, b in zip(powers, own))
+    return size, powers
+
+
+SPELLED = {unit_of(text)[1]: text for text in reversed(SPOKEN)}
+
+
+def spelled(powers) -> str:
+    """The unit of exponents as the output file writes it: "J-1", "kg m s-1"."""
+    return SPELLED.get(tuple(powers)) or " ".join(f"{b}{p if p != 1 else ''}" for b, p in zip(BASE, powers) if p)
+
+
+# ---- quantities
+
+
+@dataclasses.dataclass(frozen=True)
+class Quantity:
+    """`value` in SI, exponents `powers` of kg, m, s, and `shares` {number: its contribution to the error}; `own`: the
+    unit in the file of a number that is not computed."""
+
+    value: float
+    powers: tuple = (0, 0, 0)
+    shares: dict = dataclasses.field(default_factory=dict)
+    own: str = ""
+
+    @property
+    def error(self) -> float:
+        """The standard error, NaN if that of one part is not known."""
+        return math.sqrt(sum(share**2 for share in self.shares.values()))
+
+    @property
+    def unit(self) -> str:
+        return self.own or spelled(self.powers)
+
+    def _with(self, other, value, mine, its, powers):
+        names = dict.fromkeys([*self.shares, *other.shares])
+        shares = {n: mine * self.shares.get(n, 0.0) + its * other.shares.get(n, 0.0) for n in names}
+        return Quantity(value, powers, shares)
+
+    def __add__(self, other):
+        return self._with(other, self.value + other.value, 1, 1, self.powers)
+
+    def __sub__(self, other):
+        return self._with(other, self.value - other.value, 1, -1, self.powers)
+
+    def __mul__(self, other):
+        powers = tuple(map(operator.add, self.powers, other.powers))
+        return self._with(other, self.value * other.value, other.value, self.value, powers)
+
+    def __truediv__(self, other):
+        powers = tuple(map(operator.sub, self.powers, other.powers))
+        if not other.value:
+            return Quantity(math.nan, powers)
+        return self._with(other, self.value / other.value, 1 / other.value, -self.value / other.value**2, powers)
+
+
+SIGNS = {ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv}
+TOKENS = re.compile(r"(\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+(?:[eE][+-]?\d+)?)|([A-Za-z_]\w*(?:[/.]\w+)*)|(\s+)|([-+*/(),])")
+
+
+class Expression:
+    """`text`: the expression, with single spaces. UserError for a text that is none."""
+
+    def __init__(self, text: str):
+        self.text = " ".join(text.split()).removeprefix("/statistics/")
+        self._numbers, self._leaves = {}, {}  # name in the tree: Quantity with its text; path or name
+        text = self._pythonic()
+        try:
+            self._tree = ast.parse(text, mode="eval").body
+        except (SyntaxError, RecursionError, ValueError, MemoryError):
+            raise self.fault("expected an expression such as 'rate_above(1 mJ) / power'") from None
+        self._check(self._tree)
+
+    def fault(self, why) -> UserError:
+        return UserError(f"'{self.text[:80]}': {why}")
+
+    def _pythonic(self) -> str:
+        """The text with a Python name for every number with its unit, and for every path."""
+        out, at = [], 0
+        while at < len(self.text):
+            found = TOKENS.match(self.text, at)
+            if not found:
+                raise self.fault(f"'{self.text[at]}' has no meaning here")
+            number, word, space, sign = found.groups()
+            at = found.end()
+            if number:
+                at, quantity = self._number(number, at)
+                name = f"n{len(self._numbers)}_"
+                self._numbers[name] = quantity, self.text[found.start() : at].strip()
+                out.append(name)
+            elif word:
+                first = re.match(r"\w+", word)[0]
+                if first in NAMES:  # a slash behind a name divides
+                    word, at = first, found.start() + len(first)
+                name = f"p{len(self._leaves)}_"
+                self._leaves[name] = word
+                out.append(name)
+            else:
+                out.append(sign or " ")
+        return "".join(out)
+
+    def _number(self, number, at):
+        """The place behind a number with its unit, and the number in SI."""
+        found = UNIT.match(self.text, at)
+        text = found[1] if found else ""
+        while text:
+            try:
+                size, powers = unit_of(text)
+                return at + found[0].index(found[1]) + len(text), Quantity(float(number) * size, powers)
+            except KeyError as fault:
+                shorter = re.match(r"(.*)[./*]", text)
+                if not shorter and text[0] not in "1/":
+                    raise self.fault(
+                        f"unknown unit '{fault.args[0]}' behind {number}; there are mJ, W, m/s, kg, s ..."
+                    ) from None
+                text = shorter[1] if shorter else ""
+        return at, Quantity(float(number))
+
+    def _check(self, node):
+        """UserError for a tree with other parts than an expression has."""
+        if isinstance(node, ast.BinOp) and type(node.op) in SIGNS:
+            self._check(node.left)
+            self._check(node.right)
+        elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
+            self._check(node.operand)
+        elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and not node.keywords:
+            self._check_call(node)
+        elif isinstance(node, ast.Name) and node.id in self._leaves:
+            name = self._leaves[node.id]
+            if name == "rate_above":
+                raise self.fault("rate_above needs a speed or an energy, such as rate_above(1 mJ)")
+            if name not in NAMES and not re.search("[/.]", name):
+                raise self.fault(f"unknown name '{name}'; there are {SHOWN}")
+        elif not (isinstance(node, ast.Name) and node.id in self._numbers):
+            raise self.fault("expected numbers, names, + - * / and parentheses")
+
+    def _check_call(self, node):
+        name, given = self._leaves.get(node.func.id, ""), list(node.args)
+        if name == "rate_above":
+            limit = self._numbers.get(getattr(given.pop(0), "id", "") if given else "")
+            powers = limit[0].powers if limit else ()
+            if powers not in (UNITS["J"][1], (0, 1, -1)) or not limit[0].value > 0:
+                raise self.fault("rate_above needs a speed or an energy, such as rate_above(1 mJ) or rate_above(1 m/s)")
+        elif "KIND" not in NAMES.get(name, ("",))[0]:
+            raise self.fault(f"'{name}' takes nothing in parentheses; there are {SHOWN}")
+        if len(given) > 1 or not all(isinstance(one, ast.Name) and one.id in self._leaves for one in given):
+            raise self.fault(f"expected the name of one kind of contact in {name}(...), such as ball_ball")
+
+    # ---- values
+
+    def of(self, results: Results) -> Quantity:
+        """The value; UserError for a part that these results do not have, and for units that do not fit."""
+        found = self._value(self._tree, results)
+        return dataclasses.replace(found, shares={k: abs(share) for k, share in found.shares.items()})
+
+    def _value(self, node, results):
+        if isinstance(node, ast.BinOp):
+            a, b = self._value(node.left, results), self._value(node.right, results)
+            if isinstance(node.op, (ast.Add, ast.Sub)) and a.powers != b.powers:
+                units = " and ".join(spoken_unit(one.unit) or "a plain number" for one in (a, b))
+                raise self.fault(f"{units} cannot be added")
+            return SIGNS[type(node.op)](a, b)
+        if isinstance(node, ast.UnaryOp):
+            return Quantity(-1.0) * self._value(node.operand, results)
+        if isinstance(node, ast.Name) and node.id in self._numbers:
+            return self._numbers[node.id][0]
+        name, arguments = self._parts(node)
+        return self._leaf(name, arguments, results)
+
+    def _parts(self, node):
+        """Name and arguments of a leaf: names of kinds, or numbers of self._numbers."""
+        if isinstance(node, ast.Name):
+            return self._leaves[node.id], []
+        return self._leaves[node.func.id], [self._numbers.get(a.id) or self._leaves[a.id] for a in node.args]
+
+    def _leaf(self, name, arguments, results):
+        kind = next((one for one in arguments if isinstance(one, str)), "all")
+        if kind not in results.kinds:
+            raise self.fault(f"there is no kind of contact '{kind}'; there are {', '.join(results.kinds)}")
+        if name == "mass":
+            return Quantity(results.data["mass"], UNITS["g"][1], own="kg")
+        if name == "rate_above":
+            limit = arguments[0][0]
+            unit = "J" if limit.powers[0] else "m/s"
+            value, error = results.above(limit.value, unit, kind)
+            return Quantity(value, (0, 0, -1), {f"{kind} above {limit.value:g} {unit}": error}, "s-1")
+        path = NAMES[name][0].replace("KIND", kind) if name in NAMES else name.replace(".", "/")
+        path = path if path in results.units else OTHERS.get(path, path)
+        try:
+            value, error = results.scalar(path)
+            size, powers = unit_of(results.units[path])
+        except KeyError:
+            raise self.fault(f"'{path}' is not a scalar of /statistics in this run{_near(path, results)}") from None
+        assert size == 1.0, "the file has SI units"
+        return Quantity(value, powers, {path: error}, results.units[path])
+
+    # ---- in words
+
+    @property
+    def words(self) -> str:
+        """The expression as people say it: "rate of impacts above 1 mJ per power"."""
+        return self._words(self._tree)
+
+    @property
+    def ratio(self) -> "tuple[Expression, Expression] | None":
+        """Numerator and denominator of a quotient; None for others."""
+        tree = self._tree
+        if not (isinstance(tree, ast.BinOp) and isinstance(tree.op, ast.Div)):
+            return None
+        parts = [self._text(node) for node in (tree.left, tree.right)]
+        if any(isinstance(node, ast.Name) and node.id in self._numbers for node in (tree.left, tree.right)):
+            return None
+        return Expression(parts[0]), Expression(parts[1])
+
+    def _text(self, node, within=False) -> str:
+        if isinstance(node, ast.BinOp):
+            sign = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}[type(node.op)]
+            text = f"{self._text(node.left, True)} {sign} {self._text(node.right, True)}"
+            return f"({text})" if within else text
+        if isinstance(node, ast.UnaryOp):
+            return f"-{self._text(node.operand, True)}"
+        if isinstance(node, ast.Name) and node.id in self._numbers:
+            return self._numbers[node.id][1]
+        name, arguments = self._parts(node)
+        inner = ", ".join(one if isinstance(one, str) else one[1] for one in arguments)
+        return f"{name}({inner})" if inner else name
+
+    def _words(self, node) -> str:
+        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Div):
+            a, b = self._words(node.left), self._words(node.right)
+            if b == "power" and a.startswith("rate of "):
+                return f"{a.removeprefix('rate of ')} per joule"
+            return f"{a} per {b}"
+        if isinstance(node, (ast.BinOp, ast.UnaryOp)) or (isinstance(node, ast.Name) and node.id in self._numbers):
+            return self._text(node, True)
+        name, arguments = self._parts(node)
+        kind = next((one for one in arguments if isinstance(one, str)), "all")
+        words = NAMES[name][1] if name in NAMES else WORDS.get(name)
+        if name not in NAMES and words is None:
+            kind = (re.match(r"impacts/(\w+)/", name) or ["", "all"])[1]
+            words = WORDS.get(name.replace(f"/{kind}/", "/KIND/")) or re.sub("[./_]", " ", name)
+        if kind != "all":
+            label = kind.replace("ball_", "ball-")
+            words = re.sub(r"\bimpacts?\b", lambda m: f"{label} {m[0]}", words, count=1) \
+                if "impact" in words else f"{words} ({label})"  # fmt: skip
+        return f"{words} {arguments[0][1]}" if name == "rate_above" else words
+
+
+def _near(path, results) -> str:
+    import difflib
+
+    near = difflib.get_close_matches(path, results.units, 1, 0.6)
+    return f"; did you mean '{near[0]}'?" if near else ""
+
+
+@functools.lru_cache(maxsize=256)
+def parsed(text: str) -> Expression:
+    """Expression(text), each text parsed once."""
+    return Expression(text)
+
+
+# ---- lists and requirements
+
+
+def split(text: str) -> list[str]:
+    """The parts of a list of expressions: commas within parentheses do not divide."""
+    return [part.strip() for part in re.split(r",(?![^()]*\))", text)]
+
+
+@dataclasses.dataclass(frozen=True)
+class Requirement:
+    """`expression` at most (sign +1) or at least (-1) `limit` [SI]; `text` as written."""
+
+    text: str
+    expression: Expression
+    sign: int
+    limit: float
+
+    @classmethod
+    def read(cls, text: str) -> "Requirement":
+        """UserError for a text that is not such as 'power <= 225 W'."""
+        found = re.fullmatch(r"(.+?)(<=|>=|=<|=>|<|>)(.+)", " ".join(text.split()))
+        if not found:
+            raise UserError(f"expected a requirement such as 'power <= 225 W', got '{text[:80]}'")
+        left, right = parsed(found[1].strip()), parsed(found[3].strip())
+        if right._leaves or not right._numbers:
+            raise UserError(f"'{text[:80]}': expected a number with its unit on the right, such as 225 W")
+        sign = 1 if "<" in found[2] else -1
+        limit = right._value(right._tree, None)
+        return cls(f"{left.text} {'<=' if sign > 0 else '>='} {right.text}", left, sign, limit.value)
+
+    def excess(self, results: Results | None) -> tuple[float, float]:
+        """By how much results violate it (below 0: met), with the standard error; NaN without results."""
+        if results is None:
+            return math.nan, math.nan
+        found = self.expression.of(results)
+        return self.sign * (found.value - self.limit), found.error
+
+    def check(self, results: Results):
+        """UserError if the units of both sides differ."""
+        value, limit = self.expression.of(results), parsed(self.text.split("= ")[-1])
+        if value.powers != limit._value(limit._tree, None).powers:
+            unit = spoken_unit(value.unit) or "a plain number"
+            raise UserError(f"'{self.text}': {self.expression.text} has the unit {unit}, and the limit has another one")
+
+
+@functools.cache
+def excess(packed: str, texts: tuple[str, ...]) -> tuple:
+    """Requirement.excess of every requirement, from packed Results; each run is unpacked once."""
+    results = Results.unpack(packed) if texts else None
+    return tuple(Requirement.read(text).excess(results) for text in texts)
