@@ -52,7 +52,7 @@ def run(arguments) -> int:
     if arguments.png:
         from milltools.compare import pictures
 
-        pictures.write(sides, arguments.png)
+        pictures.write(tables, arguments.png)
     if arguments.csv:
         terminal.write_csv(tables, arguments.csv)
     if arguments.html:

@@ -6,8 +6,9 @@ sentences name also the rate of these impacts and the median. Of two programs or
 
 import math
 
-from milltools.base.text import MINUS, number, plain, quantity
+from milltools.base.text import MINUS, number, plain, prefix
 from milltools.compare.agreement import NORMAL
+from milltools.read.runfile import THRESHOLDS
 
 TOLD = ("rotor_power", "drive_power", "median_above_50mm_s", "kinetic_energy")  # of two programs
 INTERVALS = "Ranges are 95 % intervals."
@@ -90,12 +91,27 @@ def sentences(table) -> str:
         (median, f"The median speed of the impacts above 50 mm/s is {{}} in {b}, {{}} in {a}", FAST),
     ):
         if row and math.isfinite(row.difference):
-            unit = "" if way is MANY else row.unit
-            values = (quantity(e.value, unit) if unit else number(e.value) for e in (row.b, row.a))
+            values = _values(row.b.value, row.a.value, row.unit)
             told = "{} ({})".format(*size(row, *way)) if math.isfinite(row.difference_error) else row.verdict
             said.append(f"{words.format(*values)}: {told}.")
-    if table.per_joule and table.per_joule.mood == "apart":
-        best = "better" if table.per_joule.difference > 0 else "worse"
-        said.append(f"On the scale of {above} per joule, {b} is {best} than {a}.")
+    scale = [
+        f"{_better(row)} above {speed:g} m/s ({percent(row)}, {interval(row)})"
+        for speed in THRESHOLDS
+        if (row := table.row(f"hard_per_joule_{speed:g}")) and row.mood in ("apart", "tied")
+    ]
+    if scale:
+        said.append(f"On the scale of impacts per joule, {b} is {', '.join(scale)}.")
     return " ".join([*said, INTERVALS])
+
+
+def _better(row) -> str:
+    return "tied" if row.mood == "tied" else "better" if row.difference > 0 else "worse"
+
+
+def _values(one: float, two: float, unit: str) -> tuple[str, str]:
+    """Two values with the prefix of the smaller one; large counts in millions."""
+    if unit.startswith("1"):
+        return tuple(f"{number(v / 1e6)} million" if v >= 1e6 else number(v) for v in (one, two))
+    factor, letter = prefix(min(abs(one), abs(two)) or max(one, two))
+    return tuple(f"{number(value / factor)} {letter}{unit}" for value in (one, two))
 

@@ -90,10 +90,10 @@ class Comparison:
         """The rows of the forest plot, in its order, without those that have no difference."""
         whole = self.row("dissipated_power")
         least = [LEAST_SHARE * abs(e.value) for e in (whole.a, whole.b)] if whole else (0, 0)
-        hard = f"{self.hard:g}"
         keys = [
-            "drive_power", "rotor_power", f"hard_per_joule_{hard}", f"rate_all_above_{hard}", "rate_all",
-            "median_above_50mm_s", "median", "normal_dissipation", "tangential_dissipation",
+            "drive_power", "rotor_power", *(f"hard_per_joule_{speed:g}" for speed in THRESHOLDS),
+            f"rate_all_above_{self.hard:g}", "rate_all", "median_above_50mm_s", "median", "normal_dissipation",
+            "tangential_dissipation",
         ]  # fmt: skip
         lost = [
             row.key
@@ -423,9 +423,9 @@ def methods(sides: list[Side], tables: list[Comparison]) -> list[str]:
         )
     if any(table.designs for table in tables):
         said.append(
-            "Higher or lower: the 95 % interval of the difference does not contain zero. Tied: it contains zero and "
-            f"reaches less than {100 * errors.COARSE:g} % to either side of the difference. Undecided: it is wider; "
-            "longer runs or more replicates make it narrower."
+            "Higher or lower: the 95 % interval of the difference does not contain zero. Tied: it contains zero. "
+            f"Undecided: it contains zero and is wider than +-{100 * errors.COARSE:g} %; longer runs or more "
+            "replicates make it narrower."
         )
     if all(table.designs for table in tables):
         return said
