@@ -6,7 +6,7 @@ sentences name also the rate of these impacts and the median. Of two programs or
 
 import math
 
-from milltools.base.text import MINUS, number, plain, prefix
+from milltools.base.text import MINUS, number, plain, plural, prefix
 from milltools.compare.agreement import NORMAL
 from milltools.read.runfile import THRESHOLDS
 
@@ -71,37 +71,40 @@ def title(table) -> str:
     return f"{said} and {drawn}" if " makes " in said else f"{said}; {b} {drawn}"
 
 
-def sentences(table) -> str:
-    """The paragraph below the title."""
+def sentences(table) -> list[str]:
+    """The sentences below the title; the first one is about the same quantities."""
     if not table.designs:
         words = []
         for row in table.shown:
             if row.key in TOLD and math.isfinite(row.difference):
-                known = math.isfinite(row.difference_error)
-                words.append(f"{row.label} {f'{percent(row)}, {interval(row)}' if known else ''} ({row.verdict})")
-        moods = [row.mood for row in table.shown]
-        return f"{'; '.join(words)}. {moods.count('open')} quantities have no verdict. {INTERVALS}"
+                known = f" {percent(row)}, {interval(row)}" if math.isfinite(row.difference_error) else ""
+                words.append(f"{row.label}{known} ({row.verdict})")
+        open_ = [row.mood for row in table.shown].count("open")
+        return [f"{'; '.join(words)}. {INTERVALS}", f"{plural(open_, 'row')} of the table have no verdict."]
     a, b, above = plain(table.a.name), plain(table.b.name), f"impacts above {table.hard:g} m/s"
-    median = table.row("median_above_50mm_s")
     said = []
     for row, words, way in (
         (table.per_joule, f"Per joule of work {b} makes {{}} {above}, {a} makes {{}}", MANY),
         (table.power, f"{b} draws {{}}, {a} draws {{}}", MUCH),
         (table.hard_rate, f"Per second {b} makes {{}} {above}, {a} makes {{}}", MANY),
-        (median, f"The median speed of the impacts above 50 mm/s is {{}} in {b}, {{}} in {a}", FAST),
+        (
+            table.row("median_above_50mm_s"),
+            f"The median speed of the impacts above 50 mm/s is {{}} in {b}, {{}} in {a}",
+            FAST,
+        ),
     ):
         if row and math.isfinite(row.difference):
             values = _values(row.b.value, row.a.value, row.unit)
             told = "{} ({})".format(*size(row, *way)) if math.isfinite(row.difference_error) else row.verdict
             said.append(f"{words.format(*values)}: {told}.")
     scale = [
-        f"{_better(row)} above {speed:g} m/s ({percent(row)}, {interval(row)})"
+        f"{_better(row)} above {speed:g} m/s ({percent(row)})"
         for speed in THRESHOLDS
         if (row := table.row(f"hard_per_joule_{speed:g}")) and row.mood in ("apart", "tied")
     ]
     if scale:
         said.append(f"On the scale of impacts per joule, {b} is {', '.join(scale)}.")
-    return " ".join([*said, INTERVALS])
+    return [" ".join([*said[:2], INTERVALS]), *said[2:]]
 
 
 def _better(row) -> str:

@@ -27,8 +27,8 @@ from milltools.read.kinds import label as kind_label
 
 
 FOREST = {
-    "dissipated_power": "lost power", "normal_dissipation": "lost, normal part",
-    "tangential_dissipation": "lost, tangential part", "rate_all": "impacts, all",
+    "normal_dissipation": "lost power, normal part", "tangential_dissipation": "lost power, tangential part",
+    "rate_all": "all impacts, per s",
     "median": "median impact speed, all", "median_above_50mm_s": "median above 50 mm/s",
 }  # fmt: skip
 
@@ -45,7 +45,7 @@ def _name(row) -> str:
     if start == "rate_all_above":
         return f"impacts > {speed} m/s, per s"
     if row.key.startswith("dissipated_power_"):
-        return f"lost, {row.label.strip()}"
+        return f"lost power, {row.label.strip()}"
     return FOREST.get(row.key, row.label)
 
 
@@ -65,7 +65,7 @@ def draw_forest(figure, tables, shown):
     low, high = max(ends.min(), -0.95) if ratios else ends.min(), ends.max()
     for number, (table, rows) in enumerate(zip(tables, every)):
         colour = run_style(number + 1)["color"] if several else INK
-        shift = 0.8 * ((number + 0.5) / len(tables) - 0.5) if several else 0
+        shift = 0.15 + 0.5 * ((number + 0.5) / len(tables) - 0.5)  # below the text of the row
         ax.plot([], [], "o-", color=colour, label=literal(f"{table.b.label} against A", 44))
         for place, row in enumerate(rows):
             if not row or not math.isfinite(row.difference_error):
@@ -76,8 +76,9 @@ def draw_forest(figure, tables, shown):
             ax.plot(1 + inside[0], place + shift, "o", mfc=fill, mec=colour, mew=1.3, ms=5.5)
             if not several:
                 words = f"{finding.percent(row)}  ({finding.interval(row).removesuffix(' %')})"
-                ax.annotate(words, (1.02, place), xycoords=("axes fraction", "data"), va="center")
-    ax.axvline(1, color=INK, lw=0.8)
+                ax.text(1, place - 0.25, words, ha="right", va="center", transform=ax.get_yaxis_transform(), fontsize=9)
+    lines = np.arange(len(shown))
+    ax.vlines(np.ones(len(shown)), lines - 0.05, lines + 0.5, color=INK, lw=0.8, zorder=1)  # not through the texts
     if ratios:
         ax.set_xscale("log")
         marks = (0.1, 1, 10, 100, 1000) if (1 + high) / (1 + low) > 30 else (0.1, 0.25, 0.5, 1, 2, 4, 10)
@@ -87,10 +88,11 @@ def draw_forest(figure, tables, shown):
         ax.locator_params(axis="x", nbins=5)
     ax.xaxis.set_major_formatter(ticker.FuncFormatter(lambda x, _: _tick(100 * (x - 1))))
     ax.margins(x=0.06)
-    ax.set_ylim(len(shown) - 0.4, -0.6)
-    ax.set_yticks(range(len(shown)), [literal(_name(row)) for row in shown], fontsize=9)
-    ax.tick_params(axis="y", length=0)
-    ax.grid(False, axis="y")
+    ax.set_ylim(len(shown) - 0.45, -0.5)
+    for place, row in enumerate(shown):
+        ax.axhline(place - 0.5, color=INK, lw=0.5, alpha=0.15)
+        ax.text(0, place - 0.25, literal(_name(row)), va="center", transform=ax.get_yaxis_transform(), fontsize=9)
+    ax.set_yticks([])
     ax.spines["left"].set_visible(False)
     who = "each run" if several else literal(tables[0].b.name, 24)
     ax.set_xlabel(f"difference of {who} from {literal(tables[0].a.name, 24)} [%]")
@@ -253,7 +255,7 @@ PICTURES = (
     (
         "forest", "Differences", "relative differences with their 95 % intervals (bars); filled: higher, lower or "
         "differ; hollow: tied, agree or undecided",
-        important, draw_forest, lambda n: (WIDTH, 4.4 if n == 2 else 3.4 + 0.9 * n),
+        important, draw_forest, lambda n: (WIDTH, 4.8 + 0.6 * (n - 2)),
     ),
     (
         "spectra", "Impact speeds", "spectra of the normal impact speed by contact kind, all runs overlaid",

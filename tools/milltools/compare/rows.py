@@ -390,7 +390,8 @@ def warnings(sides: list[Side]) -> list[str]:
         if abs(side.first.duration - duration) > 1e-6 * duration or abs(side.first.window[0] - begin) > 1e-9:
             said.append(f"The sampled windows of A and {side.letter} differ.")
         keys = different_keys(a.first.deck(), side.first.deck())
-        if shape := [key for key in keys if GEOMETRY.fullmatch(key)]:
+        shape = [key for key in keys if GEOMETRY.fullmatch(key)]
+        if shape and not designs(a, side):
             said.append(f"The geometry of A and {side.letter} differs: {', '.join(shape)}.")
         said += strike_notes(a, side, keys)
         if a.soft != side.soft:

@@ -32,7 +32,7 @@ def cells(row, designs: bool) -> list[str]:
     values = [number(row.a.value), number(row.b.value), row.unit]
     off, error = percent(row.difference, "" if row.group == "maps" else "+"), percent(row.difference_error, "")
     if designs and error and row.group != "maps":
-        error = finding.interval(row).removesuffix(" %")
+        off, error = (told(row).removesuffix(" %") for told in (finding.percent, finding.interval))
     return [row.label, *values, off, error, row.verdict]
 
 
@@ -56,7 +56,7 @@ def header_lines(sides) -> list[str]:
 
 def show(sides, tables, notes):
     """Prints everything, the finding first: with colours and rules on a terminal that is wide enough, else as aligned text."""
-    found = [line for table in tables for line in (finding.title(table), finding.sentences(table), "")]
+    found = [line for table in tables for line in (finding.title(table), *finding.sentences(table), "")]
     for line in (*found, *header_lines(sides), "", *notes):
         print(plain(line))
     for table in tables:
