@@ -7,7 +7,7 @@ from milltools import pages
 from milltools.base.text import lines, plain, plural
 from milltools.compare import finding, pictures, rows, terminal
 from milltools.figures import svg
-from milltools.player import frames, parts
+from milltools.player import frames, parts, player
 
 HERE = pathlib.Path(__file__).parent
 MOST_BYTES = 6_000_000  # of all players together
@@ -33,7 +33,8 @@ def render(sides, tables, watch, rerun: str = "never") -> str:
                 with watch.step("the balls", 3):
                     most = MOST_BYTES // len(runs)
                     tell = lambda text: watch(watch.done, text)  # noqa: E731
-                    players.append(parts.balls(run, rerun, watch.say, tell, most, limits))
+                    until = player.last_turn(run)
+                    players.append(parts.balls(run, rerun, watch.say, tell, most, limits, until))
         shown = []
         for name, title, words, figure in pictures.figures(tables):
             with watch.step("pictures"):
@@ -71,8 +72,13 @@ def _kicker(sides) -> str:
 
 
 def _rows(table) -> list[tuple[str, list]]:
-    """[(head, rows with their cells)]: the rows of the forest plot, then all others."""
-    important = table.important or table.shown
+    """[(head, [(row, its name, its other cells)])]: the rows of the forest plot, then all others."""
+    important = table.important
     others = [row for row in table.shown if row not in important]
-    parted = (("", important), (plural(len(others), "more quantity").replace("quantitys", "quantities"), others))
-    return [(head, [(row, terminal.cells(row, table.designs)) for row in some]) for head, some in parted if some]
+    head = f"{len(others)} more rows" if important else ""
+    parted = ("", important, lambda row: row.name), (head, others, lambda row: row.label)
+    return [
+        (head, [(row, name(row), terminal.cells(row, table.designs)[1:]) for row in some])
+        for head, some, name in parted
+        if some
+    ]

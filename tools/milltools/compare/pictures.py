@@ -26,27 +26,8 @@ from milltools.figures.style import INK, run_style, save
 from milltools.read.kinds import label as kind_label
 
 
-FOREST = {
-    "normal_dissipation": "lost power, normal part", "tangential_dissipation": "lost power, tangential part",
-    "rate_all": "all impacts, per s",
-    "median": "median impact speed, all", "median_above_50mm_s": "median above 50 mm/s",
-}  # fmt: skip
-
-
 def sides_of(tables):
     return [tables[0].a, *(table.b for table in tables)]
-
-
-def _name(row) -> str:
-    """A short name of a row of the forest plot."""
-    start, _, speed = row.key.rpartition("_")
-    if start == "hard_per_joule":
-        return f"impacts > {speed} m/s, per joule"
-    if start == "rate_all_above":
-        return f"impacts > {speed} m/s, per s"
-    if row.key.startswith("dissipated_power_"):
-        return f"lost power, {row.label.strip()}"
-    return FOREST.get(row.key, row.label)
 
 
 def important(tables):
@@ -91,7 +72,7 @@ def draw_forest(figure, tables, shown):
     ax.set_ylim(len(shown) - 0.45, -0.5)
     for place, row in enumerate(shown):
         ax.axhline(place - 0.5, color=INK, lw=0.5, alpha=0.15)
-        ax.text(0, place - 0.25, literal(_name(row)), va="center", transform=ax.get_yaxis_transform(), fontsize=9)
+        ax.text(0, place - 0.25, literal(row.name), va="center", transform=ax.get_yaxis_transform(), fontsize=9)
     ax.set_yticks([])
     ax.spines["left"].set_visible(False)
     who = "each run" if several else literal(tables[0].b.name, 24)
@@ -155,7 +136,7 @@ def draw_power(figure, _, sides):
     same = all(np.allclose(side.first.window, window) for side in sides)
     for ax in axes:
         if same:
-            ax.axvspan(*window, color="0.93", zorder=0, lw=0, label="sampled window")
+            ax.axvspan(*window, color=INK, alpha=0.07, zorder=0, lw=0, label="sampled window")
         ax.set_xlabel("time [s]")
         ax.set_xlim(left=0)
         ax.grid(alpha=0.3)

@@ -23,6 +23,14 @@ HARD = 1.0  # [m/s] one of THRESHOLDS
 LEAST_SHARE = 0.01  # of the dissipated power: a kind of contact with less is not among the important rows
 
 
+NAMES = {
+    "normal_dissipation": "lost power, normal part", "tangential_dissipation": "lost power, tangential part",
+    "rate_all": "all impacts, per s",
+    "dissipated_power": "lost power, all",
+    "median": "median impact speed, all", "median_above_50mm_s": "median above 50 mm/s",
+}  # fmt: skip  # of the important rows
+
+
 @dataclasses.dataclass(frozen=True)
 class Row:
     """One line. `difference` and `difference_error` relative to A; `mood` of the verdict: agree, differ, open; of two
@@ -40,6 +48,18 @@ class Row:
     verdict: str = ""
     mood: str = "open"
     remark: str = ""
+
+    @property
+    def name(self) -> str:
+        """Its label where it stands without the rows of its group."""
+        start, _, speed = self.key.rpartition("_")
+        if start == "hard_per_joule":
+            return f"impacts > {speed} m/s, per joule"
+        if start == "rate_all_above":
+            return f"impacts > {speed} m/s, per s"
+        if self.key.startswith("dissipated_power_"):
+            return f"lost power, {self.label.strip()}"
+        return NAMES.get(self.key, self.label)
 
     @property
     def interval(self) -> tuple[float, float]:

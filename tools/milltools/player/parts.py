@@ -48,13 +48,13 @@ GROUPS = {
 CONTENTS = tuple((anchor, name) for anchor, (name, *_) in GROUPS.items())
 
 
-def balls(run, rerun: str, say, tell, most_bytes: int = MOST_BYTES, limits=None) -> str:
+def balls(run, rerun: str, say, tell, most_bytes: int = MOST_BYTES, limits=None, until=None) -> str:
     """The player with its still picture, or the reason why there is none; `rerun`, `say`, `tell`: see
-    finer.frames_of; `limits`: see frames.pack."""
+    finer.frames_of, `until` too; `limits`: see frames.pack."""
     why = player.no_frames(run)
     if why:
         return f'<p class="missing">{why}</p>'
-    with finer.frames_of(run, most_bytes, rerun, say, tell) as shown:
+    with finer.frames_of(run, most_bytes, rerun, say, tell, until) as shown:
         return player.fragment(shown, most_bytes, still(shown, limits), limits)
 
 

@@ -117,7 +117,7 @@ def _head(run, packed):
         "drawn": len(packed.chosen),
         "times": times.tolist(),
         "labels": _labels(times),
-        "turns": _turns(run, times),
+        "turns": None if (done := turns(run, times)) is None else done.tolist(),
         "smooth": isinstance(run, Finer),
         "interval": float(np.median(np.diff(times))) if len(times) > 1 else 0.0,
         "motions": names,
@@ -139,18 +139,27 @@ def _head(run, packed):
     }
 
 
-def _turns(run, times):
+def turns(run, times) -> np.ndarray | None:
     """How far the rotor, else the motion of the container, else the slowest turn has turned at each time [turns]; None
-    if nothing turns. Players that are linked show frames of equal angle together."""
-    name = "rotor" if run.rotor_speed else run.carrier
-    if not name or not motions.rate(run, name):
-        turning = [one for one in run.motions if motions.rate(run, one)]
-        if not turning:
-            return None
-        name = min(turning, key=lambda one: abs(motions.rate(run, one)))
+    if nothing turns. Linked players show frames of equal angle together."""
+    turning = [name for name in run.motions if motions.rate(run, name)]
+    if not turning:
+        return None
+    slowest = min(turning, key=lambda name: abs(motions.rate(run, name)))
+    name = next((one for one in ("rotor", run.carrier) if one in turning), slowest)
     speed = motions.rate(run, name)
     begin = run.rotor_angle(0.0) if name == "rotor" else run.quantity(f"motion.{name}/angle", 0.0)
-    return ((speed * times + begin) * np.sign(speed) / (2 * np.pi)).tolist()
+    return (speed * np.asarray(times) + begin) * np.sign(speed) / (2 * np.pi)
+
+
+def last_turn(run) -> float | None:
+    """The time of the last frame at or before which a turn has ended [s]: so the frames of several runs end at one
+    angle. None if nothing turns, or not so far."""
+    times = run.frame_times()
+    done = turns(run, times[[0, -1]]) if len(times) else None
+    if done is None or (whole := np.floor(done[1] + 1e-6)) <= done[0]:
+        return None
+    return float(np.interp(whole, done, times[[0, -1]]))
 
 
 def _labels(times):
