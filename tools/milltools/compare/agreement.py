@@ -169,9 +169,9 @@ class Difference(typing.NamedTuple):
 
 
 def difference(a: Estimate, b: Estimate, unknown: str, designs: bool = False) -> Difference:
-    """Compares two estimates; `unknown` is the verdict if an error is not known. Of two programs (or seeds) it is tested
-    at CONFIDENCE whether chance explains the difference. Two `designs` are expected to differ: the verdict says which
-    value is higher, or that the 95 % interval of the difference contains zero."""
+    """Compares two estimates; `unknown` is the verdict if an error is not known. Of two programs (or seeds) it is
+    tested at CONFIDENCE whether chance explains the difference. Two `designs` are expected to differ: the verdict says
+    which value is higher, or that the 95 % interval of the difference contains zero."""
     scale = abs(a.value) or math.nan
     off = b.value - a.value
     errors = np.array([a.error, b.error])

@@ -39,7 +39,10 @@ def size(row, more: str, less: str, many: str) -> tuple[str, str]:
     low, high = row.interval
     if row.difference >= 1:
         places = max(1, _places((high - low) / 2))
-        return f"{1 + row.difference:.{places}f} times as {many}", f"{1 + low:.{places}f} to {1 + high:.{places}f} times"
+        return (
+            f"{1 + row.difference:.{places}f} times as {many}",
+            f"{1 + low:.{places}f} to {1 + high:.{places}f} times",
+        )
     places, word = _places(50 * (high - low)), more if row.difference > 0 else less
     ends = sorted(100 * abs(end) for end in row.interval)  # both have one sign
     return f"{100 * abs(row.difference):.{places}f} % {word}", "{:.{p}f} to {:.{p}f} %".format(*ends, p=places)
@@ -82,21 +85,17 @@ def sentences(table) -> list[str]:
         open_ = [row.mood for row in table.shown].count("open")
         return [f"{'; '.join(words)}. {INTERVALS}", f"{plural(open_, 'row')} of the table have no verdict."]
     a, b, above = plain(table.a.name), plain(table.b.name), f"impacts above {table.hard:g} m/s"
-    said = []
+    median, said = table.row("median_above_50mm_s"), []
     for row, words, way in (
-        (table.per_joule, f"Per joule of work {b} makes {{}} {above}, {a} makes {{}}", MANY),
-        (table.power, f"{b} draws {{}}, {a} draws {{}}", MUCH),
-        (table.hard_rate, f"Per second {b} makes {{}} {above}, {a} makes {{}}", MANY),
-        (
-            table.row("median_above_50mm_s"),
-            f"The median speed of the impacts above 50 mm/s is {{}} in {b}, {{}} in {a}",
-            FAST,
-        ),
+        (table.per_joule, "Per joule of work {b} makes {} {above}, {a} makes {}", MANY),
+        (table.power, "{b} draws {}, {a} draws {}", MUCH),
+        (table.hard_rate, "Per second {b} makes {} {above}, {a} makes {}", MANY),
+        (median, "The median speed of the impacts above 50 mm/s is {} in {b}, {} in {a}", FAST),
     ):
         if row and math.isfinite(row.difference):
             values = _values(row.b.value, row.a.value, row.unit)
             told = "{} ({})".format(*size(row, *way)) if math.isfinite(row.difference_error) else row.verdict
-            said.append(f"{words.format(*values)}: {told}.")
+            said.append(f"{words.format(*values, a=a, b=b, above=above)}: {told}.")
     scale = [
         f"{_better(row)} above {speed:g} m/s ({percent(row)})"
         for speed in THRESHOLDS
@@ -117,4 +116,3 @@ def _values(one: float, two: float, unit: str) -> tuple[str, str]:
         return tuple(f"{number(v / 1e6)} million" if v >= 1e6 else number(v) for v in (one, two))
     factor, letter = prefix(min(abs(one), abs(two)) or max(one, two))
     return tuple(f"{number(value / factor)} {letter}{unit}" for value in (one, two))
-

@@ -280,7 +280,7 @@ def quantities(steady: bool, kinds, first: Member, second: Member):
             yield group, key, label, "1/s", fast(kind, column, strikes)
     for column, speed in enumerate(THRESHOLDS):
         measure = per_joule(column)
-        yield group, f"hard_per_joule_{speed:g}", f"all kinds above {speed:g} m/s, per joule of work", "1/J", measure
+        yield group, f"hard_per_joule_{speed:g}", f"all kinds above {speed:g} m/s per joule", "1/J", measure
     yield group, "rate_all", "impacts, all", "1/s", told("rate/all", all_impacts)
     yield group, "median", "median v_n, all impacts", "m/s", median("median")
     yield group, "median_above_50mm_s", "median v_n above 50 mm/s", "m/s", median("median_above_50mm_s")

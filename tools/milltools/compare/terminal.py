@@ -55,7 +55,8 @@ def header_lines(sides) -> list[str]:
 
 
 def show(sides, tables, notes):
-    """Prints everything, the finding first: with colours and rules on a terminal that is wide enough, else as aligned text."""
+    """Prints everything, the finding first: with colours and rules on a terminal that is wide enough, else as aligned
+    text."""
     found = [line for table in tables for line in (finding.title(table), *finding.sentences(table), "")]
     for line in (*found, *header_lines(sides), "", *notes):
         print(plain(line))
@@ -85,7 +86,8 @@ def _show_rich(table) -> bool:
         grid.add_section()
         for row in group:
             *fields, verdict = map(plain, cells(row, table.designs))
-            grid.add_row(*map(Text, fields), Text(verdict, "dim" if table.designs and row.mood == "open" else COLOUR[row.mood]))
+            look = "dim" if table.designs and row.mood == "open" else COLOUR[row.mood]
+            grid.add_row(*map(Text, fields), Text(verdict, look))
     endless = console.options.update(width=10_000)
     if console.measure(grid, options=endless).maximum > console.width:
         return False

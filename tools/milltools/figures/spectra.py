@@ -16,7 +16,7 @@ from milltools.base.text import literal, number
 from milltools.figures import energies
 from milltools.figures.base import LOOK, QUIET, WIDTH, Figure, labels, sampled, subtitle
 from milltools.figures.bins import Bins, merged
-from milltools.figures.style import INK, KIND_LOOK, kind_look, log_ticks, run_style
+from milltools.figures.style import KIND_LOOK, kind_look, log_ticks, run_style
 from milltools.read.kinds import label
 
 GROUPS = ("impacts", "strikes")
