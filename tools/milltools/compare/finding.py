@@ -113,6 +113,7 @@ def _better(row) -> str:
 def _values(one: float, two: float, unit: str) -> tuple[str, str]:
     """Two values with the prefix of the smaller one; large counts in millions."""
     if unit.startswith("1"):
-        return tuple(f"{number(v / 1e6)} million" if v >= 1e6 else number(v) for v in (one, two))
+        many = max(one, two) >= 1e5
+        return tuple(f"{number(value / 1e6)} million" if many else number(value) for value in (one, two))
     factor, letter = prefix(min(abs(one), abs(two)) or max(one, two))
     return tuple(f"{number(value / factor)} {letter}{unit}" for value in (one, two))
