@@ -10,6 +10,7 @@ import struct
 import subprocess
 import sys
 import termios
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
@@ -18,7 +19,7 @@ from conftest import PROGRAM, ROOT, run_mill, some
 from report_page import Reader
 from scipy.special import stdtrit
 
-from milltools.compare import load, rows, terminal
+from milltools.compare import agreement, finding, load, map_deviation, rows, terminal
 from milltools.compare.agreement import Estimate
 from milltools.read.kinds import KINDS
 
@@ -123,12 +124,32 @@ def test_another_speed_differs(runs):
         "ball_speed_rms",
         "map_cross_section_velocity",
     ):
-        assert found[key].mood == "differ", key
+        assert found[key].mood == "apart", key
         assert found[key].difference > 0, key
+    row = found["rotor_power"]
+    assert (row.verdict, found["hard_per_joule_0.5"].verdict) == ("higher", "lower")
+    assert row.interval[1] - row.difference == pytest.approx(1.96 * row.difference_error)
+    assert found["hard_per_joule_1"].a.value == pytest.approx(found["rate_all_above_1"].a.value / row.a.value)
+
+
+@pytest.mark.slow
+def test_the_same_mill_in_another_program_agrees_or_differs(runs, copy):
+    found = table(runs["one"], copy("fast", run__program="LIGGGHTS"))
     words = found["rotor_power"].verdict
     sigmas = float(re.fullmatch(r"differ by (\S+) standard errors", words).group(1))
     row = found["rotor_power"]
     assert sigmas == pytest.approx(row.difference / row.difference_error, abs=0.06)
+
+
+@pytest.mark.slow
+def test_errors_of_old_files_without_degrees_of_freedom_are_used(copy):
+    path = copy("one", to="old.h5")
+    with h5py.File(path, "r+") as file:
+        told = file["statistics/precision/median_above_50mm_s"]
+        del told["degrees_of_freedom"]
+        error = told["standard_error"][()]
+    row = table(path, path)["median_above_50mm_s"]
+    assert (row.a.error, row.a.dof) == (error, np.inf)
 
 
 @pytest.mark.slow
@@ -207,7 +228,7 @@ def test_replicates_of_a_transient_tell_its_error(runs):
     assert row.a.value == pytest.approx(each.mean())
     assert row.a.error == pytest.approx(scatter * row.a.value / np.sqrt(3))
     assert row.b.error == pytest.approx(scatter * row.b.value)
-    assert (row.dof, row.mood) == (pytest.approx(2), "differ")
+    assert (row.dof, row.mood) == (pytest.approx(2), "apart")
 
 
 @pytest.mark.slow
@@ -243,7 +264,7 @@ def test_three_files_are_compared_with_the_first(mill, runs):
 
 @pytest.mark.slow
 def test_warnings_name_what_is_not_alike(mill, runs, copy):
-    other = copy("two", run__status="stopped", deck__drum__radius="0.031 m")
+    other = copy("two", run__status="stopped", deck__drum__radius="0.031 m", run__program="LIGGGHTS")
     done = mill("compare", runs["transient1"], other)
     assert f"A ({runs['transient1']}) is not steady over its window: " in done.stdout
     assert f"B ({other}) is not complete (status 'stopped')" in done.stdout
@@ -305,6 +326,9 @@ def test_the_csv_holds_every_row_with_all_digits(mill, runs, tmp_path):
             row = expected[line["quantity"]]
             assert float(line["value"] or "nan") == pytest.approx(row.b.value, rel=0, nan_ok=True)
             assert line["verdict"] == row.verdict
+            if line["low_percent"]:
+                ends = [float(line[name]) / 100 for name in ("low_percent", "high_percent")]
+                assert ends == pytest.approx(row.interval)
     assert {line["run"] for line in found} == {str(runs["two"]), str(runs["fast"])}
 
 
@@ -340,7 +364,7 @@ def test_the_page_needs_nothing_but_itself(page):
     text, read, _ = page
     links = [a[name] for _, a in read.tags for name in ("src", "href") if name in a]
     assert links and all(link.startswith(("data:", "#")) for link in links)
-    assert text.count('<img src="data:image/') == 4
+    assert not re.search('<img src="(?!data:)', text)
     (policy,) = (a["content"] for t, a in read.tags if a.get("http-equiv") == "Content-Security-Policy")
     assert "default-src 'none'" in policy
 
@@ -353,7 +377,10 @@ def test_the_page_has_pictures_figures_and_the_balls_of_both(page):
         read.ids("section")
     )
     assert "figure-speeds" in read.ids("figure")
-    assert "B against A: rotor power" in read.text and "save A.ini" in read.text
+    assert read.text.startswith("fast ") and "per joule" in read.text and "save A.ini" in read.text
+    assert {"forest", *(f"figure-compared-{name}" for name in ("spectra", "over-time", "sections"))} <= set(
+        read.ids("figure")
+    )
     anchors = [a["href"][1:] for t, a in read.tags if t == "a" and a["href"].startswith("#")]
     assert set(anchors) <= {a["id"] for _, a in read.tags if "id" in a}
 
@@ -386,9 +413,7 @@ def test_values_of_decks_are_shown_as_decks_are_written(stored, shown):
 
 
 def test_rows_that_are_zero_on_both_sides_are_said_once(capsys):
-    from types import SimpleNamespace
-
-    sides = [SimpleNamespace(letter=letter, runs=[SimpleNamespace(path=letter)]) for letter in "AB"]
+    sides = [SimpleNamespace(letter=letter, name=letter, runs=[SimpleNamespace(path=letter)]) for letter in "AB"]
     none, some = Estimate(0.01, 0.02, np.inf), Estimate(5.0, 0.1, np.inf)
     assert rows.is_zero(none) and rows.is_zero(Estimate(0.0)) and not rows.is_zero(some)
     made = [
@@ -399,6 +424,76 @@ def test_rows_that_are_zero_on_both_sides_are_said_once(capsys):
     said = capsys.readouterr().out
     assert "Zero within their errors in A and in B: shaft." in said
     assert len(re.findall("^drum", said, re.M)) == 1 and not re.search("^shaft", said, re.M)
+
+
+def made(key, a, b, error):
+    """A row of two designs, with a relative error of either side."""
+    pair = [Estimate(value, error * value, np.inf) for value in (a, b)]
+    return rows.Row(
+        "", key, key, "W" if "power" in key else "1/s", *pair, *agreement.difference(*pair, "unknown", designs=True)
+    )
+
+
+def two_designs(*made_rows):
+    return rows.Comparison(*(SimpleNamespace(name=name, letter=name) for name in ("old", "new")), list(made_rows), True)
+
+
+def test_the_title_names_what_a_joule_buys_and_the_power():
+    power, rate = made("rotor_power", 200, 120, 0.01), made("rate_all_above_1", 1e5, 1.1e5, 0.01)
+    better = two_designs(made("hard_per_joule_1", 500, 625, 0.01), power, rate)
+    assert finding.title(better) == (
+        "new makes 25 % more impacts above 1 m/s per joule than old and draws 40 % less power"
+    )
+    first, *others = finding.sentences(better)
+    assert "new makes 625 impacts above 1 m/s, old makes 500: 25 % more (22 to 28 %)." in first
+    assert "On the scale of impacts per joule, new is better above 1 m/s (+25 %)." in others
+    tied = two_designs(made("hard_per_joule_1", 500, 505, 0.01), made("rotor_power", 200, 700, 0.01), rate)
+    assert finding.title(tied) == (
+        "new and old are tied in impacts above 1 m/s per joule; new draws 3.50 times as much power"
+    )
+
+
+def test_a_title_leaves_out_what_is_not_known_well_enough():
+    wide = two_designs(made("hard_per_joule_1", 500, 510, 0.2), made("rate_all_above_1", 100, 150, 0.01))
+    assert finding.title(wide) == "new makes 50 % more impacts above 1 m/s per second than old"
+    assert "undecided (" in finding.sentences(wide)[0]
+
+
+def test_names_in_a_finding_are_no_templates():
+    table = two_designs(made("rotor_power", 200, 120, 0.01))
+    table.b.name = "{0}{x"
+    assert finding.sentences(table)[0].startswith("{0}{x draws 120 W, old draws 200 W")
+
+
+@pytest.mark.parametrize("view", ["cross_section", "axial"])
+def test_sums_brought_to_other_cells_are_conserved(view):
+    random = np.random.default_rng(4)
+    old = np.linspace(0 if view == "axial" else -75, 75, 31)
+    new = np.linspace(0 if view == "axial" else -79, 79, 23)
+    sums = random.random((30, 30))
+    found = map_deviation.divided(sums, (old, old), (new, new), view)
+    assert found.sum() == pytest.approx(sums.sum())
+    area = np.diff(old**2) if view == "axial" else np.diff(old)
+    whole = map_deviation.divided(np.outer(np.diff(old), area), (old, old), (new, new), view)
+    inside = np.diff(new[3:-3] ** 2) if view == "axial" else np.diff(new[3:-3])
+    assert whole[3:-3, 3:-3] == pytest.approx(np.outer(np.diff(new[3:-3]), inside))  # an even field stays even
+
+
+@pytest.mark.slow
+def test_maps_of_chambers_of_different_size_have_a_deviation(millsim, runs, write_deck, tmp_path):
+    write_deck(MILL.replace("[drum]", "[drum]\nprofile = wavy\nbuckles = 6\nbuckle_height = 3 mm"))
+    assert millsim("deck.ini", "-q", "-o", "wavy.h5").returncode == 0
+    a, b = load.sides([[str(runs["one"])], [str(tmp_path / "wavy.h5")]])
+    found = {row.key: row for row in rows.compare(a, b).rows}
+    assert 0.05 < found["map_cross_section_solid_fraction"].difference < 2
+    cells = map_deviation.common([a.first, b.first], "cross_section")
+    for side in (a, b):  # the balls are all there
+        filled = side.mean_map("solid_fraction", "cross_section", cells) * map_deviation.room(
+            side.first, "cross_section", cells
+        )
+        assert np.nansum(filled) == pytest.approx(150 * np.pi / 6 * 5e-3**3, rel=2e-3)
+    beyond = ~map_deviation.shared([a.first, b.first], "cross_section", cells)
+    assert beyond.any() and not beyond.all()
 
 
 @pytest.mark.slow

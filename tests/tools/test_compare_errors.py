@@ -92,6 +92,35 @@ def test_what_cannot_be_told_is_not_said(a, b, verdict):
     assert errors.difference(a, b, "unknown").verdict == verdict
 
 
+@pytest.mark.parametrize(
+    "a, b, verdict",
+    [
+        (Estimate(100, 1, math.inf), Estimate(104, 1, math.inf), "higher"),
+        (Estimate(100, 1, math.inf), Estimate(96, 1, math.inf), "lower"),
+        (Estimate(100, 1, math.inf), Estimate(102, 1, math.inf), "tied"),
+        (Estimate(100, 20, math.inf), Estimate(101, 20, math.inf), "undecided: error too large"),
+    ],
+)
+def test_of_two_designs_the_interval_gives_the_verdict(a, b, verdict):
+    found = errors.difference(a, b, "unknown", designs=True)
+    assert found.verdict == verdict
+    contains_zero = abs(found.relative) <= 1.96 * found.error
+    assert contains_zero == (found.mood != "apart")
+
+
+def test_a_value_that_was_zero_is_higher_without_a_size():
+    found = errors.difference(Estimate(0.01, 0.02, math.inf), Estimate(5, 0.1, math.inf), "unknown", designs=True)
+    assert found.verdict == "higher" and math.isnan(found.relative) and math.isnan(found.error)
+
+
+def test_the_error_of_a_quotient_is_that_of_quotients():
+    random = np.random.default_rng(8)
+    over, under = random.normal(300, 6, 4000), random.normal(20, 0.3, 4000)
+    found = errors.ratio(Estimate(300, 6, math.inf), Estimate(20, 0.3, math.inf))
+    assert (found.value, found.error) == (15, pytest.approx(np.std(over / under), rel=0.05))
+    assert errors.ratio(Estimate(300, 6), Estimate(0.0)) is None
+
+
 def test_replicates_share_their_relative_scatter():
     first, second = [Estimate(v) for v in (98.0, 100.0, 102.0)], [Estimate(200.0)]
     a, b = errors.from_replicates(first, second)

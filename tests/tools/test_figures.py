@@ -5,6 +5,7 @@ import signal
 import subprocess
 import time
 import xml.etree.ElementTree as ET
+from types import SimpleNamespace
 
 import h5py
 import matplotlib
@@ -12,6 +13,8 @@ import numpy as np
 import pandas as pd
 import pytest
 from conftest import PROGRAM, SMALL, run_mill
+from matplotlib.figure import Figure as Canvas
+from matplotlib.patches import Rectangle
 
 from milltools import figures
 from milltools.__main__ import main
@@ -339,6 +342,20 @@ def test_widths_of_the_flow_are_true_to_scale(run):
     figure = FIGURES["flow"].draw(run)
     assert np.allclose(bands(figure, 0.62, 1.0), [p / found.turnover for *_, p in found.sinks])
     assert np.allclose(bands(figure, 0.0, 0.26), [p / found.turnover for *_, p in found.sources])
+
+
+def test_flows_of_several_runs_are_on_one_scale_of_watts(monkeypatch):
+    powers = {"small.h5": 100.0, "large.h5": 400.0}
+    account = lambda run: flow.Account(  # noqa: E731
+        (0, 1), {"rotor": powers[run.path]}, {}, {"ball_ball": (0.6 * powers[run.path], 0.4 * powers[run.path])}
+    )
+    monkeypatch.setattr(flow, "account", account)
+    drawing = Canvas(layout="constrained")
+    FIGURES["flow"].paint(drawing, [SimpleNamespace(path=path) for path in powers])
+    drawing.draw_without_rendering()
+    trunks = [patch for ax in drawing.axes for patch in ax.patches if isinstance(patch, Rectangle)]
+    small, large = (trunk.get_window_extent().height for trunk in trunks)
+    assert large / small == pytest.approx(4, rel=1e-3)
 
 
 def test_labels_of_the_flow_keep_apart():

@@ -1,6 +1,7 @@
 """mill report: one page that holds the run's numbers and needs nothing but itself, whatever the run holds."""
 
 import csv
+import dataclasses
 import html
 import os
 import re
@@ -13,11 +14,12 @@ from pathlib import Path
 
 import h5py
 import pytest
-from conftest import ROOT, SMALL, run_mill
+from conftest import PROGRAM, ROOT, SMALL, run_mill
 from report_page import Reader, report
 
 from milltools.base.processes import cores
-from milltools.compare.rows import ZERO
+from milltools.compare.agreement import Estimate
+from milltools.compare.rows import ZERO, Row
 
 pytestmark = pytest.mark.slow
 
@@ -317,14 +319,18 @@ def test_a_full_disk_is_one_line_and_leaves_the_old_page(folder, tmp_path):
 # ---- several runs
 
 
+ROW = Row("", "", "", "", Estimate(0.0), Estimate(0.0))
+
+
 def test_a_comparison_has_the_rows_of_mill_compare(compared, folder):
     assert run_mill(folder, "compare", "seed1.h5", "seed2.h5", "--csv", "table.csv").returncode == 0
     with open(folder / "table.csv") as file:
         for row in csv.DictReader(file):
-            assert row["label"] in compared[1].text
+            shown = dataclasses.replace(ROW, key=row["quantity"], label=row["label"]).name
+            assert row["label"] in compared[1].text or shown in compared[1].text
             said = "Zero within their errors" if row["verdict"] == ZERO else row["verdict"]
             assert said in compared[1].text
-    assert "B against A: rotor power" in compared[1].text
+    assert compared[1].text.startswith("seed2 and seed1 agree in ")
 
 
 def test_a_comparison_shows_the_balls_of_both(compared):
@@ -340,6 +346,52 @@ def test_a_comparison_opens_without_errors_or_requests(compared, open_page):
         opened.evaluate(f"document.querySelectorAll('.mill-player')[{k}].scrollIntoView()")
         opened.until(f"document.querySelectorAll('.mill-player')[{k}].classList.contains('mp-live')")
     opened.check()
+
+
+@pytest.fixture(scope="module")
+def slower(folder):
+    """The page of the small mill at two speeds, with frames 1 ms apart."""
+    for name, speed in (("quick", 1000), ("slow", 800)):
+        words = ["-s", f"rotor.speed={speed} rpm", "-s", "run.time=0.3 s", "-s", "output.frames=1 ms"]
+        done = subprocess.run([PROGRAM, "-q", "small.ini", "-o", f"{name}.h5", *words], cwd=folder, capture_output=True)
+        assert done.returncode == 0, done.stderr
+    assert report(folder, "--compare", "quick.h5", "slow.h5", "--rerun", "never").returncode == 0
+    return folder / "quick-compared.html"
+
+
+@pytest.mark.browser
+def test_players_side_by_side_have_one_clock_one_camera_and_one_scale(slower, open_page):
+    opened = open_page(slower, width=1000, height=800)
+    opened.evaluate("document.querySelector('.mill-player').scrollIntoView()")
+    assert opened.evaluate("Promise.all(millPlayers.map((p) => p.ready))") == [True, True]
+    limits = opened.evaluate("millPlayers.map((p) => p.head.values.map((v) => v.limit))")
+    assert limits[0] == limits[1]
+    opened.evaluate("millPlayers[0].show(150)")
+    one, two = opened.evaluate("millPlayers.map((p) => p.head.turns[p.frame] % 1)")
+    frames = opened.evaluate("millPlayers.map((p) => p.frame)")
+    assert frames[0] != frames[1] and abs(one - two) < 0.02  # a frame is 1/60 of a turn
+    for script in ("millPlayers[1].view.turn(0.4, 0.2); millPlayers[1].view.controls.update()",
+                   "document.querySelector('.mp-shared [data-view=end]').click()"):  # fmt: skip
+        before = opened.evaluate("millPlayers[0].view.stand()")
+        opened.evaluate(script)
+        first, second = opened.evaluate("millPlayers.map((p) => p.view.stand())")
+        assert first == second != before
+    opened.evaluate("millPlayers[0].colourBy('spin')")
+    assert opened.evaluate("millPlayers.map((p) => p.by)") == [1, 1]
+    shown = "[...document.querySelectorAll('.mp-play')].filter((b) => b.checkVisibility()).length"
+    assert opened.evaluate(shown) == 1
+    opened.check()
+
+
+@pytest.mark.browser
+def test_a_phone_shows_the_verdicts_without_scrolling_sideways(slower, open_page):
+    opened = open_page(slower, width=390, height=844)
+    edges = opened.evaluate(
+        "[...document.querySelectorAll('.differences td.said')].filter((c) => c.checkVisibility())"
+        ".map((c) => c.getBoundingClientRect()).map((r) => [r.left, r.right])"
+    )
+    assert edges and all(0 <= left < right <= 390 for left, right in edges)
+    assert opened.evaluate("document.documentElement.scrollWidth") == 390
 
 
 @pytest.mark.skipif(cores() < 2, reason="on one core a report starts no second process")

@@ -120,6 +120,18 @@ def _welch(errors, estimates) -> float:
     return float(np.sum(errors**2)) ** 2 / fourth if fourth > 0 else math.inf
 
 
+def ratio(over: Estimate | None, under: Estimate | None) -> Estimate | None:
+    """The quotient of two estimates of one run, from their errors as if they were independent. Impacts and power rise
+    and fall together, so the true error is smaller."""
+    if not (over and under and under.value > 0):
+        return None
+    value, two = over.value / under.value, [over, under]
+    shares = np.array([over.error / under.value, value * under.error / under.value])
+    if not np.all(np.isfinite(shares)):
+        return Estimate(value)
+    return Estimate(value, math.hypot(*shares), float(_welch(shares, two)))
+
+
 def from_replicates(first: list[Estimate], second: list[Estimate]) -> tuple[Estimate, Estimate]:
     """The means of both sides, with errors from the scatter between replicates. The relative scatter is assumed to be
     the same on both sides and is pooled: a side with one run gets its error from the other side."""
@@ -147,7 +159,7 @@ def combine(first: list[Estimate], second: list[Estimate], steady: bool):
 
 class Difference(typing.NamedTuple):
     """B - A relative to A, its relative standard error (scaled as in files; NaN: unknown), and the verdict with its
-    `mood`: "agree", "differ" or "open"."""
+    `mood`: "agree", "differ" or "open"; of two designs "tied", "apart" or "open"."""
 
     relative: float
     error: float
@@ -156,8 +168,10 @@ class Difference(typing.NamedTuple):
     mood: str
 
 
-def difference(a: Estimate, b: Estimate, unknown: str) -> Difference:
-    """Compares two estimates; `unknown` is the verdict if an error is not known."""
+def difference(a: Estimate, b: Estimate, unknown: str, designs: bool = False) -> Difference:
+    """Compares two estimates; `unknown` is the verdict if an error is not known. Of two programs (or seeds) it is
+    tested at CONFIDENCE whether chance explains the difference. Two `designs` are expected to differ: the verdict says
+    which value is higher, or that the 95 % interval of the difference contains zero."""
     scale = abs(a.value) or math.nan
     off = b.value - a.value
     errors = np.array([a.error, b.error])
@@ -170,10 +184,15 @@ def difference(a: Estimate, b: Estimate, unknown: str) -> Difference:
     told = math.hypot(*share) * _widening(dof)
     freedom = a.dof if a.pooled else float(_welch(errors, [a, b]))
     reach = student(freedom, 0.5 + CONFIDENCE / 2) * error  # the largest difference that chance explains
+    if designs and abs(a.value) > NORMAL * a.told:
+        reach = NORMAL * told
+    elif designs:  # a share of what may be zero says nothing
+        scale = math.nan
     if abs(off) > reach:
-        verdict, mood = f"differ by {abs(off) / told:.1f} standard errors", "differ"
+        words = ("higher" if off > 0 else "lower") if designs else f"differ by {abs(off) / told:.1f} standard errors"
+        verdict, mood = words, "apart" if designs else "differ"
     elif not reach < COARSE * scale:
         verdict, mood = "undecided: error too large", "open"
     else:
-        verdict, mood = "agree", "agree"
+        verdict, mood = ("tied", "tied") if designs else ("agree", "agree")
     return Difference(off / scale, told / scale, dof, verdict, mood)

@@ -42,18 +42,19 @@ def run(arguments) -> Answer:
     for path in files:
         check_writable(path, [file for side in names for file in side])
     sides = load.sides(names)
-    tables, notes = rows.tables(sides), rows.notes(sides)
+    tables = rows.tables(sides)
+    notes = rows.notes(sides, tables)
     # the files first: the reader of the text may close the pipe before its end
     if arguments.html:  # made before any file is written: the page reads the most data
         from milltools.base.progress import Progress
         from milltools.compare import page
 
         with Progress("mill compare", page.steps(sides)) as watch:
-            text = page.render(sides, tables, notes, watch)
+            text = page.render(sides, tables, watch)
     if arguments.png:
         from milltools.compare import pictures
 
-        pictures.write(sides, arguments.png)
+        pictures.write(tables, arguments.png)
     if arguments.csv:
         terminal.write_csv(tables, arguments.csv)
     if arguments.html:

@@ -19,6 +19,8 @@ MOST_STATES = 20_000_000  # ball states that are read; of more states, frames ar
 USUAL = {"rad/s": ("rpm", 30 / math.pi), "rad": ("deg", 180 / math.pi)}
 # keys that may differ between replicates: they do not describe the mill
 OWN = re.compile(r"run\.seed|balls\.start|output\..*")
+# keys that say how a mill is run and observed, not which mill it is
+CONDUCT = re.compile(r"(run|output)\..*|balls\.start(_motion)?")
 GEOMETRY = re.compile(r"(drum|blades|blade\.[^.]*|body\.[^.]*)\..*|rotor\.shaft_radius")
 
 
@@ -155,7 +157,8 @@ class Side:
         self.letter, self.runs = letter, runs
         self.first = runs[0]
         more = f" and {len(runs) - 1} more" if len(runs) > 1 else ""
-        self.label = f"{letter}: {pathlib.PurePath(self.first.path).name.removesuffix('.h5')}{more}"
+        self.name = pathlib.PurePath(self.first.path).name.removesuffix(".h5")
+        self.label = f"{letter}: {self.name}{more}"
         self.steady = all(run.steady for run in runs)
         # not made by millsim: contacts take time, and re-contacts of a pair merge
         self.soft = any(run.program != "millsim" for run in runs)
@@ -166,8 +169,9 @@ class Side:
             if seen.count(key) > 1:
                 raise UserError(f"{run.path}: same seed and start as another replicate: it adds no information")
 
-    def mean_map(self, name: str, view: str) -> np.ndarray:
-        return np.mean([maps.stored(run, view, name) for run in self.runs], axis=0)
+    def mean_map(self, name: str, view: str, cells=None) -> np.ndarray:
+        """The mean map of the runs, in their own cells or brought to other ones."""
+        return np.mean([maps.brought(r, view, name, maps.stored(r, view, name), cells) for r in self.runs], axis=0)
 
 
 def usual(text: str) -> str:
@@ -190,6 +194,13 @@ def different_keys(a: dict, b: dict) -> list[str]:
     """Keys of two decks with different values, in the order of the first, then what only the second has."""
     shown = [{key: usual(value) for key, value in deck.items()} for deck in (a, b)]
     return [key for key in dict.fromkeys([*a, *b]) if shown[0].get(key) != shown[1].get(key)]
+
+
+def designs(a: Side, b: Side) -> bool:
+    """Whether the sides are two designs: mills of one program whose decks describe different mills. Else they are the
+    same mill by two programs or from other starts, and the question is whether they agree."""
+    keys = different_keys(a.first.deck(), b.first.deck())
+    return a.first.program == b.first.program and not all(map(CONDUCT.fullmatch, keys))
 
 
 def _check_replicate(first: Member, other: Member):
@@ -219,4 +230,8 @@ def sides(files: list[list[str]]) -> list[Side]:
     """Reads every run; letters from A on."""
     if len(files) > 26:
         raise UserError(f"{len(files)} runs are too many to compare: at most 26")
-    return [Side(chr(ord("A") + k), [Member(f) for f in names]) for k, names in enumerate(files)]
+    found = [Side(chr(ord("A") + k), [Member(f) for f in names]) for k, names in enumerate(files)]
+    if len({side.name for side in found}) < len(found):  # then the letters tell them apart
+        for side in found:
+            side.name = side.letter
+    return found

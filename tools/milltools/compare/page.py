@@ -1,37 +1,20 @@
-"""Several runs on one page that opens from disk: differences and how sure they are, pictures, the balls of each run,
-decks. All text from the runs is escaped."""
+"""Several runs on one page that opens from disk: the finding, differences and how sure they are, the balls of each run
+on one clock, pictures, decks. All text from the runs is escaped."""
 
-import math
 import pathlib
 
 from milltools import pages
-from milltools.base.text import lines, plain
-from milltools.compare import pictures, rows, terminal
-from milltools.figures.style import embedded
-from milltools.player import parts
+from milltools.base.text import lines, plain, plural
+from milltools.compare import finding, pictures, rows, terminal
+from milltools.figures import svg
+from milltools.player import frames, parts, player
 
+HERE = pathlib.Path(__file__).parent
 MOST_BYTES = 6_000_000  # of all players together
-TOLD = ("rotor_power", "drive_power", "median_above_50mm_s", "kinetic_energy")
 CONTENTS = (
-    ("verdict", "Runs"), ("notes", "Read first"), ("balls", "Balls"), ("tables", "Differences"),
-    ("pictures", "Pictures"), *parts.CONTENTS, ("deck", "Decks"), ("cite", "Cite"),
+    ("verdict", "Finding"), ("balls", "Balls"), ("tables", "Differences"), ("pictures", "Pictures"), *parts.CONTENTS,
+    ("runs", "Runs"), ("notes", "Notes"), ("deck", "Decks"), ("cite", "Cite"),
 )  # fmt: skip
-
-
-def sentence(table) -> str:
-    """The paragraph at the top: it compares a side with the reference in the most important rows, and counts the
-    verdicts of each kind."""
-    words = []
-    for row in table.shown:
-        if row.key in TOLD and math.isfinite(row.difference):
-            error = terminal.percent(row.difference_error, "")
-            error = f" \N{PLUS-MINUS SIGN} {error}" if error else ""
-            words.append(f"{row.label} {terminal.percent(row.difference)}{error} % ({row.verdict})")
-    judged = {mood: sum(row.mood == mood for row in table.shown) for mood in ("agree", "differ", "open")}
-    return (
-        f"{table.title}: {'; '.join(words)}. Of {len(table.shown)} quantities {judged['agree']} agree, "
-        f"{judged['differ']} differ, {judged['open']} have no verdict."
-    )
 
 
 def steps(sides) -> float:
@@ -39,35 +22,63 @@ def steps(sides) -> float:
     return 3 * len(sides) + len(pictures.PICTURES) + len(parts.figure_names())
 
 
-def render(sides, tables, notes, watch, rerun: str = "never") -> str:
+def render(sides, tables, watch, rerun: str = "never") -> str:
     """The page as text; `watch`: a Progress; `rerun`: of the player, see finer.frames_of."""
     runs = [side.first for side in sides]
     with parts.painter(runs) as draw_all:
         players = []
-        for run in runs if any(len(run.frame_times()) for run in runs) else ():
-            with watch.step("the balls", 3):
-                most = MOST_BYTES // len(runs)
-                players.append(parts.balls(run, rerun, watch.say, lambda text: watch(watch.done, text), most))
+        if any(len(run.frame_times()) for run in runs):
+            limits = frames.shared_limits(runs)
+            for run in runs:
+                with watch.step("the balls", 3):
+                    most = MOST_BYTES // len(runs)
+                    tell = lambda text: watch(watch.done, text)  # noqa: E731
+                    until = player.last_turn(run)
+                    players.append(parts.balls(run, rerun, watch.say, tell, most, limits, until))
         shown = []
-        for title, words, figure in pictures.figures(sides):
+        for name, title, words, figure in pictures.figures(tables):
             with watch.step("pictures"):
-                shown.append((title, words, embedded(figure, dpi=110)))
+                shown.append((name, title, words, svg(figure, f"compared-{name}")))
         figures = parts.sections(draw_all(watch))
+    findings = [(finding.title(table), finding.sentences(table)) for table in tables]
+    one = len(findings) == 1
+    warnings = rows.warnings(sides)
     return parts.page(
-        pathlib.Path(__file__).parent,
-        title="Runs compared",
-        kicker=plain(", ".join(side.label for side in sides)),
+        HERE,
+        title=findings[0][0] if one else f"{plural(len(tables), 'run')} against {plain(sides[0].name)}",
+        kicker=plain(_kicker(sides)),
         contents=[entry for entry in CONTENTS if players or entry[0] != "balls"],
-        verdict=[sentence(table) for table in tables],
+        findings=[("" if one else title, words) for title, words in findings],
         sides=sides,
         differ=rows.deck_differences(sides),
-        notes=notes,
-        players=zip(sides, players),
-        tables=[
-            (table, terminal.heads(table), [(row, terminal.cells(row)) for row in table.shown]) for table in tables
-        ],
-        pictures=shown,
+        warnings=len(warnings),
+        notes=warnings + rows.methods(sides, tables),
+        players=list(zip(sides, players)),
+        tables=[(table, terminal.heads(table), _rows(table)) for table in tables],
+        forest=[one for one in shown if one[0] == "forest"],
+        pictures=[one for one in shown if one[0] != "forest"],
         figures=figures,
         decks=[(side, pages.data_link(deck), lines(deck)) for side in sides for deck in [side.first.deck_text()]],
         cite=list(dict.fromkeys(line for run in runs for line in parts.cite(run))),
     )
+
+
+def _kicker(sides) -> str:
+    """The names of the runs, and the keys that differ."""
+    keys = [key for key, _ in rows.deck_differences(sides)]
+    more = f" and {len(keys) - 4} more keys" if len(keys) > 4 else ""
+    differ = f" \N{MIDDLE DOT} different: {', '.join(keys[:4])}{more}" if keys else " \N{MIDDLE DOT} same deck"
+    return ", ".join(side.label for side in sides) + differ
+
+
+def _rows(table) -> list[tuple[str, list]]:
+    """[(head, [(row, its name, its other cells)])]: the rows of the forest plot, then all others."""
+    important = table.important
+    others = [row for row in table.shown if row not in important]
+    head = f"{len(others)} more rows" if important else ""
+    parted = ("", important, lambda row: row.name), (head, others, lambda row: row.label)
+    return [
+        (head, [(row, name(row), terminal.cells(row, table.designs)[1:]) for row in some])
+        for head, some, name in parted
+        if some
+    ]

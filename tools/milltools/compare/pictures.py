@@ -1,41 +1,117 @@
-"""The pictures of a comparison: spectra, power and energy over time, maps, speeds of the balls, computing cost.
+"""The pictures of a comparison: differences with their intervals, spectra, power and energy over time, maps, speeds of
+the balls.
 
-Every drawing function takes a figure or subfigure and the sides; `PICTURES` lists them with their titles and sizes.
+Every drawing function takes a figure or subfigure and the tables, of which each has the reference as side a; `PICTURES`
+lists them with their titles and sizes. A panel without data is left out, and so is a picture without panels.
 """
 
 import math
 
+import matplotlib
 import numpy as np
+from matplotlib import ticker
 from matplotlib.figure import Figure
+from matplotlib.transforms import Affine2D
 
-from milltools.base.text import literal
+from milltools.base.text import MINUS, literal
+from milltools.compare import finding
+from milltools.compare import map_deviation as cells
 from milltools.compare.load import SPEED_EDGES
-from milltools.compare.map_deviation import LEAST, same_cells
-from milltools.figures.bins import curve
+from milltools.compare.map_deviation import LEAST
+from milltools.figures.base import LOOK, WIDTH
+from milltools.figures.bins import curve, enough
 from milltools.figures.outlines import rim
 from milltools.figures.overtime import means
-from milltools.figures.style import run_style, save
+from milltools.figures.style import INK, run_style, save
 from milltools.read.kinds import label as kind_label
 
 
-def draw_spectra(figure, sides):
-    """Spectra of the normal impact speed by contact kind; replicates are added up."""
+def sides_of(tables):
+    return [tables[0].a, *(table.b for table in tables)]
+
+
+def important(tables):
+    """The rows of the forest plot: the first table's, in its order, and what only others have."""
+    return list({row.key: row for table in tables for row in table.important}.values())
+
+
+def draw_forest(figure, tables, shown):
+    """The relative differences of the important rows with their 95 % intervals. A filled marker: the verdict is higher,
+    lower or differ. If a value more than doubles, the axis has equal steps for equal ratios."""
+    ax, several = figure.subplots(), len(tables) > 1
+    every = [[table.row(one.key) for one in shown] for table in tables]
+    ends = np.array([row.interval for rows in every for row in rows if row])
+    ends = ends[np.isfinite(ends).all(axis=1)]
+    ratios = ends.max() > 1
+    low, high = max(ends.min(), -0.95) if ratios else ends.min(), ends.max()
+    for number, (table, rows) in enumerate(zip(tables, every)):
+        colour = run_style(number + 1)["color"] if several else INK
+        shift = 0.15 + 0.5 * ((number + 0.5) / len(tables) - 0.5)  # below the text of the row
+        ax.plot([], [], "o-", color=colour, label=literal(f"{table.b.label} against A", 44))
+        for place, row in enumerate(rows):
+            if not row or not math.isfinite(row.difference_error):
+                continue
+            inside = np.clip([row.difference, *row.interval], low, high)
+            ax.plot(1 + inside[1:], [place + shift] * 2, color=colour, lw=1.6, solid_capstyle="butt")
+            fill = colour if row.mood in ("apart", "differ") else "none"
+            ax.plot(1 + inside[0], place + shift, "o", mfc=fill, mec=colour, mew=1.3, ms=5.5)
+            if not several:
+                words = f"{finding.percent(row)}  ({finding.interval(row).removesuffix(' %')})"
+                ax.text(1, place - 0.25, words, ha="right", va="center", transform=ax.get_yaxis_transform(), fontsize=9)
+    lines = np.arange(len(shown))
+    ax.vlines(np.ones(len(shown)), lines - 0.05, lines + 0.5, color=INK, lw=0.8, zorder=1)  # not through the texts
+    if ratios:
+        ax.set_xscale("log")
+        marks = (0.1, 1, 10, 100, 1000) if (1 + high) / (1 + low) > 30 else (0.1, 0.25, 0.5, 1, 2, 4, 10)
+        ax.xaxis.set_major_locator(ticker.FixedLocator([m for m in marks if 1 + low < m < 1 + high]))
+        ax.xaxis.set_minor_locator(ticker.NullLocator())
+    else:
+        ax.locator_params(axis="x", nbins=5)
+    ax.xaxis.set_major_formatter(ticker.FuncFormatter(lambda x, _: _tick(100 * (x - 1))))
+    ax.margins(x=0.06)
+    ax.set_ylim(len(shown) - 0.45, -0.5)
+    for place, row in enumerate(shown):
+        ax.axhline(place - 0.5, color=INK, lw=0.5, alpha=0.15)
+        ax.text(0, place - 0.25, literal(row.name), va="center", transform=ax.get_yaxis_transform(), fontsize=9)
+    ax.set_yticks([])
+    ax.spines["left"].set_visible(False)
+    who = "each run" if several else literal(tables[0].b.name, 24)
+    ax.set_xlabel(f"difference of {who} from {literal(tables[0].a.name, 24)} [%]")
+    if several:
+        _legend(figure, [ax], 2)
+
+
+def _tick(percent: float) -> str:
+    return "0" if abs(percent) < 1e-6 else f"{percent:+.4g}".replace("-", MINUS)
+
+
+def spectra(tables):
+    """kind -> the histograms of every side, of the kinds with enough impacts for a curve."""
+    sides = sides_of(tables)
     every = dict.fromkeys(kind for side in sides for kind in side.first.kinds)
-    axes = figure.subplots(1, len(every), sharey=True)
-    for ax, kind in zip(axes, every):
-        for number, side in enumerate(sides):
-            histograms = [run.histogram(kind) for run in side.runs if kind in run.kinds]
+    found = {k: [[run.histogram(k) for run in s.runs if k in run.kinds] for s in sides] for k in every}
+    return {kind: each for kind, each in found.items() if any(map(enough, each))}
+
+
+def draw_spectra(figure, tables, found):
+    """Spectra of the normal impact speed by contact kind; replicates are added up."""
+    sides = sides_of(tables)
+    columns = min(len(found), 2 if len(found) == 4 else 3)
+    axes = figure.subplots(math.ceil(len(found) / columns), columns, sharey=True, sharex=True, squeeze=False).ravel()
+    for ax, (kind, each) in zip(axes, found.items()):
+        for number, (side, histograms) in enumerate(zip(sides, each)):
             duration = sum(run.duration for run in side.runs)
             curve(ax, histograms, duration, **run_style(number), label=literal(side.label, 44))
         ax.set_title(kind_label(kind))
         ax.set_xlim(1e-3, 20)
         ax.grid(alpha=0.3)
-        if not ax.lines:
-            ax.set_xscale("log")
-            ax.text(0.5, 0.5, "too few impacts", ha="center", transform=ax.transAxes)
+    for ax in axes[len(found) :]:
+        ax.remove()
+    for ax in axes[max(0, len(found) - columns) : len(found)]:
+        ax.tick_params(labelbottom=True)
     figure.supxlabel("normal impact speed [m/s]", fontsize="medium")
-    axes[0].set_ylabel("impacts per second and decade [1/s]")
-    _legend(figure, axes, len(sides))
+    figure.supylabel("impacts per second and decade [1/s]", fontsize="medium")
+    _legend(figure, axes[: len(found)], 2)
 
 
 def _legend(figure, axes, count):
@@ -45,7 +121,7 @@ def _legend(figure, axes, count):
         figure.legend(found.values(), found.keys(), loc="outside upper left", ncols=min(count, 4), frameon=False)
 
 
-def draw_power(figure, sides):
+def draw_power(figure, _, sides):
     """Power of the drive and kinetic energy over time, one line for each run."""
     axes = figure.subplots(1, 2)
     for number, side in enumerate(sides):
@@ -60,142 +136,148 @@ def draw_power(figure, sides):
     same = all(np.allclose(side.first.window, window) for side in sides)
     for ax in axes:
         if same:
-            ax.axvspan(*window, color="0.93", zorder=0, lw=0, label="sampled window")
+            ax.axvspan(*window, color=INK, alpha=0.07, zorder=0, lw=0, label="sampled window")
         ax.set_xlabel("time [s]")
         ax.set_xlim(left=0)
         ax.grid(alpha=0.3)
     axes[0].set(title="power, means over short pieces of time", ylabel="power of the drive [W]")
     axes[1].set(title="translational kinetic energy", ylabel="kinetic energy of the balls [J]")
-    _legend(figure, axes, len(sides) + 1)
+    _legend(figure, axes, 2)
 
 
-def draw_speeds(figure, sides):
-    """Distribution of the balls' speeds over the frames in the window, and the computing cost of a simulated second."""
-    ax, price = figure.subplots(1, 2, width_ratios=(3, 2))
+def speeds(tables):
+    """The numbers of balls by speed over the frames in the window, of the sides that have frames."""
+    counts = [(side, np.sum([run.speed_counts for run in side.runs], axis=0)) for side in sides_of(tables)]
+    return counts if any(count.sum() for _, count in counts) else []
+
+
+def draw_speeds(figure, _, counts):
+    """Distribution of the balls' speeds over the frames in the window."""
+    ax = figure.subplots()
     middle = np.sqrt(SPEED_EDGES[1:] * SPEED_EDGES[:-1])
     top = 0.0
-    for number, side in enumerate(sides):
-        count = np.sum([run.speed_counts for run in side.runs], axis=0)
+    for number, (side, count) in enumerate(counts):
         if not count.sum():
             continue
         density = count / count.sum() / np.diff(SPEED_EDGES)
         density[density == 0] = np.nan
         ax.semilogy(middle, density, **run_style(number), label=literal(side.label, 44))
         top = max(top, SPEED_EDGES[1 + np.searchsorted(np.cumsum(count), 0.9995 * count.sum())])
-    ax.set(title="speeds of the balls", xlabel="speed [m/s]", ylabel="probability density [s/m]")
+    ax.set(xlabel="speed of the balls [m/s]", ylabel="probability density [s/m]")
     ax.grid(alpha=0.3)
-    if top:
-        ax.set_xlim(0, top)
-        ax.set_ylim(bottom=1e-4)
-    else:
-        ax.text(0.5, 0.5, "no frames in the window", ha="center", transform=ax.transAxes)
-    _draw_price(price, sides)
-    _legend(figure, [ax], len(sides))
-
-
-def _draw_price(ax, sides):
-    costs = [float(np.mean([run.cost for run in side.runs])) for side in sides]
-    known = [c for c in costs if math.isfinite(c) and c > 0]
-    colours = [run_style(number)["color"] for number in range(len(sides))]
-    bars = ax.barh(range(len(sides)), costs, color=colours, height=0.6)
-    ax.bar_label(bars, [f"{c:.3g}" for c in costs], padding=4)
-    ax.set_yticks(range(len(sides)), [literal(side.label, 24) for side in sides])
-    ax.invert_yaxis()
-    ax.set(title="Cost", xlabel="CPU seconds per simulated second [s/s]")
-    if known:
-        ax.set_xlim(0, 1.2 * max(known))
+    ax.set_xlim(0, top)
+    ax.set_ylim(bottom=1e-4)
+    _legend(figure, [ax], 2)
 
 
 # the flow only where the solid fraction is above LEAST: elsewhere it would be the speed of single balls
 MAPS = (("solid_fraction", "solid fraction [1]"), ("velocity", "speed of the mean flow [m/s]"))
 
 
-def draw_maps(figure, sides):
-    """Cross-sections: all sides on one scale, and the difference of each side from the first."""
+def draw_maps(figure, _, sides):
+    """Cross-sections: all sides on one scale, and the difference of each side from the first, where both have cells."""
+    view = "cross_section"
     columns = 2 * len(sides) - 1
     axes = figure.subplots(2, columns, squeeze=False, sharex=True, sharey=True)
     for line, (name, label) in zip(axes, MAPS):
         fields = [_field(side, name) for side in sides]
         top = max(np.nanquantile(f, 0.995) if np.isfinite(f).any() else 0 for f in fields) or 1
         for ax, side, field in zip(line, sides, fields):
-            image = _map(ax, side, field, "viridis", 0, top)
+            image = _map(ax, side, side.first.edges(), field, "viridis", 0, top)
             ax.set_title(literal(side.label, 30))
         figure.colorbar(image, ax=line[: len(sides)], label=label, extend="max", shrink=0.9)
-        off = {k: fields[k] - fields[0] for k in range(1, len(sides)) if same_cells(sides[k].first, sides[0].first)}
-        finite = [np.abs(o[np.isfinite(o)]) for o in off.values()]
+        off = []
+        for side in sides[1:]:
+            pair = [sides[0].first, side.first]
+            common = cells.common(pair, view)
+            one, two = (_field(s, name, common) for s in (sides[0], side))
+            both = True if common is None else cells.shared(pair, view, common)
+            off.append((side, common or side.first.edges(), np.where(both, two - one, np.nan)))
+        finite = [np.abs(o[np.isfinite(o)]) for *_, o in off]
         reach = max((np.quantile(f, 0.99) for f in finite if len(f)), default=0) or top / 100
-        for k, ax in enumerate(line[len(sides) :], 1):
-            ax.set_title(f"{sides[k].letter} - A")
-            if k in off:
-                image = _map(ax, sides[k], off[k], "RdBu_r", -reach, reach)
-            else:
-                ax.text(0, 0, "maps have different cells", ha="center")
-        if off:
-            what = label.replace(" [", ", difference [")
-            figure.colorbar(image, ax=line[len(sides) :], label=what, extend="both", shrink=0.9)
-    reach = 1.02 * max(side.first.container.outermost for side in sides)
+        for ax, (side, edges, difference) in zip(line[len(sides) :], off):
+            ax.set_title(f"{side.letter} \N{MINUS SIGN} A")
+            image = _map(ax, side, edges, difference, "RdBu_r", -reach, reach)
+        what = label.replace(" [", ", difference [")
+        figure.colorbar(image, ax=line[len(sides) :], label=what, extend="both", shrink=0.9)
+    reach = 1.02e3 * max(side.first.container.outermost for side in sides)
     for ax in axes.ravel():
         ax.locator_params(nbins=4)
+        ax.grid(False)
         ax.set(aspect="equal", xlim=(-reach, reach), ylim=(-reach, reach))
     for ax in axes[-1]:
-        ax.set_xlabel("y, across the container's axis [m]")
+        ax.set_xlabel("y [mm]")
     for ax in axes[:, 0]:
-        ax.set_ylabel("z, across the container's axis [m]")
+        ax.set_ylabel("z [mm]")
 
 
-def _field(side, name):
+def _field(side, name, common=None):
     """A side's map, or the magnitude of its mean velocity; NaN where there is nothing."""
-    fraction = side.mean_map("solid_fraction", "cross_section")
+    fraction = side.mean_map("solid_fraction", "cross_section", common)
     if name == "solid_fraction":
         return fraction
     with np.errstate(invalid="ignore"):
-        speed = np.linalg.norm(side.mean_map(name, "cross_section"), axis=0)
+        speed = np.linalg.norm(side.mean_map(name, "cross_section", common), axis=0)
         return np.where(fraction > LEAST, speed, np.nan)
 
 
-def _map(ax, side, field, colours, low, high):
-    edges = side.first.edges()
-    image = ax.pcolormesh(*edges, field.T, cmap=colours, vmin=low, vmax=high, rasterized=True)
-    image.set_clip_path(ax.add_patch(rim(side.first.container, lw=0.8)))
+def _map(ax, side, edges, field, colours, low, high):
+    y, z = (1e3 * edge for edge in edges)
+    image = ax.pcolormesh(y, z, field.T, cmap=colours, vmin=low, vmax=high, rasterized=True)
+    wall = rim(side.first.container, lw=0.8)
+    wall.set_transform(Affine2D().scale(1e3) + ax.transData)  # in mm
+    image.set_clip_path(ax.add_patch(wall))
     return image
 
 
-# title, description for readers who cannot see it, function, size [inch] for a number of sides
+# name, title, description for readers who cannot see it, what gives its data (nothing: no picture), what draws them,
+# size [inch] for a number of sides
 PICTURES = (
     (
-        "Impact speeds", "spectra of the normal impact speed by contact kind, all runs overlaid",
-        draw_spectra, lambda n: (15, 4.2),
+        "forest", "Differences", "relative differences with their 95 % intervals (bars); filled: higher, lower or "
+        "differ; hollow: tied, agree or undecided",
+        important, draw_forest, lambda n: (WIDTH, 4.8 + 0.6 * (n - 2)),
     ),
     (
-        "Over time", "power of the drive and kinetic energy of the balls over time",
-        draw_power, lambda n: (15, 4.4),
+        "spectra", "Impact speeds", "spectra of the normal impact speed by contact kind, all runs overlaid",
+        spectra, draw_spectra, lambda n: (9.6, 5.8 + 0.2 * (n // 3)),
     ),
     (
-        "Maps", "cross-sections of the mill: solid fraction for each run, speed of the mean flow "
-        f"where it is above {LEAST}, and the differences from the first",
-        draw_maps, lambda n: (3.5 * (2 * n - 1) + 2.5, 7.0),
+        "over-time", "Over time", "power of the drive and kinetic energy of the balls over time",
+        sides_of, draw_power, lambda n: (9.6, 3.6 + 0.2 * (n // 3)),
     ),
     (
-        "Speeds of the balls, and the cost", "distribution of the balls' speeds; CPU seconds per simulated second",
-        draw_speeds, lambda n: (15, 4.2 + 0.15 * max(0, n - 6)),
+        "sections", "Maps", "cross-sections of the mill: solid fraction for each run, speed of the mean flow "
+        f"where the solid fraction is above {LEAST}, and the differences from the first, in common cells",
+        sides_of, draw_maps, lambda n: (2.9 * (2 * n - 1) + 1.8, 6.2),
+    ),
+    (
+        "ball-speeds", "Speeds of the balls", "distribution of the balls' speeds over the stored frames",
+        speeds, draw_speeds, lambda n: (WIDTH, 3.4 + 0.2 * (n // 2)),
     ),
 )  # fmt: skip
 
 
-def figures(sides):
-    """(title, description, figure) of every picture."""
-    for title, words, draw, size in PICTURES:
-        figure = Figure(figsize=size(len(sides)), layout="constrained")
-        draw(figure, sides)
-        yield title, words, figure
+def figures(tables):
+    """(name, title, description, figure) of every picture that has data."""
+    for name, title, words, data, draw, size in PICTURES:
+        if found := data(tables):
+            with matplotlib.rc_context(LOOK):
+                figure = Figure(figsize=size(len(tables) + 1), layout="constrained")
+                draw(figure, tables, found)
+            yield name, title, words, figure
 
 
-def write(sides, path):
-    """All pictures one below the other."""
-    sizes = [size(len(sides)) for *_, size in PICTURES]
-    whole = Figure(figsize=(max(w for w, _ in sizes), sum(h + 0.5 for _, h in sizes)), layout="constrained")
-    parts = whole.subfigures(len(PICTURES), 1, height_ratios=[h for _, h in sizes], hspace=0.03)
-    for part, (title, _, draw, _) in zip(parts, PICTURES):
-        part.suptitle(title, fontweight="bold")
-        draw(part, sides)
+def write(tables, path):
+    """All pictures one below the other, the finding above them."""
+    shown = [(one, found, one[-1](len(tables) + 1)) for one in PICTURES if (found := one[3](tables))]
+    width, heights = max(w for *_, (w, _) in shown), [h + 0.5 for *_, (_, h) in shown]
+    with matplotlib.rc_context(LOOK):
+        whole = Figure(figsize=(width, sum(heights) + 0.5), layout="constrained")
+        said = "\n".join(finding.title(table) for table in tables)
+        whole.suptitle(literal(said, 400), x=0.01, ha="left", fontsize=11, fontweight="bold")
+        parts = whole.subfigures(len(shown), 1, squeeze=False, height_ratios=heights, hspace=0.03)[:, 0]
+        for part, ((_, title, _, _, draw, _), found, _) in zip(parts, shown):
+            part.suptitle(title, fontweight="bold")
+            draw(part, tables, found)
     save(whole, path, dpi=100)

@@ -8,7 +8,7 @@ import numpy as np
 from milltools.compare import agreement as errors
 from milltools.compare import map_deviation as maps
 from milltools.compare.agreement import Estimate
-from milltools.compare.load import GEOMETRY, LEVELS, Member, Side, different_keys, usual
+from milltools.compare.load import GEOMETRY, LEVELS, Member, Side, designs, different_keys, usual
 from milltools.read.kinds import KINDS
 from milltools.read.kinds import label as label_of
 from milltools.read.runfile import THRESHOLDS
@@ -18,12 +18,23 @@ STIFFNESS = "depends on the stiffness"
 SOFT = ("rate_all", "median", "median_above_50mm_s")  # keys of rows that depend on the stiffness of spheres
 IDENTICAL = "agree: the same data"
 ZERO = "zero within the errors of both"
+NOT_COMPARED = (ZERO, HARD_SOFT, STIFFNESS)
+HARD = 1.0  # [m/s] one of THRESHOLDS
+LEAST_SHARE = 0.01  # of the dissipated power: a kind of contact with less is not among the important rows
+
+
+NAMES = {
+    "normal_dissipation": "lost power, normal part", "tangential_dissipation": "lost power, tangential part",
+    "rate_all": "all impacts, per s",
+    "dissipated_power": "lost power, all",
+    "median": "median impact speed, all", "median_above_50mm_s": "median above 50 mm/s",
+}  # fmt: skip  # of the important rows
 
 
 @dataclasses.dataclass(frozen=True)
 class Row:
-    """One line. `error` of A and B [unit]; `difference` and `difference_error` relative to A; `mood` of the verdict:
-    agree, differ, open. A value of NaN: the file does not contain it."""
+    """One line. `difference` and `difference_error` relative to A; `mood` of the verdict: agree, differ, open; of two
+    designs tied, apart, open. A value of NaN: the file does not contain it."""
 
     group: str
     key: str
@@ -38,18 +49,79 @@ class Row:
     mood: str = "open"
     remark: str = ""
 
+    @property
+    def name(self) -> str:
+        """Its label where it stands without the rows of its group."""
+        start, _, speed = self.key.rpartition("_")
+        if start == "hard_per_joule":
+            return f"impacts > {speed} m/s, per joule"
+        if start == "rate_all_above":
+            return f"impacts > {speed} m/s, per s"
+        if self.key.startswith("dissipated_power_"):
+            return f"lost power, {self.label.strip()}"
+        return NAMES.get(self.key, self.label)
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """The 95 % interval of the difference, relative to A."""
+        half = errors.NORMAL * self.difference_error
+        return self.difference - half, self.difference + half
+
 
 @dataclasses.dataclass(frozen=True)
 class Comparison:
-    """The comparison of side b with side a."""
+    """The comparison of side b with side a; of two `designs`, or of a mill by two programs or from other starts."""
 
     a: Side
     b: Side
     rows: list[Row]
+    designs: bool = False
 
     @property
     def title(self) -> str:
         return f"{self.b.letter} against {self.a.letter}"
+
+    def row(self, key: str) -> Row | None:
+        return next((row for row in self.rows if row.key == key), None)
+
+    @property
+    def power(self) -> Row | None:
+        return self.row("drive_power") or self.row("rotor_power")
+
+    @property
+    def hard(self) -> float:
+        """The speed [m/s] above which an impact is called hard: 1 m/s; less in a slow mill, where the rate above it is
+        not known."""
+        speeds = sorted(THRESHOLDS, key=lambda speed: (speed != HARD, speed))
+        rates = ((speed, self.row(f"rate_all_above_{speed:g}")) for speed in speeds)
+        return next((speed for speed, row in rates if row and math.isfinite(row.difference_error)), HARD)
+
+    @property
+    def per_joule(self) -> Row | None:
+        """Hard impacts per joule of work of the drive: what a design makes of its power."""
+        return self.row(f"hard_per_joule_{self.hard:g}")
+
+    @property
+    def hard_rate(self) -> Row | None:
+        return self.row(f"rate_all_above_{self.hard:g}")
+
+    @property
+    def important(self) -> list[Row]:
+        """The rows of the forest plot, in its order, without those that have no difference."""
+        whole = self.row("dissipated_power")
+        least = [LEAST_SHARE * abs(e.value) for e in (whole.a, whole.b)] if whole else (0, 0)
+        keys = [
+            "drive_power", "rotor_power", *(f"hard_per_joule_{speed:g}" for speed in THRESHOLDS),
+            f"rate_all_above_{self.hard:g}", "rate_all", "median_above_50mm_s", "median", "normal_dissipation",
+            "tangential_dissipation",
+        ]  # fmt: skip
+        lost = [
+            row.key
+            for row in self.rows
+            if row.key.startswith("dissipated_power_") and (row.a.value > least[0] or row.b.value > least[1])
+        ]
+        found = filter(None, map(self.row, [*keys, *lost]))
+        return [row for row in found if math.isfinite(row.difference_error) and row.verdict not in NOT_COMPARED]
 
     @property
     def shown(self) -> list[Row]:
@@ -96,6 +168,12 @@ def drive_power(run: Member):
     return errors.from_file(run.known(f"{run.drive}_power")) or errors.from_blocks(*run.rates("drive_work"))
 
 
+def tangential(run: Member):
+    """Dissipated power without its normal part."""
+    both = [added(run, f"{name}/{{kind}}", "all") for name in ("dissipation", "dissipation_normal")]
+    return errors.from_blocks(*(one - two for one, two in zip(*both))) if all(both) else None
+
+
 # at constant speed the work of a rotor is proportional to its torque
 torque = told("rotor_torque", power("rotor_work", divisor=lambda run: run.rotor_speed or math.inf))
 
@@ -138,6 +216,11 @@ def fast(kind, column, strikes=False):
     return measure
 
 
+def per_joule(column):
+    """Impacts at or above a threshold divided by the work of the drive."""
+    return lambda run: errors.ratio(fast("all", column)(run), drive_power(run))
+
+
 def all_impacts(run: Member):
     value = run.histogram("all").above(0.0) / run.duration
     return errors.from_blocks(value, sum(run.rates(f"collisions/{kind}")[1] for kind in run.kinds))
@@ -176,6 +259,9 @@ def quantities(steady: bool, kinds, first: Member, second: Member):
     if all(run.rotor_speed for run in both):
         yield group, "rotor_torque", "rotor torque", "N m", torque
     yield group, "dissipated_power", "dissipated power, all", "W", power("dissipation/{kind}", "all")
+    for kind in kinds:
+        yield group, f"dissipated_power_{kind}", f"  {_label(kind)}", "W", power("dissipation/{kind}", kind)
+    yield group, "tangential_dissipation", "  tangential part, all kinds", "W", tangential
     for kind in ("all", *kinds):
         key = "normal_dissipation" + (f"_{kind}" if kind != "all" else "")
         label = f"  normal part, {_label(kind)}"
@@ -192,6 +278,9 @@ def quantities(steady: bool, kinds, first: Member, second: Member):
             key = f"{'strike_' if strikes else ''}rate_{kind}_above_{speed:g}"
             label = f"{_label(kind)} above {speed:g} m/s{' (strikes)' if strikes else ''}"
             yield group, key, label, "1/s", fast(kind, column, strikes)
+    for column, speed in enumerate(THRESHOLDS):
+        measure = per_joule(column)
+        yield group, f"hard_per_joule_{speed:g}", f"all kinds above {speed:g} m/s per joule", "1/J", measure
     yield group, "rate_all", "impacts, all", "1/s", told("rate/all", all_impacts)
     yield group, "median", "median v_n, all impacts", "m/s", median("median")
     yield group, "median_above_50mm_s", "median v_n above 50 mm/s", "m/s", median("median_above_50mm_s")
@@ -206,6 +295,7 @@ def _label(kind: str) -> str:
 
 def compare(a: Side, b: Side) -> Comparison:
     """The table of side b against side a."""
+    two_designs = designs(a, b)
     steady = a.steady and b.steady
     identical = len(a.runs) == len(b.runs) and all(x.same_data(y) for x, y in zip(a.runs, b.runs))
     kinds = tuple(dict.fromkeys(kind for side in (a, b) for kind in side.first.kinds))
@@ -226,7 +316,7 @@ def compare(a: Side, b: Side) -> Comparison:
             rows.append(Row(*what, *values, verdict=verdict))
             continue
         one, two = errors.combine(*sides, steady)
-        found = errors.difference(one, two, unknown)
+        found = errors.difference(one, two, unknown, two_designs)
         if identical and two.value == one.value:
             found = found._replace(verdict=IDENTICAL, mood="agree")
         elif what[1] in SOFT and (a.soft or b.soft):
@@ -234,9 +324,9 @@ def compare(a: Side, b: Side) -> Comparison:
         elif is_zero(one) and is_zero(two):
             found = found._replace(verdict=ZERO, mood="open")
         rows.append(Row(*what, one, two, *found, one.remark or two.remark))
-    rows += map_rows(a, b, steady, identical)
+    rows += map_rows(a, b, steady, identical, two_designs)
     rows.append(price_row(a, b))
-    return Comparison(a, b, rows)
+    return Comparison(a, b, rows, two_designs)
 
 
 def is_zero(found: Estimate) -> bool:
@@ -247,7 +337,7 @@ def tables(sides: list[Side]) -> list[Comparison]:
     return [compare(sides[0], side) for side in sides[1:]]
 
 
-def map_rows(a: Side, b: Side, steady: bool, identical: bool):
+def map_rows(a: Side, b: Side, steady: bool, identical: bool, two_designs: bool):
     """Deviations of maps: the weighted rms instead of the difference, what noise explains instead of its error."""
     for view, where in (("cross_section", "cross-section"), ("axial", "axial map")):
         for name, what in (("solid_fraction", "solid fraction"), ("velocity", "velocity")):
@@ -255,10 +345,11 @@ def map_rows(a: Side, b: Side, steady: bool, identical: bool):
             label, nothing = f"{what}, {where}, rms", Estimate(math.nan)
             row = ("maps", f"map_{view}_{name}", label, "", nothing, nothing)
             if found is None:
-                yield Row(*row, verdict="maps have different cells")
+                yield Row(*row, verdict="no cell is filled in both")
             else:
-                words = (IDENTICAL, "agree") if identical and found[0] == 0 else maps.verdict(*found)
-                yield Row(*row, *found, 0, *words, "error: the deviation that noise explains")
+                words, mood = (IDENTICAL, "agree") if identical and found[0] == 0 else maps.verdict(*found)
+                mood = {"agree": "tied", "differ": "apart"}.get(mood, mood) if two_designs else mood
+                yield Row(*row, *found, 0, words, mood, "error: the deviation that noise explains")
 
 
 def price_row(a: Side, b: Side) -> Row:
@@ -299,8 +390,12 @@ def strike_notes(a: Side, b: Side, keys: list[str]) -> list[str]:
     return []
 
 
-def notes(sides: list[Side]) -> list[str]:
+def notes(sides: list[Side], tables: list[Comparison]) -> list[str]:
     """Warnings and how the errors were made, one sentence each."""
+    return warnings(sides) + methods(sides, tables)
+
+
+def warnings(sides: list[Side]) -> list[str]:
     said = []
     a, begin, duration = sides[0], sides[0].first.window[0], sides[0].first.duration
     for side in sides:
@@ -315,7 +410,8 @@ def notes(sides: list[Side]) -> list[str]:
         if abs(side.first.duration - duration) > 1e-6 * duration or abs(side.first.window[0] - begin) > 1e-9:
             said.append(f"The sampled windows of A and {side.letter} differ.")
         keys = different_keys(a.first.deck(), side.first.deck())
-        if shape := [key for key in keys if GEOMETRY.fullmatch(key)]:
+        shape = [key for key in keys if GEOMETRY.fullmatch(key)]
+        if shape and not designs(a, side):
             said.append(f"The geometry of A and {side.letter} differs: {', '.join(shape)}.")
         said += strike_notes(a, side, keys)
         if a.soft != side.soft:
@@ -323,6 +419,11 @@ def notes(sides: list[Side]) -> list[str]:
                 f"{(a if a.soft else side).letter} has soft spheres, whose impacts are counted differently: rates and "
                 "medians of all impacts are not comparable; fast impacts, losses, energies and maps are comparable."
             )
+    return said
+
+
+def methods(sides: list[Side], tables: list[Comparison]) -> list[str]:
+    said = []
     if all(side.steady for side in sides):
         cuts = dict.fromkeys(f"{s.letter} {r.cut}" for s in sides for r in s.runs[:1])
         said.append(
@@ -341,6 +442,14 @@ def notes(sides: list[Side]) -> list[str]:
         said.append(
             "A file lacks /observables/fast_collisions: errors of its impact rates are those of the normal dissipation."
         )
+    if any(table.designs for table in tables):
+        said.append(
+            "Higher or lower: the 95 % interval of the difference does not contain zero. Tied: it contains zero. "
+            f"Undecided: it contains zero and is wider than +-{100 * errors.COARSE:g} %; longer runs or more "
+            "replicates make it narrower."
+        )
+    if all(table.designs for table in tables):
+        return said
     said.append(
         f"Agree: the difference is as small as chance explains at {100 * errors.CONFIDENCE:g} % (Student's t). "
         f"Undecided: with these errors a difference of {100 * errors.COARSE:g} % could remain unseen; longer runs or "

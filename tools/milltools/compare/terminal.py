@@ -10,9 +10,10 @@ from rich.text import Text
 
 from milltools.base import files, text
 from milltools.base.text import columns, plain
+from milltools.compare import finding
 from milltools.compare.rows import deck_differences
 
-COLOUR = {"agree": "green", "differ": "bold red", "open": "yellow"}
+COLOUR = {"agree": "green", "differ": "bold red", "open": "yellow", "apart": "bold", "tied": ""}
 LEFT = (0, 3, 6)  # columns flush left
 
 
@@ -27,14 +28,17 @@ def percent(value: float, sign: str = "+") -> str:
     return f"{100 * value:{sign}.2f}" if abs(value) < 10 else f"{100 * value:{sign}.3g}"
 
 
-def cells(row) -> list[str]:
+def cells(row, designs: bool) -> list[str]:
     values = [number(row.a.value), number(row.b.value), row.unit]
-    off = percent(row.difference, "" if row.group == "maps" else "+")
-    return [row.label, *values, off, percent(row.difference_error, ""), row.verdict]
+    off, error = percent(row.difference, "" if row.group == "maps" else "+"), percent(row.difference_error, "")
+    if designs and error and row.group != "maps":
+        off, error = (told(row).removesuffix(" %") for told in (finding.percent, finding.interval))
+    return [row.label, *values, off, error, row.verdict]
 
 
 def heads(table) -> list[str]:
-    return ["", table.a.letter, table.b.letter, "unit", "diff. [%]", "+- [%]", "verdict"]
+    error = "95 % interval [%]" if table.designs else "+- [%]"
+    return ["", table.a.letter, table.b.letter, "unit", "diff. [%]", error, "verdict"]
 
 
 def header_lines(sides) -> list[str]:
@@ -51,8 +55,10 @@ def header_lines(sides) -> list[str]:
 
 
 def show(sides, tables, notes):
-    """Prints everything: with colours and rules on a terminal that is wide enough, else as aligned text."""
-    for line in (*header_lines(sides), "", *notes):
+    """Prints everything, the finding first: with colours and rules on a terminal that is wide enough, else as aligned
+    text."""
+    found = [line for table in tables for line in (finding.title(table), *finding.sentences(table), "")]
+    for line in (*found, *header_lines(sides), "", *notes):
         print(plain(line))
     for table in tables:
         print()
@@ -63,7 +69,7 @@ def show(sides, tables, notes):
 
 
 def _plain_table(table) -> list[str]:
-    head, *lines = columns([heads(table), *map(cells, table.shown)], LEFT)
+    head, *lines = columns([heads(table), *(cells(row, table.designs) for row in table.shown)], LEFT)
     found = [table.title, head]
     for _, group in itertools.groupby(zip(table.shown, lines), key=lambda pair: pair[0].group):
         found += ["", *(line for _, line in group)]
@@ -79,8 +85,9 @@ def _show_rich(table) -> bool:
     for _, group in itertools.groupby(table.shown, key=lambda row: row.group):
         grid.add_section()
         for row in group:
-            *fields, verdict = map(plain, cells(row))
-            grid.add_row(*map(Text, fields), Text(verdict, COLOUR[row.mood]))
+            *fields, verdict = map(plain, cells(row, table.designs))
+            look = "dim" if table.designs and row.mood == "open" else COLOUR[row.mood]
+            grid.add_row(*map(Text, fields), Text(verdict, look))
     endless = console.options.update(width=10_000)
     if console.measure(grid, options=endless).maximum > console.width:
         return False
@@ -90,7 +97,8 @@ def _show_rich(table) -> bool:
 
 COLUMNS = (
     "reference", "run", "group", "quantity", "label", "unit", "reference_value", "reference_error", "value", "error",
-    "difference_percent", "difference_error_percent", "degrees_of_freedom", "verdict", "remark",
+    "difference_percent", "difference_error_percent", "low_percent", "high_percent", "degrees_of_freedom", "verdict",
+    "remark",
 )  # fmt: skip
 
 
@@ -100,7 +108,8 @@ def rows(tables):
         names = [",".join(run.path for run in side.runs) for side in (table.a, table.b)]
         for row in table.rows:
             numbers = [x for e in (row.a, row.b) for x in (e.value, e.told)]
-            numbers += [100 * row.difference, 100 * row.difference_error, row.dof or math.nan]
+            ends = row.interval if row.group != "maps" else (math.nan, math.nan)  # of the 95 % interval
+            numbers += [100 * share for share in (row.difference, row.difference_error, *ends)] + [row.dof or math.nan]
             known = [value if math.isfinite(value) else None for value in numbers]
             yield [*names, row.group, row.key, row.label.strip(), row.unit, *known, row.verdict, row.remark]
 

@@ -78,10 +78,15 @@ def merged(histogram, duration: float, together: int = MERGED) -> Bins:
     )
 
 
+def enough(histograms) -> bool:
+    """Whether histograms contain enough impacts for a curve."""
+    return sum(one.count.sum() for one in histograms) >= 100
+
+
 def curve(ax, histograms, duration: float, **look):
     """Draws the sum of histograms over a window as impacts per second and decade; nothing if there are too few for a
     curve."""
-    if sum(one.count.sum() for one in histograms) >= 100:
+    if enough(histograms):
         found = [merged(one, duration) for one in histograms]
         rate = sum(one.rate_density for one in found)
         ax.loglog(found[0].middle, np.where(rate > 0, rate, np.nan), **look)

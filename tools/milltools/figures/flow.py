@@ -126,15 +126,25 @@ class Flow(Figure):
             return why
         return None if account(run).turnover > 0 else "no energy was supplied in the sampled window"
 
+    def says(self, runs):
+        if len(runs) == 1:
+            return self.caption
+        return self.caption.replace("true to scale", "on one scale of watts for all runs").replace(
+            "The sum of the sources is 100 %.", "The sum of the sources of a run is its 100 %."
+        )
+
     def paint(self, figure, runs):
         accounts = [account(run) for run in runs]
-        rows = [max(len(a.sinks), 6) for a in accounts]
-        heights = [0.75 + 0.195 * n for n in rows]
-        figure.set_size_inches(WIDTH, 0.35 + sum(heights))
-        axes = figure.subplots(len(runs), 1, squeeze=False, height_ratios=heights)[:, 0]
-        for ax, name, found, height in zip(axes, labels(runs), accounts, heights):
-            panel(ax, found, height)
+        rows = max(len(a.sinks) for a in accounts)
+        scale = 0.25 + 0.16 * max(rows, 6)  # [inch] of the largest turnover
+        axes = figure.subplots(len(runs), 1, squeeze=False)[:, 0]
+        largest = max(found.turnover for found in accounts)
+        extents = []
+        for ax, name, found in zip(axes, labels(runs), accounts):
+            extents.append(panel(ax, found, scale, largest))
             subtitle(ax, f"{name}, {_words(found)}")
+        axes[0].get_gridspec().set_height_ratios(extents)  # so an inch is the same power in all of them
+        figure.set_size_inches(WIDTH, 0.35 + sum(0.45 + scale * extent for extent in extents))
 
     def columns(self, run):
         found = account(run)
@@ -152,16 +162,18 @@ def _words(found: Account) -> str:
     return f"mean of {number(begin, 4)} to {number(end, 4)} s; 100 % = {whole}, balance error {error}"
 
 
-def panel(ax, found: Account, height: float):
-    """Draws one account into its own axes, `height` [inch] high."""
+def panel(ax, found: Account, scale: float, largest: float) -> float:
+    """Draws one account into its own axes; the power `largest` [W] is `scale` [inch] high. Returns the height of the
+    axes divided by `scale`."""
     kinds = [kind for _, kind, *_ in found.sinks]
     sources = [_band(found, *term, gives=True) for term in found.sources]
     sinks = [_band(found, *term, named=term[1] not in kinds[:k]) for k, term in enumerate(found.sinks)]
-    line = 0.168 / (height - 0.45)
-    extent = sankey.draw(ax, sources, sinks, line)
+    line = 0.168 / scale
+    extent = sankey.draw(ax, sources, sinks, line, largest)
     ax.set_axis_off()
     ax.set_xlim(sankey.LEFT, sankey.COLUMNS[-1])
     ax.set_ylim(extent, -line / 2)
+    return extent + line / 2
 
 
 def _band(found: Account, what, kind, part, power, gives=False, named=True) -> sankey.Band:

@@ -10,8 +10,7 @@ import numpy as np
 
 from milltools.base.text import literal, number
 from milltools.figures.base import WIDTH, Figure, labels, subtitle
-from milltools.figures.spectra import run_look
-from milltools.figures.style import COLOURS, INK, KIND_LOOK, LINES, kind_look, log_ticks
+from milltools.figures.style import COLOURS, INK, KIND_LOOK, LINES, kind_look, log_ticks, run_style
 from milltools.read import motions
 from milltools.read.kinds import label
 
@@ -151,7 +150,7 @@ class Draw(OverTime):
         (_, fine), (period, turns) = self.parts(run)
         low, high = ax.get_ylim() if position else (0.0, 0.0)
         for k, (motion, time, whole, mean, error) in enumerate(sources):
-            colour = run_look(position)["color"] if name else EACH[k % len(EACH)]
+            colour = run_style(position)["color"] if name else EACH[k % len(EACH)]
             who = ", ".join(filter(None, [name, motion]))
             look = {"baseline": None, "color": colour, "ls": LINES[k % len(LINES)] if name else "-"}
             value = np.zeros(1)
@@ -204,7 +203,7 @@ class Energy(OverTime):
 
     def lines(self, ax, run, name, position):
         for (series, words), own, dashes in zip(self.SERIES.items(), (FIRST, SECOND), ("-", (0, (4, 1.5)))):
-            colour = run_look(position)["color"] if name else own
+            colour = run_style(position)["color"] if name else own
             ax.plot(*self.thinned(run, series), color=colour, lw=1.4, ls=dashes, label=_named(name, words))
         ax.set_ylim(bottom=0)
 
@@ -239,7 +238,7 @@ class Collisions(OverTime):
             bounds, rate = self.rates(run, kind)
             if not rate.any():
                 continue
-            look = {**(run_look(position) if name else kind_look(kind, run.kinds)), "lw": 1.2}
+            look = {**(run_style(position) if name else kind_look(kind, run.kinds)), "lw": 1.2}
             middle = (bounds[1:] + bounds[:-1]) / 2
             ax.plot(middle, np.where(rate > 0, rate, np.nan), **look, label=_named(name, label(kind)))
         ax.set_yscale("log")

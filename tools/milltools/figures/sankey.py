@@ -32,23 +32,23 @@ FONT = 8.2  # [pt]
 HAIR = 0.5  # [pt] outline of a band, which makes very thin bands visible
 
 
-def draw(ax, sources, sinks, line):
+def draw(ax, sources, sinks, line, whole):
     """Draws bands into empty axes: the bands from x = 0 to 1, their labels to the left and right; y is the power
-    divided by the sum of the sources, from the top down. `line`: smallest distance of two labels on the right. Returns
-    the largest y used."""
-    whole = sum(b.power for b in sources)
+    divided by `whole` [W], from the top down. `line`: smallest distance of two labels on the right. Returns the largest
+    y used."""
+    size = sum(b.power for b in sources) / whole
     left = _stack(sources, whole)
     right = _stack(sinks, whole, apart=0.03, within=0.005)
     down = _stack(sinks, whole)
     middle = _stack(sinks, whole, apart=0.012)  # bands of a group without a gap
-    extent = max(right[-1][1], 1.0)
-    shift = (extent - 1) / 2  # centres the trunk
+    extent = max(right[-1][1], size)
+    shift = (extent - size) / 2  # centres the trunk
     for band, ends in zip(sources, left + shift):
         _ribbon(ax, (0.0, 0.26), ends, ends, band)
     for band, begin, knee, end in zip(sinks, down + shift, middle + 0.9 * shift, right):
         _ribbon(ax, (0.30, 0.62), begin, knee, band)
         _ribbon(ax, (0.62, 1.0), knee, end, band)
-    ax.add_patch(Rectangle((0.26, shift), 0.04, 1.0, fc=INK, ec="none", alpha=0.55))
+    ax.add_patch(Rectangle((0.26, shift), 0.04, size, fc=INK, ec="none", alpha=0.55))
     lowest = _label_right(ax, sinks, right.mean(axis=1), extent, line)
     _label_left(ax, sources, (left + shift).mean(axis=1), extent, 1.9 * line)
     return max(extent, lowest + line / 2)

@@ -16,7 +16,7 @@ from milltools.base.text import literal, number
 from milltools.figures import energies
 from milltools.figures.base import LOOK, QUIET, WIDTH, Figure, labels, sampled, subtitle
 from milltools.figures.bins import Bins, merged
-from milltools.figures.style import INK, KIND_LOOK, kind_look, log_ticks, run_style
+from milltools.figures.style import KIND_LOOK, kind_look, log_ticks, run_style
 from milltools.read.kinds import label
 
 GROUPS = ("impacts", "strikes")
@@ -111,13 +111,7 @@ def _look(kind, kinds, place, position):
     if position is None:
         return {**kind_look(kind, kinds), "lw": 1.5}
     lines = [line for _, line in KIND_LOOK.values()]
-    return {**run_look(position), "ls": lines[place % len(lines)], "lw": 1.5}
-
-
-def run_look(position: int) -> dict:
-    """Look of a run among several; black becomes the text colour of the page."""
-    look = run_style(position)
-    return {**look, "color": INK if look["color"] == "#000000" else look["color"]}
+    return {**run_style(position), "ls": lines[place % len(lines)], "lw": 1.5}
 
 
 def _marks(ax, run, drawn, speed, abscissa, weight, share, position):

@@ -18,7 +18,7 @@ from milltools.base.text import decade, number
 
 INK = "#1a1a1a"  # lines and letters; in an inline SVG the text colour of the page
 # distinguishable with all kinds of colour vision (Okabe and Ito); lines differ too
-COLOURS = ("#000000", "#d55e00", "#0072b2", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
+COLOURS = (INK, "#d55e00", "#0072b2", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 LINES = ("-", "--", "-.", ":")
 SPEEDS = "turbo"  # the colour map of the balls, in every picture of them
 # similar colours, with a contrast of at least 3 on white and on #111; grey for a rare kind

@@ -77,16 +77,16 @@ def _too_dear(run, until, step):
 
 
 @contextlib.contextmanager
-def frames_of(run, most_bytes, wanted, say, watch):
+def frames_of(run, most_bytes, wanted, say, watch, until=None):
     """Yields the run, or a Finer one if its frames are too far apart. `wanted`: one of report.RERUN; say(line) prints a
-    line for the user, watch(line) gets the progress."""
+    line for the user, watch(line) gets the progress; finer frames end at `until` [s] or with the run's own."""
     times = run.frame_times()
     step = interval(run) if wanted != "never" else math.inf
     stored = float(np.median(np.diff(times))) if len(times) > 1 else math.inf
     if len(times) < 2 or stored <= 1.5 * step:
         yield run
         return
-    until = float(times[-1])
+    until = until or float(times[-1])
     reason = rerun.why_not(run) or (wanted == "auto" and _too_dear(run, until, step)) or None
     with contextlib.ExitStack() as stack:
         if not reason:

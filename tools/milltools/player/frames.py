@@ -55,9 +55,9 @@ def planned(run) -> Packed:
     return Packed(b"", index, chosen, *_box(run, index), dict.fromkeys(SHOWN, 0.123456))
 
 
-def pack(run, room: int) -> Packed:
+def pack(run, room: int, limits: dict[str, float] | None = None) -> Packed:
     """Packs the frames of a milltools.read.runfile.Run into at most `room` bytes of data, but at least one frame of one
-    ball."""
+    ball. `limits`: ends of the colour scales, by default those of the run."""
     count, balls = _counts(run)
     room = max(room, 1)
     wanted = PRICE * balls * min(count, FEWEST_FRAMES)
@@ -66,7 +66,7 @@ def pack(run, room: int) -> Packed:
     stride = _stride(count, room, PRICE * len(chosen))
     stride = _stride(count, room, _price(run, stride, chosen))
     while True:
-        packed = _pack(run, np.arange(0, count, stride), np.arange(0, balls, step))
+        packed = _pack(run, np.arange(0, count, stride), np.arange(0, balls, step), limits)
         excess = len(packed.data) / room
         if excess <= 1 or (len(packed.index) == 1 and len(packed.chosen) == 1):
             return packed
@@ -105,15 +105,29 @@ def _box(run, index):
     return hull.min(axis=0), hull.max(axis=0)
 
 
-def _pack(run, index, chosen):
-    lower, upper = _box(run, index)
+def _values(run, chosen):
+    """A function of a state of a run: the quantities for the colours of the chosen balls."""
     mass = run.balls("mass")
+    return lambda state: {name: QUANTITIES[name].values(state, mass)[chosen] for name in SHOWN}
 
-    def values(state):
-        return {name: QUANTITIES[name].values(state, mass)[chosen] for name in SHOWN}
 
+def _limits(run, index, chosen) -> dict[str, float]:
+    """The ends of the colour scales that suit some frames."""
+    values = _values(run, chosen)
     seen = [values(stored(run, int(k))) for k in index[:: -(-len(index) // SAMPLED)]]
-    limits = {name: rounded_up(np.quantile(np.concatenate([one[name] for one in seen]), SHARE)) for name in SHOWN}
+    return {name: rounded_up(np.quantile(np.concatenate([one[name] for one in seen]), SHARE)) for name in SHOWN}
+
+
+def shared_limits(runs) -> dict[str, float]:
+    """The ends of colour scales that players of several runs share: the largest ones."""
+    plans = [(run, planned(run)) for run in runs if len(run.frame_times())]
+    each = [_limits(run, plan.index, plan.chosen) for run, plan in plans]
+    return {name: max(one[name] for one in each) for name in SHOWN}
+
+
+def _pack(run, index, chosen, limits=None):
+    lower, upper = _box(run, index)
+    values, limits = _values(run, chosen), limits or _limits(run, index, chosen)
     gzip = zlib.compressobj(6, zlib.DEFLATED, 31)  # 31: gzip without a time stamp, so the bytes are reproducible
     pieces, last = [], np.zeros((3, len(chosen)), np.uint16)
     for k in index:

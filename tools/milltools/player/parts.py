@@ -49,23 +49,23 @@ GROUPS = {
 CONTENTS = tuple((anchor, name) for anchor, (name, *_) in GROUPS.items())
 
 
-def balls(run, rerun: str, say, tell, most_bytes: int = MOST_BYTES) -> str:
+def balls(run, rerun: str, say, tell, most_bytes: int = MOST_BYTES, limits=None, until=None) -> str:
     """The player with its still picture, or the reason why there is none; `rerun`, `say`, `tell`: see
-    finer.frames_of."""
+    finer.frames_of, `until` too; `limits`: see frames.pack."""
     why = player.no_frames(run)
     if why:
         return f'<p class="missing">{why}</p>'
-    with finer.frames_of(run, most_bytes, rerun, say, tell) as shown:
-        return player.fragment(shown, most_bytes, still(shown))
+    with finer.frames_of(run, most_bytes, rerun, say, tell, until) as shown:
+        return player.fragment(shown, most_bytes, still(shown, limits), limits)
 
 
-def still(run) -> bytes:
-    """The last stored frame as a PNG, for browsers without WebGL and for printing."""
+def still(run, limits=None) -> bytes:
+    """The last stored frame as a PNG, for browsers without WebGL and for printing; `limits` of its colours."""
     last, store = len(run.frame_times()) - 1, io.BytesIO()
     try:  # as `mill render` draws it
         state = stored(run, last)
         riding = state.poses if Mill.of(run).wanders else None  # like the first view of the player
-        look = camera.of("front", run, poses=riding), colour.of(run, "speed")
+        look = camera.of("front", run, poses=riding), colour.of(run, "speed", limits and (0, limits["speed"]))
         with scene.Scene(run, STILL, "draft", *look) as drawing:
             Image.fromarray(drawing.draw(state)).save(store, format="png")
     except UserError:  # no 3D drawing without a display on this machine: draw the view along the axis

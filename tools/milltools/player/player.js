@@ -9,7 +9,12 @@
      levels()        values for their colours, Uint8Array (n,): 255 is the end of the scale
      pose(name)      pose of a motion as drawn, three rows of four: a point p is at rotation p + centre
      ride(riding)    sets whether the camera moves with the container
-     draws           pictures drawn so far */
+     draws           pictures drawn so far
+     link            what it shares with other players, or undefined
+
+   Players in a <div class="mp-linked"> have one clock, one camera and the controls of the first one. The clock counts
+   turns (head.turns), so all show the same angle; if nothing turns, or no angle is common to all, it counts seconds from
+   each player's first frame. */
 'use strict';
 
 (() => {
@@ -22,7 +27,8 @@
 
   class Player {
     constructor(figure) {
-      const part = (name) => figure.querySelector(`.mp-${name}`);
+      const bar = figure.querySelector('.mp-controls'); // of linked players the first one's is moved out of the figure
+      const part = (name) => (name === 'controls' ? bar : figure.querySelector(`.mp-${name}`) ?? bar?.querySelector(`.mp-${name}`));
       Object.assign(this, { figure, part, frame: 0, playing: false, draws: 0, by: 0, visible: false });
       this.ready = new Promise((resolve) => { this.settle = resolve; });
       const head = part('head');
@@ -38,10 +44,18 @@
       new IntersectionObserver((entries) => {
         this.visible = entries[entries.length - 1].isIntersecting;
         if (!this.visible) return;
-        if (!this.started) this.start().catch((fault) => this.give_up(`The 3D picture failed: ${fault.message}.`));
-        else if (this.view) { this.draw(); this.run(); }
+        for (const one of this.link?.players ?? [this]) {
+          if (!one.started) one.start().catch((fault) => one.give_up(`The 3D picture failed: ${fault.message}.`));
+        }
+        if (this.view) this.draw();
+        this.first.run();
       }, { rootMargin: '100px' }).observe(this.part('stage'));
     }
+
+    /** The player with the clock and the controls: this one, or the first of those that are linked. */
+    get first() { return this.link?.players[0] ?? this; }
+
+    get seen() { return this.link ? this.link.players.some((one) => one.visible) : this.visible; }
 
     async start() {
       this.started = true;
@@ -62,9 +76,10 @@
       this.resize();
       const still = matchMedia('(prefers-reduced-motion: reduce)').matches;
       this.settle(true);
-      if (still || this.frames < 2) return;
+      this.link?.joined(this);
+      if (still || this.frames < 2 || this.first !== this) return;
       await this.view.cost(); // the first one compiles
-      if ((await this.view.cost()) < QUICK && !this.touched) this.play();
+      if ((await this.view.cost()) * (this.link?.players.length ?? 1) < QUICK && !this.touched) this.play();
     }
 
     give_up(why) {
@@ -91,12 +106,12 @@
       on(part('colour'), 'change', () => this.colourBy(part('colour').value));
       const camera = part('camera');
       if (camera) on(camera, 'change', () => this.ride(camera.value === 'riding'));
-      for (const button of this.figure.querySelectorAll('[data-view]')) {
+      for (const button of part('controls').querySelectorAll('[data-view]')) {
         on(button, 'click', () => this.look(button.dataset.view));
       }
       on(part('reset'), 'click', () => this.reset());
       on(canvas, 'keydown', (e) => this.key(e));
-      view.controls.addEventListener('change', () => this.draw());
+      view.controls.addEventListener('change', () => { this.draw(); this.link?.aim(this); });
       // the wheel scrolls the page until the picture is clicked
       part('stage').addEventListener('wheel', (e) => {
         if (document.activeElement !== canvas && !e.ctrlKey) e.stopPropagation();
@@ -120,7 +135,7 @@
       });
       const full = part('full');
       full.hidden = !document.fullscreenEnabled;
-      on(full, 'click', () => (document.fullscreenElement ? document.exitFullscreen() : this.figure.requestFullscreen()));
+      on(full, 'click', () => (document.fullscreenElement ? document.exitFullscreen() : (this.link?.frame ?? this.figure).requestFullscreen()));
       new ResizeObserver(() => this.resize()).observe(part('stage'));
       addEventListener('resize', () => this.resize()); // the device's pixels may have changed
       matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => this.ink());
@@ -131,7 +146,7 @@
 
     key(event) {
       if (event.ctrlKey || event.altKey || event.metaKey) return;
-      const { view } = this;
+      const { view, first } = this;
       const act = {
         ArrowLeft: () => view.turn(TURN, 0),
         ArrowRight: () => view.turn(-TURN, 0),
@@ -140,10 +155,10 @@
         '+': () => view.zoom(1.1),
         '=': () => view.zoom(1.1),
         '-': () => view.zoom(1 / 1.1),
-        ' ': () => (this.playing ? this.pause() : this.play()),
-        ',': () => this.show(Math.max(0, this.frame - 1)),
-        '.': () => this.show(Math.min(this.frames - 1, this.frame + 1)),
-        Home: () => this.reset(),
+        ' ': () => (first.playing ? first.pause() : first.play()),
+        ',': () => first.show(Math.max(0, first.frame - 1)),
+        '.': () => first.show(Math.min(first.frames - 1, first.frame + 1)),
+        Home: () => first.reset(),
       }[event.key];
       if (!act) return;
       event.preventDefault();
@@ -161,6 +176,7 @@
       const { clientWidth, clientHeight } = this.part('stage');
       if (!clientWidth || !clientHeight) return;
       this.view.resize(clientWidth, clientHeight, devicePixelRatio || 1);
+      this.link?.level();
       this.draw();
     }
 
@@ -177,8 +193,9 @@
     // ---- frames
 
     place() {
+      this.link?.follow(this);
       this.view.place(this.frame, this.by);
-      const text = this.head.labels[this.frame];
+      const text = this.link?.words() ?? this.head.labels[this.frame];
       const slider = this.part('slider');
       slider.value = this.frame;
       slider.setAttribute('aria-valuetext', text);
@@ -234,7 +251,7 @@
       this.looping = true;
       this.begin();
       const tick = (now) => {
-        this.looping = this.playing && this.visible && !this.lost;
+        this.looping = this.playing && this.seen && !this.lost;
         if (!this.looping) return;
         this.advance(now);
         requestAnimationFrame(tick);
@@ -250,9 +267,10 @@
       this.clock += passed * Number(this.part('slow').value);
       let frame = this.frame;
       while (frame + 1 < times.length && times[frame + 1] <= this.clock) frame++;
-      if (this.clock >= times[times.length - 1] + interval) {
-        frame = 0;
-        this.clock = times[0];
+      const [begin, end] = this.link?.range(this) ?? [0, times.length - 1];
+      if (frame > end || this.clock >= times[end] + interval) {
+        frame = begin;
+        this.clock = times[begin];
       }
       if (frame === this.frame) return;
       this.frame = frame;
@@ -263,6 +281,7 @@
     // ---- what is seen
 
     colourBy(name) {
+      this.link?.all(this, (one) => one.colourBy(name));
       const { values } = this.head;
       this.by = Math.max(0, values.findIndex((v) => v.name === name));
       this.part('colour').value = values[this.by].name;
@@ -281,7 +300,9 @@
     }
 
     look(name) {
+      this.link?.all(this, (one) => one.look(name));
       this.view.look(name);
+      this.link?.level();
       this.draw();
     }
 
@@ -303,14 +324,110 @@
     pose(name) { return this.view.pose(this.frame, this.head.motions.indexOf(name)); }
 
     ride(riding) {
+      this.link?.all(this, (one) => one.ride(riding));
       this.view.ride(riding);
+      this.link?.level();
       this.place();
       this.draw();
     }
   }
 
+  /** One clock, one camera and one set of controls for several players; `frame` is the element around them. */
+  class Link {
+    constructor(frame, players) {
+      Object.assign(this, { frame, players });
+      for (const one of players) one.link = this;
+      const turning = players.map((one) => one.head.turns);
+      const from = (values, k) => values.map((value) => value - k);
+      this.scales = turning.every(Boolean)
+        ? players.map((one, k) => from(turning[k], Math.floor(turning[k][one.head.first] + 1e-6)))
+        : [];
+      this.turns = this.scales.length > 0 && this.common()[0] < this.common()[1];
+      if (!this.turns) this.scales = players.map(({ head }) => from(head.times, head.times[head.first]));
+      const slider = players[0].part('slider');
+      [slider.min, slider.max] = this.range(players[0]);
+      frame.querySelector('.mp-shared').append(players[0].part('controls'));
+    }
+
+    /** The part of the clock that all players have frames for. */
+    common() {
+      const ends = this.scales.map((scale, k) => [scale[this.players[k].head.first], scale[scale.length - 1]]);
+      return [Math.max(...ends.map(([begin]) => begin)), Math.min(...ends.map(([, end]) => end))];
+    }
+
+    /** The last frame of a player at or before a reading of the clock, or the nearest one. */
+    frameAt(k, reading) {
+      const later = this.scales[k].findIndex((value) => value > reading + 1e-6);
+      return later < 0 ? this.scales[k].length - 1 : Math.max(0, later - 1);
+    }
+
+    /** First and last frame of a player in which all others have frames too. */
+    range(player) {
+      const k = this.players.indexOf(player), [begin, end] = this.common();
+      const first = this.scales[k].findIndex((value) => value >= begin - 1e-6);
+      return [Math.max(0, first), Math.max(first, this.frameAt(k, end))];
+    }
+
+    /** The others show the frame at the clock of the first player, which stays where all have frames. */
+    follow(player) {
+      if (player !== this.players[0]) return;
+      const [begin, end] = this.range(player);
+      player.frame = Math.min(Math.max(player.frame, begin), end);
+      const reading = this.scales[0][player.frame];
+      this.players.forEach((one, k) => {
+        const frame = this.frameAt(k, reading);
+        if (!k || one.frame === frame && one.placed) return;
+        one.frame = frame;
+        if (!one.view) return;
+        one.placed = true;
+        one.place();
+        one.draw();
+      });
+    }
+
+    words() {
+      const [first] = this.players;
+      const turn = this.scales[0][first.frame] % 1;
+      const times = this.players.map((one) => one.head.labels[one.frame].replace('t = ', '')).join(' | ');
+      return this.turns ? `${(360 * (turn < 0 ? turn + 1 : turn)).toFixed(0)}° (${times})` : times;
+    }
+
+    all(player, act) {
+      if (this.busy) return;
+      this.busy = true;
+      for (const one of this.players) if (one !== player && one.view) act(one);
+      this.busy = false;
+    }
+
+    /** The cameras of the others go where that of a player is. */
+    aim(player) {
+      this.all(player, (one) => {
+        one.view.moved = player.view.moved;
+        one.view.moveTo(player.view.stand());
+        one.draw();
+      });
+    }
+
+    /** After a named view: the camera that is farthest away, from which the largest mill fits, is that of all. */
+    level() {
+      const away = (one) => { const [eye, target] = one.view.stand(); return eye.distanceTo(target); };
+      const there = this.players.filter((one) => one.view);
+      if (there.length) this.aim(there.reduce((far, one) => (away(one) > away(far) ? one : far)));
+    }
+
+    joined(player) {
+      if (player === this.players[0]) player.show(this.range(player)[0]);
+      else if (this.players[0].view) this.players[0].place();
+      this.level();
+    }
+  }
+
   const begin = () => {
     window.millPlayers = [...document.querySelectorAll('figure.mill-player')].map((f) => new Player(f));
+    for (const frame of document.querySelectorAll('.mp-linked')) {
+      const players = window.millPlayers.filter((one) => one.head && frame.contains(one.figure));
+      if (players.length > 1) new Link(frame, players);
+    }
   };
   if (document.readyState === 'loading') document.addEventListener('DOMContentLoaded', begin);
   else begin();

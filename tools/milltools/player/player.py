@@ -22,6 +22,7 @@ from milltools.figures.style import SPEEDS
 from milltools.geometry.bodies import Mill
 from milltools.player import frames
 from milltools.player.finer import Finer
+from milltools.read import motions
 from milltools.render import camera, colour
 
 FOLDER = pathlib.Path(__file__).parent
@@ -36,14 +37,15 @@ def no_frames(run) -> str:
     return f"No ball states are stored in this run: {why}."
 
 
-def fragment(run, most_bytes: int = 6_000_000, still: bytes | None = None) -> str:
+def fragment(run, most_bytes: int = 6_000_000, still: bytes | None = None, limits=None) -> str:
     """The player of a milltools.read.runfile.Run as HTML, at most `most_bytes` long if possible (first frames, then
-    balls are left out). `still`: a PNG to show where WebGL does not work. The page needs scripts() once."""
+    balls are left out). `still`: a PNG to show where WebGL does not work; `limits`: see frames.pack. The page needs
+    scripts() once."""
     why = no_frames(run)
     if why:
         return _template("player.html").render(still=_text(still), why=why, head=None, caption="")
     bare = len(_whole(run, frames.planned(run), still).encode())
-    return _whole(run, frames.pack(run, (most_bytes - bare) // 4 * 3), still)
+    return _whole(run, frames.pack(run, (most_bytes - bare) // 4 * 3, limits), still)
 
 
 def page(run, title: str) -> str:
@@ -115,6 +117,7 @@ def _head(run, packed):
         "drawn": len(packed.chosen),
         "times": times.tolist(),
         "labels": _labels(times),
+        "turns": None if (done := turns(run, times)) is None else done.tolist(),
         "smooth": isinstance(run, Finer),
         "interval": float(np.median(np.diff(times))) if len(times) > 1 else 0.0,
         "motions": names,
@@ -134,6 +137,29 @@ def _head(run, packed):
         "up": up,
         "views": views,
     }
+
+
+def turns(run, times) -> np.ndarray | None:
+    """How far the rotor, else the motion of the container, else the slowest turn has turned at each time [turns]; None
+    if nothing turns. Linked players show frames of equal angle together."""
+    turning = [name for name in run.motions if motions.rate(run, name)]
+    if not turning:
+        return None
+    slowest = min(turning, key=lambda name: abs(motions.rate(run, name)))
+    name = next((one for one in ("rotor", run.carrier) if one in turning), slowest)
+    speed = motions.rate(run, name)
+    begin = run.rotor_angle(0.0) if name == "rotor" else run.quantity(f"motion.{name}/angle", 0.0)
+    return (speed * np.asarray(times) + begin) * np.sign(speed) / (2 * np.pi)
+
+
+def last_turn(run) -> float | None:
+    """The time of the last frame at or before which a turn has ended [s]: so the frames of several runs end at one
+    angle. None if nothing turns, or not so far."""
+    times = run.frame_times()
+    done = turns(run, times[[0, -1]]) if len(times) else None
+    if done is None or (whole := np.floor(done[1] + 1e-6)) <= done[0]:
+        return None
+    return float(np.interp(whole, done, times[[0, -1]]))
 
 
 def _labels(times):

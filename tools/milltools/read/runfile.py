@@ -421,13 +421,16 @@ class Run(Store):
         return float("nan")
 
     def known(self, name: str) -> tuple[float, float, float] | None:
-        """(value, standard error, degrees of freedom) of one of estimates(); None if the file does not have them."""
+        """(value, standard error, degrees of freedom) of one of estimates(); None if the file does not have them. The
+        degrees of freedom are infinite if the file does not contain them."""
         group, column = estimates(self.kinds)[name]
-        if not self.has(f"statistics/precision/{group}/degrees_of_freedom"):
+        place = f"precision/{group}"
+        if not self.has(f"statistics/{place}/standard_error"):
             return None
-        parts = (f"precision/{group}/{part}" for part in ("value", "standard_error", "degrees_of_freedom"))
-        value, error, freedom = (float(self.statistic(part)[column]) for part in parts)
-        return value, error, freedom
+        value, error = (float(self.statistic(f"{place}/{part}")[column]) for part in ("value", "standard_error"))
+        if not self.has(f"statistics/{place}/degrees_of_freedom"):  # files of old versions do not say how many
+            return value, error, math.inf
+        return value, error, float(self.statistic(f"{place}/degrees_of_freedom")[column])
 
     def histogram(
         self, row: str, group: str = "impacts", speed: str = "normal_speed", species: Any = None

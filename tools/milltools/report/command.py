@@ -68,7 +68,7 @@ def _write(arguments, sides, files, output):
             with watch.step("reading the runs", 3):
                 compared = load.sides(sides)
                 tables = rows.tables(compared)
-            text = page.render(compared, tables, rows.notes(compared), watch, arguments.rerun)
+            text = page.render(compared, tables, watch, arguments.rerun)
     else:
         from milltools.read.runfile import Run
         from milltools.report import run_page

@@ -1,0 +1,119 @@
+"""What a comparison has found, in words: a title, the sentences below it, and differences with their 95 % intervals.
+
+Of two designs the title names what the work of the drive buys (impacts above 1 m/s per joule), and the power; the
+sentences name also the rate of these impacts and the median. Of two programs or starts the title counts the verdicts.
+"""
+
+import math
+
+from milltools.base.text import MINUS, number, plain, plural, prefix
+from milltools.compare.agreement import NORMAL
+from milltools.read.runfile import THRESHOLDS
+
+TOLD = ("rotor_power", "drive_power", "median_above_50mm_s", "kinetic_energy")  # of two programs
+INTERVALS = "Ranges are 95 % intervals."
+MANY, MUCH, FAST = ("more", "fewer", "many"), ("more", "less", "much"), ("faster", "slower", "fast")
+
+
+def _places(half: float) -> int:
+    """Decimal places of numbers that are known to +- half."""
+    return next((places for places in range(3) if half >= 10.0**-places), 3)
+
+
+def percent(row) -> str:
+    """The difference in per cent, rounded to its error: "+63 %"."""
+    return f"{100 * row.difference:+.{_places(100 * NORMAL * row.difference_error)}f} %".replace("-", MINUS)
+
+
+def interval(row) -> str:
+    """The 95 % interval of the difference: "+55 to +71 %"."""
+    places = _places(100 * NORMAL * row.difference_error)
+    return "{:+.{p}f} to {:+.{p}f} %".format(*(100 * end for end in row.interval), p=places).replace("-", MINUS)
+
+
+def size(row, more: str, less: str, many: str) -> tuple[str, str]:
+    """A difference in words, and its 95 % interval: ("63 % more", "55 to 71 %"), ("2.2 times as much", "2.1 to 2.3
+    times")."""
+    if row.mood != "apart":
+        return "tied" if row.mood == "tied" else "undecided", interval(row)
+    low, high = row.interval
+    if row.difference >= 1:
+        places = max(1, _places((high - low) / 2))
+        return (
+            f"{1 + row.difference:.{places}f} times as {many}",
+            f"{1 + low:.{places}f} to {1 + high:.{places}f} times",
+        )
+    places, word = _places(50 * (high - low)), more if row.difference > 0 else less
+    ends = sorted(100 * abs(end) for end in row.interval)  # both have one sign
+    return f"{100 * abs(row.difference):.{places}f} % {word}", "{:.{p}f} to {:.{p}f} %".format(*ends, p=places)
+
+
+def title(table) -> str:
+    """The finding in one line."""
+    a, b = plain(table.a.name), plain(table.b.name)
+    if not table.designs:
+        moods = [row.mood for row in table.shown]
+        agree, differ = moods.count("agree"), moods.count("differ")
+        return f"{b} and {a} agree in {agree} of {len(moods)} quantities and differ in {differ}"
+    said = ""
+    for row, per in ((table.per_joule, "joule"), (table.hard_rate, "second")):
+        if not said and row and row.mood in ("apart", "tied"):
+            what = f"impacts above {table.hard:g} m/s per {per}"
+            said = f"{b} and {a} are tied in {what}"
+            if row.mood == "apart":
+                said = f"{b} makes {size(row, *MANY)[0]} {what} {'as' if row.difference >= 1 else 'than'} {a}"
+    power = table.power
+    if not power or power.mood not in ("apart", "tied"):
+        return said or f"{b} against {a}: what differs is not known"
+    drawn = f"draws {size(power, *MUCH)[0]} power"
+    if not said:
+        end = f" {'as' if power.difference >= 1 else 'than'} {a}"
+        return f"{b} and {a} draw the same power" if power.mood == "tied" else f"{b} {drawn}{end}"
+    if power.mood == "tied":
+        return f"{said}; their power is tied"
+    return f"{said} and {drawn}" if " makes " in said else f"{said}; {b} {drawn}"
+
+
+def sentences(table) -> list[str]:
+    """The sentences below the title; the first one is about the same quantities."""
+    if not table.designs:
+        words = []
+        for row in table.shown:
+            if row.key in TOLD and math.isfinite(row.difference):
+                known = f" {percent(row)}, {interval(row)}" if math.isfinite(row.difference_error) else ""
+                words.append(f"{row.label}{known} ({row.verdict})")
+        open_ = [row.mood for row in table.shown].count("open")
+        return [f"{'; '.join(words)}. {INTERVALS}", f"{plural(open_, 'row')} of the table have no verdict."]
+    a, b, above = plain(table.a.name), plain(table.b.name), f"impacts above {table.hard:g} m/s"
+    median, said = table.row("median_above_50mm_s"), []
+    for row, words, way in (
+        (table.per_joule, "Per joule of work {b} makes {} {above}, {a} makes {}", MANY),
+        (table.power, "{b} draws {}, {a} draws {}", MUCH),
+        (table.hard_rate, "Per second {b} makes {} {above}, {a} makes {}", MANY),
+        (median, "The median speed of the impacts above 50 mm/s is {} in {b}, {} in {a}", FAST),
+    ):
+        if row and math.isfinite(row.difference):
+            values = _values(row.b.value, row.a.value, row.unit)
+            told = "{} ({})".format(*size(row, *way)) if math.isfinite(row.difference_error) else row.verdict
+            said.append(f"{words.format(*values, a=a, b=b, above=above)}: {told}.")
+    scale = [
+        f"{_better(row)} above {speed:g} m/s ({percent(row)})"
+        for speed in THRESHOLDS
+        if (row := table.row(f"hard_per_joule_{speed:g}")) and row.mood in ("apart", "tied")
+    ]
+    if scale:
+        said.append(f"On the scale of impacts per joule, {b} is {', '.join(scale)}.")
+    return [" ".join([*said[:2], INTERVALS]), *said[2:]]
+
+
+def _better(row) -> str:
+    return "tied" if row.mood == "tied" else "better" if row.difference > 0 else "worse"
+
+
+def _values(one: float, two: float, unit: str) -> tuple[str, str]:
+    """Two values with the prefix of the smaller one; large counts in millions."""
+    if unit.startswith("1"):
+        many = max(one, two) >= 1e5
+        return tuple(f"{number(value / 1e6)} million" if many else number(value) for value in (one, two))
+    factor, letter = prefix(min(abs(one), abs(two)) or max(one, two))
+    return tuple(f"{number(value / factor)} {letter}{unit}" for value in (one, two))
