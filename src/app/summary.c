@@ -130,7 +130,7 @@ static void print_losses(const struct mill_summary *s)
     const struct mill_tally_results *r = s->results;
     const struct mill_precision_mean *loss = r->at.known.loss;
     const double all = loss[r->all].value, normal = r->at.known.loss_normal[r->all].value / all;
-    bool told[MILL_KINDS_MOST] = {false};
+    int order[MILL_KINDS_MOST]; /* of the kinds, by loss */
     int column = MILL_SUMMARY_LABEL;
     if (!(all > 0))
         return;
@@ -138,12 +138,14 @@ static void print_losses(const struct mill_summary *s)
     fprintf(s->out, "%.1f %% by sliding, %.1f %% along the normal\n", 100 * (1 - normal),
             100 * normal);
     mill_summary_text_label(s->out, "");
+    for (int kind = 0; kind < r->all; kind++) {
+        int n = kind;
+        for (; n > 0 && loss[order[n - 1]].value < loss[kind].value; n--)
+            order[n] = order[n - 1];
+        order[n] = kind;
+    }
     for (int n = 0; n < r->all; n++) {
-        int most = -1;
-        for (int kind = 0; kind < r->all; kind++)
-            if (!told[kind] && (most < 0 || loss[kind].value > loss[most].value))
-                most = kind;
-        told[most] = true;
+        const int most = order[n];
         if (!(loss[most].value >= 5e-4 * all)) /* 0.0 % */
             break;
         const int width = (int)strlen(s->world->kinds.name[most]) + 9;

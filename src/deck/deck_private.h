@@ -197,10 +197,9 @@ enum mill_status mill_deck_bodies_list(struct mill_deck *deck, struct mill_error
 /* [m^3] of the empty container: what is inside is not subtracted */
 double mill_deck_bodies_volume(const struct mill_deck *deck);
 
-/* ---- powder, heat, wear (deck_powder.c) ---- */
+/* ---- powder, heat, wear (their keys: deck_uses.c; deck_powder.c) ---- */
 
-extern const struct mill_key mill_deck_powder_key[], mill_deck_powder_heat_key[],
-    mill_deck_powder_wear_key[];
+extern const struct mill_key mill_deck_uses_powder[], mill_deck_uses_heat[], mill_deck_uses_wear[];
 
 /* Converts the ratio of the masses of balls and powder to a mass of powder, and finds its table. */
 enum mill_status mill_deck_powder_list(struct mill_deck *deck, struct mill_error *error);

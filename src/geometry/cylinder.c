@@ -92,7 +92,7 @@ const struct mill_shape_type mill_cylinder_drum_type = {.name = "drum",
                                                         .contact = contact,
                                                         .reachable = reachable,
                                                         .draw = mill_mesh_drum,
-                                                        .chart = mill_shapes_chart};
+                                                        .chart = mill_shape_chart};
 
 const struct mill_shape_type mill_cylinder_shaft_type = {.name = "shaft",
                                                          .kind = MILL_BALL_SHAFT,
@@ -103,4 +103,4 @@ const struct mill_shape_type mill_cylinder_shaft_type = {.name = "shaft",
                                                          .contact = contact,
                                                          .reachable = reachable,
                                                          .draw = draw_shaft,
-                                                         .chart = mill_shapes_chart};
+                                                         .chart = mill_shape_chart};

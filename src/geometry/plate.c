@@ -62,4 +62,4 @@ const struct mill_shape_type mill_plate_type = {.name = "end wall",
                                                 .contact = contact,
                                                 .reachable = reachable,
                                                 .draw = draw,
-                                                .chart = mill_shapes_chart};
+                                                .chart = mill_shape_chart};

@@ -188,6 +188,15 @@ struct mill_shape {
     struct mill_poly_counts *counts; /* counts of its solver; may be NULL */
 };
 
+/* `chart` of surfaces about the x axis of their motion's frame */
+static inline bool mill_shape_chart(const struct mill_shape *shape, struct mill_pose *frame)
+{
+    (void)shape;
+    *frame = mill_pose_still;
+    frame->about_x = true; /* fewer operations */
+    return true;
+}
+
 /* Its pose at local time t [s] */
 static inline struct mill_pose mill_shape_pose(const struct mill_shape *shape, double t)
 {

@@ -150,11 +150,3 @@ bool mill_shapes_create(const struct mill_setup *setup, const struct mill_chambe
     *count = m.count;
     return good;
 }
-
-bool mill_shapes_chart(const struct mill_shape *shape, struct mill_pose *frame)
-{
-    (void)shape;
-    *frame = mill_pose_still;
-    frame->about_x = true; /* fewer operations */
-    return true;
-}

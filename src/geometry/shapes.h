@@ -39,7 +39,4 @@ bool mill_shapes_create(const struct mill_setup *setup, const struct mill_chambe
                         struct mill_shape ***shapes, int *count);
 void mill_shapes_free(struct mill_shape **shapes, int count);
 
-/* `chart` of struct mill_shape_type for surfaces about the x axis of their motion's frame */
-bool mill_shapes_chart(const struct mill_shape *, struct mill_pose *frame);
-
 #endif

@@ -372,4 +372,4 @@ const struct mill_shape_type mill_wavy_type = {.name = "drum",
                                                .parts = arcs_in_reach,
                                                .beside = beside,
                                                .draw = mill_mesh_drum,
-                                               .chart = mill_shapes_chart};
+                                               .chart = mill_shape_chart};

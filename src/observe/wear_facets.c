@@ -419,7 +419,8 @@ static void show(struct cutter *to, vec3 a, vec3 b, vec3 c)
     if ((n & (n - 1)) == 0) { /* the room doubles */
         int32_t *more = realloc(to->facet, (n > 0 ? 2 * n : 1) * sizeof *more);
         to->mesh->failed = to->mesh->failed || !more;
-        to->facet = more ? more : to->facet;
+        if (more)
+            to->facet = more;
     }
     if (to->mesh->failed)
         return;
@@ -430,7 +431,7 @@ static void show(struct cutter *to, vec3 a, vec3 b, vec3 c)
 bool mill_wear_facets_outline(const struct mill_wear_plan *plan, const struct mill_motion *motion,
                               struct mill_mesh *mesh, int32_t **facet)
 {
-    struct cutter to = {.on = show, .mesh = mesh};
+    struct cutter to = {.on = show, .mesh = mesh, .plan = (struct mill_wear_plan *)plan};
     *mesh = (struct mill_mesh){0};
     for (int part = 0; part < plan->parts; part++) {
         const struct mill_wear_part *p = &plan->part[part];
@@ -439,7 +440,6 @@ bool mill_wear_facets_outline(const struct mill_wear_plan *plan, const struct mi
             continue;
         draw_part(plan, part, &whole, NULL);
         mesh->failed = mesh->failed || whole.failed;
-        to.plan = (struct mill_wear_plan *)plan;
         to.part = part;
         to.size = fmax(SHOWN * p->cut, 1e-9);
         cut_mesh(&to, &whole);

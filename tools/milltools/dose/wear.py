@@ -58,14 +58,11 @@ def faces(run: Run) -> list[Face]:
                 continue
             total = {what: float(values[own] @ area[own]) for what, values in column.items()}
             squares = {what: math.sqrt(float(values[own] ** 2 @ area[own] ** 2)) for what, values in error.items()}
-            found.append(
-                Face(
-                    wear.part_name(part), name, float(area[own].sum()), total["rate"], total["normal_power"],
-                    squares["normal_power"], total["sliding_power"], squares["sliding_power"],
-                    total["archard_rate"] / float(area[own].sum()), float(np.fmax.reduce(column["archard_rate"][own & enough], initial=math.nan)),
-                    total["finnie_rate"],
-                )
-            )  # fmt: skip
+            size, deep = float(area[own].sum()), column["archard_rate"][own & enough]
+            deepest = float(np.fmax.reduce(deep, initial=math.nan))
+            powers = (total["normal_power"], squares["normal_power"], total["sliding_power"], squares["sliding_power"])
+            worn = total["archard_rate"] / size, deepest, total["finnie_rate"]
+            found.append(Face(wear.part_name(part), name, size, total["rate"], *powers, *worn))
     return sorted(found, key=lambda face: -face.power)
 
 

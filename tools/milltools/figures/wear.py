@@ -201,12 +201,12 @@ class WearFigure(Figure):
 FIGURES = (
     WearFigure(
         "wear", "sliding_power", "Wear: where balls slide on the parts",
-        "Power that impacts lose by sliding, per area of the parts, logarithmic. Archard's depth of wear is proportional "
-        "to it. Round parts are unrolled; blades and other parts are shown from the side of the balls, those with the "
-        "most power first.",
+        "Power that impacts lose by sliding, per area of the parts, logarithmic. Archard's depth of wear is "
+        "proportional to it. Round parts are unrolled; blades and other parts are shown from the side of the balls, "
+        "those with the most power first.",
     ),
     WearFigure(
         "wear-normal", "normal_power", "Wear: where balls hit the parts hard",
-        "Power that impacts lose along the normal, per area of the parts, logarithmic: the measure of pitting and cracks.",
+        "Power that impacts lose along the normal, per area of the parts, logarithmic: it measures pitting and cracks.",
     ),
 )  # fmt: skip

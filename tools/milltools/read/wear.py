@@ -58,7 +58,7 @@ class Wear:
 
     @functools.cached_property
     def cells(self) -> np.ndarray:
-        """Cells (C, 6) of the lattices: facet, index along each coordinate, cells that are one along the third, face."""
+        """Cells (C, 6) of the lattices: facet, index along each coordinate, cells joined along the third, face."""
         return self["cells"]
 
     def face_name(self, part: Part, face: int) -> str:
