@@ -459,6 +459,14 @@ def test_a_title_leaves_out_what_is_not_known_well_enough():
     assert "undecided (" in finding.sentences(wide)[0]
 
 
+def test_a_finding_has_no_size_where_there_was_nothing_before():
+    none = [Estimate(0.0, 0.1, np.inf), Estimate(5.0, 0.1, np.inf)]
+    row = rows.Row("", "hard_per_joule_2", "", "1/J", *none, *agreement.difference(*none, "", designs=True))
+    said = " ".join(finding.sentences(two_designs(row, made("rotor_power", 1e-3, 2.0, 0.01))))
+    assert row.verdict == "higher" and "nan" not in said
+    assert "new draws 2 W, old draws 0.001 W: 2000 times as much (" in said
+
+
 def test_names_in_a_finding_are_no_templates():
     table = two_designs(made("rotor_power", 200, 120, 0.01))
     table.b.name = "{0}{x"

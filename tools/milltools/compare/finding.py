@@ -38,11 +38,9 @@ def size(row, more: str, less: str, many: str) -> tuple[str, str]:
         return "tied" if row.mood == "tied" else "undecided", interval(row)
     low, high = row.interval
     if row.difference >= 1:
-        places = max(1, _places((high - low) / 2))
-        return (
-            f"{1 + row.difference:.{places}f} times as {many}",
-            f"{1 + low:.{places}f} to {1 + high:.{places}f} times",
-        )
+        places = max(int(row.difference < 99), _places((high - low) / 2))
+        ends = "{:.{p}f} to {:.{p}f} times".format(1 + low, 1 + high, p=places)
+        return f"{1 + row.difference:.{places}f} times as {many}", ends
     places, word = _places(50 * (high - low)), more if row.difference > 0 else less
     ends = sorted(100 * abs(end) for end in row.interval)  # both have one sign
     return f"{100 * abs(row.difference):.{places}f} % {word}", "{:.{p}f} to {:.{p}f} %".format(*ends, p=places)
@@ -99,7 +97,7 @@ def sentences(table) -> list[str]:
     scale = [
         f"{_better(row)} above {speed:g} m/s ({percent(row)})"
         for speed in THRESHOLDS
-        if (row := table.row(f"hard_per_joule_{speed:g}")) and row.mood in ("apart", "tied")
+        if (row := table.row(f"hard_per_joule_{speed:g}")) and row.mood != "open" and math.isfinite(row.difference)
     ]
     if scale:
         said.append(f"On the scale of impacts per joule, {b} is {', '.join(scale)}.")
@@ -111,9 +109,9 @@ def _better(row) -> str:
 
 
 def _values(one: float, two: float, unit: str) -> tuple[str, str]:
-    """Two values with the prefix of the smaller one; large counts in millions."""
+    """Two values with one prefix if they are not very different; large counts in millions."""
+    low, high = sorted((abs(one), abs(two)))
     if unit.startswith("1"):
-        many = max(one, two) >= 1e5
-        return tuple(f"{number(value / 1e6)} million" if many else number(value) for value in (one, two))
-    factor, letter = prefix(min(abs(one), abs(two)) or max(one, two))
+        return tuple(f"{number(value / 1e6)} million" if low >= 1e5 else number(value) for value in (one, two))
+    factor, letter = prefix(low if low > high / 1000 else high)
     return tuple(f"{number(value / factor)} {letter}{unit}" for value in (one, two))
