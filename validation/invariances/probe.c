@@ -145,8 +145,8 @@ int main(int argc, char **argv)
                 "DECK TIME SLICES [SECTION.KEY=VALUE ...]\n");
         return 2;
     }
-    bool good = mill_deck_read(p.deck, argc - used, (const char *const *)(argv + used), NULL, &deck,
-                               &p.error) == MILL_OK &&
+    bool good = mill_deck_read(p.deck, argc - used, (const char *const *)(argv + used), NULL, NULL,
+                               &deck, &p.error) == MILL_OK &&
                 mill_deck_setup_world(deck, NULL, &p.world, &p.error) == MILL_OK;
     if (good) {
         p.world->base = p.clock;
