@@ -1,0 +1,278 @@
+"""Dose and wear of a run, against the log of all its impacts and against cases worked by hand."""
+
+import json
+import math
+import subprocess
+import types
+
+import numpy as np
+import pytest
+from conftest import PROGRAM, SMALL
+
+from milltools.base.errors import UserError
+from milltools.dose import dose, laws, wear
+from milltools.read import sums
+from milltools.read.runfile import Run
+from milltools.read.wear import Wear
+
+BALLS = "[balls]\ncount = 20\ndiameter = 5 mm\ndensity = 7800 kg/m^3\n"
+MIXED = (
+    SMALL.replace("time = 50 ms", "time = 500 ms\nsample_from = 100 ms").replace(
+        BALLS,
+        "[balls.big]\ncount = 40\ndiameter = 5 mm\ndensity = 7800 kg/m^3\n"
+        "[balls.small]\ncount = 80\ndiameter = 3 mm\ndensity = 6000 kg/m^3\n",
+    )
+    + "impacts = all\n[wear]\narchard = 1e-5\nhardness = 8 GPa\n[wear.ball_blade]\nerosion = 1e-12 kg/J\n"
+    "[powder]\nmass = 20 g\ndensity = 4000 kg/m^3\nsize = 50 um\nthreshold = 0.015625 mJ\n"
+)
+EDGE = 2.0**-6 * 1e-3  # [J] an edge of the bins
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    """A run of two sizes of balls with every impact; no ball is pinched."""
+    folder = tmp_path_factory.mktemp("dose")
+    (folder / "deck.ini").write_text(MIXED)
+    subprocess.run([PROGRAM, "-q", "deck.ini", "-o", "run.h5"], cwd=folder, check=True, capture_output=True)
+    return folder / "run.h5"
+
+
+@pytest.fixture
+def run(path):
+    with Run(path) as opened:
+        assert int(opened.read("run/pinch_contacts")) == 0
+        yield opened
+
+
+@pytest.fixture
+def log(run):
+    """Columns of the impacts in the window, with the reduced mass [kg] and the mass of the ball."""
+    names = ("time", "kind", "ball", "partner", "position", "normal_speed", "tangential_speed", "dissipation")
+    found = {name: run.read(f"impacts/{name}") for name in names}
+    inside = (found["time"] >= run.window[0]) & (found["time"] < run.window[1])
+    found = {name: values[inside] for name, values in found.items()}
+    mass = run.balls("mass").astype(float)
+    one, pair = mass[found["ball"]], found["kind"] == 0
+    other = np.where(pair, mass[np.where(pair, found["partner"], 0)], 1.0)
+    return types.SimpleNamespace(**found, mass=one, reduced=np.where(pair, one * other / (one + other), one))
+
+
+def by_hand(name, run, sets=()):
+    return next(row for row in dose.rows(run, sets) if row.name == name)
+
+
+def test_hard_impacts_are_those_of_the_log_to_the_last(run, log):
+    energy = log.reduced * log.normal_speed**2 / 2
+    row = by_hand("hard impacts", run)
+    assert row.value * run.duration == pytest.approx(np.sum(energy >= EDGE), rel=1e-12)
+    assert 0 < row.error < row.value
+
+
+def test_the_dose_rate_is_the_loss_of_all_impacts_over_the_mass_of_the_powder(run, log):
+    assert by_hand("dose rate", run).value == pytest.approx(log.dissipation.sum() / run.duration / 0.02, rel=1e-12)
+
+
+@pytest.mark.parametrize("sort", sums.SORTS)
+def test_a_sum_of_any_function_is_that_of_the_log_in_the_bins_of_the_file(run, log, sort):
+    half = log.reduced / 2
+    energy = {
+        "normal": half * log.normal_speed**2,
+        "total": half * (log.normal_speed**2 + log.tangential_speed**2),
+        "dissipated": log.dissipation,
+    }[sort]
+    edges = run.read("statistics/energies/edges")
+    count, _ = np.histogram(energy, edges[1:-1])
+    inner = np.log(edges[1:-1])
+    points = np.exp(inner[:-1, None] + np.diff(inner)[:, None] * (np.arange(8) + 0.5) / 8)
+    found = sums.total(run, lambda e, pair: e**1.5, sort)
+    assert found.value == pytest.approx(count @ np.mean(points**1.5, axis=1) / run.duration, rel=1e-12)
+    # and the bins cost little
+    assert found.value == pytest.approx(np.sum(np.maximum(energy, 0) ** 1.5) / run.duration, rel=5e-3)
+
+
+def test_an_error_of_a_sum_is_the_error_that_the_engine_computes(run):
+    for kind in (*run.kinds, None):
+        found = sums.total(run, sums.every, kinds=None if kind is None else [kind])
+        value, error, _ = run.known(f"rate/{kind or 'all'}")
+        assert found.value == pytest.approx(value, rel=1e-12)
+        assert found.error == pytest.approx(error, rel=1e-9, nan_ok=True)
+
+
+def test_a_ratio_of_equal_sums_has_no_error(run):
+    found = sums.total(run, sums.itself)
+    assert found.over(found) == (1.0, 0.0)
+
+
+def test_captured_powder_depends_on_the_pair(run):
+    stuff = dose.powder(run)
+    caught = sums.total(run, lambda e, p: laws.captured(e, p.mass, p.radius, stuff)).value
+    radii = {"ball_ball": {(0, 0): 1.25e-3, (0, 1): 0.9375e-3, (1, 1): 0.75e-3}}
+    expected = 0.0
+    for pair in sums.pairs(run):
+        count = run.read(f"statistics/energies/{pair.kind}/normal")[pair.index].sum()
+        radius = radii.get(pair.kind, {(0,): 2.5e-3, (1,): 1.5e-3})[pair.index]
+        expected += count * 2 * math.pi * radius * (50e-6) ** 2 * 0.6 * 4000
+    assert caught == pytest.approx(expected / run.duration, rel=1e-12)
+
+
+# ---- formulas by hand
+
+
+def powder(**changes):
+    return types.SimpleNamespace(
+        **{
+            "density": 4000.0, "size": 1e-4, "packing": 0.5, "capture": "monolayer", "layer": 1e-4, "modulus": 1e11,
+            "law": "none", "coefficient": 3.0, "exponent": 2.0, "threshold": 1e-3, "strength": 1.0, "least": 0.1,
+        }
+        | changes
+    )  # fmt: skip
+
+
+ONE = np.array([1e-3])
+
+
+def test_a_monolayer_and_a_volume_of_powder_by_hand():
+    # 2 pi 0.002 1e-8 0.5 4000 = 2.513e-7 kg, and half of it
+    assert laws.captured(ONE, 1e-3, 2e-3, powder())[0] == pytest.approx(2.5132741e-7, rel=1e-7)
+    assert laws.captured(ONE, 1e-3, 2e-3, powder(capture="volume"))[0] == pytest.approx(1.2566371e-7, rel=1e-7)
+
+
+def test_a_layer_on_the_contact_of_hertz_by_hand():
+    # Hertz: E = 8/15 E* sqrt(R) d^2.5; at d = 10 um, R = 4 mm, E* = 1e11 Pa that is 1.06667e-2 J
+    energy = np.array([8 / 15 * 1e11 * math.sqrt(4e-3) * (1e-5) ** 2.5])
+    found = laws.captured(energy, 1e-3, 4e-3, powder(capture="layer"))
+    assert found[0] == pytest.approx(math.pi * 4e-3 * 1e-5 * 1e-4 * 0.5 * 4000, rel=1e-12)
+
+
+def test_power_law_and_threshold_by_hand():
+    energy = np.array([0.5e-3, 1e-3, 2e-3])
+    assert laws.effect(energy, 1, 1, powder(law="power")) == pytest.approx([0.75e-6, 3e-6, 12e-6])
+    assert laws.effect(energy, 1, 1, powder(law="threshold")) == pytest.approx([0, 3, 3])
+    table = powder(law="table", rates=(np.array([1e-3, 3e-3]), np.array([1.0, 2.0])))
+    assert laws.effect(energy, 1, 1, table) == pytest.approx([1, 1, 1.5])
+
+
+def test_breakage_after_vogel_and_peukert_by_hand():
+    # 1 mJ on 1e-7 kg: W = 1e4 J/kg, x W = 1 J m/kg; 1 - exp(-(1 - 0.1)) = 0.59343; 1e-7 kg are 47.7465 particles
+    stuff = powder()
+    assert laws.broken(ONE, np.array([1e-7]), stuff)[0] == pytest.approx(47.7465 * 0.593430, rel=1e-5)
+    assert laws.broken(1e-2 * ONE, np.array([1e-7]), powder(least=0.02))[0] == 0  # below the least energy
+
+
+HEATING = types.SimpleNamespace(
+    ball_heat_capacity=500.0, powder_heat_capacity=800.0, jar_heat_capacity=500.0, jar_mass=4.0, ball_to_jar=5.0,
+    jar_to_room=10.0, room=300.0, share=0.5,
+)  # fmt: skip
+
+
+def test_temperatures_in_the_end_by_hand():
+    # all 100 W leave through the jar: 10 K; half of them come from the balls: 10 K more
+    assert laws.Heat(100.0, 2.0, 0.25, HEATING).steady() == pytest.approx([320, 310])
+
+
+def test_temperatures_go_from_the_room_to_the_end_as_the_equations_say():
+    heat = laws.Heat(100.0, 2.0, 0.25, HEATING)  # capacities 1200 and 2000 J/K
+    assert heat.after(0.0) == pytest.approx([300, 300])
+    assert heat.after(1e6) == pytest.approx(heat.steady())
+    step = 1e-3
+    rate = (heat.after(60 + step) - heat.after(60 - step)) / (2 * step)
+    balls, jar = heat.after(60.0)
+    assert rate[0] == pytest.approx((50 - 5 * (balls - jar)) / 1200, rel=1e-6)
+    assert rate[1] == pytest.approx((50 + 5 * (balls - jar) - 10 * (jar - 300)) / 2000, rel=1e-6)
+
+
+def test_a_closed_jar_warms_without_end():
+    closed = types.SimpleNamespace(**vars(HEATING) | {"jar_to_room": 0.0})
+    heat = laws.Heat(100.0, 2.0, 0.25, closed)
+    assert np.isinf(heat.steady()).all()
+    assert heat.capacity @ (heat.after(3600.0) - 300) == pytest.approx(100 * 3600)
+
+
+# ---- wear
+
+
+def test_wear_of_each_part_is_that_of_the_log(run, log):
+    found = Wear(run)
+    kinds = list(run.attribute("impacts/kind", "kinds"))
+    power = (found["normal_power"] + found["sliding_power"]) * found.area
+    for k, part in enumerate(found.parts):
+        own = (log.kind == kinds.index(part.kind)) & (log.partner == part.number)
+        assert found["count"][found.part == k].sum() == own.sum() > 0 or part.kind == "ball_shaft"
+        expected = log.dissipation[own].sum() / run.duration
+        assert power[found.part == k].sum() == pytest.approx(expected, rel=1e-12, abs=1e-15)
+
+
+def test_wear_along_the_drum_is_that_of_the_log(run, log):
+    found = Wear(run)
+    drum = next(k for k, part in enumerate(found.parts) if part.kind == "ball_drum")
+    cells = found.cells[found.part[found.cells[:, 0]] == drum]
+    low, high = found.parts[drum].boxes(cells)
+    edges = np.unique(np.round(np.concatenate([low[:, 0], high[:, 0]]), 12))
+    per_facet = np.bincount(cells[:, 0], minlength=len(found.area))
+    counts = np.zeros(len(edges) - 1)
+    np.add.at(counts, cells[:, 1], found["count"][cells[:, 0]] / per_facet[cells[:, 0]])
+    x = log.position[log.kind == 1, 0]
+    assert len(edges) > 8
+    assert counts == pytest.approx(np.histogram(x, edges)[0], abs=2)  # places of the log have single precision
+
+
+def test_finnies_mass_is_that_of_the_log(run, log):
+    found = Wear(run)
+    blades = np.isin(found.part, [k for k, part in enumerate(found.parts) if part.kind == "ball_blade"])
+    own = log.kind == 4
+    n, t, mass = log.normal_speed[own], log.tangential_speed[own], log.mass[own]
+    removed = 1e-12 * np.sum(mass * np.where(3 * n < t, 2 * n * t - 3 * n**2, t**2 / 3))
+    assert (found["finnie_rate"] * found.area)[blades].sum() * run.duration == pytest.approx(removed, rel=1e-12)
+    assert np.isnan(found["finnie_rate"][~blades]).all()
+
+
+def test_archards_depth_is_at_most_that_of_all_sliding(run):
+    found = Wear(run)
+    most = 1e-5 / (0.3 * 8e9) * found["sliding_power"]
+    assert (found["archard_rate"] <= most * (1 + 1e-12)).all()
+    assert np.isclose(found["archard_rate"], most, rtol=1e-12)[most > 0].mean() > 0.2  # most impacts slide to the end
+
+
+def test_faces_add_up_to_the_parts(run):
+    faces, found = wear.faces(run), Wear(run)
+    assert sum(face.power for face in faces) == pytest.approx(
+        ((found["normal_power"] + found["sliding_power"]) * found.area).sum()
+    )
+    assert {face.face for face in faces if face.part.startswith("blade")} >= {"leading", "tip"}
+    assert wear.finding(run, faces).startswith(f"{faces[0].part}, {faces[0].face}, takes ")
+
+
+# ---- the commands
+
+
+def test_values_can_be_given_for_a_run_without_powder(mill, small_deck, tmp_path):
+    subprocess.run([PROGRAM, "-q", "deck.ini", "-o", "a.h5"], cwd=tmp_path, check=True, capture_output=True)
+    found = mill("dose", "a.h5", "-s", "powder.mass=20 g", "-s", "powder.density=4000 kg/m^3", "--json")
+    results = json.loads(found.stdout)["results"]
+    power = results["power"]["value"]
+    assert results["dose rate"] == pytest.approx({**results["dose rate"], "value": power / 0.02})
+    assert "dose rate" not in json.loads(mill("dose", "a.h5", "--json").stdout)["results"]
+
+
+@pytest.mark.parametrize(
+    "sets, words",
+    [
+        (["powder.mass=20"], "powder.mass=20: [powder] mass: expected a mass with its unit such as"),
+        (["powder.mass=20 g"], "needs [powder] density"),
+        (["drum.radius=3 m"], "only keys of [powder] and [heat] can be set"),
+        (["powder.law=power", "powder.coefficient=1"], "needs [powder] exponent"),
+        (["heat.jar_mass=2 kg"], "needs [heat] ball_heat_capacity"),
+    ],
+)
+def test_a_wrong_or_missing_value_is_told(run, sets, words):
+    if "needs [powder] density" in words:
+        run.as_deck.sections["powder"] = {}
+    with pytest.raises(UserError, match=words.replace("[", r"\[").replace("]", r"\]")):
+        dose.rows(run, sets)
+
+
+def test_mill_wear_prints_the_faces_with_the_worst_first(mill, path):
+    found = mill("wear", str(path))
+    lines = found.stdout.splitlines()
+    assert "takes" in lines[0] and lines[2].split()[:2] == ["part", "face"]
+    assert "depth [mm/year]" in lines[2] and "eroded [mg/h]" in lines[2]
