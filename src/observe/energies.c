@@ -233,6 +233,8 @@ static void tell_blocks(const struct mill_energies_blocks *b, const struct mill_
                 memcpy(to, b->count + k * size_of(b) + i * stride + sort * n, n * sizeof *to);
         sink->values(sink, sorts[sort], MILL_H5_I32, 3 + balls, dims, room, "1",
                      "impacts of each block, as in the histogram of this name" PAIR);
+        if (sort >= DISSIPATED)
+            mill_tell_part(sink);
     }
 }
 

@@ -326,6 +326,8 @@ def test_the_file_has_millsims_names_types_and_units(files):
     millsims = (
         "/run/",
         "/statistics/energies/",
+        "/statistics/wear/",
+        "/VTKHDF/wear/",
         "/statistics/precision/",
         "/statistics/rotor/pinch_power",
         "/statistics/drive/pinch_power",

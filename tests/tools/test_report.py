@@ -26,7 +26,8 @@ pytestmark = pytest.mark.slow
 pytest_plugins = ["browser", "reported"]
 
 SECTIONS = [
-    "verdict", "balls", "summary", "energy", "spectra", "maps", "time", "anomalies", "notes", "how", "deck", "cite",
+    "verdict", "balls", "summary", "energy", "spectra", "maps", "wear", "time", "anomalies", "notes", "how", "deck",
+    "cite",
 ]  # fmt: skip
 EVIL = "<script>alert(1)</script>"
 IMAGE = '"><img src=x onerror=alert(2)>'
