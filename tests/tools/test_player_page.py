@@ -312,7 +312,7 @@ def test_it_starts_when_it_comes_into_sight_and_rests_when_it_leaves(open_page, 
         draws.append(page.evaluate("millPlayers[0].draws"))
     assert draws[-1] == draws[-2]
     page.evaluate("scrollTo(0, 4000)")
-    page.until(f"millPlayers[0].draws > {draws + 2}")
+    page.until(f"millPlayers[0].draws > {draws[-1] + 2}")
     page.check()
 
 
