@@ -50,6 +50,8 @@ static inline void fixture_init(struct fixture *f)
     f->world.motion_name = f->motion_name;
     f->world.container.still = true;
     f->world.container.frame = mill_pose_still;
+    f->world.container.lo = vec3_make(-0.06, -0.075, -0.075);
+    f->world.container.hi = vec3_make(0.06, 0.075, 0.075);
     mill_kinds_init(&f->world.kinds);
     f->asked.end = 1.5;
     f->asked.sample_from = 0.5;
