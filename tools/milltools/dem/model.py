@@ -84,7 +84,7 @@ class Model:
         # [m/s] the impact speed at which the linear spring is as stiff as a Hertzian contact: the speed of the fastest
         # surface, such as the blades' tips; the stiffness depends on it with the power 0.4
         self.speed = setup_of(deck).speed
-        bodies = [(kind.density * math.pi / 6 * kind.diameter**3, kind.diameter / 2) for kind in deck.species]
+        bodies = [(kind.mass, kind.diameter / 2) for kind in deck.species]
 
         def springs(kind, others):
             e = deck.contact(kind).restitution

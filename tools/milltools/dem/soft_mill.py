@@ -35,7 +35,7 @@ class SoftMill:
         self.ranks, self.watch = ranks, watch or (lambda time: None)
         self.time, self.end = 0.0, deck.number("run.time")
         self.series, self.frames = deck.number("output.series"), deck.number("output.frames")
-        bodies = [(kind.density * np.pi / 6 * kind.diameter**3, kind.diameter) for kind in deck.species]
+        bodies = [(kind.mass, kind.diameter) for kind in deck.species]
         self.mass, diameters = np.array(bodies)[deck.species_of_ball].T.copy()
         self.inertia = 0.1 * self.mass * diameters**2
         self.setup = setup_of(deck)

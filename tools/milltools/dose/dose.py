@@ -106,7 +106,7 @@ def powder(run: Run, sets: typing.Sequence[str] = ()) -> Powder | None:
         return None
     ratio = found.pop("ball_to_powder", None)
     if ratio is not None:
-        found["mass"] = repr(balls(run) / float(ratio))
+        found["mass"] = repr(run.as_deck.mass / float(ratio))
     for key in ("mass", "density"):
         if key not in found:
             raise UserError(f"{run.path}: needs [powder] {key}: add it to the deck, or -s 'powder.{key}=...'")
@@ -146,11 +146,6 @@ def heating(run: Run, sets: typing.Sequence[str] = ()) -> Heating | None:
     return Heating(**{key: float(text) for key, text in found.items()}) if found else None
 
 
-def balls(run: Run) -> float:
-    """Mass of all balls [kg]."""
-    return sum(one.count * one.density * math.pi / 6 * one.diameter**3 for one in run.as_deck.species)
-
-
 def loss(run: Run) -> tuple[float, float]:
     """(value, error) of the power that all impacts dissipate [W]."""
     known = "precision/dissipated_power/all/standard_error"
@@ -163,7 +158,7 @@ def rows(run: Run, sets: typing.Sequence[str] = ()) -> list[Row]:
     run.need_statistics()
     stuff, heat = powder(run, sets), heating(run, sets)
     power, error = loss(run)
-    mass, sort, least = balls(run), stuff.energy if stuff else "normal", stuff.threshold if stuff else 1e-3
+    mass, sort, least = run.as_deck.mass, stuff.energy if stuff else "normal", stuff.threshold if stuff else 1e-3
     found = [
         Row("power", power, error, "W", "lost in impacts"),
         Row("power per ball mass", power / mass, error / mass, "W/kg", f"{mass:.4g} kg of balls"),
@@ -173,14 +168,7 @@ def rows(run: Run, sets: typing.Sequence[str] = ()) -> list[Row]:
         found += [
             Row("ball to powder", mass / per, math.nan, "", f"mass ratio; {per:.4g} kg of powder"),
             Row("dose rate", power / per, error / per, "W/kg", "power per powder mass", ("W/g", 1e3)),
-            Row(
-                "dose in an hour",
-                power / per * HOUR,
-                error / per * HOUR,
-                "J/kg",
-                "energy per powder mass",
-                ("kJ/g", 1e6),
-            ),
+            Row("dose in an hour", *(HOUR / per * x for x in (power, error)), "J/kg", "per powder mass", ("kJ/g", 1e6)),
         ]
     every, brought = (sums.total(run, weight, sort) for weight in (sums.every, sums.itself))
     hard, lost = sums.total(run, sums.above(least), sort), sums.total(run, sums.itself, "dissipated")
@@ -212,14 +200,7 @@ def _of_powder(run: Run, stuff: Powder, sort: str) -> list[Row]:
         caught = sums.total(run, lambda energy, p: laws.captured(energy, p.mass, p.radius, stuff), "normal")
         share = caught.value / stuff.mass, caught.error / stuff.mass
         found = [
-            Row(
-                "powder caught",
-                caught.value,
-                caught.error,
-                "kg/s",
-                f"by all impacts; model: {stuff.capture}",
-                ("g/s", 1e-3),
-            ),
+            Row("powder caught", caught.value, caught.error, "kg/s", f"model: {stuff.capture}", ("g/s", 1e-3)),
             Row("stress number rate", *share, "/s", "times a second that each part of the powder is caught, mean"),
         ]
     if stuff.law != "none":

@@ -32,6 +32,11 @@ class Species:
     diameter: float
     density: float
 
+    @property
+    def mass(self) -> float:
+        """Mass of one ball [kg]."""
+        return self.density * math.pi / 6 * self.diameter**3
+
 
 @dataclasses.dataclass(frozen=True)
 class Blade:
@@ -125,6 +130,11 @@ class Deck:
         names = [name for name in self.sections if name.startswith("balls.")] or ["balls"]
         sizes = ((self.count(f"{n}.count"), self.number(f"{n}.diameter"), self.number(f"{n}.density")) for n in names)
         return [Species(name.removeprefix("balls."), *own) for name, own in zip(names, sizes)]
+
+    @property
+    def mass(self):
+        """Mass of all balls [kg]."""
+        return sum(kind.count * kind.mass for kind in self.species)
 
     @property
     def species_of_ball(self):

@@ -64,7 +64,7 @@ class Results:
         for name in found:
             if told := run.known(name):
                 known[name.partition("/")[2]].append([*told[:2]])
-        data = {"duration": run.duration, "mass": _mass(run), "scalars": scalars, "known": known}
+        data = {"duration": run.duration, "mass": run.as_deck.mass, "scalars": scalars, "known": known}
         data |= {"bins": {}, "counts": {}}
         for unit, name in SPECTRA.items():
             try:
@@ -124,12 +124,6 @@ class Results:
             return math.nan
         near, error = min(known, key=lambda one: abs(math.log(one[0] / rate)))
         return rate * max(error / near, 1 / math.sqrt(rate * self.data["duration"]))
-
-
-def _mass(run) -> float:
-    if run.has("particles/trajectory/mass"):
-        return float(np.sum(run.balls("mass")))
-    return sum(one.count * one.density * math.pi / 6 * one.diameter**3 for one in run.as_deck.species)
 
 
 def _sparse(spectrum) -> list:

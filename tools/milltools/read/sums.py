@@ -38,7 +38,7 @@ Weight = Callable[[np.ndarray, Pair], np.ndarray]  # of energies [J] of impacts 
 def pairs(run: Run, kinds: Iterable[str] | None = None) -> Iterator[Pair]:
     """All pairs of species and surfaces of a run."""
     species = run.as_deck.species
-    masses = [one.density * math.pi / 6 * one.diameter**3 for one in species]
+    masses = [one.mass for one in species]
     for kind in run.kinds if kinds is None else kinds:
         for i, one in enumerate(species):
             if kind != "ball_ball":

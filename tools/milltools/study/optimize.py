@@ -90,10 +90,8 @@ def dry_run(arguments) -> Answer:
     probe.probe(study, probe.corners(study))
     there = len(table.Table.open(path)) if path.exists() and not arguments.force else 0
     had = f"; {there} of them are in {path} already" if there else ""
-    lines, missing = [f"plan       at most {plural(arguments.runs, 'run')}{had}"], max(arguments.runs - there, 0)
-    if missing:
-        lines += probe.forecast(NAME, study, missing, where.at_once, arguments.quiet)
-    return Answer("\n".join(lines), {"files": [], "missing_runs": missing, "forecast": lines})
+    plan = f"plan       at most {plural(arguments.runs, 'run')}{had}"
+    return probe.answer(NAME, study, plan, max(arguments.runs - there, 0), where, arguments.quiet)
 
 
 def run(arguments) -> Answer:

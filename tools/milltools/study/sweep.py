@@ -68,13 +68,8 @@ def dry_run(arguments) -> Answer:
         there = wanted & set(table.Table.open(path).frame()["id"])
     each = plural(study.replicates, "run")
     had = f"; {len(there)} of them are in {path} already" if there else ""
-    lines, missing = (
-        [f"plan       {plural(len(plan), 'design')}, {each} each: {plural(len(wanted), 'run')}{had}"],
-        len(wanted) - len(there),
-    )
-    if missing:
-        lines += probe.forecast(NAME, study, missing, where.at_once, arguments.quiet)
-    return Answer("\n".join(lines), {"files": [], "missing_runs": missing, "forecast": lines})
+    said = f"plan       {plural(len(plan), 'design')}, {each} each: {plural(len(wanted), 'run')}{had}"
+    return probe.answer(NAME, study, said, len(wanted) - len(there), where, arguments.quiet)
 
 
 def run(arguments) -> Answer:

@@ -9,6 +9,7 @@ import re
 import subprocess
 import tempfile
 
+from milltools.base.answer import Answer
 from milltools.base.errors import UserError
 from milltools.base.processes import cores
 from milltools.base.progress import Progress
@@ -117,6 +118,14 @@ def _forecast(job) -> tuple[float, float] | str:
         return (done.stderr.strip().splitlines() or ["no forecast"])[-1].removeprefix("millsim: ")
     cpu = float(found[2]) if job["limit"] is None else min(float(found[2]), job["limit"])
     return cpu, 1e6 * float(found[3])
+
+
+def answer(command, study, plan: str, missing: int, where, quiet=False) -> Answer:
+    """What --dry-run says: the line `plan`, and the cost of the `missing` runs at `where`."""
+    lines = [plan]
+    if missing > 0:
+        lines += forecast(command, study, missing, where.at_once, quiet)
+    return Answer("\n".join(lines), {"files": [], "missing_runs": missing, "forecast": lines})
 
 
 def forecast(command, study, runs: int, workers: int, quiet=False) -> list[str]:
