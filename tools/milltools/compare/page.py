@@ -47,7 +47,7 @@ def render(sides, tables, notes, watch, rerun: str = "never") -> str:
         for run in runs if any(len(run.frame_times()) for run in runs) else ():
             with watch.step("the balls", 3):
                 most = MOST_BYTES // len(runs)
-                players.append(parts.balls(run, rerun, watch.say, lambda text: watch(watch.done, text), most))
+                players.append(parts.balls(run, rerun, watch.say, lambda text: watch(watch.done, text), most, runs))
         shown = []
         for title, words, figure in pictures.figures(sides):
             with watch.step("pictures"):

@@ -25,7 +25,6 @@ from milltools.base.errors import UserError
 from milltools.geometry import rerun
 from milltools.geometry.bodies import Mill
 from milltools.geometry.trajectory import stored
-from milltools.render import colour
 
 MOST_FRAMES = 300
 MOST_BALLS = 20_000  # what a browser draws smoothly without a strong graphics card
@@ -48,24 +47,28 @@ class Packed:
     lower: np.ndarray
     upper: np.ndarray
     limits: dict[str, float]
-    fastest: float = 1.0
-    spinning: float = 1.0
-    forecast: tuple[float, ...] = (0.123456789012345,) * 3
+    fastest: float = 1.0123456789012345
+    spinning: float = 1.0123456789012345
+    forecast: tuple[float, ...] = (0.0123456789012345,) * 3
     close: bool = True
 
 
-def planned(run) -> Packed:
+def close(times, run) -> bool:
+    """Whether frames of a run at some times [s] are so close that the states between them can be drawn."""
+    return len(times) > 1 and bool(np.median(np.diff(times)) <= CLOSE * rerun.interval(run))
+
+
+def planned(run, limits) -> Packed:
     """The result of pack() without a limit of size, and without the data."""
     count, balls = _counts(run)
     index = np.arange(0, count, -(-count // MOST_FRAMES))
     chosen = np.arange(0, balls, -(-balls // MOST_BALLS))
-    return Packed(b"", index, chosen, *_box(run, index), dict.fromkeys(SHOWN, 0.123456))
+    return Packed(b"", index, chosen, *_box(run, index), limits)
 
 
-def pack(run, room: int, limits=None) -> Packed:
+def pack(run, room: int, limits) -> Packed:
     """Packs the frames of a milltools.read.runfile.Run into at most `room` bytes of data, but at least one frame of one
-    ball. `limits`: ends of the colour scales by quantity [SI], instead of the run's own."""
-    limits = limits or {name: colour.shared([run], name)[1] for name in SHOWN}
+    ball. `limits`: ends of the colour scales by quantity [SI]."""
     count, balls = _counts(run)
     room = max(room, 1)
     wanted = PRICE * balls * min(count, FEWEST_FRAMES)
@@ -117,11 +120,11 @@ def _pack(run, index, chosen, limits):
     lower, upper = _box(run, index)
     times = run.frame_times()[index]
     interval = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
-    close = 0 < interval <= CLOSE * rerun.interval(run)
     seen = [stored(run, int(k)) for k in index[:: -(-len(index) // SAMPLED)]]
     fastest = max(float(abs(state.velocity).max()) for state in seen) or 1.0
     spinning = max(float(np.linalg.norm(state.angular_velocity, axis=1).max()) for state in seen) or 1.0
-    forecast = close * fastest / 127**2 * interval / 2 / ((upper - lower) / 65535)
+    near = close(times, run)
+    forecast = near * fastest / 127**2 * interval / 2 / ((upper - lower) / 65535)
     gzip = zlib.compressobj(6, zlib.DEFLATED, 31)  # 31: gzip without a time stamp, so the bytes are reproducible
     pieces, last, moved = [], np.zeros((3, len(chosen)), np.uint16), np.zeros((3, len(chosen)))
     for number, k in enumerate(index):
@@ -135,7 +138,7 @@ def _pack(run, index, chosen, limits):
         last, moved = place, now
     pieces.append(gzip.flush())
     return Packed(
-        b"".join(pieces), index, chosen, lower, upper, limits, fastest, spinning, tuple(forecast.tolist()), close
+        b"".join(pieces), index, chosen, lower, upper, limits, fastest, spinning, tuple(forecast.tolist()), near
     )
 
 

@@ -4,9 +4,11 @@
      ready           promise: true when the player is drawn, false if the still picture is shown instead
      frames, frame   number of frames, index of the frame shown
      show(k)         pauses and shows frame k            play(), pause(), playing
+     at(t)           pauses and shows the time t [s]     clock  the time shown [s]
      colourBy(name)  "speed", "spin", "energy"           look(name)  "front", "three-quarter", "end"
      positions()     centres of the balls as drawn, Float32Array (n, 3) [m]
      levels()        values for their colours, Uint8Array (n,): 255 is the end of the scale
+     flashes()       number of flashes of impacts as drawn
      pose(name)      pose of a motion as drawn, three rows of four: a point p is at rotation p + centre
      ride(riding)    sets whether the camera moves with the container
      draws           pictures drawn so far */
@@ -30,6 +32,7 @@
       this.head = JSON.parse(head.textContent);
       this.frames = this.head.times.length;
       this.frame = this.head.first;
+      this.clock = this.head.times[this.frame];
       this.watch();
     }
 
@@ -51,7 +54,7 @@
       if (!context) return this.give_up(NO_WEBGL);
       const { head } = this;
       const text = this.part('data').textContent;
-      const frames = await Mill3D.unpack(text, this.frames, head.drawn, head.values.length);
+      const frames = await Mill3D.unpack(text, head);
       this.view = new Mill3D.View(canvas, context, head, frames);
       this.view.name = FIRST_VIEW;
       this.view.riding = head.rides;
@@ -87,7 +90,8 @@
       const on = (element, event, act) => element.addEventListener(event, (e) => { this.touched = true; act(e); });
       on(part('play'), 'click', () => (this.playing ? this.pause() : this.play()));
       on(part('slider'), 'input', () => this.show(Number(part('slider').value)));
-      on(part('slow'), 'change', () => this.begin());
+      on(part('slow'), 'change', () => this.refresh());
+      if (part('flashes')) on(part('flashes'), 'change', () => this.refresh());
       on(part('colour'), 'change', () => this.colourBy(part('colour').value));
       const camera = part('camera');
       if (camera) on(camera, 'change', () => this.ride(camera.value === 'riding'));
@@ -177,8 +181,10 @@
     // ---- frames
 
     place() {
-      this.view.place(this.frame, this.by);
-      const text = this.head.labels[this.frame];
+      const { head, part } = this, flashes = part('flashes')?.checked;
+      this.view.place(this.frame, this.clock, this.by, flashes ? head.seen * Number(part('slow').value) : 0);
+      const text = this.clock > head.times[this.frame] || this.playing && head.between
+        ? `t = ${(1e3 * this.clock).toFixed(head.places + 1)} ms` : head.labels[this.frame];
       const slider = this.part('slider');
       slider.value = this.frame;
       slider.setAttribute('aria-valuetext', text);
@@ -197,11 +203,24 @@
       });
     }
 
-    show(frame) {
-      this.pause();
-      this.frame = frame;
+    refresh() {
       this.place();
       this.draw();
+    }
+
+    show(frame) { this.at(this.head.times[frame]); }
+
+    at(time) {
+      this.pause();
+      this.reach(time);
+      this.refresh();
+    }
+
+    /** Sets the time shown: that of the last frame before it if nothing is drawn between frames. */
+    reach(time) {
+      const { times, between } = this.head;
+      this.frame = Math.max(0, times.findLastIndex((t) => t <= time + 1e-9));
+      this.clock = between ? Math.min(Math.max(time, times[0]), times[times.length - 1]) : times[this.frame];
     }
 
     play() {
@@ -223,9 +242,9 @@
       button.classList.toggle('mp-playing', this.playing);
     }
 
-    /** Simulated time continues from the frame shown. */
+    /** Simulated time continues from the time shown. */
     begin() {
-      this.clock = this.head.times[this.frame];
+      this.simulated = this.clock;
       this.last = null;
     }
 
@@ -242,22 +261,14 @@
       requestAnimationFrame(tick);
     }
 
-    /** Shows the last stored frame before the present time: nothing is interpolated. */
     advance(now) {
-      const { times, interval } = this.head;
+      const { times, interval, between } = this.head, { frame } = this;
       const passed = Math.min(now - (this.last ?? now), HICCUP) / 1000;
       this.last = now;
-      this.clock += passed * Number(this.part('slow').value);
-      let frame = this.frame;
-      while (frame + 1 < times.length && times[frame + 1] <= this.clock) frame++;
-      if (this.clock >= times[times.length - 1] + interval) {
-        frame = 0;
-        this.clock = times[0];
-      }
-      if (frame === this.frame) return;
-      this.frame = frame;
-      this.place();
-      this.draw();
+      this.simulated += passed * Number(this.part('slow').value);
+      if (this.simulated >= times[times.length - 1] + (between ? 0 : interval)) this.simulated = times[0];
+      this.reach(this.simulated);
+      if (between || frame !== this.frame) this.refresh();
     }
 
     // ---- what is seen
@@ -276,8 +287,7 @@
         tick.style.left = `${100 * share}%`;
         return tick;
       }));
-      this.place();
-      this.draw();
+      this.refresh();
     }
 
     look(name) {
@@ -286,26 +296,21 @@
     }
 
     reset() {
-      this.pause();
-      this.frame = this.head.first;
-      this.place();
+      this.show(this.head.first);
       this.look(FIRST_VIEW);
     }
 
     positions() { return this.view.positions(); }
 
-    levels() {
-      const { value } = this.view.frames, n = this.head.drawn;
-      const at = (this.frame * this.head.values.length + this.by) * n;
-      return value.slice(at, at + n);
-    }
+    levels() { return this.view.level.slice(); }
 
-    pose(name) { return this.view.pose(this.frame, this.head.motions.indexOf(name)); }
+    flashes() { return this.view.sparks.count; }
+
+    pose(name) { return this.view.shownPose(this.head.motions.indexOf(name)); }
 
     ride(riding) {
       this.view.ride(riding);
-      this.place();
-      this.draw();
+      this.refresh();
     }
   }
 
