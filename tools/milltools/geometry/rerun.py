@@ -13,7 +13,7 @@ import tempfile
 
 import numpy as np
 
-from milltools.base import engine, processes
+from milltools.base import engine, files, processes
 from milltools.base.errors import UserError
 from milltools.geometry.trajectory import HALF_ULP, SAME_TIME, stored
 from milltools.read.runfile import Run
@@ -120,7 +120,8 @@ def run_of(text, changes, watch=None, mend=""):
     command = [*processes.guard(), engine.program(), "-o", "run.h5", *words, "--", "deck.ini"]
     none, line = subprocess.DEVNULL, ""
     with tempfile.TemporaryDirectory(prefix="mill-") as folder:
-        pathlib.Path(folder, "deck.ini").write_text(text, encoding="utf-8")
+        with files.faults(folder):
+            pathlib.Path(folder, "deck.ini").write_text(text, encoding="utf-8")
         with subprocess.Popen(
             command, cwd=folder, stdin=none, stdout=none, stderr=subprocess.PIPE, start_new_session=True,
             encoding="utf-8", errors="replace",

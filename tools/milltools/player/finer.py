@@ -14,6 +14,7 @@ from milltools.base.errors import UserError
 from milltools.geometry import rerun
 from milltools.player import frames
 
+FLASHES = 400.0  # [byte] of the flashes of impacts, for each frame
 STILL = 1e6  # [byte] largest size of the still picture in a page
 
 
@@ -46,7 +47,7 @@ def _count(run, most_bytes):
     """The number of frames that fit into a page together with the still picture."""
     drawn = min(len(run.balls("diameter")), frames.MOST_BALLS)
     room = 0.75 * (most_bytes - min(STILL, most_bytes / 4))  # base64
-    return int(np.clip(0.9 * room / (frames.PRICE * drawn), 30, frames.MOST_FRAMES))
+    return int(np.clip(0.9 * room / (frames.PRICE * drawn + FLASHES), 30, frames.MOST_FRAMES))
 
 
 def _too_dear(run, until, step):

@@ -58,7 +58,7 @@ def film(run, arguments, again, say) -> Plan:
     last = last_time(run, again)
     begin, end = seconds({"--from": arguments.begin, "--to": arguments.end})
     whole, begin, end = begin is not None, begin or 0.0, last if end is None else end
-    if not begin <= end:
+    if not (begin < end or (arguments.slow and begin == end)):
         raise UserError(f"--to: must be after --from, {begin:.6g} s; got {end:.6g} s")
     if begin > last + SAME_TIME:
         raise UserError(f"--from: the ball states of the run end at {last:.6g} s, got {begin:.6g} s")
