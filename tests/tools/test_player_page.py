@@ -109,7 +109,9 @@ def test_between_close_frames_a_ball_with_at_most_one_impact_is_where_it_was(clo
     with Run(path) as run:
         trajectory, shares = Trajectory(run), []
         for time in (0.0203, 0.0505, 0.0808):
-            drawn = np.reshape(page.evaluate("(t) => { millPlayers[0].at(t); return [...millPlayers[0].positions()]; }", time), (-1, 3))
+            drawn = np.reshape(
+                page.evaluate("(t) => { millPlayers[0].at(t); return [...millPlayers[0].positions()]; }", time), (-1, 3)
+            )
             right = trajectory.at(time)
             known = ~trajectory.flights(int(time * 1e3)).unknown
             off = np.linalg.norm(drawn - right.position, axis=1)[known]

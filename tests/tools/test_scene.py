@@ -378,7 +378,9 @@ def test_a_faster_ball_is_lighter_in_grey_and_without_green_cones_too(seen):
 
 def test_runs_shown_together_have_the_limits_of_the_faster_one(runs):
     slow, fast = sorted((runs("mill"), runs("mixture")), key=lambda run: colour.of(run, "speed").limits[1])
-    assert colour.shared([slow, fast], "speed") == colour.shared([fast, slow], "speed") == colour.of(fast, "speed").limits
+    assert (
+        colour.shared([slow, fast], "speed") == colour.shared([fast, slow], "speed") == colour.of(fast, "speed").limits
+    )
 
 
 def test_a_flash_is_where_the_impact_was_and_a_ball_in_front_hides_it(runs):

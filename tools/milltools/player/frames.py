@@ -2,9 +2,9 @@
 
 Every k-th frame is taken so that the data fit into the page; of very many balls every k-th. A position is three uint16
 in the box around the space that the container sweeps, so its error is at most half a step: (upper - lower) / 131070,
-1.2 um in a drum of 150 mm, 2 um up to 262 mm. A component of the velocity is one int8 q and means q |q| fastest / 127^2;
-the spin is one uint8 s and means s^2 spinning / 255^2: small values are finer. A frame of n balls has 10 n bytes, one
-plane of n bytes after the other:
+1.2 um in a drum of 150 mm, 2 um up to 262 mm. A component of the velocity is one int8 q and means q |q| fastest /
+127^2; the spin is one uint8 s and means s^2 spinning / 255^2: small values are finer. A frame of n balls has 10 n
+bytes, one plane of n bytes after the other:
 
     velocity x, y, z, spin,
     x high, x low, y high, y low, z high, z low,     of zigzag(position - forecast)
@@ -131,7 +131,10 @@ def _pack(run, index, chosen, limits):
         state = stored(run, int(k))
         velocity = np.rint(127 * _root(state.velocity[chosen].T / fastest)).astype(np.int8)
         spin = np.rint(255 * _root(np.linalg.norm(state.angular_velocity[chosen], axis=1) / spinning)).astype(np.uint8)
-        place, now = quantise(state.position[chosen], lower, upper).T, velocity.astype(float) * abs(velocity.astype(float))
+        place, now = (
+            quantise(state.position[chosen], lower, upper).T,
+            velocity.astype(float) * abs(velocity.astype(float)),
+        )
         steps = np.floor(forecast[:, None] * (moved + now) + 0.5).astype(np.int64) * bool(number)
         pieces += [gzip.compress(plane) for plane in (velocity.tobytes(), spin.tobytes())]
         pieces.append(gzip.compress(planes(place, (last + steps).astype(np.uint16))))

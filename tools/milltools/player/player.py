@@ -41,8 +41,8 @@ def no_frames(run) -> str:
 
 def fragment(run, most_bytes: int = 6_000_000, still: bytes | None = None, limits=None) -> str:
     """The player of a milltools.read.runfile.Run as HTML, at most `most_bytes` long if possible (first frames, then
-    balls are left out). `still`: a PNG to show where WebGL does not work; `limits`: ends of the colour scales {quantity:
-    value [SI]} of frames.SHOWN, instead of the run's own. The page needs scripts() once."""
+    balls are left out). `still`: a PNG to show where WebGL does not work; `limits`: ends of the colour scales
+    {quantity: value [SI]} of frames.SHOWN, instead of the run's own. The page needs scripts() once."""
     why = no_frames(run)
     if why:
         return _template("player.html").render(still=_text(still), why=why, head=None, caption="")

@@ -187,7 +187,9 @@ def flash(picture, flashes, view, buffer, reach):
             np.arange(rows.start, rows.stop)[:, None] + 0.5 - row, np.arange(columns.start, columns.stop) + 0.5 - column
         )
         glow = np.clip(1 - away / size, 0, 1)
-        near = view.depth(buffer[larger * rows.start : larger * rows.stop : larger, larger * columns.start :][:, ::larger])
+        near = view.depth(
+            buffer[larger * rows.start : larger * rows.stop : larger, larger * columns.start :][:, ::larger]
+        )
         glow *= near[:, : glow.shape[1]] > z - reach
         glow = np.sqrt(glow)[..., None]  # opaque but for the edge
         tint = FLASH + (255 - FLASH) * glow**2

@@ -16,9 +16,14 @@ from milltools.geometry import rerun
 from milltools.geometry.trajectory import SAME_TIME, Trajectory
 
 ROWS = 1 << 18  # rows of the log of impacts read at a time
-# flashes of impacts: how long one is seen [s of the film], how many are seen at a time, the radius of a hard one in radii
-# of a ball, the share of the flashes that are harder, and how much larger they can be
+# flashes of impacts: how long one is seen [s of the film], how many are seen at a time, the radius of a hard one in
+# radii of a ball, the share of the flashes that are harder, and how much larger they can be
 SEEN, MANY, GLOW, HARDER, LARGEST = 0.15, 60, 1.6, 0.05, 1.5
+
+
+def _row(run, rows, time) -> int:
+    """The number of impacts before a time [s] among some rows of the log."""
+    return bisect.bisect_left(rows, time, key=lambda row: float(run.read("impacts/time", row)))
 
 
 class LastImpacts:
@@ -34,9 +39,7 @@ class LastImpacts:
         """The speeds (N,) for a time; times must rise. Rows are read backwards, until each ball has an impact in
         them."""
         rows = range(self.next, self.count)
-        end = begin = self.next + bisect.bisect_left(
-            rows, time, key=lambda row: float(self.run.read("impacts/time", row))
-        )
+        end = begin = self.next + _row(self.run, rows, time)
         latest = np.full_like(self.speed, np.nan)
         while begin > self.next and np.isnan(latest).any():
             first = max(self.next, begin - ROWS)
@@ -56,14 +59,15 @@ class LastImpacts:
 
 
 class Flashes:
-    """Flashes where balls hit hard between two times [s], from the log of a run: `time` (n,) [s], rising; `place` (n, 3)
-    [m]; `radius` (n,) [m], as the cube root of the dissipated energy; `least` [J]: impacts of less energy have none.
-    A flash is seen, and shrinks, for `life` [s]; about MANY are seen at a time."""
+    """Flashes where balls hit hard between two times [s], from the log of a run: `time` (n,) [s], rising; `place`
+    (n, 3) [m]; `radius` (n,) [m], as the cube root of the dissipated energy; `least` [J]: impacts of less energy have
+    none. A flash is seen, and shrinks, for `life` [s]; about MANY are seen at a time."""
 
     def __init__(self, run, begin, end, life):
         rows, self.life = range(run.length("impacts/time")), life
         first, last = (
-            bisect.bisect_left(rows, time, key=lambda row: float(run.read("impacts/time", row))) for time in (begin, end)
+            bisect.bisect_left(rows, time, key=lambda row: float(run.read("impacts/time", row)))
+            for time in (begin, end)
         )
         count, found = round(MANY * max((end - begin) / life, 1)), [np.empty(0), np.empty((0, 3)), np.empty(0)]
         for start in range(first, last, ROWS):
