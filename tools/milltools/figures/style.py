@@ -89,7 +89,7 @@ def rounded_up(value: float) -> float:
     if not value > 0:
         return 1.0
     power = 10.0 ** math.floor(math.log10(value))
-    return next(step * power for step in SCALE_ENDS if step * power >= value * (1 - 1e-12))
+    return next(float(f"{step * power:.3g}") for step in SCALE_ENDS if step * power >= value * (1 - 1e-12))
 
 
 # ---- files

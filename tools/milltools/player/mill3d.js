@@ -129,7 +129,7 @@ const Mill3D = (() => {
   /** A disc of radius 1 that faces +z: opaque in the middle, transparent at its edge. */
   function disc() {
     const points = [], colours = [], triangles = [], around = 20;
-    for (const [radius, white, opacity] of [[0, 1, 1], [0.35, 0.8, 1], [1, 0, 0]]) {
+    for (const [radius, white, opacity] of [[0, 1, 1], [0.4, 0.35, 0.9], [1, 0, 0]]) {
       for (let k = 0; k < around; k++) {
         const angle = (2 * Math.PI * k) / around, at = points.length / 3, next = at - k + ((k + 1) % around);
         points.push(radius * Math.cos(angle), radius * Math.sin(angle), 0);
@@ -352,12 +352,13 @@ const Mill3D = (() => {
       const { flashes, sparks, camera, time, life } = this, matrix = sparks.instanceMatrix.array;
       camera.updateMatrixWorld();
       const turn = camera.matrixWorld.elements, place = new T.Vector3(), lift = 2 * this.radius[0];
+      const container = this.world.matrix.clone().multiply((this.moving[this.head.carrier] ?? new T.Group()).matrix);
       sparks.count = 0;
       for (let k = 0; k < flashes.length && sparks.count < MOST_FLASHES; k += 5) {
         const age = (time - flashes[k]) / life;
         if (!(age >= 0 && age < 1)) continue;
         const at = 16 * sparks.count++, size = flashes[k + 4] * (1 - age);
-        place.fromArray(flashes, k + 1).applyMatrix4(this.world.matrix);
+        place.fromArray(flashes, k + 1).applyMatrix4(container);
         place.addScaledVector(camera.position.clone().sub(place).normalize(), lift);
         for (let j = 0; j < 12; j++) matrix[at + j] = j % 4 < 3 ? size * turn[j] : 0;
         place.toArray(matrix, at + 12);

@@ -98,7 +98,7 @@ def _flashes(run):
     if not log.has("impacts/time") or not frames.close(times, run):
         return None
     factor = next(float(value) for value, _, chosen in _speeds(float(np.median(np.diff(times))), True) if chosen)
-    return states.Flashes(log, float(times[0]), float(times[-1]), states.SEEN * factor)
+    return states.Flashes(log, run, float(times[0]), float(times[-1]), states.SEEN * factor)
 
 
 def _whole(run, packed, still, flashes):
@@ -151,7 +151,8 @@ def _head(run, packed, flashes):
         "forecast": packed.forecast,
         "gravity": run.vector("gravity/acceleration").tolist(),
         "runs": _runs(run.balls("diameter")[packed.chosen], run.balls("mass")[packed.chosen]),
-        # time [s], place and radius [m] of each, and for how many seconds of the reader's time one is seen
+        # time [s], place in the frame of the carrier and radius [m] of each; for how many seconds of the reader's
+        # time one is seen
         "flashes": _numbers(shown, "<f4"),
         "seen": states.SEEN,
         "values": [_quantity(name, limit) for name, limit in packed.limits.items()],

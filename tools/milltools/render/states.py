@@ -7,18 +7,20 @@ States are read when they are needed, so the memory does not grow with the run o
 import bisect
 import contextlib
 import dataclasses
+import functools
 
 import numpy as np
 
 from milltools.base.errors import UserError
 from milltools.base.text import size
 from milltools.geometry import rerun
-from milltools.geometry.trajectory import SAME_TIME, Trajectory
+from milltools.geometry.bodies import Mill, inverse, moved
+from milltools.geometry.trajectory import SAME_TIME, Trajectory, between
 
 ROWS = 1 << 18  # rows of the log of impacts read at a time
-# flashes of impacts: how long one is seen [s of the film], how many are seen at a time, the radius of a hard one in
-# radii of a ball, the share of the flashes that are harder, and how much larger they can be
-SEEN, MANY, GLOW, HARDER, LARGEST = 0.15, 60, 1.6, 0.05, 1.5
+# flashes of impacts: how long one is seen [s of the film], how many are seen at a time, or fewer: one of so many balls;
+# the radius of a hard one in radii of a ball, the share of the flashes that are harder, and how much larger they can be
+SEEN, MANY, BALLS, GLOW, HARDER, LARGEST = 0.15, 60, 20, 1.6, 0.05, 1.2
 
 
 def _row(run, rows, time) -> int:
@@ -59,20 +61,19 @@ class LastImpacts:
 
 
 class Flashes:
-    """Flashes where balls hit hard between two times [s], from the log of a run: `time` (n,) [s], rising; `place`
-    (n, 3) [m]; `radius` (n,) [m], as the cube root of the dissipated energy; `least` [J]: impacts of less energy have
-    none. A flash is seen, and shrinks, for `life` [s]; about MANY are seen at a time."""
+    """Flashes where balls hit hard between two times [s], from the `log` of a run: `time` (n,) [s], rising; `place`
+    (n, 3) [m] in the frame of the container's motion, with which they move (`run` has its poses); `radius` (n,) [m], as
+    the cube root of the dissipated energy; `least` [J]: impacts of less energy have none. A flash is seen, and shrinks,
+    for `life` [s]; at most about MANY are seen at a time."""
 
-    def __init__(self, run, begin, end, life):
-        rows, self.life = range(run.length("impacts/time")), life
-        first, last = (
-            bisect.bisect_left(rows, time, key=lambda row: float(run.read("impacts/time", row)))
-            for time in (begin, end)
-        )
-        count, found = round(MANY * max((end - begin) / life, 1)), [np.empty(0), np.empty((0, 3)), np.empty(0)]
+    def __init__(self, log, run, begin, end, life):
+        rows, self.life = range(log.length("impacts/time")), life
+        first, last = (_row(log, rows, time) for time in (begin, end))
+        diameter, found = run.balls("diameter"), [np.empty(0), np.empty((0, 3)), np.empty(0)]
+        count = round(np.clip(len(diameter) / BALLS, 1, MANY) * max((end - begin) / life, 1))
         for start in range(first, last, ROWS):
             part = slice(start, min(start + ROWS, last))
-            more = [run.read(f"impacts/{name}", part) for name in ("time", "position", "dissipation")]
+            more = [log.read(f"impacts/{name}", part) for name in ("time", "position", "dissipation")]
             found = [np.concatenate(both).astype(float) for both in zip(found, more, strict=True)]
             keep = np.sort(np.argsort(-found[2], kind="stable")[:count])
             found = [one[keep] for one in found]
@@ -80,13 +81,23 @@ class Flashes:
         self.least = float(energy.min(initial=np.inf))
         hard = np.quantile(energy, 1 - HARDER) if len(energy) else 1.0
         size = np.cbrt(np.minimum(energy / (hard or 1.0), LARGEST**3))
-        self.radius = GLOW * float(np.median(run.balls("diameter"))) / 2 * size
+        self.radius = GLOW * float(np.median(diameter)) / 2 * size
+        self.carrier = Mill.of(run).carrier if len(run.frame_times()) > 1 else ""
+        if self.carrier:
+            pose = functools.lru_cache(2)(lambda index: run.poses(index)[self.carrier])
+            frames = run.frame_times()
+            after = np.clip(np.searchsorted(frames, self.time), 1, len(frames) - 1)
+            share = np.clip((self.time - frames[after - 1]) / (frames[after] - frames[after - 1]), 0, 1)
+            for k, index in enumerate(map(int, after)):
+                self.place[k] = moved(inverse(between(pose(index - 1), pose(index), share[k])), self.place[k])
 
-    def at(self, time) -> np.ndarray:
-        """Place and present radius (n, 4) [m] of the flashes that are seen at a time."""
+    def at(self, time, poses) -> np.ndarray:
+        """Place in the laboratory and present radius (n, 4) [m] of the flashes that are seen at a time, for the poses
+        of the motions."""
         seen = slice(*np.searchsorted(self.time, [time - self.life, time + SAME_TIME]))
         left = 1 - np.clip((time - self.time[seen]) / self.life, 0, 1)
-        return np.column_stack([self.place[seen], self.radius[seen] * left])
+        place = moved(poses[self.carrier], self.place[seen]) if self.carrier else self.place[seen]
+        return np.column_stack([place, self.radius[seen] * left])
 
 
 class Motion:
@@ -100,10 +111,12 @@ class Motion:
         """Yields the State at each of the times."""
         impacts, flashes = LastImpacts(self.log) if self.log and self.last else None, None
         if self.log and self.life:
-            flashes = Flashes(self.log, float(times[0]) - self.life, float(times[-1]) + SAME_TIME, self.life)
+            flashes = Flashes(
+                self.log, self.trajectory.run, float(times[0]) - self.life, float(times[-1]) + SAME_TIME, self.life
+            )
         for time in map(float, times):
-            value, seen = impacts and impacts.until(time), flashes and flashes.at(time)
-            yield dataclasses.replace(self.trajectory.at(time), value=value, flashes=seen)
+            state, value = self.trajectory.at(time), impacts and impacts.until(time)
+            yield dataclasses.replace(state, value=value, flashes=flashes and flashes.at(time, state.poses))
 
     @property
     def guessed(self) -> float:
