@@ -313,7 +313,7 @@ bench-parts: $(BENCH_PARTS)
 # what the README and docs/figures.md show, by the program itself: some two minutes
 PICTURES := build/pictures
 pictures:
-	@tools/setup --local build render pov --python render
+	@tools/setup --local build render --python render
 	@$(MAKE) $(PARALLEL) millsim mill
 	@mkdir -p $(PICTURES)
 	./millsim -q -f -o $(PICTURES)/reference.h5 input/simoloyer.ini >/dev/null
