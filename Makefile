@@ -313,16 +313,17 @@ bench-parts: $(BENCH_PARTS)
 # what the README and docs/figures.md show, by the program itself: some two minutes
 PICTURES := build/pictures
 pictures:
-	@tools/setup --local build render pov --python render
+	@tools/setup --local build render --python render
 	@$(MAKE) $(PARALLEL) millsim mill
 	@mkdir -p $(PICTURES)
 	./millsim -q -f -o $(PICTURES)/reference.h5 input/simoloyer.ini >/dev/null
 	./millsim -q -f -o $(PICTURES)/wavy.h5 -s 'run.precision=0' -s 'run.time=0.3 s' input/wavy.ini >/dev/null
 	./mill render $(PICTURES)/reference.h5 docs/img/mill.webp --slow 50 --from '200 ms' --to '259.2 ms' \
 	    --size 640x360 --quality final
-	./mill render $(PICTURES)/reference.h5 docs/img/mill.png --size 960x540
-	./mill render $(PICTURES)/wavy.h5 docs/img/wavy.png --size 960x540
-	./mill render $(PICTURES)/reference.h5 docs/img/pov.png --pov --size 960x540
+	./mill render $(PICTURES)/reference.h5 docs/img/mill.png --size 960x540 \
+	    --limits $(PICTURES)/wavy.h5
+	./mill render $(PICTURES)/wavy.h5 docs/img/wavy.png --size 960x540 \
+	    --limits $(PICTURES)/reference.h5
 	./mill plot $(PICTURES)/reference.h5 docs/img/reference.png
 	for d in planetary attritor stl; do ./millsim -q -f -o $(PICTURES)/$$d.h5 input/$$d.ini >/dev/null && \
 	    ./mill render $(PICTURES)/$$d.h5 docs/img/$$d.png --size 640x400 || exit 1; done

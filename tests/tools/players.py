@@ -87,22 +87,30 @@ def head(fragment):
 
 
 def decode(fragment):
-    """(position (F, n, 3) [m], levels by quantity (F, n)): planes, zigzag and differences undone one after the
+    """(position (F, n, 3) [m], levels by quantity (F, n)): planes, zigzag and forecasts undone one frame after the
     other."""
     facts = head(fragment)
     raw = gzip.decompress(base64.b64decode(part(fragment, "data"), validate=True))
     frames, balls = len(facts["times"]), facts["drawn"]
-    rows = np.frombuffer(raw, np.uint8).reshape(frames, 6 + len(facts["values"]), balls)
-    places, now = [], np.zeros((3, balls), int)
-    for row in rows.astype(int):
-        zigzag = 256 * row[0:6:2] + row[1:6:2]
-        change = np.where(zigzag % 2, -(zigzag + 1) // 2, zigzag // 2)
-        now = (now + change) % 65536
+    rows = np.frombuffer(raw, np.uint8).reshape(frames, 10, balls)
+    squares = rows[:, :3].view(np.int8).astype(float)
+    squares *= abs(squares)
+    places, now, before = [], np.zeros((3, balls), int), None
+    for row, after in zip(rows[:, 4:].astype(int), squares, strict=True):
+        if before is not None:
+            now = now + np.floor(np.array(facts["forecast"])[:, None] * (before + after) + 0.5).astype(int)
+        zigzag = 256 * row[0::2] + row[1::2]
+        now = (now + np.where(zigzag % 2, -(zigzag + 1) // 2, zigzag // 2)) % 65536
         places.append(now)
+        before = after
     lower, upper = np.array(facts["lower"]), np.array(facts["upper"])
     position = lower + np.stack(places).transpose(0, 2, 1) * (upper - lower) / 65535
-    levels = {v["name"]: rows[:, 6 + k] for k, v in enumerate(facts["values"])}
-    return position, levels
+    mass = np.concatenate([np.full(n, m) for n, _, m in facts["runs"]])
+    speed = np.linalg.norm(squares, axis=1) * facts["fastest"] / 127**2
+    values = {"speed": speed, "spin": rows[:, 3].astype(float) ** 2 * facts["spinning"] / 255**2}
+    values["energy"] = mass * speed**2 / 2
+    limits = {v["name"]: v["limit"] for v in facts["values"]}
+    return position, {name: np.minimum(256 * values[name] // limits[name], 255) for name in limits}
 
 
 def stored(run, name, index):

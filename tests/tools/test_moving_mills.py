@@ -21,7 +21,7 @@ from milltools.player import player
 from milltools.read import motions
 from milltools.read.histogram import ENERGIES
 from milltools.read.runfile import Run
-from milltools.render import camera
+from milltools.render import camera, states
 from milltools.report import facts, run_page
 
 pytest_plugins = ["browser"]
@@ -350,6 +350,20 @@ def test_a_drum_on_a_motion_without_other_bodies_has_a_drive_power_too(tmp_path)
 
 
 # ---- the player
+
+
+def test_flashes_of_impacts_move_with_the_container(tmp_path):
+    path = players.simulate(tmp_path, PLANETARY, "output.impacts=all", "output.frames=2 ms")
+    with Run(path) as run:
+        made = states.Flashes(run, run, 0.02, 0.1, 0.02)  # in which the jar turns far
+        for index in range(20, 50):
+            poses = run.poses(index)
+            flashes = made.at(run.frame_time(index), poses)
+            own = bodies.moved(bodies.inverse(poses["jar"]), flashes[:, :3])
+            assert (
+                np.hypot(own[:, 0] - 0.06, own[:, 1]).max(initial=0) < 0.0205 and abs(own[:, 2]).max(initial=0) < 0.0151
+            )
+        assert len(made.time) > 3
 
 
 def open_player(open_page, run, tmp_path):

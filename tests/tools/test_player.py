@@ -79,7 +79,8 @@ def test_the_colours_are_of_speed_spin_and_kinetic_energy(mixed):
     for choice, values in zip(players.head(fragment)["values"], (speed, spin, energy), strict=True):
         limit = choice["limit"]
         level = levels[choice["name"]]
-        assert abs((level + 0.5) * limit / 256 - np.minimum(values, limit)).max() < 0.51 * limit / 256
+        # small velocities and spins are finer
+        assert abs((level + 0.5) * limit / 256 - np.minimum(values, limit)).max() < 0.02 * limit
         assert 0.005 < (values > limit).mean() + 0.01 and (values > limit).mean() < 0.02
         assert level.max() > 120  # the colours are made use of
 
@@ -106,7 +107,7 @@ def test_times_angles_and_sizes_are_those_of_the_run(mixed):
     assert head["motions"] == ["rotor"] and head["carrier"] == -1
     assert poses[:, 1, 1] == pytest.approx(np.cos(turn), abs=1e-6)
     assert poses[:, 2, 1] == pytest.approx(np.sin(turn), abs=1e-6)
-    assert head["runs"] == [[120, 0.005], [80, 0.003]]
+    assert [run[:2] for run in head["runs"]] == [[120, 0.005], [80, 0.003]]
     steel = players.points(head, "steel")
     assert np.hypot(*steel[:, 1:].T).max() == pytest.approx(np.hypot(0.022, 0.002), rel=1e-6)
     assert [b["motion"] for b in head["bodies"]] == [-1, 0]
@@ -168,7 +169,7 @@ def test_of_very_many_balls_every_kth_is_drawn_and_the_page_says_so(mixed, monke
     fragment = player.fragment(mixed)
     position, _ = players.decode(fragment)
     assert abs(position - players.stored(mixed, "position", range(11))[:, ::3]).max() < 1e-6
-    assert players.head(fragment)["runs"] == [[40, 0.005], [27, 0.003]]
+    assert [run[:2] for run in players.head(fragment)["runs"]] == [[40, 0.005], [27, 0.003]]
     assert "every 3rd ball is drawn, 67 of 200" in fragment
 
 

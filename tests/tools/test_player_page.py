@@ -3,11 +3,12 @@ work."""
 
 import shutil
 
-import matplotlib
 import numpy as np
 import players
 import pytest
 
+from milltools.figures.style import SPEEDS
+from milltools.geometry.trajectory import Trajectory
 from milltools.player import player
 from milltools.read.runfile import Run
 
@@ -87,6 +88,59 @@ def painted(keep_page, file, tmp_path_factory):
     return page
 
 
+@pytest.fixture(scope="module")
+def close(tmp_path_factory, keep_page):
+    """(page, run file) of frames so close that states between them are drawn, and a log of impacts."""
+    folder = tmp_path_factory.mktemp("close")
+    words = ("output.frames=1 ms", "output.impacts=all", "run.time=0.1 s")
+    path = players.simulate(folder, players.MIXED, *words)
+    with Run(path) as run:
+        page = keep_page(players.write_page(folder / "page.html", player.fragment(run)))
+    assert page.evaluate(THERE) is True
+    return page, path
+
+
+# ---- between two frames
+
+
+@pytest.mark.slow
+def test_between_close_frames_a_ball_with_at_most_one_impact_is_where_it_was(close):
+    page, path = close
+    with Run(path) as run:
+        trajectory, shares = Trajectory(run), []
+        for time in (0.0203, 0.0505, 0.0808):
+            drawn = np.reshape(
+                page.evaluate("(t) => { millPlayers[0].at(t); return [...millPlayers[0].positions()]; }", time), (-1, 3)
+            )
+            right = trajectory.at(time)
+            known = ~trajectory.flights(int(time * 1e3)).unknown
+            off = np.linalg.norm(drawn - right.position, axis=1)[known]
+            assert np.quantile(off, 0.98) < 20e-6 and off.max() < 200e-6  # velocities have eight bits
+            shares.append(known.mean())
+            pose = page.evaluate("[...millPlayers[0].pose('rotor')]")
+            assert pose == pytest.approx(run.rotor_pose(time)["rotor"].ravel(), abs=1e-6)
+    assert min(shares) > 0.5
+
+
+@pytest.mark.slow
+def test_hard_impacts_flash_for_a_while_unless_switched_off(close):
+    page, path = close
+    with Run(path) as run:
+        hardest = int(np.argmax(run.read("impacts/dissipation")))
+        time = float(run.read("impacts/time", hardest))
+    count = "(t) => { millPlayers[0].at(t); millPlayers[0].view.draw(); return millPlayers[0].flashes(); }"
+    assert page.evaluate(count, time + 1e-5) > 0
+    page.evaluate("document.querySelector('.mp-flashes').click()")
+    assert page.evaluate(count, time + 1e-5) == 0
+    page.evaluate("document.querySelector('.mp-flashes').click()")
+
+
+def test_frames_that_are_far_apart_are_shown_as_they_are(page):
+    page.evaluate("millPlayers[0].at(0.0222)")
+    assert page.evaluate("[millPlayers[0].frame, millPlayers[0].clock]") == [4, 0.02]
+    assert page.evaluate("document.querySelector('.mp-flashes')") is None
+
+
 # ---- what is drawn
 
 
@@ -135,7 +189,7 @@ def test_colours_follow_the_map(painted):
     """The colour seen at the speed of k tenths is nearest to the map's own there."""
     assert painted.page.locator(".mp-ticks span").last.inner_text() == "≥ 10 m/s"
     shares = np.array([2, 5, 8]) / 10
-    table = matplotlib.colormaps["turbo"](shares)[:, :3]
+    table = SPEEDS(shares)[:, :3]
     table = table / np.linalg.norm(table, axis=1)[:, None]
     for expected, share in enumerate(shares):
         painted.evaluate("(k) => millPlayers[0].show(k)", round(10 * share))

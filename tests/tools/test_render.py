@@ -1,6 +1,7 @@
 """mill render makes stills and films of a run, off-screen: the right pictures, at the right times, whole or not at
 all."""
 
+import argparse
 import shutil
 
 import films
@@ -72,14 +73,14 @@ def slow(runs):
     return runs / "slow.mp4", done.stderr
 
 
-def test_a_film_shows_every_stored_frame(mill, runs, tmp_path):
-    done = mill("render", runs / "run.h5", "film.mp4", *SMALLEST)
+def test_a_film_of_stored_frames_that_are_far_apart_shows_every_one(mill, runs, tmp_path):
+    done = mill("render", runs / "run.h5", "film.mp4", "--no-rerun", *SMALLEST)
     assert done.returncode == 0, done.stderr
-    line = "mill render: 11 pictures at 25 a second, 8 times slower than real time"
+    line = "mill render: 11 pictures at 5 a second, 40 times slower than real time; --slow sets it"
     size = (tmp_path / "film.mp4").stat().st_size
-    said = f"film.mp4: 11 pictures, 0.44 s, {text.size(size)}\n"
+    said = f"film.mp4: 11 pictures, 2.2 s, {text.size(size)}\n"
     assert (done.stdout, done.stderr.splitlines()[0]) == (said, line)
-    assert probe(tmp_path / "film.mp4") == ("h264", "yuv420p", 160, 120, 11, 0.44)
+    assert probe(tmp_path / "film.mp4") == ("h264", "yuv420p", 160, 120, 11, 2.2)
     assert mill("render", runs / "run.h5", "last.png", *SMALLEST).returncode == 0
     shown, last = frames(tmp_path / "film.mp4"), picture(tmp_path / "last.png")
     assert off(shown[-1], last) < 6 < off(shown[0], last)  # but for what H.264 takes
@@ -105,7 +106,7 @@ def test_the_number_of_processes_does_not_change_a_film(mill, slow, tmp_path):
 
 
 def test_webm_is_vp9_and_an_orbit_goes_around(mill, runs, tmp_path):
-    words = ("--camera", "orbit", "--fps", "10", "--to", "20 ms", *SMALLEST)
+    words = ("--camera", "orbit", "--fps", "10", "--slow", "20", "--to", "20 ms", *SMALLEST)
     done = mill("render", runs / "run.h5", "film.webm", *words)
     assert done.returncode == 0 and "5 pictures at 10 a second, 20 times slower" in done.stderr
     assert probe(tmp_path / "film.webm") == ("vp9", "yuv420p", 160, 120, 5, 0.5)
@@ -113,7 +114,7 @@ def test_webm_is_vp9_and_an_orbit_goes_around(mill, runs, tmp_path):
 
 @pytest.mark.parametrize("suffix", ["webp", "gif"])
 def test_a_moving_picture_for_pages_has_every_frame_and_repeats_for_ever(mill, runs, tmp_path, suffix):
-    words = ("--fps", "10", "--to", "20 ms", *SMALLEST)
+    words = ("--fps", "10", "--slow", "20", "--to", "20 ms", *SMALLEST)
     assert mill("render", runs / "run.h5", f"clip.{suffix}", *words).returncode == 0
     with Image.open(tmp_path / f"clip.{suffix}") as clip:
         assert (clip.size, clip.n_frames, clip.info["loop"]) == ((160, 120), 5, 0)
@@ -127,9 +128,9 @@ def test_a_moving_picture_for_pages_has_every_frame_and_repeats_for_ever(mill, r
 # ---- states
 
 
-def told(path, plan, impacts=False, allowed=True):
+def told(path, plan, impacts=False, allowed=True, flashes=0.0):
     said = []
-    with Run(path) as run, states.of(run, plan, impacts, allowed, said.append, None) as moving:
+    with Run(path) as run, states.of(run, plan, impacts, flashes, allowed, said.append, None) as moving:
         return list(moving.states(plan.times)), moving.guessed, " ".join(said)
 
 
@@ -208,6 +209,44 @@ def test_the_last_impact_of_every_ball_is_that_of_the_log(runs, the_program):
         np.testing.assert_array_equal(two.value, right)
     with Run(runs / "log.h5") as run:  # looked for from a late moment backwards
         np.testing.assert_array_equal(states.LastImpacts(run).until(one.time), right)
+
+
+def test_the_impacts_that_dissipate_most_flash_and_shrink(runs, the_program):
+    plan, life = plan_of(runs / "log.h5"), 1e-3
+    found, _, _ = told(runs / "log.h5", plan, flashes=life)
+    with Run(runs / "log.h5") as run:
+        time, energy, place = (run.read(f"impacts/{n}") for n in ("time", "dissipation", "position"))
+        made = states.Flashes(run, run, 0.0, 0.01, 2e-4)
+    early = np.sort(energy[time < 0.01])[::-1][:50]  # one at a time: there are 20 balls
+    assert len(made.time) == len(early) and made.least == pytest.approx(early[-1])
+    hardest = int(np.argmax(energy))
+    seen = [state.flashes[np.abs(state.flashes[:, :3] - place[hardest]).max(axis=1) < 1e-9] for state in found]
+    shown = [(state.time, *one[:, 3]) for state, one in zip(found, seen) if len(one)]
+    assert all(time[hardest] <= at < time[hardest] + life for at, _ in shown) and len(shown) >= 2
+    assert shown[0][1] > shown[-1][1] > 0
+    again, _, said = told(runs / "run.h5", plan, flashes=life)  # which has no log
+    assert "and impacts" in said
+    np.testing.assert_array_equal(again[50].flashes, found[50].flashes)
+    bare, _, _ = told(runs / "run.h5", plan, allowed=False, flashes=life)
+    assert bare[50].flashes is None
+
+
+def test_a_film_without_a_given_speed_is_slow_enough_to_see_and_lasts_ten_seconds(runs, monkeypatch):
+    def planned(begin=None, end=None, fps=None):
+        options = argparse.Namespace(slow=None, begin=begin, end=end, fps=fps)
+        said = []
+        with Run(runs / "run.h5") as run:
+            return times.film(run, options, True, said.append), said
+
+    for begin, end in ((None, None), ("10 ms", "30 ms"), ("10 ms", "13 ms")):
+        plan, said = planned(begin, end)
+        assert 8 <= len(plan.times) / plan.fps <= 12.5 and not said
+    monkeypatch.setattr(Run, "period", 0.005)  # [s]: a rotor twenty times as fast
+    plan, said = planned()
+    assert plan.times[-1] == pytest.approx(0.05) and plan.times[0] > 0.01 and "the film shows the time from" in said[0]
+    assert 8 <= len(plan.times) / plan.fps <= 12.5
+    plan, said = planned("0 s")
+    assert plan.times[0] == 0 and len(plan.times) / plan.fps > 15 and not said
 
 
 def test_a_run_without_frames_is_run_again_for_them(runs, the_program):

@@ -94,7 +94,7 @@ def test_a_helper_that_dies_is_one_line(start_mill, runs, tmp_path, victim):
 @pytest.mark.unmeasured
 def test_a_full_disk_is_one_line(mill, runs, tmp_path):
     full = {"preexec_fn": lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000))}
-    for name, words in (("film.mp4", ("--to", "10 ms")), ("still.png", ()), ("still.pov", ("--pov",))):
+    for name, words in (("film.mp4", ("--no-rerun",)), ("still.png", ()), ("still.pov", ("--pov",))):
         done = mill("render", runs / "run.h5", name, *words, *SMALLEST, **full)
         assert done.returncode == 1
         assert done.stderr.splitlines()[-1] == f"mill render: {name}: File too large"
@@ -104,7 +104,7 @@ def test_a_full_disk_is_one_line(mill, runs, tmp_path):
 def test_what_ffmpeg_is_to_write_follows_no_link(mill, runs, tmp_path):
     (tmp_path / "other").write_text("kept")
     (tmp_path / "film.mp4.part").symlink_to("other")
-    assert mill("render", runs / "run.h5", "film.mp4", "--to", "10 ms", *SMALLEST).returncode == 0
+    assert mill("render", runs / "run.h5", "film.mp4", "--slow", "20", "--to", "10 ms", *SMALLEST).returncode == 0
     assert (tmp_path / "other").read_text() == "kept" and (tmp_path / "film.mp4.part").is_symlink()
 
 
@@ -142,7 +142,7 @@ BESIDE = (*FILM, "--beside", "camera.mp4")
         ((*FILM, "--slow", "0"), "argument --slow: invalid positive number value: '0'"),
         ((*FILM, "--workers", "none"), "argument --workers: invalid number of processes value: 'none'"),
         ((*FILM, "--from", "30 ms", "--to", "20 ms"), "--to: must be after --from, 0.03 s; got 0.02 s"),
-        ((*FILM, "--from", "41 ms", "--to", "44 ms"),
+        ((*FILM, "--from", "41 ms", "--to", "44 ms", "--no-rerun"),
          "run.h5: fewer than two frames are stored from 0.041 s to 0.044 s"),
         ((*FILM, "--slow", "1e8"), "125000001 pictures, 4e-10 s apart, are too many for a film"),
         ((*FILM, "--crop", "1x1+0+0"), "--crop: only with --beside"),
@@ -155,7 +155,9 @@ BESIDE = (*FILM, "--beside", "camera.mp4")
          "camera.mp4: is the input file camera.mp4 itself; give another name"),
         (("none.h5", "a.png"), "none.h5: no ball states are stored (output.frames = 0 s): give a time with --time"),
         (("none.h5", "a.mp4"),
-         "none.h5: no ball states are stored (output.frames = 0 s): --slow N runs the deck again"),
+         "none.h5: no ball states are stored (output.frames = 0 s) to find the range of the colours"),
+        (("none.h5", "a.mp4", "--no-rerun"), "none.h5: no ball states are stored (output.frames = 0 s)"),
+        (("run.h5", "a.png", "--colour-map", "jet"), "argument --colour-map/--color-map: invalid choice: 'jet'"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_is_one_line(runs, shots, tmp_path, words, line, capsys, monkeypatch):

@@ -13,6 +13,7 @@ import time
 from pathlib import Path
 
 import h5py
+import numpy as np
 import pytest
 from conftest import PROGRAM, ROOT, SMALL, run_mill
 from report_page import Reader, report
@@ -351,9 +352,10 @@ def test_a_comparison_opens_without_errors_or_requests(compared, open_page):
 
 @pytest.fixture(scope="module")
 def slower(folder):
-    """The page of the small mill at two speeds, with frames 1 ms apart."""
+    """The page of the small mill at two speeds, with frames so close that states between them are drawn."""
     for name, speed in (("quick", 1000), ("slow", 800)):
-        words = ["-s", f"rotor.speed={speed} rpm", "-s", "run.time=0.3 s", "-s", "output.frames=1 ms"]
+        keys = f"rotor.speed={speed} rpm", "run.time=0.14 s", "output.frames=0.5 ms", "output.impacts=all"
+        words = [word for key in keys for word in ("-s", key)]
         done = subprocess.run([PROGRAM, "-q", "small.ini", "-o", f"{name}.h5", *words], cwd=folder, capture_output=True)
         assert done.returncode == 0, done.stderr
     assert report(folder, "--compare", "quick.h5", "slow.h5", "--rerun", "never").returncode == 0
@@ -370,7 +372,7 @@ def test_players_side_by_side_have_one_clock_one_camera_and_one_scale(slower, op
     opened.evaluate("millPlayers[0].show(150)")
     one, two = opened.evaluate("millPlayers.map((p) => p.head.turns[p.frame] % 1)")
     frames = opened.evaluate("millPlayers.map((p) => p.frame)")
-    assert frames[0] != frames[1] and abs(one - two) < 0.02  # a frame is 1/60 of a turn
+    assert frames[0] != frames[1] and abs(one - two) < 0.02  # a frame is 1/120 of a turn
     for script in ("millPlayers[1].view.turn(0.4, 0.2); millPlayers[1].view.controls.update()",
                    "document.querySelector('.mp-shared [data-view=end]').click()"):  # fmt: skip
         before = opened.evaluate("millPlayers[0].view.stand()")
@@ -381,6 +383,25 @@ def test_players_side_by_side_have_one_clock_one_camera_and_one_scale(slower, op
     assert opened.evaluate("millPlayers.map((p) => p.by)") == [1, 1]
     shown = "[...document.querySelectorAll('.mp-play')].filter((b) => b.checkVisibility()).length"
     assert opened.evaluate(shown) == 1
+    opened.check()
+
+
+@pytest.mark.browser
+def test_players_side_by_side_show_one_angle_between_their_frames_and_flash_together(slower, open_page):
+    opened = open_page(slower, width=1000, height=800)
+    opened.evaluate("document.querySelector('.mill-player').scrollIntoView()")
+    assert opened.evaluate("Promise.all(millPlayers.map((p) => p.ready))") == [True, True]
+    angles = "millPlayers.map((p) => { const m = p.pose('rotor'); return Math.atan2(m[9], m[5]); })"
+    times = opened.evaluate("millPlayers[0].head.times")
+    for moment in (times[150] + 0.1e-3, times[160] + 0.3e-3):
+        opened.evaluate("(t) => millPlayers[0].at(t)", moment)
+        one, two = opened.evaluate(angles)
+        assert one == pytest.approx(two, abs=1e-4)
+    flashes = """millPlayers[0].head.times.slice(140, 180)
+        .map((t) => { millPlayers[0].at(t); return millPlayers.map((p) => { p.view.draw(); return p.flashes(); }); })"""
+    assert np.max(opened.evaluate(flashes), axis=0).min() > 0
+    opened.evaluate("document.querySelector('.mp-shared .mp-flashes').click()")
+    assert np.max(opened.evaluate(flashes)) == 0
     opened.check()
 
 

@@ -1,6 +1,7 @@
 """Pictures of a run in 3D: what stands where in them, in which colour; the scenes for POV-Ray."""
 
 import ctypes.util
+import dataclasses
 import os
 import re
 import shutil
@@ -158,11 +159,11 @@ def test_a_ball_is_as_large_as_its_diameter(runs):
         places = np.tile([-0.018, 0.0, 0.0], (count, 1))
         chosen = int(np.argmax(diameters == diameter))
         places[chosen] = 0.014, 0.012, 0.012
-        speeds = np.where(np.arange(count) == chosen, 3.0, 0.3)
+        speeds = np.where(np.arange(count) == chosen, 9.0, 0.3)
         image, view = picture(run, state(places, speeds), size=(400, 400))
         x, y = project(view, [places[chosen]], (400, 400))[0, :2]
         row = image[int(y)].astype(int)
-        across = (row[:, 0] > row[:, 2] + 60)[max(0, int(x) - 60) : int(x) + 60]  # orange, not white
+        across = (row[:, 0] > row[:, 2] + 60)[max(0, int(x) - 60) : int(x) + 60]  # yellow, not white
         seen[diameter] = across.sum() * view.height / 400
     for diameter, width in seen.items():
         assert width == pytest.approx(diameter, abs=0.0006)
@@ -348,10 +349,50 @@ def test_limits_hold_almost_all_balls_of_a_film_and_end_at_a_readable_number(run
 
 
 def test_beyond_the_limits_a_ball_has_the_limits_colour_and_an_unknown_one_is_grey():
-    turbo = colour.Colour("speed", (1.0, 2.0))
-    rgb = turbo.rgb([0.0, 1.0, 2.0, 9.0, np.nan])
+    colours = colour.Colour("speed", (1.0, 2.0))
+    rgb = colours.rgb([0.0, 1.0, 2.0, 9.0, np.nan])
     assert (rgb[0] == rgb[1]).all() and (rgb[2] == rgb[3]).all()
     assert len(set(rgb[4])) == 1
+
+
+def lightness(rgb):
+    """CIE L* of colours (n, 3) 0..255, as a print in grey keeps it."""
+    light = np.where(rgb <= 10, rgb / 255 / 12.92, ((rgb / 255 + 0.055) / 1.055) ** 2.4) @ [0.2126, 0.7152, 0.0722]
+    return 116 * np.cbrt(light) - 16
+
+
+def deuteranope(rgb):
+    """Colours (n, 3) 0..255 as seen without the green cones (Machado, Oliveira, Fernandes 2009)."""
+    matrix = [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.01182, 0.04294, 0.968881]]
+    linear = np.where(rgb <= 10, rgb / 255 / 12.92, ((rgb / 255 + 0.055) / 1.055) ** 2.4) @ np.transpose(matrix)
+    return 255 * (1.055 * np.clip(linear, 0.0031308, 1) ** (1 / 2.4) - 0.055)
+
+
+@pytest.mark.parametrize("seen", [np.asarray, deuteranope])
+def test_a_faster_ball_is_lighter_in_grey_and_without_green_cones_too(seen):
+    rgb = colour.Colour("speed", (0.0, 1.0)).rgb(np.linspace(0, 1, 33)).astype(float)
+    steps = np.diff(lightness(seen(rgb)))
+    assert steps.min() > 0.6 * steps.mean() and steps.sum() > 55
+    assert 28 < lightness(seen(rgb))[0] and lightness(seen(rgb))[-1] < 93  # not black, not white
+
+
+def test_runs_shown_together_have_the_limits_of_the_faster_one(runs):
+    slow, fast = sorted((runs("mill"), runs("mixture")), key=lambda run: colour.of(run, "speed").limits[1])
+    assert (
+        colour.shared([slow, fast], "speed") == colour.shared([fast, slow], "speed") == colour.of(fast, "speed").limits
+    )
+
+
+def test_a_flash_is_where_the_impact_was_and_a_ball_in_front_hides_it(runs):
+    run = runs("one")
+    seen = []
+    for depth in (0.0, 0.012):  # of the ball behind the flash
+        place = np.array([[0.012, 0.005, 0.005]])
+        what = dataclasses.replace(state(place, [0.1]), flashes=np.array([[0.012 - depth, 0.005, 0.005, 0.003]]))
+        image, view = picture(run, what, "end", size=(400, 400))
+        x, y = project(view, what.flashes[:, :3], (400, 400))[0, :2]
+        seen.append(image[int(y), int(x)].astype(int).min() > 240)
+    assert seen == [True, False]
 
 
 def test_values_are_those_of_the_state(runs):
@@ -420,9 +461,18 @@ def test_a_plane_is_in_full_light_and_a_corner_is_not():
 
 def test_what_the_lamp_sees_something_before_is_in_shadow():
     plane, lamp = np.full((64, 64), 1.0), np.full((64, 64), 1.0)
-    lamp[:, :20] = 0.95
+    lamp[:, :20] = 0.98
     light = light_on(plane, lamp)
-    assert light[:, :16].max() < 0.7 and light[:, 26:].min() == pytest.approx(1.0)
+    assert light[:, :16].max() < 0.75 and light[:, 26:].min() == pytest.approx(1.0)
+
+
+def test_a_shadow_fades_with_the_distance_from_the_object_that_casts_it():
+    plane, dark = np.full((64, 64), 1.0), []
+    for near in (0.98, 0.96, 0.92):
+        lamp = plane.copy()
+        lamp[:, :20] = near
+        dark.append(1 - light_on(plane, lamp)[:, :16].mean())
+    assert dark[0] > 1.3 * dark[1] > 1.7 * dark[2] > 0
 
 
 def test_the_shadow_of_a_thin_bar_is_one_beside_large_balls_too():

@@ -7,7 +7,7 @@ from milltools import pages
 from milltools.base.text import lines, plain, plural
 from milltools.compare import finding, pictures, rows, terminal
 from milltools.figures import svg
-from milltools.player import frames, parts, player
+from milltools.player import parts, player
 
 HERE = pathlib.Path(__file__).parent
 MOST_BYTES = 6_000_000  # of all players together
@@ -27,14 +27,11 @@ def render(sides, tables, watch, rerun: str = "never") -> str:
     runs = [side.first for side in sides]
     with parts.painter(runs) as draw_all:
         players = []
-        if any(len(run.frame_times()) for run in runs):
-            limits = frames.shared_limits(runs)
-            for run in runs:
-                with watch.step("the balls", 3):
-                    most = MOST_BYTES // len(runs)
-                    tell = lambda text: watch(watch.done, text)  # noqa: E731
-                    until = player.last_turn(run)
-                    players.append(parts.balls(run, rerun, watch.say, tell, most, limits, until))
+        for run in runs if any(len(run.frame_times()) for run in runs) else ():
+            with watch.step("the balls", 3):
+                most, until = MOST_BYTES // len(runs), player.last_turn(run)
+                tell = lambda text: watch(watch.done, text)  # noqa: E731
+                players.append(parts.balls(run, rerun, watch.say, tell, most, runs, until))
         shown = []
         for name, title, words, figure in pictures.figures(tables):
             with watch.step("pictures"):

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure as Canvas
 
 from milltools.figures import outlines
 from milltools.figures.bins import curve
-from milltools.figures.style import SPEEDS
+from milltools.figures.style import SPEEDS, rounded_up
 from milltools.geometry import bodies, vessel
 from milltools.read import kinds
 
@@ -49,7 +49,7 @@ def draw_balls(ax, run):
         cmap=SPEEDS, edgecolors="k", linewidths=0.1,
     )  # fmt: skip
     balls.set_array(speed[order])
-    balls.set_clim(0, np.quantile(speed, 0.99) or 1)
+    balls.set_clim(0, rounded_up(np.quantile(speed, 0.99)))
     ax.add_collection(balls)
     ax.set_title(f"t = {times[-1]:.4g} s")
     ax.figure.colorbar(balls, ax=ax, label="speed [m/s]", shrink=0.7, extend="max")

@@ -6,11 +6,13 @@ drawing is done within `with matplotlib.rc_context(STYLE)`.
 
 import base64
 import io
+import math
 import pathlib
 
 import matplotlib
 import numpy as np
 from matplotlib import ticker
+from matplotlib.colors import ListedColormap
 
 from milltools.base.errors import UserError
 from milltools.base.files import whole
@@ -20,7 +22,9 @@ INK = "#1a1a1a"  # lines and letters; in an inline SVG the text colour of the pa
 # distinguishable with all kinds of colour vision (Okabe and Ito); lines differ too
 COLOURS = (INK, "#d55e00", "#0072b2", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 LINES = ("-", "--", "-.", ":")
-SPEEDS = "turbo"  # the colour map of the balls, in every picture of them
+# the colour map of the balls, in every picture of them: its lightness rises evenly from 32 to 91 (CIE L*), in grey and
+# with all kinds of colour vision too; balls at rest are visible on black, the fastest ones on white
+SPEEDS = ListedColormap(matplotlib.colormaps["viridis"](np.linspace(0.2, 1, 256)), "speeds")
 # similar colours, with a contrast of at least 3 on white and on #111; grey for a rare kind
 KIND_LOOK = {
     "ball_ball": ("#1f86c9", "-"),
@@ -31,6 +35,7 @@ KIND_LOOK = {
     "all": (INK, "-"),
 }
 MORE = (("#b58900", (0, (8, 2))), ("#2aa1b3", (0, (4, 1, 1, 1))), ("#8a6d3b", (0, (2, 1))), ("#7b61c9", (0, (5, 3))))
+SCALE_ENDS = (1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 10)  # of a scale of colours, times a power of ten
 LARGE = 600_000  # bytes of an SVG in a page
 
 
@@ -77,6 +82,14 @@ def log_ticks(axis, low: float = 0.0, high: float = np.inf, most: int = 8):
     axis.set_major_locator(ticker.LogLocator(10, (1, 2, 5) if few else (1,), numticks=most))
     axis.set_major_formatter(ticker.FuncFormatter(lambda value, _: decade(value) or (number(value) if few else "")))
     axis.set_minor_formatter(ticker.NullFormatter())
+
+
+def rounded_up(value: float) -> float:
+    """The value rounded up to a short number, the end of a scale; 1 for 0."""
+    if not value > 0:
+        return 1.0
+    power = 10.0 ** math.floor(math.log10(value))
+    return next(float(f"{step * power:.3g}") for step in SCALE_ENDS if step * power >= value * (1 - 1e-12))
 
 
 # ---- files

@@ -5,6 +5,7 @@ checked: energies and frames of the new file are compared with those in the old 
 """
 
 import contextlib
+import math
 import pathlib
 import shutil
 import subprocess
@@ -12,7 +13,7 @@ import tempfile
 
 import numpy as np
 
-from milltools.base import engine, processes
+from milltools.base import engine, files, processes
 from milltools.base.errors import UserError
 from milltools.geometry.trajectory import HALF_ULP, SAME_TIME, stored
 from milltools.read.runfile import Run
@@ -23,6 +24,10 @@ SAME_ENERGY = 1e-9  # relative tolerance; a single different event soon changes 
 SERIES = ("kinetic_energy", "rotational_energy", "rotor_work")
 STATE_BYTES = 36  # of a ball in a frame: three vectors of three float32
 IMPACT_BYTES = 54
+TURN = 4 / 360  # largest part of a rotor turn from one frame to the next
+CHEAP = 30.0  # [s] largest CPU time of a second run that nobody asked for
+ROOM = 2e9  # [byte] largest temporary disk space, likewise
+STEPS = (1.0, 2.0, 5.0)
 
 
 def why_not(run) -> str | None:
@@ -40,6 +45,31 @@ def size(run, until, interval, impacts) -> float:
     if impacts:
         found += IMPACT_BYTES * run.contacts * min(1.0, until / run.time if run.time > 0 else 1.0)
     return found
+
+
+def interval(run) -> float:
+    """Largest interval of frames [s] that shows the motion: 1, 2 or 5 times a power of ten. In this time the slowest
+    motion moves by at most TURN of its period, and a ball of mean speed by at most its radius. Infinite if nothing
+    moves or no frame is stored."""
+    limits, last = [TURN * run.period] if math.isfinite(run.period) else [], len(run.frame_times()) - 1
+    if last >= 0:
+        speed = np.linalg.norm(run.frame(last, "velocity").astype(float), axis=1)
+        usual = math.sqrt(float((speed**2).mean()))
+        limits += [float(np.median(run.balls("diameter"))) / 2 / usual] if usual > 0 else []
+    if not limits:
+        return math.inf
+    longest = min(limits)
+    power = 10.0 ** math.floor(math.log10(longest))
+    return max(m * power for m in STEPS if m * power <= longest * (1 + 1e-9))
+
+
+def too_dear(run, until, step, impacts) -> str:
+    """What it takes to run a deck again to `until` [s], if that is too much for nobody having asked; else ""."""
+    cost = run.cost * until
+    if not cost <= CHEAP:
+        return (f"about {cost:.0f} s" if cost == cost else "an unknown amount") + " of CPU time"
+    needed = size(run, until, step, impacts)
+    return f"{needed / 1e9:.2g} GB of temporary disk" if needed > ROOM else ""
 
 
 class OtherRun(UserError):
@@ -90,7 +120,8 @@ def run_of(text, changes, watch=None, mend=""):
     command = [*processes.guard(), engine.program(), "-o", "run.h5", *words, "--", "deck.ini"]
     none, line = subprocess.DEVNULL, ""
     with tempfile.TemporaryDirectory(prefix="mill-") as folder:
-        pathlib.Path(folder, "deck.ini").write_text(text, encoding="utf-8")
+        with files.faults(folder):
+            pathlib.Path(folder, "deck.ini").write_text(text, encoding="utf-8")
         with subprocess.Popen(
             command, cwd=folder, stdin=none, stdout=none, stderr=subprocess.PIPE, start_new_session=True,
             encoding="utf-8", errors="replace",

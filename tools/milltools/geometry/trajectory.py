@@ -24,13 +24,15 @@ SAME_TIME = 1e-9  # [s] times closer than this count as equal
 @dataclasses.dataclass(frozen=True)
 class State:
     """All balls at a `time` [s]: position [m], velocity [m/s], angular_velocity [rad/s], each (N, 3) float64; for some
-    pictures a further `value` of each ball (N,); `poses` of the motions, as from Run.poses."""
+    pictures a further `value` of each ball (N,), and `flashes` of impacts (n, 4): place and radius [m]; `poses` of the
+    motions, as from Run.poses."""
 
     time: float
     position: np.ndarray
     velocity: np.ndarray
     angular_velocity: np.ndarray
     value: np.ndarray | None = None
+    flashes: np.ndarray | None = None
     poses: dict | None = None
 
 

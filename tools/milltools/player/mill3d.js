@@ -6,6 +6,7 @@ const Mill3D = (() => {
   const T = MillThree;
   const FIELD = 26; // [degrees] of view, up and down
   const TRIANGLES = 1e6; // approximate limit for all balls of a frame
+  const MOST_FLASHES = 500; // at a time
 
   /** Bytes of base64 text. */
   function bytesOf(text) {
@@ -15,27 +16,33 @@ const Mill3D = (() => {
     return bytes;
   }
 
-  /** Promise of {position: Uint16Array (F, n, 3), value: Uint8Array (F, quantities, n)}; frames.py has the format. */
-  async function unpack(text, frames, balls, quantities) {
+  /** Square of a number with its sign: velocities are stored as such roots. */
+  const square = (q) => q * Math.abs(q);
+
+  /** Promise of {position: Uint16Array (F, n, 3), velocity: Int8Array (F, n, 3), spin: Uint8Array (F, n)}; frames.py has
+      the format. */
+  async function unpack(text, { times, drawn, forecast }) {
     const stream = new Blob([bytesOf(text)]).stream().pipeThrough(new DecompressionStream('gzip'));
     const bytes = new Uint8Array(await new Response(stream).arrayBuffer());
-    const row = balls * (6 + quantities);
+    const frames = times.length, row = 10 * drawn;
     if (bytes.length !== frames * row) throw new Error('the data are not complete');
-    const position = new Uint16Array(frames * balls * 3);
-    const value = new Uint8Array(frames * quantities * balls);
+    const position = new Uint16Array(frames * drawn * 3), velocity = new Int8Array(frames * drawn * 3);
+    const spin = new Uint8Array(frames * drawn);
     for (let f = 0; f < frames; f++) {
       for (let axis = 0; axis < 3; axis++) {
-        const high = f * row + 2 * axis * balls, low = high + balls;
-        for (let k = 0; k < balls; k++) {
+        const quick = f * row + axis * drawn, high = f * row + (4 + 2 * axis) * drawn, low = high + drawn;
+        for (let k = 0; k < drawn; k++) {
+          const at = (f * drawn + k) * 3 + axis, before = at - 3 * drawn;
+          velocity[at] = bytes[quick + k];
           const zigzag = (bytes[high + k] << 8) | bytes[low + k];
-          const at = (f * balls + k) * 3 + axis;
-          const before = f ? position[at - 3 * balls] : 0;
-          position[at] = before + ((zigzag >> 1) ^ -(zigzag & 1)); // wraps at 16 bits
+          const guess = f ? position[before]
+            + Math.floor(forecast[axis] * (square(velocity[before]) + square(velocity[at])) + 0.5) : 0;
+          position[at] = guess + ((zigzag >> 1) ^ -(zigzag & 1)); // wraps at 16 bits
         }
       }
-      value.set(bytes.subarray(f * row + 6 * balls, (f + 1) * row), f * quantities * balls);
+      spin.set(bytes.subarray(f * row + 3 * drawn, f * row + 4 * drawn), f * drawn);
     }
-    return { position, value };
+    return { position, velocity, spin };
   }
 
   /** sRGB bytes as linear light, which three.js uses. */
@@ -119,6 +126,28 @@ const Mill3D = (() => {
     return geometry;
   }
 
+  /** A disc of radius 1 that faces +z: opaque in the middle, transparent at its edge. */
+  function disc() {
+    const points = [], colours = [], triangles = [], around = 20;
+    for (const [radius, white, opacity] of [[0, 1, 1], [0.4, 0.35, 0.9], [1, 0, 0]]) {
+      for (let k = 0; k < around; k++) {
+        const angle = (2 * Math.PI * k) / around, at = points.length / 3, next = at - k + ((k + 1) % around);
+        points.push(radius * Math.cos(angle), radius * Math.sin(angle), 0);
+        colours.push(white, white, white, opacity);
+        if (radius) triangles.push(at - around, at, next, at - around, next, next - around);
+      }
+    }
+    const geometry = surface(points, triangles);
+    geometry.setAttribute('color', new T.BufferAttribute(Float32Array.from(colours), 4));
+    return geometry;
+  }
+
+  /** Weights of both values and both slopes of the cubic at a share of its way. */
+  function hermite(u) {
+    const v = 1 - u;
+    return [v * v * (1 + 2 * u), u * u * (3 - 2 * u), u * v * v, -u * u * v];
+  }
+
   class View {
     /** `context`: a WebGL2 context of `canvas`; `head`: what player.py wrote; `frames`: what unpack() gave. */
     constructor(canvas, context, head, frames) {
@@ -135,6 +164,11 @@ const Mill3D = (() => {
       this.controls.enableDamping = false;
       canvas.style.touchAction = 'pan-y'; // a finger that moves up or down scrolls the page
       this.colours = linear(bytesOf(head.colours));
+      this.step = head.upper.map((u, axis) => (u - head.lower[axis]) / 65535); // [m] of the positions
+      this.radius = new Float64Array(this.count);
+      this.mass = new Float64Array(this.count);
+      this.level = new Uint8Array(this.count);
+      this.flashes = floats(head.flashes);
       this.#furnish();
       this.moved = false;
       this.controls.addEventListener('start', () => { this.moved = true; });
@@ -157,7 +191,11 @@ const Mill3D = (() => {
       }
       (this.moving[head.carrier] ?? this.world).add(bars(head.edges, this.rim));
       this.world.add(...this.moving, this.#balls());
-      scene.add(this.world);
+      const glow = new T.MeshLambertMaterial({ vertexColors: true, transparent: true, depthWrite: false, emissive: 0xd06010 });
+      this.sparks = new T.InstancedMesh(disc(), glow, MOST_FLASHES);
+      this.sparks.frustumCulled = false;
+      this.sparks.renderOrder = 2;
+      scene.add(this.world, this.sparks);
       const sun = new T.DirectionalLight(0xffffff, 2.2); // from over the viewer's left shoulder
       sun.position.set(-0.6, 1, 0.8);
       this.camera.add(sun, sun.target);
@@ -172,16 +210,38 @@ const Mill3D = (() => {
       return this.poses.subarray(from, from + 12);
     }
 
+    /** The pose of a motion as drawn. */
+    shownPose(motion) {
+      const m = this.moving[motion].matrix.elements;
+      return Float32Array.from({ length: 12 }, (_, k) => m[4 * (k % 4) + Math.floor(k / 4)]);
+    }
+
     /** Sets whether the camera is fixed to the container, which then does not move, or to the laboratory. */
     ride(riding) {
       this.riding = riding;
       this.look(this.name);
     }
 
-    #move(frame) {
-      const { carrier } = this.head;
+    /** Moves the bodies to a share 0..1 of the way from a frame to the next: turned evenly, on smooth paths. */
+    #move(frame, share) {
+      const { carrier } = this.head, last = this.head.times.length - 1;
+      const turn = new T.Group(), other = new T.Group(); // for their matrices
       this.moving.forEach((group, k) => {
         group.matrix.set(...this.pose(frame, k), 0, 0, 0, 1);
+        if (share > 0) {
+          const [before, here, next, after] = [-1, 0, 1, 2].map((d) => {
+            other.matrix.set(...this.pose(Math.min(Math.max(frame + d, 0), last), k), 0, 0, 0, 1);
+            return new T.Vector3().setFromMatrixPosition(other.matrix);
+          });
+          turn.quaternion.setFromRotationMatrix(group.matrix);
+          other.matrix.set(...this.pose(frame + 1, k), 0, 0, 0, 1);
+          turn.quaternion.slerp(other.quaternion.setFromRotationMatrix(other.matrix), share);
+          const start = next.clone().sub(before).multiplyScalar(frame ? 0.5 : 1);
+          const end = after.sub(here).multiplyScalar(frame + 1 < last ? 0.5 : 1);
+          const [a, b, c, d] = hermite(share);
+          here.multiplyScalar(a).addScaledVector(next, b).addScaledVector(start, c).addScaledVector(end, d);
+          group.matrix.makeRotationFromQuaternion(turn.quaternion).setPosition(here);
+        }
         group.matrixWorldNeedsUpdate = true;
       });
       this.world.matrix.identity();
@@ -203,34 +263,113 @@ const Mill3D = (() => {
       balls.instanceColor.setUsage(T.DynamicDrawUsage);
       const matrix = balls.instanceMatrix.array;
       let k = 0;
-      for (const [many, diameter] of this.head.runs) {
+      for (const [many, diameter, mass] of this.head.runs) {
         for (const end = k + many; k < end; k++) {
           matrix[16 * k] = matrix[16 * k + 5] = matrix[16 * k + 10] = diameter / 2;
           matrix[16 * k + 15] = 1;
+          this.radius[k] = diameter / 2;
+          this.mass[k] = mass;
         }
       }
       this.balls = balls;
       return balls;
     }
 
-    /** Places balls and bodies as in a frame, coloured by the quantity with index `by`; draw() shows them. */
-    place(frame, by) {
-      const { head, count, colours } = this;
-      const { position, value } = this.frames;
-      const matrix = this.balls.instanceMatrix.array, colour = this.balls.instanceColor.array;
-      const step = head.upper.map((u, axis) => (u - head.lower[axis]) / 65535);
-      const from = frame * count * 3, level = (frame * head.values.length + by) * count;
-      for (let k = 0; k < count; k++) {
-        for (let axis = 0; axis < 3; axis++) {
-          matrix[16 * k + 12 + axis] = head.lower[axis] + step[axis] * position[from + 3 * k + axis];
-          colour[3 * k + axis] = colours[3 * value[level + k] + axis];
+    /** The flights of the balls from a frame to the next, from positions [m] and velocities [m/s] in both: for each ball
+        the seconds from the frame to its impact, if the parabolas from both ends meet within a part of its radius. After
+        no impact the cubic through both states is the parabola itself; after several it is only a smooth curve. */
+    #flights(frame) {
+      if (this.flown?.frame === frame) return this.flown;
+      const { head, count } = this, h = head.times[frame + 1] - head.times[frame];
+      const state = [frame, frame + 1].map((f) => ({ x: new Float64Array(3 * count), v: new Float64Array(3 * count) }));
+      state.forEach(({ x, v }, end) => {
+        const from = (frame + end) * 3 * count;
+        for (let k = 0; k < 3 * count; k++) {
+          x[k] = head.lower[k % 3] + this.step[k % 3] * this.frames.position[from + k];
+          v[k] = (square(this.frames.velocity[from + k]) * head.fastest) / 16129;
         }
+      });
+      const [a, b] = state, impact = new Float64Array(count).fill(NaN), gap = new Float64Array(3 * count), rate = [0, 0, 0];
+      for (let k = 0; k < count; k++) {
+        let product = 0, size = 0, miss = 0;
+        for (let j = 0; j < 3; j++) { // forward parabola minus backward one: gap + rate * seconds
+          const i = 3 * k + j, g = head.gravity[j];
+          gap[i] = a.x[i] - b.x[i] + b.v[i] * h - (g * h * h) / 2;
+          rate[j] = a.v[i] + g * h - b.v[i];
+          product += gap[i] * rate[j];
+          size += rate[j] ** 2;
+        }
+        const at = -product / size, radius = this.radius[k];
+        for (let j = 0; j < 3; j++) miss += (gap[3 * k + j] += rate[j] * at) ** 2;
+        if (size * h * h > (0.02 * radius) ** 2 && at > 0 && at < h && miss < (0.25 * radius) ** 2) impact[k] = at;
+      }
+      this.flown = { frame, h, a, b, impact, gap };
+      return this.flown;
+    }
+
+    /** Places balls and bodies as at a time [s] at or after a frame, coloured by the quantity with index `by`, with
+        flashes of impacts of the last `life` seconds; draw() shows them. */
+    place(frame, time, by, life) {
+      const { head, count, colours, level } = this;
+      const { position, velocity, spin } = this.frames;
+      const matrix = this.balls.instanceMatrix.array, colour = this.balls.instanceColor.array;
+      const s = time - head.times[frame], between = s > 0 && frame + 1 < head.times.length;
+      const { name, limit } = head.values[by], flown = between && this.#flights(frame);
+      const share = between ? s / flown.h : 0, [wa, wb, wc, wd] = hermite(share);
+      const fast = (f, k) => {
+        const from = 3 * (f * count + k);
+        return (Math.hypot(square(velocity[from]), square(velocity[from + 1]), square(velocity[from + 2])) * head.fastest) / 16129;
+      };
+      const spun = (f, k) => (spin[f * count + k] ** 2 * head.spinning) / 65025;
+      const of = name === 'spin' ? spun : fast;
+      for (let k = 0; k < count; k++) {
+        let value;
+        if (!between) {
+          for (let j = 0; j < 3; j++) matrix[16 * k + 12 + j] = head.lower[j] + this.step[j] * position[3 * (frame * count + k) + j];
+          value = of(frame, k);
+        } else {
+          const { h, a, b, impact, gap } = flown, at = impact[k], late = s > at, t = late ? s - h : s;
+          for (let j = 0; j < 3; j++) {
+            const i = 3 * k + j;
+            matrix[16 * k + 12 + j] = at === at // each parabola ends in the middle of the small gap between them
+              ? (late ? b.x[i] + b.v[i] * t : a.x[i] + a.v[i] * t) + (head.gravity[j] * t * t) / 2 - (gap[i] / 2) * (late ? t / (h - at) : t / at)
+              : wa * a.x[i] + wb * b.x[i] + h * (wc * a.v[i] + wd * b.v[i]);
+          }
+          value = at === at ? of(frame + late, k) : (1 - share) * of(frame, k) + share * of(frame + 1, k);
+        }
+        if (name === 'energy') value = (this.mass[k] * value * value) / 2;
+        level[k] = Math.min(255, Math.floor((256 * value) / limit));
+        for (let j = 0; j < 3; j++) colour[3 * k + j] = colours[3 * level[k] + j];
       }
       this.balls.instanceMatrix.needsUpdate = this.balls.instanceColor.needsUpdate = true;
-      this.#move(frame);
+      this.#move(frame, share);
+      this.time = time;
+      this.life = life;
+    }
+
+    /** Turns the flashes that are seen to the camera, a little in front of the balls that hit. */
+    #flash() {
+      const { flashes, sparks, camera, time, life } = this, matrix = sparks.instanceMatrix.array;
+      camera.updateMatrixWorld();
+      const turn = camera.matrixWorld.elements, place = new T.Vector3(), lift = 2 * this.radius[0];
+      const container = this.world.matrix.clone().multiply((this.moving[this.head.carrier] ?? new T.Group()).matrix);
+      sparks.count = 0;
+      for (let k = 0; k < flashes.length && sparks.count < MOST_FLASHES; k += 5) {
+        const age = (time - flashes[k]) / life;
+        if (!(age >= 0 && age < 1)) continue;
+        const at = 16 * sparks.count++, size = flashes[k + 4] * (1 - age);
+        place.fromArray(flashes, k + 1).applyMatrix4(container);
+        place.addScaledVector(camera.position.clone().sub(place).normalize(), lift);
+        for (let j = 0; j < 12; j++) matrix[at + j] = j % 4 < 3 ? size * turn[j] : 0;
+        place.toArray(matrix, at + 12);
+        matrix[at + 15] = 1;
+      }
+      sparks.instanceMatrix.needsUpdate = true;
+      sparks.visible = sparks.count > 0;
     }
 
     draw() {
+      this.#flash();
       this.renderer.render(this.scene, this.camera);
     }
 

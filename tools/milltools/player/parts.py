@@ -18,7 +18,7 @@ from milltools.base.text import plain
 from milltools.figures import FIGURES, overview, svg
 from milltools.geometry.bodies import Mill
 from milltools.geometry.trajectory import stored
-from milltools.player import finer, player
+from milltools.player import finer, frames, player
 from milltools.read.runfile import Run
 from milltools.render import camera, colour, scene
 from milltools.render.team import team
@@ -49,23 +49,25 @@ GROUPS = {
 CONTENTS = tuple((anchor, name) for anchor, (name, *_) in GROUPS.items())
 
 
-def balls(run, rerun: str, say, tell, most_bytes: int = MOST_BYTES, limits=None, until=None) -> str:
-    """The player with its still picture, or the reason why there is none; `rerun`, `say`, `tell`: see
-    finer.frames_of, `until` too; `limits`: see frames.pack."""
+def balls(run, rerun: str, say, tell, most_bytes: int = MOST_BYTES, beside=(), until=None) -> str:
+    """The player with its still picture, or the reason why there is none, in colours that also suit the runs that are
+    shown `beside` it; `rerun`, `say`, `tell`, `until`: see finer.frames_of."""
     why = player.no_frames(run)
     if why:
         return f'<p class="missing">{why}</p>'
+    runs = [run, *(other for other in beside if not player.no_frames(other))]
+    limits = {name: colour.shared(runs, name)[1] for name in frames.SHOWN}
     with finer.frames_of(run, most_bytes, rerun, say, tell, until) as shown:
         return player.fragment(shown, most_bytes, still(shown, limits), limits)
 
 
-def still(run, limits=None) -> bytes:
-    """The last stored frame as a PNG, for browsers without WebGL and for printing; `limits` of its colours."""
+def still(run, limits) -> bytes:
+    """The last stored frame as a PNG, for browsers without WebGL and for printing."""
     last, store = len(run.frame_times()) - 1, io.BytesIO()
     try:  # as `mill render` draws it
         state = stored(run, last)
         riding = state.poses if Mill.of(run).wanders else None  # like the first view of the player
-        look = camera.of("front", run, poses=riding), colour.of(run, "speed", limits and (0, limits["speed"]))
+        look = camera.of("front", run, poses=riding), colour.of(run, "speed", (0.0, limits["speed"]))
         with scene.Scene(run, STILL, "draft", *look) as drawing:
             Image.fromarray(drawing.draw(state)).save(store, format="png")
     except UserError:  # no 3D drawing without a display on this machine: draw the view along the axis

@@ -4,9 +4,11 @@
      ready           promise: true when the player is drawn, false if the still picture is shown instead
      frames, frame   number of frames, index of the frame shown
      show(k)         pauses and shows frame k            play(), pause(), playing
+     at(t)           pauses and shows the time t [s]     clock  the time shown [s]
      colourBy(name)  "speed", "spin", "energy"           look(name)  "front", "three-quarter", "end"
      positions()     centres of the balls as drawn, Float32Array (n, 3) [m]
      levels()        values for their colours, Uint8Array (n,): 255 is the end of the scale
+     flashes()       number of flashes of impacts as drawn
      pose(name)      pose of a motion as drawn, three rows of four: a point p is at rotation p + centre
      ride(riding)    sets whether the camera moves with the container
      draws           pictures drawn so far
@@ -30,12 +32,14 @@
       const bar = figure.querySelector('.mp-controls'); // of linked players the first one's is moved out of the figure
       const part = (name) => (name === 'controls' ? bar : figure.querySelector(`.mp-${name}`) ?? bar?.querySelector(`.mp-${name}`));
       Object.assign(this, { figure, part, frame: 0, playing: false, draws: 0, by: 0, visible: false });
+      Object.assign(this, { flashBox: part('flashes'), pace: 1 }); // pace: own seconds in a second of the clock's player
       this.ready = new Promise((resolve) => { this.settle = resolve; });
       const head = part('head');
       if (!head) return this.settle(false); // nothing is stored: the page says so
       this.head = JSON.parse(head.textContent);
       this.frames = this.head.times.length;
       this.frame = this.head.first;
+      this.clock = this.head.times[this.frame];
       this.watch();
     }
 
@@ -55,6 +59,9 @@
     /** The player with the clock and the controls: this one, or the first of those that are linked. */
     get first() { return this.link?.players[0] ?? this; }
 
+    /** First and last frame that it plays. */
+    get range() { return this.link && this.first === this ? this.link.range : [0, this.frames - 1]; }
+
     get seen() { return this.link ? this.link.players.some((one) => one.visible) : this.visible; }
 
     async start() {
@@ -65,7 +72,7 @@
       if (!context) return this.give_up(NO_WEBGL);
       const { head } = this;
       const text = this.part('data').textContent;
-      const frames = await Mill3D.unpack(text, this.frames, head.drawn, head.values.length);
+      const frames = await Mill3D.unpack(text, head);
       this.view = new Mill3D.View(canvas, context, head, frames);
       this.view.name = FIRST_VIEW;
       this.view.riding = head.rides;
@@ -102,7 +109,8 @@
       const on = (element, event, act) => element.addEventListener(event, (e) => { this.touched = true; act(e); });
       on(part('play'), 'click', () => (this.playing ? this.pause() : this.play()));
       on(part('slider'), 'input', () => this.show(Number(part('slider').value)));
-      on(part('slow'), 'change', () => this.begin());
+      on(part('slow'), 'change', () => this.refresh());
+      if (this.flashBox && this.first === this) on(this.flashBox, 'change', () => this.refresh());
       on(part('colour'), 'change', () => this.colourBy(part('colour').value));
       const camera = part('camera');
       if (camera) on(camera, 'change', () => this.ride(camera.value === 'riding'));
@@ -194,12 +202,20 @@
 
     place() {
       this.link?.follow(this);
-      this.view.place(this.frame, this.by);
-      const text = this.link?.words() ?? this.head.labels[this.frame];
+      const slow = Number(this.first.part('slow').value) * this.pace;
+      this.view.place(this.frame, this.clock, this.by, this.flashBox?.checked ? this.head.seen * slow : 0);
+      const text = this.link?.words() ?? this.label();
       const slider = this.part('slider');
       slider.value = this.frame;
       slider.setAttribute('aria-valuetext', text);
       this.part('time').textContent = text;
+    }
+
+    /** The time shown, in words. */
+    label() {
+      const { head, clock, frame } = this;
+      return clock > head.times[frame] || this.first.playing && head.between
+        ? `t = ${(1e3 * clock).toFixed(head.places + 1)} ms` : head.labels[frame];
     }
 
     /** Draws once at the browser's next picture, even after several calls. */
@@ -214,11 +230,25 @@
       });
     }
 
-    show(frame) {
-      this.pause();
-      this.frame = frame;
+    refresh() {
       this.place();
       this.draw();
+    }
+
+    show(frame) { this.at(this.head.times[frame]); }
+
+    at(time) {
+      this.pause();
+      this.reach(time);
+      this.refresh();
+    }
+
+    /** Sets the time shown: that of the last frame before it if nothing is drawn between frames. */
+    reach(time) {
+      const { times, between } = this.head, [begin, end] = this.range;
+      const there = Math.min(Math.max(time, times[begin]), times[end]);
+      this.frame = Math.max(0, times.findLastIndex((t) => t <= there + 1e-9));
+      this.clock = between ? there : times[this.frame];
     }
 
     play() {
@@ -240,9 +270,9 @@
       button.classList.toggle('mp-playing', this.playing);
     }
 
-    /** Simulated time continues from the frame shown. */
+    /** Simulated time continues from the time shown. */
     begin() {
-      this.clock = this.head.times[this.frame];
+      this.simulated = this.clock;
       this.last = null;
     }
 
@@ -259,23 +289,15 @@
       requestAnimationFrame(tick);
     }
 
-    /** Shows the last stored frame before the present time: nothing is interpolated. */
     advance(now) {
-      const { times, interval } = this.head;
+      const { times, interval, between } = this.head, { frame } = this;
       const passed = Math.min(now - (this.last ?? now), HICCUP) / 1000;
       this.last = now;
-      this.clock += passed * Number(this.part('slow').value);
-      let frame = this.frame;
-      while (frame + 1 < times.length && times[frame + 1] <= this.clock) frame++;
-      const [begin, end] = this.link?.range(this) ?? [0, times.length - 1];
-      if (frame > end || this.clock >= times[end] + interval) {
-        frame = begin;
-        this.clock = times[begin];
-      }
-      if (frame === this.frame) return;
-      this.frame = frame;
-      this.place();
-      this.draw();
+      this.simulated += passed * Number(this.part('slow').value);
+      const [begin, end] = this.range;
+      if (this.simulated >= times[end] + (between ? 0 : interval)) this.simulated = times[begin];
+      this.reach(this.simulated);
+      if (between || frame !== this.frame) this.refresh();
     }
 
     // ---- what is seen
@@ -295,8 +317,7 @@
         tick.style.left = `${100 * share}%`;
         return tick;
       }));
-      this.place();
-      this.draw();
+      this.refresh();
     }
 
     look(name) {
@@ -307,28 +328,23 @@
     }
 
     reset() {
-      this.pause();
-      this.frame = this.head.first;
-      this.place();
+      this.show(this.head.first);
       this.look(FIRST_VIEW);
     }
 
     positions() { return this.view.positions(); }
 
-    levels() {
-      const { value } = this.view.frames, n = this.head.drawn;
-      const at = (this.frame * this.head.values.length + this.by) * n;
-      return value.slice(at, at + n);
-    }
+    levels() { return this.view.level.slice(); }
 
-    pose(name) { return this.view.pose(this.frame, this.head.motions.indexOf(name)); }
+    flashes() { return this.view.sparks.count; }
+
+    pose(name) { return this.view.shownPose(this.head.motions.indexOf(name)); }
 
     ride(riding) {
       this.link?.all(this, (one) => one.ride(riding));
       this.view.ride(riding);
       this.link?.level();
-      this.place();
-      this.draw();
+      this.refresh();
     }
   }
 
@@ -344,9 +360,20 @@
         : [];
       this.turns = this.scales.length > 0 && this.common()[0] < this.common()[1];
       if (!this.turns) this.scales = players.map(({ head }) => from(head.times, head.times[head.first]));
-      const slider = players[0].part('slider');
-      [slider.min, slider.max] = this.range(players[0]);
-      frame.querySelector('.mp-shared').append(players[0].part('controls'));
+      const [begin, end] = this.common(), [scale] = this.scales, [{ part }] = players, slider = part('slider');
+      const start = Math.max(0, scale.findIndex((value) => value >= begin - 1e-6));
+      this.range = [start, Math.max(start, scale.findLastIndex((value) => value <= end + 1e-6))];
+      [slider.min, slider.max] = this.range;
+      const box = players.map((one) => one.flashBox).find(Boolean); // the first one may have none
+      players.forEach((one, k) => Object.assign(one, { flashBox: box, pace: this.#speed(0) / this.#speed(k) }));
+      if (box) part('scale').before(box.parentElement);
+      frame.querySelector('.mp-shared').append(part('controls'));
+    }
+
+    /** How far the clock goes in a second of a player's time: what turns has a constant speed. */
+    #speed(k) {
+      const { times } = this.players[k].head, scale = this.scales[k], last = times.length - 1;
+      return last ? (scale[last] - scale[0]) / (times[last] - times[0]) : 1;
     }
 
     /** The part of the clock that all players have frames for. */
@@ -355,41 +382,27 @@
       return [Math.max(...ends.map(([begin]) => begin)), Math.min(...ends.map(([, end]) => end))];
     }
 
-    /** The last frame of a player at or before a reading of the clock, or the nearest one. */
-    frameAt(k, reading) {
-      const later = this.scales[k].findIndex((value) => value > reading + 1e-6);
-      return later < 0 ? this.scales[k].length - 1 : Math.max(0, later - 1);
+    /** The clock at the time that the first player shows. */
+    reading() {
+      const [{ head, clock }] = this.players;
+      return this.scales[0][0] + (clock - head.times[0]) * this.#speed(0);
     }
 
-    /** First and last frame of a player in which all others have frames too. */
-    range(player) {
-      const k = this.players.indexOf(player), [begin, end] = this.common();
-      const first = this.scales[k].findIndex((value) => value >= begin - 1e-6);
-      return [Math.max(0, first), Math.max(first, this.frameAt(k, end))];
-    }
-
-    /** The others show the frame at the clock of the first player, which stays where all have frames. */
+    /** The others show the state at the clock of the first player. */
     follow(player) {
       if (player !== this.players[0]) return;
-      const [begin, end] = this.range(player);
-      player.frame = Math.min(Math.max(player.frame, begin), end);
-      const reading = this.scales[0][player.frame];
+      const reading = this.reading();
       this.players.forEach((one, k) => {
-        const frame = this.frameAt(k, reading);
-        if (!k || one.frame === frame && one.placed) return;
-        one.frame = frame;
-        if (!one.view) return;
-        one.placed = true;
-        one.place();
-        one.draw();
+        if (!k) return;
+        one.reach(one.head.times[0] + (reading - this.scales[k][0]) / this.#speed(k));
+        if (one.view) one.refresh();
       });
     }
 
     words() {
-      const [first] = this.players;
-      const turn = this.scales[0][first.frame] % 1;
-      const times = this.players.map((one) => one.head.labels[one.frame].replace('t = ', '')).join(' | ');
-      return this.turns ? `${(360 * (turn < 0 ? turn + 1 : turn)).toFixed(0)}° (${times})` : times;
+      const degrees = Math.round(360 * this.reading()) % 360;
+      const times = this.players.map((one) => one.label().replace('t = ', '')).join(' | ');
+      return this.turns ? `${degrees < 0 ? degrees + 360 : degrees}° (${times})` : times;
     }
 
     all(player, act) {
@@ -416,8 +429,8 @@
     }
 
     joined(player) {
-      if (player === this.players[0]) player.show(this.range(player)[0]);
-      else if (this.players[0].view) this.players[0].place();
+      if (player === this.players[0]) player.show(this.range[0]);
+      else if (this.players[0].view) this.players[0].refresh();
       this.level();
     }
   }

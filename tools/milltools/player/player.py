@@ -5,28 +5,31 @@
 
 The browser draws it with WebGL through three.js (vendor/, MIT licence); frames.py describes the data. It works from
 file:// and loads nothing from the network. Without WebGL or JavaScript, and in print, it shows the picture `still` and
-the reason. All texts from a deck are escaped. Only stored states are shown: between two frames balls collide many
-times, so paths drawn between them would be wrong.
+the reason. All texts from a deck are escaped. If the frames are close, balls and bodies move between them too
+(mill3d.js), and hard impacts flash; frames that are far apart are shown as they are.
+
+Runs that are shown together need the same colours: give all of them the same `limits`, as parts.balls() does. In the
+page they are in the JSON of <script class="mp-head">: values[k].limit [SI] is the end of a scale, with its `ticks`.
 """
 
 import base64
 import hashlib
 import pathlib
 
-import matplotlib
 import numpy as np
 
 from milltools import pages
-from milltools.base.text import plain
-from milltools.figures.style import SPEEDS
+from milltools.base.text import plain, quantity
+from milltools.geometry import trajectory
 from milltools.geometry.bodies import Mill
 from milltools.player import frames
 from milltools.player.finer import Finer
 from milltools.read import motions
-from milltools.render import camera, colour
+from milltools.render import camera, colour, states
 
 FOLDER = pathlib.Path(__file__).parent
 VIEWS = ("front", "three-quarter")  # as in mill render
+PAIRS = 4  # pairs of frames in which flights are counted
 
 
 def no_frames(run) -> str:
@@ -39,13 +42,15 @@ def no_frames(run) -> str:
 
 def fragment(run, most_bytes: int = 6_000_000, still: bytes | None = None, limits=None) -> str:
     """The player of a milltools.read.runfile.Run as HTML, at most `most_bytes` long if possible (first frames, then
-    balls are left out). `still`: a PNG to show where WebGL does not work; `limits`: see frames.pack. The page needs
-    scripts() once."""
+    balls are left out). `still`: a PNG to show where WebGL does not work; `limits`: ends of the colour scales
+    {quantity: value [SI]} of frames.SHOWN, instead of the run's own. The page needs scripts() once."""
     why = no_frames(run)
     if why:
         return _template("player.html").render(still=_text(still), why=why, head=None, caption="")
-    bare = len(_whole(run, frames.planned(run), still).encode())
-    return _whole(run, frames.pack(run, (most_bytes - bare) // 4 * 3, limits), still)
+    limits = limits or {name: colour.shared([run], name)[1] for name in frames.SHOWN}
+    flashes, planned = _flashes(run), frames.planned(run, limits)
+    bare = len(_whole(run, planned, still, flashes).encode())
+    return _whole(run, frames.pack(run, (most_bytes - bare) // 4 * 3, limits), still, flashes)
 
 
 def page(run, title: str) -> str:
@@ -87,16 +92,26 @@ def _template(name):
     return found.get_template(name)
 
 
-def _whole(run, packed, still):
-    head = _head(run, packed)
-    colours = matplotlib.colormaps[SPEEDS](np.linspace(0, 1, 17), bytes=True)[:, :3]
+def _flashes(run):
+    """The states.Flashes of the frames of a run, for the slow motion that is chosen first; None without a log of
+    impacts, or if the frames are far apart."""
+    times, log = run.frame_times(), run.log if isinstance(run, Finer) else run
+    if not log.has("impacts/time") or not frames.close(times, run):
+        return None
+    factor = next(float(value) for value, _, chosen in _speeds(float(np.median(np.diff(times))), True) if chosen)
+    return states.Flashes(log, run, float(times[0]), float(times[-1]), states.SEEN * factor)
+
+
+def _whole(run, packed, still, flashes):
+    head = _head(run, packed, flashes)
+    colours = colour.TABLES["speeds"][:: 255 // 15]
     return _template("player.html").render(
         still=_text(still),
         why="",
         head=head,
-        speeds=_speeds(head["interval"], 20 if head["smooth"] else 10),
+        speeds=_speeds(head["interval"], head["between"]),
         gradient=",".join("rgb({},{},{})".format(*c) for c in colours),
-        caption=_caption(run, packed, head),
+        caption=_caption(run, packed, head, flashes),
         data=_text(packed.data),
     )
 
@@ -104,21 +119,23 @@ def _whole(run, packed, still):
 # ---- data for the scripts
 
 
-def _head(run, packed):
+def _head(run, packed, flashes):
     times = run.frame_times()[packed.index]
+    labels, places = _labels(times)
     up, views = _views(run, packed.index[0])
     mill = Mill.of(run)
     poses = [run.poses(int(k)) for k in packed.index]
     names = list(poses[0])
     begin = run.quantity("run/sample_from", 0.0)
     later = np.flatnonzero(times >= begin * (1 - 1e-9))
-    table = matplotlib.colormaps[SPEEDS](np.arange(256), bytes=True)[:, :3]
+    shown = np.column_stack([flashes.time, flashes.place, flashes.radius]) if flashes else np.empty((0, 5))
     return {
         "drawn": len(packed.chosen),
         "times": times.tolist(),
-        "labels": _labels(times),
+        "labels": labels,
         "turns": None if (done := turns(run, times)) is None else done.tolist(),
-        "smooth": isinstance(run, Finer),
+        "between": packed.close,  # whether states between the frames are drawn
+        "places": places,
         "interval": float(np.median(np.diff(times))) if len(times) > 1 else 0.0,
         "motions": names,
         "carrier": names.index(mill.carrier) if mill.carrier in names else -1,
@@ -131,9 +148,17 @@ def _head(run, packed):
         "first": int(later[0]) if len(later) else 0,
         "lower": packed.lower.tolist(),
         "upper": packed.upper.tolist(),
-        "runs": _runs(run.balls("diameter")[packed.chosen]),
+        "fastest": packed.fastest,
+        "spinning": packed.spinning,
+        "forecast": packed.forecast,
+        "gravity": run.vector("gravity/acceleration").tolist(),
+        "runs": _runs(run.balls("diameter")[packed.chosen], run.balls("mass")[packed.chosen]),
+        # time [s], place in the frame of the carrier and radius [m] of each; for how many seconds of the reader's
+        # time one is seen
+        "flashes": _numbers(shown, "<f4"),
+        "seen": states.SEEN,
         "values": [_quantity(name, limit) for name, limit in packed.limits.items()],
-        "colours": _text(table.tobytes()),
+        "colours": _text(colour.TABLES["speeds"].tobytes()),
         "up": up,
         "views": views,
     }
@@ -163,17 +188,17 @@ def last_turn(run) -> float | None:
 
 
 def _labels(times):
-    """Labels of the times: all in ms, with the same number of decimal places, at most three."""
+    """Labels of the times, all in ms, and their number of decimal places, the same for all and at most three."""
     ms = times * 1e3
     places = next((p for p in range(3) if np.allclose(ms, np.round(ms, p), atol=1e-6)), 3)
-    return [f"t = {t:.{places}f} ms" for t in ms]
+    return [f"t = {t:.{places}f} ms" for t in ms], places
 
 
-def _runs(diameters):
-    """[[number, diameter], ...] of consecutive balls of equal diameter."""
-    starts = np.flatnonzero(np.diff(diameters, prepend=np.nan))
+def _runs(diameters, masses):
+    """[[number, diameter, mass], ...] of consecutive balls of equal diameter and mass."""
+    starts = np.flatnonzero(np.diff(diameters, prepend=np.nan) + np.diff(masses, prepend=np.nan))
     many = np.diff(starts, append=len(diameters))
-    return [[int(n), float(diameters[k])] for n, k in zip(many, starts, strict=True)]
+    return [[int(n), float(diameters[k]), float(masses[k])] for n, k in zip(many, starts, strict=True)]
 
 
 def _numbers(values, kind) -> str:
@@ -221,7 +246,7 @@ def _views(run, first):
 
 
 def _quantity(name, limit):
-    """A quantity for the colours, with the ticks of its bar as [share, text]."""
+    """A quantity for the colours, with the ticks of its bar as [share, text]; mill3d.js has its values."""
     label, (scale, unit) = colour.QUANTITIES[name].label, colour.Colour(name, (0.0, limit)).scale
     end = limit / scale
     power = 10.0 ** np.floor(np.log10(end))
@@ -233,20 +258,21 @@ def _quantity(name, limit):
         "label": label,
         "limit": limit,
         "ticks": ticks,
-        "describe": f"Colours: {label} from 0, dark blue, to {end:.4g} {unit} and more, dark red",
+        "describe": f"Colours: {label} from 0, dark blue, to {end:.4g} {unit} and more, yellow",
     }
 
 
 # ---- texts of the page
 
 
-def _speeds(interval, rate):
-    """[(value, words, whether it is the default)]: simulated seconds per second, for one to thirty frames per second;
-    the default is near `rate` frames per second."""
+def _speeds(interval, between):
+    """[(value, words, whether it is the default)]: simulated seconds per second, for one to thirty frames per second,
+    or from a fiftieth of a frame if states `between` frames are drawn. The default is near 20 (or 10) frames."""
     if interval <= 0:
         return [("1", "1", False)]
     factors = [m * 10.0**p for p in range(-9, 4) for m in (1, 2, 5)]
-    useful = [f for f in factors if 1 <= f / interval * (1 + 1e-9) <= 31] or [interval]
+    least, rate = (0.02, 20) if between else (1, 10)
+    useful = [f for f in factors if least <= f / interval * (1 + 1e-9) <= 31] or [interval]
     chosen = min(useful, key=lambda f: abs(np.log(f / interval / rate)))
     return [(f"{f:.10g}", _factor(f), f == chosen) for f in useful]
 
@@ -257,7 +283,7 @@ def _factor(factor):
     return f"1/{1 / factor:.4g} of real time" if factor < 1 else "real time"
 
 
-def _caption(run, packed, head):
+def _caption(run, packed, head, flashes):
     """The caption: what is shown, what is left out, and what happens between the frames."""
     words = [_balls(run, packed) + "."]
     here, stored = len(packed.index), len(run.frame_times())
@@ -265,7 +291,9 @@ def _caption(run, packed, head):
         stride = int(packed.index[1]) if here > 1 else stored
         words.append(f"The player has every {_ordinal(stride)} stored frame, {here} of {stored}.")
     if here > 1:
-        words.append(_between(run, head["interval"]))
+        words.append(_between(run, packed, head["interval"]))
+    if flashes and len(flashes.time):
+        words.append(f"Flashes mark the hardest impacts, which dissipate {quantity(flashes.least, 'J')} and more.")
     return " ".join(words)
 
 
@@ -289,7 +317,7 @@ def _balls(run, packed):
     return text
 
 
-def _between(run, interval):
+def _between(run, packed, interval):
     text = f"Frames are {interval * 1e3:.4g} ms apart"
     facts = []
     if not run.unsampled:
@@ -306,9 +334,22 @@ def _between(run, interval):
         facts.append(f"{_plain(share)} of a period of the slowest motion passes")
     if facts:
         text += f"; from one to the next {' and '.join(facts)}"
-    if isinstance(run, Finer):
-        return f"{text}. They come from running the deck again: the stored ones are farther apart."
-    return text + ". Nothing is drawn between them, because no states are stored there."
+    text += ". They come from running the deck again" * isinstance(run, Finer)
+    if not packed.close:
+        return text + ". Nothing is drawn between them: they are too far apart."
+    known = 1 - _unknown(run)
+    return (
+        f"{text}. Between them a ball flies on parabolas if it has at most one impact ({100 * known:.0f} % of the "
+        "flights), else on a smooth curve."
+    )
+
+
+def _unknown(run) -> float:
+    """The share of flights between two frames with more than one impact."""
+    last, bounds = len(run.frame_times()) - 1, trajectory.Bounds(run)
+    first = np.unique(np.linspace(0, last - 1, PAIRS).astype(int))
+    pairs = [(trajectory.stored(run, int(k)), trajectory.stored(run, int(k) + 1)) for k in first]
+    return float(np.mean([trajectory.Flights(*pair, bounds).unknown for pair in pairs]))
 
 
 def _plain(value: float) -> str:

@@ -18,7 +18,7 @@ from milltools.render.camera import FILL, MAIN, Camera
 from milltools.render.shade import View
 
 SHARP = 35.0  # degrees between two faces, above which their edge is sharp
-BALL = {"ambient": 0.16, "diffuse": 0.86, "specular": 0.28, "specular_power": 45}
+BALL = {"ambient": 0.26, "diffuse": 0.86, "specular": 0.24, "specular_power": 45}
 METAL = {"color": (0.74, 0.76, 0.79), "ambient": 0.12, "diffuse": 0.72, "specular": 0.45, "specular_power": 18}
 RIM = {"color": (0.20, 0.25, 0.33), "ambient": 0.2, "diffuse": 0.7, "specular": 0.4, "specular_power": 25}
 GLASS = {"ambient": 0.55, "diffuse": 0.45, "specular_power": 30}

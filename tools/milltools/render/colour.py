@@ -8,11 +8,12 @@ import numpy as np
 
 from milltools.base.errors import UserError
 from milltools.base.text import prefix
-from milltools.figures.style import SPEEDS
+from milltools.figures.style import SPEEDS, rounded_up
 from milltools.geometry.trajectory import stored
 
-SHARE = 0.995  # of the balls are within the default limits
-TABLE = (matplotlib.colormaps[SPEEDS](np.arange(256))[:, :3] * 255 + 0.5).astype(np.uint8)
+SHARE = 0.99  # of the balls are within the default limits
+MAPS = {"speeds": SPEEDS, "turbo": matplotlib.colormaps["turbo"]}
+TABLES = {name: (made(np.arange(256))[:, :3] * 255 + 0.5).astype(np.uint8) for name, made in MAPS.items()}
 LOOKED_AT = 12  # number of frames for the default limits
 
 
@@ -35,10 +36,11 @@ QUANTITIES = {
 
 @dataclasses.dataclass(frozen=True)
 class Colour:
-    """`quantity` (of QUANTITIES) within `limits` (low, high) [SI]."""
+    """`quantity` (of QUANTITIES) within `limits` (low, high) [SI], in the colours of `map` (of MAPS)."""
 
     quantity: str
     limits: tuple[float, float]
+    map: str = "speeds"
 
     def values(self, state, run) -> np.ndarray:
         """The value of every ball (N,) [SI]; NaN where a ball has none yet."""
@@ -50,7 +52,7 @@ class Colour:
         share = (np.asarray(values, float) - low) / (high - low)
         known = np.isfinite(share)
         index = np.clip(np.where(known, share, 0.0) * 256, 0, 255).astype(int)
-        return np.where(known[:, None], TABLE[index], np.uint8(150))
+        return np.where(known[:, None], TABLES[self.map][index], np.uint8(150))
 
     # ---- for the bar
 
@@ -69,15 +71,18 @@ class Colour:
         return f"{QUANTITIES[self.quantity].label} [{self.scale[1]}]"
 
 
-def of(run, quantity: str, limits=None) -> Colour:
-    """The colours of a milltools.read.runfile.Run. `limits` (low, high) [SI]; default: from 0 to a value that only few
-    balls of its frames exceed."""
-    if limits is None:
-        limits = 0.0, _nice(_top(run, quantity))
-    low, high = map(float, limits)
+def shared(runs, quantity: str) -> tuple[float, float]:
+    """The limits of the colours [SI] for runs that are shown together: from 0 to a short number that only few balls of
+    any of the runs exceed."""
+    return 0.0, rounded_up(max(_top(run, quantity) for run in runs))
+
+
+def of(run, quantity: str, limits=None, colours="speeds") -> Colour:
+    """The colours (of MAPS) of a milltools.read.runfile.Run. `limits` (low, high) [SI]; default: those of `shared`."""
+    low, high = map(float, limits or shared([run], quantity))
     if not (np.isfinite([low, high]).all() and low < high):
         raise UserError(f"--limits: expected two numbers, the lower first; got {low:g}, {high:g}")
-    return Colour(quantity, (low, high))
+    return Colour(quantity, (low, high), colours)
 
 
 def _top(run, quantity) -> float:
@@ -105,11 +110,3 @@ def _top_impact(run) -> float:
             reached = np.searchsorted(np.cumsum(histogram.count), 0.98 * total)
             return float(histogram.edges[min(reached + 1, len(histogram.edges) - 1)])
     return 0.5 * _top(run, "speed")
-
-
-def _nice(top: float) -> float:
-    """`top` rounded up to two digits, so that the bar ends at a short number."""
-    if not top > 0:
-        return 1.0
-    unit = 10.0 ** np.floor(np.log10(top) - 1)
-    return float(np.ceil(top / unit * (1 - 1e-9)) * unit)

@@ -14,8 +14,9 @@ from milltools.base.files import check_writable
 from milltools.base.processes import stops_in_order
 
 SUMMARY = """Draws a run in 3D as a picture (FILE.png) or a film (FILE.mp4, FILE.webm; FILE.webp and FILE.gif
-repeat in web pages). It needs no display. Without --slow a film shows every stored frame. With --slow it shows
-exact states between the stored frames too: millsim runs the deck again for them. An old file is replaced."""
+repeat in web pages). It needs no display. A film is so slow that the motion can be seen, and lasts about ten seconds
+(--slow changes this). For exact states between the stored frames, millsim runs the deck again. An old file is
+replaced."""
 
 STILLS, FILMS = (".png", ".pov"), (".mp4", ".webm", ".webp", ".gif")
 FILM_ONLY = ("fps", "slow", "begin", "end", "beside")
@@ -32,9 +33,11 @@ def add_arguments(parser):
         help="file to write: FILE.png, .mp4, .webm, .webp, .gif; with --pov also FILE.pov")
     add = parser.add_argument_group("times").add_argument
     add("--time", metavar="T", help="time of a picture, such as '123 ms' (default: the last stored frame)")
-    add("--from", dest="begin", metavar="T", help="first time of a film (default: 0 s)")
+    add("--from", dest="begin", metavar="T",
+        help="first time of a film (default: 0 s; without --slow the last part of the run that fits)")
     add("--to", dest="end", metavar="T", help="last time of a film (default: the end of the run)")
-    add("--slow", type=_positive, metavar="N", help="play N times slower than real time")
+    add("--slow", type=_positive, metavar="N",
+        help="play N times slower than real time (default: slow enough to see the motion)")
     add("--fps", type=_positive, metavar="F", help="pictures per second of a film (default: 25)")
     add("--no-rerun", action="store_true",
         help="do not run the deck again; compute the balls between stored frames from their free flights")
@@ -52,8 +55,13 @@ def add_arguments(parser):
     add("--angle", metavar="DEGREES", help="view angle from the lower to the upper edge (default: 30)")
     add("--colour", "--color", choices=("speed", "spin", "energy", "impact"), default="speed",
         help="what colours the balls: speed (default), spin, kinetic energy, normal speed of the last impact")
-    add("--limits", metavar="LOW,HIGH",
-        help="range of the colours, in SI units (default: a range that holds almost all balls)")
+    add("--limits", metavar="LOW,HIGH|RUN",
+        help="range of the colours, in SI units, or the file of another run, for a range that fits both (default: a "
+        "range that holds almost all balls)")
+    add("--colour-map", "--color-map", choices=("speeds", "turbo"), default="speeds",
+        help="colours: 'speeds' (default: lighter is more, in grey too) or 'turbo' (rainbow)")
+    add("--flashes", action=argparse.BooleanOptionalAction,
+        help="show where balls hit hard, from the log of impacts or by running the deck again (default: in films)")
     add("--pov", action="store_true",
         help="draw with the ray tracer POV-Ray, with shadows and reflections; FILE.pov: write only the scene")
     add = parser.add_argument_group("side by side with a film of a camera").add_argument

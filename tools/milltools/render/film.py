@@ -6,6 +6,7 @@ import functools
 import io
 import os
 
+import numpy as np
 import psutil
 from PIL import Image
 
@@ -53,7 +54,7 @@ def film(arguments, path) -> Answer:
     with Run(arguments.run) as run:
         again, (width, height) = _again(arguments, run), _size(arguments)
         if not arguments.beside:
-            plan = times.film(run, arguments, again)
+            plan = times.film(run, arguments, again, say)
             return _write(arguments, path, run, plan, _look(arguments, run, (width, height)))
         shot = footage.open_film(arguments.beside, arguments.crop)
         offset = seconds({"--offset": arguments.offset}, negative=True)[0] if arguments.offset else 0.0
@@ -77,7 +78,9 @@ def _again(arguments, run) -> bool:
 def _moving(arguments, run, plan):
     """Yields the Motion with the states of a plan; reports at the end which share of the states is estimated."""
     told = None if arguments.quiet else lambda line: say(f"running the deck again: {line}")
-    with states.of(run, plan, arguments.colour == "impact", not arguments.no_rerun, say, told) as moving:
+    wanted = arguments.flashes if arguments.flashes is not None else len(plan.times) > 1
+    life = states.SEEN / (plan.slow if np.isfinite(plan.slow) else times.STILL) if wanted else 0.0
+    with states.of(run, plan, arguments.colour == "impact", life, not arguments.no_rerun, say, told) as moving:
         yield moving
     if moving.trajectory.asked:
         say(
@@ -96,7 +99,8 @@ def _write(arguments, path, run, plan, look, more=0, change=iter) -> Answer:
     """Draws the pictures of a plan and writes them as a film. `change`: a function applied to the iterable of pictures,
     which makes them `more` pixels wider."""
     count, drawn = len(plan.times), 0
-    say(f"{count} pictures at {plan.fps:g} a second, {times.words(plan.slow)}")
+    chosen = "" if arguments.slow or arguments.beside else "; --slow sets it"
+    say(f"{count} pictures at {plan.fps:g} a second, {times.words(plan.slow)}{chosen}")
     workers = min(arguments.workers or look.painters(), count)
     with _moving(arguments, run, plan) as moving:
         tasks = ((state, number / count) for number, state in enumerate(moving.states(plan.times)))
@@ -184,8 +188,13 @@ def _look(arguments, run, pixels) -> Look:
     elif rides is None and not arguments.eye and mill.wanders:
         rides = True
         say("the camera moves with the container because its path is long (--no-ride: the camera stands still)")
-    limits = _numbers(arguments.limits, "limits", 2) if arguments.limits else None
-    colours = colour.of(run, arguments.colour, limits)
+    limits = None
+    if arguments.limits and os.path.exists(arguments.limits):
+        with Run(arguments.limits) as other:
+            limits = colour.shared([run, other], arguments.colour)
+    elif arguments.limits:
+        limits = _numbers(arguments.limits, "limits", 2)
+    colours = colour.of(run, arguments.colour, limits, arguments.colour_map)
     quality = arguments.quality or ("final" if suffix in (".png", ".pov") else "draft")
     return Look(run.path, pixels, quality, view, colours, arguments.pov, bool(rides))
 

@@ -22,22 +22,30 @@ from milltools.render.scene import STUDIO, written_over
 FLAGS = ("-D", "-GD", "-GR", "-GS", "-GW", "+FN8", "+UA", "+A0.3", "+AM1", "+R2")
 THREADS = "MILL_POVRAY_THREADS"
 # strengths of the lamps in linear light, where sums look brighter than in the other pictures
-POV_MAIN, POV_FILL = 0.8, 0.55
+POV_MAIN, POV_FILL = 0.95, 0.35
+LAMP = 2.5  # radius of the main lamp, which stands at a distance of 12, in reaches of the mill: its shadows are soft
 
 HEAD = """\
 // A mill at t = {time:.9g} s, made by millsim; POV-Ray 3.7. Lengths in m, frame as in the deck.
 // povray +I{{this file}} +W{width} +H{height} {flags}
 #version 3.7;
-global_settings {{ assumed_gamma 1 max_trace_level 6 }}
+global_settings {{ assumed_gamma 1 max_trace_level 5 }}
 camera {{ {camera} }}
 {lights}
+// the studio: seen only in reflections
+sphere {{ 0, {studio:.6g} inverse hollow no_image no_shadow
+  pigment {{ gradient {up} scale {twice:.6g} translate -{studio:.6g} * {up}
+    color_map {{ [0 rgb 0.25] [0.45 rgb 0.5] [0.62 rgb 1.1] [0.8 rgb 0.75] [1 rgb 1.5] }} }}
+  finish {{ emission 1 diffuse 0 }} }}
 #declare Steel = texture {{ pigment {{ rgb <0.42, 0.43, 0.45> }}
-  finish {{ ambient 0.10 diffuse 0.62 specular 0.35 roughness 0.03 reflection 0.06 }} }}
+  finish {{ ambient 0.1 diffuse 0.6 specular 0.4 roughness 0.03 metallic
+    reflection {{ 0.03, 0.25 falloff 3 metallic }} }} }}
 #declare Rim = texture {{ pigment {{ rgb <0.030, 0.045, 0.070> }}
-  finish {{ ambient 0.12 diffuse 0.7 specular 0.4 roughness 0.02 reflection 0.04 }} }}
+  finish {{ ambient 0.1 diffuse 0.7 specular 0.4 roughness 0.02 reflection {{ 0.01, 0.12 falloff 4 }} }} }}
 #declare Glass = texture {{ pigment {{ rgbt <0.84, 0.91, 0.97, 0.88> }}
-  finish {{ ambient 0.10 diffuse 0.30 specular 0.6 roughness 0.008 }} }}
-#declare Ball = finish {{ ambient 0.12 diffuse 0.74 specular 0.22 roughness 0.006 }}
+  finish {{ ambient 0.02 diffuse 0.15 specular 0.5 roughness 0.008 reflection {{ 0, 0.12 falloff 5 }} }} }}
+#declare Ball = finish {{ ambient 0.07 diffuse 0.82 specular 0.5 roughness 0.012
+  reflection {{ 0.03, 0.35 falloff 4 }} }}
 #macro B(X, Y, Z, Radius, Red, Green, Blue)
 sphere {{ <X, Y, Z>, Radius pigment {{ rgb <Red, Green, Blue> }} finish {{ Ball }} }}
 #end
@@ -58,6 +66,9 @@ def scene(run, state, camera, colour, size) -> str:
         flags=" ".join(FLAGS),
         camera=_camera(placed, size),
         lights=_lights(placed, mill),
+        studio=40 * mill.reach,
+        twice=80 * mill.reach,
+        up=_vector(placed.axes[1]),
     )
     return "\n".join([head, *_bodies(mill, state.poses or {}), *_balls(run, state, colour), ""])
 
@@ -80,7 +91,9 @@ def _camera(camera, size):
 def _lights(camera, mill):
     """The same lamps as in the other pictures: the main lamp casts shadows, the two others do not."""
     axes = camera.axes * np.array([[1], [1], [-1]])
-    lamps = [(camera.lamp, f"{POV_MAIN}")]
+    wide = 2 * LAMP * mill.reach
+    soft = f"area_light {_vector(wide * axes[0])}, {_vector(wide * axes[1])}, 6, 6 adaptive 1 circular orient"
+    lamps = [(camera.lamp, f"{POV_MAIN} {soft}")]
     lamps += [(np.array(place), f"{POV_FILL * strength:.3g} shadowless") for place, strength in FILL]
     return "\n".join(
         f"light_source {{ {_vector(12 * mill.reach * (place @ axes))} rgb {how} }}" for place, how in lamps

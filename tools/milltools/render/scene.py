@@ -3,6 +3,8 @@
 All objects are made once; for each frame they are only moved. One Scene per process: OSMesa has one current context.
 """
 
+import math
+
 import numpy as np
 from PIL import Image
 
@@ -19,6 +21,7 @@ LEAST, MOST = 16, 8192  # pixels of a side
 
 STUDIO = (0.965, 0.97, 0.98), (0.80, 0.845, 0.895)  # colours of the background, below and above
 TILE = 2_100_000  # pixels that VTK draws at a time; each needs about 60 bytes
+FLASH = np.array([255.0, 120.0, 20.0])  # the colour of the edge of a flash
 EDGE = 0.4  # in radii of a ball: a larger difference in depth of neighbouring pixels is an edge
 QUALITIES = {"draft": 1, "final": 2}  # the picture is drawn so many times larger, and averaged for smooth edges
 
@@ -104,6 +107,8 @@ class Scene:
         else:
             soften(picture, self._shade.eye.depth(depth), EDGE * self._radius)
         picture = darken(picture, smooth(light, grid))
+        if state.flashes is not None:
+            flash(picture, state.flashes, self._shade.eye, depth, 2 * self._radius)
         if self._over:
             self._over.paste(picture, state.time)
         return picture
@@ -160,6 +165,35 @@ def smooth(light, width):
             made[here] *= np.float32(0.5)
             light = made
     return light
+
+
+def flash(picture, flashes, view, buffer, reach):
+    """Draws flashes (n, 4), place and radius [m], over a `picture` (h, w, 3) of a shade.View with its depth `buffer`:
+    white in the middle, orange at the edge. An object hides a flash if it is more than `reach` [m] in front of it."""
+    height, width = picture.shape[:2]
+    larger, camera = view.size[0] // width, view.camera
+    for *place, radius in flashes:
+        x, y, z = camera.axes @ (place - camera.eye)
+        scale = larger * (view.scale or view.slope * z)  # [m] per pixel of the picture
+        if z <= 0 or radius < 0.3 * scale:
+            continue
+        row, column, size = height / 2 - y / scale, width / 2 + x / scale, radius / scale
+        rows, columns = (
+            slice(max(0, math.floor(at - size)), max(0, min(most, math.ceil(at + size) + 1)))
+            for at, most in ((row, height), (column, width))
+        )
+        under = picture[rows, columns]
+        away = np.hypot(
+            np.arange(rows.start, rows.stop)[:, None] + 0.5 - row, np.arange(columns.start, columns.stop) + 0.5 - column
+        )
+        glow = np.clip(1 - away / size, 0, 1)
+        near = view.depth(
+            buffer[larger * rows.start : larger * rows.stop : larger, larger * columns.start :][:, ::larger]
+        )
+        glow *= near[:, : glow.shape[1]] > z - reach
+        glow = np.sqrt(glow)[..., None]  # opaque but for the edge
+        tint = FLASH + (255 - FLASH) * glow**2
+        under[:] = np.rint(under * (1 - glow) + tint * glow)
 
 
 def soften(picture, depth, least):

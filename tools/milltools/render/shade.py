@@ -25,7 +25,8 @@ BLUR = 0.45  # radius over which the samples of the lamp's picture are spread
 MOST_BLUR = 8.0  # pixels of the lamp's picture: with a larger spread single samples are visible as streaks
 BIAS = 0.35  # objects nearer to a point than this cast no shadow on it
 SOFT = 0.3
-SHADOW = 0.42  # share of the light that a shadow removes
+SHADOW = 0.42  # share of the light that a shadow removes close to the object that casts it
+FADE = 6.0  # at this distance behind the object half of its shadow is left: the lamp is not a point
 LEAST_REACH = 3.0  # smallest radius of the sphere in pixels of a small picture; else the picture is divided less
 
 
@@ -148,6 +149,8 @@ class Shade:
         at += np.clip(column, 0, side - 1, out=column).astype(np.int32)
         far -= lamp.ravel().take(at)
         far -= np.float32(BIAS * self.radius + COARSE * self.lamp.scale)
-        far *= np.float32(-SHADOW / (SOFT * self.radius))
-        far += 1
-        return np.clip(far, 1 - SHADOW, 1, out=far)
+        faded = 1 + (far * np.float32(1 / (FADE * self.radius))) ** 2
+        far *= np.float32(SHADOW / (SOFT * self.radius))
+        np.clip(far, 0, SHADOW, out=far)
+        far /= faded
+        return np.subtract(1, far, out=far)

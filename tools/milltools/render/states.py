@@ -7,15 +7,25 @@ States are read when they are needed, so the memory does not grow with the run o
 import bisect
 import contextlib
 import dataclasses
+import functools
 
 import numpy as np
 
 from milltools.base.errors import UserError
 from milltools.base.text import size
 from milltools.geometry import rerun
-from milltools.geometry.trajectory import Trajectory
+from milltools.geometry.bodies import Mill, inverse, moved
+from milltools.geometry.trajectory import SAME_TIME, Trajectory, between
 
 ROWS = 1 << 18  # rows of the log of impacts read at a time
+# flashes of impacts: how long one is seen [s of the film], how many are seen at a time, or fewer: one of so many balls;
+# the radius of a hard one in radii of a ball, the share of the flashes that are harder, and how much larger they can be
+SEEN, MANY, BALLS, GLOW, HARDER, LARGEST = 0.15, 60, 20, 1.6, 0.05, 1.2
+
+
+def _row(run, rows, time) -> int:
+    """The number of impacts before a time [s] among some rows of the log."""
+    return bisect.bisect_left(rows, time, key=lambda row: float(run.read("impacts/time", row)))
 
 
 class LastImpacts:
@@ -31,9 +41,7 @@ class LastImpacts:
         """The speeds (N,) for a time; times must rise. Rows are read backwards, until each ball has an impact in
         them."""
         rows = range(self.next, self.count)
-        end = begin = self.next + bisect.bisect_left(
-            rows, time, key=lambda row: float(self.run.read("impacts/time", row))
-        )
+        end = begin = self.next + _row(self.run, rows, time)
         latest = np.full_like(self.speed, np.nan)
         while begin > self.next and np.isnan(latest).any():
             first = max(self.next, begin - ROWS)
@@ -52,19 +60,63 @@ class LastImpacts:
         return found
 
 
+class Flashes:
+    """Flashes where balls hit hard between two times [s], from the `log` of a run: `time` (n,) [s], rising; `place`
+    (n, 3) [m] in the frame of the container's motion, with which they move (`run` has its poses); `radius` (n,) [m], as
+    the cube root of the dissipated energy; `least` [J]: impacts of less energy have none. A flash is seen, and shrinks,
+    for `life` [s]; at most about MANY are seen at a time."""
+
+    def __init__(self, log, run, begin, end, life):
+        rows, self.life = range(log.length("impacts/time")), life
+        first, last = (_row(log, rows, time) for time in (begin, end))
+        diameter, found = run.balls("diameter"), [np.empty(0), np.empty((0, 3)), np.empty(0)]
+        count = round(np.clip(len(diameter) / BALLS, 1, MANY) * max((end - begin) / life, 1))
+        for start in range(first, last, ROWS):
+            part = slice(start, min(start + ROWS, last))
+            more = [log.read(f"impacts/{name}", part) for name in ("time", "position", "dissipation")]
+            found = [np.concatenate(both).astype(float) for both in zip(found, more, strict=True)]
+            keep = np.sort(np.argsort(-found[2], kind="stable")[:count])
+            found = [one[keep] for one in found]
+        self.time, self.place, energy = found
+        self.least = float(energy.min(initial=np.inf))
+        hard = np.quantile(energy, 1 - HARDER) if len(energy) else 1.0
+        size = np.cbrt(np.minimum(energy / (hard or 1.0), LARGEST**3))
+        self.radius = GLOW * float(np.median(diameter)) / 2 * size
+        self.carrier = Mill.of(run).carrier if len(run.frame_times()) > 1 else ""
+        if self.carrier:
+            pose = functools.lru_cache(2)(lambda index: run.poses(index)[self.carrier])
+            frames = run.frame_times()
+            after = np.clip(np.searchsorted(frames, self.time), 1, len(frames) - 1)
+            share = np.clip((self.time - frames[after - 1]) / (frames[after] - frames[after - 1]), 0, 1)
+            for k, index in enumerate(map(int, after)):
+                self.place[k] = moved(inverse(between(pose(index - 1), pose(index), share[k])), self.place[k])
+
+    def at(self, time, poses) -> np.ndarray:
+        """Place in the laboratory and present radius (n, 4) [m] of the flashes that are seen at a time, for the poses
+        of the motions."""
+        seen = slice(*np.searchsorted(self.time, [time - self.life, time + SAME_TIME]))
+        left = 1 - np.clip((time - self.time[seen]) / self.life, 0, 1)
+        place = moved(poses[self.carrier], self.place[seen]) if self.carrier else self.place[seen]
+        return np.column_stack([place, self.radius[seen] * left])
+
+
 class Motion:
     """Source of the states: a `run` with frames at all times, or with frames to compute flights from; and a run with a
-    `log` of impacts."""
+    `log` of impacts for `flashes` [s: how long they are seen; 0: none] and the values of the balls (`last`)."""
 
-    def __init__(self, run, log=None):
-        self.trajectory, self.log = Trajectory(run), log
+    def __init__(self, run, log=None, last=False, flashes=0.0):
+        self.trajectory, self.log, self.last, self.life = Trajectory(run), log, last, flashes
 
     def states(self, times):
         """Yields the State at each of the times."""
-        impacts = LastImpacts(self.log) if self.log else None
+        impacts, flashes = LastImpacts(self.log) if self.log and self.last else None, None
+        if self.log and self.life:
+            flashes = Flashes(
+                self.log, self.trajectory.run, float(times[0]) - self.life, float(times[-1]) + SAME_TIME, self.life
+            )
         for time in map(float, times):
-            state = self.trajectory.at(time)
-            yield dataclasses.replace(state, value=impacts.until(time)) if impacts else state
+            state, value = self.trajectory.at(time), impacts and impacts.until(time)
+            yield dataclasses.replace(state, value=value, flashes=flashes and flashes.at(time, state.poses))
 
     @property
     def guessed(self) -> float:
@@ -73,13 +125,14 @@ class Motion:
 
 
 @contextlib.contextmanager
-def of(run, plan, impacts, allowed, say, watch):
-    """Yields the Motion of a run for a Plan. impacts: the log is needed too; allowed: the deck can be run again;
-    say(line) prints a line for the user; watch(line) gets the progress of that run."""
-    log = run if impacts and run.has("impacts/time") else None
-    wants_log = impacts and not log
+def of(run, plan, impacts, flashes, allowed, say, watch):
+    """Yields the Motion of a run for a Plan. impacts: the colours need the log; flashes: how long they are seen [s], if
+    there is a log; allowed: the deck can be run again; say(line) prints a line for the user; watch(line) gets the
+    progress of that run."""
+    log = run if (impacts or flashes) and run.has("impacts/time") else None
+    wants_log = not log and (impacts or bool(flashes))
     if not plan.step and not wants_log:
-        yield Motion(run, log)
+        yield Motion(run, log, impacts, flashes)
         return
     reason = rerun.why_not(run) if allowed else "--no-rerun forbids to run the deck again"
     with contextlib.ExitStack() as stack:
@@ -91,15 +144,16 @@ def of(run, plan, impacts, allowed, say, watch):
             except rerun.OtherRun as fault:
                 reason = str(fault)
         if not reason:
-            yield Motion(other if plan.step else run, other if wants_log else log)
+            yield Motion(other if plan.step else run, other if wants_log else log, impacts, flashes)
             return
-        if wants_log:
+        if impacts and not log:
             raise UserError(f"{run.path}: --colour impact needs all impacts (output.impacts = all): {reason}")
         if not len(run.frame_times()):
             raise UserError(f"{run.path}: no ball states are stored (output.frames = 0 s): {reason}")
         if allowed:
-            say(f"the balls between stored frames are computed from their free flights ({reason})")
-        yield Motion(run, log)
+            what = ["the balls between stored frames are computed from their free flights"] * bool(plan.step)
+            say(f"{' and '.join(what + ['hard impacts do not flash'] * wants_log)} ({reason})")
+        yield Motion(run, log, impacts, flashes)
 
 
 def _announce(run, plan, until, impacts):

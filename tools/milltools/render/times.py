@@ -5,10 +5,15 @@ import dataclasses
 import numpy as np
 
 from milltools.base.errors import UserError
+from milltools.geometry import rerun
 from milltools.geometry.trajectory import SAME_TIME
 from milltools.read.values import seconds
 
 FPS = 25.0
+LONG = 10.0  # [s] about the length of a film without --slow
+LEAST_FPS = 5.0  # of a film of few stored frames
+STILL = 50.0  # flashes of a still are those of a film that is so many times slower than real time
+ROUND = (1, 1.5, 2, 3, 4, 5, 6, 8, 10)  # possible --slow of a film without it, times a power of ten
 MOST = 1_000_000  # pictures of a film
 FINER = 20  # largest number of frames per picture when the deck is run again
 
@@ -46,32 +51,47 @@ def still(run, text, again) -> Plan:
     return _plan(run, np.array([time]), FPS, np.inf, time or SAME_TIME)
 
 
-def film(run, arguments, again) -> Plan:
-    """The plan of a film: every stored frame, or with --slow at equal intervals."""
+def film(run, arguments, again, say) -> Plan:
+    """The plan of a film. Without --slow it is so slow that nothing moves farther than in rerun.interval() between two
+    pictures, and lasts about LONG if only one of --from and --to is given; if the states for that are not to be had,
+    it shows every stored frame. say(line) prints a line for the user."""
     last = last_time(run, again)
     begin, end = seconds({"--from": arguments.begin, "--to": arguments.end})
-    begin, end = begin or 0.0, last if end is None else end
-    if not begin <= end:
+    whole, begin, end = begin is not None, begin or 0.0, last if end is None else end
+    if not (begin < end or (arguments.slow and begin == end)):
         raise UserError(f"--to: must be after --from, {begin:.6g} s; got {end:.6g} s")
     if begin > last + SAME_TIME:
         raise UserError(f"--from: the ball states of the run end at {last:.6g} s, got {begin:.6g} s")
-    fps, end = arguments.fps or FPS, min(end, last)
-    if arguments.slow is None:
-        times = run.frame_times()
-        if not len(times):
-            raise UserError(
-                f"{run.path}: no ball states are stored (output.frames = 0 s): --slow N runs the deck again"
-            )
-        times = times[(times >= begin - SAME_TIME) & (times <= end + SAME_TIME)]
-        if len(times) < 2:
-            raise UserError(
-                f"{run.path}: fewer than two frames are stored from {begin:.6g} s to {end:.6g} s: --slow N makes others"
-            )
-        return Plan(times, fps, 1 / (fps * float(np.diff(times).mean())))
-    step = 1 / (fps * arguments.slow)
+    fps, end, slow = arguments.fps or FPS, min(end, last), arguments.slow
+    if slow is None:
+        frames = run.frame_times()
+        frames = frames[(frames >= begin - SAME_TIME) & (frames <= end + SAME_TIME)]
+        seen = rerun.interval(run)
+        cheap = again and not rerun.too_dear(run, end, seen, True)
+        if not cheap and not (len(frames) > 1 and np.diff(frames).max() <= seen):
+            return _stored(run, frames, begin, end, arguments.fps)
+        slow = max(1 / (fps * seen), LONG / max(end - begin, SAME_TIME))
+        power = 10.0 ** np.floor(np.log10(slow))
+        slow = float(power * min(ROUND, key=lambda round_: abs(np.log(round_ * power / slow))))
+        if not whole and end - begin > 1.2 * LONG / slow:
+            begin = end - LONG / slow
+            say(f"the film shows the time from {begin:.4g} s to {end:.4g} s (--from and --to choose others)")
+    step = 1 / (fps * slow)
     first = round(begin / step)
     count = int((end - first * step) / step + 1e-6) + 1
-    return _plan(run, (first + np.arange(_few(count, step))) * step, fps, arguments.slow, step)
+    return _plan(run, (first + np.arange(_few(count, step))) * step, fps, slow, step)
+
+
+def _stored(run, times, begin, end, fps) -> Plan:
+    """The plan of a film of all stored frames, whose `times` are given."""
+    if not len(run.frame_times()):
+        raise UserError(f"{run.path}: no ball states are stored (output.frames = 0 s): --slow N runs the deck again")
+    if len(times) < 2:
+        raise UserError(
+            f"{run.path}: fewer than two frames are stored from {begin:.6g} s to {end:.6g} s: --slow N makes others"
+        )
+    fps = fps or float(np.clip(len(times) / LONG, LEAST_FPS, FPS))
+    return Plan(times, fps, 1 / (fps * float(np.diff(times).mean())))
 
 
 def camera(run, offset, camera_fps, play_fps, count, again) -> tuple[Plan, int]:
