@@ -316,11 +316,13 @@ enum mill_status mill_replay_impacts(struct mill_replay *r, size_t count,
         if (status != MILL_OK)
             return status;
     }
+    r->impact_at = before;
+    if (count == 0)
+        return MILL_OK;
     char *to = make_room(&r->impacts, count);
     if (!to)
         return mill_error_set(error, MILL_FAILED, "out of memory for the impacts between accounts");
     memcpy(to, impact, count * sizeof *impact);
-    r->impact_at = before;
     return MILL_OK;
 }
 
