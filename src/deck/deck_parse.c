@@ -53,6 +53,22 @@ static enum mill_status add_section(struct mill_deck *deck, const char *title,
     return MILL_OK;
 }
 
+struct mill_deck_section *mill_deck_parse_add(struct mill_deck *deck, const char *title,
+                                              size_t size)
+{
+    struct mill_error error;
+    char *copy = strdup(title);
+    void *form = calloc(1, size);
+    if (!copy || !form || add_section(deck, copy, &error) != MILL_OK) {
+        free(copy);
+        free(form);
+        return NULL;
+    }
+    mill_deck_files_keep(deck, copy);
+    deck->section[deck->sections - 1].form = form;
+    return &deck->section[deck->sections - 1];
+}
+
 /* An unknown section probably stands for `meant` (NULL: not known for which), which is then not
  * missing. The next fault is in this section. */
 static enum mill_status guess(struct mill_deck *deck, const char *meant, struct mill_error *error)

@@ -117,6 +117,10 @@ struct mill_deck_section {
 enum mill_status mill_deck_parse(struct mill_deck *deck, const char *path, int count,
                                  const char *const *overrides, struct mill_error *error);
 
+/* Adds a section with an empty struct of `size` bytes. NULL: out of memory */
+struct mill_deck_section *mill_deck_parse_add(struct mill_deck *deck, const char *title,
+                                              size_t size);
+
 /* Writes `value` so that a line with it reads back the same, in quotes where necessary. */
 void mill_deck_parse_quote(const char *value, char *out, size_t size);
 
@@ -196,6 +200,21 @@ enum mill_status mill_deck_bodies_list(struct mill_deck *deck, struct mill_error
 
 /* [m^3] of the empty container: what is inside is not subtracted */
 double mill_deck_bodies_volume(const struct mill_deck *deck);
+
+/* ---- materials and contact laws (deck_materials.c) ---- */
+
+/* Sets the density of balls whose section gives only a material. */
+enum mill_status mill_deck_materials_density(const struct mill_deck *deck,
+                                             struct mill_deck_balls *balls,
+                                             struct mill_error *error);
+
+/* Reads the tables of restitution of [contact], [contact.KIND] and [material.NAME]. */
+enum mill_status mill_deck_materials_settle(struct mill_deck *deck, struct mill_error *error);
+
+/* Completes the law of each kind of contact with the values of the materials. has[contacts.count]:
+ * kinds that occur in this mill */
+enum mill_status mill_deck_materials_list(struct mill_deck *deck, const bool *has,
+                                          struct mill_error *error);
 
 /* ---- powder, heat, wear (their keys: deck_uses.c; deck_powder.c) ---- */
 
