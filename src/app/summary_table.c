@@ -77,7 +77,7 @@ static void print_laws(const struct mill_deck *deck, const char *lead, FILE *out
         mill_summary_text_label(out, "contacts");
         fprintf(out, "assumed: restitution %.3g", law->restitution);
         if (deck->fall[kind].points > 0)
-            fprintf(out, " at %s", mill_summary_text_si(deck->fall[kind].speed[0], "m/s"));
+            fprintf(out, " at %.3g m/s", deck->fall[kind].speed[0]);
         fprintf(out, ", friction %.3g, tangential %.3g\n%s", law->friction, law->tangential, lead);
         mill_summary_text_label(out, "");
         fprintf(out, "%s\n", deck->assumed[kind]);

@@ -86,12 +86,14 @@ static enum mill_status fill_key(struct mill_deck *deck, const struct mill_deck_
                                "'%s' and '%s' both set the %.*s; give only one of them", key->name,
                                choice.other->key, (int)strcspn(choice.first->meaning, ";,"),
                                choice.first->meaning);
-    } else if (!entry && key->instead) {
+    } else if (!entry && (key->instead || (key->unless && mill_deck_entry(section, key->unless)))) {
         return MILL_OK;
     } else if (!entry && !key->preset) {
         mill_deck_value_wanted(key, false, wanted, sizeof wanted);
         return mill_deck_fault(deck, error, section->title, key->name,
-                               "missing (%s); expected %s%s", key->meaning, wanted, choice.words);
+                               "missing (%s); expected %s%s%s%s%s", key->meaning, wanted,
+                               choice.words, key->unless ? ", or '" : "",
+                               key->unless ? key->unless : "", key->unless ? "'" : "");
     } else if (entry && entry->quoted && key->type != MILL_KEY_FILE) {
         wrong = "double quotes are only allowed around the name of a file";
     } else if (!mill_deck_value_read(deck->units, key, entry ? entry->value : key->preset, values,
@@ -322,6 +324,7 @@ static enum mill_status list_laws(struct mill_deck *deck, struct mill_error *err
 static const struct mill_deck_step steps[] = {
     {mill_deck_motions_list, MOVED},
     {mill_deck_bodies_list, MOVED " body"},
+    {mill_deck_materials_require, "contact"},
     {list_laws, MOVED " body balls material contact wear"},
     {list_shapes, "drum blades blade"},
     {set_speed, MILL},

@@ -100,10 +100,8 @@ enum mill_status mill_deck_materials_density(const struct mill_deck *deck,
     balls->density = found.is.density;
     if (balls->density > 0.0)
         return MILL_OK;
-    return mill_deck_fault(deck, error, balls->section, "density",
-                           "missing (density of the balls' material); expected a density such as "
-                           "'7800 kg/m^3'%s",
-                           balls->material ? "" : ", or 'material'");
+    return mill_deck_fault(deck, error, balls->section, "material",
+                           "the density of '%s' is not known: give 'density'", found.name);
 }
 
 /* ---- falling restitution ---- */
@@ -173,6 +171,22 @@ static enum mill_status settle(struct mill_deck *deck, const char *section,
     status = mill_deck_files_told(deck, section, key, read_rows(&in, rows, error), error);
     fclose(in.in);
     return status;
+}
+
+static enum mill_status tell_missing(const struct mill_deck *deck, struct mill_error *error)
+{
+    return mill_deck_fault(deck, error, "contact", "restitution",
+                           "missing (normal coefficient of restitution); expected a plain number "
+                           "such as '0.8', or 'material' of the balls and of what they hit");
+}
+
+enum mill_status mill_deck_materials_require(struct mill_deck *deck, struct mill_error *error)
+{
+    bool other = deck->between || deck->general.table || !isnan(deck->general.restitution);
+    for (int i = 0; i < deck->sections; i++)
+        other = other || mill_deck_entry(&deck->section[i], "material") ||
+                strncmp(deck->section[i].title, "contact.", 8) == 0;
+    return other ? MILL_OK : tell_missing(deck, error);
 }
 
 enum mill_status mill_deck_materials_settle(struct mill_deck *deck, struct mill_error *error)
@@ -353,11 +367,7 @@ static enum mill_status make_law(struct mill_deck *deck, int kind, struct mill_e
     law->friction = first_of(law->friction, 0.0);
     law->tangential = first_of(law->tangential, 0.0);
     if (isnan(law->restitution))
-        return mill_deck_fault(
-            deck, error, "contact", "restitution",
-            "missing (normal coefficient of restitution of %s); expected a plain number such as "
-            "'0.8', or 'material' of the balls and of what they hit",
-            deck->contacts.name[kind]);
+        return tell_missing(deck, error);
     if (law->rows)
         deck->fall[kind] = *law->rows;
     else if (law->speed > 0.0)
@@ -376,10 +386,18 @@ static enum mill_status keep_laws(struct mill_deck *deck, const bool *has, struc
         char title[MILL_NAME_LENGTH + 16];
         snprintf(title, sizeof title, "contact.%s", deck->contacts.name[kind]);
         struct mill_deck_section *s = mill_deck_section(deck, title);
-        if (has[kind] && assumed && !s)
-            s = mill_deck_parse_add(deck, title, sizeof deck->law[kind]);
-        if (has[kind] && assumed && !s)
-            return mill_error_set(error, MILL_FAILED, "out of memory");
+        if (has[kind] && assumed && !s) {
+            char *copy = strdup(title);
+            void *form = calloc(1, sizeof deck->law[kind]);
+            if (!copy || !form || mill_deck_section_add(deck, copy, error) != MILL_OK) {
+                free(copy);
+                free(form);
+                return mill_error_set(error, MILL_FAILED, "out of memory");
+            }
+            mill_deck_files_keep(deck, copy);
+            s = &deck->section[deck->sections - 1];
+            s->form = form;
+        }
         if (!s || !has[kind])
             continue;
         memcpy(s->form, &deck->law[kind], sizeof deck->law[kind]);

@@ -117,10 +117,6 @@ struct mill_deck_section {
 enum mill_status mill_deck_parse(struct mill_deck *deck, const char *path, int count,
                                  const char *const *overrides, struct mill_error *error);
 
-/* Adds a section with an empty struct of `size` bytes. NULL: out of memory */
-struct mill_deck_section *mill_deck_parse_add(struct mill_deck *deck, const char *title,
-                                              size_t size);
-
 /* Writes `value` so that a line with it reads back the same, in quotes where necessary. */
 void mill_deck_parse_quote(const char *value, char *out, size_t size);
 
@@ -128,6 +124,10 @@ void mill_deck_parse_quote(const char *value, char *out, size_t size);
 
 /* The section [title], or NULL. */
 struct mill_deck_section *mill_deck_section(const struct mill_deck *deck, const char *title);
+
+/* Adds a section without entries after the others. The caller keeps the title. */
+enum mill_status mill_deck_section_add(struct mill_deck *deck, const char *title,
+                                       struct mill_error *error);
 
 /* The next section of the block after `last`; NULL for `last`: the first one. NULL: no more. */
 struct mill_deck_section *mill_deck_next(const struct mill_deck *deck,
@@ -207,6 +207,9 @@ double mill_deck_bodies_volume(const struct mill_deck *deck);
 enum mill_status mill_deck_materials_density(const struct mill_deck *deck,
                                              struct mill_deck_balls *balls,
                                              struct mill_error *error);
+
+/* Checks that something gives the restitution: a number, a table or materials. */
+enum mill_status mill_deck_materials_require(struct mill_deck *deck, struct mill_error *error);
 
 /* Reads the tables of restitution of [contact], [contact.KIND] and [material.NAME]. */
 enum mill_status mill_deck_materials_settle(struct mill_deck *deck, struct mill_error *error);

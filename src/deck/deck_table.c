@@ -105,7 +105,7 @@ static const struct mill_key ball_key[] = {
     {"material", "material of the balls: gives density and contacts that are not given", TEXT,
      IN(mill_deck_balls, material)},
     {"density", "density of the balls' material", .unit = "kg/m^3", .lo = LEAST_DENSITY,
-     .hi = MILL_KEY_LARGEST, .derived = true, IN(mill_deck_balls, density)},
+     .hi = MILL_KEY_LARGEST, .unless = "material", IN(mill_deck_balls, density)},
     {.name = NULL},
 };
 
@@ -360,12 +360,12 @@ static const struct mill_deck_block blocks[] = {
     {OF_BODY, .key = rounding_key,
      .words = 1u << MILL_DECK_BOX | 1u << MILL_DECK_CYLINDER | 1u << MILL_DECK_CONE},
     {OF_BODY, .key = copies_key},
-    {OF_MATERIAL, .key = material_key},
-    {OF_MATERIAL, .key = law_key},
     {"contact", .key = law_key, VALUES(general)},
     {"contact", .key = floor_key},
     {"contact", .named = true, .inherits = true, .key = law_key, VALUES(general),
      .size = sizeof(struct mill_deck_law)},
+    {OF_MATERIAL, .key = material_key},
+    {OF_MATERIAL, .key = law_key},
     {"powder", .optional = true, .key = mill_deck_uses_powder, VALUES(powder)},
     {"heat", .optional = true, .key = mill_deck_uses_heat, VALUES(heat)},
     {"wear", .optional = true, .key = mill_deck_uses_wear, VALUES(worn)},

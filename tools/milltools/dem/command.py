@@ -98,6 +98,13 @@ def refuse(deck):
         )
     setup_of(deck)
     for kind in deck.kinds:
+        if any(
+            deck.value(f"{s}.restitution_{how}") for s in ("contact", f"contact.{kind}") for how in ("speed", "table")
+        ):
+            raise UserError(
+                f"{deck.path}: [contact] restitution of {kind}: it falls with the speed, which LIGGGHTS cannot do; set a "
+                f"number: -s contact.{kind}.restitution=0.8, -s contact.{kind}.restitution_speed=0"
+            )
         e = deck.contact(kind).restitution
         if e <= LEAST_RESTITUTION:
             raise UserError(
