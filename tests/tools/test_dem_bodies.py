@@ -355,7 +355,7 @@ def test_what_liggghts_cannot_do_right_is_refused_with_the_reason(name):
 @pytest.mark.parametrize("falls", ["restitution_speed = 1 m/s", "restitution_table = e.txt"])
 def test_a_restitution_that_falls_with_the_speed_is_refused(falls):
     deck = Deck(SMALL + f"[contact.ball_drum]\n{falls}\n", "deck.ini")
-    with pytest.raises(UserError, match="restitution of ball_drum: it falls with the speed"):
+    with pytest.raises(UserError, match="restitution: it falls with the speed"):
         refuse(deck)
 
 

@@ -98,12 +98,11 @@ def refuse(deck):
         )
     setup_of(deck)
     for kind in deck.kinds:
-        if any(
-            deck.value(f"{s}.restitution_{how}") for s in ("contact", f"contact.{kind}") for how in ("speed", "table")
-        ):
+        own = f"contact.{kind}" if f"contact.{kind}" in deck.sections else "contact"
+        if deck.value(f"{own}.restitution_speed") or deck.value(f"{own}.restitution_table"):
             raise UserError(
-                f"{deck.path}: [contact] restitution of {kind}: it falls with the speed, which LIGGGHTS cannot do; set a "
-                f"number: -s contact.{kind}.restitution=0.8, -s contact.{kind}.restitution_speed=0"
+                f"{deck.path}: [{own}] restitution: it falls with the speed, which LIGGGHTS cannot do; give a number and "
+                "no restitution_speed or restitution_table"
             )
         e = deck.contact(kind).restitution
         if e <= LEAST_RESTITUTION:
