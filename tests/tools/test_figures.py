@@ -433,8 +433,8 @@ def test_a_cross_section_is_drawn_within_the_wall(mixture, name):
     assert mask[outside[:-1, :-1] & outside[1:, 1:]].all()
     assert ax.get_aspect() == 1
     assert (ax.get_xlabel(), ax.get_ylabel()) == (
-        "y, across the drum's axis [m]",
-        "z, across the drum's axis [m]",
+        "y, across the drum's axis [mm]",
+        "z, across the drum's axis [mm]",
     )
     assert "grey: the shaft" in FIGURES[name].says([mixture])
 

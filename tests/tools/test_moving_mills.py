@@ -207,13 +207,13 @@ def test_an_arm_through_the_axis_is_outlined_from_the_axis_on(runs):
 def test_what_a_map_shows_is_named_by_the_mill(runs):
     for name, container, dashed in (("planetary", "jar", False), ("attritor", "tank", True)):
         run = runs[name]
-        for view, label in (("axial", "x, along the {}'s axis [m]"), ("section", "y, across the {}'s axis [m]")):
+        for view, label in (("axial", "x, along the {}'s axis [mm]"), ("section", "y, across the {}'s axis [m]")):
             figure = FIGURES[f"{view}-solid"]
             assert figure.draw(run).axes[0].get_xlabel() == label.format(container)
             assert ("ashed: the space that moving bodies sweep" in figure.says([run])) == dashed
             assert "shaft" not in figure.says([run])
     both = FIGURES["axial-solid"].draw(list(runs.values()))
-    assert both.axes[1].get_xlabel() == "x, along the container's axis [m]"
+    assert both.axes[1].get_xlabel() == "x, along the container's axis [mm]"
 
 
 # ---- pictures and exports

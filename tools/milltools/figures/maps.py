@@ -9,14 +9,16 @@ import matplotlib
 import numpy as np
 from matplotlib.colors import ListedColormap, LogNorm, Normalize
 
+from milltools.dose.wear import ENOUGH
 from milltools.figures import outlines
 from milltools.figures.base import WIDTH, Figure, labels, sampled, subtitle
-from milltools.figures.style import log_ticks
+from milltools.figures.style import log_ticks, millimetres
 from milltools.geometry import vessel
 from milltools.read.runfile import VIEWS
 
 ARROWS = 20  # approximate number of arrows along the longer side
 ENDS = (0.01, 0.995)  # the ends of a colour scale are these quantiles by volume
+FEW = "#c0c0c0"  # colour of cells with too few impacts for a mean
 RANGE = 1e4  # largest ratio of the ends of a logarithmic scale
 
 
@@ -44,7 +46,8 @@ QUANTITIES = {
         "How often the balls hit at each place: impacts per second and volume, logarithmic.",
         "impacts per time and volume [1/(m3 s)]", "impacts per time and volume [1/(m³ s)]", True, True),
     "impact-speed": Shown(
-        "impact speed", "How hard the impacts are: the mean normal speed of the impacts in a cell.",
+        "impact speed",
+        "How hard the impacts are: the mean normal speed of the impacts in a cell; grey: too few impacts for a mean.",
         "mean normal impact speed [m/s]", "mean normal impact speed [m/s]", False, True),
     "power": Shown(
         "dissipated power", "Where the energy goes: dissipated power per volume, logarithmic.",
@@ -100,11 +103,15 @@ def field(run, view: str) -> Field:
 
 
 def limits(fields, name) -> tuple[float, float]:
-    """Ends of a common colour scale of all fields: the quantiles ENDS by volume."""
+    """Ends of a common colour scale of all fields: the quantiles ENDS by volume. A quantity of impacts is taken only
+    from cells with `wear.ENOUGH` impacts; if there is no such cell, from those with the most."""
     value = np.concatenate([f.values[name].ravel() for f in fields])
     volume = np.concatenate([f.volume.ravel() for f in fields])
     log = QUANTITIES[name].log
     good = np.isfinite(value) & (volume > 0) & ((value > 0) if log else True)
+    if QUANTITIES[name].impacts and good.any():
+        count = np.concatenate([f.count.ravel() for f in fields])
+        good &= count >= min(ENOUGH, count[good].max())
     if not good.any():
         return (1.0, 10.0) if log else (0.0, 1.0)
     low, high = np.quantile(value[good], ENDS, weights=volume[good], method="inverted_cdf")
@@ -160,18 +167,26 @@ class MapFigure(Figure):
         bar.ax.grid(False)
 
     def _panel(self, ax, run, found, norm):
-        value, log = found.values[self.quantity], QUANTITIES[self.quantity].log
+        value, log, few_cells = found.values[self.quantity], QUANTITIES[self.quantity].log, None
         if log:  # a negative loss, of slow impacts at the rebound floor, is below the scale
             value = np.where(value <= 0, norm.vmin / 2, value)
+        elif QUANTITIES[self.quantity].impacts:
+            few = found.count < min(ENOUGH, found.count.max())
+            grey = np.where(few & np.isfinite(value), 0.0, np.nan).T
+            look = {"cmap": ListedColormap([FEW]), "rasterized": True, "zorder": 1}
+            few_cells, value = ax.pcolormesh(*found.edges, grey, **look), np.where(few, np.nan, value)
         rim = (outlines.section if self.view == "cross_section" else outlines.axial)(ax, run)
         image = ax.pcolormesh(
             *found.edges, value.T, norm=norm, cmap=colours("inferno" if log else "viridis"), rasterized=True, zorder=1,
         )  # fmt: skip
         image.set_clip_path(rim)
+        if few_cells:
+            few_cells.set_clip_path(rim)
         if self.quantity == "velocity" and (arrows := self._arrows(ax, found)):
             arrows.set_clip_path(rim)
         ax.set_aspect("equal")
         ax.locator_params(nbins=5)
+        millimetres(ax)
         ax.grid(False)
         return image
 

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure as Canvas
 
 from milltools.figures import outlines
 from milltools.figures.bins import curve
-from milltools.figures.style import SPEEDS, rounded_up
+from milltools.figures.style import SPEEDS, millimetres, rounded_up
 from milltools.geometry import bodies, vessel
 from milltools.read import kinds
 
@@ -30,6 +30,7 @@ def mill(ax, run):
     wall, words, reach = outlines.rim(holds, color="k"), vessel.axes([run]), 1.02 * holds.outermost
     ax.add_patch(wall)
     ax.set_aspect("equal")
+    millimetres(ax)
     ax.set(xlim=(-reach, reach), ylim=(-reach, reach), xlabel=words["y"], ylabel=words["z"])
     return wall
 

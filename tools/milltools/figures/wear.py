@@ -16,7 +16,6 @@ from milltools.read.wear import Part, Wear, why_not
 
 MOST = 6  # faces, besides those of the container
 LEAST = 1e-3  # faces with a smaller share of the power are left out
-ENOUGH = 20  # impacts; facets with fewer do not set the scale
 ENDS = (0.05, 0.995)  # the ends of the scale are these quantiles by area
 ARC = np.radians(3)  # an arc of a cell has a corner each 3 degrees
 ANGLE = "angle [°]"
@@ -126,7 +125,7 @@ class WearFigure(Figure):
         value, area, count = (
             np.concatenate([found[name] for found in all_found]) for name in (self.column, "area", "count")
         )
-        good = (value > 0) & (count >= ENOUGH)
+        good = (value > 0) & (count >= wear.ENOUGH)
         if not good.any():
             good = value > 0
         if not good.any():
@@ -170,11 +169,11 @@ class WearFigure(Figure):
                     ax.set_yticks([-180, -90, 0, 90, 180])
                 else:
                     ax.set_aspect("equal")
-                    ax.locator_params(axis="y", nbins=3)
+                    ax.locator_params(axis="y", nbins=3 if self._tall(sheet, WIDTH / len(row) - 1.1) > 0.5 else 1)
                 if axes:
                     subtitle(ax, sheet.name, 40)
                 ax.grid(False)
-                ax.locator_params(axis="x", nbins=5)
+                ax.locator_params(axis="x", nbins=5 if sheet.unrolled else 3)
                 axes.append(ax)
         return axes
 
