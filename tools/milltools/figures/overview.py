@@ -39,6 +39,7 @@ def draw_balls(ax, run):
     times = run.frame_times()
     if not len(times):
         ax.set_title("no ball states stored (output.frames)")
+        outlines.stand(ax, run, {})
         return
     into = bodies.inverse(bodies.container(run, len(times) - 1))
     position = bodies.moved(into, run.frame(-1, "position").astype(float))

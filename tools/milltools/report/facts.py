@@ -1,4 +1,4 @@
-"""A run described in words: its name, what was run, the verdict."""
+"""A run described in words: the finding, its numbers, the checks, its name, what was run."""
 
 import contextlib
 import math
@@ -7,8 +7,10 @@ import shlex
 
 import numpy as np
 
-from milltools.base.text import SPACE, Number, count, plain, plural, scaled, small, with_error
-from milltools.read import motions
+from milltools.base.errors import UserError
+from milltools.base.text import SPACE, Number, brief, count, plain, plural, quantity, scaled, share, small, with_error
+from milltools.dose import dose
+from milltools.read import kinds, motions, sums
 
 WITH_VALUE = ("-o", "--output", "-s", "--set", "--export-start", "--value", "--progress", "--part")
 DRIVE = (("power", "W"), ("torque", "N m"))
@@ -46,14 +48,14 @@ def length(value: float) -> str:
 
 def charge(run) -> str:
     """4000 balls of 5 mm and 7800 kg/m^3."""
-    kinds = []
+    found = []
     for section in run.as_deck.sections:
         if run.has(f"deck/{section}/diameter"):
             number, diameter, density = (run.quantity(f"{section}/{name}") for name in ("count", "diameter", "density"))
             name = "" if section == "balls" else f" {plain(section.removeprefix('balls.'))}"
             of = f"{length(diameter)} and {density:.4g}{SPACE}kg/m\N{SUPERSCRIPT THREE}"
-            kinds.append(f"{count(number)}{name} balls of {of}")
-    return joined(kinds) or "Balls"
+            found.append(f"{count(number)}{name} balls of {of}")
+    return joined(found) or "Balls"
 
 
 def joined(words: list[str]) -> str:
@@ -61,7 +63,7 @@ def joined(words: list[str]) -> str:
 
 
 def _vessel(run) -> str:
-    """The container, such as "a round drum, 150 mm wide and 120 mm long inside"."""
+    """The container, such as "a round drum, 150 mm in diameter and 120 mm long inside"."""
     if run.vessel:
         place, sizes = f"body.{run.vessel}", []
         for name in ("size", "radius", "end_radius", "length"):
@@ -72,9 +74,9 @@ def _vessel(run) -> str:
         return f"the container “{plain(run.vessel)}”, a {plain(run.text(f'{place}/shape'))}{of}"
     wide, long = length(2 * run.quantity("drum/radius")), length(run.quantity("drum/length"))
     if run.text("drum/profile", "circle") != "wavy":
-        return f"a round drum, {wide} wide and {long} long inside"
+        return f"a round drum, {wide} in diameter and {long} long inside"
     buckles = f"{run.quantity('drum/buckles'):.0f} buckles of {length(run.quantity('drum/buckle_height'))}"
-    return f"a wavy drum, {wide} wide and {long} long inside ({buckles})"
+    return f"a wavy drum, {wide} in mean diameter and {long} long inside ({buckles})"
 
 
 def mill(run) -> str:
@@ -162,57 +164,134 @@ def _speed_sentence(run) -> str:
     )
 
 
-def _trust_sentence(run) -> str:
+# ---- the finding
+
+
+def losses(run) -> list[tuple[float, str]]:
+    """What takes the power that impacts lose [W], in words, the largest first: sliding of all kinds together, and the
+    impacts of each kind along the normal; the impacts of each kind where the file does not tell these apart."""
+
+    def power(part, kind):
+        path = f"precision/dissipated_power{part}/{kind}/value" if part else f"impacts/{kind}/dissipated_power"
+        return float(run.statistic(path))
+
+    if run.has("statistics/precision/dissipated_power_normal/all/value"):
+        found = [(power("_normal", kind), f"goes into {kinds.label(kind)} hits") for kind in run.kinds]
+        found.append((power("", "all") - power("_normal", "all"), "is rubbed off"))
+    else:
+        found = [(power("", kind), f"is lost in {kinds.label(kind)} impacts") for kind in run.kinds]
+    return sorted(found, reverse=True)
+
+
+def rubbed(run) -> tuple[float, float]:
+    """The share of the lost power that sliding takes, and its standard error, from the time series in the blocks of the
+    energies; NaN where the file does not have them."""
+    blocks, share_of = "statistics/energies/blocks", {words: power for power, words in losses(run)}
+    value = share_of.get("is rubbed off", math.nan) / float(run.statistic("impacts/all/dissipated_power"))
+    names = [f"{part}/{kind}" for part in ("dissipation", "dissipation_normal") for kind in run.kinds]
+    if not (value == value and run.has(f"{blocks}/duration") and all(map(run.has_series, names))):
+        return value, math.nan
+    block, period = float(run.read(f"{blocks}/duration")), int(run.read(f"{blocks}/period"))
+    times, (first, last) = run.series(names[0])[0], run.window
+    edges = first + block * np.arange(int((last - first) / block + 1e-9) + 1)
+    if len(times) < 2 or np.median(np.diff(times)) > 1.01 * block or times[0] > first or times[-1] < edges[-1] - block:
+        return value, math.nan
+    lost = np.diff([np.interp(edges, *run.series(name)) for name in names])
+    every, normal = lost[: len(run.kinds)].sum(axis=0), lost[len(run.kinds) :].sum(axis=0)
+    rest = (every - normal) - value * every
+    return value, sums.standard_error(rest, period) / every.mean() if every.any() else math.nan
+
+
+def lossless(run) -> bool:
+    """Whether impacts lose no energy, but for rounding."""
+    lost = float(run.statistic("impacts/all/dissipated_power")) * run.duration
+    return not lost > 1e-9 * float(run.about("energy_turnover", 0.0))
+
+
+def finding(run) -> str:
+    """The answer of the run in one line: what takes most of the power, and how much it is."""
+    if run.time == 0:
+        return "No results yet: the run has not reached its first checkpoint"
+    if run.unsampled:
+        return f"No results: {run.unsampled}"
+    so_far = "" if run.status == "complete" else "So far: "
+    rate = scaled(run.statistic("impacts/all/rate"), "/s")
+    if not int(run.statistic("impacts/all/count")):
+        return f"{so_far}The balls hit nothing in {scaled(run.duration, 's')}"
+    if lossless(run):
+        return f"{so_far}{rate} impacts lose no energy".replace("/s impacts", " impacts each second")
+    total, error = dose.loss(run)
+    said = [f"{100 * power / total:.0f}{SPACE}%{{}} {words}" for power, words in losses(run) if power > 0.005 * total]
+    return so_far + ", ".join(said[:2]).replace("{}", f" of {brief(total, error, 'W')}", 1).replace("{}", "")
+
+
+def tiles(run) -> list[tuple[str, Number, str]]:
+    """(name, number with its standard error, explanation) of the three numbers of the card: the power; the hard
+    impacts; the dose, or else the share that is rubbed off, or else the median speed."""
+    if run.unsampled or not int(run.statistic("impacts/all/count")):
+        return []
+    (power, error), mass = dose.loss(run), run.as_deck.mass
+    gives, told = mean(run, f"{run.driven}/power", "W"), {}
+    with contextlib.suppress(UserError):  # a file without energies
+        told = {row.name: row for row in dose.rows(run)}
+    remark = f"lost in impacts: {brief(power / mass, error / mass, 'W')} per kg of balls"
+    if gives:
+        shown = brief(gives.value, run.standard_error(f"{run.driven}/power"), "W")
+        remark += f"; the {run.driven} gives {shown}"
+    found = [("power", brief(power, error, "W"), remark)]
+    if hard := told.get("hard impacts"):
+        per = told["hard impacts per joule"]
+        remark = f"{hard.words}; {brief(per.value, per.error, '')} for each joule lost"
+        found.append(("hard impacts", brief(hard.value, hard.error, "/s"), remark))
+    elif known := run.known("rate_above_1/all"):
+        found.append(("hard impacts", brief(*known[:2], "/s"), f"of 1{SPACE}m/s or more"))
+    if rate := told.get("dose rate"):
+        hour = told["dose in an hour"]
+        remark = f"{brief(hour.value / 1e3, hour.error / 1e3, 'J/g')} in an hour; {told['ball to powder'].words}"
+        found.append(("dose of the powder", brief(rate.value / 1e3, rate.error / 1e3, "W/g"), remark))
+        return found
+    (value, error), lost = rubbed(run), losses(run)
+    if value == value and not lossless(run):
+        first = next(words for _, words in lost if words != "is rubbed off")
+        rest = next(power for power, words in lost if words == first) / power
+        remark = f"of the power by sliding; {share(rest)} {first}"
+        found.append(("rubbed off", Number(str(brief(100 * value, 100 * error, "%")), value), remark))
+    else:
+        _, error, _ = run.known("median_above_50mm_s") or (0, math.nan, 0)
+        median = brief(float(run.statistic("impacts/all/normal_speed/median_above_50mm_s")), error, "m/s")
+        found.append(("median impact speed", median, f"normal, of the impacts above 50{SPACE}mm/s"))
+    return found
+
+
+def checks(run) -> str:
+    """One line on how far the numbers can be trusted."""
     words = []
     if run.has("run/energy_balance_error"):
-        words.append(f"the error of the energy balance is {energy_error(run)} of the energy turned over")
+        words.append(f"energy balance {energy_error(run)}")
     found = anomalies(run)
-    if found:
-        words.append("anomalies: " + joined([f"{times} \N{MULTIPLICATION SIGN} {what}" for what, times, _ in found]))
-    elif found is not None:
-        words.append("no anomalies")
-    text = "; ".join(words)
-    return text[:1].upper() + text[1:] + "." if text else ""
-
-
-def verdict(run) -> list[str]:
-    """The paragraph at the top, sentence by sentence."""
-    said = [f"{charge(run)} in {mill(run)}."]
-    reached = f"simulated for {scaled(run.time, 's')}"
-    if run.time == 0:
-        status = f"\N{LEFT DOUBLE QUOTATION MARK}{plain(run.status)}\N{RIGHT DOUBLE QUOTATION MARK}"
-        return [*said, f"The run (status {status}) has not reached its first checkpoint: there are no results yet."]
-    if run.unsampled:
-        return [*said, f"It was {reached}; nothing was sampled.", _trust_sentence(run)]
-    first, last = run.window
-    said.append(
-        f"It was {reached} and sampled for {scaled(run.duration, 's')}, from {scaled(first, 's')} to "
-        f"{scaled(last, 's')}."
-    )
-    return [*said, _drive_sentence(run), _speed_sentence(run), _trust_sentence(run)]
-
-
-def tiles(run) -> list[tuple[str, str, str]]:
-    """(name, number, explanation) of the four numbers at the top."""
-    found = []
+    if found is not None:
+        told = [f"{times} \N{MULTIPLICATION SIGN} {what}" for what, times, _ in found]
+        words.append("anomalies: " + joined(told) if told else "no anomalies")
     if not run.unsampled:
-        power = mean(run, f"{run.driven}/power", "W")
-        if power is not None:
-            found.append((f"{run.driven} power", str(power), drive_remark(run)))
-        else:
-            found.append(("dissipated power", str(dissipated(run)), "in all contacts"))
-        normal = "impacts/all/normal_speed"
-        _, error, _ = run.known("median_above_50mm_s") or (0, math.nan, 0)
-        median = with_error(float(run.statistic(f"{normal}/median_above_50mm_s")), error, "m/s")
-        of_all = scaled(run.statistic(f"{normal}/median"), "m/s")
-        found.append(("median impact speed", str(median), f"normal, above 50 mm/s; {of_all} of all contacts"))
-    if run.has("run/energy_balance_error"):
-        found.append(("energy error", energy_error(run), "of the energy turned over"))
-    happened = anomalies(run)
-    if happened is not None:
-        total = sum(times.value for _, times, _ in happened)
-        found.append(("anomalies", str(count(total)) if total else "none", "counted, see below" if total else ""))
-    return found
+        turns = run.duration / run.period if math.isfinite(run.period) else 0.0
+        periods = f" ({turns:.3g} {'revolutions' if run.driven == 'rotor' else 'periods'})" if turns else ""
+        words.append(f"{quantity(run.duration, 's')} sampled{periods}")
+        total, error = dose.loss(run)
+        if error == error and total > 0:
+            words.append(f"power known to {100 * error / total:.2g}{SPACE}%")
+        elif not lossless(run):
+            words.append("error of the power not known")
+    return ", ".join(words)
+
+
+def said(run) -> list[str]:
+    """What was simulated, and the main numbers, sentence by sentence."""
+    reached = f"It was simulated for {scaled(run.time, 's')}"
+    if run.unsampled:
+        return [f"{reached}; nothing was sampled."]
+    first, last = run.window
+    sampled = f"sampled for {scaled(run.duration, 's')}, from {scaled(first, 's')} to {scaled(last, 's')}."
+    return [f"{reached} and {sampled}", _drive_sentence(run), _speed_sentence(run)]
 
 
 def notes(run) -> list[str]:
