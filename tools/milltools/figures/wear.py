@@ -21,7 +21,7 @@ ARC = np.radians(3)  # an arc of a cell has a corner each 3 degrees
 ANGLE = "angle [°]"
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, eq=False)  # arrays cannot be compared in a test of equality
 class Sheet:
     """A face, or the whole side of a round part, in a plane: an outline [mm or degrees] and the facet of each cell of
     its lattice, and the words of the two axes."""

@@ -238,6 +238,7 @@ def tiles(run) -> list[tuple[str, Number, str]]:
     if gives:
         shown = brief(gives.value, run.standard_error(f"{run.driven}/power"), "W")
         remark += f"; the {run.driven} gives {shown}"
+    remark += "" if error == error else "; error not known"
     found = [("power", brief(power, error, "W"), remark)]
     if hard := told.get("hard impacts"):
         per = told["hard impacts per joule"]
@@ -247,7 +248,8 @@ def tiles(run) -> list[tuple[str, Number, str]]:
         found.append(("hard impacts", brief(*known[:2], "/s"), f"of 1{SPACE}m/s or more"))
     if rate := told.get("dose rate"):
         hour = told["dose in an hour"]
-        remark = f"{brief(hour.value / 1e3, hour.error / 1e3, 'J/g')} in an hour; {told['ball to powder'].words}"
+        grams = quantity(1e3 * mass / told["ball to powder"].value, "g")
+        remark = f"{brief(hour.value / 1e3, hour.error / 1e3, 'J/g')} in an hour; {grams} of powder"
         found.append(("dose of the powder", brief(rate.value / 1e3, rate.error / 1e3, "W/g"), remark))
         return found
     (value, error), lost = rubbed(run), losses(run)
