@@ -13,6 +13,7 @@ from milltools.dose import dose
 from milltools.read import kinds, motions, sums
 
 WITH_VALUE = ("-o", "--output", "-s", "--set", "--export-start", "--value", "--progress", "--part")
+RUBBED = "is rubbed off"
 DRIVE = (("power", "W"), ("torque", "N m"))
 ANOMALIES = (  # of /run, as shown, what it means
     ("not_closing", "contacts with an opening gap",
@@ -177,19 +178,20 @@ def losses(run) -> list[tuple[float, str]]:
 
     if run.has("statistics/precision/dissipated_power_normal/all/value"):
         found = [(power("_normal", kind), f"goes into {kinds.label(kind)} hits") for kind in run.kinds]
-        found.append((power("", "all") - power("_normal", "all"), "is rubbed off"))
+        found.append((power("", "all") - power("_normal", "all"), RUBBED))
     else:
         found = [(power("", kind), f"is lost in {kinds.label(kind)} impacts") for kind in run.kinds]
-    return sorted(found, reverse=True)
+    least = 1e-9 * sum(abs(power) for power, _ in found)  # smaller ones are rounding
+    return sorted((one for one in found if abs(one[0]) > least), reverse=True)
 
 
 def rubbed(run) -> tuple[float, float]:
-    """The share of the lost power that sliding takes, and its standard error, from the time series in the blocks of the
-    energies; NaN where the file does not have them."""
-    blocks, share_of = "statistics/energies/blocks", {words: power for power, words in losses(run)}
-    value = share_of.get("is rubbed off", math.nan) / float(run.statistic("impacts/all/dissipated_power"))
+    """The share of the lost power that sliding takes, which `losses` must have, and its standard error, from the time
+    series in the blocks of the energies; NaN where the file does not have them."""
+    blocks, sliding = "statistics/energies/blocks", next(power for power, words in losses(run) if words == RUBBED)
+    value = sliding / float(run.statistic("impacts/all/dissipated_power"))
     names = [f"{part}/{kind}" for part in ("dissipation", "dissipation_normal") for kind in run.kinds]
-    if not (value == value and run.has(f"{blocks}/duration") and all(map(run.has_series, names))):
+    if not (run.has(f"{blocks}/duration") and all(map(run.has_series, names))):
         return value, math.nan
     block, period = float(run.read(f"{blocks}/duration")), int(run.read(f"{blocks}/period"))
     times, (first, last) = run.series(names[0])[0], run.window
@@ -215,19 +217,19 @@ def finding(run) -> str:
     if run.unsampled:
         return f"No results: {run.unsampled}"
     so_far = "" if run.status == "complete" else "So far: "
-    rate = scaled(run.statistic("impacts/all/rate"), "/s")
     if not int(run.statistic("impacts/all/count")):
         return f"{so_far}The balls hit nothing in {scaled(run.duration, 's')}"
     if lossless(run):
-        return f"{so_far}{rate} impacts lose no energy".replace("/s impacts", " impacts each second")
+        rate = str(brief(float(run.statistic("impacts/all/rate")), math.nan, "/s")).removesuffix("/s").strip()
+        return f"{so_far}{rate} impacts each second lose no energy"
     total, error = dose.loss(run)
     said = [f"{100 * power / total:.0f}{SPACE}%{{}} {words}" for power, words in losses(run) if power > 0.005 * total]
     return so_far + ", ".join(said[:2]).replace("{}", f" of {brief(total, error, 'W')}", 1).replace("{}", "")
 
 
 def tiles(run) -> list[tuple[str, Number, str]]:
-    """(name, number with its standard error, explanation) of the three numbers of the card: the power; the hard
-    impacts; the dose, or else the share that is rubbed off, or else the median speed."""
+    """(name, number with its standard error, explanation) of the three numbers of the card: the power, the hard
+    impacts, the dose, the share that is rubbed off, the median speed: the first three that the run has."""
     if run.unsampled or not int(run.statistic("impacts/all/count")):
         return []
     (power, error), mass = dose.loss(run), run.as_deck.mass
@@ -238,31 +240,28 @@ def tiles(run) -> list[tuple[str, Number, str]]:
     if gives:
         shown = brief(gives.value, run.standard_error(f"{run.driven}/power"), "W")
         remark += f"; the {run.driven} gives {shown}"
-    remark += "" if error == error else "; error not known"
+    remark += "" if error == error or lossless(run) else "; error not known"
     found = [("power", brief(power, error, "W"), remark)]
-    if hard := told.get("hard impacts"):
+    hard, fast = told.get("hard impacts"), run.known("rate_above_1/all")
+    if hard and hard.value:
         per = told["hard impacts per joule"]
         remark = f"{hard.words}; {brief(per.value, per.error, '')} for each joule lost"
         found.append(("hard impacts", brief(hard.value, hard.error, "/s"), remark))
-    elif known := run.known("rate_above_1/all"):
-        found.append(("hard impacts", brief(*known[:2], "/s"), f"of 1{SPACE}m/s or more"))
+    elif fast and fast[0]:
+        found.append(("hard impacts", brief(*fast[:2], "/s"), f"of 1{SPACE}m/s or more"))
     if rate := told.get("dose rate"):
-        hour = told["dose in an hour"]
-        grams = quantity(1e3 * mass / told["ball to powder"].value, "g")
+        hour, grams = told["dose in an hour"], quantity(1e3 * mass / told["ball to powder"].value, "g")
         remark = f"{brief(hour.value / 1e3, hour.error / 1e3, 'J/g')} in an hour; {grams} of powder"
         found.append(("dose of the powder", brief(rate.value / 1e3, rate.error / 1e3, "W/g"), remark))
-        return found
-    (value, error), lost = rubbed(run), losses(run)
-    if value == value and not lossless(run):
-        first = next(words for _, words in lost if words != "is rubbed off")
-        rest = next(power for power, words in lost if words == first) / power
-        remark = f"of the power by sliding; {share(rest)} {first}"
+    if not lossless(run) and any(words == RUBBED for _, words in losses(run)):
+        value, error = rubbed(run)
+        rest = [f"; {share(part / power)} {words}" for part, words in losses(run) if words != RUBBED]
+        remark = "of the power by sliding" + "".join(rest[:1])
         found.append(("rubbed off", Number(str(brief(100 * value, 100 * error, "%")), value), remark))
-    else:
-        _, error, _ = run.known("median_above_50mm_s") or (0, math.nan, 0)
-        median = brief(float(run.statistic("impacts/all/normal_speed/median_above_50mm_s")), error, "m/s")
-        found.append(("median impact speed", median, f"normal, of the impacts above 50{SPACE}mm/s"))
-    return found
+    _, error, _ = run.known("median_above_50mm_s") or (0, math.nan, 0)
+    median = brief(float(run.statistic("impacts/all/normal_speed/median_above_50mm_s")), error, "m/s")
+    found.append(("median impact speed", median, f"normal, of the impacts above 50{SPACE}mm/s"))
+    return found[:3]
 
 
 def checks(run) -> str:
