@@ -200,7 +200,7 @@ def column(values, unit: str) -> list[Number]:
     if scale is None or not any(values):
         return [scaled(value, unit) for value in values]
     one, least, tail = 1000.0 ** scale[0], 10.0 ** -scale[1], _tail(scale[0], unit)
-    texts = (f"{v / one:.{scale[1]}f}" if not 0 < abs(v) / one < least / 2 else f"< {least:g}" for v in values)
+    texts = (f"{v / one:.{scale[1]}f}" if not 0 < abs(v) / one < least / 2 else f"<{SPACE}{least:g}" for v in values)
     return [Number(MISSING if math.isnan(v) else text + tail, v) for v, text in zip(values, texts)]
 
 

@@ -38,23 +38,24 @@ class Shown:
     label: str
     log: bool
     impacts: bool  # computed from impacts, else from the balls
+    scale: float = 1.0  # of the numbers in the picture
 
 
 QUANTITIES = {
     "rate": Shown(
         "rate of impacts",
         "How often the balls hit at each place: impacts per second and volume, logarithmic.",
-        "impacts per time and volume [1/(m3 s)]", "impacts per time and volume [1/(m³ s)]", True, True),
+        "impacts per time and volume [1/(m3 s)]", "impacts per time and volume [1/(cm³ s)]", True, True, 1e-6),
     "impact-speed": Shown(
         "impact speed",
         "How hard the impacts are: the mean normal speed of the impacts in a cell; grey: too few impacts for a mean.",
         "mean normal impact speed [m/s]", "mean normal impact speed [m/s]", False, True),
     "power": Shown(
         "dissipated power", "Where the energy goes: dissipated power per volume, logarithmic.",
-        "dissipated power per volume [W/m3]", "dissipated power density [W/m³]", True, True),
+        "dissipated power per volume [W/m3]", "dissipated power density [W/cm³]", True, True, 1e-6),
     "solid": Shown(
         "solid fraction", "Where the balls are: the share of the volume they fill, averaged over time.",
-        "solid fraction [1]", "solid fraction [1]", False, False),
+        "solid fraction [1]", "solid fraction", False, False),
     "velocity": Shown(
         "mean velocity",
         "How the charge moves: the colour is the speed of the mean flow, the arrows its part in the plane.",
@@ -141,7 +142,7 @@ class MapFigure(Figure):
 
     def paint(self, figure, runs):
         quantity, fields = QUANTITIES[self.quantity], [field(run, self.view) for run in runs]
-        low, high = limits(fields, self.quantity)
+        low, high = (quantity.scale * end for end in limits(fields, self.quantity))
         norm = LogNorm(low, high, clip=False) if quantity.log else Normalize(low, high)
         figure.set_size_inches(WIDTH, 0.4 + len(runs) * self._height(runs))
         axes = figure.subplots(len(runs), 1, squeeze=False)[:, 0]
@@ -158,7 +159,7 @@ class MapFigure(Figure):
         words = quantity.label
         if self.quantity == "power" and fields[0].part != "all":
             words = words.replace(" [", f", {fields[0].part} part [")
-        values = np.concatenate([found.values[self.quantity].ravel() for found in fields])
+        values = quantity.scale * np.concatenate([found.values[self.quantity].ravel() for found in fields])
         extend = ("neither", "min", "max", "both")[(values < low).any() + 2 * (values > high).any()]
         bar = figure.colorbar(image, ax=list(axes), label=words, extend=extend, pad=0.02)
         bar.solids.set_rasterized(True)
@@ -167,10 +168,11 @@ class MapFigure(Figure):
         bar.ax.grid(False)
 
     def _panel(self, ax, run, found, norm):
-        value, log, few_cells = found.values[self.quantity], QUANTITIES[self.quantity].log, None
+        quantity, few_cells = QUANTITIES[self.quantity], None
+        value, log = quantity.scale * found.values[self.quantity], quantity.log
         if log:  # a negative loss, of slow impacts at the rebound floor, is below the scale
             value = np.where(value <= 0, norm.vmin / 2, value)
-        elif QUANTITIES[self.quantity].impacts:
+        elif quantity.impacts:
             few = found.count < min(ENOUGH, found.count.max())
             grey = np.where(few & np.isfinite(value), 0.0, np.nan).T
             look = {"cmap": ListedColormap([FEW]), "rasterized": True, "zorder": 1}

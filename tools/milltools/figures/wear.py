@@ -87,6 +87,8 @@ class WearFigure(Figure):
         return why_not(run) or (None if run.read("statistics/wear/count").any() else "no impacts on the parts")
 
     def says(self, runs):
+        if len(runs) == 1:
+            return self.caption
         return " ".join([self.caption, *(f"{wear.finding(run, wear.faces(run))}." for run in runs)])
 
     def paint(self, figure, runs):

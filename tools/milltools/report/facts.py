@@ -285,8 +285,13 @@ def checks(run) -> str:
     return ", ".join(words)
 
 
+def subject(run) -> str:
+    """4000 balls of 5 mm in a round drum, with a rotor."""
+    return f"{charge(run)} in {mill(run)}."
+
+
 def said(run) -> list[str]:
-    """What was simulated, and the main numbers, sentence by sentence."""
+    """How long the run is, and its main numbers, sentence by sentence."""
     reached = f"It was simulated for {scaled(run.time, 's')}"
     if run.unsampled:
         return [f"{reached}; nothing was sampled."]

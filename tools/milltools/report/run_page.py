@@ -231,7 +231,7 @@ def render(run, watch, rerun: str = "auto", printed: bool = False) -> str:
         title=facts.finding(run),
         kicker=" \N{MIDDLE DOT} ".join((name, plain(os.path.basename(run.path)), made, plain(run.status))),
         contents=[c for c in CONTENTS if c[0] != "dose" or doses],
-        mill=f"{facts.charge(run)} in {facts.mill(run)}.",
+        mill=facts.subject(run),
         said=facts.said(run) if run.time > 0 else [],
         checks=facts.checks(run),
         notes=facts.notes(run),
