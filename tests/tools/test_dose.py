@@ -293,7 +293,7 @@ def test_the_errors_of_a_spectrum_are_those_of_the_sums_over_its_bins(run, kind)
     within, above = sums.errors(run, edges, kind), sums.errors(run, edges, kind, above=True)
     assert (len(within), len(above)) == (len(edges) - 1, len(edges))
     for k, (low, high) in enumerate(zip(edges, edges[1:])):
-        between = sums.total(run, lambda energy, pair: (energy >= low) & (energy < high), kinds=kinds)
+        between = sums.total(run, lambda e, pair, low=low, high=high: (e >= low) & (e < high), kinds=kinds)
         assert within[k] == pytest.approx(between.error, rel=0.02, nan_ok=True)
         assert above[k] == pytest.approx(sums.total(run, sums.above(low), kinds=kinds).error, rel=0.02, nan_ok=True)
     assert np.isfinite(within).sum() >= 3

@@ -164,7 +164,7 @@ def test_lengths_are_in_millimetres(page):
 def test_the_wear_of_the_parts_is_a_table(page, folder):
     done = run_mill(folder, "wear", "small.h5", "--json")
     first = json.loads(done.stdout)["faces"][0]
-    section = page[1][page[1].index('id="wear"'): page[1].index('id="summary"')]
+    section = page[1][page[1].index('id="wear"') : page[1].index('id="summary"')]
     assert re.search(rf"<td>{first['part']}</td><td>{first['face']}</td>", section)
 
 

@@ -45,8 +45,7 @@ def test_dark_is_dark_and_light_is_light(page, open_page):
 def test_drawings_take_the_ink_of_the_page(page, open_page):
     opened = open_page(page[0], dark=True)
     ink = opened.evaluate(
-        "getComputedStyle(document.querySelector('#figure-flow svg text'))"
-        ".fill.match(/\\d+/g).slice(0, 3).map(Number)"
+        "getComputedStyle(document.querySelector('#figure-flow svg text')).fill.match(/\\d+/g).slice(0, 3).map(Number)"
     )
     assert min(ink) > 200
 
@@ -121,8 +120,8 @@ def test_letters_of_figures_have_eight_points_on_paper(page, open_page):
 
 def test_what_matters_is_seen_and_the_rest_is_folded(page, open_page):
     opened = open_page(page[0], width=1200, height=800)
-    seen = opened.evaluate("[...document.querySelectorAll('figure[id]')].filter((f) => f.checkVisibility()).map((f) => f.id)")
-    assert seen == ["figure-flow", "figure-energies-power", "figure-wear"]
+    figures = "[...document.querySelectorAll('figure[id]')].filter((f) => f.checkVisibility()).map((f) => f.id)"
+    assert opened.evaluate(figures) == ["figure-flow", "figure-energies-power", "figure-wear"]
     assert opened.evaluate("document.querySelector('.card').getBoundingClientRect().top") < 250
 
 
@@ -145,8 +144,10 @@ def test_a_link_unfolds_what_it_leads_to(page, open_page):
 
 @pytest.mark.parametrize("webgl", [True, False])
 def test_the_card_is_saved_as_a_picture_with_the_mill_in_it(page, open_page, tmp_path, webgl):
-    without = "HTMLCanvasElement.prototype.getContext = ((get) => function (kind, ...more) {" \
-              " return kind === '2d' ? get.call(this, kind, ...more) : null; })(HTMLCanvasElement.prototype.getContext)"
+    without = (
+        "HTMLCanvasElement.prototype.getContext = ((get) => function (kind, ...more) {"
+        " return kind === '2d' ? get.call(this, kind, ...more) : null; })(HTMLCanvasElement.prototype.getContext)"
+    )
     opened = open_page(page[0], width=1200, height=800, before="" if webgl else without)
     opened.until(f"document.querySelector('.mp-live') {'!==' if webgl else '==='} null")
     with opened.page.expect_download() as download:

@@ -83,8 +83,8 @@ def still(run, limits=None) -> bytes:
 
 
 def page(folder, **values) -> str:
-    """The template page.html of a folder, filled with `values`: a page with players and figures. A script card.js of the
-    folder goes into it too."""
+    """The template page.html of a folder, filled with `values`: a page with players and figures. A script card.js of
+    the folder goes into it too."""
     files = pages.FOLDER / "theme.js", folder / "card.js"
     theme = "\n".join(path.read_text("utf-8") for path in files if path.exists())
     shared = {"policy": player.policy(theme), "maker": pages.maker(), "scripts": player.scripts(), "theme": theme}
@@ -179,6 +179,6 @@ def sections(drawings: dict[str, Picture]) -> list[dict]:
         missing = "" if any(one.svg for one in drawn) else plain("; ".join(dict.fromkeys(one.why for one in drawn)))
         if len(panels) == len(drawn):
             panels = [drawn]
-        panels = [] if missing else panels
-        found.append({"anchor": anchor, "title": title, "lead": lead, "shown": [], "panels": panels, "missing": missing})
+        words = {"anchor": anchor, "title": title, "lead": lead, "missing": missing}
+        found.append(words | {"shown": [], "panels": [] if missing else panels})
     return found
