@@ -88,7 +88,7 @@ def test_rotor_power_and_its_error_are_the_files_on_one_scale(page, folder):
     with h5py.File(folder / "small.h5") as file:
         power, error = (file[f"statistics/rotor/power{e}"][()] for e in ("", "_error"))
     assert page[2].rows["rotor power"] == [power]
-    found = re.search(r"The rotor puts ([\d.]+).±.([\d.]+).mW into", page[2].text)
+    found = re.search(r"rotor power ([\d.]+).±.([\d.]+).mW", page[2].text)
     assert float(found[1]) == pytest.approx(1e3 * power, rel=1e-3)
     assert float(found[2]) == pytest.approx(1e3 * error, abs=2e-1)
 

@@ -46,6 +46,8 @@ GROUPS = {
     "wear": ("Wear", "Which parts wear", ""),
     "time": ("Over time", "Over time", ""),
 }
+# figures that are shown at once: the first ones of a group that can be drawn, all others of the group are folded
+SHOWN = {"energy": ("flow",), "spectra": ("energies-power", "speeds-power"), "wear": ("wear",)}
 CONTENTS = tuple((anchor, name) for anchor, (name, *_) in GROUPS.items())
 
 
@@ -171,14 +173,16 @@ def figure_names() -> list[str]:
 def sections(drawings: dict[str, Picture]) -> list[dict]:
     """The figures (given by name) under the headings of GROUPS, in panels. The names in a panel have the same
     beginning: "slip", "slip-power". If no figure of a group can be drawn, there are no panels, and `missing` has the
-    reason. `shown`: figures that a page shows apart from the others."""
+    reason. `shown`: the figure that is not folded; the panels of its group do not have it."""
     found = []
     for anchor, (_, title, lead) in GROUPS.items():
         drawn = [drawings[name] for name in figure_names() if FIGURES[name].group == anchor]
+        shown = [one for name in SHOWN.get(anchor, ()) for one in drawn if one.name == name and one.svg][:1]
+        drawn = [one for one in drawn if one not in shown]
         panels = [list(some) for _, some in itertools.groupby(drawn, key=lambda one: one.name.split("-")[0])]
-        missing = "" if any(one.svg for one in drawn) else plain("; ".join(dict.fromkeys(one.why for one in drawn)))
+        missing = "" if any(one.svg for one in (*shown, *drawn)) else plain("; ".join(dict.fromkeys(one.why for one in drawn)))
         if len(panels) == len(drawn):
             panels = [drawn]
         words = {"anchor": anchor, "title": title, "lead": lead, "missing": missing}
-        found.append(words | {"shown": [], "panels": [] if missing else panels})
+        found.append(words | {"shown": shown, "panels": [] if missing else panels})
     return found

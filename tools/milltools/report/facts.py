@@ -136,35 +136,6 @@ def energy_error(run) -> str:
     return str(small(run.about("energy_balance_error", math.nan)))
 
 
-def dissipated(run) -> Number:
-    """Power that all contacts dissipate."""
-    return scaled(run.statistic("impacts/all/dissipated_power"), "W")
-
-
-def _drive_sentence(run) -> str:
-    power, torque = (mean(run, f"{run.driven}/{name}", unit) for name, unit in DRIVE)
-    if power is None:
-        return f"Nothing drives them; the contacts dissipate {dissipated(run)}."
-    mass = float(np.sum(run.balls("mass")))
-    words = f" at a torque of {torque}" if torque else ""
-    return (
-        f"The {run.driven} puts {power} into the charge ({scaled(power.value / mass, 'W')} per kilogram){words}, "
-        f"{drive_remark(run)}."
-    )
-
-
-def _speed_sentence(run) -> str:
-    normal = "impacts/all/normal_speed"
-    total = int(run.statistic("impacts/all/count"))
-    if not total:
-        return "There were no impacts."
-    return (
-        f"Among {count(total)} impacts ({scaled(run.statistic('impacts/all/rate'), '/s')}) the median normal impact "
-        f"speed is {scaled(run.statistic(f'{normal}/median'), 'm/s')}, "
-        f"{scaled(run.statistic(f'{normal}/median_above_50mm_s'), 'm/s')} of those above 50{SPACE}mm/s."
-    )
-
-
 # ---- the finding
 
 
@@ -290,14 +261,13 @@ def subject(run) -> str:
     return f"{charge(run)} in {mill(run)}."
 
 
-def said(run) -> list[str]:
-    """How long the run is, and its main numbers, sentence by sentence."""
+def window(run) -> str:
+    """How long the run is, and what was sampled."""
     reached = f"It was simulated for {scaled(run.time, 's')}"
     if run.unsampled:
-        return [f"{reached}; nothing was sampled."]
+        return f"{reached}; nothing was sampled."
     first, last = run.window
-    sampled = f"sampled for {scaled(run.duration, 's')}, from {scaled(first, 's')} to {scaled(last, 's')}."
-    return [f"{reached} and {sampled}", _drive_sentence(run), _speed_sentence(run)]
+    return f"{reached} and sampled for {scaled(run.duration, 's')}, from {scaled(first, 's')} to {scaled(last, 's')}."
 
 
 def notes(run) -> list[str]:

@@ -22,8 +22,6 @@ CONTENTS = (
     ("summary", "All numbers"), ("maps", "Maps"), ("time", "Over time"), ("anomalies", "Checks"), ("notes", "Notes"),
     ("how", "How it was run"), ("deck", "Deck"), ("cite", "Cite"),
 )  # fmt: skip
-# figures that are shown at once: the first ones of a group that can be drawn, all others are folded
-SHOWN = {"energy": ("flow",), "spectra": ("energies-power", "speeds-power"), "wear": ("wear",)}
 FACES = 6  # of the table of wear are shown at once
 SPEED = "v\N{LATIN SUBSCRIPT SMALL LETTER N}"
 CONTACT_HEADS = (
@@ -99,7 +97,7 @@ def _of_window(run):
         if known := run.known(name):
             remark = what if math.isfinite(known[1]) else f"{what}: error not known"
             yield label, with_error(*known[:2], unit), remark
-    yield "dissipated power", facts.dissipated(run), "all contacts, over the sampled window"
+    yield "dissipated power", with_error(*dose.loss(run), "W"), "all contacts, over the sampled window"
 
 
 def precision(run) -> list[tuple[str, object, str]]:
@@ -196,14 +194,6 @@ def dosed(run) -> list[tuple[str, str, str]]:
         return [("not known", "", plain(fault))]
 
 
-def _folded(section):
-    """A section of figures with those that are `shown` at once, apart from the others."""
-    every = {one.name: one for panel in section["panels"] for one in panel}
-    shown = [every[name] for name in SHOWN.get(section["anchor"], ()) if name in every and every[name].svg][:1]
-    rest = [[one for one in panel if one not in shown] for panel in section["panels"]]
-    return section | {"shown": shown, "panels": [panel for panel in rest if panel]}
-
-
 # ---- the page
 
 
@@ -222,7 +212,7 @@ def render(run, watch, rerun: str = "auto", printed: bool = False) -> str:
             if not (why or printed):
                 fragment = parts.balls(run, rerun, watch.say, lambda text: watch(watch.done, text))
             still = "" if fragment else base64.b64encode(parts.still(run)).decode()
-        figures = {one["anchor"]: _folded(one) for one in parts.sections(draw_all(watch))}
+        figures = {one["anchor"]: one for one in parts.sections(draw_all(watch))}
     unsampled = run.unsampled
     known, doses = [] if unsampled else precision(run), dosed(run)
     deck = run.deck_text()
@@ -232,7 +222,7 @@ def render(run, watch, rerun: str = "auto", printed: bool = False) -> str:
         kicker=" \N{MIDDLE DOT} ".join((name, plain(os.path.basename(run.path)), made, plain(run.status))),
         contents=[c for c in CONTENTS if c[0] != "dose" or doses],
         mill=facts.subject(run),
-        said=facts.said(run) if run.time > 0 else [],
+        window=facts.window(run) if run.time > 0 else "",
         checks=facts.checks(run),
         notes=facts.notes(run),
         tiles=facts.tiles(run),
