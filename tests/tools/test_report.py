@@ -157,6 +157,11 @@ def test_a_column_of_a_table_has_one_unit(page):
         assert len({row[k].split("\xa0")[-1] for row in cells}) == 1
 
 
+def test_what_is_folded_says_how_much_it_is(page):
+    assert re.findall(r"<summary>(\d+ more \w+)</summary>", page[1])[:1] == ["8 more figures"]
+    assert "0 more" not in page[2].text
+
+
 def test_lengths_are_in_millimetres(page):
     assert "[mm]" in page[2].text and "[m]" not in page[2].text
 

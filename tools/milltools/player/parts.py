@@ -180,8 +180,9 @@ def sections(drawings: dict[str, Picture]) -> list[dict]:
         shown = [one for name in SHOWN.get(anchor, ()) for one in drawn if one.name == name and one.svg][:1]
         drawn = [one for one in drawn if one not in shown]
         panels = [list(some) for _, some in itertools.groupby(drawn, key=lambda one: one.name.split("-")[0])]
-        missing = "" if any(one.svg for one in (*shown, *drawn)) else plain("; ".join(dict.fromkeys(one.why for one in drawn)))
-        if len(panels) == len(drawn):
+        why = plain("; ".join(dict.fromkeys(one.why for one in drawn)))
+        missing = "" if any(one.svg for one in (*shown, *drawn)) else why
+        if drawn and len(panels) == len(drawn):
             panels = [drawn]
         words = {"anchor": anchor, "title": title, "lead": lead, "missing": missing}
         found.append(words | {"shown": shown, "panels": [] if missing else panels})

@@ -148,10 +148,10 @@ def losses(run) -> list[tuple[float, str]]:
         return float(run.statistic(path))
 
     if run.has("statistics/precision/dissipated_power_normal/all/value"):
-        found = [(power("_normal", kind), f"goes into {kinds.label(kind)} hits") for kind in run.kinds]
+        found = [(power("_normal", kind), f"goes into {plain(kinds.label(kind))} hits") for kind in run.kinds]
         found.append((power("", "all") - power("_normal", "all"), RUBBED))
     else:
-        found = [(power("", kind), f"is lost in {kinds.label(kind)} impacts") for kind in run.kinds]
+        found = [(power("", kind), f"is lost in {plain(kinds.label(kind))} impacts") for kind in run.kinds]
     least = 1e-9 * sum(abs(power) for power, _ in found)  # smaller ones are rounding
     return sorted((one for one in found if abs(one[0]) > least), reverse=True)
 

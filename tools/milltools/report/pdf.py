@@ -28,8 +28,9 @@ def browser() -> str:
 
 def write(path, page: str):
     """Prints a page, given as HTML, to a file: whole or not at all."""
-    with whole(path) as draft, tempfile.TemporaryDirectory(prefix="millsim-", ignore_cleanup_errors=True) as folder:
-        place = pathlib.Path(folder)
+    beside = pathlib.Path(path).parent  # the Chromium of a snap cannot read /tmp
+    with whole(path) as draft, tempfile.TemporaryDirectory("-report", dir=beside, ignore_cleanup_errors=True) as folder:
+        place = pathlib.Path(folder).resolve()
         (place / "page.html").write_text(page, encoding="utf-8", errors="replace")
         words = ["--headless", "--no-pdf-header-footer", "--disable-gpu", "--disable-background-networking"]
         words += ["--no-sandbox"] * (hasattr(os, "geteuid") and os.geteuid() == 0)  # else it refuses to run as root
