@@ -127,7 +127,7 @@ def test_what_matters_is_seen_and_the_rest_is_folded(page, open_page):
 def test_paper_shows_what_is_folded(page, open_page):
     opened = open_page(page[0], width=680, height=900)
     opened.page.emulate_media(media="print")
-    hidden = "[...document.querySelectorAll('figure[id], table, pre')].filter((e) => !e.getBoundingClientRect().height)"
+    hidden = "[...document.querySelectorAll('figure[id], table, pre')].filter((e) => !e.checkVisibility())"
     assert opened.evaluate(f"{hidden}.length") == 0
     opened.evaluate("dispatchEvent(new Event('beforeprint'))")  # browsers whose style sheets cannot unfold
     assert opened.evaluate("document.querySelectorAll('details:not([open])').length") == 0
