@@ -189,7 +189,7 @@ def brief(value: float, error: float, unit: str) -> Number:
     if known:
         first, exponent = f"{error / one:.0e}".split("e")
         places = max(0, (first in "12") - int(exponent))
-        more = f" \N{PLUS-MINUS SIGN}{SPACE}{error / one:.{places}f}"
+        more = f"{SPACE}\N{PLUS-MINUS SIGN}{SPACE}{error / one:.{places}f}"
     return Number(f"{value / one:.{places}f}{more}{_tail(scale[0], unit)}", float(value))
 
 
