@@ -371,6 +371,19 @@ def test_a_powder_gets_its_dose_on_the_card_and_a_table(millsim, write_deck, tmp
     assert "dose rate" in Reader(text[text.index('<section id="dose">') : text.index('<details class="fold"')]).text
 
 
+def test_contact_laws_that_are_assumed_are_named_on_the_card(millsim, write_deck, tmp_path):
+    deck = SMALL.replace("density = 7800 kg/m^3", "material = steel").replace(
+        "length = 40 mm", "length = 40 mm\nmaterial = glass"
+    )
+    write_deck(deck.replace("restitution = 0.8\nfriction = 0.3\n", ""))
+    assert millsim("-q", "-o", "run.h5", "deck.ini").returncode == 0
+    laws = (
+        "Contact laws are assumed: steel on steel (hardened, below 1 m/s; harder hits rebound less) and steel on glass"
+    )
+    assert report(tmp_path, "run.h5").returncode == 0
+    assert laws in Reader((tmp_path / "run.html").read_text("utf-8")).text
+
+
 def test_anomalies_are_named_counted_and_explained(changed):
     def pinch(file):
         file["run/reliefs"][()] = 7

@@ -257,8 +257,11 @@ def checks(run) -> str:
 
 
 def subject(run) -> str:
-    """4000 balls of 5 mm in a round drum, with a rotor."""
-    return f"{charge(run)} in {mill(run)}."
+    """4000 balls of 5 mm in a round drum, with a rotor. Contact laws assumed: steel on steel (hardened)."""
+    assumed = dict.fromkeys(run.read(f"run/assumed/{kind}") for kind in run.names("run/assumed"))
+    pairs = [f"{pair} ({remark})" if remark else pair for pair, _, remark in (text.partition(": ") for text in assumed)]
+    laws = f" Contact laws are assumed: {plain(joined(pairs))}." if pairs else ""
+    return f"{charge(run)} in {mill(run)}.{laws}"
 
 
 def window(run) -> str:
