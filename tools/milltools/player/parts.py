@@ -18,7 +18,7 @@ from milltools.base.text import plain
 from milltools.figures import FIGURES, overview, svg
 from milltools.geometry.bodies import Mill
 from milltools.geometry.trajectory import stored
-from milltools.player import finer, frames, player
+from milltools.player import finer, player
 from milltools.read.runfile import Run
 from milltools.render import camera, colour, scene
 from milltools.render.team import team
@@ -56,7 +56,7 @@ def balls(run, rerun: str, say, tell, most_bytes: int = MOST_BYTES, beside=(), u
     if why:
         return f'<p class="missing">{why}</p>'
     runs = [run, *(other for other in beside if not player.no_frames(other))]
-    limits = {name: colour.shared(runs, name)[1] for name in frames.SHOWN}
+    limits = player.scales(runs)
     with finer.frames_of(run, most_bytes, rerun, say, tell, until) as shown:
         return player.fragment(shown, most_bytes, still(shown, limits), limits)
 
