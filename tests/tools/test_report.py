@@ -380,7 +380,7 @@ def test_players_side_by_side_have_one_clock_one_camera_and_one_scale(slower, op
         first, second = opened.evaluate("millPlayers.map((p) => p.view.stand())")
         assert first == second != before
     opened.evaluate("millPlayers[0].colourBy('spin')")
-    assert opened.evaluate("millPlayers.map((p) => p.by)") == [1, 1]
+    assert opened.evaluate("millPlayers.map((p) => p.by.name)") == ["spin", "spin"]
     shown = "[...document.querySelectorAll('.mp-play')].filter((b) => b.checkVisibility()).length"
     assert opened.evaluate(shown) == 1
     opened.check()
