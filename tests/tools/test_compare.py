@@ -304,7 +304,9 @@ def test_impacts_per_joule_have_the_scatter_of_impacts_minus_losses_in_blocks_of
         low = np.append(0, run.read("statistics/energies/blocks/edges")[1:-1])
         for kind in run.kinds:
             half = 0.5 if kind == "ball_ball" else 1.0
-            by_approach, by_loss = (run.read(f"statistics/energies/blocks/{kind}/{sort}") for sort in ("normal", "dissipated"))
+            by_approach, by_loss = (
+                run.read(f"statistics/energies/blocks/{kind}/{sort}") for sort in ("normal", "dissipated")
+            )
             hard = hard + by_approach.reshape(len(by_approach), -1) @ (low >= half * least)
             lost = lost + by_loss.reshape(len(by_loss), -1) @ (low * 1.09)
     rest = hard / hard.mean() - lost / lost.mean()

@@ -1,8 +1,10 @@
 """mill report: one page that holds the run's numbers and needs nothing but itself, whatever the run holds."""
 
+import base64
 import csv
 import dataclasses
 import html
+import json
 import os
 import re
 import shutil
@@ -403,6 +405,26 @@ def test_players_side_by_side_show_one_angle_between_their_frames_and_flash_toge
     opened.evaluate("document.querySelector('.mp-shared .mp-flashes').click()")
     assert np.max(opened.evaluate(flashes)) == 0
     opened.check()
+
+
+def test_players_side_by_side_flash_from_one_energy_on(slower):
+    text = slower.read_text("utf-8")
+    least = re.findall(r"hardest impacts, which dissipate (\S+ \S+) and more", text)
+    heads = [json.loads(found) for found in re.findall(r'class="mp-head">(.*?)</script>', text)]
+    radii = [np.frombuffer(base64.b64decode(head["flashes"]), "<f4").reshape(-1, 5)[:, 4] for head in heads]
+    assert len(least) == 2 and least[0] == least[1]
+    # alike are the radii of the weakest: one energy, one scale
+    assert radii[0].min() == pytest.approx(radii[1].min(), rel=0.02) and len(radii[0]) > 1.5 * len(radii[1]) > 0
+
+
+def test_a_comparison_runs_decks_again_for_its_players_as_a_report_does(folder, mill):
+    words = "compare", folder / "small.h5", folder / "small.h5", "--html", "page.html", "--rerun"
+    for wanted in ("never", "always"):
+        done = mill(*words, wanted)
+        assert done.returncode == 0, done.stderr
+        text = (mill.args[0] / "page.html").read_text("utf-8")
+        assert text.count("They come from running the deck again.") == 2 * (wanted == "always")
+        assert ("mp-flashes" in text) == (wanted == "always")
 
 
 @pytest.mark.browser

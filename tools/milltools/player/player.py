@@ -42,10 +42,10 @@ def no_frames(run) -> str:
     return f"No ball states are stored in this run: {why}."
 
 
-def fragment(run, most_bytes: int = 6_000_000, still: bytes | None = None, limits=None) -> str:
+def fragment(run, most_bytes: int = 6_000_000, still: bytes | None = None, limits=None, sparks=None) -> str:
     """The player of a milltools.read.runfile.Run as HTML, at most `most_bytes` long if possible (first frames, then
     balls are left out). `still`: a PNG to show where WebGL does not work; `limits`: ends of the colour scales
-    {quantity: value [SI]} of scales(), instead of the run's own. The page needs scripts() once."""
+    {quantity: value [SI]} of scales(), instead of the run's own; `sparks`: flashes(). The page needs scripts() once."""
     why = no_frames(run)
     if why:
         return _template("player.html").render(still=_text(still), why=why, head=None, caption="")
@@ -53,9 +53,9 @@ def fragment(run, most_bytes: int = 6_000_000, still: bytes | None = None, limit
     balls = {name: limits[name] for name in frames.SHOWN}
     wear = worn.pack(run, {name: limits[name] for name in worn.SHOWN if name in limits}) if worn.there(run) else None
     wear = wear if wear and len(wear[1]) < WEAR_SHARE * most_bytes else (None, b"")
-    flashes, planned = _flashes(run), frames.planned(run, balls)
-    bare = len(_whole(run, planned, still, flashes, *wear).encode())
-    return _whole(run, frames.pack(run, (most_bytes - bare) // 4 * 3, balls), still, flashes, *wear)
+    sparks, planned = sparks or flashes(run), frames.planned(run, balls)
+    bare = len(_whole(run, planned, still, sparks, *wear).encode())
+    return _whole(run, frames.pack(run, (most_bytes - bare) // 4 * 3, balls), still, sparks, *wear)
 
 
 def scales(runs) -> dict:
@@ -103,7 +103,7 @@ def _template(name):
     return found.get_template(name)
 
 
-def _flashes(run):
+def flashes(run) -> states.Flashes | None:
     """The states.Flashes of the frames of a run, for the slow motion that is chosen first; None without a log of
     impacts, or if the frames are far apart."""
     times, log = run.frame_times(), run.log if isinstance(run, Finer) else run

@@ -91,9 +91,9 @@ def spelled(powers) -> str:
 
 @dataclasses.dataclass(frozen=True)
 class Quantity:
-    """`value` in SI, exponents `powers` of kg, m, s, and `shares` {number: array of its contributions to the error, then
-    to each block of time if it is known there}; `own`: the unit in the file of a number that is not computed; `period`:
-    blocks in a period."""
+    """`value` in SI, exponents `powers` of kg, m, s, and `shares` {number: array of what it contributes to the error,
+    then to each block of time if it is known there}; `own`: the unit in the file of a number that is not computed;
+    `period`: blocks in a period."""
 
     value: float
     powers: tuple = (0, 0, 0)

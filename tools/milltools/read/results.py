@@ -105,8 +105,8 @@ class Results:
         return value, math.nan if error is None else error
 
     def above(self, limit: float, unit: str, kind: str) -> tuple[float, float, np.ndarray | None]:
-        """Rate of impacts [1/s] of a kind above a normal speed ("m/s") or a normal energy ("J"), its standard error, and
-        the impacts in each block of time as history() gives them. UserError without these spectra."""
+        """Rate of impacts [1/s] of a kind above a normal speed ("m/s") or a normal energy ("J"), its standard error,
+        and the impacts in each block of time, as history() gives them. UserError without these spectra."""
         if unit not in self.data["counts"]:
             raise UserError(f"no spectra by {'energy' if unit == 'J' else 'speed'} are kept of this run")
         below, first, *counts, above = self.data["counts"][unit][kind]
@@ -116,7 +116,8 @@ class Results:
         duration, known = self.data["duration"], self.data["known"][kind]
         rate = count / duration if duration > 0 else math.nan
         # the impacts above the power of two of energy that leaves the nearest number of impacts
-        series = min(self._tails(kind), key=lambda tail: abs(math.log(tail.sum() / count)) if count else 0, default=None)
+        near = lambda tail: abs(math.log(tail.sum() / count)) if count else 0  # noqa: E731
+        series = min(self._tails(kind), key=near, default=None)
         exact = "precision/rate_above_1mJ/standard_error"
         if unit == "m/s" and len(known) > len(THRESHOLDS) and limit in THRESHOLDS:
             error = known[1 + THRESHOLDS.index(limit)][1]
@@ -125,7 +126,8 @@ class Results:
         elif series is None or not count:
             error = math.nan
         else:
-            error = max(sums.standard_error(rate * series / series.mean(), self.period), rate / math.sqrt(count), key=_nan)
+            found = sums.standard_error(rate * series / series.mean(), self.period)
+            error = max(found, rate / math.sqrt(count)) if math.isfinite(found) else math.nan
         return rate, error, series
 
     # ---- blocks of time
@@ -158,11 +160,6 @@ class Results:
         if path in DRIVES or (name, kind) == ("dissipated_power", "all"):
             return np.sum(list(lost.values()), axis=0)
         return np.array(lost[kind], float) if name == "dissipated_power" else None
-
-
-def _nan(value: float) -> tuple:
-    """For max(): what is not known is the largest."""
-    return math.isnan(value), value
 
 
 def _blocks(run) -> dict:

@@ -12,8 +12,8 @@ from milltools.base.files import check_writable, write_text
 from milltools.base.processes import stops_in_order
 from milltools.base.progress import Progress
 from milltools.base.text import size
+from milltools.compare.command import add_rerun
 
-RERUN = ("auto", "always", "never")  # finer.py
 SUMMARY = (
     "Writes one HTML page about a run; the page needs no network: what was run, how hard and where the balls hit, "
     "where the energy goes, the deck, and moving pictures of the balls. --compare puts several runs on one page, "
@@ -33,11 +33,7 @@ def add_arguments(parser):
         help="two or more runs on one page, the first is the reference; replicates (other seeds) joined by commas: "
         "a1.h5,a2.h5",
     )  # fmt: skip
-    parser.add_argument(
-        "--rerun", choices=RERUN, default="auto",
-        help="run the deck again, bit for bit the same, if the stored frames are too far apart to show motion; "
-        "auto: only if this takes at most half a minute",
-    )  # fmt: skip
+    add_rerun(parser)
 
 
 def run(arguments) -> Answer:

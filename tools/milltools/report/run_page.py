@@ -187,7 +187,7 @@ def render(run, watch, rerun: str = "auto") -> str:
     made = f"{plain(run.program)} {plain(run.version)}"
     with parts.painter([run]) as draw_all:
         with watch.step("the balls", 4):
-            fragment = parts.balls(run, rerun, watch.say, lambda text: watch(watch.done, text))
+            (fragment,) = parts.balls([run], rerun, watch.say, lambda text: watch(watch.done, text))
         figures = parts.sections(draw_all(watch))
     unsampled = run.unsampled
     known = [] if unsampled else precision(run)
