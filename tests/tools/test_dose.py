@@ -239,7 +239,7 @@ def test_faces_add_up_to_the_parts(run):
         ((found["normal_power"] + found["sliding_power"]) * found.area).sum()
     )
     assert {face.face for face in faces if face.part.startswith("blade")} >= {"leading", "tip"}
-    assert wear.finding(run, faces).startswith(f"{faces[0].part}, {faces[0].face}, takes ")
+    assert wear.finding(faces).startswith(f"{faces[0].part}, {faces[0].face}, takes ")
 
 
 # ---- the commands

@@ -100,7 +100,7 @@ class WearFigure(Figure):
         return why_not(run) or (None if run.read("statistics/wear/count").any() else "no impacts on the parts")
 
     def says(self, runs):
-        return " ".join([self.caption, *(f"{wear.finding(run, wear.faces(run))}." for run in runs)])
+        return " ".join([self.caption, *(f"{wear.finding(wear.faces(run))}." for run in runs)])
 
     def paint(self, figure, runs):
         shown = [self._chosen(run) for run in runs]

@@ -118,11 +118,8 @@ class Results:
         # the impacts above the power of two of energy that leaves the nearest number of impacts
         near = lambda tail: abs(math.log(tail.sum() / count)) if count else 0  # noqa: E731
         series = min(self._tails(kind), key=near, default=None)
-        exact = "precision/rate_above_1mJ/standard_error"
         if unit == "m/s" and len(known) > len(THRESHOLDS) and limit in THRESHOLDS:
             error = known[1 + THRESHOLDS.index(limit)][1]
-        elif unit == "J" and limit == 1e-3 and kind == "all" and exact in self.units:
-            error = self.scalar(exact)[0]
         elif series is None or not count:
             error = math.nan
         else:
