@@ -17,7 +17,7 @@ enum {
     CONVERTED = 4096,
     CHECKED = 1 << 20, /* [byte] for one checksum, at most: HDF5 copies this much at a time */
     CHUNK = 65536,
-    LARGE = 8192, /* [byte] of a dataset that becomes smaller if it is deflated */
+    LARGE = 8192,          /* [byte] of a dataset that becomes smaller if it is deflated */
     LARGEST_CHUNK = 262144 /* [byte] HDF5 needs three times as much to compress a chunk */
 };
 
