@@ -247,6 +247,24 @@ def test_the_wear_of_a_blade_turns_with_it_and_balls_have_no_colour_then(open_pa
     page.check()
 
 
+def test_beside_wear_a_run_whose_file_has_none_is_shown_without_colours(open_page, file, fragment, tmp_path):
+    with h5py.File(shutil.copy(file, tmp_path / "old.h5"), "r+") as old:
+        del old["statistics/wear"]
+    with Run(tmp_path / "old.h5") as run:
+        plain = player.fragment(run)
+    linked = f'<div class="mp-linked"><div class="mp-shared"></div>{fragment}{plain}</div>'
+    page = open_page(players.write_page(tmp_path / "two.html", linked), height=1100)
+    assert page.evaluate("Promise.all(millPlayers.map((p) => p.ready))") == [True, True]
+    for name, wanted in (("sliding_power", [True, False]), ("speed", [True, True])):
+        page.page.locator(".mp-colour").first.select_option(name)
+        page.until(f"Boolean(millPlayers[0].view.coated) === {str(name != 'speed').lower()}")
+        seen = page.picture()
+        boxes = [page.page.locator(CANVAS).nth(k).bounding_box() for k in (0, 1)]
+        parts = [seen[int(b["y"]) : int(b["y"] + b["height"]), int(b["x"]) : int(b["x"] + b["width"])] for b in boxes]
+        assert [players.coloured(part).any() for part in parts] == wanted
+    page.check()
+
+
 # ---- buttons and keys
 
 
