@@ -51,7 +51,7 @@ def fragment(run, most_bytes: int = 6_000_000, still: bytes | None = None, limit
         return _template("player.html").render(still=_text(still), why=why, head=None, caption="")
     limits = limits or scales([run])
     balls = {name: limits[name] for name in frames.SHOWN}
-    wear = worn.pack(run, {name: limits[name] for name in worn.SHOWN if name in limits}) if worn.there(run) else None
+    wear = worn.pack(run, {name: limits[name] for name in colour.WEAR if name in limits}) if worn.there(run) else None
     wear = wear if wear and len(wear[1]) < WEAR_SHARE * most_bytes else (None, b"")
     sparks, planned = sparks or flashes(run), frames.planned(run, balls)
     bare = len(_whole(run, planned, still, sparks, *wear).encode())

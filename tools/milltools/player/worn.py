@@ -10,18 +10,11 @@ import gzip
 
 import numpy as np
 
+from milltools.base.errors import UserError
 from milltools.base.text import number
-from milltools.dose.wear import YEAR
-from milltools.figures.wear import limits
-from milltools.geometry.bodies import inverse, moved
+from milltools.geometry.bodies import worn
 from milltools.read.wear import PLACE, Wear, why_not
-
-# columns of the file: words, unit, and how many of this unit are 1 SI
-SHOWN = {
-    "sliding_power": ("power lost by sliding", "kW/m²", 1e-3),
-    "normal_power": ("power lost along the normal", "kW/m²", 1e-3),
-    "archard_rate": ("depth of sliding wear", "mm/year", 1e3 * YEAR),
-}
+from milltools.render.colour import WEAR, Colour, shared
 
 
 def there(run) -> bool:
@@ -30,58 +23,52 @@ def there(run) -> bool:
 
 
 def scales(runs) -> dict[str, tuple[float, float]]:
-    """Both ends [SI] of the logarithmic scale of each of SHOWN that the files of some runs have, for all together."""
-    found = list(map(Wear, filter(there, runs)))
-    known = [name for name in SHOWN if any((wear[name] > 0).any() for wear in found)]
-    return {name: limits(found, name) for name in known}
+    """Both ends [SI] of the logarithmic scale of each quantity of wear that some runs have, for all together."""
+    found, known = list(filter(there, runs)), {}
+    for name in WEAR if found else ():
+        try:
+            known[name] = shared(found, name)
+        except UserError:
+            continue
+    return known
 
 
 def pack(run, shown: dict[str, tuple[float, float]]) -> tuple[dict, bytes]:
     """(what the head of the player has of it, the stream) for a milltools.read.runfile.Run; `shown`: scales()."""
     wear, names = Wear(run), list(run.first_poses())
-    facet, points = run.read(f"{PLACE}/mesh/facet"), run.read(f"{PLACE}/mesh/points").astype(float).reshape(-1, 3, 3)
-    part, streams, bodies = wear.part[facet], [], []
-    look = [(one.motion, one.kind in run.vessel_kinds) for one in wear.parts]
-    for motion, shell in dict.fromkeys(look):
-        own = np.flatnonzero([look[k] == (motion, shell) for k in part])
-        if not len(own):
-            continue
-        start = wear.parts[look.index((motion, shell))].start
-        place = moved(inverse(start), points[own]).reshape(-1, 3)
+    streams, bodies = [], []
+    for shell, motion, triangles, facet in worn(run, wear):
+        place = triangles.reshape(-1, 3)
         lower, step = place.min(axis=0), float(np.ptp(place, axis=0).max()) / 65535
         steps = np.rint((place - lower) / step).astype(np.uint16)
         _, first, index = np.unique(steps, axis=0, return_index=True, return_inverse=True)
         order = np.argsort(first)  # points in the order of the triangles, so that steps are small
-        corners, facets = np.argsort(order)[index.ravel()], facet[own]
-        streams += [np.diff(one, prepend=0).astype("<i4").tobytes() for one in (corners, facets)]
+        corners = np.argsort(order)[index.ravel()]
+        streams += [np.diff(one, prepend=0).astype("<i4").tobytes() for one in (corners, facet)]
         streams.append(steps[first[order]].T.astype("<u2").tobytes())
         bodies.append(
             {
                 "shell": shell, "motion": names.index(motion) if motion in names else -1, "lower": lower.tolist(),
-                "step": step, "points": len(first), "triangles": len(own),
+                "step": step, "points": len(first), "triangles": len(facet),
             }
         )  # fmt: skip
-    for name, (low, high) in shown.items():
-        value = np.nan_to_num(wear[name])
-        share = np.log(np.maximum(value, low) / low) / np.log(high / low)
-        streams.append(np.where(value > 0, 1 + np.rint(254 * np.minimum(share, 1)), 0).astype(np.uint8).tobytes())
-    values = [_quantity(name, *ends) for name, ends in shown.items()]
+    for name, ends in shown.items():
+        share = np.clip(Colour(name, ends).share(wear[name]), 0, 1)
+        streams.append(np.where(np.isnan(share), 0, 1 + np.rint(254 * np.nan_to_num(share))).astype(np.uint8).tobytes())
+    values = [_quantity(Colour(name, ends)) for name, ends in shown.items()]
     return {"bodies": bodies, "facets": len(wear.area), "values": values}, gzip.compress(b"".join(streams), mtime=0)
 
 
-def _quantity(name: str, low: float, high: float) -> dict:
+def _quantity(colour: Colour) -> dict:
     """What the page needs of a quantity, as player.py tells it of those of the balls."""
-    label, unit, factor = SHOWN[name]
-    ten = 10.0 ** np.arange(np.floor(np.log10(low * factor)), np.log10(high * factor))
-    marks = [m * decade for decade in ten for m in ((1,) if len(ten) > 3 else (1, 2, 5))]
-    shares = [(float(np.log(mark / factor / low) / np.log(high / low)), mark) for mark in marks]
-    ends = f"{number(low * factor, 2)}", f"{number(high * factor, 2)} {unit}"
+    label, (divisor, unit) = WEAR[colour.quantity][0], colour.scale
+    low, high = (number(limit / divisor, 2) for limit in colour.limits)
     return {
-        "name": name,
+        "name": colour.quantity,
         "label": label,
-        "low": low,
-        "limit": high,
-        "ticks": [[round(share, 4), number(mark)] for share, mark in shares if -1e-9 <= share < 0.72]
-        + [[1, f"≥ {ends[1]}"]],
-        "describe": f"Colours, logarithmic: {label} from {ends[0]}, dark blue, to {ends[1]} and more, yellow",
+        "low": colour.limits[0],
+        "limit": colour.limits[1],
+        "ticks": [[round(share, 4), text] for share, text in colour.marks() if share < 0.72]
+        + [[1, f"≥ {high} {unit}"]],
+        "describe": f"Colours, logarithmic: {label} from {low}, dark blue, to {high} {unit} and more, yellow",
     }
