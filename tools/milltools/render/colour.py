@@ -1,4 +1,4 @@
-"""Colours of the balls, or of the wear of the parts: a value for each ball or facet, limits for a whole film, and a colour map."""
+"""Colours of the balls, or of the wear of the parts: a value for each ball or facet, limits for a whole film, a map."""
 
 import dataclasses
 from collections.abc import Callable
@@ -71,9 +71,8 @@ class Colour:
         """Values [SI] as shares 0..1 of the limits."""
         low, high = self.limits
         if self.worn:
-            with np.errstate(divide="ignore"):
-                values, low, high = np.log(values), *np.log(self.limits)
-            values = np.where(np.isneginf(values), np.nan, values)  # without wear: grey
+            values = np.log(np.where(np.asarray(values) > 0, values, np.nan))  # without wear: grey
+            low, high = np.log(self.limits)
         return (values - low) / (high - low)
 
     # ---- for the bar

@@ -55,8 +55,8 @@ def add_arguments(parser):
     add("--up", metavar="X,Y,Z", help="direction that is upwards in the picture (default: 0,0,1)")
     add("--angle", metavar="DEGREES", help="view angle from the lower to the upper edge (default: 30)")
     add("--colour", "--color", choices=("speed", "spin", "energy", "impact", *WORN), default="speed",
-        help="what colours the balls: speed (default), spin, kinetic energy, normal speed of the last impact; or, without "
-        "the balls, the parts: the power that impacts lose on them by sliding or along the normal, the depth of wear")
+        help="what colours the balls: speed (default), spin, kinetic energy, normal speed of the last impact; or, "
+        "without the balls, the parts: power lost on them by sliding or along the normal, depth of sliding wear")
     add("--limits", metavar="LOW,HIGH|RUN",
         help="range of the colours, in SI units, or the file of another run, for a range that fits both (default: a "
         "range that holds almost all balls)")
