@@ -13,6 +13,21 @@ struct mill_law {
     double tangential;  /* beta0 of a sticking contact, -1..1 */
 };
 
+enum { MILL_FALL_POINTS = 16 };
+
+/* How the restitution of a kind of contact falls with the normal speed */
+struct mill_fall {
+    /* 0: it does not. 1: 1 - e grows as v^(1/5) through this point (Kuwabara & Kono, Jpn. J. Appl.
+     * Phys. 26 (1987) 1230). More: linear between the points, constant outside. */
+    int points;
+    double speed[MILL_FALL_POINTS]; /* [m/s] ascending; that of a single point is positive */
+    double restitution[MILL_FALL_POINTS];
+};
+
+/* The restitution at this normal speed [m/s]; at a negative one that of speed 0. fall->points > 0
+ */
+double mill_impact_restitution(const struct mill_fall *fall, double normal_speed);
+
 struct mill_rebound {
     vec3 impulse;              /* [N s] taken from body 1, given to body 2 */
     double normal_speed;       /* [m/s] approach speed just before, >= 0 */

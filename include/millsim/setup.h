@@ -97,8 +97,9 @@ struct mill_setup {
     bool at_rest;       /* random start in a moving container: the balls do not move with it */
     unsigned long seed; /* of a random start */
     int kinds;          /* number of kinds of contact in addition to the MILL_KINDS of every mill */
-    const char *const *kind;              /* [kinds] their names, without "ball_" */
-    struct mill_law law[MILL_KINDS_MOST]; /* for each kind of contact; zeros: no rebound */
+    const char *const *kind;                /* [kinds] their names, without "ball_" */
+    struct mill_law law[MILL_KINDS_MOST];   /* for each kind of contact; zeros: no rebound */
+    struct mill_fall fall[MILL_KINDS_MOST]; /* with points: in place of the law's restitution */
     /* [m/s] minimum normal speed after any contact. With 0, inelastic balls at rest can have
      * infinitely many contacts in a finite time; then the run fails. */
     double rebound_floor;

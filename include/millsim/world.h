@@ -107,8 +107,9 @@ struct mill_world {
     struct mill_shape **shape;
     struct mill_kinds kinds;
     struct mill_law law[MILL_KINDS_MOST];
-    double rebound_floor;     /* [m/s] */
-    struct mill_energy start; /* at t = 0 */
+    struct mill_fall fall[MILL_KINDS_MOST]; /* with points: in place of the law's restitution */
+    double rebound_floor;                   /* [m/s] */
+    struct mill_energy start;               /* at t = 0 */
     struct mill_account account;
     struct mill_counts counts;
 };

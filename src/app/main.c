@@ -200,7 +200,7 @@ static enum mill_status make_start(struct mill_run_order *o, FILE *aside)
     if (status == MILL_OK && a->given[MILL_CHECK]) {
         mill_deck_print(o->deck, o->page);
         if (!a->given[MILL_QUIET]) {
-            mill_summary_mill(world, "millsim: ", aside);
+            mill_summary_mill(world, o->deck, "millsim: ", aside);
             tell_forecast(o->deck, world, aside);
         }
     } else if (status == MILL_OK) {

@@ -400,7 +400,8 @@ enum mill_status mill_run(struct mill_run_order *order)
     mill_h5_abandon(r.file); /* still open after a failure: the file stays as last published */
     if (status == MILL_OK || status == MILL_STOPPED) {
         const struct mill_facts facts = facts_of(&r, r.complete ? "complete" : "stopped");
-        struct mill_summary s = {order->page, r.world, &r.observers, &facts, .results = NULL};
+        struct mill_summary s = {order->page, r.world, &r.observers,
+                                 &facts,      r.deck,  .results = NULL};
         if (mill_summary_write(&s, asked->given[MILL_JSON], r.error) != MILL_OK)
             status = MILL_FAILED;
     }

@@ -263,7 +263,7 @@ static void print_all(const struct mill_summary *s)
     const struct mill_facts *facts = s->facts;
     const struct mill_totals totals = mill_record_add(s->world, facts->local);
     const double wall = facts->cost.wall, cpu = facts->cost.cpu;
-    mill_summary_mill(s->world, "", s->out);
+    mill_summary_mill(s->world, s->deck, "", s->out);
     print_window(s);
     print_means(s);
     mill_summary_table(s);

@@ -3,6 +3,7 @@
 #define MILL_SUMMARY_H
 
 #include "app/record.h"
+#include "deck/deck.h"
 #include "millsim/world.h"
 #include "observe/notes.h"
 #include "observe/observers.h"
@@ -16,6 +17,7 @@ struct mill_summary {
     const struct mill_world *world; /* world and observers must be in the state of facts->time */
     const struct mill_observers *observers;
     const struct mill_facts *facts;
+    const struct mill_deck *deck; /* may be NULL */
     /* ---- filled in ---- */
     struct mill_tally_results *results; /* of the tally among the observers */
     struct mill_notes notes;
@@ -24,9 +26,11 @@ struct mill_summary {
 /* The caller checks `out` for errors. MILL_FAILED: out of memory. */
 enum mill_status mill_summary_write(struct mill_summary *s, bool json, struct mill_error *error);
 
-/* Prints the balls, how much of the mill they fill, and how fast its surfaces move; `lead` begins
- * each line. */
-void mill_summary_mill(const struct mill_world *world, const char *lead, FILE *out);
+/* Prints the balls, how much of the mill they fill, how fast its surfaces move, and the contact
+ * laws that follow from materials; `lead` begins each line. deck: NULL if the laws are to be left
+ * out */
+void mill_summary_mill(const struct mill_world *world, const struct mill_deck *deck,
+                       const char *lead, FILE *out);
 
 /* [kg] of all balls */
 double mill_summary_mass(const struct mill_world *world);

@@ -126,6 +126,11 @@ enum mill_status mill_summary_json(const struct mill_summary *s, struct mill_err
     mill_record_tell(s->world, facts, sink);
     mill_notes_tell(&s->notes, sink);
     close_group(sink);
+    open_group(sink, "assumed");
+    for (int kind = 0; s->deck && kind < s->deck->contacts.count; kind++)
+        if (s->deck->assumed[kind][0])
+            text(sink, s->deck->contacts.name[kind], s->deck->assumed[kind], "");
+    close_group(sink);
     const enum mill_status status =
         mill_observers_results(s->observers, s->world, facts->local, sink, error);
     next(&json, "notes");

@@ -60,10 +60,37 @@ static void print_motions(const struct mill_world *world, const char *lead, FILE
     }
 }
 
-void mill_summary_mill(const struct mill_world *world, const char *lead, FILE *out)
+/* Prints the contact laws that are not the deck's own, each once. */
+static void print_laws(const struct mill_deck *deck, const char *lead, FILE *out)
+{
+    for (int kind = 0; kind < deck->contacts.count; kind++) {
+        const struct mill_deck_law *law = &deck->law[kind];
+        bool said = !deck->assumed[kind][0];
+        for (int k = 0; k < kind && !said; k++)
+            said = strcmp(deck->assumed[k], deck->assumed[kind]) == 0 &&
+                   deck->law[k].restitution == law->restitution &&
+                   deck->law[k].friction == law->friction &&
+                   deck->law[k].tangential == law->tangential;
+        if (said)
+            continue;
+        fputs(lead, out);
+        mill_summary_text_label(out, "contacts");
+        fprintf(out, "assumed: restitution %.3g", law->restitution);
+        if (deck->fall[kind].points > 0)
+            fprintf(out, " at %.3g m/s", deck->fall[kind].speed[0]);
+        fprintf(out, ", friction %.3g, tangential %.3g\n%s", law->friction, law->tangential, lead);
+        mill_summary_text_label(out, "");
+        fprintf(out, "%s\n", deck->assumed[kind]);
+    }
+}
+
+void mill_summary_mill(const struct mill_world *world, const struct mill_deck *deck,
+                       const char *lead, FILE *out)
 {
     print_balls(world, lead, out);
     print_motions(world, lead, out);
+    if (deck)
+        print_laws(deck, lead, out);
 }
 
 double mill_summary_mass(const struct mill_world *world)

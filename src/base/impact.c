@@ -43,6 +43,21 @@ struct mill_rebound mill_impact_resolve(const struct mill_law *law, double rebou
     return rebound;
 }
 
+double mill_impact_restitution(const struct mill_fall *fall, double normal_speed)
+{
+    assert(fall->points > 0 && fall->points <= MILL_FALL_POINTS);
+    const double v = mill_greatest(normal_speed, 0.0), *at = fall->speed, *e = fall->restitution;
+    int k = 0;
+    if (fall->points == 1)
+        return v > 0.0 ? mill_greatest(1.0 - (1.0 - e[0]) * mill_elementary_root5(v / at[0]), 0.0)
+                       : 1.0;
+    while (k < fall->points && at[k] <= v)
+        k++;
+    if (k == 0 || k == fall->points)
+        return e[k > 0 ? k - 1 : 0];
+    return e[k - 1] + (e[k] - e[k - 1]) * ((v - at[k - 1]) / (at[k] - at[k - 1]));
+}
+
 double mill_impact_duration(double reduced_mass, double reduced_radius, double normal_speed)
 {
     assert(reduced_mass > 0.0 && reduced_radius > 0.0 && normal_speed > 0.0);

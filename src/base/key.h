@@ -38,6 +38,7 @@ struct mill_key {
     bool unit_alone;    /* "mm" means 1 mm */
     const char *preset; /* default as text; NULL: required, or `derived` */
     bool derived;       /* its default follows from other keys */
+    const char *unless; /* it is not required where this key of its section is given */
     /* The key that this one stands for. Of all keys that stand for the same one, and that one
      * itself, exactly one is given. Only that one is printed. */
     const char *instead;

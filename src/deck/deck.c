@@ -86,12 +86,14 @@ static enum mill_status fill_key(struct mill_deck *deck, const struct mill_deck_
                                "'%s' and '%s' both set the %.*s; give only one of them", key->name,
                                choice.other->key, (int)strcspn(choice.first->meaning, ";,"),
                                choice.first->meaning);
-    } else if (!entry && key->instead) {
+    } else if (!entry && (key->instead || (key->unless && mill_deck_entry(section, key->unless)))) {
         return MILL_OK;
     } else if (!entry && !key->preset) {
         mill_deck_value_wanted(key, false, wanted, sizeof wanted);
         return mill_deck_fault(deck, error, section->title, key->name,
-                               "missing (%s); expected %s%s", key->meaning, wanted, choice.words);
+                               "missing (%s); expected %s%s%s%s%s", key->meaning, wanted,
+                               choice.words, key->unless ? ", or '" : "",
+                               key->unless ? key->unless : "", key->unless ? "'" : "");
     } else if (entry && entry->quoted && key->type != MILL_KEY_FILE) {
         wrong = "double quotes are only allowed around the name of a file";
     } else if (!mill_deck_value_read(deck->units, key, entry ? entry->value : key->preset, values,
@@ -303,8 +305,14 @@ static enum mill_status set_speed(struct mill_deck *deck, struct mill_error *err
 
 static enum mill_status list_laws(struct mill_deck *deck, struct mill_error *error)
 {
-    const enum mill_status status =
-        list_by_kind(deck, "contact", &deck->general, deck->law, sizeof *deck->law, error);
+    bool has[MILL_KINDS_MOST];
+    enum mill_status status = mill_deck_materials_settle(deck, error);
+    if (status == MILL_OK)
+        status = list_by_kind(deck, "contact", &deck->general, deck->law, sizeof *deck->law, error);
+    for (int kind = 0; kind < deck->contacts.count; kind++)
+        has[kind] = has_kind(deck, kind);
+    if (status == MILL_OK)
+        status = mill_deck_materials_list(deck, has, error);
     return status == MILL_OK
                ? list_by_kind(deck, "wear", &deck->worn, deck->wear, sizeof *deck->wear, error)
                : status;
@@ -316,13 +324,14 @@ static enum mill_status list_laws(struct mill_deck *deck, struct mill_error *err
 static const struct mill_deck_step steps[] = {
     {mill_deck_motions_list, MOVED},
     {mill_deck_bodies_list, MOVED " body"},
-    {list_laws, MOVED " body contact wear"},
+    {mill_deck_materials_require, "contact"},
+    {list_laws, MOVED " body balls material contact wear"},
     {list_shapes, "drum blades blade"},
     {set_speed, MILL},
     {mill_deck_check_times, "run output"},
     {mill_deck_check_profile, "drum"},
     {mill_deck_check_shapes, MOVED " blades blade"},
-    {mill_deck_balls_list, MILL " balls"},
+    {mill_deck_balls_list, MILL " balls material"},
     {mill_deck_check_sizes, MILL " balls"},
     {mill_deck_check_amount, MILL " balls"},
     {mill_deck_check_frames, MILL " balls run output"},
@@ -332,10 +341,13 @@ static const struct mill_deck_step steps[] = {
 
 static enum mill_status fill(struct mill_deck *deck, struct mill_error *error)
 {
+    const struct mill_deck_law unknown = {(double)NAN, (double)NAN, (double)NAN, 0.0, NULL, NULL};
     struct walk walk = {0};
     enum mill_status status = MILL_OK;
+    deck->general = deck->unknown.law = unknown;
     deck->drum = mill_deck_section(deck, "drum") != NULL;
-    deck->kept = calloc(2 * (size_t)deck->sections + 2, sizeof *deck->kept);
+    /* two for each section, also those that materials add */
+    deck->kept = calloc(2 * ((size_t)deck->sections + MILL_KINDS_MOST) + 2, sizeof *deck->kept);
     deck->file_named = calloc((size_t)deck->sections + 1, sizeof *deck->file_named);
     if (!deck->kept || !deck->file_named)
         return mill_error_set(error, MILL_FAILED, "out of memory");
@@ -393,7 +405,9 @@ void mill_deck_each(const struct mill_deck *deck,
             /* skip keys that are off, replaced by another key, or found in the run */
             if (key->instead || (key->hidden && key->hidden(values)) ||
                 (key->zero_is_off && *(const double *)value_at == 0.0) ||
-                (key->type == MILL_KEY_NAME && !*(const char *const *)value_at))
+                (key->type == MILL_KEY_NUMBER && isnan(*(const double *)value_at)) ||
+                ((key->type == MILL_KEY_NAME || (key->type == MILL_KEY_FILE && key->derived)) &&
+                 !*(const char *const *)value_at))
                 continue;
             mill_deck_value_print(key, values, value, sizeof value);
             entry(self, walk.section->title, key->name, value, key->meaning);

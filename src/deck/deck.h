@@ -11,6 +11,7 @@
 #include <stdio.h>
 
 #define MILL_NAME_LENGTH 64
+enum { MILL_DECK_REMARK = 200 };
 
 struct mill_deck_balls {
     const char *section; /* "balls", "balls.NAME" */
@@ -19,9 +20,10 @@ struct mill_deck_balls {
     /* Given instead of the count; 0: not given. Parts of the container's volume, and of the free
      * volume with the voids between the balls; [kg] of all of them */
     double fill, bulk_fill, mass;
-    const char *given; /* the key that gives the number: "count", "fill", ... */
-    double diameter;   /* [m] */
-    double density;    /* [kg/m^3] */
+    const char *given;    /* the key that gives the number: "count", "fill", ... */
+    double diameter;      /* [m] */
+    double density;       /* [kg/m^3]; NaN until it is known */
+    const char *material; /* NULL: not given */
 };
 
 /* [blades]: equal ones, spread evenly along the drum and around the rotor */
@@ -55,19 +57,20 @@ enum { MILL_DECK_TURN, MILL_DECK_SWING, MILL_DECK_SHIFT, MILL_DECK_TABLE };
 
 /* [body.NAME], as given */
 struct mill_deck_body {
-    int shape;           /* values in the order of the words of its key */
-    int inside;          /* 1: it holds the balls */
-    const char *motion;  /* the motion that carries it; NULL: it stands still */
-    vec3 axis;           /* of any length */
-    double angle;        /* [rad] */
-    struct mill_body is; /* its centre and sizes */
-    const char *file;    /* of a mesh */
-    double unit;         /* [m] length of one unit in the file */
-    long copies;         /* number of all copies; 0 for a container */
-    double turn_by;      /* [rad] */
-    vec3 turn_about;     /* of any length */
-    vec3 shift_by;       /* [m] */
-    const char *kind;    /* kind of contact; NULL: "ball_NAME" */
+    int shape;            /* values in the order of the words of its key */
+    int inside;           /* 1: it holds the balls */
+    const char *motion;   /* the motion that carries it; NULL: it stands still */
+    vec3 axis;            /* of any length */
+    double angle;         /* [rad] */
+    const char *material; /* NULL: not given */
+    struct mill_body is;  /* its centre and sizes */
+    const char *file;     /* of a mesh */
+    double unit;          /* [m] length of one unit in the file */
+    long copies;          /* number of all copies; 0 for a container */
+    double turn_by;       /* [rad] */
+    vec3 turn_about;      /* of any length */
+    vec3 shift_by;        /* [m] */
+    const char *kind;     /* kind of contact; NULL: "ball_NAME" */
 };
 enum {
     MILL_DECK_BOX,
@@ -76,6 +79,20 @@ enum {
     MILL_DECK_CAPSULE,
     MILL_DECK_SPHERE,
     MILL_DECK_MESH
+};
+
+/* [contact], [contact.KIND]; NaN: not given */
+struct mill_deck_law {
+    double restitution, friction, tangential;
+    double speed;                 /* [m/s] at which the restitution is given; 0: at any */
+    const char *table;            /* file, or NULL */
+    const struct mill_fall *rows; /* of the table */
+};
+
+/* [material.NAME]: its contact with itself; NaN: not known */
+struct mill_deck_material {
+    struct mill_deck_law law;
+    double density; /* [kg/m^3] */
 };
 
 /* [powder], as given. It does not influence the run: programs compute the dose from it. */
@@ -162,11 +179,17 @@ struct mill_deck {
     struct mill_deck_motion form[MILL_MOTIONS_MOST]; /* the numbers of the motions */
     int bodies; /* of the [body.NAME], with each copy counted */
     struct mill_setup_surface *body;
-    const char **body_section;   /* of each */
-    struct mill_body *body_form; /* of each */
-    struct mill_kinds contacts;  /* kinds of contact */
-    struct mill_law general;     /* [contact], for kinds that have no value of their own */
-    struct mill_law law[MILL_KINDS_MOST];
+    const char **body_section;                  /* of each */
+    struct mill_body *body_form;                /* of each */
+    struct mill_kinds contacts;                 /* kinds of contact */
+    const char *drum_material, *rotor_material; /* NULL: not given */
+    struct mill_deck_material unknown;          /* all that a [material.NAME] does not give */
+    struct mill_deck_law general; /* [contact], for kinds that have no value of their own */
+    const char *between;          /* material between the surfaces; NULL: none */
+    struct mill_deck_law law[MILL_KINDS_MOST];
+    struct mill_fall fall[MILL_KINDS_MOST];
+    /* where values of materials are used: of what pair, and where they come from; "": nowhere */
+    char assumed[MILL_KINDS_MOST][MILL_DECK_REMARK];
     double rebound_floor; /* [m/s] */
     struct mill_deck_powder powder;
     struct mill_deck_heat heat;

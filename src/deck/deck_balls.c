@@ -52,7 +52,9 @@ enum mill_status mill_deck_balls_list(struct mill_deck *deck, struct mill_error 
         struct mill_deck_balls *balls = s ? s->form : &deck->alike;
         balls->section = s ? s->title : "balls";
         balls->name = s ? strchr(s->title, '.') + 1 : "balls";
-        const enum mill_status status = count_balls(deck, balls, &volume, error);
+        enum mill_status status = mill_deck_materials_density(deck, balls, error);
+        if (status == MILL_OK)
+            status = count_balls(deck, balls, &volume, error);
         if (status != MILL_OK)
             return status;
         deck->balls[deck->kinds++] = *balls;

@@ -2,6 +2,7 @@
 #include "deck/deck_private.h"
 
 #include <assert.h>
+#include <stdlib.h>
 #include <string.h>
 
 struct mill_deck_section *mill_deck_section(const struct mill_deck *deck, const char *title)
@@ -10,6 +11,18 @@ struct mill_deck_section *mill_deck_section(const struct mill_deck *deck, const 
         if (strcmp(deck->section[i].title, title) == 0)
             return &deck->section[i];
     return NULL;
+}
+
+enum mill_status mill_deck_section_add(struct mill_deck *deck, const char *title,
+                                       struct mill_error *error)
+{
+    const size_t size = ((size_t)deck->sections + 1) * sizeof *deck->section;
+    struct mill_deck_section *more = realloc(deck->section, size);
+    if (!more)
+        return mill_error_set(error, MILL_FAILED, "out of memory");
+    deck->section = more;
+    more[deck->sections++] = (struct mill_deck_section){.title = title, .origin = deck->at};
+    return MILL_OK;
 }
 
 struct mill_deck_section *mill_deck_next(const struct mill_deck *deck,

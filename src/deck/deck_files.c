@@ -66,6 +66,10 @@ uint64_t mill_deck_files_digest(const struct mill_deck *deck)
         /* copies have the same facets */
         if (deck->body[k].number == 0 && deck->body_form[k].facets > 0)
             all = digest(all, 9 * deck->body_form[k].facets, &deck->body_form[k].facet[0][0].x);
+    for (int k = 0; k < deck->contacts.count; k++)
+        if (deck->fall[k].points > 1)
+            all = digest(digest(all, (size_t)deck->fall[k].points, deck->fall[k].speed),
+                         (size_t)deck->fall[k].points, deck->fall[k].restitution);
     return all == none ? 0 : all;
 }
 

@@ -41,18 +41,6 @@ void mill_deck_free(struct mill_deck *deck)
     free(deck);
 }
 
-static enum mill_status add_section(struct mill_deck *deck, const char *title,
-                                    struct mill_error *error)
-{
-    const size_t size = ((size_t)deck->sections + 1) * sizeof *deck->section;
-    struct mill_deck_section *more = realloc(deck->section, size);
-    if (!more)
-        return mill_error_set(error, MILL_FAILED, "out of memory");
-    deck->section = more;
-    more[deck->sections++] = (struct mill_deck_section){.title = title, .origin = deck->at};
-    return MILL_OK;
-}
-
 /* An unknown section probably stands for `meant` (NULL: not known for which), which is then not
  * missing. The next fault is in this section. */
 static enum mill_status guess(struct mill_deck *deck, const char *meant, struct mill_error *error)
@@ -60,7 +48,7 @@ static enum mill_status guess(struct mill_deck *deck, const char *meant, struct 
     if (!meant)
         return MILL_OK;
     if (!mill_deck_section(deck, meant)) {
-        if (add_section(deck, meant, error) != MILL_OK)
+        if (mill_deck_section_add(deck, meant, error) != MILL_OK)
             return MILL_FAILED;
         deck->section[deck->sections - 1].guessed = true;
     }
@@ -112,7 +100,7 @@ static enum mill_status open_section(struct mill_deck *deck, const char *title,
     const enum mill_status status = check_title(deck, title, error);
     if (status == MILL_OK && deck->sections == MOST_SECTIONS)
         return mill_deck_fault(deck, error, title, NULL, "there are more than 10000 sections");
-    return status == MILL_OK ? add_section(deck, title, error) : status;
+    return status == MILL_OK ? mill_deck_section_add(deck, title, error) : status;
 }
 
 /* Adds key = value to the section. An override replaces an earlier value. value NULL: the key is
@@ -373,7 +361,7 @@ enum mill_status mill_deck_parse(struct mill_deck *deck, const char *path, int c
         const struct mill_deck_block other = {.title = block.spared_by, .named = true};
         if (!block.named && !block.optional && !mill_deck_section(deck, block.title) &&
             !(other.title && mill_deck_next(deck, &other, NULL)))
-            status = add_section(deck, block.title, error);
+            status = mill_deck_section_add(deck, block.title, error);
     }
     return status;
 }

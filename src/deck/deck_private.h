@@ -125,6 +125,10 @@ void mill_deck_parse_quote(const char *value, char *out, size_t size);
 /* The section [title], or NULL. */
 struct mill_deck_section *mill_deck_section(const struct mill_deck *deck, const char *title);
 
+/* Adds a section without entries after the others. The caller keeps the title. */
+enum mill_status mill_deck_section_add(struct mill_deck *deck, const char *title,
+                                       struct mill_error *error);
+
 /* The next section of the block after `last`; NULL for `last`: the first one. NULL: no more. */
 struct mill_deck_section *mill_deck_next(const struct mill_deck *deck,
                                          const struct mill_deck_block *block,
@@ -196,6 +200,24 @@ enum mill_status mill_deck_bodies_list(struct mill_deck *deck, struct mill_error
 
 /* [m^3] of the empty container: what is inside is not subtracted */
 double mill_deck_bodies_volume(const struct mill_deck *deck);
+
+/* ---- materials and contact laws (deck_materials.c) ---- */
+
+/* Sets the density of balls whose section gives only a material. */
+enum mill_status mill_deck_materials_density(const struct mill_deck *deck,
+                                             struct mill_deck_balls *balls,
+                                             struct mill_error *error);
+
+/* Checks that something gives the restitution: a number, a table or materials. */
+enum mill_status mill_deck_materials_require(struct mill_deck *deck, struct mill_error *error);
+
+/* Reads the tables of restitution of [contact], [contact.KIND] and [material.NAME]. */
+enum mill_status mill_deck_materials_settle(struct mill_deck *deck, struct mill_error *error);
+
+/* Completes the law of each kind of contact with the values of the materials. has[contacts.count]:
+ * kinds that occur in this mill */
+enum mill_status mill_deck_materials_list(struct mill_deck *deck, const bool *has,
+                                          struct mill_error *error);
 
 /* ---- powder, heat, wear (their keys: deck_uses.c; deck_powder.c) ---- */
 

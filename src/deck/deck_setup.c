@@ -94,7 +94,10 @@ static enum mill_status make_mill(const struct mill_deck *deck, struct lists *li
                                  .kind = lists->kind,
                                  .rebound_floor = deck->rebound_floor,
                                  .horizon = deck->time};
-    memcpy(setup->law, deck->law, sizeof setup->law);
+    memcpy(setup->fall, deck->fall, sizeof setup->fall);
+    for (int k = 0; k < deck->contacts.count; k++)
+        setup->law[k] = (struct mill_law){deck->law[k].restitution, deck->law[k].friction,
+                                          deck->law[k].tangential};
     for (int k = 0; k < setup->kinds; k++)
         lists->kind[k] = deck->contacts.name[MILL_KINDS + k] + strlen("ball_");
     lists->shaft.radius = deck->shaft_radius;

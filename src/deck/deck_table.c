@@ -28,6 +28,7 @@ enum {
 #define LEAST_DENSITY 1e-3
 
 #define ANY MILL_KEY_ANY
+#define TEXT .type = MILL_KEY_NAME, .derived = true
 #define POSITIVE MILL_KEY_POSITIVE
 #define NOT_NEGATIVE MILL_KEY_NOT_NEGATIVE
 #define IN(type, member) .offset = offsetof(struct type, member)
@@ -101,8 +102,10 @@ static const struct mill_key ball_key[] = {
      .unit = "kg", POSITIVE, IN(mill_deck_balls, mass)},
     {"diameter", "diameter of a ball", .unit = "m", .lo = LEAST_DIAMETER, .hi = MILL_KEY_LARGEST,
      IN(mill_deck_balls, diameter)},
+    {"material", "material of the balls: gives density and contacts that are not given", TEXT,
+     IN(mill_deck_balls, material)},
     {"density", "density of the balls' material", .unit = "kg/m^3", .lo = LEAST_DENSITY,
-     .hi = MILL_KEY_LARGEST, IN(mill_deck_balls, density)},
+     .hi = MILL_KEY_LARGEST, .unless = "material", IN(mill_deck_balls, density)},
     {.name = NULL},
 };
 
@@ -133,7 +136,9 @@ static const struct mill_key drum_key[] = {
     {"buckle_angle", "angle of one outermost point, from +y towards +z", .unit = "rad", ANY,
      .preset = "0 deg", DECK(buckle_angle), WAVY},
     {"motion", "name of the motion that carries the drum, or rotor; the drum's axis is x of its frame",
-     .type = MILL_KEY_NAME, .derived = true, DECK(drum_motion)},
+     TEXT, DECK(drum_motion)},
+    {"material", "material of drum, end walls, and parts without a material of their own", TEXT,
+     DECK(drum_material)},
     {.name = NULL},
 };
 
@@ -148,6 +153,7 @@ static const struct mill_key rotor_key[] = {
      .unit = "m", NOT_NEGATIVE, DECK(shaft_radius), .hidden = no_drum},
     {"angle", "angle of the rotor at t = 0, from +y towards +z", .unit = "rad", ANY,
      .preset = "0 deg", DECK(rotor_angle)},
+    {"material", "material of shaft, blades and bodies on the rotor", TEXT, DECK(rotor_material)},
     {.name = NULL},
 };
 
@@ -163,19 +169,32 @@ static const struct mill_key spread_key[] = {
     {.name = NULL},
 };
 
+#define LAW(member) .derived = true, IN(mill_deck_law, member)
 static const struct mill_key law_key[] = {
-    {"restitution", "normal coefficient of restitution", .lo = 0, .hi = 1,
-     IN(mill_law, restitution)},
+    {"restitution", "normal coefficient of restitution", .lo = 0, .hi = 1, LAW(restitution)},
+    {"restitution_speed", "normal speed at which it has this value; loss (1 - e) grows as v^(1/5); "
+     "0 m/s: it is the same at any speed", .unit = "m/s", NOT_NEGATIVE, .zero_is_off = true,
+     LAW(speed)},
+    {"restitution_table", "a file with a row 'v e' for each normal speed [m/s], ascending",
+     .type = MILL_KEY_FILE, LAW(table), .words = "none"},
     {"friction", "Coulomb's coefficient of friction; 0: smooth", .lo = 0, .hi = MOST_FRICTION,
-     .preset = "0", IN(mill_law, friction)},
+     LAW(friction)},
     {"tangential_restitution", "tangential restitution of a sticking contact", .lo = -1, .hi = 1,
-     .preset = "0", IN(mill_law, tangential)},
+     LAW(tangential)},
+    {.name = NULL},
+};
+
+static const struct mill_key material_key[] = {
+    {"density", "density of the material", .unit = "kg/m^3", .lo = LEAST_DENSITY,
+     .hi = MILL_KEY_LARGEST, .derived = true, IN(mill_deck_material, density)},
     {.name = NULL},
 };
 
 static const struct mill_key floor_key[] = {
     {"rebound_floor", "minimum normal speed after any contact", .unit = "m/s", NOT_NEGATIVE,
      .preset = "5 mm/s", DECK(rebound_floor)},
+    {"between", "material between the surfaces, such as powder; its contacts replace those of the "
+     "materials", TEXT, DECK(between)},
     {.name = NULL},
 };
 
@@ -193,7 +212,6 @@ static const struct mill_key output_key[] = {
     {.name = NULL},
 };
 
-#define TEXT .type = MILL_KEY_NAME, .derived = true
 #define PLACE .type = MILL_KEY_VECTOR, .unit = "m", .lo = -1e4, .hi = 1e4
 #define DIRECTION .type = MILL_KEY_VECTOR, ANY, .direction = true, .preset = "0 0 1"
 #define MOTION(member) IN(mill_deck_motion, member)
@@ -250,6 +268,7 @@ static const struct mill_key body_key[] = {
     {"centre", "its middle in its motion's frame", PLACE, .preset = "0 0 0 m", BODY(is.centre)},
     {"axis", "direction of its own z in its motion's frame", DIRECTION, BODY(axis)},
     {"angle", "its turn about its own z", .unit = "rad", ANY, .preset = "0 deg", BODY(angle)},
+    {"material", "its material", TEXT, BODY(material)},
     {.name = NULL},
 };
 
@@ -310,6 +329,9 @@ static const struct mill_key copies_key[] = {
 #define VALUES(member) .values = offsetof(struct mill_deck, member)
 #define OF_MOTION "motion", .named = true, .size = sizeof(struct mill_deck_motion)
 #define OF_BODY "body", .named = true, .size = sizeof(struct mill_deck_body)
+#define OF_MATERIAL                                                                                \
+    "material", .named = true, .inherits = true, VALUES(unknown),                                  \
+        .size = sizeof(struct mill_deck_material)
 static const struct mill_deck_block blocks[] = {
     {"run", .key = run_key},
     {"gravity", .key = gravity_key},
@@ -341,7 +363,9 @@ static const struct mill_deck_block blocks[] = {
     {"contact", .key = law_key, VALUES(general)},
     {"contact", .key = floor_key},
     {"contact", .named = true, .inherits = true, .key = law_key, VALUES(general),
-     .size = sizeof(struct mill_law)},
+     .size = sizeof(struct mill_deck_law)},
+    {OF_MATERIAL, .key = material_key},
+    {OF_MATERIAL, .key = law_key},
     {"powder", .optional = true, .key = mill_deck_uses_powder, VALUES(powder)},
     {"heat", .optional = true, .key = mill_deck_uses_heat, VALUES(heat)},
     {"wear", .optional = true, .key = mill_deck_uses_wear, VALUES(worn)},

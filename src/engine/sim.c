@@ -155,6 +155,8 @@ static void resolve(struct mill_sim *sim, int32_t i, int32_t j, double reduced_m
     struct mill_account *a = &w->account;
     const int kind = impact->kind;
     struct mill_law law = w->law[kind];
+    if (w->fall[kind].points > 0)
+        law.restitution = mill_impact_restitution(&w->fall[kind], vec3_dot(slip, n));
     impact->lasting = mill_pinches_press(&sim->pinches, w, i, sim->now) ||
                       (j != MILL_NOBODY && mill_pinches_press(&sim->pinches, w, j, sim->now));
     double least = w->rebound_floor; /* [m/s] minimum normal speed afterwards */

@@ -68,6 +68,17 @@ static int count_containers(const struct mill_setup *s)
     return containers;
 }
 
+static bool is_fall_sound(const struct mill_fall *fall)
+{
+    bool good = fall->points >= 0 && fall->points <= MILL_FALL_POINTS &&
+                (fall->points != 1 || fall->speed[0] > 0.0);
+    for (int k = 0; good && k < fall->points; k++)
+        good = fall->restitution[k] >= 0.0 && fall->restitution[k] <= 1.0 &&
+               (k == 0 ? fall->speed[0] >= 0.0 : fall->speed[k] > fall->speed[k - 1]) &&
+               isfinite(fall->speed[k]);
+    return good;
+}
+
 /* Checks every number that could make the event loop meaningless or endless, except those of the
  * drum and the bodies */
 static bool is_sound(const struct mill_setup *s)
@@ -84,7 +95,7 @@ static bool is_sound(const struct mill_setup *s)
     for (int kind = 0; kind < MILL_KINDS + s->kinds; kind++) {
         const struct mill_law *law = &s->law[kind];
         good = good && law->restitution >= 0.0 && law->restitution <= 1.0 && law->friction >= 0.0 &&
-               fabs(law->tangential) <= 1.0;
+               fabs(law->tangential) <= 1.0 && is_fall_sound(&s->fall[kind]);
     }
     return good && balls > 0 && balls <= MOST_BALLS;
 }
@@ -376,6 +387,7 @@ enum mill_fault_code mill_start_world(const struct mill_setup *setup,
         mill_kinds_add(&w->kinds, setup->kind[k]);
     w->g = setup->gravity;
     memcpy(w->law, setup->law, sizeof w->law);
+    memcpy(w->fall, setup->fall, sizeof w->fall);
     w->rebound_floor = setup->rebound_floor;
     if (do_surfaces_fit(setup, w, fault) && !mill_clash_find(setup, w->motion, fault))
         fault->code = MILL_FAULT_MEMORY;

@@ -13,7 +13,7 @@ class Reader(html.parser.HTMLParser):
 
     def __init__(self, page):
         super().__init__()
-        self.tags, self.data, self.rows, self.open, self.pieces = [], [], {}, [], []
+        self.tags, self.data, self.rows, self.open, self.pieces, self.head = [], [], {}, [], [], None
         self.feed(page)
         self.text = " ".join(" ".join(self.pieces).split())
 
@@ -30,6 +30,8 @@ class Reader(html.parser.HTMLParser):
 
     def handle_endtag(self, tag):
         assert self.open.pop() == tag, f"</{tag}> at {self.getpos()}"
+        if tag == "tr":
+            self.head = None
 
     def handle_data(self, text):
         if not {"script", "style"} & set(self.open):

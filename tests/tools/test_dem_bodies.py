@@ -4,18 +4,21 @@ import shutil
 
 import numpy as np
 import pytest
+from conftest import SMALL
 from dem_bodies import BOX, HEAD, JAR, Recorder, deck_of, follow
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
 from milltools.base.errors import UserError
 from milltools.base.processes import Stopped
+from milltools.dem.command import refuse
 from milltools.dem.liggghts import Liggghts
 from milltools.dem.paths import Chain
 from milltools.dem.setup import Setup, setup_of
 from milltools.dem.soft_mill import SoftMill
 from milltools.dem.walls import Flats, axes
 from milltools.geometry.bodies import inverse, moved
+from milltools.read.deck import Deck
 
 needs_liggghts = pytest.mark.skipif(not shutil.which("liggghts"), reason="no LIGGGHTS")
 G = 9.81  # [m/s^2]
@@ -347,6 +350,13 @@ def test_what_liggghts_cannot_do_right_is_refused_with_the_reason(name):
     with pytest.raises(UserError) as refused:
         Setup(deck_of(text, **RUBS))
     assert str(refused.value).startswith(f"deck.ini: {reason}")
+
+
+@pytest.mark.parametrize("falls", ["restitution_speed = 1 m/s", "restitution_table = e.txt"])
+def test_a_restitution_that_falls_with_the_speed_is_refused(falls):
+    deck = Deck(SMALL + f"[contact.ball_drum]\n{falls}\n", "deck.ini")
+    with pytest.raises(UserError, match="restitution: it falls with the speed"):
+        refuse(deck)
 
 
 def test_a_jar_that_rocks_about_its_own_axis_is_run_without_friction():

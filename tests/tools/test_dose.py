@@ -2,15 +2,20 @@
 
 import json
 import math
+import re
+import shutil
 import subprocess
 import types
 
+import h5py
 import numpy as np
 import pytest
 from conftest import PROGRAM, SMALL
+from matplotlib.figure import Figure as Canvas
 
 from milltools.base.errors import UserError
 from milltools.dose import dose, laws, wear
+from milltools.figures import FIGURES, spectra
 from milltools.read import sums
 from milltools.read.runfile import Run
 from milltools.read.wear import Wear
@@ -276,3 +281,63 @@ def test_mill_wear_prints_the_faces_with_the_worst_first(mill, path):
     lines = found.stdout.splitlines()
     assert "takes" in lines[0] and lines[2].split()[:2] == ["part", "face"]
     assert "depth [mm/year]" in lines[2] and "eroded [mg/h]" in lines[2]
+
+
+# ---- intervals of spectra
+
+
+@pytest.mark.parametrize("kind", ["ball_ball", "ball_drum", "all"])
+def test_the_errors_of_a_spectrum_are_those_of_the_sums_over_its_bins(run, kind):
+    kinds = None if kind == "all" else [kind]
+    edges = run.read("statistics/energies/blocks/edges")[60:240:20]
+    within, above = sums.errors(run, edges, kind), sums.errors(run, edges, kind, above=True)
+    assert (len(within), len(above)) == (len(edges) - 1, len(edges))
+    for k, (low, high) in enumerate(zip(edges, edges[1:])):
+        between = sums.total(run, lambda e, pair, low=low, high=high: (e >= low) & (e < high), kinds=kinds)
+        assert within[k] == pytest.approx(between.error, rel=0.02, nan_ok=True)
+        assert above[k] == pytest.approx(sums.total(run, sums.above(low), kinds=kinds).error, rel=0.02, nan_ok=True)
+    assert np.isfinite(within).sum() >= 3
+
+
+@pytest.mark.parametrize("weight", spectra.WEIGHTS)
+def test_a_spectrum_has_the_interval_of_its_blocks_around_its_line(run, weight):
+    ax = Canvas().subplots()
+    line = spectra.plot(ax, run, abscissa="energy", weight=weight, kinds="ball_ball")[0]
+    found = spectra.bins(run, "ball_ball", abscissa="energy")
+    rate = found.exceedance if weight == "cumulative" else found.count / found.duration
+    part = 1.96 * sums.errors(run, found.edges, "ball_ball", weight == "cumulative")[rate > 0] / rate[rate > 0]
+    (band,) = [one for one in ax.collections if one.get_label() == "_band"]
+    corners = np.concatenate([path.vertices for path in band.get_paths()])
+    x, y = (values[rate > 0] for values in line.get_data())
+    known = np.isfinite(part * y)
+    assert known.sum() > 10
+    for place, value, half in zip(x[known], y[known], part[known]):
+        ends = corners[np.isclose(corners[:, 0], place, rtol=1e-9, atol=0), 1]
+        low = 1 - half if weight == "energy" else max(1 - half, 1e-3)  # above 0 on a logarithmic axis
+        assert sorted([ends.min(), ends.max()]) == pytest.approx(sorted([value * low, value * (1 + half)]))
+
+
+def test_a_file_without_blocks_has_spectra_without_intervals(path, tmp_path):
+    shutil.copy(path, tmp_path / "old.h5")
+    with h5py.File(tmp_path / "old.h5", "r+") as file:
+        del file["statistics/energies/blocks"]
+    ax = Canvas().subplots()
+    for name, told in ((path, True), (tmp_path / "old.h5", False)):
+        with Run(name) as opened:
+            assert ("95 %" in FIGURES["energies"].says([opened])) is told
+    with Run(tmp_path / "old.h5") as opened:
+        spectra.plot(ax, opened, abscissa="energy")
+    assert not [one for one in ax.collections if one.get_label() == "_band"]
+
+
+# ---- the figure of wear
+
+
+def test_faces_of_one_name_are_drawn_beside_each_other(millsim, write_deck, tmp_path):
+    jar = "[body.jar]\nshape = cylinder\nside = inside\nradius = 30 mm\nlength = 40 mm\n"
+    deck = re.sub(r"\[drum\].*?(?=\[contact\])", jar, SMALL, flags=re.S)
+    write_deck(deck)
+    assert millsim("deck.ini", "-q", "-s", "balls.speed=1 m/s").returncode == 0
+    with Run(tmp_path / "deck.h5") as opened:
+        names = [ax.get_title(loc="left") for ax in FIGURES["wear"].draw(opened).axes]
+    assert len([name for name in names if "jar" in name]) >= 3

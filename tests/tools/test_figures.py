@@ -1,5 +1,6 @@
 """mill plot --figure: what is drawn is what the file holds; pictures are compared by their structure."""
 
+import dataclasses
 import re
 import signal
 import subprocess
@@ -19,6 +20,7 @@ from matplotlib.patches import Rectangle
 from milltools import figures
 from milltools.__main__ import main
 from milltools.base.errors import UserError
+from milltools.dose.wear import ENOUGH
 from milltools.figures import (
     FIGURES,
     bins,
@@ -416,6 +418,32 @@ def test_cells_where_nothing_was_are_blank(run, view):
     assert not (found.values["solid"] == 0).any()
 
 
+@pytest.mark.parametrize("name", ["rate", "impact-speed", "power"])
+def test_a_cell_of_one_impact_does_not_set_the_scale(plain, name):
+    found = maps.field(plain, "axial")
+    cells = tuple(np.argwhere((found.count > 0) & (found.count < ENOUGH)).T)
+    assert len(cells[0]) and found.count.max() >= ENOUGH
+    count, value = found.count.copy(), found.values[name].copy()
+    count[cells], value[cells] = 1, 1e9
+    odd = dataclasses.replace(found, count=count, values=found.values | {name: value})
+    assert maps.limits([odd], name) == maps.limits([found], name)
+
+
+def test_means_of_too_few_impacts_are_grey(plain):
+    found, figure = maps.field(plain, "axial"), FIGURES["axial-impact-speed"].draw(plain)
+    grey, shown = (image.get_array().reshape(found.count.T.shape).T for image in figure.axes[0].collections[:2])
+    few = (found.count > 0) & (found.count < ENOUGH)
+    assert np.array_equal(~np.ma.getmaskarray(np.ma.masked_invalid(grey)), few)
+    assert np.array_equal(~np.ma.getmaskarray(np.ma.masked_invalid(shown)), found.count >= ENOUGH)
+
+
+def test_ticks_of_lengths_are_in_millimetres(plain):
+    ax = FIGURES["section-solid"].draw(plain).axes[0]
+    ends = [float(ax.xaxis.get_major_formatter()(value, 0).replace("\N{MINUS SIGN}", "-")) for value in ax.get_xlim()]
+    assert ends == pytest.approx([1e3 * value for value in ax.get_xlim()], rel=1e-3)
+    assert ax.get_xlabel().endswith("[mm]")
+
+
 @pytest.mark.parametrize("name", ["section-power", "section-solid", "section-velocity"])
 def test_a_cross_section_is_drawn_within_the_wall(mixture, name):
     figure = FIGURES[name].draw(mixture)
@@ -433,8 +461,8 @@ def test_a_cross_section_is_drawn_within_the_wall(mixture, name):
     assert mask[outside[:-1, :-1] & outside[1:, 1:]].all()
     assert ax.get_aspect() == 1
     assert (ax.get_xlabel(), ax.get_ylabel()) == (
-        "y, across the drum's axis [m]",
-        "z, across the drum's axis [m]",
+        "y, across the drum's axis [mm]",
+        "z, across the drum's axis [mm]",
     )
     assert "grey: the shaft" in FIGURES[name].says([mixture])
 

@@ -89,11 +89,11 @@ def test_the_account_has_a_source_for_each_motion_and_adds_up(runs):
 
 def test_the_report_names_container_motions_and_the_drives_power(runs):
     run = runs["planetary"]
-    text = " ".join(facts.verdict(run)).replace("\N{NO-BREAK SPACE}", " ")
+    text = facts.subject(run).replace("\N{NO-BREAK SPACE}", " ")
     assert "the container “jar”, a cylinder of radius 20 mm and length 30 mm; sun turns at 600 rpm" in text
-    assert "The drive puts" in text and "of the slowest motion" in text
-    assert facts.tiles(run)[0][0] == "drive power" and "±" in facts.tiles(run)[0][1]
+    assert "the drive gives " in facts.tiles(run)[0][2]
     rows = {name: remark for name, _, remark in run_page.balance(run)}
+    assert "of the slowest motion" in rows["drive power"]
     assert rows["power of jar"].startswith("turns at −1200 rpm on sun; torque")
 
 
@@ -122,7 +122,7 @@ def test_words_of_a_mill_without_a_rotor_do_not_speak_of_one(runs, mill, files):
     done = mill("plot", "--list", *files.values())
     assert "not of" not in done.stdout and "rotor" not in done.stdout, done.stdout
     for run in runs.values():
-        said = [*facts.verdict(run), *(" ".join(map(str, row)) for row in run_page.balance(run))]
+        said = [facts.subject(run), facts.finding(run), *(" ".join(map(str, row)) for row in run_page.balance(run))]
         said += [figure.says([run]) for figure in FIGURES.values() if figure.group == "maps"]
         assert "rotor" not in " ".join(said)
 
@@ -207,13 +207,13 @@ def test_an_arm_through_the_axis_is_outlined_from_the_axis_on(runs):
 def test_what_a_map_shows_is_named_by_the_mill(runs):
     for name, container, dashed in (("planetary", "jar", False), ("attritor", "tank", True)):
         run = runs[name]
-        for view, label in (("axial", "x, along the {}'s axis [m]"), ("section", "y, across the {}'s axis [m]")):
+        for view, label in (("axial", "x, along the {}'s axis [mm]"), ("section", "y, across the {}'s axis [mm]")):
             figure = FIGURES[f"{view}-solid"]
             assert figure.draw(run).axes[0].get_xlabel() == label.format(container)
             assert ("ashed: the space that moving bodies sweep" in figure.says([run])) == dashed
             assert "shaft" not in figure.says([run])
     both = FIGURES["axial-solid"].draw(list(runs.values()))
-    assert both.axes[1].get_xlabel() == "x, along the container's axis [m]"
+    assert both.axes[1].get_xlabel() == "x, along the container's axis [mm]"
 
 
 # ---- pictures and exports

@@ -20,17 +20,19 @@ import pytest
 from conftest import PROGRAM, ROOT, SMALL, run_mill
 from report_page import Reader, report
 
+from milltools.base.errors import UserError
 from milltools.base.processes import cores
 from milltools.compare.agreement import Estimate
 from milltools.compare.rows import ZERO, Row
+from milltools.read.runfile import Run
+from milltools.report import facts, pdf
 
 pytestmark = pytest.mark.slow
 
 pytest_plugins = ["browser", "reported"]
 
 SECTIONS = [
-    "verdict", "balls", "summary", "energy", "spectra", "maps", "wear", "time", "anomalies", "notes", "how", "deck",
-    "cite",
+    "verdict", "energy", "spectra", "wear", "summary", "maps", "time", "anomalies", "notes", "how", "deck", "cite",
 ]  # fmt: skip
 EVIL = "<script>alert(1)</script>"
 IMAGE = '"><img src=x onerror=alert(2)>'
@@ -87,18 +89,89 @@ def test_rotor_power_and_its_error_are_the_files_on_one_scale(page, folder):
     with h5py.File(folder / "small.h5") as file:
         power, error = (file[f"statistics/rotor/power{e}"][()] for e in ("", "_error"))
     assert page[2].rows["rotor power"] == [power]
-    found = re.search(r"The rotor puts ([\d.]+).±.([\d.]+).mW into", page[2].text)
+    found = re.search(r"rotor power ([\d.]+).±.([\d.]+).mW", page[2].text)
     assert float(found[1]) == pytest.approx(1e3 * power, rel=1e-3)
     assert float(found[2]) == pytest.approx(1e3 * error, abs=2e-1)
 
 
-def test_the_figure_of_the_median_has_the_files_error(page, folder):
+def losses(folder):
+    """(power lost in impacts [W], its error, share of sliding, share of impacts of balls and drum along the normal) of
+    the small mill."""
     with h5py.File(folder / "small.h5") as file:
-        known = file["statistics/precision/median_above_50mm_s"]
-        median, error = known["value"][()], known["standard_error"][()]
-    found = re.search(r"median impact speed\s+([\d.]+).±.([\d.]+).mm/s", page[2].text)
-    assert float(found[1]) == pytest.approx(1e3 * median, rel=1e-3)
-    assert float(found[2]) == pytest.approx(1e3 * error, abs=1e-1)
+        known = file["statistics/precision"]
+        power, error = (known[f"dissipated_power/all/{e}"][()] for e in ("value", "standard_error"))
+        normal = {kind: known[f"dissipated_power_normal/{kind}/value"][()] for kind in ("all", "ball_drum")}
+    return power, error, 1 - normal["all"] / power, normal["ball_drum"] / power
+
+
+def test_the_title_is_the_finding_in_the_files_numbers(page, folder):
+    power, error, sliding, drum = losses(folder)
+    title = re.search("<title>(.*?)</title>", page[1], re.S)[1].replace("\xa0", " ")
+    found = re.fullmatch(r"(\d+) % of (\d+) ± (\d+) mW is rubbed off, (\d+) % goes into ball-drum hits", title)
+    numbers = [100 * sliding, 1e3 * power, 1e3 * error, 100 * drum]
+    assert [float(text) for text in found.groups()] == pytest.approx(numbers, abs=0.5)
+    assert page[2].text.startswith(title)
+    assert re.search("<h1>(.*?)</h1>", page[1])[1].replace("\xa0", " ") == title
+
+
+def test_the_card_has_three_numbers_with_the_files_errors(page, folder):
+    power, error, sliding, _ = losses(folder)
+    with h5py.File(folder / "small.h5") as file:
+        fast = file["statistics/precision/fast_rate/all"]
+        rate, of_rate = fast["value"][1], fast["standard_error"][1]
+    tiles = re.findall(r"<dd><data value=\"([^\"]+)\">(.*?)</data>", page[1])
+    assert [float(value) for value, _ in tiles] == pytest.approx([power, rate, sliding], rel=1e-12)
+    shown = [[float(word) for word in re.findall(r"[\d.]+", text)] for _, text in tiles]
+    assert shown[0] == pytest.approx([1e3 * power, 1e3 * error], abs=0.5)
+    assert shown[1] == pytest.approx([rate, of_rate], abs=0.5)
+    assert shown[2][0] == pytest.approx(100 * sliding, abs=0.05) and 0 < shown[2][1] < 10
+
+
+def test_one_line_says_how_far_the_numbers_can_be_trusted(page, folder):
+    power, error, *_ = losses(folder)
+    found = re.search(r"Checks: energy balance (\S+) .*no anomalies, 400 ms sampled \(4 revolutions\), "
+                      r"power known to ([\d.]+).%", page[2].text)  # fmt: skip
+    assert float(found[2]) == pytest.approx(100 * error / power, abs=0.05)
+
+
+def test_the_share_of_sliding_has_the_error_of_its_blocks_of_time(folder):
+    with Run(folder / "small.h5") as run:
+        share, error = facts.rubbed(run)
+        time = run.series("dissipation/ball_ball")[0]
+        count = int(run.duration / float(run.read("statistics/energies/blocks/duration")) + 1e-9)
+        edges = np.linspace(run.window[0], run.window[1], count + 1)
+        every, normal = (
+            sum(np.diff(np.interp(edges, time, run.series(f"{part}/{kind}")[1])) for kind in run.kinds)
+            for part in ("dissipation", "dissipation_normal")
+        )
+    halves = [1 - normal[k::2].sum() / every[k::2].sum() for k in (0, 1)]
+    assert share == pytest.approx(1 - normal.sum() / every.sum(), rel=1e-6)
+    assert abs(halves[0] - halves[1]) / 2 < 3 * error < 0.3 * share
+
+
+def test_a_column_of_a_table_has_one_unit(page):
+    heads = re.findall(r"<th scope=\"col\" class=\"number\">(.*?)</th>", page[1])
+    rows = re.findall(r"<tr[^>]*><th scope=\"row\">[^<]*</th>((?:<td class=\"number\"><data.*?</td>){8})", page[1])
+    cells = [re.findall(r">([^<>]+)</data>", row) for row in rows]
+    assert heads and len(cells) >= 3
+    for k in (1, 2, 3, 4, 6):
+        assert len({row[k].split("\xa0")[-1] for row in cells}) == 1
+
+
+def test_what_is_folded_says_how_much_it_is(page):
+    assert re.findall(r"<summary>(\d+ more \w+)</summary>", page[1])[:1] == ["8 more figures"]
+    assert "0 more" not in page[2].text
+
+
+def test_lengths_are_in_millimetres(page):
+    assert "[mm]" in page[2].text and "[m]" not in page[2].text
+
+
+def test_the_wear_of_the_parts_is_a_table(page, folder):
+    done = run_mill(folder, "wear", "small.h5", "--json")
+    first = json.loads(done.stdout)["faces"][0]
+    section = page[1][page[1].index('id="wear"') : page[1].index('id="summary"')]
+    assert re.search(rf"<td>{first['part']}</td><td>{first['face']}</td>", section)
 
 
 def test_the_power_on_pressed_balls_stands_below_the_rotors(page, changed):
@@ -109,9 +182,9 @@ def test_the_power_on_pressed_balls_stands_below_the_rotors(page, changed):
     assert changed(press, source="small.h5")[1].rows["pinches"] == [1.25]
 
 
-def test_the_verdict_says_what_was_run_in_numbers(page):
+def test_the_page_says_what_was_run_in_numbers(page):
     words = page[2].text
-    assert "20 balls of 5 mm and 7800 kg/m³ in a round drum, 60 mm wide and 40 mm long inside" in words
+    assert "20 balls of 5 mm and 7800 kg/m³ in a round drum, 60 mm in diameter and 40 mm long inside" in words
     assert "with a rotor of 2 blades at 600 rpm" in words
     assert "simulated for 400.0 ms and sampled for 400.0 ms, from 0 s to 400.0 ms" in words
     assert "no anomalies" in words
@@ -221,6 +294,7 @@ def test_only_scripts_of_the_page_itself_may_run(changed, nothing):
 def test_without_samples_it_says_so_and_shows_the_rest(nothing):
     words = nothing[1].text
     assert nothing[1].ids("section") == SECTIONS
+    assert words.startswith("No results: nothing sampled: the run ended")
     assert "Nothing was sampled: the run ended before run.sample_from = 0.19 s." in words
     assert "Not drawn: nothing sampled" in words
     assert "kinetic energy" in nothing[1].rows
@@ -229,6 +303,7 @@ def test_without_samples_it_says_so_and_shows_the_rest(nothing):
 def test_without_frames_it_says_why_there_are_no_balls(nothing):
     assert "No ball states are stored in this run: output.frames is 0 s." in nothing[1].text
     assert "canvas" not in [t for t, _ in nothing[1].tags]
+    assert [a["alt"] for t, a in nothing[1].tags if t == "img"] == ["The mill, balls coloured by their speed"]
 
 
 def test_a_run_at_work_is_told_of_as_far_as_it_is(start_millsim, write_deck, tmp_path):
@@ -258,6 +333,43 @@ def test_a_mill_without_a_rotor_has_no_rotor_power(millsim, write_deck, tmp_path
     assert done.returncode == 0 and "Warning" not in done.stderr, done.stderr
     reader = Reader((tmp_path / "deck.html").read_text("utf-8"))
     assert "in which nothing moves" in reader.text and "rotor power" not in reader.rows
+    assert re.match(r"[\d.]+ (thousand )?impacts each second lose no energy", reader.text)
+
+
+@pytest.mark.parametrize(
+    "change, title",
+    [
+        (lambda file: None, "N % of N ± N mW is rubbed off, N % goes into ball-drum hits"),
+        (lambda file: file.__delitem__("statistics/precision"),
+         "N % of N mW is lost in ball-drum impacts, N % is lost in ball-ball impacts"),
+        (lambda file: file["statistics/precision/dissipated_power/all/standard_error"].__setitem__((), np.nan),
+         "N % of N mW is rubbed off, N % goes into ball-drum hits"),
+        (lambda file: file["run/status"].__setitem__((), "running"),
+         "So far: N % of N ± N mW is rubbed off, N % goes into ball-drum hits"),
+        (lambda file: file["statistics/impacts/all/count"].__setitem__((), 0), "The balls hit nothing in N ms"),
+        (lambda file: file["statistics/impacts/all/dissipated_power"].__setitem__((), 0.0),
+         "N thousand impacts each second lose no energy"),
+    ],
+)  # fmt: skip
+def test_the_finding_claims_no_more_than_the_file_has(folder, tmp_path, change, title):
+    shutil.copy(folder / "small.h5", tmp_path / "a.h5")
+    with h5py.File(tmp_path / "a.h5", "r+") as file:
+        change(file)
+    with Run(tmp_path / "a.h5") as run:
+        assert re.sub(r"[\d.]+", "N", facts.finding(run).replace("\xa0", " ")) == title
+        assert all("nan" not in f"{number}{words}" for _, number, words in facts.tiles(run))
+
+
+def test_a_powder_gets_its_dose_on_the_card_and_a_table(millsim, write_deck, tmp_path):
+    write_deck(SMALL + "[powder]\nmass = 2 g\ndensity = 4000 kg/m^3\n")
+    assert millsim("deck.ini", "-q", "-s", "run.time=0.4 s", "-s", "output.frames=0 s").returncode == 0
+    assert report(tmp_path, "deck.h5").returncode == 0
+    text = (tmp_path / "deck.html").read_text("utf-8")
+    with h5py.File(tmp_path / "deck.h5") as file:
+        power = file["statistics/impacts/all/dissipated_power"][()]
+    tile = re.search(r"<dt>dose of the powder</dt><dd><data value=\"([^\"]+)\">", text)
+    assert float(tile[1]) == pytest.approx(power / 2, rel=1e-12)  # W/g
+    assert "dose rate" in Reader(text[text.index('<section id="dose">') : text.index('<details class="fold"')]).text
 
 
 def test_anomalies_are_named_counted_and_explained(changed):
@@ -300,6 +412,7 @@ def test_the_default_name_is_the_runs(page):
         (["small.h5", "-o", "nowhere/x.html"], 2, "nowhere/x.html: there is no folder nowhere"),
         (["small.h5", "-o", "small.h5"], 2, "small.h5: is the input file small.h5 itself; give another name"),
         (["small.h5", "-o", "."], 2, ".: is a folder"),
+        (["small.h5", "--pdf", "-o", "a.html"], 2, "a.html: the name of a PDF ends with .pdf"),
     ],
 )  # fmt: skip
 def test_wrong_usage_is_one_line_and_nothing_is_written(folder, words, status, line):
@@ -318,6 +431,41 @@ def test_a_full_disk_is_one_line_and_leaves_the_old_page(folder, tmp_path):
     assert (done.returncode, done.stderr) == (1, "mill report: a.html: File too large\n")
     assert sorted(p.name for p in tmp_path.iterdir()) == ["a.h5", "a.html"]
     assert (tmp_path / "a.html").read_text() == "old"
+
+
+# ---- PDF
+
+
+@pytest.mark.browser
+@pytest.mark.parametrize("words", [["--pdf"], ["-o", "small.pdf"]])
+def test_a_pdf_is_a_document_of_a4_pages(folder, chromium, words):
+    done = report(folder, "small.h5", *words)
+    assert done.returncode == 0, done.stderr
+    data = (folder / "small.pdf").read_bytes()
+    (folder / "small.pdf").unlink()
+    boxes = re.findall(rb"/Type /Page\n.*?/MediaBox \[0 0 ([\d.]+) ([\d.]+)\]", data, re.S)
+    assert data.startswith(b"%PDF-") and 5 < len(boxes) < 30
+    assert np.allclose(np.array(boxes, float), (210 / 25.4 * 72, 297 / 25.4 * 72), atol=1)
+
+
+@pytest.mark.browser
+def test_several_runs_make_a_pdf_too(folder, compared, chromium):
+    assert report(folder, "--compare", "seed1.h5", "seed2.h5", "-o", "two.pdf").returncode == 0
+    assert (folder / "two.pdf").read_bytes().startswith(b"%PDF-")
+
+
+def test_without_a_browser_one_line_says_what_to_install(folder, monkeypatch):
+    monkeypatch.setattr(pdf, "BROWSERS", ("no-such-browser",))
+    with pytest.raises(UserError, match="^a PDF needs Chromium or Chrome; on Debian: sudo apt-get install chromium$"):
+        pdf.browser()
+
+
+def test_a_browser_that_prints_nothing_is_one_line_and_leaves_the_old_file(tmp_path, monkeypatch):
+    (tmp_path / "old.pdf").write_text("old")
+    monkeypatch.setattr(pdf, "BROWSERS", ("true",))
+    with pytest.raises(UserError, match="true did not print the page: no reason given"):
+        pdf.write(tmp_path / "old.pdf", "<p>page</p>")
+    assert [(p.name, p.read_text()) for p in tmp_path.iterdir()] == [("old.pdf", "old")]
 
 
 # ---- several runs

@@ -2,6 +2,8 @@
 
 import re
 
+import matplotlib.image
+import numpy as np
 import pytest
 
 pytestmark = pytest.mark.browser
@@ -12,7 +14,7 @@ pytest_plugins = ["browser", "reported"]
 def test_it_opens_from_disk_without_errors_or_requests(page, open_page):
     opened = open_page(page[0], width=1000, height=800)
     opened.until("document.querySelector('.mp-live') !== null")
-    assert opened.evaluate("document.title") == "small.ini"
+    assert "is rubbed off" in opened.evaluate("document.title")
     opened.check()
 
 
@@ -43,8 +45,7 @@ def test_dark_is_dark_and_light_is_light(page, open_page):
 def test_drawings_take_the_ink_of_the_page(page, open_page):
     opened = open_page(page[0], dark=True)
     ink = opened.evaluate(
-        "getComputedStyle(document.querySelector('#figure-speeds svg text'))"
-        ".fill.match(/\\d+/g).slice(0, 3).map(Number)"
+        "getComputedStyle(document.querySelector('#figure-flow svg text')).fill.match(/\\d+/g).slice(0, 3).map(Number)"
     )
     assert min(ink) > 200
 
@@ -58,7 +59,7 @@ def test_the_switch_turns_the_page_dark_and_back(page, open_page):
     opened.check()
 
 
-def test_keys_alone_reach_the_controls_and_change_the_spectra(page, open_page):
+def test_keys_alone_reach_the_controls_and_unfold_what_is_folded(page, open_page):
     opened = open_page(page[0], width=1000, height=800)
     opened.until("document.querySelector('.mp-live') !== null")
     reached = []
@@ -66,16 +67,16 @@ def test_keys_alone_reach_the_controls_and_change_the_spectra(page, open_page):
         opened.page.keyboard.press("Tab")
         what = (
             "document.activeElement.id || document.activeElement.className "
-            "|| document.activeElement.getAttribute('href')"
+            "|| document.activeElement.getAttribute('href') || document.activeElement.textContent"
         )
         reached.append(opened.evaluate(what))
-        if reached[-1] == "spectra-1":
+        if reached[-1] == "8 more figures":
             break
-    assert {"skip", "theme", "#deck", "mp-play", "mp-slider"} <= set(reached)
-    shown = "getComputedStyle(document.getElementById('figure-slip').closest('.panel')).display"
-    assert opened.evaluate(shown) == "none"
-    opened.page.keyboard.press("ArrowRight")
-    assert opened.evaluate(shown) == "block"
+    assert {"skip", "theme", "#deck", "mp-play", "mp-slider", "save screen"} <= set(reached)
+    shown = "document.getElementById('figure-slip').checkVisibility()"
+    assert not opened.evaluate(shown)
+    opened.page.keyboard.press("Enter")
+    assert opened.evaluate(shown)
 
 
 def test_paper_is_white_and_shows_all_spectra_without_controls(page, open_page):
@@ -83,7 +84,7 @@ def test_paper_is_white_and_shows_all_spectra_without_controls(page, open_page):
     opened.page.emulate_media(media="print")
     assert ground(opened)[0] == 1.0
     hidden = "getComputedStyle(document.querySelector('{}')).display"
-    for what in (".theme", "nav", ".choice", ".mp-controls"):
+    for what in (".theme", "nav", ".mp-controls", ".save"):
         assert opened.evaluate(hidden.format(what)) == "none"
     assert opened.evaluate("document.getElementById('figure-slip').getBoundingClientRect().height") > 50
 
@@ -92,3 +93,68 @@ def test_without_scripts_the_still_picture_stands_there(page, open_page):
     opened = open_page(page[0], scripts=False)
     picture = opened.picture(".mp-stage")
     assert picture.std() > 10
+
+
+LETTERS = """(open) => {
+  if (open) document.querySelectorAll('details').forEach((d) => { d.open = true; });
+  return [...document.querySelectorAll('.drawing svg text')].filter((t) => t.checkVisibility())
+    .map((t) => parseFloat(getComputedStyle(t).fontSize) * Math.hypot(t.getScreenCTM().a, t.getScreenCTM().b));
+}"""
+
+
+@pytest.mark.parametrize("width", [1200, 390])
+def test_letters_of_figures_have_eleven_pixels_at_least(page, open_page, width):
+    opened = open_page(page[0], width=width, height=800)
+    letters = opened.evaluate(LETTERS, True)
+    assert len(letters) > 200 and min(letters) >= 11
+    assert opened.evaluate("document.documentElement.scrollWidth") == width
+
+
+def test_letters_of_figures_have_eight_points_on_paper(page, open_page):
+    opened = open_page(page[0], width=680, height=900)  # [px] between the margins of A4
+    opened.page.emulate_media(media="print")
+    letters = opened.evaluate(LETTERS, False)
+    assert len(letters) > 400 and min(letters) * 0.75 >= 8
+
+
+def test_what_matters_is_seen_and_the_rest_is_folded(page, open_page):
+    opened = open_page(page[0], width=1200, height=800)
+    figures = "[...document.querySelectorAll('figure[id]')].filter((f) => f.checkVisibility()).map((f) => f.id)"
+    assert opened.evaluate(figures) == ["figure-flow", "figure-energies-power", "figure-wear"]
+    assert opened.evaluate("document.querySelector('.card').getBoundingClientRect().top") < 250
+
+
+def test_paper_shows_what_is_folded(page, open_page):
+    opened = open_page(page[0], width=680, height=900)
+    opened.page.emulate_media(media="print")
+    hidden = "[...document.querySelectorAll('figure[id], table, pre')].filter((e) => !e.checkVisibility())"
+    assert opened.evaluate(f"{hidden}.length") == 0
+    opened.evaluate("dispatchEvent(new Event('beforeprint'))")  # browsers whose style sheets cannot unfold
+    assert opened.evaluate("document.querySelectorAll('details:not([open])').length") == 0
+    opened.evaluate("dispatchEvent(new Event('afterprint'))")
+    assert opened.evaluate("document.querySelectorAll('details[open]').length") == 0
+
+
+def test_a_link_unfolds_what_it_leads_to(page, open_page):
+    opened = open_page(page[0], width=1200, height=800)
+    opened.page.click("a[href='#notes']")
+    opened.until("document.querySelector('#notes').checkVisibility()")
+
+
+@pytest.mark.parametrize("webgl", [True, False])
+def test_the_card_is_saved_as_a_picture_with_the_mill_in_it(page, open_page, tmp_path, webgl):
+    without = (
+        "HTMLCanvasElement.prototype.getContext = ((get) => function (kind, ...more) {"
+        " return kind === '2d' ? get.call(this, kind, ...more) : null; })(HTMLCanvasElement.prototype.getContext)"
+    )
+    opened = open_page(page[0], width=1200, height=800, before="" if webgl else without)
+    opened.until(f"document.querySelector('.mp-live') {'!==' if webgl else '==='} null")
+    with opened.page.expect_download() as download:
+        opened.page.click(".save")
+    download.value.save_as(tmp_path / "card.png")
+    assert download.value.suggested_filename == "small.png"
+    picture = matplotlib.image.imread(tmp_path / "card.png")[..., :3]
+    assert picture.shape == (1260, 2400, 3)
+    mill, title = picture[500:950, 400:1200], picture[80:220, 80:1800]
+    colourful = np.ptp(mill, axis=2) > 0.2  # the balls
+    assert colourful.mean() > 0.005 and title.min() < 0.2 and picture.max() == 1

@@ -17,3 +17,25 @@ from milltools.base import text
 def test_what_is_below_zero_has_a_true_minus_and_its_value(number, shown):
     assert str(number).replace(text.SPACE, " ").replace(text.THIN, " ") == shown
     assert number.value < 0
+
+
+@pytest.mark.parametrize(
+    "value, error, shown",
+    [
+        (862.49, 8.72, "862 ± 9 W"),
+        (862.49, 12.96, "862 ± 13 W"),
+        (0.8625, 0.0096, "862 ± 10 mW"),
+        (93904.0, 1410.0, "93.9 ± 1.4 kW"),
+        (862.49, float("nan"), "862 W"),
+        (1.0, 3.0, "1 ± 3 W"),
+        (0.0, 0.0, "0 W"),
+    ],
+)
+def test_a_brief_number_has_the_digits_that_its_error_leaves(value, error, shown):
+    found = text.brief(value, error, "W")
+    assert str(found).replace(text.SPACE, " ") == shown and found.value == value
+
+
+def test_a_column_has_one_unit_and_small_numbers_do_not_vanish():
+    shown = [str(one).replace(text.SPACE, " ") for one in text.column([570.2, 40.63, 9e-4, 0.0, float("nan")], "W")]
+    assert shown == ["570.2 W", "40.6 W", "< 0.1 W", "0.0 W", text.MISSING]

@@ -221,6 +221,27 @@ END_TEST
 
 /* ---- the tangential part ---- */
 
+START_TEST(a_falling_restitution_goes_through_its_points)
+{
+    uint64_t seed = 7;
+    const struct mill_fall power = {1, {2.0}, {0.8}};
+    const struct mill_fall table = {3, {0.5, 1.0, 4.0}, {0.9, 0.7, 0.4}};
+    ck_assert_double_eq(mill_impact_restitution(&power, 0.0), 1.0);
+    ck_assert_double_eq(mill_impact_restitution(&power, -1e-18), 1.0);
+    ck_assert_double_eq(mill_impact_restitution(&power, 1e9), 0.0);
+    for (int k = 0; k < 1000; k++) {
+        const double v = log_uniform(&seed, 1e-6, 30.0);
+        const double e = 1.0 - 0.2 * pow(v / 2.0, 0.2);
+        ck_assert_double_le(fabs(mill_impact_restitution(&power, v) - e), 1e-14);
+    }
+    for (int k = 0; k < 3; k++)
+        ck_assert_double_eq(mill_impact_restitution(&table, table.speed[k]), table.restitution[k]);
+    ck_assert_double_eq(mill_impact_restitution(&table, 0.0), 0.9);
+    ck_assert_double_eq(mill_impact_restitution(&table, 99.0), 0.4);
+    ck_assert_double_eq_tol(mill_impact_restitution(&table, 2.0), 0.6, 1e-15);
+}
+END_TEST
+
 START_TEST(a_sticking_contact_reverses_the_slip_by_exactly_its_restitution)
 {
     uint64_t seed = 7;
@@ -385,6 +406,7 @@ int main(void)
         {the_normal_speed_is_reversed_times_restitution, 1},
         {without_friction_the_spins_and_the_tangential_velocity_are_untouched, 1},
         {elastic_balls_that_rebound_with_all_their_slip_lose_nothing, 1},
+        {a_falling_restitution_goes_through_its_points, 1},
         {a_sticking_contact_reverses_the_slip_by_exactly_its_restitution, 1},
         {friction_never_exceeds_coulombs_bound_and_opposes_the_slip, 1},
         {equal_balls_lose_what_the_formula_says, 1},

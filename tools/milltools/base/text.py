@@ -178,6 +178,32 @@ def scaled(value: float, unit: str) -> Number:
     return Number(f"{value / 1000.0 ** scale[0]:.{scale[1]}f}{_tail(scale[0], unit)}", value)
 
 
+def brief(value: float, error: float, unit: str) -> Number:
+    """With few digits: "862 ± 9 W". The error has one digit, or two if the first one is 1 or 2; without an error the
+    value has three digits."""
+    known = 0 < error < math.inf
+    scale = _scale(max(abs(value), error) if known else abs(value))
+    if scale is None or not value:
+        return scaled(value, unit)
+    one, places, more = 1000.0 ** scale[0], scale[1] - 1, ""
+    if known:
+        first, exponent = f"{error / one:.0e}".split("e")
+        places = max(0, (first in "12") - int(exponent))
+        more = f"{SPACE}\N{PLUS-MINUS SIGN}{SPACE}{error / one:.{places}f}"
+    return Number(f"{value / one:.{places}f}{more}{_tail(scale[0], unit)}", float(value))
+
+
+def column(values, unit: str) -> list[Number]:
+    """Numbers of a column of a table, all on the scale of the largest one, with as many decimals as it needs."""
+    values = [float(value) for value in values]
+    scale = _scale(max((abs(value) for value in values if math.isfinite(value)), default=0.0))
+    if scale is None or not any(values):
+        return [scaled(value, unit) for value in values]
+    one, least, tail = 1000.0 ** scale[0], 10.0 ** -scale[1], _tail(scale[0], unit)
+    texts = (f"{v / one:.{scale[1]}f}" if not 0 < abs(v) / one < least / 2 else f"<{SPACE}{least:g}" for v in values)
+    return [Number(MISSING if math.isnan(v) else text + tail, v) for v, text in zip(values, texts)]
+
+
 def small(value: float) -> Number:
     """1.5e-15 -> "1.5 × 10⁻¹⁵"."""
     value = float(value)

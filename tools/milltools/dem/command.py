@@ -98,6 +98,12 @@ def refuse(deck):
         )
     setup_of(deck)
     for kind in deck.kinds:
+        own = f"contact.{kind}" if f"contact.{kind}" in deck.sections else "contact"
+        if deck.value(f"{own}.restitution_speed") or deck.value(f"{own}.restitution_table"):
+            raise UserError(
+                f"{deck.path}: [{own}] restitution: it falls with the speed, which LIGGGHTS cannot do; give a number "
+                "and no restitution_speed or restitution_table"
+            )
         e = deck.contact(kind).restitution
         if e <= LEAST_RESTITUTION:
             raise UserError(

@@ -9,7 +9,7 @@ import numpy as np
 
 from milltools.base import engine
 from milltools.base.errors import UserError
-from milltools.base.text import SPACE, with_error
+from milltools.base.text import SPACE, quantity, with_error
 from milltools.dose import laws
 from milltools.read import sums
 from milltools.read.runfile import Run
@@ -178,7 +178,7 @@ def rows(run: Run, sets: typing.Sequence[str] = ()) -> list[Row]:
     found += [
         Row("stress frequency", every.value, every.error, "/s", "impacts of all kinds"),
         Row("mean stress energy", *brought.over(every)[:2], "J", f"{sort} energy of an impact, mean"),
-        Row("hard impacts", hard.value, hard.error, "/s", f"of {least:.4g} J or more"),
+        Row("hard impacts", hard.value, hard.error, "/s", f"of {quantity(least, 'J')} or more"),
         Row("hard impacts per joule", *per_joule, "/J", "per joule lost in all impacts"),
         Row("power of hard impacts", in_hard.value, in_hard.error, "W", "energy that they bring"),
     ]

@@ -16,7 +16,7 @@ SUMMARY = (
     "removes (Archard) and the mass that erosion removes (Finnie). 'mill plot RUN --figure wear' draws it."
 )
 YEAR = 365.25 * 86400
-ENOUGH = 20  # impacts on a facet, for its depth to be told
+ENOUGH = 20  # impacts on a facet, for its depth to be told, and for it to set a scale of colours
 LEAST = 1e-3  # faces with a smaller share of the power are one row
 
 

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure as Canvas
 
 from milltools.base.errors import UserError
 from milltools.base.text import literal, number
-from milltools.figures.style import INK, STYLE
+from milltools.figures.style import INK, SMALL, STYLE
 
 WIDTH = 4.8  # [inch]: a column of a page, or a phone held upright
 QUIET = {"color": INK, "alpha": 0.7}  # for less important parts; not grey, because dark pages need a light colour
@@ -114,4 +114,4 @@ def sampled(run) -> str:
 
 def subtitle(ax, text: str, most: int = 110):
     """Writes a line in small letters above axes, such as the run and its sampled window."""
-    ax.set_title(literal(text, most), loc="left", fontsize=8, **QUIET)
+    ax.set_title(literal(text, most), loc="left", fontsize=SMALL, **QUIET)

@@ -9,14 +9,16 @@ import matplotlib
 import numpy as np
 from matplotlib.colors import ListedColormap, LogNorm, Normalize
 
+from milltools.dose.wear import ENOUGH
 from milltools.figures import outlines
 from milltools.figures.base import WIDTH, Figure, labels, sampled, subtitle
-from milltools.figures.style import log_ticks
+from milltools.figures.style import log_ticks, millimetres
 from milltools.geometry import vessel
 from milltools.read.runfile import VIEWS
 
 ARROWS = 20  # approximate number of arrows along the longer side
 ENDS = (0.01, 0.995)  # the ends of a colour scale are these quantiles by volume
+FEW = "#c0c0c0"  # colour of cells with too few impacts for a mean
 RANGE = 1e4  # largest ratio of the ends of a logarithmic scale
 
 
@@ -36,22 +38,24 @@ class Shown:
     label: str
     log: bool
     impacts: bool  # computed from impacts, else from the balls
+    scale: float = 1.0  # of the numbers in the picture
 
 
 QUANTITIES = {
     "rate": Shown(
         "rate of impacts",
         "How often the balls hit at each place: impacts per second and volume, logarithmic.",
-        "impacts per time and volume [1/(m3 s)]", "impacts per time and volume [1/(m³ s)]", True, True),
+        "impacts per time and volume [1/(m3 s)]", "impacts per time and volume [1/(cm³ s)]", True, True, 1e-6),
     "impact-speed": Shown(
-        "impact speed", "How hard the impacts are: the mean normal speed of the impacts in a cell.",
+        "impact speed",
+        "How hard the impacts are: the mean normal speed of the impacts in a cell; grey: too few impacts for a mean.",
         "mean normal impact speed [m/s]", "mean normal impact speed [m/s]", False, True),
     "power": Shown(
         "dissipated power", "Where the energy goes: dissipated power per volume, logarithmic.",
-        "dissipated power per volume [W/m3]", "dissipated power density [W/m³]", True, True),
+        "dissipated power per volume [W/m3]", "dissipated power density [W/cm³]", True, True, 1e-6),
     "solid": Shown(
         "solid fraction", "Where the balls are: the share of the volume they fill, averaged over time.",
-        "solid fraction [1]", "solid fraction [1]", False, False),
+        "solid fraction [1]", "solid fraction", False, False),
     "velocity": Shown(
         "mean velocity",
         "How the charge moves: the colour is the speed of the mean flow, the arrows its part in the plane.",
@@ -100,11 +104,15 @@ def field(run, view: str) -> Field:
 
 
 def limits(fields, name) -> tuple[float, float]:
-    """Ends of a common colour scale of all fields: the quantiles ENDS by volume."""
+    """Ends of a common colour scale of all fields: the quantiles ENDS by volume. A quantity of impacts is taken only
+    from cells with `wear.ENOUGH` impacts; if there is no such cell, from those with the most."""
     value = np.concatenate([f.values[name].ravel() for f in fields])
     volume = np.concatenate([f.volume.ravel() for f in fields])
     log = QUANTITIES[name].log
     good = np.isfinite(value) & (volume > 0) & ((value > 0) if log else True)
+    if QUANTITIES[name].impacts and good.any():
+        count = np.concatenate([f.count.ravel() for f in fields])
+        good &= count >= min(ENOUGH, count[good].max())
     if not good.any():
         return (1.0, 10.0) if log else (0.0, 1.0)
     low, high = np.quantile(value[good], ENDS, weights=volume[good], method="inverted_cdf")
@@ -134,7 +142,7 @@ class MapFigure(Figure):
 
     def paint(self, figure, runs):
         quantity, fields = QUANTITIES[self.quantity], [field(run, self.view) for run in runs]
-        low, high = limits(fields, self.quantity)
+        low, high = (quantity.scale * end for end in limits(fields, self.quantity))
         norm = LogNorm(low, high, clip=False) if quantity.log else Normalize(low, high)
         figure.set_size_inches(WIDTH, 0.4 + len(runs) * self._height(runs))
         axes = figure.subplots(len(runs), 1, squeeze=False)[:, 0]
@@ -151,7 +159,7 @@ class MapFigure(Figure):
         words = quantity.label
         if self.quantity == "power" and fields[0].part != "all":
             words = words.replace(" [", f", {fields[0].part} part [")
-        values = np.concatenate([found.values[self.quantity].ravel() for found in fields])
+        values = quantity.scale * np.concatenate([found.values[self.quantity].ravel() for found in fields])
         extend = ("neither", "min", "max", "both")[(values < low).any() + 2 * (values > high).any()]
         bar = figure.colorbar(image, ax=list(axes), label=words, extend=extend, pad=0.02)
         bar.solids.set_rasterized(True)
@@ -160,18 +168,27 @@ class MapFigure(Figure):
         bar.ax.grid(False)
 
     def _panel(self, ax, run, found, norm):
-        value, log = found.values[self.quantity], QUANTITIES[self.quantity].log
+        quantity, few_cells = QUANTITIES[self.quantity], None
+        value, log = quantity.scale * found.values[self.quantity], quantity.log
         if log:  # a negative loss, of slow impacts at the rebound floor, is below the scale
             value = np.where(value <= 0, norm.vmin / 2, value)
+        elif quantity.impacts:
+            few = found.count < min(ENOUGH, found.count.max())
+            grey = np.where(few & np.isfinite(value), 0.0, np.nan).T
+            look = {"cmap": ListedColormap([FEW]), "rasterized": True, "zorder": 1}
+            few_cells, value = ax.pcolormesh(*found.edges, grey, **look), np.where(few, np.nan, value)
         rim = (outlines.section if self.view == "cross_section" else outlines.axial)(ax, run)
         image = ax.pcolormesh(
             *found.edges, value.T, norm=norm, cmap=colours("inferno" if log else "viridis"), rasterized=True, zorder=1,
         )  # fmt: skip
         image.set_clip_path(rim)
+        if few_cells:
+            few_cells.set_clip_path(rim)
         if self.quantity == "velocity" and (arrows := self._arrows(ax, found)):
             arrows.set_clip_path(rim)
         ax.set_aspect("equal")
         ax.locator_params(nbins=5)
+        millimetres(ax)
         ax.grid(False)
         return image
 

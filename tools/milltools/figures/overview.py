@@ -1,14 +1,17 @@
 """The overview of a run. Left: the mill and the balls of the last stored frame, seen along the drum's axis and coloured
 by speed. Middle: a map of the dissipated power. Right: the spectra of impact speeds."""
 
+import contextlib
+
 import numpy as np
 from matplotlib.collections import EllipseCollection
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure as Canvas
 
+from milltools.base.errors import UserError
 from milltools.figures import outlines
 from milltools.figures.bins import curve
-from milltools.figures.style import SPEEDS, rounded_up
+from milltools.figures.style import SPEEDS, millimetres, rounded_up
 from milltools.geometry import bodies, vessel
 from milltools.read import kinds
 
@@ -30,6 +33,7 @@ def mill(ax, run):
     wall, words, reach = outlines.rim(holds, color="k"), vessel.axes([run]), 1.02 * holds.outermost
     ax.add_patch(wall)
     ax.set_aspect("equal")
+    millimetres(ax)
     ax.set(xlim=(-reach, reach), ylim=(-reach, reach), xlabel=words["y"], ylabel=words["z"])
     return wall
 
@@ -38,6 +42,8 @@ def draw_balls(ax, run):
     times = run.frame_times()
     if not len(times):
         ax.set_title("no ball states stored (output.frames)")
+        with contextlib.suppress(UserError):  # the bodies are not in every file
+            outlines.stand(ax, run, {})
         return
     into = bodies.inverse(bodies.container(run, len(times) - 1))
     position = bodies.moved(into, run.frame(-1, "position").astype(float))

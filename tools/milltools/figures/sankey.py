@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.patches import PathPatch, Rectangle
 from matplotlib.path import Path
 
-from milltools.figures.style import INK
+from milltools.figures.style import INK, SMALL
 
 
 @dataclasses.dataclass(frozen=True)
@@ -26,9 +26,8 @@ class Band:
     group: str = ""
 
 
-COLUMNS = (1.10, 1.84, 2.92, 3.44)  # x of the texts of a label, the last two right-aligned
+COLUMNS = (1.10, 1.92, 2.98, 3.50)  # x of the texts of a label, the last two right-aligned
 LEFT = -1.0  # x of the left end of the labels of sources
-FONT = 8.2  # [pt]
 HAIR = 0.5  # [pt] outline of a band, which makes very thin bands visible
 
 
@@ -101,7 +100,7 @@ def _label_right(ax, sinks, wishes, extent, line):
             color=INK, alpha=0.55, lw=0.6, clip_on=False, solid_capstyle="butt",
         )  # fmt: skip
         for x, ha, text in zip(COLUMNS, ("left", "left", "right", "right"), band.label):
-            ax.text(x, place, text, ha=ha, va="center", fontsize=FONT, clip_on=False)
+            ax.text(x, place, text, ha=ha, va="center", fontsize=SMALL, clip_on=False)
     return max(places)
 
 
@@ -110,4 +109,4 @@ def _label_left(ax, sources, wishes, extent, line):
     for band, wish, place in zip(sources, wishes, places):
         ax.plot([-0.05, -0.02, 0], [place, wish, wish], color=INK, alpha=0.55, lw=0.6, clip_on=False)
         text = f"{band.label[0]}\n{', '.join(band.label[1:])}"
-        ax.text(-0.07, place, text, ha="right", va="center", fontsize=FONT, clip_on=False)
+        ax.text(-0.07, place, text, ha="right", va="center", fontsize=SMALL, clip_on=False)

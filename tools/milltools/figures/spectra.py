@@ -17,11 +17,13 @@ from milltools.figures import energies
 from milltools.figures.base import LOOK, QUIET, WIDTH, Figure, labels, sampled, subtitle
 from milltools.figures.bins import Bins, merged
 from milltools.figures.style import KIND_LOOK, kind_look, log_ticks, run_style
+from milltools.read import sums
 from milltools.read.kinds import label
 
 GROUPS = ("impacts", "strikes")
 SPEEDS = {"normal_speed": "normal impact speed", "tangential_speed": "slip speed at impact"}
 WEIGHTS = ("count", "energy", "cumulative")
+NORMAL = 1.96  # standard errors of a 95 % interval
 SEEN = 1e-4  # share of the impacts that can be outside the picture on the left, of the power on each side
 
 
@@ -63,6 +65,9 @@ def plot(
         words = label(kind) if not name else f"{name}, {label(kind)}"
         amount = f"{number(total * share)} {unit}" if found.total else "none"
         lines += ax.plot(x, y, **look, label=literal(f"{words}: {amount}", 70))
+        joules = _joules(run, kind, found.edges, group, speed, abscissa)
+        if joules is not None:
+            _band(ax, x, y, found, sums.errors(run, joules, kind, weight == "cumulative"), weight, look["color"])
         if weight != "cumulative":
             _dots(ax, x, y, look["color"])
         drawn.append(found)
@@ -70,6 +75,28 @@ def plot(
     _axes(ax, group, speed, abscissa, weight, per_ball, drawn[0].part)
     _limits(ax, weight)
     return lines
+
+
+def _joules(run, kind, edges, group="impacts", speed="normal_speed", abscissa="speed"):
+    """The edges of bins as normal energies [J], for which the file has the numbers of impacts in blocks of time; None
+    where it has not."""
+    mass = energies.one_mass(run)
+    if group != "impacts" or speed != "normal_speed" or not run.has("statistics/energies/blocks/edges"):
+        return None
+    if abscissa == "energy":
+        return edges
+    if mass is None or kind == "all":
+        return None
+    return 0.5 * (mass / 2 if kind == "ball_ball" else mass) * edges**2
+
+
+def _band(ax, x, y, found: Bins, errors, weight, colour):
+    """Shades the 95 % interval of the number of impacts in each bin; of the power, the same part of it."""
+    rate = found.exceedance if weight == "cumulative" else found.count / found.duration
+    with np.errstate(invalid="ignore", divide="ignore"):
+        part = NORMAL * errors / rate
+    low = y * (1 - part) if weight == "energy" else y * np.maximum(1 - part, 1e-3)  # above 0 on a logarithmic axis
+    ax.fill_between(x, low, y * (1 + part), color=colour, alpha=0.25, lw=0, zorder=1, label="_band")
 
 
 def _checked(run, group, speed="normal_speed", abscissa="speed", weight="count", kinds=None):
@@ -197,6 +224,10 @@ class SpectrumFigure(Figure):
         if not any(run.histogram(kind, group, self.by["speed"]).count.any() for kind in rows):
             return f"all {group}{of_kind} are slower or faster than the bins of the file"
         return None
+
+    def says(self, runs):
+        known = (_joules(run, kind, np.ones(1), **self.by) is not None for run in runs for kind in run.kinds)
+        return f"{self.caption} Bands: 95 % intervals." if any(known) else self.caption
 
     def prepare(self, run, told=None):
         if self.energetic and not self.why_not(run):

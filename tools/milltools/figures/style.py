@@ -16,7 +16,7 @@ from matplotlib.colors import ListedColormap
 
 from milltools.base.errors import UserError
 from milltools.base.files import whole
-from milltools.base.text import decade, number
+from milltools.base.text import MINUS, decade, number
 
 INK = "#1a1a1a"  # lines and letters; in an inline SVG the text colour of the page
 # distinguishable with all kinds of colour vision (Okabe and Ito); lines differ too
@@ -50,15 +50,16 @@ def kind_look(kind: str, kinds=()) -> dict:
     return {"color": colour, "ls": line}
 
 
+SMALL = 8.5  # [pt] the smallest letters: 11 px in the pages
 STYLE = {
     "font.family": "sans-serif",
     "font.sans-serif": ["DejaVu Sans"],  # one name: it stands in every text of an SVG
     "font.size": 9,
     "axes.titlesize": 9.5,
     "axes.labelsize": 9,
-    "legend.fontsize": 8,
-    "xtick.labelsize": 8,
-    "ytick.labelsize": 8,
+    "legend.fontsize": SMALL,
+    "xtick.labelsize": SMALL,
+    "ytick.labelsize": SMALL,
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.edgecolor": "0.35",
@@ -97,6 +98,12 @@ def log_marks(low: float, high: float) -> list[float]:
     tens = [10.0**k for k in range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)]
     marks = [m * ten for ten in tens for m in ((1,) if len(tens) > 4 else (1, 2, 5))]
     return [mark for mark in marks if low * (1 - 1e-9) <= mark <= high * (1 + 1e-9)]
+
+
+def millimetres(ax):
+    """Writes the ticks of axes of lengths [m] in mm."""
+    for axis in (ax.xaxis, ax.yaxis):
+        axis.set_major_formatter(ticker.FuncFormatter(lambda value, _: f"{1e3 * value:.4g}".replace("-", MINUS)))
 
 
 # ---- files

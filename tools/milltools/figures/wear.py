@@ -16,13 +16,12 @@ from milltools.read.wear import Part, Wear, why_not
 
 MOST = 6  # faces, besides those of the container
 LEAST = 1e-3  # faces with a smaller share of the power are left out
-ENOUGH = 20  # impacts; facets with fewer do not set the scale
 ENDS = (0.05, 0.995)  # the ends of the scale are these quantiles by area
 ARC = np.radians(3)  # an arc of a cell has a corner each 3 degrees
 ANGLE = "angle [°]"
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, eq=False)  # arrays cannot be compared in a test of equality
 class Sheet:
     """A face, or the whole side of a round part, in a plane: an outline [mm or degrees] and the facet of each cell of
     its lattice, and the words of the two axes."""
@@ -81,7 +80,7 @@ def _sector(inner: float, outer: float, first: float, last: float) -> np.ndarray
 def limits(all_found: list[Wear], column: str) -> tuple[float, float]:
     """The ends [SI] of a logarithmic scale of a column, the same for several runs."""
     value, area, count = (np.concatenate([found[name] for found in all_found]) for name in (column, "area", "count"))
-    good = (value > 0) & (count >= ENOUGH)
+    good = (value > 0) & (count >= wear.ENOUGH)
     if not good.any():
         good = value > 0
     if not good.any():
@@ -100,6 +99,8 @@ class WearFigure(Figure):
         return why_not(run) or (None if run.read("statistics/wear/count").any() else "no impacts on the parts")
 
     def says(self, runs):
+        if len(runs) == 1:
+            return self.caption
         return " ".join([self.caption, *(f"{wear.finding(wear.faces(run))}." for run in runs)])
 
     def paint(self, figure, runs):
@@ -170,11 +171,11 @@ class WearFigure(Figure):
                     ax.set_yticks([-180, -90, 0, 90, 180])
                 else:
                     ax.set_aspect("equal")
-                    ax.locator_params(axis="y", nbins=3)
+                    ax.locator_params(axis="y", nbins=3 if self._tall(sheet, WIDTH / len(row) - 1.1) > 0.5 else 1)
                 if axes:
                     subtitle(ax, sheet.name, 40)
                 ax.grid(False)
-                ax.locator_params(axis="x", nbins=5)
+                ax.locator_params(axis="x", nbins=5 if sheet.unrolled else 3)
                 axes.append(ax)
         return axes
 

@@ -20,11 +20,11 @@ def of(run):
 
 
 def axes(runs) -> dict[str, str]:
-    """Labels of the axes x, r, y, z of a picture of runs, which are axes of the container."""
+    """Labels in mm of the axes x, r, y, z of a picture of runs, which are axes of the container."""
     names = {run.vessel or "drum" for run in runs}
     whose = f"the {literal(names.pop(), 24) if len(names) == 1 else 'container'}'s axis"
     words = {"x": f"along {whose}", "r": "from the axis", "y": f"across {whose}", "z": f"across {whose}"}
-    return {axis: f"{axis}, {said} [m]" for axis, said in words.items()}
+    return {axis: f"{axis}, {said} [mm]" for axis, said in words.items()}
 
 
 class Drum:

@@ -11,3 +11,15 @@
     document.dispatchEvent(new Event("themechange"));
   });
 })();
+// paper shows what is folded
+(function () {
+  "use strict";
+  let folded = [];
+  addEventListener("beforeprint", function () {
+    folded = [...document.querySelectorAll("details:not([open])")];
+    for (const one of folded) one.open = true;
+  });
+  addEventListener("afterprint", function () {
+    for (const one of folded) one.open = false;
+  });
+})();

@@ -46,6 +46,8 @@ GROUPS = {
     "wear": ("Wear", "Which parts wear", ""),
     "time": ("Over time", "Over time", ""),
 }
+# figures that are shown at once: the first ones of a group that can be drawn, all others of the group are folded
+SHOWN = {"energy": ("flow",), "spectra": ("energies-power", "speeds-power"), "wear": ("wear",)}
 CONTENTS = tuple((anchor, name) for anchor, (name, *_) in GROUPS.items())
 
 
@@ -72,16 +74,19 @@ def balls(runs, rerun: str, say, tell, most_bytes: int = MOST_BYTES) -> list[str
         ]
 
 
-def still(run, limits) -> bytes:
-    """The last stored frame as a PNG, for browsers without WebGL and for printing."""
+def still(run, limits=None) -> bytes:
+    """The last stored frame as a PNG, for browsers without WebGL and for printing; without frames the mill alone."""
     last, store = len(run.frame_times()) - 1, io.BytesIO()
+    limits = limits or {"speed": colour.shared([run], "speed")[1] if last >= 0 else 1.0}
     try:  # as `mill render` draws it
+        if last < 0:
+            raise UserError("no frame")
         state = stored(run, last)
         riding = state.poses if Mill.of(run).wanders else None  # like the first view of the player
         look = camera.of("front", run, poses=riding), colour.of(run, "speed", (0.0, limits["speed"]))
         with scene.Scene(run, STILL, "draft", *look) as drawing:
             Image.fromarray(drawing.draw(state)).save(store, format="png")
-    except UserError:  # no 3D drawing without a display on this machine: draw the view along the axis
+    except UserError:  # no frame, or no 3D drawing without a display on this machine: draw the view along the axis
         figure = Canvas(figsize=(8, 6.4), layout="constrained")
         ax = figure.subplots()
         overview.mill(ax, run)
@@ -91,8 +96,10 @@ def still(run, limits) -> bytes:
 
 
 def page(folder, **values) -> str:
-    """The template page.html of a folder, filled with `values`: a page with players and figures."""
-    theme = (pages.FOLDER / "theme.js").read_text("utf-8")
+    """The template page.html of a folder, filled with `values`: a page with players and figures. A script card.js of
+    the folder goes into it too."""
+    files = pages.FOLDER / "theme.js", folder / "card.js"
+    theme = "\n".join(path.read_text("utf-8") for path in files if path.exists())
     shared = {"policy": player.policy(theme), "maker": pages.maker(), "scripts": player.scripts(), "theme": theme}
     template = pages.environment(folder).get_template("page.html")
     return template.render(style=pages.style(pages.FOLDER / "report.css"), **shared, **values)
@@ -177,15 +184,17 @@ def figure_names() -> list[str]:
 def sections(drawings: dict[str, Picture]) -> list[dict]:
     """The figures (given by name) under the headings of GROUPS, in panels. The names in a panel have the same
     beginning: "slip", "slip-power". If no figure of a group can be drawn, there are no panels, and `missing` has the
-    reason."""
+    reason. `shown`: the figure that is not folded; the panels of its group do not have it."""
     found = []
     for anchor, (_, title, lead) in GROUPS.items():
         drawn = [drawings[name] for name in figure_names() if FIGURES[name].group == anchor]
+        shown = [one for name in SHOWN.get(anchor, ()) for one in drawn if one.name == name and one.svg][:1]
+        drawn = [one for one in drawn if one not in shown]
         panels = [list(some) for _, some in itertools.groupby(drawn, key=lambda one: one.name.split("-")[0])]
-        missing = "" if any(one.svg for one in drawn) else plain("; ".join(dict.fromkeys(one.why for one in drawn)))
-        if len(panels) == len(drawn):
+        why = plain("; ".join(dict.fromkeys(one.why for one in drawn)))
+        missing = "" if any(one.svg for one in (*shown, *drawn)) else why
+        if drawn and len(panels) == len(drawn):
             panels = [drawn]
-        found.append(
-            {"anchor": anchor, "title": title, "lead": lead, "panels": [] if missing else panels, "missing": missing}
-        )
+        words = {"anchor": anchor, "title": title, "lead": lead, "missing": missing}
+        found.append(words | {"shown": shown, "panels": [] if missing else panels})
     return found

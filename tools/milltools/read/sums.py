@@ -106,6 +106,24 @@ def total(run: Run, weight: Weight, energy: str = "normal", kinds: Iterable[str]
     return Sum(value / time, series / length, period, math.sqrt(squares) / time)
 
 
+def errors(run: Run, edges: np.ndarray, kind: str, above: bool = False) -> np.ndarray:
+    """Standard errors [1/s] of the rates of the impacts of a kind, or "all", whose normal energies are between the
+    (n + 1,) edges [J]: (n,); `above`: at or above each edge, (n + 1,). NaN as in Sum.error. Needs the blocks."""
+    blocks = "statistics/energies/blocks"
+    points = _points(run.read(f"{blocks}/edges"))
+    weights = np.zeros((len(points), len(edges) + 1))
+    np.add.at(weights, (np.arange(len(points))[:, None], np.searchsorted(edges, points, side="right")), 1 / POINTS)
+    weights = weights[:, :0:-1].cumsum(axis=1)[:, ::-1] if above else weights[:, 1:-1]
+    rows = sum(
+        run.read(f"{blocks}/{pair.kind}/normal")[(slice(None), *pair.index)]
+        for pair in pairs(run, None if kind == "all" else [kind])
+    )
+    series = rows @ weights / float(run.read(f"{blocks}/duration"))
+    period, rates = int(run.read(f"{blocks}/period")), series.mean(axis=0)
+    found = [standard_error(x, period) if x.any() else math.nan for x in series.T]
+    return np.maximum(found, np.sqrt(rates / run.duration))
+
+
 def every(energy: np.ndarray, pair: Pair) -> np.ndarray:
     """Counts all impacts."""
     return np.ones_like(energy)

@@ -1,4 +1,4 @@
-"""A run described in words: its name, what was run, the verdict."""
+"""A run described in words: the finding, its numbers, the checks, its name, what was run."""
 
 import contextlib
 import math
@@ -7,10 +7,13 @@ import shlex
 
 import numpy as np
 
-from milltools.base.text import SPACE, Number, count, plain, plural, scaled, small, with_error
-from milltools.read import motions
+from milltools.base.errors import UserError
+from milltools.base.text import SPACE, Number, brief, count, plain, plural, quantity, scaled, share, small, with_error
+from milltools.dose import dose
+from milltools.read import kinds, motions, sums
 
 WITH_VALUE = ("-o", "--output", "-s", "--set", "--export-start", "--value", "--progress", "--part")
+RUBBED = "is rubbed off"
 DRIVE = (("power", "W"), ("torque", "N m"))
 ANOMALIES = (  # of /run, as shown, what it means
     ("not_closing", "contacts with an opening gap",
@@ -46,14 +49,14 @@ def length(value: float) -> str:
 
 def charge(run) -> str:
     """4000 balls of 5 mm and 7800 kg/m^3."""
-    kinds = []
+    found = []
     for section in run.as_deck.sections:
         if run.has(f"deck/{section}/diameter"):
             number, diameter, density = (run.quantity(f"{section}/{name}") for name in ("count", "diameter", "density"))
             name = "" if section == "balls" else f" {plain(section.removeprefix('balls.'))}"
             of = f"{length(diameter)} and {density:.4g}{SPACE}kg/m\N{SUPERSCRIPT THREE}"
-            kinds.append(f"{count(number)}{name} balls of {of}")
-    return joined(kinds) or "Balls"
+            found.append(f"{count(number)}{name} balls of {of}")
+    return joined(found) or "Balls"
 
 
 def joined(words: list[str]) -> str:
@@ -61,7 +64,7 @@ def joined(words: list[str]) -> str:
 
 
 def _vessel(run) -> str:
-    """The container, such as "a round drum, 150 mm wide and 120 mm long inside"."""
+    """The container, such as "a round drum, 150 mm in diameter and 120 mm long inside"."""
     if run.vessel:
         place, sizes = f"body.{run.vessel}", []
         for name in ("size", "radius", "end_radius", "length"):
@@ -72,9 +75,9 @@ def _vessel(run) -> str:
         return f"the container “{plain(run.vessel)}”, a {plain(run.text(f'{place}/shape'))}{of}"
     wide, long = length(2 * run.quantity("drum/radius")), length(run.quantity("drum/length"))
     if run.text("drum/profile", "circle") != "wavy":
-        return f"a round drum, {wide} wide and {long} long inside"
+        return f"a round drum, {wide} in diameter and {long} long inside"
     buckles = f"{run.quantity('drum/buckles'):.0f} buckles of {length(run.quantity('drum/buckle_height'))}"
-    return f"a wavy drum, {wide} wide and {long} long inside ({buckles})"
+    return f"a wavy drum, {wide} in mean diameter and {long} long inside ({buckles})"
 
 
 def mill(run) -> str:
@@ -133,86 +136,138 @@ def energy_error(run) -> str:
     return str(small(run.about("energy_balance_error", math.nan)))
 
 
-def dissipated(run) -> Number:
-    """Power that all contacts dissipate."""
-    return scaled(run.statistic("impacts/all/dissipated_power"), "W")
+# ---- the finding
 
 
-def _drive_sentence(run) -> str:
-    power, torque = (mean(run, f"{run.driven}/{name}", unit) for name, unit in DRIVE)
-    if power is None:
-        return f"Nothing drives them; the contacts dissipate {dissipated(run)}."
-    mass = float(np.sum(run.balls("mass")))
-    words = f" at a torque of {torque}" if torque else ""
-    return (
-        f"The {run.driven} puts {power} into the charge ({scaled(power.value / mass, 'W')} per kilogram){words}, "
-        f"{drive_remark(run)}."
-    )
+def losses(run) -> list[tuple[float, str]]:
+    """What takes the power that impacts lose [W], in words, the largest first: sliding of all kinds together, and the
+    impacts of each kind along the normal; the impacts of each kind where the file does not tell these apart."""
+
+    def power(part, kind):
+        path = f"precision/dissipated_power{part}/{kind}/value" if part else f"impacts/{kind}/dissipated_power"
+        return float(run.statistic(path))
+
+    if run.has("statistics/precision/dissipated_power_normal/all/value"):
+        found = [(power("_normal", kind), f"goes into {plain(kinds.label(kind))} hits") for kind in run.kinds]
+        found.append((power("", "all") - power("_normal", "all"), RUBBED))
+    else:
+        found = [(power("", kind), f"is lost in {plain(kinds.label(kind))} impacts") for kind in run.kinds]
+    least = 1e-9 * sum(abs(power) for power, _ in found)  # smaller ones are rounding
+    return sorted((one for one in found if abs(one[0]) > least), reverse=True)
 
 
-def _speed_sentence(run) -> str:
-    normal = "impacts/all/normal_speed"
-    total = int(run.statistic("impacts/all/count"))
-    if not total:
-        return "There were no impacts."
-    return (
-        f"Among {count(total)} impacts ({scaled(run.statistic('impacts/all/rate'), '/s')}) the median normal impact "
-        f"speed is {scaled(run.statistic(f'{normal}/median'), 'm/s')}, "
-        f"{scaled(run.statistic(f'{normal}/median_above_50mm_s'), 'm/s')} of those above 50{SPACE}mm/s."
-    )
+def rubbed(run) -> tuple[float, float]:
+    """The share of the lost power that sliding takes, which `losses` must have, and its standard error, from the time
+    series in the blocks of the energies; NaN where the file does not have them."""
+    blocks, sliding = "statistics/energies/blocks", next(power for power, words in losses(run) if words == RUBBED)
+    value = sliding / float(run.statistic("impacts/all/dissipated_power"))
+    names = [f"{part}/{kind}" for part in ("dissipation", "dissipation_normal") for kind in run.kinds]
+    if not (run.has(f"{blocks}/duration") and all(map(run.has_series, names))):
+        return value, math.nan
+    block, period = float(run.read(f"{blocks}/duration")), int(run.read(f"{blocks}/period"))
+    times, (first, last) = run.series(names[0])[0], run.window
+    edges = first + block * np.arange(int((last - first) / block + 1e-9) + 1)
+    if len(times) < 2 or np.median(np.diff(times)) > 1.01 * block or times[0] > first or times[-1] < edges[-1] - block:
+        return value, math.nan
+    lost = np.diff([np.interp(edges, *run.series(name)) for name in names])
+    every, normal = lost[: len(run.kinds)].sum(axis=0), lost[len(run.kinds) :].sum(axis=0)
+    rest = (every - normal) - value * every
+    return value, sums.standard_error(rest, period) / every.mean() if every.any() else math.nan
 
 
-def _trust_sentence(run) -> str:
+def lossless(run) -> bool:
+    """Whether impacts lose no energy, but for rounding."""
+    lost = float(run.statistic("impacts/all/dissipated_power")) * run.duration
+    return not lost > 1e-9 * float(run.about("energy_turnover", 0.0))
+
+
+def finding(run) -> str:
+    """The answer of the run in one line: what takes most of the power, and how much it is."""
+    if run.time == 0:
+        return "No results yet: the run has not reached its first checkpoint"
+    if run.unsampled:
+        return f"No results: {run.unsampled}"
+    so_far = "" if run.status == "complete" else "So far: "
+    if not int(run.statistic("impacts/all/count")):
+        return f"{so_far}The balls hit nothing in {scaled(run.duration, 's')}"
+    if lossless(run):
+        rate = str(brief(float(run.statistic("impacts/all/rate")), math.nan, "/s")).removesuffix("/s").strip()
+        return f"{so_far}{rate} impacts each second lose no energy"
+    total, error = dose.loss(run)
+    said = [f"{100 * power / total:.0f}{SPACE}%{{}} {words}" for power, words in losses(run) if power > 0.005 * total]
+    return so_far + ", ".join(said[:2]).replace("{}", f" of {brief(total, error, 'W')}", 1).replace("{}", "")
+
+
+def tiles(run) -> list[tuple[str, Number, str]]:
+    """(name, number with its standard error, explanation) of the three numbers of the card: the power, the hard
+    impacts, the dose, the share that is rubbed off, the median speed: the first three that the run has."""
+    if run.unsampled or not int(run.statistic("impacts/all/count")):
+        return []
+    (power, error), mass = dose.loss(run), run.as_deck.mass
+    gives, told = mean(run, f"{run.driven}/power", "W"), {}
+    with contextlib.suppress(UserError):  # a file without energies
+        told = {row.name: row for row in dose.rows(run)}
+    remark = f"lost in impacts: {brief(power / mass, error / mass, 'W')} per kg of balls"
+    if gives:
+        shown = brief(gives.value, run.standard_error(f"{run.driven}/power"), "W")
+        remark += f"; the {run.driven} gives {shown}"
+    remark += "" if error == error or lossless(run) else "; error not known"
+    found = [("power", brief(power, error, "W"), remark)]
+    hard, fast = told.get("hard impacts"), run.known("rate_above_1/all")
+    if hard and hard.value:
+        per = told["hard impacts per joule"]
+        remark = f"{hard.words}; {brief(per.value, per.error, '')} for each joule lost"
+        found.append(("hard impacts", brief(hard.value, hard.error, "/s"), remark))
+    elif fast and fast[0]:
+        found.append(("hard impacts", brief(*fast[:2], "/s"), f"of 1{SPACE}m/s or more"))
+    if rate := told.get("dose rate"):
+        hour, grams = told["dose in an hour"], quantity(1e3 * mass / told["ball to powder"].value, "g")
+        remark = f"{brief(hour.value / 1e3, hour.error / 1e3, 'J/g')} in an hour; {grams} of powder"
+        found.append(("dose of the powder", brief(rate.value / 1e3, rate.error / 1e3, "W/g"), remark))
+    if not lossless(run) and any(words == RUBBED for _, words in losses(run)):
+        value, error = rubbed(run)
+        rest = [f"; {share(part / power)} {words}" for part, words in losses(run) if words != RUBBED]
+        remark = "of the power by sliding" + "".join(rest[:1])
+        found.append(("rubbed off", Number(str(brief(100 * value, 100 * error, "%")), value), remark))
+    _, error, _ = run.known("median_above_50mm_s") or (0, math.nan, 0)
+    median = brief(float(run.statistic("impacts/all/normal_speed/median_above_50mm_s")), error, "m/s")
+    found.append(("median impact speed", median, f"normal, of the impacts above 50{SPACE}mm/s"))
+    return found[:3]
+
+
+def checks(run) -> str:
+    """One line on how far the numbers can be trusted."""
     words = []
     if run.has("run/energy_balance_error"):
-        words.append(f"the error of the energy balance is {energy_error(run)} of the energy turned over")
+        words.append(f"energy balance {energy_error(run)}")
     found = anomalies(run)
-    if found:
-        words.append("anomalies: " + joined([f"{times} \N{MULTIPLICATION SIGN} {what}" for what, times, _ in found]))
-    elif found is not None:
-        words.append("no anomalies")
-    text = "; ".join(words)
-    return text[:1].upper() + text[1:] + "." if text else ""
-
-
-def verdict(run) -> list[str]:
-    """The paragraph at the top, sentence by sentence."""
-    said = [f"{charge(run)} in {mill(run)}."]
-    reached = f"simulated for {scaled(run.time, 's')}"
-    if run.time == 0:
-        status = f"\N{LEFT DOUBLE QUOTATION MARK}{plain(run.status)}\N{RIGHT DOUBLE QUOTATION MARK}"
-        return [*said, f"The run (status {status}) has not reached its first checkpoint: there are no results yet."]
-    if run.unsampled:
-        return [*said, f"It was {reached}; nothing was sampled.", _trust_sentence(run)]
-    first, last = run.window
-    said.append(
-        f"It was {reached} and sampled for {scaled(run.duration, 's')}, from {scaled(first, 's')} to "
-        f"{scaled(last, 's')}."
-    )
-    return [*said, _drive_sentence(run), _speed_sentence(run), _trust_sentence(run)]
-
-
-def tiles(run) -> list[tuple[str, str, str]]:
-    """(name, number, explanation) of the four numbers at the top."""
-    found = []
+    if found is not None:
+        told = [f"{times} \N{MULTIPLICATION SIGN} {what}" for what, times, _ in found]
+        words.append("anomalies: " + joined(told) if told else "no anomalies")
     if not run.unsampled:
-        power = mean(run, f"{run.driven}/power", "W")
-        if power is not None:
-            found.append((f"{run.driven} power", str(power), drive_remark(run)))
-        else:
-            found.append(("dissipated power", str(dissipated(run)), "in all contacts"))
-        normal = "impacts/all/normal_speed"
-        _, error, _ = run.known("median_above_50mm_s") or (0, math.nan, 0)
-        median = with_error(float(run.statistic(f"{normal}/median_above_50mm_s")), error, "m/s")
-        of_all = scaled(run.statistic(f"{normal}/median"), "m/s")
-        found.append(("median impact speed", str(median), f"normal, above 50 mm/s; {of_all} of all contacts"))
-    if run.has("run/energy_balance_error"):
-        found.append(("energy error", energy_error(run), "of the energy turned over"))
-    happened = anomalies(run)
-    if happened is not None:
-        total = sum(times.value for _, times, _ in happened)
-        found.append(("anomalies", str(count(total)) if total else "none", "counted, see below" if total else ""))
-    return found
+        turns = run.duration / run.period if math.isfinite(run.period) else 0.0
+        periods = f" ({turns:.3g} {'revolutions' if run.driven == 'rotor' else 'periods'})" if turns else ""
+        words.append(f"{quantity(run.duration, 's')} sampled{periods}")
+        total, error = dose.loss(run)
+        if error == error and total > 0:
+            words.append(f"power known to {100 * error / total:.2g}{SPACE}%")
+        elif not lossless(run):
+            words.append("error of the power not known")
+    return ", ".join(words)
+
+
+def subject(run) -> str:
+    """4000 balls of 5 mm in a round drum, with a rotor."""
+    return f"{charge(run)} in {mill(run)}."
+
+
+def window(run) -> str:
+    """How long the run is, and what was sampled."""
+    reached = f"It was simulated for {scaled(run.time, 's')}"
+    if run.unsampled:
+        return f"{reached}; nothing was sampled."
+    first, last = run.window
+    return f"{reached} and sampled for {scaled(run.duration, 's')}, from {scaled(first, 's')} to {scaled(last, 's')}."
 
 
 def notes(run) -> list[str]:

@@ -1,22 +1,28 @@
 """A run as one page: one file that opens from disk; all text from the run is escaped. Tables are rows of
 (head, cells); each cell is a text or a Number."""
 
+import base64
 import math
 import os
 import pathlib
 
 from milltools import pages
-from milltools.base.text import Number, count, lines, plain, scaled, share, small, with_error
-from milltools.player import parts
+from milltools.base.errors import UserError
+from milltools.base.text import Number, column, count, lines, plain, scaled, share, small, with_error
+from milltools.dose import dose, wear
+from milltools.player import parts, player
 from milltools.read import kinds, motions
 from milltools.read.runfile import FORMS
+from milltools.read.wear import why_not
 from milltools.report import facts
 
 HERE = pathlib.Path(__file__).resolve().parent
 CONTENTS = (
-    ("balls", "Balls"), ("summary", "Summary"), *parts.CONTENTS, ("anomalies", "Anomalies"), ("precision", "Precision"),
-    ("notes", "Notes"), ("how", "How it was run"), ("deck", "Deck"), ("cite", "Cite"),
+    ("verdict", "Answer"), ("energy", "Energy"), ("spectra", "Impacts"), ("wear", "Wear"), ("dose", "Dose"),
+    ("summary", "All numbers"), ("maps", "Maps"), ("time", "Over time"), ("anomalies", "Checks"), ("notes", "Notes"),
+    ("how", "How it was run"), ("deck", "Deck"), ("cite", "Cite"),
 )  # fmt: skip
+FACES = 6  # of the table of wear are shown at once
 SPEED = "v\N{LATIN SUBSCRIPT SMALL LETTER N}"
 CONTACT_HEADS = (
     "contacts", "rate", f"median {SPEED} of all", f"median {SPEED} above 50 mm/s", f"mean {SPEED}",
@@ -26,25 +32,21 @@ CONTACT_HEADS = (
 
 def contacts(run) -> list[tuple[str, list[Number]]]:
     """Rows by kind of contact, then all; kinds without contacts are left out, as on the terminal."""
-    found = []
-    total = float(run.statistic("impacts/all/dissipated_power"))
-    for row in (*run.kinds, "all"):
-        one = f"impacts/{row}"
-        times = int(run.statistic(f"{one}/count"))
-        if not times and row != "all":
-            continue
-        power = float(run.statistic(f"{one}/dissipated_power"))
-        speeds = ("median", "median_above_50mm_s", "mean")
-        cells = [
-            count(times),
-            scaled(run.statistic(f"{one}/rate"), "/s"),
-            *(scaled(run.statistic(f"{one}/normal_speed/{name}"), "m/s") for name in speeds),
-            share(float(run.statistic(f"floor_share/{row}"))),
-            scaled(power, "W"),
-            share(power / total if total > 0 else math.nan),
-        ]
-        found.append((kinds.label(row), cells))
-    return found
+    rows = [kind for kind in run.kinds if int(run.statistic(f"impacts/{kind}/count"))] + ["all"]
+
+    def values(name):
+        return [float(run.statistic(f"impacts/{row}/{name}")) for row in rows]
+
+    power, speeds = values("dissipated_power"), ("median", "median_above_50mm_s", "mean")
+    columns = [
+        [count(times) for times in values("count")],
+        column(values("rate"), "/s"),
+        *(column(values(f"normal_speed/{name}"), "m/s") for name in speeds),
+        [share(float(run.statistic(f"floor_share/{row}"))) for row in rows],
+        column(power, "W"),
+        [share(one / power[-1] if power[-1] > 0 else math.nan) for one in power],
+    ]
+    return [(kinds.label(row), cells) for row, *cells in zip(rows, *columns)]
 
 
 def strikes(run) -> str:
@@ -95,7 +97,7 @@ def _of_window(run):
         if known := run.known(name):
             remark = what if math.isfinite(known[1]) else f"{what}: error not known"
             yield label, with_error(*known[:2], unit), remark
-    yield "dissipated power", facts.dissipated(run), "all contacts, over the sampled window"
+    yield "dissipated power", with_error(*dose.loss(run), "W"), "all contacts, over the sampled window"
 
 
 def precision(run) -> list[tuple[str, object, str]]:
@@ -173,6 +175,25 @@ def everything(run) -> list[tuple[str, str, str, str]]:
     return found
 
 
+def worn(run) -> tuple[str, list[str], list[list[str]]]:
+    """The finding about the wear of the parts, heads and rows of its table; empty where the file has no wear."""
+    if why_not(run):
+        return "", [], []
+    found = wear.faces(run)
+    said = wear.finding(found)
+    return f"{said[0].upper()}{said[1:]}.", *wear.cells(found)
+
+
+def dosed(run) -> list[tuple[str, str, str]]:
+    """(name, value with error, explanation) of the dose, for a deck with a powder or with heat."""
+    if run.unsampled or not {"powder", "heat"} & set(run.as_deck.sections):
+        return []
+    try:
+        return [(row.name, dose.measured(row), row.words) for row in dose.rows(run)]
+    except UserError as fault:
+        return [("not known", "", plain(fault))]
+
+
 # ---- the page
 
 
@@ -181,26 +202,36 @@ def steps() -> float:
     return 4 + len(parts.figure_names())
 
 
-def render(run, watch, rerun: str = "auto") -> str:
-    """The page of an open run as text."""
+def render(run, watch, rerun: str = "auto", printed: bool = False) -> str:
+    """The page of an open run as text; `printed`: for paper, with a picture instead of the player."""
     name = plain(facts.deck_name(run))
     made = f"{plain(run.program)} {plain(run.version)}"
     with parts.painter([run]) as draw_all:
         with watch.step("the balls", 4):
-            (fragment,) = parts.balls([run], rerun, watch.say, lambda text: watch(watch.done, text))
-        figures = parts.sections(draw_all(watch))
+            why, fragment = player.no_frames(run), ""
+            if not (why or printed):
+                (fragment,) = parts.balls([run], rerun, watch.say, lambda text: watch(watch.done, text))
+            still = "" if fragment else base64.b64encode(parts.still(run)).decode()
+        figures = {one["anchor"]: one for one in parts.sections(draw_all(watch))}
     unsampled = run.unsampled
-    known = [] if unsampled else precision(run)
+    known, doses = [] if unsampled else precision(run), dosed(run)
     deck = run.deck_text()
     return parts.page(
         HERE,
-        title=name,
-        kicker=" \N{MIDDLE DOT} ".join((plain(os.path.basename(run.path)), made, plain(run.status))),
-        contents=[c for c in CONTENTS if known or c[0] != "precision"],
-        verdict=[said for said in facts.verdict(run) if said],
+        title=facts.finding(run),
+        kicker=" \N{MIDDLE DOT} ".join((name, plain(os.path.basename(run.path)), made, plain(run.status))),
+        contents=[c for c in CONTENTS if c[0] != "dose" or doses],
+        mill=facts.subject(run),
+        window=facts.window(run) if run.time > 0 else "",
+        checks=facts.checks(run),
         notes=facts.notes(run),
         tiles=facts.tiles(run),
         player=fragment,
+        still=still,
+        why=why,
+        worn=worn(run),
+        faces=FACES,
+        doses=doses,
         contacts=[] if unsampled else contacts(run),
         contact_heads=CONTACT_HEADS,
         strikes="" if unsampled else strikes(run),
