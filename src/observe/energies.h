@@ -24,7 +24,7 @@ enum {
     MILL_ENERGIES_SORTS = 3,  /* energies of an impact: normal, total, dissipated */
     MILL_ENERGIES_JOINED = 4, /* bins that are one in a block */
     MILL_ENERGIES_COARSE = MILL_ENERGIES_INSIDE / MILL_ENERGIES_JOINED + 2,
-    MILL_ENERGIES_BLOCKS = 96 /* maximum number; then blocks are joined */
+    MILL_ENERGIES_BLOCKS = 108 /* then 2 or 3 are joined, so that 36 remain, which an error needs */
 };
 
 #define MILL_ENERGIES_MILLI 1e3 /* [mJ/J] */

@@ -113,6 +113,29 @@ def decode(fragment):
     return position, {name: np.minimum(256 * values[name] // limits[name], 255) for name in limits}
 
 
+def worn(fragment):
+    """(bodies, values by quantity (facets,) [SI]) of the wear; of each body the corners of its triangles (T, 3, 3) [m]
+    in the frame of its motion, and their facets (T,)."""
+    facts = head(fragment)
+    raw, at = gzip.decompress(base64.b64decode(part(fragment, "worn"), validate=True)), 0
+
+    def take(kind, count):
+        nonlocal at
+        at += count * np.dtype(kind).itemsize
+        return np.frombuffer(raw[:at], kind)[-count:]
+
+    bodies, values = [], {}
+    for body in facts["wear"]["bodies"]:
+        corners, facet = (np.cumsum(take("<i4", n * body["triangles"])) for n in (3, 1))
+        points = body["lower"] + body["step"] * take("<u2", 3 * body["points"]).reshape(3, -1).T.astype(float)
+        bodies.append(body | {"corners": points[corners].reshape(-1, 3, 3), "facet": facet})
+    for one in facts["wear"]["values"]:
+        level, low = take("u1", facts["wear"]["facets"]).astype(float), one["low"]
+        values[one["name"]] = np.where(level > 0, low * (one["limit"] / low) ** ((level - 1) / 254), 0)
+    assert at == len(raw)
+    return bodies, values
+
+
 def stored(run, name, index):
     """The frames `index` of a run as float64 (F, N, 3)."""
     return np.stack([run.frame(int(k), name) for k in index]).astype(float)

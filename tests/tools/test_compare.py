@@ -2,6 +2,7 @@
 
 import csv
 import fcntl
+import math
 import os
 import pty
 import re
@@ -22,6 +23,7 @@ from scipy.special import stdtrit
 from milltools.compare import agreement, finding, load, map_deviation, rows, terminal
 from milltools.compare.agreement import Estimate
 from milltools.read.kinds import KINDS
+from milltools.read.runfile import Run
 
 # Steady from 0.1 s on, and 25 revolutions of it; less than a second to run
 MILL = """\
@@ -287,11 +289,32 @@ def test_soft_spheres_are_not_judged_by_what_depends_on_softness(runs, copy):
 
 
 @pytest.mark.slow
-def test_without_fast_counts_errors_come_from_the_normal_dissipation(runs, copy):
+def test_without_fast_counts_and_errors_in_the_file_errors_of_rates_are_not_known(runs, copy):
     bare = copy("one", observables__fast_collisions=None, statistics__precision=None)
-    row, power = (table(bare, runs["two"])[k] for k in ("rate_ball_ball_above_0.5", "normal_dissipation_ball_ball"))
-    assert row.a.error / row.a.value == pytest.approx(power.a.error / power.a.value, rel=0.05)
-    assert row.remark == "relative error of the normal dissipation"
+    row = table(bare, runs["two"])["rate_ball_ball_above_0.5"]
+    assert row.a.value > 0 and math.isnan(row.a.error) and row.verdict.startswith("error unknown")
+
+
+@pytest.mark.slow
+def test_impacts_per_joule_have_the_scatter_of_impacts_minus_losses_in_blocks_of_time(runs, copy):
+    """Impacts and losses of each block by hand: of one species, speeds are energies. Without blocks: no error."""
+    row = table(runs["one"], runs["two"])["hard_per_joule_0.5"]
+    with Run(runs["one"]) as run:
+        hard, lost, least = 0.0, 0.0, run.balls("mass")[0] * 0.5**2 / 2
+        low = np.append(0, run.read("statistics/energies/blocks/edges")[1:-1])
+        for kind in run.kinds:
+            half = 0.5 if kind == "ball_ball" else 1.0
+            by_approach, by_loss = (
+                run.read(f"statistics/energies/blocks/{kind}/{sort}") for sort in ("normal", "dissipated")
+            )
+            hard = hard + by_approach.reshape(len(by_approach), -1) @ (low >= half * least)
+            lost = lost + by_loss.reshape(len(by_loss), -1) @ (low * 1.09)
+    rest = hard / hard.mean() - lost / lost.mean()
+    alone = hard / hard.mean()
+    means = [x[len(x) % 24 :].reshape(24, -1).mean(axis=1) for x in (rest, alone)]  # longer blocks are less correlated
+    expected, apart = (x.std(ddof=1) / np.sqrt(24) for x in means)
+    assert 0.5 * expected < row.a.error / row.a.value < 2 * expected
+    assert math.isnan(table(copy("one", statistics__energies__blocks=None), runs["two"])["hard_per_joule_0.5"].a.error)
 
 
 @pytest.mark.slow

@@ -113,14 +113,6 @@ def test_a_value_that_was_zero_is_higher_without_a_size():
     assert found.verdict == "higher" and math.isnan(found.relative) and math.isnan(found.error)
 
 
-def test_the_error_of_a_quotient_is_that_of_quotients():
-    random = np.random.default_rng(8)
-    over, under = random.normal(300, 6, 4000), random.normal(20, 0.3, 4000)
-    found = errors.ratio(Estimate(300, 6, math.inf), Estimate(20, 0.3, math.inf))
-    assert (found.value, found.error) == (15, pytest.approx(np.std(over / under), rel=0.05))
-    assert errors.ratio(Estimate(300, 6), Estimate(0.0)) is None
-
-
 def test_replicates_share_their_relative_scatter():
     first, second = [Estimate(v) for v in (98.0, 100.0, 102.0)], [Estimate(200.0)]
     a, b = errors.from_replicates(first, second)

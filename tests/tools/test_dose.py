@@ -105,12 +105,12 @@ def test_an_error_of_a_sum_is_the_error_that_the_engine_computes(run):
 
 def test_a_ratio_of_equal_sums_has_no_error(run):
     found = sums.total(run, sums.itself)
-    assert found.over(found) == (1.0, 0.0)
+    assert found.over(found)[:2] == (1.0, 0.0)
 
 
 def test_captured_powder_depends_on_the_pair(run):
     stuff = dose.powder(run)
-    caught = sums.total(run, lambda e, p: laws.captured(e, p.mass, p.radius, stuff)).value
+    caught = sums.total(run, lambda e, p: laws.captured(e, p.radius, stuff)).value
     radii = {"ball_ball": {(0, 0): 1.25e-3, (0, 1): 0.9375e-3, (1, 1): 0.75e-3}}
     expected = 0.0
     for pair in sums.pairs(run):
@@ -138,23 +138,23 @@ ONE = np.array([1e-3])
 
 def test_a_monolayer_and_a_volume_of_powder_by_hand():
     # 2 pi 0.002 1e-8 0.5 4000 = 2.513e-7 kg, and half of it
-    assert laws.captured(ONE, 1e-3, 2e-3, powder())[0] == pytest.approx(2.5132741e-7, rel=1e-7)
-    assert laws.captured(ONE, 1e-3, 2e-3, powder(capture="volume"))[0] == pytest.approx(1.2566371e-7, rel=1e-7)
+    assert laws.captured(ONE, 2e-3, powder())[0] == pytest.approx(2.5132741e-7, rel=1e-7)
+    assert laws.captured(ONE, 2e-3, powder(capture="volume"))[0] == pytest.approx(1.2566371e-7, rel=1e-7)
 
 
 def test_a_layer_on_the_contact_of_hertz_by_hand():
     # Hertz: E = 8/15 E* sqrt(R) d^2.5; at d = 10 um, R = 4 mm, E* = 1e11 Pa that is 1.06667e-2 J
     energy = np.array([8 / 15 * 1e11 * math.sqrt(4e-3) * (1e-5) ** 2.5])
-    found = laws.captured(energy, 1e-3, 4e-3, powder(capture="layer"))
+    found = laws.captured(energy, 4e-3, powder(capture="layer"))
     assert found[0] == pytest.approx(math.pi * 4e-3 * 1e-5 * 1e-4 * 0.5 * 4000, rel=1e-12)
 
 
 def test_power_law_and_threshold_by_hand():
     energy = np.array([0.5e-3, 1e-3, 2e-3])
-    assert laws.effect(energy, 1, 1, powder(law="power")) == pytest.approx([0.75e-6, 3e-6, 12e-6])
-    assert laws.effect(energy, 1, 1, powder(law="threshold")) == pytest.approx([0, 3, 3])
+    assert laws.effect(energy, 1, powder(law="power")) == pytest.approx([0.75e-6, 3e-6, 12e-6])
+    assert laws.effect(energy, 1, powder(law="threshold")) == pytest.approx([0, 3, 3])
     table = powder(law="table", rates=(np.array([1e-3, 3e-3]), np.array([1.0, 2.0])))
-    assert laws.effect(energy, 1, 1, table) == pytest.approx([1, 1, 1.5])
+    assert laws.effect(energy, 1, table) == pytest.approx([1, 1, 1.5])
 
 
 def test_breakage_after_vogel_and_peukert_by_hand():
@@ -244,7 +244,7 @@ def test_faces_add_up_to_the_parts(run):
         ((found["normal_power"] + found["sliding_power"]) * found.area).sum()
     )
     assert {face.face for face in faces if face.part.startswith("blade")} >= {"leading", "tip"}
-    assert wear.finding(run, faces).startswith(f"{faces[0].part}, {faces[0].face}, takes ")
+    assert wear.finding(faces).startswith(f"{faces[0].part}, {faces[0].face}, takes ")
 
 
 # ---- the commands

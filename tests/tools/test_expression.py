@@ -2,9 +2,11 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from milltools.base.errors import UserError
+from milltools.read import sums
 from milltools.read.expression import Expression, Requirement, split
 from milltools.read.results import Results
 from milltools.read.runfile import Run
@@ -30,7 +32,7 @@ def results(**changes):
 
 @pytest.fixture
 def example(millsim, small_deck, tmp_path):
-    done = millsim("deck.ini", "-q", "-s", "run.sample_from=10 ms")
+    done = millsim("deck.ini", "-q", "-s", "run.time=600 ms", "-s", "run.sample_from=10 ms")
     assert done.returncode == 0, done.stderr
     return tmp_path / "deck.h5"
 
@@ -75,10 +77,45 @@ def test_a_number_that_occurs_twice_has_one_error():
     assert value("power + power").error == pytest.approx(2.0)
 
 
-def test_the_error_of_a_threshold_is_that_of_the_nearest_known_rate_and_at_least_that_of_counting():
-    assert value("rate_above(1 mJ)").error == pytest.approx(50 / math.sqrt(100))  # counting: 10 %; 40/s is known to 4 %
-    kept = results(known={"all": [[200.0, 2.0], [40.0, 16.0]], "ball_ball": []})
-    assert Expression("rate_above(1 mJ)").of(kept).error == pytest.approx(50 * 0.4)
+def blocks(seed=5):
+    """48 blocks of a run: impacts below and from 1 mJ on, and the power lost, which follows the hard impacts."""
+    random = np.random.default_rng(seed)
+    soft, hard = 100 + random.integers(0, 40, 48), 40 + random.integers(0, 20, 48)
+    lost = np.rint(200 * hard + random.normal(0, 200, 48)).astype(int)
+    counts = {"ball_ball": [soft.tolist(), hard.tolist()], "ball_drum": [[0] * 48, [0] * 48]}
+    known = {kind: [[0.0, None]] * 4 for kind in ("all", *counts)}
+    counts = {"period": 0, "counts": counts, "lost": {"ball_ball": lost.tolist(), "ball_drum": [0] * 48}}
+    spectrum = [0, 0, int(soft.sum()), int(hard.sum()), 0]
+    return hard, lost, results(blocks=counts, known=known, counts={"J": {"all": spectrum, "ball_ball": spectrum}})
+
+
+def test_the_error_of_a_threshold_comes_from_the_impacts_above_it_in_blocks_of_time_and_is_at_least_that_of_counting():
+    hard, _, kept = blocks()
+    own, counting = hard.std(ddof=1) / hard.mean() / np.sqrt(48), 1 / np.sqrt(hard.sum())
+    found = Expression("rate_above(1 mJ)").of(kept)
+    assert found.error / found.value == pytest.approx(max(own, counting), rel=0.4)
+    assert found.error / found.value >= counting * (1 - 1e-12)
+    assert math.isnan(value("rate_above(1 mJ)").error)  # without blocks
+
+
+def test_the_error_of_a_quotient_of_what_rises_and_falls_together_is_the_scatter_of_replicates():
+    quotient, errors, apart = [], [], []
+    for seed in range(200):
+        hard, lost, kept = blocks(seed)
+        found = Expression("rate_above(1 mJ) / power").of(kept)
+        quotient.append(hard.sum() / lost.sum())
+        errors.append(found.error / found.value)
+        apart.append(np.hypot(*(x.std() / x.mean() / np.sqrt(48) for x in (hard, lost))))
+    scatter = np.std(quotient, ddof=1) / np.mean(quotient)
+    assert np.median(errors) == pytest.approx(scatter, rel=0.25) and np.mean(apart) > 2 * scatter
+
+
+def test_a_quotient_is_the_same_however_it_is_written():
+    _, _, kept = blocks()
+    found = Expression("rate_above(1 mJ) / power").of(kept)
+    twice = Expression("(rate_above(1 mJ) + rate_above(1 mJ)) / (2 * power)").of(kept)
+    assert twice.error == pytest.approx(found.error) and found.error > 0
+    assert Expression("rate_above(1 mJ, ball_ball) / rate_above(1 mJ)").of(kept).error == pytest.approx(0, abs=1e-12)
 
 
 def test_an_unknown_error_of_one_part_makes_the_error_unknown():
@@ -153,6 +190,10 @@ def test_what_is_kept_of_a_run_answers_as_the_run(example):
                 assert kept.above(limit, "J", kind)[0] == pytest.approx(count / run.duration, rel=1e-9)
             count = run.histogram(kind).above(0.2)
             assert kept.above(0.2, "m/s", kind)[0] == pytest.approx(count / run.duration, rel=1e-9)
+        hard = sums.total(run, sums.above(2.0**-16 * 1e-3))
+        shown = Expression(f"rate_above({2.0**-16} mJ) / rotor/power").of(kept)
+        quotient, error, _ = hard.over(sums.total(run, sums.itself, "dissipated"))
+        assert hard.value > 0 and shown.error / shown.value == pytest.approx(error / quotient, rel=0.02)
         assert kept.scalar("rotor/power")[0] == run.statistic("rotor/power")
         assert kept.data["mass"] == pytest.approx(run.balls("mass").sum())
 

@@ -16,7 +16,9 @@ from conftest import SMALL
 
 from milltools.player import frames, player
 from milltools.read.runfile import Run
+from milltools.read.wear import Wear
 
+MOVING = SMALL.replace("shaft_radius = 5 mm", "shaft_radius = 5 mm\nangle = 30 deg")
 VENDOR = importlib.resources.files("milltools.player") / "vendor"
 
 
@@ -43,7 +45,8 @@ def run_of(tmp_path):
     opened = []
 
     def open_it(deck, *options):
-        opened.append(Run(players.simulate(tmp_path, deck, *options)))
+        (folder := tmp_path / str(len(opened))).mkdir()
+        opened.append(Run(players.simulate(folder, deck, *options)))
         return opened[-1]
 
     yield open_it
@@ -126,6 +129,46 @@ def test_the_wall_of_a_wavy_mill_bulges(run_of):
     away = np.hypot(*players.points(head, "shell")[:, 1:].T)
     assert (away.min(), away.max()) == pytest.approx((0.028, 0.032), abs=0.03 / 1000)
     assert head["upper"][:2] == pytest.approx([0.02, 0.032], rel=1e-3)
+
+
+def test_worn_parts_are_those_of_the_file_each_in_the_frame_of_its_motion(run_of):
+    """Triangles within a step of those in the file, all of them, with the facet of each; 1 % of the values."""
+    run = run_of(MOVING, "wear.archard=1e-4", "wear.hardness=8 GPa")
+    bodies, values = players.worn(player.fragment(run))
+    wear, points = Wear(run), run.read("statistics/wear/mesh/points").astype(float).reshape(-1, 3, 3)
+    facet, names = run.read("statistics/wear/mesh/facet"), list(run.first_poses())
+    assert {(body["motion"], body["shell"]) for body in bodies} == {(-1, True), (0, False)}
+    shown = np.concatenate([body["facet"] for body in bodies])
+    assert np.array_equal(np.bincount(shown), np.bincount(facet))
+    for body in bodies:
+        kept = np.isin(facet, body["facet"])
+        start = run.first_poses()[names[body["motion"]]] if body["motion"] >= 0 else np.eye(3, 4)
+        there = body["corners"] @ start[:, :3].T + start[:, 3]
+        assert np.array_equal(facet[kept], body["facet"])
+        assert abs(there - points[kept]).max() < body["step"]
+    assert list(values) == ["sliding_power", "normal_power", "archard_rate"]
+    for one in players.head(player.fragment(run))["wear"]["values"]:
+        within = np.clip(wear[one["name"]], one["low"], one["limit"])
+        assert values[one["name"]] == pytest.approx(np.where(wear[one["name"]] > 0, within, 0), rel=0.02)
+        assert (within < one["limit"]).any() and (within > one["low"]).any()
+
+
+def test_a_file_without_wear_or_coefficients_offers_no_such_colours(run_of, copy):
+    assert list(players.worn(player.fragment(run_of(SMALL)))[1]) == ["sliding_power", "normal_power"]
+    with h5py.File(copy, "r+") as old:
+        del old["statistics/wear"]
+    with Run(copy) as run:
+        fragment = player.fragment(run)
+    assert players.head(fragment)["wear"] is None
+    assert "optgroup" not in fragment and "mp-worn" not in fragment and player.WEAR not in fragment
+
+
+def test_runs_beside_each_other_have_one_scale_of_wear(run_of):
+    runs = [run_of(SMALL), run_of(SMALL.replace("600 rpm", "1200 rpm"))]
+    alone, both = [player.scales([run])["sliding_power"] for run in runs], player.scales(runs)["sliding_power"]
+    assert alone[0][1] < both[1] <= alone[1][1]
+    shown = players.head(player.fragment(runs[0], limits=player.scales(runs)))["wear"]["values"][0]
+    assert (shown["low"], shown["limit"]) == both
 
 
 def test_up_is_against_gravity_whichever_way_that_is(run_of):
@@ -215,7 +258,7 @@ def test_no_name_in_a_file_becomes_part_of_the_page(copy):
 
     Reader().feed(fragment)
     scripts = [name for tag, name in seen if tag == "script"]
-    assert scripts == ["mp-head", "mp-data"]
+    assert scripts == ["mp-head", "mp-data", "mp-worn"]
     assert not any(tag == "comment" for tag, _ in seen)
     assert "&lt;script&gt;alert(1)" in fragment
 

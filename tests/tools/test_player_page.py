@@ -3,6 +3,7 @@ work."""
 
 import shutil
 
+import h5py
 import numpy as np
 import players
 import pytest
@@ -219,6 +220,51 @@ def test_a_blade_points_where_the_rotor_is(open_page, tmp_path, page_of):
     page.check()
 
 
+def test_the_wear_of_a_blade_turns_with_it_and_balls_have_no_colour_then(open_page, tmp_path, page_of):
+    """Only the blade is worn: in this choice its colour, the map's brightest, is the only one, where the blade is."""
+    path = players.simulate(tmp_path, players.LONE.replace("count = 1\n", "count = 60\n", 1))
+    with h5py.File(path, "r+") as file:
+        wear = file["statistics/wear"]
+        kinds = [str(kind) for kind in wear["parts/kind"].attrs["kinds"]]
+        blade = wear["parts/kind"][()][wear["part"][()]] == kinds.index("ball_blade")
+        wear["sliding_power"][...] = np.where(blade, 2e4, 0)
+    page = open_page(page_of(path))
+    page.evaluate(THERE)
+    assert players.coloured(page.picture(CANVAS)).any()
+    page.page.locator(".mp-colour").select_option("sliding_power")
+    assert page.page.locator(".mp-ticks span").last.inner_text() == "≥ 20 kW/m²"
+    page.evaluate("(async () => { await millPlayers[0].colourBy('sliding_power'); millPlayers[0].look('end'); })()")
+    for frame in (1, 8):
+        page.evaluate("(k) => millPlayers[0].show(k)", frame)
+        seen = page.picture(CANVAS)
+        worn = players.coloured(seen)
+        assert worn.sum() > 300 and (seen[worn].astype(int)[:, 1] > 100 + seen[worn].astype(int)[:, 2]).mean() > 0.9
+        y, x = np.argwhere(worn).mean(axis=0) + 0.5
+        expected = np.radians(20 + 18 * frame)
+        assert abs((np.arctan2(180 - y, x - 320) - expected + np.pi) % (2 * np.pi) - np.pi) < np.radians(4)
+    page.evaluate("millPlayers[0].colourBy('speed')")
+    assert players.coloured(page.picture(CANVAS)).any()
+    page.check()
+
+
+def test_beside_wear_a_run_whose_file_has_none_is_shown_without_colours(open_page, file, fragment, tmp_path):
+    with h5py.File(shutil.copy(file, tmp_path / "old.h5"), "r+") as old:
+        del old["statistics/wear"]
+    with Run(tmp_path / "old.h5") as run:
+        plain = player.fragment(run)
+    linked = f'<div class="mp-linked"><div class="mp-shared"></div>{fragment}{plain}</div>'
+    page = open_page(players.write_page(tmp_path / "two.html", linked), height=1100)
+    assert page.evaluate("Promise.all(millPlayers.map((p) => p.ready))") == [True, True]
+    for name, wanted in (("sliding_power", [True, False]), ("speed", [True, True])):
+        page.page.locator(".mp-colour").first.select_option(name)
+        page.until(f"Boolean(millPlayers[0].view.coated) === {str(name != 'speed').lower()}")
+        seen = page.picture()
+        boxes = [page.page.locator(CANVAS).nth(k).bounding_box() for k in (0, 1)]
+        parts = [seen[int(b["y"]) : int(b["y"] + b["height"]), int(b["x"]) : int(b["x"] + b["width"])] for b in boxes]
+        assert [players.coloured(part).any() for part in parts] == wanted
+    page.check()
+
+
 # ---- buttons and keys
 
 
@@ -378,7 +424,7 @@ def test_two_players_on_a_page_do_not_mind_each_other(open_page, tmp_path, fragm
     page.page.get_by_role("slider", name="Time").first.fill("6")
     page.page.locator(".mp-colour").first.select_option("spin")
     assert page.evaluate("millPlayers.map((p) => p.frame)") == [6, 0]
-    assert page.evaluate("millPlayers.map((p) => p.by)") == [1, 0]
+    assert page.evaluate("millPlayers.map((p) => p.by.name)") == ["spin", "speed"]
     assert second.screenshot() == before != first.screenshot()
     page.check()
 

@@ -1,5 +1,6 @@
 """mill report: one page that holds the run's numbers and needs nothing but itself, whatever the run holds."""
 
+import base64
 import csv
 import dataclasses
 import html
@@ -542,7 +543,7 @@ def test_players_side_by_side_have_one_clock_one_camera_and_one_scale(slower, op
         first, second = opened.evaluate("millPlayers.map((p) => p.view.stand())")
         assert first == second != before
     opened.evaluate("millPlayers[0].colourBy('spin')")
-    assert opened.evaluate("millPlayers.map((p) => p.by)") == [1, 1]
+    assert opened.evaluate("millPlayers.map((p) => p.by.name)") == ["spin", "spin"]
     shown = "[...document.querySelectorAll('.mp-play')].filter((b) => b.checkVisibility()).length"
     assert opened.evaluate(shown) == 1
     opened.check()
@@ -565,6 +566,26 @@ def test_players_side_by_side_show_one_angle_between_their_frames_and_flash_toge
     opened.evaluate("document.querySelector('.mp-shared .mp-flashes').click()")
     assert np.max(opened.evaluate(flashes)) == 0
     opened.check()
+
+
+def test_players_side_by_side_flash_from_one_energy_on(slower):
+    text = slower.read_text("utf-8")
+    least = re.findall(r"hardest impacts, which dissipate (\S+ \S+) and more", text)
+    heads = [json.loads(found) for found in re.findall(r'class="mp-head">(.*?)</script>', text)]
+    radii = [np.frombuffer(base64.b64decode(head["flashes"]), "<f4").reshape(-1, 5)[:, 4] for head in heads]
+    assert len(least) == 2 and least[0] == least[1]
+    # alike are the radii of the weakest: one energy, one scale
+    assert radii[0].min() == pytest.approx(radii[1].min(), rel=0.02) and len(radii[0]) > len(radii[1]) > 0
+
+
+def test_a_comparison_runs_decks_again_for_its_players_as_a_report_does(folder, mill):
+    words = "compare", folder / "small.h5", folder / "small.h5", "--html", "page.html", "--rerun"
+    for wanted in ("never", "always"):
+        done = mill(*words, wanted)
+        assert done.returncode == 0, done.stderr
+        text = (mill.args[0] / "page.html").read_text("utf-8")
+        assert text.count("They come from running the deck again.") == 2 * (wanted == "always")
+        assert ("mp-flashes" in text) == (wanted == "always")
 
 
 @pytest.mark.browser

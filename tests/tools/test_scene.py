@@ -138,6 +138,39 @@ def test_every_ball_has_the_colour_of_its_value_in_the_maps_order(runs, quality)
     assert (np.diff(found) > 0).all()
 
 
+def test_worn_parts_have_the_colour_of_their_wear_where_the_motion_is_and_no_balls_are_before_them(runs, tmp_path):
+    """Blades are worn from the lowest value of the scale to the highest along their length; the end wall has none."""
+    path = shutil.copy(runs("mill").path, tmp_path / "worn.h5")
+    with h5py.File(path, "r+") as file:
+        wear = file["statistics/wear"]
+        kinds = [str(kind) for kind in wear["parts/kind"].attrs["kinds"]]
+        blade = wear["parts/kind"][()][wear["part"][()]] == kinds.index("ball_blade")
+        away = np.hypot(*wear["centre"][()][:, 1:].T)
+        wear["sliding_power"][...] = np.where(blade, 10 ** (away / 0.022), 0)
+    with Run(path) as run:
+        colours = colour.of(run, "sliding_power", (1.0, 10.0))
+        with scene.Scene(run, SIZE, "draft", camera.of("end", run), colours, WHITE, overlay=False) as drawn:
+            image, view = drawn.draw(stored(run)), drawn.camera
+        turned = run.poses(len(run.frame_times()) - 1)["rotor"][:, :3]
+        places = [turned @ [0.013, -r, 0] for r in (0.009, 0.014, 0.019)]  # on the blade that is nearer
+        found = [share_in_map(at(image, view, place)) for place in places]
+        assert found == pytest.approx([0.41, 0.64, 0.86], abs=0.08)
+        wall = at(image, view, [-0.02, *(0.026 * np.array([np.cos(0.7), np.sin(0.7)]))])
+        assert np.ptp(wall) < 15 and 40 < wall.mean() < 200  # grey, though balls are before it
+
+
+@pytest.mark.parametrize(
+    "name, says", [("archard_rate", "no coefficients for it in"), ("sliding_power", "has no wear")]
+)
+def test_a_run_without_this_wear_is_refused_in_one_line(runs, tmp_path, name, says):
+    path = shutil.copy(runs("mill").path, tmp_path / "bare.h5")
+    if name == "sliding_power":
+        with h5py.File(path, "r+") as file:
+            del file["statistics/wear"]
+    with Run(path) as run, pytest.raises(UserError, match=says):
+        colour.of(run, name)
+
+
 def test_a_nearer_ball_hides_a_farther_one(runs):
     run, shares = runs("still"), []
     others = grid(20) * 0.02 - [0.02, 0.0, 0.0]  # the rest in the middle, far away

@@ -120,18 +120,6 @@ def _welch(errors, estimates) -> float:
     return float(np.sum(errors**2)) ** 2 / fourth if fourth > 0 else math.inf
 
 
-def ratio(over: Estimate | None, under: Estimate | None) -> Estimate | None:
-    """The quotient of two estimates of one run, from their errors as if they were independent. Impacts and power rise
-    and fall together, so the true error is smaller."""
-    if not (over and under and under.value > 0):
-        return None
-    value, two = over.value / under.value, [over, under]
-    shares = np.array([over.error / under.value, value * under.error / under.value])
-    if not np.all(np.isfinite(shares)):
-        return Estimate(value)
-    return Estimate(value, math.hypot(*shares), float(_welch(shares, two)))
-
-
 def from_replicates(first: list[Estimate], second: list[Estimate]) -> tuple[Estimate, Estimate]:
     """The means of both sides, with errors from the scatter between replicates. The relative scatter is assumed to be
     the same on both sides and is pooled: a side with one run gets its error from the other side."""

@@ -9,8 +9,10 @@ import pathlib
 from milltools.base.answer import Answer
 from milltools.base.errors import UserError
 from milltools.base.files import check_writable, write_text
+from milltools.base.processes import stops_in_order
 from milltools.figures.command import PICTURES
 
+RERUN = ("auto", "always", "never")
 SUMMARY = (
     "Compares runs: power, energies, losses, impacts, ball speeds, maps and computing cost, each with its difference "
     "from the first run, the standard error of this difference and a verdict. Files joined by commas are replicates of "
@@ -27,6 +29,16 @@ def add_arguments(parser):
     parser.add_argument(
         "--html", metavar="FILE", help="write one HTML page with everything: tables, figures, moving balls"
     )
+    add_rerun(parser)
+
+
+def add_rerun(parser):
+    """The option --rerun of pages with players, see player/finer.py."""
+    parser.add_argument(
+        "--rerun", choices=RERUN, default="auto",
+        help="run the deck again, bit for bit the same, if the stored frames are too far apart to show motion; "
+        "auto: only if this takes at most half a minute",
+    )  # fmt: skip
 
 
 def run(arguments) -> Answer:
@@ -49,8 +61,8 @@ def run(arguments) -> Answer:
         from milltools.base.progress import Progress
         from milltools.compare import page
 
-        with Progress("mill compare", page.steps(sides)) as watch:
-            text = page.render(sides, tables, watch)
+        with stops_in_order(), Progress("mill compare", page.steps(sides)) as watch:
+            text = page.render(sides, tables, watch, arguments.rerun)
     if arguments.png:
         from milltools.compare import pictures
 

@@ -7,7 +7,7 @@ from milltools import pages
 from milltools.base.text import lines, plain, plural
 from milltools.compare import finding, pictures, rows, terminal
 from milltools.figures import svg
-from milltools.player import parts, player
+from milltools.player import parts
 
 HERE = pathlib.Path(__file__).parent
 MOST_BYTES = 6_000_000  # of all players together
@@ -22,16 +22,15 @@ def steps(sides) -> float:
     return 3 * len(sides) + len(pictures.PICTURES) + len(parts.figure_names())
 
 
-def render(sides, tables, watch, rerun: str = "never") -> str:
+def render(sides, tables, watch, rerun: str) -> str:
     """The page as text; `watch`: a Progress; `rerun`: of the player, see finer.frames_of."""
     runs = [side.first for side in sides]
     with parts.painter(runs) as draw_all:
         players = []
-        for run in runs if any(len(run.frame_times()) for run in runs) else ():
-            with watch.step("the balls", 3):
-                most, until = MOST_BYTES // len(runs), player.last_turn(run)
+        if any(len(run.frame_times()) for run in runs):
+            with watch.step("the balls", 3 * len(runs)):
                 tell = lambda text: watch(watch.done, text)  # noqa: E731
-                players.append(parts.balls(run, rerun, watch.say, tell, most, runs, until))
+                players = parts.balls(runs, rerun, watch.say, tell, MOST_BYTES // len(runs))
         shown = []
         for name, title, words, figure in pictures.figures(tables):
             with watch.step("pictures"):

@@ -9,6 +9,7 @@ from milltools.compare import agreement as errors
 from milltools.compare import map_deviation as maps
 from milltools.compare.agreement import Estimate
 from milltools.compare.load import GEOMETRY, LEVELS, Member, Side, designs, different_keys, usual
+from milltools.read import sums
 from milltools.read.kinds import KINDS
 from milltools.read.kinds import label as label_of
 from milltools.read.runfile import THRESHOLDS
@@ -202,9 +203,6 @@ def fast(kind, column, strikes=False):
         if known and known.value > 0:
             return Estimate(value, value * (known.error / known.value), known.dof, remark)
         found = added(run, "fast_collisions/{kind}", kind, column)
-        if not found:  # the loss of fast impacts is nearly proportional to their number
-            found = added(run, "dissipation_normal/{kind}", kind)
-            remark = "relative error of the normal dissipation"
         rate, blocks = found or (0, None)
         if not rate > 0:
             return Estimate(value)
@@ -217,8 +215,21 @@ def fast(kind, column, strikes=False):
 
 
 def per_joule(column):
-    """Impacts at or above a threshold divided by the work of the drive."""
-    return lambda run: errors.ratio(fast("all", column)(run), drive_power(run))
+    """Impacts at or above a threshold divided by the work of the drive. Its relative error is that of these impacts
+    divided by the power that all impacts lose: in the mean this is the work."""
+
+    def measure(run: Member):
+        rate, power = fast("all", column)(run), drive_power(run)
+        if not (rate and power.value > 0):
+            return None
+        value = rate.value / power.value
+        if not (rate.value and run.has(sums.BLOCKS)):
+            return Estimate(value)
+        hard, lost = sums.total(run, sums.faster(THRESHOLDS[column])), sums.total(run, sums.itself, "dissipated")
+        ratio, error, freedom = hard.over(lost)
+        return errors.from_file((value, value * error / ratio if ratio else math.nan, freedom))
+
+    return measure
 
 
 def all_impacts(run: Member):
@@ -436,11 +447,6 @@ def methods(sides: list[Side], tables: list[Comparison]) -> list[str]:
         said.append(
             "Blocks of a run that is not steady are not samples of one mean: errors come from the scatter between "
             "replicates (a1.h5,a2.h5). Without replicates the errors are unknown."
-        )
-    runs = [run for side in sides for run in side.runs]
-    if any(not r.has_series("fast_collisions/ball_ball") and not r.known("rate/all") for r in runs):
-        said.append(
-            "A file lacks /observables/fast_collisions: errors of its impact rates are those of the normal dissipation."
         )
     if any(table.designs for table in tables):
         said.append(

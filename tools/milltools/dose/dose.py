@@ -177,7 +177,7 @@ def rows(run: Run, sets: typing.Sequence[str] = ()) -> list[Row]:
     per_joule = hard.value / power if power else math.nan, hard.over(lost)[1]
     found += [
         Row("stress frequency", every.value, every.error, "/s", "impacts of all kinds"),
-        Row("mean stress energy", *brought.over(every), "J", f"{sort} energy of an impact, mean"),
+        Row("mean stress energy", *brought.over(every)[:2], "J", f"{sort} energy of an impact, mean"),
         Row("hard impacts", hard.value, hard.error, "/s", f"of {quantity(least, 'J')} or more"),
         Row("hard impacts per joule", *per_joule, "/J", "per joule lost in all impacts"),
         Row("power of hard impacts", in_hard.value, in_hard.error, "W", "energy that they bring"),
@@ -197,14 +197,14 @@ def _energy_above(least: float) -> sums.Weight:
 def _of_powder(run: Run, stuff: Powder, sort: str) -> list[Row]:
     found = []
     if stuff.size or stuff.capture == "layer":
-        caught = sums.total(run, lambda energy, p: laws.captured(energy, p.mass, p.radius, stuff), "normal")
+        caught = sums.total(run, lambda energy, p: laws.captured(energy, p.radius, stuff), "normal")
         share = caught.value / stuff.mass, caught.error / stuff.mass
         found = [
             Row("powder caught", caught.value, caught.error, "kg/s", f"model: {stuff.capture}", ("g/s", 1e-3)),
             Row("stress number rate", *share, "/s", "times a second that each part of the powder is caught, mean"),
         ]
     if stuff.law != "none":
-        done = sums.total(run, lambda energy, p: laws.effect(energy, p.mass, p.radius, stuff), sort)
+        done = sums.total(run, lambda energy, p: laws.effect(energy, p.radius, stuff), sort)
         what = "particles broken" if stuff.law == "vogel_peukert" else "sum of k(E) over all impacts"
         found.append(Row("rate of the law", done.value, done.error, "/s", f"{what}; law: {stuff.law}"))
     return found

@@ -7,9 +7,9 @@ import numpy as np
 # ---- powder that an impact catches [kg]; rho_b: density of the powder with its voids
 
 
-def captured(energy: np.ndarray, mass: float, radius: float, powder) -> np.ndarray:
-    """Powder caught in an impact of the normal energy E [J] of two bodies of reduced mass [kg] and reduced radius R
-    [m], by the model of `powder.capture`."""
+def captured(energy: np.ndarray, radius: float, powder) -> np.ndarray:
+    """Powder caught in an impact of the normal energy E [J] of two bodies of reduced radius R [m], by the model of
+    `powder.capture`."""
     bulk = powder.packing * powder.density
     if powder.capture == "monolayer":  # one layer of particles where the gap is at most their size x
         return np.full_like(energy, 2 * math.pi * radius * powder.size**2 * bulk)
@@ -23,14 +23,14 @@ def captured(energy: np.ndarray, mass: float, radius: float, powder) -> np.ndarr
 # ---- what an impact of energy E does
 
 
-def effect(energy: np.ndarray, mass: float, radius: float, powder) -> np.ndarray:
+def effect(energy: np.ndarray, radius: float, powder) -> np.ndarray:
     """k(E) of `powder.law`, for each impact."""
     if powder.law == "power":
         return powder.coefficient * energy**powder.exponent
     if powder.law == "threshold":
         return np.where(energy >= powder.threshold * (1 - 1e-12), powder.coefficient, 0.0)
     if powder.law == "vogel_peukert":
-        return broken(energy, captured(energy, mass, radius, powder), powder)
+        return broken(energy, captured(energy, radius, powder), powder)
     energies, rates = powder.rates
     return np.interp(energy, energies, rates)
 

@@ -66,7 +66,7 @@ def faces(run: Run) -> list[Face]:
     return sorted(found, key=lambda face: -face.power)
 
 
-def finding(run: Run, found: list[Face]) -> str:
+def finding(found: list[Face]) -> str:
     """A sentence: what takes most of the power, and where it is most concentrated."""
     all_power = sum(face.power for face in found)
     if not all_power > 0:
@@ -102,7 +102,7 @@ def add_arguments(parser):
 def run(arguments) -> Answer:
     with Run(arguments.run) as opened:
         found = faces(opened)
-        said = finding(opened, found)
+        said = finding(found)
     heads, rows = cells(found)
     text = "\n".join([said, "", *columns([heads, *rows], left=(0, 1))])
     return Answer(

@@ -93,6 +93,13 @@ def rounded_up(value: float) -> float:
     return next(float(f"{step * power:.3g}") for step in SCALE_ENDS if step * power >= value * (1 - 1e-12))
 
 
+def log_marks(low: float, high: float) -> list[float]:
+    """Numbers to write at a logarithmic scale: whole decades, of few ones also 2 and 5 times these."""
+    tens = [10.0**k for k in range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)]
+    marks = [m * ten for ten in tens for m in ((1,) if len(tens) > 4 else (1, 2, 5))]
+    return [mark for mark in marks if low * (1 - 1e-9) <= mark <= high * (1 + 1e-9)]
+
+
 def millimetres(ax):
     """Writes the ticks of axes of lengths [m] in mm."""
     for axis in (ax.xaxis, ax.yaxis):

@@ -77,6 +77,18 @@ def _sector(inner: float, outer: float, first: float, last: float) -> np.ndarray
     return np.concatenate([outer * arc, inner * arc[::-1]])
 
 
+def limits(all_found: list[Wear], column: str) -> tuple[float, float]:
+    """The ends [SI] of a logarithmic scale of a column, the same for several runs."""
+    value, area, count = (np.concatenate([found[name] for found in all_found]) for name in (column, "area", "count"))
+    good = (value > 0) & (count >= wear.ENOUGH)
+    if not good.any():
+        good = value > 0
+    if not good.any():
+        return 1.0, 10.0
+    low, high = map(float, np.quantile(value[good], ENDS, weights=area[good], method="inverted_cdf"))
+    return min(max(low, high / RANGE), high / 2), high
+
+
 class WearFigure(Figure):
     group = "wear"
 
@@ -89,11 +101,11 @@ class WearFigure(Figure):
     def says(self, runs):
         if len(runs) == 1:
             return self.caption
-        return " ".join([self.caption, *(f"{wear.finding(run, wear.faces(run))}." for run in runs)])
+        return " ".join([self.caption, *(f"{wear.finding(wear.faces(run))}." for run in runs)])
 
     def paint(self, figure, runs):
         shown = [self._chosen(run) for run in runs]
-        norm = LogNorm(*self._limits([found for found, _ in shown]), clip=True)
+        norm = LogNorm(*limits([found for found, _ in shown], self.column), clip=True)
         heights = [self._height(drawn) for _, drawn in shown]
         figure.set_size_inches(WIDTH, sum(heights) + 0.3)
         parts = np.atleast_1d(figure.subfigures(len(runs), 1, height_ratios=heights))
@@ -122,18 +134,6 @@ class WearFigure(Figure):
         for sheet in others:
             worst.setdefault((sheet.part.kind, sheet.name.partition(",")[2]), sheet)
         return found, sorted(holds, key=lambda sheet: not sheet.unrolled) + list(worst.values())[:MOST]
-
-    def _limits(self, all_found):
-        value, area, count = (
-            np.concatenate([found[name] for found in all_found]) for name in (self.column, "area", "count")
-        )
-        good = (value > 0) & (count >= wear.ENOUGH)
-        if not good.any():
-            good = value > 0
-        if not good.any():
-            return 1.0, 10.0
-        low, high = np.quantile(value[good], ENDS, weights=area[good], method="inverted_cdf")
-        return min(max(low, high / RANGE), high / 2), high
 
     def _rows(self, drawn):
         """The sheets of each row, with its height [inch]: the first one alone, others two beside each other."""

@@ -15,6 +15,7 @@ import numpy as np
 
 from milltools.geometry import rerun
 from milltools.read.deck import Deck
+from milltools.read.wear import PLACE
 
 STILL = np.eye(3, 4)
 INSTANT = 1e-6  # [s] end of a run that is made only for the bodies of its deck
@@ -257,6 +258,17 @@ def outermost(points):
     points = np.unique(points, axis=0)
     far = [np.argmax(points @ some.T, axis=0) for some in np.array_split(DIRECTIONS, 20)]
     return points[np.unique(np.concatenate(far))]
+
+
+def worn(run, wear):
+    """Yields (whether of the container, motion, triangles (T, 3, 3) [m] in the frame of the motion, facet of each) of
+    the surfaces of a Wear; its triangles are counter-clockwise seen from the balls."""
+    facet, points = run.read(f"{PLACE}/mesh/facet"), run.read(f"{PLACE}/mesh/points").astype(float).reshape(-1, 3, 3)
+    look = [(part.kind in run.vessel_kinds, part.motion) for part in wear.parts]
+    for one in dict.fromkeys(look):
+        own = np.isin(wear.part[facet], [k for k, other in enumerate(look) if other == one])
+        if own.any():
+            yield *one, moved(inverse(wear.parts[look.index(one)].start), points[own]), facet[own]
 
 
 def read(run) -> list[Body]:

@@ -58,7 +58,7 @@ def _too_dear(run, until, step):
 
 @contextlib.contextmanager
 def frames_of(run, most_bytes, wanted, say, watch, until=None):
-    """Yields the run, or a Finer one if its frames are too far apart. `wanted`: one of report.RERUN; say(line) prints a
+    """Yields the run, or a Finer one if its frames are too far apart. `wanted`: auto, always, never; say(line) prints a
     line for the user, watch(line) gets the progress; finer frames end at `until` [s] or with the run's own."""
     times = run.frame_times()
     step = rerun.interval(run) if wanted != "never" else math.inf

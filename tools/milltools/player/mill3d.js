@@ -7,6 +7,10 @@ const Mill3D = (() => {
   const FIELD = 26; // [degrees] of view, up and down
   const TRIANGLES = 1e6; // approximate limit for all balls of a frame
   const MOST_FLASHES = 500; // at a time
+  const NEAR = [0.06, 0.5]; // opacity of the near side of a worn container, where it is worn least and most
+  const FAINT = 0.15; // opacity of balls in a worn mill
+  const FRONT = 0, BACK = 1; // sides of triangles, as three.js numbers them
+  const UNTOUCHED = 0.3; // linear grey of surfaces without impacts
 
   /** Bytes of base64 text. */
   function bytesOf(text) {
@@ -19,11 +23,16 @@ const Mill3D = (() => {
   /** Square of a number with its sign: velocities are stored as such roots. */
   const square = (q) => q * Math.abs(q);
 
+  /** Promise of the bytes in a gzip stream, as base64 text. */
+  async function gunzip(text) {
+    const stream = new Blob([bytesOf(text)]).stream().pipeThrough(new DecompressionStream('gzip'));
+    return new Uint8Array(await new Response(stream).arrayBuffer());
+  }
+
   /** Promise of {position: Uint16Array (F, n, 3), velocity: Int8Array (F, n, 3), spin: Uint8Array (F, n)}; frames.py has
       the format. */
   async function unpack(text, { times, drawn, forecast }) {
-    const stream = new Blob([bytesOf(text)]).stream().pipeThrough(new DecompressionStream('gzip'));
-    const bytes = new Uint8Array(await new Response(stream).arrayBuffer());
+    const bytes = await gunzip(text);
     const frames = times.length, row = 10 * drawn;
     if (bytes.length !== frames * row) throw new Error('the data are not complete');
     const position = new Uint16Array(frames * drawn * 3), velocity = new Int8Array(frames * drawn * 3);
@@ -104,26 +113,56 @@ const Mill3D = (() => {
     return mesh;
   }
 
-  /** A body from player.py: smooth triangles, with sharp edges above about 35 degrees. */
-  function solid(body) {
-    const points = floats(body.points), corners = new (body.wide ? Uint32Array : Uint16Array)(bytesOf(body.corners).buffer);
-    const face = [], around = new Map(); // normals of the triangles; at which triangles a point is
+  /** A body of points (N, 3) and corners of its triangles, smooth but for edges sharper than about 35 degrees. `values`:
+      arrays by triangle; `means` of the geometry have of each its mean around every corner, within sharp edges. */
+  function solid(points, corners, values = []) {
+    const face = [], size = [], around = []; // normals and areas of the triangles; at which triangles a point is
     for (let k = 0; k < corners.length; k += 3) {
       const [a, b, c] = [0, 1, 2].map((j) => new T.Vector3().fromArray(points, 3 * corners[k + j]));
       face.push(b.sub(a).cross(c.sub(a))); // its length is twice the area, so large triangles have more weight
-      for (let j = k; j < k + 3; j++) around.set(corners[j], [...(around.get(corners[j]) ?? []), k / 3]);
+      size.push(face[k / 3].length());
+      for (let j = k; j < k + 3; j++) (around[corners[j]] ??= []).push(k / 3);
     }
     const place = new Float32Array(3 * corners.length), normal = new Float32Array(3 * corners.length);
+    const means = values.map(() => new Float32Array(corners.length));
     corners.forEach((point, k) => {
-      const own = face[Math.floor(k / 3)], sum = new T.Vector3();
-      for (const other of around.get(point)) if (face[other].dot(own) >= 0.82 * face[other].length() * own.length()) sum.add(face[other]);
+      const triangle = Math.floor(k / 3), own = face[triangle], sum = new T.Vector3();
+      const smooth = around[point].filter((other) => face[other].dot(own) >= 0.82 * size[other] * size[triangle]);
+      const whole = smooth.reduce((area, other) => area + size[other], 0);
+      for (const other of smooth) {
+        sum.add(face[other]);
+        values.forEach((value, c) => { means[c][k] += (value[other] * size[other]) / whole; });
+      }
       place.set(points.subarray(3 * point, 3 * point + 3), 3 * k);
       sum.normalize().toArray(normal, 3 * k);
     });
     const geometry = new T.BufferGeometry();
     geometry.setAttribute('position', new T.BufferAttribute(place, 3));
     geometry.setAttribute('normal', new T.BufferAttribute(normal, 3));
-    return geometry;
+    return Object.assign(geometry, { means });
+  }
+
+  /** A body from player.py. */
+  const plain = ({ points, corners, wide }) => solid(floats(points), new (wide ? Uint32Array : Uint16Array)(bytesOf(corners).buffer));
+
+  /** The bodies of worn.py with `means` of all quantities, from their bytes. */
+  function worn(bytes, { bodies, facets, values: quantities }) {
+    let at = 0;
+    const take = (kind, count) => new kind(bytes.buffer.slice(at, at += count * kind.BYTES_PER_ELEMENT));
+    const summed = (steps) => { for (let k = 1; k < steps.length; k++) steps[k] += steps[k - 1]; return steps; };
+    const found = bodies.map((body) => ({
+      ...body,
+      corners: summed(take(Int32Array, 3 * body.triangles)),
+      facet: summed(take(Int32Array, body.triangles)),
+      planes: take(Uint16Array, 3 * body.points),
+    }));
+    const values = quantities.map(({ low, limit }) => Float64Array.from(take(Uint8Array, facets),
+      (level) => level && low * (limit / low) ** ((level - 1) / 254)));
+    if (at !== bytes.length) throw new Error('the wear is not complete');
+    return found.map(({ shell, motion, lower, step, points, corners, facet, planes }) => {
+      const place = Float32Array.from({ length: 3 * points }, (_, k) => lower[k % 3] + step * planes[points * (k % 3) + Math.floor(k / 3)]);
+      return { shell, motion, geometry: solid(place, corners, values.map((value) => Float64Array.from(facet, (f) => value[f]))) };
+    });
   }
 
   /** A disc of radius 1 that faces +z: opaque in the middle, transparent at its edge. */
@@ -179,18 +218,21 @@ const Mill3D = (() => {
       this.steel = new T.MeshPhongMaterial({ specular: 0x333333, shininess: 25, side: T.DoubleSide });
       this.shell = new T.MeshLambertMaterial({ transparent: true, depthWrite: false, side: T.DoubleSide });
       this.rim = new T.MeshLambertMaterial();
+      this.worn = new T.MeshLambertMaterial({ vertexColors: true, side: T.DoubleSide });
+      // of a worn container the far side, and its near side, through which the mill is seen
+      this.inside = new T.MeshLambertMaterial({ vertexColors: true, side: FRONT });
+      this.outside = new T.MeshLambertMaterial({ vertexColors: true, side: BACK, transparent: true, depthWrite: false });
+      this.bare = []; // bodies in plain colours
       this.world = new T.Group(); // everything that turns when the camera moves with the container
       this.world.matrixAutoUpdate = false;
       this.poses = floats(head.poses);
       this.moving = head.motions.map(() => new T.Group());
       for (const group of this.moving) group.matrixAutoUpdate = false;
       for (const body of head.bodies) {
-        const mesh = new T.Mesh(solid(body), this[body.look]);
-        if (body.look === 'shell') mesh.renderOrder = 1; // after the balls, because it is transparent
-        (this.moving[body.motion] ?? this.world).add(mesh);
+        this.bare.push(this.#body(plain(body), body.motion, this[body.look], body.look === 'shell'));
       }
       (this.moving[head.carrier] ?? this.world).add(bars(head.edges, this.rim));
-      this.world.add(...this.moving, this.#balls());
+      this.world.add(...this.moving, ...this.#balls());
       const glow = new T.MeshLambertMaterial({ vertexColors: true, transparent: true, depthWrite: false, emissive: 0xd06010 });
       this.sparks = new T.InstancedMesh(disc(), glow, MOST_FLASHES);
       this.sparks.frustumCulled = false;
@@ -202,6 +244,46 @@ const Mill3D = (() => {
       const sky = new T.HemisphereLight(0xffffff, 0x8890a0, 1.5);
       sky.position.fromArray(head.up);
       scene.add(this.camera, sky);
+    }
+
+    #body(geometry, motion, material, late) {
+      const mesh = new T.Mesh(geometry, material);
+      mesh.renderOrder = late ? 1 : 0; // after the balls what is transparent
+      (this.moving[motion] ?? this.world).add(mesh);
+      return mesh;
+    }
+
+    /** Promise that the worn bodies are made, from the text of player.py. */
+    wear(text) {
+      this.coating ??= gunzip(text).then((bytes) => {
+        this.coats = worn(bytes, this.head.wear).flatMap(({ shell, motion, geometry }) => {
+          geometry.setAttribute('color', new T.BufferAttribute(new Float32Array(4 * geometry.means[0].length), 4));
+          const materials = shell ? [this.inside, this.outside] : [this.worn];
+          return materials.map((material) => this.#body(geometry, motion, material, material.transparent));
+        });
+      });
+      return this.coating;
+    }
+
+    /** Shows the parts in the colours of a quantity of wear, the balls faint; undefined: the parts are plain. */
+    #coat(value) {
+      if (this.coated === value || (value && !this.coats)) return;
+      this.coated = value;
+      for (const mesh of this.bare) mesh.visible = !value;
+      for (const mesh of this.coats ?? []) mesh.visible = Boolean(value);
+      this.veil.visible = Boolean(value);
+      this.balls.material = value ? this.faint : this.polish;
+      if (!value) return;
+      const column = this.head.wear.values.indexOf(value), scale = 256 / Math.log(value.limit / value.low);
+      for (const { geometry } of this.coats) {
+        const { array } = geometry.getAttribute('color');
+        geometry.means[column].forEach((mean, k) => {
+          const level = Math.min(255, Math.max(0, Math.floor(scale * Math.log(mean / value.low))));
+          for (let j = 0; j < 3; j++) array[4 * k + j] = mean > 0 ? this.colours[3 * level + j] : UNTOUCHED;
+          array[4 * k + 3] = NEAR[0] + ((NEAR[1] - NEAR[0]) * level) / 255;
+        });
+        geometry.getAttribute('color').needsUpdate = true;
+      }
     }
 
     /** The pose of a motion in a frame, three rows of four. */
@@ -255,8 +337,9 @@ const Mill3D = (() => {
     #balls() {
       const fine = [8, 4].find((d) => 20 * (d + 1) ** 2 * this.count <= TRIANGLES / 10)
         ?? [2, 1].find((d) => 20 * (d + 1) ** 2 * this.count <= TRIANGLES) ?? 1;
-      const polish = new T.MeshPhongMaterial({ specular: 0x222222, shininess: 40 });
-      const balls = new T.InstancedMesh(sphere(fine), polish, this.count);
+      this.polish = new T.MeshPhongMaterial({ specular: 0x222222, shininess: 40 });
+      this.faint = new T.MeshLambertMaterial({ transparent: true, depthWrite: false, opacity: FAINT });
+      const balls = new T.InstancedMesh(sphere(fine), this.polish, this.count);
       balls.frustumCulled = false;
       balls.instanceMatrix.setUsage(T.DynamicDrawUsage);
       balls.instanceColor = new T.InstancedBufferAttribute(new Float32Array(3 * this.count), 3);
@@ -271,8 +354,11 @@ const Mill3D = (() => {
           this.mass[k] = mass;
         }
       }
+      // of faint balls only the first surface is seen
+      this.veil = new T.InstancedMesh(balls.geometry, new T.MeshLambertMaterial({ colorWrite: false }), this.count);
+      Object.assign(this.veil, { instanceMatrix: balls.instanceMatrix, frustumCulled: false, visible: false, renderOrder: 1 });
       this.balls = balls;
-      return balls;
+      return [balls, this.veil];
     }
 
     /** The flights of the balls from a frame to the next, from positions [m] and velocities [m/s] in both: for each ball
@@ -307,14 +393,14 @@ const Mill3D = (() => {
       return this.flown;
     }
 
-    /** Places balls and bodies as at a time [s] at or after a frame, coloured by the quantity with index `by`, with
-        flashes of impacts of the last `life` seconds; draw() shows them. */
+    /** Places balls and bodies as at a time [s] at or after a frame, coloured by a quantity of the head (undefined: none
+        that this run has), with flashes of impacts of the last `life` seconds; draw() shows them. */
     place(frame, time, by, life) {
       const { head, count, colours, level } = this;
       const { position, velocity, spin } = this.frames;
       const matrix = this.balls.instanceMatrix.array, colour = this.balls.instanceColor.array;
       const s = time - head.times[frame], between = s > 0 && frame + 1 < head.times.length;
-      const { name, limit } = head.values[by], flown = between && this.#flights(frame);
+      const { name, limit, low } = by ?? { low: 1 }, flown = between && this.#flights(frame);
       const share = between ? s / flown.h : 0, [wa, wb, wc, wd] = hermite(share);
       const fast = (f, k) => {
         const from = 3 * (f * count + k);
@@ -339,9 +425,10 @@ const Mill3D = (() => {
         }
         if (name === 'energy') value = (this.mass[k] * value * value) / 2;
         level[k] = Math.min(255, Math.floor((256 * value) / limit));
-        for (let j = 0; j < 3; j++) colour[3 * k + j] = colours[3 * level[k] + j];
+        for (let j = 0; j < 3; j++) colour[3 * k + j] = low ? 1 : colours[3 * level[k] + j];
       }
       this.balls.instanceMatrix.needsUpdate = this.balls.instanceColor.needsUpdate = true;
+      this.#coat(low ? by : undefined);
       this.#move(frame, share);
       this.time = time;
       this.life = life;

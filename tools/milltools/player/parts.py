@@ -18,7 +18,7 @@ from milltools.base.text import plain
 from milltools.figures import FIGURES, overview, svg
 from milltools.geometry.bodies import Mill
 from milltools.geometry.trajectory import stored
-from milltools.player import finer, frames, player
+from milltools.player import finer, player
 from milltools.read.runfile import Run
 from milltools.render import camera, colour, scene
 from milltools.render.team import team
@@ -51,16 +51,27 @@ SHOWN = {"energy": ("flow",), "spectra": ("energies-power", "speeds-power"), "we
 CONTENTS = tuple((anchor, name) for anchor, (name, *_) in GROUPS.items())
 
 
-def balls(run, rerun: str, say, tell, most_bytes: int = MOST_BYTES, beside=(), until=None) -> str:
-    """The player with its still picture, or the reason why there is none, in colours that also suit the runs that are
-    shown `beside` it; `rerun`, `say`, `tell`, `until`: see finer.frames_of."""
-    why = player.no_frames(run)
-    if why:
-        return f'<p class="missing">{why}</p>'
-    runs = [run, *(other for other in beside if not player.no_frames(other))]
-    limits = {name: colour.shared(runs, name)[1] for name in frames.SHOWN}
-    with finer.frames_of(run, most_bytes, rerun, say, tell, until) as shown:
-        return player.fragment(shown, most_bytes, still(shown, limits), limits)
+def balls(runs, rerun: str, say, tell, most_bytes: int = MOST_BYTES) -> list[str]:
+    """The players of runs that are shown together, each with its still picture and at most `most_bytes` long, or the
+    reason why there is none. They have the same colours and one least energy of flashes; several end where a turn has
+    ended. `rerun`, `say`, `tell`: see finer.frames_of."""
+    there = [run for run in runs if not player.no_frames(run)]
+    limits = player.scales(there) if there else {}
+    with contextlib.ExitStack() as stack:
+        found = {}
+        for run in there:
+            until = player.last_turn(run) if len(runs) > 1 else None
+            shown = stack.enter_context(finer.frames_of(run, most_bytes, rerun, say, tell, until))
+            found[run] = shown, player.flashes(shown)
+        all_flashes = [flashes for _, flashes in found.values() if flashes]
+        for flashes in all_flashes:
+            flashes.beside(all_flashes)
+        return [
+            player.fragment(found[run][0], most_bytes, still(found[run][0], limits), limits, found[run][1])
+            if run in found
+            else f'<p class="missing">{player.no_frames(run)}</p>'
+            for run in runs
+        ]
 
 
 def still(run, limits=None) -> bytes:

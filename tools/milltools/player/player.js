@@ -5,7 +5,8 @@
      frames, frame   number of frames, index of the frame shown
      show(k)         pauses and shows frame k            play(), pause(), playing
      at(t)           pauses and shows the time t [s]     clock  the time shown [s]
-     colourBy(name)  "speed", "spin", "energy"           look(name)  "front", "three-quarter", "end"
+     colourBy(name)  "speed", "spin", "energy", or a quantity of wear: then a promise of the worn parts
+     look(name)      "front", "three-quarter", "end"
      positions()     centres of the balls as drawn, Float32Array (n, 3) [m]
      levels()        values for their colours, Uint8Array (n,): 255 is the end of the scale
      flashes()       number of flashes of impacts as drawn
@@ -31,13 +32,14 @@
     constructor(figure) {
       const bar = figure.querySelector('.mp-controls'); // of linked players the first one's is moved out of the figure
       const part = (name) => (name === 'controls' ? bar : figure.querySelector(`.mp-${name}`) ?? bar?.querySelector(`.mp-${name}`));
-      Object.assign(this, { figure, part, frame: 0, playing: false, draws: 0, by: 0, visible: false });
+      Object.assign(this, { figure, part, frame: 0, playing: false, draws: 0, visible: false });
       Object.assign(this, { flashBox: part('flashes'), pace: 1 }); // pace: own seconds in a second of the clock's player
       this.ready = new Promise((resolve) => { this.settle = resolve; });
       const head = part('head');
       if (!head) return this.settle(false); // nothing is stored: the page says so
       this.head = JSON.parse(head.textContent);
       this.frames = this.head.times.length;
+      [this.by] = this.head.values;
       this.frame = this.head.first;
       this.clock = this.head.times[this.frame];
       this.watch();
@@ -302,21 +304,23 @@
 
     // ---- what is seen
 
-    colourBy(name) {
+    /** A promise, because wear is unpacked when it is first chosen. */
+    async colourBy(name) {
+      const { values, wear } = this.head, value = [...values, ...(wear?.values ?? [])].find((one) => one.name === name);
+      this.by = value; // undefined: a linked player of a file without wear
       this.link?.all(this, (one) => one.colourBy(name));
-      const { values } = this.head;
-      this.by = Math.max(0, values.findIndex((v) => v.name === name));
-      this.part('colour').value = values[this.by].name;
-      const bar = this.part('bar');
-      bar.setAttribute('aria-label', values[this.by].describe);
-      this.part('title').textContent = values[this.by].label;
-      const ticks = this.part('ticks');
-      ticks.replaceChildren(...values[this.by].ticks.map(([share, text]) => {
-        const tick = document.createElement('span');
-        tick.textContent = text;
-        tick.style.left = `${100 * share}%`;
-        return tick;
-      }));
+      if (value) {
+        this.part('colour').value = name;
+        this.part('bar').setAttribute('aria-label', value.describe);
+        this.part('title').textContent = value.label;
+        this.part('ticks').replaceChildren(...value.ticks.map(([share, text]) => {
+          const tick = document.createElement('span');
+          tick.textContent = text;
+          tick.style.left = `${100 * share}%`;
+          return tick;
+        }));
+      }
+      if (value?.low) await this.view.wear(this.part('worn').textContent).catch((fault) => this.say(`The wear cannot be shown: ${fault.message}.`));
       this.refresh();
     }
 

@@ -22,13 +22,15 @@ from milltools import pages
 from milltools.base.text import plain, quantity
 from milltools.geometry import trajectory
 from milltools.geometry.bodies import Mill
-from milltools.player import frames
+from milltools.player import frames, worn
 from milltools.player.finer import Finer
 from milltools.read import motions
 from milltools.render import camera, colour, states
 
 FOLDER = pathlib.Path(__file__).parent
 VIEWS = ("front", "three-quarter")  # as in mill render
+WEAR_SHARE = 0.1  # of the size of a player: wear that needs more is left out
+WEAR = "Wear of the parts is the mean over the sampled window. Parts without impacts are grey."
 PAIRS = 4  # pairs of frames in which flights are counted
 
 
@@ -40,17 +42,26 @@ def no_frames(run) -> str:
     return f"No ball states are stored in this run: {why}."
 
 
-def fragment(run, most_bytes: int = 6_000_000, still: bytes | None = None, limits=None) -> str:
+def fragment(run, most_bytes: int = 6_000_000, still: bytes | None = None, limits=None, sparks=None) -> str:
     """The player of a milltools.read.runfile.Run as HTML, at most `most_bytes` long if possible (first frames, then
     balls are left out). `still`: a PNG to show where WebGL does not work; `limits`: ends of the colour scales
-    {quantity: value [SI]} of frames.SHOWN, instead of the run's own. The page needs scripts() once."""
+    {quantity: value [SI]} of scales(), instead of the run's own; `sparks`: flashes(). The page needs scripts() once."""
     why = no_frames(run)
     if why:
         return _template("player.html").render(still=_text(still), why=why, head=None, caption="")
-    limits = limits or {name: colour.shared([run], name)[1] for name in frames.SHOWN}
-    flashes, planned = _flashes(run), frames.planned(run, limits)
-    bare = len(_whole(run, planned, still, flashes).encode())
-    return _whole(run, frames.pack(run, (most_bytes - bare) // 4 * 3, limits), still, flashes)
+    limits = limits or scales([run])
+    balls = {name: limits[name] for name in frames.SHOWN}
+    wear = worn.pack(run, {name: limits[name] for name in colour.WEAR if name in limits}) if worn.there(run) else None
+    wear = wear if wear and len(wear[1]) < WEAR_SHARE * most_bytes else (None, b"")
+    sparks, planned = sparks or flashes(run), frames.planned(run, balls)
+    bare = len(_whole(run, planned, still, sparks, *wear).encode())
+    return _whole(run, frames.pack(run, (most_bytes - bare) // 4 * 3, balls), still, sparks, *wear)
+
+
+def scales(runs) -> dict:
+    """The colours of runs that are shown together: the end [SI] of the scale of each of frames.SHOWN, and both ends of
+    those of wear."""
+    return {name: colour.shared(runs, name)[1] for name in frames.SHOWN} | worn.scales(runs)
 
 
 def page(run, title: str) -> str:
@@ -92,7 +103,7 @@ def _template(name):
     return found.get_template(name)
 
 
-def _flashes(run):
+def flashes(run) -> states.Flashes | None:
     """The states.Flashes of the frames of a run, for the slow motion that is chosen first; None without a log of
     impacts, or if the frames are far apart."""
     times, log = run.frame_times(), run.log if isinstance(run, Finer) else run
@@ -102,8 +113,8 @@ def _flashes(run):
     return states.Flashes(log, run, float(times[0]), float(times[-1]), states.SEEN * factor)
 
 
-def _whole(run, packed, still, flashes):
-    head = _head(run, packed, flashes)
+def _whole(run, packed, still, flashes, wear, worn_parts):
+    head = _head(run, packed, flashes) | {"wear": wear}
     colours = colour.TABLES["speeds"][:: 255 // 15]
     return _template("player.html").render(
         still=_text(still),
@@ -111,8 +122,9 @@ def _whole(run, packed, still, flashes):
         head=head,
         speeds=_speeds(head["interval"], head["between"]),
         gradient=",".join("rgb({},{},{})".format(*c) for c in colours),
-        caption=_caption(run, packed, head, flashes),
+        caption=_caption(run, packed, head, flashes) + bool(wear) * f" {WEAR}",
         data=_text(packed.data),
+        worn=_text(worn_parts),
     )
 
 

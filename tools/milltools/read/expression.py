@@ -7,9 +7,9 @@ An expression has numbers with units, the names of NAMES, paths of scalars below
 `impacts/all/rate`, the signs + - * / and parentheses. A slash inside a path has no space around it. Nothing of an
 expression is executed: Python's parser gives a tree, and only these parts of a tree are accepted.
 
-The standard error is that of first order, as if the numbers of a run were independent of each other. Numbers that rise
-and fall together, such as a rate and the power, have a ratio that is known better than this error says. A number that
-occurs twice counts as one, so `power / power` has no error.
+The standard error is that of first order. A rate and the power rise and fall together: rates, losses and the power of
+the drive are known in each block of time, and so is what an expression makes of them to first order. Other numbers
+count as independent. A number that occurs twice counts as one, so `power / power` has no error.
 """
 
 import ast
@@ -19,9 +19,12 @@ import math
 import operator
 import re
 
+import numpy as np
+
 from milltools.base.errors import UserError
 from milltools.base.text import spoken_unit
 from milltools.read.results import Results
+from milltools.read.sums import standard_error
 
 MEDIAN = "normal_speed/median_above_50mm_s"
 # name: (path below /statistics, words); KIND is the argument of the name, "all" without one
@@ -88,18 +91,31 @@ def spelled(powers) -> str:
 
 @dataclasses.dataclass(frozen=True)
 class Quantity:
-    """`value` in SI, exponents `powers` of kg, m, s, and `shares` {number: its contribution to the error}; `own`: the
-    unit in the file of a number that is not computed."""
+    """`value` in SI, exponents `powers` of kg, m, s, and `shares` {number: array of what it contributes to the error,
+    then to each block of time if it is known there}; `own`: the unit in the file of a number that is not computed;
+    `period`: blocks in a period."""
 
     value: float
     powers: tuple = (0, 0, 0)
     shares: dict = dataclasses.field(default_factory=dict)
     own: str = ""
+    period: int = 0
+
+    @classmethod
+    def told(cls, value, powers, own, name, error, blocks, period) -> "Quantity":
+        """A number of a run with its name, its standard error and, but for a factor, its values in blocks of time
+        (None: not known)."""
+        series = np.empty(0) if blocks is None or not blocks.any() else value * (blocks / blocks.mean() - 1)
+        return cls(value, powers, {name: np.array([error, *series])}, own, period)
 
     @property
     def error(self) -> float:
         """The standard error, NaN if that of one part is not known."""
-        return math.sqrt(sum(share**2 for share in self.shares.values()))
+        together = [share[1:] for share in self.shares.values() if share[1:].any()]
+        if len(together) < 2:
+            return math.sqrt(sum(share[0] ** 2 for share in self.shares.values()))
+        alone = [share[0] for share in self.shares.values() if not share[1:].any()]
+        return math.hypot(standard_error(sum(together), self.period), *alone)
 
     @property
     def unit(self) -> str:
@@ -108,7 +124,7 @@ class Quantity:
     def _with(self, other, value, mine, its, powers):
         names = dict.fromkeys([*self.shares, *other.shares])
         shares = {n: mine * self.shares.get(n, 0.0) + its * other.shares.get(n, 0.0) for n in names}
-        return Quantity(value, powers, shares)
+        return Quantity(value, powers, shares, period=max(self.period, other.period))
 
     def __add__(self, other):
         return self._with(other, self.value + other.value, 1, 1, self.powers)
@@ -223,8 +239,7 @@ class Expression:
 
     def of(self, results: Results) -> Quantity:
         """The value; UserError for a part that these results do not have, and for units that do not fit."""
-        found = self._value(self._tree, results)
-        return dataclasses.replace(found, shares={k: abs(share) for k, share in found.shares.items()})
+        return self._value(self._tree, results)
 
     def _value(self, node, results):
         if isinstance(node, ast.BinOp):
@@ -255,8 +270,9 @@ class Expression:
         if name == "rate_above":
             limit = arguments[0][0]
             unit = "J" if limit.powers[0] else "m/s"
-            value, error = results.above(limit.value, unit, kind)
-            return Quantity(value, (0, 0, -1), {f"{kind} above {limit.value:g} {unit}": error}, "s-1")
+            value, *known = results.above(limit.value, unit, kind)
+            name = f"{kind} above {limit.value:g} {unit}"
+            return Quantity.told(value, (0, 0, -1), "s-1", name, *known, results.period)
         path = NAMES[name][0].replace("KIND", kind) if name in NAMES else name.replace(".", "/")
         path = path if path in results.units else OTHERS.get(path, path)
         try:
@@ -265,7 +281,7 @@ class Expression:
         except KeyError:
             raise self.fault(f"'{path}' is not a scalar of /statistics in this run{_near(path, results)}") from None
         assert size == 1.0, "the file has SI units"
-        return Quantity(value, powers, {path: error}, results.units[path])
+        return Quantity.told(value, powers, results.units[path], path, error, results.history(path), results.period)
 
     # ---- in words
 

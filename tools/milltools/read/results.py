@@ -2,7 +2,7 @@
 with its error, and the spectra of impacts by speed and energy.
 
     kept = Results.of(run)            # of an open Run
-    text = kept.pack()                # 12 kB for the reference mill
+    text = kept.pack()                # 20 kB for the reference mill
     Results.unpack(text).above(1e-3, "J", "ball_ball")
 """
 
@@ -15,10 +15,12 @@ import h5py
 import numpy as np
 
 from milltools.base.errors import UserError
+from milltools.read import sums
 from milltools.read.histogram import Histogram
 from milltools.read.runfile import PRECISION, RATE, THRESHOLDS, Run, estimates
 
 NO_SCALARS = ("maps", "energies", "histogram")
+DRIVES = ("drive/power", "rotor/power")
 SPECTRA = {"m/s": "normal_speed", "J": "normal_energy"}
 # edges of bins by their first and last edge and their number: only these three numbers are kept
 LAWS = {
@@ -31,10 +33,13 @@ class Results:
     """`data`, JSON-able: "duration" [s]; "mass" of all balls [kg]; "scalars" {unit: {path below /statistics: [value,
     standard error or None]}}; "known" {kind: [[rate [1/s], standard error], ...]} of impacts above some speeds;
     "bins" {"m/s" or "J": edges as LAWS}; "counts" {"m/s" or "J": {kind: [below, first, counts ..., above]}}, where
-    `first` is the number of the first bin with a count."""
+    `first` is the number of the first bin with a count; "blocks": {"period": of sums.standard_error, "counts" {kind:
+    impacts (octaves of energy, blocks)}, "lost" {kind: power lost in each block, in units of 1e-4 of the mean of all}},
+    without it if the file has none."""
 
     def __init__(self, data: dict):
         self.data = data
+        self.blocks = data.get("blocks")
         self.units = {path: unit for unit, group in data["scalars"].items() for path in group}
 
     # ---- from a run, to and from text
@@ -73,6 +78,8 @@ class Results:
                 continue
             data["bins"][unit] = _law(spectra["all"].edges)
             data["counts"][unit] = {kind: _sparse(spectrum) for kind, spectrum in spectra.items()}
+        if run.has(sums.BLOCKS):
+            data["blocks"] = _blocks(run)
         return cls(data)
 
     def pack(self) -> str:
@@ -97,33 +104,72 @@ class Results:
         value, error = self.data["scalars"][self.units[path]][path]
         return value, math.nan if error is None else error
 
-    def above(self, limit: float, unit: str, kind: str) -> tuple[float, float]:
-        """Rate of impacts [1/s] of a kind above a normal speed ("m/s") or a normal energy ("J"), and its standard
-        error. UserError without these spectra."""
+    def above(self, limit: float, unit: str, kind: str) -> tuple[float, float, np.ndarray | None]:
+        """Rate of impacts [1/s] of a kind above a normal speed ("m/s") or a normal energy ("J"), its standard error,
+        and the impacts in each block of time, as history() gives them. UserError without these spectra."""
         if unit not in self.data["counts"]:
             raise UserError(f"no spectra by {'energy' if unit == 'J' else 'speed'} are kept of this run")
         below, first, *counts, above = self.data["counts"][unit][kind]
         bins, edges = np.array(counts, float), _edges(self.data["bins"][unit])
         edges = edges[first : first + len(bins) + 1]
-        some = Histogram(edges, bins, bins, below, above, "all")
-        duration = self.data["duration"]
-        rate = some.above(limit) / duration if duration > 0 else math.nan
-        known = self.data["known"][kind]
+        count = Histogram(edges, bins, bins, below, above, "all").above(limit)
+        duration, known = self.data["duration"], self.data["known"][kind]
+        rate = count / duration if duration > 0 else math.nan
+        # the impacts above the power of two of energy that leaves the nearest number of impacts
+        near = lambda tail: abs(math.log(tail.sum() / count)) if count else 0  # noqa: E731
+        series = min(self._tails(kind), key=near, default=None)
         if unit == "m/s" and len(known) > len(THRESHOLDS) and limit in THRESHOLDS:
-            return rate, known[1 + THRESHOLDS.index(limit)][1]
-        exact = "precision/rate_above_1mJ/standard_error"
-        if unit == "J" and limit == 1e-3 and kind == "all" and exact in self.units:
-            return rate, self.scalar(exact)[0]
-        return rate, self._tail_error(rate, kind)
+            error = known[1 + THRESHOLDS.index(limit)][1]
+        elif series is None or not count:
+            error = math.nan
+        else:
+            found = sums.standard_error(rate * series / series.mean(), self.period)
+            error = max(found, rate / math.sqrt(count)) if math.isfinite(found) else math.nan
+        return rate, error, series
 
-    def _tail_error(self, rate: float, kind: str) -> float:
-        """Standard error of a rate above any limit: the relative error of the known rate of this kind that is nearest
-        to it (above 0, 0.5, 1 or 2 m/s), at least that of counting."""
-        known = [(r, e) for r, e in self.data["known"][kind] if r > 0 and e is not None and math.isfinite(e)]
-        if not rate > 0 or not known:
-            return math.nan
-        near, error = min(known, key=lambda one: abs(math.log(one[0] / rate)))
-        return rate * max(error / near, 1 / math.sqrt(rate * self.data["duration"]))
+    # ---- blocks of time
+
+    @property
+    def period(self) -> int:
+        return self.blocks["period"] if self.blocks else 0
+
+    def _tails(self, kind: str) -> list[np.ndarray]:
+        """Impacts above each power of two of energy in each block; the first ones are all impacts."""
+        if not self.blocks:
+            return []
+        own = [self._counts(one) for one in ([kind] if kind != "all" else self.blocks["counts"])]
+        tails = np.cumsum(sum(own)[::-1], axis=0)[::-1]
+        return [tail for tail in tails if tail.any()]
+
+    def _counts(self, kind: str) -> np.ndarray:
+        return np.array(self.blocks["counts"][kind], float)
+
+    def history(self, path: str) -> np.ndarray | None:
+        """A number below /statistics, but for a factor, in each block of time: of rates, losses, and the power of the
+        drive, which the losses follow; None for others and without blocks."""
+        group, _, name = path.rpartition("/")
+        kind = group.removeprefix("impacts/")
+        if not self.blocks or (path not in DRIVES and kind not in self.kinds):
+            return None
+        if name == "rate":
+            return next(iter(self._tails(kind)), None)
+        lost = self.blocks["lost"]
+        if path in DRIVES or (name, kind) == ("dissipated_power", "all"):
+            return np.sum(list(lost.values()), axis=0)
+        return np.array(lost[kind], float) if name == "dissipated_power" else None
+
+
+def _blocks(run) -> dict:
+    counts, lost = {}, {}
+    for kind in run.kinds:
+        found = run.read(f"{sums.BLOCKS}/{kind}/normal")
+        found = found.reshape(len(found), -1, found.shape[-1]).sum(axis=1)  # of all species
+        octaves = np.add.reduceat(found, [0, *range(1, found.shape[1], sums.OCTAVE)], axis=1)
+        counts[kind] = octaves.T.tolist()
+        lost[kind] = sums.total(run, sums.itself, "dissipated", [kind]).series
+    mean = sum(series.mean() for series in lost.values()) or 1.0
+    lost = {kind: np.rint(1e4 * series / mean).astype(int).tolist() for kind, series in lost.items()}
+    return {"period": int(run.read(f"{sums.BLOCKS}/period")), "counts": counts, "lost": lost}
 
 
 def _sparse(spectrum) -> list:

@@ -12,6 +12,8 @@ import numpy as np
 from milltools.base.errors import UserError
 from milltools.read.runfile import Run
 
+BLOCKS = "statistics/energies/blocks"
+OCTAVE = 4  # bins of the blocks from an energy to twice this energy
 SORTS = ("normal", "total", "dissipated")  # energies of an impact
 POINTS = 8  # at which a function of energy is taken within a bin
 FEWEST = 36  # blocks that an error needs
@@ -66,14 +68,15 @@ class Sum:
         found = math.nan if self.series is None or not self.value else standard_error(self.series, self.period)
         return max(found, self.least) if found == found else math.nan
 
-    def over(self, other: "Sum") -> tuple[float, float]:
-        """(value, standard error) of this sum divided by another one of the same run."""
+    def over(self, other: "Sum") -> tuple[float, float, float]:
+        """(value, standard error, degrees of freedom) of this sum divided by another one of the same run."""
         if not other.value:
-            return math.nan, math.nan
+            return math.nan, math.nan, 0
         ratio = self.value / other.value
         if self.series is None or other.series is None:
-            return ratio, math.nan
-        return ratio, standard_error(self.series - ratio * other.series, self.period) / abs(other.value)
+            return ratio, math.nan, 0
+        error, freedom = spread(self.series - ratio * other.series, self.period)
+        return ratio, error / abs(other.value), freedom
 
 
 def total(run: Run, weight: Weight, energy: str = "normal", kinds: Iterable[str] | None = None) -> Sum:
@@ -83,23 +86,23 @@ def total(run: Run, weight: Weight, energy: str = "normal", kinds: Iterable[str]
     if not run.has(f"{place}/edges"):
         raise UserError(f"{run.path}: has no energies of impacts: an older version or another program wrote it")
     run.need_statistics()
-    blocks, value, squares, series = f"{place}/blocks", 0.0, 0.0, None
+    value, squares, series = 0.0, 0.0, None
     points = _points(run.read(f"{place}/edges"))
-    known = run.has(f"{blocks}/edges")
-    coarse = _points(run.read(f"{blocks}/edges")) if known else None
+    known = run.has(f"{BLOCKS}/edges")
+    coarse = _points(run.read(f"{BLOCKS}/edges")) if known else None
     for pair in pairs(run, kinds):
         count = run.read(f"{place}/{pair.kind}/{energy}")[pair.index]
         weights = np.mean(weight(points, pair), axis=1)
         value += float(count @ weights)
         squares += float(count @ weights**2)
         if known:
-            rows = run.read(f"{blocks}/{pair.kind}/{energy}")[(slice(None), *pair.index)]
+            rows = run.read(f"{BLOCKS}/{pair.kind}/{energy}")[(slice(None), *pair.index)]
             part = rows @ np.mean(weight(coarse, pair), axis=1)
             series = part if series is None else series + part
     time = run.duration
     if series is None:
         return Sum(value / time, None, 0, math.sqrt(squares) / time)
-    length, period = float(run.read(f"{blocks}/duration")), int(run.read(f"{blocks}/period"))
+    length, period = float(run.read(f"{BLOCKS}/duration")), int(run.read(f"{BLOCKS}/period"))
     return Sum(value / time, series / length, period, math.sqrt(squares) / time)
 
 
@@ -136,6 +139,11 @@ def above(least: float) -> Weight:
     return lambda energy, pair: (energy >= least * (1 - 1e-12)).astype(float)
 
 
+def faster(least: float) -> Weight:
+    """Counts impacts of this normal speed [m/s] or more."""
+    return lambda energy, pair: above(pair.mass * least**2 / 2)(energy, pair)
+
+
 def _points(edges: np.ndarray) -> np.ndarray:
     """Energies within each bin, evenly on the scale of logarithms: (bins, POINTS). Below the bins 0, above them the
     highest edge."""
@@ -146,12 +154,17 @@ def _points(edges: np.ndarray) -> np.ndarray:
 
 
 def standard_error(x: np.ndarray, period: int) -> float:
+    """The error of spread()."""
+    return spread(x, period)[0]
+
+
+def spread(x: np.ndarray, period: int) -> tuple[float, float]:
     """Standard error of the mean of a stationary series with correlated values, widened by Student's t so that +- 1.96
-    errors is the 95 % interval; what repeats each `period` values (0: none) is not scatter. NaN: fewer than FEWEST
-    values, or too strong a correlation. The same estimate as in src/observe/precision.c."""
+    errors is the 95 % interval, and its degrees of freedom; what repeats each `period` values (0: none) is not scatter.
+    NaN: fewer than FEWEST values, or too strong a correlation. The same estimate as in src/observe/precision.c."""
     n = len(x)
     if n < FEWEST:
-        return math.nan
+        return math.nan, 0
     size = next(size for size in SIZES if n // size >= JOINED)
     count = n // size
     repeats = period > size and n // period >= 2
@@ -162,7 +175,7 @@ def standard_error(x: np.ndarray, period: int) -> float:
     rest = (x - means[np.arange(n) % phases])[n - count * size :].reshape(count, size).mean(axis=1)
     squares = float(rest @ rest)
     if not squares > (ROUNDING * x.mean()) ** 2:
-        return abs(shift)
+        return abs(shift), math.inf
     memory = float(rest[1:] @ rest[:-1]) / squares
     memory += memory / (count - 1) if repeats else (1 + 4 * memory) / count
     memory = min(max(memory, MEMORY[0]), MEMORY[1])
@@ -170,7 +183,7 @@ def standard_error(x: np.ndarray, period: int) -> float:
     variance = squares / share / (count - 1) / count * (1 + memory) / (1 - memory)
     freedom = count * share * (1 - memory**2) / (1.5 + memory**2)
     if freedom < 3:
-        return math.nan
+        return math.nan, 0
     u = 1 / freedom
     widening = 1 + u * (1.21036 + u * (1.44008 + u * (1.30403 + u * 0.81100)))
-    return math.sqrt(variance + shift**2) * widening
+    return math.sqrt(variance + shift**2) * widening, freedom

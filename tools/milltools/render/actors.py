@@ -9,7 +9,7 @@ from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkFloatArray, vtkPoints, vtkUnsignedCharArray
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 from vtkmodules.vtkCommonMath import vtkMatrix4x4
-from vtkmodules.vtkFiltersCore import vtkCleanPolyData, vtkPolyDataNormals
+from vtkmodules.vtkFiltersCore import vtkCellDataToPointData, vtkCleanPolyData, vtkPolyDataNormals
 from vtkmodules.vtkRenderingCore import vtkActor, vtkLight, vtkPolyDataMapper, vtkProperty, vtkRenderer
 from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLSphereMapper
 
@@ -21,6 +21,7 @@ SHARP = 35.0  # degrees between two faces, above which their edge is sharp
 BALL = {"ambient": 0.26, "diffuse": 0.86, "specular": 0.24, "specular_power": 45}
 METAL = {"color": (0.74, 0.76, 0.79), "ambient": 0.12, "diffuse": 0.72, "specular": 0.45, "specular_power": 18}
 RIM = {"color": (0.20, 0.25, 0.33), "ambient": 0.2, "diffuse": 0.7, "specular": 0.4, "specular_power": 25}
+COAT = {"ambient": 0.3, "diffuse": 0.75, "specular": 0.1, "specular_power": 20}
 GLASS = {"ambient": 0.55, "diffuse": 0.45, "specular_power": 30}
 # of glass: colour, opacity seen face on, and opacity seen edge on
 TINT, CLEAR, EDGE = (0.80, 0.87, 0.94), 0.08, 0.75
@@ -152,6 +153,17 @@ def solid(triangles, look):
     return _actor(vtkPolyDataMapper(input_data=_smooth(triangles)), look)
 
 
+def coat(triangles, value, rgb, hollow):
+    """The actor of triangles (T, 3, 3) in colours rgb(values) of a value for each, smooth except at SHARP edges;
+    `hollow`: they are seen from the side of the balls only."""
+    values = numpy_to_vtk(np.nan_to_num(value), deep=True)
+    values.SetName("value")
+    data = vtkCellDataToPointData()(_smooth(triangles, values))
+    data.point_data.SetScalars(numpy_to_vtk(rgb(vtk_to_numpy(data.point_data.GetArray("value"))), deep=True))
+    mapper = vtkPolyDataMapper(input_data=data, scalar_mode=1)  # colours of points
+    return _actor(mapper, COAT | {"backface_culling": hollow})
+
+
 def place(actor, pose):
     """Moves an actor to a pose (3, 4)."""
     matrix = vtkMatrix4x4()
@@ -209,10 +221,12 @@ def _cells(count, size):
     return cells
 
 
-def _smooth(triangles):
-    """Triangles (T, 3, 3) as vtkPolyData with normals, smooth except at SHARP edges."""
+def _smooth(triangles, values=None):
+    """Triangles (T, 3, 3) as vtkPolyData with normals, smooth except at SHARP edges; `values`: an array of VTK."""
     corners = numpy_to_vtk(triangles.reshape(-1, 3).astype(np.float32), deep=True)
     data = vtkPolyData(points=vtkPoints(data=corners), polys=_cells(len(triangles), 3))
+    if values:
+        data.cell_data.AddArray(values)
     joined = vtkCleanPolyData(tolerance=1e-7)(data)  # corners that meet become one point
     return vtkPolyDataNormals(feature_angle=SHARP, consistency=False)(joined)
 

@@ -1,4 +1,4 @@
-"""Colours of the balls: a value for each ball, limits for a whole film, and a colour map."""
+"""Colours of the balls, or of the wear of the parts: a value for each ball or facet, limits for a whole film, a map."""
 
 import dataclasses
 from collections.abc import Callable
@@ -7,9 +7,12 @@ import matplotlib
 import numpy as np
 
 from milltools.base.errors import UserError
-from milltools.base.text import prefix
-from milltools.figures.style import SPEEDS, rounded_up
+from milltools.base.text import number, prefix
+from milltools.dose.wear import YEAR
+from milltools.figures.style import SPEEDS, log_marks, rounded_up
+from milltools.figures.wear import limits as wear_limits
 from milltools.geometry.trajectory import stored
+from milltools.read.wear import Wear
 
 SHARE = 0.99  # of the balls are within the default limits
 MAPS = {"speeds": SPEEDS, "turbo": matplotlib.colormaps["turbo"]}
@@ -32,11 +35,18 @@ QUANTITIES = {
     "energy": Quantity("kinetic energy", "J", lambda state, mass: 0.5 * mass * (state.velocity**2).sum(axis=1)),
     "impact": Quantity("speed of last impact", "m/s", lambda state, mass: state.value),
 }
+# of the wear of the parts, columns of the file: words, unit, and how many of this unit are 1 SI
+WEAR = {
+    "sliding_power": ("power lost by sliding", "kW/m²", 1e-3),
+    "normal_power": ("power lost along the normal", "kW/m²", 1e-3),
+    "archard_rate": ("depth of sliding wear", "mm/year", 1e3 * YEAR),
+}
 
 
 @dataclasses.dataclass(frozen=True)
 class Colour:
-    """`quantity` (of QUANTITIES) within `limits` (low, high) [SI], in the colours of `map` (of MAPS)."""
+    """`quantity` (of QUANTITIES, or WEAR: logarithmic) within `limits` (low, high) [SI], in the colours of `map` (of
+    MAPS)."""
 
     quantity: str
     limits: tuple[float, float]
@@ -48,17 +58,37 @@ class Colour:
 
     def rgb(self, values) -> np.ndarray:
         """Colours (N, 3) uint8; values beyond a limit have the colour of the limit, NaN is grey."""
-        low, high = self.limits
-        share = (np.asarray(values, float) - low) / (high - low)
+        share = self.share(np.asarray(values, float))
         known = np.isfinite(share)
         index = np.clip(np.where(known, share, 0.0) * 256, 0, 255).astype(int)
         return np.where(known[:, None], TABLES[self.map][index], np.uint8(150))
 
+    @property
+    def worn(self) -> bool:
+        return self.quantity in WEAR
+
+    def share(self, values):
+        """Values [SI] as shares 0..1 of the limits."""
+        low, high = self.limits
+        if self.worn:
+            values = np.log(np.where(np.asarray(values) > 0, values, np.nan))  # without wear: grey
+            low, high = np.log(self.limits)
+        return (values - low) / (high - low)
+
     # ---- for the bar
+
+    def marks(self) -> list[tuple[float, str]]:
+        """Shares of a logarithmic bar, with their labels."""
+        divisor = self.scale[0]
+        found = log_marks(*(limit / divisor for limit in self.limits))
+        return [(float(self.share(mark * divisor)), number(mark)) for mark in found]
 
     @property
     def scale(self) -> tuple[float, str]:
         """(divisor, unit) for the numbers at the bar."""
+        if self.worn:
+            _, unit, factor = WEAR[self.quantity]
+            return 1 / factor, unit
         unit, top = QUANTITIES[self.quantity].unit, max(map(abs, self.limits))
         if unit != "J":
             return 1.0, unit
@@ -68,12 +98,19 @@ class Colour:
     @property
     def title(self) -> str:
         """Such as "speed [m/s]"."""
-        return f"{QUANTITIES[self.quantity].label} [{self.scale[1]}]"
+        label = WEAR[self.quantity][0] if self.worn else QUANTITIES[self.quantity].label
+        return f"{label} [{self.scale[1]}]"
 
 
 def shared(runs, quantity: str) -> tuple[float, float]:
     """The limits of the colours [SI] for runs that are shown together: from 0 to a short number that only few balls of
-    any of the runs exceed."""
+    any of the runs exceed; of wear both ends. UserError for runs without it."""
+    if quantity in WEAR:
+        found = [Wear(run) for run in runs]
+        if not any((wear[quantity] > 0).any() for wear in found):
+            why = "the deck has no coefficients for it in [wear]" if quantity == "archard_rate" else "no impacts"
+            raise UserError(f"{runs[0].path}: no {WEAR[quantity][0]}: {why}")
+        return wear_limits(found, quantity)
     return 0.0, rounded_up(max(_top(run, quantity) for run in runs))
 
 

@@ -23,6 +23,7 @@ FILM_ONLY = ("fps", "slow", "begin", "end", "beside")
 BESIDE_ONLY = ("offset", "crop", "camera_fps")
 TIMED = ("slow", "fps", "begin")
 CAMERAS = ("front", "three-quarter", "end", "orbit")
+WORN = ("sliding_power", "normal_power", "archard_rate")  # colour.WEAR
 EYE_ONLY = ("target", "up", "angle")
 
 
@@ -53,8 +54,9 @@ def add_arguments(parser):
     add("--target", metavar="X,Y,Z", help="point that the free camera looks at [m] (default: 0,0,0)")
     add("--up", metavar="X,Y,Z", help="direction that is upwards in the picture (default: 0,0,1)")
     add("--angle", metavar="DEGREES", help="view angle from the lower to the upper edge (default: 30)")
-    add("--colour", "--color", choices=("speed", "spin", "energy", "impact"), default="speed",
-        help="what colours the balls: speed (default), spin, kinetic energy, normal speed of the last impact")
+    add("--colour", "--color", choices=("speed", "spin", "energy", "impact", *WORN), default="speed",
+        help="what colours the balls: speed (default), spin, kinetic energy, normal speed of the last impact; or, "
+        "without the balls, the parts: power lost on them by sliding or along the normal, depth of sliding wear")
     add("--limits", metavar="LOW,HIGH|RUN",
         help="range of the colours, in SI units, or the file of another run, for a range that fits both (default: a "
         "range that holds almost all balls)")
@@ -111,6 +113,8 @@ def _suffix(arguments):
     if suffix not in known:
         mend = "; to write a scene, add --pov" if suffix == ".pov" else ""
         raise UserError(f"{arguments.file}: expected a name ending in {', '.join(known)}{mend}")
+    if arguments.pov and arguments.colour in WORN:
+        raise UserError(f"--colour {arguments.colour}: not with --pov")
     beside, eye = arguments.beside is not None, arguments.eye is not None
     for words, allowed, why in (
         (FILM_ONLY, suffix in FILMS, f"only for {' and '.join(FILMS)}"),

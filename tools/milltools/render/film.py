@@ -79,6 +79,7 @@ def _moving(arguments, run, plan):
     """Yields the Motion with the states of a plan; reports at the end which share of the states is estimated."""
     told = None if arguments.quiet else lambda line: say(f"running the deck again: {line}")
     wanted = arguments.flashes if arguments.flashes is not None else len(plan.times) > 1
+    wanted = wanted and arguments.colour not in colour.WEAR
     life = states.SEEN / (plan.slow if np.isfinite(plan.slow) else times.STILL) if wanted else 0.0
     with states.of(run, plan, arguments.colour == "impact", life, not arguments.no_rerun, say, told) as moving:
         yield moving

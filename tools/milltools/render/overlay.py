@@ -11,6 +11,8 @@ import numpy as np
 from matplotlib.ticker import MaxNLocator
 from PIL import Image, ImageDraw, ImageFont
 
+from milltools.render.colour import TABLES
+
 WIDE = 1.4  # for this or a larger ratio of width to height, the bar is on the right
 INK = (38, 46, 58)
 
@@ -69,6 +71,8 @@ class Overlay:
 
     def _ticks(self):
         """Labels and their share of the bar."""
+        if self.colour.worn:
+            return [(label, share) for share, label in self.colour.marks()]
         scale = self.colour.scale[0]
         low, high = (limit / scale for limit in self.colour.limits)
         ticks = MaxNLocator(nbins=6, steps=[1, 2, 2.5, 5, 10]).tick_values(low, high)
@@ -109,8 +113,7 @@ class Overlay:
         image = Image.new("RGBA", size, (*INK, 0))
         draw = ImageDraw.Draw(image)
         draw.text((title_at, 0), title, fill=INK, font=large, anchor=anchors[0])
-        low, high = self.colour.limits
-        strip = self.colour.rgb(low + (high - low) * (np.arange(length) + 0.5) / length)
+        strip = TABLES[self.colour.map][np.arange(length) * 256 // length]
         block = np.repeat(strip[None], thick, axis=0)
         image.paste(Image.fromarray(np.rot90(block) if self.wide else block), (left, top))
         self._arrow(image, strip[-1], tip_at, tip, upwards=self.wide)

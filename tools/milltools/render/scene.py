@@ -1,4 +1,5 @@
-"""Pictures of a mill, drawn by VTK into memory: balls as exact spheres, the container as glass, other bodies as steel.
+"""Pictures of a mill, drawn by VTK into memory: balls as exact spheres, the container as glass, other bodies as steel;
+or the parts without the balls, in the colours of their wear.
 
 All objects are made once; for each frame they are only moved. One Scene per process: OSMesa has one current context.
 """
@@ -10,8 +11,10 @@ from PIL import Image
 
 from milltools.base.errors import UserError
 from milltools.base.text import plural
+from milltools.geometry import bodies
 from milltools.geometry.bodies import Mill
 from milltools.read import motions
+from milltools.read.wear import Wear
 from milltools.render import window as windows
 from milltools.render.overlay import Overlay
 from milltools.render.shade import Shade
@@ -68,11 +71,19 @@ class Scene:
         self._eye, self._shadow = actors.Eye(self._window, tile, count, background), actors.Shadow(self._window, tile)
         diameter = run.balls("diameter")
         self._radius = float(np.median(diameter)) / 2
-        self._balls, self._glass, self._place = actors.Balls(diameter / 2), actors.Glass(mill.glass), actors.place
+        glass = mill.glass[:0] if colour.worn else mill.glass
+        self._balls, self._glass, self._place = actors.Balls(diameter / 2), actors.Glass(glass), actors.place
         rims = [actors.solid(mill.frame, actors.RIM)] if len(mill.frame) else []
-        inner = [(body.motion, actors.solid(body.triangles, actors.METAL)) for body in mill.inner]
+        if colour.worn:
+            wear = Wear(run)
+            coats = bodies.worn(run, wear)
+            value = wear[colour.quantity]
+            inner = [(motion, actors.coat(t, value[facet], colour.rgb, shell)) for shell, motion, t, facet in coats]
+        else:
+            inner = [(body.motion, actors.solid(body.triangles, actors.METAL)) for body in mill.inner]
         self._moving = inner + [(mill.carrier, actor) for actor in (*rims, *self._glass.actors)]
-        for actor in (self._balls.actor, *rims, *(actor for _, actor in inner)):
+        balls = [] if colour.worn else [self._balls.actor]
+        for actor in (*balls, *rims, *(actor for _, actor in inner)):
             self._eye.renderer.AddActor(actor)
             self._shadow.renderer.AddActor(actor)
         for actor in self._glass.actors:
@@ -94,7 +105,8 @@ class Scene:
 
     def draw(self, state) -> np.ndarray:
         """The picture of a trajectory.State: (h, w, 3) uint8, top row first."""
-        self._balls.move(state.position, self.colour.rgb(self.colour.values(state, self.run)))
+        if not self.colour.worn:
+            self._balls.move(state.position, self.colour.rgb(self.colour.values(state, self.run)))
         poses = state.poses or {}
         for motion, actor in self._moving:
             self._place(actor, self.mill.pose(motion, poses))

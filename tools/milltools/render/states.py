@@ -77,11 +77,10 @@ class Flashes:
             found = [np.concatenate(both).astype(float) for both in zip(found, more, strict=True)]
             keep = np.sort(np.argsort(-found[2], kind="stable")[:count])
             found = [one[keep] for one in found]
-        self.time, self.place, energy = found
-        self.least = float(energy.min(initial=np.inf))
-        hard = np.quantile(energy, 1 - HARDER) if len(energy) else 1.0
-        size = np.cbrt(np.minimum(energy / (hard or 1.0), LARGEST**3))
-        self.radius = GLOW * float(np.median(diameter)) / 2 * size
+        self.time, self.place, self.energy = found
+        self.least = float(self.energy.min(initial=np.inf))
+        self.hard = float(np.quantile(self.energy, 1 - HARDER)) if len(self.energy) else 1.0
+        self.size = GLOW * float(np.median(diameter)) / 2
         self.carrier = Mill.of(run).carrier if len(run.frame_times()) > 1 else ""
         if self.carrier:
             pose = functools.lru_cache(2)(lambda index: run.poses(index)[self.carrier])
@@ -90,6 +89,16 @@ class Flashes:
             share = np.clip((self.time - frames[after - 1]) / (frames[after] - frames[after - 1]), 0, 1)
             for k, index in enumerate(map(int, after)):
                 self.place[k] = moved(inverse(between(pose(index - 1), pose(index), share[k])), self.place[k])
+
+    @property
+    def radius(self) -> np.ndarray:
+        return self.size * np.cbrt(np.minimum(self.energy / (self.hard or 1.0), LARGEST**3))
+
+    def beside(self, others: list["Flashes"]):
+        """Leaves the flashes that all of the others would show too, in one scale: for runs that are shown together."""
+        self.least, self.hard = (max(getattr(one, name) for one in others) for name in ("least", "hard"))
+        keep = self.energy >= self.least
+        self.time, self.place, self.energy = self.time[keep], self.place[keep], self.energy[keep]
 
     def at(self, time, poses) -> np.ndarray:
         """Place in the laboratory and present radius (n, 4) [m] of the flashes that are seen at a time, for the poses

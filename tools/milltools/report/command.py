@@ -12,9 +12,9 @@ from milltools.base.files import check_writable, write_text
 from milltools.base.processes import stops_in_order
 from milltools.base.progress import Progress
 from milltools.base.text import size
+from milltools.compare.command import add_rerun
 from milltools.report import pdf
 
-RERUN = ("auto", "always", "never")  # finer.py
 SUMMARY = (
     "Writes one HTML page about a run, or a PDF; the page needs no network: what takes the power, how hard and where "
     "the balls hit, which parts wear, the deck, and moving pictures of the balls. --compare puts several runs on one "
@@ -35,11 +35,7 @@ def add_arguments(parser):
         help="two or more runs on one page, the first is the reference; replicates (other seeds) joined by commas: "
         "a1.h5,a2.h5",
     )  # fmt: skip
-    parser.add_argument(
-        "--rerun", choices=RERUN, default="auto",
-        help="run the deck again, bit for bit the same, if the stored frames are too far apart to show motion; "
-        "auto: only if this takes at most half a minute",
-    )  # fmt: skip
+    add_rerun(parser)
 
 
 def run(arguments) -> Answer:

@@ -180,7 +180,7 @@ def worn(run) -> tuple[str, list[str], list[list[str]]]:
     if why_not(run):
         return "", [], []
     found = wear.faces(run)
-    said = wear.finding(run, found)
+    said = wear.finding(found)
     return f"{said[0].upper()}{said[1:]}.", *wear.cells(found)
 
 
@@ -210,7 +210,7 @@ def render(run, watch, rerun: str = "auto", printed: bool = False) -> str:
         with watch.step("the balls", 4):
             why, fragment = player.no_frames(run), ""
             if not (why or printed):
-                fragment = parts.balls(run, rerun, watch.say, lambda text: watch(watch.done, text))
+                (fragment,) = parts.balls([run], rerun, watch.say, lambda text: watch(watch.done, text))
             still = "" if fragment else base64.b64encode(parts.still(run)).decode()
         figures = {one["anchor"]: one for one in parts.sections(draw_all(watch))}
     unsampled = run.unsampled

@@ -191,6 +191,6 @@ def _mill(view, design) -> str:
             file.write_text(deck, encoding="utf-8")
             engine.ask("--quiet", "-o", file.with_suffix(".h5"), "--", file)
             with Run(file.with_suffix(".h5")) as run:
-                return parts.balls(run, "auto", lambda line: None, lambda line: None, BYTES)
+                return parts.balls([run], "auto", lambda line: None, lambda line: None, BYTES)[0]
     except UserError as fault:
         return f'<p class="missing">{plain(fault).replace("<", "&lt;")}</p>'
