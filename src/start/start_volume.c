@@ -10,7 +10,7 @@
 #include <stdlib.h>
 
 enum {
-    BOXES = 128, /* of the smallest size, along a cube of the container's volume */
+    BOXES = 96,  /* of the smallest size, along a cube of the container's volume */
     FEWEST = 32, /* along each axis */
     DEEPEST = 96 /* halvings, more than two extents of any ratio need */
 };

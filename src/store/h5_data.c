@@ -17,7 +17,6 @@ enum {
     CONVERTED = 4096,
     CHECKED = 1 << 20, /* [byte] for one checksum, at most: HDF5 copies this much at a time */
     CHUNK = 65536,
-    LARGE = 8192,          /* [byte] of a dataset that becomes smaller if it is deflated */
     LARGEST_CHUNK = 262144 /* [byte] HDF5 needs three times as much to compress a chunk */
 };
 
@@ -125,44 +124,26 @@ static void store(struct mill_h5 *file, const char *path, struct types types, hi
     mill_h5_check(file, "write", path);
 }
 
-/* Divides `length` elements of `bytes` in all into equal pieces of at most `most` bytes; the last
- * one may be shorter. Returns the length of a piece. */
-static hsize_t piece(size_t length, size_t bytes, size_t most)
-{
-    const size_t pieces = (bytes + most - 1) / most;
-    return pieces > 1 ? (length + pieces - 1) / pieces : length;
-}
-
-/* Properties of a dataset: large ones are stored in chunks, shuffled and deflated */
-static hid_t properties(struct types types, int rank, const size_t *dims)
-{
-    const hid_t list = mill_h5_timeless(H5P_DATASET_CREATE);
-    size_t bytes = H5Tget_size(types.held);
-    hsize_t chunk[MAX_RANK];
-    for (int k = 0; k < rank; k++)
-        bytes *= chunk[k] = dims[k];
-    if (rank > 0 && bytes >= LARGE && H5Tis_variable_str(types.held) <= 0) {
-        chunk[0] = piece(dims[0], bytes, LARGEST_CHUNK);
-        H5Pset_chunk(list, rank, chunk);
-        H5Pset_shuffle(list);
-        H5Pset_deflate(list, 1);
-    }
-    return list;
-}
-
 void mill_h5_write(struct mill_h5 *file, const char *path, enum mill_h5_type type, int rank,
                    const size_t *dims, const void *values, const char *unit,
                    const char *description)
 {
-    const struct types types = types_of(file, type);
-    store(file, path, types, make_space(rank, dims), properties(types, rank, dims), values, unit,
-          description);
+    store(file, path, types_of(file, type), make_space(rank, dims),
+          mill_h5_timeless(H5P_DATASET_CREATE), values, unit, description);
 }
 
 void mill_h5_write_text(struct mill_h5 *file, const char *path, const char *text,
                         const char *description)
 {
     mill_h5_write(file, path, MILL_H5_TEXT, 0, NULL, &text, "", description);
+}
+
+/* Divides `length` elements of `bytes` in all into equal pieces of at most `most` bytes; the last
+ * one may be shorter. Returns the length of a piece. */
+static hsize_t piece(size_t length, size_t bytes, size_t most)
+{
+    const size_t pieces = (bytes + most - 1) / most;
+    return pieces > 1 ? (length + pieces - 1) / pieces : length;
 }
 
 void mill_h5_write_checked(struct mill_h5 *file, const char *path, enum mill_h5_type type,

@@ -110,14 +110,6 @@ def test_every_dataset_has_a_unit_and_a_description(mill):
             assert dataset.attrs["unit"], f"{name}: a number needs a unit, 1 if it has none"
 
 
-def test_large_results_are_deflated_and_frames_and_small_ones_are_not(mill):
-    wear = mill["statistics/wear/mesh/points"]
-    assert wear.id.get_storage_size() < 0.5 * wear.nbytes and wear.shuffle and wear.compression == "gzip"
-    assert mill["VTKHDF/wear/Points"] == wear  # one dataset under two names
-    for name in ("statistics/rotor/power", "particles/trajectory/position/value"):
-        assert mill[name].compression is None
-
-
 def test_every_text_is_read_as_str(mill):
     def check(name, thing):
         for key, value in thing.attrs.items():
