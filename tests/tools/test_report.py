@@ -107,8 +107,10 @@ def losses(folder):
 def test_the_title_is_the_finding_in_the_files_numbers(page, folder):
     power, error, sliding, drum = losses(folder)
     title = re.search("<title>(.*?)</title>", page[1], re.S)[1].replace("\xa0", " ")
-    found = re.fullmatch(r"(\d+) % of (\d+) ± (\d+) mW is rubbed off, (\d+) % goes into ball-drum hits", title)
-    numbers = [100 * sliding, 1e3 * power, 1e3 * error, 100 * drum]
+    found = re.fullmatch(
+        r"(\d+) % of (\d+) ± (\d+) mW is lost by sliding, (\d+) % goes into ball-drum hits, (\d+) % is the rest", title
+    )
+    numbers = [100 * sliding, 1e3 * power, 1e3 * error, 100 * drum, 100 * (1 - sliding - drum)]
     assert [float(text) for text in found.groups()] == pytest.approx(numbers, abs=0.5)
     assert page[2].text.startswith(title)
     assert re.search("<h1>(.*?)</h1>", page[1])[1].replace("\xa0", " ") == title
@@ -339,13 +341,13 @@ def test_a_mill_without_a_rotor_has_no_rotor_power(millsim, write_deck, tmp_path
 @pytest.mark.parametrize(
     "change, title",
     [
-        (lambda file: None, "N % of N ± N mW is rubbed off, N % goes into ball-drum hits"),
+        (lambda file: None, "N % of N ± N mW is lost by sliding, N % goes into ball-drum hits, N % is the rest"),
         (lambda file: file.__delitem__("statistics/precision"),
-         "N % of N mW is lost in ball-drum impacts, N % is lost in ball-ball impacts"),
+         "N % of N mW is lost in ball-drum impacts, N % is lost in ball-ball impacts, N % is the rest"),
         (lambda file: file["statistics/precision/dissipated_power/all/standard_error"].__setitem__((), np.nan),
-         "N % of N mW is rubbed off, N % goes into ball-drum hits"),
+         "N % of N mW is lost by sliding, N % goes into ball-drum hits, N % is the rest"),
         (lambda file: file["run/status"].__setitem__((), "running"),
-         "So far: N % of N ± N mW is rubbed off, N % goes into ball-drum hits"),
+         "So far: N % of N ± N mW is lost by sliding, N % goes into ball-drum hits, N % is the rest"),
         (lambda file: file["statistics/impacts/all/count"].__setitem__((), 0), "The balls hit nothing in N ms"),
         (lambda file: file["statistics/impacts/all/dissipated_power"].__setitem__((), 0.0),
          "N thousand impacts each second lose no energy"),

@@ -14,7 +14,7 @@ pytest_plugins = ["browser", "reported"]
 def test_it_opens_from_disk_without_errors_or_requests(page, open_page):
     opened = open_page(page[0], width=1000, height=800)
     opened.until("document.querySelector('.mp-live') !== null")
-    assert "is rubbed off" in opened.evaluate("document.title")
+    assert "is lost by sliding" in opened.evaluate("document.title")
     opened.check()
 
 

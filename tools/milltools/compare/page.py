@@ -62,6 +62,7 @@ def render(sides, tables, watch, rerun: str) -> str:
 def _kicker(sides) -> str:
     """The names of the runs, and the keys that differ."""
     keys = [key for key, _ in rows.deck_differences(sides)]
+    keys.sort(key=lambda key: key.startswith(("run.", "output.")))  # the mill first
     more = f" and {len(keys) - 4} more keys" if len(keys) > 4 else ""
     differ = f" \N{MIDDLE DOT} different: {', '.join(keys[:4])}{more}" if keys else " \N{MIDDLE DOT} same deck"
     return ", ".join(side.label for side in sides) + differ

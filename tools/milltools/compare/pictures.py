@@ -76,7 +76,8 @@ def draw_forest(figure, tables, shown):
     ax.set_yticks([])
     ax.spines["left"].set_visible(False)
     who = "each run" if several else literal(tables[0].b.name, 24)
-    ax.set_xlabel(f"difference of {who} from {literal(tables[0].a.name, 24)} [%]")
+    scale = ", logarithmic" if ratios else ""
+    ax.set_xlabel(f"difference of {who} from {literal(tables[0].a.name, 24)} [%]{scale}")
     if several:
         _legend(figure, [ax], 2)
 

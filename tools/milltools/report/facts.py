@@ -13,7 +13,7 @@ from milltools.dose import dose
 from milltools.read import kinds, motions, sums
 
 WITH_VALUE = ("-o", "--output", "-s", "--set", "--export-start", "--value", "--progress", "--part")
-RUBBED = "is rubbed off"
+RUBBED = "is lost by sliding"
 DRIVE = (("power", "W"), ("torque", "N m"))
 ANOMALIES = (  # of /run, as shown, what it means
     ("not_closing", "contacts with an opening gap",
@@ -194,13 +194,16 @@ def finding(run) -> str:
         rate = str(brief(float(run.statistic("impacts/all/rate")), math.nan, "/s")).removesuffix("/s").strip()
         return f"{so_far}{rate} impacts each second lose no energy"
     total, error = dose.loss(run)
-    said = [f"{100 * power / total:.0f}{SPACE}%{{}} {words}" for power, words in losses(run) if power > 0.005 * total]
-    return so_far + ", ".join(said[:2]).replace("{}", f" of {brief(total, error, 'W')}", 1).replace("{}", "")
+    parts = [(power, words) for power, words in losses(run) if power > 0.005 * total]
+    if rest := sum(power for power, _ in parts[2:]):
+        parts[2:] = [(rest, "is the rest")]
+    said = [f"{100 * power / total:.0f}{SPACE}%{{}} {words}" for power, words in parts]
+    return so_far + ", ".join(said).replace("{}", f" of {brief(total, error, 'W')}", 1).replace("{}", "")
 
 
 def tiles(run) -> list[tuple[str, Number, str]]:
     """(name, number with its standard error, explanation) of the three numbers of the card: the power, the hard
-    impacts, the dose, the share that is rubbed off, the median speed: the first three that the run has."""
+    impacts, the dose, the share that sliding takes, the median speed: the first three that the run has."""
     if run.unsampled or not int(run.statistic("impacts/all/count")):
         return []
     (power, error), mass = dose.loss(run), run.as_deck.mass
@@ -227,8 +230,8 @@ def tiles(run) -> list[tuple[str, Number, str]]:
     if not lossless(run) and any(words == RUBBED for _, words in losses(run)):
         value, error = rubbed(run)
         rest = [f"; {share(part / power)} {words}" for part, words in losses(run) if words != RUBBED]
-        remark = "of the power by sliding" + "".join(rest[:1])
-        found.append(("rubbed off", Number(str(brief(100 * value, 100 * error, "%")), value), remark))
+        remark = "of the power" + "".join(rest[:1])
+        found.append(("lost by sliding", Number(str(brief(100 * value, 100 * error, "%")), value), remark))
     _, error, _ = run.known("median_above_50mm_s") or (0, math.nan, 0)
     median = brief(float(run.statistic("impacts/all/normal_speed/median_above_50mm_s")), error, "m/s")
     found.append(("median impact speed", median, f"normal, of the impacts above 50{SPACE}mm/s"))

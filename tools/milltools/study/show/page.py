@@ -58,11 +58,11 @@ def render(view, objective, figures, beside=None, wanted=None, quiet=True) -> st
         scripts=player.scripts() if mills else "",
         script=script,
         theme=theme,
-        title=plain(summary.finding(view, objective) or f"Study {view.name}"),
+        title=plain(_signs(summary.finding(view, objective)) or f"Study {view.name}"),
         kicker=plain(f"Study {view.name}"),
         data=data(view, objective, [design for design, *_ in mills]),
         head=summary.head_lines(view) + summary.progress_lines(view),
-        optima=[summary.optimum_lines(view, aim) for aim in aims],
+        optima=[[_signs(line) for line in summary.optimum_lines(view, aim)] for aim in aims],
         beside=pair.sentences([view, beside], objective, wanted) if beside is not None else [],
         tables=tables,
         pictures=pictures,
@@ -99,11 +99,15 @@ def data(view, objective, mills) -> dict:
         "keys": [{"name": a.words, "unit": a.scale.unit if a.numeric else "", "words": [] if a.numeric else
                   list(map(str, a.choices)), "log": a.log} for a in view.axes],
         "aims": [{"name": a.words, "unit": a.unit, "goal": a.goal} for a in aims.values()],
-        "limits": [{"aim": [*aims].index(one.expression.text), "sign": one.sign, "limit": one.limit, "text": one.text}
-                   for one in view.require],
+        "limits": [{"aim": [*aims].index(one.expression.text), "sign": one.sign, "limit": one.limit,
+                    "text": _signs(one.text)} for one in view.require],
         "designs": designs, "pairs": pairs, "plane": _plane(view, objective), "colours": table.ravel().tolist(),
         "best": best.design if best else None, "front": _front(view, shown), "mills": mills,
     }  # fmt: skip
+
+
+def _signs(text: str) -> str:
+    return text.replace("<=", "\N{LESS-THAN OR EQUAL TO}").replace(">=", "\N{GREATER-THAN OR EQUAL TO}")
 
 
 def _number(value):

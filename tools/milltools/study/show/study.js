@@ -121,16 +121,20 @@
     };
     const x = edge(field.xs), y = edge(field.ys);
     const { px, py, back } = frame(svg, x, y, label(keys[field.x]), label(keys[field.y]));
+    const inside = (v, [low, high]) => v >= low && v <= high;
     const middle = (v, k) => (k < 0 ? x : (v[k] + v[k + 1]) / 2);
     const border = (v, k, [low, high]) => (k <= 0 ? low : k >= v.length ? high : middle(v, k - 1));
     field.value.forEach((row, j) => row.forEach((value, i) => {
       if (value === null) return;
       const [x0, x1] = [border(field.xs, i, x), border(field.xs, i + 1, x)], [y0, y1] = [border(field.ys, j, y), border(field.ys, j + 1, y)];
-      add(back, 'rect', { x: px(x0) - 0.3, y: py(y1) - 0.3, width: px(x1) - px(x0) + 0.6, height: py(y0) - py(y1) + 0.6, fill: shade(value) });
+      const here = designs.filter((d) => inside(d.keys[field.x], [x0, x1]) && inside(d.keys[field.y], [y0, y1]));
+      const off = here.length > 0 && here.every((d) => d.state === 'not allowed');
+      add(back, 'rect', { opacity: off ? 0.25 : 1, x: px(x0) - 0.3, y: py(y1) - 0.3, width: px(x1) - px(x0) + 0.6, height: py(y0) - py(y1) + 0.6, fill: shade(value) });
     }));
     designs.forEach((d, k) => dot(svg, k, px(d.keys[field.x]), py(d.keys[field.y])));
     const words = `Colour: ${label(aims[0])}, ${tell(least)} (dark) to ${tell(most)} (bright)`;
-    at('plane').querySelector('figcaption').textContent = words + (field.others ? `; ${field.others}` : '') + '.';
+    const pale = designs.some((d) => d.state === 'not allowed') ? '; pale: not allowed' : '';
+    at('plane').querySelector('figcaption').textContent = words + pale + (field.others ? `; ${field.others}` : '') + '.';
   }
 
   const strings = [...keys.map((one, n) => ({ ...one, of: (d) => d.keys[n] })), ...aims.map((one, n) => ({ ...one, words: [], of: (d) => d.aims[n] }))];

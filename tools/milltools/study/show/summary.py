@@ -17,6 +17,7 @@ from milltools.study.show.data import Scale, StudyView
 
 BEST = 10  # lines of the table of designs
 FEW = 5  # of them at the end of a sweep
+NAMED = 4  # designs that are named one by one; ranges are told of more
 FRONT = 20  # lines of the table of the Pareto front
 QUIET = 3  # a study counts as resting after this multiple of the usual pause between two runs
 UNDER = " " * 11  # indent of a continued line
@@ -112,8 +113,9 @@ def finding(view, objective) -> str:
         return ""
     known = " (95 %)" if math.isfinite(best.half) else " (error not known)"
     under = f" with {required(view)}" if view.require else ""
-    value = objective.scale.pair(best.value, best.half)
-    return f"{view.tell(best.design)} gives {objective.goal_words}{under}: {value}{known}"
+    value, others = objective.scale.pair(best.value, best.half), int(best.open.sum()) - 1
+    tied = f"; {plural(others, 'other design')} may be as good" if known == " (95 %)" and others > 0 else ""
+    return f"{view.tell(best.design)} gives {objective.goal_words}{under}: {value}{known}{tied}"
 
 
 def optimum_lines(view, objective) -> list[str]:
@@ -134,13 +136,16 @@ def optimum_lines(view, objective) -> list[str]:
     more = []
     if best.surface is not None:
         own = scale.pair(float(found.mean[best.design]), float(found.half[best.design]))
-        more.append(f"(its own runs alone: {own})")
+        more.append(f"this value is of a fit through all runs; its own runs alone give {own}")
     if not known:
         mend = "(study.replicates or run.precision gives one)"
         more.append(f"its error is not known: single runs without an error of their own {mend}")
     elif best.open.sum() > 1:
         count = f"{best.open.sum()} of {len(view.designs)} designs, 95 %"
-        more.append(f"{optimum.spans(view, best.open)} cannot be distinguished from the best ({count})")
+        few = best.open.sum() <= NAMED
+        others = [k for k in np.flatnonzero(best.open) if k != best.design]
+        which = "; ".join(map(view.tell, others)) if few else optimum.spans(view, best.open)
+        more.append(f"{which} cannot be distinguished from the best ({count})")
     else:
         more.append(f"no other design that was run{' and meets this' * bool(view.require)} can be as good (95 %)")
     more[:0] = limit_lines(view, best.design)
