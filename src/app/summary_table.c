@@ -60,25 +60,44 @@ static void print_motions(const struct mill_world *world, const char *lead, FILE
     }
 }
 
-/* Prints the contact laws that are not the deck's own, each once. */
+/* Writes what the law of a kind of contact takes from materials: ", restitution 0.9, friction 0.2"
+ */
+static void say_law(const struct mill_deck *deck, int kind, char text[2 * TEXT])
+{
+    const struct mill_deck_law *law = &deck->law[kind];
+    const struct mill_deck_takes *takes = &deck->takes[kind];
+    const struct mill_fall *fall = &deck->fall[kind];
+    const char *how = fall->points > 1    ? ", restitution %.3g..%.3g"
+                      : fall->points == 1 ? ", restitution %.3g at %.3g m/s"
+                                          : ", restitution %.3g";
+    size_t used = 0;
+    text[0] = '\0';
+    if (takes->restitution)
+        used += (size_t)snprintf(text, 2 * TEXT, how, law->restitution,
+                                 fall->points > 1 ? fall->restitution[fall->points - 1]
+                                                  : fall->speed[0]);
+    if (takes->friction)
+        used += (size_t)snprintf(text + used, 2 * TEXT - used, ", friction %.3g", law->friction);
+    if (takes->tangential)
+        snprintf(text + used, 2 * TEXT - used, ", tangential %.3g", law->tangential);
+}
+
+/* Prints what contact laws take from materials, each once. */
 static void print_laws(const struct mill_deck *deck, const char *lead, FILE *out)
 {
+    char text[2 * TEXT], other[2 * TEXT];
     for (int kind = 0; kind < deck->contacts.count; kind++) {
-        const struct mill_deck_law *law = &deck->law[kind];
         bool said = !deck->assumed[kind][0];
-        for (int k = 0; k < kind && !said; k++)
-            said = strcmp(deck->assumed[k], deck->assumed[kind]) == 0 &&
-                   deck->law[k].restitution == law->restitution &&
-                   deck->law[k].friction == law->friction &&
-                   deck->law[k].tangential == law->tangential;
+        say_law(deck, kind, text);
+        for (int k = 0; k < kind && !said; k++) {
+            say_law(deck, k, other);
+            said = strcmp(deck->assumed[k], deck->assumed[kind]) == 0 && strcmp(other, text) == 0;
+        }
         if (said)
             continue;
         fputs(lead, out);
         mill_summary_text_label(out, "contacts");
-        fprintf(out, "assumed: restitution %.3g", law->restitution);
-        if (deck->fall[kind].points > 0)
-            fprintf(out, " at %.3g m/s", deck->fall[kind].speed[0]);
-        fprintf(out, ", friction %.3g, tangential %.3g\n%s", law->friction, law->tangential, lead);
+        fprintf(out, "assumed: %s\n%s", text + strlen(", "), lead);
         mill_summary_text_label(out, "");
         fprintf(out, "%s\n", deck->assumed[kind]);
     }

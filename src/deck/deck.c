@@ -306,13 +306,13 @@ static enum mill_status set_speed(struct mill_deck *deck, struct mill_error *err
 static enum mill_status list_laws(struct mill_deck *deck, struct mill_error *error)
 {
     bool has[MILL_KINDS_MOST];
-    enum mill_status status = mill_deck_materials_settle(deck, error);
+    enum mill_status status = mill_deck_laws_settle(deck, error);
     if (status == MILL_OK)
         status = list_by_kind(deck, "contact", &deck->general, deck->law, sizeof *deck->law, error);
     for (int kind = 0; kind < deck->contacts.count; kind++)
         has[kind] = has_kind(deck, kind);
     if (status == MILL_OK)
-        status = mill_deck_materials_list(deck, has, error);
+        status = mill_deck_laws_list(deck, has, error);
     return status == MILL_OK
                ? list_by_kind(deck, "wear", &deck->worn, deck->wear, sizeof *deck->wear, error)
                : status;
@@ -324,7 +324,7 @@ static enum mill_status list_laws(struct mill_deck *deck, struct mill_error *err
 static const struct mill_deck_step steps[] = {
     {mill_deck_motions_list, MOVED},
     {mill_deck_bodies_list, MOVED " body"},
-    {mill_deck_materials_require, "contact"},
+    {mill_deck_laws_require, "contact"},
     {list_laws, MOVED " body balls material contact wear"},
     {list_shapes, "drum blades blade"},
     {set_speed, MILL},

@@ -89,6 +89,11 @@ struct mill_deck_law {
     const struct mill_fall *rows; /* of the table */
 };
 
+/* Which values of a contact law are those of materials */
+struct mill_deck_takes {
+    bool restitution, friction, tangential;
+};
+
 /* [material.NAME]: its contact with itself; NaN: not known */
 struct mill_deck_material {
     struct mill_deck_law law;
@@ -190,6 +195,7 @@ struct mill_deck {
     struct mill_fall fall[MILL_KINDS_MOST];
     /* where values of materials are used: of what pair, and where they come from; "": nowhere */
     char assumed[MILL_KINDS_MOST][MILL_DECK_REMARK];
+    struct mill_deck_takes takes[MILL_KINDS_MOST];
     double rebound_floor; /* [m/s] */
     struct mill_deck_powder powder;
     struct mill_deck_heat heat;

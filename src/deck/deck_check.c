@@ -360,6 +360,20 @@ static void warn_of_axes(const struct mill_deck *deck)
     deck->warn(line.text);
 }
 
+/* Materials of parts give nothing but contact laws. */
+static void warn_of_materials(const struct mill_deck *deck)
+{
+    const char *section = deck->drum_material ? "drum" : deck->rotor_material ? "rotor" : NULL;
+    struct mill_error line;
+    for (int kind = 0; kind < deck->contacts.count; kind++)
+        section = deck->assumed[kind][0] ? NULL : section;
+    if (!section || isnan(deck->general.restitution))
+        return;
+    mill_deck_fault(deck, &line, section, "material",
+                    "is not used: [contact] gives all values, or the balls have no 'material'");
+    deck->warn(line.text);
+}
+
 void mill_deck_check_warn(const struct mill_deck *deck)
 {
     if (!deck->warn)
@@ -369,4 +383,5 @@ void mill_deck_check_warn(const struct mill_deck *deck)
     warn_of_gaps(deck);
     warn_of_idle(deck);
     warn_of_axes(deck);
+    warn_of_materials(deck);
 }

@@ -201,23 +201,40 @@ enum mill_status mill_deck_bodies_list(struct mill_deck *deck, struct mill_error
 /* [m^3] of the empty container: what is inside is not subtracted */
 double mill_deck_bodies_volume(const struct mill_deck *deck);
 
-/* ---- materials and contact laws (deck_materials.c) ---- */
+/* ---- materials (deck_materials.c) ---- */
+
+/* A material of the deck, or of the table, or of both */
+struct mill_deck_found {
+    char name[MILL_NAME_LENGTH];
+    struct mill_deck_material is;
+    const char *remark; /* "": all values are the deck's */
+};
+
+/* Finds the material that [section] names with `key`. */
+enum mill_status mill_deck_materials_find(const struct mill_deck *deck, const char *section,
+                                          const char *key, const char *name,
+                                          struct mill_deck_found *found, struct mill_error *error);
+
+/* The table of the restitution of this material, which `restitution_table` can name; NULL: none */
+const struct mill_fall *mill_deck_materials_fall(const char *name);
 
 /* Sets the density of balls whose section gives only a material. */
 enum mill_status mill_deck_materials_density(const struct mill_deck *deck,
                                              struct mill_deck_balls *balls,
                                              struct mill_error *error);
 
+/* ---- contact laws (deck_laws.c) ---- */
+
 /* Checks that something gives the restitution: a number, a table or materials. */
-enum mill_status mill_deck_materials_require(struct mill_deck *deck, struct mill_error *error);
+enum mill_status mill_deck_laws_require(struct mill_deck *deck, struct mill_error *error);
 
 /* Reads the tables of restitution of [contact], [contact.KIND] and [material.NAME]. */
-enum mill_status mill_deck_materials_settle(struct mill_deck *deck, struct mill_error *error);
+enum mill_status mill_deck_laws_settle(struct mill_deck *deck, struct mill_error *error);
 
 /* Completes the law of each kind of contact with the values of the materials. has[contacts.count]:
  * kinds that occur in this mill */
-enum mill_status mill_deck_materials_list(struct mill_deck *deck, const bool *has,
-                                          struct mill_error *error);
+enum mill_status mill_deck_laws_list(struct mill_deck *deck, const bool *has,
+                                     struct mill_error *error);
 
 /* ---- powder, heat, wear (their keys: deck_uses.c; deck_powder.c) ---- */
 
