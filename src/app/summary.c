@@ -218,7 +218,7 @@ static void print_anomalies(FILE *out, const struct mill_counts *counts, double 
         }
     if (counts->overlaps > 0)
         fprintf(out, " (up to %s)", mill_summary_text_si(counts->largest_overlap, "m"));
-    fprintf(out, *comma ? "\n" : "none\n");
+    fprintf(out, *comma ? "\n" : " none\n");
 }
 
 static void print_state(const struct mill_summary *s, const struct mill_totals *totals)
@@ -232,7 +232,7 @@ static void print_state(const struct mill_summary *s, const struct mill_totals *
             mill_summary_text_si(totals->turnover, "J"));
     if (totals->turnover > 0)
         fprintf(s->out, " (%.1e)", totals->balance_error / totals->turnover);
-    fprintf(s->out, "; anomalies: ");
+    fprintf(s->out, "; anomalies:");
     print_anomalies(s->out, &s->world->counts, totals->balance_error);
 }
 

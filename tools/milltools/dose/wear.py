@@ -104,7 +104,8 @@ def run(arguments) -> Answer:
         found = faces(opened)
         said = finding(found)
     heads, rows = cells(found)
-    text = "\n".join([said, "", *columns([heads, *rows], left=(0, 1))])
+    note = "\N{PLUS-MINUS SIGN}: one standard error as if impacts were independent; the true one is larger."
+    text = "\n".join([said, "", *columns([heads, *rows], left=(0, 1)), "", note])
     return Answer(
         text, {"run": arguments.run, "files": [], "finding": said, "faces": list(map(dataclasses.asdict, found))}
     )
