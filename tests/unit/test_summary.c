@@ -144,7 +144,7 @@ START_TEST(anomalies_are_counted_by_what_they_are)
     f.world.counts.reliefs = 2;
     f.world.counts.overlaps = 1;
     f.world.counts.largest_overlap = 2.5e-6;
-    assert_holds(printed(false), "anomalies: \n                2 pinched balls released,\n         "
+    assert_holds(printed(false), "anomalies:\n                2 pinched balls released,\n         "
                                  "       1 overlaps (up to 2.500 um)\n");
     assert_holds(text, ", 3 anomalies\n");
 }
