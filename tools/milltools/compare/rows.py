@@ -8,7 +8,7 @@ import numpy as np
 from milltools.compare import agreement as errors
 from milltools.compare import map_deviation as maps
 from milltools.compare.agreement import Estimate
-from milltools.compare.load import GEOMETRY, LEVELS, Member, Side, designs, different_keys, usual
+from milltools.compare.load import CONDUCT, GEOMETRY, LEVELS, Member, Side, designs, different_keys, usual
 from milltools.read import sums
 from milltools.read.kinds import KINDS
 from milltools.read.kinds import label as label_of
@@ -78,6 +78,7 @@ class Comparison:
     b: Side
     rows: list[Row]
     designs: bool = False
+    keys: tuple[str, ...] = ()  # of the mill that differ
 
     @property
     def title(self) -> str:
@@ -114,8 +115,8 @@ class Comparison:
         least = [LEAST_SHARE * abs(e.value) for e in (whole.a, whole.b)] if whole else (0, 0)
         keys = [
             "drive_power", "rotor_power", *(f"hard_per_joule_{speed:g}" for speed in THRESHOLDS),
-            "above_1mJ_per_joule", f"rate_all_above_{self.hard:g}", "rate_all", "median_above_50mm_s", "median", "normal_dissipation",
-            "tangential_dissipation",
+            "above_1mJ_per_joule", f"rate_all_above_{self.hard:g}", "rate_all", "median_above_50mm_s", "median",
+            "normal_dissipation", "tangential_dissipation",
         ]  # fmt: skip
         lost = [
             row.key
@@ -353,7 +354,8 @@ def compare(a: Side, b: Side) -> Comparison:
         rows.append(Row(*what, one, two, *found, one.remark or two.remark))
     rows += map_rows(a, b, steady, identical, two_designs)
     rows.append(price_row(a, b))
-    return Comparison(a, b, rows, two_designs)
+    keys = (key for key in different_keys(a.first.deck(), b.first.deck()) if not CONDUCT.fullmatch(key))
+    return Comparison(a, b, rows, two_designs, tuple(keys))
 
 
 def is_zero(found: Estimate) -> bool:
