@@ -72,9 +72,10 @@ def draw_forest(figure, tables, shown):
     ax.set_ylim(len(shown) - 0.45, -0.5)
     ax.set_xlim(ax.get_xlim())  # the ticks stay
     ax.grid(False)
+    top, bottom = np.arange(len(shown)) + 0.03, np.arange(len(shown)) + 0.45
     for x in {1.0, *ax.get_xticks()}:  # only beside the bars: a line of the whole height would run through the texts
         look = {"lw": 0.8, "zorder": 1} if abs(x - 1) < 1e-9 else {"lw": 0.6, "alpha": 0.2, "zorder": 0.5}
-        ax.vlines([x] * len(shown), np.arange(len(shown)), np.arange(len(shown)) + 0.48, color=INK, **look)
+        ax.vlines([x] * len(shown), top, bottom, color=INK, **look)
     for place, row in enumerate(shown):
         ax.axhline(place - 0.5, color=INK, lw=0.5, alpha=0.15)
         ax.text(0, place - 0.25, literal(row.name), va="center", transform=ax.get_yaxis_transform(), fontsize=9)
