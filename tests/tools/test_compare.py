@@ -1,6 +1,7 @@
 """mill compare: identical runs agree, other seeds agree, another speed differs; what it says is what the files hold."""
 
 import csv
+import dataclasses
 import fcntl
 import math
 import os
@@ -20,8 +21,9 @@ from conftest import PROGRAM, ROOT, run_mill, some
 from report_page import Reader
 from scipy.special import stdtrit
 
-from milltools.compare import agreement, finding, load, map_deviation, rows, terminal
+from milltools.compare import agreement, finding, load, map_deviation, pictures, rows, terminal
 from milltools.compare.agreement import Estimate
+from milltools.read import sums
 from milltools.read.kinds import KINDS
 from milltools.read.runfile import Run
 
@@ -318,6 +320,38 @@ def test_impacts_per_joule_have_the_scatter_of_impacts_minus_losses_in_blocks_of
 
 
 @pytest.mark.slow
+def test_impacts_of_a_millijoule_or_more_are_those_of_the_file_per_second_and_per_joule(millsim, write_deck, tmp_path):
+    write_deck(MILL.replace("diameter = 5 mm", "diameter = 8 mm").replace("count = 150", "count = 30"))
+    assert millsim("deck.ini", "-q", "-o", "a.h5").returncode == 0
+    path = tmp_path / "a.h5"
+    sides = load.sides([[str(path)], [str(changed(path, tmp_path / "b.h5", statistics__precision=None))]])
+    found = rows.compare(*sides)
+    rate, each = found.row("rate_above_1mJ"), found.row("above_1mJ_per_joule")
+    with h5py.File(path) as file:
+        value, error = (file[f"statistics/precision/rate_above_1mJ/{name}"][()] for name in ("value", "standard_error"))
+        power = file["statistics/rotor/power"][()]
+    assert value > 100
+    assert (rate.a.value, rate.a.told, each.a.value) == pytest.approx((value, error, value / power))
+    assert (rate.b.value, rate.b.told) == pytest.approx((value, error), rel=0.02)  # from histograms and blocks
+    assert each.b.value == pytest.approx(value / power, rel=0.02)
+    with Run(path) as run:
+        hard, lost = sums.total(run, sums.above(1e-3)), sums.total(run, sums.itself, "dissipated")
+    ratio, error, _ = hard.over(lost)
+    assert each.a.told / each.a.value == pytest.approx(error / ratio)
+    assert each in found.important and each.name == "impacts >= 1 mJ, per joule"
+
+
+@pytest.mark.slow
+def test_without_energies_or_impacts_of_a_millijoule_there_are_no_rows_of_them(runs, copy, millsim, write_deck):
+    bare = copy("one", statistics__energies=None)
+    write_deck(MILL.replace("7800 kg/m^3", "100 kg/m^3"))
+    assert millsim("deck.ini", "-q", "-o", "light.h5").returncode == 0
+    for path in (bare, bare.parent / "light.h5"):
+        found = table(path, path)
+        assert "hard_per_joule_0.5" in found and not [key for key in found if "1mJ" in key]
+
+
+@pytest.mark.slow
 def test_where_the_file_tells_no_errors_blocks_do(runs, copy):
     bare = table(copy("one", statistics__precision=None), runs["two"])
     torque, power = bare["rotor_torque"].a, bare["rotor_power"].a
@@ -474,6 +508,62 @@ def test_the_title_names_what_a_joule_buys_and_the_power():
     assert finding.title(tied) == (
         "new and old are tied in impacts above 1 m/s per joule; new draws 3.50 times as much power"
     )
+
+
+@pytest.mark.parametrize(
+    "keys, said",
+    [
+        (("drum.profile", "drum.buckles"), None),
+        (("drum.profile", "blades.tip_radius", "drum.buckles"), "blades.tip_radius, drum.profile, drum.buckles"),
+        (
+            ("a.one", "a.two", "a.three", "a.four", "b.five", "c.six"),
+            "b.five, c.six, a.one, a.two and 2 more keys",
+        ),
+        (("a.one", "a.two", "a.three", "a.four", "b.five"), "b.five, a.one, a.two, a.three and 1 more key"),
+    ],
+)
+def test_the_finding_says_that_more_than_one_section_differs(keys, said):
+    table = two_designs(made("hard_per_joule_1", 500, 625, 0.01), made("rotor_power", 200, 120, 0.01))
+    _, *others = finding.sentences(dataclasses.replace(table, keys=keys))
+    if said:
+        assert others[0] == f"The decks also differ in {said}: this is the effect of all differences together."
+    else:
+        assert "decks" not in " ".join(others)
+
+
+@pytest.mark.slow
+def test_how_a_mill_is_run_is_no_difference_of_its_sections(copy):
+    sides = load.sides([[str(copy("one", to=f"{k}.h5", deck__run__seed=k, deck__drum__radius=f"{k} m"))] for k in "12"])
+    table = rows.compare(*sides)
+    assert table.designs and table.keys == ("drum.radius",)
+
+
+def test_no_line_of_the_forest_plot_runs_through_a_text():
+    table = two_designs(
+        made("rotor_power", 200, 120, 0.01),
+        *(made(f"hard_per_joule_{speed}", 500, b, 0.01) for speed, b in (("0.5", 490), ("1", 700), ("2", 1040))),
+        *(made(f"dissipated_power_{k}", 200, 100, 0.01) for k in range(20)),
+    )
+    for side in (table.a, table.b):
+        side.label = side.name
+    (figure,) = (figure for name, *_, figure in some_pictures([table]) if name == "forest")
+    figure.canvas.draw()
+    (ax,) = figure.axes
+    boxes = [text.get_window_extent() for text in ax.texts]
+    upright = [line for lines in ax.collections for line in lines.get_segments()]
+    assert len(boxes) > 40 and len(upright) > 40
+    for line in upright:
+        (x, one), (_, two) = ax.transData.transform(line)
+        for box in boxes:
+            assert not (box.x0 < x < box.x1 and box.y0 < max(one, two) and min(one, two) < box.y1)
+    assert not any(line.get_visible() for line in ax.get_xgridlines())
+
+
+def some_pictures(tables):
+    """The figures of tables without runs: only the forest plot has data."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(pictures, "PICTURES", pictures.PICTURES[:1])
+        yield from pictures.figures(tables)
 
 
 def test_a_title_leaves_out_what_is_not_known_well_enough():

@@ -11,6 +11,7 @@ from milltools.compare.agreement import NORMAL
 from milltools.read.runfile import THRESHOLDS
 
 TOLD = ("rotor_power", "drive_power", "median_above_50mm_s", "kinetic_energy")  # of two programs
+NAMED = 4  # keys at most
 INTERVALS = "Ranges are 95 % intervals."
 MANY, MUCH, FAST = ("more", "fewer", "many"), ("more", "less", "much"), ("faster", "slower", "fast")
 
@@ -101,7 +102,20 @@ def sentences(table) -> list[str]:
     ]
     if scale:
         said.append(f"On the scale of impacts per joule, {b} is {', '.join(scale)}.")
-    return [" ".join([*said[:2], INTERVALS]), *said[2:]]
+    return [" ".join([*said[:2], INTERVALS]), *_mixed(table.keys), *said[2:]]
+
+
+def _mixed(keys) -> list[str]:
+    """A sentence if keys of more than one section of the decks differ: those of other sections than the first one
+    first."""
+    section = lambda key: key.rpartition(".")[0]  # noqa: E731
+    others = [key for key in keys if section(key) != section(keys[0])]
+    if not others:
+        return []
+    named = others + [key for key in keys if key not in others]
+    more = f" and {plural(len(named) - NAMED, 'more key')}" if len(named) > NAMED else ""
+    shown = ", ".join(map(plain, named[:NAMED])) + more
+    return [f"The decks also differ in {shown}: this is the effect of all differences together."]
 
 
 def _better(row) -> str:

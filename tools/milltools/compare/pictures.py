@@ -25,6 +25,8 @@ from milltools.figures.overtime import means
 from milltools.figures.style import INK, run_style, save
 from milltools.read.kinds import label as kind_label
 
+PITCH = 0.33  # [inch] of a row of the forest plot: a text above a bar
+
 
 def sides_of(tables):
     return [tables[0].a, *(table.b for table in tables)]
@@ -46,7 +48,7 @@ def draw_forest(figure, tables, shown):
     low, high = max(ends.min(), -0.95) if ratios else ends.min(), ends.max()
     for number, (table, rows) in enumerate(zip(tables, every)):
         colour = run_style(number + 1)["color"] if several else INK
-        shift = 0.15 + 0.5 * ((number + 0.5) / len(tables) - 0.5)  # below the text of the row
+        shift = 0.22 + 0.4 * ((number + 0.5) / len(tables) - 0.5)  # below the text of the row
         ax.plot([], [], "o-", color=colour, label=literal(f"{table.b.label} against A", 44))
         for place, row in enumerate(rows):
             if not row or not math.isfinite(row.difference_error):
@@ -58,8 +60,6 @@ def draw_forest(figure, tables, shown):
             if not several:
                 words = f"{finding.percent(row)}  ({finding.interval(row).removesuffix(' %')})"
                 ax.text(1, place - 0.25, words, ha="right", va="center", transform=ax.get_yaxis_transform(), fontsize=9)
-    lines = np.arange(len(shown))
-    ax.vlines(np.ones(len(shown)), lines - 0.05, lines + 0.5, color=INK, lw=0.8, zorder=1)  # not through the texts
     if ratios:
         ax.set_xscale("log")
         marks = (0.1, 1, 10, 100, 1000) if (1 + high) / (1 + low) > 30 else (0.1, 0.25, 0.5, 1, 2, 4, 10)
@@ -70,6 +70,12 @@ def draw_forest(figure, tables, shown):
     ax.xaxis.set_major_formatter(ticker.FuncFormatter(lambda x, _: _tick(100 * (x - 1))))
     ax.margins(x=0.06)
     ax.set_ylim(len(shown) - 0.45, -0.5)
+    ax.set_xlim(ax.get_xlim())  # the ticks stay
+    ax.grid(False)
+    top, bottom = np.arange(len(shown)) + 0.03, np.arange(len(shown)) + 0.45
+    for x in {1.0, *ax.get_xticks()}:  # only beside the bars: a line of the whole height would run through the texts
+        look = {"lw": 0.8, "zorder": 1} if abs(x - 1) < 1e-9 else {"lw": 0.6, "alpha": 0.2, "zorder": 0.5}
+        ax.vlines([x] * len(shown), top, bottom, color=INK, **look)
     for place, row in enumerate(shown):
         ax.axhline(place - 0.5, color=INK, lw=0.5, alpha=0.15)
         ax.text(0, place - 0.25, literal(row.name), va="center", transform=ax.get_yaxis_transform(), fontsize=9)
@@ -232,29 +238,29 @@ def _map(ax, side, edges, field, colours, low, high):
 
 
 # name, title, description for readers who cannot see it, what gives its data (nothing: no picture), what draws them,
-# size [inch] for a number of sides
+# size [inch] for a number of sides and these data
 PICTURES = (
     (
         "forest", "Differences", "relative differences with their 95 % intervals (bars); filled: higher, lower or "
         "differ; hollow: tied, agree or undecided",
-        important, draw_forest, lambda n: (WIDTH, 4.8 + 0.6 * (n - 2)),
+        important, draw_forest, lambda n, rows: (WIDTH, 0.6 * (n - 1) + max(4.2, PITCH * len(rows))),
     ),
     (
         "spectra", "Impact speeds", "spectra of the normal impact speed by contact kind, all runs overlaid",
-        spectra, draw_spectra, lambda n: (9.6, 5.8 + 0.2 * (n // 3)),
+        spectra, draw_spectra, lambda n, _: (9.6, 5.8 + 0.2 * (n // 3)),
     ),
     (
         "over-time", "Over time", "power of the drive and kinetic energy of the balls over time",
-        sides_of, draw_power, lambda n: (9.6, 3.6 + 0.2 * (n // 3)),
+        sides_of, draw_power, lambda n, _: (9.6, 3.6 + 0.2 * (n // 3)),
     ),
     (
         "sections", "Maps", "cross-sections of the mill: solid fraction for each run, speed of the mean flow "
         f"where the solid fraction is above {LEAST}, and the differences from the first, in common cells",
-        sides_of, draw_maps, lambda n: (2.9 * (2 * n - 1) + 1.8, 6.2),
+        sides_of, draw_maps, lambda n, _: (2.9 * (2 * n - 1) + 1.8, 6.2),
     ),
     (
         "ball-speeds", "Speeds of the balls", "distribution of the balls' speeds over the stored frames",
-        speeds, draw_speeds, lambda n: (WIDTH, 3.4 + 0.2 * (n // 2)),
+        speeds, draw_speeds, lambda n, _: (WIDTH, 3.4 + 0.2 * (n // 2)),
     ),
 )  # fmt: skip
 
@@ -264,14 +270,14 @@ def figures(tables):
     for name, title, words, data, draw, size in PICTURES:
         if found := data(tables):
             with matplotlib.rc_context(LOOK):
-                figure = Figure(figsize=size(len(tables) + 1), layout="constrained")
+                figure = Figure(figsize=size(len(tables) + 1, found), layout="constrained")
                 draw(figure, tables, found)
             yield name, title, words, figure
 
 
 def write(tables, path):
     """All pictures one below the other, the finding above them."""
-    shown = [(one, found, one[-1](len(tables) + 1)) for one in PICTURES if (found := one[3](tables))]
+    shown = [(one, found, one[-1](len(tables) + 1, found)) for one in PICTURES if (found := one[3](tables))]
     width, heights = max(w for *_, (w, _) in shown), [h + 0.5 for *_, (_, h) in shown]
     with matplotlib.rc_context(LOOK):
         whole = Figure(figsize=(width, sum(heights) + 0.5), layout="constrained")

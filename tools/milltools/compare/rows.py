@@ -8,7 +8,7 @@ import numpy as np
 from milltools.compare import agreement as errors
 from milltools.compare import map_deviation as maps
 from milltools.compare.agreement import Estimate
-from milltools.compare.load import GEOMETRY, LEVELS, Member, Side, designs, different_keys, usual
+from milltools.compare.load import CONDUCT, GEOMETRY, LEVELS, Member, Side, designs, different_keys, usual
 from milltools.read import sums
 from milltools.read.kinds import KINDS
 from milltools.read.kinds import label as label_of
@@ -21,6 +21,7 @@ IDENTICAL = "agree: the same data"
 ZERO = "zero within the errors of both"
 NOT_COMPARED = (ZERO, HARD_SOFT, STIFFNESS)
 HARD = 1.0  # [m/s] one of THRESHOLDS
+ENERGETIC = 1e-3  # [J] normal energy from which the summary, doses and studies count impacts
 LEAST_SHARE = 0.01  # of the dissipated power: a kind of contact with less is not among the important rows
 
 
@@ -77,6 +78,7 @@ class Comparison:
     b: Side
     rows: list[Row]
     designs: bool = False
+    keys: tuple[str, ...] = ()  # of the mill that differ
 
     @property
     def title(self) -> str:
@@ -113,8 +115,8 @@ class Comparison:
         least = [LEAST_SHARE * abs(e.value) for e in (whole.a, whole.b)] if whole else (0, 0)
         keys = [
             "drive_power", "rotor_power", *(f"hard_per_joule_{speed:g}" for speed in THRESHOLDS),
-            f"rate_all_above_{self.hard:g}", "rate_all", "median_above_50mm_s", "median", "normal_dissipation",
-            "tangential_dissipation",
+            "above_1mJ_per_joule", f"rate_all_above_{self.hard:g}", "rate_all", "median_above_50mm_s", "median",
+            "normal_dissipation", "tangential_dissipation",
         ]  # fmt: skip
         lost = [
             row.key
@@ -214,18 +216,30 @@ def fast(kind, column, strikes=False):
     return measure
 
 
-def per_joule(column):
-    """Impacts at or above a threshold divided by the work of the drive. Its relative error is that of these impacts
-    divided by the power that all impacts lose: in the mean this is the work."""
+def energetic(run: Member):
+    """Rate of impacts of ENERGETIC or more; None if the file has no energies."""
+    if not run.has("statistics/energies/edges"):
+        return None
+    place, names = "precision/rate_above_1mJ", ("value", "standard_error", "degrees_of_freedom")
+    if all(run.has(f"statistics/{place}/{name}") for name in names):
+        return errors.from_file(tuple(float(run.statistic(f"{place}/{name}")) for name in names))
+    found = sums.total(run, sums.above(ENERGETIC))
+    error, freedom = (math.nan, 0) if found.series is None else sums.spread(found.series, found.period)
+    return errors.from_file((found.value, max(error, found.least) if error == error else error, freedom))
+
+
+def per_joule(measured, weight):
+    """Impacts of a `measured` rate, which `weight` counts, divided by the work of the drive. Its relative error is that
+    of these impacts divided by the power that all impacts lose: in the mean this is the work."""
 
     def measure(run: Member):
-        rate, power = fast("all", column)(run), drive_power(run)
+        rate, power = measured(run), drive_power(run)
         if not (rate and power.value > 0):
             return None
         value = rate.value / power.value
         if not (rate.value and run.has(sums.BLOCKS)):
             return Estimate(value)
-        hard, lost = sums.total(run, sums.faster(THRESHOLDS[column])), sums.total(run, sums.itself, "dissipated")
+        hard, lost = sums.total(run, weight), sums.total(run, sums.itself, "dissipated")
         ratio, error, freedom = hard.over(lost)
         return errors.from_file((value, value * error / ratio if ratio else math.nan, freedom))
 
@@ -290,8 +304,11 @@ def quantities(steady: bool, kinds, first: Member, second: Member):
             label = f"{_label(kind)} above {speed:g} m/s{' (strikes)' if strikes else ''}"
             yield group, key, label, "1/s", fast(kind, column, strikes)
     for column, speed in enumerate(THRESHOLDS):
-        measure = per_joule(column)
+        measure = per_joule(fast("all", column), sums.faster(speed))
         yield group, f"hard_per_joule_{speed:g}", f"all kinds above {speed:g} m/s per joule", "1/J", measure
+    yield group, "rate_above_1mJ", "impacts >= 1 mJ, per s", "1/s", energetic
+    measure = per_joule(energetic, sums.above(ENERGETIC))
+    yield group, "above_1mJ_per_joule", "impacts >= 1 mJ, per joule", "1/J", measure
     yield group, "rate_all", "impacts, all", "1/s", told("rate/all", all_impacts)
     yield group, "median", "median v_n, all impacts", "m/s", median("median")
     yield group, "median_above_50mm_s", "median v_n above 50 mm/s", "m/s", median("median_above_50mm_s")
@@ -337,7 +354,8 @@ def compare(a: Side, b: Side) -> Comparison:
         rows.append(Row(*what, one, two, *found, one.remark or two.remark))
     rows += map_rows(a, b, steady, identical, two_designs)
     rows.append(price_row(a, b))
-    return Comparison(a, b, rows, two_designs)
+    keys = (key for key in different_keys(a.first.deck(), b.first.deck()) if not CONDUCT.fullmatch(key))
+    return Comparison(a, b, rows, two_designs, tuple(keys))
 
 
 def is_zero(found: Estimate) -> bool:
