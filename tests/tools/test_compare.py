@@ -526,7 +526,7 @@ def test_the_finding_says_that_more_than_one_section_differs(keys, said):
     table = two_designs(made("hard_per_joule_1", 500, 625, 0.01), made("rotor_power", 200, 120, 0.01))
     _, *others = finding.sentences(dataclasses.replace(table, keys=keys))
     if said:
-        assert others[0] == f"The decks also differ in {said}: this is the effect of all differences together."
+        assert others[0] == f"The decks differ in {said}: this is the effect of all differences together."
     else:
         assert "decks" not in " ".join(others)
 

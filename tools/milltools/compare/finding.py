@@ -115,7 +115,7 @@ def _mixed(keys) -> list[str]:
     named = others + [key for key in keys if key not in others]
     more = f" and {plural(len(named) - NAMED, 'more key')}" if len(named) > NAMED else ""
     shown = ", ".join(map(plain, named[:NAMED])) + more
-    return [f"The decks also differ in {shown}: this is the effect of all differences together."]
+    return [f"The decks differ in {shown}: this is the effect of all differences together."]
 
 
 def _better(row) -> str:
