@@ -27,7 +27,7 @@ FOLDER = pathlib.Path(__file__).parent
 MOST_MILLS = 6
 CHEAP = 30.0  # [s] of CPU for running designs again
 TWICE = 2.2  # the price of frames: the run, the same again with close frames, the pictures
-BYTES = 900_000  # of a mill in the page
+BYTES = 8_000_000, 3_000_000  # of all mills in the page, and of one
 
 
 def render(view, objective, figures, beside=None, wanted=None, quiet=True) -> str:
@@ -43,7 +43,7 @@ def render(view, objective, figures, beside=None, wanted=None, quiet=True) -> st
         mills = []
         for design in chosen:
             with watch.step(f"running {view.label(design)} again"):
-                mills.append((design, view.tell(design), _mill(view, design)))
+                mills.append((design, view.tell(design), _mill(view, design, min(BYTES[1], BYTES[0] // len(chosen)))))
         pictures = []
         for _, title, words, make in kinds:
             with watch.step("pictures"):
@@ -178,7 +178,7 @@ def _row(view, design):
     return rows.iloc[0]
 
 
-def _mill(view, design) -> str:
+def _mill(view, design, most_bytes) -> str:
     """The player of a design, or a sentence why there is none."""
     row = _row(view, design)
     chosen = dict(text.split("=", 1) for text in settings(view, design)) | {"run.seed": str(row["seed"])}
@@ -195,6 +195,6 @@ def _mill(view, design) -> str:
             file.write_text(deck, encoding="utf-8")
             engine.ask("--quiet", "-o", file.with_suffix(".h5"), "--", file)
             with Run(file.with_suffix(".h5")) as run:
-                return parts.balls([run], "auto", lambda line: None, lambda line: None, BYTES)[0]
+                return parts.balls([run], "auto", lambda line: None, lambda line: None, most_bytes)[0]
     except UserError as fault:
         return f'<p class="missing">{plain(fault).replace("<", "&lt;")}</p>'
