@@ -29,7 +29,7 @@ from milltools.geometry.trajectory import stored
 
 MOST_FRAMES = 300
 MOST_BALLS = 20_000  # what a browser draws smoothly without a strong graphics card
-FEWEST_FRAMES = 12  # balls are left out before there are fewer frames than this,
+FEWEST_FRAMES = 8  # balls are left out before there are fewer frames than this,
 FEWEST_BALLS = 2000  # but not more balls than that: then frames are left out again
 PRICE = 7.5  # [byte] first estimate of the packed size of a ball in a frame
 CLOSE = 1.5  # stored frames are close enough to show states between them, in the intervals of rerun.interval()

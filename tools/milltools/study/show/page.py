@@ -82,11 +82,12 @@ def data(view, objective, mills) -> dict:
     found = {path: view.estimate(path) for path in aims}
     best = optimum.find(view, objective)
     state = np.where(view.usable & ~view.feasible, "not allowed", view.designs["state"])
-    designs = []
+    designs, words = [], spoken(view)
     for k in range(len(view.designs)):
         line = view.designs.iloc[k]
         designs.append({
-            "name": view.tell(k), "state": str(state[k]), "set": " ".join(f"-s '{text}'" for text in settings(view, k)),
+            "name": view.tell(k), "state": str(state[k]),
+            "set": " ".join(f"-s '{text}'" for text in settings(view, k, words)),
             "keys": [float(line[a.key]) / a.scale.size if a.numeric else a.choices.index(line[a.key])
                      for a in view.axes],
             "aims": [_number(found[path].mean[k]) for path in aims],
@@ -137,15 +138,33 @@ def _plane(view, objective):
 # ---- the mills
 
 
-def settings(view, design) -> list[str]:
-    """The varied keys of a design as `millsim --set` takes them."""
+def settings(view, design, words=()) -> list[str]:
+    """The varied keys of a design as `millsim --set` takes them: in SI, or as `words` has them, see spoken()."""
     line, common, found = view.designs.iloc[design], view.meta.get("common") or {}, []
     for entry in view.meta["vary"]:
         key, value = entry["key"], line[entry["key"]]
         text = repr(float(value)) if entry["kind"] == "number" else str(value)
         names = [name for name in common if fnmatchcase(name, key)] if "*" in key else [key]
-        found += [values.order(name, text, entry.get("unit") or "1") for name in names]
+        order = (text, entry.get("unit") or "1")
+        if entry["kind"] == "number" and (key, float(value)) in words:
+            order = words[key, float(value)], "1"
+        found += [values.order(name, *order) for name in names]
     return found
+
+
+def spoken(view) -> dict:
+    """{(key, value [SI]): "800 rpm"} of the varied numbers, in the unit of the study, where millsim reads this as the
+    same number to the last bit."""
+    asked = []
+    for axis in view.axes:
+        if axis.numeric and axis.said:
+            for value in dict.fromkeys(map(float, view.designs[axis.key].dropna())):
+                asked.append((axis.key, value, f"{value / axis.said.size:.12g} {axis.said.unit}"))
+    try:
+        told = values.tell(f"{key}={text}" for key, _, text in asked)
+    except UserError:  # no engine, or one that does not know the key
+        return {}
+    return {(key, value): text for (key, value, text), read in zip(asked, told) if read.value == value}
 
 
 def to_run(view, objective) -> list[int]:
