@@ -5,6 +5,7 @@ import base64
 import hashlib
 import html.parser
 import importlib.resources
+import io
 import re
 import shutil
 
@@ -13,8 +14,9 @@ import numpy as np
 import players
 import pytest
 from conftest import SMALL
+from PIL import Image
 
-from milltools.player import frames, player
+from milltools.player import frames, parts, player
 from milltools.read.runfile import Run
 from milltools.read.wear import Wear
 
@@ -214,6 +216,31 @@ def test_of_very_many_balls_every_kth_is_drawn_and_the_page_says_so(mixed, monke
     assert abs(position - players.stored(mixed, "position", range(11))[:, ::3]).max() < 1e-6
     assert [run[:2] for run in players.head(fragment)["runs"]] == [[40, 0.005], [27, 0.003]]
     assert "every 3rd ball is drawn, 67 of 200" in fragment
+
+
+@pytest.mark.parametrize("last", [False, True])
+def test_frames_are_left_out_before_balls(mixed, last):
+    packed = frames.pack(mixed, 5000, player.scales([mixed]), last)
+    assert len(packed.chosen) == 200 and 1 < len(packed.index) < 11 and len(packed.data) <= 5000
+    assert packed.index[-1] == 10 or not last
+    assert len(set(np.diff(packed.index))) <= 1 and (not last or np.diff(packed.index)[0] == 1)
+
+
+def test_where_nothing_fits_one_frame_of_the_fewest_balls_is_there(mixed, monkeypatch):
+    monkeypatch.setattr(frames, "FEWEST_BALLS", 60)
+    packed = frames.pack(mixed, 0, player.scales([mixed]))
+    assert (len(packed.index), len(packed.chosen)) == (1, 67)
+
+
+@pytest.mark.slow
+def test_the_still_picture_leaves_the_room_to_the_balls(mixed):
+    noise = np.random.default_rng(1).integers(0, 256, (540, 960, 3), np.uint8)
+    Image.fromarray(noise).save(store := io.BytesIO(), format="png")
+    small = parts.smaller(store.getvalue(), 80_000)
+    assert small.startswith(b"\x89PNG") and len(small) < 80_000 < len(store.getvalue())
+    assert parts.smaller(small, 80_000) is small
+    (fragment,) = parts.balls([mixed], "never", print, print, 120_000)
+    assert len(fragment) < 120_000 and players.head(fragment)["drawn"] == 200 and "ball is drawn" not in fragment
 
 
 def test_a_still_counts_as_well(run_of):

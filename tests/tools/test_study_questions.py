@@ -1,6 +1,7 @@
 """A study answers questions: requirements, objectives asked afterwards, keys of several sections, its cost before it
 starts, its page."""
 
+import csv
 import json
 import re
 
@@ -226,3 +227,39 @@ def test_the_page_begins_with_the_finding_and_has_the_mill_of_the_best_design(sw
 def test_settings_of_a_design_run_it_again(swept):
     shown = data.opened(str(swept))[1]
     assert page.settings(shown, 1) == ["rotor.speed=62.83185307179586 rad/s"]
+
+
+def test_the_page_offers_a_design_in_the_unit_of_the_study(swept):
+    shown = data.opened(str(swept))[1]
+    found = page.data(shown, shown.objectives[0], [])["designs"]
+    assert found[1]["set"] == "-s 'rotor.speed=600 rpm'"
+
+
+def test_a_number_that_the_unit_of_the_study_does_not_give_back_is_offered_in_si(swept):
+    shown = data.opened(str(swept))[1]
+    odd = 62.83185307179586 * (1 + 1e-15)
+    shown.designs.loc[1, "rotor.speed"] = odd
+    assert page.settings(shown, 1, page.spoken(shown)) == [f"rotor.speed={odd!r} rad/s"]
+
+
+def test_the_csv_has_the_question_and_what_is_required_with_errors(swept, tmp_path):
+    shown = data.opened(str(swept))[1]
+    asked = shown.ask("dissipation", ["power <= 1 kW"])
+    outputs.csv(shown, tmp_path / "runs.csv", asked)
+    with open(tmp_path / "runs.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    for aim in (asked, shown.aim("power")):
+        value, error = shown.column(aim.path)
+        assert [float(row[f"{aim.words} [W]"]) for row in rows] == value.tolist()
+        told = [row[f"standard error of {aim.words} [W]"] for row in rows]
+        assert [float(text or "nan") for text in told] == pytest.approx(error.tolist(), nan_ok=True)
+
+
+@pytest.mark.slow
+def test_the_mill_in_the_page_has_all_its_balls(swept):
+    """Also where its still picture alone would need more than its room."""
+    shown = data.opened(str(swept))[1]
+    text = page._mill(shown, 0, 150_000)
+    head = json.loads(re.search(r'class="mp-head">(.*?)</script>', text, re.S)[1])
+    assert len(text) <= 150_000 and sum(run[0] for run in head["runs"]) == head["drawn"]
+    assert "ball is drawn" not in text

@@ -15,7 +15,7 @@ from milltools.geometry import rerun
 from milltools.player import frames
 
 FLASHES = 400.0  # [byte] of the flashes of impacts, for each frame
-STILL = 1e6  # [byte] largest size of the still picture in a page
+STILL = 1e6, 1 / 8  # largest size of the still picture in a page: [byte], and share of the player
 
 
 class Finer:
@@ -43,11 +43,16 @@ class Finer:
         return self._other.poses(int(index) + self._first)
 
 
+def still_room(most_bytes) -> int:
+    """Largest size [byte] of the PNG of the still picture in a player of `most_bytes`."""
+    return int(0.75 * min(STILL[0], STILL[1] * most_bytes))  # base64
+
+
 def _count(run, most_bytes):
     """The number of frames that fit into a page together with the still picture."""
     drawn = min(len(run.balls("diameter")), frames.MOST_BALLS)
-    room = 0.75 * (most_bytes - min(STILL, most_bytes / 4))  # base64
-    return int(np.clip(0.9 * room / (frames.PRICE * drawn + FLASHES), 30, frames.MOST_FRAMES))
+    room = 0.75 * most_bytes - still_room(most_bytes)  # base64
+    return int(np.clip(0.9 * room / (frames.PRICE * drawn + FLASHES), frames.FEWEST_FRAMES, frames.MOST_FRAMES))
 
 
 def _too_dear(run, until, step):

@@ -1,6 +1,7 @@
 """Packs the frames of a run for the 3D player: a limited number of frames, in a compact form that a browser unpacks.
 
-Every k-th frame is taken so that the data fit into the page; of very many balls every k-th. A position is three uint16
+Every k-th frame, or only the last frames, are taken so that the data fit into the page; of very many balls every k-th.
+A position is three uint16
 in the box around the space that the container sweeps, so its error is at most half a step: (upper - lower) / 131070,
 1.2 um in a drum of 150 mm, 2 um up to 262 mm. A component of the velocity is one int8 q and means q |q| fastest /
 127^2; the spin is one uint8 s and means s^2 spinning / 255^2: small values are finer. A frame of n balls has 10 n
@@ -28,7 +29,8 @@ from milltools.geometry.trajectory import stored
 
 MOST_FRAMES = 300
 MOST_BALLS = 20_000  # what a browser draws smoothly without a strong graphics card
-FEWEST_FRAMES = 30  # balls are left out before there are fewer frames than this
+FEWEST_FRAMES = 8  # balls are left out before there are fewer frames than this,
+FEWEST_BALLS = 2000  # but not more balls than that: then frames are left out again
 PRICE = 7.5  # [byte] first estimate of the packed size of a ball in a frame
 CLOSE = 1.5  # stored frames are close enough to show states between them, in the intervals of rerun.interval()
 SAMPLED = 40  # number of frames in which the largest values are sought
@@ -66,30 +68,33 @@ def planned(run, limits) -> Packed:
     return Packed(b"", index, chosen, *_box(run, index), limits)
 
 
-def pack(run, room: int, limits) -> Packed:
-    """Packs the frames of a milltools.read.runfile.Run into at most `room` bytes of data, but at least one frame of one
-    ball. `limits`: ends of the colour scales by quantity [SI]."""
+def pack(run, room: int, limits, last: bool = False) -> Packed:
+    """Packs the frames of a milltools.read.runfile.Run into at most `room` bytes of data, but at least one frame of
+    FEWEST_BALLS balls (of all, if there are fewer). `limits`: ends of the colour scales by quantity [SI]; `last`: if
+    the room is too small for all frames, the last ones are taken, not every k-th."""
     count, balls = _counts(run)
     room = max(room, 1)
-    wanted = PRICE * balls * min(count, FEWEST_FRAMES)
-    step = max(math.ceil(balls / MOST_BALLS), round(wanted / room), 1)
+    wanted = math.ceil(PRICE * balls * min(count, FEWEST_FRAMES) / room)
+    step = max(math.ceil(balls / MOST_BALLS), min(wanted, balls // FEWEST_BALLS), 1)
     chosen = np.arange(0, balls, step)
-    stride = _stride(count, room, PRICE * len(chosen))
-    stride = _stride(count, room, _price(run, stride, chosen, limits))
+    number = _number(count, room, PRICE * len(chosen))
+    number = _number(count, room, _price(run, 1 if last else math.ceil(count / number), chosen, limits))
     while True:
-        packed = _pack(run, np.arange(0, count, stride), np.arange(0, balls, step), limits)
+        packed = _pack(run, _index(count, number, last), chosen, limits)
         excess = len(packed.data) / room
-        if excess <= 1 or (len(packed.index) == 1 and len(packed.chosen) == 1):
+        if excess <= 1 or len(packed.index) == 1:
             return packed
-        if len(packed.index) > 1:
-            stride = max(stride + 1, math.ceil(stride * excess))
-        else:
-            step = max(step + 1, math.ceil(step * excess))
+        number = max(1, min(len(packed.index) - 1, int(len(packed.index) / excess)))
 
 
-def _stride(count, room, price):
-    """The stride with which frames of `price` bytes fit into `room` bytes."""
-    return math.ceil(count / min(MOST_FRAMES, max(1, room // price)))
+def _index(count, number, last):
+    """The indices of at most `number` of `count` frames: the last ones or every k-th."""
+    return np.arange(count - number, count) if last else np.arange(0, count, math.ceil(count / number))
+
+
+def _number(count, room, price):
+    """How many of `count` frames of `price` bytes fit into `room` bytes."""
+    return int(min(count, MOST_FRAMES, max(1, room // price)))
 
 
 def _price(run, stride, chosen, limits):

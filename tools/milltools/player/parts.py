@@ -66,8 +66,12 @@ def balls(runs, rerun: str, say, tell, most_bytes: int = MOST_BYTES) -> list[str
         all_flashes = [flashes for _, flashes in found.values() if flashes]
         for flashes in all_flashes:
             flashes.beside(all_flashes)
+
+        def picture(shown):
+            return smaller(still(shown, limits), finer.still_room(most_bytes))
+
         return [
-            player.fragment(found[run][0], most_bytes, still(found[run][0], limits), limits, found[run][1])
+            player.fragment(found[run][0], most_bytes, picture(found[run][0]), limits, found[run][1])
             if run in found
             else f'<p class="missing">{player.no_frames(run)}</p>'
             for run in runs
@@ -93,6 +97,20 @@ def still(run, limits=None) -> bytes:
         overview.draw_balls(ax, run)
         figure.savefig(store, format="png", dpi=100)
     return store.getvalue()
+
+
+def smaller(png: bytes, most_bytes: int) -> bytes:
+    """A PNG of at most `most_bytes`, as far as fewer colours and then half or a quarter of the pixels along each side
+    make this possible: a picture must not take the room of the balls."""
+    with Image.open(io.BytesIO(png)) as whole:
+        colours = whole.convert("RGB")
+    for part in (1, 2, 4):
+        if len(png) <= most_bytes:
+            break
+        store = io.BytesIO()
+        colours.reduce(part).quantize(256).save(store, format="png", optimize=True)
+        png = store.getvalue()
+    return png
 
 
 def page(folder, **values) -> str:

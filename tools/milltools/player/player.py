@@ -43,9 +43,10 @@ def no_frames(run) -> str:
 
 
 def fragment(run, most_bytes: int = 6_000_000, still: bytes | None = None, limits=None, sparks=None) -> str:
-    """The player of a milltools.read.runfile.Run as HTML, at most `most_bytes` long if possible (first frames, then
-    balls are left out). `still`: a PNG to show where WebGL does not work; `limits`: ends of the colour scales
-    {quantity: value [SI]} of scales(), instead of the run's own; `sparks`: flashes(). The page needs scripts() once."""
+    """The player of a milltools.read.runfile.Run as HTML, at most `most_bytes` long if possible: frames are left out,
+    and balls if at least frames.FEWEST_BALLS remain. `still`: a PNG to show where WebGL does not work; `limits`: ends
+    of the colour scales {quantity: value [SI]} of scales(), instead of the run's own; `sparks`: flashes(). The page
+    needs scripts() once."""
     why = no_frames(run)
     if why:
         return _template("player.html").render(still=_text(still), why=why, head=None, caption="")
@@ -54,8 +55,8 @@ def fragment(run, most_bytes: int = 6_000_000, still: bytes | None = None, limit
     wear = worn.pack(run, {name: limits[name] for name in colour.WEAR if name in limits}) if worn.there(run) else None
     wear = wear if wear and len(wear[1]) < WEAR_SHARE * most_bytes else (None, b"")
     sparks, planned = sparks or flashes(run), frames.planned(run, balls)
-    bare = len(_whole(run, planned, still, sparks, *wear).encode())
-    return _whole(run, frames.pack(run, (most_bytes - bare) // 4 * 3, balls), still, sparks, *wear)
+    room = (most_bytes - len(_whole(run, planned, still, sparks, *wear).encode())) // 4 * 3
+    return _whole(run, frames.pack(run, room, balls, isinstance(run, Finer)), still, sparks, *wear)
 
 
 def scales(runs) -> dict:

@@ -6,7 +6,7 @@ import pathlib
 from milltools.base.files import whole, write_csv, write_text
 from milltools.base.text import plain
 from milltools.figures import style
-from milltools.study.show import contour, optimum, pair, slices, tradeoff
+from milltools.study.show import contour, optimum, pair, slices, summary, tradeoff
 from milltools.study.show.data import StudyView, words_of
 
 DOTS = 200  # an inch of a picture
@@ -54,7 +54,7 @@ def write(asked, view, *more, **options) -> list[str]:
     """Writes the requested files, {kind: path}; returns the names of the page and of the pictures: one PDF for all, or
     one file each."""
     if "csv" in asked:
-        csv(view, asked["csv"])
+        csv(view, asked["csv"], *more[:1])
     if "html" in asked:
         write_text(asked["html"], _page(view, *more, **options))
     names = [asked["html"]] if "html" in asked else []
@@ -72,13 +72,19 @@ def write(asked, view, *more, **options) -> list[str]:
     return names
 
 
-def csv(view, path):
-    """All runs as comma-separated values, SI, the unit of each column in its head: "buckle height h [m]"."""
-    units = {one.key: one.unit for one in view.axes} | {one.path: one.unit for one in view.objectives}
+def csv(view, path, objective=None):
+    """All runs as comma-separated values, SI, the unit of each column in its head: "buckle height h [m]". After the
+    columns of the table come those of the `objective` that was asked for and of what is required."""
+    aims = [*view.objectives, *([objective] if objective else []), *(aim for aim, _ in summary.limits_of(view))]
+    units = {one.key: one.unit for one in view.axes} | {one.path: one.unit for one in aims}
     units |= {"time": "s", "sample_from": "s", "cpu": "s", "wall": "s"}
-    known = {one.key: one.words for one in view.axes} | {one.path: one.words for one in view.objectives}
+    known = {one.key: one.words for one in view.axes} | {one.path: one.words for one in aims}
     heads = []
     shown = view.rows.drop(columns="results", errors="ignore")  # packed, for programs
+    for one in aims:
+        if one.path not in shown:
+            value, error = view.column(one.path)
+            shown = shown.assign(**{one.path: value, f"{one.path}:error": error})
     for column in shown.columns:
         name = column.removesuffix(":error")
         words = known.get(name) or (words_of(name) if "/" in name else name)

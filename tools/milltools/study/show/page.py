@@ -27,7 +27,7 @@ FOLDER = pathlib.Path(__file__).parent
 MOST_MILLS = 6
 CHEAP = 30.0  # [s] of CPU for running designs again
 TWICE = 2.2  # the price of frames: the run, the same again with close frames, the pictures
-BYTES = 900_000  # of a mill in the page
+BYTES = 8_000_000, 3_000_000  # of all mills in the page, and of one
 
 
 def render(view, objective, figures, beside=None, wanted=None, quiet=True) -> str:
@@ -43,7 +43,7 @@ def render(view, objective, figures, beside=None, wanted=None, quiet=True) -> st
         mills = []
         for design in chosen:
             with watch.step(f"running {view.label(design)} again"):
-                mills.append((design, view.tell(design), _mill(view, design)))
+                mills.append((design, view.tell(design), _mill(view, design, min(BYTES[1], BYTES[0] // len(chosen)))))
         pictures = []
         for _, title, words, make in kinds:
             with watch.step("pictures"):
@@ -82,11 +82,12 @@ def data(view, objective, mills) -> dict:
     found = {path: view.estimate(path) for path in aims}
     best = optimum.find(view, objective)
     state = np.where(view.usable & ~view.feasible, "not allowed", view.designs["state"])
-    designs = []
+    designs, words = [], spoken(view)
     for k in range(len(view.designs)):
         line = view.designs.iloc[k]
         designs.append({
-            "name": view.tell(k), "state": str(state[k]), "set": " ".join(f"-s '{text}'" for text in settings(view, k)),
+            "name": view.tell(k), "state": str(state[k]),
+            "set": " ".join(f"-s '{text}'" for text in settings(view, k, words)),
             "keys": [float(line[a.key]) / a.scale.size if a.numeric else a.choices.index(line[a.key])
                      for a in view.axes],
             "aims": [_number(found[path].mean[k]) for path in aims],
@@ -137,15 +138,33 @@ def _plane(view, objective):
 # ---- the mills
 
 
-def settings(view, design) -> list[str]:
-    """The varied keys of a design as `millsim --set` takes them."""
+def settings(view, design, words=()) -> list[str]:
+    """The varied keys of a design as `millsim --set` takes them: in SI, or as `words` has them, see spoken()."""
     line, common, found = view.designs.iloc[design], view.meta.get("common") or {}, []
     for entry in view.meta["vary"]:
         key, value = entry["key"], line[entry["key"]]
         text = repr(float(value)) if entry["kind"] == "number" else str(value)
         names = [name for name in common if fnmatchcase(name, key)] if "*" in key else [key]
-        found += [values.order(name, text, entry.get("unit") or "1") for name in names]
+        order = (text, entry.get("unit") or "1")
+        if entry["kind"] == "number" and (key, float(value)) in words:
+            order = words[key, float(value)], "1"
+        found += [values.order(name, *order) for name in names]
     return found
+
+
+def spoken(view) -> dict:
+    """{(key, value [SI]): "800 rpm"} of the varied numbers, in the unit of the study, where millsim reads this as the
+    same number to the last bit."""
+    asked = []
+    for axis in view.axes:
+        if axis.numeric and axis.said:
+            for value in dict.fromkeys(map(float, view.designs[axis.key].dropna())):
+                asked.append((axis.key, value, f"{value / axis.said.size:.12g} {axis.said.unit}"))
+    try:
+        told = values.tell(f"{key}={text}" for key, _, text in asked)
+    except UserError:  # no engine, or one that does not know the key
+        return {}
+    return {(key, value): text for (key, value, text), read in zip(asked, told) if read.value == value}
 
 
 def to_run(view, objective) -> list[int]:
@@ -178,7 +197,7 @@ def _row(view, design):
     return rows.iloc[0]
 
 
-def _mill(view, design) -> str:
+def _mill(view, design, most_bytes) -> str:
     """The player of a design, or a sentence why there is none."""
     row = _row(view, design)
     chosen = dict(text.split("=", 1) for text in settings(view, design)) | {"run.seed": str(row["seed"])}
@@ -195,6 +214,6 @@ def _mill(view, design) -> str:
             file.write_text(deck, encoding="utf-8")
             engine.ask("--quiet", "-o", file.with_suffix(".h5"), "--", file)
             with Run(file.with_suffix(".h5")) as run:
-                return parts.balls([run], "auto", lambda line: None, lambda line: None, BYTES)[0]
+                return parts.balls([run], "auto", lambda line: None, lambda line: None, most_bytes)[0]
     except UserError as fault:
         return f'<p class="missing">{plain(fault).replace("<", "&lt;")}</p>'

@@ -138,8 +138,10 @@ def optimum_lines(view, objective) -> list[str]:
         own = scale.pair(float(found.mean[best.design]), float(found.half[best.design]))
         more.append(f"this value is of a fit through all runs; its own runs alone give {own}")
     if not known:
-        mend = "(study.replicates or run.precision gives one)"
-        more.append(f"its error is not known: single runs without an error of their own {mend}")
+        more.append(
+            "its error is not known: a single run has one only if its sampled window holds 3 revolutions or more "
+            "(periods, without a rotor) and enough blocks; a longer run.time gives one, or study.replicates"
+        )
     elif best.open.sum() > 1:
         count = f"{best.open.sum()} of {len(view.designs)} designs, 95 %"
         few = best.open.sum() <= NAMED
