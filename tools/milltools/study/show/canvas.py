@@ -33,8 +33,12 @@ def title(figure, text):
 
 
 def legend(figure, handles, columns: int):
-    """A legend below the figure, of `handles` with their labels."""
-    figure.legend(handles=list(handles), loc="outside lower left", ncols=columns, frameon=False)
+    """A legend below the figure, of `handles` with their labels, in fewer columns where they would be too wide."""
+    for n in range(columns, 0, -1):
+        made = figure.legend(handles=list(handles), loc="outside lower left", ncols=n, frameon=False)
+        if n == 1 or made.get_window_extent().width <= figure.bbox.width:
+            return
+        made.remove()
 
 
 def value_label(objective, width: int = 30) -> str:
