@@ -425,6 +425,9 @@ def test_a_stopped_run_leaves_a_readable_file(tmp_path):
         "mill.ini",
     ]
     with subprocess.Popen(arguments, cwd=tmp_path, stderr=subprocess.PIPE) as running:
+        until = time.monotonic() + 60
+        while not (tmp_path / "mill.h5").exists() and time.monotonic() < until:  # on a busy machine it starts late
+            time.sleep(0.05)
         time.sleep(1.5)
         running.send_signal(signal.SIGINT)
         running.communicate(timeout=30)
