@@ -22,7 +22,7 @@ struct mill_deck_balls {
     double fill, bulk_fill, mass;
     const char *given;    /* the key that gives the number: "count", "fill", ... */
     double diameter;      /* [m] */
-    double density;       /* [kg/m^3]; NaN until it is known */
+    double density;       /* [kg/m^3]; 0: not given */
     const char *material; /* NULL: not given */
 };
 

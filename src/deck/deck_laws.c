@@ -9,11 +9,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static double first_of(double given, double other)
-{
-    return isnan(given) ? other : given;
-}
-
 /* ---- falling restitution ---- */
 
 static enum mill_status read_rows(struct mill_deck_rows *in, struct mill_fall *fall,
@@ -274,8 +269,8 @@ static enum mill_status complete(struct mill_deck *deck, int kind, struct mill_e
         law->table = by.table;
         law->rows = by.rows;
     }
-    law->friction = first_of(law->friction, by.friction);
-    law->tangential = first_of(law->tangential, by.tangential);
+    law->friction = mill_deck_laws_first(law->friction, by.friction);
+    law->tangential = mill_deck_laws_first(law->tangential, by.tangential);
     snprintf(deck->assumed[kind], MILL_DECK_REMARK, "%.*s",
              (int)(falls ? strcspn(remark, ":") : strlen(remark)), remark);
     deck->takes[kind] = takes;
@@ -290,10 +285,14 @@ static enum mill_status make_law(struct mill_deck *deck, int kind, struct mill_e
     if (status != MILL_OK)
         return status;
     law->restitution = restitution_of(law);
-    law->friction = first_of(law->friction, 0.0);
-    law->tangential = first_of(law->tangential, 0.0);
+    law->friction = mill_deck_laws_first(law->friction, 0.0);
+    law->tangential = mill_deck_laws_first(law->tangential, 0.0);
     if (isnan(law->restitution))
         return tell_missing(deck, error);
+    if (law->rows && law->speed > 0.0)
+        return mill_deck_fault(deck, error, "contact", "restitution_speed",
+                               "the restitution of %s is a table of all speeds: leave it out",
+                               deck->contacts.name[kind]);
     if (law->rows)
         deck->fall[kind] = *law->rows;
     else if (law->speed > 0.0)
@@ -331,8 +330,8 @@ static enum mill_status keep_laws(struct mill_deck *deck, const bool *has, struc
             ((struct mill_deck_law *)s->form)->restitution = (double)NAN;
     }
     if (!assumed && restitution_of(&deck->general) >= 0.0) {
-        deck->general.friction = first_of(deck->general.friction, 0.0);
-        deck->general.tangential = first_of(deck->general.tangential, 0.0);
+        deck->general.friction = mill_deck_laws_first(deck->general.friction, 0.0);
+        deck->general.tangential = mill_deck_laws_first(deck->general.tangential, 0.0);
     }
     return MILL_OK;
 }

@@ -43,21 +43,20 @@ static bool is_among(const char *names, const char *name)
     return false;
 }
 
-static double first_of(double given, double other)
-{
-    return isnan(given) ? other : given;
-}
-
 enum mill_status mill_deck_materials_find(const struct mill_deck *deck, const char *section,
                                           const char *key, const char *name,
                                           struct mill_deck_found *found, struct mill_error *error)
 {
     char title[MILL_NAME_LENGTH + 16], list[400] = "";
-    snprintf(title, sizeof title, "material.%.63s", name);
-    const struct mill_deck_section *own = mill_deck_section(deck, title);
     const struct known *k = known;
     while (k < known + KNOWN && !is_among(k->names, name))
         k++;
+    snprintf(title, sizeof title, "material.%.63s", name);
+    const struct mill_deck_section *own = mill_deck_section(deck, title);
+    if (!own && k < known + KNOWN) { /* under its first name: [material.steel] also for "Steel" */
+        snprintf(title, sizeof title, "material.%.*s", (int)strcspn(k->names, "|"), k->names);
+        own = mill_deck_section(deck, title);
+    }
     *found = (struct mill_deck_found){
         .is = own ? *(struct mill_deck_material *)own->form : deck->unknown, .remark = ""};
     snprintf(found->name, sizeof found->name, "%s", name);
@@ -69,10 +68,10 @@ enum mill_status mill_deck_materials_find(const struct mill_deck *deck, const ch
             law->table = "steel";
             law->rows = k->fall;
         } else if (!law->table) {
-            law->restitution = first_of(law->restitution, k->restitution);
+            law->restitution = mill_deck_laws_first(law->restitution, k->restitution);
         }
-        law->friction = first_of(law->friction, k->friction);
-        law->tangential = first_of(law->tangential, k->tangential);
+        law->friction = mill_deck_laws_first(law->friction, k->friction);
+        law->tangential = mill_deck_laws_first(law->tangential, k->tangential);
         if (found->is.density == 0.0)
             found->is.density = k->density;
         snprintf(found->name, sizeof found->name, "%.*s", (int)strcspn(k->names, "|"), k->names);

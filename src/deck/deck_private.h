@@ -225,6 +225,12 @@ enum mill_status mill_deck_materials_density(const struct mill_deck *deck,
 
 /* ---- contact laws (deck_laws.c) ---- */
 
+/* The value, or where it is not given (NaN) the other one */
+static inline double mill_deck_laws_first(double given, double other)
+{
+    return isnan(given) ? other : given;
+}
+
 /* Checks that something gives the restitution: a number, a table or materials. */
 enum mill_status mill_deck_laws_require(struct mill_deck *deck, struct mill_error *error);
 

@@ -164,6 +164,15 @@ class TestMaterials:
         assert "restitution_speed = 2 m/s" in deck and "restitution 0.6 at 2 m/s" in said
         assert law(full(STEEL + "[material.steel]\nfriction = 0.25\n")[0], "ball_ball") == ("steel", 0.25, 0.35)
 
+    def test_a_section_changes_a_material_whatever_it_is_called(self, full):
+        own = "[material.tungsten_carbide]\ndensity = 15600 kg/m^3\n"
+        assert "density = 15600 kg/m^3" in full(STEEL + own, "balls.material=WC")[0]
+
+    def test_a_speed_beside_the_table_of_a_material_is_refused(self, millsim, write_deck):
+        write_deck(STEEL)
+        done = millsim("--check", "-s", "contact.restitution_speed=1 m/s", "deck.ini")
+        assert done.returncode == 2 and "the restitution of ball_ball is a table of all speeds" in done.stderr
+
     def test_what_is_between_the_surfaces_replaces_their_laws(self, full):
         deck, said = full(STEEL, "contact.between=powder")
         assert law(deck, "ball_ball") == law(deck, "ball_drum") == (0.5, 0.5, 0)
