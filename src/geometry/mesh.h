@@ -41,6 +41,24 @@ void mill_mesh_turned(struct mill_mesh *mesh, const struct mill_body *body, cons
 /* Adds a triangle with its own points, counter-clockwise as seen */
 void mill_mesh_triangle(struct mill_mesh *mesh, vec3 a, vec3 b, vec3 c);
 
+/* Half of the cross product of two edges: its length is the triangle's area [m^2], its direction
+ * the normal. */
+static inline vec3 mill_mesh_area(const vec3 c[3])
+{
+    return vec3_scale(vec3_cross(vec3_sub(c[1], c[0]), vec3_sub(c[2], c[0])), 0.5);
+}
+
+static inline vec3 mill_mesh_middle(const vec3 c[3])
+{
+    return vec3_scale(vec3_add(c[0], vec3_add(c[1], c[2])), 1.0 / 3.0);
+}
+
+/* Calls `on` for pieces of a triangle, or of all triangles of a mesh, whose edges are at most
+ * `size` [m]. Pieces of pieces are those of the whole. */
+typedef void mill_mesh_on_piece(void *to, const vec3 corner[3]);
+void mill_mesh_cut_triangle(const vec3 corner[3], double size, mill_mesh_on_piece *on, void *to);
+void mill_mesh_cut(const struct mill_mesh *mesh, double size, mill_mesh_on_piece *on, void *to);
+
 /* Adds a box seen from outside. Corner i has the greater coordinate along the first, second, third
  * axis (right-handed) if bit 0, 1, 2 of i is set. */
 void mill_mesh_box(struct mill_mesh *mesh, const vec3 corner[8]);

@@ -316,7 +316,7 @@ static bool add_outline(const struct mill_wear_plan *plan, int k, struct picture
 {
     struct mill_mesh mesh;
     int32_t *own = NULL;
-    bool good = mill_wear_facets_outline(plan, k < 0 ? NULL : plan->world->motion[k], &mesh, &own);
+    bool good = mill_wear_outline(plan, k < 0 ? NULL : plan->world->motion[k], &mesh, &own);
     const size_t all = to->triangles + mesh.triangles + 1;
     float *value = realloc(to->value, 9 * all * sizeof *value);
     to->value = value ? value : to->value;

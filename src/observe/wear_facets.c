@@ -13,14 +13,12 @@ enum {
     USUAL = 2000,   /* facets of a mill, about */
     FEWEST = 300,   /* facets of a part, about, */
     MOST = 40000,   /* unless there are so many parts that all would have more than this */
-    PIECES = 2,     /* pieces are smaller than a cell by this factor */
     LONGEST = 1000, /* cells of a part along one coordinate */
     FACES = MILL_WEAR_FACES
 };
 #define MOST_CELLS 2e6 /* of a part, for each face */
 #define FLAT 1e-3      /* relative to the drum's radius: distance of the outline from the surface */
 #define SLIVER 0.2     /* of the area of a cell's face */
-#define SHOWN 1.5      /* times the size of a cell: edges of the triangles of pictures */
 
 /* ---- where is a point? ---- */
 
@@ -119,59 +117,19 @@ size_t mill_wear_facets_cells(const struct mill_wear_part *p)
 
 /* ---- making the facets ---- */
 
-/* Calls `on` for the pieces of a triangle, whose edges are at most `size`. */
-struct cutter {
-    double size; /* [m] */
-    void (*on)(struct cutter *, vec3 a, vec3 b, vec3 c);
+/* What the pieces of a part are added to */
+struct collector {
     struct mill_wear_plan *plan;
     int part;
-    double area;
-    double lo[3], hi[3];
-    struct mill_mesh *mesh;
-    int32_t *facet;
+    double area, lo[3], hi[3];
+    bool failed; /* out of memory */
 };
 
-static void cut(struct cutter *to, vec3 a, vec3 b, vec3 c)
-{
-    const vec3 ab = vec3_sub(b, a), bc = vec3_sub(c, b), ca = vec3_sub(a, c);
-    const double x = vec3_dot(ab, ab), y = vec3_dot(bc, bc), z = vec3_dot(ca, ca);
-    const double longest = fmax(x, fmax(y, z));
-    if (!(longest > to->size * to->size)) {
-        to->on(to, a, b, c);
-        return;
-    }
-    /* halve the longest edge, from p to q */
-    const vec3 p = x == longest ? a : y == longest ? b : c;
-    const vec3 q = x == longest ? b : y == longest ? c : a;
-    const vec3 r = x == longest ? c : y == longest ? a : b, m = vec3_scale(vec3_add(p, q), 0.5);
-    cut(to, p, m, r);
-    cut(to, m, q, r);
-}
-
-static void cut_mesh(struct cutter *to, const struct mill_mesh *mesh)
-{
-    for (size_t i = 0; i < mesh->triangles; i++) {
-        const int64_t *corner = mesh->corner[i];
-        cut(to, mesh->point[corner[0]], mesh->point[corner[1]], mesh->point[corner[2]]);
-    }
-}
-
-/* Half of the cross product: its length is the area, its direction the normal */
-static vec3 area_of(vec3 a, vec3 b, vec3 c)
-{
-    return vec3_scale(vec3_cross(vec3_sub(b, a), vec3_sub(c, a)), 0.5);
-}
-
-static vec3 middle(vec3 a, vec3 b, vec3 c)
-{
-    return vec3_scale(vec3_add(a, vec3_add(b, c)), 1.0 / 3.0);
-}
-
 /* Adds up the area of the part and the reach of its coordinates. */
-static void measure(struct cutter *to, vec3 a, vec3 b, vec3 c)
+static void measure(void *adds, const vec3 corner[3])
 {
-    const vec3 corner[3] = {a, b, c};
-    to->area += vec3_norm(area_of(a, b, c));
+    struct collector *to = adds;
+    to->area += vec3_norm(mill_mesh_area(corner));
     for (int i = 0; i < 3; i++) {
         double u[3];
         chart(&to->plan->part[to->part], corner[i], corner[i], u);
@@ -181,11 +139,12 @@ static void measure(struct cutter *to, vec3 a, vec3 b, vec3 c)
 }
 
 /* Adds a piece to its facet; a cell without a facet gets a new one. */
-static void collect(struct cutter *to, vec3 a, vec3 b, vec3 c)
+static void collect(void *adds, const vec3 corner[3])
 {
+    struct collector *to = adds;
     struct mill_wear_plan *plan = to->plan;
     struct mill_wear_part *p = &plan->part[to->part];
-    const vec3 normal = area_of(a, b, c), at = middle(a, b, c);
+    const vec3 normal = mill_mesh_area(corner), at = mill_mesh_middle(corner);
     const double area = vec3_norm(normal);
     int place[3];
     const int face = cell_of(p, at, normal, place);
@@ -194,7 +153,7 @@ static void collect(struct cutter *to, vec3 a, vec3 b, vec3 c)
         const size_t room = plan->facets > 0 ? 2 * (size_t)plan->facets : 1;
         struct mill_wear_facet *more = realloc(plan->facet, room * sizeof *more);
         if (!more) {
-            to->mesh->failed = true;
+            to->failed = true;
             return;
         }
         plan->facet = more;
@@ -208,8 +167,7 @@ static void collect(struct cutter *to, vec3 a, vec3 b, vec3 c)
     f->centre = vec3_axpy(f->centre, area, at); /* divided by the area at the end */
 }
 
-/* Draws all surfaces of a part; sets its shape. */
-static void draw_part(const struct mill_wear_plan *plan, int part, struct mill_mesh *mesh,
+void mill_wear_facets_draw(const struct mill_wear_plan *plan, int part, struct mill_mesh *mesh,
                       int *shape)
 {
     const struct mill_world *w = plan->world;
@@ -227,7 +185,7 @@ static void draw_part(const struct mill_wear_plan *plan, int part, struct mill_m
 
 /* Sets the lattice of a part, whose coordinates `reach` has measured, for cells of this size.
  * false: out of memory. */
-static bool lay_out(struct mill_wear_part *p, const struct cutter *reach, double size)
+static bool lay_out(struct mill_wear_part *p, const struct collector *reach, double size)
 {
     size_t cells = FACES;
     double volume = 1;
@@ -318,17 +276,17 @@ static void tidy(struct mill_wear_plan *plan, struct mill_wear_part *p, int32_t 
 static bool make_part(struct mill_wear_plan *plan, int part, double size, int fewest)
 {
     struct mill_wear_part *p = &plan->part[part];
-    struct cutter reach = {.size = INFINITY, .on = measure, .plan = plan, .part = part};
+    struct collector reach = {.plan = plan, .part = part};
     struct mill_mesh mesh;
     const int32_t first = plan->facets;
     for (int k = 0; k < 3; k++) {
         reach.lo[k] = INFINITY;
         reach.hi[k] = -INFINITY;
     }
-    draw_part(plan, part, &mesh, NULL);
+    mill_wear_facets_draw(plan, part, &mesh, NULL);
     p->radius = 1;
-    reach.size = 4 * size; /* corners alone do not show the reach of a triangle in radius, angle */
-    cut_mesh(&reach, &mesh);
+    /* corners alone do not show the reach of a triangle in radius and angle */
+    mill_mesh_cut(&mesh, 4 * size, measure, &reach);
     if (!(reach.area > 0)) { /* a part that draws nothing has no facets */
         mill_mesh_free(&mesh);
         return !mesh.failed;
@@ -343,10 +301,9 @@ static bool make_part(struct mill_wear_plan *plan, int part, double size, int fe
     p->cut = cell;
     bool good = !mesh.failed && lay_out(p, &reach, cell);
     if (good) {
-        struct cutter to = {
-            .size = cell / PIECES, .on = collect, .plan = plan, .part = part, .mesh = &mesh};
-        cut_mesh(&to, &mesh);
-        good = !mesh.failed;
+        struct collector to = {.plan = plan, .part = part};
+        mill_mesh_cut(&mesh, mill_wear_facets_piece(p), collect, &to);
+        good = !to.failed;
     }
     int32_t *into = good ? malloc(((size_t)plan->facets + 1) * sizeof *into) : NULL;
     for (int32_t id = 0; into && id < plan->facets; id++)
@@ -375,13 +332,14 @@ static bool list_parts(struct mill_wear_plan *plan)
     for (int part = 0; plan->part_of && plan->part && part < plan->parts; part++) {
         struct mill_wear_part *p = &plan->part[part];
         struct mill_mesh mesh;
-        draw_part(plan, part, &mesh, &p->shape);
+        mill_wear_facets_draw(plan, part, &mesh, &p->shape);
         const struct mill_shape *shape = w->shape[p->shape];
         p->chart = mill_pose_still;
         p->round = shape->type->chart && shape->type->chart(shape, &p->chart);
         for (size_t i = 0; i < mesh.triangles; i++) {
             const int64_t *c = mesh.corner[i];
-            plan->area += vec3_norm(area_of(mesh.point[c[0]], mesh.point[c[1]], mesh.point[c[2]]));
+            const vec3 at[3] = {mesh.point[c[0]], mesh.point[c[1]], mesh.point[c[2]]};
+            plan->area += vec3_norm(mill_mesh_area(at));
         }
         mill_mesh_free(&mesh);
     }
@@ -409,42 +367,4 @@ void mill_wear_facets_free(struct mill_wear_plan *plan)
     free(plan->part);
     free(plan->part_of);
     free(plan->facet);
-}
-
-/* Adds a piece with the number of its facet. */
-static void show(struct cutter *to, vec3 a, vec3 b, vec3 c)
-{
-    const size_t n = to->mesh->triangles;
-    const vec3 normal = area_of(a, b, c);
-    if ((n & (n - 1)) == 0) { /* the room doubles */
-        int32_t *more = realloc(to->facet, (n > 0 ? 2 * n : 1) * sizeof *more);
-        to->mesh->failed = to->mesh->failed || !more;
-        if (more)
-            to->facet = more;
-    }
-    if (to->mesh->failed)
-        return;
-    to->facet[n] = mill_wear_facets_find(to->plan, to->part, middle(a, b, c), normal);
-    mill_mesh_triangle(to->mesh, a, b, c);
-}
-
-bool mill_wear_facets_outline(const struct mill_wear_plan *plan, const struct mill_motion *motion,
-                              struct mill_mesh *mesh, int32_t **facet)
-{
-    struct cutter to = {.on = show, .mesh = mesh, .plan = (struct mill_wear_plan *)plan};
-    *mesh = (struct mill_mesh){0};
-    for (int part = 0; part < plan->parts; part++) {
-        const struct mill_wear_part *p = &plan->part[part];
-        struct mill_mesh whole;
-        if (plan->world->shape[p->shape]->motion != motion)
-            continue;
-        draw_part(plan, part, &whole, NULL);
-        mesh->failed = mesh->failed || whole.failed;
-        to.part = part;
-        to.size = fmax(SHOWN * p->cut, 1e-9);
-        cut_mesh(&to, &whole);
-        mill_mesh_free(&whole);
-    }
-    *facet = to.facet;
-    return !mesh->failed;
 }

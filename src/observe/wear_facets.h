@@ -60,10 +60,21 @@ int32_t mill_wear_facets_find(const struct mill_wear_plan *plan, int part, vec3 
 /* Length of the list of cells of a part, with a place for each face; 0: it has no facets */
 size_t mill_wear_facets_cells(const struct mill_wear_part *part);
 
+/* Draws all surfaces of a part in the frame of its motion; sets `shape`, unless NULL, to one that
+ * draws something. The caller frees the mesh. */
+void mill_wear_facets_draw(const struct mill_wear_plan *plan, int part, struct mill_mesh *mesh,
+                           int *shape);
+
+/* [m] Longest edge of the pieces of mill_mesh_cut that the facets of a part are made of */
+static inline double mill_wear_facets_piece(const struct mill_wear_part *part)
+{
+    return 0.5 * part->cut;
+}
+
 /* The surfaces that one motion carries (NULL: what stands still), in triangles about as small as
- * facets; `facet` has the number of the facet of each. false: out of memory. The caller frees both
- * in all cases. */
-bool mill_wear_facets_outline(const struct mill_wear_plan *plan, const struct mill_motion *motion,
-                              struct mill_mesh *mesh, int32_t **facet);
+ * facets, with at least one for each facet; `facet` has the number of the facet of each. false: out
+ * of memory. The caller frees both in all cases. */
+bool mill_wear_outline(const struct mill_wear_plan *plan, const struct mill_motion *motion,
+                       struct mill_mesh *mesh, int32_t **facet);
 
 #endif
