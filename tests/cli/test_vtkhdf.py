@@ -451,7 +451,7 @@ def test_a_signal_that_comes_while_very_many_frames_are_added_leaves_complete_re
 
 @pytest.mark.parametrize("deck", ["mixer.ini", "stl.ini"])  # round ends and small faces: facets smaller than triangles
 def test_every_facet_has_a_triangle_in_pictures(tmp_path, deck):
-    short = ["run.sample_from=0 s", "run.time=1 ms", "output.frames=0 s", "output.series=0 s"]
+    short = ["run.sample_from=0 s", "run.time=1 ms", "output.frames=0 s"]
     orders = [word for order in short for word in ("-s", order)]
     subprocess.run([PROGRAM, "-q", "-o", tmp_path / "mill.h5", *orders, ROOT / "input" / deck], check=True)
     with h5py.File(tmp_path / "mill.h5") as file:
