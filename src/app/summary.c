@@ -162,16 +162,31 @@ static void print_losses(const struct mill_summary *s)
     fputc('\n', s->out);
 }
 
+static void print_hard(const struct mill_summary *s)
+{
+    const struct mill_tally_results *r = s->results;
+    mill_summary_text_label(s->out, "hard impacts");
+    mill_summary_text_value(s->out, &r->hard, "/s");
+    fprintf(s->out, " of 1 mJ or more\n");
+    mill_summary_text_label(s->out, "");
+    if (!isnan(r->hard_per_joule.value)) {
+        mill_summary_text_value(s->out, &r->hard_per_joule, "/J");
+        fprintf(s->out, " of 1 mJ or more, per work of the drive\n");
+        mill_summary_text_label(s->out, "");
+    }
+    if (r->hard.value > 0 && isnan(r->hard.error) && !isnan(r->at.known.drive.error)) {
+        fprintf(s->out, "(their error is not known: they vary too slowly; run longer)\n");
+        mill_summary_text_label(s->out, "");
+    }
+}
+
 static void print_means(const struct mill_summary *s)
 {
     const struct mill_tally_results *r = s->results;
     const struct mill_precision_known *known = &r->at.known;
     if (s->world->period < (double)INFINITY)
         print_drive(s);
-    mill_summary_text_label(s->out, "hard impacts");
-    mill_summary_text_value(s->out, &r->hard, "/s");
-    fprintf(s->out, " of 1 mJ or more\n");
-    mill_summary_text_label(s->out, "");
+    print_hard(s);
     mill_summary_text_value(s->out, &known->fast[r->all][ABOVE_1], "/s");
     fprintf(s->out, " at 1 m/s or more\n");
     mill_summary_text_label(s->out, "median v_n");

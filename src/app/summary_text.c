@@ -17,7 +17,7 @@ char *mill_summary_text_room(void)
 /* Numbers of things and their rates have words: "M/s" would look like metres per second. */
 static bool is_counted(const char *unit)
 {
-    return !*unit || strcmp(unit, "/s") == 0;
+    return !*unit || strcmp(unit, "/s") == 0 || strcmp(unit, "/J") == 0;
 }
 
 bool mill_summary_text_fits(double value, const char *unit, struct mill_summary_scale *scale)

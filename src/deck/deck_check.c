@@ -360,17 +360,41 @@ static void warn_of_axes(const struct mill_deck *deck)
     deck->warn(line.text);
 }
 
-/* Materials of parts give nothing but contact laws. */
+/* Values of the deck come before those of a material. Says where a material has no effect. */
 static void warn_of_materials(const struct mill_deck *deck)
 {
-    const char *section = deck->drum_material ? "drum" : deck->rotor_material ? "rotor" : NULL;
+    const struct mill_deck_law *all = &deck->general;
+    const char *of_part = deck->drum_material ? "drum" : deck->rotor_material ? "rotor" : NULL;
+    const struct mill_deck_section *contact = mill_deck_section(deck, "contact");
+    const char *of_balls = NULL;
+    bool given = all->rows || !isnan(all->restitution);
+    struct mill_deck_found found;
     struct mill_error line;
+    for (int k = 0; k < deck->kinds; k++) {
+        const struct mill_deck_balls *b = &deck->balls[k];
+        if (!b->material || mill_deck_materials_find(deck, b->section, "material", b->material,
+                                                     &found, &line) != MILL_OK)
+            continue;
+        of_balls = b->section;
+        if (!(found.is.density > 0.0) || fabs(b->density / found.is.density - 1.0) < 0.01)
+            continue;
+        mill_deck_fault(deck, &line, b->section, "density",
+                        "%.4g kg/m^3 is used, not the %.4g kg/m^3 of '%s'; leave it out to use "
+                        "that",
+                        b->density, found.is.density, b->material);
+        deck->warn(line.text);
+    }
     for (int kind = 0; kind < deck->contacts.count; kind++)
-        section = deck->assumed[kind][0] ? NULL : section;
-    if (!section || isnan(deck->general.restitution))
+        given = given && !deck->assumed[kind][0];
+    if (!given || !(of_part || of_balls))
         return;
-    mill_deck_fault(deck, &line, section, "material",
-                    "is not used: [contact] gives all values, or the balls have no 'material'");
+    mill_deck_fault(deck, &line, of_balls ? of_balls : of_part, "material",
+                    of_balls ? "[contact] gives all values of the contacts; leave them out to use "
+                               "those of the material"
+                    : mill_deck_entry(contact, "friction") &&
+                            mill_deck_entry(contact, "tangential_restitution")
+                        ? "is not used: [contact] gives all values"
+                        : "is not used: the balls have no 'material'");
     deck->warn(line.text);
 }
 

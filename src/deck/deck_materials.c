@@ -21,13 +21,13 @@ static const struct known {
     const struct mill_fall
         *fall; /* in place of the restitution; NULL: it is the same at any speed */
 } known[] = {
-    {"steel", 7800, NAN, 0.2, 0.35, "hardened; restitution 0.82 at 3 m/s, 0.62 at 10 m/s", &steel},
+    {"steel", 7800, NAN, 0.2, 0.35, "Thornton 1997, 1..30 m/s; friction estimated", &steel},
     {"tungsten_carbide|WC|WC-Co", 14900, 0.92, 0.15, 0.4, "estimates", NULL},
     {"zirconia|ZrO2|YSZ|Y-TZP", 6050, 0.92, 0.15, 0.4, "values of other simulations, not measured",
      NULL},
-    {"alumina|Al2O3|corundum", 3850, 0.98, 0.09, 0.4, "measured on glass, below 2 m/s", NULL},
+    {"alumina|Al2O3|corundum", 3850, 0.98, 0.09, 0.4, "Kharaz 2001, on glass, below 2 m/s", NULL},
     {"agate", 2650, 0.9, 0.15, 0.4, "estimates", NULL},
-    {"glass|soda-lime", 2500, 0.97, 0.092, 0.44, "measured with 3 mm balls, near 1 m/s", NULL},
+    {"glass|soda-lime", 2500, 0.97, 0.092, 0.44, "Foerster 1994, 3 mm balls, near 1 m/s", NULL},
     {"PTFE|teflon", 2200, 0.7, 0.08, 0.4, "estimates", NULL},
     {"powder", 0, 0.5, 0.5, 0, "estimates (0.3 to 0.75, friction 0.3 to 0.8)", NULL},
 };

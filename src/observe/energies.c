@@ -202,21 +202,19 @@ void mill_energies_blocks_close(struct mill_energies_blocks *b, const struct mil
         join(b, period);
 }
 
-struct mill_precision_mean mill_energies_blocks_hard(const struct mill_energies_blocks *b,
-                                                     uint64_t from, uint64_t period, double batch)
+size_t mill_energies_blocks_hard(const struct mill_energies_blocks *b, uint64_t first,
+                                 double series[MILL_ENERGIES_BLOCKS])
 {
     enum { MILLIJOULE = -MILL_ENERGIES_LOWEST * 16 + 1 }; /* the bin that begins at 1 mJ */
-    const uint64_t first = (from + b->length - 1) / b->length;
     const size_t low = coarse(MILLIJOULE), stride = MILL_ENERGIES_SORTS * MILL_ENERGIES_COARSE;
-    double series[MILL_ENERGIES_BLOCKS] = {0};
     size_t n = 0;
-    for (uint64_t k = first; k < b->blocks; k++, n++)
+    for (uint64_t k = first; k < b->blocks; k++, n++) {
+        series[n] = 0;
         for (size_t i = 0; i < b->pairs; i++)
             for (size_t bin = low; bin < MILL_ENERGIES_COARSE; bin++)
-                series[n] +=
-                    b->count[k * size_of(b) + i * stride + bin] / ((double)b->length * batch);
-    const bool whole = period > b->length && period % b->length == 0;
-    return mill_precision_mean(series, n, whole ? (size_t)(period / b->length) : 0);
+                series[n] += b->count[k * size_of(b) + i * stride + bin];
+    }
+    return n;
 }
 
 static void tell_blocks(const struct mill_energies_blocks *b, const struct mill_energies *e,
@@ -242,8 +240,7 @@ void mill_energies_blocks_tell(const struct mill_energies_blocks *b, const struc
                                const struct mill_kinds *kinds, uint64_t from, uint64_t period,
                                double batch, struct mill_sink *sink)
 {
-    const uint64_t first = (from + b->length - 1) / b->length;
-    const bool whole = period > b->length && period % b->length == 0;
+    const uint64_t first = mill_energies_blocks_first(b, from);
     double edge[MILL_ENERGIES_COARSE + 1];
     int32_t *room =
         malloc((b->blocks * e->species * e->species * MILL_ENERGIES_COARSE + 1) * sizeof *room);
@@ -258,7 +255,7 @@ void mill_energies_blocks_tell(const struct mill_energies_blocks *b, const struc
     mill_tell_array(sink, "edges", MILL_ENERGIES_COARSE + 1, edge, "J",
                     "edges of the bins of the blocks: four bins of the histograms each");
     mill_tell_number(sink, "duration", (double)b->length * batch, "s", "length of a block");
-    mill_tell_count(sink, "period", whole ? period / b->length : 0,
+    mill_tell_count(sink, "period", mill_energies_blocks_period(b, period),
                     "blocks in a period of the motions; 0: a block is one or more periods, or "
                     "nothing moves");
     for (int kind = 0; kind < kinds->count; kind++) {

@@ -84,10 +84,24 @@ void mill_energies_blocks_close(struct mill_energies_blocks *blocks,
 /* Forgets the counts so far, of energies that were cleared. */
 void mill_energies_blocks_restart(struct mill_energies_blocks *blocks);
 
-/* [1/s] The impacts of all pairs with a normal energy of 1 mJ or more, with their error. from,
- * period, batch: as below */
-struct mill_precision_mean mill_energies_blocks_hard(const struct mill_energies_blocks *blocks,
-                                                     uint64_t from, uint64_t period, double batch);
+/* First block that begins at a batch or after it */
+static inline uint64_t mill_energies_blocks_first(const struct mill_energies_blocks *blocks,
+                                                  uint64_t batch)
+{
+    return (batch + blocks->length - 1) / blocks->length;
+}
+
+/* Blocks in a period of this many batches; 0: no whole number of them, more than one */
+static inline uint64_t mill_energies_blocks_period(const struct mill_energies_blocks *blocks,
+                                                   uint64_t period)
+{
+    return period > blocks->length && period % blocks->length == 0 ? period / blocks->length : 0;
+}
+
+/* Impacts of all pairs with a normal energy of 1 mJ or more in each block from `first` on.
+ * Returns the number of these blocks. */
+size_t mill_energies_blocks_hard(const struct mill_energies_blocks *blocks, uint64_t first,
+                                 double series[MILL_ENERGIES_BLOCKS]);
 
 /* Writes the group "blocks" within the group "energies". from: the first batch that counts. period:
  * in batches; batch: [s] its length */

@@ -115,7 +115,8 @@ struct mill_tally_results {
     double block;       /* [s] shortest time of whole periods and whole batches; NaN: no rotor */
     double revolutions; /* of the rotor in a block */
     size_t blocks;      /* in the window */
-    struct mill_precision_mean hard;    /* [1/s] impacts of 1 mJ or more */
+    /* Impacts of 1 mJ or more: [1/s], and [1/J] of work of the drive; NaN: no drive does work */
+    struct mill_precision_mean hard, hard_per_joule;
     double *block_power, *block_torque; /* [W], [N m] of the rotor in each block */
     /* account at the start of the window's last tenth, rounded to a batch */
     struct mill_account late;

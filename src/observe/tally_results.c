@@ -117,21 +117,46 @@ static void sum_account(struct mill_tally_results *r)
     known->median_fast.value = mill_spectrum_quantile(grid, all, MILL_SPECTRUM_FAST, 0.5);
 }
 
-/* The error comes from blocks, the value from the whole window. */
+/* Sets the mean of `count` impacts, whose error is at least that of independent ones; without
+ * impacts there is no error. */
+static void set_rare(struct mill_precision_mean *mean, double value, double error, uint64_t count)
+{
+    mean->value = value;
+    if (count == 0 || isnan(value))
+        mean->freedom = 0;
+    mean->error = mean->freedom > 0 ? fmax(error, value / sqrt((double)count)) : (double)NAN;
+}
+
+/* Rate of hard impacts, and their number per work of the drive. The errors come from blocks, the
+ * values from the whole window. In the mean, the work of the drive is what all impacts lose. So the
+ * relative error of the quotient is that of hard impacts over losses, which varies less. */
 static void sum_hard(struct mill_tally_results *r)
 {
     const struct mill_precision *batches = &r->tally->batches;
+    const struct mill_energies_blocks *blocks = &r->tally->blocks;
+    const uint64_t first = mill_energies_blocks_first(blocks, r->from), length = blocks->length;
+    const size_t period = (size_t)mill_energies_blocks_period(blocks, batches->at.period);
+    double hard[MILL_ENERGIES_BLOCKS], rest[MILL_ENERGIES_BLOCKS];
+    const size_t n = mill_energies_blocks_hard(blocks, first, hard);
+    const double lost = r->at.known.loss[r->all].value, drive = r->at.known.drive.value;
     uint64_t count = 0;
     for (size_t i = 0; i < r->energies.pairs; i++)
         for (uint64_t bin = mill_energies_bin(1); bin < MILL_ENERGIES_BINS; bin++)
             count += r->energies.pair[i].normal[bin].count;
-    r->hard = mill_energies_blocks_hard(&r->tally->blocks, r->from, batches->at.period,
-                                        batches->at.batch);
-    r->hard.value = mill_tally_per_second(r, (double)count);
-    if (r->hard.error < sqrt((double)count) / r->duration)
-        r->hard.error = sqrt((double)count) / r->duration;
-    if (count == 0)
-        r->hard.error = NAN;
+    const double rate = mill_tally_per_second(r, (double)count);
+    for (size_t k = 0; k < n; k++) {
+        const struct mill_account *from = &batches->accounts[(first + k) * length];
+        double loss = 0;
+        for (int kind = 0; kind < r->all; kind++)
+            loss += from[length].dissipation[kind] - from->dissipation[kind];
+        hard[k] /= (double)length * batches->at.batch;
+        rest[k] = hard[k] - rate / lost * loss / ((double)length * batches->at.batch);
+    }
+    r->hard = mill_precision_mean(hard, n, period);
+    r->hard_per_joule = mill_precision_mean(rest, n, period);
+    set_rare(&r->hard, rate, r->hard.error, count);
+    set_rare(&r->hard_per_joule, drive > 0 ? rate / drive : (double)NAN,
+             r->hard_per_joule.error / drive, count);
 }
 
 static bool make_room(struct mill_tally_results *r)

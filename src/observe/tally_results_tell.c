@@ -229,6 +229,9 @@ static void tell_precision(struct mill_sink *sink, const struct mill_tally_resul
     sink->close(sink);
     tell_means(sink, "rate_above_1mJ", 0, &r->hard, "s-1",
                "impacts per second with a normal energy, m* v_n^2 / 2, of 1 mJ or more");
+    tell_means(sink, "above_1mJ_per_joule", 0, &r->hard_per_joule, "J-1",
+               "these impacts per work of all motions; its relative error is that of these impacts "
+               "per power lost in impacts");
     static const struct {
         const char *name, *meaning;
     } losses[] = {{"dissipated_power", "power lost in impacts"},

@@ -128,14 +128,26 @@ class TestMaterials:
         assert law(deck, "ball_ball") == ("steel", 0.2, 0.35)
         assert law(deck, "ball_drum") == law(deck, "ball_blade") == ("steel", 0.092, 0.35)  # the lower values
         assert "assumed: restitution 0.97..0.474, friction 0.2, tangential 0.35" in said
-        assert "steel on steel: hardened; restitution 0.82 at 3 m/s" in said
+        assert "steel on steel: Thornton 1997, 1..30 m/s; friction estimated" in said
         assert "steel on glass: the lower values of both" in said
 
     def test_the_summary_says_no_more_than_was_assumed(self, full):
         said = full(STEEL, "contact.restitution=0.8", "contact.friction=0.3")[1]
-        assert "assumed: tangential 0.35" in said and "hardened" not in said
+        assert "assumed: tangential 0.35" in said and "Thornton" not in said
         said = full(STEEL, *(f"contact.{key}=0.3" for key in ("restitution", "friction", "tangential_restitution")))[1]
-        assert "assumed" not in said and "[drum] material: is not used: [contact] gives all values" in said
+        assert "assumed" not in said and "[balls] material: [contact] gives all values of the contacts" in said
+
+    def test_a_material_without_effect_is_warned_of(self, full):
+        all_given = [f"contact.{key}=0.3" for key in ("restitution", "friction", "tangential_restitution")]
+        plain = SMALL.replace("length = 40 mm", "length = 40 mm\nmaterial = glass")
+        assert "[drum] material: is not used: [contact] gives all values" in full(plain, *all_given)[1]
+        assert "[drum] material: is not used: the balls have no 'material'" in full(plain)[1]
+        assert "warning" not in full(STEEL)[1]
+
+    def test_a_density_beside_another_material_is_warned_of(self, full):
+        said = full(STEEL, "balls.density=6050 kg/m^3")[1]
+        assert "[balls] density: 6050 kg/m^3 is used, not the 7800 kg/m^3 of 'steel'" in said
+        assert "density:" not in full(STEEL, "balls.density=7750 kg/m^3")[1]
 
     def test_the_file_says_what_was_assumed(self, run):
         with h5py.File(run(STEEL)) as file:

@@ -328,22 +328,27 @@ def test_impacts_of_a_millijoule_or_more_are_those_of_the_file_per_second_and_pe
     found = rows.compare(*sides)
     rate, each = found.row("rate_above_1mJ"), found.row("above_1mJ_per_joule")
     with h5py.File(path) as file:
-        value, error = (file[f"statistics/precision/rate_above_1mJ/{name}"][()] for name in ("value", "standard_error"))
+        told = file["statistics/precision"]
+        value, error = (told[f"rate_above_1mJ/{name}"][()] for name in ("value", "standard_error"))
+        per = [told[f"above_1mJ_per_joule/{name}"][()] for name in ("value", "standard_error", "degrees_of_freedom")]
         power = file["statistics/rotor/power"][()]
     assert value > 100
     assert (rate.a.value, rate.a.told, each.a.value) == pytest.approx((value, error, value / power))
+    assert (each.a.value, each.a.told, each.a.dof) == pytest.approx(per)
     assert (rate.b.value, rate.b.told) == pytest.approx((value, error), rel=0.02)  # from histograms and blocks
     assert each.b.value == pytest.approx(value / power, rel=0.02)
     with Run(path) as run:
         hard, lost = sums.total(run, sums.above(1e-3)), sums.total(run, sums.itself, "dissipated")
     ratio, error, _ = hard.over(lost)
-    assert each.a.told / each.a.value == pytest.approx(error / ratio)
+    assert each.a.told / each.a.value == pytest.approx(error / ratio, rel=0.02)  # losses without and with bins
+    assert each.b.told / each.b.value == pytest.approx(error / ratio)
     assert each in found.important and each.name == "impacts >= 1 mJ, per joule"
 
 
 @pytest.mark.slow
 def test_without_energies_or_impacts_of_a_millijoule_there_are_no_rows_of_them(runs, copy, millsim, write_deck):
-    bare = copy("one", statistics__energies=None)
+    told = {f"statistics__precision__{name}": None for name in ("rate_above_1mJ", "above_1mJ_per_joule")}
+    bare = copy("one", statistics__energies=None, **told)
     write_deck(MILL.replace("7800 kg/m^3", "100 kg/m^3"))
     assert millsim("deck.ini", "-q", "-o", "light.h5").returncode == 0
     for path in (bare, bare.parent / "light.h5"):
@@ -564,6 +569,20 @@ def some_pictures(tables):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(pictures, "PICTURES", pictures.PICTURES[:1])
         yield from pictures.figures(tables)
+
+
+def test_impacts_of_a_millijoule_are_named_first_and_speeds_where_their_number_is_not_known():
+    power, by_speed = made("rotor_power", 200, 120, 0.01), [
+        made("rate_all_above_1", 1e5, 1.1e5, 0.01),
+        made("hard_per_joule_1", 500, 510, 0.01),
+    ]
+    energetic = made("rate_above_1mJ", 1e3, 3e3, 0.01), made("above_1mJ_per_joule", 5, 19, 0.01)
+    assert finding.title(two_designs(power, *by_speed, *energetic)) == (
+        "new makes 3.8 times as many impacts of 1 mJ or more per joule as old and draws 40 % less power"
+    )
+    none = [Estimate(0.0, np.nan, 0)] * 2
+    rare = rows.Row("", "rate_above_1mJ", "", "1/s", *none, *agreement.difference(*none, "", designs=True))
+    assert "tied in impacts above 1 m/s per joule" in finding.title(two_designs(power, *by_speed, rare))
 
 
 def test_a_title_leaves_out_what_is_not_known_well_enough():

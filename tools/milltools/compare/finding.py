@@ -1,6 +1,6 @@
 """What a comparison has found, in words: a title, the sentences below it, and differences with their 95 % intervals.
 
-Of two designs the title names what the work of the drive buys (impacts above 1 m/s per joule), and the power; the
+Of two designs the title names what the work of the drive buys (impacts of 1 mJ or more per joule), and the power; the
 sentences name also the rate of these impacts and the median. Of two programs or starts the title counts the verdicts.
 """
 
@@ -55,9 +55,10 @@ def title(table) -> str:
         agree, differ = moods.count("agree"), moods.count("differ")
         return f"{b} and {a} agree in {agree} of {len(moods)} quantities and differ in {differ}"
     said = ""
-    for row, per in ((table.per_joule, "joule"), (table.hard_rate, "second")):
+    words, rate, per_joule = table.hard
+    for row, per in ((per_joule, "joule"), (rate, "second")):
         if not said and row and row.mood in ("apart", "tied"):
-            what = f"impacts above {table.hard:g} m/s per {per}"
+            what = f"impacts {words} per {per}"
             said = f"{b} and {a} are tied in {what}"
             if row.mood == "apart":
                 said = f"{b} makes {size(row, *MANY)[0]} {what} {'as' if row.difference >= 1 else 'than'} {a}"
@@ -83,12 +84,14 @@ def sentences(table) -> list[str]:
                 words.append(f"{row.label}{known} ({row.verdict})")
         open_ = [row.mood for row in table.shown].count("open")
         return [f"{'; '.join(words)}. {INTERVALS}", f"{plural(open_, 'row')} of the table have no verdict."]
-    a, b, above = plain(table.a.name), plain(table.b.name), f"impacts above {table.hard:g} m/s"
+    a, b = plain(table.a.name), plain(table.b.name)
+    words, rate, per_joule = table.hard
+    above = f"impacts {words}"
     median, said = table.row("median_above_50mm_s"), []
     for row, words, way in (
-        (table.per_joule, "Per joule of work {b} makes {} {above}, {a} makes {}", MANY),
+        (per_joule, "Per joule of work {b} makes {} {above}, {a} makes {}", MANY),
         (table.power, "{b} draws {}, {a} draws {}", MUCH),
-        (table.hard_rate, "Per second {b} makes {} {above}, {a} makes {}", MANY),
+        (rate, "Per second {b} makes {} {above}, {a} makes {}", MANY),
         (median, "The median speed of the impacts above 50 mm/s is {} in {b}, {} in {a}", FAST),
     ):
         if row and math.isfinite(row.difference):

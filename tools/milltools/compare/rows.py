@@ -12,7 +12,7 @@ from milltools.compare.load import CONDUCT, GEOMETRY, LEVELS, Member, Side, desi
 from milltools.read import sums
 from milltools.read.kinds import KINDS
 from milltools.read.kinds import label as label_of
-from milltools.read.runfile import THRESHOLDS
+from milltools.read.runfile import HARD_PER_JOULE, HARD_RATE, THRESHOLDS
 
 HARD_SOFT = "not comparable between hard and soft spheres"
 STIFFNESS = "depends on the stiffness"
@@ -92,21 +92,15 @@ class Comparison:
         return self.row("drive_power") or self.row("rotor_power")
 
     @property
-    def hard(self) -> float:
-        """The speed [m/s] above which an impact is called hard: 1 m/s; less in a slow mill, where the rate above it is
-        not known."""
+    def hard(self) -> tuple[str, Row | None, Row | None]:
+        """The impacts that are called hard, in words, and their rows per second and per joule of work of the drive: 1
+        mJ or more; above 1 m/s where that is not known; above a lower speed in a slow mill."""
         speeds = sorted(THRESHOLDS, key=lambda speed: (speed != HARD, speed))
-        rates = ((speed, self.row(f"rate_all_above_{speed:g}")) for speed in speeds)
-        return next((speed for speed, row in rates if row and math.isfinite(row.difference_error)), HARD)
-
-    @property
-    def per_joule(self) -> Row | None:
-        """Hard impacts per joule of work of the drive: what a design makes of its power."""
-        return self.row(f"hard_per_joule_{self.hard:g}")
-
-    @property
-    def hard_rate(self) -> Row | None:
-        return self.row(f"rate_all_above_{self.hard:g}")
+        kinds = [("of 1 mJ or more", "rate_above_1mJ", "above_1mJ_per_joule")] + [
+            (f"above {speed:g} m/s", f"rate_all_above_{speed:g}", f"hard_per_joule_{speed:g}") for speed in speeds
+        ]
+        found = [(words, self.row(rate), self.row(per)) for words, rate, per in kinds]
+        return next((one for one in found if one[1] and math.isfinite(one[1].difference_error)), found[1])
 
     @property
     def important(self) -> list[Row]:
@@ -114,8 +108,8 @@ class Comparison:
         whole = self.row("dissipated_power")
         least = [LEAST_SHARE * abs(e.value) for e in (whole.a, whole.b)] if whole else (0, 0)
         keys = [
-            "drive_power", "rotor_power", *(f"hard_per_joule_{speed:g}" for speed in THRESHOLDS),
-            "above_1mJ_per_joule", f"rate_all_above_{self.hard:g}", "rate_all", "median_above_50mm_s", "median",
+            "drive_power", "rotor_power", "above_1mJ_per_joule", *(f"hard_per_joule_{speed:g}" for speed in THRESHOLDS),
+            *(row.key for row in self.hard[1:2] if row), "rate_all", "median_above_50mm_s", "median",
             "normal_dissipation", "tangential_dissipation",
         ]  # fmt: skip
         lost = [
@@ -218,19 +212,17 @@ def fast(kind, column, strikes=False):
 
 def energetic(run: Member):
     """Rate of impacts of ENERGETIC or more; None if the file has no energies."""
+    if known := run.known(HARD_RATE):
+        return errors.from_file(known)
     if not run.has("statistics/energies/edges"):
         return None
-    place, names = "precision/rate_above_1mJ", ("value", "standard_error", "degrees_of_freedom")
-    if all(run.has(f"statistics/{place}/{name}") for name in names):
-        return errors.from_file(tuple(float(run.statistic(f"{place}/{name}")) for name in names))
     found = sums.total(run, sums.above(ENERGETIC))
     error, freedom = (math.nan, 0) if found.series is None else sums.spread(found.series, found.period)
     return errors.from_file((found.value, max(error, found.least) if error == error else error, freedom))
 
 
 def per_joule(measured, weight):
-    """Impacts of a `measured` rate, which `weight` counts, divided by the work of the drive. Its relative error is that
-    of these impacts divided by the power that all impacts lose: in the mean this is the work."""
+    """Impacts of a `measured` rate, which `weight` counts, divided by the work of the drive."""
 
     def measure(run: Member):
         rate, power = measured(run), drive_power(run)
@@ -239,9 +231,8 @@ def per_joule(measured, weight):
         value = rate.value / power.value
         if not (rate.value and run.has(sums.BLOCKS)):
             return Estimate(value)
-        hard, lost = sums.total(run, weight), sums.total(run, sums.itself, "dissipated")
-        ratio, error, freedom = hard.over(lost)
-        return errors.from_file((value, value * error / ratio if ratio else math.nan, freedom))
+        found, error, freedom = sums.per_work(run, sums.total(run, weight))
+        return errors.from_file((value, value * error / found, freedom))
 
     return measure
 
@@ -307,7 +298,7 @@ def quantities(steady: bool, kinds, first: Member, second: Member):
         measure = per_joule(fast("all", column), sums.faster(speed))
         yield group, f"hard_per_joule_{speed:g}", f"all kinds above {speed:g} m/s per joule", "1/J", measure
     yield group, "rate_above_1mJ", "impacts >= 1 mJ, per s", "1/s", energetic
-    measure = per_joule(energetic, sums.above(ENERGETIC))
+    measure = told(HARD_PER_JOULE, per_joule(energetic, sums.above(ENERGETIC)))
     yield group, "above_1mJ_per_joule", "impacts >= 1 mJ, per joule", "1/J", measure
     yield group, "rate_all", "impacts, all", "1/s", told("rate/all", all_impacts)
     yield group, "median", "median v_n, all impacts", "m/s", median("median")

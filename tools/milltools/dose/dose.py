@@ -171,15 +171,14 @@ def rows(run: Run, sets: typing.Sequence[str] = ()) -> list[Row]:
             Row("dose in an hour", *(HOUR / per * x for x in (power, error)), "J/kg", "per powder mass", ("kJ/g", 1e6)),
         ]
     every, brought = (sums.total(run, weight, sort) for weight in (sums.every, sums.itself))
-    hard, lost = sums.total(run, sums.above(least), sort), sums.total(run, sums.itself, "dissipated")
-    in_hard = sums.total(run, _energy_above(least), sort)
-    # the histograms give the error of the ratio; the power itself is known without bins
-    per_joule = hard.value / power if power else math.nan, hard.over(lost)[1]
+    hard, in_hard = sums.total(run, sums.above(least), sort), sums.total(run, _energy_above(least), sort)
+    work = "of work of the drive" if run.driven else "lost in all impacts"
+    per_joule = sums.per_work(run, hard)[:2]
     found += [
         Row("stress frequency", every.value, every.error, "/s", "impacts of all kinds"),
         Row("mean stress energy", *brought.over(every)[:2], "J", f"{sort} energy of an impact, mean"),
         Row("hard impacts", hard.value, hard.error, "/s", f"of {quantity(least, 'J')} or more"),
-        Row("hard impacts per joule", *per_joule, "/J", "per joule lost in all impacts"),
+        Row("hard impacts per joule", *per_joule, "/J", f"per joule {work}"),
         Row("power of hard impacts", in_hard.value, in_hard.error, "W", "energy that they bring"),
     ]
     if stuff:

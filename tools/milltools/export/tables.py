@@ -16,7 +16,7 @@ from milltools.base.files import whole
 from milltools.base.text import cell, plural, size, spoken_unit
 from milltools.export import source
 from milltools.read.kinds import label
-from milltools.read.runfile import SUMMARY
+from milltools.read.runfile import HARD_PER_JOULE, HARD_RATE, SUMMARY
 
 BLOCK = 65536  # rows held at once
 XYZ = "xyz"
@@ -211,6 +211,9 @@ def summary(run, arguments) -> Table:
         with contextlib.suppress(UserError):  # no torque of a drive
             mill[head(quantity, text)] = float(run.statistic(path))
             mill[head(f"standard error of {quantity}", text)] = run.standard_error(path)
+    for path, text, unit in ((HARD_RATE, "impacts of 1 mJ or more", "1/s"), (HARD_PER_JOULE, "impacts of 1 mJ or more", "1/J")):
+        if known := run.known(path):
+            mill |= {head(text, unit): known[0], head(f"standard error of {text}", unit): known[1]}
     block |= {name: [None] * len(run.kinds) + [value] for name, value in mill.items()}
     return Table(len(kinds), iter([block]))
 

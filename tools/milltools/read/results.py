@@ -64,7 +64,7 @@ class Results:
         run.need_statistics()
         note(run.find("statistics"), "")
         kinds = (*run.kinds, "all")
-        found = [name for name in estimates(run.kinds) if name.startswith("rate")]
+        found = [name for name in estimates(run.kinds) if "/" in name and name.startswith("rate")]
         known = {kind: [] for kind in kinds}
         for name in found:
             if told := run.known(name):

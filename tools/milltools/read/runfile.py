@@ -53,6 +53,7 @@ PRECISION = {
     "impacts/all/normal_speed/median": "median",
     MEDIAN: "median_above_50mm_s",
 }
+HARD_RATE, HARD_PER_JOULE = "rate_above_1mJ", "above_1mJ_per_joule"  # impacts of 1 mJ or more: names below /statistics/precision
 TURNED = 1e-3  # tolerance of a rotation matrix: its rows must be orthogonal and of length 1
 # datasets of indices: into the names in an attribute, or of balls
 INDICES = {"impacts/kind": "kinds", "impacts/ball": "balls", "particles/trajectory/species": "names"}
@@ -63,7 +64,7 @@ def estimates(kinds: Iterable[str]) -> dict[str, tuple[str, Any]]:
     """Numbers with a standard error: name -> (group below /statistics/precision, index into its values)."""
     rows = (*kinds, "all")
     found: dict[str, tuple[str, Any]] = {
-        name: (name, ()) for name in (*PRECISION.values(), *(f"rate/{r}" for r in rows))
+        name: (name, ()) for name in (*PRECISION.values(), HARD_RATE, HARD_PER_JOULE, *(f"rate/{r}" for r in rows))
     }
     for row in rows:
         for column, speed in enumerate(THRESHOLDS):

@@ -106,6 +106,16 @@ def total(run: Run, weight: Weight, energy: str = "normal", kinds: Iterable[str]
     return Sum(value / time, series / length, period, math.sqrt(squares) / time)
 
 
+def per_work(run: Run, hard: Sum) -> tuple[float, float, float]:
+    """(value [1/J], standard error, degrees of freedom) of impacts for each joule of work of the drive; where nothing
+    drives the balls, for each joule that impacts lose. In the mean both are equal, so the relative error is that of the
+    impacts divided by the losses, which varies less."""
+    ratio, error, freedom = hard.over(total(run, itself, "dissipated"))
+    power = run.statistic(f"{run.driven}/power") if run.driven else run.statistic("impacts/all/dissipated_power")
+    value = hard.value / float(power) if power > 0 else math.nan
+    return value, error * value / ratio if hard.value else math.nan, freedom
+
+
 def errors(run: Run, edges: np.ndarray, kind: str, above: bool = False) -> np.ndarray:
     """Standard errors [1/s] of the rates of the impacts of a kind, or "all", whose normal energies are between the
     (n + 1,) edges [J]: (n,); `above`: at or above each edge, (n + 1,). NaN as in Sum.error. Needs the blocks."""

@@ -181,6 +181,14 @@ def lossless(run) -> bool:
     return not lost > 1e-9 * float(run.about("energy_turnover", 0.0))
 
 
+def power_drawn(run) -> tuple[float, float]:
+    """(value, standard error) [W] of the power that the mill draws: that of the drive; that lost in impacts where
+    nothing drives the balls."""
+    if gives := mean(run, f"{run.driven}/power", "W"):
+        return gives.value, run.standard_error(f"{run.driven}/power")
+    return dose.loss(run)
+
+
 def finding(run) -> str:
     """The answer of the run in one line: what takes most of the power, and how much it is."""
     if run.time == 0:
@@ -198,6 +206,9 @@ def finding(run) -> str:
     if rest := sum(power for power, _ in parts[2:]):
         parts[2:] = [(rest, "is the rest")]
     said = [f"{100 * power / total:.0f}{SPACE}%{{}} {words}" for power, words in parts]
+    drawn = power_drawn(run)
+    if abs(drawn[0] - total) < max(3 * math.hypot(drawn[1], error), 0.01 * total):  # steady: one power
+        total, error = drawn
     return so_far + ", ".join(said).replace("{}", f" of {brief(total, error, 'W')}", 1).replace("{}", "")
 
 
@@ -206,20 +217,19 @@ def tiles(run) -> list[tuple[str, Number, str]]:
     impacts, the dose, the share that sliding takes, the median speed: the first three that the run has."""
     if run.unsampled or not int(run.statistic("impacts/all/count")):
         return []
-    (power, error), mass = dose.loss(run), run.as_deck.mass
-    gives, told = mean(run, f"{run.driven}/power", "W"), {}
+    (power, error), mass, told = power_drawn(run), run.as_deck.mass, {}
     with contextlib.suppress(UserError):  # a file without energies
         told = {row.name: row for row in dose.rows(run)}
-    remark = f"lost in impacts: {brief(power / mass, error / mass, 'W')} per kg of balls"
-    if gives:
-        shown = brief(gives.value, run.standard_error(f"{run.driven}/power"), "W")
-        remark += f"; the {run.driven} gives {shown}"
+    what = f"of the {run.driven}" if run.driven else "lost in impacts"
+    remark = f"{what}: {brief(power / mass, error / mass, 'W')} per kg of balls"
+    if run.driven:
+        remark += f"; {brief(*dose.loss(run), 'W')} lost in impacts"
     remark += "" if error == error or lossless(run) else "; error not known"
     found = [("power", brief(power, error, "W"), remark)]
     hard, fast = told.get("hard impacts"), run.known("rate_above_1/all")
     if hard and hard.value:
         per = told["hard impacts per joule"]
-        remark = f"{hard.words}; {brief(per.value, per.error, '')} for each joule lost"
+        remark = f"{hard.words}; {brief(per.value, per.error, '')} {per.words}"
         found.append(("hard impacts", brief(hard.value, hard.error, "/s"), remark))
     elif fast and fast[0]:
         found.append(("hard impacts", brief(*fast[:2], "/s"), f"of 1{SPACE}m/s or more"))
@@ -229,8 +239,8 @@ def tiles(run) -> list[tuple[str, Number, str]]:
         found.append(("dose of the powder", brief(rate.value / 1e3, rate.error / 1e3, "W/g"), remark))
     if not lossless(run) and any(words == RUBBED for _, words in losses(run)):
         value, error = rubbed(run)
-        rest = [f"; {share(part / power)} {words}" for part, words in losses(run) if words != RUBBED]
-        remark = "of the power" + "".join(rest[:1])
+        rest = [f"; {share(part / dose.loss(run)[0])} {words}" for part, words in losses(run) if words != RUBBED]
+        remark = "of the lost power" + "".join(rest[:1])
         found.append(("lost by sliding", Number(str(brief(100 * value, 100 * error, "%")), value), remark))
     _, error, _ = run.known("median_above_50mm_s") or (0, math.nan, 0)
     median = brief(float(run.statistic("impacts/all/normal_speed/median_above_50mm_s")), error, "m/s")
@@ -251,7 +261,7 @@ def checks(run) -> str:
         turns = run.duration / run.period if math.isfinite(run.period) else 0.0
         periods = f" ({turns:.3g} {'revolutions' if run.driven == 'rotor' else 'periods'})" if turns else ""
         words.append(f"{quantity(run.duration, 's')} sampled{periods}")
-        total, error = dose.loss(run)
+        total, error = power_drawn(run)
         if error == error and total > 0:
             words.append(f"power known to {100 * error / total:.2g}{SPACE}%")
         elif not lossless(run):
@@ -260,7 +270,7 @@ def checks(run) -> str:
 
 
 def subject(run) -> str:
-    """4000 balls of 5 mm in a round drum, with a rotor. Contact laws assumed: steel on steel (hardened)."""
+    """4000 balls of 5 mm in a round drum, with a rotor. Contact laws assumed: steel on steel (estimates)."""
     assumed = dict.fromkeys(run.read(f"run/assumed/{kind}") for kind in run.names("run/assumed"))
     pairs = [f"{pair} ({remark})" if remark else pair for pair, _, remark in (text.partition(": ") for text in assumed)]
     laws = f" Contact laws are assumed: {plain(joined(pairs))}." if pairs else ""
