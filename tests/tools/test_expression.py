@@ -147,7 +147,8 @@ def test_a_wrong_expression_is_said_in_one_line(text, says):
 
 
 def test_words_are_those_of_people():
-    assert Expression("rate_above(1 mJ) / power").words == "impacts above 1 mJ per joule"
+    assert Expression("rate_above(1 mJ) / power").words == "impacts of 1 mJ or more per joule"
+    assert Expression("rate_above(1 m/s, ball_ball)").words == "rate of ball-ball impacts of 1 m/s or more"
     path = "impacts/ball_ball/normal_speed/median_above_50mm_s"
     assert Expression(path).words == "median normal ball-ball impact speed above 50 mm/s"
 

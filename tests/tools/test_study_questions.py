@@ -16,13 +16,14 @@ from milltools.study.plan.study_deck import Study
 from milltools.study.plan.table import Table
 from milltools.study.search.acquisition import Budget, Tried, choose
 from milltools.study.search.space import Space
-from milltools.study.show import contour, data, optimum, outputs, page, summary, tradeoff
+from milltools.study.show import canvas, contour, data, optimum, outputs, page, slices, summary, tradeoff
 
 HARD = """\
 [study]
 deck = deck.ini
 maximise = rate_above(0.1 uJ) / power
 require = power <= 1 W
+record = power / mass
 replicates = 2
 [set]
 run.time = 60 ms
@@ -64,10 +65,44 @@ def test_a_design_whose_interval_reaches_beyond_the_limit_is_called_unsure():
     assert "within its error it may not meet this" in said[0] and "may not meet" not in said[1]
 
 
+def test_designs_that_break_a_requirement_are_the_last_of_the_table_and_say_which():
+    shown = limited("1.3 m/s")
+    _, *lines = summary.best_table(shown, shown.objectives[0])
+    assert [line[0] for line in lines] == ["1", "2", "3", "", ""]
+    assert [line[-1] for line in lines][::4] == ["best", f"{SPEED} 1.6 > 1.3 m/s"]
+    assert f"; last those that do not meet {SPEED} <= 1.3 m/s" in "\n".join(summary.lines(shown))
+    assert len(summary.best_table(shown, shown.objectives[0], 4)) == 5
+
+
+def test_the_lines_of_a_study_shade_what_a_requirement_forbids_and_show_the_point_of_the_best_design():
+    shown = limited("1.3 m/s")  # 90 rad/s has 1.25 m/s and 105 rad/s 1.6 m/s
+    (ax,) = slices.draw(shown, shown.objectives[0]).axes[:1]
+    (area,) = (one for one in ax.collections if one.get_label() == f"does not meet {SPEED} <= 1.3 m/s")
+    (path,) = area.get_paths()
+    assert (path.vertices[:, 0].min(), path.vertices[:, 0].max()) == pytest.approx(
+        (90 + 15 * 0.05 / 0.35, ax.get_xlim()[1])
+    )
+    look = {line.get_markerfacecolor(): line.get_xdata() for line in ax.lines}  # hollow points, hollow star
+    assert look["white"] == pytest.approx([105, 120]) and look["none"] == pytest.approx([90])
+
+
+def test_a_label_of_the_trade_off_covers_no_other_point():
+    figure = canvas.new(4, 4)
+    ax = figure.subplots()
+    shown, x = limited(), np.array([0.5, 0.55, 0.0, 1.0, 0.5])
+    y = np.array([0.5, 0.52, 0.0, 1.0, 0.9])
+    ax.plot(x, y, "o")
+    figure.draw_without_rendering()
+    tradeoff._labels(ax, shown, x, y, [0])
+    box = ax.texts[0].get_window_extent()
+    assert not any(box.contains(*spot) for spot in ax.transData.transform(np.column_stack([x, y])))
+
+
 def test_where_no_design_meets_the_requirement_the_nearest_is_named():
     shown = limited("0.5 m/s")
     said = "\n".join(summary.lines(shown))
     assert f"none: no design that was run meets {SPEED} <= 0.5 m/s" in said
+    assert "may not meet" not in said and f"{SPEED} 1 < 0.5" not in said and f"{SPEED} 1 > 0.5 m/s" in said
     assert "nearest to it is rotor speed = 572.96 rpm" in said and summary.finding(shown, shown.objectives[0]) == ""
 
 
@@ -131,6 +166,8 @@ def test_a_table_without_the_column_of_results_still_opens(tmp_path):
     stored = pyarrow.parquet.read_table(path)
     pyarrow.parquet.write_table(stored.drop_columns(["results"]), path)
     assert Table.open(path).frame()["results"].tolist() == ["", ""]
+    outputs.csv(data.opened(str(path))[1], tmp_path / "a.csv")
+    assert f",rotor.speed [rad/s],{SPEED} [m/s],standard" in (tmp_path / "a.csv").read_text()
 
 
 # ---- keys
@@ -218,10 +255,21 @@ def test_the_page_begins_with_the_finding_and_has_the_mill_of_the_best_design(sw
     shown, text = rendered(swept)
     best = optimum.find(shown, shown.objectives[0]).design
     title = re.search(r"<h1>(.*?)</h1>", text)[1]
-    assert title.startswith(shown.tell(best).replace("r", "R", 1)) and "impacts above 0.1 uJ per joule" in title
+    assert title.startswith(shown.tell(best).replace("r", "R", 1)) and "impacts of 0.1 uJ or more per joule" in title
     found = json.loads(re.search(r'id="data">(.*?)</script>', text)[1])
     assert found["best"] == best and best in found["mills"] and f'class="turning" data-design="{best}"' in text
     assert found["designs"][best]["aims"][0] == pytest.approx(shown.estimate(shown.objectives[0].path).mean[best])
+
+
+def test_the_page_says_before_it_runs_designs_again_how_long_this_takes(swept, monkeypatch, capsys):
+    shown = data.opened(str(swept))[1]
+    shown.rows["cpu"] = 5.0
+    monkeypatch.setattr(page, "_mill", lambda *_: "")
+    page.render(shown, shown.objectives[0], [], quiet=False)
+    said = capsys.readouterr().err.splitlines()
+    about = round(2 * (page.TWICE * 5 + page.DRAWN))  # two runs of 5 s
+    assert said[0] == f"mill study: runs the best design and 1 other once more for the page: about {about} s"
+    assert said[1].startswith("mill study: running 300 rpm again")
 
 
 def test_settings_of_a_design_run_it_again(swept):
@@ -250,9 +298,17 @@ def test_the_csv_has_the_question_and_what_is_required_with_errors(swept, tmp_pa
         rows = list(csv.DictReader(file))
     for aim in (asked, shown.aim("power")):
         value, error = shown.column(aim.path)
-        assert [float(row[f"{aim.words} [W]"]) for row in rows] == value.tolist()
-        told = [row[f"standard error of {aim.words} [W]"] for row in rows]
+        assert [float(row[f"{aim.path} [W]"]) for row in rows] == value.tolist()
+        told = [row[f"standard error of {aim.path} [W]"] for row in rows]
         assert [float(text or "nan") for text in told] == pytest.approx(error.tolist(), nan_ok=True)
+
+
+def test_heads_of_the_csv_are_expressions_and_keys_with_their_units_as_the_study_writes_them(swept, tmp_path):
+    outputs.csv(data.opened(str(swept))[1], tmp_path / "runs.csv")
+    with open(tmp_path / "runs.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["rotor.speed [rpm]"] for row in rows] == ["300.0", "300.0", "600.0", "600.0", "900.0", "900.0"]
+    assert {"power / mass [W/kg]", "rate_above(0.1 uJ) / power [1/J]", "power [W]"} <= rows[0].keys()
 
 
 @pytest.mark.slow

@@ -33,7 +33,7 @@ NAMES = {
     "torque": ("rotor/torque", "rotor torque"),
     "mass": ("", "mass of the balls"),
     "rate": ("impacts/KIND/rate", "rate of impacts"),
-    "rate_above": ("", "rate of impacts above"),
+    "rate_above": ("", "rate of impacts of ... or more"),
     "median_speed": (f"impacts/KIND/{MEDIAN}", "median normal impact speed above 50 mm/s"),
     "dissipation": ("impacts/KIND/dissipated_power", "dissipated power"),
 }
@@ -287,7 +287,7 @@ class Expression:
 
     @property
     def words(self) -> str:
-        """The expression as people say it: "rate of impacts above 1 mJ per power"."""
+        """The expression as people say it: "impacts of 1 mJ or more per joule"."""
         return self._words(self._tree)
 
     @property
@@ -332,7 +332,7 @@ class Expression:
             label = kind.replace("ball_", "ball-")
             words = re.sub(r"\bimpacts?\b", lambda m: f"{label} {m[0]}", words, count=1) \
                 if "impact" in words else f"{words} ({label})"  # fmt: skip
-        return f"{words} {arguments[0][1]}" if name == "rate_above" else words
+        return words.replace("...", arguments[0][1]) if name == "rate_above" else words
 
 
 def _near(path, results) -> str:

@@ -23,8 +23,13 @@ OPTIONS = (
     ("png", "FILE", "pictures; FILE a.png gives a-contour.png, a-slices.png, a-pareto.png ..."),
     ("svg", "FILE", "the same as SVG"),
     ("pdf", "FILE", "the same, as pages of one PDF"),
-    ("html", "FILE", "everything as one page"),
-    ("csv", "FILE", "all runs, with units"),
+    (
+        "html",
+        "FILE",
+        "everything as one page; runs the best design once more for its animation, and others while time is left: up "
+        "to about 30 s",
+    ),
+    ("csv", "FILE", "all runs, keys in the units of the study deck, all else in SI"),
     (
         "objective",
         "EXPR",

@@ -17,6 +17,7 @@ COLOURS = "viridis"  # perceptually uniform, also in grey and for colour-blind r
 LINES = (*style.COLOURS[1:], style.COLOURS[0])
 MARKS = ("o", "s", "^", "D", "v", "P", "X")
 INK = style.INK
+OVER = "#b3261e"  # the limit of a requirement
 STYLE = {**style.STYLE, "svg.fonttype": "path"}
 
 
@@ -39,6 +40,11 @@ def legend(figure, handles, columns: int):
         if n == 1 or made.get_window_extent().width <= figure.bbox.width:
             return
         made.remove()
+
+
+def forbidden(one) -> dict:
+    """The look of the area that a requirement forbids, with its label."""
+    return {"fc": OVER, "alpha": 0.1, "lw": 0, "zorder": 0, "label": literal(f"does not meet {one.text}", 70)}
 
 
 def value_label(objective, width: int = 30) -> str:

@@ -27,7 +27,6 @@ HATCHES = {
     "failed": {"fc": "0.9", "ec": "0.4", "hatch": "////"},
 }
 WIDTH = 1.3  # of the outlines of regions
-OVER = "#b3261e"  # the limit of a requirement
 DOTS = 2000  # designs of a grid up to which each is a point
 AVERAGED = 64  # of the other keys' values, for a mean over them
 
@@ -234,7 +233,7 @@ def paint(ax, plane: Plane, levels):
     for text, excess in plane.limits:
         if min(excess.shape) > 1 and (excess > 0).any():
             ax.contourf(*level(excess)[:3], [0, np.inf], colors="none", hatches=["\\\\"], zorder=2)
-            ax.contour(*level(excess), colors=OVER, linewidths=WIDTH, zorder=4)
+            ax.contour(*level(excess), colors=canvas.OVER, linewidths=WIDTH, zorder=4)
             look = {"fc": "none", "ec": "0.25", "hatch": "\\\\\\"}
             handles.append(matplotlib.patches.Patch(label=f"does not meet {text}", **look))
     for field, colour, dashes, label in (

@@ -2,12 +2,14 @@
 designs with means and errors. All values here are in SI; `Scale` is for showing only.
 
 A run gives the standard error s of its value (block averages); replicates give their scatter. Both are used. The mean
-of k runs has the error sqrt(sum s^2)/k. If replicates scatter more than their errors allow, the errors of all designs
-are enlarged by one factor (the scale factor of the Particle Data Group, Review of Particle Physics, section 5.2.2:
-sqrt(chi^2/dof) if above 1), and Student's t with these degrees of freedom is used. If runs have no errors, the scatter
-of the replicates is pooled over all designs, relative to their means (the pure error of Box, Hunter & Hunter,
-Statistics for Experimenters, 2005, section 5.6), because two or three replicates of one design often agree by chance.
-The degrees of freedom of Student's t are then the number of runs minus the number of designs.
+of k runs has the error sqrt(sum s^2)/k; a run without s has the root mean square of the others of its design. If
+replicates scatter more than their errors allow, the errors of all designs are enlarged by one factor (the scale factor
+of the Particle Data Group, Review of Particle Physics, section 5.2.2: sqrt(chi^2/dof) if above 1), and Student's t with
+these degrees of freedom is used. So the interval is never narrower than the errors of the runs imply. If no run of a
+design has s, the scatter of the replicates is pooled over all such designs, relative to their means (the pure error of
+Box, Hunter & Hunter, Statistics for Experimenters, 2005, section 5.6), because two or three replicates of one design
+often agree by chance. The degrees of freedom of Student's t are then the number of runs minus the number of designs.
+The interval is at least that of runs with the median relative s of the study.
 """
 
 import dataclasses
@@ -45,6 +47,7 @@ WORDS = {
 SHORT = {"drum.buckles": "n", "drum.buckle_height": "h"}
 # where a table does not tell
 UNKNOWN = dict.fromkeys(("unit", "meaning", "log", "low", "high", "values")) | {"choices": ()}
+WITHIN = (1 + gp.CONFIDENCE) / 2  # share below the upper end of an interval
 TURNING = {"rad/s": ("rpm", math.tau / 60), "rad": ("deg", math.pi / 180)}
 
 
@@ -191,7 +194,7 @@ class Means:
     @property
     def half(self) -> np.ndarray:
         """Half width of the 95 % confidence interval of each mean; NaN if unknown."""
-        return stats.t.ppf((1 + gp.CONFIDENCE) / 2, self.dof) * self.error
+        return stats.t.ppf(WITHIN, self.dof) * self.error
 
 
 def estimate(group, value, error, count) -> Means:
@@ -199,10 +202,12 @@ def estimate(group, value, error, count) -> Means:
     good = np.isfinite(value)
     group, value, error = group[good], value[good], error[good]
     runs = np.bincount(group, minlength=count)
+    own = np.isfinite(error) & (error > 0)
     with np.errstate(invalid="ignore", divide="ignore"):
         mean = np.where(runs > 0, np.bincount(group, value, count) / runs, np.nan)
-        told = np.sqrt(np.bincount(group, error**2, count)) / runs
-        known, several = np.isfinite(told) & (told > 0), runs > 1
+        square = np.bincount(group[own], error[own] ** 2, count) / np.bincount(group[own], minlength=count)
+        error, told = np.where(own, error, np.sqrt(square[group])), np.sqrt(square / runs)
+        known, several = np.isfinite(told), runs > 1
         # of replicates without errors, relative to their means; absolute if values have both signs
         oriented = np.all(mean[runs > 0] > 0) or np.all(mean[runs > 0] < 0)
         size = np.abs(mean) if oriented else 1 + 0 * mean
@@ -218,7 +223,11 @@ def estimate(group, value, error, count) -> Means:
         if ratio > 1:
             factor, dof[:] = ratio, free
     if (~known & several).any():
-        share, dof[~known] = scatter(~known & several, size[group])
+        share, free = scatter(~known & several, size[group])
+        least = np.median((error / size[group])[own]) if own.any() else 0.0
+        if stats.t.ppf(WITHIN, free) * share < stats.norm.ppf(WITHIN) * least:  # agreement by chance
+            share, free = least, np.inf
+        dof[~known] = free
         with np.errstate(divide="ignore"):
             spread = share * size / np.sqrt(runs)
     return Means(mean, np.where(known, factor * told, spread), dof, runs, factor)
@@ -326,10 +335,11 @@ class StudyView:
     @functools.cached_property
     def feasible(self) -> np.ndarray:
         """Designs whose means meet all requirements."""
-        found = np.ones(len(self.designs), bool)
-        for one in self.require:
-            found &= one.sign * (self.estimate(one.expression.text).mean - one.limit) <= 1e-12 * abs(one.limit)
-        return found
+        return np.all([np.ones(len(self.designs), bool), *map(self.meets, self.require)], axis=0)
+
+    def meets(self, one) -> np.ndarray:
+        """Designs whose mean meets one requirement."""
+        return one.sign * (self.estimate(one.expression.text).mean - one.limit) <= 1e-12 * abs(one.limit)
 
     @property
     def usable(self) -> np.ndarray:

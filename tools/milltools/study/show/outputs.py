@@ -7,7 +7,7 @@ from milltools.base.files import whole, write_csv, write_text
 from milltools.base.text import plain
 from milltools.figures import style
 from milltools.study.show import contour, optimum, pair, slices, summary, tradeoff
-from milltools.study.show.data import StudyView, words_of
+from milltools.study.show.data import Scale, StudyView
 
 DOTS = 200  # an inch of a picture
 
@@ -73,12 +73,13 @@ def write(asked, view, *more, **options) -> list[str]:
 
 
 def csv(view, path, objective=None):
-    """All runs as comma-separated values, SI, the unit of each column in its head: "buckle height h [m]". After the
-    columns of the table come those of the `objective` that was asked for and of what is required."""
+    """All runs as comma-separated values, the unit of each column in its head: "drum.buckle_height [mm]", keys in the
+    unit of the study deck, all else in SI. After the columns of the table come those of the `objective` that was asked
+    for and of what is required."""
     aims = [*view.objectives, *([objective] if objective else []), *(aim for aim, _ in summary.limits_of(view))]
-    units = {one.key: one.unit for one in view.axes} | {one.path: one.unit for one in aims}
-    units |= {"time": "s", "sample_from": "s", "cpu": "s", "wall": "s"}
-    known = {one.key: one.words for one in view.axes} | {one.path: one.words for one in aims}
+    scales = {one.key: one.said or Scale(unit=one.unit) for one in view.axes if one.numeric}
+    scales |= {one.path: one.scale for one in [*map(view.aim, view.meta["record"]), *aims]}
+    scales |= dict.fromkeys(("time", "sample_from", "cpu", "wall"), Scale(unit="s"))
     heads = []
     shown = view.rows.drop(columns="results", errors="ignore")  # packed, for programs
     for one in aims:
@@ -87,9 +88,11 @@ def csv(view, path, objective=None):
             shown = shown.assign(**{one.path: value, f"{one.path}:error": error})
     for column in shown.columns:
         name = column.removesuffix(":error")
-        words = known.get(name) or (words_of(name) if "/" in name else name)
-        words = f"standard error of {words}" if name != column else words
-        heads.append(f"{words} [{units[name]}]" if units.get(name) else words)
+        scale = scales.get(name, Scale())
+        if scale.size != 1:
+            shown[column] = [float(f"{value / scale.size:.12g}") for value in shown[column]]
+        heads.append(f"standard error of {name}" * (name != column) or name)
+        heads[-1] += scale.bracket * bool(scale.unit)
     rows = shown.astype(object).where(shown.notna(), None)
     write_csv(path, heads, rows.itertuples(index=False))
 

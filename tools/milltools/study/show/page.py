@@ -1,7 +1,7 @@
 """A study as one page: the finding, linked pictures (study.js), the mills of the best designs turning, pictures with
 errors, tables. It opens from disk and loads nothing.
 
-A table has no frames, so the page runs a few designs again, the best ones first, as many as take half a minute of CPU.
+A table has no frames, so the page runs a few designs again, the best ones first, as many as take half a minute.
 """
 
 import math
@@ -15,8 +15,8 @@ import numpy as np
 from milltools import pages
 from milltools.base import engine
 from milltools.base.errors import UserError
-from milltools.base.progress import Progress
-from milltools.base.text import plain
+from milltools.base.progress import Progress, say
+from milltools.base.text import duration, plain, plural
 from milltools.figures import style
 from milltools.player import parts, player
 from milltools.read import values
@@ -25,8 +25,9 @@ from milltools.study.show import contour, optimum, pair, summary, tradeoff
 
 FOLDER = pathlib.Path(__file__).parent
 MOST_MILLS = 6
-CHEAP = 30.0  # [s] of CPU for running designs again
+CHEAP = 32.0  # [s] for running designs again
 TWICE = 2.2  # the price of frames: the run, the same again with close frames, the pictures
+DRAWN = 2.0  # [s] for the player of a run, however short the run is
 BYTES = 8_000_000, 3_000_000  # of all mills in the page, and of one
 
 
@@ -38,9 +39,12 @@ def render(view, objective, figures, beside=None, wanted=None, quiet=True) -> st
     if len(view.objectives) > 1:
         front, count = summary.front_table(view, 100)
         tables.append((f"Pareto front: {count} designs", front))
-    chosen = to_run(view, objective)
+    chosen, cost = to_run(view, objective)
+    if chosen and not quiet:
+        what = "the best design" + (f" and {plural(len(chosen) - 1, 'other')}" if len(chosen) > 1 else "")
+        say("mill study", f"runs {what} once more for the page: about {duration(cost)}")
     with Progress("mill study", len(chosen) + len(kinds) + 1, quiet) as watch:
-        mills = []
+        mills, watch.due = [], watch.due - cost  # at once, if these runs take long
         for design in chosen:
             with watch.step(f"running {view.label(design)} again"):
                 mills.append((design, view.tell(design), _mill(view, design, min(BYTES[1], BYTES[0] // len(chosen)))))
@@ -167,12 +171,13 @@ def spoken(view) -> dict:
     return {(key, value): text for (key, value, text), read in zip(asked, told) if read.value == value}
 
 
-def to_run(view, objective) -> list[int]:
-    """The designs to run again for their frames: the best, the knee, the front, then others by the objective."""
+def to_run(view, objective) -> tuple[list[int], float]:
+    """The designs to run again for their frames: the best, the knee, the front, then others by the objective; and the
+    time that this takes [s]."""
     common = view.meta.get("common") or {}
     best = optimum.find(view, objective)
     if best is None or not common or "the start file" in common:
-        return []
+        return [], 0.0
     shown = tradeoff.pairs(view, objective)
     aims = (shown[0].y, shown[0].x) if shown else ()
     front = optimum.front(view, aims) if aims else np.array([], int)
@@ -181,14 +186,13 @@ def to_run(view, objective) -> list[int]:
     order = [best.design, *([] if knee is None else [knee]), *front[[0, -1]] * bool(len(front)), *front] if len(front) \
         else [best.design]  # fmt: skip
     order = dict.fromkeys(int(k) for k in [*order, *np.argsort(-good)] if view.usable[k])
-    chosen, left = [], CHEAP
+    chosen, cost = [], 0.0
     for design in order:
-        row = _row(view, design)
-        left -= TWICE * float(row["cpu"])
-        if left < 0 or len(chosen) == MOST_MILLS:
+        more = TWICE * float(_row(view, design)["cpu"]) + DRAWN
+        if cost + more > CHEAP or len(chosen) == MOST_MILLS:
             break
-        chosen.append(design)
-    return chosen
+        chosen, cost = [*chosen, design], cost + more
+    return chosen, cost
 
 
 def _row(view, design):

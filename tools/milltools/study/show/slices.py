@@ -4,7 +4,7 @@ key matters."""
 import numpy as np
 
 from milltools.base.text import literal
-from milltools.study.show import canvas, optimum
+from milltools.study.show import canvas, optimum, summary
 
 FEW = 6  # values of another key, for each of which a line is drawn
 BARS = {"elinewidth": 0.8, "capsize": 1.8, "capthick": 0.8}
@@ -55,17 +55,40 @@ def _slice(ax, view, objective, axis, best):
         bars = []
         for number, value in enumerate(several.values):
             which = take & (frame[several.key] == value).to_numpy()
-            bars.append(_points(ax, axis, frame, found, which, number, None, grid))
+            bars.append(_points(ax, view, axis, found, which, number, None, grid))
         names = [literal(f"{several.short} = {several.tell(value)}") for value in several.values]
         ax.legend(bars, names, fontsize=6.5, framealpha=0.7, handlelength=1.2)
     else:
-        _points(ax, axis, frame, found, take, 0, "means of the runs, 95 %", grid)
+        _points(ax, view, axis, found, take, 0, "means of the runs, 95 %", grid)
+        if grid:
+            _forbidden(ax, view, axis, np.flatnonzero(take & view.usable))
     at = canvas.places(axis, [frame[axis.key][best.design]])[0]
-    ax.plot(at, best.value, "*", ms=12, mfc="white", mec=canvas.INK, zorder=6, ls="", label="best")
+    ax.plot(at, best.value, "*", ms=15, mfc="none", mec=canvas.INK, zorder=6, ls="", label="best")
 
 
-def _points(ax, axis, frame, found, which, number, name, joined):
-    """Points with error bars; joined along a grid, single where designs are scattered."""
+def _forbidden(ax, view, axis, which):
+    """Shades what each requirement forbids along the key: between two designs the limit is interpolated linearly, as
+    the line of the objective is."""
+    x = canvas.places(axis, view.designs[axis.key].to_numpy()[which])
+    order = np.argsort(x)
+    x, which, ends = x[order], which[order], ax.get_xlim()
+    for one in view.require:
+        excess = one.sign * (view.estimate(one.expression.text).mean[which] - one.limit)
+        if axis.numeric:
+            k = np.flatnonzero(excess[:-1] * excess[1:] < 0)
+            fine = np.unique([*ends, *x, *(x[k] + np.diff(x)[k] * excess[k] / (excess[k] - excess[k + 1]))])
+            bad = np.interp(fine, x, excess) >= -1e-9 * np.nanmax(np.abs(excess))
+        else:
+            fine, bad = np.add.outer(x, (-0.5, 0.5)).ravel(), (excess > 0).repeat(2)
+        if bad.any():
+            ax.fill_between(fine, 0, 1, bad, transform=ax.get_xaxis_transform(), **canvas.forbidden(one))
+    ax.set_xlim(ends)
+
+
+def _points(ax, view, axis, found, which, number, name, joined):
+    """Points with error bars, hollow where they do not meet a requirement; joined along a grid, single where designs
+    are scattered."""
+    frame = view.designs
     state, colour = frame["state"].to_numpy(), canvas.LINES[number % len(canvas.LINES)]
     done = np.flatnonzero(which & (state == "done") & np.isfinite(found.mean))
     x = canvas.places(axis, frame[axis.key].to_numpy()[done])
@@ -80,6 +103,10 @@ def _points(ax, axis, frame, found, which, number, name, joined):
     if many or not joined:
         for part in bars[1] + bars[2]:
             part.set_alpha(0.15 if many and joined else 0.35)
+    if (bad := ~view.feasible[done]).any():
+        label = f"does not meet {summary.required(view)}" if name is None or not joined else None
+        ax.plot(x[bad], found.mean[done][bad], ls="", marker=bars[0].get_marker(), ms=bars[0].get_markersize(),
+                mfc="white", mec=colour, zorder=4, label=label)  # fmt: skip
     capped = np.flatnonzero(which & (state == "capped") & np.isfinite(found.mean))
     if len(capped):
         at = canvas.places(axis, frame[axis.key].to_numpy()[capped])

@@ -100,7 +100,7 @@ def limit_lines(view, design) -> list[str]:
     for one in view.require:
         found, aim = view.estimate(one.expression.text), view.aim(one.expression.text)
         value, half = float(found.mean[design]), float(found.half[design])
-        unsure = math.isfinite(half) and one.sign * (value - one.limit) + half > 0
+        unsure = math.isfinite(half) and view.meets(one)[design] and one.sign * (value - one.limit) + half > 0
         more = "; within its error it may not meet this" if unsure else ""
         told.append(f"{aim.words} there: {aim.scale.pair(value, half)}, required {one.text}{more}")
     return told
@@ -203,22 +203,35 @@ def table_of(view, which, shown):
 
 def best_table(view, objective, count=BEST):
     """Heads and lines of the best designs with 95 % confidence intervals: best by the surface (so that luck does not
-    rank them), else by their own runs. Nothing where none has a value."""
+    rank them), else by their own runs. Designs that break a requirement come last. Nothing where none has a value."""
     found, best = view.estimate(objective.path), optimum.find(view, objective)
-    if best is None:
+    ok, mean = view.usable & np.isfinite(found.mean), best.mean if best else found.mean
+    order = np.lexsort((-objective.sign * mean, ~view.feasible, ~ok))[: min(count, ok.sum())]
+    if not ok.any():
         return []
-    ok = view.usable & view.feasible & np.isfinite(found.mean)
-    order = np.argsort(-np.where(ok, objective.sign * best.mean, np.nan), kind="stable")[: min(count, ok.sum())]
     shown = [("own runs", objective.scale, found.mean, found.half)]
-    if best.surface is not None:
+    if best and best.surface is not None:
         shown.insert(0, ("fit", objective.scale, best.mean, optimum.REACH * best.spread))
     shown += [(aim.words, aim.scale, m.mean, m.half) for aim, m in limits_of(view) if aim.path != objective.path]
     heads, *lines = table_of(view, order, shown)
     for line, k in zip(lines, order):
-        worse = math.isfinite(best.half) and not best.open[k]
-        word = f"at most {100 * optimum.ALIKE:g} % worse" if worse and best.alike[k] else "worse" if worse else ""
-        line += [str(found.runs[k]), "best" if k == best.design else word]
+        word = broken(view, k)
+        if not word and math.isfinite(best.half) and not best.open[k]:
+            word = f"at most {100 * optimum.ALIKE:g} % worse" if best.alike[k] else "worse"
+        line[0] = "" if not view.feasible[k] else line[0]
+        line += [str(found.runs[k]), "best" if best and k == best.design else word]
     return [[*heads, "runs", ""], *lines]
+
+
+def broken(view, design) -> str:
+    """The requirements that a design does not meet: "power 612 > 400 W"."""
+    told = []
+    for one in view.require:
+        if not view.meets(one)[design]:
+            text, sign = one.expression.text, ">" if one.sign > 0 else "<"
+            value = view.estimate(text).mean[design]
+            told.append(f"{text} {value:.5g} {sign} {one.limit:.5g}{view.aim(text).scale.suffix}")
+    return ", ".join(told)
 
 
 def limits_of(view):
@@ -263,8 +276,9 @@ def lines(view, sensitivities=(), objective=None, now=None) -> list[str]:
         out += ["", *optimum_lines(view, aim)]
     if table := best_table(view, shown[0]):
         best, count = len(table) - 1, len(view.designs)
-        of = f"the best {best} of {count} designs" if count > best else "the designs, best first"
-        out += ["", f"{of}, by {shown[0].words}", *indented(table, left=(len(table[0]) - 1,))]
+        of = f"{best} of {count} designs, best first" if count > best else "the designs, best first"
+        last = f"; last those that do not meet {required(view)}" if any(not line[0] for line in table[1:]) else ""
+        out += ["", f"{of}, by {shown[0].words}{last}", *indented(table, left=(len(table[0]) - 1,))]
     if len(view.objectives) > 1:
         table, count = front_table(view)
         more = f", the first {FRONT} shown" if count > FRONT else ""

@@ -11,7 +11,6 @@ import numpy as np
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.lines import Line2D
-from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 
 from milltools.base.errors import UserError
@@ -22,6 +21,7 @@ from milltools.study.show.data import Aim
 
 LABELLED = 14  # designs of a front up to which each has a label
 APART = 95, 10  # [points] smallest distance of two labels
+CORNERS = (1, 1), (1, -1), (-1, 1), (-1, -1)  # right and up of a point, the first is preferred
 OTHER = {"maximise": "minimise", "minimise": "maximise"}
 BARS = {"elinewidth": 0.6, "ecolor": "0.6", "capsize": 0, "ls": "", "marker": ""}
 
@@ -121,7 +121,7 @@ def _panel(ax, view, objective, pair, hue, colours, handles):
     best, knee = optimum.find(view, objective), optimum.knee(view, (pair.y, pair.x), which)
     if best is not None and known[best.design]:
         label = f"best: {view.tell(best.design)}"
-        star = ax.plot(x[best.design], y[best.design], "*", ms=15, mfc="white", mec=canvas.INK, zorder=5, ls="")[0]
+        star = ax.plot(x[best.design], y[best.design], "*", ms=17, mfc="none", mec=canvas.INK, zorder=5, ls="")[0]
         star.set_label(literal(label, 70))
         handles.setdefault("best", star)
     if knee is not None:
@@ -162,19 +162,31 @@ def _limits(ax, view, pair, handles):
         for aim, shade, ends in ((pair.x, ax.axvspan, ax.get_xlim()), (pair.y, ax.axhspan, ax.get_ylim())):
             if aim.path == one.expression.text and ends[0] < one.limit < ends[1]:
                 low, high = sorted((one.limit, ends[1] if one.sign > 0 else ends[0]))
-                area = shade(low, high, fc="#b3261e", alpha=0.08, lw=0, zorder=0, label=f"does not meet {one.text}")
-                (ax.axvline if aim is pair.x else ax.axhline)(one.limit, color="#b3261e", lw=1, zorder=1)
-                handles.setdefault(one.text, area)
+                handles.setdefault(one.text, shade(low, high, **canvas.forbidden(one)))
+                (ax.axvline if aim is pair.x else ax.axhline)(one.limit, color=canvas.OVER, lw=1, zorder=1)
     ax.autoscale(False)
 
 
 def _labels(ax, view, x, y, designs):
-    """Labels of designs, the first ones first; those without room are left out."""
+    """Labels of designs, the first ones first, each at the corner of its point where it covers fewest other points;
+    those without room are left out."""
     placed = []
     scale = 72 / ax.figure.dpi
+    spots = ax.transData.transform(np.column_stack([x, y])) * scale
+    edge = ax.transAxes.transform([(0, 0), (1, 1)]) * scale
+
+    def crowded(text, spot, corner):
+        size = np.array([4.2 * len(text) + 8, 14])  # [points] of the label and its offset, in a font of 7 points
+        low, high = spot + np.minimum(0, corner * size), spot + np.maximum(0, corner * size)
+        beyond = max(*(edge[0] - low), *(high - edge[1])) > 0
+        return np.sum(np.all((spots > low) & (spots < high) & (spots != spot), axis=1)) + 100 * beyond
+
     for design in designs[:LABELLED]:
-        spot = ax.transData.transform((x[design], y[design])) * scale
+        spot = spots[design]
         if all(abs(spot[0] - other[0]) > APART[0] or abs(spot[1] - other[1]) > APART[1] for other in placed):
-            ax.annotate(literal(view.label(design)), (x[design], y[design]), (7, 5), textcoords="offset points",
-                        fontsize=7, zorder=6, path_effects=[withStroke(linewidth=2.2, foreground="white")])  # fmt: skip
+            text = literal(view.label(design))
+            right, up = min(CORNERS, key=lambda corner: crowded(text, spot, np.array(corner)))
+            look = {"ha": "left" if right > 0 else "right", "va": "bottom" if up > 0 else "top"}
+            ax.annotate(text, (x[design], y[design]), (7 * right, 4 * up), textcoords="offset points", fontsize=7,
+                        zorder=6, bbox={"fc": "white", "alpha": 0.85, "lw": 0, "pad": 0.8}, **look)  # fmt: skip
             placed.append(spot)
