@@ -25,6 +25,12 @@ SUMMARY = (
 YEAR = 365.25 * 86400
 ENOUGH = 20  # impacts on a facet, for its depth to be told, and for it to set a scale of colours
 LEAST = 1e-3  # faces with a smaller share of the power do not count as the densest
+# what pictures show, columns of the file: words, unit, and how many of this unit are 1 SI
+SHOWN = {
+    "sliding_power": ("power lost by sliding", "kW/m²", 1e-3),
+    "normal_power": ("power lost along the normal", "kW/m²", 1e-3),
+    "archard_rate": ("depth of sliding wear", "mm/year", 1e3 * YEAR),
+}
 COEFFICIENTS = ("archard", "hardness", "erosion")
 SUCH_AS = "-s wear.archard=1e-4 -s 'wear.hardness=2 GPa'"
 
