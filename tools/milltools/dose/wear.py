@@ -176,8 +176,11 @@ def _short(value: float) -> str:
 
 
 def _density(f: Face) -> str:
-    text, error = _short(f.density / 1e3), f.sliding_error / f.area / 1e3
-    return text if text[0] == "<" else f"{text} ± {number(error, 1)}"
+    value, error = f.density / 1e3, f.sliding_error / f.area / 1e3
+    if value < 1e-3 or not error > 0:
+        return _short(value)
+    places = max(0, -math.floor(math.log10(error)))
+    return f"{value:.{places}f} ± {error:.{places}f}"
 
 
 def cells(found: list[Face]) -> tuple[list[str], list[list[str]]]:
@@ -226,11 +229,13 @@ def run(arguments) -> Answer:
     text += ["densest: power lost by sliding, per area, on the face where it is highest.",
              "±: one standard error as if impacts were independent; the true one is larger."]  # fmt: skip
     if any(face.at_most for face in found):
-        text += ["≤: from all sliding; only impacts that slide to the end count. The file has their",
-                 "depth if its deck has coefficients: run it with them."]  # fmt: skip
+        text += ["≤: from all sliding; only impacts that slide to the end count. The file has",
+                 "their depth if its deck has coefficients: run it with them."]  # fmt: skip
     if not any(face.depth == face.depth for face in found):
         text += [f"For depths add coefficients: {SUCH_AS}"]
+    power = sum(face.power for face in found) or 1.0
     results = {"faces": list(map(dataclasses.asdict, found)), "parts": [
-        dataclasses.asdict(whole) | {"densest_face": top.face, "densest": top.density} for whole, top in pairs
+        dataclasses.asdict(whole) | {"share": whole.power / power, "densest_face": top.face, "densest": top.density}
+        for whole, top in pairs
     ]}  # fmt: skip
     return Answer("\n".join(text), {"run": arguments.run, "files": [], "finding": said, **results})

@@ -220,12 +220,12 @@ FIGURES = (
     WearFigure(
         "wear", "sliding_power", "Wear: where balls slide on the parts",
         "Power that impacts lose by sliding, per area of the parts, logarithmic. Archard's depth of wear is "
-        "proportional to it. Grey: no impacts. Round parts are unrolled; blades and other parts are shown from the side "
+        "proportional to it. Grey: no impacts. Round parts are unrolled; blades and other parts are seen from the side "
         "of the balls, of equal parts the one with the most power.",
     ),
     WearFigure(
         "wear-normal", "normal_power", "Wear: where balls hit the parts hard",
-        "Power that impacts lose along the normal, per area of the parts, logarithmic: it measures pitting and cracks. Grey: no "
-        "impacts.",
+        "Power that impacts lose along the normal, per area of the parts, logarithmic: it measures pitting and cracks. "
+        "Grey: no impacts.",
     ),
 )  # fmt: skip
