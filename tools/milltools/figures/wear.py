@@ -146,7 +146,7 @@ class WearFigure(Figure):
         """The sheets of each row, with its height [inch]: the first one and flat ones alone, others two beside each
         other."""
         wide, narrow = WIDTH - 1.1, WIDTH / 2 - 1.1
-        alone = [k == 0 or sheet.unrolled or self._tall(sheet, wide) < FLAT * wide for k, sheet in enumerate(drawn)]
+        alone = [k == 0 or self._tall(sheet, wide) < FLAT * wide for k, sheet in enumerate(drawn)]
         rest = [sheet for sheet, own in zip(drawn, alone) if not own]
         pairs = [rest[k : k + 2] for k in range(0, len(rest), 2)]
         rows = [[sheet] for sheet, own in zip(drawn, alone) if own]
@@ -158,10 +158,10 @@ class WearFigure(Figure):
     def _tall(self, sheet, width):
         """[inch] height of a panel of this width"""
         if sheet.unrolled:
-            return 1.6
+            return 1.3
         points = np.concatenate(sheet.outlines)
         across, along = np.ptp(points, axis=0)[::-1] + 1e-9
-        return float(np.clip(width * across / along, 0.2, 2.2))
+        return float(np.clip(width * across / along, 0.2, 1.3))
 
     def _height(self, drawn):
         return sum(height for _, height in self._rows(drawn))
