@@ -19,6 +19,7 @@ from milltools.figures import FIGURES, spectra
 from milltools.read import sums
 from milltools.read.runfile import Run
 from milltools.read.wear import Wear
+from milltools.render import colour
 
 BALLS = "[balls]\ncount = 20\ndiameter = 5 mm\ndensity = 7800 kg/m^3\n"
 MIXED = (
@@ -276,11 +277,70 @@ def test_a_wrong_or_missing_value_is_told(run, sets, words):
         dose.rows(run, sets)
 
 
-def test_mill_wear_prints_the_faces_with_the_worst_first(mill, path):
-    found = mill("wear", str(path))
-    lines = found.stdout.splitlines()
-    assert "takes" in lines[0] and lines[2].split()[:2] == ["part", "face"]
-    assert "depth [mm/year]" in lines[2] and "eroded [mg/h]" in lines[2]
+def test_mill_wear_prints_a_line_for_each_part_and_then_its_faces(mill, path, run):
+    lines = mill("wear", str(path), "--faces").stdout.splitlines()
+    assert "takes" in lines[0] and max(map(len, lines)) <= 80
+    first, second = (k for k, line in enumerate(lines) if line.startswith("part"))
+    heads = lines[first].split()
+    assert heads == ["part", "normal", "sliding", "share", "densest", "depth", "deepest", "eroded"]
+    assert lines[first + 1].split() == ["W", "W", "%", "kW/m²", "mm/year", "mm/year", "mg/h"]
+    parts = {face.part for face in wear.faces(run)}
+    assert len([line for line in lines[first + 2 : second] if line.strip()]) == len(parts) > 4
+    assert len([line for line in lines[second + 2 :] if line.startswith("blade 0")]) > 1
+    assert "face" not in mill("wear", str(path)).stdout.splitlines()[3].split()
+
+
+def test_the_line_of_a_part_is_the_sum_of_its_faces(mill, path):
+    found = json.loads(mill("wear", str(path), "--json").stdout)
+    for part in found["parts"]:
+        own = [face for face in found["faces"] if face["part"] == part["part"]]
+        for key in ("area", "rate", "normal", "sliding"):
+            assert part[key] == pytest.approx(sum(face[key] for face in own))
+        assert part["depth"] * part["area"] == pytest.approx(
+            sum(face["depth"] * face["area"] for face in own), rel=1e-9, abs=0
+        )
+        assert part["densest"] == pytest.approx(max(face["sliding"] / face["area"] for face in own))
+    assert sum(part["share"] for part in found["parts"]) == pytest.approx(1)
+
+
+def test_depths_and_masses_with_other_coefficients_are_those_of_a_run_with_them(run, millsim, write_deck, tmp_path):
+    other = ["wear.archard=3e-5", "wear.ball_drum.hardness=2 GPa", "wear.ball_blade.erosion=5e-12 kg/J"]
+    write_deck(MIXED)
+    assert millsim("deck.ini", "-q", "-o", "b.h5", *(word for one in other for word in ("-s", one))).returncode == 0
+    asked = wear.faces(run, other)
+    with Run(tmp_path / "b.h5") as again:
+        ran = wear.faces(again)
+    for key in ("depth", "deepest", "erosion"):
+        values, expected = ([getattr(face, key) for face in some] for some in (asked, ran))
+        assert values == pytest.approx(expected, rel=1e-9, abs=0, nan_ok=True) and np.isfinite(values).any()
+        assert values != pytest.approx([getattr(face, key) for face in wear.faces(run)], rel=1e-9, abs=0, nan_ok=True)
+    assert not any(face.at_most for face in asked)
+
+
+def test_a_run_without_coefficients_gets_the_depth_of_all_sliding_as_an_upper_limit(mill, small_deck, tmp_path):
+    subprocess.run([PROGRAM, "-q", "deck.ini", "-o", "a.h5"], cwd=tmp_path, check=True, capture_output=True)
+    assert f"For depths add coefficients: {wear.SUCH_AS}" in mill("wear", "a.h5").stdout
+    found = mill("wear", "a.h5", "-s", "wear.archard=1e-5", "-s", "wear.hardness=8 GPa")
+    assert "≤" in found.stdout and max(map(len, found.stdout.splitlines())) <= 80
+    with Run(tmp_path / "a.h5") as opened:
+        friction = opened.as_deck.contact("ball_drum").friction
+        for face in wear.faces(opened, ["wear.archard=1e-5", "wear.hardness=8 GPa"]):
+            assert face.at_most and face.depth == pytest.approx(1e-5 / (8e9 * friction) * face.density, rel=1e-9, abs=0)
+
+
+@pytest.mark.parametrize(
+    "sets, words",
+    [
+        (["wear.ball_drum.archard=0"], "needs both wear.archard and wear.hardness: add -s wear.archard=1e-4"),
+        (["wear.erosion=1e-12 kg/J"], "no erosion of ball_drum, because its deck has no coefficient for it"),
+        (["wear.ball_jar.hardness=1 GPa"], r"\[wear.ball_jar\]: no part of this mill has this kind of contact: one of"),
+        (["powder.mass=1 g"], r"only keys of \[wear\] can be set"),
+        (["wear.hardness=2"], "hardness: expected a pressure with its unit"),
+    ],
+)
+def test_a_wrong_coefficient_of_wear_is_told(run, sets, words):
+    with pytest.raises(UserError, match=words):
+        wear.faces(run, sets)
 
 
 # ---- intervals of spectra
@@ -341,3 +401,29 @@ def test_faces_of_one_name_are_drawn_beside_each_other(millsim, write_deck, tmp_
     with Run(tmp_path / "deck.h5") as opened:
         names = [ax.get_title(loc="left") for ax in FIGURES["wear"].draw(opened).axes]
     assert len([name for name in names if "jar" in name]) >= 3
+
+
+def test_a_picture_of_wear_names_its_axes_its_unit_and_which_of_equal_parts_it_shows(run):
+    figure = FIGURES["wear"].draw(run)
+    axes = {ax.get_title(loc="left"): ax for ax in figure.axes}
+    leading = next(ax for name, ax in axes.items() if re.match(r"blade \d, leading \(most of \d blades\)", name))
+    assert (leading.get_xlabel(), leading.get_ylabel()) == ("from the axis [mm]", "width [mm]")
+    tip = run.as_deck.blades[0].tip_radius
+    assert leading.dataLim.intervalx == pytest.approx([0, 1e3 * tip], abs=1e-6)
+    bar = next(ax for ax in figure.axes if "power" in ax.get_ylabel())
+    assert bar.get_ylabel() == "power lost by sliding [kW/m²]; grey: no impacts"
+    found = Wear(run)
+    (cells,) = leading.collections
+    assert np.nanmax(cells.get_array()) == pytest.approx(1e-3 * found["sliding_power"][found.face >= 4].max())
+    assert np.array_equal(cells.cmap(range(256)), colour.MAPS["speeds"](range(256)))
+
+
+def test_labels_of_flat_panels_do_not_overlap(run):
+    figure = FIGURES["wear"].draw(run)
+    figure.draw_without_rendering()
+    flat = [ax for ax in figure.axes if ax.get_ylabel() in ("width [mm]", "thickness [mm]")]
+    for ax in flat:
+        boxes = [label.get_window_extent() for label in ax.get_yticklabels()]
+        seen = sorted((box.y0, box.y1) for box in boxes if ax.bbox.y0 - 9 <= (box.y0 + box.y1) / 2 <= ax.bbox.y1 + 9)
+        assert len(seen) >= 2 and all(below[1] <= above[0] for below, above in zip(seen, seen[1:]))
+    assert len(flat) >= 2

@@ -165,6 +165,16 @@ def test_a_file_without_wear_or_coefficients_offers_no_such_colours(run_of, copy
     assert "optgroup" not in fragment and "mp-worn" not in fragment and player.WEAR not in fragment
 
 
+def test_the_edges_of_bodies_are_there_so_that_a_worn_blade_is_seen_before_a_wall_of_its_colour(run_of):
+    run = run_of(MOVING)
+    bodies = players.head(player.fragment(run))["bodies"]
+    edges = [np.frombuffer(base64.b64decode(one["creases"]["lines"]), "<f4").reshape(-1, 2, 3) for one in bodies]
+    assert not len(edges[0]) and any(map(len, edges[1:]))  # the container has bars of its own
+    for one, lines in zip(bodies, edges):
+        points = np.frombuffer(base64.b64decode(one["points"]), "<f4").reshape(-1, 3)
+        assert all((np.abs(points - end).max(axis=1) < 1e-7).any() for end in lines.reshape(-1, 3))
+
+
 def test_runs_beside_each_other_have_one_scale_of_wear(run_of):
     runs = [run_of(SMALL), run_of(SMALL.replace("600 rpm", "1200 rpm"))]
     alone, both = [player.scales([run])["sliding_power"] for run in runs], player.scales(runs)["sliding_power"]

@@ -159,6 +159,22 @@ def test_worn_parts_have_the_colour_of_their_wear_where_the_motion_is_and_no_bal
         assert np.ptp(wall) < 15 and 40 < wall.mean() < 200  # grey, though balls are before it
 
 
+def test_a_blade_can_be_told_from_a_wall_that_is_worn_as_little(runs, tmp_path):
+    path = shutil.copy(runs("mill").path, tmp_path / "even.h5")
+    with h5py.File(path, "r+") as file:
+        file["statistics/wear/sliding_power"][...] = 1.0
+    with Run(path) as run:
+        colours = colour.of(run, "sliding_power", (1.0, 10.0))
+        with scene.Scene(run, (960, 540), "draft", camera.of("end", run), colours, WHITE, overlay=False) as drawn:
+            image, view = drawn.draw(stored(run)), drawn.camera
+        turned, lines = run.poses(len(run.frame_times()) - 1)["rotor"][:, :3], Mill.of(run).creases["rotor"]
+    near = lines[:, :, 0].min(axis=1) > 0.0  # at the camera's side
+    middles = lines.mean(axis=1)[near & (np.linalg.norm(np.diff(lines, axis=1)[:, 0], axis=1) > 0.01)] @ turned.T
+    x, y = np.array(project(view, middles, (960, 540)))[:, :2].astype(int).T
+    around = [image[v - 2 : v + 3, u - 2 : u + 3].max(axis=2).min() for u, v in zip(x, y)]
+    assert len(around) >= 2 and np.max(around) < 45  # the darkest pixel at the edge; a worn face is lighter than 90
+
+
 @pytest.mark.parametrize(
     "name, says", [("archard_rate", "no coefficients for it in"), ("sliding_power", "has no wear")]
 )

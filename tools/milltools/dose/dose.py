@@ -83,19 +83,26 @@ DEFAULTS = {
 }  # fmt: skip
 
 
-def values(run: Run, section: str, sets: typing.Sequence[str]) -> dict[str, str]:
-    """The values of a section in SI, as texts: of the deck of the run, with "SECTION.KEY=VALUE" of `sets`."""
-    found = {key: text.split()[0] for key, text in run.as_deck.sections.get(section, {}).items()}
+def given(sets: typing.Sequence[str], sections: typing.Collection[str]) -> list[tuple[str, str, str]]:
+    """(section, key, value in SI) of each "SECTION.KEY=VALUE"; a UserError for one of other sections."""
+    found = []
     for one in sets:
         try:
             name, *row = engine.ask("--value", one).rstrip("\n").split("\t")
         except UserError as fault:
             raise UserError(str(fault).removeprefix("--value ")) from None
-        part, _, key = name.partition(".")
-        if part not in DEFAULTS:
-            raise UserError(f"'{one}': only keys of [powder] and [heat] can be set for a run that is finished")
-        if part == section:
-            found[key] = row[1]
+        part, _, key = name.rpartition(".")
+        if part.partition(".")[0] not in sections:
+            known = " and ".join(f"[{section}]" for section in sections)
+            raise UserError(f"'{one}': only keys of {known} can be set for a run that is finished")
+        found.append((part, key, row[1]))
+    return found
+
+
+def values(run: Run, section: str, sets: typing.Sequence[str]) -> dict[str, str]:
+    """The values of a section in SI, as texts: of the deck of the run, with "SECTION.KEY=VALUE" of `sets`."""
+    found = {key: text.split()[0] for key, text in run.as_deck.sections.get(section, {}).items()}
+    found |= {key: value for part, key, value in given(sets, DEFAULTS) if part == section}
     return DEFAULTS[section] | found if found else {}
 
 

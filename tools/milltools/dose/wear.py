@@ -1,30 +1,46 @@
 """`mill wear`: which parts of the mill the balls wear, by part and face."""
 
 import dataclasses
+import itertools
 import math
+import operator
+import textwrap
+import typing
 
 import numpy as np
 
 from milltools.base.answer import Answer
+from milltools.base.errors import UserError
 from milltools.base.text import columns, number
+from milltools.dose import dose
 from milltools.read.runfile import Run
 from milltools.read.wear import Wear
 
 SUMMARY = (
-    "Says which parts of the mill the balls wear: for each face of each part its area, the impacts, the power that is "
-    "lost along the normal and by sliding, and with the coefficients of [wear] in the deck the depth that sliding "
-    "removes (Archard) and the mass that erosion removes (Finnie). 'mill plot RUN --figure wear' draws it."
+    "Says which parts of the mill the balls wear: for each part the power that is lost along the normal and by "
+    "sliding, its share, and where sliding is densest; with --faces for each face too. With the coefficients of [wear] "
+    "of the deck or of -s, also the depth that sliding removes (Archard) and the mass that erosion removes (Finnie). "
+    "'mill plot RUN --figure wear' draws it."
 )
 YEAR = 365.25 * 86400
 ENOUGH = 20  # impacts on a facet, for its depth to be told, and for it to set a scale of colours
-LEAST = 1e-3  # faces with a smaller share of the power are one row
+LEAST = 1e-3  # faces with a smaller share of the power do not count as the densest
+# what pictures show, columns of the file: words, unit, and how many of this unit are 1 SI
+SHOWN = {
+    "sliding_power": ("power lost by sliding", "kW/m²", 1e-3),
+    "normal_power": ("power lost along the normal", "kW/m²", 1e-3),
+    "archard_rate": ("depth of sliding wear", "mm/year", 1e3 * YEAR),
+}
+COEFFICIENTS = ("archard", "hardness", "erosion")
+SUCH_AS = "-s wear.archard=1e-4 -s 'wear.hardness=2 GPa'"
 
 
 @dataclasses.dataclass(frozen=True)
 class Face:
-    """A face of a part, or several of one name: area [m^2], impacts per second [1/s], power lost along the normal and
-    by sliding [W] with errors, depth [m/s] removed by sliding wear (mean over the face) and its largest value on a
-    facet with ENOUGH impacts, mass removed by erosion [kg/s]; NaN where coefficients are not known."""
+    """A face of a part, several of one name, or all of a part: area [m^2], impacts per second [1/s], power lost along
+    the normal and by sliding [W] with errors, depth [m/s] removed by sliding wear (mean over the face) and its largest
+    value on a facet with ENOUGH impacts, mass removed by erosion [kg/s]; NaN where coefficients are not known. Both
+    depths are upper limits if `at_most`."""
 
     part: str
     face: str
@@ -37,18 +53,25 @@ class Face:
     depth: float
     deepest: float
     erosion: float
+    at_most: bool = False
 
     @property
     def power(self) -> float:
         return self.normal + self.sliding
 
+    @property
+    def density(self) -> float:
+        """Power lost by sliding, per area [W/m^2]."""
+        return self.sliding / self.area
 
-def faces(run: Run) -> list[Face]:
-    """All faces that impacts have hit, those with the most power first."""
+
+def faces(run: Run, sets: typing.Sequence[str] = ()) -> list[Face]:
+    """All faces that impacts have hit, those with the most power first; `sets`: "SECTION.KEY=VALUE" of [wear]."""
     wear = Wear(run)
     area = wear.area
     column = {name: wear[name] for name in ("rate", "normal_power", "sliding_power", "archard_rate", "finnie_rate")}
     error = {name: wear[f"{name}_error"] for name in ("normal_power", "sliding_power")}
+    limited = _recompute(wear, column, sets) if sets else set()
     found, enough = [], wear["count"] >= ENOUGH
     for k, part in enumerate(wear.parts):
         names = {face: wear.face_name(part, face) for face in np.unique(wear.face[wear.part == k]).tolist()}
@@ -62,8 +85,65 @@ def faces(run: Run) -> list[Face]:
             deepest = float(np.fmax.reduce(deep, initial=math.nan))
             powers = (total["normal_power"], squares["normal_power"], total["sliding_power"], squares["sliding_power"])
             worn = total["archard_rate"] / size, deepest, total["finnie_rate"]
-            found.append(Face(wear.part_name(part), name, size, total["rate"], *powers, *worn))
+            found.append(Face(wear.part_name(part), name, size, total["rate"], *powers, *worn, part.kind in limited))
     return sorted(found, key=lambda face: -face.power)
+
+
+def _recompute(wear: Wear, column: dict[str, np.ndarray], sets: typing.Sequence[str]) -> set[str]:
+    """Sets the depths and masses of `column` to those with other coefficients. Both are proportional to a coefficient,
+    but the file has them only where its deck gave one. Elsewhere the depth is that of all sliding, an upper limit:
+    returns these kinds. UserError where nothing can be told."""
+    deck, kinds = wear.run.as_deck, list(dict.fromkeys(part.kind for part in wear.parts))
+    base, asked = deck.sections.get("wear", {}), dose.given(sets, ("wear",))
+    limited, kind_of = set(), np.array([kinds.index(part.kind) for part in wear.parts])[wear.part]
+    for section, _, _ in asked:
+        if section != "wear" and section.removeprefix("wear.") not in kinds:
+            raise UserError(f"[{section}]: no part of this mill has this kind of contact: one of {', '.join(kinds)}")
+    for k, kind in enumerate(kinds):
+        own, before, after = kind_of == k, {}, {}
+        for key in COEFFICIENTS:
+            text = deck.sections.get(f"wear.{kind}", {}).get(key)
+            # the file does not tell what a section of a kind had from [wear]: what is equal
+            follows = [f"wear.{kind}"] if text not in (None, base.get(key)) else ["wear", f"wear.{kind}"]
+            before[key] = float((text or base.get(key) or "0").split()[0])
+            changes = [float(value) for place in follows for at, of, value in asked if (at, of) == (place, key)]
+            after[key] = (before[key], *changes)[-1]
+        if bool(after["archard"]) != bool(after["hardness"]):
+            other = ("wear.archard=1e-4", "'wear.hardness=2 GPa'")[after["archard"] > 0]
+            raise UserError(f"{wear.run.path}: the depth needs both wear.archard and wear.hardness: add -s {other}")
+        if after["erosion"] and not before["erosion"]:
+            raise UserError(
+                f"{wear.run.path}: the file has no erosion of {kind}, because its deck has no coefficient for it: run "
+                "the deck again with wear.erosion"
+            )
+        friction = deck.contact(kind).friction
+        now, then = (of["archard"] / of["hardness"] if of["hardness"] else 0.0 for of in (after, before))
+        if now and then:
+            column["archard_rate"][own] *= now / then
+        else:
+            each = now / friction if now and friction else math.nan  # as the program: without coefficients not known
+            column["archard_rate"][own] = each * column["sliding_power"][own]
+            limited |= {kind} if each == each else set()
+        if before["erosion"]:
+            column["finnie_rate"][own] *= after["erosion"] / before["erosion"] or math.nan
+    if not (np.isfinite(column["archard_rate"]).any() or np.isfinite(column["finnie_rate"]).any()):
+        raise UserError(f"{wear.run.path}: no depth: it needs wear.archard, wear.hardness and a friction above 0")
+    return limited
+
+
+def parts(found: list[Face]) -> list[tuple[Face, Face]]:
+    """(the sum of its faces, its face where sliding is densest) of each part, those with the most power first."""
+    done = []
+    for name, own in itertools.groupby(sorted(found, key=lambda f: f.part), operator.attrgetter("part")):
+        own = list(own)
+        add = {key: sum(getattr(f, key) for f in own) for key in ("area", "rate", "normal", "sliding", "erosion")}
+        add |= {key: math.hypot(*(getattr(f, key) for f in own)) for key in ("normal_error", "sliding_error")}
+        deepest = float(np.fmax.reduce([f.deepest for f in own]))
+        depth = sum(f.depth * f.area for f in own) / add["area"]
+        whole = Face(name, "", **add, depth=depth, deepest=deepest, at_most=own[0].at_most)
+        some = [f for f in own if f.power > LEAST * whole.power]
+        done.append((whole, max(some or own, key=lambda f: f.density)))
+    return sorted(done, key=lambda pair: -pair[0].power)
 
 
 def finding(found: list[Face]) -> str:
@@ -71,41 +151,91 @@ def finding(found: list[Face]) -> str:
     all_power = sum(face.power for face in found)
     if not all_power > 0:
         return "no part lost energy in impacts"
-    worst = max((f for f in found if f.power > LEAST * all_power), key=lambda face: face.sliding / face.area)
+    worst = max((f for f in found if f.power > LEAST * all_power), key=lambda face: face.density)
     first = found[0]
     return (
         f"{first.part}, {first.face}, takes {100 * first.power / all_power:.0f} % of the power that reaches the parts; "
-        f"sliding is densest on {worst.part}, {worst.face}: {number(worst.sliding / worst.area / 1e3)} kW/m²"
+        f"sliding is densest on {worst.part}, {worst.face}: {number(worst.density / 1e3)} kW/m²"
     )
 
 
-def cells(found: list[Face]) -> tuple[list[str], list[list[str]]]:
-    """Heads with units, and rows of texts."""
-    heads = ["part", "face", "area [cm²]", "impacts [1/s]", "normal [W]", "sliding [W]", "sliding [kW/m²]"]
+def _worn(found: list[Face]) -> tuple[list[str], list[list[str]]]:
+    """Heads and cells of what coefficients tell; no columns without them."""
     depths, eroded = (any(getattr(f, what) == getattr(f, what) for f in found) for what in ("depth", "erosion"))
-    heads += ["depth [mm/year]", "deepest [mm/year]"] * depths + ["eroded [mg/h]"] * eroded
+    heads = ["depth [mm/year]", "deepest [mm/year]"] * depths + ["eroded [mg/h]"] * eroded
     rows = []
     for f in found:
-        density, error = f.sliding / f.area / 1e3, f.sliding_error / f.area / 1e3
-        row = [f.part, f.face, number(1e4 * f.area), number(f.rate), number(f.normal), number(f.sliding)]
-        row.append(f"{number(density)} ± {number(error, 2)}")
-        row += [number(1e3 * YEAR * f.depth), number(1e3 * YEAR * f.deepest)] * depths
-        row += [number(1e6 * 3600 * f.erosion)] * eroded
-        rows.append([cell.replace("?", "–") for cell in row])
+        row = [_short(1e3 * YEAR * depth) for depth in (f.depth, f.deepest)] * depths
+        row = [f"≤{text}" if f.at_most and text[0] not in "–<" else text for text in row]
+        rows.append(row + [_short(1e6 * 3600 * f.erosion)] * eroded)
     return heads, rows
+
+
+def _short(value: float) -> str:
+    return "<0.001" if 0 < value < 1e-3 else number(value).replace("?", "–")
+
+
+def _density(f: Face) -> str:
+    value, error = f.density / 1e3, f.sliding_error / f.area / 1e3
+    if value < 1e-3 or not error > 0:
+        return _short(value)
+    places = max(0, -math.floor(math.log10(error)))
+    return f"{value:.{places}f} ± {error:.{places}f}"
+
+
+def cells(found: list[Face]) -> tuple[list[str], list[list[str]]]:
+    """Heads with units, and rows of texts, of faces."""
+    more, worn = _worn(found)
+    heads = ["part", "face", "area [cm²]", "impacts [1/s]", "normal [W]", "sliding [W]", "sliding [kW/m²]", *more]
+    numbers = ((1e4 * f.area, f.rate, f.normal, f.sliding) for f in found)
+    return heads, [[f.part, f.face, *map(_short, n), _density(f), *w] for f, n, w in zip(found, numbers, worn)]
+
+
+def _sums(found: list[Face]) -> list[list[str]]:
+    """Heads with units, then rows of texts, of parts."""
+    pairs = parts(found)
+    more, worn = _worn([whole for whole, _ in pairs])
+    power = sum(face.power for face in found) or 1.0
+    heads = ["part", "normal [W]", "sliding [W]", "share [%]", "densest [kW/m²]", *more]
+    numbers = ((f.normal, f.sliding, 100 * f.power / power) for f, _ in pairs)
+    return [heads, *([f.part, *map(_short, n), _density(top), *w] for (f, top), n, w in zip(pairs, numbers, worn))]
+
+
+def _table(heads, *rows, left) -> list[str]:
+    """Lines of a table, the units below the heads."""
+    names, units = zip(*(head.rstrip("]").partition(" [")[::2] for head in heads))
+    return columns([names, units, *rows], left)
 
 
 def add_arguments(parser):
     parser.add_argument("run", metavar="RUN", help="output file of a run")
+    parser.add_argument("--faces", action="store_true", help="print the faces of the parts too")
+    parser.add_argument(
+        "-s", "--set", action="append", default=[], metavar="SECTION.KEY=VALUE",
+        help="a value of [wear] for this run, such as wear.archard=1e-4 or 'wear.hardness=2 GPa'; may be repeated",
+    )  # fmt: skip
 
 
 def run(arguments) -> Answer:
     with Run(arguments.run) as opened:
-        found = faces(opened)
-        said = finding(found)
-    heads, rows = cells(found)
-    note = "\N{PLUS-MINUS SIGN}: one standard error as if impacts were independent; the true one is larger."
-    text = "\n".join([said, "", *columns([heads, *rows], left=(0, 1)), "", note])
-    return Answer(
-        text, {"run": arguments.run, "files": [], "finding": said, "faces": list(map(dataclasses.asdict, found))}
-    )
+        found = faces(opened, arguments.set)
+    said, pairs = finding(found), parts(found)
+    text = [*textwrap.wrap(said, 80), "", *_table(*_sums(found), left=(0,)), ""]
+    if arguments.faces:
+        heads, rows = cells(found)
+        text += [*_table(*([*row[:2], *row[4:]] for row in (heads, *rows)), left=(0, 1)), ""]  # within 80 columns
+    else:
+        text += ["--faces prints the faces of each part."]
+    text += ["densest: power lost by sliding, per area, on the face where it is highest.",
+             "±: one standard error as if impacts were independent; the true one is larger."]  # fmt: skip
+    if any(face.at_most for face in found):
+        text += ["≤: from all sliding; only impacts that slide to the end count. The file has",
+                 "their depth if its deck has coefficients: run it with them."]  # fmt: skip
+    if not any(face.depth == face.depth for face in found):
+        text += [f"For depths add coefficients: {SUCH_AS}"]
+    power = sum(face.power for face in found) or 1.0
+    results = {"faces": list(map(dataclasses.asdict, found)), "parts": [
+        dataclasses.asdict(whole) | {"share": whole.power / power, "densest_face": top.face, "densest": top.density}
+        for whole, top in pairs
+    ]}  # fmt: skip
+    return Answer("\n".join(text), {"run": arguments.run, "files": [], "finding": said, **results})

@@ -10,8 +10,8 @@ from matplotlib.colors import LogNorm
 from milltools.base.text import plain
 from milltools.dose import wear
 from milltools.figures.base import WIDTH, Figure, labels, sampled, subtitle
-from milltools.figures.maps import RANGE, colours
-from milltools.figures.style import log_ticks
+from milltools.figures.maps import RANGE
+from milltools.figures.style import SPEEDS, log_ticks
 from milltools.read.wear import Part, Wear, why_not
 
 MOST = 6  # faces, besides those of the container
@@ -19,6 +19,8 @@ LEAST = 1e-3  # faces with a smaller share of the power are left out
 ENDS = (0.05, 0.995)  # the ends of the scale are these quantiles by area
 ARC = np.radians(3)  # an arc of a cell has a corner each 3 degrees
 ANGLE = "angle [°]"
+COLOURS = SPEEDS.with_extremes(bad="#969696")  # as in 3D, where a part without impacts is grey too
+FLAT = 0.35  # a panel whose height is a smaller share of its width has a row of its own
 
 
 @dataclasses.dataclass(frozen=True, eq=False)  # arrays cannot be compared in a test of equality
@@ -46,7 +48,10 @@ def sheets(found: Wear) -> list[Sheet]:
         for one in np.unique(face).tolist():
             own = cells[face == one]
             name = plain(f"{found.part_name(part)}, {found.face_name(part, int(own[:, 5].max()))}")
-            outlines, words = _flat(part, one, *part.boxes(own))
+            low, high = part.boxes(own)
+            if part.kind == "ball_blade":  # its middle is on the arm
+                low, high = (ends + [0, part.axes[:, 1] @ part.axes[:, 3], 0] for ends in (low, high))
+            outlines, words = _flat(part, one, low, high)
             done.append(Sheet(name, part, outlines, own[:, 0], words))
     return done
 
@@ -61,13 +66,14 @@ def _flat(part: Part, face: int, low: np.ndarray, high: np.ndarray):
         )
     scale = np.array([1e3, 1e3, np.degrees(1) if part.round else 1e3])
     axes = [0, 2] if part.round else [k for k in range(3) if k != face // 2]
-    words = ("along the axis [mm]", ANGLE) if part.round else ("[mm]", "[mm]")
+    words = {"ball_blade": ("width [mm]", "from the axis [mm]", "thickness [mm]")}.get(part.kind)
+    words = ("along the axis [mm]", "", ANGLE) if part.round else words or [f"own {axis} [mm]" for axis in "xyz"]
     a, b = (scale * ends for ends in (low, high))
     if not part.round and np.ptp([a[:, axes[1]], b[:, axes[1]]]) > np.ptp([a[:, axes[0]], b[:, axes[0]]]):
         axes.reverse()
     x, y = axes
     corners = np.stack([[a[:, x], a[:, y]], [b[:, x], a[:, y]], [b[:, x], b[:, y]], [a[:, x], b[:, y]]])
-    return list(corners.transpose(2, 0, 1)), words
+    return list(corners.transpose(2, 0, 1)), (words[x], words[y])
 
 
 def _sector(inner: float, outer: float, first: float, last: float) -> np.ndarray:
@@ -105,21 +111,19 @@ class WearFigure(Figure):
 
     def paint(self, figure, runs):
         shown = [self._chosen(run) for run in runs]
-        norm = LogNorm(*limits([found for found, _ in shown], self.column), clip=True)
+        label, unit, scale = wear.SHOWN[self.column]
+        norm = LogNorm(*(scale * end for end in limits([found for found, _ in shown], self.column)), clip=True)
         heights = [self._height(drawn) for _, drawn in shown]
         figure.set_size_inches(WIDTH, sum(heights) + 0.3)
         parts = np.atleast_1d(figure.subfigures(len(runs), 1, height_ratios=heights))
         for part, run, name, (found, drawn) in zip(parts, runs, labels(runs), shown):
             axes = self._panels(part, found, drawn, norm)
             subtitle(axes[0], f"{name}, {sampled(run)}: {drawn[0].name}")
-            bar = part.colorbar(axes[0].collections[0], ax=axes, label=f"{self._label} [W/m²]", pad=0.02, aspect=40)
+            words = f"{label} [{unit}]; grey: no impacts"
+            bar = part.colorbar(axes[0].collections[0], ax=axes, label=words, pad=0.02, aspect=40, panchor=False)
             bar.solids.set_rasterized(True)
             log_ticks(bar.ax.yaxis, norm.vmin, norm.vmax)
             bar.ax.grid(False)
-
-    @property
-    def _label(self):
-        return {"sliding_power": "power lost by sliding", "normal_power": "power lost along the normal"}[self.column]
 
     def _chosen(self, run):
         """The wear and the sheets to draw: unrolled sides of the container, its ends, the faces with the most power."""
@@ -132,21 +136,32 @@ class WearFigure(Figure):
         others.sort(key=lambda sheet: -power[np.unique(sheet.facet)].sum())
         worst = {}  # of equal parts, such as blades, only the one with the most power
         for sheet in others:
-            worst.setdefault((sheet.part.kind, sheet.name.partition(",")[2]), sheet)
+            alike = sum(part.kind == sheet.part.kind for part in found.parts)
+            more = f" (most of {alike} {found.part_name(sheet.part).rpartition(' ')[0]}s)" if alike > 1 else ""
+            named = dataclasses.replace(sheet, name=sheet.name + plain(more))
+            worst.setdefault((sheet.part.kind, sheet.name.partition(",")[2]), named)
         return found, sorted(holds, key=lambda sheet: not sheet.unrolled) + list(worst.values())[:MOST]
 
     def _rows(self, drawn):
-        """The sheets of each row, with its height [inch]: the first one alone, others two beside each other."""
-        rows = [drawn[:1], *(drawn[k : k + 2] for k in range(1, len(drawn), 2))]
-        return [(row, max(self._tall(sheet, WIDTH / len(row) - 1.1) for sheet in row) + 0.75) for row in rows]
+        """The sheets of each row, with its height [inch]: the first one and flat ones alone, others two beside each
+        other."""
+        wide, narrow = WIDTH - 1.1, WIDTH / 2 - 1.1
+        alone = [k == 0 or self._tall(sheet, wide) < FLAT * wide for k, sheet in enumerate(drawn)]
+        rest = [sheet for sheet, own in zip(drawn, alone) if not own]
+        pairs = [rest[k : k + 2] for k in range(0, len(rest), 2)]
+        rows = [[sheet] for sheet, own in zip(drawn, alone) if own]
+        rows = [(row, self._tall(row[0], wide)) for row in rows] + [
+            (row, max(self._tall(sheet, narrow) for sheet in row)) for row in pairs
+        ]
+        return [(row, height + 0.75) for row, height in rows]
 
     def _tall(self, sheet, width):
         """[inch] height of a panel of this width"""
         if sheet.unrolled:
-            return 1.6
+            return 1.3
         points = np.concatenate(sheet.outlines)
         across, along = np.ptp(points, axis=0)[::-1] + 1e-9
-        return float(np.clip(width * across / along, 0.2, 2.2))
+        return float(np.clip(width * across / along, 0.2, 1.3))
 
     def _height(self, drawn):
         return sum(height for _, height in self._rows(drawn))
@@ -154,13 +169,13 @@ class WearFigure(Figure):
     def _panels(self, part, found, drawn, norm):
         rows = self._rows(drawn)
         grid = part.add_gridspec(len(rows), 2, height_ratios=[height for _, height in rows])
-        value, axes = found[self.column], []
-        for r, (row, _) in enumerate(rows):
+        value, axes = wear.SHOWN[self.column][2] * found[self.column], []
+        for r, (row, height) in enumerate(rows):
             for c, sheet in enumerate(row):
-                ax = part.add_subplot(grid[r, :] if r == 0 else grid[r, c])
+                ax = part.add_subplot(grid[r, :] if len(row) == 1 else grid[r, c])
                 colour = np.where(value[sheet.facet] > 0, value[sheet.facet], np.nan)
                 cells = PolyCollection(
-                    sheet.outlines, array=colour, norm=norm, cmap=colours("inferno"), edgecolors="face",
+                    sheet.outlines, array=colour, norm=norm, cmap=COLOURS, edgecolors="face",
                     linewidths=0.3, rasterized=True,
                 )  # fmt: skip
                 ax.add_collection(cells)
@@ -170,12 +185,14 @@ class WearFigure(Figure):
                 if sheet.unrolled:
                     ax.set_yticks([-180, -90, 0, 90, 180])
                 else:
-                    ax.set_aspect("equal")
-                    ax.locator_params(axis="y", nbins=3 if self._tall(sheet, WIDTH / len(row) - 1.1) > 0.5 else 1)
+                    ax.set_aspect("equal", anchor="W" if len(row) == 1 else "C")
+                    ax.locator_params(axis="y", nbins=3)
+                    if height < 1.5:  # there is room for two labels
+                        ax.set_yticks([round(end, 1) for end in ax.dataLim.intervaly])
                 if axes:
-                    subtitle(ax, sheet.name, 40)
+                    subtitle(ax, sheet.name, 60 if len(row) == 1 else 32)
                 ax.grid(False)
-                ax.locator_params(axis="x", nbins=5 if sheet.unrolled else 3)
+                ax.locator_params(axis="x", nbins=5 if len(row) == 1 else 3)
                 axes.append(ax)
         return axes
 
@@ -203,11 +220,12 @@ FIGURES = (
     WearFigure(
         "wear", "sliding_power", "Wear: where balls slide on the parts",
         "Power that impacts lose by sliding, per area of the parts, logarithmic. Archard's depth of wear is "
-        "proportional to it. Round parts are unrolled; blades and other parts are shown from the side of the balls, "
-        "those with the most power first.",
+        "proportional to it. Grey: no impacts. Round parts are unrolled; blades and other parts are seen from the side "
+        "of the balls, of equal parts the one with the most power.",
     ),
     WearFigure(
         "wear-normal", "normal_power", "Wear: where balls hit the parts hard",
-        "Power that impacts lose along the normal, per area of the parts, logarithmic: it measures pitting and cracks.",
+        "Power that impacts lose along the normal, per area of the parts, logarithmic: it measures pitting and cracks. "
+        "Grey: no impacts.",
     ),
 )  # fmt: skip

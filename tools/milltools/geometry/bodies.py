@@ -22,6 +22,7 @@ INSTANT = 1e-6  # [s] end of a run that is made only for the bodies of its deck
 SAMPLED = 120  # number of poses used to find the space that a motion sweeps
 SHARP = np.cos(np.radians(35))  # an edge is sharp if the angle between the normals of its faces is larger
 RIM = 0.04  # thickness of the bars along the container's edges, as a share of its size
+LINE = 0.003  # the same along the edges of worn bodies
 WANDERS = 2.0  # a camera moves with a container whose path is longer than this, in sizes of the container
 FLAT = 0.04  # a wall is flat if this share of the container's surface is in one plane
 SAME = 1e-6  # corners closer than this share of the mill's size are one corner
@@ -191,19 +192,20 @@ class Mill:
     @functools.cached_property
     def edges(self) -> np.ndarray:
         """Sharp edges of the container (E, 2, 3) [m], in its motion's frame."""
-        corner = self.shell.reshape(-1, 3)
-        _, index = np.unique(np.round(corner / (SAME * self.size)), axis=0, return_inverse=True)
-        index = index.reshape(-1, 3)
-        normal, _ = facing(self.shell)
-        sides = np.concatenate([index[:, [k, (k + 1) % 3]] for k in range(3)])
-        places = np.concatenate([self.shell[:, [k, (k + 1) % 3]] for k in range(3)])
-        owner = np.tile(np.arange(len(index)), 3)
-        _, first, edge = np.unique(np.sort(sides, axis=1), axis=0, return_index=True, return_inverse=True)
-        order = np.argsort(edge.ravel(), kind="stable")
-        edge, owner = edge.ravel()[order], owner[order]
-        pairs = np.flatnonzero(edge[1:] == edge[:-1])
-        turn = np.einsum("ij,ij->i", normal[owner[pairs]], normal[owner[pairs + 1]])
-        return places[first[edge[pairs[turn < SHARP]]]]
+        return sharp_edges(self.shell, SAME * self.size)
+
+    @functools.cached_property
+    def creases(self) -> dict[str, np.ndarray]:
+        """Sharp edges of the other bodies (E, 2, 3) [m] by their motion: faces of one colour can be told apart."""
+        found = {}
+        for body in self.inner:
+            found.setdefault(body.motion, []).append(sharp_edges(body.triangles, SAME * self.size))
+        return {motion: np.concatenate(edges) for motion, edges in found.items()}
+
+    @property
+    def line(self) -> float:
+        """Radius of the bars along the creases [m]."""
+        return LINE * self.size
 
     @property
     def rim(self) -> float:
@@ -214,6 +216,24 @@ class Mill:
     def frame(self) -> np.ndarray:
         """Triangles of six-sided bars along the container's sharp edges."""
         return bars(self.edges, self.rim)
+
+
+def sharp_edges(triangles, same):
+    """Edges (E, 2, 3) of triangles (T, 3, 3) between two faces that turn by more than SHARP; corners nearer than `same`
+    [m] are one."""
+    triangles = triangles[facing(triangles)[1] > same**2]
+    _, index = np.unique(np.round(triangles.reshape(-1, 3) / same), axis=0, return_inverse=True)
+    index = index.reshape(-1, 3)
+    normal, _ = facing(triangles)
+    sides = np.concatenate([index[:, [k, (k + 1) % 3]] for k in range(3)])
+    places = np.concatenate([triangles[:, [k, (k + 1) % 3]] for k in range(3)])
+    owner = np.tile(np.arange(len(index)), 3)
+    _, first, edge = np.unique(np.sort(sides, axis=1), axis=0, return_index=True, return_inverse=True)
+    order = np.argsort(edge.ravel(), kind="stable")
+    edge, owner = edge.ravel()[order], owner[order]
+    pairs = np.flatnonzero(edge[1:] == edge[:-1])
+    turn = np.einsum("ij,ij->i", normal[owner[pairs]], normal[owner[pairs + 1]])
+    return places[first[edge[pairs[turn < SHARP]]]]
 
 
 def bars(edges, width):

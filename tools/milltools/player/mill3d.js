@@ -223,13 +223,17 @@ const Mill3D = (() => {
       this.inside = new T.MeshLambertMaterial({ vertexColors: true, side: FRONT });
       this.outside = new T.MeshLambertMaterial({ vertexColors: true, side: BACK, transparent: true, depthWrite: false });
       this.bare = []; // bodies in plain colours
+      this.creases = []; // their edges, when they are worn: faces of one colour can be told apart
       this.world = new T.Group(); // everything that turns when the camera moves with the container
       this.world.matrixAutoUpdate = false;
       this.poses = floats(head.poses);
       this.moving = head.motions.map(() => new T.Group());
       for (const group of this.moving) group.matrixAutoUpdate = false;
+      const line = new T.MeshLambertMaterial({ color: 0x08090c });
       for (const body of head.bodies) {
         this.bare.push(this.#body(plain(body), body.motion, this[body.look], body.look === 'shell'));
+        this.creases.push(Object.assign(bars(body.creases, line), { visible: false }));
+        (this.moving[body.motion] ?? this.world).add(this.creases.at(-1));
       }
       (this.moving[head.carrier] ?? this.world).add(bars(head.edges, this.rim));
       this.world.add(...this.moving, ...this.#balls());
@@ -270,7 +274,7 @@ const Mill3D = (() => {
       if (this.coated === value || (value && !this.coats)) return;
       this.coated = value;
       for (const mesh of this.bare) mesh.visible = !value;
-      for (const mesh of this.coats ?? []) mesh.visible = Boolean(value);
+      for (const mesh of [...this.creases, ...(this.coats ?? [])]) mesh.visible = Boolean(value);
       this.veil.visible = Boolean(value);
       this.balls.material = value ? this.faint : this.polish;
       if (!value) return;

@@ -219,13 +219,14 @@ def _numbers(values, kind) -> str:
 
 
 def _bodies(mill, names):
-    """The bodies to draw: look, index of the motion (-1: none), points [m] and the corners of the triangles."""
-    parts = [("shell", mill.carrier, mill.glass)]
+    """The bodies to draw: look, index of the motion (-1: none), points [m], the corners of the triangles, and
+    the sharp edges of the bodies in the container."""
+    parts = [("shell", mill.carrier, mill.glass, np.empty(0))]
     for motion in dict.fromkeys(body.motion for body in mill.inner):
         own = [body.triangles for body in mill.inner if body.motion == motion]
-        parts.append(("steel", motion, np.concatenate(own)))
+        parts.append(("steel", motion, np.concatenate(own), mill.creases[motion]))
     found = []
-    for look, motion, triangles in parts:
+    for look, motion, triangles, lines in parts:
         corners = triangles.reshape(-1, 3).astype("<f4")
         points, index = np.unique(corners, axis=0, return_inverse=True)
         wide = len(points) >= 1 << 16
@@ -236,6 +237,7 @@ def _bodies(mill, names):
                 "points": _numbers(points, "<f4"),
                 "corners": _numbers(index, "<u4" if wide else "<u2"),
                 "wide": wide,
+                "creases": {"lines": _numbers(lines, "<f4"), "width": mill.line},
             }
         )
     return found

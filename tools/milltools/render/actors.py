@@ -21,7 +21,8 @@ SHARP = 35.0  # degrees between two faces, above which their edge is sharp
 BALL = {"ambient": 0.26, "diffuse": 0.86, "specular": 0.24, "specular_power": 45}
 METAL = {"color": (0.74, 0.76, 0.79), "ambient": 0.12, "diffuse": 0.72, "specular": 0.45, "specular_power": 18}
 RIM = {"color": (0.20, 0.25, 0.33), "ambient": 0.2, "diffuse": 0.7, "specular": 0.4, "specular_power": 25}
-COAT = {"ambient": 0.3, "diffuse": 0.75, "specular": 0.1, "specular_power": 20}
+LINE = {"color": (0.04, 0.05, 0.07), "ambient": 1.0, "diffuse": 0.0}
+COAT = {"ambient": 0.5, "diffuse": 0.55, "specular": 0.1, "specular_power": 20}
 GLASS = {"ambient": 0.55, "diffuse": 0.45, "specular_power": 30}
 # of glass: colour, opacity seen face on, and opacity seen edge on
 TINT, CLEAR, EDGE = (0.80, 0.87, 0.94), 0.08, 0.75
@@ -149,7 +150,7 @@ class Balls:
 
 
 def solid(triangles, look):
-    """The actor of triangles (T, 3, 3) that looks like METAL or RIM."""
+    """The actor of triangles (T, 3, 3) that looks like METAL, RIM or LINE."""
     return _actor(vtkPolyDataMapper(input_data=_smooth(triangles)), look)
 
 

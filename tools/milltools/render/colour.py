@@ -8,7 +8,7 @@ import numpy as np
 
 from milltools.base.errors import UserError
 from milltools.base.text import number, prefix
-from milltools.dose.wear import YEAR
+from milltools.dose.wear import SHOWN as WEAR
 from milltools.figures.style import SPEEDS, log_marks, rounded_up
 from milltools.figures.wear import limits as wear_limits
 from milltools.geometry.trajectory import stored
@@ -34,12 +34,6 @@ QUANTITIES = {
     "spin": Quantity("spin", "rad/s", lambda state, mass: np.linalg.norm(state.angular_velocity, axis=1)),
     "energy": Quantity("kinetic energy", "J", lambda state, mass: 0.5 * mass * (state.velocity**2).sum(axis=1)),
     "impact": Quantity("speed of last impact", "m/s", lambda state, mass: state.value),
-}
-# of the wear of the parts, columns of the file: words, unit, and how many of this unit are 1 SI
-WEAR = {
-    "sliding_power": ("power lost by sliding", "kW/m²", 1e-3),
-    "normal_power": ("power lost along the normal", "kW/m²", 1e-3),
-    "archard_rate": ("depth of sliding wear", "mm/year", 1e3 * YEAR),
 }
 
 

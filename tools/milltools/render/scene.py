@@ -79,6 +79,8 @@ class Scene:
             coats = bodies.worn(run, wear)
             value = wear[colour.quantity]
             inner = [(motion, actors.coat(t, value[facet], colour.rgb, shell)) for shell, motion, t, facet in coats]
+            lines = mill.creases.items()
+            inner += [(motion, actors.solid(bodies.bars(e, mill.line), actors.LINE)) for motion, e in lines if len(e)]
         else:
             inner = [(body.motion, actors.solid(body.triangles, actors.METAL)) for body in mill.inner]
         self._moving = inner + [(mill.carrier, actor) for actor in (*rims, *self._glass.actors)]
