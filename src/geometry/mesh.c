@@ -208,8 +208,7 @@ void mill_mesh_cut(const struct mill_mesh *mesh, double size, mill_mesh_on_piece
     for (size_t i = 0; i < mesh->triangles; i++) {
         const int64_t *c = mesh->corner[i];
         mill_mesh_cut_triangle(
-            (const vec3[3]){mesh->point[c[0]], mesh->point[c[1]], mesh->point[c[2]]}, size, on,
-            to);
+            (const vec3[3]){mesh->point[c[0]], mesh->point[c[1]], mesh->point[c[2]]}, size, on, to);
     }
 }
 

@@ -116,6 +116,8 @@ enum column {
     NORMAL_ERROR,
     SLIDING,
     SLIDING_ERROR,
+    SLID,
+    CARVED,
     DEPTH,
     DEPTH_ERROR,
     EROSION,
@@ -136,6 +138,10 @@ static const struct {
     [SLIDING] = {"sliding_power", "W m-2", "power lost by sliding, per area"},
     [SLIDING_ERROR] = {"sliding_power_error", "W m-2",
                        "its standard error, as if single impacts were independent"},
+    [SLID] = {"slid_power", "W m-2",
+              "part of sliding_power of the impacts that slide to the end: the work W of Archard's "
+              "law, per area and time"},
+    [CARVED] = {"carved_power", "W m-2", "m g^2 f(angle) of Finnie's law, per area and time"},
     [DEPTH] = {"archard_rate", "m s-1",
                "depth removed per time by sliding wear (Archard): K W / (mu H) per area, with the "
                "work W of impacts that slide to the end; NaN without K, H or friction"},
@@ -164,6 +170,8 @@ static double value_of(const struct mill_wear *wear, int32_t i, enum column colu
                                    [NORMAL_ERROR] = sqrt(sum->normal_squares) * per,
                                    [SLIDING] = sum->sliding * per,
                                    [SLIDING_ERROR] = sqrt(sum->sliding_squares) * per,
+                                   [SLID] = sum->slid * per,
+                                   [CARVED] = sum->carved * per,
                                    [DEPTH] = archard * sum->slid * per,
                                    [DEPTH_ERROR] = archard * sqrt(sum->slid_squares) * per,
                                    [EROSION] = law->erosion > 0 ? law->erosion * sum->carved * per

@@ -168,7 +168,7 @@ static void collect(void *adds, const vec3 corner[3])
 }
 
 void mill_wear_facets_draw(const struct mill_wear_plan *plan, int part, struct mill_mesh *mesh,
-                      int *shape)
+                           int *shape)
 {
     const struct mill_world *w = plan->world;
     *mesh = (struct mill_mesh){0};

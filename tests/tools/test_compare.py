@@ -572,10 +572,13 @@ def some_pictures(tables):
 
 
 def test_impacts_of_a_millijoule_are_named_first_and_speeds_where_their_number_is_not_known():
-    power, by_speed = made("rotor_power", 200, 120, 0.01), [
-        made("rate_all_above_1", 1e5, 1.1e5, 0.01),
-        made("hard_per_joule_1", 500, 510, 0.01),
-    ]
+    power, by_speed = (
+        made("rotor_power", 200, 120, 0.01),
+        [
+            made("rate_all_above_1", 1e5, 1.1e5, 0.01),
+            made("hard_per_joule_1", 500, 510, 0.01),
+        ],
+    )
     energetic = made("rate_above_1mJ", 1e3, 3e3, 0.01), made("above_1mJ_per_joule", 5, 19, 0.01)
     assert finding.title(two_designs(power, *by_speed, *energetic)) == (
         "new makes 3.8 times as many impacts of 1 mJ or more per joule as old and draws 40 % less power"

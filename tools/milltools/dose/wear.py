@@ -14,7 +14,7 @@ from milltools.base.errors import UserError
 from milltools.base.text import columns, number
 from milltools.dose import dose
 from milltools.read.runfile import Run
-from milltools.read.wear import Wear
+from milltools.read.wear import PLACE, Wear
 
 SUMMARY = (
     "Says which parts of the mill the balls wear: for each part the power that is lost along the normal and by "
@@ -39,8 +39,7 @@ SUCH_AS = "-s wear.archard=1e-4 -s 'wear.hardness=2 GPa'"
 class Face:
     """A face of a part, several of one name, or all of a part: area [m^2], impacts per second [1/s], power lost along
     the normal and by sliding [W] with errors, depth [m/s] removed by sliding wear (mean over the face) and its largest
-    value on a facet with ENOUGH impacts, mass removed by erosion [kg/s]; NaN where coefficients are not known. Both
-    depths are upper limits if `at_most`."""
+    value on a facet with ENOUGH impacts, mass removed by erosion [kg/s]; NaN where coefficients are not known."""
 
     part: str
     face: str
@@ -53,7 +52,6 @@ class Face:
     depth: float
     deepest: float
     erosion: float
-    at_most: bool = False
 
     @property
     def power(self) -> float:
@@ -71,7 +69,8 @@ def faces(run: Run, sets: typing.Sequence[str] = ()) -> list[Face]:
     area = wear.area
     column = {name: wear[name] for name in ("rate", "normal_power", "sliding_power", "archard_rate", "finnie_rate")}
     error = {name: wear[f"{name}_error"] for name in ("normal_power", "sliding_power")}
-    limited = _recompute(wear, column, sets) if sets else set()
+    if sets:
+        _recompute(wear, column, sets)
     found, enough = [], wear["count"] >= ENOUGH
     for k, part in enumerate(wear.parts):
         names = {face: wear.face_name(part, face) for face in np.unique(wear.face[wear.part == k]).tolist()}
@@ -85,50 +84,37 @@ def faces(run: Run, sets: typing.Sequence[str] = ()) -> list[Face]:
             deepest = float(np.fmax.reduce(deep, initial=math.nan))
             powers = (total["normal_power"], squares["normal_power"], total["sliding_power"], squares["sliding_power"])
             worn = total["archard_rate"] / size, deepest, total["finnie_rate"]
-            found.append(Face(wear.part_name(part), name, size, total["rate"], *powers, *worn, part.kind in limited))
+            found.append(Face(wear.part_name(part), name, size, total["rate"], *powers, *worn))
     return sorted(found, key=lambda face: -face.power)
 
 
-def _recompute(wear: Wear, column: dict[str, np.ndarray], sets: typing.Sequence[str]) -> set[str]:
-    """Sets the depths and masses of `column` to those with other coefficients. Both are proportional to a coefficient,
-    but the file has them only where its deck gave one. Elsewhere the depth is that of all sliding, an upper limit:
-    returns these kinds. UserError where nothing can be told."""
+def _recompute(wear: Wear, column: dict[str, np.ndarray], sets: typing.Sequence[str]) -> None:
+    """Sets the depths and masses of `column` to those with other coefficients. UserError where nothing can be told."""
     deck, kinds = wear.run.as_deck, list(dict.fromkeys(part.kind for part in wear.parts))
     base, asked = deck.sections.get("wear", {}), dose.given(sets, ("wear",))
-    limited, kind_of = set(), np.array([kinds.index(part.kind) for part in wear.parts])[wear.part]
+    kind_of = np.array([kinds.index(part.kind) for part in wear.parts])[wear.part]
     for section, _, _ in asked:
         if section != "wear" and section.removeprefix("wear.") not in kinds:
             raise UserError(f"[{section}]: no part of this mill has this kind of contact: one of {', '.join(kinds)}")
+    if not wear.run.has(f"{PLACE}/slid_power"):
+        raise UserError(f"{wear.run.path}: an older version wrote it: run the deck again with the coefficients")
+    slid, carved = wear["slid_power"], wear["carved_power"]
     for k, kind in enumerate(kinds):
-        own, before, after = kind_of == k, {}, {}
+        own, law = kind_of == k, {}
         for key in COEFFICIENTS:
             text = deck.sections.get(f"wear.{kind}", {}).get(key)
             # the file does not tell what a section of a kind had from [wear]: what is equal
             follows = [f"wear.{kind}"] if text not in (None, base.get(key)) else ["wear", f"wear.{kind}"]
-            before[key] = float((text or base.get(key) or "0").split()[0])
             changes = [float(value) for place in follows for at, of, value in asked if (at, of) == (place, key)]
-            after[key] = (before[key], *changes)[-1]
-        if bool(after["archard"]) != bool(after["hardness"]):
-            other = ("wear.archard=1e-4", "'wear.hardness=2 GPa'")[after["archard"] > 0]
+            law[key] = (float((text or base.get(key) or "0").split()[0]), *changes)[-1]
+        if bool(law["archard"]) != bool(law["hardness"]):
+            other = ("wear.archard=1e-4", "'wear.hardness=2 GPa'")[law["archard"] > 0]
             raise UserError(f"{wear.run.path}: the depth needs both wear.archard and wear.hardness: add -s {other}")
-        if after["erosion"] and not before["erosion"]:
-            raise UserError(
-                f"{wear.run.path}: the file has no erosion of {kind}, because its deck has no coefficient for it: run "
-                "the deck again with wear.erosion"
-            )
-        friction = deck.contact(kind).friction
-        now, then = (of["archard"] / of["hardness"] if of["hardness"] else 0.0 for of in (after, before))
-        if now and then:
-            column["archard_rate"][own] *= now / then
-        else:
-            each = now / friction if now and friction else math.nan  # as the program: without coefficients not known
-            column["archard_rate"][own] = each * column["sliding_power"][own]
-            limited |= {kind} if each == each else set()
-        if before["erosion"]:
-            column["finnie_rate"][own] *= after["erosion"] / before["erosion"] or math.nan
+        resists = law["hardness"] * deck.contact(kind).friction
+        column["archard_rate"][own] = (law["archard"] / resists if resists else math.nan) * slid[own]
+        column["finnie_rate"][own] = (law["erosion"] or math.nan) * carved[own]
     if not (np.isfinite(column["archard_rate"]).any() or np.isfinite(column["finnie_rate"]).any()):
         raise UserError(f"{wear.run.path}: no depth: it needs wear.archard, wear.hardness and a friction above 0")
-    return limited
 
 
 def parts(found: list[Face]) -> list[tuple[Face, Face]]:
@@ -140,7 +126,7 @@ def parts(found: list[Face]) -> list[tuple[Face, Face]]:
         add |= {key: math.hypot(*(getattr(f, key) for f in own)) for key in ("normal_error", "sliding_error")}
         deepest = float(np.fmax.reduce([f.deepest for f in own]))
         depth = sum(f.depth * f.area for f in own) / add["area"]
-        whole = Face(name, "", **add, depth=depth, deepest=deepest, at_most=own[0].at_most)
+        whole = Face(name, "", **add, depth=depth, deepest=deepest)
         some = [f for f in own if f.power > LEAST * whole.power]
         done.append((whole, max(some or own, key=lambda f: f.density)))
     return sorted(done, key=lambda pair: -pair[0].power)
@@ -163,12 +149,8 @@ def _worn(found: list[Face]) -> tuple[list[str], list[list[str]]]:
     """Heads and cells of what coefficients tell; no columns without them."""
     depths, eroded = (any(getattr(f, what) == getattr(f, what) for f in found) for what in ("depth", "erosion"))
     heads = ["depth [mm/year]", "deepest [mm/year]"] * depths + ["eroded [mg/h]"] * eroded
-    rows = []
-    for f in found:
-        row = [_short(1e3 * YEAR * depth) for depth in (f.depth, f.deepest)] * depths
-        row = [f"≤{text}" if f.at_most and text[0] not in "–<" else text for text in row]
-        rows.append(row + [_short(1e6 * 3600 * f.erosion)] * eroded)
-    return heads, rows
+    row = lambda f: [1e3 * YEAR * f.depth, 1e3 * YEAR * f.deepest] * depths + [1e6 * 3600 * f.erosion] * eroded  # noqa: E731
+    return heads, [list(map(_short, row(f))) for f in found]
 
 
 def _short(value: float) -> str:
@@ -228,9 +210,6 @@ def run(arguments) -> Answer:
         text += ["--faces prints the faces of each part."]
     text += ["densest: power lost by sliding, per area, on the face where it is highest.",
              "±: one standard error as if impacts were independent; the true one is larger."]  # fmt: skip
-    if any(face.at_most for face in found):
-        text += ["≤: from all sliding; only impacts that slide to the end count. The file has",
-                 "their depth if its deck has coefficients: run it with them."]  # fmt: skip
     if not any(face.depth == face.depth for face in found):
         text += [f"For depths add coefficients: {SUCH_AS}"]
     power = sum(face.power for face in found) or 1.0

@@ -211,9 +211,10 @@ def summary(run, arguments) -> Table:
         with contextlib.suppress(UserError):  # no torque of a drive
             mill[head(quantity, text)] = float(run.statistic(path))
             mill[head(f"standard error of {quantity}", text)] = run.standard_error(path)
-    for path, text, unit in ((HARD_RATE, "impacts of 1 mJ or more", "1/s"), (HARD_PER_JOULE, "impacts of 1 mJ or more", "1/J")):
+    for path, unit in ((HARD_RATE, "1/s"), (HARD_PER_JOULE, "1/J")):
         if known := run.known(path):
-            mill |= {head(text, unit): known[0], head(f"standard error of {text}", unit): known[1]}
+            hard = head("impacts of 1 mJ or more", unit)
+            mill |= {hard: known[0], f"standard error of {hard}": known[1]}
     block |= {name: [None] * len(run.kinds) + [value] for name, value in mill.items()}
     return Table(len(kinds), iter([block]))
 

@@ -53,7 +53,7 @@ PRECISION = {
     "impacts/all/normal_speed/median": "median",
     MEDIAN: "median_above_50mm_s",
 }
-HARD_RATE, HARD_PER_JOULE = "rate_above_1mJ", "above_1mJ_per_joule"  # impacts of 1 mJ or more: names below /statistics/precision
+HARD_RATE, HARD_PER_JOULE = "rate_above_1mJ", "above_1mJ_per_joule"  # below /statistics/precision
 TURNED = 1e-3  # tolerance of a rotation matrix: its rows must be orthogonal and of length 1
 # datasets of indices: into the names in an attribute, or of balls
 INDICES = {"impacts/kind": "kinds", "impacts/ball": "balls", "particles/trajectory/species": "names"}
