@@ -30,7 +30,8 @@ def new(width: float, height: float) -> Figure:
 
 
 def title(figure, text):
-    figure.suptitle(broken(text.replace("+-", "\N{PLUS-MINUS SIGN}"), 110), fontsize=9.5, x=0.01, ha="left")
+    text = broken(text.replace("+-", "\N{PLUS-MINUS SIGN}"), int(13 * figure.get_figwidth()))
+    figure.suptitle(text, fontsize=9.5, x=0.01, ha="left")
 
 
 def legend(figure, handles, columns: int):
@@ -54,8 +55,8 @@ def value_label(objective, width: int = 30) -> str:
 
 def broken(text, width: int) -> str:
     """A literal text in lines of at most `width` characters, at most four of them."""
-    # keep a number with its unit, a name with its bracket
-    bound = re.sub(r"(?<=\d) (?=[^\W\d])| (?=[\[=])|(?<==) ", "\N{NO-BREAK SPACE}", literal(text, 4 * width))
+    # keep a number with its unit and its error, a name with its bracket
+    bound = re.sub(r"(?<=\d) (?=[^\W\d])| (?=[\[=±])|(?<=[=±]) ", "\N{NO-BREAK SPACE}", literal(text, 4 * width))
     return "\n".join(textwrap.wrap(bound, width)[:4])
 
 

@@ -16,7 +16,7 @@ from matplotlib.patches import PathPatch
 from matplotlib.path import Path
 from matplotlib.patheffects import Normal, Stroke
 
-from milltools.study.show import canvas, optimum
+from milltools.study.show import canvas, optimum, summary
 from milltools.study.show.data import Axis
 
 LEVELS = 18
@@ -277,7 +277,7 @@ def draw(view, objective, x=None, y=None, average=False, sensitivities=()):
     if shown.star:
         label = "\n".join(canvas.broken(line, 50) for line in best_words(view, objective))
         handles.insert(0, Line2D([], [], ls="", marker="*", ms=11, mfc="white", mec=canvas.INK, label=label))
-    canvas.title(figure, title(view, shown))
+    canvas.title(figure, "; ".join(filter(None, (summary.finding(view, objective), title(view, shown)))))
     _draw_errors(right, shown)
     canvas.legend(figure, handles, 3)
     return figure

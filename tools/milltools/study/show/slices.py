@@ -29,8 +29,7 @@ def draw(view, objective):
             handles.setdefault(label, handle)
     for ax in axes[count:]:
         ax.remove()
-    through = f": through {view.tell(best.design)}" if best and count > 1 else ""
-    canvas.title(figure, view.name + through)
+    canvas.title(figure, summary.finding(view, objective) or view.name)
     canvas.legend(figure, handles.values(), 3 if count > 1 else 2)
     return figure
 
@@ -57,7 +56,9 @@ def _slice(ax, view, objective, axis, best):
             which = take & (frame[several.key] == value).to_numpy()
             bars.append(_points(ax, view, axis, found, which, number, None, grid))
         names = [literal(f"{several.short} = {several.tell(value)}") for value in several.values]
-        ax.legend(bars, names, fontsize=6.5, framealpha=0.7, handlelength=1.2)
+        ax.legend(
+            bars, names, fontsize=6.5, handlelength=1.2, ncols=2, loc="lower left", bbox_to_anchor=(0, 1), frameon=False
+        )
     else:
         _points(ax, view, axis, found, take, 0, "means of the runs, 95 %", grid)
         if grid:

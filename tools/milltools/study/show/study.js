@@ -143,6 +143,7 @@
     const svg = at('parallel').querySelector('svg'), width = Math.max(WIDTH, 150 * strings.length), height = 330;
     at('parallel').hidden = false;
     svg.setAttribute('viewBox', `0 0 ${width} ${height}`);
+    svg.style.maxWidth = `${1.3 * width}px`; // few keys: no large letters
     svg.replaceChildren();
     const px = (n) => 70 + (n * (width - 140)) / Math.max(1, strings.length - 1);
     const scales = strings.map((one) => {

@@ -16,7 +16,7 @@ from matplotlib.ticker import MaxNLocator
 from milltools.base.errors import UserError
 from milltools.base.text import literal, number
 from milltools.read import expression
-from milltools.study.show import canvas, optimum
+from milltools.study.show import canvas, optimum, summary
 from milltools.study.show.data import Aim
 
 LABELLED = 14  # designs of a front up to which each has a label
@@ -79,7 +79,7 @@ def draw(view, objective, colour=None):
         _panel(ax, view, objective, pair, hue, look.to_rgba(colours) if hue else ["0.6"] * len(colours), handles)
     if hue:
         figure.colorbar(look, ax=axes[-1], pad=0.03, aspect=30).set_label(literal(hue.heading))
-    canvas.title(figure, view.name)
+    canvas.title(figure, summary.finding(view, objective) or view.name)
     canvas.legend(figure, handles.values(), 3)
     return figure
 
