@@ -60,11 +60,12 @@ def render(sides, tables, watch, rerun: str) -> str:
 
 
 def _kicker(sides) -> str:
-    """The names of the runs, and the keys that differ."""
-    keys = [key for key, _ in rows.deck_differences(sides)]
-    keys.sort(key=lambda key: key.startswith(("run.", "output.")))  # the mill first
-    more = f" and {len(keys) - 4} more keys" if len(keys) > 4 else ""
-    differ = f" \N{MIDDLE DOT} different: {', '.join(keys[:4])}{more}" if keys else " \N{MIDDLE DOT} same deck"
+    """The names of the runs, and the keys that differ with their values."""
+    found = rows.deck_differences(sides)
+    found.sort(key=lambda one: one[0].startswith(("run.", "output.")))  # the mill first
+    more = f" and {len(found) - 4} more keys" if len(found) > 4 else ""
+    named = [f"{key} {' | '.join(value or '–' for value in values)}" for key, values in found[:4]]
+    differ = f" \N{MIDDLE DOT} different: {', '.join(named)}{more}" if named else " \N{MIDDLE DOT} same deck"
     return ", ".join(side.label for side in sides) + differ
 
 

@@ -94,7 +94,7 @@
       add(back, 'rect', { class: 'banned', x: box[0], y: box[1], width: box[2] - box[0], height: box[3] - box[1] });
       const d = one.aim === a ? `M${px(one.limit)} ${py(y[0])}V${py(y[1])}` : `M${px(x[0])} ${py(one.limit)}H${px(x[1])}`;
       add(back, 'path', { class: 'limit', d });
-      add(back, 'text', { x: one.aim === a ? px(one.limit) + 4 : px(x[0]) + 6, y: one.aim === a ? TOP + 10 : py(one.limit) - 4 }, one.text);
+      add(back, 'text', { x: one.aim === a ? px(one.limit) + 4 : px(x[0]) + 6, y: one.aim === a ? TOP + 10 : py(one.limit) - 4 }, `does not meet ${one.text}`);
     }
     if (slope !== null && x[0] === 0 && y[0] === 0) {
       const slopes = designs.filter((d) => d.aims[a] > 0).map((d) => d.aims[b] / d.aims[a]);

@@ -95,14 +95,15 @@ def required(view) -> str:
 
 
 def limit_lines(view, design) -> list[str]:
-    """How a design meets each requirement: "power there: 221 +- 3 W, required <= 225 W"."""
+    """How a design meets each requirement: "power there: 221 +- 3 W, required <= 225 W".""" 
     told = []
     for one in view.require:
         found, aim = view.estimate(one.expression.text), view.aim(one.expression.text)
         value, half = float(found.mean[design]), float(found.half[design])
         unsure = math.isfinite(half) and view.meets(one)[design] and one.sign * (value - one.limit) + half > 0
+        known = " (95 %)" if math.isfinite(half) else ""
         more = "; within its error it may not meet this" if unsure else ""
-        told.append(f"{aim.words} there: {aim.scale.pair(value, half)}, required {one.text}{more}")
+        told.append(f"{aim.words} there: {aim.scale.pair(value, half)}{known}, required {one.text}{more}")
     return told
 
 
