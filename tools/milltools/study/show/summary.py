@@ -95,7 +95,7 @@ def required(view) -> str:
 
 
 def limit_lines(view, design) -> list[str]:
-    """How a design meets each requirement: "power there: 221 +- 3 W, required <= 225 W".""" 
+    """How a design meets each requirement: "power there: 221 +- 3 W (95 %), required power <= 225 W"."""
     told = []
     for one in view.require:
         found, aim = view.estimate(one.expression.text), view.aim(one.expression.text)
