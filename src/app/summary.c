@@ -118,9 +118,9 @@ static void print_drive(const struct mill_summary *s)
     }
     if (r->pinch_power > 0) {
         mill_summary_text_label(s->out, "pinches");
-        fprintf(s->out, "%s of the power goes to balls that %s press\n",
+        fprintf(s->out, "%s (%.2g %%) go to balls that parts press; harmless below 20 %%\n",
                 mill_summary_text_si(r->pinch_power, "W"),
-                mill_notes_of_rotor(world) ? "blades" : "moving bodies");
+                100 * r->pinch_power / known->drive.value);
     }
 }
 
@@ -210,7 +210,7 @@ static void print_window(const struct mill_summary *s)
                 fabs(times - 1) < 5e-3 ? "" : "s");
     fputc('\n', s->out);
     print_end(s);
-    fputc('\n', s->out);
+    fprintf(s->out, "%-*s +- is one standard error\n\n", MILL_SUMMARY_LABEL, "");
 }
 
 static void print_anomalies(FILE *out, const struct mill_counts *counts, double balance_error)

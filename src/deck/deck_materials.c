@@ -21,7 +21,7 @@ static const struct known {
     const struct mill_fall
         *fall; /* in place of the restitution; NULL: it is the same at any speed */
 } known[] = {
-    {"steel", 7800, NAN, 0.2, 0.35, "Thornton 1997, 1..30 m/s; friction estimated", &steel},
+    {"steel", 7800, NAN, 0.2, 0.35, "e computed by Thornton 1997; others estimated", &steel},
     {"tungsten_carbide|WC|WC-Co", 14900, 0.92, 0.15, 0.4, "estimates", NULL},
     {"zirconia|ZrO2|YSZ|Y-TZP", 6050, 0.92, 0.15, 0.4, "values of other simulations, not measured",
      NULL},

@@ -65,6 +65,16 @@ def test_a_design_whose_interval_reaches_beyond_the_limit_is_called_unsure():
     assert "within its error it may not meet this" in said[0] and "may not meet" not in said[1]
 
 
+def test_a_better_neighbour_beyond_the_limit_is_told():
+    bound, free = limited("1.3 m/s"), limited()
+    (line,) = summary.beyond(bound, bound.objectives[0], 2)
+    low, high = (bound.axes[0].tell(value) for value in (90, 105))
+    assert line.startswith(
+        f"a {bound.axes[0].short} between {low} and {high} may be better: {high} is, but does not meet"
+    )
+    assert not summary.beyond(bound, bound.objectives[0], 1) and not summary.beyond(free, free.objectives[0], 2)
+
+
 def test_designs_that_break_a_requirement_are_the_last_of_the_table_and_say_which():
     shown = limited("1.3 m/s")
     _, *lines = summary.best_table(shown, shown.objectives[0])

@@ -12,7 +12,7 @@ from milltools.base.errors import UserError
 from milltools.base.text import SPACE, quantity, with_error
 from milltools.dose import laws
 from milltools.read import sums
-from milltools.read.runfile import Run
+from milltools.read.runfile import HARD_PER_JOULE, Run
 
 MINUTES = (1, 10, 60)
 HOUR = 3600.0
@@ -166,9 +166,12 @@ def rows(run: Run, sets: typing.Sequence[str] = ()) -> list[Row]:
     stuff, heat = powder(run, sets), heating(run, sets)
     power, error = loss(run)
     mass, sort, least = run.as_deck.mass, stuff.energy if stuff else "normal", stuff.threshold if stuff else 1e-3
-    found = [
+    drive = run.known(f"{run.driven}_power") if run.driven else None
+    drive = drive and drive[:2]
+    found = [Row("power of the drive", *drive, "W", "that the motions give to the balls")] if drive else []
+    found += [
         Row("power", power, error, "W", "lost in impacts"),
-        Row("power per ball mass", power / mass, error / mass, "W/kg", f"{mass:.4g} kg of balls"),
+        Row("power per ball mass", *(x / mass for x in (drive or (power, error))), "W/kg", f"{mass:.4g} kg of balls"),
     ]
     if stuff:
         per = stuff.mass
@@ -180,7 +183,8 @@ def rows(run: Run, sets: typing.Sequence[str] = ()) -> list[Row]:
     every, brought = (sums.total(run, weight, sort) for weight in (sums.every, sums.itself))
     hard, in_hard = sums.total(run, sums.above(least), sort), sums.total(run, _energy_above(least), sort)
     work = "of work of the drive" if run.driven else "lost in all impacts"
-    per_joule = sums.per_work(run, hard)[:2]
+    told = run.known(HARD_PER_JOULE) if (least, sort) == (1e-3, "normal") else None
+    per_joule = (told or sums.per_work(run, hard))[:2]
     found += [
         Row("stress frequency", every.value, every.error, "/s", "impacts of all kinds"),
         Row("mean stress energy", *brought.over(every)[:2], "J", f"{sort} energy of an impact, mean"),

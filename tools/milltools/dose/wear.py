@@ -173,14 +173,14 @@ def cells(found: list[Face]) -> tuple[list[str], list[list[str]]]:
     return heads, [[f.part, f.face, *map(_short, n), _density(f), *w] for f, n, w in zip(found, numbers, worn)]
 
 
-def _sums(found: list[Face]) -> list[list[str]]:
+def sums(found: list[Face]) -> tuple[list[str], list[list[str]]]:
     """Heads with units, then rows of texts, of parts."""
     pairs = parts(found)
     more, worn = _worn([whole for whole, _ in pairs])
     power = sum(face.power for face in found) or 1.0
     heads = ["part", "normal [W]", "sliding [W]", "share [%]", "densest [kW/m²]", *more]
     numbers = ((f.normal, f.sliding, 100 * f.power / power) for f, _ in pairs)
-    return [heads, *([f.part, *map(_short, n), _density(top), *w] for (f, top), n, w in zip(pairs, numbers, worn))]
+    return heads, [[f.part, *map(_short, n), _density(top), *w] for (f, top), n, w in zip(pairs, numbers, worn)]
 
 
 def _table(heads, *rows, left) -> list[str]:
@@ -201,8 +201,8 @@ def add_arguments(parser):
 def run(arguments) -> Answer:
     with Run(arguments.run) as opened:
         found = faces(opened, arguments.set)
-    said, pairs = finding(found), parts(found)
-    text = [*textwrap.wrap(said, 80), "", *_table(*_sums(found), left=(0,)), ""]
+    said, pairs, (heads, rows) = finding(found), parts(found), sums(found)
+    text = [*textwrap.wrap(said, 80), "", *_table(heads, *rows, left=(0,)), ""]
     if arguments.faces:
         heads, rows = cells(found)
         text += [*_table(*([*row[:2], *row[4:]] for row in (heads, *rows)), left=(0, 1)), ""]  # within 80 columns

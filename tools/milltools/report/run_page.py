@@ -181,7 +181,7 @@ def worn(run) -> tuple[str, list[str], list[list[str]]]:
         return "", [], []
     found = wear.faces(run)
     said = wear.finding(found)
-    return f"{said[0].upper()}{said[1:]}.", *wear.cells(found)
+    return f"{said[0].upper()}{said[1:]}.", *wear.sums(found)
 
 
 def dosed(run) -> list[tuple[str, str, str]]:

@@ -124,8 +124,8 @@ def run(arguments) -> Answer:
         written = outputs.write(asked, view, objective, sensitivities, beside=beside, wanted=wanted, **options)
     if not arguments.follow:
         said[:0] = summary.lines(view, sensitivities, objective if arguments.objective else None)
-    files = [*written, *(asked[kind] for kind in ("csv", "html") if kind in asked)]
-    said += [f"written: {path}" for path in written]
+    files = list(dict.fromkeys([*written, *(asked[kind] for kind in ("csv", "html") if kind in asked)]))
+    said += [f"written: {path}" for path in files]
     return Answer("\n".join(said), lambda: {"files": files} | summary.facts(table, view, sensitivities))
 
 

@@ -107,6 +107,27 @@ def limit_lines(view, design) -> list[str]:
     return told
 
 
+def beyond(view, objective, design) -> list[str]:
+    """Where designs next to the best one are better but do not meet the requirements: a value between may be better."""
+    said, own = [], view.designs.iloc[design]
+    mean, met = view.estimate(objective.path).mean, np.all([view.meets(one) for one in view.require], axis=0)
+    for axis in view.axes if view.require else ():
+        if not axis.numeric:
+            continue
+        line = view.having({other.key: own[other.key] for other in view.axes if other is not axis})
+        value = view.designs[axis.key].to_numpy(float)
+        for sign in (1, -1):
+            ahead = np.flatnonzero(line & (sign * (value - value[design]) > 0) & np.isfinite(mean))
+            near = min(ahead, key=lambda k: abs(value[k] - value[design]), default=None)
+            if near is not None and not met[near] and objective.sign * (mean[near] - mean[design]) > 0:
+                ends = sorted((value[design], value[near]))
+                said.append(
+                    f"a {axis.short} between {axis.tell(ends[0])} and {axis.tell(ends[1])} may be better: "
+                    f"{axis.tell(value[near])} is, but does not meet {required(view)}"
+                )
+    return said
+
+
 def finding(view, objective) -> str:
     """The answer as one sentence; "" if there is none."""
     best = optimum.find(view, objective)
@@ -160,6 +181,7 @@ def optimum_lines(view, objective) -> list[str]:
         places = zip(view.axes, found_place)
         where = ", ".join(f"{axis.short} {axis.reach(p.low, p.high, p.words)}" for axis, p in places)
         more.append(f"by the fit, of all possible designs, those with {where} cannot be distinguished from the best")
+    more += beyond(view, objective, best.design)
     if edges := at_edge(view, [view.designs[axis.key][best.design] for axis in view.axes]):
         more.append(f"on the edge of the varied range: {', '.join(edges)}")
     if found.factor > 1.05:
