@@ -48,7 +48,8 @@ def add_arguments(parser):
     parser.add_argument(
         "--what", choices=WHAT,
         help="balls: their states (default); mill: its bodies (.stl, .vtp, .pvd); both (.pvd); summary, series, "
-        "impacts (if output.impacts = all), spectra: tables (.csv, .xlsx); all: sheets summary, series, spectra (default of .xlsx)",
+        "impacts (if output.impacts = all), spectra: tables (.csv, .xlsx); all: sheets summary, series, spectra "
+        "(default of .xlsx)",
     )  # fmt: skip
     parser.add_argument(
         "-s", "--set", action="append", default=[], metavar="SECTION.KEY=VALUE",
