@@ -1,6 +1,7 @@
 """A blade that presses balls against something lets them go instead of stopping the run."""
 
 import json
+import re
 
 import h5py
 import numpy as np
@@ -46,6 +47,17 @@ def test_a_pinched_ball_is_let_go_and_booked(millsim, tmp_path, pitch):
     told = "balls that it presses against others and walls" in " ".join(summary["notes"])
     rotor = summary["statistics"]["rotor"]
     assert told == (rotor["pinch_power"] > 0.2 * rotor["power"])
+
+
+def test_the_summary_says_how_much_power_presses_balls_and_when_it_matters(millsim, tmp_path):
+    (tmp_path / "deck.ini").write_text(DECK.format(pitch=20))
+    done = millsim("deck.ini", "-q")
+    with h5py.File(tmp_path / "deck.h5") as file:
+        power, share = (file[f"statistics/rotor/{name}"][()] for name in ("power", "pinch_power"))
+    line = re.search(
+        r"^pinches +\S+ \S*W \(([\d.]+) %\) go to balls that parts press; harmless below 20 %$", done.stdout, re.M
+    )
+    assert float(line[1]) == pytest.approx(100 * share / power, rel=0.06)
 
 
 def test_contacts_of_pressed_balls_are_neither_counted_nor_logged(millsim, tmp_path):

@@ -2,7 +2,7 @@
 
 import pytest
 
-from milltools.base import text
+from milltools.base import progress, text
 
 
 @pytest.mark.parametrize(
@@ -39,3 +39,20 @@ def test_a_brief_number_has_the_digits_that_its_error_leaves(value, error, shown
 def test_a_column_has_one_unit_and_small_numbers_do_not_vanish():
     shown = [str(one).replace(text.SPACE, " ") for one in text.column([570.2, 40.63, 9e-4, 0.0, float("nan")], "W")]
     assert shown == ["570.2 W", "40.6 W", "< 0.1 W", "0.0 W", text.MISSING]
+
+
+def test_uneven_steps_show_what_is_done_but_promise_no_time(capsys, monkeypatch):
+    monkeypatch.setattr(progress, "PATIENCE", -1.0)
+    monkeypatch.setattr(progress, "PLAIN", 0.0)
+    with progress.Progress("mill x", 4) as watch:
+        with watch.step("pictures"):
+            pass
+        watch(1, "the balls")
+    assert capsys.readouterr().err.splitlines() == [
+        "mill x: pictures, 0 %",
+        "mill x: pictures, 25 %",
+        "mill x: the balls, 25 %",
+    ]
+    with progress.Progress("mill x", 4) as watch:
+        watch(1, "rows")
+    assert capsys.readouterr().err.endswith(" left\n")

@@ -37,6 +37,7 @@ class Progress(contextlib.AbstractContextManager):
         self.bar = None
         self.width = 0  # of the current line in a notebook
         self.known = None  # [s] until the end, if the caller knows it
+        self.uneven = False
 
     def __exit__(self, *_):
         self.stop()
@@ -71,7 +72,8 @@ class Progress(contextlib.AbstractContextManager):
 
     @contextlib.contextmanager
     def step(self, text: str, share: float = 1.0):
-        """A piece of work that is the amount `share` of the total."""
+        """A piece of work that is the amount `share` of the total. Steps are uneven, so the time left is not told."""
+        self.uneven = True
         self(self.done, text)
         yield
         self(self.done + share, text)
@@ -88,7 +90,7 @@ class Progress(contextlib.AbstractContextManager):
         """Such as "12 min left"; "" if not known."""
         if self.known is not None:
             return f"{duration(self.known)} left"
-        if not self.total or self.done <= self.kept:
+        if self.uneven or not self.total or self.done <= self.kept:
             return ""
         spent = time.monotonic() - self.begin
         return f"{duration(max(spent * (self.total - self.done) / (self.done - self.kept), 0))} left"
