@@ -10,6 +10,9 @@ import numpy as np
 import pytest
 from export_run import BALLS, FRAMES, export, make, names, run_file, stored  # noqa: F401
 
+from milltools.dose import dose, wear
+from milltools.read.runfile import Run
+
 pd = pytest.importorskip("pandas")
 
 TRAJECTORY = "particles/trajectory"
@@ -228,6 +231,18 @@ def test_the_summary_has_a_row_a_kind_and_the_power_in_the_last_row(export, run_
 # ---- workbooks
 
 
+def test_doses_and_wear_are_the_numbers_of_their_commands(export, run_file, tmp_path):
+    powder, hard = ["powder.mass=2 g", "powder.density=4 g/cm^3"], ["wear.archard=1e-4", "wear.hardness=2 GPa"]
+    for what, (one, other) in (("dose", powder), ("wear", hard)):
+        assert export(run_file, f"{what}.csv", "--what", what, "-s", one, "-s", other)[0] == 0
+    dosed, worn = (read(tmp_path / name) for name in ("dose.csv", "wear.csv"))
+    with Run(run_file) as run:
+        rows, faces = dose.rows(run, powder), wear.faces(run, hard)
+    assert dosed["value"].tolist() == [row.value for row in rows] and "dose rate" in dosed["result"].tolist()
+    assert worn["depth [m/s]"].tolist() == pytest.approx([face.depth for face in faces], nan_ok=True)
+    assert worn["standard error of power lost by sliding [W]"].tolist() == [face.sliding_error for face in faces]
+
+
 def sheets(path):
     """{name: rows of values} of a workbook."""
     openpyxl = pytest.importorskip("openpyxl")
@@ -237,7 +252,7 @@ def sheets(path):
 def test_a_workbook_has_summary_series_and_spectra_on_sheets(export, run_file, tmp_path):
     assert export(run_file, "mill.xlsx")[0] == 0
     found = sheets(tmp_path / "mill.xlsx")
-    assert list(found) == ["summary", "series", "spectra"]
+    assert list(found) == ["summary", "dose", "wear", "series", "spectra"]
     for what, rows in found.items():
         assert export(run_file, "one.csv", "--what", what)[0] == 0
         table = read(tmp_path / "one.csv", kind=str).replace([np.inf], np.nan)

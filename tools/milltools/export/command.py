@@ -29,10 +29,10 @@ FORMATS = {
     ".gsd": ("balls",),
     ".vtp": ("balls", "mill"),
     ".pvd": ("balls", "mill", "both"),
-    ".csv": ("balls", "summary", "series", "impacts", "spectra"),
-    ".xlsx": ("all", "summary", "series", "spectra", "impacts", "balls"),
+    ".csv": ("balls", "summary", "dose", "wear", "series", "impacts", "spectra"),
+    ".xlsx": ("all", "summary", "dose", "wear", "series", "spectra", "impacts", "balls"),
 }
-WHAT = ("balls", "mill", "both", "summary", "series", "impacts", "spectra", "all")
+WHAT = ("balls", "mill", "both", "summary", "dose", "wear", "series", "impacts", "spectra", "all")
 TABLES = (".csv", ".xlsx")
 BODY_OPTIONS = ("part", "tolerance", "thickness")
 SPAN_OPTIONS = ("begin", "end", "every")
@@ -47,13 +47,13 @@ def add_arguments(parser):
     parser.add_argument("file", metavar="FILE", help=f"what to write, a name ending in {', '.join(FORMATS)}")
     parser.add_argument(
         "--what", choices=WHAT,
-        help="balls: their states (default); mill: its bodies (.stl, .vtp, .pvd); both (.pvd); summary, series, "
-        "impacts (if output.impacts = all), spectra: tables (.csv, .xlsx); all: sheets summary, series, spectra "
-        "(default of .xlsx)",
+        help="balls: their states (default); mill: its bodies (.stl, .vtp, .pvd); both (.pvd); summary, dose, "
+        "wear, series, impacts (if output.impacts = all), spectra: tables (.csv, .xlsx); all: all of these but impacts "
+        "and balls (default of .xlsx)",
     )  # fmt: skip
     parser.add_argument(
         "-s", "--set", action="append", default=[], metavar="SECTION.KEY=VALUE",
-        help="override one value of a deck; may be repeated",
+        help="override one value of a deck, or of [powder] and [wear] for dose and wear of a run; may be repeated",
     )  # fmt: skip
     frames = parser.add_argument_group("which states")
     frames.add_argument("--from", dest="begin", metavar="TIME", help="only frames from this time on, such as '0.1 s'")
@@ -92,7 +92,7 @@ def writer(arguments):
         (what not in ("mill", "both"), BODY_OPTIONS, "only for the mill's bodies (.stl, or --what mill)"),
         (suffix in (".stl", ".vtp"), SPAN_OPTIONS, f"{suffix} files contain one moment: use --time, --frame or .pvd"),
         (suffix in TABLES and what != "balls", ("every", *MOMENT_OPTIONS), f"only for frames, not for {what}"),
-        (what in ("summary", "spectra"), SPAN_OPTIONS, f"{what}: always of the whole sampled window"),
+        (what in ("summary", "dose", "wear", "spectra"), SPAN_OPTIONS, f"{what}: always of the whole sampled window"),
         (what == "all", SPAN_OPTIONS, "only for one table: add --what series"),
         ("frame" in given, ("time",), "either --frame or --time"),
         (given.intersection(MOMENT_OPTIONS), SPAN_OPTIONS, "either one state (--frame, --time) or many"),

@@ -37,7 +37,7 @@ def open_run(arguments) -> Run:
     if about(path) == "deck":
         read_text(path)
         raise UserError(f"{path}: expected the output file of a run, got a deck: run it first ('{MILLSIM} {path}')")
-    if arguments.set:
+    if arguments.set and arguments.what not in ("dose", "wear"):
         raise UserError(f"{path}: --set: a finished run cannot be changed; give its deck")
     return Run(path)
 

@@ -14,13 +14,15 @@ import numpy as np
 from milltools.base.errors import UserError
 from milltools.base.files import whole
 from milltools.base.text import cell, plural, size, spoken_unit
+from milltools.dose import dose, wear
 from milltools.export import source
 from milltools.read.kinds import label
 from milltools.read.runfile import HARD_PER_JOULE, HARD_RATE, SUMMARY
+from milltools.read.wear import why_not
 
 BLOCK = 65536  # rows held at once
 XYZ = "xyz"
-SHEETS = ("summary", "series", "spectra")  # of a workbook with everything that is not long
+SHEETS = ("summary", "dose", "wear", "series", "spectra")  # of a workbook with everything that is not long
 
 
 @dataclasses.dataclass(frozen=True)
@@ -35,10 +37,12 @@ class Table:
 
 
 def write(arguments, what):
-    """Writes a table, or all SHEETS."""
-    names = SHEETS if what == "all" else (what,)
+    """Writes a table, or all SHEETS that the run has data for."""
     form = importlib.import_module(f"milltools.export{pathlib.Path(arguments.file).suffix.lower()}")
     with source.open_run(arguments) as run:
+        lacks = {"wear"} if why_not(run) else set()
+        lacks |= set() if run.has("statistics/energies/edges") else {"dose"}
+        names = [name for name in SHEETS if name not in lacks] if what == "all" else [what]
         tables = {name: CONTENTS[name](run, arguments) for name in names}
         for name, table in tables.items():
             if table.rows > form.ROWS:
@@ -219,6 +223,28 @@ def summary(run, arguments) -> Table:
     return Table(len(kinds), iter([block]))
 
 
+def dosed(run, arguments) -> Table:
+    """A row for each result of `mill dose`."""
+    found = dose.rows(run, arguments.set if arguments.what == "dose" else ())
+    block = {"result": cells([row.name for row in found])}
+    block |= {"value": [row.value for row in found], "standard error": [row.error for row in found]}
+    block |= {"unit": cells([row.unit for row in found]), "explanation": cells([row.words for row in found])}
+    return Table(len(found), iter([block]))
+
+
+def worn(run, arguments) -> Table:
+    """A row for each face of each part, as `mill wear --faces`."""
+    found = wear.faces(run, arguments.set if arguments.what == "wear" else ())
+    units = {"area": "m2", "rate": "1/s", "erosion": "kg/s"} | dict.fromkeys(("depth", "deepest"), "m/s")
+    words = {"rate": "impacts", "normal": "power lost along the normal", "sliding": "power lost by sliding"}
+    block = {}
+    for name in (field.name for field in dataclasses.fields(wear.Face)):
+        key, values = name.removesuffix("_error"), [getattr(face, name) for face in found]
+        heading = head(words.get(key, key), "" if key in ("part", "face") else units.get(key, "W"))
+        block["standard error of " * (key != name) + heading] = cells(values) if key in ("part", "face") else values
+    return Table(len(found), iter([block]))
+
+
 def spectra(run, arguments) -> Table:
     """One histogram after the other, bin by bin. The first row of each histogram counts impacts slower than all bins,
     the last row impacts faster than all bins."""
@@ -243,4 +269,12 @@ def spectra(run, arguments) -> Table:
     return Table(sum(len(one["count"]) for one in blocks), iter(blocks))
 
 
-CONTENTS = {"balls": balls, "series": series, "impacts": impacts, "summary": summary, "spectra": spectra}
+CONTENTS = {
+    "balls": balls,
+    "series": series,
+    "impacts": impacts,
+    "summary": summary,
+    "spectra": spectra,
+    "dose": dosed,
+    "wear": worn,
+}
