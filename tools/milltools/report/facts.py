@@ -202,10 +202,10 @@ def finding(run) -> str:
         rate = str(brief(float(run.statistic("impacts/all/rate")), math.nan, "/s")).removesuffix("/s").strip()
         return f"{so_far}{rate} impacts each second lose no energy"
     total, error = dose.loss(run)
-    parts = [(power, words) for power, words in losses(run) if power > 0.005 * total]
-    if rest := sum(power for power, _ in parts[2:]):
-        parts[2:] = [(rest, "is the rest")]
-    said = [f"{100 * power / total:.0f}{SPACE}%{{}} {words}" for power, words in parts]
+    parts = [(round(100 * power / total), words) for power, words in losses(run)[:2] if power > 0.005 * total]
+    if rest := 100 - sum(part for part, _ in parts):
+        parts.append((rest, "is the rest"))
+    said = [f"{part}{SPACE}%{{}} {words}" for part, words in parts]
     drawn = power_drawn(run)
     if abs(drawn[0] - total) < max(3 * math.hypot(drawn[1], error), 0.01 * total):  # steady: one power
         total, error = drawn
