@@ -74,7 +74,7 @@ def from_rows(name):
     """Powers, torques and their errors."""
     return name.startswith((
         "statistics/rotor/", "statistics/motions/", "statistics/drive/", "observables/rotor_torque/",
-        "statistics/precision/dissipated_power",
+        "statistics/precision/dissipated_power", "statistics/precision/above_1mJ_per_joule",
         "statistics/precision/rotor_power/", "statistics/precision/rotor_torque/", "statistics/precision/drive_power/",
     )) or (name.startswith("statistics/impacts/") and name.endswith("/dissipated_power"))  # fmt: skip
 

@@ -91,7 +91,7 @@ def test_the_report_names_container_motions_and_the_drives_power(runs):
     run = runs["planetary"]
     text = facts.subject(run).replace("\N{NO-BREAK SPACE}", " ")
     assert "the container “jar”, a cylinder of radius 20 mm and length 30 mm; sun turns at 600 rpm" in text
-    assert "the drive gives " in facts.tiles(run)[0][2]
+    assert facts.tiles(run)[0][2].startswith("of the drive: ")
     rows = {name: remark for name, _, remark in run_page.balance(run)}
     assert "of the slowest motion" in rows["drive power"]
     assert rows["power of jar"].startswith("turns at −1200 rpm on sun; torque")
