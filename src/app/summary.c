@@ -283,10 +283,10 @@ static void print_all(const struct mill_summary *s)
     print_means(s);
     mill_summary_table(s);
     print_state(s, &totals);
-    fprintf(s->out, "%-*s %s contacts per CPU second, %.4g s simulated per s\n", MILL_SUMMARY_LABEL,
+    fprintf(s->out, "%-*s %s contacts per CPU second, %s simulated per s\n", MILL_SUMMARY_LABEL,
             "speed",
             mill_summary_text_si(cpu > 0 ? (double)totals.contacts / cpu : (double)NAN, ""),
-            wall > 0 ? facts->time / wall : (double)NAN);
+            mill_summary_text_si(wall > 0 ? facts->time / wall : (double)NAN, "s"));
     fprintf(s->out, "%-*s %s wall, %s CPU, %s memory at most\n", MILL_SUMMARY_LABEL, "cost",
             mill_summary_text_si(wall, "s"), mill_summary_text_si(cpu, "s"),
             mill_summary_text_si(facts->peak_memory, "B"));

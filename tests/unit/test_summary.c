@@ -109,6 +109,15 @@ START_TEST(the_table_names_the_kinds_that_occurred_and_all)
 }
 END_TEST
 
+START_TEST(the_summary_of_a_slow_run_fits_80_columns)
+{
+    run_mill();
+    for (facts.cost.wall = 1e-3; facts.cost.wall < 1e6; facts.cost.wall *= 3)
+        for (facts.cost.cpu = 1e-3; facts.cost.cpu < 1e6; facts.cost.cpu *= 3)
+            assert_fits(printed(false));
+}
+END_TEST
+
 START_TEST(the_table_gives_power_with_its_standard_error)
 {
     run_mill();
@@ -349,6 +358,7 @@ int main(void)
         {control_characters_of_file_names_do_not_reach_the_terminal, 1},
         {an_energy_that_is_no_number_is_an_anomaly, 1},
         {the_last_line_says_it_all, 1},
+        {the_summary_of_a_slow_run_fits_80_columns, 1},
         {the_summary_fits_80_columns_with_every_note_and_large_numbers, 1},
         {a_run_stopped_before_the_window_has_a_summary, 1},
         {a_ring_that_the_rotor_does_not_touch_is_noted_with_its_speed, 1},
