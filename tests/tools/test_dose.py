@@ -17,6 +17,7 @@ from matplotlib.figure import Figure as Canvas
 from milltools.base.errors import UserError
 from milltools.dose import dose, laws, wear
 from milltools.figures import FIGURES, spectra
+from milltools.figures.wear import limits
 from milltools.read import sums
 from milltools.read.runfile import Run
 from milltools.read.wear import Wear
@@ -415,6 +416,14 @@ def test_a_picture_of_wear_names_its_axes_its_unit_and_which_of_equal_parts_it_s
     (cells,) = leading.collections
     assert np.nanmax(cells.get_array()) == pytest.approx(1e-3 * found["sliding_power"][found.face >= 4].max())
     assert np.array_equal(cells.cmap(range(256)), colour.MAPS["speeds"](range(256)))
+
+
+def test_the_worst_spot_is_the_facet_with_the_most_sliding_and_has_the_end_of_the_scale(run):
+    found, faces = Wear(run), wear.faces(run)
+    most = found["sliding_power"][found["count"] >= wear.ENOUGH].max()
+    worst = max(faces, key=lambda face: face.peak)
+    assert worst.peak == most and f"at a spot of {worst.part}, {worst.face}: " in wear.finding(faces)
+    assert limits([found], "sliding_power")[1] == most
 
 
 def test_labels_of_flat_panels_do_not_overlap(run):

@@ -187,7 +187,12 @@ def rows(run: Run, sets: typing.Sequence[str] = ()) -> list[Row]:
     per_joule = (told or sums.per_work(run, hard))[:2]
     found += [
         Row("stress frequency", every.value, every.error, "/s", "impacts of all kinds"),
-        Row("mean stress energy", *brought.over(every)[:2], "J", f"{sort} energy of an impact, mean"),
+        Row(
+            "mean stress energy",
+            *brought.over(every)[:2],
+            "J",
+            f"{sort} energy of an impact, mean" + ", of which a part is lost" * (sort != "dissipated"),
+        ),
         Row("hard impacts", hard.value, hard.error, "/s", f"of {quantity(least, 'J')} or more"),
         Row("hard impacts per joule", *per_joule, "/J", f"per joule {work}"),
         Row("power of hard impacts", in_hard.value, in_hard.error, "W", "energy that they bring"),

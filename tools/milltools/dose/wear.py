@@ -38,7 +38,8 @@ SUCH_AS = "-s wear.archard=1e-4 -s 'wear.hardness=2 GPa'"
 @dataclasses.dataclass(frozen=True)
 class Face:
     """A face of a part, several of one name, or all of a part: area [m^2], impacts per second [1/s], power lost along
-    the normal and by sliding [W] with errors, depth [m/s] removed by sliding wear (mean over the face) and its largest
+    the normal and by sliding [W] with errors, the largest power lost by sliding per area [W/m^2] of a facet with ENOUGH
+    impacts (peak), depth [m/s] removed by sliding wear (mean over the face) and its largest
     value on a facet with ENOUGH impacts, mass removed by erosion [kg/s]; NaN where coefficients are not known."""
 
     part: str
@@ -51,6 +52,7 @@ class Face:
     sliding_error: float
     depth: float
     deepest: float
+    peak: float
     erosion: float
 
     @property
@@ -82,8 +84,9 @@ def faces(run: Run, sets: typing.Sequence[str] = ()) -> list[Face]:
             squares = {what: math.sqrt(float(values[own] ** 2 @ area[own] ** 2)) for what, values in error.items()}
             size, deep = float(area[own].sum()), column["archard_rate"][own & enough]
             deepest = float(np.fmax.reduce(deep, initial=math.nan))
+            peak = float(column["sliding_power"][own & enough].max(initial=0.0))
             powers = (total["normal_power"], squares["normal_power"], total["sliding_power"], squares["sliding_power"])
-            worn = total["archard_rate"] / size, deepest, total["finnie_rate"]
+            worn = total["archard_rate"] / size, deepest, peak, total["finnie_rate"]
             found.append(Face(wear.part_name(part), name, size, total["rate"], *powers, *worn))
     return sorted(found, key=lambda face: -face.power)
 
@@ -126,7 +129,7 @@ def parts(found: list[Face]) -> list[tuple[Face, Face]]:
         add |= {key: math.hypot(*(getattr(f, key) for f in own)) for key in ("normal_error", "sliding_error")}
         deepest = float(np.fmax.reduce([f.deepest for f in own]))
         depth = sum(f.depth * f.area for f in own) / add["area"]
-        whole = Face(name, "", **add, depth=depth, deepest=deepest)
+        whole = Face(name, "", **add, depth=depth, deepest=deepest, peak=max(f.peak for f in own))
         some = [f for f in own if f.power > LEAST * whole.power]
         done.append((whole, max(some or own, key=lambda f: f.density)))
     return sorted(done, key=lambda pair: -pair[0].power)
@@ -137,11 +140,11 @@ def finding(found: list[Face]) -> str:
     all_power = sum(face.power for face in found)
     if not all_power > 0:
         return "no part lost energy in impacts"
-    worst = max((f for f in found if f.power > LEAST * all_power), key=lambda face: face.density)
+    worst = max(found, key=lambda face: face.peak)
     first = found[0]
     return (
         f"{first.part}, {first.face}, takes {100 * first.power / all_power:.0f} % of the power that reaches the parts; "
-        f"sliding is densest on {worst.part}, {worst.face}: {number(worst.density / 1e3)} kW/m²"
+        f"sliding is densest at a spot of {worst.part}, {worst.face}: {number(worst.peak / 1e3)} kW/m²"
     )
 
 
@@ -208,7 +211,7 @@ def run(arguments) -> Answer:
         text += [*_table(*([*row[:2], *row[4:]] for row in (heads, *rows)), left=(0, 1)), ""]  # within 80 columns
     else:
         text += ["--faces prints the faces of each part."]
-    text += ["densest: power lost by sliding, per area, on the face where it is highest.",
+    text += ["densest: power lost by sliding, per area, mean of the face where it is highest.",
              "±: one standard error as if impacts were independent; the true one is larger."]  # fmt: skip
     if not any(face.depth == face.depth for face in found):
         text += [f"For depths add coefficients: {SUCH_AS}"]

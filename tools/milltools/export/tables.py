@@ -235,8 +235,11 @@ def dosed(run, arguments) -> Table:
 def worn(run, arguments) -> Table:
     """A row for each face of each part, as `mill wear --faces`."""
     found = wear.faces(run, arguments.set if arguments.what == "wear" else ())
-    units = {"area": "m2", "rate": "1/s", "erosion": "kg/s"} | dict.fromkeys(("depth", "deepest"), "m/s")
+    units = {"area": "m2", "rate": "1/s", "erosion": "kg/s", "peak": "W/m2"} | dict.fromkeys(
+        ("depth", "deepest"), "m/s"
+    )
     words = {"rate": "impacts", "normal": "power lost along the normal", "sliding": "power lost by sliding"}
+    words["peak"] = "power lost by sliding at the worst spot"
     block = {}
     for name in (field.name for field in dataclasses.fields(wear.Face)):
         key, values = name.removesuffix("_error"), [getattr(face, name) for face in found]

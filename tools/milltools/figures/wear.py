@@ -16,7 +16,7 @@ from milltools.read.wear import Part, Wear, why_not
 
 MOST = 6  # faces, besides those of the container
 LEAST = 1e-3  # faces with a smaller share of the power are left out
-ENDS = (0.05, 0.995)  # the ends of the scale are these quantiles by area
+ENDS = (0.05, 1.0)  # the ends of the scale are these quantiles by area: the worst spot is resolved
 ARC = np.radians(3)  # an arc of a cell has a corner each 3 degrees
 ANGLE = "angle [°]"
 COLOURS = SPEEDS.with_extremes(bad="#969696")  # as in 3D, where a part without impacts is grey too
@@ -120,7 +120,10 @@ class WearFigure(Figure):
             axes = self._panels(part, found, drawn, norm)
             subtitle(axes[0], f"{name}, {sampled(run)}: {drawn[0].name}")
             words = f"{label} [{unit}]; grey: no impacts"
-            bar = part.colorbar(axes[0].collections[0], ax=axes, label=words, pad=0.02, aspect=40, panchor=False)
+            values = np.concatenate([np.ma.filled(ax.collections[0].get_array(), np.nan) for ax in axes])
+            extend = ("neither", "min", "max", "both")[(values < norm.vmin).any() + 2 * (values > norm.vmax).any()]
+            image = axes[0].collections[0]
+            bar = part.colorbar(image, ax=axes, label=words, extend=extend, pad=0.02, aspect=40, panchor=False)
             bar.solids.set_rasterized(True)
             log_ticks(bar.ax.yaxis, norm.vmin, norm.vmax)
             bar.ax.grid(False)
