@@ -96,7 +96,7 @@ class Comparison:
         """The impacts that are called hard, in words, and their rows per second and per joule of work of the drive: 1
         mJ or more; above 1 m/s where that is not known; above a lower speed in a slow mill."""
         speeds = sorted(THRESHOLDS, key=lambda speed: (speed != HARD, speed))
-        kinds = [("of 1 mJ or more", "rate_above_1mJ", "above_1mJ_per_joule")] + [
+        kinds = [("of 1 mJ or more", HARD_RATE, HARD_PER_JOULE)] + [
             (f"above {speed:g} m/s", f"rate_all_above_{speed:g}", f"hard_per_joule_{speed:g}") for speed in speeds
         ]
         found = [(words, self.row(rate), self.row(per)) for words, rate, per in kinds]
@@ -108,7 +108,7 @@ class Comparison:
         whole = self.row("dissipated_power")
         least = [LEAST_SHARE * abs(e.value) for e in (whole.a, whole.b)] if whole else (0, 0)
         keys = [
-            "drive_power", "rotor_power", "above_1mJ_per_joule", *(f"hard_per_joule_{speed:g}" for speed in THRESHOLDS),
+            "drive_power", "rotor_power", HARD_PER_JOULE, *(f"hard_per_joule_{speed:g}" for speed in THRESHOLDS),
             *(row.key for row in self.hard[1:2] if row), "rate_all", "median_above_50mm_s", "median",
             "normal_dissipation", "tangential_dissipation",
         ]  # fmt: skip
@@ -297,9 +297,9 @@ def quantities(steady: bool, kinds, first: Member, second: Member):
     for column, speed in enumerate(THRESHOLDS):
         measure = per_joule(fast("all", column), sums.faster(speed))
         yield group, f"hard_per_joule_{speed:g}", f"all kinds above {speed:g} m/s per joule", "1/J", measure
-    yield group, "rate_above_1mJ", "impacts >= 1 mJ, per s", "1/s", energetic
+    yield group, HARD_RATE, "impacts >= 1 mJ, per s", "1/s", energetic
     measure = told(HARD_PER_JOULE, per_joule(energetic, sums.above(ENERGETIC)))
-    yield group, "above_1mJ_per_joule", "impacts >= 1 mJ, per joule", "1/J", measure
+    yield group, HARD_PER_JOULE, "impacts >= 1 mJ, per joule", "1/J", measure
     yield group, "rate_all", "impacts, all", "1/s", told("rate/all", all_impacts)
     yield group, "median", "median v_n, all impacts", "m/s", median("median")
     yield group, "median_above_50mm_s", "median v_n above 50 mm/s", "m/s", median("median_above_50mm_s")

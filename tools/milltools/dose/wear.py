@@ -39,8 +39,8 @@ SUCH_AS = "-s wear.archard=1e-4 -s 'wear.hardness=2 GPa'"
 class Face:
     """A face of a part, several of one name, or all of a part: area [m^2], impacts per second [1/s], power lost along
     the normal and by sliding [W] with errors, the largest power lost by sliding per area [W/m^2] of a facet with ENOUGH
-    impacts (peak), depth [m/s] removed by sliding wear (mean over the face) and its largest
-    value on a facet with ENOUGH impacts, mass removed by erosion [kg/s]; NaN where coefficients are not known."""
+    impacts (peak), depth [m/s] removed by sliding wear (mean over the face) and its largest value on such a facet, mass
+    removed by erosion [kg/s]; NaN where coefficients are not known."""
 
     part: str
     face: str

@@ -12,7 +12,7 @@ from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from milltools.dose.wear import ENOUGH
 from milltools.figures import outlines
 from milltools.figures.base import WIDTH, Figure, labels, sampled, subtitle
-from milltools.figures.style import log_ticks, millimetres
+from milltools.figures.style import beyond, log_ticks, millimetres
 from milltools.geometry import vessel
 from milltools.read.runfile import VIEWS
 
@@ -160,7 +160,7 @@ class MapFigure(Figure):
         if self.quantity == "power" and fields[0].part != "all":
             words = words.replace(" [", f", {fields[0].part} part [")
         values = quantity.scale * np.concatenate([found.values[self.quantity].ravel() for found in fields])
-        extend = ("neither", "min", "max", "both")[(values < low).any() + 2 * (values > high).any()]
+        extend = beyond(values, low, high)
         bar = figure.colorbar(image, ax=list(axes), label=words, extend=extend, pad=0.02)
         bar.solids.set_rasterized(True)
         if quantity.log:

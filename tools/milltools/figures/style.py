@@ -77,6 +77,11 @@ def run_style(number: int) -> dict:
     return {"color": COLOURS[number % len(COLOURS)], "ls": line, "lw": 1.4}
 
 
+def beyond(values, low: float, high: float) -> str:
+    """Which ends of a colour bar are triangles, because values lie beyond them: `extend` of Figure.colorbar."""
+    return ("neither", "min", "max", "both")[(values < low).any() + 2 * (values > high).any()]
+
+
 def log_ticks(axis, low: float = 0.0, high: float = np.inf, most: int = 8):
     """Labels at whole decades, of an axis from `low` to `high` that holds few of them at 2 and 5 times these too."""
     few = low > 0 and high < 100 * low

@@ -11,7 +11,7 @@ from milltools.base.text import plain
 from milltools.dose import wear
 from milltools.figures.base import WIDTH, Figure, labels, sampled, subtitle
 from milltools.figures.maps import RANGE
-from milltools.figures.style import SPEEDS, log_ticks
+from milltools.figures.style import SPEEDS, beyond, log_ticks
 from milltools.read.wear import Part, Wear, why_not
 
 MOST = 6  # faces, besides those of the container
@@ -121,7 +121,7 @@ class WearFigure(Figure):
             subtitle(axes[0], f"{name}, {sampled(run)}: {drawn[0].name}")
             words = f"{label} [{unit}]; grey: no impacts"
             values = np.concatenate([np.ma.filled(ax.collections[0].get_array(), np.nan) for ax in axes])
-            extend = ("neither", "min", "max", "both")[(values < norm.vmin).any() + 2 * (values > norm.vmax).any()]
+            extend = beyond(values, norm.vmin, norm.vmax)
             image = axes[0].collections[0]
             bar = part.colorbar(image, ax=axes, label=words, extend=extend, pad=0.02, aspect=40, panchor=False)
             bar.solids.set_rasterized(True)
