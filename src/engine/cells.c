@@ -1,4 +1,4 @@
-/* The cell grid. A layer of empty cells surrounds the box, so that the 27 cells around a ball
+/* The cell grid. Layers of empty cells surround the box, so that the 27 cells around a ball
  * always exist. The outermost cells inside the box reach to infinity, so that a ball which is
  * slightly outside due to rounding still has a cell. The cell of a ball follows from the faces that
  * it crossed, never from its rounded position. */
@@ -41,41 +41,49 @@ static void make_offsets(struct mill_cells *c)
     }
 }
 
-bool mill_cells_init(struct mill_cells *c, vec3 lo, vec3 hi, double diameter, double least_diameter,
-                     int32_t balls)
+void mill_cells_cut(vec3 lo, vec3 hi, double diameter, int32_t balls, int32_t inner[3])
 {
-    assert(diameter > 0.0 && least_diameter > 0.0 && balls >= 0);
-    memset(c, 0, sizeof *c);
-    c->lo = lo;
-    const double extent[3] = {hi.x - lo.x, hi.y - lo.y, hi.z - lo.z}, low[3] = {lo.x, lo.y, lo.z};
+    assert(diameter > 0.0 && balls >= 0);
+    const double extent[3] = {hi.x - lo.x, hi.y - lo.y, hi.z - lo.z};
     /* The smallest cells are fastest (measured). But a large empty box must not have more than
      * about 16 cells per ball. Cells are slightly larger than a diameter, so that rounding cannot
      * hide a touching pair. */
-    double side = diameter * (1.0 + 1e-9);
     const double most = 16.0 * (double)balls + 4096.0;
-    double inner[3], total, cells;
+    double side = diameter * (1.0 + 1e-9), total, along[3];
     for (;; side *= fmax(mill_elementary_cbrt(total / most), 1.05)) {
-        total = cells = 1.0;
-        for (int axis = 0; axis < 3; axis++) {
-            inner[axis] = fmax(floor(extent[axis] / side), 1.0);
-            total *= inner[axis];
-            cells *= inner[axis] + 2.0;
-        }
+        total = 1.0;
+        for (int axis = 0; axis < 3; axis++)
+            total *= along[axis] = fmax(floor(extent[axis] / side), 1.0);
         if (total <= most)
             break;
     }
+    for (int axis = 0; axis < 3; axis++)
+        inner[axis] = (int32_t)along[axis];
+}
+
+bool mill_cells_init(struct mill_cells *c, vec3 lo, vec3 hi, const int32_t inner[3], int32_t factor,
+                     int32_t margin, double least_diameter, int32_t balls)
+{
+    assert(least_diameter > 0.0 && balls >= 0 && factor >= 1 && margin >= 1);
+    memset(c, 0, sizeof *c);
+    c->lo = lo;
+    c->margin = margin;
+    const double extent[3] = {hi.x - lo.x, hi.y - lo.y, hi.z - lo.z}, low[3] = {lo.x, lo.y, lo.z};
+    double cells = 1.0;
+    for (int axis = 0; axis < 3; axis++)
+        cells *= (double)(inner[axis] / factor + 1 + 2 * margin);
     if (cells > INT32_MAX)
         return false;
     bool made = true;
     for (int axis = 0; axis < 3; axis++) {
-        const int32_t n = c->n[axis] = (int32_t)inner[axis] + 2;
-        const double length = c->side[axis] = extent[axis] / inner[axis];
+        const int32_t n = c->n[axis] = (inner[axis] + factor - 1) / factor + 2 * margin;
+        const double length = c->side[axis] = extent[axis] / inner[axis] * factor;
         double *edge = c->edge[axis] = malloc(sizeof *edge * ((size_t)n + 1));
         made = made && edge;
         for (int32_t i = 0; edge && i <= n; i++) /* outermost cells reach to infinity */
-            edge[i] = i <= 1       ? -HUGE_VAL
-                      : i >= n - 1 ? HUGE_VAL
-                                   : low[axis] + (double)(i - 1) * length;
+            edge[i] = i <= margin       ? -HUGE_VAL
+                      : i >= n - margin ? HUGE_VAL
+                                        : low[axis] + (double)(i - margin) * length;
     }
     c->per_n[0] = 1.0 / c->n[1];
     c->per_n[1] = 1.0 / c->n[2];
@@ -114,8 +122,9 @@ int32_t mill_cells_at(const struct mill_cells *c, vec3 r)
     const double in[3] = {r.x - c->lo.x, r.y - c->lo.y, r.z - c->lo.z};
     int32_t index[3];
     for (int axis = 0; axis < 3; axis++) {
-        const double i = floor(in[axis] / c->side[axis]) + 1.0;
-        index[axis] = (int32_t)fmin(fmax(i, 1.0), (double)(c->n[axis] - 2));
+        const double first = (double)c->margin, last = (double)(c->n[axis] - c->margin - 1);
+        const double i = floor(in[axis] / c->side[axis]) + first;
+        index[axis] = (int32_t)fmin(fmax(i, first), last);
     }
     return cell_index(c, index[0], index[1], index[2]);
 }

@@ -23,7 +23,8 @@ enum { MILL_CELLS_PACK = 4, MILL_CELLS_BITS = 28, MILL_CELLS_BALL = (1 << MILL_C
 struct mill_cells {
     vec3 lo;         /* [m] corner of the first inner cell */
     double side[3];  /* [m] */
-    int32_t n[3];    /* cells along x, y, z, with one layer of empty cells on each side */
+    int32_t n[3];    /* cells along x, y, z, with layers of empty cells on each side */
+    int32_t margin;  /* number of these layers */
     double per_n[2]; /* 1 / n[1], 1 / n[2] */
     double *edge[3]; /* [m] where cells begin, [n + 1]; the outermost are -+infinity */
     /* Offsets, in words. around: from a cell to the cells around it and itself. ahead: after a ball
@@ -40,11 +41,15 @@ struct mill_cell_exit {
     int32_t face; /* 0 -x, 1 +x, 2 -y, 3 +y, 4 -z, 5 +z */
 };
 
-/* Makes a grid over the box [lo, hi], with cells of at least `diameter` and not many more cells
- * than balls. No ball is in a cell yet. False when out of memory; mill_cells_release frees what
- * init allocated. */
-bool mill_cells_init(struct mill_cells *cells, vec3 lo, vec3 hi, double diameter,
-                     double least_diameter, int32_t balls);
+/* How many cells of at least `diameter` to cut the box [lo, hi] into: not many more than balls */
+void mill_cells_cut(vec3 lo, vec3 hi, double diameter, int32_t balls, int32_t inner[3]);
+
+/* Makes a grid over the box [lo, hi] with `inner` cells and `margin` >= 1 layers of empty cells
+ * around them. factor: the cells are cubes of so many of these cells; those at the end may reach
+ * beyond the box. least_diameter: of the balls in its rows. No ball is in a cell yet. False when
+ * out of memory; mill_cells_release frees what init allocated. */
+bool mill_cells_init(struct mill_cells *cells, vec3 lo, vec3 hi, const int32_t inner[3],
+                     int32_t factor, int32_t margin, double least_diameter, int32_t balls);
 void mill_cells_release(struct mill_cells *cells);
 
 static inline int32_t mill_cells_count(const struct mill_cells *c)

@@ -2,35 +2,33 @@
 #ifndef MILLSIM_PAIRS_H
 #define MILLSIM_PAIRS_H
 
-#include "engine/cells.h"
+#include "engine/grids.h"
 #include "millsim/world.h"
 
 #define MILL_NOBODY (-1)
 
 struct mill_pairs {
     const struct mill_ball *ball;
-    const struct mill_cells *cells;
     const double *radius; /* [m] of each species */
     vec3 g;               /* [m/s^2] */
-    double sum;           /* [m] of two radii if all balls are equal, else 0 */
     /* buffers of one search, with room for all possible partners and MILL_PAIRS_ROOM more */
     int32_t *near, *kept;
     double *b, *c, *square;
 };
 
-#define MILL_PAIRS_ROOM 16
+#define MILL_PAIRS_ROOM 32
 
 struct mill_pair {
     double dt;       /* [s] until they touch, INFINITY: never */
     int32_t partner; /* or MILL_NOBODY */
 };
 
-/* Searches `count` cells (offsets from ball i's cell, in words: mill_cells) for a contact of ball i
- * that is earlier than best->dt. The time of ball i's record must be the local time `now`. Of
- * contacts at equal times, the one with the smaller ball is taken. Returns the number of balls that
- * it examined. All variants give the same bits. */
+/* Looks for a contact of ball i that is earlier than best->dt. The time of ball i's record must be
+ * the local time `now`. Of contacts at equal times, the one with the smaller ball is taken. Returns
+ * the number of balls that it examined. All variants give the same bits. */
 typedef int32_t mill_pairs_fn(const struct mill_pairs *pairs, int32_t i, double now,
-                              const int64_t *offset, int32_t count, struct mill_pair *best);
+                              const struct mill_grids_look *look, int looks,
+                              struct mill_pair *best);
 
 /* The fastest variant that this processor can run. */
 mill_pairs_fn *mill_pairs_choose(void);

@@ -4,17 +4,12 @@
  * There is no include guard. */
 
 TARGET static int32_t SEARCH(const struct mill_pairs *pairs, int32_t i, double now,
-                             const int64_t *offset, int32_t cells, struct mill_pair *found)
+                             const struct mill_grids_look *look, int looks,
+                             struct mill_pair *found)
 {
     int32_t *restrict near = pairs->near;
     double *restrict out_b = pairs->b, *restrict out_c = pairs->c, *restrict out_s = pairs->square;
     int32_t *restrict kept = pairs->kept;
-    /* offsets of the candidates' records, counted in doubles */
-    const int32_t n =
-        mill_cells_gather(pairs->cells, pairs->cells->cell[i], offset, cells, RECORD, near);
-    for (int32_t k = n; k < n + LANES - 1; k++)
-        near[k] = i * RECORD; /* fills the last group; a ball never closes on itself: d = u = 0 */
-
     /* d and u are the relative position and velocity at `now`, s is the sum of the radii: b = d.u
      * (< 0: closing), c = d.d - s^2 (< 0: overlapping), square = b^2 - (u.u) c (> 0: the paths lead
      * to a contact). */
@@ -25,10 +20,17 @@ TARGET static int32_t SEARCH(const struct mill_pairs *pairs, int32_t i, double n
     const LANES_T mvx = SPLAT(me->v.x), mvy = SPLAT(me->v.y), mvz = SPLAT(me->v.z);
     const LANES_T gx = SPLAT(pairs->g.x), gy = SPLAT(pairs->g.y), gz = SPLAT(pairs->g.z);
     const LANES_T t_now = SPLAT(now), window = SPLAT(-2.0 * found->dt);
-    LANES_T s = SPLAT(pairs->sum);
-    const bool mixture = pairs->sum == 0.0;
     int64_t survivors = 0;
-    for (int32_t k = 0; k < n; k += LANES) {
+    int32_t examined = 0, k = 0;
+    for (const struct mill_grids_look *l = look; l < look + looks; l++) {
+    /* offsets of the candidates' records, counted in doubles */
+    const int32_t held = mill_cells_gather(l->cells, l->cell, l->offset, l->count, RECORD, near + k), n = k + held;
+    for (int32_t m = n; m < n + LANES - 1; m++)
+        near[m] = i * RECORD; /* fills the last group; a ball never closes on itself: d = u = 0 */
+    LANES_T s = SPLAT(l->sum);
+    const bool mixture = l->sum == 0.0;
+    examined += held;
+    for (; k < n; k += LANES) {
         LANES_T x, y, z, vx, vy, vz, t, rest;
         TRANSPOSE();
         (void)rest;
@@ -54,9 +56,9 @@ TARGET static int32_t SEARCH(const struct mill_pairs *pairs, int32_t i, double n
         const FLAGS_T flag = (b < SPLAT(0.0)) & (square > SPLAT(0.0)) & ~(c >= b * window);
         survivors += KEEP(&flag, k, kept + survivors);
     }
-
+    }
     choose(pairs, survivors, found);
-    return n;
+    return examined;
 }
 
 #undef SEARCH

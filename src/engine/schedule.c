@@ -25,14 +25,14 @@
 static bool list_surfaces(struct mill_schedule *p, double widest)
 {
     const struct mill_world *w = p->world;
-    const int32_t cells = mill_cells_count(&p->cells);
+    const int32_t cells = mill_cells_count(p->cells);
     p->surface_start = malloc(sizeof *p->surface_start * ((size_t)cells + 1));
     if (!p->surface_start)
         return false;
     size_t n = 0, room = 0;
     for (int32_t cell = 0; cell < cells; cell++) {
         vec3 lo, hi;
-        mill_cells_box(&p->cells, cell, &lo, &hi);
+        mill_cells_box(p->cells, cell, &lo, &hi);
         p->surface_start[cell] = (int32_t)n;
         if (n > (size_t)(INT32_MAX - w->shapes)) /* the indices of the list have 32 bits */
             return false;
@@ -66,10 +66,10 @@ static bool list_surfaces(struct mill_schedule *p, double widest)
     return true;
 }
 
-/* The edge of a cell. The smallest possible cells are fastest if balls are close together, which is
+/* How much wider than necessary the cells are. The smallest possible cells are fastest if balls are close together, which is
  * so in every mill: gravity or a rotor gathers them. In a dilute gas, larger cells make fewer
  * crossings. */
-static double cell_side(const struct mill_world *w, double diameter)
+static double widening_of(const struct mill_world *w, double diameter)
 {
     const double room = MILL_PI * w->drum_radius * w->drum_radius * w->drum_length;
     /* balls per cell */
@@ -80,8 +80,7 @@ static double cell_side(const struct mill_world *w, double diameter)
             mill_motion_bounds(w->motion[k], vec3_make(0.0, 0.0, 0.0));
         gas = gas && b.speed <= 0.0 && b.turning <= 0.0;
     }
-    return gas && held < DILUTE ? diameter * fmin(mill_elementary_cbrt(HELD / held), WIDEST)
-                                : diameter;
+    return gas && held < DILUTE ? fmin(mill_elementary_cbrt(HELD / held), WIDEST) : 1.0;
 }
 
 /* Bounds of the movement of balls relative to bodies on a motion, and the time for which a pose of
@@ -136,17 +135,17 @@ static bool build(struct mill_schedule *p, struct mill_world *w)
     }
     for (int k = 0; k < w->motions; k++)
         p->lately[k] = bounds_of(w, k, thinnest);
-    const double equal = thinnest == widest ? thinnest + widest : 0.0;
     double *b = p->scratch, *c = b + n, *square = c + n;
     void *numbers = square + n;
     int32_t *near = numbers, *kept = near + n;
     p->pairs =
-        (struct mill_pairs){w->ball, &p->cells, p->radius, w->g, equal, near, kept, b, c, square};
-    bool made = mill_cells_init(&p->cells, w->container.places.lo, w->container.places.hi,
-                                cell_side(w, 2.0 * widest), 2.0 * thinnest, w->balls) &&
-                list_surfaces(p, widest);
+        (struct mill_pairs){w->ball, p->radius, w->g, near, kept, b, c, square};
+    bool made = mill_grids_init(&p->grids, w, widening_of(w, 2.0 * widest));
+    p->cells = p->grids.own;
+    made = made && list_surfaces(p, widest);
     for (int32_t i = 0; i < w->balls && made; i++)
-        made = mill_cells_insert(&p->cells, i, mill_cells_at(&p->cells, w->ball[i].r));
+        made = mill_grids_insert(&p->grids, i, w->ball[i].species,
+                                 mill_cells_at(p->cells, w->ball[i].r));
     return made;
 }
 
@@ -164,11 +163,11 @@ enum mill_status mill_schedule_create(struct mill_world *world, struct mill_sche
 bool mill_schedule_restore(struct mill_schedule *p, const int32_t *cell)
 {
     for (int32_t i = 0; i < p->world->balls; i++)
-        mill_cells_remove(&p->cells, i);
+        mill_grids_remove(&p->grids, i, p->world->ball[i].species);
     mill_calendar_clear(p->calendar, 0.0);
     bool made = true;
     for (int32_t i = 0; i < p->world->balls && made; i++) {
-        made = mill_cells_insert(&p->cells, i, cell[i]);
+        made = mill_grids_insert(&p->grids, i, p->world->ball[i].species, cell[i]);
         mill_calendar_set(p->calendar, i, mill_plan_time(&p->plan[i]));
     }
     return made;
@@ -179,7 +178,7 @@ void mill_schedule_free(struct mill_schedule *p)
     if (!p)
         return;
     mill_calendar_free(p->calendar);
-    mill_cells_release(&p->cells);
+    mill_grids_release(&p->grids);
     free(p->lately);
     free(p->radius);
     free(p->plan);
@@ -189,15 +188,15 @@ void mill_schedule_free(struct mill_schedule *p)
     free(p);
 }
 
-/* Searches `count` cells for an earlier pair contact of the plan. Meanwhile the cache loads the
- * cell's surfaces, which are searched next. */
-static void scan(struct mill_schedule *p, int32_t i, double now, const int64_t *offset,
-                 int32_t count)
+/* Looks for an earlier pair contact of the plan. Meanwhile the cache loads the cell's surfaces,
+ * which are searched next. */
+static void scan(struct mill_schedule *p, int32_t i, double now, const struct mill_grids_look *look,
+                 int looks)
 {
     struct mill_plan *plan = &p->plan[i];
     struct mill_pair found = {plan->pair_t - now, MILL_NOBODY};
-    __builtin_prefetch(&p->surface[p->surface_start[p->cells.cell[i]]]);
-    p->world->counts.pair_tests += (uint64_t)p->search(&p->pairs, i, now, offset, count, &found);
+    __builtin_prefetch(&p->surface[p->surface_start[p->cells->cell[i]]]);
+    p->world->counts.pair_tests += (uint64_t)p->search(&p->pairs, i, now, look, looks, &found);
     if (found.partner != MILL_NOBODY) {
         plan->pair_t = now + found.dt;
         plan->partner = found.partner;
@@ -263,7 +262,7 @@ static void search_surfaces(struct mill_schedule *p, int32_t i, double now, doub
     const struct mill_world *w = p->world;
     struct mill_plan *plan = &p->plan[i];
     const struct mill_ball *ball = &w->ball[i];
-    const int32_t cell = p->cells.cell[i];
+    const int32_t cell = p->cells->cell[i];
     const double radius = p->radius[ball->species];
     struct mill_flight flight = {ball->r, ball->v, w->g, p->pull, .travel = INFINITY};
     const struct mill_lately *l = NULL; /* of the motion `seen` */
@@ -314,10 +313,10 @@ static void complete(struct mill_schedule *p, int32_t i, double now, int32_t tou
 {
     struct mill_plan *plan = &p->plan[i];
     const struct mill_ball *ball = &p->world->ball[i];
-    const int32_t cell = p->cells.cell[i];
+    const int32_t cell = p->cells->cell[i];
     const double until = mill_least(plan->pair_t, p->horizon);
     const struct mill_cell_exit out =
-        mill_cells_exit(&p->cells, cell, ball->r, ball->v, p->world->g, until - now);
+        mill_cells_exit(p->cells, cell, ball->r, ball->v, p->world->g, until - now);
     plan->exit_t = now + out.dt;
     plan->face = (int16_t)out.face;
     plan->shape_t = INFINITY;
@@ -346,21 +345,26 @@ void mill_schedule_begin(struct mill_schedule *p, double horizon)
 void mill_schedule_ball(struct mill_schedule *p, int32_t i, double now, int32_t touched)
 {
     assert(p->world->ball[i].t == now);
+    struct mill_grids_look look[MILL_GRIDS_MOST];
+    const int looks =
+        mill_grids_around(&p->grids, p->world->ball[i].species, p->cells->cell[i], look);
     p->world->counts.predictions++;
     p->plan[i].pair_t = INFINITY;
     p->plan[i].partner = MILL_NOBODY;
-    scan(p, i, now, p->cells.around, 27);
+    scan(p, i, now, look, looks);
     complete(p, i, now, touched);
 }
 
 bool mill_schedule_cross(struct mill_schedule *p, int32_t i, double now)
 {
     assert(p->world->ball[i].t == now && p->plan[i].next == MILL_NEXT_EXIT);
-    const int32_t face = p->plan[i].face;
-    if (!mill_cells_cross(&p->cells, i, face))
+    const int32_t face = p->plan[i].face, species = p->world->ball[i].species;
+    struct mill_grids_look look[MILL_GRIDS_MOST];
+    if (!mill_grids_cross(&p->grids, i, species, face))
         return false;
+    const int looks = mill_grids_ahead(&p->grids, species, p->cells->cell[i], face, look);
     p->world->counts.cell_crossings++;
-    scan(p, i, now, p->cells.ahead[face], 9);
+    scan(p, i, now, look, looks);
     complete(p, i, now, MILL_NOBODY);
     return true;
 }
@@ -370,16 +374,21 @@ double mill_schedule_overlap(struct mill_schedule *p, int32_t i, double t)
     const struct mill_world *w = p->world;
     const vec3 r = mill_world_position(w, i, t);
     const double radius = p->radius[w->ball[i].species];
-    const int32_t *near = p->pairs.near, cell = p->cells.cell[i];
+    const int32_t *near = p->pairs.near;
     double deepest = -INFINITY;
     if (!(fabs(r.x) + fabs(r.y) + fabs(r.z) < (double)INFINITY))
         return INFINITY;
-    const int32_t n = mill_cells_gather(&p->cells, cell, p->cells.around, 27, 1, p->pairs.near);
-    for (int32_t k = 0; k < n; k++) {
-        const double sum = radius + p->radius[w->ball[near[k]].species];
-        if (near[k] != i)
-            deepest =
-                fmax(deepest, sum - vec3_norm(vec3_sub(mill_world_position(w, near[k], t), r)));
+    struct mill_grids_look look[MILL_GRIDS_MOST];
+    const int looks = mill_grids_around(&p->grids, w->ball[i].species, p->cells->cell[i], look);
+    for (int l = 0; l < looks; l++) {
+        const int32_t n = mill_cells_gather(look[l].cells, look[l].cell, look[l].offset,
+                                            look[l].count, 1, p->pairs.near);
+        for (int32_t k = 0; k < n; k++) {
+            const double sum = radius + p->radius[w->ball[near[k]].species];
+            if (near[k] != i)
+                deepest =
+                    fmax(deepest, sum - vec3_norm(vec3_sub(mill_world_position(w, near[k], t), r)));
+        }
     }
     for (int k = 0; k < w->shapes; k++) {
         const struct mill_shape *s = w->shape[k];

@@ -4,7 +4,7 @@
 #define MILLSIM_SCHEDULE_H
 
 #include "engine/calendar.h"
-#include "engine/cells.h"
+#include "engine/grids.h"
 #include "engine/pairs.h"
 #include "geometry/shape.h"
 #include "millsim/world.h"
@@ -66,7 +66,8 @@ enum { MILL_SCHEDULE_FORESEEN = 8 };
 
 struct mill_schedule {
     struct mill_world *world;
-    struct mill_cells cells;
+    struct mill_grids grids;
+    const struct mill_cells *cells; /* of the finest grid */
     struct mill_calendar *calendar;
     struct mill_plan *plan;
     struct mill_lately *lately; /* [motions] */

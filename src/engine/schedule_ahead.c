@@ -19,7 +19,7 @@ static void fetch_ball(const struct mill_schedule *p, int32_t i)
 {
     fetch(&p->world->ball[i]);
     fetch(&p->world->spin[i]);
-    fetch(&p->cells.cell[i]);
+    fetch(&p->cells->cell[i]);
 }
 
 /* The partner of a ball's event; MILL_NOBODY if the event is not a pair contact */
@@ -28,25 +28,22 @@ static int32_t partner_of(const struct mill_plan *plan)
     return plan->next == MILL_NEXT_PAIR ? plan->partner : MILL_NOBODY;
 }
 
-/* Fetches the rows of `count` cells that a search will read (offsets from `cell`, in words), and
- * the start of the list of surfaces there */
-static void fetch_cells(const struct mill_schedule *p, int32_t cell, const int64_t *offset,
-                        int32_t count)
+/* Fetches the rows of the cells that a search will read */
+static void fetch_cells(const struct mill_schedule *p, const struct mill_grids_look *l)
 {
-    const size_t word = mill_cells_word_size(&p->cells);
-    const char *row = (const char *)p->cells.bucket + (size_t)cell * (size_t)p->cells.row * word;
-    for (int32_t k = 0; k < count; k++)
-        fetch(row + offset[k] * (int64_t)word);
-    fetch(&p->surface_start[cell]);
+    const size_t word = mill_cells_word_size(l->cells);
+    const char *row = (const char *)l->cells->bucket + (size_t)l->cell * (size_t)l->cells->row * word;
+    (void)p;
+    for (int32_t k = 0; k < l->count; k++)
+        fetch(row + l->offset[k] * (int64_t)word);
 }
 
 /* Fetches the balls in these cells. Their numbers are copied first, without a branch: most rows
  * hold no ball or one, so that a loop over the rows would be mispredicted in half of them. */
-static void fetch_neighbours(const struct mill_schedule *p, int32_t cell, const int64_t *offset,
-                             int32_t count)
+static void fetch_neighbours(const struct mill_schedule *p, const struct mill_grids_look *l)
 {
     const int32_t *near = p->pairs.near;
-    const int32_t n = mill_cells_gather(&p->cells, cell, offset, count, 1, p->pairs.near);
+    const int32_t n = mill_cells_gather(l->cells, l->cell, l->offset, l->count, 1, p->pairs.near);
     for (int32_t k = 0; k < n; k++)
         fetch(&p->world->ball[near[k]]);
 }
@@ -55,19 +52,23 @@ static void fetch_neighbours(const struct mill_schedule *p, int32_t cell, const 
  * it is in another cell, around its partner; after a crossing, only the cells that are new around
  * it. */
 static void look(const struct mill_schedule *p, int32_t i,
-                 void (*fetch_these)(const struct mill_schedule *, int32_t, const int64_t *,
-                                     int32_t))
+                 void (*fetch_these)(const struct mill_schedule *, const struct mill_grids_look *))
 {
     const struct mill_plan *plan = &p->plan[i];
-    const struct mill_cells *c = &p->cells;
-    const int32_t cell = c->cell[i], partner = partner_of(plan);
-    if (plan->next == MILL_NEXT_EXIT) {
-        fetch_these(p, cell + mill_cells_step(c, plan->face), c->ahead[plan->face], 9);
-        return;
-    }
-    fetch_these(p, cell, c->around, 27);
-    if (partner >= 0 && c->cell[partner] != cell)
-        fetch_these(p, c->cell[partner], c->around, 27);
+    const int32_t *cell = p->cells->cell;
+    const int32_t partner = partner_of(plan), exit = plan->next == MILL_NEXT_EXIT;
+    const int32_t at = cell[i] + (exit ? mill_cells_step(p->cells, plan->face) : 0);
+    struct mill_grids_look look[2 * MILL_GRIDS_MOST];
+    const struct mill_ball *ball = p->world->ball;
+    int looks = exit ? mill_grids_ahead(&p->grids, ball[i].species, at, plan->face, look)
+                     : mill_grids_around(&p->grids, ball[i].species, at, look);
+    if (partner >= 0 && (cell[partner] != at || ball[partner].species != ball[i].species))
+        looks += mill_grids_around(&p->grids, ball[partner].species, cell[partner], look + looks);
+    fetch(&p->surface_start[at]);
+    if (partner >= 0)
+        fetch(&p->surface_start[cell[partner]]);
+    for (int k = 0; k < looks; k++)
+        fetch_these(p, &look[k]);
 }
 
 /* Advances the calendar's walk by two items, through all steps: two, because the walk begins late

@@ -94,26 +94,29 @@ static bool check_calendar(struct mill_sim *sim, int32_t *first)
 static bool check_place(struct mill_sim *sim, int32_t i, double t)
 {
     const struct mill_world *w = sim->world;
-    const struct mill_cells *c = &sim->schedule->cells;
+    const struct mill_grids *grids = &sim->schedule->grids;
+    const struct mill_cells *c = sim->schedule->cells;
     const vec3 r = mill_world_position(w, i, t);
     const double travel = vec3_norm(mill_world_velocity(w, i, t)) * sim->schedule->horizon;
     const double rounding = ROUNDINGS * (size_of(w) + travel);
     const double x[3] = {r.x - c->lo.x, r.y - c->lo.y, r.z - c->lo.z};
-    const int32_t cell = c->cell[i], held = mill_cells_held(c, cell);
+    const struct mill_cells *own = &grids->own[grids->class_of[w->ball[i].species]];
+    const int32_t cell = c->cell[i], held = mill_cells_held(own, own->cell[i]);
     int32_t at = 0, index[3];
     sim->paranoid->checks.places++;
-    while (at < held && mill_cells_ball(c, cell, at) != i)
+    while (at < held && mill_cells_ball(own, own->cell[i], at) != i)
         at++;
     if (at == held)
-        return fault(sim, "ball %d is not in the list of its cell %d at t = %.17g s", i, cell,
-                     w->base + t);
+        return fault(sim, "ball %d is not in the list of its cell %d at t = %.17g s", i,
+                     own->cell[i], w->base + t);
     mill_cells_index(c, cell, index);
     bool inside = true; /* inside its box; the outermost cells are open outwards */
     for (int k = 0; k < 3; k++) {
-        const double lo = (index[k] - 1) * c->side[k] - rounding;
-        const double hi = index[k] * c->side[k] + rounding;
-        inside = inside && index[k] >= 1 && index[k] <= c->n[k] - 2 && isfinite(x[k]) &&
-                 (index[k] == 1 || x[k] >= lo) && (index[k] == c->n[k] - 2 || x[k] <= hi);
+        const int32_t first = c->margin, last = c->n[k] - c->margin - 1;
+        const double lo = (index[k] - first) * c->side[k] - rounding;
+        const double hi = lo + c->side[k] + 2.0 * rounding;
+        inside = inside && index[k] >= first && index[k] <= last && isfinite(x[k]) &&
+                 (index[k] == first || x[k] >= lo) && (index[k] == last || x[k] <= hi);
     }
     return inside ||
            fault(sim, "ball %d at (%.9g, %.9g, %.9g) m is outside its cell %d at t = %.17g s", i,
@@ -147,7 +150,8 @@ struct pair {
 static struct pair relate(const struct mill_sim *sim, int32_t i, int32_t j, double t)
 {
     const struct mill_world *w = sim->world;
-    const double *side = sim->schedule->cells.side;
+    const struct mill_grids *grids = &sim->schedule->grids;
+    const double *side = grids->own[grids->classes - 1].side;
     struct pair k;
     k.d = vec3_sub(mill_world_position(w, j, t), mill_world_position(w, i, t));
     k.u = vec3_sub(mill_world_velocity(w, j, t), mill_world_velocity(w, i, t));
@@ -253,14 +257,6 @@ static bool has_met(struct mill_sim *sim, int32_t i)
                  w->kinds.name[shape->kind], gap, w->base + sim->now);
 }
 
-static bool are_neighbours(const struct mill_cells *c, int32_t a, int32_t b)
-{
-    int32_t i[3], j[3];
-    mill_cells_index(c, a, i);
-    mill_cells_index(c, b, j);
-    return abs(i[0] - j[0]) <= 1 && abs(i[1] - j[1]) <= 1 && abs(i[2] - j[2]) <= 1;
-}
-
 /* Checks that there is no overlap now, and none that grows until `end`. */
 static bool check_pair(struct mill_sim *sim, int32_t i, int32_t j, double end)
 {
@@ -360,7 +356,8 @@ bool mill_sim_paranoid_ball(struct mill_sim *sim, int32_t i, bool fresh, int32_t
     bool holds = true;
     for (int32_t j = 0; j < w->balls && holds; j++) {
         double end = fmin(mine, mill_plan_time(&q->plan[j]));
-        if (fresh && are_neighbours(&q->cells, q->cells.cell[i], q->cells.cell[j]))
+        if (fresh && mill_grids_near(&q->grids, w->ball[i].species, q->cells->cell[i],
+                            w->ball[j].species, q->cells->cell[j]))
             end = fmin(q->plan[i].pair_t, q->horizon);
         holds = j == i || check_pair(sim, i, j, end);
     }

@@ -15,7 +15,7 @@ static bool is_inner(const struct mill_cells *cells, int32_t cell)
     bool inner = cell >= 0 && cell < mill_cells_count(cells);
     mill_cells_index(cells, inner ? cell : 0, at);
     for (int axis = 0; axis < 3; axis++)
-        inner = inner && at[axis] > 0 && at[axis] < cells->n[axis] - 1;
+        inner = inner && at[axis] >= cells->margin && at[axis] < cells->n[axis] - cells->margin;
     return inner;
 }
 
@@ -33,7 +33,7 @@ static bool is_sane(const struct mill_sim *sim, int32_t i, int32_t cell)
     const struct mill_world *w = sim->world;
     const struct mill_plan *plan = &sim->schedule->plan[i];
     const bool shape = plan->next == MILL_NEXT_SURFACE || plan->next == MILL_NEXT_SEARCH;
-    return is_inner(&sim->schedule->cells, cell) && w->ball[i].species >= 0 &&
+    return is_inner(sim->schedule->cells, cell) && w->ball[i].species >= 0 &&
            w->ball[i].species < w->species_count &&
            is_index(plan->partner, w->balls, plan->pair_t) && plan->partner != i &&
            is_index(plan->shape, w->shapes, plan->shape_t) && plan->face >= 0 && plan->face <= 5 &&
@@ -64,7 +64,7 @@ static void tell_fields(struct mill_sim *s, int32_t *cell, struct mill_state *st
 
 void mill_sim_state(struct mill_sim *sim, struct mill_state *state)
 {
-    const struct mill_cells *cells = &sim->schedule->cells;
+    const struct mill_cells *cells = sim->schedule->cells;
     const struct mill_world *w = sim->world;
     /* these numbers come first; they must agree before the rest is loaded */
     const uint64_t own[3] = {(uint64_t)w->balls, (uint64_t)mill_cells_count(cells),

@@ -1,0 +1,315 @@
+/* One cell grid for each class of sizes. Without classes, a small ball would gather all the small
+ * balls in the 27 wide cells around it: in a mixture of 10 mm and 1 mm, a thousand times as many as
+ * it can touch. */
+#include "engine/grids.h"
+
+#include "base/memory.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define ALIKE 1.5 /* largest over smallest diameter within a class */
+/* A class with fewer balls than this in a cell of the next class is not worth a grid of its own:
+ * the large balls would cross the small cells in vain. */
+#define CROWD 4.0
+#define ROOM (1.0 + 1e-9) /* rounding must not hide a touching pair */
+
+struct sizes {
+    double least, widest; /* [m] diameters */
+    double balls;
+    bool equal; /* they all have the same diameter */
+};
+
+/* Sorts the species into classes, smallest first, and returns their number. */
+static int make_classes(struct mill_grids *g, const struct mill_world *w, struct sizes *of)
+{
+    double last = 0.0;
+    int n = 0;
+    double *count = calloc((size_t)w->species_count, sizeof *count);
+    for (int32_t i = 0; count && i < w->balls; i++)
+        count[w->ball[i].species] += 1.0;
+    for (int done = 0; count && done < w->species_count;) {
+        double next = INFINITY; /* the next diameter */
+        for (int k = 0; k < w->species_count; k++)
+            if (2.0 * w->species[k].radius > last)
+                next = fmin(next, 2.0 * w->species[k].radius);
+        if (n == 0 || (next > ALIKE * of[n - 1].least && n < MILL_GRIDS_MOST))
+            of[n++] = (struct sizes){next, next, 0.0, true};
+        of[n - 1].equal = of[n - 1].least == next;
+        of[n - 1].widest = last = next;
+        for (int k = 0; k < w->species_count; k++)
+            if (2.0 * w->species[k].radius == next) {
+                of[n - 1].balls += count[k];
+                g->class_of[k] = (int8_t)(n - 1);
+                done++;
+            }
+    }
+    free(count);
+    /* unite classes that are too few balls */
+    for (int c = 0; c + 1 < n;) {
+        const double wide = of[c + 1].widest;
+        if (of[c].balls * wide * wide * wide >= CROWD * w->container.volume) {
+            c++;
+            continue;
+        }
+        of[c + 1].least = of[c].least;
+        of[c + 1].balls += of[c].balls;
+        of[c + 1].equal = false;
+        memmove(&of[c], &of[c + 1], sizeof *of * (size_t)(n - c - 1));
+        for (int k = 0; k < w->species_count; k++)
+            g->class_of[k] = (int8_t)(g->class_of[k] - (g->class_of[k] > c));
+        n--;
+        c = 0;
+    }
+    return n;
+}
+
+/* In words of the rows */
+static int64_t offset_of(const struct mill_cells *c, const int32_t d[3])
+{
+    return (((int64_t)d[0] * c->n[1] + d[1]) * c->n[2] + d[2]) * c->row;
+}
+
+/* Is a cell this far away closer than `sum`? */
+static bool is_within(const struct mill_cells *c, const int32_t d[3], double sum)
+{
+    double square = 0.0;
+    for (int axis = 0; axis < 3; axis++) {
+        const double gap = fmax(abs(d[axis]) - 1, 0) * c->side[axis];
+        square += gap * gap;
+    }
+    return square < sum * sum;
+}
+
+/* Lists what a class sees in the grid c of a smaller class (`down`), or of a larger one. A larger
+ * ball sees all cells closer than the sum of the radii. So what is newly near a smaller ball after
+ * a crossing is not behind it. */
+static bool make_view(struct mill_grids_view *v, const struct mill_cells *c, bool down)
+{
+    const int32_t m = v->reach, wide = 2 * m + 1, all = wide * wide * wide;
+    int64_t *next = v->around = mill_memory_get((size_t)all * 7, sizeof *next);
+    for (int face = -1; face < 6 && next; face++) {
+        int64_t *const begin = next;
+        const int32_t way = face % 2 ? 1 : -1;
+        for (int32_t k = 0; k < all; k++) {
+            int32_t d[3] = {k / (wide * wide) - m, k / wide % wide - m, k % wide - m};
+            const int64_t offset = offset_of(c, d);
+            bool sees = !down || is_within(c, d, v->widest);
+            if (face >= 0 && !down)
+                sees = d[face / 2] * way >= 0;
+            if (face >= 0 && down && sees) {
+                d[face / 2] += way; /* before the crossing */
+                sees = !is_within(c, d, v->widest);
+            }
+            if (sees)
+                *next++ = offset;
+        }
+        if (face < 0) {
+            v->count = (int32_t)(next - begin);
+        } else {
+            v->ahead[face] = begin;
+            v->fresh[face] = (int32_t)(next - begin);
+        }
+    }
+    return next != NULL;
+}
+
+/* Index of the cells of a coarser grid by that of the finest, along each axis */
+static bool make_indices(struct mill_grids *g, int in, int32_t factor)
+{
+    const struct mill_cells *fine = &g->own[0], *c = &g->own[in];
+    bool made = true;
+    for (int axis = 0; axis < 3; axis++) {
+        int32_t *index = g->coarse[in][axis] =
+            mill_memory_get((size_t)fine->n[axis], sizeof *index);
+        made = made && index;
+        for (int32_t i = 0; index && i < fine->n[axis]; i++) {
+            const int32_t inner = i - fine->margin + factor * c->margin;
+            index[i] = inner < 0 ? -1 : inner / factor;
+        }
+    }
+    return made;
+}
+
+static int32_t ceil_of(double x)
+{
+    return (int32_t)ceil(x);
+}
+
+bool mill_grids_init(struct mill_grids *g, const struct mill_world *w, double widening)
+{
+    struct sizes of[MILL_GRIDS_MOST];
+    int32_t inner[3], factor[MILL_GRIDS_MOST] = {1}, margin[MILL_GRIDS_MOST];
+    const vec3 lo = w->container.places.lo, hi = w->container.places.hi;
+    const double extent[3] = {hi.x - lo.x, hi.y - lo.y, hi.z - lo.z};
+    memset(g, 0, sizeof *g);
+    g->class_of = calloc((size_t)w->species_count, sizeof *g->class_of);
+    g->own = calloc(MILL_GRIDS_MOST, sizeof *g->own);
+    if (!g->class_of || !g->own)
+        return false;
+    const int n = g->classes = make_classes(g, w, of);
+    mill_cells_cut(lo, hi, of[0].widest * widening, w->balls, inner);
+    double least = INFINITY; /* [m] edge of the finest cells */
+    for (int axis = 0; axis < 3; axis++)
+        least = fmin(least, inner[axis] > 1 ? extent[axis] / inner[axis] : (double)INFINITY);
+    for (int a = 0; a < n; a++) {
+        margin[a] = 1;
+        if (a > 0)
+            factor[a] = factor[a - 1] * ceil_of(of[a].widest * ROOM / (least * factor[a - 1]));
+        factor[a] = factor[a] > 1 ? factor[a] : 1;
+    }
+    for (int a = 0; a < n; a++)
+        for (int b = 0; b < n; b++) {
+            struct mill_grids_view *v = &g->view[a][b];
+            const double sum = 0.5 * (of[a].widest + of[b].widest);
+            const int small = a < b ? a : b;
+            v->sum = of[a].equal && of[b].equal ? sum : 0.0;
+            v->widest = sum * ROOM;
+            v->reach = a == b ? 1 : ceil_of(v->widest / (least * factor[small]));
+            if (a < b)
+                v->reach = ceil_of((double)v->reach * factor[a] / factor[b]);
+            margin[b] = v->reach > margin[b] ? v->reach : margin[b];
+        }
+    bool made = true;
+    for (int a = 0; a < n && made; a++) {
+        made = mill_cells_init(&g->own[a], lo, hi, inner, factor[a], margin[a], of[a].least,
+                               w->balls) &&
+               (a == 0 || make_indices(g, a, factor[a]));
+    }
+    for (int a = 0; a < n && made; a++)
+        for (int b = 0; b < n && made; b++)
+            made = a == b || make_view(&g->view[a][b], &g->own[b], b < a);
+    return made;
+}
+
+void mill_grids_release(struct mill_grids *g)
+{
+    for (int a = 0; a < MILL_GRIDS_MOST; a++) {
+        if (g->own)
+            mill_cells_release(&g->own[a]);
+        for (int b = 0; b < MILL_GRIDS_MOST; b++)
+            free(g->view[a][b].around);
+        for (int axis = 0; axis < 3; axis++)
+            free(g->coarse[a][axis]);
+    }
+    free(g->own);
+    free(g->class_of);
+    memset(g, 0, sizeof *g);
+}
+
+/* The cell of a class's grid around a cell of the finest grid, by its indices */
+static int32_t cell_in(const struct mill_grids *g, int in, const int32_t fine[3])
+{
+    const struct mill_cells *c = &g->own[in];
+    int32_t i[3];
+    for (int axis = 0; axis < 3; axis++)
+        i[axis] = in > 0 ? g->coarse[in][axis][fine[axis]] : fine[axis];
+    return (i[0] * c->n[1] + i[1]) * c->n[2] + i[2];
+}
+
+/* After the rows of a grid have become longer */
+static void rescale(struct mill_grids *g, int in, int32_t row)
+{
+    for (int a = 0; a < g->classes; a++) {
+        const struct mill_grids_view *v = &g->view[a][in];
+        int32_t n = v->count;
+        for (int face = 0; face < 6; face++)
+            n += v->fresh[face];
+        for (int32_t k = 0; a != in && k < n; k++)
+            v->around[k] = v->around[k] / row * g->own[in].row;
+    }
+}
+
+bool mill_grids_insert(struct mill_grids *g, int32_t ball, int32_t species, int32_t cell)
+{
+    const int in = g->class_of[species];
+    struct mill_cells *c = &g->own[in];
+    const int32_t row = c->row;
+    int32_t at = cell;
+    if (in > 0) {
+        int32_t fine[3];
+        mill_cells_index(&g->own[0], cell, fine);
+        at = cell_in(g, in, fine);
+    }
+    const bool made = mill_cells_insert(c, ball, at);
+    g->own[0].cell[ball] = cell;
+    if (c->row != row)
+        rescale(g, in, row);
+    return made;
+}
+
+void mill_grids_remove(struct mill_grids *g, int32_t ball, int32_t species)
+{
+    mill_cells_remove(&g->own[g->class_of[species]], ball);
+}
+
+bool mill_grids_cross(struct mill_grids *g, int32_t ball, int32_t species, int32_t face)
+{
+    const int32_t to = g->own[0].cell[ball] + mill_cells_step(&g->own[0], face);
+    mill_grids_remove(g, ball, species);
+    return mill_grids_insert(g, ball, species, to);
+}
+
+/* face: which was crossed, or -1: look at all cells */
+static int look_from(const struct mill_grids *g, int32_t species, int32_t cell, int32_t face,
+                     struct mill_grids_look *look)
+{
+    const int own = g->class_of[species];
+    const struct mill_cells *c = &g->own[own];
+    const int64_t *near = face < 0 ? c->around : c->ahead[face];
+    look[0] = (struct mill_grids_look){c, near, g->view[own][own].sum, cell, face < 0 ? 27 : 9};
+    if (g->classes == 1)
+        return 1;
+    int32_t fine[3], before[3];
+    int looks = 0;
+    mill_cells_index(&g->own[0], cell, fine);
+    memcpy(before, fine, sizeof before);
+    if (face >= 0)
+        before[face / 2] -= face % 2 ? 1 : -1;
+    for (int in = 0; in < g->classes; in++) {
+        const struct mill_grids_view *v = &g->view[own][in];
+        const int small = in < own ? in : own;
+        const int32_t at = cell_in(g, in, fine);
+        if (face >= 0 && cell_in(g, small, fine) == cell_in(g, small, before))
+            continue; /* who is near the ball is as before */
+        look[looks] = (struct mill_grids_look){&g->own[in], v->around, v->sum, at, v->count};
+        if (in == own) {
+            look[looks].offset = near;
+            look[looks].count = face < 0 ? 27 : 9;
+        } else if (face >= 0) {
+            look[looks].offset = v->ahead[face];
+            look[looks].count = v->fresh[face];
+        }
+        looks++;
+    }
+    return looks;
+}
+
+int mill_grids_around(const struct mill_grids *g, int32_t species, int32_t cell,
+                      struct mill_grids_look *look)
+{
+    return look_from(g, species, cell, -1, look);
+}
+
+int mill_grids_ahead(const struct mill_grids *g, int32_t species, int32_t cell, int32_t face,
+                     struct mill_grids_look *look)
+{
+    return look_from(g, species, cell, face, look);
+}
+
+bool mill_grids_near(const struct mill_grids *g, int32_t species, int32_t cell, int32_t other,
+                     int32_t other_cell)
+{
+    const int a = g->class_of[species], b = g->class_of[other], small = a < b ? a : b;
+    const struct mill_cells *c = &g->own[small];
+    int32_t i[3], j[3], d[3];
+    mill_cells_index(&g->own[0], cell, i);
+    mill_cells_index(&g->own[0], other_cell, j);
+    for (int axis = 0; axis < 3; axis++) {
+        const int32_t *coarse = g->coarse[small][axis];
+        d[axis] = coarse ? coarse[i[axis]] - coarse[j[axis]] : i[axis] - j[axis];
+    }
+    return a == b ? abs(d[0]) <= 1 && abs(d[1]) <= 1 && abs(d[2]) <= 1
+                  : is_within(c, d, g->view[a][b].widest);
+}

@@ -1,0 +1,67 @@
+/* The cell grids of a mill: one for each class of sizes, so that small balls do not gather in the
+ * wide cells of large ones. A cell of a coarser grid consists of whole cells of the finest grid.
+ * All balls leave and enter cells of the finest grid; from these follow their cells in the other
+ * grids. A ball is in the rows of its own class's grid only.
+ *
+ * Balls of two classes are near each other if the grid of the smaller class has them in cells
+ * closer than the sum of their largest radii. Until one of them leaves its cell, only balls that
+ * are near each other can touch. Balls of one class: in neighbouring cells. */
+#ifndef MILLSIM_GRIDS_H
+#define MILLSIM_GRIDS_H
+
+#include "engine/cells.h"
+#include "millsim/world.h"
+
+enum { MILL_GRIDS_MOST = 6 };
+
+/* Cells of one grid in which to look for balls. offset: in words of its rows, from `cell` */
+struct mill_grids_look {
+    const struct mill_cells *cells;
+    const int64_t *offset;
+    double sum; /* [m] of the radii of the ball and of all balls in this grid; 0: they differ */
+    int32_t cell, count;
+};
+
+/* What balls of one class see in the grid of a class: the cells within reach, and those that may
+ * hold balls newly near them after they have crossed each face */
+struct mill_grids_view {
+    double sum;    /* see mill_grids_look */
+    double widest; /* [m] maximum sum of the radii */
+    int32_t reach; /* [cells] of that grid, to each side */
+    int32_t count, fresh[6];
+    int64_t *around, *ahead[6]; /* one array */
+};
+
+struct mill_grids {
+    int classes;            /* from the smallest balls to the largest */
+    struct mill_cells *own; /* [classes] of each class; own[0].cell: the finest cell of each ball */
+    int8_t *class_of;       /* of each species */
+    int32_t *coarse[MILL_GRIDS_MOST][3]; /* index in each grid by index in the finest, per axis */
+    struct mill_grids_view view[MILL_GRIDS_MOST][MILL_GRIDS_MOST]; /* of a class, in a grid */
+};
+
+/* Makes the grids of a mill. widening: how much wider than necessary the cells of the finest grid
+ * are. No ball is in a cell yet. False when out of memory; mill_grids_release frees what init
+ * allocated. */
+bool mill_grids_init(struct mill_grids *grids, const struct mill_world *world, double widening);
+void mill_grids_release(struct mill_grids *grids);
+
+/* Puts a ball into a cell of the finest grid, takes it out, moves it across a face of this cell.
+ * False when out of memory */
+bool mill_grids_insert(struct mill_grids *grids, int32_t ball, int32_t species, int32_t cell);
+void mill_grids_remove(struct mill_grids *grids, int32_t ball, int32_t species);
+bool mill_grids_cross(struct mill_grids *grids, int32_t ball, int32_t species, int32_t face);
+
+/* Where to look for all balls near a ball of this species in this cell of the finest grid, and for
+ * those that are newly near it after it has crossed a face into this cell. Each returns the number
+ * of looks, which have room for MILL_GRIDS_MOST. */
+int mill_grids_around(const struct mill_grids *grids, int32_t species, int32_t cell,
+                      struct mill_grids_look *look);
+int mill_grids_ahead(const struct mill_grids *grids, int32_t species, int32_t cell, int32_t face,
+                     struct mill_grids_look *look);
+
+/* Are balls of these species in these cells near each other? */
+bool mill_grids_near(const struct mill_grids *grids, int32_t species, int32_t cell, int32_t other,
+                     int32_t other_cell);
+
+#endif
