@@ -157,8 +157,9 @@ mill_cells_gather(const struct mill_cells *cells, int32_t cell, const int64_t *r
     } else if (row > MILL_CELL_ROW) {
         MILL_CELLS_COPY(uint16_t, MILL_CELL_ROW, b[row - 1], UINT16_MAX)
     } else { /* the most frequent form: no row is longer */
+        const uint16_t *first = (const uint16_t *)cells->bucket + at;
         for (int32_t k = 0; k < count; k++) {
-            const uint16_t *b = (const uint16_t *)cells->bucket + at + offset[k];
+            const uint16_t *b = first + offset[k];
             for (int32_t m = 0; m < MILL_CELL_ROW; m++)
                 out[n + m] = b[m] * scale;
             n += b[MILL_CELL_ROW - 1];

@@ -246,21 +246,18 @@ void mill_grids_remove(struct mill_grids *g, int32_t ball, int32_t species)
 
 bool mill_grids_cross(struct mill_grids *g, int32_t ball, int32_t species, int32_t face)
 {
+    if (g->classes == 1)
+        return mill_cells_cross(g->own, ball, face);
     const int32_t to = g->own[0].cell[ball] + mill_cells_step(&g->own[0], face);
     mill_grids_remove(g, ball, species);
     return mill_grids_insert(g, ball, species, to);
 }
 
-/* face: which was crossed, or -1: look at all cells */
-static int look_from(const struct mill_grids *g, int32_t species, int32_t cell, int32_t face,
-                     struct mill_grids_look *look)
+int mill_grids_look_all(const struct mill_grids *g, int32_t species, int32_t cell, int32_t face,
+                        struct mill_grids_look *look)
 {
     const int own = g->class_of[species];
     const struct mill_cells *c = &g->own[own];
-    const int64_t *near = face < 0 ? c->around : c->ahead[face];
-    look[0] = (struct mill_grids_look){c, near, g->view[own][own].sum, cell, face < 0 ? 27 : 9};
-    if (g->classes == 1)
-        return 1;
     int32_t fine[3], before[3];
     int looks = 0;
     mill_cells_index(&g->own[0], cell, fine);
@@ -275,7 +272,7 @@ static int look_from(const struct mill_grids *g, int32_t species, int32_t cell, 
             continue; /* who is near the ball is as before */
         look[looks] = (struct mill_grids_look){&g->own[in], v->around, v->sum, at, v->count};
         if (in == own) {
-            look[looks].offset = near;
+            look[looks].offset = face < 0 ? c->around : c->ahead[face];
             look[looks].count = face < 0 ? 27 : 9;
         } else if (face >= 0) {
             look[looks].offset = v->ahead[face];
@@ -284,18 +281,6 @@ static int look_from(const struct mill_grids *g, int32_t species, int32_t cell, 
         looks++;
     }
     return looks;
-}
-
-int mill_grids_around(const struct mill_grids *g, int32_t species, int32_t cell,
-                      struct mill_grids_look *look)
-{
-    return look_from(g, species, cell, -1, look);
-}
-
-int mill_grids_ahead(const struct mill_grids *g, int32_t species, int32_t cell, int32_t face,
-                     struct mill_grids_look *look)
-{
-    return look_from(g, species, cell, face, look);
 }
 
 bool mill_grids_near(const struct mill_grids *g, int32_t species, int32_t cell, int32_t other,

@@ -46,19 +46,32 @@ struct mill_grids {
 bool mill_grids_init(struct mill_grids *grids, const struct mill_world *world, double widening);
 void mill_grids_release(struct mill_grids *grids);
 
-/* Puts a ball into a cell of the finest grid, takes it out, moves it across a face of this cell.
- * False when out of memory */
+/* insert puts a ball into a cell of the finest grid in which it is not; remove takes it out; cross
+ * moves it across a face of its cell. False when out of memory */
 bool mill_grids_insert(struct mill_grids *grids, int32_t ball, int32_t species, int32_t cell);
 void mill_grids_remove(struct mill_grids *grids, int32_t ball, int32_t species);
 bool mill_grids_cross(struct mill_grids *grids, int32_t ball, int32_t species, int32_t face);
 
-/* Where to look for all balls near a ball of this species in this cell of the finest grid, and for
- * those that are newly near it after it has crossed a face into this cell. Each returns the number
- * of looks, which have room for MILL_GRIDS_MOST. */
-int mill_grids_around(const struct mill_grids *grids, int32_t species, int32_t cell,
-                      struct mill_grids_look *look);
-int mill_grids_ahead(const struct mill_grids *grids, int32_t species, int32_t cell, int32_t face,
-                     struct mill_grids_look *look);
+/* mill_grids_look for several classes */
+int mill_grids_look_all(const struct mill_grids *grids, int32_t species, int32_t cell, int32_t face,
+                        struct mill_grids_look *look);
+
+/* Where to look for the balls near a ball of this species in this cell of the finest grid. face -1:
+ * for all of them; else only for those newly near it after it has crossed this face into the cell.
+ * Returns the number of looks; there must be room for MILL_GRIDS_MOST. */
+static inline int mill_grids_look(const struct mill_grids *g, int32_t species, int32_t cell,
+                                  int32_t face, struct mill_grids_look *look)
+{
+    const struct mill_cells *c = g->own;
+    if (g->classes > 1)
+        return mill_grids_look_all(g, species, cell, face, look);
+    look->cells = c;
+    look->offset = face < 0 ? c->around : c->ahead[face];
+    look->sum = g->view[0][0].sum;
+    look->cell = cell;
+    look->count = face < 0 ? 27 : 9;
+    return 1;
+}
 
 /* Are balls of these species in these cells near each other? */
 bool mill_grids_near(const struct mill_grids *grids, int32_t species, int32_t cell, int32_t other,

@@ -58,14 +58,16 @@ INLINE int32_t keep2(const flags2 *flag, int32_t k, int32_t *kept)
 
 /* Finds the earliest of the contacts that were kept, if it is earlier than *found. Of equal times,
  * the one with the smaller ball is taken. */
-INLINE void choose(const struct mill_pairs *pairs, int64_t survivors, struct mill_pair *found)
+INLINE void choose(const struct mill_pairs *pairs, int32_t lanes, int64_t survivors,
+                   struct mill_pair *found)
 {
     double best = found->dt;
     int32_t partner = MILL_NOBODY;
     for (int64_t m = 0; m < survivors; m++) {
         const int32_t k = pairs->kept[m], other = pairs->near[k] / RECORD;
-        const double gap = pairs->c[k] > 0.0 ? pairs->c[k] : 0.0;
-        const double dt = gap / (sqrt(pairs->square[k]) - pairs->b[k]);
+        const double *of = pairs->terms + 3 * k - 2 * (k & (lanes - 1));
+        const double gap = of[lanes] > 0.0 ? of[lanes] : 0.0;
+        const double dt = gap / (sqrt(of[2 * lanes]) - of[0]);
         /* Masks, because compilers make a branch of a choice, and half of these branches would be
          * mispredicted. */
         const int32_t take = -(int32_t)((dt < best) | ((dt == best) & (partner > other)));

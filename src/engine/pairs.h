@@ -13,7 +13,7 @@ struct mill_pairs {
     vec3 g;               /* [m/s^2] */
     /* buffers of one search, with room for all possible partners and MILL_PAIRS_ROOM more */
     int32_t *near, *kept;
-    double *b, *c, *square;
+    double *terms; /* of the quadratics: of each group of lanes b, then c, then the square */
 };
 
 #define MILL_PAIRS_ROOM 32

@@ -4,11 +4,10 @@
  * There is no include guard. */
 
 TARGET static int32_t SEARCH(const struct mill_pairs *pairs, int32_t i, double now,
-                             const struct mill_grids_look *look, int looks,
-                             struct mill_pair *found)
+                             const struct mill_grids_look *look, int looks, struct mill_pair *found)
 {
     int32_t *restrict near = pairs->near;
-    double *restrict out_b = pairs->b, *restrict out_c = pairs->c, *restrict out_s = pairs->square;
+    double *restrict terms = pairs->terms;
     int32_t *restrict kept = pairs->kept;
     /* d and u are the relative position and velocity at `now`, s is the sum of the radii: b = d.u
      * (< 0: closing), c = d.d - s^2 (< 0: overlapping), square = b^2 - (u.u) c (> 0: the paths lead
@@ -23,41 +22,45 @@ TARGET static int32_t SEARCH(const struct mill_pairs *pairs, int32_t i, double n
     int64_t survivors = 0;
     int32_t examined = 0, k = 0;
     for (const struct mill_grids_look *l = look; l < look + looks; l++) {
-    /* offsets of the candidates' records, counted in doubles */
-    const int32_t held = mill_cells_gather(l->cells, l->cell, l->offset, l->count, RECORD, near + k), n = k + held;
-    for (int32_t m = n; m < n + LANES - 1; m++)
-        near[m] = i * RECORD; /* fills the last group; a ball never closes on itself: d = u = 0 */
-    LANES_T s = SPLAT(l->sum);
-    const bool mixture = l->sum == 0.0;
-    examined += held;
-    for (; k < n; k += LANES) {
-        LANES_T x, y, z, vx, vy, vz, t, rest;
-        TRANSPOSE();
-        (void)rest;
-        if (mixture)
-            for (int32_t m = 0; m < LANES; m++)
-                s[m] = mine + radius[pairs->ball[near[k + m] / RECORD].species];
-        const LANES_T dt = t_now - t;
-        const LANES_T half = SPLAT(0.5) * dt * dt;
-        const LANES_T dx = x + vx * dt + gx * half - mx;
-        const LANES_T dy = y + vy * dt + gy * half - my;
-        const LANES_T dz = z + vz * dt + gz * half - mz;
-        const LANES_T ux = vx + gx * dt - mvx;
-        const LANES_T uy = vy + gy * dt - mvy;
-        const LANES_T uz = vz + gz * dt - mvz;
-        const LANES_T b = dx * ux + dy * uy + dz * uz;
-        const LANES_T c = dx * dx + dy * dy + dz * dz - s * s;
-        const LANES_T square = b * b - (ux * ux + uy * uy + uz * uz) * c;
-        STORE(&out_b[k], b);
-        STORE(&out_c[k], c);
-        STORE(&out_s[k], square);
-        /* the contact is not earlier than c / -2b: keep those that may be earlier than the best so
-         * far */
-        const FLAGS_T flag = (b < SPLAT(0.0)) & (square > SPLAT(0.0)) & ~(c >= b * window);
-        survivors += KEEP(&flag, k, kept + survivors);
+        /* offsets of the candidates' records, counted in doubles */
+        const int32_t held =
+            mill_cells_gather(l->cells, l->cell, l->offset, l->count, RECORD, near + k);
+        const int32_t n = k + held;
+        for (int32_t m = n; m < n + LANES - 1; m++)
+            near[m] = i * RECORD; /* fills the last group; a ball never closes on itself */
+        const bool mixture = l->sum == 0.0;
+        LANES_T square_sum = SPLAT(l->sum * l->sum);
+        examined += held;
+        for (; k < n; k += LANES) {
+            LANES_T x, y, z, vx, vy, vz, t, rest;
+            TRANSPOSE();
+            (void)rest;
+            if (mixture) {
+                for (int32_t m = 0; m < LANES; m++)
+                    square_sum[m] = mine + radius[pairs->ball[near[k + m] / RECORD].species];
+                square_sum *= square_sum;
+            }
+            const LANES_T dt = t_now - t;
+            const LANES_T half = SPLAT(0.5) * dt * dt;
+            const LANES_T dx = x + vx * dt + gx * half - mx;
+            const LANES_T dy = y + vy * dt + gy * half - my;
+            const LANES_T dz = z + vz * dt + gz * half - mz;
+            const LANES_T ux = vx + gx * dt - mvx;
+            const LANES_T uy = vy + gy * dt - mvy;
+            const LANES_T uz = vz + gz * dt - mvz;
+            const LANES_T b = dx * ux + dy * uy + dz * uz;
+            const LANES_T c = dx * dx + dy * dy + dz * dz - square_sum;
+            const LANES_T square = b * b - (ux * ux + uy * uy + uz * uz) * c;
+            STORE(&terms[3 * k], b);
+            STORE(&terms[3 * k + LANES], c);
+            STORE(&terms[3 * k + 2 * LANES], square);
+            /* the contact is not earlier than c / -2b: keep those that may be earlier than the best
+             * so far */
+            const FLAGS_T flag = (b < SPLAT(0.0)) & (square > SPLAT(0.0)) & (c < b * window);
+            survivors += KEEP(&flag, k, kept + survivors);
+        }
     }
-    }
-    choose(pairs, survivors, found);
+    choose(pairs, LANES, survivors, found);
     return examined;
 }
 

@@ -66,9 +66,9 @@ static bool list_surfaces(struct mill_schedule *p, double widest)
     return true;
 }
 
-/* How much wider than necessary the cells are. The smallest possible cells are fastest if balls are close together, which is
- * so in every mill: gravity or a rotor gathers them. In a dilute gas, larger cells make fewer
- * crossings. */
+/* How much wider than necessary the cells are. The smallest possible cells are fastest if balls are
+ * close together, which is so in every mill: gravity or a rotor gathers them. In a dilute gas,
+ * larger cells make fewer crossings. */
 static double widening_of(const struct mill_world *w, double diameter)
 {
     const double room = MILL_PI * w->drum_radius * w->drum_radius * w->drum_length;
@@ -135,11 +135,10 @@ static bool build(struct mill_schedule *p, struct mill_world *w)
     }
     for (int k = 0; k < w->motions; k++)
         p->lately[k] = bounds_of(w, k, thinnest);
-    double *b = p->scratch, *c = b + n, *square = c + n;
-    void *numbers = square + n;
+    double *terms = p->scratch;
+    void *numbers = terms + 3 * n;
     int32_t *near = numbers, *kept = near + n;
-    p->pairs =
-        (struct mill_pairs){w->ball, p->radius, w->g, near, kept, b, c, square};
+    p->pairs = (struct mill_pairs){w->ball, p->radius, w->g, near, kept, terms};
     bool made = mill_grids_init(&p->grids, w, widening_of(w, 2.0 * widest));
     p->cells = p->grids.own;
     made = made && list_surfaces(p, widest);
@@ -347,7 +346,7 @@ void mill_schedule_ball(struct mill_schedule *p, int32_t i, double now, int32_t 
     assert(p->world->ball[i].t == now);
     struct mill_grids_look look[MILL_GRIDS_MOST];
     const int looks =
-        mill_grids_around(&p->grids, p->world->ball[i].species, p->cells->cell[i], look);
+        mill_grids_look(&p->grids, p->world->ball[i].species, p->cells->cell[i], -1, look);
     p->world->counts.predictions++;
     p->plan[i].pair_t = INFINITY;
     p->plan[i].partner = MILL_NOBODY;
@@ -362,7 +361,7 @@ bool mill_schedule_cross(struct mill_schedule *p, int32_t i, double now)
     struct mill_grids_look look[MILL_GRIDS_MOST];
     if (!mill_grids_cross(&p->grids, i, species, face))
         return false;
-    const int looks = mill_grids_ahead(&p->grids, species, p->cells->cell[i], face, look);
+    const int looks = mill_grids_look(&p->grids, species, p->cells->cell[i], face, look);
     p->world->counts.cell_crossings++;
     scan(p, i, now, look, looks);
     complete(p, i, now, MILL_NOBODY);
@@ -379,7 +378,7 @@ double mill_schedule_overlap(struct mill_schedule *p, int32_t i, double t)
     if (!(fabs(r.x) + fabs(r.y) + fabs(r.z) < (double)INFINITY))
         return INFINITY;
     struct mill_grids_look look[MILL_GRIDS_MOST];
-    const int looks = mill_grids_around(&p->grids, w->ball[i].species, p->cells->cell[i], look);
+    const int looks = mill_grids_look(&p->grids, w->ball[i].species, p->cells->cell[i], -1, look);
     for (int l = 0; l < looks; l++) {
         const int32_t n = mill_cells_gather(look[l].cells, look[l].cell, look[l].offset,
                                             look[l].count, 1, p->pairs.near);

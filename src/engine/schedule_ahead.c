@@ -32,7 +32,8 @@ static int32_t partner_of(const struct mill_plan *plan)
 static void fetch_cells(const struct mill_schedule *p, const struct mill_grids_look *l)
 {
     const size_t word = mill_cells_word_size(l->cells);
-    const char *row = (const char *)l->cells->bucket + (size_t)l->cell * (size_t)l->cells->row * word;
+    const char *row =
+        (const char *)l->cells->bucket + (size_t)l->cell * (size_t)l->cells->row * word;
     (void)p;
     for (int32_t k = 0; k < l->count; k++)
         fetch(row + l->offset[k] * (int64_t)word);
@@ -60,10 +61,10 @@ static void look(const struct mill_schedule *p, int32_t i,
     const int32_t at = cell[i] + (exit ? mill_cells_step(p->cells, plan->face) : 0);
     struct mill_grids_look look[2 * MILL_GRIDS_MOST];
     const struct mill_ball *ball = p->world->ball;
-    int looks = exit ? mill_grids_ahead(&p->grids, ball[i].species, at, plan->face, look)
-                     : mill_grids_around(&p->grids, ball[i].species, at, look);
+    int looks = exit ? mill_grids_look(&p->grids, ball[i].species, at, plan->face, look)
+                     : mill_grids_look(&p->grids, ball[i].species, at, -1, look);
     if (partner >= 0 && (cell[partner] != at || ball[partner].species != ball[i].species))
-        looks += mill_grids_around(&p->grids, ball[partner].species, cell[partner], look + looks);
+        looks += mill_grids_look(&p->grids, ball[partner].species, cell[partner], -1, look + looks);
     fetch(&p->surface_start[at]);
     if (partner >= 0)
         fetch(&p->surface_start[cell[partner]]);

@@ -357,7 +357,7 @@ bool mill_sim_paranoid_ball(struct mill_sim *sim, int32_t i, bool fresh, int32_t
     for (int32_t j = 0; j < w->balls && holds; j++) {
         double end = fmin(mine, mill_plan_time(&q->plan[j]));
         if (fresh && mill_grids_near(&q->grids, w->ball[i].species, q->cells->cell[i],
-                            w->ball[j].species, q->cells->cell[j]))
+                                     w->ball[j].species, q->cells->cell[j]))
             end = fmin(q->plan[i].pair_t, q->horizon);
         holds = j == i || check_pair(sim, i, j, end);
     }
