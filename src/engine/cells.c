@@ -206,71 +206,61 @@ void mill_cells_remove(struct mill_cells *c, int32_t ball)
     set_held(c, cell, last);
 }
 
-/* First time at which a ball is at or beyond a face and moves outwards. gap: its distance from the
- * face, inwards (<= 0: at the face or beyond). v and g are positive outwards, g is not 0. If the
- * ball is beyond the face, moves inwards and turns back: the later root, or the turning point if it
- * never gets inside. */
-static inline double reach_face(double gap, double v, double g)
+/* The time at which a ball leaves an axis of its cell, and the face. Without gravity along it, it
+ * can only reach the face ahead. Choices are arithmetic, because half of the branches would be
+ * mispredicted. NaN (the face is infinitely far away, or the ball rests on it): never. */
+static inline double leave_straight(double r, double v, const double *edge, int32_t *face)
 {
-    const double square = v * v + 2.0 * g * gap;
-    if (gap <= 0.0 && (v > 0.0 || (v == 0.0 && g > 0.0)))
-        return 0.0;
-    if (gap <= 0.0)
-        return g > 0.0 ? (-v + sqrt(fmax(square, 0.0))) / g : HUGE_VAL;
-    if (gap == HUGE_VAL || square < 0.0)
-        return HUGE_VAL;
-    const double root = sqrt(square);
-    if (v > 0.0)
-        return 2.0 * gap / (v + root);
-    return g > 0.0 ? (root - v) / g : HUGE_VAL;
+    static const double sign[2] = {-1.0, 1.0};
+    const int32_t ahead = v > 0.0;
+    const double gap = (edge[ahead] - r) * sign[ahead];
+    *face = ahead;
+    return mill_greatest(gap, 0.0) / fabs(v);
 }
 
-static inline void take(struct mill_cell_exit *best, int32_t face, double dt)
+/* The same with gravity g along the axis. A ball that moves against gravity leaves through the face
+ * ahead if it gets there; in all other cases it leaves through the face below. A ball beyond that
+ * face which moves inwards leaves when it turns back: at the later root, or at the turning point if
+ * it never gets inside. */
+static inline double leave_falling(double r, double v, double g, const double *edge, int32_t *face)
 {
-    if (dt < best->dt) {
-        best->dt = dt;
-        best->face = face;
-    }
+    static const double sign[2] = {-1.0, 1.0};
+    const int32_t down = g > 0.0;
+    const double sink = v * sign[down], pull = fabs(g), speed = fabs(v);
+    const double below = (edge[down] - r) * sign[down], above = (r - edge[1 - down]) * sign[down];
+    const double rise = v * v - 2.0 * pull * above;
+    const bool up = (sink < 0.0) & (rise >= 0.0), straight = up | (sink > 0.0);
+    const double square = up ? rise : v * v + 2.0 * pull * below;
+    const double both = speed + sqrt(mill_greatest(square, 0.0));
+    const double way = 2.0 * mill_greatest(up ? above : below, 0.0);
+    *face = up ? 1 - down : down;
+    return (straight ? way : both) / (straight ? both : pull);
 }
 
-/* Tries both faces of one axis. Without gravity along it, the ball can reach only the face
- * ahead. */
-static inline void try_axis(struct mill_cell_exit *best, int32_t face, double r, double v, double g,
-                            const double *edge)
+static inline double leave(double r, double v, double g, const double *edge, int32_t *face)
 {
-    if (g != 0.0) {
-        take(best, face, reach_face(r - edge[0], -v, -g));
-        take(best, face + 1, reach_face(edge[1] - r, v, g));
-    } else if (v != 0.0) {
-        const double gap = v > 0.0 ? edge[1] - r : r - edge[0];
-        take(best, face + (v > 0.0), gap > 0.0 ? gap / fabs(v) : 0.0);
-    }
-}
-
-/* Does the flight certainly stay between the faces of an axis during the search interval? It
- * compares a bound of the distance flown that is larger than rounding errors. False for an infinite
- * interval. */
-static inline int stays(double r, double v, double g, const double *edge, double window)
-{
-    const double way = window * (fabs(v) + 0.5 * window * fabs(g)) * (1.0 + 1e-9);
-    return (r - way > edge[0]) & (r + way < edge[1]);
+    return g == 0.0 ? leave_straight(r, v, edge, face) : leave_falling(r, v, g, edge, face);
 }
 
 struct mill_cell_exit mill_cells_exit(const struct mill_cells *c, int32_t cell, vec3 r, vec3 v,
-                                      vec3 g, double window)
+                                      vec3 g)
 {
-    assert(window >= 0.0);
-    struct mill_cell_exit best = {HUGE_VAL, 0};
-    int32_t i[3];
+    int32_t i[3], side[3];
     mill_cells_index(c, cell, i);
-    const double *x = c->edge[0] + i[0], *y = c->edge[1] + i[1], *z = c->edge[2] + i[2];
-    if (stays(r.x, v.x, g.x, x, window) & stays(r.y, v.y, g.y, y, window) &
-        stays(r.z, v.z, g.z, z, window))
-        return best;
-    try_axis(&best, 0, r.x, v.x, g.x, x);
-    try_axis(&best, 2, r.y, v.y, g.y, y);
-    try_axis(&best, 4, r.z, v.z, g.z, z);
-    return best;
+    const double x = leave(r.x, v.x, g.x, c->edge[0] + i[0], &side[0]);
+    const double y = leave(r.y, v.y, g.y, c->edge[1] + i[1], &side[1]);
+    const double z = leave(r.z, v.z, g.z, c->edge[2] + i[2], &side[2]);
+    double dt = HUGE_VAL;
+    const int32_t at_x = -(int32_t)(x < dt);
+    dt = mill_least(x, dt);
+    const int32_t at_y = -(int32_t)(y < dt);
+    dt = mill_least(y, dt);
+    const int32_t at_z = -(int32_t)(z < dt);
+    dt = mill_least(z, dt);
+    int32_t face = side[0] & at_x;
+    face ^= (face ^ (2 + side[1])) & at_y;
+    face ^= (face ^ (4 + side[2])) & at_z;
+    return (struct mill_cell_exit){dt, face};
 }
 
 bool mill_cells_cross(struct mill_cells *c, int32_t ball, int32_t face)

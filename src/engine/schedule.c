@@ -315,7 +315,7 @@ static void complete(struct mill_schedule *p, int32_t i, double now, int32_t tou
     const int32_t cell = p->cells->cell[i];
     const double until = mill_least(plan->pair_t, p->horizon);
     const struct mill_cell_exit out =
-        mill_cells_exit(p->cells, cell, ball->r, ball->v, p->world->g, until - now);
+        mill_cells_exit(p->cells, cell, ball->r, ball->v, p->world->g);
     plan->exit_t = now + out.dt;
     plan->face = (int16_t)out.face;
     plan->shape_t = INFINITY;
