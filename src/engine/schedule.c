@@ -187,22 +187,6 @@ void mill_schedule_free(struct mill_schedule *p)
     free(p);
 }
 
-/* Looks for an earlier pair contact of the plan. Meanwhile the cache loads the cell's surfaces,
- * which are searched next. */
-static void scan(struct mill_schedule *p, int32_t i, double now, const struct mill_grids_look *look,
-                 int looks)
-{
-    struct mill_plan *plan = &p->plan[i];
-    struct mill_pair found = {plan->pair_t - now, MILL_NOBODY};
-    __builtin_prefetch(&p->surface[p->surface_start[p->cells->cell[i]]]);
-    p->world->counts.pair_tests += (uint64_t)p->search(&p->pairs, i, now, look, looks, &found);
-    if (found.partner != MILL_NOBODY) {
-        plan->pair_t = now + found.dt;
-        plan->partner = found.partner;
-        plan->partner_contacts = p->world->ball[found.partner].contacts;
-    }
-}
-
 /* Is a ball that was let go clear again of all bodies that can pinch? */
 static bool is_clear(const struct mill_schedule *p, int32_t i, double now)
 {
@@ -306,16 +290,28 @@ static void search_surfaces(struct mill_schedule *p, int32_t i, double now, doub
     }
 }
 
-/* Plans the exit from the cell, then surfaces within the remaining interval, then enters the
- * earliest event into the calendar. */
-static void complete(struct mill_schedule *p, int32_t i, double now, int32_t touched)
+/* Plans the exit from the cell and an earlier pair contact, then surfaces within the remaining
+ * interval, then enters the earliest event into the calendar. face: which the ball has crossed, or
+ * -1: all cells around it are searched. The exit comes first because it needs nothing from the
+ * search: the processor computes it while the search waits for memory. */
+static void plan_ball(struct mill_schedule *p, int32_t i, double now, int32_t face, int32_t touched)
 {
     struct mill_plan *plan = &p->plan[i];
     const struct mill_ball *ball = &p->world->ball[i];
     const int32_t cell = p->cells->cell[i];
-    const double until = mill_least(plan->pair_t, p->horizon);
+    const bool walls = p->surface_start[cell] < p->surface_start[cell + 1];
     const struct mill_cell_exit out =
         mill_cells_exit(p->cells, cell, ball->r, ball->v, p->world->g);
+    struct mill_grids_look look[MILL_GRIDS_MOST];
+    const int looks = mill_grids_look(&p->grids, ball->species, cell, face, look);
+    struct mill_pair found = {plan->pair_t - now, MILL_NOBODY};
+    __builtin_prefetch(&p->surface[p->surface_start[cell]]); /* they are searched next */
+    p->world->counts.pair_tests += (uint64_t)p->search(&p->pairs, i, now, look, looks, &found);
+    if (found.partner != MILL_NOBODY) {
+        plan->pair_t = now + found.dt;
+        plan->partner = found.partner;
+        plan->partner_contacts = p->world->ball[found.partner].contacts;
+    }
     plan->exit_t = now + out.dt;
     plan->face = (int16_t)out.face;
     plan->shape_t = INFINITY;
@@ -323,8 +319,10 @@ static void complete(struct mill_schedule *p, int32_t i, double now, int32_t tou
     plan->next = MILL_NEXT_SURFACE;
     if (plan->let_go)
         plan->let_go = !is_clear(p, i, now);
-    if (p->surface_start[cell] < p->surface_start[cell + 1])
+    if (walls) {
+        const double until = mill_least(plan->pair_t, p->horizon);
         search_surfaces(p, i, now, mill_least(until, plan->exit_t) - now, touched);
+    }
     /* arithmetic instead of branches, half of which would be mispredicted */
     const int pair = (plan->pair_t <= plan->shape_t) & (plan->pair_t <= plan->exit_t);
     const int surface = plan->shape_t <= plan->exit_t;
@@ -344,27 +342,20 @@ void mill_schedule_begin(struct mill_schedule *p, double horizon)
 void mill_schedule_ball(struct mill_schedule *p, int32_t i, double now, int32_t touched)
 {
     assert(p->world->ball[i].t == now);
-    struct mill_grids_look look[MILL_GRIDS_MOST];
-    const int looks =
-        mill_grids_look(&p->grids, p->world->ball[i].species, p->cells->cell[i], -1, look);
     p->world->counts.predictions++;
     p->plan[i].pair_t = INFINITY;
     p->plan[i].partner = MILL_NOBODY;
-    scan(p, i, now, look, looks);
-    complete(p, i, now, touched);
+    plan_ball(p, i, now, -1, touched);
 }
 
 bool mill_schedule_cross(struct mill_schedule *p, int32_t i, double now)
 {
     assert(p->world->ball[i].t == now && p->plan[i].next == MILL_NEXT_EXIT);
-    const int32_t face = p->plan[i].face, species = p->world->ball[i].species;
-    struct mill_grids_look look[MILL_GRIDS_MOST];
-    if (!mill_grids_cross(&p->grids, i, species, face))
+    const int32_t face = p->plan[i].face;
+    if (!mill_grids_cross(&p->grids, i, p->world->ball[i].species, face))
         return false;
-    const int looks = mill_grids_look(&p->grids, species, p->cells->cell[i], face, look);
     p->world->counts.cell_crossings++;
-    scan(p, i, now, look, looks);
-    complete(p, i, now, MILL_NOBODY);
+    plan_ball(p, i, now, face, MILL_NOBODY);
     return true;
 }
 
