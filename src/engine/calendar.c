@@ -9,24 +9,23 @@
 #include "engine/calendar.h"
 
 #include "base/memory.h"
+#include "millsim/vec3.h"
 
 #include <assert.h>
 #include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
-#include <string.h>
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
 
 #define EVENTS_A_DAY 5.0 /* more make searches longer; fewer make more empty days to skip */
 #define CROWD 24         /* with so many events, today is a heap */
+#define BLOCK 8          /* so many events are compared at once */
 #define DAYS_AHEAD 4     /* number of days for which mill_calendar_ahead looks ahead */
 
 /* places outside of the lists; waiting: not yet in a list */
 enum { NOWHERE = -1, TODAY = -2, WAITING = -3 };
-
-struct entry {
-    int64_t order; /* the time as a whole number, which is compared without a branch */
-    int32_t item;
-};
 
 struct mill_calendar {
     int32_t items;
@@ -43,7 +42,8 @@ struct mill_calendar {
     struct mill_event *event; /* of item 0 */
     size_t stride;            /* bytes from one event to the next */
     int32_t *head;       /* first item of each list, [days + 1]; the last list is the overflow */
-    struct entry *entry; /* today's events, with room for all items */
+    double *due;         /* [s] times of today's events, with room for all items; then INFINITY */
+    int32_t *who;        /* their items */
     int32_t count;       /* number of today's events */
     bool heaped;         /* they form a heap; else they have no order */
 };
@@ -53,72 +53,104 @@ static struct mill_event *event_of(const struct mill_calendar *c, int32_t item)
     return (struct mill_event *)((char *)c->event + (size_t)item * c->stride);
 }
 
-/* Converts times to whole numbers in the same order: the bits of a double, with those of negative
- * numbers inverted. Adding 0.0 turns -0.0 into 0.0. */
-static struct entry entry_of(const struct mill_calendar *c, int32_t item)
+/* Is an event due before today's event at index `at`? */
+static bool is_before(const struct mill_calendar *c, double t, int32_t item, int32_t at)
 {
-    struct entry e = {0, item};
-    const double t = event_of(c, item)->t + 0.0;
-    memcpy(&e.order, &t, sizeof e.order);
-    e.order ^= -(int64_t)(e.order < 0) & INT64_MAX;
-    return e;
+    return (t < c->due[at]) | ((t == c->due[at]) & (item < c->who[at]));
 }
 
-static bool before(struct entry a, struct entry b)
+/* Puts an event at index `at`; the event's `next` is this index. */
+static void put(struct mill_calendar *c, int32_t at, double t, int32_t item)
 {
-    return (a.order < b.order) | ((a.order == b.order) & (a.item < b.item));
+    c->due[at] = t;
+    c->who[at] = item;
+    event_of(c, item)->next = at;
 }
 
-/* Puts an entry at index `at`; the event's `next` is this index. */
-static void put(struct mill_calendar *c, int32_t at, struct entry e)
+static void sift(struct mill_calendar *c, int32_t at, double t, int32_t item)
 {
-    c->entry[at] = e;
-    event_of(c, e.item)->next = at;
-}
-
-/* Replaces the entry at `at`; in a heap, it then moves to its place. */
-static inline void place(struct mill_calendar *c, int32_t at, struct entry e)
-{
-    while (c->heaped && at > 0 && before(e, c->entry[(at - 1) / 2])) {
-        put(c, at, c->entry[(at - 1) / 2]);
+    while (at > 0 && is_before(c, t, item, (at - 1) / 2)) {
+        put(c, at, c->due[(at - 1) / 2], c->who[(at - 1) / 2]);
         at = (at - 1) / 2;
     }
-    for (int32_t child = 2 * at + 1; c->heaped && child < c->count; child = 2 * at + 1) {
-        if (child + 1 < c->count && before(c->entry[child + 1], c->entry[child]))
+    for (int32_t child = 2 * at + 1; child < c->count; child = 2 * at + 1) {
+        if (child + 1 < c->count && is_before(c, c->due[child + 1], c->who[child + 1], child))
             child++;
-        if (!before(c->entry[child], e))
+        if (is_before(c, t, item, child))
             break;
-        put(c, at, c->entry[child]);
+        put(c, at, c->due[child], c->who[child]);
         at = child;
     }
-    put(c, at, e);
+    put(c, at, t, item);
+}
+
+/* Replaces the event at index `at`; in a heap, it then moves to its place. */
+static inline void place(struct mill_calendar *c, int32_t at, double t, int32_t item)
+{
+    if (c->heaped)
+        sift(c, at, t, item);
+    else
+        put(c, at, t, item);
 }
 
 static void join_today(struct mill_calendar *c, int32_t item)
 {
-    event_of(c, item)->place = TODAY;
-    place(c, c->count++, entry_of(c, item));
+    struct mill_event *n = event_of(c, item);
+    n->place = TODAY;
+    c->count++;
+    place(c, c->count - 1, n->t, item);
     if (c->heaped || c->count < CROWD)
         return;
     c->heaped = true;
     for (c->count = 1; c->count < CROWD; c->count++)
-        place(c, c->count, c->entry[c->count]);
+        sift(c, c->count, c->due[c->count], c->who[c->count]);
+}
+
+/* The index of the earliest of BLOCK events from `due` on, and its time; bits: all those at this
+ * time */
+static inline double earliest(const double *due, unsigned *bits)
+{
+#ifdef __SSE2__
+    const __m128d a = _mm_loadu_pd(due), b = _mm_loadu_pd(due + 2), c = _mm_loadu_pd(due + 4),
+                  d = _mm_loadu_pd(due + 6);
+    __m128d t = _mm_min_pd(_mm_min_pd(a, b), _mm_min_pd(c, d));
+    t = _mm_min_pd(t, _mm_shuffle_pd(t, t, 1));
+    *bits = (unsigned)_mm_movemask_pd(_mm_cmpeq_pd(a, t)) |
+            (unsigned)_mm_movemask_pd(_mm_cmpeq_pd(b, t)) << 2 |
+            (unsigned)_mm_movemask_pd(_mm_cmpeq_pd(c, t)) << 4 |
+            (unsigned)_mm_movemask_pd(_mm_cmpeq_pd(d, t)) << 6;
+    return _mm_cvtsd_f64(t);
+#else
+    double t = due[0];
+    for (int k = 1; k < BLOCK; k++)
+        t = mill_least(t, due[k]);
+    *bits = 0;
+    for (int k = 0; k < BLOCK; k++)
+        *bits |= (unsigned)(due[k] == t) << k;
+    return t;
+#endif
 }
 
 /* The item with the earliest of today's events */
-static int32_t first_of_today(const struct mill_calendar *c)
+static int32_t first_of_today(const struct mill_calendar *c, double *t)
 {
     assert(c->count > 0);
-    struct entry first = c->entry[0];
-    for (int32_t k = 1; !c->heaped && k < c->count; k++) {
-        const struct entry e = c->entry[k];
-        /* Masks, because compilers make a branch of a choice, and half of these branches would be
-         * mispredicted. */
-        const int64_t take = -(int64_t)before(e, first);
-        first.order ^= (first.order ^ e.order) & take;
-        first.item ^= (first.item ^ e.item) & (int32_t)take;
+    unsigned bits;
+    *t = earliest(c->due, &bits);
+    int32_t item = c->who[__builtin_ctz(bits)];
+    const bool alone = (bits & (bits - 1)) == 0;
+    if (alone && c->count <= BLOCK)
+        return item;
+    if (c->heaped) {
+        *t = c->due[0];
+        return c->who[0];
     }
-    return first.item;
+    for (int32_t k = 0; k < c->count; k++)
+        if (c->due[k] < *t || (c->due[k] == *t && c->who[k] < item)) {
+            *t = c->due[k];
+            item = c->who[k];
+        }
+    return item;
 }
 
 static double day_of(const struct mill_calendar *c, double t)
@@ -137,9 +169,11 @@ static void take_out(struct mill_calendar *c, int32_t item)
         c->in_year -= n->place < c->days;
     } else if (n->place == TODAY) {
         assert(n->next >= 0 && n->next < c->count);
-        const struct entry last = c->entry[--c->count];
+        const double t = c->due[--c->count];
+        const int32_t last = c->who[c->count];
+        c->due[c->count] = HUGE_VAL;
         if (n->next < c->count)
-            place(c, n->next, last);
+            place(c, n->next, t, last);
         c->heaped = c->heaped && c->count > 0;
     } else if (n->place == WAITING) {
         c->waiting = -1;
@@ -205,11 +239,14 @@ struct mill_calendar *mill_calendar_create(int32_t items, struct mill_event *eve
     while (c->days < items && c->days < (1 << 29))
         c->days *= 2;
     c->head = mill_memory_get((size_t)c->days + 1, sizeof *c->head);
-    c->entry = malloc(sizeof *c->entry * ((size_t)items + 1));
-    if (!c->head || !c->entry) {
+    c->due = mill_memory_get((size_t)items + BLOCK, sizeof *c->due);
+    c->who = mill_memory_get((size_t)items + BLOCK, sizeof *c->who);
+    if (!c->head || !c->due || !c->who) {
         mill_calendar_free(c);
         return NULL;
     }
+    for (int32_t k = 0; k < items + BLOCK; k++)
+        c->due[k] = HUGE_VAL;
     mill_calendar_clear(c, 0.0);
     mill_calendar_set_width(c, 1e-6); /* any value: it is adapted within the first year */
     return c;
@@ -220,7 +257,8 @@ void mill_calendar_free(struct mill_calendar *c)
     if (!c)
         return;
     free(c->head);
-    free(c->entry);
+    free(c->due);
+    free(c->who);
     free(c);
 }
 
@@ -238,7 +276,9 @@ static void empty(struct mill_calendar *c, double start)
     for (int32_t list = 0; list <= c->days; list++)
         c->head[list] = -1;
     c->waiting = -1;
-    c->in_year = c->count = 0;
+    while (c->count > 0)
+        c->due[--c->count] = HUGE_VAL;
+    c->in_year = 0;
     c->heaped = false;
     begin_year(c, start);
 }
@@ -259,7 +299,7 @@ void mill_calendar_set(struct mill_calendar *c, int32_t item, double t)
     if (n->place == TODAY && day < (double)(c->today + 1)) {
         assert(n->next >= 0 && n->next < c->count);
         n->t = t;
-        place(c, n->next, entry_of(c, item));
+        place(c, n->next, t, item);
         return;
     }
     take_out(c, item);
@@ -346,8 +386,7 @@ int32_t mill_calendar_next(struct mill_calendar *c, double *t)
                 next_year(c);
         }
     }
-    const int32_t item = first_of_today(c);
-    *t = event_of(c, item)->t;
+    const int32_t item = first_of_today(c, t);
     if (item != c->last_item || *t != c->last_t) {
         c->last_item = item;
         c->last_t = *t;
