@@ -41,11 +41,11 @@ struct mill_calendar {
     int32_t ahead, ahead_day; /* present place of a walk through the lists of the next days */
     struct mill_event *event; /* of item 0 */
     size_t stride;            /* bytes from one event to the next */
-    int32_t *head;       /* first item of each list, [days + 1]; the last list is the overflow */
-    double *due;         /* [s] times of today's events, with room for all items; then INFINITY */
-    int32_t *who;        /* their items */
-    int32_t count;       /* number of today's events */
-    bool heaped;         /* they form a heap; else they have no order */
+    int32_t *head; /* first item of each list, [days + 1]; the last list is the overflow */
+    double *due;   /* [s] times of today's events, with room for all items; then INFINITY */
+    int32_t *who;  /* their items */
+    int32_t count; /* number of today's events */
+    bool heaped;   /* they form a heap; else they have no order */
 };
 
 static struct mill_event *event_of(const struct mill_calendar *c, int32_t item)

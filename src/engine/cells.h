@@ -78,6 +78,12 @@ void mill_cells_box(const struct mill_cells *cells, int32_t cell, vec3 *lo, vec3
 bool mill_cells_insert(struct mill_cells *cells, int32_t ball, int32_t cell);
 void mill_cells_remove(struct mill_cells *cells, int32_t ball);
 
+/* Are the rows the shortest? */
+static inline bool mill_cells_shortest(const struct mill_cells *c)
+{
+    return c->form == MILL_CELLS_SHORT && c->row == MILL_CELL_ROW;
+}
+
 static inline size_t mill_cells_word_size(const struct mill_cells *c)
 {
     return c->form == MILL_CELLS_SHORT ? sizeof(uint16_t) : sizeof(uint32_t);
@@ -167,5 +173,25 @@ mill_cells_gather(const struct mill_cells *cells, int32_t cell, const int64_t *r
     return (int32_t)n;
 }
 #undef MILL_CELLS_COPY
+
+/* The same for the shortest rows and cells in threes along z, whose rows are neighbours in memory:
+ * only the first offset of each three is read. */
+static inline __attribute__((always_inline)) int32_t
+mill_cells_gather_threes(const struct mill_cells *cells, int32_t cell,
+                         const int64_t *restrict offset, int32_t count, int32_t scale,
+                         int32_t *restrict out)
+{
+    const uint16_t *first = (const uint16_t *)cells->bucket + (int64_t)cell * MILL_CELL_ROW;
+    int64_t n = 0;
+    for (int32_t k = 0; k < count; k += 3) {
+        const uint16_t *b = first + offset[k];
+        for (int32_t row = 0; row < 3; row++, b += MILL_CELL_ROW) {
+            for (int32_t m = 0; m < MILL_CELL_ROW; m++)
+                out[n + m] = b[m] * scale;
+            n += b[MILL_CELL_ROW - 1];
+        }
+    }
+    return (int32_t)n;
+}
 
 #endif

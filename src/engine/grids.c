@@ -270,10 +270,11 @@ int mill_grids_look_all(const struct mill_grids *g, int32_t species, int32_t cel
         const int32_t at = cell_in(g, in, fine);
         if (face >= 0 && cell_in(g, small, fine) == cell_in(g, small, before))
             continue; /* who is near the ball is as before */
-        look[looks] = (struct mill_grids_look){&g->own[in], v->around, v->sum, at, v->count};
+        look[looks] = (struct mill_grids_look){&g->own[in], v->around, v->sum, at, v->count, false};
         if (in == own) {
             look[looks].offset = face < 0 ? c->around : c->ahead[face];
             look[looks].count = face < 0 ? 27 : 9;
+            look[looks].threes = face < 4 && mill_cells_shortest(c);
         } else if (face >= 0) {
             look[looks].offset = v->ahead[face];
             look[looks].count = v->fresh[face];

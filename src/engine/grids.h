@@ -20,6 +20,7 @@ struct mill_grids_look {
     const int64_t *offset;
     double sum; /* [m] of the radii of the ball and of all balls in this grid; 0: they differ */
     int32_t cell, count;
+    bool threes; /* see mill_cells_gather_threes */
 };
 
 /* What balls of one class see in the grid of a class: the cells within reach, and those that may
@@ -70,6 +71,7 @@ static inline int mill_grids_look(const struct mill_grids *g, int32_t species, i
     look->sum = g->view[0][0].sum;
     look->cell = cell;
     look->count = face < 0 ? 27 : 9;
+    look->threes = face < 4 && mill_cells_shortest(c);
     return 1;
 }
 

@@ -24,7 +24,9 @@ TARGET static int32_t SEARCH(const struct mill_pairs *pairs, int32_t i, double n
     for (const struct mill_grids_look *l = look; l < look + looks; l++) {
         /* offsets of the candidates' records, counted in doubles */
         const int32_t held =
-            mill_cells_gather(l->cells, l->cell, l->offset, l->count, RECORD, near + k);
+            l->threes
+                ? mill_cells_gather_threes(l->cells, l->cell, l->offset, l->count, RECORD, near + k)
+                : mill_cells_gather(l->cells, l->cell, l->offset, l->count, RECORD, near + k);
         const int32_t n = k + held;
         for (int32_t m = n; m < n + LANES - 1; m++)
             near[m] = i * RECORD; /* fills the last group; a ball never closes on itself */
