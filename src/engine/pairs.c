@@ -81,6 +81,7 @@ INLINE void choose(const struct mill_pairs *pairs, int32_t lanes, int64_t surviv
 }
 
 #define SEARCH search_plain
+#define LOOK look_plain
 #define TARGET
 #define LANES 2
 #define LANES_T lanes2
@@ -138,6 +139,7 @@ AVX2 INLINE int32_t keep4(const flags4 *flag, int32_t k, int32_t *kept)
 }
 
 #define SEARCH search_avx2
+#define LOOK look_avx2
 #define TARGET AVX2
 #define LANES 4
 #define LANES_T lanes4

@@ -1,10 +1,12 @@
 /* The pair search for one width of vectors. pairs.c includes this file once for each variant and
- * defines: SEARCH, its name; TARGET, the instructions that the compiler may use; LANES, the number
- * of lanes; LANES_T and FLAGS_T, vectors of doubles and of 64-bit words; SPLAT, TRANSPOSE and KEEP.
- * There is no include guard. */
+ * defines: SEARCH, its name, and LOOK, that of its part; TARGET, the instructions that the compiler
+ * may use; LANES, the number of lanes; LANES_T and FLAGS_T, vectors of doubles and of 64-bit words;
+ * SPLAT, TRANSPOSE and KEEP. There is no include guard. */
 
-TARGET static int32_t SEARCH(const struct mill_pairs *pairs, int32_t i, double now,
-                             const struct mill_grids_look *look, int looks, struct mill_pair *found)
+/* sideways: gravity has a part along x or y. If not, leaving out what is 0 saves time. */
+TARGET INLINE int32_t LOOK(const struct mill_pairs *pairs, int32_t i, double now,
+                           const struct mill_grids_look *look, int looks, struct mill_pair *found,
+                           const bool sideways)
 {
     int32_t *restrict near = pairs->near;
     double *restrict terms = pairs->terms;
@@ -44,11 +46,11 @@ TARGET static int32_t SEARCH(const struct mill_pairs *pairs, int32_t i, double n
             }
             const LANES_T dt = t_now - t;
             const LANES_T half = SPLAT(0.5) * dt * dt;
-            const LANES_T dx = x + vx * dt + gx * half - mx;
-            const LANES_T dy = y + vy * dt + gy * half - my;
+            const LANES_T dx = (sideways ? x + vx * dt + gx * half : x + vx * dt) - mx;
+            const LANES_T dy = (sideways ? y + vy * dt + gy * half : y + vy * dt) - my;
             const LANES_T dz = z + vz * dt + gz * half - mz;
-            const LANES_T ux = vx + gx * dt - mvx;
-            const LANES_T uy = vy + gy * dt - mvy;
+            const LANES_T ux = (sideways ? vx + gx * dt : vx) - mvx;
+            const LANES_T uy = (sideways ? vy + gy * dt : vy) - mvy;
             const LANES_T uz = vz + gz * dt - mvz;
             const LANES_T b = dx * ux + dy * uy + dz * uz;
             const LANES_T c = dx * dx + dy * dy + dz * dz - square_sum;
@@ -66,7 +68,15 @@ TARGET static int32_t SEARCH(const struct mill_pairs *pairs, int32_t i, double n
     return examined;
 }
 
+TARGET static int32_t SEARCH(const struct mill_pairs *pairs, int32_t i, double now,
+                             const struct mill_grids_look *look, int looks, struct mill_pair *found)
+{
+    return pairs->g.x == 0.0 && pairs->g.y == 0.0 ? LOOK(pairs, i, now, look, looks, found, false)
+                                                  : LOOK(pairs, i, now, look, looks, found, true);
+}
+
 #undef SEARCH
+#undef LOOK
 #undef TARGET
 #undef LANES
 #undef LANES_T
