@@ -104,8 +104,8 @@ bool mill_body_ring_meets(const struct mill_bodied *b, const double ring[4], vec
            along > ring[2] - far - half_along && along < ring[3] + far + half_along;
 }
 
-/* Seen from the line, a ball in the box is within the angle `wide` of the direction of the box's
- * centre, and the body is within the angle `own` of its own direction. */
+/* Seen from the line, a ball in the box is within an angle of the direction of the box's
+ * centre, and the body is within an angle of its own direction. */
 struct mill_sector mill_body_sector(const struct mill_shape *shape, vec3 lo, vec3 hi, double radius)
 {
     const struct mill_bodied *b = (const struct mill_bodied *)shape;
@@ -121,11 +121,9 @@ struct mill_sector mill_body_sector(const struct mill_shape *shape, vec3 lo, vec
     const double across = b->across + radius + margin;
     if (!b->rings || vec3_norm(b->towards) == 0.0 || !(rho - half > across))
         return any;
-    const double wide = mill_elementary_asin(half / rho);
-    const double own = mill_elementary_asin(across / (rho - half));
     const vec3 e = b->towards;
     return (struct mill_sector){vec3_dot(e, out) / rho, vec3_dot(b->axis, vec3_cross(e, out)) / rho,
-                                mill_elementary_cos(fmin(wide + own, MILL_PI)) - 1e-9};
+                                mill_sector_cos(half / rho, across / (rho - half)) - 1e-9};
 }
 
 void mill_body_clip(const struct mill_bodied *b, vec3 *lo, vec3 *hi)

@@ -187,20 +187,25 @@ void mill_mesh_triangle(struct mill_mesh *mesh, vec3 a, vec3 b, vec3 c)
 
 void mill_mesh_cut_triangle(const vec3 corner[3], double size, mill_mesh_on_piece *on, void *to)
 {
-    const vec3 a = corner[0], b = corner[1], c = corner[2];
-    const vec3 ab = vec3_sub(b, a), bc = vec3_sub(c, b), ca = vec3_sub(a, c);
-    const double x = vec3_dot(ab, ab), y = vec3_dot(bc, bc), z = vec3_dot(ca, ca);
-    const double longest = fmax(x, fmax(y, z));
-    if (!(longest > size * size)) {
-        on(to, corner);
-        return;
+    vec3 part[3] = {corner[0], corner[1], corner[2]};
+    for (;;) {
+        const vec3 a = part[0], b = part[1], c = part[2];
+        const vec3 ab = vec3_sub(b, a), bc = vec3_sub(c, b), ca = vec3_sub(a, c);
+        const double x = vec3_dot(ab, ab), y = vec3_dot(bc, bc), z = vec3_dot(ca, ca);
+        const double later = y > z ? y : z, longest = x > later ? x : later;
+        if (!(longest > size * size))
+            break;
+        /* halve the longest edge, from p to q */
+        const vec3 p = x == longest ? a : y == longest ? b : c;
+        const vec3 q = x == longest ? b : y == longest ? c : a;
+        const vec3 r = x == longest ? c : y == longest ? a : b;
+        const vec3 m = vec3_scale(vec3_add(p, q), 0.5);
+        mill_mesh_cut_triangle((const vec3[3]){p, m, r}, size, on, to);
+        part[0] = m;
+        part[1] = q;
+        part[2] = r;
     }
-    /* halve the longest edge, from p to q */
-    const vec3 p = x == longest ? a : y == longest ? b : c;
-    const vec3 q = x == longest ? b : y == longest ? c : a;
-    const vec3 r = x == longest ? c : y == longest ? a : b, m = vec3_scale(vec3_add(p, q), 0.5);
-    mill_mesh_cut_triangle((const vec3[3]){p, m, r}, size, on, to);
-    mill_mesh_cut_triangle((const vec3[3]){m, q, r}, size, on, to);
+    on(to, part);
 }
 
 void mill_mesh_cut(const struct mill_mesh *mesh, double size, mill_mesh_on_piece *on, void *to)
