@@ -15,6 +15,8 @@ enum {
     MAX_RANK = 8,
     CHECKED = 1 << 20, /* [byte] for one checksum, at most: HDF5 copies this much at a time */
     CHUNK = 65536,
+    CHUNK_ROWS =
+        1024, /* at most: HDF5 compresses a whole chunk, also for a few rows of a short run */
     LARGEST_CHUNK = 262144 /* [byte] HDF5 needs three times as much to compress a chunk */
 };
 
@@ -316,7 +318,7 @@ struct mill_h5_column *mill_h5_column_create(struct mill_h5 *file, const char *p
             column->extent[i + 1] = layout->dims[i];
             column->row_bytes *= layout->dims[i];
         }
-        while (2 * column->capacity * column->row_bytes <= CHUNK && column->capacity < CHUNK)
+        while (2 * column->capacity * column->row_bytes <= CHUNK && column->capacity < CHUNK_ROWS)
             column->capacity *= 2;
         if (layout->chunk)
             column->capacity = layout->chunk;
