@@ -129,10 +129,12 @@ struct mill_sector mill_body_sector(const struct mill_shape *shape, vec3 lo, vec
 void mill_body_clip(const struct mill_bodied *b, vec3 *lo, vec3 *hi)
 {
     const vec3 least = b->places.lo, most = b->places.hi;
-    *lo = vec3_make(fmin(fmax(lo->x, least.x), most.x), fmin(fmax(lo->y, least.y), most.y),
-                    fmin(fmax(lo->z, least.z), most.z));
-    *hi = vec3_make(fmin(fmax(hi->x, least.x), most.x), fmin(fmax(hi->y, least.y), most.y),
-                    fmin(fmax(hi->z, least.z), most.z));
+    *lo = vec3_make(mill_least(mill_greatest(lo->x, least.x), most.x),
+                    mill_least(mill_greatest(lo->y, least.y), most.y),
+                    mill_least(mill_greatest(lo->z, least.z), most.z));
+    *hi = vec3_make(mill_least(mill_greatest(hi->x, least.x), most.x),
+                    mill_least(mill_greatest(hi->y, least.y), most.y),
+                    mill_least(mill_greatest(hi->z, least.z), most.z));
 }
 
 /* Can balls in the box touch the sphere around all places that the body reaches? */
@@ -140,8 +142,9 @@ static bool comes_near(const struct mill_bodied *b, vec3 lo, vec3 hi, double rad
 {
     const struct mill_motion_bounds *m = &b->convex.bounds;
     const vec3 h = m->home;
-    const vec3 off = {h.x - fmin(fmax(h.x, lo.x), hi.x), h.y - fmin(fmax(h.y, lo.y), hi.y),
-                      h.z - fmin(fmax(h.z, lo.z), hi.z)};
+    const vec3 off = {h.x - mill_least(mill_greatest(h.x, lo.x), hi.x),
+                      h.y - mill_least(mill_greatest(h.y, lo.y), hi.y),
+                      h.z - mill_least(mill_greatest(h.z, lo.z), hi.z)};
     const double far = m->far + b->hull.half + b->hull.radius;
     return vec3_norm(off) <= far + radius * (1.0 + 1e-3) + MARGIN * (far + vec3_norm(h));
 }
