@@ -36,15 +36,24 @@ bool mill_container_is_body(const struct mill_world *world)
     return walls.count > 0 && !(drum && wall);
 }
 
-double mill_container_gap(const struct mill_container_walls *walls, vec3 point, vec3 *normal)
+double mill_container_gap(const struct mill_container_walls *walls, vec3 point, double reach,
+                          vec3 *normal, struct mill_container_walls *near)
 {
     const vec3 place = mill_pose_out(walls->frame, point); /* in the motion's frame */
-    struct mill_contact nearest = {.gap = INFINITY};
+    double gap[MILL_WALLS], least = INFINITY;
+    vec3 away = {0.0, 0.0, 0.0};
     for (int k = 0; k < walls->count; k++) {
         const struct mill_shape *shape = walls->wall[k];
         const struct mill_contact c = shape->type->contact(shape, place, 0, &mill_pose_still);
-        nearest = c.gap < nearest.gap ? c : nearest;
+        gap[k] = c.gap;
+        away = c.gap < least ? c.normal : away;
+        least = mill_least(least, c.gap);
     }
-    *normal = mill_pose_turn_in(walls->frame, nearest.normal);
-    return nearest.gap;
+    near->frame = walls->frame;
+    near->count = 0;
+    for (int k = 0; k < walls->count; k++)
+        if (gap[k] <= least + 2.001 * reach)
+            near->wall[near->count++] = walls->wall[k];
+    *normal = mill_pose_turn_in(walls->frame, away);
+    return least;
 }

@@ -38,8 +38,10 @@ static double inside(const struct mill_container_walls *walls, const struct piec
     const vec3 point = ring ? vec3_make(middle[0], middle[1] * at.cos, middle[1] * at.sin)
                             : vec3_make(middle[0], middle[1], middle[2]);
     vec3 n;
-    const double gap = mill_container_gap(walls, point, &n), all = volume_of(piece, ring);
+    struct mill_container_walls near;
     const double reach = 0.5 * sqrt(side[0] * side[0] + side[1] * side[1] + side[2] * side[2]);
+    const double gap = mill_container_gap(walls, point, reach, &n, &near);
+    const double all = volume_of(piece, ring);
     if (fabs(gap) >= reach)
         return gap > 0 ? all : 0;
     if (side[longest] <= finest) {
@@ -49,7 +51,7 @@ static double inside(const struct mill_container_walls *walls, const struct piec
     }
     struct piece half[2] = {*piece, *piece};
     half[0].hi[longest] = half[1].lo[longest] = middle[longest];
-    return inside(walls, &half[0], ring, finest) + inside(walls, &half[1], ring, finest);
+    return inside(&near, &half[0], ring, finest) + inside(&near, &half[1], ring, finest);
 }
 
 static double edge(const struct mill_map *map, int axis, int i)
