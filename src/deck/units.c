@@ -130,8 +130,8 @@ static void make_plain(const char *unit, char out[2 * LONGEST])
     out[length] = '\0';
 }
 
-/* The SI unit itself, and a few others with the factors that UDUNITS-2 gives, to the last bit: its
- * database takes twice as long to read as all else that is done before the balls are placed. */
+/* The SI unit itself, and a few others with the factors that UDUNITS-2 gives, to the last bit.
+ * Reading its database takes ten times as long as reading a deck without it. */
 bool mill_units_usual(const char *unit, const char *si, double *scale)
 {
     static const struct {
