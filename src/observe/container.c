@@ -40,7 +40,7 @@ double mill_container_gap(const struct mill_container_walls *walls, vec3 point, 
                           vec3 *normal, struct mill_container_walls *near)
 {
     const vec3 place = mill_pose_out(walls->frame, point); /* in the motion's frame */
-    double gap[MILL_WALLS], least = INFINITY;
+    double gap[MILL_WALLS] = {0.0}, least = INFINITY;
     vec3 away = {0.0, 0.0, 0.0};
     for (int k = 0; k < walls->count; k++) {
         const struct mill_shape *shape = walls->wall[k];
