@@ -166,7 +166,7 @@ hid_t mill_h5_enter(struct mill_h5 *file, const char *path, const char **name)
 
 void mill_h5_remove(struct mill_h5 *file, const char *path)
 {
-    mill_h5_leave(file); /* space of an open group would be lost */
+    mill_h5_leave(file); /* an open group would live on, without a name */
     if (mill_h5_exists(file, path))
         H5Ldelete(file->id, path, H5P_DEFAULT);
     mill_h5_check(file, "replace", path);
