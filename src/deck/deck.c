@@ -96,7 +96,7 @@ static enum mill_status fill_key(struct mill_deck *deck, const struct mill_deck_
                                key->unless ? key->unless : "", key->unless ? "'" : "");
     } else if (entry && entry->quoted && key->type != MILL_KEY_FILE) {
         wrong = "double quotes are only allowed around the name of a file";
-    } else if (!mill_deck_value_read(deck->units, key, entry ? entry->value : key->preset, values,
+    } else if (!mill_deck_value_read(&deck->units, key, entry ? entry->value : key->preset, values,
                                      &why)) {
         wrong = why.text;
     }
@@ -374,8 +374,6 @@ enum mill_status mill_deck_read(const char *path, int count, const char *const *
     enum mill_status status = fault ? mill_deck_faults_create(made, error) : MILL_OK;
     if (status == MILL_OK)
         status = mill_deck_parse(made, path, count, overrides, error);
-    if (status == MILL_OK)
-        status = mill_units_create(&made->units, error);
     if (status == MILL_OK)
         status = fill(made, error);
     status = mill_deck_faults_tell(made, status, fault, error);

@@ -142,9 +142,10 @@ struct mill_deck_entry *mill_deck_entry(const struct mill_deck_section *section,
 /* Reads a finite decimal number at *at and moves *at behind it. false: there is no number. */
 bool mill_deck_value_number(const char **at, double *value);
 
-/* Reads `text` into form + key->offset. false: `why` says what was expected and what was found. */
-bool mill_deck_value_read(const struct mill_units *units, const struct mill_key *key,
-                          const char *text, void *form, struct mill_error *why);
+/* Reads `text` into form + key->offset. false: `why` says what was expected and what was found.
+ * *units: the database, which is loaded when it is first needed; NULL until then. */
+bool mill_deck_value_read(struct mill_units **units, const struct mill_key *key, const char *text,
+                          void *form, struct mill_error *why);
 
 /* What a key expects: "a length such as '75 mm'", or "a length with its unit such as ..." */
 void mill_deck_value_wanted(const struct mill_key *key, bool with_unit, char *out, size_t size);

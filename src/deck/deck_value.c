@@ -202,15 +202,19 @@ static bool is_in_range(const struct mill_key *key, double value, const char *te
 }
 
 /* Reads the unit after the number(s) of `text`: sets *scale. */
-static bool read_unit(const struct mill_units *units, const struct mill_key *key, const char *text,
+static bool read_unit(struct mill_units **units, const struct mill_key *key, const char *text,
                       const char *unit, double *scale, struct mill_error *why)
 {
     char remark[120] = "";
     *scale = 1.0;
     if (!*unit)
         return !*unit_of(key) || refuse(key, true, text, "", why);
+    if (key->unit && mill_units_usual(unit, key->unit, scale))
+        return true;
+    if (key->unit && !*units && mill_units_create(units, why) != MILL_OK)
+        return false;
     const enum mill_units_verdict verdict =
-        key->unit ? mill_units_scale(units, unit, key->unit, scale) : MILL_UNITS_MISMATCH;
+        key->unit ? mill_units_scale(*units, unit, key->unit, scale) : MILL_UNITS_MISMATCH;
     if (verdict == MILL_UNITS_GOOD)
         return true;
     if (unit[0] == 'l' && unit[1] == '/' &&
@@ -231,8 +235,8 @@ static bool read_unit(const struct mill_units *units, const struct mill_key *key
 }
 
 /* Reads `count` numbers and the unit after them. */
-static bool read_numbers(const struct mill_units *units, const struct mill_key *key,
-                         const char *text, int count, double *out, struct mill_error *why)
+static bool read_numbers(struct mill_units **units, const struct mill_key *key, const char *text,
+                         int count, double *out, struct mill_error *why)
 {
     const char *p = text;
     double value[3], scale;
@@ -299,8 +303,8 @@ static bool read_word(const struct mill_key *key, const char *text, void *out,
     return true;
 }
 
-bool mill_deck_value_read(const struct mill_units *units, const struct mill_key *key,
-                          const char *text, void *form, struct mill_error *why)
+bool mill_deck_value_read(struct mill_units **units, const struct mill_key *key, const char *text,
+                          void *form, struct mill_error *why)
 {
     void *out = (char *)form + key->offset;
     if (key->type == MILL_KEY_VECTOR)
@@ -339,8 +343,8 @@ void mill_deck_value_print(const struct mill_key *key, const void *form, char *o
 }
 
 /* Prints the line for one parsed override */
-static enum mill_status tell(const struct mill_deck *deck, const struct mill_units *units,
-                             FILE *out, struct mill_error *error)
+static enum mill_status tell(const struct mill_deck *deck, struct mill_units **units, FILE *out,
+                             struct mill_error *error)
 {
     static const char *const type[] = {"number", "vector", "whole",
                                        "choice", "file",   "name"}; /* mill_key_type */
@@ -387,13 +391,13 @@ enum mill_status mill_deck_tell(int count, const char *const *values, FILE *out,
                                 struct mill_error *error)
 {
     struct mill_units *units = NULL;
-    enum mill_status status = mill_units_create(&units, error);
+    enum mill_status status = MILL_OK;
     for (int i = 0; i < count && status == MILL_OK; i++) {
         struct mill_deck *deck = calloc(1, sizeof *deck);
         status = deck ? mill_deck_parse(deck, NULL, 1, &values[i], error)
                       : mill_error_set(error, MILL_FAILED, "out of memory");
         if (status == MILL_OK)
-            status = tell(deck, units, out, error);
+            status = tell(deck, &units, out, error);
         mill_deck_free(deck);
     }
     mill_units_free(units);

@@ -5,6 +5,8 @@
 
 #include "millsim/status.h"
 
+#include <stdbool.h>
+
 struct mill_units; /* the unit database */
 
 enum mill_units_verdict {
@@ -19,6 +21,9 @@ enum mill_units_verdict {
 /* Loads the database. MILL_FAILED: UDUNITS finds none, or out of memory. Owner: the caller. */
 enum mill_status mill_units_create(struct mill_units **units, struct mill_error *error);
 void mill_units_free(struct mill_units *units);
+
+/* Finds the factor of a unit that most decks use, without the database. false: ask the database. */
+bool mill_units_usual(const char *unit, const char *si, double *scale);
 
 /* Finds the factor that converts a number in `unit` to the SI unit `si`. Both are in the notation
  * of UDUNITS; `si` is a product of m, kg, s, Hz, rad, or "1". *scale is set only for

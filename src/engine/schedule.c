@@ -45,10 +45,10 @@ static bool list_surfaces(struct mill_schedule *p, double widest)
         }
         for (int32_t k = 0; k < w->shapes; k++) {
             const struct mill_shape *shape = w->shape[k];
-            struct mill_surface *next = &p->surface[n];
-            *next = (struct mill_surface){.shape = (int16_t)k, .motion = MILL_NOBODY, .cos = -2.0f};
             if (!shape->type->reachable(shape, lo, hi, widest))
                 continue;
+            struct mill_surface *next = &p->surface[n];
+            *next = (struct mill_surface){.shape = (int16_t)k, .motion = MILL_NOBODY, .cos = -2.0f};
             if (shape->type->parts)
                 next->parts = shape->type->parts(shape, lo, hi, widest);
             if (shape->motion && !shape->fixed && (shape->type->sector || shape->type->hull))

@@ -102,8 +102,8 @@ static bool reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, double r
     return sqrt(y * y + z * z) <= b->extent.reach + far;
 }
 
-/* Seen from the axis, a ball in the box is within the angle `wide` of the direction of the box's
- * centre. The blade, a strip from the axis outwards, is within the angle `own` of its own
+/* Seen from the axis, a ball in the box is within an angle of the direction of the box's
+ * centre. The blade, a strip from the axis outwards, is within an angle of its own
  * direction. */
 static struct mill_sector sector(const struct mill_shape *shape, vec3 lo, vec3 hi, double radius)
 {
@@ -118,10 +118,8 @@ static struct mill_sector sector(const struct mill_shape *shape, vec3 lo, vec3 h
     /* no sector for an infinite box, or for a blade that does not only turn about x */
     if (!(rho - half > across) || isinf(b->extent.reach))
         return any;
-    const double wide = mill_elementary_asin(half / rho);
-    const double own = mill_elementary_asin(across / (rho - half));
     return (struct mill_sector){(y * b->s.y + z * b->s.z) / rho, (z * b->s.y - y * b->s.z) / rho,
-                                mill_elementary_cos(wide + own) - 1e-9};
+                                mill_sector_cos(half / rho, across / (rho - half)) - 1e-9};
 }
 
 /* Draws the whole box from the axis on; the shaft hides its inner part */

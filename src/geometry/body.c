@@ -104,8 +104,8 @@ bool mill_body_ring_meets(const struct mill_bodied *b, const double ring[4], vec
            along > ring[2] - far - half_along && along < ring[3] + far + half_along;
 }
 
-/* Seen from the line, a ball in the box is within the angle `wide` of the direction of the box's
- * centre, and the body is within the angle `own` of its own direction. */
+/* Seen from the line, a ball in the box is within an angle of the direction of the box's
+ * centre, and the body is within an angle of its own direction. */
 struct mill_sector mill_body_sector(const struct mill_shape *shape, vec3 lo, vec3 hi, double radius)
 {
     const struct mill_bodied *b = (const struct mill_bodied *)shape;
@@ -121,20 +121,20 @@ struct mill_sector mill_body_sector(const struct mill_shape *shape, vec3 lo, vec
     const double across = b->across + radius + margin;
     if (!b->rings || vec3_norm(b->towards) == 0.0 || !(rho - half > across))
         return any;
-    const double wide = mill_elementary_asin(half / rho);
-    const double own = mill_elementary_asin(across / (rho - half));
     const vec3 e = b->towards;
     return (struct mill_sector){vec3_dot(e, out) / rho, vec3_dot(b->axis, vec3_cross(e, out)) / rho,
-                                mill_elementary_cos(fmin(wide + own, MILL_PI)) - 1e-9};
+                                mill_sector_cos(half / rho, across / (rho - half)) - 1e-9};
 }
 
 void mill_body_clip(const struct mill_bodied *b, vec3 *lo, vec3 *hi)
 {
     const vec3 least = b->places.lo, most = b->places.hi;
-    *lo = vec3_make(fmin(fmax(lo->x, least.x), most.x), fmin(fmax(lo->y, least.y), most.y),
-                    fmin(fmax(lo->z, least.z), most.z));
-    *hi = vec3_make(fmin(fmax(hi->x, least.x), most.x), fmin(fmax(hi->y, least.y), most.y),
-                    fmin(fmax(hi->z, least.z), most.z));
+    *lo = vec3_make(mill_least(mill_greatest(lo->x, least.x), most.x),
+                    mill_least(mill_greatest(lo->y, least.y), most.y),
+                    mill_least(mill_greatest(lo->z, least.z), most.z));
+    *hi = vec3_make(mill_least(mill_greatest(hi->x, least.x), most.x),
+                    mill_least(mill_greatest(hi->y, least.y), most.y),
+                    mill_least(mill_greatest(hi->z, least.z), most.z));
 }
 
 /* Can balls in the box touch the sphere around all places that the body reaches? */
@@ -142,8 +142,9 @@ static bool comes_near(const struct mill_bodied *b, vec3 lo, vec3 hi, double rad
 {
     const struct mill_motion_bounds *m = &b->convex.bounds;
     const vec3 h = m->home;
-    const vec3 off = {h.x - fmin(fmax(h.x, lo.x), hi.x), h.y - fmin(fmax(h.y, lo.y), hi.y),
-                      h.z - fmin(fmax(h.z, lo.z), hi.z)};
+    const vec3 off = {h.x - mill_least(mill_greatest(h.x, lo.x), hi.x),
+                      h.y - mill_least(mill_greatest(h.y, lo.y), hi.y),
+                      h.z - mill_least(mill_greatest(h.z, lo.z), hi.z)};
     const double far = m->far + b->hull.half + b->hull.radius;
     return vec3_norm(off) <= far + radius * (1.0 + 1e-3) + MARGIN * (far + vec3_norm(h));
 }

@@ -185,33 +185,6 @@ void mill_mesh_triangle(struct mill_mesh *mesh, vec3 a, vec3 b, vec3 c)
     triangle(mesh, false, first, first + 1, first + 2);
 }
 
-void mill_mesh_cut_triangle(const vec3 corner[3], double size, mill_mesh_on_piece *on, void *to)
-{
-    const vec3 a = corner[0], b = corner[1], c = corner[2];
-    const vec3 ab = vec3_sub(b, a), bc = vec3_sub(c, b), ca = vec3_sub(a, c);
-    const double x = vec3_dot(ab, ab), y = vec3_dot(bc, bc), z = vec3_dot(ca, ca);
-    const double longest = fmax(x, fmax(y, z));
-    if (!(longest > size * size)) {
-        on(to, corner);
-        return;
-    }
-    /* halve the longest edge, from p to q */
-    const vec3 p = x == longest ? a : y == longest ? b : c;
-    const vec3 q = x == longest ? b : y == longest ? c : a;
-    const vec3 r = x == longest ? c : y == longest ? a : b, m = vec3_scale(vec3_add(p, q), 0.5);
-    mill_mesh_cut_triangle((const vec3[3]){p, m, r}, size, on, to);
-    mill_mesh_cut_triangle((const vec3[3]){m, q, r}, size, on, to);
-}
-
-void mill_mesh_cut(const struct mill_mesh *mesh, double size, mill_mesh_on_piece *on, void *to)
-{
-    for (size_t i = 0; i < mesh->triangles; i++) {
-        const int64_t *c = mesh->corner[i];
-        mill_mesh_cut_triangle(
-            (const vec3[3]){mesh->point[c[0]], mesh->point[c[1]], mesh->point[c[2]]}, size, on, to);
-    }
-}
-
 /* Is a point of a line in the half plane off the axis? */
 static bool is_off(const double at[2], double widest)
 {

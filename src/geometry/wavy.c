@@ -273,6 +273,8 @@ static struct mill_span arcs_in_reach(const struct mill_shape *shape, vec3 lo, v
     const double half = sqrt(p.half_y * p.half_y + p.half_z * p.half_z) * (1.0 + 1e-9);
     const double away = sqrt(p.y * p.y + p.z * p.z);
     int first = 0, count = w->arcs;
+    if (away + half + radius < w->bore - 1e-6 * w->far - 1e-3 * radius)
+        return (struct mill_span){0, 0};
     if (away > half) {
         const double at = (mill_elementary_atan2(p.z, p.y) - w->angle) / w->half_pitch;
         const double wide = mill_elementary_asin(half / away) / w->half_pitch + 1e-6;
@@ -342,6 +344,7 @@ static bool create(struct mill_shape *shape, const void *form, const struct mill
         return false;
     w->base.hollow = w->radius = p->arc;
     w->far = p->radius + p->height;
+    w->bore = p->radius - p->height;
     w->angle = fmod(p->angle, 2.0 * MILL_PI);
     w->half_pitch = MILL_PI / p->buckles;
     w->pitch = mill_elementary_heading(w->half_pitch);

@@ -17,6 +17,7 @@ struct mill_wavy {
     struct mill_shape base;
     double radius;                    /* [m] of the arcs */
     double far;                       /* [m] bound of all coordinates y, z in the drum */
+    double bore;                      /* [m] nothing of the wall is nearer to the axis */
     double angle;                     /* [rad] of arc 0 */
     double half_pitch;                /* [rad] between neighbouring arcs */
     struct mill_heading pitch;        /* of half_pitch */

@@ -4,6 +4,7 @@
 
 #include "geometry/body.h"
 
+#include <assert.h>
 #include <math.h>
 
 static bool holds(const struct mill_shape *shape)
@@ -12,31 +13,47 @@ static bool holds(const struct mill_shape *shape)
            (shape->type->hull && ((const struct mill_bodied *)shape)->is.inside);
 }
 
-bool mill_container_is_body(const struct mill_world *world)
+struct mill_container_walls mill_container_find(const struct mill_world *world)
 {
-    bool any = false, drum = false, wall = false;
+    struct mill_container_walls walls = {.frame = &world->container.frame, .count = 0};
     for (int k = 0; k < world->shapes; k++) {
         if (!holds(world->shape[k]))
             continue;
-        any = true;
-        drum = drum || world->shape[k]->kind == MILL_BALL_DRUM;
-        wall = wall || world->shape[k]->kind == MILL_BALL_WALL;
+        assert(walls.count < MILL_WALLS);
+        walls.wall[walls.count++] = world->shape[k];
     }
-    return any && !(drum && wall);
+    return walls;
 }
 
-double mill_container_gap(const struct mill_world *world, vec3 point, vec3 *normal)
+bool mill_container_is_body(const struct mill_world *world)
 {
-    const struct mill_pose *frame = &world->container.frame;
-    const vec3 place = mill_pose_out(frame, point); /* in the motion's frame */
-    struct mill_contact nearest = {.gap = INFINITY};
-    for (int k = 0; k < world->shapes; k++) {
-        const struct mill_shape *shape = world->shape[k];
-        if (!holds(shape))
-            continue;
-        const struct mill_contact c = shape->type->contact(shape, place, 0, &mill_pose_still);
-        nearest = c.gap < nearest.gap ? c : nearest;
+    const struct mill_container_walls walls = mill_container_find(world);
+    bool drum = false, wall = false;
+    for (int k = 0; k < walls.count; k++) {
+        drum = drum || walls.wall[k]->kind == MILL_BALL_DRUM;
+        wall = wall || walls.wall[k]->kind == MILL_BALL_WALL;
     }
-    *normal = mill_pose_turn_in(frame, nearest.normal);
-    return nearest.gap;
+    return walls.count > 0 && !(drum && wall);
+}
+
+double mill_container_gap(const struct mill_container_walls *walls, vec3 point, double reach,
+                          vec3 *normal, struct mill_container_walls *near)
+{
+    const vec3 place = mill_pose_out(walls->frame, point); /* in the motion's frame */
+    double gap[MILL_WALLS] = {0.0}, least = INFINITY;
+    vec3 away = {0.0, 0.0, 0.0};
+    for (int k = 0; k < walls->count; k++) {
+        const struct mill_shape *shape = walls->wall[k];
+        const struct mill_contact c = shape->type->contact(shape, place, 0, &mill_pose_still);
+        gap[k] = c.gap;
+        away = c.gap < least ? c.normal : away;
+        least = mill_least(least, c.gap);
+    }
+    near->frame = walls->frame;
+    near->count = 0;
+    for (int k = 0; k < walls->count; k++)
+        if (gap[k] <= least + 2.001 * reach)
+            near->wall[near->count++] = walls->wall[k];
+    *normal = mill_pose_turn_in(walls->frame, away);
+    return least;
 }

@@ -17,7 +17,7 @@ enum {
     RINGS = MILL_MAPS_RINGS,
     FEWEST_SLICES = 4,
     FEWEST_RINGS = 6,
-    ANGLES = 720, /* directions in which a profile is measured */
+    ANGLES = 720, /* directions in which a profile is measured; `towards` has them */
     SUBS = 32     /* sub-points of a cell or ring along each direction, a power of two */
 };
 
@@ -28,34 +28,35 @@ static double gap_at(const struct mill_shape *drum, double y, double z)
     return mill_shape_gap(drum, vec3_make(0, y, z), 0, &mill_pose_still);
 }
 
-/* The gap at distance r from the axis, in direction number k */
-static double gap_towards(const struct mill_shape *drum, double r, int k)
+/* The gap at distance r from the axis, in a direction */
+static double gap_towards(const struct mill_shape *drum, double r, struct mill_heading at)
 {
-    const struct mill_heading at = mill_elementary_heading(2 * MILL_PI * k / ANGLES);
     return gap_at(drum, r * at.cos, r * at.sin);
 }
 
 /* The drum, whose cross-section is enough. NULL if the cross-section is the circle (within 1e-9 of
  * its radius), or if there is no drum. */
-static const struct mill_shape *odd_drum(const struct mill_world *world)
+static const struct mill_shape *odd_drum(const struct mill_world *world,
+                                         const struct mill_heading *towards)
 {
     const double radius = world->drum_radius;
     for (int i = 0; i < world->shapes; i++)
         for (int k = 0; world->shape[i]->type->kind == MILL_BALL_DRUM && k < ANGLES; k++)
-            if (!(fabs(gap_towards(world->shape[i], radius, k)) < 1e-9 * radius))
+            if (!(fabs(gap_towards(world->shape[i], radius, towards[k])) < 1e-9 * radius))
                 return world->shape[i];
     return NULL;
 }
 
 /* [m] Largest distance of the inner surface from the axis: the drum's radius, or more for a wavy
  * drum */
-static double farthest(const struct mill_world *world, const struct mill_shape *drum)
+static double farthest(const struct mill_world *world, const struct mill_shape *drum,
+                       const struct mill_heading *towards)
 {
     double radius = world->drum_radius;
     for (int k = 0; drum && k < ANGLES; k++) {
         double r = 0; /* steps as long as the gap never pass the wall */
         for (int step = 0; step < 1000; step++) {
-            const double gap = gap_towards(drum, r, k);
+            const double gap = gap_towards(drum, r, towards[k]);
             if (!(gap > 1e-9 * world->drum_radius) || r > 10 * world->drum_radius)
                 break;
             r += gap;
@@ -104,7 +105,8 @@ static int points_inside(const struct mill_shape *drum, double y0, double z0, do
 
 /* [m^2] Area of ring i of this width inside the drum. Everything within `bore` of the axis is
  * inside. */
-static double ring_area(const struct mill_shape *drum, double bore, double size, int i)
+static double ring_area(const struct mill_shape *drum, const struct mill_heading *towards,
+                        double bore, double size, int i)
 {
     double area = 0;
     for (int j = 0; j < SUBS; j++) { /* sub-rings of equal area */
@@ -113,7 +115,7 @@ static double ring_area(const struct mill_shape *drum, double bore, double size,
         const bool whole = !drum || r < bore; /* the wall is farther from the axis */
         int inside = whole ? ANGLES : 0;
         for (int k = 0; !whole && k < ANGLES; k++)
-            inside += gap_towards(drum, r, k) > 0;
+            inside += gap_towards(drum, r, towards[k]) > 0;
         area += MILL_PI * (r1 * r1 - r0 * r0) / SUBS * inside / ANGLES;
     }
     return area;
@@ -163,8 +165,11 @@ static int rings_of(const struct mill_world *world, double radius)
 bool mill_maps_init(struct mill_maps *maps, const struct mill_world *world)
 {
     const bool body = mill_container_is_body(world);
-    const struct mill_shape *drum = body ? NULL : odd_drum(world);
-    const double radius = farthest(world, drum), half = world->drum_length / 2;
+    struct mill_heading towards[ANGLES];
+    for (int k = 0; k < ANGLES; k++)
+        towards[k] = mill_elementary_heading(2 * MILL_PI * k / ANGLES);
+    const struct mill_shape *drum = body ? NULL : odd_drum(world, towards);
+    const double radius = farthest(world, drum, towards), half = world->drum_length / 2;
     const int rings = body ? rings_of(world, radius) : RINGS;
     const double wanted = round(world->drum_length / (radius / rings));
     const int slices = (int)fmin(fmax(wanted, FEWEST_SLICES), MILL_MAPS_LONGEST);
@@ -193,8 +198,9 @@ bool mill_maps_init(struct mill_maps *maps, const struct mill_world *world)
     }
     const double bore = drum ? gap_at(drum, 0, 0) : 0;
     for (int i = 0; i < maps->axial.n[0] * RINGS; i++)
-        room[i] = i < RINGS ? ring_area(drum, bore, maps->axial.size[1], i) * maps->axial.size[0]
-                            : room[i - RINGS];
+        room[i] = i < RINGS
+                      ? ring_area(drum, towards, bore, maps->axial.size[1], i) * maps->axial.size[0]
+                      : room[i - RINGS];
     return true;
 }
 

@@ -23,7 +23,7 @@ static double volume_of(const struct piece *p, bool ring)
 }
 
 /* [m^3] volume of the piece inside the container */
-static double inside(const struct mill_world *world, const struct piece *piece, bool ring,
+static double inside(const struct mill_container_walls *walls, const struct piece *piece, bool ring,
                      double finest)
 {
     double middle[3], side[3];
@@ -33,12 +33,15 @@ static double inside(const struct mill_world *world, const struct piece *piece, 
         side[k] = (piece->hi[k] - piece->lo[k]) * (ring && k == 2 ? piece->hi[1] : 1);
         longest = side[k] > side[longest] ? k : longest;
     }
-    const struct mill_heading at = mill_elementary_heading(ring ? middle[2] : 0);
+    const struct mill_heading at =
+        ring ? mill_elementary_heading(middle[2]) : (struct mill_heading){1, 0};
     const vec3 point = ring ? vec3_make(middle[0], middle[1] * at.cos, middle[1] * at.sin)
                             : vec3_make(middle[0], middle[1], middle[2]);
     vec3 n;
-    const double gap = mill_container_gap(world, point, &n), all = volume_of(piece, ring);
+    struct mill_container_walls near;
     const double reach = 0.5 * sqrt(side[0] * side[0] + side[1] * side[1] + side[2] * side[2]);
+    const double gap = mill_container_gap(walls, point, reach, &n, &near);
+    const double all = volume_of(piece, ring);
     if (fabs(gap) >= reach)
         return gap > 0 ? all : 0;
     if (side[longest] <= finest) {
@@ -48,7 +51,7 @@ static double inside(const struct mill_world *world, const struct piece *piece, 
     }
     struct piece half[2] = {*piece, *piece};
     half[0].hi[longest] = half[1].lo[longest] = middle[longest];
-    return inside(world, &half[0], ring, finest) + inside(world, &half[1], ring, finest);
+    return inside(&near, &half[0], ring, finest) + inside(&near, &half[1], ring, finest);
 }
 
 static double edge(const struct mill_map *map, int axis, int i)
@@ -60,6 +63,7 @@ void mill_maps_room(struct mill_maps *maps, const struct mill_world *world)
 {
     const double half = 0.5 * world->drum_length, finest = FINEST * maps->cross.size[0];
     double *room = maps->cross.room; /* of both maps */
+    const struct mill_container_walls walls = mill_container_find(world);
     for (int which = 0; which < 2; which++) {
         const bool ring = which == 1;
         const struct mill_map *map = ring ? &maps->axial : &maps->cross;
@@ -69,7 +73,7 @@ void mill_maps_room(struct mill_maps *maps, const struct mill_world *world)
                 const double c = edge(map, 1, k), d = edge(map, 1, k + 1);
                 const struct piece column = {{-half, a, c}, {half, b, d}};
                 const struct piece about = {{a, c, -MILL_PI}, {b, d, MILL_PI}};
-                *room++ = inside(world, ring ? &about : &column, ring, finest);
+                *room++ = inside(&walls, ring ? &about : &column, ring, finest);
             }
         }
     }

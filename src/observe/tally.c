@@ -123,8 +123,8 @@ static enum mill_status on_sample(struct mill_observer *observer, const struct m
         mill_maps_sample(&tally->gathered.maps, world, t);
         at->snapshots++;
     }
-    if (at->open && next_batch(tally) <= now)
-        mill_tally_window_batch(tally, &world->account);
+    if (at->open && next_batch(tally) <= now && !mill_tally_window_batch(tally, &world->account))
+        return mill_error_set(error, MILL_FAILED, "out of memory for the statistics");
     const bool known = at->ended == MILL_TALLY_PRECISION;
     if (known || tally->end <= now) {
         at->at_end = world->account;
@@ -208,8 +208,11 @@ static void tell_state(struct mill_observer *observer, struct mill_state *state)
         return;
     tell_strikes(&t->pairs, state);
     tell_gathered(&t->gathered, t->kinds, 0, state);
-    for (uint64_t i = 0; t->search && i < t->at.portions; i++)
-        tell_gathered(&t->portion[i], t->kinds, i + 1, state);
+    for (uint64_t i = 0; t->search && i < t->at.portions && state->status == MILL_OK; i++)
+        if (mill_tally_window_portion(t, i))
+            tell_gathered(&t->portion[i], t->kinds, i + 1, state);
+        else
+            mill_state_refuse(state, "out of memory for the statistics");
     const size_t n = (size_t)batches->at.batches;
     tell_blocks(&t->blocks, state);
     mill_state_structs(state, "before", sizeof *t->before, MILL_SPECTRUM_SLOTS, t->before);
@@ -254,10 +257,7 @@ static bool plan_batches(struct mill_tally *t, const struct mill_observe *asked,
         return false;
     t->at.length = 1;
     t->portion = t->search ? calloc(MILL_TALLY_PORTIONS, sizeof *t->portion) : NULL;
-    bool memory = !t->search || t->portion;
-    for (int i = 0; memory && t->search && i < MILL_TALLY_PORTIONS; i++)
-        memory = mill_tally_window_like(&t->portion[i], &t->gathered, t->kinds);
-    return memory;
+    return !t->search || t->portion;
 }
 
 static enum mill_status create(struct mill_observer *observer, const struct mill_observe *asked,

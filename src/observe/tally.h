@@ -154,8 +154,11 @@ static inline double mill_tally_per_second(const struct mill_tally_results *resu
  * periods. Fills in at->known. */
 uint64_t mill_tally_window_find(const struct mill_tally *tally, struct mill_tally_progress *at);
 
-/* Ends a batch. */
-void mill_tally_window_batch(struct mill_tally *tally, const struct mill_account *account);
+/* Ends a batch. false: out of memory */
+bool mill_tally_window_batch(struct mill_tally *tally, const struct mill_account *account);
+
+/* Makes the memory of a portion, unless it has it. false: out of memory */
+bool mill_tally_window_portion(struct mill_tally *tally, uint64_t number);
 
 /* Returns the strikes of an earlier portion. */
 struct mill_speeds *mill_tally_window_strikes(struct mill_tally *tally, int32_t portion);

@@ -44,6 +44,13 @@ bool mill_tally_window_like(struct mill_gathered *gathered, const struct mill_ga
            mill_wear_like(&gathered->wear, &as->wear);
 }
 
+/* A run that ends early needs only the first portions. */
+bool mill_tally_window_portion(struct mill_tally *t, uint64_t number)
+{
+    struct mill_gathered *portion = &t->portion[number];
+    return portion->impacts || mill_tally_window_like(portion, &t->gathered, t->kinds);
+}
+
 void mill_tally_window_free(struct mill_gathered *gathered)
 {
     free(gathered->impacts);
@@ -112,7 +119,7 @@ uint64_t mill_tally_window_find(const struct mill_tally *t, struct mill_tally_pr
     return from;
 }
 
-void mill_tally_window_batch(struct mill_tally *t, const struct mill_account *account)
+bool mill_tally_window_batch(struct mill_tally *t, const struct mill_account *account)
 {
     struct mill_gathered *gathered = &t->gathered;
     uint64_t count[MILL_SPECTRUM_SLOTS];
@@ -127,7 +134,9 @@ void mill_tally_window_batch(struct mill_tally *t, const struct mill_account *ac
     if (t->batches.at.batches % t->blocks.length == 0)
         mill_energies_blocks_close(&t->blocks, &gathered->energies, t->batches.at.period);
     if (t->batches.at.batches % t->at.length != 0)
-        return;
+        return true;
+    if (t->search && !mill_tally_window_portion(t, t->at.portions))
+        return false;
     if (t->search) { /* the statistics since the last portion become a new portion */
         move(&t->portion[t->at.portions], gathered);
         memset(gathered->impacts, 0, sizeof *gathered->impacts * (size_t)t->kinds);
@@ -150,4 +159,5 @@ void mill_tally_window_batch(struct mill_tally *t, const struct mill_account *ac
         if (t->at.settled && mill_precision_reached(&t->at.known, t->precision))
             t->at.ended = MILL_TALLY_PRECISION;
     }
+    return true;
 }

@@ -24,7 +24,7 @@
 /* Relative to the drum's radius: maximum distance of a triangle from its surface */
 #define FLAT 1e-3
 
-enum { PATH = 192, BLOCK = 96, MOST_WIDTH = 4 };
+enum { PATH = 192, BLOCK = 96, MOST_WIDTH = 4, MOST_ROWS = 8192 /* in a chunk */ };
 
 struct scene {
     struct mill_h5 *file;
@@ -65,7 +65,8 @@ static void link_to(struct scene *s, const char *existing, const char *group, co
 static void put_rows(struct scene *s, const char *group, const char *name, size_t rows,
                      size_t width, int64_t first, size_t step, const char *text)
 {
-    const struct mill_h5_layout layout = {MILL_H5_I64, width > 1, {width}, 0, "1", text, false};
+    const size_t chunk = rows < MOST_ROWS ? rows + (rows == 0) : MOST_ROWS;
+    const struct mill_h5_layout layout = {MILL_H5_I64, width > 1, {width}, chunk, "1", text, false};
     struct mill_h5_column *column = mill_h5_column_create(s->file, at(s, group, name), &layout, 0);
     for (size_t row = 0; row < rows; row++) {
         const int64_t one = first + (int64_t)(step * row), same[MOST_WIDTH] = {one, one, one, one};

@@ -153,8 +153,9 @@ static const struct {
     [AREA] = {"area", "m2", "area of the facet"},
 };
 
-static double value_of(const struct mill_wear *wear, int32_t i, enum column column, double duration,
-                       const struct mill_wear_law *laws)
+/* The values of facet i, in all columns */
+static void set_values(const struct mill_wear *wear, int32_t i, double duration,
+                       const struct mill_wear_law *laws, double value[COLUMNS])
 {
     const struct mill_wear_plan *plan = wear->plan;
     const struct mill_wear_facet *facet = &plan->facet[i];
@@ -165,19 +166,17 @@ static double value_of(const struct mill_wear *wear, int32_t i, enum column colu
     /* 0 / 0: a coefficient that is not given */
     const double archard =
         law->archard * law->hardness * mu > 0 ? law->archard / (mu * law->hardness) : (double)NAN;
-    const double value[COLUMNS] = {[RATE] = (double)sum->count * per,
-                                   [NORMAL] = sum->normal * per,
-                                   [NORMAL_ERROR] = sqrt(sum->normal_squares) * per,
-                                   [SLIDING] = sum->sliding * per,
-                                   [SLIDING_ERROR] = sqrt(sum->sliding_squares) * per,
-                                   [SLID] = sum->slid * per,
-                                   [CARVED] = sum->carved * per,
-                                   [DEPTH] = archard * sum->slid * per,
-                                   [DEPTH_ERROR] = archard * sqrt(sum->slid_squares) * per,
-                                   [EROSION] = law->erosion > 0 ? law->erosion * sum->carved * per
-                                                                : (double)NAN,
-                                   [AREA] = facet->area};
-    return value[column];
+    value[RATE] = (double)sum->count * per;
+    value[NORMAL] = sum->normal * per;
+    value[NORMAL_ERROR] = sqrt(sum->normal_squares) * per;
+    value[SLIDING] = sum->sliding * per;
+    value[SLIDING_ERROR] = sqrt(sum->sliding_squares) * per;
+    value[SLID] = sum->slid * per;
+    value[CARVED] = sum->carved * per;
+    value[DEPTH] = archard * sum->slid * per;
+    value[DEPTH_ERROR] = archard * sqrt(sum->slid_squares) * per;
+    value[EROSION] = law->erosion > 0 ? law->erosion * sum->carved * per : (double)NAN;
+    value[AREA] = facet->area;
 }
 
 /* A pose as three rows of four: a point p of its frame is at pose[:, :3] p + pose[:, 3] */
@@ -346,14 +345,14 @@ static bool add_outline(const struct mill_wear_plan *plan, int k, struct picture
     return good;
 }
 
-static void tell_mesh(const struct mill_wear *wear, double duration,
-                      const struct mill_wear_law *law, struct mill_sink *sink)
+static void tell_mesh(const struct mill_wear_plan *plan, const double (*value)[COLUMNS],
+                      struct mill_sink *sink)
 {
     static const enum column shown[MILL_WEAR_SHOWN] = {RATE, NORMAL, SLIDING, DEPTH, EROSION};
     struct picture to = {0, NULL, NULL};
     bool good = true;
-    for (int k = -1; good && k < wear->plan->world->motions; k++)
-        good = add_outline(wear->plan, k, &to);
+    for (int k = -1; good && k < plan->world->motions; k++)
+        good = add_outline(plan, k, &to);
     const size_t n = to.triangles, dims[2] = {3 * n, 3};
     if (good) {
         sink->open(sink, "mesh");
@@ -364,7 +363,7 @@ static void tell_mesh(const struct mill_wear *wear, double duration,
         sink->values(sink, "facet", MILL_H5_I32, 1, &n, to.facet, "1", "facet of each triangle");
         for (int c = 0; c < MILL_WEAR_SHOWN; c++) {
             for (size_t i = 0; i < n; i++)
-                to.value[i] = (float)value_of(wear, to.facet[i], shown[c], duration, law);
+                to.value[i] = (float)value[to.facet[i]][shown[c]];
             sink->values(sink, columns[shown[c]].name, MILL_H5_F32, 1, &n, to.value,
                          columns[shown[c]].unit, columns[shown[c]].meaning);
         }
@@ -379,20 +378,24 @@ void mill_wear_tell(const struct mill_wear *wear, double duration, const struct 
 {
     const size_t n = (size_t)wear->plan->facets, parts = (size_t)wear->plan->parts;
     double *three = malloc((3 * n + 1) * sizeof *three);
+    double(*value)[COLUMNS] = malloc((n + 1) * sizeof *value);
     int32_t *room = malloc((n + parts + 1) * sizeof *room);
-    if (three && room) {
+    if (three && value && room) {
+        for (size_t i = 0; i < n; i++)
+            set_values(wear, (int32_t)i, duration, law, value[i]);
         sink->open(sink, "wear");
         tell_parts(wear->plan, sink, room);
         tell_facets(wear, sink, room, three);
         for (enum column c = 0; c < COLUMNS; c++) {
             for (size_t i = 0; i < n; i++)
-                three[i] = value_of(wear, (int32_t)i, c, duration, law);
+                three[i] = value[i][c];
             mill_tell_array(sink, columns[c].name, n, three, columns[c].unit, columns[c].meaning);
         }
         tell_cells(wear->plan, sink);
-        tell_mesh(wear, duration, law, sink);
+        tell_mesh(wear->plan, (const double(*)[COLUMNS])value, sink);
         sink->close(sink);
     }
     free(three);
+    free(value);
     free(room);
 }

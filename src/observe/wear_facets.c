@@ -62,7 +62,7 @@ static inline int cell_of(const struct mill_wear_part *p, vec3 place, vec3 facin
         at[k] = i < 0 ? 0 : i >= p->n[k] ? p->n[k] - 1 : i;
     }
     if (p->joined)
-        at[2] -= at[2] % p->joined[at[1]];
+        at[2] &= -p->joined[at[1]]; /* a power of two */
     return face;
 }
 

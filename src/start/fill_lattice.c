@@ -61,42 +61,73 @@ static void extent_of(const struct mill_world *w, double extent[3])
     extent[2] = size.z;
 }
 
+/* The centre of a cell */
+static vec3 centre_of(const struct mill_fill_lattice *l, int32_t x, int32_t y, int32_t z,
+                      const double side[3])
+{
+    return vec3_make(l->lo.x + (x + 0.5) * side[0], l->lo.y + (y + 0.5) * side[1],
+                     l->lo.z + (z + 0.5) * side[2]);
+}
+
+/* The cells of a block, checked together */
+struct block {
+    int cells; /* 0: not listed yet */
+    vec3 centre[BLOCK * BLOCK * BLOCK];
+    uint64_t *near[BLOCK * BLOCK * BLOCK];
+    bool clear[BLOCK * BLOCK * BLOCK];
+};
+
+/* Lists the cells from `first` to before `end`. */
+static void list(struct block *b, struct mill_fill_room *room, const int32_t first[3],
+                 const int32_t end[3], const double side[3])
+{
+    const int32_t *n = room->lattice.n;
+    for (int32_t x = first[0]; x < end[0]; x++)
+        for (int32_t y = first[1]; y < end[1]; y++)
+            for (int32_t z = first[2]; z < end[2]; z++) {
+                b->centre[b->cells] = centre_of(&room->lattice, x, y, z, side);
+                b->near[b->cells] = &room->near[(x * n[1] + y) * n[2] + z];
+                b->clear[b->cells++] = true;
+            }
+}
+
 /* Notes for each cell of the block that begins at `first` which surfaces are nearer than `near` to
- * its centre. Few surfaces are in reach of a block. Returns the number of centres that are clear of
- * all surfaces. */
+ * its centre. Few surfaces are in reach of a block, and most blocks are far from all surfaces.
+ * Returns the number of centres that are clear of all surfaces. */
 static size_t look_around(struct mill_fill_room *room, const int32_t first[3], const double side[3],
                           double near)
 {
-    enum { MOST = BLOCK * BLOCK * BLOCK };
-    const int32_t *n = room->lattice.n;
-    const vec3 lo = room->lattice.lo;
-    vec3 centre[MOST];
-    uint64_t *cell[MOST];
-    bool clear[MOST];
-    int cells = 0;
-    size_t inside = 0;
-    for (int32_t x = first[0]; x < first[0] + BLOCK && x < n[0]; x++) {
-        for (int32_t y = first[1]; y < first[1] + BLOCK && y < n[1]; y++) {
-            for (int32_t z = first[2]; z < first[2] + BLOCK && z < n[2]; z++) {
-                centre[cells] = vec3_make(lo.x + (x + 0.5) * side[0], lo.y + (y + 0.5) * side[1],
-                                          lo.z + (z + 0.5) * side[2]);
-                cell[cells] = &room->near[(x * n[1] + y) * n[2] + z];
-                clear[cells++] = true;
-            }
-        }
-    }
+    const struct mill_fill_lattice *l = &room->lattice;
+    struct block b;
+    b.cells = 0;
+    int32_t end[3];
+    for (int axis = 0; axis < 3; axis++)
+        end[axis] = first[axis] + BLOCK < l->n[axis] ? first[axis] + BLOCK : l->n[axis];
+    const vec3 lo = centre_of(l, first[0], first[1], first[2], side);
+    const vec3 hi = centre_of(l, end[0] - 1, end[1] - 1, end[2] - 1, side);
+    const vec3 middle = vec3_scale(vec3_add(lo, hi), 0.5);
+    const double size = 0.501 * vec3_norm(vec3_sub(hi, lo));
     for (int k = 0; k < room->world->shapes; k++) {
         const struct mill_shape *s = room->world->shape[k];
-        if (!s->type->reachable(s, centre[0], centre[cells - 1], near))
+        if (!s->type->reachable(s, lo, hi, near))
             continue;
-        for (int i = 0; i < cells; i++) {
-            const double gap = mill_shape_gap(s, centre[i], 0.0, &room->pose[k]);
-            *cell[i] |= (uint64_t)(gap < near) << k % 64;
-            clear[i] = clear[i] && gap > 0.0;
+        const double there = mill_shape_gap(s, middle, 0.0, &room->pose[k]);
+        if (there >= near + size)
+            continue;
+        if (b.cells == 0)
+            list(&b, room, first, end, side);
+        for (int i = 0; i < b.cells; i++) {
+            const double gap =
+                there <= -size ? there : mill_shape_gap(s, b.centre[i], 0.0, &room->pose[k]);
+            *b.near[i] |= (uint64_t)(gap < near) << k % 64;
+            b.clear[i] = b.clear[i] && gap > 0.0;
         }
     }
-    for (int i = 0; i < cells; i++)
-        inside += clear[i];
+    if (b.cells == 0)
+        return (size_t)((end[0] - first[0]) * (end[1] - first[1]) * (end[2] - first[2]));
+    size_t inside = 0;
+    for (int i = 0; i < b.cells; i++)
+        inside += b.clear[i];
     return inside;
 }
 

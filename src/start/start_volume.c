@@ -15,10 +15,18 @@ enum {
     DEEPEST = 96 /* halvings, more than two extents of any ratio need */
 };
 
+/* The boxes after a number of halvings: their sizes do not depend on where they are. */
+struct level {
+    vec3 half;           /* [m] half the sides */
+    vec3 step;           /* [m] from the centre of a box to those of its halves */
+    double size, volume; /* [m] half the diagonal, [m^3] */
+};
+
 struct measuring {
     const struct mill_world *world;
     struct mill_pose *pose; /* of each shape */
-    vec3 least;             /* [m] half the sides of the smallest boxes */
+    int last;               /* level of the smallest boxes */
+    struct level level[DEEPEST + 1];
 };
 
 static double clamped(double x)
@@ -26,38 +34,50 @@ static double clamped(double x)
     return fmin(fmax(x, 0.0), 1.0);
 }
 
-/* The free volume in the box with this centre and these half sides. near: the `count` surfaces that
- * can pass through it; behind them there is room for those of its halves. */
-static double volume_in(const struct measuring *m, vec3 centre, vec3 half, int *near, int count)
+/* Sets the levels, for smallest boxes with these half sides. */
+static void set_levels(struct measuring *m, vec3 half, vec3 least)
 {
-    const double all = 8.0 * half.x * half.y * half.z, size = vec3_norm(half);
+    for (m->last = 0; m->last <= DEEPEST; m->last++) {
+        const vec3 by = {half.x / least.x, half.y / least.y, half.z / least.z};
+        struct level *l = &m->level[m->last];
+        *l = (struct level){half, {0.0, 0.0, 0.0}, vec3_norm(half), 8.0 * half.x * half.y * half.z};
+        if (m->last == DEEPEST || fmax(by.x, fmax(by.y, by.z)) <= 1.0)
+            return;
+        if (by.x >= by.y && by.x >= by.z)
+            l->step.x = half.x *= 0.5;
+        else if (by.y >= by.z)
+            l->step.y = half.y *= 0.5;
+        else
+            l->step.z = half.z *= 0.5;
+    }
+}
+
+/* The free volume in the box of this level with this centre. near: the `count` surfaces that can
+ * pass through it; behind them there is room for those of its halves. */
+static double volume_in(const struct measuring *m, int level, vec3 centre, int *near, int count)
+{
+    const struct level *l = &m->level[level];
     double part = 1.0;
     int left = 0;
     for (int i = 0; i < count; i++) {
         const int k = near[i];
         const struct mill_shape *shape = m->world->shape[k];
         const struct mill_contact c = shape->type->contact(shape, centre, 0.0, &m->pose[k]);
-        if (c.gap <= -size)
+        if (c.gap <= -l->size)
             return 0.0;
-        if (c.gap >= size)
+        if (c.gap >= l->size)
+            continue;
+        near[count + left++] = k;
+        if (level < m->last)
             continue;
         const vec3 n = c.normal;
-        const double thick = half.x * fabs(n.x) + half.y * fabs(n.y) + half.z * fabs(n.z);
+        const double thick = l->half.x * fabs(n.x) + l->half.y * fabs(n.y) + l->half.z * fabs(n.z);
         part = fmin(part, clamped(0.5 + 0.5 * c.gap / thick));
-        near[count + left++] = k;
     }
-    const vec3 by = {half.x / m->least.x, half.y / m->least.y, half.z / m->least.z};
-    if (left == 0 || fmax(by.x, fmax(by.y, by.z)) <= 1.0)
-        return part * all;
-    vec3 step = {0.0, 0.0, 0.0};
-    if (by.x >= by.y && by.x >= by.z)
-        step.x = half.x *= 0.5;
-    else if (by.y >= by.z)
-        step.y = half.y *= 0.5;
-    else
-        step.z = half.z *= 0.5;
-    return volume_in(m, vec3_sub(centre, step), half, near + count, left) +
-           volume_in(m, vec3_add(centre, step), half, near + count, left);
+    if (left == 0 || level == m->last)
+        return part * l->volume;
+    return volume_in(m, level + 1, vec3_sub(centre, l->step), near + count, left) +
+           volume_in(m, level + 1, vec3_add(centre, l->step), near + count, left);
 }
 
 double mill_start_free_volume(const struct mill_world *w)
@@ -66,8 +86,9 @@ double mill_start_free_volume(const struct mill_world *w)
     const vec3 half = vec3_scale(vec3_sub(c->hi, c->lo), 0.5);
     const double side = mill_elementary_cbrt(half.x * half.y * half.z) / BOXES;
     struct measuring m = {.world = w};
-    m.least = vec3_make(fmin(side, half.x / FEWEST), fmin(side, half.y / FEWEST),
-                        fmin(side, half.z / FEWEST));
+    set_levels(&m, half,
+               vec3_make(fmin(side, half.x / FEWEST), fmin(side, half.y / FEWEST),
+                         fmin(side, half.z / FEWEST)));
     int *near = calloc((size_t)w->shapes * DEEPEST, sizeof *near);
     m.pose = calloc((size_t)w->shapes, sizeof *m.pose);
     double volume = -1.0;
@@ -76,7 +97,7 @@ double mill_start_free_volume(const struct mill_world *w)
             near[k] = k;
             m.pose[k] = mill_shape_pose(w->shape[k], 0.0);
         }
-        volume = volume_in(&m, vec3_add(c->lo, half), half, near, w->shapes);
+        volume = volume_in(&m, 0, vec3_add(c->lo, half), near, w->shapes);
     }
     free(near);
     free(m.pose);

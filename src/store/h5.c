@@ -123,59 +123,93 @@ bool mill_h5_exists(struct mill_h5 *file, const char *path)
     return there;
 }
 
-/* Removes an object whose group exists. */
-static void clear(struct mill_h5 *file, const char *path)
+void mill_h5_leave(struct mill_h5 *file)
 {
-    if (H5Lexists(file->id, path, H5P_DEFAULT) > 0) {
-        H5Ldelete(file->id, path, H5P_DEFAULT);
-        file->way[0] = '\0';
+    while (file->depth > 0)
+        mill_h5_release(file->group[--file->depth]);
+    file->way[0] = '\0';
+}
+
+/* An output file has hundreds of datasets in few groups: so the groups stay open that the path has
+ * in common with the one before. */
+hid_t mill_h5_enter(struct mill_h5 *file, const char *path, const char **name)
+{
+    *name = strrchr(path, '/') + 1;
+    const size_t length = (size_t)(*name - path) - 1;
+    size_t common = strlen(file->way);
+    assert(length < MILL_H5_PATH);
+    if (file->status == MILL_OK && file->depth == 0)
+        file->group[file->depth++] = H5Gopen2(file->id, "/", H5P_DEFAULT);
+    while (common > length || strncmp(path, file->way, common) != 0 ||
+           (common < length && path[common] != '/')) {
+        common = (size_t)(strrchr(file->way, '/') - file->way);
+        file->way[common] = '\0';
+        mill_h5_release(file->group[--file->depth]);
     }
-    mill_h5_check(file, "replace", path);
+    while (file->status == MILL_OK && common < length) {
+        const size_t next = common + 1 + strcspn(path + common + 1, "/");
+        const hid_t in = file->group[file->depth - 1], list = mill_h5_timeless(H5P_GROUP_CREATE);
+        memcpy(file->way + common, path + common, next - common);
+        file->way[next] = '\0';
+        const char *one = file->way + common + 1;
+        const hid_t group = H5Lexists(in, one, H5P_DEFAULT) > 0
+                                ? H5Gopen2(in, one, H5P_DEFAULT)
+                                : H5Gcreate2(in, one, H5P_DEFAULT, list, H5P_DEFAULT);
+        assert(file->depth < MILL_H5_DEPTH);
+        file->group[file->depth++] = group;
+        common = next;
+        mill_h5_release(list);
+        mill_h5_check(file, "create", file->way);
+    }
+    return file->status == MILL_OK ? file->group[file->depth - 1] : -1;
 }
 
 void mill_h5_remove(struct mill_h5 *file, const char *path)
 {
+    mill_h5_leave(file); /* an open group would live on, without a name */
     if (mill_h5_exists(file, path))
-        clear(file, path);
+        H5Ldelete(file->id, path, H5P_DEFAULT);
+    mill_h5_check(file, "replace", path);
 }
 
-bool mill_h5_make_way(struct mill_h5 *file, const char *path)
+hid_t mill_h5_make_way(struct mill_h5 *file, const char *path, const char **name)
 {
-    char parent[MILL_H5_PATH];
-    /* an output file has hundreds of datasets in few groups: each group is looked for once */
-    if (strcmp(parent_of(path, parent), file->way) != 0) {
-        if (parent[0])
-            mill_h5_group(file, parent, false);
-        strcpy(file->way, parent);
-    }
-    if (file->status == MILL_OK)
-        clear(file, path);
-    return file->status == MILL_OK;
+    const hid_t in = mill_h5_enter(file, path, name);
+    if (in >= 0 && H5Lexists(in, *name, H5P_DEFAULT) > 0)
+        H5Ldelete(in, *name, H5P_DEFAULT);
+    mill_h5_check(file, "replace", path);
+    return file->status == MILL_OK ? in : -1;
 }
 
 void mill_h5_group(struct mill_h5 *file, const char *path, bool ordered)
 {
-    if (mill_h5_exists(file, path) || !mill_h5_make_way(file, path))
+    const char *name;
+    const hid_t in = mill_h5_enter(file, path, &name);
+    if (in < 0 || H5Lexists(in, name, H5P_DEFAULT) > 0)
         return;
     const hid_t list = mill_h5_timeless(H5P_GROUP_CREATE);
     if (ordered)
         H5Pset_link_creation_order(list, H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED);
-    mill_h5_release(H5Gcreate2(file->id, path, H5P_DEFAULT, list, H5P_DEFAULT));
+    mill_h5_release(H5Gcreate2(in, name, H5P_DEFAULT, list, H5P_DEFAULT));
     mill_h5_release(list);
     mill_h5_check(file, "create", path);
 }
 
 void mill_h5_link(struct mill_h5 *file, const char *existing, const char *path)
 {
-    if (mill_h5_make_way(file, path))
-        H5Lcreate_hard(file->id, existing, file->id, path, H5P_DEFAULT, H5P_DEFAULT);
+    const char *name;
+    const hid_t in = mill_h5_make_way(file, path, &name);
+    if (in >= 0)
+        H5Lcreate_hard(file->id, existing, in, name, H5P_DEFAULT, H5P_DEFAULT);
     mill_h5_check(file, "link", path);
 }
 
 void mill_h5_soft_link(struct mill_h5 *file, const char *target, const char *path)
 {
-    if (mill_h5_make_way(file, path))
-        H5Lcreate_soft(target, file->id, path, H5P_DEFAULT, H5P_DEFAULT);
+    const char *name;
+    const hid_t in = mill_h5_make_way(file, path, &name);
+    if (in >= 0)
+        H5Lcreate_soft(target, in, name, H5P_DEFAULT, H5P_DEFAULT);
     mill_h5_check(file, "link", path);
 }
 

@@ -13,10 +13,10 @@
 
 enum {
     MAX_RANK = 8,
-    /* [byte] buffer for converting texts: HDF5's default, 1 MiB, is zeroed for each text */
-    CONVERTED = 4096,
     CHECKED = 1 << 20, /* [byte] for one checksum, at most: HDF5 copies this much at a time */
     CHUNK = 65536,
+    CHUNK_ROWS =
+        1024, /* at most: HDF5 compresses a whole chunk, also for a few rows of a short run */
     LARGEST_CHUNK = 262144 /* [byte] HDF5 needs three times as much to compress a chunk */
 };
 
@@ -55,8 +55,6 @@ static void put(hid_t object, const char *name, struct types types, size_t count
                 const void *values)
 {
     const hid_t space = make_space(count > 0, &count);
-    if (H5Aexists(object, name) > 0)
-        H5Adelete(object, name);
     const hid_t attribute = H5Acreate2(object, name, types.kept, space, H5P_DEFAULT, H5P_DEFAULT);
     H5Awrite(attribute, types.held, values);
     mill_h5_release(attribute);
@@ -68,7 +66,10 @@ static void attach(struct mill_h5 *file, const char *object, const char *name, s
 {
     if (file->status != MILL_OK)
         return;
-    const hid_t owner = H5Oopen(file->id, object, H5P_DEFAULT);
+    const char *last;
+    const hid_t in = mill_h5_enter(file, object, &last), owner = H5Oopen(in, last, H5P_DEFAULT);
+    if (H5Aexists(owner, name) > 0)
+        H5Adelete(owner, name);
     put(owner, name, types, count, values);
     mill_h5_release(owner);
     mill_h5_check(file, "write the attributes of", object);
@@ -99,8 +100,10 @@ static hid_t make(struct mill_h5 *file, const char *path, struct types types, hi
 {
     const struct types text = types_of(file, MILL_H5_TEXT);
     hid_t set = -1;
-    if (mill_h5_make_way(file, path)) {
-        set = H5Dcreate2(file->id, path, types.kept, space, H5P_DEFAULT, list, H5P_DEFAULT);
+    const char *name;
+    const hid_t in = mill_h5_make_way(file, path, &name);
+    if (in >= 0) {
+        set = H5Dcreate2(in, name, types.kept, space, H5P_DEFAULT, list, H5P_DEFAULT);
         put(set, "unit", text, 0, &unit);
         put(set, "description", text, 0, &description);
     }
@@ -115,11 +118,8 @@ static void store(struct mill_h5 *file, const char *path, struct types types, hi
                   hid_t list, const void *values, const char *unit, const char *description)
 {
     const hid_t set = make(file, path, types, space, list, unit, description);
-    const hid_t transfer = H5Pcreate(H5P_DATASET_XFER);
-    H5Pset_buffer(transfer, CONVERTED, NULL, NULL);
     if (values)
-        H5Dwrite(set, types.held, H5S_ALL, H5S_ALL, transfer, values);
-    mill_h5_release(transfer);
+        H5Dwrite(set, types.held, H5S_ALL, H5S_ALL, file->transfer, values);
     mill_h5_release(set);
     mill_h5_check(file, "write", path);
 }
@@ -128,8 +128,9 @@ void mill_h5_write(struct mill_h5 *file, const char *path, enum mill_h5_type typ
                    const size_t *dims, const void *values, const char *unit,
                    const char *description)
 {
-    store(file, path, types_of(file, type), make_space(rank, dims),
-          mill_h5_timeless(H5P_DATASET_CREATE), values, unit, description);
+    H5Iinc_ref(file->simple); /* it is released with the dataset */
+    store(file, path, types_of(file, type), make_space(rank, dims), file->simple, values, unit,
+          description);
 }
 
 void mill_h5_write_text(struct mill_h5 *file, const char *path, const char *text,
@@ -317,7 +318,7 @@ struct mill_h5_column *mill_h5_column_create(struct mill_h5 *file, const char *p
             column->extent[i + 1] = layout->dims[i];
             column->row_bytes *= layout->dims[i];
         }
-        while (2 * column->capacity * column->row_bytes <= CHUNK && column->capacity < CHUNK)
+        while (2 * column->capacity * column->row_bytes <= CHUNK && column->capacity < CHUNK_ROWS)
             column->capacity *= 2;
         if (layout->chunk)
             column->capacity = layout->chunk;

@@ -7,7 +7,11 @@
 
 /* [byte] of a file's structure that HDF5 keeps in memory. HDF5's default of 2 MiB takes about 5
  * MiB. A run writes each piece only once. */
-enum { METADATA = 262144 };
+enum {
+    METADATA = 262144,
+    /* [byte] buffer for converting texts: HDF5's default, 1 MiB, is zeroed for each text */
+    CONVERTED = 4096
+};
 
 /* failed: an errno of the draft; 0: no failure */
 static void tell(struct mill_h5 *file, const char *verb, int failed)
@@ -81,6 +85,9 @@ enum mill_status mill_h5_create(const char *path, enum mill_h5_open how, struct 
     file->text = H5Tcopy(H5T_C_S1);
     H5Tset_size(file->text, H5T_VARIABLE);
     H5Tset_cset(file->text, H5T_CSET_UTF8);
+    file->transfer = H5Pcreate(H5P_DATASET_XFER);
+    H5Pset_buffer(file->transfer, CONVERTED, NULL, NULL);
+    file->simple = mill_h5_timeless(H5P_DATASET_CREATE);
     strcpy(file->path, path);
     mill_draft_init(&file->draft, path, "\211HDF\r\n\032\n");
     if (how != MILL_H5_READ)
@@ -107,6 +114,7 @@ static void publish(struct mill_h5 *file, bool last)
         const hid_t id = file->id;
         while (file->columns)
             mill_h5_column_close(file->columns);
+        mill_h5_leave(file);
         file->id = -1; /* so that a later failure does not try to detach the closed file */
         H5Fclose(id);
         mill_h5_check(file, "close", NULL);
@@ -128,6 +136,8 @@ enum mill_status mill_h5_close(struct mill_h5 *file, struct mill_error *error)
     publish(file, true);
     const enum mill_status status = mill_h5_status(file, error);
     mill_h5_release(file->text);
+    mill_h5_release(file->transfer);
+    mill_h5_release(file->simple);
     mill_draft_end(&file->draft);
     free(file);
     return status;

@@ -8,18 +8,23 @@
 #include <hdf5.h>
 
 /* [byte] all paths in a file are shorter, because names from decks are short */
-enum { MILL_H5_PATH = 1024 };
+enum { MILL_H5_PATH = 1024, MILL_H5_DEPTH = 32 /* groups within each other, at most */ };
 
 struct mill_h5 {
     struct mill_draft draft; /* not open if the file is only read */
     hid_t id;
-    hid_t text; /* type: text of variable length in UTF-8 */
+    hid_t text;             /* type: text of variable length in UTF-8 */
+    hid_t transfer, simple; /* properties of most transfers, of most datasets */
     /* MILL_OK until the first failure; after it the file is spent */
     enum mill_status status;
     struct mill_error cause;        /* of the first failure */
     struct mill_h5_column *columns; /* all open columns */
-    char way[MILL_H5_PATH];         /* a group that exists: the last one that was asked for */
-    char path[];                    /* as the user gave it, for messages */
+    /* The group that the last new object is in, "" for the root, and the open groups on the way to
+     * it: the root, then one for each name of the path */
+    char way[MILL_H5_PATH];
+    int depth;
+    hid_t group[MILL_H5_DEPTH];
+    char path[]; /* as the user gave it, for messages */
 };
 
 /* Switches off HDF5's own messages, and records the reasons of its failures. */
@@ -42,8 +47,15 @@ void mill_h5_detach(struct mill_h5 *file);
 /* Closes an HDF5 object of any type. Negative ids are ignored. */
 void mill_h5_release(hid_t object);
 
-/* Makes the groups above `path` and removes an object of this name. false: the file is spent. */
-bool mill_h5_make_way(struct mill_h5 *file, const char *path);
+/* Makes the groups above `path` and removes an object of this name. Returns the group that is to
+ * hold it, which stays open, and sets `name` to its name there. Negative: the file is spent. */
+hid_t mill_h5_make_way(struct mill_h5 *file, const char *path, const char **name);
+
+/* Opens the group that holds `path`, in the same way. */
+hid_t mill_h5_enter(struct mill_h5 *file, const char *path, const char **name);
+
+/* Closes the open groups. */
+void mill_h5_leave(struct mill_h5 *file);
 
 /* Properties of a new object without its time of creation, so that two runs write the same bytes.
  * The caller closes it. */

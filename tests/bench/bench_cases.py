@@ -77,6 +77,23 @@ class Programs:
             "bytes_per_ball": summary["run"]["peak_memory"] / balls,
         }
 
+    def start(self, deck):
+        """Processor time [s] of the program from its beginning to the first event. Linux only."""
+        options = ["--progress=json", "-f", "-o", self.folder / "start.h5"]
+        command = [self.build / "millsim", *options, ROOT / deck]
+        pipes = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "text": True}
+        try:
+            with subprocess.Popen(command, **pipes) as run:
+                # the object that is printed when the mill is made
+                begun = any('"time": 0,' in line for line in run.stderr)
+                used = pathlib.Path(f"/proc/{run.pid}/schedstat").read_text()  # [ns] first
+                run.kill()
+        except OSError as error:
+            raise BenchError(f"{error.filename}: {error.strerror}: run make bench, on Linux") from None
+        if not begun:
+            raise BenchError(f"millsim did not start {deck}")
+        return {"cpu_seconds": 1e-9 * int(used.split()[0])}
+
     def balls(self, number):
         return number // 16 if self.quick and number > LARGE else number
 
@@ -125,12 +142,21 @@ UNITS = {  # quantity -> unit, factor that takes it to the table's unit, that un
     "time_ratio": ("1", 1.0, "times the time"),
     "bytes_per_ball": ("byte", 1.0, "bytes a ball"),
     "nanoseconds": ("ns", 1.0, "ns"),
+    "cpu_seconds": ("s", 1e3, "CPU ms"),
 }
 HIGHER_IS_BETTER = {"contacts_per_second"}
 
 
 def simoloyer(programs):
     return [programs.mill("input/simoloyer.ini")]
+
+
+def short(programs):
+    """All but the events: the start, the samples for the maps, the results, the file."""
+    output = programs.folder / "run.h5"
+    sets = ["--set=run.time=1 us", "--set=run.sample_from=0 s"]
+    _, cpu = programs.run("millsim", "-q", "-f", "-o", output, *sets, "input/simoloyer.ini")
+    return [{"cpu_seconds": cpu}]
 
 
 def frictionless(programs):
@@ -237,6 +263,15 @@ CASES = [
         1.0,
         aim_quantity="cpu_per_simulated_second",
     ),
+    Case(
+        "start",
+        "reference mill, from the beginning to the first event",
+        lambda p: [p.start("input/simoloyer.ini")],
+        0.03,
+        0.02,
+        quantity="cpu_seconds",
+    ),
+    Case("short", "reference mill, whole program, 1 us", short, 0.1, 0.05, quantity="cpu_seconds"),
     Case("wavy", "wavy mill, 8 buckles of 4 mm, whole program", wavy, 0.92e6, 1.5e6),
     Case(
         "wavy-frictionless",

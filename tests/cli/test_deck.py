@@ -597,6 +597,16 @@ def test_white_space_and_comments_make_no_difference(millsim, write_deck, change
     assert changed.stdout == plain.stdout
 
 
+def test_a_deck_of_usual_units_needs_no_database_and_another_says_where_it_was_sought(millsim, write_deck):
+    nowhere = {"UDUNITS2_XML_PATH": "/nowhere.xml"}
+    write_deck()
+    assert millsim("--check", "-q", "deck.ini", env=nowhere).returncode == 0
+    inch = millsim("--check", "-q", "-s", "drum.length=3 inch", "deck.ini", env=nowhere)
+    assert inch.returncode == 2
+    said = r"\[drum\] length: cannot read the unit database .* at .*/nowhere.xml; install"
+    assert re.search(said, inch.stderr)
+
+
 def test_the_locale_makes_no_difference(millsim, small_deck):
     german = millsim("--check", "-q", "deck.ini", env={"LC_ALL": "de_DE.UTF-8", "LANG": "de_DE.UTF-8"})
     assert german.stdout == millsim("--check", "-q", "deck.ini").stdout

@@ -141,6 +141,28 @@ START_TEST(links_are_second_names_of_one_dataset)
 }
 END_TEST
 
+/* groups stay open between two calls */
+START_TEST(a_dataset_lies_in_the_group_of_its_path_whatever_was_written_before)
+{
+    struct fixture f;
+    struct mill_h5 *file = new_file(&f);
+    write_double(file, "/a/b/x", 1, "1", "-");
+    write_double(file, "/a/bc/x", 2, "1", "-");
+    write_double(file, "/a/x", 3, "1", "-");
+    write_double(file, "/x", 4, "1", "-");
+    write_double(file, "/a/b/c/x", 5, "1", "-");
+    mill_h5_remove(file, "/a/b");
+    write_double(file, "/a/b/c/y", 6, "1", "-");
+    ck_assert(!mill_h5_exists(file, "/a/b/c/x"));
+    close_file(file);
+    ck_assert(look_at(f.path, "/a/bc/x", 0, 0) == 2);
+    ck_assert(look_at(f.path, "/a/x", 0, 0) == 3);
+    ck_assert(look_at(f.path, "/x", 0, 0) == 4);
+    ck_assert(look_at(f.path, "/a/b/c/y", 0, 0) == 6);
+    unlink(f.path);
+}
+END_TEST
+
 START_TEST(a_view_shows_the_same_numbers_under_another_shape)
 {
     struct fixture f;
@@ -548,6 +570,7 @@ int main(void)
         {a_missing_folder_is_named_with_the_reason, 1},
         {a_file_that_is_no_hdf5_is_not_opened, 1},
         {links_are_second_names_of_one_dataset, 1},
+        {a_dataset_lies_in_the_group_of_its_path_whatever_was_written_before, 1},
         {a_view_shows_the_same_numbers_under_another_shape, 1},
         {attributes_are_numbers_texts_and_arrays, 1},
         {a_column_holds_its_rows_in_order_however_they_came, 1},

@@ -141,6 +141,32 @@ START_TEST(the_si_unit_keeps_every_bit)
 }
 END_TEST
 
+/* Every pair of a unit and an SI unit that the short list might know */
+START_TEST(a_usual_unit_has_the_very_factor_of_the_database)
+{
+    static const char *const si[] = {"m",  "s",     "rad", "m/s", "rad/s", "kg/m^3",
+                                     "Hz", "m/s^2", "kg",  "1",   "Pa"};
+    static const char *const unit[] = {"mm",    "cm",  "um",    "ms",  "us",   "min",    "g", "deg",
+                                       "deg/s", "rpm", "1/min", "1/s", "mm/s", "g/cm^3", "%"};
+    int known = 0;
+    for (size_t i = 0; i < sizeof si / sizeof *si; i++) {
+        double quick = 0.0, scale = 0.0;
+        ck_assert(mill_units_usual(si[i], si[i], &quick));
+        ck_assert_double_eq(quick, 1.0);
+        for (size_t k = 0; k < sizeof unit / sizeof *unit; k++) {
+            if (!mill_units_usual(unit[k], si[i], &quick))
+                continue;
+            known++;
+            ck_assert_int_eq(mill_units_scale(units, unit[k], si[i], &scale), MILL_UNITS_GOOD);
+            ck_assert_msg(quick == scale, "%s in %s: %a, not %a", unit[k], si[i], quick, scale);
+        }
+    }
+    ck_assert_int_eq(known, 16);
+    ck_assert(!mill_units_usual("inch", "m", &(double){0.0}));
+    ck_assert(!mill_units_usual("mm", "s", &(double){0.0}));
+}
+END_TEST
+
 START_TEST(a_missing_database_is_named_with_the_mend)
 {
     struct mill_units *none = NULL;
@@ -161,6 +187,7 @@ int main(void)
          (int)(sizeof refusals / sizeof *refusals)},
         {millimetres_become_the_nearest_double, 1},
         {the_si_unit_keeps_every_bit, 1},
+        {a_usual_unit_has_the_very_factor_of_the_database, 1},
         {a_missing_database_is_named_with_the_mend, 1},
     };
     return unit_run_in("units", load, unload, tests, sizeof tests / sizeof *tests);
