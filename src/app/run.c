@@ -205,6 +205,7 @@ static enum mill_status prepare(struct run *r)
     if (status != MILL_OK)
         return status;
     r->growth = mill_forecast_growth(r->world);
+    if (getenv("THREADS")) mill_sim_use_threads(r->sim, atoi(getenv("THREADS")));
     show(r, true, NULL);
     if (r->resumes)
         mill_error_set(&r->note, MILL_OK, "resuming at t = %.6g s", mill_sim_time(r->sim));
