@@ -54,8 +54,9 @@ struct mill_observer_type {
     enum mill_status (*sample)(struct mill_observer *, const struct mill_world *, double t,
                                struct mill_error *);
 
-    /* ---- called by the event loop if it uses a second thread (mill_sim_use_threads). Then `impact`
-     * must not change `next`, nor read more of a world than shapes, motions and `base` ---- */
+    /* ---- called by the event loop if it uses a second thread (mill_sim_use_threads). Then
+     * `impact` must not change `next`, nor read more of a world than shapes, motions and `base`
+     * ---- */
 
     /* How many impacts it must get, at least, before `impact` can return MILL_ENDED; 0 and 1: the
      * next one can end the run. NULL: `impact` never ends a run. */

@@ -142,9 +142,8 @@ static bool goes_on(struct mill_sim *sim, enum mill_status status)
 
 static void tell(struct mill_sim *sim, const struct mill_impact *impact)
 {
-    goes_on(sim, sim->thread
-                     ? mill_sim_thread_push(sim->thread, impact, sim->error)
-                     : mill_sim_tell(sim->observer, sim->observers, impact, sim->error));
+    goes_on(sim, sim->thread ? mill_sim_thread_push(sim->thread, impact, sim->error)
+                             : mill_sim_tell(sim->observer, sim->observers, impact, sim->error));
 }
 
 /* impulse: given to the ball at its surface point, in direction `outwards` from its centre */
@@ -363,10 +362,10 @@ static void watch_time(struct mill_sim *sim, int32_t i, double t)
 
 static void take_samples(struct mill_sim *sim, double due)
 {
-    goes_on(sim, sim->thread ? mill_sim_thread_sample(sim->thread, sim->world, sim->now, due,
-                                                      sim->error)
-                             : mill_sim_sample(sim->observer, sim->observers, sim->world, sim->now,
-                                               due, sim->error));
+    goes_on(sim, sim->thread
+                     ? mill_sim_thread_sample(sim->thread, sim->world, sim->now, due, sim->error)
+                     : mill_sim_sample(sim->observer, sim->observers, sim->world, sim->now, due,
+                                       sim->error));
 }
 
 /* [s] simulated time of the next sample */
@@ -424,8 +423,9 @@ enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budge
         sim->now = limit;
         if (halt > MILL_WORLD_EPOCH) {
             /* the observers read the motions, which end_epoch() changes */
-            if (sim->thread &&
-                !goes_on(sim, mill_sim_thread_wait(sim->thread, sim->error)))
+            if (sim->thread)
+                sim->status = mill_sim_thread_wait(sim->thread, sim->error);
+            if (sim->status != MILL_OK)
                 break;
             end_epoch(sim);
         } else if (sample <= until) {

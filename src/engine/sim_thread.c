@@ -16,7 +16,8 @@
 #include <string.h>
 
 enum {
-    RING = 16384, BATCH = 4096, /* impacts */
+    RING = 16384,
+    BATCH = 4096,        /* impacts */
     MOST_COPIED = 100000 /* balls: in larger mills a copy would take too much memory */
 };
 
@@ -31,14 +32,15 @@ struct sample {
 struct mill_sim_thread {
     struct mill_observer *const *observer; /* the loop's */
     int observers;
-    double next[MILL_SIM_OBSERVERS];  /* [s] of each: time of its next sample that the loop has not come to */
-    bool runs;       /* the second thread exists */
-    bool ran;        /* in this call, or in an earlier one */
-    bool refused;    /* it could not be started */
-    uint64_t made;   /* impacts in the ring so far */
-    uint64_t batch;  /* of `made`: where the loop hands over, */
-    uint64_t decide; /* where it must know what the observers say, */
-    uint64_t halt;   /* and the earlier one of both */
+    double next[MILL_SIM_OBSERVERS]; /* [s] of each: time of its next sample that the loop has not
+                                        come to */
+    bool runs;                       /* the second thread exists */
+    bool ran;                        /* it has existed in this call or an earlier one */
+    bool refused;                    /* it could not be started */
+    uint64_t made;                   /* impacts in the ring so far */
+    uint64_t batch;                  /* of `made`: where the loop hands over, */
+    uint64_t decide;                 /* where it must know what the observers say, */
+    uint64_t halt;                   /* and the earlier one of both */
     pthread_t id;
     pthread_mutex_t lock;
     pthread_cond_t more, less;
@@ -107,12 +109,13 @@ enum mill_status mill_sim_sample(struct mill_observer *const *observer, int obse
 static enum mill_status take_sample(struct mill_sim_thread *t)
 {
     const struct sample *s = &t->sample;
-    enum mill_status status = mill_sim_sample(t->observer, t->observers, &s->of, s->local, s->time,
-                                              &t->error);
+    enum mill_status status =
+        mill_sim_sample(t->observer, t->observers, &s->of, s->local, s->time, &t->error);
     for (int k = 0; k < t->observers && status == MILL_OK; k++)
         if (t->observer[k]->next != t->next[k])
-            status = mill_error_set(&t->error, MILL_FAILED, "%s: wants its next sample at another "
-                                    "time than it said", t->observer[k]->type->name);
+            status = mill_error_set(&t->error, MILL_FAILED,
+                                    "%s: its next sample is at another time than it said",
+                                    t->observer[k]->type->name);
     return status;
 }
 
@@ -294,7 +297,7 @@ static bool copy(struct mill_sim_thread *t, const struct mill_world *world, doub
     struct mill_ball *ball = s->of.ball;
     vec3 *spin = s->of.spin;
     bool known = t->runs && t->status == MILL_OK && ball && spin;
-    double next[MILL_SIM_OBSERVERS];
+    double next[MILL_SIM_OBSERVERS] = {0};
     for (int k = 0; known && k < t->observers; k++) {
         const struct mill_observer *o = t->observer[k];
         next[k] = t->next[k] > due ? t->next[k] : o->type->then ? o->type->then(o) : 0.0;
