@@ -84,7 +84,7 @@ enum mill_status mill_sim_thread_push(struct mill_sim_thread *thread,
 /* As mill_sim_sample. The second thread takes the samples of this time, later and in a copy of the
  * world, if the times of the samples after them are known now, and none of them can end the run. */
 enum mill_status mill_sim_thread_sample(struct mill_sim_thread *thread,
-                                        const struct mill_world *world, double t, double due,
+                                        const struct mill_world *world, double local, double due,
                                         struct mill_error *error);
 
 /* [s] simulated time of the next sample of observer k */

@@ -59,6 +59,7 @@ struct mill_sim_thread *mill_sim_thread_create(const struct mill_world *world)
     struct mill_sim_thread *t = calloc(1, sizeof *t);
     if (!t)
         return NULL;
+    t->batch = BATCH;
     pthread_mutex_init(&t->lock, NULL);
     pthread_cond_init(&t->more, NULL);
     pthread_cond_init(&t->less, NULL);
@@ -236,7 +237,7 @@ void mill_sim_thread_begin(struct mill_sim_thread *t, struct mill_observer *cons
     t->status = MILL_OK;
     look_at_next(t);
     look_ahead(t);
-    set_halt(t, true);
+    set_halt(t, false); /* also many short calls fill a batch */
 }
 
 enum mill_status mill_sim_thread_wait(struct mill_sim_thread *t, struct mill_error *error)
