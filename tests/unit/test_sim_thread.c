@@ -7,6 +7,7 @@
 /* Remembers all calls as one number, and who made them. */
 struct listener {
     struct mill_observer base; /* first: the loop hands its address back */
+    const struct mill_world *world;
     uint64_t calls, impacts;
     double every;          /* [s] between samples */
     uint64_t last, failed; /* number of the impact that ends the run, or fails; 0: none */
@@ -29,7 +30,9 @@ static enum mill_status hear(struct mill_observer *o, const struct mill_impact *
                               i->impulse.y,   i->place.z,      (double)i->ball, (double)i->partner,
                               i->facing.x,    i->slip.z,       (double)i->slid, (double)i->lasting,
                               (double)i->kind};
+    const vec3 y = mill_motion_pose(l->world->motion[0], i->time - l->world->base).y;
     remember(l, numbers, sizeof numbers);
+    remember(l, &y, sizeof y);
     l->impacts++;
     if (l->impacts == l->failed)
         return mill_error_set(error, MILL_FAILED, "impact %d fails", (int)l->failed);
@@ -76,7 +79,11 @@ static double wrong_then(const struct mill_observer *o)
 
 static const struct mill_observer_type hears = {.impact = hear, .ahead = ahead},
                                        looks = {.name = "looks", .sample = look, .then = then},
-                                       both = {.impact = hear, .sample = look, .ahead = ahead},
+                                       both = {.impact = hear,
+                                               .sample = look,
+                                               .ahead = ahead,
+                                               .then = then},
+                                       waits = {.impact = hear, .sample = look, .ahead = ahead},
                                        wrong = {
                                            .name = "wrong", .sample = look, .then = wrong_then};
 
@@ -91,6 +98,7 @@ static void open_heard(struct heard *h, const struct mill_observer_type *type, i
     memset(&h->l, 0, sizeof h->l);
     bench_open(&h->b, &mills[0]);
     h->l.base.type = type;
+    h->l.world = h->b.world;
     h->l.first = pthread_self();
     h->l.every = 1e-3;
     h->l.base.next = type->sample ? 0.5e-3 : (double)INFINITY;
@@ -114,7 +122,7 @@ static void close_both(struct heard *one, struct heard *two)
 
 START_TEST(observers_get_the_same_calls_on_a_second_thread)
 {
-    const struct mill_observer_type *const types[] = {&hears, &looks, &both};
+    const struct mill_observer_type *const types[] = {&hears, &looks, &both, &waits};
     struct heard one, two;
     open_heard(&one, types[_i], 1);
     open_heard(&two, types[_i], 2);
@@ -208,7 +216,7 @@ END_TEST
 int main(void)
 {
     const struct unit_test tests[] = {
-        {observers_get_the_same_calls_on_a_second_thread, 3},
+        {observers_get_the_same_calls_on_a_second_thread, 4},
         {an_observer_ends_the_run_at_the_same_impact, 6},
         {a_failure_of_an_observer_ends_the_run_with_its_message, 1},
         {a_sample_at_another_time_than_promised_is_a_failure, 1},
