@@ -22,6 +22,8 @@ CFLAGS_clang := -O3 -g -DNDEBUG
 WARN_clang := -Wno-double-promotion
 CFLAGS_asan := -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=all
 LDFLAGS_asan := -fsanitize=address,undefined
+CFLAGS_tsan := -O1 -g -fno-omit-frame-pointer -fsanitize=thread
+LDFLAGS_tsan := -fsanitize=thread
 CFLAGS_cov := -O0 -g --coverage -DNDEBUG
 LDFLAGS_cov := --coverage
 SANITIZERS_fuzz := -fsanitize=address,undefined,float-cast-overflow
@@ -35,9 +37,9 @@ WARN := -Wall -Wextra -Wshadow -Wstrict-prototypes -Wmissing-prototypes -Wundef 
 FLAGS := -std=c99 -D_POSIX_C_SOURCE=200809L -ffp-contract=off -fno-math-errno $(CFLAGS_$(MODE)) $(CFLAGS)
 ALL_CFLAGS := $(FLAGS) $(WARN) -Iinclude -Isrc $(shell pkg-config --cflags gsl hdf5 2>/dev/null)
 ALL_LDFLAGS := $(LDFLAGS_$(MODE)) $(LDFLAGS)
-LDLIBS := $(shell pkg-config --libs gsl hdf5 2>/dev/null) -ludunits2 -lm
+LDLIBS := $(shell pkg-config --libs gsl hdf5 2>/dev/null) -ludunits2 -lm -pthread
 # a shared HDF5 loads 30 other libraries, for access to remote files: 6 ms of every start
-LDLIBS_SMALL := $(patsubst -lhdf5,-l:libhdf5.a -lsz -lz -ldl -lpthread,$(LDLIBS))
+LDLIBS_SMALL := $(patsubst -lhdf5,-l:libhdf5.a -lsz -lz -ldl,$(LDLIBS))
 
 LIB := $(filter-out $(BUILD)/src/app/main.o,$(patsubst %.c,$(BUILD)/%.o,$(wildcard src/*/*.c)))
 UNIT := $(patsubst %.c,$(BUILD)/%,$(wildcard tests/unit/test_*.c))
@@ -93,7 +95,7 @@ help:
 	@echo 'make bench     measure speed, some minutes: docs/performance.md (QUICK=1: try it)'
 	@echo 'make bench-parts  nanoseconds of root finding, calendar and observers'
 	@echo 'make install   the program, libmillsim.a and its headers into PREFIX=$(PREFIX)'
-	@echo 'make clean     remove what was built        MODE=release|debug|o2|asan  WERROR=1  V=1'
+	@echo 'make clean     remove what was built        MODE=release|debug|o2|asan|tsan  WERROR=1  V=1'
 
 millsim: build/release/millsim
 	@cp -f $< $@
@@ -351,7 +353,7 @@ install: millsim build/release/libmillsim.a
 	install -d $(INSTALLED)/include/millsim $(INSTALLED)/lib/pkgconfig
 	install -m 644 include/millsim/*.h $(INSTALLED)/include/millsim
 	printf '%s\n' 'prefix=$(PREFIX)' 'Name: millsim' 'Description: event-driven simulation of ball mills' \
-	    'Version: $(shell cat VERSION)' 'Cflags: -I$${prefix}/include' 'Libs: -L$${prefix}/lib -lmillsim -lm' \
+	    'Version: $(shell cat VERSION)' 'Cflags: -I$${prefix}/include' 'Libs: -L$${prefix}/lib -lmillsim -lm -pthread' \
 	    > $(INSTALLED)/lib/pkgconfig/millsim.pc
 
 clean:

@@ -54,6 +54,17 @@ struct mill_observer_type {
     enum mill_status (*sample)(struct mill_observer *, const struct mill_world *, double t,
                                struct mill_error *);
 
+    /* ---- called by the event loop if it uses a second thread (mill_sim_use_threads). Then
+     * `impact` must not change `next`, nor read more of a world than shapes, motions and `base`
+     * ---- */
+
+    /* How many impacts it must get, at least, before `impact` can return MILL_ENDED; 0 and 1: the
+     * next one can end the run. NULL: `impact` never ends a run. */
+    uint64_t (*ahead)(const struct mill_observer *);
+    /* [s] Time of the sample after the one at `next`, if it is known before and if that one cannot
+     * end the run; otherwise 0. The function must not read what `impact` changes. NULL: 0 */
+    double (*then)(const struct mill_observer *);
+
     /* ---- called by the program outside of the loop, in this order ---- */
 
     /* Is this observer requested? NULL: always. */

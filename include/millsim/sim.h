@@ -18,6 +18,14 @@ void mill_sim_free(struct mill_sim *sim);
  * caller owns them. An observer without `sample` gets no samples. */
 enum mill_status mill_sim_observe(struct mill_sim *sim, struct mill_observer *observer);
 
+/* From now on mill_sim_run uses this number of threads, at present 2 at most: a second thread calls
+ * the `impact` functions of the observers. Results have the same bits for any number. If there is
+ * no memory for it, or no thread can be started, one thread does all the work. */
+void mill_sim_use_threads(struct mill_sim *sim, int threads);
+
+/* Number of threads that mill_sim_run uses */
+int mill_sim_threads(const struct mill_sim *sim);
+
 /* Continues the run until one of these happens: simulated time `until` [s] is reached (samples due
  * exactly then are taken, MILL_OK); `budget` events are done (MILL_OK; mill_sim_time gives the time
  * reached); *stop, if stop is not NULL, becomes non-zero (MILL_STOPPED); an observer has gathered

@@ -134,6 +134,7 @@ static void tell_cost(struct mill_sink *sink, const struct mill_facts *facts, ui
     const struct mill_record_cost *cost = &facts->cost;
     mill_tell_number(sink, "wall_time", cost->wall, "s", "wall-clock time");
     mill_tell_number(sink, "cpu_time", cost->cpu, "s", "processor time");
+    mill_tell_count(sink, "threads", (uint64_t)facts->threads, "threads that the run used");
     mill_tell_number(sink, "peak_memory", facts->peak_memory, "byte", "largest resident memory");
     if (sink->full) {
         mill_tell_number(sink, "checkpoint_time", cost->saving, "s",
@@ -281,9 +282,9 @@ void mill_record_start(struct mill_h5 *file, const struct mill_deck *deck, const
     }
 }
 
-/* Copies the next line that matters for the comparison, without its comment. Skips empty lines and
- * the interval of checkpoints, which does not change the run. For a file only its name is copied,
- * because its folder may have changed. "" at the end of the text. */
+/* Copies the next line that matters for the comparison, without its comment. Skips empty lines, the
+ * interval of checkpoints and the number of threads, which do not change the run. For a file only
+ * its name is copied, because its folder may have changed. "" at the end of the text. */
 static void next_line(const char **text, char *line, size_t size)
 {
     do {
@@ -299,7 +300,8 @@ static void next_line(const char **text, char *line, size_t size)
         char *path = strstr(line, " = /");
         if (path)
             memmove(path + strlen(" = "), folder + 1, strlen(folder));
-        if (line[0] == '#' || strncmp(line, "checkpoint = ", 13) == 0)
+        if (line[0] == '#' || strncmp(line, "checkpoint = ", 13) == 0 ||
+            strncmp(line, "threads = ", 10) == 0)
             line[0] = '\0';
     } while (!line[0] && **text);
 }

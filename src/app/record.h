@@ -25,6 +25,7 @@ struct mill_facts {
     double time, local; /* [s] simulated time reached; the same as local time of the world */
     double end;         /* [s] run.time */
     struct mill_record_cost cost;
+    int threads;               /* used by the run */
     double peak_memory;        /* [byte] */
     const char *deck, *output; /* paths as given */
     const char *version;       /* of millsim */
@@ -56,8 +57,8 @@ void mill_record_foreign(const struct mill_world *world, const char *status, dou
                          struct mill_sink *sink);
 
 /* Compares the deck with that of the file's run. MILL_BAD_DECK: they differ, and the error names
- * the first difference. MILL_FAILED: the file holds no deck. The interval of checkpoints and the
- * folder of a start file may differ. name: of the file, for messages. */
+ * the first difference. MILL_FAILED: the file holds no deck. The interval of checkpoints, the
+ * number of threads and the folder of a start file may differ. name: of the file, for messages. */
 enum mill_status mill_record_compare(struct mill_h5 *file, const char *name,
                                      const struct mill_deck *deck, struct mill_error *error);
 

@@ -15,6 +15,7 @@
 #include <unistd.h>
 
 #define MOST_SHARE 0.02   /* maximum part of the wall time for checkpoints, for any interval */
+#define MANY_BALLS 20000  /* from this number on, a run uses all cores */
 #define MANY_FRAMES 10000 /* from this number on, /VTKHDF takes long */
 
 /* A run from its start to its end */
@@ -191,6 +192,13 @@ static void show(const struct run *r, bool begins, const char *state)
     mill_progress_show(&r->order->display, &p);
 }
 
+/* run.threads; if the program chooses, small mills leave the cores to other runs */
+static int threads_of(const struct mill_deck *deck)
+{
+    const long cores = deck->all < MANY_BALLS ? 1 : sysconf(_SC_NPROCESSORS_ONLN);
+    return (int)(deck->threads > 0 ? deck->threads : cores);
+}
+
 /* Makes the mill from the deck or the state, and a file that holds what is known so far */
 static enum mill_status prepare(struct run *r)
 {
@@ -205,6 +213,7 @@ static enum mill_status prepare(struct run *r)
     if (status != MILL_OK)
         return status;
     r->growth = mill_forecast_growth(r->world);
+    mill_sim_use_threads(r->sim, threads_of(r->deck));
     show(r, true, NULL);
     if (r->resumes)
         mill_error_set(&r->note, MILL_OK, "resuming at t = %.6g s", mill_sim_time(r->sim));
@@ -240,6 +249,7 @@ static struct mill_facts facts_of(const struct run *r, const char *status)
                                .local = mill_sim_local_time(r->sim),
                                .end = r->deck->time,
                                .cost = cost_of(r),
+                               .threads = mill_sim_threads(r->sim),
                                .peak_memory = mill_record_peak_memory(),
                                .deck = r->order->asked->deck,
                                .output = r->output,

@@ -287,8 +287,9 @@ static void print_all(const struct mill_summary *s)
             "speed",
             mill_summary_text_si(cpu > 0 ? (double)totals.contacts / cpu : (double)NAN, ""),
             mill_summary_text_si(wall > 0 ? facts->time / wall : (double)NAN, "s"));
-    fprintf(s->out, "%-*s %s wall, %s CPU, %s memory at most\n", MILL_SUMMARY_LABEL, "cost",
+    fprintf(s->out, "%-*s %s wall, %s CPU%s, %s memory at most\n", MILL_SUMMARY_LABEL, "cost",
             mill_summary_text_si(wall, "s"), mill_summary_text_si(cpu, "s"),
+            facts->threads > 1 ? " of 2 threads" : "",
             mill_summary_text_si(facts->peak_memory, "B"));
     fprintf(s->out, "%-*s ", MILL_SUMMARY_LABEL, "output");
     print_name(s->out, facts->output);

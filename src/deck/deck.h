@@ -151,6 +151,7 @@ struct mill_deck {
     double precision;      /* relative standard error that ends the run; 0: not used */
     double max_collisions; /* number of collisions that ends the run; 0: not used */
     long seed;
+    long threads;                 /* 0: the program chooses */
     vec3 gravity;                 /* [m/s^2] */
     struct mill_deck_balls alike; /* [balls], where there are no [balls.NAME] */
     int kinds;                    /* of balls */

@@ -66,7 +66,7 @@ static const struct mill_deck_synonym synonyms[] = {
     {"run", "start_up startup warmup warm_up transient skip average_from settling_time", "run.sample_from", NULL},
     {"run", "random_seed rng rng_seed", "run.seed", NULL},
     {"run", "accuracy tolerance relative_error", "run.precision", NULL},
-    {"run", "threads cores cpus processors np n_threads", NULL, "; a run uses one core: leave it out"},
+    {"run", "cores cpus processors np n_threads omp_num_threads", "run.threads", NULL},
     {"run", "gravity g", "gravity.acceleration", NULL},
     {"gravity", "g value gravity vector", "gravity.acceleration", NULL},
     {"balls", "number n num quantity amount no number_of_balls ball_count n_balls", "balls.count", NULL},

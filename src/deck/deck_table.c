@@ -13,7 +13,8 @@ enum {
      * drum. */
     MOST_BUCKLES = 500,
     MOST_BLADES = 10000,
-    MOST_FRICTION = 10
+    MOST_FRICTION = 10,
+    MOST_THREADS = 1024
 };
 #define SEED_MAX 4294967295.0 /* the random generator distinguishes as many seeds */
 #define MOST_COLLISIONS 1e15  /* a double holds counts up to here exactly */
@@ -38,6 +39,12 @@ enum {
 static bool sample_found(const void *deck)
 {
     return ((const struct mill_deck *)deck)->sample_found;
+}
+
+/* The program chooses the number of threads. */
+static bool threads_chosen(const void *deck)
+{
+    return ((const struct mill_deck *)deck)->threads == 0;
 }
 
 static bool is_circle(const void *deck)
@@ -80,6 +87,9 @@ static const struct mill_key run_key[] = {
      .hi = MOST_COLLISIONS, .preset = "0", DECK(max_collisions), .zero_is_off = true},
     {"seed", "seed of every random choice", .type = MILL_KEY_WHOLE, .lo = 0, .hi = SEED_MAX,
      .preset = "1", DECK(seed)},
+    {"threads", "threads of the run; 0: 1 below 20 000 balls, else one for each core",
+     .type = MILL_KEY_WHOLE, .lo = 0, .hi = MOST_THREADS, .preset = "0", DECK(threads),
+     .hidden = threads_chosen},
     {.name = NULL},
 };
 

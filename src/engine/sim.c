@@ -88,6 +88,7 @@ void mill_sim_free(struct mill_sim *sim)
         return;
     mill_schedule_free(sim->schedule);
     mill_pinches_free(&sim->pinches);
+    mill_sim_thread_free(sim->thread);
     free(sim->paranoid);
     free(sim);
 }
@@ -100,6 +101,21 @@ enum mill_status mill_sim_observe(struct mill_sim *sim, struct mill_observer *ob
     observer->next = observer->type->sample ? observer->next : (double)INFINITY;
     sim->observer[sim->observers++] = observer;
     return MILL_OK;
+}
+
+void mill_sim_use_threads(struct mill_sim *sim, int threads)
+{
+    if (threads > 1 && !sim->thread)
+        sim->thread = mill_sim_thread_create(sim->world);
+    if (threads > 1)
+        return;
+    mill_sim_thread_free(sim->thread);
+    sim->thread = NULL;
+}
+
+int mill_sim_threads(const struct mill_sim *sim)
+{
+    return sim->thread && mill_sim_thread_ran(sim->thread) ? 2 : 1;
 }
 
 const struct mill_world *mill_sim_world(const struct mill_sim *sim)
@@ -117,21 +133,17 @@ double mill_sim_local_time(const struct mill_sim *sim)
     return sim->now;
 }
 
-/* Stores the status that an observer returned. true: call the next observer. If an observer ends
- * the run, the others are still called for this event. */
+/* Stores the status of the observers. true: it is no failure. */
 static bool goes_on(struct mill_sim *sim, enum mill_status status)
 {
     sim->status = status != MILL_OK ? status : sim->status;
-    return sim->status == MILL_OK || sim->status == MILL_ENDED;
+    return mill_sim_goes_on(sim->status);
 }
 
 static void tell(struct mill_sim *sim, const struct mill_impact *impact)
 {
-    enum mill_status status = MILL_OK;
-    for (int k = 0; goes_on(sim, status) && k < sim->observers; k++) {
-        struct mill_observer *o = sim->observer[k];
-        status = o->type->impact ? o->type->impact(o, impact, sim->error) : MILL_OK;
-    }
+    goes_on(sim, sim->thread ? mill_sim_thread_push(sim->thread, impact, sim->error)
+                             : mill_sim_tell(sim->observer, sim->observers, impact, sim->error));
 }
 
 /* impulse: given to the ball at its surface point, in direction `outwards` from its centre */
@@ -350,17 +362,20 @@ static void watch_time(struct mill_sim *sim, int32_t i, double t)
 
 static void take_samples(struct mill_sim *sim, double due)
 {
-    enum mill_status status = MILL_OK;
-    for (int k = 0; goes_on(sim, status) && k < sim->observers; k++) {
-        struct mill_observer *o = sim->observer[k];
-        if (o->next > due)
-            continue;
-        status = o->type->sample(o, sim->world, sim->now, sim->error);
-        if (status == MILL_OK && !(o->next > due))
-            status =
-                mill_error_set(sim->error, MILL_FAILED,
-                               "%s: did not set a later time for its next sample", o->type->name);
-    }
+    goes_on(sim, sim->thread
+                     ? mill_sim_thread_sample(sim->thread, sim->world, sim->now, due, sim->error)
+                     : mill_sim_sample(sim->observer, sim->observers, sim->world, sim->now, due,
+                                       sim->error));
+}
+
+/* [s] simulated time of the next sample */
+static double next_sample(const struct mill_sim *sim)
+{
+    double next = INFINITY;
+    for (int k = 0; k < sim->observers; k++)
+        next = mill_least(next, sim->thread ? mill_sim_thread_next(sim->thread, k)
+                                            : sim->observer[k]->next);
+    return next;
 }
 
 /* Carries out all events before local time `limit`, or until the budget is 0. */
@@ -396,10 +411,10 @@ enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budge
     assert(until == until);
     sim->error = error;
     sim->status = MILL_OK;
+    if (sim->thread)
+        mill_sim_thread_begin(sim->thread, sim->observer, sim->observers);
     while (budget > 0) {
-        double sample = INFINITY; /* time of the next sample */
-        for (int k = 0; k < sim->observers; k++)
-            sample = mill_least(sample, sim->observer[k]->next);
+        const double sample = next_sample(sim);
         const double halt = mill_least(sample, until) - sim->world->base;
         const double limit = mill_least(mill_greatest(halt, sim->now), MILL_WORLD_EPOCH);
         take_events(sim, limit, &budget, stop);
@@ -407,6 +422,11 @@ enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budge
             break;
         sim->now = limit;
         if (halt > MILL_WORLD_EPOCH) {
+            /* the observers read the motions, which end_epoch() changes */
+            if (sim->thread)
+                sim->status = mill_sim_thread_wait(sim->thread, sim->error);
+            if (sim->status != MILL_OK)
+                break;
             end_epoch(sim);
         } else if (sample <= until) {
             take_samples(sim, sample);
@@ -420,6 +440,8 @@ enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budge
         if (sim->status != MILL_OK)
             break;
     }
+    if (sim->thread)
+        goes_on(sim, mill_sim_thread_end(sim->thread, error));
     sim->error = NULL;
     return sim->status;
 }

@@ -6,6 +6,8 @@
 #include "engine/schedule.h"
 #include "millsim/sim.h"
 
+enum { MILL_SIM_OBSERVERS = 8 }; /* at most */
+
 struct mill_watch {
     double last;       /* [s] local time of the last event after which time had advanced */
     uint64_t standing; /* number of events since then */
@@ -27,10 +29,71 @@ struct mill_sim {
     struct mill_sim_paranoid *paranoid; /* NULL: off */
     double now;                         /* [s] local */
     int observers;
-    struct mill_observer *observer[8];
-    struct mill_error *error; /* of the present call of mill_sim_run */
+    struct mill_observer *observer[MILL_SIM_OBSERVERS];
+    struct mill_sim_thread *thread; /* calls them; NULL: the loop does */
+    struct mill_error *error;       /* of the present call of mill_sim_run */
     enum mill_status status;
 };
+
+/* ---- calling the observers: these return the last status that is not MILL_OK. If one of them ends
+ * the run, the others are still called for this event; after a failure they are not. ---- */
+
+static inline bool mill_sim_goes_on(enum mill_status status)
+{
+    return status == MILL_OK || status == MILL_ENDED;
+}
+
+static inline enum mill_status mill_sim_tell(struct mill_observer *const *observer, int observers,
+                                             const struct mill_impact *impact,
+                                             struct mill_error *error)
+{
+    enum mill_status all = MILL_OK;
+    for (int k = 0; mill_sim_goes_on(all) && k < observers; k++) {
+        struct mill_observer *o = observer[k];
+        const enum mill_status one = o->type->impact ? o->type->impact(o, impact, error) : MILL_OK;
+        all = one != MILL_OK ? one : all;
+    }
+    return all;
+}
+
+/* due: simulated time of the samples; t: the same as local time of the world */
+enum mill_status mill_sim_sample(struct mill_observer *const *observer, int observers,
+                                 const struct mill_world *world, double t, double due,
+                                 struct mill_error *error);
+
+/* ---- the observers on a second thread (sim_thread.c) ---- */
+
+/* NULL: out of memory */
+struct mill_sim_thread *mill_sim_thread_create(const struct mill_world *world);
+void mill_sim_thread_free(struct mill_sim_thread *thread);
+
+/* Was a second thread ever started? */
+bool mill_sim_thread_ran(const struct mill_sim_thread *thread);
+
+/* Begins and ends a call of mill_sim_run. At its end the observers have got everything, and there
+ * is no second thread. */
+void mill_sim_thread_begin(struct mill_sim_thread *thread, struct mill_observer *const *observer,
+                           int observers);
+enum mill_status mill_sim_thread_end(struct mill_sim_thread *thread, struct mill_error *error);
+
+/* Gives this impact to the observers, now or later. The status is that of earlier impacts and
+ * samples; if this impact could end the run, also that of this one. */
+enum mill_status mill_sim_thread_push(struct mill_sim_thread *thread,
+                                      const struct mill_impact *impact, struct mill_error *error);
+
+/* As mill_sim_sample. The second thread takes the samples of this time, later and in a copy of the
+ * world, if the times of the samples after them are known now, and none of them can end the run. */
+enum mill_status mill_sim_thread_sample(struct mill_sim_thread *thread,
+                                        const struct mill_world *world, double local, double due,
+                                        struct mill_error *error);
+
+/* [s] simulated time of the next sample of observer k */
+double mill_sim_thread_next(const struct mill_sim_thread *thread, int k);
+
+/* Waits until the observers have got everything. */
+enum mill_status mill_sim_thread_wait(struct mill_sim_thread *thread, struct mill_error *error);
+
+/* ---- paranoid runs (sim_paranoid.c) ---- */
 
 /* The checks of a paranoid run compare the plans and the effects of each event with brute force.
  * They write only their own counts. All return true if the check holds. If not, the sim's status is

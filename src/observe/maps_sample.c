@@ -166,8 +166,10 @@ INLINE void add_axial(const struct mill_map *map, const struct block *b, int i)
 
 /* The same source is compiled for any processor and, where the loader can choose, for AVX2 and
  * AVX-512. These execute the same operations on more numbers at a time. The results are equal to
- * the last bit, because no operations are contracted. */
-#if defined __x86_64__ && defined __gnu_linux__ && __has_attribute(target_clones)
+ * the last bit, because no operations are contracted. (The loader would choose before
+ * ThreadSanitizer has started.) */
+#if defined __x86_64__ && defined __gnu_linux__ && __has_attribute(target_clones) &&               \
+    !defined __SANITIZE_THREAD__
 __attribute__((target_clones("avx512f", "avx2", "default")))
 #endif
 static void

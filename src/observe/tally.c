@@ -85,6 +85,13 @@ static enum mill_status on_impact(struct mill_observer *observer, const struct m
     return mill_error_set(error, MILL_ENDED, "max_collisions");
 }
 
+static uint64_t look_ahead(const struct mill_observer *observer)
+{
+    const struct mill_tally *tally = (const struct mill_tally *)observer;
+    const uint64_t had = tally->at.collisions;
+    return had < tally->collisions ? tally->collisions - had : 0;
+}
+
 /* ---- times ---- */
 
 /* Time at which the batch ends. The last batch ends with the window if it is complete but for
@@ -95,13 +102,24 @@ static double next_batch(const struct mill_tally *tally)
     return next < tally->end + 1e-9 * tally->batches.at.batch ? fmin(next, tally->end) : next;
 }
 
+/* The next time in an open window; more: 1: the one after it, if a sample for the maps is next */
+static double next_time(const struct mill_tally *tally, unsigned more)
+{
+    return fmin(fmin(mill_tally_snapshot(tally, more), tally->end), next_batch(tally));
+}
+
 static void plan(struct mill_tally *tally)
 {
-    const struct mill_tally_progress *at = &tally->at;
-    double next = tally->begin;
-    if (at->open)
-        next = fmin(fmin(mill_tally_snapshot(tally), tally->end), next_batch(tally));
-    tally->observer.next = at->closed ? (double)INFINITY : next;
+    const double next = tally->at.open ? next_time(tally, 0) : tally->begin;
+    tally->observer.next = tally->at.closed ? (double)INFINITY : next;
+}
+
+/* Only a sample for the maps has no other effect. */
+static double look_beyond(const struct mill_observer *observer)
+{
+    const struct mill_tally *tally = (const struct mill_tally *)observer;
+    const double now = observer->next;
+    return tally->at.open && now < tally->end && now < next_batch(tally) ? next_time(tally, 1) : 0;
 }
 
 static void open_window(struct mill_tally *tally, const struct mill_account *account)
@@ -119,7 +137,7 @@ static enum mill_status on_sample(struct mill_observer *observer, const struct m
     const double now = observer->next;
     if (!at->open && tally->begin <= now)
         open_window(tally, &world->account);
-    while (at->open && mill_tally_snapshot(tally) <= now) {
+    while (at->open && mill_tally_snapshot(tally, 0) <= now) {
         mill_maps_sample(&tally->gathered.maps, world, t);
         at->snapshots++;
     }
@@ -305,6 +323,8 @@ const struct mill_observer_type mill_tally_type = {.name = "statistics",
                                                    .size = sizeof(struct mill_tally),
                                                    .impact = on_impact,
                                                    .sample = on_sample,
+                                                   .ahead = look_ahead,
+                                                   .then = look_beyond,
                                                    .create = create,
                                                    .state = tell_state,
                                                    .results = results,

@@ -77,10 +77,11 @@ struct mill_tally {
 
 extern const struct mill_observer_type mill_tally_type;
 
-/* [s] Time of the next sample for the maps; the window must be open */
-static inline double mill_tally_snapshot(const struct mill_tally *tally)
+/* [s] Time of the next sample for the maps, or the one that comes `more` after it; the window must
+ * be open */
+static inline double mill_tally_snapshot(const struct mill_tally *tally, unsigned more)
 {
-    return tally->begin + ((double)tally->at.snapshots + 0.5) * tally->interval;
+    return tally->begin + ((double)(tally->at.snapshots + more) + 0.5) * tally->interval;
 }
 
 /* [s] Duration of a contact of this kind, for balls of the mean size made of steel, at a normal

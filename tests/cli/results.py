@@ -6,7 +6,9 @@ import os
 import h5py
 
 # All else must be the same to the bit in two runs of one deck
-OWN = tuple(f"/run/{name}" for name in ("command", "started", "wall_time", "cpu_time", "checkpoint", "peak_memory"))
+OWN = tuple(
+    f"/run/{name}" for name in ("command", "started", "wall_time", "cpu_time", "checkpoint", "peak_memory", "threads")
+)
 
 
 def things(path):

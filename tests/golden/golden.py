@@ -53,7 +53,7 @@ DECKS = {
 GROUPS = ("particles", "VTKHDF", "observables", "statistics", "impacts", "deck", "run")
 APART = {
     *(f"/run/{name}" for name in ("version", "compiler", "flags", "hdf5", "gsl", "command")),
-    *(f"/run/{name}" for name in ("started", "wall_time", "cpu_time", "peak_memory")),
+    *(f"/run/{name}" for name in ("started", "wall_time", "cpu_time", "peak_memory", "threads")),
     *("/run/checkpoints", "/run/checkpoint_time"),
     "/deck/balls/start",
     "/deck/body.rotor/file",

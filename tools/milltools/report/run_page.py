@@ -154,6 +154,8 @@ def how(run, size: int) -> list[tuple[str, object, str]]:
     ):
         if run.has(f"run/{name}"):
             found.append((label, scaled(run.about(name), unit), ""))
+    if run.has("run/threads"):
+        found.append(("threads", plain(run.about("threads")), ""))
     if math.isfinite(run.cost):
         cpu = float(run.read("run/cpu_time"))
         rate = f"{scaled(run.contacts / cpu, '')} contacts per processor second" if cpu > 0 else ""

@@ -28,8 +28,8 @@ METHODS = ("grid", "lhs", "sobol", "saltelli")
 KEYS = ("deck", "maximise", "minimise", "require", "record", "replicates", "seed", "seeds", "precision",
         "max_collisions", "cpu_limit", "method", "samples")  # fmt: skip
 RIVALS = {"rotor.tip_speed": "rotor.speed"}  # a key replaces another one of the base deck
-# output of a run in addition to its statistics: these keys have no effect on the statistics
-STORED_ONLY = ("output.frames", "output.series", "output.checkpoint", "output.impacts")
+# output of a run in addition to its statistics, and its cost: these keys have no effect on the statistics
+STORED_ONLY = ("output.frames", "output.series", "output.checkpoint", "output.impacts", "run.threads")
 
 
 @dataclasses.dataclass(frozen=True)
