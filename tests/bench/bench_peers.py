@@ -127,7 +127,7 @@ PEERS = {
     "single": Peer("EDMD, variant Single", edmd, COLLISIONS),
     "cell": Peer("EDMD, variant Cell", edmd, COLLISIONS),
     "multi": Peer("EDMD, variant Multi", edmd, COLLISIONS),
-    "gravity": Peer("EDMD with gravity, variant Cylinder", edmd, COLLISIONS, lambda case: case.gravity),
+    "gravity": Peer("EDMD with gravity, variant Cylinder or Gravity_raw", edmd, COLLISIONS, lambda case: case.gravity),
     "dynamo": Peer(
         "DynamO, program dynarun (gases of 4000 balls)",
         dynamo,
@@ -240,7 +240,7 @@ def table(entries):
 
 def remarks(report):
     yield "Contacts per second of processor time: median (least .. greatest). Ratios are those of one turn."
-    yield f"Of a peer, all contacts are those of two balls. Over 1:1: millsim over 1:1 of '{BEFORE}' where that is given."
+    yield f"Contacts of peers are those of two balls. Over 1:1: of millsim, over 1:1 of '{BEFORE}' if that is given."
     if report["quick"]:
         yield "Quick: too little work, and large gases with fewer balls; these figures mean nothing."
     for entry in report["cases"]:
