@@ -1,8 +1,10 @@
 """`make bench` and `make bench-peers`: what they write, and what they refuse. How fast anything is, no test asks."""
 
 import json
+import os
 import subprocess
 import sys
+import time
 
 import numpy as np
 import pytest
@@ -211,6 +213,21 @@ def test_a_peer_is_read_line_by_line_and_its_rate_is_per_second_of_its_own_proce
     ratio = case["programs"]["cell"]["millsim_over_it"]["median"]
     assert ratio == pytest.approx(mine * turn["cell"]["cpu"] / turn["cell"]["ball_contacts"])
     assert "gas4k-0.30  cell" in done.stdout
+
+
+def test_a_peer_that_tells_no_contacts_ends_with_the_benchmark(tmp_path):
+    silent, pid = tmp_path / "silent", tmp_path / "pid"
+    silent.write_text(f"#!/bin/sh\necho $$ > {pid}.new; mv {pid}.new {pid}; exec sleep 1000\n")
+    silent.chmod(0o755)
+    told = [f"--build={BUILD}", f"--json={tmp_path / 'bench.json'}", "--quick", "--case=gas4k-0.05", f"cell={silent}"]
+    with subprocess.Popen([sys.executable, ROOT / "tests/bench/bench_peers.py", *told]) as driver:
+        while not pid.exists():
+            assert driver.poll() is None
+            time.sleep(0.02)
+        driver.terminate()
+    assert driver.returncode == 143
+    with pytest.raises(ProcessLookupError):
+        os.kill(int(pid.read_text()), 0)
 
 
 def test_a_peer_that_ends_early_is_reported_with_its_last_words_and_the_others_go_on(bench, peer, tmp_path):
