@@ -88,7 +88,8 @@ static double drum_radius(const struct job *job)
     return wall;
 }
 
-/* Packing fraction in the part of the drum that is more than two diameters away from its walls */
+/* Packing fraction in the part of the drum that is more than two diameters away from its walls. Of
+ * a mixture that has few large balls there, it is left to chance. */
 static double bulk_packing(const struct gas *gas)
 {
     const struct mill_world *w = gas->world;
@@ -144,13 +145,14 @@ static enum mill_status read_deck(struct gas *gas, const struct job *job)
     snprintf(set[keys++], SET_LENGTH, "balls.speed=%.17g m/s", speed);
     snprintf(set[keys++], SET_LENGTH, "gravity.acceleration=%.17g 0 0 m/s^2",
              job->gravity ? -g : 0.0);
-    for (int kind = 0; kind < (large < job->balls ? 2 : 1); kind++) {
-        const char *name = kind == 0 ? "large" : "small";
-        snprintf(set[keys++], SET_LENGTH, "balls.%s.count=%ld", name,
+    const bool mixed = large < job->balls;
+    for (int kind = 0; kind < 1 + mixed; kind++) {
+        const char *name = !mixed ? "balls" : kind == 0 ? "balls.large" : "balls.small";
+        snprintf(set[keys++], SET_LENGTH, "%s.count=%ld", name,
                  kind == 0 ? large : job->balls - large);
-        snprintf(set[keys++], SET_LENGTH, "balls.%s.diameter=%.17g m", name,
+        snprintf(set[keys++], SET_LENGTH, "%s.diameter=%.17g m", name,
                  kind == 0 ? d : d / job->ratio);
-        snprintf(set[keys++], SET_LENGTH, "balls.%s.density=7800 kg/m^3", name);
+        snprintf(set[keys++], SET_LENGTH, "%s.density=7800 kg/m^3", name);
     }
     for (int k = 0; k < keys; k++)
         sets[k] = set[k];
