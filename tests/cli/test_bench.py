@@ -224,6 +224,7 @@ def test_a_peer_that_tells_no_contacts_ends_with_the_benchmark(tmp_path):
         while not pid.exists():
             assert driver.poll() is None
             time.sleep(0.02)
+        time.sleep(0.5)  # now it waits for the peer's lines
         driver.terminate()
     assert driver.returncode == 143
     with pytest.raises(ProcessLookupError):
