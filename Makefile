@@ -94,6 +94,7 @@ help:
 	@echo 'make fuzz      fuzz every target, FUZZ_SECONDS=$(FUZZ_SECONDS) each: tests/fuzz/README.md'
 	@echo 'make bench     measure speed, some minutes: docs/performance.md (QUICK=1: try it)'
 	@echo 'make bench-parts  nanoseconds of root finding, calendar and observers'
+	@echo 'make bench-peers  millsim and other programs in turn: PEERS="single=PROGRAM cell=..."; docs/performance.md'
 	@echo 'make install   the program, libmillsim.a and its headers into PREFIX=$(PREFIX)'
 	@echo 'make clean     remove what was built        MODE=release|debug|o2|asan|tsan  WERROR=1  V=1'
 
@@ -310,6 +311,13 @@ bench:
 	.venv/bin/python tests/bench/bench.py --build $(BUILD) $(if $(QUICK),--quick) $(REPEATS:%=--repeats %) \
 	    $(JSON:%=--json %) $(CASES)
 
+# PEERS="NAME=PROGRAM ...": programs that the user has built; CASES, QUICK, REPEATS and JSON as for bench
+bench-peers:
+	@tools/setup --local build --python core
+	@$(MAKE) $(PARALLEL) $(BUILD)/tests/bench/bench_engine $(BUILD)/millsim
+	.venv/bin/python tests/bench/bench_peers.py --build $(BUILD) $(if $(QUICK),--quick) $(REPEATS:%=--repeats %) \
+	    $(JSON:%=--json %) $(CASES:%=--case %) $(PEERS)
+
 BENCH_PARTS := $(patsubst %,$(BUILD)/tests/bench/bench_%,poly calendar observers)
 bench-parts: $(BENCH_PARTS)
 	@set -e; for b in $^; do $$b; done
@@ -362,5 +370,5 @@ clean:
 -include $(patsubst %.o,%.d,$(LIB)) $(BUILD)/src/app/main.d $(addsuffix .d,$(UNIT) $(BENCH) $(PROBES) $(FUZZERS)) \
     $(BUILD)/tests/fuzz/replay.d $(BUILD)/tests/fuzz/units_once.d
 .SECONDARY:
-.PHONY: all help needed deps run check test compiled unit thorough coverage nightly lowest replay fuzz fuzzers cli golden valgrind validate validate-dem validate-study validate-paper lint format docs pictures bench bench-parts \
+.PHONY: all help needed deps run check test compiled unit thorough coverage nightly lowest replay fuzz fuzzers cli golden valgrind validate validate-dem validate-study validate-paper lint format docs pictures bench bench-parts bench-peers \
         install clean always

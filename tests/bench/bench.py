@@ -156,8 +156,15 @@ def verdict(met):
     return {True: "met", False: "NOT met", None: "-"}[met]
 
 
+def aligned(rows):
+    """The lines of a table, columns as wide as they need to be."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    for row in rows:
+        yield "  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip()
+
+
 def table(entries):
-    """The lines of the table, columns as wide as they need to be."""
+    """The lines of the table of all cases."""
     rows = [
         (
             *("case", "median", "(least .. greatest)", "", "at least", "", "aim", ""),
@@ -184,9 +191,7 @@ def table(entries):
                 short(megabytes),
             )
         )
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    for row in rows:
-        yield "  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip()
+    yield from aligned(rows)
 
 
 def remarks(report):
@@ -230,35 +235,43 @@ def read_arguments():
     return arguments
 
 
-def bench(arguments):
-    cases = chosen(arguments.cases)
-    usual = "build/bench-quick.json" if arguments.quick else "build/bench.json"
-    target = (arguments.json or ROOT / usual).resolve()
+def begin(programs, path, usual):
+    """Where the report goes, and what it says of the machine and of what is measured."""
+    target = (path or ROOT / "build" / f"{usual}{'-quick' * programs.quick}.json").resolve()
     if not target.parent.is_dir():
         raise BenchError(f"{target}: no such folder")
-    repeats = arguments.repeats or (1 if arguments.quick else REPEATS)
-    report = {
+    return target, {
         "date": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
-        "quick": arguments.quick,
-        "repeats": repeats,
+        "quick": programs.quick,
+        "repeats": programs.repeats,
         "machine": machine_facts(),
         "load_before": os.getloadavg()[0],
+        "build": build_facts(programs),
     }
-    with tempfile.TemporaryDirectory(prefix="millsim-bench-") as folder:
-        programs = Programs(arguments.build.resolve(), arguments.quick, repeats, folder)
-        report["build"] = build_facts(programs)
-        samples = measure(cases, programs, show_progress)
-    if sys.stderr.isatty():
-        show_progress("")
-    report["load_after"] = os.getloadavg()[0]
-    report["cases"] = [record(case, samples[case.name], arguments.quick) for case in cases]
-    for line in [*table(report["cases"]), "", *remarks(report)]:
-        print(line)
+
+
+def finish(report, target, lines):
+    """Shows the lines of a report and writes it."""
+    print("\n".join(lines))
     try:
         target.write_text(json.dumps(report, indent=1) + "\n")
     except OSError as error:
         raise BenchError(f"{target}: {error.strerror}") from None
     print(f"Written: {target}")
+
+
+def bench(arguments):
+    cases = chosen(arguments.cases)
+    repeats = arguments.repeats or (1 if arguments.quick else REPEATS)
+    with tempfile.TemporaryDirectory(prefix="millsim-bench-") as folder:
+        programs = Programs(arguments.build.resolve(), arguments.quick, repeats, folder)
+        target, report = begin(programs, arguments.json, "bench")
+        samples = measure(cases, programs, show_progress)
+    if sys.stderr.isatty():
+        show_progress("")
+    report["load_after"] = os.getloadavg()[0]
+    report["cases"] = [record(case, samples[case.name], arguments.quick) for case in cases]
+    finish(report, target, [*table(report["cases"]), "", *remarks(report)])
 
 
 def main():

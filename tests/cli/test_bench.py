@@ -1,9 +1,12 @@
-"""`make bench`: what it writes, and what it refuses. How fast anything is, no test asks."""
+"""`make bench` and `make bench-peers`: what they write, and what they refuse. How fast anything is, no test asks."""
 
 import json
+import os
 import subprocess
 import sys
+import time
 
+import numpy as np
 import pytest
 from conftest import PROGRAM, ROOT
 
@@ -21,13 +24,13 @@ NAMES = (
 
 @pytest.fixture
 def bench(tmp_path):
-    """bench(*arguments) runs the driver; its JSON goes to bench.json in tmp_path."""
+    """bench(*arguments) runs the driver, or the named one; its JSON goes to bench.json in tmp_path."""
 
-    def run(*arguments):
+    def run(*arguments, driver="bench.py"):
         return subprocess.run(
             [
                 sys.executable,
-                ROOT / "tests/bench/bench.py",
+                ROOT / "tests/bench" / driver,
                 f"--build={BUILD}",
                 f"--json={tmp_path / 'bench.json'}",
                 *arguments,
@@ -155,8 +158,115 @@ def test_the_gas_can_be_printed_as_a_deck_that_millsim_reads(engine, millsim, tm
     assert "count = 4000" in checked.stdout and "restitution = 1" in checked.stdout
 
 
-@pytest.mark.parametrize("arguments", [[], ["4000"], ["4000", "0.7"], ["--settle"], ["0", "0.3"]])
+@pytest.mark.parametrize(
+    "arguments", [[], ["4000"], ["4000", "0.7"], ["--settle"], ["0", "0.3"], ["--ratio", "0.5", "4000", "0.3"]]
+)
 def test_bench_engine_refuses_wrong_arguments_with_its_usage(arguments):
     done = subprocess.run([BUILD / ENGINE, *arguments], capture_output=True, text=True)
     assert done.returncode == 2
     assert done.stderr.startswith("usage: bench_engine")
+
+
+def test_a_mixture_has_the_bulk_packing_that_was_asked_for_and_tells_contacts_of_two_balls_apart(engine):
+    # three per cent: one instant of 182 large balls of all sizes' volume, and an estimate at the walls
+    (sample,) = engine("--repeats", 1, "--contacts", 20000, "--ratio", 3, 20000, 0.3)
+    assert sample["bulk_packing"] == pytest.approx(0.3, rel=0.03)
+    assert 0.85 * sample["contacts"] < sample["ball_contacts"] < sample["contacts"]
+
+
+PEER = """\
+#!{python}
+# Tells contacts as EDMD does: 1000 after each hundredth of a second of processor time, without end.
+import pathlib, time
+lines = pathlib.Path("init.sph").read_text().splitlines()
+assert int(lines[0]) == len(lines) - 2, "balls"
+print("Starting")
+for k in range({end}):
+    print(f"Simtime: {{k}}.000000, Collisions: {{1000 * k}}, Press: 1.0, T: 1.0, Listsizes: (7.4, 4)")
+    while time.process_time() < 0.1 + 0.01 * k:
+        pass
+print("Too many neighbors")
+"""
+
+
+@pytest.fixture
+def peer(tmp_path):
+    """peer(end) is the path of a program that prints as many lines as EDMD would and says why it ends."""
+
+    def write(end):
+        path = tmp_path / f"peer{end}"
+        path.write_text(PEER.format(python=sys.executable, end=end))
+        path.chmod(0o755)
+        return path
+
+    return write
+
+
+def test_a_peer_is_read_line_by_line_and_its_rate_is_per_second_of_its_own_processor_time(bench, peer, tmp_path):
+    done = bench("--quick", "--case=gas4k-0.30", f"cell={peer(10**9)}", driver="bench_peers.py")
+    assert done.returncode == 0, done.stderr
+    (case,) = json.loads((tmp_path / "bench.json").read_text())["cases"]
+    (turn,) = case["turns"]
+    assert turn["cell"]["ball_contacts"] == 10_000
+    assert turn["cell"]["ball_contacts"] / turn["cell"]["cpu"] == pytest.approx(1e5, rel=0.5)
+    mine = turn["millsim"]["ball_contacts"] / turn["millsim"]["cpu"]
+    ratio = case["programs"]["cell"]["millsim_over_it"]["median"]
+    assert ratio == pytest.approx(mine * turn["cell"]["cpu"] / turn["cell"]["ball_contacts"])
+    assert "gas4k-0.30  cell" in done.stdout
+
+
+def test_a_peer_that_tells_no_contacts_ends_with_the_benchmark(tmp_path):
+    silent, pid = tmp_path / "silent", tmp_path / "pid"
+    silent.write_text(f"#!/bin/sh\necho $$ > {pid}.new; mv {pid}.new {pid}; exec sleep 1000\n")
+    silent.chmod(0o755)
+    told = [f"--build={BUILD}", f"--json={tmp_path / 'bench.json'}", "--quick", "--case=gas4k-0.05", f"cell={silent}"]
+    with subprocess.Popen([sys.executable, ROOT / "tests/bench/bench_peers.py", *told]) as driver:
+        while not pid.exists():
+            assert driver.poll() is None
+            time.sleep(0.02)
+        time.sleep(0.5)  # now it waits for the peer's lines
+        driver.terminate()
+    assert driver.returncode == 143
+    with pytest.raises(ProcessLookupError):
+        os.kill(int(pid.read_text()), 0)
+
+
+def test_a_peer_that_ends_early_is_reported_with_its_last_words_and_the_others_go_on(bench, peer, tmp_path):
+    peers = [f"single={peer(5)}", f"cell={peer(10**9)}"]
+    done = bench("--quick", "--repeats=2", "--case=gas4k-0.30", *peers, driver="bench_peers.py")
+    assert done.returncode == 0, done.stderr
+    (case,) = json.loads((tmp_path / "bench.json").read_text())["cases"]
+    assert list(case["programs"]) == ["millsim", "cell"]
+    assert "gas4k-0.30: single ended before 12000 contacts: Too many neighbors\n" in done.stdout
+
+
+@pytest.mark.parametrize("ratio", [1, 2, 3, 5, 10])
+def test_the_balls_given_to_a_peer_fill_the_volume_that_was_asked_for_and_do_not_overlap(ratio):
+    sys.path.insert(0, str(ROOT / "tests/bench"))
+    from bench_peers import Case, start
+
+    case = Case("", 2000, 0.3, ratio)
+    side, large, small = start(case)
+    radii = np.repeat([0.5, 0.5 / ratio], [len(large), len(small)])
+    assert len(radii) == 2000
+    assert 4 / 3 * np.pi * (radii**3).sum() / side**3 == pytest.approx(0.3)
+    away = np.concatenate([large, small])
+    away = np.abs(away[:, None] - away)
+    away = np.minimum(away, side - away)
+    gaps = np.sqrt((away**2).sum(axis=2)) - radii[:, None] - radii
+    assert gaps[~np.eye(2000, dtype=bool)].min() > 0
+
+
+@pytest.mark.parametrize(
+    ("word", "said"),
+    [
+        ("warp=/bin/true", "no peer 'warp'; NAME=PROGRAM with one of single, cell"),
+        ("cell=/nowhere", "cell=/nowhere: expected the path of a program"),
+        ("--case=warp", "no case 'warp'; there are gas4k-0.05"),
+    ],
+)
+def test_a_peer_or_a_case_that_is_not_there_is_refused_in_one_line(bench, tmp_path, word, said):
+    done = bench(word, driver="bench_peers.py")
+    assert done.returncode == 2 and done.stdout == ""
+    assert said in done.stderr and done.stderr.count("\n") == 1
+    assert not (tmp_path / "bench.json").exists()
