@@ -8,6 +8,16 @@
 
 static const vec3 corner_lo = {-0.06, -0.075, -0.075}, corner_hi = {0.06, 0.075, 0.075};
 
+/* Cuts the box into cells of this diameter at least. */
+static inline void cut_box(struct mill_cells *cells, vec3 lo, vec3 hi, double diameter,
+                           double least_diameter, int32_t balls)
+{
+    int32_t inner[3];
+    mill_cells_cut(lo, hi, diameter, balls, inner);
+    if (!mill_cells_init(cells, lo, hi, inner, 1, 1, least_diameter, balls))
+        ck_abort_msg("out of memory");
+}
+
 struct swarm {
     struct mill_cells cells;
     int32_t balls;
@@ -21,9 +31,9 @@ static inline struct swarm make_swarm(int32_t balls, double diameter, double lea
     s.balls = balls;
     s.r = malloc(sizeof *s.r * (size_t)balls);
     s.near = malloc(sizeof *s.near * ((size_t)balls + MILL_CELL_ROW));
-    if (!s.r || !s.near ||
-        !mill_cells_init(&s.cells, corner_lo, corner_hi, diameter, least_diameter, balls))
+    if (!s.r || !s.near)
         ck_abort_msg("out of memory");
+    cut_box(&s.cells, corner_lo, corner_hi, diameter, least_diameter, balls);
     return s;
 }
 

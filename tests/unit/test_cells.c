@@ -232,8 +232,7 @@ END_TEST
 START_TEST(a_huge_empty_box_is_not_cut_into_endless_cells)
 {
     struct mill_cells cells;
-    ck_assert(mill_cells_init(&cells, vec3_make(-5.0, -2.0, -2.0), vec3_make(5.0, 2.0, 2.0), 1e-4,
-                              1e-4, 100));
+    cut_box(&cells, vec3_make(-5.0, -2.0, -2.0), vec3_make(5.0, 2.0, 2.0), 1e-4, 1e-4, 100);
     ck_assert_int_lt(mill_cells_count(&cells), 20000);
     mill_cells_release(&cells);
 }

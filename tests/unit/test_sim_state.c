@@ -200,10 +200,10 @@ static void damage(struct mill_sim *sim, int how)
 {
     struct mill_world *w = sim->world;
     struct mill_plan *plan = &sim->schedule->plan[42];
-    int32_t *cell = &sim->schedule->cells.cell[42];
+    int32_t *cell = &sim->schedule->cells->cell[42];
     switch (how) {
     case 0:
-        *cell = mill_cells_count(&sim->schedule->cells);
+        *cell = mill_cells_count(sim->schedule->cells);
         break;
     case 1:
         *cell = -1;
@@ -275,11 +275,11 @@ START_TEST(an_index_out_of_range_is_refused)
     struct kept kept;
     bench_open(&bad, &own);
     bench_run(&bad, 0.02);
-    const int32_t cell = bad.sim->schedule->cells.cell[42];
+    const int32_t cell = bad.sim->schedule->cells->cell[42];
     const int32_t species = bad.world->ball[42].species;
     damage(bad.sim, _i);
     save(&bad, &kept);
-    bad.sim->schedule->cells.cell[42] = cell; /* so that it can be freed */
+    bad.sim->schedule->cells->cell[42] = cell; /* so that it can be freed */
     bad.world->ball[42].species = species;
     bench_open(&good, &own);
     ck_assert_int_eq(load(&good, &kept), MILL_FAILED);
