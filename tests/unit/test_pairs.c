@@ -1,12 +1,12 @@
 /* Claims about the pair search: every variant finds, to the bit, what a loop over all balls finds
- * that takes one after the other, in every form of the cells' rows. */
+ * that takes one after the other, in every form of the cells' rows and over several grids. */
 #include "engine/pairs.h"
 
 #include "base/memory.h"
 
 #include "cells_fixture.h"
 
-enum { KINDS = 3, MOST_VARIANTS = 8 };
+enum { KINDS = 3, GRIDS = 3, MOST_VARIANTS = 8 };
 
 /* ---- balls in cells ---- */
 
@@ -32,55 +32,93 @@ enum { FORMS = sizeof forms / sizeof *forms };
 
 static const vec3 pull[] = {{0.0, 0.0, 0.0}, {0.0, 0.0, -9.81}, {3.0, -200.0, 150.0}};
 
+/* Ball i is in the rows of grid i % grids. All grids have the same cells; each next one has the
+ * next form of rows. */
 struct field {
-    struct mill_cells cells;
+    int grids;
+    struct mill_cells cells[GRIDS];
+    const struct form *form[GRIDS];
+    bool equal[GRIDS]; /* all balls in this grid are of the species with its number */
     struct mill_ball *ball;
     double radius[KINDS];
     struct mill_pairs pairs;
     int32_t balls;
 };
 
-/* No ball has a place yet. The scratch is as long as it must be and no longer. */
-static void open_field(struct field *f, const struct form *form, int32_t balls, bool equal, vec3 g)
+/* No ball has a place yet. variant: of the forms, and of the number of grids. The scratch is as
+ * long as it must be and no longer. */
+static void open_field(struct field *f, int variant, int32_t balls, vec3 g)
 {
     const size_t room = (size_t)balls + MILL_PAIRS_ROOM;
     memset(f, 0, sizeof *f);
+    f->grids = 1 + variant / FORMS;
     f->balls = balls;
     f->ball = mill_memory_get((size_t)balls, sizeof *f->ball);
-    ck_assert(mill_cells_init(&f->cells, corner_lo, corner_hi, DIAMETER, form->least, form->told));
+    for (int k = 0; k < f->grids; k++) {
+        f->equal[k] = true;
+        f->form[k] = &forms[(variant + k) % FORMS];
+        cut_box(&f->cells[k], corner_lo, corner_hi, DIAMETER, f->form[k]->least, f->form[k]->told);
+    }
     for (int k = 0; k < KINDS; k++)
-        f->radius[k] = equal ? 0.5 * DIAMETER : 0.5 * DIAMETER / (1.0 + 0.7 * k);
+        f->radius[k] = 0.5 * DIAMETER / (1.0 + 0.7 * k);
     struct mill_pairs *p = &f->pairs;
     p->ball = f->ball;
-    p->cells = &f->cells;
     p->radius = f->radius;
     p->g = g;
-    p->sum = equal ? DIAMETER : 0.0;
     p->near = malloc(room * sizeof *p->near);
     p->kept = malloc(room * sizeof *p->kept);
-    p->b = malloc(room * sizeof *p->b);
-    p->c = malloc(room * sizeof *p->c);
-    p->square = malloc(room * sizeof *p->square);
-    if (!f->ball || !p->near || !p->kept || !p->b || !p->c || !p->square)
+    p->terms = malloc(3 * room * sizeof *p->terms);
+    if (!f->ball || !p->near || !p->kept || !p->terms)
         ck_abort_msg("out of memory");
+}
+
+/* All balls have this radius. */
+static void make_equal(struct field *f, double radius)
+{
+    for (int k = 0; k < KINDS; k++)
+        f->radius[k] = radius;
 }
 
 static void close_field(struct field *f)
 {
-    mill_cells_release(&f->cells);
+    for (int k = 0; k < f->grids; k++)
+        mill_cells_release(&f->cells[k]);
     free(f->ball);
     free(f->pairs.near);
     free(f->pairs.kept);
-    free(f->pairs.b);
-    free(f->pairs.c);
-    free(f->pairs.square);
+    free(f->pairs.terms);
+}
+
+static struct mill_cells *grid_of(struct field *f, int32_t i)
+{
+    return &f->cells[i % f->grids];
+}
+
+static int32_t cell_of(const struct field *f, int32_t i)
+{
+    return f->cells[i % f->grids].cell[i];
+}
+
+/* All cells around ball i, or those ahead, in every grid */
+static int looks_of(const struct field *f, int32_t i, int face, struct mill_grids_look look[GRIDS])
+{
+    const double mine = f->radius[f->ball[i].species];
+    for (int k = 0; k < f->grids; k++)
+        look[k] = (struct mill_grids_look){
+            .cells = &f->cells[k],
+            .offset = face < 0 ? f->cells[k].around : f->cells[k].ahead[face],
+            .sum = f->equal[k] && f->equal[i % f->grids] ? mine + f->radius[k] : 0.0,
+            .cell = cell_of(f, i),
+            .count = face < 0 ? 27 : 9};
+    return f->grids;
 }
 
 /* Where the ball is at local time `now`, `ago` seconds after its record's time */
 static void put(struct field *f, int32_t i, vec3 r, vec3 v, double now, double ago)
 {
     struct mill_ball *b = &f->ball[i];
-    ck_assert(mill_cells_insert(&f->cells, i, mill_cells_at(&f->cells, r)));
+    ck_assert(mill_cells_insert(grid_of(f, i), i, mill_cells_at(grid_of(f, i), r)));
+    b->species = i % f->grids;
     b->r = vec3_fly(r, v, f->pairs.g, -ago);
     b->v = vec3_axpy(v, -ago, f->pairs.g);
     b->t = now - ago;
@@ -93,37 +131,43 @@ static vec3 some_velocity(uint64_t *seed)
 }
 
 /* Places of balls at random, none in a row that is full; numbers in no order within the rows */
-static void scatter(struct field *f, const struct form *form, double now, uint64_t *seed)
+static void scatter(struct field *f, double now, uint64_t *seed)
 {
     const vec3 spot = {1e-3, 1e-3, 1e-3};
     const int32_t shift = below(seed, f->balls);
     for (int32_t n = 0; n < f->balls; n++) {
         const int32_t i = (n * 7 + shift) % f->balls; /* every one once: 7 divides no count used */
+        const struct mill_cells *c = grid_of(f, i);
         vec3 r = spot;
-        if (!form->crowd || n >= 5) {
-            const int32_t room = f->cells.row - (f->cells.form == MILL_CELLS_PACKED ? 0 : 1);
+        if (!f->form[i % f->grids]->crowd || mill_cells_held(c, mill_cells_at(c, spot)) >= 5) {
+            const int32_t room = c->row - (c->form == MILL_CELLS_PACKED ? 0 : 1);
             do
                 r = point_in(seed, corner_lo, corner_hi);
-            while (mill_cells_held(&f->cells, mill_cells_at(&f->cells, r)) == room);
+            while (mill_cells_held(c, mill_cells_at(c, r)) == room);
         }
         put(f, i, r, some_velocity(seed), now, below(seed, 4) ? uniform(seed, 0.0, 1e-3) : 0.0);
-        f->ball[i].species = below(seed, KINDS);
+        if (!f->equal[i % f->grids])
+            f->ball[i].species = below(seed, KINDS);
     }
-    ck_assert_int_eq(f->cells.form, form->form);
-    ck_assert_int_eq(f->cells.row > MILL_CELL_ROW, form->longer_rows);
+    for (int k = 0; k < f->grids; k++) {
+        ck_assert_int_eq(f->cells[k].form, f->form[k]->form);
+        ck_assert_int_eq(f->cells[k].row > MILL_CELL_ROW, f->form[k]->longer_rows);
+    }
 }
 
 /* ---- the plain search ---- */
 
-static bool is_near(const struct mill_cells *c, int32_t i, int32_t j, const int64_t *offset,
-                    int32_t count)
+/* Is ball j's cell among those around ball i's, or has it come near since i crossed this face? */
+static bool is_near(const struct field *f, int32_t i, int32_t j, int face)
 {
-    const int64_t way = ((int64_t)c->cell[j] - c->cell[i]) * c->row;
-    for (int32_t k = 0; k < count; k++) {
-        if (way == offset[k])
-            return true;
-    }
-    return false;
+    const struct mill_cells *c = &f->cells[0];
+    int32_t at[3], to[3];
+    bool near = true;
+    mill_cells_index(c, cell_of(f, i), at);
+    mill_cells_index(c, cell_of(f, j), to);
+    for (int axis = 0; axis < 3; axis++)
+        near = near && abs(to[axis] - at[axis]) <= 1;
+    return near && (face < 0 || to[face / 2] - at[face / 2] == (face % 2 ? 1 : -1));
 }
 
 /* Time from `now` to the contact of two balls by the formula of the search, INFINITY: none */
@@ -132,8 +176,7 @@ static double meets(const struct field *f, const struct mill_ball *me, const str
 {
     const vec3 g = f->pairs.g;
     const double dt = now - o->t, half = 0.5 * dt * dt;
-    const double s =
-        f->pairs.sum != 0.0 ? f->pairs.sum : f->radius[me->species] + f->radius[o->species];
+    const double s = f->radius[me->species] + f->radius[o->species];
     const double dx = o->r.x + o->v.x * dt + g.x * half - me->r.x;
     const double dy = o->r.y + o->v.y * dt + g.y * half - me->r.y;
     const double dz = o->r.z + o->v.z * dt + g.z * half - me->r.z;
@@ -148,12 +191,11 @@ static double meets(const struct field *f, const struct mill_ball *me, const str
     return fmax(c, 0.0) / (sqrt(square) - b);
 }
 
-static int32_t plain(const struct field *f, int32_t i, double now, const int64_t *offset,
-                     int32_t cells, struct mill_pair *best)
+static int32_t plain(const struct field *f, int32_t i, double now, int face, struct mill_pair *best)
 {
     int32_t candidates = 0;
     for (int32_t j = 0; j < f->balls; j++) {
-        if (!is_near(&f->cells, i, j, offset, cells))
+        if (!is_near(f, i, j, face))
             continue;
         candidates++;
         const double dt = j == i ? (double)INFINITY : meets(f, &f->ball[i], &f->ball[j], now);
@@ -168,21 +210,23 @@ static int32_t plain(const struct field *f, int32_t i, double now, const int64_t
 /* ---- comparison ---- */
 
 struct tally {
-    long searches, found, at_once, none, ahead; /* what the comparisons came across */
+    /* what the comparisons came across; other: the partner is in another grid; equal, mixed: looks
+     * with and without a sum of the radii */
+    long searches, found, at_once, none, ahead, other, equal, mixed;
 };
 
 static void compare(const struct field *f, int32_t i, double now, int face, double window,
                     struct tally *tally)
 {
-    const int64_t *offset = face < 0 ? f->cells.around : f->cells.ahead[face];
-    const int32_t cells = face < 0 ? 27 : 9;
+    struct mill_grids_look look[GRIDS];
+    const int looks = looks_of(f, i, face, look);
     struct mill_pair expected = {window, MILL_NOBODY};
-    const int32_t candidates = plain(f, i, now, offset, cells, &expected);
+    const int32_t candidates = plain(f, i, now, face, &expected);
     const char *name = NULL;
     mill_pairs_fn *search;
     for (int k = 0; (search = mill_pairs_variant(k, &name)) != NULL; k++) {
         struct mill_pair found = {window, MILL_NOBODY};
-        const int32_t looked = search(&f->pairs, i, now, offset, cells, &found);
+        const int32_t looked = search(&f->pairs, i, now, look, looks, &found);
         ck_assert_msg(looked == candidates, "%s looks at %d balls of %d", name, looked, candidates);
         ck_assert_msg(found.partner == expected.partner &&
                           memcmp(&found.dt, &expected.dt, sizeof found.dt) == 0,
@@ -194,6 +238,9 @@ static void compare(const struct field *f, int32_t i, double now, int face, doub
     tally->at_once += expected.dt == 0.0;
     tally->none += expected.partner == MILL_NOBODY;
     tally->ahead += face >= 0 && expected.partner != MILL_NOBODY;
+    tally->other += expected.partner != MILL_NOBODY && (expected.partner - i) % f->grids != 0;
+    for (int k = 0; k < looks; k++)
+        *(look[k].sum > 0.0 ? &tally->equal : &tally->mixed) += 1;
 }
 
 static void bring_to(struct field *f, int32_t i, double now)
@@ -207,15 +254,17 @@ static void bring_to(struct field *f, int32_t i, double now)
 
 START_TEST(every_variant_finds_the_bits_of_a_plain_search)
 {
-    static const int32_t counts[] = {6, 50, 499, 1500};
-    struct tally tally = {0, 0, 0, 0, 0};
+    static const int32_t counts[] = {16, 50, 499, 1500};
+    struct tally tally = {0};
     uint64_t seed = 100 + (uint64_t)_i;
     for (int n = 0; n < 4 * 2 * 3; n++) {
         struct field f;
         const int32_t balls = counts[n % 4];
         const double now = uniform(&seed, 0.0, 0.06);
-        open_field(&f, &forms[_i], balls, n / 4 % 2, pull[n / 8]);
-        scatter(&f, &forms[_i], now, &seed);
+        open_field(&f, _i, balls, pull[n / 8]);
+        for (int k = 0; k < f.grids; k++)
+            f.equal[k] = below(&seed, 2);
+        scatter(&f, now, &seed);
         for (int k = 0; k < 150; k++) {
             const int32_t i = below(&seed, balls);
             bring_to(&f, i, now);
@@ -226,10 +275,13 @@ START_TEST(every_variant_finds_the_bits_of_a_plain_search)
         close_field(&f);
     }
     ck_assert_int_eq(tally.searches, 2 * 24 * 150);
-    ck_assert_int_gt(tally.found, 1000);
+    ck_assert_int_gt(tally.found, 800);
     ck_assert_int_gt(tally.ahead, 100);
     ck_assert_int_gt(tally.at_once, 500);
     ck_assert_int_gt(tally.none, 500);
+    ck_assert_int_gt(tally.equal, 500);
+    ck_assert_int_gt(tally.mixed, 500);
+    ck_assert(_i < FORMS || tally.other > 300);
 }
 END_TEST
 
@@ -240,8 +292,10 @@ static const vec3 rest = {0.0, 0.0, 0.0};
 static struct mill_pair ask(const struct field *f, int k, int32_t i, double window)
 {
     const char *name;
+    struct mill_grids_look look[GRIDS];
+    const int looks = looks_of(f, i, -1, look);
     struct mill_pair found = {window, MILL_NOBODY};
-    mill_pairs_variant(k, &name)(&f->pairs, i, 0.0, f->cells.around, 27, &found);
+    mill_pairs_variant(k, &name)(&f->pairs, i, 0.0, look, looks, &found);
     return found;
 }
 
@@ -255,7 +309,7 @@ static int variants(void)
 }
 
 /* Six balls come from six sides to the same instant, by powers of two: the times are the same bits.
- * The smallest number wins wherever it stands in its row. */
+ * The smallest number wins wherever it stands, in whichever row and grid. */
 START_TEST(of_partners_equally_early_the_smaller_wins)
 {
     static const vec3 side[6] = {{1, 0, 0},  {-1, 0, 0}, {0, 1, 0},
@@ -264,9 +318,8 @@ START_TEST(of_partners_equally_early_the_smaller_wins)
     uint64_t seed = 7;
     for (int n = 0; n < 200; n++) {
         struct field f;
-        open_field(&f, &forms[_i], 12, true, pull[0]);
-        f.pairs.sum = 0x1p-7;
-        f.radius[0] = 0x1p-8;
+        open_field(&f, _i, 12, pull[0]);
+        make_equal(&f, 0x1p-8);
         const int32_t mine = below(&seed, 7), skipped = below(&seed, 6), turn = below(&seed, 6);
         int32_t least = 12;
         put(&f, mine, middle, rest, 0.0, 0.0);
@@ -291,7 +344,8 @@ END_TEST
 START_TEST(overlapping_balls_meet_at_once_when_they_close_and_not_when_they_part)
 {
     struct field f;
-    open_field(&f, &forms[_i], 2, true, pull[1]);
+    open_field(&f, _i, 2, pull[1]);
+    make_equal(&f, 0.5 * DIAMETER);
     const vec3 right = {1.0, 0.0, 0.0}, by = {0.9 * DIAMETER, 0.0, 0.0};
     put(&f, 0, rest, right, 0.0, 0.0);
     put(&f, 1, by, rest, 0.0, 0.0);
@@ -313,7 +367,8 @@ END_TEST
 START_TEST(a_contact_not_sooner_than_the_best_known_leaves_it_as_it_is)
 {
     struct field f;
-    open_field(&f, &forms[_i], 2, true, pull[0]);
+    open_field(&f, _i, 2, pull[0]);
+    make_equal(&f, 0.5 * DIAMETER);
     const vec3 right = {1.0, 0.0, 0.0}, by = {1.5 * DIAMETER, 1e-3, 0.0};
     put(&f, 0, rest, right, 0.0, 0.0);
     put(&f, 1, by, rest, 0.0, 0.0);
@@ -334,7 +389,8 @@ START_TEST(a_contact_a_little_sooner_than_the_best_known_is_found)
 {
     for (double away = 1e-12; away < 1e-3; away *= 3.0) {
         struct field f;
-        open_field(&f, &forms[_i], 2, true, pull[0]);
+        open_field(&f, _i, 2, pull[0]);
+        make_equal(&f, 0.5 * DIAMETER);
         put(&f, 0, rest, vec3_make(1.0, 0.0, 0.0), 0.0, 0.0);
         put(&f, 1, vec3_make(DIAMETER + away, 0.0, 0.0), rest, 0.0, 0.0);
         for (int k = 0; k < variants(); k++) {
@@ -351,14 +407,17 @@ START_TEST(a_ball_alone_meets_nobody_and_looks_at_itself)
 {
     struct field f;
     const char *name;
-    open_field(&f, &forms[_i], 1, false, pull[2]);
+    struct mill_grids_look look[GRIDS];
+    open_field(&f, _i, 1, pull[2]);
     put(&f, 0, rest, vec3_make(1.0, 2.0, 3.0), 0.0, 0.0);
     for (int k = 0; k < variants(); k++) {
         struct mill_pair found = {HUGE_VAL, MILL_NOBODY};
         mill_pairs_fn *search = mill_pairs_variant(k, &name);
-        ck_assert_int_eq(search(&f.pairs, 0, 0.0, f.cells.around, 27, &found), 1);
+        int looks = looks_of(&f, 0, -1, look);
+        ck_assert_int_eq(search(&f.pairs, 0, 0.0, look, looks, &found), 1);
         ck_assert(isinf(found.dt) && found.partner == MILL_NOBODY);
-        ck_assert_int_eq(search(&f.pairs, 0, 0.0, f.cells.ahead[3], 9, &found), 0);
+        looks = looks_of(&f, 0, 3, look);
+        ck_assert_int_eq(search(&f.pairs, 0, 0.0, look, looks, &found), 0);
         ck_assert(isinf(found.dt) && found.partner == MILL_NOBODY);
     }
     close_field(&f);
@@ -383,12 +442,12 @@ END_TEST
 int main(void)
 {
     const struct unit_test tests[] = {
-        {every_variant_finds_the_bits_of_a_plain_search, FORMS},
-        {of_partners_equally_early_the_smaller_wins, FORMS},
-        {overlapping_balls_meet_at_once_when_they_close_and_not_when_they_part, FORMS},
-        {a_contact_not_sooner_than_the_best_known_leaves_it_as_it_is, FORMS},
-        {a_contact_a_little_sooner_than_the_best_known_is_found, FORMS},
-        {a_ball_alone_meets_nobody_and_looks_at_itself, FORMS},
+        {every_variant_finds_the_bits_of_a_plain_search, FORMS * GRIDS},
+        {of_partners_equally_early_the_smaller_wins, FORMS * GRIDS},
+        {overlapping_balls_meet_at_once_when_they_close_and_not_when_they_part, FORMS * GRIDS},
+        {a_contact_not_sooner_than_the_best_known_leaves_it_as_it_is, FORMS * GRIDS},
+        {a_contact_a_little_sooner_than_the_best_known_is_found, FORMS * GRIDS},
+        {a_ball_alone_meets_nobody_and_looks_at_itself, FORMS * GRIDS},
         {the_last_variant_is_chosen_and_each_has_a_name, 1},
     };
     return unit_run("pairs", tests, sizeof tests / sizeof *tests);

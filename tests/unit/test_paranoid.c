@@ -350,7 +350,8 @@ END_TEST
 START_TEST(a_ball_outside_its_cell_is_told)
 {
     mill_grids_remove(&q->grids, 3, 0);
-    ck_assert(mill_grids_insert(&q->grids, 3, 0, mill_cells_at(q->cells, vec3_make(0.0, 0.0, 0.0))));
+    ck_assert(
+        mill_grids_insert(&q->grids, 3, 0, mill_cells_at(q->cells, vec3_make(0.0, 0.0, 0.0))));
     expect_of_all("ball 3 at (-0.03, 0, 0.025) m is outside its cell");
 }
 END_TEST
