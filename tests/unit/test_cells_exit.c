@@ -49,7 +49,7 @@ static bool check_exit(const struct mill_cells *cells, vec3 r, vec3 v, vec3 g)
     double gap[6];
     const int32_t cell = mill_cells_at(cells, r);
     mill_cells_box(cells, cell, &lo, &hi);
-    const struct mill_cell_exit exit = mill_cells_exit(cells, cell, r, v, g, HUGE_VAL);
+    const struct mill_cell_exit exit = mill_cells_exit(cells, cell, r, v, g);
     if (isinf(exit.dt)) {
         ck_assert(isinf(sampled_exit(lo, hi, r, v, g, 1e3, STEPS)));
         return false;
@@ -117,7 +117,7 @@ static struct mill_cell_exit exit_at(const struct swarm *s, const struct at_face
                                      double gravity)
 {
     return mill_cells_exit(&s->cells, p->cell, p->r, vec3_scale(p->outward, speed),
-                           vec3_scale(p->outward, gravity), HUGE_VAL);
+                           vec3_scale(p->outward, gravity));
 }
 
 START_TEST(a_ball_on_a_face_leaves_when_it_moves_outwards)
@@ -193,8 +193,7 @@ START_TEST(a_long_flight_is_never_outside_its_cell)
         const vec3 g = any_gravity(&seed);
         place(&s, 0, r);
         for (int hop = 0; hop < 200; hop++) {
-            const struct mill_cell_exit e =
-                mill_cells_exit(&s.cells, s.cells.cell[0], r, v, g, HUGE_VAL);
+            const struct mill_cell_exit e = mill_cells_exit(&s.cells, s.cells.cell[0], r, v, g);
             if (isinf(e.dt))
                 break;
             vec3 lo, hi;
@@ -215,76 +214,76 @@ START_TEST(a_long_flight_is_never_outside_its_cell)
 }
 END_TEST
 
-/* ---- with a window ---- */
+/* ---- face by face ---- */
 
-/* A window that ends before, at, a rounding beside, or after an exit */
-static double window_about(uint64_t *seed, double dt)
+/* When a ball reaches one face. gap: inwards [m]; speed and gravity: outwards. Beyond the face, on
+ * its way inwards: when it turns back there. */
+static double reach(double gap, double speed, double gravity)
 {
-    switch (below(seed, 6)) {
-    case 0:
-        return dt;
-    case 1:
-        return nextafter(dt, below(seed, 2) ? HUGE_VAL : 0.0);
-    case 2:
-        return dt * (1.0 + (below(seed, 2) ? 1.0 : -1.0) * log_uniform(seed, 1e-16, 1e-6));
-    default:
-        return dt * log_uniform(seed, 1e-3, 1e3);
-    }
+    const double square = speed * speed + 2.0 * gravity * gap;
+    if (gap <= 0.0 && (speed > 0.0 || (speed == 0.0 && gravity > 0.0)))
+        return 0.0;
+    if (gap <= 0.0)
+        return gravity > 0.0 ? (sqrt(fmax(square, 0.0)) - speed) / gravity : HUGE_VAL;
+    if (isinf(gap) || square < 0.0)
+        return HUGE_VAL;
+    if (speed > 0.0)
+        return 2.0 * gap / (speed + sqrt(square));
+    return gravity > 0.0 ? (sqrt(square) - speed) / gravity : HUGE_VAL;
 }
 
-/* How an answer with a window compares with that of an infinite one */
-enum answer { TOLD, LEFT_OUT, NOT_THERE, WRONG };
-
-static enum answer with_window(const struct mill_cells *cells, int32_t cell, vec3 r, vec3 v, vec3 g,
-                               double window)
+/* Does the exit come through the face that is reached first? tally: at once, later, never */
+static void compare_faces(const struct mill_cells *c, int32_t cell, vec3 r, vec3 v, vec3 g,
+                          long tally[3])
 {
-    const struct mill_cell_exit all = mill_cells_exit(cells, cell, r, v, g, HUGE_VAL);
-    const struct mill_cell_exit some = mill_cells_exit(cells, cell, r, v, g, window);
-    if (isinf(some.dt))
-        return isinf(all.dt) ? NOT_THERE : all.dt > window ? LEFT_OUT : WRONG;
-    return some.dt == all.dt && some.face == all.face ? TOLD : WRONG;
+    vec3 lo, hi;
+    double gap[6], dt[6], first = HUGE_VAL;
+    const struct mill_cell_exit e = mill_cells_exit(c, cell, r, v, g);
+    mill_cells_box(c, cell, &lo, &hi);
+    face_gaps(lo, hi, r, gap);
+    for (int face = 0; face < 6; face++)
+        first = fmin(first, dt[face] = reach(gap[face], outwards(v, face), outwards(g, face)));
+    tally[e.dt == 0.0 ? 0 : isinf(e.dt) ? 2 : 1]++;
+    if (isinf(first)
+            ? !isinf(e.dt)
+            : !(fabs(e.dt - first) <= 1e-12 * first && dt[e.face] <= first * (1.0 + 1e-12)))
+        ck_abort_msg("out after %a s through face %d, not after %a s", e.dt, e.face, first);
 }
 
-START_TEST(an_exit_within_the_window_is_told_to_the_bit_and_none_else_is_invented)
+START_TEST(the_exit_is_through_the_face_that_is_reached_first)
 {
     struct swarm s = make_swarm(1, 10e-3, 10e-3);
     uint64_t seed = 8;
-    long count[4] = {0, 0, 0, 0};
+    long tally[3] = {0, 0, 0};
     for (int n = 0; n < 200000; n++) {
         const bool out = below(&seed, 20) == 0; /* of the box, and on outwards */
         const vec3 r = vec3_scale(point_in(&seed, corner_lo, corner_hi), out ? 10.0 : 1.0);
         const vec3 away = out ? r : direction(&seed);
         const vec3 v = vec3_scale(away, log_uniform(&seed, 1e-3, 10.0)), g = any_gravity(&seed);
-        const int32_t cell = mill_cells_at(&s.cells, r);
-        const double dt = mill_cells_exit(&s.cells, cell, r, v, g, HUGE_VAL).dt;
-        const double window = isinf(dt) ? log_uniform(&seed, 1e-6, 1.0) : window_about(&seed, dt);
-        count[with_window(&s.cells, cell, r, v, g, window)]++;
+        compare_faces(&s.cells, mill_cells_at(&s.cells, r), r, v, g, tally);
     }
-    ck_assert_int_eq(count[WRONG], 0);
-    ck_assert_int_gt(count[TOLD], 50000);
-    ck_assert_int_gt(count[LEFT_OUT], 20000); /* else a window saves nothing */
-    ck_assert_int_gt(count[NOT_THERE], 100);
+    ck_assert_int_gt(tally[1], 150000);
+    ck_assert_int_gt(tally[2], 100);
     free_swarm(&s);
 }
 END_TEST
 
-/* Balls on a face and some roundings beyond it, windows down to nothing */
-START_TEST(an_exit_at_once_is_told_in_any_window)
+/* Balls on a face and some roundings beside it */
+START_TEST(a_ball_at_a_face_leaves_through_the_face_that_is_reached_first)
 {
     struct swarm s = make_swarm(1, 10e-3, 10e-3);
     static const double beyond[] = {-1e-17, 0.0, 1e-17, 1e-12, 1e-9};
-    static const double window[] = {0.0, 5e-324, 1e-18, 1e-6, 0.0625};
     static const double speed[] = {-1e-6, 0.0, 1e-6, 0.1}, gravity[] = {-9.81, 0.0, 9.81};
-    int told = 0;
-    for (int n = 0; n < 6 * 5 * 5 * 4 * 3; n++) {
+    long tally[3] = {0, 0, 0};
+    for (int n = 0; n < 6 * 5 * 4 * 3; n++) {
         const struct at_face p = put_at_face(&s, n % 6, beyond[n / 6 % 5]);
-        const vec3 v = vec3_scale(p.outward, speed[n / 150 % 4]);
-        const vec3 g = vec3_scale(p.outward, gravity[n / 600]);
-        const enum answer a = with_window(&s.cells, p.cell, p.r, v, g, window[n / 30 % 5]);
-        ck_assert_int_ne(a, WRONG);
-        told += a == TOLD;
+        const vec3 v = vec3_scale(p.outward, speed[n / 30 % 4]);
+        const vec3 g = vec3_scale(p.outward, gravity[n / 120]);
+        compare_faces(&s.cells, p.cell, p.r, v, g, tally);
     }
-    ck_assert_int_gt(told, 500);
+    ck_assert_int_gt(tally[0], 100);
+    ck_assert_int_gt(tally[1], 100);
+    ck_assert_int_gt(tally[2], 10);
     free_swarm(&s);
 }
 END_TEST
@@ -297,8 +296,8 @@ int main(void)
         {a_ball_on_a_face_stays_when_it_rests_or_moves_inwards, 1},
         {a_ball_that_never_gets_in_leaves_at_its_turning_point, 1},
         {a_long_flight_is_never_outside_its_cell, 1},
-        {an_exit_within_the_window_is_told_to_the_bit_and_none_else_is_invented, 1},
-        {an_exit_at_once_is_told_in_any_window, 1},
+        {the_exit_is_through_the_face_that_is_reached_first, 1},
+        {a_ball_at_a_face_leaves_through_the_face_that_is_reached_first, 1},
     };
     return unit_run("cells_exit", tests, sizeof tests / sizeof *tests);
 }

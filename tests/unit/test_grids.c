@@ -32,6 +32,8 @@ static const struct mixture mixtures[] = {
     {{50, 44, 38}, {1, 1.6, 2.6, 4.2, 6.8, 11, 18}, {100, 100, 100, 100, 100, 100, 100}},
     {{10.2, 43, 10.5}, {1, 10}, {600, 100}},          /* narrower than two large balls */
     {{43, 3.1, 4}, {1, 3}, {500, 200}},               /* narrower than a coarse cell */
+    {{40, 24, 1.9}, {1, 1.6}, {350, 350}},            /* one layer of cells */
+    {{40, 24, 5.9}, {2, 5}, {350, 350}},              /* cells wider along z */
     {{1000, 1000, 1000}, {1, 10}, {350, 350}},        /* cells wider than a large ball */
     {{3, 3, 3}, {1.6, 2.9}, {350, 350}},              /* a single cell */
     {{40, 24, 31}, {1, 3, 10}, {60000, 5000, 5000}},  /* packed rows */
@@ -229,11 +231,13 @@ static void gather(struct heap *h, int32_t i, int32_t face)
     EACH(looks <= h->g.classes, "%d looks", looks);
     for (int l = 0; l < looks; l++) {
         const double mine = species_of(h, i)->radius;
-        const int32_t n = mill_cells_gather(look[l].cells, look[l].cell, look[l].offset,
-                                            look[l].count, 1, h->near);
-        for (int32_t k = 0; k < n; k++) {
-            h->seen[h->near[k]]++;
-            EACH(look[l].sum == 0.0 || look[l].sum == mine + species_of(h, h->near[k])->radius,
+        const struct mill_grids_look *k = &look[l];
+        const int32_t n =
+            k->threes ? mill_cells_gather_threes(k->cells, k->cell, k->offset, k->count, 1, h->near)
+                      : mill_cells_gather(k->cells, k->cell, k->offset, k->count, 1, h->near);
+        for (int32_t m = 0; m < n; m++) {
+            h->seen[h->near[m]]++;
+            EACH(k->sum == 0.0 || k->sum == mine + species_of(h, h->near[m])->radius,
                  "look %d has another sum", l);
         }
     }
@@ -429,6 +433,7 @@ static const struct sorted sorted[] = {
     {{{30, 30, 30}, {3, 3}, {10, 10}}, 27000, 1, {0, 0}},
     {{{30, 30, 30}, {3, 4.49}, {9000, 10}}, 27000, 1, {0, 0}},
     {{{30, 30, 30}, {4.51, 3}, {10, 9000}}, 27000, 2, {1, 0}},
+    {{{30, 30, 30}, {3, 4.2, 5.6}, {9000, 9000, 10}}, 27000, 2, {0, 0, 1}},
     {{{30, 30, 30}, {9, 3, 4, 27}, {10, 9000, 9000, 2}}, 27000, 3, {1, 0, 0, 2}},
     /* four balls in a volume of the next diameter, or fewer: 27000 = 2700 * 10 */
     {{{30, 30, 30}, {3, 10}, {108, 1}}, 27000, 2, {0, 1}},
@@ -454,6 +459,14 @@ START_TEST(sizes_share_a_grid_if_they_are_alike_or_if_the_smaller_are_few)
     ck_assert_int_eq(h.g.classes, sorted[_i].classes);
     for (int k = 0; k < h.w.species_count; k++)
         ck_assert_int_eq(h.g.class_of[k], sorted[_i].class_of[k]);
+    for (int k = 0; k < h.w.species_count; k++) {
+        bool equal = true;
+        for (int m = 0; m < h.w.species_count; m++)
+            equal &=
+                h.g.class_of[m] != h.g.class_of[k] || h.species[m].radius == h.species[k].radius;
+        const int class = h.g.class_of[k];
+        ck_assert_double_eq(h.g.view[class][class].sum, equal ? 2.0 * h.species[k].radius : 0.0);
+    }
     close_heap(&h);
 }
 END_TEST

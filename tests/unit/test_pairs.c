@@ -99,7 +99,7 @@ static int32_t cell_of(const struct field *f, int32_t i)
     return f->cells[i % f->grids].cell[i];
 }
 
-/* All cells around ball i, or those ahead, in every grid */
+/* All cells around ball i, or those ahead, in every grid; for odd balls in threes if possible */
 static int looks_of(const struct field *f, int32_t i, int face, struct mill_grids_look look[GRIDS])
 {
     const double mine = f->radius[f->ball[i].species];
@@ -109,7 +109,8 @@ static int looks_of(const struct field *f, int32_t i, int face, struct mill_grid
             .offset = face < 0 ? f->cells[k].around : f->cells[k].ahead[face],
             .sum = f->equal[k] && f->equal[i % f->grids] ? mine + f->radius[k] : 0.0,
             .cell = cell_of(f, i),
-            .count = face < 0 ? 27 : 9};
+            .count = face < 0 ? 27 : 9,
+            .threes = i % 2 && face < 4 && mill_cells_shortest(&f->cells[k])};
     return f->grids;
 }
 
