@@ -117,6 +117,16 @@ void mill_cells_release(struct mill_cells *c)
     memset(c, 0, sizeof *c);
 }
 
+bool mill_cells_is_inner(const struct mill_cells *c, int32_t cell)
+{
+    int32_t at[3];
+    bool inner = cell >= 0 && cell < mill_cells_count(c);
+    mill_cells_index(c, inner ? cell : 0, at);
+    for (int axis = 0; axis < 3; axis++)
+        inner = inner && at[axis] >= c->margin && at[axis] < c->n[axis] - c->margin;
+    return inner;
+}
+
 int32_t mill_cells_at(const struct mill_cells *c, vec3 r)
 {
     const double in[3] = {r.x - c->lo.x, r.y - c->lo.y, r.z - c->lo.z};

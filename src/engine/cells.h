@@ -57,6 +57,9 @@ static inline int32_t mill_cells_count(const struct mill_cells *c)
     return c->n[0] * c->n[1] * c->n[2];
 }
 
+/* Is this a cell that can hold balls, not one of the empty layers? */
+bool mill_cells_is_inner(const struct mill_cells *cells, int32_t cell);
+
 /* The cell of a point. A point outside of the box belongs to the nearest cell inside it. */
 int32_t mill_cells_at(const struct mill_cells *cells, vec3 r);
 

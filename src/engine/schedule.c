@@ -32,8 +32,10 @@ static bool list_surfaces(struct mill_schedule *p, double widest)
     size_t n = 0, room = 0;
     for (int32_t cell = 0; cell < cells; cell++) {
         vec3 lo, hi;
-        mill_cells_box(p->cells, cell, &lo, &hi);
         p->surface_start[cell] = (int32_t)n;
+        if (!mill_cells_is_inner(p->cells, cell))
+            continue;
+        mill_cells_box(p->cells, cell, &lo, &hi);
         if (n > (size_t)(INT32_MAX - w->shapes)) /* the indices of the list have 32 bits */
             return false;
         if (n + (size_t)w->shapes > room) {

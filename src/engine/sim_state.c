@@ -9,16 +9,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static bool is_inner(const struct mill_cells *cells, int32_t cell)
-{
-    int32_t at[3];
-    bool inner = cell >= 0 && cell < mill_cells_count(cells);
-    mill_cells_index(cells, inner ? cell : 0, at);
-    for (int axis = 0; axis < 3; axis++)
-        inner = inner && at[axis] >= cells->margin && at[axis] < cells->n[axis] - cells->margin;
-    return inner;
-}
-
 /* Valid: an index below `count` with a time, or MILL_NOBODY with the time INFINITY */
 static bool is_index(int32_t index, int32_t count, double time)
 {
@@ -33,7 +23,7 @@ static bool is_sane(const struct mill_sim *sim, int32_t i, int32_t cell)
     const struct mill_world *w = sim->world;
     const struct mill_plan *plan = &sim->schedule->plan[i];
     const bool shape = plan->next == MILL_NEXT_SURFACE || plan->next == MILL_NEXT_SEARCH;
-    return is_inner(sim->schedule->cells, cell) && w->ball[i].species >= 0 &&
+    return mill_cells_is_inner(sim->schedule->cells, cell) && w->ball[i].species >= 0 &&
            w->ball[i].species < w->species_count &&
            is_index(plan->partner, w->balls, plan->pair_t) && plan->partner != i &&
            is_index(plan->shape, w->shapes, plan->shape_t) && plan->face >= 0 && plan->face <= 5 &&
