@@ -60,7 +60,6 @@ static int make_classes(struct mill_grids *g, const struct mill_world *w, struct
         for (int k = 0; k < w->species_count; k++)
             g->class_of[k] = (int8_t)(g->class_of[k] - (g->class_of[k] > c));
         n--;
-        c = 0;
     }
     return n;
 }
@@ -87,8 +86,13 @@ static bool is_within(const struct mill_cells *c, const int32_t d[3], double sum
  * a crossing is not behind it. */
 static bool make_view(struct mill_grids_view *v, const struct mill_cells *c, bool down)
 {
-    const int32_t m = v->reach, wide = 2 * m + 1, all = wide * wide * wide;
-    int64_t *next = v->around = mill_memory_get((size_t)all * 7, sizeof *next);
+    const int32_t m = v->reach, wide = 2 * m + 1;
+    /* ahead: down, one cell of each line along the axis */
+    const double most = wide * (double)wide * (wide + 6.0 * (down ? 1 : m + 1));
+    if (most > INT32_MAX)
+        return false;
+    const int32_t all = wide * wide * wide;
+    int64_t *next = v->around = mill_memory_get((size_t)most, sizeof *next);
     for (int face = -1; face < 6 && next; face++) {
         int64_t *const begin = next;
         const int32_t way = face % 2 ? 1 : -1;
