@@ -216,6 +216,11 @@ void mill_cells_remove(struct mill_cells *c, int32_t ball)
     set_held(c, cell, last);
 }
 
+void mill_cells_clear(struct mill_cells *c)
+{
+    memset(c->bucket, 0, (size_t)mill_cells_count(c) * (size_t)c->row * mill_cells_word_size(c));
+}
+
 /* The time at which a ball leaves an axis of its cell, and the face. Without gravity along it, it
  * can only reach the face ahead. Choices are arithmetic, because half of the branches would be
  * mispredicted. NaN (the face is infinitely far away, or the ball rests on it): never. */

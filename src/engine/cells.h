@@ -80,6 +80,7 @@ void mill_cells_box(const struct mill_cells *cells, int32_t cell, vec3 *lo, vec3
  * of memory. */
 bool mill_cells_insert(struct mill_cells *cells, int32_t ball, int32_t cell);
 void mill_cells_remove(struct mill_cells *cells, int32_t ball);
+void mill_cells_clear(struct mill_cells *cells); /* takes all balls out */
 
 /* Are the rows the shortest? */
 static inline bool mill_cells_shortest(const struct mill_cells *c)

@@ -163,8 +163,8 @@ enum mill_status mill_schedule_create(struct mill_world *world, struct mill_sche
 
 bool mill_schedule_restore(struct mill_schedule *p, const int32_t *cell)
 {
-    for (int32_t i = 0; i < p->world->balls; i++)
-        mill_grids_remove(&p->grids, i, p->world->ball[i].species);
+    for (int k = 0; k < p->grids.classes; k++)
+        mill_cells_clear(&p->grids.own[k]);
     mill_calendar_clear(p->calendar, 0.0);
     bool made = true;
     for (int32_t i = 0; i < p->world->balls && made; i++) {

@@ -196,6 +196,59 @@ START_TEST(a_field_missing_or_of_another_length_is_refused)
 }
 END_TEST
 
+/* Each size has a grid of its own. */
+static const struct model mixed = {
+    .setup = {.drum = {.radius = 0.04, .length = 0.04}, .speed = 1.0},
+    .balls = {{.diameter = 0.012, .density = STEEL, .count = 10},
+              {.diameter = 0.003, .density = STEEL, .count = 600}},
+    .law = {.restitution = 0.8}};
+
+START_TEST(a_mixture_handed_over_again_and_again_ends_with_the_same_bits)
+{
+    struct bench plain, pieces;
+    bench_open(&plain, &mixed);
+    ck_assert_int_eq(plain.sim->schedule->grids.classes, 2);
+    bench_run(&plain, 0.07);
+    bench_open(&pieces, &mixed);
+    run_in_pieces(&pieces, &mixed, 0.07, 2000, 3);
+    runs_are_alike(&plain, &pieces);
+    bench_close(&plain);
+    bench_close(&pieces);
+}
+END_TEST
+
+/* A state in which two balls have changed their sizes: each is then in one row, of the grid of its
+ * new size. */
+START_TEST(each_ball_is_in_the_grid_of_its_size_in_the_state)
+{
+    struct bench from, to;
+    struct kept kept;
+    bench_open(&from, &mixed);
+    bench_run(&from, 0.005);
+    from.world->ball[0].species = 1;
+    from.world->ball[609].species = 0;
+    save(&from, &kept);
+    bench_open(&to, &mixed);
+    ck_assert_int_eq(load(&to, &kept), MILL_OK);
+    const struct mill_grids *g = &to.sim->schedule->grids;
+    long held[2] = {0, 0};
+    for (int k = 0; k < 2; k++)
+        for (int32_t cell = 0; cell < mill_cells_count(&g->own[k]); cell++)
+            held[k] += mill_cells_held(&g->own[k], cell);
+    ck_assert(held[0] == 600 && held[1] == 10);
+    for (int32_t i = 0; i < 610; i++) {
+        const struct mill_cells *c = &g->own[g->class_of[to.world->ball[i].species]];
+        int times = 0;
+        for (int32_t k = 0; k < mill_cells_held(c, c->cell[i]); k++)
+            times += mill_cells_ball(c, c->cell[i], k) == i;
+        ck_assert_int_eq(times, 1);
+    }
+    kept_free(&kept);
+    bench_close(&from);
+    bench_close(&to);
+}
+END_TEST
+
 static void damage(struct mill_sim *sim, int how)
 {
     struct mill_world *w = sim->world;
@@ -301,6 +354,8 @@ int main(void)
         {a_state_from_before_the_first_event_serves_too, 1},
         {a_state_of_another_mill_is_refused, OTHERS},
         {a_field_missing_or_of_another_length_is_refused, 1},
+        {a_mixture_handed_over_again_and_again_ends_with_the_same_bits, 1},
+        {each_ball_is_in_the_grid_of_its_size_in_the_state, 1},
         {an_index_out_of_range_is_refused, DAMAGES},
     };
     return unit_run("sim_state", tests, sizeof tests / sizeof *tests);
