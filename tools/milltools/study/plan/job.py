@@ -52,7 +52,8 @@ def run(job, reader=None) -> dict:
         deck.write_text(job["text"], encoding="utf-8")
         words = [word for text in job["set"] for word in ("-s", text)]
         # relative names: messages show the name of the deck only, and no path is too long
-        options = ["-q", "-o", "run.h5", "-s", "output.frames=0 s", *words]
+        # a study has a run on each core already
+        options = ["-q", "-o", "run.h5", "-s", "output.frames=0 s", "-s", "run.threads=1", *words]
         command = [*processes.guard(), job["program"], *options, "--", deck.name]
         status, said, cut = _execute(command, folder, job["limit"])
         if status < 0 or (status > 128 and not cut):
