@@ -207,8 +207,10 @@ static int32_t cell_in(const struct mill_grids *g, int in, const int32_t fine[3]
 {
     const struct mill_cells *c = &g->own[in];
     int32_t i[3];
-    for (int axis = 0; axis < 3; axis++)
-        i[axis] = in > 0 ? g->coarse[in][axis][fine[axis]] : fine[axis];
+    for (int axis = 0; axis < 3; axis++) {
+        const int32_t *index = g->coarse[in][axis]; /* NULL: of the finest grid */
+        i[axis] = index ? index[fine[axis]] : fine[axis];
+    }
     return (i[0] * c->n[1] + i[1]) * c->n[2] + i[2];
 }
 

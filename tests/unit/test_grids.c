@@ -160,12 +160,12 @@ static bool near(const struct heap *h, int32_t i, int32_t i_cell, int32_t j)
 /* [m] between the boxes of two finest cells along x, y, z */
 static vec3 between(const struct mill_cells *c, int32_t a, int32_t b)
 {
-    vec3 alo, ahi, blo, bhi;
-    mill_cells_box(c, a, &alo, &ahi);
-    mill_cells_box(c, b, &blo, &bhi);
-    return vec3_make(fmax(0.0, fmax(alo.x - bhi.x, blo.x - ahi.x)),
-                     fmax(0.0, fmax(alo.y - bhi.y, blo.y - ahi.y)),
-                     fmax(0.0, fmax(alo.z - bhi.z, blo.z - ahi.z)));
+    vec3 la, ha, lb, hb;
+    mill_cells_box(c, a, &la, &ha);
+    mill_cells_box(c, b, &lb, &hb);
+    return vec3_make(fmax(0.0, fmax(la.x - hb.x, lb.x - ha.x)),
+                     fmax(0.0, fmax(la.y - hb.y, lb.y - ha.y)),
+                     fmax(0.0, fmax(la.z - hb.z, lb.z - ha.z)));
 }
 
 START_TEST(balls_that_can_touch_before_one_leaves_its_cell_are_near_each_other)
@@ -336,7 +336,7 @@ END_TEST
 /* ---- rows ---- */
 
 /* Is every ball in the row of its class's cell once, around its finest cell, and nobody else
- * anywhere? in_cells: balls that are not */
+ * anywhere? out: balls in no cell; NULL: none */
 static void check_rows(const struct heap *h, const bool *out)
 {
     long held[MILL_GRIDS_MOST] = {0};
