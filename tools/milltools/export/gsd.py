@@ -28,7 +28,7 @@ def balls(arguments):
         frame, diameter = gsd.hoomd.Frame(), run.balls("diameter")
         hull = np.abs(Mill.of(run).hull).max(axis=0)  # GSD's box is about the origin
         frame.configuration.box = [*(2 * hull + 2 * diameter.max()), 0, 0, 0]
-        frame.configuration.box[0] = run.period or frame.configuration.box[0]
+        frame.configuration.box[0] = run.slice_length or frame.configuration.box[0]
         frame.particles.N = len(diameter)
         frame.particles.types = run.species_names()
         frame.particles.typeid = run.balls("species")

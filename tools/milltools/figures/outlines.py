@@ -139,7 +139,7 @@ def _wall(ax, run, view):
     paper.set_fill(True)
     ax.add_patch(paper)
     wall = ax.add_patch(rim(holds, view, ec=INK, lw=1.0, zorder=4, label="_drum"))
-    if view == "axial" and run.period:  # it has no end walls
+    if view == "axial" and run.slice_length:  # it has no end walls
         wall.set_edgecolor("none")
         ax.plot([holds.low, holds.high], [holds.outermost] * 2, color=INK, lw=1.0, zorder=4, label="_mantle")
     return wall

@@ -33,7 +33,7 @@ class Drum:
         self.low, self.high, self.outermost = -length / 2, length / 2, self.profile.outermost
         self.across, ends = self.profile.outline(), np.array([self.low, self.high, self.high, self.low])
         self.radial = np.column_stack([ends, self.outermost * np.array([0, 0, 1, 1])])
-        self._length, self._periodic = length, bool(run.period)
+        self._length, self._periodic = length, bool(run.slice_length)
         self.still = not run.carrier
 
     @property

@@ -379,10 +379,10 @@ const Mill3D = (() => {
           v[k] = (square(this.frames.velocity[from + k]) * head.fastest) / 16129;
         }
       });
-      if (head.period) { // balls that left at one end are where they would be beyond it
+      if (head.slice) { // balls that left at one end are where they would be beyond it
         const [{ x, v }, to] = state;
         for (let k = 0; k < 3 * count; k += 3) {
-          to.x[k] += head.period * Math.round((x[k] + ((v[k] + to.v[k]) * h) / 2 - to.x[k]) / head.period);
+          to.x[k] += head.slice * Math.round((x[k] + ((v[k] + to.v[k]) * h) / 2 - to.x[k]) / head.slice);
         }
       }
       const [a, b] = state, impact = new Float64Array(count).fill(NaN), gap = new Float64Array(3 * count), rate = [0, 0, 0];
@@ -431,7 +431,7 @@ const Mill3D = (() => {
               ? (late ? b.x[i] + b.v[i] * t : a.x[i] + a.v[i] * t) + (head.gravity[j] * t * t) / 2 - (gap[i] / 2) * (late ? t / (h - at) : t / at)
               : wa * a.x[i] + wb * b.x[i] + h * (wc * a.v[i] + wd * b.v[i]);
           }
-          if (head.period) matrix[16 * k + 12] -= head.period * Math.round(matrix[16 * k + 12] / head.period);
+          if (head.slice) matrix[16 * k + 12] -= head.slice * Math.round(matrix[16 * k + 12] / head.slice);
           value = at === at ? of(frame + late, k) : (1 - share) * of(frame, k) + share * of(frame + 1, k);
         }
         if (name === 'energy') value = (this.mass[k] * value * value) / 2;

@@ -219,7 +219,7 @@ class Run(Store):
         return next(inside, "")
 
     @property
-    def period(self) -> float:
+    def slice_length(self) -> float:
         """[m] The length along x after which a mill with periodic ends repeats; 0: it has ends."""
         return self.quantity("drum/length") if self.as_deck.periodic else 0.0
 
@@ -267,7 +267,7 @@ class Run(Store):
         order = [self.as_deck.kind_of(name) for name in self.as_deck.bodies]
         own = sorted(names - {*KINDS, "all"}, key=lambda kind: ([*order, kind].index(kind), kind))
         drum, rotor = not self.vessel, self.has_rotor
-        ends = drum and not self.period
+        ends = drum and not self.slice_length
         there = {k for k, has in zip(KINDS, (True, drum, ends, rotor, rotor)) if has} | {*order}
         return (*(kind for kind in KINDS if kind in there or self.collisions(kind)), *own)
 

@@ -74,7 +74,7 @@ def _vessel(run) -> str:
         of = f" of {joined(sizes)}" if sizes else ""
         return f"the container “{plain(run.vessel)}”, a {plain(run.text(f'{place}/shape'))}{of}"
     wide, long = length(2 * run.quantity("drum/radius")), length(run.quantity("drum/length"))
-    long += " long with periodic ends" if run.period else " long inside"
+    long += " long with periodic ends" if run.slice_length else " long inside"
     if run.text("drum/profile", "circle") != "wavy":
         return f"a round drum, {wide} in diameter and {long}"
     buckles = f"{run.quantity('drum/buckles'):.0f} buckles of {length(run.quantity('drum/buckle_height'))}"
