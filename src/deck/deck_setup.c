@@ -250,10 +250,11 @@ static enum mill_status tell_ends(const struct mill_deck *deck, const struct mil
                                "%.6g m; got %g m",
                                3.0 * fault->amount, deck->drum_length);
     case MILL_FAULT_TILT:
-        return mill_deck_fault(deck, error, "gravity", "acceleration",
-                               "must be 0 along x if the drum's ends are periodic, or the balls fall "
-                               "without end; got %g m/s^2",
-                               deck->gravity.x);
+        return mill_deck_fault(
+            deck, error, "gravity", "acceleration",
+            "must be 0 along x if the drum's ends are periodic, or the balls fall "
+            "without end; got %g m/s^2",
+            deck->gravity.x);
     case MILL_FAULT_MOVES:
         return mill_deck_fault(deck, error, section, "motion",
                                "%smay only turn about the x axis if the drum's ends are periodic",
@@ -296,11 +297,11 @@ static enum mill_status tell(const struct mill_deck *deck, const long *line,
             "%s:%ld: ball overlaps the one of line %ld by %.4g m: move one of them", deck->start,
             line[fault->ball], line[fault->other], fault->amount);
     case MILL_FAULT_BALL_OUTSIDE:
-        return mill_error_set(error, MILL_BAD_DECK,
-                              "%s:%ld: x is %.6g m from the middle, beyond the periodic ends of the "
-                              "drum at %g m: move the ball",
-                              deck->start, line[fault->ball], fault->amount,
-                              0.5 * deck->drum_length);
+        return mill_error_set(
+            error, MILL_BAD_DECK,
+            "%s:%ld: x is %.6g m from the middle, beyond the periodic ends of the "
+            "drum at %g m: move the ball",
+            deck->start, line[fault->ball], fault->amount, 0.5 * deck->drum_length);
     case MILL_FAULT_SHORT:
     case MILL_FAULT_TILT:
     case MILL_FAULT_MOVES:

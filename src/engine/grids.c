@@ -254,8 +254,10 @@ static int32_t cell_in(const struct mill_grids *g, int in, const int32_t fine[3]
 {
     const struct mill_cells *c = &g->own[in];
     int32_t i[3];
-    for (int axis = 0; axis < 3; axis++)
-        i[axis] = in > 0 ? g->coarse[in][axis][fine[axis]] : fine[axis];
+    for (int axis = 0; axis < 3; axis++) {
+        const int32_t *coarse = g->coarse[in][axis]; /* the finest grid has none */
+        i[axis] = coarse ? coarse[fine[axis]] : fine[axis];
+    }
     return (i[0] * c->n[1] + i[1]) * c->n[2] + i[2];
 }
 
@@ -384,8 +386,11 @@ int mill_grids_look_all(const struct mill_grids *g, int32_t species, int32_t cel
         const int32_t at = cell_in(g, in, fine);
         if (face >= 0 && cell_in(g, small, fine) == cell_in(g, small, before))
             continue; /* who is near the ball is as before */
-        look[looks] = (struct mill_grids_look){
-            .cells = &g->own[in], .offset = v->around, .sum = v->sum, .cell = at, .count = v->count};
+        look[looks] = (struct mill_grids_look){.cells = &g->own[in],
+                                               .offset = v->around,
+                                               .sum = v->sum,
+                                               .cell = at,
+                                               .count = v->count};
         if (in == own) {
             look[looks].offset = face < 0 ? c->around : c->ahead[face];
             look[looks].count = face < 0 ? 27 : 9;

@@ -18,7 +18,7 @@ enum { MILL_GRIDS_MOST = 6, MILL_GRIDS_LOOKS = 2 * MILL_GRIDS_MOST };
 struct mill_grids_look {
     const struct mill_cells *cells;
     const int64_t *offset;
-    double sum; /* [m] of the radii of the ball and of all balls in this grid; 0: they differ */
+    double sum;   /* [m] of the radii of the ball and of all balls in this grid; 0: they differ */
     double shift; /* [m] to add to x of the ball: these cells are at the other end of the box */
     int32_t cell, count;
     bool threes; /* see mill_cells_gather_threes */

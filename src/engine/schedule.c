@@ -381,8 +381,8 @@ double mill_schedule_overlap(struct mill_schedule *p, int32_t i, double t)
         for (int32_t k = 0; k < n; k++) {
             const double sum = radius + p->radius[w->ball[near[k]].species];
             if (near[k] != i)
-                deepest =
-                    fmax(deepest, sum - vec3_norm(vec3_sub(mill_world_position(w, near[k], t), at)));
+                deepest = fmax(deepest,
+                               sum - vec3_norm(vec3_sub(mill_world_position(w, near[k], t), at)));
         }
     }
     for (int k = 0; k < w->shapes; k++) {

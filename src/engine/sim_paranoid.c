@@ -26,7 +26,7 @@
 #define DEEP 1e-9          /* [m] two bodies must not overlap by more */
 #define LEISURE 1e-3       /* [s] how far the wide interval reaches beyond the horizon */
 #define MOST_ASKED 1000
-#define SAMPLES 200 /* of a gap that is almost closed */
+#define SAMPLES 200   /* of a gap that is almost closed */
 enum { NEAREST = 2 }; /* as the image of a ball */
 
 static __attribute__((format(printf, 2, 3))) bool fault(struct mill_sim *sim, const char *format,

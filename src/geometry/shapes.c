@@ -102,8 +102,8 @@ static bool make_walls(struct making *m, const struct mill_setup_surface *s)
     return good;
 }
 
-/* Makes a round or wavy drum with its end walls, if it has any. If it does not only turn about its own axis, its
- * walls are those of a body. */
+/* Makes a round or wavy drum with its end walls, if it has any. If it does not only turn about its
+ * own axis, its walls are those of a body. */
 static bool make_drum(struct making *m)
 {
     const struct mill_setup_drum *drum = &m->setup->drum;

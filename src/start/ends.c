@@ -38,9 +38,9 @@ static bool is_clear(const struct mill_clash_solid *solid, double half, double r
 {
     bool clear = true;
     for (int32_t k = 0; clear && k < solid->parts; k++)
-        clear = goes_through(&solid->part[k], half) ||
-                fmax(farthest(&solid->part[k], 1.0), farthest(&solid->part[k], -1.0)) <=
-                    half - room;
+        clear =
+            goes_through(&solid->part[k], half) ||
+            fmax(farthest(&solid->part[k], 1.0), farthest(&solid->part[k], -1.0)) <= half - room;
     return clear;
 }
 

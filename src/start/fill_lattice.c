@@ -177,7 +177,7 @@ void mill_fill_room_free(struct mill_fill_room *room)
 static double gap_to_end(const struct mill_world *w, vec3 r, double radius)
 {
     return w->container.period > 0.0 ? 0.5 * w->container.period - fabs(r.x) - radius
-                                    : (double)INFINITY;
+                                     : (double)INFINITY;
 }
 
 bool mill_fill_room_clear(const struct mill_fill_room *room, vec3 r, double radius)

@@ -37,8 +37,7 @@ START_TEST(a_gas_of_several_sizes_keeps_its_energy_and_its_momentum_along_the_ax
     ck_assert_uint_gt(bench_collisions(&b), 5000);
     ck_assert_uint_eq(b.world->account.collisions[MILL_BALL_WALL], 0);
     ck_assert_double_eq_tol(momentum(b.world), before, 1e-12 * mass);
-    const struct mill_energy now =
-        mill_world_energy(b.world, mill_sim_local_time(b.sim));
+    const struct mill_energy now = mill_world_energy(b.world, mill_sim_local_time(b.sim));
     ck_assert_double_eq_tol(now.kinetic, e.kinetic, 1e-12 * e.kinetic);
     for (int32_t i = 0; i < b.world->balls; i++)
         ck_assert_double_le(fabs(bench_position(&b, i).x), 0.5 * LENGTH * (1.0 + 1e-12));
@@ -53,7 +52,8 @@ START_TEST(each_step_of_such_a_gas_holds_against_brute_force)
     fewer.balls[2].count = 700;
     fewer.setup.drum.length = (double[]){LENGTH, 0.02}[_i]; /* short: one grid for all sizes */
     if (_i) {
-        fewer.balls[0] = (struct mill_setup_balls){.diameter = 0.0065, .density = STEEL, .count = 4};
+        fewer.balls[0] =
+            (struct mill_setup_balls){.diameter = 0.0065, .density = STEEL, .count = 4};
         fewer.balls[1] =
             (struct mill_setup_balls){.diameter = 0.0025, .density = STEEL, .count = 20};
     }
@@ -134,9 +134,8 @@ START_TEST(foresight_changes_nothing)
         ck_assert_int_eq(mill_sim_run(ahead.sim, 0.002, 1, NULL, &ahead.error), MILL_OK);
     }
     for (int32_t i = 0; i < plain.world->balls; i++)
-        ck_assert_int_eq(memcmp(&plain.world->ball[i], &ahead.world->ball[i],
-                                sizeof *plain.world->ball),
-                         0);
+        ck_assert_int_eq(
+            memcmp(&plain.world->ball[i], &ahead.world->ball[i], sizeof *plain.world->ball), 0);
     bench_close(&plain);
     bench_close(&ahead);
 }
@@ -145,13 +144,12 @@ END_TEST
 /* A blade on a rotor, in a drum that can have periodic ends */
 static struct model with_blade(double position, double width, double pitch)
 {
-    return (struct model){
-        .setup = {.gravity.z = -9.81, .drum = slice},
-        .balls = {{.diameter = 0.002, .density = STEEL, .count = 50}},
-        .rotor = {.speed = 100.0},
-        .shaft = {0.001},
-        .blades = 1,
-        .blade = {{position, 0.0, 0.006, width, 0.001, pitch}}};
+    return (struct model){.setup = {.gravity.z = -9.81, .drum = slice},
+                          .balls = {{.diameter = 0.002, .density = STEEL, .count = 50}},
+                          .rotor = {.speed = 100.0},
+                          .shaft = {0.001},
+                          .blades = 1,
+                          .blade = {{position, 0.0, 0.006, width, 0.001, pitch}}};
 }
 
 static enum mill_fault_code code_of(const struct model *m)
@@ -169,11 +167,11 @@ START_TEST(a_blade_keeps_clear_of_the_ends_or_goes_through)
         double position, width, pitch;
         enum mill_fault_code code;
     } blade[] = {
-        {0.0, 0.038, 0.0, MILL_FAULT_NONE},     {0.0, 0.0381, 0.0, MILL_FAULT_END},
-        {0.0, LENGTH, 0.0, MILL_FAULT_NONE},    {0.0, 0.9999 * LENGTH, 0.0, MILL_FAULT_END},
-        {-0.014, 0.01, 0.0, MILL_FAULT_NONE},   {0.0141, 0.01, 0.0, MILL_FAULT_END},
-        {-0.0141, 0.01, 0.0, MILL_FAULT_END},   {0.0, 0.0379, 0.2, MILL_FAULT_NONE},
-        {0.0, 0.0385, 0.2, MILL_FAULT_NONE},    {0.0, 0.0395, 0.2, MILL_FAULT_END},
+        {0.0, 0.038, 0.0, MILL_FAULT_NONE},   {0.0, 0.0381, 0.0, MILL_FAULT_END},
+        {0.0, LENGTH, 0.0, MILL_FAULT_NONE},  {0.0, 0.9999 * LENGTH, 0.0, MILL_FAULT_END},
+        {-0.014, 0.01, 0.0, MILL_FAULT_NONE}, {0.0141, 0.01, 0.0, MILL_FAULT_END},
+        {-0.0141, 0.01, 0.0, MILL_FAULT_END}, {0.0, 0.0379, 0.2, MILL_FAULT_NONE},
+        {0.0, 0.0385, 0.2, MILL_FAULT_NONE},  {0.0, 0.0395, 0.2, MILL_FAULT_END},
     };
     for (size_t k = 0; k < sizeof blade / sizeof *blade; k++) {
         const struct model m = with_blade(blade[k].position, blade[k].width, blade[k].pitch);

@@ -35,7 +35,9 @@ class Map:
         """Cells of the planes -3, -1, 1, 3 of the lattice across an axis, (4, N). Periodic: those beyond an end are at
         the other end."""
         if periodic:
-            at = (centre + np.array([-3, -1, 1, 3])[:, None] * half) * self.per[axis] - self.begin[axis] * self.per[axis]
+            at = (centre + np.array([-3, -1, 1, 3])[:, None] * half) * self.per[axis] - self.begin[axis] * self.per[
+                axis
+            ]
             return np.floor(at).astype(np.int64) % self.n[axis]
         end = self.n[axis] - 1e-9
         one = np.minimum(half * self.per[axis], end / 6)

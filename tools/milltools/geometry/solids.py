@@ -120,8 +120,8 @@ def _merged(outline, least):
 
 def parts(deck, tolerance, thickness) -> dict[str, list[np.ndarray]]:
     """The closed bodies of each of PARTS at t = 0. Drum: a tube with the profile inside and a circle outside,
-    `thickness` [m] beyond the outermost point. Walls: discs that close the drum, if its ends are not periodic. Shaft, if there is one: from end wall
-    to end wall. Blades: boxes from inside the shaft to their tips."""
+    `thickness` [m] beyond the outermost point. Walls: discs that close the drum, if its ends are not periodic. Shaft,
+    if there is one: from end to end. Blades: boxes from inside the shaft to their tips."""
     profile, half, radius = Profile.of(deck.value), deck.number("drum.length") / 2, deck.shaft_radius
     hole = profile.outline(tolerance)
     # begin at an outermost point, where the outer circle is near
