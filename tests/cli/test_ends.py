@@ -245,3 +245,11 @@ def test_a_start_file_with_a_ball_beyond_an_end_is_refused(millsim, write_deck, 
 def test_ends_are_walls_where_the_deck_says_nothing(millsim, small_deck):
     assert "ends = walls" in millsim("--check", "deck.ini").stdout
     assert json.loads(millsim("deck.ini", "--json", "--quiet").stdout)["run"]["collisions"]["ball_wall"] > 0
+
+
+def test_a_rotor_like_a_screw_gets_a_note_and_a_straight_one_gets_none(millsim, write_deck):
+    write_deck(MILL.replace("count = 5\n", "count = 60\n").replace("time = 0.01 s", "time = 0.3 s"))
+    quick = ["--quiet", "-s", "output.impacts=statistics", "-s", "run.sample_from=0.1 s"]
+    assert "drift" not in millsim("deck.ini", "-f", *quick).stdout
+    screw = ["-s", "blades.pitch=45 deg", "-s", "rotor.speed=3000 rpm"]
+    assert "drift along the axis" in " ".join(millsim("deck.ini", "-f", *quick, *screw).stdout.split())
