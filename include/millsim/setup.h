@@ -30,6 +30,9 @@ struct mill_setup_drum {
     /* 1 + the number of the motion that moves the drum, whose x axis is then the drum's axis; 0:
      * the drum does not move */
     int rides;
+    /* It has no end walls: it is a slice of a long mill. Balls that leave it at one end enter it at
+     * the other end. */
+    bool periodic;
 };
 
 struct mill_setup_motion {
@@ -124,7 +127,16 @@ enum mill_fault_code {
     /* surface `other` leaves the container at `when` [s]; `amount` [m]: how far it is outside, if
      * it is outside at `when` */
     MILL_FAULT_OUTSIDE,
-    MILL_FAULT_CLASH /* surfaces `ball` and `other`, of different motions, meet at `when` */
+    MILL_FAULT_CLASH, /* surfaces `ball` and `other`, of different motions, meet at `when` */
+    /* of a periodic drum: */
+    MILL_FAULT_SHORT, /* its length is less than three diameters of a ball, `amount` [m] */
+    MILL_FAULT_TILT,  /* gravity has a component along its axis */
+    /* surface `other`, or the drum where this is -1, does not only turn about the drum's axis */
+    MILL_FAULT_MOVES,
+    /* surface `other` is nearer than a ball's radius, `amount` [m], to an end of the drum, and does
+     * not reach from end to end with the same cross-section */
+    MILL_FAULT_END,
+    MILL_FAULT_BALL_OUTSIDE /* `ball` starts beyond an end, `amount` [m] from the middle */
 };
 
 enum { MILL_FAULT_SPECIES = 64 }; /* the maximum number in a fault */

@@ -83,6 +83,9 @@ struct mill_container {
     vec3 lo, hi;                      /* [m] the box of the laboratory around it at t = 0 */
     struct mill_reach places;         /* all places of the laboratory that it reaches */
     double volume;                    /* [m^3] enclosed, including the bodies inside */
+    /* [m] The length along x of a mill without end walls. Balls that leave it at one end enter it
+     * at the other end. 0: the mill has ends. */
+    double period;
 };
 
 struct mill_world {
@@ -115,6 +118,14 @@ struct mill_world {
 };
 
 void mill_world_free(struct mill_world *world);
+
+/* [m] A coordinate along x, or the difference of two. In a periodic mill: of the image that is
+ * nearest to 0 */
+static inline double mill_world_image(const struct mill_world *world, double x)
+{
+    const double period = world->container.period;
+    return period > 0.0 && fabs(x) > 0.5 * period ? x - copysign(period, x) : x;
+}
 
 /* [s] length of an epoch: local time restarts after it. A power of two, so that sums of epochs are
  * exact. */

@@ -164,6 +164,7 @@ struct mill_deck {
     const struct mill_setup_surface *container; /* the body that holds the balls, or NULL */
     bool carried;                               /* true: a motion carries the container */
     double drum_radius, drum_length;            /* [m] */
+    int periodic;                               /* 1: the drum has no end walls; 0: it has */
     const char *drum_motion;                    /* the motion that carries the drum; NULL: none */
     int drum_rides;                             /* 1 + number of the drum's motion; 0: none */
     int wavy; /* 1: wavy drum; 0: a circle, and the buckles are 0 */

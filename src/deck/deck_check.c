@@ -27,6 +27,7 @@ struct mill_setup_drum mill_deck_drum(const struct mill_deck *deck)
         .buckle_height = deck->buckle_height,
         .buckle_angle = deck->buckle_angle,
         .rides = deck->drum_rides,
+        .periodic = deck->periodic != 0,
     };
 }
 
@@ -299,7 +300,7 @@ static void warn_of_gaps(const struct mill_deck *deck)
         if (!shape->type->gaps || (fit.spread && shape->number > 0))
             continue;
         const struct mill_shape_gaps gaps = shape->type->gaps(shape->form, &fit);
-        for (int side = 0; side < 2; side++) {
+        for (int side = 0; side < (deck->periodic ? 1 : 2); side++) {
             const double gap = side ? gaps.wall : gaps.drum;
             struct mill_error line;
             /* a gap of exactly one diameter, or nearly so, also pinches a ball

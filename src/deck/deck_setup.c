@@ -237,6 +237,36 @@ static enum mill_status tell_bodies(const struct mill_deck *deck, const struct m
         copy, met ? met : "drum", other_copy, fault->when);
 }
 
+/* Describes faults of a drum with periodic ends */
+static enum mill_status tell_ends(const struct mill_deck *deck, const struct mill_fault *fault,
+                                  struct mill_error *error)
+{
+    char copy[32] = "";
+    const char *section = fault->other < 0 ? "drum" : find_section(deck, fault->other, copy);
+    switch ((int)fault->code) {
+    case MILL_FAULT_SHORT:
+        return mill_deck_fault(deck, error, "drum", "length",
+                               "with periodic ends, must be at least three diameters of a ball, "
+                               "%.6g m; got %g m",
+                               3.0 * fault->amount, deck->drum_length);
+    case MILL_FAULT_TILT:
+        return mill_deck_fault(
+            deck, error, "gravity", "acceleration",
+            "must be 0 along x if the drum's ends are periodic, or the balls fall "
+            "without end; got %g m/s^2",
+            deck->gravity.x);
+    case MILL_FAULT_MOVES:
+        return mill_deck_fault(deck, error, section, "motion",
+                               "%smay only turn about the x axis if the drum's ends are periodic",
+                               copy);
+    default:
+        return mill_deck_fault(deck, error, section, NULL,
+                               "%smust keep a ball's radius, %g m, away from the periodic ends of "
+                               "the drum, or reach from end to end with one cross-section",
+                               copy, fault->amount);
+    }
+}
+
 static enum mill_status tell(const struct mill_deck *deck, const long *line,
                              const struct mill_fault *fault, struct mill_error *error)
 {
@@ -266,6 +296,17 @@ static enum mill_status tell(const struct mill_deck *deck, const long *line,
             error, MILL_BAD_DECK,
             "%s:%ld: ball overlaps the one of line %ld by %.4g m: move one of them", deck->start,
             line[fault->ball], line[fault->other], fault->amount);
+    case MILL_FAULT_BALL_OUTSIDE:
+        return mill_error_set(
+            error, MILL_BAD_DECK,
+            "%s:%ld: x is %.6g m from the middle, beyond the periodic ends of the "
+            "drum at %g m: move the ball",
+            deck->start, line[fault->ball], fault->amount, 0.5 * deck->drum_length);
+    case MILL_FAULT_SHORT:
+    case MILL_FAULT_TILT:
+    case MILL_FAULT_MOVES:
+    case MILL_FAULT_END:
+        return tell_ends(deck, fault, error);
     case MILL_FAULT_NO_ROOM:
         break;
     }

@@ -137,6 +137,9 @@ static const struct mill_key drum_key[] = {
     {"radius", "inner radius of the drum", .unit = "m", SIZE_OF_MILL, DECK(drum_radius)},
     {"diameter", "inner diameter of the drum", .unit = "m", DIAMETER("radius"), DECK(drum_radius)},
     {"length", "inner length of the drum", .unit = "m", SIZE_OF_MILL, DECK(drum_length)},
+    {"ends", "end walls, or periodic: a slice of a long mill, which balls leave at one end and enter at "
+     "the other", .type = MILL_KEY_CHOICE, .preset = "walls", DECK(periodic),
+     .words = "walls|periodic"},
     {"profile", "shape of the drum's wall", .type = MILL_KEY_CHOICE, .preset = "circle", DECK(wavy),
      .words = "circle|wavy"},
     {"buckles", "number of buckles around the drum", .type = MILL_KEY_WHOLE, .lo = 2,

@@ -1,6 +1,10 @@
 /* One cell grid for each class of sizes. Without classes, a small ball would gather all the small
  * balls in the 27 wide cells around it: in a mixture of 10 mm and 1 mm, a thousand times as many as
- * it can touch. */
+ * it can touch.
+ *
+ * In a periodic box, the cells beyond an end are those at the other end. A ball near an end also
+ * looks into them, from the place that it has beyond that end. Each grid has enough cells along x
+ * that no ball sees another one twice. */
 #include "engine/grids.h"
 
 #include "base/memory.h"
@@ -14,6 +18,7 @@
  * the large balls would cross the small cells in vain. */
 #define CROWD 4.0
 #define ROOM (1.0 + 1e-9) /* rounding must not hide a touching pair */
+#define FEWEST 3          /* cells along a periodic box */
 
 struct sizes {
     double least, widest; /* [m] diameters */
@@ -62,6 +67,15 @@ static int make_classes(struct mill_grids *g, const struct mill_world *w, struct
         n--;
     }
     return n;
+}
+
+/* Unites all classes. */
+static void unite(struct mill_grids *g, const struct mill_world *w, struct sizes *of)
+{
+    of[0].equal = g->classes == 1 && of[0].equal;
+    of[0].widest = of[g->classes - 1].widest;
+    memset(g->class_of, 0, sizeof *g->class_of * (size_t)w->species_count);
+    g->classes = 1;
 }
 
 /* In words of the rows */
@@ -141,28 +155,34 @@ static int32_t ceil_of(double x)
     return (int32_t)ceil(x);
 }
 
-bool mill_grids_init(struct mill_grids *g, const struct mill_world *w, double widening)
+/* The numbers of cells, and how far balls look */
+struct layout {
+    int32_t inner[3]; /* of the finest cells in the box */
+    int32_t factor[MILL_GRIDS_MOST], margin[MILL_GRIDS_MOST];
+};
+
+/* False: a periodic box is too short for these classes */
+static bool lay_out(struct mill_grids *g, const struct mill_world *w, const struct sizes *of,
+                    double widening, struct layout *l)
 {
-    struct sizes of[MILL_GRIDS_MOST];
-    int32_t inner[3], factor[MILL_GRIDS_MOST] = {1}, margin[MILL_GRIDS_MOST];
     const vec3 lo = w->container.places.lo, hi = w->container.places.hi;
     const double extent[3] = {hi.x - lo.x, hi.y - lo.y, hi.z - lo.z};
-    memset(g, 0, sizeof *g);
-    g->class_of = calloc((size_t)w->species_count, sizeof *g->class_of);
-    g->own = calloc(MILL_GRIDS_MOST, sizeof *g->own);
-    if (!g->class_of || !g->own)
-        return false;
-    const int n = g->classes = make_classes(g, w, of);
-    mill_cells_cut(lo, hi, of[0].widest * widening, w->balls, inner);
+    const int n = g->classes;
+    mill_cells_cut(lo, hi, of[0].widest * widening, w->balls, l->inner);
+    if (g->period > 0.0 && l->inner[0] < FEWEST)
+        l->inner[0] = FEWEST;
     double least = INFINITY; /* [m] edge of the finest cells */
     for (int axis = 0; axis < 3; axis++)
-        least = fmin(least, inner[axis] > 1 ? extent[axis] / inner[axis] : (double)INFINITY);
+        least = fmin(least, l->inner[axis] > 1 ? extent[axis] / l->inner[axis] : (double)INFINITY);
     for (int a = 0; a < n; a++) {
-        margin[a] = 1;
-        if (a > 0)
-            factor[a] = factor[a - 1] * ceil_of(of[a].widest * ROOM / (least * factor[a - 1]));
-        factor[a] = factor[a] > 1 ? factor[a] : 1;
+        const int32_t before = a > 0 ? l->factor[a - 1] : 1;
+        l->margin[a] = 1;
+        l->factor[a] = a > 0 ? before * ceil_of(of[a].widest * ROOM / (least * before)) : 1;
+        l->factor[a] = l->factor[a] > 1 ? l->factor[a] : 1;
     }
+    bool fits = true;
+    if (g->period > 0.0)
+        l->inner[0] -= l->inner[0] % l->factor[n - 1];
     for (int a = 0; a < n; a++)
         for (int b = 0; b < n; b++) {
             struct mill_grids_view *v = &g->view[a][b];
@@ -170,16 +190,43 @@ bool mill_grids_init(struct mill_grids *g, const struct mill_world *w, double wi
             const int small = a < b ? a : b;
             v->sum = of[a].equal && of[b].equal ? sum : 0.0;
             v->widest = sum * ROOM;
-            v->reach = a == b ? 1 : ceil_of(v->widest / (least * factor[small]));
+            v->reach = a == b ? 1 : ceil_of(v->widest / (least * l->factor[small]));
             if (a < b)
-                v->reach = ceil_of((double)v->reach * factor[a] / factor[b]);
-            margin[b] = v->reach > margin[b] ? v->reach : margin[b];
+                v->reach = ceil_of((double)v->reach * l->factor[a] / l->factor[b]);
+            l->margin[b] = v->reach > l->margin[b] ? v->reach : l->margin[b];
+            fits = fits && l->inner[0] / l->factor[b] > 2 * v->reach;
         }
+    return fits || g->period == 0.0;
+}
+
+bool mill_grids_init(struct mill_grids *g, const struct mill_world *w, double widening)
+{
+    struct sizes of[MILL_GRIDS_MOST];
+    struct layout l;
+    const vec3 lo = w->container.places.lo, hi = w->container.places.hi;
+    memset(g, 0, sizeof *g);
+    g->period = w->container.period;
+    g->class_of = calloc((size_t)w->species_count, sizeof *g->class_of);
+    g->own = calloc(MILL_GRIDS_MOST, sizeof *g->own);
+    if (!g->class_of || !g->own)
+        return false;
+    g->classes = make_classes(g, w, of);
+    if (!lay_out(g, w, of, widening, &l)) {
+        unite(g, w, of);
+        if (!lay_out(g, w, of, widening, &l))
+            return false; /* the start refuses such short boxes */
+    }
+    const int n = g->classes;
+    g->plain = n == 1 && g->period == 0.0;
     bool made = true;
     for (int a = 0; a < n && made; a++) {
-        made = mill_cells_init(&g->own[a], lo, hi, inner, factor[a], margin[a], of[a].least,
+        made = mill_cells_init(&g->own[a], lo, hi, l.inner, l.factor[a], l.margin[a], of[a].least,
                                w->balls) &&
-               (a == 0 || make_indices(g, a, factor[a]));
+               (a == 0 || make_indices(g, a, l.factor[a]));
+    }
+    if (made && g->period > 0.0) { /* balls leave the outermost cells */
+        g->own[0].edge[0][l.margin[0]] = lo.x;
+        g->own[0].edge[0][l.margin[0] + l.inner[0]] = hi.x;
     }
     for (int a = 0; a < n && made; a++)
         for (int b = 0; b < n && made; b++)
@@ -208,8 +255,8 @@ static int32_t cell_in(const struct mill_grids *g, int in, const int32_t fine[3]
     const struct mill_cells *c = &g->own[in];
     int32_t i[3];
     for (int axis = 0; axis < 3; axis++) {
-        const int32_t *index = g->coarse[in][axis]; /* NULL: of the finest grid */
-        i[axis] = index ? index[fine[axis]] : fine[axis];
+        const int32_t *coarse = g->coarse[in][axis]; /* the finest grid has none */
+        i[axis] = coarse ? coarse[fine[axis]] : fine[axis];
     }
     return (i[0] * c->n[1] + i[1]) * c->n[2] + i[2];
 }
@@ -250,13 +297,76 @@ void mill_grids_remove(struct mill_grids *g, int32_t ball, int32_t species)
     mill_cells_remove(&g->own[g->class_of[species]], ball);
 }
 
-bool mill_grids_cross(struct mill_grids *g, int32_t ball, int32_t species, int32_t face)
+int32_t mill_grids_across(const struct mill_grids *g, int32_t cell, int32_t face, double *shift)
 {
-    if (g->classes == 1)
+    const struct mill_cells *c = &g->own[0];
+    const int32_t step = mill_cells_step(c, face), inner = c->n[0] - 2 * c->margin;
+    int32_t i[3];
+    *shift = 0.0;
+    if (g->period > 0.0 && face < 2) {
+        mill_cells_index(c, cell, i);
+        if (i[0] == (face ? c->margin + inner - 1 : c->margin)) {
+            *shift = face ? -g->period : g->period;
+            return cell - (inner - 1) * step;
+        }
+    }
+    return cell + step;
+}
+
+bool mill_grids_cross(struct mill_grids *g, int32_t ball, int32_t species, int32_t face,
+                      double *shift)
+{
+    *shift = 0.0;
+    if (g->plain)
         return mill_cells_cross(g->own, ball, face);
-    const int32_t to = g->own[0].cell[ball] + mill_cells_step(&g->own[0], face);
+    const int32_t to = mill_grids_across(g, g->own[0].cell[ball], face, shift);
     mill_grids_remove(g, ball, species);
     return mill_grids_insert(g, ball, species, to);
+}
+
+/* How many of the cells are less than `layers` cells away along x. Their offsets ascend. */
+static int32_t count_below(const struct mill_grids_look *look, int32_t layers)
+{
+    const struct mill_cells *c = look->cells;
+    const int64_t layer = (int64_t)c->n[1] * c->n[2] * c->row, end = layers * layer - layer / 2;
+    int32_t low = 0, high = look->count;
+    while (low < high) {
+        const int32_t middle = low + (high - low) / 2;
+        if (look->offset[middle] < end)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+/* Adds the looks into the cells at the other end of a periodic box. */
+static int look_beyond(const struct mill_grids *g, struct mill_grids_look *look, int looks)
+{
+    int all = looks;
+    for (int k = 0; k < looks; k++) {
+        const struct mill_cells *c = look[k].cells;
+        const int32_t inner = c->n[0] - 2 * c->margin, whole = inner * mill_cells_step(c, 1);
+        int32_t i[3];
+        mill_cells_index(c, look[k].cell, i);
+        const int32_t low = count_below(&look[k], c->margin - i[0]);
+        const int32_t high = count_below(&look[k], c->margin - i[0] + inner);
+        if (low > 0) {
+            struct mill_grids_look *l = &look[all++];
+            *l = look[k];
+            l->cell += whole;
+            l->count = low;
+            l->shift = g->period;
+        } else if (high < look[k].count) {
+            struct mill_grids_look *l = &look[all++];
+            *l = look[k];
+            l->cell -= whole;
+            l->offset += high;
+            l->count -= high;
+            l->shift = -g->period;
+        }
+    }
+    return all;
 }
 
 int mill_grids_look_all(const struct mill_grids *g, int32_t species, int32_t cell, int32_t face,
@@ -276,7 +386,11 @@ int mill_grids_look_all(const struct mill_grids *g, int32_t species, int32_t cel
         const int32_t at = cell_in(g, in, fine);
         if (face >= 0 && cell_in(g, small, fine) == cell_in(g, small, before))
             continue; /* who is near the ball is as before */
-        look[looks] = (struct mill_grids_look){&g->own[in], v->around, v->sum, at, v->count, false};
+        look[looks] = (struct mill_grids_look){.cells = &g->own[in],
+                                               .offset = v->around,
+                                               .sum = v->sum,
+                                               .cell = at,
+                                               .count = v->count};
         if (in == own) {
             look[looks].offset = face < 0 ? c->around : c->ahead[face];
             look[looks].count = face < 0 ? 27 : 9;
@@ -287,11 +401,11 @@ int mill_grids_look_all(const struct mill_grids *g, int32_t species, int32_t cel
         }
         looks++;
     }
-    return looks;
+    return g->period > 0.0 ? look_beyond(g, look, looks) : looks;
 }
 
 bool mill_grids_near(const struct mill_grids *g, int32_t species, int32_t cell, int32_t other,
-                     int32_t other_cell)
+                     int32_t other_cell, int image)
 {
     const int a = g->class_of[species], b = g->class_of[other], small = a < b ? a : b;
     const struct mill_cells *c = &g->own[small];
@@ -302,6 +416,7 @@ bool mill_grids_near(const struct mill_grids *g, int32_t species, int32_t cell, 
         const int32_t *coarse = g->coarse[small][axis];
         d[axis] = coarse ? coarse[i[axis]] - coarse[j[axis]] : i[axis] - j[axis];
     }
+    d[0] -= image * (c->n[0] - 2 * c->margin);
     return a == b ? abs(d[0]) <= 1 && abs(d[1]) <= 1 && abs(d[2]) <= 1
                   : is_within(c, d, g->view[a][b].widest);
 }

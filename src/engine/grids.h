@@ -12,13 +12,14 @@
 #include "engine/cells.h"
 #include "millsim/world.h"
 
-enum { MILL_GRIDS_MOST = 6 };
+enum { MILL_GRIDS_MOST = 6, MILL_GRIDS_LOOKS = 2 * MILL_GRIDS_MOST };
 
 /* Cells of one grid in which to look for balls. offset: in words of its rows, from `cell` */
 struct mill_grids_look {
     const struct mill_cells *cells;
     const int64_t *offset;
-    double sum; /* [m] of the radii of the ball and of all balls in this grid; 0: they differ */
+    double sum;   /* [m] of the radii of the ball and of all balls in this grid; 0: they differ */
+    double shift; /* [m] to add to x of the ball: these cells are at the other end of the box */
     int32_t cell, count;
     bool threes; /* see mill_cells_gather_threes */
 };
@@ -39,6 +40,9 @@ struct mill_grids {
     int8_t *class_of;       /* of each species */
     int32_t *coarse[MILL_GRIDS_MOST][3]; /* index in each grid by index in the finest, per axis */
     struct mill_grids_view view[MILL_GRIDS_MOST][MILL_GRIDS_MOST]; /* of a class, in a grid */
+    /* [m] length of a periodic box along x; the cells of each grid divide it evenly. 0: none */
+    double period;
+    bool plain; /* one class and no periodic box */
 };
 
 /* Makes the grids of a mill. widening: how much wider than necessary the cells of the finest grid
@@ -48,23 +52,29 @@ bool mill_grids_init(struct mill_grids *grids, const struct mill_world *world, d
 void mill_grids_release(struct mill_grids *grids);
 
 /* insert puts a ball into a cell of the finest grid in which it is not; remove takes it out; cross
- * moves it across a face of its cell. False when out of memory */
+ * moves it across a face of its cell. False when out of memory. *shift [m]: to add to x of the
+ * ball, where it leaves a periodic box and enters it at the other end */
 bool mill_grids_insert(struct mill_grids *grids, int32_t ball, int32_t species, int32_t cell);
 void mill_grids_remove(struct mill_grids *grids, int32_t ball, int32_t species);
-bool mill_grids_cross(struct mill_grids *grids, int32_t ball, int32_t species, int32_t face);
+bool mill_grids_cross(struct mill_grids *grids, int32_t ball, int32_t species, int32_t face,
+                      double *shift);
 
-/* mill_grids_look for several classes */
+/* The cell of the finest grid across a face of a cell; *shift as above */
+int32_t mill_grids_across(const struct mill_grids *grids, int32_t cell, int32_t face,
+                          double *shift);
+
+/* mill_grids_look for several classes, and for periodic boxes */
 int mill_grids_look_all(const struct mill_grids *grids, int32_t species, int32_t cell, int32_t face,
                         struct mill_grids_look *look);
 
 /* Where to look for the balls near a ball of this species in this cell of the finest grid. face -1:
  * for all of them; else only for those newly near it after it has crossed this face into the cell.
- * Returns the number of looks; there must be room for MILL_GRIDS_MOST. */
+ * Returns the number of looks; there must be room for MILL_GRIDS_LOOKS. */
 static inline int mill_grids_look(const struct mill_grids *g, int32_t species, int32_t cell,
                                   int32_t face, struct mill_grids_look *look)
 {
     const struct mill_cells *c = g->own;
-    if (g->classes > 1)
+    if (!g->plain)
         return mill_grids_look_all(g, species, cell, face, look);
     look->cells = c;
     look->offset = face < 0 ? c->around : c->ahead[face];
@@ -72,11 +82,13 @@ static inline int mill_grids_look(const struct mill_grids *g, int32_t species, i
     look->cell = cell;
     look->count = face < 0 ? 27 : 9;
     look->threes = face < 4 && mill_cells_shortest(c);
+    look->shift = 0.0;
     return 1;
 }
 
-/* Are balls of these species in these cells near each other? */
+/* Are balls of these species in these cells near each other? image: of the other ball, so many
+ * periods along x */
 bool mill_grids_near(const struct mill_grids *grids, int32_t species, int32_t cell, int32_t other,
-                     int32_t other_cell);
+                     int32_t other_cell, int image);
 
 #endif

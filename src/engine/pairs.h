@@ -16,7 +16,7 @@ struct mill_pairs {
     double *terms; /* of the quadratics: of each group of lanes b, then c, then the square */
 };
 
-#define MILL_PAIRS_ROOM 32
+#define MILL_PAIRS_ROOM 64
 
 struct mill_pair {
     double dt;       /* [s] until they touch, INFINITY: never */

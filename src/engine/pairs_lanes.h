@@ -17,7 +17,7 @@ TARGET INLINE int32_t LOOK(const struct mill_pairs *pairs, int32_t i, double now
     const struct mill_ball *me = &pairs->ball[i];
     const double *base = (const double *)pairs->ball;
     const double *radius = pairs->radius, mine = radius[me->species];
-    const LANES_T mx = SPLAT(me->r.x), my = SPLAT(me->r.y), mz = SPLAT(me->r.z);
+    const LANES_T my = SPLAT(me->r.y), mz = SPLAT(me->r.z);
     const LANES_T mvx = SPLAT(me->v.x), mvy = SPLAT(me->v.y), mvz = SPLAT(me->v.z);
     const LANES_T gx = SPLAT(pairs->g.x), gy = SPLAT(pairs->g.y), gz = SPLAT(pairs->g.z);
     const LANES_T t_now = SPLAT(now), window = SPLAT(-2.0 * found->dt);
@@ -34,6 +34,7 @@ TARGET INLINE int32_t LOOK(const struct mill_pairs *pairs, int32_t i, double now
             near[m] = i * RECORD; /* fills the last group; a ball never closes on itself */
         const bool mixture = l->sum == 0.0;
         LANES_T square_sum = SPLAT(l->sum * l->sum);
+        const LANES_T mx = SPLAT(me->r.x + l->shift);
         examined += held;
         for (; k < n; k += LANES) {
             LANES_T x, y, z, vx, vy, vz, t, rest;

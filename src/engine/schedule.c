@@ -304,7 +304,7 @@ static void plan_ball(struct mill_schedule *p, int32_t i, double now, int32_t fa
     const bool walls = p->surface_start[cell] < p->surface_start[cell + 1];
     const struct mill_cell_exit out =
         mill_cells_exit(p->cells, cell, ball->r, ball->v, p->world->g);
-    struct mill_grids_look look[MILL_GRIDS_MOST];
+    struct mill_grids_look look[MILL_GRIDS_LOOKS];
     const int looks = mill_grids_look(&p->grids, ball->species, cell, face, look);
     struct mill_pair found = {plan->pair_t - now, MILL_NOBODY};
     __builtin_prefetch(&p->surface[p->surface_start[cell]]); /* they are searched next */
@@ -354,8 +354,10 @@ bool mill_schedule_cross(struct mill_schedule *p, int32_t i, double now)
 {
     assert(p->world->ball[i].t == now && p->plan[i].next == MILL_NEXT_EXIT);
     const int32_t face = p->plan[i].face;
-    if (!mill_grids_cross(&p->grids, i, p->world->ball[i].species, face))
+    double shift;
+    if (!mill_grids_cross(&p->grids, i, p->world->ball[i].species, face, &shift))
         return false;
+    p->world->ball[i].r.x += shift; /* plans hold: partners are found in all images */
     p->world->counts.cell_crossings++;
     plan_ball(p, i, now, face, MILL_NOBODY);
     return true;
@@ -370,16 +372,17 @@ double mill_schedule_overlap(struct mill_schedule *p, int32_t i, double t)
     double deepest = -INFINITY;
     if (!(fabs(r.x) + fabs(r.y) + fabs(r.z) < (double)INFINITY))
         return INFINITY;
-    struct mill_grids_look look[MILL_GRIDS_MOST];
+    struct mill_grids_look look[MILL_GRIDS_LOOKS];
     const int looks = mill_grids_look(&p->grids, w->ball[i].species, p->cells->cell[i], -1, look);
     for (int l = 0; l < looks; l++) {
+        const vec3 at = {r.x + look[l].shift, r.y, r.z};
         const int32_t n = mill_cells_gather(look[l].cells, look[l].cell, look[l].offset,
                                             look[l].count, 1, p->pairs.near);
         for (int32_t k = 0; k < n; k++) {
             const double sum = radius + p->radius[w->ball[near[k]].species];
             if (near[k] != i)
-                deepest =
-                    fmax(deepest, sum - vec3_norm(vec3_sub(mill_world_position(w, near[k], t), r)));
+                deepest = fmax(deepest,
+                               sum - vec3_norm(vec3_sub(mill_world_position(w, near[k], t), at)));
         }
     }
     for (int k = 0; k < w->shapes; k++) {

@@ -58,8 +58,9 @@ static void look(const struct mill_schedule *p, int32_t i,
     const struct mill_plan *plan = &p->plan[i];
     const int32_t *cell = p->cells->cell;
     const int32_t partner = partner_of(plan), exit = plan->next == MILL_NEXT_EXIT;
-    const int32_t at = cell[i] + (exit ? mill_cells_step(p->cells, plan->face) : 0);
-    struct mill_grids_look look[2 * MILL_GRIDS_MOST];
+    double shift;
+    const int32_t at = exit ? mill_grids_across(&p->grids, cell[i], plan->face, &shift) : cell[i];
+    struct mill_grids_look look[2 * MILL_GRIDS_LOOKS];
     const struct mill_ball *ball = p->world->ball;
     int looks = exit ? mill_grids_look(&p->grids, ball[i].species, at, plan->face, look)
                      : mill_grids_look(&p->grids, ball[i].species, at, -1, look);

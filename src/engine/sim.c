@@ -222,7 +222,8 @@ static void ball_meets_ball(struct mill_sim *sim, int32_t one, int32_t other)
     move_to(w, j, sim->now);
     const struct mill_ball *a = &w->ball[i], *b = &w->ball[j];
     const struct mill_species *sa = &w->species[a->species], *sb = &w->species[b->species];
-    const vec3 d = vec3_sub(b->r, a->r);
+    vec3 d = vec3_sub(b->r, a->r);
+    d.x = mill_world_image(w, d.x);
     const double distance = vec3_norm(d);
     const vec3 n = vec3_scale(d, 1.0 / distance); /* from i to j */
     const vec3 spin = vec3_axpy(vec3_scale(w->spin[i], sa->radius), sb->radius, w->spin[j]);
@@ -237,6 +238,7 @@ static void ball_meets_ball(struct mill_sim *sim, int32_t one, int32_t other)
                                  .partner_species = (int16_t)b->species,
                                  .position = vec3_axpy(a->r, sa->radius, n),
                                  .surface = -1};
+    impact.position.x = mill_world_image(w, impact.position.x);
     resolve(sim, i, j, reduced, n, slip, &impact);
     tell(sim, &impact);
     mill_schedule_ball(sim->schedule, i, sim->now, MILL_NOBODY);

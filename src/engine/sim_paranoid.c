@@ -26,7 +26,8 @@
 #define DEEP 1e-9          /* [m] two bodies must not overlap by more */
 #define LEISURE 1e-3       /* [s] how far the wide interval reaches beyond the horizon */
 #define MOST_ASKED 1000
-#define SAMPLES 200 /* of a gap that is almost closed */
+#define SAMPLES 200   /* of a gap that is almost closed */
+enum { NEAREST = 2 }; /* as the image of a ball */
 
 static __attribute__((format(printf, 2, 3))) bool fault(struct mill_sim *sim, const char *format,
                                                         ...)
@@ -110,13 +111,16 @@ static bool check_place(struct mill_sim *sim, int32_t i, double t)
         return fault(sim, "ball %d is not in the list of its cell %d at t = %.17g s", i,
                      own->cell[i], w->base + t);
     mill_cells_index(c, cell, index);
-    bool inside = true; /* inside its box; the outermost cells are open outwards */
+    bool inside = true; /* inside its box; the outermost cells are open outwards, except at
+                           periodic ends */
     for (int k = 0; k < 3; k++) {
         const int32_t first = c->margin, last = c->n[k] - c->margin - 1;
         const double lo = (index[k] - first) * c->side[k] - rounding;
         const double hi = lo + c->side[k] + 2.0 * rounding;
+        const bool open = k > 0 || grids->period == 0.0;
         inside = inside && index[k] >= first && index[k] <= last && isfinite(x[k]) &&
-                 (index[k] == first || x[k] >= lo) && (index[k] == last || x[k] <= hi);
+                 ((open && index[k] == first) || x[k] >= lo) &&
+                 ((open && index[k] == last) || x[k] <= hi);
     }
     return inside ||
            fault(sim, "ball %d at (%.9g, %.9g, %.9g) m is outside its cell %d at t = %.17g s", i,
@@ -141,13 +145,13 @@ bool mill_sim_paranoid_account(struct mill_sim *sim)
                  imbalance, turnover, w->base + sim->now);
 }
 
-/* Ball j relative to ball i */
+/* Ball j, or its image so many periods along x, relative to ball i */
 struct pair {
     vec3 d, u;              /* [m], [m/s] */
     double sum, gap, slack; /* [m] sum of the radii; gap; bound of the rounding errors of the gap */
 };
 
-static struct pair relate(const struct mill_sim *sim, int32_t i, int32_t j, double t)
+static struct pair relate(const struct mill_sim *sim, int32_t i, int32_t j, int image, double t)
 {
     const struct mill_world *w = sim->world;
     const struct mill_grids *grids = &sim->schedule->grids;
@@ -155,6 +159,7 @@ static struct pair relate(const struct mill_sim *sim, int32_t i, int32_t j, doub
     struct pair k;
     k.d = vec3_sub(mill_world_position(w, j, t), mill_world_position(w, i, t));
     k.u = vec3_sub(mill_world_velocity(w, j, t), mill_world_velocity(w, i, t));
+    k.d.x = image == NEAREST ? mill_world_image(w, k.d.x) : k.d.x + image * grids->period;
     k.sum = radius_of(w, i) + radius_of(w, j);
     k.gap = vec3_norm(k.d) - k.sum;
     /* rounding errors of the squares of distances, up to those of the cells around, as errors of
@@ -185,7 +190,7 @@ static bool touch_ball(struct mill_sim *sim, int32_t i, const struct mill_plan *
         return fault(sim, "ball %d has a plan to meet ball %d, which cannot be", i, j);
     if (w->ball[j].contacts != plan->partner_contacts)
         return true; /* stale: the loop finds this when it is due */
-    const struct pair k = relate(sim, i, j, plan->pair_t);
+    const struct pair k = relate(sim, i, j, NEAREST, plan->pair_t);
     /* overlapping and closing means a contact now; the depth is checked as an overlap */
     if (!(k.gap <= k.slack) || (k.gap < -k.slack && plan->pair_t > w->ball[i].t))
         return fault(sim, "ball %d and ball %d are due to meet with a gap of %.3g m at t = %.17g s",
@@ -245,7 +250,7 @@ static bool has_met(struct mill_sim *sim, int32_t i)
     const struct mill_world *w = sim->world;
     const struct mill_plan *due = &sim->paranoid->due;
     if (due->next == MILL_NEXT_PAIR) {
-        const struct pair k = relate(sim, i, due->partner, sim->now);
+        const struct pair k = relate(sim, i, due->partner, NEAREST, sim->now);
         return k.gap <= k.slack ||
                fault(sim, "ball %d and ball %d met with a gap of %.3g m at t = %.17g s", i,
                      due->partner, k.gap, w->base + sim->now);
@@ -258,9 +263,9 @@ static bool has_met(struct mill_sim *sim, int32_t i)
 }
 
 /* Checks that there is no overlap now, and none that grows until `end`. */
-static bool check_pair(struct mill_sim *sim, int32_t i, int32_t j, double end)
+static bool check_pair(struct mill_sim *sim, int32_t i, int32_t j, int image, double end)
 {
-    const struct pair k = relate(sim, i, j, sim->now);
+    const struct pair k = relate(sim, i, j, image, sim->now);
     const double now = sim->world->base + sim->now;
     sim->paranoid->checks.pairs++;
     if (!(k.gap >= -DEEP))
@@ -354,12 +359,15 @@ bool mill_sim_paranoid_ball(struct mill_sim *sim, int32_t i, bool fresh, int32_t
     w->counts.quartics.checked = true;
     const double mine = fmin(mill_plan_time(&q->plan[i]), q->horizon);
     bool holds = true;
-    for (int32_t j = 0; j < w->balls && holds; j++) {
+    const int images = q->grids.period > 0.0 ? 3 : 1;
+    for (int32_t n = 0; n < w->balls * images && holds; n++) {
+        const int32_t j = n / images;
+        const int image = n % images - images / 2;
         double end = fmin(mine, mill_plan_time(&q->plan[j]));
         if (fresh && mill_grids_near(&q->grids, w->ball[i].species, q->cells->cell[i],
-                                     w->ball[j].species, q->cells->cell[j]))
+                                     w->ball[j].species, q->cells->cell[j], image))
             end = fmin(q->plan[i].pair_t, q->horizon);
-        holds = j == i || check_pair(sim, i, j, end);
+        holds = j == i || check_pair(sim, i, j, image, end);
     }
     for (int32_t s = 0; s < w->shapes && holds; s++)
         if (!q->plan[i].let_go || !w->shape[s]->pinches)

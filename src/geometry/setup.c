@@ -17,6 +17,11 @@ const char *mill_setup_fault_text(enum mill_fault_code code)
         [MILL_FAULT_CONTAINER] = "there is no container, or more than one",
         [MILL_FAULT_OUTSIDE] = "a body leaves the container",
         [MILL_FAULT_CLASH] = "two bodies run into each other",
+        [MILL_FAULT_SHORT] = "a periodic drum is shorter than three balls",
+        [MILL_FAULT_TILT] = "gravity has a component along a periodic drum",
+        [MILL_FAULT_MOVES] = "a motion moves something along a periodic drum",
+        [MILL_FAULT_END] = "a body is too near to an end of a periodic drum",
+        [MILL_FAULT_BALL_OUTSIDE] = "a ball starts beyond an end of a periodic drum",
     };
     assert((unsigned)code < sizeof text / sizeof *text);
     return text[code];

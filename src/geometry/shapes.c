@@ -102,8 +102,8 @@ static bool make_walls(struct making *m, const struct mill_setup_surface *s)
     return good;
 }
 
-/* Makes a round or wavy drum with its end walls. If it does not only turn about its own axis, its
- * walls are those of a body. */
+/* Makes a round or wavy drum with its end walls, if it has any. If it does not only turn about its
+ * own axis, its walls are those of a body. */
 static bool make_drum(struct making *m)
 {
     const struct mill_setup_drum *drum = &m->setup->drum;
@@ -119,7 +119,7 @@ static bool make_drum(struct making *m)
     struct mill_wall wall[MILL_WALLS];
     bool good = true;
     mill_round_cylinder_type.walls(&body, wall);
-    for (int k = 0; good && k < 3; k++) {
+    for (int k = 0; good && k < (drum->periodic ? 1 : 3); k++) {
         const struct mill_setup_surface s = {
             .number = k - 1, .motion = motion, .kind = k ? MILL_BALL_WALL : MILL_BALL_DRUM};
         const struct mill_wall_of of = {&body, mill_round_cylinder_type.hull(&body), wall[k],

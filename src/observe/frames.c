@@ -36,11 +36,13 @@ static const struct {
     {"angular_velocity", "rad s-1", "angular velocities of the balls: frame, ball, (x, y, z)"},
 };
 
-/* /h5md, and the box: open, it has no edges */
-static void write_head(struct mill_h5 *file)
+/* /h5md, and the box: it has edges only if its ends along x are periodic */
+static void write_head(struct mill_h5 *file, const struct mill_world *world)
 {
     static const int32_t version[2] = {1, 1}, units_version[2] = {1, 0}, dimension = 3;
-    static const char *const boundary[3] = {"none", "none", "none"};
+    const bool periodic = world->container.period > 0.0;
+    const char *const boundary[3] = {periodic ? "periodic" : "none", "none", "none"};
+    const double edges[3] = {world->drum_length, 2 * world->drum_radius, 2 * world->drum_radius};
     static const char *const texts[][3] = {{"/h5md/author", "name", "millsim"},
                                            {"/h5md/creator", "name", "millsim"},
                                            {"/h5md/creator", "version", mill_version},
@@ -55,6 +57,8 @@ static void write_head(struct mill_h5 *file)
     mill_h5_group(file, GROUP "/box", false);
     mill_h5_attribute(file, GROUP "/box", "dimension", MILL_H5_I32, 0, &dimension);
     mill_h5_attribute(file, GROUP "/box", "boundary", MILL_H5_TEXT, 3, boundary);
+    if (periodic)
+        mill_h5_attribute(file, GROUP "/box", "edges", MILL_H5_F64, 3, edges);
 }
 
 /* id, species, mass and diameter of every ball, and the names of the species */
@@ -156,7 +160,7 @@ static void open_file(struct mill_observer *self, const struct mill_observe *ask
     frames->file = file;
     mill_h5_remove(file, "/VTKHDF"); /* of a continued run: its number of frames would be wrong */
     if (frames->rows == 0) {
-        write_head(file);
+        write_head(file, world);
         write_balls(file, world);
     }
     if (asked->frames == 0)

@@ -103,6 +103,21 @@ INLINE void place_planes(const struct mill_map *map, int n, int axis, int stride
     }
 }
 
+/* The same along periodic ends: a plane beyond an end is at the other end. */
+INLINE void place_around(const struct mill_map *map, int n, int stride, const double x[BLOCK],
+                         const double h[BLOCK], unsigned offset[4][BLOCK])
+{
+    const double per = map->per[0], zero = -map->from[0] * per, end = map->n[0];
+    for (int i = 0; i < n; i++) {
+        for (int k = 0; k < 4; k++) {
+            double at = (x[i] + (2 * k - 3) * h[i]) * per + zero;
+            at = at < 0 ? at + end : at;
+            at = at >= end ? at - end : at;
+            offset[k][i] = (unsigned)((int)at * stride);
+        }
+    }
+}
+
 INLINE void place_spots(const struct mill_map *map, struct block *b)
 {
     const double per = map->per[1], last = map->n[1] - 1;
@@ -185,7 +200,10 @@ sample(struct mill_maps *maps, const struct mill_world *world, double t)
             ride(&b, &frame);
         place_planes(&maps->cross, b.padded, 0, cell * maps->cross.n[1], b.y, b.h, b.row);
         place_planes(&maps->cross, b.padded, 1, cell, b.z, b.h, b.column);
-        place_planes(&maps->axial, b.padded, 0, cell * maps->axial.n[1], b.x, b.h, b.slice);
+        if (world->container.period > 0.0)
+            place_around(&maps->axial, b.padded, cell * maps->axial.n[1], b.x, b.h, b.slice);
+        else
+            place_planes(&maps->axial, b.padded, 0, cell * maps->axial.n[1], b.x, b.h, b.slice);
         place_spots(&maps->axial, &b);
         for (int i = 0; i < b.count; i++) {
             add_cross(&maps->cross, &b, i);

@@ -33,6 +33,10 @@
 #define RUNNING 0.8 /* for fewer than DOZEN balls */
 #define RESTING 0.4
 #define KNOWN 0.03
+/* Mean speed along a periodic mill, relative to the balls' own speed. The mean of N balls that fly
+ * at random is about sqrt(3 N) times slower than each of them. */
+#define DRIFT 0.05
+#define CHANCES 2.0
 enum { DOZEN = 12 };
 
 /* Adds a rule's value; if `noted`, also its sentence. */
@@ -235,6 +239,32 @@ static void judge_reach(struct mill_notes *notes, const struct mill_world *world
         never ? never : "");
 }
 
+/* Blades in a screw-like arrangement convey the balls through periodic ends. End walls would stop
+ * this flow. */
+static void judge_drift(struct mill_notes *notes, const struct mill_world *world,
+                        const struct mill_tally_results *r, double t)
+{
+    const struct mill_map *map = &r->maps.axial;
+    const struct mill_energy e = mill_world_energy(world, t);
+    double volume = 0, flow = 0, mass = 0;
+    if (!(world->container.period > 0) || world->motions == 0)
+        return;
+    for (int i = 0; r->duration > 0 && i < map->n[0] * map->n[1]; i++) {
+        volume += map->flow[i].volume;
+        flow += map->flow[i].flow[0];
+    }
+    for (int32_t i = 0; i < world->balls; i++)
+        mass += world->species[world->ball[i].species].mass;
+    const double drift = volume > 0 ? fabs(flow / volume) : 0;
+    const double share = drift > 0 ? drift / sqrt(2 * e.kinetic / mass) : 0;
+    const double limit = fmax(DRIFT, CHANCES / sqrt(3.0 * world->balls));
+    add(notes, "drift", share, limit, share > limit,
+        "the balls drift along the axis at %.3g m/s, %.0f %% of their speed, because the mill "
+        "conveys them through the periodic ends. End walls would stop this flow: a mill with them "
+        "differs, also far from them.",
+        drift, 100 * share);
+}
+
 /* How far the run got */
 static void judge_time(struct mill_notes *notes, const struct mill_tally_results *r, double now,
                        bool stopped)
@@ -270,6 +300,7 @@ void mill_notes_take(struct mill_notes *notes, const struct mill_world *world,
     judge_shares(notes, r);
     judge_start(notes, world, r);
     judge_reach(notes, world, r);
+    judge_drift(notes, world, r, t);
 }
 
 void mill_notes_tell(const struct mill_notes *notes, struct mill_sink *sink)

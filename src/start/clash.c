@@ -283,6 +283,8 @@ static bool make_drum(struct check *c)
     const struct mill_setup setup = {.surface = &surface};
     c->container = &c->around;
     c->walls = mill_round_cylinder_type.walls(&c->drum, c->wall);
+    if (drum->periodic)
+        c->walls = 1; /* only the round one */
     return mill_clash_solid_init(&c->around, &setup, 0, c->motion);
 }
 

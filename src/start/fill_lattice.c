@@ -172,10 +172,20 @@ void mill_fill_room_free(struct mill_fill_room *room)
     free(room->pose);
 }
 
+/* [m] To a wall at the nearest end of a periodic mill. At the start there are such walls, so that
+ * no balls overlap across the ends. */
+static double gap_to_end(const struct mill_world *w, vec3 r, double radius)
+{
+    return w->container.period > 0.0 ? 0.5 * w->container.period - fabs(r.x) - radius
+                                     : (double)INFINITY;
+}
+
 bool mill_fill_room_clear(const struct mill_fill_room *room, vec3 r, double radius)
 {
     const struct mill_world *w = room->world;
     const uint64_t mask = room->near[cell_of(&room->lattice, r)];
+    if (!(gap_to_end(w, r, radius) > 0.0))
+        return false;
     for (int k = 0; mask && k < w->shapes; k++) {
         if (mask >> k % 64 & 1 && !(mill_shape_gap(w->shape[k], r, radius, &room->pose[k]) > 0.0))
             return false;
@@ -187,7 +197,10 @@ bool mill_fill_room_push(const struct mill_fill_room *room, vec3 *r, double radi
 {
     const struct mill_world *w = room->world;
     const uint64_t mask = room->near[cell_of(&room->lattice, *r)];
-    bool moved = false;
+    const double end = gap_to_end(w, *r, radius);
+    bool moved = end < MILL_FILL_CLOSE * radius;
+    if (moved)
+        r->x -= copysign(MILL_FILL_SPACING * radius - end, r->x);
     for (int k = 0; mask && k < w->shapes; k++) {
         if (!(mask >> k % 64 & 1))
             continue;

@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "geometry/shapes.h"
 #include "start/clash.h"
+#include "start/ends.h"
 #include "start/fill.h"
 
 #include <assert.h>
@@ -18,6 +19,8 @@ enum { MOST_BALLS = 50000000, MOST_SHAPES = INT16_MAX - 3 };
 enum { MOST_SINGLES = 12 };
 /* [m] rounding of decimal positions may make touching balls overlap by this much */
 #define SLACK 1e-12
+/* Relative: so far beyond a periodic end, rounded positions of single precision are on it */
+#define ON_END 1e-6
 /* [m/s] a higher speed is a mistake in the units, and its square may overflow */
 #define LIGHT 299792458.0
 
@@ -162,6 +165,7 @@ static void make_container(const struct mill_setup *setup, struct mill_world *w)
         w->drum_radius = drum->radius + (drum->buckles > 0 ? drum->buckle_height : 0.0);
         w->drum_length = drum->length;
         c->volume = mill_profile_area(&chamber.drum) * drum->length;
+        c->period = drum->periodic ? drum->length : 0.0;
     }
     c->still = !body && !c->motion;
 }
@@ -302,14 +306,22 @@ static double radius_of(const struct mill_world *w, int32_t i)
     return w->species[w->ball[i].species].radius;
 }
 
-/* Fills in the fault of the first ball that is too fast. If there is none: of the first ball that
- * overlaps a surface. */
+/* Fills in the fault of the first ball that is too fast or beyond a periodic end. If there is none:
+ * of the first ball that overlaps a surface. */
 static void check_balls(const struct mill_world *w, struct mill_fault *fault)
 {
     for (int32_t i = 0; i < w->balls; i++) {
         if (vec3_norm(w->ball[i].v) <= LIGHT && vec3_norm(w->spin[i]) * radius_of(w, i) <= LIGHT)
             continue;
         *fault = (struct mill_fault){.code = MILL_FAULT_SPEED, .ball = i};
+        return;
+    }
+    const double period = w->container.period;
+    for (int32_t i = 0; i < w->balls && period > 0.0; i++) {
+        const double x = fabs(w->ball[i].r.x);
+        if (x <= 0.5 * period)
+            continue;
+        *fault = (struct mill_fault){.code = MILL_FAULT_BALL_OUTSIDE, .ball = i, .amount = x};
         return;
     }
     for (int32_t i = 0; i < w->balls && fault->code == MILL_FAULT_NONE; i++) {
@@ -330,17 +342,24 @@ static void check_pairs(const struct mill_world *w, struct mill_fault *fault)
 {
     struct mill_fill_grids grids = {.balls = 0};
     int32_t *near = malloc(sizeof *near * (size_t)w->balls);
+    const int images = w->container.period > 0.0;
     if (!near || !mill_fill_grids_init(&grids, w))
         fault->code = MILL_FAULT_MEMORY;
     for (int32_t i = 0; i < w->balls && fault->code == MILL_FAULT_NONE; i++) {
-        const vec3 r = grids.place[i].r = w->ball[i].r;
-        const int32_t n = mill_fill_grids_near(&grids, r, radius_of(w, i), near);
-        for (int32_t k = 0; k < n; k++) {
-            const double distance = vec3_norm(vec3_sub(r, w->ball[near[k]].r));
-            const double gap = distance - (radius_of(w, i) + radius_of(w, near[k]));
-            if (!(gap >= -SLACK) && (fault->code == MILL_FAULT_NONE || near[k] < fault->other))
-                *fault = (struct mill_fault){
-                    .code = MILL_FAULT_BALL_IN_BALL, .ball = i, .other = near[k], .amount = -gap};
+        grids.place[i].r = w->ball[i].r;
+        for (int image = -images; image <= images; image++) {
+            vec3 r = w->ball[i].r;
+            r.x += image * w->container.period;
+            const int32_t n = mill_fill_grids_near(&grids, r, radius_of(w, i), near);
+            for (int32_t k = 0; k < n; k++) {
+                const double distance = vec3_norm(vec3_sub(r, w->ball[near[k]].r));
+                const double gap = distance - (radius_of(w, i) + radius_of(w, near[k]));
+                if (!(gap >= -SLACK) && (fault->code == MILL_FAULT_NONE || near[k] < fault->other))
+                    *fault = (struct mill_fault){.code = MILL_FAULT_BALL_IN_BALL,
+                                                 .ball = i,
+                                                 .other = near[k],
+                                                 .amount = -gap};
+            }
         }
         mill_fill_grids_place(&grids, i);
     }
@@ -357,6 +376,8 @@ static void place_balls(const struct mill_setup *setup, const struct mill_start_
     }
     for (int32_t i = 0; i < w->balls; i++) {
         w->ball[i].r = setup->start[i].position;
+        if (fabs(w->ball[i].r.x) <= 0.5 * w->container.period * (1.0 + ON_END))
+            w->ball[i].r.x = mill_world_image(w, w->ball[i].r.x);
         w->ball[i].v = setup->start[i].velocity;
         w->spin[i] = setup->start[i].spin;
     }
@@ -389,7 +410,8 @@ enum mill_fault_code mill_start_world(const struct mill_setup *setup,
     memcpy(w->law, setup->law, sizeof w->law);
     memcpy(w->fall, setup->fall, sizeof w->fall);
     w->rebound_floor = setup->rebound_floor;
-    if (do_surfaces_fit(setup, w, fault) && !mill_clash_find(setup, w->motion, fault))
+    if (do_surfaces_fit(setup, w, fault) && mill_ends_fit(setup, w->motion, fault) &&
+        !mill_clash_find(setup, w->motion, fault))
         fault->code = MILL_FAULT_MEMORY;
     if (fault->code == MILL_FAULT_NONE)
         place_balls(setup, watch, w, fault);

@@ -265,6 +265,15 @@ def test_a_stopped_run_says_how_to_go_on_and_goes_on_to_the_same_bits(folder, sh
     assert_same(mill.file, short)
 
 
+@pytest.mark.slow
+def test_a_stopped_slice_with_periodic_ends_goes_on_to_the_same_bits(folder, tmp_path_factory):
+    deck = SHORT.replace("[drum]", "[drum]\nends = periodic")
+    mill, whole = folder(deck), undisturbed(tmp_path_factory, deck)
+    assert mill.stop("-q")[0] == 128 + signal.SIGINT
+    mill.run("--resume")
+    assert_same(mill.file, whole)
+
+
 def test_a_forced_run_killed_before_its_first_checkpoint_leaves_the_old_file(folder, stopped):
     mill = folder(ENDLESS.replace("checkpoint = 10 ms", "checkpoint = 60 s"))
     shutil.copy(stopped, mill.file)

@@ -152,7 +152,7 @@ static void open_full(struct heap *h, const struct mixture *m, uint64_t seed)
 static bool near(const struct heap *h, int32_t i, int32_t i_cell, int32_t j)
 {
     return mill_grids_near(&h->g, h->w.ball[i].species, i_cell, h->w.ball[j].species,
-                           *cell_of(h, j));
+                           *cell_of(h, j), 0);
 }
 
 /* ---- who is near whom ---- */
@@ -225,7 +225,7 @@ END_TEST
 /* How often each ball is gathered, in h->seen */
 static void gather(struct heap *h, int32_t i, int32_t face)
 {
-    struct mill_grids_look look[MILL_GRIDS_MOST];
+    struct mill_grids_look look[MILL_GRIDS_LOOKS];
     const int looks = mill_grids_look(&h->g, h->w.ball[i].species, *cell_of(h, i), face, look);
     memset(h->seen, 0, sizeof *h->seen * (size_t)h->w.balls);
     EACH(looks <= h->g.classes, "%d looks", looks);
@@ -267,7 +267,7 @@ END_TEST
 START_TEST(equal_balls_come_with_the_sum_of_the_radii)
 {
     struct heap h;
-    struct mill_grids_look look[MILL_GRIDS_MOST];
+    struct mill_grids_look look[MILL_GRIDS_LOOKS];
     open_full(&h, &mixtures[7], 13); /* 2, 2.5, 8, 9 mm in two grids */
     ck_assert_int_eq(mill_grids_look(&h.g, 0, *cell_of(&h, 0), -1, look), 2);
     ck_assert(look[0].sum == 0.0 && look[1].sum == 0.0);
@@ -297,7 +297,8 @@ static bool cross(struct heap *h, int32_t i, int32_t face)
 {
     const int32_t from = *cell_of(h, i);
     bool any = false;
-    EACH(mill_grids_cross(&h->g, i, h->w.ball[i].species, face) &&
+    double shift;
+    EACH(mill_grids_cross(&h->g, i, h->w.ball[i].species, face, &shift) && shift == 0.0 &&
              *cell_of(h, i) == from + mill_cells_step(&h->g.own[0], face),
          "ball %d does not cross face %d", i, face);
     gather(h, i, face);
@@ -370,6 +371,7 @@ START_TEST(inserting_removing_and_crossing_keep_the_rows)
     struct heap h;
     bool out[MOST_PUT] = {false};
     uint64_t seed = 15;
+    double shift;
     open_full(&h, &mixtures[_i], 15);
     for (int n = 0; n < 3000; n++) {
         const int32_t i = below(&seed, h.put), face = below(&seed, 6);
@@ -379,7 +381,7 @@ START_TEST(inserting_removing_and_crossing_keep_the_rows)
             mill_grids_remove(&h.g, i, h.w.ball[i].species);
         else {
             if (can_cross(&h, i, face))
-                ck_assert(mill_grids_cross(&h.g, i, h.w.ball[i].species, face));
+                ck_assert(mill_grids_cross(&h.g, i, h.w.ball[i].species, face, &shift));
             continue;
         }
         out[i] = !out[i];

@@ -76,6 +76,8 @@ class Setup:
 
     def __init__(self, deck):
         self.deck = deck
+        if deck.periodic:
+            raise UserError(f"{deck.path}: [drum] ends: mill dem needs end walls: set 'ends = walls'")
         inside = [name for name in deck.bodies if deck.value(f"body.{name}.side") == "inside"]
         self.vessel = inside[0] if inside else ""
         self.place = f"body.{self.vessel}" if self.vessel else "drum"

@@ -4,6 +4,7 @@ Quantities that GSD has a name for go there (single precision, as in the frames 
 log/particles/angular_velocity, because GSD's own `angmom` is a quaternion in the frame of the body, and balls have no
 orientation. The exact time of a frame goes into log/time. The box of GSD is always periodic, so the box is wider than
 the space that the container sweeps, by a ball on each side. Otherwise balls at opposite walls would be neighbours.
+Between periodic ends they are, so along x the box is then as long as the drum.
 """
 
 import os
@@ -27,6 +28,7 @@ def balls(arguments):
         frame, diameter = gsd.hoomd.Frame(), run.balls("diameter")
         hull = np.abs(Mill.of(run).hull).max(axis=0)  # GSD's box is about the origin
         frame.configuration.box = [*(2 * hull + 2 * diameter.max()), 0, 0, 0]
+        frame.configuration.box[0] = run.slice_length or frame.configuration.box[0]
         frame.particles.N = len(diameter)
         frame.particles.types = run.species_names()
         frame.particles.typeid = run.balls("species")

@@ -138,7 +138,11 @@ def _wall(ax, run, view):
     paper = rim(holds, view, fc=INK, ec="none", alpha=0.08, zorder=0)
     paper.set_fill(True)
     ax.add_patch(paper)
-    return ax.add_patch(rim(holds, view, ec=INK, lw=1.0, zorder=4, label="_drum"))
+    wall = ax.add_patch(rim(holds, view, ec=INK, lw=1.0, zorder=4, label="_drum"))
+    if view == "axial" and run.slice_length:  # it has no end walls
+        wall.set_edgecolor("none")
+        ax.plot([holds.low, holds.high], [holds.outermost] * 2, color=INK, lw=1.0, zorder=4, label="_mantle")
+    return wall
 
 
 def _line(ax, x, y, label):

@@ -31,8 +31,14 @@ class Map:
         self.room = room  # [m^3] of the cells inside the drum, (n0 n1,)
         self.flow = np.zeros((4, n[0] * n[1]))  # volume [m^3], and volume times velocity [m^4/s]
 
-    def planes(self, axis, centre, half):
-        """Cells of the planes -3, -1, 1, 3 of the lattice across an axis, (4, N)."""
+    def planes(self, axis, centre, half, periodic=False):
+        """Cells of the planes -3, -1, 1, 3 of the lattice across an axis, (4, N). Periodic: those beyond an end are at
+        the other end."""
+        if periodic:
+            at = (centre + np.array([-3, -1, 1, 3])[:, None] * half) * self.per[axis] - self.begin[axis] * self.per[
+                axis
+            ]
+            return np.floor(at).astype(np.int64) % self.n[axis]
         end = self.n[axis] - 1e-9
         one = np.minimum(half * self.per[axis], end / 6)
         at = np.minimum(centre * self.per[axis] - self.begin[axis] * self.per[axis], end - 3 * one)
@@ -92,9 +98,9 @@ def _sub_points(profile, rings):
 
 class Maps:
     """The cross-section (y, z) and the axial map (x, r) of a drum with a milltools.geometry.profile.Profile,
-    `length` [m] long; `rings` of r."""
+    `length` [m] long, with walls or periodic ends; `rings` of r."""
 
-    def __init__(self, profile, length, rings=RINGS):
+    def __init__(self, profile, length, rings=RINGS, periodic=False):
         radius = profile.outermost
         slices = int(min(max(math.floor(length / (radius / rings) + 0.5), 4), 400))
         half = length / 2
@@ -103,7 +109,7 @@ class Maps:
             cells, ring = circle_cells(radius, 2 * rings), math.pi * (edge[1:] ** 2 - edge[:-1] ** 2)
         else:
             cells, ring = _sub_points(profile, rings)
-        self.samples = 0
+        self.samples, self.periodic = 0, periodic
         self.cross = Map((2 * rings, 2 * rings), (-radius, -radius), (radius, radius), cells * length)
         self.axial = Map((slices, rings), (-half, 0.0), (half, radius), None)
         self.axial.room = np.tile(ring * self.axial.size[0], slices)
@@ -121,7 +127,7 @@ class Maps:
             np.stack([rows[j] + columns[k] for j, k, _ in _SQUARE]), (points, points * u, points * v, points * w)
         )
         axial = self.axial
-        slices = axial.planes(0, x, half) * axial.n[1]
+        slices = axial.planes(0, x, half, self.periodic) * axial.n[1]
         radius = np.sqrt(y * y + z * z)
         off = radius > 0
         c, s = np.where(off, y, 1) / np.where(off, radius, 1), z / np.where(off, radius, 1)

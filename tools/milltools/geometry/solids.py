@@ -120,8 +120,8 @@ def _merged(outline, least):
 
 def parts(deck, tolerance, thickness) -> dict[str, list[np.ndarray]]:
     """The closed bodies of each of PARTS at t = 0. Drum: a tube with the profile inside and a circle outside,
-    `thickness` [m] beyond the outermost point. Walls: discs that close the drum. Shaft, if there is one: from end wall
-    to end wall. Blades: boxes from inside the shaft to their tips."""
+    `thickness` [m] beyond the outermost point. Walls: discs that close the drum, if its ends are not periodic. Shaft,
+    if there is one: from end to end. Blades: boxes from inside the shaft to their tips."""
     profile, half, radius = Profile.of(deck.value), deck.number("drum.length") / 2, deck.shaft_radius
     hole = profile.outline(tolerance)
     # begin at an outermost point, where the outer circle is near
@@ -133,7 +133,7 @@ def parts(deck, tolerance, thickness) -> dict[str, list[np.ndarray]]:
     rim = circle(profile.outermost + thickness, tolerance, angle + math.pi / len(tube))
     return {
         "drum": [prism(tube, -half, half, hole)],
-        "walls": [prism(rim, -half - thickness, -half), prism(rim, half, half + thickness)],
+        "walls": [prism(rim, -half - thickness, -half), prism(rim, half, half + thickness)] * (not deck.periodic),
         "shaft": [prism(circle(radius, min(tolerance, radius / 4)), -half, half)] if radius > 0 else [],
         "blades": list(blade_triangles(deck, 0.0).reshape(-1, 2 * len(FACES), 3, 3)),
     }

@@ -70,10 +70,11 @@ class Bounds:
         self.still = not run.vessel and not run.text("drum/motion", "")
         if self.still:
             self.profile = Profile.of_run(run)
-            self.half = run.quantity("drum/length") / 2
+            self.half = np.inf if run.slice_length else run.quantity("drum/length") / 2
         self.shaft = run.quantity("rotor/shaft_radius") if run.has_rotor else 0.0
         self.gravity = run.vector("gravity/acceleration")[:3]
         self.radius = run.balls("diameter") / 2
+        self.slice_length = run.slice_length
 
     def outside(self, balls, position):
         """Which of the `balls` (indices) would overlap a wall or the shaft at these positions; (n,) bool."""
@@ -94,10 +95,14 @@ class Flights:
     flight is not known because of more than one contact."""
 
     def __init__(self, a: State, b: State, mill: Bounds):
-        self.a, self.b, self.mill = a, b, mill
         self.step = h = b.time - a.time
         if not h > 0:
             raise UserError(f"the frames at {a.time:.9g} s and {b.time:.9g} s are not in the order of time")
+        if mill.slice_length:  # balls that left at one periodic end are where they would be beyond it
+            onwards = a.position + (a.velocity + b.velocity) * (h / 2)
+            turns = np.rint((onwards - b.position)[:, :1] / mill.slice_length)
+            b = dataclasses.replace(b, position=b.position + turns * [mill.slice_length, 0, 0])
+        self.a, self.b, self.mill = a, b, mill
         g = mill.gravity
         # forward minus backward parabola, `s` seconds after a: offset + rate s
         offset = a.position - b.position + b.velocity * h - g * h**2 / 2
@@ -151,6 +156,8 @@ class Flights:
         position[open_], velocity[open_] = self._cubic(open_, s)
         share = s / self.step
         spin[open_] = (1 - share) * self.a.angular_velocity[open_] + share * self.b.angular_velocity[open_]
+        if self.mill.slice_length:
+            position[:, 0] -= self.mill.slice_length * np.rint(position[:, 0] / self.mill.slice_length)
         poses = {name: between(pose, self.b.poses[name], share) for name, pose in (self.a.poses or {}).items()}
         return State(float(time), position, velocity, spin, poses=poses)
 

@@ -33,13 +33,13 @@ class Drum:
         self.low, self.high, self.outermost = -length / 2, length / 2, self.profile.outermost
         self.across, ends = self.profile.outline(), np.array([self.low, self.high, self.high, self.low])
         self.radial = np.column_stack([ends, self.outermost * np.array([0, 0, 1, 1])])
-        self._length = length
+        self._length, self._periodic = length, bool(run.slice_length)
         self.still = not run.carrier
 
     @property
     def noise(self):
         """A new cells.Maps of its cells; None if the drum moves, because frames are in the laboratory."""
-        return Maps(self.profile, self._length) if self.still else None
+        return Maps(self.profile, self._length, periodic=self._periodic) if self.still else None
 
     def volume(self, view, edges):
         """Of the cells of a view within it (n, m) [m^3]."""

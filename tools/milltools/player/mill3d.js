@@ -379,6 +379,12 @@ const Mill3D = (() => {
           v[k] = (square(this.frames.velocity[from + k]) * head.fastest) / 16129;
         }
       });
+      if (head.slice) { // balls that left at one end are where they would be beyond it
+        const [{ x, v }, to] = state;
+        for (let k = 0; k < 3 * count; k += 3) {
+          to.x[k] += head.slice * Math.round((x[k] + ((v[k] + to.v[k]) * h) / 2 - to.x[k]) / head.slice);
+        }
+      }
       const [a, b] = state, impact = new Float64Array(count).fill(NaN), gap = new Float64Array(3 * count), rate = [0, 0, 0];
       for (let k = 0; k < count; k++) {
         let product = 0, size = 0, miss = 0;
@@ -425,6 +431,7 @@ const Mill3D = (() => {
               ? (late ? b.x[i] + b.v[i] * t : a.x[i] + a.v[i] * t) + (head.gravity[j] * t * t) / 2 - (gap[i] / 2) * (late ? t / (h - at) : t / at)
               : wa * a.x[i] + wb * b.x[i] + h * (wc * a.v[i] + wd * b.v[i]);
           }
+          if (head.slice) matrix[16 * k + 12] -= head.slice * Math.round(matrix[16 * k + 12] / head.slice);
           value = at === at ? of(frame + late, k) : (1 - share) * of(frame, k) + share * of(frame + 1, k);
         }
         if (name === 'energy') value = (this.mass[k] * value * value) / 2;

@@ -147,6 +147,7 @@ def _head(run, packed, flashes):
         "times": times.tolist(),
         "labels": labels,
         "turns": None if (done := turns(run, times)) is None else done.tolist(),
+        "slice": run.slice_length,  # [m] along x, between periodic ends; 0: none
         "between": packed.close,  # whether states between the frames are drawn
         "places": places,
         "interval": float(np.median(np.diff(times))) if len(times) > 1 else 0.0,

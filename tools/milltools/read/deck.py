@@ -179,6 +179,11 @@ class Deck:
         return self.number("rotor.shaft_radius", 0.0)
 
     @property
+    def periodic(self):
+        """Whether the mill has periodic ends, and no end walls."""
+        return self.value("drum.ends", "walls") == "periodic"
+
+    @property
     def blades(self):
         """All blades in the order of millsim: those of [blades], then each [blade.NAME]."""
         found, turn = [], self.number("rotor.angle", 0.0)

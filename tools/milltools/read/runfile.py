@@ -219,6 +219,11 @@ class Run(Store):
         return next(inside, "")
 
     @property
+    def slice_length(self) -> float:
+        """[m] The length along x after which a mill with periodic ends repeats; 0: it has ends."""
+        return self.quantity("drum/length") if self.as_deck.periodic else 0.0
+
+    @property
     def vessel_kinds(self) -> tuple[str, ...]:
         """Kinds of contact with the container."""
         return (self.as_deck.kind_of(self.vessel),) if self.vessel else ("ball_drum", "ball_wall")
@@ -262,7 +267,8 @@ class Run(Store):
         order = [self.as_deck.kind_of(name) for name in self.as_deck.bodies]
         own = sorted(names - {*KINDS, "all"}, key=lambda kind: ([*order, kind].index(kind), kind))
         drum, rotor = not self.vessel, self.has_rotor
-        there = {k for k, has in zip(KINDS, (True, drum, drum, rotor, rotor)) if has} | {*order}
+        ends = drum and not self.slice_length
+        there = {k for k, has in zip(KINDS, (True, drum, ends, rotor, rotor)) if has} | {*order}
         return (*(kind for kind in KINDS if kind in there or self.collisions(kind)), *own)
 
     @property

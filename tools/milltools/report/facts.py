@@ -74,10 +74,11 @@ def _vessel(run) -> str:
         of = f" of {joined(sizes)}" if sizes else ""
         return f"the container “{plain(run.vessel)}”, a {plain(run.text(f'{place}/shape'))}{of}"
     wide, long = length(2 * run.quantity("drum/radius")), length(run.quantity("drum/length"))
+    long += " long with periodic ends" if run.slice_length else " long inside"
     if run.text("drum/profile", "circle") != "wavy":
-        return f"a round drum, {wide} in diameter and {long} long inside"
+        return f"a round drum, {wide} in diameter and {long}"
     buckles = f"{run.quantity('drum/buckles'):.0f} buckles of {length(run.quantity('drum/buckle_height'))}"
-    return f"a wavy drum, {wide} in mean diameter and {long} long inside ({buckles})"
+    return f"a wavy drum, {wide} in mean diameter and {long} ({buckles})"
 
 
 def mill(run) -> str:
