@@ -34,6 +34,7 @@ static const struct mixture mixtures[] = {
     {{43, 3.1, 4}, {1, 3}, {500, 200}},               /* narrower than a coarse cell */
     {{40, 24, 1.9}, {1, 1.6}, {350, 350}},            /* one layer of cells */
     {{40, 24, 5.9}, {2, 5}, {350, 350}},              /* cells wider along z */
+    {{35, 24, 31}, {3, 10}, {500, 200}},              /* periodic: too short for two grids */
     {{1000, 1000, 1000}, {1, 10}, {350, 350}},        /* cells wider than a large ball */
     {{3, 3, 3}, {1.6, 2.9}, {350, 350}},              /* a single cell */
     {{40, 24, 31}, {1, 3, 10}, {60000, 5000, 5000}},  /* packed rows */
@@ -64,7 +65,7 @@ static int32_t *cell_of(const struct heap *h, int32_t i)
 
 /* No ball is in a cell yet; those with small numbers are of all sizes. volume: [m^3] of the
  * container */
-static void open_heap(struct heap *h, const struct mixture *m, double volume)
+static void open_heap(struct heap *h, const struct mixture *m, double volume, bool periodic)
 {
     uint64_t seed = 1;
     int32_t left[SIZES];
@@ -73,6 +74,7 @@ static void open_heap(struct heap *h, const struct mixture *m, double volume)
     h->w.container.places.lo = vec3_scale(half, -1.0);
     h->w.container.places.hi = half;
     h->w.container.volume = volume;
+    h->w.container.period = periodic ? 2.0 * half.x : 0.0;
     h->w.species = h->species;
     for (int k = 0; k < SIZES && m->diameter[k] > 0.0; k++) {
         h->species[h->w.species_count++].radius = 0.5e-3 * m->diameter[k];
@@ -93,6 +95,15 @@ static void open_heap(struct heap *h, const struct mixture *m, double volume)
     ck_assert(mill_grids_init(&h->g, &h->w, 1.0));
 }
 
+/* Is the box long enough for periodic ends? */
+static bool is_long(const struct mixture *m)
+{
+    double widest = 0.0;
+    for (int k = 0; k < SIZES; k++)
+        widest = fmax(widest, m->diameter[k]);
+    return m->box[0] > 3.1 * widest;
+}
+
 static void close_heap(struct heap *h)
 {
     mill_grids_release(&h->g);
@@ -103,7 +114,10 @@ static void close_heap(struct heap *h)
 
 static void put(struct heap *h, int32_t i, vec3 r)
 {
+    const vec3 lo = h->w.container.places.lo, hi = h->w.container.places.hi;
     h->r[i] = r;
+    if (h->g.period > 0.0) /* no ball is beyond the ends */
+        h->r[i].x = fmin(fmax(r.x, lo.x), hi.x);
     ck_assert(
         mill_grids_insert(&h->g, i, h->w.ball[i].species, mill_cells_at(&h->g.own[0], h->r[i])));
 }
@@ -143,28 +157,38 @@ static void fill_heap(struct heap *h, uint64_t *seed)
     }
 }
 
-static void open_full(struct heap *h, const struct mixture *m, uint64_t seed)
+static void open_full(struct heap *h, int n, uint64_t seed)
 {
-    open_heap(h, m, 1e-12); /* so small that no class has too few balls for a grid */
+    const struct mixture *m = &mixtures[n % MIXTURES];
+    open_heap(h, m, 1e-12,
+              n >= MIXTURES &&
+                  is_long(m)); /* so small that no class has too few balls for a grid */
     fill_heap(h, &seed);
 }
 
+/* In a periodic box: itself or an image */
 static bool near(const struct heap *h, int32_t i, int32_t i_cell, int32_t j)
 {
-    return mill_grids_near(&h->g, h->w.ball[i].species, i_cell, h->w.ball[j].species,
-                           *cell_of(h, j), 0);
+    bool is = false;
+    for (int image = -(h->g.period > 0.0); image <= (h->g.period > 0.0); image++)
+        is |= mill_grids_near(&h->g, h->w.ball[i].species, i_cell, h->w.ball[j].species,
+                              *cell_of(h, j), image);
+    return is;
 }
 
 /* ---- who is near whom ---- */
 
-/* [m] between the boxes of two finest cells along x, y, z */
-static vec3 between(const struct mill_cells *c, int32_t a, int32_t b)
+/* [m] between the boxes of two finest cells along x, y, z; in a periodic box, of the nearest image
+ */
+static vec3 between(const struct mill_grids *g, int32_t a, int32_t b)
 {
     vec3 la, ha, lb, hb;
-    mill_cells_box(c, a, &la, &ha);
-    mill_cells_box(c, b, &lb, &hb);
-    return vec3_make(fmax(0.0, fmax(la.x - hb.x, lb.x - ha.x)),
-                     fmax(0.0, fmax(la.y - hb.y, lb.y - ha.y)),
+    mill_cells_box(&g->own[0], a, &la, &ha);
+    mill_cells_box(&g->own[0], b, &lb, &hb);
+    double x = fmax(0.0, fmax(la.x - hb.x, lb.x - ha.x));
+    if (g->period > 0.0)
+        x = fmin(x, fmax(0.0, g->period + fmin(la.x - hb.x, lb.x - ha.x)));
+    return vec3_make(x, fmax(0.0, fmax(la.y - hb.y, lb.y - ha.y)),
                      fmax(0.0, fmax(la.z - hb.z, lb.z - ha.z)));
 }
 
@@ -172,11 +196,11 @@ START_TEST(balls_that_can_touch_before_one_leaves_its_cell_are_near_each_other)
 {
     struct heap h;
     long touching = 0;
-    open_full(&h, &mixtures[_i], 10);
+    open_full(&h, _i, 10);
     for (int32_t i = 0; i < h.put; i++) {
         for (int32_t j = 0; j < h.put; j++) {
             const double sum = species_of(&h, i)->radius + species_of(&h, j)->radius;
-            const vec3 gap = between(&h.g.own[0], *cell_of(&h, i), *cell_of(&h, j));
+            const vec3 gap = between(&h.g, *cell_of(&h, i), *cell_of(&h, j));
             const bool touch = vec3_norm(vec3_sub(h.r[i], h.r[j])) <= sum;
             touching += touch && i != j;
             if (touch || vec3_norm(gap) <= sum)
@@ -203,13 +227,13 @@ static double largest_in_class(const struct heap *h, int class)
 START_TEST(balls_near_each_other_are_two_cells_beyond_their_reach_at_most)
 {
     struct heap h;
-    open_full(&h, &mixtures[_i], 11);
+    open_full(&h, _i, 11);
     for (int32_t i = 0; i < h.put; i++) {
         for (int32_t j = 0; j < h.put; j++) {
             const int a = h.g.class_of[h.w.ball[i].species], b = h.g.class_of[h.w.ball[j].species];
             const double *side = h.g.own[a < b ? a : b].side;
             const double reach = (largest_in_class(&h, a) + largest_in_class(&h, b)) * (1.0 + 1e-8);
-            const vec3 gap = between(&h.g.own[0], *cell_of(&h, i), *cell_of(&h, j));
+            const vec3 gap = between(&h.g, *cell_of(&h, i), *cell_of(&h, j));
             EACH(!near(&h, i, *cell_of(&h, i), j) ||
                      (gap.x < reach + 2.0 * side[0] && gap.y < reach + 2.0 * side[1] &&
                       gap.z < reach + 2.0 * side[2]),
@@ -228,7 +252,7 @@ static void gather(struct heap *h, int32_t i, int32_t face)
     struct mill_grids_look look[MILL_GRIDS_LOOKS];
     const int looks = mill_grids_look(&h->g, h->w.ball[i].species, *cell_of(h, i), face, look);
     memset(h->seen, 0, sizeof *h->seen * (size_t)h->w.balls);
-    EACH(looks <= h->g.classes, "%d looks", looks);
+    EACH(looks <= h->g.classes * (h->g.period > 0.0 ? 2 : 1), "%d looks", looks);
     for (int l = 0; l < looks; l++) {
         const double mine = species_of(h, i)->radius;
         const struct mill_grids_look *k = &look[l];
@@ -258,7 +282,7 @@ static void check_looks(struct heap *h, const char *when)
 START_TEST(the_looks_of_a_ball_gather_itself_and_every_ball_near_it_once)
 {
     struct heap h;
-    open_full(&h, &mixtures[_i], 12);
+    open_full(&h, _i, 12);
     check_looks(&h, "at the start");
     close_heap(&h);
 }
@@ -268,11 +292,11 @@ START_TEST(equal_balls_come_with_the_sum_of_the_radii)
 {
     struct heap h;
     struct mill_grids_look look[MILL_GRIDS_LOOKS];
-    open_full(&h, &mixtures[7], 13); /* 2, 2.5, 8, 9 mm in two grids */
+    open_full(&h, 7, 13); /* 2, 2.5, 8, 9 mm in two grids */
     ck_assert_int_eq(mill_grids_look(&h.g, 0, *cell_of(&h, 0), -1, look), 2);
     ck_assert(look[0].sum == 0.0 && look[1].sum == 0.0);
     close_heap(&h);
-    open_full(&h, &mixtures[6], 13); /* 1, 3, 10 mm */
+    open_full(&h, 6, 13); /* 1, 3, 10 mm */
     ck_assert_int_eq(mill_grids_look(&h.g, 1, *cell_of(&h, 0), -1, look), 3);
     for (int k = 0; k < 3; k++)
         ck_assert_double_eq(look[k].sum, h.species[1].radius + h.species[k].radius);
@@ -297,10 +321,12 @@ static bool cross(struct heap *h, int32_t i, int32_t face)
 {
     const int32_t from = *cell_of(h, i);
     bool any = false;
-    double shift;
-    EACH(mill_grids_cross(&h->g, i, h->w.ball[i].species, face, &shift) && shift == 0.0 &&
-             *cell_of(h, i) == from + mill_cells_step(&h->g.own[0], face),
+    double shift, out;
+    const int32_t to = mill_grids_across(&h->g, from, face, &shift);
+    EACH(mill_grids_cross(&h->g, i, h->w.ball[i].species, face, &out) && *cell_of(h, i) == to,
          "ball %d does not cross face %d", i, face);
+    const double over = to == from + mill_cells_step(&h->g.own[0], face) ? 0.0 : h->g.period;
+    EACH(shift == (face ? -over : over) && out == shift, "ball %d is moved by %g m", i, shift);
     gather(h, i, face);
     for (int32_t j = 0; j < h->put; j++) {
         const bool fresh = j != i && near(h, i, *cell_of(h, i), j) && !near(h, i, from, j);
@@ -326,9 +352,9 @@ START_TEST(after_a_crossing_the_looks_ahead_gather_every_ball_that_came_near)
 {
     struct heap h;
     uint64_t seed = 14;
-    open_full(&h, &mixtures[_i], 14);
+    open_full(&h, _i, 14);
     const bool one_cell = mill_cells_count(&h.g.own[0]) == 27 || h.g.own[0].n[0] <= 3;
-    ck_assert(walk(&h, 1000, &seed) > 10 || one_cell || mixtures[_i].box[0] >= 1000);
+    ck_assert(walk(&h, 1000, &seed) > 10 || one_cell || mixtures[_i % MIXTURES].box[0] >= 1000);
     check_looks(&h, "after crossings");
     close_heap(&h);
 }
@@ -372,7 +398,7 @@ START_TEST(inserting_removing_and_crossing_keep_the_rows)
     bool out[MOST_PUT] = {false};
     uint64_t seed = 15;
     double shift;
-    open_full(&h, &mixtures[_i], 15);
+    open_full(&h, _i, 15);
     for (int n = 0; n < 3000; n++) {
         const int32_t i = below(&seed, h.put), face = below(&seed, 6);
         if (out[i])
@@ -398,7 +424,7 @@ START_TEST(rows_that_grow_keep_what_is_near)
 {
     struct heap h;
     uint64_t seed = 16;
-    open_full(&h, &mixtures[_i], 16);
+    open_full(&h, _i, 16);
     for (int k = 0; k < h.w.species_count; k++) {
         const struct mill_cells *c = &h.g.own[h.g.class_of[k]];
         const int32_t row = c->row;
@@ -457,7 +483,7 @@ enum { SORTED = sizeof sorted / sizeof *sorted };
 START_TEST(sizes_share_a_grid_if_they_are_alike_or_if_the_smaller_are_few)
 {
     struct heap h;
-    open_heap(&h, &sorted[_i].mixture, 1e-9 * sorted[_i].volume);
+    open_heap(&h, &sorted[_i].mixture, 1e-9 * sorted[_i].volume, false);
     ck_assert_int_eq(h.g.classes, sorted[_i].classes);
     for (int k = 0; k < h.w.species_count; k++)
         ck_assert_int_eq(h.g.class_of[k], sorted[_i].class_of[k]);
@@ -476,7 +502,7 @@ END_TEST
 START_TEST(a_grid_has_cells_as_wide_as_its_largest_ball_and_made_of_whole_finer_cells)
 {
     struct heap h;
-    open_heap(&h, &mixtures[_i], 1e-12);
+    open_heap(&h, &mixtures[_i], 1e-12, false);
     for (int a = 0; a < h.g.classes; a++) {
         const struct mill_cells *c = &h.g.own[a], *finer = &h.g.own[a > 0 ? a - 1 : 0];
         for (int axis = 0; axis < 3; axis++) {
@@ -493,13 +519,14 @@ END_TEST
 int main(void)
 {
     const struct unit_test tests[] = {
-        {balls_that_can_touch_before_one_leaves_its_cell_are_near_each_other, MIXTURES},
-        {balls_near_each_other_are_two_cells_beyond_their_reach_at_most, MIXTURES},
-        {the_looks_of_a_ball_gather_itself_and_every_ball_near_it_once, MIXTURES},
+        {balls_that_can_touch_before_one_leaves_its_cell_are_near_each_other, 2 * MIXTURES},
+        {balls_near_each_other_are_two_cells_beyond_their_reach_at_most, 2 * MIXTURES},
+        {the_looks_of_a_ball_gather_itself_and_every_ball_near_it_once, 2 * MIXTURES},
         {equal_balls_come_with_the_sum_of_the_radii, 1},
-        {after_a_crossing_the_looks_ahead_gather_every_ball_that_came_near, MIXTURES},
-        {inserting_removing_and_crossing_keep_the_rows, MIXTURES},
-        {rows_that_grow_keep_what_is_near, MIXTURES, UNIT_SLOW},
+        {after_a_crossing_the_looks_ahead_gather_every_ball_that_came_near, 2 * MIXTURES,
+         UNIT_SLOW},
+        {inserting_removing_and_crossing_keep_the_rows, 2 * MIXTURES},
+        {rows_that_grow_keep_what_is_near, 2 * MIXTURES, UNIT_SLOW},
         {sizes_share_a_grid_if_they_are_alike_or_if_the_smaller_are_few, SORTED},
         {a_grid_has_cells_as_wide_as_its_largest_ball_and_made_of_whole_finer_cells, MIXTURES},
     };
