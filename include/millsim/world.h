@@ -11,10 +11,10 @@
 #include <stdint.h>
 
 /* The record that is read most often: one cache line. At its own time t the ball is at r with
- * velocity v; then it flies freely. */
+ * velocity v; then it flies freely. A ball that is asleep stays at r. */
 struct mill_ball {
     vec3 r, v;         /* [m], [m/s] */
-    double t;          /* [s] local time of r and v */
+    double t;          /* [s] local time of r and v; HUGE_VAL: it is asleep, and v is zero */
     uint32_t contacts; /* so far, modulo 2^32; a change shows that a plan is stale */
     int32_t species;
 };
@@ -61,6 +61,8 @@ struct mill_counts {
     uint64_t reliefs;        /* anomaly: balls let go that a moving body had pinched */
     uint64_t smoothed;       /* anomaly: contacts computed without friction */
     uint64_t overlaps;       /* anomaly: balls found more than 1e-9 m deep in another body */
+    int64_t asleep;          /* balls that are asleep now */
+    double sleep; /* [s] sum of the times for which balls were asleep, until this epoch */
     struct mill_poly_counts quartics;
     double largest_overlap; /* [m] of all contacts and audits */
 };
@@ -134,6 +136,18 @@ static inline double mill_world_image(const struct mill_world *world, double x)
 /* Begins a new epoch at local time MILL_WORLD_EPOCH: sets base and the motions to the new local
  * time. The caller converts the times of the balls. */
 void mill_world_restart(struct mill_world *world);
+
+/* Is the ball asleep (docs/design.md)? */
+static inline bool mill_world_asleep(const struct mill_world *world, int32_t i)
+{
+    return world->ball[i].t == HUGE_VAL;
+}
+
+/* [s] for which a ball has flown since its own time until local time t; 0: it is asleep */
+static inline double mill_world_flown(const struct mill_ball *ball, double t)
+{
+    return mill_greatest(t - ball->t, 0.0);
+}
 
 /* Position [m] and velocity [m/s] of ball i at local time t >= its own time. */
 vec3 mill_world_position(const struct mill_world *world, int32_t i, double t);

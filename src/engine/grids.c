@@ -404,6 +404,17 @@ int mill_grids_look_all(const struct mill_grids *g, int32_t species, int32_t cel
     return g->period > 0.0 ? look_beyond(g, look, looks) : looks;
 }
 
+int32_t mill_grids_gather(const struct mill_grids *g, int32_t species, int32_t cell, int32_t *near)
+{
+    struct mill_grids_look look[MILL_GRIDS_LOOKS];
+    const int looks = mill_grids_look(g, species, cell, -1, look);
+    int32_t n = 0;
+    for (int k = 0; k < looks; k++)
+        n += mill_cells_gather(look[k].cells, look[k].cell, look[k].offset, look[k].count, 1,
+                               near + n);
+    return n;
+}
+
 bool mill_grids_near(const struct mill_grids *g, int32_t species, int32_t cell, int32_t other,
                      int32_t other_cell, int image)
 {

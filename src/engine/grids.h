@@ -86,6 +86,11 @@ static inline int mill_grids_look(const struct mill_grids *g, int32_t species, i
     return 1;
 }
 
+/* Lists the balls in the rows of these grids that are near a ball of this species in this cell, and
+ * returns how many. `near` must have room for all balls and MILL_CELL_ROW more. */
+int32_t mill_grids_gather(const struct mill_grids *grids, int32_t species, int32_t cell,
+                          int32_t *near);
+
 /* Are balls of these species in these cells near each other? image: of the other ball, so many
  * periods along x */
 bool mill_grids_near(const struct mill_grids *grids, int32_t species, int32_t cell, int32_t other,

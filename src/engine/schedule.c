@@ -141,7 +141,8 @@ static bool build(struct mill_schedule *p, struct mill_world *w)
     void *numbers = terms + 3 * n;
     int32_t *near = numbers, *kept = near + n;
     p->pairs = (struct mill_pairs){w->ball, p->radius, w->g, near, kept, terms};
-    bool made = mill_grids_init(&p->grids, w, widening_of(w, 2.0 * widest));
+    const double widening = widening_of(w, 2.0 * widest);
+    bool made = mill_grids_init(&p->grids, w, widening) && mill_rest_create(&p->rest, w, widening);
     p->cells = p->grids.own;
     made = made && list_surfaces(p, widest);
     for (int32_t i = 0; i < w->balls && made; i++)
@@ -170,6 +171,8 @@ bool mill_schedule_restore(struct mill_schedule *p, const int32_t *cell)
     for (int32_t i = 0; i < p->world->balls && made; i++) {
         made = mill_grids_insert(&p->grids, i, p->world->ball[i].species, cell[i]);
         mill_calendar_set(p->calendar, i, mill_plan_time(&p->plan[i]));
+        if (mill_world_asleep(p->world, i))
+            made = made && mill_rest_lie_down(p, i);
     }
     return made;
 }
@@ -180,6 +183,7 @@ void mill_schedule_free(struct mill_schedule *p)
         return;
     mill_calendar_free(p->calendar);
     mill_grids_release(&p->grids);
+    mill_rest_release(&p->rest);
     free(p->lately);
     free(p->radius);
     free(p->plan);
@@ -316,6 +320,8 @@ static void plan_ball(struct mill_schedule *p, int32_t i, double now, int32_t fa
     }
     plan->exit_t = now + out.dt;
     plan->face = (int16_t)out.face;
+    if (p->world->counts.asleep > 0)
+        mill_rest_plan(p, i, now);
     plan->shape_t = INFINITY;
     plan->shape = MILL_NOBODY;
     plan->next = MILL_NEXT_SURFACE;
@@ -363,6 +369,13 @@ bool mill_schedule_cross(struct mill_schedule *p, int32_t i, double now)
     return true;
 }
 
+int32_t mill_schedule_near(struct mill_schedule *p, int32_t i)
+{
+    const int32_t species = p->world->ball[i].species, cell = p->cells->cell[i];
+    int32_t n = mill_grids_gather(&p->grids, species, cell, p->pairs.near);
+    return n + mill_rest_near(&p->rest, species, cell, p->pairs.near + n);
+}
+
 double mill_schedule_overlap(struct mill_schedule *p, int32_t i, double t)
 {
     const struct mill_world *w = p->world;
@@ -384,6 +397,13 @@ double mill_schedule_overlap(struct mill_schedule *p, int32_t i, double t)
                 deepest = fmax(deepest,
                                sum - vec3_norm(vec3_sub(mill_world_position(w, near[k], t), at)));
         }
+    }
+    const int32_t resting =
+        mill_rest_near(&p->rest, w->ball[i].species, p->cells->cell[i], p->pairs.near);
+    for (int32_t k = 0; k < resting; k++) {
+        const double sum = radius + p->radius[w->ball[near[k]].species];
+        if (near[k] != i)
+            deepest = fmax(deepest, sum - vec3_norm(vec3_sub(w->ball[near[k]].r, r)));
     }
     for (int k = 0; k < w->shapes; k++) {
         const struct mill_shape *s = w->shape[k];

@@ -6,6 +6,7 @@
 #include "engine/calendar.h"
 #include "engine/grids.h"
 #include "engine/pairs.h"
+#include "engine/rest.h"
 #include "geometry/shape.h"
 #include "millsim/world.h"
 
@@ -68,6 +69,7 @@ struct mill_schedule {
     struct mill_world *world;
     struct mill_grids grids;
     const struct mill_cells *cells; /* of the finest grid */
+    struct mill_rest rest;          /* sleeping balls; they are not in the rows of `grids` */
     struct mill_calendar *calendar;
     struct mill_plan *plan;
     struct mill_lately *lately; /* [motions] */
@@ -109,6 +111,10 @@ bool mill_schedule_cross(struct mill_schedule *schedule, int32_t i, double now);
 /* Loads the data of events due soon into the cache. Called once per event, for mills larger than
  * the cache. */
 void mill_schedule_ahead(struct mill_schedule *schedule);
+
+/* Lists in pairs.near the balls near ball i, itself and those asleep included, and returns how
+ * many. */
+int32_t mill_schedule_near(struct mill_schedule *schedule, int32_t i);
 
 /* Deepest overlap of ball i with its neighbours and the surfaces at local time t [m]; <= 0: none.
  * For a ball that was let go, bodies that can pinch do not count. INFINITY: its position is not a

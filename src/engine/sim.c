@@ -9,60 +9,8 @@
 #include <assert.h>
 #include <stdlib.h>
 
-#define DEEP 1e-9    /* [m] an overlap beyond this is an anomaly */
 #define STILL 100000 /* events within a nanosecond, after which contacts are without friction */
 #define LARGE 20000  /* balls, from which schedule_ahead.c saves more time than it takes */
-
-static void move_to(struct mill_world *w, int32_t i, double t)
-{
-    struct mill_ball *b = &w->ball[i];
-    const double dt = t - b->t;
-    b->r = vec3_fly(b->r, b->v, w->g, dt);
-    b->v = vec3_axpy(b->v, dt, w->g);
-    b->t = t;
-}
-
-static void begin_epoch(struct mill_sim *sim)
-{
-    mill_schedule_begin(sim->schedule, MILL_WORLD_EPOCH);
-    for (int32_t i = 0; i < sim->world->balls; i++)
-        mill_schedule_ball(sim->schedule, i, 0.0, MILL_NOBODY);
-}
-
-void mill_sim_audit(struct mill_sim *sim)
-{
-    struct mill_counts *counts = &sim->world->counts;
-    for (int32_t i = 0; i < sim->world->balls; i++) {
-        const double overlap = mill_schedule_overlap(sim->schedule, i, sim->now);
-        counts->largest_overlap = mill_greatest(overlap, counts->largest_overlap);
-        counts->overlaps += overlap > DEEP;
-        if (overlap == (double)INFINITY)
-            sim->status = mill_error_set(sim->error, MILL_FAILED,
-                                         "the position of ball %ld is not a number at t = %.9g s",
-                                         (long)i, mill_sim_time(sim));
-    }
-}
-
-static void end_epoch(struct mill_sim *sim)
-{
-    struct mill_world *w = sim->world;
-    sim->now = MILL_WORLD_EPOCH;
-    mill_sim_audit(sim);
-    for (int32_t i = 0; i < w->balls; i++) {
-        move_to(w, i, MILL_WORLD_EPOCH);
-        w->ball[i].t = 0.0;
-    }
-    mill_pinches_restart(&sim->pinches, w->balls, MILL_WORLD_EPOCH);
-    mill_world_restart(w);
-    sim->watch.last -= MILL_WORLD_EPOCH;
-    sim->watch.since -= MILL_WORLD_EPOCH;
-    sim->now = 0.0;
-    if (sim->status != MILL_OK)
-        return;
-    begin_epoch(sim);
-    if (sim->paranoid)
-        mill_sim_paranoid_all(sim, true);
-}
 
 enum mill_status mill_sim_create(struct mill_world *world, struct mill_sim **sim,
                                  struct mill_error *error)
@@ -74,7 +22,7 @@ enum mill_status mill_sim_create(struct mill_world *world, struct mill_sim **sim
             : mill_error_set(error, MILL_FAILED, "out of memory for the event loop");
     if (status == MILL_OK) {
         s->world = world;
-        begin_epoch(s);
+        mill_sim_epoch_begin(s);
     } else {
         mill_sim_free(s);
         *sim = NULL;
@@ -218,8 +166,8 @@ static void ball_meets_ball(struct mill_sim *sim, int32_t one, int32_t other)
     assert(one != other);
     struct mill_world *w = sim->world;
     const int32_t i = one < other ? one : other, j = one < other ? other : one;
-    move_to(w, i, sim->now);
-    move_to(w, j, sim->now);
+    mill_sim_move(w, i, sim->now);
+    mill_sim_move(w, j, sim->now);
     const struct mill_ball *a = &w->ball[i], *b = &w->ball[j];
     const struct mill_species *sa = &w->species[a->species], *sb = &w->species[b->species];
     vec3 d = vec3_sub(b->r, a->r);
@@ -229,6 +177,8 @@ static void ball_meets_ball(struct mill_sim *sim, int32_t one, int32_t other)
     const vec3 spin = vec3_axpy(vec3_scale(w->spin[i], sa->radius), sb->radius, w->spin[j]);
     const vec3 slip = vec3_add(vec3_sub(a->v, b->v), vec3_cross(spin, n));
     const double reduced = sa->mass * sb->mass / (sa->mass + sb->mass);
+    const int32_t wall = w->counts.asleep > 0 ? mill_sim_rest_meet(sim, i, j, vec3_dot(slip, n))
+                                              : MILL_NOBODY; /* it is asleep and stays so */
     w->counts.largest_overlap =
         mill_greatest(w->counts.largest_overlap, sa->radius + sb->radius - distance);
     struct mill_impact impact = {.kind = MILL_BALL_BALL,
@@ -239,10 +189,24 @@ static void ball_meets_ball(struct mill_sim *sim, int32_t one, int32_t other)
                                  .position = vec3_axpy(a->r, sa->radius, n),
                                  .surface = -1};
     impact.position.x = mill_world_image(w, impact.position.x);
-    resolve(sim, i, j, reduced, n, slip, &impact);
+    if (wall == MILL_NOBODY) {
+        resolve(sim, i, j, reduced, n, slip, &impact);
+    } else if (wall == j) {
+        resolve(sim, i, MILL_NOBODY, sa->mass, n, slip, &impact);
+    } else {
+        resolve(sim, j, MILL_NOBODY, sb->mass, vec3_scale(n, -1.0), vec3_scale(slip, -1.0),
+                &impact);
+        impact.normal = vec3_scale(n, -1.0); /* into ball i, as the rest */
+        impact.impulse = vec3_scale(impact.impulse, -1.0);
+        impact.slip = vec3_scale(impact.slip, -1.0);
+    }
     tell(sim, &impact);
-    mill_schedule_ball(sim->schedule, i, sim->now, MILL_NOBODY);
-    mill_schedule_ball(sim->schedule, j, sim->now, MILL_NOBODY);
+    if (wall != i)
+        mill_schedule_ball(sim->schedule, i, sim->now, MILL_NOBODY);
+    if (wall != j)
+        mill_schedule_ball(sim->schedule, j, sim->now, MILL_NOBODY);
+    if (w->counts.asleep > 0)
+        mill_sim_rest_follow(sim, other);
 }
 
 /* Adds the work of the surface on the ball to the account, and the part of each motion: the work of
@@ -278,7 +242,7 @@ static void ball_meets_shape(struct mill_sim *sim, int32_t i, int32_t s)
 {
     struct mill_world *w = sim->world;
     const struct mill_shape *shape = w->shape[s];
-    move_to(w, i, sim->now);
+    mill_sim_move(w, i, sim->now);
     const struct mill_ball *b = &w->ball[i];
     const struct mill_species *sb = &w->species[b->species];
     const struct mill_pose pose = mill_shape_pose(shape, sim->now);
@@ -320,7 +284,7 @@ static void happen(struct mill_sim *sim, int32_t i)
     if (plan->next == MILL_NEXT_PAIR && w->ball[plan->partner].contacts == plan->partner_contacts) {
         ball_meets_ball(sim, i, plan->partner);
     } else if (plan->next == MILL_NEXT_EXIT) {
-        move_to(w, i, sim->now);
+        mill_sim_move(w, i, sim->now);
         if (!mill_schedule_cross(sim->schedule, i, sim->now))
             sim->status =
                 mill_error_set(sim->error, MILL_FAILED, "out of memory for the cell grid");
@@ -328,9 +292,11 @@ static void happen(struct mill_sim *sim, int32_t i)
         ball_meets_shape(sim, i, plan->shape);
     } else { /* the plan is stale, or a search continues: make a new plan from here */
         w->counts.stale++;
-        move_to(w, i, sim->now);
+        mill_sim_move(w, i, sim->now);
         mill_schedule_ball(sim->schedule, i, sim->now, MILL_NOBODY);
     }
+    if (w->counts.asleep > 0)
+        mill_sim_rest_follow(sim, i);
 }
 
 /* Stops runs in which infinitely many contacts would happen in a finite time */
@@ -424,12 +390,12 @@ enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budge
             break;
         sim->now = limit;
         if (halt > MILL_WORLD_EPOCH) {
-            /* the observers read the motions, which end_epoch() changes */
+            /* the observers read the motions, which mill_sim_epoch_end() changes */
             if (sim->thread)
                 sim->status = mill_sim_thread_wait(sim->thread, sim->error);
             if (sim->status != MILL_OK)
                 break;
-            end_epoch(sim);
+            mill_sim_epoch_end(sim);
         } else if (sample <= until) {
             take_samples(sim, sample);
         } else {

@@ -15,39 +15,14 @@
 #include "engine/sim_private.h"
 #include "geometry/shape.h"
 
-#include <stdarg.h>
-#include <stdio.h>
 #include <stdlib.h>
 
-/* Maximum sum of rounding errors in a position, a root or an energy: a few dozen operations each */
-#define ROUNDINGS (64.0 * 2.2e-16)
 #define ACCOUNT_EVERY 1000 /* events: this check needs the energies of all balls */
-#define ACCOUNT_ERROR 1e-9 /* of the energy turned over */
 #define DEEP 1e-9          /* [m] two bodies must not overlap by more */
 #define LEISURE 1e-3       /* [s] how far the wide interval reaches beyond the horizon */
 #define MOST_ASKED 1000
 #define SAMPLES 200   /* of a gap that is almost closed */
 enum { NEAREST = 2 }; /* as the image of a ball */
-
-static __attribute__((format(printf, 2, 3))) bool fault(struct mill_sim *sim, const char *format,
-                                                        ...)
-{
-    char text[sizeof sim->error->text];
-    va_list arguments;
-    va_start(arguments, format);
-    vsnprintf(text, sizeof text, format, arguments);
-    va_end(arguments);
-    sim->status = mill_error_set(sim->error, MILL_FAILED, "paranoid: %s", text);
-    return false;
-}
-
-/* Bound of a coordinate in the mill [m]; rounding errors of positions are relative to it */
-static double size_of(const struct mill_world *w)
-{
-    const struct mill_container *c = &w->container;
-    return c->still ? w->drum_radius + 0.5 * w->drum_length
-                    : fmax(vec3_norm(c->places.lo), vec3_norm(c->places.hi));
-}
 
 static double radius_of(const struct mill_world *w, int32_t i)
 {
@@ -74,77 +49,6 @@ static double gap_at(const struct mill_world *w, int32_t i, const struct mill_sh
     return mill_shape_gap(shape, mill_world_position(w, i, t), radius_of(w, i), &pose);
 }
 
-/* Does every entry of the calendar have the time of its plan? *first: the ball that is due first */
-static bool check_calendar(struct mill_sim *sim, int32_t *first)
-{
-    const struct mill_schedule *q = sim->schedule;
-    *first = 0;
-    for (int32_t k = 0; k < sim->world->balls; k++) {
-        const double planned = mill_plan_time(&q->plan[k]);
-        const double entered = mill_calendar_time(q->calendar, k);
-        if (!(planned == entered))
-            return fault(sim, "the calendar has ball %d at t = %.17g s, but its plan has %.17g s",
-                         k, sim->world->base + entered, sim->world->base + planned);
-        if (planned < mill_plan_time(&q->plan[*first]))
-            *first = k;
-        sim->paranoid->checks.entries++;
-    }
-    return true;
-}
-
-static bool check_place(struct mill_sim *sim, int32_t i, double t)
-{
-    const struct mill_world *w = sim->world;
-    const struct mill_grids *grids = &sim->schedule->grids;
-    const struct mill_cells *c = sim->schedule->cells;
-    const vec3 r = mill_world_position(w, i, t);
-    const double travel = vec3_norm(mill_world_velocity(w, i, t)) * sim->schedule->horizon;
-    const double rounding = ROUNDINGS * (size_of(w) + travel);
-    const double x[3] = {r.x - c->lo.x, r.y - c->lo.y, r.z - c->lo.z};
-    const struct mill_cells *own = &grids->own[grids->class_of[w->ball[i].species]];
-    const int32_t cell = c->cell[i], held = mill_cells_held(own, own->cell[i]);
-    int32_t at = 0, index[3];
-    sim->paranoid->checks.places++;
-    while (at < held && mill_cells_ball(own, own->cell[i], at) != i)
-        at++;
-    if (at == held)
-        return fault(sim, "ball %d is not in the list of its cell %d at t = %.17g s", i,
-                     own->cell[i], w->base + t);
-    mill_cells_index(c, cell, index);
-    bool inside = true; /* inside its box; the outermost cells are open outwards, except at
-                           periodic ends */
-    for (int k = 0; k < 3; k++) {
-        const int32_t first = c->margin, last = c->n[k] - c->margin - 1;
-        const double lo = (index[k] - first) * c->side[k] - rounding;
-        const double hi = lo + c->side[k] + 2.0 * rounding;
-        const bool open = k > 0 || grids->period == 0.0;
-        inside = inside && index[k] >= first && index[k] <= last && isfinite(x[k]) &&
-                 ((open && index[k] == first) || x[k] >= lo) &&
-                 ((open && index[k] == last) || x[k] <= hi);
-    }
-    return inside ||
-           fault(sim, "ball %d at (%.9g, %.9g, %.9g) m is outside its cell %d at t = %.17g s", i,
-                 r.x, r.y, r.z, cell, w->base + t);
-}
-
-bool mill_sim_paranoid_account(struct mill_sim *sim)
-{
-    const struct mill_world *w = sim->world;
-    const struct mill_energy e = mill_world_energy(w, sim->now);
-    double imbalance, turnover, mass = 0.0;
-    mill_world_balance(w, sim->now, &imbalance, &turnover);
-    for (int32_t i = 0; i < w->balls; i++)
-        mass += w->species[w->ball[i].species].mass;
-    /* at first, the rounding errors of the energies are larger than the error of the little energy
-     * turned over */
-    const double held = e.kinetic + e.rotational + mass * vec3_norm(w->g) * size_of(w);
-    sim->paranoid->checks.accounts++;
-    return imbalance <= ACCOUNT_ERROR * turnover + ROUNDINGS * held ||
-           fault(sim,
-                 "the energy account has an error of %.3g J, of %.3g J turned over at t = %.17g s",
-                 imbalance, turnover, w->base + sim->now);
-}
-
 /* Ball j, or its image so many periods along x, relative to ball i */
 struct pair {
     vec3 d, u;              /* [m], [m/s] */
@@ -165,7 +69,8 @@ static struct pair relate(const struct mill_sim *sim, int32_t i, int32_t j, int 
     /* rounding errors of the squares of distances, up to those of the cells around, as errors of
      * the gap */
     const double square = 4.0 * (side[0] * side[0] + side[1] * side[1] + side[2] * side[2]) / k.sum;
-    k.slack = ROUNDINGS * (size_of(w) + square + vec3_norm(k.u) * sim->schedule->horizon);
+    k.slack = MILL_SIM_ROUNDINGS *
+              (mill_sim_paranoid_size(w) + square + vec3_norm(k.u) * sim->schedule->horizon);
     return k;
 }
 
@@ -177,9 +82,9 @@ static double surface_slack(const struct mill_sim *sim, int32_t i, double from, 
     const struct mill_world *w = sim->world;
     const double dt = fmax(to - from, 0.0);
     const double swift = vec3_norm(mill_world_velocity(w, i, from)) + dt * vec3_norm(w->g);
-    const double reach = size_of(w) + dt * swift;
+    const double reach = mill_sim_paranoid_size(w) + dt * swift;
     const double ticks = (swift + fastest_surface(w)) * sim->schedule->horizon;
-    return ROUNDINGS * (reach + reach * reach / radius_of(w, i) + ticks);
+    return MILL_SIM_ROUNDINGS * (reach + reach * reach / radius_of(w, i) + ticks);
 }
 
 static bool touch_ball(struct mill_sim *sim, int32_t i, const struct mill_plan *plan)
@@ -187,21 +92,24 @@ static bool touch_ball(struct mill_sim *sim, int32_t i, const struct mill_plan *
     const struct mill_world *w = sim->world;
     const int32_t j = plan->partner;
     if (j < 0 || j >= w->balls || j == i)
-        return fault(sim, "ball %d has a plan to meet ball %d, which cannot be", i, j);
+        return mill_sim_paranoid_fault(sim, "ball %d has a plan to meet ball %d, which cannot be",
+                                       i, j);
     if (w->ball[j].contacts != plan->partner_contacts)
         return true; /* stale: the loop finds this when it is due */
     const struct pair k = relate(sim, i, j, NEAREST, plan->pair_t);
     /* overlapping and closing means a contact now; the depth is checked as an overlap */
     if (!(k.gap <= k.slack) || (k.gap < -k.slack && plan->pair_t > w->ball[i].t))
-        return fault(sim, "ball %d and ball %d are due to meet with a gap of %.3g m at t = %.17g s",
-                     i, j, k.gap, w->base + plan->pair_t);
+        return mill_sim_paranoid_fault(
+            sim, "ball %d and ball %d are due to meet with a gap of %.3g m at t = %.17g s", i, j,
+            k.gap, w->base + plan->pair_t);
     const double opening = vec3_dot(k.d, k.u);
     /* as deep as they would have been at the closest approach */
     return opening <= 0.0 || opening * opening <= 2.0 * k.sum * vec3_dot(k.u, k.u) * k.slack ||
-           fault(sim,
-                 "ball %d and ball %d are due to meet while they move apart at %.3g m/s at t = "
-                 "%.17g s",
-                 i, j, opening / k.sum, w->base + plan->pair_t);
+           mill_sim_paranoid_fault(
+               sim,
+               "ball %d and ball %d are due to meet while they move apart at %.3g m/s at t = "
+               "%.17g s",
+               i, j, opening / k.sum, w->base + plan->pair_t);
 }
 
 static bool touch_surface(struct mill_sim *sim, int32_t i, const struct mill_plan *plan)
@@ -211,8 +119,8 @@ static bool touch_surface(struct mill_sim *sim, int32_t i, const struct mill_pla
     if (plan->next == MILL_NEXT_SEARCH)
         return true; /* no contact: a search continues; how often, influences only the speed */
     if (plan->shape < 0 || plan->shape >= w->shapes)
-        return fault(sim, "ball %d has a plan to meet surface %d, which does not exist", i,
-                     plan->shape);
+        return mill_sim_paranoid_fault(
+            sim, "ball %d has a plan to meet surface %d, which does not exist", i, plan->shape);
     const struct mill_shape *shape = w->shape[plan->shape];
     const char *kind = w->kinds.name[shape->kind];
     const vec3 v = mill_world_velocity(w, i, t);
@@ -221,19 +129,20 @@ static bool touch_surface(struct mill_sim *sim, int32_t i, const struct mill_pla
         mill_shape_meet(shape, mill_world_position(w, i, t), v, radius, &pose);
     const double slack = surface_slack(sim, i, w->ball[i].t, t);
     if (!(c.gap <= MILL_SHAPE_CLOSED + slack))
-        return fault(sim,
-                     "ball %d is due to meet a surface (%s) with a gap of %.3g m at t = %.17g s", i,
-                     kind, c.gap, w->base + t);
+        return mill_sim_paranoid_fault(
+            sim, "ball %d is due to meet a surface (%s) with a gap of %.3g m at t = %.17g s", i,
+            kind, c.gap, w->base + t);
     const double opening = vec3_dot(vec3_sub(v, c.velocity), c.normal);
     /* maximum second derivative of the gap, from the curvatures of ball and surface */
     const double swift = vec3_norm(v) + fastest_surface(w);
     const double around = (shape->hollow > radius ? shape->hollow : w->drum_radius) - radius;
     const double bend = vec3_norm(w->g) + swift * swift * (1.0 / radius + 1.0 / around);
     return opening <= DEEP || opening * opening <= 2.0 * bend * slack ||
-           fault(sim,
-                 "ball %d is due to meet a surface (%s) while they move apart at %.3g m/s at t = "
-                 "%.17g s",
-                 i, kind, opening, w->base + t);
+           mill_sim_paranoid_fault(
+               sim,
+               "ball %d is due to meet a surface (%s) while they move apart at %.3g m/s at t = "
+               "%.17g s",
+               i, kind, opening, w->base + t);
 }
 
 bool mill_sim_paranoid_touch(struct mill_sim *sim, int32_t i, const struct mill_plan *plan)
@@ -252,14 +161,16 @@ static bool has_met(struct mill_sim *sim, int32_t i)
     if (due->next == MILL_NEXT_PAIR) {
         const struct pair k = relate(sim, i, due->partner, NEAREST, sim->now);
         return k.gap <= k.slack ||
-               fault(sim, "ball %d and ball %d met with a gap of %.3g m at t = %.17g s", i,
-                     due->partner, k.gap, w->base + sim->now);
+               mill_sim_paranoid_fault(
+                   sim, "ball %d and ball %d met with a gap of %.3g m at t = %.17g s", i,
+                   due->partner, k.gap, w->base + sim->now);
     }
     const struct mill_shape *shape = w->shape[due->shape];
     const double gap = gap_at(w, i, shape, sim->now);
     return gap <= MILL_SHAPE_CLOSED + surface_slack(sim, i, sim->now, sim->now) ||
-           fault(sim, "ball %d met a surface (%s) with a gap of %.3g m at t = %.17g s", i,
-                 w->kinds.name[shape->kind], gap, w->base + sim->now);
+           mill_sim_paranoid_fault(sim,
+                                   "ball %d met a surface (%s) with a gap of %.3g m at t = %.17g s",
+                                   i, w->kinds.name[shape->kind], gap, w->base + sim->now);
 }
 
 /* Checks that there is no overlap now, and none that grows until `end`. */
@@ -269,8 +180,8 @@ static bool check_pair(struct mill_sim *sim, int32_t i, int32_t j, int image, do
     const double now = sim->world->base + sim->now;
     sim->paranoid->checks.pairs++;
     if (!(k.gap >= -DEEP))
-        return fault(sim, "ball %d and ball %d overlap by %.3g m at t = %.17g s", i, j, -k.gap,
-                     now);
+        return mill_sim_paranoid_fault(sim, "ball %d and ball %d overlap by %.3g m at t = %.17g s",
+                                       i, j, -k.gap, now);
     const double b = vec3_dot(k.d, k.u), a = vec3_dot(k.u, k.u);
     if (b >= 0.0 || end <= sim->now)
         return true;
@@ -281,28 +192,30 @@ static bool check_pair(struct mill_sim *sim, int32_t i, int32_t j, int image, do
         return true;
     const double miss = vec3_norm(vec3_axpy(k.d, nearest, k.u));
     const double dt = nearest - sqrt(fmax(k.sum * k.sum - miss * miss, 0.0) / a);
-    return fault(sim,
-                 "ball %d and ball %d meet at t = %.17g s, unplanned: their next event is at "
-                 "%.17g s, when they would overlap by %.3g m",
-                 i, j, now + dt, sim->world->base + end, depth);
+    return mill_sim_paranoid_fault(
+        sim,
+        "ball %d and ball %d meet at t = %.17g s, unplanned: their next event is at "
+        "%.17g s, when they would overlap by %.3g m",
+        i, j, now + dt, sim->world->base + end, depth);
 }
 
-/* The minimum gap to a surface found until local time `end`, and its time [m], [s] */
+/* The minimum gap to a surface, or to a sleeping ball, found until local time `end`, and its time
+ * [m], [s] */
 struct least {
     double end, gap, when;
 };
 
-/* Samples the gap from local time t to the end. It cannot close sooner than gap / fastest. If the
- * gap is small, the steps have a fixed minimum length. */
-static void sample_gap(struct mill_sim *sim, int32_t i, const struct mill_shape *shape, double t,
-                       struct least *least)
+/* Samples the gap from local time t to the end, to a surface; NULL: to ball j. It cannot close
+ * sooner than gap / fastest. If the gap is small, the steps have a fixed minimum length. */
+static void sample_gap(struct mill_sim *sim, int32_t i, const struct mill_shape *shape, int32_t j,
+                       double t, struct least *least)
 {
     const struct mill_world *w = sim->world;
     const double share = (least->end - t) / SAMPLES, dt = least->end - sim->now;
     const double fastest = vec3_norm(mill_world_velocity(w, i, sim->now)) + dt * vec3_norm(w->g) +
-                           (shape->motion ? fastest_surface(w) : 0.0);
+                           (shape && shape->motion ? fastest_surface(w) : 0.0);
     for (;;) {
-        const double gap = gap_at(w, i, shape, t);
+        const double gap = shape ? gap_at(w, i, shape, t) : relate(sim, i, j, 0, t).gap;
         sim->paranoid->checks.samples++;
         if (!(gap >= least->gap)) {
             least->gap = gap;
@@ -323,18 +236,20 @@ static bool check_surface(struct mill_sim *sim, int32_t i, const struct mill_sha
     const double now = sim->now, gap = gap_at(w, i, shape, now);
     sim->paranoid->checks.surfaces++;
     if (!(gap >= -DEEP))
-        return fault(sim, "ball %d overlaps a surface (%s) by %.3g m at t = %.17g s", i, kind, -gap,
-                     w->base + now);
+        return mill_sim_paranoid_fault(sim,
+                                       "ball %d overlaps a surface (%s) by %.3g m at t = %.17g s",
+                                       i, kind, -gap, w->base + now);
     if (end <= now)
         return true;
     struct least least = {end, INFINITY, now};
-    sample_gap(sim, i, shape, now, &least);
+    sample_gap(sim, i, shape, MILL_NOBODY, now, &least);
     /* the surface's own search, until it finds a contact or the end is passed */
     double t = now, contact = HUGE_VAL;
     for (int asked = 0; contact == HUGE_VAL && asked < MOST_ASKED && t < end; asked++) {
         const vec3 r = mill_world_position(w, i, t), v = mill_world_velocity(w, i, t);
         /* without a recent pose, so that bodies which the loop rejects by it are searched here */
-        const struct mill_flight f = {r, v, w->g, vec3_norm(w->g), .travel = INFINITY};
+        const vec3 g = vec3_scale(w->g, mill_world_asleep(w, i) ? 0.0 : 1.0);
+        const struct mill_flight f = {r, v, g, vec3_norm(g), .travel = INFINITY};
         const double window = sim->schedule->horizon + LEISURE - t;
         const struct mill_hit hit = shape->type->next_contact(shape, &f, radius_of(w, i), t, window,
                                                               touching && asked == 0);
@@ -342,13 +257,32 @@ static bool check_surface(struct mill_sim *sim, int32_t i, const struct mill_sha
         contact = hit.state == MILL_HIT_ASK_AGAIN ? HUGE_VAL : t;
     }
     if (contact < end)
-        sample_gap(sim, i, shape, contact, &least);
+        sample_gap(sim, i, shape, MILL_NOBODY, contact, &least);
     return fmin(gap, 0.0) - least.gap <= surface_slack(sim, i, now, end) ||
-           fault(
+           mill_sim_paranoid_fault(
                sim,
                "ball %d meets a surface (%s) by t = %.17g s, unplanned: its next event is at %.17g "
                "s; they would overlap by %.3g m",
                i, kind, w->base + fmin(contact, least.when), w->base + end, -least.gap);
+}
+
+/* check_pair() for two balls of which one is asleep: by samples of the gap */
+static bool check_sleeping(struct mill_sim *sim, int32_t i, int32_t j, double end)
+{
+    const struct mill_world *w = sim->world;
+    const int32_t flying = mill_world_asleep(w, i) ? j : i, sleeping = flying == i ? j : i;
+    const double gap = relate(sim, i, j, 0, sim->now).gap;
+    struct least least = {end, gap, sim->now};
+    sim->paranoid->checks.pairs++;
+    if (gap >= -DEEP && end > sim->now)
+        sample_gap(sim, flying, NULL, sleeping, sim->now, &least);
+    return (gap >= -DEEP &&
+            fmin(gap, 0.0) - least.gap <= surface_slack(sim, flying, sim->now, end)) ||
+           mill_sim_paranoid_fault(
+               sim,
+               "ball %d meets ball %d, which is asleep, by t = %.17g s, unplanned: they overlap "
+               "by %.3g m",
+               flying, sleeping, w->base + least.when, -least.gap);
 }
 
 bool mill_sim_paranoid_ball(struct mill_sim *sim, int32_t i, bool fresh, int32_t touched)
@@ -364,6 +298,10 @@ bool mill_sim_paranoid_ball(struct mill_sim *sim, int32_t i, bool fresh, int32_t
         const int32_t j = n / images;
         const int image = n % images - images / 2;
         double end = fmin(mine, mill_plan_time(&q->plan[j]));
+        if (mill_world_asleep(w, i) != mill_world_asleep(w, j)) {
+            holds = check_sleeping(sim, i, j, end);
+            continue;
+        }
         if (fresh && mill_grids_near(&q->grids, w->ball[i].species, q->cells->cell[i],
                                      w->ball[j].species, q->cells->cell[j], image))
             end = fmin(q->plan[i].pair_t, q->horizon);
@@ -373,10 +311,11 @@ bool mill_sim_paranoid_ball(struct mill_sim *sim, int32_t i, bool fresh, int32_t
         if (!q->plan[i].let_go || !w->shape[s]->pinches)
             holds = check_surface(sim, i, w->shape[s], mine, s == touched);
     if (holds && w->counts.quartics.refuted > 0)
-        holds = fault(sim,
-                      "the closed form of a quartic contradicts the search for a contact of ball "
-                      "%d at t = %.17g s",
-                      i, w->base + sim->now);
+        holds = mill_sim_paranoid_fault(
+            sim,
+            "the closed form of a quartic contradicts the search for a contact of ball "
+            "%d at t = %.17g s",
+            i, w->base + sim->now);
     w->counts.quartics = counts; /* only the searches of the run count */
     return holds;
 }
@@ -387,25 +326,36 @@ bool mill_sim_paranoid_before(struct mill_sim *sim, int32_t i, double t)
     int32_t first;
     sim->paranoid->due = sim->schedule->plan[i];
     sim->paranoid->contacts = sim->world->ball[i].contacts;
-    if (!(t >= sim->now - ROUNDINGS * sim->schedule->horizon))
-        return fault(sim, "the event of ball %d at t = %.17g s comes %.3g s too late", i, base + t,
-                     sim->now - t);
-    if (!check_calendar(sim, &first))
+    sim->paranoid->asleep = sim->world->counts.asleep;
+    if (!(t >= sim->now - MILL_SIM_ROUNDINGS * sim->schedule->horizon))
+        return mill_sim_paranoid_fault(sim,
+                                       "the event of ball %d at t = %.17g s comes %.3g s too late",
+                                       i, base + t, sim->now - t);
+    if (!mill_sim_paranoid_calendar(sim, &first))
         return false;
     const double due = mill_plan_time(&sim->schedule->plan[first]);
     if (first != i || due != t)
-        return fault(sim,
-                     "the calendar takes ball %d at t = %.17g s, but ball %d is due at %.17g s", i,
-                     base + t, first, base + due);
-    return check_place(sim, i, t) && mill_sim_paranoid_touch(sim, i, &sim->paranoid->due);
+        return mill_sim_paranoid_fault(
+            sim, "the calendar takes ball %d at t = %.17g s, but ball %d is due at %.17g s", i,
+            base + t, first, base + due);
+    return mill_sim_paranoid_place(sim, i, t) &&
+           mill_sim_paranoid_touch(sim, i, &sim->paranoid->due);
 }
 
 static bool check_ball(struct mill_sim *sim, int32_t i, bool fresh, int32_t touched)
 {
     sim->paranoid->checks.predictions++;
-    return check_place(sim, i, sim->now) &&
+    return mill_sim_paranoid_place(sim, i, sim->now) &&
            mill_sim_paranoid_touch(sim, i, &sim->schedule->plan[i]) &&
            mill_sim_paranoid_ball(sim, i, fresh, touched);
+}
+
+static bool check_balls(struct mill_sim *sim, bool fresh)
+{
+    bool holds = true;
+    for (int32_t i = 0; i < sim->world->balls && holds; i++)
+        holds = check_ball(sim, i, fresh, MILL_NOBODY);
+    return holds;
 }
 
 bool mill_sim_paranoid_after(struct mill_sim *sim, int32_t i)
@@ -418,16 +368,15 @@ bool mill_sim_paranoid_after(struct mill_sim *sim, int32_t i)
     p->checks.events++;
     return (!met || has_met(sim, i)) && check_ball(sim, i, due->next != MILL_NEXT_EXIT, touched) &&
            (!pair || check_ball(sim, due->partner, true, MILL_NOBODY)) &&
+           (p->asleep == sim->world->counts.asleep || check_balls(sim, false)) &&
            (p->checks.events % ACCOUNT_EVERY != 0 || mill_sim_paranoid_account(sim));
 }
 
 bool mill_sim_paranoid_all(struct mill_sim *sim, bool fresh)
 {
     int32_t first;
-    bool holds = check_calendar(sim, &first);
-    for (int32_t i = 0; i < sim->world->balls && holds; i++)
-        holds = check_ball(sim, i, fresh, MILL_NOBODY);
-    return holds && mill_sim_paranoid_account(sim);
+    return mill_sim_paranoid_calendar(sim, &first) && check_balls(sim, fresh) &&
+           mill_sim_paranoid_account(sim);
 }
 
 enum mill_status mill_sim_paranoid(struct mill_sim *sim, bool on, struct mill_error *error)

@@ -19,6 +19,7 @@ struct mill_sim_paranoid {
     struct mill_sim_checks checks;
     struct mill_plan due; /* the plan of the present event */
     uint32_t contacts;    /* of the ball of this event, before the event */
+    int64_t asleep;       /* balls, before the event */
 };
 
 struct mill_sim {
@@ -93,6 +94,40 @@ double mill_sim_thread_next(const struct mill_sim_thread *thread, int k);
 /* Waits until the observers have got everything. */
 enum mill_status mill_sim_thread_wait(struct mill_sim_thread *thread, struct mill_error *error);
 
+/* Moves ball i along its flight to local time t. A ball that is asleep remains where it is. */
+static inline void mill_sim_move(struct mill_world *w, int32_t i, double t)
+{
+    struct mill_ball *b = &w->ball[i];
+    if (b->t > t)
+        return;
+    const double dt = t - b->t;
+    b->r = vec3_fly(b->r, b->v, w->g, dt);
+    b->v = vec3_axpy(b->v, dt, w->g);
+    b->t = t;
+}
+
+/* ---- epochs (sim_epoch.c) ---- */
+
+/* Plans all balls for an epoch, which begins now. */
+void mill_sim_epoch_begin(struct mill_sim *sim);
+
+/* Ends the epoch and begins the next one. */
+void mill_sim_epoch_end(struct mill_sim *sim);
+
+/* ---- balls at rest (sim_rest.c) ---- */
+
+/* At the begin of an epoch, before balls are planned: balls that have rested fall asleep; those
+ * that nothing holds wake up. */
+void mill_sim_rest_settle(struct mill_sim *sim);
+
+/* Ball i and ball j, one of which may be asleep, meet now with this normal speed [m/s]. Returns the
+ * one that stays asleep: it acts like a wall. MILL_NOBODY: both are awake now. */
+int32_t mill_sim_rest_meet(struct mill_sim *sim, int32_t i, int32_t j, double speed);
+
+/* Ball i, whose time is the present, has had an event. If it has left its place, the balls that it
+ * has held up wake up. */
+void mill_sim_rest_follow(struct mill_sim *sim, int32_t i);
+
 /* ---- paranoid runs (sim_paranoid.c) ---- */
 
 /* The checks of a paranoid run compare the plans and the effects of each event with brute force.
@@ -112,6 +147,22 @@ bool mill_sim_paranoid_all(struct mill_sim *sim, bool fresh);
 
 /* Work of all motions = change of energy + dissipation, to 1e-9 of the energy turned over. */
 bool mill_sim_paranoid_account(struct mill_sim *sim);
+
+/* Does every entry of the calendar have the time of its plan? *first: the ball that is due first */
+bool mill_sim_paranoid_calendar(struct mill_sim *sim, int32_t *first);
+
+/* Is ball i in its cell at local time t, and in the rows of this cell? */
+bool mill_sim_paranoid_place(struct mill_sim *sim, int32_t i, double t);
+
+/* Ends the run with this message. The result is false. */
+__attribute__((format(printf, 2, 3))) bool mill_sim_paranoid_fault(struct mill_sim *sim,
+                                                                   const char *format, ...);
+
+/* Bound of a coordinate in the mill [m]; rounding errors of positions are relative to it */
+double mill_sim_paranoid_size(const struct mill_world *world);
+
+/* Maximum sum of rounding errors in a position, a root or an energy: a few dozen operations each */
+#define MILL_SIM_ROUNDINGS (64.0 * 2.2e-16)
 
 /* Checks the contact of a plan of ball i, if the plan is not stale: at its time the bodies touch
  * and do not move apart. */

@@ -37,6 +37,7 @@ static bool is_sane(const struct mill_sim *sim, int32_t i, int32_t cell)
 static void tell_fields(struct mill_sim *s, int32_t *cell, struct mill_state *state)
 {
     struct mill_world *w = s->world;
+    const struct mill_rest *rest = &s->schedule->rest;
     const size_t n = (size_t)w->balls;
     mill_state_field(state, "base", MILL_FIELD_F64, 1, &w->base);
     mill_state_field(state, "now", MILL_FIELD_F64, 1, &s->now);
@@ -50,6 +51,9 @@ static void tell_fields(struct mill_sim *s, int32_t *cell, struct mill_state *st
     mill_state_structs(state, "pinch", sizeof *s->pinches.ball, s->pinches.ball ? n : 0,
                        s->pinches.ball);
     mill_state_field(state, "cell", MILL_FIELD_I32, n, cell);
+    mill_state_structs(state, "place", sizeof *rest->place, rest->calm > 0.0 ? n : 0, rest->place);
+    mill_state_field(state, "calm_epochs", MILL_FIELD_I32, rest->calm > 0.0 ? n : 0,
+                     rest->calm_epochs);
 }
 
 void mill_sim_state(struct mill_sim *sim, struct mill_state *state)

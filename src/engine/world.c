@@ -34,14 +34,14 @@ vec3 mill_world_position(const struct mill_world *w, int32_t i, double t)
 {
     assert(i >= 0 && i < w->balls);
     const struct mill_ball *b = &w->ball[i];
-    return vec3_fly(b->r, b->v, w->g, t - b->t);
+    return vec3_fly(b->r, b->v, w->g, mill_world_flown(b, t));
 }
 
 vec3 mill_world_velocity(const struct mill_world *w, int32_t i, double t)
 {
     assert(i >= 0 && i < w->balls);
     const struct mill_ball *b = &w->ball[i];
-    return vec3_axpy(b->v, t - b->t, w->g);
+    return vec3_axpy(b->v, mill_world_flown(b, t), w->g);
 }
 
 struct mill_pose mill_world_frame(const struct mill_world *w, double t)

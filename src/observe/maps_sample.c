@@ -54,8 +54,9 @@ INLINE void take(struct block *b, const struct mill_world *world, int32_t first,
     b->padded = (b->count + LANES - 1) / LANES * LANES;
     const int n = b->padded;
     for (int i = 0; i < n; i++) {
-        const vec3 r = vec3_fly(ball->r, ball->v, world->g, t - ball->t);
-        const vec3 v = vec3_axpy(ball->v, t - ball->t, world->g);
+        const double flown = mill_world_flown(ball, t);
+        const vec3 r = vec3_fly(ball->r, ball->v, world->g, flown);
+        const vec3 v = vec3_axpy(ball->v, flown, world->g);
         b->x[i] = r.x;
         b->y[i] = r.y;
         b->z[i] = r.z;

@@ -1,0 +1,154 @@
+/* Which mills have sleeping balls, where are they, and when does a ball in flight meet one?
+ * Relative to a sleeping ball, the flight is a parabola, so their contact is the root of a quartic.
+ * The certified search of poly.h finds it, as for the drum. */
+#include "engine/rest.h"
+
+#include "base/memory.h"
+#include "engine/schedule.h"
+#include "geometry/shape.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#define CALM 4.0   /* rebound floors */
+#define SWIFT 10.0 /* rebound floors: maximum speed of each body that moves at all */
+#define LIFT 0.1   /* [radii] a calm ball cannot hop out of the pit between its neighbours */
+/* [sqrt(radius / g)] minimum duration of rest. A ball on top of another one falls off sooner. */
+#define WHILE 6.0
+
+/* Marks the shapes that move. True: each of them moves fast enough. A slower one would push balls
+ * so gently that they would not wake others. */
+static bool find_moving(struct mill_rest *p, const struct mill_world *w)
+{
+    bool swift = true;
+    for (int k = 0; k < w->shapes; k++) {
+        const struct mill_motion *motion = w->shape[k]->motion;
+        const struct mill_motion_bounds b = mill_motion_bounds(motion, vec3_make(0.0, 0.0, 0.0));
+        const double reach = mill_motion_reach(motion, &w->container.places);
+        const double speed = b.speed + b.turning * reach;
+        p->moves[k] = motion && speed > 0.0;
+        swift = swift && (!p->moves[k] ||
+                          (speed > SWIFT * w->rebound_floor && motion != w->container.motion));
+    }
+    return swift;
+}
+
+bool mill_rest_create(struct mill_rest *p, const struct mill_world *w, double widening)
+{
+    const double g = vec3_norm(w->g), calm = CALM * w->rebound_floor;
+    double thinnest = INFINITY, widest = 0.0;
+    memset(p, 0, sizeof *p);
+    p->widening = widening;
+    p->moves = mill_memory_get((size_t)w->shapes + 1, sizeof *p->moves);
+    if (!p->moves)
+        return false;
+    for (int k = 0; k < w->species_count; k++) {
+        thinnest = fmin(thinnest, w->species[k].radius);
+        widest = fmax(widest, w->species[k].radius);
+    }
+    p->hop = 0.5 * calm * calm / g;
+    if (w->container.period > 0.0 || !(g > 0.0) || !(calm > 0.0) || !(p->hop <= LIFT * thinnest) || !find_moving(p, w))
+        return true;
+    p->calm = calm;
+    p->up = vec3_scale(w->g, -1.0 / g);
+    p->epochs = (int32_t)fmax(2.0, ceil(WHILE * sqrt(widest / g) / MILL_WORLD_EPOCH));
+    p->place = mill_memory_get((size_t)w->balls, sizeof *p->place);
+    p->calm_epochs = mill_memory_get((size_t)w->balls, sizeof *p->calm_epochs);
+    for (int32_t i = 0; p->place && i < w->balls; i++)
+        p->place[i] = w->ball[i].r;
+    return p->place && p->calm_epochs;
+}
+
+void mill_rest_release(struct mill_rest *p)
+{
+    mill_grids_release(&p->grids);
+    free(p->moves);
+    free(p->place);
+    free(p->calm_epochs);
+}
+
+bool mill_rest_lie_down(struct mill_schedule *q, int32_t i)
+{
+    const int32_t species = q->world->ball[i].species;
+    mill_grids_remove(&q->grids, i, species);
+    return (q->rest.grids.classes > 0 ||
+            mill_grids_init(&q->rest.grids, q->world, q->rest.widening)) &&
+           mill_grids_insert(&q->rest.grids, i, species, q->cells->cell[i]);
+}
+
+bool mill_rest_sleep(struct mill_schedule *q, int32_t i)
+{
+    struct mill_ball *ball = &q->world->ball[i];
+    struct mill_plan *plan = &q->plan[i];
+    ball->v = q->world->spin[i] = vec3_make(0.0, 0.0, 0.0);
+    ball->t = HUGE_VAL;
+    ball->contacts++; /* plans with its flight are stale */
+    q->world->counts.asleep++;
+    plan->pair_t = plan->shape_t = plan->exit_t = INFINITY;
+    plan->partner = MILL_NOBODY;
+    plan->shape = MILL_NOBODY;
+    plan->next = MILL_NEXT_SURFACE;
+    mill_calendar_set(q->calendar, i, INFINITY);
+    return mill_rest_lie_down(q, i);
+}
+
+bool mill_rest_wake(struct mill_schedule *q, int32_t i, double now)
+{
+    struct mill_ball *ball = &q->world->ball[i];
+    ball->t = now;
+    ball->contacts++; /* plans with it at rest are stale */
+    q->world->counts.asleep--;
+    q->world->counts.sleep += now;
+    q->rest.calm_epochs[i] = 0;
+    mill_grids_remove(&q->rest.grids, i, ball->species);
+    return mill_grids_insert(&q->grids, i, ball->species, q->cells->cell[i]);
+}
+
+int32_t mill_rest_near(const struct mill_rest *p, int32_t species, int32_t cell, int32_t *near)
+{
+    return p->grids.classes > 0 ? mill_grids_gather(&p->grids, species, cell, near) : 0;
+}
+
+/* [s] until the flight from d with velocity u, relative to a ball at rest, brings both centres to
+ * the distance `sum` [m] */
+static double meet(vec3 d, vec3 u, vec3 g, double sum, double window,
+                   struct mill_poly_counts *counts)
+{
+    const double p[5] = {
+        sum * sum - vec3_dot(d, d),         /* rises when the gap closes */
+        -2.0 * vec3_dot(d, u),              /* */
+        -(vec3_dot(u, u) + vec3_dot(d, g)), /* */
+        -vec3_dot(u, g),                    /* */
+        -0.25 * vec3_dot(g, g),
+    };
+    return mill_poly_first_rise(p, window, false, counts);
+}
+
+void mill_rest_plan(struct mill_schedule *q, int32_t i, double now)
+{
+    struct mill_world *w = q->world;
+    struct mill_plan *plan = &q->plan[i];
+    const struct mill_ball *ball = &w->ball[i];
+    const double until = mill_least(mill_least(plan->pair_t, q->horizon), plan->exit_t);
+    const double window = until - now; /* the same for all, whatever their order */
+    const double far = window * (vec3_norm(ball->v) + 0.5 * window * q->pull);
+    const int32_t n = mill_rest_near(&q->rest, ball->species, q->cells->cell[i], q->pairs.near);
+    struct mill_pair found = {INFINITY, MILL_NOBODY};
+    for (int32_t k = 0; k < n; k++) {
+        const int32_t j = q->pairs.near[k];
+        const double sum = q->radius[ball->species] + q->radius[w->ball[j].species];
+        const vec3 d = vec3_sub(ball->r, w->ball[j].r);
+        const double within = (sum + far) * (1.0 + 1e-9);
+        if (vec3_dot(d, d) > within * within)
+            continue;
+        const double dt = meet(d, ball->v, w->g, sum, window, &w->counts.quartics);
+        if (dt < found.dt || (dt == found.dt && j < found.partner))
+            found = (struct mill_pair){dt, j};
+    }
+    w->counts.pair_tests += (uint64_t)n;
+    if (found.partner == MILL_NOBODY)
+        return;
+    plan->pair_t = now + found.dt;
+    plan->partner = found.partner;
+    plan->partner_contacts = w->ball[found.partner].contacts;
+}

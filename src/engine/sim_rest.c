@@ -1,0 +1,179 @@
+/* When does a ball fall asleep, and when does it wake up? rest.h says what that means. */
+#include "engine/sim_private.h"
+#include "geometry/shape.h"
+
+#include <stdlib.h>
+
+#define BENEATH 0.1   /* cosine to the vertical: a contact that can hold a ball alone */
+#define SQUEEZED 1000 /* events within a nanosecond: a ball is squeezed against a sleeping one */
+
+static double radius_of(const struct mill_sim *sim, int32_t i)
+{
+    return sim->schedule->radius[sim->world->ball[i].species];
+}
+
+/* Do balls i and j nearly touch, with centres at these places? up: the height of the second over
+ * the first, over their distance */
+static bool touch(const struct mill_sim *sim, int32_t i, vec3 first, int32_t j, vec3 second,
+                  double *up)
+{
+    const struct mill_rest *rest = &sim->schedule->rest;
+    const double sum = radius_of(sim, i) + radius_of(sim, j);
+    const vec3 d = vec3_sub(second, first);
+    const double distance = vec3_norm(d);
+    *up = vec3_dot(d, rest->up) / distance;
+    return distance - sum < 2.0 * mill_rest_room(rest, 0.5 * sum);
+}
+
+/* Is there something beneath ball i? */
+static bool is_held(struct mill_sim *sim, int32_t i)
+{
+    struct mill_schedule *q = sim->schedule;
+    const struct mill_world *w = sim->world;
+    const vec3 r = mill_world_position(w, i, sim->now);
+    const int32_t n = mill_schedule_near(q, i), cell = q->cells->cell[i];
+    const double radius = radius_of(sim, i), room = 2.0 * mill_rest_room(&q->rest, radius);
+    for (int32_t k = 0; k < n; k++) {
+        const int32_t j = q->pairs.near[k];
+        double up;
+        if (j != i && touch(sim, j, mill_world_position(w, j, sim->now), i, r, &up) && up > BENEATH)
+            return true;
+    }
+    for (int32_t k = q->surface_start[cell]; k < q->surface_start[cell + 1]; k++) {
+        const struct mill_shape *shape = w->shape[q->surface[k].shape];
+        const struct mill_pose pose = mill_shape_pose(shape, sim->now);
+        const struct mill_contact c = shape->type->contact(shape, r, radius, &pose);
+        if (c.gap < room && vec3_dot(c.normal, q->rest.up) > BENEATH)
+            return true;
+    }
+    return false;
+}
+
+/* Can no moving surface touch ball i, as long as it stays in its cell? */
+static bool is_secluded(const struct mill_sim *sim, int32_t i)
+{
+    const struct mill_schedule *q = sim->schedule;
+    const int32_t cell = q->cells->cell[i];
+    bool secluded = !q->plan[i].let_go;
+    for (int32_t k = q->surface_start[cell]; k < q->surface_start[cell + 1]; k++)
+        secluded = secluded && !q->rest.moves[q->surface[k].shape];
+    return secluded;
+}
+
+static void fall_asleep(struct mill_sim *sim, int32_t i)
+{
+    struct mill_world *w = sim->world;
+    const struct mill_species *s = &w->species[w->ball[i].species];
+    const double kinetic = 0.5 * s->mass * vec3_dot(w->ball[i].v, w->ball[i].v);
+    const double all = kinetic + 0.5 * s->inertia * vec3_dot(w->spin[i], w->spin[i]);
+    w->account.dissipation[MILL_BALL_BALL] += all;
+    w->account.dissipation_normal[MILL_BALL_BALL] += kinetic;
+    w->account.dissipation_gross += all;
+    if (!mill_rest_sleep(sim->schedule, i))
+        sim->status = mill_error_set(sim->error, MILL_FAILED, "out of memory for the cell grid");
+}
+
+static void wake(struct mill_sim *sim, int32_t i)
+{
+    if (!mill_rest_wake(sim->schedule, i, sim->now))
+        sim->status = mill_error_set(sim->error, MILL_FAILED, "out of memory for the cell grid");
+}
+
+static int by_number(const void *a, const void *b)
+{
+    const int32_t i = *(const int32_t *)a, j = *(const int32_t *)b;
+    return (i > j) - (i < j);
+}
+
+/* If ball i has moved away from its place, gives it a new one and wakes the balls that it may have
+ * held up: those that touched it there, and that friction did not keep from leaning on it. They are
+ * listed in pairs.near, in ascending order; returns how many. */
+static int32_t leave_place(struct mill_sim *sim, int32_t i)
+{
+    struct mill_schedule *q = sim->schedule;
+    const struct mill_ball *ball = &sim->world->ball[i];
+    const vec3 place = q->rest.place[i], way = vec3_sub(ball->r, place);
+    const double room = mill_rest_room(&q->rest, radius_of(sim, i));
+    if (vec3_dot(way, way) <= room * room)
+        return 0;
+    const double friction = sim->world->law[MILL_BALL_BALL].friction;
+    const double lean = -friction / sqrt(1.0 + friction * friction);
+    const int32_t n =
+        mill_rest_near(&q->rest, ball->species, mill_cells_at(q->cells, place), q->pairs.near);
+    int32_t woken = 0;
+    for (int32_t k = 0; k < n; k++) {
+        const int32_t j = q->pairs.near[k];
+        double up;
+        if (touch(sim, i, place, j, sim->world->ball[j].r, &up) && up >= lean)
+            q->pairs.near[woken++] = j;
+    }
+    qsort(q->pairs.near, (size_t)woken, sizeof *q->pairs.near, by_number);
+    for (int32_t k = 0; k < woken; k++)
+        wake(sim, q->pairs.near[k]);
+    q->rest.place[i] = ball->r;
+    q->rest.calm_epochs[i] = -1; /* the end of an epoch counts from the next one on */
+    return woken;
+}
+
+void mill_sim_rest_follow(struct mill_sim *sim, int32_t i)
+{
+    struct mill_schedule *q = sim->schedule;
+    if (mill_world_asleep(sim->world, i))
+        return;
+    const int32_t n = leave_place(sim, i);
+    if (n == 0)
+        return;
+    /* planning uses the list */
+    int32_t *woken = malloc(sizeof *woken * (size_t)n);
+    if (!woken)
+        sim->status =
+            mill_error_set(sim->error, MILL_FAILED, "out of memory for the balls at rest");
+    for (int32_t k = 0; woken && k < n; k++)
+        woken[k] = q->pairs.near[k];
+    for (int32_t k = 0; woken && k < n; k++)
+        mill_schedule_ball(q, woken[k], sim->now, MILL_NOBODY);
+    free(woken);
+}
+
+int32_t mill_sim_rest_meet(struct mill_sim *sim, int32_t i, int32_t j, double speed)
+{
+    const struct mill_world *w = sim->world;
+    const bool first = mill_world_asleep(w, i);
+    if (!first && !mill_world_asleep(w, j))
+        return MILL_NOBODY;
+    const int32_t sleeping = first ? i : j, other = first ? j : i;
+    if (speed <= sim->schedule->rest.calm && sim->watch.standing < SQUEEZED &&
+        !mill_pinches_press(&sim->pinches, w, other, sim->now))
+        return sleeping;
+    wake(sim, sleeping);
+    return MILL_NOBODY;
+}
+
+/* Is ball i calm now? */
+static bool is_calm(const struct mill_sim *sim, int32_t i)
+{
+    const double calm = sim->schedule->rest.calm, radius = radius_of(sim, i);
+    const vec3 v = sim->world->ball[i].v, spin = sim->world->spin[i];
+    return vec3_dot(v, v) <= calm * calm && vec3_dot(spin, spin) * radius * radius <= calm * calm;
+}
+
+void mill_sim_rest_settle(struct mill_sim *sim)
+{
+    struct mill_rest *rest = &sim->schedule->rest;
+    const struct mill_world *w = sim->world;
+    if (!(rest->calm > 0.0))
+        return;
+    for (int32_t i = 0; i < w->balls && sim->status == MILL_OK; i++) {
+        if (mill_world_asleep(w, i)) {
+            if (!is_held(sim, i))
+                wake(sim, i);
+            continue;
+        }
+        leave_place(sim, i);
+        rest->calm_epochs[i] = is_calm(sim, i) ? rest->calm_epochs[i] + 1 : 0;
+    }
+    for (int32_t i = 0; i < w->balls && sim->status == MILL_OK; i++)
+        if (!mill_world_asleep(w, i) && rest->calm_epochs[i] >= rest->epochs &&
+            is_secluded(sim, i) && is_held(sim, i))
+            fall_asleep(sim, i);
+}
