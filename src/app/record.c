@@ -107,6 +107,19 @@ static void tell_balance(struct mill_sink *sink, const struct mill_world *world,
                      "largest overlap seen at a contact or a check");
 }
 
+/* Only if balls fell asleep, which needs a bed at rest */
+static void tell_sleep(struct mill_sink *sink, const struct mill_world *world, double local)
+{
+    const struct mill_counts *c = &world->counts;
+    const double sleep = c->sleep + (double)c->asleep * local;
+    if (!(sleep > 0))
+        return;
+    mill_tell_count(sink, "asleep", (uint64_t)c->asleep,
+                    "balls at rest at the end, without events");
+    mill_tell_number(sink, "sleep_time", sleep, "s",
+                     "sum of the times for which balls were at rest, without events");
+}
+
 static void tell_events(struct mill_sink *sink, const struct mill_world *world)
 {
     const struct mill_counts *c = &world->counts;
@@ -165,6 +178,7 @@ void mill_record_tell(const struct mill_world *world, const struct mill_facts *f
         sink, "floored", &world->kinds, world->account.floored,
         "impacts of this kind, from t = 0, after which the normal speed was the rebound floor");
     tell_balance(sink, world, &totals);
+    tell_sleep(sink, world, facts->local);
     tell_cost(sink, facts, totals.contacts);
 }
 

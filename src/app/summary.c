@@ -242,6 +242,11 @@ static void print_state(const struct mill_summary *s, const struct mill_totals *
     fprintf(s->out, "%s at the end, and %s in the balls' spin\n",
             mill_summary_text_si(totals->energy.kinetic, "J"),
             mill_summary_text_si(totals->energy.rotational, "J"));
+    if (s->world->counts.asleep > 0) {
+        mill_summary_text_label(s->out, "at rest");
+        fprintf(s->out, "%lld of %ld balls asleep at the end\n", (long long)s->world->counts.asleep,
+                (long)s->world->balls);
+    }
     mill_summary_text_label(s->out, "solver");
     fprintf(s->out, "energy error %s of %s", mill_summary_text_si(totals->balance_error, "J"),
             mill_summary_text_si(totals->turnover, "J"));

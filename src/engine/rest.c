@@ -124,6 +124,27 @@ static double meet(vec3 d, vec3 u, vec3 g, double sum, double window,
     return mill_poly_first_rise(p, window, false, counts);
 }
 
+bool mill_rest_holds(const struct mill_schedule *q, int32_t species, vec3 lower,
+                     int32_t upper_species, vec3 upper)
+{
+    const double friction = q->world->law[MILL_BALL_BALL].friction;
+    const double sum = q->radius[species] + q->radius[upper_species];
+    const vec3 d = vec3_sub(upper, lower);
+    const double distance = vec3_norm(d);
+    return distance - sum < 2.0 * mill_rest_room(&q->rest, 0.5 * sum) &&
+           vec3_dot(d, q->rest.up) * sqrt(1.0 + friction * friction) >= -friction * distance;
+}
+
+/* [s] in which ball i can have left its place, or a little more */
+static double leaving(const struct mill_schedule *q, int32_t i)
+{
+    const struct mill_ball *ball = &q->world->ball[i];
+    const double room = mill_rest_room(&q->rest, q->radius[ball->species]);
+    const double gone = vec3_norm(vec3_sub(ball->r, q->rest.place[i])), v = vec3_norm(ball->v);
+    const double left = mill_greatest(1.1 * room - gone, 0.1 * room);
+    return 2.0 * left / (v + sqrt(v * v + 2.0 * q->pull * left));
+}
+
 void mill_rest_plan(struct mill_schedule *q, int32_t i, double now)
 {
     struct mill_world *w = q->world;
@@ -134,8 +155,11 @@ void mill_rest_plan(struct mill_schedule *q, int32_t i, double now)
     const double far = window * (vec3_norm(ball->v) + 0.5 * window * q->pull);
     const int32_t n = mill_rest_near(&q->rest, ball->species, q->cells->cell[i], q->pairs.near);
     struct mill_pair found = {INFINITY, MILL_NOBODY};
+    bool holds = false;
     for (int32_t k = 0; k < n; k++) {
         const int32_t j = q->pairs.near[k];
+        holds = holds || mill_rest_holds(q, ball->species, q->rest.place[i], w->ball[j].species,
+                                         w->ball[j].r);
         const double sum = q->radius[ball->species] + q->radius[w->ball[j].species];
         const vec3 d = vec3_sub(ball->r, w->ball[j].r);
         const double within = (sum + far) * (1.0 + 1e-9);
@@ -146,9 +170,15 @@ void mill_rest_plan(struct mill_schedule *q, int32_t i, double now)
             found = (struct mill_pair){dt, j};
     }
     w->counts.pair_tests += (uint64_t)n;
-    if (found.partner == MILL_NOBODY)
-        return;
-    plan->pair_t = now + found.dt;
-    plan->partner = found.partner;
-    plan->partner_contacts = w->ball[found.partner].contacts;
+    if (found.partner != MILL_NOBODY) {
+        plan->pair_t = now + found.dt;
+        plan->partner = found.partner;
+        plan->partner_contacts = w->ball[found.partner].contacts;
+    }
+    const double left = holds ? now + leaving(q, i) : (double)INFINITY;
+    if (left < mill_least(plan->pair_t, plan->exit_t)) {
+        plan->shape_t = left;
+        plan->shape = 0; /* any: no contact is due then */
+        plan->next = MILL_NEXT_SEARCH;
+    }
 }

@@ -37,6 +37,12 @@ static inline double mill_rest_room(const struct mill_rest *rest, double radius)
     return 0.05 * radius + rest->hop;
 }
 
+/* Do two balls of these species with their centres at `lower` and `upper` nearly touch, and can the
+ * first hold up the second? Friction lets a ball lean on a lower one, or even on a higher one if
+ * the contact is not too steep. */
+bool mill_rest_holds(const struct mill_schedule *schedule, int32_t species, vec3 lower,
+                     int32_t upper_species, vec3 upper);
+
 /* Moves ball i, whose record says that it is asleep, into the rows of the sleeping balls. False
  * when out of memory */
 bool mill_rest_lie_down(struct mill_schedule *schedule, int32_t i);
@@ -53,7 +59,8 @@ bool mill_rest_wake(struct mill_schedule *schedule, int32_t i, double now);
 int32_t mill_rest_near(const struct mill_rest *rest, int32_t species, int32_t cell, int32_t *near);
 
 /* Enters an earlier contact of ball i with a sleeping ball into its plan, which has the exit from
- * the cell and the contacts with other balls. Later contacts are not looked for: the search is done
+ * the cell and the contacts with other balls. If it may hold up sleeping balls, its plan also ends
+ * when it can have left its place. Later contacts are not looked for: the search is done
  * again in the next cell. Of contacts at equal times, the one with the smaller ball is taken. */
 void mill_rest_plan(struct mill_schedule *schedule, int32_t i, double now);
 

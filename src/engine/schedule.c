@@ -320,15 +320,15 @@ static void plan_ball(struct mill_schedule *p, int32_t i, double now, int32_t fa
     }
     plan->exit_t = now + out.dt;
     plan->face = (int16_t)out.face;
-    if (p->world->counts.asleep > 0)
-        mill_rest_plan(p, i, now);
     plan->shape_t = INFINITY;
     plan->shape = MILL_NOBODY;
     plan->next = MILL_NEXT_SURFACE;
+    if (p->world->counts.asleep > 0)
+        mill_rest_plan(p, i, now);
     if (plan->let_go)
         plan->let_go = !is_clear(p, i, now);
     if (walls) {
-        const double until = mill_least(plan->pair_t, p->horizon);
+        const double until = mill_least(mill_least(plan->pair_t, plan->shape_t), p->horizon);
         search_surfaces(p, i, now, mill_least(until, plan->exit_t) - now, touched);
     }
     /* arithmetic instead of branches, half of which would be mispredicted */

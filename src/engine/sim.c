@@ -161,13 +161,21 @@ static void resolve(struct mill_sim *sim, int32_t i, int32_t j, double reduced_m
     a->incident += 0.5 * reduced_mass * rebound.normal_speed * rebound.normal_speed;
 }
 
+/* Moves ball i to its event. */
+static void arrive(struct mill_sim *sim, int32_t i)
+{
+    mill_sim_move(sim->world, i, sim->now);
+    if (sim->world->counts.asleep > 0)
+        mill_sim_rest_follow(sim, i);
+}
+
 static void ball_meets_ball(struct mill_sim *sim, int32_t one, int32_t other)
 {
     assert(one != other);
     struct mill_world *w = sim->world;
     const int32_t i = one < other ? one : other, j = one < other ? other : one;
-    mill_sim_move(w, i, sim->now);
-    mill_sim_move(w, j, sim->now);
+    arrive(sim, i);
+    arrive(sim, j);
     const struct mill_ball *a = &w->ball[i], *b = &w->ball[j];
     const struct mill_species *sa = &w->species[a->species], *sb = &w->species[b->species];
     vec3 d = vec3_sub(b->r, a->r);
@@ -205,8 +213,6 @@ static void ball_meets_ball(struct mill_sim *sim, int32_t one, int32_t other)
         mill_schedule_ball(sim->schedule, i, sim->now, MILL_NOBODY);
     if (wall != j)
         mill_schedule_ball(sim->schedule, j, sim->now, MILL_NOBODY);
-    if (w->counts.asleep > 0)
-        mill_sim_rest_follow(sim, other);
 }
 
 /* Adds the work of the surface on the ball to the account, and the part of each motion: the work of
@@ -242,7 +248,7 @@ static void ball_meets_shape(struct mill_sim *sim, int32_t i, int32_t s)
 {
     struct mill_world *w = sim->world;
     const struct mill_shape *shape = w->shape[s];
-    mill_sim_move(w, i, sim->now);
+    arrive(sim, i);
     const struct mill_ball *b = &w->ball[i];
     const struct mill_species *sb = &w->species[b->species];
     const struct mill_pose pose = mill_shape_pose(shape, sim->now);
@@ -284,7 +290,7 @@ static void happen(struct mill_sim *sim, int32_t i)
     if (plan->next == MILL_NEXT_PAIR && w->ball[plan->partner].contacts == plan->partner_contacts) {
         ball_meets_ball(sim, i, plan->partner);
     } else if (plan->next == MILL_NEXT_EXIT) {
-        mill_sim_move(w, i, sim->now);
+        arrive(sim, i);
         if (!mill_schedule_cross(sim->schedule, i, sim->now))
             sim->status =
                 mill_error_set(sim->error, MILL_FAILED, "out of memory for the cell grid");
@@ -292,11 +298,9 @@ static void happen(struct mill_sim *sim, int32_t i)
         ball_meets_shape(sim, i, plan->shape);
     } else { /* the plan is stale, or a search continues: make a new plan from here */
         w->counts.stale++;
-        mill_sim_move(w, i, sim->now);
+        arrive(sim, i);
         mill_schedule_ball(sim->schedule, i, sim->now, MILL_NOBODY);
     }
-    if (w->counts.asleep > 0)
-        mill_sim_rest_follow(sim, i);
 }
 
 /* Stops runs in which infinitely many contacts would happen in a finite time */

@@ -365,10 +365,11 @@ bool mill_sim_paranoid_after(struct mill_sim *sim, int32_t i)
     const bool met = sim->world->ball[i].contacts != p->contacts;
     const bool pair = met && due->next == MILL_NEXT_PAIR;
     const int32_t touched = met && !pair ? due->shape : MILL_NOBODY;
+    const bool woken = p->asleep != sim->world->counts.asleep;
     p->checks.events++;
     return (!met || has_met(sim, i)) && check_ball(sim, i, due->next != MILL_NEXT_EXIT, touched) &&
            (!pair || check_ball(sim, due->partner, true, MILL_NOBODY)) &&
-           (p->asleep == sim->world->counts.asleep || check_balls(sim, false)) &&
+           (!woken || check_balls(sim, false)) &&
            (p->checks.events % ACCOUNT_EVERY != 0 || mill_sim_paranoid_account(sim));
 }
 

@@ -124,8 +124,8 @@ void mill_sim_rest_settle(struct mill_sim *sim);
  * one that stays asleep: it acts like a wall. MILL_NOBODY: both are awake now. */
 int32_t mill_sim_rest_meet(struct mill_sim *sim, int32_t i, int32_t j, double speed);
 
-/* Ball i, whose time is the present, has had an event. If it has left its place, the balls that it
- * has held up wake up. */
+/* Ball i has moved to its event, which is due now. If it has left its place, the balls that it has
+ * held up wake up. */
 void mill_sim_rest_follow(struct mill_sim *sim, int32_t i);
 
 /* ---- paranoid runs (sim_paranoid.c) ---- */

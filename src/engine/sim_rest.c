@@ -12,19 +12,6 @@ static double radius_of(const struct mill_sim *sim, int32_t i)
     return sim->schedule->radius[sim->world->ball[i].species];
 }
 
-/* Do balls i and j nearly touch, with centres at these places? up: the height of the second over
- * the first, over their distance */
-static bool touch(const struct mill_sim *sim, int32_t i, vec3 first, int32_t j, vec3 second,
-                  double *up)
-{
-    const struct mill_rest *rest = &sim->schedule->rest;
-    const double sum = radius_of(sim, i) + radius_of(sim, j);
-    const vec3 d = vec3_sub(second, first);
-    const double distance = vec3_norm(d);
-    *up = vec3_dot(d, rest->up) / distance;
-    return distance - sum < 2.0 * mill_rest_room(rest, 0.5 * sum);
-}
-
 /* Is there something beneath ball i? */
 static bool is_held(struct mill_sim *sim, int32_t i)
 {
@@ -35,8 +22,9 @@ static bool is_held(struct mill_sim *sim, int32_t i)
     const double radius = radius_of(sim, i), room = 2.0 * mill_rest_room(&q->rest, radius);
     for (int32_t k = 0; k < n; k++) {
         const int32_t j = q->pairs.near[k];
-        double up;
-        if (j != i && touch(sim, j, mill_world_position(w, j, sim->now), i, r, &up) && up > BENEATH)
+        const vec3 d = vec3_sub(r, mill_world_position(w, j, sim->now));
+        const double distance = vec3_norm(d), gap = distance - radius - radius_of(sim, j);
+        if (j != i && gap < room && vec3_dot(d, q->rest.up) > BENEATH * distance)
             return true;
     }
     for (int32_t k = q->surface_start[cell]; k < q->surface_start[cell + 1]; k++) {
@@ -96,15 +84,13 @@ static int32_t leave_place(struct mill_sim *sim, int32_t i)
     const double room = mill_rest_room(&q->rest, radius_of(sim, i));
     if (vec3_dot(way, way) <= room * room)
         return 0;
-    const double friction = sim->world->law[MILL_BALL_BALL].friction;
-    const double lean = -friction / sqrt(1.0 + friction * friction);
     const int32_t n =
         mill_rest_near(&q->rest, ball->species, mill_cells_at(q->cells, place), q->pairs.near);
     int32_t woken = 0;
     for (int32_t k = 0; k < n; k++) {
         const int32_t j = q->pairs.near[k];
-        double up;
-        if (touch(sim, i, place, j, sim->world->ball[j].r, &up) && up >= lean)
+        const struct mill_ball *other = &sim->world->ball[j];
+        if (mill_rest_holds(q, ball->species, place, other->species, other->r))
             q->pairs.near[woken++] = j;
     }
     qsort(q->pairs.near, (size_t)woken, sizeof *q->pairs.near, by_number);

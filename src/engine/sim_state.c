@@ -27,6 +27,8 @@ static bool is_sane(const struct mill_sim *sim, int32_t i, int32_t cell)
            w->ball[i].species < w->species_count &&
            is_index(plan->partner, w->balls, plan->pair_t) && plan->partner != i &&
            is_index(plan->shape, w->shapes, plan->shape_t) && plan->face >= 0 && plan->face <= 5 &&
+           (!mill_world_asleep(w, i) ||
+            (sim->schedule->rest.calm > 0.0 && isinf(mill_plan_time(plan)))) &&
            (isinf(mill_plan_time(plan)) || plan->next == MILL_NEXT_EXIT ||
             (plan->next == MILL_NEXT_PAIR && plan->partner != MILL_NOBODY) ||
             (shape && plan->shape != MILL_NOBODY));
@@ -75,9 +77,14 @@ void mill_sim_state(struct mill_sim *sim, struct mill_state *state)
     if (!cell)
         mill_state_refuse(state, "out of memory for the saved balls");
     tell_fields(sim, cell, state);
-    for (int32_t i = 0; i < w->balls && state->status == MILL_OK; i++)
+    int64_t awake = w->balls;
+    for (int32_t i = 0; i < w->balls && state->status == MILL_OK; i++) {
+        awake -= mill_world_asleep(w, i);
         if (!is_sane(sim, i, cell[i]))
             mill_state_refuse(state, "the saved balls are damaged");
+    }
+    if (awake + w->counts.asleep != w->balls)
+        mill_state_refuse(state, "the saved balls are damaged");
     if (state->status == MILL_OK && !mill_schedule_restore(sim->schedule, cell))
         mill_state_refuse(state, "out of memory for the cell grid");
     /* Restart the motions once per epoch, as the run did: their phases contain the sum of the
