@@ -23,7 +23,7 @@ void mill_sim_audit(struct mill_sim *sim)
         if (overlap == (double)INFINITY)
             sim->status = mill_error_set(sim->error, MILL_FAILED,
                                          "the position of ball %ld is not a number at t = %.9g s",
-                                         (long)i, mill_sim_time(sim));
+                                         (long)i, sim->world->base + sim->now);
     }
 }
 

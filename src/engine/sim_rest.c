@@ -4,7 +4,9 @@
 
 #include <stdlib.h>
 
-#define BENEATH 0.1   /* cosine to the vertical: a contact that can hold a ball alone */
+#define BENEATH 0.1 /* cosine to the vertical: a contact that can hold a ball alone */
+/* Every plan must look for sleeping balls. That is worth while if this share of the balls rests. */
+#define WORTH 0.1
 #define SQUEEZED 1000 /* events within a nanosecond: a ball is squeezed against a sleeping one */
 
 static double radius_of(const struct mill_sim *sim, int32_t i)
@@ -147,6 +149,7 @@ void mill_sim_rest_settle(struct mill_sim *sim)
 {
     struct mill_rest *rest = &sim->schedule->rest;
     const struct mill_world *w = sim->world;
+    int64_t ready = 0;
     if (!(rest->calm > 0.0))
         return;
     for (int32_t i = 0; i < w->balls && sim->status == MILL_OK; i++) {
@@ -157,7 +160,10 @@ void mill_sim_rest_settle(struct mill_sim *sim)
         }
         leave_place(sim, i);
         rest->calm_epochs[i] = is_calm(sim, i) ? rest->calm_epochs[i] + 1 : 0;
+        ready += rest->calm_epochs[i] >= rest->epochs;
     }
+    if ((double)(ready + w->counts.asleep) < WORTH * (double)w->balls)
+        return;
     for (int32_t i = 0; i < w->balls && sim->status == MILL_OK; i++)
         if (!mill_world_asleep(w, i) && rest->calm_epochs[i] >= rest->epochs &&
             is_secluded(sim, i) && is_held(sim, i))

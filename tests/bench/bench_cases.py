@@ -187,6 +187,13 @@ def wavy_cost(programs):
     return [{"time_ratio": contact() / contact("drum.buckle_height=0 mm")}]
 
 
+def rest(programs):
+    """A quarter of the reference mill whose rotor stands still, after its balls have come to rest."""
+    sets = ["rotor.speed=0 rpm", "balls.count=1000", "drum.length=30 mm", "blades.count=2", "run.sample_from=0 s"]
+    early, late = (programs.mill("input/simoloyer.ini", *sets, f"run.time={time} s") for time in (3, 33))
+    return [{"cpu_per_simulated_second": max(late["cpu"] - early["cpu"], 0.0) / 30}]
+
+
 def planetary(programs):
     return [programs.mill("input/planetary.ini")]
 
@@ -304,6 +311,15 @@ CASES = [
         1 / 3,
         0.1,
         quantity="cpu_per_simulated_second",
+    ),
+    Case(
+        "rest",
+        "reference mill, 1000 balls at rest on 0 rpm",
+        rest,
+        1.5,
+        0.15,
+        quantity="cpu_per_simulated_second",
+        once=True,
     ),
     Case("attritor", "attritor, 4000 balls, 40 pins, whole program", attritor, 1.0e6, 2e6),
     Case("attritor-mesh", "same, the pins a mesh of 4000 facets", attritor_mesh, 0.75e6, 2e6),
