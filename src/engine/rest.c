@@ -47,7 +47,8 @@ bool mill_rest_create(struct mill_rest *p, const struct mill_world *w, double wi
         widest = fmax(widest, w->species[k].radius);
     }
     p->hop = 0.5 * calm * calm / g;
-    if (w->container.period > 0.0 || !(g > 0.0) || !(calm > 0.0) || !(p->hop <= LIFT * thinnest) || !find_moving(p, w))
+    if (w->container.period > 0.0 || !(g > 0.0) || !(calm > 0.0) || !(p->hop <= LIFT * thinnest) ||
+        !find_moving(p, w))
         return true;
     p->calm = calm;
     p->up = vec3_scale(w->g, -1.0 / g);
