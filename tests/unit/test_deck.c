@@ -312,7 +312,7 @@ START_TEST(each_hands_out_every_entry_with_its_meaning)
     struct mill_deck *deck = read_good(BASE BALLS ROTOR BLADES);
     int count = 0;
     mill_deck_each(deck, count_entry, &count);
-    ck_assert_int_eq(count, 3 + 1 + 5 + 3 + 3 + 6 + 4 + 5);
+    ck_assert_int_eq(count, 3 + 1 + 5 + 4 + 3 + 6 + 4 + 5);
     mill_deck_free(deck);
 }
 END_TEST
