@@ -146,7 +146,7 @@ static inline bool mill_world_asleep(const struct mill_world *world, int32_t i)
 /* [s] for which a ball has flown since its own time until local time t; 0: it is asleep */
 static inline double mill_world_flown(const struct mill_ball *ball, double t)
 {
-    return mill_greatest(t - ball->t, 0.0);
+    return ball->t < HUGE_VAL ? t - ball->t : 0.0;
 }
 
 /* Position [m] and velocity [m/s] of ball i at local time t >= its own time. */
