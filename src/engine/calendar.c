@@ -106,8 +106,7 @@ static void join_today(struct mill_calendar *c, int32_t item)
         sift(c, c->count, c->due[c->count], c->who[c->count]);
 }
 
-/* The index of the earliest of BLOCK events from `due` on, and its time; bits: all those at this
- * time */
+/* The time of the earliest of BLOCK events from `due` on; bits: which of them have this time */
 static inline double earliest(const double *due, unsigned *bits)
 {
 #ifdef __SSE2__

@@ -62,8 +62,7 @@ static void look(const struct mill_schedule *p, int32_t i,
     const int32_t at = exit ? mill_grids_across(&p->grids, cell[i], plan->face, &shift) : cell[i];
     struct mill_grids_look look[2 * MILL_GRIDS_LOOKS];
     const struct mill_ball *ball = p->world->ball;
-    int looks = exit ? mill_grids_look(&p->grids, ball[i].species, at, plan->face, look)
-                     : mill_grids_look(&p->grids, ball[i].species, at, -1, look);
+    int looks = mill_grids_look(&p->grids, ball[i].species, at, exit ? plan->face : -1, look);
     if (partner >= 0 && (cell[partner] != at || ball[partner].species != ball[i].species))
         looks += mill_grids_look(&p->grids, ball[partner].species, cell[partner], -1, look + looks);
     fetch(&p->surface_start[at]);
