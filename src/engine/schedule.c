@@ -253,7 +253,8 @@ static void search_surfaces(struct mill_schedule *p, int32_t i, double now, doub
     const struct mill_ball *ball = &w->ball[i];
     const int32_t cell = p->cells->cell[i];
     const double radius = p->radius[ball->species];
-    struct mill_flight flight = {ball->r, ball->v, w->g, p->pull, .travel = INFINITY};
+    struct mill_flight flight = {
+        ball->r, ball->v, w->g, p->pull, .travel = INFINITY, .counts = &p->world->counts.quartics};
     const struct mill_lately *l = NULL; /* of the motion `seen` */
     int32_t seen = MILL_NOBODY;
     double turn = 0.0; /* [rad] maximum turn of the motion from its pose to the end of the

@@ -41,6 +41,7 @@ struct mill_flight {
     vec3 place;
     double travel;
     struct mill_span parts; /* the parts that the ball can meet, of a shape that has parts */
+    struct mill_poly_counts *counts; /* of solvers; may be NULL */
 };
 
 /* The result of a search for a contact */
@@ -191,7 +192,6 @@ struct mill_shape {
     bool pinches;  /* it can pinch balls */
     bool fixed;    /* the distance of any point of space from it never changes */
     double hollow; /* [m] minimum radius of surfaces that curve around the ball; 0: none */
-    struct mill_poly_counts *counts; /* counts of its solver; may be NULL */
 };
 
 /* `chart` of surfaces about the x axis of their motion's frame */
@@ -235,8 +235,7 @@ static inline struct mill_contact mill_shape_meet(const struct mill_shape *shape
  * gravity has no component in this plane). The sign s makes the polynomial rise when the gap
  * closes. */
 static inline double mill_shape_circle(const struct mill_flight *f, double y0, double z0,
-                                       double rho, double s, double horizon, bool touching,
-                                       struct mill_poly_counts *counts)
+                                       double rho, double s, double horizon, bool touching)
 {
     const double y = f->r.y - y0, z = f->r.z - z0;
     const double p[5] = {
@@ -246,7 +245,7 @@ static inline double mill_shape_circle(const struct mill_flight *f, double y0, d
         s * (f->v.y * f->g.y + f->v.z * f->g.z),
         s * 0.25 * (f->g.y * f->g.y + f->g.z * f->g.z),
     };
-    return mill_poly_first_rise(p, horizon, touching, counts);
+    return mill_poly_first_rise(p, horizon, touching, f->counts);
 }
 
 #endif

@@ -52,7 +52,6 @@ struct making {
     const struct mill_chamber *chamber;
     struct mill_motion *const *motion;
     const struct mill_motion *carries; /* the motion that moves the container */
-    struct mill_poly_counts *counts;
     struct mill_shape **shape;
     int count, room;
 };
@@ -80,7 +79,6 @@ static bool make(struct making *m, const struct mill_setup_surface *s,
     shape->motion = s->motion == MILL_STILL ? NULL : m->motion[s->motion];
     shape->number = s->number;
     shape->fixed = shape->motion == NULL;
-    shape->counts = m->counts;
     const bool good = type->create(shape, form, m->chamber);
     shape->pinches = can_pinch(m, s, shape);
     return good;
@@ -135,12 +133,11 @@ static bool make_drum(struct making *m)
 }
 
 bool mill_shapes_create(const struct mill_setup *setup, const struct mill_chamber *chamber,
-                        struct mill_motion *const *motion, struct mill_poly_counts *counts,
-                        struct mill_shape ***shapes, int *count)
+                        struct mill_motion *const *motion, struct mill_shape ***shapes, int *count)
 {
     const struct mill_setup_surface *container = mill_shapes_container(setup);
     const int carries = container ? container->motion : setup->drum.rides - 1;
-    struct making m = {.setup = setup, .chamber = chamber, .motion = motion, .counts = counts};
+    struct making m = {.setup = setup, .chamber = chamber, .motion = motion};
     m.carries = carries >= 0 ? motion[carries] : NULL;
     m.room = 3 + setup->surfaces + MILL_WALLS;
     m.shape = *shapes = calloc((size_t)m.room, sizeof **shapes);

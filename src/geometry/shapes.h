@@ -32,11 +32,9 @@ struct mill_chamber mill_shapes_chamber(const struct mill_setup_drum *drum);
 const struct mill_setup_surface *mill_shapes_container(const struct mill_setup *setup);
 
 /* Creates the drum and end walls, if the setup has them, then the setup's surfaces:
- * *shapes[*count]. counts: for the counts of solvers; may be NULL. false: out of memory. Owner: the
- * caller, in any case. */
+ * *shapes[*count]. false: out of memory. Owner: the caller, in any case. */
 bool mill_shapes_create(const struct mill_setup *setup, const struct mill_chamber *chamber,
-                        struct mill_motion *const *motion, struct mill_poly_counts *counts,
-                        struct mill_shape ***shapes, int *count);
+                        struct mill_motion *const *motion, struct mill_shape ***shapes, int *count);
 void mill_shapes_free(struct mill_shape **shapes, int count);
 
 #endif

@@ -143,8 +143,7 @@ static double rise(const struct mill_wavy *w, int arc, const struct mill_flight 
                    double horizon, bool touching)
 {
     const double s = mill_wavy_inward(arc), rho = w->radius - s * radius;
-    return mill_shape_circle(f, w->arc[arc].y, w->arc[arc].z, rho, s, horizon, touching,
-                             w->base.counts);
+    return mill_shape_circle(f, w->arc[arc].y, w->arc[arc].z, rho, s, horizon, touching);
 }
 
 /* The first contact of a piece of a flight between two edges. outer: the arc of its wedge, or

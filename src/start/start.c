@@ -233,8 +233,7 @@ static bool make_shapes(const struct mill_setup *setup, struct mill_world *w)
     if (setup->drum.radius > 0.0)
         chamber = mill_shapes_chamber(&setup->drum);
     chamber.places = w->container.places;
-    return mill_shapes_create(setup, &chamber, w->motion, &w->counts.quartics, &w->shape,
-                              &w->shapes);
+    return mill_shapes_create(setup, &chamber, w->motion, &w->shape, &w->shapes);
 }
 
 /* Shafts and other surfaces that stand still or turn about the drum's axis must fit into the drum.

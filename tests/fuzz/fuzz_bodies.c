@@ -144,7 +144,7 @@ static void open_mill(struct shot *s)
     const struct mill_setup setup = {.motions = s->links, .surfaces = 1, .surface = &surface};
     const struct mill_chamber chamber = {.half_length = FAR,
                                          .places = {{-FAR, -FAR, -FAR}, {FAR, FAR, FAR}, INFINITY}};
-    fuzz_require(mill_shapes_create(&setup, &chamber, s->motion, NULL, &s->shape, &s->shapes),
+    fuzz_require(mill_shapes_create(&setup, &chamber, s->motion, &s->shape, &s->shapes),
                  "out of memory");
 }
 

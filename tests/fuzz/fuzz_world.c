@@ -301,7 +301,7 @@ static void make_surfaces(struct placing *p)
             .type = d->shape[k].type, .form = d->shape[k].form, .number = d->shape[k].number};
     p->rotor = mill_turn_type.create(&turn);
     fuzz_require(p->rotor &&
-                     mill_shapes_create(&setup, &chamber, &p->rotor, NULL, &p->shape, &p->shapes),
+                     mill_shapes_create(&setup, &chamber, &p->rotor, &p->shape, &p->shapes),
                  "no surfaces");
 }
 

@@ -34,7 +34,7 @@ static inline void mill_build_in(struct mill *m, const struct mill_setup_drum *d
     m->chamber = mill_shapes_chamber(drum);
     m->rotor = mill_turn_type.create(&turn);
     ck_assert_ptr_nonnull(m->rotor);
-    ck_assert(mill_shapes_create(&setup, &m->chamber, &m->rotor, NULL, &m->shape, &count));
+    ck_assert(mill_shapes_create(&setup, &m->chamber, &m->rotor, &m->shape, &count));
     ck_assert_int_eq(count, SHAPES);
 }
 

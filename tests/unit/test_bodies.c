@@ -74,7 +74,7 @@ static void open_one(uint64_t *seed, struct one *o, int kind, bool inside, int w
     const struct mill_setup setup = {.motions = o->chain.count, .surfaces = 1, .surface = &surface};
     const struct mill_chamber chamber = {.half_length = 1.0,
                                          .places = {{-1.0, -1.0, -1.0}, {1.0, 1.0, 1.0}, INFINITY}};
-    ck_assert(mill_shapes_create(&setup, &chamber, o->chain.link, NULL, &o->shape, &o->shapes));
+    ck_assert(mill_shapes_create(&setup, &chamber, o->chain.link, &o->shape, &o->shapes));
 }
 
 static void close_one(struct one *o)

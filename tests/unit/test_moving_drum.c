@@ -31,7 +31,7 @@ static void open_drum(uint64_t *seed, struct moving *d, int way, bool wavy)
     const struct mill_setup setup = {.drum = d->is, .motions = d->chain.count};
     struct mill_chamber chamber = mill_shapes_chamber(&d->is);
     chamber.places = (struct mill_reach){{-1.0, -1.0, -1.0}, {1.0, 1.0, 1.0}, INFINITY};
-    ck_assert(mill_shapes_create(&setup, &chamber, d->chain.link, NULL, &d->shape, &d->shapes));
+    ck_assert(mill_shapes_create(&setup, &chamber, d->chain.link, &d->shape, &d->shapes));
     ck_assert_int_eq(d->shapes, 3);
 }
 
@@ -124,7 +124,7 @@ START_TEST(what_turns_about_its_own_axis_is_met_like_what_stands)
         const struct mill_chamber chamber = mill_shapes_chamber(&round_drum);
         struct mill_shape **still;
         int count;
-        ck_assert(mill_shapes_create(&setup, &chamber, NULL, NULL, &still, &count));
+        ck_assert(mill_shapes_create(&setup, &chamber, NULL, &still, &count));
         if (random_flight(&seed, &d, &f))
             for (int k = 0; k < 3; k++) {
                 const double t = first_contact(still[k], &f, 0.03, false, NULL);
