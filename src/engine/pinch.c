@@ -57,13 +57,14 @@ void mill_pinches_free(struct mill_pinches *p)
     free(p->most);
 }
 
-void mill_pinches_meet(struct mill_pinches *p, struct mill_world *w, int32_t i, double t)
+double mill_pinches_meet(struct mill_pinches *p, const struct mill_world *w, int32_t i, double t)
 {
+    double pressed = 0.0;
     struct mill_pinch *b = &p->ball[i];
     const double passed = t - b->last, duration = p->duration[w->ball[i].species];
     if (passed < duration) {
         b->impulse *= 1.0 - passed / duration;
-        w->counts.pinch_time += b->last - b->since > duration ? passed : 0.0;
+        pressed = b->last - b->since > duration ? passed : 0.0;
     } else {
         b->impulse = 0.0;
         b->against = vec3_make(0.0, 0.0, 0.0);
@@ -71,6 +72,7 @@ void mill_pinches_meet(struct mill_pinches *p, struct mill_world *w, int32_t i, 
         b->since = t;
     }
     b->last = t;
+    return pressed;
 }
 
 /* [N] The force that moves a ball of this radius through the nip between an edge and the surface

@@ -46,8 +46,10 @@ static inline bool mill_pinches_press(const struct mill_pinches *p, const struct
     return b->last - b->since > duration && t - b->last < duration;
 }
 
-/* Call this before ball i meets a body that can pinch. */
-void mill_pinches_meet(struct mill_pinches *pinches, struct mill_world *world, int32_t i, double t);
+/* Call this before ball i meets a body that can pinch. Returns the time since its last contact with
+ * one for which it was pressed [s]. */
+double mill_pinches_meet(struct mill_pinches *pinches, const struct mill_world *world, int32_t i,
+                         double t);
 
 /* Call this after the body has given ball i this impulse [N s] along the normal, with this
  * coefficient of friction. true: the ball is to be let go. */

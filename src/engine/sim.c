@@ -4,13 +4,11 @@
  * for overlaps and planned again. Thus local times stay small and precise. Only the clock decides
  * when an epoch ends, so no output option can change the run. */
 #include "engine/sim_private.h"
-#include "geometry/shape.h"
 
 #include <assert.h>
 #include <stdlib.h>
 
-#define STILL 100000 /* events within a nanosecond, after which contacts are without friction */
-#define LARGE 20000  /* balls, from which schedule_ahead.c saves more time than it takes */
+#define LARGE 20000 /* balls, from which schedule_ahead.c saves more time than it takes */
 
 enum mill_status mill_sim_create(struct mill_world *world, struct mill_sim **sim,
                                  struct mill_error *error)
@@ -88,219 +86,12 @@ static bool goes_on(struct mill_sim *sim, enum mill_status status)
     return mill_sim_goes_on(sim->status);
 }
 
-static void tell(struct mill_sim *sim, const struct mill_impact *impact)
+void mill_sim_record(struct mill_sim *sim, const struct mill_sim_entry *entry)
 {
+    const struct mill_impact *impact = &entry->impact;
+    mill_sim_book(sim->world, entry);
     goes_on(sim, sim->thread ? mill_sim_thread_push(sim->thread, impact, sim->error)
                              : mill_sim_tell(sim->observer, sim->observers, impact, sim->error));
-}
-
-/* impulse: given to the ball at its surface point, in direction `outwards` from its centre */
-static void kick(struct mill_world *w, int32_t i, vec3 outwards, vec3 impulse, bool smooth)
-{
-    struct mill_ball *b = &w->ball[i];
-    const struct mill_species *s = &w->species[b->species];
-    b->v = vec3_axpy(b->v, 1.0 / s->mass, impulse);
-    if (!smooth) /* otherwise rounding alone would change the spin */
-        w->spin[i] = vec3_axpy(w->spin[i], s->radius / s->inertia, vec3_cross(outwards, impulse));
-    b->contacts++;
-}
-
-/* Gives their impulses to ball i and ball j; j MILL_NOBODY: only i. n: from i into its partner. The
- * caller has set kind, ball, partner and position of the impact. This function fills in the rest
- * and adds the impact to the account. */
-static void resolve(struct mill_sim *sim, int32_t i, int32_t j, double reduced_mass, vec3 n,
-                    vec3 slip, struct mill_impact *impact)
-{
-    struct mill_world *w = sim->world;
-    struct mill_account *a = &w->account;
-    const int kind = impact->kind;
-    struct mill_law law = w->law[kind];
-    if (w->fall[kind].points > 0)
-        law.restitution = mill_impact_restitution(&w->fall[kind], vec3_dot(slip, n));
-    impact->lasting = mill_pinches_press(&sim->pinches, w, i, sim->now) ||
-                      (j != MILL_NOBODY && mill_pinches_press(&sim->pinches, w, j, sim->now));
-    double least = w->rebound_floor; /* [m/s] minimum normal speed afterwards */
-    if (impact->lasting) {
-        law.restitution = 0.0;
-        least = sim->pinches.parting;
-    }
-    /* In a corner, friction and the rebound floor can cause contacts without end at the same time:
-     * the floor gives back the energy that friction takes. If time does not advance, contacts are
-     * therefore computed without friction until it advances again. Then the floor separates the
-     * bodies. */
-    if (sim->watch.standing > STILL && law.friction > 0.0) {
-        law.friction = 0.0;
-        w->counts.smoothed++;
-    }
-    const struct mill_rebound rebound = mill_impact_resolve(&law, least, reduced_mass, n, slip);
-    const bool smooth = law.friction == 0.0;
-    impact->time = w->base + sim->now;
-    impact->normal = vec3_scale(n, -1.0);
-    impact->impulse = vec3_scale(rebound.impulse, -1.0);
-    impact->slip = vec3_axpy(slip, -vec3_dot(slip, n), n);
-    impact->normal_speed = rebound.normal_speed;
-    impact->tangential_speed = rebound.tangential_speed;
-    impact->dissipation = rebound.dissipation;
-    impact->dissipation_normal = rebound.dissipation_normal;
-    impact->slid = rebound.slid;
-    kick(w, i, n, impact->impulse, smooth);
-    if (j != MILL_NOBODY)
-        kick(w, j, impact->normal, rebound.impulse, smooth);
-    w->counts.not_closing += vec3_dot(slip, n) < 0.0;
-    if (impact->lasting) {
-        w->counts.pinch_contacts++;
-    } else {
-        a->collisions[kind]++;
-        a->floored[kind] += rebound.floored;
-        for (int k = 0; k < MILL_WORLD_FAST; k++)
-            a->fast[kind][k] += rebound.normal_speed >= mill_world_fast[k];
-    }
-    a->dissipation[kind] += rebound.dissipation;
-    a->dissipation_normal[kind] += rebound.dissipation_normal;
-    a->dissipation_gross += fabs(rebound.dissipation);
-    a->incident += 0.5 * reduced_mass * rebound.normal_speed * rebound.normal_speed;
-}
-
-/* Moves ball i to its event. */
-static void arrive(struct mill_sim *sim, int32_t i)
-{
-    mill_sim_move(sim->world, i, sim->now);
-    if (sim->world->counts.asleep > 0)
-        mill_sim_rest_follow(sim, i);
-}
-
-static void ball_meets_ball(struct mill_sim *sim, int32_t one, int32_t other)
-{
-    assert(one != other);
-    struct mill_world *w = sim->world;
-    const int32_t i = one < other ? one : other, j = one < other ? other : one;
-    arrive(sim, i);
-    arrive(sim, j);
-    const struct mill_ball *a = &w->ball[i], *b = &w->ball[j];
-    const struct mill_species *sa = &w->species[a->species], *sb = &w->species[b->species];
-    vec3 d = vec3_sub(b->r, a->r);
-    d.x = mill_world_image(w, d.x);
-    const double distance = vec3_norm(d);
-    const vec3 n = vec3_scale(d, 1.0 / distance); /* from i to j */
-    const vec3 spin = vec3_axpy(vec3_scale(w->spin[i], sa->radius), sb->radius, w->spin[j]);
-    const vec3 slip = vec3_add(vec3_sub(a->v, b->v), vec3_cross(spin, n));
-    const double reduced = sa->mass * sb->mass / (sa->mass + sb->mass);
-    const int32_t wall = w->counts.asleep > 0 ? mill_sim_rest_meet(sim, i, j, vec3_dot(slip, n))
-                                              : MILL_NOBODY; /* it is asleep and stays so */
-    w->counts.largest_overlap =
-        mill_greatest(w->counts.largest_overlap, sa->radius + sb->radius - distance);
-    struct mill_impact impact = {.kind = MILL_BALL_BALL,
-                                 .ball = i,
-                                 .partner = j,
-                                 .species = (int16_t)a->species,
-                                 .partner_species = (int16_t)b->species,
-                                 .position = vec3_axpy(a->r, sa->radius, n),
-                                 .surface = -1};
-    impact.position.x = mill_world_image(w, impact.position.x);
-    if (wall == MILL_NOBODY) {
-        resolve(sim, i, j, reduced, n, slip, &impact);
-    } else if (wall == j) {
-        resolve(sim, i, MILL_NOBODY, sa->mass, n, slip, &impact);
-    } else {
-        resolve(sim, j, MILL_NOBODY, sb->mass, vec3_scale(n, -1.0), vec3_scale(slip, -1.0),
-                &impact);
-        impact.normal = vec3_scale(n, -1.0); /* into ball i, as the rest */
-        impact.impulse = vec3_scale(impact.impulse, -1.0);
-        impact.slip = vec3_scale(impact.slip, -1.0);
-    }
-    tell(sim, &impact);
-    if (wall != i)
-        mill_schedule_ball(sim->schedule, i, sim->now, MILL_NOBODY);
-    if (wall != j)
-        mill_schedule_ball(sim->schedule, j, sim->now, MILL_NOBODY);
-}
-
-/* Adds the work of the surface on the ball to the account, and the part of each motion: the work of
- * the impulse at the velocity that this motion adds to the velocity of its carriers. Also adds the
- * angular impulse about the motion's axis. */
-static void book_work(struct mill_sim *sim, const struct mill_shape *shape,
-                      const struct mill_contact *c, const struct mill_impact *impact)
-{
-    struct mill_account *a = &sim->world->account;
-    if (!shape->motion)
-        return;
-    const vec3 impulse = impact->impulse; /* on the ball */
-    const double work = vec3_dot(impulse, c->velocity);
-    double left = work; /* work of the motion and its carriers */
-    a->work += work;
-    a->pinch_work += impact->lasting ? work : 0.0;
-    a->work_gross += fabs(work);
-    for (const struct mill_motion *m = shape->motion; m; m = m->on) {
-        const struct mill_pose carrier = mill_motion_pose(m->on, sim->now);
-        const double rest = m->on ? vec3_dot(impulse, mill_pose_velocity(&carrier, c->point)) : 0.0;
-        vec3 through, axis;
-        a->motion[m->number].work += left - rest;
-        left = rest;
-        if (!m->type->axis || !m->type->axis(m, &through, &axis))
-            continue;
-        const vec3 arm = vec3_sub(c->point, mill_pose_out(&carrier, through));
-        a->motion[m->number].impulse +=
-            vec3_dot(mill_pose_turn_out(&carrier, axis), vec3_cross(arm, impulse));
-    }
-}
-
-static void ball_meets_shape(struct mill_sim *sim, int32_t i, int32_t s)
-{
-    struct mill_world *w = sim->world;
-    const struct mill_shape *shape = w->shape[s];
-    arrive(sim, i);
-    const struct mill_ball *b = &w->ball[i];
-    const struct mill_species *sb = &w->species[b->species];
-    const struct mill_pose pose = mill_shape_pose(shape, sim->now);
-    const struct mill_contact c = mill_shape_meet(shape, b->r, b->v, sb->radius, &pose);
-    const vec3 n = vec3_scale(c.normal, -1.0); /* from the ball into the surface */
-    const vec3 slip = vec3_axpy(vec3_sub(b->v, c.velocity), sb->radius, vec3_cross(w->spin[i], n));
-    if (!sim->schedule->plan[i].let_go || !shape->pinches)
-        w->counts.largest_overlap = mill_greatest(w->counts.largest_overlap, -c.gap);
-    struct mill_impact impact = {.kind = shape->kind,
-                                 .ball = i,
-                                 .partner = shape->number,
-                                 .species = (int16_t)b->species,
-                                 .partner_species = -1,
-                                 .position = c.point,
-                                 .surface = s,
-                                 .place = mill_pose_in(&pose, c.point),
-                                 .facing = mill_pose_turn_in(&pose, c.normal)};
-    const bool pinches = shape->pinches && sim->pinches.ball;
-    const double friction = w->law[impact.kind].friction;
-    if (pinches)
-        mill_pinches_meet(&sim->pinches, w, i, sim->now);
-    else
-        mill_pinches_lean(&sim->pinches, i, c.normal, friction);
-    resolve(sim, i, MILL_NOBODY, sb->mass, n, slip, &impact);
-    if (pinches && mill_pinches_push(&sim->pinches, w, i, vec3_dot(impact.impulse, c.normal),
-                                     c.normal, friction)) {
-        sim->schedule->plan[i].let_go = true;
-        w->counts.reliefs++;
-    }
-    book_work(sim, shape, &c, &impact);
-    tell(sim, &impact);
-    mill_schedule_ball(sim->schedule, i, sim->now, s);
-}
-
-static void happen(struct mill_sim *sim, int32_t i)
-{
-    struct mill_world *w = sim->world;
-    const struct mill_plan *plan = &sim->schedule->plan[i];
-    if (plan->next == MILL_NEXT_PAIR && w->ball[plan->partner].contacts == plan->partner_contacts) {
-        ball_meets_ball(sim, i, plan->partner);
-    } else if (plan->next == MILL_NEXT_EXIT) {
-        arrive(sim, i);
-        if (!mill_schedule_cross(sim->schedule, i, sim->now))
-            sim->status =
-                mill_error_set(sim->error, MILL_FAILED, "out of memory for the cell grid");
-    } else if (plan->next == MILL_NEXT_SURFACE) {
-        ball_meets_shape(sim, i, plan->shape);
-    } else { /* the plan is stale, or a search continues: make a new plan from here */
-        w->counts.stale++;
-        arrive(sim, i);
-        mill_schedule_ball(sim->schedule, i, sim->now, MILL_NOBODY);
-    }
 }
 
 /* Stops runs in which infinitely many contacts would happen in a finite time */
@@ -370,7 +161,7 @@ static void take_events(struct mill_sim *sim, double limit, uint64_t *budget,
         sim->now = mill_greatest(t, sim->now);
         if (sim->world->balls >= LARGE)
             mill_schedule_ahead(sim->schedule);
-        happen(sim, i);
+        mill_sim_happen(sim, i);
         watch_time(sim, i, t);
         if (sim->paranoid && sim->status == MILL_OK)
             mill_sim_paranoid_after(sim, i);

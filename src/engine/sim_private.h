@@ -15,6 +15,16 @@ struct mill_watch {
     uint64_t events;   /* number of events in this millisecond */
 };
 
+/* A contact: what the account and the observers get */
+struct mill_sim_entry {
+    struct mill_impact impact;
+    double now;          /* [s] local time */
+    double reduced_mass; /* [kg] */
+    vec3 velocity;       /* [m/s] of the surface, at the contact */
+    double pressed;      /* [s] for which the ball was pressed since its last contact */
+    bool floored;        /* at the rebound floor */
+};
+
 struct mill_sim_paranoid {
     struct mill_sim_checks checks;
     struct mill_plan due; /* the plan of the present event */
@@ -35,6 +45,15 @@ struct mill_sim {
     struct mill_error *error;       /* of the present call of mill_sim_run */
     enum mill_status status;
 };
+
+/* Carries out ball i's event at the present time (sim_contact.c). */
+void mill_sim_happen(struct mill_sim *sim, int32_t i);
+
+/* A contact has happened: it goes into the account and to the observers (sim.c). */
+void mill_sim_record(struct mill_sim *sim, const struct mill_sim_entry *entry);
+
+/* Adds a contact to the account (sim_account.c). */
+void mill_sim_book(struct mill_world *world, const struct mill_sim_entry *entry);
 
 /* ---- calling the observers: these return the last status that is not MILL_OK. If one of them ends
  * the run, the others are still called for this event; after a failure they are not. ---- */

@@ -1,0 +1,52 @@
+/* The account of a run: what each contact adds to the sums, in order of time */
+#include "engine/sim_private.h"
+#include "geometry/shape.h"
+
+/* Adds the work of the surface on the ball to the account, and the part of each motion: the work of
+ * the impulse at the velocity that this motion adds to the velocity of its carriers. Also adds the
+ * angular impulse about the motion's axis. */
+static void book_work(struct mill_account *a, const struct mill_motion *motion,
+                      const struct mill_sim_entry *entry)
+{
+    const vec3 impulse = entry->impact.impulse, point = entry->impact.position; /* on the ball */
+    const double work = vec3_dot(impulse, entry->velocity);
+    double left = work; /* work of the motion and its carriers */
+    a->work += work;
+    a->pinch_work += entry->impact.lasting ? work : 0.0;
+    a->work_gross += fabs(work);
+    for (const struct mill_motion *m = motion; m; m = m->on) {
+        const struct mill_pose carrier = mill_motion_pose(m->on, entry->now);
+        const double rest = m->on ? vec3_dot(impulse, mill_pose_velocity(&carrier, point)) : 0.0;
+        vec3 through, axis;
+        a->motion[m->number].work += left - rest;
+        left = rest;
+        if (!m->type->axis || !m->type->axis(m, &through, &axis))
+            continue;
+        const vec3 arm = vec3_sub(point, mill_pose_out(&carrier, through));
+        a->motion[m->number].impulse +=
+            vec3_dot(mill_pose_turn_out(&carrier, axis), vec3_cross(arm, impulse));
+    }
+}
+
+void mill_sim_book(struct mill_world *w, const struct mill_sim_entry *entry)
+{
+    struct mill_account *a = &w->account;
+    const struct mill_impact *impact = &entry->impact;
+    const int kind = impact->kind;
+    const double speed = impact->normal_speed;
+    w->counts.pinch_time += entry->pressed;
+    if (impact->lasting) {
+        w->counts.pinch_contacts++;
+    } else {
+        a->collisions[kind]++;
+        a->floored[kind] += entry->floored;
+        for (int k = 0; k < MILL_WORLD_FAST; k++)
+            a->fast[kind][k] += speed >= mill_world_fast[k];
+    }
+    a->dissipation[kind] += impact->dissipation;
+    a->dissipation_normal[kind] += impact->dissipation_normal;
+    a->dissipation_gross += fabs(impact->dissipation);
+    a->incident += 0.5 * entry->reduced_mass * speed * speed;
+    if (impact->surface >= 0 && w->shape[impact->surface]->motion)
+        book_work(a, w->shape[impact->surface]->motion, entry);
+}

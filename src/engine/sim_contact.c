@@ -1,0 +1,180 @@
+/* One event: the balls move to it, get their new velocities and new plans. A contact is written
+ * into the account and told to the observers, at once or, if other threads work on other events,
+ * later in order of time. */
+#include "engine/sim_private.h"
+#include "geometry/shape.h"
+
+#include <assert.h>
+
+#define STILL 100000 /* events within a nanosecond, after which contacts are without friction */
+
+/* impulse: given to the ball at its surface point, in direction `outwards` from its centre */
+static void kick(struct mill_world *w, int32_t i, vec3 outwards, vec3 impulse, bool smooth)
+{
+    struct mill_ball *b = &w->ball[i];
+    const struct mill_species *s = &w->species[b->species];
+    b->v = vec3_axpy(b->v, 1.0 / s->mass, impulse);
+    if (!smooth) /* otherwise rounding alone would change the spin */
+        w->spin[i] = vec3_axpy(w->spin[i], s->radius / s->inertia, vec3_cross(outwards, impulse));
+    b->contacts++;
+}
+
+/* Gives their impulses to ball i and ball j; j MILL_NOBODY: only i. n: from i into its partner. The
+ * caller has set kind, ball, partner and position of the impact. This function fills in the rest.
+ */
+static void resolve(struct mill_sim *sim, int32_t i, int32_t j, double reduced_mass, vec3 n,
+                    vec3 slip, struct mill_sim_entry *entry)
+{
+    struct mill_world *w = sim->world;
+    struct mill_impact *impact = &entry->impact;
+    const int kind = impact->kind;
+    struct mill_law law = w->law[kind];
+    if (w->fall[kind].points > 0)
+        law.restitution = mill_impact_restitution(&w->fall[kind], vec3_dot(slip, n));
+    impact->lasting = mill_pinches_press(&sim->pinches, w, i, sim->now) ||
+                      (j != MILL_NOBODY && mill_pinches_press(&sim->pinches, w, j, sim->now));
+    double least = w->rebound_floor; /* [m/s] minimum normal speed afterwards */
+    if (impact->lasting) {
+        law.restitution = 0.0;
+        least = sim->pinches.parting;
+    }
+    /* In a corner, friction and the rebound floor can cause contacts without end at the same time:
+     * the floor gives back the energy that friction takes. If time does not advance, contacts are
+     * therefore computed without friction until it advances again. Then the floor separates the
+     * bodies. */
+    if (sim->watch.standing > STILL && law.friction > 0.0) {
+        law.friction = 0.0;
+        w->counts.smoothed++;
+    }
+    const struct mill_rebound rebound = mill_impact_resolve(&law, least, reduced_mass, n, slip);
+    const bool smooth = law.friction == 0.0;
+    impact->time = w->base + sim->now;
+    impact->normal = vec3_scale(n, -1.0);
+    impact->impulse = vec3_scale(rebound.impulse, -1.0);
+    impact->slip = vec3_axpy(slip, -vec3_dot(slip, n), n);
+    impact->normal_speed = rebound.normal_speed;
+    impact->tangential_speed = rebound.tangential_speed;
+    impact->dissipation = rebound.dissipation;
+    impact->dissipation_normal = rebound.dissipation_normal;
+    impact->slid = rebound.slid;
+    kick(w, i, n, impact->impulse, smooth);
+    if (j != MILL_NOBODY)
+        kick(w, j, impact->normal, rebound.impulse, smooth);
+    w->counts.not_closing += vec3_dot(slip, n) < 0.0;
+    entry->now = sim->now;
+    entry->reduced_mass = reduced_mass;
+    entry->floored = rebound.floored;
+}
+
+/* Moves ball i to its event. */
+static void arrive(struct mill_sim *sim, int32_t i)
+{
+    mill_sim_move(sim->world, i, sim->now);
+    if (sim->world->counts.asleep > 0)
+        mill_sim_rest_follow(sim, i);
+}
+
+static void ball_meets_ball(struct mill_sim *sim, int32_t one, int32_t other)
+{
+    assert(one != other);
+    struct mill_world *w = sim->world;
+    const int32_t i = one < other ? one : other, j = one < other ? other : one;
+    arrive(sim, i);
+    arrive(sim, j);
+    const struct mill_ball *a = &w->ball[i], *b = &w->ball[j];
+    const struct mill_species *sa = &w->species[a->species], *sb = &w->species[b->species];
+    vec3 d = vec3_sub(b->r, a->r);
+    d.x = mill_world_image(w, d.x);
+    const double distance = vec3_norm(d);
+    const vec3 n = vec3_scale(d, 1.0 / distance); /* from i to j */
+    const vec3 spin = vec3_axpy(vec3_scale(w->spin[i], sa->radius), sb->radius, w->spin[j]);
+    const vec3 slip = vec3_add(vec3_sub(a->v, b->v), vec3_cross(spin, n));
+    const double reduced = sa->mass * sb->mass / (sa->mass + sb->mass);
+    const int32_t wall = w->counts.asleep > 0 ? mill_sim_rest_meet(sim, i, j, vec3_dot(slip, n))
+                                              : MILL_NOBODY; /* it is asleep and stays so */
+    w->counts.largest_overlap =
+        mill_greatest(w->counts.largest_overlap, sa->radius + sb->radius - distance);
+    struct mill_sim_entry entry = {.impact = {.kind = MILL_BALL_BALL,
+                                              .ball = i,
+                                              .partner = j,
+                                              .species = (int16_t)a->species,
+                                              .partner_species = (int16_t)b->species,
+                                              .position = vec3_axpy(a->r, sa->radius, n),
+                                              .surface = -1}};
+    struct mill_impact *impact = &entry.impact;
+    impact->position.x = mill_world_image(w, impact->position.x);
+    if (wall == MILL_NOBODY) {
+        resolve(sim, i, j, reduced, n, slip, &entry);
+    } else if (wall == j) {
+        resolve(sim, i, MILL_NOBODY, sa->mass, n, slip, &entry);
+    } else {
+        resolve(sim, j, MILL_NOBODY, sb->mass, vec3_scale(n, -1.0), vec3_scale(slip, -1.0), &entry);
+        impact->normal = vec3_scale(n, -1.0); /* into ball i, as the rest */
+        impact->impulse = vec3_scale(impact->impulse, -1.0);
+        impact->slip = vec3_scale(impact->slip, -1.0);
+    }
+    mill_sim_record(sim, &entry);
+    if (wall != i)
+        mill_schedule_ball(sim->schedule, i, sim->now, MILL_NOBODY);
+    if (wall != j)
+        mill_schedule_ball(sim->schedule, j, sim->now, MILL_NOBODY);
+}
+
+static void ball_meets_shape(struct mill_sim *sim, int32_t i, int32_t s)
+{
+    struct mill_world *w = sim->world;
+    const struct mill_shape *shape = w->shape[s];
+    arrive(sim, i);
+    const struct mill_ball *b = &w->ball[i];
+    const struct mill_species *sb = &w->species[b->species];
+    const struct mill_pose pose = mill_shape_pose(shape, sim->now);
+    const struct mill_contact c = mill_shape_meet(shape, b->r, b->v, sb->radius, &pose);
+    const vec3 n = vec3_scale(c.normal, -1.0); /* from the ball into the surface */
+    const vec3 slip = vec3_axpy(vec3_sub(b->v, c.velocity), sb->radius, vec3_cross(w->spin[i], n));
+    if (!sim->schedule->plan[i].let_go || !shape->pinches)
+        w->counts.largest_overlap = mill_greatest(w->counts.largest_overlap, -c.gap);
+    struct mill_sim_entry entry = {.impact = {.kind = shape->kind,
+                                              .ball = i,
+                                              .partner = shape->number,
+                                              .species = (int16_t)b->species,
+                                              .partner_species = -1,
+                                              .position = c.point,
+                                              .surface = s,
+                                              .place = mill_pose_in(&pose, c.point),
+                                              .facing = mill_pose_turn_in(&pose, c.normal)},
+                                   .velocity = c.velocity};
+    const bool pinches = shape->pinches && sim->pinches.ball;
+    const double friction = w->law[shape->kind].friction;
+    if (pinches)
+        entry.pressed = mill_pinches_meet(&sim->pinches, w, i, sim->now);
+    else
+        mill_pinches_lean(&sim->pinches, i, c.normal, friction);
+    resolve(sim, i, MILL_NOBODY, sb->mass, n, slip, &entry);
+    if (pinches && mill_pinches_push(&sim->pinches, w, i, vec3_dot(entry.impact.impulse, c.normal),
+                                     c.normal, friction)) {
+        sim->schedule->plan[i].let_go = true;
+        w->counts.reliefs++;
+    }
+    mill_sim_record(sim, &entry);
+    mill_schedule_ball(sim->schedule, i, sim->now, s);
+}
+
+void mill_sim_happen(struct mill_sim *sim, int32_t i)
+{
+    struct mill_world *w = sim->world;
+    const struct mill_plan *plan = &sim->schedule->plan[i];
+    if (plan->next == MILL_NEXT_PAIR && w->ball[plan->partner].contacts == plan->partner_contacts) {
+        ball_meets_ball(sim, i, plan->partner);
+    } else if (plan->next == MILL_NEXT_EXIT) {
+        arrive(sim, i);
+        if (!mill_schedule_cross(sim->schedule, i, sim->now))
+            sim->status =
+                mill_error_set(sim->error, MILL_FAILED, "out of memory for the cell grid");
+    } else if (plan->next == MILL_NEXT_SURFACE) {
+        ball_meets_shape(sim, i, plan->shape);
+    } else { /* the plan is stale, or a search continues: make a new plan from here */
+        w->counts.stale++;
+        arrive(sim, i);
+        mill_schedule_ball(sim->schedule, i, sim->now, MILL_NOBODY);
+    }
+}
