@@ -67,6 +67,9 @@ struct mill_counts {
     double largest_overlap; /* [m] of all contacts and audits */
 };
 
+/* Adds counts of other events to `all`. */
+void mill_counts_add(struct mill_counts *all, const struct mill_counts *counts);
+
 struct mill_energy {
     double kinetic, rotational, potential; /* [J]; the potential energy is 0 at the origin */
 };

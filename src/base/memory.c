@@ -18,3 +18,16 @@ void *mill_memory_get(size_t count, size_t size)
         return NULL;
     return memset(memory, 0, bytes);
 }
+
+void *mill_list_add(struct mill_list *l)
+{
+    if (l->count == l->room) {
+        const size_t room = l->room > 0 ? 2 * l->room : 64;
+        void *more = realloc(l->item, room * l->size);
+        if (!more)
+            return NULL;
+        l->item = more;
+        l->room = room;
+    }
+    return (char *)l->item + l->count++ * l->size;
+}

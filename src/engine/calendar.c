@@ -328,16 +328,38 @@ double mill_calendar_width(const struct mill_calendar *c)
     return c->width;
 }
 
+/* Makes one list of all events and returns its first item. */
+static int32_t join_lists(struct mill_calendar *c)
+{
+    int32_t first = c->waiting;
+    if (first >= 0)
+        event_of(c, first)->next = -1;
+    for (int32_t k = 0; k < c->count; k++) {
+        event_of(c, c->who[k])->next = first;
+        first = c->who[k];
+    }
+    for (int32_t list = 0; list <= c->days; list++)
+        for (int32_t item = c->head[list], next; item >= 0; item = next) {
+            next = event_of(c, item)->next;
+            event_of(c, item)->next = first;
+            first = item;
+        }
+    return first;
+}
+
 void mill_calendar_set_width(struct mill_calendar *c, double width)
 {
     assert(width > 0.0);
     const double now = c->year_start + (double)c->today * c->width;
+    int32_t item = join_lists(c);
     c->width = width;
     c->per_width = 1.0 / width;
     empty(c, now);
-    for (int32_t i = 0; i < c->items; i++)
-        if (event_of(c, i)->place != NOWHERE)
-            file(c, i);
+    while (item >= 0) {
+        const int32_t next = event_of(c, item)->next;
+        file(c, item);
+        item = next;
+    }
 }
 
 /* Changes the length of a day if days have too many or too few events: the last `days_passed` days

@@ -197,9 +197,9 @@ static bool widen(struct mill_cells *c)
 bool mill_cells_insert(struct mill_cells *c, int32_t ball, int32_t cell)
 {
     const int32_t held = mill_cells_held(c, cell);
-    if (held == c->row - (c->form != MILL_CELLS_PACKED) && !widen(c))
+    if (!mill_cells_has_room(c, cell) && !widen(c))
         return false;
-    c->cell[ball] = cell;
+    mill_cells_set(c, ball, cell);
     set_ball(c, cell, held, ball);
     set_held(c, cell, held + 1);
     return true;

@@ -116,6 +116,12 @@ static inline int32_t mill_cells_held(const struct mill_cells *c, int32_t cell)
     return mill_cells_row_held(c, c->form, c->row, (int64_t)cell * c->row);
 }
 
+/* Has the row of a cell room for one more ball? */
+static inline bool mill_cells_has_room(const struct mill_cells *c, int32_t cell)
+{
+    return mill_cells_held(c, cell) < c->row - (c->form != MILL_CELLS_PACKED);
+}
+
 static inline int32_t mill_cells_ball(const struct mill_cells *c, int32_t cell, int32_t k)
 {
     const uint32_t mask = c->form == MILL_CELLS_PACKED ? MILL_CELLS_BALL : UINT32_MAX;
@@ -132,6 +138,12 @@ static inline int32_t mill_cells_step(const struct mill_cells *c, int32_t face)
 {
     const int32_t step[3] = {c->n[1] * c->n[2], c->n[2], 1};
     return face % 2 ? step[face / 2] : -step[face / 2];
+}
+
+/* Notes the cell of a ball. Threads that work on other balls may read it at the same time. */
+static inline void mill_cells_set(struct mill_cells *c, int32_t ball, int32_t cell)
+{
+    __atomic_store_n(&c->cell[ball], cell, __ATOMIC_RELAXED);
 }
 
 /* Moves a ball into the cell across a face. False when out of memory. */

@@ -274,19 +274,34 @@ static void rescale(struct mill_grids *g, int in, int32_t row)
     }
 }
 
+/* The cell of a grid around a cell of the finest grid */
+static int32_t cell_around(const struct mill_grids *g, int in, int32_t cell)
+{
+    int32_t fine[3];
+    if (in == 0)
+        return cell;
+    mill_cells_index(&g->own[0], cell, fine);
+    return cell_in(g, in, fine);
+}
+
+int32_t mill_grids_block(const struct mill_grids *g, int32_t cell)
+{
+    return cell_around(g, g->classes - 1, cell);
+}
+
+bool mill_grids_has_room(const struct mill_grids *g, int32_t species, int32_t cell)
+{
+    const int in = g->class_of[species];
+    return mill_cells_has_room(&g->own[in], cell_around(g, in, cell));
+}
+
 bool mill_grids_insert(struct mill_grids *g, int32_t ball, int32_t species, int32_t cell)
 {
     const int in = g->class_of[species];
     struct mill_cells *c = &g->own[in];
     const int32_t row = c->row;
-    int32_t at = cell;
-    if (in > 0) {
-        int32_t fine[3];
-        mill_cells_index(&g->own[0], cell, fine);
-        at = cell_in(g, in, fine);
-    }
-    const bool made = mill_cells_insert(c, ball, at);
-    g->own[0].cell[ball] = cell;
+    const bool made = mill_cells_insert(c, ball, cell_around(g, in, cell));
+    mill_cells_set(&g->own[0], ball, cell);
     if (c->row != row)
         rescale(g, in, row);
     return made;

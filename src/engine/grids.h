@@ -59,6 +59,13 @@ void mill_grids_remove(struct mill_grids *grids, int32_t ball, int32_t species);
 bool mill_grids_cross(struct mill_grids *grids, int32_t ball, int32_t species, int32_t face,
                       double *shift);
 
+/* The cell of the coarsest grid around a cell of the finest grid. Balls are near each other only if
+ * these cells are the same or next to each other. */
+int32_t mill_grids_block(const struct mill_grids *grids, int32_t cell);
+
+/* Can a ball be inserted without more memory? */
+bool mill_grids_has_room(const struct mill_grids *grids, int32_t species, int32_t cell);
+
 /* The cell of the finest grid across a face of a cell; *shift as above */
 int32_t mill_grids_across(const struct mill_grids *grids, int32_t cell, int32_t face,
                           double *shift);

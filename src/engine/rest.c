@@ -89,7 +89,7 @@ bool mill_rest_sleep(struct mill_schedule *q, int32_t i)
     plan->partner = MILL_NOBODY;
     plan->shape = MILL_NOBODY;
     plan->next = MILL_NEXT_SURFACE;
-    mill_calendar_set(q->calendar, i, INFINITY);
+    mill_schedule_enter(q, i, INFINITY);
     return mill_rest_lie_down(q, i);
 }
 

@@ -6,10 +6,12 @@
 
 #include "base/elementary.h"
 #include "base/memory.h"
+#include "engine/slabs.h"
 #include "geometry/shape.h"
 
 #include <assert.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* A ball that was let go is clear of the bodies at this gap, in radii. It starts with a gap of zero
  * and must not be pinched again at once. */
@@ -112,11 +114,31 @@ static struct mill_lately bounds_of(const struct mill_world *w, int motion, doub
     return l;
 }
 
+/* Number of balls for which there is room in the buffers: a multiple of a cache line, so that no
+ * vector of the search crosses two lines */
+static size_t room_of(const struct mill_world *w)
+{
+    return ((size_t)w->balls + MILL_PAIRS_ROOM + 7) / 8 * 8;
+}
+
+/* The buffers of the search; only a few pages of them are ever used. False when out of memory */
+static bool make_buffers(struct mill_schedule *p)
+{
+    const size_t n = room_of(p->world);
+    p->scratch = NULL;
+    if (posix_memalign(&p->scratch, 64, n * (3 * sizeof(double) + 2 * sizeof(int32_t))) != 0)
+        return false;
+    double *terms = p->scratch;
+    void *numbers = terms + 3 * n;
+    int32_t *near = numbers, *kept = near + n;
+    p->pairs = (struct mill_pairs){p->world->ball, p->radius, p->world->g, near, kept, terms};
+    return true;
+}
+
 /* False when out of memory */
 static bool build(struct mill_schedule *p, struct mill_world *w)
 {
-    /* a multiple of a cache line, so that no vector of the search crosses two lines */
-    const size_t n = ((size_t)w->balls + MILL_PAIRS_ROOM + 7) / 8 * 8;
+    const size_t n = room_of(w);
     double widest = 0.0, thinnest = INFINITY;
     for (int k = 0; k < MILL_SCHEDULE_FORESEEN; k++)
         p->foreseen[k] = MILL_NOBODY;
@@ -127,9 +149,8 @@ static bool build(struct mill_schedule *p, struct mill_world *w)
     p->radius = malloc(sizeof *p->radius * (size_t)w->species_count);
     p->plan = mill_memory_get(n, sizeof *p->plan);
     p->calendar = p->plan ? mill_calendar_create(w->balls, &p->plan->event, sizeof *p->plan) : NULL;
-    if (!p->lately || !p->radius || !p->calendar ||
-        posix_memalign(&p->scratch, 64, n * (3 * sizeof(double) + 2 * sizeof(int32_t))) != 0)
-        return false; /* only a few pages of the buffers are ever used */
+    if (!p->lately || !p->radius || !p->calendar || !make_buffers(p))
+        return false;
     for (int k = 0; k < w->species_count; k++) {
         p->radius[k] = w->species[k].radius;
         widest = fmax(widest, p->radius[k]);
@@ -137,10 +158,6 @@ static bool build(struct mill_schedule *p, struct mill_world *w)
     }
     for (int k = 0; k < w->motions; k++)
         p->lately[k] = bounds_of(w, k, thinnest);
-    double *terms = p->scratch;
-    void *numbers = terms + 3 * n;
-    int32_t *near = numbers, *kept = near + n;
-    p->pairs = (struct mill_pairs){w->ball, p->radius, w->g, near, kept, terms};
     const double widening = widening_of(w, 2.0 * widest);
     bool made = mill_grids_init(&p->grids, w, widening) && mill_rest_create(&p->rest, w, widening);
     p->cells = p->grids.own;
@@ -162,15 +179,31 @@ enum mill_status mill_schedule_create(struct mill_world *world, struct mill_sche
     return mill_error_set(error, MILL_FAILED, "out of memory for the event list");
 }
 
+void mill_schedule_enter(struct mill_schedule *p, int32_t i, double t)
+{
+    if (p->slabs)
+        mill_slabs_enter(p->slabs, i, t);
+    else
+        mill_calendar_set(p->calendar, i, t);
+}
+
+static void clear(struct mill_schedule *p)
+{
+    if (p->slabs)
+        mill_slabs_begin(p->slabs);
+    else
+        mill_calendar_clear(p->calendar, 0.0);
+}
+
 bool mill_schedule_restore(struct mill_schedule *p, const int32_t *cell)
 {
     for (int k = 0; k < p->grids.classes; k++)
         mill_cells_clear(&p->grids.own[k]);
-    mill_calendar_clear(p->calendar, 0.0);
+    clear(p);
     bool made = true;
     for (int32_t i = 0; i < p->world->balls && made; i++) {
         made = mill_grids_insert(&p->grids, i, p->world->ball[i].species, cell[i]);
-        mill_calendar_set(p->calendar, i, mill_plan_time(&p->plan[i]));
+        mill_schedule_enter(p, i, mill_plan_time(&p->plan[i]));
         if (mill_world_asleep(p->world, i))
             made = made && mill_rest_lie_down(p, i);
     }
@@ -191,6 +224,27 @@ void mill_schedule_free(struct mill_schedule *p)
     free(p->surface_start);
     free(p->surface);
     free(p);
+}
+
+bool mill_schedule_share(const struct mill_schedule *p, struct mill_world *world,
+                         struct mill_schedule *copy)
+{
+    const size_t motions = (size_t)world->motions + 1;
+    *copy = *p;
+    copy->world = world;
+    copy->scratch = NULL;
+    copy->lately = malloc(motions * sizeof *copy->lately);
+    if (!copy->lately || !make_buffers(copy))
+        return false;
+    memcpy(copy->lately, p->lately, motions * sizeof *copy->lately);
+    mill_schedule_forget(copy);
+    return true;
+}
+
+void mill_schedule_unshare(struct mill_schedule *copy)
+{
+    free(copy->lately);
+    free(copy->scratch);
 }
 
 /* Is a ball that was let go clear again of all bodies that can pinch? */
@@ -337,13 +391,18 @@ static void plan_ball(struct mill_schedule *p, int32_t i, double now, int32_t fa
     const int surface = plan->shape_t <= plan->exit_t;
     plan->next = (int16_t)((1 - pair) * (surface * plan->next + (1 - surface) * MILL_NEXT_EXIT) +
                            pair * MILL_NEXT_PAIR);
-    mill_calendar_set(p->calendar, i, mill_plan_time(plan));
+    mill_schedule_enter(p, i, mill_plan_time(plan));
 }
 
 void mill_schedule_begin(struct mill_schedule *p, double horizon)
 {
-    mill_calendar_clear(p->calendar, 0.0);
+    clear(p);
     p->horizon = horizon;
+    mill_schedule_forget(p);
+}
+
+void mill_schedule_forget(struct mill_schedule *p)
+{
     for (int k = 0; k < p->world->motions; k++)
         p->lately[k].t = NAN;
 }

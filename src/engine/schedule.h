@@ -65,12 +65,15 @@ struct mill_lately {
 
 enum { MILL_SCHEDULE_FORESEEN = 8 };
 
+struct mill_slabs;
+
 struct mill_schedule {
     struct mill_world *world;
     struct mill_grids grids;
     const struct mill_cells *cells; /* of the finest grid */
     struct mill_rest rest;          /* sleeping balls; they are not in the rows of `grids` */
     struct mill_calendar *calendar;
+    struct mill_slabs *slabs; /* they have calendars of their own (slabs.h). NULL: no slabs */
     struct mill_plan *plan;
     struct mill_lately *lately; /* [motions] */
     double pull;                /* [m/s^2] of gravity */
@@ -91,13 +94,25 @@ enum mill_status mill_schedule_create(struct mill_world *world, struct mill_sche
                                       struct mill_error *error);
 void mill_schedule_free(struct mill_schedule *schedule);
 
+/* A schedule for another thread: it shares all with `schedule` but calendar, slabs, buffers, poses
+ * and world; the caller sets the first two. False when out of memory */
+bool mill_schedule_share(const struct mill_schedule *schedule, struct mill_world *world,
+                         struct mill_schedule *copy);
+void mill_schedule_unshare(struct mill_schedule *copy);
+
 /* Begins a new epoch, with plans up to local time `horizon` [s]. The calendar is empty and no pose
  * is known. The caller must then plan every ball. */
 void mill_schedule_begin(struct mill_schedule *schedule, double horizon);
 
+/* Forgets all poses: local time has been restarted. */
+void mill_schedule_forget(struct mill_schedule *schedule);
+
 /* Enters the plans, which the caller has set, into the calendar, and puts each ball i into cell[i].
  * The order of balls in a cell has no influence on the run. False when out of memory. */
 bool mill_schedule_restore(struct mill_schedule *schedule, const int32_t *cell);
+
+/* Enters the time of ball i's event into the calendar. INFINITY removes it. */
+void mill_schedule_enter(struct mill_schedule *schedule, int32_t i, double t);
 
 /* Makes a new plan for ball i at local time `now`; the time of its record must be `now`. touched:
  * the shape that it has met now, or MILL_NOBODY. */

@@ -5,6 +5,8 @@
  * it. */
 #include "engine/schedule.h"
 
+#include <stdlib.h>
+
 #define STEP 2 /* items from one step to the next */
 
 /* The empty asm statement keeps the calls: the compiler would omit calls of functions that only
@@ -51,7 +53,8 @@ static void fetch_neighbours(const struct mill_schedule *p, const struct mill_gr
 
 /* Calls a function for the cells that ball i's event will search: the cells around the ball and, if
  * it is in another cell, around its partner; after a crossing, only the cells that are new around
- * it. */
+ * it. A partner that is no longer near has had another contact; and it may be in the hands of
+ * another thread. */
 static void look(const struct mill_schedule *p, int32_t i,
                  void (*fetch_these)(const struct mill_schedule *, const struct mill_grids_look *))
 {
@@ -63,11 +66,12 @@ static void look(const struct mill_schedule *p, int32_t i,
     struct mill_grids_look look[2 * MILL_GRIDS_LOOKS];
     const struct mill_ball *ball = p->world->ball;
     int looks = mill_grids_look(&p->grids, ball[i].species, at, exit ? plan->face : -1, look);
-    if (partner >= 0 && (cell[partner] != at || ball[partner].species != ball[i].species))
-        looks += mill_grids_look(&p->grids, ball[partner].species, cell[partner], -1, look + looks);
+    const int32_t other = partner >= 0 ? __atomic_load_n(&cell[partner], __ATOMIC_RELAXED) : at;
+    const bool near = abs(other - at) <= mill_cells_step(p->cells, 1);
+    if (partner >= 0 && near && (other != at || ball[partner].species != ball[i].species))
+        looks += mill_grids_look(&p->grids, ball[partner].species, other, -1, look + looks);
     fetch(&p->surface_start[at]);
-    if (partner >= 0)
-        fetch(&p->surface_start[cell[partner]]);
+    fetch(&p->surface_start[other]);
     for (int k = 0; k < looks; k++)
         fetch_these(p, &look[k]);
 }

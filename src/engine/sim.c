@@ -5,10 +5,11 @@
  * when an epoch ends, so no output option can change the run. */
 #include "engine/sim_private.h"
 
+#include "base/memory.h"
+#include "engine/slabs.h"
+
 #include <assert.h>
 #include <stdlib.h>
-
-#define LARGE 20000 /* balls, from which schedule_ahead.c saves more time than it takes */
 
 enum mill_status mill_sim_create(struct mill_world *world, struct mill_sim **sim,
                                  struct mill_error *error)
@@ -32,6 +33,7 @@ void mill_sim_free(struct mill_sim *sim)
 {
     if (!sim)
         return;
+    mill_sim_slabs_free(sim->slabs);
     mill_schedule_free(sim->schedule);
     mill_pinches_free(&sim->pinches);
     mill_sim_thread_free(sim->thread);
@@ -51,16 +53,20 @@ enum mill_status mill_sim_observe(struct mill_sim *sim, struct mill_observer *ob
 
 void mill_sim_use_threads(struct mill_sim *sim, int threads)
 {
-    if (threads > 1 && !sim->thread)
-        sim->thread = mill_sim_thread_create(sim->world);
-    if (threads > 1)
-        return;
+    mill_sim_slabs_free(sim->slabs);
     mill_sim_thread_free(sim->thread);
     sim->thread = NULL;
+    sim->slabs = NULL;
+    if (threads > 1 && !sim->paranoid)
+        sim->slabs = mill_sim_slabs_create(sim, threads);
+    if (threads > 1 && !sim->slabs)
+        sim->thread = mill_sim_thread_create(sim->world);
 }
 
 int mill_sim_threads(const struct mill_sim *sim)
 {
+    if (sim->slabs)
+        return mill_sim_slabs_count(sim->slabs);
     return sim->thread && mill_sim_thread_ran(sim->thread) ? 2 : 1;
 }
 
@@ -89,38 +95,59 @@ static bool goes_on(struct mill_sim *sim, enum mill_status status)
 void mill_sim_record(struct mill_sim *sim, const struct mill_sim_entry *entry)
 {
     const struct mill_impact *impact = &entry->impact;
+    if (sim->log) {
+        struct mill_sim_entry *next = mill_list_add(sim->log);
+        sim->status = next ? sim->status : MILL_FAILED;
+        if (next)
+            *next = *entry;
+        return;
+    }
     mill_sim_book(sim->world, entry);
+    if (sim->told > 0) {
+        if (--sim->told == 0)
+            goes_on(sim, sim->told_status);
+        return;
+    }
     goes_on(sim, sim->thread ? mill_sim_thread_push(sim->thread, impact, sim->error)
                              : mill_sim_tell(sim->observer, sim->observers, impact, sim->error));
 }
 
-/* Stops runs in which infinitely many contacts would happen in a finite time */
-static void watch_time(struct mill_sim *sim, int32_t i, double t)
+void mill_sim_watch(struct mill_watch *w, double t)
 {
-    struct mill_watch *w = &sim->watch;
-    const uint64_t balls = (uint64_t)sim->world->balls;
     /* less than a nanosecond is no advance: hops that shrink to the resolution of time still
      * advance it */
     if (t > w->last + 1e-9) {
         w->last = t;
         w->standing = 0;
-    } else if (++w->standing > 1000000 + 100 * balls) {
+    } else {
+        w->standing++;
+    }
+    if (t - w->since > 1e-3) {
+        w->since = t;
+        w->events = 0;
+    } else {
+        w->events++;
+    }
+}
+
+/* Stops runs in which infinitely many contacts would happen in a finite time */
+static void watch_time(struct mill_sim *sim, int32_t i, double t)
+{
+    const struct mill_watch *w = &sim->watch;
+    const uint64_t balls = (uint64_t)sim->world->balls;
+    mill_sim_watch(&sim->watch, t);
+    if (w->standing > 1000000 + 100 * balls)
         sim->status = mill_error_set(sim->error, MILL_FAILED,
                                      "the simulated time does not advance after t = %.9g s: ball "
                                      "%ld has contacts without end; raise contact.rebound_floor "
                                      "(now %g m/s)",
                                      mill_sim_time(sim), (long)i, sim->world->rebound_floor);
-    }
-    if (t - w->since > 1e-3) {
-        w->since = t;
-        w->events = 0;
-    } else if (++w->events > 10000000 + 40000 * balls) {
+    if (w->events > 10000000 + 40000 * balls)
         sim->status = mill_error_set(
             sim->error, MILL_FAILED,
             "the simulated time hardly advances at t = %.9g s: %llu events within a millisecond, "
             "now of ball %ld; raise contact.rebound_floor (now %g m/s) or contact.restitution",
             mill_sim_time(sim), (unsigned long long)w->events, (long)i, sim->world->rebound_floor);
-    }
 }
 
 static void take_samples(struct mill_sim *sim, double due)
@@ -141,14 +168,22 @@ static double next_sample(const struct mill_sim *sim)
     return next;
 }
 
+/* The ball with the first event, and its time. -1: none */
+static int32_t next_event(struct mill_sim *sim, double *t)
+{
+    struct mill_schedule *p = sim->schedule;
+    return p->slabs ? mill_slabs_next(p->slabs, t) : mill_calendar_next(p->calendar, t);
+}
+
 /* Carries out all events before local time `limit`, or until the budget is 0. */
 static void take_events(struct mill_sim *sim, double limit, uint64_t *budget,
                         const volatile sig_atomic_t *stop)
 {
+    const bool large = sim->world->balls >= MILL_SIM_LARGE;
     double t;
     int32_t i;
     for (; sim->status == MILL_OK && *budget > 0; --*budget) {
-        i = mill_calendar_next(sim->schedule->calendar, &t);
+        i = next_event(sim, &t);
         if (i < 0 || t >= limit)
             return;
         if (stop && *stop)
@@ -159,12 +194,27 @@ static void take_events(struct mill_sim *sim, double limit, uint64_t *budget,
             return;
         /* rounding may put an event slightly before the last one, but time must not go backwards */
         sim->now = mill_greatest(t, sim->now);
-        if (sim->world->balls >= LARGE)
+        if (large)
             mill_schedule_ahead(sim->schedule);
         mill_sim_happen(sim, i);
         watch_time(sim, i, t);
         if (sim->paranoid && sim->status == MILL_OK)
             mill_sim_paranoid_after(sim, i);
+    }
+}
+
+/* The same on several threads, as far as they can */
+static void share_events(struct mill_sim *sim, double limit, uint64_t *budget,
+                         const volatile sig_atomic_t *stop)
+{
+    double until = -INFINITY;
+    while (sim->status == MILL_OK && *budget > 0 && until < limit) {
+        /* while the observers are ahead of the balls, the run must not pause */
+        uint64_t all = UINT64_MAX;
+        if (stop && *stop)
+            sim->status = MILL_STOPPED;
+        else if (!mill_sim_slabs_window(sim, limit, budget, &until))
+            take_events(sim, until, sim->told > 0 ? &all : budget, sim->told > 0 ? NULL : stop);
     }
 }
 
@@ -176,11 +226,16 @@ enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budge
     sim->status = MILL_OK;
     if (sim->thread)
         mill_sim_thread_begin(sim->thread, sim->observer, sim->observers);
+    if (sim->slabs)
+        mill_sim_slabs_begin(sim->slabs);
     while (budget > 0) {
         const double sample = next_sample(sim);
         const double halt = mill_least(sample, until) - sim->world->base;
         const double limit = mill_least(mill_greatest(halt, sim->now), MILL_WORLD_EPOCH);
-        take_events(sim, limit, &budget, stop);
+        if (sim->slabs)
+            share_events(sim, limit, &budget, stop);
+        else
+            take_events(sim, limit, &budget, stop);
         if (sim->status != MILL_OK || budget == 0)
             break;
         sim->now = limit;
@@ -205,6 +260,8 @@ enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budge
     }
     if (sim->thread)
         goes_on(sim, mill_sim_thread_end(sim->thread, error));
+    if (sim->slabs)
+        mill_sim_slabs_end(sim->slabs);
     sim->error = NULL;
     return sim->status;
 }

@@ -25,6 +25,12 @@ struct mill_sim_entry {
     bool floored;        /* at the rebound floor */
 };
 
+/* Rules change if events come so fast, and the run may fail. */
+static inline bool mill_sim_hastes(const struct mill_watch *watch)
+{
+    return watch->standing > 1000 || watch->events > 10000000;
+}
+
 struct mill_sim_paranoid {
     struct mill_sim_checks checks;
     struct mill_plan due; /* the plan of the present event */
@@ -42,6 +48,10 @@ struct mill_sim {
     int observers;
     struct mill_observer *observer[MILL_SIM_OBSERVERS];
     struct mill_sim_thread *thread; /* calls them; NULL: the loop does */
+    struct mill_sim_slabs *slabs;   /* other threads that carry out events; NULL: none */
+    struct mill_list *log;          /* of one of these threads: contacts only go there */
+    uint64_t told;                  /* the next contacts that the observers have got already, */
+    enum mill_status told_status;   /* and what they said to the last of them */
     struct mill_error *error;       /* of the present call of mill_sim_run */
     enum mill_status status;
 };
@@ -124,6 +134,31 @@ static inline void mill_sim_move(struct mill_world *w, int32_t i, double t)
     b->v = vec3_axpy(b->v, dt, w->g);
     b->t = t;
 }
+
+/* ---- the loop on several threads (sim_slabs.c) ---- */
+
+enum {
+    MILL_SIM_LARGE = 20000
+}; /* balls, from which schedule_ahead.c saves more time than it
+      takes */
+
+/* NULL: out of memory, or the mill is too short */
+struct mill_sim_slabs *mill_sim_slabs_create(struct mill_sim *sim, int threads);
+void mill_sim_slabs_free(struct mill_sim_slabs *slabs);
+
+/* Number of threads that carry out events */
+int mill_sim_slabs_count(const struct mill_sim_slabs *slabs);
+
+/* Begins and ends a call of mill_sim_run. Before and after it there is only one thread. */
+void mill_sim_slabs_begin(struct mill_sim_slabs *slabs);
+void mill_sim_slabs_end(struct mill_sim_slabs *slabs);
+
+/* Carries out all events until a later time, at most `limit` [s], on all threads, and reduces the
+ * budget by their number. false: nothing was done, and one thread must go on until *until [s]. */
+bool mill_sim_slabs_window(struct mill_sim *sim, double limit, uint64_t *budget, double *until);
+
+/* An event at local time t: counts how many come within short times. */
+void mill_sim_watch(struct mill_watch *watch, double t);
 
 /* ---- epochs (sim_epoch.c) ---- */
 

@@ -93,3 +93,23 @@ void mill_world_balance(const struct mill_world *w, double t, double *error, dou
                 fabs(e.potential - w->start.potential) + w->account.work_gross +
                 w->account.dissipation_gross + w->account.incident;
 }
+
+void mill_counts_add(struct mill_counts *all, const struct mill_counts *c)
+{
+    all->cell_crossings += c->cell_crossings;
+    all->stale += c->stale;
+    all->predictions += c->predictions;
+    all->pair_tests += c->pair_tests;
+    all->not_closing += c->not_closing;
+    all->pinch_contacts += c->pinch_contacts;
+    all->pinch_time += c->pinch_time;
+    all->reliefs += c->reliefs;
+    all->smoothed += c->smoothed;
+    all->overlaps += c->overlaps;
+    all->asleep += c->asleep;
+    all->sleep += c->sleep;
+    all->quartics.solves += c->quartics.solves;
+    all->quartics.fallbacks += c->quartics.fallbacks;
+    all->quartics.refuted += c->quartics.refuted;
+    all->largest_overlap = mill_greatest(all->largest_overlap, c->largest_overlap);
+}

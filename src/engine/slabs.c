@@ -1,0 +1,259 @@
+/* Slabs of the mill. Two events can change each other only if blocks in which they change balls are
+ * the same or next to each other. Hence the distances here: between the parts of the mill in which
+ * two threads work lie 2 STRIP layers. An event that is put off is at least STRIP layers away from
+ * the part of another thread, or the thread of its own slab sees its marks. */
+#include "engine/slabs.h"
+
+#include "base/memory.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define STRIP 3 /* layers at the side of a slab where its thread does not work */
+#define LEAST 9 /* layers of a slab: STRIP on both sides, and some to work in */
+#define AROUND                                                                                     \
+    2 /* blocks on each side of a waiting event in which events wait, too: next to it they         \
+         must, and a ball that it sets off for the next block finds the same there */
+
+static int32_t block_of(const struct mill_slabs *s, int32_t cell)
+{
+    return mill_grids_block(&s->schedule->grids, cell);
+}
+
+/* Another thread may move a ball of its slab at the same time. */
+static int32_t block_of_ball(const struct mill_slabs *s, int32_t i)
+{
+    return block_of(s, __atomic_load_n(&s->schedule->cells->cell[i], __ATOMIC_RELAXED));
+}
+
+static int slab_of(const struct mill_slabs *s, int32_t block)
+{
+    int k = 0;
+    while (block >= s->slab[k].hi)
+        k++;
+    return k;
+}
+
+/* Cuts the mill where each slab has as many balls, but no slab has fewer layers than LEAST. */
+static void cut(struct mill_slabs *s)
+{
+    const struct mill_world *w = s->schedule->world;
+    const bool periodic = s->schedule->grids.period > 0.0;
+    const int32_t end = s->layers - s->margin;
+    int64_t *held = calloc((size_t)s->layers, sizeof *held), below = 0;
+    for (int32_t i = 0; held && i < w->balls; i++)
+        held[block_of_ball(s, i) / s->layer]++;
+    int32_t at = s->margin;
+    for (int k = 0; k < s->count; k++) {
+        const int left = s->count - 1 - k;
+        const int32_t most = end - LEAST * left, least = at + LEAST;
+        int32_t to = at;
+        while (to < most && (to < least || left == 0 || !held ||
+                             (double)below < (double)w->balls * (k + 1) / s->count))
+            below += held ? held[to++] : (to++, 0);
+        s->slab[k].lo = at * s->layer;
+        s->slab[k].hi = to * s->layer;
+        s->slab[k].inner_lo = (at + (k > 0 || periodic ? STRIP : 0)) * s->layer;
+        s->slab[k].inner_hi = (to - (left > 0 || periodic ? STRIP : 0)) * s->layer;
+        at = to;
+    }
+    free(held);
+}
+
+static void clear_marks(struct mill_slabs *s)
+{
+    memset(s->mark, 0, (size_t)s->layers * (size_t)s->layer * sizeof *s->mark);
+    s->window = 0;
+}
+
+void mill_slabs_begin(struct mill_slabs *s)
+{
+    for (int k = 0; k < s->count; k++)
+        mill_calendar_clear(s->slab[k].calendar, 0.0);
+    mill_calendar_clear(s->late, 0.0);
+    clear_marks(s);
+    cut(s);
+}
+
+/* Enters all events again, each into the calendar in which it belongs. */
+static void enter_all(struct mill_slabs *s)
+{
+    const struct mill_schedule *p = s->schedule;
+    mill_slabs_begin(s);
+    for (int32_t i = 0; i < p->world->balls; i++)
+        mill_schedule_enter(s->schedule, i, mill_plan_time(&p->plan[i]));
+}
+
+bool mill_slabs_create(struct mill_schedule *p, int threads, struct mill_slabs **slabs)
+{
+    const struct mill_cells *c = &p->grids.own[p->grids.classes - 1];
+    const int32_t layers = c->n[0] - 2 * c->margin, fit = layers / LEAST;
+    const int most = threads < MILL_SLABS_MOST ? threads : MILL_SLABS_MOST;
+    struct mill_slabs *s = *slabs = NULL;
+    if (fit < 2 || most < 2)
+        return true;
+    s = calloc(1, sizeof *s);
+    if (!s)
+        return false;
+    s->schedule = p;
+    s->late = p->calendar;
+    s->count = most < fit ? most : (int)fit;
+    s->layers = c->n[0];
+    s->layer = c->n[1] * c->n[2];
+    s->margin = c->margin;
+    s->end = -INFINITY;
+    s->slab = calloc((size_t)s->count, sizeof *s->slab);
+    s->home = mill_memory_get((size_t)p->world->balls, sizeof *s->home);
+    s->mark = mill_memory_get((size_t)mill_cells_count(c), sizeof *s->mark);
+    bool made = s->slab && s->home && s->mark;
+    for (int k = 0; k < s->count && made; k++) {
+        s->slab[k].calendar =
+            mill_calendar_create(p->world->balls, &p->plan->event, sizeof *p->plan);
+        made = s->slab[k].calendar != NULL;
+    }
+    if (!made) {
+        mill_slabs_free(s);
+        return false;
+    }
+    p->slabs = *slabs = s;
+    enter_all(s);
+    return true;
+}
+
+void mill_slabs_free(struct mill_slabs *s)
+{
+    if (!s)
+        return;
+    if (s->schedule->slabs == s) {
+        s->schedule->slabs = NULL;
+        enter_all(s);
+    }
+    for (int k = 0; k < s->count && s->slab; k++)
+        mill_calendar_free(s->slab[k].calendar);
+    free(s->slab);
+    free(s->home);
+    free(s->mark);
+    free(s);
+}
+
+static struct mill_calendar *calendar_of(const struct mill_slabs *s, int home)
+{
+    return home < s->count ? s->slab[home].calendar : s->late;
+}
+
+void mill_slabs_enter(struct mill_slabs *s, int32_t i, double t)
+{
+    const int home = t < s->end ? s->count : slab_of(s, block_of_ball(s, i));
+    if (home != s->home[i]) {
+        mill_calendar_set(calendar_of(s, s->home[i]), i, INFINITY);
+        s->home[i] = (int8_t)home;
+    }
+    mill_calendar_set(calendar_of(s, home), i, t);
+}
+
+int32_t mill_slabs_next(struct mill_slabs *s, double *t)
+{
+    int32_t first = -1;
+    *t = INFINITY;
+    for (int k = 0; k <= s->count; k++) {
+        double own = INFINITY;
+        const int32_t i = mill_calendar_next(calendar_of(s, k), &own);
+        if (i >= 0 && (own < *t || (own == *t && (first < 0 || i < first)))) {
+            first = i;
+            *t = own;
+        }
+    }
+    return first;
+}
+
+/* The blocks in which ball i's event changes balls; returns their number. */
+static int places_of(const struct mill_slabs *s, int32_t i, int32_t place[2])
+{
+    const struct mill_plan *plan = &s->schedule->plan[i];
+    const int32_t cell = s->schedule->cells->cell[i];
+    double shift;
+    place[0] = block_of(s, cell);
+    if (plan->next == MILL_NEXT_PAIR)
+        place[1] = block_of_ball(s, plan->partner);
+    else if (plan->next == MILL_NEXT_EXIT)
+        place[1] = block_of(s, mill_grids_across(&s->schedule->grids, cell, plan->face, &shift));
+    else
+        return 1;
+    return 2;
+}
+
+/* Does ball i's event need more memory for the rows of the cell grid? */
+static bool widens(const struct mill_slabs *s, int32_t i)
+{
+    const struct mill_schedule *p = s->schedule;
+    const struct mill_plan *plan = &p->plan[i];
+    double shift;
+    return plan->next == MILL_NEXT_EXIT &&
+           !mill_grids_has_room(
+               &p->grids, p->world->ball[i].species,
+               mill_grids_across(&p->grids, p->cells->cell[i], plan->face, &shift));
+}
+
+static void mark_around(struct mill_slabs *s, const struct mill_slab *slab, int32_t place)
+{
+    const int32_t row = s->schedule->grids.own[s->schedule->grids.classes - 1].n[2];
+    for (int32_t x = -AROUND; x <= AROUND; x++)
+        for (int32_t y = -AROUND; y <= AROUND; y++) {
+            const int32_t at = place + x * s->layer + y * row;
+            for (int32_t z = at - AROUND; z <= at + AROUND; z++)
+                if (z >= slab->lo && z < slab->hi)
+                    s->mark[z].waits_from = s->window;
+        }
+}
+
+bool mill_slabs_claim(struct mill_slabs *s, const struct mill_slab *slab, int32_t i, double t)
+{
+    int32_t place[2];
+    const int places = places_of(s, i, place);
+    bool may = true;
+    for (int k = 0; k < places && may; k++)
+        may = place[k] >= slab->inner_lo && place[k] < slab->inner_hi &&
+              s->mark[place[k]].waits_from != s->window;
+    may = may && !widens(s, i);
+    for (int k = 0; k < places; k++) {
+        struct mill_slab_mark *m = &s->mark[place[k]];
+        if (may)
+            *m = (struct mill_slab_mark){t, s->window, m->waits_from};
+        else
+            mark_around(s, slab, place[k]);
+    }
+    if (!may)
+        mill_calendar_set(slab->calendar, i, INFINITY);
+    return may;
+}
+
+/* Has a thread carried out an event later than t in this block or next to it? */
+static bool passed_at(const struct mill_slabs *s, int32_t place, double t)
+{
+    const struct mill_grids *g = &s->schedule->grids;
+    const int32_t row = g->own[g->classes - 1].n[2], inner = s->layers - 2 * s->margin;
+    bool passed = false;
+    for (int32_t x = -1; x <= 1; x++) {
+        int32_t layer = place / s->layer + x;
+        if (g->period > 0.0)
+            layer += layer < s->margin ? inner : layer >= s->margin + inner ? -inner : 0;
+        const int32_t middle = layer * s->layer + place % s->layer;
+        for (int32_t y = -1; y <= 1; y++)
+            for (int32_t z = -1; z <= 1; z++) {
+                const struct mill_slab_mark *m = &s->mark[middle + y * row + z];
+                passed = passed || (m->window == s->window && m->done > t);
+            }
+    }
+    return passed;
+}
+
+bool mill_slabs_passed(const struct mill_slabs *s, int32_t i, double t)
+{
+    int32_t place[2];
+    const int places = places_of(s, i, place);
+    bool passed = false;
+    for (int k = 0; k < places && !passed; k++)
+        passed = passed_at(s, place[k], t);
+    return passed;
+}

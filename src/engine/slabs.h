@@ -1,0 +1,65 @@
+/* Slabs: the mill is cut along x into slabs. Each has a calendar of its own, so that several
+ * threads can carry out events at the same time. A thread works inside its slab, away from the
+ * other slabs. What happens near them is put off, with all that could depend on it, until the
+ * threads have come to the end of a window of time; then one thread does it. Marks in the blocks
+ * tell what must wait, and show afterwards whether an event came too early. A block is a cell of
+ * the coarsest grid: until a ball leaves its cell, it can only touch balls in blocks next to its
+ * own. */
+#ifndef MILLSIM_SLABS_H
+#define MILLSIM_SLABS_H
+
+#include "engine/schedule.h"
+
+struct mill_slab {
+    int32_t lo, hi;             /* the calendar has the balls in the blocks lo .. hi - 1 */
+    int32_t inner_lo, inner_hi; /* the thread works in the blocks inner_lo .. inner_hi - 1 */
+    struct mill_calendar *calendar;
+};
+
+/* What has happened in a block */
+struct mill_slab_mark {
+    double done;         /* [s] local time of the last event that a thread has carried out here, */
+    uint32_t window;     /* in this window */
+    uint32_t waits_from; /* the window in which events here have begun to wait */
+};
+
+struct mill_slabs {
+    struct mill_schedule *schedule;
+    int count;
+    struct mill_slab *slab;      /* [count] */
+    struct mill_calendar *late;  /* events that were put off: the schedule's calendar */
+    int8_t *home;                /* of each ball: number of its slab's calendar; count: `late` */
+    struct mill_slab_mark *mark; /* of each block */
+    int32_t layer;               /* [blocks] in a layer of the mill across x */
+    int32_t layers, margin;      /* of the grid; of empty layers at both ends */
+    uint32_t window;             /* its number */
+    double end;                  /* [s] local time: earlier events are late. -INFINITY: none are */
+};
+
+enum { MILL_SLABS_MOST = 64 };
+
+/* Cuts the mill into slabs, `threads` at most. The schedule's events go into their calendars.
+ * *slabs NULL: the mill is too short for two. False when out of memory */
+bool mill_slabs_create(struct mill_schedule *schedule, int threads, struct mill_slabs **slabs);
+
+/* Brings all events back into the schedule's calendar. */
+void mill_slabs_free(struct mill_slabs *slabs);
+
+/* Empties all calendars and cuts the mill again, so that all slabs have equally many balls. */
+void mill_slabs_begin(struct mill_slabs *slabs);
+
+/* Sets the time of ball i's event [s]. One thread at a time may call it. */
+void mill_slabs_enter(struct mill_slabs *slabs, int32_t i, double t);
+
+/* The first of all events. -1: none */
+int32_t mill_slabs_next(struct mill_slabs *slabs, double *t);
+
+/* May the thread of this slab carry out ball i's event, due at local time t, now? If so, marks it
+ * as done. If not, marks all events near it as waiting, and takes it out of the calendar. */
+bool mill_slabs_claim(struct mill_slabs *slabs, const struct mill_slab *slab, int32_t i, double t);
+
+/* Has a thread carried out an event that ball i's event, due at local time t, can depend on or
+ * change, and that is later? */
+bool mill_slabs_passed(const struct mill_slabs *slabs, int32_t i, double t);
+
+#endif
