@@ -175,9 +175,8 @@ static int32_t next_event(struct mill_sim *sim, double *t)
     return p->slabs ? mill_slabs_next(p->slabs, t) : mill_calendar_next(p->calendar, t);
 }
 
-/* Carries out all events before local time `limit`, or until the budget is 0. */
-static void take_events(struct mill_sim *sim, double limit, uint64_t *budget,
-                        const volatile sig_atomic_t *stop)
+void mill_sim_take_events(struct mill_sim *sim, double limit, uint64_t *budget,
+                          const volatile sig_atomic_t *stop)
 {
     const bool large = sim->world->balls >= MILL_SIM_LARGE;
     double t;
@@ -203,21 +202,6 @@ static void take_events(struct mill_sim *sim, double limit, uint64_t *budget,
     }
 }
 
-/* The same on several threads, as far as they can */
-static void share_events(struct mill_sim *sim, double limit, uint64_t *budget,
-                         const volatile sig_atomic_t *stop)
-{
-    double until = -INFINITY;
-    while (sim->status == MILL_OK && *budget > 0 && until < limit) {
-        /* while the observers are ahead of the balls, the run must not pause */
-        uint64_t all = UINT64_MAX;
-        if (stop && *stop)
-            sim->status = MILL_STOPPED;
-        else if (!mill_sim_slabs_window(sim, limit, budget, &until))
-            take_events(sim, until, sim->told > 0 ? &all : budget, sim->told > 0 ? NULL : stop);
-    }
-}
-
 enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budget,
                               const volatile sig_atomic_t *stop, struct mill_error *error)
 {
@@ -233,9 +217,9 @@ enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budge
         const double halt = mill_least(sample, until) - sim->world->base;
         const double limit = mill_least(mill_greatest(halt, sim->now), MILL_WORLD_EPOCH);
         if (sim->slabs)
-            share_events(sim, limit, &budget, stop);
+            mill_sim_slabs_run(sim, limit, &budget, stop);
         else
-            take_events(sim, limit, &budget, stop);
+            mill_sim_take_events(sim, limit, &budget, stop);
         if (sim->status != MILL_OK || budget == 0)
             break;
         sim->now = limit;

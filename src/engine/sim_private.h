@@ -59,6 +59,11 @@ struct mill_sim {
 /* Carries out ball i's event at the present time (sim_contact.c). */
 void mill_sim_happen(struct mill_sim *sim, int32_t i);
 
+/* Carries out all events before local time `limit` [s], or until the budget is 0 or *stop is not
+ * (sim.c). */
+void mill_sim_take_events(struct mill_sim *sim, double limit, uint64_t *budget,
+                          const volatile sig_atomic_t *stop);
+
 /* A contact has happened: it goes into the account and to the observers (sim.c). */
 void mill_sim_record(struct mill_sim *sim, const struct mill_sim_entry *entry);
 
@@ -153,9 +158,10 @@ int mill_sim_slabs_count(const struct mill_sim_slabs *slabs);
 void mill_sim_slabs_begin(struct mill_sim_slabs *slabs);
 void mill_sim_slabs_end(struct mill_sim_slabs *slabs);
 
-/* Carries out all events until a later time, at most `limit` [s], on all threads, and reduces the
- * budget by their number. false: nothing was done, and one thread must go on until *until [s]. */
-bool mill_sim_slabs_window(struct mill_sim *sim, double limit, uint64_t *budget, double *until);
+/* As mill_sim_take_events, on all threads. The events of a window are done as a whole, also if they
+ * are more than the budget. */
+void mill_sim_slabs_run(struct mill_sim *sim, double limit, uint64_t *budget,
+                        const volatile sig_atomic_t *stop);
 
 /* An event at local time t: counts how many come within short times. */
 void mill_sim_watch(struct mill_watch *watch, double t);

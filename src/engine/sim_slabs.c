@@ -2,8 +2,9 @@
  * the threads carry out the events inside their slabs, in order of time; then one thread carries
  * out those that were put off. All this is written down. If nothing came too early, the contacts
  * are entered into the account and told to the observers in the order in which one thread would
- * have come to them, so that all results have the same bits. If something did, the window is
- * undone, and one thread does it again. */
+ * have come to them, so that all results have the same bits: the thread that is first through with
+ * its slab does this for the window before. If something came too early, or if the run ends at one
+ * of the contacts, the window is undone, and one thread does it again. */
 #include "base/memory.h"
 #include "engine/crew.h"
 #include "engine/sim_private.h"
@@ -12,10 +13,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define SHARE 0.02 /* events of a window, per ball */
-#define FEWEST 100 /* events of a window */
-#define RUNAWAY 64 /* times as many events as expected: the window is given up */
-#define PAUSE 64   /* windows after a failed one until they grow again */
+#define SHARE (getenv("SH") ? atof(getenv("SH")) : 0.005) /* events of a window, per ball */
+#define FEWEST (getenv("FE") ? atof(getenv("FE")) : 50)   /* more events of a window */
+#define RUNAWAY 100 /* times as many events as expected: the window is given up */
+#define WINDOWS                                                                                    \
+    200 /* after so many, the mill is cut again if a slab had UNEVEN times as many events */
+#define UNEVEN 1.15 /* as the others */
+#define PATIENCE 64 /* windows after a failed one until they grow again */
 
 /* An event that was carried out. entry: of its contact; -1: it was none */
 struct event {
@@ -32,31 +36,45 @@ struct before {
     struct mill_pinch pinch;
 };
 
-/* What one thread works with: copies of world, schedule and loop, which share the balls, and the
- * log of a window. The last lane is for the events that were put off. */
+/* What a thread writes down in a window. late: balls whose events it has put off */
+struct log {
+    struct mill_list event, entry, before, late;
+};
+
+/* What a thread works with: copies of world, schedule and loop, which share the balls, and the logs
+ * of this window and the last. The last lane is for the events that were put off. */
 struct lane {
     struct mill_sim sim;
     struct mill_world world;
     struct mill_schedule schedule;
     struct mill_error error;
-    struct mill_list event, entry, before, late;
+    struct log log[2];
+    struct mill_counts counts[2];
+    uint64_t done; /* events since the threads' work was last compared */
     bool failed;
+};
+
+/* A window. Its number modulo 2 is that of its logs. */
+struct window {
+    double begin, end; /* [s] local time */
+    uint32_t number;
 };
 
 struct mill_sim_slabs {
     struct mill_sim *sim;
     struct mill_slabs *slabs;
     struct mill_crew *crew;
-    int threads;                         /* at present */
-    struct lane *lane;                   /* [slabs + 1] */
+    int threads;       /* at present */
+    struct lane *lane; /* [slabs + 1] */
+    struct window now, last;
+    bool pending;                        /* the last window has not been settled yet */
+    int settling;                        /* a thread does that */
+    bool settled;                        /* it has been settled, and the run goes on */
+    double duration;                     /* [s] of the next window */
+    bool cut_short;                      /* the present window is shorter */
+    int patience;                        /* windows until it may grow */
     const struct mill_sim_entry **order; /* the contacts of a window in order */
-    size_t order_room, ordered;
-    double end;                  /* [s] local time of the window */
-    double duration;             /* [s] of the next window */
-    int patience;                /* windows until it may grow */
-    struct mill_account account; /* before the contacts of the window */
-    struct mill_watch watch;     /* after the window */
-    double last;                 /* [s] local time of its last event */
+    size_t order_room;
 };
 
 static int lanes(const struct mill_sim_slabs *s)
@@ -64,54 +82,62 @@ static int lanes(const struct mill_sim_slabs *s)
     return s->slabs->count + 1;
 }
 
+/* Events of a window */
+static double aim_of(const struct mill_sim_slabs *s)
+{
+    return SHARE * (double)s->sim->world->balls + FEWEST;
+}
+
 /* ---- one lane ---- */
 
 static bool make_lane(struct lane *l, struct mill_sim *sim, struct mill_slabs *slabs, int k)
 {
-    const struct mill_schedule *p = sim->schedule;
-    l->event.size = sizeof(struct event);
-    l->entry.size = sizeof(struct mill_sim_entry);
-    l->before.size = sizeof(struct before);
-    l->late.size = sizeof(int32_t);
+    for (int n = 0; n < 2; n++) {
+        l->log[n].event.size = sizeof(struct event);
+        l->log[n].entry.size = sizeof(struct mill_sim_entry);
+        l->log[n].before.size = sizeof(struct before);
+        l->log[n].late.size = sizeof(int32_t);
+    }
     l->world = *sim->world;
-    if (!mill_schedule_share(p, &l->world, &l->schedule))
+    if (!mill_schedule_share(sim->schedule, &l->world, &l->schedule))
         return false;
     l->schedule.calendar = k < slabs->count ? slabs->slab[k].calendar : slabs->late;
     l->schedule.slabs = k < slabs->count ? NULL : slabs;
-    l->sim = (struct mill_sim){.world = &l->world, .schedule = &l->schedule, .log = &l->entry};
+    l->sim = (struct mill_sim){.world = &l->world, .schedule = &l->schedule, .error = &l->error};
     return true;
 }
 
 static void free_lane(struct lane *l)
 {
     mill_schedule_unshare(&l->schedule);
-    free(l->event.item);
-    free(l->entry.item);
-    free(l->before.item);
-    free(l->late.item);
+    for (int n = 0; n < 2; n++) {
+        free(l->log[n].event.item);
+        free(l->log[n].entry.item);
+        free(l->log[n].before.item);
+        free(l->log[n].late.item);
+    }
 }
 
-static void begin_lane(struct lane *l, const struct mill_sim *sim)
+static void begin_lane(struct lane *l, const struct mill_sim *sim, const struct window *window)
 {
-    const struct mill_counts *counts = &sim->world->counts;
-    l->event.count = l->entry.count = l->before.count = l->late.count = 0;
+    struct log *log = &l->log[window->number % 2];
+    log->event.count = log->entry.count = log->before.count = log->late.count = 0;
     l->failed = false;
     if (l->world.base != sim->world->base)
         mill_schedule_forget(&l->schedule);
     l->world.base = sim->world->base;
-    l->world.counts = (struct mill_counts){.largest_overlap = counts->largest_overlap};
+    l->world.counts = (struct mill_counts){.largest_overlap = -INFINITY};
     l->sim.pinches = sim->pinches;
-    l->sim.watch = sim->watch;
-    l->sim.now = sim->now;
+    l->sim.now = window->begin;
     l->sim.status = MILL_OK;
-    l->sim.error = &l->error;
+    l->sim.log = &log->entry;
     l->schedule.horizon = sim->schedule->horizon;
 }
 
 /* Writes down what ball i is now. */
-static void remember(struct lane *l, int32_t i)
+static void remember(struct lane *l, struct log *log, int32_t i)
 {
-    struct before *b = mill_list_add(&l->before);
+    struct before *b = mill_list_add(&log->before);
     l->failed = l->failed || !b;
     if (!b)
         return;
@@ -125,46 +151,46 @@ static void remember(struct lane *l, int32_t i)
 }
 
 /* Carries out ball i's event, due at local time t, and writes it down. */
-static void carry_out(struct lane *l, int32_t i, double t)
+static void carry_out(struct lane *l, struct log *log, int32_t i, double t)
 {
     const struct mill_plan *plan = l->schedule.plan;
     const int32_t partner = plan[i].next == MILL_NEXT_PAIR ? plan[i].partner : MILL_NOBODY;
-    const int32_t entry = (int32_t)l->entry.count;
-    struct event *e = mill_list_add(&l->event);
-    remember(l, i);
+    const int32_t entry = (int32_t)log->entry.count;
+    struct event *e = mill_list_add(&log->event);
+    remember(l, log, i);
     if (partner != MILL_NOBODY)
-        remember(l, partner);
+        remember(l, log, partner);
     l->failed = l->failed || !e || t < l->sim.now;
     if (l->failed)
         return;
     l->sim.now = t;
     mill_sim_happen(&l->sim, i);
-    *e = (struct event){t, i, (int32_t)l->entry.count > entry ? entry : -1};
+    *e = (struct event){t, i, (int32_t)log->entry.count > entry ? entry : -1};
     l->failed = l->sim.status != MILL_OK || mill_plan_time(&plan[i]) < t ||
                 (partner != MILL_NOBODY && mill_plan_time(&plan[partner]) < t);
 }
 
-/* The part of one slab's thread: all events of the window inside the slab */
-static void work(void *all, int k)
+/* Carries out all events of the window inside a slab. */
+static void work_inside(struct mill_sim_slabs *s, int k)
 {
-    struct mill_sim_slabs *s = all;
     struct lane *l = &s->lane[k];
+    struct log *log = &l->log[s->now.number % 2];
     const struct mill_slab *slab = &s->slabs->slab[k];
-    const double most = (double)RUNAWAY * (SHARE * (double)l->world.balls + FEWEST);
-    begin_lane(l, s->sim);
+    const double most = RUNAWAY * aim_of(s);
+    const bool large = l->world.balls >= MILL_SIM_LARGE;
     while (!l->failed) {
         double t;
         const int32_t i = mill_calendar_next(slab->calendar, &t);
-        if (i < 0 || t >= s->end)
+        if (i < 0 || t >= s->now.end)
             return;
-        l->failed = (double)l->event.count > most;
-        if (l->world.balls >= MILL_SIM_LARGE)
+        l->failed = (double)log->event.count > most;
+        if (large)
             mill_schedule_ahead(&l->schedule);
         if (mill_slabs_claim(s->slabs, slab, i, t)) {
-            carry_out(l, i, t);
+            carry_out(l, log, i, t);
             continue;
         }
-        int32_t *late = mill_list_add(&l->late);
+        int32_t *late = mill_list_add(&log->late);
         l->failed = l->failed || !late;
         if (late)
             *late = i;
@@ -176,173 +202,269 @@ static bool work_off(struct mill_sim_slabs *s)
 {
     struct mill_slabs *slabs = s->slabs;
     struct lane *l = &s->lane[slabs->count];
-    begin_lane(l, s->sim);
-    slabs->end = s->end;
+    struct log *own = &l->log[s->now.number % 2];
+    slabs->end = s->now.end;
     for (int k = 0; k < slabs->count; k++) {
-        const int32_t *late = s->lane[k].late.item;
+        const struct mill_list *late = &s->lane[k].log[s->now.number % 2].late;
+        const int32_t *ball = late->item;
         l->failed = l->failed || s->lane[k].failed;
-        for (size_t n = 0; n < s->lane[k].late.count; n++)
-            mill_slabs_enter(slabs, late[n], mill_plan_time(&l->schedule.plan[late[n]]));
+        for (size_t n = 0; n < late->count; n++)
+            mill_slabs_enter(slabs, ball[n], mill_plan_time(&l->schedule.plan[ball[n]]));
     }
     double t;
     int32_t i;
     while (!l->failed && (i = mill_calendar_next(slabs->late, &t)) >= 0) {
         l->failed = mill_slabs_passed(slabs, i, t);
         if (!l->failed)
-            carry_out(l, i, t);
+            carry_out(l, own, i, t);
     }
     slabs->end = -INFINITY;
     return !l->failed;
 }
 
-/* ---- the whole window ---- */
+/* ---- a whole window ---- */
 
-/* Takes back all events of the window. */
-static void undo(struct mill_sim_slabs *s)
+/* Takes back what a ball's event has done. */
+static void take_back(struct mill_sim *sim, const struct before *b)
+{
+    struct mill_schedule *p = sim->schedule;
+    const struct mill_event event = p->plan[b->ball].event;
+    if (p->cells->cell[b->ball] != b->cell) {
+        mill_grids_remove(&p->grids, b->ball, b->record.species);
+        mill_grids_insert(&p->grids, b->ball, b->record.species, b->cell);
+    }
+    sim->world->ball[b->ball] = b->record;
+    sim->world->spin[b->ball] = b->spin;
+    p->plan[b->ball] = b->plan;
+    p->plan[b->ball].event = event;
+    if (sim->pinches.ball)
+        sim->pinches.ball[b->ball] = b->pinch;
+}
+
+static void enter_again(struct mill_schedule *p, int32_t i)
+{
+    mill_schedule_enter(p, i, mill_plan_time(&p->plan[i]));
+}
+
+/* Takes back all events of a window. */
+static void undo(struct mill_sim_slabs *s, const struct window *window)
 {
     struct mill_schedule *p = s->sim->schedule;
-    struct mill_world *w = s->sim->world;
     for (int k = lanes(s) - 1; k >= 0; k--) {
-        const struct before *before = s->lane[k].before.item;
-        for (size_t n = s->lane[k].before.count; n > 0; n--) {
-            const struct before *b = &before[n - 1];
-            const struct mill_event event = p->plan[b->ball].event;
-            if (p->cells->cell[b->ball] != b->cell) {
-                mill_grids_remove(&p->grids, b->ball, b->record.species);
-                mill_grids_insert(&p->grids, b->ball, b->record.species, b->cell);
-            }
-            w->ball[b->ball] = b->record;
-            w->spin[b->ball] = b->spin;
-            p->plan[b->ball] = b->plan;
-            p->plan[b->ball].event = event;
-            if (s->sim->pinches.ball)
-                s->sim->pinches.ball[b->ball] = b->pinch;
-        }
+        const struct mill_list *before = &s->lane[k].log[window->number % 2].before;
+        for (size_t n = before->count; n > 0; n--)
+            take_back(s->sim, (const struct before *)before->item + n - 1);
     }
     for (int k = 0; k < lanes(s); k++) {
-        const struct before *before = s->lane[k].before.item;
-        const int32_t *late = s->lane[k].late.item;
-        for (size_t n = 0; n < s->lane[k].before.count; n++)
-            mill_schedule_enter(p, before[n].ball, mill_plan_time(&p->plan[before[n].ball]));
-        for (size_t n = 0; n < s->lane[k].late.count; n++)
-            mill_schedule_enter(p, late[n], mill_plan_time(&p->plan[late[n]]));
+        const struct log *log = &s->lane[k].log[window->number % 2];
+        for (size_t n = 0; n < log->before.count; n++)
+            enter_again(p, ((const struct before *)log->before.item)[n].ball);
+        for (size_t n = 0; n < log->late.count; n++)
+            enter_again(p, ((const int32_t *)log->late.item)[n]);
     }
 }
 
-/* Lists the contacts of all lanes in the order in which one thread comes to them: each lane has its
- * own in this order. false: it cannot be known, or one thread would not have done the same. */
-static bool put_in_order(struct mill_sim_slabs *s, uint64_t *events)
+/* Number of events of a window */
+static uint64_t events_of(const struct mill_sim_slabs *s, const struct window *window)
 {
-    size_t at[MILL_SLABS_MOST + 1] = {0}, all = 0;
-    s->ordered = 0;
-    s->watch = s->sim->watch;
-    s->last = s->sim->now;
+    uint64_t all = 0;
     for (int k = 0; k < lanes(s); k++)
-        all += s->lane[k].event.count;
-    if (all > s->order_room) {
-        free(s->order);
-        s->order_room = 2 * all;
-        s->order = malloc(s->order_room * sizeof *s->order);
-        if (!s->order)
-            s->order_room = 0;
-    }
-    for (size_t n = 0; n < all; n++) {
-        const struct lane *from = NULL;
-        const struct event *first = NULL;
-        int of = 0;
-        bool tie = false;
-        for (int k = 0; k < lanes(s); k++) {
-            const struct lane *l = &s->lane[k];
-            const struct event *e = (const struct event *)l->event.item + at[k];
-            if (at[k] == l->event.count)
-                continue;
-            tie = first && (e->t == first->t || (tie && e->t > first->t));
-            if (!first || e->t < first->t) {
-                first = e;
-                from = l;
-                of = k;
-            }
-        }
-        at[of]++;
-        mill_sim_watch(&s->watch, first->t);
-        if (tie || !s->order || mill_sim_hastes(&s->watch))
-            return false;
-        s->last = first->t;
-        if (first->entry >= 0)
-            s->order[s->ordered++] = (const struct mill_sim_entry *)from->entry.item + first->entry;
-    }
-    *events = all;
-    return true;
+        all += s->lane[k].log[window->number % 2].event.count;
+    return all;
 }
 
-/* Enters the contacts of the window into the account and tells them to the observers. false: the
- * run ends at one of them. */
+/* The lane with the first event from the numbers `at` on; -1: none, or it is not certain */
+static int first_lane(const struct mill_sim_slabs *s, int log, const size_t *at)
+{
+    int first = -1;
+    double earliest = INFINITY;
+    bool tie = false;
+    for (int k = 0; k < lanes(s); k++) {
+        const struct mill_list *list = &s->lane[k].log[log].event;
+        if (at[k] == list->count)
+            continue;
+        const double t = ((const struct event *)list->item)[at[k]].t;
+        tie = t < earliest ? false : tie || t == earliest;
+        first = t < earliest ? k : first;
+        earliest = mill_least(t, earliest);
+    }
+    return tie ? -1 : first;
+}
+
+/* Lists the contacts of the last window in the order in which one thread comes to them; each lane
+ * has its own in this order. Returns their number. -1: the order is not certain, or one thread
+ * would not have done the same. *watch, *now: of the loop afterwards */
+static long put_in_order(struct mill_sim_slabs *s, struct mill_watch *watch, double *now)
+{
+    const int log = (int)(s->last.number % 2);
+    const uint64_t events = events_of(s, &s->last);
+    size_t at[MILL_SLABS_MOST + 1] = {0};
+    long contacts = 0;
+    if (events > s->order_room) {
+        free(s->order);
+        s->order = malloc(2 * events * sizeof *s->order);
+        s->order_room = s->order ? 2 * events : 0;
+    }
+    for (uint64_t n = 0; n < events; n++) {
+        const int k = first_lane(s, log, at);
+        if (k < 0 || !s->order)
+            return -1;
+        const struct log *l = &s->lane[k].log[log];
+        const struct event *e = (const struct event *)l->event.item + at[k]++;
+        mill_sim_watch(watch, e->t);
+        if (mill_sim_hastes(watch))
+            return -1;
+        *now = e->t;
+        if (e->entry >= 0)
+            s->order[contacts++] = (const struct mill_sim_entry *)l->entry.item + e->entry;
+    }
+    return contacts;
+}
+
+/* Enters the contacts of the last window into the account and tells them to the observers. false:
+ * the run ends at one of them, or their order is not certain. */
 static bool settle(struct mill_sim_slabs *s)
 {
     struct mill_sim *sim = s->sim;
-    s->account = sim->world->account;
+    struct mill_watch watch = sim->watch;
+    double now = sim->now;
+    const struct mill_account account = sim->world->account;
     const struct mill_counts counts = sim->world->counts;
-    for (size_t n = 0; n < s->ordered; n++) {
+    const long contacts = put_in_order(s, &watch, &now);
+    for (long n = 0; n < contacts; n++) {
         mill_sim_record(sim, s->order[n]);
         if (sim->status == MILL_OK)
             continue;
-        /* one thread goes there again; it must not tell these contacts a second time */
-        sim->told = n + 1;
+        /* one thread comes here again; it must not tell these contacts a second time */
+        sim->told = (uint64_t)n + 1;
         sim->told_status = sim->status;
         sim->status = MILL_OK;
-        sim->world->account = s->account;
+        sim->world->account = account;
         sim->world->counts = counts;
         return false;
     }
+    if (contacts < 0)
+        return false;
     for (int k = 0; k < lanes(s); k++)
-        mill_counts_add(&sim->world->counts, &s->lane[k].world.counts);
-    sim->watch = s->watch;
-    sim->now = s->last;
+        mill_counts_add(&sim->world->counts, &s->lane[k].counts[s->last.number % 2]);
+    sim->watch = watch;
+    sim->now = now;
     return true;
 }
 
-#include <stdio.h>
-static unsigned long DW,DF[4],DE,DL,DN;
-static void choose_duration(struct mill_sim_slabs *s, bool done, uint64_t events)
+/* What a thread does in a window */
+static void work(void *all, int k)
 {
-    const double aim = SHARE * (double)s->sim->world->balls + FEWEST;
-    if (!done) {
-        s->duration *= 0.5;
-        s->patience = PAUSE;
-    } else if (s->patience > 0) {
+    struct mill_sim_slabs *s = all;
+    work_inside(s, k);
+    if (s->pending && __atomic_exchange_n(&s->settling, 1, __ATOMIC_SEQ_CST) == 0)
+        s->settled = settle(s);
+}
+
+/* Does a window again on one thread. */
+static void do_again(struct mill_sim_slabs *s, const struct window *window, uint64_t *budget,
+                     const volatile sig_atomic_t *stop)
+{
+    /* while the observers are ahead of the balls, the run must not pause */
+    uint64_t all = UINT64_MAX;
+    const bool ahead = s->sim->told > 0;
+    mill_sim_take_events(s->sim, window->end, ahead ? &all : budget, ahead ? NULL : stop);
+    s->duration *= 0.5;
+    s->patience = PATIENCE;
+}
+
+/* Settles the last window if this has not been done. false: it was done again on one thread */
+static bool flush(struct mill_sim_slabs *s, uint64_t *budget, const volatile sig_atomic_t *stop)
+{
+    const bool good = !s->pending || settle(s);
+    s->pending = false;
+    if (good)
+        return true;
+    undo(s, &s->last);
+    do_again(s, &s->last, budget, stop);
+    return false;
+}
+
+static void choose_duration(struct mill_sim_slabs *s, uint64_t events)
+{
+    const double factor = aim_of(s) / mill_greatest((double)events, 1.0);
+    if (s->patience > 0)
         s->patience--;
-    } else {
-        const double factor = aim / mill_greatest((double)events, 1.0);
+    else if (!s->cut_short)
         s->duration *= mill_least(mill_greatest(factor, 0.5), 2.0);
+}
+
+/* Cuts the mill again if the threads have not got equally much to do. */
+static void balance(struct mill_sim_slabs *s)
+{
+    uint64_t most = 0, all = 0;
+    for (int k = 0; k < s->slabs->count; k++) {
+        most = s->lane[k].done > most ? s->lane[k].done : most;
+        all += s->lane[k].done;
+        s->lane[k].done = 0;
+    }
+    if ((double)most > UNEVEN * (double)all / s->slabs->count)
+        mill_slabs_cut(s->slabs);
+}
+
+/* Carries out a window on all threads, and settles the last one. */
+static void share(struct mill_sim_slabs *s, uint64_t *budget, const volatile sig_atomic_t *stop)
+{
+    if (++s->slabs->window % WINDOWS == 0)
+        balance(s);
+    s->now.number = s->slabs->window;
+    for (int k = 0; k < lanes(s); k++)
+        begin_lane(&s->lane[k], s->sim, &s->now);
+    s->settling = 0;
+    mill_crew_do(s->crew, work, s);
+    const bool good = work_off(s), before = !s->pending || s->settled;
+    s->pending = good && before;
+    if (!s->pending)
+        undo(s, &s->now);
+    if (!before) {
+        undo(s, &s->last);
+        do_again(s, &s->last, budget, stop);
+        s->now.end = s->last.end;
+    } else if (!good) {
+        do_again(s, &s->now, budget, stop);
+    } else {
+        const uint64_t events = events_of(s, &s->now);
+        for (int k = 0; k < lanes(s); k++) {
+            s->lane[k].counts[s->now.number % 2] = s->lane[k].world.counts;
+            s->lane[k].done += s->lane[k].log[s->now.number % 2].event.count;
+        }
+        *budget -= events < *budget ? events : *budget;
+        choose_duration(s, events);
+        s->last = s->now;
     }
 }
 
-bool mill_sim_slabs_window(struct mill_sim *sim, double limit, uint64_t *budget, double *until)
+void mill_sim_slabs_run(struct mill_sim *sim, double limit, uint64_t *budget,
+                        const volatile sig_atomic_t *stop)
 {
     struct mill_sim_slabs *s = sim->slabs;
-    const double aim = SHARE * (double)sim->world->balls + FEWEST;
-    uint64_t events = 0;
-    *until = limit;
-    if (s->threads < 2 || sim->world->counts.asleep > 0 || mill_sim_hastes(&sim->watch) ||
-        (double)*budget < 4.0 * aim)
-        return false;
-    s->end = *until = mill_least(limit, sim->now + s->duration);
-    s->slabs->window++;
-    mill_crew_do(s->crew, work, s);
-    const bool g1 = work_off(s), g2 = g1 && put_in_order(s,&events), good = g2 && events <= *budget;
-    const bool done = good && settle(s);
-    DW++; DF[0]+=!g1; DF[1]+= g1&&!g2; DF[2]+=g2&&!good; DF[3]+=good&&!done; if(done){DE+=events; DL+=s->lane[s->slabs->count].event.count;}
-    for(int k=0;k<s->slabs->count;k++) DN+=s->lane[k].failed;
-    if (!done)
-        undo(s);
-    else
-        *budget -= events;
-    if (s->end < limit || !good)
-        choose_duration(s, good, events);
-    return done;
+    s->now.end = sim->now;
+    while (sim->status == MILL_OK && *budget > 0 && s->now.end < limit) {
+        if (stop && *stop)
+            break;
+        const bool shares = s->threads > 1 && sim->world->counts.asleep == 0 &&
+                            !mill_sim_hastes(&sim->watch) && (double)*budget > 4.0 * aim_of(s);
+        s->now.begin = s->now.end;
+        s->now.end = mill_least(limit, shares ? s->now.begin + s->duration : limit);
+        s->cut_short = s->now.end == limit;
+        if (shares)
+            share(s, budget, stop);
+        else if (flush(s, budget, stop))
+            mill_sim_take_events(sim, limit, budget, stop);
+        else
+            s->now.end = s->last.end;
+    }
+    flush(s, budget, stop);
+    if (stop && *stop && sim->status == MILL_OK)
+        sim->status = MILL_STOPPED;
 }
 
-
+/* ---- begin and end ---- */
 
 struct mill_sim_slabs *mill_sim_slabs_create(struct mill_sim *sim, int threads)
 {
@@ -367,7 +489,6 @@ void mill_sim_slabs_free(struct mill_sim_slabs *s)
 {
     if (!s)
         return;
-    fprintf(stderr,"windows %lu conflict %lu order %lu budget %lu ended %lu lanefail %lu; events per window %g late %g dur %g\n",DW,DF[0],DF[1],DF[2],DF[3],DN,(double)DE/DW,(double)DL/DE,s->duration);
     for (int k = 0; s->lane && k < lanes(s); k++)
         free_lane(&s->lane[k]);
     mill_crew_free(s->crew);

@@ -10,8 +10,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define STRIP 3 /* layers at the side of a slab where its thread does not work */
-#define LEAST 9 /* layers of a slab: STRIP on both sides, and some to work in */
+#define STRIP                                                                                      \
+    (getenv("ST") ? atoi(getenv("ST"))                                                             \
+                  : 3) /* layers at the side of a slab where its thread does not work */
+#define LEAST 7        /* layers of a slab: STRIP on both sides, and some to work in */
 #define AROUND                                                                                     \
     2 /* blocks on each side of a waiting event in which events wait, too: next to it they         \
          must, and a ball that it sets off for the next block finds the same there */
@@ -35,30 +37,55 @@ static int slab_of(const struct mill_slabs *s, int32_t block)
     return k;
 }
 
-/* Cuts the mill where each slab has as many balls, but no slab has fewer layers than LEAST. */
-static void cut(struct mill_slabs *s)
+/* The contacts since the last call of the balls below each layer of the mill. NULL: out of
+ * memory */
+static double *contacts_below(struct mill_slabs *s)
 {
     const struct mill_world *w = s->schedule->world;
+    double *sum = calloc((size_t)s->layers + 1, sizeof *sum);
+    for (int32_t i = 0; i < w->balls && sum; i++) {
+        const uint32_t now = w->ball[i].contacts;
+        sum[block_of_ball(s, i) / s->layer + 1] += 0.02 + (double)(now - s->contacts[i]);
+        s->contacts[i] = now;
+    }
+    for (int32_t k = 0; k < s->layers && sum; k++)
+        sum[k + 1] += sum[k];
+    return sum;
+}
+
+/* The layer between `least` and `most` where a cut costs least: slabs below it should have `due`
+ * contacts, and few of them at the cut, because they are put off. sum: contacts below each layer */
+static int32_t best_cut(const double *sum, int32_t least, int32_t most, double due)
+{
+    int32_t best = least;
+    double cost = INFINITY;
+    for (int32_t to = least; to <= most; to++) {
+        const double own = fabs(sum[to] - due) + sum[to + STRIP] - sum[to - STRIP];
+        best = own < cost ? to : best;
+        cost = own < cost ? own : cost;
+    }
+    return best;
+}
+
+/* Cuts the mill where slabs had about equally many contacts. */
+static void cut(struct mill_slabs *s)
+{
     const bool periodic = s->schedule->grids.period > 0.0;
     const int32_t end = s->layers - s->margin;
-    int64_t *held = calloc((size_t)s->layers, sizeof *held), below = 0;
-    for (int32_t i = 0; held && i < w->balls; i++)
-        held[block_of_ball(s, i) / s->layer]++;
+    double *sum = contacts_below(s);
     int32_t at = s->margin;
     for (int k = 0; k < s->count; k++) {
         const int left = s->count - 1 - k;
-        const int32_t most = end - LEAST * left, least = at + LEAST;
-        int32_t to = at;
-        while (to < most && (to < least || left == 0 || !held ||
-                             (double)below < (double)w->balls * (k + 1) / s->count))
-            below += held ? held[to++] : (to++, 0);
+        int32_t to = left > 0 ? at + LEAST : end;
+        if (left > 0 && sum)
+            to = best_cut(sum, to, end - LEAST * left, sum[s->layers] * (k + 1) / s->count);
         s->slab[k].lo = at * s->layer;
         s->slab[k].hi = to * s->layer;
         s->slab[k].inner_lo = (at + (k > 0 || periodic ? STRIP : 0)) * s->layer;
         s->slab[k].inner_hi = (to - (left > 0 || periodic ? STRIP : 0)) * s->layer;
         at = to;
     }
-    free(held);
+    free(sum);
 }
 
 static void clear_marks(struct mill_slabs *s)
@@ -106,7 +133,8 @@ bool mill_slabs_create(struct mill_schedule *p, int threads, struct mill_slabs *
     s->slab = calloc((size_t)s->count, sizeof *s->slab);
     s->home = mill_memory_get((size_t)p->world->balls, sizeof *s->home);
     s->mark = mill_memory_get((size_t)mill_cells_count(c), sizeof *s->mark);
-    bool made = s->slab && s->home && s->mark;
+    s->contacts = mill_memory_get((size_t)p->world->balls, sizeof *s->contacts);
+    bool made = s->slab && s->home && s->mark && s->contacts;
     for (int k = 0; k < s->count && made; k++) {
         s->slab[k].calendar =
             mill_calendar_create(p->world->balls, &p->plan->event, sizeof *p->plan);
@@ -134,6 +162,7 @@ void mill_slabs_free(struct mill_slabs *s)
     free(s->slab);
     free(s->home);
     free(s->mark);
+    free(s->contacts);
     free(s);
 }
 
@@ -150,6 +179,15 @@ void mill_slabs_enter(struct mill_slabs *s, int32_t i, double t)
         s->home[i] = (int8_t)home;
     }
     mill_calendar_set(calendar_of(s, home), i, t);
+}
+
+void mill_slabs_cut(struct mill_slabs *s)
+{
+    const struct mill_schedule *p = s->schedule;
+    cut(s);
+    for (int32_t i = 0; i < p->world->balls; i++)
+        if (slab_of(s, block_of_ball(s, i)) != s->home[i])
+            mill_slabs_enter(s, i, mill_plan_time(&p->plan[i]));
 }
 
 int32_t mill_slabs_next(struct mill_slabs *s, double *t)

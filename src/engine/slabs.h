@@ -30,6 +30,7 @@ struct mill_slabs {
     struct mill_calendar *late;  /* events that were put off: the schedule's calendar */
     int8_t *home;                /* of each ball: number of its slab's calendar; count: `late` */
     struct mill_slab_mark *mark; /* of each block */
+    uint32_t *contacts;          /* of each ball, when the mill was last cut */
     int32_t layer;               /* [blocks] in a layer of the mill across x */
     int32_t layers, margin;      /* of the grid; of empty layers at both ends */
     uint32_t window;             /* its number */
@@ -45,8 +46,11 @@ bool mill_slabs_create(struct mill_schedule *schedule, int threads, struct mill_
 /* Brings all events back into the schedule's calendar. */
 void mill_slabs_free(struct mill_slabs *slabs);
 
-/* Empties all calendars and cuts the mill again, so that all slabs have equally many balls. */
+/* Empties all calendars, and cuts the mill again. */
 void mill_slabs_begin(struct mill_slabs *slabs);
+
+/* Cuts the mill again, where all slabs had equally many contacts since the last cut. */
+void mill_slabs_cut(struct mill_slabs *slabs);
 
 /* Sets the time of ball i's event [s]. One thread at a time may call it. */
 void mill_slabs_enter(struct mill_slabs *slabs, int32_t i, double t);
