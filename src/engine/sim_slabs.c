@@ -1,10 +1,12 @@
-/* The event loop on several threads. It goes through the events in windows of time. In each window
- * the threads carry out the events inside their slabs, in order of time; then one thread carries
- * out those that were put off. All this is written down. If nothing came too early, the contacts
- * are entered into the account and told to the observers in the order in which one thread would
- * have come to them, so that all results have the same bits: the thread that is first through with
- * its slab does this for the window before. If something came too early, or if the run ends at one
- * of the contacts, the window is undone, and one thread does it again. */
+/* The event loop on several threads. It goes through the events in windows of
+ * time. In each window the threads carry out the events inside their slabs, in
+ * order of time; then one thread carries out those that were put off. All this
+ * is written down. If nothing came too early, the contacts are entered into the
+ * account and told to the observers in the order in which one thread would have
+ * come to them, so that all results have the same bits: the thread that is
+ * first through with its slab does this for the window before. If something
+ * came too early, or if the run ends at one of the contacts, the window is
+ * undone, and one thread does it again. */
 #include "base/memory.h"
 #include "engine/crew.h"
 #include "engine/sim_private.h"
@@ -13,13 +15,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define SHARE (getenv("SH") ? atof(getenv("SH")) : 0.005) /* events of a window, per ball */
-#define FEWEST (getenv("FE") ? atof(getenv("FE")) : 50)   /* more events of a window */
+#define SHARE 0.002 /* events of a window, per ball: more make more of them late, */
+#define FEWEST 50   /* and this number more: less would be spent on waiting for each other */
 #define RUNAWAY 100 /* times as many events as expected: the window is given up */
-#define WINDOWS                                                                                    \
-    200 /* after so many, the mill is cut again if a slab had UNEVEN times as many events */
-#define UNEVEN 1.15 /* as the others */
 #define PATIENCE 64 /* windows after a failed one until they grow again */
+#define WINDOWS 200 /* after so many, the work of the threads is compared */
+#define UNEVEN 1.15 /* times as much as the mean for one thread: the mill is cut again */
+#define IDLE 0.7    /* times as much as for another thread: there is time to settle */
 
 /* An event that was carried out. entry: of its contact; -1: it was none */
 struct event {
@@ -36,13 +38,15 @@ struct before {
     struct mill_pinch pinch;
 };
 
-/* What a thread writes down in a window. late: balls whose events it has put off */
+/* What a thread writes down in a window. late: balls whose events it has put
+ * off */
 struct log {
     struct mill_list event, entry, before, late;
 };
 
-/* What a thread works with: copies of world, schedule and loop, which share the balls, and the logs
- * of this window and the last. The last lane is for the events that were put off. */
+/* What a thread works with: copies of world, schedule and loop, which share the
+ * balls, and the logs of this window and the last. The last lane is for the
+ * events that were put off. */
 struct lane {
     struct mill_sim sim;
     struct mill_world world;
@@ -67,12 +71,14 @@ struct mill_sim_slabs {
     int threads;       /* at present */
     struct lane *lane; /* [slabs + 1] */
     struct window now, last;
-    bool pending;                        /* the last window has not been settled yet */
-    int settling;                        /* a thread does that */
-    bool settled;                        /* it has been settled, and the run goes on */
-    double duration;                     /* [s] of the next window */
-    bool cut_short;                      /* the present window is shorter */
-    int patience;                        /* windows until it may grow */
+    bool pending;    /* the last window has not been settled yet */
+    int idle;        /* number of the thread that has least to do; -1: all have as much
+                      */
+    bool good;       /* nothing in the present window came too early */
+    bool settled;    /* it has been settled, and the run goes on */
+    double duration; /* [s] of the next window */
+    bool cut_short;  /* the present window is shorter */
+    int patience;    /* windows until it may grow */
     const struct mill_sim_entry **order; /* the contacts of a window in order */
     size_t order_room;
 };
@@ -273,7 +279,8 @@ static uint64_t events_of(const struct mill_sim_slabs *s, const struct window *w
     return all;
 }
 
-/* The lane with the first event from the numbers `at` on; -1: none, or it is not certain */
+/* The lane with the first event from the numbers `at` on; -1: none, or it is
+ * not certain */
 static int first_lane(const struct mill_sim_slabs *s, int log, const size_t *at)
 {
     int first = -1;
@@ -291,9 +298,10 @@ static int first_lane(const struct mill_sim_slabs *s, int log, const size_t *at)
     return tie ? -1 : first;
 }
 
-/* Lists the contacts of the last window in the order in which one thread comes to them; each lane
- * has its own in this order. Returns their number. -1: the order is not certain, or one thread
- * would not have done the same. *watch, *now: of the loop afterwards */
+/* Lists the contacts of the last window in the order in which one thread comes
+ * to them; each lane has its own in this order. Returns their number. -1: the
+ * order is not certain, or one thread would not have done the same. *watch,
+ * *now: of the loop afterwards */
 static long put_in_order(struct mill_sim_slabs *s, struct mill_watch *watch, double *now)
 {
     const int log = (int)(s->last.number % 2);
@@ -321,8 +329,9 @@ static long put_in_order(struct mill_sim_slabs *s, struct mill_watch *watch, dou
     return contacts;
 }
 
-/* Enters the contacts of the last window into the account and tells them to the observers. false:
- * the run ends at one of them, or their order is not certain. */
+/* Enters the contacts of the last window into the account and tells them to the
+ * observers. false: the run ends at one of them, or their order is not certain.
+ */
 static bool settle(struct mill_sim_slabs *s)
 {
     struct mill_sim *sim = s->sim;
@@ -335,7 +344,8 @@ static bool settle(struct mill_sim_slabs *s)
         mill_sim_record(sim, s->order[n]);
         if (sim->status == MILL_OK)
             continue;
-        /* one thread comes here again; it must not tell these contacts a second time */
+        /* one thread comes here again; it must not tell these contacts a second
+         * time */
         sim->told = (uint64_t)n + 1;
         sim->told_status = sim->status;
         sim->status = MILL_OK;
@@ -352,12 +362,24 @@ static bool settle(struct mill_sim_slabs *s)
     return true;
 }
 
-/* What a thread does in a window */
-static void work(void *all, int k)
+/* First part of a window: every thread carries out the events inside its slab.
+ * One that has far less to do than another one also settles the last window. */
+static void do_inside(void *all, int k)
 {
-    struct mill_sim_slabs *s = all;
-    work_inside(s, k);
-    if (s->pending && __atomic_exchange_n(&s->settling, 1, __ATOMIC_SEQ_CST) == 0)
+    struct mill_sim_slabs *slabs = all;
+    work_inside(slabs, k);
+    if (k == slabs->idle && slabs->pending)
+        slabs->settled = settle(slabs);
+}
+
+/* Second part: one thread carries out the events that were put off. A second
+ * one settles the last window, if this has not been done. */
+static void do_rest(void *slabs, int k)
+{
+    struct mill_sim_slabs *s = slabs;
+    if (k == 0)
+        s->good = work_off(s);
+    else if (k == 1 && s->pending && s->idle < 0)
         s->settled = settle(s);
 }
 
@@ -373,7 +395,8 @@ static void do_again(struct mill_sim_slabs *s, const struct window *window, uint
     s->patience = PATIENCE;
 }
 
-/* Settles the last window if this has not been done. false: it was done again on one thread */
+/* Settles the last window if this has not been done. false: it was done again
+ * on one thread */
 static bool flush(struct mill_sim_slabs *s, uint64_t *budget, const volatile sig_atomic_t *stop)
 {
     const bool good = !s->pending || settle(s);
@@ -394,15 +417,20 @@ static void choose_duration(struct mill_sim_slabs *s, uint64_t events)
         s->duration *= mill_least(mill_greatest(factor, 0.5), 2.0);
 }
 
-/* Cuts the mill again if the threads have not got equally much to do. */
+/* Compares what the threads had to do, and cuts the mill again if it was not
+ * the same. */
 static void balance(struct mill_sim_slabs *s)
 {
-    uint64_t most = 0, all = 0;
+    uint64_t most = 0, least = UINT64_MAX, all = 0;
     for (int k = 0; k < s->slabs->count; k++) {
-        most = s->lane[k].done > most ? s->lane[k].done : most;
-        all += s->lane[k].done;
+        const uint64_t done = s->lane[k].done;
+        s->idle = done < least ? k : s->idle;
+        least = done < least ? done : least;
+        most = done > most ? done : most;
+        all += done;
         s->lane[k].done = 0;
     }
+    s->idle = (double)least < IDLE * (double)most ? s->idle : -1;
     if ((double)most > UNEVEN * (double)all / s->slabs->count)
         mill_slabs_cut(s->slabs);
 }
@@ -415,9 +443,9 @@ static void share(struct mill_sim_slabs *s, uint64_t *budget, const volatile sig
     s->now.number = s->slabs->window;
     for (int k = 0; k < lanes(s); k++)
         begin_lane(&s->lane[k], s->sim, &s->now);
-    s->settling = 0;
-    mill_crew_do(s->crew, work, s);
-    const bool good = work_off(s), before = !s->pending || s->settled;
+    mill_crew_do(s->crew, do_inside, s);
+    mill_crew_do(s->crew, do_rest, s);
+    const bool good = s->good, before = !s->pending || s->settled;
     s->pending = good && before;
     if (!s->pending)
         undo(s, &s->now);
@@ -505,6 +533,7 @@ int mill_sim_slabs_count(const struct mill_sim_slabs *s)
 
 void mill_sim_slabs_begin(struct mill_sim_slabs *s)
 {
+    s->idle = -1;
     s->threads = mill_crew_begin(s->crew);
 }
 

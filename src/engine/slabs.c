@@ -1,7 +1,8 @@
-/* Slabs of the mill. Two events can change each other only if blocks in which they change balls are
- * the same or next to each other. Hence the distances here: between the parts of the mill in which
- * two threads work lie 2 STRIP layers. An event that is put off is at least STRIP layers away from
- * the part of another thread, or the thread of its own slab sees its marks. */
+/* Slabs of the mill. Two events can influence each other only if blocks in which they change balls
+ * are the same or next to each other. An event changes balls in the block of its ball and at most
+ * in one block next to it. Hence the distances: an event that a thread puts off near the border of
+ * its slab changes balls up to one layer beyond, and two layers further the thread of the other
+ * slab may work. */
 #include "engine/slabs.h"
 
 #include "base/memory.h"
@@ -10,13 +11,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define STRIP                                                                                      \
-    (getenv("ST") ? atoi(getenv("ST"))                                                             \
-                  : 3) /* layers at the side of a slab where its thread does not work */
+#define STRIP 2        /* layers at the border of a slab where its thread does not work */
 #define LEAST 7        /* layers of a slab: STRIP on both sides, and some to work in */
-#define AROUND                                                                                     \
-    2 /* blocks on each side of a waiting event in which events wait, too: next to it they         \
-         must, and a ball that it sets off for the next block finds the same there */
+#define CROSSINGS 0.02 /* a ball costs as much as so many contacts, even if it has none */
 
 static int32_t block_of(const struct mill_slabs *s, int32_t cell)
 {
@@ -45,7 +42,7 @@ static double *contacts_below(struct mill_slabs *s)
     double *sum = calloc((size_t)s->layers + 1, sizeof *sum);
     for (int32_t i = 0; i < w->balls && sum; i++) {
         const uint32_t now = w->ball[i].contacts;
-        sum[block_of_ball(s, i) / s->layer + 1] += 0.02 + (double)(now - s->contacts[i]);
+        sum[block_of_ball(s, i) / s->layer + 1] += CROSSINGS + (double)(now - s->contacts[i]);
         s->contacts[i] = now;
     }
     for (int32_t k = 0; k < s->layers && sum; k++)
@@ -54,7 +51,8 @@ static double *contacts_below(struct mill_slabs *s)
 }
 
 /* The layer between `least` and `most` where a cut costs least: slabs below it should have `due`
- * contacts, and few of them at the cut, because they are put off. sum: contacts below each layer */
+ * contacts, and few of them at the cut, because they are put off. sum: contacts below
+ * each layer */
 static int32_t best_cut(const double *sum, int32_t least, int32_t most, double due)
 {
     int32_t best = least;
@@ -233,13 +231,14 @@ static bool widens(const struct mill_slabs *s, int32_t i)
                mill_grids_across(&p->grids, p->cells->cell[i], plan->face, &shift));
 }
 
+/* Events in this block and next to it must wait. */
 static void mark_around(struct mill_slabs *s, const struct mill_slab *slab, int32_t place)
 {
     const int32_t row = s->schedule->grids.own[s->schedule->grids.classes - 1].n[2];
-    for (int32_t x = -AROUND; x <= AROUND; x++)
-        for (int32_t y = -AROUND; y <= AROUND; y++) {
+    for (int32_t x = -1; x <= 1; x++)
+        for (int32_t y = -1; y <= 1; y++) {
             const int32_t at = place + x * s->layer + y * row;
-            for (int32_t z = at - AROUND; z <= at + AROUND; z++)
+            for (int32_t z = at - 1; z <= at + 1; z++)
                 if (z >= slab->lo && z < slab->hi)
                     s->mark[z].waits_from = s->window;
         }
