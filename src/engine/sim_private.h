@@ -163,6 +163,9 @@ void mill_sim_slabs_end(struct mill_sim_slabs *slabs);
 void mill_sim_slabs_run(struct mill_sim *sim, double limit, uint64_t *budget,
                         const volatile sig_atomic_t *stop);
 
+/* For tests: one thread never goes on alone because this is faster. */
+void mill_sim_slabs_insist(struct mill_sim_slabs *slabs);
+
 /* An event at local time t: counts how many come within short times. */
 void mill_sim_watch(struct mill_watch *watch, double t);
 

@@ -13,15 +13,20 @@
 #include "engine/slabs.h"
 
 #include <stdlib.h>
-#include <string.h>
+#include <time.h>
 
-#define SHARE 0.002 /* events of a window, per ball: more make more of them late, */
-#define FEWEST 50   /* and this number more: less would be spent on waiting for each other */
-#define RUNAWAY 100 /* times as many events as expected: the window is given up */
-#define PATIENCE 64 /* windows after a failed one until they grow again */
-#define WINDOWS 200 /* after so many, the work of the threads is compared */
-#define UNEVEN 1.15 /* times as much as the mean for one thread: the mill is cut again */
-#define IDLE 0.7    /* times as much as for another thread: there is time to settle */
+#define SHARE 0.002  /* events of a window, per ball: more make more of them late, */
+#define FEWEST 50    /* and this number more: less would be spent on waiting for each other */
+#define RUNAWAY 100  /* times as many events as expected: the window is given up */
+#define PATIENCE 64  /* windows after a failed one until they grow again */
+#define WINDOWS 200  /* after so many, the work of the threads is compared */
+#define UNEVEN 1.15  /* times as much as the mean for one thread: the mill is cut again */
+#define IDLE 0.7     /* times as much as for another thread: there is time to settle */
+#define STRETCH 0.01 /* [s] of the clock: what several threads cost is compared with one thread,   \
+                      */
+#define BETTER 0.97  /* which must need less than so many times as much */
+#define CHUNK 2000   /* events of one thread until it looks at the clock */
+enum { LEAST_HOLD = 8, MOST_HOLD = 64 }; /* stretches between two trials */
 
 /* An event that was carried out. entry: of its contact; -1: it was none */
 struct event {
@@ -64,6 +69,17 @@ struct window {
     uint32_t number;
 };
 
+/* What several threads cost, and what one thread costs */
+struct mill_pace {
+    bool alone;      /* one thread goes on */
+    bool tries;      /* this is tried at present */
+    bool insists;    /* never try */
+    int left, hold;  /* stretches until the next trial; between trials */
+    double began;    /* [s] of the clock: the present stretch */
+    uint64_t events; /* in this stretch */
+    double cost[2];  /* [s] of an event: of several threads, of one */
+};
+
 struct mill_sim_slabs {
     struct mill_sim *sim;
     struct mill_slabs *slabs;
@@ -77,8 +93,9 @@ struct mill_sim_slabs {
     bool good;       /* nothing in the present window came too early */
     bool settled;    /* it has been settled, and the run goes on */
     double duration; /* [s] of the next window */
-    bool cut_short;  /* the present window is shorter */
-    int patience;    /* windows until it may grow */
+    struct mill_pace pace;
+    bool cut_short;                      /* the present window is shorter */
+    int patience;                        /* windows until it may grow */
     const struct mill_sim_entry **order; /* the contacts of a window in order */
     size_t order_room;
 };
@@ -467,29 +484,81 @@ static void share(struct mill_sim_slabs *s, uint64_t *budget, const volatile sig
     }
 }
 
+/* ---- one thread or several ---- */
+
+static double clock_now(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+/* So many events are done. Sometimes tries whether one thread is faster than several, or the other
+ * way round: small mills, piles of balls in one place and other programs on the same cores slow
+ * down several threads. The results do not depend on it. */
+static void keep_pace(struct mill_pace *p, uint64_t events)
+{
+    p->events += events;
+    const double passed = clock_now() - p->began;
+    if (passed < STRETCH)
+        return;
+    p->cost[p->alone] = passed / ((double)p->events + 1.0);
+    if (p->tries) {
+        const bool better = p->cost[p->alone] < BETTER * p->cost[!p->alone];
+        p->left = p->hold = better ? LEAST_HOLD : p->hold < MOST_HOLD ? 2 * p->hold : MOST_HOLD;
+        p->alone = better ? p->alone : !p->alone;
+        p->tries = false;
+    } else if (--p->left <= 0 && !p->insists) {
+        p->tries = true;
+        p->alone = !p->alone;
+    }
+    p->began = clock_now();
+    p->events = 0;
+}
+
+/* Goes on with one thread. */
+static void go_alone(struct mill_sim_slabs *s, double limit, uint64_t *budget,
+                     const volatile sig_atomic_t *stop)
+{
+    const uint64_t part = *budget < CHUNK ? *budget : CHUNK;
+    uint64_t left = part;
+    mill_sim_take_events(s->sim, limit, &left, stop);
+    *budget -= part - left;
+    s->now.end = left > 0 ? limit : s->sim->now;
+}
+
 void mill_sim_slabs_run(struct mill_sim *sim, double limit, uint64_t *budget,
                         const volatile sig_atomic_t *stop)
 {
     struct mill_sim_slabs *s = sim->slabs;
     s->now.end = sim->now;
+    s->pace.began = clock_now();
+    s->pace.events = 0;
     while (sim->status == MILL_OK && *budget > 0 && s->now.end < limit) {
         if (stop && *stop)
             break;
-        const bool shares = s->threads > 1 && sim->world->counts.asleep == 0 &&
+        const uint64_t before = *budget;
+        const bool shares = s->threads > 1 && !s->pace.alone && sim->world->counts.asleep == 0 &&
                             !mill_sim_hastes(&sim->watch) && (double)*budget > 4.0 * aim_of(s);
         s->now.begin = s->now.end;
-        s->now.end = mill_least(limit, shares ? s->now.begin + s->duration : limit);
+        s->now.end = mill_least(limit, s->now.begin + s->duration);
         s->cut_short = s->now.end == limit;
         if (shares)
             share(s, budget, stop);
         else if (flush(s, budget, stop))
-            mill_sim_take_events(sim, limit, budget, stop);
+            go_alone(s, limit, budget, stop);
         else
             s->now.end = s->last.end;
+        keep_pace(&s->pace, before - *budget);
     }
     flush(s, budget, stop);
     if (stop && *stop && sim->status == MILL_OK)
         sim->status = MILL_STOPPED;
+}
+
+void mill_sim_slabs_insist(struct mill_sim_slabs *s)
+{
+    s->pace.insists = true;
 }
 
 /* ---- begin and end ---- */
@@ -501,6 +570,8 @@ struct mill_sim_slabs *mill_sim_slabs_create(struct mill_sim *sim, int threads)
     if (made && s->slabs) {
         s->sim = sim;
         s->duration = 1e-6; /* any value: it is adapted */
+        s->idle = -1;
+        s->pace.hold = LEAST_HOLD;
         s->crew = mill_crew_create(s->slabs->count);
         s->lane = calloc((size_t)lanes(s), sizeof *s->lane);
         made = s->crew && s->lane;
@@ -533,7 +604,6 @@ int mill_sim_slabs_count(const struct mill_sim_slabs *s)
 
 void mill_sim_slabs_begin(struct mill_sim_slabs *s)
 {
-    s->idle = -1;
     s->threads = mill_crew_begin(s->crew);
 }
 
