@@ -160,6 +160,7 @@ static double day_of(const struct mill_calendar *c, double t)
 static void take_out(struct mill_calendar *c, int32_t item)
 {
     struct mill_event *n = event_of(c, item);
+    c->ahead = item == c->ahead ? -1 : c->ahead; /* it may go into another calendar */
     if (n->place >= 0) {
         int32_t *link = n->prev >= 0 ? &event_of(c, n->prev)->next : &c->head[n->place];
         *link = n->next;
@@ -420,9 +421,9 @@ int32_t mill_calendar_next(struct mill_calendar *c, double *t)
 }
 
 /* The events of a list can be anywhere in memory. So each is loaded at least one call before its
- * successor is read from it. The list may change in between. Then `ahead` is still an item, or -1,
- * or an index among today's events, which is less than the number of items. This influences only
- * the speed. */
+ * successor is read from it. The list may change in between: then `ahead` may be in another list
+ * or, as one of today's events, give an index for its successor, which is less than the number of
+ * items. This influences only the speed. */
 int32_t mill_calendar_ahead(struct mill_calendar *c)
 {
     if (c->ahead_day <= c->today)

@@ -140,8 +140,7 @@ static bool build(struct mill_schedule *p, struct mill_world *w)
 {
     const size_t n = room_of(w);
     double widest = 0.0, thinnest = INFINITY;
-    for (int k = 0; k < MILL_SCHEDULE_FORESEEN; k++)
-        p->foreseen[k] = MILL_NOBODY;
+    mill_schedule_ahead_again(p);
     p->world = w;
     p->search = mill_pairs_choose();
     p->pull = vec3_norm(w->g);

@@ -66,6 +66,7 @@ struct mill_lately {
 enum { MILL_SCHEDULE_FORESEEN = 8 };
 
 struct mill_slabs;
+struct mill_slab_mark;
 
 struct mill_schedule {
     struct mill_world *world;
@@ -74,6 +75,7 @@ struct mill_schedule {
     struct mill_rest rest;          /* sleeping balls; they are not in the rows of `grids` */
     struct mill_calendar *calendar;
     struct mill_slabs *slabs; /* they have calendars of their own (slabs.h). NULL: no slabs */
+    const struct mill_slab_mark *marks; /* of their cells, to load them ahead; NULL: none */
     struct mill_plan *plan;
     struct mill_lately *lately; /* [motions] */
     double pull;                /* [m/s^2] of gravity */
@@ -126,6 +128,9 @@ bool mill_schedule_cross(struct mill_schedule *schedule, int32_t i, double now);
 /* Loads the data of events due soon into the cache. Called once per event, for mills larger than
  * the cache. */
 void mill_schedule_ahead(struct mill_schedule *schedule);
+
+/* Forgets which events are due soon: some may be in other hands now. */
+void mill_schedule_ahead_again(struct mill_schedule *schedule);
 
 /* Lists in pairs.near the balls near ball i, itself and those asleep included, and returns how
  * many. */

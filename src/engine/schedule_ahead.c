@@ -3,7 +3,7 @@
  * cells around it to their balls. So every event prefetches a part of the data of later events, in
  * three steps. Each step comes after the data of the step before have arrived. No result depends on
  * it. */
-#include "engine/schedule.h"
+#include "engine/slabs.h"
 
 #include <stdlib.h>
 
@@ -70,10 +70,18 @@ static void look(const struct mill_schedule *p, int32_t i,
     const bool near = abs(other - at) <= mill_cells_step(p->cells, 1);
     if (partner >= 0 && near && (other != at || ball[partner].species != ball[i].species))
         looks += mill_grids_look(&p->grids, ball[partner].species, other, -1, look + looks);
+    if (p->marks)
+        fetch(&p->marks[at]);
     fetch(&p->surface_start[at]);
     fetch(&p->surface_start[other]);
     for (int k = 0; k < looks; k++)
         fetch_these(p, &look[k]);
+}
+
+void mill_schedule_ahead_again(struct mill_schedule *p)
+{
+    for (int k = 0; k < MILL_SCHEDULE_FORESEEN; k++)
+        p->foreseen[k] = MILL_NOBODY;
 }
 
 /* Advances the calendar's walk by two items, through all steps: two, because the walk begins late

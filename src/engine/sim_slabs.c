@@ -15,17 +15,18 @@
 #include <stdlib.h>
 #include <time.h>
 
-#define SHARE 0.002  /* events of a window, per ball: more make more of them late, */
-#define FEWEST 50    /* and this number more: less would be spent on waiting for each other */
-#define RUNAWAY 100  /* times as many events as expected: the window is given up */
-#define PATIENCE 64  /* windows after a failed one until they grow again */
-#define WINDOWS 200  /* after so many, the work of the threads is compared */
-#define UNEVEN 1.15  /* times as much as the mean for one thread: the mill is cut again */
-#define IDLE 0.7     /* times as much as for another thread: there is time to settle */
-#define STRETCH 0.01 /* [s] of the clock: what several threads cost is compared with one thread,   \
-                      */
-#define BETTER 0.97  /* which must need less than so many times as much */
-#define CHUNK 2000   /* events of one thread until it looks at the clock */
+#define SHARE 0.002 /* events of a window, per ball: more make more of them late, */
+#define FEWEST 50   /* and this number more: less would be spent on waiting for each other */
+#define RUNAWAY 100 /* times as many events as expected: the window is given up */
+#define PATIENCE 64 /* windows after a failed one until they grow again */
+#define WINDOWS 200 /* after so many, the work of the threads is compared */
+#define UNEVEN 1.15 /* times as much as the mean for one thread: the mill is cut again */
+#define IDLE 0.7    /* times as much as for another thread: there is time to settle */
+#define STRETCH                                                                                    \
+    0.01            /* [s] of the clock: what several threads cost is compared with one thread,    \
+                     */
+#define BETTER 0.97 /* which must need less than so many times as much */
+#define CHUNK 2000  /* events of one thread until it looks at the clock */
 enum { LEAST_HOLD = 8, MOST_HOLD = 64 }; /* stretches between two trials */
 
 /* An event that was carried out. entry: of its contact; -1: it was none */
@@ -40,13 +41,18 @@ struct before {
     struct mill_ball record;
     vec3 spin;
     struct mill_plan plan;
+};
+
+/* The same of a ball that meets a surface */
+struct pressed {
+    int32_t ball;
     struct mill_pinch pinch;
 };
 
 /* What a thread writes down in a window. late: balls whose events it has put
  * off */
 struct log {
-    struct mill_list event, entry, before, late;
+    struct mill_list event, entry, before, pressed, late;
 };
 
 /* What a thread works with: copies of world, schedule and loop, which share the
@@ -119,6 +125,7 @@ static bool make_lane(struct lane *l, struct mill_sim *sim, struct mill_slabs *s
         l->log[n].event.size = sizeof(struct event);
         l->log[n].entry.size = sizeof(struct mill_sim_entry);
         l->log[n].before.size = sizeof(struct before);
+        l->log[n].pressed.size = sizeof(struct pressed);
         l->log[n].late.size = sizeof(int32_t);
     }
     l->world = *sim->world;
@@ -137,6 +144,7 @@ static void free_lane(struct lane *l)
         free(l->log[n].event.item);
         free(l->log[n].entry.item);
         free(l->log[n].before.item);
+        free(l->log[n].pressed.item);
         free(l->log[n].late.item);
     }
 }
@@ -144,7 +152,8 @@ static void free_lane(struct lane *l)
 static void begin_lane(struct lane *l, const struct mill_sim *sim, const struct window *window)
 {
     struct log *log = &l->log[window->number % 2];
-    log->event.count = log->entry.count = log->before.count = log->late.count = 0;
+    log->event.count = log->entry.count = log->before.count = 0;
+    log->pressed.count = log->late.count = 0;
     l->failed = false;
     if (l->world.base != sim->world->base)
         mill_schedule_forget(&l->schedule);
@@ -155,6 +164,7 @@ static void begin_lane(struct lane *l, const struct mill_sim *sim, const struct 
     l->sim.status = MILL_OK;
     l->sim.log = &log->entry;
     l->schedule.horizon = sim->schedule->horizon;
+    mill_schedule_ahead_again(&l->schedule);
 }
 
 /* Writes down what ball i is now. */
@@ -169,8 +179,12 @@ static void remember(struct lane *l, struct log *log, int32_t i)
     b->record = l->world.ball[i];
     b->spin = l->world.spin[i];
     b->plan = l->schedule.plan[i];
-    if (l->sim.pinches.ball)
-        b->pinch = l->sim.pinches.ball[i];
+    if (!l->sim.pinches.ball || b->plan.next != MILL_NEXT_SURFACE)
+        return;
+    struct pressed *p = mill_list_add(&log->pressed);
+    l->failed = !p;
+    if (p)
+        *p = (struct pressed){i, l->sim.pinches.ball[i]};
 }
 
 /* Carries out ball i's event, due at local time t, and writes it down. */
@@ -260,8 +274,6 @@ static void take_back(struct mill_sim *sim, const struct before *b)
     sim->world->spin[b->ball] = b->spin;
     p->plan[b->ball] = b->plan;
     p->plan[b->ball].event = event;
-    if (sim->pinches.ball)
-        sim->pinches.ball[b->ball] = b->pinch;
 }
 
 static void enter_again(struct mill_schedule *p, int32_t i)
@@ -277,6 +289,11 @@ static void undo(struct mill_sim_slabs *s, const struct window *window)
         const struct mill_list *before = &s->lane[k].log[window->number % 2].before;
         for (size_t n = before->count; n > 0; n--)
             take_back(s->sim, (const struct before *)before->item + n - 1);
+        const struct mill_list *pressed = &s->lane[k].log[window->number % 2].pressed;
+        for (size_t n = pressed->count; n > 0; n--) {
+            const struct pressed *before_it = (const struct pressed *)pressed->item + n - 1;
+            s->sim->pinches.ball[before_it->ball] = before_it->pinch;
+        }
     }
     for (int k = 0; k < lanes(s); k++) {
         const struct log *log = &s->lane[k].log[window->number % 2];
@@ -455,9 +472,9 @@ static void balance(struct mill_sim_slabs *s)
 /* Carries out a window on all threads, and settles the last one. */
 static void share(struct mill_sim_slabs *s, uint64_t *budget, const volatile sig_atomic_t *stop)
 {
-    if (++s->slabs->window % WINDOWS == 0)
+    if (++s->now.number % WINDOWS == 0)
         balance(s);
-    s->now.number = s->slabs->window;
+    mill_slabs_open(s->slabs, s->now.begin);
     for (int k = 0; k < lanes(s); k++)
         begin_lane(&s->lane[k], s->sim, &s->now);
     mill_crew_do(s->crew, do_inside, s);

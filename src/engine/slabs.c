@@ -11,9 +11,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define STRIP 2        /* layers at the border of a slab where its thread does not work */
-#define LEAST 7        /* layers of a slab: STRIP on both sides, and some to work in */
-#define CROSSINGS 0.02 /* a ball costs as much as so many contacts, even if it has none */
+#define STRIP 2                 /* layers at the border of a slab where its thread does not work */
+#define LEAST 7                 /* layers of a slab: STRIP on both sides, and some to work in */
+#define ROUNDED_UP (1.0 + 1e-6) /* more than a float is rounded down */
+#define CROSSINGS 0.02          /* a ball costs as much as so many contacts, even if it has none */
 
 static int32_t block_of(const struct mill_slabs *s, int32_t cell)
 {
@@ -89,7 +90,7 @@ static void cut(struct mill_slabs *s)
 static void clear_marks(struct mill_slabs *s)
 {
     memset(s->mark, 0, (size_t)s->layers * (size_t)s->layer * sizeof *s->mark);
-    s->window = 0;
+    s->tag = 0;
 }
 
 void mill_slabs_begin(struct mill_slabs *s)
@@ -143,6 +144,7 @@ bool mill_slabs_create(struct mill_schedule *p, int threads, struct mill_slabs *
         return false;
     }
     p->slabs = *slabs = s;
+    p->marks = p->grids.classes == 1 ? s->mark : NULL;
     enter_all(s);
     return true;
 }
@@ -151,6 +153,7 @@ void mill_slabs_free(struct mill_slabs *s)
 {
     if (!s)
         return;
+    s->schedule->marks = NULL;
     if (s->schedule->slabs == s) {
         s->schedule->slabs = NULL;
         enter_all(s);
@@ -186,6 +189,14 @@ void mill_slabs_cut(struct mill_slabs *s)
     for (int32_t i = 0; i < p->world->balls; i++)
         if (slab_of(s, block_of_ball(s, i)) != s->home[i])
             mill_slabs_enter(s, i, mill_plan_time(&p->plan[i]));
+}
+
+void mill_slabs_open(struct mill_slabs *s, double begin)
+{
+    if (s->tag == UINT16_MAX)
+        clear_marks(s);
+    s->tag++;
+    s->begin = begin;
 }
 
 int32_t mill_slabs_next(struct mill_slabs *s, double *t)
@@ -240,7 +251,7 @@ static void mark_around(struct mill_slabs *s, const struct mill_slab *slab, int3
             const int32_t at = place + x * s->layer + y * row;
             for (int32_t z = at - 1; z <= at + 1; z++)
                 if (z >= slab->lo && z < slab->hi)
-                    s->mark[z].waits_from = s->window;
+                    s->mark[z].waits = s->tag;
         }
 }
 
@@ -251,12 +262,13 @@ bool mill_slabs_claim(struct mill_slabs *s, const struct mill_slab *slab, int32_
     bool may = true;
     for (int k = 0; k < places && may; k++)
         may = place[k] >= slab->inner_lo && place[k] < slab->inner_hi &&
-              s->mark[place[k]].waits_from != s->window;
+              s->mark[place[k]].waits != s->tag;
     may = may && !widens(s, i);
+    const float done = (float)((t - s->begin) * ROUNDED_UP);
     for (int k = 0; k < places; k++) {
         struct mill_slab_mark *m = &s->mark[place[k]];
         if (may)
-            *m = (struct mill_slab_mark){t, s->window, m->waits_from};
+            *m = (struct mill_slab_mark){done, s->tag, m->waits};
         else
             mark_around(s, slab, place[k]);
     }
@@ -279,7 +291,7 @@ static bool passed_at(const struct mill_slabs *s, int32_t place, double t)
         for (int32_t y = -1; y <= 1; y++)
             for (int32_t z = -1; z <= 1; z++) {
                 const struct mill_slab_mark *m = &s->mark[middle + y * row + z];
-                passed = passed || (m->window == s->window && m->done > t);
+                passed = passed || (m->window == s->tag && (double)m->done > t - s->begin);
             }
     }
     return passed;

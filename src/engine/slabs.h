@@ -16,11 +16,13 @@ struct mill_slab {
     struct mill_calendar *calendar;
 };
 
-/* What has happened in a block */
+/* What has happened in a block. Windows are known by a tag, because the search for marks is mostly
+ * the search for memory. */
 struct mill_slab_mark {
-    double done;         /* [s] local time of the last event that a thread has carried out here, */
-    uint32_t window;     /* in this window */
-    uint32_t waits_from; /* the window in which events here have begun to wait */
+    float done; /* [s] since the begin of the window, rounded up: the last event that a thread has
+                   carried out here, */
+    uint16_t window; /* in the window with this tag */
+    uint16_t waits;  /* tag of the window in which events here must wait */
 };
 
 struct mill_slabs {
@@ -33,7 +35,8 @@ struct mill_slabs {
     uint32_t *contacts;          /* of each ball, when the mill was last cut */
     int32_t layer;               /* [blocks] in a layer of the mill across x */
     int32_t layers, margin;      /* of the grid; of empty layers at both ends */
-    uint32_t window;             /* its number */
+    uint16_t tag;                /* of the present window; 0: none */
+    double begin;                /* [s] local time of its begin */
     double end;                  /* [s] local time: earlier events are late. -INFINITY: none are */
 };
 
@@ -51,6 +54,9 @@ void mill_slabs_begin(struct mill_slabs *slabs);
 
 /* Cuts the mill again, where all slabs had equally many contacts since the last cut. */
 void mill_slabs_cut(struct mill_slabs *slabs);
+
+/* Begins a window at this local time [s]. */
+void mill_slabs_open(struct mill_slabs *slabs, double begin);
 
 /* Sets the time of ball i's event [s]. One thread at a time may call it. */
 void mill_slabs_enter(struct mill_slabs *slabs, int32_t i, double t);
