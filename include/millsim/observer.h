@@ -47,23 +47,14 @@ struct mill_observer_type {
      * has gathered enough: then the run ends here, all observers still get this event, and the
      * error's text holds the reason ---- */
 
+    /* `impact` may be called on another thread, but never while another function of an observer
+     * runs. It must not change `next`, nor read more of a world than shapes, motions and `base`. */
     enum mill_status (*impact)(struct mill_observer *, const struct mill_impact *,
                                struct mill_error *);
     /* The world is at simulated time `next` = world->base + t. The function must set `next` to a
      * later time. The sample includes every event before its time and no event at its time. */
     enum mill_status (*sample)(struct mill_observer *, const struct mill_world *, double t,
                                struct mill_error *);
-
-    /* ---- called by the event loop if it uses a second thread (mill_sim_use_threads). Then
-     * `impact` must not change `next`, nor read more of a world than shapes, motions and `base`
-     * ---- */
-
-    /* How many impacts it must get, at least, before `impact` can return MILL_ENDED; 0 and 1: the
-     * next one can end the run. NULL: `impact` never ends a run. */
-    uint64_t (*ahead)(const struct mill_observer *);
-    /* [s] Time of the sample after the one at `next`, if it is known before and if that one cannot
-     * end the run; otherwise 0. The function must not read what `impact` changes. NULL: 0 */
-    double (*then)(const struct mill_observer *);
 
     /* ---- called by the program outside of the loop, in this order ---- */
 

@@ -18,19 +18,20 @@ void mill_sim_free(struct mill_sim *sim);
  * caller owns them. An observer without `sample` gets no samples. */
 enum mill_status mill_sim_observe(struct mill_sim *sim, struct mill_observer *observer);
 
-/* From now on mill_sim_run uses this number of threads, at present 2 at most: a second thread calls
- * the `impact` functions of the observers. Results have the same bits for any number. If there is
- * no memory for it, or no thread can be started, one thread does all the work. */
+/* From now on mill_sim_run uses so many threads at most. Results have the same bits for any number.
+ * Short mills take fewer threads, and if there is no memory, or no thread can be started, one
+ * thread does all the work. One thread also goes on alone where several are slower. */
 void mill_sim_use_threads(struct mill_sim *sim, int threads);
 
 /* Number of threads that mill_sim_run uses */
 int mill_sim_threads(const struct mill_sim *sim);
 
 /* Continues the run until one of these happens: simulated time `until` [s] is reached (samples due
- * exactly then are taken, MILL_OK); `budget` events are done (MILL_OK; mill_sim_time gives the time
- * reached); *stop, if stop is not NULL, becomes non-zero (MILL_STOPPED); an observer has gathered
- * enough (MILL_ENDED) or fails; infinitely many contacts would happen in a finite time
- * (MILL_FAILED). The times at which a caller pauses the run do not influence it. */
+ * exactly then are taken, MILL_OK); `budget` events are done, or a few more on several threads
+ * (MILL_OK; mill_sim_time gives the time reached); *stop, if stop is not NULL, becomes non-zero
+ * (MILL_STOPPED); an observer has gathered enough (MILL_ENDED) or fails; infinitely many contacts
+ * would happen in a finite time (MILL_FAILED). The times at which a caller pauses the run do not
+ * influence it. */
 enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budget,
                               const volatile sig_atomic_t *stop, struct mill_error *error);
 

@@ -36,7 +36,6 @@ void mill_sim_free(struct mill_sim *sim)
     mill_sim_slabs_free(sim->slabs);
     mill_schedule_free(sim->schedule);
     mill_pinches_free(&sim->pinches);
-    mill_sim_thread_free(sim->thread);
     free(sim->paranoid);
     free(sim);
 }
@@ -54,20 +53,14 @@ enum mill_status mill_sim_observe(struct mill_sim *sim, struct mill_observer *ob
 void mill_sim_use_threads(struct mill_sim *sim, int threads)
 {
     mill_sim_slabs_free(sim->slabs);
-    mill_sim_thread_free(sim->thread);
-    sim->thread = NULL;
     sim->slabs = NULL;
     if (threads > 1 && !sim->paranoid)
         sim->slabs = mill_sim_slabs_create(sim, threads);
-    if (threads > 1 && !sim->slabs)
-        sim->thread = mill_sim_thread_create(sim->world);
 }
 
 int mill_sim_threads(const struct mill_sim *sim)
 {
-    if (sim->slabs)
-        return mill_sim_slabs_count(sim->slabs);
-    return sim->thread && mill_sim_thread_ran(sim->thread) ? 2 : 1;
+    return sim->slabs ? mill_sim_slabs_count(sim->slabs) : 1;
 }
 
 const struct mill_world *mill_sim_world(const struct mill_sim *sim)
@@ -108,8 +101,7 @@ void mill_sim_record(struct mill_sim *sim, const struct mill_sim_entry *entry)
             goes_on(sim, sim->told_status);
         return;
     }
-    goes_on(sim, sim->thread ? mill_sim_thread_push(sim->thread, impact, sim->error)
-                             : mill_sim_tell(sim->observer, sim->observers, impact, sim->error));
+    goes_on(sim, mill_sim_tell(sim->observer, sim->observers, impact, sim->error));
 }
 
 void mill_sim_watch(struct mill_watch *w, double t)
@@ -150,12 +142,20 @@ static void watch_time(struct mill_sim *sim, int32_t i, double t)
             mill_sim_time(sim), (unsigned long long)w->events, (long)i, sim->world->rebound_floor);
 }
 
+/* Takes the samples that are due at this simulated time [s]. If one of them ends the run, the
+ * others are still taken; after a failure they are not. */
 static void take_samples(struct mill_sim *sim, double due)
 {
-    goes_on(sim, sim->thread
-                     ? mill_sim_thread_sample(sim->thread, sim->world, sim->now, due, sim->error)
-                     : mill_sim_sample(sim->observer, sim->observers, sim->world, sim->now, due,
-                                       sim->error));
+    for (int k = 0; mill_sim_goes_on(sim->status) && k < sim->observers; k++) {
+        struct mill_observer *o = sim->observer[k];
+        if (o->next > due)
+            continue;
+        enum mill_status one = o->type->sample(o, sim->world, sim->now, sim->error);
+        if (one == MILL_OK && !(o->next > due))
+            one = mill_error_set(sim->error, MILL_FAILED,
+                                 "%s: did not set a later time for its next sample", o->type->name);
+        goes_on(sim, one);
+    }
 }
 
 /* [s] simulated time of the next sample */
@@ -163,8 +163,7 @@ static double next_sample(const struct mill_sim *sim)
 {
     double next = INFINITY;
     for (int k = 0; k < sim->observers; k++)
-        next = mill_least(next, sim->thread ? mill_sim_thread_next(sim->thread, k)
-                                            : sim->observer[k]->next);
+        next = mill_least(next, sim->observer[k]->next);
     return next;
 }
 
@@ -208,8 +207,6 @@ enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budge
     assert(until == until);
     sim->error = error;
     sim->status = MILL_OK;
-    if (sim->thread)
-        mill_sim_thread_begin(sim->thread, sim->observer, sim->observers);
     if (sim->slabs)
         mill_sim_slabs_begin(sim->slabs);
     while (budget > 0) {
@@ -224,11 +221,6 @@ enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budge
             break;
         sim->now = limit;
         if (halt > MILL_WORLD_EPOCH) {
-            /* the observers read the motions, which mill_sim_epoch_end() changes */
-            if (sim->thread)
-                sim->status = mill_sim_thread_wait(sim->thread, sim->error);
-            if (sim->status != MILL_OK)
-                break;
             mill_sim_epoch_end(sim);
         } else if (sample <= until) {
             take_samples(sim, sample);
@@ -242,8 +234,6 @@ enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budge
         if (sim->status != MILL_OK)
             break;
     }
-    if (sim->thread)
-        goes_on(sim, mill_sim_thread_end(sim->thread, error));
     if (sim->slabs)
         mill_sim_slabs_end(sim->slabs);
     sim->error = NULL;

@@ -383,6 +383,7 @@ bool mill_sim_paranoid_all(struct mill_sim *sim, bool fresh)
 
 enum mill_status mill_sim_paranoid(struct mill_sim *sim, bool on, struct mill_error *error)
 {
+    mill_sim_use_threads(sim, 1); /* the checks look at all balls after each event */
     free(sim->paranoid);
     sim->paranoid = on ? calloc(1, sizeof *sim->paranoid) : NULL;
     if (on && !sim->paranoid)

@@ -47,12 +47,11 @@ struct mill_sim {
     double now;                         /* [s] local */
     int observers;
     struct mill_observer *observer[MILL_SIM_OBSERVERS];
-    struct mill_sim_thread *thread; /* calls them; NULL: the loop does */
-    struct mill_sim_slabs *slabs;   /* other threads that carry out events; NULL: none */
-    struct mill_list *log;          /* of one of these threads: contacts only go there */
-    uint64_t told;                  /* the next contacts that the observers have got already, */
-    enum mill_status told_status;   /* and what they said to the last of them */
-    struct mill_error *error;       /* of the present call of mill_sim_run */
+    struct mill_sim_slabs *slabs; /* other threads that carry out events; NULL: none */
+    struct mill_list *log;        /* of one of these threads: contacts only go there */
+    uint64_t told;                /* the next contacts that the observers have got already, */
+    enum mill_status told_status; /* and what they said to the last of them */
+    struct mill_error *error;     /* of the present call of mill_sim_run */
     enum mill_status status;
 };
 
@@ -90,43 +89,6 @@ static inline enum mill_status mill_sim_tell(struct mill_observer *const *observ
     }
     return all;
 }
-
-/* due: simulated time of the samples; t: the same as local time of the world */
-enum mill_status mill_sim_sample(struct mill_observer *const *observer, int observers,
-                                 const struct mill_world *world, double t, double due,
-                                 struct mill_error *error);
-
-/* ---- the observers on a second thread (sim_thread.c) ---- */
-
-/* NULL: out of memory */
-struct mill_sim_thread *mill_sim_thread_create(const struct mill_world *world);
-void mill_sim_thread_free(struct mill_sim_thread *thread);
-
-/* Was a second thread ever started? */
-bool mill_sim_thread_ran(const struct mill_sim_thread *thread);
-
-/* Begins and ends a call of mill_sim_run. At its end the observers have got everything, and there
- * is no second thread. */
-void mill_sim_thread_begin(struct mill_sim_thread *thread, struct mill_observer *const *observer,
-                           int observers);
-enum mill_status mill_sim_thread_end(struct mill_sim_thread *thread, struct mill_error *error);
-
-/* Gives this impact to the observers, now or later. The status is that of earlier impacts and
- * samples; if this impact could end the run, also that of this one. */
-enum mill_status mill_sim_thread_push(struct mill_sim_thread *thread,
-                                      const struct mill_impact *impact, struct mill_error *error);
-
-/* As mill_sim_sample. The second thread takes the samples of this time, later and in a copy of the
- * world, if the times of the samples after them are known now, and none of them can end the run. */
-enum mill_status mill_sim_thread_sample(struct mill_sim_thread *thread,
-                                        const struct mill_world *world, double local, double due,
-                                        struct mill_error *error);
-
-/* [s] simulated time of the next sample of observer k */
-double mill_sim_thread_next(const struct mill_sim_thread *thread, int k);
-
-/* Waits until the observers have got everything. */
-enum mill_status mill_sim_thread_wait(struct mill_sim_thread *thread, struct mill_error *error);
 
 /* Moves ball i along its flight to local time t. A ball that is asleep remains where it is. */
 static inline void mill_sim_move(struct mill_world *w, int32_t i, double t)

@@ -141,12 +141,6 @@ static enum mill_status sample(struct mill_observer *self, const struct mill_wor
     return mill_h5_status(frames->file, error);
 }
 
-static double look_beyond(const struct mill_observer *self)
-{
-    const struct frames *frames = (const struct frames *)self;
-    return mill_observe_due(frames->asked.frames, frames->asked.end, frames->rows + 1);
-}
-
 static void tell_state(struct mill_observer *self, struct mill_state *state)
 {
     mill_state_structs(state, "rows", sizeof(uint64_t), 1, &((struct frames *)self)->rows);
@@ -188,7 +182,6 @@ static void free_frames(struct mill_observer *self)
 const struct mill_observer_type mill_frames_type = {.name = "frames",
                                                     .size = sizeof(struct frames),
                                                     .sample = sample,
-                                                    .then = look_beyond,
                                                     .state = tell_state,
                                                     .open = open_file,
                                                     .finish = finish,

@@ -131,12 +131,6 @@ static enum mill_status sample(struct mill_observer *self, const struct mill_wor
     return mill_h5_status(series->file, error);
 }
 
-static double look_beyond(const struct mill_observer *self)
-{
-    const struct series *series = (const struct series *)self;
-    return mill_observe_due(series->interval, series->end, series->rows + 1);
-}
-
 static void tell_state(struct mill_observer *self, struct mill_state *state)
 {
     struct series *series = (struct series *)self;
@@ -164,6 +158,5 @@ static void open_file(struct mill_observer *self, const struct mill_observe *ask
 const struct mill_observer_type mill_series_type = {.name = "series",
                                                     .size = sizeof(struct series),
                                                     .sample = sample,
-                                                    .then = look_beyond,
                                                     .state = tell_state,
                                                     .open = open_file};

@@ -85,13 +85,6 @@ static enum mill_status on_impact(struct mill_observer *observer, const struct m
     return mill_error_set(error, MILL_ENDED, "max_collisions");
 }
 
-static uint64_t look_ahead(const struct mill_observer *observer)
-{
-    const struct mill_tally *tally = (const struct mill_tally *)observer;
-    const uint64_t had = tally->at.collisions;
-    return had < tally->collisions ? tally->collisions - had : 0;
-}
-
 /* ---- times ---- */
 
 /* Time at which the batch ends. The last batch ends with the window if it is complete but for
@@ -112,14 +105,6 @@ static void plan(struct mill_tally *tally)
 {
     const double next = tally->at.open ? next_time(tally, 0) : tally->begin;
     tally->observer.next = tally->at.closed ? (double)INFINITY : next;
-}
-
-/* Only a sample for the maps has no other effect. */
-static double look_beyond(const struct mill_observer *observer)
-{
-    const struct mill_tally *tally = (const struct mill_tally *)observer;
-    const double now = observer->next;
-    return tally->at.open && now < tally->end && now < next_batch(tally) ? next_time(tally, 1) : 0;
 }
 
 static void open_window(struct mill_tally *tally, const struct mill_account *account)
@@ -323,8 +308,6 @@ const struct mill_observer_type mill_tally_type = {.name = "statistics",
                                                    .size = sizeof(struct mill_tally),
                                                    .impact = on_impact,
                                                    .sample = on_sample,
-                                                   .ahead = look_ahead,
-                                                   .then = look_beyond,
                                                    .create = create,
                                                    .state = tell_state,
                                                    .results = results,

@@ -1,0 +1,235 @@
+/* What the threads of the event loop do in a window, and how it is taken back */
+#include "engine/sim_lane.h"
+
+#include <stdlib.h>
+
+static bool create(struct mill_lane *l, struct mill_sim *sim, struct mill_slabs *slabs, int k)
+{
+    for (int n = 0; n < 2; n++) {
+        l->log[n].event.size = sizeof(struct mill_lane_event);
+        l->log[n].entry.size = sizeof(struct mill_sim_entry);
+        l->log[n].before.size = sizeof(struct mill_lane_before);
+        l->log[n].pressed.size = sizeof(struct mill_lane_pressed);
+        l->log[n].late.size = sizeof(int32_t);
+    }
+    l->world = *sim->world;
+    if (!mill_schedule_share(sim->schedule, &l->world, &l->schedule))
+        return false;
+    l->schedule.calendar = k < slabs->count ? slabs->slab[k].calendar : slabs->late;
+    l->schedule.slabs = k < slabs->count ? NULL : slabs;
+    l->sim = (struct mill_sim){.world = &l->world, .schedule = &l->schedule, .error = &l->error};
+    return true;
+}
+
+static void release(struct mill_lane *l)
+{
+    mill_schedule_unshare(&l->schedule);
+    for (int n = 0; n < 2; n++) {
+        free(l->log[n].event.item);
+        free(l->log[n].entry.item);
+        free(l->log[n].before.item);
+        free(l->log[n].pressed.item);
+        free(l->log[n].late.item);
+    }
+}
+
+static void begin(struct mill_lane *l, const struct mill_sim *sim, const struct mill_window *window)
+{
+    struct mill_lane_log *log = &l->log[window->number % 2];
+    log->event.count = log->entry.count = log->before.count = 0;
+    log->pressed.count = log->late.count = 0;
+    l->failed = false;
+    if (l->world.base != sim->world->base)
+        mill_schedule_forget(&l->schedule);
+    l->world.base = sim->world->base;
+    l->world.counts = (struct mill_counts){.largest_overlap = -INFINITY};
+    l->sim.pinches = sim->pinches;
+    l->sim.now = window->begin;
+    l->sim.status = MILL_OK;
+    l->sim.log = &log->entry;
+    l->schedule.horizon = sim->schedule->horizon;
+    mill_schedule_ahead_again(&l->schedule);
+}
+
+/* Writes down what ball i is now. */
+static void remember(struct mill_lane *l, struct mill_lane_log *log, int32_t i)
+{
+    struct mill_lane_before *b = mill_list_add(&log->before);
+    l->failed = l->failed || !b;
+    if (!b)
+        return;
+    b->ball = i;
+    b->cell = l->schedule.cells->cell[i];
+    b->record = l->world.ball[i];
+    b->spin = l->world.spin[i];
+    b->plan = l->schedule.plan[i];
+    if (!l->sim.pinches.ball || b->plan.next != MILL_NEXT_SURFACE)
+        return;
+    struct mill_lane_pressed *p = mill_list_add(&log->pressed);
+    l->failed = !p;
+    if (p)
+        *p = (struct mill_lane_pressed){i, l->sim.pinches.ball[i]};
+}
+
+/* Carries out ball i's event, due at local time t, and writes it down. */
+static void carry_out(struct mill_lane *l, struct mill_lane_log *log, int32_t i, double t)
+{
+    const struct mill_plan *plan = l->schedule.plan;
+    const int32_t partner = plan[i].next == MILL_NEXT_PAIR ? plan[i].partner : MILL_NOBODY;
+    const int32_t entry = (int32_t)log->entry.count;
+    struct mill_lane_event *e = mill_list_add(&log->event);
+    remember(l, log, i);
+    if (partner != MILL_NOBODY)
+        remember(l, log, partner);
+    l->failed = l->failed || !e || t < l->sim.now;
+    if (l->failed)
+        return;
+    l->sim.now = t;
+    mill_sim_happen(&l->sim, i);
+    *e = (struct mill_lane_event){t, i, (int32_t)log->entry.count > entry ? entry : -1};
+    l->failed = l->sim.status != MILL_OK || mill_plan_time(&plan[i]) < t ||
+                (partner != MILL_NOBODY && mill_plan_time(&plan[partner]) < t);
+}
+
+bool mill_lanes_create(struct mill_lanes *s, struct mill_sim *sim, struct mill_slabs *slabs)
+{
+    s->sim = sim;
+    s->slabs = slabs;
+    s->count = slabs->count + 1;
+    s->lane = calloc((size_t)s->count, sizeof *s->lane);
+    bool made = s->lane != NULL;
+    for (int k = 0; k < s->count && made; k++)
+        made = create(&s->lane[k], sim, slabs, k);
+    return made;
+}
+
+void mill_lanes_free(struct mill_lanes *s)
+{
+    for (int k = 0; s->lane && k < s->count; k++)
+        release(&s->lane[k]);
+    free(s->lane);
+    s->lane = NULL;
+}
+
+void mill_lanes_begin(struct mill_lanes *s, const struct mill_window *window)
+{
+    for (int k = 0; k < s->count; k++)
+        begin(&s->lane[k], s->sim, window);
+}
+
+void mill_lanes_work(struct mill_lanes *s, int k, const struct mill_window *window, double most)
+{
+    struct mill_lane *l = &s->lane[k];
+    struct mill_lane_log *log = &l->log[window->number % 2];
+    const struct mill_slab *slab = &s->slabs->slab[k];
+    const bool large = l->world.balls >= MILL_SIM_LARGE;
+    while (!l->failed) {
+        double t;
+        const int32_t i = mill_calendar_next(slab->calendar, &t);
+        if (i < 0 || t >= window->end)
+            return;
+        l->failed = (double)log->event.count > most;
+        if (large)
+            mill_schedule_ahead(&l->schedule);
+        if (mill_slabs_claim(s->slabs, slab, i, t)) {
+            carry_out(l, log, i, t);
+            continue;
+        }
+        int32_t *late = mill_list_add(&log->late);
+        l->failed = l->failed || !late;
+        if (late)
+            *late = i;
+    }
+}
+
+bool mill_lanes_work_off(struct mill_lanes *s, const struct mill_window *window)
+{
+    struct mill_slabs *slabs = s->slabs;
+    struct mill_lane *l = &s->lane[slabs->count];
+    struct mill_lane_log *own = &l->log[window->number % 2];
+    slabs->end = window->end;
+    for (int k = 0; k < slabs->count; k++) {
+        const struct mill_list *late = &s->lane[k].log[window->number % 2].late;
+        const int32_t *ball = late->item;
+        l->failed = l->failed || s->lane[k].failed;
+        for (size_t n = 0; n < late->count; n++)
+            mill_slabs_enter(slabs, ball[n], mill_plan_time(&l->schedule.plan[ball[n]]));
+    }
+    double t;
+    int32_t i;
+    while (!l->failed && (i = mill_calendar_next(slabs->late, &t)) >= 0) {
+        l->failed = mill_slabs_passed(slabs, i, t);
+        if (!l->failed)
+            carry_out(l, own, i, t);
+    }
+    slabs->end = -INFINITY;
+    return !l->failed;
+}
+
+/* Takes back what a ball's event has done. */
+static void take_back(struct mill_sim *sim, const struct mill_lane_before *b)
+{
+    struct mill_schedule *p = sim->schedule;
+    const struct mill_event event = p->plan[b->ball].event;
+    if (p->cells->cell[b->ball] != b->cell) {
+        mill_grids_remove(&p->grids, b->ball, b->record.species);
+        mill_grids_insert(&p->grids, b->ball, b->record.species, b->cell);
+    }
+    sim->world->ball[b->ball] = b->record;
+    sim->world->spin[b->ball] = b->spin;
+    p->plan[b->ball] = b->plan;
+    p->plan[b->ball].event = event;
+}
+
+static void enter_again(struct mill_schedule *p, int32_t i)
+{
+    mill_schedule_enter(p, i, mill_plan_time(&p->plan[i]));
+}
+
+void mill_lanes_undo(struct mill_lanes *s, const struct mill_window *window)
+{
+    struct mill_schedule *p = s->sim->schedule;
+    for (int k = s->count - 1; k >= 0; k--) {
+        const struct mill_list *before = &s->lane[k].log[window->number % 2].before;
+        for (size_t n = before->count; n > 0; n--)
+            take_back(s->sim, (const struct mill_lane_before *)before->item + n - 1);
+        const struct mill_list *pressed = &s->lane[k].log[window->number % 2].pressed;
+        for (size_t n = pressed->count; n > 0; n--) {
+            const struct mill_lane_pressed *before_it =
+                (const struct mill_lane_pressed *)pressed->item + n - 1;
+            s->sim->pinches.ball[before_it->ball] = before_it->pinch;
+        }
+    }
+    for (int k = 0; k < s->count; k++) {
+        const struct mill_lane_log *log = &s->lane[k].log[window->number % 2];
+        for (size_t n = 0; n < log->before.count; n++)
+            enter_again(p, ((const struct mill_lane_before *)log->before.item)[n].ball);
+        for (size_t n = 0; n < log->late.count; n++)
+            enter_again(p, ((const int32_t *)log->late.item)[n]);
+    }
+}
+
+uint64_t mill_lanes_events(const struct mill_lanes *s, const struct mill_window *window)
+{
+    uint64_t all = 0;
+    for (int k = 0; k < s->count; k++)
+        all += s->lane[k].log[window->number % 2].event.count;
+    return all;
+}
+
+int mill_lanes_first(const struct mill_lanes *s, const struct mill_window *window, const size_t *at)
+{
+    int first = -1;
+    double earliest = INFINITY;
+    bool tie = false;
+    for (int k = 0; k < s->count; k++) {
+        const struct mill_list *list = &s->lane[k].log[window->number % 2].event;
+        if (at[k] == list->count)
+            continue;
+        const double t = ((const struct mill_lane_event *)list->item)[at[k]].t;
+        tie = t < earliest ? false : tie || t == earliest;
+        first = t < earliest ? k : first;
+        earliest = mill_least(t, earliest);
+    }
+    return tie ? -1 : first;
+}
