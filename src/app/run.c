@@ -1,5 +1,6 @@
 /* A run: deck -> world -> event loop -> observers -> HDF5 file -> summary. Only this file connects
  * all of these. */
+#define _GNU_SOURCE /* the cores that this process may use */
 #include "app/run.h"
 
 #include "app/checkpoint.h"
@@ -10,6 +11,7 @@
 #include "store/draft.h"
 
 #include <math.h>
+#include <sched.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -192,11 +194,22 @@ static void show(const struct run *r, bool begins, const char *state)
     mill_progress_show(&r->order->display, &p);
 }
 
+/* The cores that this process may use: a batch system gives it some of the machine's */
+static long cores(void)
+{
+#ifdef CPU_COUNT
+    cpu_set_t set;
+    if (sched_getaffinity(0, sizeof set, &set) == 0)
+        return CPU_COUNT(&set);
+#endif
+    return sysconf(_SC_NPROCESSORS_ONLN);
+}
+
 /* run.threads; if the program chooses, small mills leave the cores to other runs */
 static int threads_of(const struct mill_deck *deck)
 {
-    const long cores = deck->all < MANY_BALLS ? 1 : sysconf(_SC_NPROCESSORS_ONLN);
-    return (int)(deck->threads > 0 ? deck->threads : cores);
+    const long chosen = deck->all < MANY_BALLS ? 1 : cores();
+    return (int)(deck->threads > 0 ? deck->threads : chosen);
 }
 
 /* Makes the mill from the deck or the state, and a file that holds what is known so far */

@@ -28,15 +28,13 @@ struct mill_lane_pressed {
     struct mill_pinch pinch;
 };
 
-/* What a thread writes down in a window. late: balls whose events it has put
- * off */
+/* What a thread writes down in a window. late: balls whose events it has put off */
 struct mill_lane_log {
     struct mill_list event, entry, before, pressed, late;
 };
 
-/* What a thread works with: copies of world, schedule and loop, which share the
- * balls, and the logs of this window and the last. The last lane is for the
- * events that were put off. */
+/* What a thread works with: copies of world, schedule and loop, which share the balls, and the logs
+ * of this window and the last. The last lane is for the events that were put off. */
 struct mill_lane {
     struct mill_sim sim;
     struct mill_world world;

@@ -1,31 +1,29 @@
-/* The event loop on several threads. It goes through the events in windows of
- * time. In each window the threads carry out the events inside their slabs, in
- * order of time; then one thread carries out those that were put off. All this
- * is written down. If nothing came too early, the contacts are entered into the
- * account and told to the observers in the order in which one thread would have
- * come to them, so that all results have the same bits: the thread that is
- * first through with its slab does this for the window before. If something
- * came too early, or if the run ends at one of the contacts, the window is
- * undone, and one thread does it again. */
+/* The event loop on several threads. It goes through the events in windows of time. In each window
+ * the threads carry out the events inside their slabs, in order of time; then one thread carries
+ * out those that were put off. All this is written down. If nothing came too early, the contacts
+ * are entered into the account and told to the observers in the order in which one thread would
+ * have come to them, so that all results have the same bits. This is done in the next window, by a
+ * thread that has nothing else to do. If something came too early, or if the run ends at one of the
+ * contacts, the window is undone, and one thread does it again. */
 #include "engine/crew.h"
 #include "engine/sim_lane.h"
 
 #include <stdlib.h>
 #include <time.h>
 
-#define SHARE 0.002 /* events of a window, per ball: more make more of them late, */
-#define FEWEST 50   /* and this number more: less would be spent on waiting for each other */
+#define SHARE 0.002 /* events of a window, per ball: with more, more of them are put off, */
+#define FEWEST 50   /* and this number: with fewer, threads would mostly wait for each other */
 #define RUNAWAY 100 /* times as many events as expected: the window is given up */
 #define PATIENCE 64 /* windows after a failed one until they grow again */
 #define WINDOWS 200 /* after so many, the work of the threads is compared */
 #define UNEVEN 1.15 /* times as much as the mean for one thread: the mill is cut again */
 #define IDLE 0.7    /* times as much as for another thread: there is time to settle */
-#define STRETCH                                                                                    \
-    0.01            /* [s] of the clock: what several threads cost is compared with one thread,    \
-                     */
-#define BETTER 0.97 /* which must need less than so many times as much */
-#define CHUNK 2000  /* events of one thread until it looks at the clock */
-enum { LEAST_HOLD = 8, MOST_HOLD = 64 }; /* stretches between two trials */
+/* Several threads are compared with one by stretches of so long [s]. The other way is better if it
+ * needs less than BETTER times as long. One thread looks at the clock after CHUNK events. */
+#define STRETCH 0.01
+#define BETTER 0.97
+#define CHUNK 2000
+enum { LEAST_HOLD = 8, MOST_HOLD = 64 }; /* stretches between two comparisons */
 
 /* What several threads cost, and what one thread costs */
 struct mill_pace {
@@ -44,8 +42,7 @@ struct mill_sim_slabs {
     int threads; /* at present */
     struct mill_window now, last;
     bool pending;    /* the last window has not been settled yet */
-    int idle;        /* number of the thread that has least to do; -1: all have as much
-                      */
+    int idle;        /* a thread that has far less to do than another one; -1: none */
     bool good;       /* nothing in the present window came too early */
     bool settled;    /* it has been settled, and the run goes on */
     double duration; /* [s] of the next window */
@@ -62,10 +59,9 @@ static double aim_of(const struct mill_sim_slabs *s)
     return SHARE * (double)s->of.sim->world->balls + FEWEST;
 }
 
-/* Lists the contacts of the last window in the order in which one thread comes
- * to them; each lane has its own in this order. Returns their number. -1: the
- * order is not certain, or one thread would not have done the same. *watch,
- * *now: of the loop afterwards */
+/* Lists the contacts of the last window in the order in which one thread comes to them; each lane
+ * has its own in this order. Returns their number. -1: the order is not certain, or one thread
+ * would not have done the same. *watch, *now: of the loop afterwards */
 static long put_in_order(struct mill_sim_slabs *s, struct mill_watch *watch, double *now)
 {
     const int log = (int)(s->last.number % 2);
@@ -93,9 +89,8 @@ static long put_in_order(struct mill_sim_slabs *s, struct mill_watch *watch, dou
     return contacts;
 }
 
-/* Enters the contacts of the last window into the account and tells them to the
- * observers. false: the run ends at one of them, or their order is not certain.
- */
+/* Enters the contacts of the last window into the account and tells them to the observers. false:
+ * the run ends at one of them, or their order is not certain. */
 static bool settle(struct mill_sim_slabs *s)
 {
     struct mill_sim *sim = s->of.sim;
@@ -108,8 +103,7 @@ static bool settle(struct mill_sim_slabs *s)
         mill_sim_record(sim, s->order[n]);
         if (sim->status == MILL_OK)
             continue;
-        /* one thread comes here again; it must not tell these contacts a second
-         * time */
+        /* one thread comes here again; it must not tell these contacts a second time */
         sim->told = (uint64_t)n + 1;
         sim->told_status = sim->status;
         sim->status = MILL_OK;
@@ -126,8 +120,8 @@ static bool settle(struct mill_sim_slabs *s)
     return true;
 }
 
-/* First part of a window: every thread carries out the events inside its slab.
- * One that has far less to do than another one also settles the last window. */
+/* First part of a window: every thread carries out the events inside its slab. One that has far
+ * less to do than another one also settles the last window. */
 static void do_inside(void *all, int k)
 {
     struct mill_sim_slabs *s = all;
@@ -136,8 +130,8 @@ static void do_inside(void *all, int k)
         s->settled = settle(s);
 }
 
-/* Second part: one thread carries out the events that were put off. A second
- * one settles the last window, if this has not been done. */
+/* Second part: one thread carries out the events that were put off. A second one settles the last
+ * window, if this has not been done. */
 static void do_rest(void *slabs, int k)
 {
     struct mill_sim_slabs *s = slabs;
@@ -159,8 +153,7 @@ static void do_again(struct mill_sim_slabs *s, const struct mill_window *window,
     s->patience = PATIENCE;
 }
 
-/* Settles the last window if this has not been done. false: it was done again
- * on one thread */
+/* Settles the last window if this has not been done. false: it was done again on one thread */
 static bool flush(struct mill_sim_slabs *s, uint64_t *budget, const volatile sig_atomic_t *stop)
 {
     const bool good = !s->pending || settle(s);
@@ -181,8 +174,7 @@ static void choose_duration(struct mill_sim_slabs *s, uint64_t events)
         s->duration *= mill_least(mill_greatest(factor, 0.5), 2.0);
 }
 
-/* Compares what the threads had to do, and cuts the mill again if it was not
- * the same. */
+/* Compares what the threads had to do, and cuts the mill again if it was not the same. */
 static void balance(struct mill_sim_slabs *s)
 {
     uint64_t most = 0, least = UINT64_MAX, all = 0;
