@@ -283,6 +283,9 @@ static void print_all(const struct mill_summary *s)
     const struct mill_facts *facts = s->facts;
     const struct mill_totals totals = mill_record_add(s->world, facts->local);
     const double wall = facts->cost.wall, cpu = facts->cost.cpu;
+    char threads[32] = "";
+    if (facts->threads > 1)
+        snprintf(threads, sizeof threads, " of %d threads", facts->threads);
     mill_summary_mill(s->world, s->deck, "", s->out);
     print_window(s);
     print_means(s);
@@ -293,8 +296,7 @@ static void print_all(const struct mill_summary *s)
             mill_summary_text_si(cpu > 0 ? (double)totals.contacts / cpu : (double)NAN, ""),
             mill_summary_text_si(wall > 0 ? facts->time / wall : (double)NAN, "s"));
     fprintf(s->out, "%-*s %s wall, %s CPU%s, %s memory at most\n", MILL_SUMMARY_LABEL, "cost",
-            mill_summary_text_si(wall, "s"), mill_summary_text_si(cpu, "s"),
-            facts->threads > 1 ? " of 2 threads" : "",
+            mill_summary_text_si(wall, "s"), mill_summary_text_si(cpu, "s"), threads,
             mill_summary_text_si(facts->peak_memory, "B"));
     fprintf(s->out, "%-*s ", MILL_SUMMARY_LABEL, "output");
     print_name(s->out, facts->output);

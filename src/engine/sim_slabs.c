@@ -39,7 +39,7 @@ struct mill_pace {
 struct mill_sim_slabs {
     struct mill_lanes of;
     struct mill_crew *crew;
-    int threads; /* at present */
+    bool refused; /* not all threads could be started: one goes on alone */
     struct mill_window now, last;
     bool pending;    /* the last window has not been settled yet */
     int idle;        /* a thread that has far less to do than another one; -1: none */
@@ -276,7 +276,7 @@ void mill_sim_slabs_run(struct mill_sim *sim, double limit, uint64_t *budget,
         if (stop && *stop)
             break;
         const uint64_t before = *budget;
-        const bool shares = s->threads > 1 && !s->pace.alone && sim->world->counts.asleep == 0 &&
+        const bool shares = !s->refused && !s->pace.alone && sim->world->counts.asleep == 0 &&
                             !mill_sim_hastes(&sim->watch) && (double)*budget > 4.0 * aim_of(s);
         s->now.begin = s->now.end;
         s->now.end = mill_least(limit, s->now.begin + s->duration);
@@ -332,16 +332,15 @@ void mill_sim_slabs_free(struct mill_sim_slabs *s)
 
 int mill_sim_slabs_count(const struct mill_sim_slabs *s)
 {
-    return s->of.slabs->count;
+    return s->refused ? 1 : s->of.slabs->count;
 }
 
 void mill_sim_slabs_begin(struct mill_sim_slabs *s)
 {
-    s->threads = mill_crew_begin(s->crew);
+    s->refused = mill_crew_begin(s->crew) < s->of.slabs->count;
 }
 
 void mill_sim_slabs_end(struct mill_sim_slabs *s)
 {
     mill_crew_end(s->crew);
-    s->threads = 0;
 }
