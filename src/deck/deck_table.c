@@ -87,7 +87,7 @@ static const struct mill_key run_key[] = {
      .hi = MOST_COLLISIONS, .preset = "0", DECK(max_collisions), .zero_is_off = true},
     {"seed", "seed of every random choice", .type = MILL_KEY_WHOLE, .lo = 0, .hi = SEED_MAX,
      .preset = "1", DECK(seed)},
-    {"threads", "threads of the run; 0: 1 below 20 000 balls, else one for each core",
+    {"threads", "threads of the run at most; 0: 1 below 20 000 balls, else one for each core",
      .type = MILL_KEY_WHOLE, .lo = 0, .hi = MOST_THREADS, .preset = "0", DECK(threads),
      .hidden = threads_chosen},
     {.name = NULL},
