@@ -68,7 +68,7 @@ struct mill_counts {
 };
 
 /* Adds counts of other events to `all`. */
-void mill_counts_add(struct mill_counts *all, const struct mill_counts *counts);
+void mill_world_add_counts(struct mill_counts *all, const struct mill_counts *counts);
 
 struct mill_energy {
     double kinetic, rotational, potential; /* [J]; the potential energy is 0 at the origin */

@@ -19,7 +19,7 @@ void *mill_memory_get(size_t count, size_t size)
     return memset(memory, 0, bytes);
 }
 
-void *mill_list_add(struct mill_list *l)
+void *mill_memory_add(struct mill_memory_list *l)
 {
     if (l->count == l->room) {
         const size_t room = l->room > 0 ? 2 * l->room : 64;

@@ -8,12 +8,12 @@
 void *mill_memory_get(size_t count, size_t size);
 
 /* A list that grows. The owner sets the size of an item, and frees `item`. */
-struct mill_list {
+struct mill_memory_list {
     void *item;
     size_t count, room, size;
 };
 
 /* Adds an item, without content, and returns it. NULL: out of memory */
-void *mill_list_add(struct mill_list *list);
+void *mill_memory_add(struct mill_memory_list *list);
 
 #endif

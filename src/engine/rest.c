@@ -4,7 +4,7 @@
 #include "engine/rest.h"
 
 #include "base/memory.h"
-#include "engine/schedule.h"
+#include "engine/slabs.h"
 #include "geometry/shape.h"
 
 #include <stdlib.h>

@@ -178,14 +178,6 @@ enum mill_status mill_schedule_create(struct mill_world *world, struct mill_sche
     return mill_error_set(error, MILL_FAILED, "out of memory for the event list");
 }
 
-void mill_schedule_enter(struct mill_schedule *p, int32_t i, double t)
-{
-    if (p->slabs)
-        mill_slabs_enter(p->slabs, i, t);
-    else
-        mill_calendar_set(p->calendar, i, t);
-}
-
 static void clear(struct mill_schedule *p)
 {
     if (p->slabs)

@@ -113,9 +113,6 @@ void mill_schedule_forget(struct mill_schedule *schedule);
  * The order of balls in a cell has no influence on the run. False when out of memory. */
 bool mill_schedule_restore(struct mill_schedule *schedule, const int32_t *cell);
 
-/* Enters the time of ball i's event into the calendar. INFINITY removes it. */
-void mill_schedule_enter(struct mill_schedule *schedule, int32_t i, double t);
-
 /* Makes a new plan for ball i at local time `now`; the time of its record must be `now`. touched:
  * the shape that it has met now, or MILL_NOBODY. */
 void mill_schedule_ball(struct mill_schedule *schedule, int32_t i, double now, int32_t touched);

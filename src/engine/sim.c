@@ -5,9 +5,6 @@
  * when an epoch ends, so no output option can change the run. */
 #include "engine/sim_private.h"
 
-#include "base/memory.h"
-#include "engine/slabs.h"
-
 #include <assert.h>
 #include <stdlib.h>
 
@@ -63,6 +60,21 @@ int mill_sim_threads(const struct mill_sim *sim)
     return sim->slabs ? mill_sim_slabs_count(sim->slabs) : 1;
 }
 
+enum mill_status mill_sim_paranoid(struct mill_sim *sim, bool on, struct mill_error *error)
+{
+    mill_sim_use_threads(sim, 1); /* the checks look at all balls after each event */
+    free(sim->paranoid);
+    sim->paranoid = on ? calloc(1, sizeof *sim->paranoid) : NULL;
+    if (on && !sim->paranoid)
+        return mill_error_set(error, MILL_FAILED, "out of memory for the checks");
+    sim->error = error;
+    sim->status = MILL_OK;
+    if (on)
+        mill_sim_paranoid_all(sim, false);
+    sim->error = NULL;
+    return sim->status;
+}
+
 const struct mill_world *mill_sim_world(const struct mill_sim *sim)
 {
     return sim->world;
@@ -78,70 +90,6 @@ double mill_sim_local_time(const struct mill_sim *sim)
     return sim->now;
 }
 
-/* Stores the status of the observers. true: it is no failure. */
-static bool goes_on(struct mill_sim *sim, enum mill_status status)
-{
-    sim->status = status != MILL_OK ? status : sim->status;
-    return mill_sim_goes_on(sim->status);
-}
-
-void mill_sim_record(struct mill_sim *sim, const struct mill_sim_entry *entry)
-{
-    const struct mill_impact *impact = &entry->impact;
-    if (sim->log) {
-        struct mill_sim_entry *next = mill_list_add(sim->log);
-        sim->status = next ? sim->status : MILL_FAILED;
-        if (next)
-            *next = *entry;
-        return;
-    }
-    mill_sim_book(sim->world, entry);
-    if (sim->told > 0) {
-        if (--sim->told == 0)
-            goes_on(sim, sim->told_status);
-        return;
-    }
-    goes_on(sim, mill_sim_tell(sim->observer, sim->observers, impact, sim->error));
-}
-
-void mill_sim_watch(struct mill_watch *w, double t)
-{
-    /* less than a nanosecond is no advance: hops that shrink to the resolution of time still
-     * advance it */
-    if (t > w->last + 1e-9) {
-        w->last = t;
-        w->standing = 0;
-    } else {
-        w->standing++;
-    }
-    if (t - w->since > 1e-3) {
-        w->since = t;
-        w->events = 0;
-    } else {
-        w->events++;
-    }
-}
-
-/* Stops runs in which infinitely many contacts would happen in a finite time */
-static void watch_time(struct mill_sim *sim, int32_t i, double t)
-{
-    const struct mill_watch *w = &sim->watch;
-    const uint64_t balls = (uint64_t)sim->world->balls;
-    mill_sim_watch(&sim->watch, t);
-    if (w->standing > 1000000 + 100 * balls)
-        sim->status = mill_error_set(sim->error, MILL_FAILED,
-                                     "the simulated time does not advance after t = %.9g s: ball "
-                                     "%ld has contacts without end; raise contact.rebound_floor "
-                                     "(now %g m/s)",
-                                     mill_sim_time(sim), (long)i, sim->world->rebound_floor);
-    if (w->events > 10000000 + 40000 * balls)
-        sim->status = mill_error_set(
-            sim->error, MILL_FAILED,
-            "the simulated time hardly advances at t = %.9g s: %llu events within a millisecond, "
-            "now of ball %ld; raise contact.rebound_floor (now %g m/s) or contact.restitution",
-            mill_sim_time(sim), (unsigned long long)w->events, (long)i, sim->world->rebound_floor);
-}
-
 /* Takes the samples that are due at this simulated time [s]. If one of them ends the run, the
  * others are still taken; after a failure they are not. */
 static void take_samples(struct mill_sim *sim, double due)
@@ -154,7 +102,7 @@ static void take_samples(struct mill_sim *sim, double due)
         if (one == MILL_OK && !(o->next > due))
             one = mill_error_set(sim->error, MILL_FAILED,
                                  "%s: did not set a later time for its next sample", o->type->name);
-        goes_on(sim, one);
+        sim->status = one != MILL_OK ? one : sim->status;
     }
 }
 
@@ -165,40 +113,6 @@ static double next_sample(const struct mill_sim *sim)
     for (int k = 0; k < sim->observers; k++)
         next = mill_least(next, sim->observer[k]->next);
     return next;
-}
-
-/* The ball with the first event, and its time. -1: none */
-static int32_t next_event(struct mill_sim *sim, double *t)
-{
-    struct mill_schedule *p = sim->schedule;
-    return p->slabs ? mill_slabs_next(p->slabs, t) : mill_calendar_next(p->calendar, t);
-}
-
-void mill_sim_take_events(struct mill_sim *sim, double limit, uint64_t *budget,
-                          const volatile sig_atomic_t *stop)
-{
-    const bool large = sim->world->balls >= MILL_SIM_LARGE;
-    double t;
-    int32_t i;
-    for (; sim->status == MILL_OK && *budget > 0; --*budget) {
-        i = next_event(sim, &t);
-        if (i < 0 || t >= limit)
-            return;
-        if (stop && *stop)
-            sim->status = MILL_STOPPED;
-        else if (sim->paranoid)
-            mill_sim_paranoid_before(sim, i, t);
-        if (sim->status != MILL_OK)
-            return;
-        /* rounding may put an event slightly before the last one, but time must not go backwards */
-        sim->now = mill_greatest(t, sim->now);
-        if (large)
-            mill_schedule_ahead(sim->schedule);
-        mill_sim_happen(sim, i);
-        watch_time(sim, i, t);
-        if (sim->paranoid && sim->status == MILL_OK)
-            mill_sim_paranoid_after(sim, i);
-    }
 }
 
 enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budget,

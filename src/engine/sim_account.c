@@ -1,4 +1,5 @@
-/* The account of a run: what each contact adds to the sums, in order of time */
+/* Where a contact goes: into the account of the run and to the observers, in order of time */
+#include "base/memory.h"
 #include "engine/sim_private.h"
 #include "geometry/shape.h"
 
@@ -28,7 +29,7 @@ static void book_work(struct mill_account *a, const struct mill_motion *motion,
     }
 }
 
-void mill_sim_book(struct mill_world *w, const struct mill_sim_entry *entry)
+static void book(struct mill_world *w, const struct mill_sim_entry *entry)
 {
     struct mill_account *a = &w->account;
     const struct mill_impact *impact = &entry->impact;
@@ -49,4 +50,29 @@ void mill_sim_book(struct mill_world *w, const struct mill_sim_entry *entry)
     a->incident += 0.5 * entry->reduced_mass * speed * speed;
     if (impact->surface >= 0 && w->shape[impact->surface]->motion)
         book_work(a, w->shape[impact->surface]->motion, entry);
+}
+
+/* Stores the status of the observers. */
+static void goes_on(struct mill_sim *sim, enum mill_status status)
+{
+    sim->status = status != MILL_OK ? status : sim->status;
+}
+
+void mill_sim_record(struct mill_sim *sim, const struct mill_sim_entry *entry)
+{
+    const struct mill_impact *impact = &entry->impact;
+    if (sim->log) {
+        struct mill_sim_entry *next = mill_memory_add(sim->log);
+        sim->status = next ? sim->status : MILL_FAILED;
+        if (next)
+            *next = *entry;
+        return;
+    }
+    book(sim->world, entry);
+    if (sim->told > 0) {
+        if (--sim->told == 0)
+            goes_on(sim, sim->told_status);
+        return;
+    }
+    goes_on(sim, mill_sim_tell(sim->observer, sim->observers, impact, sim->error));
 }

@@ -54,7 +54,7 @@ static void begin(struct mill_lane *l, const struct mill_sim *sim, const struct 
 /* Writes down what ball i is now. */
 static void remember(struct mill_lane *l, struct mill_lane_log *log, int32_t i)
 {
-    struct mill_lane_before *b = mill_list_add(&log->before);
+    struct mill_lane_before *b = mill_memory_add(&log->before);
     l->failed = l->failed || !b;
     if (!b)
         return;
@@ -65,7 +65,7 @@ static void remember(struct mill_lane *l, struct mill_lane_log *log, int32_t i)
     b->plan = l->schedule.plan[i];
     if (!l->sim.pinches.ball || b->plan.next != MILL_NEXT_SURFACE)
         return;
-    struct mill_lane_pressed *p = mill_list_add(&log->pressed);
+    struct mill_lane_pressed *p = mill_memory_add(&log->pressed);
     l->failed = !p;
     if (p)
         *p = (struct mill_lane_pressed){i, l->sim.pinches.ball[i]};
@@ -77,7 +77,7 @@ static void carry_out(struct mill_lane *l, struct mill_lane_log *log, int32_t i,
     const struct mill_plan *plan = l->schedule.plan;
     const int32_t partner = plan[i].next == MILL_NEXT_PAIR ? plan[i].partner : MILL_NOBODY;
     const int32_t entry = (int32_t)log->entry.count;
-    struct mill_lane_event *e = mill_list_add(&log->event);
+    struct mill_lane_event *e = mill_memory_add(&log->event);
     remember(l, log, i);
     if (partner != MILL_NOBODY)
         remember(l, log, partner);
@@ -91,7 +91,7 @@ static void carry_out(struct mill_lane *l, struct mill_lane_log *log, int32_t i,
                 (partner != MILL_NOBODY && mill_plan_time(&plan[partner]) < t);
 }
 
-bool mill_lanes_create(struct mill_lanes *s, struct mill_sim *sim, struct mill_slabs *slabs)
+bool mill_sim_lane_create(struct mill_lanes *s, struct mill_sim *sim, struct mill_slabs *slabs)
 {
     s->sim = sim;
     s->slabs = slabs;
@@ -103,7 +103,7 @@ bool mill_lanes_create(struct mill_lanes *s, struct mill_sim *sim, struct mill_s
     return made;
 }
 
-void mill_lanes_free(struct mill_lanes *s)
+void mill_sim_lane_free(struct mill_lanes *s)
 {
     for (int k = 0; s->lane && k < s->count; k++)
         release(&s->lane[k]);
@@ -111,13 +111,13 @@ void mill_lanes_free(struct mill_lanes *s)
     s->lane = NULL;
 }
 
-void mill_lanes_begin(struct mill_lanes *s, const struct mill_window *window)
+void mill_sim_lane_begin(struct mill_lanes *s, const struct mill_window *window)
 {
     for (int k = 0; k < s->count; k++)
         begin(&s->lane[k], s->sim, window);
 }
 
-void mill_lanes_work(struct mill_lanes *s, int k, const struct mill_window *window, double most)
+void mill_sim_lane_work(struct mill_lanes *s, int k, const struct mill_window *window, double most)
 {
     struct mill_lane *l = &s->lane[k];
     struct mill_lane_log *log = &l->log[window->number % 2];
@@ -135,21 +135,21 @@ void mill_lanes_work(struct mill_lanes *s, int k, const struct mill_window *wind
             carry_out(l, log, i, t);
             continue;
         }
-        int32_t *late = mill_list_add(&log->late);
+        int32_t *late = mill_memory_add(&log->late);
         l->failed = l->failed || !late;
         if (late)
             *late = i;
     }
 }
 
-bool mill_lanes_work_off(struct mill_lanes *s, const struct mill_window *window)
+bool mill_sim_lane_work_off(struct mill_lanes *s, const struct mill_window *window)
 {
     struct mill_slabs *slabs = s->slabs;
     struct mill_lane *l = &s->lane[slabs->count];
     struct mill_lane_log *own = &l->log[window->number % 2];
     slabs->end = window->end;
     for (int k = 0; k < slabs->count; k++) {
-        const struct mill_list *late = &s->lane[k].log[window->number % 2].late;
+        const struct mill_memory_list *late = &s->lane[k].log[window->number % 2].late;
         const int32_t *ball = late->item;
         l->failed = l->failed || s->lane[k].failed;
         for (size_t n = 0; n < late->count; n++)
@@ -186,14 +186,14 @@ static void enter_again(struct mill_schedule *p, int32_t i)
     mill_schedule_enter(p, i, mill_plan_time(&p->plan[i]));
 }
 
-void mill_lanes_undo(struct mill_lanes *s, const struct mill_window *window)
+void mill_sim_lane_undo(struct mill_lanes *s, const struct mill_window *window)
 {
     struct mill_schedule *p = s->sim->schedule;
     for (int k = s->count - 1; k >= 0; k--) {
-        const struct mill_list *before = &s->lane[k].log[window->number % 2].before;
+        const struct mill_memory_list *before = &s->lane[k].log[window->number % 2].before;
         for (size_t n = before->count; n > 0; n--)
             take_back(s->sim, (const struct mill_lane_before *)before->item + n - 1);
-        const struct mill_list *pressed = &s->lane[k].log[window->number % 2].pressed;
+        const struct mill_memory_list *pressed = &s->lane[k].log[window->number % 2].pressed;
         for (size_t n = pressed->count; n > 0; n--) {
             const struct mill_lane_pressed *before_it =
                 (const struct mill_lane_pressed *)pressed->item + n - 1;
@@ -209,7 +209,7 @@ void mill_lanes_undo(struct mill_lanes *s, const struct mill_window *window)
     }
 }
 
-uint64_t mill_lanes_events(const struct mill_lanes *s, const struct mill_window *window)
+uint64_t mill_sim_lane_events(const struct mill_lanes *s, const struct mill_window *window)
 {
     uint64_t all = 0;
     for (int k = 0; k < s->count; k++)
@@ -217,13 +217,14 @@ uint64_t mill_lanes_events(const struct mill_lanes *s, const struct mill_window 
     return all;
 }
 
-int mill_lanes_first(const struct mill_lanes *s, const struct mill_window *window, const size_t *at)
+int mill_sim_lane_first(const struct mill_lanes *s, const struct mill_window *window,
+                        const size_t *at)
 {
     int first = -1;
     double earliest = INFINITY;
     bool tie = false;
     for (int k = 0; k < s->count; k++) {
-        const struct mill_list *list = &s->lane[k].log[window->number % 2].event;
+        const struct mill_memory_list *list = &s->lane[k].log[window->number % 2].event;
         if (at[k] == list->count)
             continue;
         const double t = ((const struct mill_lane_event *)list->item)[at[k]].t;

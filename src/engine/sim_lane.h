@@ -30,7 +30,7 @@ struct mill_lane_pressed {
 
 /* What a thread writes down in a window. late: balls whose events it has put off */
 struct mill_lane_log {
-    struct mill_list event, entry, before, pressed, late;
+    struct mill_memory_list event, entry, before, pressed, late;
 };
 
 /* What a thread works with: copies of world, schedule and loop, which share the balls, and the logs
@@ -61,29 +61,29 @@ struct mill_lanes {
 };
 
 /* False when out of memory; free in any case */
-bool mill_lanes_create(struct mill_lanes *lanes, struct mill_sim *sim, struct mill_slabs *slabs);
-void mill_lanes_free(struct mill_lanes *lanes);
+bool mill_sim_lane_create(struct mill_lanes *lanes, struct mill_sim *sim, struct mill_slabs *slabs);
+void mill_sim_lane_free(struct mill_lanes *lanes);
 
 /* Begins a window: makes the copies as the loop is, and empties the logs. */
-void mill_lanes_begin(struct mill_lanes *lanes, const struct mill_window *window);
+void mill_sim_lane_begin(struct mill_lanes *lanes, const struct mill_window *window);
 
 /* Carries out all events of the window inside slab k. It fails after more than `most` events. */
-void mill_lanes_work(struct mill_lanes *lanes, int k, const struct mill_window *window,
-                     double most);
+void mill_sim_lane_work(struct mill_lanes *lanes, int k, const struct mill_window *window,
+                        double most);
 
 /* Carries out the events that were put off, and those that come from them. false: one came too
  * early, or a lane has failed. */
-bool mill_lanes_work_off(struct mill_lanes *lanes, const struct mill_window *window);
+bool mill_sim_lane_work_off(struct mill_lanes *lanes, const struct mill_window *window);
 
 /* Takes back all events of a window. Of two, that of the later one comes first. */
-void mill_lanes_undo(struct mill_lanes *lanes, const struct mill_window *window);
+void mill_sim_lane_undo(struct mill_lanes *lanes, const struct mill_window *window);
 
 /* Number of events of a window */
-uint64_t mill_lanes_events(const struct mill_lanes *lanes, const struct mill_window *window);
+uint64_t mill_sim_lane_events(const struct mill_lanes *lanes, const struct mill_window *window);
 
 /* The lane with the first event of a window from the numbers at[lanes] on; -1: none, or two are at
  * the same time */
-int mill_lanes_first(const struct mill_lanes *lanes, const struct mill_window *window,
-                     const size_t *at);
+int mill_sim_lane_first(const struct mill_lanes *lanes, const struct mill_window *window,
+                        const size_t *at);
 
 #endif

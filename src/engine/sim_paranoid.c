@@ -381,21 +381,6 @@ bool mill_sim_paranoid_all(struct mill_sim *sim, bool fresh)
            mill_sim_paranoid_account(sim);
 }
 
-enum mill_status mill_sim_paranoid(struct mill_sim *sim, bool on, struct mill_error *error)
-{
-    mill_sim_use_threads(sim, 1); /* the checks look at all balls after each event */
-    free(sim->paranoid);
-    sim->paranoid = on ? calloc(1, sizeof *sim->paranoid) : NULL;
-    if (on && !sim->paranoid)
-        return mill_error_set(error, MILL_FAILED, "out of memory for the checks");
-    sim->error = error;
-    sim->status = MILL_OK;
-    if (on)
-        mill_sim_paranoid_all(sim, false);
-    sim->error = NULL;
-    return sim->status;
-}
-
 struct mill_sim_checks mill_sim_checks(const struct mill_sim *sim)
 {
     return sim->paranoid ? sim->paranoid->checks : (struct mill_sim_checks){0};

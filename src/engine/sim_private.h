@@ -48,7 +48,7 @@ struct mill_sim {
     int observers;
     struct mill_observer *observer[MILL_SIM_OBSERVERS];
     struct mill_sim_slabs *slabs; /* other threads that carry out events; NULL: none */
-    struct mill_list *log;        /* of one of these threads: contacts only go there */
+    struct mill_memory_list *log; /* of one of these threads: contacts only go there */
     uint64_t told;                /* the next contacts that the observers have got already, */
     enum mill_status told_status; /* and what they said to the last of them */
     struct mill_error *error;     /* of the present call of mill_sim_run */
@@ -59,15 +59,12 @@ struct mill_sim {
 void mill_sim_happen(struct mill_sim *sim, int32_t i);
 
 /* Carries out all events before local time `limit` [s], or until the budget is 0 or *stop is not
- * (sim.c). */
+ * (sim_events.c). */
 void mill_sim_take_events(struct mill_sim *sim, double limit, uint64_t *budget,
                           const volatile sig_atomic_t *stop);
 
-/* A contact has happened: it goes into the account and to the observers (sim.c). */
+/* A contact has happened: it goes into the account and to the observers (sim_account.c). */
 void mill_sim_record(struct mill_sim *sim, const struct mill_sim_entry *entry);
-
-/* Adds a contact to the account (sim_account.c). */
-void mill_sim_book(struct mill_world *world, const struct mill_sim_entry *entry);
 
 /* ---- calling the observers: these return the last status that is not MILL_OK. If one of them ends
  * the run, the others are still called for this event; after a failure they are not. ---- */

@@ -65,7 +65,7 @@ static double aim_of(const struct mill_sim_slabs *s)
 static long put_in_order(struct mill_sim_slabs *s, struct mill_watch *watch, double *now)
 {
     const int log = (int)(s->last.number % 2);
-    const uint64_t events = mill_lanes_events(&s->of, &s->last);
+    const uint64_t events = mill_sim_lane_events(&s->of, &s->last);
     size_t at[MILL_SLABS_MOST + 1] = {0};
     long contacts = 0;
     if (events > s->order_room) {
@@ -74,7 +74,7 @@ static long put_in_order(struct mill_sim_slabs *s, struct mill_watch *watch, dou
         s->order_room = s->order ? 2 * events : 0;
     }
     for (uint64_t n = 0; n < events; n++) {
-        const int k = mill_lanes_first(&s->of, &s->last, at);
+        const int k = mill_sim_lane_first(&s->of, &s->last, at);
         if (k < 0 || !s->order)
             return -1;
         const struct mill_lane_log *l = &s->of.lane[k].log[log];
@@ -114,7 +114,7 @@ static bool settle(struct mill_sim_slabs *s)
     if (contacts < 0)
         return false;
     for (int k = 0; k < s->of.count; k++)
-        mill_counts_add(&sim->world->counts, &s->of.lane[k].counts[s->last.number % 2]);
+        mill_world_add_counts(&sim->world->counts, &s->of.lane[k].counts[s->last.number % 2]);
     sim->watch = watch;
     sim->now = now;
     return true;
@@ -125,7 +125,7 @@ static bool settle(struct mill_sim_slabs *s)
 static void do_inside(void *all, int k)
 {
     struct mill_sim_slabs *s = all;
-    mill_lanes_work(&s->of, k, &s->now, RUNAWAY * aim_of(s));
+    mill_sim_lane_work(&s->of, k, &s->now, RUNAWAY * aim_of(s));
     if (k == s->idle && s->pending)
         s->settled = settle(s);
 }
@@ -136,7 +136,7 @@ static void do_rest(void *slabs, int k)
 {
     struct mill_sim_slabs *s = slabs;
     if (k == 0)
-        s->good = mill_lanes_work_off(&s->of, &s->now);
+        s->good = mill_sim_lane_work_off(&s->of, &s->now);
     else if (k == 1 && s->pending && s->idle < 0)
         s->settled = settle(s);
 }
@@ -160,7 +160,7 @@ static bool flush(struct mill_sim_slabs *s, uint64_t *budget, const volatile sig
     s->pending = false;
     if (good)
         return true;
-    mill_lanes_undo(&s->of, &s->last);
+    mill_sim_lane_undo(&s->of, &s->last);
     do_again(s, &s->last, budget, stop);
     return false;
 }
@@ -197,21 +197,21 @@ static void share(struct mill_sim_slabs *s, uint64_t *budget, const volatile sig
     if (++s->now.number % WINDOWS == 0)
         balance(s);
     mill_slabs_open(s->of.slabs, s->now.begin);
-    mill_lanes_begin(&s->of, &s->now);
+    mill_sim_lane_begin(&s->of, &s->now);
     mill_crew_do(s->crew, do_inside, s);
     mill_crew_do(s->crew, do_rest, s);
     const bool good = s->good, before = !s->pending || s->settled;
     s->pending = good && before;
     if (!s->pending)
-        mill_lanes_undo(&s->of, &s->now);
+        mill_sim_lane_undo(&s->of, &s->now);
     if (!before) {
-        mill_lanes_undo(&s->of, &s->last);
+        mill_sim_lane_undo(&s->of, &s->last);
         do_again(s, &s->last, budget, stop);
         s->now.end = s->last.end;
     } else if (!good) {
         do_again(s, &s->now, budget, stop);
     } else {
-        const uint64_t events = mill_lanes_events(&s->of, &s->now);
+        const uint64_t events = mill_sim_lane_events(&s->of, &s->now);
         for (int k = 0; k < s->of.count; k++) {
             s->of.lane[k].counts[s->now.number % 2] = s->of.lane[k].world.counts;
             s->of.lane[k].done += s->of.lane[k].log[s->now.number % 2].event.count;
@@ -311,7 +311,7 @@ struct mill_sim_slabs *mill_sim_slabs_create(struct mill_sim *sim, int threads)
         s->idle = -1;
         s->pace.hold = LEAST_HOLD;
         s->crew = mill_crew_create(slabs->count);
-        made = mill_lanes_create(&s->of, sim, slabs) && s->crew;
+        made = mill_sim_lane_create(&s->of, sim, slabs) && s->crew;
     }
     if (made)
         return s;
@@ -323,7 +323,7 @@ void mill_sim_slabs_free(struct mill_sim_slabs *s)
 {
     if (!s)
         return;
-    mill_lanes_free(&s->of);
+    mill_sim_lane_free(&s->of);
     mill_crew_free(s->crew);
     mill_slabs_free(s->of.slabs);
     free(s->order);

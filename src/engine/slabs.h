@@ -58,8 +58,17 @@ void mill_slabs_cut(struct mill_slabs *slabs);
 /* Begins a window at this local time [s]. */
 void mill_slabs_open(struct mill_slabs *slabs, double begin);
 
-/* Sets the time of ball i's event [s]. One thread at a time may call it. */
+/* Sets the time of ball i's event [s]; INFINITY removes it. One thread at a time may call it. */
 void mill_slabs_enter(struct mill_slabs *slabs, int32_t i, double t);
+
+/* The same for a schedule with slabs or without */
+static inline void mill_schedule_enter(struct mill_schedule *p, int32_t i, double t)
+{
+    if (p->slabs)
+        mill_slabs_enter(p->slabs, i, t);
+    else
+        mill_calendar_set(p->calendar, i, t);
+}
 
 /* The first of all events. -1: none */
 int32_t mill_slabs_next(struct mill_slabs *slabs, double *t);

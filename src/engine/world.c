@@ -94,7 +94,7 @@ void mill_world_balance(const struct mill_world *w, double t, double *error, dou
                 w->account.dissipation_gross + w->account.incident;
 }
 
-void mill_counts_add(struct mill_counts *all, const struct mill_counts *c)
+void mill_world_add_counts(struct mill_counts *all, const struct mill_counts *c)
 {
     all->cell_crossings += c->cell_crossings;
     all->stale += c->stale;

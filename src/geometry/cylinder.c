@@ -19,8 +19,8 @@ static struct mill_hit next_contact(const struct mill_shape *shape, const struct
 {
     const struct cylinder *c = (const struct cylinder *)shape;
     (void)now;
-    return mill_hit_at(mill_shape_circle(f, 0.0, 0.0, contact_radius(c, radius), c->inward, horizon,
-                                         touching));
+    return mill_hit_at(
+        mill_shape_circle(f, 0.0, 0.0, contact_radius(c, radius), c->inward, horizon, touching));
 }
 
 static struct mill_contact contact(const struct mill_shape *shape, vec3 centre, double radius,

@@ -181,8 +181,8 @@ static struct mill_hit next_contact(const struct mill_shape *shape, const struct
     }
     if (shape->fixed && w->is.slope == 0.0 && isinf(w->is.half)) {
         const struct mill_flight seen = seen_from(&w->pose, f);
-        return mill_hit_at(mill_shape_circle(&seen, 0.0, 0.0, w->is.radius - radius, 1.0, horizon,
-                                             touching));
+        return mill_hit_at(
+            mill_shape_circle(&seen, 0.0, 0.0, w->is.radius - radius, 1.0, horizon, touching));
     }
     if (w->is.flat)
         return mill_convex_search(&w->body.convex, view, f, radius, now, horizon);

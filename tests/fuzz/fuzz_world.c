@@ -300,8 +300,7 @@ static void make_surfaces(struct placing *p)
         surface[setup.surfaces++] = (struct mill_setup_surface){
             .type = d->shape[k].type, .form = d->shape[k].form, .number = d->shape[k].number};
     p->rotor = mill_turn_type.create(&turn);
-    fuzz_require(p->rotor &&
-                     mill_shapes_create(&setup, &chamber, &p->rotor, &p->shape, &p->shapes),
+    fuzz_require(p->rotor && mill_shapes_create(&setup, &chamber, &p->rotor, &p->shape, &p->shapes),
                  "no surfaces");
 }
 
