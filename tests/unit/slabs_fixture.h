@@ -79,4 +79,54 @@ static inline void has_shared(const struct bench *b)
     }
 }
 
+/* Every ck_assert is a system call: too slow for each ball */
+#define EACH(holds, ...)                                                                           \
+    do {                                                                                           \
+        if (!(holds))                                                                              \
+            ck_abort_msg(__VA_ARGS__);                                                             \
+    } while (0)
+
+/* A mill that has run for a while, cut into slabs */
+struct sliced {
+    struct bench b;
+    struct mill_schedule *p;
+    struct mill_slabs *s;
+    const struct mill_cells *blocks; /* the coarsest grid */
+};
+
+static inline void open_sliced(struct sliced *c, int which, int threads)
+{
+    const struct model model = long_mill(which);
+    bench_open(&c->b, &model);
+    bench_run(&c->b, which == MIXED ? 0.005 : 0.02);
+    c->p = c->b.sim->schedule;
+    c->blocks = &c->p->grids.own[c->p->grids.classes - 1];
+    ck_assert(mill_slabs_create(c->p, threads, &c->s));
+    ck_assert_ptr_nonnull(c->s);
+}
+
+static inline void close_sliced(struct sliced *c)
+{
+    mill_slabs_free(c->s);
+    bench_close(&c->b);
+}
+
+static inline int32_t block_of_ball(const struct sliced *c, int32_t i)
+{
+    return mill_grids_block(&c->p->grids, c->p->cells->cell[i]);
+}
+
+/* The layer of a block along x, without the empty ones */
+static inline int32_t layer_of(const struct sliced *c, int32_t block)
+{
+    int32_t index[3];
+    mill_cells_index(c->blocks, block, index);
+    return index[0] - c->blocks->margin;
+}
+
+static inline int32_t layers_of(const struct sliced *c)
+{
+    return c->blocks->n[0] - 2 * c->blocks->margin;
+}
+
 #endif
