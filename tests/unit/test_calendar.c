@@ -103,6 +103,111 @@ START_TEST(it_tells_when_an_item_is_due_wherever_that_is_filed)
 }
 END_TEST
 
+/* ---- several calendars over the same items ---- */
+
+enum { SHARED = 400 };
+
+/* Two calendars, the calendar of each item, and its time */
+struct shared {
+    struct mill_event event[SHARED];
+    struct mill_calendar *calendar[2];
+    int home[SHARED];
+    double time[SHARED], now[2];
+    long wrong; /* answers that differ from the arrays' */
+};
+
+static struct shared *make_shared(void)
+{
+    struct shared *s = calloc(1, sizeof *s);
+    for (int k = 0; k < 2; k++)
+        s->calendar[k] = mill_calendar_create(SHARED, s->event, sizeof s->event[0]);
+    for (int k = 0; k < 2; k++)
+        mill_calendar_clear(s->calendar[k], 0.0);
+    for (int32_t i = 0; i < SHARED; i++)
+        s->time[i] = INFINITY;
+    return s;
+}
+
+static void free_shared(struct shared *s)
+{
+    mill_calendar_free(s->calendar[0]);
+    mill_calendar_free(s->calendar[1]);
+    free(s);
+}
+
+/* Enters an item into a calendar; before, takes it out of the other one, if it is there. */
+static void set_shared(struct shared *s, int k, int32_t item, double t)
+{
+    if (s->home[item] != k)
+        mill_calendar_set(s->calendar[s->home[item]], item, INFINITY);
+    s->home[item] = k;
+    s->time[item] = t;
+    mill_calendar_set(s->calendar[k], item, t);
+}
+
+static int32_t next_shared(struct shared *s, int k)
+{
+    double t = NAN;
+    const int32_t item = mill_calendar_next(s->calendar[k], &t);
+    int32_t first = -1;
+    for (int32_t i = 0; i < SHARED; i++)
+        if (s->home[i] == k && s->time[i] < HUGE_VAL && (first < 0 || s->time[i] < s->time[first]))
+            first = i;
+    s->wrong += item != first || (first >= 0 && t != s->time[first]);
+    s->now[k] = first >= 0 ? s->time[first] : s->now[k];
+    return first;
+}
+
+/* Events come out of both calendars, go into both, and some change from one to the other. mean:
+ * of the gaps in each. most: stretch [steps] in which only one of them is used */
+static void share(struct shared *s, const double mean[2], int most, bool resize, uint64_t *seed)
+{
+    for (int32_t i = 0; i < SHARED; i++) {
+        const int k = below(seed, 2);
+        set_shared(s, k, i, gap(seed, EXPONENTIAL, mean[k]));
+    }
+    for (int step = 0, k = 0, left = 0; step < 40000; step++, left--) {
+        if (left <= 0) {
+            k = below(seed, 2);
+            left = 1 + below(seed, most);
+        }
+        const int32_t item = next_shared(s, k);
+        const int to = below(seed, 50) == 0 ? !k : k;
+        set_shared(s, to, item >= 0 ? item : below(seed, SHARED),
+                   s->now[to] + gap(seed, EXPONENTIAL, mean[to]));
+        mill_calendar_ahead(s->calendar[k]);
+        if (resize && step % 37 == 0)
+            mill_calendar_set_width(s->calendar[below(seed, 2)], log_uniform(seed, 1e-12, 1e2));
+    }
+}
+
+START_TEST(calendars_that_share_items_do_not_disturb_each_other)
+{
+    static const double means[][2] = {{1e-6, 1e-6}, {1e-9, 1e-3}, {1e2, 1e-7}};
+    struct shared *s = make_shared();
+    uint64_t seed = 20 + (uint64_t)_i;
+    double before[2];
+    for (int k = 0; k < 2; k++)
+        before[k] = mill_calendar_width(s->calendar[k]);
+    share(s, means[_i], 1 + 999 * (_i % 2), false, &seed);
+    ck_assert_int_eq(s->wrong, 0);
+    for (int k = 0; k < 2; k++) /* each has adapted its days to its own events */
+        ck_assert(_i == 0 || mill_calendar_width(s->calendar[k]) != before[k]);
+    free_shared(s);
+}
+END_TEST
+
+START_TEST(a_new_width_of_one_leaves_the_events_of_the_other_where_they_are)
+{
+    static const double mean[2] = {1e-5, 1e-4};
+    struct shared *s = make_shared();
+    uint64_t seed = 30;
+    share(s, mean, 1 + 99 * _i, true, &seed);
+    ck_assert_int_eq(s->wrong, 0);
+    free_shared(s);
+}
+END_TEST
+
 /* ---- extremes: a livelock here ends in the test's timeout ---- */
 
 static void run_with_gaps(int32_t items, const double *gaps, int count, double start)
@@ -215,6 +320,8 @@ int main(void)
         {the_width_of_a_day_has_no_influence_on_the_order, 1},
         {an_empty_calendar_has_no_event, 1},
         {it_tells_when_an_item_is_due_wherever_that_is_filed, 1},
+        {calendars_that_share_items_do_not_disturb_each_other, 3},
+        {a_new_width_of_one_leaves_the_events_of_the_other_where_they_are, 2},
         {extreme_gaps_neither_stall_nor_disorder_it, 1},
         {a_million_items_cost_hardly_more_per_event_than_a_thousand, GAPS, UNIT_SLOW},
         {the_width_follows_the_rate_of_events, 1},
