@@ -4,6 +4,7 @@
  * for overlaps and planned again. Thus local times stay small and precise. Only the clock decides
  * when an epoch ends, so no output option can change the run. */
 #include "engine/sim_private.h"
+#include "engine/slabs.h"
 
 #include <assert.h>
 #include <stdlib.h>
@@ -51,8 +52,8 @@ void mill_sim_use_threads(struct mill_sim *sim, int threads)
 {
     mill_sim_slabs_free(sim->slabs);
     sim->slabs = NULL;
-    if (threads > 1 && !sim->paranoid)
-        sim->slabs = mill_sim_slabs_create(sim, threads);
+    if (!sim->paranoid)
+        sim->slabs = mill_sim_slabs_create(sim, mill_slabs_worth(sim->schedule, threads));
 }
 
 int mill_sim_threads(const struct mill_sim *sim)

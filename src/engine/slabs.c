@@ -13,7 +13,7 @@
 
 #define STRIP 2                 /* layers at the border of a slab where its thread does not work */
 #define LEAST 7                 /* layers of a slab: STRIP on both sides, and some to work in */
-#define CUT 5                   /* layers, see best_count */
+#define CUT 5                   /* layers, see mill_slabs_worth */
 #define ROUNDED_UP (1.0 + 1e-6) /* more than a float is rounded down */
 #define CROSSINGS 0.02          /* a ball costs as much as so many contacts, even if it has none */
 
@@ -112,11 +112,18 @@ static void enter_all(struct mill_slabs *s)
         mill_schedule_enter(s->schedule, i, mill_plan_time(&p->plan[i]));
 }
 
-/* How many slabs are best. Each cut puts off about as many events as CUT layers have, which one
- * thread carries out: with n slabs, about 1 / n + n CUT / layers of the events are done one after
- * the other. */
-static int best_count(int32_t layers, int threads)
+/* Layers of the mill across x */
+static int32_t layers_of(const struct mill_schedule *p)
 {
+    const struct mill_cells *c = &p->grids.own[p->grids.classes - 1];
+    return c->n[0] - 2 * c->margin;
+}
+
+/* Each cut puts off about as many events as CUT layers have, which one thread carries out: with n
+ * slabs, about 1 / n + n CUT / layers of the events are done one after the other. */
+int mill_slabs_worth(const struct mill_schedule *p, int threads)
+{
+    const int32_t layers = layers_of(p);
     int n = 1;
     while (n < threads && n < MILL_SLABS_MOST && (n + 1) * (n + 1) * CUT <= layers)
         n++;
@@ -126,7 +133,8 @@ static int best_count(int32_t layers, int threads)
 bool mill_slabs_create(struct mill_schedule *p, int threads, struct mill_slabs **slabs)
 {
     const struct mill_cells *c = &p->grids.own[p->grids.classes - 1];
-    const int count = best_count(c->n[0] - 2 * c->margin, threads);
+    const int most = threads < MILL_SLABS_MOST ? threads : MILL_SLABS_MOST;
+    const int fit = layers_of(p) / LEAST, count = most < fit ? most : fit;
     struct mill_slabs *s = *slabs = NULL;
     if (count < 2)
         return true;

@@ -42,6 +42,9 @@ struct mill_slabs {
 
 enum { MILL_SLABS_MOST = 64 };
 
+/* The number of slabs with which the run is fastest on so many threads */
+int mill_slabs_worth(const struct mill_schedule *schedule, int threads);
+
 /* Cuts the mill into slabs, `threads` at most. The schedule's events go into their calendars.
  * *slabs NULL: the mill is too short for two. False when out of memory */
 bool mill_slabs_create(struct mill_schedule *schedule, int threads, struct mill_slabs **slabs);

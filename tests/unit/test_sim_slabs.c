@@ -308,13 +308,13 @@ START_TEST(a_mill_that_is_too_short_gets_no_slabs)
     struct bench b;
     model.blades = 1;
     model.balls[0].count = 100;
-    for (int layers = 6; layers < 32; layers++) {
+    for (int layers = 6; layers < 90; layers++) {
         model.setup.drum.length = 0.0051 * layers;
         bench_open(&b, &model);
         mill_sim_use_threads(b.sim, 4);
-        const int fit = layers / 7 < 4 ? layers / 7 : 4;
-        ck_assert_int_eq(mill_sim_threads(b.sim), fit < 2 ? 1 : fit);
-        ck_assert_int_eq(b.sim->slabs == NULL, fit < 2);
+        const int worth = layers < 20 ? 1 : layers < 45 ? 2 : layers < 80 ? 3 : 4;
+        ck_assert_int_eq(mill_sim_threads(b.sim), worth);
+        ck_assert_int_eq(b.sim->slabs == NULL, layers < 20);
         bench_run(&b, 0.002);
         bench_close(&b);
     }
