@@ -1,4 +1,4 @@
-"""run.threads: a second thread for statistics, frames, series and log leaves every bit as it is."""
+"""run.threads: a run on several threads stores the same bits as on one."""
 
 import json
 import os
@@ -15,6 +15,7 @@ from test_faults import BUILT_PLAIN
 from test_resume import ENDLESS, MILL, SHORT, Folder, one_line
 
 INPUT = pathlib.Path(__file__).resolve().parents[2] / "input"
+MILL, SHORT, ENDLESS = (deck.replace("length = 70 mm", "length = 110 mm") for deck in (MILL, SHORT, ENDLESS))
 CHOICE = (*OWN, "/deck/run/threads", "/deck/text")  # where runs with different numbers of threads may differ
 
 PLAIN = shutil.which("cc") and BUILT_PLAIN
@@ -53,9 +54,9 @@ PRECISE = ("run.precision=20 %", "run.time=2 s", "output.impacts=statistics", "o
         ),
         pytest.param(SHORT, ["run.max_collisions=40001"], id="max-collisions"),
         pytest.param(
-            INPUT / "mixer.ini",
-            ["run.time=300 ms", "run.sample_from=50 ms"],
-            id="moving-container",
+            INPUT / "discs.ini",
+            ["run.time=60 ms", "run.sample_from=20 ms"],
+            id="discs",
             marks=pytest.mark.slow,
         ),
         pytest.param(
@@ -74,6 +75,11 @@ def test_a_run_on_two_threads_stores_the_same_bits(deck, sets, tmp_path):
     assert first["run"].get("ended_by") == second["run"].get("ended_by")
     asked = next((word for word in ("precision", "max_collisions") if any(word in order for order in sets)), None)
     assert first["run"].get("ended_by") == asked
+
+
+def test_a_short_mill_takes_one_thread(tmp_path):
+    _, summary = run(tmp_path, 2, "run.time=20 ms", "run.sample_from=0 s", deck=INPUT / "mixer.ini")
+    assert summary["run"]["threads"] == 1
 
 
 def test_a_small_mill_takes_one_thread_and_the_file_does_not_say_what_was_not_asked(tmp_path):
