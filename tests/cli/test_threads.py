@@ -1,4 +1,4 @@
-"""run.threads: a run on several threads stores the same bits as on one."""
+"""run.threads: several threads share the events of a run, and every bit stays as it is."""
 
 import json
 import os
@@ -12,17 +12,20 @@ import pytest
 from conftest import PROGRAM
 from results import OWN, differences, status
 from test_faults import BUILT_PLAIN
-from test_resume import ENDLESS, MILL, SHORT, Folder, one_line
+from test_resume import SHORT, Folder, one_line
 
 INPUT = pathlib.Path(__file__).resolve().parents[2] / "input"
-MILL, SHORT, ENDLESS = (deck.replace("length = 70 mm", "length = 110 mm") for deck in (MILL, SHORT, ENDLESS))
 CHOICE = (*OWN, "/deck/run/threads", "/deck/text")  # where runs with different numbers of threads may differ
+
+# Long enough along x for two slabs, 20 layers of cells; for three, 45 layers
+LONG = SHORT.replace("length = 70 mm", "length = 110 mm")
+LONGER = SHORT.replace("length = 70 mm", "length = 235 mm").replace("count = 500", "count = 900")
 
 PLAIN = shutil.which("cc") and BUILT_PLAIN
 NO_THREAD = "int pthread_create(void *a, const void *b, void *c, void *d) { return a || b || c || d ? 11 : 11; }\n"
 
 
-def run(folder, threads, *sets, deck=SHORT, environment=None):
+def run(folder, threads, *sets, deck=LONG, environment=None):
     """The output file and the summary of a run of a deck, a text or a path."""
     path = deck if isinstance(deck, pathlib.Path) else folder / "mill.ini"
     if path != deck:
@@ -37,7 +40,7 @@ def run(folder, threads, *sets, deck=SHORT, environment=None):
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
-    """The output file of SHORT, with one thread."""
+    """The output file of LONG, with one thread."""
     return run(tmp_path_factory.mktemp("whole"), 1)[0]
 
 
@@ -47,16 +50,22 @@ PRECISE = ("run.precision=20 %", "run.time=2 s", "output.impacts=statistics", "o
 @pytest.mark.parametrize(
     "deck, sets",
     [
-        pytest.param(SHORT, ["run.time=150 ms"], id="all-recorded"),
-        pytest.param(SHORT, [*PRECISE, "run.sample_from=50 ms"], id="precision", marks=pytest.mark.slow),
+        pytest.param(LONG, ["run.time=150 ms"], id="all-recorded"),
+        pytest.param(LONG, [*PRECISE, "run.sample_from=50 ms"], id="precision", marks=pytest.mark.slow),
         pytest.param(
-            MILL.replace("sample_from = 200 ms\n", ""), [*PRECISE], id="start-up-found", marks=pytest.mark.slow
+            LONG.replace("sample_from = 50 ms\n", ""), [*PRECISE], id="start-up-found", marks=pytest.mark.slow
         ),
-        pytest.param(SHORT, ["run.max_collisions=40001"], id="max-collisions"),
+        pytest.param(LONG, ["run.max_collisions=40001"], id="max-collisions"),
         pytest.param(
-            INPUT / "discs.ini",
-            ["run.time=60 ms", "run.sample_from=20 ms"],
-            id="discs",
+            INPUT / "mixer.ini",  # turned so that it is long along x, with more and smaller balls
+            [
+                "run.time=150 ms",
+                "run.sample_from=50 ms",
+                "body.jar.axis=1 0 0",
+                "balls.count=300",
+                "balls.diameter=2.5 mm",
+            ],
+            id="moving-container",
             marks=pytest.mark.slow,
         ),
         pytest.param(
@@ -77,8 +86,17 @@ def test_a_run_on_two_threads_stores_the_same_bits(deck, sets, tmp_path):
     assert first["run"].get("ended_by") == asked
 
 
-def test_a_short_mill_takes_one_thread(tmp_path):
-    _, summary = run(tmp_path, 2, "run.time=20 ms", "run.sample_from=0 s", deck=INPUT / "mixer.ini")
+@pytest.mark.slow
+@pytest.mark.parametrize("threads", [3, 4, 1000])
+def test_more_threads_store_the_same_bits(threads, tmp_path):
+    one, _ = run(tmp_path, 1, "run.time=60 ms", deck=LONGER)
+    more, summary = run(tmp_path, threads, "run.time=60 ms", deck=LONGER)
+    assert differences(one, more, CHOICE) == []
+    assert summary["run"]["threads"] == 3
+
+
+def test_a_mill_that_is_too_short_takes_one_thread(tmp_path):
+    _, summary = run(tmp_path, 4, "run.time=60 ms", deck=SHORT)
     assert summary["run"]["threads"] == 1
 
 
@@ -93,7 +111,7 @@ def test_a_small_mill_takes_one_thread_and_the_file_does_not_say_what_was_not_as
 @pytest.mark.slow
 @pytest.mark.parametrize("threads", [(2, 1), (1, 2)], ids=str)
 def test_a_stopped_run_goes_on_with_another_number_of_threads(threads, whole, tmp_path):
-    mill = Folder(tmp_path, SHORT)
+    mill = Folder(tmp_path, LONG)
     before, after = (("-s", f"run.threads={number}") for number in threads)
     code, _ = mill.stop("-q", *before)
     assert code == 128 + signal.SIGINT and status(mill.file)[0] == "stopped"
@@ -103,21 +121,30 @@ def test_a_stopped_run_goes_on_with_another_number_of_threads(threads, whole, tm
 
 @pytest.mark.slow
 def test_a_signal_ends_a_run_on_two_threads(tmp_path):
-    mill = Folder(tmp_path, ENDLESS)
+    mill = Folder(tmp_path, LONG.replace("time = 0.45 s", "time = 1000 s").replace("impacts = all\n", ""))
     code, said = mill.stop("-q", "-s", "run.threads=2", number=signal.SIGTERM, after=0.3)
     assert code == 128 + signal.SIGTERM and "stopped by signal 15" in said
     assert status(mill.file)[0] == "stopped"
 
 
-@pytest.mark.skipif(not PLAIN, reason="sanitizers must be loaded first")
-def test_where_no_thread_can_be_started_one_does_all(tmp_path):
+@pytest.fixture
+def bare(tmp_path):
+    """A run of a mill long enough for two threads, where no thread can be started."""
     (tmp_path / "none.c").write_text(NO_THREAD)
     library = tmp_path / "none.so"
     subprocess.run(["cc", "-shared", "-fPIC", tmp_path / "none.c", "-o", library], check=True)
+    return run(tmp_path, 2, "run.time=100 ms", environment={"LD_PRELOAD": str(library)})
+
+
+@pytest.mark.skipif(not PLAIN, reason="sanitizers must be loaded first")
+def test_where_no_thread_can_be_started_one_does_all(bare, tmp_path):
     two, _ = run(tmp_path, 2, "run.time=100 ms")
-    bare, summary = run(tmp_path, 2, "run.time=100 ms", environment={"LD_PRELOAD": str(library)})
-    assert summary["run"]["threads"] == 1
-    assert differences(two, bare, CHOICE) == []
+    assert differences(two, bare[0], CHOICE) == []
+
+
+@pytest.mark.skipif(not PLAIN, reason="sanitizers must be loaded first")
+def test_where_no_thread_can_be_started_the_summary_says_one(bare):
+    assert bare[1]["run"]["threads"] == 1
 
 
 @pytest.mark.slow
@@ -127,7 +154,7 @@ def test_a_full_disk_ends_a_run_on_two_threads_with_one_line_and_loses_nothing(a
     shim = tmp_path / "faults.so"
     source = pathlib.Path(__file__).parent / "faults.c"
     subprocess.run(["cc", "-shared", "-fPIC", "-O1", source, "-ldl", "-o", shim], check=True)
-    mill = Folder(tmp_path, SHORT)
+    mill = Folder(tmp_path, LONG)
     fault = {"FAULT_CALL": "write", "FAULT_AT": str(at), "FAULT_ERROR": "28", "FAULT_MARK": str(tmp_path / "struck")}
     command = [PROGRAM, "-q", "-s", "run.threads=2", "mill.ini"]
     done = subprocess.run(command, cwd=tmp_path, env={**os.environ, "LD_PRELOAD": str(shim), **fault},
