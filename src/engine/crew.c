@@ -4,6 +4,7 @@
 #include "engine/crew.h"
 
 #include <pthread.h>
+#include <sched.h>
 #include <signal.h>
 #include <stdbool.h>
 #include <stdint.h>
@@ -13,6 +14,7 @@
 #endif
 
 #define LOOKS 4000 /* before a thread sleeps: some 100 microseconds */
+#define POLITE 250 /* looks after which another thread may have the core */
 
 struct member {
     struct mill_crew *crew;
@@ -78,6 +80,8 @@ static void await(struct mill_crew *c, bool (*ready)(const struct mill_crew *, u
     for (int k = 0; k < LOOKS; k++) {
         if (ready(c, round))
             return;
+        if (k % POLITE == POLITE - 1)
+            sched_yield();
 #ifdef __x86_64__
         _mm_pause();
 #endif
