@@ -6,6 +6,7 @@ import pathlib
 import resource
 import struct
 import subprocess
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -187,6 +188,30 @@ def wavy_cost(programs):
     return [{"time_ratio": contact() / contact("drum.buckle_height=0 mm")}]
 
 
+BROAD = {  # the reference mill with 25 times as many balls, at the same tip speed
+    "balls.count": 100_000,
+    "drum.radius": "219.3 mm",
+    "drum.length": "350.9 mm",
+    "rotor.speed": "342 rpm",
+    "rotor.shaft_radius": "43.9 mm",
+    "blades.tip_radius": "211.3 mm",
+    "blades.width": "35.1 mm",
+    "blades.thickness": "20.5 mm",
+}
+
+
+def cores(programs):
+    """Elapsed time, with the start, while the balls are thrown up."""
+
+    def elapsed(threads):
+        began = time.monotonic()
+        sets = [f"{key}={value}" for key, value in {**BROAD, "run.threads": threads}.items()]
+        programs.mill("input/simoloyer.ini", *sets, "run.sample_from=0 s", "run.time=80 ms")
+        return time.monotonic() - began
+
+    return [{"time_ratio": elapsed(2) / elapsed(1)}]
+
+
 def rest(programs):
     """A quarter of the reference mill whose rotor stands still, after its balls have come to rest."""
     sets = ["rotor.speed=0 rpm", "balls.count=1000", "drum.length=30 mm", "blades.count=2", "run.sample_from=0 s"]
@@ -321,6 +346,14 @@ CASES = [
         0.15,
         quantity="cpu_per_simulated_second",
         once=True,
+    ),
+    Case(
+        "cores",
+        "elapsed time, reference mill of 100000 balls, two threads over one",
+        cores,
+        1 / 1.5,
+        1 / 1.8,
+        quantity="time_ratio",
     ),
     Case("attritor", "attritor, 4000 balls, 40 pins, whole program", attritor, 1.0e6, 2e6),
     Case("attritor-mesh", "same, the pins a mesh of 4000 facets", attritor_mesh, 0.75e6, 2e6),

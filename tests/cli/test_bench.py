@@ -16,7 +16,7 @@ ENGINE = "tests/bench/bench_engine"
 # beside the program under test, where that stands in a build folder
 BUILD = PROGRAM.parent if (PROGRAM.parent / ENGINE).exists() else ROOT / "build/release"
 NAMES = (
-    "simoloyer frictionless start short wavy wavy-frictionless wavy-cost planetary planetary-bed rest attritor "
+    "simoloyer frictionless start short wavy wavy-frictionless wavy-cost planetary planetary-bed rest cores attritor "
     "attritor-mesh pins pins-mesh gas4k-0.05 gas4k-0.30 gas4k-0.45 gravity4k-0.30 gas256k-0.30 gas256k-0.45 "
     "gas1m-0.30 scaling memory quartic"
 ).split()
