@@ -42,7 +42,8 @@ struct mill_calendar {
     struct mill_event *event; /* of item 0 */
     size_t stride;            /* bytes from one event to the next */
     int32_t *head; /* first item of each list, [days + 1]; the last list is the overflow */
-    double *due;   /* [s] times of today's events, with room for all items; then INFINITY */
+    double
+        *due; /* [s] times of today's events, with room for all items; then BLOCK times INFINITY */
     int32_t *who;  /* their items */
     int32_t count; /* number of today's events */
     bool heaped;   /* they form a heap; else they have no order */
@@ -97,6 +98,7 @@ static void join_today(struct mill_calendar *c, int32_t item)
 {
     struct mill_event *n = event_of(c, item);
     n->place = TODAY;
+    c->due[c->count + BLOCK] = HUGE_VAL;
     c->count++;
     place(c, c->count - 1, n->t, item);
     if (c->heaped || c->count < CROWD)
@@ -239,13 +241,14 @@ struct mill_calendar *mill_calendar_create(int32_t items, struct mill_event *eve
     while (c->days < items && c->days < (1 << 29))
         c->days *= 2;
     c->head = mill_memory_get((size_t)c->days + 1, sizeof *c->head);
-    c->due = mill_memory_get((size_t)items + BLOCK, sizeof *c->due);
-    c->who = mill_memory_get((size_t)items + BLOCK, sizeof *c->who);
+    /* few of these are ever used, and only those cost memory */
+    c->due = malloc(((size_t)items + BLOCK) * sizeof *c->due);
+    c->who = malloc(((size_t)items + BLOCK) * sizeof *c->who);
     if (!c->head || !c->due || !c->who) {
         mill_calendar_free(c);
         return NULL;
     }
-    for (int32_t k = 0; k < items + BLOCK; k++)
+    for (int32_t k = 0; k < BLOCK; k++)
         c->due[k] = HUGE_VAL;
     mill_calendar_clear(c, 0.0);
     mill_calendar_set_width(c, 1e-6); /* any value: it is adapted within the first year */
