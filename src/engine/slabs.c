@@ -103,13 +103,11 @@ void mill_slabs_begin(struct mill_slabs *s)
     cut(s);
 }
 
-/* Enters all events again, each into the calendar in which it belongs. */
-static void enter_all(struct mill_slabs *s)
+/* Enters the events of all balls into empty calendars. */
+static void enter_all(struct mill_schedule *p)
 {
-    const struct mill_schedule *p = s->schedule;
-    mill_slabs_begin(s);
     for (int32_t i = 0; i < p->world->balls; i++)
-        mill_schedule_enter(s->schedule, i, mill_plan_time(&p->plan[i]));
+        mill_schedule_enter(p, i, mill_plan_time(&p->plan[i]));
 }
 
 /* Layers of the mill across x */
@@ -164,7 +162,8 @@ bool mill_slabs_create(struct mill_schedule *p, int threads, struct mill_slabs *
     }
     p->slabs = *slabs = s;
     p->marks = p->grids.classes == 1 ? s->mark : NULL;
-    enter_all(s);
+    mill_slabs_begin(s);
+    enter_all(p);
     return true;
 }
 
@@ -173,10 +172,9 @@ void mill_slabs_free(struct mill_slabs *s)
     if (!s)
         return;
     s->schedule->marks = NULL;
-    if (s->schedule->slabs == s) {
-        s->schedule->slabs = NULL;
-        enter_all(s);
-    }
+    s->schedule->slabs = NULL;
+    mill_calendar_clear(s->late, 0.0);
+    enter_all(s->schedule);
     for (int k = 0; k < s->count && s->slab; k++)
         mill_calendar_free(s->slab[k].calendar);
     free(s->slab);
