@@ -21,8 +21,8 @@ struct mill_event {
 struct mill_calendar *mill_calendar_create(int32_t items, struct mill_event *event, size_t stride);
 void mill_calendar_free(struct mill_calendar *calendar);
 
-/* Several calendars can share the items, each of which is in one of them at most. To empty one of
- * them empties all: clear all. */
+/* Several calendars can share the items; each item is in one of them at most. To create or to clear
+ * one of them takes the events out of all: the caller must then clear all. */
 
 /* Empties the calendar; afterwards it accepts times from `start` [s] on. */
 void mill_calendar_clear(struct mill_calendar *calendar, double start);

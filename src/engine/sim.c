@@ -91,11 +91,11 @@ double mill_sim_local_time(const struct mill_sim *sim)
     return sim->now;
 }
 
-/* Takes the samples that are due at this simulated time [s]. If one of them ends the run, the
- * others are still taken; after a failure they are not. */
+/* Takes the samples that are due at this simulated time [s]. */
 static void take_samples(struct mill_sim *sim, double due)
 {
-    for (int k = 0; mill_sim_goes_on(sim->status) && k < sim->observers; k++) {
+    bool goes_on = true;
+    for (int k = 0; goes_on && k < sim->observers; k++) {
         struct mill_observer *o = sim->observer[k];
         if (o->next > due)
             continue;
@@ -103,7 +103,7 @@ static void take_samples(struct mill_sim *sim, double due)
         if (one == MILL_OK && !(o->next > due))
             one = mill_error_set(sim->error, MILL_FAILED,
                                  "%s: did not set a later time for its next sample", o->type->name);
-        sim->status = one != MILL_OK ? one : sim->status;
+        goes_on = mill_sim_heed(sim, one);
     }
 }
 

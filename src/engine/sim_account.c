@@ -52,15 +52,17 @@ static void book(struct mill_world *w, const struct mill_sim_entry *entry)
         book_work(a, w->shape[impact->surface]->motion, entry);
 }
 
-/* Stores the status of the observers. */
-static void goes_on(struct mill_sim *sim, enum mill_status status)
+static void tell(struct mill_sim *sim, const struct mill_impact *impact)
 {
-    sim->status = status != MILL_OK ? status : sim->status;
+    bool goes_on = true;
+    for (int k = 0; goes_on && k < sim->observers; k++) {
+        struct mill_observer *o = sim->observer[k];
+        goes_on = !o->type->impact || mill_sim_heed(sim, o->type->impact(o, impact, sim->error));
+    }
 }
 
 void mill_sim_record(struct mill_sim *sim, const struct mill_sim_entry *entry)
 {
-    const struct mill_impact *impact = &entry->impact;
     if (sim->log) {
         struct mill_sim_entry *next = mill_memory_add(sim->log);
         sim->status = next ? sim->status : MILL_FAILED;
@@ -69,10 +71,8 @@ void mill_sim_record(struct mill_sim *sim, const struct mill_sim_entry *entry)
         return;
     }
     book(sim->world, entry);
-    if (sim->told > 0) {
-        if (--sim->told == 0)
-            goes_on(sim, sim->told_status);
-        return;
-    }
-    goes_on(sim, mill_sim_tell(sim->observer, sim->observers, impact, sim->error));
+    if (sim->told == 0)
+        tell(sim, &entry->impact);
+    else if (--sim->told == 0)
+        mill_sim_heed(sim, sim->told_status);
 }

@@ -181,6 +181,12 @@ static void take_back(struct mill_sim *sim, const struct mill_lane_before *b)
     p->plan[b->ball].event = event;
 }
 
+/* The same for how it was pressed */
+static void press_again(struct mill_sim *sim, const struct mill_lane_pressed *b)
+{
+    sim->pinches.ball[b->ball] = b->pinch;
+}
+
 static void enter_again(struct mill_schedule *p, int32_t i)
 {
     mill_schedule_enter(p, i, mill_plan_time(&p->plan[i]));
@@ -194,11 +200,8 @@ void mill_sim_lane_undo(struct mill_lanes *s, const struct mill_window *window)
         for (size_t n = before->count; n > 0; n--)
             take_back(s->sim, (const struct mill_lane_before *)before->item + n - 1);
         const struct mill_memory_list *pressed = &s->lane[k].log[window->number % 2].pressed;
-        for (size_t n = pressed->count; n > 0; n--) {
-            const struct mill_lane_pressed *before_it =
-                (const struct mill_lane_pressed *)pressed->item + n - 1;
-            s->sim->pinches.ball[before_it->ball] = before_it->pinch;
-        }
+        for (size_t n = pressed->count; n > 0; n--)
+            press_again(s->sim, (const struct mill_lane_pressed *)pressed->item + n - 1);
     }
     for (int k = 0; k < s->count; k++) {
         const struct mill_lane_log *log = &s->lane[k].log[window->number % 2];

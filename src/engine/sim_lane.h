@@ -31,6 +31,7 @@ struct mill_lane_pressed {
 /* What a thread writes down in a window. late: balls whose events it has put off */
 struct mill_lane_log {
     struct mill_memory_list event, entry, before, pressed, late;
+    struct mill_counts counts;
 };
 
 /* What a thread works with: copies of world, schedule and loop, which share the balls, and the logs
@@ -41,7 +42,6 @@ struct mill_lane {
     struct mill_schedule schedule;
     struct mill_error error;
     struct mill_lane_log log[2];
-    struct mill_counts counts[2];
     uint64_t done; /* events since the threads' work was last compared */
     bool failed;
 };

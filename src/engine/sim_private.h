@@ -66,25 +66,12 @@ void mill_sim_take_events(struct mill_sim *sim, double limit, uint64_t *budget,
 /* A contact has happened: it goes into the account and to the observers (sim_account.c). */
 void mill_sim_record(struct mill_sim *sim, const struct mill_sim_entry *entry);
 
-/* ---- calling the observers: these return the last status that is not MILL_OK. If one of them ends
- * the run, the others are still called for this event; after a failure they are not. ---- */
-
-static inline bool mill_sim_goes_on(enum mill_status status)
+/* An observer has returned this status. false: it has failed, and no other one is called any more.
+ * If it ends the run, the others still get this event. */
+static inline bool mill_sim_heed(struct mill_sim *sim, enum mill_status status)
 {
-    return status == MILL_OK || status == MILL_ENDED;
-}
-
-static inline enum mill_status mill_sim_tell(struct mill_observer *const *observer, int observers,
-                                             const struct mill_impact *impact,
-                                             struct mill_error *error)
-{
-    enum mill_status all = MILL_OK;
-    for (int k = 0; mill_sim_goes_on(all) && k < observers; k++) {
-        struct mill_observer *o = observer[k];
-        const enum mill_status one = o->type->impact ? o->type->impact(o, impact, error) : MILL_OK;
-        all = one != MILL_OK ? one : all;
-    }
-    return all;
+    sim->status = status != MILL_OK ? status : sim->status;
+    return sim->status == MILL_OK || sim->status == MILL_ENDED;
 }
 
 /* Moves ball i along its flight to local time t. A ball that is asleep remains where it is. */

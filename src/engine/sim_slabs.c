@@ -114,7 +114,7 @@ static bool settle(struct mill_sim_slabs *s)
     if (contacts < 0)
         return false;
     for (int k = 0; k < s->of.count; k++)
-        mill_world_add_counts(&sim->world->counts, &s->of.lane[k].counts[s->last.number % 2]);
+        mill_world_add_counts(&sim->world->counts, &s->of.lane[k].log[s->last.number % 2].counts);
     sim->watch = watch;
     sim->now = now;
     return true;
@@ -213,8 +213,9 @@ static void share(struct mill_sim_slabs *s, uint64_t *budget, const volatile sig
     } else {
         const uint64_t events = mill_sim_lane_events(&s->of, &s->now);
         for (int k = 0; k < s->of.count; k++) {
-            s->of.lane[k].counts[s->now.number % 2] = s->of.lane[k].world.counts;
-            s->of.lane[k].done += s->of.lane[k].log[s->now.number % 2].event.count;
+            struct mill_lane *l = &s->of.lane[k];
+            l->log[s->now.number % 2].counts = l->world.counts;
+            l->done += l->log[s->now.number % 2].event.count;
         }
         *budget -= events < *budget ? events : *budget;
         choose_duration(s, events);
