@@ -143,7 +143,10 @@ PEERS = {
 def watched(command, folder, peer, settle, contacts):
     """Contacts and processor time [s] of a peer between two of its lines: after `settle` contacts, and at least
     `contacts` later. Its output is a terminal, so that a line comes at once; then it is ended."""
-    ours, its = pty.openpty()
+    try:
+        ours, its = pty.openpty()
+    except OSError as error:
+        raise BenchError(f"needs a pseudo terminal, mount /dev/pts: {error}") from None
     first, said = None, "it printed nothing"
     with subprocess.Popen(command, cwd=folder, stdin=subprocess.DEVNULL, stdout=its, stderr=its) as process:
         os.close(its)

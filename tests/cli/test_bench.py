@@ -174,6 +174,17 @@ def test_a_mixture_has_the_bulk_packing_that_was_asked_for_and_tells_contacts_of
     assert 0.85 * sample["contacts"] < sample["ball_contacts"] < sample["contacts"]
 
 
+def has_terminal():
+    try:
+        for end in os.openpty():
+            os.close(end)
+    except OSError:
+        return False
+    return True
+
+
+terminal = pytest.mark.skipif(not has_terminal(), reason="no pseudo terminal here: mount /dev/pts")
+
 PEER = """\
 #!{python}
 # Tells contacts as EDMD does: 1000 after each hundredth of a second of processor time, without end.
@@ -202,6 +213,7 @@ def peer(tmp_path):
     return write
 
 
+@terminal
 def test_a_peer_is_read_line_by_line_and_its_rate_is_per_second_of_its_own_processor_time(bench, peer, tmp_path):
     done = bench("--quick", "--case=gas4k-0.30", f"cell={peer(10**9)}", driver="bench_peers.py")
     assert done.returncode == 0, done.stderr
@@ -215,6 +227,7 @@ def test_a_peer_is_read_line_by_line_and_its_rate_is_per_second_of_its_own_proce
     assert "gas4k-0.30  cell" in done.stdout
 
 
+@terminal
 def test_a_peer_that_tells_no_contacts_ends_with_the_benchmark(tmp_path):
     silent, pid = tmp_path / "silent", tmp_path / "pid"
     silent.write_text(f"#!/bin/sh\necho $$ > {pid}.new; mv {pid}.new {pid}; exec sleep 1000\n")
@@ -231,6 +244,7 @@ def test_a_peer_that_tells_no_contacts_ends_with_the_benchmark(tmp_path):
         os.kill(int(pid.read_text()), 0)
 
 
+@terminal
 def test_a_peer_that_ends_early_is_reported_with_its_last_words_and_the_others_go_on(bench, peer, tmp_path):
     peers = [f"single={peer(5)}", f"cell={peer(10**9)}"]
     done = bench("--quick", "--repeats=2", "--case=gas4k-0.30", *peers, driver="bench_peers.py")
@@ -238,6 +252,18 @@ def test_a_peer_that_ends_early_is_reported_with_its_last_words_and_the_others_g
     (case,) = json.loads((tmp_path / "bench.json").read_text())["cases"]
     assert list(case["programs"]) == ["millsim", "cell"]
     assert "gas4k-0.30: single ended before 12000 contacts: Too many neighbors\n" in done.stdout
+
+
+def test_without_a_pseudo_terminal_a_peer_is_reported_in_one_line(monkeypatch, tmp_path):
+    sys.path.insert(0, str(ROOT / "tests/bench"))
+    import bench_peers
+
+    def none():
+        raise OSError("out of pty devices")
+
+    monkeypatch.setattr(bench_peers.pty, "openpty", none)
+    with pytest.raises(bench_peers.BenchError, match=r"^needs a pseudo terminal, mount /dev/pts: out of pty devices$"):
+        bench_peers.watched(["true"], tmp_path, bench_peers.PEERS["cell"], 1, 1)
 
 
 @pytest.mark.parametrize("ratio", [1, 2, 3, 5, 10])
