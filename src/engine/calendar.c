@@ -173,9 +173,12 @@ static void take_out(struct mill_calendar *c, int32_t item)
         assert(n->next >= 0 && n->next < c->count);
         const double t = c->due[--c->count];
         const int32_t last = c->who[c->count];
+        if (!c->heaped) /* even if it is the last one itself: half of such branches would be
+                           mispredicted */
+            put(c, n->next, t, last);
         c->due[c->count] = HUGE_VAL;
-        if (n->next < c->count)
-            place(c, n->next, t, last);
+        if (c->heaped && n->next < c->count)
+            sift(c, n->next, t, last);
         c->heaped = c->heaped && c->count > 0;
     } else if (n->place == WAITING) {
         c->waiting = -1;

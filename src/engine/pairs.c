@@ -14,6 +14,7 @@
 #endif
 
 #define RECORD 8 /* doubles in a ball's record */
+#define MOST_LANES 4
 #define INLINE static inline __attribute__((always_inline))
 
 #if defined(__clang__) || __GNUC__ >= 12
@@ -56,6 +57,20 @@ INLINE int32_t keep2(const flags2 *flag, int32_t k, int32_t *kept)
     return first - (int32_t)(*flag)[1];
 }
 
+/* Lists the candidates of one look from k on, as offsets of their records, counted in doubles.
+ * Returns how many. */
+INLINE int32_t list(const struct mill_pairs *pairs, const struct mill_pairs_search *search,
+                    const struct mill_grids_look *l, int32_t k)
+{
+    int32_t *restrict near = pairs->near + k;
+    const int32_t n =
+        l->threes ? mill_cells_gather_threes(l->cells, l->cell, l->offset, l->count, RECORD, near)
+                  : mill_cells_gather(l->cells, l->cell, l->offset, l->count, RECORD, near);
+    for (int32_t m = n; m < n + MOST_LANES - 1; m++)
+        near[m] = search->ball * RECORD; /* fills the last group; a ball never closes on itself */
+    return n;
+}
+
 /* Finds the earliest of the contacts that were kept, if it is earlier than *found. Of equal times,
  * the one with the smaller ball is taken. */
 INLINE void choose(const struct mill_pairs *pairs, int32_t lanes, int64_t survivors,
@@ -81,7 +96,8 @@ INLINE void choose(const struct mill_pairs *pairs, int32_t lanes, int64_t surviv
 }
 
 #define SEARCH search_plain
-#define LOOK look_plain
+#define EXAMINE examine_plain
+#define TOGETHER together_plain
 #define TARGET
 #define LANES 2
 #define LANES_T lanes2
@@ -139,7 +155,8 @@ AVX2 INLINE int32_t keep4(const flags4 *flag, int32_t k, int32_t *kept)
 }
 
 #define SEARCH search_avx2
-#define LOOK look_avx2
+#define EXAMINE examine_avx2
+#define TOGETHER together_avx2
 #define TARGET AVX2
 #define LANES 4
 #define LANES_T lanes4

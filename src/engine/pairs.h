@@ -16,19 +16,26 @@ struct mill_pairs {
     double *terms; /* of the quadratics: of each group of lanes b, then c, then the square */
 };
 
-#define MILL_PAIRS_ROOM 64
+enum { MILL_PAIRS_ROOM = 64, MILL_PAIRS_TOGETHER = 2 };
 
 struct mill_pair {
     double dt;       /* [s] until they touch, INFINITY: never */
     int32_t partner; /* or MILL_NOBODY */
 };
 
-/* Looks for a contact of ball i that is earlier than best->dt. The time of ball i's record must be
- * the local time `now`. Of contacts at equal times, the one with the smaller ball is taken. Returns
- * the number of balls that it examined. All variants give the same bits. */
-typedef int32_t mill_pairs_fn(const struct mill_pairs *pairs, int32_t i, double now,
-                              const struct mill_grids_look *look, int looks,
-                              struct mill_pair *best);
+struct mill_pairs_search {
+    int32_t ball;
+    int looks; /* where to look for its partners */
+    struct mill_grids_look look[MILL_GRIDS_LOOKS];
+    struct mill_pair best; /* the earliest known; the search replaces it by an earlier one */
+};
+
+/* Looks for the earliest contacts of one ball or of MILL_PAIRS_TOGETHER balls, which do not depend
+ * on each other. The times of their records must be the local time `now`. Each search has buffers
+ * of its own: pairs[together]. Of contacts at equal times, the one with the smaller ball is taken.
+ * Returns the number of balls that it examined. All variants give the same bits. */
+typedef int32_t mill_pairs_fn(const struct mill_pairs *pairs, struct mill_pairs_search *search,
+                              int together, double now);
 
 /* The fastest variant that this processor can run. */
 mill_pairs_fn *mill_pairs_choose(void);

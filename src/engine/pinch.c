@@ -38,7 +38,8 @@ bool mill_pinches_create(struct mill_pinches *p, const struct mill_world *w)
     p->duration = malloc(sizeof *p->duration * (size_t)w->species_count);
     p->most = malloc(sizeof *p->most * (size_t)w->species_count);
     p->ball = mill_memory_get((size_t)w->balls, sizeof *p->ball);
-    if (!p->duration || !p->most || !p->ball)
+    p->held = calloc((size_t)w->balls + 1, 1);
+    if (!p->duration || !p->most || !p->ball || !p->held)
         return false;
     for (int k = 0; k < w->species_count; k++) {
         const double mass = w->species[k].mass;
@@ -53,6 +54,7 @@ bool mill_pinches_create(struct mill_pinches *p, const struct mill_world *w)
 void mill_pinches_free(struct mill_pinches *p)
 {
     free(p->ball);
+    free(p->held);
     free(p->duration);
     free(p->most);
 }
@@ -72,6 +74,7 @@ double mill_pinches_meet(struct mill_pinches *p, const struct mill_world *w, int
         b->since = t;
     }
     b->last = t;
+    mill_pinches_hold(p, w, i);
     return pressed;
 }
 
@@ -100,13 +103,15 @@ bool mill_pinches_push(struct mill_pinches *p, const struct mill_world *w, int32
         return false;
     b->since = b->last;
     b->impulse = 0.0;
+    p->held[i] = 0;
     return true;
 }
 
-void mill_pinches_restart(struct mill_pinches *p, int32_t balls, double by)
+void mill_pinches_restart(struct mill_pinches *p, const struct mill_world *w, double by)
 {
-    for (int32_t i = 0; p->ball && i < balls; i++) {
+    for (int32_t i = 0; p->ball && i < w->balls; i++) {
         p->ball[i].since -= by;
         p->ball[i].last -= by;
+        mill_pinches_hold(p, w, i);
     }
 }

@@ -26,6 +26,9 @@ struct mill_pinch {
 
 struct mill_pinches {
     struct mill_pinch *ball; /* [balls]; NULL: no body can pinch */
+    /* [balls] 1: its contacts have lasted longer than one duration; else 0. In a row of their own,
+     * because each contact of two balls reads them. */
+    unsigned char *held;
     double *duration;        /* [s] of an impact at the bodies' maximum speed, by species */
     double *most;   /* [N s] a ball that gets more within one duration is let go, by species */
     double parting; /* [m/s] minimum normal speed after a contact of a pressed ball */
@@ -39,11 +42,14 @@ void mill_pinches_free(struct mill_pinches *pinches);
 static inline bool mill_pinches_press(const struct mill_pinches *p, const struct mill_world *w,
                                       int32_t i, double t)
 {
-    if (!p->ball)
-        return false;
+    return p->ball && p->held[i] && t - p->ball[i].last < p->duration[w->ball[i].species];
+}
+
+/* Call this when the record of ball i has been replaced. */
+static inline void mill_pinches_hold(struct mill_pinches *p, const struct mill_world *w, int32_t i)
+{
     const struct mill_pinch *b = &p->ball[i];
-    const double duration = p->duration[w->ball[i].species];
-    return b->last - b->since > duration && t - b->last < duration;
+    p->held[i] = b->last - b->since > p->duration[w->ball[i].species];
 }
 
 /* Call this before ball i meets a body that can pinch. Returns the time since its last contact with
@@ -67,6 +73,6 @@ static inline void mill_pinches_lean(struct mill_pinches *p, int32_t i, vec3 nor
 }
 
 /* Call this when local time is reduced by `by` [s]. */
-void mill_pinches_restart(struct mill_pinches *pinches, int32_t balls, double by);
+void mill_pinches_restart(struct mill_pinches *pinches, const struct mill_world *world, double by);
 
 #endif

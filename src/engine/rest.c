@@ -154,11 +154,11 @@ void mill_rest_plan(struct mill_schedule *q, int32_t i, double now)
     const double until = mill_least(mill_least(plan->pair_t, q->horizon), plan->exit_t);
     const double window = until - now; /* the same for all, whatever their order */
     const double far = window * (vec3_norm(ball->v) + 0.5 * window * q->pull);
-    const int32_t n = mill_rest_near(&q->rest, ball->species, q->cells->cell[i], q->pairs.near);
+    const int32_t n = mill_rest_near(&q->rest, ball->species, q->cells->cell[i], q->pairs->near);
     struct mill_pair found = {INFINITY, MILL_NOBODY};
     bool holds = false;
     for (int32_t k = 0; k < n; k++) {
-        const int32_t j = q->pairs.near[k];
+        const int32_t j = q->pairs->near[k];
         holds = holds || mill_rest_holds(q, ball->species, q->rest.place[i], w->ball[j].species,
                                          w->ball[j].r);
         const double sum = q->radius[ball->species] + q->radius[w->ball[j].species];

@@ -126,12 +126,16 @@ static bool make_buffers(struct mill_schedule *p)
 {
     const size_t n = room_of(p->world);
     p->scratch = NULL;
-    if (posix_memalign(&p->scratch, 64, n * (3 * sizeof(double) + 2 * sizeof(int32_t))) != 0)
+    if (posix_memalign(&p->scratch, 64,
+                       MILL_PAIRS_TOGETHER * n * (3 * sizeof(double) + 2 * sizeof(int32_t))) != 0)
         return false;
     double *terms = p->scratch;
-    void *numbers = terms + 3 * n;
-    int32_t *near = numbers, *kept = near + n;
-    p->pairs = (struct mill_pairs){p->world->ball, p->radius, p->world->g, near, kept, terms};
+    void *numbers = terms + MILL_PAIRS_TOGETHER * 3 * n;
+    for (int s = 0; s < MILL_PAIRS_TOGETHER; s++, terms += 3 * n) {
+        int32_t *near = (int32_t *)numbers + 2 * s * n, *kept = near + n;
+        p->pairs[s] =
+            (struct mill_pairs){p->world->ball, p->radius, p->world->g, near, kept, terms};
+    }
     return true;
 }
 
@@ -342,30 +346,20 @@ static void search_surfaces(struct mill_schedule *p, int32_t i, double now, doub
     }
 }
 
-/* Plans the exit from the cell and an earlier pair contact, then surfaces within the remaining
- * interval, then enters the earliest event into the calendar. face: which the ball has crossed, or
- * -1: all cells around it are searched. The exit comes first because it needs nothing from the
- * search: the processor computes it while the search waits for memory. */
-static void plan_ball(struct mill_schedule *p, int32_t i, double now, int32_t face, int32_t touched)
+/* Plans what the search found and an earlier exit from the cell, then surfaces within the remaining
+ * interval, then enters the earliest event into the calendar. */
+static inline void finish(struct mill_schedule *p, int32_t i, double now, int32_t touched,
+                          const struct mill_cell_exit *out, const struct mill_pair *found)
 {
     struct mill_plan *plan = &p->plan[i];
-    const struct mill_ball *ball = &p->world->ball[i];
     const int32_t cell = p->cells->cell[i];
-    const bool walls = p->surface_start[cell] < p->surface_start[cell + 1];
-    const struct mill_cell_exit out =
-        mill_cells_exit(p->cells, cell, ball->r, ball->v, p->world->g);
-    struct mill_grids_look look[MILL_GRIDS_LOOKS];
-    const int looks = mill_grids_look(&p->grids, ball->species, cell, face, look);
-    struct mill_pair found = {plan->pair_t - now, MILL_NOBODY};
-    __builtin_prefetch(&p->surface[p->surface_start[cell]]); /* they are searched next */
-    p->world->counts.pair_tests += (uint64_t)p->search(&p->pairs, i, now, look, looks, &found);
-    if (found.partner != MILL_NOBODY) {
-        plan->pair_t = now + found.dt;
-        plan->partner = found.partner;
-        plan->partner_contacts = p->world->ball[found.partner].contacts;
+    if (found->partner != MILL_NOBODY) {
+        plan->pair_t = now + found->dt;
+        plan->partner = found->partner;
+        plan->partner_contacts = p->world->ball[found->partner].contacts;
     }
-    plan->exit_t = now + out.dt;
-    plan->face = (int16_t)out.face;
+    plan->exit_t = now + out->dt;
+    plan->face = (int16_t)out->face;
     plan->shape_t = INFINITY;
     plan->shape = MILL_NOBODY;
     plan->next = MILL_NEXT_SURFACE;
@@ -373,7 +367,7 @@ static void plan_ball(struct mill_schedule *p, int32_t i, double now, int32_t fa
         mill_rest_plan(p, i, now);
     if (plan->let_go)
         plan->let_go = !is_clear(p, i, now);
-    if (walls) {
+    if (p->surface_start[cell] < p->surface_start[cell + 1]) {
         const double until = mill_least(mill_least(plan->pair_t, plan->shape_t), p->horizon);
         search_surfaces(p, i, now, mill_least(until, plan->exit_t) - now, touched);
     }
@@ -383,6 +377,30 @@ static void plan_ball(struct mill_schedule *p, int32_t i, double now, int32_t fa
     plan->next = (int16_t)((1 - pair) * (surface * plan->next + (1 - surface) * MILL_NEXT_EXIT) +
                            pair * MILL_NEXT_PAIR);
     mill_schedule_enter(p, i, mill_plan_time(plan));
+}
+
+/* Plans balls at the same time. face: which the ball has crossed, or -1: all cells around it are
+ * searched. The exit from the cell comes first because it needs nothing from the search: the
+ * processor computes it while the search waits for memory. */
+static inline __attribute__((always_inline)) void plan_balls(struct mill_schedule *p,
+                                                             const int32_t *ball, const int together,
+                                                             double now, int32_t face,
+                                                             int32_t touched)
+{
+    struct mill_cell_exit out[MILL_PAIRS_TOGETHER];
+    struct mill_pairs_search search[MILL_PAIRS_TOGETHER];
+    for (int s = 0; s < together; s++) {
+        const int32_t i = ball[s], cell = p->cells->cell[i];
+        const struct mill_ball *b = &p->world->ball[i];
+        out[s] = mill_cells_exit(p->cells, cell, b->r, b->v, p->world->g);
+        search[s].ball = i;
+        search[s].looks = mill_grids_look(&p->grids, b->species, cell, face, search[s].look);
+        search[s].best = (struct mill_pair){p->plan[i].pair_t - now, MILL_NOBODY};
+        __builtin_prefetch(&p->surface[p->surface_start[cell]]); /* they are searched next */
+    }
+    p->world->counts.pair_tests += (uint64_t)p->search(p->pairs, search, together, now);
+    for (int s = 0; s < together; s++)
+        finish(p, ball[s], now, touched, &out[s], &search[s].best);
 }
 
 void mill_schedule_begin(struct mill_schedule *p, double horizon)
@@ -398,13 +416,27 @@ void mill_schedule_forget(struct mill_schedule *p)
         p->lately[k].t = NAN;
 }
 
-void mill_schedule_ball(struct mill_schedule *p, int32_t i, double now, int32_t touched)
+static void forget_partner(struct mill_schedule *p, int32_t i, double now)
 {
     assert(p->world->ball[i].t == now);
+    (void)now;
     p->world->counts.predictions++;
     p->plan[i].pair_t = INFINITY;
     p->plan[i].partner = MILL_NOBODY;
-    plan_ball(p, i, now, -1, touched);
+}
+
+void mill_schedule_ball(struct mill_schedule *p, int32_t i, double now, int32_t touched)
+{
+    forget_partner(p, i, now);
+    plan_balls(p, &i, 1, now, -1, touched);
+}
+
+void mill_schedule_two(struct mill_schedule *p, int32_t i, int32_t j, double now)
+{
+    const int32_t ball[MILL_PAIRS_TOGETHER] = {i, j};
+    forget_partner(p, i, now);
+    forget_partner(p, j, now);
+    plan_balls(p, ball, MILL_PAIRS_TOGETHER, now, -1, MILL_NOBODY);
 }
 
 bool mill_schedule_cross(struct mill_schedule *p, int32_t i, double now)
@@ -416,6 +448,6 @@ bool mill_schedule_cross(struct mill_schedule *p, int32_t i, double now)
         return false;
     p->world->ball[i].r.x += shift; /* plans hold: partners are found in all images */
     p->world->counts.cell_crossings++;
-    plan_ball(p, i, now, face, MILL_NOBODY);
+    plan_balls(p, &i, 1, now, face, MILL_NOBODY);
     return true;
 }

@@ -87,7 +87,7 @@ struct mill_schedule {
     int32_t foreseen[MILL_SCHEDULE_FORESEEN]; /* balls whose events are due soon, or MILL_NOBODY */
     uint32_t foresights;                      /* how often this ring was written */
     mill_pairs_fn *search;
-    struct mill_pairs pairs;
+    struct mill_pairs pairs[MILL_PAIRS_TOGETHER];
     void *scratch; /* buffers of the search */
 };
 
@@ -117,6 +117,9 @@ bool mill_schedule_restore(struct mill_schedule *schedule, const int32_t *cell);
  * the shape that it has met now, or MILL_NOBODY. */
 void mill_schedule_ball(struct mill_schedule *schedule, int32_t i, double now, int32_t touched);
 
+/* Makes new plans for two balls that have met, at the same time: faster than one after the other */
+void mill_schedule_two(struct mill_schedule *schedule, int32_t i, int32_t j, double now);
+
 /* Moves ball i into the next cell, as planned. It searches only the cells that are new around the
  * ball and keeps the earliest pair contact found before. The time of its record must be `now`.
  * False when out of memory. */
@@ -129,7 +132,7 @@ void mill_schedule_ahead(struct mill_schedule *schedule);
 /* Forgets which events are due soon: some may be in other hands now. */
 void mill_schedule_ahead_again(struct mill_schedule *schedule);
 
-/* Lists in pairs.near the balls near ball i, itself and those asleep included, and returns how
+/* Lists in pairs->near the balls near ball i, itself and those asleep included, and returns how
  * many. */
 int32_t mill_schedule_near(struct mill_schedule *schedule, int32_t i);
 

@@ -45,8 +45,8 @@ static void fetch_cells(const struct mill_schedule *p, const struct mill_grids_l
  * hold no ball or one, so that a loop over the rows would be mispredicted in half of them. */
 static void fetch_neighbours(const struct mill_schedule *p, const struct mill_grids_look *l)
 {
-    const int32_t *near = p->pairs.near;
-    const int32_t n = mill_cells_gather(l->cells, l->cell, l->offset, l->count, 1, p->pairs.near);
+    const int32_t *near = p->pairs->near;
+    const int32_t n = mill_cells_gather(l->cells, l->cell, l->offset, l->count, 1, p->pairs->near);
     for (int32_t k = 0; k < n; k++)
         fetch(&p->world->ball[near[k]]);
 }

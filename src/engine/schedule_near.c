@@ -5,8 +5,8 @@
 int32_t mill_schedule_near(struct mill_schedule *p, int32_t i)
 {
     const int32_t species = p->world->ball[i].species, cell = p->cells->cell[i];
-    int32_t n = mill_grids_gather(&p->grids, species, cell, p->pairs.near);
-    return n + mill_rest_near(&p->rest, species, cell, p->pairs.near + n);
+    int32_t n = mill_grids_gather(&p->grids, species, cell, p->pairs->near);
+    return n + mill_rest_near(&p->rest, species, cell, p->pairs->near + n);
 }
 
 double mill_schedule_overlap(struct mill_schedule *p, int32_t i, double t)
@@ -14,7 +14,7 @@ double mill_schedule_overlap(struct mill_schedule *p, int32_t i, double t)
     const struct mill_world *w = p->world;
     const vec3 r = mill_world_position(w, i, t);
     const double radius = p->radius[w->ball[i].species];
-    const int32_t *near = p->pairs.near;
+    const int32_t *near = p->pairs->near;
     double deepest = -INFINITY;
     if (!(fabs(r.x) + fabs(r.y) + fabs(r.z) < (double)INFINITY))
         return INFINITY;
@@ -23,7 +23,7 @@ double mill_schedule_overlap(struct mill_schedule *p, int32_t i, double t)
     for (int l = 0; l < looks; l++) {
         const vec3 at = {r.x + look[l].shift, r.y, r.z};
         const int32_t n = mill_cells_gather(look[l].cells, look[l].cell, look[l].offset,
-                                            look[l].count, 1, p->pairs.near);
+                                            look[l].count, 1, p->pairs->near);
         for (int32_t k = 0; k < n; k++) {
             const double sum = radius + p->radius[w->ball[near[k]].species];
             if (near[k] != i)
@@ -32,7 +32,7 @@ double mill_schedule_overlap(struct mill_schedule *p, int32_t i, double t)
         }
     }
     const int32_t resting =
-        mill_rest_near(&p->rest, w->ball[i].species, p->cells->cell[i], p->pairs.near);
+        mill_rest_near(&p->rest, w->ball[i].species, p->cells->cell[i], p->pairs->near);
     for (int32_t k = 0; k < resting; k++) {
         const double sum = radius + p->radius[w->ball[near[k]].species];
         if (near[k] != i)

@@ -66,6 +66,24 @@ static void resolve(struct mill_sim *sim, int32_t i, int32_t j, double reduced_m
     entry->floored = rebound.floored;
 }
 
+/* The entry of a contact of ball i with `partner` at `position`, before it is resolved. Field by
+ * field: an initializer would first clear the whole struct, which takes as long as a root. */
+static void begin_entry(struct mill_sim_entry *entry, int kind, const struct mill_ball *ball,
+                        int32_t i, int32_t partner, vec3 position)
+{
+    const vec3 zero = {0.0, 0.0, 0.0};
+    struct mill_impact *impact = &entry->impact;
+    impact->kind = kind;
+    impact->ball = i;
+    impact->partner = partner;
+    impact->species = (int16_t)ball->species;
+    impact->partner_species = -1;
+    impact->position = position;
+    impact->surface = -1;
+    impact->place = impact->facing = entry->velocity = zero;
+    entry->pressed = 0.0;
+}
+
 /* Moves ball i to its event. */
 static void arrive(struct mill_sim *sim, int32_t i)
 {
@@ -94,13 +112,9 @@ static void ball_meets_ball(struct mill_sim *sim, int32_t one, int32_t other)
                                               : MILL_NOBODY; /* it is asleep and stays so */
     w->counts.largest_overlap =
         mill_greatest(w->counts.largest_overlap, sa->radius + sb->radius - distance);
-    struct mill_sim_entry entry = {.impact = {.kind = MILL_BALL_BALL,
-                                              .ball = i,
-                                              .partner = j,
-                                              .species = (int16_t)a->species,
-                                              .partner_species = (int16_t)b->species,
-                                              .position = vec3_axpy(a->r, sa->radius, n),
-                                              .surface = -1}};
+    struct mill_sim_entry entry;
+    begin_entry(&entry, MILL_BALL_BALL, a, i, j, vec3_axpy(a->r, sa->radius, n));
+    entry.impact.partner_species = (int16_t)b->species;
     struct mill_impact *impact = &entry.impact;
     impact->position.x = mill_world_image(w, impact->position.x);
     if (wall == MILL_NOBODY) {
@@ -114,10 +128,10 @@ static void ball_meets_ball(struct mill_sim *sim, int32_t one, int32_t other)
         impact->slip = vec3_scale(impact->slip, -1.0);
     }
     mill_sim_record(sim, &entry);
-    if (wall != i)
-        mill_schedule_ball(sim->schedule, i, sim->now, MILL_NOBODY);
-    if (wall != j)
-        mill_schedule_ball(sim->schedule, j, sim->now, MILL_NOBODY);
+    if (wall == MILL_NOBODY)
+        mill_schedule_two(sim->schedule, i, j, sim->now);
+    else
+        mill_schedule_ball(sim->schedule, wall == i ? j : i, sim->now, MILL_NOBODY);
 }
 
 static void ball_meets_shape(struct mill_sim *sim, int32_t i, int32_t s)
@@ -133,16 +147,12 @@ static void ball_meets_shape(struct mill_sim *sim, int32_t i, int32_t s)
     const vec3 slip = vec3_axpy(vec3_sub(b->v, c.velocity), sb->radius, vec3_cross(w->spin[i], n));
     if (!sim->schedule->plan[i].let_go || !shape->pinches)
         w->counts.largest_overlap = mill_greatest(w->counts.largest_overlap, -c.gap);
-    struct mill_sim_entry entry = {.impact = {.kind = shape->kind,
-                                              .ball = i,
-                                              .partner = shape->number,
-                                              .species = (int16_t)b->species,
-                                              .partner_species = -1,
-                                              .position = c.point,
-                                              .surface = s,
-                                              .place = mill_pose_in(&pose, c.point),
-                                              .facing = mill_pose_turn_in(&pose, c.normal)},
-                                   .velocity = c.velocity};
+    struct mill_sim_entry entry;
+    begin_entry(&entry, shape->kind, b, i, shape->number, c.point);
+    entry.impact.surface = s;
+    entry.impact.place = mill_pose_in(&pose, c.point);
+    entry.impact.facing = mill_pose_turn_in(&pose, c.normal);
+    entry.velocity = c.velocity;
     const bool pinches = shape->pinches && sim->pinches.ball;
     const double friction = w->law[shape->kind].friction;
     if (pinches)

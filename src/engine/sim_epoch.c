@@ -37,7 +37,7 @@ void mill_sim_epoch_end(struct mill_sim *sim)
         w->ball[i].t = mill_world_asleep(w, i) ? HUGE_VAL : 0.0;
     }
     w->counts.sleep += (double)w->counts.asleep * MILL_WORLD_EPOCH;
-    mill_pinches_restart(&sim->pinches, w->balls, MILL_WORLD_EPOCH);
+    mill_pinches_restart(&sim->pinches, w, MILL_WORLD_EPOCH);
     mill_world_restart(w);
     sim->watch.last -= MILL_WORLD_EPOCH;
     sim->watch.since -= MILL_WORLD_EPOCH;

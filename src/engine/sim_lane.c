@@ -185,6 +185,7 @@ static void take_back(struct mill_sim *sim, const struct mill_lane_before *b)
 static void press_again(struct mill_sim *sim, const struct mill_lane_pressed *b)
 {
     sim->pinches.ball[b->ball] = b->pinch;
+    mill_pinches_hold(&sim->pinches, sim->world, b->ball);
 }
 
 static void enter_again(struct mill_schedule *p, int32_t i)

@@ -23,7 +23,7 @@ static bool is_held(struct mill_sim *sim, int32_t i)
     const int32_t n = mill_schedule_near(q, i), cell = q->cells->cell[i];
     const double radius = radius_of(sim, i), room = 2.0 * mill_rest_room(&q->rest, radius);
     for (int32_t k = 0; k < n; k++) {
-        const int32_t j = q->pairs.near[k];
+        const int32_t j = q->pairs->near[k];
         const vec3 d = vec3_sub(r, mill_world_position(w, j, sim->now));
         const double distance = vec3_norm(d), gap = distance - radius - radius_of(sim, j);
         if (j != i && gap < room && vec3_dot(d, q->rest.up) > BENEATH * distance)
@@ -77,7 +77,7 @@ static int by_number(const void *a, const void *b)
 
 /* If ball i has moved away from its place, gives it a new one and wakes the balls that it may have
  * held up: those that touched it there, and that friction did not keep from leaning on it. They are
- * listed in pairs.near, in ascending order; returns how many. */
+ * listed in pairs->near, in ascending order; returns how many. */
 static int32_t leave_place(struct mill_sim *sim, int32_t i)
 {
     struct mill_schedule *q = sim->schedule;
@@ -87,17 +87,17 @@ static int32_t leave_place(struct mill_sim *sim, int32_t i)
     if (vec3_dot(way, way) <= room * room)
         return 0;
     const int32_t n =
-        mill_rest_near(&q->rest, ball->species, mill_cells_at(q->cells, place), q->pairs.near);
+        mill_rest_near(&q->rest, ball->species, mill_cells_at(q->cells, place), q->pairs->near);
     int32_t woken = 0;
     for (int32_t k = 0; k < n; k++) {
-        const int32_t j = q->pairs.near[k];
+        const int32_t j = q->pairs->near[k];
         const struct mill_ball *other = &sim->world->ball[j];
         if (mill_rest_holds(q, ball->species, place, other->species, other->r))
-            q->pairs.near[woken++] = j;
+            q->pairs->near[woken++] = j;
     }
-    qsort(q->pairs.near, (size_t)woken, sizeof *q->pairs.near, by_number);
+    qsort(q->pairs->near, (size_t)woken, sizeof *q->pairs->near, by_number);
     for (int32_t k = 0; k < woken; k++)
-        wake(sim, q->pairs.near[k]);
+        wake(sim, q->pairs->near[k]);
     q->rest.place[i] = ball->r;
     q->rest.calm_epochs[i] = -1; /* the end of an epoch counts from the next one on */
     return woken;
@@ -117,7 +117,7 @@ void mill_sim_rest_follow(struct mill_sim *sim, int32_t i)
         sim->status =
             mill_error_set(sim->error, MILL_FAILED, "out of memory for the balls at rest");
     for (int32_t k = 0; woken && k < n; k++)
-        woken[k] = q->pairs.near[k];
+        woken[k] = q->pairs->near[k];
     for (int32_t k = 0; woken && k < n; k++)
         mill_schedule_ball(q, woken[k], sim->now, MILL_NOBODY);
     free(woken);

@@ -82,6 +82,8 @@ void mill_sim_state(struct mill_sim *sim, struct mill_state *state)
         awake -= mill_world_asleep(w, i);
         if (!is_sane(sim, i, cell[i]))
             mill_state_refuse(state, "the saved balls are damaged");
+        else if (sim->pinches.ball)
+            mill_pinches_hold(&sim->pinches, w, i);
     }
     if (awake + w->counts.asleep != w->balls)
         mill_state_refuse(state, "the saved balls are damaged");

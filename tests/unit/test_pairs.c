@@ -1,5 +1,6 @@
 /* Claims about the pair search: every variant finds, to the bit, what a loop over all balls finds
- * that takes one after the other, in every form of the cells' rows and over several grids. */
+ * that takes one after the other, in every form of the cells' rows and over several grids, for one
+ * ball alone and for two together. */
 #include "engine/pairs.h"
 
 #include "base/memory.h"
@@ -41,7 +42,7 @@ struct field {
     bool equal[GRIDS]; /* all balls in this grid are of the species with its number */
     struct mill_ball *ball;
     double radius[KINDS];
-    struct mill_pairs pairs;
+    struct mill_pairs pairs[MILL_PAIRS_TOGETHER];
     int32_t balls;
 };
 
@@ -61,15 +62,17 @@ static void open_field(struct field *f, int variant, int32_t balls, vec3 g)
     }
     for (int k = 0; k < KINDS; k++)
         f->radius[k] = 0.5 * DIAMETER / (1.0 + 0.7 * k);
-    struct mill_pairs *p = &f->pairs;
-    p->ball = f->ball;
-    p->radius = f->radius;
-    p->g = g;
-    p->near = malloc(room * sizeof *p->near);
-    p->kept = malloc(room * sizeof *p->kept);
-    p->terms = malloc(3 * room * sizeof *p->terms);
-    if (!f->ball || !p->near || !p->kept || !p->terms)
-        ck_abort_msg("out of memory");
+    for (int k = 0; k < MILL_PAIRS_TOGETHER; k++) {
+        struct mill_pairs *p = &f->pairs[k];
+        p->ball = f->ball;
+        p->radius = f->radius;
+        p->g = g;
+        p->near = malloc(room * sizeof *p->near);
+        p->kept = malloc(room * sizeof *p->kept);
+        p->terms = malloc(3 * room * sizeof *p->terms);
+        if (!f->ball || !p->near || !p->kept || !p->terms)
+            ck_abort_msg("out of memory");
+    }
 }
 
 /* All balls have this radius. */
@@ -84,9 +87,11 @@ static void close_field(struct field *f)
     for (int k = 0; k < f->grids; k++)
         mill_cells_release(&f->cells[k]);
     free(f->ball);
-    free(f->pairs.near);
-    free(f->pairs.kept);
-    free(f->pairs.terms);
+    for (int k = 0; k < MILL_PAIRS_TOGETHER; k++) {
+        free(f->pairs[k].near);
+        free(f->pairs[k].kept);
+        free(f->pairs[k].terms);
+    }
 }
 
 static struct mill_cells *grid_of(struct field *f, int32_t i)
@@ -99,19 +104,22 @@ static int32_t cell_of(const struct field *f, int32_t i)
     return f->cells[i % f->grids].cell[i];
 }
 
-/* All cells around ball i, or those ahead, in every grid; for odd balls in threes if possible */
-static int looks_of(const struct field *f, int32_t i, int face, struct mill_grids_look look[GRIDS])
+/* A search for ball i in all cells around it, or in those ahead, in every grid; for odd balls in
+ * threes if possible */
+static struct mill_pairs_search search_of(const struct field *f, int32_t i, int face, double window)
 {
     const double mine = f->radius[f->ball[i].species];
+    struct mill_pairs_search search = {
+        .ball = i, .looks = f->grids, .best = {window, MILL_NOBODY}};
     for (int k = 0; k < f->grids; k++)
-        look[k] = (struct mill_grids_look){
+        search.look[k] = (struct mill_grids_look){
             .cells = &f->cells[k],
             .offset = face < 0 ? f->cells[k].around : f->cells[k].ahead[face],
             .sum = f->equal[k] && f->equal[i % f->grids] ? mine + f->radius[k] : 0.0,
             .cell = cell_of(f, i),
             .count = face < 0 ? 27 : 9,
             .threes = i % 2 && face < 4 && mill_cells_shortest(&f->cells[k])};
-    return f->grids;
+    return search;
 }
 
 /* Where the ball is at local time `now`, `ago` seconds after its record's time */
@@ -120,8 +128,8 @@ static void put(struct field *f, int32_t i, vec3 r, vec3 v, double now, double a
     struct mill_ball *b = &f->ball[i];
     ck_assert(mill_cells_insert(grid_of(f, i), i, mill_cells_at(grid_of(f, i), r)));
     b->species = i % f->grids;
-    b->r = vec3_fly(r, v, f->pairs.g, -ago);
-    b->v = vec3_axpy(v, -ago, f->pairs.g);
+    b->r = vec3_fly(r, v, f->pairs->g, -ago);
+    b->v = vec3_axpy(v, -ago, f->pairs->g);
     b->t = now - ago;
 }
 
@@ -175,7 +183,7 @@ static bool is_near(const struct field *f, int32_t i, int32_t j, int face)
 static double meets(const struct field *f, const struct mill_ball *me, const struct mill_ball *o,
                     double now)
 {
-    const vec3 g = f->pairs.g;
+    const vec3 g = f->pairs->g;
     const double dt = now - o->t, half = 0.5 * dt * dt;
     const double s = f->radius[me->species] + f->radius[o->species];
     const double dx = o->r.x + o->v.x * dt + g.x * half - me->r.x;
@@ -213,43 +221,56 @@ static int32_t plain(const struct field *f, int32_t i, double now, int face, str
 struct tally {
     /* what the comparisons came across; other: the partner is in another grid; equal, mixed: looks
      * with and without a sum of the radii */
-    long searches, found, at_once, none, ahead, other, equal, mixed;
+    long searches, together, found, at_once, none, ahead, other, equal, mixed;
 };
 
-static void compare(const struct field *f, int32_t i, double now, int face, double window,
-                    struct tally *tally)
+/* Ball i in the cells around it or in those ahead, and ball j in the cells around it: one after the
+ * other, and both together. Equal ones cannot be searched together. */
+static void compare(const struct field *f, int32_t i, int32_t j, double now, int face,
+                    double window, struct tally *tally)
 {
-    struct mill_grids_look look[GRIDS];
-    const int looks = looks_of(f, i, face, look);
-    struct mill_pair expected = {window, MILL_NOBODY};
-    const int32_t candidates = plain(f, i, now, face, &expected);
-    const char *name = NULL;
-    mill_pairs_fn *search;
-    for (int k = 0; (search = mill_pairs_variant(k, &name)) != NULL; k++) {
-        struct mill_pair found = {window, MILL_NOBODY};
-        const int32_t looked = search(&f->pairs, i, now, look, looks, &found);
-        ck_assert_msg(looked == candidates, "%s looks at %d balls of %d", name, looked, candidates);
-        ck_assert_msg(found.partner == expected.partner &&
-                          memcmp(&found.dt, &expected.dt, sizeof found.dt) == 0,
-                      "%s: ball %d meets %d after %a s, not %d after %a s", name, i, found.partner,
-                      found.dt, expected.partner, expected.dt);
+    const int32_t ball[2] = {i, j};
+    const int faces[2] = {face, -1}, together = i == j ? 1 : 2;
+    struct mill_pair expected[2];
+    int32_t candidates[2];
+    for (int s = 0; s < together; s++) {
+        expected[s] = (struct mill_pair){window, MILL_NOBODY};
+        candidates[s] = plain(f, ball[s], now, faces[s], &expected[s]);
     }
+    const char *name = NULL;
+    mill_pairs_fn *run;
+    for (int k = 0; (run = mill_pairs_variant(k, &name)) != NULL; k++)
+        for (int count = 1; count <= together; count++) {
+            struct mill_pairs_search search[2] = {search_of(f, i, face, window),
+                                                  search_of(f, j, -1, window)};
+            const int32_t looked = run(f->pairs, search, count, now);
+            ck_assert_msg(looked == candidates[0] + (count > 1 ? candidates[1] : 0),
+                          "%s looks at %d balls", name, looked);
+            for (int s = 0; s < count; s++)
+                ck_assert_msg(search[s].best.partner == expected[s].partner &&
+                                  memcmp(&search[s].best.dt, &expected[s].dt, sizeof(double)) == 0,
+                              "%s, %d of %d: ball %d meets %d after %a s, not %d after %a s", name,
+                              s, count, ball[s], search[s].best.partner, search[s].best.dt,
+                              expected[s].partner, expected[s].dt);
+        }
     tally->searches++;
-    tally->found += expected.partner != MILL_NOBODY;
-    tally->at_once += expected.dt == 0.0;
-    tally->none += expected.partner == MILL_NOBODY;
-    tally->ahead += face >= 0 && expected.partner != MILL_NOBODY;
-    tally->other += expected.partner != MILL_NOBODY && (expected.partner - i) % f->grids != 0;
-    for (int k = 0; k < looks; k++)
-        *(look[k].sum > 0.0 ? &tally->equal : &tally->mixed) += 1;
+    tally->together += together > 1;
+    tally->found += expected->partner != MILL_NOBODY;
+    tally->at_once += expected->dt == 0.0;
+    tally->none += expected->partner == MILL_NOBODY;
+    tally->ahead += face >= 0 && expected->partner != MILL_NOBODY;
+    tally->other += expected->partner != MILL_NOBODY && (expected->partner - i) % f->grids != 0;
+    const struct mill_pairs_search of = search_of(f, i, face, window);
+    for (int k = 0; k < of.looks; k++)
+        *(of.look[k].sum > 0.0 ? &tally->equal : &tally->mixed) += 1;
 }
 
 static void bring_to(struct field *f, int32_t i, double now)
 {
     struct mill_ball *b = &f->ball[i];
     const double dt = now - b->t;
-    b->r = vec3_fly(b->r, b->v, f->pairs.g, dt);
-    b->v = vec3_axpy(b->v, dt, f->pairs.g);
+    b->r = vec3_fly(b->r, b->v, f->pairs->g, dt);
+    b->v = vec3_axpy(b->v, dt, f->pairs->g);
     b->t = now;
 }
 
@@ -267,15 +288,17 @@ START_TEST(every_variant_finds_the_bits_of_a_plain_search)
             f.equal[k] = below(&seed, 2);
         scatter(&f, now, &seed);
         for (int k = 0; k < 150; k++) {
-            const int32_t i = below(&seed, balls);
+            const int32_t i = below(&seed, balls), j = below(&seed, balls);
             bring_to(&f, i, now);
+            bring_to(&f, j, now);
             const double window = below(&seed, 2) ? HUGE_VAL : log_uniform(&seed, 1e-7, 0.06);
-            compare(&f, i, now, below(&seed, 7) - 1, window, &tally);
-            compare(&f, i, now, -1, window, &tally);
+            compare(&f, i, j, now, below(&seed, 7) - 1, window, &tally);
+            compare(&f, i, j, now, -1, window, &tally);
         }
         close_field(&f);
     }
     ck_assert_int_eq(tally.searches, 2 * 24 * 150);
+    ck_assert_int_gt(tally.together, 24 * 150);
     ck_assert_int_gt(tally.found, 800);
     ck_assert_int_gt(tally.ahead, 100);
     ck_assert_int_gt(tally.at_once, 400);
@@ -293,11 +316,9 @@ static const vec3 rest = {0.0, 0.0, 0.0};
 static struct mill_pair ask(const struct field *f, int k, int32_t i, double window)
 {
     const char *name;
-    struct mill_grids_look look[GRIDS];
-    const int looks = looks_of(f, i, -1, look);
-    struct mill_pair found = {window, MILL_NOBODY};
-    mill_pairs_variant(k, &name)(&f->pairs, i, 0.0, look, looks, &found);
-    return found;
+    struct mill_pairs_search search = search_of(f, i, -1, window);
+    mill_pairs_variant(k, &name)(f->pairs, &search, 1, 0.0);
+    return search.best;
 }
 
 static int variants(void)
@@ -408,18 +429,16 @@ START_TEST(a_ball_alone_meets_nobody_and_looks_at_itself)
 {
     struct field f;
     const char *name;
-    struct mill_grids_look look[GRIDS];
     open_field(&f, _i, 1, pull[2]);
     put(&f, 0, rest, vec3_make(1.0, 2.0, 3.0), 0.0, 0.0);
     for (int k = 0; k < variants(); k++) {
-        struct mill_pair found = {HUGE_VAL, MILL_NOBODY};
-        mill_pairs_fn *search = mill_pairs_variant(k, &name);
-        int looks = looks_of(&f, 0, -1, look);
-        ck_assert_int_eq(search(&f.pairs, 0, 0.0, look, looks, &found), 1);
-        ck_assert(isinf(found.dt) && found.partner == MILL_NOBODY);
-        looks = looks_of(&f, 0, 3, look);
-        ck_assert_int_eq(search(&f.pairs, 0, 0.0, look, looks, &found), 0);
-        ck_assert(isinf(found.dt) && found.partner == MILL_NOBODY);
+        mill_pairs_fn *run = mill_pairs_variant(k, &name);
+        struct mill_pairs_search around = search_of(&f, 0, -1, HUGE_VAL);
+        ck_assert_int_eq(run(f.pairs, &around, 1, 0.0), 1);
+        ck_assert(isinf(around.best.dt) && around.best.partner == MILL_NOBODY);
+        struct mill_pairs_search ahead = search_of(&f, 0, 3, HUGE_VAL);
+        ck_assert_int_eq(run(f.pairs, &ahead, 1, 0.0), 0);
+        ck_assert(isinf(ahead.best.dt) && ahead.best.partner == MILL_NOBODY);
     }
     close_field(&f);
 }
