@@ -132,7 +132,7 @@ END_TEST
 START_TEST(pressed_stays_pressed_when_local_time_restarts)
 {
     meet(3, (double[]){1.0, 1.6, 2.2});
-    mill_pinches_restart(&pinches, mill.world->balls, 2.0 * duration);
+    mill_pinches_restart(&pinches, mill.world, 2.0 * duration);
     ck_assert(is_pressed(1.1 * duration));
     ck_assert(!is_pressed(1.3 * duration));
 }
