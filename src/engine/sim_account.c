@@ -61,15 +61,17 @@ static void tell(struct mill_sim *sim, const struct mill_impact *impact)
     }
 }
 
+struct mill_sim_entry *mill_sim_next_entry(struct mill_sim *sim)
+{
+    struct mill_sim_entry *next = sim->log ? mill_memory_add(sim->log) : &sim->entry;
+    sim->status = next ? sim->status : MILL_FAILED;
+    return next ? next : &sim->entry;
+}
+
 void mill_sim_record(struct mill_sim *sim, const struct mill_sim_entry *entry)
 {
-    if (sim->log) {
-        struct mill_sim_entry *next = mill_memory_add(sim->log);
-        sim->status = next ? sim->status : MILL_FAILED;
-        if (next)
-            *next = *entry;
+    if (sim->log)
         return;
-    }
     book(sim->world, entry);
     if (sim->told == 0)
         tell(sim, &entry->impact);

@@ -68,20 +68,22 @@ static void resolve(struct mill_sim *sim, int32_t i, int32_t j, double reduced_m
 
 /* The entry of a contact of ball i with `partner` at `position`, before it is resolved. Field by
  * field: an initializer would first clear the whole struct, which takes as long as a root. */
-static void begin_entry(struct mill_sim_entry *entry, int kind, const struct mill_ball *ball,
-                        int32_t i, int32_t partner, vec3 position)
+static struct mill_sim_entry *begin_entry(struct mill_sim *sim, int kind, int32_t i,
+                                          int32_t partner, vec3 position)
 {
     const vec3 zero = {0.0, 0.0, 0.0};
+    struct mill_sim_entry *entry = mill_sim_next_entry(sim);
     struct mill_impact *impact = &entry->impact;
     impact->kind = kind;
     impact->ball = i;
     impact->partner = partner;
-    impact->species = (int16_t)ball->species;
+    impact->species = (int16_t)sim->world->ball[i].species;
     impact->partner_species = -1;
     impact->position = position;
     impact->surface = -1;
     impact->place = impact->facing = entry->velocity = zero;
     entry->pressed = 0.0;
+    return entry;
 }
 
 /* Moves ball i to its event. */
@@ -112,22 +114,22 @@ static void ball_meets_ball(struct mill_sim *sim, int32_t one, int32_t other)
                                               : MILL_NOBODY; /* it is asleep and stays so */
     w->counts.largest_overlap =
         mill_greatest(w->counts.largest_overlap, sa->radius + sb->radius - distance);
-    struct mill_sim_entry entry;
-    begin_entry(&entry, MILL_BALL_BALL, a, i, j, vec3_axpy(a->r, sa->radius, n));
-    entry.impact.partner_species = (int16_t)b->species;
-    struct mill_impact *impact = &entry.impact;
+    struct mill_sim_entry *entry =
+        begin_entry(sim, MILL_BALL_BALL, i, j, vec3_axpy(a->r, sa->radius, n));
+    struct mill_impact *impact = &entry->impact;
+    impact->partner_species = (int16_t)b->species;
     impact->position.x = mill_world_image(w, impact->position.x);
     if (wall == MILL_NOBODY) {
-        resolve(sim, i, j, reduced, n, slip, &entry);
+        resolve(sim, i, j, reduced, n, slip, entry);
     } else if (wall == j) {
-        resolve(sim, i, MILL_NOBODY, sa->mass, n, slip, &entry);
+        resolve(sim, i, MILL_NOBODY, sa->mass, n, slip, entry);
     } else {
-        resolve(sim, j, MILL_NOBODY, sb->mass, vec3_scale(n, -1.0), vec3_scale(slip, -1.0), &entry);
+        resolve(sim, j, MILL_NOBODY, sb->mass, vec3_scale(n, -1.0), vec3_scale(slip, -1.0), entry);
         impact->normal = vec3_scale(n, -1.0); /* into ball i, as the rest */
         impact->impulse = vec3_scale(impact->impulse, -1.0);
         impact->slip = vec3_scale(impact->slip, -1.0);
     }
-    mill_sim_record(sim, &entry);
+    mill_sim_record(sim, entry);
     if (wall == MILL_NOBODY)
         mill_schedule_two(sim->schedule, i, j, sim->now);
     else
@@ -147,25 +149,24 @@ static void ball_meets_shape(struct mill_sim *sim, int32_t i, int32_t s)
     const vec3 slip = vec3_axpy(vec3_sub(b->v, c.velocity), sb->radius, vec3_cross(w->spin[i], n));
     if (!sim->schedule->plan[i].let_go || !shape->pinches)
         w->counts.largest_overlap = mill_greatest(w->counts.largest_overlap, -c.gap);
-    struct mill_sim_entry entry;
-    begin_entry(&entry, shape->kind, b, i, shape->number, c.point);
-    entry.impact.surface = s;
-    entry.impact.place = mill_pose_in(&pose, c.point);
-    entry.impact.facing = mill_pose_turn_in(&pose, c.normal);
-    entry.velocity = c.velocity;
+    struct mill_sim_entry *entry = begin_entry(sim, shape->kind, i, shape->number, c.point);
+    entry->impact.surface = s;
+    entry->impact.place = mill_pose_in(&pose, c.point);
+    entry->impact.facing = mill_pose_turn_in(&pose, c.normal);
+    entry->velocity = c.velocity;
     const bool pinches = shape->pinches && sim->pinches.ball;
     const double friction = w->law[shape->kind].friction;
     if (pinches)
-        entry.pressed = mill_pinches_meet(&sim->pinches, w, i, sim->now);
+        entry->pressed = mill_pinches_meet(&sim->pinches, w, i, sim->now);
     else
         mill_pinches_lean(&sim->pinches, i, c.normal, friction);
-    resolve(sim, i, MILL_NOBODY, sb->mass, n, slip, &entry);
-    if (pinches && mill_pinches_push(&sim->pinches, w, i, vec3_dot(entry.impact.impulse, c.normal),
+    resolve(sim, i, MILL_NOBODY, sb->mass, n, slip, entry);
+    if (pinches && mill_pinches_push(&sim->pinches, w, i, vec3_dot(entry->impact.impulse, c.normal),
                                      c.normal, friction)) {
         sim->schedule->plan[i].let_go = true;
         w->counts.reliefs++;
     }
-    mill_sim_record(sim, &entry);
+    mill_sim_record(sim, entry);
     mill_schedule_ball(sim->schedule, i, sim->now, s);
 }
 

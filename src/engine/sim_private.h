@@ -49,6 +49,7 @@ struct mill_sim {
     struct mill_observer *observer[MILL_SIM_OBSERVERS];
     struct mill_sim_slabs *slabs; /* other threads that carry out events; NULL: none */
     struct mill_memory_list *log; /* of one of these threads: contacts only go there */
+    struct mill_sim_entry entry;  /* the present contact, if there is no log */
     uint64_t told;                /* the next contacts that the observers have got already, */
     enum mill_status told_status; /* and what they said to the last of them */
     struct mill_error *error;     /* of the present call of mill_sim_run */
@@ -63,7 +64,11 @@ void mill_sim_happen(struct mill_sim *sim, int32_t i);
 void mill_sim_take_events(struct mill_sim *sim, double limit, uint64_t *budget,
                           const volatile sig_atomic_t *stop);
 
-/* A contact has happened: it goes into the account and to the observers (sim_account.c). */
+/* Where to write the next contact (sim_account.c): into the log, or for a while into the loop */
+struct mill_sim_entry *mill_sim_next_entry(struct mill_sim *sim);
+
+/* This contact has happened: it goes into the account and to the observers, if there is no log
+ * (sim_account.c). */
 void mill_sim_record(struct mill_sim *sim, const struct mill_sim_entry *entry);
 
 /* An observer has returned this status. false: it has failed, and no other one is called any more.
