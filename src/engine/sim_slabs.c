@@ -12,7 +12,7 @@
 #include <time.h>
 
 #define SHARE 0.002 /* events of a window, per ball: with more, more of them are put off, */
-#define FEWEST 50   /* and this number: with fewer, threads would mostly wait for each other */
+#define FEWEST 90   /* and this number: with fewer, threads would mostly wait for each other */
 #define RUNAWAY 100 /* times as many events as expected: the window is given up */
 #define PATIENCE 64 /* windows after a failed one until they grow again */
 #define WINDOWS 200 /* after so many, the work of the threads is compared */
