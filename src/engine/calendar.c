@@ -42,8 +42,7 @@ struct mill_calendar {
     struct mill_event *event; /* of item 0 */
     size_t stride;            /* bytes from one event to the next */
     int32_t *head; /* first item of each list, [days + 1]; the last list is the overflow */
-    double
-        *due; /* [s] times of today's events, with room for all items; then BLOCK times INFINITY */
+    double *due;   /* [s] times of today's events (room for all items), then BLOCK times INFINITY */
     int32_t *who;  /* their items */
     int32_t count; /* number of today's events */
     bool heaped;   /* they form a heap; else they have no order */
@@ -173,8 +172,7 @@ static void take_out(struct mill_calendar *c, int32_t item)
         assert(n->next >= 0 && n->next < c->count);
         const double t = c->due[--c->count];
         const int32_t last = c->who[c->count];
-        if (!c->heaped) /* even if it is the last one itself: half of such branches would be
-                           mispredicted */
+        if (!c->heaped) /* even the last one itself: a branch would often be mispredicted */
             put(c, n->next, t, last);
         c->due[c->count] = HUGE_VAL;
         if (c->heaped && n->next < c->count)
@@ -427,9 +425,8 @@ int32_t mill_calendar_next(struct mill_calendar *c, double *t)
 }
 
 /* The events of a list can be anywhere in memory. So each is loaded at least one call before its
- * successor is read from it. The list may change in between: then `ahead` may be in another list
- * or, as one of today's events, give an index for its successor, which is less than the number of
- * items. This influences only the speed. */
+ * successor is read from it. If the list changes in between, `ahead` may be in another list or, as
+ * one of today's events, give an index (less than the number of items). Only the speed differs. */
 int32_t mill_calendar_ahead(struct mill_calendar *c)
 {
     if (c->ahead_day <= c->today)

@@ -6,7 +6,8 @@
 /* Examines the candidates from k to n - 1, of one look, and returns the number of survivors so far.
  * plain: all balls are equal, and gravity has no part along x and y. Leaving out what is 0 saves
  * time. */
-TARGET INLINE int64_t EXAMINE(const struct mill_pairs *pairs, const struct mill_pairs_search *search,
+TARGET INLINE int64_t EXAMINE(const struct mill_pairs *pairs,
+                              const struct mill_pairs_search *search,
                               const struct mill_grids_look *look, int32_t k, int32_t n,
                               int64_t survivors, double now, const bool plain)
 {

@@ -29,9 +29,9 @@ struct mill_pinches {
     /* [balls] 1: its contacts have lasted longer than one duration; else 0. In a row of their own,
      * because each contact of two balls reads them. */
     unsigned char *held;
-    double *duration;        /* [s] of an impact at the bodies' maximum speed, by species */
-    double *most;   /* [N s] a ball that gets more within one duration is let go, by species */
-    double parting; /* [m/s] minimum normal speed after a contact of a pressed ball */
+    double *duration; /* [s] of an impact at the bodies' maximum speed, by species */
+    double *most;     /* [N s] a ball that gets more within one duration is let go, by species */
+    double parting;   /* [m/s] minimum normal speed after a contact of a pressed ball */
 };
 
 /* False when out of memory */

@@ -383,15 +383,21 @@ static inline void finish(struct mill_schedule *p, int32_t i, double now, int32_
  * searched. The exit from the cell comes first because it needs nothing from the search: the
  * processor computes it while the search waits for memory. */
 static inline __attribute__((always_inline)) void plan_balls(struct mill_schedule *p,
-                                                             const int32_t *ball, const int together,
-                                                             double now, int32_t face,
-                                                             int32_t touched)
+                                                             const int32_t *ball,
+                                                             const int together, double now,
+                                                             int32_t face, int32_t touched)
 {
     struct mill_cell_exit out[MILL_PAIRS_TOGETHER];
     struct mill_pairs_search search[MILL_PAIRS_TOGETHER];
     for (int s = 0; s < together; s++) {
         const int32_t i = ball[s], cell = p->cells->cell[i];
         const struct mill_ball *b = &p->world->ball[i];
+        assert(b->t == now);
+        if (face < 0) {
+            p->world->counts.predictions++;
+            p->plan[i].pair_t = INFINITY;
+            p->plan[i].partner = MILL_NOBODY;
+        }
         out[s] = mill_cells_exit(p->cells, cell, b->r, b->v, p->world->g);
         search[s].ball = i;
         search[s].looks = mill_grids_look(&p->grids, b->species, cell, face, search[s].look);
@@ -416,32 +422,20 @@ void mill_schedule_forget(struct mill_schedule *p)
         p->lately[k].t = NAN;
 }
 
-static void forget_partner(struct mill_schedule *p, int32_t i, double now)
-{
-    assert(p->world->ball[i].t == now);
-    (void)now;
-    p->world->counts.predictions++;
-    p->plan[i].pair_t = INFINITY;
-    p->plan[i].partner = MILL_NOBODY;
-}
-
 void mill_schedule_ball(struct mill_schedule *p, int32_t i, double now, int32_t touched)
 {
-    forget_partner(p, i, now);
     plan_balls(p, &i, 1, now, -1, touched);
 }
 
 void mill_schedule_two(struct mill_schedule *p, int32_t i, int32_t j, double now)
 {
     const int32_t ball[MILL_PAIRS_TOGETHER] = {i, j};
-    forget_partner(p, i, now);
-    forget_partner(p, j, now);
     plan_balls(p, ball, MILL_PAIRS_TOGETHER, now, -1, MILL_NOBODY);
 }
 
 bool mill_schedule_cross(struct mill_schedule *p, int32_t i, double now)
 {
-    assert(p->world->ball[i].t == now && p->plan[i].next == MILL_NEXT_EXIT);
+    assert(p->plan[i].next == MILL_NEXT_EXIT);
     const int32_t face = p->plan[i].face;
     double shift;
     if (!mill_grids_cross(&p->grids, i, p->world->ball[i].species, face, &shift))

@@ -109,8 +109,7 @@ static int32_t cell_of(const struct field *f, int32_t i)
 static struct mill_pairs_search search_of(const struct field *f, int32_t i, int face, double window)
 {
     const double mine = f->radius[f->ball[i].species];
-    struct mill_pairs_search search = {
-        .ball = i, .looks = f->grids, .best = {window, MILL_NOBODY}};
+    struct mill_pairs_search search = {.ball = i, .looks = f->grids, .best = {window, MILL_NOBODY}};
     for (int k = 0; k < f->grids; k++)
         search.look[k] = (struct mill_grids_look){
             .cells = &f->cells[k],
