@@ -25,15 +25,16 @@ struct mill_pair {
 
 struct mill_pairs_search {
     int32_t ball;
-    int looks; /* where to look for its partners */
-    struct mill_grids_look look[MILL_GRIDS_LOOKS];
+    int looks;
+    struct mill_grids_look look[MILL_GRIDS_LOOKS]; /* [looks] where its partners may be */
     struct mill_pair best; /* the earliest known; the search replaces it by an earlier one */
 };
 
 /* Looks for the earliest contacts of one ball or of MILL_PAIRS_TOGETHER balls, which do not depend
  * on each other. The times of their records must be the local time `now`. Each search has buffers
- * of its own: pairs[together]. Of contacts at equal times, the one with the smaller ball is taken.
- * Returns the number of balls that it examined. All variants give the same bits. */
+ * of its own: pairs[together], search[together]. Of contacts at equal times, the one with the
+ * smaller ball is taken. Returns the number of balls that it examined. All variants give the same
+ * bits. */
 typedef int32_t mill_pairs_fn(const struct mill_pairs *pairs, struct mill_pairs_search *search,
                               int together, double now);
 

@@ -1,7 +1,7 @@
 /* The pair search for one width of vectors. pairs.c includes this file once for each variant and
- * defines: SEARCH, its name; EXAMINE and TOGETHER, those of its parts; TARGET, the
- * instructions that the compiler may use; LANES, the number of lanes; LANES_T and FLAGS_T, vectors
- * of doubles and of 64-bit words; SPLAT, TRANSPOSE and KEEP. There is no include guard. */
+ * defines: SEARCH, its name, and EXAMINE and TOGETHER, those of its parts; TARGET, the instructions
+ * that the compiler may use; LANES, the number of lanes; LANES_T and FLAGS_T, vectors of doubles
+ * and of 64-bit words; SPLAT, TRANSPOSE and KEEP. There is no include guard. */
 
 /* Examines the candidates from k to n - 1, of one look, and returns the number of survivors so far.
  * plain: all balls are equal, and gravity has no part along x and y. Leaving out what is 0 saves

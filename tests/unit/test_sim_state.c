@@ -72,7 +72,7 @@ START_TEST(every_single_event_may_be_the_last_before_the_hand_over)
 }
 END_TEST
 
-/* Hand-overs fall into pinches, too. */
+/* So many hand-overs that some fall between two contacts of a pressed ball */
 START_TEST(pinches_are_counted_on_across_the_hand_over)
 {
     struct bench plain, pieces;
@@ -80,7 +80,7 @@ START_TEST(pinches_are_counted_on_across_the_hand_over)
     bench_run(&plain, 0.2);
     ck_assert_uint_gt(plain.world->counts.reliefs, 0);
     bench_open(&pieces, &pinching[_i]);
-    run_in_pieces(&pieces, &pinching[_i], 0.2, 40000, 7);
+    run_in_pieces(&pieces, &pinching[_i], 0.2, 400, 7);
     runs_are_alike(&plain, &pieces);
     bench_close(&plain);
     bench_close(&pieces);
