@@ -24,7 +24,7 @@ PRESETS = {
     "attritor": "attritor",
     "tumbling": "tumbling mill",
 }
-SCRIPTS = ("words.js", "deck.js", "results.js", "charts.js", "controls.js", "stage.js", "panel.js", "studio.js")
+SCRIPTS = ("words.js", "deck.js", "results.js", "charts.js", "controls.js", "stage.js", "panel.js", "show.js", "studio.js")
 SLOWEST = (1, 2, 5, 10, 20, 50, 100, 1000)  # times slower than real time
 SPEEDS = [(1000, "as fast as possible")] + [(1 / n, f"1/{n} of real time" if n > 1 else "real time") for n in SLOWEST]
 KEYS = (
@@ -49,7 +49,7 @@ def page(source: dict[str, str], start: str, scripts=()) -> str:
     it; `start`: the expression that makes it."""
     paths = [player.FOLDER / "vendor/three.min.js", player.FOLDER / "mill3d.js", *(FOLDER / name for name in SCRIPTS)]
     texts = [pages.FOLDER.joinpath("theme.js").read_text("utf-8"), *(path.read_text("utf-8") for path in paths)]
-    texts += [*scripts, f"MillStudio.start(() => {start});"]
+    texts += [*scripts, f"MillStudio.start(async (data) => {start});"]
     return (
         pages.environment(FOLDER)
         .get_template("page.html")
@@ -67,15 +67,23 @@ def page(source: dict[str, str], start: str, scripts=()) -> str:
     )
 
 
+def palette() -> str:
+    """The colours of speeds, 256 times red, green, blue, in base64."""
+    from milltools.render import colour
+
+    return base64.b64encode(colour.TABLES["speeds"].tobytes()).decode()
+
+
 def packed(data: bytes) -> str:
     """Bytes as base64 text of a gzip stream."""
     return base64.b64encode(gzip.compress(data, 9, mtime=0)).decode()
 
 
 def main(wasm: str, out: str) -> None:
-    texts = {name: (FOLDER / f"{name}.js").read_text("utf-8") for name in ("engine", "worker")}
-    source = {"engine-module": packed(pathlib.Path(wasm).read_bytes()), "engine-worker": "\n".join(texts.values())}
-    write_text(out, page(source, "new EngineSource()", [(FOLDER / "source.js").read_text("utf-8")]))
+    worker = "\n".join((FOLDER / name).read_text("utf-8") for name in ("engine.js", "worker.js"))
+    data = {"engine": packed(pathlib.Path(wasm).read_bytes()), "worker": worker, "colours": palette()}
+    start = "new EngineSource(data.text('worker'), await data.unpacked('engine'), data.bytes('colours'))"
+    write_text(out, page(data, start, [(FOLDER / "source.js").read_text("utf-8")]))
 
 
 if __name__ == "__main__":
