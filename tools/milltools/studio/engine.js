@@ -175,8 +175,8 @@ class MillEngine {
     const state = { time, contacts, energy: { kinetic, rotational, potential, start }, work, balance: { error, turnover },
       dissipation: take(kinds.length), collisions: take(kinds.length), motionWork: take(motions.length),
       poses: Float32Array.from(take(12 * motions.length)) };
-    const place = this.#module.mill_web_balls(); // it may move the memory
-    const ball = new Float32Array(this.#memory.buffer, place, 4 * balls);
+    const address = this.#module.mill_web_balls(); // which may make a new buffer
+    const ball = new Float32Array(this.#memory.buffer, address, 4 * balls);
     state.positions = new Float32Array(3 * balls);
     state.speeds = new Float32Array(balls);
     for (let k = 0; k < balls; k++) {
