@@ -190,7 +190,8 @@ const Mill3D = (() => {
 
   class View {
     /** `context`: a WebGL2 context of `canvas`; `head`: what player.py wrote; `frames`: what unpack() gave. Without
-        frames show() draws states: `head` then has typed arrays in place of texts, and neither creases nor wear. */
+        frames show() draws states: `head` then has typed arrays in place of texts, neither creases nor wear, and may have
+        `triangles`: a limit for all balls. */
     constructor(canvas, context, head, frames) {
       this.head = head;
       this.frames = frames;
@@ -346,8 +347,9 @@ const Mill3D = (() => {
     }
 
     #balls() {
-      const fine = [8, 4].find((d) => 20 * (d + 1) ** 2 * this.count <= TRIANGLES / 10)
-        ?? [2, 1].find((d) => 20 * (d + 1) ** 2 * this.count <= TRIANGLES) ?? 1;
+      const most = this.head.triangles ?? TRIANGLES;
+      const fine = [8, 4].find((d) => 20 * (d + 1) ** 2 * this.count <= most / 10)
+        ?? [2, 1].find((d) => 20 * (d + 1) ** 2 * this.count <= most) ?? (most < TRIANGLES ? 0 : 1);
       this.polish = new T.MeshPhongMaterial({ specular: 0x222222, shininess: 40 });
       this.faint = new T.MeshLambertMaterial({ transparent: true, depthWrite: false, opacity: FAINT });
       const balls = new T.InstancedMesh(sphere(fine), this.polish, this.count);

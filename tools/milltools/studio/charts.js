@@ -175,7 +175,7 @@ const MillCharts = (() => {
       return `<path class="ribbon" fill="${colour}" d="M${x0} ${fixed(y0)}C${m} ${fixed(y0)} ${m} ${fixed(y1)} ${x1} ${fixed(y1)}V${fixed(y1 + h)}C${m} ${fixed(y1 + h)} ${m} ${fixed(y0 + h)} ${x0} ${fixed(y0 + h)}Z"/>`;
     };
     const label = (row, at, anchor, y) => {
-      const name = row.kept ? (anchor === 'end' ? 'from the balls' : 'stays in the balls') : row.kind ? `${W.kind(row.name)} contacts` : `motion ${row.name}`;
+      const name = row.kept ? (anchor === 'end' ? 'from the balls' : 'stays in the balls') : row.kind ? `${W.kind(row.name)} contacts` : `${anchor === 'end' ? '' : 'back to '}motion ${row.name}`;
       return `<text x="${at}" y="${fixed(y - 2)}" text-anchor="${anchor}">${escape(name)}</text>`
         + `<text class="value" x="${at}" y="${fixed(y + 13)}" text-anchor="${anchor}">${escape(`${W.quantity(row.value, 'W')}, ${W.share(row.value / total)}`)}</text>`;
     };

@@ -19,6 +19,17 @@ const MillResults = (() => {
     if (points.length > KEPT) points.splice(0, points.length, ...points.filter((_, k) => k % 2 === 0 || k === points.length - 1));
   }
 
+  /** The values at the ends of `count` equal parts from begin to end, between points [[time, value], ...]. */
+  function at(points, begin, end, count) {
+    let k = 0;
+    return Array.from({ length: count + 1 }, (_, j) => {
+      const time = begin + ((end - begin) * j) / count;
+      while (k + 2 < points.length && points[k + 1][0] < time) k += 1;
+      const [a, b] = [points[k], points[k + 1]];
+      return a[1] + ((time - a[0]) / (b[0] - a[0] || 1)) * (b[1] - a[1]);
+    });
+  }
+
   /** Number of impacts at or above an energy in a spectrum; within a bin as if spread evenly over its logarithm. */
   function above({ edges, count }, energy, kind = 'all') {
     let total = 0;
@@ -85,15 +96,10 @@ const MillResults = (() => {
 
     /** The mean power [W] in equal windows of time, for the curve: [[time, power], ...]. */
     powers(windows = 60) {
-      const { work } = this;
-      if (work.length < 3) return [];
-      const end = work[work.length - 1].time, begin = work[0].time, step = Math.max(1, Math.floor(work.length / windows));
-      const points = [];
-      for (let k = step; k < work.length; k += step) {
-        const [a, b] = [work[k - step], work[k]];
-        if (b.time - a.time > 1e-9 * (end - begin)) points.push([(a.time + b.time) / 2, (b.work - a.work) / (b.time - a.time)]);
-      }
-      return points;
+      const { work } = this, end = work.at(-1)?.time, begin = work[0]?.time, count = Math.min(windows, Math.floor(work.length / 2));
+      if (!(end > begin) || count < 2) return [];
+      const wide = (end - begin) / count, done = at(work.map((one) => [one.time, one.work]), begin, end, count);
+      return done.slice(1).map((one, k) => [begin + (k + 0.5) * wide, (one - done[k]) / wide]);
     }
 
     /** Impacts at or above THRESHOLDS[which] per second, and per joule of the drive's work. */
@@ -117,14 +123,8 @@ const MillResults = (() => {
     #scatter(which) {
       const { tails } = this, begin = tails[0]?.time, end = tails[tails.length - 1]?.time;
       if (tails.length < 2 * BATCHES || !(end > begin)) return NaN;
-      let k = 0;
-      const at = Array.from({ length: BATCHES + 1 }, (_, j) => {
-        const time = begin + ((end - begin) * j) / BATCHES;
-        while (k + 2 < tails.length && tails[k + 1].time < time) k += 1;
-        const [a, b] = [tails[k], tails[k + 1]], part = (time - a.time) / (b.time - a.time || 1);
-        return a.counts[which] + part * (b.counts[which] - a.counts[which]);
-      });
-      const rates = at.slice(1).map((count, j) => ((count - at[j]) * BATCHES) / (end - begin));
+      const done = at(tails.map((one) => [one.time, one.counts[which]]), begin, end, BATCHES);
+      const rates = done.slice(1).map((count, k) => ((count - done[k]) * BATCHES) / (end - begin));
       const mean = sum(rates) / BATCHES;
       const wider = 2.131 / NORMAL; // Student's t of 15 degrees of freedom
       return wider * Math.sqrt(sum(rates.map((rate) => (rate - mean) ** 2)) / (BATCHES - 1) / BATCHES);
@@ -152,7 +152,7 @@ const MillResults = (() => {
       } else return null;
       rows.push({ name: 'the balls', kept: true, value: -sum(rows.map((row) => row.value)) });
       const most = Math.max(...rows.map((row) => Math.abs(row.value)));
-      rows = rows.filter((row) => Math.abs(row.value) > 1e-4 * most);
+      rows = rows.filter((row) => Math.abs(row.value) > 1e-3 * most);
       const side = (sign) => rows.filter((row) => sign * row.value > 0).map((row) => ({ ...row, value: Math.abs(row.value) }))
         .sort((a, b) => b.value - a.value);
       return { ins: side(1), outs: side(-1), time };

@@ -62,8 +62,9 @@ const MillShow = (() => {
       write('power-more', power.value === null ? `statistics begin ${from === null ? 'when the mill is steady' : `at ${W.quantity(from, 's')}`}`
         : power.error === null ? 'its error is not yet known: too few turns' : `95 % interval ${W.interval(power.value - half, power.value + half, 'W')}`);
       const { rate, perJoule } = record.hard(this.which);
-      write('hard', sure(rate, '/s'));
-      write('hard-more', perJoule.value === null ? 'per work: not yet known' : `${sure(perJoule, '/J')} of the drive's work`);
+      const [, off = ''] = sure(rate, '/s').split('±');
+      write('hard', rate.value === null ? UNKNOWN : W.quantity(rate.value, '/s'));
+      write('hard-more', perJoule.value === null ? 'per work: not yet known' : `${off && `±${off}; `}${sure(perJoule, '/J')} of work`);
       write('contacts', state ? W.count(state.contacts) : UNKNOWN);
       const all = record.precise('rate.all');
       write('contacts-more', [all.value === null ? '' : `${W.quantity(all.value, '/s')} simulated`, state?.rate > 0 ? `${W.quantity(state.rate, '/s')} computed here` : '']
@@ -83,7 +84,7 @@ const MillShow = (() => {
       const designs = [record, frozen].filter(Boolean).map((one, k) => ({ means: one.means, course: one.powers(), ghost: k > 0 }));
       const relative = power.error === null ? null : (R.NORMAL * power.error) / Math.abs(power.value);
       write('power-chart-title', power.value === null ? 'Power of the drive: the mean is not yet known'
-        : relative === null ? `The drive gives ${W.quantity(power.value, 'W')}; how sure that is, is not yet known`
+        : relative === null ? `The drive gives ${W.quantity(power.value, 'W')}; its error is not yet known`
           : `The drive gives ${W.quantity(power.value, 'W')}, known to ± ${W.number(100 * relative, 2)} %`);
       const line = (kind) => `<svg viewBox="0 0 32 12" aria-hidden="true"><path class="${kind}" d="M0 6H32" ${kind.startsWith('band') ? 'style="stroke:var(--link);stroke-width:10;opacity:.25"' : ''}/></svg>`;
       const legend = `<span>${line('mean')} mean</span><span>${line('band')} 95 % interval</span><span>${line('course')} in short windows</span>${frozen ? `<span>${line('mean ghost')} frozen</span>` : ''}`;

@@ -7,7 +7,8 @@
 const MillStudio = (() => {
   const WAIT = 300; // [ms] from a change to a new mill
   const SHOWN = 300; // [ms] between two updates of the numbers
-  const ENDLESS = ['run.time=10000 s', 'output.series=1 s']; // the page decides when it ends; it stores no series
+  const ENDLESS = ['run.time=10000 s', 'output.series=1 s', 'output.frames=0 s']; // the page decides when it ends; nothing is stored
+  const SLOW = [1, 2, 5, 10, 20, 50, 100].map((n) => 1 / n), PERIOD = 1.2; // [s] of the reader's time for a period of the mill
   const LACKING = 'This page simulates the mill in the browser. That needs WebAssembly and DecompressionStream, which this browser does not have: '
     + 'Chrome and Edge from version 91, Firefox from 113 and Safari from 16.4 have both.';
 
@@ -109,6 +110,7 @@ const MillStudio = (() => {
       if (results.sample_from !== undefined && results.settled !== 0) this.record.mill.sample_from = results.sample_from;
       this.record.learn(results);
       this.fresh = true;
+      if (this.playing && this.factor !== this.pace) this.play();
     }
 
     failed(lines) {
@@ -258,15 +260,20 @@ const MillStudio = (() => {
 
     // ---- the picture
 
+    /** Simulated seconds a second. By itself: as fast as possible until the error of the power is known, then slow
+        enough to see the mill turn. */
     get factor() {
-      const chosen = Number(part('speed').value);
-      return chosen > 100 ? Infinity : chosen;
+      const chosen = part('speed').value, { period } = this.record.mill;
+      if (chosen !== 'auto') return chosen === 'fast' ? Infinity : Number(chosen);
+      if (this.record.power().error === null || !(period > 0)) return Infinity;
+      return SLOW.find((factor) => period / factor >= PERIOD) ?? SLOW.at(-1);
     }
 
     play() {
       this.playing = true;
       this.button();
-      this.source.run({ factor: this.factor });
+      this.pace = this.factor;
+      this.source.run({ factor: this.pace });
     }
 
     pause(tell = true) {

@@ -114,10 +114,8 @@ const tasks = {
   },
 };
 
-onmessage = async ({ data }) => {
-  try {
-    await tasks[data.task](data);
-  } catch (fault) {
-    fail(fault);
-  }
+let before = Promise.resolve(); // tasks wait for those before them, above all for the start
+
+onmessage = ({ data }) => {
+  before = before.then(() => tasks[data.task](data)).catch(fail);
 };
