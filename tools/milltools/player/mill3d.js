@@ -5,7 +5,6 @@
 const Mill3D = (() => {
   const T = MillThree;
   const FIELD = 26; // [degrees] of view, up and down
-  const TRIANGLES = 1e6; // approximate limit for all balls of a frame
   const MOST_FLASHES = 500; // at a time
   const NEAR = [0.06, 0.5]; // opacity of the near side of a worn container, where it is worn least and most
   const FAINT = 0.15; // opacity of balls in a worn mill
@@ -70,23 +69,45 @@ const Mill3D = (() => {
     return geometry;
   }
 
-  /** A sphere of radius 1, its corners shared: a fifth of the work of three.js's own, whose triangles share none. */
-  function sphere(detail) {
-    const corners = new T.IcosahedronGeometry(1, detail).getAttribute('position').array;
-    const known = new Map(), points = [], triangles = [];
-    for (let k = 0; k < corners.length; k += 3) {
-      const point = Array.from(corners.subarray(k, k + 3));
-      const key = point.map((c) => Math.round(c * 1e4)).join();
-      if (!known.has(key)) {
-        known.set(key, points.length / 3);
-        points.push(...point);
-      }
-      triangles.push(known.get(key));
-    }
-    const geometry = surface(points, triangles);
-    geometry.setAttribute('normal', geometry.getAttribute('position'));
-    return geometry;
-  }
+  // A ball is a square that faces the eye. For each pixel the ray from the eye meets the sphere, so that balls are round
+  // at any size, and hide each other where their surfaces do. The light is that of the bodies.
+  const BALL = {
+    uniforms: () => ({ up: { value: new T.Vector3() }, opacity: { value: 1 } }),
+    vertexShader: `
+      attribute vec3 place; // centre, in the frame of the world
+      attribute vec3 tint; // linear
+      attribute float size; // radius
+      varying vec3 centre, toward, colour;
+      varying float radius;
+      void main() {
+        centre = (modelViewMatrix * vec4(place, 1.0)).xyz;
+        radius = size;
+        colour = tint;
+        float away = length(centre), edge = size * away / sqrt(max(away * away - size * size, 1e-12)); // of its outline
+        vec3 forward = centre / away, right = normalize(cross(forward, vec3(0.0, 1.0, 1e-4)));
+        toward = centre + 1.01 * edge * (position.x * right + position.y * cross(right, forward));
+        gl_Position = projectionMatrix * vec4(toward, 1.0);
+      }`,
+    fragmentShader: `
+      uniform mat4 projectionMatrix;
+      uniform vec3 up;
+      uniform float opacity;
+      varying vec3 centre, toward, colour;
+      varying float radius;
+      void main() {
+        vec3 ray = normalize(toward);
+        float along = dot(ray, centre), within = along * along - dot(centre, centre) + radius * radius;
+        if (within < 0.0) discard;
+        vec3 hit = (along - sqrt(within)) * ray, normal = (hit - centre) / radius;
+        vec4 seen = projectionMatrix * vec4(hit, 1.0);
+        gl_FragDepth = 0.5 * seen.z / seen.w + 0.5;
+        vec3 sun = normalize(vec3(-0.6, 1.0, 0.8)), half_way = normalize(sun - ray);
+        float lit = max(dot(normal, sun), 0.0), sky = 0.5 + 0.5 * dot(normal, normalize((viewMatrix * vec4(up, 0.0)).xyz));
+        vec3 light = vec3(0.7 * lit) + 0.477 * mix(vec3(0.246, 0.279, 0.353), vec3(1.0), sky);
+        gl_FragColor = vec4(colour * light + 0.06 * lit * pow(max(dot(normal, half_way), 0.0), 40.0), opacity);
+        #include <colorspace_fragment>
+      }`,
+  };
 
   /** Float32Array of base64 text; or already such an array. */
   const floats = (text) => (typeof text === 'string' ? new Float32Array(bytesOf(text).buffer) : text);
@@ -190,8 +211,7 @@ const Mill3D = (() => {
 
   class View {
     /** `context`: a WebGL2 context of `canvas`; `head`: what player.py wrote; `frames`: what unpack() gave. Without
-        frames show() draws states: `head` then has typed arrays in place of texts, neither creases nor wear, and may have
-        `triangles`: a limit for all balls. */
+        frames show() draws states: `head` then has typed arrays in place of texts, and neither creases nor wear. */
     constructor(canvas, context, head, frames) {
       this.head = head;
       this.frames = frames;
@@ -347,31 +367,28 @@ const Mill3D = (() => {
     }
 
     #balls() {
-      const most = this.head.triangles ?? TRIANGLES;
-      const fine = [8, 4].find((d) => 20 * (d + 1) ** 2 * this.count <= most / 10)
-        ?? [2, 1].find((d) => 20 * (d + 1) ** 2 * this.count <= most) ?? (most < TRIANGLES ? 0 : 1);
-      this.polish = new T.MeshPhongMaterial({ specular: 0x222222, shininess: 40 });
-      this.faint = new T.MeshLambertMaterial({ transparent: true, depthWrite: false, opacity: FAINT });
-      const balls = new T.InstancedMesh(sphere(fine), this.polish, this.count);
-      balls.frustumCulled = false;
-      balls.instanceMatrix.setUsage(T.DynamicDrawUsage);
-      balls.instanceColor = new T.InstancedBufferAttribute(new Float32Array(3 * this.count), 3);
-      balls.instanceColor.setUsage(T.DynamicDrawUsage);
-      const matrix = balls.instanceMatrix.array;
+      const array = (width) => new T.InstancedBufferAttribute(new Float32Array(width * this.count), width).setUsage(T.DynamicDrawUsage);
+      const geometry = new T.InstancedBufferGeometry(), uniforms = BALL.uniforms();
+      geometry.setAttribute('position', new T.BufferAttribute(Float32Array.of(-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0), 3));
+      geometry.setIndex([0, 1, 2, 0, 2, 3]);
+      geometry.instanceCount = this.count;
+      [this.places, this.tints] = [array(3), array(3)];
+      for (const [name, values] of Object.entries({ place: this.places, tint: this.tints, size: array(1) })) geometry.setAttribute(name, values);
       let k = 0;
       for (const [many, diameter, mass] of this.head.runs) {
-        for (const end = k + many; k < end; k++) {
-          matrix[16 * k] = matrix[16 * k + 5] = matrix[16 * k + 10] = diameter / 2;
-          matrix[16 * k + 15] = 1;
-          this.radius[k] = diameter / 2;
-          this.mass[k] = mass;
-        }
+        this.radius.fill(diameter / 2, k, k + many);
+        this.mass.fill(mass, k, k += many);
       }
+      geometry.getAttribute('size').array.set(this.radius);
+      uniforms.up.value.fromArray(this.head.up);
+      const made = (more) => new T.ShaderMaterial({ ...BALL, uniforms, ...more });
+      this.polish = made({});
+      this.faint = made({ uniforms: { ...uniforms, opacity: { value: FAINT } }, transparent: true, depthWrite: false });
+      const always = { frustumCulled: false };
+      this.balls = Object.assign(new T.Mesh(geometry, this.polish), always);
       // of faint balls only the first surface is seen
-      this.veil = new T.InstancedMesh(balls.geometry, new T.MeshLambertMaterial({ colorWrite: false }), this.count);
-      Object.assign(this.veil, { instanceMatrix: balls.instanceMatrix, frustumCulled: false, visible: false, renderOrder: 1 });
-      this.balls = balls;
-      return [balls, this.veil];
+      this.veil = Object.assign(new T.Mesh(geometry, made({ colorWrite: false })), always, { visible: false, renderOrder: 1 });
+      return [this.balls, this.veil];
     }
 
     /** The flights of the balls from a frame to the next, from positions [m] and velocities [m/s] in both: for each ball
@@ -417,7 +434,7 @@ const Mill3D = (() => {
     place(frame, time, by, life) {
       const { head, count, colours, level } = this;
       const { position, velocity, spin } = this.frames;
-      const matrix = this.balls.instanceMatrix.array, colour = this.balls.instanceColor.array;
+      const [place, colour] = [this.places.array, this.tints.array];
       const s = time - head.times[frame], between = s > 0 && frame + 1 < head.times.length;
       const { name, limit, low } = by ?? { low: 1 }, flown = between && this.#flights(frame);
       const share = between ? s / flown.h : 0, [wa, wb, wc, wd] = hermite(share);
@@ -430,24 +447,24 @@ const Mill3D = (() => {
       for (let k = 0; k < count; k++) {
         let value;
         if (!between) {
-          for (let j = 0; j < 3; j++) matrix[16 * k + 12 + j] = head.lower[j] + this.step[j] * position[3 * (frame * count + k) + j];
+          for (let j = 0; j < 3; j++) place[3 * k + j] = head.lower[j] + this.step[j] * position[3 * (frame * count + k) + j];
           value = of(frame, k);
         } else {
           const { h, a, b, impact, gap } = flown, at = impact[k], late = s > at, t = late ? s - h : s;
           for (let j = 0; j < 3; j++) {
             const i = 3 * k + j;
-            matrix[16 * k + 12 + j] = at === at // each parabola ends in the middle of the small gap between them
+            place[i] = at === at // each parabola ends in the middle of the small gap between them
               ? (late ? b.x[i] + b.v[i] * t : a.x[i] + a.v[i] * t) + (head.gravity[j] * t * t) / 2 - (gap[i] / 2) * (late ? t / (h - at) : t / at)
               : wa * a.x[i] + wb * b.x[i] + h * (wc * a.v[i] + wd * b.v[i]);
           }
-          if (head.slice) matrix[16 * k + 12] -= head.slice * Math.round(matrix[16 * k + 12] / head.slice);
+          if (head.slice) place[3 * k] -= head.slice * Math.round(place[3 * k] / head.slice);
           value = at === at ? of(frame + late, k) : (1 - share) * of(frame, k) + share * of(frame + 1, k);
         }
         if (name === 'energy') value = (this.mass[k] * value * value) / 2;
         level[k] = Math.min(255, Math.floor((256 * value) / limit));
         for (let j = 0; j < 3; j++) colour[3 * k + j] = low ? 1 : colours[3 * level[k] + j];
       }
-      this.balls.instanceMatrix.needsUpdate = this.balls.instanceColor.needsUpdate = true;
+      this.places.needsUpdate = this.tints.needsUpdate = true;
       this.#coat(low ? by : undefined);
       this.#move(frame, share);
       this.time = time;
@@ -456,14 +473,9 @@ const Mill3D = (() => {
 
     /** Shows a state: positions of the balls (n, 3) [m], their colours 0..255, poses of the motions (m, 3, 4). */
     show(positions, levels, poses) {
-      const matrix = this.balls.instanceMatrix.array, colour = this.balls.instanceColor.array;
-      for (let k = 0; k < this.count; k++) {
-        for (let j = 0; j < 3; j++) {
-          matrix[16 * k + 12 + j] = positions[3 * k + j];
-          colour[3 * k + j] = this.colours[3 * levels[k] + j];
-        }
-      }
-      this.balls.instanceMatrix.needsUpdate = this.balls.instanceColor.needsUpdate = true;
+      this.places.array.set(positions);
+      for (let k = 0; k < 3 * this.count; k++) this.tints.array[k] = this.colours[3 * levels[Math.floor(k / 3)] + (k % 3)];
+      this.places.needsUpdate = this.tints.needsUpdate = true;
       this.poses = poses;
       this.#move(0, 0);
     }
@@ -581,9 +593,7 @@ const Mill3D = (() => {
 
     /** Centres as drawn, Float32Array (n, 3) [m]. */
     positions() {
-      const matrix = this.balls.instanceMatrix.array;
-      return Float32Array.from({ length: 3 * this.count },
-        (_, k) => matrix[16 * Math.floor(k / 3) + 12 + (k % 3)]);
+      return this.places.array.slice();
     }
   }
 

@@ -3,8 +3,7 @@
 
 const MillStage = (() => {
   const TURN = Math.PI / 36; // by a key
-  const QUICK = 40; // [ms] a picture that takes longer is drawn with coarser balls, and less often
-  const COARSE = 1.2e5; // triangles of all balls then
+  const QUICK = 40; // [ms] after a picture that takes longer the page gets time for other things
   const LONGEST = 600; // [ms] the page waits so long at most
   const MEMORY = 48e6; // [bytes] of states to step back to
   const NO_WEBGL = 'The picture in 3D needs WebGL 2, which this browser does not offer here: the cross-section is drawn instead.';
@@ -125,14 +124,13 @@ const MillStage = (() => {
     }
 
     /** A new mill. The camera stays if the mill has the same motions and views as the one before. */
-    mill(head, again = false) {
+    mill(head) {
       const before = this.view, same = before && JSON.stringify([before.head.views, before.head.motions]) === JSON.stringify([head.views, head.motions]);
       const canvas = this.canvas.cloneNode(false), focused = document.activeElement === this.canvas;
       const context = canvas.getContext('webgl2', { alpha: true, antialias: true });
-      if (context) this.coarse ||= /swiftshader|llvmpipe|software|basic render/i.test(context.getParameter(context.getExtension('WEBGL_debug_renderer_info')?.UNMASKED_RENDERER_WEBGL ?? context.RENDERER));
       this.lacking.textContent = context ? '' : NO_WEBGL;
       this.lacking.hidden = Boolean(context);
-      this.view = context ? new Mill3D.View(canvas, context, this.coarse ? { ...head, triangles: COARSE } : head) : new Section(canvas, head);
+      this.view = context ? new Mill3D.View(canvas, context, head) : new Section(canvas, head);
       const { view } = this;
       view.name = same ? before.name : 'front';
       if (same) view.ride(before.riding, before.on);
@@ -156,10 +154,8 @@ const MillStage = (() => {
       if (before && !before.flat) { before.controls.dispose(); before.renderer.dispose(); before.renderer.forceContextLoss(); }
       this.drawn = undefined;
       this.lost = false;
-      if (again) return this.draw();
       Object.assign(this, { past: [], back: 0, limit: same ? this.limit : undefined });
       this.kept = Math.max(2, Math.min(200, Math.floor(MEMORY / (16 * head.drawn))));
-      return undefined;
     }
 
     /** Whether the path of the container is long compared with its size: then the camera rides first. */
@@ -226,11 +222,6 @@ const MillStage = (() => {
         if (done && view === this.view && !gl.isContextLost() && gl.getSyncParameter(done, gl.SYNC_STATUS) !== gl.SIGNALED) return setTimeout(look, 4);
         if (done) gl.deleteSync(done);
         const took = performance.now() - begin;
-        view.pictures = (view.pictures ?? 0) + 1;
-        if (!view.flat && view === this.view && took > (view.pictures > 1 ? QUICK : 20 * QUICK) && !this.coarse) { // the first one compiles
-          this.coarse = true;
-          this.mill(view.head, true);
-        }
         return setTimeout(() => {
           this.drawing = false;
           if (this.again) { this.again = false; this.draw(); }

@@ -114,8 +114,7 @@ const tasks = {
   },
 };
 
-let before = Promise.resolve(); // tasks wait for those before them, above all for the start
-
+let before = Promise.resolve(); // tasks wait for each other, and all of them for the engine
 onmessage = ({ data }) => {
   before = before.then(() => tasks[data.task](data)).catch(fail);
 };
