@@ -24,9 +24,21 @@ PRESETS = {
     "attritor": "attritor",
     "tumbling": "tumbling mill",
 }
-SCRIPTS = ("words.js", "deck.js", "results.js", "charts.js", "controls.js", "stage.js", "panel.js", "show.js", "studio.js")
+SCRIPTS = (
+    "words.js",
+    "deck.js",
+    "results.js",
+    "charts.js",
+    "controls.js",
+    "stage.js",
+    "panel.js",
+    "show.js",
+    "studio.js",
+)
 SLOWEST = (1, 2, 5, 10, 20, 50, 100, 1000)  # times slower than real time
-SPEEDS = [("auto", "auto: fast, then slow motion"), ("fast", "as fast as possible")] + [(1 / n, f"1/{n} of real time" if n > 1 else "real time") for n in SLOWEST]
+SPEEDS = [("auto", "fast, then slow motion"), ("fast", "as fast as possible")] + [
+    (1 / n, f"1/{n} of real time" if n > 1 else "real time") for n in SLOWEST
+]
 KEYS = (
     ("space", "play or pause"),
     (", .", "the state before; the next state"),

@@ -4,6 +4,7 @@
 const MillStage = (() => {
   const TURN = Math.PI / 36; // by a key
   const QUICK = 40; // [ms] after a picture that takes longer the page gets time for other things
+  const SLOW = 250; // [ms] of a picture that is drawn with half the pixels each way from then on
   const LONGEST = 600; // [ms] the page waits so long at most
   const MEMORY = 48e6; // [bytes] of states to step back to
   const NO_WEBGL = 'The picture in 3D needs WebGL 2, which this browser does not offer here: the cross-section is drawn instead.';
@@ -222,6 +223,10 @@ const MillStage = (() => {
         if (done && view === this.view && !gl.isContextLost() && gl.getSyncParameter(done, gl.SYNC_STATUS) !== gl.SIGNALED) return setTimeout(look, 4);
         if (done) gl.deleteSync(done);
         const took = performance.now() - begin;
+        if (took > SLOW && this.draws > 2 && !this.rough) { // without a graphics card: fewer pixels
+          this.rough = true;
+          this.resize();
+        }
         return setTimeout(() => {
           this.drawing = false;
           if (this.again) { this.again = false; this.draw(); }
@@ -252,7 +257,7 @@ const MillStage = (() => {
     resize() {
       const { clientWidth, clientHeight } = this.box;
       if (!this.view || !clientWidth || !clientHeight) return;
-      this.view.resize(clientWidth, clientHeight, devicePixelRatio || 1);
+      this.view.resize(clientWidth, clientHeight, (devicePixelRatio || 1) * (this.rough ? 0.5 : 1));
       this.draw();
     }
 
