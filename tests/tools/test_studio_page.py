@@ -172,7 +172,7 @@ def test_a_link_holds_the_design(studio, open_page, pages, own):
     other.check()
 
 
-def test_a_damaged_link_is_said_and_the_reference_mill_opens(studio, open_page, pages):
+def test_a_damaged_link_is_said_and_the_reference_mill_opens(open_page, pages):
     page = open_page(pages["live"])
     page.page.goto("about:blank")
     page.page.goto(pages["live"].as_uri() + "#design=abcdef")

@@ -58,7 +58,7 @@ const MillStudio = (() => {
       if (await this.linked()) return undefined;
       const own = JSON.parse(data.text('own'));
       if (own) return this.open(own.text, new Map(Object.entries(own.files).map(([name, text]) => [name, Uint8Array.from(atob(text), (c) => c.charCodeAt(0))])));
-      return this.preset(this.presets[0].name);
+      return this.preset(this.presets[0].name, part('notice').textContent);
     }
 
     // ---- messages of the source
@@ -182,10 +182,10 @@ const MillStudio = (() => {
       return this.ready;
     }
 
-    preset(name) {
+    preset(name, remark = '') {
       const found = this.presets.find((one) => one.name === name);
       history.replaceState(null, '', location.pathname + location.search);
-      return this.open(found.text, new Map(), name);
+      return this.open(found.text, new Map(), name, remark);
     }
 
     /** Opens the design of the address; false if there is none. */
