@@ -11,6 +11,7 @@ import sys
 
 from milltools import pages
 from milltools.base.engine import ROOT
+from milltools.base.errors import UserError
 from milltools.base.files import write_text
 from milltools.player import player
 
@@ -35,6 +36,7 @@ SCRIPTS = (
     "show.js",
     "studio.js",
 )
+MOST = 4_000_000  # bytes of a page that can be mailed
 SLOWEST = (1, 2, 5, 10, 20, 50, 100, 1000)  # times slower than real time
 SPEEDS = [("auto", "fast, then slow motion"), ("fast", "as fast as possible")] + [
     (1 / n, f"1/{n} of real time" if n > 1 else "real time") for n in SLOWEST
@@ -95,7 +97,10 @@ def main(wasm: str, out: str) -> None:
     worker = "\n".join((FOLDER / name).read_text("utf-8") for name in ("engine.js", "worker.js"))
     data = {"engine": packed(pathlib.Path(wasm).read_bytes()), "worker": worker, "colours": palette()}
     start = "new EngineSource(data.text('worker'), await data.unpacked('engine'), data.bytes('colours'))"
-    write_text(out, page(data, start, [(FOLDER / "source.js").read_text("utf-8")]))
+    text = page(data, start, [(FOLDER / "source.js").read_text("utf-8")])
+    if len(text.encode()) > MOST:
+        raise UserError(f"{out}: would have {len(text.encode())} bytes, more than {MOST}", status=1)
+    write_text(out, text)
 
 
 if __name__ == "__main__":

@@ -159,7 +159,7 @@ const MillCharts = (() => {
   /** Where the power goes: ins on the left, outs on the right, each as high as its power. */
   function flow(width, height, { ins, outs }, kinds) {
     const style = looks(kinds), total = Math.max(ins.reduce((a, b) => a + b.value, 0), outs.reduce((a, b) => a + b.value, 0));
-    const narrow = width < 480, bar = 12, wide = narrow ? 128 : 190, leftLabel = narrow ? 92 : 150;
+    const narrow = width < 480, bar = 12, wide = narrow ? 122 : 190, leftLabel = narrow ? 112 : 150;
     const x = [leftLabel, (leftLabel + width - wide) / 2, width - wide];
     const high = height - 26, gap = 12, rest = high - gap * (Math.max(ins.length, outs.length) - 1);
     const size = (value) => Math.max(1, (rest * value) / total);

@@ -204,12 +204,12 @@ const MillResults = (() => {
     ].map(([name, unit, one, other, good]) => ({ name, unit, here: one, there: other, ...verdict(one, other, good) }));
   }
 
-  /** Keys whose values differ in two lists of keys: [[name, here, there], ...]; "none" where one has no such key. */
+  /** Keys whose values differ in two mills: [[name, here, there], ...], as their decks say it; "none": no such key. */
   function differences(here, there) {
-    const all = (keys) => new Map(keys.map((key) => [`${key.section}.${key.key}`, key.value]));
-    const [a, b] = [all(here), all(there)];
+    const [a, b] = [here, there].map(({ keys }) => new Map(keys.map((key) => [`${key.section}.${key.key}`, key.value])));
+    const [own, other] = [here, there].map(({ text }) => MillDeck.values(text));
     return [...new Set([...a.keys(), ...b.keys()])].filter((name) => a.get(name) !== b.get(name))
-      .map((name) => [name, a.get(name) ?? 'none', b.get(name) ?? 'none']);
+      .map((name) => [name, own.get(name) ?? a.get(name) ?? 'none', other.get(name) ?? b.get(name) ?? 'none']);
   }
 
   return { Record, THRESHOLDS, NORMAL, above, halfAbove, verdict, compare, differences };

@@ -154,7 +154,7 @@ const MillShow = (() => {
       const rows = R.compare(record, frozen, this.which).map((row) => [row.name, sure(row.here, row.unit), sure(row.there, row.unit),
         row.error === null ? UNKNOWN : W.brief(row.apart, row.error, row.unit), row.words]);
       this.#cells('compare-rows', rows, (cells) => ({ better: 'agree', worse: 'differ', 'not yet known': 'open' }[cells[4]] ?? ''), [1, 2, 3]);
-      const differ = R.differences(record.mill.keys, frozen.mill.keys);
+      const differ = R.differences(record.mill, frozen.mill);
       part('same-deck').hidden = differ.length > 0;
       part('keys-differ').hidden = !differ.length;
       this.#cells('differ-rows', differ, () => '', []);

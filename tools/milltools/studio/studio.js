@@ -75,7 +75,7 @@ const MillStudio = (() => {
       const another = !this.record || this.record.mill.kinds.join() !== mill.kinds.join() || asked.fresh;
       Object.assign(this, { deck: asked.text, record: new MillResults.Record(mill), broken: false });
       if (!this.next) this.draft = this.deck;
-      this.record.mill.sample_from = this.#second(mill.keys);
+      Object.assign(mill, { text: this.deck, sample_from: this.#second(mill.keys) });
       if (another) this.show.begin();
       this.stage.mill(mill.head);
       this.cameras(mill.head);
@@ -312,7 +312,7 @@ const MillStudio = (() => {
       const stops = Array.from({ length: 16 }, (_, k) => `rgb(${colours.slice(51 * k, 51 * k + 3).join(',')})`);
       part('scale').style.background = `linear-gradient(90deg,${stops})`;
       part('scale').setAttribute('aria-label', `Colours of the balls: speed from 0, dark blue, to ${W.quantity(limit, 'm/s')} and more, yellow`);
-      part('scale-ticks').replaceChildren(...[0, 1, 2, 3, 4].map((k) => {
+      part('scale-ticks').replaceChildren(...[0, 2, 4].map((k) => {
         const tick = document.createElement('span');
         tick.textContent = k < 4 ? W.number(k * step) : `≥ ${W.number(limit)} m/s`;
         tick.style.left = `${25 * k}%`;
