@@ -209,32 +209,159 @@ const Mill3D = (() => {
     return [v * v * (1 + 2 * u), u * u * (3 - 2 * u), u * v * v, -u * u * v];
   }
 
-  class View {
-    /** `context`: a WebGL2 context of `canvas`; `head`: what player.py wrote; `frames`: what unpack() gave. Without
-        frames show() draws states: `head` then has typed arrays in place of texts, and neither creases nor wear. */
-    constructor(canvas, context, head, frames) {
+  /** Camera and motions of a mill, however it is drawn. */
+  class Eye {
+    /** `head`: what player.py wrote, or what studio/source.js makes of a mill that is simulated now */
+    constructor(canvas, head) {
       this.head = head;
-      this.frames = frames;
       this.canvas = canvas;
       this.count = head.drawn;
-      this.renderer = new T.WebGLRenderer({ canvas, context, antialias: true, alpha: true });
-      this.renderer.setClearColor(0x000000, 0);
-      this.scene = new T.Scene();
       this.camera = new T.PerspectiveCamera(FIELD, 1, 0.01, 10);
       this.camera.up.fromArray(head.up);
       this.controls = new T.OrbitControls(this.camera, canvas);
       this.controls.enableDamping = false;
       canvas.style.touchAction = 'pan-y'; // a finger that moves up or down scrolls the page
+      this.on = head.carrier; // number of the motion that the camera can be fixed to
+      this.world = new T.Group(); // everything that turns when the camera moves with the container
+      this.world.matrixAutoUpdate = false;
+      this.poses = floats(head.poses); // of all frames, or of the state that is shown
+      this.start = this.poses.slice(0, 12 * head.motions.length);
+      this.moving = head.motions.map(() => new T.Group());
+      for (const group of this.moving) group.matrixAutoUpdate = false;
+      this.world.add(...this.moving);
+      this.moved = false;
+      this.controls.addEventListener('start', () => { this.moved = true; });
+    }
+
+    /** The pose of a motion in a frame, three rows of four. */
+    pose(frame, motion) {
+      const from = 12 * (frame * this.moving.length + motion);
+      return this.poses.subarray(from, from + 12);
+    }
+
+    /** The pose of a motion as drawn. */
+    shownPose(motion) {
+      const m = this.moving[motion].matrix.elements;
+      return Float32Array.from({ length: 12 }, (_, k) => m[4 * (k % 4) + Math.floor(k / 4)]);
+    }
+
+    /** Sets whether the camera is fixed to a motion (else stated: the container's), whose parts then do not move, or to
+        the laboratory. */
+    ride(riding, on = this.head.carrier) {
+      this.riding = riding;
+      this.on = on;
+      this.look(this.name);
+    }
+
+    /** Moves the bodies to a share 0..1 of the way from a frame to the next: turned evenly, on smooth paths. */
+    move(frame, share) {
+      const last = (this.head.times?.length ?? 1) - 1;
+      const turn = new T.Group(), other = new T.Group(); // for their matrices
+      this.moving.forEach((group, k) => {
+        group.matrix.set(...this.pose(frame, k), 0, 0, 0, 1);
+        if (share > 0) {
+          const [before, here, next, after] = [-1, 0, 1, 2].map((d) => {
+            other.matrix.set(...this.pose(Math.min(Math.max(frame + d, 0), last), k), 0, 0, 0, 1);
+            return new T.Vector3().setFromMatrixPosition(other.matrix);
+          });
+          turn.quaternion.setFromRotationMatrix(group.matrix);
+          other.matrix.set(...this.pose(frame + 1, k), 0, 0, 0, 1);
+          turn.quaternion.slerp(other.quaternion.setFromRotationMatrix(other.matrix), share);
+          const start = next.clone().sub(before).multiplyScalar(frame ? 0.5 : 1);
+          const end = after.sub(here).multiplyScalar(frame + 1 < last ? 0.5 : 1);
+          const [a, b, c, d] = hermite(share);
+          here.multiplyScalar(a).addScaledVector(next, b).addScaledVector(start, c).addScaledVector(end, d);
+          group.matrix.makeRotationFromQuaternion(turn.quaternion).setPosition(here);
+        }
+        group.matrixWorldNeedsUpdate = true;
+      });
+      this.world.matrix.identity();
+      if (this.riding) {
+        const now = this.moving[this.on].matrix.clone().invert();
+        this.world.matrix.set(...this.start.subarray(12 * this.on, 12 * this.on + 12), 0, 0, 0, 1).multiply(now);
+      }
+      this.world.matrixWorldNeedsUpdate = true;
+    }
+
+    resize(width, height) {
+      this.camera.aspect = width / height;
+      this.camera.updateProjectionMatrix();
+      if (!this.moved) this.look(this.name);
+    }
+
+    /** A named view of the space that the container sweeps, or of the container: "front", "three-quarter" or "end". */
+    look(name) {
+      const toward = new T.Vector3(...this.head.views[name]).normalize();
+      const right = new T.Vector3(...this.head.up).cross(toward);
+      if (right.length() < 1e-6) right.set(0, 1, 0); // from straight above
+      right.normalize();
+      const up = toward.clone().cross(right);
+      const hull = vectors(this.head.hulls[this.riding && this.on === this.head.carrier ? 1 : 0]);
+      const low = hull[0].clone(), high = hull[0].clone();
+      for (const p of hull) { low.min(p); high.max(p); }
+      const middle = low.add(high).multiplyScalar(0.5);
+      const rise = Math.tan((FIELD * Math.PI) / 360), wide = rise * this.camera.aspect;
+      let distance = 0;
+      for (const p of hull) {
+        p.sub(middle);
+        const out = Math.max(Math.abs(p.dot(right)) / wide, Math.abs(p.dot(up)) / rise);
+        distance = Math.max(distance, p.dot(toward) + 1.07 * out);
+      }
+      this.name = name;
+      this.moved = false;
+      this.camera.near = distance / 50;
+      this.camera.far = distance * 20;
+      this.camera.updateProjectionMatrix();
+      this.controls.minDistance = 0.2 * distance;
+      this.controls.maxDistance = 4 * distance;
+      this.controls.target.copy(middle);
+      this.camera.position.copy(toward.multiplyScalar(distance).add(middle));
+      this.controls.update();
+    }
+
+    turn(left, up) {
+      this.moved = true;
+      this.controls.rotateLeft(left);
+      this.controls.rotateUp(up);
+    }
+
+    /** Place and target of the eye, in the form for moveTo. */
+    stand() {
+      return [this.camera.position.clone(), this.controls.target.clone()];
+    }
+
+    moveTo([eye, target]) {
+      this.camera.position.copy(eye);
+      this.controls.target.copy(target);
+      this.controls.update();
+    }
+
+    zoom(factor) {
+      this.moved = true;
+      const { target } = this.controls;
+      const away = this.camera.position.clone().sub(target);
+      const { minDistance, maxDistance } = this.controls;
+      away.setLength(Math.min(Math.max(away.length() / factor, minDistance), maxDistance));
+      this.moveTo([away.add(target), target]);
+    }
+  }
+
+  class View extends Eye {
+    /** `context`: a WebGL2 context of `canvas`; `frames`: what unpack() gave. Without frames show() draws states: `head`
+        then has typed arrays in place of texts, and neither creases nor wear. */
+    constructor(canvas, context, head, frames) {
+      super(canvas, head);
+      this.frames = frames;
+      this.renderer = new T.WebGLRenderer({ canvas, context, antialias: true, alpha: true });
+      this.renderer.setClearColor(0x000000, 0);
+      this.scene = new T.Scene();
       this.colours = linear(typeof head.colours === 'string' ? bytesOf(head.colours) : head.colours);
       this.step = frames && head.upper.map((u, axis) => (u - head.lower[axis]) / 65535); // [m] of the positions
       this.radius = new Float64Array(this.count);
       this.mass = new Float64Array(this.count);
       this.level = new Uint8Array(this.count);
       this.flashes = floats(head.flashes ?? []);
-      this.on = head.carrier; // number of the motion that the camera can be fixed to
       this.#furnish();
-      this.moved = false;
-      this.controls.addEventListener('start', () => { this.moved = true; });
     }
 
     #furnish() {
@@ -248,12 +375,6 @@ const Mill3D = (() => {
       this.outside = new T.MeshLambertMaterial({ vertexColors: true, side: BACK, transparent: true, depthWrite: false });
       this.bare = []; // bodies in plain colours
       this.creases = []; // their edges, when they are worn: faces of one colour can be told apart
-      this.world = new T.Group(); // everything that turns when the camera moves with the container
-      this.world.matrixAutoUpdate = false;
-      this.poses = floats(head.poses); // of all frames, or of the state that is shown
-      this.start = this.poses.slice(0, 12 * head.motions.length);
-      this.moving = head.motions.map(() => new T.Group());
-      for (const group of this.moving) group.matrixAutoUpdate = false;
       const line = new T.MeshLambertMaterial({ color: 0x08090c });
       for (const body of head.bodies) {
         this.bare.push(this.#body(plain(body), body.motion, this[body.look], body.look === 'shell'));
@@ -262,7 +383,7 @@ const Mill3D = (() => {
         (this.moving[body.motion] ?? this.world).add(this.creases.at(-1));
       }
       (this.moving[head.carrier] ?? this.world).add(bars(head.edges, this.rim));
-      this.world.add(...this.moving, ...this.#balls());
+      this.world.add(...this.#balls());
       const glow = new T.MeshLambertMaterial({ vertexColors: true, transparent: true, depthWrite: false, emissive: 0xd06010 });
       this.sparks = new T.InstancedMesh(disc(), glow, MOST_FLASHES);
       this.sparks.frustumCulled = false;
@@ -314,56 +435,6 @@ const Mill3D = (() => {
         });
         geometry.getAttribute('color').needsUpdate = true;
       }
-    }
-
-    /** The pose of a motion in a frame, three rows of four. */
-    pose(frame, motion) {
-      const from = 12 * (frame * this.moving.length + motion);
-      return this.poses.subarray(from, from + 12);
-    }
-
-    /** The pose of a motion as drawn. */
-    shownPose(motion) {
-      const m = this.moving[motion].matrix.elements;
-      return Float32Array.from({ length: 12 }, (_, k) => m[4 * (k % 4) + Math.floor(k / 4)]);
-    }
-
-    /** Sets whether the camera is fixed to a motion (else stated: the container's), whose parts then do not move, or to
-        the laboratory. */
-    ride(riding, on = this.head.carrier) {
-      this.riding = riding;
-      this.on = on;
-      this.look(this.name);
-    }
-
-    /** Moves the bodies to a share 0..1 of the way from a frame to the next: turned evenly, on smooth paths. */
-    #move(frame, share) {
-      const last = (this.head.times?.length ?? 1) - 1;
-      const turn = new T.Group(), other = new T.Group(); // for their matrices
-      this.moving.forEach((group, k) => {
-        group.matrix.set(...this.pose(frame, k), 0, 0, 0, 1);
-        if (share > 0) {
-          const [before, here, next, after] = [-1, 0, 1, 2].map((d) => {
-            other.matrix.set(...this.pose(Math.min(Math.max(frame + d, 0), last), k), 0, 0, 0, 1);
-            return new T.Vector3().setFromMatrixPosition(other.matrix);
-          });
-          turn.quaternion.setFromRotationMatrix(group.matrix);
-          other.matrix.set(...this.pose(frame + 1, k), 0, 0, 0, 1);
-          turn.quaternion.slerp(other.quaternion.setFromRotationMatrix(other.matrix), share);
-          const start = next.clone().sub(before).multiplyScalar(frame ? 0.5 : 1);
-          const end = after.sub(here).multiplyScalar(frame + 1 < last ? 0.5 : 1);
-          const [a, b, c, d] = hermite(share);
-          here.multiplyScalar(a).addScaledVector(next, b).addScaledVector(start, c).addScaledVector(end, d);
-          group.matrix.makeRotationFromQuaternion(turn.quaternion).setPosition(here);
-        }
-        group.matrixWorldNeedsUpdate = true;
-      });
-      this.world.matrix.identity();
-      if (this.riding) {
-        const now = this.moving[this.on].matrix.clone().invert();
-        this.world.matrix.set(...this.start.subarray(12 * this.on, 12 * this.on + 12), 0, 0, 0, 1).multiply(now);
-      }
-      this.world.matrixWorldNeedsUpdate = true;
     }
 
     #balls() {
@@ -466,7 +537,7 @@ const Mill3D = (() => {
       }
       this.places.needsUpdate = this.tints.needsUpdate = true;
       this.#coat(low ? by : undefined);
-      this.#move(frame, share);
+      this.move(frame, share);
       this.time = time;
       this.life = life;
     }
@@ -477,7 +548,7 @@ const Mill3D = (() => {
       for (let k = 0; k < 3 * this.count; k++) this.tints.array[k] = this.colours[3 * levels[Math.floor(k / 3)] + (k % 3)];
       this.places.needsUpdate = this.tints.needsUpdate = true;
       this.poses = poses;
-      this.#move(0, 0);
+      this.move(0, 0);
     }
 
     /** Turns the flashes that are seen to the camera, a little in front of the balls that hit. */
@@ -530,65 +601,7 @@ const Mill3D = (() => {
     resize(width, height, ratio) {
       this.renderer.setPixelRatio(Math.min(ratio, 2));
       this.renderer.setSize(width, height, false);
-      this.camera.aspect = width / height;
-      this.camera.updateProjectionMatrix();
-      if (!this.moved) this.look(this.name);
-    }
-
-    /** A named view of the space that the container sweeps, or of the container: "front", "three-quarter" or "end". */
-    look(name) {
-      const toward = new T.Vector3(...this.head.views[name]).normalize();
-      const right = new T.Vector3(...this.head.up).cross(toward);
-      if (right.length() < 1e-6) right.set(0, 1, 0); // from straight above
-      right.normalize();
-      const up = toward.clone().cross(right);
-      const hull = vectors(this.head.hulls[this.riding && this.on === this.head.carrier ? 1 : 0]);
-      const low = hull[0].clone(), high = hull[0].clone();
-      for (const p of hull) { low.min(p); high.max(p); }
-      const middle = low.add(high).multiplyScalar(0.5);
-      const rise = Math.tan((FIELD * Math.PI) / 360), wide = rise * this.camera.aspect;
-      let distance = 0;
-      for (const p of hull) {
-        p.sub(middle);
-        const out = Math.max(Math.abs(p.dot(right)) / wide, Math.abs(p.dot(up)) / rise);
-        distance = Math.max(distance, p.dot(toward) + 1.07 * out);
-      }
-      this.name = name;
-      this.moved = false;
-      this.camera.near = distance / 50;
-      this.camera.far = distance * 20;
-      this.camera.updateProjectionMatrix();
-      this.controls.minDistance = 0.2 * distance;
-      this.controls.maxDistance = 4 * distance;
-      this.controls.target.copy(middle);
-      this.camera.position.copy(toward.multiplyScalar(distance).add(middle));
-      this.controls.update();
-    }
-
-    turn(left, up) {
-      this.moved = true;
-      this.controls.rotateLeft(left);
-      this.controls.rotateUp(up);
-    }
-
-    /** Place and target of the eye, in the form for moveTo. */
-    stand() {
-      return [this.camera.position.clone(), this.controls.target.clone()];
-    }
-
-    moveTo([eye, target]) {
-      this.camera.position.copy(eye);
-      this.controls.target.copy(target);
-      this.controls.update();
-    }
-
-    zoom(factor) {
-      this.moved = true;
-      const { target } = this.controls;
-      const away = this.camera.position.clone().sub(target);
-      const { minDistance, maxDistance } = this.controls;
-      away.setLength(Math.min(Math.max(away.length() / factor, minDistance), maxDistance));
-      this.moveTo([away.add(target), target]);
+      super.resize(width, height);
     }
 
     /** Centres as drawn, Float32Array (n, 3) [m]. */
@@ -597,5 +610,5 @@ const Mill3D = (() => {
     }
   }
 
-  return { View, unpack, bytesOf };
+  return { Eye, View, unpack, bytesOf };
 })();
