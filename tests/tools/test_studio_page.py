@@ -347,7 +347,7 @@ def test_numbers_do_not_move_what_is_below_them(studio):
     assert page.evaluate(tops) == before
 
 
-def test_without_webgl_it_says_so_and_draws_the_cross_section(studio):
+def test_without_webgl_it_says_so_and_the_processor_draws(studio):
     page = studio(DECK, before=WITHOUT_WEBGL)
     page.until("millStudio.stage.draws > 0")
     assert "WebGL 2" in page.evaluate(WORDS.format("lacking"))

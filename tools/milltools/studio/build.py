@@ -25,17 +25,11 @@ PRESETS = {
     "attritor": "attritor",
     "tumbling": "tumbling mill",
 }
-SCRIPTS = (
-    "words.js",
-    "deck.js",
-    "results.js",
-    "charts.js",
-    "controls.js",
-    "stage.js",
-    "panel.js",
-    "show.js",
-    "studio.js",
-)
+# in the order in which they are loaded
+SCRIPTS = [
+    f"{name}.js"
+    for name in ("words", "deck", "results", "charts", "controls", "painter", "stage", "panel", "show", "studio")
+]
 MOST = 4_000_000  # bytes of a page that can be mailed
 SLOWEST = (1, 2, 5, 10, 20, 50, 100, 1000)  # times slower than real time
 SPEEDS = [("auto", "fast, then slow motion"), ("fast", "as fast as possible")] + [

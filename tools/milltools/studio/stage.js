@@ -1,4 +1,4 @@
-/* The picture of the mill: Mill3D.View, or without WebGL 2 a drawing of the cross-section. */
+/* The picture of the mill: Mill3D.View, or without a graphics card MillPainter.Painter. */
 'use strict';
 
 const MillStage = (() => {
@@ -7,7 +7,7 @@ const MillStage = (() => {
   const SLOW = 250; // [ms] of a picture that is drawn with half the pixels each way from then on
   const LONGEST = 600; // [ms] the page waits so long at most
   const MEMORY = 48e6; // [bytes] of states to step back to
-  const NO_WEBGL = 'The picture in 3D needs WebGL 2, which this browser does not offer here: the cross-section is drawn instead.';
+  const NO_WEBGL = 'This browser does not offer WebGL 2 here: the processor draws the mill, with fewer pictures a second.';
   const SCALE = [1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10];
 
   const rounded = (value) => {
@@ -16,99 +16,13 @@ const MillStage = (() => {
     return SCALE.map((m) => m * power).find((end) => end >= value * (1 - 1e-9));
   };
 
-  /** The mill seen along the axis of its container, as a drawing: balls as circles, bodies as their shadows. */
-  class Section {
-    constructor(canvas, head) {
-      Object.assign(this, { canvas, head, pen: canvas.getContext('2d'), flat: true });
-      const unit = (a) => { const size = Math.hypot(...a); return a.map((x) => x / size); };
-      const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-      const out = unit(head.views.end), straight = Math.abs(out.reduce((sum, x, k) => sum + x * head.up[k], 0)) > 0.99;
-      this.right = unit(cross(straight ? [0, 1, 0] : head.up, out));
-      this.up = cross(out, this.right);
-      this.out = out;
-      this.radius = head.runs.flatMap(([many, diameter]) => Array(many).fill(diameter / 2));
-      this.on = head.carrier;
-    }
-
-    ride(riding, on = this.head.carrier) { Object.assign(this, { riding, on }); }
-
-    ink(dark) { this.dark = dark; }
-
-    look() {}
-
-    turn() {}
-
-    zoom() {}
-
-    resize(width, height, ratio) {
-      this.canvas.width = width * ratio;
-      this.canvas.height = height * ratio;
-    }
-
-    show(positions, levels, poses) { Object.assign(this, { positions, levels, poses }); }
-
-    /** Places in the laboratory as seen from the motion that the picture rides on. */
-    #seen() {
-      const { riding, on, head, poses } = this;
-      if (!riding || on < 0) return (x, y, z) => [x, y, z];
-      const now = poses.subarray(12 * on, 12 * on + 12), start = head.poses.subarray(12 * on, 12 * on + 12);
-      return (x, y, z) => {
-        const d = [x - now[3], y - now[7], z - now[11]], own = [0, 1, 2].map((k) => now[k] * d[0] + now[4 + k] * d[1] + now[8 + k] * d[2]);
-        return [0, 1, 2].map((k) => start[4 * k] * own[0] + start[4 * k + 1] * own[1] + start[4 * k + 2] * own[2] + start[4 * k + 3]);
-      };
-    }
-
-    draw() {
-      const { canvas, head, pen, poses, positions, levels } = this, { right, up, out } = this;
-      if (!positions || !canvas.width) return;
-      const seen = this.#seen(), dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-      const hull = head.hulls[this.riding && this.on === head.carrier ? 1 : 0], flat = [];
-      for (let k = 0; k < hull.length; k += 3) { const p = hull.subarray(k, k + 3); flat.push([dot(p, right), dot(p, up)]); }
-      const ends = [0, 1].map((j) => [Math.min(...flat.map((p) => p[j])), Math.max(...flat.map((p) => p[j]))]);
-      const scale = 0.92 * Math.min(canvas.width / (ends[0][1] - ends[0][0]), canvas.height / (ends[1][1] - ends[1][0]));
-      const middle = ends.map(([low, high]) => (low + high) / 2);
-      const place = (p) => [canvas.width / 2 + scale * (dot(p, right) - middle[0]), canvas.height / 2 - scale * (dot(p, up) - middle[1])];
-      pen.clearRect(0, 0, canvas.width, canvas.height);
-      const shadow = ({ points, corners, motion }) => { // of one sense of turning, so that all of it is filled
-        const pose = motion >= 0 && poses.subarray(12 * motion, 12 * motion + 12), at = [], shape = new Path2D();
-        for (let k = 0; k < points.length; k += 3) {
-          const [x, y, z] = points.subarray(k, k + 3);
-          at.push(place(pose ? seen(...[0, 4, 8].map((r) => pose[r] * x + pose[r + 1] * y + pose[r + 2] * z + pose[r + 3])) : seen(x, y, z)));
-        }
-        for (let k = 0; k < corners.length; k += 3) {
-          let [a, b, c] = [at[corners[k]], at[corners[k + 1]], at[corners[k + 2]]];
-          if ((b[0] - a[0]) * (c[1] - a[1]) < (c[0] - a[0]) * (b[1] - a[1])) [b, c] = [c, b];
-          shape.moveTo(...a);
-          shape.lineTo(...b);
-          shape.lineTo(...c);
-          shape.closePath();
-        }
-        return shape;
-      };
-      const paint = (look, fill, edge) => {
-        for (const shape of head.bodies.filter((body) => body.look === look).map(shadow)) {
-          if (edge) { pen.strokeStyle = edge; pen.lineWidth = canvas.width / 250; pen.lineJoin = 'round'; pen.stroke(shape); }
-          pen.fillStyle = fill;
-          pen.fill(shape);
-        }
-      };
-      paint('shell', this.dark ? '#1e2530' : '#eef2f8', this.dark ? '#6f7d95' : '#8b97aa');
-      const order = Array.from(this.radius, (_, k) => k).map((k) => {
-        const p = seen(positions[3 * k], positions[3 * k + 1], positions[3 * k + 2]);
-        return [dot(p, out), k, ...place(p)];
-      }).sort((a, b) => a[0] - b[0]);
-      const colours = this.colours ??= Array.from({ length: 256 }, (_, k) => `rgb(${head.colours.slice(3 * k, 3 * k + 3)})`);
-      pen.lineWidth = Math.max(1, canvas.width / 1500);
-      pen.strokeStyle = this.dark ? '#0008' : '#0004';
-      for (const [, k, x, y] of order) {
-        pen.beginPath();
-        pen.arc(x, y, scale * this.radius[k], 0, 2 * Math.PI);
-        pen.fillStyle = colours[levels[k]];
-        pen.fill();
-        pen.stroke();
-      }
-      paint('steel', this.dark ? '#9aa3b2cc' : '#6b7280cc');
-    }
+  /** Whether this browser has WebGL 2, and whether a graphics card does its work. */
+  function graphics() {
+    const context = document.createElement('canvas').getContext('webgl2');
+    if (!context) return { there: false, quick: false };
+    const name = context.getParameter(context.getExtension('WEBGL_debug_renderer_info')?.UNMASKED_RENDERER_WEBGL ?? context.RENDERER);
+    context.getExtension('WEBGL_lose_context')?.loseContext();
+    return { there: true, quick: !/swiftshader|llvmpipe|software|basic render/i.test(name) };
   }
 
   /** The stage of a page: `parts` {canvas, box, lacking, say}. */
@@ -128,10 +42,11 @@ const MillStage = (() => {
     mill(head) {
       const before = this.view, same = before && JSON.stringify([before.head.views, before.head.motions]) === JSON.stringify([head.views, head.motions]);
       const canvas = this.canvas.cloneNode(false), focused = document.activeElement === this.canvas;
-      const context = canvas.getContext('webgl2', { alpha: true, antialias: true });
-      this.lacking.textContent = context ? '' : NO_WEBGL;
-      this.lacking.hidden = Boolean(context);
-      this.view = context ? new Mill3D.View(canvas, context, head) : new Section(canvas, head);
+      this.graphics ??= graphics();
+      const context = this.graphics.quick ? canvas.getContext('webgl2', { alpha: true, antialias: true }) : null;
+      this.lacking.textContent = this.graphics.there ? '' : NO_WEBGL;
+      this.lacking.hidden = this.graphics.there;
+      this.view = context ? new Mill3D.View(canvas, context, head) : new MillPainter.Painter(canvas, head);
       const { view } = this;
       view.name = same ? before.name : 'front';
       if (same) view.ride(before.riding, before.on);
@@ -139,8 +54,8 @@ const MillStage = (() => {
       this.canvas.replaceWith(canvas);
       this.canvas = canvas;
       if (focused) canvas.focus({ preventScroll: true });
+      view.controls.addEventListener('change', () => this.draw());
       if (!view.flat) {
-        view.controls.addEventListener('change', () => this.draw());
         canvas.addEventListener('webglcontextlost', () => {
           if (canvas !== this.canvas) return; // that of a mill before
           this.lost = true;
@@ -148,11 +63,15 @@ const MillStage = (() => {
         });
         canvas.addEventListener('webglcontextrestored', () => { this.lost = false; this.say(''); this.draw(); });
       }
-      const stood = same && before.moved && !view.flat && before.stand();
+      const stood = same && before.moved && before.stand();
       this.ink();
       this.resize();
       if (stood) { view.moved = true; view.moveTo(stood); }
-      if (before && !before.flat) { before.controls.dispose(); before.renderer.dispose(); before.renderer.forceContextLoss(); }
+      before?.controls.dispose();
+      if (before && !before.flat) {
+        before.renderer.dispose();
+        before.renderer.forceContextLoss();
+      }
       this.drawn = undefined;
       this.lost = false;
       Object.assign(this, { past: [], back: 0, limit: same ? this.limit : undefined });
