@@ -41,7 +41,9 @@ LDLIBS := $(shell pkg-config --libs gsl hdf5 2>/dev/null) -ludunits2 -lm -pthrea
 # a shared HDF5 loads 30 other libraries, for access to remote files: 6 ms of every start
 LDLIBS_SMALL := $(patsubst -lhdf5,-l:libhdf5.a -lsz -lz -ldl,$(LDLIBS))
 
-LIB := $(filter-out $(BUILD)/src/app/main.o,$(patsubst %.c,$(BUILD)/%.o,$(wildcard src/*/*.c)))
+# src/web is the engine as a module for the studio: make studio
+SOURCES := $(filter-out src/web/%,$(wildcard src/*/*.c))
+LIB := $(filter-out $(BUILD)/src/app/main.o,$(SOURCES:%.c=$(BUILD)/%.o))
 UNIT := $(patsubst %.c,$(BUILD)/%,$(wildcard tests/unit/test_*.c))
 BENCH := $(patsubst %.c,$(BUILD)/%,$(wildcard tests/bench/bench_*.c))
 FUZZ := $(patsubst tests/fuzz/fuzz_%.c,%,$(wildcard tests/fuzz/fuzz_*.c))
@@ -65,7 +67,7 @@ mill: always
 
 # The only target that calls apt; `make run` and `make test` ask for it, so that they do all on a fresh machine. Others
 # say what is missing.
-ALL_PARTS := build python test dem slurm render pov browser lint fuzz golden valgrind
+ALL_PARTS := build python test dem slurm render pov browser wasm lint fuzz golden valgrind
 deps:
 	@tools/setup $(or $(PARTS),$(ALL_PARTS))
 
@@ -349,6 +351,24 @@ docs:
 	NO_MKDOCS_2_WARNING=1 .venv/bin/python -m mkdocs build --strict --quiet -f docs/mkdocs.yml
 	@echo 'build/docs/index.html'
 
+# The engine as a WebAssembly module, with what needs neither threads nor HDF5 nor UDUNITS; then the page that holds it
+WASM := build/wasm
+WASM_FLAGS := --target=wasm32-wasi -msimd128 -O3 -std=c99 -D_POSIX_C_SOURCE=200809L -ffp-contract=off -fno-math-errno \
+    -DNDEBUG -D_WASI_EMULATED_SIGNAL
+NOT_WASM := src/base/version.c src/engine/crew.c src/deck/units.c $(foreach f,frames impactlog observers poses replay \
+    series sink_file vtkhdf,src/observe/$f.c)
+WASM_OBJECTS := $(patsubst %.c,$(WASM)/%.o,src/app/asked.c $(wildcard src/web/*.c) $(filter-out $(NOT_WASM),$(wildcard \
+    $(foreach f,base geometry engine start deck observe,src/$f/*.c))))
+$(WASM)/%.o: %.c
+	@mkdir -p $(@D)
+	$(if $(V),,@echo "  wasm $(notdir $@)";) clang-14 $(WASM_FLAGS) -Wall -Wextra -Iinclude -Isrc -MMD -MP -c -o $@ $<
+$(WASM)/millsim.wasm: $(WASM_OBJECTS)
+	clang-14 --target=wasm32-wasi -mexec-model=reactor -o $@ $^ -fuse-ld=lld -Wl,--strip-all,--gc-sections,-z,stack-size=1048576
+
+wasm:
+	@tools/setup --local wasm
+	@$(MAKE) $(PARALLEL) $(WASM)/millsim.wasm
+
 # The engine alone: what another program links, with no need of HDF5, UDUNITS or GSL
 ENGINE := $(foreach f,base geometry engine start,$(filter $(BUILD)/src/$(f)/%,$(LIB)))
 $(BUILD)/libmillsim.a: $(ENGINE)
@@ -367,8 +387,8 @@ install: millsim build/release/libmillsim.a
 clean:
 	rm -rf build millsim mill
 
--include $(patsubst %.o,%.d,$(LIB)) $(BUILD)/src/app/main.d $(addsuffix .d,$(UNIT) $(BENCH) $(PROBES) $(FUZZERS)) \
+-include $(patsubst %.o,%.d,$(LIB) $(WASM_OBJECTS)) $(BUILD)/src/app/main.d $(addsuffix .d,$(UNIT) $(BENCH) $(PROBES) $(FUZZERS)) \
     $(BUILD)/tests/fuzz/replay.d $(BUILD)/tests/fuzz/units_once.d
 .SECONDARY:
 .PHONY: all help needed deps run check test compiled unit thorough coverage nightly lowest replay fuzz fuzzers cli golden valgrind validate validate-dem validate-study validate-paper lint format docs pictures bench bench-parts bench-peers \
-        install clean always
+        wasm install clean always

@@ -2,6 +2,7 @@
  * losses. The observers process both as in a run. docs/file-format.md describes the stream. */
 #include "app/digest.h"
 
+#include "app/asked.h"
 #include "app/facts.h"
 #include "app/record.h"
 #include "app/stream.h"
@@ -50,7 +51,7 @@ static enum mill_status build(struct digest *d)
     mill_progress_end(&d->order->display);
     if (status != MILL_OK)
         return status;
-    d->observe = mill_run_observe(deck, d->world);
+    d->observe = mill_asked_observe(deck, d->world);
     d->observe.sample_found = false;
     d->observe.precision = d->observe.max_collisions = 0;
     return MILL_OK;

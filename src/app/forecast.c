@@ -6,10 +6,11 @@
  * fifteen others). */
 #include "app/forecast.h"
 
+#include "app/asked.h"
 #include "app/record.h"
 #include "millsim/sim.h"
 #include "observe/observers.h"
-#include "observe/vtkhdf.h"
+#include "observe/outline.h"
 
 #include <math.h>
 
@@ -77,7 +78,7 @@ static enum mill_status try(const struct mill_deck *deck, struct mill_world *wor
 {
     const struct mill_observe asked = {.end = deck->time,
                                        .strike_window = deck->strike_window,
-                                       .drum = mill_record_profile(deck, world)};
+                                       .drum = mill_asked_profile(deck, world)};
     struct mill_sim *sim = NULL;
     *tally = mill_observers_one(&mill_tally_type, &asked, world, error);
     enum mill_status status = *tally ? mill_sim_create(world, &sim, error) : MILL_FAILED;
@@ -121,13 +122,13 @@ double mill_forecast_work(const struct mill_forecast_growth *growth, double time
 /* Number of points that are stored again in every frame */
 static double points_of(const struct mill_deck *deck, const struct mill_world *world)
 {
-    const struct mill_profile drum = mill_record_profile(deck, world);
+    const struct mill_profile drum = mill_asked_profile(deck, world);
     double points = 0;
     for (int k = 0; k < world->motions; k++) {
         struct mill_outline outline;
-        mill_vtkhdf_outline(&drum, world, world->motion[k], &outline);
+        mill_outline_make(&drum, world, world->motion[k], &outline);
         points += (double)outline.mesh.points;
-        mill_vtkhdf_outline_free(&outline);
+        mill_outline_free(&outline);
     }
     return points;
 }

@@ -23,14 +23,6 @@
 static const char status_meaning[] =
     "complete, stopped (by a signal), failed, or running (or killed while it ran)";
 
-struct mill_profile mill_record_profile(const struct mill_deck *deck,
-                                        const struct mill_world *world)
-{
-    const struct mill_setup_drum drum = mill_deck_drum(deck);
-    return drum.radius > 0 ? mill_shapes_chamber(&drum).drum
-                           : mill_profile_make(2, world->drum_radius, 0, 0);
-}
-
 struct mill_totals mill_record_add(const struct mill_world *world, double local)
 {
     const struct mill_counts *counts = &world->counts;
@@ -222,16 +214,16 @@ double mill_record_clock(clockid_t clock)
 
 /* ---- the deck ---- */
 
-static void write_entry(void *self, const char *section, const char *key, const char *value,
-                        const char *meaning)
+static void write_entry(void *self, const char *section, const struct mill_key *key,
+                        const char *value)
 {
     char path[4 * MILL_NAME_LENGTH];
     char *name = path + strlen("/deck/");
-    snprintf(path, sizeof path, "/deck/%s|%s", section, key);
+    snprintf(path, sizeof path, "/deck/%s|%s", section, key->name);
     for (; *name; name++) /* a name from the deck must not be taken for a path */
         *name = *name == '/' ? '_' : *name;
     *strrchr(path, '|') = '/';
-    mill_h5_write_text(self, path, value, meaning);
+    mill_h5_write_text(self, path, value, key->meaning);
 }
 
 /* NULL: out of memory. Owner: the caller. */

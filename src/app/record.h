@@ -40,10 +40,6 @@ struct mill_totals {
 };
 struct mill_totals mill_record_add(const struct mill_world *world, double local);
 
-/* The drum's cross-section; for a body as container, the circle around it */
-struct mill_profile mill_record_profile(const struct mill_deck *deck,
-                                        const struct mill_world *world);
-
 /* Writes what is known before the first event. /deck: every entry of the deck with all defaults as
  * a text /deck/SECTION/KEY, and the whole deck as /deck/text, which is itself a deck. /run:
  * version, compiler, flags, libraries, command (the quoted line), started (UTC, ISO 8601), status

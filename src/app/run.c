@@ -3,6 +3,7 @@
 #define _GNU_SOURCE /* the cores that this process may use */
 #include "app/run.h"
 
+#include "app/asked.h"
 #include "app/checkpoint.h"
 #include "app/forecast.h"
 #include "app/summary.h"
@@ -105,34 +106,13 @@ static enum mill_status find_earlier(struct run *r)
     return status;
 }
 
-struct mill_observe mill_run_observe(const struct mill_deck *deck, const struct mill_world *world)
-{
-    struct mill_observe asked = {
-        .end = deck->time,
-        .sample_from = deck->sample_from,
-        .sample_found = deck->sample_found,
-        .precision = deck->precision,
-        .max_collisions = deck->max_collisions,
-        .strike_window = deck->strike_window,
-        .frames = deck->frames,
-        .series = deck->series,
-        .log_impacts = deck->log_impacts,
-        .rotor_angle = deck->rotor_angle,
-        .drum = mill_record_profile(deck, world),
-    };
-    for (int kind = 0; kind < world->kinds.count; kind++)
-        asked.wear[kind] = (struct mill_wear_law){
-            deck->wear[kind].archard, deck->wear[kind].hardness, deck->wear[kind].erosion};
-    return asked;
-}
-
 /* Makes the mill and its observers, at t = 0 */
 static enum mill_status build(struct run *r)
 {
     const struct mill_start_watch watch = {mill_progress_stage, &r->order->display};
     enum mill_status status = mill_deck_setup_world(r->deck, &watch, &r->world, r->error);
     if (status == MILL_OK)
-        r->observe = mill_run_observe(r->deck, r->world);
+        r->observe = mill_asked_observe(r->deck, r->world);
     if (status == MILL_OK)
         status = mill_sim_create(r->world, &r->sim, r->error);
     if (status == MILL_OK)

@@ -28,7 +28,4 @@ struct mill_run_order {
  * that moment, and the state for --resume. */
 enum mill_status mill_run(struct mill_run_order *order);
 
-/* What a deck asks the observers of its mill for */
-struct mill_observe mill_run_observe(const struct mill_deck *deck, const struct mill_world *world);
-
 #endif

@@ -389,8 +389,8 @@ enum mill_status mill_deck_read(const char *path, int count, const char *const *
 }
 
 void mill_deck_each(const struct mill_deck *deck,
-                    void (*entry)(void *self, const char *section, const char *key,
-                                  const char *value, const char *meaning),
+                    void (*entry)(void *self, const char *section, const struct mill_key *key,
+                                  const char *value),
                     void *self)
 {
     char value[2 * PATH_MAX + 8];
@@ -408,7 +408,7 @@ void mill_deck_each(const struct mill_deck *deck,
                  !*(const char *const *)value_at))
                 continue;
             mill_deck_value_print(key, values, value, sizeof value);
-            entry(self, walk.section->title, key->name, value, key->meaning);
+            entry(self, walk.section->title, key, value);
         }
     }
 }
@@ -418,8 +418,8 @@ struct page {
     const char *section; /* the one being printed */
 };
 
-static void print_entry(void *self, const char *section, const char *key, const char *value,
-                        const char *meaning)
+static void print_entry(void *self, const char *section, const struct mill_key *key,
+                        const char *value)
 {
     enum { COLUMN = 48 };
     struct page *page = self;
@@ -427,8 +427,9 @@ static void print_entry(void *self, const char *section, const char *key, const 
         page->section = section;
         fprintf(page->out, "\n[%s]\n", section);
     }
-    const int used = fprintf(page->out, "%s = %s", key, value);
-    fprintf(page->out, "%*s# %s\n", used > 0 && used < COLUMN ? COLUMN - used : 1, "", meaning);
+    const int used = fprintf(page->out, "%s = %s", key->name, value);
+    fprintf(page->out, "%*s# %s\n", used > 0 && used < COLUMN ? COLUMN - used : 1, "",
+            key->meaning);
 }
 
 void mill_deck_print(const struct mill_deck *deck, FILE *out)

@@ -4,6 +4,7 @@
 #ifndef MILLSIM_DECK_H
 #define MILLSIM_DECK_H
 
+#include "base/key.h"
 #include "millsim/start.h"
 
 #include <stdbool.h>
@@ -250,11 +251,15 @@ enum mill_status mill_deck_fault(const struct mill_deck *deck, struct mill_error
                                  const char *section, const char *key, const char *format, ...)
     __attribute__((format(printf, 5, 6)));
 
+/* The key of this name in section [title]. Where several kinds of the section have such a key:
+ * number `n` of these, from 0. NULL: there are no more. */
+const struct mill_key *mill_deck_table_key(const char *title, const char *name, int n);
+
 /* Calls `entry` for every entry of the full deck (with defaults), in the order of the table:
- * section, key, value with unit, meaning. The value is a text that reads back to the same bits. */
+ * section, key, value with unit. The value is a text that reads back to the same bits. */
 void mill_deck_each(const struct mill_deck *deck,
-                    void (*entry)(void *self, const char *section, const char *key,
-                                  const char *value, const char *meaning),
+                    void (*entry)(void *self, const char *section, const struct mill_key *key,
+                                  const char *value),
                     void *self);
 
 /* Prints a line for each of `count` values "SECTION.KEY=VALUE". It has six columns with tabs

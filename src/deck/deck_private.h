@@ -35,10 +35,6 @@ bool mill_deck_table_block(int i, struct mill_deck_block *block);
 /* Does this block describe the section [title]? */
 bool mill_deck_table_belongs(const struct mill_deck_block *block, const char *title);
 
-/* The key of this name in section [title]. Where several kinds of the section have such a key:
- * number `n` of these, from 0. NULL: there are no more. */
-const struct mill_key *mill_deck_table_key(const char *title, const char *name, int n);
-
 /* ---- suggestions for wrong names (deck_suggest.c) ---- */
 
 enum { MILL_DECK_MOST_EDITS = 8 };

@@ -13,8 +13,6 @@
 #include <udunits2.h>
 
 enum { LONGEST = 80, DATABASE = 1 << 20 /* [B] more than twice what reading needs */ };
-#define CLOSE 1e-15  /* a scale this near to a whole number n, or to 1/n, is taken as that */
-#define LARGEST 1e15 /* largest whole number that is used like that; a double holds it exactly */
 
 struct mill_units {
     ut_system *system;
@@ -130,42 +128,6 @@ static void make_plain(const char *unit, char out[2 * LONGEST])
     out[length] = '\0';
 }
 
-/* The SI unit itself, and a few others with the factors that UDUNITS-2 gives, to the last bit.
- * Reading its database takes ten times as long as reading a deck without it. */
-bool mill_units_usual(const char *unit, const char *si, double *scale)
-{
-    static const struct {
-        const char *unit, *si;
-        double scale;
-    } usual[] = {
-        {"mm", "m", 1e-3},
-        {"cm", "m", 1e-2},
-        {"um", "m", 1e-6},
-        {"ms", "s", 1e-3},
-        {"us", "s", 1e-6},
-        {"min", "s", 60.0},
-        {"g", "kg", 1e-3},
-        {"deg", "rad", 0.017453292519943295},
-        {"deg/s", "rad/s", 0.017453292519943295},
-        {"rpm", "rad/s", 0.10471975511965977},
-        {"1/min", "rad/s", 0.10471975511965977},
-        {"1/min", "Hz", 0.016666666666666666},
-        {"1/s", "Hz", 1.0},
-        {"mm/s", "m/s", 1e-3},
-        {"g/cm^3", "kg/m^3", 999.9999999999999},
-        {"%", "1", 1e-2},
-    };
-    const bool same = strcmp(unit, si) == 0;
-    if (same)
-        *scale = 1.0;
-    for (size_t k = 0; !same && k < sizeof usual / sizeof *usual; k++)
-        if (strcmp(unit, usual[k].unit) == 0 && strcmp(si, usual[k].si) == 0) {
-            *scale = usual[k].scale;
-            return true;
-        }
-    return same;
-}
-
 enum mill_units_verdict mill_units_scale(const struct mill_units *units, const char *unit,
                                          const char *si, double *scale)
 {
@@ -197,15 +159,4 @@ enum mill_units_verdict mill_units_scale(const struct mill_units *units, const c
     ut_free(want);
     ut_free(got);
     return verdict;
-}
-
-/* Prefixes are powers of ten that a double below one cannot hold exactly: 0.001 is not a
- * thousandth, but 1000 is exact, so dividing by it rounds once. */
-double mill_units_convert(double value, double scale)
-{
-    const bool small = scale < 1.0;
-    const double factor = small ? 1.0 / scale : scale, whole = round(factor);
-    if (!(whole < LARGEST) || fabs(factor / whole - 1.0) > CLOSE)
-        return value * scale;
-    return small ? value / whole : value * whole;
 }

@@ -13,29 +13,6 @@ static const struct mill_observer_type *const types[] = {&mill_tally_type, &mill
                                                          &mill_series_type, &mill_impactlog_type};
 static const int all = sizeof types / sizeof types[0];
 
-struct mill_observer *mill_observers_one(const struct mill_observer_type *type,
-                                         const struct mill_observe *asked,
-                                         const struct mill_world *world, struct mill_error *error)
-{
-    struct mill_observer *one = calloc(1, type->size);
-    if (!one) {
-        mill_error_set(error, MILL_FAILED, "out of memory for %s", type->name);
-        return NULL;
-    }
-    *one = (struct mill_observer){type, INFINITY};
-    if (!type->create || type->create(one, asked, world, error) == MILL_OK)
-        return one;
-    mill_observers_free_one(one);
-    return NULL;
-}
-
-void mill_observers_free_one(struct mill_observer *observer)
-{
-    if (observer->type->free)
-        observer->type->free(observer);
-    free(observer);
-}
-
 enum mill_status mill_observers_create(const struct mill_observe *asked,
                                        const struct mill_world *world,
                                        struct mill_observers *observers, struct mill_error *error)

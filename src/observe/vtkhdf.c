@@ -9,6 +9,7 @@
 
 #include "base/elementary.h"
 #include "geometry/shapes.h"
+#include "observe/outline.h"
 #include "observe/poses.h"
 #include "observe/wear.h"
 
@@ -20,9 +21,6 @@
 #define BALLS ROOT "/balls"
 #define TRAJECTORY "/particles/trajectory"
 #define ALIKE BALLS "/Steps/PartOffsets" /* as many zeros as frames */
-
-/* Relative to the drum's radius: maximum distance of a triangle from its surface */
-#define FLAT 1e-3
 
 enum { PATH = 192, BLOCK = 96, MOST_WIDTH = 4, MOST_ROWS = 8192 /* in a chunk */ };
 
@@ -204,38 +202,6 @@ static void put_balls(struct scene *s)
 
 /* ---- what stands still, and what motions carry ---- */
 
-bool mill_vtkhdf_outline(const struct mill_profile *drum, const struct mill_world *world,
-                         const struct mill_motion *motion, struct mill_outline *outline)
-{
-    const struct mill_chamber chamber = {.drum = *drum, .half_length = 0.5 * world->drum_length};
-    struct mill_mesh *mesh = &outline->mesh;
-    *outline = (struct mill_outline){{0}, NULL, NULL};
-    for (int k = 0; k < world->shapes && !mesh->failed; k++) {
-        const struct mill_shape *shape = world->shape[k];
-        const size_t before = mesh->triangles;
-        if (shape->motion != motion)
-            continue;
-        shape->type->draw(shape, &chamber, FLAT * drum->radius, mesh);
-        uint8_t *kind = realloc(outline->kind, mesh->triangles + 1);
-        outline->kind = kind ? kind : outline->kind;
-        int32_t *number = realloc(outline->number, (mesh->triangles + 1) * sizeof *number);
-        outline->number = number ? number : outline->number;
-        mesh->failed = mesh->failed || !kind || !number;
-        for (size_t i = before; i < mesh->triangles && !mesh->failed; i++) {
-            kind[i] = (uint8_t)shape->kind;
-            number[i] = shape->number;
-        }
-    }
-    return !mesh->failed;
-}
-
-void mill_vtkhdf_outline_free(struct mill_outline *outline)
-{
-    mill_mesh_free(&outline->mesh);
-    free(outline->kind);
-    free(outline->number);
-}
-
 /* Writes all points turned about x by this angle */
 static void turn(const struct mill_mesh *mesh, double angle, float *to)
 {
@@ -394,7 +360,7 @@ bool mill_vtkhdf_write(struct mill_h5 *file, const struct mill_observe *asked,
         struct mill_outline outline;
         char name[BLOCK];
         const struct mill_motion *motion = k < 0 ? NULL : world->motion[k];
-        const bool drawn = mill_vtkhdf_outline(&asked->drum, world, motion, &outline);
+        const bool drawn = mill_outline_make(&asked->drum, world, motion, &outline);
         float *points = malloc((3 * outline.mesh.points + 1) * sizeof *points);
         snprintf(name, sizeof name, "%s", name_of_still(world));
         if (k >= 0)
@@ -404,7 +370,7 @@ bool mill_vtkhdf_write(struct mill_h5 *file, const struct mill_observe *asked,
         else if (outline.mesh.triangles > 0)
             put_body(&s, name, k, &outline, points);
         free(points);
-        mill_vtkhdf_outline_free(&outline);
+        mill_outline_free(&outline);
     }
     if (mill_h5_exists(file, MILL_WEAR_MESH))
         put_wear(&s);

@@ -300,10 +300,10 @@ START_TEST(random_numbers_read_back_to_the_same_bits)
 }
 END_TEST
 
-static void count_entry(void *self, const char *section, const char *key, const char *value,
-                        const char *meaning)
+static void count_entry(void *self, const char *section, const struct mill_key *key,
+                        const char *value)
 {
-    ck_assert(*section && *key && *value && *meaning);
+    ck_assert(*section && *key->name && *value && *key->meaning);
     ++*(int *)self;
 }
 

@@ -1,6 +1,6 @@
 /* What shapes draw: triangles on their true surfaces, seen from the balls' side, without gaps. One
  * contract for all kinds, checked with the gap and the contact that the event loop uses. */
-#include "observe/vtkhdf.h"
+#include "observe/outline.h"
 #include "wavy_fixture.h"
 
 #define MANY 40
@@ -275,8 +275,8 @@ START_TEST(the_outline_tells_what_turns_and_names_every_triangle)
     build_mill(&seed, 0, &mill);
     struct mill_world world = {.drum_length = drum_length, .shapes = SHAPES, .shape = mill.shape};
     struct mill_outline still, turning;
-    ck_assert(mill_vtkhdf_outline(&mill.chamber.drum, &world, NULL, &still));
-    ck_assert(mill_vtkhdf_outline(&mill.chamber.drum, &world, mill.rotor, &turning));
+    ck_assert(mill_outline_make(&mill.chamber.drum, &world, NULL, &still));
+    ck_assert(mill_outline_make(&mill.chamber.drum, &world, mill.rotor, &turning));
     size_t of_kind[MILL_KINDS] = {0};
     for (size_t t = 0; t < still.mesh.triangles; t++) {
         const double x = corner(&still.mesh, t, 0).x;
@@ -292,8 +292,8 @@ START_TEST(the_outline_tells_what_turns_and_names_every_triangle)
     ck_assert_uint_eq(of_kind[MILL_BALL_BLADE], 12);
     ck_assert(of_kind[MILL_BALL_SHAFT] > 60 && of_kind[MILL_BALL_DRUM] > 100);
     ck_assert_uint_eq(of_kind[MILL_BALL_DRUM], of_kind[MILL_BALL_WALL]);
-    mill_vtkhdf_outline_free(&still);
-    mill_vtkhdf_outline_free(&turning);
+    mill_outline_free(&still);
+    mill_outline_free(&turning);
     mill_demolish(&mill);
 }
 END_TEST
@@ -305,9 +305,9 @@ START_TEST(without_a_rotor_nothing_turns)
     struct mill_outline turning;
     build_mill(&seed, 0, &mill);
     struct mill_world world = {.drum_length = drum_length, .shapes = SHAFT, .shape = mill.shape};
-    ck_assert(mill_vtkhdf_outline(&mill.chamber.drum, &world, mill.rotor, &turning));
+    ck_assert(mill_outline_make(&mill.chamber.drum, &world, mill.rotor, &turning));
     ck_assert_uint_eq(turning.mesh.triangles, 0);
-    mill_vtkhdf_outline_free(&turning);
+    mill_outline_free(&turning);
     mill_demolish(&mill);
 }
 END_TEST

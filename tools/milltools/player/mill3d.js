@@ -1,5 +1,5 @@
-/* The mill in WebGL: unpacks the data of frames.py and draws them with three.js (vendor/). player.js handles the page
-   and its buttons. Lengths in m, angles in rad, in the frame of the simulation (x along the drum). */
+/* The mill in WebGL: draws the data of frames.py, or a mill that is simulated now (studio/), with three.js (vendor/).
+   player.js and studio.js handle the pages and their buttons. Lengths in m, angles in rad, in the frame of the simulation (x along the drum). */
 'use strict';
 
 const Mill3D = (() => {
@@ -88,8 +88,8 @@ const Mill3D = (() => {
     return geometry;
   }
 
-  /** Float32Array of base64 text. */
-  const floats = (text) => new Float32Array(bytesOf(text).buffer);
+  /** Float32Array of base64 text; or already such an array. */
+  const floats = (text) => (typeof text === 'string' ? new Float32Array(bytesOf(text).buffer) : text);
 
   /** Vectors of base64 text. */
   function vectors(text) {
@@ -143,7 +143,8 @@ const Mill3D = (() => {
   }
 
   /** A body from player.py. */
-  const plain = ({ points, corners, wide }) => solid(floats(points), new (wide ? Uint32Array : Uint16Array)(bytesOf(corners).buffer));
+  const plain = ({ points, corners, wide }) => solid(floats(points),
+    typeof corners === 'string' ? new (wide ? Uint32Array : Uint16Array)(bytesOf(corners).buffer) : corners);
 
   /** The bodies of worn.py with `means` of all quantities, from their bytes. */
   function worn(bytes, { bodies, facets, values: quantities }) {
@@ -188,7 +189,8 @@ const Mill3D = (() => {
   }
 
   class View {
-    /** `context`: a WebGL2 context of `canvas`; `head`: what player.py wrote; `frames`: what unpack() gave. */
+    /** `context`: a WebGL2 context of `canvas`; `head`: what player.py wrote; `frames`: what unpack() gave. Without
+        frames show() draws states: `head` then has typed arrays in place of texts, and neither creases nor wear. */
     constructor(canvas, context, head, frames) {
       this.head = head;
       this.frames = frames;
@@ -202,12 +204,13 @@ const Mill3D = (() => {
       this.controls = new T.OrbitControls(this.camera, canvas);
       this.controls.enableDamping = false;
       canvas.style.touchAction = 'pan-y'; // a finger that moves up or down scrolls the page
-      this.colours = linear(bytesOf(head.colours));
-      this.step = head.upper.map((u, axis) => (u - head.lower[axis]) / 65535); // [m] of the positions
+      this.colours = linear(typeof head.colours === 'string' ? bytesOf(head.colours) : head.colours);
+      this.step = frames && head.upper.map((u, axis) => (u - head.lower[axis]) / 65535); // [m] of the positions
       this.radius = new Float64Array(this.count);
       this.mass = new Float64Array(this.count);
       this.level = new Uint8Array(this.count);
-      this.flashes = floats(head.flashes);
+      this.flashes = floats(head.flashes ?? []);
+      this.on = head.carrier; // number of the motion that the camera can be fixed to
       this.#furnish();
       this.moved = false;
       this.controls.addEventListener('start', () => { this.moved = true; });
@@ -226,12 +229,14 @@ const Mill3D = (() => {
       this.creases = []; // their edges, when they are worn: faces of one colour can be told apart
       this.world = new T.Group(); // everything that turns when the camera moves with the container
       this.world.matrixAutoUpdate = false;
-      this.poses = floats(head.poses);
+      this.poses = floats(head.poses); // of all frames, or of the state that is shown
+      this.start = this.poses.slice(0, 12 * head.motions.length);
       this.moving = head.motions.map(() => new T.Group());
       for (const group of this.moving) group.matrixAutoUpdate = false;
       const line = new T.MeshLambertMaterial({ color: 0x08090c });
       for (const body of head.bodies) {
         this.bare.push(this.#body(plain(body), body.motion, this[body.look], body.look === 'shell'));
+        if (!body.creases) continue;
         this.creases.push(Object.assign(bars(body.creases, line), { visible: false }));
         (this.moving[body.motion] ?? this.world).add(this.creases.at(-1));
       }
@@ -302,15 +307,17 @@ const Mill3D = (() => {
       return Float32Array.from({ length: 12 }, (_, k) => m[4 * (k % 4) + Math.floor(k / 4)]);
     }
 
-    /** Sets whether the camera is fixed to the container, which then does not move, or to the laboratory. */
-    ride(riding) {
+    /** Sets whether the camera is fixed to a motion (else stated: the container's), whose parts then do not move, or to
+        the laboratory. */
+    ride(riding, on = this.head.carrier) {
       this.riding = riding;
+      this.on = on;
       this.look(this.name);
     }
 
     /** Moves the bodies to a share 0..1 of the way from a frame to the next: turned evenly, on smooth paths. */
     #move(frame, share) {
-      const { carrier } = this.head, last = this.head.times.length - 1;
+      const last = (this.head.times?.length ?? 1) - 1;
       const turn = new T.Group(), other = new T.Group(); // for their matrices
       this.moving.forEach((group, k) => {
         group.matrix.set(...this.pose(frame, k), 0, 0, 0, 1);
@@ -332,8 +339,8 @@ const Mill3D = (() => {
       });
       this.world.matrix.identity();
       if (this.riding) {
-        const now = this.moving[carrier].matrix.clone().invert();
-        this.world.matrix.set(...this.pose(0, carrier), 0, 0, 0, 1).multiply(now);
+        const now = this.moving[this.on].matrix.clone().invert();
+        this.world.matrix.set(...this.start.subarray(12 * this.on, 12 * this.on + 12), 0, 0, 0, 1).multiply(now);
       }
       this.world.matrixWorldNeedsUpdate = true;
     }
@@ -445,6 +452,20 @@ const Mill3D = (() => {
       this.life = life;
     }
 
+    /** Shows a state: positions of the balls (n, 3) [m], their colours 0..255, poses of the motions (m, 3, 4). */
+    show(positions, levels, poses) {
+      const matrix = this.balls.instanceMatrix.array, colour = this.balls.instanceColor.array;
+      for (let k = 0; k < this.count; k++) {
+        for (let j = 0; j < 3; j++) {
+          matrix[16 * k + 12 + j] = positions[3 * k + j];
+          colour[3 * k + j] = this.colours[3 * levels[k] + j];
+        }
+      }
+      this.balls.instanceMatrix.needsUpdate = this.balls.instanceColor.needsUpdate = true;
+      this.poses = poses;
+      this.#move(0, 0);
+    }
+
     /** Turns the flashes that are seen to the camera, a little in front of the balls that hit. */
     #flash() {
       const { flashes, sparks, camera, time, life } = this, matrix = sparks.instanceMatrix.array;
@@ -507,7 +528,7 @@ const Mill3D = (() => {
       if (right.length() < 1e-6) right.set(0, 1, 0); // from straight above
       right.normalize();
       const up = toward.clone().cross(right);
-      const hull = vectors(this.head.hulls[this.riding ? 1 : 0]);
+      const hull = vectors(this.head.hulls[this.riding && this.on === this.head.carrier ? 1 : 0]);
       const low = hull[0].clone(), high = hull[0].clone();
       for (const p of hull) { low.min(p); high.max(p); }
       const middle = low.add(high).multiplyScalar(0.5);

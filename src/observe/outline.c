@@ -1,0 +1,41 @@
+/* Collects the triangles of all surfaces that a motion carries. */
+#include "observe/outline.h"
+
+#include "geometry/shape.h"
+
+#include <stdlib.h>
+
+/* Relative to the drum's radius: maximum distance of a triangle from its surface */
+#define FLAT 1e-3
+
+bool mill_outline_make(const struct mill_profile *drum, const struct mill_world *world,
+                       const struct mill_motion *motion, struct mill_outline *outline)
+{
+    const struct mill_chamber chamber = {.drum = *drum, .half_length = 0.5 * world->drum_length};
+    struct mill_mesh *mesh = &outline->mesh;
+    *outline = (struct mill_outline){{0}, NULL, NULL};
+    for (int k = 0; k < world->shapes && !mesh->failed; k++) {
+        const struct mill_shape *shape = world->shape[k];
+        const size_t before = mesh->triangles;
+        if (shape->motion != motion)
+            continue;
+        shape->type->draw(shape, &chamber, FLAT * drum->radius, mesh);
+        uint8_t *kind = realloc(outline->kind, mesh->triangles + 1);
+        outline->kind = kind ? kind : outline->kind;
+        int32_t *number = realloc(outline->number, (mesh->triangles + 1) * sizeof *number);
+        outline->number = number ? number : outline->number;
+        mesh->failed = mesh->failed || !kind || !number;
+        for (size_t i = before; i < mesh->triangles && !mesh->failed; i++) {
+            kind[i] = (uint8_t)shape->kind;
+            number[i] = shape->number;
+        }
+    }
+    return !mesh->failed;
+}
+
+void mill_outline_free(struct mill_outline *outline)
+{
+    mill_mesh_free(&outline->mesh);
+    free(outline->kind);
+    free(outline->number);
+}

@@ -1,0 +1,22 @@
+/* The shape of a mill as triangles, for pictures */
+#ifndef MILL_OUTLINE_H
+#define MILL_OUTLINE_H
+
+#include "geometry/mesh.h"
+#include "millsim/world.h"
+
+/* The surfaces that one motion carries */
+struct mill_outline {
+    struct mill_mesh mesh; /* in the motion's frame */
+    uint8_t *kind;         /* for each triangle: kind of contact of its surface */
+    int32_t *number; /* for each triangle: number of the end wall, blade or copy; -1: only one */
+};
+
+/* Collects the triangles that balls can touch of every surface of the motion (NULL: what stands
+ * still). drum: its cross-section. There are no triangles if the motion carries nothing. false: out
+ * of memory. The caller frees the outline in all cases. */
+bool mill_outline_make(const struct mill_profile *drum, const struct mill_world *world,
+                       const struct mill_motion *motion, struct mill_outline *outline);
+void mill_outline_free(struct mill_outline *outline);
+
+#endif

@@ -1,0 +1,158 @@
+#include "web/web_tell.h"
+
+#include "observe/energies.h"
+#include "observe/sink_json.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const char *const key_type[] = {"number", "vector", "whole", "choice", "file", "name"};
+
+static void tell_text(struct mill_sink_json *json, const char *name, const char *value)
+{
+    json->sink.text(&json->sink, name, value ? value : "", "");
+}
+
+static void tell_key(void *self, const char *section, const struct mill_key *key, const char *value)
+{
+    struct mill_sink_json *json = self;
+    struct mill_sink *sink = &json->sink;
+    const bool counts = key->type <= MILL_KEY_WHOLE;
+    sink->open(sink, NULL);
+    tell_text(json, "section", section);
+    tell_text(json, "key", key->name);
+    tell_text(json, "value", value);
+    tell_text(json, "type", key_type[key->type]);
+    tell_text(json, "unit", key->unit);
+    mill_tell_number(sink, "lo", counts ? key->lo : (double)NAN, "", "");
+    mill_tell_number(sink, "hi", counts ? key->hi : (double)NAN, "", "");
+    mill_tell_count(sink, "above", key->above, "");
+    tell_text(json, "words", key->words);
+    tell_text(json, "meaning", key->meaning);
+    tell_text(json, "instead", key->instead);
+    sink->close(sink);
+}
+
+/* The keys of the deck, and those that can give the number of balls instead */
+static void tell_keys(struct mill_sink_json *json, const struct mill_deck *deck)
+{
+    static const char *const amount[] = {"count", "fill", "bulk_fill", "mass"};
+    mill_sink_json_open_array(json, "keys");
+    mill_deck_each(deck, tell_key, json);
+    for (int k = 0; k < deck->kinds; k++)
+        for (size_t i = 1; i < sizeof amount / sizeof *amount; i++) {
+            const char *section = deck->balls[k].section;
+            const struct mill_key *key = mill_deck_table_key(section, amount[i], 0);
+            if (key)
+                tell_key(json, section, key, "");
+        }
+    mill_sink_json_close_array(json);
+}
+
+static void tell_names(struct mill_sink_json *json, const char *name, int count, const char *first,
+                       size_t step)
+{
+    mill_sink_json_open_array(json, name);
+    for (int k = 0; k < count; k++) {
+        mill_sink_json_next(json, NULL);
+        mill_sink_json_string(json, first + (size_t)k * step);
+    }
+    mill_sink_json_close_array(json);
+}
+
+static void tell_warnings(struct mill_sink_json *json, const char *warnings)
+{
+    mill_sink_json_open_array(json, "warnings");
+    while (*warnings) {
+        char line[1024];
+        const size_t length = strcspn(warnings, "\n");
+        snprintf(line, sizeof line, "%.*s", (int)length, warnings);
+        warnings += length + (warnings[length] == '\n');
+        mill_sink_json_next(json, NULL);
+        mill_sink_json_string(json, line);
+    }
+    mill_sink_json_close_array(json);
+}
+
+static void tell_species(struct mill_sink_json *json, const struct mill_world *world)
+{
+    struct mill_sink *sink = &json->sink;
+    mill_sink_json_open_array(json, "species");
+    for (int k = 0; k < world->species_count; k++) {
+        sink->open(sink, NULL);
+        tell_text(json, "name", world->species[k].name);
+        mill_tell_number(sink, "diameter", 2 * world->species[k].radius, "m", "");
+        mill_tell_number(sink, "mass", world->species[k].mass, "kg", "");
+        sink->close(sink);
+    }
+    mill_sink_json_close_array(json);
+    mill_sink_json_open_array(json, "species_of");
+    for (int32_t i = 0; i < world->balls; i++) {
+        mill_sink_json_next(json, NULL);
+        fprintf(json->out, "%d", world->ball[i].species);
+    }
+    mill_sink_json_close_array(json);
+}
+
+static int number_of(const struct mill_motion *motion)
+{
+    return motion ? motion->number : -1;
+}
+
+/* Which kinds of contact are those of the container? */
+static void tell_container(struct mill_sink_json *json, const struct mill_deck *deck,
+                           const struct mill_world *world)
+{
+    const struct mill_container *c = &world->container;
+    struct mill_sink *sink = &json->sink;
+    const struct mill_reach *places = &c->places;
+    const double box[6] = {places->lo.x, places->lo.y, places->lo.z,
+                           places->hi.x, places->hi.y, places->hi.z};
+    const double kinds[2] = {deck->drum ? MILL_BALL_DRUM : deck->container->kind,
+                             deck->drum ? MILL_BALL_WALL : deck->container->kind};
+    const double gravity[3] = {world->g.x, world->g.y, world->g.z};
+    const vec3 x = mill_world_frame(world, 0).x;
+    const double axis[3] = {x.x, x.y, x.z};
+    mill_tell_array(sink, "axis", 3, axis, "1", "");
+    mill_tell_number(sink, "carrier", number_of(c->motion), "", "");
+    mill_tell_array(sink, "box", 6, box, "m", "");
+    mill_tell_array(sink, "container", 2, kinds, "", "");
+    mill_tell_number(sink, "volume", c->volume, "m3", "");
+    mill_tell_number(sink, "slice", c->period, "m", "");
+    mill_tell_array(sink, "gravity", 3, gravity, "", "");
+    mill_tell_number(sink, "period", world->period, "s", "");
+    mill_tell_number(sink, "end", deck->time, "s", "");
+}
+
+/* The full deck */
+static void tell_deck(struct mill_sink_json *json, const struct mill_deck *deck)
+{
+    char *text = NULL;
+    size_t size = 0;
+    FILE *page = open_memstream(&text, &size);
+    if (page) {
+        mill_deck_print(deck, page);
+        fclose(page);
+    }
+    tell_text(json, "deck", text);
+    free(text);
+}
+
+void mill_web_tell(FILE *out, const struct mill_deck *deck, const struct mill_world *world,
+                   const char *warnings)
+{
+    struct mill_sink_json json;
+    mill_sink_json_begin(&json, out);
+    tell_deck(&json, deck);
+    mill_tell_count(&json.sink, "balls", (uint64_t)world->balls, "");
+    mill_tell_count(&json.sink, "bins", MILL_ENERGIES_BINS, "");
+    tell_keys(&json, deck);
+    tell_warnings(&json, warnings);
+    tell_names(&json, "kinds", world->kinds.count, world->kinds.name[0], MILL_KINDS_LENGTH);
+    tell_names(&json, "motions", world->motions, world->motions > 0 ? world->motion_name[0] : "",
+               MILL_MOTION_NAME);
+    tell_species(&json, world);
+    tell_container(&json, deck, world);
+    mill_sink_json_end(&json);
+}
