@@ -21,14 +21,14 @@ import pytest
 from conftest import PROGRAM, ROOT, SLOWER, SMALL
 
 from milltools.read.runfile import Run
-from milltools.watch import left
+from milltools.watch import follow, left
 from milltools.watch.follow import Follower
 from milltools.watch.server import Server
 
 pytest_plugins = ["browser"]
 
 KINDS = {"f4": "<f4", "f8": "<f8", "u4": "<u4", "u1": "u1"}
-ENDLESS = ("-s", "run.time=10000 s", "-s", "output.frames=100ms", "-s", "output.series=100ms")
+ENDLESS = ("-s", "run.time=10000 s", "-s", "output.frames=1 s", "-s", "output.series=1 s")
 OFTEN = ("-s", "output.checkpoint=0.2 s")
 
 
@@ -160,7 +160,7 @@ def test_the_states_are_the_frames_of_the_file(serve, whole):
             row = round(state["time"] / 1e-3)
             for form, value in state["energy"].items():
                 assert value == run.series(f"{form}_energy")[1][row]
-            assert state["work"] == run.drive_work()[1][row]
+            assert state["work"] == run.drive_work()[1][row] and state["motionWork"] == [state["work"]]
             assert state["dissipation"] == [run.series(f"dissipation/{kind}")[1][row] for kind in run.kinds]
             assert state["contacts"] == sum(run.series(f"collisions/{kind}")[1][row] for kind in run.kinds)
         assert [state["ended"] for state in states] == [False] * (len(states) - 1) + [True]
@@ -174,9 +174,9 @@ def test_the_mill_is_that_of_the_file(serve, whole):
         assert head["drawn"] == len(run.balls("id")) == sum(count for count, *_ in head["runs"])
         assert {f"{one['section']}.{one['key']}": one["value"] for one in mill["keys"]} == run.deck()
     keys = {f"{one['section']}.{one['key']}": one for one in mill["keys"]}
-    assert (keys["drum.radius"]["number"], keys["drum.radius"]["unit"]) == (0.03, "m")
+    assert [keys["drum.radius"][name] for name in ("value", "type", "unit")] == ["0.03 m", "number", "m"]
     assert keys["drum.radius"]["meaning"] == "inner radius of the drum"
-    assert (keys["gravity.acceleration"]["kind"], keys["drum.profile"]["kind"]) == ("vector", "text")
+    assert (keys["gravity.acceleration"]["type"], keys["drum.profile"]["type"]) == ("vector", "name")
     assert mill["motions"] == ["rotor"] and mill["species"][0]["count"] == 20
     for body in head["bodies"]:
         assert body["corners"].max() < len(body["points"]) / 3
@@ -272,8 +272,9 @@ def test_a_killed_run_is_told_and_its_states_stay(running):
     answer = follower.answer(-1, -1)
     (failed,) = messages(answer, "failed")
     assert follower.state == "killed" and answer["ended"] and answer["states"]
+    (line,) = failed["lines"]
     assert re.fullmatch(
-        rf"{path}: its run has died \(.*\); the file has the results up to [\d.]+ s, and .* goes on", *failed["lines"]
+        rf"{path}: no run writes it any more .*; it has the results up to [\d.]+ s, and .* goes on", line
     )
 
 
@@ -285,8 +286,18 @@ def test_a_killed_run_that_goes_on_is_followed_again(running, start_millsim):
     process.communicate()
     killed = follower.answer(-1, -1)
     start_millsim("-q", "--resume", "-o", "a.h5", *ENDLESS, *OFTEN, "deck.ini")  # while the file is open here
-    later = until(lambda: (now := follower.answer(killed["next"], killed["seen"]))["states"] and now)
-    assert follower.state == "running" and later["mill"] == killed["mill"]
+    later = until(lambda: (now := follower.answer(-1, -1))["seen"] > killed["seen"] and now)
+    assert follower.state == "running" and later["mill"] == killed["mill"] and not messages(later, "failed")
+
+
+def test_a_run_on_another_computer_is_not_taken_for_dead(running, monkeypatch):
+    """Its lock is not seen, but it goes on to replace its file."""
+    _, path = running()
+    monkeypatch.setattr(follow, "held", lambda path: False)
+    follower = Follower(path)
+    until(lambda: follower.answer(-1, -1)["states"])
+    until(lambda: not messages(follower.answer(-1, -1), "failed"))
+    assert follower.state == "running"
 
 
 def test_another_run_in_the_same_file_is_another_mill(running, start_millsim, whole, tmp_path):
@@ -327,7 +338,7 @@ def test_damage_is_a_line_of_the_page(whole, tmp_path):
 
 def test_a_moving_mill_is_drawn_where_its_motions_go(millsim, tmp_path):
     """The jar of a planetary mill goes around the sun; the space that it sweeps is known from the start."""
-    words = ("-s", "balls.count=20", "-s", "run.time=5 ms", "-s", "run.sample_from=0 s", "-o", tmp_path / "a.h5")
+    words = ("-s", "run.time=5 ms", "-s", "run.sample_from=0 s", "-o", tmp_path / "a.h5")
     millsim("-q", *words, ROOT / "input/planetary.ini")
     follower = Follower(tmp_path / "a.h5")
     with h5py.File(tmp_path / "a.h5", "r+") as file:
@@ -368,8 +379,13 @@ def test_another_run_has_another_pace():
 
 @pytest.mark.parametrize(
     ("low", "high", "words"),
-    [(200, 210, "about 3 min left"), (60, 200, "about 60 s to 3 min left"), (0, 1.5, "about 1 s left"), (0, 30, "about 0 s to 30 s left")],
-)  # fmt: skip
+    [
+        (200, 210, "about 3 min left"),
+        (60, 200, "about 60 s to 3 min left"),
+        (0, 1.5, "about 1 s left"),
+        (0, 30, "at most 30 s left"),
+    ],
+)
 def test_the_time_left_in_words(low, high, words):
     assert left.told(low, high) == words
 
@@ -385,7 +401,7 @@ def test_a_precision_is_told_with_what_is_wanted_and_ends_the_run_early():
 
 
 def test_a_run_with_a_precision_tells_it(running):
-    _, path = running("-s", "run.precision=1e-6")
+    _, path = running("-s", "run.precision=1e-6", "-s", "balls.count=100")
     follower = Follower(path)
 
     def note():
@@ -405,11 +421,11 @@ def watch(tmp_path):
     """watch(*words) starts `mill watch --no-browser` in tmp_path; returns the process and its address. Ended after the
     test."""
     started = []
-    environment = {**os.environ, "PYTHONPATH": str(ROOT / "tools"), "MILLSIM": str(PROGRAM)}
 
-    def start(*words):
+    def start(*words, browser=False):
+        environment = {**os.environ, "PYTHONPATH": str(ROOT / "tools"), "MILLSIM": str(PROGRAM)}
         process = subprocess.Popen(
-            [sys.executable, "-m", "milltools", "watch", "--no-browser", *map(str, words)],
+            [sys.executable, "-m", "milltools", "watch", *["--no-browser"] * (not browser), *map(str, words)],
             cwd=tmp_path, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
             text=True,
         )  # fmt: skip
@@ -512,6 +528,20 @@ def test_a_missing_run_is_waited_for_in_a_clear_line(watch, small_deck, tmp_path
     assert process.returncode == 0
 
 
+def test_the_browser_is_opened_without_the_token_on_its_command_line(watch, whole, tmp_path, monkeypatch):
+    program = tmp_path / "browser"
+    program.write_text('#!/bin/sh\nprintf %s "$1" > words.tmp; cp "${1#file://}" page.html; mv words.tmp words\n')
+    program.chmod(0o755)
+    monkeypatch.setenv("BROWSER", f"{program} %s &")
+    _, address = watch(whole[0], browser=True)
+    words = until(lambda: (tmp_path / "words").exists() and (tmp_path / "words").read_text())
+    token = address.split("/")[3]
+    assert words.startswith("file://") and token not in words
+    assert f"url={address}" in (tmp_path / "page.html").read_text()
+    folder = os.path.dirname(words.removeprefix("file://"))
+    assert os.stat(folder).st_mode & 0o077 == 0
+
+
 @pytest.mark.parametrize(
     ("words", "line"),
     [
@@ -537,6 +567,7 @@ window.heard = []; window.times = [];
 const source = new WatchSource(window.MILL_WATCH);
 source.on = (m) => { window.heard.push(m); window.times.push(performance.now()); };
 window.source = source;
+source.run();
 """
 
 
@@ -545,9 +576,10 @@ def page(chromium, serve):
     """page(path): a page of playwright with the source of a served run, which keeps what it hears."""
     from milltools.watch import page as watch_page
 
-    def open_it(path):
+    def open_it(path, more=""):
         server = serve(path)
-        scripts = "".join(f"<script>{one}</script>" for one in [*watch_page.scripts(f"/{server.token}/"), HARNESS])
+        texts = [*watch_page.scripts(f"/{server.token}/"), HARNESS, more]
+        scripts = "".join(f"<script>{text}</script>" for text in texts)
         server.page = f'<!doctype html><meta charset="utf-8">{scripts}'
         tab = chromium.new_context().new_page()
         tab.goto(server.address)
@@ -597,6 +629,13 @@ def test_a_pause_holds_the_states_and_the_end_can_be_played_again(page, whole):
     tab.evaluate("source.run()")
     until(lambda: tab.evaluate("heard.some((m) => m.ended)"))
     until(lambda: tab.evaluate("source.run(), heard.filter((m) => m.ended).length") > 1)
+
+
+def test_without_play_the_first_state_is_shown(page, whole):
+    tab = page(whole[0], "source.pause();")
+    until(lambda: heard(tab, "state"))
+    tab.wait_for_timeout(300)
+    assert heard(tab, "state") == 1
 
 
 def test_the_page_says_when_the_command_has_gone(page, whole):

@@ -4,9 +4,12 @@ follow.py reads the file of the run, left.py estimates the time left, messages.p
 serves it; source.js is the part of the page that asks. launch.py starts a run.
 """
 
+import contextlib
 import os
 import pathlib
 import shlex
+import sys
+import tempfile
 import time
 import webbrowser
 
@@ -88,6 +91,21 @@ def _run_deck(arguments):
         child.end()
 
 
+@contextlib.contextmanager
+def _browser(address, wanted):
+    """Opens the page in the browser, if this session has windows. Other users see the command lines of processes, so
+    the browser gets a file that only this user can read, and not the address with its token."""
+    windows = any(os.environ.get(name) for name in ("BROWSER", "DISPLAY", "WAYLAND_DISPLAY"))
+    if not wanted or (sys.platform.startswith("linux") and not windows):
+        yield
+        return
+    with tempfile.TemporaryDirectory(prefix="mill-") as folder:
+        file = pathlib.Path(folder, "watch.html")
+        file.write_text(f'<meta http-equiv="refresh" content="0; url={address}"><a href="{address}">mill watch</a>')
+        webbrowser.open(file.as_uri())
+        yield
+
+
 def _sets(change) -> bool:
     return change.partition("=")[0].strip() == "output.checkpoint"
 
@@ -95,11 +113,13 @@ def _sets(change) -> bool:
 def _watch(arguments, follower):
     """Serves the page until the run ends, or until Ctrl-C. KeyboardInterrupt if this stops a run."""
     child, said = follower.child, ""
-    with Server(follower, page.text, arguments.port) as server, Progress(COMMAND, 1.0) as bar:
+    with (
+        Server(follower, page.text, arguments.port) as server,
+        _browser(server.address, not arguments.no_browser),
+        Progress(COMMAND, 1.0) as bar,
+    ):
         bar.uneven = True  # the text says what is known of the time left
         print(server.address, flush=True)
-        if not arguments.no_browser:
-            webbrowser.open(server.address)
         try:
             while True:
                 state, progress = follower.tell()

@@ -21,7 +21,8 @@ from milltools.read.runfile import Run
 from milltools.watch import messages
 from milltools.watch.left import Pace, Precision, told
 
-MOST_STATES = 60  # in one answer
+MOST_STATES = 60  # in one answer, or, if the next one comes late,
+RATE = 15.0  # [1/s] of the time until then
 MOST_BYTES = 24_000_000  # of their positions
 REPLAYED = 300  # states of a run that has ended
 PER_SECOND = 20  # of them
@@ -85,6 +86,7 @@ class Follower:
         self.lock = threading.Lock()
         self._mill = ("", None)
         self._alive = None
+        self._elsewhere = False  # the run writes the file from another computer: its lock is not seen here
 
     @staticmethod
     def identify(path):
@@ -97,16 +99,17 @@ class Follower:
 
     def look(self) -> Publication | None:
         """Reads the file if it was replaced; the last publication that could be read."""
-        self._alive = self.child.alive if self.child else held(self.path)  # first: the last publication comes before
+        # first: the last publication comes before the lock is gone
+        before, self._alive = self._alive, self.child.alive if self.child else held(self.path)
         found = self.identify(self.path)
         if found is None or found == self.seen:
             return self.now
-        self.seen, before = found, self.now
+        self.seen, last = found, self.now
         try:
             run = Run(self.path)
             try:
-                now = Publication.of(run, before.number + 1 if before else 1, found[2] / 1e9)
-                if before and now.mill != before.mill:
+                now = Publication.of(run, last.number + 1 if last else 1, found[2] / 1e9)
+                if last and now.mill != last.mill:
                     self.pace = Pace()
                 if now.time > 0:
                     self.pace.add(float(run.about("wall_time", math.nan)), now.time, run.contacts)
@@ -116,9 +119,10 @@ class Follower:
         except UserError as fault:  # perhaps half written: it will change again
             self.fault = fault.line
             return self.now
+        self._elsewhere = bool(last) and now.status == "running" and before is self._alive is False
         self.now, self.fault = now, ""
-        if before:
-            before.run.close()
+        if last:
+            last.run.close()
         return now
 
     # ---- the state of the run
@@ -131,7 +135,7 @@ class Follower:
             return "failed" if self.child and not self.child.alive else "missing"
         if now.status in ENDED and not (self._alive and now.status != "complete"):
             return now.status
-        if self._alive is False:
+        if self._alive is False and not self._elsewhere:
             return "killed"
         return "running" if now.time > 0 else "starting"
 
@@ -148,8 +152,8 @@ class Follower:
         if self.state == "killed":
             kept = f"has the results up to {self.now.time:.6g} s" if self.now.time > 0 else "has no results yet"
             return [
-                f"{self.path}: its run has died (killed, or the disk was full); the file {kept}, and "
-                f"'{engine.MILLSIM} --resume' with its deck goes on"
+                f"{self.path}: no run writes it any more on this computer (killed, or the disk was full); it {kept}, "
+                f"and '{engine.MILLSIM} --resume' with its deck goes on"
             ]
         return []
 
@@ -180,7 +184,8 @@ class Follower:
         """From millsim's own progress, which takes the growth of the contact rate into account."""
         left = live["left"]
         words = f"{live['state']}: {live['time']:.4g} s of {live['end']:.4g} s"
-        note = "; ".join(filter(None, [words, told(left, left) if left else "", live["what"]]))
+        early = self.now is not None and self.now.run.quantity("run/precision", 0.0) > 0  # it may end before
+        note = "; ".join(filter(None, [words, told(0.0 if early else left, left) if left else "", live["what"]]))
         return {"left": left, "done": live["share"], "note": note}
 
     def _estimate(self, now):
@@ -247,10 +252,11 @@ class Follower:
         return states, after
 
     def _index(self, now, since):
-        """Which stored frames to show, and the first one after them. Of a run that goes on the last ones, at first as
-        many as two answers have; of one that has ended all, from the first on."""
+        """Which stored frames to show, and the first one after them: the newest ones of a run that goes on; of one that
+        has ended all, from the first on."""
         drawn = len(messages.chosen(now.run))
-        most = int(np.clip(MOST_BYTES // (16 * max(drawn, 1)), 1, MOST_STATES))
+        room = max(MOST_BYTES // (16 * max(drawn, 1)), 1)
+        most = min(room, MOST_STATES if self.ended else max(MOST_STATES, int(RATE * self.pace.interval)))
         if self.ended:
             step = -(-now.frames // REPLAYED)
             index = np.arange(max(since, 0), now.frames, max(step, 1))[:most]

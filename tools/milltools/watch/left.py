@@ -6,6 +6,7 @@ import math
 from milltools.base.text import duration
 
 KEPT = 6  # publications that are remembered
+FEW = 3  # publications
 ONE = 1.3  # factor of uncertainty of an estimate from a single publication
 ALIKE = 1.2  # two ends of an estimate closer than this factor are said as one
 LATE = 2.0  # news that is older than so many intervals widens the estimate
@@ -65,9 +66,9 @@ class Pace:
 
     @property
     def steps(self) -> list[tuple[float, float, float]]:
-        """(elapsed time, simulated time, contacts) from each publication to the next; from the start to a single
-        one."""
-        rows = [(0.0, 0.0, 0.0), *self.known] if len(self.known) == 1 else self.known
+        """(elapsed time, simulated time, contacts) from each publication to the next; if there are few, from the start
+        too."""
+        rows = [(0.0, 0.0, 0.0), *self.known] if len(self.known) < FEW else self.known
         return [tuple(b - a for a, b in zip(*pair)) for pair in zip(rows, rows[1:])]
 
     @property
@@ -95,8 +96,9 @@ class Pace:
 
 
 def told(low: float, high: float) -> str:
-    """Such as "about 4 min left", "about 3 min to 2.0 h left"."""
+    """Such as "about 4 min left", "about 3 min to 2.0 h left", "at most 10 min left"."""
     if high < ALIKE * low or high < 2:
         return f"about {duration(max(1, (low + high) / 2))} left"
-    first, last = duration(low), duration(high)
-    return f"about {first if low >= 1 else '0 s'} to {last} left" if first != last else f"about {first} left"
+    if low < 1:
+        return f"at most {duration(high)} left"
+    return f"about {duration(low)} to {duration(high)} left"

@@ -71,14 +71,13 @@ def _head(run, source):
                 "motion": body["motion"],
                 "points": array(body["points"], "f4"),
                 "corners": array(body["corners"], "u4"),
-                "creases": {"lines": array(body["creases"]["lines"], "f4"), "width": body["creases"]["width"]},
             }
             for body in player.bodies(shape, names)
         ],
         "edges": {"lines": array(shape.edges, "f4"), "width": shape.rim},
         "motions": names,
         "carrier": names.index(shape.carrier) if shape.carrier in names else -1,
-        "rides": shape.wanders,
+        "poses": array(list(source.first_poses().values()), "f4"),  # at the start
         "slice": run.slice_length,
         "up": up,
         "views": views,
@@ -89,17 +88,16 @@ def _head(run, source):
 
 
 def _key(run, section, key):
-    """A key of the deck, which cannot be changed."""
-    text, kind, number, unit = run.text(f"{section}/{key}"), "text", None, ""
-    with contextlib.suppress(UserError, ValueError):
+    """A key of the deck, which cannot be changed: so its limits are not told."""
+    text, kind, unit = run.text(f"{section}/{key}"), "name", ""
+    with contextlib.suppress(UserError, ValueError, IndexError):
         words = text.split()
         float(words[0])
         values = run.as_deck.numbers(f"{section}.{key}")
-        kind, number, unit = ("vector" if len(values) > 1 else "number"), values[0], " ".join(words[len(values) :])
+        kind, unit = ("vector" if len(values) > 1 else "number"), " ".join(words[len(values) :]) or "1"
     meaning = run.attribute(f"deck/{section}/{key}", "description", "")
-    texts = {"section": section, "key": key, "value": text, "unit": unit, "meaning": meaning}
-    limits = {"words": "", "lo": None, "hi": None, "above": False}  # not told: the key cannot be changed
-    return {name: plain(one) for name, one in texts.items()} | {"number": number, "kind": kind} | limits
+    told = {"section": section, "key": key, "value": text, "type": kind, "unit": unit, "words": "", "meaning": meaning}
+    return {name: plain(one) for name, one in told.items()} | {"lo": None, "hi": None, "above": 0, "instead": ""}
 
 
 # ---- states
@@ -131,7 +129,8 @@ def states(run, index, kinds, pace) -> list[dict]:
     balls, times = chosen(run), run.frame_times()[index]
     series = Series(run, times)
     energy = {form: series(f"{form}_energy") for form in FORMS}
-    work = [series(f"motion_work/{name}") for name in run.motions] or [series("rotor_work")]
+    motions = run.poses(int(index[0]))  # in the order of mill()
+    work = [series(f"motion_work/{name}") for name in motions]
     lost, hits = ([series(f"{what}/{kind}") for kind in kinds] for what in ("dissipation", "collisions"))
 
     def at(values, n):
@@ -140,7 +139,7 @@ def states(run, index, kinds, pace) -> list[dict]:
     found = []
     for n, k in enumerate(map(int, index)):
         velocity = run.frame(k)[balls].astype(float)
-        counts = [at(values, n) for values in hits]
+        counts, works = ([at(values, n) for values in some] for some in (hits, work))
         found.append(
             {
                 "type": "state",
@@ -152,7 +151,8 @@ def states(run, index, kinds, pace) -> list[dict]:
                 "factor": pace[0],
                 "rate": pace[1],
                 "energy": {form: at(values, n) for form, values in energy.items()},
-                "work": sum(filter(None, (at(values, n) for values in work))),
+                "work": sum(filter(None, works)),
+                "motionWork": works,
                 "dissipation": [at(values, n) for values in lost],
                 "collisions": counts,
                 "ended": False,
@@ -168,12 +168,14 @@ def results(run) -> dict | None:
     """The message "results"; None before the first checkpoint. Besides, `notes`: the lines of /run/notes."""
     if not run.has_statistics:
         return None
-    return {"type": "results", "statistics": statistics(run), "spectrum": spectrum(run), "notes": run.notes}
+    numbers = statistics(run)
+    begin = {"sample_from": run.window[0], "settled": int(numbers["precision"].get("settled", 1))}
+    return {"type": "results", **begin, "statistics": numbers, "spectrum": spectrum(run), "notes": run.notes}
 
 
 def statistics(run) -> dict:
     """The group "statistics" of `millsim --json`."""
-    found = {}
+    found = {"precision": {}}
     for path in run.paths("statistics"):
         _, *groups, name = path.split("/")
         if name in BLOCKS or set(LEFT_OUT).intersection(groups):
@@ -183,7 +185,7 @@ def statistics(run) -> dict:
             here = here.setdefault(group, {})
         here[name] = run.read(path)
         if name == "quantiles":
-            found["quantile_levels"] = run.attribute(path, "levels", ())
+            found["quantile_levels"] = run.attribute(path, "levels", (0.0,))
     return found
 
 

@@ -3,7 +3,7 @@
 
      const source = new WatchSource('/TOKEN/');
      source.on = (message) => ...;    // begins to ask; messages are {type: 'mill' | 'state' | 'results' | 'progress' | 'failed', ...}
-     source.pause(); source.run();    // holds the states, goes on; after the end of a run: plays it again
+     source.run(); source.pause();    // shows states, holds them; run() after the end of a run plays it again
      source.live                      // false: a run is watched, its deck cannot be changed
 */
 'use strict';
@@ -13,6 +13,7 @@ class WatchSource {
   static SELDOM = 3000; // about one that has ended or cannot be reached
   static FIRST = 40; // [ms] shortest time between two states
   static MOST = 600; // states that wait at most
+  static LATE = 60; // states that are left of them after a pause, if the run goes on
   static KINDS = { f4: Float32Array, f8: Float64Array, u4: Uint32Array, u1: Uint8Array };
 
   #heard;
@@ -22,10 +23,12 @@ class WatchSource {
   #seen = -1;
   #queue = [];
   #gap = WatchSource.FIRST;
-  #paused = false;
+  #paused = true; // but the first state is shown
+  #shown = false;
   #failed = '';
   #over = false; // the last state of an ended run was shown
-  #fetched = true; // all states of the run have been asked for
+  #ended = false;
+  #fetched = false; // all states of an ended run have been asked for
 
   constructor(place) {
     this.#place = place;
@@ -48,6 +51,7 @@ class WatchSource {
   async check() { throw new Error('the deck of a run that is watched cannot be changed'); }
 
   run() {
+    if (this.#paused && !this.#ended) this.#queue.splice(0, this.#queue.length - WatchSource.LATE);
     this.#paused = false;
     if (!this.#over) return;
     this.#over = false; // once more, from its first state
@@ -95,6 +99,7 @@ class WatchSource {
     this.#seen = told.seen;
     if (since !== this.#since) return 0; // meanwhile asked to play it again
     this.#since = told.next;
+    this.#ended = told.ended;
     this.#fetched = told.ended && !told.states.length;
     if (told.states.length) {
       this.#queue.push(...told.states);
@@ -118,7 +123,7 @@ class WatchSource {
     this.#mill = mill;
     this.#since = this.#seen = -1;
     this.#queue = [];
-    this.#over = false;
+    this.#over = this.#shown = false;
     return 0;
   }
 
@@ -133,7 +138,8 @@ class WatchSource {
   }
 
   #play() {
-    if (!this.#paused && this.#queue.length) {
+    if ((!this.#paused || !this.#shown) && this.#queue.length) {
+      this.#shown = true;
       const state = this.#queue.shift();
       this.#heard(state);
       if (!this.#queue.length && this.#fetched) this.#over = true;
