@@ -115,6 +115,7 @@ def test_wrong_usage_is_one_line_and_status_2(mill, words, line):
 # a call of every command for test_json_is_one_object, and members that its object has; files a.h5, b.h5, deck.ini,
 # a.study and a.parquet are there
 CALLS = {
+    "watch": ("a.h5 --no-browser --until-done", {"files": [], "run": "a.h5", "state": "complete"}),
     "plot": ("a.h5 a.png", {"figure": "overview", "files": ["a.png"]}),
     "report": ("a.h5 -o a.html --rerun never", {"files": ["a.html"]}),
     "dose": ("a.h5", {"files": [], "run": "a.h5"}),

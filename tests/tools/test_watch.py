@@ -21,7 +21,7 @@ import pytest
 from conftest import PROGRAM, ROOT, SLOWER, SMALL
 
 from milltools.read.runfile import Run
-from milltools.watch import follow, left
+from milltools.watch import follow, left, page
 from milltools.watch.follow import Follower
 from milltools.watch.server import Server
 
@@ -517,7 +517,8 @@ def test_a_finished_run_is_watched_until_ctrl_c(watch, whole):
 def test_until_done_ends_with_a_finished_run(mill, whole):
     done = mill("watch", "--no-browser", "--until-done", "--json", whole[0])
     assert done.returncode == 0
-    assert json.loads(done.stdout) == {"command": "watch", "file": str(whole[0]), "state": "complete", "time": 0.1}
+    facts = {"command": "watch", "files": [], "run": str(whole[0]), "state": "complete", "time": 0.1}
+    assert json.loads(done.stdout) == facts
 
 
 def test_a_missing_run_is_waited_for_in_a_clear_line(watch, small_deck, tmp_path, millsim):
@@ -571,56 +572,57 @@ source.run();
 """
 
 
-@pytest.fixture
-def page(chromium, serve):
-    """page(path): a page of playwright with the source of a served run, which keeps what it hears."""
-    from milltools.watch import page as watch_page
-
-    def open_it(path, more=""):
-        server = serve(path)
-        texts = [*watch_page.scripts(f"/{server.token}/"), HARNESS, more]
+@contextlib.contextmanager
+def tab_of(chromium, path, more=""):
+    """A page of playwright with the source of a served run, which keeps what it hears."""
+    with Server(Follower(path), lambda place: "") as server:
+        texts = [*page.scripts(f"/{server.token}/"), HARNESS, more]
         scripts = "".join(f"<script>{text}</script>" for text in texts)
         server.page = f'<!doctype html><meta charset="utf-8">{scripts}'
         tab = chromium.new_context().new_page()
         tab.goto(server.address)
         tab.server = server
-        tabs.append(tab)
-        return tab
-
-    tabs = []
-    yield open_it
-    for tab in tabs:
+        yield tab
         tab.context.close()
+
+
+@pytest.fixture
+def tab(chromium, whole):
+    with tab_of(chromium, whole[0]) as found:
+        yield found
+
+
+@pytest.fixture(scope="module")
+def played(chromium, whole):
+    """The page of a finished run after its last state."""
+    with tab_of(chromium, whole[0]) as found:
+        until(lambda: found.evaluate("heard.some((m) => m.ended)"))
+        yield found
 
 
 def heard(tab, kind):
     return tab.evaluate(f"heard.filter((m) => m.type === '{kind}').length")
 
 
-def test_the_page_hears_the_mill_and_then_every_state_in_order(page, whole):
-    tab = page(whole[0])
-    until(lambda: tab.evaluate("heard.some((m) => m.ended)"))
+def test_the_page_hears_the_mill_and_then_every_state_in_order(played, whole):
     with Run(whole[0]) as run:
-        times = tab.evaluate("heard.filter((m) => m.type === 'state').map((m) => m.time)")
+        times = played.evaluate("heard.filter((m) => m.type === 'state').map((m) => m.time)")
         assert times == run.frame_times().tolist()
-        last = tab.evaluate("[...heard.findLast((m) => m.type === 'state').positions]")
+        last = played.evaluate("[...heard.findLast((m) => m.type === 'state').positions]")
         assert np.array_equal(np.array(last, "<f4").reshape(-1, 3), run.frame(-1, "position"))
-    order = tab.evaluate("heard.map((m) => m.type)")
+    order = played.evaluate("heard.map((m) => m.type)")
     assert order.index("mill") < order.index("state") and order.count("mill") == 1 and order.count("results") == 1
-    assert tab.evaluate("heard.find((m) => m.type === 'mill').head.colours instanceof Uint8Array")
-    assert tab.evaluate("heard.find((m) => m.type === 'results').spectrum.count.all instanceof Float64Array")
-    assert tab.evaluate("source.live") is False
+    assert played.evaluate("heard.find((m) => m.type === 'mill').head.colours instanceof Uint8Array")
+    assert played.evaluate("heard.find((m) => m.type === 'results').spectrum.count.all instanceof Float64Array")
+    assert played.evaluate("source.live") is False
 
 
-def test_states_are_shown_evenly(page, whole):
-    tab = page(whole[0])
-    until(lambda: tab.evaluate("heard.some((m) => m.ended)"))
-    gaps = np.diff(tab.evaluate("times.filter((_, k) => heard[k].type === 'state')"))
+def test_states_are_shown_evenly(played):
+    gaps = np.diff(played.evaluate("times.filter((_, k) => heard[k].type === 'state')"))
     assert 30 < np.median(gaps) < 150
 
 
-def test_a_pause_holds_the_states_and_the_end_can_be_played_again(page, whole):
-    tab = page(whole[0])
+def test_a_pause_holds_the_states_and_the_end_can_be_played_again(tab):
     until(lambda: heard(tab, "state") > 3)
     tab.evaluate("source.pause()")
     before = heard(tab, "state")
@@ -631,15 +633,14 @@ def test_a_pause_holds_the_states_and_the_end_can_be_played_again(page, whole):
     until(lambda: tab.evaluate("source.run(), heard.filter((m) => m.ended).length") > 1)
 
 
-def test_without_play_the_first_state_is_shown(page, whole):
-    tab = page(whole[0], "source.pause();")
-    until(lambda: heard(tab, "state"))
-    tab.wait_for_timeout(300)
-    assert heard(tab, "state") == 1
+def test_without_play_the_first_state_is_shown(chromium, whole):
+    with tab_of(chromium, whole[0], "source.pause();") as tab:
+        until(lambda: heard(tab, "state"))
+        tab.wait_for_timeout(300)
+        assert heard(tab, "state") == 1
 
 
-def test_the_page_says_when_the_command_has_gone(page, whole):
-    tab = page(whole[0])
+def test_the_page_says_when_the_command_has_gone(tab):
     until(lambda: heard(tab, "mill"))
     tab.server.shutdown()
     tab.server.server_close()

@@ -138,7 +138,7 @@ def _watch(arguments, follower):
             if child and child.alive:
                 raise
     now = follower.now
-    facts = {"file": follower.path, "state": follower.state, "time": now.time if now else 0.0}
+    facts = {"files": [], "run": follower.path, "state": follower.state, "time": now.time if now else 0.0}
     return Answer(lambda: None, facts, _status(follower))
 
 
