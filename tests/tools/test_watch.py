@@ -640,6 +640,33 @@ def test_without_play_the_first_state_is_shown(chromium, whole):
         assert heard(tab, "state") == 1
 
 
+def test_the_page_of_the_studio_shows_the_run(chromium, whole):
+    """In a browser that obeys the page's policy: balls, results and the end of the run, and no complaint."""
+    with Server(Follower(whole[0]), page.text) as server:
+        context, complaints = chromium.new_context(reduced_motion="no-preference"), []
+        tab = context.new_page()
+        tab.on("console", lambda message: complaints.append(message.text))
+        tab.on("pageerror", lambda fault: complaints.append(str(fault)))
+        tab.goto(server.address)
+        assert until(lambda: tab.evaluate("window.millStudio?.ready"))
+        until(
+            lambda: tab.evaluate(
+                "millStudio.stage.draws > 0 && millStudio.stage.shown.time >= 0.1 && !millStudio.playing"
+            )
+        )
+        with Run(whole[0]) as run:
+            assert np.array_equal(
+                tab.evaluate("[...millStudio.stage.shown.positions]"), run.frame(-1, "position").ravel()
+            )
+            assert tab.evaluate("millStudio.record.statistics.drive.power") == float(run.statistic("drive/power"))
+            assert tab.evaluate("millStudio.deck") == run.deck_text()
+        assert tab.evaluate("document.getElementById('left').textContent") == "100 %, complete at 0.1 s"
+        assert tab.evaluate("document.getElementById('notice').hidden")
+        assert tab.evaluate("[...document.querySelectorAll('.engine')].every((one) => one.offsetParent === null)")
+        assert not complaints
+        context.close()
+
+
 def test_the_page_says_when_the_command_has_gone(tab):
     until(lambda: heard(tab, "mill"))
     tab.server.shutdown()

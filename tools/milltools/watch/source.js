@@ -128,7 +128,10 @@ class WatchSource {
   }
 
   #tell(message) {
-    if (message.type === 'progress') this.done = message.done;
+    if (message.type === 'progress') {
+      this.done = message.done;
+      message.left = null; // the note has it in words, with both ends
+    }
     if (message.type === 'failed') {
       const lines = message.lines.join('\n');
       if (lines === this.#failed) return;
