@@ -5,6 +5,7 @@ not know; a request with another Host header is refused, so a name of somebody e
 help (DNS rebinding).
 """
 
+import functools
 import hmac
 import http
 import http.server
@@ -78,7 +79,7 @@ class Server(http.server.ThreadingHTTPServer):
 
     def __init__(self, follower: Follower, page, port: int = 0):
         self.follower, self.token = follower, secrets.token_urlsafe(24)
-        self.page = page(f"/{self.token}/")
+        self.make = page
         self.asked = 0.0  # [s] monotonic time of the last request for states
         self.told = False  # a page knows that the run has ended
         try:
@@ -90,6 +91,11 @@ class Server(http.server.ThreadingHTTPServer):
     @property
     def address(self) -> str:
         return f"http://{HOME}:{self.server_port}/{self.token}/"
+
+    @functools.cached_property
+    def page(self) -> str:
+        """Made when it is first asked for: this takes seconds, and a run may begin meanwhile."""
+        return self.make(f"/{self.token}/")
 
     def __enter__(self):
         threading.Thread(target=self.serve_forever, args=(0.1,), daemon=True).start()
