@@ -1,6 +1,7 @@
 # millsim: `make` builds ./millsim and ./mill, `make help` lists the rest.
 MODE ?= release
 BUILD := build/$(MODE)
+WASM := build/wasm
 ifeq ($(MODE),clang)
 CC := clang-14
 endif
@@ -87,6 +88,7 @@ help:
 	@echo 'make validate-study  the wavy chamber, some 40 minutes: validation/study/RESULTS.md'
 	@echo 'make validate-paper  the 2007 paper, statement by statement, some 15 minutes: validation/paper/RESULTS.md'
 	@echo '               CASES="gas dense" with validate, validate-... or bench: only these parts, and no RESULTS.md'
+	@echo 'make wasm      the engine as a WebAssembly module: build/wasm/millsim.wasm'
 	@echo 'make docs      the documentation as a site that opens from disk: build/docs/index.html'
 	@echo 'make pictures  make those of the README and docs/figures.md anew'
 	@echo 'make coverage  every test with lines and branches counted: build/coverage (an hour)'
@@ -154,7 +156,7 @@ run:
 	@./mill report reference.h5 || echo 'make run: no report, for the reason above; the run is whole, in reference.h5'
 
 test:
-	@$(MAKE) --no-print-directory deps PARTS='build python test dem slurm render pov browser'
+	@$(MAKE) --no-print-directory deps PARTS='build python test dem slurm render pov browser wasm'
 	@tools/setup --local --python all check test
 	@$(MAKE) $(PARALLEL) compiled mill
 	@$(if $(filter release,$(MODE)),,CK_EXCLUDE_TAGS=slow) $(MAKE) $(PARALLEL) --output-sync=target unit
@@ -174,7 +176,7 @@ check:
 	    $(if $(T),,-n $(JOBS) --dist loadfile -m 'not slow and not thorough and not browser and not slurm and not dem and not render'))
 
 # all that `make test` compiles
-compiled: $(UNIT) $(FUZZERS) $(BENCH) $(PROBES) $(BUILD)/millsim millsim
+compiled: $(UNIT) $(FUZZERS) $(BENCH) $(PROBES) $(BUILD)/millsim millsim $(WASM)/millsim.wasm
 
 unit: $(patsubst tests/unit/test_%.c,unit-%,$(wildcard tests/unit/test_*.c))
 
@@ -257,7 +259,7 @@ nightly:
 coverage:
 	@tools/setup --local build test --python all check test coverage
 	@$(MAKE) $(PARALLEL) MODE=cov $(UNIT:$(BUILD)/%=build/cov/%) $(FUZZERS:$(BUILD)/%=build/cov/%) build/cov/millsim
-	@$(MAKE) $(PARALLEL) $(BENCH) millsim mill
+	@$(MAKE) $(PARALLEL) $(BENCH) millsim mill $(WASM)/millsim.wasm
 	@find build/cov -name '*.gcda' -delete; rm -rf build/coverage; mkdir -p build/coverage
 	@status=0; export SLOWER=5; $(MAKE) $(PARALLEL) -k --output-sync=target MODE=cov unit replay || status=$$?; \
 	MILLSIM=$(abspath build/cov/millsim) .venv/bin/python -m coverage run --rcfile tests/coverage.ini -m pytest -q -n $(JOBS) \
@@ -352,7 +354,6 @@ docs:
 	@echo 'build/docs/index.html'
 
 # The engine as a WebAssembly module, with what needs neither threads nor HDF5 nor UDUNITS; then the page that holds it
-WASM := build/wasm
 WASM_FLAGS := --target=wasm32-wasi -msimd128 -O3 -std=c99 -D_POSIX_C_SOURCE=200809L -ffp-contract=off -fno-math-errno \
     -DNDEBUG -D_WASI_EMULATED_SIGNAL
 NOT_WASM := src/base/version.c src/engine/crew.c src/deck/units.c $(foreach f,frames impactlog observers poses replay \
@@ -361,9 +362,10 @@ WASM_OBJECTS := $(patsubst %.c,$(WASM)/%.o,src/app/asked.c $(wildcard src/web/*.
     $(foreach f,base geometry engine start deck observe,src/$f/*.c))))
 $(WASM)/%.o: %.c
 	@mkdir -p $(@D)
-	$(if $(V),,@echo "  wasm $(notdir $@)";) clang-14 $(WASM_FLAGS) -Wall -Wextra -Iinclude -Isrc -MMD -MP -c -o $@ $<
+	$(if $(V),,@echo "  wasm $(notdir $@)";) clang-14 $(WASM_FLAGS) -Wall -Wextra $(if $(WERROR),-Werror) -Iinclude -Isrc -MMD -MP -c -o $@ $<
 $(WASM)/millsim.wasm: $(WASM_OBJECTS)
-	clang-14 --target=wasm32-wasi -mexec-model=reactor -o $@ $^ -fuse-ld=lld -Wl,--strip-all,--gc-sections,-z,stack-size=1048576
+	$(if $(V),,@echo "  wasm $(notdir $@)";) clang-14 --target=wasm32-wasi -mexec-model=reactor -o $@ $^ -fuse-ld=lld \
+	    -Wl,--strip-all,--gc-sections,-z,stack-size=1048576
 
 wasm:
 	@tools/setup --local wasm

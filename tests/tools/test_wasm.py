@@ -22,7 +22,7 @@ RUN = """async ({bytes, deck, set, files, until, slices}) => {
     engine.run(until, 1e15);
     const took = (performance.now() - begin) / 1000, {time, contacts, work, energy, collisions} = engine.state();
     const {statistics} = engine.results();
-    return {mill, time, contacts, work, energy, collisions: [...collisions], statistics, rate: (contacts - before) / took};
+    return {mill, time, contacts, work, energy, collisions: [...collisions], statistics, rate: (contacts - before) / took, memory: engine.memory};
   } catch (fault) {
     return {lines: fault.lines ?? [String(fault.stack)]};
   }
@@ -131,6 +131,12 @@ def test_a_failed_load_leaves_the_mill_before_it(engine):
     before = engine(SMALL, 0.02)
     engine(SMALL, 0.01, ["balls.count=20000"])
     assert engine(SMALL, 0.02)["work"] == before["work"]
+
+
+def test_a_hundred_designs_need_no_more_memory_than_ten(engine):
+    engine(SMALL, 0.001)
+    sizes = [engine(SMALL, 0.001, [f"balls.count={10 + k % 10}"])["memory"] for k in range(60)]
+    assert sizes[-1] == sizes[9]
 
 
 def test_keys_have_the_bounds_of_the_decks_table(engine):

@@ -153,6 +153,11 @@ class MillEngine {
     return this.#told(this.#module.mill_web_check());
   }
 
+  /** Memory of the module [B] */
+  get memory() {
+    return this.#memory.buffer.byteLength;
+  }
+
   /** Simulated time [s] */
   get time() {
     return this.#module.mill_web_time();

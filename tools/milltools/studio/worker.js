@@ -114,10 +114,7 @@ const tasks = {
   },
 };
 
-onmessage = async ({ data }) => {
-  try {
-    await tasks[data.task](data);
-  } catch (fault) {
-    fail(fault);
-  }
+let before = Promise.resolve(); // tasks wait for each other, and all of them for the engine
+onmessage = ({ data }) => {
+  before = before.then(() => tasks[data.task](data)).catch(fail);
 };
