@@ -12,7 +12,7 @@ import h5py
 import numpy as np
 import pytest
 from conftest import ROOT
-from watched import ENDLESS, OFTEN, decoded, messages, until
+from watching import ENDLESS, OFTEN, decoded, messages, until
 
 from milltools.read.runfile import Run
 from milltools.watch import follow, left

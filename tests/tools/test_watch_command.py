@@ -13,7 +13,7 @@ import h5py
 import numpy as np
 import pytest
 from conftest import PROGRAM, ROOT, SLOWER, SMALL
-from watched import ENDLESS, OFTEN, until
+from watching import ENDLESS, OFTEN, until
 
 from milltools.read.runfile import Run
 

@@ -4,7 +4,7 @@ import contextlib
 
 import numpy as np
 import pytest
-from watched import until
+from watching import until
 
 from milltools.read.runfile import Run
 from milltools.watch import page
