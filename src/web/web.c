@@ -265,8 +265,9 @@ static bool add_spectrum(const struct mill_energies *e)
         return false;
     memset(to, 0, 2 * (size_t)kinds * MILL_ENERGIES_BINS * sizeof *to);
     for (int kind = 0; kind < kinds; kind++, to += 2 * MILL_ENERGIES_BINS) {
-        const size_t next = kind + 1 < kinds ? e->first[kind + 1] : e->pairs;
-        for (size_t pair = e->first[kind]; pair < next; pair++)
+        /* `first` of a surface is for the partner -1; of the balls, the first kind, it is a pair */
+        const size_t next = kind + 1 < kinds ? e->first[kind + 1] - 1 : e->pairs;
+        for (size_t pair = e->first[kind] - (kind > 0); pair < next; pair++)
             for (int i = 0; i < MILL_ENERGIES_BINS; i++) {
                 to[i] += (double)e->pair[pair].normal[i].count;
                 to[MILL_ENERGIES_BINS + i] += e->pair[pair].normal[i].dissipation;

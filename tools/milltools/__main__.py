@@ -34,6 +34,8 @@ HOMES = {"plot": "figures.command", "wear": "dose.wear", "sweep": "study.sweep",
 
 # in the order in which a user meets them
 COMMANDS = (
+    Command("studio", "a page in which a mill turns, simulated live in the browser, with sliders for its design",
+            "studio input/planetary.ini"),
     Command("watch", "shows a run while it goes on, in the browser: balls, results so far, time left",
             "watch input/simoloyer.ini"),
     Command("plot", "draws runs: an overview, or figures (energy, spectra, maps, power); also numbers as CSV",

@@ -1,0 +1,1 @@
+"""The studio: a page in which a mill turns, simulated by the engine in WebAssembly."""
