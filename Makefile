@@ -88,7 +88,7 @@ help:
 	@echo 'make validate-study  the wavy chamber, some 40 minutes: validation/study/RESULTS.md'
 	@echo 'make validate-paper  the 2007 paper, statement by statement, some 15 minutes: validation/paper/RESULTS.md'
 	@echo '               CASES="gas dense" with validate, validate-... or bench: only these parts, and no RESULTS.md'
-	@echo 'make wasm      the engine as a WebAssembly module: build/wasm/millsim.wasm'
+	@echo 'make studio    a mill that is simulated in a web page, one file: build/studio/studio.html'
 	@echo 'make docs      the documentation as a site that opens from disk: build/docs/index.html'
 	@echo 'make pictures  make those of the README and docs/figures.md anew'
 	@echo 'make coverage  every test with lines and branches counted: build/coverage (an hour)'
@@ -347,8 +347,9 @@ pictures:
 	    ./mill plot $(PICTURES)/reference.h5 docs/img/figure-$$f.png --figure $$f || exit 1; done
 
 # the pages as a site; a link that leads nowhere fails
-docs:
+docs: studio
 	tools/check-links --stage build/docs-source
+	cp build/studio/studio.html build/docs-source/studio.html
 	@tools/setup --local --python docs
 	NO_MKDOCS_2_WARNING=1 .venv/bin/python -m mkdocs build --strict --quiet -f docs/mkdocs.yml
 	@echo 'build/docs/index.html'
@@ -370,6 +371,12 @@ $(WASM)/millsim.wasm: $(WASM_OBJECTS)
 wasm:
 	@tools/setup --local wasm
 	@$(MAKE) $(PARALLEL) $(WASM)/millsim.wasm
+
+studio: wasm
+	@tools/setup --local --python core
+	@mkdir -p build/studio
+	PYTHONPATH=tools .venv/bin/python -m milltools.studio.build $(WASM)/millsim.wasm build/studio/studio.html
+	@echo 'build/studio/studio.html'
 
 # The engine alone: what another program links, with no need of HDF5, UDUNITS or GSL
 ENGINE := $(foreach f,base geometry engine start,$(filter $(BUILD)/src/$(f)/%,$(LIB)))
@@ -393,4 +400,4 @@ clean:
     $(BUILD)/tests/fuzz/replay.d $(BUILD)/tests/fuzz/units_once.d
 .SECONDARY:
 .PHONY: all help needed deps run check test compiled unit thorough coverage nightly lowest replay fuzz fuzzers cli golden valgrind validate validate-dem validate-study validate-paper lint format docs pictures bench bench-parts bench-peers \
-        wasm install clean always
+        wasm studio install clean always

@@ -1,5 +1,5 @@
-"""What mkdocs.yml cannot say: where the public names of milltools live, and that links show titles, not names of
-files."""
+"""What mkdocs.yml cannot say: where the public names of milltools live, that links show titles, not names of files, and
+that the first page holds the studio."""
 
 import pathlib
 import re
@@ -28,7 +28,17 @@ def located(match):
     return f"::: {home}.{name}\n    options:\n      heading: milltools.{name}\n      toc_label: {name}"
 
 
+# it is loaded when the reader opens it: a simulation keeps a core busy
+STUDIO = """
+<details class="studio"><summary>Simulate a mill in this page: the studio</summary>
+<iframe src="studio.html" loading="lazy" title="The studio: a ball mill, simulated in this page"></iframe>
+<p><a href="studio.html">The studio on a page of its own</a></p></details>
+"""
+
+
 def on_page_markdown(markdown, page, **_):
+    if page.is_homepage:  # below its first picture
+        markdown = re.sub(r"^!\[.*\)$", lambda picture: picture[0] + "\n" + STUDIO, markdown, count=1, flags=re.MULTILINE)
     markdown = re.sub(r"^::: milltools\.(\w+)$", located, markdown, flags=re.MULTILINE)
     folder = pathlib.Path(page.file.abs_src_path).parent
     return re.sub(r"\[([\w./-]+\.md)\]\(([^)]*)\)", titled(folder), markdown)

@@ -116,6 +116,7 @@ def test_wrong_usage_is_one_line_and_status_2(mill, words, line):
 # a.study and a.parquet are there
 CALLS = {
     "studio": ("deck.ini -o studio.html", {"files": ["studio.html"]}),
+    "watch": ("a.h5 --no-browser --until-done", {"files": [], "run": "a.h5", "state": "complete"}),
     "plot": ("a.h5 a.png", {"figure": "overview", "files": ["a.png"]}),
     "report": ("a.h5 -o a.html --rerun never", {"files": ["a.html"]}),
     "dose": ("a.h5", {"files": [], "run": "a.h5"}),

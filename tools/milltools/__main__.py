@@ -36,6 +36,8 @@ HOMES = {"plot": "figures.command", "wear": "dose.wear", "sweep": "study.sweep",
 COMMANDS = (
     Command("studio", "a page in which a mill turns, simulated live in the browser, with sliders for its design",
             "studio input/planetary.ini"),
+    Command("watch", "shows a run while it goes on, in the browser: balls, results so far, time left",
+            "watch input/simoloyer.ini"),
     Command("plot", "draws runs: an overview, or figures (energy, spectra, maps, power); also numbers as CSV",
             "plot reference.h5 reference.png"),
     Command("report", "a web page of one run: moving balls in 3D, energy balance, spectra, maps, numbers",

@@ -20,21 +20,21 @@ class Answer:
     def show(self, command: str, as_json: bool) -> None:
         if as_json:
             facts = self.facts() if callable(self.facts) else self.facts
-            print(json.dumps(_plain({"command": command} | facts), allow_nan=False))
+            print(json.dumps(for_json({"command": command} | facts), allow_nan=False))
         elif callable(self.text):
             self.text()
         else:
             print(self.text)
 
 
-def _plain(value: Any) -> Any:
+def for_json(value: Any) -> Any:
     """A value as JSON can hold it: a number that is not finite (not known, or without a limit) is null."""
     if isinstance(value, dict):
-        return {str(name): _plain(item) for name, item in value.items()}
+        return {str(name): for_json(item) for name, item in value.items()}
     if hasattr(value, "tolist"):  # of numpy
-        return _plain(value.tolist())
+        return for_json(value.tolist())
     if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
+        return [for_json(item) for item in value]
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value if value is None or isinstance(value, str | int | float) else str(value)

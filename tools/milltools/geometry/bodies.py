@@ -84,11 +84,11 @@ class Body:
 
 
 @contextlib.contextmanager
-def bare(text, time=0.0):
+def bare(text, time=0.0, frames=1):
     """The Run of a deck, as `millsim --check` prints it, with one ball of each kind: frame 0 shows the bodies at t = 0,
-    frame 1 at `time` [s]."""
-    step = time if time > 0 else INSTANT
-    changes = rerun.frames_only(step, step)
+    the last one of so many `frames` after it at `time` [s]."""
+    until = time if time > 0 else INSTANT
+    changes = rerun.frames_only(until, until / frames)
     changes["balls.start"] = "random"
     kinds = [section for section in Deck(text).sections if section.startswith("balls.")] or ["balls"]
     changes |= {f"{kind}.count": "1" for kind in kinds}

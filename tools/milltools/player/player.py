@@ -126,7 +126,7 @@ def _whole(run, packed, still, flashes, wear, worn_parts):
 def _head(run, packed, flashes):
     times = run.frame_times()[packed.index]
     labels, places = _labels(times)
-    up, views = _views(run, packed.index[0])
+    up, views = views_of(run, packed.index[0])
     mill = Mill.of(run)
     poses = [run.poses(int(k)) for k in packed.index]
     names = list(poses[0])
@@ -146,7 +146,7 @@ def _head(run, packed, flashes):
         "carrier": names.index(mill.carrier) if mill.carrier in names else -1,
         "rides": mill.wanders,
         "poses": _numbers([[pose[name] for name in names] for pose in poses], "<f4"),
-        "bodies": _bodies(mill, names),
+        "bodies": [_coded(body) for body in bodies(mill, names)],
         "edges": {"lines": _numbers(mill.edges, "<f4"), "width": mill.rim},
         # points that must be visible: of the space that the container sweeps, and of the container in the first frame
         "hulls": [_numbers(hull, "<f4") for hull in (mill.hull, mill.swept(poses[:1]))],
@@ -157,7 +157,7 @@ def _head(run, packed, flashes):
         "spinning": packed.spinning,
         "forecast": packed.forecast,
         "gravity": run.vector("gravity/acceleration").tolist(),
-        "runs": _runs(run.balls("diameter")[packed.chosen], run.balls("mass")[packed.chosen]),
+        "runs": runs_of(run.balls("diameter")[packed.chosen], run.balls("mass")[packed.chosen]),
         # time [s], place in the frame of the carrier and radius [m] of each; for how many seconds of the reader's
         # time one is seen
         "flashes": _numbers(shown, "<f4"),
@@ -199,7 +199,7 @@ def _labels(times):
     return [f"t = {t:.{places}f} ms" for t in ms], places
 
 
-def _runs(diameters, masses):
+def runs_of(diameters, masses):
     """[[number, diameter, mass], ...] of consecutive balls of equal diameter and mass."""
     starts = np.flatnonzero(np.diff(diameters, prepend=np.nan) + np.diff(masses, prepend=np.nan))
     many = np.diff(starts, append=len(diameters))
@@ -210,32 +210,41 @@ def _numbers(values, kind) -> str:
     return _text(np.ascontiguousarray(values, kind).tobytes())
 
 
-def _bodies(mill, names):
-    """The bodies to draw: look, index of the motion (-1: none), points [m], the corners of the triangles, and
-    the sharp edges of the bodies in the container."""
-    parts = [("shell", mill.carrier, mill.glass, np.empty(0))]
+def bodies(mill, names) -> list[dict]:
+    """The bodies to draw: look, index of the motion in `names` (-1: none), points (n, 3) [m], the corners of the
+    triangles as uint16, or uint32 if there are too many points, and lines (E, 2, 3) and width [m] of the sharp edges of
+    the bodies in the container."""
+    parts = [("shell", mill.carrier, mill.glass, np.empty((0, 2, 3)))]
     for motion in dict.fromkeys(body.motion for body in mill.inner):
         own = [body.triangles for body in mill.inner if body.motion == motion]
         parts.append(("steel", motion, np.concatenate(own), mill.creases[motion]))
     found = []
     for look, motion, triangles, lines in parts:
-        corners = triangles.reshape(-1, 3).astype("<f4")
-        points, index = np.unique(corners, axis=0, return_inverse=True)
-        wide = len(points) >= 1 << 16
+        points, index = np.unique(triangles.reshape(-1, 3).astype("<f4"), axis=0, return_inverse=True)
         found.append(
             {
                 "look": look,
                 "motion": names.index(motion) if motion in names else -1,
-                "points": _numbers(points, "<f4"),
-                "corners": _numbers(index, "<u4" if wide else "<u2"),
-                "wide": wide,
-                "creases": {"lines": _numbers(lines, "<f4"), "width": mill.line},
+                "points": points,
+                "corners": index.ravel().astype("<u4" if len(points) >= 1 << 16 else "<u2"),
+                "creases": {"lines": lines.astype("<f4"), "width": mill.line},
             }
         )
     return found
 
 
-def _views(run, first):
+def _coded(body):
+    """A body with its arrays as base64 texts."""
+    corners, creases = body["corners"], body["creases"]
+    return body | {
+        "points": _text(body["points"].tobytes()),
+        "corners": _text(corners.tobytes()),
+        "wide": corners.itemsize == 4,
+        "creases": creases | {"lines": _text(creases["lines"].tobytes())},
+    }
+
+
+def views_of(run, first):
     """The upward direction (against gravity, else +z), and the directions of the named views."""
     gravity = run.vector("gravity/acceleration")
     size = np.linalg.norm(gravity)

@@ -1,0 +1,1 @@
+"""`mill watch`: a page that shows a run while it goes on."""
