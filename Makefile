@@ -12,10 +12,14 @@ Q = $(if $(V),,@echo "  $(MODE) $(notdir $@)"; )
 unexport PYTHONDONTWRITEBYTECODE
 JOBS ?= $(shell nproc 2>/dev/null || echo 2)
 PARALLEL := --no-print-directory -j$(JOBS)
-VERSION := $(shell git describe --tags --always --dirty 2>/dev/null || cat VERSION)
+# 1.0.0+g0123abc: the version and the commit; the source archive of a release knows its commit from the file tools/commit
+COMMIT := $(shell ([ -e .git ] && git describe --always --exclude '*' --dirty=.dirty 2>/dev/null) || grep -x '[0-9a-f]*' tools/commit)
+VERSION := $(shell cat VERSION)$(COMMIT:%=+g%)
 
 # assertions are for the tests under sanitizers and for `make golden`
 CFLAGS_release := -O3 -g -DNDEBUG
+CFLAGS_static := $(CFLAGS_release)
+LDFLAGS_static := -s
 CFLAGS_debug := -O0 -g
 CFLAGS_o2 := -O2 -g
 CFLAGS_clang := -O3 -g -DNDEBUG
@@ -40,6 +44,11 @@ ALL_LDFLAGS := $(LDFLAGS_$(MODE)) $(LDFLAGS)
 LDLIBS := $(shell pkg-config --libs gsl hdf5 2>/dev/null) -ludunits2 -lm -pthread
 # a shared HDF5 loads 30 other libraries, for access to remote files: 6 ms of every start
 LDLIBS_SMALL := $(patsubst -lhdf5,-l:libhdf5.a -lsz -lz -ldl,$(LDLIBS))
+# MODE=static, the program of a wheel: in it is all but the C library
+STATIC_hdf5 := hdf5 sz aec z
+STATIC_udunits2 := udunits2 expat
+archives = $(patsubst %,-l:lib%.a,$(or $(STATIC_$(1)),$(1)))
+LDLIBS_STATIC := $(foreach l,$(LDLIBS),$(if $(filter -lhdf5 -ludunits2 -lgsl -lgslcblas,$(l)),$(call archives,$(l:-l%=%)),$(l))) -ldl
 
 LIB := $(filter-out $(BUILD)/src/app/main.o,$(patsubst %.c,$(BUILD)/%.o,$(wildcard src/*/*.c)))
 UNIT := $(patsubst %.c,$(BUILD)/%,$(wildcard tests/unit/test_*.c))
@@ -104,6 +113,9 @@ millsim: build/release/millsim
 ifeq ($(MODE),musl)
 build/musl/millsim: build/release/millsim build/musl/libm.a
 	$(Q)$(CC) -o $@ $(patsubst build/musl/%,build/release/%,$(BUILD)/src/app/main.o $(LIB)) build/musl/libm.a $(LDLIBS)
+else ifeq ($(MODE),static)
+$(BUILD)/millsim: $(BUILD)/src/app/main.o $(LIB)
+	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $^ $(LDLIBS_STATIC)
 else
 $(BUILD)/millsim: $(BUILD)/src/app/main.o $(LIB)
 	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $^ $(LDLIBS_SMALL) 2>/dev/null || $(CC) $(ALL_LDFLAGS) -o $@ $^ $(LDLIBS)
