@@ -13,13 +13,13 @@ unexport PYTHONDONTWRITEBYTECODE
 JOBS ?= $(shell nproc 2>/dev/null || echo 2)
 PARALLEL := --no-print-directory -j$(JOBS)
 # 1.0.0+g0123abc: the version and the commit; the source archive of a release knows its commit from the file tools/commit
-COMMIT := $(shell ([ -e .git ] && git describe --always --exclude '*' --dirty=.dirty 2>/dev/null) || grep -x '[0-9a-f]*' tools/commit)
+COMMIT := $(shell ([ -e .git ] && git describe --always --exclude '*' --dirty=.dirty 2>/dev/null) || grep -x '[0-9a-f]*' tools/commit 2>/dev/null)
 VERSION := $(shell cat VERSION)$(COMMIT:%=+g%)
 
 # assertions are for the tests under sanitizers and for `make golden`
 CFLAGS_release := -O3 -g -DNDEBUG
 CFLAGS_static := $(CFLAGS_release)
-LDFLAGS_static := -s
+STRIP ?= strip
 CFLAGS_debug := -O0 -g
 CFLAGS_o2 := -O2 -g
 CFLAGS_clang := -O3 -g -DNDEBUG
@@ -115,7 +115,7 @@ build/musl/millsim: build/release/millsim build/musl/libm.a
 	$(Q)$(CC) -o $@ $(patsubst build/musl/%,build/release/%,$(BUILD)/src/app/main.o $(LIB)) build/musl/libm.a $(LDLIBS)
 else ifeq ($(MODE),static)
 $(BUILD)/millsim: $(BUILD)/src/app/main.o $(LIB)
-	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $^ $(LDLIBS_STATIC)
+	$(Q)$(CC) $(ALL_LDFLAGS) -o $@.whole $^ $(LDLIBS_STATIC) && $(STRIP) -o $@ $@.whole
 else
 $(BUILD)/millsim: $(BUILD)/src/app/main.o $(LIB)
 	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $^ $(LDLIBS_SMALL) 2>/dev/null || $(CC) $(ALL_LDFLAGS) -o $@ $^ $(LDLIBS)
@@ -360,6 +360,15 @@ docs:
 	@tools/setup --local --python docs
 	NO_MKDOCS_2_WARNING=1 .venv/bin/python -m mkdocs build --strict --quiet -f docs/mkdocs.yml
 	@echo 'build/docs/index.html'
+
+# The program, the Python package and what belongs to them as one file for pip. ARCH=arm64: for that machine
+wheel:
+	@tools/setup --local build --python core study dem share
+	@$(MAKE) $(PARALLEL) millsim
+	@.venv/bin/python tools/wheel $(ARCH:%=--arch %)
+
+tell-version:
+	@echo '$(VERSION)'
 
 # The engine alone: what another program links, with no need of HDF5, UDUNITS or GSL
 ENGINE := $(foreach f,base geometry engine start,$(filter $(BUILD)/src/$(f)/%,$(LIB)))

@@ -17,7 +17,8 @@ static const char first[] = "simoloyer.ini"; /* a deck that is among them */
 
 static enum mill_status fail(struct mill_error *error, const char *path)
 {
-    return mill_error_set(error, MILL_FAILED, "%s: %s", path, strerror(errno));
+    return mill_error_set(error, errno == ENOENT ? MILL_BAD_DECK : MILL_FAILED, "%s: %s", path,
+                          strerror(errno));
 }
 
 static enum mill_status look(const char *from, const char *to, struct mill_error *error)
