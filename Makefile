@@ -66,11 +66,11 @@ C_FILES := $(wildcard src/*/*.[ch] include/millsim/*.h tests/unit/*.[ch] tests/b
 # `make mill`, asked for by name, fails.
 all: millsim
 	@cp -f tools/mill.sh mill
-	@tools/setup --local --python core $(EXTRAS) || true
+	@tools/setup --local --python core share $(EXTRAS) || true
 
 mill: always
 	@cp -f tools/mill.sh mill
-	@tools/setup --local --python core $(EXTRAS)
+	@tools/setup --local --python core share $(EXTRAS)
 
 # The only target that calls apt; `make run` and `make test` ask for it, so that they do all on a fresh machine. Others
 # say what is missing.
@@ -104,7 +104,9 @@ help:
 	@echo 'make bench     measure speed, some minutes: docs/performance.md (QUICK=1: try it)'
 	@echo 'make bench-parts  nanoseconds of root finding, calendar and observers'
 	@echo 'make bench-peers  millsim and other programs in turn: PEERS="single=PROGRAM cell=..."; docs/performance.md'
-	@echo 'make install   the program, libmillsim.a and its headers into PREFIX=$(PREFIX)'
+	@echo 'make wheel     the program and mill as one file for pip: build/wheel (ARCH=arm64: for that machine)'
+	@echo 'make release   source archive, wheels, site and check sums of a version, each tried: build/release-VERSION'
+	@echo 'make install   millsim, mill, libmillsim.a, decks, man pages into PREFIX=$(PREFIX); make uninstall'
 	@echo 'make clean     remove what was built        MODE=release|debug|o2|asan|tsan  WERROR=1  V=1'
 
 millsim: build/release/millsim
@@ -375,15 +377,11 @@ ENGINE := $(foreach f,base geometry engine start,$(filter $(BUILD)/src/$(f)/%,$(
 $(BUILD)/libmillsim.a: $(ENGINE)
 	$(Q)rm -f $@; ar rc $@ $^
 
-INSTALLED := $(DESTDIR)$(PREFIX)
 install: millsim build/release/libmillsim.a
-	install -D -m 755 millsim $(INSTALLED)/bin/millsim
-	install -D -m 644 build/release/libmillsim.a $(INSTALLED)/lib/libmillsim.a
-	install -d $(INSTALLED)/include/millsim $(INSTALLED)/lib/pkgconfig
-	install -m 644 include/millsim/*.h $(INSTALLED)/include/millsim
-	printf '%s\n' 'prefix=$(PREFIX)' 'Name: millsim' 'Description: event-driven simulation of ball mills' \
-	    'Version: $(shell cat VERSION)' 'Cflags: -I$${prefix}/include' 'Libs: -L$${prefix}/lib -lmillsim -lm -pthread' \
-	    > $(INSTALLED)/lib/pkgconfig/millsim.pc
+	@DESTDIR='$(DESTDIR)' tools/install '$(PREFIX)' $(EXTRAS)
+
+uninstall:
+	@DESTDIR='$(DESTDIR)' tools/install --remove '$(PREFIX)'
 
 clean:
 	rm -rf build millsim mill
@@ -392,4 +390,4 @@ clean:
     $(BUILD)/tests/fuzz/replay.d $(BUILD)/tests/fuzz/units_once.d
 .SECONDARY:
 .PHONY: all help needed deps run check test compiled unit thorough coverage nightly lowest replay fuzz fuzzers cli golden valgrind validate validate-dem validate-study validate-paper lint format docs pictures bench bench-parts bench-peers \
-        install clean always
+        wheel tell-version install uninstall clean always
