@@ -106,7 +106,8 @@ help:
 	@echo 'make bench-peers  millsim and other programs in turn: PEERS="single=PROGRAM cell=..."; docs/performance.md'
 	@echo 'make wheel     the program and mill as one file for pip: build/wheel (ARCH=arm64: for that machine)'
 	@echo 'make release   source archive, wheels, site and check sums of a version, each tried: build/release-VERSION'
-	@echo 'make install   millsim, mill, libmillsim.a, decks, man pages into PREFIX=$(PREFIX); make uninstall'
+	@echo 'make install   millsim, mill, libmillsim.a, decks, man pages into PREFIX=$(PREFIX)'
+	@echo '               (MILL=no: all but mill)      make uninstall  removes it again'
 	@echo 'make clean     remove what was built        MODE=release|debug|o2|asan|tsan  WERROR=1  V=1'
 
 millsim: build/release/millsim
@@ -378,7 +379,7 @@ $(BUILD)/libmillsim.a: $(ENGINE)
 	$(Q)rm -f $@; ar rc $@ $^
 
 install: millsim build/release/libmillsim.a
-	@DESTDIR='$(DESTDIR)' tools/install '$(PREFIX)' $(EXTRAS)
+	@DESTDIR='$(DESTDIR)' MILL='$(MILL)' tools/install '$(PREFIX)' $(EXTRAS)
 
 uninstall:
 	@DESTDIR='$(DESTDIR)' tools/install --remove '$(PREFIX)'

@@ -25,8 +25,7 @@ def called() -> str:
 
 
 def program() -> pathlib.Path:
-    """The path of millsim: $MILLSIM, else the program in this checkout, else the one that was installed with this package,
-    else the one on the PATH."""
+    """The path of millsim: $MILLSIM, else that of this checkout, of the environment of this Python, or of the PATH."""
     chosen = os.environ.get("MILLSIM")
     if chosen:
         if not os.access(chosen, os.X_OK):
@@ -44,8 +43,8 @@ def program() -> pathlib.Path:
     if IN_CHECKOUT:
         raise UserError(f"millsim is not built: run 'make millsim' in {ROOT}", status=1)
     raise UserError(
-        "no millsim found: install it ('pip install millsim'), or build it ('make millsim' in its checkout) and put it on the "
-        "PATH ('make install') or set the environment variable MILLSIM to the path of the program",
+        "no millsim found: install it ('pip install millsim'); or build it ('make millsim' in its checkout), then put "
+        "it on the PATH ('make install') or set the environment variable MILLSIM to the path of the program",
         status=1,
     )
 
