@@ -370,6 +370,12 @@ wheel:
 	@$(MAKE) $(PARALLEL) millsim
 	@.venv/bin/python tools/wheel $(ARCH:%=--arch %)
 
+# what is published of the commit that is checked out, each piece tried; ARCHES: of the wheels
+ARCHES := amd64 arm64
+release:
+	@tools/setup --local build --python core study dem share docs
+	@tools/release $(ARCHES)
+
 tell-version:
 	@echo '$(VERSION)'
 
@@ -391,4 +397,4 @@ clean:
     $(BUILD)/tests/fuzz/replay.d $(BUILD)/tests/fuzz/units_once.d
 .SECONDARY:
 .PHONY: all help needed deps run check test compiled unit thorough coverage nightly lowest replay fuzz fuzzers cli golden valgrind validate validate-dem validate-study validate-paper lint format docs pictures bench bench-parts bench-peers \
-        wheel tell-version install uninstall clean always
+        wheel release tell-version install uninstall clean always

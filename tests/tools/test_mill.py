@@ -90,12 +90,13 @@ def test_its_version_is_that_of_millsim(mill, millsim):
     assert done.returncode == 0
 
 
-def test_package_and_citation_have_the_version_of_the_product():
+def test_packages_and_citation_have_the_version_of_the_product():
     """VERSION has the form of tags, 1.0.0-rc1; packages write 1.0.0rc1."""
     version = (ROOT / "VERSION").read_text().strip()
     project = tomllib.loads((ROOT / "tools/pyproject.toml").read_text())["project"]
     cited = re.search(r"^version: (.*)$", (ROOT / "CITATION.cff").read_text(), re.M).group(1)
-    assert project["version"] == str(Version(version))
+    recipe = re.search(r'set version = "(.*)"', (ROOT / "packaging/conda/meta.yaml").read_text()).group(1)
+    assert project["version"] == recipe == str(Version(version))
     assert cited == version
 
 
