@@ -20,6 +20,8 @@ def called() -> str:
     name = os.environ.get("MILL_CALLED") or sys.argv[0]
     if name.endswith("__main__.py"):
         return "python -m milltools"
+    if name == os.path.basename(name):
+        return name
     found = shutil.which(os.path.basename(name))
     return os.path.basename(name) if found and os.path.samefile(found, name) else name
 
