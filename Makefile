@@ -74,7 +74,7 @@ mill: always
 
 # The only target that calls apt; `make run` and `make test` ask for it, so that they do all on a fresh machine. Others
 # say what is missing.
-ALL_PARTS := build python test dem slurm render pov browser lint fuzz golden valgrind
+ALL_PARTS := build python test dem slurm render pov browser lint fuzz golden valgrind wheel
 deps:
 	@tools/setup $(or $(PARTS),$(ALL_PARTS))
 
