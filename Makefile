@@ -51,7 +51,7 @@ STATIC_udunits2 := udunits2 expat
 archives = $(patsubst %,-l:lib%.a,$(or $(STATIC_$(1)),$(1)))
 LDLIBS_STATIC := $(foreach l,$(LDLIBS),$(if $(filter -lhdf5 -ludunits2 -lgsl -lgslcblas,$(l)),$(call archives,$(l:-l%=%)),$(l))) -ldl
 
-# src/web is the engine as a module for the studio: make studio
+# src/web is 
 SOURCES := $(filter-out src/web/%,$(wildcard src/*/*.c))
 LIB := $(filter-out $(BUILD)/src/app/main.o,$(SOURCES:%.c=$(BUILD)/%.o))
 UNIT := $(patsubst %.c,$(BUILD)/%,$(wildcard tests/unit/test_*.c))
@@ -97,7 +97,7 @@ help:
 	@echo 'make validate-study  the wavy chamber, some 40 minutes: validation/study/RESULTS.md'
 	@echo 'make validate-paper  the 2007 paper, statement by statement, some 15 minutes: validation/paper/RESULTS.md'
 	@echo '               CASES="gas dense" with validate, validate-... or bench: only these parts, and no RESULTS.md'
-	@echo 'make studio    a mill that is simulated in a web page, one file: build/studio/studio.html'
+	@echo 'make studio    a mill that is simulated in a web page, one file: tools/milltools/studio/studio.html'
 	@echo 'make docs      the documentation as a site that opens from disk: build/docs/index.html'
 	@echo 'make pictures  make those of the README and docs/figures.md anew'
 	@echo 'make coverage  every test with lines and branches counted: build/coverage (an hour)'
@@ -364,7 +364,7 @@ pictures:
 # the pages as a site; a link that leads nowhere fails
 docs: studio
 	tools/check-links --stage build/docs-source
-	cp build/studio/studio.html build/docs-source/studio.html
+	cp tools/milltools/studio/studio.html build/docs-source/studio.html
 	@tools/setup --local --python docs
 	NO_MKDOCS_2_WARNING=1 .venv/bin/python -m mkdocs build --strict --quiet -f docs/mkdocs.yml
 	@echo 'build/docs/index.html'
@@ -387,14 +387,14 @@ wasm:
 	@tools/setup --local wasm
 	@$(MAKE) $(PARALLEL) $(WASM)/millsim.wasm
 
+# beside the code that opens it, as in an installed package
 studio: wasm
 	@tools/setup --local --python core
-	@mkdir -p build/studio
-	PYTHONPATH=tools .venv/bin/python -m milltools.studio.build $(WASM)/millsim.wasm build/studio/studio.html
-	@echo 'build/studio/studio.html'
+	PYTHONPATH=tools .venv/bin/python -m milltools.studio.build $(WASM)/millsim.wasm tools/milltools/studio/studio.html
+	@echo 'tools/milltools/studio/studio.html'
 
 # The program, the Python package and what belongs to them as one file for pip. ARCH=arm64: for that machine
-wheel:
+wheel: studio
 	@tools/setup --local build --python core study dem share
 	@$(MAKE) $(PARALLEL) millsim
 	@.venv/bin/python tools/wheel $(ARCH:%=--arch %)
@@ -420,7 +420,7 @@ uninstall:
 	@DESTDIR='$(DESTDIR)' tools/install --remove '$(PREFIX)'
 
 clean:
-	rm -rf build millsim mill
+	rm -rf build millsim mill tools/milltools/studio/studio.html
 
 -include $(patsubst %.o,%.d,$(LIB) $(WASM_OBJECTS)) $(BUILD)/src/app/main.d $(addsuffix .d,$(UNIT) $(BENCH) $(PROBES) $(FUZZERS)) \
     $(BUILD)/tests/fuzz/replay.d $(BUILD)/tests/fuzz/units_once.d

@@ -10,7 +10,6 @@ import webbrowser
 import zlib
 
 from milltools.base.answer import Answer
-from milltools.base.engine import IN_CHECKOUT, ROOT
 from milltools.base.errors import UserError
 from milltools.base.files import check_writable, write_text
 from milltools.base.text import size
@@ -51,7 +50,7 @@ def run(arguments) -> Answer:
 
 def built() -> pathlib.Path:
     """The built page; UserError if it is missing."""
-    page = ROOT / "build/studio/studio.html" if IN_CHECKOUT else pathlib.Path(__file__).with_name("studio.html")
+    page = pathlib.Path(__file__).with_name("studio.html")
     if not page.exists():
         raise UserError(f"{page}: is missing: run 'make studio' in the checkout of millsim", status=1)
     return page
