@@ -51,7 +51,7 @@ STATIC_udunits2 := udunits2 expat
 archives = $(patsubst %,-l:lib%.a,$(or $(STATIC_$(1)),$(1)))
 LDLIBS_STATIC := $(foreach l,$(LDLIBS),$(if $(filter -lhdf5 -ludunits2 -lgsl -lgslcblas,$(l)),$(call archives,$(l:-l%=%)),$(l))) -ldl
 
-# src/web is 
+# src/web is the engine as a module for the studio: make studio
 SOURCES := $(filter-out src/web/%,$(wildcard src/*/*.c))
 LIB := $(filter-out $(BUILD)/src/app/main.o,$(SOURCES:%.c=$(BUILD)/%.o))
 UNIT := $(patsubst %.c,$(BUILD)/%,$(wildcard tests/unit/test_*.c))
