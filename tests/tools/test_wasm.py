@@ -22,7 +22,8 @@ RUN = """async ({bytes, deck, set, files, until, slices}) => {
     engine.run(until, 1e15);
     const took = (performance.now() - begin) / 1000, {time, contacts, work, energy, collisions} = engine.state();
     const {statistics} = engine.results();
-    return {mill, time, contacts, work, energy, collisions: [...collisions], statistics, rate: (contacts - before) / took, memory: engine.memory};
+    const rate = (contacts - before) / took, memory = engine.memory;
+    return {mill, time, contacts, work, energy, collisions: [...collisions], statistics, rate, memory};
   } catch (fault) {
     return {lines: fault.lines ?? [String(fault.stack)]};
   }
