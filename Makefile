@@ -13,10 +13,14 @@ Q = $(if $(V),,@echo "  $(MODE) $(notdir $@)"; )
 unexport PYTHONDONTWRITEBYTECODE
 JOBS ?= $(shell nproc 2>/dev/null || echo 2)
 PARALLEL := --no-print-directory -j$(JOBS)
-VERSION := $(shell git describe --tags --always --dirty 2>/dev/null || cat VERSION)
+# 1.0.0+g0123abc: the version and the commit; the source archive of a release knows its commit from the file tools/commit
+COMMIT := $(shell ([ -e .git ] && git describe --always --exclude '*' --dirty=.dirty 2>/dev/null) || grep -x '[0-9a-f]*' tools/commit 2>/dev/null)
+VERSION := $(shell cat VERSION)$(COMMIT:%=+g%)
 
 # assertions are for the tests under sanitizers and for `make golden`
 CFLAGS_release := -O3 -g -DNDEBUG
+CFLAGS_static := $(CFLAGS_release)
+STRIP ?= strip
 CFLAGS_debug := -O0 -g
 CFLAGS_o2 := -O2 -g
 CFLAGS_clang := -O3 -g -DNDEBUG
@@ -41,6 +45,11 @@ ALL_LDFLAGS := $(LDFLAGS_$(MODE)) $(LDFLAGS)
 LDLIBS := $(shell pkg-config --libs gsl hdf5 2>/dev/null) -ludunits2 -lm -pthread
 # a shared HDF5 loads 30 other libraries, for access to remote files: 6 ms of every start
 LDLIBS_SMALL := $(patsubst -lhdf5,-l:libhdf5.a -lsz -lz -ldl,$(LDLIBS))
+# MODE=static, the program of a wheel: in it is all but the C library
+STATIC_hdf5 := hdf5 sz aec z
+STATIC_udunits2 := udunits2 expat
+archives = $(patsubst %,-l:lib%.a,$(or $(STATIC_$(1)),$(1)))
+LDLIBS_STATIC := $(foreach l,$(LDLIBS),$(if $(filter -lhdf5 -ludunits2 -lgsl -lgslcblas,$(l)),$(call archives,$(l:-l%=%)),$(l))) -ldl
 
 # src/web is the engine as a module for the studio: make studio
 SOURCES := $(filter-out src/web/%,$(wildcard src/*/*.c))
@@ -60,15 +69,15 @@ C_FILES := $(wildcard src/*/*.[ch] include/millsim/*.h tests/unit/*.[ch] tests/b
 # `make mill`, asked for by name, fails.
 all: millsim
 	@cp -f tools/mill.sh mill
-	@tools/setup --local --python core $(EXTRAS) || true
+	@tools/setup --local --python core share $(EXTRAS) || true
 
 mill: always
 	@cp -f tools/mill.sh mill
-	@tools/setup --local --python core $(EXTRAS)
+	@tools/setup --local --python core share $(EXTRAS)
 
 # The only target that calls apt; `make run` and `make test` ask for it, so that they do all on a fresh machine. Others
 # say what is missing.
-ALL_PARTS := build python test dem slurm render pov browser wasm lint fuzz golden valgrind
+ALL_PARTS := build python test dem slurm render pov browser wasm lint fuzz golden valgrind wheel
 deps:
 	@tools/setup $(or $(PARTS),$(ALL_PARTS))
 
@@ -99,7 +108,10 @@ help:
 	@echo 'make bench     measure speed, some minutes: docs/performance.md (QUICK=1: try it)'
 	@echo 'make bench-parts  nanoseconds of root finding, calendar and observers'
 	@echo 'make bench-peers  millsim and other programs in turn: PEERS="single=PROGRAM cell=..."; docs/performance.md'
-	@echo 'make install   the program, libmillsim.a and its headers into PREFIX=$(PREFIX)'
+	@echo 'make wheel     the program and mill as one file for pip: build/wheel (ARCH=arm64: for that machine)'
+	@echo 'make release   source archive, wheels, site and check sums of a version, each tried: build/release-VERSION'
+	@echo 'make install   millsim, mill, libmillsim.a, decks, man pages into PREFIX=$(PREFIX)'
+	@echo '               (MILL=no: all but mill)      make uninstall  removes it again'
 	@echo 'make clean     remove what was built        MODE=release|debug|o2|asan|tsan  WERROR=1  V=1'
 
 millsim: build/release/millsim
@@ -108,6 +120,9 @@ millsim: build/release/millsim
 ifeq ($(MODE),musl)
 build/musl/millsim: build/release/millsim build/musl/libm.a
 	$(Q)$(CC) -o $@ $(patsubst build/musl/%,build/release/%,$(BUILD)/src/app/main.o $(LIB)) build/musl/libm.a $(LDLIBS)
+else ifeq ($(MODE),static)
+$(BUILD)/millsim: $(BUILD)/src/app/main.o $(LIB)
+	$(Q)$(CC) $(ALL_LDFLAGS) -o $@.whole $^ $(LDLIBS_STATIC) && $(STRIP) -o $@ $@.whole
 else
 $(BUILD)/millsim: $(BUILD)/src/app/main.o $(LIB)
 	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $^ $(LDLIBS_SMALL) 2>/dev/null || $(CC) $(ALL_LDFLAGS) -o $@ $^ $(LDLIBS)
@@ -378,20 +393,31 @@ studio: wasm
 	PYTHONPATH=tools .venv/bin/python -m milltools.studio.build $(WASM)/millsim.wasm build/studio/studio.html
 	@echo 'build/studio/studio.html'
 
+# The program, the Python package and what belongs to them as one file for pip. ARCH=arm64: for that machine
+wheel:
+	@tools/setup --local build --python core study dem share
+	@$(MAKE) $(PARALLEL) millsim
+	@.venv/bin/python tools/wheel $(ARCH:%=--arch %)
+
+# what is published of the commit that is checked out, each piece tried; ARCHES: of the wheels
+ARCHES := amd64 arm64
+release:
+	@tools/setup --local build --python core study dem share docs
+	@tools/release $(ARCHES)
+
+tell-version:
+	@echo '$(VERSION)'
+
 # The engine alone: what another program links, with no need of HDF5, UDUNITS or GSL
 ENGINE := $(foreach f,base geometry engine start,$(filter $(BUILD)/src/$(f)/%,$(LIB)))
 $(BUILD)/libmillsim.a: $(ENGINE)
 	$(Q)rm -f $@; ar rc $@ $^
 
-INSTALLED := $(DESTDIR)$(PREFIX)
 install: millsim build/release/libmillsim.a
-	install -D -m 755 millsim $(INSTALLED)/bin/millsim
-	install -D -m 644 build/release/libmillsim.a $(INSTALLED)/lib/libmillsim.a
-	install -d $(INSTALLED)/include/millsim $(INSTALLED)/lib/pkgconfig
-	install -m 644 include/millsim/*.h $(INSTALLED)/include/millsim
-	printf '%s\n' 'prefix=$(PREFIX)' 'Name: millsim' 'Description: event-driven simulation of ball mills' \
-	    'Version: $(shell cat VERSION)' 'Cflags: -I$${prefix}/include' 'Libs: -L$${prefix}/lib -lmillsim -lm -pthread' \
-	    > $(INSTALLED)/lib/pkgconfig/millsim.pc
+	@DESTDIR='$(DESTDIR)' MILL='$(MILL)' tools/install '$(PREFIX)' $(EXTRAS)
+
+uninstall:
+	@DESTDIR='$(DESTDIR)' tools/install --remove '$(PREFIX)'
 
 clean:
 	rm -rf build millsim mill
@@ -400,4 +426,4 @@ clean:
     $(BUILD)/tests/fuzz/replay.d $(BUILD)/tests/fuzz/units_once.d
 .SECONDARY:
 .PHONY: all help needed deps run check test compiled unit thorough coverage nightly lowest replay fuzz fuzzers cli golden valgrind validate validate-dem validate-study validate-paper lint format docs pictures bench bench-parts bench-peers \
-        wasm studio install clean always
+        wasm studio wheel release tell-version install uninstall clean always

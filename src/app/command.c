@@ -47,12 +47,15 @@ static const struct row {
         {"digest", 0, NULL,
          "write the output file of a run that another program made of this\n"
          "                       deck; standard input gives the run: docs/file-format.md"},
+    [MILL_EXAMPLES] = {"examples", 0, "DIR",
+                       "copy the example decks into the folder DIR; do not run"},
     [MILL_PARANOID] = {"paranoid", 0, NULL, "check every step against brute force (slow)"},
     [MILL_HELP] = {"help", 'h', NULL, "print this and end"},
     [MILL_VERSION_LINE] = {"version", 'V', NULL, "print the version and end"},
 };
 
 static const char told[] = "--value needs no deck and runs nothing";
+static const char copied[] = "--examples only copies decks";
 
 static const struct {
     enum mill_option one;
@@ -66,6 +69,9 @@ static const struct {
     {MILL_DIGEST, "check resume json progress export-start paranoid",
      "--digest runs nothing; another program has run the deck"},
     {MILL_VALUE, "output check resume json progress paranoid set force export-start digest", told},
+    {MILL_EXAMPLES,
+     "output check resume json progress paranoid set force export-start digest value quiet",
+     copied},
 };
 
 bool mill_command_answer(const struct mill_command *a, FILE *out)
@@ -140,10 +146,13 @@ static enum mill_status read_options(int argc, char **argv, struct mill_command 
 /* `more`: the words that are not options; NULL after the last */
 static enum mill_status check(struct mill_command *a, char *const *more, struct mill_error *error)
 {
-    for (int k = 0; k < MILL_OPTIONS; k++)
-        if (rows[k].value && !strcmp(rows[k].value, "FILE") && a->given[k] && !a->given[k][0])
-            return mill_error_set(error, MILL_BAD_DECK, "option '--%s' needs the name of a file",
-                                  rows[k].name);
+    for (int k = 0; k < MILL_OPTIONS; k++) {
+        const bool folder = rows[k].value && !strcmp(rows[k].value, "DIR");
+        if ((folder || (rows[k].value && !strcmp(rows[k].value, "FILE"))) && a->given[k] &&
+            !a->given[k][0])
+            return mill_error_set(error, MILL_BAD_DECK, "option '--%s' needs the name of a %s",
+                                  rows[k].name, folder ? "folder" : "file");
+    }
     if (a->given[MILL_PROGRESS] && strcmp(a->given[MILL_PROGRESS], "json") != 0)
         return mill_error_set(error, MILL_BAD_DECK, "option '--progress' takes json, got '%.200s'",
                               a->given[MILL_PROGRESS]);
@@ -153,11 +162,12 @@ static enum mill_status check(struct mill_command *a, char *const *more, struct 
                 return mill_error_set(
                     error, MILL_BAD_DECK, "options '--%s' and '--%s' exclude each other: %s",
                     rows[exclusions[i].one].name, rows[k].name, exclusions[i].why);
-    if (a->values && more[0])
-        return mill_error_set(error, MILL_BAD_DECK,
-                              "option '--value' and '%.200s' exclude each other: %s", more[0],
-                              told);
-    if (!a->values && !more[0])
+    const bool deckless = a->values || a->given[MILL_EXAMPLES];
+    if (deckless && more[0])
+        return mill_error_set(
+            error, MILL_BAD_DECK, "option '--%s' and '%.200s' exclude each other: %s",
+            rows[a->values ? MILL_VALUE : MILL_EXAMPLES].name, more[0], a->values ? told : copied);
+    if (!deckless && !more[0])
         return mill_error_set(error, MILL_BAD_DECK, "no deck given; see millsim --help");
     if (more[0] && more[1])
         return mill_error_set(error, MILL_BAD_DECK,

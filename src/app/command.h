@@ -19,6 +19,7 @@ enum mill_option {
     MILL_EXPORT_START,
     MILL_VALUE,
     MILL_DIGEST,
+    MILL_EXAMPLES,
     MILL_PARANOID,
     MILL_HELP,
     MILL_VERSION_LINE,

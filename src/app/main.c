@@ -2,6 +2,7 @@
  * prints or exits. All errors that can be found early are reported before the run begins: wrong
  * usage, a wrong deck, an output that exists or cannot be written. */
 #include "app/digest.h"
+#include "app/examples.h"
 #include "app/forecast.h"
 #include "app/record.h"
 #include "app/summary.h"
@@ -226,6 +227,8 @@ static enum mill_status act(const struct mill_command *a, FILE *page, FILE *asid
         return MILL_OK;
     if (a->values)
         return mill_deck_tell(a->values, a->value, page, error);
+    if (a->given[MILL_EXAMPLES])
+        return mill_examples_copy(a->given[MILL_EXAMPLES], page, error);
     mill_progress_init(&order.display, check || a->given[MILL_QUIET] ? NULL : stderr,
                        a->given[MILL_PROGRESS] ? MILL_PROGRESS_OBJECTS
                        : isatty(STDERR_FILENO) ? MILL_PROGRESS_TERMINAL

@@ -5,6 +5,8 @@
  * of the wanted unit. */
 #include "deck/units.h"
 
+#include "deck/share.h"
+
 #include <ctype.h>
 #include <math.h>
 #include <stdio.h>
@@ -40,9 +42,11 @@ enum mill_status mill_units_create(struct mill_units **units, struct mill_error 
         free(made);
         return mill_error_set(error, MILL_FAILED, "out of memory");
     }
-    made->system = ut_read_xml(NULL);
+    const char *path = getenv("UDUNITS2_XML_PATH");
+    char beside[MILL_SHARE_PATH];
+    const bool ours = !path && mill_share_find("udunits/udunits2.xml", beside);
+    made->system = ut_read_xml(ours ? beside : NULL);
     if (!made->system) {
-        const char *path = getenv("UDUNITS2_XML_PATH");
         free(made);
         return mill_error_set(error, MILL_FAILED,
                               "cannot read the unit database of UDUNITS-2%s%.200s; install it "

@@ -17,7 +17,7 @@ import termios
 import time
 
 import pytest
-from conftest import PROGRAM, SMALL, SMALL_START
+from conftest import PROGRAM, ROOT, SMALL, SMALL_START
 
 OPTIONS = [
     "output",
@@ -30,6 +30,8 @@ OPTIONS = [
     "progress",
     "export-start",
     "value",
+    "digest",
+    "examples",
     "paranoid",
     "help",
     "version",
@@ -48,11 +50,13 @@ def test_help_goes_to_standard_output(millsim):
         assert max(len(line) for line in result.stdout.splitlines()) <= 90
 
 
-def test_version_is_one_line(millsim):
+def test_version_is_one_line_with_the_version_and_the_commit(millsim):
+    version = re.escape((ROOT / "VERSION").read_text().strip())
+    commit = r"\+g[0-9a-f]{7,}(\.dirty)?" if (ROOT / ".git").exists() else r"(\+g[0-9a-f]{7,})?"
     for option in ("-V", "--version"):
         result = millsim(option)
         assert result.returncode == 0
-        assert re.fullmatch(r"millsim \S+\n", result.stdout)
+        assert re.fullmatch(rf"millsim {version}{commit}\n", result.stdout)
 
 
 @pytest.mark.parametrize(

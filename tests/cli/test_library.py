@@ -23,6 +23,7 @@ def installed(tmp_path_factory):
         "--no-print-directory",
         "install",
         "MODE=release",
+        "MILL=no",
         f"PREFIX={prefix}",
     ]
     subprocess.run(command, check=True, capture_output=True)

@@ -10,11 +10,13 @@ import signal
 import subprocess
 import sys
 import time
+import tomllib
 import types
 
 import numpy as np
 import pytest
 from conftest import PROGRAM, ROOT, SMALL, STUDY, run_mill
+from packaging.version import Version
 
 from milltools import __main__
 from milltools.__main__ import COMMANDS
@@ -88,10 +90,14 @@ def test_its_version_is_that_of_millsim(mill, millsim):
     assert done.returncode == 0
 
 
-def test_the_packages_version_is_that_of_the_product():
-    text = (ROOT / "tools/pyproject.toml").read_text()
-    version = re.search(r'^version = "(.*?)"', text, re.M).group(1)
-    assert version == (ROOT / "VERSION").read_text().strip()
+def test_packages_and_citation_have_the_version_of_the_product():
+    """VERSION has the form of tags, 1.0.0-rc1; packages write 1.0.0rc1."""
+    version = (ROOT / "VERSION").read_text().strip()
+    project = tomllib.loads((ROOT / "tools/pyproject.toml").read_text())["project"]
+    cited = re.search(r"^version: (.*)$", (ROOT / "CITATION.cff").read_text(), re.M).group(1)
+    recipe = re.search(r'set version = "(.*)"', (ROOT / "packaging/conda/meta.yaml").read_text()).group(1)
+    assert project["version"] == recipe == str(Version(version))
+    assert cited == version
 
 
 @pytest.mark.slow

@@ -110,7 +110,7 @@ def closure(requirements):
     left, seen = [Requirement(text) for text in requirements], set()
     while left:
         one = left.pop()
-        if name_of(one.name) == "milltools":
+        if name_of(one.name) == "millsim":
             left += [Requirement(text) for extra in one.extras for text in declared(extra)]
         elif (key := (name_of(one.name), frozenset(one.extras))) not in seen:
             seen.add(key)
@@ -165,10 +165,10 @@ def test_what_is_imported_is_declared():
     wanted = {name_of(bring.get(name, {"PIL": "pillow"}.get(name, name))) for name in found}
     every = {name_of(Requirement(text).name) for extra in OWN for text in declared(extra)}
     # dask is what distributed schedules, psycopg what sqlalchemy loads for PostgreSQL
-    assert wanted | {"milltools", "dask", "psycopg"} == every
+    assert wanted | {"millsim", "dask", "psycopg"} == every
 
 
 @pytest.mark.parametrize("extra", OWN[1:])
 def test_the_table_of_extras_is_that_of_the_project(extra):
-    names = {name_of(Requirement(text).name) for text in declared(extra)} - {"milltools"}
+    names = {name_of(Requirement(text).name) for text in declared(extra)} - {"millsim"}
     assert {name_of(package) for package in EXTRAS[extra].values()} == names

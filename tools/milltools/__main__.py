@@ -91,6 +91,15 @@ def tour() -> str:
     return "\n".join(lines)
 
 
+def add_arguments(command: Command, parser: argparse.ArgumentParser):
+    """Describes a command to a parser of its arguments."""
+    module = importlib.import_module(command.module)
+    parser.description = module.SUMMARY
+    parser.epilog = f"example: {engine.called()} {command.example}"
+    module.add_arguments(parser)
+    parser.add_argument("--json", action="store_true", help="print one JSON object on standard output, nothing else")
+
+
 def dispatch(words: list[str]) -> int:
     """Runs one command line (without the program's name); returns the exit status."""
     if not words or words[0] in ("-h", "--help", "help"):
@@ -106,19 +115,12 @@ def dispatch(words: list[str]) -> int:
         names = [one.name for one in COMMANDS]
         meant = "".join(f"; did you mean '{name}'?" for name in difflib.get_close_matches(words[0], names, 1))
         raise UserError(f"unknown command '{words[0]}'{meant or ': one of ' + ', '.join(names)}")
-    module = importlib.import_module(command.module)
-    parser = Parser(
-        prog=f"mill {command.name}",
-        description=module.SUMMARY,
-        epilog=f"example: {engine.called()} {command.example}",
-        allow_abbrev=False,
-    )
-    module.add_arguments(parser)
-    parser.add_argument("--json", action="store_true", help="print one JSON object on standard output, nothing else")
+    parser = Parser(prog=f"mill {command.name}", allow_abbrev=False)
+    add_arguments(command, parser)
     parser.set_defaults(words=["mill", *words])  # for commands that record their command line
     arguments = parser.parse_args(words[1:])
     with contextlib.redirect_stdout(sys.stderr) if arguments.json else contextlib.nullcontext():
-        answer = module.run(arguments)
+        answer = importlib.import_module(command.module).run(arguments)
     answer.show(command.name, arguments.json)
     return answer.status
 

@@ -5,6 +5,7 @@ import pathlib
 import shutil
 import subprocess
 import sys
+import sysconfig
 
 from milltools.base.errors import UserError
 
@@ -19,12 +20,14 @@ def called() -> str:
     name = os.environ.get("MILL_CALLED") or sys.argv[0]
     if name.endswith("__main__.py"):
         return "python -m milltools"
+    if name == os.path.basename(name):
+        return name
     found = shutil.which(os.path.basename(name))
     return os.path.basename(name) if found and os.path.samefile(found, name) else name
 
 
 def program() -> pathlib.Path:
-    """The path of millsim: $MILLSIM, else the program in this checkout, else the one on the PATH."""
+    """The path of millsim: $MILLSIM, else that of this checkout, of the environment of this Python, or of the PATH."""
     chosen = os.environ.get("MILLSIM")
     if chosen:
         if not os.access(chosen, os.X_OK):
@@ -32,14 +35,18 @@ def program() -> pathlib.Path:
         return pathlib.Path(chosen)
     if os.access(ROOT / "millsim", os.X_OK):
         return ROOT / "millsim"
+    # one environment of several may be in use without being on the PATH
+    for folder in (sysconfig.get_path("scripts"), os.path.dirname(sys.executable)):
+        if os.access(os.path.join(folder, "millsim"), os.X_OK):
+            return pathlib.Path(folder, "millsim")
     found = shutil.which("millsim")
     if found:
         return pathlib.Path(found)
     if IN_CHECKOUT:
         raise UserError(f"millsim is not built: run 'make millsim' in {ROOT}", status=1)
     raise UserError(
-        "no millsim found: build it ('make millsim' in its checkout), then put it on the PATH ('make install') "
-        "or set the environment variable MILLSIM to the path of the program",
+        "no millsim found: install it ('pip install millsim'); or build it ('make millsim' in its checkout), then put "
+        "it on the PATH ('make install') or set the environment variable MILLSIM to the path of the program",
         status=1,
     )
 
@@ -78,9 +85,9 @@ def version() -> str:
 
 
 def package_version() -> str:
-    """The version of milltools: of the checkout, or of the installed package."""
+    """The version of this package: of the checkout, or of what was installed."""
     if IN_CHECKOUT:
         return (ROOT / "VERSION").read_text().strip()
     import importlib.metadata
 
-    return importlib.metadata.version("milltools")
+    return importlib.metadata.version("millsim")
