@@ -264,7 +264,7 @@ def test_numbers_come_with_their_errors_or_are_not_yet_known(studio):
     assert "not yet known" in page.evaluate(WORDS.format("power-more"))
     learned(page, 3.75)
     assert page.evaluate(WORDS.format("power-more")) == "95 % interval 98.0 to 102.0\u00a0W"
-    finding = page.evaluate(WORDS.format("finding")).replace("\u00a0", " ")
+    finding = page.evaluate(WORDS.format("finding")).replace("\u00a0", " ").replace("\u2011", "-")
     assert finding == "The balls take 100.0 ± 1.0 W: 70 % goes into ball-ball contacts, 30 % into ball-drum contacts"
     assert page.evaluate(WORDS.format("contacts")) == "400\u202f000"
     balance = page.evaluate("[...document.getElementById('balance-rows').rows].map((r) => r.innerText)")

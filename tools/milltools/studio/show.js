@@ -50,7 +50,7 @@ const MillShow = (() => {
       const flows = record.flows(), losses = flows?.outs.filter((row) => row.kind) ?? [];
       const total = losses.reduce((sum, row) => sum + row.value, 0);
       if (!losses.length) return write('finding', record.state?.time > 0 ? 'No contacts yet: the balls fly' : 'The mill is ready');
-      const shares = losses.slice(0, 2).map((row, k) => `${W.share(row.value / total)} ${k ? 'into' : 'goes into'} ${W.kind(row.name)} contacts`);
+      const shares = losses.slice(0, 2).map((row, k) => `${W.share(row.value / total)} ${k ? 'into' : 'goes into'} ${W.kind(row.name).replace('-', '\u2011')} contacts`); // not broken at the hyphen
       const whole = power.value === null ? `${W.quantity(total, 'W')} so far` : W.brief(power.value, power.error, 'W');
       return write('finding', `The balls take ${whole}: ${shares.join(', ')}`);
     }

@@ -15,6 +15,15 @@ const MillStudio = (() => {
   const part = (id) => document.getElementById(id);
   const W = MillWords;
 
+  /** Changes what follows # in the address, without a new entry in the history. */
+  function address(hash) {
+    try {
+      history.replaceState(null, '', hash || location.pathname + location.search);
+    } catch { // some browsers do not allow it for a file
+      location.hash = hash;
+    }
+  }
+
   /** Data of the page: text(id), and unpacked(id): promise of the bytes of base64 of a gzip stream. */
   const data = {
     text: (id) => part(id).textContent,
@@ -184,7 +193,7 @@ const MillStudio = (() => {
 
     preset(name, remark = '') {
       const found = this.presets.find((one) => one.name === name);
-      history.replaceState(null, '', location.pathname + location.search);
+      address('');
       return this.open(found.text, new Map(), name, remark);
     }
 
@@ -208,12 +217,12 @@ const MillStudio = (() => {
     }
 
     async copy() {
-      const address = await this.link();
-      history.replaceState(null, '', address);
+      const link = await this.link();
+      address(`#design=${link.split('#design=')[1]}`);
       const files = this.files.size ? ' Its files are not in the link: send them too.' : '';
       try {
-        await navigator.clipboard.writeText(address);
-        this.say(`The link is copied: ${address.length} characters.${files}`);
+        await navigator.clipboard.writeText(link);
+        this.say(`The link is copied: ${link.length} characters.${files}`);
       } catch {
         this.say(`Copy the address of this page: it holds the design.${files}`);
       }
@@ -232,7 +241,7 @@ const MillStudio = (() => {
       }
       const text = new TextDecoder().decode(all.get(deck));
       all.delete(deck);
-      history.replaceState(null, '', location.pathname + location.search);
+      address('');
       this.name = deck;
       this.open(text, all);
     }
