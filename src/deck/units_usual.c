@@ -17,6 +17,7 @@ bool mill_units_usual(const char *unit, const char *si, double *scale)
     } usual[] = {
         {"mm", "m", 1e-3},
         {"cm", "m", 1e-2},
+        {"inch", "m", 0.025400000000000002},
         {"um", "m", 1e-6},
         {"ms", "s", 1e-3},
         {"us", "s", 1e-6},

@@ -601,10 +601,10 @@ def test_a_deck_of_usual_units_needs_no_database_and_another_says_where_it_was_s
     nowhere = {"UDUNITS2_XML_PATH": "/nowhere.xml"}
     write_deck()
     assert millsim("--check", "-q", "deck.ini", env=nowhere).returncode == 0
-    inch = millsim("--check", "-q", "-s", "drum.length=3 inch", "deck.ini", env=nowhere)
-    assert inch.returncode == 2
+    fathom = millsim("--check", "-q", "-s", "drum.length=3 fathom", "deck.ini", env=nowhere)
+    assert fathom.returncode == 2
     said = r"\[drum\] length: cannot read the unit database .* at .*/nowhere.xml; install"
-    assert re.search(said, inch.stderr)
+    assert re.search(said, fathom.stderr)
 
 
 def test_the_locale_makes_no_difference(millsim, small_deck):

@@ -87,6 +87,9 @@ def test_after_two_million_contacts_the_reference_mill_has_the_bits_of_the_progr
         ("tumbling", 1, ["run.sample_from=0.5 s"]),
         ("stl", 0.05, ["run.sample_from=0 s"]),
         ("wavy", 0.05, ["run.precision=0", "run.sample_from=0.02 s"]),
+        ("shaker", 0.5, ["run.sample_from=0.1 s"]),
+        ("emax", 0.2, []),
+        ("discs", 0.01, ["run.sample_from=0 s"]),
         ("mixture", 0.02, ["run.sample_from=0 s"]),
     ],
 )
@@ -124,8 +127,8 @@ def test_a_missing_file_is_told_with_its_key(engine):
 
 
 def test_an_unknown_unit_is_told_with_the_known_ones(engine):
-    found = engine(SMALL.replace("radius = 30 mm", "radius = 1.2 inch"), 0.01)
-    assert "(unknown unit 'inch'; the studio knows mm, cm" in found["lines"][0]
+    found = engine(SMALL.replace("radius = 30 mm", "radius = 0.02 fathom"), 0.01)
+    assert "(unknown unit 'fathom'; the studio knows mm, cm, inch" in found["lines"][0]
 
 
 def test_a_failed_load_leaves_the_mill_before_it(engine):

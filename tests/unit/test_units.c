@@ -146,8 +146,9 @@ START_TEST(a_usual_unit_has_the_very_factor_of_the_database)
 {
     static const char *const si[] = {"m",  "s",     "rad", "m/s", "rad/s", "kg/m^3",
                                      "Hz", "m/s^2", "kg",  "1",   "Pa"};
-    static const char *const unit[] = {"mm",    "cm",  "um",    "ms",  "us",   "min",    "g", "deg",
-                                       "deg/s", "rpm", "1/min", "1/s", "mm/s", "g/cm^3", "%"};
+    static const char *const unit[] = {"mm",  "cm",   "inch",   "um",    "ms",  "us",
+                                       "min", "g",    "deg",    "deg/s", "rpm", "1/min",
+                                       "1/s", "mm/s", "g/cm^3", "%"};
     int known = 0;
     for (size_t i = 0; i < sizeof si / sizeof *si; i++) {
         double quick = 0.0, scale = 0.0;
@@ -161,8 +162,8 @@ START_TEST(a_usual_unit_has_the_very_factor_of_the_database)
             ck_assert_msg(quick == scale, "%s in %s: %a, not %a", unit[k], si[i], quick, scale);
         }
     }
-    ck_assert_int_eq(known, 16);
-    ck_assert(!mill_units_usual("inch", "m", &(double){0.0}));
+    ck_assert_int_eq(known, 17);
+    ck_assert(!mill_units_usual("fathom", "m", &(double){0.0}));
     ck_assert(!mill_units_usual("mm", "s", &(double){0.0}));
 }
 END_TEST
