@@ -88,7 +88,7 @@ def test_after_two_million_contacts_the_reference_mill_has_the_bits_of_the_progr
         ("stl", 0.05, ["run.sample_from=0 s"]),
         ("wavy", 0.05, ["run.precision=0", "run.sample_from=0.02 s"]),
         ("shaker", 0.5, ["run.sample_from=0.1 s"]),
-        ("emax", 0.2, []),
+        ("emax", 0.2, ["run.sample_from=0.05 s"]),
         ("discs", 0.01, ["run.sample_from=0 s"]),
         ("mixture", 0.02, ["run.sample_from=0 s"]),
     ],
