@@ -389,7 +389,7 @@ wasm:
 	@$(MAKE) $(PARALLEL) $(WASM)/millsim.wasm
 
 # beside the code that opens it, as in an installed package
-studio: wasm
+studio: wasm millsim
 	@tools/setup --local --python core
 	PYTHONPATH=tools .venv/bin/python -m milltools.studio.build $(WASM)/millsim.wasm tools/milltools/studio/studio.html
 	@echo 'tools/milltools/studio/studio.html'
