@@ -110,6 +110,7 @@ help:
 	@echo 'make bench-peers  millsim and other programs in turn: PEERS="single=PROGRAM cell=..."; docs/performance.md'
 	@echo 'make wheel     the program and mill as one file for pip: build/wheel (ARCH=arm64: for that machine)'
 	@echo 'make release   source archive, wheels, site and check sums of a version, each tried: build/release-VERSION'
+	@echo 'make bench-studio  speed of the studio in Chromium beside the program'
 	@echo 'make install   millsim, mill, libmillsim.a, decks, man pages into PREFIX=$(PREFIX)'
 	@echo '               (MILL=no: all but mill)      make uninstall  removes it again'
 	@echo 'make clean     remove what was built        MODE=release|debug|o2|asan|tsan  WERROR=1  V=1'
@@ -337,6 +338,11 @@ bench-peers:
 	.venv/bin/python tests/bench/bench_peers.py --build $(BUILD) $(if $(QUICK),--quick) $(REPEATS:%=--repeats %) \
 	    $(JSON:%=--json %) $(CASES:%=--case %) $(PEERS)
 
+# the studio in Chromium; REPEATS as for bench
+bench-studio: studio
+	@tools/setup --local browser --python test
+	.venv/bin/python tests/bench/bench_studio.py $(REPEATS:%=--repeats %)
+
 BENCH_PARTS := $(patsubst %,$(BUILD)/tests/bench/bench_%,poly calendar observers)
 bench-parts: $(BENCH_PARTS)
 	@set -e; for b in $^; do $$b; done
@@ -426,5 +432,5 @@ clean:
 -include $(patsubst %.o,%.d,$(LIB) $(WASM_OBJECTS)) $(BUILD)/src/app/main.d $(addsuffix .d,$(UNIT) $(BENCH) $(PROBES) $(FUZZERS)) \
     $(BUILD)/tests/fuzz/replay.d $(BUILD)/tests/fuzz/units_once.d
 .SECONDARY:
-.PHONY: all help needed deps run check test compiled unit thorough coverage nightly lowest replay fuzz fuzzers cli golden valgrind validate validate-dem validate-study validate-paper lint format docs pictures bench bench-parts bench-peers \
+.PHONY: all help needed deps run check test compiled unit thorough coverage nightly lowest replay fuzz fuzzers cli golden valgrind validate validate-dem validate-study validate-paper lint format docs pictures bench bench-parts bench-peers bench-studio \
         wasm studio wheel release tell-version install uninstall clean always
