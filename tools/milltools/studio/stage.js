@@ -135,6 +135,7 @@ const MillStage = (() => {
     }
 
     #wait(view, begin) {
+      if (view.flat && performance.now() - begin < QUICK) return; // it is drawn
       const gl = view.flat ? null : view.renderer.getContext(), done = gl?.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
       gl?.flush();
       this.drawing = true;
