@@ -30,13 +30,7 @@ enum mill_status mill_summary_json(const struct mill_summary *s, struct mill_err
     sink->close(sink);
     const enum mill_status status =
         mill_observers_results(s->observers, s->world, facts->local, sink, error);
-    mill_sink_json_open_array(&json, "notes");
-    for (const struct mill_note *n = s->notes.note; n < s->notes.note + s->notes.count; n++)
-        if (n->text[0]) {
-            mill_sink_json_next(&json, NULL);
-            mill_sink_json_string(&json, n->text);
-        }
-    mill_sink_json_close_array(&json);
+    mill_notes_write(&s->notes, &json);
     mill_sink_json_end(&json);
     return status;
 }

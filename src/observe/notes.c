@@ -324,3 +324,14 @@ void mill_notes_tell(const struct mill_notes *notes, struct mill_sink *sink)
     if (sink->full)
         sink->text(sink, "notes", lines, "remarks on the validity of the results, one per line");
 }
+
+void mill_notes_write(const struct mill_notes *notes, struct mill_sink_json *json)
+{
+    mill_sink_json_open_array(json, "notes");
+    for (const struct mill_note *n = notes->note; n < notes->note + notes->count; n++)
+        if (n->text[0]) {
+            mill_sink_json_next(json, NULL);
+            mill_sink_json_string(json, n->text);
+        }
+    mill_sink_json_close_array(json);
+}

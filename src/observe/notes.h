@@ -5,6 +5,7 @@
 #define MILL_NOTES_H
 
 #include "observe/sink.h"
+#include "observe/sink_json.h"
 #include "observe/tally.h"
 
 struct mill_note {
@@ -38,5 +39,8 @@ void mill_notes_foreign(struct mill_notes *notes, const struct mill_world *world
 
 /* Writes values and limits as the group "reach"; in a file also the sentences as "notes". */
 void mill_notes_tell(const struct mill_notes *notes, struct mill_sink *sink);
+
+/* Writes the texts as the array "notes". */
+void mill_notes_write(const struct mill_notes *notes, struct mill_sink_json *json);
 
 #endif

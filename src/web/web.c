@@ -5,6 +5,7 @@
 #include "deck/deck.h"
 #include "deck/textfile.h"
 #include "millsim/sim.h"
+#include "observe/notes.h"
 #include "observe/observers.h"
 #include "observe/outline.h"
 #include "observe/sink_json.h"
@@ -292,6 +293,9 @@ DOOR(mill_web_results) enum mill_status mill_web_results(void)
     mill_tell_number(&json.sink, "sample_from", results->begin, "s", "");
     mill_tell_count(&json.sink, "settled", results->at.settled, "");
     mill_tally_results_tell(results, &json.sink);
+    struct mill_notes notes;
+    mill_notes_take(&notes, now.world, results, t, false);
+    mill_notes_write(&notes, &json);
     mill_sink_json_end(&json);
     status = add_spectrum(&results->energies) ? MILL_OK : MILL_FAILED;
     mill_tally_results_free(results);

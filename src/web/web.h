@@ -38,7 +38,8 @@ const double *mill_web_state(void);
 /* x y z [m] and speed [m/s] of each ball */
 const float *mill_web_balls(void);
 
-/* mill_web_text becomes the group "statistics" of the summary (docs/file-format.md). */
+/* mill_web_text becomes a JSON object with the group "statistics" and the "notes" of the summary
+ * (docs/file-format.md). */
 enum mill_status mill_web_results(void);
 
 /* Impacts in the window by their normal energy m* v_n^2 / 2: for each kind of contact

@@ -29,7 +29,8 @@ def pages(tmp_path_factory):
     for name, live in (("live", "true"), ("watch", "false")):
         start = f"new FakeSource(data.bytes('colours'), {live})"
         found[name] = folder / f"{name}.html"
-        found[name].write_text(build.page({"colours": build.palette()}, start, [FAKE.read_text()]), "utf-8")
+        text = build.page({"colours": build.palette()}, start, [FAKE.read_text()], build.presets())
+        found[name].write_text(text, "utf-8")
     return found
 
 
@@ -94,12 +95,31 @@ def test_sliders_take_bounds_units_and_meanings_from_the_keys(studio):
 
 def test_a_slider_builds_a_new_mill_and_keeps_comments_and_units(studio):
     page = studio(DECK)
-    field(page, "Balls").fill("40")
-    field(page, "Speed of the rotor").fill("120.5")
+    both = [field(page, name).element_handle() for name in ("Balls", "Speed of the rotor")]
+    page.evaluate(  # at once, however busy the machine is
+        """([balls, speed]) => [[balls, 40], [speed, 120.5]].forEach(([field, value]) => {
+          field.value = value;
+          field.dispatchEvent(new Event('input', {bubbles: true}));
+        })""",
+        both,
+    )
     page.until("millStudio.record.mill.deck.includes('120.5')")
     wanted = DECK.replace("30        #", "40        #").replace("100 rpm   ;", "120.5 rpm ;")
     assert page.evaluate("millStudio.deck") == wanted
     assert page.evaluate("fake.loads.length") == 3  # both changes together: one mill
+    page.check()
+
+
+def test_a_change_while_a_mill_is_built_is_not_lost(studio):
+    page = studio(DECK)
+    page.evaluate(
+        """() => {
+          millStudio.change((text) => text.replace('100 rpm', '150 rpm'), 'rotor.speed');
+          millStudio.build(millStudio.deck, {});
+        }"""
+    )
+    page.until("/150 rpm/.test(millStudio.deck)")
+    assert field(page, "Speed of the rotor").input_value() == "150"
     page.check()
 
 
@@ -271,7 +291,7 @@ def test_numbers_come_with_their_errors_or_are_not_yet_known(studio):
     assert balance[0] == "Work of the drive\t400\u00a0J"
     assert balance[-1].startswith("Left over\t4.0")
     titles = page.evaluate("[...document.querySelectorAll('.chart strong')].map((t) => t.textContent)")
-    assert titles[0] == "The drive gives 100\u00a0W, known to ± 2 %"
+    assert titles[0] == "The drive gives 100\u00a0W, with a 95 % interval of ± 2 %"
     assert titles[1] == "70\u00a0% of 100\u00a0W is lost in ball-ball contacts"
     page.check()
 

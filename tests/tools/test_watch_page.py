@@ -56,6 +56,13 @@ def heard(tab, kind):
     return tab.evaluate(f"heard.filter((m) => m.type === '{kind}').length")
 
 
+def test_the_page_needs_no_checkout(monkeypatch, tmp_path):
+    from milltools.studio import build
+
+    monkeypatch.setattr(build, "ROOT", tmp_path)
+    assert "new WatchSource" in page.text("/token/")
+
+
 def test_the_page_hears_the_mill_and_then_every_state_in_order(played, whole):
     with Run(whole[0]) as run:
         times = played.evaluate("heard.filter((m) => m.type === 'state').map((m) => m.time)")

@@ -52,9 +52,9 @@ def presets() -> list[dict]:
     return [{"name": name, "title": title, "text": texts[name]} for name, title in PRESETS.items()]
 
 
-def page(source: dict[str, str], start: str, scripts=()) -> str:
+def page(source: dict[str, str], start: str, scripts=(), decks=(), title="A ball mill: the run") -> str:
     """The page. `source`: {id: text} of data for the source of states, such as the engine; `scripts`: texts that define
-    it; `start`: the expression that makes it."""
+    it; `start`: the expression that makes it; `decks`: those to begin with, as of presets()."""
     paths = [player.FOLDER / "vendor/three.min.js", player.FOLDER / "mill3d.js", *(FOLDER / name for name in SCRIPTS)]
     texts = [pages.FOLDER.joinpath("theme.js").read_text("utf-8"), *(path.read_text("utf-8") for path in paths)]
     texts += [*scripts, f"MillStudio.start(async (data) => {start});"]
@@ -62,14 +62,14 @@ def page(source: dict[str, str], start: str, scripts=()) -> str:
         pages.environment(FOLDER)
         .get_template("page.html")
         .render(
-            title="A ball mill, simulated in this page",
+            title=title,
             policy=pages.policy(texts, more="'wasm-unsafe-eval'") + "; worker-src blob:; connect-src 'self'",
             maker=pages.maker(),
             style=pages.style(pages.FOLDER / "report.css", player.FOLDER / "player.css", FOLDER / "studio.css"),
             speeds=SPEEDS,
             keys=KEYS,
             data=source.items(),
-            presets=presets(),
+            presets=list(decks),
             scripts=texts,
         )
     )
@@ -91,7 +91,8 @@ def main(wasm: str, out: str) -> None:
     worker = "\n".join((FOLDER / name).read_text("utf-8") for name in ("engine.js", "worker.js"))
     data = {"engine": packed(pathlib.Path(wasm).read_bytes()), "worker": worker, "colours": palette()}
     start = "new EngineSource(data.text('worker'), await data.unpacked('engine'), data.bytes('colours'))"
-    text = page(data, start, [(FOLDER / "source.js").read_text("utf-8")])
+    scripts = [(FOLDER / "source.js").read_text("utf-8")]
+    text = page(data, start, scripts, presets(), "A ball mill, simulated in this page")
     if len(text.encode()) > MOST:
         raise UserError(f"{out}: would have {len(text.encode())} bytes, more than {MOST}", status=1)
     write_text(out, text)

@@ -67,7 +67,7 @@ const MillShow = (() => {
       write('hard-more', perJoule.value === null ? 'per work: not yet known' : `${off && `±${off}; `}${sure(perJoule, '/J')} of work`);
       write('contacts', state ? W.count(state.contacts) : UNKNOWN);
       const all = record.precise('rate.all');
-      write('contacts-more', [all.value === null ? '' : `${W.quantity(all.value, '/s')} simulated`, state?.rate > 0 ? `${W.quantity(state.rate, '/s')} computed here` : '']
+      write('contacts-more', [all.value === null ? '' : `${W.quantity(all.value, '/s')} of simulated time`, state?.rate > 0 ? `${W.quantity(state.rate, '/s')} of your time` : '']
         .filter(Boolean).join('; ') || (statistics ? '' : UNKNOWN));
       const books = record.balance();
       write('books', books ? W.small(books.relative) : UNKNOWN);
@@ -85,7 +85,7 @@ const MillShow = (() => {
       const relative = power.error === null ? null : (R.NORMAL * power.error) / Math.abs(power.value);
       write('power-chart-title', power.value === null ? 'Power of the drive: the mean is not yet known'
         : relative === null ? `The drive gives ${W.quantity(power.value, 'W')}; its error is not yet known`
-          : `The drive gives ${W.quantity(power.value, 'W')}, known to ± ${W.number(100 * relative, 2)} %`);
+          : `The drive gives ${W.quantity(power.value, 'W')}, with a 95 % interval of ± ${W.number(100 * relative, 2)} %`);
       const line = (kind) => `<svg viewBox="0 0 32 12" aria-hidden="true"><path class="${kind}" d="M0 6H32" ${kind.startsWith('band') ? 'style="stroke:var(--link);stroke-width:10;opacity:.25"' : ''}/></svg>`;
       const legend = `<span>${line('mean')} mean</span><span>${line('band')} 95 % interval</span><span>${line('course')} in short windows</span>${frozen ? `<span>${line('mean ghost')} frozen</span>` : ''}`;
       if (this.legend !== legend) part('power-legend').innerHTML = this.legend = legend;
@@ -120,7 +120,7 @@ const MillShow = (() => {
       const designs = [record, frozen].filter((one) => one?.begun && one.spectrum).map((one) => ({ spectrum: one.spectrum, duration: one.statistics.duration, ghost: one !== record }));
       const half = R.halfAbove(record.spectrum), { rate } = record.hard(this.which), all = record.precise('rate.all');
       const share = rate.value === null || !all.value ? null : rate.value / all.value;
-      write('spectrum-chart-title', half === null ? 'No impacts yet' : `Half of what impacts take goes into those above ${W.quantity(half, 'J', 2)}`);
+      write('spectrum-chart-title', half === null ? 'No impacts yet' : `Half of the energy lost is lost in impacts above ${W.quantity(half, 'J', 2)}`);
       const looks = C.looks(record.mill.kinds);
       const legend = shown.map((kind) => { const [colour, dashes] = looks[kind] ?? ['currentColor', '']; return `<span><svg viewBox="0 0 32 12" aria-hidden="true"><path class="curve" stroke="${colour}" stroke-dasharray="${dashes}" d="M0 6H32"/></svg> ${C.escape(kind === 'all' ? 'all' : W.kind(kind))}</span>`; }).join('')
         + (frozen ? '<span>dotted: frozen</span>' : '');

@@ -83,20 +83,29 @@ const MillStudio = (() => {
       this.busy(false);
       const another = !this.record || this.record.mill.kinds.join() !== mill.kinds.join() || asked.fresh;
       Object.assign(this, { deck: asked.text, record: new MillResults.Record(mill), broken: false });
-      if (!this.next) this.draft = this.deck;
+      const later = this.next || this.waiting; // the design has changed again meanwhile
+      if (!later) this.draft = this.deck;
       Object.assign(mill, { text: this.deck, sample_from: this.#second(mill.keys) });
       if (another) this.show.begin();
       this.stage.mill(mill.head);
       this.cameras(mill.head);
-      this.panel.show(this.deck, mill.keys);
+      this.panel.show(later ? this.draft : this.deck, mill.keys);
       part('reset').hidden = !this.source.live || this.deck === this.origin;
-      part('warnings').replaceChildren(...mill.warnings.map((line) => Object.assign(document.createElement('li'), { textContent: line })));
-      part('warnings').hidden = !mill.warnings.length;
+      this.notes([]);
       this.show.all(this.record, this.frozen);
       this.settle(true);
       if (this.playing) this.play();
       else this.button();
       if (this.next) this.build(...this.next);
+    }
+
+    /** What the engine says of the deck, and of the results so far. */
+    notes(notes) {
+      const lines = [...this.record.mill.warnings, ...notes], now = lines.join('\n');
+      if (now === this.told) return;
+      this.told = now;
+      part('warnings').replaceChildren(...lines.map((line) => Object.assign(document.createElement('li'), { textContent: line })));
+      part('warnings').hidden = !lines.length;
     }
 
     /** [s] from which on there are statistics, or null if the run finds it. */
@@ -118,6 +127,7 @@ const MillStudio = (() => {
       if (!this.record || this.asked?.sent) return;
       if (results.sample_from !== undefined && results.settled !== 0) this.record.mill.sample_from = results.sample_from;
       this.record.learn(results);
+      if (results.notes) this.notes(results.notes);
       this.fresh = true;
       if (this.playing && this.factor !== this.pace) this.play();
     }
@@ -135,7 +145,7 @@ const MillStudio = (() => {
       this.broken = true;
       this.panel.fault(lines, asked.id);
       part('reset').hidden = false;
-      if (asked.opened) this.say(`This deck cannot be simulated: ${lines.join('\n')}`);
+      if (asked.opened) this.say(`${this.name ?? 'This deck'} cannot be simulated${this.record ? '; the mill before it goes on' : ''}:\n${lines.join('\n')}`);
       if (this.record && this.playing) this.play(); // the mill before goes on
       if (this.next) this.build(...this.next);
       return undefined;
@@ -158,7 +168,8 @@ const MillStudio = (() => {
     change(make, id) {
       this.draft = make(this.draft);
       clearTimeout(this.timer);
-      this.timer = setTimeout(() => this.build(this.draft, { id }), WAIT);
+      this.waiting = true;
+      this.timer = setTimeout(() => { this.waiting = false; this.build(this.draft, { id }); }, WAIT);
     }
 
     /** Builds the mill of a deck, after the one that is being built. */
@@ -183,6 +194,7 @@ const MillStudio = (() => {
     /** Opens a deck as it is; `files`: Map of name and bytes, of what it names. */
     open(text, files = new Map(), preset = '', remark = '') {
       clearTimeout(this.timer);
+      this.waiting = false;
       const clean = text.replace(/^\ufeff/, '').replace(/\r\n?/g, '\n');
       Object.assign(this, { files, origin: this.presets.find((one) => one.name === preset)?.text ?? clean, draft: clean, opened: preset });
       part('preset').value = preset;
