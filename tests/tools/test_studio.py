@@ -77,7 +77,7 @@ def test_what_cannot_be_done_is_one_line(page, opened, tmp_path, words, line):
 
 
 def test_a_page_that_is_not_built_names_make_studio(tmp_path, monkeypatch):
-    monkeypatch.setattr(command, "ROOT", tmp_path)
+    monkeypatch.setattr(command, "__file__", str(tmp_path / "command.py"))
     with pytest.raises(command.UserError, match="is missing: run 'make studio'"):
         command.built()
 
