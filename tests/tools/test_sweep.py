@@ -520,7 +520,7 @@ def test_a_plan_may_wait_for_rows():
 
 @pytest.mark.slow
 def test_a_row_costs_the_driver_milliseconds(write_study, tmp_path, one_job, monkeypatch):
-    """CPU time of the driver alone, with a margin: about 90 ms a run."""
+    """CPU time of the driver alone, about 50 times that of h5py for all datasets of the file: machines differ by 3."""
     made = one_job()
     template = finished(made, {})
     program = tmp_path / "quick"
@@ -528,7 +528,7 @@ def test_a_row_costs_the_driver_milliseconds(write_study, tmp_path, one_job, mon
     program.chmod(0o755)
     jobs = [made | {"program": str(program), "design": number} for number in range(100)]
     rows = []
-    with executors.Local(2) as executor:
+    with executors.Local(1) as executor:
         send(jobs[:2], executor, rows.append)
         spent = []
         for first in range(0, 100, 20):  # the least of five: on a busy machine the same work takes more CPU time
@@ -536,7 +536,15 @@ def test_a_row_costs_the_driver_milliseconds(write_study, tmp_path, one_job, mon
             send(jobs[first : first + 20], executor, rows.append)
             spent.append(time.process_time() - begin)
     assert {row["status"] for row in rows} == {"done"}
-    assert min(spent) / 20 < 0.25
+
+    def read():
+        begin = time.process_time()
+        with h5py.File(template) as file:
+            file.visititems(lambda _, one: one[()] if isinstance(one, h5py.Dataset) else None)
+        return time.process_time() - begin
+
+    whole = min(read() for _ in range(5))
+    assert min(spent) / 20 < 100 * whole
 
 
 def test_a_signal_waits_for_the_row_at_hand_and_a_second_one_does_not():
