@@ -4,6 +4,7 @@ import functools
 import gc
 import os
 import pathlib
+import re
 import shlex
 import signal
 import subprocess
@@ -136,10 +137,22 @@ def warm():
     return Warm(ROOT / "tools")
 
 
+def lasting(text):
+    """What a command said, without the lines of its progress: a slow machine shows more of them."""
+    return re.sub(r"^mill \w+: .*(, \d+ %|left)\n", "", text, flags=re.MULTILINE)
+
+
 def run_mill(cwd, *words, timeout=120, env=None, preexec_fn=None):
-    """subprocess.CompletedProcess of `mill WORDS` in the folder cwd; env: what its environment has in addition."""
+    """subprocess.CompletedProcess of `mill WORDS` in the folder cwd, its stderr without progress; env: what its
+    environment has in addition."""
     words, timeout = list(map(str, words)), timeout * SLOWER
     environment = {**os.environ, "PYTHONPATH": str(ROOT / "tools"), "MILLSIM": str(PROGRAM), **(env or {})}
+    done = _run_mill(cwd, words, timeout, environment, preexec_fn)
+    done.stderr = lasting(done.stderr)
+    return done
+
+
+def _run_mill(cwd, words, timeout, environment, preexec_fn):
     if preexec_fn is None and SLOWER == 1:
         return warm().run(words, cwd, environment, timeout)
     return subprocess.run(
