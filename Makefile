@@ -397,7 +397,8 @@ wasm:
 # beside the code that opens it, as in an installed package
 studio: wasm millsim
 	@tools/setup --local --python core
-	PYTHONPATH=tools .venv/bin/python -m milltools.studio.build $(WASM)/millsim.wasm tools/milltools/studio/studio.html
+	PYTHONPATH=tools .venv/bin/python -m milltools.studio.build $(WASM)/millsim.wasm tools/milltools/studio/studio.html \
+	    $(wildcard /usr/share/doc/wasi-libc/copyright /usr/share/doc/libclang-rt-*-dev-wasm32/copyright)
 	@echo 'tools/milltools/studio/studio.html'
 
 # The program, the Python package and what belongs to them as one file for pip. ARCH=arm64: for that machine

@@ -138,8 +138,8 @@ static enum mill_status build(struct mill_error *error)
     return now.tally ? mill_sim_observe(now.sim, now.tally) : MILL_FAILED;
 }
 
-/* Builds the mill of the deck and tells of it. keep: it becomes the present one */
-static enum mill_status read_mill(bool keep)
+/* Builds the mill of the deck and tells of it; a fault leaves the present mill */
+DOOR(mill_web_load) enum mill_status mill_web_load(void)
 {
     const struct mill before = now;
     struct mill_error error = {""};
@@ -152,20 +152,9 @@ static enum mill_status read_mill(bool keep)
         mill_web_tell(out, now.deck, now.world, warnings ? warnings : "");
     else
         say(error.text);
-    keep = keep && status == MILL_OK;
-    end_mill(keep ? &before : &now);
-    now = keep ? now : before;
+    end_mill(status == MILL_OK ? &before : &now);
+    now = status == MILL_OK ? now : before;
     return end_text(status);
-}
-
-DOOR(mill_web_load) enum mill_status mill_web_load(void)
-{
-    return read_mill(true);
-}
-
-DOOR(mill_web_check) enum mill_status mill_web_check(void)
-{
-    return read_mill(false);
 }
 
 /* ---- the run ---- */

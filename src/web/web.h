@@ -16,9 +16,6 @@
  * mill before this one goes on. */
 enum mill_status mill_web_load(void);
 
-/* The same, but the mill before this one stays */
-enum mill_status mill_web_check(void);
-
 /* JSON, or the faults of the last call, a line each; UTF-8 */
 const char *mill_web_text(void);
 

@@ -91,6 +91,14 @@ def test_the_page_loads_nothing_and_runs_only_its_own_scripts():
     assert len(text.encode()) < build.MOST
 
 
+def test_the_page_has_the_licences_of_what_is_in_it(tmp_path):
+    (tmp_path / "engine").write_bytes(b"")
+    (tmp_path / "copyright").write_text("Copyright <somebody>")
+    build.main(str(tmp_path / "engine"), str(tmp_path / "page.html"), str(tmp_path / "copyright"))
+    shown = re.search(r"<pre>(.*?)</pre>", (tmp_path / "page.html").read_text(), re.DOTALL)[1]
+    assert shown.startswith("MIT License") and shown.endswith("Copyright &lt;somebody&gt;")
+
+
 def test_the_decks_to_begin_with_are_those_of_input():
     for one in build.presets():
         assert one["text"] == (ROOT / "input" / f"{one['name']}.ini").read_text()

@@ -152,6 +152,16 @@ def test_a_wrong_value_shows_the_message_beside_the_field_and_the_old_mill_goes_
     page.check()
 
 
+def test_an_emptied_field_asks_for_a_number(studio):
+    page = studio(DECK)
+    friction, fault = field(page, "Friction"), page.page.locator(".control", has=field(page, "Friction")).locator(".fault")
+    friction.fill("")
+    assert fault.inner_text() == "a number is expected; the mill has 0.3"
+    friction.fill("0.3")
+    assert fault.is_hidden() and friction.get_attribute("aria-invalid") == "false"
+    page.check()
+
+
 def test_every_key_can_be_edited_as_text(studio):
     page = studio(DECK)
     page.page.locator("#all-keys summary").click()
@@ -283,7 +293,7 @@ def test_numbers_come_with_their_errors_or_are_not_yet_known(studio):
     assert page.evaluate(WORDS.format("power")) == "100\u00a0W"
     assert "not yet known" in page.evaluate(WORDS.format("power-more"))
     learned(page, 3.75)
-    assert page.evaluate(WORDS.format("power-more")) == "95 % interval 98.0 to 102.0\u00a0W"
+    assert page.evaluate(WORDS.format("power-more")) == "± 1.0\u00a0W, 1\u00a0%"
     finding = page.evaluate(WORDS.format("finding")).replace("\u00a0", " ").replace("\u2011", "-")
     assert finding == "The balls take 100.0 ± 1.0 W: 70 % goes into ball-ball contacts, 30 % into ball-drum contacts"
     assert page.evaluate(WORDS.format("contacts")) == "400\u202f000"
@@ -291,7 +301,7 @@ def test_numbers_come_with_their_errors_or_are_not_yet_known(studio):
     assert balance[0] == "Work of the drive\t400\u00a0J"
     assert balance[-1].startswith("Left over\t4.0")
     titles = page.evaluate("[...document.querySelectorAll('.chart strong')].map((t) => t.textContent)")
-    assert titles[0] == "The drive gives 100\u00a0W, with a 95 % interval of ± 2 %"
+    assert titles[0] == "The drive gives 100.0\u00a0±\u00a01.0\u00a0W"
     assert titles[1] == "70\u00a0% of 100\u00a0W is lost in ball-ball contacts"
     page.check()
 

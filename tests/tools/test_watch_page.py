@@ -130,4 +130,4 @@ def test_the_page_says_when_the_command_has_gone(tab):
     until(lambda: heard(tab, "mill"))
     tab.server.shutdown()
     tab.server.server_close()
-    until(lambda: tab.evaluate("heard.at(-1).note ?? ''").startswith("mill watch does not answer"))
+    until(lambda: tab.evaluate("heard.at(-1).note ?? ''").startswith("no news: mill watch has ended"))

@@ -22,7 +22,7 @@ def decoded(value):
     return value
 
 
-def until(true, seconds=30.0):
+def until(true, seconds=120.0):
     """Waits until a function is true; returns its value."""
     end = time.monotonic() + seconds * SLOWER
     while not (found := true()):

@@ -84,8 +84,9 @@ def tour() -> str:
         "",
         f"First make a run: '{millsim} input/simoloyer.ini' writes simoloyer.h5 ('make run': reference.h5).",
         "input/ also has decks of other mills: planetary, mixer, shaker, tumbling, attritors and more.",
-        "docs/mills.md lists these decks and explains how to describe your own mill.",
-        "docs/deck.md explains the keys of a deck, docs/file-format.md the output file,",
+        f"It is in the sources; '{millsim} --examples input' copies it here. The sources have docs/, too:",
+        "docs/mills.md lists these decks and explains how to describe your own mill,",
+        "docs/deck.md the keys of a deck, docs/file-format.md the output file,",
         "docs/compare.md the comparison of runs, docs/studies.md studies with many runs.",
     ]
     return "\n".join(lines)

@@ -76,7 +76,8 @@ def frames_of(run, most_bytes, wanted, say, watch, until=None):
     with contextlib.ExitStack() as stack:
         if not reason:
             try:
-                other = stack.enter_context(rerun.again(run, until, step, True, watch, "--rerun never"))
+                told = lambda line: watch(f"more frames for the player, the deck again: {line}")  # noqa: E731
+                other = stack.enter_context(rerun.again(run, until, step, True, watch and told, "--rerun never"))
             except UserError as fault:
                 reason = str(fault)
         if reason:

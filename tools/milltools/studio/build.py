@@ -1,7 +1,9 @@
-"""Assembles the page of the studio, one file that needs no network: `python -m milltools.studio.build WASM OUT`.
+"""Assembles the page of the studio, one file that needs no network:
+`python -m milltools.studio.build WASM OUT NOTICE...`.
 
-WASM is the engine as a WebAssembly module (src/web; `make studio` builds both). The page has everything inside: style,
-scripts, three.js, the decks to begin with, and the engine, compressed with gzip, in base64.
+WASM is the engine as a WebAssembly module (src/web; `make studio` builds both); a NOTICE is a file with the licence of a
+library in it. The page has everything inside: style, scripts, three.js, the decks to begin with, and the engine,
+compressed with gzip, in base64.
 """
 
 import base64
@@ -52,9 +54,9 @@ def presets() -> list[dict]:
     return [{"name": name, "title": title, "text": texts[name]} for name, title in PRESETS.items()]
 
 
-def page(source: dict[str, str], start: str, scripts=(), decks=(), title="A ball mill: the run") -> str:
+def page(source: dict[str, str], start: str, scripts=(), decks=(), title="A ball mill: the run", notices="") -> str:
     """The page. `source`: {id: text} of data for the source of states, such as the engine; `scripts`: texts that define
-    it; `start`: the expression that makes it; `decks`: those to begin with, as of presets()."""
+    it; `start`: the expression that makes it; `decks`: those to begin with, as of presets(); `notices`: licences."""
     paths = [player.FOLDER / "vendor/three.min.js", player.FOLDER / "mill3d.js", *(FOLDER / name for name in SCRIPTS)]
     texts = [pages.FOLDER.joinpath("theme.js").read_text("utf-8"), *(path.read_text("utf-8") for path in paths)]
     texts += [*scripts, f"MillStudio.start(async (data) => {start});"]
@@ -70,6 +72,7 @@ def page(source: dict[str, str], start: str, scripts=(), decks=(), title="A ball
             keys=KEYS,
             data=source.items(),
             presets=list(decks),
+            notices=notices,
             scripts=texts,
         )
     )
@@ -87,12 +90,13 @@ def packed(data: bytes) -> str:
     return base64.b64encode(gzip.compress(data, 9, mtime=0)).decode()
 
 
-def main(wasm: str, out: str) -> None:
+def main(wasm: str, out: str, *notices: str) -> None:
     worker = "\n".join((FOLDER / name).read_text("utf-8") for name in ("engine.js", "worker.js"))
     data = {"engine": packed(pathlib.Path(wasm).read_bytes()), "worker": worker, "colours": palette()}
     start = "new EngineSource(data.text('worker'), await data.unpacked('engine'), data.bytes('colours'))"
     scripts = [(FOLDER / "source.js").read_text("utf-8")]
-    text = page(data, start, scripts, presets(), "A ball mill, simulated in this page")
+    licences = "\n\n".join(pathlib.Path(path).read_text("utf-8") for path in (ROOT / "LICENSE", *notices))
+    text = page(data, start, scripts, presets(), "A ball mill, simulated in this page", licences)
     if len(text.encode()) > MOST:
         raise UserError(f"{out}: would have {len(text.encode())} bytes, more than {MOST}", status=1)
     write_text(out, text)

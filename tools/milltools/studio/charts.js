@@ -76,10 +76,10 @@ const MillCharts = (() => {
 
   const linear = (axis, count, one) => ticks(axis.low / one, axis.high / one, count).map((value) => [value * one, W.number(value)]);
 
-  /** Power of the drive over the simulated time: means with their 95 % intervals of designs, and the first one's course.
+  /** Power of the drive over the simulated time: means with their standard errors of designs, and the first one's course.
       `designs`: [{means, course, ghost}]; `axes`: {x, y} kept from picture to picture. */
   function power(width, height, designs, axes) {
-    const band = (one) => (one.error === null ? [one.value, one.value] : [one.value - 1.96 * one.error, one.value + 1.96 * one.error]);
+    const band = (one) => (one.error === null ? [one.value, one.value] : [one.value - one.error, one.value + one.error]);
     const times = designs.flatMap(({ means, course }) => [means[means.length - 1]?.time ?? 0, course[course.length - 1]?.[0] ?? 0]);
     const values = designs.flatMap(({ means, course }) => [...means.slice(-1).flatMap(band), ...course.map(([, value]) => value).sort((a, b) => a - b)
       .filter((_, k, all) => k >= 0.05 * all.length && k <= 0.95 * all.length)]);
@@ -159,7 +159,7 @@ const MillCharts = (() => {
   /** Where the power goes: ins on the left, outs on the right, each as high as its power. */
   function flow(width, height, { ins, outs }, kinds) {
     const style = looks(kinds), total = Math.max(ins.reduce((a, b) => a + b.value, 0), outs.reduce((a, b) => a + b.value, 0));
-    const narrow = width < 480, bar = 12, wide = narrow ? 122 : 190, leftLabel = narrow ? 112 : 150;
+    const narrow = width < 480, bar = 12, wide = narrow ? 146 : 190, leftLabel = narrow ? 104 : 150;
     const x = [leftLabel, (leftLabel + width - wide) / 2, width - wide];
     const high = height - 26, gap = 12, rest = high - gap * (Math.max(ins.length, outs.length) - 1);
     const size = (value) => Math.max(1, (rest * value) / total);

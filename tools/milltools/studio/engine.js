@@ -13,10 +13,6 @@ class MillFault extends Error {
 class MillEngine {
   static OK = 0;
   static ENDED = 4; // enum mill_status
-  static #SUCCESS = 0;
-  static #BADF = 8;
-  static #NOENT = 44;
-  static #ROOT = 3; // descriptor of the only folder
 
   #module; #memory; #open = new Map(); #files = new Map(); #utf8 = new TextDecoder();
 
@@ -40,7 +36,8 @@ class MillEngine {
 
   /** The files of the module: those of #files, in the folder "/". */
   #wasi() {
-    const { BADF, NOENT, SUCCESS, ROOT } = { BADF: MillEngine.#BADF, NOENT: MillEngine.#NOENT, SUCCESS: MillEngine.#SUCCESS, ROOT: MillEngine.#ROOT };
+    const SUCCESS = 0, BADF = 8, NOENT = 44; // errno of WASI
+    const ROOT = 3; // descriptor of the only folder
     const vectors = (at, count) => Array.from({ length: count }, (_, k) =>
       new Uint8Array(this.#memory.buffer, this.#view().getUint32(at + 8 * k, true), this.#view().getUint32(at + 8 * k + 4, true)));
     const kind = (fd) => (fd === ROOT ? 3 : this.#open.has(fd) ? 4 : fd < 3 ? 2 : 0); // folder, file, terminal
@@ -129,15 +126,11 @@ class MillEngine {
     return new Float64Array(this.#memory.buffer, at, count).slice();
   }
 
-  #give(deck, set = [], files = new Map()) {
-    const bytes = new TextEncoder();
-    this.#files = new Map(files).set('deck.ini', bytes.encode(deck)).set('set', bytes.encode(set.join('\n')));
-  }
-
   /** Builds the mill of a deck: an object as src/web/web.h says. `set`: lines SECTION.KEY=VALUE; `files`: Map of name
       and bytes. Throws MillFault; the mill before then goes on. */
-  load(deck, set, files) {
-    this.#give(deck, set, files);
+  load(deck, set = [], files = new Map()) {
+    const bytes = new TextEncoder();
+    this.#files = new Map(files).set('deck.ini', bytes.encode(deck)).set('set', bytes.encode(set.join('\n')));
     const mill = this.#told(this.#module.mill_web_load());
     this.kinds = mill.kinds;
     this.motions = mill.motions;
@@ -145,12 +138,6 @@ class MillEngine {
     this.bins = mill.bins;
     this.edges = this.#doubles(this.#module.mill_web_edges(), this.bins + 1);
     return mill;
-  }
-
-  /** Reads a deck and tells of its mill as load() does; the present mill stays. */
-  check(deck, set, files) {
-    this.#give(deck, set, files);
-    return this.#told(this.#module.mill_web_check());
   }
 
   /** Memory of the module [B] */

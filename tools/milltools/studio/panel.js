@@ -38,7 +38,9 @@ const MillPanel = (() => {
       const set = (value) => this.change((text) => row.control.set(text, value), control.id);
       range.addEventListener('input', () => { field.value = range.value; this.#tell(row); set(Number(range.value)); });
       field.addEventListener('input', () => {
-        if (!Number.isFinite(field.valueAsNumber)) return;
+        const given = Number.isFinite(field.valueAsNumber);
+        this.#complain([row], given ? '' : `a number is expected; the mill has ${row.control.value} ${row.control.unit}`.trim());
+        if (!given) return;
         range.value = field.value;
         this.#tell(row);
         set(field.valueAsNumber);
@@ -100,6 +102,14 @@ const MillPanel = (() => {
       return row;
     }
 
+    #complain(places, text) {
+      for (const { field, fault } of places) {
+        fault.textContent = text;
+        fault.hidden = !text;
+        field.setAttribute('aria-invalid', String(Boolean(text)));
+      }
+    }
+
     /** Shows messages of the engine beside the fields that they name, else beside the one that caused them (`id`), else
         above all. No lines: there are none any more. */
     fault(lines, id) {
@@ -117,11 +127,7 @@ const MillPanel = (() => {
         else rest.push(whole);
       }
       for (const [name, all] of places) {
-        for (const { field, fault } of all) {
-          fault.textContent = (said.get(name) ?? []).join('\n');
-          fault.hidden = !said.has(name);
-          field.setAttribute('aria-invalid', String(said.has(name)));
-        }
+        this.#complain(all, (said.get(name) ?? []).join('\n'));
       }
       this.faults.textContent = rest.join('\n');
       this.faults.hidden = !rest.length;

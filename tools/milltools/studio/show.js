@@ -56,11 +56,11 @@ const MillShow = (() => {
     }
 
     #tiles(record, power) {
-      const { state, statistics } = record, half = R.NORMAL * power.error;
+      const { state, statistics } = record;
       const from = record.mill.sample_from ?? null;
       write('power', power.value === null ? UNKNOWN : W.quantity(power.value, 'W'));
       write('power-more', power.value === null ? `statistics begin ${from === null ? 'when the mill is steady' : `at ${W.quantity(from, 's')}`}`
-        : power.error === null ? 'its error is not yet known: too few turns' : `95 % interval ${W.interval(power.value - half, power.value + half, 'W')}`);
+        : power.error === null ? 'its error is not yet known: too few turns' : `± ${W.brief(power.value, power.error, 'W').split('±')[1].trim()}, ${W.share(power.error / Math.abs(power.value))}`);
       const { rate, perJoule } = record.hard(this.which);
       const [, off = ''] = sure(rate, '/s').split('±');
       write('hard', rate.value === null ? UNKNOWN : W.quantity(rate.value, '/s'));
@@ -82,17 +82,14 @@ const MillShow = (() => {
 
     #power(record, frozen, power) {
       const designs = [record, frozen].filter(Boolean).map((one, k) => ({ means: one.means, course: one.powers(), ghost: k > 0 }));
-      const relative = power.error === null ? null : (R.NORMAL * power.error) / Math.abs(power.value);
       write('power-chart-title', power.value === null ? 'Power of the drive: the mean is not yet known'
-        : relative === null ? `The drive gives ${W.quantity(power.value, 'W')}; its error is not yet known`
-          : `The drive gives ${W.quantity(power.value, 'W')}, with a 95 % interval of ± ${W.number(100 * relative, 2)} %`);
+        : `The drive gives ${W.brief(power.value, power.error, 'W')}${power.error === null ? '; its error is not yet known' : ''}`);
       const line = (kind) => `<svg viewBox="0 0 32 12" aria-hidden="true"><path class="${kind}" d="M0 6H32" ${kind.startsWith('band') ? 'style="stroke:var(--link);stroke-width:10;opacity:.25"' : ''}/></svg>`;
-      const legend = `<span>${line('mean')} mean</span><span>${line('band')} 95 % interval</span><span>${line('course')} in short windows</span>${frozen ? `<span>${line('mean ghost')} frozen</span>` : ''}`;
+      const legend = `<span>${line('mean')} mean</span><span>${line('band')} ± one standard error</span><span>${line('course')} in short windows</span>${frozen ? `<span>${line('mean ghost')} frozen</span>` : ''}`;
       if (this.legend !== legend) part('power-legend').innerHTML = this.legend = legend;
-      const half = R.NORMAL * power.error;
       this.#draw('power-chart', (width, height) => C.power(width, height, designs, this.axes.power),
         power.value === null ? 'Mean power of the sampled time; the thin line is the power in short windows.'
-          : `Mean power over ${W.quantity(record.statistics.duration, 's')} of sampled time${power.error === null ? '' : `: 95 % interval ${W.interval(power.value - half, power.value + half, 'W')}`}.`);
+          : `Mean power over ${W.quantity(record.statistics.duration, 's')} of sampled time; the thin line is the power in short windows, of the run from its start.`);
     }
 
     #flow(record) {

@@ -99,7 +99,7 @@ const millHead = (() => {
 })();
 
 class EngineSource {
-  #worker; #ready; #checks = new Map(); #number = 0; #colours;
+  #worker; #ready; #colours;
 
   /** script: text of engine.js and worker.js; bytes: of the module; colours: of speeds, 256 times red, green, blue */
   constructor(script, bytes, colours) {
@@ -124,9 +124,6 @@ class EngineSource {
     if (data.type === 'mill') {
       const { mill, outlines, state } = data;
       this.on({ ...mill, type: 'mill', head: millHead(mill, outlines, state, this.#colours) });
-    } else if (data.type === 'checked') {
-      this.#checks.get(data.number)(data);
-      this.#checks.delete(data.number);
     } else if (data.type !== 'ready') {
       this.on(data);
       if (data.type === 'state') this.#ask({ task: 'seen' });
@@ -150,14 +147,5 @@ class EngineSource {
   /** Goes on for a time [s], and pauses */
   advance(by) {
     this.#ask({ task: 'advance', by });
-  }
-
-  /** Promise of {keys, lines}: the keys of a deck that is not run, or its faults */
-  check(deck, files = new Map(), set = []) {
-    const number = this.#number += 1;
-    return new Promise((resolve) => {
-      this.#checks.set(number, resolve);
-      this.#ask({ task: 'check', deck, set, files, number });
-    });
   }
 }

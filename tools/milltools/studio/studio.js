@@ -43,7 +43,7 @@ const MillStudio = (() => {
       this.show = new MillShow.Show();
       this.panel = new MillPanel.Panel({ sliders: part('sliders'), table: part('keys-table'), faults: part('faults') }, (make, id) => this.change(make, id));
       this.stage = new MillStage.Stage({ canvas: document.querySelector('.mp-canvas'), box: document.querySelector('.mp-stage'), lacking: part('lacking'), say: (text) => this.say(text) });
-      this.stage.onshow = ({ time }) => MillShow.write('time', `t = ${(1e3 * time).toFixed(time < 1 ? 2 : 1)} ms`);
+      this.stage.onshow = ({ time }) => MillShow.write('time', `t = ${time < 1 ? `${(1e3 * time).toFixed(2)} ms` : `${time.toFixed(4)} s`}`);
       this.stage.onscale = (limit) => this.scale(limit);
       part('preset').replaceChildren(...this.presets.map(({ name, title }) => new Option(title, name)), Object.assign(new Option('own deck', ''), { hidden: true }));
       this.bind();

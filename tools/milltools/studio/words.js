@@ -47,13 +47,6 @@ const MillWords = (() => {
     return minus(`${(value / one).toFixed(places)}${SPACE}±${SPACE}${(error / one).toFixed(places)}`) + tail;
   }
 
-  /** Both ends of an interval in one unit: "838 to 889 W". */
-  function interval(low, high, unit) {
-    const { one, tail } = scale(Math.max(Math.abs(low), Math.abs(high)), unit);
-    const places = decimals((high - low) / 4 / one || 1);
-    return minus(`${(low / one).toFixed(places)} to ${(high / one).toFixed(places)}`) + tail;
-  }
-
   /** 1.5e-15 -> "1.5 × 10⁻¹⁵". */
   function small(value) {
     if (!Number.isFinite(value)) return MISSING;
@@ -79,6 +72,6 @@ const MillWords = (() => {
   /** "ball_drum" -> "ball-drum". */
   const kind = (name) => name.replace('_', '-');
 
-  return { number, quantity, brief, interval, small, count, share, duration, kind, minus };
+  return { number, quantity, brief, small, count, share, duration, kind, minus };
 })();
 if (typeof module !== 'undefined') module.exports = MillWords;

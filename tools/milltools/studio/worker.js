@@ -78,16 +78,6 @@ const tasks = {
     tell({ type: 'mill', mill, outlines, state: engine.state() });
     tellState(performance.now(), false);
   },
-  /** Answers with the keys of a deck that does not run. */
-  check({ deck, set, files, number }) {
-    let answer = { keys: [], lines: [] };
-    try {
-      answer = { keys: engine.check(deck, set, files).keys, lines: [] };
-    } catch (fault) {
-      answer.lines = fault.lines ?? [String(fault)];
-    }
-    tell({ type: 'checked', number, ...answer });
-  },
   run({ factor }) {
     if (!engine?.kinds) return;
     const going = pace;

@@ -11,6 +11,7 @@ import http
 import http.server
 import json
 import secrets
+import sys
 import threading
 import time
 import urllib.parse
@@ -111,7 +112,9 @@ class Server(http.server.ThreadingHTTPServer):
         self.server_name, self.server_port = self.server_address[:2]
 
     def handle_error(self, request, client_address):
-        """Nothing: the page went away in the middle of an answer."""
+        """Silent if the page went away in the middle of an answer."""
+        if not isinstance(sys.exc_info()[1], OSError):
+            super().handle_error(request, client_address)
 
     def mill(self) -> dict:
         try:

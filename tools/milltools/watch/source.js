@@ -48,8 +48,6 @@ class WatchSource {
   /** Nothing to load: the server knows its run. */
   load() {}
 
-  async check() { throw new Error('the deck of a run that is watched cannot be changed'); }
-
   run() {
     if (this.#paused && !this.#ended) this.#queue.splice(0, this.#queue.length - WatchSource.LATE);
     this.#paused = false;
@@ -85,7 +83,7 @@ class WatchSource {
       wait = await this.#once();
     } catch (fault) { // the command was ended, or the computer sleeps
       wait = WatchSource.SELDOM;
-      this.#heard({ type: 'progress', left: null, done: this.done ?? 0, note: `mill watch does not answer (${fault.message})` });
+      this.#heard({ type: 'progress', left: null, done: this.done ?? 0, note: `no news: mill watch has ended or does not answer (${fault.message})` });
     }
     setTimeout(() => this.#ask(), wait);
   }
