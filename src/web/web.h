@@ -19,8 +19,8 @@ enum mill_status mill_web_load(void);
 /* JSON, or the faults of the last call, a line each; UTF-8 */
 const char *mill_web_text(void);
 
-/* Goes on until the simulated time `until` [s], or for a number of events. MILL_ENDED: the run is
- * over, and mill_web_text says by what. */
+/* Goes on until the simulated time `until` [s], or for a number of events. MILL_ENDED: the
+ * time of the run is over. */
 enum mill_status mill_web_run(double until, double events);
 
 /* [s] simulated time */

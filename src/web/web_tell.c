@@ -37,11 +37,11 @@ static void tell_key(void *self, const char *section, const struct mill_key *key
 /* The keys of the deck, and those that can give the number of balls instead */
 static void tell_keys(struct mill_sink_json *json, const struct mill_deck *deck)
 {
-    static const char *const amount[] = {"count", "fill", "bulk_fill", "mass"};
+    static const char *const amount[] = {"fill", "bulk_fill", "mass"};
     mill_sink_json_open_array(json, "keys");
     mill_deck_each(deck, tell_key, json);
     for (int k = 0; k < deck->kinds; k++)
-        for (size_t i = 1; i < sizeof amount / sizeof *amount; i++) {
+        for (size_t i = 0; i < sizeof amount / sizeof *amount; i++) {
             const char *section = deck->balls[k].section;
             const struct mill_key *key = mill_deck_table_key(section, amount[i], 0);
             if (key)

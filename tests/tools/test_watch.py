@@ -211,14 +211,19 @@ def test_a_file_that_does_not_exist_yet_is_waited_for(running, tmp_path):
     until(lambda: follower.answer(-1, -1)["states"])
 
 
-@pytest.mark.slow
-def test_a_killed_run_is_told_and_its_states_stay(running):
+def killed(running):
+    """A run that was killed after its first states: its path, its follower and the answer after that."""
     process, path = running()
     follower = Follower(path)
     until(lambda: follower.answer(-1, -1)["states"])
     process.kill()
     process.communicate()
-    answer = follower.answer(-1, -1)
+    return path, follower, follower.answer(-1, -1)
+
+
+@pytest.mark.slow
+def test_a_killed_run_is_told_and_its_states_stay(running):
+    path, follower, answer = killed(running)
     (failed,) = messages(answer, "failed")
     assert follower.state == "killed" and answer["ended"] and answer["states"]
     (line,) = failed["lines"]
@@ -229,15 +234,10 @@ def test_a_killed_run_is_told_and_its_states_stay(running):
 
 @pytest.mark.slow
 def test_a_killed_run_that_goes_on_is_followed_again(running, start_millsim):
-    process, path = running()
-    follower = Follower(path)
-    until(lambda: follower.answer(-1, -1)["states"])
-    process.kill()
-    process.communicate()
-    killed = follower.answer(-1, -1)
+    _, follower, before = killed(running)
     start_millsim("-q", "--resume", "-o", "a.h5", *ENDLESS, *OFTEN, "deck.ini")  # while the file is open here
-    later = until(lambda: (now := follower.answer(-1, -1))["seen"] > killed["seen"] and now)
-    assert follower.state == "running" and later["mill"] == killed["mill"] and not messages(later, "failed")
+    later = until(lambda: (now := follower.answer(-1, -1))["seen"] > before["seen"] and now)
+    assert follower.state == "running" and later["mill"] == before["mill"] and not messages(later, "failed")
 
 
 @pytest.mark.slow
