@@ -6,7 +6,7 @@ import sys
 
 import h5py
 import pytest
-from conftest import PROGRAM, SMALL
+from conftest import PROGRAM, SMALL, lasting
 
 from milltools import __main__ as command
 
@@ -51,7 +51,8 @@ def export(tmp_path, monkeypatch, capsys):
         monkeypatch.setattr(sys, "argv", ["mill", "export", *map(str, words)])
         capsys.readouterr()
         status = command.main()
-        return (status, *capsys.readouterr())
+        out, err = capsys.readouterr()
+        return status, out, lasting(err)
 
     return call
 

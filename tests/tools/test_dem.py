@@ -9,7 +9,7 @@ import tempfile
 import h5py
 import numpy as np
 import pytest
-from conftest import PROGRAM, SMALL, SMALL_START, run_mill, some
+from conftest import PROGRAM, SMALL, SMALL_START, lasting, run_mill, some
 from dem_oracle import BLADES, MIXTURE
 
 import milltools.dem.command
@@ -52,7 +52,8 @@ def dem(tmp_path, monkeypatch, capsys, write_deck):
                 patch.setattr(milltools.dem.command.Job, "check_singles", lambda job: None)
                 patch.setattr(SoftMill, "price", lambda *_: math.nan)
             status = main()
-        return Done(status, *capsys.readouterr())
+        out, err = capsys.readouterr()
+        return Done(status, out, lasting(err))
 
     yield run
     assert list(scratch.iterdir()) == []

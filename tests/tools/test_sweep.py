@@ -77,7 +77,8 @@ def sweep(monkeypatch, capsys, tmp_path, the_program):
         except UserError as fault:
             status = fault.status
             print(f"mill sweep: {fault}", file=sys.stderr)
-        return subprocess.CompletedProcess(words, status, *capsys.readouterr())
+        out, err = capsys.readouterr()
+        return subprocess.CompletedProcess(words, status, out, lasting(err))
 
     return run
 

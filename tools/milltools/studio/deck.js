@@ -6,12 +6,12 @@ const MillDeck = (() => {
   // [SI unit, {unit: SI in one of it}, the unit of the fields unless the deck has another of these]
   const DIMENSIONS = [
     ['m', { mm: 1e-3, cm: 1e-2, m: 1, um: 1e-6, inch: 0.0254 }, 'mm'],
-    ['rad/s', { rpm: Math.PI / 30, '1/min': Math.PI / 30, 'U/min': Math.PI / 30, 'rad/s': 1, 'deg/s': Math.PI / 180 }, 'rpm'],
+    ['rad/s', { rpm: Math.PI / 30, '1/min': Math.PI / 30, 'rad/s': 1, 'deg/s': Math.PI / 180 }, 'rpm'],
     ['Hz', { Hz: 1, '1/s': 1, '1/min': 1 / 60 }, 'Hz'],
     ['rad', { deg: Math.PI / 180, rad: 1 }, 'deg'],
     ['s', { s: 1, ms: 1e-3, us: 1e-6 }, 's'],
     ['kg', { kg: 1, g: 1e-3 }, 'g'],
-    ['m/s', { 'm/s': 1, 'mm/s': 1e-3, 'cm/s': 1e-2 }, 'm/s'],
+    ['m/s', { 'm/s': 1, 'mm/s': 1e-3 }, 'm/s'],
     ['1', { '%': 0.01, '': 1 }, '%'],
   ];
   const LINE = /^(\s*)([^=#;[\s][^=]*?)(\s*=\s*)(.*)$/;
