@@ -66,6 +66,7 @@ balls.count = 40..60 step 20
 
 
 WAITING = ("test_dask", "test_dem_ends", "test_slurm", "test_slurm_parts", "test_tutorial")
+LONG = ("test_report", "test_resume", "test_compare", "test_sweep", "test_study_show", "test_watch")
 SLOWER = float(os.environ.get("SLOWER", "1"))  # how much slower programs are while they are measured (make coverage)
 
 
@@ -76,10 +77,11 @@ def some(cases, every):
 
 
 def pytest_collection_modifyitems(items):
-    """Files whose tests mostly wait come early and not all at once: tests of others fill the cores meanwhile."""
+    """Files that take longest come first, so that none of them is left at the end. Files whose tests mostly wait come
+    early and not all at once: tests of others fill the cores meanwhile."""
     files = list(dict.fromkeys(item.path for item in items))
     waiting = [path for path in files if path.stem in WAITING]
-    order = [path for path in files if path not in waiting]
+    order = sorted((path for path in files if path not in waiting), key=lambda path: path.stem not in LONG)
     for k, path in enumerate(waiting):
         order.insert(4 * k, path)
     items.sort(key=lambda item: order.index(item.path))

@@ -83,7 +83,7 @@ def run(folder, *arguments, **fault):
             ("truncate", "killed"),
             ("sync", "killed"),
         ],
-        2,
+        3,
     ),
 )
 @pytest.mark.parametrize("step", [4, pytest.param(0, marks=pytest.mark.thorough)], ids=["some", "every"])

@@ -204,7 +204,7 @@ def changed(section, key, value):
             changed("body.fin", "kind", "ball_jar"),
             changed("contact.ball_fin", "restitution", "0.95001"),
         ],
-        6,
+        12,
     ),
 )
 def test_the_comparison_notices_a_program_that_is_wrong(fault):

@@ -122,6 +122,7 @@ def test_a_killed_worker_costs_one_more_run_of_what_it_had_in_hand_and_nothing_e
     assert list(case.table()["status"]) == ["done"] * case.designs
 
 
+@pytest.mark.thorough
 def test_a_dead_scheduler_is_one_line_and_the_same_command_goes_on(case, scheduler):
     case.hold(5)
     scheduler.start()
@@ -189,6 +190,7 @@ def test_ctrl_c_ends_the_runs_on_the_workers_and_leaves_the_workers(case, pool):
     assert list(case.table()["status"]) == ["done"] * case.designs
 
 
+@pytest.mark.thorough
 def test_dask_local_is_a_cluster_of_ones_own_that_goes_with_the_driver(case):
     case.hold(3)
     sweep = case.start("--dask", "local", "--workers", "2")

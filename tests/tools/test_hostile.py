@@ -29,7 +29,7 @@ FILES = 400  # all that is crafted
 
 
 @pytest.mark.render
-@pytest.mark.parametrize("pairs", [8, pytest.param(60, marks=pytest.mark.thorough)])
+@pytest.mark.parametrize("pairs", [4, pytest.param(60, marks=pytest.mark.thorough)])
 def test_commands_end_well_or_in_one_line(the_program, pairs):
     """In a process of its own: what forks must have no threads, and those that ran other tests may."""
     words = [sys.executable, ROOT / "tests/tools/hostile.py", str(FILES), "5"]

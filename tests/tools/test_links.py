@@ -78,7 +78,7 @@ def follows_no_link(mill, run_file, table, write_study, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("writer", writers(3))
+@pytest.mark.parametrize("writer", writers(5))
 def test_a_link_in_the_place_of_the_output_is_not_followed(follows_no_link, writer):
     follows_no_link(writer, "{}")
 

@@ -74,6 +74,7 @@ def test_slurm_gives_the_rows_that_this_machine_gives_a_bundle_in_a_task(case, s
     assert not list(case.folder.glob("*.slurm")) and not list((case.folder / "scratch").iterdir())
 
 
+@pytest.mark.thorough
 def test_a_killed_task_costs_one_more_run_of_what_it_had_in_hand_and_nothing_else(case, slurm):
     case.hold(2)
     sweep = case.start("--slurm", "--bundle", "4")
@@ -119,6 +120,7 @@ def test_ctrl_c_cancels_the_tasks_and_keeps_their_rows(case, slurm):
     assert {design for design, count in case.runs().items() if count > 1} <= in_hand
 
 
+@pytest.mark.thorough
 def test_detached_tasks_go_on_alone_and_their_rows_are_taken_up(case, slurm):
     case.hold(2)
     sweep = case.start("--slurm", "--bundle", "3", "--detach")

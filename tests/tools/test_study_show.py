@@ -357,6 +357,7 @@ def test_slices_have_an_error_bar_on_every_point():
     assert halves == pytest.approx([0.196, 0.392, 0.588], rel=1e-3)
 
 
+@pytest.mark.thorough
 @pytest.mark.slow
 def test_scattered_studies_of_words_and_two_objectives_are_drawn():
     random = np.random.default_rng(2)

@@ -1,8 +1,8 @@
 """Assembles the page of the studio, one file that needs no network:
 `python -m milltools.studio.build WASM OUT NOTICE...`.
 
-WASM is the engine as a WebAssembly module (src/web; `make studio` builds both); a NOTICE is a file with the licence of a
-library in it. The page has everything inside: style, scripts, three.js, the decks to begin with, and the engine,
+WASM is the engine as a WebAssembly module (src/web; `make studio` builds both); a NOTICE is a file with the licence of
+a library in it. The page has everything inside: style, scripts, three.js, the decks to begin with, and the engine,
 compressed with gzip, in base64.
 """
 
