@@ -81,9 +81,9 @@ bool mill_command_answer(const struct mill_command *a, FILE *out)
         return a->given[MILL_VERSION_LINE];
     }
     fputs("Usage: millsim [options] DECK\n"
-          "Simulates the balls of a ball mill, contact by contact. There is a deck for each kind of\n"
-          "mill: simoloyer.ini, planetary.ini, mixer.ini, attritor.ini ... They are in input/ of the\n"
-          "sources; --examples DIR copies them.\n\n",
+          "Simulates the balls of a ball mill, contact by contact. The sources have a deck for\n"
+          "each kind of mill in input/: simoloyer.ini, planetary.ini, mixer.ini, attritor.ini\n"
+          "and more. --examples DIR copies them.\n\n",
           out);
     for (const struct row *row = rows; row < rows + MILL_OPTIONS; row++) {
         const char letter[] = {'-', row->letter, ',', '\0'};
