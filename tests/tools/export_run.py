@@ -43,16 +43,17 @@ def stored(run_file):
 
 @pytest.fixture
 def export(tmp_path, monkeypatch, capsys):
-    """export(*words) is `mill export` in tmp_path, in this process: (status, standard output, standard error)."""
+    """export(*words) is `mill export` in tmp_path, in this process: (status, standard output, standard error); the
+    latter with lines of progress only if progress=True."""
     monkeypatch.setenv("MILLSIM", str(PROGRAM))
     monkeypatch.chdir(tmp_path)
 
-    def call(*words):
+    def call(*words, progress=False):
         monkeypatch.setattr(sys, "argv", ["mill", "export", *map(str, words)])
         capsys.readouterr()
         status = command.main()
         out, err = capsys.readouterr()
-        return status, out, lasting(err)
+        return status, out, err if progress else lasting(err)
 
     return call
 

@@ -176,7 +176,7 @@ def test_a_long_export_says_how_far_it_is(export, run_file, monkeypatch):
 
     monkeypatch.setattr(progress, "PATIENCE", 0.0)
     monkeypatch.setattr(progress, "PLAIN", 0.0)
-    status, _, err = export(run_file, "a.gsd")
+    status, _, err = export(run_file, "a.gsd", progress=True)
     assert status == 0
     lines = err.splitlines()
     assert all(re.fullmatch(r"mill export: a\.gsd, \d+ %(, \d+ s left)?", line) for line in lines)
