@@ -6,7 +6,6 @@ import re
 import shutil
 import subprocess
 import sys
-import tarfile
 import venv
 import zipfile
 
@@ -81,7 +80,6 @@ def test_it_says_that_the_program_is_under_gpl_and_brings_every_licence(wheel):
         "HDF5.txt",
         "GSL.txt",
         "UDUNITS-2.txt",
-        "expat.txt",
         "zlib.txt",
     }
 
@@ -245,8 +243,8 @@ def test_the_source_archive_knows_its_commit(tmp_path):
         pytest.skip("not a checkout")
     archive = tmp_path / "source.tar"
     subprocess.run(["git", "-C", ROOT, "archive", "-o", archive, "HEAD"], check=True)
-    with tarfile.open(archive) as file:
-        file.extractall(tmp_path / "source", filter="data")
+    (tmp_path / "source").mkdir()
+    subprocess.run(["tar", "-xf", archive, "-C", tmp_path / "source"], check=True)
     head = subprocess.run(["git", "-C", ROOT, "rev-parse", "HEAD"], capture_output=True, text=True).stdout.strip()
     words = ["make", "-s", "-C", tmp_path / "source", "--no-print-directory", "tell-version"]
     version, commit = subprocess.run(words, capture_output=True, text=True).stdout.strip().split("+g")
