@@ -378,7 +378,7 @@ def test_a_powder_gets_its_dose_on_the_card_and_a_table(millsim, write_deck, tmp
     assert "dose rate" in Reader(text[text.index('<section id="dose">') : text.index('<details class="fold"')]).text
 
 
-def test_contact_laws_that_are_assumed_are_named_on_the_card(millsim, write_deck, tmp_path):
+def test_contact_laws_that_are_assumed_are_named_with_the_mill(millsim, write_deck, tmp_path):
     deck = SMALL.replace("density = 7800 kg/m^3", "material = steel").replace(
         "length = 40 mm", "length = 40 mm\nmaterial = glass"
     )

@@ -154,10 +154,8 @@ def test_a_wrong_value_shows_the_message_beside_the_field_and_the_old_mill_goes_
 
 def test_an_emptied_field_asks_for_a_number(studio):
     page = studio(DECK)
-    friction, fault = (
-        field(page, "Friction"),
-        page.page.locator(".control", has=field(page, "Friction")).locator(".fault"),
-    )
+    friction = field(page, "Friction")
+    fault = page.page.locator(".control", has=friction).locator(".fault")
     friction.fill("")
     assert fault.inner_text() == "a number is expected; the mill has 0.3"
     friction.fill("0.3")

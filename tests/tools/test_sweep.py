@@ -265,7 +265,7 @@ def test_a_signal_ends_what_runs_keeps_what_is_done_and_says_how_to_go_on(
     os.killpg(process.pid, number)
     out, err = process.communicate(timeout=60)
     assert (process.returncode, out) == (status, "")
-    assert lasting(err) == ("mill sweep: interrupted; a.parquet has 2 of 6 runs; the same command continues\n")
+    assert lasting(err) == "mill sweep: interrupted; a.parquet has 2 of 6 runs; the same command continues\n"
     assert not any(alive(pid) for pid, _, _ in runs(tmp_path))
     assert len(pandas.read_parquet(tmp_path / "a.parquet")) == 2
 

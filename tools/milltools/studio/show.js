@@ -15,6 +15,9 @@ const MillShow = (() => {
 
   const sure = ({ value, error }, unit) => (value === null ? UNKNOWN : W.brief(value, error, unit));
 
+  /** The error alone: "9 W"; '' if it is not known. */
+  const spread = (one, unit) => sure(one, unit).split('±')[1]?.trim() ?? '';
+
   class Show {
     constructor() {
       this.axes = { power: { x: new C.Axis(), y: new C.Axis(0.12) }, spectrum: { x: {}, y: {} } };
@@ -60,11 +63,11 @@ const MillShow = (() => {
       const from = record.mill.sample_from ?? null;
       write('power', power.value === null ? UNKNOWN : W.quantity(power.value, 'W'));
       write('power-more', power.value === null ? `statistics begin ${from === null ? 'when the mill is steady' : `at ${W.quantity(from, 's')}`}`
-        : power.error === null ? 'its error is not yet known: too few turns' : `± ${W.brief(power.value, power.error, 'W').split('±')[1].trim()}, ${W.share(power.error / Math.abs(power.value))}`);
+        : power.error === null ? 'its error is not yet known: too few turns' : `± ${spread(power, 'W')}, ${W.share(power.error / Math.abs(power.value))}`);
       const { rate, perJoule } = record.hard(this.which);
-      const [, off = ''] = sure(rate, '/s').split('±');
+      const off = spread(rate, '/s');
       write('hard', rate.value === null ? UNKNOWN : W.quantity(rate.value, '/s'));
-      write('hard-more', perJoule.value === null ? 'per work: not yet known' : `${off && `±${off}; `}${sure(perJoule, '/J')} of work`);
+      write('hard-more', perJoule.value === null ? 'per work: not yet known' : `${off && `± ${off}; `}${sure(perJoule, '/J')} of work`);
       write('contacts', state ? W.count(state.contacts) : UNKNOWN);
       const all = record.precise('rate.all');
       write('contacts-more', [all.value === null ? '' : `${W.quantity(all.value, '/s')} of simulated time`, state?.rate > 0 ? `${W.quantity(state.rate, '/s')} of your time` : '']
