@@ -119,6 +119,9 @@ def test_the_page_of_the_studio_shows_the_run(chromium, whole):
             )
             assert tab.evaluate("millStudio.record.statistics.drive.power") == float(run.statistic("drive/power"))
             assert tab.evaluate("millStudio.deck") == run.deck_text()
+        fields = tab.locator(".control .field")
+        shown = [(one.locator("input").input_value(), one.inner_text().strip()) for one in fields.all()]
+        assert shown == [("600", "rpm"), ("20", ""), ("5", "mm"), ("0.8", ""), ("0.3", "")]
         assert tab.evaluate("document.getElementById('left').textContent") == "100 %, complete at 0.1 s"
         assert tab.evaluate("document.getElementById('notice').hidden")
         assert tab.evaluate("[...document.querySelectorAll('.engine')].every((one) => one.offsetParent === null)")

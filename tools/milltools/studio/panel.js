@@ -16,9 +16,10 @@ const MillPanel = (() => {
       Object.assign(this, { ...parts, change, rows: new Map(), fields: new Map(), live: true });
     }
 
-    /** Shows a deck: its text, and the engine's keys. What has the focus keeps it. */
+    /** Shows a deck: its text, and the engine's keys. What has the focus keeps it. The file of a run has its deck in SI:
+        its fields have usual units. */
     show(text, keys) {
-      const controls = MillControls.choose(text, keys), names = controls.map((one) => `${one.id} ${one.unit}`).join();
+      const controls = MillControls.choose(this.live ? text : '', keys), names = controls.map((one) => `${one.id} ${one.unit}`).join();
       if (names !== this.names) {
         this.names = names;
         this.rows = new Map(controls.map((one) => [one.id, this.#row(one)]));

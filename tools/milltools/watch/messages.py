@@ -94,7 +94,7 @@ def _key(run, section, key):
         words = text.split()
         float(words[0])
         values = run.as_deck.numbers(f"{section}.{key}")
-        kind, unit = ("vector" if len(values) > 1 else "number"), " ".join(words[len(values) :]) or "1"
+        kind, unit = ("vector" if len(values) > 1 else "number"), " ".join(words[len(values) :])
     meaning = run.attribute(f"deck/{section}/{key}", "description", "")
     told = {"section": section, "key": key, "value": text, "type": kind, "unit": unit, "words": "", "meaning": meaning}
     return {name: plain(one) for name, one in told.items()} | {"lo": None, "hi": None, "above": 0, "instead": ""}
