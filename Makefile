@@ -210,11 +210,11 @@ thorough:
 replay: $(FUZZERS)
 	@set -e; for t in $(FUZZ); do $(BUILD)/tests/fuzz/fuzz_$$t tests/fuzz/corpus/$$t; done
 
-# The Python tools are what they are in every mode: tested once, with the release build. Four tests at a time on two
+# The Python tools are what they are in every mode: tested once, with the release build. Three tests at a time on two
 # cores, those of a file one after the other: most keep one core busy, some wait for a cluster or a browser.
 cli: $(BUILD)/millsim millsim
 	MILLSIM=$(abspath $(BUILD)/millsim) .venv/bin/python -m pytest -q -rs --durations 15 \
-	    -n 4 --dist loadfile --no-loadscope-reorder \
+	    -n 3 --dist loadfile --no-loadscope-reorder \
 	    $(if $(filter release,$(MODE)),tests,tests/cli -m 'not thorough and not long')
 
 # The same program whatever the optimisation, the compiler and the C library's mathematics (MODE=musl: the release

@@ -1,4 +1,4 @@
-"""Same deck, same bits: this build stores the frozen values, and those of the release build."""
+"""Same deck, same bits: this build stores the frozen values."""
 
 import json
 import math
@@ -12,24 +12,16 @@ sys.path.insert(0, str(ROOT / "tests/golden"))
 
 import golden
 
-RELEASE = ROOT / "millsim"
 WHY = "a frozen hash changes only with a reason in CHANGELOG.md: see tests/golden/README.md"
 
 
 @pytest.mark.slow
+@pytest.mark.long  # `make golden` runs the same decks
 @pytest.mark.parametrize("name", golden.DECKS)
 @pytest.mark.skipif(not golden.is_reference(), reason="frozen on Debian 12, x86-64, FMA")
 def test_a_golden_deck_stores_the_frozen_values(tmp_path, name):
     frozen = json.loads(golden.FROZEN.read_text())[name]
     assert golden.differing(golden.run(PROGRAM, name, tmp_path), frozen) == [], WHY
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", golden.DECKS)
-@pytest.mark.skipif(not RELEASE.exists() or PROGRAM.samefile(RELEASE), reason="this is the release build")
-def test_a_golden_deck_stores_what_the_release_build_stores(tmp_path, name):
-    release = golden.run(RELEASE, name, tmp_path)
-    assert golden.differing(golden.run(PROGRAM, name, tmp_path), release) == []
 
 
 @pytest.mark.slow

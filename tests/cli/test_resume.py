@@ -210,6 +210,7 @@ def test_a_run_killed_many_times_ends_with_the_same_bits(folder, tmp_path_factor
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_a_run_killed_with_no_frames_ends_with_the_same_bits(folder, tmp_path_factory):
     deck = SHORT.replace("frames = 5 ms", "frames = 0 s")
     mill = folder(deck)
@@ -323,6 +324,7 @@ def test_stopped_and_resumed_again_and_again_ends_with_the_same_bits(folder, sho
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_a_stop_before_the_statistics_begin_is_no_loss(folder, tmp_path_factory):
     deck = SHORT.replace("sample_from = 50 ms", "sample_from = 440 ms")
     mill = folder(deck)
@@ -446,6 +448,7 @@ def test_another_setting_is_refused_and_the_same_one_is_not(folder, tmp_path_fac
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_the_same_deck_in_other_words_is_the_same_deck(folder, short):
     mill = folder()
     mill.stop("-q")
@@ -456,6 +459,7 @@ def test_the_same_deck_in_other_words_is_the_same_deck(folder, short):
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_the_interval_of_checkpoints_may_change(folder, short):
     mill = folder()
     mill.stop("-q")
@@ -464,6 +468,7 @@ def test_the_interval_of_checkpoints_may_change(folder, short):
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_the_folder_may_move(tmp_path):
     start = "".join(
         f"{x} {y} {z} 0 1 0\n"

@@ -9,7 +9,7 @@ import subprocess
 
 import h5py
 import pytest
-from conftest import PROGRAM
+from conftest import PROGRAM, some
 from results import OWN, differences, status
 from test_faults import BUILT_PLAIN
 from test_resume import SHORT, Folder, one_line
@@ -149,7 +149,7 @@ def test_where_no_thread_can_be_started_the_summary_says_one(bare):
 
 @pytest.mark.slow
 @pytest.mark.skipif(not PLAIN, reason="sanitizers must be loaded first")
-@pytest.mark.parametrize("at", [30, 60, 120])
+@pytest.mark.parametrize("at", some([30, 60, 120], 3))
 def test_a_full_disk_ends_a_run_on_two_threads_with_one_line_and_loses_nothing(at, whole, tmp_path):
     shim = tmp_path / "faults.so"
     source = pathlib.Path(__file__).parent / "faults.c"

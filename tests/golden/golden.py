@@ -9,8 +9,10 @@ README.md beside this file says what is hashed and when a frozen hash may change
 """
 
 import argparse
+import concurrent.futures
 import hashlib
 import json
+import os
 import pathlib
 import platform
 import subprocess
@@ -139,13 +141,15 @@ def main():
     wrong = 0
     found = {}
     with tempfile.TemporaryDirectory() as folder:
-        for name in DECKS:
-            for program in order.path:
-                marks = run(program.resolve(), name, folder)
+        runs = [(program, name) for name in DECKS for program in order.path]
+        folders = [tempfile.mkdtemp(dir=folder) for _ in runs]
+        with concurrent.futures.ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
+            made = pool.map(lambda one, place: run(one[0].resolve(), one[1], place), runs, folders)
+            for (program, name), marks in zip(runs, made):
                 differ = differing(marks, found.setdefault(name, marks))
                 wrong += bool(differ)
                 said = f"differs from {order.path[0]} in {', '.join(differ)}" if differ else "same bits"
-                print(f"golden: {name:<10} {program}: {said}")
+                print(f"golden: {name:<10} {program}: {said}", flush=True)
     if order.freeze and not wrong:
         FROZEN.write_text(json.dumps(found, indent=2) + "\n")
     elif is_reference():
