@@ -189,7 +189,7 @@ check:
 	@$(if $(CHECKED),$(if $(T),,CK_EXCLUDE_TAGS=slow) $(MAKE) $(PARALLEL) --output-sync=target \
 	    $(patsubst tests/unit/test_%.c,unit-%,$(CHECKED)))
 	$(if $(PYTESTS),MILLSIM=$(abspath $(BUILD)/millsim) .venv/bin/python -m pytest -q -rs $(PYTESTS) \
-	    $(if $(T),,-n $(JOBS) --dist loadfile -m 'not slow and not thorough and not browser and not slurm and not dem and not render'))
+	    $(if $(MARKS),--marks) $(if $(T),,-n $(JOBS) --dist loadfile -m 'not slow and not thorough and not browser and not slurm and not dem and not render'))
 
 # all that `make test` compiles
 compiled: $(UNIT) $(FUZZERS) $(BENCH) $(PROBES) $(BUILD)/millsim millsim $(WASM)/millsim.wasm
@@ -210,15 +210,17 @@ thorough:
 replay: $(FUZZERS)
 	@set -e; for t in $(FUZZ); do $(BUILD)/tests/fuzz/fuzz_$$t tests/fuzz/corpus/$$t; done
 
-# The Python tools are what they are in every mode: tested once, with the release build. Three tests at a time on two
-# cores, those of a file one after the other: most keep one core busy, some wait for a cluster or a browser.
+# The Python tools are what they are in every mode: tested once, with the release build; under sanitizers, what passes
+# bytes to the program. Three tests at a time on two cores, those of a file one after the other: most keep one core
+# busy, some wait for a cluster or a browser. MARKS=1: are the marks true (tests/marks.py)?
+BYTES := $(patsubst %,tests/cli/test_%.py,bad_input bodies deck_faults digest export_start resume)
 cli: $(BUILD)/millsim millsim
 	MILLSIM=$(abspath $(BUILD)/millsim) .venv/bin/python -m pytest -q -rs --durations 15 \
-	    -n 3 --dist loadfile --no-loadscope-reorder \
-	    $(if $(filter release,$(MODE)),tests,tests/cli -m 'not thorough and not long')
+	    -n 3 --dist loadfile --no-loadscope-reorder $(if $(MARKS),--marks) \
+	    $(if $(filter release,$(MODE)),tests,$(BYTES) -m 'not thorough and not long')
 
 # The same program whatever the optimisation, the compiler and the C library's mathematics (MODE=musl: the release
-# build's objects, with musl's in front of glibc's)
+# build's objects, with musl's in front of glibc's). At a push GOLDEN='release asan', the others nightly.
 GOLDEN := release debug o2 asan clang musl
 golden:
 	@tools/setup --local build golden --python core
@@ -244,11 +246,13 @@ valgrind:
 	$(VALGRIND) -s balls.count=4 input/single.ini; test $$? = 2
 	$(VALGRIND) -s balls.count=20000 -s 'run.time=1 s' input/simoloyer.ini -s 'balls.diameter=10 mm'; test $$? = 2
 
+# its own objects, or those of a checkout whose every file is compiled with WERROR=1
+LINTED := build/$(if $(WERROR),release,lint)
 lint:
 	@tools/setup --local build lint --python core lint
 	clang-format-14 --dry-run -Werror $(C_FILES)
 	tools/check-floors
-	@$(MAKE) $(PARALLEL) BUILD=build/lint WERROR=1 build/lint/millsim && tools/check-names build/lint/src/*/*.o
+	@$(MAKE) $(PARALLEL) BUILD=$(LINTED) WERROR=1 $(LINTED)/millsim && tools/check-names $(LINTED)/src/*/*.o
 	cppcheck --quiet --error-exitcode=1 --std=c99 --inline-suppr --enable=warning,portability \
 	    --suppress=normalCheckLevelMaxBranches -Iinclude -Isrc src
 	git ls-files -z | xargs -0 codespell -q 3
@@ -268,7 +272,7 @@ fuzz:
 
 # fuzzing for longer than a push can wait, and all that takes hours: every step is tried, also after one has failed
 nightly:
-	@status=0; for step in 'fuzz FUZZ_SECONDS=600' thorough coverage lowest validate validate-paper validate-study validate-dem; do \
+	@status=0; for step in 'fuzz FUZZ_SECONDS=600' golden thorough coverage lowest validate validate-paper validate-study validate-dem; do \
 	    echo "make $$step"; $(MAKE) --no-print-directory $$step || status=$$?; done; exit $$status
 
 # lines and branches that the tests reach: of C by gcov, of Python by coverage.py in every process that the tests start

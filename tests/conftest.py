@@ -1,5 +1,6 @@
 """Fixtures of the tests of what users touch. They run $MILLSIM, or else ./millsim of the repository's root."""
 
+import fcntl
 import functools
 import gc
 import os
@@ -11,6 +12,7 @@ import subprocess
 import sys
 
 import pytest
+from marks import Costs
 from warm import Warm
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
@@ -70,10 +72,36 @@ LONG = ("test_report", "test_resume", "test_compare", "test_sweep", "test_study_
 SLOWER = float(os.environ.get("SLOWER", "1"))  # how much slower programs are while they are measured (make coverage)
 
 
+def once(factory, name, make):
+    """A folder for this run of the tests, filled by make(folder): whichever of the processes of pytest comes first does
+    it, the others wait. `factory` is tmp_path_factory."""
+    base = factory.getbasetemp()
+    base = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
+    folder, made = base / name, base / f"{name}-made"
+    with open(base / f"{name}-lock", "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not made.exists():
+            folder.mkdir()
+            make(folder)
+            made.touch()
+    return folder
+
+
 def some(cases, every):
     """Cases for parametrize: the first and each `every`-th after it; the others are `thorough`."""
     cases = [case if isinstance(case, tuple) else (case,) for case in cases]
     return [pytest.param(*case, marks=[pytest.mark.thorough] if k % every else []) for k, case in enumerate(cases)]
+
+
+def pytest_addoption(parser):
+    parser.addoption("--marks", nargs="?", const="", metavar="FILE", help="are the marks of the tests true: marks.py")
+
+
+def pytest_configure(config):
+    if not hasattr(config, "workerinput"):
+        Warm.open(ROOT / "tools")
+    if (path := config.getoption("marks")) is not None:
+        config.pluginmanager.register(Costs(path))
 
 
 def pytest_collection_modifyitems(items):
@@ -133,12 +161,6 @@ def millsim(tmp_path):
     return run
 
 
-@functools.cache
-def warm():
-    """The process that `mill` is forked from, one for each process of pytest."""
-    return Warm(ROOT / "tools")
-
-
 def lasting(text):
     """What a command said, without the lines of its progress: a slow machine shows more of them."""
     return re.sub(r"^mill \w+: .*(, \d+ %|left)\n", "", text, flags=re.MULTILINE)
@@ -156,7 +178,7 @@ def run_mill(cwd, *words, timeout=120, env=None, preexec_fn=None):
 
 def _run_mill(cwd, words, timeout, environment, preexec_fn):
     if preexec_fn is None and SLOWER == 1:
-        return warm().run(words, cwd, environment, timeout)
+        return Warm.run(words, cwd, environment, timeout)
     return subprocess.run(
         [sys.executable, "-m", "milltools", *words],
         cwd=cwd,

@@ -39,38 +39,54 @@ LIBRARIES = (
 
 
 class Warm:
-    """run(words, folder, environment, timeout) is what subprocess.run is with capture_output and text, of
-    `python -m milltools WORDS`; its standard input is empty. Threads may call it at once."""
+    """The process that `mill` is forked from, one for all processes of pytest: the first one opens it and tells the
+    others, which are its children, by an environment variable. It loads the libraries at the first call.
 
-    def __init__(self, path):
-        self.channel, far = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        with far:
-            self.process = subprocess.Popen(
-                [sys.executable, __file__, str(far.fileno())],
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.DEVNULL,
-                env={**os.environ, "PYTHONPATH": str(path)},
-                pass_fds=[far.fileno()],
-            )
-        atexit.register(self.close)
+    run(words, folder, environment, timeout) is what subprocess.run is with capture_output and text, of
+    `python -m milltools WORDS`; its standard input is empty. Threads may call it at once. `used` is the processor time
+    [s] of all calls of this process so far."""
 
-    def close(self):
-        self.channel.close()
-        self.process.kill()  # a fork of this process may hold the channel open
-        self.process.wait()
+    PLACE = "MILL_WARM"
+    used = 0.0
 
-    def run(self, words, folder, environment, timeout):
+    @classmethod
+    def open(cls, path):
+        """Starts the process, which ends with this one; `path`: where it finds milltools."""
+        place = pathlib.Path(tempfile.mkdtemp()) / "calls"
+        calls, (end, cls.held) = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM), os.pipe()
+        calls.bind(str(place))
+        process = subprocess.Popen(
+            [sys.executable, __file__, str(calls.fileno()), str(end)],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            env={**os.environ, "PYTHONPATH": str(path)},
+            pass_fds=[calls.fileno(), end],
+        )
+        calls.close()
+        os.close(end)
+        os.environ[cls.PLACE] = str(place)
+        atexit.register(cls.close, process, place)
+
+    @staticmethod
+    def close(process, place):
+        process.kill()
+        process.wait()
+        place.unlink(missing_ok=True)
+        place.parent.rmdir()
+
+    @classmethod
+    def run(cls, words, folder, environment, timeout):
         call = json.dumps({"words": words, "folder": str(folder), "environment": environment})
         with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
             answer, far = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
             with answer:
-                with far:
-                    files = [file.fileno() for file in (out, err, far)]
-                    socket.send_fds(self.channel, [call.encode()], files)
+                with far, socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as calls:
+                    calls.connect(os.environ[cls.PLACE])
+                    socket.send_fds(calls, [call.encode()], [file.fileno() for file in (out, err, far)])
                 pid = int(answer.recv(100))
                 answer.settimeout(timeout)
                 try:
-                    status = int(answer.recv(100))
+                    status, cost = answer.recv(100).decode().split()
                 except TimeoutError:
                     os.kill(pid, signal.SIGKILL)
                     raise subprocess.TimeoutExpired(words, timeout) from None
@@ -78,44 +94,51 @@ class Warm:
             for file in (out, err):
                 file.seek(0)
                 texts.append(file.read().decode(errors="replace").replace("\r\n", "\n"))
-        return subprocess.CompletedProcess(words, status, *texts)
+        cls.used += float(cost)
+        return subprocess.CompletedProcess(words, int(status), *texts)
 
 
-def next_call(channel):
+def load():
+    """Loads the libraries that are installed."""
+    for name in LIBRARIES:
+        with contextlib.suppress(ImportError):
+            importlib.import_module(name)
+
+
+def next_call(calls, end):
     """The next call and its two files, in a process of its own. Does not return in the process that has loaded the
-    libraries, which tells the caller how the call ended."""
-    calls = {}  # process and caller by what select() waits for
+    libraries, which tells the caller how the call ended, and ends when the other side of `end` is closed."""
+    under_way, loaded = {}, False  # process and caller by what select() waits for
     while True:
-        for ready in select.select([channel, *calls], [], [])[0]:
-            if ready is not channel:
-                pid, caller = calls.pop(ready)
-                status = os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
+        for ready in select.select([calls, end, *under_way], [], [])[0]:
+            if ready is end:
+                sys.exit()
+            if ready is not calls:
+                pid, caller = under_way.pop(ready)
+                _, status, cost = os.wait4(pid, 0)
                 with caller, contextlib.suppress(OSError):  # the caller may have given up
-                    caller.send(str(status).encode())
+                    caller.send(f"{os.waitstatus_to_exitcode(status)} {cost.ru_utime + cost.ru_stime}".encode())
                 os.close(ready)
                 continue
-            message, files, *_ = socket.recv_fds(channel, 1 << 20, 3)
-            if not message:
-                sys.exit()
+            message, files, *_ = socket.recv_fds(calls, 1 << 20, 3)
+            if not loaded:
+                loaded = load() is None
             caller = socket.socket(fileno=files.pop())
             pid = os.fork()
             if not pid:
-                for end in (channel, caller, *(other for _, other in calls.values())):
-                    end.close()
-                for number in calls:
+                for other in (calls, caller, *(one for _, one in under_way.values())):
+                    other.close()
+                for number in (end, *under_way):
                     os.close(number)
                 return json.loads(message), files
             caller.send(str(pid).encode())
-            calls[os.pidfd_open(pid)] = pid, caller
+            under_way[os.pidfd_open(pid)] = pid, caller
             for file in files:
                 os.close(file)
 
 
 if __name__ == "__main__":
-    for name in LIBRARIES:
-        with contextlib.suppress(ImportError):
-            importlib.import_module(name)
-    call, files = next_call(socket.socket(fileno=int(sys.argv[1])))
+    call, files = next_call(socket.socket(fileno=int(sys.argv[1])), int(sys.argv[2]))
     for file, place in zip(files, (1, 2), strict=True):
         os.dup2(file, place)
         os.close(file)

@@ -71,6 +71,25 @@ def test_a_python_that_makes_no_environment_is_mended_by_deps(checkout, tmp_path
     assert run.returncode == 1 and "apt-get install python3-venv" in run.stderr
 
 
+def test_another_apt_is_waited_for(checkout, tmp_path):
+    """A fake apt-get that finds the lock of the lists taken, and then that of the archives."""
+    fakes = {
+        "id": "echo 0",
+        "apt-get": f"""echo "$@" >>{tmp_path}/calls; n=$(wc -l <{tmp_path}/calls)
+            case $n in 1) lock=lists ;; 3) lock=archives ;; *) exit 0 ;; esac
+            echo "E: Could not get lock /var/lib/apt/$lock/lock. It is held by process 1 (apt)" >&2; exit 100""",
+    }
+    for name, text in {**fakes, "python3": "exit 1"}.items():
+        (tmp_path / name).write_text(f"#!/bin/sh\n{text}\n")
+        (tmp_path / name).chmod(0o755)
+    found = os.environ | {"PYTHON": str(tmp_path / "python3"), "PATH": f"{tmp_path}:{os.environ['PATH']}"}
+    run = subprocess.run([checkout / "tools/setup", "python"], env=found, capture_output=True, text=True)
+    assert run.returncode == 0, run.stderr
+    calls = [line.split()[3] for line in (tmp_path / "calls").read_text().splitlines()]
+    assert calls == ["update", "update", "install", "install"]
+    assert "  Another apt runs on this machine: waiting for it, until " in run.stdout
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("target", ["run", "test", "deps"])
 def test_the_targets_of_a_fresh_machine_ask_for_that_python(target):

@@ -3,6 +3,7 @@
 import email
 import os
 import re
+import runpy
 import shutil
 import subprocess
 import sys
@@ -54,6 +55,15 @@ def texts(wheel, pattern):
     """{name: bytes} of the files of a wheel whose names match."""
     with zipfile.ZipFile(wheel) as file:
         return {name: file.read(name) for name in file.namelist() if re.search(pattern, name)}
+
+
+def test_what_takes_minutes_tells_how_far_it_is_and_why_it_failed(tmp_path, capfd):
+    follow = runpy.run_path(str(ROOT / "tools/wheel"))["follow"]
+    follow.__globals__["PAUSE"] = 0.05
+    follow(tmp_path / "log", "sh", "-c", "echo one; sleep 0.6; echo two; sleep 0.6")
+    assert capfd.readouterr().err == "  wheel   one\n  wheel   two\n"
+    with pytest.raises(Exception, match=f"three; all of it: {tmp_path}/log"):
+        follow(tmp_path / "log", "sh", "-c", "echo three; false")
 
 
 def test_its_metadata_name_product_version_and_extras(wheel):
