@@ -195,7 +195,7 @@ WRONG_VALUES = [
     ("contact", "friction", "10.1", "must be between 0 and 10"),
     ("contact", "tangential_restitution", "1.1", "must be between -1 and 1"),
     ("contact", "tangential_restitution", "-1.1", "must be between -1 and 1"),
-    ("contact", "rebound_floor", "-1 mm/s", "must be at least 0 m/s"),
+    ("contact", "rebound_floor", "-1 mm/s", "must be between 0 and 10 m/s"),
     ("contact.ball_drum", "restitution", "2", "must be between 0 and 1"),
     ("output", "frames", "-1 ms", "must be at least 0 s"),
     ("output", "frames", "1e-12 s", "too short: more than 1e7 frames"),
@@ -741,10 +741,13 @@ def test_a_start_file_is_found_again_wherever_the_deck_lies(millsim, tmp_path, w
     assert str(tmp_path) in out
 
 
-def test_a_file_name_may_hold_a_hash(printed, write_deck, tmp_path):
+def test_a_file_name_may_hold_a_hash_but_after_a_blank_only_in_quotes(printed, refused, write_deck, tmp_path):
     write_deck(set_key(SMALL, "balls", "start", "a#1;b c.txt  # remark")[0])
     (tmp_path / "a#1;b c.txt").write_text(SMALL_START)
     assert printed("deck.ini")["balls.start"] == f"{tmp_path}/a#1;b c.txt"
+    for name in ("a #1;b c.txt", "#1.txt"):
+        write_deck(set_key(SMALL, "balls", "start", name)[0])
+        assert refused("deck.ini").endswith("a comment: put a name with ' #' or ' ;' in double quotes")
 
 
 def test_every_value_of_a_checked_deck_is_explained(millsim, small_deck):
