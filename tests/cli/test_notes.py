@@ -101,7 +101,7 @@ tangential_restitution = 0.4
 
 def test_two_balls_locked_between_a_disc_and_a_wall_are_said_to_spoil_the_power(millsim, tmp_path):
     (tmp_path / "deck.ini").write_text(BRIDGE)
-    (tmp_path / "start.txt").write_text("0.002001 -0.00378 0.00954 -0.3 -0.4 -0.8\n0.005497 -0.00572 0.00972 0.4 -0.3 0")
+    (tmp_path / "start.txt").write_text("0.002001 -0.00378 0.00954 -0.3 -0.4 -0.8\n0.0055 -0.00572 0.00972 0.4 -0.3 0")
     done = millsim("deck.ini", "--json", "--quiet")
     run, said = json.loads(done.stdout)["run"], notes(done)
     assert run["smoothed"] == run["reach"]["locks"]["value"] > 0
