@@ -94,8 +94,11 @@ static enum mill_status fill_key(struct mill_deck *deck, const struct mill_deck_
                                "missing (%s); expected %s%s%s%s%s", key->meaning, wanted,
                                choice.words, key->unless ? ", or '" : "",
                                key->unless ? key->unless : "", key->unless ? "'" : "");
-    } else if (entry && entry->quoted && key->type != MILL_KEY_FILE) {
+    } else if (entry && entry->look == MILL_DECK_QUOTED && key->type != MILL_KEY_FILE) {
         wrong = "double quotes are only allowed around the name of a file";
+    } else if (entry && !*entry->value && entry->look == MILL_DECK_CUT &&
+               key->type == MILL_KEY_FILE) {
+        wrong = "expected the name of a file, got a comment: " MILL_DECK_QUOTE;
     } else if (!mill_deck_value_read(&deck->units, key, entry ? entry->value : key->preset, values,
                                      &why)) {
         wrong = why.text;

@@ -29,6 +29,12 @@ enum mill_status mill_deck_files_find(struct mill_deck *deck, const char *sectio
     if (snprintf(whole_path, sizeof whole_path, "%s%s%.*s%s", here, apart, folder, file, name) >=
         PATH_MAX)
         return mill_deck_fault(deck, error, section, key, "the name of the file is too long");
+    const struct mill_deck_entry *entry = mill_deck_entry(mill_deck_section(deck, section), key);
+    if (entry && entry->look == MILL_DECK_CUT && access(whole_path, F_OK) != 0)
+        return mill_deck_fault(
+            deck, error, section, key,
+            "cannot read '%s': %s; what follows it is a comment: " MILL_DECK_QUOTE, whole_path,
+            strerror(errno));
     char *copy = strdup(whole_path);
     if (!copy)
         return mill_error_set(error, MILL_FAILED, "out of memory");

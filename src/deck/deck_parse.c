@@ -106,7 +106,7 @@ static enum mill_status open_section(struct mill_deck *deck, const char *title,
 /* Adds key = value to the section. An override replaces an earlier value. value NULL: the key is
  * given, but what it is cannot be read. */
 static enum mill_status add_entry(struct mill_deck *deck, struct mill_deck_section *section,
-                                  const char *key, const char *value, bool quoted,
+                                  const char *key, const char *value, enum mill_deck_look look,
                                   struct mill_error *error)
 {
     char hint[400];
@@ -114,7 +114,7 @@ static enum mill_status add_entry(struct mill_deck *deck, struct mill_deck_secti
     if (!mill_deck_table_key(section->title, key, 0)) {
         const char *meant = mill_deck_suggest_key(section->title, key, hint, sizeof hint);
         if (meant && !mill_deck_entry(section, meant) && /* it is not missing */
-            add_entry(deck, section, meant, NULL, false, error) != MILL_OK)
+            add_entry(deck, section, meant, NULL, MILL_DECK_PLAIN, error) != MILL_OK)
             return MILL_FAILED;
         return mill_deck_fault(deck, error, section->title, key,
                                *key ? "unknown key%s" : "there is no key in front of '='%s", hint);
@@ -130,7 +130,7 @@ static enum mill_status add_entry(struct mill_deck *deck, struct mill_deck_secti
         section->entry = more;
         entry = &more[section->entries++];
     }
-    *entry = (struct mill_deck_entry){key, value, quoted, deck->at};
+    *entry = (struct mill_deck_entry){key, value, look, deck->at};
     return MILL_OK;
 }
 
@@ -145,12 +145,15 @@ static bool is_comment(const char *text, size_t at)
     return (text[at] == '#' || text[at] == ';') && (at == 0 || is_space(text[at - 1]));
 }
 
-static void strip_comment(char *text)
+/* Returns whether there was one. */
+static bool strip_comment(char *text)
 {
     size_t length = 0;
     while (text[length] && !is_comment(text, length))
         length++;
+    const bool found = text[length] != '\0';
     text[length] = '\0';
+    return found;
 }
 
 /* Cuts white space off the end of text. Returns the place after the white space at its start. */
@@ -217,7 +220,7 @@ static enum mill_status excuse(struct mill_deck *deck, const char *key, struct m
     struct mill_deck_section *section = deck->open < 0 ? NULL : &deck->section[deck->open];
     const struct mill_key *row = section ? mill_deck_table_key(section->title, key, 0) : NULL;
     return row && !mill_deck_entry(section, key)
-               ? add_entry(deck, section, row->name, NULL, false, error)
+               ? add_entry(deck, section, row->name, NULL, MILL_DECK_PLAIN, error)
                : MILL_OK;
 }
 
@@ -227,8 +230,9 @@ static enum mill_status read_entry(struct mill_deck *deck, char *line, struct mi
         return MILL_OK; /* the section is unknown, and so are its keys */
     char *equals = strpbrk(line, "=:");
     const bool quoted = equals && equals[1 + strspn(equals + 1, " \t")] == '"';
+    enum mill_deck_look look = MILL_DECK_QUOTED;
     if (!quoted) {
-        strip_comment(line);
+        look = strip_comment(line) ? MILL_DECK_CUT : MILL_DECK_PLAIN;
         equals = strpbrk(line, "=:");
     }
     if (!equals) {
@@ -249,7 +253,7 @@ static enum mill_status read_entry(struct mill_deck *deck, char *line, struct mi
         return mill_deck_fault(deck, error, NULL, NULL, "%s", wrong);
     if (deck->open < 0)
         return mill_deck_fault(deck, error, NULL, key, "stands before the first [section]");
-    return add_entry(deck, &deck->section[deck->open], key, value, quoted, error);
+    return add_entry(deck, &deck->section[deck->open], key, value, look, error);
 }
 
 /* A line of `length` bytes, with room for a zero after them */

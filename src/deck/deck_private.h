@@ -91,9 +91,18 @@ enum mill_status mill_deck_faults_tell(struct mill_deck *deck, enum mill_status 
 
 /* ---- file and overrides into entries (deck_parse.c) ---- */
 
+/* The mend for the name of a file that a comment cuts off */
+#define MILL_DECK_QUOTE "put a name with ' #' or ' ;' in double quotes"
+
+enum mill_deck_look {
+    MILL_DECK_PLAIN,
+    MILL_DECK_QUOTED /* in "" */,
+    MILL_DECK_CUT /* by a # or ; */
+};
+
 struct mill_deck_entry {
-    const char *key, *value; /* value NULL: a line that could not be read gives this key */
-    bool quoted;             /* the value was in double quotes */
+    const char *key, *value;  /* value NULL: a line that could not be read gives this key */
+    enum mill_deck_look look; /* of the value in the file */
     struct mill_deck_origin origin;
 };
 

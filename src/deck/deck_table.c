@@ -204,7 +204,7 @@ static const struct mill_key material_key[] = {
 };
 
 static const struct mill_key floor_key[] = {
-    {"rebound_floor", "minimum normal speed after any contact", .unit = "m/s", NOT_NEGATIVE,
+    {"rebound_floor", "minimum normal speed after any contact", .unit = "m/s", .lo = 0, .hi = 10,
      .preset = "5 mm/s", DECK(rebound_floor)},
     {"between", "material between the surfaces, such as powder; its contacts replace those of the "
      "materials", TEXT, DECK(between)},

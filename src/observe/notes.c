@@ -86,10 +86,29 @@ static void judge_rate(struct mill_notes *notes, const struct mill_world *world,
 {
     const double contact = mill_tally_contact(world, MILL_BALL_BALL);
     add(notes, "contacts_at_once", rate * contact, AT_ONCE, rate * contact > AT_ONCE,
-        "a ball is hit every %.3g us, and a contact of such balls of steel lasts %.3g us: soft "
-        "spheres would have several contacts at once, so rates and power of hard spheres are not "
-        "valid.",
+        "a ball is hit every %.3g us, and a contact of such balls, if they are as stiff as steel, "
+        "lasts %.3g us: soft spheres would have several contacts at once, so rates and power of "
+        "hard spheres are not valid.",
         1e6 / rate, 1e6 * contact);
+}
+
+/* Contacts without friction end contacts without end. How many there were before, and the work that
+ * they did, depends on the program (STILL in engine/sim_contact.c) and not on the mill. Friction
+ * locks two balls between two surfaces if the angle between their line of centres and the normals
+ * is below the sum of the two angles of friction. */
+static void judge_locks(struct mill_notes *notes, const struct mill_world *world)
+{
+    const double smoothed = (double)world->counts.smoothed;
+    double friction = 0;
+    for (int kind = MILL_BALL_BALL + 1; kind < world->kinds.count; kind++)
+        friction = fmax(friction, world->law[kind].friction);
+    const double angle = atan(friction) + atan(world->law[MILL_BALL_BALL].friction);
+    add(notes, "locks", smoothed, 0, smoothed > 0,
+        "time did not advance between contacts, so %.0f of them were computed without friction: "
+        "balls are locked in a corner, or between surfaces that move past each other. Power and "
+        "rates are not to be trusted. Two balls lock in gaps of 1 + cos(2 atan mu) to 2 diameters, "
+        "here %.3g to 2: change gap or friction, or check with soft spheres (mill dem).",
+        smoothed, 1 + fmax(cos(angle), 0));
 }
 
 bool mill_notes_of_rotor(const struct mill_world *world)
@@ -109,9 +128,9 @@ static void judge_shares(struct mill_notes *notes, const struct mill_tally_resul
     const double share = impacts > 0 ? (double)r->recontacts / impacts : (double)NAN;
     const bool rotor = mill_notes_of_rotor(r->world);
     add(notes, "pinches", pinched, PINCHED, fabs(pinched) > PINCHED,
-        "%.0f %% of the %s power goes to balls that %s against others and walls. With materials "
-        "softer than steel this part is smaller. The rates of %s impacts are less accurate. Wider "
-        "gaps around %s reduce this power.",
+        "%.0f %% of the %s power goes to balls that %s against others and walls. This is computed "
+        "for bodies as stiff as steel; softer ones take less. The rates of %s impacts are less "
+        "accurate. Wider gaps around %s reduce this power.",
         100 * pinched, rotor ? "rotor's" : "drive's", rotor ? "it presses" : "moving bodies press",
         rotor ? "drum and blade" : "wall and body", rotor ? "the blades" : "the moving bodies");
     add(notes, "floor_share", floored, FLOORED, floored > FLOORED,
@@ -120,7 +139,7 @@ static void judge_shares(struct mill_notes *notes, const struct mill_tally_resul
         100 * floored);
     add(notes, "recontact_share", share, RECONTACTS, share > RECONTACTS,
         "%.0f %% of the contacts follow the last one of the same two bodies so soon that soft "
-        "balls would still touch. Use strikes for rates.",
+        "balls, if they are as stiff as steel, would still touch. Use strikes for rates.",
         100 * share);
 }
 
@@ -128,6 +147,7 @@ void mill_notes_expect(struct mill_notes *notes, const struct mill_world *world,
                        const struct mill_tally_results *trial, double rate)
 {
     notes->count = 0;
+    judge_locks(notes, world);
     judge_law(notes, world, false);
     double hits = 0, all = 0; /* hits on balls in the contacts so far */
     for (int kind = 0; kind < world->kinds.count; kind++) {
@@ -294,6 +314,7 @@ void mill_notes_take(struct mill_notes *notes, const struct mill_world *world,
     }
     notes->count = 0;
     judge_time(notes, r, world->base + t, stopped);
+    judge_locks(notes, world);
     judge_motion(notes, world, r, t);
     judge_law(notes, world, true);
     judge_rate(notes, world, r->duration > 0 ? hits / world->balls / r->duration : (double)NAN);

@@ -12,12 +12,12 @@ struct mill_note {
     /* name of the rule in files; NULL: the rule concerns the run, not its physics */
     const char *code;
     double value, limit; /* what the rule compares; NaN: not known */
-    char text[256];      /* a sentence; "": within the limit */
+    char text[512];      /* sentences; "": within the limit */
 };
 
 struct mill_notes {
     int count;
-    struct mill_note note[12];
+    struct mill_note note[13];
 };
 
 /* True if only a shaft and blades move, in a drum at rest. The notes then speak of a rotor. */

@@ -56,7 +56,7 @@ struct mill_tally {
     struct mill_observer observer;   /* first: the event loop only knows this member */
     double begin, end;               /* [s] the planned window; begin 0 if it is to be found */
     double watch;                    /* [s] pairs are recorded for strikes from here on */
-    double contact[MILL_KINDS_MOST]; /* [s] duration of a contact of elastic steel spheres */
+    double contact[MILL_KINDS_MOST]; /* [s] duration of a contact as stiff as steel */
     double interval;                 /* [s] between the samples for the maps; INFINITY: none */
     int kinds;                       /* of contact */
     const struct mill_world *world;
@@ -84,9 +84,9 @@ static inline double mill_tally_snapshot(const struct mill_tally *tally, unsigne
     return tally->begin + ((double)(tally->at.snapshots + more) + 0.5) * tally->interval;
 }
 
-/* [s] Duration of a contact of this kind, for balls of the mean size made of steel, at a normal
- * speed of MILL_TALLY_SLOW. This is the speed in a dense bed; ten times the speed makes the contact
- * only 1.6 times shorter. */
+/* [s] Duration of a contact of this kind, for balls of the mean size and mass that are as stiff as
+ * steel, at a normal speed of MILL_TALLY_SLOW. This is the speed in a dense bed; ten times the
+ * speed makes the contact only 1.6 times shorter. */
 #define MILL_TALLY_SLOW 0.1 /* [m/s] */
 double mill_tally_contact(const struct mill_world *world, int kind);
 

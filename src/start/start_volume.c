@@ -95,7 +95,7 @@ double mill_start_free_volume(const struct mill_world *w)
     if (near && m.pose) {
         for (int k = 0; k < w->shapes; k++) {
             near[k] = k;
-            m.pose[k] = mill_shape_pose(w->shape[k], 0.0);
+            m.pose[k] = mill_shape_pose(w->shape[k], -w->base); /* lo and hi are of t = 0 */
         }
         volume = volume_in(&m, 0, vec3_add(c->lo, half), near, w->shapes);
     }

@@ -19,23 +19,9 @@ import time
 import pytest
 from conftest import PROGRAM, ROOT, SMALL, SMALL_START
 
-OPTIONS = [
-    "output",
-    "set",
-    "check",
-    "resume",
-    "force",
-    "json",
-    "quiet",
-    "progress",
-    "export-start",
-    "value",
-    "digest",
-    "examples",
-    "paranoid",
-    "help",
-    "version",
-]
+OPTIONS = (
+    "output set check resume force json quiet progress export-start value digest examples paranoid help version".split()
+)
 FULL = pathlib.Path("/dev/full")
 
 
@@ -86,10 +72,6 @@ def test_wrong_usage_is_one_line_and_status_2(millsim, small_deck, arguments, co
     assert result.returncode == 2
     assert result.stdout == ""
     assert result.stderr == f"millsim: {complaint}\n"
-
-
-def test_options_may_follow_the_deck(millsim, small_deck):
-    assert millsim("deck.ini", "--check").returncode == 0
 
 
 # ---- output that fails ----
@@ -295,14 +277,7 @@ def test_check_writes_nothing(millsim, small_deck, tmp_path):
 def test_a_run_ends_with_a_summary(millsim, small_deck):
     result = millsim("deck.ini")
     assert result.returncode == 0, result.stderr
-    for words in (
-        "ball_drum",
-        "rotor power",
-        "rotor torque",
-        "kinetic energy",
-        "energy error",
-        "wall",
-    ):
+    for words in ("ball_drum", "rotor power", "rotor torque", "kinetic energy", "energy error", "wall"):
         assert words in result.stdout
 
 
@@ -315,16 +290,6 @@ def test_names_of_files_cannot_drive_the_terminal(millsim, write_deck, tmp_path,
     assert (result.returncode, result.stderr) == (0, "")
     assert "?[31m" in result.stdout
     assert not re.search(r"[\0-\x08\x0b-\x1f\x7f]", result.stdout)
-
-
-def test_json_is_one_object(millsim, small_deck):
-    result = millsim("--json", "-q", "deck.ini")
-    assert result.returncode == 0, result.stderr
-    assert isinstance(json.loads(result.stdout), dict)
-
-
-def test_quiet_is_quiet(millsim, small_deck):
-    assert millsim("-q", "deck.ini").stderr == ""
 
 
 def long_deck(write_deck):

@@ -127,12 +127,7 @@ WRONG_VALUES = [
     ("run", "seed", "1.5", "expected a whole number such as '4000'"),
     ("gravity", "acceleration", "-9.81 m/s^2", "expected three numbers and a unit of acceleration"),
     ("gravity", "acceleration", "0 0 -9.81", "expected three numbers and a unit of acceleration"),
-    (
-        "gravity",
-        "acceleration",
-        "0 0 -9.81 m/s",
-        "expected three numbers and a unit of acceleration",
-    ),
+    ("gravity", "acceleration", "0 0 -9.81 m/s", "expected three numbers and a unit of acceleration"),
     ("gravity", "acceleration", "0, 0, -9.81 m/s^2", "expected three numbers and a unit"),
     ("gravity", "acceleration", "0 0 0 -9.81 m/s^2", "expected three numbers and a unit"),
     ("balls", "count", "0", "must be between 1 and 50000000, got '0'"),
@@ -156,18 +151,8 @@ WRONG_VALUES = [
     ("balls", "diameter", "1e-200 m", "must be at least 1e-09 m"),
     ("rotor", "speed", "1e300 rpm", "must be at most 1000000000 rad/s"),
     ("balls", "start", "", "expected 'random' or the name of a file, got nothing"),
-    (
-        "rotor",
-        "speed",
-        "600",
-        "expected an angular speed with its unit such as '1000 rpm', got '600'",
-    ),
-    (
-        "rotor",
-        "speed",
-        "16 Hz",
-        "expected an angular speed with its unit such as '1000 rpm', got '16 Hz'",
-    ),
+    ("rotor", "speed", "600", "expected an angular speed with its unit such as '1000 rpm', got '600'"),
+    ("rotor", "speed", "16 Hz", "expected an angular speed with its unit such as '1000 rpm', got '16 Hz'"),
     ("rotor", "speed", "10 1/s", "expected an angular speed"),
     ("rotor", "speed", "1 m/s", "expected an angular speed such as '1000 rpm', got '1 m/s'"),
     ("rotor", "shaft_radius", "-1 mm", "must be at least 0 m"),
@@ -178,12 +163,7 @@ WRONG_VALUES = [
     ("blades", "count", "0", "must be between 1 and 10000"),
     ("blades", "tip_radius", "30 mm", "must be less than the drum's radius, 0.03 m, got 0.03 m"),
     ("blades", "tip_radius", "29.99 mm", "the blade's corners reach"),
-    (
-        "blades",
-        "tip_radius",
-        "5 mm",
-        "must be greater than the shaft's radius, 0.005 m, got 0.005 m",
-    ),
+    ("blades", "tip_radius", "5 mm", "must be greater than the shaft's radius, 0.005 m, got 0.005 m"),
     ("blades", "width", "20.1 mm", "out of the drum's -0.02 m to 0.02 m"),
     ("blades", "thickness", "0 mm", "must be greater than 0 m"),
     ("blades", "pitch", "5", "expected an angle with its unit such as '30 deg', got '5'"),
@@ -195,7 +175,7 @@ WRONG_VALUES = [
     ("contact", "friction", "10.1", "must be between 0 and 10"),
     ("contact", "tangential_restitution", "1.1", "must be between -1 and 1"),
     ("contact", "tangential_restitution", "-1.1", "must be between -1 and 1"),
-    ("contact", "rebound_floor", "-1 mm/s", "must be at least 0 m/s"),
+    ("contact", "rebound_floor", "-1 mm/s", "must be between 0 and 10 m/s"),
     ("contact.ball_drum", "restitution", "2", "must be between 0 and 1"),
     ("output", "frames", "-1 ms", "must be at least 0 s"),
     ("output", "frames", "1e-12 s", "too short: more than 1e7 frames"),
@@ -739,10 +719,13 @@ def test_a_start_file_is_found_again_wherever_the_deck_lies(millsim, tmp_path, w
     assert str(tmp_path) in out
 
 
-def test_a_file_name_may_hold_a_hash(printed, write_deck, tmp_path):
+def test_a_file_name_may_hold_a_hash_but_after_a_blank_only_in_quotes(printed, refused, write_deck, tmp_path):
     write_deck(set_key(SMALL, "balls", "start", "a#1;b c.txt  # remark")[0])
     (tmp_path / "a#1;b c.txt").write_text(SMALL_START)
     assert printed("deck.ini")["balls.start"] == f"{tmp_path}/a#1;b c.txt"
+    for name in ("a #1;b c.txt", "#1.txt"):
+        write_deck(set_key(SMALL, "balls", "start", name)[0])
+        assert refused("deck.ini").endswith("a comment: put a name with ' #' or ' ;' in double quotes")
 
 
 def test_every_value_of_a_checked_deck_is_explained(millsim, small_deck):

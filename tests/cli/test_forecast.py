@@ -33,6 +33,13 @@ def test_a_run_shorter_than_the_trial_is_forecast_as_it_is(millsim, tmp_path):
     assert 0.5 < size * 1e6 / (tmp_path / "short.h5").stat().st_size < 2
 
 
+def test_the_filling_of_a_jar_that_has_moved_is_that_of_the_forecast(millsim):
+    jar = (ROOT / "input/planetary.ini", *sets("run.time=0.2 s", "run.sample_from=0 s"))
+    before, after = millsim("--check", *jar).stderr, millsim("-q", *jar).stdout
+    told = [re.search(r"balls  .*", text).group() for text in (before, after)]
+    assert told[0] == told[1] and ": 27.5 % of the free room, 45.8 %" in told[0]
+
+
 def test_the_deck_is_printed_as_without_a_forecast(millsim):
     short = ["--check", *sets("balls.count=50", "run.time=1 ms", "run.sample_from=0 s"), MILL]
     loud, quiet = millsim(*short), millsim(*short, "--quiet")

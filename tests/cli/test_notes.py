@@ -2,6 +2,7 @@
 
 import json
 
+import h5py
 import pytest
 from conftest import ROOT
 
@@ -66,3 +67,45 @@ def test_a_body_that_no_ball_has_met_is_named(millsim):
     sets = ("-s", "body.rotor.unit=um", "-s", "run.time=0.3 s")
     said = notes(millsim("--json", ROOT / "input/stl.ini", *sets))
     assert "no ball has met a surface of the kind ball_rotor" in said
+
+
+# Two balls across a gap of 1.875 diameters. 27 us later they are locked, and the power is one of the program.
+BRIDGE = """
+[run]
+time = 100 us
+[drum]
+radius = 40 mm
+length = 15 mm
+[motion.shaft]
+kind = turn
+axis = 1 0 0
+speed = 4000 rpm
+[body.disc]
+shape = cylinder
+motion = shaft
+axis = 1 0 0
+centre = -2.5 0 0 mm
+radius = 30 mm
+length = 5 mm
+[balls]
+count = 2
+start = start.txt
+diameter = 4 mm
+density = 6050 kg/m^3
+[contact]
+restitution = 0.9
+friction = 0.3
+tangential_restitution = 0.4
+"""
+
+
+def test_two_balls_locked_between_a_disc_and_a_wall_are_said_to_spoil_the_power(millsim, tmp_path):
+    (tmp_path / "deck.ini").write_text(BRIDGE)
+    (tmp_path / "start.txt").write_text("0.002001 -0.00378 0.00954 -0.3 -0.4 -0.8\n0.0055 -0.00572 0.00972 0.4 -0.3 0")
+    done = millsim("deck.ini", "--json", "--quiet")
+    run, said = json.loads(done.stdout)["run"], notes(done)
+    assert run["smoothed"] == run["reach"]["locks"]["value"] > 0
+    assert "Power and rates are not to be trusted" in said and "2 diameters, here 1.83 to 2: change gap" in said
+    assert "of such balls, if they are as stiff as steel, lasts" in said  # these are of zirconia
+    with h5py.File(tmp_path / "deck.h5") as file:
+        assert " ".join(file["run/notes"].asstr()[()].splitlines()) == said

@@ -253,13 +253,15 @@ def test_faces_add_up_to_the_parts(run):
 # ---- the commands
 
 
-def test_values_can_be_given_for_a_run_without_powder(mill, small_deck, tmp_path):
+def test_values_can_be_given_for_a_run_without_powder_and_its_notes_are_repeated(mill, small_deck, tmp_path):
     subprocess.run([PROGRAM, "-q", "deck.ini", "-o", "a.h5"], cwd=tmp_path, check=True, capture_output=True)
     found = mill("dose", "a.h5", "-s", "powder.mass=20 g", "-s", "powder.density=4000 kg/m^3", "--json")
     results = json.loads(found.stdout)["results"]
     power = results["power"]["value"]
     assert results["dose rate"] == pytest.approx({**results["dose rate"], "value": power / 0.02})
     assert "dose rate" not in json.loads(mill("dose", "a.h5", "--json").stdout)["results"]
+    assert found.stderr.startswith("mill dose: note: not steady: the rotor's power")
+    assert mill("wear", "a.h5").stderr == found.stderr.replace("dose", "wear")
 
 
 @pytest.mark.parametrize(

@@ -130,11 +130,13 @@ START_TEST(pinches_are_a_share_of_the_power_in_the_window)
 }
 END_TEST
 
-START_TEST(shares_of_a_trial_are_noted_before_the_run)
+START_TEST(shares_and_locks_of_a_trial_are_noted_before_the_run)
 {
     play_pinches();
+    ck_assert(!noted("locks"));
+    f.world.counts.smoothed = 1;
     mill_notes_expect(&notes, &f.world, f.results, NAN);
-    ck_assert(noted("pinches"));
+    ck_assert(noted("pinches") && noted("locks"));
     ck_assert(isnan(note_of("contacts_at_once")->value) && !noted("contacts_at_once"));
 }
 END_TEST
@@ -158,7 +160,7 @@ int main(void)
         {contacts_while_the_pair_still_touches_are_recontacts, 1},
         {contacts_after_the_pair_has_parted_are_none, 1},
         {pinches_are_a_share_of_the_power_in_the_window, 1},
-        {shares_of_a_trial_are_noted_before_the_run, 1},
+        {shares_and_locks_of_a_trial_are_noted_before_the_run, 1},
         {what_is_not_known_is_not_noted, 1},
     };
     return unit_run_in("notes", setup, teardown, tests, sizeof tests / sizeof *tests);

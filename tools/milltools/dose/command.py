@@ -1,6 +1,7 @@
 """`mill dose`: the dose of a run as a table."""
 
 from milltools.base.answer import Answer
+from milltools.base.progress import say
 from milltools.base.text import columns
 from milltools.dose import dose
 from milltools.read.runfile import Run
@@ -23,6 +24,8 @@ def add_arguments(parser):
 def run(arguments) -> Answer:
     with Run(arguments.run) as opened:
         found = dose.rows(opened, arguments.set)
+        for note in opened.notes:
+            say("mill dose", f"note: {note}")
     cells = [(row.name, dose.measured(row), row.words) for row in found]
     text = "\n".join(columns([("", "value ± standard error", ""), *cells], left=(0, 2)))
     results = {

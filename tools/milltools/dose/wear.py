@@ -11,6 +11,7 @@ import numpy as np
 
 from milltools.base.answer import Answer
 from milltools.base.errors import UserError
+from milltools.base.progress import say
 from milltools.base.text import columns, number
 from milltools.dose import dose
 from milltools.read.runfile import Run
@@ -204,6 +205,8 @@ def add_arguments(parser):
 def run(arguments) -> Answer:
     with Run(arguments.run) as opened:
         found = faces(opened, arguments.set)
+        for note in opened.notes:
+            say("mill wear", f"note: {note}")
     said, pairs, (heads, rows) = finding(found), parts(found), sums(found)
     text = [*textwrap.wrap(said, 80), "", *_table(heads, *rows, left=(0,)), ""]
     if arguments.faces:
