@@ -1,5 +1,7 @@
 """Reports for the tests of them, made once a session: `pytest_plugins = ["browser", "reported"]` in a test module."""
 
+import contextlib
+import io
 import re
 import subprocess
 
@@ -7,7 +9,14 @@ import pytest
 from conftest import PROGRAM, SMALL, once
 from report_page import Reader, report
 
+from milltools.base import processes
+from milltools.base.progress import Progress
 from milltools.base.text import size
+from milltools.compare import load, pictures, rows
+from milltools.compare import page as compare_page
+from milltools.player import parts
+from milltools.read.runfile import Run
+from milltools.report import run_page
 
 
 SHORT = ["run.time=0.2 s", "run.sample_from=0.19 s", "run.max_collisions=40", "output.series=1 s"]
@@ -66,3 +75,25 @@ def compared(tmp_path_factory, folder):
     """The page of two runs of the small mill: path, Reader."""
     path, _, read = made(tmp_path_factory, folder, "seed1-compared.html", "--compare", "seed1.h5", "seed2.h5")
     return path, read
+
+
+@pytest.fixture
+def undrawn(monkeypatch):
+    """undrawn(*paths, rerun) is (text, Reader) of the report of a run, or of the comparison of several, without figures
+    and pictures: they take most of its time."""
+    monkeypatch.setattr(parts, "draw", lambda name, runs: parts.Picture(name, "", "", "", "left out"))
+    monkeypatch.setattr(parts, "still", lambda *_: b"")
+    monkeypatch.setattr(processes, "cores", lambda: 1)
+    monkeypatch.setattr(pictures, "PICTURES", ())
+
+    def make(*paths, rerun="never"):
+        with contextlib.redirect_stderr(io.StringIO()), Progress("mill report", 100) as watch:
+            if len(paths) > 1:
+                sides = load.sides([[str(path)] for path in paths])
+                text = compare_page.render(sides, rows.tables(sides), watch, rerun)
+            else:
+                with Run(paths[0]) as run:
+                    text = run_page.render(run, watch, rerun)
+        return text, Reader(text)
+
+    return make

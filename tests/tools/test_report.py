@@ -180,12 +180,12 @@ def test_the_wear_of_the_parts_is_a_table(page, folder):
     assert re.search(rf"<td[^>]*>{first['part']}</td>{numbers}", section), section[:1500]
 
 
-def test_the_power_on_pressed_balls_stands_below_the_rotors(page, changed):
-    def press(file):
+def test_the_power_on_pressed_balls_stands_below_the_rotors(page, folder, tmp_path, undrawn):
+    shutil.copy(folder / "small.h5", tmp_path / "copy.h5")
+    with h5py.File(tmp_path / "copy.h5", "r+") as file:
         file["statistics/rotor/pinch_power"][()] = 1.25
-
     assert "pinches" not in page[2].rows
-    assert changed(press, source="small.h5")[1].rows["pinches"] == [1.25]
+    assert undrawn(tmp_path / "copy.h5")[1].rows["pinches"] == [1.25]
 
 
 def test_the_page_says_what_was_run_in_numbers(page):
@@ -328,16 +328,14 @@ def test_a_run_at_work_is_told_of_as_far_as_it_is(start_millsim, write_deck, tmp
     assert "[drum]" in reader.text
 
 
-def test_a_mill_without_a_rotor_has_no_rotor_power(millsim, write_deck, tmp_path):
+def test_a_mill_without_a_rotor_has_no_rotor_power(millsim, write_deck, tmp_path, undrawn):
     gas = re.sub(r"\[rotor\].*?(?=\[contact\])", "", SMALL, flags=re.S)
     write_deck(gas)
     sets = ["balls.speed=1 m/s", "contact.restitution=1", "contact.friction=0"]
     sets += ["run.sample_from=0.04 s", "output.series=1 s"]
     done = millsim("deck.ini", "-q", *(word for s in sets for word in ("-s", s)))
     assert done.returncode == 0, done.stderr
-    done = report(tmp_path, "deck.h5")
-    assert done.returncode == 0 and "Warning" not in done.stderr, done.stderr
-    reader = Reader((tmp_path / "deck.html").read_text("utf-8"))
+    reader = undrawn(tmp_path / "deck.h5")[1]
     assert "in which nothing moves" in reader.text and "rotor power" not in reader.rows
     assert re.match(r"[\d.]+ (thousand )?impacts each second lose no energy", reader.text)
 
@@ -366,11 +364,10 @@ def test_the_finding_claims_no_more_than_the_file_has(folder, tmp_path, change, 
         assert all("nan" not in f"{number}{words}" for _, number, words in facts.tiles(run))
 
 
-def test_a_powder_gets_its_dose_on_the_card_and_a_table(millsim, write_deck, tmp_path):
+def test_a_powder_gets_its_dose_on_the_card_and_a_table(millsim, write_deck, tmp_path, undrawn):
     write_deck(SMALL + "[powder]\nmass = 2 g\ndensity = 4000 kg/m^3\n")
     assert millsim("deck.ini", "-q", "-s", "run.time=0.4 s", "-s", "output.frames=0 s").returncode == 0
-    assert report(tmp_path, "deck.h5").returncode == 0
-    text = (tmp_path / "deck.html").read_text("utf-8")
+    text, _ = undrawn(tmp_path / "deck.h5")
     with h5py.File(tmp_path / "deck.h5") as file:
         power = file["statistics/impacts/all/dissipated_power"][()]
     tile = re.search(r"<dt>dose of the powder</dt><dd><data value=\"([^\"]+)\">", text)
@@ -583,10 +580,9 @@ def test_players_side_by_side_flash_from_one_energy_on(slower):
     assert radii[0].min() == pytest.approx(radii[1].min(), rel=0.02) and len(radii[0]) > len(radii[1]) > 0
 
 
-def test_a_comparison_runs_decks_again_for_its_players_as_a_report_does(folder, slower, mill):
-    done = mill("compare", folder / "small.h5", folder / "small.h5", "--html", "page.html", "--rerun", "always")
-    assert done.returncode == 0, done.stderr
-    text, again = (mill.args[0] / "page.html").read_text("utf-8"), "They come from running the deck again."
+def test_a_comparison_runs_decks_again_for_its_players_as_a_report_does(folder, slower, undrawn, the_program):
+    text, _ = undrawn(folder / "small.h5", folder / "small.h5", rerun="always")
+    again = "They come from running the deck again."
     assert text.count(again) == 2 and "mp-flashes" in text
     assert again not in slower.read_text("utf-8")  # --rerun never
 
