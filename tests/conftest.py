@@ -87,6 +87,12 @@ def once(factory, name, make):
     return folder
 
 
+def slow(cases, *dear):
+    """Cases for parametrize; those with one of the words `dear` in them are `slow`."""
+    cases = [case if isinstance(case, tuple) else (case,) for case in cases]
+    return [pytest.param(*case, marks=[pytest.mark.slow] * any(word in case for word in dear)) for case in cases]
+
+
 def some(cases, every):
     """Cases for parametrize: the first and each `every`-th after it; the others are `thorough`."""
     cases = [case if isinstance(case, tuple) else (case,) for case in cases]

@@ -17,8 +17,6 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "oracle"))
 from few_balls import census, compare, predict
 from mill_decks import BODIES, random_mill
 
-pytestmark = pytest.mark.slow
-
 SEEDS = range(1, 71)
 
 case_of = cache(random_mill)
@@ -29,6 +27,7 @@ def prediction(seed):
     return predict(case_of(seed))
 
 
+@pytest.mark.slow
 @pytest.mark.long
 @pytest.mark.parametrize("seed", some(SEEDS, 40))
 def test_the_program_finds_every_impact_of_the_oracle(seed, tmp_path):
@@ -36,6 +35,7 @@ def test_the_program_finds_every_impact_of_the_oracle(seed, tmp_path):
     assert story is None, story
 
 
+@pytest.mark.slow
 @pytest.mark.thorough
 def test_the_mills_meet_all_parts_of_all_bodies():
     runs = [prediction(seed) for seed in SEEDS]
@@ -55,6 +55,7 @@ def test_the_mills_meet_all_parts_of_all_bodies():
     assert count["bounced"] >= 1000 and count["floored"] >= 100, count
 
 
+@pytest.mark.slow
 @pytest.mark.thorough
 def test_the_mills_use_all_of_bodies_and_motions():
     decks = [case_of(seed).deck(0.1) for seed in SEEDS]

@@ -115,7 +115,6 @@ WRONG_ROWS = [
 ]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("row, words", WRONG_ROWS, ids=[ascii(row)[:40] for row, _ in WRONG_ROWS])
 def test_a_wrong_row_is_named_with_file_and_line(refused, with_start, tmp_path, row, words):
     if "overlaps the one" in words:  # found in the order of lines: the row is compared with line 1
@@ -182,7 +181,6 @@ def test_a_start_that_is_no_file_is_named_with_its_key(refused, write_deck, tmp_
     assert complaint.startswith("deck.ini:7: [balls] start: " + words.format(tmp_path))
 
 
-@pytest.mark.slow
 def test_a_start_that_is_a_forgotten_pipe_or_a_socket_is_not_waited_for(refused, write_deck, tmp_path):
     os.mkfifo(tmp_path / "pipe")
     with socket.socket(socket.AF_UNIX) as listener:
@@ -218,7 +216,6 @@ def test_a_start_file_without_permission_is_named_with_its_key(refused, with_sta
     assert "cannot read" in refused("deck.ini")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "change",
     [

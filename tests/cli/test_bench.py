@@ -10,8 +10,6 @@ import numpy as np
 import pytest
 from conftest import PROGRAM, ROOT
 
-pytestmark = pytest.mark.slow
-
 ENGINE = "tests/bench/bench_engine"
 # beside the program under test, where that stands in a build folder
 BUILD = PROGRAM.parent if (PROGRAM.parent / ENGINE).exists() else ROOT / "build/release"
@@ -62,6 +60,7 @@ def engine():
     return run
 
 
+@pytest.mark.slow
 @pytest.mark.long
 def test_quick_bench_measures_every_case_and_writes_a_full_record(bench, tmp_path):
     done = bench("--quick")
@@ -95,6 +94,7 @@ def test_rates_are_contacts_over_processor_time_and_their_median_decides(bench, 
     assert [case["minimum"], case["median"], case["maximum"]] == pytest.approx(rates, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_verdict_compares_the_median_with_what_is_asked(bench, tmp_path):
     done = bench("--repeats=1", "quartic")
     assert done.returncode == 0, done.stderr
@@ -104,6 +104,7 @@ def test_verdict_compares_the_median_with_what_is_asked(bench, tmp_path):
     assert ("quartic" in done.stdout.partition("Below what")[2]) is not case["at_least_met"]
 
 
+@pytest.mark.slow
 def test_void_figures_do_not_take_the_place_of_measured_ones():
     measured = ROOT / "build/bench.json"
     before = measured.read_bytes() if measured.exists() else None
@@ -113,6 +114,7 @@ def test_void_figures_do_not_take_the_place_of_measured_ones():
     assert before == (measured.read_bytes() if measured.exists() else None)
 
 
+@pytest.mark.slow
 def test_a_case_is_chosen_by_the_beginning_of_its_name(bench, tmp_path):
     assert bench("--quick", "--repeats=1", "gas4k", "quartic").returncode == 0
     report = json.loads((tmp_path / "bench.json").read_text())
@@ -244,6 +246,7 @@ def test_a_peer_that_tells_no_contacts_ends_with_the_benchmark(tmp_path):
         os.kill(int(pid.read_text()), 0)
 
 
+@pytest.mark.slow
 @terminal
 def test_a_peer_that_ends_early_is_reported_with_its_last_words_and_the_others_go_on(bench, peer, tmp_path):
     peers = [f"single={peer(5)}", f"cell={peer(10**9)}"]

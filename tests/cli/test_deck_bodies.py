@@ -154,7 +154,6 @@ def test_a_wrong_value_is_named_with_file_line_section_and_key(refused, write_de
     assert words in complaint
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("section, key, value, words", WRONG_VALUES)
 def test_a_wrong_override_is_named_as_given(refused, write_deck, section, key, value, words):
     write_deck(PLANET)

@@ -305,7 +305,6 @@ GOOD = HEAD + states(0.1) + account(0.0) + impacts(impact(0.05)) + account(0.1)
 KEPT = "; out.h5 holds the run up to 0.1 s"
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "more, line",
     [

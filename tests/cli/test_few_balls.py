@@ -17,8 +17,6 @@ from decks import random_case
 from few_balls import census, compare, predict
 from oracle import KINDS, wavy_arcs
 
-pytestmark = pytest.mark.slow
-
 SEEDS = range(1, 41)
 WAVY_SEEDS = range(1, 19)
 
@@ -28,6 +26,7 @@ def prediction(seed, wavy=False):
     return predict(random_case(seed, wavy))
 
 
+@pytest.mark.slow
 @pytest.mark.long
 @pytest.mark.parametrize("seed", some(SEEDS, 24))
 def test_the_program_finds_every_impact_of_the_oracle(seed, tmp_path):
@@ -35,6 +34,7 @@ def test_the_program_finds_every_impact_of_the_oracle(seed, tmp_path):
     assert story is None, story
 
 
+@pytest.mark.slow
 @pytest.mark.long
 @pytest.mark.parametrize("seed", some(WAVY_SEEDS, 24))
 def test_the_program_finds_every_impact_of_the_oracle_in_a_wavy_drum(seed, tmp_path):
@@ -42,6 +42,7 @@ def test_the_program_finds_every_impact_of_the_oracle_in_a_wavy_drum(seed, tmp_p
     assert story is None, story
 
 
+@pytest.mark.slow
 @pytest.mark.thorough
 def test_the_mills_meet_every_kind_of_contact_often():
     runs = [prediction(seed) for seed in SEEDS]
@@ -79,6 +80,7 @@ def test_the_mills_use_the_whole_deck():
         assert sum(map(holds, cases)) >= 2
 
 
+@pytest.mark.slow
 @pytest.mark.thorough
 def test_the_wavy_mills_meet_both_kinds_of_arcs_often():
     count = census(prediction(seed, True) for seed in WAVY_SEEDS)

@@ -15,7 +15,6 @@ import golden
 WHY = "a frozen hash changes only with a reason in CHANGELOG.md: see tests/golden/README.md"
 
 
-@pytest.mark.slow
 @pytest.mark.long  # `make golden` runs the same decks
 @pytest.mark.parametrize("name", golden.DECKS)
 @pytest.mark.skipif(not golden.is_reference(), reason="frozen on Debian 12, x86-64, FMA")

@@ -12,7 +12,6 @@ def notes(done):
     return " ".join(json.loads(done.stdout)["notes"])
 
 
-@pytest.mark.slow
 def test_a_window_in_which_the_charge_still_gains_energy_is_called_unsteady(millsim):
     window = ["-s", "run.time=50ms", "-s", "run.sample_from=20ms"]
     done = millsim(ROOT / "input/simoloyer.ini", "-q", "--json", *window)
@@ -54,7 +53,6 @@ def test_balls_that_a_bowl_presses_are_not_said_to_be_hit_several_times_at_once(
     assert "a ball is hit every" not in said
 
 
-@pytest.mark.slow
 def test_balls_that_run_along_a_wall_are_said_to_be_one_state_of_several(millsim):
     sets = ("motion.arm.frequency=25 Hz", "balls.count=1", "balls.diameter=10 mm")
     words = [word for order in sets for word in ("-s", order)]
@@ -62,7 +60,6 @@ def test_balls_that_run_along_a_wall_are_said_to_be_one_state_of_several(millsim
     assert "100 % of the contacts are at the rebound floor, because balls run along the wall" in said
 
 
-@pytest.mark.slow
 def test_a_body_that_no_ball_has_met_is_named(millsim):
     sets = ("-s", "body.rotor.unit=um", "-s", "run.time=0.3 s")
     said = notes(millsim("--json", ROOT / "input/stl.ini", *sets))

@@ -193,7 +193,6 @@ def test_h5md_header(mill):
     assert "edges" not in box
 
 
-@pytest.mark.slow
 def test_step_and_time_are_stored_once(mill):
     poses = "/observables/pose/"  # at the times of the frames
     for parents, but in (((TRAJECTORY, poses), "none"), (("/observables",), poses)):
@@ -384,7 +383,6 @@ def test_output_options_do_not_change_the_run(path, tmp_path):
         assert a["/run/events/predictions"][()] == b["/run/events/predictions"][()]
 
 
-@pytest.mark.slow
 def test_stored_deck_gives_the_same_run(path, tmp_path):
     with h5py.File(path) as file:
         (tmp_path / "stored.ini").write_text(file["/deck/text"].asstr()[()])
@@ -412,7 +410,6 @@ def test_run_facts(mill):
     assert "-o mill.h5" in facts["command"].asstr()[()]
 
 
-@pytest.mark.slow
 def test_a_stopped_run_leaves_a_readable_file(tmp_path):
     (tmp_path / "mill.ini").write_text(DECK)
     arguments = [

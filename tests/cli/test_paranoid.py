@@ -4,6 +4,7 @@ import json
 import re
 
 import pytest
+from conftest import slow
 
 KEYS = (
     "events",
@@ -138,8 +139,7 @@ def counts_of(stderr):
     return dict(zip(KEYS, map(int, found[0])))
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", MILLS)
+@pytest.mark.parametrize("name", slow(MILLS, "mixture 1:4:10", "mixture 1:3 in a planetary jar", "heavy gravity"))
 def test_every_step_of_a_mill_holds_against_brute_force(name, millsim, write_deck):
     write_deck(deck(MILLS[name]))
     done = millsim("deck.ini", "--paranoid", "--json", "--quiet")
@@ -163,7 +163,6 @@ def len_of(changes):
     )
 
 
-@pytest.mark.slow
 def test_a_watched_run_writes_the_same_data(millsim, small_deck, tmp_path):
     h5py = pytest.importorskip("h5py")
     for name, options in (("plain.h5", []), ("watched.h5", ["--paranoid"])):

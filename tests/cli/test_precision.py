@@ -172,7 +172,6 @@ def test_seeds_scatter_no_more_than_told(run):
 # ---- the window ----
 
 
-@pytest.mark.slow
 def test_the_statistics_are_those_of_a_run_sampled_from_the_cut_to_the_end(known, run):
     begin, end = map(float, read(known[0], "statistics/precision/warm_up", "run/time"))
     assert begin > 0
@@ -203,7 +202,6 @@ def test_the_python_tools_find_the_window(known):
     assert window == pytest.approx((precision(path)["warm_up"], read(path, "run/time")), rel=1e-12)
 
 
-@pytest.mark.slow
 def test_the_start_up_is_cut_off(run):
     """The first revolution is unlike all others: the median without the cut is far off."""
     path, _ = run()
@@ -213,7 +211,6 @@ def test_the_start_up_is_cut_off(run):
     assert abs(found / steady - 1) < 0.5 * abs(raw / steady - 1)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("begin", ["0 s", "60 ms"])
 def test_a_given_sample_from_wins(run, begin):
     path, summary = run(f"run.sample_from={begin}")

@@ -8,8 +8,6 @@ import numpy as np
 import pytest
 from conftest import PROGRAM, ROOT
 
-pytestmark = pytest.mark.slow
-
 
 def run_deck(name, folder, *options):
     """The summary of a deck of input/, run in a folder."""
@@ -84,6 +82,7 @@ def test_a_mill_of_4000_balls_needs_less_than_60_megabyte(reference):
     assert reference[1]["peak_memory"] < 60e6
 
 
+@pytest.mark.slow
 @pytest.mark.long
 def test_256_000_balls_need_at_most_600_byte_each(tmp_path):
     options = ["balls.count=256000", "balls.diameter=1.25mm", "run.time=20us", "run.sample_from=0s"]
@@ -110,6 +109,7 @@ def test_the_books_of_every_deck_close_to_rounding(deck, tmp_path):
     assert run["overlaps"] == run["not_closing"] == run["smoothed"] == 0
 
 
+@pytest.mark.slow
 @pytest.mark.long
 def test_the_gas_keeps_its_energy_over_a_million_contacts(tmp_path):
     run = run_deck("gas.ini", tmp_path)

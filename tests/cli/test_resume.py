@@ -407,7 +407,6 @@ def test_a_quiet_resume_is_quiet(folder):
     assert mill.run("-q", "--resume") == (0, "")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "change, key",
     [
@@ -642,7 +641,6 @@ def test_resume_and_force_exclude_each_other(folder):
     assert mill.names() == {"mill.ini"}
 
 
-@pytest.mark.slow
 def test_a_run_that_failed_is_not_tried_again(folder):
     mill = folder(
         "[run]\ntime = 10 s\n[balls]\ncount = 1\ndiameter = 10 mm\ndensity = 7800 kg/m^3\n"

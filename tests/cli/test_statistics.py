@@ -443,7 +443,6 @@ def same(a, b):
     return len(names)
 
 
-@pytest.mark.slow
 def test_no_output_option_changes_the_statistics(folder, file):
     simulate(folder, "bare.h5", "-s", "output.frames=0 s", "-s", "output.series=10 ms",
              "-s", "output.impacts=statistics")  # fmt: skip

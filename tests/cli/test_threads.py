@@ -47,6 +47,7 @@ def whole(tmp_path_factory):
 PRECISE = ("run.precision=20 %", "run.time=2 s", "output.impacts=statistics", "output.series=7 ms")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "deck, sets",
     [
@@ -119,7 +120,6 @@ def test_a_stopped_run_goes_on_with_another_number_of_threads(threads, whole, tm
     assert differences(whole, mill.file, CHOICE) == []
 
 
-@pytest.mark.slow
 def test_a_signal_ends_a_run_on_two_threads(tmp_path):
     mill = Folder(tmp_path, LONG.replace("time = 0.45 s", "time = 1000 s").replace("impacts = all\n", ""))
     code, said = mill.stop("-q", "-s", "run.threads=2", number=signal.SIGTERM, after=0.3)
@@ -136,6 +136,7 @@ def bare(tmp_path):
     return run(tmp_path, 2, "run.time=100 ms", environment={"LD_PRELOAD": str(library)})
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not PLAIN, reason="sanitizers must be loaded first")
 def test_where_no_thread_can_be_started_one_does_all(bare, tmp_path):
     two, _ = run(tmp_path, 2, "run.time=100 ms")

@@ -103,7 +103,6 @@ def test_a_random_start_fills_057_of_a_small_mill(run):
     assert done.run["collisions"]["ball_ball"] > balls
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("balls", [2540, 2700, 3100])  # 0.58, 0.62, 0.71 of the room
 def test_what_is_denser_than_any_random_start_is_refused_at_once(millsim, tmp_path, balls):
     complaint, took = refusal(millsim, tmp_path, MILL, f"balls.count={balls}")
@@ -118,7 +117,6 @@ def test_what_is_denser_than_any_packing_is_refused_without_trying(millsim, tmp_
     assert took < 1
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "drum, spare, least",
     [(40, 1e-2, 0.60), (40, 1e-6, 0.60), (40, 0, 0.60), (80, 1e-2, 0.64), (80, 1e-4, 0.65)],
@@ -160,7 +158,6 @@ def tip_radius(gap):
     return np.sqrt((40 - 5 * gap) ** 2 - 3**2)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("gap", some([0.99, 0.1, 0.3, 1, 0.5, 0.7, 1.01, 0.9, 0.95, 1.2, 1.5], 3))
 def test_any_gap_between_blade_and_drum_runs_and_a_narrow_one_is_warned_of(run, gap):
     orders = [f"blades.tip_radius={tip_radius(gap):.15g} mm", "rotor.speed=1500 rpm"]
@@ -176,7 +173,6 @@ def test_balls_pinched_at_6000_rpm_are_let_go_and_counted(run, gap):
     assert done.run["reliefs"] > 0
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("speed", [1500, 3000, 4500, 6000, -6000])
 def test_a_rotor_of_any_speed_runs(run, speed):
     done = run(MILL, f"rotor.speed={speed} rpm", f"run.time={ms(60)}", f"output.frames={ms(2)}")
@@ -185,7 +181,6 @@ def test_a_rotor_of_any_speed_runs(run, speed):
     assert done.summary["statistics"]["rotor"]["torque"] * speed > 0
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("friction", [0, 0.5])
 @pytest.mark.parametrize("restitution", [0, 0.25, 0.5, 0.75, 1])
 def test_balls_of_any_restitution_run(run, restitution, friction):
@@ -256,7 +251,6 @@ density = 7800 kg/m^3
 """
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("restitution", [0, 0.8])
 def test_a_mixture_of_one_to_ten_runs(run, restitution):
     deck = HEAD + MIXTURE.format(large=12, small=5000) + ROTOR
@@ -264,7 +258,6 @@ def test_a_mixture_of_one_to_ten_runs(run, restitution):
     run(deck, *orders, balls=5012)
 
 
-@pytest.mark.slow
 def test_a_mixture_of_one_to_ten_may_be_dense(run):
     room = np.pi * 0.015**2 * 0.022
     assert solid_fraction(5, 5e-3, room) + solid_fraction(8000, 0.5e-3, room) > 0.43
@@ -308,7 +301,6 @@ def test_balls_in_a_drum_without_a_rotor_come_to_rest(run):
     assert done.run["rotor_work"] == 0
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("speed", [100, 1000])
 @pytest.mark.parametrize("restitution", [0, 0.8, 1])
 def test_balls_as_fast_as_bullets_stay_in_the_drum(run, speed, restitution):
@@ -364,7 +356,6 @@ def wavy(buckles, height, text=MILL):
 
 
 # Shallow and deep, with hardly a neck and with arcs that no ball fits into; more buckles than balls around
-@pytest.mark.slow
 @pytest.mark.parametrize("buckles, height", [(2, 6), (3, 0.01), (6, 6), (12, 5.3), (20, 6.5), (60, 2.5), (500, 0.3)])
 def test_any_buckles_run(run, buckles, height):
     done = run(wavy(buckles, height), "blades.tip_radius=26 mm", "rotor.speed=3000 rpm")

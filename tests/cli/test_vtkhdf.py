@@ -248,7 +248,6 @@ def test_a_stopped_run_shows_its_frames(interrupted):
         assert len(corners(file["VTKHDF/rotor"])) == len(position)
 
 
-@pytest.mark.slow
 def test_a_run_that_goes_on_has_none_until_it_ends(interrupted):
     with h5py.File(interrupted(signal.SIGKILL)) as file:
         assert "VTKHDF" not in file
@@ -333,14 +332,12 @@ def assert_vtk_reads(vtk_step, path):
     return blocks
 
 
-@pytest.mark.slow
 def test_vtk_reads_every_state_of_every_ball_to_the_bit(vtk_step, path):
     blocks = assert_vtk_reads(vtk_step, path)
     assert set(blocks) == {"balls", "drum", "rotor", "wear"}
     assert blocks["balls"].GetNumberOfVerts() == blocks["balls"].GetNumberOfCells() == 90
 
 
-@pytest.mark.slow
 def test_vtk_sees_the_times_of_the_frames(path, mill):
     hdf = pytest.importorskip("vtkmodules.vtkIOHDF")
     from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline as Pipeline
@@ -366,7 +363,6 @@ def test_vtk_sees_bodies_of_triangles_with_their_kinds(vtk_step, path):
         assert 0.9 * reach < max(-y0, y1, -z0, z1) < 1.02 * reach
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "orders",
     [WAVY, ("rotor.speed=0 rpm",), ("rotor.speed=-700 rpm", "output.frames=0.7 ms"), ("run.time=2 ms",)],
@@ -387,7 +383,6 @@ def test_vtk_reads_a_stopped_run(vtk_step, interrupted):
     assert_vtk_reads(vtk_step, interrupted(signal.SIGTERM))
 
 
-@pytest.mark.slow
 def test_the_file_may_be_moved_renamed_linked_and_read_only(vtk_step, path, tmp_path, monkeypatch):
     folder = tmp_path / "else where"
     folder.mkdir()

@@ -202,7 +202,6 @@ CONTAINERS = {
 }
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", some(CONTAINERS, 2))
 def test_distance_within_a_container_is_that_to_its_nearest_wall(name):
     rng = np.random.default_rng(10)
@@ -263,6 +262,5 @@ def test_each_copy_is_the_one_before_turned_and_then_shifted():
     assert pins[1].rotation[:, 2] == pytest.approx([0, 1, 0])
 
 
-@pytest.mark.slow
 def test_random_mills_are_the_same_each_time():
     assert random_mill(33).deck(0.1) == random_mill(33).deck(0.1)

@@ -172,7 +172,6 @@ def test_a_finer_sampling_finds_the_same_impacts(seed):
     assert agreement(expected, found, case.mill) == (len(expected), [])
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("seed", some(range(5, 10), 2))
 def test_the_books_balance(seed):
     s = random_mill(seed).simulation()

@@ -18,7 +18,6 @@ from milltools.player import parts
 from milltools.read.runfile import Run
 from milltools.report import run_page
 
-
 SHORT = ["run.time=0.2 s", "run.sample_from=0.19 s", "run.max_collisions=40", "output.series=1 s"]
 RUNS = {
     "small": ["run.time=0.4 s"],

@@ -140,7 +140,6 @@ def test_capped_and_failed_runs_repel_but_only_near():
     assert list(soundness(surface, runs[2:], [(0.05,)])) == [1]
 
 
-@pytest.mark.slow
 def test_a_design_that_failed_is_never_run_again():
     space = Space([{"key": "n", "unit": "1", "kind": "whole", "whole": True, "low": 1, "high": 6, "values": None}])
     runs = [Tried((n,), 1.0 + 0.1 * n, 0.05) for n in (1, 2, 3, 4)] + [Tried((6,), status="failed")]

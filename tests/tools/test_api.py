@@ -119,7 +119,6 @@ def test_states_are_those_of_the_file_to_the_last_bit(result, file):
     assert list(result.frames.species.values) == ["steel"] * 30 + ["glass"] * 20
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "part",
     [
@@ -501,7 +500,6 @@ def test_elsewhere_the_player_is_a_page_where_it_is_asked_for(result, tmp_path, 
 # ---- running
 
 
-@pytest.mark.slow
 def test_a_deck_may_be_a_path_a_text_or_a_dictionary(small_deck, tmp_path):
     dictionary = {
         "run": {"time": "50 ms"},
@@ -588,7 +586,6 @@ def test_a_value_cannot_smuggle_in_another_key():
             milltools.run(deck)
 
 
-@pytest.mark.slow
 def test_a_start_file_counts_from_the_current_folder(tmp_path, monkeypatch):
     (tmp_path / "my # start.txt").write_text(SMALL_START)
     monkeypatch.chdir(tmp_path)
@@ -715,7 +712,6 @@ def test_progress_is_shown_of_long_runs(small_deck, tmp_path, monkeypatch):
     assert os.listdir(tmp_path) == ["deck.ini"]  # nothing temporary is left
 
 
-@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:.*rebound floor")
 def test_a_notebook_has_progress_in_one_line_that_goes_again(small_deck, capsys, monkeypatch):
     monkeypatch.setattr("milltools.base.progress.in_notebook", lambda: True)
@@ -727,7 +723,6 @@ def test_a_notebook_has_progress_in_one_line_that_goes_again(small_deck, capsys,
     assert any(re.match(r"millsim: \S+ s of 20 s, \S+ contacts/s, \d+ %, .* left", line) for line in lines)
 
 
-@pytest.mark.slow
 def test_short_runs_show_nothing(small_deck):
     done = python(f"import milltools; milltools.run({str(small_deck)!r}, progress=True)", flags=["-W", "ignore"])
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")

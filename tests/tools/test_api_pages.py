@@ -15,7 +15,6 @@ import pytest
 from conftest import PROGRAM, ROOT
 
 notebooks = pytest.importorskip("notebooks", exc_type=ImportError)
-pytestmark = pytest.mark.slow
 
 NOTEBOOK = ROOT / "docs/first-steps.ipynb"
 ENVIRONMENT = {
@@ -42,6 +41,7 @@ def executed(tmp_path_factory):
         return notebooks.execute(NOTEBOOK, **ENVIRONMENT)
 
 
+@pytest.mark.slow
 def test_the_notebook_runs_and_shows_its_figures(executed):
     kinds = [output.output_type for cell in executed.cells for output in cell.get("outputs", ())]
     assert "error" not in kinds
@@ -86,6 +86,7 @@ def test_what_is_stored_is_small_and_says_nothing_of_a_machine(stored):
     assert json.loads(text)["nbformat"] == 4
 
 
+@pytest.mark.slow
 def test_all_code_of_the_page_runs(tmp_path):
     (tmp_path / "input").symlink_to(ROOT / "input")
     code = pages.blocks(ROOT / "docs/python.md", "python")

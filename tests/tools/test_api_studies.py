@@ -26,7 +26,6 @@ def swept(tmp_path_factory):
         return milltools.sweep(folder / "a.study", folder / "a.parquet", workers=1)
 
 
-@pytest.mark.slow
 def test_a_sweep_is_its_table(swept):
     table = swept.table
     assert swept.complete and len(table) == 6 and set(table["status"]) == {"done"}
@@ -35,14 +34,12 @@ def test_a_sweep_is_its_table(swept):
     pd.testing.assert_frame_equal(table, milltools.load_study(swept.path.with_name("a.study")).table)
 
 
-@pytest.mark.slow
 def test_what_is_there_is_not_run_again(swept):
     before = list(swept.table["finished"])
     again = milltools.sweep(swept.path.with_name("a.study"), swept.path)
     assert list(again.table["finished"]) == before
 
 
-@pytest.mark.slow
 def test_the_best_design_is_a_deck_that_can_be_run(swept):
     best = swept.best
     rows = swept.table
@@ -54,7 +51,6 @@ def test_the_best_design_is_a_deck_that_can_be_run(swept):
     assert deck["balls"]["count"] == str(row["balls.count"])
 
 
-@pytest.mark.slow
 def test_it_says_what_it_found_and_draws_it(swept):
     assert "6 of 6 runs: 6 done; complete" in repr(swept) and "optimum" in repr(swept)
     assert swept._repr_html_().startswith("<pre>a: median")

@@ -14,7 +14,6 @@ from milltools.geometry.cells import Maps
 from milltools.geometry.profile import Profile
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ["smooth, backwards", "wavy drum"])
 def test_frames_at_the_snapshots_times_make_the_maps_of_the_file(tmp_path, name):
     """Frames come at twice the rate of the snapshots, and include them."""

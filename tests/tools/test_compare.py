@@ -100,7 +100,6 @@ def copy(runs, tmp_path):
     return lambda name, to="copy.h5", **datasets: changed(runs[name], tmp_path / to, **datasets)
 
 
-@pytest.mark.slow
 def test_a_run_agrees_with_itself_and_differs_by_nothing(runs):
     found = table(runs["one"], runs["one"])
     assert len(found) >= 39
@@ -109,14 +108,12 @@ def test_a_run_agrees_with_itself_and_differs_by_nothing(runs):
         assert row.mood == "agree" or key == "cost", key
 
 
-@pytest.mark.slow
 def test_another_seed_agrees(runs):
     found = table(runs["one"], runs["two"])
     assert [key for key, row in found.items() if row.mood == "differ"] == []
     assert found["ball_speed_mean"].verdict == "agree"
 
 
-@pytest.mark.slow
 def test_another_speed_differs(runs):
     found = table(runs["one"], runs["fast"])
     for key in (
@@ -145,7 +142,6 @@ def test_the_same_mill_in_another_program_agrees_or_differs(runs, copy):
     assert sigmas == pytest.approx(row.difference / row.difference_error, abs=0.06)
 
 
-@pytest.mark.slow
 def test_errors_of_old_files_without_degrees_of_freedom_are_used(copy):
     path = copy("one", to="old.h5")
     with h5py.File(path, "r+") as file:
@@ -156,7 +152,6 @@ def test_errors_of_old_files_without_degrees_of_freedom_are_used(copy):
     assert (row.a.error, row.a.dof) == (error, np.inf)
 
 
-@pytest.mark.slow
 def test_values_are_those_of_the_file(runs):
     found = table(runs["one"], runs["fast"])
     for side, name in (("a", "one"), ("b", "fast")):
@@ -180,7 +175,6 @@ def test_values_are_those_of_the_file(runs):
             assert getattr(found[key], side).value == pytest.approx(value, rel=loose), key
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "key, name, column",
     [
@@ -202,7 +196,6 @@ def test_the_error_is_the_one_that_the_file_tells(runs, key, name, column):
     assert found.error * stdtrit(freedom, 0.975) == pytest.approx(1.96 * error)
 
 
-@pytest.mark.slow
 def test_a_file_that_tells_no_errors_has_them_from_its_revolutions(runs, copy):
     """Independent where there are fewer than eight."""
     short = copy("one", statistics__duration=0.42, statistics__precision=None)
@@ -213,7 +206,6 @@ def test_a_file_that_tells_no_errors_has_them_from_its_revolutions(runs, copy):
     assert found.a.dof == pytest.approx(6)
 
 
-@pytest.mark.slow
 def test_a_transient_alone_has_no_error(runs):
     found = table(runs["transient1"], runs["transient2"])
     row = found["rotor_power"]
@@ -235,7 +227,6 @@ def test_replicates_of_a_transient_tell_its_error(runs):
     assert (row.dof, row.mood) == (pytest.approx(2), "apart")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "second, words",
     [
@@ -266,7 +257,6 @@ def test_three_files_are_compared_with_the_first(mill, runs):
     assert re.search(r"^  rotor\.speed +1000 rpm \| 1000 rpm \| 1300 rpm$", done.stdout, re.M)  # fmt: skip
 
 
-@pytest.mark.slow
 def test_warnings_name_what_is_not_alike(mill, runs, copy):
     other = copy("two", run__status="stopped", deck__drum__radius="0.031 m", run__program="LIGGGHTS")
     done = mill("compare", runs["transient1"], other)
@@ -290,7 +280,6 @@ def test_soft_spheres_are_not_judged_by_what_depends_on_softness(runs, copy):
     )
 
 
-@pytest.mark.slow
 def test_without_fast_counts_and_errors_in_the_file_errors_of_rates_are_not_known(runs, copy):
     bare = copy("one", observables__fast_collisions=None, statistics__precision=None)
     row = table(bare, runs["two"])["rate_ball_ball_above_0.5"]
@@ -367,7 +356,6 @@ def test_where_the_file_tells_no_errors_blocks_do(runs, copy):
     assert 0.2 * told.error < counted.error < 5 * told.error
 
 
-@pytest.mark.slow
 def test_what_only_one_file_holds_is_said(runs, copy):
     bare = copy("two", observables__dissipation=None)
     row = table(runs["one"], bare)["dissipated_power"]
@@ -411,7 +399,6 @@ def page(runs, tmp_path_factory):
     return text, Reader(text), done.stdout
 
 
-@pytest.mark.slow
 def test_nothing_from_a_run_gets_out_of_its_place(page):
     text, _, said = page
     assert "\x1b" not in said
@@ -421,7 +408,6 @@ def test_nothing_from_a_run_gets_out_of_its_place(page):
     assert "&lt;img src=x onerror=alert(1)&gt;" in text
 
 
-@pytest.mark.slow
 def test_the_page_needs_nothing_but_itself(page):
     text, read, _ = page
     links = [a[name] for _, a in read.tags for name in ("src", "href") if name in a]
@@ -431,7 +417,6 @@ def test_the_page_needs_nothing_but_itself(page):
     assert "default-src 'none'" in policy
 
 
-@pytest.mark.slow
 def test_the_page_has_pictures_figures_and_the_balls_of_both(page):
     _, read, _ = page
     assert [a.get("class") for t, a in read.tags if t == "figure"].count("mill-player") == 2
@@ -536,7 +521,6 @@ def test_the_finding_says_that_more_than_one_section_differs(keys, said):
         assert "decks" not in " ".join(others)
 
 
-@pytest.mark.slow
 def test_how_a_mill_is_run_is_no_difference_of_its_sections(copy):
     sides = load.sides([[str(copy("one", to=f"{k}.h5", deck__run__seed=k, deck__drum__radius=f"{k} m"))] for k in "12"])
     table = rows.compare(*sides)
@@ -639,7 +623,6 @@ def test_maps_of_chambers_of_different_size_have_a_deviation(millsim, runs, writ
     assert beyond.any() and not beyond.all()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "words, line",
     [
@@ -657,7 +640,6 @@ def test_wrong_input_is_one_line_and_status_2(mill, runs, tmp_path, words, line)
     assert len(done.stderr.splitlines()) == 1
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("option", ["--csv", "--png", "--html"])
 def test_an_output_that_cannot_be_written_is_one_line(mill, runs, option):
     done = mill("compare", runs["one"], runs["one"], option, "nowhere/out.png")

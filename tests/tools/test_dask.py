@@ -11,8 +11,6 @@ import sys
 import pytest
 from cluster_studies import TOOLS, Case, alive, facts, wait
 
-pytestmark = pytest.mark.slow
-
 DASK = [sys.executable, "-m", "dask"]
 
 
@@ -92,6 +90,7 @@ def worker_of(case, pid):
     return int(pathlib.Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[1])
 
 
+@pytest.mark.slow
 def test_dask_gives_the_rows_that_this_machine_gives(case, pool):
     assert case.sweep().returncode == 0
     here = case.table()
@@ -102,6 +101,7 @@ def test_dask_gives_the_rows_that_this_machine_gives(case, pool):
     assert sorted(int(w.split(":")[1]) for w in workers) == sorted(w.pid for w in pool.workers)
 
 
+@pytest.mark.slow
 def test_a_killed_worker_costs_one_more_run_of_what_it_had_in_hand_and_nothing_else(case, scheduler):
     case.hold(5)
     scheduler.start()
@@ -122,6 +122,7 @@ def test_a_killed_worker_costs_one_more_run_of_what_it_had_in_hand_and_nothing_e
     assert list(case.table()["status"]) == ["done"] * case.designs
 
 
+@pytest.mark.slow
 @pytest.mark.thorough
 def test_a_dead_scheduler_is_one_line_and_the_same_command_goes_on(case, scheduler):
     case.hold(5)
@@ -143,6 +144,7 @@ def test_a_dead_scheduler_is_one_line_and_the_same_command_goes_on(case, schedul
     assert len(case.starts()) - before == case.designs - kept, "what was done is not done again"
 
 
+@pytest.mark.slow
 def test_no_scheduler_is_one_line(case):
     done = case.sweep("--dask", "127.0.0.1:1")
     assert done.returncode == 1
@@ -151,6 +153,7 @@ def test_no_scheduler_is_one_line(case):
     assert not case.starts()
 
 
+@pytest.mark.slow
 def test_workers_without_milltools_are_one_line(case, scheduler):
     # as if it were not there, wherever it is installed
     (scheduler.folder / "milltools.py").write_text(
@@ -164,6 +167,7 @@ def test_workers_without_milltools_are_one_line(case, scheduler):
     assert "start the workers with PYTHONPATH=" in done.stderr
 
 
+@pytest.mark.slow
 def test_workers_with_another_milltools_are_one_line(case, scheduler):
     other = scheduler.folder / "other"
     subprocess.run(["cp", "-r", TOOLS, other], check=True)
@@ -177,6 +181,7 @@ def test_workers_with_another_milltools_are_one_line(case, scheduler):
     assert not case.starts()
 
 
+@pytest.mark.slow
 def test_ctrl_c_ends_the_runs_on_the_workers_and_leaves_the_workers(case, pool):
     case.hold(1)
     sweep = case.start("--dask", str(pool.file))
@@ -190,6 +195,7 @@ def test_ctrl_c_ends_the_runs_on_the_workers_and_leaves_the_workers(case, pool):
     assert list(case.table()["status"]) == ["done"] * case.designs
 
 
+@pytest.mark.slow
 @pytest.mark.thorough
 def test_dask_local_is_a_cluster_of_ones_own_that_goes_with_the_driver(case):
     case.hold(3)

@@ -129,7 +129,6 @@ def test_a_wrong_line_of_the_deck_is_told_as_millsim_tells_it(dem, millsim):
     assert done.err == said.stderr.replace("millsim:", "mill dem:")
 
 
-@pytest.mark.slow
 def test_a_deck_that_is_not_there_is_named(mill):
     done = mill("dem", "missing.ini")
     assert done.stderr == "mill dem: missing.ini: cannot be read: No such file or directory\n"
@@ -155,7 +154,6 @@ def test_the_help_names_every_option_and_the_default(dem, capsys):
 # ---- what a reader ought to know ----
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "words, notes",
     [
@@ -203,7 +201,6 @@ DECKS = {
 }  # fmt: skip
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", some(DECKS, 3))
 def test_every_deck_runs_from_millsims_own_start(ran, millsim, name, tmp_path):
     text, overrides = DECKS[name]
@@ -321,7 +318,6 @@ def tree(path):
     return found
 
 
-@pytest.mark.slow
 def test_the_file_has_millsims_names_types_and_units(files):
     ours, theirs = map(tree, files)
     millsims = (

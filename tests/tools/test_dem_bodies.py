@@ -199,7 +199,6 @@ def test_a_ball_in_a_shaken_box_hits_either_end_once_a_period_and_takes_that_pow
     assert seen.column("dissipation/ball_box")[-1] == pytest.approx(power * 0.25, rel=0.05)
 
 
-@pytest.mark.slow
 @needs_liggghts
 @pytest.mark.parametrize("where", ["wall", "end"])
 def test_the_surface_of_a_turning_jar_drags_a_ball_that_slides(where):
@@ -236,7 +235,6 @@ MOVED = {
 }
 
 
-@pytest.mark.slow
 @needs_liggghts
 @pytest.mark.parametrize("name", MOVED)
 def test_a_ball_at_rest_is_hit_by_a_moving_bar_when_and_as_fast_as_the_bar_says(name):

@@ -126,7 +126,6 @@ def test_an_impact_on_a_surface_is_told_once_as_it_began(one_ball, kind, phase):
         assert seen[0][name] == pytest.approx(np.atleast_1d(value), rel=1e-8, abs=1e-12), name
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("kind", TOUCHED)
 def test_what_the_dashpot_takes_is_the_impacts_loss_on_average_over_phases(one_ball, kind):
     taken = []

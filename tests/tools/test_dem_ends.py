@@ -19,8 +19,6 @@ from milltools.__main__ import main
 from milltools.dem.soft_mill import SoftMill
 from milltools.read.runfile import Run
 
-pytestmark = pytest.mark.slow
-
 MARK = "MILL_DEM_TEST"  # in the environment of all that a test starts
 
 
@@ -103,6 +101,7 @@ def start(tmp_path, write_deck):
 INT, TERM, HUP = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number, ranks", some([(INT, 1), (TERM, 1), (HUP, 1), (TERM, 2), (INT, 2), (HUP, 2)], 3))
 def test_a_signal_ends_it_with_its_results_and_leaves_nothing(start, tmp_path, number, ranks):
     process = start("--quiet", "--ranks", str(ranks))
@@ -127,6 +126,7 @@ def test_a_signal_ends_it_with_its_results_and_leaves_nothing(start, tmp_path, n
         assert run.read("run/cpu_time") > 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ranks", some([1, 2], 2))
 def test_kill_9_takes_liggghts_with_it_and_leaves_little(start, tmp_path, ranks):
     process = start("--quiet", "--ranks", str(ranks))
@@ -145,6 +145,7 @@ def test_kill_9_takes_liggghts_with_it_and_leaves_little(start, tmp_path, ranks)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["deck-dem.h5", "deck.ini", "scratch"]
 
 
+@pytest.mark.slow
 def test_a_signal_among_the_single_impacts_is_no_traceback(start, tmp_path):
     """Before the first row: there are no results, and the file says so."""
     process = start("--quiet", begun="in.txt")
@@ -178,6 +179,7 @@ def dem(tmp_path, monkeypatch, capsys, write_deck):
     return run
 
 
+@pytest.mark.slow
 def test_the_file_can_be_read_while_the_run_goes_on(dem, monkeypatch, tmp_path):
     seen, publish, path = [], milltools.dem.command.Job.publish, tmp_path / "deck-dem.h5"
 
@@ -222,6 +224,7 @@ def test_quiet_says_nothing_on_the_way(dem, monkeypatch):
     assert dem("--quiet")[2] == ""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", ["stopped", "done"])
 def test_on_a_terminal_a_bar_moves_and_the_cursor_comes_back(start, tmp_path, ending):
     try:

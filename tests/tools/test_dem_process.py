@@ -145,7 +145,6 @@ FAILURES = {
 }  # fmt: skip
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("what", FAILURES)
 def test_a_failure_is_one_line_and_status_1(play, what):
     with pytest.raises(UserError) as fault:
@@ -159,7 +158,6 @@ def test_a_broken_mesh_is_told_at_the_first_sample_not_after_the_run(play):
         play("mesh", inspect=lambda process: pytest.fail("a sample was handed out"))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("what", ["never opens", "hangs", "hangs at the end"])
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_ends_a_program_that_hangs(play, what, number):

@@ -46,7 +46,6 @@ def test_a_grid_needs_single_values(write_study, tmp_path):
     )
 
 
-@pytest.mark.slow
 def test_a_grid_of_more_than_can_be_run_is_refused(write_study):
     text = "rotor.speed = 1..10000 rpm step 1 rpm\nballs.count = 1..10000\n"
     path = write_study(STUDY.partition("[vary]")[0] + "[vary]\n" + text)
@@ -54,7 +53,6 @@ def test_a_grid_of_more_than_can_be_run_is_refused(write_study):
         designs.plan(Study(path))
 
 
-@pytest.mark.slow
 def test_a_latin_hypercube_has_one_design_in_every_layer_of_every_key(study):
     own = study("lhs", 50)
     layers = np.floor(50 * unit_cube(own, designs.plan(own))).astype(int)

@@ -13,8 +13,6 @@ from foreign import DECKS, RUN
 from milltools.base.errors import UserError
 from milltools.foreign.digest import Digest, impacts_of, snapshot_times
 
-pytestmark = pytest.mark.slow
-
 
 @pytest.fixture(scope="module", params=DECKS, ids=lambda name: name.replace(",", ""))
 def pair(request, tmp_path_factory):
@@ -42,6 +40,7 @@ def values(item):
     return item.asstr()[()] if h5py.check_string_dtype(item.dtype) else item[()]
 
 
+@pytest.mark.slow
 def test_names_types_shapes_and_labels_are_those_of_millsim(pair):
     ours, theirs = (tree(file) for file in pair)
     assert ours.keys() == theirs.keys() and len(ours) > 650
@@ -151,7 +150,6 @@ def test_what_holds_only_the_normal_part_says_so(pair):
     assert marked == named and len(named) == 1 + 4 * rows + 3 * (rows - 1) + 2 + rows
 
 
-@pytest.mark.slow
 def test_the_run_says_who_made_it(pair):
     ours, theirs = (file["run"] for file in pair)
     for name, fact in RUN.items():

@@ -6,7 +6,7 @@ from collections import Counter
 
 import numpy as np
 import pytest
-from conftest import ROOT, SMALL
+from conftest import ROOT, SMALL, slow
 
 from milltools.geometry import solids
 from milltools.geometry.profile import Profile
@@ -94,13 +94,24 @@ def test_every_body_is_closed_and_of_its_volume(mill, write_deck, tmp_path, shap
     assert len(sizes["blades"]) == 2 and blade * 0.77 < min(sizes["blades"]) <= max(sizes["blades"]) < blade
 
 
+LARGE = (
+    "stl.ini",
+    "discs.ini",
+    "attritor.ini",
+    "tumbling.ini",
+    "mixture.ini",
+    "wavy.ini",
+    "simoloyer.ini",
+    "single.ini",
+)
+
+
 def whole(corners):
     """Triangles as indices into all corners of the file, equal corners joined."""
     return np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)[1].reshape(-1, 3).tolist()
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("deck", sorted(path.name for path in (ROOT / "input").glob("*.ini")))
+@pytest.mark.parametrize("deck", slow(sorted(p.name for p in (ROOT / "input").glob("*.ini")), *LARGE))
 def test_all_parts_in_one_file_are_closed_and_separate(mill, tmp_path, deck):
     done = mill("export", ROOT / "input" / deck, "mill.stl", "--json")
     assert done.returncode == 0, done.stderr
@@ -121,7 +132,6 @@ def test_no_number_of_buckles_makes_drum_and_end_walls_share_an_edge(the_program
     assert closed(whole(corners)) and len(bodies(corners)) == len(made) == 9
 
 
-@pytest.mark.slow
 def test_the_inner_surface_of_a_wavy_drum_is_its_profile(mill, write_deck, tmp_path):
     text, profile = SHAPES["overhanging"]
     write_deck(text)
@@ -135,7 +145,6 @@ def test_the_inner_surface_of_a_wavy_drum_is_its_profile(mill, write_deck, tmp_p
     assert np.hypot(*rest.T[1:]) == pytest.approx(profile.outermost + 0.0015, abs=1e-8)
 
 
-@pytest.mark.slow
 def test_without_part_all_bodies_are_there(mill, small_deck, tmp_path):
     assert mill("export", "deck.ini", "all.STL").returncode == 0
     head, _, corners = read(tmp_path / "all.STL")
@@ -143,7 +152,6 @@ def test_without_part_all_bodies_are_there(mill, small_deck, tmp_path):
     assert head.startswith(b"millsim ") and b"drum, walls, shaft, blades; metres" in head
 
 
-@pytest.mark.slow
 def test_a_run_and_its_deck_are_the_same_mill(millsim, mill, small_deck, tmp_path):
     order = "rotor.angle=30 deg"
     assert millsim("deck.ini", "-q", "-s", "run.time=1 ms", "-s", order).returncode == 0
@@ -172,7 +180,6 @@ def test_at_a_time_the_rotor_is_turned_and_the_drum_is_not(mill, small_deck, tmp
     assert len(bodies(found["shaft", "25 ms"])) == 1 + 2  # corners that met still do
 
 
-@pytest.mark.slow
 def test_a_frame_of_a_run_is_a_time(millsim, mill, small_deck, tmp_path):
     assert millsim("deck.ini", "-q", "-s", "run.time=20 ms").returncode == 0
     assert mill("export", "deck.h5", "frame.stl", "--frame", "3").returncode == 0
@@ -180,7 +187,6 @@ def test_a_frame_of_a_run_is_a_time(millsim, mill, small_deck, tmp_path):
     assert (tmp_path / "frame.stl").read_bytes() == (tmp_path / "time.stl").read_bytes()
 
 
-@pytest.mark.slow
 def test_a_finer_tolerance_makes_more_triangles_and_an_old_file_is_replaced(mill, small_deck, tmp_path):
     counts = []
     for tolerance in ("0.5 mm", "5e-5"):
@@ -194,14 +200,12 @@ def test_a_finer_tolerance_makes_more_triangles_and_an_old_file_is_replaced(mill
 BARE = SMALL[: SMALL.index("[rotor]")] + SMALL[SMALL.index("[contact]") :]
 
 
-@pytest.mark.slow
 def test_a_mill_without_a_rotor_has_drum_and_walls(mill, write_deck, tmp_path):
     write_deck(BARE)
     assert mill("export", "deck.ini", "mill.stl").returncode == 0
     assert len(bodies(read(tmp_path / "mill.stl")[2])) == 3
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "words, line",
     [
@@ -228,7 +232,6 @@ def test_what_cannot_be_is_one_line(mill, write_deck, tmp_path, words, line):
     assert [p.name for p in tmp_path.iterdir()] == ["deck.ini"]
 
 
-@pytest.mark.slow
 def test_a_run_cannot_be_overridden(millsim, mill, small_deck):
     assert millsim("deck.ini", "-q", "-s", "run.time=1 ms").returncode == 0
     done = mill("export", "deck.h5", "a.stl", "-s", "drum.radius=40 mm")
@@ -242,7 +245,6 @@ def test_a_source_that_is_missing_is_one_line(mill, tmp_path):
     assert (done.returncode, done.stderr) == (1, f"mill export: {line}\n")
 
 
-@pytest.mark.slow
 def test_a_folder_that_is_missing_is_one_line(mill, small_deck):
     done = mill("export", "deck.ini", "nowhere/a.stl")
     assert (done.returncode, done.stderr) == (

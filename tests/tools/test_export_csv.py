@@ -249,6 +249,7 @@ def sheets(path):
     return {sheet.title: list(sheet.values) for sheet in openpyxl.load_workbook(path)}
 
 
+@pytest.mark.slow
 def test_a_workbook_has_summary_series_and_spectra_on_sheets(export, run_file, tmp_path):
     assert export(run_file, "mill.xlsx")[0] == 0
     found = sheets(tmp_path / "mill.xlsx")

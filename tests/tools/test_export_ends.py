@@ -10,6 +10,7 @@ import sys
 import h5py
 import numpy as np
 import pytest
+from conftest import slow
 from export_run import FRAMES, INTERVAL, export, names, run_file  # noqa: F401
 
 from milltools.read.runfile import Run
@@ -145,9 +146,8 @@ sys.exit(main())
 """
 
 
-@pytest.mark.slow
 @pytest.mark.unmeasured
-@pytest.mark.parametrize("target", ["a.gsd", "a.vtp", "a.csv", "a.xlsx"])
+@pytest.mark.parametrize("target", slow(["a.gsd", "a.vtp", "a.csv", "a.xlsx"], "a.csv"))
 def test_a_file_that_cannot_grow_is_one_line(run_file, tmp_path, root, target):
     words = [sys.executable, "-c", FULL, str(run_file), target]
     environment = {**os.environ, "PYTHONPATH": str(root / "tools")}
@@ -158,7 +158,7 @@ def test_a_file_that_cannot_grow_is_one_line(run_file, tmp_path, root, target):
     assert names(tmp_path) == []
 
 
-@pytest.mark.parametrize("target", ["a.gsd", "a.vtp", "a.csv", "a.xlsx"])
+@pytest.mark.parametrize("target", slow(["a.gsd", "a.vtp", "a.csv", "a.xlsx"], "a.xlsx"))
 def test_the_same_run_gives_the_same_file(export, run_file, tmp_path, target):
     contents = []
     for _ in range(2):

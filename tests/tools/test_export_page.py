@@ -10,8 +10,6 @@ import pytest
 from conftest import PROGRAM, ROOT
 from export_run import make
 
-pytestmark = pytest.mark.slow
-
 MDANALYSIS = {
     block.place for block in pages.blocks(ROOT / "docs" / "file-format.md", "python") if "MDAnalysis" in block.text
 }
@@ -40,6 +38,7 @@ def place(tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 def test_every_command_of_the_page_does_what_it_says(place):
     said = play(place, "export.md")
     lines = [line for mark, out in said.values() for line in out.splitlines() if mark == "sh"]
@@ -68,6 +67,7 @@ def test_every_option_of_the_page_is_there_and_the_other_way_round(place):
     assert shown == known
 
 
+@pytest.mark.slow
 def test_every_recipe_of_the_file_format_runs(tmp_path):
     make(tmp_path, "simoloyer.h5", "-s", "run.time=150 ms")
     make(tmp_path, "single.h5")

@@ -6,7 +6,7 @@ import subprocess
 import sys
 
 import pytest
-from conftest import PROGRAM, ROOT
+from conftest import PROGRAM, ROOT, slow
 
 from milltools.base import extras
 
@@ -65,21 +65,23 @@ def test_the_core_works_without_extras(without, millsim, write_study, tmp_path):
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "extra, module, words",
-    [
-        ("render", "vtkmodules", ("render", "a.h5", "a.png")),
-        ("study", "sklearn", ("sweep", "a.study")),
-        ("study", "optuna", ("optimize", "a.study")),
-        ("study", "pyarrow", ("study", "a.parquet")),
-        ("cluster", "distributed", ("sweep", "a.study", "--dask", "local")),
-        ("cluster", "psycopg", ("optimize", "a.study", "--storage", "postgresql://x@127.0.0.1:1/y")),
-        ("export", "gsd", ("export", "a.h5", "a.gsd")),
-        ("export", "pyarrow", ("export", "a.h5", "a.csv")),
-        ("export", "xlsxwriter", ("export", "a.h5", "a.xlsx")),
-        ("dem", "scipy", ("dem", "deck.ini", "-o", "a.soft.h5")),
-    ],
+    slow(
+        [
+            ("render", "vtkmodules", ("render", "a.h5", "a.png")),
+            ("study", "sklearn", ("sweep", "a.study")),
+            ("study", "optuna", ("optimize", "a.study")),
+            ("study", "pyarrow", ("study", "a.parquet")),
+            ("cluster", "distributed", ("sweep", "a.study", "--dask", "local")),
+            ("cluster", "psycopg", ("optimize", "a.study", "--storage", "postgresql://x@127.0.0.1:1/y")),
+            ("export", "gsd", ("export", "a.h5", "a.gsd")),
+            ("export", "pyarrow", ("export", "a.h5", "a.csv")),
+            ("export", "xlsxwriter", ("export", "a.h5", "a.xlsx")),
+            ("dem", "scipy", ("dem", "deck.ini", "-o", "a.soft.h5")),
+        ],
+        "cluster",
+    ),
 )
 def test_a_missing_package_is_one_line(without, millsim, write_study, tmp_path, extra, module, words):
     write_study()

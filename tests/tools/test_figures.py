@@ -146,7 +146,6 @@ def near(value):
 # ---- spectra
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("abscissa", ["speed", "energy"])
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_integrals_of_a_spectrum_are_the_totals_of_the_file(run, kind, abscissa):
@@ -232,7 +231,6 @@ def test_the_log_is_read_by_slices(mixture, monkeypatch, without_energies):
     assert np.array_equal(energies.bins(mixture, "all").count, whole.count)
 
 
-@pytest.mark.slow
 def test_strikes_of_a_mixture_have_no_energies_and_say_why(folder, tmp_path, plot):
     order = [folder / "mixture.h5", "e.svg", "--figure", "energies", "--strikes"]
     done = plot(*order, cwd=tmp_path)
@@ -293,7 +291,6 @@ def test_plot_names_what_it_knows_where_a_word_is_wrong(plain, what):
 # ---- the energy account
 
 
-@pytest.mark.slow
 def test_the_flow_adds_up_to_the_energy_balance(run):
     found = flow.account(run)
     gives, takes = (sum(p for *_, p in side) for side in (found.sources, found.sinks))
@@ -383,7 +380,6 @@ def foreign(folder, tmp_path):
         yield run
 
 
-@pytest.mark.slow
 def test_what_another_program_does_not_tell_is_named(foreign):
     for name in ("speeds-power", "energies-power", "axial-power"):
         figure = FIGURES[name].draw(foreign)
@@ -547,7 +543,6 @@ def test_a_slip_of_nothing_has_no_spectrum(tmp_path):
 # ---- inline SVG
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", FIGURES)
 def test_inline_svg_is_well_formed_and_stands_alone(plain, name):
     text = figures.svg(FIGURES[name].draw(plain), f"fig-{name}")
@@ -571,13 +566,11 @@ def test_inline_svg_is_well_formed_and_stands_alone(plain, name):
     assert "currentColor" in text and "#1a1a1a" not in text and "#ffffff" not in text
 
 
-@pytest.mark.slow
 def test_the_same_figure_is_the_same_svg(plain):
     one, two = (figures.svg(FIGURES["section-rate"].draw(plain), "a") for _ in range(2))
     assert one == two
 
 
-@pytest.mark.slow
 def test_a_name_with_markup_stays_text(folder, tmp_path):
     path = tmp_path / "<script>alert(1)<|script>&$x^2$.h5"
     path.symlink_to(folder / "plain.h5")
@@ -608,7 +601,6 @@ def test_a_figure_becomes_a_file_of_the_names_format(plot, tmp_path, suffix, beg
     assert len(list(tmp_path.iterdir())) == 2  # nothing beside them
 
 
-@pytest.mark.slow
 def test_the_csv_holds_the_numbers_drawn(plot, tmp_path, plain):
     assert plot("plain.h5", tmp_path / "a.csv", "--figure", "speeds").returncode == 0
     table = pd.read_csv(tmp_path / "a.csv")
@@ -624,7 +616,6 @@ def test_the_csv_holds_the_numbers_drawn(plot, tmp_path, plain):
     assert np.array_equal(edges[0][1:], edges[1][:-1]) and edges[0][0] == 0 and edges[1][-1] == np.inf
 
 
-@pytest.mark.slow
 def test_the_csv_of_a_map_is_the_map(plot, tmp_path, plain):
     assert plot("plain.h5", tmp_path / "a.csv", "--figure", "axial-rate").returncode == 0
     table = pd.read_csv(tmp_path / "a.csv")
@@ -633,14 +624,12 @@ def test_the_csv_of_a_map_is_the_map(plot, tmp_path, plain):
     assert table["impacts per time and volume [1/(m3 s)]"].isna().equals(table["impacts [1]"] == 0)
 
 
-@pytest.mark.slow
 def test_the_csv_of_several_runs_names_them(plot, tmp_path):
     done = plot("plain.h5", "gas.h5", tmp_path / "a.csv", "--figure", "energy")
     assert done.returncode == 0, done.stderr
     assert list(pd.read_csv(tmp_path / "a.csv")["run"].unique()) == ["plain", "gas"]
 
 
-@pytest.mark.slow
 def test_every_csv_has_units_in_its_heads(run):
     for figure in FIGURES.values():
         if figure.why_not(run) is None:
@@ -651,7 +640,6 @@ def test_every_csv_has_units_in_its_heads(run):
                 assert len({len(v) for v in table.columns.values()}) == 1
 
 
-@pytest.mark.slow
 def test_list_names_the_figures_and_why_a_run_has_not(plot):
     done = plot("--list", "gas.h5")
     assert done.returncode == 0
@@ -686,7 +674,6 @@ def test_what_cannot_be_drawn_is_one_line(folder, words, says, monkeypatch, caps
     assert not list(folder.glob("a.*"))
 
 
-@pytest.mark.slow
 def test_a_missing_folder_is_an_outside_fault(plot, tmp_path):
     done = plot("plain.h5", tmp_path / "no" / "a.svg", "--figure", "speeds")
     assert done.returncode == 1
@@ -718,7 +705,6 @@ def drawn_or_not(path):
     return found
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "options, missing",
     [

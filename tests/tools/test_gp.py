@@ -61,14 +61,12 @@ def test_a_neighbour_is_a_design_of_the_space_and_near():
 # ---- the surface
 
 
-@pytest.mark.slow
 def test_without_noise_it_goes_through_every_run():
     found = surface(12, error=1e-6)
     mean, spread = found.predict(found.designs)
     assert mean == pytest.approx(found.values, abs=0.01)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("known", [True, False])
 def test_its_interval_covers_the_truth_as_often_as_it_says(known):
     covered, asked = 0, [(x,) for x in np.linspace(0.05, 1.95, 20)]

@@ -14,7 +14,7 @@ import h5py
 import hostile
 import numpy as np
 import pytest
-from conftest import ROOT
+from conftest import ROOT, slow
 from export_run import run_file  # noqa: F401
 
 from milltools.base.errors import InputError, MissingFileError, UserError
@@ -77,26 +77,36 @@ VERSION = "run/version"
 EDGES = "statistics/maps/axial/x_edges"
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("way", "path", "said"),
-    [
-        ("elsewhere", VERSION, "its values are stored outside the dataset, perhaps in another file, which is not read"),
-        ("virtual", EDGES, "its values are stored outside the dataset, perhaps in another file, which is not read"),
-        ("external", VERSION, "a link into another file, which is not followed"),
-        ("soft-loop", VERSION, "its links form a circle"),
-        ("reference", VERSION, "values of a type that runs do not use (object)"),
-        ("huge", EDGES, "bytes by its shape, but the file, of"),
-        ("piece", EDGES, "unpacks to more bytes"),
-        ("bomb", "observables/kinetic_energy/time", "bytes, compressed into"),
-        ("nan", EDGES, "values that do not ascend"),
-        ("longer", "statistics/maps/axial/dissipation", "41 rows, expected 40 to match /statistics/maps/axial/x_edges"),
-        ("text", EDGES, "expected numbers, got"),
-        ("2^62", "particles/trajectory/diameter", "larger than the balls or the drum of the deck"),
-        ("2^62", "particles/trajectory/species", "an index that is too large: there are 2"),
-        ("2^62", "impacts/ball", "an index that is too large: there are 23"),
-        ("flat", "particles/trajectory/position/value", "expected 3 dimensions, got 1"),
-    ],
+    slow(
+        [
+            (
+                "elsewhere",
+                VERSION,
+                "its values are stored outside the dataset, perhaps in another file, which is not read",
+            ),
+            ("virtual", EDGES, "its values are stored outside the dataset, perhaps in another file, which is not read"),
+            ("external", VERSION, "a link into another file, which is not followed"),
+            ("soft-loop", VERSION, "its links form a circle"),
+            ("reference", VERSION, "values of a type that runs do not use (object)"),
+            ("huge", EDGES, "bytes by its shape, but the file, of"),
+            ("piece", EDGES, "unpacks to more bytes"),
+            ("bomb", "observables/kinetic_energy/time", "bytes, compressed into"),
+            ("nan", EDGES, "values that do not ascend"),
+            (
+                "longer",
+                "statistics/maps/axial/dissipation",
+                "41 rows, expected 40 to match /statistics/maps/axial/x_edges",
+            ),
+            ("text", EDGES, "expected numbers, got"),
+            ("2^62", "particles/trajectory/diameter", "larger than the balls or the drum of the deck"),
+            ("2^62", "particles/trajectory/species", "an index that is too large: there are 2"),
+            ("2^62", "impacts/ball", "an index that is too large: there are 23"),
+            ("flat", "particles/trajectory/position/value", "expected 3 dimensions, got 1"),
+        ],
+        "piece",
+    ),
 )
 def test_the_reader_says_what_is_damaged(copy, way, path, said):
     file = copy(lambda file: hostile.WAYS[way](file, path))
@@ -170,7 +180,6 @@ def test_a_heap_with_an_object_of_no_size_is_refused(run_file, tmp_path):
         Store(tmp_path / "mill.h5")
 
 
-@pytest.mark.slow
 def test_hard_links_in_a_circle_end(copy):
     def change(file):
         file["observables/loop"] = file["observables"]

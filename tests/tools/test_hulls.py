@@ -18,7 +18,6 @@ def test_points_on_a_line_have_its_ends_for_an_outline():
     assert np.array_equal(np.unique(outline(np.array([[1, 1], [0, 0], [2, 2.0]])), axis=0), [[0, 0], [2, 2]])
 
 
-@pytest.mark.slow
 def test_outermost_points_reach_as_far_as_all():
     """A ball is the worst case: of its points every one is a corner of the hull."""
     random = np.random.default_rng(0)

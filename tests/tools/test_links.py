@@ -42,6 +42,7 @@ def table(tmp_path_factory):
 def writers(every):
     """Names of WRITERS for parametrize, with their marks; see some()."""
     marks = {name: [pytest.mark.render] if name in DRAWN else [] for name in WRITERS}
+    marks |= dict.fromkeys(("sweep", "plot"), [pytest.mark.slow])
     marks["compared.html"] = [pytest.mark.thorough]  # takes longer than all others
     return [pytest.param(*one.values, marks=[*one.marks, *marks[one.values[0]]]) for one in some(WRITERS, every)]
 
@@ -77,13 +78,11 @@ def follows_no_link(mill, run_file, table, write_study, tmp_path):
     return check
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("writer", writers(5))
 def test_a_link_in_the_place_of_the_output_is_not_followed(follows_no_link, writer):
     follows_no_link(writer, "{}")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("writer", writers(4))
 def test_links_beside_the_output_are_not_followed(follows_no_link, writer):
     follows_no_link(writer, "{}.part", "{}.new")

@@ -72,7 +72,6 @@ def test_the_tour_needs_no_package():
     assert (done.returncode, done.stderr) == (0, b"")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("command", COMMANDS, ids=lambda c: c.name)
 def test_every_command_keeps_the_form_of_a_command(mill, command):
     module = importlib.import_module(command.module)
@@ -100,7 +99,6 @@ def test_packages_and_citation_have_the_version_of_the_product():
     assert cited == version
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "words, line",
     [
@@ -150,10 +148,12 @@ def place(tmp_path_factory):
     return folder
 
 
-@pytest.mark.slow
+MARKS = {name: pytest.mark.slow for name in ("report", "optimize", "sweep", "plot")} | {"render": pytest.mark.render}
+
+
 @pytest.mark.parametrize(
     "command",
-    [pytest.param(c, marks=[pytest.mark.render] * (c.name == "render")) for c in COMMANDS],
+    [pytest.param(c, marks=MARKS.get(c.name, ())) for c in COMMANDS],
     ids=lambda c: c.name,
 )
 def test_json_is_one_object_and_nothing_else(place, command):

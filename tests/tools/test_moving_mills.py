@@ -51,7 +51,6 @@ def turned(angle):
 # ---- what a run says
 
 
-@pytest.mark.slow
 def test_kinds_that_a_mill_has_no_surface_of_are_left_out(runs):
     assert runs["planetary"].kinds == ("ball_ball", "ball_jar")
     assert runs["attritor"].kinds == ("ball_ball", "ball_tank", "ball_pin")  # as in the deck
@@ -63,7 +62,6 @@ def test_kinds_that_a_mill_has_no_surface_of_are_left_out(runs):
         assert not any(kind in name for name in told for kind in ("drum", "wall", "shaft", "blade"))
 
 
-@pytest.mark.slow
 def test_motions_share_the_power_of_the_drive(files):
     with milltools.load(files["planetary"]) as result:
         assert list(result.motions.index) == ["sun", "jar"]
@@ -77,7 +75,6 @@ def test_motions_share_the_power_of_the_drive(files):
         assert "drive power" in repr(result) and "rotor" not in repr(result)
 
 
-@pytest.mark.slow
 def test_the_account_has_a_source_for_each_motion_and_adds_up(runs):
     found = flow.account(runs["planetary"])
     assert set(found.drives) == {"sun", "jar"} and set(found.dissipation) == {
@@ -117,7 +114,6 @@ def test_power_and_torque_over_time_are_those_of_each_motion(runs):
     FIGURES["torque"].draw(list(runs.values()))  # of several runs: a colour each, a line each motion
 
 
-@pytest.mark.slow
 def test_words_of_a_mill_without_a_rotor_do_not_speak_of_one(runs, mill, files):
     done = mill("plot", "--list", *files.values())
     assert "not of" not in done.stdout and "rotor" not in done.stdout, done.stdout
@@ -182,7 +178,6 @@ def test_between_frames_a_motion_goes_the_shorter_way(runs):
     assert state.poses["sun"][:, :3] == pytest.approx(turned(20 * np.pi * 0.011), abs=1e-9)
 
 
-@pytest.mark.slow
 def test_cells_of_the_maps_add_up_to_the_container(runs):
     for run, volume in ((runs["planetary"], 0.02**2 * 0.03), (runs["attritor"], 0.03**2 * 0.06)):
         for view in ("cross_section", "axial"):
@@ -299,7 +294,6 @@ def test_bodies_are_exported_where_they_are_at_any_time(mill, files, tmp_path):
     assert done.stderr.endswith("--part lid: this mill has no such part; it has tank, pin\n")
 
 
-@pytest.mark.slow
 def test_a_mixtures_bodies_are_exported_too(mill, tmp_path):
     charge = "[balls.a]\nfill = 5 %\ndiameter = 5 mm\ndensity = 7800 kg/m^3\n[balls.b]\ncount = 9\n"
     (tmp_path / "deck.ini").write_text(PLANETARY.replace("[balls]\ncount = 12\n", charge))
@@ -307,7 +301,6 @@ def test_a_mixtures_bodies_are_exported_too(mill, tmp_path):
     assert done.stdout.startswith("a.stl: jar at 0 s"), done.stderr
 
 
-@pytest.mark.slow
 def test_liggghts_is_not_given_what_it_cannot_run(mill, tmp_path):
     capsule = PLANETARY.replace("shape = cylinder", "shape = capsule")
     (tmp_path / "deck.ini").write_text(capsule)
@@ -327,7 +320,6 @@ def test_two_runs_of_such_mills_are_compared(mill, files, tmp_path):
     assert "ball-pin" in done.stdout and "ball-drum" not in done.stdout
 
 
-@pytest.mark.slow
 def test_drive_power_and_that_of_each_motion_are_compared(files):
     path = str(files["planetary"])
     (table,) = [compared.compare(*load.sides([[path], [path]]))]
@@ -340,7 +332,6 @@ def test_drive_power_and_that_of_each_motion_are_compared(files):
     assert finding.sentences(table)[0].startswith("drive power ")
 
 
-@pytest.mark.slow
 def test_a_drum_on_a_motion_without_other_bodies_has_a_drive_power_too(tmp_path):
     drum = "[drum]\nmotion = sun\nradius = 30 mm\nlength = 40 mm\n"
     text = re.sub(r"\[motion.jar\].*?(?=\[balls\])", drum, PLANETARY, flags=re.S)
@@ -352,6 +343,7 @@ def test_a_drum_on_a_motion_without_other_bodies_has_a_drive_power_too(tmp_path)
 # ---- the player
 
 
+@pytest.mark.slow
 def test_flashes_of_impacts_move_with_the_container(tmp_path):
     path = players.simulate(tmp_path, PLANETARY, "output.impacts=all", "output.frames=2 ms")
     with Run(path) as run:
@@ -394,7 +386,6 @@ def test_the_player_moves_bodies_and_rides_on_the_container(open_page, runs, tmp
     page.check()
 
 
-@pytest.mark.slow
 def test_a_container_that_stands_still_is_not_ridden_on(open_page, runs, tmp_path):
     page = open_player(open_page, runs["attritor"], tmp_path)
     assert page.page.locator(".mp-camera").count() == 0
@@ -415,7 +406,6 @@ def test_words_of_motions():
     assert motions.words(Told(), "m") == "swings by ±15° at 20 Hz"
 
 
-@pytest.mark.slow
 def test_a_file_of_before_motions_turns_its_rotor(tmp_path):
     """Written without poses: the deck says where the rotor is."""
     path = players.simulate(tmp_path, players.LONE)

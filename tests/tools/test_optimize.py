@@ -138,7 +138,6 @@ def test_a_design_that_fails_does_not_stop_the_search(study, tmp_path):
     assert max(hill({"values": row}) for row in surface_rows) > 0.97
 
 
-@pytest.mark.slow
 def test_several_objectives_end_with_their_front(write_study, tmp_path):
     study = Study(write_study(STUDY.replace("[set]", f"minimise = {POWER}\n[set]")))
 
@@ -225,7 +224,6 @@ def test_a_line_that_was_torn_is_cut_off(study, tmp_path):
     assert b"worker_id{" not in journal.read_bytes()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("lost", ["storage", "table"])
 def test_the_table_or_the_storage_alone_is_enough_to_go_on(study, tmp_path, lost):
     path = tmp_path / "t.parquet"
@@ -316,7 +314,6 @@ def test_kill_9_of_the_driver_loses_no_run_and_leaves_none(mill, write_study, st
     assert len(pandas.read_parquet(tmp_path / "a-optimize.parquet")) == 6
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "words, said",
     [
@@ -332,7 +329,6 @@ def test_wrong_usage_is_one_line(mill, write_study, tmp_path, words, said):
     assert not list(tmp_path.glob("*.parquet"))
 
 
-@pytest.mark.slow
 def test_a_storage_that_is_not_there_is_one_line_without_the_password(tmp_path):
     with pytest.raises(UserError) as fault:
         open_storage("postgresql://me:secret@127.0.0.1:1/none", tmp_path / "t.parquet")

@@ -11,8 +11,6 @@ import subprocess
 import pandas
 import pytest
 
-pytestmark = pytest.mark.slow
-
 BIN = max(pathlib.Path("/usr/lib/postgresql").glob("*/bin/initdb"), default=None)
 STUDY = """\
 [study]
@@ -63,6 +61,7 @@ def database(tmp_path_factory):
         shutil.rmtree(folder, ignore_errors=True)
 
 
+@pytest.mark.slow
 def test_a_search_is_kept_and_shared(database, mill, write_study, tmp_path):
     write_study(STUDY)
 

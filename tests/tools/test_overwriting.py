@@ -3,8 +3,6 @@
 import pytest
 from conftest import SMALL
 
-pytestmark = pytest.mark.slow
-
 
 @pytest.mark.parametrize(
     "name, words",

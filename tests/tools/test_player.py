@@ -133,6 +133,7 @@ def test_the_wall_of_a_wavy_mill_bulges(run_of):
     assert head["upper"][:2] == pytest.approx([0.02, 0.032], rel=1e-3)
 
 
+@pytest.mark.slow
 def test_worn_parts_are_those_of_the_file_each_in_the_frame_of_its_motion(run_of):
     """Triangles within a step of those in the file, all of them, with the facet of each; 1 % of the values."""
     run = run_of(MOVING, "wear.archard=1e-4", "wear.hardness=8 GPa")
@@ -197,7 +198,6 @@ def test_the_same_run_gives_the_same_bytes(mixed):
 # ---- the room there is
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("most", [60_000, 45_000, 36_000])
 def test_a_fragment_fits_the_room_it_is_given(run_of, most):
     run = run_of(SMALL, "balls.count=150", "output.frames=1 ms", "balls.diameter=4 mm")
@@ -212,7 +212,6 @@ def test_a_fragment_fits_the_room_it_is_given(run_of, most):
     assert "stored frame, " in fragment
 
 
-@pytest.mark.slow
 def test_at_most_three_hundred_frames_are_there(run_of):
     fragment = player.fragment(run_of(SMALL, "output.frames=0.15 ms", "balls.count=5"))
     assert len(players.head(fragment)["times"]) == 167

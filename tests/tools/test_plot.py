@@ -14,9 +14,8 @@ from milltools.figures import FIGURES, overview, style
 from milltools.geometry.profile import Profile
 from milltools.read.runfile import Run
 
-pytestmark = pytest.mark.slow
 
-
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "options",
     [
@@ -73,6 +72,7 @@ def test_help_needs_no_matplotlib():
     assert subprocess.run([sys.executable, "-c", code], env={"PYTHONPATH": str(ROOT / "tools")}).returncode == 0
 
 
+@pytest.mark.slow
 @pytest.mark.unmeasured
 def test_a_full_disk_leaves_the_old_picture(millsim, mill, small_deck, tmp_path):
     assert millsim("deck.ini", "-q").returncode == 0
@@ -84,7 +84,6 @@ def test_a_full_disk_leaves_the_old_picture(millsim, mill, small_deck, tmp_path)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["deck.h5", "deck.ini", "run.png"]
 
 
-@pytest.mark.slow
 def test_a_users_own_layout_of_matplotlib_changes_no_picture(millsim, small_deck, tmp_path):
     assert millsim("deck.ini", "-q").returncode == 0
     with Run(tmp_path / "deck.h5") as run:
@@ -94,6 +93,7 @@ def test_a_users_own_layout_of_matplotlib_changes_no_picture(millsim, small_deck
     assert own == plain
 
 
+@pytest.mark.slow
 def test_a_figure_within_a_page_is_the_same_text_each_time(millsim, small_deck, tmp_path):
     assert millsim("deck.ini", "-q").returncode == 0
     with Run(tmp_path / "deck.h5") as run:

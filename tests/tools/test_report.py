@@ -27,8 +27,6 @@ from milltools.compare.rows import ZERO, Row
 from milltools.read.runfile import Run
 from milltools.report import facts, pdf
 
-pytestmark = pytest.mark.slow
-
 pytest_plugins = ["browser", "reported"]
 
 SECTIONS = [
@@ -180,6 +178,7 @@ def test_the_wear_of_the_parts_is_a_table(page, folder):
     assert re.search(rf"<td[^>]*>{first['part']}</td>{numbers}", section), section[:1500]
 
 
+@pytest.mark.slow
 def test_the_power_on_pressed_balls_stands_below_the_rotors(page, folder, tmp_path, undrawn):
     shutil.copy(folder / "small.h5", tmp_path / "copy.h5")
     with h5py.File(tmp_path / "copy.h5", "r+") as file:
@@ -236,6 +235,7 @@ def test_it_loads_nothing(page):
     assert policy.startswith("default-src 'none'; script-src 'sha256-")
 
 
+@pytest.mark.slow
 def test_it_is_the_same_every_time(folder, nothing):
     assert report(folder, "nothing.h5", "-o", "again.html").returncode == 0
     assert (folder / "again.html").read_text("utf-8") == nothing[0]
@@ -254,6 +254,7 @@ def test_it_knows_its_landmarks_headings_and_pictures(page):
 # ---- nothing from a run is more than text
 
 
+@pytest.mark.slow
 def test_whatever_a_run_says_stays_text(changed):
     def spoil(file):
         for name in ("command", "version", "compiler", "status"):
@@ -281,6 +282,7 @@ def test_whatever_a_run_says_stays_text(changed):
     assert "x<b>&amp;.h5" in reader.text
 
 
+@pytest.mark.slow
 def test_only_scripts_of_the_page_itself_may_run(changed, nothing):
     """What stands in a deck is in no hash of the policy."""
 
@@ -312,6 +314,7 @@ def test_without_frames_it_says_why_there_are_no_balls(nothing):
     assert [a["alt"] for t, a in nothing[1].tags if t == "img"] == ["The mill, balls coloured by their speed"]
 
 
+@pytest.mark.slow
 def test_a_run_at_work_is_told_of_as_far_as_it_is(start_millsim, write_deck, tmp_path):
     write_deck()
     process = start_millsim("deck.ini", "-q", "-s", "run.time=1000 s", "-o", "young.h5")
@@ -328,6 +331,7 @@ def test_a_run_at_work_is_told_of_as_far_as_it_is(start_millsim, write_deck, tmp
     assert "[drum]" in reader.text
 
 
+@pytest.mark.slow
 def test_a_mill_without_a_rotor_has_no_rotor_power(millsim, write_deck, tmp_path, undrawn):
     gas = re.sub(r"\[rotor\].*?(?=\[contact\])", "", SMALL, flags=re.S)
     write_deck(gas)
@@ -364,6 +368,7 @@ def test_the_finding_claims_no_more_than_the_file_has(folder, tmp_path, change, 
         assert all("nan" not in f"{number}{words}" for _, number, words in facts.tiles(run))
 
 
+@pytest.mark.slow
 def test_a_powder_gets_its_dose_on_the_card_and_a_table(millsim, write_deck, tmp_path, undrawn):
     write_deck(SMALL + "[powder]\nmass = 2 g\ndensity = 4000 kg/m^3\n")
     assert millsim("deck.ini", "-q", "-s", "run.time=0.4 s", "-s", "output.frames=0 s").returncode == 0
@@ -386,6 +391,7 @@ def test_contact_laws_that_are_assumed_are_named_with_the_mill(millsim, write_de
         assert laws in facts.subject(run)
 
 
+@pytest.mark.slow
 def test_anomalies_are_named_counted_and_explained(changed):
     def pinch(file):
         file["run/reliefs"][()] = 7
@@ -397,6 +403,7 @@ def test_anomalies_are_named_counted_and_explained(changed):
     assert "The deepest: 30.00 nm" in reader.text
 
 
+@pytest.mark.slow
 def test_another_programs_run_says_what_it_is(changed):
     def soft(file):
         file["run/program"] = "LIGGGHTS"
@@ -437,6 +444,7 @@ def test_wrong_usage_is_one_line_and_nothing_is_written(folder, words, status, l
     assert sorted(p.name for p in folder.iterdir()) == before
 
 
+@pytest.mark.slow
 @pytest.mark.unmeasured
 def test_a_full_disk_is_one_line_and_leaves_the_old_page(folder, tmp_path):
     shutil.copy(folder / "nothing.h5", tmp_path / "a.h5")
@@ -450,6 +458,7 @@ def test_a_full_disk_is_one_line_and_leaves_the_old_page(folder, tmp_path):
 # ---- PDF
 
 
+@pytest.mark.slow
 @pytest.mark.browser
 @pytest.mark.parametrize("words", some([(["--pdf"],), (["-o", "small.pdf"],)], 2))
 def test_a_pdf_is_a_document_of_a4_pages(folder, chromium, words):
@@ -462,6 +471,7 @@ def test_a_pdf_is_a_document_of_a4_pages(folder, chromium, words):
     assert np.allclose(np.array(boxes, float), (210 / 25.4 * 72, 297 / 25.4 * 72), atol=1)
 
 
+@pytest.mark.slow
 @pytest.mark.thorough
 @pytest.mark.browser
 def test_several_runs_make_a_pdf_too(folder, compared, chromium):
@@ -506,6 +516,7 @@ def test_a_comparison_shows_the_balls_of_both(compared):
     assert compared[0].stat().st_size < 10e6
 
 
+@pytest.mark.slow
 @pytest.mark.browser
 def test_a_comparison_opens_without_errors_or_requests(compared, open_page):
     opened = open_page(compared[0], width=1000, height=800)
@@ -527,6 +538,7 @@ def slower(folder):
     return folder / "quick-compared.html"
 
 
+@pytest.mark.slow
 @pytest.mark.browser
 def test_players_side_by_side_have_one_clock_one_camera_and_one_scale(slower, open_page):
     opened = open_page(slower, width=1000, height=800)
@@ -551,6 +563,7 @@ def test_players_side_by_side_have_one_clock_one_camera_and_one_scale(slower, op
     opened.check()
 
 
+@pytest.mark.slow
 @pytest.mark.browser
 def test_players_side_by_side_show_one_angle_between_their_frames_and_flash_together(slower, open_page):
     opened = open_page(slower, width=1000, height=800)
@@ -580,6 +593,7 @@ def test_players_side_by_side_flash_from_one_energy_on(slower):
     assert radii[0].min() == pytest.approx(radii[1].min(), rel=0.02) and len(radii[0]) > len(radii[1]) > 0
 
 
+@pytest.mark.slow
 def test_a_comparison_runs_decks_again_for_its_players_as_a_report_does(folder, slower, undrawn, the_program):
     text, _ = undrawn(folder / "small.h5", folder / "small.h5", rerun="always")
     again = "They come from running the deck again."
@@ -587,6 +601,7 @@ def test_a_comparison_runs_decks_again_for_its_players_as_a_report_does(folder, 
     assert again not in slower.read_text("utf-8")  # --rerun never
 
 
+@pytest.mark.slow
 @pytest.mark.browser
 def test_a_phone_shows_the_verdicts_without_scrolling_sideways(slower, open_page):
     opened = open_page(slower, width=390, height=844)
@@ -598,6 +613,7 @@ def test_a_phone_shows_the_verdicts_without_scrolling_sideways(slower, open_page
     assert opened.evaluate("document.documentElement.scrollWidth") == 390
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(cores() < 2, reason="on one core a report starts no second process")
 def test_ctrl_c_leaves_neither_page_nor_process(folder, tmp_path):
     shutil.copy(folder / "small.h5", tmp_path / "stopped.h5")

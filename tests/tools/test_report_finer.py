@@ -112,14 +112,12 @@ def test_the_page_says_that_the_deck_was_run_again(file):
     assert "running the deck again" not in shown(file, "never")[2]
 
 
-@pytest.mark.slow
 def test_never_shows_what_is_stored(file):
     times, _, _, said = shown(file, "never")
     assert times.tolist() == stored(file).tolist()
     assert said == []
 
 
-@pytest.mark.slow
 def test_frames_that_are_close_enough_are_shown_as_they_are(tmp_path):
     path = players.simulate(tmp_path, SMALL, "output.frames=1 ms", "run.time=50 ms")
     assert shown(path)[0].tolist() == stored(path).tolist()

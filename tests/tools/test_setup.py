@@ -11,6 +11,7 @@ import sys
 import tomllib
 
 import pytest
+from conftest import slow
 from packaging.requirements import Requirement
 
 from milltools.base.extras import EXTRAS
@@ -90,8 +91,7 @@ def test_another_apt_is_waited_for(checkout, tmp_path):
     assert "  Another apt runs on this machine: waiting for it, until " in run.stdout
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("target", ["run", "test", "deps"])
+@pytest.mark.parametrize("target", slow(["run", "test", "deps"], "run", "test"))
 def test_the_targets_of_a_fresh_machine_ask_for_that_python(target):
     make = ["make", "-n", "-C", ROOT, target]
     said = subprocess.run(make, capture_output=True, text=True, check=True).stdout

@@ -21,8 +21,6 @@ from milltools.study.plan.job import Lost
 from milltools.study.remote import executors, slurm, slurm_queue, slurm_task
 from milltools.study.remote.slurm_task import Array, Listener, Sayer, Spool
 
-pytestmark = pytest.mark.slow
-
 CALL = "small_job:run"
 
 
@@ -212,6 +210,7 @@ def test_a_task_that_is_begun_again_does_what_is_left(task, job):
     assert said(array, "end") == [True]
 
 
+@pytest.mark.slow
 def test_a_job_that_ends_its_task_three_times_is_lost_and_the_others_go_on(task, job):
     array, start = task(job("a", do="die"), job("b"))
     for _ in range(slurm_task.TRIES):
@@ -277,6 +276,7 @@ def test_of_a_task_that_dies_what_it_had_begun_is_lost_and_the_rest_goes_into_an
     assert job.runs() == {"a": 1, "b": 1, "c": 1, "d": 1}
 
 
+@pytest.mark.slow
 def test_what_a_task_says_of_a_job_is_raised(queue, job, tmp_path):
     with slurm.SlurmExecutor(tmp_path / "t.slurm") as executor:
         lost, failed = submit(executor, job("a", do="lose"), job("b", do="fail"))
@@ -308,6 +308,7 @@ def test_a_controller_that_does_not_answer_is_waited_for(queue, job, tmp_path, c
     ]
 
 
+@pytest.mark.slow
 def test_an_account_that_may_have_two_tasks_gets_two_at_a_time(queue, job, tmp_path):
     queue.full = 2
     with slurm.SlurmExecutor(tmp_path / "t.slurm", bundle=1) as executor:
@@ -333,6 +334,7 @@ def abandon(executor):
     executor.watcher.join()
 
 
+@pytest.mark.slow
 def test_the_next_driver_takes_up_rows_and_what_is_under_way(queue, job, tmp_path):
     jobs = [job("a"), job("b", sleep=1), job("c"), job("d")]
     first = slurm.SlurmExecutor(tmp_path / "t.slurm", bundle=2)
@@ -362,6 +364,7 @@ def test_what_the_next_driver_does_not_want_any_more_is_cancelled(queue, job, tm
     wait(lambda: not queue.listed([]), "the end of the other's task")
 
 
+@pytest.mark.slow
 def test_begun_anew_what_an_earlier_driver_left_is_cancelled_and_forgotten(queue, job, tmp_path):
     first = slurm.SlurmExecutor(tmp_path / "t.slurm", bundle=1)
     submit(first, job("a"), job("b", sleep=100))

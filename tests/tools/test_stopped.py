@@ -9,8 +9,6 @@ import time
 import pytest
 from conftest import PROGRAM, ROOT, SMALL
 
-pytestmark = pytest.mark.slow
-
 MILL = (sys.executable, "-m", "milltools")
 
 
@@ -24,6 +22,7 @@ def seen(process, folder, pattern):
     raise AssertionError(f"no {pattern}")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number, status", [(signal.SIGTERM, 143), (signal.SIGHUP, 129)])
 def test_a_report_takes_the_deck_run_again_with_it(millsim, write_deck, tmp_path, number, status):
     write_deck(SMALL.replace("count = 20", "count = 200"))

@@ -156,7 +156,6 @@ def test_an_override_may_name_study_set_and_vary(write_study):
     assert f"rotor.speed={500 * RPM!r} rad/s" in [value.order for value in study.fixed]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "old, new, complaint",
     [
@@ -208,7 +207,6 @@ def test_a_mistake_is_named_with_its_line(write_study, tmp_path, monkeypatch, ol
     assert fault.value.status == 2
 
 
-@pytest.mark.slow
 def test_a_mistake_ends_a_sweep_with_one_line_before_anything_is_written(mill, write_study, tmp_path):
     write_study(STUDY.replace("rotor.speed", "rotor.sped"))
     before = sorted(tmp_path.iterdir())

@@ -116,6 +116,7 @@ def test_where_no_design_meets_the_requirement_the_nearest_is_named():
     assert "nearest to it is rotor speed = 572.96 rpm" in said and summary.finding(shown, shown.objectives[0]) == ""
 
 
+@pytest.mark.slow
 def test_a_requirement_of_another_unit_is_refused_before_the_first_run(mill, write_study, tmp_path):
     write_study(HARD.replace("1 W", "1 kg"))
     done = mill("sweep", "a.study")
@@ -123,6 +124,7 @@ def test_a_requirement_of_another_unit_is_refused_before_the_first_run(mill, wri
     assert not (tmp_path / "a.parquet").exists()
 
 
+@pytest.mark.slow
 def test_a_search_ends_at_the_best_design_within_the_limit():
     """Maximise x with y = x^2 <= 0.25: the search must end near x = 0.5, far from the best of all."""
     space = Space([made.vary("contact.restitution", low=0.0, high=1.0)])
@@ -216,6 +218,7 @@ def test_a_dry_run_tells_runs_and_cost_and_writes_nothing(mill, write_study, tmp
     assert sorted(tmp_path.iterdir()) == before
 
 
+@pytest.mark.slow
 def test_a_dry_run_of_a_search_counts_the_runs_that_are_missing(mill, write_study, tmp_path):
     write_study()
     done = mill("optimize", "a.study", "-n", "--runs", "7")
@@ -226,6 +229,7 @@ def test_a_dry_run_of_a_search_counts_the_runs_that_are_missing(mill, write_stud
 # ---- pictures
 
 
+@pytest.mark.slow
 def test_the_region_of_ties_ends_where_the_difference_is_its_own_error():
     rows, meta = made.figure7(noise=0.01)
     shown = view(rows, meta)

@@ -111,7 +111,6 @@ def test_a_single_run_without_error_has_no_interval():
     assert line[3] == "?"
 
 
-@pytest.mark.slow
 def test_where_no_error_is_known_nothing_is_claimed():
     shown = view(*line_of([1.0, 1.2, 1.5], [math.nan] * 3, noise=False))
     said = "\n".join(summary.optimum_lines(shown, shown.objectives[0]))
@@ -141,7 +140,6 @@ def test_scatter_without_errors_is_pooled_over_designs():
     assert found.half[1] == pytest.approx(4.302653 * found.error[1], rel=1e-5)  # 2 degrees of freedom
 
 
-@pytest.mark.slow
 def test_the_subset_holds_the_best_of_equal_designs_in_95_percent():
     random, designs, error = np.random.default_rng(3), 20, 0.02
     held = 0
@@ -183,7 +181,6 @@ def test_the_regions_hold_what_the_truth_says(figure7):
     assert not best.open[truth < 0.9 * truth.max()].any()
 
 
-@pytest.mark.slow
 def test_words_of_the_region_cover_it(figure7):
     best = optimum.find(figure7, figure7.objectives[0])
     inside = figure7.designs[best.open]
@@ -200,7 +197,6 @@ def test_capped_and_failed_designs_are_never_the_best():
     assert best.design == 1 and not best.open[2] and not best.alike[2]
 
 
-@pytest.mark.slow
 def test_minimised_objectives_are_best_at_the_least():
     rows, meta = line_of([3.0, 1.0, 2.0], [0.01] * 3)
     meta["objectives"][0]["goal"] = "minimise"
@@ -245,7 +241,6 @@ def place_in_map(image, ax, x, y):
     return off.argmin() / 255, off.min()
 
 
-@pytest.mark.slow
 def test_colours_are_in_the_order_of_the_values(figure7):
     figure = contour.draw(figure7, figure7.objectives[0])
     image, ax = pixels(figure), figure.axes[0]
@@ -256,7 +251,6 @@ def test_colours_are_in_the_order_of_the_values(figure7):
     assert np.all(np.diff([place for place, _ in found]) > 0.05)
 
 
-@pytest.mark.slow
 def test_the_contour_names_keys_units_marks_and_best(figure7):
     figure = contour.draw(figure7, figure7.objectives[0])
     ax, labels = figure.axes[0], [t.get_text() for t in figure.legends[0].get_texts()]
@@ -507,7 +501,6 @@ def test_a_table_its_journal_and_its_study_deck_mean_the_same(study, tmp_path):
     assert "rotor speed = 859.44 rpm: " in said.pop()
 
 
-@pytest.mark.slow
 def test_wrong_usage_is_one_line_and_status_2(mill):
     said = mill("study", "none.parquet")
     assert said.returncode == 2 and said.stdout == ""
@@ -611,7 +604,6 @@ def test_following_ends_when_the_study_is_complete(mill_started, tmp_path):
     assert process.returncode == 0 and "3 of 3 runs: 3 done; complete" in rest
 
 
-@pytest.mark.slow
 def test_sweep_gets_text_and_picture(tmp_path):
     from milltools.study.plan.table import Table
 

@@ -13,8 +13,6 @@ from conftest import PROGRAM, ROOT
 
 from milltools.__main__ import COMMANDS
 
-pytestmark = pytest.mark.slow
-
 PAGE = ROOT / "docs/tutorial.md"
 DECKS = {  # what makes them short
     "simoloyer.ini": {"time = 0.3 s": "time = 0.2 s", "count = 4000": "count = 300"},
@@ -112,6 +110,7 @@ def told(checkout, blocks):
     return until
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", MADE)
 def test_every_command_runs_and_leaves_what_the_text_goes_on_with(told, checkout, blocks, number):
     assert len(blocks) == len(MADE)

@@ -187,7 +187,6 @@ def test_a_running_run_is_followed(running):
     assert last["ended"] and follower.state == "stopped" and "stopped at" in messages(last, "progress")[0]["note"]
 
 
-@pytest.mark.slow
 def test_the_mill_is_known_before_the_first_checkpoint(running):
     _, path = running("-s", "output.checkpoint=1000 s")
     follower = Follower(path)
@@ -199,7 +198,6 @@ def test_the_mill_is_known_before_the_first_checkpoint(running):
     assert progress["note"] == f"{path}: waiting for the first checkpoint" and progress["left"] is None
 
 
-@pytest.mark.slow
 def test_a_file_that_does_not_exist_yet_is_waited_for(running, tmp_path):
     follower = Follower(tmp_path / "a.h5")
     answer = follower.answer(-1, -1)
@@ -240,7 +238,6 @@ def test_a_killed_run_that_goes_on_is_followed_again(running, start_millsim):
     assert follower.state == "running" and later["mill"] == before["mill"] and not messages(later, "failed")
 
 
-@pytest.mark.slow
 def test_a_run_on_another_computer_is_not_taken_for_dead(running, monkeypatch):
     """Its lock is not seen, but it goes on to replace its file."""
     _, path = running()
@@ -251,7 +248,6 @@ def test_a_run_on_another_computer_is_not_taken_for_dead(running, monkeypatch):
     assert follower.state == "running"
 
 
-@pytest.mark.slow
 def test_another_run_in_the_same_file_is_another_mill(running, start_millsim, whole, tmp_path):
     shutil.copy(whole[0], tmp_path / "a.h5")
     follower = Follower(tmp_path / "a.h5")
@@ -288,7 +284,6 @@ def test_damage_is_a_line_of_the_page(whole, tmp_path):
     assert "not a rotation matrix" in failed["lines"][0]
 
 
-@pytest.mark.slow
 def test_a_moving_mill_is_drawn_where_its_motions_go(millsim, tmp_path):
     """The jar of a planetary mill goes around the sun; the space that it sweeps is known from the start."""
     words = ("-s", "run.time=5 ms", "-s", "run.sample_from=0 s", "-o", tmp_path / "a.h5")
@@ -353,7 +348,6 @@ def test_a_precision_is_told_with_what_is_wanted_and_ends_the_run_early():
     assert str(early) == "start-up not over; wanted: 1 %" and early.ends(9.0) == (0.1, 9.0)
 
 
-@pytest.mark.slow
 def test_a_run_with_a_precision_tells_it(running):
     _, path = running("-s", "run.precision=1e-6", "-s", "balls.count=100")
     follower = Follower(path)
