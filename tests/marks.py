@@ -50,11 +50,13 @@ class Costs:
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_call(self, item):
         answer = yield
-        cost = (used() - item.began - self.shared) * UNIT / min(work(), work())
+        cost = used() - item.began - self.shared
+        has = [name for name in MARKS if item.get_closest_marker(name)]
+        if has == ["slow"] or cost > DEAR / 2 or self.path:  # else cheap on any machine
+            cost *= UNIT / min(work(), work())
         if self.path:
             with open(self.path, "a") as file:
                 file.write(f"{cost:.3f} {item.nodeid}\n")
-        has = [name for name in MARKS if item.get_closest_marker(name)]
         if has == ["slow"] and cost < CHEAP:
             pytest.fail(f"marked slow, needs {cost:.2f} s of processor time: below {CHEAP} s", pytrace=False)
         if not has and cost > DEAR:

@@ -35,6 +35,7 @@ LIBRARIES = (
     "scipy.stats",
     "sklearn.gaussian_process",
     "vtkmodules.vtkRenderingOpenGL2",
+    "xarray",
 )
 
 

@@ -8,7 +8,7 @@ import resource
 import h5py
 import numpy as np
 import pytest
-from conftest import some
+from conftest import slow, some
 from soundness import depth_in_blades, mill_of, ms, sound
 
 from milltools.geometry.profile import Profile
@@ -305,7 +305,7 @@ def test_balls_in_a_drum_without_a_rotor_come_to_rest(run):
 @pytest.mark.parametrize("restitution", [0, 0.8, 1])
 def test_balls_as_fast_as_bullets_stay_in_the_drum(run, speed, restitution):
     orders = [f"balls.speed={speed} m/s", f"contact.restitution={restitution}"]
-    run(MILL, *orders, f"run.time={ms(500 / speed)}", f"output.frames={ms(50 / speed)}")
+    run(MILL, *orders, f"run.time={ms(400 / speed)}", f"output.frames={ms(40 / speed)}")
 
 
 # ---- the ring ----
@@ -356,7 +356,10 @@ def wavy(buckles, height, text=MILL):
 
 
 # Shallow and deep, with hardly a neck and with arcs that no ball fits into; more buckles than balls around
-@pytest.mark.parametrize("buckles, height", [(2, 6), (3, 0.01), (6, 6), (12, 5.3), (20, 6.5), (60, 2.5), (500, 0.3)])
+BUCKLES = [(2, 6), (3, 0.01), (6, 6), (12, 5.3), (20, 6.5), (60, 2.5), (500, 0.3)]
+
+
+@pytest.mark.parametrize("buckles, height", slow(BUCKLES, 500))
 def test_any_buckles_run(run, buckles, height):
     done = run(wavy(buckles, height), "blades.tip_radius=26 mm", "rotor.speed=3000 rpm")
     assert done.run["collisions"]["ball_drum"] > 0

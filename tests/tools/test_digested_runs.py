@@ -8,13 +8,14 @@ import foreign
 import h5py
 import numpy as np
 import pytest
+from conftest import slow
 from foreign import DECKS, RUN
 
 from milltools.base.errors import UserError
 from milltools.foreign.digest import Digest, impacts_of, snapshot_times
 
 
-@pytest.fixture(scope="module", params=DECKS, ids=lambda name: name.replace(",", ""))
+@pytest.fixture(scope="module", params=slow(DECKS, "short blocks, late"), ids=lambda name: name.replace(",", ""))
 def pair(request, tmp_path_factory):
     """(file by the digest, millsim's own file) of the same run."""
     folder = tmp_path_factory.mktemp("digest")
