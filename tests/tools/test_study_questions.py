@@ -206,12 +206,13 @@ def test_the_unit_of_an_override_is_that_of_the_axes(write_study):
 
 
 def test_a_dry_run_tells_runs_and_cost_and_writes_nothing(mill, write_study, tmp_path):
-    write_study()
+    write_study(STUDY + "contact.friction = 0..0.3 step 0.3\ncontact.restitution = 0.8, 9e-1\n")
     before = sorted(tmp_path.iterdir())
     done = mill("sweep", "a.study", "--dry-run", "--workers", "2")
     assert done.returncode == 0, done.stderr
-    assert done.stdout.startswith("plan       6 designs, 1 run each: 6 runs\n")
-    assert "rotor.speed = 300 rpm, balls.count = 40: " in done.stdout
+    assert done.stdout.startswith("plan       24 designs, 1 run each: 24 runs\n")
+    said = "rotor.speed = 300 rpm, balls.count = 40, contact.friction = 0, contact.restitution = 0.8: "
+    assert said in done.stdout
     assert re.search(r"cost +about .* of CPU", done.stdout) and "with 2 runs at a time" in done.stdout
     assert sorted(tmp_path.iterdir()) == before
 
