@@ -77,7 +77,6 @@ VERSION = "run/version"
 EDGES = "statistics/maps/axial/x_edges"
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("way", "path", "said"),
     [
@@ -87,7 +86,7 @@ EDGES = "statistics/maps/axial/x_edges"
         ("soft-loop", VERSION, "its links form a circle"),
         ("reference", VERSION, "values of a type that runs do not use (object)"),
         ("huge", EDGES, "bytes by its shape, but the file, of"),
-        ("piece", EDGES, "unpacks to more bytes"),
+        pytest.param("piece", EDGES, "unpacks to more bytes", marks=pytest.mark.slow),
         ("bomb", "observables/kinetic_energy/time", "bytes, compressed into"),
         ("nan", EDGES, "values that do not ascend"),
         ("longer", "statistics/maps/axial/dissipation", "41 rows, expected 40 to match /statistics/maps/axial/x_edges"),
@@ -95,6 +94,16 @@ EDGES = "statistics/maps/axial/x_edges"
         ("2^62", "particles/trajectory/diameter", "larger than the balls or the drum of the deck"),
         ("2^62", "particles/trajectory/species", "an index that is too large: there are 2"),
         ("2^62", "impacts/ball", "an index that is too large: there are 23"),
+        ("2^62", "impacts/partner", "an index that is too large: there are 23"),
+        ("2^62", "statistics/wear/parts/kind", "an index that is too large: there are 5"),
+        ("2^62", "statistics/wear/parts/motion", "an index that is too large: there are 1"),
+        ("2^62", "statistics/wear/part", "an index that is too large: there are 6"),
+        ("2^62", "statistics/wear/face", "an index that is too large: there are 6"),
+        ("2^62", "statistics/wear/cells", "an index that is too large: there are 2804"),
+        ("2^62", "statistics/wear/mesh/facet", "an index that is too large: there are 2804"),
+        ("shorter", "statistics/wear/mesh/points", "69599 rows, expected 69600 to match /statistics/wear/mesh/facet"),
+        ("shorter", "statistics/energies/ball_ball/normal", "1 rows, expected 2 to match the deck"),
+        ("none", "statistics/energies/edges", "values that do not ascend, or fewer than two bins"),
         ("flat", "particles/trajectory/position/value", "expected 3 dimensions, got 1"),
     ],
 )

@@ -127,15 +127,15 @@ def test_every_design_becomes_a_row_with_what_millsim_says(sweep, millsim, write
 @pytest.mark.slow
 def test_it_ends_with_the_best_and_how_to_see_it(sweep, write_study, tmp_path):
     write_study()
-    done = sweep("a.study")
-    frame = pandas.read_parquet(tmp_path / "a.parquet")
+    done = sweep("a.study", "-o", "my runs.parquet")
+    frame = pandas.read_parquet(tmp_path / "my runs.parquet")
     best = frame.loc[frame[MEDIAN].idxmax()]
     lines = done.stdout.splitlines()
     assert lines[0] == "the largest median normal impact speed above 50 mm/s of 6 designs:"
     assert lines[2].split()[:3] == ["rotor", "speed", "[rpm]"]
     speed, count = f"{best['rotor.speed'] * 30 / np.pi:.5g}", str(best["balls.count"])
     assert lines[3].split()[:5] == ["1", speed, count, f"{best[MEDIAN]:.5g}", "?"]
-    assert lines[-1] == "a.parquet: 6 runs (6 done); see them with: mill study a.parquet"
+    assert lines[-1] == "my runs.parquet: 6 runs (6 done); see them with: mill study 'my runs.parquet'"
 
 
 @pytest.mark.slow

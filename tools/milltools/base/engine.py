@@ -2,6 +2,7 @@
 
 import os
 import pathlib
+import shlex
 import shutil
 import subprocess
 import sys
@@ -24,6 +25,11 @@ def called() -> str:
         return name
     found = shutil.which(os.path.basename(name))
     return os.path.basename(name) if found and os.path.samefile(found, name) else name
+
+
+def command_line(*words: object, program: str = "") -> str:
+    """The command `mill WORDS` as a shell reads it; or `program WORDS`, as for MILLSIM."""
+    return f"{program or called()} {shlex.join(map(str, words))}"
 
 
 def program() -> pathlib.Path:

@@ -71,7 +71,7 @@ def read(run, told=None):
 
 def _from_log(run, told) -> dict[str, Bins]:
     """Bins of every kind and of "all", for the impacts in the sampled window."""
-    mass, names = run.balls("mass").astype(float), list(run.attribute("impacts", "kinds"))
+    mass, names = run.balls("mass").astype(float), run.index_names("impacts/kind")
     size = len(EDGES) + 1  # with the cells below and above the edges
     count, lost = np.zeros((2, len(names), size))
     slices = _slices(run)
@@ -80,7 +80,7 @@ def _from_log(run, told) -> dict[str, Bins]:
         kind = run.read("impacts/kind", part).astype(np.int64)
         ball, partner = run.read("impacts/ball", part), run.read("impacts/partner", part)
         effective = mass[ball]
-        pair = kind == names.index("ball_ball")
+        pair = kind == (names.index("ball_ball") if "ball_ball" in names else -1)
         other = mass[partner[pair]]
         effective[pair] *= other / (effective[pair] + other)
         energy = 0.5 * effective * run.read("impacts/normal_speed", part) ** 2
@@ -91,7 +91,7 @@ def _from_log(run, told) -> dict[str, Bins]:
     part = run.attribute("impacts/dissipation", "part", "all")
     found = {}
     for name in (*run.kinds, "all"):
-        rows = slice(None) if name == "all" else [names.index(name)]
+        rows = slice(None) if name == "all" else [k for k, other in enumerate(names) if other == name]
         n, e = count[rows].sum(axis=0), lost[rows].sum(axis=0)
         found[name] = Bins(EDGES, n[1:-1], e[1:-1], (n[0], e[0]), (n[-1], e[-1]), run.duration, part)
     return found
