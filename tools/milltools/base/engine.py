@@ -51,8 +51,9 @@ def program() -> pathlib.Path:
     if IN_CHECKOUT:
         raise UserError(f"millsim is not built: run 'make millsim' in {ROOT}", status=1)
     raise UserError(
-        "no millsim found: install it ('pip install millsim'); or build it ('make millsim' in its checkout), then put "
-        "it on the PATH ('make install') or set the environment variable MILLSIM to the path of the program",
+        "no millsim found: install its wheel ('pip install ./millsim-*.whl'); or build it ('make millsim' in its "
+        "checkout), then put it on the PATH ('make install') or set the environment variable MILLSIM to the path of "
+        "the program",
         status=1,
     )
 
