@@ -3,6 +3,7 @@ and writes and reads nothing else. tests/tools/hostile.py crafts the files and t
 tests/fuzz/fuzz_reader.py mutates others."""
 
 # ruff: noqa: F811 - the fixtures of export_run
+import fcntl
 import os
 import re
 import shutil
@@ -112,6 +113,14 @@ def test_the_reader_says_what_is_damaged(copy, way, path, said):
     (file.parent / "secret.txt").write_text(hostile.SECRET)
     line = refused(file, path)
     assert line.startswith(f"damaged: /{path}: ") and said in line
+
+
+def test_a_run_is_read_without_a_lock(run_file):
+    """Some file systems have none; here another process holds it."""
+    with open(run_file) as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        with Run(run_file) as run:
+            assert run.status == "complete"
 
 
 def test_a_run_has_balls(run_file, tmp_path):
