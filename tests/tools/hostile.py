@@ -302,7 +302,7 @@ def crafted(seed=1):
     return {name: found[name] for name in names}
 
 
-FIGURES = ("speeds", "energies", "section-power", "axial-velocity", "power", "energy", "collisions", "wear-sliding")
+FIGURES = ("speeds", "energies", "section-power", "axial-velocity", "power", "energy", "collisions", "wear")
 
 
 def commands(path, base, out):
