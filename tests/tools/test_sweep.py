@@ -270,21 +270,6 @@ def test_a_signal_ends_what_runs_keeps_what_is_done_and_says_how_to_go_on(
     assert len(pandas.read_parquet(tmp_path / "a.parquet")) == 2
 
 
-@pytest.mark.slow
-def test_two_drivers_on_one_table_are_one_too_many(start, mill, write_study, stand_in, tmp_path):
-    write_study()
-    program = stand_in(WAIT.format(tmp_path))
-    process = start("sweep", "--no-picture", "a.study", "--workers", "1", program=program)
-    until(lambda: runs(tmp_path), "first run")
-    done = mill("sweep", "--no-picture", "a.study")
-    assert (done.returncode, done.stdout) == (1, "")
-    assert done.stderr == "mill sweep: a.parquet: another mill command is writing to it now\n"
-    (tmp_path / "go").touch()
-    process.communicate(timeout=60)
-    assert process.returncode == 0
-    assert len(runs(tmp_path)) == 6
-
-
 # ---- designs that go wrong
 
 
