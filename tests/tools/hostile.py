@@ -50,7 +50,11 @@ DATASETS = (
     "statistics/maps/axial/dissipation", "statistics/energies/edges", "statistics/energies/ball_ball/normal",
     "statistics/rotor/power", "statistics/precision/rate/all/standard_error", "VTKHDF/drum/Points",
     "VTKHDF/drum/Polygons/Connectivity", "VTKHDF/rotor/CellData/kind", "VTKHDF/rotor/NumberOfPoints",
-    "VTKHDF/rotor/Steps/PointOffsets",
+    "VTKHDF/rotor/Steps/PointOffsets", "statistics/energies/ball_drum/total",
+    "statistics/energies/blocks/ball_ball/normal",
+    "statistics/energies/blocks/period", "statistics/wear/part", "statistics/wear/face", "statistics/wear/area",
+    "statistics/wear/cells", "statistics/wear/lattices", "statistics/wear/parts/kind", "statistics/wear/parts/motion",
+    "statistics/wear/parts/axes", "statistics/wear/mesh/facet", "statistics/wear/mesh/points",
 )  # fmt: skip
 GROUPS = (
     "deck/drum", "deck/rotor", "deck/blades", "observables", "observables/kinetic_energy", "observables/pose/rotor",
@@ -298,7 +302,7 @@ def crafted(seed=1):
     return {name: found[name] for name in names}
 
 
-FIGURES = ("speeds", "energies", "section-power", "axial-velocity", "power", "energy", "collisions")
+FIGURES = ("speeds", "energies", "section-power", "axial-velocity", "power", "energy", "collisions", "wear")
 
 
 def commands(path, base, out):
@@ -313,6 +317,8 @@ def commands(path, base, out):
         "vtp mill": ["export", path, out / "m.vtp", "--what", "mill"],
         "pvd mill": ["export", path, out / "m.pvd", "--what", "mill"],
         "stl": ["export", path, out / "m.stl", "--time", "30 ms"],
+        "wear": ["wear", path],
+        "dose": ["dose", path],
         "render": ["render", path, out / "s.png", "--size", "64x64"],
         "pov": ["render", path, out / "s.pov", "--size", "64x64", "--pov"],
     }

@@ -159,6 +159,13 @@ def verdict(*runs):
     return rival(fit(space, runs, Budget(20)), runs)
 
 
+def test_the_last_fifth_of_the_runs_repeats_known_designs():
+    space, plan = Space(LINE), Budget(40)
+    runs = [Tried((k / 31,), 1 - (k / 31 - 0.5) ** 2, 1e-3) for k in range(32)]
+    known = {run.design for run in runs}
+    assert choose(space, runs[:-1], plan) not in known and choose(space, runs, plan) in known
+
+
 def test_a_leader_that_was_run_once_is_run_again():
     assert verdict(("a", 2.0, 0.01), ("b", 1.0, 0.01), ("c", 1.1, 0.01)) == ("a",)
 

@@ -652,8 +652,9 @@ def test_without_a_millsim_it_says_what_to_do(tmp_path):
         """
     )
     assert done.stdout == (
-        "no millsim found: install it ('pip install millsim'); or build it ('make millsim' in its checkout), then put "
-        "it on the PATH ('make install') or set the environment variable MILLSIM to the path of the program 1\n"
+        "no millsim found: install its wheel ('pip install ./millsim-*.whl'); or build it ('make millsim' in its "
+        "checkout), then put it on the PATH ('make install') or set the environment variable MILLSIM to the path of "
+        "the program 1\n"
     )
 
 

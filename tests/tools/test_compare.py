@@ -576,6 +576,16 @@ def test_a_title_leaves_out_what_is_not_known_well_enough():
     wide = two_designs(made("hard_per_joule_1", 500, 510, 0.2), made("rate_all_above_1", 100, 150, 0.01))
     assert finding.title(wide) == "new makes 50 % more impacts above 1 m/s per second than old"
     assert "undecided (" in finding.sentences(wide)[0]
+    blind = [made(*row, math.nan) for row in (("hard_per_joule_1", 1426, 1264), ("rate_all_above_1", 1e6, 3e6),
+             ("above_1mJ_per_joule", 109, 164), ("rate_above_1mJ", 9e4, 4e5), ("rotor_power", 864, 2346))]  # fmt: skip
+    assert finding.title(two_designs(*blind)) == "new against old: what differs is not known"
+    assert finding.sentences(two_designs(*blind))[0].startswith(
+        "Per joule of work new makes 164 impacts of 1 mJ or more, old makes 109"
+    )
+    assert finding.title(two_designs(*blind, made("dissipated_power", 862, 2339, 0.01))) == (
+        "new against old: 1 row of the table differs, such as lost power, all (+171 %); the errors of power and of "
+        "impacts of 1 mJ or more are not known well enough"
+    )
 
 
 def test_a_finding_has_no_size_where_there_was_nothing_before():

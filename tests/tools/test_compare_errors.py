@@ -1,13 +1,16 @@
 """How sure a comparison is: the error is what it says it is, by experiment on made-up series."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.special import stdtrit
 
 from milltools.compare import agreement as errors
+from milltools.compare import rows
 from milltools.compare.agreement import Estimate
+from milltools.read import sums
 
 
 def said_to_differ(make, trials, seed):
@@ -125,6 +128,45 @@ def test_four_replicates_are_trusted_more_than_blocks():
     for steady in (True, False):
         assert errors.combine(first, [Estimate(100, 50, 10)], steady)[0].error < 1
     assert errors.combine(first[:2], [Estimate(100, 50, 10)], True)[0].error == pytest.approx(50 / math.sqrt(2))
+
+
+def run_of(hard, lost, power):
+    """As much of a run as sums need: in each block of 0.1 s so many impacts of 2 mJ, which are in the middle of three
+    bins, and so many that lose as much; the power of its rotor [W]."""
+    edges, none = np.array([-np.inf, 1e-3, 4e-3, np.inf]), np.zeros_like(hard)
+    blocks = {
+        name: np.stack([none, x, none], axis=-1)[:, None, None] for name, x in (("normal", hard), ("dissipated", lost))
+    }
+    data = {"statistics/energies/edges": edges, "statistics/energies/blocks/edges": edges,
+            "statistics/energies/blocks/duration": 0.1, "statistics/energies/blocks/period": 0}  # fmt: skip
+    for name, counts in blocks.items():
+        data |= {
+            f"statistics/energies/blocks/ball_ball/{name}": counts,
+            f"statistics/energies/ball_ball/{name}": counts.sum(axis=0),
+        }
+    return SimpleNamespace(
+        kinds=("ball_ball",), as_deck=SimpleNamespace(species=[SimpleNamespace(mass=1e-3, diameter=1e-3)]),
+        duration=0.1 * len(hard), driven="rotor", known=lambda name: None, has=data.__contains__, read=data.__getitem__,
+        need_statistics=lambda: None, has_series=lambda name: True, statistic=lambda path: power,
+        histogram=lambda *_: SimpleNamespace(above=lambda speed: hard.sum()),
+        rates=lambda name, column: (10 * hard.mean(), 10 * hard.astype(float)),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("measure", [rows.fast("all", 1), rows.energetic], ids=["fast", "energetic"])
+def test_a_rate_of_few_impacts_has_at_least_the_error_of_their_count(measure):
+    """36 impacts in 3.6 s, one in each block, as regular as no chance would make them: 10 +- 36**0.5 / 3.6 per s."""
+    found = measure(run_of(np.ones(36, int), np.ones(36, int), 1.0))
+    assert (found.value, found.error) == pytest.approx((10, 6 / 3.6), rel=1e-3)
+
+
+def test_impacts_per_joule_have_the_relative_error_of_impacts_whatever_part_of_the_power_is_lost():
+    """Half of the power of the rotor goes into impacts; impacts scatter by 20 %, losses do not."""
+    hard = np.random.default_rng(4).normal(1000, 200, 96).round().astype(int)
+    run = run_of(hard, np.full(96, 1000), 50.0)
+    value, error, _ = sums.per_work(run, sums.total(run, sums.above(1e-3)))
+    assert value == pytest.approx(10 * hard.mean() / 50)
+    assert error / value == pytest.approx(hard.std(ddof=1) / hard.mean() / math.sqrt(96), rel=0.3)
 
 
 @pytest.mark.parametrize("freedom", [1, 1.3, 2, 6.5, 40, 9e4, 2e5, 1e9])

@@ -73,6 +73,16 @@ def test_the_readme_fits_on_two_screens():
     assert len((ROOT / "README.md").read_text().splitlines()) <= 120
 
 
+def test_no_page_or_message_tells_to_install_a_package_that_is_on_no_index():
+    """Whoever registers the name there would serve code to every reader."""
+    names = ("CHANGELOG.md", "packaging/*/*", "docs/*.ipynb", "tools/milltools/**/*.py", "tools/wheel")
+    for path in [*PAGES, *(path for name in names for path in ROOT.glob(name))]:
+        told = re.search(
+            r"(?<!-m )\b(pipx?|uv tool|uv pip) install\b[^\n`&')]*?['\"]?(?<![\w./-])millsim(?!-)", path.read_text()
+        )
+        assert not told, f"{path}: {told[0]}"
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_lines_of_prose_are_short_and_lists_begin_after_a_blank_line(page, checker):
     """Python-Markdown, which makes the site, takes a list or table right below a paragraph for text."""

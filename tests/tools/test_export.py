@@ -232,13 +232,6 @@ def test_what_cannot_be_is_one_line(mill, write_deck, tmp_path, words, line):
     assert [p.name for p in tmp_path.iterdir()] == ["deck.ini"]
 
 
-def test_a_run_cannot_be_overridden(millsim, mill, small_deck):
-    assert millsim("deck.ini", "-q", "-s", "run.time=1 ms").returncode == 0
-    done = mill("export", "deck.h5", "a.stl", "-s", "drum.radius=40 mm")
-    line = "deck.h5: --set: a finished run cannot be changed; give its deck"
-    assert (done.returncode, done.stderr) == (2, f"mill export: {line}\n")
-
-
 def test_a_source_that_is_missing_is_one_line(mill, tmp_path):
     done = mill("export", "none.ini", "a.stl")
     line = "none.ini: cannot be read: No such file or directory"

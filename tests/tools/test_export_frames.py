@@ -91,10 +91,14 @@ def test_no_ball_has_neighbours_across_the_periodic_box_of_gsd(trajectory):
         assert (box[:3] - reach >= (2 * widest + least) * (1 - 1e-6)).all()
 
 
-def test_others_may_read_a_gsd_file_if_they_may_read_new_files(export, run_file, tmp_path):
-    (tmp_path / "plain").touch()
-    assert export(run_file, "balls.gsd")[0] == 0
-    assert (tmp_path / "balls.gsd").stat().st_mode == (tmp_path / "plain").stat().st_mode
+@pytest.mark.parametrize("mask, mode", [(0o022, 0o100644), (0o007, 0o100660)])
+def test_a_file_may_be_read_by_whom_the_umask_allows(export, run_file, tmp_path, mask, mode):
+    before = os.umask(mask)
+    try:
+        assert export(run_file, "balls.gsd")[0] == 0
+    finally:
+        os.umask(before)
+    assert (tmp_path / "balls.gsd").stat().st_mode == mode
 
 
 OVITO = """

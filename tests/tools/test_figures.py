@@ -147,7 +147,7 @@ def near(value):
 
 
 @pytest.mark.parametrize("abscissa", ["speed", "energy"])
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", [*KINDS, "all"])
 def test_the_integrals_of_a_spectrum_are_the_totals_of_the_file(run, kind, abscissa):
     found = spectra.bins(run, kind, abscissa=abscissa)
     inside = found.count.sum() / found.duration
@@ -219,6 +219,22 @@ def without_energies(monkeypatch):
 def test_energies_of_a_mixture_of_another_program_come_from_the_log(mixture, without_energies):
     found = energies.bins(mixture, "ball_ball")
     assert np.array_equal(found.count, np.histogram(energies_of_the_log(mixture), found.edges)[0])
+
+
+@pytest.mark.parametrize("group", spectra.GROUPS)
+def test_energies_of_all_kinds_of_equal_balls_are_those_of_the_kinds_together(plain, gas, without_energies, group):
+    whole, mass = spectra.bins(plain, "all", group, abscissa="energy"), plain.balls("mass")[0]
+    parts = [(plain.histogram(kind, group), mass / (2 if kind == "ball_ball" else 1)) for kind in plain.kinds]
+    assert whole.total == sum(part.above(0) for part, _ in parts) > 1000
+    assert whole.power == pytest.approx(sum(spectra.bins(plain, kind, group).power for kind in plain.kinds))
+    for low, rate in zip(whole.edges, whole.exceedance):
+        above = sum(part.above(np.sqrt(2 * low / effective)) for part, effective in parts)
+        assert rate * plain.duration == pytest.approx(above, abs=float(sum(part.count.max() for part, _ in parts)))
+    lines = FIGURES["energies"].draw([plain, gas], strikes=group == "strikes").axes[0].lines
+    assert [line.get_label().partition(":")[0] for line in lines if "all" in line.get_label()] == [
+        "plain, all",
+        "gas, all",
+    ]
 
 
 def test_the_log_is_read_by_slices(mixture, monkeypatch, without_energies):

@@ -60,13 +60,6 @@ def test_a_picture_without_a_known_format_is_one_line(millsim, mill, small_deck)
     assert len(done.stderr.splitlines()) == 1
 
 
-def test_a_picture_into_a_missing_folder_is_one_line(millsim, mill, small_deck):
-    assert millsim("deck.ini", "-q").returncode == 0
-    done = mill("plot", "deck.h5", "nowhere/run.png")
-    assert done.returncode == 1
-    assert done.stderr == "mill plot: nowhere/run.png: No such file or directory\n"
-
-
 def test_help_needs_no_matplotlib():
     code = "import sys, milltools.figures.command; sys.exit('matplotlib' in sys.modules or 'numpy' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], env={"PYTHONPATH": str(ROOT / "tools")}).returncode == 0

@@ -77,13 +77,6 @@ def test_impacts_above_an_edge_are_counted_exactly(millsim, write_deck, tmp_path
         assert everything.above(0.52) <= between <= everything.above(0.49)
 
 
-def test_frames_are_those_stored(finished):
-    with Run(finished) as run:
-        assert len(run.frame_times()) == 11
-        assert run.frame(-1, "position").shape == (20, 3)
-        assert run.balls("mass")[0] == pytest.approx(7800 * np.pi * 0.005**3 / 6)
-
-
 def spoil(path, how):
     with h5py.File(path, "r+") as file:
         how(file)

@@ -207,15 +207,6 @@ def test_a_mistake_is_named_with_its_line(write_study, tmp_path, monkeypatch, ol
     assert fault.value.status == 2
 
 
-def test_a_mistake_ends_a_sweep_with_one_line_before_anything_is_written(mill, write_study, tmp_path):
-    write_study(STUDY.replace("rotor.speed", "rotor.sped"))
-    before = sorted(tmp_path.iterdir())
-    done = mill("sweep", "a.study")
-    assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr == ("mill sweep: a.study:8: [vary] rotor.sped: unknown key; did you mean 'speed'?\n")
-    assert sorted(tmp_path.iterdir()) == before
-
-
 def test_a_mistake_in_the_base_deck_is_named_with_its_own_line(write_study, write_deck, tmp_path):
     path = write_study()
     write_deck(SMALL.replace("radius = 30 mm", "radius = 30 s", 1))

@@ -204,25 +204,80 @@ def test_the_unit_of_an_override_is_that_of_the_axes(write_study):
     assert study.about()["vary"][0]["written"] == "rad/s"
 
 
+MOVING = """
+[motion.sun]
+kind = turn
+speed = 60 rpm
+[motion.arm]
+kind = turn
+on = sun
+speed = 0 rpm
+[motion.jar]
+kind = turn
+on = arm
+speed = -120 rpm
+[body.pin]
+shape = cylinder
+motion = jar
+centre = 20 0 0 mm
+radius = 1 mm
+length = 9 mm
+copies = 8
+turn_by = 45 deg
+"""
+RATIO = "is not: the ratio of the speeds of 'sun' and of 'jar', which it carries, is different in each design"
+
+
+@pytest.mark.parametrize(
+    "vary, said",
+    [
+        ("body.pin.copies = 4, 8", ""),
+        (
+            "body.pin.copies = 4, 8, 12",
+            "12 with body.pin.turn_by = 45 deg: only 8 places, so 4 of the copies are where",
+        ),
+        (
+            "body.*.turn_by = 45, 120 deg",
+            "8 with body.pin.turn_by = 120 deg: only 3 places, so 5 of the copies are where",
+        ),
+        ("body.pin.copies = 8, 12\nbody.pin.shift_by = 0 0 1 mm", ""),
+        ("motion.sun.speed = 60, 80 rpm", f"motion.sun.speed is varied, and motion.jar.speed {RATIO}"),
+        ("motion.jar.speed = 60, 80 rpm", f"motion.jar.speed is varied, and motion.sun.speed {RATIO}"),
+        ("motion.sun.speed = 60, 80 rpm\nmotion.jar.speed = -120, -160 rpm", ""),
+    ],
+)
+def test_a_study_warns_of_copies_in_one_place_and_of_a_changing_ratio_of_speeds(write_study, write_deck, vary, said):
+    path = write_study(STUDY.partition("[vary]")[0] + f"[vary]\n{vary}\n")
+    write_deck(SMALL + MOVING)
+    notes = Study(path).about()["notes"]
+    assert len(notes) == bool(said) and said in "".join(notes)
+
+
 # ---- the cost
 
 
 def test_a_dry_run_tells_runs_and_cost_and_writes_nothing(mill, write_study, tmp_path):
-    write_study()
+    write_study(STUDY + "contact.friction = 0..0.3 step 0.3\ncontact.restitution = 0.8, 9e-1\n")
     before = sorted(tmp_path.iterdir())
     done = mill("sweep", "a.study", "--dry-run", "--workers", "2")
     assert done.returncode == 0, done.stderr
-    assert done.stdout.startswith("plan       6 designs, 1 run each: 6 runs\n")
-    assert "rotor.speed = 300 rpm, balls.count = 40: " in done.stdout
+    assert done.stdout.startswith("plan       24 designs, 1 run each: 24 runs\n")
+    said = "rotor.speed = 300 rpm, balls.count = 40, contact.friction = 0, contact.restitution = 0.8: "
+    assert said in done.stdout
     assert re.search(r"cost +about .* of CPU", done.stdout) and "with 2 runs at a time" in done.stdout
     assert sorted(tmp_path.iterdir()) == before
 
 
 @pytest.mark.slow
-def test_a_dry_run_of_a_search_counts_the_runs_that_are_missing(mill, write_study, tmp_path):
+def test_a_dry_run_of_a_search_counts_the_runs_that_are_missing_and_warns(mill, write_study, write_deck, tmp_path):
     write_study()
+    write_deck(
+        SMALL + "[body.pin]\nshape = sphere\nradius = 1 mm\nmotion = rotor\ncentre = 0 15 0 mm\n"
+        "copies = 3\nturn_by = 180 deg\nturn_about = 1 0 0\n"
+    )
     done = mill("optimize", "a.study", "-n", "--runs", "7")
     assert done.returncode == 0, done.stderr
+    assert done.stderr.startswith("mill optimize: warning: body.pin.copies = 3 with body.pin.turn_by = 180 deg: only 2")
     assert done.stdout.startswith("plan       at most 7 runs\n") and not list(tmp_path.glob("*.parquet*"))
 
 

@@ -127,15 +127,15 @@ def test_every_design_becomes_a_row_with_what_millsim_says(sweep, millsim, write
 @pytest.mark.slow
 def test_it_ends_with_the_best_and_how_to_see_it(sweep, write_study, tmp_path):
     write_study()
-    done = sweep("a.study")
-    frame = pandas.read_parquet(tmp_path / "a.parquet")
+    done = sweep("a.study", "-o", "my runs.parquet")
+    frame = pandas.read_parquet(tmp_path / "my runs.parquet")
     best = frame.loc[frame[MEDIAN].idxmax()]
     lines = done.stdout.splitlines()
     assert lines[0] == "the largest median normal impact speed above 50 mm/s of 6 designs:"
     assert lines[2].split()[:3] == ["rotor", "speed", "[rpm]"]
     speed, count = f"{best['rotor.speed'] * 30 / np.pi:.5g}", str(best["balls.count"])
     assert lines[3].split()[:5] == ["1", speed, count, f"{best[MEDIAN]:.5g}", "?"]
-    assert lines[-1] == "a.parquet: 6 runs (6 done); see them with: mill study a.parquet"
+    assert lines[-1] == "my runs.parquet: 6 runs (6 done); see them with: mill study 'my runs.parquet'"
 
 
 @pytest.mark.slow
@@ -268,21 +268,6 @@ def test_a_signal_ends_what_runs_keeps_what_is_done_and_says_how_to_go_on(
     assert lasting(err) == "mill sweep: interrupted; a.parquet has 2 of 6 runs; the same command continues\n"
     assert not any(alive(pid) for pid, _, _ in runs(tmp_path))
     assert len(pandas.read_parquet(tmp_path / "a.parquet")) == 2
-
-
-@pytest.mark.slow
-def test_two_drivers_on_one_table_are_one_too_many(start, mill, write_study, stand_in, tmp_path):
-    write_study()
-    program = stand_in(WAIT.format(tmp_path))
-    process = start("sweep", "--no-picture", "a.study", "--workers", "1", program=program)
-    until(lambda: runs(tmp_path), "first run")
-    done = mill("sweep", "--no-picture", "a.study")
-    assert (done.returncode, done.stdout) == (1, "")
-    assert done.stderr == "mill sweep: a.parquet: another mill command is writing to it now\n"
-    (tmp_path / "go").touch()
-    process.communicate(timeout=60)
-    assert process.returncode == 0
-    assert len(runs(tmp_path)) == 6
 
 
 # ---- designs that go wrong

@@ -36,6 +36,25 @@ def test_a_brief_number_has_the_digits_that_its_error_leaves(value, error, shown
     assert str(found).replace(text.SPACE, " ") == shown and found.value == value
 
 
+@pytest.mark.parametrize(
+    "number, shown",
+    [
+        (text.with_error(0.04954, 0.00112, "/s"), "0.04954 ± 0.00112 /s"),
+        (text.with_error(0.2846, 0.0448, "/J"), "0.2846 ± 0.0448 /J"),
+        (text.with_error(4.954e-5, 1.12e-6, "/s"), "4.954 ± 0.112 × 10⁻⁵ /s"),
+        (text.with_error(93904, 1410, "1/s"), "93.90 ± 1.41 thousand/s"),
+        (text.brief(0.2846, 0.0448, ""), "0.28 ± 0.04"),
+        (text.brief(0.2846, 0.0448, "%"), "0.28 ± 0.04 %"),
+        (text.scaled(2.5e6, "/J"), "2.500 million/J"),
+        (text.scaled(2.5e6, ""), "2.500 million"),
+        (text.column([0.5, 0.25], "/s")[1], "0.2500 /s"),
+        (text.quantity(0.002, "/s"), "0.002 /s"),
+    ],
+)
+def test_a_number_without_a_unit_of_its_own_has_no_letter_that_reads_as_one(number, shown):
+    assert str(number).replace(text.SPACE, " ").replace(text.THIN, " ") == shown
+
+
 def test_a_column_has_one_unit_and_small_numbers_do_not_vanish():
     shown = [str(one).replace(text.SPACE, " ") for one in text.column([570.2, 40.63, 9e-4, 0.0, float("nan")], "W")]
     assert shown == ["570.2 W", "40.6 W", "< 0.1 W", "0.0 W", text.MISSING]

@@ -22,7 +22,7 @@ class Impacts:
         if not run.has("impacts/time"):
             raise InputError(f"{run.path}: its impacts were not logged: run it with output.impacts = all")
         self._run = run
-        self._kinds = [str(kind) for kind in run.attribute("impacts/kind", "kinds")]
+        self._kinds = run.index_names("impacts/kind")
 
     def __len__(self) -> int:
         return self._run.layout("impacts/time")[0][0]

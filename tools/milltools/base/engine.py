@@ -2,6 +2,7 @@
 
 import os
 import pathlib
+import shlex
 import shutil
 import subprocess
 import sys
@@ -26,6 +27,11 @@ def called() -> str:
     return os.path.basename(name) if found and os.path.samefile(found, name) else name
 
 
+def command_line(*words: object, program: str = "") -> str:
+    """The command `mill WORDS` as a shell reads it; or `program WORDS`, as for MILLSIM."""
+    return f"{program or called()} {shlex.join(map(str, words))}"
+
+
 def program() -> pathlib.Path:
     """The path of millsim: $MILLSIM, else that of this checkout, of the environment of this Python, or of the PATH."""
     chosen = os.environ.get("MILLSIM")
@@ -45,8 +51,9 @@ def program() -> pathlib.Path:
     if IN_CHECKOUT:
         raise UserError(f"millsim is not built: run 'make millsim' in {ROOT}", status=1)
     raise UserError(
-        "no millsim found: install it ('pip install millsim'); or build it ('make millsim' in its checkout), then put "
-        "it on the PATH ('make install') or set the environment variable MILLSIM to the path of the program",
+        "no millsim found: install its wheel ('pip install ./millsim-*.whl'); or build it ('make millsim' in its "
+        "checkout), then put it on the PATH ('make install') or set the environment variable MILLSIM to the path of "
+        "the program",
         status=1,
     )
 

@@ -24,7 +24,7 @@ def needs(extra: str, *modules: str):
     brings = EXTRAS[extra]
     missing = [brings[module] for module in modules or brings if not _found(module)]
     if missing:
-        make, pip = f"run 'make mill EXTRAS={extra}' in {engine.ROOT}", f"pip install 'millsim[{extra}]'"
+        make, pip = f"run 'make mill EXTRAS={extra}' in {engine.ROOT}", f"pip install {' '.join(missing)}"
         mend = make if engine.IN_CHECKOUT else pip
         raise UserError(f"this needs the Python package {', '.join(missing)}: {mend}", status=1)
 

@@ -4,7 +4,7 @@ import dataclasses
 import math
 
 PREFIXES = dict(zip(range(-4, 5), ("p", "n", "µ", "m", "", "k", "M", "G", "T")))  # powers of 1000
-COUNTS = {1: "thousand", 2: "million", 3: "billion", 4: "trillion"}  # the same of rates of events
+COUNTS = {1: "thousand", 2: "million", 3: "billion", 4: "trillion"}  # the same of numbers of things and their rates
 SPACE = "\N{NO-BREAK SPACE}"
 THIN = "\N{NARROW NO-BREAK SPACE}"
 MISSING = "\N{EN DASH}"
@@ -102,9 +102,14 @@ def prefix(value: float, digits: int = 3) -> tuple[float, str]:
     return 1000.0**thousands, PREFIXES[thousands]
 
 
+def _counted(unit: str) -> bool:
+    """Whether a unit takes no prefix: "M/s" would look like metres per second, "m/J" like metres per joule."""
+    return not unit or unit.startswith(("/", "1/", "%"))
+
+
 def quantity(value: float, unit: str, digits: int = 3) -> str:
     """A number with its unit and prefix, as in 862 W and 31.4 µW."""
-    factor, letter = prefix(value, digits)
+    factor, letter = (1.0, "") if _counted(unit) else prefix(value, digits)
     return f"{number(value / factor, digits)} {letter}{unit}".rstrip()
 
 
@@ -152,55 +157,63 @@ class Number:
         return self.text
 
 
-def _scale(value: float) -> tuple[int, int] | None:
-    """(power of 1000, decimals) for four significant digits; None if no prefix fits."""
-    thousands, rest = divmod(_exponent(value, 4), 3) if math.isfinite(value) else (math.inf, 0)
-    return (thousands, 3 - rest) if thousands in PREFIXES else None
-
-
-def _tail(thousands: int, unit: str) -> str:
-    if unit == "/s" and thousands in COUNTS:  # "M/s" would look like metres per second
-        return f"{SPACE}{COUNTS[thousands]}/s"
-    tail = PREFIXES[thousands] + unit.replace(" ", SPACE)
-    return SPACE + tail if tail else ""
+def _scale(value: float, unit: str) -> tuple[float, int, str] | None:
+    """(divisor, decimals, what follows the number) for four significant digits; None if no prefix fits."""
+    exponent = _exponent(value, 4) if math.isfinite(value) else math.inf
+    thousands, unit = exponent // 3, unit.replace(" ", SPACE)
+    if thousands not in PREFIXES:
+        return None
+    tail = f"{SPACE}{unit}" if unit else ""
+    if not _counted(unit):
+        tail = f"{SPACE}{PREFIXES[thousands]}{unit}"
+    elif thousands > 0:
+        tail = f"{SPACE}{COUNTS[thousands]}{unit.removeprefix('1')}"
+    elif exponent < -3:
+        return 10.0**exponent, 3, f"{THIN}\N{MULTIPLICATION SIGN}{THIN}10{str(exponent).translate(SUPERSCRIPT)}{tail}"
+    else:
+        thousands = 0
+    return 1000.0**thousands, 3 - exponent + 3 * thousands, tail
 
 
 def scaled(value: float, unit: str) -> Number:
     """862.4519 W -> "862.5 W", 8977160/s -> "8.977 million/s"; a dash for NaN."""
     value = float(value)
-    scale = _scale(value)
+    scale = _scale(value, unit)
     if math.isnan(value):
         return Number(MISSING, value)
     if value == 0:
         return Number(f"0{SPACE}{unit}".rstrip(SPACE), value)
     if scale is None:
         return Number(f"{value:.3e}{SPACE}{unit}".rstrip(SPACE), value)
-    return Number(f"{value / 1000.0 ** scale[0]:.{scale[1]}f}{_tail(scale[0], unit)}", value)
+    one, decimals, tail = scale
+    return Number(f"{value / one:.{decimals}f}{tail}", value)
 
 
 def brief(value: float, error: float, unit: str) -> Number:
     """With few digits: "862 ± 9 W". The error has one digit, or two if the first one is 1 or 2; without an error the
     value has three digits."""
     known = 0 < error < math.inf
-    scale = _scale(max(abs(value), error) if known else abs(value))
+    scale = _scale(max(abs(value), error) if known else abs(value), unit)
     if scale is None or not value:
         return scaled(value, unit)
-    one, places, more = 1000.0 ** scale[0], scale[1] - 1, ""
+    one, decimals, tail = scale
+    places, more = decimals - 1, ""
     if known:
         first, exponent = f"{error / one:.0e}".split("e")
         places = max(0, (first in "12") - int(exponent))
         more = f"{SPACE}\N{PLUS-MINUS SIGN}{SPACE}{error / one:.{places}f}"
-    return Number(f"{value / one:.{places}f}{more}{_tail(scale[0], unit)}", float(value))
+    return Number(f"{value / one:.{places}f}{more}{tail}", float(value))
 
 
 def column(values, unit: str) -> list[Number]:
     """Numbers of a column of a table, all on the scale of the largest one, with as many decimals as it needs."""
     values = [float(value) for value in values]
-    scale = _scale(max((abs(value) for value in values if math.isfinite(value)), default=0.0))
+    scale = _scale(max((abs(value) for value in values if math.isfinite(value)), default=0.0), unit)
     if scale is None or not any(values):
         return [scaled(value, unit) for value in values]
-    one, least, tail = 1000.0 ** scale[0], 10.0 ** -scale[1], _tail(scale[0], unit)
-    texts = (f"{v / one:.{scale[1]}f}" if not 0 < abs(v) / one < least / 2 else f"<{SPACE}{least:g}" for v in values)
+    one, decimals, tail = scale
+    least = 10.0**-decimals
+    texts = (f"{v / one:.{decimals}f}" if not 0 < abs(v) / one < least / 2 else f"<{SPACE}{least:g}" for v in values)
     return [Number(MISSING if math.isnan(v) else text + tail, v) for v, text in zip(values, texts)]
 
 
@@ -227,11 +240,11 @@ def share(value: float) -> Number:
 def with_error(value: float, error: float, unit: str) -> Number:
     """Both on the scale of the larger one: "8.236 ± 0.145 N m". An error that would be rounded to 0 gets more
     digits."""
-    scale = _scale(max(abs(value), error)) if math.isfinite(value + error) else None
+    scale = _scale(max(abs(value), error), unit) if math.isfinite(value + error) else None
     if scale is None:
         return scaled(value, unit)
-    one, decimals = 1000.0 ** scale[0], scale[1]
+    one, decimals, tail = scale
     while error > 0 and error / one < 10.0**-decimals and decimals < 9:
         decimals += 1
     text = f"{value / one:.{decimals}f} \N{PLUS-MINUS SIGN}{SPACE}{error / one:.{decimals}f}"
-    return Number(text + _tail(scale[0], unit), float(value))
+    return Number(text + tail, float(value))

@@ -64,7 +64,7 @@ def title(table) -> str:
                 said = f"{b} makes {size(row, *MANY)[0]} {what} {'as' if row.difference >= 1 else 'than'} {a}"
     power = table.power
     if not power or power.mood not in ("apart", "tied"):
-        return said or f"{b} against {a}: what differs is not known"
+        return said or f"{b} against {a}: {_others(table)}"
     drawn = f"draws {size(power, *MUCH)[0]} power"
     if not said:
         end = f" {'as' if power.difference >= 1 else 'than'} {a}"
@@ -72,6 +72,16 @@ def title(table) -> str:
     if power.mood == "tied":
         return f"{said}; their power is tied"
     return f"{said} and {drawn}" if " makes " in said else f"{said}; {b} {drawn}"
+
+
+def _others(table) -> str:
+    """What is known to differ where hard impacts and power are not."""
+    apart = [row for row in table.shown if row.mood == "apart"]
+    if not apart:
+        return "what differs is not known"
+    first = next((f", such as {row.name} ({percent(row)})" for row in apart if row.group != "maps"), "")
+    rows = f"{plural(len(apart), 'row')} of the table differ{'s' * (len(apart) == 1)}"
+    return f"{rows}{first}; the errors of power and of impacts {table.hard[0]} are not known well enough"
 
 
 def sentences(table) -> list[str]:

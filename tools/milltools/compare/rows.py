@@ -94,13 +94,15 @@ class Comparison:
     @property
     def hard(self) -> tuple[str, Row | None, Row | None]:
         """The impacts that are called hard, in words, and their rows per second and per joule of work of the drive: 1
-        mJ or more; above 1 m/s where that is not known; above a lower speed in a slow mill."""
+        mJ or more; above 1 m/s where the error of that is not known; above a lower speed in a slow mill. Where no error
+        is known, the first of these with a row."""
         speeds = sorted(THRESHOLDS, key=lambda speed: (speed != HARD, speed))
         kinds = [("of 1 mJ or more", HARD_RATE, HARD_PER_JOULE)] + [
             (f"above {speed:g} m/s", f"rate_all_above_{speed:g}", f"hard_per_joule_{speed:g}") for speed in speeds
         ]
         found = [(words, self.row(rate), self.row(per)) for words, rate, per in kinds]
-        return next((one for one in found if one[1] and math.isfinite(one[1].difference_error)), found[1])
+        known = (one for one in found if one[1] and math.isfinite(one[1].difference_error))
+        return next(known, None) or next((one for one in found if one[1]), found[0])
 
     @property
     def important(self) -> list[Row]:

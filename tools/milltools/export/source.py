@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from milltools.base.engine import MILLSIM, called
+from milltools.base.engine import MILLSIM, command_line
 from milltools.base.errors import UserError
 from milltools.base.files import opened
 from milltools.base.progress import Progress
@@ -25,7 +25,9 @@ def about(path) -> str:
     if head.startswith(b"\x89HDF\r\n\x1a\n"):
         return "run"
     if head.startswith(b"PAR1"):
-        raise UserError(f"{path}: a table of a study, not a run or a deck; '{called()} study {path}' shows it")
+        raise UserError(
+            f"{path}: a table of a study, not a run or a deck; this shows it: {command_line('study', path)}"
+        )
     if b"\0" in head:
         raise UserError(f"{path}: neither the output file of a run (HDF5) nor a deck (text)")
     return "deck"
@@ -36,7 +38,8 @@ def open_run(arguments) -> Run:
     path = arguments.source
     if about(path) == "deck":
         read_text(path)
-        raise UserError(f"{path}: expected the output file of a run, got a deck: run it first ('{MILLSIM} {path}')")
+        again = command_line(path, program=MILLSIM)
+        raise UserError(f"{path}: expected the output file of a run, got a deck; this runs it: {again}")
     if arguments.set and arguments.what not in ("dose", "wear"):
         raise UserError(f"{path}: --set: a finished run cannot be changed; give its deck")
     return Run(path)

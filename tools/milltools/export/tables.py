@@ -168,7 +168,7 @@ IMPACTS = {  # column: unit
 
 def impacts(run, arguments) -> Table:
     run.read("impacts/time", slice(0, 0), why="single impacts are kept with output.impacts = all")
-    kinds = cells(run.attribute("impacts", "kinds", run.kinds))
+    kinds = cells(run.index_names("impacts/kind"))
 
     def columns(part):
         found = {"kind": kinds[run.read("impacts/kind", part)]}

@@ -1,9 +1,10 @@
 """The available normal energy of an impact: E = m* v_n^2 / 2. Here m* is the mass of the ball for impacts on the mill,
 and m1 m2 / (m1 + m2) for impacts of two balls.
 
-If all balls have the same mass, each kind has one m*, and the bins of speed become bins of energy exactly. Otherwise
-the histograms of energy in the file are used. Files of other programs have none: then the energies come from the log of
-single impacts (output.impacts = all), which contains the two balls of each impact. It is read in slices.
+If all balls have the same mass, each kind has one m*, and the bins of speed become bins of energy exactly. Otherwise,
+and for all kinds together, the histograms of energy in the file are used. Files of other programs have none: then the
+energies of different balls come from the log of single impacts (output.impacts = all), which contains the two balls of
+each impact. It is read in slices.
 """
 
 import bisect
@@ -45,22 +46,43 @@ def why_not(run, group: str = "impacts") -> str | None:
     return f"the balls have different masses, so this needs {log}"
 
 
-def kinds_known(run) -> tuple[str, ...]:
-    """Kinds that have a spectrum; with "all" if all kinds have the same bins."""
-    return run.kinds if one_mass(run) is not None else (*run.kinds, "all")
-
-
 def bins(run, kind: str, group: str = "impacts") -> Bins:
-    """Impacts of a kind by available normal energy [J]; see why_not."""
+    """Impacts of a kind or of "all" by available normal energy [J]; see why_not."""
     mass = one_mass(run)
+    if (mass is None or kind == "all") and group == "impacts" and stored(run):
+        return merged(run.histogram(kind, speed="normal_energy"), run.duration)
     if mass is None:
-        if stored(run):
-            return merged(run.histogram(kind, speed="normal_energy"), run.duration)
         read(run)
         return _logged[run][kind]
-    effective = mass / 2 if kind == "ball_ball" else mass
+    if kind == "all":
+        return _together(run, group, mass)
     by_speed = merged(run.histogram(kind, group), run.duration)
-    return dataclasses.replace(by_speed, edges=0.5 * effective * by_speed.edges**2)
+    return dataclasses.replace(by_speed, edges=_energy(mass, kind, by_speed.edges))
+
+
+def _energy(mass: float, kind: str, speed: np.ndarray) -> np.ndarray:
+    """Of balls of one mass."""
+    return 0.5 * (mass / 2 if kind == "ball_ball" else mass) * speed**2
+
+
+def _together(run, group: str, mass: float) -> Bins:
+    """All kinds in common bins: of a bin of speed, which is 2 % wide, all impacts are in the bin of its middle."""
+    count, lost = np.zeros((2, len(EDGES) + 1))
+    for kind in run.kinds:
+        found = run.histogram(kind, group)
+        cell = np.searchsorted(EDGES, _energy(mass, kind, np.sqrt(found.edges[:-1] * found.edges[1:])), side="right")
+        for sums, values, below, above in (
+            (count, found.count, found.underflow, found.overflow),
+            (lost, found.dissipation, found.dissipation_underflow, found.dissipation_overflow),
+        ):
+            np.add.at(sums, np.concatenate([[0], cell, [-1]]), np.concatenate([[below], values, [above]]))
+    return _bins(run, count, lost, found.part)
+
+
+def _bins(run, count: np.ndarray, lost: np.ndarray, part: str) -> Bins:
+    """Of numbers and losses below, within and above EDGES."""
+    ends = ((count[k], lost[k]) for k in (0, -1))
+    return Bins(EDGES, count[1:-1], lost[1:-1], *ends, run.duration, part)
 
 
 def read(run, told=None):
@@ -71,7 +93,7 @@ def read(run, told=None):
 
 def _from_log(run, told) -> dict[str, Bins]:
     """Bins of every kind and of "all", for the impacts in the sampled window."""
-    mass, names = run.balls("mass").astype(float), list(run.attribute("impacts", "kinds"))
+    mass, names = run.balls("mass").astype(float), run.index_names("impacts/kind")
     size = len(EDGES) + 1  # with the cells below and above the edges
     count, lost = np.zeros((2, len(names), size))
     slices = _slices(run)
@@ -80,7 +102,7 @@ def _from_log(run, told) -> dict[str, Bins]:
         kind = run.read("impacts/kind", part).astype(np.int64)
         ball, partner = run.read("impacts/ball", part), run.read("impacts/partner", part)
         effective = mass[ball]
-        pair = kind == names.index("ball_ball")
+        pair = kind == (names.index("ball_ball") if "ball_ball" in names else -1)
         other = mass[partner[pair]]
         effective[pair] *= other / (effective[pair] + other)
         energy = 0.5 * effective * run.read("impacts/normal_speed", part) ** 2
@@ -91,9 +113,8 @@ def _from_log(run, told) -> dict[str, Bins]:
     part = run.attribute("impacts/dissipation", "part", "all")
     found = {}
     for name in (*run.kinds, "all"):
-        rows = slice(None) if name == "all" else [names.index(name)]
-        n, e = count[rows].sum(axis=0), lost[rows].sum(axis=0)
-        found[name] = Bins(EDGES, n[1:-1], e[1:-1], (n[0], e[0]), (n[-1], e[-1]), run.duration, part)
+        rows = slice(None) if name == "all" else [k for k, other in enumerate(names) if other == name]
+        found[name] = _bins(run, count[rows].sum(axis=0), lost[rows].sum(axis=0), part)
     return found
 
 

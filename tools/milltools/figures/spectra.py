@@ -100,14 +100,13 @@ def _band(ax, x, y, found: Bins, errors, weight, colour):
 
 
 def _checked(run, group, speed="normal_speed", abscissa="speed", weight="count", kinds=None):
-    known = energies.kinds_known(run) if abscissa == "energy" else (*run.kinds, "all")
     kinds = list(run.kinds if kinds is None else [kinds] if isinstance(kinds, str) else kinds)
     for word, words, what in (
         (group, GROUPS, "group"),
         (speed, SPEEDS, "speed"),
         (abscissa, ("speed", "energy"), "abscissa"),
         (weight, WEIGHTS, "weight"),
-        *((kind, known, "contact kind") for kind in kinds),
+        *((kind, (*run.kinds, "all"), "contact kind") for kind in kinds),
     ):
         if word not in words:
             raise UserError(f"unknown {what} '{word}': one of {', '.join(words)}")
@@ -237,8 +236,7 @@ class SpectrumFigure(Figure):
         figure.set_size_inches(WIDTH, 4.1)
         ax = figure.subplots()
         one, names = len(runs) == 1, labels(runs)
-        if not kinds and not one:  # all kinds together, if all runs have this spectrum
-            kinds = "ball_ball" if self.energetic and not all("all" in energies.kinds_known(r) for r in runs) else "all"
+        kinds = kinds or (None if one else "all")
         for k, (run, name) in enumerate(zip(runs, names)):
             several = {} if one else {"name": name, "position": k}
             plot(
@@ -246,7 +244,7 @@ class SpectrumFigure(Figure):
                 run,
                 GROUPS[bool(strikes)],
                 weight=self.weight,
-                kinds=kinds or None,
+                kinds=kinds,
                 per_ball=per_ball,
                 **self.by,
                 **several,
@@ -261,9 +259,8 @@ class SpectrumFigure(Figure):
 
     def columns(self, run, kinds=None, strikes=False, per_ball=False):
         group = GROUPS[bool(strikes)]
-        known = energies.kinds_known(run) if self.energetic else (*run.kinds, "all")
         axis = "available normal energy {} [J]" if self.energetic else "speed {} [m/s]"
-        kinds = _checked(run, group, **self.by, kinds=kinds or known)
+        kinds = _checked(run, group, **self.by, kinds=kinds or (*run.kinds, "all"))
         rows = [_rows(kind, bins(run, kind, group, **self.by), axis, group) for kind in kinds]
         together = {head: np.concatenate([row[head] for row in rows]) for head in rows[0]}
         if per_ball:

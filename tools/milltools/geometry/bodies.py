@@ -303,9 +303,9 @@ def read(run) -> list[Body]:
         first = int(run.read(f"{place}/Steps/PointOffsets", slice(0, 1)).sum())
         points = run.read(f"{place}/Points", slice(first, first + count)).astype(float)
         corners = run.read(f"{place}/Polygons/Connectivity")
-        kinds = list(run.attribute(f"{place}/CellData/kind", "kinds", run.kinds))
+        kinds = run.index_names(f"{place}/CellData/kind")
         kind, number = (run.read(f"{place}/CellData/{what}") for what in ("kind", "number"))
-        if len(corners) != 3 * len(kind) or corners.max(initial=0) >= len(points) or kind.max(initial=0) >= len(kinds):
+        if len(corners) != 3 * len(kind) or corners.max(initial=0) >= len(points):
             raise run.damaged(place, f"not triangles: {len(points)} points, {len(corners)} corners, {len(kind)} kinds")
         corners = corners.reshape(-1, 3)
         motion = name if name in poses else ""

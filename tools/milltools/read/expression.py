@@ -61,17 +61,21 @@ PREFIXES = {"n": 1e-9, "u": 1e-6, "µ": 1e-6, "μ": 1e-6, "m": 1e-3, "c": 1e-2, 
 PREFIXED = ("g", "m", "s", "J", "Wh", "W", "N", "Nm", "Pa", "Hz")
 SPOKEN = ("1", "W", "J", "N", "kg", "m", "s", "s-1", "m s-1", "J-1", "W-1", "W kg-1", "J kg-1", "kg-1 s-1", "J m-2",
           "W m-2", "N m-2", "kg-1", "s2 m-2")  # fmt: skip
+LETTERS = 500  # of an expression: so many operations within each other can be computed
 ATOM = r"(?:[A-Za-zµμ]+|%|1)(?:\^|\*\*)?(?:-?\d+)?"
 UNIT = re.compile(rf"\s*((?:1?/)?{ATOM}(?:[./*]{ATOM})*)")
 PARTS = re.compile(r"([./* ]?)([A-Za-zµμ]+|%|1(?!\d))(?:\^|\*\*)?(-?\d+)?")
 
 
 def unit_of(text: str) -> tuple[float, tuple[int, ...]]:
-    """Size in SI and exponents of kg, m, s of a unit such as "mJ", "m/s", "m s-1"; KeyError for an unknown one."""
+    """Size in SI and exponents of kg, m, s of a unit such as "mJ", "m/s", "m s-1"; KeyError for an unknown one, and
+    for an exponent above 9."""
     size, powers = 1.0, (0, 0, 0)
     for sign, name, power in PARTS.findall(text):
         if name not in UNITS and (name[:1] not in PREFIXES or name[1:] not in PREFIXED):
             raise KeyError(name)
+        if len(power.lstrip("-")) > 1:
+            raise KeyError(f"{name}^{power}")
         one, own = UNITS.get(name) or (PREFIXES[name[0]] * UNITS[name[1:]][0], UNITS[name[1:]][1])
         times = int(power or 1) * (-1 if sign == "/" else 1)
         size, powers = size * one**times, tuple(a + times * b for a, b in zip(powers, own))
@@ -110,10 +114,12 @@ class Quantity:
 
     @property
     def error(self) -> float:
-        """The standard error, NaN if that of one part is not known."""
+        """The standard error, NaN if that of one part is not known, and of a value that is no number."""
+        if not math.isfinite(self.value):
+            return math.nan
         together = [share[1:] for share in self.shares.values() if share[1:].any()]
         if len(together) < 2:
-            return math.sqrt(sum(share[0] ** 2 for share in self.shares.values()))
+            return math.hypot(*(share[0] for share in self.shares.values()))
         alone = [share[0] for share in self.shares.values() if not share[1:].any()]
         return math.hypot(standard_error(sum(together), self.period), *alone)
 
@@ -122,8 +128,9 @@ class Quantity:
         return self.own or spelled(self.powers)
 
     def _with(self, other, value, mine, its, powers):
-        names = dict.fromkeys([*self.shares, *other.shares])
-        shares = {n: mine * self.shares.get(n, 0.0) + its * other.shares.get(n, 0.0) for n in names}
+        names, value = dict.fromkeys([*self.shares, *other.shares]), value if math.isfinite(value) else math.nan
+        with np.errstate(over="ignore", invalid="ignore"):
+            shares = {n: mine * self.shares.get(n, 0.0) + its * other.shares.get(n, 0.0) for n in names}
         return Quantity(value, powers, shares, period=max(self.period, other.period))
 
     def __add__(self, other):
@@ -140,7 +147,8 @@ class Quantity:
         powers = tuple(map(operator.sub, self.powers, other.powers))
         if not other.value:
             return Quantity(math.nan, powers)
-        return self._with(other, self.value / other.value, 1 / other.value, -self.value / other.value**2, powers)
+        value = self.value / other.value
+        return self._with(other, value, 1 / other.value, -value / other.value, powers)
 
 
 SIGNS = {ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv}
@@ -152,6 +160,8 @@ class Expression:
 
     def __init__(self, text: str):
         self.text = " ".join(text.split()).removeprefix("/statistics/")
+        if len(self.text) > LETTERS:
+            raise self.fault(f"expected an expression of at most {LETTERS} letters, got {len(self.text)}")
         self._numbers, self._leaves = {}, {}  # name in the tree: Quantity with its text; path or name
         text = self._pythonic()
         try:
@@ -195,7 +205,8 @@ class Expression:
         while text:
             try:
                 size, powers = unit_of(text)
-                return at + found[0].index(found[1]) + len(text), Quantity(float(number) * size, powers)
+                at += found[0].index(found[1]) + len(text)
+                break
             except KeyError as fault:
                 shorter = re.match(r"(.*)[./*]", text)
                 if not shorter and text[0] not in "1/":
@@ -203,7 +214,11 @@ class Expression:
                         f"unknown unit '{fault.args[0]}' behind {number}; there are mJ, W, m/s, kg, s ..."
                     ) from None
                 text = shorter[1] if shorter else ""
-        return at, Quantity(float(number))
+        else:
+            size, powers = 1.0, (0, 0, 0)
+        if not (math.isfinite(float(number) * size) and size):
+            raise self.fault(f"the number {number} {text}".rstrip() + " is too large or too small")
+        return at, Quantity(float(number) * size, powers)
 
     def _check(self, node):
         """UserError for a tree with other parts than an expression has."""
@@ -247,6 +262,8 @@ class Expression:
             if isinstance(node.op, (ast.Add, ast.Sub)) and a.powers != b.powers:
                 units = " and ".join(spoken_unit(one.unit) or "a plain number" for one in (a, b))
                 raise self.fault(f"{units} cannot be added")
+            if isinstance(node.op, ast.Div) and not b.value and not b.shares:
+                raise self.fault("divides by zero")
             return SIGNS[type(node.op)](a, b)
         if isinstance(node, ast.UnaryOp):
             return Quantity(-1.0) * self._value(node.operand, results)
@@ -278,9 +295,10 @@ class Expression:
         try:
             value, error = results.scalar(path)
             size, powers = unit_of(results.units[path])
+            if size != 1:  # the files of runs have SI units
+                raise KeyError(path)
         except KeyError:
             raise self.fault(f"'{path}' is not a scalar of /statistics in this run{_near(path, results)}") from None
-        assert size == 1.0, "the file has SI units"
         return Quantity.told(value, powers, results.units[path], path, error, results.history(path), results.period)
 
     # ---- in words
@@ -376,6 +394,8 @@ class Requirement:
             raise UserError(f"'{text[:80]}': expected a number with its unit on the right, such as 225 W")
         sign = 1 if "<" in found[2] else -1
         limit = right._value(right._tree, None)
+        if not math.isfinite(limit.value):
+            raise UserError(f"'{text[:80]}': the limit is too large")
         return cls(f"{left.text} {'<=' if sign > 0 else '>='} {right.text}", left, sign, limit.value)
 
     def excess(self, results: Results | None) -> tuple[float, float]:

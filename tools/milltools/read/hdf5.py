@@ -3,6 +3,7 @@ hold, and every error of HDF5 or h5py on damaged bytes becomes a UserError, "FIL
 """
 
 import contextlib
+import errno
 import math
 import mmap
 import os
@@ -32,6 +33,17 @@ FAULTS = (
 )  # fmt: skip
 
 
+def _opened(path: str) -> h5py.File:
+    """The file; without a lock where the file system has none. Within a process HDF5 opens a file only with a lock or
+    only without one, and h5py of the user takes locks."""
+    try:
+        return h5py.File(path, "r")
+    except OSError as fault:
+        if "unable to lock" not in str(fault) or fault.errno == errno.EAGAIN:  # another program is writing in it
+            raise
+        return h5py.File(path, "r", locking=False)
+
+
 class Store(contextlib.AbstractContextManager):
     """An open file: a context manager, or use close()."""
 
@@ -42,7 +54,7 @@ class Store(contextlib.AbstractContextManager):
         try:
             with opened(self.path, "the output file of a run") as file:
                 self._size, begin = os.fstat(file.fileno()).st_size, file.read(4096).lstrip()
-            self._file = h5py.File(self.path, "r")
+            self._file = _opened(self.path)
         except UserError:
             raise
         except FAULTS as fault:

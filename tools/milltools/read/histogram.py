@@ -75,7 +75,8 @@ def by_energy(run, row: str, group: str, name: str, species) -> Histogram:
     edges = run.read("statistics/energies/edges")[1:-1]
     outside = (float(values[k]) for values in (count, lost) for k in (0, -1))
     below, above, lost_below, lost_above = outside
-    return Histogram(edges, count[1:-1], lost[1:-1], below, above, "all", lost_below, lost_above)
+    part = run.attribute(f"statistics/energies/{kinds[0]}/dissipation", "part", "all")
+    return Histogram(edges, count[1:-1], lost[1:-1], below, above, part, lost_below, lost_above)
 
 
 def _of_pairs(run, path: str, species: list[int]) -> np.ndarray:

@@ -30,6 +30,10 @@ def _known_not_negative(values):
     return not (np.isinf(values) | (values < 0)).any()
 
 
+def _bins(values):
+    return len(values) > 2 and _rising(values)
+
+
 def _rising(values):
     return not np.isnan(values).any() and (np.diff(values) > 0).all()
 
@@ -43,7 +47,8 @@ class Rule(typing.NamedTuple):
 
     pattern: re.Pattern
     kinds: str  # of numpy's types
-    shape: tuple  # a number; None: any; "PATH": as many rows as that dataset, "PATH -1": one less
+    # a number; None: any; SPECIES; "PATH": as many rows as that dataset, "PATH -1": one less, "PATH *3": three times
+    shape: tuple
     check: Callable | None  # of the values
 
 
@@ -54,10 +59,29 @@ SAID = {
     _not_negative: "a value that is below 0 or not a number",
     _known_not_negative: "a value that is below 0 or infinite",
     _rising: "values that do not ascend",
+    _bins: "values that do not ascend, or fewer than two bins",
     _rising_or_level: "values that descend or are not numbers",
 }
 BALLS = "particles/trajectory/id"
 FRAMES = "particles/trajectory/position/time"
+SPECIES = "species"  # as many as the deck has
+ENERGIES = "statistics/energies"
+BLOCKS, EACH = f"{ENERGIES}/blocks", f"{ENERGIES}/blocks/ball_ball/normal"
+PARTS, FACETS = "statistics/wear/parts/kind", "statistics/wear/area"
+# What datasets of indices refer to, one for all columns or one for each: the rows of a dataset, the names in the
+# attribute "@NAME", so many, or nothing (None). -1 is no index where a rule allows it.
+INDICES = {
+    r"impacts/kind": "@kinds",
+    r"impacts/ball": BALLS,
+    r"particles/trajectory/species": "@names",
+    r"VTKHDF/.*/CellData/kind": "@kinds",
+    PARTS: "@kinds",
+    r"statistics/wear/parts/motion": "@motions",
+    r"statistics/wear/part": PARTS,
+    r"statistics/wear/face": 6,
+    r"statistics/wear/cells": (FACETS, None, None, None, None, 6),
+    r"statistics/wear/mesh/facet": FACETS,
+}
 # NaN: not known, such as a median of no impacts, or a velocity in a cell that no ball entered
 RULES = [
     Rule(re.compile(pattern), kinds, shape, check)
@@ -90,30 +114,34 @@ RULES = [
         (r"VTKHDF/(.*)/CellData/number", WHOLE, (r"VTKHDF/\1/CellData/kind",), None),
         (r"statistics/duration", NUMBER, (), _not_negative),
         (r"statistics/maps/samples", NUMBER, (), _not_negative),
-        (r"statistics/maps/\w+/\w_edges", NUMBER, (None,), _rising),
+        (r"statistics/maps/\w+/\w_edges", NUMBER, (None,), _bins),
         (r"(statistics/maps/cross_section/)\w+", NUMBER, (r"\1y_edges -1", r"\1z_edges -1"), _no_infinity),
         (r"(statistics/maps/axial/)\w+", NUMBER, (r"\1x_edges -1", r"\1r_edges -1"), _no_infinity),
-        (r"statistics/(.*)/histogram/edges", NUMBER, (None,), _rising),
+        (r"statistics/(.*)/histogram/edges", NUMBER, (None,), _bins),
         (r"statistics/(.*)/histogram/count", NUMBER, (r"statistics/\1/histogram/edges -1",), _not_negative),
         (r"statistics/(.*)/histogram/\w+", NUMBER, (r"statistics/\1/histogram/edges -1",), _no_infinity),
-        (r"statistics/energies/(blocks/)?edges", NUMBER, (None,), _rising),
+        (r"statistics/energies/(blocks/)?edges", NUMBER, (None,), _bins),
         (r"statistics/energies/blocks/(duration|period)", NUMBER, (), _not_negative),
-        (r"(statistics/energies/blocks)/ball_ball/.*", WHOLE, (None, None, None, r"\1/edges -1"), _not_negative),
-        (r"(statistics/energies/blocks)/.*", WHOLE, (None, None, r"\1/edges -1"), _not_negative),
-        (r"statistics/wear/parts/(start|axes)", NUMBER, (None, 3, 4), _finite),
-        (r"statistics/wear/parts/\w+", WHOLE, (None,), None),
+        (f"({BLOCKS})/ball_ball/normal", WHOLE, (None, SPECIES, SPECIES, r"\1/edges -1"), _not_negative),
+        (f"({BLOCKS})/ball_ball/.*", WHOLE, (EACH, SPECIES, SPECIES, r"\1/edges -1"), _not_negative),
+        (f"({BLOCKS})/.*", WHOLE, (EACH, SPECIES, r"\1/edges -1"), _not_negative),
+        (r"statistics/wear/parts/(start|axes)", NUMBER, (PARTS, 3, 4), _finite),
+        (PARTS, WHOLE, (None,), _not_negative),
+        (r"statistics/wear/parts/\w+", WHOLE, (PARTS,), None),
         (r"statistics/wear/mesh/triangles", WHOLE, (), _not_negative),
-        (r"statistics/wear/mesh/points", NUMBER, (None, 3), _finite),
+        (r"statistics/wear/mesh/points", NUMBER, ("statistics/wear/mesh/facet *3", 3), _finite),
         (r"statistics/wear/mesh/facet", WHOLE, (None,), _not_negative),
         (r"statistics/wear/mesh/\w+", NUMBER, ("statistics/wear/mesh/facet",), _no_infinity),
-        (r"statistics/wear/centre", NUMBER, ("statistics/wear/area", 3), _finite),
+        (r"statistics/wear/centre", NUMBER, (FACETS, 3), _finite),
         (r"statistics/wear/cells", WHOLE, (None, 6), _not_negative),
-        (r"statistics/wear/lattices", NUMBER, ("statistics/wear/parts/kind", 7), _finite),
-        (r"statistics/wear/area", NUMBER, (None,), _positive),
-        (r"statistics/wear/(part|face|count)", WHOLE, ("statistics/wear/area",), _not_negative),
-        (r"statistics/wear/\w+", NUMBER, ("statistics/wear/area",), _no_infinity),
-        (r"statistics/energies/ball_ball/.*", NUMBER, (None, None, "statistics/energies/edges -1"), _no_infinity),
-        (r"statistics/energies/.*", NUMBER, (None, "statistics/energies/edges -1"), _no_infinity),
+        (r"statistics/wear/lattices", NUMBER, (PARTS, 7), _finite),
+        (FACETS, NUMBER, (None,), _positive),
+        (r"statistics/wear/(part|face|count)", WHOLE, (FACETS,), _not_negative),
+        (r"statistics/wear/\w+", NUMBER, (FACETS,), _no_infinity),
+        (f"{ENERGIES}/ball_ball/dissipation", NUMBER, (SPECIES, SPECIES, f"{ENERGIES}/edges -1"), _no_infinity),
+        (f"{ENERGIES}/ball_ball/.*", NUMBER, (SPECIES, SPECIES, f"{ENERGIES}/edges -1"), _not_negative),
+        (f"{ENERGIES}/.*/dissipation", NUMBER, (SPECIES, f"{ENERGIES}/edges -1"), _no_infinity),
+        (f"{ENERGIES}/.*", NUMBER, (SPECIES, f"{ENERGIES}/edges -1"), _not_negative),
         (r"statistics/(.*/quantiles\w*|rotor/block_(power|torque))", NUMBER, (None,), _no_infinity),
         (r"statistics/precision/fast_rate/.*", NUMBER, (None,), None),
         (r"statistics/precision/.*", NUMBER, (), None),  # an exact value has infinitely many degrees of freedom
@@ -127,6 +155,12 @@ RULES = [
 def of(path: str) -> Rule | None:
     """The first rule for a path."""
     return next((rule for rule in RULES if rule.pattern.fullmatch(path)), None)
+
+
+@functools.lru_cache(maxsize=4096)
+def indexed(path: str):
+    """What the indices in a dataset refer to, as in INDICES; None for other datasets."""
+    return next((of for pattern, of in INDICES.items() if re.fullmatch(pattern, path)), None)
 
 
 def check_layout(run, path: str, thing):
@@ -143,10 +177,13 @@ def check_layout(run, path: str, thing):
         raise ValueError(f"expected {len(rule.shape)} dimensions, got {len(shape)}")
     for have, want in zip(shape, rule.shape):
         if isinstance(want, str):
-            other, _, less = rule.pattern.fullmatch(path).expand(want).partition(" ")
-            want = run.length(other) + int(less or 0)
+            other, _, change = rule.pattern.fullmatch(path).expand(want).partition(" ")
+            want = len(run.as_deck.species) if other == SPECIES else run.length(other)
+            want = want * int(change[1:]) if change[:1] == "*" else want + int(change or 0)
             if have != want:
-                raise ValueError(f"{have} rows, expected {want} to match /{other}")
+                raise ValueError(
+                    f"{have} rows, expected {want} to match {'the deck' if other == SPECIES else f'/{other}'}"
+                )
         elif want not in (None, have):
             raise ValueError(f"{have} columns, expected {want}")
 

@@ -55,8 +55,6 @@ PRECISION = {
 }
 HARD_RATE, HARD_PER_JOULE = "rate_above_1mJ", "above_1mJ_per_joule"  # below /statistics/precision
 TURNED = 1e-3  # tolerance of a rotation matrix: its rows must be orthogonal and of length 1
-# datasets of indices: into the names in an attribute, or of balls
-INDICES = {"impacts/kind": "kinds", "impacts/ball": "balls", "particles/trajectory/species": "names"}
 RATE = re.compile(r"impacts/([^/]+)/rate")
 
 
@@ -100,8 +98,7 @@ class Run(Store):
         if rule and rule.shape == () and np.ndim(values) == 1:  # some writers have no scalars
             values = values[0]
         fault = rules.fault(rule, values)
-        if path in INDICES and np.max(values, initial=0) >= self._count(path):
-            fault = f"an index that is too large: there are {self._count(path)}"
+        fault = fault or self._index_fault(path, values, index)
         if path == "particles/trajectory/diameter" and np.max(values, initial=0) > self._largest_ball():
             fault = f"a ball diameter of {np.max(values):g} m, larger than the balls or the drum of the deck"
         if fault:
@@ -113,12 +110,29 @@ class Run(Store):
         drum = 2 * self.quantity("drum/radius", np.inf) + 2 * self.quantity("drum/buckle_height", 0.0)
         return 1.001 * min(drum, max((kind.diameter for kind in self.as_deck.species), default=0.0))
 
-    def _count(self, path: str) -> int:
-        """The number of items that the indices in one of INDICES refer to."""
-        if INDICES[path] == "balls":
-            return self.length(rules.BALLS)
-        other = self.kinds if INDICES[path] == "kinds" else ["balls"]
-        return len(self.attribute(path, INDICES[path], ())) or len(other)
+    def _index_fault(self, path: str, values: Any, index: Any) -> str:
+        """Why the indices in a dataset are wrong; "" if they are not, and for other datasets."""
+        of = rules.indexed(path)
+        if path == "impacts/partner" and "ball_ball" in (kinds := self.index_names("impacts/kind")):
+            values = np.atleast_1d(values)[np.atleast_1d(self.read("impacts/kind", index)) == kinds.index("ball_ball")]
+            if np.min(values, initial=0) < 0:
+                return "no partner of an impact between balls"
+            of = rules.BALLS
+        for k, one in enumerate(of if isinstance(of, tuple) else (of,)):
+            if one is None:
+                continue
+            named = str(one).startswith("@")
+            many = one if isinstance(one, int) else len(self.index_names(path)) if named else self.length(one)
+            column = values[..., k] if isinstance(of, tuple) else values
+            if np.size(column) and np.max(column) >= many:
+                return f"an index that is too large: there are {many}"
+        return ""
+
+    def index_names(self, path: str) -> list[str]:
+        """The names that the indices in a dataset refer to, such as those of the kinds of "impacts/kind"."""
+        name = rules.indexed(path)[1:]
+        others = {"kinds": self.kinds, "motions": self.motions, "names": ["balls"]}[name]
+        return list(self.attribute(path, name, ())) or list(others)
 
     # ---- program, version, status
 
@@ -468,7 +482,7 @@ class Run(Store):
 
     def species_names(self) -> list[str]:
         """Names of the species; balls("species") contains indices into them."""
-        return list(self.attribute("particles/trajectory/species", "names", ())) or ["balls"]
+        return self.index_names("particles/trajectory/species")
 
     def frame_times(self) -> np.ndarray:
         """Times of the stored frames [s]; empty if output.frames = 0 s."""

@@ -44,7 +44,7 @@ class Wear:
         if why := why_not(run):
             raise UserError(f"{run.path}: {why}")
         self.run = run
-        kinds, motions = (list(run.attribute(f"{PLACE}/parts/{name}", f"{name}s", ())) for name in ("kind", "motion"))
+        kinds, motions = (run.index_names(f"{PLACE}/parts/{name}") for name in ("kind", "motion"))
         columns = (run.read(f"{PLACE}/parts/{name}") for name in ("kind", "number", "motion", "round", "axes", "start"))
         rows = zip(*columns, run.read(f"{PLACE}/lattices"))
         self.parts = [
@@ -52,6 +52,7 @@ class Wear:
             for kind, number, motion, turned, axes, start, lattice in rows
         ]
         self.part, self.face, self.area = (run.read(f"{PLACE}/{name}") for name in ("part", "face", "area"))
+        self.area = self.area.astype(float)
 
     def __getitem__(self, name: str) -> np.ndarray:
         return self.run.read(f"{PLACE}/{name}")

@@ -33,7 +33,7 @@ class LastImpacts:
 
     def __init__(self, run):
         self.run, self.count = run, run.length("impacts/time")
-        self.pair = list(run.attribute("impacts/kind", "kinds")).index("ball_ball")
+        self.kinds = run.index_names("impacts/kind")
         self.speed = np.full(len(run.balls("id")), np.nan)
         self.next = 0  # the first row not read yet
 
@@ -56,7 +56,9 @@ class LastImpacts:
         )
         found = np.full_like(self.speed, np.nan)
         # for both balls of a row; numpy assigns the rows in order, so the last impact of a ball stays
-        found[np.stack([ball, np.where(kind == self.pair, partner, ball)], axis=1).ravel()] = np.repeat(speed, 2)
+        found[np.stack([ball, np.where(np.array(self.kinds)[kind] == "ball_ball", partner, ball)], axis=1).ravel()] = (
+            np.repeat(speed, 2)
+        )
         return found
 
 

@@ -57,7 +57,7 @@ def optimize(
     goal = study_deck.objectives[0]
     budget = Budget(runs, study_deck.replicates, goal.sign > 0, study_deck.seed if seed is None else seed)
     space = Space(study_deck.about()["vary"])
-    probe.probe(study_deck, [dict(zip(space.keys, spread(space, [], budget, k), strict=True)) for k in range(5)])
+    probe.probe(NAME, study_deck, [dict(zip(space.keys, spread(space, [], budget, k), strict=True)) for k in range(5)])
     kept = open_storage(storage, path) if storage else None
     with filling.filled(NAME, path, study_deck.about(runs, command), force) as table:
         kept, place = kept or open_storage(None, path)
@@ -87,7 +87,7 @@ def dry_run(arguments) -> Answer:
     _check_runs(arguments.runs)
     study, where = Study(arguments.study, arguments.set), executors.Where(**executors.asked(arguments))
     path = options.output_of(arguments.study, arguments.output, "-optimize")
-    probe.probe(study, probe.corners(study))
+    probe.probe(NAME, study, probe.corners(study))
     there = len(table.Table.open(path)) if path.exists() and not arguments.force else 0
     had = f"; {there} of them are in {path} already" if there else ""
     plan = f"plan       at most {plural(arguments.runs, 'run')}{had}"

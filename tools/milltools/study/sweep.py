@@ -38,7 +38,7 @@ def sweep(
     study_deck = Study(study, overrides)
     path = options.output_of(study, output)
     plan = designs.plan(study_deck)
-    probe.probe(study_deck, plan)
+    probe.probe(NAME, study_deck, plan)
     numbers = {job["id"]: job["design"] for job in designs.jobs(study_deck, plan)}
     with filling.filled(NAME, path, study_deck.about(len(numbers), command), force) as table:
         table.number(numbers)
@@ -61,7 +61,7 @@ def dry_run(arguments) -> Answer:
 
     study, where = Study(arguments.study, arguments.set), executors.Where(**executors.asked(arguments))
     path, plan = options.output_of(arguments.study, arguments.output), designs.plan(study)
-    probe.probe(study, plan)
+    probe.probe(NAME, study, plan)
     wanted = {job["id"] for job in designs.jobs(study, plan)}
     there = set()
     if path.exists() and not arguments.force:

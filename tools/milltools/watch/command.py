@@ -7,7 +7,6 @@ serves it; source.js is the part of the page that asks. launch.py starts a run.
 import contextlib
 import os
 import pathlib
-import shlex
 import sys
 import tempfile
 import time
@@ -73,7 +72,7 @@ def _run_deck(arguments):
     if os.path.exists(output) and not arguments.force:
         raise UserError(
             f"{output}: exists already; --force overwrites it, -o gives another name, and "
-            f"'{engine.called()} watch {output}' shows it"
+            f"this shows it: {engine.command_line('watch', output)}"
         )
     changes = list(arguments.set)
     if deck.number("output.checkpoint", CHECKPOINT) > CHECKPOINT and not any(_sets(one) for one in changes):
@@ -85,7 +84,7 @@ def _run_deck(arguments):
         return _watch(arguments, Follower(output, before, child))
     except KeyboardInterrupt as stop:
         child.end()
-        again = shlex.join([engine.MILLSIM, "--resume", *own, "-o", output, "--", arguments.what])
+        again = engine.command_line("--resume", *own, "-o", output, "--", arguments.what, program=engine.MILLSIM)
         raise KeyboardInterrupt(f"the run is stopped; this goes on with it: {again}") from stop
     finally:
         child.end()

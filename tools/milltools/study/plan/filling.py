@@ -147,7 +147,7 @@ def last_words(table, command, more=()) -> tuple[str, int]:
     frame = table.of_plan()
     count = {name: int((frame["status"] == name).sum()) for name in STATUSES}
     words = "; ".join([", ".join(f"{many} {name}" for name, many in count.items() if many), *more])
-    line = f"{table.path}: {len(frame)} runs ({words}); see them with: {engine.called()} study {table.path}"
+    line = f"{table.path}: {len(frame)} runs ({words}); see them with: {engine.command_line('study', table.path)}"
     if count["failed"]:
         message = frame.loc[frame["status"] == "failed", "message"].mode()[0]
         print(f"{command}: {count['failed']} runs failed; the most frequent message: {message}", file=sys.stderr)

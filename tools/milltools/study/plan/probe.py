@@ -12,7 +12,7 @@ import tempfile
 from milltools.base.answer import Answer
 from milltools.base.errors import UserError
 from milltools.base.processes import cores
-from milltools.base.progress import Progress
+from milltools.base.progress import Progress, say
 from milltools.base.text import duration, plural, size
 from milltools.read import expression
 from milltools.read.deck import Deck
@@ -20,14 +20,17 @@ from milltools.read.results import Results
 from milltools.read.runfile import Run
 from milltools.read.values import tell
 from milltools.study.plan import job as jobs
+from milltools.study.plan.cautions import cautions
 
 TRIED = 5  # designs, spread over the plan, that are tried
 MOMENT = ["run.sample_from=0 s", "run.time=1 ns"]
 
 
-def probe(study, designs):
+def probe(command, study, designs):
     """Fills in units and descriptions of the objectives. UserError if millsim refuses all of a few designs, or an
-    objective, a recorded number or a requirement cannot be computed. Nothing is written."""
+    objective, a recorded number or a requirement cannot be computed. Prints cautions. Nothing is written."""
+    for caution in cautions(study):
+        say(command, f"warning: {caution}")
     places = sorted({round(k * (len(designs) - 1) / (TRIED - 1)) for k in range(TRIED)})
     faults = []
     for number in places:

@@ -20,7 +20,6 @@ from milltools.read.values import tell
 MOST = 1_000_000  # values of one key
 NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)$", re.S)
 CLAUSES = {"log": r"(.*\S)\s+(log)$", "in": r"(.*\S)\s+in\s+(\d+)$", "step": r"(.*?\S)\s+step\s+(.+)$"}
-WRITTEN = re.compile(r".*\d\.?\s*([^\W\d][^,]*|%)$", re.S)
 # the order of these names identifies a search
 ABOUT = ("key", "unit", "meaning", "kind", "whole", "log", "low", "high", "values", "choices")
 WANTED = (
@@ -91,8 +90,9 @@ def parse(key: str, text: str) -> Range:
 
 def unit_written(text: str) -> str:
     """The last unit of a line: "rpm" of "600..1200 rpm step 100 rpm"; "" without one."""
-    found = WRITTEN.match(re.sub(r"(\s+(log|in\s+\d+))+$", "", text.strip()))
-    return found[1].strip() if found else ""
+    span, clauses = _clauses(text)
+    found = [NUMBER.match(part) for part in (clauses.get("step", ""), re.split(r"\.\.|,", span)[-1])]
+    return next((one[2].strip() for one in found if one and one[2]), "")
 
 
 def _list(key, text) -> Range:

@@ -17,7 +17,7 @@ SECRETS = re.compile(r"(\w://[^:/@]*:).*(?=@)|([?&][^=&]*(?:pass|pwd|secret|toke
 NONE = type(None)
 META = {
     "study": str, "file": str, "deck": str, "fingerprint": str, "common": dict, "objectives": list, "record": list,
-    "require": list, "vary": list, "method": str, "samples": (int, NONE), "seed": int, "replicates": int,
+    "require": list, "notes": list, "vary": list, "method": str, "samples": (int, NONE), "seed": int, "replicates": int,
     "planned": (int, NONE), "command": str, "version": str,
 }  # fmt: skip
 OBJECTIVE = {"path": str, "goal": str, "unit": (str, NONE), "description": (str, NONE)}
@@ -96,9 +96,15 @@ def check_metadata(meta: dict, known_only: bool):
     if not meta["objectives"] or not meta["vary"]:
         raise ValueError("it has no varied key or no objective")
     if not all(
-        isinstance(path, str) for path in [*meta["record"], *meta.get("require", []), *meta.get("common", {}).values()]
+        isinstance(text, str)
+        for text in [
+            *meta["record"],
+            *meta.get("require", []),
+            *meta.get("notes", []),
+            *meta.get("common", {}).values(),
+        ]
     ):
-        raise ValueError("'record' or 'common' contains values that are not texts")
+        raise ValueError("'record', 'require', 'notes' or 'common' contains values that are not texts")
 
 
 def _check_kinds(values, kinds, needed, known_only):

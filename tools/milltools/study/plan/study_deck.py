@@ -20,7 +20,7 @@ from milltools.base.errors import UserError
 from milltools.read import deck_text as lines
 from milltools.read import expression
 from milltools.read.values import Value, order, tell
-from milltools.study.plan import ranges
+from milltools.study.plan import cautions, ranges
 
 ROW_VERSION = 1  # of the content of a row: another version is another run
 SEEDS = 2**32
@@ -124,6 +124,11 @@ class Study:
             return str((pathlib.Path(self.deck).parent / value).resolve())
         return repr(float(value)) if isinstance(value, float) else str(value)
 
+    @property
+    def varied(self) -> dict:
+        """The range of each varied key; a key such as blade.*.pitch is those of all sections that it names."""
+        return self._spread({r.key: r for r in self.vary})
+
     def _spread(self, chosen: dict) -> dict:
         """{key: value} with a key such as blade.*.pitch replaced by those of all sections that it names."""
         return {one: value for key, value in chosen.items() for one in self._named.get(key, [key])}
@@ -188,6 +193,7 @@ class Study:
             "common": self.common(),
             "objectives": [dataclasses.asdict(objective) for objective in self.objectives],
             "require": [one.text for one in self.require],
+            "notes": cautions.cautions(self),
             "vary": [r.about() for r in self.vary],
             "planned": planned,
             "command": command,

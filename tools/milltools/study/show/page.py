@@ -6,6 +6,7 @@ A table has no frames, so the page runs a few designs again, the best ones first
 
 import math
 import pathlib
+import shlex
 import tempfile
 from fnmatch import fnmatchcase
 
@@ -91,7 +92,7 @@ def data(view, objective, mills) -> dict:
         line = view.designs.iloc[k]
         designs.append({
             "name": view.tell(k), "state": str(state[k]),
-            "set": " ".join(f"-s '{text}'" for text in settings(view, k, words)),
+            "set": " ".join(f"-s {shlex.quote(text)}" for text in settings(view, k, words)),
             "keys": [float(line[a.key]) / a.scale.size if a.numeric else a.choices.index(line[a.key])
                      for a in view.axes],
             "aims": [_number(found[path].mean[k]) for path in aims],

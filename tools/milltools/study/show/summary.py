@@ -87,7 +87,7 @@ def head_lines(view) -> list[str]:
     if view.require:
         meet = f"{(view.usable & view.feasible).sum()} of {view.usable.sum()} designs meet this"
         out.append(f"required   {required(view)}: {meet}")
-    return out
+    return out + [f"warning    {note}" for note in view.meta.get("notes") or ()]
 
 
 def required(view) -> str:

@@ -39,12 +39,12 @@ class Pair:
 def pairs(view, objective) -> list[Pair]:
     """What is worth drawing: numerator and denominator of the objective; the objectives of the study; the objective and
     what is required. Empty for one plain objective."""
-    ratio = expression.parsed(objective.path).ratio
-    if ratio and len(view.objectives) == 1:
+    if len(view.objectives) == 1:
         try:
-            above = dataclasses.replace(view.aim(ratio[0].text), goal=objective.goal)
-            below = dataclasses.replace(view.aim(ratio[1].text), goal=OTHER[objective.goal])
-            return [_pair(view, below, above)]
+            if ratio := expression.parsed(objective.path).ratio:
+                above = dataclasses.replace(view.aim(ratio[0].text), goal=objective.goal)
+                below = dataclasses.replace(view.aim(ratio[1].text), goal=OTHER[objective.goal])
+                return [_pair(view, below, above)]
         except UserError:  # the table has only the quotient
             return []
     first, *others = [objective, *(o for o in view.objectives if o is not objective)]
