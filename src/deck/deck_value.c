@@ -383,7 +383,7 @@ static enum mill_status tell(const struct mill_deck *deck, struct mill_units **u
     else
         mill_deck_value_print(&key, &value, text, sizeof text);
     fprintf(out, "%s.%s\t%s\t%s\t%s\t%s\t%s\n", section->title, key.name, type[key.type],
-            file ? file : text, unit, key.meaning, key.type == MILL_KEY_CHOICE ? key.words : "");
+            file ? file : text, unit, key.meaning, key.words ? key.words : "");
     return MILL_OK;
 }
 
