@@ -205,7 +205,7 @@ static bool is_in_range(const struct mill_key *key, double value, const char *te
 static bool read_unit(struct mill_units **units, const struct mill_key *key, const char *text,
                       const char *unit, double *scale, struct mill_error *why)
 {
-    char remark[120] = "";
+    char remark[200] = "", known[120];
     *scale = 1.0;
     if (!*unit)
         return !*unit_of(key) || refuse(key, true, text, "", why);
@@ -222,7 +222,8 @@ static bool read_unit(struct mill_units **units, const struct mill_key *key, con
          strcmp(key->unit ? key->unit : "", "Hz") == 0))
         snprintf(remark, sizeof remark, " (the letter l; with the digit one: 1%.60s)", unit + 1);
     else if (verdict == MILL_UNITS_UNKNOWN)
-        snprintf(remark, sizeof remark, " (unknown unit '%.60s')", unit);
+        snprintf(remark, sizeof remark, " (unknown unit '%.60s'%s)", unit,
+                 mill_units_known(key->unit, known, sizeof known));
     else if (verdict == MILL_UNITS_NO_ANGLE && strcmp(key->unit, "rad/s") == 0)
         snprintf(remark, sizeof remark, " (%.40s: turns or radians? write rpm or rad/s)", unit);
     else if (verdict == MILL_UNITS_NO_ANGLE)
