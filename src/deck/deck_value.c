@@ -205,7 +205,7 @@ static bool is_in_range(const struct mill_key *key, double value, const char *te
 static bool read_unit(struct mill_units **units, const struct mill_key *key, const char *text,
                       const char *unit, double *scale, struct mill_error *why)
 {
-    char remark[120] = "";
+    char remark[200] = "", known[120];
     *scale = 1.0;
     if (!*unit)
         return !*unit_of(key) || refuse(key, true, text, "", why);
@@ -224,7 +224,8 @@ static bool read_unit(struct mill_units **units, const struct mill_key *key, con
     else if (strcmp(unit, "g") == 0 && strcmp(key->unit ? key->unit : "", "m/s^2") == 0)
         snprintf(remark, sizeof remark, " (g is the gram; the unit 'gravity' is 9.80665 m/s^2)");
     else if (verdict == MILL_UNITS_UNKNOWN)
-        snprintf(remark, sizeof remark, " (unknown unit '%.60s')", unit);
+        snprintf(remark, sizeof remark, " (unknown unit '%.60s'%s)", unit,
+                 mill_units_known(key->unit, known, sizeof known));
     else if (verdict == MILL_UNITS_NO_ANGLE && strcmp(key->unit, "rad/s") == 0)
         snprintf(remark, sizeof remark, " (%.40s: turns or radians? write rpm or rad/s)", unit);
     else if (verdict == MILL_UNITS_NO_ANGLE)
@@ -385,7 +386,7 @@ static enum mill_status tell(const struct mill_deck *deck, struct mill_units **u
     else
         mill_deck_value_print(&key, &value, text, sizeof text);
     fprintf(out, "%s.%s\t%s\t%s\t%s\t%s\t%s\n", section->title, key.name, type[key.type],
-            file ? file : text, unit, key.meaning, key.type == MILL_KEY_CHOICE ? key.words : "");
+            file ? file : text, unit, key.meaning, key.words ? key.words : "");
     return MILL_OK;
 }
 

@@ -6,6 +6,7 @@
 #include "millsim/status.h"
 
 #include <stdbool.h>
+#include <stddef.h>
 
 struct mill_units; /* the unit database */
 
@@ -22,8 +23,17 @@ enum mill_units_verdict {
 enum mill_status mill_units_create(struct mill_units **units, struct mill_error *error);
 void mill_units_free(struct mill_units *units);
 
-/* Finds the factor of a unit that most decks use, without the database. false: ask the database. */
+/* The units that most decks use, with their factors; the last row is empty. */
+extern const struct mill_units_row {
+    const char *unit, *si;
+    double scale;
+} mill_units_usual_rows[];
+
+/* Finds the factor of one of them, without the database. false: ask the database. */
 bool mill_units_usual(const char *unit, const char *si, double *scale);
+
+/* For the message about an unknown unit: "; ..., ... are known" if only the usual ones are. */
+const char *mill_units_known(const char *si, char *out, size_t size);
 
 /* Finds the factor that converts a number in `unit` to the SI unit `si`. Both are in the notation
  * of UDUNITS; `si` is a product of m, kg, s, Hz, rad, or "1". *scale is set only for

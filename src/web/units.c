@@ -1,6 +1,7 @@
 /* Units without the database of UDUNITS-2: the usual ones */
 #include "deck/units.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -23,9 +24,6 @@ void mill_units_free(struct mill_units *units)
 enum mill_units_verdict mill_units_scale(const struct mill_units *units, const char *unit,
                                          const char *si, double *scale)
 {
-    static const char *const quantity[] = {"m",   "s",     "rad",    "kg",  "1",
-                                           "m/s", "rad/s", "kg/m^3", "Hz",  "J",
-                                           "K",   "Pa",    "m/s^2",  "W/K", "kg/J"};
     double other;
     (void)units;
     if (mill_units_usual(unit, si, scale))
@@ -34,8 +32,20 @@ enum mill_units_verdict mill_units_scale(const struct mill_units *units, const c
         return MILL_UNITS_NO_ANGLE;
     if (strcmp(si, "Hz") == 0 && mill_units_usual(unit, "rad/s", &other))
         return MILL_UNITS_ANGLE;
-    for (size_t k = 0; k < sizeof quantity / sizeof *quantity; k++)
-        if (mill_units_usual(unit, quantity[k], &other))
-            return MILL_UNITS_MISMATCH;
-    return MILL_UNITS_UNKNOWN;
+    const struct mill_units_row *row = mill_units_usual_rows;
+    while (row->unit && strcmp(unit, row->unit) != 0)
+        row++;
+    return row->unit ? MILL_UNITS_MISMATCH : MILL_UNITS_UNKNOWN;
+}
+
+const char *mill_units_known(const char *si, char *out, size_t size)
+{
+    const char *apart = "; the studio knows ";
+    size_t used = 0;
+    for (const struct mill_units_row *row = mill_units_usual_rows; row->unit; row++)
+        if (strcmp(si, row->si) == 0 && used < size) {
+            used += (size_t)snprintf(out + used, size - used, "%s%s", apart, row->unit);
+            apart = ", ";
+        }
+    return out;
 }

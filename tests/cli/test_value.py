@@ -47,9 +47,9 @@ def test_a_value_is_told_with_kind_and_unit(told, order, kind, value, unit):
     assert line["meaning"]
 
 
-def test_only_a_choice_has_words(told):
-    profile, radius = told("drum.profile=circle", "drum.radius=1 m")
-    assert (profile["choices"], radius["choices"]) == ("circle|wavy", "")
+def test_a_choice_has_words_and_so_has_a_file_that_there_need_not_be(told):
+    lines = told("drum.profile=circle", "drum.radius=1 m", "balls.start=a.txt", "body.a.file=a.stl")
+    assert [line["choices"] for line in lines] == ["circle|wavy", "", "random", ""]
 
 
 def test_a_told_number_reads_back_to_the_same_bits(told):

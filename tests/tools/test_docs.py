@@ -2,12 +2,13 @@
 
 import importlib.machinery
 import importlib.util
+import os
 import re
 import subprocess
 import sys
 
 import pytest
-from conftest import ROOT
+from conftest import PROGRAM, ROOT
 
 import milltools
 
@@ -107,3 +108,14 @@ def test_lock_files_agree():
     for name in ("tools/requirements.lock", "tests/requirements.lock"):
         for package, version in re.findall(r"^([\w.-]+)==(\S+)$", (ROOT / name).read_text(), re.MULTILINE):
             assert pinned.setdefault(package.lower(), version) == version, f"{name}: {package}"
+
+
+def test_every_unit_on_the_pages_is_known_without_the_database_that_the_studio_lacks():
+    value = re.compile(r"""\b([a-z_]\w*(?:\.\w+)+ ?= ?(?:[-+\d.e]+ )+([^\s'"`,;:|)]+))""")
+    orders = {unit: order for page in PAGES for order, unit in value.findall(page.read_text())}
+    assert {"mm", "rpm", "GPa"} <= orders.keys()
+    none = {**os.environ, "UDUNITS2_XML_PATH": "/none"}
+    told = [
+        subprocess.run([PROGRAM, "--value", one], env=none, capture_output=True, text=True) for one in orders.values()
+    ]
+    assert not [one.stderr for one in told if "database" in one.stderr]

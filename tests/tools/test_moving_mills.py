@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import players
 import pytest
+from conftest import ROOT
 from moving_mills import ATTRITOR, PLANETARY
 from test_scene import at, picture, project, stored
 
@@ -277,6 +278,21 @@ def test_pins_are_where_the_stirrer_is(runs):
 def stl(path):
     rows = np.frombuffer(path.read_bytes()[84:], [("n", "<f4", 3), ("c", "<f4", (3, 3)), ("e", "<u2")])
     return rows["c"]
+
+
+def test_a_mesh_that_is_not_that_of_the_run_is_not_read_for_an_export(mill, millsim, write_deck, tmp_path):
+    """The file of a stranger may name any mesh of this computer."""
+    content, short = (ROOT / "input/rotor.stl").read_bytes(), ("-s", "run.time=1 us", "-s", "run.sample_from=0 s")
+    (tmp_path / "rotor.stl").write_bytes(content)
+    write_deck((ROOT / "input/stl.ini").read_text())
+    assert millsim("-q", "-o", "run.h5", *short, "-s", "balls.count=1", "deck.ini").returncode == 0
+    assert mill("export", "run.h5", "a.stl", "--part", "rotor").returncode == 0
+    rows = np.frombuffer(content[84:], [("n", "<f4", 3), ("c", "<f4", (3, 3)), ("e", "<u2")]).copy()
+    rows["c"] += np.float32(0.01)
+    (tmp_path / "rotor.stl").write_bytes(content[:84] + rows.tobytes())
+    done = mill("export", "run.h5", "b.stl", "--part", "rotor")
+    line = "mill export: run.h5: the tables and meshes that its deck names are not those of the run\n"
+    assert (done.returncode, done.stderr, (tmp_path / "b.stl").exists()) == (1, line, False)
 
 
 @pytest.mark.slow

@@ -133,12 +133,16 @@ def test_a_dear_run_is_run_again_only_if_that_is_asked_for(copy):
     assert len(shown(copy, "always")[0]) > len(times)
 
 
-def test_a_run_that_comes_out_otherwise_is_shown_as_stored(copy):
+@pytest.mark.parametrize(
+    "name, index, why",
+    [("value", (3, 5), "the states of the balls differ"), ("time", (), "its first frame is at another time")],
+)
+def test_a_run_that_comes_out_otherwise_is_shown_as_stored(copy, name, index, why):
     with h5py.File(copy, "r+") as f:
-        f["particles/trajectory/position/value"][3, 5] += 1e-4
+        f[f"particles/trajectory/position/{name}"][index] += 1e-4
     times, _, _, said = shown(copy)
     assert times.tolist() == stored(copy).tolist()
-    assert "the states of the balls differ" in said[0]
+    assert why in said[0]
 
 
 def test_a_run_of_another_program_is_shown_as_stored(copy):

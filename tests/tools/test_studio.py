@@ -2,12 +2,14 @@
 
 import base64
 import json
+import os
+import pathlib
 import re
 import webbrowser
 import zlib
 
 import pytest
-from conftest import ROOT, SMALL
+from conftest import ROOT, SMALL, SMALL_START
 
 from milltools import __main__
 from milltools.studio import build, command
@@ -47,16 +49,66 @@ def test_without_a_browser_it_prints_the_address(page, monkeypatch, capsys):
     assert capsys.readouterr().out == f"{page.as_uri()}\n"
 
 
-def test_a_copy_has_the_deck_and_the_files_that_it_names(page, opened, tmp_path):
-    (tmp_path / "deck.ini").write_text(SMALL + "[body.x]\nfile = a </script>.stl\n")
-    (tmp_path / "a <").mkdir()
-    (tmp_path / "a <" / "script>.stl").write_bytes(b"solid")
-    assert __main__.dispatch(["studio", "deck.ini", "-o", "copy.html"]) == 0
-    text = (tmp_path / "copy.html").read_text()
-    own = json.loads(re.search(r'id="own">(.*?)</script>', text)[1])
-    assert own["text"].startswith(SMALL)
-    assert own["files"] == {"a </script>.stl": base64.b64encode(b"solid").decode()}
+@pytest.fixture
+def beside(tmp_path, the_program):
+    """beside(name) writes a deck that names a file with the start of its balls, in a folder with all kinds of files."""
+    folder, out = tmp_path / "mill", tmp_path / "private"
+    for place in (folder / "a <", out):
+        place.mkdir(parents=True)
+    for path in (folder / "a <" / "script>", folder / "random", folder / "50 ms", out / "start"):
+        path.write_text(SMALL_START)
+    (folder / "text").write_text("no numbers")
+    (folder / "out").symlink_to(out)
+    (folder / "link").symlink_to(out / "start")
+    (folder / "inner").symlink_to("a </script>")
+    (folder / "hard").hardlink_to(out / "start")
+    (folder / "loop").symlink_to("loop")
+    os.mkfifo(folder / "pipe")
+    with open(folder / "huge", "w") as file:
+        file.truncate(3_000_000_000)
+    deck = folder / "deck.ini"
+    return lambda name: deck.write_text(SMALL.replace("[drum]", f"start = {name}\n[drum]")) and deck
+
+
+@pytest.mark.parametrize("name", ["a </script>", "./inner", "a </../hard"])
+def test_a_copy_has_the_deck_and_the_files_of_its_folder_that_it_names_and_says_so(page, opened, beside, capsys, name):
+    deck = beside(name)
+    assert __main__.dispatch(["studio", str(deck), "-o", "copy.html", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["holds"] == {name: len(SMALL_START)}
+    own = json.loads(re.search(r'id="own">(.*?)</script>', pathlib.Path("copy.html").read_text())[1])
+    assert own == {"text": deck.read_text(), "files": {name: base64.b64encode(SMALL_START.encode()).decode()}}
     assert opened == []
+
+
+@pytest.mark.parametrize(
+    "name, line",
+    [
+        ("link", "'link' is not in the deck's folder"),
+        ("out/start", "'out/start' is not in the deck's folder"),
+        ("../private/start", "'../private/start' is not in the deck's folder"),
+        ("/etc/hostname", "'/etc/hostname' is not in the deck's folder"),
+        ("loop", "loop: cannot be read: Too many levels of symbolic links"),
+        ("pipe", "pipe: is not an ordinary file"),
+        ("a <", "a <: is a folder"),
+        ("none", "none: no such file"),
+        ("huge", "'huge': the files of a page have 16 MB at most"),
+        ("text", "text:1: expected 3, 6 or 9 numbers"),
+    ],
+)
+def test_a_copy_takes_in_no_other_file(page, beside, capsys, monkeypatch, name, line):
+    deck = beside(name)
+    monkeypatch.setattr("sys.argv", ["mill", "studio", str(deck), "-o", "copy.html"])
+    assert __main__.main() == 2
+    said = capsys.readouterr().err
+    assert said.startswith(f"mill studio: {deck.parent}/") and line in said and said.count("\n") == 1
+    assert not pathlib.Path("copy.html").exists()
+
+
+def test_only_keys_of_files_bring_files(page, beside, capsys):
+    """Neither other keys, nor words that stand for no file, nor what is a line of its own to other readers only."""
+    deck = beside("random  # a\u2028start = text")
+    assert __main__.dispatch(["studio", str(deck), "-o", "copy.html", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["holds"] == {}
 
 
 @pytest.mark.parametrize(
@@ -64,13 +116,14 @@ def test_a_copy_has_the_deck_and_the_files_that_it_names(page, opened, tmp_path)
     [
         (["-o", "old.html"], "old.html: exists; give another name, or remove it"),
         (["none.ini"], "none.ini: no such file"),
-        (["mesh.ini"], "mesh.ini: needs rotor.stl: write a page that has both with -o FILE.html"),
+        (["mill/deck.ini"], "mill/deck.ini: needs inner: write a page that has both with -o FILE.html"),
+        (["a.study"], "a.study:1: [study]: unknown section"),
     ],
 )
-def test_what_cannot_be_done_is_one_line(page, opened, tmp_path, words, line):
+def test_what_cannot_be_done_is_one_line(page, opened, beside, tmp_path, words, line):
     (tmp_path / "old.html").write_text("old")
-    (tmp_path / "mesh.ini").write_text("[body.x]\nfile = rotor.stl\n")
-    (tmp_path / "rotor.stl").write_text("solid")
+    (tmp_path / "a.study").write_text("[study]\ndeck = old.html\n")
+    beside("inner")
     with pytest.raises(command.UserError, match=re.escape(line)):
         __main__.dispatch(["studio", *words])
     assert (tmp_path / "old.html").read_text() == "old" and opened == []

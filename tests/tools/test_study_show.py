@@ -432,6 +432,13 @@ def test_the_page_escapes_everything_and_needs_no_network():
     assert reader.links and all(link.startswith(("data:image/", "#")) for link in reader.links)
 
 
+def test_the_page_runs_no_deck_that_names_a_file():
+    """The table may be a stranger's, and the file any mesh of this computer."""
+    shown = view(*line_of([1.0, 2.0, 1.5], [0.1] * 3, common={"body.a.shape": "mesh", "body.a.file": "/mine.stl"}))
+    said = "not run again for the page, because its deck names the file /mine.stl"
+    assert page.render(shown, shown.objectives[0], []).count(f'<p class="missing">{said}</p>') == 3
+
+
 def csv_of(shown, folder):
     outputs.csv(shown, folder / "runs.csv")
     with open(folder / "runs.csv", newline="") as file:

@@ -136,7 +136,7 @@ def test_a_missing_file_is_told_with_its_key(engine):
 
 def test_an_unknown_unit_is_told_with_the_known_ones(engine):
     found = engine(SMALL.replace("radius = 30 mm", "radius = 0.02 fathom"), 0.01)
-    assert "(unknown unit 'fathom'; the studio knows mm, cm, inch" in found["lines"][0]
+    assert "(unknown unit 'fathom'; the studio knows m, mm, cm, inch" in found["lines"][0]
 
 
 def test_a_failed_load_leaves_the_mill_before_it(engine):

@@ -7,6 +7,7 @@ import math
 import re
 import shutil
 import socket
+import threading
 
 import h5py
 import numpy as np
@@ -14,11 +15,12 @@ import pytest
 from conftest import ROOT
 from watching import ENDLESS, OFTEN, decoded, messages, until
 
+from milltools import pages
 from milltools.read.runfile import Run
 from milltools.read.sums import standard_error
-from milltools.watch import follow, left
+from milltools.watch import follow, left, page
 from milltools.watch.follow import Follower
-from milltools.watch.server import Server
+from milltools.watch.server import MOST, Server
 
 pytest_plugins = ["watched"]
 
@@ -51,17 +53,49 @@ def get(server, name):
 # ---- who can ask
 
 
-def test_only_the_token_opens_the_page(serve, whole):
+def test_only_the_token_opens_the_page(serve, whole, capfd):
     server = serve(whole[0])
     status, headers, body = ask(server, f"/{server.token}/")
     assert status == 200 and f"/{server.token}/".encode() in body
     assert len(server.token) >= 32
-    for path in ("/", "/state", "/mill.json", f"/{server.token[:-1]}/", f"/{server.token}x/state", "/%ff/", "//", ""):
-        assert ask(server, path)[0] in (400, 404), path
+    for path in (
+        "/",
+        "/state",
+        "/mill.json",
+        f"/{server.token[:-1]}/",
+        f"/{server.token}x/state",
+        "/%ff/",
+        "//",
+        "",
+        "http://[/x",
+    ):
+        assert ask(server, path, Host=f"localhost:{server.server_port}")[0] in (400, 404), path
     for name in ("..", "../", "source.js", "%2e%2e/etc/passwd", "run.h5", "state/"):
         assert ask(server, f"/{server.token}/{name}")[0] == 404, name
     assert headers["Cache-Control"] == "no-store" and headers["Referrer-Policy"] == "no-referrer"
     assert not [name for name in headers if name.startswith("Access-Control")]
+    assert capfd.readouterr().err == ""  # whoever has no token writes nothing into the terminal of the user
+
+
+def test_the_page_may_do_what_it_says_and_every_other_answer_nothing(whole):
+    with Server(Follower(whole[0]), page.text) as server:
+        policies = [ask(server, f"/{server.token}/{name}")[1]["Content-Security-Policy"] for name in ("", "state", "x")]
+    nothing = "default-src 'none'; frame-ancestors 'none'"
+    assert policies == [f"{pages.declared(server.page)}; frame-ancestors 'none'", nothing, nothing]
+    assert re.match(r"default-src 'none'; script-src ('sha256-[\w+/=]+' )+'wasm-unsafe-eval'; style-src", policies[0])
+
+
+def test_connections_that_send_nothing_or_little_end_and_are_few(serve, whole, monkeypatch):
+    server, before = serve(whole[0]), threading.active_count()
+    place = "127.0.0.1", server.server_port
+    with contextlib.ExitStack() as stack:
+        idle = [stack.enter_context(socket.create_connection(place)) for _ in range(2 * MOST)]
+        until(lambda: threading.active_count() <= before + MOST and 0 < len(server.waiting) <= MOST)
+        assert ask(server, f"/{server.token}/")[0] == 200
+        monkeypatch.setattr("milltools.watch.server.PATIENCE", 0.2)
+        with contextlib.suppress(OSError):
+            until(lambda: idle[-1].send(b"G") and not server.waiting)
+    until(lambda: threading.active_count() == before)
 
 
 def test_tokens_differ(serve, whole):
@@ -90,11 +124,11 @@ def test_it_answers_get_only(serve, whole, method):
     assert ask(server, f"/{server.token}/state", method)[0] == 501
 
 
-@pytest.mark.parametrize("query", ["since=x", "seen=", "since=1.5", "since=" + "9" * 5000])
+@pytest.mark.parametrize("query", ["since=x", "seen=", "since=1.5", "since=" + "9" * 30, "since=" + "9" * 5000])
 def test_wrong_numbers_are_refused(serve, whole, query):
     server = serve(whole[0])
-    assert ask(server, f"/{server.token}/state?{query}")[0] in (200, 400)
-    assert ask(server, f"/{server.token}/state")[0] == 200
+    statuses = [ask(server, f"/{server.token}/state{words}")[0] for words in (f"?{query}", "")]
+    assert statuses == [200 if query == "seen=" else 400, 200]  # what is empty is not given
 
 
 # ---- what it tells of a finished run

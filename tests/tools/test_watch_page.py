@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from watching import until
 
+from milltools import pages
 from milltools.read.runfile import Run
 from milltools.watch import page
 from milltools.watch.follow import Follower
@@ -30,7 +31,8 @@ def tab_of(chromium, path, more=""):
     with Server(Follower(path), lambda place: "") as server:
         texts = [*page.scripts(f"/{server.token}/"), HARNESS, more]
         scripts = "".join(f"<script>{text}</script>" for text in texts)
-        server.page = f'<!doctype html><meta charset="utf-8">{scripts}'
+        policy = pages.policy(texts) + "; connect-src 'self'"
+        server.page = f'<!doctype html><meta http-equiv="Content-Security-Policy" content="{policy}">{scripts}'
         tab = chromium.new_context().new_page()
         tab.goto(server.address)
         tab.server = server

@@ -1,5 +1,5 @@
 /* Units of measure: which are known, what factor they stand for, which are of another quantity. */
-#include "deck/units.h"
+#include "deck/deck_private.h"
 #include "unit.h"
 
 #include <stdio.h>
@@ -141,30 +141,50 @@ START_TEST(the_si_unit_keeps_every_bit)
 }
 END_TEST
 
-/* Every pair of a unit and an SI unit that the short list might know */
 START_TEST(a_usual_unit_has_the_very_factor_of_the_database)
 {
-    static const char *const si[] = {"m",  "s",     "rad", "m/s", "rad/s", "kg/m^3",
-                                     "Hz", "m/s^2", "kg",  "1",   "Pa"};
-    static const char *const unit[] = {"mm",  "cm",   "inch",   "um",    "ms",  "us",
-                                       "min", "g",    "deg",    "deg/s", "rpm", "1/min",
-                                       "1/s", "mm/s", "g/cm^3", "%"};
-    int known = 0;
-    for (size_t i = 0; i < sizeof si / sizeof *si; i++) {
-        double quick = 0.0, scale = 0.0;
-        ck_assert(mill_units_usual(si[i], si[i], &quick));
-        ck_assert_double_eq(quick, 1.0);
-        for (size_t k = 0; k < sizeof unit / sizeof *unit; k++) {
-            if (!mill_units_usual(unit[k], si[i], &quick))
-                continue;
-            known++;
-            ck_assert_int_eq(mill_units_scale(units, unit[k], si[i], &scale), MILL_UNITS_GOOD);
-            ck_assert_msg(quick == scale, "%s in %s: %a, not %a", unit[k], si[i], quick, scale);
-        }
+    double scale = 0.0, usual = 0.0;
+    for (const struct mill_units_row *row = mill_units_usual_rows; row->unit; row++) {
+        scale = strcmp(row->unit, "1") == 0; /* which is no unit */
+        mill_units_scale(units, row->unit, row->si, &scale);
+        ck_assert(mill_units_usual(row->unit, row->si, &usual));
+        ck_assert_msg(usual == scale, "%s in %s: %a, not %a", row->unit, row->si, usual, scale);
     }
-    ck_assert_int_eq(known, 17);
-    ck_assert(!mill_units_usual("fathom", "m", &(double){0.0}));
-    ck_assert(!mill_units_usual("mm", "s", &(double){0.0}));
+    ck_assert(!mill_units_usual("fathom", "m", &usual) && !mill_units_usual("mm", "s", &usual));
+}
+END_TEST
+
+/* The studio has no database. */
+START_TEST(every_unit_of_the_decks_table_is_a_usual_one)
+{
+    struct mill_deck_block block;
+    struct mill_units *none = NULL;
+    struct mill_error error = {""};
+    union {
+        double number[3];
+        long whole;
+        const char *file;
+    } value;
+    setenv("UDUNITS2_XML_PATH", "/nowhere/udunits2.xml", 1);
+    for (int i = 0; mill_deck_table_block(i, &block); i++)
+        for (const struct mill_key *key = block.key; key->name; key++) {
+            struct mill_key one = *key;
+            char wanted[120], *example = NULL;
+            one.offset = 0;
+            mill_deck_value_wanted(key, false, wanted, sizeof wanted);
+            if (key->type != MILL_KEY_CHOICE && (example = strstr(wanted, "such as '"))) {
+                example += strlen("such as '");
+                example[strcspn(example, "'")] = '\0';
+            }
+            const char *texts[] = {key->preset, example};
+            for (int k = 0; k < 2; k++)
+                ck_assert_msg(!texts[k] ||
+                                  mill_deck_value_read(&none, &one, texts[k], &value, &error) ||
+                                  !strstr(error.text, "database"),
+                              "[%s] %s = %s: %s", block.title, key->name, texts[k], error.text);
+            ck_assert(!key->unit || mill_units_usual(key->unit, key->unit, value.number));
+        }
+    unsetenv("UDUNITS2_XML_PATH");
 }
 END_TEST
 
@@ -189,6 +209,7 @@ int main(void)
         {millimetres_become_the_nearest_double, 1},
         {the_si_unit_keeps_every_bit, 1},
         {a_usual_unit_has_the_very_factor_of_the_database, 1},
+        {every_unit_of_the_decks_table_is_a_usual_one, 1},
         {a_missing_database_is_named_with_the_mend, 1},
     };
     return unit_run_in("units", load, unload, tests, sizeof tests / sizeof *tests);

@@ -52,7 +52,7 @@ def deck_of(arguments) -> Deck:
     with open_run(arguments) as run:
         if not run.deck_text():
             raise UserError(f"{run.path}: has no /deck/text")
-        return Deck(run.deck_text(), run.path)
+        return Deck(run.deck_text(), run.path, digest=run.digest)
 
 
 def steps(items, arguments):

@@ -34,7 +34,7 @@ class Parts:
         elif arguments.tolerance or arguments.thickness:
             raise UserError(f"{deck.path}: --tolerance, --thickness: this mill has no drum")
         if not self.plain:
-            with bodies.bare(deck.text) as run:
+            with bodies.bare(deck) as run:
                 self.first = run.poses(0)
                 for body in bodies.read(run):
                     if body.kind not in [kind for part, kind in FIXED.items() if found.get(part)]:
@@ -55,7 +55,7 @@ class Parts:
             ways = {"rotor": turned(angle)} if angle else {}
         else:
             if poses is None and time > 0:
-                with bodies.bare(self.deck.text, time) as run:
+                with bodies.bare(self.deck, time) as run:
                     poses = run.poses(1)
             ways = {name: bodies.after(pose, self.first[name]) for name, pose in (poses or {}).items()}
         return np.concatenate([bodies.moved(ways[motion], p) if motion in ways else p for motion, p in pieces])

@@ -14,7 +14,6 @@ import weakref
 import numpy as np
 
 from milltools.geometry import rerun
-from milltools.read.deck import Deck
 from milltools.read.wear import PLACE
 
 STILL = np.eye(3, 4)
@@ -84,15 +83,15 @@ class Body:
 
 
 @contextlib.contextmanager
-def bare(text, time=0.0, frames=1):
-    """The Run of a deck, as `millsim --check` prints it, with one ball of each kind: frame 0 shows the bodies at t = 0,
-    the last one of so many `frames` after it at `time` [s]."""
+def bare(deck, time=0.0, frames=1):
+    """The Run of a Deck with one ball of each kind: frame 0 shows the bodies at t = 0, the last one of so many `frames`
+    after it at `time` [s]."""
     until = time if time > 0 else INSTANT
     changes = rerun.frames_only(until, until / frames)
     changes["balls.start"] = "random"
-    kinds = [section for section in Deck(text).sections if section.startswith("balls.")] or ["balls"]
+    kinds = [section for section in deck.sections if section.startswith("balls.")] or ["balls"]
     changes |= {f"{kind}.count": "1" for kind in kinds}
-    with rerun.run_of(text, changes) as run:
+    with rerun.run_of(deck, changes) as run:
         yield run
 
 
@@ -112,7 +111,7 @@ class Mill:
             frames = len(run.frame_times())
             chosen = np.unique(np.linspace(0, frames - 1, min(frames, SAMPLED)).astype(int))
             poses = [run.poses(int(k)) for k in chosen]
-            with contextlib.nullcontext(run) if run.has("VTKHDF") else bare(run.deck_text()) as source:
+            with contextlib.nullcontext(run) if run.has("VTKHDF") else bare(run.as_deck) as source:
                 first = source.first_poses()
                 _KEPT[run] = cls(read(source), run.vessel_kinds, poses or [first], run.frame_axis(first))
         return _KEPT[run]

@@ -92,7 +92,7 @@ def again(run, until, interval=0.0, impacts=False, watch=None, never="--no-rerun
             status=1,
         )
     changes = frames_only(until, interval) | {"output.impacts": "all" if impacts else "statistics"}
-    with run_of(run.deck_text(), changes, watch, f" ({never} avoids it)") as other:
+    with run_of(run.as_deck, changes, watch, f" ({never} avoids it)") as other:
         where = _differs(run, other, until)
         if where:
             raise OtherRun(f"the deck, run again, gave other results: {where}")
@@ -114,14 +114,15 @@ def frames_only(until, interval) -> dict[str, str]:
 
 
 @contextlib.contextmanager
-def run_of(text, changes, watch=None, mend=""):
-    """Yields the Run of a deck's text with some values changed; its file is deleted afterwards."""
+def run_of(deck, changes, watch=None, mend=""):
+    """Yields the Run of a Deck with some values changed; its file is deleted afterwards. The deck of a run may be a
+    stranger's, and name any mesh of this computer: UserError if its tables and meshes are not those of the run."""
     words = [word for key, value in changes.items() for word in ("-s", f"{key}={value}")]
     command = [*processes.guard(), engine.program(), "-o", "run.h5", *words, "--", "deck.ini"]
     none, line = subprocess.DEVNULL, ""
     with tempfile.TemporaryDirectory(prefix="mill-") as folder:
         with files.faults(folder):
-            pathlib.Path(folder, "deck.ini").write_text(text, encoding="utf-8")
+            pathlib.Path(folder, "deck.ini").write_text(deck.text, encoding="utf-8")
         with subprocess.Popen(
             command, cwd=folder, stdin=none, stdout=none, stderr=subprocess.PIPE, start_new_session=True,
             encoding="utf-8", errors="replace",
@@ -137,6 +138,8 @@ def run_of(text, changes, watch=None, mend=""):
             why = engine.own_words(line) or f"it ended with status {process.returncode}"
             raise UserError(f"running the deck again failed{mend}: {why}", status=1)
         with Run(pathlib.Path(folder, "run.h5")) as run:
+            if deck.digest not in (None, run.digest):
+                raise UserError(f"{deck.path}: the tables and meshes that its deck names are not those of the run", 1)
             yield run
 
 
@@ -152,6 +155,8 @@ def _differs(run, other, until) -> str | None:
         if len(wrong):
             return f"the {name.replace('_', ' ')} differs from {times[wrong[0]]:.6g} s on"
     mine, its = run.frame_times(), other.frame_times()
+    if len(mine) and len(its) and abs(mine[0] - its[0]) > SAME_TIME:  # the start of the balls may be from a file
+        return f"its first frame is at another time, {its[0]:.6g} s"
     for index, time in enumerate(mine):
         if time > until + SAME_TIME or not len(its):
             break

@@ -2,7 +2,9 @@
 
 import base64
 import hashlib
+import html
 import pathlib
+import re
 
 import jinja2
 
@@ -38,6 +40,12 @@ def policy(scripts, more: str = "") -> str:
         f"default-src 'none'; script-src {run}; style-src 'unsafe-inline'; img-src data: blob:; "
         "base-uri 'none'; form-action 'none'"
     )
+
+
+def declared(text: str) -> str:
+    """The Content-Security-Policy that a page has in itself; that of a page that may do nothing, if it has none."""
+    found = re.search(r'http-equiv="Content-Security-Policy" content="(.*?)"', text)
+    return html.unescape(found[1]) if found else "default-src 'none'"
 
 
 def data_link(text: str) -> str:

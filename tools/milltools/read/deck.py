@@ -62,10 +62,11 @@ def _ask(path, overrides, *options):
 
 class Deck:
     """A deck in SI. `text` is the full deck as `millsim --check` prints it, `sections` its entries as texts (default:
-    read from `text`). `place` names a value in messages, as in "mill.h5: damaged: /deck/drum/radius"."""
+    read from `text`). `place` names a value in messages, as in "mill.h5: damaged: /deck/drum/radius".
+    `digest`: Run.digest if it is the deck of a run."""
 
-    def __init__(self, text, path=None, overrides=(), sections=None, place="{path}: [{section}] {key}"):
-        self.text, self.path, self.overrides, self.place = text, path, tuple(overrides), place
+    def __init__(self, text, path=None, overrides=(), sections=None, place="{path}: [{section}] {key}", digest=None):
+        self.text, self.path, self.overrides, self.place, self.digest = text, path, tuple(overrides), place, digest
         self.sections = deck_text.sections(text, path) if sections is None else sections
         for section, keys in self.sections.items():
             sized = section == "drum" or section.startswith(("ball", "blade"))

@@ -24,8 +24,8 @@ class Entry:
 def read_text(path) -> str:
     """The text of a file; UserError if it cannot be read."""
     try:
-        with opened(path, "a deck", "r", encoding="utf-8-sig") as file, faults(path):
-            return file.read()
+        with opened(path, "a deck", "r", encoding="utf-8-sig", newline="") as file, faults(path):
+            return file.read().replace("\r\n", "\n")
     except UnicodeDecodeError:
         raise UserError(f"{path}: is not a UTF-8 text") from None
 
@@ -52,7 +52,7 @@ def entries(text, file) -> list[Entry]:
     """All entries of a text, in their order. Comments begin with # or ; at the start of a line or after white space. A
     section or key that is there twice is a UserError."""
     found, section, seen = [], None, {}
-    for number, line in enumerate(text.splitlines(), 1):
+    for number, line in enumerate(text.split("\n"), 1):  # other separators of lines are none for millsim
         where, line = f"{file}:{number}", line.strip()
         if not line or line[0] in "#;":
             continue

@@ -181,7 +181,7 @@ class Run(Store):
         names = [name for name in self.names("deck") if isinstance(self.find(f"deck/{name}"), h5py.Group)]
         names.sort(key=lambda n: (heads.index(n) if n in heads else len(heads), n))
         found = {name: {key: self.read(f"deck/{name}/{key}") for key in self.names(f"deck/{name}")} for name in names}
-        return Deck(self.deck_text(), self.path, (), found, "{path}: damaged: /deck/{section}/{key}")
+        return Deck(self.deck_text(), self.path, (), found, "{path}: damaged: /deck/{section}/{key}", self.digest)
 
     def deck(self) -> dict[str, str]:
         """All values of the deck of the run: "section.key" -> text with its SI unit."""
@@ -190,6 +190,11 @@ class Run(Store):
     def deck_text(self) -> str:
         """The text of the deck of the run, which millsim can run again."""
         return self.read("deck/text") if self.has("deck/text") else ""
+
+    @property
+    def digest(self) -> str:
+        """The digest of the tables and meshes that the deck of the run names; "" if it names none."""
+        return self.read("deck/digest") if self.has("deck/digest") else ""
 
     def text(self, path: str, default: str | None = None) -> str:
         """A value of the deck as text, by a path such as "drum/profile". If it is missing: the default, else

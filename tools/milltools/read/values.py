@@ -21,7 +21,7 @@ class Value:
     text: str
     unit: str  # SI; "1" for a plain number
     meaning: str
-    choices: tuple[str, ...]
+    choices: tuple[str, ...]  # all words of a choice; those that stand for no file
 
     @property
     def value(self):
@@ -29,6 +29,11 @@ class Value:
         if self.kind == "number":
             return float(self.text)
         return int(self.text) if self.kind == "whole" else self.text
+
+    @property
+    def is_file(self) -> bool:
+        """Whether it names a file."""
+        return self.kind == "file" and self.text not in self.choices
 
     @property
     def order(self) -> str:
@@ -52,7 +57,7 @@ def tell(orders) -> list[Value]:
             raise UserError(
                 _plain(str(fault).replace(f".{ANY}", ".*")), 1 if fault.status in (1, 126, 127) else 2
             ) from None
-        for asked, line in zip(orders[start:], said.splitlines()):
+        for asked, line in zip(orders[start:], said.split("\n")):
             _, kind, text, unit, meaning, choices = line.split("\t")
             key = asked.partition("=")[0].strip()
             found.append(Value(key, kind, text, unit, meaning, tuple(filter(None, choices.split("|")))))

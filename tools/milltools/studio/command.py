@@ -5,15 +5,17 @@
 
 import base64
 import json
+import os
 import pathlib
 import webbrowser
 import zlib
 
 from milltools.base.answer import Answer
 from milltools.base.errors import UserError
-from milltools.base.files import check_writable, write_text
-from milltools.base.text import size
-from milltools.read import deck_text
+from milltools.base.files import check_writable, opened, write_text
+from milltools.base.text import plain, size
+from milltools.read import deck_text, values
+from milltools.read.deck import Deck
 
 SUMMARY = (
     "Opens a page in the browser in which a ball mill turns: simulated live, with sliders for the design, the power "
@@ -21,6 +23,7 @@ SUMMARY = (
 )
 OWN = '<script type="application/json" id="own">null</script>'  # in the page: the deck to begin with
 LONGEST = 30_000  # characters of a link; browsers cut longer ones
+MOST = 16_000_000  # bytes of all files in a page
 
 
 def add_arguments(parser):
@@ -29,23 +32,24 @@ def add_arguments(parser):
         "-o",
         "--output",
         metavar="FILE",
-        help="write the page, with DECK and the files that it names, instead of opening it",
+        help="write the page, with DECK and the files of its folder that it names, instead of opening it",
     )
 
 
 def run(arguments) -> Answer:
     page = built()
     text = deck_text.read_text(arguments.deck) if arguments.deck else None
-    files = named(arguments.deck, text) if text else []
+    files = named(arguments.deck, text) if text else {}
     if arguments.output:
         return _write(page, arguments.output, arguments.deck, text, files)
     if files:
-        raise UserError(f"{arguments.deck}: needs {files[0].name}: write a page that has both with -o FILE.html")
+        first = plain(next(iter(files)))
+        raise UserError(f"{arguments.deck}: needs {first}: write a page that has both with -o FILE.html")
     address = page.as_uri() + (f"#design={packed(text)}" if text else "")
     if len(address) > LONGEST:
         raise UserError(f"{arguments.deck}: is too long for a link: write a page that has it with -o FILE.html")
-    opened = _open(address)
-    return Answer(f"{page}: opened in the browser" if opened else address, {"files": [], "page": page, "link": address})
+    said = f"{page}: opened in the browser" if _open(address) else address
+    return Answer(said, {"files": [], "page": page, "link": address})
 
 
 def built() -> pathlib.Path:
@@ -63,31 +67,49 @@ def packed(text: str) -> str:
     return base64.urlsafe_b64encode(data).decode().rstrip("=")
 
 
-def named(path: str, text: str) -> list[pathlib.Path]:
-    """The files in the folder of the deck that its values name, such as meshes."""
-    folder = pathlib.Path(path).parent
-    values = {one.value for one in deck_text.entries(text, path) if one.value and len(one.value) < 200}
-    inside = [value for value in sorted(values) if not {"..", "/"} & set(pathlib.Path(value).parts)]
-    return [folder / value for value in inside if (folder / value).is_file()]
+def named(path: str, text: str) -> dict[str, bytes]:
+    """{name: content} of the files that a deck names, such as meshes. The page is made to be shared, and the deck may
+    be a stranger's: so a file outside of the deck's folder, one to which a link leads out of it, and one that millsim
+    does not read as what the deck names it for, are UserErrors."""
+    folder, found, entries = os.path.realpath(pathlib.Path(path).parent), {}, deck_text.entries(text, path)
+    try:
+        told = values.tell(f"{one.section}.{one.key}={one.value}" for one in entries)
+    except UserError:
+        Deck.check(path)  # says where
+        raise
+    for entry, value in zip(entries, told):
+        if not value.is_file or entry.value in found:
+            continue
+        place, name = os.path.realpath(os.path.join(folder, entry.value)), f"'{plain(entry.value)}'"
+        if os.path.isabs(entry.value) or os.path.commonpath([folder, place]) != folder:
+            raise entry.fault(f"{name} is not in the deck's folder, and a page takes no other file: copy it there")
+        try:
+            with opened(place, "a file for a page") as file:
+                found[entry.value] = file.read(MOST + 1)
+        except UserError as fault:
+            raise entry.fault(fault) from None
+        if sum(map(len, found.values())) > MOST:
+            raise entry.fault(f"{name}: the files of a page have {size(MOST)} at most; write a smaller one")
+    if found:
+        Deck.check(path)
+    return found
 
 
 def _write(page, output, deck, text, files) -> Answer:
-    sources = [page, *([deck] if deck else []), *files]
     if pathlib.Path(output).exists():
         raise UserError(f"{output}: exists; give another name, or remove it")
-    check_writable(output, sources)
+    check_writable(output)
     whole = page.read_text("utf-8")
     if text:
-        held = {path.relative_to(pathlib.Path(deck).parent).as_posix(): _text(path) for path in files}
+        held = {name: base64.b64encode(content).decode() for name, content in files.items()}
         own = json.dumps({"text": text, "files": held}).replace("<", "\\u003c")
         whole = whole.replace(OWN, OWN.replace("null", own, 1), 1)
     write_text(output, whole)
     total = pathlib.Path(output).stat().st_size
-    return Answer(f"{output}: {size(total)}", {"files": [output], "bytes": total, "page": page})
-
-
-def _text(path) -> str:
-    return base64.b64encode(path.read_bytes()).decode()
+    inside = [deck] * bool(deck) + [f"{plain(name)} ({size(len(content))})" for name, content in files.items()]
+    said = f"{output}: {size(total)}" + f", with {', '.join(inside)} in it" * bool(inside)
+    holds = {name: len(content) for name, content in files.items()}
+    return Answer(said, {"files": [output], "bytes": total, "page": page, "holds": holds})
 
 
 def _open(address: str) -> bool:

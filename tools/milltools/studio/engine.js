@@ -112,9 +112,7 @@ class MillEngine {
 
   /** The messages of millsim; the names of files are as the page knows them. */
   #fault() {
-    const few = "'; the studio knows mm, cm, inch, m, um, ms, us, s, min, g, kg, deg, rad, rpm, rad/s, deg/s, Hz, 1/min, 1/s, mm/s, m/s, g/cm^3, kg/m^3 and other SI units)";
-    return new MillFault(this.#said().trim().split('\n').map((line) =>
-      line.replace(/^\/deck\.ini(:|$)/, 'deck$1').replace(/(\(unknown unit '[^']*)'\)/, `$1${few}`)));
+    return new MillFault(this.#said().trim().split('\n').map((line) => line.replace(/^\/deck\.ini(:|$)/, 'deck$1')));
   }
 
   #told(status) {

@@ -37,7 +37,7 @@ def mill(run) -> dict:
     """The message "mill" of a run, also before its first checkpoint: then millsim runs its deck with one ball."""
     period = run.period if math.isfinite(run.period) else 0.0
     whole = run.has("VTKHDF") and len(run.frame_times()) > 0
-    with contextlib.nullcontext(run) if whole else bare(run.deck_text(), period, SAMPLED) as source:
+    with contextlib.nullcontext(run) if whole else bare(run.as_deck, period, SAMPLED) as source:
         head = _head(run, source)
     balls = run.balls("species")
     return {

@@ -5,23 +5,27 @@ not know; a request with another Host header is refused, so a name of somebody e
 help (DNS rebinding).
 """
 
+import contextlib
 import functools
 import hmac
 import http
 import http.server
 import json
 import secrets
+import socket
 import sys
 import threading
 import time
 import urllib.parse
 
+from milltools import pages
 from milltools.base.answer import for_json
 from milltools.base.errors import UserError
 from milltools.watch.follow import Follower
 
 HOME = "127.0.0.1"
-PATIENCE = 30  # [s] for a request to arrive
+PATIENCE = 10  # [s] for a request to arrive whole, and for each part of an answer to be taken
+MOST = 64  # connections whose request has not arrived
 HEADERS = {
     "Cache-Control": "no-store",
     "Cross-Origin-Opener-Policy": "same-origin",
@@ -35,21 +39,26 @@ HEADERS = {
 class Handler(http.server.BaseHTTPRequestHandler):
     timeout = PATIENCE
     server_version, sys_version = "mill", ""
+    policy = pages.declared("")
 
     def do_GET(self):
-        address = urllib.parse.urlsplit(self.path)
-        token, _, name = address.path.removeprefix("/").partition("/")
+        self.server.waiting.pop(self.connection, None)
+        path, _, query = self.path.partition("?")
+        token, _, name = path.removeprefix("/").partition("/")
         if self.headers.get_all("Host") not in ([f"{name}:{self.server.server_port}"] for name in (HOME, "localhost")):
             return self.send_error(http.HTTPStatus.FORBIDDEN, "Not the address of this server")
         if not hmac.compare_digest(token.encode(errors="replace"), self.server.token.encode()):
             return self.send_error(http.HTTPStatus.NOT_FOUND)
         if name == "":
+            self.policy = pages.declared(self.server.page)
             return self._send("text/html", self.server.page)
         if name not in ("mill.json", "state"):
             return self.send_error(http.HTTPStatus.NOT_FOUND)
         try:
-            asked = urllib.parse.parse_qs(address.query)
+            asked = urllib.parse.parse_qs(query)
             since, seen = (int(asked.get(word, ["-1"])[0]) for word in ("since", "seen"))
+            if max(since, seen) >= 2**31:
+                raise ValueError
         except ValueError:
             return self.send_error(http.HTTPStatus.BAD_REQUEST, "Expected whole numbers")
         answer = self.server.mill() if name == "mill.json" else self.server.state(since, seen)
@@ -66,6 +75,7 @@ class Handler(http.server.BaseHTTPRequestHandler):
     def end_headers(self):
         for name, value in HEADERS.items():
             self.send_header(name, value)
+        self.send_header("Content-Security-Policy", f"{self.policy}; frame-ancestors 'none'")
         super().end_headers()
 
     def log_message(self, *_):
@@ -77,12 +87,14 @@ class Server(http.server.ThreadingHTTPServer):
     the page whose data are below the path `place`. port: 0 for a free one."""
 
     daemon_threads = True
+    request_queue_size = MOST
 
     def __init__(self, follower: Follower, page, port: int = 0):
         self.follower, self.token = follower, secrets.token_urlsafe(24)
         self.make = page
         self.asked = 0.0  # [s] monotonic time of the last request for states
         self.told = False  # a page knows that the run has ended
+        self.waiting = {}  # connection: [s] monotonic time at which it was opened, until its request is there
         try:
             super().__init__((HOME, port), Handler)
         except (OSError, OverflowError) as fault:
@@ -110,6 +122,28 @@ class Server(http.server.ThreadingHTTPServer):
         # HTTPServer's own asks the name server for this computer's name
         super(http.server.HTTPServer, self).server_bind()
         self.server_name, self.server_port = self.server_address[:2]
+
+    def process_request(self, request, client_address):
+        """Of too many connections that send nothing, the oldest are closed."""
+        self.waiting[request] = time.monotonic()
+        for late in list(self.waiting)[:-MOST]:
+            self._drop(late)
+        super().process_request(request, client_address)
+
+    def service_actions(self):
+        for request, opened in list(self.waiting.items()):
+            if time.monotonic() - opened > PATIENCE:
+                self._drop(request)
+
+    def shutdown_request(self, request):
+        self.waiting.pop(request, None)
+        super().shutdown_request(request)
+
+    def _drop(self, request):
+        """Ends a connection: its thread, which reads, sees the end."""
+        self.waiting.pop(request, None)
+        with contextlib.suppress(OSError):  # it has just ended by itself
+            request.shutdown(socket.SHUT_RDWR)
 
     def handle_error(self, request, client_address):
         """Silent if the page went away in the middle of an answer."""

@@ -120,7 +120,7 @@ class Study:
 
     def _text(self, r, value) -> str:
         """The shortest text that gives the same number when read; for a file its absolute name."""
-        if r.kind == "file" and value != "random":
+        if r.kind == "file" and value not in r.choices:
             return str((pathlib.Path(self.deck).parent / value).resolve())
         return repr(float(value)) if isinstance(value, float) else str(value)
 
@@ -300,7 +300,8 @@ class _Lines:
 
     def _without(self, text, found):
         """The base deck without the keys that [set] leaves empty; they get their defaults. Lines keep their numbers."""
-        rows, out = text.splitlines(), {entry.key: entry for entry in self.of("set") if not entry.value}
+        rows = text.removesuffix("\n").split("\n")
+        out = {entry.key: entry for entry in self.of("set") if not entry.value}
         own = {f"{one.section}.{one.key}": one for one in found}
         replaced = [RIVALS[key] for _, key in self.entries if key in RIVALS]
         out |= {key: None for key in replaced if key in own and ("set", key) not in self.entries}

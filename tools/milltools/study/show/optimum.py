@@ -72,7 +72,7 @@ def thinned(view, which, found):
 
 def surface_of(view, which, found, sign):
     """A gp.Surface through the means of designs, None if it is not possible."""
-    if any(not e.get("choices") for e, a in zip(view.meta["vary"], view.axes) if not a.numeric):
+    if any(e.get("kind") != "choice" for e, a in zip(view.meta["vary"], view.axes) if not a.numeric):
         return None  # files, vectors: no distance between them
     if which.sum() < LEAST or np.ptp(found.mean[which]) == 0:
         return None

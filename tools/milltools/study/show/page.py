@@ -207,13 +207,16 @@ def _mill(view, design, most_bytes) -> str:
     row = _row(view, design)
     chosen = dict(text.split("=", 1) for text in settings(view, design)) | {"run.seed": str(row["seed"])}
     chosen["output.frames"] = f"{max(0.01, float(row['time']) / 50)!r} s"
+    keys = {k: text for k, text in {**view.meta["common"], **chosen}.items() if "." in k and not k.startswith("study.")}
     sections = {}
-    for key, text in {**view.meta["common"], **chosen}.items():
+    for key, text in keys.items():
         section, _, name = key.rpartition(".")
-        if section and section != "study":
-            sections.setdefault(section, []).append(f"{name} = {text}")
+        sections.setdefault(section, []).append(f"{name} = {text}")
     deck = "\n".join(line for name, lines in sections.items() for line in (f"[{name}]", *lines)) + "\n"
     try:
+        files = [one.text for one in values.tell(f"{key}={text}" for key, text in keys.items()) if one.is_file]
+        if files:  # of this computer, and the table may be a stranger's
+            raise UserError(f"not run again for the page, because its deck names the file {files[0]}")
         with tempfile.TemporaryDirectory(prefix="mill-") as folder:
             file = pathlib.Path(folder) / "mill.ini"
             file.write_text(deck, encoding="utf-8")
