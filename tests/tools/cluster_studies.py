@@ -142,7 +142,7 @@ class Case:
         return pandas.read_parquet(self.folder / f"{self.name}.parquet").sort_values("design")
 
 
-def wait(ready, what, timeout=90):
+def wait(ready, what, timeout=300):
     end = time.monotonic() + timeout
     while not ready():
         assert time.monotonic() < end, f"waited in vain for {what}"
