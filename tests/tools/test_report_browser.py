@@ -60,16 +60,6 @@ def test_keys_alone_reach_the_controls_and_unfold_what_is_folded(page, open_page
     assert opened.evaluate(shown)
 
 
-def test_paper_is_white_and_shows_all_spectra_without_controls(page, open_page):
-    opened = open_page(page[0], width=700, height=900, dark=True)
-    opened.page.emulate_media(media="print")
-    assert ground(opened)[0] == 1.0
-    hidden = "getComputedStyle(document.querySelector('{}')).display"
-    for what in (".theme", "nav", ".mp-controls", ".save"):
-        assert opened.evaluate(hidden.format(what)) == "none"
-    assert opened.evaluate("document.getElementById('figure-slip').getBoundingClientRect().height") > 50
-
-
 LETTERS = """(open) => {
   if (open) document.querySelectorAll('details').forEach((d) => { d.open = true; });
   return [...document.querySelectorAll('.drawing svg text')].filter((t) => t.checkVisibility())
@@ -87,13 +77,6 @@ def test_letters_of_figures_have_eleven_pixels_at_least_and_nothing_but_tables_s
     assert opened.evaluate(f"Math.max(...{texts}.map((e) => e.getBoundingClientRect().right))") <= width
 
 
-def test_letters_of_figures_have_eight_points_on_paper(page, open_page):
-    opened = open_page(page[0], width=680, height=900)  # [px] between the margins of A4
-    opened.page.emulate_media(media="print")
-    letters = opened.evaluate(LETTERS, False)
-    assert len(letters) > 400 and min(letters) * 0.75 >= 8
-
-
 def test_what_matters_is_seen_and_the_rest_is_folded(page, open_page):
     opened = open_page(page[0], width=1200, height=800)
     figures = "[...document.querySelectorAll('figure[id]')].filter((f) => f.checkVisibility()).map((f) => f.id)"
@@ -101,11 +84,15 @@ def test_what_matters_is_seen_and_the_rest_is_folded(page, open_page):
     assert opened.evaluate("document.querySelector('.card').getBoundingClientRect().top") < 250
 
 
-def test_paper_shows_what_is_folded(page, open_page):
-    opened = open_page(page[0], width=680, height=900)
+def test_paper_is_white_and_shows_what_is_folded_in_letters_of_eight_points_without_controls(page, open_page):
+    opened = open_page(page[0], width=680, height=900, dark=True)  # [px] between the margins of A4
     opened.page.emulate_media(media="print")
-    hidden = "[...document.querySelectorAll('figure[id], table, pre')].filter((e) => !e.checkVisibility())"
-    assert opened.evaluate(f"{hidden}.length") == 0
+    assert ground(opened)[0] == 1.0
+    letters = opened.evaluate(LETTERS, False)
+    assert len(letters) > 400 and min(letters) * 0.75 >= 8
+    seen = "[...document.querySelectorAll('{}')].filter((e) => {}e.checkVisibility()).length"
+    assert opened.evaluate(seen.format("figure[id], table, pre", "!")) == 0
+    assert opened.evaluate(seen.format(".theme, nav, .mp-controls, .save", "")) == 0
     opened.evaluate("dispatchEvent(new Event('beforeprint'))")  # browsers whose style sheets cannot unfold
     assert opened.evaluate("document.querySelectorAll('details:not([open])').length") == 0
     opened.evaluate("dispatchEvent(new Event('afterprint'))")

@@ -160,7 +160,7 @@ def test_every_key_can_be_edited_as_text(studio):
     page.check()
 
 
-def test_a_link_holds_the_design(studio, open_page, pages):
+def test_a_link_holds_the_design_and_a_damaged_one_is_said(studio, open_page, pages):
     page = studio()
     field(page, "Balls").fill("55")
     page.until("millStudio.deck.includes('count = 55 ')")
@@ -169,17 +169,12 @@ def test_a_link_holds_the_design(studio, open_page, pages):
     other.page.goto(page.evaluate("millStudio.link()"))
     other.evaluate("millStudio.ready")
     assert other.evaluate("millStudio.deck") == page.evaluate("millStudio.deck")
+    other.page.goto("about:blank")
+    other.page.goto(pages["live"].as_uri() + "#design=abcdef")
+    other.evaluate("millStudio.ready")
+    assert "The design in the link is damaged" in other.evaluate(WORDS.format("notice"))
     assert other.evaluate("document.getElementById('preset').value") == "simoloyer"
     other.check()
-
-
-def test_a_damaged_link_is_said_and_the_reference_mill_opens(open_page, pages):
-    page = open_page(pages["live"])
-    page.page.goto("about:blank")
-    page.page.goto(pages["live"].as_uri() + "#design=abcdef")
-    page.evaluate("millStudio.ready")
-    assert "The design in the link is damaged" in page.evaluate(WORDS.format("notice"))
-    assert page.evaluate("document.getElementById('preset').value") == "simoloyer"
 
 
 def test_a_dropped_deck_comes_with_its_files(studio):
