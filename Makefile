@@ -77,7 +77,7 @@ mill: always
 
 # The only target that calls apt; `make run` and `make test` ask for it, so that they do all on a fresh machine. Others
 # say what is missing.
-ALL_PARTS := build python test dem slurm render pov browser wasm lint fuzz golden valgrind wheel
+ALL_PARTS := build python test dem slurm render pov browser node wasm lint fuzz golden valgrind wheel
 deps:
 	@tools/setup $(or $(PARTS),$(ALL_PARTS))
 
@@ -172,22 +172,26 @@ run:
 	@./mill report reference.h5 || echo 'make run: no report, for the reason above; the run is whole, in reference.h5'
 
 test:
-	@$(MAKE) --no-print-directory deps PARTS='build python test dem slurm render pov browser wasm'
+	@$(MAKE) --no-print-directory deps PARTS='build python test dem slurm render pov browser node wasm'
 	@tools/setup --local --python all check test
 	@$(MAKE) $(PARALLEL) compiled mill
 	@$(if $(filter release,$(MODE)),,CK_EXCLUDE_TAGS=slow) $(MAKE) $(PARALLEL) --output-sync=target unit
-	@$(MAKE) --no-print-directory replay cli
+	@$(MAKE) --no-print-directory replay $(if $(filter release,$(MODE)),js) cli
 
 # What needs neither root nor more than a compiler, Check and Python, and no long while. T: files, of Python or
-# tests/unit/test_*.c; all of such a file is run, slow tests too
+# tests/unit/test_*.c, tests/web/*.test.mjs; all of such a file is run, slow tests too
 CHECKED := $(if $(T),$(filter tests/unit/%,$(T)),$(wildcard tests/unit/test_*.c))
-PYTESTS := $(if $(T),$(filter-out tests/unit/%,$(T)),tests)
+JSTESTS := $(if $(T),$(filter tests/web/%,$(T)),$(wildcard tests/web/*.test.mjs))
+PYTESTS := $(if $(T),$(filter-out tests/unit/% tests/web/%,$(T)),tests)
 check:
 	$(foreach file,$(CHECKED),$(if $(wildcard $(file)),,$(error $(file): no such test)))
 	@tools/setup --local build test --python check study cluster export dem
 	@$(MAKE) $(PARALLEL) $(CHECKED:%.c=$(BUILD)/%) $(BUILD)/millsim millsim
 	@$(if $(CHECKED),$(if $(T),,CK_EXCLUDE_TAGS=slow) $(MAKE) $(PARALLEL) --output-sync=target \
 	    $(patsubst tests/unit/test_%.c,unit-%,$(CHECKED)))
+	@$(if $(JSTESTS),if command -v node >/dev/null; then \
+	    $(MAKE) --no-print-directory js $(if $(T),,JSTESTS='$(filter-out %/engine.test.mjs,$(JSTESTS))'); \
+	    else echo 'no node: tests/web is left out (tools/setup node)'; fi)
 	$(if $(PYTESTS),MILLSIM=$(abspath $(BUILD)/millsim) .venv/bin/python -m pytest -q -rs $(PYTESTS) \
 	    $(if $(MARKS),--marks) $(if $(T),,-n $(JOBS) --dist loadfile -m 'not slow and not thorough and not browser and not slurm and not dem and not render'))
 
@@ -198,6 +202,10 @@ unit: $(patsubst tests/unit/test_%.c,unit-%,$(wildcard tests/unit/test_*.c))
 
 unit-%: $(BUILD)/tests/unit/test_%
 	@$<
+
+# what the scripts of the pages compute, without a browser; engine.test.mjs needs the module
+js: $(if $(filter %/engine.test.mjs,$(JSTESTS)),$(WASM)/millsim.wasm millsim)
+	MILLSIM=$(abspath millsim) node --test --test-reporter=spec $(JSTESTS)
 
 # the cases that `make test` leaves out: similar ones remain in it
 thorough:
@@ -260,6 +268,16 @@ lint:
 	.venv/bin/ruff check tests tools validation && .venv/bin/ruff format --check tests tools validation
 	PYTHONPATH=tools .venv/bin/lint-imports --config tools/contracts.toml
 	MYPYPATH=tools .venv/bin/mypy --config-file tools/pyproject.toml
+	.venv/bin/oxlint -c tools/js/oxlint.json tools/milltools tests
+	@$(MAKE) --no-print-directory $(TSC)
+	for part in page worker; do .venv/bin/node $(TSC) -p tools/js/$$part.json || exit 1; done
+
+# TypeScript's checker, for the scripts of the pages
+TSC := build/js/node_modules/typescript/bin/tsc
+$(TSC): tools/js/package-lock.json
+	@mkdir -p build/js && cp tools/js/package.json tools/js/package-lock.json build/js
+	.venv/bin/npm ci --silent --ignore-scripts --no-audit --no-fund --prefix build/js
+	@touch $@
 
 format:
 	clang-format-14 -i $(C_FILES)
@@ -380,7 +398,7 @@ docs: studio
 	@echo 'build/docs/index.html'
 
 # The engine as a WebAssembly module, with what needs neither threads nor HDF5 nor UDUNITS; then the page that holds it.
-# Clang 14 makes wrong code of geometry/wall.c with vectors (tests/tools/test_wasm.py finds it).
+# Clang 14 makes wrong code of geometry/wall.c with vectors (tests/web/engine.test.mjs finds it).
 WASM_FLAGS := --target=wasm32-wasi -msimd128 -O3 -std=c99 -D_POSIX_C_SOURCE=200809L -ffp-contract=off -fno-math-errno \
     -DNDEBUG -D_WASI_EMULATED_SIGNAL
 NOT_WASM := src/base/version.c src/engine/crew.c src/deck/units.c $(foreach f,frames impactlog observers poses replay \
@@ -437,5 +455,5 @@ clean:
 -include $(patsubst %.o,%.d,$(LIB) $(WASM_OBJECTS)) $(BUILD)/src/app/main.d $(addsuffix .d,$(UNIT) $(BENCH) $(PROBES) $(FUZZERS)) \
     $(BUILD)/tests/fuzz/replay.d $(BUILD)/tests/fuzz/units_once.d
 .SECONDARY:
-.PHONY: all help needed deps run check test compiled unit thorough coverage nightly lowest replay fuzz fuzzers cli golden valgrind validate validate-dem validate-study validate-paper lint format docs pictures bench bench-parts bench-peers bench-studio \
+.PHONY: all help needed deps run check test compiled unit js thorough coverage nightly lowest replay fuzz fuzzers cli golden valgrind validate validate-dem validate-study validate-paper lint format docs pictures bench bench-parts bench-peers bench-studio \
         wasm studio wheel release tell-version install uninstall clean always

@@ -36,7 +36,7 @@ class Page:
         self.scripts = scripts
         self.page = context.new_page()
         self.page.set_default_timeout(PATIENCE)
-        self.address = pathlib.Path(file).resolve().as_uri()
+        self.address = file if str(file).startswith("http:") else pathlib.Path(file).resolve().as_uri()
         self.errors, self.requests = [], []
         self.page.on("console", self._console)
         self.page.on("pageerror", lambda fault: self.errors.append(f"page: {fault}"))
@@ -48,8 +48,7 @@ class Page:
             self.errors.append(f"{message.type}: {message.text}")
 
     def _request(self, request):
-        own = request.url.partition("#")[0] == self.address
-        if not own and not request.url.startswith(("data:", "blob:")):
+        if not request.url.startswith(self.address) and not request.url.startswith(("data:", "blob:")):
             self.requests.append(request.url)
 
     def check(self):
@@ -125,9 +124,9 @@ def _opener(chromium):
 @pytest.fixture
 def open_page(chromium):
     """open_page(file, width=640, height=480, dark=False, motion=False, before="", scripts=True, touch=False) opens an
-    HTML file from disk in a window of that size [px]: dark or light, `motion` False as for people who prefer none,
-    `before`: JavaScript that is run before the page's own, scripts=False: JavaScript is off, touch=True: a phone.
-    Returns a Page; it is closed after the test."""
+    HTML file from disk, or the address of a server, in a window of that size [px]: dark or light, `motion` False as for
+    people who prefer none, `before`: JavaScript that is run before the page's own, scripts=False: JavaScript is off,
+    touch=True: a phone. Returns a Page; it is closed after the test."""
     yield from _opener(chromium)
 
 

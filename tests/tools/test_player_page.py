@@ -471,32 +471,20 @@ def test_a_lost_context_is_said_and_comes_back(page):
     [
         ("HTMLCanvasElement.prototype.getContext = () => null", "needs WebGL 2"),
         ("delete window.DecompressionStream", "DecompressionStream"),
+        ("damaged data", "failed"),
+        ("scripts", "needs JavaScript"),
     ],
 )
-def test_what_a_browser_lacks_leaves_the_still_and_a_line(open_page, mixed, missing, words):
-    page = open_page(mixed, before=missing)
-    assert page.evaluate(THERE) is False
-    assert words in page.page.get_by_role("status").inner_text()
-    assert page.page.locator(".mp-still").is_visible()
-    assert not page.page.locator(".mp-controls").is_visible()
+def test_what_cannot_be_leaves_the_still_and_a_line(open_page, tmp_path, fragment, missing, words):
+    data, scripts = players.part(fragment, "data"), missing != "scripts"
+    shown = fragment.replace(data, data[:400]) if missing == "damaged data" else fragment
+    before = missing if "." in missing else ""
+    page = open_page(players.write_page(tmp_path / "a.html", shown), before=before, scripts=scripts)
+    assert not scripts or page.evaluate(THERE) is False
+    assert words in page.page.locator("figure").inner_text()
+    assert page.page.locator(".mp-still").is_visible() and not page.page.locator(".mp-controls").is_visible()
     seen = page.picture(".mp-stage").astype(int)
     assert ((seen[..., 0] > 200) & (seen[..., 1] < 60)).mean() > 0.8
-    page.check()
-
-
-def test_without_scripts_there_is_the_still_and_a_line(open_page, mixed):
-    page = open_page(mixed, scripts=False)
-    assert page.page.locator(".mp-still").is_visible()
-    assert "needs JavaScript" in page.page.locator("figure").inner_text()
-    assert not page.page.locator(".mp-controls").is_visible()
-
-
-def test_damaged_data_leave_the_still_and_a_line(open_page, tmp_path, fragment):
-    data = players.part(fragment, "data")
-    page = open_page(players.write_page(tmp_path / "a.html", fragment.replace(data, data[:400])))
-    assert page.evaluate(THERE) is False
-    assert "failed" in page.page.get_by_role("status").inner_text()
-    assert page.page.locator(".mp-still").is_visible()
     page.check()
 
 

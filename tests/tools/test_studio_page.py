@@ -1,5 +1,6 @@
-"""The page of the studio in a browser, with a source that only pretends (fake_source.js): what comes from the source is
-shown, and every field, button and key does its work."""
+"""The page of the studio in a browser: with a source that only pretends (fake_source.js), so that what comes from it is
+shown, and every field, button and key does its work; with its engine; and with a run that is watched. tests/web has the
+tests of what its scripts compute."""
 
 import json
 
@@ -8,13 +9,19 @@ import players
 import pytest
 from conftest import ROOT
 
-from milltools.studio import build
+from milltools import __main__
+from milltools.read.runfile import Run
+from milltools.studio import build, command
+from milltools.watch import page as watched
+from milltools.watch.follow import Follower
+from milltools.watch.server import Server
 
 pytestmark = pytest.mark.browser
 
-pytest_plugins = ["browser"]
+pytest_plugins = ["browser", "watched"]
 
 FAKE = ROOT / "tests/tools/fake_source.js"
+MODULE = ROOT / "build/wasm/millsim.wasm"
 WITHOUT_WEBGL = (
     "HTMLCanvasElement.prototype.getContext = ((get) => function (kind, ...more) {"
     " return kind === '2d' ? get.call(this, kind, ...more) : null; })(HTMLCanvasElement.prototype.getContext)"
@@ -80,19 +87,6 @@ def test_it_opens_from_disk_with_the_reference_mill(studio):
     page.check()
 
 
-def test_sliders_take_bounds_units_and_meanings_from_the_keys(studio):
-    page = studio(DECK)
-    diameter = field(page, "Ball diameter")
-    assert [diameter.get_attribute(name) for name in ("min", "max")] == ["1", "7.7"]  # as only the source says
-    assert field(page, "Balls").get_attribute("max") == "123456"
-    assert "the meaning of diameter" in page.page.locator(".control", has=diameter).get_attribute("title")
-    slider = page.evaluate("[...document.querySelectorAll('.control input[type=range]')].map((r) => [r.min, r.max])[2]")
-    assert slider == ["2.5", "7.7"]  # half to twice the present value, but not beyond the bounds
-    units = page.evaluate("[...document.querySelectorAll('.control .unit')].map((u) => u.textContent)")
-    assert units == ["rpm", "", "mm", "", ""]
-    page.check()
-
-
 def test_a_slider_builds_a_new_mill_and_keeps_comments_and_units(studio):
     page = studio(DECK)
     both = [field(page, name).element_handle() for name in ("Balls", "Speed of the rotor")]
@@ -107,6 +101,10 @@ def test_a_slider_builds_a_new_mill_and_keeps_comments_and_units(studio):
     wanted = DECK.replace("30        #", "40        #").replace("100 rpm   ;", "120.5 rpm ;")
     assert page.evaluate("millStudio.deck") == wanted
     assert page.evaluate("fake.loads.length") == 3  # both changes together: one mill
+    assert [field(page, "Ball diameter").get_attribute(name) for name in ("min", "max")] == [
+        "1",
+        "7.7",
+    ]  # of the source
     page.check()
 
 
@@ -120,18 +118,6 @@ def test_a_change_while_a_mill_is_built_is_not_lost(studio):
     )
     page.until("/150 rpm/.test(millStudio.deck)")
     assert field(page, "Speed of the rotor").input_value() == "150"
-    page.check()
-
-
-def test_the_ratio_of_a_jar_is_kept_when_the_speed_of_its_disk_is_changed(studio):
-    page = studio((ROOT / "input/planetary.ini").read_text())
-    assert field(page, "Speed ratio jar : sun").input_value() == "-2"
-    field(page, "Speed of sun").fill("500")
-    page.until("/speed = 500 rpm/.test(millStudio.deck)")
-    assert "speed = -1000 rpm" in page.evaluate("millStudio.deck")
-    field(page, "Speed ratio jar : sun").fill("-1.5")
-    page.until("/speed = -750 rpm/.test(millStudio.deck)")
-    assert "speed = 500 rpm" in page.evaluate("millStudio.deck")
     page.check()
 
 
@@ -174,42 +160,21 @@ def test_every_key_can_be_edited_as_text(studio):
     page.check()
 
 
-def test_a_deck_as_text_keeps_all_but_the_value(studio):
+def test_a_link_holds_the_design_and_a_damaged_one_is_said(studio, open_page, pages):
     page = studio()
-    text = '[a.b]\nx = 75 mm   # the radius\nfile = "a #b.stl" ; hm\n[c]\ny=3\n'
-    set_ = "([text, ...words]) => MillDeck.set(text, ...words)"
-    assert page.evaluate(set_, [text, "a.b", "x", "100 mm"]) == text.replace("75 mm   #", "100 mm  #")
-    assert page.evaluate(set_, [text, "a.b", "file", "c.stl"]) == text.replace('"a #b.stl" ;', "c.stl      ;")
-    assert page.evaluate(set_, [text, "a.b", "z", "1"]) == text.replace("[c]", "z = 1\n[c]")
-    assert page.evaluate(set_, [text, "d", "z", "1"]) == text + "\n[d]\nz = 1\n"
-    fill = "[balls]\nfill = 20 %  # much\n"
-    assert page.evaluate(set_, [fill, "balls", "count", "7", ["fill"]]) == "[balls]\ncount = 7     # much\n"
-    assert page.evaluate("(text) => MillDeck.get(text, 'a.b', 'file')", text) == '"a #b.stl"'
-
-
-@pytest.mark.parametrize("own", [False, True])
-def test_a_link_holds_the_design(studio, open_page, pages, own):
-    page = studio(DECK if own else None)
     field(page, "Balls").fill("55")
     page.until("millStudio.deck.includes('count = 55 ')")
-    link = page.evaluate("millStudio.link()")
-    assert len(link.partition("#")[2]) < (400 if own else 120)
     other = open_page(pages["live"])
     other.page.goto("about:blank")
-    other.page.goto(link)
+    other.page.goto(page.evaluate("millStudio.link()"))
     other.evaluate("millStudio.ready")
     assert other.evaluate("millStudio.deck") == page.evaluate("millStudio.deck")
-    assert other.evaluate("document.getElementById('preset').value") == ("" if own else "simoloyer")
+    other.page.goto("about:blank")
+    other.page.goto(pages["live"].as_uri() + "#design=abcdef")
+    other.evaluate("millStudio.ready")
+    assert "The design in the link is damaged" in other.evaluate(WORDS.format("notice"))
+    assert other.evaluate("document.getElementById('preset').value") == "simoloyer"
     other.check()
-
-
-def test_a_damaged_link_is_said_and_the_reference_mill_opens(open_page, pages):
-    page = open_page(pages["live"])
-    page.page.goto("about:blank")
-    page.page.goto(pages["live"].as_uri() + "#design=abcdef")
-    page.evaluate("millStudio.ready")
-    assert "The design in the link is damaged" in page.evaluate(WORDS.format("notice"))
-    assert page.evaluate("document.getElementById('preset').value") == "simoloyer"
 
 
 def test_a_dropped_deck_comes_with_its_files(studio):
@@ -288,65 +253,37 @@ def test_by_itself_it_is_fast_until_the_error_is_known_and_slow_then(studio):
     assert page.evaluate("millStudio.record.power().error") > 0
 
 
-def test_numbers_come_with_their_errors_or_are_not_yet_known(studio):
+def test_numbers_and_figures_come_with_their_errors_and_a_text(studio):
     page = studio(DECK)
     learned(page, 0.25)
-    assert page.evaluate(WORDS.format("power")) == "100\u00a0W"
     assert "not yet known" in page.evaluate(WORDS.format("power-more"))
-    learned(page, 3.75)
+    for _ in range(3):
+        learned(page, 1.25)
     assert page.evaluate(WORDS.format("power-more")) == "± 1.0\u00a0W, 1\u00a0%"
     finding = page.evaluate(WORDS.format("finding")).replace("\u00a0", " ").replace("\u2011", "-")
     assert finding == "The balls take 100.0 ± 1.0 W: 70 % goes into ball-ball contacts, 30 % into ball-drum contacts"
-    assert page.evaluate(WORDS.format("contacts")) == "400\u202f000"
-    balance = page.evaluate("[...document.getElementById('balance-rows').rows].map((r) => r.innerText)")
-    assert balance[0] == "Work of the drive\t400\u00a0J"
-    assert balance[-1].startswith("Left over\t4.0")
-    titles = page.evaluate("[...document.querySelectorAll('.chart strong')].map((t) => t.textContent)")
-    assert titles[0] == "The drive gives 100.0\u00a0±\u00a01.0\u00a0W"
+    assert page.page.locator("#balance-rows tr").first.inner_text() == "Work of the drive\t400\u00a0J"
+    titles = page.page.locator(".chart strong").all_text_contents()
     assert titles[1] == "70\u00a0% of 100\u00a0W is lost in ball-ball contacts"
-    page.check()
-
-
-def test_every_picture_has_axes_with_units_and_a_text(studio):
-    page = studio(DECK)
-    for _ in range(4):
-        learned(page)
     page.until("document.querySelectorAll('.drawing svg').length === 3")
-    labels = page.evaluate("[...document.querySelectorAll('.drawing .label')].map((t) => t.textContent)")
-    assert labels == [
-        "simulated time [s]",
-        "power of the drive [W]",
-        "normal energy of an impact [J]",
-        "impacts [1/(s decade)]",
-    ]
     described = "(d) => document.getElementById(d.getAttribute('aria-describedby')).textContent"
-    texts = page.evaluate(f"[...document.querySelectorAll('.drawing')].map({described})")
-    assert all(len(text) > 40 for text in texts)
+    assert all(len(text) > 40 for text in page.evaluate(f"[...document.querySelectorAll('.drawing')].map({described})"))
     letters = "[...document.querySelectorAll('.drawing text')].map((t) => parseFloat(getComputedStyle(t).fontSize))"
     assert min(page.evaluate(letters)) >= 11
+    page.check()
 
 
 def test_a_frozen_design_is_compared(studio):
     page = studio(DECK)
     learned(page, 4)
     page.page.get_by_role("button", name="Freeze this design").click()
-    rows = "[...document.getElementById('compare-rows').rows].map((r) => [...r.cells].map((c) => c.textContent))"
-    assert {row[4] for row in page.evaluate(rows)} == {"cannot be told apart"}
     assert page.page.locator("#same-deck").is_visible()
     field(page, "Speed of the rotor").fill("150")
     page.until("millStudio.deck.includes('150 rpm')")
     learned(page, 4)
-    found = {row[0]: row[1:] for row in page.evaluate(rows)}
-    assert found["Power of the drive"] == [
-        "150.0\u00a0±\u00a01.5\u00a0W",
-        "100.0\u00a0±\u00a01.0\u00a0W",
-        "50.0\u00a0±\u00a01.8\u00a0W",
-        "more",
-    ]
-    assert found["Impacts of 1 mJ or more"][3] == "better"
-    assert found["Median impact speed above 50 mm/s"][3] == "cannot be told apart"
-    differ = page.evaluate("[...document.getElementById('differ-rows').rows].map((r) => r.innerText)")
-    assert differ == ["rotor.speed\t150 rpm\t100 rpm"]
+    row = page.page.locator("#compare-rows tr").first.inner_text().replace("\u00a0", " ").split("\t")
+    assert row == ["Power of the drive", "150.0 ± 1.5 W", "100.0 ± 1.0 W", "50.0 ± 1.8 W", "more"]
+    assert page.page.locator("#differ-rows tr").all_inner_texts() == ["rotor.speed\t150 rpm\t100 rpm"]
     assert page.page.locator(".mean.ghost").count() >= 1
     page.page.get_by_role("button", name="Clear").click()
     assert not page.page.locator("#compare").is_visible()
@@ -420,3 +357,70 @@ def test_a_watched_run_is_read_only_and_shows_its_progress(open_page, pages):
     for name in ("Freeze this design", "Open deck", "Copy link", "Restart"):
         assert not page.page.get_by_role("button", name=name).is_visible()
     page.check()
+
+
+# ---- with its engine, as users get it; with a run
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory):
+    assert MODULE.exists(), "build/wasm/millsim.wasm is missing: make wasm"
+    path = tmp_path_factory.mktemp("studio") / "studio.html"
+    build.main(str(MODULE), str(path))
+    return path
+
+
+@pytest.mark.slow
+def test_the_engine_runs_a_mill_and_its_message_stands_beside_the_field(open_page, built):
+    page = open_page(built, width=1000, height=800)
+    assert page.evaluate("millStudio.ready") is True
+    page.page.select_option("#speed", "fast")
+    page.evaluate("millStudio.play()")
+    page.until("millStudio.record.state?.contacts > 300 && millStudio.record.power().value")
+    page.evaluate("millStudio.pause()")
+    assert page.evaluate(WORDS.format("notice")) == ""
+    assert page.evaluate("millStudio.record.balance().relative") < 1e-12
+    field(page, "Balls").fill("1000000")
+    fault = page.page.locator(".control", has=page.page.locator("#c-balls-count")).locator(".fault")
+    fault.wait_for()
+    assert "fit" in fault.inner_text() or "fill" in fault.inner_text()
+    page.page.get_by_role("button", name="Undo changes").click()
+    fault.wait_for(state="hidden")
+    page.check()
+
+
+@pytest.mark.slow
+def test_a_copy_with_a_mesh_simulates_it(built, open_page, monkeypatch, tmp_path, the_program):
+    monkeypatch.setattr(command, "built", lambda: built)
+    copy = tmp_path / "stl.html"
+    assert __main__.dispatch(["studio", str(ROOT / "input/stl.ini"), "-o", str(copy)]) == 0
+    page = open_page(copy)
+    page.evaluate("millStudio.ready")
+    page.until("millStudio.stage.draws > 0")
+    assert page.evaluate(WORDS.format("notice")) == ""
+    assert page.evaluate("millStudio.record.mill.kinds").count("ball_rotor") == 1
+    page.check()
+
+
+def test_the_page_of_a_run_needs_no_checkout(monkeypatch, tmp_path):
+    monkeypatch.setattr(build, "ROOT", tmp_path)
+    assert "new WatchSource" in watched.text("/token/")
+
+
+def test_the_page_of_a_run_shows_it(open_page, whole):
+    """In a browser that obeys the page's policy: balls, results and the end of the run, and no complaint."""
+    with Server(Follower(whole[0]), watched.text) as server, Run(whole[0]) as run:
+        page = open_page(server.address, motion=True)
+        assert page.evaluate("millStudio.ready")
+        page.until("millStudio.stage.draws > 0 && millStudio.stage.shown.time >= 0.1 && !millStudio.playing")
+        positions = page.evaluate("[...millStudio.stage.shown.positions]")
+        assert np.array_equal(positions, run.frame(-1, "position").ravel())
+        assert page.evaluate("millStudio.record.statistics.drive.power") == float(run.statistic("drive/power"))
+        assert page.evaluate("millStudio.deck") == run.deck_text()
+        fields = page.page.locator(".control .field")
+        shown = [(one.locator("input").input_value(), one.inner_text().strip()) for one in fields.all()]
+        assert shown == [("600", "rpm"), ("20", ""), ("5", "mm"), ("0.8", ""), ("0.3", "")]
+        assert page.evaluate("document.getElementById('left').textContent") == "100 %, complete at 0.1 s"
+        assert page.evaluate("document.getElementById('notice').hidden")
+        assert page.evaluate("[...document.querySelectorAll('.engine')].every((one) => one.offsetParent === null)")
+        page.check()

@@ -19,44 +19,25 @@ static void unload(void)
     mill_units_free(units);
 }
 
-static const struct factor {
-    const char *unit, *si;
-    double scale;
-} factors[] = {
-    {"m", "m", 1.0},
-    {"mm", "m", 1e-3},
-    {"inch", "m", 0.0254},
-    {"min", "s", 60.0},
-    {"us", "s", 1e-6},
+/* besides the usual units */
+static const struct mill_units_row factors[] = {
     {"\xc2\xb5s", "s", 1e-6},
-    {"rad", "rad", 1.0},
-    {"deg", "rad", 0.017453292519943295},
     {"degree", "rad", 0.017453292519943295},
-    {"rad/s", "rad/s", 1.0},
-    {"rpm", "rad/s", 0.10471975511965977},
     {"rev/min", "rad/s", 0.10471975511965977},
-    {"1/min", "rad/s", 0.10471975511965977},
     {"min-1", "rad/s", 0.10471975511965977},
-    {"U/min", "rad/s", 0.10471975511965977},
     {"RPM", "rad/s", 0.10471975511965977},
     {"revolution/s", "rad/s", 6.283185307179586},
-    {"kHz", "Hz", 1000.0},
-    {"1/s", "Hz", 1.0},
-    {"1/min", "Hz", 1 / 60.0},
-    {"deg/s", "rad/s", 0.017453292519943295},
     {"km/h", "m/s", 1 / 3.6},
-    {"m/s^2", "m/s^2", 1.0},
     {"m s-2", "m/s^2", 1.0},
     {"m.s**-2", "m/s^2", 1.0},
     {"gravity", "m/s^2", 9.80665},
     {"kg/m3", "kg/m^3", 1.0},
-    {"g/cm^3", "kg/m^3", 1000.0},
     {"lb/ft^3", "kg/m^3", 16.018463373960138},
 };
 
 START_TEST(a_known_unit_has_its_factor)
 {
-    const struct factor *f = &factors[_i];
+    const struct mill_units_row *f = &factors[_i];
     double scale = 0.0;
     ck_assert_int_eq(mill_units_scale(units, f->unit, f->si, &scale), MILL_UNITS_GOOD);
     ck_assert_double_eq_tol(scale, f->scale, 4e-16 * f->scale);
@@ -128,19 +109,6 @@ START_TEST(millimetres_become_the_nearest_double)
 }
 END_TEST
 
-START_TEST(the_si_unit_keeps_every_bit)
-{
-    static const char *const si[] = {"m", "s", "rad", "m/s", "rad/s", "kg/m^3", "m/s^2"};
-    srand(1);
-    for (int n = 0; n < 7 * 1000; n++) {
-        double scale = 0.0;
-        const double value = (rand() - 1e9) * 1e-7 / (1 + rand() % 1000);
-        ck_assert_int_eq(mill_units_scale(units, si[n % 7], si[n % 7], &scale), MILL_UNITS_GOOD);
-        ck_assert(mill_units_convert(value, scale) == value);
-    }
-}
-END_TEST
-
 START_TEST(a_usual_unit_has_the_very_factor_of_the_database)
 {
     double scale = 0.0, usual = 0.0;
@@ -207,7 +175,6 @@ int main(void)
         {another_unit_is_refused_and_leaves_the_factor_alone,
          (int)(sizeof refusals / sizeof *refusals)},
         {millimetres_become_the_nearest_double, 1},
-        {the_si_unit_keeps_every_bit, 1},
         {a_usual_unit_has_the_very_factor_of_the_database, 1},
         {every_unit_of_the_decks_table_is_a_usual_one, 1},
         {a_missing_database_is_named_with_the_mend, 1},

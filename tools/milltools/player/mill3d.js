@@ -330,6 +330,7 @@ const Mill3D = (() => {
       return [this.camera.position.clone(), this.controls.target.clone()];
     }
 
+    /** @param {any[]} place */
     moveTo([eye, target]) {
       this.camera.position.copy(eye);
       this.controls.target.copy(target);
@@ -347,6 +348,10 @@ const Mill3D = (() => {
   }
 
   class View extends Eye {
+    flat = false;
+    coating; coated; coats; // promise of the worn bodies, the quantity that they show, the bodies
+    places; tints; // of the balls
+
     /** `context`: a WebGL2 context of `canvas`; `frames`: what unpack() gave. Without frames show() draws states: `head`
         then has typed arrays in place of texts, and neither creases nor wear. */
     constructor(canvas, context, head, frames) {
@@ -468,7 +473,7 @@ const Mill3D = (() => {
     #flights(frame) {
       if (this.flown?.frame === frame) return this.flown;
       const { head, count } = this, h = head.times[frame + 1] - head.times[frame];
-      const state = [frame, frame + 1].map((f) => ({ x: new Float64Array(3 * count), v: new Float64Array(3 * count) }));
+      const state = [frame, frame + 1].map(() => ({ x: new Float64Array(3 * count), v: new Float64Array(3 * count) }));
       state.forEach(({ x, v }, end) => {
         const from = (frame + end) * 3 * count;
         for (let k = 0; k < 3 * count; k++) {

@@ -29,14 +29,24 @@
   const NO_UNPACKING = 'The 3D picture needs a browser from 2023 or later (DecompressionStream).';
 
   class Player {
+    frame = 0; playing = false; draws = 0; visible = false;
+    pace = 1; // own seconds in a second of the clock's player
+    /** @type {(drawn: boolean) => void} */
+    settle;
+    link; by; // the Link, if there is one; the quantity of the colours
+
     constructor(figure) {
       const bar = figure.querySelector('.mp-controls'); // of linked players the first one's is moved out of the figure
       const part = (name) => (name === 'controls' ? bar : figure.querySelector(`.mp-${name}`) ?? bar?.querySelector(`.mp-${name}`));
-      Object.assign(this, { figure, part, frame: 0, playing: false, draws: 0, visible: false });
-      Object.assign(this, { flashBox: part('flashes'), pace: 1 }); // pace: own seconds in a second of the clock's player
+      this.figure = figure;
+      this.part = part;
+      this.flashBox = part('flashes');
       this.ready = new Promise((resolve) => { this.settle = resolve; });
       const head = part('head');
-      if (!head) return this.settle(false); // nothing is stored: the page says so
+      if (!head) { // nothing is stored: the page says so
+        this.settle(false);
+        return;
+      }
       this.head = JSON.parse(head.textContent);
       this.frames = this.head.times.length;
       [this.by] = this.head.values;
@@ -355,7 +365,8 @@
   /** One clock, one camera and one set of controls for several players; `frame` is the element around them. */
   class Link {
     constructor(frame, players) {
-      Object.assign(this, { frame, players });
+      this.frame = frame;
+      this.players = players;
       for (const one of players) one.link = this;
       const turning = players.map((one) => one.head.turns);
       const from = (values, k) => values.map((value) => value - k);

@@ -198,4 +198,3 @@ const MillCharts = (() => {
 
   return { Axis, looks, power, spectrum, flow, density, escape };
 })();
-if (typeof module !== 'undefined') module.exports = MillCharts;

@@ -5,6 +5,7 @@
 const MillControls = (() => {
   const D = MillDeck;
   const AROUND = [0.1, 2]; // range of a value, as parts of it
+  /** @type {[RegExp, string, string, number[] | 'bounds'][]} */
   // [section, key, label ($1: name of the section), range: parts of the value, or "bounds" (at most `top`)]
   const RULES = [
     [/^rotor$/, 'speed', 'Speed of the rotor', AROUND],
@@ -83,7 +84,7 @@ const MillControls = (() => {
   function choose(text, keys) {
     const known = new Map(keys.map((key) => [`${key.section}.${key.key}`, key])), found = [];
     const carrier = (key) => known.get(`motion.${known.get(`${key.section}.on`)?.value}.${key.key}`);
-    const paired = (key) => /^motion\./.test(key.section) && key.key !== 'amplitude' && carrier(key)?.type === 'number';
+    const paired = (key) => key.section.startsWith('motion.') && key.key !== 'amplitude' && carrier(key)?.type === 'number';
     for (const [section, name, label, range] of RULES) {
       for (const key of keys.filter((one) => one.key === name && section.test(one.section))) {
         const words = key.section.replace(section, label);
@@ -93,7 +94,7 @@ const MillControls = (() => {
         }
         const given = [key, ...keys.filter((one) => one.section === key.section && one.instead === name)].find((one) => D.get(text, one.section, one.key) !== undefined) ?? key;
         const riders = keys.filter((one) => one.key === name && paired(one) && carrier(one) === key);
-        const others = riders.map((one) => (deck, to) => ratio(one, key.section, key, text)?.set(deck, numberOf(one.value) / numberOf(key.value)) ?? deck);
+        const others = riders.map((one) => (deck) => ratio(one, key.section, key, text)?.set(deck, numberOf(one.value) / numberOf(key.value)) ?? deck);
         found.push(control(given, given === key ? words : words.replace(/^Balls/, AMOUNT[given.key]), given === key ? range : AROUND, text, others));
       }
     }
@@ -102,4 +103,3 @@ const MillControls = (() => {
 
   return { choose, shown, INSTEAD };
 })();
-if (typeof module !== 'undefined') module.exports = MillControls;

@@ -4,6 +4,7 @@
 
 const MillDeck = (() => {
   // [SI unit, {unit: SI in one of it}, the unit of the fields unless the deck has another of these]
+  /** @type {[string, Record<string, number>, string][]} */
   const DIMENSIONS = [
     ['m', { mm: 1e-3, cm: 1e-2, m: 1, um: 1e-6, inch: 0.0254 }, 'mm'],
     ['rad/s', { rpm: Math.PI / 30, '1/min': Math.PI / 30, 'rad/s': 1, 'deg/s': Math.PI / 180 }, 'rpm'],
@@ -66,7 +67,7 @@ const MillDeck = (() => {
   /** The deck without a key. */
   function remove(text, section, key) {
     const lines = text.split(/\r?\n/), gone = places(lines).find((one) => one.section === section && one.key === key);
-    return lines.filter((line, at) => at !== gone?.at).join('\n');
+    return lines.filter((_, at) => at !== gone?.at).join('\n');
   }
 
   /** The numbers and the unit of a value: "0 0 4.5 mm" -> {numbers: [0, 0, 4.5], unit: 'mm'}. */
@@ -125,6 +126,7 @@ const MillDeck = (() => {
 
   /** Promise of a deck as text for a link: its differences from a preset {name, text} if there is one, else all of it. */
   async function pack(text, preset) {
+    /** @type {object} */
     let what = { deck: text };
     if (preset) {
       const changes = difference(preset.text, text);
@@ -152,4 +154,3 @@ const MillDeck = (() => {
 
   return { values, get, set, remove, measured, unit, digits, difference, pack, unpack };
 })();
-if (typeof module !== 'undefined') module.exports = MillDeck;

@@ -20,9 +20,9 @@ class MillEngine {
   static async start(bytes) {
     const engine = new MillEngine();
     const { instance } = await WebAssembly.instantiate(bytes, { wasi_snapshot_preview1: engine.#wasi() });
-    engine.#module = instance.exports;
-    engine.#memory = instance.exports.memory;
-    instance.exports._initialize();
+    engine.#module = /** @type {any} */ (instance.exports);
+    engine.#memory = engine.#module.memory;
+    engine.#module._initialize();
     return engine;
   }
 
@@ -204,4 +204,3 @@ class MillEngine {
   }
 }
 
-if (typeof module !== 'undefined') module.exports = { MillEngine, MillFault };

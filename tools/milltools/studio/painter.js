@@ -37,9 +37,11 @@ const MillPainter = (() => {
   });
 
   class Painter extends Mill3D.Eye {
+    flat = true;
+    positions; levels; // of the state that is shown
+
     constructor(canvas, head) {
       super(canvas, head);
-      this.flat = true;
       this.pen = canvas.getContext('2d', { willReadFrequently: true }); // drawn by the processor
       this.image = document.createElement('canvas');
       this.parts = head.bodies.map(({ look, motion, points, corners }) => ({ look, motion,

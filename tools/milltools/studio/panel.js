@@ -4,6 +4,7 @@
 const MillPanel = (() => {
   const { escape } = MillCharts;
 
+  /** @returns {any} */
   function element(markup) {
     const place = document.createElement('template');
     place.innerHTML = markup.trim();
@@ -11,9 +12,13 @@ const MillPanel = (() => {
   }
 
   class Panel {
+    sliders; table; faults; change; // as the constructor says
+    live = true; // fields can be changed
+    rows = new Map(); fields = new Map();
+
     /** `parts`: {sliders, table, faults} elements; change(make, id): make is a function that changes a deck's text. */
     constructor(parts, change) {
-      Object.assign(this, { ...parts, change, rows: new Map(), fields: new Map(), live: true });
+      Object.assign(this, { ...parts, change });
     }
 
     /** Shows a deck: its text, and the engine's keys. What has the focus keeps it. The file of a run has its deck in SI:
@@ -35,7 +40,7 @@ const MillPanel = (() => {
       const box = element(`<div class="control"><label for="${id}">${escape(control.label)}</label>
         <span class="field"><input type="number" id="${id}" step="any" aria-describedby="${id}-fault"><span class="unit">${escape(control.unit)}</span></span>
         <input type="range" aria-label="${escape(control.label)}"><p class="fault" id="${id}-fault" role="alert" hidden></p></div>`);
-      const [field, range] = box.querySelectorAll('input'), row = { box, field, range, fault: box.querySelector('.fault') };
+      const [field, range] = box.querySelectorAll('input'), row = { box, field, range, fault: box.querySelector('.fault'), control: undefined };
       const set = (value) => this.change((text) => row.control.set(text, value), control.id);
       range.addEventListener('input', () => { field.value = range.value; this.#tell(row); set(Number(range.value)); });
       field.addEventListener('input', () => {

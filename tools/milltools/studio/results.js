@@ -54,9 +54,12 @@ const MillResults = (() => {
   }
 
   class Record {
+    means = []; work = []; tails = []; // over time
+    state = null; first = null; statistics = null; spectrum = null;
+
     /** `mill`: the message of a new mill. */
     constructor(mill) {
-      Object.assign(this, { mill, means: [], work: [], tails: [], state: null, first: null, statistics: null, spectrum: null });
+      this.mill = mill;
     }
 
     /** A point of the work over time at every state; the drawing makes power of it. */
@@ -214,4 +217,3 @@ const MillResults = (() => {
 
   return { Record, THRESHOLDS, NORMAL, above, halfAbove, verdict, compare, differences };
 })();
-if (typeof module !== 'undefined') module.exports = MillResults;

@@ -19,6 +19,8 @@ const MillShow = (() => {
   const spread = (one, unit) => sure(one, unit).split('±')[1]?.trim() ?? '';
 
   class Show {
+    record; frozen;
+
     constructor() {
       this.axes = { power: { x: new C.Axis(), y: new C.Axis(0.12) }, spectrum: { x: {}, y: {} } };
       this.size = new Map();

@@ -104,14 +104,15 @@ class EngineSource {
   /** script: text of engine.js and worker.js; bytes: of the module; colours: of speeds, 256 times red, green, blue */
   constructor(script, bytes, colours) {
     this.live = true;
+    /** @type {(message: any) => void} */
     this.on = () => {};
     this.#colours = colours;
     const place = URL.createObjectURL(new Blob([script], { type: 'text/javascript' }));
     this.#worker = new Worker(place);
-    this.#ready = new Promise((resolve, reject) => {
+    this.#ready = /** @type {Promise<void>} */ (new Promise((resolve, reject) => {
       this.#worker.onerror = (fault) => reject(new Error(fault.message));
       this.#worker.onmessage = ({ data }) => { if (data.type === 'ready') resolve(); this.#hear(data); };
-    });
+    }));
     this.#ready.catch((fault) => this.on({ type: 'failed', lines: [fault.message] }));
     this.#ask({ task: 'start', bytes });
   }

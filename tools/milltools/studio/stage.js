@@ -27,8 +27,13 @@ const MillStage = (() => {
 
   /** The stage of a page: `parts` {canvas, box, lacking, say}. */
   class Stage {
+    canvas; box; lacking; say; // as the constructor says
+    onshow; onscale; // what is told of: the state that is shown, the end of the colours
+    past = []; back = 0; draws = 0;
+    graphics; view;
+
     constructor(parts) {
-      Object.assign(this, { ...parts, past: [], back: 0, draws: 0 });
+      Object.assign(this, parts);
       new ResizeObserver(() => this.resize()).observe(this.box);
       addEventListener('resize', () => this.resize());
       matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => this.ink());

@@ -35,9 +35,15 @@ const MillStudio = (() => {
   };
 
   class Studio {
+    source; deck; draft; origin; opened; name; // texts of decks: built, as fields have it, as it was opened; the preset
+    record; frozen; asked; next; // results; of the design that is compared; what is being built, and what comes then
+    files = new Map();
+    broken = false; waiting = false; fresh = false;
+    /** @type {(there: boolean) => void} */
+    settle;
+
     constructor() {
       this.presets = JSON.parse(data.text('presets'));
-      this.files = new Map();
       this.playing = !matchMedia('(prefers-reduced-motion: reduce)').matches;
       this.ready = new Promise((resolve) => { this.settle = resolve; });
       this.show = new MillShow.Show();
@@ -78,7 +84,7 @@ const MillStudio = (() => {
     }
 
     mill(mill) {
-      const asked = this.asked ?? { text: mill.deck };
+      const asked = this.asked ?? { text: mill.deck, fresh: false };
       this.asked = null;
       this.busy(false);
       const another = !this.record || this.record.mill.kinds.join() !== mill.kinds.join() || asked.fresh;
@@ -242,7 +248,8 @@ const MillStudio = (() => {
 
     /** Files that were dropped or chosen: one deck, and what it names. */
     async take(list) {
-      const all = new Map(await Promise.all([...list].map(async (file) => [file.name, new Uint8Array(await file.arrayBuffer())])));
+      const given = [...list], all = new Map(); // the list of what was dropped is soon empty
+      for (const file of given) all.set(file.name, new Uint8Array(await file.arrayBuffer()));
       const decks = [...all.keys()].filter((name) => /\.(ini|deck|txt)$/i.test(name)), deck = decks.find((name) => /\.ini$/i.test(name)) ?? (all.size === 1 && decks[0]);
       if (!deck) { // files for the deck that is there
         if (!this.deck) return;

@@ -4,6 +4,8 @@
 const MillWords = (() => {
   const PREFIXES = { '-4': 'p', '-3': 'n', '-2': 'µ', '-1': 'm', 0: '', 1: 'k', 2: 'M', 3: 'G', 4: 'T' };
   const COUNTS = { 1: 'thousand', 2: 'million', 3: 'billion', 4: 'trillion' };
+  /** @type {[number, number, number, string][]} below how many seconds, the unit in seconds, decimals, the unit */
+  const SPANS = [[120, 1, 0, 's'], [7200, 60, 0, 'min'], [360000, 3600, 1, 'h'], [Infinity, 86400, 1, 'days']];
   const SPACE = '\u00a0', THIN = '\u202f', MISSING = '\u2013';
   const minus = (text) => text.replaceAll('-', '\u2212');
   const raised = (exponent) => String(exponent).replace(/./g, (c) => ({ '-': '⁻' }[c] ?? '⁰¹²³⁴⁵⁶⁷⁸⁹'[c]));
@@ -64,8 +66,7 @@ const MillWords = (() => {
   /** 42 s, 12 min, 3.5 h, 2.5 days. */
   function duration(seconds) {
     if (!Number.isFinite(seconds)) return '?';
-    const [size, digits, unit] = [[120, 1, 0, 's'], [7200, 60, 0, 'min'], [360000, 3600, 1, 'h'], [Infinity, 86400, 1, 'days']]
-      .find(([most]) => seconds < most).slice(1);
+    const [, size, digits, unit] = SPANS.find(([most]) => seconds < most);
     return `${(seconds / size).toFixed(digits)}${SPACE}${unit}`;
   }
 
@@ -74,4 +75,3 @@ const MillWords = (() => {
 
   return { number, quantity, brief, small, count, share, duration, kind, minus };
 })();
-if (typeof module !== 'undefined') module.exports = MillWords;

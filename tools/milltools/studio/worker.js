@@ -7,7 +7,7 @@ let pace = null; // {factor, wall [ms], time [s]}: since then, so many simulated
 let events = 2000; // of a slice
 let seen = true; // the page has drawn the last state
 let past = []; // [wall in ms, simulated s, impacts] of about the last second
-let last = { state: 0, results: 0, cost: 0 }; // [ms]
+const last = { state: 0, results: 0, cost: 0 }; // [ms]
 const SLICE = 8, PICTURE = 1000 / 60, RESULTS = 300, LATE = 100; // [ms]
 const turn = new MessageChannel(); // what comes in meanwhile is heard first
 turn.port1.onmessage = () => step();

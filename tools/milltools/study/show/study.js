@@ -115,6 +115,7 @@
     const field = data.plane, svg = at('plane').querySelector('svg');
     if (!field) return;
     at('plane').hidden = false;
+    /** @returns {[number, number]} */
     const edge = (v) => {
       const first = v.length > 1 ? (v[1] - v[0]) / 2 : 0.5, last = v.length > 1 ? (v[v.length - 1] - v[v.length - 2]) / 2 : 0.5;
       return [v[0] - first, v[v.length - 1] + last];
@@ -122,8 +123,7 @@
     const x = edge(field.xs), y = edge(field.ys);
     const { px, py, back } = frame(svg, x, y, label(keys[field.x]), label(keys[field.y]));
     const inside = (v, [low, high]) => v >= low && v <= high;
-    const middle = (v, k) => (k < 0 ? x : (v[k] + v[k + 1]) / 2);
-    const border = (v, k, [low, high]) => (k <= 0 ? low : k >= v.length ? high : middle(v, k - 1));
+    const border = (v, k, [low, high]) => (k <= 0 ? low : k >= v.length ? high : (v[k - 1] + v[k]) / 2);
     field.value.forEach((row, j) => row.forEach((value, i) => {
       if (value === null) return;
       const [x0, x1] = [border(field.xs, i, x), border(field.xs, i + 1, x)], [y0, y1] = [border(field.ys, j, y), border(field.ys, j + 1, y)];
