@@ -29,7 +29,7 @@ CFLAGS_asan := -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined -fno-
 LDFLAGS_asan := -fsanitize=address,undefined
 CFLAGS_tsan := -O1 -g -fno-omit-frame-pointer -fsanitize=thread
 LDFLAGS_tsan := -fsanitize=thread
-# for `make mutants`: what is only a warning is no mutant
+# for `make mutants`: the code alone; what is only a warning is no mutant
 CFLAGS_mutants := -O2 -DNDEBUG -Werror=int-conversion -Werror=incompatible-pointer-types
 CFLAGS_cov := -O0 -g --coverage -DNDEBUG
 LDFLAGS_cov := --coverage
@@ -289,7 +289,7 @@ coverage:
 # FILES: only of these sources
 mutants:
 	@tools/setup --local build test --python all check test
-	@$(MAKE) $(PARALLEL) MODE=mutants $(UNIT:$(BUILD)/%=build/mutants/%) build/mutants/millsim
+	@$(MAKE) $(PARALLEL) MODE=asan $(UNIT:$(BUILD)/%=build/asan/%) build/asan/millsim millsim
 	@.venv/bin/python tests/mutants.py --jobs $(JOBS) $(MUTANTS:%=--count %) $(SEED:%=--seed %) $(FILES)
 
 # what the tests' lock says of a package, for `make lowest`

@@ -1,7 +1,7 @@
 """Do the tests see a wrong number? `make mutants` breaks one line of a source that decides numbers, in a copy of the
 repository, and runs the nearest tests until one fails: the mutant is killed. It draws MUTANTS of them in C and as many
 in Python, from SEED; a change of other lines does not change the draw. What does not compile, or compiles to the same
-code, is drawn again.
+code, is drawn again. Those in C run under sanitizers, which see what leaves an array.
 
 Ends with 1 if less than 90 % are killed in C or in Python, or if a mutant survives that tests/survivors.md does not
 explain. There, `file` heads a list whose items are the line, the line of the mutant, and a reason.
@@ -32,12 +32,13 @@ LEAST = 90  # percent that are killed in either half
 MARKS = "not thorough and not browser and not slurm and not dem and not render"
 # The sources by folder, and the tests in C and files of pytest that are nearest to them. "+": also what is slow there
 NEAREST = {
-    "src/engine/ sim_account": "sim motion planetary cli/test_statistics cli/test_reference+",
-    "src/observe/ energies spectrum strikes": "tally spectrum strikes cli/test_statistics cli/test_precision",
-    "src/observe/ precision tally tally_results tally_window": "precision tally planetary cli/test_precision+ "
-    "cli/test_statistics cli/test_resume",
+    "src/engine/ sim_account": "sim sim_slabs cli/test_statistics planetary cli/test_reference+",
+    "src/observe/ energies spectrum strikes": "spectrum strikes tally cli/test_statistics cli/test_precision "
+    "tools/test_dose",
+    "src/observe/ precision tally tally_results tally_window": "precision tally cli/test_statistics "
+    "cli/test_precision+ cli/test_resume tools/test_dose planetary",
     "src/observe/ tally_results_tell": "tally cli/test_statistics cli/test_precision cli/test_output cli/test_digest",
-    "src/observe/ wear wear_facets": "wear tally tools/test_dose",
+    "src/observe/ wear": "wear tally tools/test_dose",
     "tools/milltools/compare/ agreement finding load map_deviation rows": "tools/test_compare_errors "
     "tools/test_compare+ tools/test_moving_mills",
     "tools/milltools/dose/ dose laws wear": "tools/test_dose tools/test_figures",
@@ -66,7 +67,7 @@ LEFT_OUT = r"\b(?:np\.|math\.)?(?:sqrt|fabs|abs|round|floor|ceil)(?=\()|!(?=[\w(
 # what decides no number: texts, comments, errors, the preprocessor, memory, declarations of arrays, decorators
 UNSEEN = {
     ".c": r'"(?:\\.|[^"\\\n])*"|/\*[\s\S]*?\*/|^#(?:.*\\\n)*.*$|\b(?:assert|mill_error_set|mill_memory_get|\w*alloc|'
-    r"\w*free)\([^;]*;|^ *(?:static |const )*(?:struct )?\w+ \**\w+(?:\[[^]=]*\])+(?= = |;|,)",
+    r"\w*free)\([^;]*;|^ *(?:static |const )*(?:struct |enum )?\w+ \**\w+(?:\[[^]=]*\])+(?= = |;|,)",
     ".py": r'"""[\s\S]*?"""|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'|#.*|^ *(?:@|def ).*|\braise .*',
 }
 MEMORY = 8 << 30  # [bytes] of a process
@@ -132,11 +133,11 @@ class Bench:
     """A copy of the repository, where tests run in forks of this process, which has loaded the libraries."""
 
     def __init__(self, folder):
-        resource.setrlimit(resource.RLIMIT_DATA, (MEMORY, MEMORY))
         self.tree = pathlib.Path(tempfile.mkdtemp(dir=folder))
-        unused = shutil.ignore_patterns(".git", ".venv", "__pycache__", "release", "mutants.txt")
+        unused = shutil.ignore_patterns(".git", ".venv", "__pycache__", "build")
         shutil.copytree(ROOT, self.tree, dirs_exist_ok=True, symlinks=True, ignore=unused)
-        os.environ.update(MILLSIM=str(self.tree / "build/mutants/millsim"), TMPDIR=str(self.tree / "build"))
+        shutil.copytree(ROOT / "build/asan", self.tree / "build/asan")
+        os.environ.update(TMPDIR=str(self.tree / "build"), ASAN_OPTIONS=f"hard_rss_limit_mb={MEMORY >> 20}")
         sys.path.insert(0, str(self.tree / "tests"))
         warm = importlib.import_module("warm")
         for name in (*warm.LIBRARIES, "pytest"):
@@ -168,26 +169,32 @@ class Bench:
             os.kill(int(child), signal.SIGKILL)
         return os.waitstatus_to_exitcode(status), used.ru_utime + used.ru_stime
 
-    def make(self, target):
-        words = ["make", "-s", "MODE=mutants", f"build/mutants/{target}"]
+    def make(self, mode, target):
+        words = ["make", "-s", f"MODE={mode}", f"build/{mode}/{target}"]
         return self.run(lambda: os.execvp(words[0], words))[0] == 0
 
-    def pytest(self, file, marks):
+    def pytest(self, file, marks, in_c):
+        if in_c:
+            os.environ["MILLSIM"] = str(self.tree / "build/asan/millsim")
+        else:  # sanitizers reserve more
+            resource.setrlimit(resource.RLIMIT_DATA, (MEMORY, MEMORY))
         words = ["-qx", "-p", "no:cacheprovider", "--basetemp", "build/pytest", f"tests/{file}.py", "-m", marks]
         status = importlib.import_module("pytest").main(words)
         sys.stdout.flush()
         return status % 5  # 5: no test has these marks
 
-    def test(self, name, most=600.0):
-        """(what fails, or "", CPU time [s]) of a test."""
+    def test(self, name, in_c, most=600.0):
+        """(what fails, or "", CPU time [s]) of a test of a source in C or in Python."""
         file, _, slow = name.partition(" ")
-        program = f"tests/unit/test_{name}"
-        if "/" in file:
-            status, took = self.run(lambda: self.pytest(file, f"{slow or 'not slow'} and {MARKS}"), most)
-        elif self.make(program):
-            status, took = self.run(lambda: os.execv(f"build/mutants/{program}", [program]), most)
-        else:
+        target = "millsim" if "/" in file else f"tests/unit/test_{file}"
+        if in_c and not self.make("asan", target):
             return "make", 0.0
+        if "/" in file:
+            status, took = self.run(lambda: self.pytest(file, f"{slow or 'not slow'} and {MARKS}", in_c), most)
+        else:
+            status, took = self.run(lambda: os.execv(f"build/asan/{target}", [target]), most)
+        if "/" in file and status in (3, 4):  # of pytest itself
+            raise RuntimeError(self.log.read_text())
         said = re.search(r"^(?:FAILED|ERROR) tests/(\S+)|:[EF]:\w+:(\w+):", self.log.read_text(errors="replace"), re.M)
         return (f"{name}: {(said[1] or said[2]) if said else status}" if status else ""), took
 
@@ -195,7 +202,7 @@ class Bench:
         """What a source compiles to, without places of lines; None if it does not compile."""
         if path.endswith(".c"):
             made = path.removesuffix("c") + "o"
-            return (self.tree / "build/mutants" / made).read_bytes() if self.make(made) else None
+            return (self.tree / "build/mutants" / made).read_bytes() if self.make("mutants", made) else None
         with contextlib.suppress(SyntaxError):
             return parts(compile((self.tree / path).read_text(), path, "exec"))
 
@@ -212,9 +219,8 @@ class Bench:
         try:
             if self.code(path) in (None, code):
                 return None
-            if not self.make("millsim"):  # in Python as well: the last mutant may be in it
-                return "make"
-            return next(filter(None, (self.test(name, most[name])[0] for name in in_order(path))), "")
+            tests = ((name, path.endswith(".c")) for name in in_order(path))
+            return next(filter(None, (self.test(*one, most[one])[0] for one in tests)), "")
         finally:
             self.write(path, text)
 
@@ -232,9 +238,9 @@ def in_order(path):
 bench = functools.cache(Bench)  # one in each process
 
 
-def most_of(folder, name):
+def most_of(folder, test):
     """Limit of CPU time [s] for a test, from what it takes without a mutant."""
-    failed, took = bench(folder).test(name)
+    failed, took = bench(folder).test(*test)
     if failed:
         raise RuntimeError(f"without a mutant: {failed}\n{bench(folder).log.read_text()}")
     return 10 + 5 * took
@@ -268,8 +274,8 @@ def main() -> int:
         concurrent.futures.ProcessPoolExecutor(asked.jobs, multiprocessing.get_context("fork")) as pool,
         open(ROOT / "build/mutants.txt", "w") as log,
     ):
-        names = [*dict.fromkeys(name for path in asked.sources for name in in_order(path))]
-        most = dict(zip(names, pool.map(functools.partial(most_of, folder), names)))
+        all_ = [*dict.fromkeys((name, path.endswith(".c")) for path in asked.sources for name in in_order(path))]
+        most = dict(zip(all_, pool.map(functools.partial(most_of, folder), all_)))
         for half in (".c", ".py"):
             paths = [path for path in asked.sources if path.endswith(half)]
             drawn = [one for _, one in sorted(itertools.chain.from_iterable(mutants(p, asked.seed) for p in paths))]
