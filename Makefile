@@ -29,6 +29,8 @@ CFLAGS_asan := -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined -fno-
 LDFLAGS_asan := -fsanitize=address,undefined
 CFLAGS_tsan := -O1 -g -fno-omit-frame-pointer -fsanitize=thread
 LDFLAGS_tsan := -fsanitize=thread
+# for `make mutants`: the code alone; what is only a warning is no mutant
+CFLAGS_mutants := -O2 -DNDEBUG -Werror=int-conversion -Werror=incompatible-pointer-types
 CFLAGS_cov := -O0 -g --coverage -DNDEBUG
 LDFLAGS_cov := --coverage
 SANITIZERS_fuzz := -fsanitize=address,undefined,float-cast-overflow
@@ -101,8 +103,9 @@ help:
 	@echo 'make docs      the documentation as a site that opens from disk: build/docs/index.html'
 	@echo 'make pictures  make those of the README and docs/figures.md anew'
 	@echo 'make coverage  every test with lines and branches counted: build/coverage (an hour)'
+	@echo 'make mutants   do the tests see a wrong line? MUTANTS=200 in C, as many in Python, SEED=1 (under an hour)'
 	@echo 'make lowest    make check with the lowest versions of Python packages that tools/pyproject.toml allows'
-	@echo 'make nightly   ten minutes of fuzzing a target, thorough, coverage, and all of the validation: some six hours'
+	@echo 'make nightly   ten minutes of fuzzing a target, thorough, coverage, mutants, and all of the validation: some seven hours'
 	@echo 'make thorough  the cases of tests that make test leaves out, because there are many like them'
 	@echo 'make fuzz      fuzz every target, FUZZ_SECONDS=$(FUZZ_SECONDS) each: tests/fuzz/README.md'
 	@echo 'make bench     measure speed, some minutes: docs/performance.md (QUICK=1: try it)'
@@ -290,7 +293,7 @@ fuzz:
 
 # fuzzing for longer than a push can wait, and all that takes hours: every step is tried, also after one has failed
 nightly:
-	@status=0; for step in 'fuzz FUZZ_SECONDS=600' golden thorough coverage lowest validate validate-paper validate-study validate-dem; do \
+	@status=0; for step in 'fuzz FUZZ_SECONDS=600' golden thorough coverage mutants lowest validate validate-paper validate-study validate-dem; do \
 	    echo "make $$step"; $(MAKE) --no-print-directory $$step || status=$$?; done; exit $$status
 
 # lines and branches that the tests reach: of C by gcov, of Python by coverage.py in every process that the tests start
@@ -303,6 +306,13 @@ coverage:
 	MILLSIM=$(abspath build/cov/millsim) .venv/bin/python -m coverage run --rcfile tests/coverage.ini -m pytest -q -n $(JOBS) \
 	    --dist loadfile --timeout 1500 -m 'not unmeasured and not thorough' $(or $(PYTESTS),tests) || status=$$?; \
 	.venv/bin/python tests/covered.py || status=$$?; exit $$status
+
+# one line broken at a time, in copies of the repository: do the nearest tests fail? MUTANTS in C, and as many in Python;
+# FILES: only of these sources
+mutants:
+	@tools/setup --local build test --python all check test
+	@$(MAKE) $(PARALLEL) MODE=asan $(UNIT:$(BUILD)/%=build/asan/%) build/asan/millsim millsim
+	@.venv/bin/python tests/mutants.py --jobs $(JOBS) $(MUTANTS:%=--count %) $(SEED:%=--seed %) $(FILES)
 
 # what the tests' lock says of a package, for `make lowest`
 $(foreach p,pytest pytest-timeout pytest-xdist mpmath,$(eval LOCKED_$p := $(shell sed -n 's/^$p==//p' tests/requirements.lock)))
@@ -455,5 +465,5 @@ clean:
 -include $(patsubst %.o,%.d,$(LIB) $(WASM_OBJECTS)) $(BUILD)/src/app/main.d $(addsuffix .d,$(UNIT) $(BENCH) $(PROBES) $(FUZZERS)) \
     $(BUILD)/tests/fuzz/replay.d $(BUILD)/tests/fuzz/units_once.d
 .SECONDARY:
-.PHONY: all help needed deps run check test compiled unit js thorough coverage nightly lowest replay fuzz fuzzers cli golden valgrind validate validate-dem validate-study validate-paper lint format docs pictures bench bench-parts bench-peers bench-studio \
+.PHONY: all help needed deps run check test compiled unit js thorough coverage mutants nightly lowest replay fuzz fuzzers cli golden valgrind validate validate-dem validate-study validate-paper lint format docs pictures bench bench-parts bench-peers bench-studio \
         wasm studio wheel release tell-version install uninstall clean always

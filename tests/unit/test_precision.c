@@ -3,6 +3,8 @@
 #include "observe/precision.h"
 #include "unit.h"
 
+#include <gsl/gsl_cdf.h>
+
 enum { MOST = MILL_PRECISION_BATCHES };
 
 static double x[MOST];
@@ -151,6 +153,75 @@ START_TEST(the_interval_is_wider_the_fewer_batches_there_are_to_tell_it)
 }
 END_TEST
 
+/* The error as the comments of precision.c define it, step by step, and Student's t of GSL */
+static struct mill_precision_mean by_formula(size_t n, size_t period)
+{
+    size_t size = 24;
+    while (size > 1 && (n / size < 24 || size == 5 || (size > 6 && size % 12)))
+        size--;
+    const bool repeats = period > size && n / period >= 2;
+    const size_t phases = repeats ? period : 1, groups = n / size, first = n - groups * size;
+    double phase[MOST] = {0}, group[MOST] = {0}, sum = 0, shift = 0, squares = 0, products = 0;
+    for (size_t i = 0; i < n; i++) {
+        phase[i % phases] += x[i] / (double)((n - i % phases + phases - 1) / phases);
+        sum += x[i];
+    }
+    for (size_t i = 0; i < phases; i++)
+        shift += phase[i] / (double)phases;
+    shift -= sum / (double)n;
+    for (size_t i = first; i < n; i++)
+        group[(i - first) / size] += (x[i] - phase[i % phases]) / (double)size;
+    for (size_t k = 0; k < groups; k++) {
+        squares += group[k] * group[k];
+        products += k > 0 ? group[k] * group[k - 1] : 0;
+    }
+    const double many = (double)groups, share = repeats ? 1 - 1 / (double)(n / period) : 1;
+    double m = products / squares;
+    m += repeats ? m / (many - 1) : (1 + 4 * m) / many;
+    m = fmin(fmax(m, -0.25), 0.9);
+    const double freedom = many * share * (1 - m * m) / (1.5 + m * m);
+    const double variance = squares / share / (many - 1) / many * (1 + m) / (1 - m);
+    const double widened = gsl_cdf_tdist_Pinv(0.975, freedom) / gsl_cdf_ugaussian_Pinv(0.975);
+    return (struct mill_precision_mean){sum / (double)n, sqrt(variance + shift * shift) * widened,
+                                        freedom};
+}
+
+START_TEST(the_error_is_that_of_its_formula)
+{
+    static const struct {
+        size_t n, period;
+        double memory;
+    } of[] = {{36, 0, 0},   {47, 1, 0.5},  {48, 12, 0},      {53, 12, 0.3},  {66, 12, 0.3},
+              {72, 3, 0.2}, {100, 3, 0.7}, {150, 6, -0.9},   {287, 12, 0.6}, {288, 12, 0.95},
+              {600, 24, 0}, {611, 48, 0},  {MOST, 12, 0.99}, {95, 48, 0},    {96, 48, -0.5}};
+    chance = 11;
+    for (size_t i = 0; i < sizeof of / sizeof *of; i++) {
+        fill(of[i].n, of[i].memory, of[i].period, 3);
+        const struct mill_precision_mean mean = mill_precision_mean(x, of[i].n, of[i].period);
+        const struct mill_precision_mean own = by_formula(of[i].n, of[i].period);
+        const double close = 1e-6 + 0.4 / pow(own.freedom, 5); /* of the expansion of Student's t */
+        ck_assert_double_eq_tol(mean.value, own.value, 1e-12);
+        if (own.freedom < 3) {
+            ck_assert(isnan(mean.error) && mean.freedom == 0);
+            continue;
+        }
+        ck_assert_msg(fabs(mean.error / own.error - 1) < close, "%zu of %zu: %.9g, not %.9g",
+                      of[i].n, of[i].period, mean.error, own.error);
+        ck_assert_double_eq_tol(mean.freedom, own.freedom, 1e-9 * own.freedom);
+    }
+    for (size_t i = 0; i < MOST; i++)
+        x[i] = (double)(i % 12);
+    const struct mill_precision_mean swing = mill_precision_mean(x, 66, 12); /* nothing but it */
+    ck_assert_double_eq_tol(swing.error, fabs(swing.value - 5.5), 1e-12);
+    ck_assert(swing.value < 5.3 && isinf(swing.freedom));
+    for (size_t i = 0; i < MOST; i++)
+        x[i] = (double)i; /* memory 0.9: 2.96 and 3.04 degrees of freedom */
+    ck_assert_double_nan(mill_precision_mean(x, 36, 0).error);
+    ck_assert(mill_precision_mean(x, 36, 0).freedom == 0);
+    ck_assert(mill_precision_mean(x, 37, 0).error > 0);
+}
+END_TEST
+
 START_TEST(too_few_batches_have_no_error)
 {
     fill(MILL_PRECISION_FEWEST, 0, 0, 0);
@@ -255,6 +326,126 @@ START_TEST(median_and_power_are_told_with_their_errors)
     ck_assert_double_nan(known.rate[MILL_BALL_DRUM].error); /* none: nothing known */
     ck_assert(mill_precision_reached(&known, 0.02));
     ck_assert(!mill_precision_reached(&known, 0.005));
+}
+END_TEST
+
+static void ck_same(struct mill_precision_mean found, struct mill_precision_mean own)
+{
+    ck_assert(fabs(found.value - own.value) <= 1e-9 * fabs(own.value));
+    ck_assert(found.freedom == own.freedom || fabs(found.freedom / own.freedom - 1) < 1e-6);
+    ck_assert((isnan(found.error) && isnan(own.error)) ||
+              fabs(found.error - own.error) <= 1e-9 * own.error);
+}
+
+START_TEST(each_number_of_the_account_is_told_with_the_error_of_its_own_series)
+{
+    enum { RATE, FAST, LOSS = FAST + MILL_WORLD_FAST, NORMAL, SORTS, ROWS = MILL_KINDS + 1 };
+    static double own[SORTS][ROWS][MOST], moved[2][2][MOST];
+    const uint64_t from = 5, none[MILL_SPECTRUM_SLOTS] = {0};
+    struct mill_account a;
+    open_batches(100, &a);
+    batches.motions = 2;
+    for (int n = 0; n < 60; n++) {
+        for (int kind = 0; kind < MILL_KINDS; kind++)
+            for (int sort = 0; sort < SORTS; sort++) {
+                double more =
+                    sort < LOSS ? floor((8 - 2 * kind) * random_share(&chance)) : normal();
+                a.collisions[kind] += (uint64_t)(sort == RATE ? more : 0);
+                if (sort >= FAST && sort < LOSS)
+                    a.fast[kind][sort - FAST] += (uint64_t)more;
+                a.dissipation[kind] += sort == LOSS ? more : 0;
+                a.dissipation_normal[kind] += sort == NORMAL ? more : 0;
+                own[sort][kind][n] = more / batches.at.batch;
+                own[sort][MILL_KINDS][n] += more / batches.at.batch;
+            }
+        for (int k = 0; k < 2; k++) {
+            a.motion[k].work += moved[k][0][n] = normal();
+            a.motion[k].impulse += moved[k][1][n] = normal();
+        }
+        mill_precision_close(&batches, none, &a);
+    }
+    const struct mill_precision_known known = mill_precision_tell(&batches, from);
+    for (int row = 0; row < ROWS; row++)
+        for (int sort = 0; sort < SORTS; sort++) {
+            struct mill_precision_mean mean = mill_precision_mean(own[sort][row] + from, 55, 12);
+            if (sort < LOSS) /* as independent impacts scatter */
+                mean.error = fmax(mean.error, sqrt(mean.value / (55 * batches.at.batch)));
+            if (sort < LOSS && mean.value == 0)
+                mean = (struct mill_precision_mean){0, NAN, 0};
+            ck_same(sort == RATE     ? known.rate[row]
+                    : sort < LOSS    ? known.fast[row][sort - FAST]
+                    : sort == NORMAL ? known.loss_normal[row]
+                                     : known.loss[row],
+                    mean);
+        }
+    for (int k = 0; k < 2; k++)
+        for (int n = 0; n < 60; n++)
+            for (int i = 0; i < 2; i++)
+                moved[k][i][n] /= batches.at.batch;
+    for (int k = 0; k < 2; k++) {
+        ck_same(known.motion_power[k], mill_precision_mean(moved[k][0] + from, 55, 12));
+        ck_same(known.motion_torque[k], mill_precision_mean(moved[k][1] + from, 55, 12));
+    }
+    ck_same(known.power, known.motion_power[0]);
+    ck_same(known.torque, known.motion_torque[0]);
+    mill_precision_free(&batches);
+}
+END_TEST
+
+/* Equal counts in the bins around a median make the density of ln v known exactly. */
+START_TEST(the_error_of_a_median_is_that_of_the_share_below_it_over_the_density)
+{
+    static const int middle[] = {3, MILL_SPECTRUM_FAST + 2, MILL_SPECTRUM_FAST + 200,
+                                 MILL_SPECTRUM_BINS - 2};
+    struct mill_account account;
+    for (size_t i = 0; i < 4; i++)
+        for (int scatters = 0; scatters < 2; scatters++) {
+            const int reach = i == 2 ? 10 : 2,
+                      seen = i == 2 ? 11 : 8; /* bins that density() sees */
+            open_batches(0, &account);
+            for (int n = 0; n < 48; n++) {
+                uint64_t count[MILL_SPECTRUM_SLOTS] = {0};
+                const int more = (n < 24 ? 20 : -20) * (n % 24 * 7 % 5 - 2) * scatters;
+                for (int bin = -reach; bin <= reach; bin++)
+                    count[middle[i] + bin] = (uint64_t)(100 + (bin < 0) * more - (bin > 0) * more);
+                x[n] = reach * more;
+                mill_precision_close(&batches, count, &account);
+            }
+            const double many = 100 * (2 * reach + 1) * 48, within = many / (2 * reach + 1);
+            const double density =
+                within * (reach < 5 ? 2 * reach + 1 : 11) / many / (seen * MILL_SPECTRUM_LOG_BIN);
+            const double value = grid.edge[middle[i] - 1] * exp(0.5 * MILL_SPECTRUM_LOG_BIN);
+            const struct mill_precision_mean scatter = mill_precision_mean(x, 48, 0);
+            const struct mill_precision_known known = mill_precision_tell(&batches, 0);
+            const struct mill_precision_mean median = i > 0 ? known.median_fast : known.median;
+            ck_assert_double_eq_tol(median.value / value, 1, 1e-12);
+            ck_assert_double_eq_tol(median.error / value * density,
+                                    scatters ? scatter.error * 48 / many : 0.5 / sqrt(many), 1e-9);
+            ck_assert(median.freedom == scatter.freedom);
+            ck_assert(i > 0 || isnan(known.median_fast.value));
+            mill_precision_free(&batches);
+        }
+}
+END_TEST
+
+START_TEST(a_start_up_of_power_or_of_speeds_alone_is_cut)
+{
+    for (int of = 0; of < 3; of++) {
+        struct mill_account account;
+        bool settled;
+        open_batches(100, &account);
+        for (int i = 0; i < 120; i++)
+            add_batch(&account, i < 40 && of != 0 ? 5 : 1, i < 20 && of != 1 ? 3 : 0.7, 100);
+        const uint64_t cut = mill_precision_cut(&batches, &settled);
+        ck_assert_msg(cut == (of ? 40 : 20), "%d: %d", of, (int)cut);
+        ck_assert(settled);
+        for (int i = 0; i < 120; i++)
+            add_batch(&account, 3, 5, 100); /* what has just begun: the first half is given up */
+        ck_assert_uint_eq(mill_precision_cut(&batches, &settled), 120);
+        ck_assert(settled);
+        add_batch(&account, 9, 50, 100);
+        mill_precision_free(&batches);
+    }
 }
 END_TEST
 
@@ -484,10 +675,14 @@ int main(void)
         {what_repeats_every_revolution_has_no_part_in_the_error, 1},
         {a_revolution_that_is_not_whole_has_its_part_in_the_error, 1},
         {the_interval_is_wider_the_fewer_batches_there_are_to_tell_it, 1},
+        {the_error_is_that_of_its_formula, 1},
         {too_few_batches_have_no_error, 1},
         {batches_are_parts_of_a_revolution_or_whole_ones, 1},
         {without_a_rotor_there_are_no_revolutions, 1},
         {median_and_power_are_told_with_their_errors, 1},
+        {each_number_of_the_account_is_told_with_the_error_of_its_own_series, 1},
+        {the_error_of_a_median_is_that_of_the_share_below_it_over_the_density, 1},
+        {a_start_up_of_power_or_of_speeds_alone_is_cut, 1},
         {a_power_near_zero_is_never_known, 1},
         {a_rotor_that_never_did_any_work_is_not_waited_for, 1},
         {without_fast_impacts_nothing_is_known, 1},

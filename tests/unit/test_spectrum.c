@@ -155,6 +155,7 @@ END_TEST
 START_TEST(the_mean_is_that_of_the_speeds_not_of_the_bins)
 {
     fill(0.1);
+    ck_assert(mill_spectrum_mean(&spectrum) == 0.1);
     fill(0.2);
     fill(0);
     ck_assert_double_eq_tol(mill_spectrum_mean(&spectrum), 0.1, 1e-16);

@@ -331,6 +331,51 @@ START_TEST(an_impact_counts_by_normal_total_and_dissipated_energy)
 }
 END_TEST
 
+/* 120 batches, so that there are 60 blocks of two; six of them are a revolution. 0: impacts of 1 mJ
+ * come in bursts; 1: one in each batch, and losses that go with the work; 2: none */
+START_TEST(hard_impacts_have_the_error_of_blocks_and_per_joule_that_of_impacts_without_losses)
+{
+    enum { BLOCKS = 60 };
+    const double batch = 1.0 / 120;
+    double hard[BLOCKS] = {0}, loss[BLOCKS] = {0}, lost = 0;
+    uint64_t seed = 3, count = 0;
+    fixture_create(&f);
+    for (int k = 0; k < 2 * BLOCKS; k++) {
+        const int many = _i == 0 ? 9 * (random_share(&seed) < 0.3) : _i == 1;
+        const double each = _i == 0 ? 1e-3 * random_share(&seed) : 1e-3;
+        for (int i = 0; i < many + 2; i++) { /* of 0.25 g v^2; a bit less than 1 mJ is not hard */
+            const double v = i < many ? 2 : nextafter(2, 0);
+            fixture_play(&f, impact_of(0.5 + (k + 0.5) * batch, MILL_BALL_BLADE, i, 0, v, each));
+            loss[k / 2] += each / (2 * batch);
+            lost += each;
+        }
+        hard[k / 2] += many / (2 * batch);
+        count += (uint64_t)many;
+        fixture_work(&f, 0.05 * batch);
+    }
+    fixture_finish(&f, 1.5);
+    ck_assert_uint_eq(f.tally->blocks.length, 2);
+    struct mill_precision_mean own = mill_precision_mean(hard, BLOCKS, 6);
+    const struct mill_precision_mean rate = f.results->hard, per = f.results->hard_per_joule;
+    ck_assert(fabs(rate.value - (double)count) < 1e-9);
+    ck_assert(fabs(per.value - (double)count / 0.05) < 1e-7);
+    for (int k = 0; k < BLOCKS; k++)
+        hard[k] -= (double)count / lost * loss[k];
+    const struct mill_precision_mean rest = mill_precision_mean(hard, BLOCKS, 6);
+    if (_i == 0) {
+        ck_assert(own.error > 1.2 * sqrt((double)count) && rest.error < 0.9 * own.error);
+        ck_assert_double_eq_tol(rate.error / own.error, 1, 1e-9);
+        ck_assert_double_eq_tol(per.error * 0.05 / rest.error, 1, 1e-9);
+    } else if (_i == 1) { /* no scatter: as independent impacts */
+        ck_assert_double_eq_tol(rate.error, sqrt(120), 1e-9);
+        ck_assert_double_eq_tol(per.error, sqrt(120) / 0.05, 1e-7);
+    }
+    ck_assert(_i < 2 || (isnan(rate.error) && isnan(per.error) && rate.freedom + per.freedom == 0));
+    ck_assert(_i == 2 || rate.freedom == own.freedom);
+    ck_assert(_i != 0 || fabs(per.freedom / rest.freedom - 1) < 1e-9);
+}
+END_TEST
+
 /* ---- save and load ---- */
 
 enum { TRACE = 20000 };
@@ -548,6 +593,7 @@ int main(void)
         {a_state_of_another_drum_is_refused, 1},
         {an_energy_at_an_edge_belongs_to_the_bin_above_it, 1},
         {an_impact_counts_by_normal_total_and_dissipated_energy, 1},
+        {hard_impacts_have_the_error_of_blocks_and_per_joule_that_of_impacts_without_losses, 3},
         {a_number_out_of_range_is_refused, DAMAGES},
         {the_tally_takes_less_than_two_megabytes, 1},
         {a_number_of_collisions_ends_the_run_at_just_that_one, 1},
