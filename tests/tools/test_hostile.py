@@ -101,6 +101,7 @@ EDGES = "statistics/maps/axial/x_edges"
         ("2^62", "statistics/wear/face", "an index that is too large: there are 6"),
         ("2^62", "statistics/wear/cells", "an index that is too large: there are 2804"),
         ("2^62", "statistics/wear/mesh/facet", "an index that is too large: there are 2804"),
+        ("1e9", "statistics/wear/parts/axes", "not a rotation matrix"),
         ("shorter", "statistics/wear/mesh/points", "69599 rows, expected 69600 to match /statistics/wear/mesh/facet"),
         ("shorter", "statistics/energies/ball_ball/normal", "1 rows, expected 2 to match the deck"),
         ("none", "statistics/energies/edges", "values that do not ascend, or fewer than two bins"),

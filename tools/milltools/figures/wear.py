@@ -79,7 +79,7 @@ def _flat(part: Part, face: int, low: np.ndarray, high: np.ndarray):
 
 def _sector(inner: float, outer: float, first: float, last: float) -> np.ndarray:
     """The outline of a part of a ring: radii, and angles [rad]."""
-    angle = np.linspace(first, last, int(min(last - first, math.tau) / ARC) + 2)
+    angle = np.linspace(first, last, int(min(abs(last - first), math.tau) / ARC) + 2)
     arc = np.column_stack([np.cos(angle), np.sin(angle)])
     return np.concatenate([outer * arc, inner * arc[::-1]])
 

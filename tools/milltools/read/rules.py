@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+TURNED = 1e-3  # tolerance of a rotation matrix: its rows must be orthogonal and of length 1
 TEXT, NUMBER, WHOLE, EITHER = "SO", "iufb", "iub", "SOiufb"  # kinds of numpy's types
 
 
@@ -34,6 +35,11 @@ def _bins(values):
     return len(values) > 2 and _rising(values)
 
 
+def _rotations(values):
+    turns = values[..., :3].astype(float)
+    return (np.abs(turns @ np.swapaxes(turns, -1, -2) - np.eye(3)) <= TURNED).all() and _finite(values)
+
+
 def _rising(values):
     return not np.isnan(values).any() and (np.diff(values) > 0).all()
 
@@ -59,6 +65,7 @@ SAID = {
     _not_negative: "a value that is below 0 or not a number",
     _known_not_negative: "a value that is below 0 or infinite",
     _rising: "values that do not ascend",
+    _rotations: "not a rotation matrix",
     _bins: "values that do not ascend, or fewer than two bins",
     _rising_or_level: "values that descend or are not numbers",
 }
@@ -99,7 +106,7 @@ RULES = [
         (r"particles/trajectory/\w+/time", NUMBER, (None,), _rising),
         (r"particles/trajectory/\w+/step", NUMBER, (FRAMES,), _not_negative),
         (r"observables/pose/.*/centre/value", NUMBER, (FRAMES, 3), _finite),
-        (r"observables/pose/.*/rotation/value", NUMBER, (FRAMES, 3, 3), _finite),
+        (r"observables/pose/.*/rotation/value", NUMBER, (FRAMES, 3, 3), _rotations),
         (r"observables/(fast_collisions/.*)/value", NUMBER, (r"observables/\1/time", None), _no_infinity),
         (r"observables/(.*)/value", NUMBER, (r"observables/\1/time",), _no_infinity),
         (r"observables/.*/time", NUMBER, (None,), _rising_or_level),
@@ -125,7 +132,7 @@ RULES = [
         (f"({BLOCKS})/ball_ball/normal", WHOLE, (None, SPECIES, SPECIES, r"\1/edges -1"), _not_negative),
         (f"({BLOCKS})/ball_ball/.*", WHOLE, (EACH, SPECIES, SPECIES, r"\1/edges -1"), _not_negative),
         (f"({BLOCKS})/.*", WHOLE, (EACH, SPECIES, r"\1/edges -1"), _not_negative),
-        (r"statistics/wear/parts/(start|axes)", NUMBER, (PARTS, 3, 4), _finite),
+        (r"statistics/wear/parts/(start|axes)", NUMBER, (PARTS, 3, 4), _rotations),
         (PARTS, WHOLE, (None,), _not_negative),
         (r"statistics/wear/parts/\w+", WHOLE, (PARTS,), None),
         (r"statistics/wear/mesh/triangles", WHOLE, (), _not_negative),

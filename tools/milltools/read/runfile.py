@@ -54,7 +54,6 @@ PRECISION = {
     MEDIAN: "median_above_50mm_s",
 }
 HARD_RATE, HARD_PER_JOULE = "rate_above_1mJ", "above_1mJ_per_joule"  # below /statistics/precision
-TURNED = 1e-3  # tolerance of a rotation matrix: its rows must be orthogonal and of length 1
 RATE = re.compile(r"impacts/([^/]+)/rate")
 
 
@@ -352,8 +351,6 @@ class Run(Store):
             if self.length(f"{place}/centre/value") <= index:
                 raise UserError(f"{self.path}: /{place} has no frame {index}")
             rotation, centre = (self.read(f"{place}/{part}/value", index) for part in ("rotation", "centre"))
-            if np.abs(rotation @ rotation.T - np.eye(3)).max() > TURNED:
-                raise self.damaged(f"{place}/rotation/value", f"not a rotation matrix in frame {index}")
             found[name] = np.column_stack([rotation, centre])
         return found
 

@@ -60,7 +60,10 @@ class Wear:
     @functools.cached_property
     def cells(self) -> np.ndarray:
         """Cells (C, 6) of the lattices: facet, index along each coordinate, cells joined along the third, face."""
-        return self["cells"]
+        found = self["cells"]
+        if not len(found):
+            raise self.run.damaged(f"{PLACE}/cells", "no cells")
+        return found
 
     def face_name(self, part: Part, face: int) -> str:
         """What people call a face of a part."""
