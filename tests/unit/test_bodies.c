@@ -177,20 +177,18 @@ static void contract(int kind, bool inside, int way)
     ck_assert_int_lt(lost, 2 + approaches / 100);
 }
 
-START_TEST(bodies_are_met_from_outside_when_they_are)
+SLOW_TEST(bodies_are_met_from_outside_when_they_are, BODIES *WAYS)
 {
     contract(_i % BODIES, false, _i / BODIES);
 }
-END_TEST
 
-START_TEST(bodies_are_met_from_inside_when_they_are)
+SLOW_TEST(bodies_are_met_from_inside_when_they_are, BODIES *WAYS)
 {
     contract(_i % BODIES, true, _i / BODIES);
 }
-END_TEST
 
 /* Gap, normal, point and velocity of a contact belong together. */
-START_TEST(a_contact_is_what_the_body_does_there)
+LOOP_TEST(a_contact_is_what_the_body_does_there, WAYS)
 {
     uint64_t seed = 7 + (uint64_t)_i;
     for (int i = 0; i < 1500; i++) {
@@ -214,10 +212,9 @@ START_TEST(a_contact_is_what_the_body_does_there)
         close_one(&o);
     }
 }
-END_TEST
 
 /* No ball whose centre is in a box touches what is said to be out of its reach. */
-START_TEST(reach_is_never_denied_wrongly)
+SLOW_TEST(reach_is_never_denied_wrongly, WAYS)
 {
     uint64_t seed = 9 + (uint64_t)_i;
     int out = 0;
@@ -243,15 +240,8 @@ START_TEST(reach_is_never_denied_wrongly)
     }
     ck_assert_int_gt(out, 500);
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {bodies_are_met_from_outside_when_they_are, BODIES * WAYS, UNIT_SLOW},
-        {bodies_are_met_from_inside_when_they_are, BODIES * WAYS, UNIT_SLOW},
-        {a_contact_is_what_the_body_does_there, WAYS},
-        {reach_is_never_denied_wrongly, WAYS, UNIT_SLOW},
-    };
-    return unit_run("bodies", tests, sizeof tests / sizeof *tests);
+    return unit_run("bodies");
 }

@@ -45,7 +45,7 @@ static double sampled_distance(uint64_t *seed, const struct lone *a, const struc
     return least;
 }
 
-START_TEST(a_distance_is_never_greater_than_the_truth_and_near_to_it)
+SLOW_TEST(a_distance_is_never_greater_than_the_truth_and_near_to_it, (KINDS + 1) * (KINDS + 1))
 {
     const int p = _i / (KINDS + 1), q = _i % (KINDS + 1);
     uint64_t seed = 1 + (uint64_t)_i;
@@ -75,10 +75,9 @@ START_TEST(a_distance_is_never_greater_than_the_truth_and_near_to_it)
     }
     ck_assert_int_gt(apart, 30);
 }
-END_TEST
 
 /* Walls are those of containers of every kind, the solids anywhere within or not. */
-START_TEST(a_gap_to_a_wall_is_never_greater_than_the_truth_and_near_to_it)
+SLOW_TEST(a_gap_to_a_wall_is_never_greater_than_the_truth_and_near_to_it, (KINDS + 1) * KINDS)
 {
     const int kind = _i % (KINDS + 1), of = _i / (KINDS + 1);
     uint64_t seed = 101 + (uint64_t)_i;
@@ -112,15 +111,8 @@ START_TEST(a_gap_to_a_wall_is_never_greater_than_the_truth_and_near_to_it)
         mill_clash_solid_free(&a.solid);
     }
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {a_distance_is_never_greater_than_the_truth_and_near_to_it, (KINDS + 1) * (KINDS + 1),
-         UNIT_SLOW},
-        {a_gap_to_a_wall_is_never_greater_than_the_truth_and_near_to_it, (KINDS + 1) * KINDS,
-         UNIT_SLOW},
-    };
-    return unit_run("clash_gap", tests, sizeof tests / sizeof *tests);
+    return unit_run("clash_gap");
 }

@@ -192,7 +192,7 @@ static vec3 between(const struct mill_grids *g, int32_t a, int32_t b)
                      fmax(0.0, fmax(la.z - hb.z, lb.z - ha.z)));
 }
 
-START_TEST(balls_that_can_touch_before_one_leaves_its_cell_are_near_each_other)
+LOOP_TEST(balls_that_can_touch_before_one_leaves_its_cell_are_near_each_other, 2 * MIXTURES)
 {
     struct heap h;
     long touching = 0;
@@ -212,7 +212,6 @@ START_TEST(balls_that_can_touch_before_one_leaves_its_cell_are_near_each_other)
     ck_assert_int_gt(touching, h.put / 4);
     close_heap(&h);
 }
-END_TEST
 
 /* [m] */
 static double largest_in_class(const struct heap *h, int class)
@@ -224,7 +223,7 @@ static double largest_in_class(const struct heap *h, int class)
     return largest;
 }
 
-START_TEST(balls_near_each_other_are_two_cells_beyond_their_reach_at_most)
+LOOP_TEST(balls_near_each_other_are_two_cells_beyond_their_reach_at_most, 2 * MIXTURES)
 {
     struct heap h;
     open_full(&h, _i, 11);
@@ -242,7 +241,6 @@ START_TEST(balls_near_each_other_are_two_cells_beyond_their_reach_at_most)
     }
     close_heap(&h);
 }
-END_TEST
 
 /* ---- what the looks gather ---- */
 
@@ -279,16 +277,15 @@ static void check_looks(struct heap *h, const char *when)
     }
 }
 
-START_TEST(the_looks_of_a_ball_gather_itself_and_every_ball_near_it_once)
+LOOP_TEST(the_looks_of_a_ball_gather_itself_and_every_ball_near_it_once, 2 * MIXTURES)
 {
     struct heap h;
     open_full(&h, _i, 12);
     check_looks(&h, "at the start");
     close_heap(&h);
 }
-END_TEST
 
-START_TEST(equal_balls_come_with_the_sum_of_the_radii)
+TEST(equal_balls_come_with_the_sum_of_the_radii)
 {
     struct heap h;
     struct mill_grids_look look[MILL_GRIDS_LOOKS];
@@ -302,7 +299,6 @@ START_TEST(equal_balls_come_with_the_sum_of_the_radii)
         ck_assert_double_eq(look[k].sum, h.species[1].radius + h.species[k].radius);
     close_heap(&h);
 }
-END_TEST
 
 /* ---- crossings ---- */
 
@@ -348,7 +344,7 @@ static long walk(struct heap *h, int steps, uint64_t *seed)
     return met;
 }
 
-START_TEST(after_a_crossing_the_looks_ahead_gather_every_ball_that_came_near)
+SLOW_TEST(after_a_crossing_the_looks_ahead_gather_every_ball_that_came_near, 2 * MIXTURES)
 {
     struct heap h;
     uint64_t seed = 14;
@@ -358,7 +354,6 @@ START_TEST(after_a_crossing_the_looks_ahead_gather_every_ball_that_came_near)
     check_looks(&h, "after crossings");
     close_heap(&h);
 }
-END_TEST
 
 /* ---- rows ---- */
 
@@ -392,7 +387,7 @@ static void check_rows(const struct heap *h, const bool *out)
     }
 }
 
-START_TEST(inserting_removing_and_crossing_keep_the_rows)
+LOOP_TEST(inserting_removing_and_crossing_keep_the_rows, 2 * MIXTURES)
 {
     struct heap h;
     bool out[MOST_PUT] = {false};
@@ -417,10 +412,9 @@ START_TEST(inserting_removing_and_crossing_keep_the_rows)
     check_rows(&h, out);
     close_heap(&h);
 }
-END_TEST
 
 /* All balls of a size come into one cell, size after size. */
-START_TEST(rows_that_grow_keep_what_is_near)
+SLOW_TEST(rows_that_grow_keep_what_is_near, 2 * MIXTURES)
 {
     struct heap h;
     uint64_t seed = 16;
@@ -445,7 +439,6 @@ START_TEST(rows_that_grow_keep_what_is_near)
     check_looks(&h, "crowded, after crossings");
     close_heap(&h);
 }
-END_TEST
 
 /* ---- classes ---- */
 
@@ -480,7 +473,7 @@ static const struct sorted sorted[] = {
 };
 enum { SORTED = sizeof sorted / sizeof *sorted };
 
-START_TEST(sizes_share_a_grid_if_they_are_alike_or_if_the_smaller_are_few)
+LOOP_TEST(sizes_share_a_grid_if_they_are_alike_or_if_the_smaller_are_few, SORTED)
 {
     struct heap h;
     open_heap(&h, &sorted[_i].mixture, 1e-9 * sorted[_i].volume, false);
@@ -497,9 +490,8 @@ START_TEST(sizes_share_a_grid_if_they_are_alike_or_if_the_smaller_are_few)
     }
     close_heap(&h);
 }
-END_TEST
 
-START_TEST(a_grid_has_cells_as_wide_as_its_largest_ball_and_made_of_whole_finer_cells)
+LOOP_TEST(a_grid_has_cells_as_wide_as_its_largest_ball_and_made_of_whole_finer_cells, MIXTURES)
 {
     struct heap h;
     open_heap(&h, &mixtures[_i], 1e-12, false);
@@ -514,21 +506,8 @@ START_TEST(a_grid_has_cells_as_wide_as_its_largest_ball_and_made_of_whole_finer_
     }
     close_heap(&h);
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {balls_that_can_touch_before_one_leaves_its_cell_are_near_each_other, 2 * MIXTURES},
-        {balls_near_each_other_are_two_cells_beyond_their_reach_at_most, 2 * MIXTURES},
-        {the_looks_of_a_ball_gather_itself_and_every_ball_near_it_once, 2 * MIXTURES},
-        {equal_balls_come_with_the_sum_of_the_radii, 1},
-        {after_a_crossing_the_looks_ahead_gather_every_ball_that_came_near, 2 * MIXTURES,
-         UNIT_SLOW},
-        {inserting_removing_and_crossing_keep_the_rows, 2 * MIXTURES},
-        {rows_that_grow_keep_what_is_near, 2 * MIXTURES, UNIT_SLOW},
-        {sizes_share_a_grid_if_they_are_alike_or_if_the_smaller_are_few, SORTED},
-        {a_grid_has_cells_as_wide_as_its_largest_ball_and_made_of_whole_finer_cells, MIXTURES},
-    };
-    return unit_run("grids", tests, sizeof tests / sizeof *tests);
+    return unit_run("grids");
 }

@@ -49,7 +49,7 @@ static void all_are_filed(struct sliced *c)
     ck_assert_int_eq(found, c->b.world->balls);
 }
 
-START_TEST(slabs_fill_the_mill_with_four_layers_between_the_parts_in_which_threads_work)
+LOOP_TEST(slabs_fill_the_mill_with_four_layers_between_the_parts_in_which_threads_work, LONG_MILLS)
 {
     for (int threads = 2; threads <= 4; threads++) {
         struct sliced c;
@@ -59,9 +59,8 @@ START_TEST(slabs_fill_the_mill_with_four_layers_between_the_parts_in_which_threa
         close_sliced(&c);
     }
 }
-END_TEST
 
-START_TEST(every_event_is_in_the_calendar_of_its_slab_also_after_another_cut)
+LOOP_TEST(every_event_is_in_the_calendar_of_its_slab_also_after_another_cut, 2 * LONG_MILLS)
 {
     struct sliced c;
     uint64_t seed = 1;
@@ -78,9 +77,8 @@ START_TEST(every_event_is_in_the_calendar_of_its_slab_also_after_another_cut)
     all_are_filed(&c);
     close_sliced(&c);
 }
-END_TEST
 
-START_TEST(slabs_get_equal_shares_of_the_contacts_where_that_is_possible)
+TEST(slabs_get_equal_shares_of_the_contacts_where_that_is_possible)
 {
     struct sliced c;
     double share[2] = {0.0, 0.0};
@@ -98,9 +96,8 @@ START_TEST(slabs_get_equal_shares_of_the_contacts_where_that_is_possible)
     ck_assert_double_lt(share[0], 1.25 * share[1]);
     close_sliced(&c);
 }
-END_TEST
 
-START_TEST(a_mill_that_is_too_short_or_has_one_thread_is_not_cut)
+LOOP_TEST(a_mill_that_is_too_short_or_has_one_thread_is_not_cut, 2)
 {
     struct model model = long_stirred;
     struct bench b;
@@ -116,7 +113,6 @@ START_TEST(a_mill_that_is_too_short_or_has_one_thread_is_not_cut)
     }
     bench_close(&b);
 }
-END_TEST
 
 /* ---- which event is first ---- */
 
@@ -130,7 +126,7 @@ static int32_t first_of(const double *t, int32_t balls)
     return first;
 }
 
-START_TEST(events_come_out_in_order_of_time_and_ball_whatever_calendar_has_them)
+LOOP_TEST(events_come_out_in_order_of_time_and_ball_whatever_calendar_has_them, LONG_MILLS)
 {
     struct sliced c;
     uint64_t seed = 2;
@@ -158,9 +154,8 @@ START_TEST(events_come_out_in_order_of_time_and_ball_whatever_calendar_has_them)
     free(t);
     close_sliced(&c);
 }
-END_TEST
 
-START_TEST(without_slabs_all_events_are_in_the_calendar_of_the_schedule_again)
+LOOP_TEST(without_slabs_all_events_are_in_the_calendar_of_the_schedule_again, LONG_MILLS)
 {
     struct sliced c;
     open_sliced(&c, _i, 3);
@@ -180,17 +175,8 @@ START_TEST(without_slabs_all_events_are_in_the_calendar_of_the_schedule_again)
     free(t);
     bench_close(&c.b);
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {slabs_fill_the_mill_with_four_layers_between_the_parts_in_which_threads_work, LONG_MILLS},
-        {every_event_is_in_the_calendar_of_its_slab_also_after_another_cut, 2 * LONG_MILLS},
-        {slabs_get_equal_shares_of_the_contacts_where_that_is_possible, 1},
-        {a_mill_that_is_too_short_or_has_one_thread_is_not_cut, 2},
-        {events_come_out_in_order_of_time_and_ball_whatever_calendar_has_them, LONG_MILLS},
-        {without_slabs_all_events_are_in_the_calendar_of_the_schedule_again, LONG_MILLS},
-    };
-    return unit_run("slabs", tests, sizeof tests / sizeof *tests);
+    return unit_run("slabs");
 }

@@ -89,7 +89,8 @@ static struct claims *claim_many(struct sliced *c, double begin, int most, uint6
 }
 
 /* The balls are few, and those that were put off hinder more and more: a window is short. */
-START_TEST(events_near_other_slabs_or_near_an_event_that_was_put_off_must_wait_and_no_others)
+LOOP_TEST(events_near_other_slabs_or_near_an_event_that_was_put_off_must_wait_and_no_others,
+          LONG_MILLS)
 {
     struct sliced c;
     uint64_t seed = 3;
@@ -110,7 +111,6 @@ START_TEST(events_near_other_slabs_or_near_an_event_that_was_put_off_must_wait_a
     ck_assert_int_gt(count - put_off, 100);
     close_sliced(&c);
 }
-END_TEST
 
 /* A ball whose event changes balls only in a block next to `from` (close), or two away from it; -1:
  * none */
@@ -132,7 +132,7 @@ static int32_t ball_in_reach(const struct sliced *c, int32_t from, bool close)
     return -1;
 }
 
-START_TEST(after_an_event_was_put_off_the_next_block_waits_and_the_one_after_it_does_not)
+LOOP_TEST(after_an_event_was_put_off_the_next_block_waits_and_the_one_after_it_does_not, 4)
 {
     const int dense[] = {0, MIXED, PERIODIC, NARROW};
     struct sliced c;
@@ -158,9 +158,8 @@ START_TEST(after_an_event_was_put_off_the_next_block_waits_and_the_one_after_it_
     ck_assert_int_gt(tried, 0);
     close_sliced(&c);
 }
-END_TEST
 
-START_TEST(an_event_came_too_early_exactly_if_a_later_one_was_done_next_to_it)
+LOOP_TEST(an_event_came_too_early_exactly_if_a_later_one_was_done_next_to_it, LONG_MILLS)
 {
     struct sliced c;
     uint64_t seed = 4;
@@ -188,10 +187,9 @@ START_TEST(an_event_came_too_early_exactly_if_a_later_one_was_done_next_to_it)
     free(all);
     close_sliced(&c);
 }
-END_TEST
 
 /* Their tags come round again. */
-START_TEST(marks_of_a_window_long_ago_are_forgotten)
+TEST(marks_of_a_window_long_ago_are_forgotten)
 {
     struct sliced c;
     uint64_t seed = 6;
@@ -207,10 +205,9 @@ START_TEST(marks_of_a_window_long_ago_are_forgotten)
         EACH(!mill_slabs_passed(c.s, i, 0.0), "ball %d", i);
     close_sliced(&c);
 }
-END_TEST
 
 /* Images: an event at one end of a periodic mill, and one at the other end */
-START_TEST(it_also_came_too_early_if_that_was_across_the_ends_of_a_periodic_mill)
+TEST(it_also_came_too_early_if_that_was_across_the_ends_of_a_periodic_mill)
 {
     struct sliced c;
     int tried = 0;
@@ -234,17 +231,8 @@ START_TEST(it_also_came_too_early_if_that_was_across_the_ends_of_a_periodic_mill
     ck_assert_int_gt(tried, 5);
     close_sliced(&c);
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {events_near_other_slabs_or_near_an_event_that_was_put_off_must_wait_and_no_others,
-         LONG_MILLS},
-        {after_an_event_was_put_off_the_next_block_waits_and_the_one_after_it_does_not, 4},
-        {an_event_came_too_early_exactly_if_a_later_one_was_done_next_to_it, LONG_MILLS},
-        {marks_of_a_window_long_ago_are_forgotten, 1},
-        {it_also_came_too_early_if_that_was_across_the_ends_of_a_periodic_mill, 1},
-    };
-    return unit_run("slabs_marks", tests, sizeof tests / sizeof *tests);
+    return unit_run("slabs_marks");
 }

@@ -54,14 +54,13 @@ static const struct factor {
     {"lb/ft^3", "kg/m^3", 16.018463373960138},
 };
 
-START_TEST(a_known_unit_has_its_factor)
+LOOP_TEST(a_known_unit_has_its_factor, COUNT(factors))
 {
     const struct factor *f = &factors[_i];
     double scale = 0.0;
     ck_assert_int_eq(mill_units_scale(units, f->unit, f->si, &scale), MILL_UNITS_GOOD);
     ck_assert_double_eq_tol(scale, f->scale, 4e-16 * f->scale);
 }
-END_TEST
 
 static const struct refusal {
     const char *unit, *si;
@@ -100,16 +99,15 @@ static const struct refusal {
     {"%", "rad", MILL_UNITS_NO_ANGLE},
 };
 
-START_TEST(another_unit_is_refused_and_leaves_the_factor_alone)
+LOOP_TEST(another_unit_is_refused_and_leaves_the_factor_alone, COUNT(refusals))
 {
     const struct refusal *r = &refusals[_i];
     double scale = 7.0;
     ck_assert_int_eq(mill_units_scale(units, r->unit, r->si, &scale), r->verdict);
     ck_assert(scale == 7.0);
 }
-END_TEST
 
-START_TEST(millimetres_become_the_nearest_double)
+TEST(millimetres_become_the_nearest_double)
 {
     double scale = 0.0;
     char text[32];
@@ -126,9 +124,8 @@ START_TEST(millimetres_become_the_nearest_double)
                                     2.3e-16 * value);
     }
 }
-END_TEST
 
-START_TEST(the_si_unit_keeps_every_bit)
+TEST(the_si_unit_keeps_every_bit)
 {
     static const char *const si[] = {"m", "s", "rad", "m/s", "rad/s", "kg/m^3", "m/s^2"};
     srand(1);
@@ -139,10 +136,9 @@ START_TEST(the_si_unit_keeps_every_bit)
         ck_assert(mill_units_convert(value, scale) == value);
     }
 }
-END_TEST
 
 /* Every pair of a unit and an SI unit that the short list might know */
-START_TEST(a_usual_unit_has_the_very_factor_of_the_database)
+TEST(a_usual_unit_has_the_very_factor_of_the_database)
 {
     static const char *const si[] = {"m",  "s",     "rad", "m/s", "rad/s", "kg/m^3",
                                      "Hz", "m/s^2", "kg",  "1",   "Pa"};
@@ -166,9 +162,8 @@ START_TEST(a_usual_unit_has_the_very_factor_of_the_database)
     ck_assert(!mill_units_usual("fathom", "m", &(double){0.0}));
     ck_assert(!mill_units_usual("mm", "s", &(double){0.0}));
 }
-END_TEST
 
-START_TEST(a_missing_database_is_named_with_the_mend)
+TEST(a_missing_database_is_named_with_the_mend)
 {
     struct mill_units *none = NULL;
     struct mill_error error = {""};
@@ -178,18 +173,8 @@ START_TEST(a_missing_database_is_named_with_the_mend)
     ck_assert_ptr_nonnull(strstr(error.text, "/nowhere/udunits2.xml"));
     ck_assert_ptr_nonnull(strstr(error.text, "libudunits2-data"));
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {a_known_unit_has_its_factor, (int)(sizeof factors / sizeof *factors)},
-        {another_unit_is_refused_and_leaves_the_factor_alone,
-         (int)(sizeof refusals / sizeof *refusals)},
-        {millimetres_become_the_nearest_double, 1},
-        {the_si_unit_keeps_every_bit, 1},
-        {a_usual_unit_has_the_very_factor_of_the_database, 1},
-        {a_missing_database_is_named_with_the_mend, 1},
-    };
-    return unit_run_in("units", load, unload, tests, sizeof tests / sizeof *tests);
+    return unit_run_in("units", load, unload);
 }
