@@ -102,7 +102,7 @@ SLOW_TEST(a_known_place_changes_no_contact, 1)
 {
     uint64_t seed = 1;
     long met = 0, missed = 0, steps;
-    for (int n = 0; n < 30000; n++) {
+    for (int n = 0; n < unit_draws(30000); n++) {
         struct mill m;
         const struct shot s = random_shot(&seed, &m);
         const double searched = answer(&m, &s, false, 0.0, &steps);
@@ -113,8 +113,8 @@ SLOW_TEST(a_known_place_changes_no_contact, 1)
         missed += isinf(searched);
         mill_demolish(&m);
     }
-    ck_assert_int_gt(met, 600);
-    ck_assert_int_gt(missed, 1500);
+    ck_assert_int_gt(met, unit_draws(600));
+    ck_assert_int_gt(missed, unit_draws(1500));
 }
 
 /* Nothing but the gap is asked here. */
@@ -122,7 +122,7 @@ SLOW_TEST(a_blade_that_is_said_to_be_missed_is_nowhere_entered, 1)
 {
     uint64_t seed = 2;
     long missed = 0, steps;
-    for (int n = 0; n < 20000; n++) {
+    for (int n = 0; n < unit_draws(20000); n++) {
         struct mill m;
         const struct shot s = random_shot(&seed, &m);
         if (isinf(answer(&m, &s, true, 0.0, &steps))) {
@@ -132,14 +132,14 @@ SLOW_TEST(a_blade_that_is_said_to_be_missed_is_nowhere_entered, 1)
         }
         mill_demolish(&m);
     }
-    ck_assert_int_gt(missed, 5000);
+    ck_assert_int_gt(missed, unit_draws(5000));
 }
 
 TEST(most_blades_that_are_missed_are_rejected_at_once)
 {
     uint64_t seed = 3;
     long missed = 0, rejected = 0, steps;
-    for (int n = 0; n < 5000; n++) {
+    for (int n = 0; n < unit_draws(5000); n++) {
         struct mill m;
         const struct shot s = random_shot(&seed, &m);
         missed += isinf(answer(&m, &s, true, 0.0, &steps));
@@ -155,7 +155,7 @@ SLOW_TEST(a_blade_touches_no_ball_of_a_box_outside_its_sector, 1)
 {
     uint64_t seed = 4;
     long touched = 0, out = 0;
-    for (int n = 0; n < 20000; n++) {
+    for (int n = 0; n < unit_draws(20000); n++) {
         struct mill m;
         const struct shot s = random_shot(&seed, &m);
         const struct mill_shape *b = m.shape[BLADE];
@@ -180,8 +180,8 @@ SLOW_TEST(a_blade_touches_no_ball_of_a_box_outside_its_sector, 1)
         }
         mill_demolish(&m);
     }
-    ck_assert_int_gt(touched, 20000);
-    ck_assert_int_gt(out, 200000);
+    ck_assert_int_gt(touched, unit_draws(20000));
+    ck_assert_int_gt(out, unit_draws(200000));
 }
 
 int main(void)

@@ -262,7 +262,7 @@ SLOW_TEST(no_clash_is_missed_and_none_invented, 3)
 {
     uint64_t seed = 11 + (uint64_t)_i;
     int met = 0, missed = 0;
-    for (int n = 0; n < 100; n++) {
+    for (int n = 0; n < unit_draws(100); n++) {
         struct mill m = {.setup.horizon = 0.5};
         struct link link[3];
         struct lone body[2];
@@ -296,8 +296,8 @@ SLOW_TEST(no_clash_is_missed_and_none_invented, 3)
         for (int k = 0; k < 3; k++)
             free(motion[k]);
     }
-    ck_assert_int_gt(met, 4);
-    ck_assert_int_gt(missed, 5);
+    ck_assert_int_gt(met, unit_draws(4));
+    ck_assert_int_gt(missed, unit_draws(5));
 }
 
 /* [m] how far a place of the laboratory is from the container's walls at t, < 0: outside */

@@ -130,7 +130,7 @@ static void ask_as_the_schedule_does(uint64_t *seed, const struct one *o, const 
 /* Ten approaches to each of so many meshes */
 static void contract(int way, bool inside, int meshes)
 {
-    meshes = approaches_or(10 * meshes) / 10;
+    meshes = unit_draws(meshes);
     uint64_t seed = 1 + (uint64_t)(10 * way + inside);
     int found = 0, none = 0, give_ups = 0, lost = 0;
     for (int i = 0; i < meshes; i++) {
@@ -181,7 +181,7 @@ LOOP_TEST(a_contact_is_with_the_nearest_of_all_facets, WAYS)
 {
     uint64_t seed = 7 + (uint64_t)_i;
     int behind = 0;
-    for (int i = 0; i < 400; i++) {
+    for (int i = 0; i < unit_draws(400); i++) {
         struct one o;
         struct flight f;
         open_one(&seed, &o, i % 2, _i);
@@ -207,15 +207,15 @@ LOOP_TEST(a_contact_is_with_the_nearest_of_all_facets, WAYS)
         }
         close_one(&o);
     }
-    ck_assert_int_gt(behind, 300);
+    ck_assert_int_gt(behind, unit_draws(300));
 }
 
 SLOW_TEST(many_facets_are_found_as_few_are, 1)
 {
     uint64_t seed = 11;
-    form_lump(&seed, &form, 70, 70, 0.05, 0.1);
+    form_lump(&seed, &form, 50, 50, 0.05, 0.1);
     struct one o = {.shape = shape_of(&form.is, NULL)};
-    for (int i = 0; i < 1500; i++) {
+    for (int i = 0; i < unit_draws(1500); i++) {
         struct flight f = {.radius = log_uniform(&seed, 1e-4, 1e-2)};
         f.path.r = vec3_scale(direction(&seed), uniform(&seed, 0.0, 0.08));
         ck_assert_double_eq_tol(gap_of(o.shape, f.path.r, f.radius, 0.0),
@@ -230,7 +230,7 @@ LOOP_TEST(a_box_of_facets_is_met_as_a_box_is, WAYS)
 {
     uint64_t seed = 21 + (uint64_t)_i;
     int met = 0;
-    for (int i = 0; i < 200; i++) {
+    for (int i = 0; i < unit_draws(200); i++) {
         form_open(&form);
         place_form(&seed, &form);
         form.is.size = vec3_make(log_uniform(&seed, 1e-3, 0.04), log_uniform(&seed, 1e-3, 0.04),
@@ -257,7 +257,7 @@ LOOP_TEST(a_box_of_facets_is_met_as_a_box_is, WAYS)
         lone_shape_free(box);
         close_one(&o);
     }
-    ck_assert_int_gt(met, 100);
+    ck_assert_int_gt(met, unit_draws(100));
 }
 
 /* ---- edges and corners ---- */
@@ -287,7 +287,7 @@ TEST(a_ball_that_meets_what_facets_share_meets_it_once)
     form_add_box(&form, nought, vec3_make(0.02, 0.02, 0.02));
     struct mill_shape *s = shape_of(&form.is, NULL);
     uint64_t seed = 31;
-    for (int i = 0; i < 200; i++) {
+    for (int i = 0; i < unit_draws(200); i++) {
         const vec3 slide = {uniform(&seed, -3.0, 3.0), uniform(&seed, -3.0, 3.0), 0.0};
         const double x = uniform(&seed, -0.0099, 0.0099), a = uniform(&seed, 0.05, 1.5);
         throw_at(s, vec3_make(x, x, 0.01), vec3_make(0.0, 0.0, 1.0), slide);
@@ -332,7 +332,7 @@ SLOW_TEST(a_ball_in_a_hollow_edge_meets_one_flat_after_the_other, 2)
     const char *fault = mill_facets_fault(&form.is, text);
     ck_assert_msg(!fault, "%s", fault);
     struct mill_shape *s = shape_of(&form.is, NULL);
-    for (int i = 0; i < 300; i++) {
+    for (int i = 0; i < unit_draws(300); i++) {
         struct flight f = {.radius = 3e-3};
         f.path.r = vec3_make(i % 2 ? 0.0 : uniform(&seed, -0.005, 0.005), 0.0, 0.01);
         f.path.g = vec3_make(0.0, 0.0, -9.81);
@@ -351,7 +351,7 @@ SLOW_TEST(a_ball_in_a_hollow_edge_meets_one_flat_after_the_other, 2)
         }
     }
     if (_i == 0) /* at a right angle one rebound leaves the other flat's contact as it was */
-        ck_assert_int_gt(together, 100);
+        ck_assert_int_gt(together, unit_draws(100));
     lone_shape_free(s);
 }
 
@@ -377,7 +377,7 @@ SLOW_TEST(reach_is_never_denied_wrongly, WAYS)
 {
     uint64_t seed = 9 + (uint64_t)_i;
     int out = 0;
-    for (int i = 0; i < 200; i++) {
+    for (int i = 0; i < unit_draws(200); i++) {
         struct one o;
         open_one(&seed, &o, i % 2, _i);
         for (int n = 0; n < 20; n++) {
@@ -396,7 +396,7 @@ SLOW_TEST(reach_is_never_denied_wrongly, WAYS)
         close_one(&o);
     }
     if (_i < 3)
-        ck_assert_int_gt(out, 500);
+        ck_assert_int_gt(out, unit_draws(500));
 }
 
 TEST(hull_volume_and_outline_are_those_of_the_solid)

@@ -82,7 +82,7 @@ SLOW_TEST(a_moving_drum_is_met_when_it_is, 2 * WAYS)
 {
     const bool wavy = _i % 2;
     uint64_t seed = 1 + (uint64_t)_i;
-    const int approaches = approaches_or(600);
+    const int approaches = unit_draws(600);
     int found = 0, give_ups = 0, lost = 0;
     for (int i = 0; i < approaches; i++) {
         struct moving d;

@@ -286,7 +286,7 @@ LOOP_TEST(every_variant_finds_the_bits_of_a_plain_search, FORMS *GRIDS)
         for (int k = 0; k < f.grids; k++)
             f.equal[k] = below(&seed, 2);
         scatter(&f, now, &seed);
-        for (int k = 0; k < 150; k++) {
+        for (int k = 0; k < unit_draws(150); k++) {
             const int32_t i = below(&seed, balls), j = below(&seed, balls);
             bring_to(&f, i, now);
             bring_to(&f, j, now);
@@ -296,15 +296,15 @@ LOOP_TEST(every_variant_finds_the_bits_of_a_plain_search, FORMS *GRIDS)
         }
         close_field(&f);
     }
-    ck_assert_int_eq(tally.searches, 2 * 24 * 150);
-    ck_assert_int_gt(tally.together, 24 * 150);
-    ck_assert_int_gt(tally.found, 800);
-    ck_assert_int_gt(tally.ahead, 100);
-    ck_assert_int_gt(tally.at_once, 400);
-    ck_assert_int_gt(tally.none, 500);
-    ck_assert_int_gt(tally.equal, 500);
-    ck_assert_int_gt(tally.mixed, 500);
-    ck_assert(_i < FORMS || tally.other > 300);
+    ck_assert_int_eq(tally.searches, 2 * 24 * unit_draws(150));
+    ck_assert_int_gt(tally.together, 24 * unit_draws(150));
+    ck_assert_int_gt(tally.found, unit_draws(800));
+    ck_assert_int_gt(tally.ahead, unit_draws(100));
+    ck_assert_int_gt(tally.at_once, unit_draws(400));
+    ck_assert_int_gt(tally.none, unit_draws(500));
+    ck_assert_int_gt(tally.equal, unit_draws(500));
+    ck_assert_int_gt(tally.mixed, unit_draws(500));
+    ck_assert(_i < FORMS || tally.other > unit_draws(300));
 }
 
 /* ---- single claims, of every variant ---- */

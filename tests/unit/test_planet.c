@@ -95,7 +95,7 @@ SLOW_TEST(the_first_contact_is_closed_closing_and_nothing_comes_before_it, 2)
 {
     uint64_t seed = 1 + (uint64_t)_i;
     int found = 0, none = 0, give_ups = 0;
-    for (int i = 0; i < 8000; i++) {
+    for (int i = 0; i < unit_draws(8000); i++) {
         struct planet p;
         struct flight f;
         open_planet(&seed, &p, _i);
@@ -116,9 +116,9 @@ SLOW_TEST(the_first_contact_is_closed_closing_and_nothing_comes_before_it, 2)
         }
         close_planet(&p);
     }
-    ck_assert_int_gt(found, 400);
-    ck_assert_int_gt(none, 400);
-    ck_assert_int_lt(give_ups, 20);
+    ck_assert_int_gt(found, unit_draws(400));
+    ck_assert_int_gt(none, unit_draws(400));
+    ck_assert_int_lt(give_ups, unit_draws(20));
 }
 
 LOOP_TEST(the_box_moves_as_its_gap_says, 2)
@@ -146,7 +146,7 @@ LOOP_TEST(the_box_moves_as_its_gap_says, 2)
 LOOP_TEST(no_gap_bends_faster_than_the_search_believes, 2)
 {
     uint64_t seed = 5 + (uint64_t)_i;
-    for (int i = 0; i < 8000; i++) {
+    for (int i = 0; i < unit_draws(8000); i++) {
         struct planet p;
         struct flight f;
         open_planet(&seed, &p, _i);

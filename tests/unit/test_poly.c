@@ -151,7 +151,7 @@ TEST(quartic_with_zero_roots_has_them_exactly)
 TEST(two_zero_roots_between_large_ones_leave_these_all_their_digits)
 {
     gsl_rng *rng = seeded(103);
-    for (int i = 0; i < 1000; i++) {
+    for (int i = 0; i < unit_draws(1000); i++) {
         const double c[5] = {0.0, 0.0, log_uniform(rng, 1e-20, 1e20), 0.0,
                              -log_uniform(rng, 1e-20, 1e20)};
         const double root = sqrt(-c[2] / c[4]);
@@ -244,7 +244,7 @@ static double rounding_radius(const double complex root[4], int which)
 TEST(quartics_from_known_roots_are_solved_as_well_as_their_coefficients_allow)
 {
     gsl_rng *rng = seeded(101);
-    for (int i = 0; i < 100000; i++) {
+    for (int i = 0; i < unit_draws(100000); i++) {
         double complex root[4];
         double c[5], re[4], im[4];
         random_quartic(rng, root, c);
@@ -273,7 +273,7 @@ TEST(quartic_roots_of_any_finite_input_are_numbers)
 SLOW_TEST(quartic_roots_of_any_magnitude_are_numbers, 1)
 {
     gsl_rng *rng = gsl_rng_alloc(gsl_rng_mt19937);
-    for (int i = 0; i < 200000; i++) {
+    for (int i = 0; i < unit_draws(200000); i++) {
         double c[5], re[4], im[4];
         for (int k = 0; k < 5; k++)
             c[k] =
@@ -326,7 +326,7 @@ static int distinct_in(const double *root, int n, double lo, double hi)
 SLOW_TEST(sturm_counts_distinct_roots_open_at_lo_and_closed_at_hi, 1)
 {
     gsl_rng *rng = seeded(102);
-    for (int i = 0; i < 20000; i++) {
+    for (int i = 0; i < unit_draws(20000); i++) {
         double root[4], c[5], ends[6] = {-INFINITY, INFINITY};
         dyadic_quartic(rng, root, c);
         for (int k = 0; k < 4; k++) /* mostly on the roots themselves */
@@ -344,7 +344,7 @@ TEST(sturm_counts_agree_with_known_roots_over_all_magnitudes)
 {
     gsl_rng *rng = seeded(103);
     int asked = 0;
-    for (int i = 0; i < 10000; i++) {
+    for (int i = 0; i < unit_draws(10000); i++) {
         double complex root[4];
         double c[5];
         random_quartic(rng, root, c);
@@ -368,14 +368,14 @@ TEST(sturm_counts_agree_with_known_roots_over_all_magnitudes)
         ck_assert_int_eq(mill_poly_sturm_count(c, 4, -INFINITY, cut), below);
         ck_assert_int_eq(mill_poly_sturm_count(c, 4, cut, INFINITY), above);
     }
-    ck_assert_int_gt(asked, 3000);
+    ck_assert_int_gt(asked, unit_draws(3000));
     gsl_rng_free(rng);
 }
 
 TEST(sturm_counts_roots_over_a_hundred_decades)
 {
     gsl_rng *rng = seeded(105);
-    for (int i = 0; i < 2000; i++) {
+    for (int i = 0; i < unit_draws(2000); i++) {
         double root[4], decade = uniform(rng, -70.0, -20.0), c[5];
         long double p[6] = {0.0L, 1.0L};
         for (int n = 0; n < 4; n++, decade += uniform(rng, 3.0, 30.0)) {

@@ -141,7 +141,7 @@ SLOW_TEST(first_rise_is_the_one_that_a_bracketing_oracle_finds, 4)
     gsl_rng *rng = seeded((unsigned long)(104 + _i));
     struct mill_poly_counts counts = {0}, endless = {0};
     int close_calls = 0, found = 0;
-    for (int i = 0; i < 250000; i++) {
+    for (int i = 0; i < unit_draws(250000); i++) {
         struct rise_case q = mill_case(rng);
         struct oracle_answer o = oracle_first_rise(&q);
         double t =
@@ -154,9 +154,9 @@ SLOW_TEST(first_rise_is_the_one_that_a_bracketing_oracle_finds, 4)
                 "%s: case %d, t %.17g, oracle %.17g, t_end %g, at_root %d, c %a %a %a %a %a", wrong,
                 i, t, o.t, q.t_end, q.at_root, q.c[0], q.c[1], q.c[2], q.c[3], q.c[4]);
     }
-    ck_assert_int_lt(close_calls, 50);
-    ck_assert_int_gt(found, 50000);
-    ck_assert_uint_gt(counts.fallbacks, 100);
+    ck_assert_int_lt(close_calls, unit_draws(50));
+    ck_assert_int_gt(found, unit_draws(50000));
+    ck_assert_uint_gt(counts.fallbacks, unit_draws(100));
     ck_assert_uint_lt(counts.fallbacks, counts.solves / 20);
     ck_assert_uint_eq(endless.fallbacks, endless.solves); /* what no run asks */
     gsl_rng_free(rng);
@@ -167,7 +167,7 @@ TEST(the_closed_form_agrees_with_first_rises_and_refutes_wrong_ones)
     gsl_rng *rng = seeded(115);
     struct mill_poly_counts counts = {.checked = true};
     int missed = 0, invented = 0, contacts = 0;
-    for (int i = 0; i < 50000; i++) {
+    for (int i = 0; i < unit_draws(50000); i++) {
         const struct rise_case q = mill_case(rng);
         const double t = mill_poly_first_rise(q.c, q.t_end, q.at_root, &counts);
         if (!(isfinite(t) && t > 0.0 && q.c[4] != 0.0 && !q.at_root && q.c[0] < 0.0))
@@ -178,7 +178,7 @@ TEST(the_closed_form_agrees_with_first_rises_and_refutes_wrong_ones)
         invented += !mill_poly_quartic_agrees(q.c, q.t_end, false, 0.5 * t);
     }
     ck_assert_uint_eq(counts.refuted, 0);
-    ck_assert_int_gt(contacts, 5000);
+    ck_assert_int_gt(contacts, unit_draws(5000));
     ck_assert_int_gt(missed, contacts * 9 / 10);
     ck_assert_int_gt(invented, contacts * 9 / 10);
     gsl_rng_free(rng);
@@ -187,7 +187,7 @@ TEST(the_closed_form_agrees_with_first_rises_and_refutes_wrong_ones)
 TEST(fast_path_and_sturm_sequence_agree)
 {
     gsl_rng *rng = seeded(110);
-    for (int i = 0; i < 50000; i++) {
+    for (int i = 0; i < unit_draws(50000); i++) {
         struct rise_case q = mill_case(rng);
         bool falling = q.c[1] < 0.0;
         if (q.c[0] == 0.0 || (q.c[0] > 0.0 && !falling))
@@ -245,7 +245,7 @@ static double rise_of_known_roots(const double root[4], double lead, double t_en
 SLOW_TEST(first_rise_finds_known_roots_of_any_multiplicity, 1)
 {
     gsl_rng *rng = seeded(111);
-    for (int i = 0; i < 100000; i++) {
+    for (int i = 0; i < unit_draws(100000); i++) {
         double root[4], c[5];
         dyadic_quartic(rng, root, c);
         if (c[0] > 0.0)
@@ -268,7 +268,7 @@ SLOW_TEST(first_rise_of_any_finite_input_is_a_time, 1)
     const double some[9] = {0.0, 1.0, -1.0, 1e-300, -1e-300, 1e300, -1e300, 5e-324, -DBL_MAX};
     const double ends[4] = {0.0, 1e-6, 1e200, INFINITY};
     gsl_rng *rng = seeded(112);
-    for (int i = 0; i < 100000; i++) {
+    for (int i = 0; i < unit_draws(100000); i++) {
         double c[5], t_end = ends[gsl_rng_uniform_int(rng, 4)];
         for (int k = 0; k < 5; k++)
             c[k] = some[gsl_rng_uniform_int(rng, 9)] * uniform(rng, 0.5, 1.0);
@@ -313,7 +313,7 @@ TEST(rise_from_the_smallest_of_doubles_is_found_to_the_last_bit)
 TEST(first_rise_does_not_depend_on_the_units)
 {
     gsl_rng *rng = seeded(113);
-    for (int i = 0; i < 5000; i++) {
+    for (int i = 0; i < unit_draws(5000); i++) {
         struct rise_case q = mill_case(rng);
         double t = mill_poly_first_rise(q.c, q.t_end, q.at_root, NULL);
         for (int j = 0; j < 6; j++) { /* time in units of 2^-e, p in units of 2^-f: exact */

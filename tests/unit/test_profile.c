@@ -171,7 +171,7 @@ TEST(the_gap_is_the_distance_to_the_nearest_point_of_the_wall)
 TEST(the_gap_is_positive_inside_and_negative_outside)
 {
     uint64_t seed = 2;
-    for (int i = 0; i < 3000; i++) {
+    for (int i = 0; i < unit_draws(3000); i++) {
         struct wavy_mill m;
         build_random(&seed, &m);
         const struct mill_profile *p = &m.profile;
@@ -193,7 +193,7 @@ TEST(the_gap_is_positive_inside_and_negative_outside)
 SLOW_TEST(buckles_of_next_to_no_height_are_met_like_the_circle, 1)
 {
     uint64_t seed = 3;
-    for (int i = 0; i < 20000; i++) {
+    for (int i = 0; i < unit_draws(20000); i++) {
         struct wavy_mill m;
         const double h = log_uniform(&seed, 1e-320, 1e-4);
         build(&m, (int)uniform(&seed, 2.0, 501.0), h / 10.0, uniform(&seed, -4.0, 4.0));
@@ -207,7 +207,7 @@ SLOW_TEST(buckles_of_next_to_no_height_are_met_like_the_circle, 1)
 TEST(across_the_line_at_a_joint_the_gap_has_no_step_and_the_normal_no_kink)
 {
     uint64_t seed = 4;
-    for (int i = 0; i < 3000; i++) {
+    for (int i = 0; i < unit_draws(3000); i++) {
         struct wavy_mill m;
         build_random(&seed, &m);
         const struct mill_profile *p = &m.profile;
@@ -238,7 +238,7 @@ TEST(the_contact_s_normal_is_the_gap_s_gradient_and_its_point_lies_on_the_wall)
 {
     uint64_t seed = 5;
     int checked = 0;
-    for (int i = 0; i < 4000; i++) {
+    for (int i = 0; i < unit_draws(4000); i++) {
         struct wavy_mill m;
         build_random(&seed, &m);
         const struct mill_shape *s = m.drum;
@@ -267,7 +267,7 @@ TEST(the_contact_s_normal_is_the_gap_s_gradient_and_its_point_lies_on_the_wall)
         }
         mill_demolish(&m.mill);
     }
-    ck_assert_int_gt(checked, 1000);
+    ck_assert_int_gt(checked, unit_draws(1000));
 }
 
 int main(void)

@@ -13,7 +13,7 @@ static const struct model heap = {
 static const struct model mixture = {
     .setup = {.gravity.z = -9.81, .drum = {.radius = 0.009, .length = 0.012}},
     .balls = {{.diameter = 0.008, .density = STEEL, .count = 2},
-              {.diameter = 0.002, .density = STEEL, .count = 50}},
+              {.diameter = 0.002, .density = STEEL, .count = 30}},
     .law = {0.6, 0.4, 0.2}};
 
 static bool all_asleep(const struct bench *b)

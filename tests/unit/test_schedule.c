@@ -262,7 +262,7 @@ SLOW_TEST(every_next_contact_of_a_run_is_the_first_of_all, SETTINGS)
         struct mill_schedule *p = start(w);
         int32_t toucher = MILL_NOBODY, touched = MILL_NOBODY;
         double now = 0.0;
-        for (int event = 0; event < 120; event++) {
+        for (int event = 0; event < unit_draws(120); event++) {
             const struct first slow = first_of_all(w, now, toucher, touched);
             const struct first fast = first_by_calendar(p, w);
             check_same(&slow, &fast);
@@ -284,14 +284,14 @@ SLOW_TEST(every_next_contact_of_a_run_is_the_first_of_all, SETTINGS)
         mill_schedule_free(p);
         mill_world_free(w);
     }
-    ck_assert_int_gt(pairs, 50);
-    ck_assert_int_gt(shapes, 20);
+    ck_assert_int_gt(pairs, unit_draws(50));
+    ck_assert_int_gt(shapes, unit_draws(20));
 }
 
 SLOW_TEST(balls_that_overlap_and_close_meet_at_once, SETTINGS)
 {
     uint64_t seed = 3;
-    for (int n = 0; n < 50; n++) {
+    for (int n = 0; n < unit_draws(50); n++) {
         struct mill_world *w = make_mill(&setting[_i], &seed);
         const int32_t i = below(&seed, w->balls), j = (i + 1) % w->balls;
         /* ball j goes a hair into ball i, wherever that is, and drives on into it */

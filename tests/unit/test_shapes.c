@@ -107,7 +107,7 @@ LOOP_TEST(the_first_contact_is_closed_closing_and_nothing_comes_before_it, SHAPE
 {
     uint64_t seed = 100 + (uint64_t)_i;
     int found = 0, none = 0, give_ups = 0;
-    for (int i = 0; i < 6000; i++) {
+    for (int i = 0; i < unit_draws(6000); i++) {
         struct mill m;
         random_mill(&seed, &m);
         const struct flight f = random_flight(&seed, &m, _i);
@@ -126,8 +126,8 @@ LOOP_TEST(the_first_contact_is_closed_closing_and_nothing_comes_before_it, SHAPE
         }
         mill_demolish(&m);
     }
-    ck_assert_int_gt(found, 300);
-    ck_assert_int_gt(none, 300);
+    ck_assert_int_gt(found, unit_draws(300));
+    ck_assert_int_gt(none, unit_draws(300));
     ck_assert_int_eq(give_ups, 0);
 }
 
@@ -135,7 +135,7 @@ SLOW_TEST(a_resolved_contact_does_not_come_back_at_once_and_the_next_is_not_miss
 {
     uint64_t seed = 200 + (uint64_t)_i;
     int again = 0, flights = 0, give_ups = 0;
-    for (int i = 0; i < 3000; i++) {
+    for (int i = 0; i < unit_draws(3000); i++) {
         struct mill m;
         struct mill_contact c;
         random_mill(&seed, &m);
@@ -158,8 +158,8 @@ SLOW_TEST(a_resolved_contact_does_not_come_back_at_once_and_the_next_is_not_miss
         }
         mill_demolish(&m);
     }
-    ck_assert_int_gt(flights, 300);
-    ck_assert_int_gt(again, 100);
+    ck_assert_int_gt(flights, unit_draws(300));
+    ck_assert_int_gt(again, unit_draws(100));
     ck_assert_int_lt(give_ups, 5 + flights / 1000);
 }
 
@@ -178,7 +178,7 @@ LOOP_TEST(a_contact_is_found_in_a_window_that_ends_just_after_it_and_in_no_short
 {
     uint64_t seed = 800 + (uint64_t)_i;
     int first = 0, later = 0;
-    for (int i = 0; i < 6000; i++) {
+    for (int i = 0; i < unit_draws(6000); i++) {
         struct mill m;
         struct mill_contact c;
         random_mill(&seed, &m);
@@ -196,8 +196,8 @@ LOOP_TEST(a_contact_is_found_in_a_window_that_ends_just_after_it_and_in_no_short
         }
         mill_demolish(&m);
     }
-    ck_assert_int_gt(first, 300);
-    ck_assert_int_gt(later, 100);
+    ck_assert_int_gt(first, unit_draws(300));
+    ck_assert_int_gt(later, unit_draws(100));
 }
 
 static const struct mill_blade plain_blade = {.tip_radius = 0.06, .width = 0.01, .thickness = 0.01};
@@ -209,7 +209,7 @@ LOOP_TEST(a_straight_flight_meets_an_end_wall_at_the_end_of_the_window_to_the_la
     int within = 0, beyond = 0;
     mill_build(&m, &plain_blade, 100.0, 0.0);
     const struct mill_shape *s = m.shape[WALL_0 + _i];
-    for (int i = 0; i < 20000; i++) {
+    for (int i = 0; i < unit_draws(20000); i++) {
         struct flight f = {.radius = 0.0025};
         f.path.r = vec3_make(uniform(&seed, -0.05, 0.05), 0.01, 0.02);
         f.path.v = vec3_scale(direction(&seed), 3.0);
@@ -226,8 +226,8 @@ LOOP_TEST(a_straight_flight_meets_an_end_wall_at_the_end_of_the_window_to_the_la
             beyond += !arrives;
         }
     }
-    ck_assert_int_gt(within, 10000);
-    ck_assert_int_gt(beyond, 10000);
+    ck_assert_int_gt(within, unit_draws(10000));
+    ck_assert_int_gt(beyond, unit_draws(10000));
     mill_demolish(&m);
 }
 
@@ -269,7 +269,7 @@ LOOP_TEST(overlapping_and_closing_is_a_contact_now, SHAPES)
 {
     uint64_t seed = 300 + (uint64_t)_i;
     int tried = 0;
-    for (int i = 0; i < 3000; i++) {
+    for (int i = 0; i < unit_draws(3000); i++) {
         struct mill m;
         random_mill(&seed, &m);
         struct flight f = random_flight(&seed, &m, _i);
@@ -280,7 +280,7 @@ LOOP_TEST(overlapping_and_closing_is_a_contact_now, SHAPES)
         }
         mill_demolish(&m);
     }
-    ck_assert_int_gt(tried, 1500);
+    ck_assert_int_gt(tried, unit_draws(1500));
 }
 
 /* Where the gap is closed and closing for certain, before t. */
@@ -300,7 +300,7 @@ SLOW_TEST(overlapping_and_opening_is_a_contact_only_when_it_closes_again, SHAPES
 {
     uint64_t seed = 400 + (uint64_t)_i;
     int again = 0, inside = 0;
-    for (int i = 0; i < 6000; i++) {
+    for (int i = 0; i < unit_draws(6000); i++) {
         struct mill m;
         random_mill(&seed, &m);
         struct flight f = random_flight(&seed, &m, _i);
@@ -318,8 +318,8 @@ SLOW_TEST(overlapping_and_opening_is_a_contact_only_when_it_closes_again, SHAPES
         }
         mill_demolish(&m);
     }
-    ck_assert_int_gt(again, 30);
-    ck_assert_int_gt(inside, 3); /* turned back before they were out */
+    ck_assert_int_gt(again, unit_draws(30));
+    ck_assert_int_gt(inside, unit_draws(3)); /* turned back before they were out */
 }
 
 static vec3 gradient(const struct mill_shape *s, vec3 r, double radius, double t)
@@ -334,7 +334,7 @@ static vec3 gradient(const struct mill_shape *s, vec3 r, double radius, double t
 LOOP_TEST(the_contact_s_normal_is_the_gap_s_gradient_and_its_point_lies_on_the_surface, SHAPES)
 {
     uint64_t seed = 500 + (uint64_t)_i;
-    for (int i = 0; i < 3000; i++) {
+    for (int i = 0; i < unit_draws(3000); i++) {
         struct mill m;
         random_mill(&seed, &m);
         struct flight f = random_flight(&seed, &m, _i);
@@ -357,7 +357,7 @@ LOOP_TEST(the_contact_s_normal_is_the_gap_s_gradient_and_its_point_lies_on_the_s
 LOOP_TEST(the_surface_moves_as_the_gap_says_and_turns_about_the_axis, SHAPES)
 {
     uint64_t seed = 600 + (uint64_t)_i;
-    for (int i = 0; i < 3000; i++) {
+    for (int i = 0; i < unit_draws(3000); i++) {
         struct mill m;
         random_mill(&seed, &m);
         const struct flight f = random_flight(&seed, &m, _i);
@@ -395,7 +395,7 @@ LOOP_TEST(a_shape_is_in_reach_wherever_it_is_met_but_not_everywhere, SHAPES)
 {
     uint64_t seed = 700 + (uint64_t)_i;
     int met = 0, far = 0;
-    for (int i = 0; i < 6000; i++) {
+    for (int i = 0; i < unit_draws(6000); i++) {
         struct mill m;
         vec3 lo, hi;
         random_mill(&seed, &m);
@@ -412,8 +412,8 @@ LOOP_TEST(a_shape_is_in_reach_wherever_it_is_met_but_not_everywhere, SHAPES)
         }
         mill_demolish(&m);
     }
-    ck_assert_int_gt(met, 300);
-    ck_assert_int_gt(far, 300);
+    ck_assert_int_gt(met, unit_draws(300));
+    ck_assert_int_gt(far, unit_draws(300));
 }
 
 int main(void)

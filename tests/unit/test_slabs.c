@@ -39,11 +39,11 @@ static void all_are_filed(struct sliced *c)
         double t;
         for (int32_t i; (i = mill_calendar_next(calendar, &t)) >= 0; found++) {
             const int32_t block = block_of_ball(c, i);
-            EACH(k < s->count && block >= s->slab[k].lo && block < s->slab[k].hi,
-                 "ball %d is in calendar %d", i, k);
-            EACH(t == mill_plan_time(&c->p->plan[i]), "ball %d has another time", i);
+            ck_assert_msg(k < s->count && block >= s->slab[k].lo && block < s->slab[k].hi,
+                          "ball %d is in calendar %d", i, k);
+            ck_assert_msg(t == mill_plan_time(&c->p->plan[i]), "ball %d has another time", i);
             mill_calendar_set(calendar, i, INFINITY);
-            EACH(found < c->b.world->balls, "balls are in two calendars");
+            ck_assert_msg(found < c->b.world->balls, "balls are in two calendars");
         }
     }
     ck_assert_int_eq(found, c->b.world->balls);
@@ -139,7 +139,8 @@ LOOP_TEST(events_come_out_in_order_of_time_and_ball_whatever_calendar_has_them, 
     int late = 0;
     for (int32_t n = 0, i; (i = mill_slabs_next(c.s, &due)) >= 0; n++) {
         const int32_t first = first_of(t, balls), other = below(&seed, balls);
-        EACH(i == first && due == t[first] && due >= now, "event %d: ball %d, not %d", n, i, first);
+        ck_assert_msg(i == first && due == t[first] && due >= now, "event %d: ball %d, not %d", n,
+                      i, first);
         now = due;
         t[i] = n < 400 ? now + uniform(&seed, 0.0, 3e-3) : HUGE_VAL;
         mill_slabs_enter(c.s, i, t[i]);
@@ -167,7 +168,7 @@ LOOP_TEST(without_slabs_all_events_are_in_the_calendar_of_the_schedule_again, LO
     ck_assert_ptr_null(c.p->slabs);
     ck_assert_ptr_null(c.p->marks);
     for (int32_t i; (i = mill_calendar_next(c.p->calendar, &due)) >= 0;) {
-        EACH(i == first_of(t, balls) && due == t[i], "ball %d is not the first", i);
+        ck_assert_msg(i == first_of(t, balls) && due == t[i], "ball %d is not the first", i);
         t[i] = INFINITY;
         mill_calendar_set(c.p->calendar, i, INFINITY);
     }

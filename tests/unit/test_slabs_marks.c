@@ -76,8 +76,9 @@ static struct claims *claim_many(struct sliced *c, double begin, int most, uint6
         places_of(c, i, all->claim[at].place);
         const bool expected = may_go(c, all, slab, all->claim[at].place, &inner);
         const bool may = mill_slabs_claim(c->s, &c->s->slab[slab], i, t);
-        EACH(may == expected, "claim %d, of ball %d: %d", at, i, may);
-        EACH((mill_calendar_time(c->s->late, i) == HUGE_VAL) == !may, "ball %d: calendar", i);
+        ck_assert_msg(may == expected, "claim %d, of ball %d: %d", at, i, may);
+        ck_assert_msg((mill_calendar_time(c->s->late, i) == HUGE_VAL) == !may, "ball %d: calendar",
+                      i);
         all->claim[at].slab = slab;
         all->claim[at].t = t;
         all->claim[at].may = may;
@@ -176,14 +177,14 @@ LOOP_TEST(an_event_came_too_early_exactly_if_a_later_one_was_done_next_to_it, LO
             for (int a = 0; a < 4 && all->claim[k].may && all->claim[k].t > t; a++)
                 expected =
                     expected || are_close(&c, all->claim[k].place[a / 2], place[a % 2], true);
-        EACH(mill_slabs_passed(c.s, i, t) == expected, "ball %d at %g s", i, t);
+        ck_assert_msg(mill_slabs_passed(c.s, i, t) == expected, "ball %d at %g s", i, t);
         passed += expected;
     }
     ck_assert_int_gt(passed, 200);
     ck_assert_int_lt(passed, 3800);
     mill_slabs_open(c.s, 0.05); /* what was done in another window does not matter */
     for (int32_t i = 0; i < c.b.world->balls; i++)
-        EACH(!mill_slabs_passed(c.s, i, 0.05), "ball %d", i);
+        ck_assert_msg(!mill_slabs_passed(c.s, i, 0.05), "ball %d", i);
     free(all);
     close_sliced(&c);
 }
@@ -198,11 +199,11 @@ TEST(marks_of_a_window_long_ago_are_forgotten)
     const uint16_t tag = c.s->tag;
     for (int n = 0; n < UINT16_MAX; n++) {
         mill_slabs_open(c.s, 0.0);
-        EACH(c.s->tag != 0, "a window without a tag");
+        ck_assert_msg(c.s->tag != 0, "a window without a tag");
     }
     ck_assert_int_eq(c.s->tag, tag);
     for (int32_t i = 0; i < c.b.world->balls; i++)
-        EACH(!mill_slabs_passed(c.s, i, 0.0), "ball %d", i);
+        ck_assert_msg(!mill_slabs_passed(c.s, i, 0.0), "ball %d", i);
     close_sliced(&c);
 }
 
@@ -221,10 +222,10 @@ TEST(it_also_came_too_early_if_that_was_across_the_ends_of_a_periodic_mill)
         if (place[0] != place[1] || (layer != 0 && layer != end))
             continue;
         const int32_t image = place[0] + (layer ? -end : end) * c.s->layer;
-        EACH(!mill_slabs_passed(c.s, i, 1e-3), "ball %d", i);
+        ck_assert_msg(!mill_slabs_passed(c.s, i, 1e-3), "ball %d", i);
         c.s->mark[image] = (struct mill_slab_mark){2e-3f, c.s->tag, 0};
-        EACH(mill_slabs_passed(c.s, i, 1e-3), "ball %d", i);
-        EACH(!mill_slabs_passed(c.s, i, 3e-3), "ball %d", i);
+        ck_assert_msg(mill_slabs_passed(c.s, i, 1e-3), "ball %d", i);
+        ck_assert_msg(!mill_slabs_passed(c.s, i, 3e-3), "ball %d", i);
         c.s->mark[image].window = 0;
         tried++;
     }

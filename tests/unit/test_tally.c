@@ -202,7 +202,7 @@ TEST(a_mill_without_a_rotor_has_no_revolutions_and_no_power)
 SLOW_TEST(a_window_of_whole_revolutions_loses_none_to_rounding, 1)
 {
     f.world.balls = 1; /* the snapshots are not looked at */
-    for (int revolutions = 1; revolutions < 200; revolutions += 3) {
+    for (int revolutions = 1; revolutions < 200; revolutions += 7) {
         f.asked.sample_from = 0.1 * revolutions;
         fixture_speed(&f, 1 + 0.37 * revolutions);
         f.asked.end = f.asked.sample_from + revolutions * 2 * PI / f.world.rotor_speed;

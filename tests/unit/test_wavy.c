@@ -163,7 +163,7 @@ SLOW_TEST(a_contact_at_a_joint_is_neither_missed_nor_made_up, 2)
 {
     uint64_t seed = 300 + (uint64_t)_i;
     int found = 0, grazing = 0;
-    for (int i = 0; i < 4000; i++) {
+    for (int i = 0; i < unit_draws(4000); i++) {
         struct wavy_mill m;
         build_open(&seed, &m);
         struct flight f;
@@ -185,15 +185,15 @@ SLOW_TEST(a_contact_at_a_joint_is_neither_missed_nor_made_up, 2)
         }
         mill_demolish(&m.mill);
     }
-    ck_assert_int_gt(found, 500);
-    ck_assert_int_gt(grazing, 100);
+    ck_assert_int_gt(found, unit_draws(500));
+    ck_assert_int_gt(grazing, unit_draws(100));
 }
 
 SLOW_TEST(a_hop_from_a_joint_ends_where_the_wall_is_next, 2)
 {
     uint64_t seed = 400 + (uint64_t)_i;
     int again = 0;
-    for (int i = 0; i < 4000; i++) {
+    for (int i = 0; i < unit_draws(4000); i++) {
         struct wavy_mill m;
         build_open(&seed, &m);
         struct flight f;
@@ -215,7 +215,7 @@ SLOW_TEST(a_hop_from_a_joint_ends_where_the_wall_is_next, 2)
         again += !isinf(t);
         mill_demolish(&m.mill);
     }
-    ck_assert_int_gt(again, 1000);
+    ck_assert_int_gt(again, unit_draws(1000));
 }
 
 /* Without the root at t = 0 divided out the hop would be told from rounding alone. */
@@ -223,7 +223,7 @@ TEST(a_hop_below_the_rounding_of_a_position_takes_its_full_time)
 {
     const double v = 1e-9, g = 9.81; /* rises by 5e-20 m */
     uint64_t seed = 700;
-    for (int i = 0; i < 3000; i++) {
+    for (int i = 0; i < unit_draws(3000); i++) {
         struct wavy_mill m;
         build_open(&seed, &m);
         const struct mill_profile *p = &m.profile;
@@ -256,7 +256,7 @@ TEST(overlapping_and_closing_is_now_and_overlapping_and_opening_only_when_it_clo
 {
     uint64_t seed = 500 + (uint64_t)_i;
     int now = 0, later = 0;
-    for (int i = 0; i < 3000; i++) {
+    for (int i = 0; i < unit_draws(3000); i++) {
         struct wavy_mill m;
         build_random(&seed, &m);
         struct flight f = random_flight(&seed, &m);
@@ -280,8 +280,8 @@ TEST(overlapping_and_closing_is_now_and_overlapping_and_opening_only_when_it_clo
         }
         mill_demolish(&m.mill);
     }
-    ck_assert_int_gt(now, 500);
-    ck_assert_int_gt(later, 200);
+    ck_assert_int_gt(now, unit_draws(500));
+    ck_assert_int_gt(later, unit_draws(200));
 }
 
 /* ---- two places at once ---- */
