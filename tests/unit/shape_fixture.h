@@ -50,13 +50,6 @@ static inline void mill_demolish(struct mill *m)
     free(m->rotor);
 }
 
-/* APPROACHES=100000 in the environment: so many of each combination, some minutes each */
-static inline int approaches_or(int usual)
-{
-    const char *asked = getenv("APPROACHES");
-    return asked ? atoi(asked) : usual;
-}
-
 static inline double gap_of(const struct mill_shape *s, vec3 r, double radius, double t)
 {
     const struct mill_pose pose = mill_shape_pose(s, t);

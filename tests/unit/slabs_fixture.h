@@ -81,13 +81,6 @@ static inline void has_shared(const struct bench *b)
     }
 }
 
-/* Every ck_assert is a system call: too slow for each ball */
-#define EACH(holds, ...)                                                                           \
-    do {                                                                                           \
-        if (!(holds))                                                                              \
-            ck_abort_msg(__VA_ARGS__);                                                             \
-    } while (0)
-
 /* A mill that has run for a while, cut into slabs */
 struct sliced {
     struct bench b;

@@ -59,7 +59,7 @@ static double meets(const struct mill *m, vec3 r, vec3 v, vec3 g, bool touching)
     return hit.t;
 }
 
-START_TEST(gap_normal_and_point_are_exact_at_all_faces_edges_and_corners)
+TEST(gap_normal_and_point_are_exact_at_all_faces_edges_and_corners)
 {
     uint64_t seed = 1;
     for (int i = 0; i < 270; i++) {
@@ -88,9 +88,8 @@ START_TEST(gap_normal_and_point_are_exact_at_all_faces_edges_and_corners)
         mill_demolish(&m);
     }
 }
-END_TEST
 
-START_TEST(a_centre_inside_is_as_deep_as_the_nearest_face)
+TEST(a_centre_inside_is_as_deep_as_the_nearest_face)
 {
     uint64_t seed = 2;
     const struct mill_blade spec = pitched(0.4);
@@ -109,9 +108,8 @@ START_TEST(a_centre_inside_is_as_deep_as_the_nearest_face)
     }
     mill_demolish(&m);
 }
-END_TEST
 
-START_TEST(positive_pitch_turns_the_positive_x_edge_towards_increasing_rotor_angle)
+TEST(positive_pitch_turns_the_positive_x_edge_towards_increasing_rotor_angle)
 {
     const double pitch = PI / 6, quarter = 1.0; /* [s] of a turn */
     struct mill_blade spec = pitched(pitch);
@@ -131,9 +129,8 @@ START_TEST(positive_pitch_turns_the_positive_x_edge_towards_increasing_rotor_ang
     ck_assert_double_gt(gap_of(b, vec3_make(0.02 + x, z, 0.03), 0.0, quarter), 1e-3);
     mill_demolish(&m);
 }
-END_TEST
 
-START_TEST(a_stroke_of_the_face_on_a_ball_at_rest_comes_at_the_closed_form_s_time)
+TEST(a_stroke_of_the_face_on_a_ball_at_rest_comes_at_the_closed_form_s_time)
 {
     uint64_t seed = 3;
     for (int i = 0; i < 1000; i++) {
@@ -154,7 +151,6 @@ START_TEST(a_stroke_of_the_face_on_a_ball_at_rest_comes_at_the_closed_form_s_tim
         mill_demolish(&m);
     }
 }
-END_TEST
 
 /* Height of a falling ball's centre over the leading face's plane, less its radius; pitch 0 */
 static long double over_face(const struct mill_flight *f, long double omega, long double t)
@@ -164,7 +160,7 @@ static long double over_face(const struct mill_flight *f, long double omega, lon
     return cosl(omega * t) * z - sinl(omega * t) * y - 0.5L * THICK - RADIUS;
 }
 
-START_TEST(a_stroke_on_a_ball_in_flight_comes_at_the_root_found_in_long_double)
+TEST(a_stroke_on_a_ball_in_flight_comes_at_the_root_found_in_long_double)
 {
     uint64_t seed = 4;
     int met = 0;
@@ -197,9 +193,8 @@ START_TEST(a_stroke_on_a_ball_in_flight_comes_at_the_root_found_in_long_double)
     }
     ck_assert_int_gt(met, 1000);
 }
-END_TEST
 
-START_TEST(a_ball_that_falls_on_the_tip_edge_or_corner_of_a_standing_blade_meets_it_exactly)
+TEST(a_ball_that_falls_on_the_tip_edge_or_corner_of_a_standing_blade_meets_it_exactly)
 {
     struct mill_blade spec = pitched(0.3);
     struct mill m;
@@ -215,9 +210,8 @@ START_TEST(a_ball_that_falls_on_the_tip_edge_or_corner_of_a_standing_blade_meets
     }
     mill_demolish(&m);
 }
-END_TEST
 
-START_TEST(a_turning_corner_meets_a_ball_at_rest_when_it_is_a_radius_away)
+TEST(a_turning_corner_meets_a_ball_at_rest_when_it_is_a_radius_away)
 {
     uint64_t seed = 5;
     for (int i = 0; i < 1000; i++) {
@@ -234,7 +228,6 @@ START_TEST(a_turning_corner_meets_a_ball_at_rest_when_it_is_a_radius_away)
         mill_demolish(&m);
     }
 }
-END_TEST
 
 /* The tip's edge sweeps past a ball at rest again and again, `clear` [m] from it. */
 static double sweep(double omega, double pitch, double clear)
@@ -251,7 +244,7 @@ static double sweep(double omega, double pitch, double clear)
     return t;
 }
 
-START_TEST(a_tip_that_passes_by_a_nanometre_misses_and_one_that_is_a_nanometre_too_long_hits)
+TEST(a_tip_that_passes_by_a_nanometre_misses_and_one_that_is_a_nanometre_too_long_hits)
 {
     const double pitches[] = {0.0, 0.5};
     const double speeds[] = {105.0, -105.0, 400.0, 200.0};
@@ -264,9 +257,8 @@ START_TEST(a_tip_that_passes_by_a_nanometre_misses_and_one_that_is_a_nanometre_t
         }
     }
 }
-END_TEST
 
-START_TEST(a_ball_that_flies_along_a_face_or_past_a_corner_a_nanometre_off_misses)
+TEST(a_ball_that_flies_along_a_face_or_past_a_corner_a_nanometre_off_misses)
 {
     const struct mill_blade spec = pitched(0.3);
     struct mill m;
@@ -294,9 +286,8 @@ START_TEST(a_ball_that_flies_along_a_face_or_past_a_corner_a_nanometre_off_misse
     }
     mill_demolish(&m);
 }
-END_TEST
 
-START_TEST(a_slow_hop_on_a_standing_blade_lasts_as_long_as_a_throw)
+TEST(a_slow_hop_on_a_standing_blade_lasts_as_long_as_a_throw)
 {
     struct mill m;
     mill_build(&m, &plain, 0.0, 0.0);
@@ -306,10 +297,9 @@ START_TEST(a_slow_hop_on_a_standing_blade_lasts_as_long_as_a_throw)
                                 1e-15 * 9.81 / v + 1e-15);
     mill_demolish(&m);
 }
-END_TEST
 
 /* A ball that a rising blade lifts and throws outwards in small hops */
-START_TEST(a_ball_hops_along_a_turning_blade_without_a_contact_missed_or_too_early)
+TEST(a_ball_hops_along_a_turning_blade_without_a_contact_missed_or_too_early)
 {
     struct mill m;
     const struct mill_blade spec = {
@@ -334,11 +324,10 @@ START_TEST(a_ball_hops_along_a_turning_blade_without_a_contact_missed_or_too_ear
     ck_assert_int_eq(give_ups, 0);
     mill_demolish(&m);
 }
-END_TEST
 
 /* The face draws back from a falling ball by some nanometres a second: every certain step is next
  * to nothing. */
-START_TEST(a_ball_that_glides_along_a_face_drawing_back_is_not_met)
+TEST(a_ball_that_glides_along_a_face_drawing_back_is_not_met)
 {
     struct mill m;
     const struct mill_blade spec = {.tip_radius = 0.067, .width = WIDTH, .thickness = THICK};
@@ -349,11 +338,10 @@ START_TEST(a_ball_that_glides_along_a_face_drawing_back_is_not_met)
     ck_assert(isinf(first_contact(m.shape[BLADE], &f, 0.06, true, NULL)));
     mill_demolish(&m);
 }
-END_TEST
 
 /* The same on a fast rotor, where a bound of all accelerations makes certain steps tiny, and from a
  * gap closed by a rounding: a place that the fuzzer found */
-START_TEST(a_ball_that_a_fast_blade_leaves_without_a_push_is_not_met)
+TEST(a_ball_that_a_fast_blade_leaves_without_a_push_is_not_met)
 {
     const struct mill_blade spec = {.position = 0.074999991059303286,
                                     .angle = 6.9999991655349731,
@@ -370,11 +358,10 @@ START_TEST(a_ball_that_a_fast_blade_leaves_without_a_push_is_not_met)
     ck_assert_int_ne(ask(m.shape[BLADE], &f, 1e-6, true).state, MILL_HIT_CONTACT);
     mill_demolish(&m);
 }
-END_TEST
 
 /* Another such place: the search takes a hundred thousand steps and more, and the gap is still
  * below 1e-12 m. What it returns meanwhile is no contact. */
-START_TEST(a_ball_that_leaves_a_fast_blade_by_a_nanometre_a_second_is_not_met_however_long_it_takes)
+TEST(a_ball_that_leaves_a_fast_blade_by_a_nanometre_a_second_is_not_met_however_long_it_takes)
 {
     const struct mill_blade spec = {.position = 0.00067312381483771171,
                                     .angle = 6.9999991655349731,
@@ -399,9 +386,8 @@ START_TEST(a_ball_that_leaves_a_fast_blade_by_a_nanometre_a_second_is_not_met_ho
     ck_assert_int_gt(asked, 20);
     mill_demolish(&m);
 }
-END_TEST
 
-START_TEST(a_ball_at_rest_against_a_standing_blade_is_left_alone_without_gravity)
+TEST(a_ball_at_rest_against_a_standing_blade_is_left_alone_without_gravity)
 {
     struct mill m;
     mill_build(&m, &plain, 0.0, 0.0);
@@ -410,10 +396,9 @@ START_TEST(a_ball_at_rest_against_a_standing_blade_is_left_alone_without_gravity
     ck_assert(isinf(meets(&m, r, nought, nought, false)));
     mill_demolish(&m);
 }
-END_TEST
 
 /* Horizon and gravity make no product that is not a number. */
-START_TEST(a_search_without_end_and_gravity_finds_what_a_long_one_finds)
+TEST(a_search_without_end_and_gravity_finds_what_a_long_one_finds)
 {
     for (int turning = 0; turning < 2; turning++) {
         struct mill m;
@@ -434,28 +419,8 @@ START_TEST(a_search_without_end_and_gravity_finds_what_a_long_one_finds)
         mill_demolish(&m);
     }
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {gap_normal_and_point_are_exact_at_all_faces_edges_and_corners, 1},
-        {a_centre_inside_is_as_deep_as_the_nearest_face, 1},
-        {positive_pitch_turns_the_positive_x_edge_towards_increasing_rotor_angle, 1},
-        {a_stroke_of_the_face_on_a_ball_at_rest_comes_at_the_closed_form_s_time, 1},
-        {a_stroke_on_a_ball_in_flight_comes_at_the_root_found_in_long_double, 1},
-        {a_ball_that_falls_on_the_tip_edge_or_corner_of_a_standing_blade_meets_it_exactly, 1},
-        {a_turning_corner_meets_a_ball_at_rest_when_it_is_a_radius_away, 1},
-        {a_tip_that_passes_by_a_nanometre_misses_and_one_that_is_a_nanometre_too_long_hits, 1},
-        {a_ball_that_flies_along_a_face_or_past_a_corner_a_nanometre_off_misses, 1},
-        {a_slow_hop_on_a_standing_blade_lasts_as_long_as_a_throw, 1},
-        {a_ball_hops_along_a_turning_blade_without_a_contact_missed_or_too_early, 1},
-        {a_ball_that_glides_along_a_face_drawing_back_is_not_met, 1},
-        {a_ball_that_a_fast_blade_leaves_without_a_push_is_not_met, 1},
-        {a_ball_that_leaves_a_fast_blade_by_a_nanometre_a_second_is_not_met_however_long_it_takes,
-         1},
-        {a_ball_at_rest_against_a_standing_blade_is_left_alone_without_gravity, 1},
-        {a_search_without_end_and_gravity_finds_what_a_long_one_finds, 1},
-    };
-    return unit_run("blade", tests, sizeof tests / sizeof *tests);
+    return unit_run("blade");
 }

@@ -98,11 +98,11 @@ static double answer(const struct mill *m, const struct shot *s, bool known, dou
     return hit.t;
 }
 
-START_TEST(a_known_place_changes_no_contact)
+SLOW_TEST(a_known_place_changes_no_contact, 1)
 {
     uint64_t seed = 1;
     long met = 0, missed = 0, steps;
-    for (int n = 0; n < 30000; n++) {
+    for (int n = 0; n < unit_draws(30000); n++) {
         struct mill m;
         const struct shot s = random_shot(&seed, &m);
         const double searched = answer(&m, &s, false, 0.0, &steps);
@@ -113,17 +113,16 @@ START_TEST(a_known_place_changes_no_contact)
         missed += isinf(searched);
         mill_demolish(&m);
     }
-    ck_assert_int_gt(met, 600);
-    ck_assert_int_gt(missed, 1500);
+    ck_assert_int_gt(met, unit_draws(600));
+    ck_assert_int_gt(missed, unit_draws(1500));
 }
-END_TEST
 
 /* Nothing but the gap is asked here. */
-START_TEST(a_blade_that_is_said_to_be_missed_is_nowhere_entered)
+SLOW_TEST(a_blade_that_is_said_to_be_missed_is_nowhere_entered, 1)
 {
     uint64_t seed = 2;
     long missed = 0, steps;
-    for (int n = 0; n < 20000; n++) {
+    for (int n = 0; n < unit_draws(20000); n++) {
         struct mill m;
         const struct shot s = random_shot(&seed, &m);
         if (isinf(answer(&m, &s, true, 0.0, &steps))) {
@@ -133,15 +132,14 @@ START_TEST(a_blade_that_is_said_to_be_missed_is_nowhere_entered)
         }
         mill_demolish(&m);
     }
-    ck_assert_int_gt(missed, 5000);
+    ck_assert_int_gt(missed, unit_draws(5000));
 }
-END_TEST
 
-START_TEST(most_blades_that_are_missed_are_rejected_at_once)
+TEST(most_blades_that_are_missed_are_rejected_at_once)
 {
     uint64_t seed = 3;
     long missed = 0, rejected = 0, steps;
-    for (int n = 0; n < 5000; n++) {
+    for (int n = 0; n < unit_draws(5000); n++) {
         struct mill m;
         const struct shot s = random_shot(&seed, &m);
         missed += isinf(answer(&m, &s, true, 0.0, &steps));
@@ -150,15 +148,14 @@ START_TEST(most_blades_that_are_missed_are_rejected_at_once)
     }
     ck_assert_msg(2 * rejected > missed, "%ld of %ld rejected", rejected, missed);
 }
-END_TEST
 
 /* Told for a box of places, at angles of the rotor at which the blade touches a ball there: it may
  * be met then. At most others it cannot. */
-START_TEST(a_blade_touches_no_ball_of_a_box_outside_its_sector)
+SLOW_TEST(a_blade_touches_no_ball_of_a_box_outside_its_sector, 1)
 {
     uint64_t seed = 4;
     long touched = 0, out = 0;
-    for (int n = 0; n < 20000; n++) {
+    for (int n = 0; n < unit_draws(20000); n++) {
         struct mill m;
         const struct shot s = random_shot(&seed, &m);
         const struct mill_shape *b = m.shape[BLADE];
@@ -183,18 +180,11 @@ START_TEST(a_blade_touches_no_ball_of_a_box_outside_its_sector)
         }
         mill_demolish(&m);
     }
-    ck_assert_int_gt(touched, 20000);
-    ck_assert_int_gt(out, 200000);
+    ck_assert_int_gt(touched, unit_draws(20000));
+    ck_assert_int_gt(out, unit_draws(200000));
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {a_known_place_changes_no_contact, 1, UNIT_SLOW},
-        {a_blade_that_is_said_to_be_missed_is_nowhere_entered, 1, UNIT_SLOW},
-        {most_blades_that_are_missed_are_rejected_at_once, 1},
-        {a_blade_touches_no_ball_of_a_box_outside_its_sector, 1, UNIT_SLOW},
-    };
-    return unit_run("blade_reach", tests, sizeof tests / sizeof *tests);
+    return unit_run("blade_reach");
 }

@@ -144,7 +144,7 @@ static double lateness(const struct one *o, const struct flight *f, double t)
 
 static void contract(int kind, bool inside, int way)
 {
-    const int approaches = approaches_or(300);
+    const int approaches = unit_draws(300);
     uint64_t seed = 1 + (uint64_t)(kind + 10 * inside + 100 * way);
     int found = 0, none = 0, give_ups = 0, lost = 0;
     for (int i = 0; i < approaches; i++) {
@@ -177,23 +177,21 @@ static void contract(int kind, bool inside, int way)
     ck_assert_int_lt(lost, 2 + approaches / 100);
 }
 
-START_TEST(bodies_are_met_from_outside_when_they_are)
+SLOW_TEST(bodies_are_met_from_outside_when_they_are, BODIES *WAYS)
 {
     contract(_i % BODIES, false, _i / BODIES);
 }
-END_TEST
 
-START_TEST(bodies_are_met_from_inside_when_they_are)
+SLOW_TEST(bodies_are_met_from_inside_when_they_are, BODIES *WAYS)
 {
     contract(_i % BODIES, true, _i / BODIES);
 }
-END_TEST
 
 /* Gap, normal, point and velocity of a contact belong together. */
-START_TEST(a_contact_is_what_the_body_does_there)
+LOOP_TEST(a_contact_is_what_the_body_does_there, WAYS)
 {
     uint64_t seed = 7 + (uint64_t)_i;
-    for (int i = 0; i < 1500; i++) {
+    for (int i = 0; i < unit_draws(1500); i++) {
         struct one o;
         struct flight f;
         open_one(&seed, &o, i % BODIES, i / BODIES % 2, _i);
@@ -214,14 +212,13 @@ START_TEST(a_contact_is_what_the_body_does_there)
         close_one(&o);
     }
 }
-END_TEST
 
 /* No ball whose centre is in a box touches what is said to be out of its reach. */
-START_TEST(reach_is_never_denied_wrongly)
+SLOW_TEST(reach_is_never_denied_wrongly, WAYS)
 {
     uint64_t seed = 9 + (uint64_t)_i;
     int out = 0;
-    for (int i = 0; i < 400; i++) {
+    for (int i = 0; i < unit_draws(400); i++) {
         struct one o;
         open_one(&seed, &o, i % BODIES, i / BODIES % 2, _i);
         for (int n = 0; n < 20; n++) {
@@ -241,17 +238,10 @@ START_TEST(reach_is_never_denied_wrongly)
         }
         close_one(&o);
     }
-    ck_assert_int_gt(out, 500);
+    ck_assert_int_gt(out, unit_draws(500));
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {bodies_are_met_from_outside_when_they_are, BODIES * WAYS, UNIT_SLOW},
-        {bodies_are_met_from_inside_when_they_are, BODIES * WAYS, UNIT_SLOW},
-        {a_contact_is_what_the_body_does_there, WAYS},
-        {reach_is_never_denied_wrongly, WAYS, UNIT_SLOW},
-    };
-    return unit_run("bodies", tests, sizeof tests / sizeof *tests);
+    return unit_run("bodies");
 }

@@ -17,7 +17,7 @@ static void empty_out(struct twin *twin)
         set(twin, item, INFINITY);
 }
 
-START_TEST(many_at_one_time_come_out_by_their_numbers)
+TEST(many_at_one_time_come_out_by_their_numbers)
 {
     static const int32_t items[] = {2, 23, 24, 25, 26, 100, 1000};
     uint64_t seed = 1;
@@ -31,9 +31,8 @@ START_TEST(many_at_one_time_come_out_by_their_numbers)
         free_twin(&twin);
     }
 }
-END_TEST
 
-START_TEST(many_in_one_day_come_out_by_their_times)
+TEST(many_in_one_day_come_out_by_their_times)
 {
     static const int32_t items[] = {2, 23, 24, 25, 26, 100, 1000};
     uint64_t seed = 2;
@@ -47,11 +46,10 @@ START_TEST(many_in_one_day_come_out_by_their_times)
         free_twin(&twin);
     }
 }
-END_TEST
 
 /* Around the number from which a day is kept as a heap, and far above: events come, go, are put
  * forward and put off, tie, all within one day. */
-START_TEST(a_crowd_that_changes_stays_in_order)
+TEST(a_crowd_that_changes_stays_in_order)
 {
     static const int32_t items[] = {30, 60, 400};
     uint64_t seed = 3;
@@ -70,9 +68,8 @@ START_TEST(a_crowd_that_changes_stays_in_order)
         free_twin(&twin);
     }
 }
-END_TEST
 
-START_TEST(negative_times_and_both_zeros_are_in_order)
+TEST(negative_times_and_both_zeros_are_in_order)
 {
     static const double times[] = {-0.0, 0.0, -1e-300, 1e-300, -1e300, -5e-324, 5e-324,
                                    -2.0, 2.0, -1.0,    1.0,    -0.5,   0.5,     -1e-3};
@@ -91,7 +88,6 @@ START_TEST(negative_times_and_both_zeros_are_in_order)
         free_twin(&twin);
     }
 }
-END_TEST
 
 /* ---- events lent by their owner ---- */
 
@@ -101,7 +97,7 @@ struct record {
     uint64_t after[2];
 };
 
-START_TEST(events_in_the_owner_s_records_give_the_same_order_and_touch_nothing_beside_them)
+TEST(events_in_the_owner_s_records_give_the_same_order_and_touch_nothing_beside_them)
 {
     enum { ITEMS = 200 };
     const uint64_t mark = UINT64_C(0x5555AAAA5555AAAA);
@@ -137,12 +133,11 @@ START_TEST(events_in_the_owner_s_records_give_the_same_order_and_touch_nothing_b
     }
     free_twin(&twin);
 }
-END_TEST
 
 /* ---- the walk ahead ---- */
 
 /* Through disturbances, changes of width, empty calendars and new beginnings */
-START_TEST(the_walk_ahead_names_items_only_and_changes_nothing)
+SLOW_TEST(the_walk_ahead_names_items_only_and_changes_nothing, 1)
 {
     static const int32_t items[] = {1, 2, 20, 1000};
     for (int k = 0; k < 4; k++) {
@@ -173,7 +168,6 @@ START_TEST(the_walk_ahead_names_items_only_and_changes_nothing)
         free_twin(&twin);
     }
 }
-END_TEST
 
 /* How many of `events` had been named since they were set, at least one event before their turn */
 static double share_named(struct mill_calendar *calendar, bool *named, uint64_t *seed, long events)
@@ -193,7 +187,7 @@ static double share_named(struct mill_calendar *calendar, bool *named, uint64_t 
 }
 
 /* 5000 items have years of some 40 000 events. */
-START_TEST(a_steady_run_s_events_are_named_before_their_turn_year_after_year)
+TEST(a_steady_run_s_events_are_named_before_their_turn_year_after_year)
 {
     enum { ITEMS = 5000 };
     static bool named[ITEMS];
@@ -209,9 +203,8 @@ START_TEST(a_steady_run_s_events_are_named_before_their_turn_year_after_year)
     }
     mill_calendar_free(calendar);
 }
-END_TEST
 
-START_TEST(after_a_new_beginning_events_are_named_again)
+TEST(after_a_new_beginning_events_are_named_again)
 {
     enum { ITEMS = 5000 };
     static bool named[ITEMS];
@@ -229,19 +222,8 @@ START_TEST(after_a_new_beginning_events_are_named_again)
     }
     mill_calendar_free(calendar);
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {many_at_one_time_come_out_by_their_numbers, 1},
-        {many_in_one_day_come_out_by_their_times, 1},
-        {a_crowd_that_changes_stays_in_order, 1},
-        {negative_times_and_both_zeros_are_in_order, 1},
-        {events_in_the_owner_s_records_give_the_same_order_and_touch_nothing_beside_them, 1},
-        {the_walk_ahead_names_items_only_and_changes_nothing, 1, UNIT_SLOW},
-        {a_steady_run_s_events_are_named_before_their_turn_year_after_year, 1},
-        {after_a_new_beginning_events_are_named_again, 1},
-    };
-    return unit_run("calendar_today", tests, sizeof tests / sizeof *tests);
+    return unit_run("calendar_today");
 }

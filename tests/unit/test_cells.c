@@ -24,7 +24,7 @@ static long faults(struct swarm *s, double reach)
     return wrong;
 }
 
-START_TEST(every_ball_within_a_diameter_is_in_the_neighbourhood)
+TEST(every_ball_within_a_diameter_is_in_the_neighbourhood)
 {
     static const double diameter[] = {2e-3, 5e-3, 20e-3, 70e-3, 0.119, 0.2};
     uint64_t seed = 1;
@@ -36,9 +36,8 @@ START_TEST(every_ball_within_a_diameter_is_in_the_neighbourhood)
         free_swarm(&s);
     }
 }
-END_TEST
 
-START_TEST(balls_beyond_the_box_are_neighbours_too)
+TEST(balls_beyond_the_box_are_neighbours_too)
 {
     struct swarm s = make_swarm(1000, 10e-3, 10e-3);
     uint64_t seed = 2;
@@ -48,11 +47,10 @@ START_TEST(balls_beyond_the_box_are_neighbours_too)
     ck_assert_int_eq(faults(&s, 10e-3), 0);
     free_swarm(&s);
 }
-END_TEST
 
 /* Balls in touch whose centres lie on faces, edges and corners of cells and a rounding beside them:
  * the last digit must not hide a pair. */
-START_TEST(touching_balls_on_the_faces_of_cells_are_found)
+TEST(touching_balls_on_the_faces_of_cells_are_found)
 {
     const double d = 5e-3;
     struct swarm s = make_swarm(2000, d, d);
@@ -72,11 +70,10 @@ START_TEST(touching_balls_on_the_faces_of_cells_are_found)
     ck_assert_int_eq(faults(&s, d), 0);
     free_swarm(&s);
 }
-END_TEST
 
 /* Small balls ten to a large one's diameter, most of them crowded into a corner: far more in one
  * cell than the grid made room for. */
-START_TEST(crowded_cells_of_a_mixture_grow)
+TEST(crowded_cells_of_a_mixture_grow)
 {
     struct swarm s = make_swarm(6000, 20e-3, 2e-3);
     uint64_t seed = 4;
@@ -88,7 +85,6 @@ START_TEST(crowded_cells_of_a_mixture_grow)
     ck_assert_int_eq(faults(&s, 20e-3), 0);
     free_swarm(&s);
 }
-END_TEST
 
 /* ---- bookkeeping ---- */
 
@@ -110,7 +106,7 @@ static long ledger_faults(const struct mill_cells *c, const int32_t *cell_of, in
     return wrong + labs(housed - counted);
 }
 
-START_TEST(inserting_removing_and_crossing_keep_the_ledger)
+TEST(inserting_removing_and_crossing_keep_the_ledger)
 {
     enum { BALLS = 400 };
     struct swarm s = make_swarm(BALLS, 30e-3, 3e-3);
@@ -145,9 +141,8 @@ START_TEST(inserting_removing_and_crossing_keep_the_ledger)
     ck_assert_int_gt(crossings, 10000);
     free_swarm(&s);
 }
-END_TEST
 
-START_TEST(crossing_a_face_leads_into_the_cell_behind_it_and_back)
+TEST(crossing_a_face_leads_into_the_cell_behind_it_and_back)
 {
     struct swarm s = make_swarm(1, 20e-3, 20e-3);
     const int32_t inner[3] = {s.cells.n[0] - 2, s.cells.n[1] - 2, s.cells.n[2] - 2};
@@ -173,9 +168,8 @@ START_TEST(crossing_a_face_leads_into_the_cell_behind_it_and_back)
     }
     free_swarm(&s);
 }
-END_TEST
 
-START_TEST(the_neighbourhood_is_a_cell_and_the_26_around_it)
+TEST(the_neighbourhood_is_a_cell_and_the_26_around_it)
 {
     struct swarm s = make_swarm(1, 20e-3, 30e-3);
     const int64_t step[3] = {(int64_t)s.cells.n[1] * s.cells.n[2], s.cells.n[2], 1};
@@ -185,10 +179,9 @@ START_TEST(the_neighbourhood_is_a_cell_and_the_26_around_it)
                                         (k % 3 - 1) * step[2]));
     free_swarm(&s);
 }
-END_TEST
 
 /* What is new after a crossing is exactly what the neighbourhood now has and had not before. */
-START_TEST(the_cells_ahead_are_those_that_came_near)
+TEST(the_cells_ahead_are_those_that_came_near)
 {
     struct swarm s = make_swarm(1, 20e-3, 20e-3);
     const int32_t step[3] = {s.cells.n[1] * s.cells.n[2], s.cells.n[2], 1};
@@ -211,9 +204,8 @@ START_TEST(the_cells_ahead_are_those_that_came_near)
     }
     free_swarm(&s);
 }
-END_TEST
 
-START_TEST(the_outermost_cells_reach_to_infinity)
+TEST(the_outermost_cells_reach_to_infinity)
 {
     struct swarm s = make_swarm(10, 20e-3, 20e-3);
     vec3 lo, hi;
@@ -227,30 +219,16 @@ START_TEST(the_outermost_cells_reach_to_infinity)
     ck_assert(isinf(mill_cells_exit(&s.cells, last, corner_hi, away, g).dt));
     free_swarm(&s);
 }
-END_TEST
 
-START_TEST(a_huge_empty_box_is_not_cut_into_endless_cells)
+TEST(a_huge_empty_box_is_not_cut_into_endless_cells)
 {
     struct mill_cells cells;
     cut_box(&cells, vec3_make(-5.0, -2.0, -2.0), vec3_make(5.0, 2.0, 2.0), 1e-4, 1e-4, 100);
     ck_assert_int_lt(mill_cells_count(&cells), 20000);
     mill_cells_release(&cells);
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {every_ball_within_a_diameter_is_in_the_neighbourhood, 1},
-        {balls_beyond_the_box_are_neighbours_too, 1},
-        {touching_balls_on_the_faces_of_cells_are_found, 1},
-        {crowded_cells_of_a_mixture_grow, 1},
-        {inserting_removing_and_crossing_keep_the_ledger, 1},
-        {crossing_a_face_leads_into_the_cell_behind_it_and_back, 1},
-        {the_neighbourhood_is_a_cell_and_the_26_around_it, 1},
-        {the_cells_ahead_are_those_that_came_near, 1},
-        {the_outermost_cells_reach_to_infinity, 1},
-        {a_huge_empty_box_is_not_cut_into_endless_cells, 1},
-    };
-    return unit_run("cells", tests, sizeof tests / sizeof *tests);
+    return unit_run("cells");
 }

@@ -69,7 +69,7 @@ static bool check_exit(const struct mill_cells *cells, vec3 r, vec3 v, vec3 g)
     return true;
 }
 
-START_TEST(the_exit_is_the_first_passage_through_a_face)
+TEST(the_exit_is_the_first_passage_through_a_face)
 {
     struct swarm s = make_swarm(1, 10e-3, 10e-3);
     uint64_t seed = 6;
@@ -83,7 +83,6 @@ START_TEST(the_exit_is_the_first_passage_through_a_face)
     ck_assert_int_lt(out, 5000); /* some in outermost cells never leave */
     free_swarm(&s);
 }
-END_TEST
 
 /* A ball at the centre of an inner cell's face, `beyond` it by some roundings. */
 struct at_face {
@@ -120,7 +119,7 @@ static struct mill_cell_exit exit_at(const struct swarm *s, const struct at_face
                            vec3_scale(p->outward, gravity));
 }
 
-START_TEST(a_ball_on_a_face_leaves_when_it_moves_outwards)
+TEST(a_ball_on_a_face_leaves_when_it_moves_outwards)
 {
     struct swarm s = make_swarm(1, 10e-3, 10e-3);
     static const double beyond[] = {0.0, 1e-17, 1e-12};
@@ -137,9 +136,8 @@ START_TEST(a_ball_on_a_face_leaves_when_it_moves_outwards)
     }
     free_swarm(&s);
 }
-END_TEST
 
-START_TEST(a_ball_on_a_face_stays_when_it_rests_or_moves_inwards)
+TEST(a_ball_on_a_face_stays_when_it_rests_or_moves_inwards)
 {
     struct swarm s = make_swarm(1, 10e-3, 10e-3);
     static const double beyond[] = {0.0, 1e-17, 1e-12};
@@ -164,11 +162,10 @@ START_TEST(a_ball_on_a_face_stays_when_it_rests_or_moves_inwards)
     }
     free_swarm(&s);
 }
-END_TEST
 
 /* Rounding put the ball so far out that its throw inwards never reaches the face: it has left when
  * it turns back. */
-START_TEST(a_ball_that_never_gets_in_leaves_at_its_turning_point)
+TEST(a_ball_that_never_gets_in_leaves_at_its_turning_point)
 {
     struct swarm s = make_swarm(1, 10e-3, 10e-3);
     for (int face = 0; face < 6; face++) {
@@ -179,10 +176,9 @@ START_TEST(a_ball_that_never_gets_in_leaves_at_its_turning_point)
     }
     free_swarm(&s);
 }
-END_TEST
 
 /* Following the exits from cell to cell gives the cells that a sampling of the flight gives. */
-START_TEST(a_long_flight_is_never_outside_its_cell)
+TEST(a_long_flight_is_never_outside_its_cell)
 {
     struct swarm s = make_swarm(1, 5e-3, 5e-3);
     uint64_t seed = 7;
@@ -212,7 +208,6 @@ START_TEST(a_long_flight_is_never_outside_its_cell)
     ck_assert_int_gt(crossings, 3000);
     free_swarm(&s);
 }
-END_TEST
 
 /* ---- face by face ---- */
 
@@ -250,7 +245,7 @@ static void compare_faces(const struct mill_cells *c, int32_t cell, vec3 r, vec3
         ck_abort_msg("out after %a s through face %d, not after %a s", e.dt, e.face, first);
 }
 
-START_TEST(the_exit_is_through_the_face_that_is_reached_first)
+TEST(the_exit_is_through_the_face_that_is_reached_first)
 {
     struct swarm s = make_swarm(1, 10e-3, 10e-3);
     uint64_t seed = 8;
@@ -266,10 +261,9 @@ START_TEST(the_exit_is_through_the_face_that_is_reached_first)
     ck_assert_int_gt(tally[2], 100);
     free_swarm(&s);
 }
-END_TEST
 
 /* Balls on a face and some roundings beside it */
-START_TEST(a_ball_at_a_face_leaves_through_the_face_that_is_reached_first)
+TEST(a_ball_at_a_face_leaves_through_the_face_that_is_reached_first)
 {
     struct swarm s = make_swarm(1, 10e-3, 10e-3);
     static const double beyond[] = {-1e-17, 0.0, 1e-17, 1e-12, 1e-9};
@@ -286,18 +280,8 @@ START_TEST(a_ball_at_a_face_leaves_through_the_face_that_is_reached_first)
     ck_assert_int_gt(tally[2], 10);
     free_swarm(&s);
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {the_exit_is_the_first_passage_through_a_face, 1},
-        {a_ball_on_a_face_leaves_when_it_moves_outwards, 1},
-        {a_ball_on_a_face_stays_when_it_rests_or_moves_inwards, 1},
-        {a_ball_that_never_gets_in_leaves_at_its_turning_point, 1},
-        {a_long_flight_is_never_outside_its_cell, 1},
-        {the_exit_is_through_the_face_that_is_reached_first, 1},
-        {a_ball_at_a_face_leaves_through_the_face_that_is_reached_first, 1},
-    };
-    return unit_run("cells_exit", tests, sizeof tests / sizeof *tests);
+    return unit_run("cells_exit");
 }

@@ -23,7 +23,7 @@ static struct swarm open_swarm(const struct form *f)
     return make_swarm(f->told, f->diameter, f->least);
 }
 
-START_TEST(the_form_follows_the_number_of_balls_and_the_room_they_need)
+LOOP_TEST(the_form_follows_the_number_of_balls_and_the_room_they_need, FORMS)
 {
     struct swarm s = open_swarm(&forms[_i]);
     ck_assert_int_eq(s.cells.form, forms[_i].form);
@@ -33,7 +33,6 @@ START_TEST(the_form_follows_the_number_of_balls_and_the_room_they_need)
         ck_assert_int_gt(s.cells.row, MILL_CELL_ROW);
     free_swarm(&s);
 }
-END_TEST
 
 /* ---- a plain list beside the grid ---- */
 
@@ -93,7 +92,7 @@ static long gather_faults(const struct swarm *s, const struct ledger *l, int32_t
 }
 
 /* Balls gather in a few cells, which fill and empty; others are anywhere. */
-START_TEST(balls_are_held_handed_out_and_lost)
+LOOP_TEST(balls_are_held_handed_out_and_lost, FORMS)
 {
     struct swarm s = open_swarm(&forms[_i]);
     struct ledger l;
@@ -127,12 +126,11 @@ START_TEST(balls_are_held_handed_out_and_lost)
     ck_assert_int_ge(most, balls == 1 ? 1 : room < 8 ? room : 8);
     free_swarm(&s);
 }
-END_TEST
 
 /* ---- growth ---- */
 
 /* Fills a cell beyond its room, ball by ball; all that was anywhere stays. */
-START_TEST(a_row_that_overflows_grows_and_keeps_everything)
+LOOP_TEST(a_row_that_overflows_grows_and_keeps_everything, FORMS)
 {
     struct swarm s = open_swarm(&forms[_i]);
     struct ledger l;
@@ -162,9 +160,8 @@ START_TEST(a_row_that_overflows_grows_and_keeps_everything)
     ck_assert_int_eq(faults(&s, &l, balls), 0);
     free_swarm(&s);
 }
-END_TEST
 
-START_TEST(a_fifth_ball_makes_packed_rows_wide)
+TEST(a_fifth_ball_makes_packed_rows_wide)
 {
     struct swarm s = make_swarm(70000, 20e-3, 20e-3);
     struct ledger l;
@@ -189,11 +186,10 @@ START_TEST(a_fifth_ball_makes_packed_rows_wide)
     ck_assert_int_eq(gather_faults(&s, &l, balls, l.cell[balls - 1], 8), 0);
     free_swarm(&s);
 }
-END_TEST
 
 /* Numbers with all bits that a packed word has for them. The grid is told of fewer, and given a
  * table of cells that is long enough: its pages are not touched. */
-START_TEST(packed_rows_hold_the_largest_numbers)
+TEST(packed_rows_hold_the_largest_numbers)
 {
     static const int32_t number[] = {MILL_CELLS_BALL, MILL_CELLS_BALL - 1, 1 << 27, 0};
     struct swarm s = make_swarm(70000, 20e-3, 20e-3);
@@ -218,16 +214,8 @@ START_TEST(packed_rows_hold_the_largest_numbers)
     }
     free_swarm(&s);
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {the_form_follows_the_number_of_balls_and_the_room_they_need, FORMS},
-        {balls_are_held_handed_out_and_lost, FORMS},
-        {a_row_that_overflows_grows_and_keeps_everything, FORMS},
-        {a_fifth_ball_makes_packed_rows_wide, 1},
-        {packed_rows_hold_the_largest_numbers, 1},
-    };
-    return unit_run("cells_rows", tests, sizeof tests / sizeof *tests);
+    return unit_run("cells_rows");
 }

@@ -118,7 +118,7 @@ static void teardown(void)
     unlink(path);
 }
 
-START_TEST(loop_and_observers_go_on_from_it_to_the_same_bits)
+TEST(loop_and_observers_go_on_from_it_to_the_same_bits)
 {
     struct run later, straight;
     ck_assert_str_eq(open_run(&later, true), "");
@@ -135,10 +135,9 @@ START_TEST(loop_and_observers_go_on_from_it_to_the_same_bits)
     assert_alike(&saved, &straight);
     close_run(&straight);
 }
-END_TEST
 
 /* Results are written beside it: they audit the mill and are taken from the statistics. */
-START_TEST(results_written_meanwhile_change_nothing_in_it)
+TEST(results_written_meanwhile_change_nothing_in_it)
 {
     struct run later;
     struct mill_sink_file to;
@@ -150,7 +149,6 @@ START_TEST(results_written_meanwhile_change_nothing_in_it)
     assert_alike(&saved, &later);
     close_run(&later);
 }
-END_TEST
 
 /* Looks into the file as --resume does; the message, "" where it is taken, "-" where there is none
  */
@@ -165,7 +163,7 @@ static const char *look(void)
     return status != MILL_OK ? error.text : found ? "" : "-";
 }
 
-START_TEST(a_file_without_a_state_has_none)
+TEST(a_file_without_a_state_has_none)
 {
     struct mill_h5 *file;
     ck_assert_str_eq(look(), "");
@@ -175,9 +173,8 @@ START_TEST(a_file_without_a_state_has_none)
     ck_assert_int_eq(mill_h5_close(file, NULL), MILL_OK);
     ck_assert_str_eq(look(), "-");
 }
-END_TEST
 
-START_TEST(the_state_of_another_build_is_refused)
+TEST(the_state_of_another_build_is_refused)
 {
     struct mill_h5 *file;
     ck_assert_int_eq(mill_h5_create(path, MILL_H5_UPDATE, &file, NULL), MILL_OK);
@@ -186,9 +183,8 @@ START_TEST(the_state_of_another_build_is_refused)
     ck_assert_ptr_nonnull(strstr(look(), "mill.h5: its checkpoint was written by another build of "
                                          "millsim (0123456789abcdef, and this is "));
 }
-END_TEST
 
-START_TEST(what_is_no_state_is_refused)
+TEST(what_is_no_state_is_refused)
 {
     struct mill_h5 *file;
     ck_assert_int_eq(mill_h5_create(path, MILL_H5_UPDATE, &file, NULL), MILL_OK);
@@ -200,7 +196,6 @@ START_TEST(what_is_no_state_is_refused)
         look(),
         "mill.h5: its checkpoint was not written by this program; start again with --force");
 }
-END_TEST
 
 /* ---- damages ---- */
 
@@ -232,7 +227,7 @@ static void damage_dataset(const char *name, bool last, size_t k)
     H5Fclose(file);
 }
 
-START_TEST(a_single_bit_flipped_is_noticed)
+TEST(a_single_bit_flipped_is_noticed)
 {
     static const char *const names[] = {"run/cost",
                                         "loop/base",
@@ -264,9 +259,8 @@ START_TEST(a_single_bit_flipped_is_noticed)
     ck_assert_str_eq(open_run(&whole, true), "");
     close_run(&whole);
 }
-END_TEST
 
-START_TEST(a_field_that_is_missing_or_of_another_length_or_type_is_refused)
+TEST(a_field_that_is_missing_or_of_another_length_or_type_is_refused)
 {
     static const char *const names[] = {"/checkpoint/loop/spin", "/checkpoint/statistics/accounts",
                                         "/checkpoint/frames/rows"};
@@ -289,10 +283,9 @@ START_TEST(a_field_that_is_missing_or_of_another_length_or_type_is_refused)
         setup();
     }
 }
-END_TEST
 
 /* Its checksum is right, what it says is not. */
-START_TEST(an_index_out_of_range_is_refused)
+TEST(an_index_out_of_range_is_refused)
 {
     struct run later;
     struct mill_h5 *file;
@@ -307,19 +300,8 @@ START_TEST(an_index_out_of_range_is_refused)
     close_run(&later);
     free(cell);
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {loop_and_observers_go_on_from_it_to_the_same_bits, 1},
-        {results_written_meanwhile_change_nothing_in_it, 1},
-        {a_file_without_a_state_has_none, 1},
-        {the_state_of_another_build_is_refused, 1},
-        {what_is_no_state_is_refused, 1},
-        {a_single_bit_flipped_is_noticed, 1},
-        {a_field_that_is_missing_or_of_another_length_or_type_is_refused, 1},
-        {an_index_out_of_range_is_refused, 1},
-    };
-    return unit_run_in("checkpoint", setup, teardown, tests, sizeof tests / sizeof *tests);
+    return unit_run_in("checkpoint", setup, teardown);
 }

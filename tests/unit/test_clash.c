@@ -85,7 +85,7 @@ static void expect(struct mill *m, enum mill_fault_code code, double when, doubl
 
 /* Round pins parallel to the axis touch when the chord between their centres is as long as both
  * radii. On its own, and carried around with all that is in the jar. */
-START_TEST(a_pin_meets_a_standing_one_at_the_angle_where_it_does)
+LOOP_TEST(a_pin_meets_a_standing_one_at_the_angle_where_it_does, 2)
 {
     uint64_t seed = 3 + (uint64_t)_i;
     for (int n = 0; n < 50; n++) {
@@ -108,10 +108,9 @@ START_TEST(a_pin_meets_a_standing_one_at_the_angle_where_it_does)
         expect(&m, MILL_FAULT_NONE, 0.0, 0.0);
     }
 }
-END_TEST
 
 /* A box's face meets a box's edge: a paddle and a baffle */
-START_TEST(a_paddle_meets_a_baffle_at_the_angle_where_it_does)
+TEST(a_paddle_meets_a_baffle_at_the_angle_where_it_does)
 {
     struct mill m = {.setup.motions = 0};
     const int rotor = add_turn(&m, MILL_STILL, 20.0, nought, vec3_make(1.0, 0.0, 0.0));
@@ -126,7 +125,6 @@ START_TEST(a_paddle_meets_a_baffle_at_the_angle_where_it_does)
     m.body[2].centre.z = 0.0903; /* beyond the tip now */
     expect(&m, MILL_FAULT_NONE, 0.0, 0.0);
 }
-END_TEST
 
 /* Once in 50 turns a ball on an arm on a carrier reaches the farthest, at either side. */
 static double farthest(double t)
@@ -134,7 +132,7 @@ static double farthest(double t)
     return fabs(0.06 * cos(2.0 * PI * (50.0 * t) + 2.0) + 0.03 * cos(2.0 * PI * (49.0 * t) + 0.5));
 }
 
-START_TEST(a_body_that_leaves_once_in_fifty_turns_is_found)
+TEST(a_body_that_leaves_once_in_fifty_turns_is_found)
 {
     struct mill m = {.setup.motions = 0};
     const vec3 x = {1.0, 0.0, 0.0};
@@ -164,7 +162,6 @@ START_TEST(a_body_that_leaves_once_in_fifty_turns_is_found)
     ck_assert_double_gt(when, 0.1); /* not in the first turns */
     ck_assert_int_eq(find(&m).other, 1);
 }
-END_TEST
 
 /* Two planets on a carrier, turning against each other, six pins each, their circles overlap */
 static void add_planets(struct mill *m, double radius, double *gap, double *when)
@@ -194,7 +191,7 @@ static void add_planets(struct mill *m, double radius, double *gap, double *when
     }
 }
 
-START_TEST(planets_whose_pins_interleave_pass_or_touch)
+TEST(planets_whose_pins_interleave_pass_or_touch)
 {
     double gap, when = 0.0, least;
     struct mill none = {.setup.motions = 0};
@@ -207,10 +204,9 @@ START_TEST(planets_whose_pins_interleave_pass_or_touch)
     add_planets(&touch, 0.5 * gap + 1e-5, &least, &when);
     expect(&touch, MILL_FAULT_CLASH, when, 2e-5);
 }
-END_TEST
 
 /* Motions without a common period: 1 s, or as long as the setup says */
-START_TEST(without_a_common_period_the_horizon_counts)
+TEST(without_a_common_period_the_horizon_counts)
 {
     struct mill m = {.setup.motions = 0};
     const vec3 x = {1.0, 0.0, 0.0};
@@ -226,7 +222,6 @@ START_TEST(without_a_common_period_the_horizon_counts)
     m.setup.horizon = when + 1e-3;
     expect(&m, MILL_FAULT_CLASH, when, 1e-5);
 }
-END_TEST
 
 static const struct mill_motion_type *const motions[MOTION_KINDS] = {
     &mill_turn_type, &mill_swing_type, &mill_shift_type, &mill_table_type};
@@ -263,11 +258,11 @@ static struct mill_clash_gap gap_at(const struct mill *m, struct mill_motion *co
 
 /* Any bodies on any motions: none of many looks finds them together before the time that is told,
  * and then they touch. */
-START_TEST(no_clash_is_missed_and_none_invented)
+SLOW_TEST(no_clash_is_missed_and_none_invented, 3)
 {
     uint64_t seed = 11 + (uint64_t)_i;
     int met = 0, missed = 0;
-    for (int n = 0; n < 100; n++) {
+    for (int n = 0; n < unit_draws(100); n++) {
         struct mill m = {.setup.horizon = 0.5};
         struct link link[3];
         struct lone body[2];
@@ -301,10 +296,9 @@ START_TEST(no_clash_is_missed_and_none_invented)
         for (int k = 0; k < 3; k++)
             free(motion[k]);
     }
-    ck_assert_int_gt(met, 4);
-    ck_assert_int_gt(missed, 5);
+    ck_assert_int_gt(met, unit_draws(4));
+    ck_assert_int_gt(missed, unit_draws(5));
 }
-END_TEST
 
 /* [m] how far a place of the laboratory is from the container's walls at t, < 0: outside */
 static double depth(const struct mill *m, struct mill_motion *const *motion, vec3 place, double t)
@@ -316,7 +310,7 @@ static double depth(const struct mill *m, struct mill_motion *const *motion, vec
 
 /* The same of the container: no place of the body is found outside before it is told to leave, and
  * then some place is at a wall. */
-START_TEST(no_leaving_is_missed_and_none_invented)
+SLOW_TEST(no_leaving_is_missed_and_none_invented, KINDS)
 {
     uint64_t seed = 21 + (uint64_t)_i;
     int left = 0, stayed = 0;
@@ -366,11 +360,10 @@ START_TEST(no_leaving_is_missed_and_none_invented)
     ck_assert_int_gt(left, 2);
     ck_assert_int_gt(stayed, 5);
 }
-END_TEST
 
 /* ---- what may overlap ---- */
 
-START_TEST(overlaps_that_harm_nobody_are_allowed)
+TEST(overlaps_that_harm_nobody_are_allowed)
 {
     struct mill m = {.setup.motions = 0};
     const vec3 x = {1.0, 0.0, 0.0};
@@ -393,10 +386,9 @@ START_TEST(overlaps_that_harm_nobody_are_allowed)
     expect(&m, MILL_FAULT_OUTSIDE, 0.0, 0.0);
     ck_assert_int_eq(find(&m).other, 2);
 }
-END_TEST
 
 /* A drum with a standing shaft; a wavy one would stir it where it reaches its buckles. */
-START_TEST(drums_are_pierced_where_they_turn_in_themselves)
+TEST(drums_are_pierced_where_they_turn_in_themselves)
 {
     struct mill m = {.setup = {.drum = {.radius = 0.1, .length = 0.1, .rides = 1}}};
     add_turn(&m, MILL_STILL, 9.0, nought, vec3_make(1.0, 0.0, 0.0));
@@ -410,11 +402,10 @@ START_TEST(drums_are_pierced_where_they_turn_in_themselves)
     expect(&m, MILL_FAULT_OUTSIDE, 0.0, 0.0);
     ck_assert_int_eq(find(&m).other, 1);
 }
-END_TEST
 
 /* ---- blades and shafts ---- */
 
-START_TEST(blades_and_shafts_run_into_bodies_too)
+TEST(blades_and_shafts_run_into_bodies_too)
 {
     struct mill m = {.setup = {.drum = {.radius = 0.1, .length = 0.1}}, .shaft = {0.01}};
     const int rotor = add_turn(&m, MILL_STILL, 10.0, nought, vec3_make(1.0, 0.0, 0.0));
@@ -436,7 +427,6 @@ START_TEST(blades_and_shafts_run_into_bodies_too)
     expect(&m, MILL_FAULT_CLASH, 0.0, 0.0);
     ck_assert(find(&m).ball == 0 && find(&m).other == 2);
 }
-END_TEST
 
 /* ---- meshes ---- */
 
@@ -473,7 +463,7 @@ static struct mill_body *add_mesh(struct mill *m, int motion, vec3 centre, vec3 
     return b;
 }
 
-START_TEST(a_mesh_meets_pins_when_it_does)
+TEST(a_mesh_meets_pins_when_it_does)
 {
     static vec3 facet[MESH][3];
     uint64_t seed = 5;
@@ -493,9 +483,8 @@ START_TEST(a_mesh_meets_pins_when_it_does)
     m.surface[0].motion = rotor; /* whoever carries the jar */
     expect(&m, MILL_FAULT_CLASH, 0.0, 0.0);
 }
-END_TEST
 
-START_TEST(a_mesh_holds_what_is_in_it)
+TEST(a_mesh_holds_what_is_in_it)
 {
     static vec3 facet[MESH][3];
     uint64_t seed = 6;
@@ -513,23 +502,8 @@ START_TEST(a_mesh_holds_what_is_in_it)
     m.body[0].inside = false; /* two bodies, and no container looked at */
     expect(&m, MILL_FAULT_NONE, 0.0, 0.0);
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {a_pin_meets_a_standing_one_at_the_angle_where_it_does, 2},
-        {a_paddle_meets_a_baffle_at_the_angle_where_it_does, 1},
-        {a_body_that_leaves_once_in_fifty_turns_is_found, 1},
-        {planets_whose_pins_interleave_pass_or_touch, 1},
-        {without_a_common_period_the_horizon_counts, 1},
-        {no_clash_is_missed_and_none_invented, 3, UNIT_SLOW},
-        {no_leaving_is_missed_and_none_invented, KINDS, UNIT_SLOW},
-        {overlaps_that_harm_nobody_are_allowed, 1},
-        {drums_are_pierced_where_they_turn_in_themselves, 1},
-        {blades_and_shafts_run_into_bodies_too, 1},
-        {a_mesh_meets_pins_when_it_does, 1},
-        {a_mesh_holds_what_is_in_it, 1},
-    };
-    return unit_run("clash", tests, sizeof tests / sizeof *tests);
+    return unit_run("clash");
 }

@@ -45,12 +45,12 @@ static double sampled_distance(uint64_t *seed, const struct lone *a, const struc
     return least;
 }
 
-START_TEST(a_distance_is_never_greater_than_the_truth_and_near_to_it)
+SLOW_TEST(a_distance_is_never_greater_than_the_truth_and_near_to_it, (KINDS + 1) * (KINDS + 1))
 {
     const int p = _i / (KINDS + 1), q = _i % (KINDS + 1);
     uint64_t seed = 1 + (uint64_t)_i;
     int apart = 0;
-    for (int n = 0; n < 60; n++) {
+    for (int n = 0; n < unit_draws(60); n++) {
         struct lone a, b;
         lone_open(&seed, &a, p, vec3_scale(direction(&seed), 0.1));
         lone_open(&seed, &b, q, vec3_scale(direction(&seed), uniform(&seed, 0.0, 0.2)));
@@ -73,16 +73,15 @@ START_TEST(a_distance_is_never_greater_than_the_truth_and_near_to_it)
         mill_clash_solid_free(&a.solid);
         mill_clash_solid_free(&b.solid);
     }
-    ck_assert_int_gt(apart, 30);
+    ck_assert_int_gt(apart, unit_draws(30));
 }
-END_TEST
 
 /* Walls are those of containers of every kind, the solids anywhere within or not. */
-START_TEST(a_gap_to_a_wall_is_never_greater_than_the_truth_and_near_to_it)
+SLOW_TEST(a_gap_to_a_wall_is_never_greater_than_the_truth_and_near_to_it, (KINDS + 1) * KINDS)
 {
     const int kind = _i % (KINDS + 1), of = _i / (KINDS + 1);
     uint64_t seed = 101 + (uint64_t)_i;
-    for (int n = 0; n < 100; n++) {
+    for (int n = 0; n < unit_draws(100); n++) {
         struct lone a;
         struct mill_body is = {.inside = true, .size = {0.3, 0.4, 0.5}, .length = 0.4};
         struct mill_wall wall[MILL_WALLS];
@@ -112,15 +111,8 @@ START_TEST(a_gap_to_a_wall_is_never_greater_than_the_truth_and_near_to_it)
         mill_clash_solid_free(&a.solid);
     }
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {a_distance_is_never_greater_than_the_truth_and_near_to_it, (KINDS + 1) * (KINDS + 1),
-         UNIT_SLOW},
-        {a_gap_to_a_wall_is_never_greater_than_the_truth_and_near_to_it, (KINDS + 1) * KINDS,
-         UNIT_SLOW},
-    };
-    return unit_run("clash_gap", tests, sizeof tests / sizeof *tests);
+    return unit_run("clash_gap");
 }

@@ -56,20 +56,18 @@ static void end(struct mill_crew *crew)
     mill_crew_free(crew);
 }
 
-/* Lets the crew work so often. Every ck_assert is a system call: too slow for each round */
+/* Lets the crew work so often. */
 static void work_on(struct mill_crew *crew, int parts, struct work *w, int rounds)
 {
-    long wrong = 0;
     for (int k = 0; k < rounds; k++) {
         w->round++;
         mill_crew_do(crew, work, w);
         for (int part = 0; part < parts; part++)
-            wrong += w->seen[part] != w->round || w->times[part] != w->round;
+            ck_assert(w->seen[part] == w->round && w->times[part] == w->round);
     }
-    ck_assert_int_eq(wrong, 0);
 }
 
-START_TEST(every_part_is_done_once_before_the_caller_goes_on)
+LOOP_TEST(every_part_is_done_once_before_the_caller_goes_on, MOST)
 {
     const int parts = _i + 1;
     struct work w;
@@ -77,9 +75,8 @@ START_TEST(every_part_is_done_once_before_the_caller_goes_on)
     work_on(crew, parts, &w, parts <= 2 ? 20000 : 300); /* more threads than cores wait for long */
     end(crew);
 }
-END_TEST
 
-START_TEST(threads_that_sleep_are_woken)
+TEST(threads_that_sleep_are_woken)
 {
     struct work w;
     struct mill_crew *crew = begin(4, &w);
@@ -89,9 +86,8 @@ START_TEST(threads_that_sleep_are_woken)
     }
     end(crew);
 }
-END_TEST
 
-START_TEST(all_wait_for_a_slow_part)
+TEST(all_wait_for_a_slow_part)
 {
     struct work w;
     struct mill_crew *crew = begin(3, &w);
@@ -101,14 +97,13 @@ START_TEST(all_wait_for_a_slow_part)
     }
     end(crew);
 }
-END_TEST
 
 static void other_work(void *all, int part)
 {
     ((struct work *)all)->times[part] += 100;
 }
 
-START_TEST(two_kinds_of_work_take_turns)
+TEST(two_kinds_of_work_take_turns)
 {
     struct work w, other = {0};
     struct mill_crew *crew = begin(2, &w);
@@ -120,9 +115,8 @@ START_TEST(two_kinds_of_work_take_turns)
         ck_assert_uint_eq(other.times[part], 100000);
     end(crew);
 }
-END_TEST
 
-START_TEST(the_caller_does_the_first_part_and_each_other_part_has_a_thread_of_its_own)
+TEST(the_caller_does_the_first_part_and_each_other_part_has_a_thread_of_its_own)
 {
     struct work w;
     struct mill_crew *crew = begin(4, &w);
@@ -133,9 +127,8 @@ START_TEST(the_caller_does_the_first_part_and_each_other_part_has_a_thread_of_it
             ck_assert(!pthread_equal(w.thread[a], w.thread[b]));
     end(crew);
 }
-END_TEST
 
-START_TEST(signals_are_for_the_caller_alone)
+TEST(signals_are_for_the_caller_alone)
 {
     struct work w;
     sigset_t blocked;
@@ -146,9 +139,8 @@ START_TEST(signals_are_for_the_caller_alone)
     ck_assert(!sigismember(&blocked, SIGINT));
     end(crew);
 }
-END_TEST
 
-START_TEST(a_crew_can_begin_and_end_again_and_again)
+TEST(a_crew_can_begin_and_end_again_and_again)
 {
     struct work w;
     struct mill_crew *crew = begin(3, &w);
@@ -160,9 +152,8 @@ START_TEST(a_crew_can_begin_and_end_again_and_again)
     }
     end(crew);
 }
-END_TEST
 
-START_TEST(where_no_thread_can_be_started_the_caller_does_all_parts)
+TEST(where_no_thread_can_be_started_the_caller_does_all_parts)
 {
     pthread_attr_t attr;
     ck_assert_int_eq(pthread_attr_init(&attr), 0);
@@ -176,19 +167,8 @@ START_TEST(where_no_thread_can_be_started_the_caller_does_all_parts)
         ck_assert(pthread_equal(w.thread[part], pthread_self()));
     end(crew);
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {every_part_is_done_once_before_the_caller_goes_on, MOST},
-        {threads_that_sleep_are_woken, 1},
-        {all_wait_for_a_slow_part, 1},
-        {two_kinds_of_work_take_turns, 1},
-        {the_caller_does_the_first_part_and_each_other_part_has_a_thread_of_its_own, 1},
-        {signals_are_for_the_caller_alone, 1},
-        {a_crew_can_begin_and_end_again_and_again, 1},
-        {where_no_thread_can_be_started_the_caller_does_all_parts, 1},
-    };
-    return unit_run("crew", tests, sizeof tests / sizeof *tests);
+    return unit_run("crew");
 }

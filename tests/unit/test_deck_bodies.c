@@ -80,7 +80,7 @@ static const struct mill_body *form_of(const struct mill_deck *deck, int k)
 
 /* ---- motions ---- */
 
-START_TEST(a_turn_has_its_numbers_and_an_axis_of_length_one)
+TEST(a_turn_has_its_numbers_and_an_axis_of_length_one)
 {
     struct mill_deck *deck = read_good(BASE JAR "[motion.a]\nkind = turn\naxis = 0 49 0\n"
                                                 "centre = 1 2 3 mm\nspeed = 30 U/min\n"
@@ -94,9 +94,8 @@ START_TEST(a_turn_has_its_numbers_and_an_axis_of_length_one)
     ck_assert_double_eq_tol(turn->angle, 1.5707963267948966, 1e-15);
     mill_deck_free(deck);
 }
-END_TEST
 
-START_TEST(turns_a_minute_have_many_names_and_one_value)
+LOOP_TEST(turns_a_minute_have_many_names_and_one_value, 6)
 {
     static const char *const unit[] = {"1/min", "U/min", "RPM", "rev/min", "min-1", "1/minute"};
     char text[512];
@@ -108,9 +107,8 @@ START_TEST(turns_a_minute_have_many_names_and_one_value)
     ck_assert(((const struct mill_turn *)deck->motion[0].form)->speed == rpm);
     mill_deck_free(deck);
 }
-END_TEST
 
-START_TEST(a_swing_has_its_numbers)
+TEST(a_swing_has_its_numbers)
 {
     struct mill_deck *deck = read_good(BASE JAR "[motion.a]\nkind = swing\naxis = 1 0 0\n"
                                                 "amplitude = 6 deg\nfrequency = 1060 1/min\n"
@@ -121,9 +119,8 @@ START_TEST(a_swing_has_its_numbers)
     ck_assert_double_eq_tol(swing->amplitude, 0.10471975511965978, 1e-16);
     mill_deck_free(deck);
 }
-END_TEST
 
-START_TEST(a_shift_has_three_phases_or_one_for_all)
+TEST(a_shift_has_three_phases_or_one_for_all)
 {
     struct mill_deck *deck = read_good(BASE JAR "[motion.a]\nkind = shift\nfrequency = 25 Hz\n"
                                                 "amplitude = 1 2 -3 mm\nphase = 1 2 3 rad\n"
@@ -135,9 +132,8 @@ START_TEST(a_shift_has_three_phases_or_one_for_all)
     ck_assert(equals(b->phase, 2.0, 2.0, 2.0));
     mill_deck_free(deck);
 }
-END_TEST
 
-START_TEST(a_table_is_read_beside_the_deck)
+TEST(a_table_is_read_beside_the_deck)
 {
     char text[512];
     write_text(table, "# t x y z rx ry rz\n-1 0 0 0 0 0 0\n0, 1, 0, 0, 0, 0, 0.5 # half\n\n"
@@ -156,7 +152,6 @@ START_TEST(a_table_is_read_beside_the_deck)
     free(printed);
     mill_deck_free(deck);
 }
-END_TEST
 
 static const struct wrong_table {
     const char *text, *words;
@@ -172,7 +167,7 @@ static const struct wrong_table {
     {"0 0 0 0 0 0 nan\n", ":1: expected 7 numbers"},
 };
 
-START_TEST(a_wrong_table_is_named_with_its_line)
+LOOP_TEST(a_wrong_table_is_named_with_its_line, COUNT(wrong_tables))
 {
     char text[512], words[200];
     struct mill_deck *deck = NULL;
@@ -183,9 +178,8 @@ START_TEST(a_wrong_table_is_named_with_its_line)
     const char *told = strstr(error.text, ":16: [motion.a] file: "); /* of the deck */
     ck_assert_msg(told && strstr(told, words), "%s", error.text);
 }
-END_TEST
 
-START_TEST(carriers_come_before_what_they_carry_and_the_rotor_first)
+TEST(carriers_come_before_what_they_carry_and_the_rotor_first)
 {
     static const char *const name[] = {"rotor", "sun", "other", "wheel", "jar", "rider"};
     static const int on[] = {MILL_STILL, MILL_STILL, MILL_STILL, 1, 3, 0};
@@ -208,11 +202,10 @@ START_TEST(carriers_come_before_what_they_carry_and_the_rotor_first)
     ck_assert_str_eq(deck->motion[0].name, "rotor");
     mill_deck_free(deck);
 }
-END_TEST
 
 /* ---- bodies ---- */
 
-START_TEST(own_x_is_the_projection_of_the_frames_x)
+TEST(own_x_is_the_projection_of_the_frames_x)
 {
     struct mill_deck *deck = read_good(
         BASE DRUM "[body.a]\nshape = sphere\nradius = 1 mm\n"
@@ -237,9 +230,8 @@ START_TEST(own_x_is_the_projection_of_the_frames_x)
         ck_assert(form_of(deck, k)->radius == 0.001 && deck->body[k].motion == MILL_STILL);
     mill_deck_free(deck);
 }
-END_TEST
 
-START_TEST(quarter_turns_of_copies_are_exact)
+TEST(quarter_turns_of_copies_are_exact)
 {
     static const double c[4] = {1.0, 0.0, -1.0, 0.0}, s[4] = {0.0, 1.0, 0.0, -1.0};
     struct mill_deck *deck =
@@ -259,11 +251,10 @@ START_TEST(quarter_turns_of_copies_are_exact)
     ck_assert_str_eq(deck->contacts.name[MILL_KINDS], "ball_arm");
     mill_deck_free(deck);
 }
-END_TEST
 
 /* Rodrigues' formula for a turn about a slanted axis, applied k times, against one turn by k angles
  * of coordinates along and across that axis */
-START_TEST(copies_turn_about_the_frames_origin_and_stay_orthogonal)
+TEST(copies_turn_about_the_frames_origin_and_stay_orthogonal)
 {
     struct mill_deck *deck =
         read_good(BASE DRUM "[body.pin]\nshape = capsule\nradius = 1 mm\nlength = 3 mm\n"
@@ -280,9 +271,8 @@ START_TEST(copies_turn_about_the_frames_origin_and_stay_orthogonal)
     }
     mill_deck_free(deck);
 }
-END_TEST
 
-START_TEST(every_shape_has_its_sizes)
+TEST(every_shape_has_its_sizes)
 {
     struct mill_deck *deck = read_good(
         BASE DRUM "[body.a]\nshape = box\nsize = 1 2 3 mm\nrounding = 0.5 mm\n"
@@ -307,9 +297,8 @@ START_TEST(every_shape_has_its_sizes)
     ck_assert(!deck->container && deck->drum && !deck->carried);
     mill_deck_free(deck);
 }
-END_TEST
 
-START_TEST(bodies_share_a_kind_and_take_fixed_ones_by_name)
+TEST(bodies_share_a_kind_and_take_fixed_ones_by_name)
 {
     struct mill_deck *deck =
         read_good(BASE JAR TURN("a") "[body.p]\nshape = sphere\nradius = 1 mm\nkind = ball_pins\n"
@@ -327,7 +316,6 @@ START_TEST(bodies_share_a_kind_and_take_fixed_ones_by_name)
     ck_assert(deck->law[MILL_KINDS + 1].restitution == 0.8);
     mill_deck_free(deck);
 }
-END_TEST
 
 /* ---- what holds the balls ---- */
 
@@ -344,7 +332,7 @@ static const struct container {
     {"shape = sphere\nradius = 20 mm\n", 4.0 / 3.0 * MILL_PI * 8e-6},
 };
 
-START_TEST(a_fill_counts_the_containers_volume)
+LOOP_TEST(a_fill_counts_the_containers_volume, COUNT(containers))
 {
     char text[512];
     snprintf(text, sizeof text,
@@ -357,9 +345,8 @@ START_TEST(a_fill_counts_the_containers_volume)
     ck_assert_int_eq(deck->all, lround(0.1 * containers[_i].volume / (MILL_PI / 6.0 * 1e-9)));
     mill_deck_free(deck);
 }
-END_TEST
 
-START_TEST(a_drum_rides_on_a_motion)
+TEST(a_drum_rides_on_a_motion)
 {
     struct mill_deck *deck = read_good(BASE DRUM "motion = roll\n" TURN("a") TURN("roll"));
     ck_assert_int_eq(deck->drum_rides, 2);
@@ -367,9 +354,8 @@ START_TEST(a_drum_rides_on_a_motion)
     ck_assert(deck->carried && deck->at_rest == 0);
     mill_deck_free(deck);
 }
-END_TEST
 
-START_TEST(a_rotor_without_a_drum_has_no_shaft)
+TEST(a_rotor_without_a_drum_has_no_shaft)
 {
     struct mill_deck *deck =
         read_good(BASE JAR "[rotor]\nspeed = 10 rpm\n[body.arm]\nmotion = rotor\nshape = sphere\n"
@@ -380,7 +366,6 @@ START_TEST(a_rotor_without_a_drum_has_no_shaft)
     free(text);
     mill_deck_free(deck);
 }
-END_TEST
 
 /* ---- printing ---- */
 
@@ -396,7 +381,7 @@ static const char everything[] =
          "phase = 30 deg\n"
          "[contact.ball_pins]\nfriction = 0.1\n[contact.ball_jar]\nrestitution = 0.7\n";
 
-START_TEST(a_printed_deck_prints_the_same_again)
+TEST(a_printed_deck_prints_the_same_again)
 {
     struct mill_deck *deck = read_good(everything);
     char *first = print(deck);
@@ -417,9 +402,8 @@ START_TEST(a_printed_deck_prints_the_same_again)
     free(first);
     free(second);
 }
-END_TEST
 
-START_TEST(what_says_nothing_is_not_printed)
+TEST(what_says_nothing_is_not_printed)
 {
     static const char *const words[] = {"copies", "rounding", "turn_by", "shift_by", "turn_about",
                                         "on",     "kind",     "motion",  "[drum",    "[rotor"};
@@ -434,9 +418,8 @@ START_TEST(what_says_nothing_is_not_printed)
     free(text);
     mill_deck_free(deck);
 }
-END_TEST
 
-START_TEST(balls_at_rest_are_told_where_it_makes_a_difference)
+TEST(balls_at_rest_are_told_where_it_makes_a_difference)
 {
     struct mill_deck *deck = read_good(BASE "start_motion = still\n" JAR "motion = a\n" TURN("a"));
     char *text = print(deck);
@@ -450,7 +433,6 @@ START_TEST(balls_at_rest_are_told_where_it_makes_a_difference)
     free(text);
     mill_deck_free(deck);
 }
-END_TEST
 
 static const struct told {
     const char *order, *line;
@@ -468,7 +450,7 @@ static const struct told {
     {"contact.ball_a.friction=0.1", "contact.ball_a.friction\tnumber\t0.1\t1\t"},
 };
 
-START_TEST(a_value_is_told_whatever_the_kind_of_its_section)
+LOOP_TEST(a_value_is_told_whatever_the_kind_of_its_section, COUNT(tolds))
 {
     char *line = NULL;
     size_t size = 0;
@@ -480,32 +462,8 @@ START_TEST(a_value_is_told_whatever_the_kind_of_its_section)
     ck_assert_msg(strncmp(line, tolds[_i].line, strlen(tolds[_i].line)) == 0, "%s", line);
     free(line);
 }
-END_TEST
-
-#define EACH(list) (int)(sizeof list / sizeof *list)
 
 int main(void)
 {
-    const struct unit_test test[] = {
-        {a_turn_has_its_numbers_and_an_axis_of_length_one, 1},
-        {turns_a_minute_have_many_names_and_one_value, 6},
-        {a_swing_has_its_numbers, 1},
-        {a_shift_has_three_phases_or_one_for_all, 1},
-        {a_table_is_read_beside_the_deck, 1},
-        {a_wrong_table_is_named_with_its_line, EACH(wrong_tables)},
-        {carriers_come_before_what_they_carry_and_the_rotor_first, 1},
-        {own_x_is_the_projection_of_the_frames_x, 1},
-        {quarter_turns_of_copies_are_exact, 1},
-        {copies_turn_about_the_frames_origin_and_stay_orthogonal, 1},
-        {every_shape_has_its_sizes, 1},
-        {bodies_share_a_kind_and_take_fixed_ones_by_name, 1},
-        {a_fill_counts_the_containers_volume, EACH(containers)},
-        {a_drum_rides_on_a_motion, 1},
-        {a_rotor_without_a_drum_has_no_shaft, 1},
-        {a_printed_deck_prints_the_same_again, 1},
-        {what_says_nothing_is_not_printed, 1},
-        {balls_at_rest_are_told_where_it_makes_a_difference, 1},
-        {a_value_is_told_whatever_the_kind_of_its_section, EACH(tolds)},
-    };
-    return unit_run_in("deck_bodies", make_files, remove_files, test, sizeof test / sizeof *test);
+    return unit_run_in("deck_bodies", make_files, remove_files);
 }

@@ -148,7 +148,7 @@ static void assert_nothing_left(void)
     ck_assert(!there(lock));
 }
 
-START_TEST(nothing_is_there_before_the_first_publication)
+TEST(nothing_is_there_before_the_first_publication)
 {
     struct mill_draft *draft = begin(path, MILL_DRAFT_EMPTY);
     write_text(draft, 0, "half");
@@ -157,9 +157,8 @@ START_TEST(nothing_is_there_before_the_first_publication)
     ck_assert(!there(path));
     assert_nothing_left();
 }
-END_TEST
 
-START_TEST(each_publication_shows_what_was_written_up_to_then)
+TEST(each_publication_shows_what_was_written_up_to_then)
 {
     struct mill_draft *draft = begin(path, MILL_DRAFT_EMPTY);
     write_text(draft, 0, "one");
@@ -176,9 +175,8 @@ START_TEST(each_publication_shows_what_was_written_up_to_then)
     assert_holds(path, "TWO two");
     assert_nothing_left();
 }
-END_TEST
 
-START_TEST(a_draft_taken_up_again_begins_with_the_published_bytes)
+TEST(a_draft_taken_up_again_begins_with_the_published_bytes)
 {
     put(path, "published");
     struct mill_draft *draft = begin(path, MILL_DRAFT_COPY);
@@ -191,9 +189,8 @@ START_TEST(a_draft_taken_up_again_begins_with_the_published_bytes)
     assert_holds(path, "Published");
     finish(draft);
 }
-END_TEST
 
-START_TEST(a_new_draft_begins_empty_and_leaves_the_old_file_until_it_is_published)
+TEST(a_new_draft_begins_empty_and_leaves_the_old_file_until_it_is_published)
 {
     put(path, "old and long");
     struct mill_draft *draft = begin(path, MILL_DRAFT_EMPTY);
@@ -203,18 +200,16 @@ START_TEST(a_new_draft_begins_empty_and_leaves_the_old_file_until_it_is_publishe
     assert_holds(path, "new");
     finish(draft);
 }
-END_TEST
 
-START_TEST(taking_up_what_is_not_there_fails)
+TEST(taking_up_what_is_not_there_fails)
 {
     struct mill_draft *draft = named(path, "half");
     ck_assert_int_eq(mill_draft_open(draft, MILL_DRAFT_COPY), ENOENT);
     finish(draft);
     assert_nothing_left();
 }
-END_TEST
 
-START_TEST(a_reader_that_has_the_file_open_keeps_its_version)
+TEST(a_reader_that_has_the_file_open_keeps_its_version)
 {
     struct mill_draft *draft = begin(path, MILL_DRAFT_EMPTY);
     char read[4] = "";
@@ -229,7 +224,6 @@ START_TEST(a_reader_that_has_the_file_open_keeps_its_version)
     close(reader);
     finish(draft);
 }
-END_TEST
 
 /* A version: how drafts begin here, and its number, so many times that the versions differ in
  * length */
@@ -281,7 +275,7 @@ static uint32_t version_there(void)
     return words[1];
 }
 
-START_TEST(a_writer_killed_at_any_moment_leaves_its_last_version_whole)
+LOOP_TEST(a_writer_killed_at_any_moment_leaves_its_last_version_whole, 40)
 {
     const struct timespec later = {0, 1000L * (7919 * _i % 20000)};
     int tube[2], end;
@@ -311,9 +305,8 @@ START_TEST(a_writer_killed_at_any_moment_leaves_its_last_version_whole)
     ck_assert_uint_eq(version_there(), version);
     assert_nothing_left();
 }
-END_TEST
 
-START_TEST(leftovers_of_a_killed_run_are_cleared_up)
+LOOP_TEST(leftovers_of_a_killed_run_are_cleared_up, 2)
 {
     put(part, _i % 2 ? "half of something" : "");
     put(new, _i % 2 ? "" : "half of something");
@@ -325,9 +318,8 @@ START_TEST(leftovers_of_a_killed_run_are_cleared_up)
     assert_holds(path, "x");
     assert_nothing_left();
 }
-END_TEST
 
-START_TEST(files_of_others_in_the_way_are_left_alone_unless_forced)
+LOOP_TEST(files_of_others_in_the_way_are_left_alone_unless_forced, 3)
 {
     const char *const names[] = {part, new, lock}, *const name = names[_i % 3];
     struct mill_error error = {""};
@@ -351,10 +343,9 @@ START_TEST(files_of_others_in_the_way_are_left_alone_unless_forced)
     assert_holds(path, "x");
     assert_nothing_left();
 }
-END_TEST
 
 /* Also where it leads to a file that a killed run might have left */
-START_TEST(links_in_the_way_are_not_followed)
+LOOP_TEST(links_in_the_way_are_not_followed, 3)
 {
     const char *const names[] = {part, new, lock}, *const name = names[_i % 3];
     char victim[96];
@@ -373,9 +364,8 @@ START_TEST(links_in_the_way_are_not_followed)
     assert_holds(path, "x");
     assert_nothing_left();
 }
-END_TEST
 
-START_TEST(a_link_to_nothing_in_the_way_of_the_lock_makes_no_file)
+TEST(a_link_to_nothing_in_the_way_of_the_lock_makes_no_file)
 {
     char victim[96];
     snprintf(victim, sizeof victim, "%s/victim", folder);
@@ -385,9 +375,8 @@ START_TEST(a_link_to_nothing_in_the_way_of_the_lock_makes_no_file)
     finish(draft);
     ck_assert(!there(victim));
 }
-END_TEST
 
-START_TEST(a_lock_that_nobody_holds_is_cleared)
+TEST(a_lock_that_nobody_holds_is_cleared)
 {
     mill_draft_clear(path);
     assert_nothing_left();
@@ -403,9 +392,8 @@ START_TEST(a_lock_that_nobody_holds_is_cleared)
     ck_assert(there(lock));
     finish(draft);
 }
-END_TEST
 
-START_TEST(calls_that_a_signal_interrupts_are_made_again)
+TEST(calls_that_a_signal_interrupts_are_made_again)
 {
     for (int call = 0; call < CALLS; call++) {
         put(path, "one");
@@ -424,9 +412,8 @@ START_TEST(calls_that_a_signal_interrupts_are_made_again)
     }
     assert_nothing_left();
 }
-END_TEST
 
-START_TEST(a_draft_whose_name_was_removed_is_published_all_the_same)
+TEST(a_draft_whose_name_was_removed_is_published_all_the_same)
 {
     struct mill_draft *draft = begin(path, MILL_DRAFT_EMPTY);
     write_text(draft, 0, "one");
@@ -439,9 +426,8 @@ START_TEST(a_draft_whose_name_was_removed_is_published_all_the_same)
     finish(draft);
     assert_nothing_left();
 }
-END_TEST
 
-START_TEST(another_file_put_in_place_of_the_draft_is_neither_published_nor_removed)
+LOOP_TEST(another_file_put_in_place_of_the_draft_is_neither_published_nor_removed, 2)
 {
     struct mill_draft *draft = begin(path, MILL_DRAFT_EMPTY);
     write_text(draft, 0, "mine");
@@ -454,9 +440,8 @@ START_TEST(another_file_put_in_place_of_the_draft_is_neither_published_nor_remov
         assert_holds(path, "mine");
     assert_holds(part, "not mine");
 }
-END_TEST
 
-START_TEST(a_published_file_that_was_removed_comes_back)
+TEST(a_published_file_that_was_removed_comes_back)
 {
     struct mill_draft *draft = begin(path, MILL_DRAFT_EMPTY);
     write_text(draft, 0, "one");
@@ -467,9 +452,8 @@ START_TEST(a_published_file_that_was_removed_comes_back)
     assert_holds(path, "onetwo");
     finish(draft);
 }
-END_TEST
 
-START_TEST(a_removed_folder_is_an_error)
+TEST(a_removed_folder_is_an_error)
 {
     struct mill_draft *draft = begin(path, MILL_DRAFT_EMPTY);
     unlink(part);
@@ -479,9 +463,8 @@ START_TEST(a_removed_folder_is_an_error)
     finish(draft);
     ck_assert(!there(folder));
 }
-END_TEST
 
-START_TEST(a_link_stays_a_link)
+TEST(a_link_stays_a_link)
 {
     char target[96];
     snprintf(target, sizeof target, "%s/target", folder);
@@ -495,9 +478,8 @@ START_TEST(a_link_stays_a_link)
     assert_holds(target, "new");
     assert_nothing_left();
 }
-END_TEST
 
-START_TEST(a_link_to_nothing_yet_stays_a_link)
+TEST(a_link_to_nothing_yet_stays_a_link)
 {
     char target[96];
     snprintf(target, sizeof target, "%s/target", folder);
@@ -510,9 +492,8 @@ START_TEST(a_link_to_nothing_yet_stays_a_link)
     assert_holds(target, "new");
     assert_nothing_left();
 }
-END_TEST
 
-START_TEST(the_mode_of_a_file_taken_up_again_is_kept)
+TEST(the_mode_of_a_file_taken_up_again_is_kept)
 {
     struct stat about;
     put(path, "x");
@@ -524,7 +505,6 @@ START_TEST(the_mode_of_a_file_taken_up_again_is_kept)
     ck_assert_int_eq(stat(path, &about), 0);
     ck_assert_int_eq(about.st_mode & 0777, 0640);
 }
-END_TEST
 
 /* The answer of another process that wants to write the same file, by the name it has there */
 static int another_writer(const char *name)
@@ -542,7 +522,7 @@ static int another_writer(const char *name)
     return WEXITSTATUS(end);
 }
 
-START_TEST(a_file_has_one_writer_at_a_time)
+TEST(a_file_has_one_writer_at_a_time)
 {
     struct mill_draft *draft = begin(path, MILL_DRAFT_EMPTY);
     write_text(draft, 0, "mine");
@@ -556,9 +536,8 @@ START_TEST(a_file_has_one_writer_at_a_time)
     assert_holds(path, "mine");
     assert_nothing_left();
 }
-END_TEST
 
-START_TEST(a_file_has_one_writer_at_a_time_whatever_it_is_called)
+TEST(a_file_has_one_writer_at_a_time_whatever_it_is_called)
 {
     char alias[96];
     snprintf(alias, sizeof alias, "%s/alias", folder);
@@ -568,9 +547,8 @@ START_TEST(a_file_has_one_writer_at_a_time_whatever_it_is_called)
     ck_assert_int_eq(another_writer(alias), EWOULDBLOCK);
     finish(draft);
 }
-END_TEST
 
-START_TEST(a_writer_that_is_refused_leaves_the_lock_of_the_first)
+TEST(a_writer_that_is_refused_leaves_the_lock_of_the_first)
 {
     struct mill_draft *draft = begin(path, MILL_DRAFT_EMPTY);
     for (int k = 0; k < 3; k++)
@@ -579,10 +557,9 @@ START_TEST(a_writer_that_is_refused_leaves_the_lock_of_the_first)
     ck_assert(there(part));
     finish(draft);
 }
-END_TEST
 
 /* Somebody removed the lock's name, and another writer has made one of its own. */
-START_TEST(a_lock_of_another_writer_is_not_removed)
+TEST(a_lock_of_another_writer_is_not_removed)
 {
     struct mill_draft *draft = begin(path, MILL_DRAFT_EMPTY);
     ck_assert_int_eq(unlink(lock), 0);
@@ -590,9 +567,8 @@ START_TEST(a_lock_of_another_writer_is_not_removed)
     finish(draft);
     ck_assert(there(lock));
 }
-END_TEST
 
-START_TEST(what_does_not_fit_is_told_and_the_file_stays_as_published)
+TEST(what_does_not_fit_is_told_and_the_file_stays_as_published)
 {
     struct rlimit limit;
     char much[4096];
@@ -615,36 +591,8 @@ START_TEST(what_does_not_fit_is_told_and_the_file_stays_as_published)
     assert_holds(path, "one");
     assert_nothing_left();
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {nothing_is_there_before_the_first_publication, 1},
-        {each_publication_shows_what_was_written_up_to_then, 1},
-        {a_draft_taken_up_again_begins_with_the_published_bytes, 1},
-        {a_new_draft_begins_empty_and_leaves_the_old_file_until_it_is_published, 1},
-        {taking_up_what_is_not_there_fails, 1},
-        {a_reader_that_has_the_file_open_keeps_its_version, 1},
-        {a_link_to_nothing_in_the_way_of_the_lock_makes_no_file, 1},
-        {a_lock_that_nobody_holds_is_cleared, 1},
-        {calls_that_a_signal_interrupts_are_made_again, 1},
-        {a_draft_whose_name_was_removed_is_published_all_the_same, 1},
-        {a_published_file_that_was_removed_comes_back, 1},
-        {a_removed_folder_is_an_error, 1},
-        {a_link_stays_a_link, 1},
-        {a_link_to_nothing_yet_stays_a_link, 1},
-        {the_mode_of_a_file_taken_up_again_is_kept, 1},
-        {a_file_has_one_writer_at_a_time, 1},
-        {a_file_has_one_writer_at_a_time_whatever_it_is_called, 1},
-        {a_writer_that_is_refused_leaves_the_lock_of_the_first, 1},
-        {a_lock_of_another_writer_is_not_removed, 1},
-        {what_does_not_fit_is_told_and_the_file_stays_as_published, 1},
-        {a_writer_killed_at_any_moment_leaves_its_last_version_whole, 40},
-        {leftovers_of_a_killed_run_are_cleared_up, 2},
-        {files_of_others_in_the_way_are_left_alone_unless_forced, 3},
-        {another_file_put_in_place_of_the_draft_is_neither_published_nor_removed, 2},
-        {links_in_the_way_are_not_followed, 3},
-    };
-    return unit_run_in("draft", setup, teardown, tests, sizeof tests / sizeof *tests);
+    return unit_run_in("draft", setup, teardown);
 }

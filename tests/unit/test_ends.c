@@ -23,7 +23,7 @@ static double momentum(const struct mill_world *w)
     return sum;
 }
 
-START_TEST(a_gas_of_several_sizes_keeps_its_energy_and_its_momentum_along_the_axis)
+TEST(a_gas_of_several_sizes_keeps_its_energy_and_its_momentum_along_the_axis)
 {
     struct bench b;
     bench_open(&b, &gas);
@@ -43,9 +43,8 @@ START_TEST(a_gas_of_several_sizes_keeps_its_energy_and_its_momentum_along_the_ax
         ck_assert_double_le(fabs(bench_position(&b, i).x), 0.5 * LENGTH * (1.0 + 1e-12));
     bench_close(&b);
 }
-END_TEST
 
-START_TEST(each_step_of_such_a_gas_holds_against_brute_force)
+SLOW_TEST(each_step_of_such_a_gas_holds_against_brute_force, 2)
 {
     struct bench b;
     struct model fewer = gas;
@@ -64,9 +63,8 @@ START_TEST(each_step_of_such_a_gas_holds_against_brute_force)
     ck_assert_uint_gt(mill_sim_checks(b.sim).events, 500);
     bench_close(&b);
 }
-END_TEST
 
-START_TEST(a_ball_that_leaves_at_one_end_enters_at_the_other)
+LOOP_TEST(a_ball_that_leaves_at_one_end_enters_at_the_other, 2)
 {
     const double speed = _i ? 1.0 : -1.0, time = 0.1; /* two and a half lengths */
     const struct mill_setup_ball start = {.position = {0.013, 0.001, 0.0}, .velocity.x = speed};
@@ -81,7 +79,6 @@ START_TEST(a_ball_that_leaves_at_one_end_enters_at_the_other)
     ck_assert_uint_eq(bench_collisions(&b), 0);
     bench_close(&b);
 }
-END_TEST
 
 static double position_met; /* x of the last impact [m] */
 
@@ -94,7 +91,7 @@ static enum mill_status note(struct mill_observer *o, const struct mill_impact *
     return MILL_OK;
 }
 
-START_TEST(two_balls_meet_across_the_ends_as_in_the_middle)
+TEST(two_balls_meet_across_the_ends_as_in_the_middle)
 {
     const struct mill_setup_ball start[] = {
         {.position = {-0.016, 0.001, 0.0}, .velocity = {-1.0, 0.0, 0.0}},
@@ -121,9 +118,8 @@ START_TEST(two_balls_meet_across_the_ends_as_in_the_middle)
     ck_assert_double_eq_tol(bench_velocity(&b, 1).x, 0.5 - 1.5 * share, 1e-12);
     bench_close(&b);
 }
-END_TEST
 
-START_TEST(foresight_changes_nothing)
+TEST(foresight_changes_nothing)
 {
     struct bench plain, ahead;
     bench_open(&plain, &gas);
@@ -139,7 +135,6 @@ START_TEST(foresight_changes_nothing)
     bench_close(&plain);
     bench_close(&ahead);
 }
-END_TEST
 
 /* A blade on a rotor, in a drum that can have periodic ends */
 static struct model with_blade(double position, double width, double pitch)
@@ -161,7 +156,7 @@ static enum mill_fault_code code_of(const struct model *m)
     return code;
 }
 
-START_TEST(a_blade_keeps_clear_of_the_ends_or_goes_through)
+TEST(a_blade_keeps_clear_of_the_ends_or_goes_through)
 {
     const struct {
         double position, width, pitch;
@@ -178,9 +173,8 @@ START_TEST(a_blade_keeps_clear_of_the_ends_or_goes_through)
         ck_assert_msg(code_of(&m) == blade[k].code, "blade %zu", k);
     }
 }
-END_TEST
 
-START_TEST(gravity_along_the_axis_a_short_drum_and_a_ball_beyond_the_ends_are_faults)
+TEST(gravity_along_the_axis_a_short_drum_and_a_ball_beyond_the_ends_are_faults)
 {
     struct model m = with_blade(0.0, 0.01, 0.0);
     m.setup.gravity.x = 1e-9;
@@ -199,9 +193,8 @@ START_TEST(gravity_along_the_axis_a_short_drum_and_a_ball_beyond_the_ends_are_fa
     start[1].position.z = -0.0038;
     ck_assert_int_eq(code_of(&m), MILL_FAULT_BALL_IN_BALL);
 }
-END_TEST
 
-START_TEST(a_mill_that_moves_along_its_axis_is_a_fault)
+TEST(a_mill_that_moves_along_its_axis_is_a_fault)
 {
     const struct mill_shift along = {.amplitude.x = 0.001, .frequency = 10.0};
     const struct mill_turn about = {.axis = {1.0, 0.0, 0.0}, .speed = 10.0},
@@ -245,19 +238,8 @@ START_TEST(a_mill_that_moves_along_its_axis_is_a_fault)
             mill_world_free(world);
         }
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {a_gas_of_several_sizes_keeps_its_energy_and_its_momentum_along_the_axis, 1},
-        {each_step_of_such_a_gas_holds_against_brute_force, 2, UNIT_SLOW},
-        {a_ball_that_leaves_at_one_end_enters_at_the_other, 2},
-        {two_balls_meet_across_the_ends_as_in_the_middle, 1},
-        {foresight_changes_nothing, 1},
-        {a_blade_keeps_clear_of_the_ends_or_goes_through, 1},
-        {gravity_along_the_axis_a_short_drum_and_a_ball_beyond_the_ends_are_faults, 1},
-        {a_mill_that_moves_along_its_axis_is_a_fault, 1},
-    };
-    return unit_run("ends", tests, sizeof tests / sizeof *tests);
+    return unit_run("ends");
 }

@@ -130,7 +130,7 @@ static void ask_as_the_schedule_does(uint64_t *seed, const struct one *o, const 
 /* Ten approaches to each of so many meshes */
 static void contract(int way, bool inside, int meshes)
 {
-    meshes = approaches_or(10 * meshes) / 10;
+    meshes = unit_draws(meshes);
     uint64_t seed = 1 + (uint64_t)(10 * way + inside);
     int found = 0, none = 0, give_ups = 0, lost = 0;
     for (int i = 0; i < meshes; i++) {
@@ -166,24 +166,22 @@ static void contract(int way, bool inside, int meshes)
     ck_assert_int_lt(lost, 2 + meshes / 10);
 }
 
-START_TEST(meshes_are_met_from_outside_when_they_are)
+SLOW_TEST(meshes_are_met_from_outside_when_they_are, WAYS)
 {
     contract(_i, false, 120);
 }
-END_TEST
 
-START_TEST(meshes_are_met_from_inside_when_they_are)
+SLOW_TEST(meshes_are_met_from_inside_when_they_are, WAYS)
 {
     contract(_i, true, 80);
 }
-END_TEST
 
 /* Gap, normal, point and velocity belong together, and are those of all facets one by one. */
-START_TEST(a_contact_is_with_the_nearest_of_all_facets)
+LOOP_TEST(a_contact_is_with_the_nearest_of_all_facets, WAYS)
 {
     uint64_t seed = 7 + (uint64_t)_i;
     int behind = 0;
-    for (int i = 0; i < 400; i++) {
+    for (int i = 0; i < unit_draws(400); i++) {
         struct one o;
         struct flight f;
         open_one(&seed, &o, i % 2, _i);
@@ -209,16 +207,15 @@ START_TEST(a_contact_is_with_the_nearest_of_all_facets)
         }
         close_one(&o);
     }
-    ck_assert_int_gt(behind, 300);
+    ck_assert_int_gt(behind, unit_draws(300));
 }
-END_TEST
 
-START_TEST(many_facets_are_found_as_few_are)
+SLOW_TEST(many_facets_are_found_as_few_are, 1)
 {
     uint64_t seed = 11;
-    form_lump(&seed, &form, 70, 70, 0.05, 0.1);
+    form_lump(&seed, &form, 50, 50, 0.05, 0.1);
     struct one o = {.shape = shape_of(&form.is, NULL)};
-    for (int i = 0; i < 1500; i++) {
+    for (int i = 0; i < unit_draws(1500); i++) {
         struct flight f = {.radius = log_uniform(&seed, 1e-4, 1e-2)};
         f.path.r = vec3_scale(direction(&seed), uniform(&seed, 0.0, 0.08));
         ck_assert_double_eq_tol(gap_of(o.shape, f.path.r, f.radius, 0.0),
@@ -226,15 +223,14 @@ START_TEST(many_facets_are_found_as_few_are)
     }
     close_one(&o);
 }
-END_TEST
 
 /* ---- a box ---- */
 
-START_TEST(a_box_of_facets_is_met_as_a_box_is)
+LOOP_TEST(a_box_of_facets_is_met_as_a_box_is, WAYS)
 {
     uint64_t seed = 21 + (uint64_t)_i;
     int met = 0;
-    for (int i = 0; i < 200; i++) {
+    for (int i = 0; i < unit_draws(200); i++) {
         form_open(&form);
         place_form(&seed, &form);
         form.is.size = vec3_make(log_uniform(&seed, 1e-3, 0.04), log_uniform(&seed, 1e-3, 0.04),
@@ -261,9 +257,8 @@ START_TEST(a_box_of_facets_is_met_as_a_box_is)
         lone_shape_free(box);
         close_one(&o);
     }
-    ck_assert_int_gt(met, 100);
+    ck_assert_int_gt(met, unit_draws(100));
 }
-END_TEST
 
 /* ---- edges and corners ---- */
 
@@ -286,13 +281,13 @@ static void throw_at(const struct mill_shape *s, vec3 at, vec3 n, vec3 slide)
     }
 }
 
-START_TEST(a_ball_that_meets_what_facets_share_meets_it_once)
+TEST(a_ball_that_meets_what_facets_share_meets_it_once)
 {
     form_open(&form);
     form_add_box(&form, nought, vec3_make(0.02, 0.02, 0.02));
     struct mill_shape *s = shape_of(&form.is, NULL);
     uint64_t seed = 31;
-    for (int i = 0; i < 200; i++) {
+    for (int i = 0; i < unit_draws(200); i++) {
         const vec3 slide = {uniform(&seed, -3.0, 3.0), uniform(&seed, -3.0, 3.0), 0.0};
         const double x = uniform(&seed, -0.0099, 0.0099), a = uniform(&seed, 0.05, 1.5);
         throw_at(s, vec3_make(x, x, 0.01), vec3_make(0.0, 0.0, 1.0), slide);
@@ -303,10 +298,9 @@ START_TEST(a_ball_that_meets_what_facets_share_meets_it_once)
     }
     lone_shape_free(s);
 }
-END_TEST
 
 /* More facets in one corner than a search lists */
-START_TEST(a_corner_of_hundreds_of_facets_is_met_as_any_other)
+TEST(a_corner_of_hundreds_of_facets_is_met_as_any_other)
 {
     uint64_t seed = 41;
     form_lump(&seed, &form, 400, 3, 0.02, 0.0);
@@ -316,10 +310,9 @@ START_TEST(a_corner_of_hundreds_of_facets_is_met_as_any_other)
                  vec3_scale(direction(&seed), 1e-3 * (i % 2)));
     lone_shape_free(s);
 }
-END_TEST
 
 /* Two flats that meet in a hollow edge: a ball in it touches both. */
-START_TEST(a_ball_in_a_hollow_edge_meets_one_flat_after_the_other)
+SLOW_TEST(a_ball_in_a_hollow_edge_meets_one_flat_after_the_other, 2)
 {
     uint64_t seed = 51 + (uint64_t)_i;
     int together = 0;
@@ -339,7 +332,7 @@ START_TEST(a_ball_in_a_hollow_edge_meets_one_flat_after_the_other)
     const char *fault = mill_facets_fault(&form.is, text);
     ck_assert_msg(!fault, "%s", fault);
     struct mill_shape *s = shape_of(&form.is, NULL);
-    for (int i = 0; i < 300; i++) {
+    for (int i = 0; i < unit_draws(300); i++) {
         struct flight f = {.radius = 3e-3};
         f.path.r = vec3_make(i % 2 ? 0.0 : uniform(&seed, -0.005, 0.005), 0.0, 0.01);
         f.path.g = vec3_make(0.0, 0.0, -9.81);
@@ -358,13 +351,12 @@ START_TEST(a_ball_in_a_hollow_edge_meets_one_flat_after_the_other)
         }
     }
     if (_i == 0) /* at a right angle one rebound leaves the other flat's contact as it was */
-        ck_assert_int_gt(together, 100);
+        ck_assert_int_gt(together, unit_draws(100));
     lone_shape_free(s);
 }
-END_TEST
 
 /* A centre behind the surface: pressed there, it is met while it goes on, and gets out. */
-START_TEST(a_ball_pressed_through_the_surface_gets_out)
+TEST(a_ball_pressed_through_the_surface_gets_out)
 {
     form_open(&form);
     form_add_box(&form, nought, vec3_make(0.02, 0.02, 0.02));
@@ -378,15 +370,14 @@ START_TEST(a_ball_pressed_through_the_surface_gets_out)
     ck_assert_double_eq(first_contact(s, &f, 0.06, false, NULL), (double)INFINITY);
     lone_shape_free(s);
 }
-END_TEST
 
 /* ---- as a body ---- */
 
-START_TEST(reach_is_never_denied_wrongly)
+SLOW_TEST(reach_is_never_denied_wrongly, WAYS)
 {
     uint64_t seed = 9 + (uint64_t)_i;
     int out = 0;
-    for (int i = 0; i < 200; i++) {
+    for (int i = 0; i < unit_draws(200); i++) {
         struct one o;
         open_one(&seed, &o, i % 2, _i);
         for (int n = 0; n < 20; n++) {
@@ -405,11 +396,10 @@ START_TEST(reach_is_never_denied_wrongly)
         close_one(&o);
     }
     if (_i < 3)
-        ck_assert_int_gt(out, 500);
+        ck_assert_int_gt(out, unit_draws(500));
 }
-END_TEST
 
-START_TEST(hull_volume_and_outline_are_those_of_the_solid)
+TEST(hull_volume_and_outline_are_those_of_the_solid)
 {
     uint64_t seed = 61;
     form_open(&form);
@@ -436,7 +426,6 @@ START_TEST(hull_volume_and_outline_are_those_of_the_solid)
         mill_mesh_free(&mesh);
     }
 }
-END_TEST
 
 /* ---- faults ---- */
 
@@ -465,7 +454,7 @@ static void turn_over(size_t from)
     }
 }
 
-START_TEST(every_fault_is_told_by_the_numbers_of_its_facets)
+TEST(every_fault_is_told_by_the_numbers_of_its_facets)
 {
     uint64_t seed = 71;
     form_lump(&seed, &form, 12, 6, 0.05, 0.3);
@@ -499,9 +488,8 @@ START_TEST(every_fault_is_told_by_the_numbers_of_its_facets)
     form_add(&form, form.facet[0][0], form.facet[0][1], form.facet[0][2]);
     expect(&form, "3 facets share one edge");
 }
-END_TEST
 
-START_TEST(solids_that_cross_are_told_and_those_that_touch_are_not)
+TEST(solids_that_cross_are_told_and_those_that_touch_are_not)
 {
     form_open(&form);
     form_add_box(&form, nought, vec3_make(0.02, 0.02, 0.02));
@@ -517,9 +505,8 @@ START_TEST(solids_that_cross_are_told_and_those_that_touch_are_not)
     form_add_box(&form, nought, vec3_make(0.01, 0.01, 0.01));
     expect(&form, NULL);
 }
-END_TEST
 
-START_TEST(a_part_that_faces_inwards_has_to_be_a_cavity)
+TEST(a_part_that_faces_inwards_has_to_be_a_cavity)
 {
     form_open(&form);
     form_add_box(&form, nought, vec3_make(0.02, 0.02, 0.02));
@@ -532,25 +519,8 @@ START_TEST(a_part_that_faces_inwards_has_to_be_a_cavity)
     turn_over(12);
     expect(&form, "facet 13 and all that hang together");
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {meshes_are_met_from_outside_when_they_are, WAYS, UNIT_SLOW},
-        {meshes_are_met_from_inside_when_they_are, WAYS, UNIT_SLOW},
-        {a_contact_is_with_the_nearest_of_all_facets, WAYS},
-        {many_facets_are_found_as_few_are, 1, UNIT_SLOW},
-        {a_box_of_facets_is_met_as_a_box_is, WAYS},
-        {a_ball_that_meets_what_facets_share_meets_it_once, 1},
-        {a_corner_of_hundreds_of_facets_is_met_as_any_other, 1},
-        {a_ball_in_a_hollow_edge_meets_one_flat_after_the_other, 2, UNIT_SLOW},
-        {a_ball_pressed_through_the_surface_gets_out, 1},
-        {reach_is_never_denied_wrongly, WAYS, UNIT_SLOW},
-        {hull_volume_and_outline_are_those_of_the_solid, 1},
-        {every_fault_is_told_by_the_numbers_of_its_facets, 1},
-        {a_part_that_faces_inwards_has_to_be_a_cavity, 1},
-        {solids_that_cross_are_told_and_those_that_touch_are_not, 1},
-    };
-    return unit_run("facets", tests, sizeof tests / sizeof *tests);
+    return unit_run("facets");
 }

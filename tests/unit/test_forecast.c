@@ -28,7 +28,7 @@ static double rate_at(const struct mill_world *world, double time)
     return (more - mill_forecast_work(&growth, time)) / 1e-6;
 }
 
-START_TEST(the_rate_grows_until_the_charge_is_swept_up_and_is_steady_then)
+TEST(the_rate_grows_until_the_charge_is_swept_up_and_is_steady_then)
 {
     const struct mill_world world = world_of();
     const struct mill_forecast_growth growth = mill_forecast_growth(&world);
@@ -38,27 +38,24 @@ START_TEST(the_rate_grows_until_the_charge_is_swept_up_and_is_steady_then)
     ck_assert(fabs(rate_at(&world, growth.swept) - 1) < 1e-6);
     ck_assert(fabs(rate_at(&world, 10 * growth.swept) - 1) < 1e-6);
 }
-END_TEST
 
-START_TEST(a_fuller_drum_is_swept_up_sooner)
+TEST(a_fuller_drum_is_swept_up_sooner)
 {
     struct mill_world world = world_of();
     const double sparse = mill_forecast_growth(&world).swept;
     steel.radius *= 2.2;
     ck_assert(mill_forecast_growth(&world).swept < sparse);
 }
-END_TEST
 
-START_TEST(inelastic_balls_have_more_to_grow)
+TEST(inelastic_balls_have_more_to_grow)
 {
     struct mill_world world = world_of();
     const double elastic = mill_forecast_growth(&world).power;
     world.law[MILL_BALL_BALL].restitution = 0.6;
     ck_assert(mill_forecast_growth(&world).power > elastic);
 }
-END_TEST
 
-START_TEST(nothing_grows_without_a_rapid_rotor_in_a_still_drum_or_where_the_charge_moves)
+TEST(nothing_grows_without_a_rapid_rotor_in_a_still_drum_or_where_the_charge_moves)
 {
     struct mill_world slow = world_of(), still = world_of(), moving = world_of();
     slow.rotor_speed = -5;
@@ -71,15 +68,8 @@ START_TEST(nothing_grows_without_a_rapid_rotor_in_a_still_drum_or_where_the_char
     tumbling.container.still = false;
     ck_assert(fabs(rate_at(&tumbling, 0) - 1) < 1e-6);
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {the_rate_grows_until_the_charge_is_swept_up_and_is_steady_then, 1},
-        {a_fuller_drum_is_swept_up_sooner, 1},
-        {inelastic_balls_have_more_to_grow, 1},
-        {nothing_grows_without_a_rapid_rotor_in_a_still_drum_or_where_the_charge_moves, 1},
-    };
-    return unit_run("forecast", tests, sizeof tests / sizeof *tests);
+    return unit_run("forecast");
 }

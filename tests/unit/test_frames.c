@@ -15,7 +15,7 @@ static void run(struct fixture *f)
     ck_assert_int_eq(mill_h5_close(file, NULL), MILL_OK);
 }
 
-START_TEST(frames_lie_at_multiples_of_the_interval_from_zero_to_the_end)
+TEST(frames_lie_at_multiples_of_the_interval_from_zero_to_the_end)
 {
     struct fixture f;
     int k;
@@ -29,9 +29,8 @@ START_TEST(frames_lie_at_multiples_of_the_interval_from_zero_to_the_end)
     ck_assert(look_at(f.path, AT "position/time", 1, 3) == 0.3);
     unlink(f.path);
 }
-END_TEST
 
-START_TEST(times_do_not_drift_over_many_frames)
+TEST(times_do_not_drift_over_many_frames)
 {
     struct fixture f;
     fixture_init(&f);
@@ -41,9 +40,8 @@ START_TEST(times_do_not_drift_over_many_frames)
     ck_assert(look_at(f.path, AT "position/time", 1, 9999) == 9999 * 0.1);
     unlink(f.path);
 }
-END_TEST
 
-START_TEST(an_end_between_two_frames_adds_none)
+TEST(an_end_between_two_frames_adds_none)
 {
     struct fixture f;
     fixture_init(&f);
@@ -52,9 +50,8 @@ START_TEST(an_end_between_two_frames_adds_none)
     ck_assert_uint_eq(look_rows(f.path, AT "position/time", 1), 3);
     unlink(f.path);
 }
-END_TEST
 
-START_TEST(each_state_of_each_ball_is_stored)
+TEST(each_state_of_each_ball_is_stored)
 {
     struct fixture f;
     hsize_t dims[3];
@@ -77,9 +74,8 @@ START_TEST(each_state_of_each_ball_is_stored)
     free(w);
     unlink(f.path);
 }
-END_TEST
 
-START_TEST(balls_carry_number_kind_mass_and_diameter)
+TEST(balls_carry_number_kind_mass_and_diameter)
 {
     struct fixture f;
     fixture_init(&f);
@@ -92,9 +88,8 @@ START_TEST(balls_carry_number_kind_mass_and_diameter)
     assert_text(f.path, AT "mass", "unit", "kg");
     unlink(f.path);
 }
-END_TEST
 
-START_TEST(step_and_time_are_stored_once)
+TEST(step_and_time_are_stored_once)
 {
     struct fixture f;
     fixture_init(&f);
@@ -104,9 +99,8 @@ START_TEST(step_and_time_are_stored_once)
     ck_assert(!look_same(f.path, AT "position/step", AT "position/time"));
     unlink(f.path);
 }
-END_TEST
 
-START_TEST(units_are_texts_that_h5md_readers_know)
+TEST(units_are_texts_that_h5md_readers_know)
 {
     struct fixture f;
     fixture_init(&f);
@@ -118,9 +112,8 @@ START_TEST(units_are_texts_that_h5md_readers_know)
     assert_text(f.path, "/h5md/modules/units", "system", "SI");
     unlink(f.path);
 }
-END_TEST
 
-START_TEST(without_frames_the_balls_are_still_described)
+TEST(without_frames_the_balls_are_still_described)
 {
     struct fixture f;
     struct mill_h5 *file;
@@ -133,9 +126,8 @@ START_TEST(without_frames_the_balls_are_still_described)
     mill_h5_close(file, NULL);
     unlink(f.path);
 }
-END_TEST
 
-START_TEST(a_run_taken_up_again_leaves_the_same_frames)
+TEST(a_run_taken_up_again_leaves_the_same_frames)
 {
     struct fixture f;
     struct mill_h5 *file;
@@ -167,20 +159,8 @@ START_TEST(a_run_taken_up_again_leaves_the_same_frames)
     kept_free(&state);
     unlink(f.path);
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {frames_lie_at_multiples_of_the_interval_from_zero_to_the_end, 1},
-        {times_do_not_drift_over_many_frames, 1},
-        {an_end_between_two_frames_adds_none, 1},
-        {each_state_of_each_ball_is_stored, 1},
-        {balls_carry_number_kind_mass_and_diameter, 1},
-        {step_and_time_are_stored_once, 1},
-        {units_are_texts_that_h5md_readers_know, 1},
-        {without_frames_the_balls_are_still_described, 1},
-        {a_run_taken_up_again_leaves_the_same_frames, 1},
-    };
-    return unit_run("frames", tests, sizeof tests / sizeof *tests);
+    return unit_run("frames");
 }

@@ -6,13 +6,6 @@
 
 enum { SIZES = 7, MOST_PUT = 700 };
 
-/* Every ck_assert is a system call: too slow for each pair */
-#define EACH(holds, ...)                                                                           \
-    do {                                                                                           \
-        if (!(holds))                                                                              \
-            ck_abort_msg(__VA_ARGS__);                                                             \
-    } while (0)
-
 /* [mm] */
 struct mixture {
     double box[3], diameter[SIZES];
@@ -192,27 +185,26 @@ static vec3 between(const struct mill_grids *g, int32_t a, int32_t b)
                      fmax(0.0, fmax(la.z - hb.z, lb.z - ha.z)));
 }
 
-START_TEST(balls_that_can_touch_before_one_leaves_its_cell_are_near_each_other)
+LOOP_TEST(balls_that_can_touch_before_one_leaves_its_cell_are_near_each_other, 2 * MIXTURES)
 {
     struct heap h;
     long touching = 0;
     open_full(&h, _i, 10);
-    for (int32_t i = 0; i < h.put; i++) {
+    for (int32_t i = 0; i < unit_draws(h.put); i++) {
         for (int32_t j = 0; j < h.put; j++) {
             const double sum = species_of(&h, i)->radius + species_of(&h, j)->radius;
             const vec3 gap = between(&h.g, *cell_of(&h, i), *cell_of(&h, j));
             const bool touch = vec3_norm(vec3_sub(h.r[i], h.r[j])) <= sum;
             touching += touch && i != j;
             if (touch || vec3_norm(gap) <= sum)
-                EACH(near(&h, i, *cell_of(&h, i), j), "%d is not near %d", j, i);
-            EACH(near(&h, i, *cell_of(&h, i), j) == near(&h, j, *cell_of(&h, j), i),
-                 "of %d and %d, one is near the other", i, j);
+                ck_assert_msg(near(&h, i, *cell_of(&h, i), j), "%d is not near %d", j, i);
+            ck_assert_msg(near(&h, i, *cell_of(&h, i), j) == near(&h, j, *cell_of(&h, j), i),
+                          "of %d and %d, one is near the other", i, j);
         }
     }
-    ck_assert_int_gt(touching, h.put / 4);
+    ck_assert_int_gt(touching, unit_draws(h.put) / 4);
     close_heap(&h);
 }
-END_TEST
 
 /* [m] */
 static double largest_in_class(const struct heap *h, int class)
@@ -224,25 +216,24 @@ static double largest_in_class(const struct heap *h, int class)
     return largest;
 }
 
-START_TEST(balls_near_each_other_are_two_cells_beyond_their_reach_at_most)
+LOOP_TEST(balls_near_each_other_are_two_cells_beyond_their_reach_at_most, 2 * MIXTURES)
 {
     struct heap h;
     open_full(&h, _i, 11);
-    for (int32_t i = 0; i < h.put; i++) {
+    for (int32_t i = 0; i < unit_draws(h.put); i++) {
         for (int32_t j = 0; j < h.put; j++) {
             const int a = h.g.class_of[h.w.ball[i].species], b = h.g.class_of[h.w.ball[j].species];
             const double *side = h.g.own[a < b ? a : b].side;
             const double reach = (largest_in_class(&h, a) + largest_in_class(&h, b)) * (1.0 + 1e-8);
             const vec3 gap = between(&h.g, *cell_of(&h, i), *cell_of(&h, j));
-            EACH(!near(&h, i, *cell_of(&h, i), j) ||
-                     (gap.x < reach + 2.0 * side[0] && gap.y < reach + 2.0 * side[1] &&
-                      gap.z < reach + 2.0 * side[2]),
-                 "%d is near %d", j, i);
+            ck_assert_msg(!near(&h, i, *cell_of(&h, i), j) ||
+                              (gap.x < reach + 2.0 * side[0] && gap.y < reach + 2.0 * side[1] &&
+                               gap.z < reach + 2.0 * side[2]),
+                          "%d is near %d", j, i);
         }
     }
     close_heap(&h);
 }
-END_TEST
 
 /* ---- what the looks gather ---- */
 
@@ -252,7 +243,7 @@ static void gather(struct heap *h, int32_t i, int32_t face)
     struct mill_grids_look look[MILL_GRIDS_LOOKS];
     const int looks = mill_grids_look(&h->g, h->w.ball[i].species, *cell_of(h, i), face, look);
     memset(h->seen, 0, sizeof *h->seen * (size_t)h->w.balls);
-    EACH(looks <= h->g.classes * (h->g.period > 0.0 ? 2 : 1), "%d looks", looks);
+    ck_assert_msg(looks <= h->g.classes * (h->g.period > 0.0 ? 2 : 1), "%d looks", looks);
     for (int l = 0; l < looks; l++) {
         const double mine = species_of(h, i)->radius;
         const struct mill_grids_look *k = &look[l];
@@ -261,34 +252,33 @@ static void gather(struct heap *h, int32_t i, int32_t face)
                       : mill_cells_gather(k->cells, k->cell, k->offset, k->count, 1, h->near);
         for (int32_t m = 0; m < n; m++) {
             h->seen[h->near[m]]++;
-            EACH(k->sum == 0.0 || k->sum == mine + species_of(h, h->near[m])->radius,
-                 "look %d has another sum", l);
+            ck_assert_msg(k->sum == 0.0 || k->sum == mine + species_of(h, h->near[m])->radius,
+                          "look %d has another sum", l);
         }
     }
 }
 
 static void check_looks(struct heap *h, const char *when)
 {
-    for (int32_t i = 0; i < h->put; i++) {
+    for (int32_t i = 0; i < unit_draws(h->put); i++) {
         gather(h, i, -1);
         for (int32_t j = 0; j < h->put; j++) {
             const bool expected = i == j || near(h, i, *cell_of(h, i), j);
-            EACH(h->seen[j] == 1 || (h->seen[j] == 0 && !expected),
-                 "%s: ball %d gathers ball %d %d times", when, i, j, h->seen[j]);
+            ck_assert_msg(h->seen[j] == 1 || (h->seen[j] == 0 && !expected),
+                          "%s: ball %d gathers ball %d %d times", when, i, j, h->seen[j]);
         }
     }
 }
 
-START_TEST(the_looks_of_a_ball_gather_itself_and_every_ball_near_it_once)
+LOOP_TEST(the_looks_of_a_ball_gather_itself_and_every_ball_near_it_once, 2 * MIXTURES)
 {
     struct heap h;
     open_full(&h, _i, 12);
     check_looks(&h, "at the start");
     close_heap(&h);
 }
-END_TEST
 
-START_TEST(equal_balls_come_with_the_sum_of_the_radii)
+TEST(equal_balls_come_with_the_sum_of_the_radii)
 {
     struct heap h;
     struct mill_grids_look look[MILL_GRIDS_LOOKS];
@@ -302,7 +292,6 @@ START_TEST(equal_balls_come_with_the_sum_of_the_radii)
         ck_assert_double_eq(look[k].sum, h.species[1].radius + h.species[k].radius);
     close_heap(&h);
 }
-END_TEST
 
 /* ---- crossings ---- */
 
@@ -323,15 +312,17 @@ static bool cross(struct heap *h, int32_t i, int32_t face)
     bool any = false;
     double shift, out;
     const int32_t to = mill_grids_across(&h->g, from, face, &shift);
-    EACH(mill_grids_cross(&h->g, i, h->w.ball[i].species, face, &out) && *cell_of(h, i) == to,
-         "ball %d does not cross face %d", i, face);
+    ck_assert_msg(mill_grids_cross(&h->g, i, h->w.ball[i].species, face, &out) &&
+                      *cell_of(h, i) == to,
+                  "ball %d does not cross face %d", i, face);
     const double over = to == from + mill_cells_step(&h->g.own[0], face) ? 0.0 : h->g.period;
-    EACH(shift == (face ? -over : over) && out == shift, "ball %d is moved by %g m", i, shift);
+    ck_assert_msg(shift == (face ? -over : over) && out == shift, "ball %d is moved by %g m", i,
+                  shift);
     gather(h, i, face);
     for (int32_t j = 0; j < h->put; j++) {
         const bool fresh = j != i && near(h, i, *cell_of(h, i), j) && !near(h, i, from, j);
-        EACH(h->seen[j] == 1 || (h->seen[j] == 0 && !fresh),
-             "ball %d gathers ball %d %d times after face %d", i, j, h->seen[j], face);
+        ck_assert_msg(h->seen[j] == 1 || (h->seen[j] == 0 && !fresh),
+                      "ball %d gathers ball %d %d times after face %d", i, j, h->seen[j], face);
         any |= fresh;
     }
     return any;
@@ -348,17 +339,17 @@ static long walk(struct heap *h, int steps, uint64_t *seed)
     return met;
 }
 
-START_TEST(after_a_crossing_the_looks_ahead_gather_every_ball_that_came_near)
+SLOW_TEST(after_a_crossing_the_looks_ahead_gather_every_ball_that_came_near, 2 * MIXTURES)
 {
     struct heap h;
     uint64_t seed = 14;
     open_full(&h, _i, 14);
     const bool one_cell = mill_cells_count(&h.g.own[0]) == 27 || h.g.own[0].n[0] <= 3;
-    ck_assert(walk(&h, 1000, &seed) > 10 || one_cell || mixtures[_i % MIXTURES].box[0] >= 1000);
+    ck_assert(walk(&h, unit_draws(1000), &seed) > 10 || one_cell ||
+              mixtures[_i % MIXTURES].box[0] >= 1000);
     check_looks(&h, "after crossings");
     close_heap(&h);
 }
-END_TEST
 
 /* ---- rows ---- */
 
@@ -382,7 +373,7 @@ static void check_rows(const struct heap *h, const bool *out)
         int times = 0;
         for (int32_t k = 0; k < mill_cells_held(c, cell); k++)
             times += mill_cells_ball(c, cell, k) == i;
-        EACH(times == 1, "ball %d is in its cell %d times", i, times);
+        ck_assert_msg(times == 1, "ball %d is in its cell %d times", i, times);
         held[class]--;
     }
     for (int class = 0; class < h->g.classes; class ++) {
@@ -392,14 +383,14 @@ static void check_rows(const struct heap *h, const bool *out)
     }
 }
 
-START_TEST(inserting_removing_and_crossing_keep_the_rows)
+LOOP_TEST(inserting_removing_and_crossing_keep_the_rows, 2 * MIXTURES)
 {
     struct heap h;
     bool out[MOST_PUT] = {false};
     uint64_t seed = 15;
     double shift;
     open_full(&h, _i, 15);
-    for (int n = 0; n < 3000; n++) {
+    for (int n = 0; n < unit_draws(3000); n++) {
         const int32_t i = below(&seed, h.put), face = below(&seed, 6);
         if (out[i])
             put(&h, i, somewhere(&h, &seed));
@@ -417,10 +408,9 @@ START_TEST(inserting_removing_and_crossing_keep_the_rows)
     check_rows(&h, out);
     close_heap(&h);
 }
-END_TEST
 
 /* All balls of a size come into one cell, size after size. */
-START_TEST(rows_that_grow_keep_what_is_near)
+SLOW_TEST(rows_that_grow_keep_what_is_near, 2 * MIXTURES)
 {
     struct heap h;
     uint64_t seed = 16;
@@ -441,11 +431,10 @@ START_TEST(rows_that_grow_keep_what_is_near)
     }
     check_rows(&h, NULL);
     check_looks(&h, "crowded");
-    walk(&h, 100, &seed);
+    walk(&h, unit_draws(100), &seed);
     check_looks(&h, "crowded, after crossings");
     close_heap(&h);
 }
-END_TEST
 
 /* ---- classes ---- */
 
@@ -480,7 +469,7 @@ static const struct sorted sorted[] = {
 };
 enum { SORTED = sizeof sorted / sizeof *sorted };
 
-START_TEST(sizes_share_a_grid_if_they_are_alike_or_if_the_smaller_are_few)
+LOOP_TEST(sizes_share_a_grid_if_they_are_alike_or_if_the_smaller_are_few, SORTED)
 {
     struct heap h;
     open_heap(&h, &sorted[_i].mixture, 1e-9 * sorted[_i].volume, false);
@@ -497,9 +486,8 @@ START_TEST(sizes_share_a_grid_if_they_are_alike_or_if_the_smaller_are_few)
     }
     close_heap(&h);
 }
-END_TEST
 
-START_TEST(a_grid_has_cells_as_wide_as_its_largest_ball_and_made_of_whole_finer_cells)
+LOOP_TEST(a_grid_has_cells_as_wide_as_its_largest_ball_and_made_of_whole_finer_cells, MIXTURES)
 {
     struct heap h;
     open_heap(&h, &mixtures[_i], 1e-12, false);
@@ -514,21 +502,8 @@ START_TEST(a_grid_has_cells_as_wide_as_its_largest_ball_and_made_of_whole_finer_
     }
     close_heap(&h);
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {balls_that_can_touch_before_one_leaves_its_cell_are_near_each_other, 2 * MIXTURES},
-        {balls_near_each_other_are_two_cells_beyond_their_reach_at_most, 2 * MIXTURES},
-        {the_looks_of_a_ball_gather_itself_and_every_ball_near_it_once, 2 * MIXTURES},
-        {equal_balls_come_with_the_sum_of_the_radii, 1},
-        {after_a_crossing_the_looks_ahead_gather_every_ball_that_came_near, 2 * MIXTURES,
-         UNIT_SLOW},
-        {inserting_removing_and_crossing_keep_the_rows, 2 * MIXTURES},
-        {rows_that_grow_keep_what_is_near, 2 * MIXTURES, UNIT_SLOW},
-        {sizes_share_a_grid_if_they_are_alike_or_if_the_smaller_are_few, SORTED},
-        {a_grid_has_cells_as_wide_as_its_largest_ball_and_made_of_whole_finer_cells, MIXTURES},
-    };
-    return unit_run("grids", tests, sizeof tests / sizeof *tests);
+    return unit_run("grids");
 }

@@ -1,7 +1,7 @@
 /* The HDF5 door: what is written is read back by HDF5 itself, and failures are told in one line. */
 #include "h5_fixture.h"
 
-START_TEST(an_array_comes_back_with_shape_unit_and_description)
+TEST(an_array_comes_back_with_shape_unit_and_description)
 {
     struct fixture f;
     struct mill_h5 *file = new_file(&f);
@@ -20,9 +20,8 @@ START_TEST(an_array_comes_back_with_shape_unit_and_description)
     free(read);
     unlink(f.path);
 }
-END_TEST
 
-START_TEST(scalars_and_texts_come_back)
+TEST(scalars_and_texts_come_back)
 {
     struct fixture f;
     struct mill_h5 *file = new_file(&f);
@@ -39,9 +38,8 @@ START_TEST(scalars_and_texts_come_back)
     assert_text(f.path, "/empty", NULL, "");
     unlink(f.path);
 }
-END_TEST
 
-START_TEST(an_array_may_have_no_elements)
+TEST(an_array_may_have_no_elements)
 {
     struct fixture f;
     struct mill_h5 *file = new_file(&f);
@@ -54,9 +52,8 @@ START_TEST(an_array_may_have_no_elements)
     ck_assert_uint_eq(look_rows(f.path, "/no", 1), 0);
     unlink(f.path);
 }
-END_TEST
 
-START_TEST(writing_again_replaces)
+TEST(writing_again_replaces)
 {
     struct fixture f;
     struct mill_h5 *file = new_file(&f);
@@ -66,9 +63,8 @@ START_TEST(writing_again_replaces)
     assert_text(f.path, "/run/status", NULL, "complete");
     unlink(f.path);
 }
-END_TEST
 
-START_TEST(a_file_that_exists_is_refused_and_left_alone)
+TEST(a_file_that_exists_is_refused_and_left_alone)
 {
     struct fixture f;
     struct mill_h5 *file = new_file(&f);
@@ -82,9 +78,8 @@ START_TEST(a_file_that_exists_is_refused_and_left_alone)
     ck_assert(look_at(f.path, "/x", 0, 0) == 7);
     unlink(f.path);
 }
-END_TEST
 
-START_TEST(overwriting_starts_from_an_empty_file)
+TEST(overwriting_starts_from_an_empty_file)
 {
     struct fixture f;
     struct mill_h5 *file = new_file(&f);
@@ -95,18 +90,16 @@ START_TEST(overwriting_starts_from_an_empty_file)
     close_file(file);
     unlink(f.path);
 }
-END_TEST
 
-START_TEST(a_missing_folder_is_named_with_the_reason)
+TEST(a_missing_folder_is_named_with_the_reason)
 {
     struct mill_h5 *file;
     struct mill_error error;
     ck_assert_int_eq(mill_h5_create("/nowhere/at/all.h5", MILL_H5_NEW, &file, &error), MILL_FAILED);
     ck_assert_str_eq(error.text, "/nowhere/at/all.h5: cannot create: No such file or directory");
 }
-END_TEST
 
-START_TEST(a_file_that_is_no_hdf5_is_not_opened)
+TEST(a_file_that_is_no_hdf5_is_not_opened)
 {
     const enum mill_h5_open how[] = {MILL_H5_UPDATE, MILL_H5_READ};
     for (size_t k = 0; k < sizeof how / sizeof *how; k++) {
@@ -125,9 +118,8 @@ START_TEST(a_file_that_is_no_hdf5_is_not_opened)
         unlink(f.path);
     }
 }
-END_TEST
 
-START_TEST(links_are_second_names_of_one_dataset)
+TEST(links_are_second_names_of_one_dataset)
 {
     struct fixture f;
     struct mill_h5 *file = new_file(&f);
@@ -139,10 +131,9 @@ START_TEST(links_are_second_names_of_one_dataset)
     ck_assert(look_at(f.path, "/soft/time", 0, 0) == 3);
     unlink(f.path);
 }
-END_TEST
 
 /* groups stay open between two calls */
-START_TEST(a_dataset_lies_in_the_group_of_its_path_whatever_was_written_before)
+TEST(a_dataset_lies_in_the_group_of_its_path_whatever_was_written_before)
 {
     struct fixture f;
     struct mill_h5 *file = new_file(&f);
@@ -161,9 +152,8 @@ START_TEST(a_dataset_lies_in_the_group_of_its_path_whatever_was_written_before)
     ck_assert(look_at(f.path, "/a/b/c/y", 0, 0) == 6);
     unlink(f.path);
 }
-END_TEST
 
-START_TEST(a_view_shows_the_same_numbers_under_another_shape)
+TEST(a_view_shows_the_same_numbers_under_another_shape)
 {
     struct fixture f;
     struct mill_h5 *file = new_file(&f);
@@ -182,9 +172,8 @@ START_TEST(a_view_shows_the_same_numbers_under_another_shape)
     free(read);
     unlink(f.path);
 }
-END_TEST
 
-START_TEST(attributes_are_numbers_texts_and_arrays)
+TEST(attributes_are_numbers_texts_and_arrays)
 {
     struct fixture f;
     struct mill_h5 *file = new_file(&f);
@@ -219,9 +208,8 @@ START_TEST(attributes_are_numbers_texts_and_arrays)
     H5Fclose(id);
     unlink(f.path);
 }
-END_TEST
 
-START_TEST(a_column_holds_its_rows_in_order_however_they_came)
+TEST(a_column_holds_its_rows_in_order_however_they_came)
 {
     const struct mill_h5_layout layout = {MILL_H5_I64, 0, {0, 0}, 5, "1", "rows", false};
     struct fixture f;
@@ -236,7 +224,6 @@ START_TEST(a_column_holds_its_rows_in_order_however_they_came)
     assert_text(f.path, "/g/c", "unit", "1");
     unlink(f.path);
 }
-END_TEST
 
 /* How many filters what the file holds under that name passed through */
 static int filters_of(const char *path, const char *name)
@@ -271,19 +258,17 @@ static void check_vectors(bool plain)
     unlink(f.path);
 }
 
-START_TEST(a_packed_column_of_vectors_keeps_its_shape)
+TEST(a_packed_column_of_vectors_keeps_its_shape)
 {
     check_vectors(false);
 }
-END_TEST
 
-START_TEST(a_plain_column_of_vectors_keeps_its_shape)
+TEST(a_plain_column_of_vectors_keeps_its_shape)
 {
     check_vectors(true);
 }
-END_TEST
 
-START_TEST(a_column_taken_up_again_drops_what_came_after)
+TEST(a_column_taken_up_again_drops_what_came_after)
 {
     const struct mill_h5_layout layout = {MILL_H5_I64, 0, {0, 0}, 5, "1", "rows", false};
     struct fixture f;
@@ -300,9 +285,8 @@ START_TEST(a_column_taken_up_again_drops_what_came_after)
     assert_counts_up(f.path, "/c", 31);
     unlink(f.path);
 }
-END_TEST
 
-START_TEST(columns_may_be_closed_before_their_file)
+TEST(columns_may_be_closed_before_their_file)
 {
     const struct mill_h5_layout layout = {MILL_H5_I64, 0, {0, 0}, 5, "1", "rows", false};
     struct fixture f;
@@ -321,9 +305,8 @@ START_TEST(columns_may_be_closed_before_their_file)
     assert_counts_up(f.path, "/a", 12);
     unlink(f.path);
 }
-END_TEST
 
-START_TEST(two_files_of_the_same_content_have_the_same_bytes)
+SLOW_TEST(two_files_of_the_same_content_have_the_same_bytes, 1)
 {
     struct fixture f;
     char *bytes[2];
@@ -350,7 +333,6 @@ START_TEST(two_files_of_the_same_content_have_the_same_bytes)
     free(bytes[1]);
     unlink(f.path);
 }
-END_TEST
 
 /* Reads row `row` of /long, `length` triples. */
 static void read_row(const char *path, hsize_t row, hsize_t length, float *values)
@@ -368,7 +350,7 @@ static void read_row(const char *path, hsize_t row, hsize_t length, float *value
 }
 
 /* Long ones are cut into chunks. */
-START_TEST(a_long_row_is_the_row)
+TEST(a_long_row_is_the_row)
 {
     static const size_t lengths[] = {1, 5, 2731, 21845, 21846, 50000, 100001};
     for (size_t k = 0; k < sizeof lengths / sizeof *lengths; k++) {
@@ -397,9 +379,8 @@ START_TEST(a_long_row_is_the_row)
         unlink(f.path);
     }
 }
-END_TEST
 
-START_TEST(what_is_no_text_does_not_pass_for_one)
+TEST(what_is_no_text_does_not_pass_for_one)
 {
     struct fixture f;
     struct mill_h5 *file = new_file(&f);
@@ -419,7 +400,6 @@ START_TEST(what_is_no_text_does_not_pass_for_one)
     }
     unlink(f.path);
 }
-END_TEST
 
 /* Three times so many doubles under /x, with a checksum; they count up. Owner: the caller. */
 static double *write_checked(struct fixture *f, size_t count)
@@ -433,7 +413,7 @@ static double *write_checked(struct fixture *f, size_t count)
     return values;
 }
 
-START_TEST(what_was_written_checked_is_read_back)
+TEST(what_was_written_checked_is_read_back)
 {
     static const size_t counts[] = {0, 1, 43690, 43691, 200000}; /* chunks: 1, 1, 1, 2, 5 */
     for (size_t k = 0; k < sizeof counts / sizeof *counts; k++) {
@@ -452,9 +432,8 @@ START_TEST(what_was_written_checked_is_read_back)
         unlink(f.path);
     }
 }
-END_TEST
 
-START_TEST(nothing_else_passes_for_what_was_written_checked)
+TEST(nothing_else_passes_for_what_was_written_checked)
 {
     static const struct {
         const char *path, *text;
@@ -481,9 +460,8 @@ START_TEST(nothing_else_passes_for_what_was_written_checked)
     }
     unlink(f.path);
 }
-END_TEST
 
-START_TEST(a_flipped_bit_is_found)
+TEST(a_flipped_bit_is_found)
 {
     struct fixture f;
     struct mill_h5 *file;
@@ -505,10 +483,9 @@ START_TEST(a_flipped_bit_is_found)
     free(read);
     unlink(f.path);
 }
-END_TEST
 
 /* Rows gathered before must not come to lie behind it. */
-START_TEST(the_room_of_a_state_that_was_removed_is_given_back)
+TEST(the_room_of_a_state_that_was_removed_is_given_back)
 {
     const struct mill_h5_layout layout = {.type = MILL_H5_I64, .unit = "1", .description = "-"};
     const size_t count = 1 << 17;
@@ -529,9 +506,8 @@ START_TEST(the_room_of_a_state_that_was_removed_is_given_back)
     free(state);
     unlink(f.path);
 }
-END_TEST
 
-START_TEST(after_a_failure_every_call_does_nothing)
+TEST(after_a_failure_every_call_does_nothing)
 {
     const struct mill_h5_layout layout = {.type = MILL_H5_F64, .unit = "1", .description = "-"};
     struct fixture f;
@@ -556,36 +532,8 @@ START_TEST(after_a_failure_every_call_does_nothing)
     ck_assert(look_at(f.path, "/x", 0, 0) == 1);
     unlink(f.path);
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {an_array_comes_back_with_shape_unit_and_description, 1},
-        {scalars_and_texts_come_back, 1},
-        {an_array_may_have_no_elements, 1},
-        {writing_again_replaces, 1},
-        {a_file_that_exists_is_refused_and_left_alone, 1},
-        {overwriting_starts_from_an_empty_file, 1},
-        {a_missing_folder_is_named_with_the_reason, 1},
-        {a_file_that_is_no_hdf5_is_not_opened, 1},
-        {links_are_second_names_of_one_dataset, 1},
-        {a_dataset_lies_in_the_group_of_its_path_whatever_was_written_before, 1},
-        {a_view_shows_the_same_numbers_under_another_shape, 1},
-        {attributes_are_numbers_texts_and_arrays, 1},
-        {a_column_holds_its_rows_in_order_however_they_came, 1},
-        {a_packed_column_of_vectors_keeps_its_shape, 1},
-        {a_plain_column_of_vectors_keeps_its_shape, 1},
-        {a_column_taken_up_again_drops_what_came_after, 1},
-        {columns_may_be_closed_before_their_file, 1},
-        {what_was_written_checked_is_read_back, 1},
-        {nothing_else_passes_for_what_was_written_checked, 1},
-        {a_flipped_bit_is_found, 1},
-        {the_room_of_a_state_that_was_removed_is_given_back, 1},
-        {after_a_failure_every_call_does_nothing, 1},
-        {two_files_of_the_same_content_have_the_same_bytes, 1, UNIT_SLOW},
-        {a_long_row_is_the_row, 1},
-        {what_is_no_text_does_not_pass_for_one, 1},
-    };
-    return unit_run("h5", tests, sizeof tests / sizeof *tests);
+    return unit_run("h5");
 }

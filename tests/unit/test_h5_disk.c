@@ -22,7 +22,7 @@ static void limit_files(rlim_t bytes)
 }
 
 /* The column is closed by itself (_i even) or with the file. */
-START_TEST(a_full_disk_is_told_once_and_the_file_still_closes)
+LOOP_TEST(a_full_disk_is_told_once_and_the_file_still_closes, 20)
 {
     const struct mill_h5_layout layout = {MILL_H5_F64, 0, {0, 0}, 1024, "1", "noise", false};
     struct fixture f;
@@ -46,7 +46,6 @@ START_TEST(a_full_disk_is_told_once_and_the_file_still_closes)
     ck_assert_str_eq(again.text, error.text);
     unlink(f.path);
 }
-END_TEST
 
 /* So many calls from now on a read from a disk fails; 0: none does. */
 static int read_fails;
@@ -62,7 +61,7 @@ ssize_t pread(int fd, void *to, size_t length, off_t at)
 
 /* Else it would be written a second time: a group then has two members of one name, and loses
  * others. */
-START_TEST(what_cannot_be_read_is_not_taken_for_missing)
+LOOP_TEST(what_cannot_be_read_is_not_taken_for_missing, 20)
 {
     struct fixture f;
     struct mill_error error = {""};
@@ -79,7 +78,6 @@ START_TEST(what_cannot_be_read_is_not_taken_for_missing)
     mill_h5_abandon(file);
     unlink(f.path);
 }
-END_TEST
 
 static bool has(const struct fixture *f, const char *end)
 {
@@ -94,7 +92,7 @@ static void assert_nothing_left(const struct fixture *f)
     ck_assert(!has(f, ".lock"));
 }
 
-START_TEST(nothing_is_there_before_the_first_flush)
+TEST(nothing_is_there_before_the_first_flush)
 {
     struct fixture f;
     struct mill_h5 *file = new_file(&f);
@@ -106,9 +104,8 @@ START_TEST(nothing_is_there_before_the_first_flush)
     assert_nothing_left(&f);
     unlink(f.path);
 }
-END_TEST
 
-START_TEST(the_old_file_stands_until_the_first_flush_of_the_new_one)
+TEST(the_old_file_stands_until_the_first_flush_of_the_new_one)
 {
     struct fixture f;
     struct mill_h5 *file = new_file(&f);
@@ -122,9 +119,8 @@ START_TEST(the_old_file_stands_until_the_first_flush_of_the_new_one)
     close_file(file);
     unlink(f.path);
 }
-END_TEST
 
-START_TEST(a_file_closed_unflushed_is_published)
+TEST(a_file_closed_unflushed_is_published)
 {
     struct fixture f;
     struct mill_h5 *file = new_file(&f);
@@ -133,9 +129,8 @@ START_TEST(a_file_closed_unflushed_is_published)
     ck_assert(look_at(f.path, "/x", 0, 0) == 7);
     unlink(f.path);
 }
-END_TEST
 
-START_TEST(an_abandoned_file_is_as_last_flushed)
+TEST(an_abandoned_file_is_as_last_flushed)
 {
     struct fixture f;
     struct mill_h5 *file = new_file(&f);
@@ -147,9 +142,8 @@ START_TEST(an_abandoned_file_is_as_last_flushed)
     assert_nothing_left(&f);
     unlink(f.path);
 }
-END_TEST
 
-START_TEST(a_file_abandoned_unflushed_never_was)
+TEST(a_file_abandoned_unflushed_never_was)
 {
     struct fixture f;
     struct mill_h5 *file = new_file(&f);
@@ -158,9 +152,8 @@ START_TEST(a_file_abandoned_unflushed_never_was)
     ck_assert(!has(&f, ""));
     assert_nothing_left(&f);
 }
-END_TEST
 
-START_TEST(between_flushes_the_file_is_readable_and_as_last_flushed)
+TEST(between_flushes_the_file_is_readable_and_as_last_flushed)
 {
     const struct mill_h5_layout layout = {MILL_H5_I64, 0, {0, 0}, 64, "1", "rows", false};
     struct fixture f;
@@ -178,9 +171,8 @@ START_TEST(between_flushes_the_file_is_readable_and_as_last_flushed)
     close_file(file);
     unlink(f.path);
 }
-END_TEST
 
-START_TEST(a_file_may_be_read_while_another_writes_it)
+TEST(a_file_may_be_read_while_another_writes_it)
 {
     struct fixture f;
     struct mill_h5 *file = new_file(&f), *reader;
@@ -197,9 +189,8 @@ START_TEST(a_file_may_be_read_while_another_writes_it)
     assert_text(f.path, "/t", NULL, "two");
     unlink(f.path);
 }
-END_TEST
 
-START_TEST(after_a_full_disk_the_file_is_as_last_flushed)
+TEST(after_a_full_disk_the_file_is_as_last_flushed)
 {
     const struct mill_h5_layout layout = {MILL_H5_I64, 0, {0, 0}, 64, "1", "rows", false};
     struct fixture f;
@@ -220,11 +211,10 @@ START_TEST(after_a_full_disk_the_file_is_as_last_flushed)
     assert_counts_up(f.path, "/c", 1000);
     unlink(f.path);
 }
-END_TEST
 
 /* The disk is as full as the file is long, so that the copy after the flush fits and what comes
  * next does not, wherever that is met first: in a write, a flush or the closing (by _i). */
-START_TEST(a_disk_that_fills_up_at_any_moment_takes_nothing_that_was_flushed)
+LOOP_TEST(a_disk_that_fills_up_at_any_moment_takes_nothing_that_was_flushed, 20)
 {
     const struct mill_h5_layout layout = {MILL_H5_I64, 0, {0, 0}, 512, "1", "rows", false};
     struct fixture f;
@@ -255,7 +245,6 @@ START_TEST(a_disk_that_fills_up_at_any_moment_takes_nothing_that_was_flushed)
     assert_counts_up(f.path, "/c", rows);
     unlink(f.path);
 }
-END_TEST
 
 /* Appends rows for ever, flushing now and then; after each flush it tells how many there are. */
 static void write_until_killed(const char *path, int tell)
@@ -278,7 +267,7 @@ static void write_until_killed(const char *path, int tell)
     }
 }
 
-START_TEST(a_killed_file_is_as_last_flushed_and_can_be_gone_on_with)
+LOOP_TEST(a_killed_file_is_as_last_flushed_and_can_be_gone_on_with, 20)
 {
     const struct timespec later = {0, 1000000L * (17 * _i % 40)};
     struct fixture f;
@@ -315,9 +304,8 @@ START_TEST(a_killed_file_is_as_last_flushed_and_can_be_gone_on_with)
     assert_nothing_left(&f);
     unlink(f.path);
 }
-END_TEST
 
-START_TEST(a_file_killed_before_its_first_flush_never_was)
+TEST(a_file_killed_before_its_first_flush_never_was)
 {
     struct fixture f;
     struct mill_h5 *file;
@@ -337,9 +325,8 @@ START_TEST(a_file_killed_before_its_first_flush_never_was)
     assert_nothing_left(&f);
     unlink(f.path);
 }
-END_TEST
 
-START_TEST(a_file_in_use_is_not_opened_twice)
+TEST(a_file_in_use_is_not_opened_twice)
 {
     struct fixture f;
     struct mill_h5 *file = new_file(&f);
@@ -363,25 +350,8 @@ START_TEST(a_file_in_use_is_not_opened_twice)
     assert_nothing_left(&f);
     unlink(f.path);
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {nothing_is_there_before_the_first_flush, 1},
-        {the_old_file_stands_until_the_first_flush_of_the_new_one, 1},
-        {a_file_closed_unflushed_is_published, 1},
-        {an_abandoned_file_is_as_last_flushed, 1},
-        {a_file_abandoned_unflushed_never_was, 1},
-        {between_flushes_the_file_is_readable_and_as_last_flushed, 1},
-        {a_file_may_be_read_while_another_writes_it, 1},
-        {after_a_full_disk_the_file_is_as_last_flushed, 1},
-        {a_file_killed_before_its_first_flush_never_was, 1},
-        {a_file_in_use_is_not_opened_twice, 1},
-        {a_full_disk_is_told_once_and_the_file_still_closes, 20},
-        {a_disk_that_fills_up_at_any_moment_takes_nothing_that_was_flushed, 20},
-        {a_killed_file_is_as_last_flushed_and_can_be_gone_on_with, 20},
-        {what_cannot_be_read_is_not_taken_for_missing, 20},
-    };
-    return unit_run("h5_disk", tests, sizeof tests / sizeof *tests);
+    return unit_run("h5_disk");
 }

@@ -82,7 +82,7 @@ static double tangential_size(vec3 g, vec3 n)
 
 /* ---- balances ---- */
 
-START_TEST(momentum_and_angular_momentum_are_conserved)
+TEST(momentum_and_angular_momentum_are_conserved)
 {
     uint64_t seed = 1;
     for (int k = 0; k < 20000; k++) {
@@ -106,9 +106,8 @@ START_TEST(momentum_and_angular_momentum_are_conserved)
         ck_assert_double_le(vec3_norm(vec3_sub(turn_after, turn_before)), 1e-13 * turn_size);
     }
 }
-END_TEST
 
-START_TEST(what_two_balls_lose_is_what_is_booked)
+TEST(what_two_balls_lose_is_what_is_booked)
 {
     uint64_t seed = 2;
     for (int k = 0; k < 20000; k++) {
@@ -126,9 +125,8 @@ START_TEST(what_two_balls_lose_is_what_is_booked)
                             -1e-15 * size); /* sliding and sticking never give energy */
     }
 }
-END_TEST
 
-START_TEST(at_a_moving_wall_the_loss_is_the_work_less_the_gain)
+TEST(at_a_moving_wall_the_loss_is_the_work_less_the_gain)
 {
     uint64_t seed = 3;
     for (int k = 0; k < 20000; k++) {
@@ -146,11 +144,10 @@ START_TEST(at_a_moving_wall_the_loss_is_the_work_less_the_gain)
         ck_assert_double_le(fabs(work - gain - rebound.dissipation), 1e-13 * size);
     }
 }
-END_TEST
 
 /* ---- the normal part ---- */
 
-START_TEST(the_normal_speed_is_reversed_times_restitution)
+TEST(the_normal_speed_is_reversed_times_restitution)
 {
     static const double restitution[] = {0.0, 0.3, 0.8, 1.0};
     uint64_t seed = 4;
@@ -173,9 +170,8 @@ START_TEST(the_normal_speed_is_reversed_times_restitution)
                                 1e-14 * m * g_n * g_n);
     }
 }
-END_TEST
 
-START_TEST(without_friction_the_spins_and_the_tangential_velocity_are_untouched)
+TEST(without_friction_the_spins_and_the_tangential_velocity_are_untouched)
 {
     uint64_t seed = 5;
     for (int k = 0; k < 10000; k++) {
@@ -201,9 +197,8 @@ START_TEST(without_friction_the_spins_and_the_tangential_velocity_are_untouched)
                                      vec3_norm(was_b.v) + vec3_norm(was_b.spin) * b.radius));
     }
 }
-END_TEST
 
-START_TEST(elastic_balls_that_rebound_with_all_their_slip_lose_nothing)
+TEST(elastic_balls_that_rebound_with_all_their_slip_lose_nothing)
 {
     uint64_t seed = 6;
     for (int k = 0; k < 2000; k++) {
@@ -217,11 +212,10 @@ START_TEST(elastic_balls_that_rebound_with_all_their_slip_lose_nothing)
         ck_assert_double_le(fabs(energy(&a) + energy(&b) - before), 1e-13 * before);
     }
 }
-END_TEST
 
 /* ---- the tangential part ---- */
 
-START_TEST(a_falling_restitution_goes_through_its_points)
+TEST(a_falling_restitution_goes_through_its_points)
 {
     uint64_t seed = 7;
     const struct mill_fall power = {1, {2.0}, {0.8}};
@@ -240,9 +234,8 @@ START_TEST(a_falling_restitution_goes_through_its_points)
     ck_assert_double_eq(mill_impact_restitution(&table, 99.0), 0.4);
     ck_assert_double_eq_tol(mill_impact_restitution(&table, 2.0), 0.6, 1e-15);
 }
-END_TEST
 
-START_TEST(a_sticking_contact_reverses_the_slip_by_exactly_its_restitution)
+TEST(a_sticking_contact_reverses_the_slip_by_exactly_its_restitution)
 {
     uint64_t seed = 7;
     for (int k = 0; k < 10000; k++) {
@@ -262,9 +255,8 @@ START_TEST(a_sticking_contact_reverses_the_slip_by_exactly_its_restitution)
         ck_assert_double_le(vec3_norm(vec3_axpy(h_t, law.tangential, g_t)), 1e-13 * size);
     }
 }
-END_TEST
 
-START_TEST(friction_never_exceeds_coulombs_bound_and_opposes_the_slip)
+TEST(friction_never_exceeds_coulombs_bound_and_opposes_the_slip)
 {
     uint64_t seed = 8;
     int sliding = 0, sticking = 0;
@@ -289,9 +281,8 @@ START_TEST(friction_never_exceeds_coulombs_bound_and_opposes_the_slip)
     ck_assert_int_gt(sliding, 1000);
     ck_assert_int_gt(sticking, 1000);
 }
-END_TEST
 
-START_TEST(equal_balls_lose_what_the_formula_says)
+TEST(equal_balls_lose_what_the_formula_says)
 {
     uint64_t seed = 9;
     for (int k = 0; k < 20000; k++) {
@@ -313,11 +304,10 @@ START_TEST(equal_balls_lose_what_the_formula_says)
                                 1e-13 * a.mass * (g_n * g_n + g_t * g_t));
     }
 }
-END_TEST
 
 /* ---- the rebound floor ---- */
 
-START_TEST(no_contact_ends_slower_than_the_floor)
+TEST(no_contact_ends_slower_than_the_floor)
 {
     uint64_t seed = 10;
     int floored = 0;
@@ -342,9 +332,8 @@ START_TEST(no_contact_ends_slower_than_the_floor)
     ck_assert_int_gt(floored, 1000);
     ck_assert_int_lt(floored, 19000);
 }
-END_TEST
 
-START_TEST(a_touch_without_speed_is_lifted_by_the_floor_at_the_cost_booked)
+TEST(a_touch_without_speed_is_lifted_by_the_floor_at_the_cost_booked)
 {
     const struct mill_law law = {0.8, 0.3, 0.5};
     const double m = 5e-4, lift = 5e-3;
@@ -356,11 +345,10 @@ START_TEST(a_touch_without_speed_is_lifted_by_the_floor_at_the_cost_booked)
     ck_assert_double_eq(rebound.normal_speed, 0.0);
     ck_assert_double_eq_tol(rebound.dissipation, -0.5 * m * lift * lift, 1e-24);
 }
-END_TEST
 
 /* Rounding may hand over a contact that opens by a hair; it counts as a touch without speed, and
  * the books stay exact. */
-START_TEST(a_contact_that_opens_already_is_lifted_and_booked_exactly)
+TEST(a_contact_that_opens_already_is_lifted_and_booked_exactly)
 {
     uint64_t seed = 11;
     for (int k = 0; k < 5000; k++) {
@@ -379,10 +367,9 @@ START_TEST(a_contact_that_opens_already_is_lifted_and_booked_exactly)
                             1e-13 * size);
     }
 }
-END_TEST
 
 /* Newton's equation with Hertz's force, in small steps */
-START_TEST(a_contact_of_steel_lasts_as_long_as_hertz_says)
+TEST(a_contact_of_steel_lasts_as_long_as_hertz_says)
 {
     const double mass = 2.5e-4, radius = 1.25e-3, steel = 2.1e11 / (2.0 * 0.91), step = 1e-9;
     for (int k = 0; k < 3; k++) {
@@ -395,25 +382,8 @@ START_TEST(a_contact_of_steel_lasts_as_long_as_hertz_says)
         ck_assert_double_eq_tol(mill_impact_duration(mass, radius, speed), time, 1e-3 * time);
     }
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {momentum_and_angular_momentum_are_conserved, 1},
-        {what_two_balls_lose_is_what_is_booked, 1},
-        {at_a_moving_wall_the_loss_is_the_work_less_the_gain, 1},
-        {the_normal_speed_is_reversed_times_restitution, 1},
-        {without_friction_the_spins_and_the_tangential_velocity_are_untouched, 1},
-        {elastic_balls_that_rebound_with_all_their_slip_lose_nothing, 1},
-        {a_falling_restitution_goes_through_its_points, 1},
-        {a_sticking_contact_reverses_the_slip_by_exactly_its_restitution, 1},
-        {friction_never_exceeds_coulombs_bound_and_opposes_the_slip, 1},
-        {equal_balls_lose_what_the_formula_says, 1},
-        {no_contact_ends_slower_than_the_floor, 1},
-        {a_touch_without_speed_is_lifted_by_the_floor_at_the_cost_booked, 1},
-        {a_contact_that_opens_already_is_lifted_and_booked_exactly, 1},
-        {a_contact_of_steel_lasts_as_long_as_hertz_says, 1},
-    };
-    return unit_run("impact", tests, sizeof tests / sizeof *tests);
+    return unit_run("impact");
 }

@@ -59,7 +59,7 @@ static void assert_all_logged(const char *path)
     free(position);
 }
 
-START_TEST(every_impact_is_logged_in_order)
+TEST(every_impact_is_logged_in_order)
 {
     struct fixture f;
     struct mill_h5 *file;
@@ -75,9 +75,8 @@ START_TEST(every_impact_is_logged_in_order)
     assert_text(f.path, "/impacts/tangential_speed", "unit", "m s-1");
     unlink(f.path);
 }
-END_TEST
 
-START_TEST(finishing_in_between_loses_and_doubles_nothing)
+TEST(finishing_in_between_loses_and_doubles_nothing)
 {
     struct fixture f;
     struct mill_h5 *file;
@@ -92,9 +91,8 @@ START_TEST(finishing_in_between_loses_and_doubles_nothing)
     assert_all_logged(f.path);
     unlink(f.path);
 }
-END_TEST
 
-START_TEST(a_run_taken_up_again_leaves_the_same_log)
+TEST(a_run_taken_up_again_leaves_the_same_log)
 {
     struct fixture f;
     struct mill_h5 *file;
@@ -117,14 +115,8 @@ START_TEST(a_run_taken_up_again_leaves_the_same_log)
     kept_free(&state);
     unlink(f.path);
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {every_impact_is_logged_in_order, 1},
-        {finishing_in_between_loses_and_doubles_nothing, 1},
-        {a_run_taken_up_again_leaves_the_same_log, 1},
-    };
-    return unit_run("impactlog", tests, sizeof tests / sizeof *tests);
+    return unit_run("impactlog");
 }

@@ -3,7 +3,7 @@
 
 #include "draws.h"
 
-START_TEST(memory_begins_on_a_cache_line)
+TEST(memory_begins_on_a_cache_line)
 {
     void *kept[300];
     for (size_t n = 0; n < 300; n++) {
@@ -14,10 +14,9 @@ START_TEST(memory_begins_on_a_cache_line)
     for (size_t n = 0; n < 300; n++)
         free(kept[n]);
 }
-END_TEST
 
 /* Used memory is given back just before, so that new memory is likely to be the same. */
-START_TEST(memory_is_zero_to_its_last_byte)
+TEST(memory_is_zero_to_its_last_byte)
 {
     static const size_t sizes[] = {1, 63, 64, 65, 1000, 4096, 100000, 3000000};
     for (size_t k = 0; k < sizeof sizes / sizeof *sizes; k++) {
@@ -34,9 +33,8 @@ START_TEST(memory_is_zero_to_its_last_byte)
         free(fresh);
     }
 }
-END_TEST
 
-START_TEST(a_size_beyond_all_memory_is_refused)
+TEST(a_size_beyond_all_memory_is_refused)
 {
     static const size_t asked[][2] = {
         {SIZE_MAX, 1},           {1, SIZE_MAX},       {SIZE_MAX / 2 + 1, 2}, /* 0 by overflow */
@@ -45,14 +43,8 @@ START_TEST(a_size_beyond_all_memory_is_refused)
     for (size_t k = 0; k < sizeof asked / sizeof *asked; k++)
         ck_assert_ptr_null(mill_memory_get(asked[k][0], asked[k][1]));
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {memory_begins_on_a_cache_line, 1},
-        {memory_is_zero_to_its_last_byte, 1},
-        {a_size_beyond_all_memory_is_refused, 1},
-    };
-    return unit_run("memory", tests, sizeof tests / sizeof *tests);
+    return unit_run("memory");
 }

@@ -42,7 +42,7 @@ static vec3 difference(vec3 a, vec3 b, double h)
     return vec3_scale(vec3_sub(a, b), 0.5 / h);
 }
 
-START_TEST(a_pose_is_where_its_turns_take_a_frame)
+LOOP_TEST(a_pose_is_where_its_turns_take_a_frame, ALL)
 {
     uint64_t seed = 1 + (uint64_t)_i;
     for (int n = 0; n < MANY; n++) {
@@ -62,9 +62,8 @@ START_TEST(a_pose_is_where_its_turns_take_a_frame)
         chain_close(&c);
     }
 }
-END_TEST
 
-START_TEST(velocities_are_the_rates_of_the_pose)
+LOOP_TEST(velocities_are_the_rates_of_the_pose, ALL)
 {
     uint64_t seed = 2 + (uint64_t)_i;
     for (int n = 0; n < MANY; n++) {
@@ -83,9 +82,8 @@ START_TEST(velocities_are_the_rates_of_the_pose)
         chain_close(&c);
     }
 }
-END_TEST
 
-START_TEST(bounds_hold_at_all_times)
+SLOW_TEST(bounds_hold_at_all_times, ALL)
 {
     uint64_t seed = 3 + (uint64_t)_i;
     for (int n = 0; n < MANY; n++) {
@@ -116,10 +114,9 @@ START_TEST(bounds_hold_at_all_times)
         chain_close(&c);
     }
 }
-END_TEST
 
 /* Of a single turn they are what it reaches, and of two about one axis the axis is known. */
-START_TEST(bounds_are_no_larger_than_they_must_be)
+TEST(bounds_are_no_larger_than_they_must_be)
 {
     struct chain c = {
         .is = {{.turn = {.centre = {0.0, 0.3, 0.0}, .axis = {0.0, 0.0, 5.0}, .speed = 10.0}},
@@ -146,7 +143,6 @@ START_TEST(bounds_are_no_larger_than_they_must_be)
     ck_assert(none.far == 0.0 && none.speed == 0.0 && none.turning == 0.0);
     chain_close(&c);
 }
-END_TEST
 
 static void same_pose(const struct mill_pose *a, const struct mill_pose *b, double tolerance)
 {
@@ -156,7 +152,7 @@ static void same_pose(const struct mill_pose *a, const struct mill_pose *b, doub
     same(a->z, b->z, tolerance);
 }
 
-START_TEST(a_restart_of_local_time_keeps_the_poses)
+LOOP_TEST(a_restart_of_local_time_keeps_the_poses, ALL)
 {
     uint64_t seed = 4 + (uint64_t)_i;
     for (int n = 0; n < MANY; n++) {
@@ -177,11 +173,10 @@ START_TEST(a_restart_of_local_time_keeps_the_poses)
         chain_close(&c);
     }
 }
-END_TEST
 
 /* 17 hours of simulated time; a rotor's angle is summed up, by a bit of 2 pi a restart and a turn
  */
-START_TEST(phases_stay_small_and_true_over_a_million_restarts)
+TEST(phases_stay_small_and_true_over_a_million_restarts)
 {
     static const double speed[] = {0.0, 104.71975511965977, -1e4, 3e-7};
     for (int k = 0; k < 8; k++) {
@@ -208,10 +203,9 @@ START_TEST(phases_stay_small_and_true_over_a_million_restarts)
         chain_close(&c);
     }
 }
-END_TEST
 
 /* 17 hours and a bit: swings, shifts and tables are where whole periods have left them. */
-START_TEST(waves_and_tables_do_not_drift)
+TEST(waves_and_tables_do_not_drift)
 {
     uint64_t seed = 5;
     for (int n = 0; n < MANY; n++) {
@@ -231,9 +225,8 @@ START_TEST(waves_and_tables_do_not_drift)
         chain_close(&c);
     }
 }
-END_TEST
 
-START_TEST(a_table_goes_through_its_rows_and_closes_smoothly)
+TEST(a_table_goes_through_its_rows_and_closes_smoothly)
 {
     uint64_t seed = 6;
     for (int n = 0; n < MANY; n++) {
@@ -257,9 +250,8 @@ START_TEST(a_table_goes_through_its_rows_and_closes_smoothly)
         chain_close(&c);
     }
 }
-END_TEST
 
-START_TEST(motions_repeat_after_their_cycle)
+TEST(motions_repeat_after_their_cycle)
 {
     struct chain c = {.count = 2};
     c.is[0].turn = (struct mill_turn){.axis = {0.0, 0.0, 1.0}, .speed = 10.0};
@@ -283,20 +275,8 @@ START_TEST(motions_repeat_after_their_cycle)
     ck_assert(isinf(mill_motion_cycle(c.link, 1).period));
     chain_close(&c);
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {a_pose_is_where_its_turns_take_a_frame, ALL},
-        {velocities_are_the_rates_of_the_pose, ALL},
-        {bounds_hold_at_all_times, ALL, UNIT_SLOW},
-        {bounds_are_no_larger_than_they_must_be, 1},
-        {a_restart_of_local_time_keeps_the_poses, ALL},
-        {phases_stay_small_and_true_over_a_million_restarts, 1},
-        {waves_and_tables_do_not_drift, 1},
-        {a_table_goes_through_its_rows_and_closes_smoothly, 1},
-        {motions_repeat_after_their_cycle, 1},
-    };
-    return unit_run("motion", tests, sizeof tests / sizeof *tests);
+    return unit_run("motion");
 }

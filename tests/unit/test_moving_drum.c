@@ -78,11 +78,11 @@ static bool random_flight(uint64_t *seed, const struct moving *d, struct flight 
     return least_gap(d, f, 0.0, &which) > CLOSED;
 }
 
-START_TEST(a_moving_drum_is_met_when_it_is)
+SLOW_TEST(a_moving_drum_is_met_when_it_is, 2 * WAYS)
 {
     const bool wavy = _i % 2;
     uint64_t seed = 1 + (uint64_t)_i;
-    const int approaches = approaches_or(600);
+    const int approaches = unit_draws(600);
     int found = 0, give_ups = 0, lost = 0;
     for (int i = 0; i < approaches; i++) {
         struct moving d;
@@ -111,9 +111,8 @@ START_TEST(a_moving_drum_is_met_when_it_is)
     ck_assert_int_lt(give_ups, 1 + approaches / 60);
     ck_assert_int_lt(lost, 2 + approaches / 100);
 }
-END_TEST
 
-START_TEST(what_turns_about_its_own_axis_is_met_like_what_stands)
+TEST(what_turns_about_its_own_axis_is_met_like_what_stands)
 {
     uint64_t seed = 3;
     for (int i = 0; i < 600; i++) {
@@ -139,13 +138,8 @@ START_TEST(what_turns_about_its_own_axis_is_met_like_what_stands)
         close_drum(&d);
     }
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {a_moving_drum_is_met_when_it_is, 2 * WAYS, UNIT_SLOW},
-        {what_turns_about_its_own_axis_is_met_like_what_stands, 1},
-    };
-    return unit_run("moving_drum", tests, sizeof tests / sizeof *tests);
+    return unit_run("moving_drum");
 }

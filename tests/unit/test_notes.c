@@ -48,7 +48,7 @@ static void play_pairs(double gap)
     take();
 }
 
-START_TEST(friction_and_a_restitution_below_0_7_are_noted_before_the_run)
+TEST(friction_and_a_restitution_below_0_7_are_noted_before_the_run)
 {
     f.world.law[MILL_BALL_DRUM] = (struct mill_law){.restitution = 0.69, .friction = 0.3};
     mill_notes_expect(&notes, &f.world, NULL, NAN);
@@ -61,17 +61,15 @@ START_TEST(friction_and_a_restitution_below_0_7_are_noted_before_the_run)
     mill_notes_expect(&notes, &f.world, NULL, NAN);
     ck_assert(!noted("restitution"));
 }
-END_TEST
 
-START_TEST(a_law_that_no_contact_obeyed_is_not_noted_after_it)
+TEST(a_law_that_no_contact_obeyed_is_not_noted_after_it)
 {
     f.world.law[MILL_BALL_BLADE] = (struct mill_law){.restitution = 0.5, .friction = 0.3};
     play_pairs(1e-4);
     ck_assert(!noted("restitution"));
 }
-END_TEST
 
-START_TEST(balls_hit_more_often_than_a_contact_lasts_are_noted)
+TEST(balls_hit_more_often_than_a_contact_lasts_are_noted)
 {
     const double contact = mill_tally_contact(&f.world, MILL_BALL_BALL);
     const double rate = FIXTURE_BALLS / contact / 2; /* of all contacts: each hits two */
@@ -80,27 +78,24 @@ START_TEST(balls_hit_more_often_than_a_contact_lasts_are_noted)
     mill_notes_expect(&notes, &f.world, NULL, 0.99 * rate);
     ck_assert(!noted("contacts_at_once"));
 }
-END_TEST
 
-START_TEST(hits_count_for_both_balls_of_a_contact)
+TEST(hits_count_for_both_balls_of_a_contact)
 {
     play_pairs(1e-4);
     const double hits = 2.0 * 200 / FIXTURE_BALLS; /* on a ball in the second of the window */
     const double expected = hits * mill_tally_contact(&f.world, MILL_BALL_BALL);
     ck_assert(fabs(note_of("contacts_at_once")->value / expected - 1) < 1e-12);
 }
-END_TEST
 
 /* Of 5 mm steel: 24 us, but pairs are remembered for 10 us; of 1 mm: 4.7 us */
-START_TEST(contacts_while_the_pair_still_touches_are_recontacts)
+TEST(contacts_while_the_pair_still_touches_are_recontacts)
 {
     play_pairs(9e-6);
     ck_assert(note_of("recontact_share")->value == 0.5);
     ck_assert(noted("recontact_share"));
 }
-END_TEST
 
-START_TEST(contacts_after_the_pair_has_parted_are_none)
+TEST(contacts_after_the_pair_has_parted_are_none)
 {
     f.species.radius = 0.0005;
     f.species.mass = 0.0005 / 125;
@@ -108,7 +103,6 @@ START_TEST(contacts_after_the_pair_has_parted_are_none)
     ck_assert(note_of("recontact_share")->value == 0);
     ck_assert(!noted("recontact_share"));
 }
-END_TEST
 
 /* Of 10 J that the rotor does in the window, 2.1 J on pressed balls; before it, all of 10 J */
 static void play_pinches(void)
@@ -122,15 +116,14 @@ static void play_pinches(void)
     take();
 }
 
-START_TEST(pinches_are_a_share_of_the_power_in_the_window)
+TEST(pinches_are_a_share_of_the_power_in_the_window)
 {
     play_pinches();
     ck_assert(fabs(note_of("pinches")->value / 0.21 - 1) < 1e-12);
     ck_assert(noted("pinches"));
 }
-END_TEST
 
-START_TEST(shares_and_locks_of_a_trial_are_noted_before_the_run)
+TEST(shares_and_locks_of_a_trial_are_noted_before_the_run)
 {
     play_pinches();
     ck_assert(!noted("locks"));
@@ -139,29 +132,16 @@ START_TEST(shares_and_locks_of_a_trial_are_noted_before_the_run)
     ck_assert(noted("pinches") && noted("locks"));
     ck_assert(isnan(note_of("contacts_at_once")->value) && !noted("contacts_at_once"));
 }
-END_TEST
 
-START_TEST(what_is_not_known_is_not_noted)
+TEST(what_is_not_known_is_not_noted)
 {
     fixture_create(&f);
     take();
     ck_assert(isnan(note_of("recontact_share")->value) && !noted("recontact_share"));
     ck_assert(isnan(note_of("floor_share")->value) && !noted("floor_share"));
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {friction_and_a_restitution_below_0_7_are_noted_before_the_run, 1},
-        {a_law_that_no_contact_obeyed_is_not_noted_after_it, 1},
-        {balls_hit_more_often_than_a_contact_lasts_are_noted, 1},
-        {hits_count_for_both_balls_of_a_contact, 1},
-        {contacts_while_the_pair_still_touches_are_recontacts, 1},
-        {contacts_after_the_pair_has_parted_are_none, 1},
-        {pinches_are_a_share_of_the_power_in_the_window, 1},
-        {shares_and_locks_of_a_trial_are_noted_before_the_run, 1},
-        {what_is_not_known_is_not_noted, 1},
-    };
-    return unit_run_in("notes", setup, teardown, tests, sizeof tests / sizeof *tests);
+    return unit_run_in("notes", setup, teardown);
 }

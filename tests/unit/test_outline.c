@@ -120,7 +120,7 @@ static void build_mill(uint64_t *seed, int which, struct mill *mill)
     *mill = wavy.mill;
 }
 
-START_TEST(corners_lie_on_the_surface_and_flats_within_the_tolerance)
+TEST(corners_lie_on_the_surface_and_flats_within_the_tolerance)
 {
     uint64_t seed = 1;
     for (int which = 0; which < MANY; which++) {
@@ -154,9 +154,8 @@ START_TEST(corners_lie_on_the_surface_and_flats_within_the_tolerance)
         mill_demolish(&mill);
     }
 }
-END_TEST
 
-START_TEST(every_triangle_faces_the_balls)
+TEST(every_triangle_faces_the_balls)
 {
     uint64_t seed = 2;
     for (int which = 0; which < MANY; which++) {
@@ -182,9 +181,8 @@ START_TEST(every_triangle_faces_the_balls)
         mill_demolish(&mill);
     }
 }
-END_TEST
 
-START_TEST(drum_and_end_walls_enclose_the_chamber)
+TEST(drum_and_end_walls_enclose_the_chamber)
 {
     uint64_t seed = 3;
     for (int which = 0; which < MANY; which++) {
@@ -205,9 +203,8 @@ START_TEST(drum_and_end_walls_enclose_the_chamber)
         mill_demolish(&mill);
     }
 }
-END_TEST
 
-START_TEST(an_end_wall_has_no_folds)
+TEST(an_end_wall_has_no_folds)
 {
     uint64_t seed = 4;
     for (int which = 0; which < 3 * MANY; which++) {
@@ -223,9 +220,8 @@ START_TEST(an_end_wall_has_no_folds)
         mill_demolish(&mill);
     }
 }
-END_TEST
 
-START_TEST(shaft_and_blade_are_closed_bodies_of_their_volume)
+TEST(shaft_and_blade_are_closed_bodies_of_their_volume)
 {
     uint64_t seed = 5;
     for (int which = 0; which < MANY; which++) {
@@ -243,9 +239,8 @@ START_TEST(shaft_and_blade_are_closed_bodies_of_their_volume)
         mill_demolish(&mill);
     }
 }
-END_TEST
 
-START_TEST(a_finer_tolerance_means_more_and_smaller_flats)
+TEST(a_finer_tolerance_means_more_and_smaller_flats)
 {
     const struct mill_profile circle = mill_profile_make(2, R, 0.0, 0.3);
     double before = INFINITY;
@@ -266,9 +261,8 @@ START_TEST(a_finer_tolerance_means_more_and_smaller_flats)
         mill_mesh_free(&mesh);
     }
 }
-END_TEST
 
-START_TEST(the_outline_tells_what_turns_and_names_every_triangle)
+TEST(the_outline_tells_what_turns_and_names_every_triangle)
 {
     uint64_t seed = 6;
     struct mill mill;
@@ -296,9 +290,8 @@ START_TEST(the_outline_tells_what_turns_and_names_every_triangle)
     mill_outline_free(&turning);
     mill_demolish(&mill);
 }
-END_TEST
 
-START_TEST(without_a_rotor_nothing_turns)
+TEST(without_a_rotor_nothing_turns)
 {
     uint64_t seed = 7;
     struct mill mill;
@@ -310,19 +303,8 @@ START_TEST(without_a_rotor_nothing_turns)
     mill_outline_free(&turning);
     mill_demolish(&mill);
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {corners_lie_on_the_surface_and_flats_within_the_tolerance, 1},
-        {every_triangle_faces_the_balls, 1},
-        {drum_and_end_walls_enclose_the_chamber, 1},
-        {an_end_wall_has_no_folds, 1},
-        {shaft_and_blade_are_closed_bodies_of_their_volume, 1},
-        {a_finer_tolerance_means_more_and_smaller_flats, 1},
-        {the_outline_tells_what_turns_and_names_every_triangle, 1},
-        {without_a_rotor_nothing_turns, 1},
-    };
-    return unit_run("outline", tests, sizeof tests / sizeof *tests);
+    return unit_run("outline");
 }

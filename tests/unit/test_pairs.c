@@ -273,7 +273,7 @@ static void bring_to(struct field *f, int32_t i, double now)
     b->t = now;
 }
 
-START_TEST(every_variant_finds_the_bits_of_a_plain_search)
+LOOP_TEST(every_variant_finds_the_bits_of_a_plain_search, FORMS *GRIDS)
 {
     static const int32_t counts[] = {16, 50, 499, 1500};
     struct tally tally = {0};
@@ -286,7 +286,7 @@ START_TEST(every_variant_finds_the_bits_of_a_plain_search)
         for (int k = 0; k < f.grids; k++)
             f.equal[k] = below(&seed, 2);
         scatter(&f, now, &seed);
-        for (int k = 0; k < 150; k++) {
+        for (int k = 0; k < unit_draws(150); k++) {
             const int32_t i = below(&seed, balls), j = below(&seed, balls);
             bring_to(&f, i, now);
             bring_to(&f, j, now);
@@ -296,17 +296,16 @@ START_TEST(every_variant_finds_the_bits_of_a_plain_search)
         }
         close_field(&f);
     }
-    ck_assert_int_eq(tally.searches, 2 * 24 * 150);
-    ck_assert_int_gt(tally.together, 24 * 150);
-    ck_assert_int_gt(tally.found, 800);
-    ck_assert_int_gt(tally.ahead, 100);
-    ck_assert_int_gt(tally.at_once, 400);
-    ck_assert_int_gt(tally.none, 500);
-    ck_assert_int_gt(tally.equal, 500);
-    ck_assert_int_gt(tally.mixed, 500);
-    ck_assert(_i < FORMS || tally.other > 300);
+    ck_assert_int_eq(tally.searches, 2 * 24 * unit_draws(150));
+    ck_assert_int_gt(tally.together, 24 * unit_draws(150));
+    ck_assert_int_gt(tally.found, unit_draws(800));
+    ck_assert_int_gt(tally.ahead, unit_draws(100));
+    ck_assert_int_gt(tally.at_once, unit_draws(400));
+    ck_assert_int_gt(tally.none, unit_draws(500));
+    ck_assert_int_gt(tally.equal, unit_draws(500));
+    ck_assert_int_gt(tally.mixed, unit_draws(500));
+    ck_assert(_i < FORMS || tally.other > unit_draws(300));
 }
-END_TEST
 
 /* ---- single claims, of every variant ---- */
 
@@ -331,7 +330,7 @@ static int variants(void)
 
 /* Six balls come from six sides to the same instant, by powers of two: the times are the same bits.
  * The smallest number wins wherever it stands, in whichever row and grid. */
-START_TEST(of_partners_equally_early_the_smaller_wins)
+LOOP_TEST(of_partners_equally_early_the_smaller_wins, FORMS *GRIDS)
 {
     static const vec3 side[6] = {{1, 0, 0},  {-1, 0, 0}, {0, 1, 0},
                                  {0, -1, 0}, {0, 0, 1},  {0, 0, -1}};
@@ -360,9 +359,8 @@ START_TEST(of_partners_equally_early_the_smaller_wins)
         close_field(&f);
     }
 }
-END_TEST
 
-START_TEST(overlapping_balls_meet_at_once_when_they_close_and_not_when_they_part)
+LOOP_TEST(overlapping_balls_meet_at_once_when_they_close_and_not_when_they_part, FORMS *GRIDS)
 {
     struct field f;
     open_field(&f, _i, 2, pull[1]);
@@ -383,9 +381,8 @@ START_TEST(overlapping_balls_meet_at_once_when_they_close_and_not_when_they_part
         ck_assert_int_eq(ask(&f, k, 0, HUGE_VAL).partner, MILL_NOBODY);
     close_field(&f);
 }
-END_TEST
 
-START_TEST(a_contact_not_sooner_than_the_best_known_leaves_it_as_it_is)
+LOOP_TEST(a_contact_not_sooner_than_the_best_known_leaves_it_as_it_is, FORMS *GRIDS)
 {
     struct field f;
     open_field(&f, _i, 2, pull[0]);
@@ -402,11 +399,10 @@ START_TEST(a_contact_not_sooner_than_the_best_known_leaves_it_as_it_is)
     }
     close_field(&f);
 }
-END_TEST
 
 /* Nearly touching and head on: the bound by which candidates are sorted out is as sharp as it gets.
  */
-START_TEST(a_contact_a_little_sooner_than_the_best_known_is_found)
+LOOP_TEST(a_contact_a_little_sooner_than_the_best_known_is_found, FORMS *GRIDS)
 {
     for (double away = 1e-12; away < 1e-3; away *= 3.0) {
         struct field f;
@@ -422,9 +418,8 @@ START_TEST(a_contact_a_little_sooner_than_the_best_known_is_found)
         close_field(&f);
     }
 }
-END_TEST
 
-START_TEST(a_ball_alone_meets_nobody_and_looks_at_itself)
+LOOP_TEST(a_ball_alone_meets_nobody_and_looks_at_itself, FORMS *GRIDS)
 {
     struct field f;
     const char *name;
@@ -441,9 +436,8 @@ START_TEST(a_ball_alone_meets_nobody_and_looks_at_itself)
     }
     close_field(&f);
 }
-END_TEST
 
-START_TEST(the_last_variant_is_chosen_and_each_has_a_name)
+TEST(the_last_variant_is_chosen_and_each_has_a_name)
 {
     const char *name = NULL;
     const int count = variants();
@@ -456,18 +450,8 @@ START_TEST(the_last_variant_is_chosen_and_each_has_a_name)
     }
     ck_assert(mill_pairs_variant(count, &name) == NULL);
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {every_variant_finds_the_bits_of_a_plain_search, FORMS * GRIDS},
-        {of_partners_equally_early_the_smaller_wins, FORMS * GRIDS},
-        {overlapping_balls_meet_at_once_when_they_close_and_not_when_they_part, FORMS * GRIDS},
-        {a_contact_not_sooner_than_the_best_known_leaves_it_as_it_is, FORMS * GRIDS},
-        {a_contact_a_little_sooner_than_the_best_known_is_found, FORMS * GRIDS},
-        {a_ball_alone_meets_nobody_and_looks_at_itself, FORMS * GRIDS},
-        {the_last_variant_is_chosen_and_each_has_a_name, 1},
-    };
-    return unit_run("pairs", tests, sizeof tests / sizeof *tests);
+    return unit_run("pairs");
 }

@@ -62,13 +62,12 @@ static bool nipped(double angle, double above, double below, double impulse)
     return push_up(impulse, below);
 }
 
-START_TEST(a_ball_that_slips_on_neither_surface_of_a_nip_is_let_go)
+TEST(a_ball_that_slips_on_neither_surface_of_a_nip_is_let_go)
 {
     ck_assert(nipped(1e-3, 0.3, 0.2, 1e-3 * most));
     ck_assert(!nipped(atan(0.3) + atan(0.2) + 0.1, 0.3, 0.2, 0.999 * most));
     ck_assert(!nipped(0.1, 0.0, 0.0, 1e-3 * most));
 }
-END_TEST
 
 /* [N s] 4/3 E r^(1/2) d^(3/2), E = 1.154e11 Pa, for a duration */
 static double pressing(double r, double depth)
@@ -76,7 +75,7 @@ static double pressing(double r, double depth)
     return 4.0 / 3.0 * 1.1538e11 * sqrt(r * depth) * depth * duration;
 }
 
-START_TEST(a_ball_in_a_wider_nip_is_let_go_once_it_is_pressed_in_so_far_that_friction_holds_it)
+TEST(a_ball_in_a_wider_nip_is_let_go_once_it_is_pressed_in_so_far_that_friction_holds_it)
 {
     const double r = mill.world->species[mill.world->ball[BALL].species].radius;
     const double held = cos(2.0 * atan(1.0)), angle = 2.0 * atan(1.0) + 0.002;
@@ -86,31 +85,27 @@ START_TEST(a_ball_in_a_wider_nip_is_let_go_once_it_is_pressed_in_so_far_that_fri
     ck_assert(!nipped(angle, 1.0, 1.0, 0.999 * all));
     ck_assert(nipped(angle, 1.0, 1.0, 1.001 * all));
 }
-END_TEST
 
-START_TEST(surfaces_that_face_the_same_way_make_no_nip)
+TEST(surfaces_that_face_the_same_way_make_no_nip)
 {
     ck_assert(!nipped(PI, 0.3, 0.3, 0.999 * most));
     ck_assert(nipped(PI, 0.3, 0.3, 1.001 * most));
 }
-END_TEST
 
-START_TEST(a_wall_met_before_the_blade_came_makes_no_nip)
+TEST(a_wall_met_before_the_blade_came_makes_no_nip)
 {
     mill_pinches_lean(&pinches, BALL, vec3_make(0.0, 0.0, -1.0), 1.5);
     mill_pinches_meet(&pinches, mill.world, BALL, 2.0 * duration);
     ck_assert(!push_up(1e-9 * most, 1.5));
 }
-END_TEST
 
-START_TEST(meeting_a_blade_again_within_one_duration_is_not_yet_a_pinch)
+TEST(meeting_a_blade_again_within_one_duration_is_not_yet_a_pinch)
 {
     ck_assert_double_eq(meet(3, (double[]){1.0, 1.3, 1.9}), 0.0);
     ck_assert(!is_pressed(1.95 * duration));
 }
-END_TEST
 
-START_TEST(what_outlasts_an_impact_presses_the_ball_until_a_duration_without_a_blade)
+TEST(what_outlasts_an_impact_presses_the_ball_until_a_duration_without_a_blade)
 {
     meet(3, (double[]){1.0, 1.6, 2.2});
     ck_assert(is_pressed(2.2 * duration));
@@ -118,27 +113,24 @@ START_TEST(what_outlasts_an_impact_presses_the_ball_until_a_duration_without_a_b
     ck_assert(!is_pressed(3.3 * duration));
     ck_assert_double_eq_tol(meet(1, (double[]){2.5}), 0.3 * duration, 1e-12 * duration);
 }
-END_TEST
 
-START_TEST(blades_that_come_a_duration_apart_press_nothing)
+TEST(blades_that_come_a_duration_apart_press_nothing)
 {
     for (int k = 0; k < 100; k++) {
         mill_pinches_meet(&pinches, mill.world, BALL, 1.01 * k * duration);
         ck_assert(!is_pressed(1.01 * k * duration));
     }
 }
-END_TEST
 
-START_TEST(pressed_stays_pressed_when_local_time_restarts)
+TEST(pressed_stays_pressed_when_local_time_restarts)
 {
     meet(3, (double[]){1.0, 1.6, 2.2});
     mill_pinches_restart(&pinches, mill.world, 2.0 * duration);
     ck_assert(is_pressed(1.1 * duration));
     ck_assert(!is_pressed(1.3 * duration));
 }
-END_TEST
 
-START_TEST(more_than_ten_elastic_impacts_at_once_let_the_ball_go)
+TEST(more_than_ten_elastic_impacts_at_once_let_the_ball_go)
 {
     for (int k = 0; k < 10; k++) {
         mill_pinches_meet(&pinches, mill.world, BALL, duration);
@@ -147,27 +139,24 @@ START_TEST(more_than_ten_elastic_impacts_at_once_let_the_ball_go)
     mill_pinches_meet(&pinches, mill.world, BALL, duration);
     ck_assert(push(most / 10.0));
 }
-END_TEST
 
 /* 0.4 of the most each half duration adds up to 0.4 (1 + 1/2 + ...) < 0.8 */
-START_TEST(impulses_that_lie_a_duration_back_do_not_count)
+TEST(impulses_that_lie_a_duration_back_do_not_count)
 {
     for (int k = 0; k < 1000; k++) {
         mill_pinches_meet(&pinches, mill.world, BALL, 0.5 * k * duration);
         ck_assert(!push(0.4 * most));
     }
 }
-END_TEST
 
-START_TEST(a_pressed_ball_parts_at_a_hundredth_of_the_blades_speed)
+TEST(a_pressed_ball_parts_at_a_hundredth_of_the_blades_speed)
 {
     ck_assert_double_eq_tol(most, 10 * 2 * mill.world->species[0].mass * 100 * pinches.parting,
                             1e-12 * most);
     ck_assert_double_gt(pinches.parting, mill.world->rebound_floor);
 }
-END_TEST
 
-START_TEST(where_no_blade_moves_nothing_is_kept_and_nothing_pressed)
+TEST(where_no_blade_moves_nothing_is_kept_and_nothing_pressed)
 {
     struct mill_pinches none = {.ball = NULL};
     struct bench still;
@@ -179,23 +168,8 @@ START_TEST(where_no_blade_moves_nothing_is_kept_and_nothing_pressed)
     mill_pinches_free(&none);
     bench_close(&still);
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {meeting_a_blade_again_within_one_duration_is_not_yet_a_pinch, 1},
-        {what_outlasts_an_impact_presses_the_ball_until_a_duration_without_a_blade, 1},
-        {blades_that_come_a_duration_apart_press_nothing, 1},
-        {pressed_stays_pressed_when_local_time_restarts, 1},
-        {more_than_ten_elastic_impacts_at_once_let_the_ball_go, 1},
-        {impulses_that_lie_a_duration_back_do_not_count, 1},
-        {a_ball_that_slips_on_neither_surface_of_a_nip_is_let_go, 1},
-        {a_ball_in_a_wider_nip_is_let_go_once_it_is_pressed_in_so_far_that_friction_holds_it, 1},
-        {surfaces_that_face_the_same_way_make_no_nip, 1},
-        {a_wall_met_before_the_blade_came_makes_no_nip, 1},
-        {a_pressed_ball_parts_at_a_hundredth_of_the_blades_speed, 1},
-        {where_no_blade_moves_nothing_is_kept_and_nothing_pressed, 1},
-    };
-    return unit_run_in("pinch", set_up, tear_down, tests, sizeof tests / sizeof *tests);
+    return unit_run_in("pinch", set_up, tear_down);
 }

@@ -28,7 +28,7 @@ static double told(const char *format, const char *name)
     return look_at(p.path, path, 0, 0);
 }
 
-START_TEST(kinds_of_bodies_are_told_in_every_result)
+TEST(kinds_of_bodies_are_told_in_every_result)
 {
     const struct mill_account *a = &p.world->account;
     hsize_t dims[3];
@@ -63,9 +63,8 @@ START_TEST(kinds_of_bodies_are_told_in_every_result)
     free(kind);
     free(time);
 }
-END_TEST
 
-START_TEST(the_motions_add_up_to_the_drive)
+TEST(the_motions_add_up_to_the_drive)
 {
     double power = 0, work = 0;
     for (int k = 0; k < PLANETARY_MOTIONS; k++) {
@@ -95,9 +94,8 @@ START_TEST(the_motions_add_up_to_the_drive)
     ck_assert_double_nan(look_at(p.path, "/statistics/rotor/power_error", 0, 0));
     ck_assert_double_eq(look_at(p.path, "/observables/rotor_work/value", 1, 75), 0);
 }
-END_TEST
 
-START_TEST(batches_are_parts_of_the_period_of_all_motions)
+TEST(batches_are_parts_of_the_period_of_all_motions)
 {
     const struct mill_tally *tally =
         (const struct mill_tally *)mill_observers_find(&p.observers, &mill_tally_type);
@@ -105,10 +103,9 @@ START_TEST(batches_are_parts_of_the_period_of_all_motions)
     ck_assert_double_eq_tol((double)tally->batches.at.period * tally->batches.at.batch, PERIOD,
                             1e-12);
 }
-END_TEST
 
 /* By motions of their own that start anew at the frame's time */
-START_TEST(poses_are_those_of_the_motions)
+TEST(poses_are_those_of_the_motions)
 {
     struct mill_world *fresh = planetary_world();
     for (int k = 0; k < PLANETARY_MOTIONS; k++) {
@@ -141,10 +138,9 @@ START_TEST(poses_are_those_of_the_motions)
     }
     mill_world_free(fresh);
 }
-END_TEST
 
 /* Taken back by the stored pose the points of a block are the same in every frame. */
-START_TEST(blocks_move_as_the_poses_say)
+TEST(blocks_move_as_the_poses_say)
 {
     static const char *const block[] = {"jar", "paddle"};
     for (int b = 0; b < 2; b++) {
@@ -173,9 +169,8 @@ START_TEST(blocks_move_as_the_poses_say)
         free(point);
     }
 }
-END_TEST
 
-START_TEST(what_carries_nothing_has_no_block)
+TEST(what_carries_nothing_has_no_block)
 {
     struct mill_h5 *file;
     ck_assert_int_eq(mill_h5_create(p.path, MILL_H5_READ, &file, NULL), MILL_OK);
@@ -185,9 +180,8 @@ START_TEST(what_carries_nothing_has_no_block)
     ck_assert(!mill_h5_exists(file, "/VTKHDF/still"));
     mill_h5_close(file, NULL);
 }
-END_TEST
 
-START_TEST(maps_are_the_jars_own)
+TEST(maps_are_the_jars_own)
 {
     hsize_t dims[3];
     const double radius = 0.03;
@@ -210,7 +204,6 @@ START_TEST(maps_are_the_jars_own)
     free(u);
     free(solid);
 }
-END_TEST
 
 static char *summary_of(bool json)
 {
@@ -230,7 +223,7 @@ static char *summary_of(bool json)
     return text;
 }
 
-START_TEST(the_summary_has_a_line_for_each_motion)
+TEST(the_summary_has_a_line_for_each_motion)
 {
     char *text = summary_of(false);
     const char *drive = strstr(text, "\ndrive power ");
@@ -256,10 +249,9 @@ START_TEST(the_summary_has_a_line_for_each_motion)
     ck_assert_ptr_nonnull(strstr(text, "\"ball_paddle\": "));
     free(text);
 }
-END_TEST
 
 /* 0.65 s of a mill of that period are no whole periods, but it is judged by all motions' power. */
-START_TEST(notes_speak_of_the_drive)
+TEST(notes_speak_of_the_drive)
 {
     struct mill_notes notes;
     struct mill_tally_results *results;
@@ -276,9 +268,8 @@ START_TEST(notes_speak_of_the_drive)
     ck_assert(!mill_notes_of_rotor(p.world));
     mill_tally_results_free(results);
 }
-END_TEST
 
-START_TEST(a_run_taken_up_again_has_the_same_poses_and_pictures)
+TEST(a_run_taken_up_again_has_the_same_poses_and_pictures)
 {
     static const char *const same[] = {"/observables/pose/jar/centre/value", "/VTKHDF/jar/Points",
                                        "/VTKHDF/paddle/Points",
@@ -311,21 +302,8 @@ START_TEST(a_run_taken_up_again_has_the_same_poses_and_pictures)
         free(resumed);
     }
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {kinds_of_bodies_are_told_in_every_result, 1},
-        {the_motions_add_up_to_the_drive, 1},
-        {batches_are_parts_of_the_period_of_all_motions, 1},
-        {poses_are_those_of_the_motions, 1},
-        {blocks_move_as_the_poses_say, 1},
-        {what_carries_nothing_has_no_block, 1},
-        {maps_are_the_jars_own, 1},
-        {the_summary_has_a_line_for_each_motion, 1},
-        {notes_speak_of_the_drive, 1},
-        {a_run_taken_up_again_has_the_same_poses_and_pictures, 1, UNIT_SLOW},
-    };
-    return unit_run_after("planetary", set_up, tear_down, tests, sizeof tests / sizeof *tests);
+    return unit_run_after("planetary", set_up, tear_down);
 }

@@ -9,16 +9,15 @@
 
 /* ---------------------------------------------------------------- quadratics */
 
-START_TEST(small_root_of_a_quadratic_keeps_its_digits)
+TEST(small_root_of_a_quadratic_keeps_its_digits)
 {
     double x[2];
     ck_assert_int_eq(mill_poly_quadratic(1.0, -5e8, 1.0, x), 2);
     ck_assert_double_eq_tol(x[0], 1e-9, 1e-24);
     ck_assert_double_eq_tol(x[1], 1e9, 1e-6);
 }
-END_TEST
 
-START_TEST(nearly_double_roots_are_right_to_the_last_bits)
+TEST(nearly_double_roots_are_right_to_the_last_bits)
 {
     /* Kahan's example: b^2 - ac is all rounding unless the products are exact */
     double x[2];
@@ -27,9 +26,8 @@ START_TEST(nearly_double_roots_are_right_to_the_last_bits)
     ck_assert_double_eq_tol(x[0], 1.0, 1e-15);
     ck_assert_double_eq_tol(x[1], 1.000000028975958, 1e-15);
 }
-END_TEST
 
-START_TEST(double_root_counts_once)
+TEST(double_root_counts_once)
 {
     double x[2];
     ck_assert_int_eq(mill_poly_quadratic(1.0, -3.0, 9.0, x), 1);
@@ -37,18 +35,16 @@ START_TEST(double_root_counts_once)
     ck_assert_int_eq(mill_poly_quadratic(2.0, 0.0, 0.0, x), 1);
     ck_assert_double_eq(x[0], 0.0);
 }
-END_TEST
 
-START_TEST(quadratic_without_square_term_is_linear)
+TEST(quadratic_without_square_term_is_linear)
 {
     double x[2];
     ck_assert_int_eq(mill_poly_quadratic(0.0, 2.0, -8.0, x), 1);
     ck_assert_double_eq(x[0], 2.0);
     ck_assert_int_eq(mill_poly_quadratic(0.0, 0.0, 1.0, x), 0);
 }
-END_TEST
 
-START_TEST(quadratic_survives_the_ends_of_the_exponent_range)
+TEST(quadratic_survives_the_ends_of_the_exponent_range)
 {
     double x[2];
     for (int e = -1000; e <= 1000; e += 8) { /* 2^e (x - 1)(x - 3), and x scaled by 2^e/2 */
@@ -61,7 +57,6 @@ START_TEST(quadratic_survives_the_ends_of_the_exponent_range)
         ck_assert(x[0] == h && x[1] == 3.0 * h);
     }
 }
-END_TEST
 
 /* ---------------------------------------------------------------- quartics */
 
@@ -96,7 +91,7 @@ static double distance_to_nearest(double complex z, const double re[4], const do
     return nearest;
 }
 
-START_TEST(hard_quartics_are_solved_to_the_floor)
+LOOP_TEST(hard_quartics_are_solved_to_the_floor, COUNT(hard))
 {
     const struct known_quartic *q = &hard[_i];
     double re[4], im[4];
@@ -111,9 +106,8 @@ START_TEST(hard_quartics_are_solved_to_the_floor)
         ck_assert_double_le(nearest / hypot(re[k], im[k]), 10.0 * q->floor + 1e-14);
     }
 }
-END_TEST
 
-START_TEST(conjugate_pairs_are_adjacent)
+TEST(conjugate_pairs_are_adjacent)
 {
     for (size_t i = 0; i < sizeof hard / sizeof hard[0]; i++) {
         double re[4], im[4];
@@ -122,9 +116,8 @@ START_TEST(conjugate_pairs_are_adjacent)
             ck_assert(im[k] == -im[k + 1] && (im[k] == 0.0 || re[k] == re[k + 1]));
     }
 }
-END_TEST
 
-START_TEST(quartic_scales_to_the_ends_of_the_exponent_range)
+TEST(quartic_scales_to_the_ends_of_the_exponent_range)
 {
     for (int e = -240; e <= 240; e += 10)
         for (int f = -60; f <= 60; f += 30) { /* 2^f (x - 1)(x - 2)(x - 3)(x + 4), x in 2^e */
@@ -137,9 +130,8 @@ START_TEST(quartic_scales_to_the_ends_of_the_exponent_range)
                 ck_assert_double_le(distance_to_nearest(root[k] * unit, re, im), 1e-15 * unit);
         }
 }
-END_TEST
 
-START_TEST(quartic_with_zero_roots_has_them_exactly)
+TEST(quartic_with_zero_roots_has_them_exactly)
 {
     double re[4], im[4];
     for (int zeros = 1; zeros <= 4; zeros++) { /* x^zeros times a product of (x - 1), (x - 2) ... */
@@ -154,13 +146,12 @@ START_TEST(quartic_with_zero_roots_has_them_exactly)
             ck_assert_double_le(distance_to_nearest(k, re, im), 1e-15 * k);
     }
 }
-END_TEST
 
 /* The resolvent cubic then has a double root, known to half the digits only. */
-START_TEST(two_zero_roots_between_large_ones_leave_these_all_their_digits)
+TEST(two_zero_roots_between_large_ones_leave_these_all_their_digits)
 {
     gsl_rng *rng = seeded(103);
-    for (int i = 0; i < 1000; i++) {
+    for (int i = 0; i < unit_draws(1000); i++) {
         const double c[5] = {0.0, 0.0, log_uniform(rng, 1e-20, 1e20), 0.0,
                              -log_uniform(rng, 1e-20, 1e20)};
         const double root = sqrt(-c[2] / c[4]);
@@ -175,7 +166,6 @@ START_TEST(two_zero_roots_between_large_ones_leave_these_all_their_digits)
     }
     gsl_rng_free(rng);
 }
-END_TEST
 
 static int exact_zeros(const double c[5])
 {
@@ -187,7 +177,7 @@ static int exact_zeros(const double c[5])
     return zeros;
 }
 
-START_TEST(a_root_at_zero_is_exact_beside_a_cluster)
+TEST(a_root_at_zero_is_exact_beside_a_cluster)
 {
     const double found[5] = {0.0, 0x1.e378p+5, -0x1.d64p+5, 0x1.07p+4, -0x1.ffffffffffffep-1};
     ck_assert_int_eq(exact_zeros(found), 1);
@@ -196,7 +186,6 @@ START_TEST(a_root_at_zero_is_exact_beside_a_cluster)
         ck_assert_int_eq(exact_zeros(c), 1);
     }
 }
-END_TEST
 
 /* Roots of magnitude 1e-6..1e6, real, conjugate, and multiple; c = their product, rounded */
 static void random_quartic(gsl_rng *rng, double complex root[4], double c[5])
@@ -252,10 +241,10 @@ static double rounding_radius(const double complex root[4], int which)
     return best;
 }
 
-START_TEST(quartics_from_known_roots_are_solved_as_well_as_their_coefficients_allow)
+TEST(quartics_from_known_roots_are_solved_as_well_as_their_coefficients_allow)
 {
     gsl_rng *rng = seeded(101);
-    for (int i = 0; i < 100000; i++) {
+    for (int i = 0; i < unit_draws(100000); i++) {
         double complex root[4];
         double c[5], re[4], im[4];
         random_quartic(rng, root, c);
@@ -267,9 +256,8 @@ START_TEST(quartics_from_known_roots_are_solved_as_well_as_their_coefficients_al
     }
     gsl_rng_free(rng);
 }
-END_TEST
 
-START_TEST(quartic_roots_of_any_finite_input_are_numbers)
+TEST(quartic_roots_of_any_finite_input_are_numbers)
 {
     const double some[7] = {0.0, 1.0, -1.0, 1e-300, -1e-300, 1e300, -1e300};
     for (int i = 0; i < 7 * 7 * 7 * 7 * 6; i++) {
@@ -281,12 +269,11 @@ START_TEST(quartic_roots_of_any_finite_input_are_numbers)
             ck_assert(!isnan(re[k]) && !isnan(im[k]));
     }
 }
-END_TEST
 
-START_TEST(quartic_roots_of_any_magnitude_are_numbers)
+SLOW_TEST(quartic_roots_of_any_magnitude_are_numbers, 1)
 {
     gsl_rng *rng = gsl_rng_alloc(gsl_rng_mt19937);
-    for (int i = 0; i < 200000; i++) {
+    for (int i = 0; i < unit_draws(200000); i++) {
         double c[5], re[4], im[4];
         for (int k = 0; k < 5; k++)
             c[k] =
@@ -300,11 +287,10 @@ START_TEST(quartic_roots_of_any_magnitude_are_numbers)
     }
     gsl_rng_free(rng);
 }
-END_TEST
 
 /* Small roots 2^-688 and 0 (too small for a number) beside -+2^329: squares that are no numbers
  * come up on the way. */
-START_TEST(quartic_with_roots_three_hundred_decades_apart_keeps_them)
+TEST(quartic_with_roots_three_hundred_decades_apart_keeps_them)
 {
     const double c[5] = {-0x1.6868686868686p-919, 0x1.0000000000001p+0, -0x1.aea0652a233p+687, -0.0,
                          0x1.4414120e4edf5p+28};
@@ -322,7 +308,6 @@ START_TEST(quartic_with_roots_three_hundred_decades_apart_keeps_them)
     ck_assert_double_le(fabs(highest - large), 1e-15 * large);
     ck_assert_double_le(least, 1e-15 * small);
 }
-END_TEST
 
 /* ---------------------------------------------------------------- Sturm counts */
 
@@ -338,10 +323,10 @@ static int distinct_in(const double *root, int n, double lo, double hi)
     return found;
 }
 
-START_TEST(sturm_counts_distinct_roots_open_at_lo_and_closed_at_hi)
+SLOW_TEST(sturm_counts_distinct_roots_open_at_lo_and_closed_at_hi, 1)
 {
     gsl_rng *rng = seeded(102);
-    for (int i = 0; i < 20000; i++) {
+    for (int i = 0; i < unit_draws(20000); i++) {
         double root[4], c[5], ends[6] = {-INFINITY, INFINITY};
         dyadic_quartic(rng, root, c);
         for (int k = 0; k < 4; k++) /* mostly on the roots themselves */
@@ -354,13 +339,12 @@ START_TEST(sturm_counts_distinct_roots_open_at_lo_and_closed_at_hi)
     }
     gsl_rng_free(rng);
 }
-END_TEST
 
-START_TEST(sturm_counts_agree_with_known_roots_over_all_magnitudes)
+TEST(sturm_counts_agree_with_known_roots_over_all_magnitudes)
 {
     gsl_rng *rng = seeded(103);
     int asked = 0;
-    for (int i = 0; i < 10000; i++) {
+    for (int i = 0; i < unit_draws(10000); i++) {
         double complex root[4];
         double c[5];
         random_quartic(rng, root, c);
@@ -384,15 +368,14 @@ START_TEST(sturm_counts_agree_with_known_roots_over_all_magnitudes)
         ck_assert_int_eq(mill_poly_sturm_count(c, 4, -INFINITY, cut), below);
         ck_assert_int_eq(mill_poly_sturm_count(c, 4, cut, INFINITY), above);
     }
-    ck_assert_int_gt(asked, 3000);
+    ck_assert_int_gt(asked, unit_draws(3000));
     gsl_rng_free(rng);
 }
-END_TEST
 
-START_TEST(sturm_counts_roots_over_a_hundred_decades)
+TEST(sturm_counts_roots_over_a_hundred_decades)
 {
     gsl_rng *rng = seeded(105);
-    for (int i = 0; i < 2000; i++) {
+    for (int i = 0; i < unit_draws(2000); i++) {
         double root[4], decade = uniform(rng, -70.0, -20.0), c[5];
         long double p[6] = {0.0L, 1.0L};
         for (int n = 0; n < 4; n++, decade += uniform(rng, 3.0, 30.0)) {
@@ -410,9 +393,8 @@ START_TEST(sturm_counts_roots_over_a_hundred_decades)
     }
     gsl_rng_free(rng);
 }
-END_TEST
 
-START_TEST(sturm_tells_a_double_root_from_two_near_ones_and_from_none)
+TEST(sturm_tells_a_double_root_from_two_near_ones_and_from_none)
 {
     /* (x - 1)^2 (x^2 + 1) with its constant one ulp lower and higher */
     double c[5] = {1, -2, 2, -2, 1};
@@ -422,9 +404,8 @@ START_TEST(sturm_tells_a_double_root_from_two_near_ones_and_from_none)
     c[0] = nextafter(1.0, 2.0);
     ck_assert_int_eq(mill_poly_sturm_count(c, 4, 0.0, INFINITY), 0);
 }
-END_TEST
 
-START_TEST(sturm_ignores_leading_zeros_and_constants)
+TEST(sturm_ignores_leading_zeros_and_constants)
 {
     const double line[5] = {-1.0, 2.0}, constant[3] = {5.0}, nothing[5] = {0.0};
     ck_assert_int_eq(mill_poly_sturm_count(line, 4, 0.0, 0.5), 1);
@@ -432,31 +413,8 @@ START_TEST(sturm_ignores_leading_zeros_and_constants)
     ck_assert_int_eq(mill_poly_sturm_count(constant, 2, -INFINITY, INFINITY), 0);
     ck_assert_int_eq(mill_poly_sturm_count(nothing, 4, -INFINITY, INFINITY), 0);
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {small_root_of_a_quadratic_keeps_its_digits, 1},
-        {nearly_double_roots_are_right_to_the_last_bits, 1},
-        {double_root_counts_once, 1},
-        {quadratic_without_square_term_is_linear, 1},
-        {quadratic_survives_the_ends_of_the_exponent_range, 1},
-        {hard_quartics_are_solved_to_the_floor, sizeof hard / sizeof hard[0]},
-        {conjugate_pairs_are_adjacent, 1},
-        {quartic_scales_to_the_ends_of_the_exponent_range, 1},
-        {quartic_with_zero_roots_has_them_exactly, 1},
-        {two_zero_roots_between_large_ones_leave_these_all_their_digits, 1},
-        {a_root_at_zero_is_exact_beside_a_cluster, 1},
-        {quartics_from_known_roots_are_solved_as_well_as_their_coefficients_allow, 1},
-        {quartic_roots_of_any_finite_input_are_numbers, 1},
-        {quartic_roots_of_any_magnitude_are_numbers, 1, UNIT_SLOW},
-        {quartic_with_roots_three_hundred_decades_apart_keeps_them, 1},
-        {sturm_counts_distinct_roots_open_at_lo_and_closed_at_hi, 1, UNIT_SLOW},
-        {sturm_counts_agree_with_known_roots_over_all_magnitudes, 1},
-        {sturm_counts_roots_over_a_hundred_decades, 1},
-        {sturm_tells_a_double_root_from_two_near_ones_and_from_none, 1},
-        {sturm_ignores_leading_zeros_and_constants, 1},
-    };
-    return unit_run("poly", tests, sizeof tests / sizeof *tests);
+    return unit_run("poly");
 }

@@ -7,7 +7,7 @@
 
 /* ---------------------------------------------------------------- first rise: flights */
 
-START_TEST(ball_thrown_up_from_the_bottom_returns_after_2u_over_g)
+TEST(ball_thrown_up_from_the_bottom_returns_after_2u_over_g)
 {
     const double r[2] = {0.0, -DRUM_RHO}, g[2] = {0.0, -9.81};
     for (double u = 1e-6; u < 1.0; u *= 1.1) {
@@ -17,9 +17,8 @@ START_TEST(ball_thrown_up_from_the_bottom_returns_after_2u_over_g)
         ck_assert_double_le(DIFFER(t, 2.0 * u / 9.81), 1e-15 * t);
     }
 }
-END_TEST
 
-START_TEST(detaching_ball_lands_after_4_v_sin_theta_over_g)
+TEST(detaching_ball_lands_after_4_v_sin_theta_over_g)
 {
     for (double theta = 0.02; theta < 1.55; theta += 0.01) {
         double speed = sqrt(9.81 * DRUM_RHO * cos(theta));
@@ -36,50 +35,44 @@ START_TEST(detaching_ball_lands_after_4_v_sin_theta_over_g)
         ck_assert_double_le(DIFFER(t, lands), 1e-10 * lands);
     }
 }
-END_TEST
 
-START_TEST(ball_at_the_top_with_v2_equal_g_rho_stays_in_contact)
+TEST(ball_at_the_top_with_v2_equal_g_rho_stays_in_contact)
 {
     const double c[5] = {-1e-19, 0.0, 0.0, 0.0, 0.25 * 9.81 * 9.81};
     ck_assert_double_eq(mill_poly_first_rise(c, INFINITY, true, NULL), 0.0);
 }
-END_TEST
 
-START_TEST(overlapping_and_closing_is_now)
+TEST(overlapping_and_closing_is_now)
 {
     const double c[5] = {1e-9, 1e-3, -1.0, 0.0, 24.0};
     ck_assert_double_eq(mill_poly_first_rise(c, 0.0, false, NULL), 0.0);
     ck_assert_double_eq(mill_poly_first_rise(c, INFINITY, false, NULL), 0.0);
 }
-END_TEST
 
-START_TEST(resting_contact_pressed_on_by_gravity_is_now)
+TEST(resting_contact_pressed_on_by_gravity_is_now)
 {
     const double c[5] = {0.0, 0.0, 0.7, 0.0, 24.0};
     ck_assert_double_eq(mill_poly_first_rise(c, 1e-3, false, NULL), 0.0);
     ck_assert_double_eq(mill_poly_first_rise(c, 1e-3, true, NULL), 0.0);
 }
-END_TEST
 
-START_TEST(overlapping_and_opening_waits_until_it_closes_again)
+TEST(overlapping_and_opening_waits_until_it_closes_again)
 {
     const double c[5] = {1e-9, -1e-3, 1.0}; /* leaves, and is back at about 1 ms */
     double back = 0.5 * (1e-3 + sqrt(1e-6 - 4e-9));
     ck_assert_double_eq_tol(mill_poly_first_rise(c, 1.0, false, NULL), back, 1e-18);
     ck_assert_double_eq(mill_poly_first_rise(c, 5e-4, false, NULL), (double)INFINITY);
 }
-END_TEST
 
-START_TEST(overlap_that_never_opens_fully_closes_at_its_minimum)
+TEST(overlap_that_never_opens_fully_closes_at_its_minimum)
 {
     const double c[5] = {1e-6, -1e-3, 1.0};
     ck_assert_double_eq(mill_poly_first_rise(c, 1.0, false, NULL), 5e-4);
     const double touch[5] = {0.25, -1.0, 1.0}; /* reaches zero and no farther */
     ck_assert_double_eq(mill_poly_first_rise(touch, 1.0, false, NULL), 0.5);
 }
-END_TEST
 
-START_TEST(grazing_from_outside_is_no_contact)
+TEST(grazing_from_outside_is_no_contact)
 {
     const double c[5] = {-1.0, 2.0, -1.0}; /* touches zero at t = 1 from below */
     struct mill_poly_counts counts = {0};
@@ -90,33 +83,29 @@ START_TEST(grazing_from_outside_is_no_contact)
     ck_assert_uint_eq(counts.solves, 2);
     ck_assert_uint_eq(counts.fallbacks, 2);
 }
-END_TEST
 
-START_TEST(contact_at_the_very_end_of_the_window_counts)
+TEST(contact_at_the_very_end_of_the_window_counts)
 {
     const double c[5] = {-4.0, 0.0, 1.0};
     ck_assert_double_eq(mill_poly_first_rise(c, 2.0, false, NULL), 2.0);
     ck_assert_double_eq(mill_poly_first_rise(c, nextafter(2.0, 0.0), false, NULL),
                         (double)INFINITY);
 }
-END_TEST
 
-START_TEST(touching_ball_that_leaves_is_not_caught_again_by_rounding)
+TEST(touching_ball_that_leaves_is_not_caught_again_by_rounding)
 {
     const double c[5] = {3e-18, -2.0 * DRUM_RHO, 1.0}; /* c0 is noise, the ball leaves at 1 m/s */
     double t = mill_poly_first_rise(c, 1.0, true, NULL);
     ck_assert_double_eq_tol(t, 2.0 * DRUM_RHO, 1e-16);
 }
-END_TEST
 
-START_TEST(most_calls_cost_no_solve)
+TEST(most_calls_cost_no_solve)
 {
     const double c[5] = {-1e-3, 1e-2, 1.0, 1.0, 24.0};
     struct mill_poly_counts counts = {0};
     ck_assert_double_eq(mill_poly_first_rise(c, 1e-3, false, &counts), (double)INFINITY);
     ck_assert_uint_eq(counts.solves, 0);
 }
-END_TEST
 
 /* ---------------------------------------------------------------- first rise: against oracles */
 
@@ -147,12 +136,12 @@ static const char *disagreement(const struct rise_case *q, double t, const struc
     return residual_ulps(q, t) <= 2.0 ? NULL : "inaccurate";
 }
 
-START_TEST(first_rise_is_the_one_that_a_bracketing_oracle_finds)
+SLOW_TEST(first_rise_is_the_one_that_a_bracketing_oracle_finds, 4)
 {
     gsl_rng *rng = seeded((unsigned long)(104 + _i));
     struct mill_poly_counts counts = {0}, endless = {0};
     int close_calls = 0, found = 0;
-    for (int i = 0; i < 250000; i++) {
+    for (int i = 0; i < unit_draws(250000); i++) {
         struct rise_case q = mill_case(rng);
         struct oracle_answer o = oracle_first_rise(&q);
         double t =
@@ -165,21 +154,20 @@ START_TEST(first_rise_is_the_one_that_a_bracketing_oracle_finds)
                 "%s: case %d, t %.17g, oracle %.17g, t_end %g, at_root %d, c %a %a %a %a %a", wrong,
                 i, t, o.t, q.t_end, q.at_root, q.c[0], q.c[1], q.c[2], q.c[3], q.c[4]);
     }
-    ck_assert_int_lt(close_calls, 50);
-    ck_assert_int_gt(found, 50000);
-    ck_assert_uint_gt(counts.fallbacks, 100);
+    ck_assert_int_lt(close_calls, unit_draws(50));
+    ck_assert_int_gt(found, unit_draws(50000));
+    ck_assert_uint_gt(counts.fallbacks, unit_draws(100));
     ck_assert_uint_lt(counts.fallbacks, counts.solves / 20);
     ck_assert_uint_eq(endless.fallbacks, endless.solves); /* what no run asks */
     gsl_rng_free(rng);
 }
-END_TEST
 
-START_TEST(the_closed_form_agrees_with_first_rises_and_refutes_wrong_ones)
+TEST(the_closed_form_agrees_with_first_rises_and_refutes_wrong_ones)
 {
     gsl_rng *rng = seeded(115);
     struct mill_poly_counts counts = {.checked = true};
     int missed = 0, invented = 0, contacts = 0;
-    for (int i = 0; i < 50000; i++) {
+    for (int i = 0; i < unit_draws(50000); i++) {
         const struct rise_case q = mill_case(rng);
         const double t = mill_poly_first_rise(q.c, q.t_end, q.at_root, &counts);
         if (!(isfinite(t) && t > 0.0 && q.c[4] != 0.0 && !q.at_root && q.c[0] < 0.0))
@@ -190,17 +178,16 @@ START_TEST(the_closed_form_agrees_with_first_rises_and_refutes_wrong_ones)
         invented += !mill_poly_quartic_agrees(q.c, q.t_end, false, 0.5 * t);
     }
     ck_assert_uint_eq(counts.refuted, 0);
-    ck_assert_int_gt(contacts, 5000);
+    ck_assert_int_gt(contacts, unit_draws(5000));
     ck_assert_int_gt(missed, contacts * 9 / 10);
     ck_assert_int_gt(invented, contacts * 9 / 10);
     gsl_rng_free(rng);
 }
-END_TEST
 
-START_TEST(fast_path_and_sturm_sequence_agree)
+TEST(fast_path_and_sturm_sequence_agree)
 {
     gsl_rng *rng = seeded(110);
-    for (int i = 0; i < 50000; i++) {
+    for (int i = 0; i < unit_draws(50000); i++) {
         struct rise_case q = mill_case(rng);
         bool falling = q.c[1] < 0.0;
         if (q.c[0] == 0.0 || (q.c[0] > 0.0 && !falling))
@@ -214,9 +201,8 @@ START_TEST(fast_path_and_sturm_sequence_agree)
     }
     gsl_rng_free(rng);
 }
-END_TEST
 
-START_TEST(a_rise_at_the_end_of_the_window_counts_to_the_last_bit)
+TEST(a_rise_at_the_end_of_the_window_counts_to_the_last_bit)
 {
     gsl_rng *rng = seeded(114);
     int within = 0, beyond = 0;
@@ -238,7 +224,6 @@ START_TEST(a_rise_at_the_end_of_the_window_counts_to_the_last_bit)
     ck_assert_int_gt(beyond, 1000);
     gsl_rng_free(rng);
 }
-END_TEST
 
 /* From the roots alone: where the sign goes from - to +, in exact arithmetic */
 static double rise_of_known_roots(const double root[4], double lead, double t_end)
@@ -257,10 +242,10 @@ static double rise_of_known_roots(const double root[4], double lead, double t_en
     return first;
 }
 
-START_TEST(first_rise_finds_known_roots_of_any_multiplicity)
+SLOW_TEST(first_rise_finds_known_roots_of_any_multiplicity, 1)
 {
     gsl_rng *rng = seeded(111);
-    for (int i = 0; i < 100000; i++) {
+    for (int i = 0; i < unit_draws(100000); i++) {
         double root[4], c[5];
         dyadic_quartic(rng, root, c);
         if (c[0] > 0.0)
@@ -275,16 +260,15 @@ START_TEST(first_rise_finds_known_roots_of_any_multiplicity)
     }
     gsl_rng_free(rng);
 }
-END_TEST
 
 /* ---------------------------------------------------------------- extreme input */
 
-START_TEST(first_rise_of_any_finite_input_is_a_time)
+SLOW_TEST(first_rise_of_any_finite_input_is_a_time, 1)
 {
     const double some[9] = {0.0, 1.0, -1.0, 1e-300, -1e-300, 1e300, -1e300, 5e-324, -DBL_MAX};
     const double ends[4] = {0.0, 1e-6, 1e200, INFINITY};
     gsl_rng *rng = seeded(112);
-    for (int i = 0; i < 100000; i++) {
+    for (int i = 0; i < unit_draws(100000); i++) {
         double c[5], t_end = ends[gsl_rng_uniform_int(rng, 4)];
         for (int k = 0; k < 5; k++)
             c[k] = some[gsl_rng_uniform_int(rng, 9)] * uniform(rng, 0.5, 1.0);
@@ -293,9 +277,8 @@ START_TEST(first_rise_of_any_finite_input_is_a_time)
     }
     gsl_rng_free(rng);
 }
-END_TEST
 
-START_TEST(nothing_never_rises)
+TEST(nothing_never_rises)
 {
     const double nothing[5] = {0.0}, inside[5] = {1.0}, outside[5] = {-1.0};
     for (int at_root = 0; at_root < 2; at_root++) {
@@ -307,17 +290,15 @@ START_TEST(nothing_never_rises)
                             (double)INFINITY);
     }
 }
-END_TEST
 
-START_TEST(root_is_found_beside_terms_that_overflow_at_the_end_of_the_window)
+TEST(root_is_found_beside_terms_that_overflow_at_the_end_of_the_window)
 {
     const double c[5] = {-1e300, 1e300, 0.0, 0.0, -1e-300}; /* t = 1, and back out at 1e200 */
     ck_assert_double_eq(mill_poly_first_rise(c, 1e150, false, NULL), 1.0);
     ck_assert_double_eq(mill_poly_first_rise(c, INFINITY, false, NULL), 1.0);
 }
-END_TEST
 
-START_TEST(rise_from_the_smallest_of_doubles_is_found_to_the_last_bit)
+TEST(rise_from_the_smallest_of_doubles_is_found_to_the_last_bit)
 {
     const double tiny = 0x1p-1074;
     const double steep[5] = {-tiny, 0x1.bp-8, 0x1.bp-4, 0x1.2p-1, 1.0};
@@ -328,12 +309,11 @@ START_TEST(rise_from_the_smallest_of_doubles_is_found_to_the_last_bit)
         DIFFER(mill_poly_first_rise(flat, INFINITY, false, NULL), 0x1p-269 * sqrt(2.0)),
         1e-15 * 0x1p-269);
 }
-END_TEST
 
-START_TEST(first_rise_does_not_depend_on_the_units)
+TEST(first_rise_does_not_depend_on_the_units)
 {
     gsl_rng *rng = seeded(113);
-    for (int i = 0; i < 5000; i++) {
+    for (int i = 0; i < unit_draws(5000); i++) {
         struct rise_case q = mill_case(rng);
         double t = mill_poly_first_rise(q.c, q.t_end, q.at_root, NULL);
         for (int j = 0; j < 6; j++) { /* time in units of 2^-e, p in units of 2^-f: exact */
@@ -349,32 +329,8 @@ START_TEST(first_rise_does_not_depend_on_the_units)
     }
     gsl_rng_free(rng);
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {ball_thrown_up_from_the_bottom_returns_after_2u_over_g, 1},
-        {detaching_ball_lands_after_4_v_sin_theta_over_g, 1},
-        {ball_at_the_top_with_v2_equal_g_rho_stays_in_contact, 1},
-        {overlapping_and_closing_is_now, 1},
-        {resting_contact_pressed_on_by_gravity_is_now, 1},
-        {overlapping_and_opening_waits_until_it_closes_again, 1},
-        {overlap_that_never_opens_fully_closes_at_its_minimum, 1},
-        {grazing_from_outside_is_no_contact, 1},
-        {contact_at_the_very_end_of_the_window_counts, 1},
-        {touching_ball_that_leaves_is_not_caught_again_by_rounding, 1},
-        {most_calls_cost_no_solve, 1},
-        {first_rise_is_the_one_that_a_bracketing_oracle_finds, 4, UNIT_SLOW},
-        {the_closed_form_agrees_with_first_rises_and_refutes_wrong_ones, 1},
-        {fast_path_and_sturm_sequence_agree, 1},
-        {a_rise_at_the_end_of_the_window_counts_to_the_last_bit, 1},
-        {first_rise_finds_known_roots_of_any_multiplicity, 1, UNIT_SLOW},
-        {first_rise_of_any_finite_input_is_a_time, 1, UNIT_SLOW},
-        {nothing_never_rises, 1},
-        {root_is_found_beside_terms_that_overflow_at_the_end_of_the_window, 1},
-        {rise_from_the_smallest_of_doubles_is_found_to_the_last_bit, 1},
-        {first_rise_does_not_depend_on_the_units, 1},
-    };
-    return unit_run("poly_rise", tests, sizeof tests / sizeof *tests);
+    return unit_run("poly_rise");
 }

@@ -15,7 +15,7 @@ static double any_double(gsl_rng *rng)
     return gsl_rng_uniform(rng) < 0.5 ? -x : x;
 }
 
-START_TEST(doubles_go_in_and_come_out_unchanged)
+TEST(doubles_go_in_and_come_out_unchanged)
 {
     const double some[6] = {0.0, 1.0, -5e-324, DBL_MAX, -0x1.fffffffffffffp-33, 0x1p31};
     for (int i = 0; i < 6; i++) {
@@ -24,9 +24,8 @@ START_TEST(doubles_go_in_and_come_out_unchanged)
         ck_assert_int_eq(wide_sign(a), (some[i] > 0.0) - (some[i] < 0.0));
     }
 }
-END_TEST
 
-START_TEST(products_and_sums_are_exact)
+TEST(products_and_sums_are_exact)
 {
     gsl_rng *rng = seeded(120); /* (a + b)(a - b) + b b - a a = 0 to the last of 1280 bits */
     for (int i = 0; i < 20000; i++) {
@@ -42,9 +41,8 @@ START_TEST(products_and_sums_are_exact)
     }
     gsl_rng_free(rng);
 }
-END_TEST
 
-START_TEST(sums_carry_and_borrow_like_integers)
+TEST(sums_carry_and_borrow_like_integers)
 {
     gsl_rng *rng = seeded(121);
     for (int i = 0; i < 20000; i++) {
@@ -56,9 +54,8 @@ START_TEST(sums_carry_and_borrow_like_integers)
     }
     gsl_rng_free(rng);
 }
-END_TEST
 
-START_TEST(a_sign_that_the_width_cannot_hold_is_not_claimed)
+TEST(a_sign_that_the_width_cannot_hold_is_not_claimed)
 {
     /* 2^1000 + 2^-250 + 2^-280 - 2^1000: the last term is one word too many, and what is left
      * next to the cut counts for nothing */
@@ -75,9 +72,8 @@ START_TEST(a_sign_that_the_width_cannot_hold_is_not_claimed)
     sum = wide_sum(sum, minus);
     ck_assert_int_eq(wide_sign(sum), 1);
 }
-END_TEST
 
-START_TEST(products_of_uncertain_numbers_stay_uncertain)
+TEST(products_of_uncertain_numbers_stay_uncertain)
 {
     struct wide big = wide_from(0x1p1000), low = wide_from(0x1p-600), minus = negative(big);
     struct wide lost = wide_sum(big, low);
@@ -90,16 +86,8 @@ START_TEST(products_of_uncertain_numbers_stay_uncertain)
     ck_assert_int_eq(wide_sign(small), 0);
     ck_assert_int_eq(wide_sign(large), 1);
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {doubles_go_in_and_come_out_unchanged, 1},
-        {products_and_sums_are_exact, 1},
-        {sums_carry_and_borrow_like_integers, 1},
-        {a_sign_that_the_width_cannot_hold_is_not_claimed, 1},
-        {products_of_uncertain_numbers_stay_uncertain, 1},
-    };
-    return unit_run("poly_wide", tests, sizeof tests / sizeof *tests);
+    return unit_run("poly_wide");
 }

@@ -55,7 +55,7 @@ static double held(size_t n, double memory, size_t period, double swing, double 
 
 /* ---- series ---- */
 
-START_TEST(mser_cuts_a_start_up_that_stands_out)
+TEST(mser_cuts_a_start_up_that_stands_out)
 {
     chance = 1;
     fill(200, 0, 0, 0);
@@ -65,9 +65,8 @@ START_TEST(mser_cuts_a_start_up_that_stands_out)
     ck_assert_uint_ge(cut, 16); /* 20 exp(-2) = 2.7 standard deviations */
     ck_assert_uint_le(cut, 40);
 }
-END_TEST
 
-START_TEST(mser_is_the_minimum_of_its_formula)
+TEST(mser_is_the_minimum_of_its_formula)
 {
     chance = 2;
     fill(60, 0.5, 0, 0);
@@ -89,16 +88,14 @@ START_TEST(mser_is_the_minimum_of_its_formula)
     ck_assert_uint_eq(mill_precision_mser(x, 60), best);
     ck_assert_uint_gt(best, 0);
 }
-END_TEST
 
-START_TEST(mser_keeps_all_of_a_series_too_short_to_judge)
+TEST(mser_keeps_all_of_a_series_too_short_to_judge)
 {
     for (size_t n = 0; n <= 5; n++)
         ck_assert_uint_eq(mill_precision_mser(x, n), 0);
 }
-END_TEST
 
-START_TEST(the_error_told_is_the_scatter_of_the_means)
+TEST(the_error_told_is_the_scatter_of_the_means)
 {
     const double memory[] = {-0.2, 0, 0.5, 0.8};
     for (int i = 0; i < 4; i++) {
@@ -108,9 +105,8 @@ START_TEST(the_error_told_is_the_scatter_of_the_means)
         ck_assert_msg(reach > 0.95 && reach < 1.3, "memory %g: %g", memory[i], reach);
     }
 }
-END_TEST
 
-START_TEST(in_short_series_the_interval_is_widened_so_that_it_still_holds)
+TEST(in_short_series_the_interval_is_widened_so_that_it_still_holds)
 {
     const double memory[] = {0, 0.3, 0.5, 0.8};
     for (int n = 48; n <= 192; n *= 2)
@@ -121,9 +117,8 @@ START_TEST(in_short_series_the_interval_is_widened_so_that_it_still_holds)
             ck_assert_msg(reach > 1.05 && reach < 2, "%d, %g: %g", n, memory[i], reach);
         }
 }
-END_TEST
 
-START_TEST(what_repeats_every_revolution_has_no_part_in_the_error)
+TEST(what_repeats_every_revolution_has_no_part_in_the_error)
 {
     for (size_t turns = 3; turns <= 24; turns *= 2) {
         double reach;
@@ -132,18 +127,16 @@ START_TEST(what_repeats_every_revolution_has_no_part_in_the_error)
         ck_assert_msg(reach > 1 && reach < 2, "%zu revolutions: %g", turns, reach);
     }
 }
-END_TEST
 
 /* 5.5 revolutions of a swing of 30 shift the mean by 30 * 2/pi * 0.5/5.5 or so. */
-START_TEST(a_revolution_that_is_not_whole_has_its_part_in_the_error)
+TEST(a_revolution_that_is_not_whole_has_its_part_in_the_error)
 {
     double reach;
     ck_assert_double_gt(held(66, 0, 12, 30, &reach), 0.98);
     ck_assert_msg(reach > 0.95 && reach < 1.8, "%g", reach);
 }
-END_TEST
 
-START_TEST(the_interval_is_wider_the_fewer_batches_there_are_to_tell_it)
+TEST(the_interval_is_wider_the_fewer_batches_there_are_to_tell_it)
 {
     double few, many;
     held(48, 0, 0, 0, &few);
@@ -151,7 +144,6 @@ START_TEST(the_interval_is_wider_the_fewer_batches_there_are_to_tell_it)
     ck_assert_double_gt(few, 1.08 * many);
     ck_assert_double_eq_tol(many, 1, 0.2);
 }
-END_TEST
 
 /* The error as the comments of precision.c define it, step by step, and Student's t of GSL */
 static struct mill_precision_mean by_formula(size_t n, size_t period)
@@ -186,7 +178,7 @@ static struct mill_precision_mean by_formula(size_t n, size_t period)
                                         freedom};
 }
 
-START_TEST(the_error_is_that_of_its_formula)
+TEST(the_error_is_that_of_its_formula)
 {
     static const struct {
         size_t n, period;
@@ -220,9 +212,8 @@ START_TEST(the_error_is_that_of_its_formula)
     ck_assert(mill_precision_mean(x, 36, 0).freedom == 0);
     ck_assert(mill_precision_mean(x, 37, 0).error > 0);
 }
-END_TEST
 
-START_TEST(too_few_batches_have_no_error)
+TEST(too_few_batches_have_no_error)
 {
     fill(MILL_PRECISION_FEWEST, 0, 0, 0);
     const struct mill_precision_mean few = mill_precision_mean(x, MILL_PRECISION_FEWEST - 1, 0);
@@ -231,7 +222,6 @@ START_TEST(too_few_batches_have_no_error)
     ck_assert(few.freedom == 0);
     ck_assert(mill_precision_mean(x, MILL_PRECISION_FEWEST, 0).error > 0);
 }
-END_TEST
 
 /* ---- batches ---- */
 
@@ -247,7 +237,7 @@ static struct mill_precision_progress planned(double rotor_speed)
     return progress;
 }
 
-START_TEST(batches_are_parts_of_a_revolution_or_whole_ones)
+TEST(batches_are_parts_of_a_revolution_or_whole_ones)
 {
     const double rpm[] = {0.2, 1, 10, 60, 300, 1000, 5000, 9000, 20000, 60000, 1e6};
     for (size_t i = 0; i < sizeof rpm / sizeof *rpm; i++) {
@@ -260,16 +250,14 @@ START_TEST(batches_are_parts_of_a_revolution_or_whole_ones)
         ck_assert(p.batch > 0.999e-3 && p.batch < 25.001e-3);
     }
 }
-END_TEST
 
-START_TEST(without_a_rotor_there_are_no_revolutions)
+TEST(without_a_rotor_there_are_no_revolutions)
 {
     const struct mill_precision_progress p = planned(0);
     ck_assert_uint_eq(p.period, 0);
     ck_assert(p.batch == 5e-3);
     ck_assert_uint_eq(planned(1e-300).period, 0);
 }
-END_TEST
 
 static struct mill_spectrum_grid grid;
 static struct mill_precision batches;
@@ -303,7 +291,7 @@ static void open_batches(double rotor_speed, struct mill_account *account)
     batches.accounts[0] = *account;
 }
 
-START_TEST(median_and_power_are_told_with_their_errors)
+TEST(median_and_power_are_told_with_their_errors)
 {
     struct mill_account account;
     open_batches(100, &account);
@@ -327,7 +315,6 @@ START_TEST(median_and_power_are_told_with_their_errors)
     ck_assert(mill_precision_reached(&known, 0.02));
     ck_assert(!mill_precision_reached(&known, 0.005));
 }
-END_TEST
 
 static void ck_same(struct mill_precision_mean found, struct mill_precision_mean own)
 {
@@ -337,7 +324,7 @@ static void ck_same(struct mill_precision_mean found, struct mill_precision_mean
               fabs(found.error - own.error) <= 1e-9 * own.error);
 }
 
-START_TEST(each_number_of_the_account_is_told_with_the_error_of_its_own_series)
+TEST(each_number_of_the_account_is_told_with_the_error_of_its_own_series)
 {
     enum { RATE, FAST, LOSS = FAST + MILL_WORLD_FAST, NORMAL, SORTS, ROWS = MILL_KINDS + 1 };
     static double own[SORTS][ROWS][MOST], moved[2][2][MOST];
@@ -390,10 +377,9 @@ START_TEST(each_number_of_the_account_is_told_with_the_error_of_its_own_series)
     ck_same(known.torque, known.motion_torque[0]);
     mill_precision_free(&batches);
 }
-END_TEST
 
 /* Equal counts in the bins around a median make the density of ln v known exactly. */
-START_TEST(the_error_of_a_median_is_that_of_the_share_below_it_over_the_density)
+TEST(the_error_of_a_median_is_that_of_the_share_below_it_over_the_density)
 {
     static const int middle[] = {3, MILL_SPECTRUM_FAST + 2, MILL_SPECTRUM_FAST + 200,
                                  MILL_SPECTRUM_BINS - 2};
@@ -426,9 +412,8 @@ START_TEST(the_error_of_a_median_is_that_of_the_share_below_it_over_the_density)
             mill_precision_free(&batches);
         }
 }
-END_TEST
 
-START_TEST(a_start_up_of_power_or_of_speeds_alone_is_cut)
+TEST(a_start_up_of_power_or_of_speeds_alone_is_cut)
 {
     for (int of = 0; of < 3; of++) {
         struct mill_account account;
@@ -447,9 +432,8 @@ START_TEST(a_start_up_of_power_or_of_speeds_alone_is_cut)
         mill_precision_free(&batches);
     }
 }
-END_TEST
 
-START_TEST(a_power_near_zero_is_never_known)
+TEST(a_power_near_zero_is_never_known)
 {
     struct mill_account account;
     open_batches(100, &account);
@@ -466,9 +450,8 @@ START_TEST(a_power_near_zero_is_never_known)
     ck_assert(!mill_precision_reached(&known, 0.2));
     mill_precision_free(&batches);
 }
-END_TEST
 
-START_TEST(a_rotor_that_never_did_any_work_is_not_waited_for)
+TEST(a_rotor_that_never_did_any_work_is_not_waited_for)
 {
     struct mill_account account;
     open_batches(100, &account);
@@ -479,9 +462,8 @@ START_TEST(a_rotor_that_never_did_any_work_is_not_waited_for)
     ck_assert(mill_precision_reached(&known, 0.02));
     mill_precision_free(&batches);
 }
-END_TEST
 
-START_TEST(without_fast_impacts_nothing_is_known)
+TEST(without_fast_impacts_nothing_is_known)
 {
     struct mill_account account;
     open_batches(0, &account);
@@ -492,9 +474,8 @@ START_TEST(without_fast_impacts_nothing_is_known)
     ck_assert(!mill_precision_reached(&known, 1));
     mill_precision_free(&batches);
 }
-END_TEST
 
-START_TEST(less_than_three_revolutions_are_not_enough)
+TEST(less_than_three_revolutions_are_not_enough)
 {
     struct mill_account account;
     open_batches(1.5, &account); /* a revolution of 4.2 s is many batches */
@@ -506,9 +487,8 @@ START_TEST(less_than_three_revolutions_are_not_enough)
     ck_assert(mill_precision_tell(&batches, 0).enough);
     mill_precision_free(&batches);
 }
-END_TEST
 
-START_TEST(joined_batches_tell_the_same)
+TEST(joined_batches_tell_the_same)
 {
     struct mill_account account;
     open_batches(100, &account);
@@ -530,7 +510,6 @@ START_TEST(joined_batches_tell_the_same)
     ck_assert_double_lt(after.power.error, 2 * before.power.error);
     mill_precision_free(&batches);
 }
-END_TEST
 
 /* ---- the window that is found ---- */
 
@@ -563,7 +542,7 @@ static void find_window(double precision)
     fixture_create(&f);
 }
 
-START_TEST(nothing_from_before_the_cut_is_in_the_statistics)
+TEST(nothing_from_before_the_cut_is_in_the_statistics)
 {
     find_window(0.001);
     play(0, 2);
@@ -588,9 +567,8 @@ START_TEST(nothing_from_before_the_cut_is_in_the_statistics)
     ck_assert_uint_eq(f.results->blocks, (uint64_t)(f.results->duration / 0.1 + 1e-6));
     fixture_free(&f);
 }
-END_TEST
 
-START_TEST(the_window_ends_when_it_is_known)
+TEST(the_window_ends_when_it_is_known)
 {
     find_window(0.03);
     double time = 0;
@@ -607,9 +585,8 @@ START_TEST(the_window_ends_when_it_is_known)
     ck_assert_uint_lt(impacts_of(&f, MILL_BALL_BALL), then);
     fixture_free(&f);
 }
-END_TEST
 
-START_TEST(a_strike_that_began_before_the_cut_is_not_counted_nor_what_follows_it)
+TEST(a_strike_that_began_before_the_cut_is_not_counted_nor_what_follows_it)
 {
     find_window(0.001);
     play(0, 0.2);
@@ -628,9 +605,8 @@ START_TEST(a_strike_that_began_before_the_cut_is_not_counted_nor_what_follows_it
     ck_assert(mill_spectrum_total(&f.results->strikes[MILL_BALL_WALL].normal, 0).dissipation == 0);
     fixture_free(&f);
 }
-END_TEST
 
-START_TEST(what_strikes_lose_is_what_impacts_lose_across_all_portions)
+TEST(what_strikes_lose_is_what_impacts_lose_across_all_portions)
 {
     find_window(0.001);
     /* steady from the start: all is kept; chains of contacts run through many portions */
@@ -648,9 +624,8 @@ START_TEST(what_strikes_lose_is_what_impacts_lose_across_all_portions)
     }
     fixture_free(&f);
 }
-END_TEST
 
-START_TEST(portions_are_joined_and_a_long_run_still_finds_its_cut)
+TEST(portions_are_joined_and_a_long_run_still_finds_its_cut)
 {
     find_window(1e-6);
     play(0, 12); /* 1440 batches: both are joined several times */
@@ -662,37 +637,8 @@ START_TEST(portions_are_joined_and_a_long_run_still_finds_its_cut)
                             1.01);
     fixture_free(&f);
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {mser_cuts_a_start_up_that_stands_out, 1},
-        {mser_is_the_minimum_of_its_formula, 1},
-        {mser_keeps_all_of_a_series_too_short_to_judge, 1},
-        {the_error_told_is_the_scatter_of_the_means, 1},
-        {in_short_series_the_interval_is_widened_so_that_it_still_holds, 1},
-        {what_repeats_every_revolution_has_no_part_in_the_error, 1},
-        {a_revolution_that_is_not_whole_has_its_part_in_the_error, 1},
-        {the_interval_is_wider_the_fewer_batches_there_are_to_tell_it, 1},
-        {the_error_is_that_of_its_formula, 1},
-        {too_few_batches_have_no_error, 1},
-        {batches_are_parts_of_a_revolution_or_whole_ones, 1},
-        {without_a_rotor_there_are_no_revolutions, 1},
-        {median_and_power_are_told_with_their_errors, 1},
-        {each_number_of_the_account_is_told_with_the_error_of_its_own_series, 1},
-        {the_error_of_a_median_is_that_of_the_share_below_it_over_the_density, 1},
-        {a_start_up_of_power_or_of_speeds_alone_is_cut, 1},
-        {a_power_near_zero_is_never_known, 1},
-        {a_rotor_that_never_did_any_work_is_not_waited_for, 1},
-        {without_fast_impacts_nothing_is_known, 1},
-        {less_than_three_revolutions_are_not_enough, 1},
-        {joined_batches_tell_the_same, 1},
-        {nothing_from_before_the_cut_is_in_the_statistics, 1},
-        {the_window_ends_when_it_is_known, 1},
-        {a_strike_that_began_before_the_cut_is_not_counted_nor_what_follows_it, 1},
-        {what_strikes_lose_is_what_impacts_lose_across_all_portions, 1},
-        {portions_are_joined_and_a_long_run_still_finds_its_cut, 1},
-    };
-    return unit_run("precision", tests, sizeof tests / sizeof *tests);
+    return unit_run("precision");
 }

@@ -9,7 +9,7 @@ enum { HEIGHTS = sizeof heights / sizeof *heights, MOST = 20 };
 
 /* ---- the profile ---- */
 
-START_TEST(neighbouring_arcs_touch_in_the_middle_between_their_centres)
+TEST(neighbouring_arcs_touch_in_the_middle_between_their_centres)
 {
     for (int n = 2; n <= 500; n = n < MOST ? n + 1 : 5 * n / 2) {
         for (int k = 0; k < HEIGHTS; k++) {
@@ -19,9 +19,8 @@ START_TEST(neighbouring_arcs_touch_in_the_middle_between_their_centres)
         }
     }
 }
-END_TEST
 
-START_TEST(the_extreme_radii_are_those_of_the_drum_more_and_less_the_height)
+TEST(the_extreme_radii_are_those_of_the_drum_more_and_less_the_height)
 {
     for (int n = 2; n <= MOST; n++) {
         for (int k = 0; k < HEIGHTS; k++) {
@@ -31,9 +30,8 @@ START_TEST(the_extreme_radii_are_those_of_the_drum_more_and_less_the_height)
         }
     }
 }
-END_TEST
 
-START_TEST(the_contract_s_equation_holds_and_its_larger_root_is_taken)
+TEST(the_contract_s_equation_holds_and_its_larger_root_is_taken)
 {
     for (int n = 2; n <= MOST; n++) {
         for (int k = 0; k < HEIGHTS; k++) {
@@ -46,9 +44,8 @@ START_TEST(the_contract_s_equation_holds_and_its_larger_root_is_taken)
         }
     }
 }
-END_TEST
 
-START_TEST(a_profile_of_no_height_is_the_circle)
+TEST(a_profile_of_no_height_is_the_circle)
 {
     for (int n = 2; n <= 500; n++) {
         const struct mill_profile p = mill_profile_make(n, R, 0.0, 0.0);
@@ -57,7 +54,6 @@ START_TEST(a_profile_of_no_height_is_the_circle)
         ck_assert_double_eq_tol(mill_profile_area(&p), PI * R * R, 1e-16);
     }
 }
-END_TEST
 
 /* Point s = 0..1 of the half pitch from the middle of outer arc 0 to the middle of inner arc 1, of
  * a profile of angle 0 */
@@ -72,7 +68,7 @@ static vec3 on_profile(const struct mill_profile *p, double s)
                      p->inner * sin(pitch) + p->arc * sin(b));
 }
 
-START_TEST(the_area_is_what_the_points_of_the_profile_enclose)
+TEST(the_area_is_what_the_points_of_the_profile_enclose)
 {
     enum { POINTS = 20000 };
     for (int n = 2; n <= MOST; n++) {
@@ -89,9 +85,8 @@ START_TEST(the_area_is_what_the_points_of_the_profile_enclose)
         }
     }
 }
-END_TEST
 
-START_TEST(every_profile_of_the_study_is_sound_and_overhangs_are)
+TEST(every_profile_of_the_study_is_sound_and_overhangs_are)
 {
     int overhangs = 0;
     for (int n = 2; n <= MOST; n++) {
@@ -103,7 +98,6 @@ START_TEST(every_profile_of_the_study_is_sound_and_overhangs_are)
     }
     ck_assert_int_gt(overhangs, 30);
 }
-END_TEST
 
 /* Do the arcs of the half pitch keep within it? */
 static bool keeps_within(const struct mill_profile *p)
@@ -117,7 +111,7 @@ static bool keeps_within(const struct mill_profile *p)
     return true;
 }
 
-START_TEST(a_profile_is_sound_up_to_the_height_at_which_neighbouring_bulges_meet)
+TEST(a_profile_is_sound_up_to_the_height_at_which_neighbouring_bulges_meet)
 {
     for (int n = 2; n <= 300; n = n < 24 ? n + 1 : 2 * n) {
         const double highest = mill_profile_highest(n, R);
@@ -130,7 +124,6 @@ START_TEST(a_profile_is_sound_up_to_the_height_at_which_neighbouring_bulges_meet
         ck_assert(n == 2 || highest < R);
     }
 }
-END_TEST
 
 /* ---- the distance ---- */
 
@@ -150,7 +143,7 @@ static double by_points(const struct mill_profile *p, vec3 r)
     return sqrt(least);
 }
 
-START_TEST(the_gap_is_the_distance_to_the_nearest_point_of_the_wall)
+TEST(the_gap_is_the_distance_to_the_nearest_point_of_the_wall)
 {
     uint64_t seed = 1;
     int inside = 0, outside = 0;
@@ -174,12 +167,11 @@ START_TEST(the_gap_is_the_distance_to_the_nearest_point_of_the_wall)
     ck_assert_int_gt(inside, 100);
     ck_assert_int_gt(outside, 50);
 }
-END_TEST
 
-START_TEST(the_gap_is_positive_inside_and_negative_outside)
+TEST(the_gap_is_positive_inside_and_negative_outside)
 {
     uint64_t seed = 2;
-    for (int i = 0; i < 3000; i++) {
+    for (int i = 0; i < unit_draws(3000); i++) {
         struct wavy_mill m;
         build_random(&seed, &m);
         const struct mill_profile *p = &m.profile;
@@ -197,12 +189,11 @@ START_TEST(the_gap_is_positive_inside_and_negative_outside)
         mill_demolish(&m.mill);
     }
 }
-END_TEST
 
-START_TEST(buckles_of_next_to_no_height_are_met_like_the_circle)
+SLOW_TEST(buckles_of_next_to_no_height_are_met_like_the_circle, 1)
 {
     uint64_t seed = 3;
-    for (int i = 0; i < 20000; i++) {
+    for (int i = 0; i < unit_draws(20000); i++) {
         struct wavy_mill m;
         const double h = log_uniform(&seed, 1e-320, 1e-4);
         build(&m, (int)uniform(&seed, 2.0, 501.0), h / 10.0, uniform(&seed, -4.0, 4.0));
@@ -212,12 +203,11 @@ START_TEST(buckles_of_next_to_no_height_are_met_like_the_circle)
         mill_demolish(&m.mill);
     }
 }
-END_TEST
 
-START_TEST(across_the_line_at_a_joint_the_gap_has_no_step_and_the_normal_no_kink)
+TEST(across_the_line_at_a_joint_the_gap_has_no_step_and_the_normal_no_kink)
 {
     uint64_t seed = 4;
-    for (int i = 0; i < 3000; i++) {
+    for (int i = 0; i < unit_draws(3000); i++) {
         struct wavy_mill m;
         build_random(&seed, &m);
         const struct mill_profile *p = &m.profile;
@@ -243,13 +233,12 @@ START_TEST(across_the_line_at_a_joint_the_gap_has_no_step_and_the_normal_no_kink
         mill_demolish(&m.mill);
     }
 }
-END_TEST
 
-START_TEST(the_contact_s_normal_is_the_gap_s_gradient_and_its_point_lies_on_the_wall)
+TEST(the_contact_s_normal_is_the_gap_s_gradient_and_its_point_lies_on_the_wall)
 {
     uint64_t seed = 5;
     int checked = 0;
-    for (int i = 0; i < 4000; i++) {
+    for (int i = 0; i < unit_draws(4000); i++) {
         struct wavy_mill m;
         build_random(&seed, &m);
         const struct mill_shape *s = m.drum;
@@ -278,25 +267,10 @@ START_TEST(the_contact_s_normal_is_the_gap_s_gradient_and_its_point_lies_on_the_
         }
         mill_demolish(&m.mill);
     }
-    ck_assert_int_gt(checked, 1000);
+    ck_assert_int_gt(checked, unit_draws(1000));
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {neighbouring_arcs_touch_in_the_middle_between_their_centres, 1},
-        {the_extreme_radii_are_those_of_the_drum_more_and_less_the_height, 1},
-        {the_contract_s_equation_holds_and_its_larger_root_is_taken, 1},
-        {a_profile_of_no_height_is_the_circle, 1},
-        {the_area_is_what_the_points_of_the_profile_enclose, 1},
-        {every_profile_of_the_study_is_sound_and_overhangs_are, 1},
-        {a_profile_is_sound_up_to_the_height_at_which_neighbouring_bulges_meet, 1},
-        {the_gap_is_the_distance_to_the_nearest_point_of_the_wall, 1},
-        {the_gap_is_positive_inside_and_negative_outside, 1},
-        {buckles_of_next_to_no_height_are_met_like_the_circle, 1, UNIT_SLOW},
-        {across_the_line_at_a_joint_the_gap_has_no_step_and_the_normal_no_kink, 1},
-        {the_contact_s_normal_is_the_gap_s_gradient_and_its_point_lies_on_the_wall, 1},
-    };
-    return unit_run("profile", tests, sizeof tests / sizeof *tests);
+    return unit_run("profile");
 }

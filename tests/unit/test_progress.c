@@ -8,16 +8,15 @@ static const struct mill_progress start = {.end = 0.3, .works = 0.3};
 static const struct mill_progress half = {
     .time = 0.15, .end = 0.3, .work = 0.15, .works = 0.3, .collisions = 12000000, .wall = 5.0};
 
-START_TEST(all_is_told_where_there_is_room)
+TEST(all_is_told_where_there_is_room)
 {
     char line[MILL_PROGRESS_LINE];
     mill_progress_format(&start, &half, 120, line);
     ck_assert_str_eq(
         line, "0.15 s of 0.3 s   50 %   2.4e+06 contacts/s   0.03 simulated s per s   5 s left");
 }
-END_TEST
 
-START_TEST(the_line_is_never_wider_than_asked)
+TEST(the_line_is_never_wider_than_asked)
 {
     char line[MILL_PROGRESS_LINE];
     for (int width = 0; width < 300; width++) {
@@ -26,10 +25,9 @@ START_TEST(the_line_is_never_wider_than_asked)
         ck_assert(width < 4 || strstr(line, "50 %"));
     }
 }
-END_TEST
 
 /* Every field as long as it can be: more than a line has room for in all. */
-START_TEST(the_longest_fields_stay_within_the_line)
+TEST(the_longest_fields_stay_within_the_line)
 {
     static const char known[] =
         "median of v_n to 0.5 %, mean power to 0.25 %, both at level 95 %, and so on";
@@ -49,9 +47,8 @@ START_TEST(the_longest_fields_stay_within_the_line)
             ck_assert_int_eq(line[i], '#');
     }
 }
-END_TEST
 
-START_TEST(only_the_end_is_100_percent)
+TEST(only_the_end_is_100_percent)
 {
     char line[MILL_PROGRESS_LINE];
     struct mill_progress now = {.time = 0.29999999, .end = 0.3, .collisions = 1, .wall = 1.0};
@@ -61,18 +58,16 @@ START_TEST(only_the_end_is_100_percent)
     mill_progress_format(&start, &now, 120, line);
     ck_assert_ptr_nonnull(strstr(line, " 100 %"));
 }
-END_TEST
 
-START_TEST(the_first_instant_claims_no_rates)
+TEST(the_first_instant_claims_no_rates)
 {
     char line[MILL_PROGRESS_LINE];
     mill_progress_format(&start, &start, 120, line);
     ck_assert_str_eq(line, "0 s of 0.3 s   0 %");
 }
-END_TEST
 
 /* Balls placed are no simulated time: no rates come of them, neither now nor later. */
-START_TEST(a_start_that_takes_long_is_shown_by_what_it_does)
+TEST(a_start_that_takes_long_is_shown_by_what_it_does)
 {
     const struct mill_progress placing = {
         .time = 4e5, .end = 1e6, .wall = 2.5, .stage = "dropping balls"};
@@ -94,7 +89,6 @@ START_TEST(a_start_that_takes_long_is_shown_by_what_it_does)
         "%s", text);
     free(text);
 }
-END_TEST
 
 static const struct left {
     double wall; /* [s] for half of the run: as much is left */
@@ -104,7 +98,7 @@ static const struct left {
     {100000.0, "1 d 3 h left"}, {1e9, "more than 100 d left"},
 };
 
-START_TEST(time_left_is_told_in_its_own_units)
+LOOP_TEST(time_left_is_told_in_its_own_units, COUNT(lefts))
 {
     char line[MILL_PROGRESS_LINE];
     const struct mill_progress now = {.time = 0.15,
@@ -116,9 +110,8 @@ START_TEST(time_left_is_told_in_its_own_units)
     mill_progress_format(&start, &now, 150, line);
     ck_assert_ptr_nonnull(strstr(line, lefts[_i].text));
 }
-END_TEST
 
-START_TEST(a_log_gets_a_line_after_2_s_and_then_at_growing_gaps)
+TEST(a_log_gets_a_line_after_2_s_and_then_at_growing_gaps)
 {
     static const double due[] = {2.0, 12.0, 32.0, 72.0, 152.0};
     struct mill_progress_display display;
@@ -146,7 +139,6 @@ START_TEST(a_log_gets_a_line_after_2_s_and_then_at_growing_gaps)
     ck_assert(text[size - 1] == '\n' && text[size - 2] != '\n');
     free(text);
 }
-END_TEST
 
 /* The n-th line of the text */
 static const char *line_of(const char *text, int n)
@@ -164,7 +156,7 @@ static void is_line(const char *text, int n, const char *expected)
                   "line %d: %.*s\nexpected: %s", n, (int)length, line, expected);
 }
 
-START_TEST(a_program_gets_objects_twice_a_second_and_when_the_state_changes)
+TEST(a_program_gets_objects_twice_a_second_and_when_the_state_changes)
 {
     struct mill_progress_display display;
     struct mill_progress now = {.end = 8, .works = 8, .wall = 2, .begins = true};
@@ -216,9 +208,8 @@ START_TEST(a_program_gets_objects_twice_a_second_and_when_the_state_changes)
     ck_assert_int_eq(lines, 1 + 2 + 7 + 2); /* 7: at 2.75, 3.25, ... 5.75 */
     free(text);
 }
-END_TEST
 
-START_TEST(a_shorter_line_wipes_out_the_longer_one_before)
+TEST(a_shorter_line_wipes_out_the_longer_one_before)
 {
     struct mill_progress_display display;
     char *text = NULL;
@@ -237,7 +228,6 @@ START_TEST(a_shorter_line_wipes_out_the_longer_one_before)
     fclose(out);
     free(text);
 }
-END_TEST
 
 /* Runs of the reference mill with other charges: millions of contacts at these shares of the time
  * (the series of `collisions`, seed 1). */
@@ -291,7 +281,7 @@ static double seconds_of(const char *line)
     return a;
 }
 
-START_TEST(from_a_tenth_on_the_time_left_is_right_within_a_factor_of_2)
+LOOP_TEST(from_a_tenth_on_the_time_left_is_right_within_a_factor_of_2, COUNT(runs))
 {
     static struct mill_ball balls[MOST_BALLS];
     const struct recorded *run = &runs[_i];
@@ -333,22 +323,8 @@ START_TEST(from_a_tenth_on_the_time_left_is_right_within_a_factor_of_2)
     fclose(display.out);
     free(text);
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {all_is_told_where_there_is_room, 1},
-        {the_line_is_never_wider_than_asked, 1},
-        {the_longest_fields_stay_within_the_line, 1},
-        {only_the_end_is_100_percent, 1},
-        {the_first_instant_claims_no_rates, 1},
-        {a_start_that_takes_long_is_shown_by_what_it_does, 1},
-        {time_left_is_told_in_its_own_units, sizeof lefts / sizeof *lefts},
-        {a_log_gets_a_line_after_2_s_and_then_at_growing_gaps, 1},
-        {from_a_tenth_on_the_time_left_is_right_within_a_factor_of_2, sizeof runs / sizeof *runs},
-        {a_program_gets_objects_twice_a_second_and_when_the_state_changes, 1},
-        {a_shorter_line_wipes_out_the_longer_one_before, 1},
-    };
-    return unit_run("progress", tests, sizeof tests / sizeof *tests);
+    return unit_run("progress");
 }

@@ -4,7 +4,7 @@
 
 #include <gsl/gsl_randist.h>
 
-START_TEST(numbers_are_those_of_the_gnu_scientific_library)
+TEST(numbers_are_those_of_the_gnu_scientific_library)
 {
     static const unsigned long seeds[] = {0, 1, 4357, 123456789, 4294967295UL};
     gsl_rng *gsl = gsl_rng_alloc(gsl_rng_mt19937);
@@ -23,12 +23,8 @@ START_TEST(numbers_are_those_of_the_gnu_scientific_library)
     }
     gsl_rng_free(gsl);
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {numbers_are_those_of_the_gnu_scientific_library, 1},
-    };
-    return unit_run("random", tests, sizeof tests / sizeof *tests);
+    return unit_run("random");
 }

@@ -39,7 +39,7 @@ static struct mill_h5 *new_file(struct fixture *f)
     return file;
 }
 
-START_TEST(the_deck_is_stored_entry_by_entry_with_defaults)
+TEST(the_deck_is_stored_entry_by_entry_with_defaults)
 {
     struct fixture f;
     struct mill_h5 *file = new_file(&f);
@@ -57,9 +57,8 @@ START_TEST(the_deck_is_stored_entry_by_entry_with_defaults)
     mill_deck_free(deck);
     unlink(f.path);
 }
-END_TEST
 
-START_TEST(the_stored_text_is_a_deck_with_the_same_values)
+TEST(the_stored_text_is_a_deck_with_the_same_values)
 {
     struct fixture f;
     struct mill_h5 *file = new_file(&f);
@@ -78,9 +77,8 @@ START_TEST(the_stored_text_is_a_deck_with_the_same_values)
     mill_deck_free(again);
     unlink(f.path);
 }
-END_TEST
 
-START_TEST(a_run_in_progress_says_so)
+TEST(a_run_in_progress_says_so)
 {
     struct fixture f;
     struct mill_h5 *file = new_file(&f);
@@ -96,9 +94,8 @@ START_TEST(a_run_in_progress_says_so)
     free(started);
     unlink(f.path);
 }
-END_TEST
 
-START_TEST(the_end_replaces_what_a_checkpoint_wrote)
+TEST(the_end_replaces_what_a_checkpoint_wrote)
 {
     struct fixture f;
     struct mill_h5 *file = new_file(&f);
@@ -134,24 +131,15 @@ START_TEST(the_end_replaces_what_a_checkpoint_wrote)
     assert_text(f.path, "/run/largest_overlap", "unit", "m");
     unlink(f.path);
 }
-END_TEST
 
-START_TEST(memory_and_processor_time_are_those_of_this_process)
+TEST(memory_and_processor_time_are_those_of_this_process)
 {
     ck_assert(mill_record_peak_memory() > 1e6 && mill_record_peak_memory() < 1e11);
     const double used = mill_record_clock(CLOCK_PROCESS_CPUTIME_ID);
     ck_assert(used > 0 && used < 1000);
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {the_deck_is_stored_entry_by_entry_with_defaults, 1},
-        {the_stored_text_is_a_deck_with_the_same_values, 1},
-        {a_run_in_progress_says_so, 1},
-        {the_end_replaces_what_a_checkpoint_wrote, 1},
-        {memory_and_processor_time_are_those_of_this_process, 1},
-    };
-    return unit_run("record", tests, sizeof tests / sizeof *tests);
+    return unit_run("record");
 }

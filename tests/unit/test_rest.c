@@ -13,7 +13,7 @@ static const struct model heap = {
 static const struct model mixture = {
     .setup = {.gravity.z = -9.81, .drum = {.radius = 0.009, .length = 0.012}},
     .balls = {{.diameter = 0.008, .density = STEEL, .count = 2},
-              {.diameter = 0.002, .density = STEEL, .count = 50}},
+              {.diameter = 0.002, .density = STEEL, .count = 30}},
     .law = {0.6, 0.4, 0.2}};
 
 static bool all_asleep(const struct bench *b)
@@ -28,7 +28,7 @@ static void run_until_asleep(struct bench *b)
     ck_assert(all_asleep(b));
 }
 
-START_TEST(a_heap_falls_asleep_and_stays_where_it_is)
+SLOW_TEST(a_heap_falls_asleep_and_stays_where_it_is, 2)
 {
     const struct model *model = _i ? &mixture : &heap;
     struct bench b;
@@ -52,11 +52,10 @@ START_TEST(a_heap_falls_asleep_and_stays_where_it_is)
     free(before);
     bench_close(&b);
 }
-END_TEST
 
 /* Brute force goes through the life of a heap: it settles, falls asleep, is stirred up by a fast
  * ball, and settles again. */
-START_TEST(brute_force_finds_no_contact_that_sleeping_balls_hide)
+SLOW_TEST(brute_force_finds_no_contact_that_sleeping_balls_hide, 2)
 {
     struct bench b;
     bench_open(&b, _i ? &mixture : &heap);
@@ -80,9 +79,8 @@ START_TEST(brute_force_finds_no_contact_that_sleeping_balls_hide)
     ck_assert_double_le(bench_balance(&b), 1e-11);
     bench_close(&b);
 }
-END_TEST
 
-START_TEST(a_run_handed_over_again_and_again_sleeps_with_the_same_bits)
+SLOW_TEST(a_run_handed_over_again_and_again_sleeps_with_the_same_bits, 1)
 {
     struct bench plain, pieces;
     bench_open(&plain, &heap);
@@ -108,7 +106,6 @@ START_TEST(a_run_handed_over_again_and_again_sleeps_with_the_same_bits)
     bench_close(&plain);
     bench_close(&pieces);
 }
-END_TEST
 
 /* ---- two balls: ball 0 sleeps at a place, ball 1 flies ---- */
 
@@ -141,7 +138,7 @@ static double first_touch(const struct bench *b, double end)
     return INFINITY;
 }
 
-START_TEST(a_flying_ball_meets_a_sleeping_one_when_brute_force_says_so)
+TEST(a_flying_ball_meets_a_sleeping_one_when_brute_force_says_so)
 {
     uint64_t seed = 77;
     int hits = 0;
@@ -169,7 +166,6 @@ START_TEST(a_flying_ball_meets_a_sleeping_one_when_brute_force_says_so)
     ck_assert_int_gt(hits, 50);
     ck_assert_int_lt(hits, 350);
 }
-END_TEST
 
 /* above: the speed is above that which wakes a ball */
 static void hit(struct bench *b, double speed)
@@ -179,7 +175,7 @@ static void hit(struct bench *b, double speed)
     ck_assert_uint_eq(b->world->account.collisions[MILL_BALL_BALL], 1);
 }
 
-START_TEST(a_gentle_hit_rebounds_from_a_sleeping_ball_as_from_a_wall)
+TEST(a_gentle_hit_rebounds_from_a_sleeping_ball_as_from_a_wall)
 {
     struct bench b;
     struct witness w;
@@ -195,9 +191,8 @@ START_TEST(a_gentle_hit_rebounds_from_a_sleeping_ball_as_from_a_wall)
     ck_assert_double_lt(w.impact.impulse.z, 0.0);           /* given to ball 0 */
     bench_close(&b);
 }
-END_TEST
 
-START_TEST(a_hard_hit_wakes_a_sleeping_ball_and_is_that_of_two_balls)
+TEST(a_hard_hit_wakes_a_sleeping_ball_and_is_that_of_two_balls)
 {
     struct bench b;
     hit(&b, 0.1);
@@ -206,10 +201,9 @@ START_TEST(a_hard_hit_wakes_a_sleeping_ball_and_is_that_of_two_balls)
     ck_assert_double_eq_tol(bench_velocity(&b, 1).z, -0.01, 1e-3);
     bench_close(&b);
 }
-END_TEST
 
 /* Ball 0 sleeps on ball 1, which stands on nothing. */
-START_TEST(a_ball_wakes_up_when_what_holds_it_moves_away)
+LOOP_TEST(a_ball_wakes_up_when_what_holds_it_moves_away, 2)
 {
     struct bench b;
     open_two(&b, vec3_make(0.0, 0.0, _i ? SIZE + 1e-6 : -SIZE - 1e-6), vec3_make(0.2, 0.0, 0.0));
@@ -217,9 +211,8 @@ START_TEST(a_ball_wakes_up_when_what_holds_it_moves_away)
     ck_assert_int_eq(mill_world_asleep(b.world, 0), _i); /* what lies on it does not hold it */
     bench_close(&b);
 }
-END_TEST
 
-START_TEST(a_ball_that_nothing_holds_wakes_up_at_the_end_of_the_epoch)
+TEST(a_ball_that_nothing_holds_wakes_up_at_the_end_of_the_epoch)
 {
     struct bench b;
     open_two(&b, vec3_make(0.05, 0.0, 0.0), vec3_make(0.0, 0.0, 0.0));
@@ -229,11 +222,10 @@ START_TEST(a_ball_that_nothing_holds_wakes_up_at_the_end_of_the_epoch)
     ck_assert(!mill_world_asleep(b.world, 0));
     bench_close(&b);
 }
-END_TEST
 
 /* ---- mills ---- */
 
-START_TEST(no_ball_falls_asleep_where_a_moving_surface_could_touch_it)
+SLOW_TEST(no_ball_falls_asleep_where_a_moving_surface_could_touch_it, 1)
 {
     struct model slow = mills[3];
     slow.rotor.speed = 30 * RPM;
@@ -257,9 +249,8 @@ START_TEST(no_ball_falls_asleep_where_a_moving_surface_could_touch_it)
     ck_assert_double_le(b.world->counts.largest_overlap, 1e-12);
     bench_close(&b);
 }
-END_TEST
 
-START_TEST(balls_never_sleep_where_that_could_change_the_run)
+LOOP_TEST(balls_never_sleep_where_that_could_change_the_run, 3)
 {
     struct model odd = heap;
     if (_i == 0)
@@ -275,21 +266,8 @@ START_TEST(balls_never_sleep_where_that_could_change_the_run)
     ck_assert_double_eq(b.sim->schedule->rest.calm, 0.0);
     bench_close(&b);
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {a_heap_falls_asleep_and_stays_where_it_is, 2, UNIT_SLOW},
-        {brute_force_finds_no_contact_that_sleeping_balls_hide, 2, UNIT_SLOW},
-        {a_run_handed_over_again_and_again_sleeps_with_the_same_bits, 1, UNIT_SLOW},
-        {a_flying_ball_meets_a_sleeping_one_when_brute_force_says_so, 1},
-        {a_gentle_hit_rebounds_from_a_sleeping_ball_as_from_a_wall, 1},
-        {a_hard_hit_wakes_a_sleeping_ball_and_is_that_of_two_balls, 1},
-        {a_ball_wakes_up_when_what_holds_it_moves_away, 2},
-        {a_ball_that_nothing_holds_wakes_up_at_the_end_of_the_epoch, 1},
-        {no_ball_falls_asleep_where_a_moving_surface_could_touch_it, 1, UNIT_SLOW},
-        {balls_never_sleep_where_that_could_change_the_run, 3},
-    };
-    return unit_run("rest", tests, sizeof tests / sizeof *tests);
+    return unit_run("rest");
 }

@@ -232,7 +232,7 @@ static int32_t happen(struct mill_schedule *p, struct mill_world *w, const struc
 
 /* ---- claims ---- */
 
-START_TEST(the_first_contact_of_a_fresh_world_is_the_first_of_all_pairs_and_surfaces)
+SLOW_TEST(the_first_contact_of_a_fresh_world_is_the_first_of_all_pairs_and_surfaces, SETTINGS)
 {
     int shapes = 0, pairs = 0;
     for (uint64_t n = 0; n < 25; n++) {
@@ -250,11 +250,10 @@ START_TEST(the_first_contact_of_a_fresh_world_is_the_first_of_all_pairs_and_surf
     ck_assert_int_gt(pairs, 0);
     ck_assert_int_gt(pairs + shapes, 20);
 }
-END_TEST
 
 /* Contact after contact, with balls thrown anew between them, so that plans are as stale as in a
  * run. */
-START_TEST(every_next_contact_of_a_run_is_the_first_of_all)
+SLOW_TEST(every_next_contact_of_a_run_is_the_first_of_all, SETTINGS)
 {
     int shapes = 0, pairs = 0;
     for (uint64_t n = 0; n < 3; n++) {
@@ -263,7 +262,7 @@ START_TEST(every_next_contact_of_a_run_is_the_first_of_all)
         struct mill_schedule *p = start(w);
         int32_t toucher = MILL_NOBODY, touched = MILL_NOBODY;
         double now = 0.0;
-        for (int event = 0; event < 120; event++) {
+        for (int event = 0; event < unit_draws(120); event++) {
             const struct first slow = first_of_all(w, now, toucher, touched);
             const struct first fast = first_by_calendar(p, w);
             check_same(&slow, &fast);
@@ -285,15 +284,14 @@ START_TEST(every_next_contact_of_a_run_is_the_first_of_all)
         mill_schedule_free(p);
         mill_world_free(w);
     }
-    ck_assert_int_gt(pairs, 50);
-    ck_assert_int_gt(shapes, 20);
+    ck_assert_int_gt(pairs, unit_draws(50));
+    ck_assert_int_gt(shapes, unit_draws(20));
 }
-END_TEST
 
-START_TEST(balls_that_overlap_and_close_meet_at_once)
+SLOW_TEST(balls_that_overlap_and_close_meet_at_once, SETTINGS)
 {
     uint64_t seed = 3;
-    for (int n = 0; n < 50; n++) {
+    for (int n = 0; n < unit_draws(50); n++) {
         struct mill_world *w = make_mill(&setting[_i], &seed);
         const int32_t i = below(&seed, w->balls), j = (i + 1) % w->balls;
         /* ball j goes a hair into ball i, wherever that is, and drives on into it */
@@ -312,9 +310,8 @@ START_TEST(balls_that_overlap_and_close_meet_at_once)
         mill_world_free(w);
     }
 }
-END_TEST
 
-START_TEST(the_deepest_overlap_is_that_of_all_pairs_and_surfaces)
+LOOP_TEST(the_deepest_overlap_is_that_of_all_pairs_and_surfaces, SETTINGS)
 {
     uint64_t seed = 4;
     for (int n = 0; n < 10; n++) {
@@ -343,7 +340,6 @@ START_TEST(the_deepest_overlap_is_that_of_all_pairs_and_surfaces)
         mill_world_free(w);
     }
 }
-END_TEST
 
 /* ---- the place in a body's frame, as a shape is told it ---- */
 
@@ -381,7 +377,7 @@ static double share_of_travel(const struct mill_motion *motion)
 
 /* Times that grow, stand and fall back, by steps for which the last pose serves and by longer ones;
  * balls of any speed */
-START_TEST(a_ball_is_never_farther_from_the_place_told_than_told)
+LOOP_TEST(a_ball_is_never_farther_from_the_place_told_than_told, SETTINGS)
 {
     uint64_t seed = 5;
     if (!setting[_i].rotor)
@@ -418,17 +414,8 @@ START_TEST(a_ball_is_never_farther_from_the_place_told_than_told)
     mill_schedule_free(p);
     mill_world_free(w);
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {the_first_contact_of_a_fresh_world_is_the_first_of_all_pairs_and_surfaces, SETTINGS,
-         UNIT_SLOW},
-        {every_next_contact_of_a_run_is_the_first_of_all, SETTINGS, UNIT_SLOW},
-        {balls_that_overlap_and_close_meet_at_once, SETTINGS, UNIT_SLOW},
-        {the_deepest_overlap_is_that_of_all_pairs_and_surfaces, SETTINGS},
-        {a_ball_is_never_farther_from_the_place_told_than_told, SETTINGS},
-    };
-    return unit_run("schedule", tests, sizeof tests / sizeof *tests);
+    return unit_run("schedule");
 }

@@ -38,7 +38,7 @@ static void run(struct fixture *f)
     close_all(file, series);
 }
 
-START_TEST(rows_lie_at_multiples_of_the_interval_up_to_the_end)
+TEST(rows_lie_at_multiples_of_the_interval_up_to_the_end)
 {
     struct fixture f;
     fixture_init(&f);
@@ -48,9 +48,8 @@ START_TEST(rows_lie_at_multiples_of_the_interval_up_to_the_end)
     ck_assert(look_at(f.path, AT "rotor_work/step", 1, 30) == 30);
     unlink(f.path);
 }
-END_TEST
 
-START_TEST(energies_are_those_of_the_world_at_the_time)
+TEST(energies_are_those_of_the_world_at_the_time)
 {
     struct fixture f;
     struct mill_energy energy;
@@ -62,9 +61,8 @@ START_TEST(energies_are_those_of_the_world_at_the_time)
     ck_assert(look_at(f.path, AT "potential_energy/value", 1, 5) == energy.potential);
     unlink(f.path);
 }
-END_TEST
 
-START_TEST(works_losses_and_counts_are_cumulative)
+TEST(works_losses_and_counts_are_cumulative)
 {
     struct fixture f;
     fixture_init(&f);
@@ -81,9 +79,8 @@ START_TEST(works_losses_and_counts_are_cumulative)
     ck_assert(look_at(f.path, AT "fast_collisions/ball_blade/value", 2, 20) == 0);
     unlink(f.path);
 }
-END_TEST
 
-START_TEST(torque_is_the_impulse_over_the_interval_before)
+TEST(torque_is_the_impulse_over_the_interval_before)
 {
     struct fixture f;
     fixture_init(&f);
@@ -94,9 +91,8 @@ START_TEST(torque_is_the_impulse_over_the_interval_before)
     assert_text(f.path, AT "rotor_torque/value", "unit", "N m");
     unlink(f.path);
 }
-END_TEST
 
-START_TEST(step_and_time_are_stored_once)
+TEST(step_and_time_are_stored_once)
 {
     struct fixture f;
     fixture_init(&f);
@@ -105,9 +101,8 @@ START_TEST(step_and_time_are_stored_once)
     ck_assert(look_same(f.path, AT "kinetic_energy/step", AT "collisions/ball_blade/step"));
     unlink(f.path);
 }
-END_TEST
 
-START_TEST(a_run_taken_up_again_leaves_the_same_rows)
+TEST(a_run_taken_up_again_leaves_the_same_rows)
 {
     struct fixture f;
     struct mill_h5 *file;
@@ -140,17 +135,8 @@ START_TEST(a_run_taken_up_again_leaves_the_same_rows)
     kept_free(&state);
     unlink(f.path);
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {rows_lie_at_multiples_of_the_interval_up_to_the_end, 1},
-        {energies_are_those_of_the_world_at_the_time, 1},
-        {works_losses_and_counts_are_cumulative, 1},
-        {torque_is_the_impulse_over_the_interval_before, 1},
-        {step_and_time_are_stored_once, 1},
-        {a_run_taken_up_again_leaves_the_same_rows, 1},
-    };
-    return unit_run("series", tests, sizeof tests / sizeof *tests);
+    return unit_run("series");
 }

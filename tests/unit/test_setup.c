@@ -66,7 +66,7 @@ static const struct {
 };
 enum { NUMBERS = sizeof number / sizeof *number };
 
-START_TEST(a_number_that_is_none_or_out_of_range_is_refused)
+LOOP_TEST(a_number_that_is_none_or_out_of_range_is_refused, NUMBERS)
 {
     const double bad[] = {(double)NAN, (double)INFINITY, (double)-INFINITY, 0.0, -1e-3};
     mill_world_free(model_world(&sound));
@@ -82,9 +82,8 @@ START_TEST(a_number_that_is_none_or_out_of_range_is_refused)
         refuse(&m, m.setup.drum.radius == 0.0 ? MILL_FAULT_CONTAINER : MILL_FAULT_NUMBER);
     }
 }
-END_TEST
 
-START_TEST(laws_outside_their_range_are_refused)
+TEST(laws_outside_their_range_are_refused)
 {
     static const struct mill_law law[] = {{1.1, 0.0, 0.0}, {0.5, -0.1, 0.0}, {0.5, 0.0, 1.5}};
     for (int k = 0; k < 3; k++) {
@@ -95,9 +94,8 @@ START_TEST(laws_outside_their_range_are_refused)
         }
     }
 }
-END_TEST
 
-START_TEST(counts_and_profiles_that_make_no_mill_are_refused)
+TEST(counts_and_profiles_that_make_no_mill_are_refused)
 {
     static const int32_t count[] = {0, -1, 50000001, INT32_MAX};
     static const struct {
@@ -113,7 +111,6 @@ START_TEST(counts_and_profiles_that_make_no_mill_are_refused)
         refuse(&p, MILL_FAULT_NUMBER);
     }
 }
-END_TEST
 
 /* A setup of two motions and a surface, each of them on what */
 static enum mill_fault_code start_on(int first, int second, int surface, vec3 axis)
@@ -138,7 +135,7 @@ static enum mill_fault_code start_on(int first, int second, int surface, vec3 ax
     return code;
 }
 
-START_TEST(a_motion_rides_on_an_earlier_one_and_a_surface_on_any)
+TEST(a_motion_rides_on_an_earlier_one_and_a_surface_on_any)
 {
     const vec3 x = {1.0, 0.0, 0.0};
     static const int wrong[][3] = {{0, MILL_STILL, 0},  {1, MILL_STILL, 0}, {-2, MILL_STILL, 0},
@@ -152,9 +149,8 @@ START_TEST(a_motion_rides_on_an_earlier_one_and_a_surface_on_any)
         ck_assert_int_eq(start_on(wrong[k][0], wrong[k][1], wrong[k][2], x), MILL_FAULT_NUMBER);
     ck_assert_int_eq(start_on(MILL_STILL, 0, 0, nought), MILL_FAULT_NUMBER); /* no axis */
 }
-END_TEST
 
-START_TEST(a_surface_beyond_the_drum_is_refused_by_its_number)
+TEST(a_surface_beyond_the_drum_is_refused_by_its_number)
 {
     const struct {
         size_t at; /* a number of the model */
@@ -174,9 +170,8 @@ START_TEST(a_surface_beyond_the_drum_is_refused_by_its_number)
         ck_assert_int_eq(told.other, fault[k].surface);
     }
 }
-END_TEST
 
-START_TEST(given_balls_are_checked_for_number_speed_and_overlap)
+TEST(given_balls_are_checked_for_number_speed_and_overlap)
 {
     const struct mill_setup_ball far = {.position.y = 0.05}, fast = {.velocity.x = 3e8},
                                  nan = {.position.x = (double)NAN},
@@ -201,25 +196,14 @@ START_TEST(given_balls_are_checked_for_number_speed_and_overlap)
         ck_assert_int_eq(fault.other, 0);
     }
 }
-END_TEST
 
-START_TEST(every_fault_has_its_words)
+TEST(every_fault_has_its_words)
 {
     for (int code = MILL_FAULT_NONE; code <= MILL_FAULT_SURFACE; code++)
         ck_assert_int_gt((int)strlen(mill_setup_fault_text((enum mill_fault_code)code)), 5);
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {a_number_that_is_none_or_out_of_range_is_refused, NUMBERS},
-        {laws_outside_their_range_are_refused, 1},
-        {counts_and_profiles_that_make_no_mill_are_refused, 1},
-        {a_motion_rides_on_an_earlier_one_and_a_surface_on_any, 1},
-        {a_surface_beyond_the_drum_is_refused_by_its_number, 1},
-        {given_balls_are_checked_for_number_speed_and_overlap, 1},
-        {every_fault_has_its_words, 1},
-    };
-    return unit_run("setup", tests, sizeof tests / sizeof *tests);
+    return unit_run("setup");
 }

@@ -103,11 +103,11 @@ static double greatest_pull(const struct mill *m, const struct flight *f)
            v * v / (drum_radius - f->radius);
 }
 
-START_TEST(the_first_contact_is_closed_closing_and_nothing_comes_before_it)
+LOOP_TEST(the_first_contact_is_closed_closing_and_nothing_comes_before_it, SHAPES)
 {
     uint64_t seed = 100 + (uint64_t)_i;
     int found = 0, none = 0, give_ups = 0;
-    for (int i = 0; i < 6000; i++) {
+    for (int i = 0; i < unit_draws(6000); i++) {
         struct mill m;
         random_mill(&seed, &m);
         const struct flight f = random_flight(&seed, &m, _i);
@@ -126,17 +126,16 @@ START_TEST(the_first_contact_is_closed_closing_and_nothing_comes_before_it)
         }
         mill_demolish(&m);
     }
-    ck_assert_int_gt(found, 300);
-    ck_assert_int_gt(none, 300);
+    ck_assert_int_gt(found, unit_draws(300));
+    ck_assert_int_gt(none, unit_draws(300));
     ck_assert_int_eq(give_ups, 0);
 }
-END_TEST
 
-START_TEST(a_resolved_contact_does_not_come_back_at_once_and_the_next_is_not_missed)
+SLOW_TEST(a_resolved_contact_does_not_come_back_at_once_and_the_next_is_not_missed, SHAPES)
 {
     uint64_t seed = 200 + (uint64_t)_i;
     int again = 0, flights = 0, give_ups = 0;
-    for (int i = 0; i < 3000; i++) {
+    for (int i = 0; i < unit_draws(3000); i++) {
         struct mill m;
         struct mill_contact c;
         random_mill(&seed, &m);
@@ -159,11 +158,10 @@ START_TEST(a_resolved_contact_does_not_come_back_at_once_and_the_next_is_not_mis
         }
         mill_demolish(&m);
     }
-    ck_assert_int_gt(flights, 300);
-    ck_assert_int_gt(again, 100);
+    ck_assert_int_gt(flights, unit_draws(300));
+    ck_assert_int_gt(again, unit_draws(100));
     ck_assert_int_lt(give_ups, 5 + flights / 1000);
 }
-END_TEST
 
 /* The same contact asked for again, in windows that end just after and just before it. */
 static void ask_around(const struct mill_shape *s, const struct flight *f, double t, bool touching)
@@ -176,11 +174,11 @@ static void ask_around(const struct mill_shape *s, const struct flight *f, doubl
 }
 
 /* The blade's search has a tolerance of its own. */
-START_TEST(a_contact_is_found_in_a_window_that_ends_just_after_it_and_in_no_shorter_one)
+LOOP_TEST(a_contact_is_found_in_a_window_that_ends_just_after_it_and_in_no_shorter_one, BLADE)
 {
     uint64_t seed = 800 + (uint64_t)_i;
     int first = 0, later = 0;
-    for (int i = 0; i < 6000; i++) {
+    for (int i = 0; i < unit_draws(6000); i++) {
         struct mill m;
         struct mill_contact c;
         random_mill(&seed, &m);
@@ -198,21 +196,20 @@ START_TEST(a_contact_is_found_in_a_window_that_ends_just_after_it_and_in_no_shor
         }
         mill_demolish(&m);
     }
-    ck_assert_int_gt(first, 300);
-    ck_assert_int_gt(later, 100);
+    ck_assert_int_gt(first, unit_draws(300));
+    ck_assert_int_gt(later, unit_draws(100));
 }
-END_TEST
 
 static const struct mill_blade plain_blade = {.tip_radius = 0.06, .width = 0.01, .thickness = 0.01};
 
-START_TEST(a_straight_flight_meets_an_end_wall_at_the_end_of_the_window_to_the_last_bit)
+LOOP_TEST(a_straight_flight_meets_an_end_wall_at_the_end_of_the_window_to_the_last_bit, 2)
 {
     uint64_t seed = 900 + (uint64_t)_i;
     struct mill m;
     int within = 0, beyond = 0;
     mill_build(&m, &plain_blade, 100.0, 0.0);
     const struct mill_shape *s = m.shape[WALL_0 + _i];
-    for (int i = 0; i < 20000; i++) {
+    for (int i = 0; i < unit_draws(20000); i++) {
         struct flight f = {.radius = 0.0025};
         f.path.r = vec3_make(uniform(&seed, -0.05, 0.05), 0.01, 0.02);
         f.path.v = vec3_scale(direction(&seed), 3.0);
@@ -229,14 +226,13 @@ START_TEST(a_straight_flight_meets_an_end_wall_at_the_end_of_the_window_to_the_l
             beyond += !arrives;
         }
     }
-    ck_assert_int_gt(within, 10000);
-    ck_assert_int_gt(beyond, 10000);
+    ck_assert_int_gt(within, unit_draws(10000));
+    ck_assert_int_gt(beyond, unit_draws(10000));
     mill_demolish(&m);
 }
-END_TEST
 
 /* But on the blade, which has no polynomial. */
-START_TEST(a_hop_below_the_rounding_of_a_position_takes_its_full_time)
+LOOP_TEST(a_hop_below_the_rounding_of_a_position_takes_its_full_time, BLADE)
 {
     static const vec3 up[SHAPES] = {
         {0.0, 0.0, 1.0}, {1.0, 0.0, 0.0}, {-1.0, 0.0, 0.0}, {0.0, 0.0, 1.0}};
@@ -256,7 +252,6 @@ START_TEST(a_hop_below_the_rounding_of_a_position_takes_its_full_time)
     }
     mill_demolish(&m);
 }
-END_TEST
 
 /* A ball put a little into the shape, with a normal speed of `rate` relative to it; false where
  * that is not possible. */
@@ -270,11 +265,11 @@ static bool sink(const struct mill_shape *s, struct flight *f, double depth, dou
     return fabs(c.gap + depth) < 1e-3 * depth;
 }
 
-START_TEST(overlapping_and_closing_is_a_contact_now)
+LOOP_TEST(overlapping_and_closing_is_a_contact_now, SHAPES)
 {
     uint64_t seed = 300 + (uint64_t)_i;
     int tried = 0;
-    for (int i = 0; i < 3000; i++) {
+    for (int i = 0; i < unit_draws(3000); i++) {
         struct mill m;
         random_mill(&seed, &m);
         struct flight f = random_flight(&seed, &m, _i);
@@ -285,9 +280,8 @@ START_TEST(overlapping_and_closing_is_a_contact_now)
         }
         mill_demolish(&m);
     }
-    ck_assert_int_gt(tried, 1500);
+    ck_assert_int_gt(tried, unit_draws(1500));
 }
-END_TEST
 
 /* Where the gap is closed and closing for certain, before t. */
 static bool closes_before(const struct mill_shape *s, const struct flight *f, double t)
@@ -302,11 +296,11 @@ static bool closes_before(const struct mill_shape *s, const struct flight *f, do
     return false;
 }
 
-START_TEST(overlapping_and_opening_is_a_contact_only_when_it_closes_again)
+SLOW_TEST(overlapping_and_opening_is_a_contact_only_when_it_closes_again, SHAPES)
 {
     uint64_t seed = 400 + (uint64_t)_i;
     int again = 0, inside = 0;
-    for (int i = 0; i < 6000; i++) {
+    for (int i = 0; i < unit_draws(6000); i++) {
         struct mill m;
         random_mill(&seed, &m);
         struct flight f = random_flight(&seed, &m, _i);
@@ -324,10 +318,9 @@ START_TEST(overlapping_and_opening_is_a_contact_only_when_it_closes_again)
         }
         mill_demolish(&m);
     }
-    ck_assert_int_gt(again, 30);
-    ck_assert_int_gt(inside, 3); /* turned back before they were out */
+    ck_assert_int_gt(again, unit_draws(30));
+    ck_assert_int_gt(inside, unit_draws(3)); /* turned back before they were out */
 }
-END_TEST
 
 static vec3 gradient(const struct mill_shape *s, vec3 r, double radius, double t)
 {
@@ -338,10 +331,10 @@ static vec3 gradient(const struct mill_shape *s, vec3 r, double radius, double t
     return vec3_scale(vec3_make(g[0], g[1], g[2]), 1.0 / 2e-8);
 }
 
-START_TEST(the_contact_s_normal_is_the_gap_s_gradient_and_its_point_lies_on_the_surface)
+LOOP_TEST(the_contact_s_normal_is_the_gap_s_gradient_and_its_point_lies_on_the_surface, SHAPES)
 {
     uint64_t seed = 500 + (uint64_t)_i;
-    for (int i = 0; i < 3000; i++) {
+    for (int i = 0; i < unit_draws(3000); i++) {
         struct mill m;
         random_mill(&seed, &m);
         struct flight f = random_flight(&seed, &m, _i);
@@ -360,12 +353,11 @@ START_TEST(the_contact_s_normal_is_the_gap_s_gradient_and_its_point_lies_on_the_
         mill_demolish(&m);
     }
 }
-END_TEST
 
-START_TEST(the_surface_moves_as_the_gap_says_and_turns_about_the_axis)
+LOOP_TEST(the_surface_moves_as_the_gap_says_and_turns_about_the_axis, SHAPES)
 {
     uint64_t seed = 600 + (uint64_t)_i;
-    for (int i = 0; i < 3000; i++) {
+    for (int i = 0; i < unit_draws(3000); i++) {
         struct mill m;
         random_mill(&seed, &m);
         const struct flight f = random_flight(&seed, &m, _i);
@@ -387,7 +379,6 @@ START_TEST(the_surface_moves_as_the_gap_says_and_turns_about_the_axis)
         mill_demolish(&m);
     }
 }
-END_TEST
 
 /* A box of up to 10 mm around r, or of none at all on some sides, as cells at the border have. */
 static void box_around(uint64_t *seed, vec3 r, vec3 *lo, vec3 *hi)
@@ -400,11 +391,11 @@ static void box_around(uint64_t *seed, vec3 r, vec3 *lo, vec3 *hi)
     *hi = vec3_make(r.x + edge[3], r.y + edge[4], r.z + edge[5]);
 }
 
-START_TEST(a_shape_is_in_reach_wherever_it_is_met_but_not_everywhere)
+LOOP_TEST(a_shape_is_in_reach_wherever_it_is_met_but_not_everywhere, SHAPES)
 {
     uint64_t seed = 700 + (uint64_t)_i;
     int met = 0, far = 0;
-    for (int i = 0; i < 6000; i++) {
+    for (int i = 0; i < unit_draws(6000); i++) {
         struct mill m;
         vec3 lo, hi;
         random_mill(&seed, &m);
@@ -421,25 +412,11 @@ START_TEST(a_shape_is_in_reach_wherever_it_is_met_but_not_everywhere)
         }
         mill_demolish(&m);
     }
-    ck_assert_int_gt(met, 300);
-    ck_assert_int_gt(far, 300);
+    ck_assert_int_gt(met, unit_draws(300));
+    ck_assert_int_gt(far, unit_draws(300));
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {the_first_contact_is_closed_closing_and_nothing_comes_before_it, SHAPES},
-        {a_resolved_contact_does_not_come_back_at_once_and_the_next_is_not_missed, SHAPES,
-         UNIT_SLOW},
-        {a_contact_is_found_in_a_window_that_ends_just_after_it_and_in_no_shorter_one, BLADE},
-        {a_straight_flight_meets_an_end_wall_at_the_end_of_the_window_to_the_last_bit, 2},
-        {a_hop_below_the_rounding_of_a_position_takes_its_full_time, BLADE},
-        {overlapping_and_closing_is_a_contact_now, SHAPES},
-        {overlapping_and_opening_is_a_contact_only_when_it_closes_again, SHAPES, UNIT_SLOW},
-        {the_contact_s_normal_is_the_gap_s_gradient_and_its_point_lies_on_the_surface, SHAPES},
-        {the_surface_moves_as_the_gap_says_and_turns_about_the_axis, SHAPES},
-        {a_shape_is_in_reach_wherever_it_is_met_but_not_everywhere, SHAPES},
-    };
-    return unit_run("shapes", tests, sizeof tests / sizeof *tests);
+    return unit_run("shapes");
 }

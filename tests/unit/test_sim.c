@@ -2,7 +2,7 @@
  * observers are told, and that nothing but the deck decides a run. */
 #include "sim_fixture.h"
 
-START_TEST(the_books_balance_and_nothing_overlaps_in_small_mills_of_all_kinds)
+LOOP_TEST(the_books_balance_and_nothing_overlaps_in_small_mills_of_all_kinds, MILLS)
 {
     struct bench b;
     struct witness w;
@@ -28,9 +28,8 @@ START_TEST(the_books_balance_and_nothing_overlaps_in_small_mills_of_all_kinds)
         ck_assert_double_gt(b.world->account.work, 0.0);
     bench_close(&b);
 }
-END_TEST
 
-START_TEST(a_run_has_the_same_bits_whatever_is_sampled_and_wherever_it_pauses)
+LOOP_TEST(a_run_has_the_same_bits_whatever_is_sampled_and_wherever_it_pauses, MILLS)
 {
     struct bench plain, sliced;
     struct witness w;
@@ -51,10 +50,9 @@ START_TEST(a_run_has_the_same_bits_whatever_is_sampled_and_wherever_it_pauses)
     bench_close(&plain);
     bench_close(&sliced);
 }
-END_TEST
 
 /* What large mills do at every event must not show in any. */
-START_TEST(looking_ahead_changes_nothing)
+LOOP_TEST(looking_ahead_changes_nothing, MILLS)
 {
     struct bench plain, seer;
     bench_open(&plain, &mills[_i]);
@@ -70,10 +68,9 @@ START_TEST(looking_ahead_changes_nothing)
     bench_close(&plain);
     bench_close(&seer);
 }
-END_TEST
 
 /* Enough balls for words of 32 bits and for looking ahead */
-START_TEST(a_large_gas_keeps_its_energy_and_nothing_overlaps)
+TEST(a_large_gas_keeps_its_energy_and_nothing_overlaps)
 {
     const struct model gas = {.floorless = true,
                               .setup = {.drum = {.radius = 0.135, .length = 0.27}, .speed = 1.0},
@@ -91,9 +88,8 @@ START_TEST(a_large_gas_keeps_its_energy_and_nothing_overlaps)
     ck_assert_uint_eq(b.world->counts.overlaps, 0);
     bench_close(&b);
 }
-END_TEST
 
-START_TEST(a_run_stopped_by_a_signal_goes_on_as_if_nothing_had_happened)
+TEST(a_run_stopped_by_a_signal_goes_on_as_if_nothing_had_happened)
 {
     struct bench plain, stopped;
     volatile sig_atomic_t stop = 1;
@@ -109,7 +105,6 @@ START_TEST(a_run_stopped_by_a_signal_goes_on_as_if_nothing_had_happened)
     bench_close(&plain);
     bench_close(&stopped);
 }
-END_TEST
 
 static enum mill_status refuse(struct mill_observer *o, const struct mill_impact *impact,
                                struct mill_error *error)
@@ -127,7 +122,7 @@ static enum mill_status have_enough(struct mill_observer *o, const struct mill_i
 }
 
 /* Between the two stands the one that ends it. */
-START_TEST(a_run_that_an_observer_ends_is_told_to_all_and_can_go_on)
+TEST(a_run_that_an_observer_ends_is_told_to_all_and_can_go_on)
 {
     static const struct mill_observer_type type = {.impact = have_enough};
     struct mill_observer o = {&type, INFINITY};
@@ -150,9 +145,8 @@ START_TEST(a_run_that_an_observer_ends_is_told_to_all_and_can_go_on)
     bench_close(&plain);
     bench_close(&b);
 }
-END_TEST
 
-START_TEST(impulse_and_slip_are_those_of_the_impact)
+TEST(impulse_and_slip_are_those_of_the_impact)
 {
     struct bench b;
     struct witness w;
@@ -172,9 +166,8 @@ START_TEST(impulse_and_slip_are_those_of_the_impact)
     }
     bench_close(&b);
 }
-END_TEST
 
-START_TEST(an_observer_that_fails_ends_the_run_with_its_own_message)
+TEST(an_observer_that_fails_ends_the_run_with_its_own_message)
 {
     static const struct mill_observer_type type = {.impact = refuse};
     struct bench b;
@@ -186,7 +179,6 @@ START_TEST(an_observer_that_fails_ends_the_run_with_its_own_message)
     ck_assert_uint_eq(bench_collisions(&b), 1);
     bench_close(&b);
 }
-END_TEST
 
 static enum mill_status stay(struct mill_observer *o, const struct mill_world *world, double t,
                              struct mill_error *error)
@@ -195,7 +187,7 @@ static enum mill_status stay(struct mill_observer *o, const struct mill_world *w
     return MILL_OK;
 }
 
-START_TEST(an_observer_whose_next_sample_is_never_later_neither_hangs_nor_crashes_the_run)
+TEST(an_observer_whose_next_sample_is_never_later_neither_hangs_nor_crashes_the_run)
 {
     static const struct mill_observer_type samples = {.name = "stuck", .sample = stay}, none = {0};
     struct bench b;
@@ -208,7 +200,6 @@ START_TEST(an_observer_whose_next_sample_is_never_later_neither_hangs_nor_crashe
     ck_assert_msg(strncmp(b.error.text, "stuck: ", 7) == 0, "%s", b.error.text);
     bench_close(&b);
 }
-END_TEST
 
 /* Momentum and angular momentum of all balls about the origin, spins included */
 static void momenta(const struct bench *b, vec3 *linear, vec3 *angular)
@@ -224,7 +215,7 @@ static void momenta(const struct bench *b, vec3 *linear, vec3 *angular)
     }
 }
 
-START_TEST(collisions_of_balls_conserve_momentum_and_angular_momentum)
+TEST(collisions_of_balls_conserve_momentum_and_angular_momentum)
 {
     static const struct model two_kinds = {
         .setup = {.drum = {.radius = 0.5, .length = 1.0}},
@@ -251,9 +242,8 @@ START_TEST(collisions_of_balls_conserve_momentum_and_angular_momentum)
     ck_assert_double_lt(vec3_norm(vec3_sub(l1, l0)), 1e-13 * vec3_norm(l0));
     bench_close(&b);
 }
-END_TEST
 
-START_TEST(energy_of_a_free_flight_only_changes_its_form)
+TEST(energy_of_a_free_flight_only_changes_its_form)
 {
     const struct mill_setup_ball start = {{0.3, 0.0, 0.1}, {1.0, 2.0, 3.0}, {10.0, 20.0, 30.0}};
     const struct model model = {.setup = {.gravity = {1.0, -5.0, -8.0},
@@ -276,9 +266,8 @@ START_TEST(energy_of_a_free_flight_only_changes_its_form)
     ck_assert_uint_eq(bench_collisions(&b), 0);
     bench_close(&b);
 }
-END_TEST
 
-START_TEST(a_turning_shaft_drives_a_ball_by_friction_and_its_work_is_booked)
+TEST(a_turning_shaft_drives_a_ball_by_friction_and_its_work_is_booked)
 {
     const struct mill_setup_ball start = {.position.z = 0.035, .velocity.z = -1.0};
     const struct model model = {.setup = {.drum = {.radius = 0.1, .length = 0.1}, .start = &start},
@@ -300,7 +289,6 @@ START_TEST(a_turning_shaft_drives_a_ball_by_friction_and_its_work_is_booked)
     ck_assert_double_le(bench_balance(&b), 1e-14);
     bench_close(&b);
 }
-END_TEST
 
 /* A rotor with a shaft, a box that turns on it as a planet, about an axis askew, and two blades
  * that stand still, one listed before and one after what moves */
@@ -342,7 +330,7 @@ static void open_planetary(struct bench *b)
     ck_assert_int_eq(mill_sim_create(b->world, &b->sim, &b->error), MILL_OK);
 }
 
-START_TEST(a_planet_strikes_balls_beside_blades_that_stand_still)
+TEST(a_planet_strikes_balls_beside_blades_that_stand_still)
 {
     struct bench b, watched;
     open_planetary(&b);
@@ -358,7 +346,6 @@ START_TEST(a_planet_strikes_balls_beside_blades_that_stand_still)
     bench_run(&watched, 0.1);
     bench_close(&watched);
 }
-END_TEST
 
 /* Three balls in the reference drum, and what becomes of them by time t; how many contacts */
 static uint64_t three_balls(double angle, double t, struct mill_setup_ball ball[3])
@@ -382,7 +369,7 @@ static uint64_t three_balls(double angle, double t, struct mill_setup_ball ball[
     return collisions;
 }
 
-START_TEST(restarts_of_the_local_clock_do_not_show_in_the_result)
+TEST(restarts_of_the_local_clock_do_not_show_in_the_result)
 {
     struct mill_setup_ball whole[3] = {{.position = {0.0, 0.05, 0.045}},
                                        {.position = {0.03, 0.01, 0.05}, .velocity.x = -1.0},
@@ -400,10 +387,9 @@ START_TEST(restarts_of_the_local_clock_do_not_show_in_the_result)
         ck_assert_double_lt(vec3_norm(vec3_sub(whole[i].velocity, parts[i].velocity)), 1e-11);
     }
 }
-END_TEST
 
 /* So slow that where the blades stood a whole tenth of a second ago tells where they are not. */
-START_TEST(no_contact_with_a_slow_rotor_is_missed_when_the_local_clock_restarts)
+TEST(no_contact_with_a_slow_rotor_is_missed_when_the_local_clock_restarts)
 {
     static const struct mill_setup_ball start[] = {
         {{0.072741096679379058, -0.29569903183683355, -0.29569903183683344},
@@ -428,9 +414,8 @@ START_TEST(no_contact_with_a_slow_rotor_is_missed_when_the_local_clock_restarts)
     ck_assert_uint_gt(b.world->account.collisions[MILL_BALL_BLADE], 0);
     bench_close(&b);
 }
-END_TEST
 
-START_TEST(an_audit_finds_what_overlaps_at_any_moment_of_the_run)
+TEST(an_audit_finds_what_overlaps_at_any_moment_of_the_run)
 {
     struct bench b;
     bench_open(&b, &mills[0]);
@@ -449,27 +434,8 @@ START_TEST(an_audit_finds_what_overlaps_at_any_moment_of_the_run)
     ck_assert_double_ge(b.world->counts.largest_overlap, 1e-6 - 1e-12);
     bench_close(&b);
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {the_books_balance_and_nothing_overlaps_in_small_mills_of_all_kinds, MILLS},
-        {a_run_has_the_same_bits_whatever_is_sampled_and_wherever_it_pauses, MILLS},
-        {looking_ahead_changes_nothing, MILLS},
-        {a_large_gas_keeps_its_energy_and_nothing_overlaps, 1},
-        {a_run_stopped_by_a_signal_goes_on_as_if_nothing_had_happened, 1},
-        {a_run_that_an_observer_ends_is_told_to_all_and_can_go_on, 1},
-        {impulse_and_slip_are_those_of_the_impact, 1},
-        {an_observer_that_fails_ends_the_run_with_its_own_message, 1},
-        {an_observer_whose_next_sample_is_never_later_neither_hangs_nor_crashes_the_run, 1},
-        {collisions_of_balls_conserve_momentum_and_angular_momentum, 1},
-        {energy_of_a_free_flight_only_changes_its_form, 1},
-        {a_turning_shaft_drives_a_ball_by_friction_and_its_work_is_booked, 1},
-        {a_planet_strikes_balls_beside_blades_that_stand_still, 1},
-        {restarts_of_the_local_clock_do_not_show_in_the_result, 1},
-        {no_contact_with_a_slow_rotor_is_missed_when_the_local_clock_restarts, 1},
-        {an_audit_finds_what_overlaps_at_any_moment_of_the_run, 1},
-    };
-    return unit_run("sim", tests, sizeof tests / sizeof *tests);
+    return unit_run("sim");
 }

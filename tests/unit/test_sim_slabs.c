@@ -144,20 +144,18 @@ static void come_to_the_same_state(int which, int threads, double end)
     bench_close(&more);
 }
 
-START_TEST(all_mills_come_to_the_same_state_on_two_threads)
+LOOP_TEST(all_mills_come_to_the_same_state_on_two_threads, LONG_MILLS)
 {
     come_to_the_same_state(_i, 2, _i == MIXED ? 0.02 : 0.1); /* local time restarts at 62.5 ms */
 }
-END_TEST
 
-START_TEST(and_on_more_threads_than_two)
+LOOP_TEST(and_on_more_threads_than_two, LONG_MILLS)
 {
     come_to_the_same_state(_i, 3, _i == MIXED ? 0.006 : 0.02);
     come_to_the_same_state(_i, 4, _i == MIXED ? 0.006 : 0.02);
 }
-END_TEST
 
-START_TEST(observers_get_the_same_calls_in_the_same_order)
+LOOP_TEST(observers_get_the_same_calls_in_the_same_order, 3)
 {
     const struct mill_observer_type *const types[] = {&hears, &looks, &both};
     for (int threads = 2; threads <= 4; threads++) {
@@ -173,11 +171,10 @@ START_TEST(observers_get_the_same_calls_in_the_same_order)
         close_both(&one, &more);
     }
 }
-END_TEST
 
 static const uint64_t some_impacts[] = {1, 2, 1000, 2001, 4097, 12000};
 
-START_TEST(an_observer_ends_the_run_at_the_same_impact_and_others_still_get_it)
+LOOP_TEST(an_observer_ends_the_run_at_the_same_impact_and_others_still_get_it, 6)
 {
     const uint64_t last = some_impacts[_i];
     struct heard one, more;
@@ -198,9 +195,8 @@ START_TEST(an_observer_ends_the_run_at_the_same_impact_and_others_still_get_it)
     are_alike(&one, &more);
     close_both(&one, &more);
 }
-END_TEST
 
-START_TEST(a_failure_of_an_observer_ends_the_run_at_the_same_impact_with_its_message)
+LOOP_TEST(a_failure_of_an_observer_ends_the_run_at_the_same_impact_with_its_message, 6)
 {
     struct heard one, more;
     open_heard(&one, &both, 1);
@@ -214,9 +210,8 @@ START_TEST(a_failure_of_an_observer_ends_the_run_at_the_same_impact_with_its_mes
     are_alike(&one, &more);
     close_both(&one, &more);
 }
-END_TEST
 
-START_TEST(pauses_change_nothing_and_after_each_the_observers_have_got_everything)
+TEST(pauses_change_nothing_and_after_each_the_observers_have_got_everything)
 {
     struct heard one, more;
     open_heard(&one, &both, 1);
@@ -233,9 +228,8 @@ START_TEST(pauses_change_nothing_and_after_each_the_observers_have_got_everythin
     are_alike(&one, &more);
     close_both(&one, &more);
 }
-END_TEST
 
-START_TEST(a_run_that_was_stopped_goes_on_to_the_same_bits)
+TEST(a_run_that_was_stopped_goes_on_to_the_same_bits)
 {
     struct heard one, more;
     volatile sig_atomic_t stop = 0;
@@ -256,9 +250,8 @@ START_TEST(a_run_that_was_stopped_goes_on_to_the_same_bits)
     are_alike(&one, &more);
     close_both(&one, &more);
 }
-END_TEST
 
-START_TEST(the_number_of_threads_can_change_between_two_calls)
+TEST(the_number_of_threads_can_change_between_two_calls)
 {
     const int threads[] = {2, 1, 4, 3, 2, 1, 3};
     struct heard one, more;
@@ -275,7 +268,6 @@ START_TEST(the_number_of_threads_can_change_between_two_calls)
     are_alike(&one, &more);
     close_both(&one, &more);
 }
-END_TEST
 
 /* No thread can have a stack of this size. */
 static void forbid_threads(void)
@@ -288,7 +280,7 @@ static void forbid_threads(void)
     ck_assert_int_ne(pthread_create(&id, NULL, (void *(*)(void *))abort, NULL), 0);
 }
 
-START_TEST(where_no_thread_can_be_started_one_does_all)
+TEST(where_no_thread_can_be_started_one_does_all)
 {
     struct heard one, more;
     open_heard(&one, &both, 1);
@@ -300,9 +292,8 @@ START_TEST(where_no_thread_can_be_started_one_does_all)
     are_alike(&one, &more);
     close_both(&one, &more);
 }
-END_TEST
 
-START_TEST(a_mill_that_is_too_short_gets_no_slabs)
+TEST(a_mill_that_is_too_short_gets_no_slabs)
 {
     struct model model = long_stirred;
     struct bench b;
@@ -319,10 +310,9 @@ START_TEST(a_mill_that_is_too_short_gets_no_slabs)
         bench_close(&b);
     }
 }
-END_TEST
 
 /* A heap that falls asleep */
-START_TEST(with_sleeping_balls_one_thread_goes_on)
+TEST(with_sleeping_balls_one_thread_goes_on)
 {
     const struct model heap = {
         .setup = {.gravity.z = -9.81, .drum = {.radius = 0.01, .length = 0.08}, .speed = 0.5},
@@ -345,7 +335,6 @@ START_TEST(with_sleeping_balls_one_thread_goes_on)
     bench_close(&one);
     bench_close(&two);
 }
-END_TEST
 
 /* Both halves of a mill are mirror images, and its cells' edges have no rounding errors: every
  * event has a twin at exactly the same time. mirrored: balls whose images start like them */
@@ -373,7 +362,7 @@ static void open_twins(struct bench *b, int32_t mirrored)
     bench_open(b, &model);
 }
 
-START_TEST(events_at_exactly_equal_times_in_two_slabs_come_in_the_order_of_one_thread)
+LOOP_TEST(events_at_exactly_equal_times_in_two_slabs_come_in_the_order_of_one_thread, 2)
 {
     struct bench one, two;
     struct witness w;
@@ -398,9 +387,8 @@ START_TEST(events_at_exactly_equal_times_in_two_slabs_come_in_the_order_of_one_t
     bench_close(&one);
     bench_close(&two);
 }
-END_TEST
 
-START_TEST(a_run_can_be_taken_up_with_another_number_of_threads)
+LOOP_TEST(a_run_can_be_taken_up_with_another_number_of_threads, LONG_MILLS)
 {
     const struct model model = long_mill(_i);
     const int threads[] = {2, 1, 4, 2};
@@ -426,24 +414,8 @@ START_TEST(a_run_can_be_taken_up_with_another_number_of_threads)
     bench_close(&plain);
     bench_close(&b);
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {all_mills_come_to_the_same_state_on_two_threads, LONG_MILLS},
-        {and_on_more_threads_than_two, LONG_MILLS},
-        {observers_get_the_same_calls_in_the_same_order, 3},
-        {an_observer_ends_the_run_at_the_same_impact_and_others_still_get_it, 6},
-        {a_failure_of_an_observer_ends_the_run_at_the_same_impact_with_its_message, 6},
-        {pauses_change_nothing_and_after_each_the_observers_have_got_everything, 1},
-        {a_run_that_was_stopped_goes_on_to_the_same_bits, 1},
-        {the_number_of_threads_can_change_between_two_calls, 1},
-        {where_no_thread_can_be_started_one_does_all, 1},
-        {a_mill_that_is_too_short_gets_no_slabs, 1},
-        {with_sleeping_balls_one_thread_goes_on, 1},
-        {events_at_exactly_equal_times_in_two_slabs_come_in_the_order_of_one_thread, 2},
-        {a_run_can_be_taken_up_with_another_number_of_threads, LONG_MILLS},
-    };
-    return unit_run("sim_slabs", tests, sizeof tests / sizeof *tests);
+    return unit_run("sim_slabs");
 }

@@ -43,7 +43,7 @@ static int run_in_pieces(struct bench *b, const struct model *model, double unti
     return pieces;
 }
 
-START_TEST(a_run_handed_over_again_and_again_ends_with_the_same_bits)
+SLOW_TEST(a_run_handed_over_again_and_again_ends_with_the_same_bits, 2 * MILLS)
 {
     struct bench plain, pieces;
     bench_open(&plain, &mills[_i % MILLS]);
@@ -54,9 +54,8 @@ START_TEST(a_run_handed_over_again_and_again_ends_with_the_same_bits)
     bench_close(&plain);
     bench_close(&pieces);
 }
-END_TEST
 
-START_TEST(every_single_event_may_be_the_last_before_the_hand_over)
+SLOW_TEST(every_single_event_may_be_the_last_before_the_hand_over, MILLS)
 {
     struct bench plain, pieces;
     bench_open(&plain, &mills[_i % MILLS]);
@@ -70,10 +69,9 @@ START_TEST(every_single_event_may_be_the_last_before_the_hand_over)
     bench_close(&plain);
     bench_close(&pieces);
 }
-END_TEST
 
 /* So many hand-overs that some fall between two contacts of a pressed ball */
-START_TEST(pinches_are_counted_on_across_the_hand_over)
+LOOP_TEST(pinches_are_counted_on_across_the_hand_over, PINCHING)
 {
     struct bench plain, pieces;
     bench_open(&plain, &pinching[_i]);
@@ -85,9 +83,8 @@ START_TEST(pinches_are_counted_on_across_the_hand_over)
     bench_close(&plain);
     bench_close(&pieces);
 }
-END_TEST
 
-START_TEST(saving_changes_nothing)
+TEST(saving_changes_nothing)
 {
     struct bench plain, saved;
     struct kept kept;
@@ -103,9 +100,8 @@ START_TEST(saving_changes_nothing)
     bench_close(&plain);
     bench_close(&saved);
 }
-END_TEST
 
-START_TEST(what_was_loaded_is_what_was_saved)
+TEST(what_was_loaded_is_what_was_saved)
 {
     struct bench b;
     struct kept saved, again;
@@ -121,9 +117,8 @@ START_TEST(what_was_loaded_is_what_was_saved)
     kept_free(&again);
     bench_close(&b);
 }
-END_TEST
 
-START_TEST(a_state_from_before_the_first_event_serves_too)
+TEST(a_state_from_before_the_first_event_serves_too)
 {
     struct bench plain, later;
     bench_open(&plain, &mills[0]);
@@ -135,7 +130,6 @@ START_TEST(a_state_from_before_the_first_event_serves_too)
     bench_close(&plain);
     bench_close(&later);
 }
-END_TEST
 
 /* One mill, and others that differ in the number of balls, shapes or cells */
 static const struct model own = {
@@ -157,7 +151,7 @@ static struct model other_than_own(int how)
     return m;
 }
 
-START_TEST(a_state_of_another_mill_is_refused)
+LOOP_TEST(a_state_of_another_mill_is_refused, OTHERS)
 {
     const struct model another = other_than_own(_i);
     struct bench b, other;
@@ -173,9 +167,8 @@ START_TEST(a_state_of_another_mill_is_refused)
     bench_close(&b);
     kept_free(&kept);
 }
-END_TEST
 
-START_TEST(a_field_missing_or_of_another_length_is_refused)
+TEST(a_field_missing_or_of_another_length_is_refused)
 {
     struct bench b;
     struct kept kept;
@@ -194,7 +187,6 @@ START_TEST(a_field_missing_or_of_another_length_is_refused)
     kept_free(&kept);
     bench_close(&b);
 }
-END_TEST
 
 /* Each size has a grid of its own. */
 static const struct model mixed = {
@@ -203,7 +195,7 @@ static const struct model mixed = {
               {.diameter = 0.003, .density = STEEL, .count = 600}},
     .law = {.restitution = 0.8}};
 
-START_TEST(a_mixture_handed_over_again_and_again_ends_with_the_same_bits)
+TEST(a_mixture_handed_over_again_and_again_ends_with_the_same_bits)
 {
     struct bench plain, pieces;
     bench_open(&plain, &mixed);
@@ -215,11 +207,10 @@ START_TEST(a_mixture_handed_over_again_and_again_ends_with_the_same_bits)
     bench_close(&plain);
     bench_close(&pieces);
 }
-END_TEST
 
 /* A state in which two balls have changed their sizes: each is then in one row, of the grid of its
  * new size. */
-START_TEST(each_ball_is_in_the_grid_of_its_size_in_the_state)
+TEST(each_ball_is_in_the_grid_of_its_size_in_the_state)
 {
     struct bench from, to;
     struct kept kept;
@@ -247,7 +238,6 @@ START_TEST(each_ball_is_in_the_grid_of_its_size_in_the_state)
     bench_close(&from);
     bench_close(&to);
 }
-END_TEST
 
 static void damage(struct mill_sim *sim, int how)
 {
@@ -322,7 +312,7 @@ static void damage(struct mill_sim *sim, int how)
 }
 enum { DAMAGES = 18 };
 
-START_TEST(an_index_out_of_range_is_refused)
+LOOP_TEST(an_index_out_of_range_is_refused, DAMAGES)
 {
     struct bench good, bad;
     struct kept kept;
@@ -341,22 +331,8 @@ START_TEST(an_index_out_of_range_is_refused)
     bench_close(&good);
     bench_close(&bad);
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {a_run_handed_over_again_and_again_ends_with_the_same_bits, 2 * MILLS, UNIT_SLOW},
-        {every_single_event_may_be_the_last_before_the_hand_over, MILLS, UNIT_SLOW},
-        {pinches_are_counted_on_across_the_hand_over, PINCHING},
-        {saving_changes_nothing, 1},
-        {what_was_loaded_is_what_was_saved, 1},
-        {a_state_from_before_the_first_event_serves_too, 1},
-        {a_state_of_another_mill_is_refused, OTHERS},
-        {a_field_missing_or_of_another_length_is_refused, 1},
-        {a_mixture_handed_over_again_and_again_ends_with_the_same_bits, 1},
-        {each_ball_is_in_the_grid_of_its_size_in_the_state, 1},
-        {an_index_out_of_range_is_refused, DAMAGES},
-    };
-    return unit_run("sim_state", tests, sizeof tests / sizeof *tests);
+    return unit_run("sim_state");
 }

@@ -39,17 +39,17 @@ static void all_are_filed(struct sliced *c)
         double t;
         for (int32_t i; (i = mill_calendar_next(calendar, &t)) >= 0; found++) {
             const int32_t block = block_of_ball(c, i);
-            EACH(k < s->count && block >= s->slab[k].lo && block < s->slab[k].hi,
-                 "ball %d is in calendar %d", i, k);
-            EACH(t == mill_plan_time(&c->p->plan[i]), "ball %d has another time", i);
+            ck_assert_msg(k < s->count && block >= s->slab[k].lo && block < s->slab[k].hi,
+                          "ball %d is in calendar %d", i, k);
+            ck_assert_msg(t == mill_plan_time(&c->p->plan[i]), "ball %d has another time", i);
             mill_calendar_set(calendar, i, INFINITY);
-            EACH(found < c->b.world->balls, "balls are in two calendars");
+            ck_assert_msg(found < c->b.world->balls, "balls are in two calendars");
         }
     }
     ck_assert_int_eq(found, c->b.world->balls);
 }
 
-START_TEST(slabs_fill_the_mill_with_four_layers_between_the_parts_in_which_threads_work)
+LOOP_TEST(slabs_fill_the_mill_with_four_layers_between_the_parts_in_which_threads_work, LONG_MILLS)
 {
     for (int threads = 2; threads <= 4; threads++) {
         struct sliced c;
@@ -59,9 +59,8 @@ START_TEST(slabs_fill_the_mill_with_four_layers_between_the_parts_in_which_threa
         close_sliced(&c);
     }
 }
-END_TEST
 
-START_TEST(every_event_is_in_the_calendar_of_its_slab_also_after_another_cut)
+LOOP_TEST(every_event_is_in_the_calendar_of_its_slab_also_after_another_cut, 2 * LONG_MILLS)
 {
     struct sliced c;
     uint64_t seed = 1;
@@ -78,9 +77,8 @@ START_TEST(every_event_is_in_the_calendar_of_its_slab_also_after_another_cut)
     all_are_filed(&c);
     close_sliced(&c);
 }
-END_TEST
 
-START_TEST(slabs_get_equal_shares_of_the_contacts_where_that_is_possible)
+TEST(slabs_get_equal_shares_of_the_contacts_where_that_is_possible)
 {
     struct sliced c;
     double share[2] = {0.0, 0.0};
@@ -98,9 +96,8 @@ START_TEST(slabs_get_equal_shares_of_the_contacts_where_that_is_possible)
     ck_assert_double_lt(share[0], 1.25 * share[1]);
     close_sliced(&c);
 }
-END_TEST
 
-START_TEST(a_mill_that_is_too_short_or_has_one_thread_is_not_cut)
+LOOP_TEST(a_mill_that_is_too_short_or_has_one_thread_is_not_cut, 2)
 {
     struct model model = long_stirred;
     struct bench b;
@@ -116,7 +113,6 @@ START_TEST(a_mill_that_is_too_short_or_has_one_thread_is_not_cut)
     }
     bench_close(&b);
 }
-END_TEST
 
 /* ---- which event is first ---- */
 
@@ -130,7 +126,7 @@ static int32_t first_of(const double *t, int32_t balls)
     return first;
 }
 
-START_TEST(events_come_out_in_order_of_time_and_ball_whatever_calendar_has_them)
+LOOP_TEST(events_come_out_in_order_of_time_and_ball_whatever_calendar_has_them, LONG_MILLS)
 {
     struct sliced c;
     uint64_t seed = 2;
@@ -143,7 +139,8 @@ START_TEST(events_come_out_in_order_of_time_and_ball_whatever_calendar_has_them)
     int late = 0;
     for (int32_t n = 0, i; (i = mill_slabs_next(c.s, &due)) >= 0; n++) {
         const int32_t first = first_of(t, balls), other = below(&seed, balls);
-        EACH(i == first && due == t[first] && due >= now, "event %d: ball %d, not %d", n, i, first);
+        ck_assert_msg(i == first && due == t[first] && due >= now, "event %d: ball %d, not %d", n,
+                      i, first);
         now = due;
         t[i] = n < 400 ? now + uniform(&seed, 0.0, 3e-3) : HUGE_VAL;
         mill_slabs_enter(c.s, i, t[i]);
@@ -158,9 +155,8 @@ START_TEST(events_come_out_in_order_of_time_and_ball_whatever_calendar_has_them)
     free(t);
     close_sliced(&c);
 }
-END_TEST
 
-START_TEST(without_slabs_all_events_are_in_the_calendar_of_the_schedule_again)
+LOOP_TEST(without_slabs_all_events_are_in_the_calendar_of_the_schedule_again, LONG_MILLS)
 {
     struct sliced c;
     open_sliced(&c, _i, 3);
@@ -172,7 +168,7 @@ START_TEST(without_slabs_all_events_are_in_the_calendar_of_the_schedule_again)
     ck_assert_ptr_null(c.p->slabs);
     ck_assert_ptr_null(c.p->marks);
     for (int32_t i; (i = mill_calendar_next(c.p->calendar, &due)) >= 0;) {
-        EACH(i == first_of(t, balls) && due == t[i], "ball %d is not the first", i);
+        ck_assert_msg(i == first_of(t, balls) && due == t[i], "ball %d is not the first", i);
         t[i] = INFINITY;
         mill_calendar_set(c.p->calendar, i, INFINITY);
     }
@@ -180,17 +176,8 @@ START_TEST(without_slabs_all_events_are_in_the_calendar_of_the_schedule_again)
     free(t);
     bench_close(&c.b);
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {slabs_fill_the_mill_with_four_layers_between_the_parts_in_which_threads_work, LONG_MILLS},
-        {every_event_is_in_the_calendar_of_its_slab_also_after_another_cut, 2 * LONG_MILLS},
-        {slabs_get_equal_shares_of_the_contacts_where_that_is_possible, 1},
-        {a_mill_that_is_too_short_or_has_one_thread_is_not_cut, 2},
-        {events_come_out_in_order_of_time_and_ball_whatever_calendar_has_them, LONG_MILLS},
-        {without_slabs_all_events_are_in_the_calendar_of_the_schedule_again, LONG_MILLS},
-    };
-    return unit_run("slabs", tests, sizeof tests / sizeof *tests);
+    return unit_run("slabs");
 }

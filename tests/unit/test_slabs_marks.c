@@ -76,8 +76,9 @@ static struct claims *claim_many(struct sliced *c, double begin, int most, uint6
         places_of(c, i, all->claim[at].place);
         const bool expected = may_go(c, all, slab, all->claim[at].place, &inner);
         const bool may = mill_slabs_claim(c->s, &c->s->slab[slab], i, t);
-        EACH(may == expected, "claim %d, of ball %d: %d", at, i, may);
-        EACH((mill_calendar_time(c->s->late, i) == HUGE_VAL) == !may, "ball %d: calendar", i);
+        ck_assert_msg(may == expected, "claim %d, of ball %d: %d", at, i, may);
+        ck_assert_msg((mill_calendar_time(c->s->late, i) == HUGE_VAL) == !may, "ball %d: calendar",
+                      i);
         all->claim[at].slab = slab;
         all->claim[at].t = t;
         all->claim[at].may = may;
@@ -89,7 +90,8 @@ static struct claims *claim_many(struct sliced *c, double begin, int most, uint6
 }
 
 /* The balls are few, and those that were put off hinder more and more: a window is short. */
-START_TEST(events_near_other_slabs_or_near_an_event_that_was_put_off_must_wait_and_no_others)
+LOOP_TEST(events_near_other_slabs_or_near_an_event_that_was_put_off_must_wait_and_no_others,
+          LONG_MILLS)
 {
     struct sliced c;
     uint64_t seed = 3;
@@ -110,7 +112,6 @@ START_TEST(events_near_other_slabs_or_near_an_event_that_was_put_off_must_wait_a
     ck_assert_int_gt(count - put_off, 100);
     close_sliced(&c);
 }
-END_TEST
 
 /* A ball whose event changes balls only in a block next to `from` (close), or two away from it; -1:
  * none */
@@ -132,7 +133,7 @@ static int32_t ball_in_reach(const struct sliced *c, int32_t from, bool close)
     return -1;
 }
 
-START_TEST(after_an_event_was_put_off_the_next_block_waits_and_the_one_after_it_does_not)
+LOOP_TEST(after_an_event_was_put_off_the_next_block_waits_and_the_one_after_it_does_not, 4)
 {
     const int dense[] = {0, MIXED, PERIODIC, NARROW};
     struct sliced c;
@@ -158,9 +159,8 @@ START_TEST(after_an_event_was_put_off_the_next_block_waits_and_the_one_after_it_
     ck_assert_int_gt(tried, 0);
     close_sliced(&c);
 }
-END_TEST
 
-START_TEST(an_event_came_too_early_exactly_if_a_later_one_was_done_next_to_it)
+LOOP_TEST(an_event_came_too_early_exactly_if_a_later_one_was_done_next_to_it, LONG_MILLS)
 {
     struct sliced c;
     uint64_t seed = 4;
@@ -177,21 +177,20 @@ START_TEST(an_event_came_too_early_exactly_if_a_later_one_was_done_next_to_it)
             for (int a = 0; a < 4 && all->claim[k].may && all->claim[k].t > t; a++)
                 expected =
                     expected || are_close(&c, all->claim[k].place[a / 2], place[a % 2], true);
-        EACH(mill_slabs_passed(c.s, i, t) == expected, "ball %d at %g s", i, t);
+        ck_assert_msg(mill_slabs_passed(c.s, i, t) == expected, "ball %d at %g s", i, t);
         passed += expected;
     }
     ck_assert_int_gt(passed, 200);
     ck_assert_int_lt(passed, 3800);
     mill_slabs_open(c.s, 0.05); /* what was done in another window does not matter */
     for (int32_t i = 0; i < c.b.world->balls; i++)
-        EACH(!mill_slabs_passed(c.s, i, 0.05), "ball %d", i);
+        ck_assert_msg(!mill_slabs_passed(c.s, i, 0.05), "ball %d", i);
     free(all);
     close_sliced(&c);
 }
-END_TEST
 
 /* Their tags come round again. */
-START_TEST(marks_of_a_window_long_ago_are_forgotten)
+TEST(marks_of_a_window_long_ago_are_forgotten)
 {
     struct sliced c;
     uint64_t seed = 6;
@@ -200,17 +199,16 @@ START_TEST(marks_of_a_window_long_ago_are_forgotten)
     const uint16_t tag = c.s->tag;
     for (int n = 0; n < UINT16_MAX; n++) {
         mill_slabs_open(c.s, 0.0);
-        EACH(c.s->tag != 0, "a window without a tag");
+        ck_assert_msg(c.s->tag != 0, "a window without a tag");
     }
     ck_assert_int_eq(c.s->tag, tag);
     for (int32_t i = 0; i < c.b.world->balls; i++)
-        EACH(!mill_slabs_passed(c.s, i, 0.0), "ball %d", i);
+        ck_assert_msg(!mill_slabs_passed(c.s, i, 0.0), "ball %d", i);
     close_sliced(&c);
 }
-END_TEST
 
 /* Images: an event at one end of a periodic mill, and one at the other end */
-START_TEST(it_also_came_too_early_if_that_was_across_the_ends_of_a_periodic_mill)
+TEST(it_also_came_too_early_if_that_was_across_the_ends_of_a_periodic_mill)
 {
     struct sliced c;
     int tried = 0;
@@ -224,27 +222,18 @@ START_TEST(it_also_came_too_early_if_that_was_across_the_ends_of_a_periodic_mill
         if (place[0] != place[1] || (layer != 0 && layer != end))
             continue;
         const int32_t image = place[0] + (layer ? -end : end) * c.s->layer;
-        EACH(!mill_slabs_passed(c.s, i, 1e-3), "ball %d", i);
+        ck_assert_msg(!mill_slabs_passed(c.s, i, 1e-3), "ball %d", i);
         c.s->mark[image] = (struct mill_slab_mark){2e-3f, c.s->tag, 0};
-        EACH(mill_slabs_passed(c.s, i, 1e-3), "ball %d", i);
-        EACH(!mill_slabs_passed(c.s, i, 3e-3), "ball %d", i);
+        ck_assert_msg(mill_slabs_passed(c.s, i, 1e-3), "ball %d", i);
+        ck_assert_msg(!mill_slabs_passed(c.s, i, 3e-3), "ball %d", i);
         c.s->mark[image].window = 0;
         tried++;
     }
     ck_assert_int_gt(tried, 5);
     close_sliced(&c);
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {events_near_other_slabs_or_near_an_event_that_was_put_off_must_wait_and_no_others,
-         LONG_MILLS},
-        {after_an_event_was_put_off_the_next_block_waits_and_the_one_after_it_does_not, 4},
-        {an_event_came_too_early_exactly_if_a_later_one_was_done_next_to_it, LONG_MILLS},
-        {marks_of_a_window_long_ago_are_forgotten, 1},
-        {it_also_came_too_early_if_that_was_across_the_ends_of_a_periodic_mill, 1},
-    };
-    return unit_run("slabs_marks", tests, sizeof tests / sizeof *tests);
+    return unit_run("slabs_marks");
 }

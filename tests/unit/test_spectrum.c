@@ -31,16 +31,15 @@ static void fill(volatile double v) /* volatile: gcc warns of slots it cannot ru
     mill_spectrum_add(&spectrum, mill_spectrum_find(&grid, v), 1, v, 0);
 }
 
-START_TEST(edges_are_powers_of_twenty_and_finer_than_two_percent)
+TEST(edges_are_powers_of_twenty_and_finer_than_two_percent)
 {
     for (int k = 0; k <= MILL_SPECTRUM_BINS; k++)
         ck_assert_ldouble_eq_tol(grid.edge[k] / powl(20, (k - 760) / 152.0L), 1, 4e-16L);
     for (int k = 0; k < MILL_SPECTRUM_BINS; k++)
         ck_assert_double_lt(grid.edge[k + 1] / grid.edge[k], 1.02);
 }
-END_TEST
 
-START_TEST(the_speeds_people_ask_for_are_edges)
+TEST(the_speeds_people_ask_for_are_edges)
 {
     ck_assert(grid.edge[760 - 152] == 0.05);
     ck_assert(grid.edge[760] == 1);
@@ -48,9 +47,8 @@ START_TEST(the_speeds_people_ask_for_are_edges)
     ck_assert_int_eq(mill_spectrum_find(&grid, 0.05), MILL_SPECTRUM_FAST);
     ck_assert_int_eq(mill_spectrum_find(&grid, nextafter(0.05, 0)), MILL_SPECTRUM_FAST - 1);
 }
-END_TEST
 
-START_TEST(the_slot_is_that_of_a_bisection_at_every_edge_and_its_neighbours)
+TEST(the_slot_is_that_of_a_bisection_at_every_edge_and_its_neighbours)
 {
     for (int k = 0; k <= MILL_SPECTRUM_BINS; k++) {
         const double v[3] = {nextafter(grid.edge[k], 0), grid.edge[k],
@@ -61,9 +59,8 @@ START_TEST(the_slot_is_that_of_a_bisection_at_every_edge_and_its_neighbours)
         ck_assert_int_eq(mill_spectrum_find(&grid, v[1]), k + 1);
     }
 }
-END_TEST
 
-START_TEST(the_slot_is_that_of_a_bisection_at_random_speeds)
+TEST(the_slot_is_that_of_a_bisection_at_random_speeds)
 {
     uint64_t seed = 1;
     int wrong = 0;
@@ -73,9 +70,8 @@ START_TEST(the_slot_is_that_of_a_bisection_at_random_speeds)
     }
     ck_assert_int_eq(wrong, 0);
 }
-END_TEST
 
-START_TEST(the_slot_is_that_of_a_bisection_at_the_corners_of_the_table)
+TEST(the_slot_is_that_of_a_bisection_at_the_corners_of_the_table)
 {
     for (int octave = -23; octave <= 12; octave++)
         for (int cell = 0; cell < 64; cell++) {
@@ -85,9 +81,8 @@ START_TEST(the_slot_is_that_of_a_bisection_at_the_corners_of_the_table)
                              slot_by_bisection(nextafter(v, 0)));
         }
 }
-END_TEST
 
-START_TEST(what_is_no_speed_is_underflow_and_what_is_too_fast_overflow)
+TEST(what_is_no_speed_is_underflow_and_what_is_too_fast_overflow)
 {
     const volatile double slow[] = {0, -0.0, -1, 1e-300, 3.1e-7, (double)NAN, -INFINITY};
     const volatile double fast[] = {1789, 1e5, 1e300, INFINITY};
@@ -96,11 +91,10 @@ START_TEST(what_is_no_speed_is_underflow_and_what_is_too_fast_overflow)
     for (size_t i = 0; i < sizeof fast / sizeof *fast; i++)
         ck_assert_int_eq(mill_spectrum_find(&grid, fast[i]), MILL_SPECTRUM_BINS + 1);
 }
-END_TEST
 
 /* Log-linear within a bin of width d = log(20)/152 is off by d^2/8 times the slope of the density
  * of log v, which is 2 - (v/s)^2 for Rayleigh's. */
-START_TEST(quantiles_of_a_rayleigh_distribution_are_as_good_as_the_interpolation_allows)
+TEST(quantiles_of_a_rayleigh_distribution_are_as_good_as_the_interpolation_allows)
 {
     enum { N = 4000000 };
     const double s = 0.3, d = log(20) / 152;
@@ -114,9 +108,8 @@ START_TEST(quantiles_of_a_rayleigh_distribution_are_as_good_as_the_interpolation
                                 bound);
     }
 }
-END_TEST
 
-START_TEST(a_quantile_never_leaves_the_bin_it_belongs_to)
+TEST(a_quantile_never_leaves_the_bin_it_belongs_to)
 {
     fill(0.3);
     const double v = mill_spectrum_quantile(&grid, &spectrum, 0, 0.5);
@@ -125,9 +118,8 @@ START_TEST(a_quantile_never_leaves_the_bin_it_belongs_to)
     ck_assert_int_eq(mill_spectrum_find(&grid, mill_spectrum_quantile(&grid, &spectrum, 0, 0.75)),
                      mill_spectrum_find(&grid, 7));
 }
-END_TEST
 
-START_TEST(quantiles_above_a_speed_leave_out_the_slower_ones)
+TEST(quantiles_above_a_speed_leave_out_the_slower_ones)
 {
     for (int i = 0; i < 1000; i++)
         fill(0.001);
@@ -139,9 +131,8 @@ START_TEST(quantiles_above_a_speed_leave_out_the_slower_ones)
                             1, 0.02);
     ck_assert_double_lt(mill_spectrum_quantile(&grid, &spectrum, 0, 0.5), 0.0011);
 }
-END_TEST
 
-START_TEST(speeds_outside_the_bins_weigh_in_the_quantiles)
+TEST(speeds_outside_the_bins_weigh_in_the_quantiles)
 {
     for (int i = 0; i < 6; i++)
         fill(0);
@@ -150,9 +141,8 @@ START_TEST(speeds_outside_the_bins_weigh_in_the_quantiles)
     ck_assert(mill_spectrum_quantile(&grid, &spectrum, 0, 0.5) == 0);
     ck_assert(mill_spectrum_quantile(&grid, &spectrum, 0, 0.7) == grid.edge[MILL_SPECTRUM_BINS]);
 }
-END_TEST
 
-START_TEST(the_mean_is_that_of_the_speeds_not_of_the_bins)
+TEST(the_mean_is_that_of_the_speeds_not_of_the_bins)
 {
     fill(0.1);
     ck_assert(mill_spectrum_mean(&spectrum) == 0.1);
@@ -160,18 +150,16 @@ START_TEST(the_mean_is_that_of_the_speeds_not_of_the_bins)
     fill(0);
     ck_assert_double_eq_tol(mill_spectrum_mean(&spectrum), 0.1, 1e-16);
 }
-END_TEST
 
-START_TEST(without_speeds_there_is_no_mean_and_no_quantile)
+TEST(without_speeds_there_is_no_mean_and_no_quantile)
 {
     ck_assert_double_nan(mill_spectrum_mean(&spectrum));
     ck_assert_double_nan(mill_spectrum_quantile(&grid, &spectrum, 0, 0.5));
     fill(0.001);
     ck_assert_double_nan(mill_spectrum_quantile(&grid, &spectrum, MILL_SPECTRUM_FAST, 0.5));
 }
-END_TEST
 
-START_TEST(a_merged_spectrum_holds_both)
+TEST(a_merged_spectrum_holds_both)
 {
     struct mill_spectrum other;
     memset(&other, 0, sizeof other);
@@ -184,24 +172,8 @@ START_TEST(a_merged_spectrum_holds_both)
     ck_assert(mill_spectrum_total(&spectrum, 0).dissipation == 0.625);
     ck_assert(mill_spectrum_mean(&spectrum) == 1);
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {edges_are_powers_of_twenty_and_finer_than_two_percent, 1},
-        {the_speeds_people_ask_for_are_edges, 1},
-        {the_slot_is_that_of_a_bisection_at_every_edge_and_its_neighbours, 1},
-        {the_slot_is_that_of_a_bisection_at_random_speeds, 1},
-        {the_slot_is_that_of_a_bisection_at_the_corners_of_the_table, 1},
-        {what_is_no_speed_is_underflow_and_what_is_too_fast_overflow, 1},
-        {quantiles_of_a_rayleigh_distribution_are_as_good_as_the_interpolation_allows, 1},
-        {a_quantile_never_leaves_the_bin_it_belongs_to, 1},
-        {quantiles_above_a_speed_leave_out_the_slower_ones, 1},
-        {speeds_outside_the_bins_weigh_in_the_quantiles, 1},
-        {the_mean_is_that_of_the_speeds_not_of_the_bins, 1},
-        {without_speeds_there_is_no_mean_and_no_quantile, 1},
-        {a_merged_spectrum_holds_both, 1},
-    };
-    return unit_run_in("spectrum", setup, NULL, tests, sizeof tests / sizeof *tests);
+    return unit_run_in("spectrum", setup, NULL);
 }

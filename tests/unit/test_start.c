@@ -101,7 +101,7 @@ static void same(vec3 a, double x, double y, double z)
 
 /* ---- what is read ---- */
 
-START_TEST(rows_of_three_six_and_nine_numbers_are_read)
+TEST(rows_of_three_six_and_nine_numbers_are_read)
 {
     struct mill_world *w = accepted("0.01 0.02 -0.03\n"
                                     "-0.02 0.05 0.01 1 2 3\n"
@@ -116,9 +116,8 @@ START_TEST(rows_of_three_six_and_nine_numbers_are_read)
     same(w->spin[2], 40.0, 50.0, 60.0);
     mill_world_free(w);
 }
-END_TEST
 
-START_TEST(rows_belong_to_the_balls_in_the_order_of_the_deck)
+TEST(rows_belong_to_the_balls_in_the_order_of_the_deck)
 {
     struct mill_world *w = accepted("0.01 0.02 -0.03\n0.03 0.02 -0.03\n0.04 -0.02 -0.03\n");
     ck_assert_int_eq(w->balls, 3);
@@ -128,9 +127,8 @@ START_TEST(rows_belong_to_the_balls_in_the_order_of_the_deck)
     same(w->ball[2].r, 0.04, -0.02, -0.03);
     mill_world_free(w);
 }
-END_TEST
 
-START_TEST(comments_blank_lines_commas_tabs_and_line_ends_do_not_matter)
+TEST(comments_blank_lines_commas_tabs_and_line_ends_do_not_matter)
 {
     struct mill_world *w = accepted("# x y z\n\n   \t\n"
                                     "0.01,0.02,-0.03 # first\r\n"
@@ -143,9 +141,8 @@ START_TEST(comments_blank_lines_commas_tabs_and_line_ends_do_not_matter)
     same(w->ball[2].r, 0.03, -0.05, 0.01);
     mill_world_free(w);
 }
-END_TEST
 
-START_TEST(numbers_are_read_to_the_last_bit)
+SLOW_TEST(numbers_are_read_to_the_last_bit, 1)
 {
     uint64_t seed = 1;
     for (int n = 0; n < 300; n++) {
@@ -172,11 +169,10 @@ START_TEST(numbers_are_read_to_the_last_bit)
         mill_world_free(w);
     }
 }
-END_TEST
 
 /* ---- what is refused ---- */
 
-START_TEST(a_wrong_number_of_rows_is_refused)
+TEST(a_wrong_number_of_rows_is_refused)
 {
     refused("0.01 0.02 -0.03\n0.03 0.02 -0.03\n", 0, "has 2 rows, but the deck has 3 balls");
     refused("0.01 0.02 -0.03\n\n0.03 0.02 -0.03\n0.04 -0.02 -0.03\n#\n0.04 -0.04 -0.03\n", 6,
@@ -184,9 +180,8 @@ START_TEST(a_wrong_number_of_rows_is_refused)
     refused("", 0, "has 0 rows");
     refused("# nothing\n\n", 0, "has 0 rows");
 }
-END_TEST
 
-START_TEST(what_is_not_three_six_or_nine_numbers_is_refused)
+TEST(what_is_not_three_six_or_nine_numbers_is_refused)
 {
     static const char *const row[] = {"0.01",
                                       "0.01 0.02",
@@ -218,18 +213,16 @@ START_TEST(what_is_not_three_six_or_nine_numbers_is_refused)
         refused(rows, 2, "expected 3, 6 or 9 numbers");
     }
 }
-END_TEST
 
-START_TEST(a_zero_byte_does_not_hide_the_rest_of_a_line)
+TEST(a_zero_byte_does_not_hide_the_rest_of_a_line)
 {
     static const char rows[] = "0.05 0 0.05\n0.01 0.02 -0.03\0 junk\n0.04 -0.02 -0.03\n";
     struct outcome out = start_from_bytes(rows, sizeof rows - 1);
     ck_assert_int_eq(out.status, MILL_BAD_DECK);
     ck_assert_msg(strstr(out.error.text, ":2: ") != NULL, "%s", out.error.text);
 }
-END_TEST
 
-START_TEST(a_file_without_rows_is_refused_at_once_however_long_it_is)
+TEST(a_file_without_rows_is_refused_at_once_however_long_it_is)
 {
     char path[64];
     write_file(path, "", 0);
@@ -240,9 +233,8 @@ START_TEST(a_file_without_rows_is_refused_at_once_however_long_it_is)
     ck_assert_int_eq(out.status, MILL_BAD_DECK);
     ck_assert_msg(strstr(out.error.text, ":1: expected 3, 6 or 9 numbers"), "%s", out.error.text);
 }
-END_TEST
 
-START_TEST(a_row_may_have_many_digits_and_a_long_comment_but_not_no_end)
+TEST(a_row_may_have_many_digits_and_a_long_comment_but_not_no_end)
 {
     char text[12000];
     int n = snprintf(text, sizeof text, "0.05 0 0.0");
@@ -258,9 +250,8 @@ START_TEST(a_row_may_have_many_digits_and_a_long_comment_but_not_no_end)
     snprintf(text + 5000, sizeof text - 5000, "0 0 0\n");
     refused(text, 1, "expected 3, 6 or 9 numbers");
 }
-END_TEST
 
-START_TEST(two_balls_that_overlap_are_named_by_both_their_lines)
+TEST(two_balls_that_overlap_are_named_by_both_their_lines)
 {
     /* the large ones are 10 mm wide, the small one 6 mm */
     refused("# start\n0.01 0.02 -0.03\n\n0.0199 0.02 -0.03\n0.04 -0.02 -0.03\n", 4,
@@ -269,17 +260,15 @@ START_TEST(two_balls_that_overlap_are_named_by_both_their_lines)
             "overlaps the one of line 2 by 0.0005 m");
     refused("0.01 0.02 -0.03\n0.03 0.02 -0.03\n0.01 0.02 -0.03\n", 3, "of line 1 by 0.008 m");
 }
-END_TEST
 
-START_TEST(balls_that_touch_are_accepted)
+TEST(balls_that_touch_are_accepted)
 {
     mill_world_free(accepted("0.01 0.02 -0.03\n0.02 0.02 -0.03\n0.028 0.02 -0.03\n"));
     /* on the drum's bottom, at both end walls */
     mill_world_free(accepted("-0.055 0 -0.07\n0.055 0 -0.07\n0 0 -0.072\n"));
 }
-END_TEST
 
-START_TEST(balls_beyond_a_surface_are_refused_with_its_name)
+TEST(balls_beyond_a_surface_are_refused_with_its_name)
 {
     refused("0 0 -0.07\n0 0 -0.0701\n0.04 -0.02 -0.03\n", 2, "overlaps the drum by 0.0001 m");
     refused("0 0 -0.07\n0 0.5 0\n0.04 -0.02 -0.03\n", 2, "overlaps the drum");
@@ -293,17 +282,15 @@ START_TEST(balls_beyond_a_surface_are_refused_with_its_name)
     refused("0 0.03 0\n0.04 -0.02 -0.03\n0.04 0.02 -0.03\n", 1, "overlaps a blade");
     refused("1e300 1e300 1e300\n0.04 -0.02 -0.03\n0.04 0.02 -0.03\n", 1, "overlaps");
 }
-END_TEST
 
 /* Nothing that the loop would square into infinity, and no light. */
-START_TEST(speeds_beyond_all_sense_are_refused)
+TEST(speeds_beyond_all_sense_are_refused)
 {
     refused("0.05 0 0.05\n0.01 0.02 -0.03 1e200 0 0\n0.04 -0.02 -0.03\n", 2, "speed");
     refused("0.05 0 0.05\n0.01 0.02 -0.03 0 0 0 1e200 0 0\n0.04 -0.02 -0.03\n", 2, "speed");
 }
-END_TEST
 
-START_TEST(a_file_that_cannot_be_read_is_named_with_the_key_that_asks_for_it)
+TEST(a_file_that_cannot_be_read_is_named_with_the_key_that_asks_for_it)
 {
     static const char *const path[] = {"/tmp/millsim-no-such-folder/start.txt", "/tmp",
                                        "/dev/full/x"};
@@ -315,7 +302,6 @@ START_TEST(a_file_that_cannot_be_read_is_named_with_the_key_that_asks_for_it)
         ck_assert_msg(strstr(out.error.text, "[balls] start: ") != NULL, "%s", out.error.text);
     }
 }
-END_TEST
 
 /* ---- random starts ---- */
 
@@ -336,7 +322,7 @@ static const char *answer(const char *balls)
     return error.text;
 }
 
-START_TEST(what_does_not_fit_is_told_with_numbers_that_do)
+TEST(what_does_not_fit_is_told_with_numbers_that_do)
 {
     long large = 0, small = 0;
     const char *one = answer("[balls]\ncount = 1000\ndiameter = 10 mm\ndensity = 7800 kg/m^3\n");
@@ -351,9 +337,8 @@ START_TEST(what_does_not_fit_is_told_with_numbers_that_do)
     ck_assert_int_eq(sscanf(strchr(two, ';'), "; %ld large, %ld small fit", &large, &small), 2);
     ck_assert(large > 250 && large < 500 && small > 4000 && small < 8000);
 }
-END_TEST
 
-START_TEST(where_not_one_ball_fits_this_is_said)
+TEST(where_not_one_ball_fits_this_is_said)
 {
     const char *none =
         answer("[balls]\ncount = 1\ndiameter = 40 mm\ndensity = 7800 kg/m^3\n"
@@ -367,10 +352,9 @@ START_TEST(where_not_one_ball_fits_this_is_said)
             NULL,
         "%s", none);
 }
-END_TEST
 
 /* A slow check of all pairs would take minutes here. */
-START_TEST(many_rows_are_checked_quickly)
+TEST(many_rows_are_checked_quickly)
 {
     enum { BALLS = 100000 };
     char *rows = malloc(BALLS * 64), path[64], text[512];
@@ -394,28 +378,8 @@ START_TEST(many_rows_are_checked_quickly)
     unlink(path);
     free(rows);
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {rows_of_three_six_and_nine_numbers_are_read, 1},
-        {rows_belong_to_the_balls_in_the_order_of_the_deck, 1},
-        {comments_blank_lines_commas_tabs_and_line_ends_do_not_matter, 1},
-        {numbers_are_read_to_the_last_bit, 1, UNIT_SLOW},
-        {a_wrong_number_of_rows_is_refused, 1},
-        {what_is_not_three_six_or_nine_numbers_is_refused, 1},
-        {a_zero_byte_does_not_hide_the_rest_of_a_line, 1},
-        {a_file_without_rows_is_refused_at_once_however_long_it_is, 1},
-        {a_row_may_have_many_digits_and_a_long_comment_but_not_no_end, 1},
-        {two_balls_that_overlap_are_named_by_both_their_lines, 1},
-        {balls_that_touch_are_accepted, 1},
-        {balls_beyond_a_surface_are_refused_with_its_name, 1},
-        {speeds_beyond_all_sense_are_refused, 1},
-        {a_file_that_cannot_be_read_is_named_with_the_key_that_asks_for_it, 1},
-        {what_does_not_fit_is_told_with_numbers_that_do, 1},
-        {where_not_one_ball_fits_this_is_said, 1},
-        {many_rows_are_checked_quickly, 1},
-    };
-    return unit_run("start", tests, sizeof tests / sizeof *tests);
+    return unit_run("start");
 }

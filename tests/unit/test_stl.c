@@ -79,7 +79,7 @@ static void check_corners(size_t count)
     free(facet);
 }
 
-START_TEST(binary_files_are_read_whatever_they_begin_with)
+TEST(binary_files_are_read_whatever_they_begin_with)
 {
     unsigned char bytes[HEAD + 7 * EACH];
     const char *const heads[] = {"", "made by hand", "solid cube", "solid\nfacet normal 0 0 1"};
@@ -88,9 +88,8 @@ START_TEST(binary_files_are_read_whatever_they_begin_with)
         check_corners(7);
     }
 }
-END_TEST
 
-START_TEST(ascii_files_are_read_and_their_numbers_are_of_single_precision)
+TEST(ascii_files_are_read_and_their_numbers_are_of_single_precision)
 {
     static const char *const text[] = {
         "solid\n" FACET "endsolid\n",
@@ -106,9 +105,8 @@ START_TEST(ascii_files_are_read_and_their_numbers_are_of_single_precision)
         check_corners(1);
     }
 }
-END_TEST
 
-START_TEST(broken_text_is_refused_with_its_line_and_the_mend)
+TEST(broken_text_is_refused_with_its_line_and_the_mend)
 {
     refuse("", "a.stl: is not an STL file: it has 0 bytes");
     refuse("hello", "does not begin with 'solid'");
@@ -127,9 +125,8 @@ START_TEST(broken_text_is_refused_with_its_line_and_the_mend)
     refuse("solid\n" FACET "garbage\n", "a.stl:9: expected 'facet' or 'endsolid', got 'garbage'");
     refuse("solid\n" FACET "endsolid\nmore\n", "a.stl:10: expected 'solid', got 'more'");
 }
-END_TEST
 
-START_TEST(broken_binary_files_are_refused)
+TEST(broken_binary_files_are_refused)
 {
     unsigned char bytes[HEAD + 3 * EACH];
     const size_t size = make_binary(bytes, "solid", 3);
@@ -150,9 +147,8 @@ START_TEST(broken_binary_files_are_refused)
     ck_assert_int_eq(read_bytes(bytes, make_binary(bytes, "", 0)), MILL_BAD_DECK);
     ck_assert_msg(strstr(error.text, "has no facets"), "%s", error.text);
 }
-END_TEST
 
-START_TEST(a_file_that_is_not_there_or_none_is_refused)
+TEST(a_file_that_is_not_there_or_none_is_refused)
 {
     ck_assert_int_eq(mill_stl_read("none.stl", 1.0, &facet, &facets, &error), MILL_BAD_DECK);
     ck_assert_ptr_nonnull(strstr(error.text, "none.stl: cannot be read: No such file"));
@@ -160,16 +156,8 @@ START_TEST(a_file_that_is_not_there_or_none_is_refused)
     ck_assert_int_eq(mill_stl_read("/dev/zero", 1.0, &facet, &facets, &error), MILL_BAD_DECK);
     ck_assert_ptr_null(facet);
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {binary_files_are_read_whatever_they_begin_with, 1},
-        {ascii_files_are_read_and_their_numbers_are_of_single_precision, 1},
-        {broken_text_is_refused_with_its_line_and_the_mend, 1},
-        {broken_binary_files_are_refused, 1},
-        {a_file_that_is_not_there_or_none_is_refused, 1},
-    };
-    return unit_run_in("stl", enter_folder, leave_folder, tests, sizeof tests / sizeof *tests);
+    return unit_run_in("stl", enter_folder, leave_folder);
 }

@@ -53,19 +53,17 @@ static void compare_with_a_dictionary(uint64_t seed, int balls, int contacts, do
     free(first);
 }
 
-START_TEST(a_sparse_trace_agrees_with_a_dictionary)
+TEST(a_sparse_trace_agrees_with_a_dictionary)
 {
     compare_with_a_dictionary(1, 6, 300000, 30);
 }
-END_TEST
 
-START_TEST(a_crowded_trace_that_makes_the_table_grow_agrees_with_a_dictionary)
+TEST(a_crowded_trace_that_makes_the_table_grow_agrees_with_a_dictionary)
 {
     compare_with_a_dictionary(2, 60, 1000000, 9000);
 }
-END_TEST
 
-START_TEST(a_chain_of_contacts_is_one_strike_however_long_it_lasts)
+TEST(a_chain_of_contacts_is_one_strike_however_long_it_lasts)
 {
     struct mill_strikes strikes;
     ck_assert(mill_strikes_init(&strikes, 1e-5));
@@ -75,9 +73,8 @@ START_TEST(a_chain_of_contacts_is_one_strike_however_long_it_lasts)
     ck_assert(fresh_at(&strikes, MILL_BALL_BALL, 3, 7, 0.1 + 1000 * 9e-6 + 1.1e-5));
     mill_strikes_free(&strikes);
 }
-END_TEST
 
-START_TEST(pairs_that_differ_in_kind_ball_or_partner_are_kept_apart)
+TEST(pairs_that_differ_in_kind_ball_or_partner_are_kept_apart)
 {
     struct mill_strikes strikes;
     ck_assert(mill_strikes_init(&strikes, 1));
@@ -91,9 +88,8 @@ START_TEST(pairs_that_differ_in_kind_ball_or_partner_are_kept_apart)
     ck_assert(!fresh_at(&strikes, MILL_BALL_BALL, 3, 7, 0));
     mill_strikes_free(&strikes);
 }
-END_TEST
 
-START_TEST(contacts_exactly_one_window_apart_are_two_strikes)
+TEST(contacts_exactly_one_window_apart_are_two_strikes)
 {
     struct mill_strikes strikes;
     ck_assert(mill_strikes_init(&strikes, 0.25));
@@ -102,9 +98,8 @@ START_TEST(contacts_exactly_one_window_apart_are_two_strikes)
     ck_assert(!fresh_at(&strikes, MILL_BALL_WALL, 1, 0, nextafter(1.5, 0)));
     mill_strikes_free(&strikes);
 }
-END_TEST
 
-START_TEST(without_a_window_every_contact_is_a_strike)
+TEST(without_a_window_every_contact_is_a_strike)
 {
     struct mill_strikes strikes;
     ck_assert(mill_strikes_init(&strikes, 0));
@@ -112,9 +107,8 @@ START_TEST(without_a_window_every_contact_is_a_strike)
         ck_assert(fresh_at(&strikes, MILL_BALL_BALL, 1, 2, 0.5));
     mill_strikes_free(&strikes);
 }
-END_TEST
 
-START_TEST(a_million_pairs_one_after_the_other_need_no_more_room_than_a_few)
+TEST(a_million_pairs_one_after_the_other_need_no_more_room_than_a_few)
 {
     struct mill_strikes strikes;
     uint64_t seed = 3;
@@ -125,9 +119,8 @@ START_TEST(a_million_pairs_one_after_the_other_need_no_more_room_than_a_few)
     ck_assert_uint_le(mill_strikes_room(&strikes), 4096);
     mill_strikes_free(&strikes);
 }
-END_TEST
 
-START_TEST(neighbouring_numbers_do_not_crowd_into_the_same_buckets)
+TEST(neighbouring_numbers_do_not_crowd_into_the_same_buckets)
 {
     struct mill_strikes strikes;
     ck_assert(mill_strikes_init(&strikes, 1));
@@ -137,19 +130,8 @@ START_TEST(neighbouring_numbers_do_not_crowd_into_the_same_buckets)
     ck_assert_uint_le(mill_strikes_room(&strikes), 40 * 100 * 100);
     mill_strikes_free(&strikes);
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {a_sparse_trace_agrees_with_a_dictionary, 1},
-        {a_crowded_trace_that_makes_the_table_grow_agrees_with_a_dictionary, 1},
-        {a_chain_of_contacts_is_one_strike_however_long_it_lasts, 1},
-        {pairs_that_differ_in_kind_ball_or_partner_are_kept_apart, 1},
-        {contacts_exactly_one_window_apart_are_two_strikes, 1},
-        {without_a_window_every_contact_is_a_strike, 1},
-        {a_million_pairs_one_after_the_other_need_no_more_room_than_a_few, 1},
-        {neighbouring_numbers_do_not_crowd_into_the_same_buckets, 1},
-    };
-    return unit_run("strikes", tests, sizeof tests / sizeof *tests);
+    return unit_run("strikes");
 }

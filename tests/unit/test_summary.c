@@ -76,7 +76,7 @@ static void assert_fits(const char *table)
     }
 }
 
-START_TEST(numbers_have_four_digits_and_the_prefix_that_fits)
+TEST(numbers_have_four_digits_and_the_prefix_that_fits)
 {
     static const struct {
         double value;
@@ -95,9 +95,8 @@ START_TEST(numbers_have_four_digits_and_the_prefix_that_fits)
     for (size_t i = 0; i < sizeof list / sizeof *list; i++)
         ck_assert_str_eq(mill_summary_text_si(list[i].value, list[i].unit), list[i].expected);
 }
-END_TEST
 
-START_TEST(the_table_names_the_kinds_that_occurred_and_all)
+TEST(the_table_names_the_kinds_that_occurred_and_all)
 {
     run_mill();
     const char *table = printed(false);
@@ -107,18 +106,16 @@ START_TEST(the_table_names_the_kinds_that_occurred_and_all)
     assert_lacks(table, "ball_shaft");
     assert_lacks(table, "nan");
 }
-END_TEST
 
-START_TEST(the_summary_of_a_slow_run_fits_80_columns)
+TEST(the_summary_of_a_slow_run_fits_80_columns)
 {
     run_mill();
     for (facts.cost.wall = 1e-3; facts.cost.wall < 1e6; facts.cost.wall *= 3)
         for (facts.cost.cpu = 1e-3; facts.cost.cpu < 1e6; facts.cost.cpu *= 3)
             assert_fits(printed(false));
 }
-END_TEST
 
-START_TEST(the_table_gives_power_with_its_standard_error)
+TEST(the_table_gives_power_with_its_standard_error)
 {
     run_mill();
     assert_holds(printed(false), "rotor power     100.0 +- 0.");
@@ -128,26 +125,23 @@ START_TEST(the_table_gives_power_with_its_standard_error)
     assert_holds(text, "median v_n      525.1 mm/s above 50 mm/s, 500.7 mm/s of all\n");
     assert_holds(text, " 0 /s at 1 m/s or more\n");
 }
-END_TEST
 
-START_TEST(the_table_says_why_there_is_no_standard_error)
+TEST(the_table_says_why_there_is_no_standard_error)
 {
     f.asked.end = 0.65;
     facts.time = facts.local = 0.65;
     fixture_create(&f);
     assert_holds(printed(false), "(its error is not known: 1.5 revolutions, 3 needed)");
 }
-END_TEST
 
-START_TEST(without_anomalies_it_says_none)
+TEST(without_anomalies_it_says_none)
 {
     run_mill();
     assert_holds(printed(false), "; anomalies: none\n");
     assert_holds(text, ", no anomalies\n");
 }
-END_TEST
 
-START_TEST(anomalies_are_counted_by_what_they_are)
+TEST(anomalies_are_counted_by_what_they_are)
 {
     run_mill();
     f.world.counts.reliefs = 2;
@@ -157,9 +151,8 @@ START_TEST(anomalies_are_counted_by_what_they_are)
                                  "       1 overlaps (up to 2.500 um)\n");
     assert_holds(text, ", 3 anomalies\n");
 }
-END_TEST
 
-START_TEST(control_characters_of_file_names_do_not_reach_the_terminal)
+TEST(control_characters_of_file_names_do_not_reach_the_terminal)
 {
     facts.deck = "a\033[31mred\n.ini";
     facts.output = "b\033]0;title\007.h5";
@@ -167,18 +160,16 @@ START_TEST(control_characters_of_file_names_do_not_reach_the_terminal)
     assert_holds(printed(false), "output          b?]0;title?.h5\n");
     assert_holds(text, "\nmillsim 0.1 a?[31mred?.ini: 1.5 s");
 }
-END_TEST
 
-START_TEST(an_energy_that_is_no_number_is_an_anomaly)
+TEST(an_energy_that_is_no_number_is_an_anomaly)
 {
     run_mill();
     f.world.account.work = (double)NAN;
     assert_holds(printed(false), "1 energies that are not numbers\n");
     assert_holds(text, ", 1 anomaly\n");
 }
-END_TEST
 
-START_TEST(the_last_line_says_it_all)
+TEST(the_last_line_says_it_all)
 {
     run_mill();
     const char *table = printed(false);
@@ -186,9 +177,8 @@ START_TEST(the_last_line_says_it_all)
     ck_assert_ptr_nonnull(last);
     ck_assert_ptr_eq(strchr(last + 1, '\n') + 1, table + strlen(table));
 }
-END_TEST
 
-START_TEST(the_summary_fits_80_columns_with_every_note_and_large_numbers)
+TEST(the_summary_fits_80_columns_with_every_note_and_large_numbers)
 {
     run_mill();
     for (int kind = 0; kind < MILL_KINDS; kind++) {
@@ -205,9 +195,8 @@ START_TEST(the_summary_fits_80_columns_with_every_note_and_large_numbers)
     assert_holds(table, "note: 100 % of the ball-ball contacts");
     assert_fits(table);
 }
-END_TEST
 
-START_TEST(a_run_stopped_before_the_window_has_a_summary)
+TEST(a_run_stopped_before_the_window_has_a_summary)
 {
     fixture_create(&f);
     facts.time = facts.local = 0.2;
@@ -218,7 +207,6 @@ START_TEST(a_run_stopped_before_the_window_has_a_summary)
     assert_holds(printed(true), "\"power\": null");
     assert_holds(text, "\"duration\": 0");
 }
-END_TEST
 
 /* ---- a ring ---- */
 
@@ -240,7 +228,7 @@ static void run_ring(double speed, double along, uint64_t blade)
     f.world.account.collisions[MILL_BALL_BLADE] += blade;
 }
 
-START_TEST(a_ring_that_the_rotor_does_not_touch_is_noted_with_its_speed)
+TEST(a_ring_that_the_rotor_does_not_touch_is_noted_with_its_speed)
 {
     run_ring(0.62 * f.world.rotor_speed, 0.1, 1);
     assert_holds(printed(false),
@@ -248,25 +236,22 @@ START_TEST(a_ring_that_the_rotor_does_not_touch_is_noted_with_its_speed)
     assert_holds(text, "in a smooth drum without\n      friction");
     assert_fits(text);
 }
-END_TEST
 
-START_TEST(the_drums_friction_is_not_denied_to_a_ring_that_has_it)
+TEST(the_drums_friction_is_not_denied_to_a_ring_that_has_it)
 {
     f.world.law[MILL_BALL_DRUM].friction = 0.3;
     run_ring(0.62 * f.world.rotor_speed, 0.1, 1);
     assert_holds(printed(false), "turns as a ring, at 62 %");
     assert_lacks(text, "without friction");
 }
-END_TEST
 
-START_TEST(a_charge_that_the_rotor_still_strikes_is_no_ring)
+TEST(a_charge_that_the_rotor_still_strikes_is_no_ring)
 {
     run_ring(f.world.rotor_speed, 0, 10);
     assert_lacks(printed(false), "ring");
 }
-END_TEST
 
-START_TEST(a_charge_too_slow_to_stay_up_is_no_ring)
+TEST(a_charge_too_slow_to_stay_up_is_no_ring)
 {
     const double staying = sqrt(9.81 / 0.06);
     run_ring(0.99 * staying, 0, 0);
@@ -276,27 +261,24 @@ START_TEST(a_charge_too_slow_to_stay_up_is_no_ring)
     run_ring(1.01 * staying, 0, 0);
     assert_holds(printed(false), "ring");
 }
-END_TEST
 
-START_TEST(a_charge_with_much_other_motion_is_no_ring)
+TEST(a_charge_with_much_other_motion_is_no_ring)
 {
     run_ring(20, 20 * 0.06 * 0.36,
              0); /* 1 - 1/(1 + 0.36^2) = 0.115 of the energy is along the axis */
     assert_lacks(printed(false), "ring");
 }
-END_TEST
 
-START_TEST(an_inelastic_charge_without_friction_is_not_noted)
+TEST(an_inelastic_charge_without_friction_is_not_noted)
 {
     f.world.law[MILL_BALL_BALL].restitution = 0.5;
     run_mill();
     assert_lacks(printed(false), "note:");
 }
-END_TEST
 
 /* ---- JSON ---- */
 
-START_TEST(json_gives_numbers_to_full_precision_and_no_nan)
+TEST(json_gives_numbers_to_full_precision_and_no_nan)
 {
     run_mill();
     f.world.account.motion[0].work = 0.1 + 0.2;
@@ -309,26 +291,23 @@ START_TEST(json_gives_numbers_to_full_precision_and_no_nan)
     ck_assert_int_eq(json[0], '{');
     ck_assert_str_eq(json + strlen(json) - 2, "}\n");
 }
-END_TEST
 
-START_TEST(json_escapes_what_a_file_name_may_hold)
+TEST(json_escapes_what_a_file_name_may_hold)
 {
     run_mill();
     facts.output = "a\"b\\c\nd\x7f"
                    "\xc3\xa9.h5";
     assert_holds(printed(true), "\"output\": \"a\\\"b\\\\c\\u000ad\\u007f\xc3\xa9.h5\"");
 }
-END_TEST
 
-START_TEST(json_replaces_bytes_that_are_not_utf_8)
+TEST(json_replaces_bytes_that_are_not_utf_8)
 {
     run_mill();
     facts.output = "a\xff.h5\xc3";
     assert_holds(printed(true), "\"output\": \"a\\ufffd.h5\\ufffd\"");
 }
-END_TEST
 
-START_TEST(json_groups_are_balanced_and_members_separated)
+TEST(json_groups_are_balanced_and_members_separated)
 {
     int depth = 0;
     run_mill();
@@ -344,33 +323,8 @@ START_TEST(json_groups_are_balanced_and_members_separated)
     assert_lacks(text, ",\n}");
     assert_lacks(text, "{,");
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {numbers_have_four_digits_and_the_prefix_that_fits, 1},
-        {the_table_names_the_kinds_that_occurred_and_all, 1},
-        {the_table_gives_power_with_its_standard_error, 1},
-        {the_table_says_why_there_is_no_standard_error, 1},
-        {without_anomalies_it_says_none, 1},
-        {anomalies_are_counted_by_what_they_are, 1},
-        {control_characters_of_file_names_do_not_reach_the_terminal, 1},
-        {an_energy_that_is_no_number_is_an_anomaly, 1},
-        {the_last_line_says_it_all, 1},
-        {the_summary_of_a_slow_run_fits_80_columns, 1},
-        {the_summary_fits_80_columns_with_every_note_and_large_numbers, 1},
-        {a_run_stopped_before_the_window_has_a_summary, 1},
-        {a_ring_that_the_rotor_does_not_touch_is_noted_with_its_speed, 1},
-        {the_drums_friction_is_not_denied_to_a_ring_that_has_it, 1},
-        {a_charge_that_the_rotor_still_strikes_is_no_ring, 1},
-        {a_charge_too_slow_to_stay_up_is_no_ring, 1},
-        {a_charge_with_much_other_motion_is_no_ring, 1},
-        {an_inelastic_charge_without_friction_is_not_noted, 1},
-        {json_gives_numbers_to_full_precision_and_no_nan, 1},
-        {json_escapes_what_a_file_name_may_hold, 1},
-        {json_replaces_bytes_that_are_not_utf_8, 1},
-        {json_groups_are_balanced_and_members_separated, 1},
-    };
-    return unit_run_in("summary", setup, teardown, tests, sizeof tests / sizeof *tests);
+    return unit_run_in("summary", setup, teardown);
 }

@@ -61,33 +61,30 @@ static void check_text(const char *path, const char *text)
     fclose(file);
 }
 
-START_TEST(a_file_is_read_to_its_end)
+TEST(a_file_is_read_to_its_end)
 {
     FILE *file = fopen("file", "w");
     fputs("one\ntwo", file);
     fclose(file);
     check_text("file", "one\ntwo");
 }
-END_TEST
 
-START_TEST(a_pipe_is_read_whenever_its_writer_comes_and_writes)
+SLOW_TEST(a_pipe_is_read_whenever_its_writer_comes_and_writes, 4)
 {
     static const long waits[][2] = {{0, 0}, {300, 0}, {0, 300}, {0, 2500}};
     start_writer("one\ntwo", waits[_i][0], waits[_i][1]);
     check_text("pipe", "one\ntwo");
     ck_assert_int_gt(wait(NULL), 0);
 }
-END_TEST
 
-START_TEST(a_pipe_without_a_writer_is_not_waited_for)
+SLOW_TEST(a_pipe_without_a_writer_is_not_waited_for, 1)
 {
     const char *wrong;
     ck_assert_ptr_null(mill_textfile_open("pipe", &wrong));
     ck_assert_str_eq(wrong, "is a pipe that nobody writes to");
 }
-END_TEST
 
-START_TEST(what_is_no_file_is_told)
+TEST(what_is_no_file_is_told)
 {
     const char *wrong;
     ck_assert_ptr_null(mill_textfile_open("/dev/zero", &wrong));
@@ -99,7 +96,6 @@ START_TEST(what_is_no_file_is_told)
     ck_assert_ptr_null(wrong);
     ck_assert_int_eq(errno, ENOENT);
 }
-END_TEST
 
 static void ignore(int number)
 {
@@ -107,7 +103,7 @@ static void ignore(int number)
 }
 
 /* Without SA_RESTART, as on a network's disk: what waits ends with EINTR. */
-START_TEST(a_signal_ends_neither_opening_nor_reading)
+SLOW_TEST(a_signal_ends_neither_opening_nor_reading, 1)
 {
     const struct sigaction action = {.sa_handler = ignore};
     const struct itimerval often = {{.tv_usec = 20000}, {.tv_usec = 20000}};
@@ -116,16 +112,8 @@ START_TEST(a_signal_ends_neither_opening_nor_reading)
     setitimer(ITIMER_REAL, &often, NULL);
     check_text("pipe", "one\ntwo");
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {a_file_is_read_to_its_end, 1},
-        {a_pipe_is_read_whenever_its_writer_comes_and_writes, 4, UNIT_SLOW},
-        {a_pipe_without_a_writer_is_not_waited_for, 1, UNIT_SLOW},
-        {what_is_no_file_is_told, 1},
-        {a_signal_ends_neither_opening_nor_reading, 1, UNIT_SLOW},
-    };
-    return unit_run_in("textfile", enter_folder, leave_folder, tests, sizeof tests / sizeof *tests);
+    return unit_run_in("textfile", enter_folder, leave_folder);
 }

@@ -35,14 +35,13 @@ static const struct mill_units_row factors[] = {
     {"lb/ft^3", "kg/m^3", 16.018463373960138},
 };
 
-START_TEST(a_known_unit_has_its_factor)
+LOOP_TEST(a_known_unit_has_its_factor, COUNT(factors))
 {
     const struct mill_units_row *f = &factors[_i];
     double scale = 0.0;
     ck_assert_int_eq(mill_units_scale(units, f->unit, f->si, &scale), MILL_UNITS_GOOD);
     ck_assert_double_eq_tol(scale, f->scale, 4e-16 * f->scale);
 }
-END_TEST
 
 static const struct refusal {
     const char *unit, *si;
@@ -81,16 +80,15 @@ static const struct refusal {
     {"%", "rad", MILL_UNITS_NO_ANGLE},
 };
 
-START_TEST(another_unit_is_refused_and_leaves_the_factor_alone)
+LOOP_TEST(another_unit_is_refused_and_leaves_the_factor_alone, COUNT(refusals))
 {
     const struct refusal *r = &refusals[_i];
     double scale = 7.0;
     ck_assert_int_eq(mill_units_scale(units, r->unit, r->si, &scale), r->verdict);
     ck_assert(scale == 7.0);
 }
-END_TEST
 
-START_TEST(millimetres_become_the_nearest_double)
+TEST(millimetres_become_the_nearest_double)
 {
     double scale = 0.0;
     char text[32];
@@ -107,9 +105,8 @@ START_TEST(millimetres_become_the_nearest_double)
                                     2.3e-16 * value);
     }
 }
-END_TEST
 
-START_TEST(a_usual_unit_has_the_very_factor_of_the_database)
+TEST(a_usual_unit_has_the_very_factor_of_the_database)
 {
     double scale = 0.0, usual = 0.0;
     for (const struct mill_units_row *row = mill_units_usual_rows; row->unit; row++) {
@@ -120,10 +117,9 @@ START_TEST(a_usual_unit_has_the_very_factor_of_the_database)
     }
     ck_assert(!mill_units_usual("fathom", "m", &usual) && !mill_units_usual("mm", "s", &usual));
 }
-END_TEST
 
 /* The studio has no database. */
-START_TEST(every_unit_of_the_decks_table_is_a_usual_one)
+TEST(every_unit_of_the_decks_table_is_a_usual_one)
 {
     struct mill_deck_block block;
     struct mill_units *none = NULL;
@@ -154,9 +150,8 @@ START_TEST(every_unit_of_the_decks_table_is_a_usual_one)
         }
     unsetenv("UDUNITS2_XML_PATH");
 }
-END_TEST
 
-START_TEST(a_missing_database_is_named_with_the_mend)
+TEST(a_missing_database_is_named_with_the_mend)
 {
     struct mill_units *none = NULL;
     struct mill_error error = {""};
@@ -166,18 +161,8 @@ START_TEST(a_missing_database_is_named_with_the_mend)
     ck_assert_ptr_nonnull(strstr(error.text, "/nowhere/udunits2.xml"));
     ck_assert_ptr_nonnull(strstr(error.text, "libudunits2-data"));
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {a_known_unit_has_its_factor, (int)(sizeof factors / sizeof *factors)},
-        {another_unit_is_refused_and_leaves_the_factor_alone,
-         (int)(sizeof refusals / sizeof *refusals)},
-        {millimetres_become_the_nearest_double, 1},
-        {a_usual_unit_has_the_very_factor_of_the_database, 1},
-        {every_unit_of_the_decks_table_is_a_usual_one, 1},
-        {a_missing_database_is_named_with_the_mend, 1},
-    };
-    return unit_run_in("units", load, unload, tests, sizeof tests / sizeof *tests);
+    return unit_run_in("units", load, unload);
 }

@@ -39,7 +39,7 @@ static double checked_contact(const struct wavy_mill *m, const struct flight *f,
     return t;
 }
 
-START_TEST(the_first_contact_is_closed_closing_and_nothing_comes_before_it)
+LOOP_TEST(the_first_contact_is_closed_closing_and_nothing_comes_before_it, 3)
 {
     uint64_t seed = 120 + (uint64_t)_i;
     int found = 0, none = 0, tight = 0;
@@ -57,10 +57,9 @@ START_TEST(the_first_contact_is_closed_closing_and_nothing_comes_before_it)
     ck_assert_int_gt(none, 300);
     ck_assert_int_gt(tight, 3);
 }
-END_TEST
 
 /* Straight at the nearest point of the wall no bound of the way is too large. */
-START_TEST(a_flight_just_long_enough_for_its_contact_finds_it)
+LOOP_TEST(a_flight_just_long_enough_for_its_contact_finds_it, 2)
 {
     uint64_t seed = 150 + (uint64_t)_i;
     for (int i = 0; i < 2500; i++) {
@@ -82,7 +81,6 @@ START_TEST(a_flight_just_long_enough_for_its_contact_finds_it)
         mill_demolish(&m.mill);
     }
 }
-END_TEST
 
 /* The ball at its contact, thrown back with a share of its approach speed; every other one is made
  * to hop, slow along the wall and pulled towards it. */
@@ -101,7 +99,7 @@ static void reflect(uint64_t *seed, const struct wavy_mill *m, struct flight *f,
     f->path.v = vec3_axpy(f->path.v, rebound - vec3_dot(f->path.v, c.normal), c.normal);
 }
 
-START_TEST(a_resolved_contact_does_not_come_back_at_once_and_the_next_is_not_missed)
+LOOP_TEST(a_resolved_contact_does_not_come_back_at_once_and_the_next_is_not_missed, 2)
 {
     uint64_t seed = 200 + (uint64_t)_i;
     int hops = 0, again = 0, corners = 0;
@@ -131,7 +129,6 @@ START_TEST(a_resolved_contact_does_not_come_back_at_once_and_the_next_is_not_mis
     ck_assert_int_gt(again, 300);
     ck_assert_int_gt(corners, 20);
 }
-END_TEST
 
 /* Where the ball's centre is when it touches the wall at a joint, the wall's direction there and
  * its normal into the drum */
@@ -162,11 +159,11 @@ static void build_open(uint64_t *seed, struct wavy_mill *m)
 
 /* Flown back from the joint, the ball starts off the wall and meets it at the joint or next to it.
  */
-START_TEST(a_contact_at_a_joint_is_neither_missed_nor_made_up)
+SLOW_TEST(a_contact_at_a_joint_is_neither_missed_nor_made_up, 2)
 {
     uint64_t seed = 300 + (uint64_t)_i;
     int found = 0, grazing = 0;
-    for (int i = 0; i < 4000; i++) {
+    for (int i = 0; i < unit_draws(4000); i++) {
         struct wavy_mill m;
         build_open(&seed, &m);
         struct flight f;
@@ -188,16 +185,15 @@ START_TEST(a_contact_at_a_joint_is_neither_missed_nor_made_up)
         }
         mill_demolish(&m.mill);
     }
-    ck_assert_int_gt(found, 500);
-    ck_assert_int_gt(grazing, 100);
+    ck_assert_int_gt(found, unit_draws(500));
+    ck_assert_int_gt(grazing, unit_draws(100));
 }
-END_TEST
 
-START_TEST(a_hop_from_a_joint_ends_where_the_wall_is_next)
+SLOW_TEST(a_hop_from_a_joint_ends_where_the_wall_is_next, 2)
 {
     uint64_t seed = 400 + (uint64_t)_i;
     int again = 0;
-    for (int i = 0; i < 4000; i++) {
+    for (int i = 0; i < unit_draws(4000); i++) {
         struct wavy_mill m;
         build_open(&seed, &m);
         struct flight f;
@@ -219,16 +215,15 @@ START_TEST(a_hop_from_a_joint_ends_where_the_wall_is_next)
         again += !isinf(t);
         mill_demolish(&m.mill);
     }
-    ck_assert_int_gt(again, 1000);
+    ck_assert_int_gt(again, unit_draws(1000));
 }
-END_TEST
 
 /* Without the root at t = 0 divided out the hop would be told from rounding alone. */
-START_TEST(a_hop_below_the_rounding_of_a_position_takes_its_full_time)
+TEST(a_hop_below_the_rounding_of_a_position_takes_its_full_time)
 {
     const double v = 1e-9, g = 9.81; /* rises by 5e-20 m */
     uint64_t seed = 700;
-    for (int i = 0; i < 3000; i++) {
+    for (int i = 0; i < unit_draws(3000); i++) {
         struct wavy_mill m;
         build_open(&seed, &m);
         const struct mill_profile *p = &m.profile;
@@ -256,13 +251,12 @@ START_TEST(a_hop_below_the_rounding_of_a_position_takes_its_full_time)
         mill_demolish(&m.mill);
     }
 }
-END_TEST
 
-START_TEST(overlapping_and_closing_is_now_and_overlapping_and_opening_only_when_it_closes_again)
+TEST(overlapping_and_closing_is_now_and_overlapping_and_opening_only_when_it_closes_again)
 {
     uint64_t seed = 500 + (uint64_t)_i;
     int now = 0, later = 0;
-    for (int i = 0; i < 3000; i++) {
+    for (int i = 0; i < unit_draws(3000); i++) {
         struct wavy_mill m;
         build_random(&seed, &m);
         struct flight f = random_flight(&seed, &m);
@@ -286,14 +280,13 @@ START_TEST(overlapping_and_closing_is_now_and_overlapping_and_opening_only_when_
         }
         mill_demolish(&m.mill);
     }
-    ck_assert_int_gt(now, 500);
-    ck_assert_int_gt(later, 200);
+    ck_assert_int_gt(now, unit_draws(500));
+    ck_assert_int_gt(later, unit_draws(200));
 }
-END_TEST
 
 /* ---- two places at once ---- */
 
-START_TEST(a_ball_too_wide_for_a_buckle_meets_the_bulges_on_both_sides)
+TEST(a_ball_too_wide_for_a_buckle_meets_the_bulges_on_both_sides)
 {
     struct wavy_mill m;
     build(&m, 20, 0.01, 0.0);
@@ -324,19 +317,8 @@ START_TEST(a_ball_too_wide_for_a_buckle_meets_the_bulges_on_both_sides)
     ck_assert_double_lt(f.path.v.y, 0.0);
     mill_demolish(&m.mill);
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {the_first_contact_is_closed_closing_and_nothing_comes_before_it, 3},
-        {a_flight_just_long_enough_for_its_contact_finds_it, 2},
-        {a_resolved_contact_does_not_come_back_at_once_and_the_next_is_not_missed, 2},
-        {a_contact_at_a_joint_is_neither_missed_nor_made_up, 2, UNIT_SLOW},
-        {a_hop_from_a_joint_ends_where_the_wall_is_next, 2, UNIT_SLOW},
-        {a_hop_below_the_rounding_of_a_position_takes_its_full_time, 1},
-        {overlapping_and_closing_is_now_and_overlapping_and_opening_only_when_it_closes_again, 1},
-        {a_ball_too_wide_for_a_buckle_meets_the_bulges_on_both_sides, 1},
-    };
-    return unit_run("wavy", tests, sizeof tests / sizeof *tests);
+    return unit_run("wavy");
 }

@@ -1,7 +1,7 @@
 /* Which arcs of the wavy drum can a ball in a box touch? */
 #include "wavy_fixture.h"
 
-START_TEST(what_a_box_can_reach_is_all_that_a_flight_in_it_meets)
+TEST(what_a_box_can_reach_is_all_that_a_flight_in_it_meets)
 {
     uint64_t seed = 600 + (uint64_t)_i;
     int met = 0, out = 0;
@@ -42,9 +42,8 @@ START_TEST(what_a_box_can_reach_is_all_that_a_flight_in_it_meets)
     ck_assert_int_gt(met, 100);
     ck_assert_int_gt(out, 300);
 }
-END_TEST
 
-START_TEST(a_cell_at_the_wall_has_one_to_three_arcs_and_one_inside_none)
+TEST(a_cell_at_the_wall_has_one_to_three_arcs_and_one_inside_none)
 {
     static const int buckles[] = {2, 5, 8, 12, 20};
     const double a = 0.0025, side = 0.005;
@@ -75,13 +74,8 @@ START_TEST(a_cell_at_the_wall_has_one_to_three_arcs_and_one_inside_none)
         mill_demolish(&m.mill);
     }
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {what_a_box_can_reach_is_all_that_a_flight_in_it_meets, 1},
-        {a_cell_at_the_wall_has_one_to_three_arcs_and_one_inside_none, 1},
-    };
-    return unit_run("wavy_reach", tests, sizeof tests / sizeof *tests);
+    return unit_run("wavy_reach");
 }

@@ -72,7 +72,7 @@ static struct mill_impact impact_at(int kind, vec3 place, vec3 facing)
                                 .slid = true};
 }
 
-START_TEST(facets_have_the_area_of_their_surfaces)
+TEST(facets_have_the_area_of_their_surfaces)
 {
     const double side = 2 * MILL_PI * 0.075 * 0.12, end = MILL_PI * 0.075 * 0.075;
     const double box = 2 * (0.067 * 0.012 + 0.067 * 0.007 + 0.012 * 0.007);
@@ -80,9 +80,8 @@ START_TEST(facets_have_the_area_of_their_surfaces)
     ck_assert(fabs(area_of(MILL_BALL_WALL) / (2 * end) - 1) < 2e-3);
     ck_assert(fabs(area_of(MILL_BALL_BLADE) / box - 1) < 1e-9);
 }
-END_TEST
 
-START_TEST(there_are_a_few_thousand_facets_and_no_slivers)
+TEST(there_are_a_few_thousand_facets_and_no_slivers)
 {
     ck_assert_int_gt(wear.plan->facets, 1000);
     ck_assert_int_lt(wear.plan->facets, 5000);
@@ -92,9 +91,8 @@ START_TEST(there_are_a_few_thousand_facets_and_no_slivers)
         ck_assert(wear.plan->facet[i].area < 4 * size * size);
     }
 }
-END_TEST
 
-START_TEST(an_impact_is_counted_near_its_place_and_on_its_side)
+TEST(an_impact_is_counted_near_its_place_and_on_its_side)
 {
     for (int k = 0; k < 1000; k++) {
         const struct mill_heading at = mill_elementary_heading(0.00628 * k);
@@ -109,9 +107,8 @@ START_TEST(an_impact_is_counted_near_its_place_and_on_its_side)
         ck_assert_int_eq(facet->face, 2); /* towards the axis */
     }
 }
-END_TEST
 
-START_TEST(the_two_sides_of_a_blade_are_different_facets)
+TEST(the_two_sides_of_a_blade_are_different_facets)
 {
     const struct mill_wear_part *part =
         &wear.plan->part[wear.plan->part_of[shape_of(MILL_BALL_BLADE)]];
@@ -125,9 +122,8 @@ START_TEST(the_two_sides_of_a_blade_are_different_facets)
     ck_assert_int_eq(wear.plan->facet[one - wear.sum].face, 5);
     ck_assert_int_eq(wear.plan->facet[other - wear.sum].face, 4);
 }
-END_TEST
 
-START_TEST(a_place_beside_the_surface_is_counted_on_the_nearest_facet)
+TEST(a_place_beside_the_surface_is_counted_on_the_nearest_facet)
 {
     /* rounding can put a place on the wrong side of a corner, with any normal */
     const struct mill_impact impact =
@@ -136,9 +132,8 @@ START_TEST(a_place_beside_the_surface_is_counted_on_the_nearest_facet)
     ck_assert_ptr_nonnull(sum);
     ck_assert(fabs(wear.plan->facet[sum - wear.sum].centre.x - 0.06) < 0.01);
 }
-END_TEST
 
-START_TEST(sums_are_those_of_the_laws)
+TEST(sums_are_those_of_the_laws)
 {
     const vec3 place = {0, 0, -0.075}, up = {0, 0, 1};
     struct mill_impact impact = impact_at(MILL_BALL_DRUM, place, up);
@@ -157,16 +152,14 @@ START_TEST(sums_are_those_of_the_laws)
     ck_assert(fabs(sum->carved / (mass * (3 + 2.25)) - 1) < 1e-15);
     ck_assert(sum->slid == 0.5 - 0.2 && fabs(sum->sliding - 0.6) < 1e-15);
 }
-END_TEST
 
-START_TEST(an_impact_of_two_balls_wears_nothing)
+TEST(an_impact_of_two_balls_wears_nothing)
 {
     const struct mill_impact impact = {.kind = MILL_BALL_BALL, .surface = -1};
     ck_assert_ptr_null(mill_wear_facet(&wear, &impact));
 }
-END_TEST
 
-START_TEST(triangles_of_pictures_show_all_facets_and_have_their_area)
+TEST(triangles_of_pictures_show_all_facets_and_have_their_area)
 {
     bool *seen = calloc((size_t)wear.plan->facets, sizeof *seen);
     double area = 0;
@@ -188,19 +181,8 @@ START_TEST(triangles_of_pictures_show_all_facets_and_have_their_area)
     ck_assert(fabs(area / wear.plan->area - 1) < 1e-12);
     free(seen);
 }
-END_TEST
 
 int main(void)
 {
-    const struct unit_test tests[] = {
-        {facets_have_the_area_of_their_surfaces, 1},
-        {there_are_a_few_thousand_facets_and_no_slivers, 1},
-        {an_impact_is_counted_near_its_place_and_on_its_side, 1},
-        {the_two_sides_of_a_blade_are_different_facets, 1},
-        {a_place_beside_the_surface_is_counted_on_the_nearest_facet, 1},
-        {sums_are_those_of_the_laws, 1},
-        {an_impact_of_two_balls_wears_nothing, 1},
-        {triangles_of_pictures_show_all_facets_and_have_their_area, 1},
-    };
-    return unit_run_in("wear", setup, teardown, tests, sizeof tests / sizeof *tests);
+    return unit_run_in("wear", setup, teardown);
 }
