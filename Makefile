@@ -215,7 +215,7 @@ thorough:
 	@tools/setup --local --python all check test
 	@$(MAKE) $(PARALLEL) $(BENCH) $(BUILD)/millsim millsim mill
 	MILLSIM=$(abspath $(BUILD)/millsim) .venv/bin/python -m pytest -q -rs -n 2 --timeout 3600 -m thorough $(PYTESTS)
-	@$(MAKE) $(PARALLEL) --output-sync=target MODE=asan unit
+	@for mode in release asan; do UNIT_THOROUGH=1 $(MAKE) $(PARALLEL) --output-sync=target MODE=$$mode unit || exit 1; done
 
 # the seeds and past finds of the fuzz targets, without a fuzzer
 replay: $(FUZZERS)
