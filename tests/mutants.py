@@ -32,10 +32,10 @@ LEAST = 90  # percent that are killed in either half
 MARKS = "not thorough and not browser and not slurm and not dem and not render"
 # The sources by folder, and the tests in C and files of pytest that are nearest to them. "+": also what is slow there
 NEAREST = {
-    "src/engine/ sim_account": "sim sim_slabs cli/test_statistics planetary cli/test_reference+",
+    "src/engine/ sim_account": "sim sim_slabs cli/test_statistics planetary",
     "src/observe/ energies spectrum strikes": "spectrum strikes tally cli/test_statistics cli/test_precision "
     "tools/test_dose",
-    "src/observe/ precision tally tally_results tally_window": "precision tally cli/test_statistics "
+    "src/observe/ precision tally tally_results tally_window": "precision tally notes cli/test_statistics "
     "cli/test_precision+ cli/test_resume tools/test_dose planetary",
     "src/observe/ tally_results_tell": "tally cli/test_statistics cli/test_precision cli/test_output cli/test_digest",
     "src/observe/ wear": "wear tally tools/test_dose",
@@ -190,7 +190,8 @@ class Bench:
         if in_c and not self.make("asan", target):
             return "make", 0.0
         if "/" in file:
-            status, took = self.run(lambda: self.pytest(file, f"{slow or 'not slow'} and {MARKS}", in_c), most)
+            marks = f"{slow or 'not slow'} and {MARKS}{' and not long' * in_c}"
+            status, took = self.run(lambda: self.pytest(file, marks, in_c), most)
         else:
             status, took = self.run(lambda: os.execv(f"build/asan/{target}", [target]), most)
         if "/" in file and status in (3, 4):  # of pytest itself

@@ -85,6 +85,20 @@ TEST(a_recontact_gives_its_dissipation_to_the_first_contact)
               0.625);
 }
 
+TEST(contacts_closer_than_one_of_steel_lasts_are_recontacts)
+{
+    f.asked.strike_window = 1e-3;
+    fixture_create(&f);
+    for (int kind = 0; kind < MILL_KINDS; kind++) {
+        const double lasts = mill_tally_contact(&f.world, kind);
+        for (int i = 0; i < 3; i++) /* from 0 to 0.9 to 2 */
+            fixture_play(&f, impact_of(0.6 + kind * 0.1 + (i == 2 ? 2 : 0.9 * i) * lasts,
+                                       (enum mill_kind)kind, 1, 2, 1, 0.1));
+    }
+    fixture_finish(&f, 1.5);
+    ck_assert_uint_eq(f.results->recontacts, MILL_KINDS);
+}
+
 TEST(a_strike_begun_before_the_window_is_not_counted_as_new)
 {
     fixture_create(&f);
