@@ -2,7 +2,6 @@
 
 import importlib.util
 import re
-import subprocess
 
 import h5py
 import pages
@@ -58,9 +57,9 @@ def test_every_command_of_the_page_does_what_it_says(place):
     assert (place / "reference.vtkhdf").resolve() == (place / "reference.h5")
 
 
-def test_every_option_of_the_page_is_there_and_the_other_way_round(place):
+def test_every_option_of_the_page_is_there_and_the_other_way_round(mill):
     text = (ROOT / "docs" / "export.md").read_text()
-    done = subprocess.run([place / "mill", "export", "--help"], capture_output=True, text=True)
+    done = mill("export", "--help")
     assert done.returncode == 0
     shown = set(re.findall(r"--[a-z]+", text)) - {"--set"}
     known = set(re.findall(r"--[a-z]+", done.stdout)) - {"--set", "--help"}

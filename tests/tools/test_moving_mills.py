@@ -280,6 +280,7 @@ def stl(path):
     return rows["c"]
 
 
+@pytest.mark.slow
 def test_a_mesh_that_is_not_that_of_the_run_is_not_read_for_an_export(mill, millsim, write_deck, tmp_path):
     """The file of a stranger may name any mesh of this computer."""
     content, short = (ROOT / "input/rotor.stl").read_bytes(), ("-s", "run.time=1 us", "-s", "run.sample_from=0 s")

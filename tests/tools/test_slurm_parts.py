@@ -196,6 +196,7 @@ def test_a_task_says_each_row_before_it_takes_the_next_job(task, job):
     assert said(array, "end") == []
 
 
+@pytest.mark.slow
 def test_a_task_that_is_begun_again_does_what_is_left(task, job):
     array, start = task(job("a"), job("b", sleep=100), job("c"))
     process = start()
@@ -351,6 +352,7 @@ def test_the_next_driver_takes_up_rows_and_what_is_under_way(queue, job, tmp_pat
     assert not (tmp_path / "t.slurm").exists()
 
 
+@pytest.mark.slow
 def test_what_the_next_driver_does_not_want_any_more_is_cancelled(queue, job, tmp_path):
     first = slurm.SlurmExecutor(tmp_path / "t.slurm")
     submit(first, job("a", sleep=100))

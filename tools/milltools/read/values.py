@@ -51,13 +51,14 @@ def tell(orders) -> list[Value]:
     expected ..."."""
     found, orders = [], list(orders)
     for start in range(0, len(orders), AT_ONCE):
+        part = orders[start : start + AT_ONCE]
         try:
-            said = engine.ask(*(f"--value={_single(text)}" for text in orders[start : start + AT_ONCE]))
+            said = engine.ask(*(f"--value={_single(text)}" for text in part))
         except UserError as fault:
             raise UserError(
                 _plain(str(fault).replace(f".{ANY}", ".*")), 1 if fault.status in (1, 126, 127) else 2
             ) from None
-        for asked, line in zip(orders[start:], said.split("\n")):
+        for asked, line in zip(part, said.split("\n")):
             _, kind, text, unit, meaning, choices = line.split("\t")
             key = asked.partition("=")[0].strip()
             found.append(Value(key, kind, text, unit, meaning, tuple(filter(None, choices.split("|")))))
