@@ -199,12 +199,13 @@ unit: $(patsubst tests/unit/test_%.c,unit-%,$(wildcard tests/unit/test_*.c))
 unit-%: $(BUILD)/tests/unit/test_%
 	@$<
 
-# the cases that `make test` leaves out: similar ones remain in it
+# the cases that `make test` leaves out: similar ones remain in it; and all draws of the random tests in C (unit.h)
+thorough: export UNIT_THOROUGH := 1
 thorough:
 	@tools/setup --local --python all check test
 	@$(MAKE) $(PARALLEL) $(BENCH) $(BUILD)/millsim millsim mill
 	MILLSIM=$(abspath $(BUILD)/millsim) .venv/bin/python -m pytest -q -rs -n 2 --timeout 3600 -m thorough $(PYTESTS)
-	@$(MAKE) $(PARALLEL) --output-sync=target MODE=asan unit
+	@for mode in release asan; do $(MAKE) $(PARALLEL) --output-sync=target MODE=$$mode unit || exit 1; done
 
 # the seeds and past finds of the fuzz targets, without a fuzzer
 replay: $(FUZZERS)
