@@ -230,7 +230,7 @@ LOOP_TEST(a_box_of_facets_is_met_as_a_box_is, WAYS)
 {
     uint64_t seed = 21 + (uint64_t)_i;
     int met = 0;
-    for (int i = 0; i < unit_draws(200); i++) {
+    for (int i = 0; i < 200; i++) {
         form_open(&form);
         place_form(&seed, &form);
         form.is.size = vec3_make(log_uniform(&seed, 1e-3, 0.04), log_uniform(&seed, 1e-3, 0.04),
@@ -257,7 +257,7 @@ LOOP_TEST(a_box_of_facets_is_met_as_a_box_is, WAYS)
         lone_shape_free(box);
         close_one(&o);
     }
-    ck_assert_int_gt(met, unit_draws(100));
+    ck_assert_int_gt(met, 100);
 }
 
 /* ---- edges and corners ---- */
@@ -377,7 +377,7 @@ SLOW_TEST(reach_is_never_denied_wrongly, WAYS)
 {
     uint64_t seed = 9 + (uint64_t)_i;
     int out = 0;
-    for (int i = 0; i < unit_draws(200); i++) {
+    for (int i = 0; i < 200; i++) {
         struct one o;
         open_one(&seed, &o, i % 2, _i);
         for (int n = 0; n < 20; n++) {
@@ -396,7 +396,7 @@ SLOW_TEST(reach_is_never_denied_wrongly, WAYS)
         close_one(&o);
     }
     if (_i < 3)
-        ck_assert_int_gt(out, unit_draws(500));
+        ck_assert_int_gt(out, 500);
 }
 
 TEST(hull_volume_and_outline_are_those_of_the_solid)
