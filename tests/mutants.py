@@ -137,7 +137,9 @@ class Bench:
         unused = shutil.ignore_patterns(".git", ".venv", "__pycache__", "build")
         shutil.copytree(ROOT, self.tree, dirs_exist_ok=True, symlinks=True, ignore=unused)
         shutil.copytree(ROOT / "build/asan", self.tree / "build/asan")
-        os.environ.update(TMPDIR=str(self.tree / "build"), ASAN_OPTIONS=f"hard_rss_limit_mb={MEMORY >> 20}")
+        os.environ.update(
+            TMPDIR=str(self.tree / "build"), CK_EXCLUDE_TAGS="slow", ASAN_OPTIONS=f"hard_rss_limit_mb={MEMORY >> 20}"
+        )
         sys.path.insert(0, str(self.tree / "tests"))
         warm = importlib.import_module("warm")
         for name in (*warm.LIBRARIES, "pytest"):

@@ -47,6 +47,14 @@ def test_a_pinched_ball_is_let_go_and_booked(millsim, tmp_path, pitch):
     told = "balls that it presses against others and walls" in " ".join(summary["notes"])
     rotor = summary["statistics"]["rotor"]
     assert told == (rotor["pinch_power"] > 0.2 * rotor["power"])
+    assert rotor["pinch_power"] == summary["statistics"]["drive"]["pinch_power"] > 0
+
+
+def test_which_of_several_motions_presses_balls_is_not_known(millsim, tmp_path):
+    (tmp_path / "deck.ini").write_text(DECK.format(pitch=20))
+    done = millsim("deck.ini", "--json", "--quiet", "-s", "motion.idle.kind=turn", "-s", "motion.idle.speed=60 rpm")
+    statistics = json.loads(done.stdout)["statistics"]
+    assert statistics["rotor"]["pinch_power"] is None and statistics["drive"]["pinch_power"] > 0
 
 
 def test_the_summary_says_how_much_power_presses_balls_and_when_it_matters(millsim, tmp_path):

@@ -151,6 +151,17 @@ class TestRows:
         assert theirs["rate"][()] == pytest.approx(len(mine["kind"]) / (END - BEGIN), rel=1e-12)
         power = mine["dissipation"].sum() / (END - BEGIN)
         assert theirs["dissipated_power"][()] == pytest.approx(power, rel=1e-10)
+        if family == "impacts":
+            told, lost = file["statistics/precision"], file["observables/dissipation_normal"]
+            fast = [np.sum(mine["normal_speed"] >= limit) for limit in (0.5, 1, 2)]
+            normal = sum(
+                lost[kind]["value"][-1] - lost[kind]["value"][20] for kind in (KINDS if row == "all" else [row])
+            )
+            for name, value in (("fast_rate", fast), ("dissipated_power_normal", normal)):
+                assert told[f"{name}/{row}/value"][()] * (END - BEGIN) == pytest.approx(value, rel=1e-9)
+            assert list(told[f"fast_rate/{row}/value"].attrs["thresholds"]) == [0.5, 1, 2]
+            assert told[f"rate/{row}/value"][()] == theirs["rate"][()]
+            assert told[f"dissipated_power/{row}/value"][()] == pytest.approx(power, rel=1e-9)
 
     @pytest.mark.parametrize("speed", SPEEDS)
     def test_histograms_are_those_of_the_log(self, file, families, family, row, speed):

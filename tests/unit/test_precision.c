@@ -409,6 +409,10 @@ TEST(the_error_of_a_median_is_that_of_the_share_below_it_over_the_density)
                                     scatters ? scatter.error * 48 / many : 0.5 / sqrt(many), 1e-9);
             ck_assert(median.freedom == scatter.freedom);
             ck_assert(i > 0 || isnan(known.median_fast.value));
+            uint64_t beyond[MILL_SPECTRUM_SLOTS] = {[MILL_SPECTRUM_BINS + 1] = 1000000};
+            mill_precision_close(&batches, beyond, &account);
+            ck_assert(mill_precision_tell(&batches, 0).median.value ==
+                      grid.edge[MILL_SPECTRUM_BINS]);
             mill_precision_free(&batches);
         }
 }

@@ -407,12 +407,13 @@ static void create_trace(void)
 {
     fixture_init(&f);
     f.asked.end = 0.54;
-    fixture_speed(&f, 2 * PI * 200);
+    fixture_speed(&f, 2 * PI * 250);
     fixture_create(&f);
 }
 
-/* The tally at the end; `cut` < TRACE: saved there and loaded into a new one. */
-static void play_all(int cut, struct kept *end)
+/* The tally at the end, and what is known of it; `cut` < TRACE: saved there and loaded into a new
+ * one. */
+static struct mill_precision_known play_all(int cut, struct kept *end)
 {
     create_trace();
     play_trace(0, cut);
@@ -432,17 +433,23 @@ static void play_all(int cut, struct kept *end)
     play_trace(cut, TRACE);
     fixture_finish(&f, 0.54);
     save(f.tally, end);
+    const struct mill_precision_known known = f.results->at.known;
     fixture_free(&f);
+    return known;
 }
 
 TEST(an_interrupted_tally_ends_with_the_same_bits)
 {
     const int cuts[] = {0, 10, 1000, 10001, TRACE - 1};
     struct kept straight, resumed;
-    play_all(TRACE, &straight);
+    const struct mill_precision_known known = play_all(TRACE, &straight);
+    ck_assert(known.drive.error > 0 && known.median.error > 0);
     for (size_t i = 0; i < sizeof cuts / sizeof *cuts; i++) {
-        play_all(cuts[i], &resumed);
+        const struct mill_precision_known again = play_all(cuts[i], &resumed);
         ck_assert(kept_alike(&straight, &resumed));
+        ck_assert(memcmp(&again.drive, &known.drive, sizeof known.drive) == 0);
+        ck_assert(memcmp(&again.median, &known.median, sizeof known.median) == 0);
+        ck_assert(memcmp(again.loss, known.loss, sizeof known.loss) == 0);
         kept_free(&resumed);
     }
     kept_free(&straight);
