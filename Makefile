@@ -206,25 +206,13 @@ unit: $(patsubst tests/unit/test_%.c,unit-%,$(wildcard tests/unit/test_*.c))
 unit-%: $(BUILD)/tests/unit/test_%
 	@$<
 
-<<<<<<< HEAD
-# what the scripts of the pages compute, without a browser; engine.test.mjs needs the module
-js: $(if $(filter %/engine.test.mjs,$(JSTESTS)),$(WASM)/millsim.wasm millsim)
-	MILLSIM=$(abspath millsim) node --test --test-reporter=spec $(JSTESTS)
-
-# the cases that `make test` leaves out: similar ones remain in it
-=======
 # the cases that `make test` leaves out: similar ones remain in it; and all draws of the random tests in C (unit.h)
 thorough: export UNIT_THOROUGH := 1
->>>>>>> ab8dc2ef79ef8b843d21c94ecdb145e4f7900fa3
 thorough:
 	@tools/setup --local --python all check test
 	@$(MAKE) $(PARALLEL) $(BENCH) $(BUILD)/millsim millsim mill
 	MILLSIM=$(abspath $(BUILD)/millsim) .venv/bin/python -m pytest -q -rs -n 2 --timeout 3600 -m thorough $(PYTESTS)
-<<<<<<< HEAD
-	@for mode in release asan; do UNIT_THOROUGH=1 $(MAKE) $(PARALLEL) --output-sync=target MODE=$$mode unit || exit 1; done
-=======
 	@for mode in release asan; do $(MAKE) $(PARALLEL) --output-sync=target MODE=$$mode unit || exit 1; done
->>>>>>> ab8dc2ef79ef8b843d21c94ecdb145e4f7900fa3
 
 # the seeds and past finds of the fuzz targets, without a fuzzer
 replay: $(FUZZERS)
