@@ -38,8 +38,10 @@ CFLAGS_fuzz := -O1 -g -fno-omit-frame-pointer $(SANITIZERS_fuzz) -fsanitize=fuzz
 LDFLAGS_fuzz := $(SANITIZERS_fuzz)
 # clang's INFINITY is a float
 WARN_fuzz := -Wno-double-promotion
+# other options of the compiler make it warn of what cannot be
+WERROR_release := -Werror
 WARN := -Wall -Wextra -Wshadow -Wstrict-prototypes -Wmissing-prototypes -Wundef -Wvla \
-        -Wdouble-promotion $(if $(WERROR),-Werror) $(WARN_$(MODE))
+        -Wdouble-promotion $(if $(WERROR),$(WERROR_$(MODE))) $(WARN_$(MODE))
 # no contraction, no fast-math: the same deck gives the same bits
 FLAGS := -std=c99 -D_POSIX_C_SOURCE=200809L -ffp-contract=off -fno-math-errno $(CFLAGS_$(MODE)) $(CFLAGS)
 ALL_CFLAGS := $(FLAGS) $(WARN) -Iinclude -Isrc $(shell pkg-config --cflags gsl hdf5 2>/dev/null)
