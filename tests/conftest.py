@@ -100,14 +100,15 @@ def some(cases, every):
 
 
 def pytest_addoption(parser):
-    parser.addoption("--marks", nargs="?", const="", metavar="FILE", help="are the marks of the tests true: marks.py")
+    parser.addoption("--marks", action="store_true", help="fail a test whose mark `slow` is not true: marks.py")
+    parser.addoption("--costs", metavar="FILE", help="the same, and add the processor time of each test to a file")
 
 
 def pytest_configure(config):
     if not hasattr(config, "workerinput"):
         Warm.open(ROOT / "tools")
-    if (path := config.getoption("marks")) is not None:
-        config.pluginmanager.register(Costs(path))
+    if config.getoption("marks") or config.getoption("costs"):
+        config.pluginmanager.register(Costs(config.getoption("costs")))
 
 
 def pytest_collection_modifyitems(items):

@@ -1,7 +1,7 @@
 """Are the marks of the tests true? With `--marks`, a test marked `slow` that needs less than CHEAP seconds of processor
 time fails, and an unmarked one that needs more than DEAR. Counted: this process, the programs that it started and has
 waited for, and the forks of `mill`; not counted: fixtures that several tests share. The seconds are those of a machine
-that does `work` in UNIT: a slow or busy machine changes nothing. `--marks=FILE` also writes every test's seconds."""
+that does `work` in UNIT: a slow or busy machine changes nothing. `--costs=FILE` also writes every test's seconds."""
 
 import resource
 import time

@@ -99,24 +99,3 @@ def test_all_designs_are_run_with_one_seed_before_the_next(write_study):
         (replicate, design, 1 + replicate) for replicate in range(2) for design in range(6)
     ]
     assert len({job["id"] for job in jobs}) == 12
-7.684 tools/test_tutorial.py::test_every_command_runs_and_leaves_what_the_text_goes_on_with[0]
-8.035 tools/test_tutorial.py::test_every_command_runs_and_leaves_what_the_text_goes_on_with[1]
-10.337 tools/test_tutorial.py::test_every_command_runs_and_leaves_what_the_text_goes_on_with[2]
-9.283 tools/test_tutorial.py::test_every_command_runs_and_leaves_what_the_text_goes_on_with[3]
-0.659 tools/test_tutorial.py::test_every_command_runs_and_leaves_what_the_text_goes_on_with[4]
-0.000 tools/test_tutorial.py::test_it_uses_no_command_that_is_not_there
-0.001 tools/test_tutorial.py::test_its_links_lead_somewhere
-15.279 tools/test_export_page.py::test_every_command_of_the_page_does_what_it_says
-0.051 tools/test_export_page.py::test_every_option_of_the_page_is_there_and_the_other_way_round
-3.222 tools/test_export_page.py::test_every_recipe_of_the_file_format_runs
-0.002 tools/test_export_page.py::test_a_block_that_fails_is_named_by_its_place
-0.009 tools/test_values.py::test_times_and_lengths_are_read_as_in_a_deck_and_plain_numbers_are_si
-0.005 tools/test_values.py::test_a_wrong_time_names_its_option_and_not_another[]
-0.006 tools/test_values.py::test_a_wrong_time_names_its_option_and_not_another[soon]
-0.013 tools/test_values.py::test_a_wrong_time_names_its_option_and_not_another[5 m]
-0.002 tools/test_values.py::test_a_wrong_time_names_its_option_and_not_another[-3 ms]
-0.002 tools/test_values.py::test_a_wrong_time_names_its_option_and_not_another[-0.1]
-0.002 tools/test_values.py::test_a_wrong_time_names_its_option_and_not_another[nan]
-0.005 tools/test_values.py::test_a_wrong_time_names_its_option_and_not_another[inf s]
-0.012 tools/test_values.py::test_a_wrong_time_names_its_option_and_not_another[1 2 ms]
-0.002 tools/test_values.py::test_values_are_told_by_one_call_of_the_engine
