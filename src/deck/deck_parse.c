@@ -145,15 +145,15 @@ static bool is_comment(const char *text, size_t at)
     return (text[at] == '#' || text[at] == ';') && (at == 0 || is_space(text[at - 1]));
 }
 
-/* Returns whether there was one. */
+/* Returns whether it might have been meant as part of a name: a remark begins with a blank. */
 static bool strip_comment(char *text)
 {
     size_t length = 0;
     while (text[length] && !is_comment(text, length))
         length++;
-    const bool found = text[length] != '\0';
+    const bool meant = text[length] && text[length + 1] && !is_space(text[length + 1]);
     text[length] = '\0';
-    return found;
+    return meant;
 }
 
 /* Cuts white space off the end of text. Returns the place after the white space at its start. */
