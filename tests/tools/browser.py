@@ -26,7 +26,7 @@ FLAGS = (
     "--enable-unsafe-swiftshader",
     "--disable-background-networking",
 )
-PATIENCE = 60_000  # [ms] software WebGL on a busy machine
+PATIENCE = 180_000  # [ms] software WebGL on a busy machine
 
 
 class Page:

@@ -7,6 +7,7 @@ import subprocess
 
 import pytest
 from conftest import PROGRAM, SMALL, once
+from PIL import Image
 from report_page import Reader, report
 
 from milltools.base import processes
@@ -81,7 +82,8 @@ def undrawn(monkeypatch):
     """undrawn(*paths, rerun) is (text, Reader) of the report of a run, or of the comparison of several, without figures
     and pictures: they take most of its time."""
     monkeypatch.setattr(parts, "draw", lambda name, runs: parts.Picture(name, "", "", "", "left out"))
-    monkeypatch.setattr(parts, "still", lambda *_: b"")
+    Image.new("RGB", (1, 1)).save(pixel := io.BytesIO(), format="png")
+    monkeypatch.setattr(parts, "still", lambda *_: pixel.getvalue())
     monkeypatch.setattr(processes, "cores", lambda: 1)
     monkeypatch.setattr(pictures, "PICTURES", ())
 

@@ -374,6 +374,7 @@ def built(tmp_path_factory):
 def test_the_engine_runs_a_mill_and_its_message_stands_beside_the_field(open_page, built):
     page = open_page(built, width=1000, height=800)
     assert page.evaluate("millStudio.ready") is True
+    page.until("millStudio.record !== undefined")
     page.page.select_option("#speed", "fast")
     page.evaluate("millStudio.play()")
     page.until("millStudio.record.state?.contacts > 300 && millStudio.record.power().value")
