@@ -208,6 +208,10 @@ unit: $(patsubst tests/unit/test_%.c,unit-%,$(wildcard tests/unit/test_*.c))
 unit-%: $(BUILD)/tests/unit/test_%
 	@$<
 
+# what the scripts of the pages compute, without a browser; engine.test.mjs needs the module
+js: $(if $(filter %/engine.test.mjs,$(JSTESTS)),$(WASM)/millsim.wasm millsim)
+	MILLSIM=$(abspath millsim) node --test --test-reporter=spec $(JSTESTS)
+
 # the cases that `make test` leaves out: similar ones remain in it; and all draws of the random tests in C (unit.h)
 thorough: export UNIT_THOROUGH := 1
 thorough:

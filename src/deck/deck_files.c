@@ -3,12 +3,22 @@
 #include "deck/textfile.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <limits.h>
 #include <stdint.h>
 #include <string.h>
 #include <unistd.h>
 
 enum { LONGEST_ROW = 4096 };
+
+/* by open(), which the engine in a browser has as well; no waiting for a pipe's writer */
+static bool is_missing(const char *path)
+{
+    const int fd = open(path, O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
+    if (fd >= 0)
+        close(fd);
+    return fd < 0 && errno == ENOENT;
+}
 
 void mill_deck_files_keep(struct mill_deck *deck, void *memory)
 {
@@ -30,11 +40,11 @@ enum mill_status mill_deck_files_find(struct mill_deck *deck, const char *sectio
         PATH_MAX)
         return mill_deck_fault(deck, error, section, key, "the name of the file is too long");
     const struct mill_deck_entry *entry = mill_deck_entry(mill_deck_section(deck, section), key);
-    if (entry && entry->look == MILL_DECK_CUT && access(whole_path, F_OK) != 0)
+    if (entry && entry->look == MILL_DECK_CUT && is_missing(whole_path))
         return mill_deck_fault(
             deck, error, section, key,
             "cannot read '%s': %s; what follows it is a comment: " MILL_DECK_QUOTE, whole_path,
-            strerror(errno));
+            strerror(ENOENT));
     char *copy = strdup(whole_path);
     if (!copy)
         return mill_error_set(error, MILL_FAILED, "out of memory");
