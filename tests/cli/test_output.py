@@ -334,6 +334,7 @@ def test_an_impact_at_the_threshold_is_fast(tmp_path):
     assert millsim(tmp_path, "-q", "walls.ini").returncode == 0
     with h5py.File(tmp_path / "walls.h5") as file:
         assert list(file["/observables/fast_collisions/ball_wall/value"][-1]) == [3, 2, 1]
+        assert list(file[f"{TRAJECTORY}/species"].attrs["names"]) == ["balls"]  # those of a plain section
 
 
 def test_log_counts_every_impact_of_the_run(mill):

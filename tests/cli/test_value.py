@@ -38,6 +38,17 @@ def told(millsim):
         ("balls.small.diameter=3 mm", "number", "0.003", "m"),
         ("blade.paddle.position=-1 cm", "number", "-0.01", "m"),
         ("contact.ball_drum.friction=0.3", "number", "0.3", "1"),
+        ("motion.a.amplitude=2 mrad", "number", "0.002", "rad"),
+        ("motion.a.amplitude=1 2 3 mm", "vector", "0.001 0.002 0.003", "m"),
+        ("motion.a.phase=2 rad", "number", "2", "rad"),
+        ("motion.a.frequency=60 1/min", "number", "1", "Hz"),
+        ("motion.a.on=sun", "name", "sun", "1"),
+        ("body.a.unit=mm", "number", "0.001", "m"),
+        ("body.a.unit=2 cm", "number", "0.02", "m"),
+        ("body.a.axis=0 0 2", "vector", "0 0 2", "1"),
+        ("body.a.file=a.stl", "file", "a.stl", "1"),
+        ("body.a.shape=cone", "choice", "cone", "1"),
+        ("contact.ball_a.friction=0.1", "number", "0.1", "1"),
     ],
 )
 def test_a_value_is_told_with_kind_and_unit(told, order, kind, value, unit):
