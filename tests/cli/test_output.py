@@ -1,6 +1,7 @@
 """The output file: what docs/file-format.md promises, read with h5py, MDAnalysis and pyh5md."""
 
 import os
+import re
 import resource
 import signal
 import subprocess
@@ -211,11 +212,14 @@ def test_step_and_time_are_stored_once(mill):
 # ---- frames ----
 
 
-def test_frames_lie_at_multiples_of_the_interval(mill):
+def test_frames_and_rows_lie_at_multiples_of_their_intervals(mill):
     step = mill[f"{TRAJECTORY}/position/step"][:]
     assert list(step) == list(range(11))
-    # the last may be the end of the run itself, a rounding error off
-    np.testing.assert_allclose(mill[f"{TRAJECTORY}/position/time"][:], step * 0.01, rtol=1e-15)
+    # to the bit, but for the last: it may be the end of the run itself, a rounding error off
+    for time, interval in ((mill[f"{TRAJECTORY}/position/time"], 0.01), (mill["/observables/rotor_work/time"], 0.001)):
+        assert list(time[:-1]) == list(np.arange(len(time) - 1) * interval) and time[-1] == pytest.approx(
+            0.1, rel=1e-15
+        )
 
 
 def test_balls_are_described_in_the_order_of_the_deck(mill):
@@ -325,7 +329,7 @@ def test_fast_impacts_are_counted_as_the_log_has_them(mill):
 
 def test_an_impact_at_the_threshold_is_fast(tmp_path):
     """Three balls fly freely along the axis, each meets an end wall once, at 0.5, 1 and 2 m/s exactly."""
-    (tmp_path / "start.txt").write_text("0.02 -0.02 0 0.5 0 0\n0.02 0 0 1 0 0\n0.02 0.02 0 2 0 0\n")
+    (tmp_path / "start.txt").write_text("0.02 -0.02 0 0.5 0 0 1 10 -1\n0.02 0 0 1 0 0\n0.02 0.02 0 2 0 0\n")
     (tmp_path / "walls.ini").write_text(
         "[run]\ntime = 20 ms\n[gravity]\nacceleration = 0 0 0 m/s^2\n"
         "[balls]\ncount = 3\ndiameter = 10 mm\ndensity = 7800 kg/m^3\nstart = start.txt\n"
@@ -334,6 +338,7 @@ def test_an_impact_at_the_threshold_is_fast(tmp_path):
     assert millsim(tmp_path, "-q", "walls.ini").returncode == 0
     with h5py.File(tmp_path / "walls.h5") as file:
         assert list(file["/observables/fast_collisions/ball_wall/value"][-1]) == [3, 2, 1]
+        assert list(file[f"{TRAJECTORY}/angular_velocity/value"][0, 0]) == [1, 10, -1]
         assert list(file[f"{TRAJECTORY}/species"].attrs["names"]) == ["balls"]  # those of a plain section
 
 
@@ -409,7 +414,8 @@ def test_run_facts(mill):
     assert facts["largest_overlap"][()] < 1e-9
     assert facts["overlaps"][()] == facts["reliefs"][()] == 0
     assert facts["events/predictions"][()] > 0
-    assert facts["cpu_time"][()] > 0 and facts["wall_time"][()] > 0
+    assert 0 < facts["cpu_time"][()] < 100 and facts["wall_time"][()] > 0 and 1e6 < facts["peak_memory"][()] < 1e11
+    assert re.fullmatch(r"20\d\d-\d\d-\d\dT\d\d:\d\d:\d\dZ", facts["started"].asstr()[()])
     assert "-o mill.h5" in facts["command"].asstr()[()]
 
 
