@@ -331,13 +331,14 @@ def test_an_impact_at_the_threshold_is_fast(tmp_path):
     """Three balls fly freely along the axis, each meets an end wall once, at 0.5, 1 and 2 m/s exactly."""
     (tmp_path / "start.txt").write_text("0.02 -0.02 0 0.5 0 0 1 10 -1\n0.02 0 0 1 0 0\n0.02 0.02 0 2 0 0\n")
     (tmp_path / "walls.ini").write_text(
-        "[run]\ntime = 20 ms\n[gravity]\nacceleration = 0 0 0 m/s^2\n"
+        "[run]\ntime = 18 ms\n[output]\nframes = 6 ms\n[gravity]\nacceleration = 0 0 0 m/s^2\n"
         "[balls]\ncount = 3\ndiameter = 10 mm\ndensity = 7800 kg/m^3\nstart = start.txt\n"
         "[drum]\nradius = 50 mm\nlength = 60 mm\n[contact]\nrestitution = 1\n"
     )
     assert millsim(tmp_path, "-q", "walls.ini").returncode == 0
     with h5py.File(tmp_path / "walls.h5") as file:
         assert list(file["/observables/fast_collisions/ball_wall/value"][-1]) == [3, 2, 1]
+        assert list(file[f"{TRAJECTORY}/position/time"]) == [0, 0.006, 0.012, 0.018]  # 3 * 0.006 is more, by rounding
         assert list(file[f"{TRAJECTORY}/angular_velocity/value"][0, 0]) == [1, 10, -1]
         assert list(file[f"{TRAJECTORY}/species"].attrs["names"]) == ["balls"]  # those of a plain section
 
