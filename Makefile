@@ -227,7 +227,7 @@ replay: $(FUZZERS)
 # The Python tools are what they are in every mode: tested once, with the release build; under sanitizers, what passes
 # bytes to the program. Three tests at a time on two cores, those of a file one after the other: most keep one core
 # busy, some wait for a cluster or a browser. MARKS=1: are the marks true (tests/marks.py)?
-BYTES := $(patsubst %,tests/cli/test_%.py,bad_input bodies deck_faults digest export_start resume)
+BYTES := $(patsubst %,tests/cli/test_%.py,bad_input bodies deck deck_faults digest export_start resume)
 cli: $(BUILD)/millsim millsim
 	MILLSIM=$(abspath $(BUILD)/millsim) .venv/bin/python -m pytest -q -rs --durations 15 \
 	    -n 3 --dist loadfile --no-loadscope-reorder $(if $(MARKS),--marks) \

@@ -243,6 +243,44 @@ def write_deck(tmp_path):
 
 
 @pytest.fixture
+def refused(millsim, tmp_path):
+    """refused(*arguments): the one line of complaint, after checking that nothing was written. most: the lines, at most
+    so many."""
+
+    def check(*arguments, status=2, most=1):
+        before = sorted(tmp_path.iterdir())
+        result = millsim(*arguments)
+        assert (result.returncode, result.stdout) == (status, ""), result.stderr
+        assert sorted(tmp_path.iterdir()) == before
+        complaints = result.stderr.splitlines()
+        assert 1 <= len(complaints) <= most and all(line.startswith("millsim: ") for line in complaints), result.stderr
+        complaints = [line.removeprefix("millsim: ") for line in complaints]
+        return complaints if most > 1 else complaints[0]
+
+    return check
+
+
+@pytest.fixture
+def printed(millsim):
+    """printed(*arguments): {"section.key": value} as `--check` prints it."""
+
+    def check(*arguments):
+        result = millsim("--check", "-q", *arguments)
+        assert result.returncode == 0, result.stderr
+        values, section = {}, None
+        for line in result.stdout.splitlines():
+            text = re.split(r"\s+#", line)[0].strip() if not line.startswith("#") else ""
+            if text.startswith("["):
+                section = text.strip("[]")
+            elif text:
+                key, value = text.split(" = ", 1)
+                values[f"{section}.{key}"] = value.strip()
+        return values
+
+    return check
+
+
+@pytest.fixture
 def small_deck(write_deck):
     """A small mill that runs in well under a second, as deck.ini in tmp_path."""
     return write_deck()

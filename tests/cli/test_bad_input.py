@@ -20,25 +20,6 @@ LIGHT = "a speed above that of light: give m/s and rad/s"
 
 
 @pytest.fixture
-def refused(millsim, tmp_path):
-    """refused(*arguments): what is said after 'millsim: ', after all else was checked. most: lines that may be said;
-    the first is returned."""
-
-    def check(*arguments, most=1):
-        before = sorted(tmp_path.iterdir())
-        done = millsim(*arguments, timeout=30)
-        assert done.returncode == 2, done.stderr
-        assert done.stdout == ""
-        assert sorted(tmp_path.iterdir()) == before
-        lines = done.stderr.splitlines()
-        assert len(lines) <= most
-        assert all(line.startswith("millsim: ") for line in lines)
-        return lines[0].removeprefix("millsim: ")
-
-    return check
-
-
-@pytest.fixture
 def with_start(write_deck, tmp_path):
     """with_start(content) writes the small mill's deck and its start file, text or bytes."""
 
@@ -58,41 +39,29 @@ def test_the_plain_start_file_runs(millsim, with_start):
 # ---- one wrong row, in the place of row 3 ----
 
 WRONG_ROWS = [
-    ("0", FORM),
     ("0 0.027", FORM),
     ("0 0.027 0 1", FORM),
-    ("0 0.027 0 1 2", FORM),
     ("0 0.027 0 1 2 3 4", FORM),
-    ("0 0.027 0 1 2 3 4 5", FORM),
     ("0 0.027 0 1 2 3 4 5 6 7", FORM),
     ("0 " * 5000, FORM),
     ("1" * 100_000, FORM),
     ("x y z", FORM),
-    ("here 0.027 0", FORM),
     ("0 0.027 0 m", FORM),
     ("0 27mm 0", FORM),
-    ("0 0.027 0 // remark", FORM),
-    ("0 0.027 0 ; remark", FORM),
-    ("(0, 0.027, 0)", FORM),
     ("0;0.027;0", FORM),
-    ("0 0.027 0 1-2 3 4", FORM),
+    ("0 0.027 0 1-2 3", FORM),  # would be six numbers
     ("0 0.02.7 0", FORM),
     ("0 +-0.027 0", FORM),
     ("0 0.027 1e", FORM),
     ("0 0.027 nan", FORM),
-    ("nan(1) 0.027 0", FORM),
-    ("-inf 0.027 0", FORM),
-    ("0 0.027 0 inf 0 0", FORM),
     ("0 0.027 0 0 0 0 0 0 NaN", FORM),
     ("0 1e400 0", FORM),
-    ("0 0.027 0 -1e999 0 0", FORM),
     ("0 0x1.ba5e353f7ced9p-6 0", FORM),
     ("0 0.027 0X0", FORM),
     ("0,0 0,027 0,0", FORM),  # would be six numbers, the ball at the axis
     ("0,,0.027,0", FORM),
     ("0 0.027 0\0 0 0 0", FORM),
     ("0 0.027 \u0660", FORM),
-    ("0 0.027 \u22120.001", FORM),
     ("0\u00a00.027 0", FORM),
     ("0 0.0276 0", "ball overlaps the drum by 0.0001 m: move the ball"),
     ("0 5 0", "ball overlaps the drum by 4.973 m: move the ball"),
@@ -252,47 +221,7 @@ def test_the_same_positions_written_otherwise_give_the_same_run(millsim, with_st
     assert sums[0] == sums[1]
 
 
-# ---- decks: values that test_deck.py has not, and decks without measure ----
-
-VALUES = [
-    ("run", "time", "1e300 s", "must be at most 1000000000 s"),
-    ("run", "time", "1e-400 s", "must be greater than 0 s"),
-    ("run", "time", "0x10 s", "expected a time"),
-    ("run", "time", "1 ms 2", "unknown unit"),
-    ("run", "time", "one s", "expected a time"),
-    ("run", "seed", "0x1", "expected a whole number"),
-    ("run", "seed", "18446744073709551617", "must be between 0 and 4294967295"),
-    ("balls", "count", "1_000", "expected a whole number"),
-    ("balls", "count", "1,000", "expected a whole number"),
-    ("balls", "diameter", "1e308 m", "must be at most 1000000000 m"),
-    ("balls", "density", "inf kg/m^3", "expected a density"),
-    ("balls", "speed", "1e300 m/s", "must be at most 1000000000 m/s"),
-    ("drum", "length", "1e300 m", "must be at most 10000 m"),
-    ("drum", "length", "-40 mm", "must be greater than 0 m"),
-    ("drum", "radius", "30 m m", "expected a length"),
-    ("drum", "radius", "1/0 m", "expected a length"),
-    ("gravity", "acceleration", "0 0 nan m/s^2", "expected three numbers"),
-    ("gravity", "acceleration", "0 0 -1 g", "(g is the gram; the unit 'gravity' is 9.80665 m/s^2)"),
-    ("rotor", "speed", "-1e300 rpm", "must be at least -1000000000 rad/s"),
-    ("blades", "count", "10001", "must be between 1 and 10000"),
-    ("blades", "width", "-6 mm", "must be greater than 0 m"),
-    ("blades", "angle_step", "90", "expected an angle with its unit"),
-    ("contact", "restitution", "nan", "expected a plain number"),
-    ("contact", "restitution", "1,0", "expected a plain number"),
-    ("contact", "tangential_restitution", "-1e400", "expected a plain number"),
-    ("contact", "rebound_floor", "5", "expected a speed with its unit"),
-    ("contact", "rebound_floor", "1e9 m/s", "must be between 0 and 10 m/s, got '1e9 m/s'"),
-    ("output", "impacts", "ALL", "expected 'statistics' or 'all', got 'ALL'"),
-    ("output", "strike_window", "10", "expected a time with its unit"),
-]
-
-
-@pytest.mark.parametrize("section, key, value, words", VALUES)
-def test_a_senseless_value_is_named(refused, write_deck, section, key, value, words):
-    write_deck(SMALL)
-    complaint = refused("deck.ini", "-s", f"{section}.{key}={value}")
-    assert complaint.startswith(f"--set {section}.{key}={value}: [{section}] {key}: ")
-    assert words in complaint
+# ---- decks without measure ----
 
 
 @pytest.mark.parametrize(
@@ -345,7 +274,7 @@ WRONG_DECKS = {
 def test_a_deck_without_measure_is_refused_in_a_few_lines(refused, write_deck, name):
     content, words = WRONG_DECKS[name]
     write_deck(content)
-    assert refused("deck.ini", most=21).startswith(words)
+    assert refused("deck.ini", most=21)[0].startswith(words)
 
 
 @pytest.mark.parametrize("device", ["/dev/zero", "/dev/null"])

@@ -299,31 +299,6 @@ def long_deck(write_deck):
     return write_deck(text + "series = 10 ms\n", "long.ini")
 
 
-def wait_for(condition, seconds=20):
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        if condition():
-            return True
-        time.sleep(0.05)
-    return False
-
-
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGXCPU])
-def test_a_signal_ends_the_run_with_a_readable_file(start_millsim, write_deck, tmp_path, number):
-    h5py = pytest.importorskip("h5py")
-    long_deck(write_deck)
-    process = start_millsim("-q", "long.ini")
-    assert wait_for(lambda: (tmp_path / "long.h5").exists())
-    time.sleep(1)
-    process.send_signal(number)
-    _, complaint = process.communicate(timeout=20)
-    assert process.returncode == 128 + number
-    assert complaint.startswith("millsim: ")
-    assert len(complaint.splitlines()) == 1
-    with h5py.File(tmp_path / "long.h5", "r") as file:
-        assert len(file["/observables/kinetic_energy/time"]) > 10
-
-
 @pytest.mark.slow
 def test_a_soft_limit_of_processor_time_ends_the_run_in_order(millsim, write_deck, tmp_path):
     """The system sends SIGXCPU with each second from there on."""

@@ -1,5 +1,6 @@
 """The deck: what it may say, and that every mistake in it is named with file, line, section and key."""
 
+import math
 import re
 
 import pytest
@@ -52,50 +53,9 @@ def drop_key(text, section, key):
     return "\n".join(lines) + "\n"
 
 
-@pytest.fixture
-def refused(millsim, tmp_path):
-    """refused(*arguments): the one line of complaint, after checking status 2 and that nothing was written.
-    lines: the number of lines, which are then a list."""
-
-    def check(*arguments, status=2, lines=None):
-        before = sorted(tmp_path.iterdir())
-        result = millsim(*arguments)
-        assert result.returncode == status, result.stderr
-        assert result.stdout == ""
-        assert sorted(tmp_path.iterdir()) == before
-        complaints = result.stderr.splitlines()
-        assert len(complaints) == (lines or 1), result.stderr
-        assert all(line.startswith("millsim: ") for line in complaints)
-        complaints = [line.removeprefix("millsim: ") for line in complaints]
-        return complaints if lines else complaints[0]
-
-    return check
-
-
-@pytest.fixture
-def printed(millsim):
-    """printed(*arguments): {"section.key": value} as `--check` prints it."""
-
-    def check(*arguments):
-        result = millsim("--check", "-q", *arguments)
-        assert result.returncode == 0, result.stderr
-        values, section = {}, None
-        for line in result.stdout.splitlines():
-            text = re.split(r"\s+#", line)[0].strip() if not line.startswith("#") else ""
-            if text.startswith("["):
-                section = text.strip("[]")
-            elif text:
-                key, value = text.split(" = ", 1)
-                values[f"{section}.{key}"] = value.strip()
-        return values
-
-    return check
-
-
 # ---- one wrong value: file, line, section, key, what was expected, what is there ----
 
 WRONG_VALUES = [
-    ("drum", "radius", "75 s", "expected a length such as '75 mm', got '75 s'"),
     ("drum", "radius", "75", "expected a length with its unit such as '75 mm', got '75'"),
     ("drum", "radius", "", "expected a length with its unit such as '75 mm', got nothing"),
     ("drum", "radius", "wide", "expected a length with its unit such as '75 mm', got 'wide'"),
@@ -103,11 +63,8 @@ WRONG_VALUES = [
     ("drum", "radius", "7 5 mm", "got '7 5 mm' (unknown unit '5 mm')"),
     ("drum", "radius", "75 mm 2", "got '75 mm 2' (unknown unit 'mm 2')"),
     ("drum", "radius", "nan mm", "expected a length"),
-    ("drum", "radius", "inf mm", "expected a length"),
     ("drum", "radius", "1e999 mm", "expected a length"),
     ("drum", "radius", "0x4B mm", "expected a length"),
-    ("drum", "radius", "7,5 mm", "expected a length"),
-    ("drum", "radius", "-75 mm", "must be greater than 0 m, got '-75 mm'"),
     ("drum", "radius", "0 mm", "must be greater than 0 m, got '0 mm'"),
     ("drum", "radius", "10.1 km", "must be at most 10000 m, got '10.1 km'"),
     ("drum", "length", "0 m", "must be greater than 0 m"),
@@ -121,43 +78,30 @@ WRONG_VALUES = [
     ("run", "time", "20 mm", "expected a time such as '10 ms', got '20 mm'"),
     ("run", "sample_from", "-1 ms", "must be at least 0 s"),
     ("run", "sample_from", "50 ms", "must be before the end of the run, 0.05 s"),
-    ("run", "sample_from", "1 s", "must be before the end of the run, 0.05 s"),
     ("run", "seed", "-1", "must be between 0 and 4294967295, got '-1'"),
     ("run", "seed", "4294967296", "must be between 0 and 4294967295"),
-    ("run", "seed", "1.5", "expected a whole number such as '4000'"),
     ("gravity", "acceleration", "-9.81 m/s^2", "expected three numbers and a unit of acceleration"),
     ("gravity", "acceleration", "0 0 -9.81", "expected three numbers and a unit of acceleration"),
-    ("gravity", "acceleration", "0 0 -9.81 m/s", "expected three numbers and a unit of acceleration"),
-    ("gravity", "acceleration", "0, 0, -9.81 m/s^2", "expected three numbers and a unit"),
-    ("gravity", "acceleration", "0 0 0 -9.81 m/s^2", "expected three numbers and a unit"),
     ("balls", "count", "0", "must be between 1 and 50000000, got '0'"),
     ("balls", "count", "-3", "must be between 1 and 50000000, got '-3'"),
     ("balls", "count", "50000001", "must be between 1 and 50000000"),
     ("balls", "count", "99999999999999999999", "must be between 1 and 50000000"),
     ("balls", "count", "20.5", "expected a whole number such as '4000', got '20.5'"),
-    ("balls", "count", "2e1", "expected a whole number such as '4000', got '2e1'"),
-    ("balls", "count", "20 mm", "expected a whole number such as '4000', got '20 mm'"),
     ("balls", "count", "5000", "5000 balls do not fit"),
     ("balls", "diameter", "0 mm", "must be at least 1e-09 m"),
     ("balls", "diameter", "26 mm", "does not fit between the shaft and the drum, 0.025 m apart"),
     ("balls", "diameter", "61 mm", "does not fit"),
     ("balls", "density", "0 kg/m^3", "must be at least 0.001 kg/m^3, got '0 kg/m^3'"),
-    ("balls", "density", "1e-300 kg/m^3", "must be at least 0.001 kg/m^3"),
     ("balls", "density", "7800 kg", "expected a density such as '7800 kg/m^3', got '7800 kg'"),
     ("balls", "speed", "-1 m/s", "must be at least 0 m/s"),
     ("balls", "speed", "1 m", "expected a speed such as '5 mm/s', got '1 m'"),
     ("gravity", "acceleration", "0 0 -1e200 m/s^2", "must be at most 1000000000 m/s^2"),
     ("balls", "density", "1e308 kg/m^3", "must be at most 1000000000 kg/m^3"),
-    ("balls", "diameter", "1e-200 m", "must be at least 1e-09 m"),
     ("rotor", "speed", "1e300 rpm", "must be at most 1000000000 rad/s"),
     ("balls", "start", "", "expected 'random' or the name of a file, got nothing"),
-    ("rotor", "speed", "600", "expected an angular speed with its unit such as '1000 rpm', got '600'"),
     ("rotor", "speed", "16 Hz", "expected an angular speed with its unit such as '1000 rpm', got '16 Hz'"),
-    ("rotor", "speed", "10 1/s", "expected an angular speed"),
-    ("rotor", "speed", "1 m/s", "expected an angular speed such as '1000 rpm', got '1 m/s'"),
     ("rotor", "shaft_radius", "-1 mm", "must be at least 0 m"),
     ("rotor", "shaft_radius", "30 mm", "must be less than the drum's radius, 0.03 m"),
-    ("rotor", "angle", "30", "expected an angle with its unit such as '30 deg', got '30'"),
     ("rotor", "angle", "30 %", "expected an angle"),
     ("rotor", "angle", "1 rad/s", "expected an angle such as '30 deg', got '1 rad/s'"),
     ("blades", "count", "0", "must be between 1 and 10000"),
@@ -166,7 +110,6 @@ WRONG_VALUES = [
     ("blades", "tip_radius", "5 mm", "must be greater than the shaft's radius, 0.005 m, got 0.005 m"),
     ("blades", "width", "20.1 mm", "out of the drum's -0.02 m to 0.02 m"),
     ("blades", "thickness", "0 mm", "must be greater than 0 m"),
-    ("blades", "pitch", "5", "expected an angle with its unit such as '30 deg', got '5'"),
     ("contact", "restitution", "1.01", "must be between 0 and 1, got '1.01'"),
     ("contact", "restitution", "-0.1", "must be between 0 and 1"),
     ("contact", "restitution", "0.8 m", "expected a plain number such as '0.8', got '0.8 m'"),
@@ -184,6 +127,14 @@ WRONG_VALUES = [
     ("output", "impacts", "some", "expected 'statistics' or 'all', got 'some'"),
     ("output", "strike_window", "-1 us", "must be at least 0 s"),
     ("output", "checkpoint", "0 s", "must be greater than 0 s"),
+    ("run", "time", "1e300 s", "must be at most 1000000000 s"),
+    ("balls", "speed", "1e300 m/s", "must be at most 1000000000 m/s"),
+    ("drum", "radius", "1/0 m", "expected a length"),
+    ("gravity", "acceleration", "0 0 -1 g", "(g is the gram; the unit 'gravity' is 9.80665 m/s^2)"),
+    ("rotor", "speed", "-1e300 rpm", "must be at least -1000000000 rad/s"),
+    ("blades", "count", "10001", "must be between 1 and 10000"),
+    ("contact", "rebound_floor", "1e9 m/s", "must be between 0 and 10 m/s, got '1e9 m/s'"),
+    ("output", "impacts", "ALL", "expected 'statistics' or 'all', got 'ALL'"),
 ]
 
 
@@ -214,32 +165,40 @@ def test_the_contracts_example_reads_as_promised(refused, write_deck):
 # ---- structure ----
 
 
-def test_an_unknown_section_is_refused_with_the_nearest_name(refused, write_deck):
-    write_deck(SMALL.replace("[drum]", "[durm]"))
-    assert refused("deck.ini") == "deck.ini:7: [durm]: unknown section; did you mean [drum]?"
+STRUCTURE = {
+    "an unknown section": (SMALL.replace("[drum]", "[durm]"), "7: [durm]: unknown section; did you mean [drum]?"),
+    "one without keys": (SMALL + "[hopper]\n", "23: [hopper]: unknown section"),
+    "another case": (SMALL.replace("[drum]", "[Drum]"), "7: [Drum]: unknown section; did you mean [drum]?"),
+    "an unknown key": (
+        SMALL.replace("tip_radius", "tipradius"),
+        "15: [blades] tipradius: unknown key; did you mean 'tip_radius'?",
+    ),
+    "a key of another section": (
+        set_key(SMALL, "run", "restitution", "0.8")[0],
+        "3: [run] restitution: unknown key; 'restitution' belongs to [contact]",
+    ),
+    "a key twice": (
+        SMALL.replace("count = 20\n", "count = 20\ncount = 20\n"),
+        "5: [balls] count: the key is given twice (first in line 4)",
+    ),
+    "a section twice": (SMALL + "[drum]\n", "23: [drum]: the section is given twice (first in line 7)"),
+    "a key before all sections": ("time = 1 s\n" + SMALL, "1: time: stands before the first [section]"),
+    "quotes around a number": (
+        set_key(SMALL, "drum", "radius", '"30 mm"')[0],
+        "8: [drum] radius: double quotes are only allowed around the name of a file",
+    ),
+    "blades without a rotor": (
+        SMALL.replace("[rotor]\nspeed = 600 rpm\nshaft_radius = 5 mm\n", ""),
+        "10: [blades]: blades need a section [rotor] that carries them",
+    ),
+}
 
 
-def test_an_unknown_empty_section_is_refused(refused, write_deck):
-    write_deck(SMALL + "[hopper]\n")
-    assert refused("deck.ini") == "deck.ini:23: [hopper]: unknown section"
-
-
-def test_section_names_are_case_sensitive(refused, write_deck):
-    write_deck(SMALL.replace("[drum]", "[Drum]"))
-    assert refused("deck.ini") == "deck.ini:7: [Drum]: unknown section; did you mean [drum]?"
-
-
-def test_an_unknown_key_is_refused_with_the_nearest_name(refused, write_deck):
-    write_deck(SMALL.replace("tip_radius", "tipradius"))
-    expected = "deck.ini:15: [blades] tipradius: unknown key; did you mean 'tip_radius'?"
-    assert refused("deck.ini") == expected
-
-
-def test_a_key_of_another_section_is_refused_with_its_place(refused, write_deck):
-    text, line = set_key(SMALL, "run", "restitution", "0.8")
+@pytest.mark.parametrize("name", STRUCTURE)
+def test_sections_and_keys_out_of_place_are_refused_with_line_and_mend(refused, write_deck, name):
+    text, expected = STRUCTURE[name]
     write_deck(text)
-    expected = f"deck.ini:{line}: [run] restitution: unknown key; 'restitution' belongs to [contact]"
-    assert refused("deck.ini") == expected
+    assert refused("deck.ini") == f"deck.ini:{expected}"
 
 
 def test_an_unknown_kind_of_contact_is_refused(refused, write_deck):
@@ -247,21 +206,6 @@ def test_an_unknown_kind_of_contact_is_refused(refused, write_deck):
     complaint = refused("deck.ini")
     assert complaint.startswith("deck.ini:23: [contact.ball_lid]: unknown kind of contact")
     assert "ball_blade" in complaint
-
-
-def test_a_key_given_twice_is_refused_with_the_first_line(refused, write_deck):
-    write_deck(SMALL.replace("count = 20\n", "count = 20\ncount = 20\n"))
-    assert refused("deck.ini") == "deck.ini:5: [balls] count: the key is given twice (first in line 4)"
-
-
-def test_a_section_given_twice_is_refused_with_the_first_line(refused, write_deck):
-    write_deck(SMALL + "[drum]\n")
-    assert refused("deck.ini") == "deck.ini:23: [drum]: the section is given twice (first in line 7)"
-
-
-def test_a_key_before_the_first_section_is_refused(refused, write_deck):
-    write_deck("time = 1 s\n" + SMALL)
-    assert refused("deck.ini") == "deck.ini:1: time: stands before the first [section]"
 
 
 @pytest.mark.parametrize(
@@ -280,13 +224,6 @@ def test_a_line_that_is_no_deck_line_is_refused(refused, write_deck, line, words
     complaint = refused("deck.ini")
     assert complaint.startswith("deck.ini:23: ")
     assert words in complaint
-
-
-def test_only_file_names_take_quotes(refused, write_deck):
-    text, line = set_key(SMALL, "drum", "radius", '"30 mm"')
-    write_deck(text)
-    expected = f"deck.ini:{line}: [drum] radius: double quotes are only allowed around the name of a file"
-    assert refused("deck.ini") == expected
 
 
 REQUIRED = [
@@ -317,7 +254,7 @@ def test_a_missing_key_is_named_with_its_section_and_meaning(refused, write_deck
 
 def test_a_missing_section_is_named_by_its_required_keys(refused, write_deck):
     write_deck(SMALL.replace("[drum]\nradius = 30 mm\nlength = 40 mm\n", ""))
-    first, second = refused("deck.ini", lines=2)
+    first, second = refused("deck.ini", most=2)
     assert first == (
         "deck.ini: [drum] radius: missing (inner radius of the drum); expected a length such as '75 mm', or 'diameter'"
     )
@@ -363,11 +300,6 @@ def test_a_single_blade_needs_all_but_its_pitch(refused, write_deck, key):
 
 
 # ---- what does not fit together ----
-
-
-def test_blades_without_a_rotor_are_refused(refused, write_deck):
-    write_deck(SMALL.replace("[rotor]\nspeed = 600 rpm\nshaft_radius = 5 mm\n", ""))
-    assert refused("deck.ini") == "deck.ini:10: [blades]: blades need a section [rotor] that carries them"
 
 
 def test_a_single_blade_without_a_rotor_is_refused(refused, write_deck):
@@ -446,17 +378,58 @@ def test_a_fault_in_a_default_is_named_as_such(refused, write_deck):
 # ---- mixtures and single blades ----
 
 
-def test_a_mixture_is_read_kind_by_kind(printed, write_deck):
-    write_deck(MIXTURE)
+READ = {
+    "a mixture kind by kind": (
+        MIXTURE + "[balls]\nspeed = 2 m/s\n",
+        {"balls.large.diameter": "0.006 m", "balls.small.count": "10", "balls.count": None, "balls.speed": "2 m/s"},
+    ),
+    "names that differ in case": (
+        MIXTURE.replace("[balls.small]", "[balls.Large]"),
+        {"balls.large.count": "5", "balls.Large.count": "10"},
+    ),
+    "equal blades and a single one": (
+        SMALL + "[blade.a]\nposition=0 m\nangle=0 deg\ntip_radius=20 mm\nwidth=6 mm\nthickness=4 mm\n",
+        {"blades.count": "2", "blade.a.pitch": "0 rad"},
+    ),
+    "a law of a kind of contact, the rest from the general one": (
+        SMALL + "[contact.ball_drum]\nfriction = 0.5\n",
+        {"contact.ball_drum.friction": "0.5", "contact.ball_drum.restitution": "0.8", "contact.friction": "0.3"},
+    ),
+}
+
+
+@pytest.mark.parametrize("name", READ)
+def test_sections_with_names_are_read(printed, write_deck, name):
+    text, expected = READ[name]
+    write_deck(text)
     values = printed("deck.ini")
-    assert values["balls.large.diameter"] == "0.006 m"
-    assert values["balls.small.count"] == "10"
-    assert "balls.count" not in values
+    assert {key: values.get(key) for key in expected} == expected
 
 
-def test_a_mixture_shares_start_and_speed(printed, write_deck):
-    write_deck(MIXTURE + "[balls]\nspeed = 2 m/s\n")
-    assert printed("deck.ini")["balls.speed"] == "2 m/s"
+DEFAULTS = """\
+run.sample_from = 0 s
+run.seed = 1
+gravity.acceleration = 0 0 -9.81 m/s^2
+balls.start = random
+balls.speed = 0 m/s
+drum.ends = walls
+drum.profile = circle
+contact.friction = 0
+contact.tangential_restitution = 0
+contact.rebound_floor = 0.005 m/s
+output.frames = 0.01 s
+output.series = 0.001 s
+output.impacts = statistics
+output.strike_window = 1e-05 s
+output.checkpoint = 60 s
+"""
+
+
+def test_defaults_are_those_of_the_contract_and_nothing_else_is_printed(printed, write_deck):
+    values = printed(write_deck(MIXTURE))
+    wanted = dict(line.split(" = ") for line in DEFAULTS.splitlines())
+    assert {key: values.get(key) for key in wanted} == wanted
+    assert len(values) == MIXTURE.count("=") + len(wanted)
 
 
 @pytest.mark.parametrize("key, value", [("count", 5), ("diameter", "1 mm"), ("density", "1 kg/m^3")])
@@ -464,13 +437,6 @@ def test_a_mixture_leaves_no_balls_in_the_plain_section(refused, write_deck, key
     write_deck(MIXTURE + f"[balls]\n{key} = {value}\n")
     expected = f"deck.ini:17: [balls] {key}: belongs in the sections [balls.NAME] of this mixture"
     assert refused("deck.ini") == expected
-
-
-def test_names_that_differ_in_case_are_two(printed, write_deck):
-    write_deck(MIXTURE.replace("[balls.small]", "[balls.Large]"))
-    values = printed("deck.ini")
-    assert values["balls.large.count"] == "5"
-    assert values["balls.Large.count"] == "10"
 
 
 def test_a_mixtures_total_is_bounded(refused, write_deck):
@@ -485,58 +451,32 @@ def test_a_bad_name_is_refused(refused, write_deck, title):
     assert refused("deck.ini").startswith("deck.ini:16: [bal" if "balls" in title else "deck.ini:16: [bla")
 
 
-def test_equal_blades_and_single_ones_go_together(printed, write_deck):
-    blade = "[blade.a]\nposition=0 m\nangle=0 deg\ntip_radius=20 mm\nwidth=6 mm\nthickness=4 mm\n"
-    write_deck(SMALL + blade)
-    values = printed("deck.ini")
-    assert values["blades.count"] == "2"
-    assert values["blade.a.pitch"] == "0 rad"
-
-
-def test_a_kind_of_contact_overrides_single_values(printed, write_deck):
-    write_deck(SMALL + "[contact.ball_drum]\nfriction = 0.5\n")
-    values = printed("deck.ini")
-    assert values["contact.ball_drum.friction"] == "0.5"
-    assert values["contact.ball_drum.restitution"] == "0.8"
-
-
 # ---- units, numbers, white space ----
 
 
-@pytest.mark.parametrize(
-    "value",
-    ["30 mm", "30mm", "+30 mm", "3 cm", "3.e1 mm", ".3e2 mm", "3e-2 m", "0.03 metre", "30e3 µm"],
-)
-def test_a_length_may_be_spelt_in_many_ways(printed, write_deck, value):
-    write_deck(set_key(SMALL, "drum", "radius", value)[0])
-    assert printed("deck.ini")["drum.radius"] == "0.03 m"
+SPELT = {
+    ("drum", "radius", "0.03 m"): "30 mm|30mm|+30 mm|3 cm|3.e1 mm|.3e2 mm|3e-2 m|0.03 metre|30e3 µm",
+    ("balls", "density", "7800 kg/m^3"): "7800 kg/m^3|7800 kg/m3|7800 kg m-3|7.8 g/cm^3|7.8 t/m3",
+    ("gravity", "acceleration", "0 0 -9.81 m/s^2"): "0  0\t-9.81 m/s2|0 0 -981 cm/s^2|0 0 -9.81 m.s-2",
+    ("rotor", "speed", "0 rad/s"): "0 rpm",
+    ("run", "seed", "4294967295"): "4294967295",
+}
+
+
+@pytest.mark.parametrize("place, value", [(place, value) for place in SPELT for value in SPELT[place].split("|")])
+def test_a_value_may_be_spelt_in_many_ways(printed, write_deck, place, value):
+    section, key, expected = place
+    write_deck(set_key(SMALL, section, key, value)[0])
+    assert printed("deck.ini")[f"{section}.{key}"] == expected
 
 
 @pytest.mark.parametrize(
-    "value",
-    ["30 rpm", "180 deg/s", "0.5 revolution/s", "0.5 rev/s", "30 rev/min", "180 degree s-1"],
+    "unit", ["-30 rpm", "180 deg/s", "0.5 revolution/s", "0.5 rev/s", "30 rev/min", "180 degree s-1"]
 )
-def test_an_angular_speed_may_be_spelt_in_many_ways(printed, write_deck, value):
-    write_deck(set_key(SMALL, "rotor", "speed", value)[0])
-    assert float(printed("deck.ini")["rotor.speed"].split()[0]) == pytest.approx(3.141592653589793, rel=1e-15)
-
-
-@pytest.mark.parametrize("value", ["7800 kg/m^3", "7800 kg/m3", "7800 kg m-3", "7.8 g/cm^3", "7.8 t/m3"])
-def test_a_density_may_be_spelt_in_many_ways(printed, write_deck, value):
-    write_deck(set_key(SMALL, "balls", "density", value)[0])
-    assert printed("deck.ini")["balls.density"] == "7800 kg/m^3"
-
-
-@pytest.mark.parametrize("value", ["0 0 -9.81 m/s^2", "0  0\t-9.81 m/s2", "0 0 -981 cm/s^2", "0 0 -9.81 m.s-2"])
-def test_gravity_may_be_spelt_in_many_ways(printed, write_deck, value):
-    write_deck(set_key(SMALL, "gravity", "acceleration", value)[0])
-    assert printed("deck.ini")["gravity.acceleration"] == "0 0 -9.81 m/s^2"
-
-
-@pytest.mark.parametrize("value", ["0 rpm", "-600 rpm"])
-def test_a_rotor_may_stand_or_turn_backwards(printed, write_deck, value):
-    write_deck(set_key(SMALL, "rotor", "speed", value)[0])
-    assert float(printed("deck.ini")["rotor.speed"].split()[0]) <= 0
+def test_an_angular_speed_may_be_spelt_in_many_ways(printed, write_deck, unit):
+    write_deck(set_key(SMALL, "rotor", "speed", unit)[0])
+    speed = math.pi * (-1 if unit.startswith("-") else 1)
+    assert float(printed("deck.ini")["rotor.speed"].split()[0]) == pytest.approx(speed, rel=1e-15)
 
 
 @pytest.mark.parametrize(
@@ -632,23 +572,19 @@ def test_a_missing_deck_is_named(refused):
 # ---- --set ----
 
 
-def test_an_override_replaces_a_value(printed, small_deck):
-    assert printed("deck.ini", "-s", "drum.radius=35mm")["drum.radius"] == "0.035 m"
-
-
-def test_an_override_adds_a_key_and_a_section(printed, small_deck):
-    values = printed("deck.ini", "-s", "run.seed=7", "-s", "contact.ball_wall.friction=0")
-    assert values["run.seed"] == "7"
-    assert values["contact.ball_wall.friction"] == "0"
-
-
-def test_the_last_override_of_a_key_counts(printed, small_deck):
-    assert printed("deck.ini", "-s", "run.seed=7", "--set=run.seed=8")["run.seed"] == "8"
-
-
-def test_an_override_mends_a_wrong_value(printed, write_deck):
-    write_deck(set_key(SMALL, "drum", "radius", "30 s")[0])
-    assert printed("deck.ini", "-s", "drum.radius=30 mm")["drum.radius"] == "0.03 m"
+@pytest.mark.parametrize(
+    "orders, key, value",
+    [
+        (["-s", "drum.radius=35mm"], "drum.radius", "0.035 m"),
+        (["-s", "run.seed=7"], "run.seed", "7"),  # not in the deck
+        (["-s", "contact.ball_wall.friction=0"], "contact.ball_wall.friction", "0"),  # nor its section
+        (["-s", "run.seed=7", "--set=run.seed=8"], "run.seed", "8"),
+        (["-s", "drum.length=30 mm"], "drum.length", "0.03 m"),  # wrong in the deck
+    ],
+)
+def test_the_last_override_of_a_value_counts(printed, write_deck, orders, key, value):
+    text = SMALL if key != "drum.length" else set_key(SMALL, "drum", "length", "30 s")[0]
+    assert printed(write_deck(text), *orders)[key] == value
 
 
 def test_an_override_may_have_spaces_and_equals_signs(printed, small_deck, tmp_path):

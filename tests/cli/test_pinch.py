@@ -41,7 +41,7 @@ def test_a_pinched_ball_is_let_go_and_booked(millsim, tmp_path, pitch):
     assert "between blade and end wall" in done.stderr  # the warning beforehand
     summary = json.loads(done.stdout)
     assert summary["run"]["reliefs"] > 0
-    assert summary["run"]["overlaps"] == 0
+    assert summary["run"]["overlaps"] == 0 < summary["run"]["largest_overlap"] < 1e-12
     run = summary["run"]
     assert run["pinch_contacts"] > 0 and run["pinch_time"] > 0
     told = "balls that it presses against others and walls" in " ".join(summary["notes"])

@@ -250,7 +250,7 @@ def test_what_a_killed_run_leaves_beside_its_file_is_cleared_up(folder, short):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("number", some([signal.SIGINT, signal.SIGHUP, signal.SIGXCPU, signal.SIGTERM], 3))
+@pytest.mark.parametrize("number", some([signal.SIGINT, signal.SIGTERM, signal.SIGXCPU, signal.SIGHUP], 3))
 def test_a_stopped_run_says_how_to_go_on_and_goes_on_to_the_same_bits(folder, short, number):
     mill = folder()
     code, said = mill.stop("-q", number=number)

@@ -1,18 +1,14 @@
 """/statistics, made again by numpy from /impacts, /particles and /observables; the summary against the file."""
 
 import json
-import os
 import re
 import subprocess
-from pathlib import Path
 
+import h5py
+import numpy as np
 import pytest
+from conftest import PROGRAM
 
-h5py = pytest.importorskip("h5py")
-np = pytest.importorskip("numpy")
-
-ROOT = Path(__file__).resolve().parents[2]
-MILLSIM = Path(os.environ.get("MILLSIM", ROOT / "millsim"))
 KINDS = ["ball_ball", "ball_drum", "ball_wall", "ball_shaft", "ball_blade"]
 ROWS = [*KINDS, "all"]
 SPEEDS = ["normal_speed", "tangential_speed"]
@@ -63,7 +59,7 @@ def simulate(folder, name, *options):
     deck = folder / "mill.ini"
     deck.write_text(DECK)
     done = subprocess.run(
-        [MILLSIM, "-q", "-o", name, *options, deck],
+        [PROGRAM, "-q", "-o", name, *options, deck],
         cwd=folder, capture_output=True, text=True, timeout=120, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
@@ -72,8 +68,6 @@ def simulate(folder, name, *options):
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    if not MILLSIM.exists():
-        pytest.fail(f"{MILLSIM} is not built; run make first")
     return tmp_path_factory.mktemp("statistics")
 
 
@@ -476,7 +470,7 @@ def test_a_mill_without_a_rotor_has_nan_where_there_is_nothing_to_average(tmp_pa
         "[drum]\nradius = 50 mm\nlength = 50 mm\n[contact]\nrestitution = 0.8\n"
     )
     done = subprocess.run(
-        [MILLSIM, "--json", "-q", deck],
+        [PROGRAM, "--json", "-q", deck],
         cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr

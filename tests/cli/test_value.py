@@ -38,6 +38,17 @@ def told(millsim):
         ("balls.small.diameter=3 mm", "number", "0.003", "m"),
         ("blade.paddle.position=-1 cm", "number", "-0.01", "m"),
         ("contact.ball_drum.friction=0.3", "number", "0.3", "1"),
+        ("motion.a.amplitude=2 mrad", "number", "0.002", "rad"),
+        ("motion.a.amplitude=1 2 3 mm", "vector", "0.001 0.002 0.003", "m"),
+        ("motion.a.phase=2 rad", "number", "2", "rad"),
+        ("motion.a.frequency=60 1/min", "number", "1", "Hz"),
+        ("motion.a.on=sun", "name", "sun", "1"),
+        ("body.a.unit=mm", "number", "0.001", "m"),
+        ("body.a.unit=2 cm", "number", "0.02", "m"),
+        ("body.a.axis=0 0 2", "vector", "0 0 2", "1"),
+        ("body.a.file=a.stl", "file", "a.stl", "1"),
+        ("body.a.shape=cone", "choice", "cone", "1"),
+        ("contact.ball_a.friction=0.1", "number", "0.1", "1"),
     ],
 )
 def test_a_value_is_told_with_kind_and_unit(told, order, kind, value, unit):
@@ -142,81 +153,62 @@ FREE = math.pi * (0.03**2 - 0.01**2) * 0.04  # [m^3]
 BARE = SMALL[: SMALL.index("[rotor]")] + SMALL[SMALL.index("[contact]") :] + SHAFT
 
 
-@pytest.fixture
-def values(millsim):
-    """values(*arguments): {"section.key": value} as `--check` prints it."""
-
-    def check(*arguments):
-        result = millsim("--check", "-q", *arguments)
-        assert result.returncode == 0, result.stderr
-        found, section = {}, ""
-        for line in result.stdout.splitlines():
-            if line.startswith("["):
-                section = line.strip("[]")
-            elif " = " in line and not line.startswith("#"):
-                key, _, value = line.partition("#")[0].partition(" = ")
-                found[f"{section}.{key}"] = value.strip()
-        return found
-
-    return check
-
-
-def test_a_mass_is_the_number_of_balls_that_weigh_it(values, write_deck):
-    told = values(write_deck(SMALL.replace("count = 20", "mass = 20 g")))
+def test_a_mass_is_the_number_of_balls_that_weigh_it(printed, write_deck):
+    told = printed(write_deck(SMALL.replace("count = 20", "mass = 20 g")))
     assert told["balls.count"] == str(round(0.02 / (7800 * BALL)))
     assert "balls.mass" not in told
 
 
-def test_a_bulk_fill_fills_the_free_volume_with_balls_and_voids(values, write_deck):
-    told = values(write_deck(BARE.replace("count = 20", "bulk_fill = 40 %")))
+def test_a_bulk_fill_fills_the_free_volume_with_balls_and_voids(printed, write_deck):
+    told = printed(write_deck(BARE.replace("count = 20", "bulk_fill = 40 %")))
     assert int(told["balls.count"]) == pytest.approx(0.6 * 0.4 * FREE / BALL, rel=1e-3)
 
 
-def test_blades_take_room_from_a_bulk_fill(values, write_deck):
+def test_blades_take_room_from_a_bulk_fill(printed, write_deck):
     thick = SMALL.replace("thickness = 4 mm", "thickness = 20 mm").replace("count = 20", "bulk_fill = 40 %")
-    assert int(values(write_deck(thick))["balls.count"]) < 0.97 * 0.6 * 0.4 * math.pi * 0.03**2 * 0.04 / BALL
+    assert int(printed(write_deck(thick))["balls.count"]) < 0.97 * 0.6 * 0.4 * math.pi * 0.03**2 * 0.04 / BALL
 
 
-def test_a_mixture_takes_masses_and_fillings_of_each_kind(values, write_deck):
+def test_a_mixture_takes_masses_and_fillings_of_each_kind(printed, write_deck):
     kinds = "[balls.big]\nmass = 30 g\ndiameter = 5 mm\ndensity = 7800 kg/m^3\n"
     kinds += "[balls.small]\nbulk_fill = 10 %\ndiameter = 4 mm\ndensity = 6000 kg/m^3\n"
     text = BARE.replace(BARE[BARE.index("[balls]") : BARE.index("[drum]")], kinds)
-    told = values(write_deck(text))
+    told = printed(write_deck(text))
     assert told["balls.big.count"] == str(round(0.03 / (7800 * BALL)))
     assert int(told["balls.small.count"]) == pytest.approx(0.06 * FREE / BALL * 1.25**3, rel=1e-2)
 
 
-def test_a_bulk_fill_of_balls_in_a_container_that_is_a_body_needs_no_drum(values, write_deck):
+def test_a_bulk_fill_of_balls_in_a_container_that_is_a_body_needs_no_drum(printed, write_deck):
     jar = "[body.jar]\nshape = cylinder\nside = inside\ndiameter = 60 mm\nlength = 40 mm\n"
     text = BARE.replace("[drum]\nradius = 30 mm\nlength = 40 mm\n", jar).replace(SHAFT, "")
-    told = values(write_deck(text.replace("count = 20", "bulk_fill = 30 %")))
+    told = printed(write_deck(text.replace("count = 20", "bulk_fill = 30 %")))
     assert int(told["balls.count"]) == pytest.approx(0.18 * math.pi * 0.03**2 * 0.04 / BALL, rel=2e-3)
     assert told["body.jar.radius"] == "0.03 m"
     assert "body.jar.diameter" not in told
 
 
-def test_a_tip_speed_is_that_of_the_longest_blade(values, write_deck):
-    told = values(write_deck(SMALL.replace("speed = 600 rpm", "tip_speed = 3 m/s")))
+def test_a_tip_speed_is_that_of_the_longest_blade(printed, write_deck):
+    told = printed(write_deck(SMALL.replace("speed = 600 rpm", "tip_speed = 3 m/s")))
     assert float(told["rotor.speed"].split()[0]) == pytest.approx(3 / 0.022)
     assert "rotor.tip_speed" not in told
 
 
-def test_a_tip_speed_is_that_of_the_farthest_corner_of_bodies_on_the_rotor(values, write_deck):
+def test_a_tip_speed_is_that_of_the_farthest_corner_of_bodies_on_the_rotor(printed, write_deck):
     bar = "[body.bar]\nshape = box\nmotion = rotor\nsize = 4 6 32 mm\n"
-    told = values(write_deck(BARE.replace("speed = 100 rpm", "tip_speed = -2 m/s") + bar))
+    told = printed(write_deck(BARE.replace("speed = 100 rpm", "tip_speed = -2 m/s") + bar))
     assert float(told["rotor.speed"].split()[0]) == pytest.approx(-2 / math.hypot(0.003, 0.016))
 
 
-def test_a_tip_speed_of_a_disc_is_that_of_its_rim(values, write_deck):
+def test_a_tip_speed_of_a_disc_is_that_of_its_rim(printed, write_deck):
     disc = "[body.disc]\nshape = cylinder\nmotion = rotor\naxis = 1 0 0\nradius = 20 mm\nlength = 5 mm\n"
-    told = values(write_deck(BARE.replace("speed = 100 rpm", "tip_speed = 2 m/s") + disc))
+    told = printed(write_deck(BARE.replace("speed = 100 rpm", "tip_speed = 2 m/s") + disc))
     assert float(told["rotor.speed"].split()[0]) == pytest.approx(100, rel=1e-12)
 
 
-def test_diameters_stand_for_radii_to_the_bit(values, write_deck):
-    radii = values(write_deck(BARE))
+def test_diameters_stand_for_radii_to_the_bit(printed, write_deck):
+    radii = printed(write_deck(BARE))
     wide = BARE.replace("shaft_radius = 10 mm", "shaft_diameter = 2 cm").replace("radius = 30 mm", "diameter = 60 mm")
-    assert values(write_deck(wide)) == radii
+    assert printed(write_deck(wide)) == radii
 
 
 ONE_OF = "give only one of them"
@@ -245,9 +237,9 @@ def test_a_wrong_key_that_stands_for_another_is_refused(millsim, write_deck, old
     assert result.stderr == f"millsim: deck.ini:{complaint}\n"
 
 
-def test_overrides_replace_each_other_but_two_at_once_are_refused(values, millsim, write_deck):
+def test_overrides_replace_each_other_but_two_at_once_are_refused(printed, millsim, write_deck):
     deck = write_deck(SMALL.replace("count = 20", "fill = 5 %"))
-    told = values("-s", "balls.mass=10 g", "-s", "drum.diameter=6 cm", "-s", "rotor.tip_speed=1 m/s", deck)
+    told = printed("-s", "balls.mass=10 g", "-s", "drum.diameter=6 cm", "-s", "rotor.tip_speed=1 m/s", deck)
     assert told["balls.count"] == str(round(0.01 / (7800 * BALL)))
     assert told["drum.radius"] == "0.03 m"
     both = millsim("--check", "-q", "-s", "balls.mass=10 g", "-s", "balls.count=7", deck)

@@ -16,19 +16,6 @@ def wavy(buckles, height, text=SMALL_TIP, more=""):
     return text.replace("length = 40 mm\n", "length = 40 mm\n" + keys)
 
 
-@pytest.fixture
-def refused(millsim):
-    """refused(*arguments): the one line of complaint of a run with status 2."""
-
-    def check(*arguments):
-        done = millsim(*arguments)
-        assert done.returncode == 2, done.stderr
-        assert len(done.stderr.splitlines()) == 1, done.stderr
-        return done.stderr.removeprefix("millsim: ").rstrip()
-
-    return check
-
-
 def run_of(millsim, *options):
     done = millsim("deck.ini", "--json", "--quiet", *options)
     assert done.returncode == 0, done.stderr

@@ -1,108 +1,13 @@
-/* What the tests of the output modules share: a world of three balls made by hand, a scratch file,
- * and reading back through HDF5 itself. */
+/* What the tests of output files share: reading them through HDF5 itself. */
 #ifndef OUTPUT_FIXTURE_H
 #define OUTPUT_FIXTURE_H
 
-#include "millsim/observer.h"
-#include "millsim/world.h"
-#include "observe/observers.h"
 #include "store/h5.h"
-
-#include "state_fixture.h"
 #include "unit.h"
 
 #include <hdf5.h>
 #include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <unistd.h>
-
-/* Three balls of two kinds, falling; no shapes. Positions are exact in binary fractions of a
- * second. */
-struct fixture {
-    char path[64];
-    struct mill_observe asked;
-    struct mill_world world;
-    struct mill_ball ball[3];
-    vec3 spin[3];
-    struct mill_species species[2];
-    struct mill_motion *motion[1]; /* the rotor */
-    char motion_name[1][MILL_MOTION_NAME];
-};
-
-extern const struct mill_observer_type mill_frames_type, mill_series_type, mill_impactlog_type;
-
-static inline void fixture_init(struct fixture *f)
-{
-    static struct mill_motion *rotor; /* one for all, until the program ends */
-    int i;
-    memset(f, 0, sizeof *f);
-    snprintf(f->path, sizeof f->path, "/tmp/millsim_test_%ld.h5", (long)getpid());
-    unlink(f->path);
-    f->asked.end = 0.3;
-    f->asked.frames = 0.1;
-    f->asked.series = 0.01;
-    strcpy(f->species[0].name, "steel");
-    strcpy(f->species[1].name, "glass");
-    f->species[0].radius = 0.0025;
-    f->species[0].mass = 0.0005;
-    f->species[0].inertia = 0.4 * 0.0005 * 0.0025 * 0.0025;
-    f->species[1] = f->species[0];
-    strcpy(f->species[1].name, "glass");
-    f->species[1].mass = 0.0002;
-    for (i = 0; i < 3; i++) {
-        f->ball[i].r = vec3_make(0.01 * i, 0, 0.02);
-        f->ball[i].v = vec3_make(0, 0.5 * i, 1);
-        f->ball[i].species = i == 2;
-        f->spin[i] = vec3_make(i, 10 * i, -i);
-    }
-    f->world.g = vec3_make(0, 0, -8);
-    f->world.balls = 3;
-    f->world.ball = f->ball;
-    f->world.spin = f->spin;
-    f->world.species_count = 2;
-    f->world.species = f->species;
-    if (!rotor)
-        rotor = mill_turn_type.create(&(struct mill_turn){.axis = {1, 0, 0}, .speed = 7});
-    f->motion[0] = rotor;
-    strcpy(f->motion_name[0], "rotor");
-    f->world.motions = 1;
-    f->world.motion = f->motion;
-    f->world.motion_name = f->motion_name;
-    f->world.container.still = true;
-    f->world.container.frame = mill_pose_still;
-    mill_kinds_init(&f->world.kinds);
-}
-
-/* An observer that writes to the file; state: of one that was saved, or NULL */
-static inline struct mill_observer *make_writer(const struct mill_observer_type *type,
-                                                const struct fixture *f, struct mill_h5 *file,
-                                                struct kept *state)
-{
-    struct mill_observer *writer = mill_observers_one(type, &f->asked, &f->world, NULL);
-    ck_assert_ptr_nonnull(writer);
-    if (state)
-        type->state(writer, kept_load(state));
-    type->open(writer, &f->asked, file, &f->world);
-    ck_assert_int_eq(mill_h5_status(file, NULL), MILL_OK);
-    return writer;
-}
-
-static inline void save_writer(struct mill_observer *writer, struct kept *state)
-{
-    kept_init(state);
-    writer->type->state(writer, &state->state);
-}
-
-/* Runs the observer as the loop would, up to the end of the run. */
-static inline void run_samples(struct mill_observer *observer, const struct mill_world *world,
-                               double end)
-{
-    int refused = 0;
-    while (observer->next <= end)
-        refused += observer->type->sample(observer, world, observer->next, NULL) != MILL_OK;
-    ck_assert_int_eq(refused, 0);
-}
 
 static inline hid_t look_open(const char *path)
 {

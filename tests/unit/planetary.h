@@ -7,6 +7,7 @@
 #include "millsim/sim.h"
 #include "output_fixture.h"
 
+#include "observe/observers.h"
 #include "observe/tally.h"
 
 enum { SHAKE, SUN, JAR, PADDLE, PLANETARY_MOTIONS };

@@ -63,6 +63,17 @@ static inline struct mill_contact contact_of(const struct mill_shape *s, vec3 r,
     return s->type->contact(s, r, radius, &pose);
 }
 
+/* Anywhere near the origin, or at it, in any direction */
+static inline void place_body(uint64_t *seed, struct mill_body *b)
+{
+    b->centre = below(seed, 4) ? vec3_scale(direction(seed), uniform(seed, 0.0, 0.1)) : nought;
+    const vec3 z = direction(seed), any = direction(seed);
+    const vec3 x = vec3_axpy(any, -vec3_dot(any, z), z);
+    b->x = vec3_scale(x, 1.0 / vec3_norm(x));
+    b->y = vec3_cross(z, b->x);
+    b->z = vec3_cross(b->x, b->y);
+}
+
 /* One ball in flight in that mill */
 struct flight {
     struct mill_flight path; /* its pull is made when it is asked for: ask */

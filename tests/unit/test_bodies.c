@@ -21,16 +21,6 @@ struct one {
     int shapes;
 };
 
-static void place_body(uint64_t *seed, struct mill_body *b)
-{
-    b->centre = below(seed, 4) ? vec3_scale(direction(seed), uniform(seed, 0.0, 0.1)) : nought;
-    const vec3 z = direction(seed), any = direction(seed);
-    const vec3 x = vec3_axpy(any, -vec3_dot(any, z), z);
-    b->x = vec3_scale(x, 1.0 / vec3_norm(x));
-    b->y = vec3_cross(z, b->x);
-    b->z = vec3_cross(b->x, b->y);
-}
-
 static void size_body(uint64_t *seed, struct one *o, bool inside)
 {
     struct mill_body *b = &o->body;

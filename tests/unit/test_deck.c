@@ -1,9 +1,7 @@
 /* The deck as a struct: what is read, what follows from it, what prints back to the same bits. The
  * messages are tested through the program, in tests/cli/test_deck.py. */
 #include "deck/deck_private.h"
-#include "unit.h"
-
-#include <unistd.h>
+#include "deck_fixture.h"
 
 #define BASE                                                                                       \
     "[run]\ntime = 0.3 s\n[drum]\nradius = 75 mm\nlength = 120 mm\n[contact]\nrestitution = 0.8\n"
@@ -13,122 +11,6 @@
 #define BLADE(name, x)                                                                             \
     "[blade." name "]\nposition = " x " mm\nangle = 90 deg\ntip_radius = 60 mm\n"                  \
     "width = 10 mm\nthickness = 5 mm\n"
-
-static char path[32];
-static struct mill_error error;
-
-static void make_file(void)
-{
-    strcpy(path, "/tmp/millsim_deck_XXXXXX");
-    const int fd = mkstemp(path);
-    ck_assert_int_ge(fd, 0);
-    close(fd);
-}
-
-static void remove_file(void)
-{
-    unlink(path);
-}
-
-static enum mill_status read_text(const char *text, size_t length, struct mill_deck **deck)
-{
-    FILE *file = fopen(path, "wb");
-    ck_assert_ptr_nonnull(file);
-    ck_assert_uint_eq(fwrite(text, 1, length, file), length);
-    fclose(file);
-    error.text[0] = '\0';
-    return mill_deck_read(path, 0, NULL, NULL, NULL, deck, &error);
-}
-
-static struct mill_deck *read_good(const char *text)
-{
-    struct mill_deck *deck = NULL;
-    ck_assert_msg(read_text(text, strlen(text), &deck) == MILL_OK, "%s", error.text);
-    return deck;
-}
-
-static char *print(const struct mill_deck *deck)
-{
-    char *text = NULL;
-    size_t size = 0;
-    FILE *out = open_memstream(&text, &size);
-    ck_assert_ptr_nonnull(out);
-    mill_deck_print(deck, out);
-    fclose(out);
-    return text;
-}
-
-TEST(values_are_converted_to_si)
-{
-    struct mill_deck *deck = read_good(BASE BALLS ROTOR);
-    ck_assert(deck->drum_radius == 0.075 && deck->drum_length == 0.12);
-    ck_assert_double_eq_tol(deck->rotor_speed, 104.71975511965977, 1e-13);
-    ck_assert(deck->balls[0].diameter == 0.005 && deck->balls[0].density == 7800.0);
-    ck_assert_int_eq(deck->balls[0].count, 40);
-    mill_deck_free(deck);
-}
-
-/* `line` is what mill_deck_tell says of one value, to be freed; NULL when it is refused. */
-static char *tell(const char *order)
-{
-    char *line = NULL;
-    size_t size = 0;
-    FILE *out = open_memstream(&line, &size);
-    ck_assert_ptr_nonnull(out);
-    error.text[0] = '\0';
-    const enum mill_status status = mill_deck_tell(1, &order, out, &error);
-    fclose(out);
-    if (status == MILL_OK)
-        return line;
-    ck_assert_int_eq(status, MILL_BAD_DECK);
-    ck_assert_uint_eq(size, 0);
-    free(line);
-    return NULL;
-}
-
-TEST(a_value_is_told_without_a_deck)
-{
-    char *line = tell("drum.radius=75 mm");
-    ck_assert_str_eq(line, "drum.radius\tnumber\t0.075\tm\tinner radius of the drum\t\n");
-    free(line);
-    line = tell("balls.start=a.txt");
-    ck_assert_int_eq(strncmp(line, "balls.start\tfile\ta.txt\t1\t", 25), 0);
-    free(line);
-    ck_assert_ptr_null(tell("drum.radius=75 s"));
-    ck_assert_int_eq(strncmp(error.text, "--value drum.radius=75 s: [drum] radius: expected", 49),
-                     0);
-}
-
-TEST(a_fill_counts_the_balls)
-{
-    /* pi R^2 L / (pi/6 d^3) = 6 0.075^2 0.12 / 0.005^3 = 32400 */
-    struct mill_deck *deck =
-        read_good(BASE "[balls]\nfill = 10 %\ndiameter = 5 mm\ndensity = 7800 kg/m^3\n");
-    ck_assert_int_eq(deck->balls[0].count, 3240);
-    mill_deck_free(deck);
-}
-
-TEST(defaults_are_those_of_the_contract)
-{
-    struct mill_deck *deck = read_good(BASE BALLS);
-    ck_assert(deck->sample_from == 0.0 && deck->seed == 1 && deck->speed == 0.0);
-    ck_assert(deck->gravity.x == 0.0 && deck->gravity.y == 0.0 && deck->gravity.z == -9.81);
-    ck_assert_ptr_null(deck->start);
-    ck_assert(deck->frames == 0.01 && deck->series == 0.001 && deck->checkpoint == 60.0);
-    ck_assert(deck->strike_window == 1e-5 && deck->rebound_floor == 0.005 && !deck->log_impacts);
-    for (int kind = 0; kind < MILL_KINDS; kind++) {
-        ck_assert(deck->law[kind].restitution == 0.8 && deck->law[kind].friction == 0.0);
-        ck_assert(deck->law[kind].tangential == 0.0);
-    }
-    mill_deck_free(deck);
-}
-
-TEST(without_its_section_there_is_no_rotor)
-{
-    struct mill_deck *deck = read_good(BASE BALLS);
-    ck_assert(!deck->rotor && deck->shapes == 0 && deck->shaft_radius == 0.0);
-    mill_deck_free(deck);
-}
 
 static const struct mill_blade *blade_of(const struct mill_deck *deck, int k)
 {
@@ -149,14 +31,12 @@ TEST(equal_blades_are_spread_along_the_drum_and_around_the_rotor)
         ck_assert(blade->tip_radius == 0.067 && blade->pitch == 0.0);
     }
     ck_assert(blade_of(deck, 2)->position == 0.0);
-    mill_deck_free(deck);
 }
 
 TEST(an_angle_step_of_ones_own_counts)
 {
     struct mill_deck *deck = read_good(BASE BALLS ROTOR BLADES "angle_step = 90 deg\n");
     ck_assert_double_eq_tol(blade_of(deck, 4)->angle, 2 * 3.141592653589793, 1e-15);
-    mill_deck_free(deck);
 }
 
 TEST(equal_blades_come_before_single_ones_in_the_decks_order)
@@ -168,54 +48,6 @@ TEST(equal_blades_come_before_single_ones_in_the_decks_order)
     ck_assert_str_eq(deck->shape[5].section, "blade.zebra");
     ck_assert_str_eq(deck->shape[6].section, "blade.ant");
     ck_assert(blade_of(deck, 5)->position == 0.01 && blade_of(deck, 6)->position == -0.01);
-    mill_deck_free(deck);
-}
-
-TEST(a_plain_section_is_one_kind_of_ball_named_balls)
-{
-    struct mill_deck *deck = read_good(BASE BALLS);
-    ck_assert_int_eq(deck->kinds, 1);
-    ck_assert_str_eq(deck->balls[0].name, "balls");
-    mill_deck_free(deck);
-}
-
-TEST(a_mixture_keeps_the_order_of_its_kinds)
-{
-    struct mill_deck *deck =
-        read_good(BASE "[balls.z]\ncount=3\ndiameter=5 mm\ndensity=1 g/cm^3\n"
-                       "[balls]\nspeed = 2 m/s\n"
-                       "[balls.a]\ncount=4\ndiameter=3 mm\ndensity=2 g/cm^3\n");
-    ck_assert_int_eq(deck->kinds, 2);
-    ck_assert_str_eq(deck->balls[0].name, "z");
-    ck_assert_str_eq(deck->balls[1].name, "a");
-    ck_assert(deck->balls[1].density == 2000.0 && deck->speed == 2.0);
-    mill_deck_free(deck);
-}
-
-TEST(a_kind_of_contact_takes_the_rest_from_the_general_law)
-{
-    struct mill_deck *deck = read_good("[contact.ball_wall]\nfriction = 0.1\n" BASE BALLS);
-    ck_assert(deck->law[MILL_BALL_WALL].friction == 0.1);
-    ck_assert(deck->law[MILL_BALL_WALL].restitution == 0.8);
-    ck_assert(deck->law[MILL_BALL_DRUM].friction == 0.0);
-    mill_deck_free(deck);
-}
-
-TEST(a_start_file_is_named_relative_to_the_deck)
-{
-    struct mill_deck *deck = read_good(BASE BALLS "start = my balls.txt\n");
-    ck_assert_str_eq(deck->start, "/tmp/my balls.txt");
-    mill_deck_free(deck);
-}
-
-TEST(the_largest_seed_is_kept)
-{
-    struct mill_deck *deck = read_good("[output]\n" BASE BALLS);
-    mill_deck_free(deck);
-    const char *order = "run.seed=4294967295";
-    ck_assert_int_eq(mill_deck_read(path, 1, &order, NULL, NULL, &deck, &error), MILL_OK);
-    ck_assert(deck->seed == 4294967295L);
-    mill_deck_free(deck);
 }
 
 /* All that a run is made from, to the bit. */
@@ -258,10 +90,6 @@ LOOP_TEST(a_printed_deck_reads_back_to_the_same_bits, 4)
     assert_same(deck, again);
     char *second = print(again);
     ck_assert_str_eq(second, text);
-    free(text);
-    free(second);
-    mill_deck_free(deck);
-    mill_deck_free(again);
 }
 
 TEST(random_numbers_read_back_to_the_same_bits)
@@ -279,48 +107,7 @@ TEST(random_numbers_read_back_to_the_same_bits)
         char *printed = print(deck);
         struct mill_deck *again = read_good(printed);
         assert_same(deck, again);
-        free(printed);
-        mill_deck_free(deck);
-        mill_deck_free(again);
     }
-}
-
-static void count_entry(void *self, const char *section, const struct mill_key *key,
-                        const char *value)
-{
-    ck_assert(*section && *key->name && *value && *key->meaning);
-    ++*(int *)self;
-}
-
-TEST(each_hands_out_every_entry_with_its_meaning)
-{
-    struct mill_deck *deck = read_good(BASE BALLS ROTOR BLADES);
-    int count = 0;
-    mill_deck_each(deck, count_entry, &count);
-    ck_assert_int_eq(count, 3 + 1 + 5 + 4 + 3 + 6 + 4 + 5);
-    mill_deck_free(deck);
-}
-
-TEST(a_later_fault_names_the_line_the_override_or_the_default)
-{
-    char expected[200];
-    struct mill_deck *deck = read_good(BASE BALLS);
-    mill_deck_free(deck);
-    const char *order = "balls.diameter=6 mm";
-    ck_assert_int_eq(mill_deck_read(path, 1, &order, NULL, NULL, &deck, &error), MILL_OK);
-    ck_assert_int_eq(mill_deck_fault(deck, &error, "balls", "count", "%d too many", 7),
-                     MILL_BAD_DECK);
-    snprintf(expected, sizeof expected, "%s:9: [balls] count: 7 too many", path);
-    ck_assert_str_eq(error.text, expected);
-    mill_deck_fault(deck, &error, "balls", "diameter", "too large");
-    ck_assert_str_eq(error.text, "--set balls.diameter=6 mm: [balls] diameter: too large");
-    mill_deck_fault(deck, &error, "balls", "speed", "too fast");
-    snprintf(expected, sizeof expected, "%s:8: [balls] speed (default 0 m/s): too fast", path);
-    ck_assert_str_eq(error.text, expected);
-    mill_deck_fault(deck, &error, "output", NULL, "is bad");
-    snprintf(expected, sizeof expected, "%s: [output]: is bad", path);
-    ck_assert_str_eq(error.text, expected);
-    mill_deck_free(deck);
 }
 
 /* Whatever a file holds, reading it ends with a deck or with one line. */

@@ -1,9 +1,6 @@
 /* Motions and bodies of a deck: what is read, where it puts bodies, what prints back to the same
  * bits. The messages are tested through the program, in tests/cli/test_deck_bodies.py. */
-#include "deck/deck.h"
-#include "unit.h"
-
-#include <unistd.h>
+#include "deck_fixture.h"
 
 #define BALLS "[balls]\ncount = 5\ndiameter = 2 mm\ndensity = 7800 kg/m^3\n"
 #define BASE "[run]\ntime = 20 ms\n[contact]\nrestitution = 0.8\n" BALLS
@@ -11,55 +8,26 @@
 #define JAR "[body.jar]\nshape = cylinder\nside = inside\nradius = 20 mm\nlength = 30 mm\n"
 #define TURN(name) "[motion." name "]\nkind = turn\nspeed = 60 rpm\n"
 
-static char path[32], table[40];
-static struct mill_error error;
+static char table[40];
 
 static void make_files(void)
 {
-    strcpy(path, "/tmp/millsim_deck_XXXXXX");
-    const int fd = mkstemp(path);
-    ck_assert_int_ge(fd, 0);
-    close(fd);
+    make_file();
     snprintf(table, sizeof table, "%s.txt", path);
 }
 
 static void remove_files(void)
 {
-    unlink(path);
+    remove_file();
     unlink(table);
 }
 
-static void write_text(const char *name, const char *text)
+static void write_table(const char *text)
 {
-    FILE *file = fopen(name, "wb");
+    FILE *file = fopen(table, "wb");
     ck_assert_ptr_nonnull(file);
     ck_assert_int_ge(fputs(text, file), 0);
     fclose(file);
-}
-
-static enum mill_status read_text(const char *text, struct mill_deck **deck)
-{
-    write_text(path, text);
-    error.text[0] = '\0';
-    return mill_deck_read(path, 0, NULL, NULL, NULL, deck, &error);
-}
-
-static struct mill_deck *read_good(const char *text)
-{
-    struct mill_deck *deck = NULL;
-    ck_assert_msg(read_text(text, &deck) == MILL_OK, "%s", error.text);
-    return deck;
-}
-
-static char *print(const struct mill_deck *deck)
-{
-    char *text = NULL;
-    size_t size = 0;
-    FILE *out = open_memstream(&text, &size);
-    ck_assert_ptr_nonnull(out);
-    mill_deck_print(deck, out);
-    fclose(out);
-    return text;
 }
 
 static bool equals(vec3 a, double x, double y, double z)
@@ -92,20 +60,6 @@ TEST(a_turn_has_its_numbers_and_an_axis_of_length_one)
     ck_assert(equals(turn->axis, 0.0, 1.0, 0.0) && equals(turn->centre, 0.001, 0.002, 0.003));
     ck_assert_double_eq_tol(turn->speed, 3.141592653589793, 1e-15);
     ck_assert_double_eq_tol(turn->angle, 1.5707963267948966, 1e-15);
-    mill_deck_free(deck);
-}
-
-LOOP_TEST(turns_a_minute_have_many_names_and_one_value, 6)
-{
-    static const char *const unit[] = {"1/min", "U/min", "RPM", "rev/min", "min-1", "1/minute"};
-    char text[512];
-    struct mill_deck *deck = read_good(BASE JAR "[motion.a]\nkind = turn\nspeed = 650 rpm\n");
-    const double rpm = ((const struct mill_turn *)deck->motion[0].form)->speed;
-    mill_deck_free(deck);
-    snprintf(text, sizeof text, BASE JAR "[motion.a]\nkind = turn\nspeed = 650 %s\n", unit[_i]);
-    deck = read_good(text);
-    ck_assert(((const struct mill_turn *)deck->motion[0].form)->speed == rpm);
-    mill_deck_free(deck);
 }
 
 TEST(a_swing_has_its_numbers)
@@ -117,7 +71,6 @@ TEST(a_swing_has_its_numbers)
     ck_assert(deck->motion[0].type == &mill_swing_type && equals(swing->axis, 1.0, 0.0, 0.0));
     ck_assert(swing->frequency == 1060.0 / 60.0 && swing->phase == 1.0);
     ck_assert_double_eq_tol(swing->amplitude, 0.10471975511965978, 1e-16);
-    mill_deck_free(deck);
 }
 
 TEST(a_shift_has_three_phases_or_one_for_all)
@@ -130,14 +83,13 @@ TEST(a_shift_has_three_phases_or_one_for_all)
     ck_assert(deck->motion[0].type == &mill_shift_type && a->frequency == 25.0);
     ck_assert(equals(a->amplitude, 0.001, 0.002, -0.003) && equals(a->phase, 1.0, 2.0, 3.0));
     ck_assert(equals(b->phase, 2.0, 2.0, 2.0));
-    mill_deck_free(deck);
 }
 
 TEST(a_table_is_read_beside_the_deck)
 {
     char text[512];
-    write_text(table, "# t x y z rx ry rz\n-1 0 0 0 0 0 0\n0, 1, 0, 0, 0, 0, 0.5 # half\n\n"
-                      "1 0 0 0 0 0 0\n2 0 -1e-3 0 0 0 0\n3 0 0 0 0 1e-13 0\n");
+    write_table("# t x y z rx ry rz\n-1 0 0 0 0 0 0\n0, 1, 0, 0, 0, 0, 0.5 # half\n\n"
+                "1 0 0 0 0 0 0\n2 0 -1e-3 0 0 0 0\n3 0 0 0 0 1e-13 0\n");
     snprintf(text, sizeof text, BASE JAR "[motion.a]\nkind = table\nfile = %s\n",
              strrchr(table, '/') + 1);
     struct mill_deck *deck = read_good(text);
@@ -149,8 +101,6 @@ TEST(a_table_is_read_beside_the_deck)
     char *printed = print(deck), line[64];
     snprintf(line, sizeof line, "file = %s", table);
     ck_assert_ptr_nonnull(strstr(printed, line));
-    free(printed);
-    mill_deck_free(deck);
 }
 
 static const struct wrong_table {
@@ -171,9 +121,9 @@ LOOP_TEST(a_wrong_table_is_named_with_its_line, COUNT(wrong_tables))
 {
     char text[512], words[200];
     struct mill_deck *deck = NULL;
-    write_text(table, wrong_tables[_i].text);
+    write_table(wrong_tables[_i].text);
     snprintf(text, sizeof text, BASE JAR "[motion.a]\nkind = table\nfile = %s\n", table);
-    ck_assert_int_eq(read_text(text, &deck), MILL_BAD_DECK);
+    ck_assert_int_eq(read_text(text, strlen(text), &deck), MILL_BAD_DECK);
     snprintf(words, sizeof words, "%s%s", table, wrong_tables[_i].words);
     const char *told = strstr(error.text, ":16: [motion.a] file: "); /* of the deck */
     ck_assert_msg(told && strstr(told, words), "%s", error.text);
@@ -200,7 +150,6 @@ TEST(carriers_come_before_what_they_carry_and_the_rotor_first)
             ck_assert_str_eq(deck->motion[carrier].name, name[on[k]]);
     }
     ck_assert_str_eq(deck->motion[0].name, "rotor");
-    mill_deck_free(deck);
 }
 
 /* ---- bodies ---- */
@@ -228,7 +177,6 @@ TEST(own_x_is_the_projection_of_the_frames_x)
     ck_assert(equals(form_of(deck, 5)->y, -1.0, 0.0, 0.0));
     for (int k = 0; k < 6; k++)
         ck_assert(form_of(deck, k)->radius == 0.001 && deck->body[k].motion == MILL_STILL);
-    mill_deck_free(deck);
 }
 
 TEST(quarter_turns_of_copies_are_exact)
@@ -249,7 +197,6 @@ TEST(quarter_turns_of_copies_are_exact)
         ck_assert_int_eq(deck->body[k].kind, MILL_KINDS);
     }
     ck_assert_str_eq(deck->contacts.name[MILL_KINDS], "ball_arm");
-    mill_deck_free(deck);
 }
 
 /* Rodrigues' formula for a turn about a slanted axis, applied k times, against one turn by k angles
@@ -269,7 +216,6 @@ TEST(copies_turn_about_the_frames_origin_and_stay_orthogonal)
         ck_assert_double_lt(fabs(vec3_dot(is->x, is->z)), 1e-15);
         ck_assert_double_lt(vec3_norm(vec3_sub(vec3_cross(is->x, is->y), is->z)), 1e-15);
     }
-    mill_deck_free(deck);
 }
 
 TEST(every_shape_has_its_sizes)
@@ -295,7 +241,6 @@ TEST(every_shape_has_its_sizes)
     ck_assert(form_of(deck, 3)->radius == 0.007 && form_of(deck, 3)->length == 0.008);
     ck_assert(form_of(deck, 4)->radius == 0.009 && form_of(deck, 4)->centre.x == 0.001);
     ck_assert(!deck->container && deck->drum && !deck->carried);
-    mill_deck_free(deck);
 }
 
 TEST(bodies_share_a_kind_and_take_fixed_ones_by_name)
@@ -314,7 +259,6 @@ TEST(bodies_share_a_kind_and_take_fixed_ones_by_name)
     ck_assert(deck->body[2].motion == 0 && deck->body[1].motion == MILL_STILL);
     ck_assert(deck->law[MILL_KINDS + 1].friction == 0.25 && deck->law[MILL_KINDS].friction == 0.0);
     ck_assert(deck->law[MILL_KINDS + 1].restitution == 0.8);
-    mill_deck_free(deck);
 }
 
 /* ---- what holds the balls ---- */
@@ -343,7 +287,6 @@ LOOP_TEST(a_fill_counts_the_containers_volume, COUNT(containers))
     ck_assert_ptr_eq(deck->container, &deck->body[0]);
     ck_assert(!deck->drum && form_of(deck, 0)->inside);
     ck_assert_int_eq(deck->all, lround(0.1 * containers[_i].volume / (MILL_PI / 6.0 * 1e-9)));
-    mill_deck_free(deck);
 }
 
 TEST(a_drum_rides_on_a_motion)
@@ -352,7 +295,6 @@ TEST(a_drum_rides_on_a_motion)
     ck_assert_int_eq(deck->drum_rides, 2);
     ck_assert_int_eq(mill_deck_drum(deck).rides, 2);
     ck_assert(deck->carried && deck->at_rest == 0);
-    mill_deck_free(deck);
 }
 
 TEST(a_rotor_without_a_drum_has_no_shaft)
@@ -363,8 +305,6 @@ TEST(a_rotor_without_a_drum_has_no_shaft)
     ck_assert(deck->shaft_radius == 0.0 && deck->body[1].motion == 0);
     char *text = print(deck);
     ck_assert_ptr_null(strstr(text, "shaft_radius"));
-    free(text);
-    mill_deck_free(deck);
 }
 
 /* ---- printing ---- */
@@ -397,10 +337,6 @@ TEST(a_printed_deck_prints_the_same_again)
     }
     for (int k = 0; k < deck->motions; k++)
         ck_assert_int_eq(memcmp(&deck->form[k].as, &again->form[k].as, sizeof deck->form[k].as), 0);
-    mill_deck_free(deck);
-    mill_deck_free(again);
-    free(first);
-    free(second);
 }
 
 TEST(what_says_nothing_is_not_printed)
@@ -415,8 +351,6 @@ TEST(what_says_nothing_is_not_printed)
         ck_assert_msg(!strstr(text, line), "%s in\n%s", line, text);
     }
     ck_assert_ptr_nonnull(strstr(text, "\ncentre = "));
-    free(text);
-    mill_deck_free(deck);
 }
 
 TEST(balls_at_rest_are_told_where_it_makes_a_difference)
@@ -425,42 +359,9 @@ TEST(balls_at_rest_are_told_where_it_makes_a_difference)
     char *text = print(deck);
     ck_assert_int_eq(deck->at_rest, 1);
     ck_assert_ptr_nonnull(strstr(text, "start_motion = still"));
-    free(text);
-    mill_deck_free(deck);
     deck = read_good(BASE "start_motion = still\n" JAR);
     text = print(deck);
     ck_assert_ptr_null(strstr(text, "start_motion"));
-    free(text);
-    mill_deck_free(deck);
-}
-
-static const struct told {
-    const char *order, *line;
-} tolds[] = {
-    {"motion.a.amplitude=2 mrad", "motion.a.amplitude\tnumber\t0.002\trad\t"},
-    {"motion.a.amplitude=1 2 3 mm", "motion.a.amplitude\tvector\t0.001 0.002 0.003\tm\t"},
-    {"motion.a.phase=2 rad", "motion.a.phase\tnumber\t2\trad\t"},
-    {"motion.a.frequency=60 1/min", "motion.a.frequency\tnumber\t1\tHz\t"},
-    {"motion.a.on=sun", "motion.a.on\tname\tsun\t1\t"},
-    {"body.a.unit=mm", "body.a.unit\tnumber\t0.001\tm\t"},
-    {"body.a.unit=2 cm", "body.a.unit\tnumber\t0.02\tm\t"},
-    {"body.a.axis=0 0 2", "body.a.axis\tvector\t0 0 2\t1\t"},
-    {"body.a.file=a.stl", "body.a.file\tfile\ta.stl\t1\t"},
-    {"body.a.shape=cone", "body.a.shape\tchoice\tcone\t1\t"},
-    {"contact.ball_a.friction=0.1", "contact.ball_a.friction\tnumber\t0.1\t1\t"},
-};
-
-LOOP_TEST(a_value_is_told_whatever_the_kind_of_its_section, COUNT(tolds))
-{
-    char *line = NULL;
-    size_t size = 0;
-    FILE *out = open_memstream(&line, &size);
-    ck_assert_ptr_nonnull(out);
-    const enum mill_status status = mill_deck_tell(1, &tolds[_i].order, out, &error);
-    fclose(out);
-    ck_assert_msg(status == MILL_OK, "%s", error.text);
-    ck_assert_msg(strncmp(line, tolds[_i].line, strlen(tolds[_i].line)) == 0, "%s", line);
-    free(line);
 }
 
 int main(void)

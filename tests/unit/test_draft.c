@@ -141,6 +141,14 @@ static void write_text(const struct mill_draft *draft, off_t offset, const char 
     ck_assert_int_eq(pwrite(fd, text, strlen(text), offset), strlen(text));
 }
 
+static void write_file(enum mill_draft_way way, const char *text)
+{
+    struct mill_draft *draft = begin(path, way);
+    write_text(draft, 0, text);
+    ck_assert_int_eq(mill_draft_publish(draft, true), 0);
+    finish(draft);
+}
+
 static void assert_nothing_left(void)
 {
     ck_assert(!there(part));
@@ -311,10 +319,7 @@ LOOP_TEST(leftovers_of_a_killed_run_are_cleared_up, 2)
     put(part, _i % 2 ? "half of something" : "");
     put(new, _i % 2 ? "" : "half of something");
     put(lock, "");
-    struct mill_draft *draft = begin(path, MILL_DRAFT_EMPTY);
-    write_text(draft, 0, "x");
-    ck_assert_int_eq(mill_draft_publish(draft, true), 0);
-    finish(draft);
+    write_file(MILL_DRAFT_EMPTY, "x");
     assert_holds(path, "x");
     assert_nothing_left();
 }
@@ -336,10 +341,7 @@ LOOP_TEST(files_of_others_in_the_way_are_left_alone_unless_forced, 3)
     assert_holds(name, _i % 3 == 2 ? "half" : "precious");
     for (int k = 0; k < 3; k++)
         ck_assert(there(names[k]) == (k == _i % 3));
-    draft = begin(path, MILL_DRAFT_FORCE);
-    write_text(draft, 0, "x");
-    ck_assert_int_eq(mill_draft_publish(draft, true), 0);
-    finish(draft);
+    write_file(MILL_DRAFT_FORCE, "x");
     assert_holds(path, "x");
     assert_nothing_left();
 }
@@ -356,10 +358,7 @@ LOOP_TEST(links_in_the_way_are_not_followed, 3)
     ck_assert_int_eq(mill_draft_open(draft, MILL_DRAFT_EMPTY), EEXIST);
     finish(draft);
     ck_assert(is_link(name));
-    draft = begin(path, MILL_DRAFT_FORCE);
-    write_text(draft, 0, "x");
-    ck_assert_int_eq(mill_draft_publish(draft, true), 0);
-    finish(draft);
+    write_file(MILL_DRAFT_FORCE, "x");
     assert_holds(victim, _i % 3 == 2 ? "" : "half of something");
     assert_holds(path, "x");
     assert_nothing_left();
@@ -413,13 +412,17 @@ TEST(calls_that_a_signal_interrupts_are_made_again)
     assert_nothing_left();
 }
 
-TEST(a_draft_whose_name_was_removed_is_published_all_the_same)
+/* Of the draft, or of what was published, or of both */
+LOOP_TEST(a_file_whose_name_was_removed_is_published_all_the_same, 3)
 {
     struct mill_draft *draft = begin(path, MILL_DRAFT_EMPTY);
     write_text(draft, 0, "one");
-    ck_assert_int_eq(unlink(part), 0);
+    if (_i != 1)
+        ck_assert_int_eq(unlink(part), 0);
     ck_assert_int_eq(mill_draft_publish(draft, false), 0);
     assert_holds(path, "one");
+    if (_i != 0)
+        ck_assert_int_eq(unlink(path), 0);
     write_text(draft, 3, "two");
     ck_assert_int_eq(mill_draft_publish(draft, true), 0);
     assert_holds(path, "onetwo");
@@ -441,18 +444,6 @@ LOOP_TEST(another_file_put_in_place_of_the_draft_is_neither_published_nor_remove
     assert_holds(part, "not mine");
 }
 
-TEST(a_published_file_that_was_removed_comes_back)
-{
-    struct mill_draft *draft = begin(path, MILL_DRAFT_EMPTY);
-    write_text(draft, 0, "one");
-    ck_assert_int_eq(mill_draft_publish(draft, false), 0);
-    ck_assert_int_eq(unlink(path), 0);
-    write_text(draft, 3, "two");
-    ck_assert_int_eq(mill_draft_publish(draft, true), 0);
-    assert_holds(path, "onetwo");
-    finish(draft);
-}
-
 TEST(a_removed_folder_is_an_error)
 {
     struct mill_draft *draft = begin(path, MILL_DRAFT_EMPTY);
@@ -464,30 +455,15 @@ TEST(a_removed_folder_is_an_error)
     ck_assert(!there(folder));
 }
 
-TEST(a_link_stays_a_link)
+/* To a file or to nothing yet */
+LOOP_TEST(a_link_stays_a_link, 2)
 {
     char target[96];
     snprintf(target, sizeof target, "%s/target", folder);
-    put(target, "old");
+    if (_i)
+        put(target, "old");
     ck_assert_int_eq(symlink("target", path), 0);
-    struct mill_draft *draft = begin(path, MILL_DRAFT_EMPTY);
-    write_text(draft, 0, "new");
-    ck_assert_int_eq(mill_draft_publish(draft, true), 0);
-    finish(draft);
-    ck_assert(is_link(path));
-    assert_holds(target, "new");
-    assert_nothing_left();
-}
-
-TEST(a_link_to_nothing_yet_stays_a_link)
-{
-    char target[96];
-    snprintf(target, sizeof target, "%s/target", folder);
-    ck_assert_int_eq(symlink("target", path), 0);
-    struct mill_draft *draft = begin(path, MILL_DRAFT_EMPTY);
-    write_text(draft, 0, "new");
-    ck_assert_int_eq(mill_draft_publish(draft, true), 0);
-    finish(draft);
+    write_file(MILL_DRAFT_EMPTY, "new");
     ck_assert(is_link(path));
     assert_holds(target, "new");
     assert_nothing_left();
@@ -529,6 +505,7 @@ TEST(a_file_has_one_writer_at_a_time)
     ck_assert_int_eq(another_writer(path), EWOULDBLOCK);
     ck_assert_int_eq(mill_draft_publish(draft, false), 0);
     ck_assert_int_eq(another_writer(path), EWOULDBLOCK);
+    ck_assert(there(lock) && there(part));
     ck_assert_int_eq(mill_draft_publish(draft, true), 0);
     assert_holds(path, "mine");
     finish(draft);
@@ -545,16 +522,6 @@ TEST(a_file_has_one_writer_at_a_time_whatever_it_is_called)
     ck_assert_int_eq(symlink("file", alias), 0);
     struct mill_draft *draft = begin(path, MILL_DRAFT_COPY);
     ck_assert_int_eq(another_writer(alias), EWOULDBLOCK);
-    finish(draft);
-}
-
-TEST(a_writer_that_is_refused_leaves_the_lock_of_the_first)
-{
-    struct mill_draft *draft = begin(path, MILL_DRAFT_EMPTY);
-    for (int k = 0; k < 3; k++)
-        ck_assert_int_eq(another_writer(path), EWOULDBLOCK);
-    ck_assert(there(lock));
-    ck_assert(there(part));
     finish(draft);
 }
 

@@ -25,17 +25,6 @@ static struct mill_shape *shape_of(const struct mill_body *is, const struct mill
     return shape;
 }
 
-static void place_form(uint64_t *seed, struct form *m)
-{
-    struct mill_body *b = &m->is;
-    b->centre = below(seed, 4) ? vec3_scale(direction(seed), uniform(seed, 0.0, 0.1)) : nought;
-    const vec3 z = direction(seed), any = direction(seed);
-    const vec3 x = vec3_axpy(any, -vec3_dot(any, z), z);
-    b->x = vec3_scale(x, 1.0 / vec3_norm(x));
-    b->y = vec3_cross(z, b->x);
-    b->z = vec3_cross(b->x, b->y);
-}
-
 /* way 0: it stands; 1..: kinds of motion alone; then chains. A lump or a box */
 static void open_one(uint64_t *seed, struct one *o, bool inside, int way)
 {
@@ -48,7 +37,7 @@ static void open_one(uint64_t *seed, struct one *o, bool inside, int way)
         form_add_box(&form, nought,
                      vec3_scale(vec3_make(1.0, 0.7, uniform(seed, 0.1, 2.0)), radius));
     }
-    place_form(seed, &form);
+    place_body(seed, &form.is);
     form.is.inside = inside;
     o->chain = random_chain(seed, way);
     if (way == 0)
@@ -232,7 +221,7 @@ LOOP_TEST(a_box_of_facets_is_met_as_a_box_is, WAYS)
     int met = 0;
     for (int i = 0; i < 200; i++) {
         form_open(&form);
-        place_form(&seed, &form);
+        place_body(&seed, &form.is);
         form.is.size = vec3_make(log_uniform(&seed, 1e-3, 0.04), log_uniform(&seed, 1e-3, 0.04),
                                  log_uniform(&seed, 1e-3, 0.04));
         form_add_box(&form, nought, form.is.size);
@@ -404,7 +393,7 @@ TEST(hull_volume_and_outline_are_those_of_the_solid)
     uint64_t seed = 61;
     form_open(&form);
     form_add_box(&form, vec3_make(0.01, 0.0, 0.0), vec3_make(0.02, 0.03, 0.05));
-    place_form(&seed, &form);
+    place_body(&seed, &form.is);
     const struct mill_hull hull = mill_facets_type.hull(&form.is);
     ck_assert_double_eq_tol(mill_facets_type.volume(&form.is), 3e-5, 1e-19);
     ck_assert_double_eq_tol(hull.half, 0.025, 1e-16);

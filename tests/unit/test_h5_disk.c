@@ -25,8 +25,6 @@ static void limit_files(rlim_t bytes)
 LOOP_TEST(a_full_disk_is_told_once_and_the_file_still_closes, 20)
 {
     const struct mill_h5_layout layout = {MILL_H5_F64, 0, {0, 0}, 1024, "1", "noise", false};
-    struct fixture f;
-    struct mill_h5 *file = new_file(&f);
     struct mill_h5_column *column;
     struct mill_error error = {""}, again = {""};
     column = mill_h5_column_create(file, "/particles/noise", &layout, 0);
@@ -38,13 +36,12 @@ LOOP_TEST(a_full_disk_is_told_once_and_the_file_still_closes, 20)
     }
     ck_assert_msg(strstr(error.text, "cannot write /particles/noise: File too large"), "%s",
                   error.text);
-    write_double(file, "/x", 1, "1", "-");
+    write_double("/x", 1, "1");
     if (_i % 2 == 0)
         mill_h5_column_close(column);
-    ck_assert_int_eq(mill_h5_close(file, &again), MILL_FAILED);
+    close_failed(&again);
     limit_files(0);
     ck_assert_str_eq(again.text, error.text);
-    unlink(f.path);
 }
 
 /* So many calls from now on a read from a disk fails; 0: none does. */
@@ -63,141 +60,113 @@ ssize_t pread(int fd, void *to, size_t length, off_t at)
  * others. */
 LOOP_TEST(what_cannot_be_read_is_not_taken_for_missing, 20)
 {
-    struct fixture f;
     struct mill_error error = {""};
-    struct mill_h5 *file = new_file(&f);
-    write_double(file, "/a/b", 1, "1", "-");
-    close_file(file);
-    ck_assert_int_eq(mill_h5_create(f.path, MILL_H5_READ, &file, NULL), MILL_OK);
+    write_double("/a/b", 1, "1");
+    close_file();
+    open_file(MILL_H5_READ);
     read_fails = 1 + _i;
     const bool there = mill_h5_exists(file, "/a/b");
     ck_assert(there != (read_fails == 0));
     ck_assert_int_eq(mill_h5_status(file, &error), there ? MILL_OK : MILL_FAILED);
     ck_assert(there || strstr(error.text, ": cannot read /a"));
     read_fails = 0;
-    mill_h5_abandon(file);
-    unlink(f.path);
+    abandon_file();
 }
 
-static bool has(const struct fixture *f, const char *end)
+static bool has(const char *end)
 {
-    char name[sizeof f->path + sizeof ".part"];
-    snprintf(name, sizeof name, "%s%s", f->path, end);
+    char name[sizeof path + sizeof ".part"];
+    snprintf(name, sizeof name, "%s%s", path, end);
     return access(name, F_OK) == 0;
 }
 
-static void assert_nothing_left(const struct fixture *f)
+static void assert_nothing_left(void)
 {
-    ck_assert(!has(f, ".part"));
-    ck_assert(!has(f, ".lock"));
+    ck_assert(!has(".part"));
+    ck_assert(!has(".lock"));
 }
 
 TEST(nothing_is_there_before_the_first_flush)
 {
-    struct fixture f;
-    struct mill_h5 *file = new_file(&f);
-    write_double(file, "/x", 7, "1", "-");
-    ck_assert(!has(&f, ""));
+    write_double("/x", 7, "1");
+    ck_assert(!has(""));
     ck_assert_int_eq(mill_h5_flush(file, NULL), MILL_OK);
-    ck_assert(look_at(f.path, "/x", 0, 0) == 7);
-    close_file(file);
-    assert_nothing_left(&f);
-    unlink(f.path);
+    ck_assert(look_at(path, "/x", 0, 0) == 7);
+    close_file();
+    assert_nothing_left();
 }
 
 TEST(the_old_file_stands_until_the_first_flush_of_the_new_one)
 {
-    struct fixture f;
-    struct mill_h5 *file = new_file(&f);
-    write_double(file, "/x", 7, "1", "-");
-    close_file(file);
-    ck_assert_int_eq(mill_h5_create(f.path, MILL_H5_OVERWRITE, &file, NULL), MILL_OK);
-    write_double(file, "/y", 8, "1", "-");
-    ck_assert(look_at(f.path, "/x", 0, 0) == 7);
+    write_double("/x", 7, "1");
+    close_file();
+    open_file(MILL_H5_OVERWRITE);
+    write_double("/y", 8, "1");
+    ck_assert(look_at(path, "/x", 0, 0) == 7);
     ck_assert_int_eq(mill_h5_flush(file, NULL), MILL_OK);
-    ck_assert(look_at(f.path, "/y", 0, 0) == 8);
-    close_file(file);
-    unlink(f.path);
+    ck_assert(look_at(path, "/y", 0, 0) == 8);
+    close_file();
 }
 
 TEST(a_file_closed_unflushed_is_published)
 {
-    struct fixture f;
-    struct mill_h5 *file = new_file(&f);
-    write_double(file, "/x", 7, "1", "-");
-    close_file(file);
-    ck_assert(look_at(f.path, "/x", 0, 0) == 7);
-    unlink(f.path);
+    write_double("/x", 7, "1");
+    close_file();
+    ck_assert(look_at(path, "/x", 0, 0) == 7);
 }
 
 TEST(an_abandoned_file_is_as_last_flushed)
 {
-    struct fixture f;
-    struct mill_h5 *file = new_file(&f);
-    write_double(file, "/x", 7, "1", "-");
+    write_double("/x", 7, "1");
     mill_h5_flush(file, NULL);
-    write_double(file, "/x", 8, "1", "-");
-    mill_h5_abandon(file);
-    ck_assert(look_at(f.path, "/x", 0, 0) == 7);
-    assert_nothing_left(&f);
-    unlink(f.path);
+    write_double("/x", 8, "1");
+    abandon_file();
+    ck_assert(look_at(path, "/x", 0, 0) == 7);
+    assert_nothing_left();
 }
 
 TEST(a_file_abandoned_unflushed_never_was)
 {
-    struct fixture f;
-    struct mill_h5 *file = new_file(&f);
-    write_double(file, "/x", 7, "1", "-");
-    mill_h5_abandon(file);
-    ck_assert(!has(&f, ""));
-    assert_nothing_left(&f);
+    write_double("/x", 7, "1");
+    abandon_file();
+    ck_assert(!has(""));
+    assert_nothing_left();
 }
 
 TEST(between_flushes_the_file_is_readable_and_as_last_flushed)
 {
-    const struct mill_h5_layout layout = {MILL_H5_I64, 0, {0, 0}, 64, "1", "rows", false};
-    struct fixture f;
-    struct mill_h5 *file = new_file(&f);
-    struct mill_h5_column *column;
-    column = mill_h5_column_create(file, "/c", &layout, 0);
+    struct mill_h5_column *column = open_rows("/c", 64, 0);
     for (int k = 0; k < 20; k++) {
         ck_assert_int_eq(mill_h5_flush(file, NULL), MILL_OK);
         append_range(column, 777 * k, 777 * (k + 1), k % 2);
-        write_count(file, "/k", (uint64_t)k, "-");
-        assert_counts_up(f.path, "/c", 777 * (size_t)k);
+        write_count("/k", (uint64_t)k);
+        assert_counts_up("/c", 777 * (size_t)k);
         if (k > 0)
-            ck_assert(look_at(f.path, "/k", 0, 0) == k - 1);
+            ck_assert(look_at(path, "/k", 0, 0) == k - 1);
     }
-    close_file(file);
-    unlink(f.path);
+    close_file();
 }
 
 TEST(a_file_may_be_read_while_another_writes_it)
 {
-    struct fixture f;
-    struct mill_h5 *file = new_file(&f), *reader;
+    struct mill_h5 *reader;
     char *text = NULL;
     mill_h5_write_text(file, "/t", "one", "-");
     mill_h5_flush(file, NULL);
-    ck_assert_int_eq(mill_h5_create(f.path, MILL_H5_READ, &reader, NULL), MILL_OK);
+    ck_assert_int_eq(mill_h5_create(path, MILL_H5_READ, &reader, NULL), MILL_OK);
     mill_h5_write_text(file, "/t", "two", "-");
-    close_file(file);
+    close_file();
     ck_assert_int_eq(mill_h5_read_text(reader, "/t", &text, NULL), MILL_OK);
     ck_assert_str_eq(text, "one");
     free(text);
-    close_file(reader);
-    assert_text(f.path, "/t", NULL, "two");
-    unlink(f.path);
+    ck_assert_int_eq(mill_h5_close(reader, NULL), MILL_OK);
+    assert_text(path, "/t", NULL, "two");
 }
 
 TEST(after_a_full_disk_the_file_is_as_last_flushed)
 {
-    const struct mill_h5_layout layout = {MILL_H5_I64, 0, {0, 0}, 64, "1", "rows", false};
-    struct fixture f;
-    struct mill_h5 *file = new_file(&f);
-    struct mill_h5_column *column;
     uint64_t noise = 1;
-    column = mill_h5_column_create(file, "/c", &layout, 0);
+    struct mill_h5_column *column = open_rows("/c", 64, 0);
     append_range(column, 0, 1000, false);
     ck_assert_int_eq(mill_h5_flush(file, NULL), MILL_OK);
     limit_files(60000);
@@ -205,24 +174,19 @@ TEST(after_a_full_disk_the_file_is_as_last_flushed)
         mill_h5_column_append(column, 1, &noise);
         noise = noise * 6364136223846793005u + 1442695040888963407u;
     }
-    ck_assert_int_eq(mill_h5_close(file, NULL), MILL_FAILED);
+    close_failed(NULL);
     limit_files(0);
-    assert_nothing_left(&f);
-    assert_counts_up(f.path, "/c", 1000);
-    unlink(f.path);
+    assert_nothing_left();
+    assert_counts_up("/c", 1000);
 }
 
 /* The disk is as full as the file is long, so that the copy after the flush fits and what comes
  * next does not, wherever that is met first: in a write, a flush or the closing (by _i). */
 LOOP_TEST(a_disk_that_fills_up_at_any_moment_takes_nothing_that_was_flushed, 20)
 {
-    const struct mill_h5_layout layout = {MILL_H5_I64, 0, {0, 0}, 512, "1", "rows", false};
-    struct fixture f;
-    struct mill_h5 *file = new_file(&f);
-    struct mill_h5_column *column;
     struct mill_error error = {""};
     int64_t flushed = 0;
-    column = mill_h5_column_create(file, "/c", &layout, 0);
+    struct mill_h5_column *column = open_rows("/c", 512, 0);
     mill_h5_flush(file, NULL);
     limit_files(6000 + 1237 * (rlim_t)_i);
     for (int64_t rows = 0;; rows += 1500) {
@@ -234,34 +198,30 @@ LOOP_TEST(a_disk_that_fills_up_at_any_moment_takes_nothing_that_was_flushed, 20)
             break;
         flushed = rows + 1500;
     }
-    ck_assert_int_eq(mill_h5_close(file, NULL), MILL_FAILED);
+    close_failed(NULL);
     limit_files(0);
     ck_assert_msg(strstr(error.text, "File too large"), "%s", error.text);
-    assert_nothing_left(&f);
-    const size_t rows = look_rows(f.path, "/c", 1);
+    assert_nothing_left();
+    const size_t rows = look_rows(path, "/c", 1);
     ck_assert_msg(rows == (size_t)flushed || rows == (size_t)flushed + 1500,
                   "%zu rows, %ld flushed", rows,
                   (long)flushed); /* the publication itself may be done, the copy not */
-    assert_counts_up(f.path, "/c", rows);
-    unlink(f.path);
+    assert_counts_up("/c", rows);
 }
 
 /* Appends rows for ever, flushing now and then; after each flush it tells how many there are. */
-static void write_until_killed(const char *path, int tell)
+static void write_until_killed(int tell)
 {
-    const struct mill_h5_layout layout = {MILL_H5_I64, 0, {0, 0}, 64, "1", "rows", false};
-    struct mill_h5 *file;
-    struct mill_h5_column *column;
     int64_t k;
     if (mill_h5_create(path, MILL_H5_OVERWRITE, &file, NULL) != MILL_OK)
         return;
-    column = mill_h5_column_create(file, "/c", &layout, 0);
+    struct mill_h5_column *column = open_rows("/c", 64, 0);
     for (k = 1;; k++) {
         const int64_t row = k - 1;
         mill_h5_column_append(column, 1, &row);
         if (k % 1000 != 0)
             continue;
-        write_double(file, "/run/time", (double)k, "s", "-");
+        write_double("/run/time", (double)k, "s");
         if (mill_h5_flush(file, NULL) != MILL_OK || write(tell, &k, sizeof k) != sizeof k)
             return;
     }
@@ -270,17 +230,15 @@ static void write_until_killed(const char *path, int tell)
 LOOP_TEST(a_killed_file_is_as_last_flushed_and_can_be_gone_on_with, 20)
 {
     const struct timespec later = {0, 1000000L * (17 * _i % 40)};
-    struct fixture f;
-    struct mill_h5 *file;
     struct mill_error error = {""};
     int tube[2], end;
     int64_t told = 0, rows;
     pid_t child;
-    fixture_init(&f);
+    abandon_file();
     ck_assert(pipe(tube) == 0);
     child = fork();
     if (child == 0) {
-        write_until_killed(f.path, tube[1]);
+        write_until_killed(tube[1]);
         _exit(1);
     }
     close(tube[1]);
@@ -291,45 +249,38 @@ LOOP_TEST(a_killed_file_is_as_last_flushed_and_can_be_gone_on_with, 20)
     ck_assert(WIFSIGNALED(end) && WTERMSIG(end) == SIGKILL);
     while (read(tube[0], &told, sizeof told) == sizeof told)
         ;
-    rows = (int64_t)look_rows(f.path, "/c", 1);
+    rows = (int64_t)look_rows(path, "/c", 1);
     ck_assert(rows == told || rows == told + 1000); /* killed before it could tell */
-    assert_counts_up(f.path, "/c", (size_t)rows);
-    ck_assert(look_at(f.path, "/run/time", 0, 0) == (double)rows);
-    ck_assert_msg(mill_h5_create(f.path, MILL_H5_UPDATE, &file, &error) == MILL_OK, "%s",
-                  error.text);
-    write_double(file, "/x", 1, "1", "-");
-    close_file(file);
-    ck_assert(look_at(f.path, "/x", 0, 0) == 1);
-    assert_counts_up(f.path, "/c", (size_t)rows);
-    assert_nothing_left(&f);
-    unlink(f.path);
+    assert_counts_up("/c", (size_t)rows);
+    ck_assert(look_at(path, "/run/time", 0, 0) == (double)rows);
+    ck_assert_msg(mill_h5_create(path, MILL_H5_UPDATE, &file, &error) == MILL_OK, "%s", error.text);
+    write_double("/x", 1, "1");
+    close_file();
+    ck_assert(look_at(path, "/x", 0, 0) == 1);
+    assert_counts_up("/c", (size_t)rows);
+    assert_nothing_left();
 }
 
 TEST(a_file_killed_before_its_first_flush_never_was)
 {
-    struct fixture f;
-    struct mill_h5 *file;
     struct mill_error error = {""};
     int end;
     pid_t child;
-    fixture_init(&f);
+    abandon_file();
     child = fork();
     if (child == 0)
-        _exit(mill_h5_create(f.path, MILL_H5_NEW, &file, NULL)); /* and not closed */
+        _exit(mill_h5_create(path, MILL_H5_NEW, &file, NULL)); /* and not closed */
     waitpid(child, &end, 0);
-    ck_assert(!has(&f, ""));
-    ck_assert_int_eq(mill_h5_create(f.path, MILL_H5_UPDATE, &file, &error), MILL_FAILED);
+    ck_assert(!has(""));
+    ck_assert_int_eq(mill_h5_create(path, MILL_H5_UPDATE, &file, &error), MILL_FAILED);
     ck_assert_msg(strstr(error.text, "cannot open: No such file or directory"), "%s", error.text);
-    ck_assert_int_eq(mill_h5_create(f.path, MILL_H5_NEW, &file, NULL), MILL_OK);
-    close_file(file);
-    assert_nothing_left(&f);
-    unlink(f.path);
+    open_file(MILL_H5_NEW);
+    close_file();
+    assert_nothing_left();
 }
 
 TEST(a_file_in_use_is_not_opened_twice)
 {
-    struct fixture f;
-    struct mill_h5 *file = new_file(&f);
     struct mill_error error = {""};
     int end;
     mill_h5_flush(file, NULL);
@@ -338,20 +289,19 @@ TEST(a_file_in_use_is_not_opened_twice)
         const pid_t child = fork();
         if (child == 0) {
             struct mill_h5 *second;
-            const enum mill_status status = mill_h5_create(f.path, how[k], &second, &error);
+            const enum mill_status status = mill_h5_create(path, how[k], &second, &error);
             _exit(status == MILL_FAILED && strstr(error.text, "another run is writing it") ? 0 : 1);
         }
         waitpid(child, &end, 0);
         ck_assert_msg(WIFEXITED(end) && WEXITSTATUS(end) == 0, "way %zu", k);
     }
-    write_double(file, "/x", 1, "1", "-");
-    close_file(file);
-    ck_assert(look_at(f.path, "/x", 0, 0) == 1);
-    assert_nothing_left(&f);
-    unlink(f.path);
+    write_double("/x", 1, "1");
+    close_file();
+    ck_assert(look_at(path, "/x", 0, 0) == 1);
+    assert_nothing_left();
 }
 
 int main(void)
 {
-    return unit_run("h5_disk");
+    return unit_run_in("h5_disk", open_new, remove_file);
 }
