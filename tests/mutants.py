@@ -67,7 +67,7 @@ LEFT_OUT = r"\b(?:np\.|math\.)?(?:sqrt|fabs|abs|round|floor|ceil)(?=\()|!(?=[\w(
 # what decides no number: texts, comments, errors, the preprocessor, memory, declarations of arrays, decorators
 UNSEEN = {
     ".c": r'"(?:\\.|[^"\\\n])*"|/\*[\s\S]*?\*/|^#(?:.*\\\n)*.*$|\b(?:assert|mill_error_set|mill_memory_get|\w*alloc|'
-    r"\w*free)\([^;]*;|^ *(?:static |const )*(?:struct |enum )?\w+ \**\w+(?:\[[^]=]*\])+(?= = |;|,)",
+    r"\w*free)\([^;]*;|^ *(?:static |const )*(?:struct |enum )?\w+ (?:\**\w+(?:\[[^]=]*\])+(?:, )?)+(?= = |;|\w)|good = good && .*",
     ".py": r'"""[\s\S]*?"""|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'|#.*|^ *(?:@|def ).*|\braise .*',
 }
 MEMORY = 8 << 30  # [bytes] of a process

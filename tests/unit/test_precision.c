@@ -540,6 +540,21 @@ END_TEST
 
 static struct fixture f;
 
+/* The batches of the window have all of its impacts by speed, and the blocks all of its batches. */
+static void ck_whole(void)
+{
+    const struct mill_precision *p = &f.tally->batches;
+    const struct mill_energies_blocks *b = &f.tally->blocks;
+    for (int i = 0; i < MILL_SPECTRUM_SLOTS; i++) {
+        uint64_t count = 0;
+        for (uint64_t k = f.results->from; k < p->at.batches; k++)
+            count += p->counts[k][i];
+        ck_assert_uint_eq(count, f.results->impacts[f.results->all].normal.slot[i].count);
+    }
+    ck_assert_uint_eq(b->blocks, p->at.batches / b->length);
+    ck_assert(b->length == 1 || b->blocks >= 36);
+}
+
 /* A mill whose impacts are at 4 m/s and its power 500 W until 0.35 s, then 1 m/s and 100 W, both
  * scattered; 10 revolutions a second */
 static void play(double from, double to)
@@ -590,6 +605,7 @@ START_TEST(nothing_from_before_the_cut_is_in_the_statistics)
         hits += f.results->maps.cross.hits[i].count;
     ck_assert_uint_eq(hits, impacts_of(&f, f.results->all));
     ck_assert_uint_eq(f.results->blocks, (uint64_t)(f.results->duration / 0.1 + 1e-6));
+    ck_whole();
     fixture_free(&f);
 }
 END_TEST
@@ -664,6 +680,7 @@ START_TEST(portions_are_joined_and_a_long_run_still_finds_its_cut)
     ck_assert_double_le(f.results->begin, 1.2); /* a portion is up to a 12th of the run */
     ck_assert_double_eq_tol((double)impacts_of(&f, MILL_BALL_BALL), f.results->duration / 2e-4,
                             1.01);
+    ck_whole();
     fixture_free(&f);
 }
 END_TEST
