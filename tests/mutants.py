@@ -259,7 +259,7 @@ def reasons():
     for line in (ROOT / "tests/survivors.md").read_text().splitlines():
         if head := re.fullmatch(r"## `(\S+)`", line):
             path = head[1]
-        elif item := re.match(r"- `(.+?)` -> `(.*?)`: \S", line):
+        elif item := re.match(r"- `(.+?)` -> `(.*?)`:(?: \S|$)", line):
             found.add((path, *item.groups()))
     return found
 

@@ -1,12 +1,15 @@
 """How sure a comparison is: the error is what it says it is, by experiment on made-up series."""
 
+import functools
 import math
+import types
 
 import numpy as np
 import pytest
 from scipy.special import stdtrit
 
 from milltools.compare import agreement as errors
+from milltools.compare import load, map_deviation
 from milltools.compare.agreement import Estimate
 
 
@@ -131,3 +134,99 @@ def test_four_replicates_are_trusted_more_than_blocks():
 @pytest.mark.parametrize("share", [0.9, 0.975, 0.995])
 def test_students_quantile_is_that_of_scipy(freedom, share):
     assert errors.student(freedom, share) == pytest.approx(stdtrit(freedom, share), rel=1e-8)
+
+
+# ---- maps, of a row of cells
+
+
+def mill_with(*maps, noise=(), frames=40):
+    """A side of runs, each with a map: (solid fraction, then components of the velocity) by cell. noise: variance of
+    the frames' map and its distance from the map, of the solid fraction and of the velocity."""
+    side = types.SimpleNamespace(runs=[])
+    for one in maps:
+        stored = dict(zip(("solid_fraction", "velocity_x", "velocity_r", "velocity_phi"), np.array(one)))
+        side.runs.append(
+            types.SimpleNamespace(
+                map=lambda name, view, stored=stored: stored[name],
+                edges=lambda view: (np.arange(2.0), np.arange(4.0)),
+                map_noise=dict(zip((("axial", "solid_fraction"), ("axial", "velocity")), np.array(noise))),
+                map_frames=frames,
+                statistic={"maps/samples": 160}.get,
+            )
+        )
+    side.mean_map = functools.partial(load.Side.mean_map, side)
+    return side
+
+
+FIRST = [[0.5, 0.3, 0.01], [1, 0, 5], [2, 1, 5], [0, 3, 5]]  # the third cell is hardly filled
+SECOND = [[0.4, 0.2, 0.5], [1.5, 0, 5], [2, 0, 5], [0, 3, 9]]
+PHI = np.array([0.45, 0.25])
+
+
+def test_the_deviation_of_maps_is_weighted_with_the_solid_fraction_and_noise_is_what_frames_tell():
+    known = [[[0.01, 0.02, 9], [0.002, 0.001, 9]], [[0.1, 0.3, 9], [0.2, 0.4, 9]]]
+    a, b = mill_with(FIRST, FIRST, noise=known), mill_with(SECOND, noise=known, frames=400)
+    found = [map_deviation.deviation(a, b, "axial", name, True) for name in ("solid_fraction", "velocity")]
+    fraction, speed = PHI @ PHI**2, PHI @ [(5 + 6.25) / 2, (10 + 9) / 2]
+    rough, coarse, fast = PHI @ [0.01, 0.02], PHI @ [0.002, 0.001], PHI @ [0.1, 0.3]
+    assert found[0] == pytest.approx(
+        [math.sqrt(PHI @ [0.01, 0.01] / fraction), math.sqrt(((rough - coarse) / 2 + rough) / fraction)]
+    )
+    # at least a quarter of the variance, as many frames as that are of the snapshots
+    assert found[1] == pytest.approx([math.sqrt(PHI @ [0.25, 1] / speed), math.sqrt((fast / 8 + fast) / speed)])
+    assert map_deviation.deviation(a, mill_with(np.zeros((4, 3))), "axial", "velocity", True) is None
+    assert math.isnan(map_deviation.deviation(a, mill_with(SECOND), "axial", "velocity", True)[1])
+
+
+def test_the_noise_of_maps_of_a_transient_is_the_scatter_of_replicates():
+    third = [[0.6, 0.1, 0.01], [1, 0, 5], [2, 1, 5], [0, 4, 5]]
+    two, one = mill_with(FIRST, third), mill_with(SECOND)
+    phi = np.array([(0.55 + 0.4) / 2, (0.2 + 0.2) / 2])
+    for a, b in ((two, one), (one, two)):  # that of a single run is twice the variance of the mean of two
+        found = map_deviation.deviation(a, b, "axial", "solid_fraction", False)
+        assert found[1] == pytest.approx(math.sqrt(3 * (phi @ [0.0025, 0.01]) / (phi @ phi**2)))
+    assert map_deviation.deviation(two, two, "axial", "velocity", False) == pytest.approx(
+        (0, math.sqrt(2 * 0.2 * 0.25 / ([0.55, 0.2] @ np.array([5, 1 + 3.5**2]))))
+    )
+    assert math.isnan(map_deviation.deviation(one, one, "axial", "velocity", False)[1])
+
+
+def test_the_noise_of_a_map_is_the_scatter_of_its_blocks_of_frames():
+    random = np.random.default_rng(8)
+    samples, room, view = np.array([1, 2, 3, 2]), np.array([[2.0, 4.0]]), {"n": (1, 2), "room": np.array([2.0, 4.0])}
+    flow = random.uniform(1, 2, (4, 4, 1, 2)) * samples[:, None, None, None]
+    parts = [
+        types.SimpleNamespace(samples=n, **dict.fromkeys(("cross", "axial"), types.SimpleNamespace(flow=f, **view)))
+        for n, f in zip(samples, flow.reshape(4, 4, 2))
+    ]
+    stored = {
+        name: random.random((1, 2)) for names in ("xyz", ("r", "phi")) for name in (f"velocity_{n}" for n in names)
+    }
+    run = types.SimpleNamespace(map=lambda name, view: (stored | {"solid_fraction": room / 9})[name])
+    found = map_deviation.noise(run, parts)
+    each = flow / samples[:, None, None, None]
+    fraction = each[:, 0] / room
+    for name, axes in (("cross_section", "xyz"), ("axial", ("x", "r", "phi"))):
+        rough, coarse = found[name, "solid_fraction"]
+        assert rough == pytest.approx(fraction.var(axis=0, ddof=1) / 4)
+        assert coarse == pytest.approx((fraction.mean(axis=0) - room / 9) ** 2)
+        rough, coarse = found[name, "velocity"]
+        speed = [each[:, 1 + k].sum(axis=0) / each[:, 0].sum(axis=0) for k in range(3)]
+        scatter = [(each[:, 1 + k] - speed[k] * each[:, 0]) / each[:, 0].mean(axis=0) for k in range(3)]
+        assert rough == pytest.approx(sum(one.var(axis=0, ddof=1) for one in scatter) / 4)
+        assert coarse == pytest.approx(sum((v - stored[f"velocity_{n}"]) ** 2 for v, n in zip(speed, axes)))
+    few = [types.SimpleNamespace(**vars(parts[0]) | {"samples": n}) for n in (1, 2, 2, 2)]
+    assert map_deviation.noise(run, few) == map_deviation.noise(run, parts[1:]) == {}
+    assert map_deviation.noise(run, [*parts, None]) == {}
+
+
+@pytest.mark.parametrize(
+    "deviation, noise, said",
+    [
+        (0.2, 0.1, ("noise explains it", "agree")),
+        (0.25, 0.07, ("24.0 % beyond noise", "differ")),
+        (0.2, math.nan, ("noise unknown", "open")),
+    ],
+)
+def test_a_deviation_of_twice_the_noise_is_noise(deviation, noise, said):
+    assert map_deviation.verdict(deviation, noise) == said
