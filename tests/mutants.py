@@ -64,11 +64,12 @@ OPERATOR = r"(?<=\s)([<>]=?|[=!]=|&&|\|\||(?<!\" )(?:[-+*/]|//)(?! \")|and|or|in
 OPERATOR += r"|(?<=[\w)\]])\*\*|\b(f?min|f?max|minimum|maximum)(?=\()"
 NUMBER = r"(?<![\w.])(0x[\da-f.]+p[-+]?\d+|\d+\.?\d*(?:e[-+]?\d+)?|True|False)(?![\w.])"
 LEFT_OUT = r"\b(?:np\.|math\.)?(?:sqrt|fabs|abs|round|floor|ceil)(?=\()|!(?=[\w(])|\bnot (?!in\b)"
-# what decides no number: texts, comments, errors, the preprocessor, memory, declarations of arrays, decorators
+# what decides no number: texts, comments, errors, the preprocessor, memory, arrays' sizes, alignment
 UNSEEN = {
     ".c": r'"(?:\\.|[^"\\\n])*"|/\*[\s\S]*?\*/|^#(?:.*\\\n)*.*$|\b(?:assert|mill_error_set|mill_memory_get|\w*alloc|'
-    r"\w*free)\([^;]*;|^ *(?:static |const )*(?:struct |enum )?\w+ (?:\**\w+(?:\[[^]=]*\])+(?:, )?)+(?= = |;|\w)|good = good && .*",
-    ".py": r'"""[\s\S]*?"""|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'|#.*|^ *(?:@|def ).*|\braise .*',
+    r"\w*free)\([^;]*;|\bgood = good && .*|^ *(?:static |const )*(?:struct |enum )?\w+ (?:\**\w+(?:\[[^]=]*\])+(?:, )?)+"
+    r"(?= = |;|\w)",
+    ".py": r'"""[\s\S]*?"""|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'|#.*|^ *(?:@|def ).*|\braise .*|\bleft=\S+',
 }
 MEMORY = 8 << 30  # [bytes] of a process
 ROUNDING = 1e-9  # a number as small as this only guards against rounding: another one would do as well
