@@ -9,7 +9,7 @@ import pytest
 from scipy.special import stdtrit
 
 from milltools.compare import agreement as errors
-from milltools.compare import load, map_deviation
+from milltools.compare import load, map_deviation, rows
 from milltools.compare.agreement import Estimate
 
 
@@ -230,3 +230,86 @@ def test_the_noise_of_a_map_is_the_scatter_of_its_blocks_of_frames():
 )
 def test_a_deviation_of_twice_the_noise_is_noise(deviation, noise, said):
     assert map_deviation.verdict(deviation, noise) == said
+
+
+# ---- windows in blocks, costs, strikes
+
+
+@pytest.mark.parametrize(
+    "window, end, period, rows, bounds, cut",
+    [
+        ((0.1, 1.1), 2.0, 0.1, 101, np.linspace(0.1, 1.1, 11), "10 blocks of 1 revolution"),
+        ((0.1, 1.1), 0.55, 0.1, 101, 0.1 + 0.1 * np.arange(5), "4 blocks of 1 revolution"),
+        ((0.0, 13.0), 13.0, 0.1, 101, 0.3 * np.arange(44), "43 blocks of 3 revolutions"),
+        ((0.0, 0.39), 1.0, 0.1, 101, np.linspace(0, 0.39, 5), "4 equal blocks of 0.0975 s"),
+        ((0.0, 1.0), 1.0, math.inf, 41, np.linspace(0, 1, 11), "10 equal blocks of 0.1 s"),
+        ((0.0, 1.0), 1.0, math.inf, 40, np.linspace(0, 1, 5), "4 equal blocks of 0.25 s"),
+        ((0.0, 1.0), 1.0, math.inf, 9, np.linspace(0, 1, 5), "4 equal blocks of 0.25 s"),
+        ((0.0, 1.0), 1.0, math.inf, 8, [0, 1], "no blocks: too few rows of the time series"),
+    ],
+)
+def test_a_window_is_cut_into_whole_revolutions_or_equal_parts(window, end, period, rows, bounds, cut):
+    run = types.SimpleNamespace(window=window, period=period, drive="rotor")
+    run.series = lambda name: (np.linspace(0, end, rows if end == 1 else 2001), None)
+    load.Member._cut(run)
+    assert (run.cut, run.blocks) == (cut, len(bounds) - 1)
+    assert run.bounds == pytest.approx(np.array(bounds)) and run.span == (window[0], min(window[1], end))
+
+
+@pytest.mark.parametrize(
+    "cost, said",
+    [
+        (1.009, "the same cost"),
+        (0.992, "the same cost"),
+        (1.02, "B costs 1.02 times as much as A"),
+        (0.5, "A costs 2 times as much as B"),
+        (0.0, "unknown"),
+        (math.nan, "unknown"),
+    ],
+)
+def test_a_cost_that_differs_by_less_than_a_hundredth_is_the_same(cost, said):
+    a, b = (
+        types.SimpleNamespace(letter=x, runs=[types.SimpleNamespace(cost=c)]) for x, c in (("A", 3.0), ("B", 3 * cost))
+    )
+    found = rows.price_row(a, b)
+    assert (found.verdict, found.difference) == (said, pytest.approx(cost - 1, nan_ok=True))
+
+
+@pytest.mark.parametrize(
+    "soft, lasts, keys, said",
+    [
+        (False, "20e-6", [], "Contacts last 20 us in B, A counts impacts within 10 us as one strike"),
+        (False, "6e-6", [], "Contacts last 6 us in B"),
+        (False, "14e-6", [], None),
+        (False, "7e-6", [], None),
+        (True, "20e-6", [], None),
+        (False, "nan", [], None),
+        (True, "nan", ["output.strike_window"], "A and B have different output.strike_window"),
+    ],
+)
+def test_strikes_are_alike_if_their_window_is_about_the_duration_of_a_contact(soft, lasts, keys, said):
+    first = types.SimpleNamespace(text=lambda *_: "10e-6 s", about=lambda *_: lasts)
+    a, b = (types.SimpleNamespace(soft=soft, letter=letter, first=first) for letter in "AB")
+    found = rows.strike_notes(a, b, keys)
+    assert found[0].startswith(said) if said else found == []
+
+
+def test_the_trend_of_a_run_is_told():
+    time = np.linspace(0, 1, 161)
+
+    def of(kinetic, work):
+        series = {"kinetic_energy": (time, kinetic), "drive_work": (time, work * time)}
+        run = types.SimpleNamespace(span=(0.0, 1.0), drive="rotor", series=series.get, has_series=series.__contains__)
+        run._rates = functools.partial(load.Member._rates, run)
+        run.bounds, run.means = np.array([0.0, 1.0]), functools.partial(load.Member.means, run)
+        return load.Member._trend(run)
+
+    steady = 1 + 0.01 * np.sin(50 * time)
+    assert of(steady, 1.0) == of(1 + 0.009 * time, 0.0) == of(steady + 0.04 * time, 1.0) == ""
+    assert of(1 + 0.06 * time, 1.0) == "energy of the balls changes by 0.06 J while the rotor does work of 1 J"
+    assert of(1 + 0.011 * time, 0.1).startswith(
+        "energy of the balls changes by 0.011 J while the rotor does work of 0.1"
+    )
+    jump = np.where(time < 0.24, 1.08, 1.0) + 0.08 * (time > 0.999)
+    assert of(jump, 10.0) == "kinetic energy in the first quarter differs from the rest by 8 %"
+    assert of(np.where(time < 0.24, 1.04, 1.0) + 0.04 * (time > 0.999), 10.0) == ""

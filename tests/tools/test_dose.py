@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from conftest import PROGRAM, SMALL
 from matplotlib.figure import Figure as Canvas
+from scipy.special import ndtri, stdtrit
 
 from milltools.base.errors import UserError
 from milltools.dose import dose, laws, wear
@@ -150,6 +151,38 @@ def test_an_error_of_a_sum_is_the_error_that_the_engine_computes(run):
         value, error, _ = run.known(f"rate/{kind or 'all'}")
         assert found.value == pytest.approx(value, rel=1e-12)
         assert found.error == pytest.approx(error, rel=1e-9, nan_ok=True)
+
+
+@pytest.mark.parametrize(
+    "x, period, count, memory, share, shift",
+    [
+        ([-1, 1] * 18, 0, 36, -0.25, 1, 0),  # of memory -1, which is not believed
+        (range(37), 0, 37, 0.9, 1, 0),
+        ([7, *[1, 1, -1, -1] * 12], 0, 24, -0.25, 1, 0),  # 49 values: the first is not in the 24 pairs
+        ([1] * 12 + [-1] * 12 + [1] * 12 + [-1] * 12, 12, 24, 17 / 24 * 24 / 23, 0.75, 0),
+        ([2, 0, 1, 0, 1, 0] * 6, 24, 36, None, 1, 0),  # fewer than two periods are none
+        ([3 * (k % 12 == 0) for k in range(40)], 12, 40, None, 0, 4 * 3 / 40 - 3 / 12),
+        (range(36), 0, 36, None, None, 0),  # of 2.96 degrees of freedom
+        ([-1, 1] * 17, 0, 34, None, None, 0),
+    ],
+)
+def test_the_error_of_a_series_is_that_of_its_formula(x, period, count, memory, share, shift):
+    x = np.array(x, float)
+    error, freedom = sums.spread(x, period)
+    if share is None:
+        assert math.isnan(error) and freedom == 0
+        return
+    if share == 0:  # all of it repeats
+        assert (error, freedom) == (pytest.approx(abs(shift)), math.inf)
+        return
+    rest = (x - x.mean())[len(x) % count :].reshape(count, -1).mean(axis=1)
+    if memory is None:
+        memory = rest[1:] @ rest[:-1] / (rest @ rest)
+        memory += (1 + 4 * memory) / count
+    variance = rest @ rest / share / (count - 1) / count * (1 + memory) / (1 - memory)
+    assert freedom == pytest.approx(count * share * (1 - memory**2) / (1.5 + memory**2))
+    close = 1e-6 + 0.4 / freedom**5  # of the expansion of Student's t
+    assert error == pytest.approx(math.sqrt(variance) * stdtrit(freedom, 0.975) / ndtri(0.975), rel=close)
 
 
 def test_a_ratio_of_equal_sums_has_no_error(run):
@@ -320,6 +353,12 @@ def test_values_can_be_given_for_a_run_without_powder(mill, small_deck, tmp_path
         (["powder.mass=20 g"], "needs [powder] density"),
         (["drum.radius=3 m"], "only keys of [powder] and [heat] can be set"),
         (["powder.law=power", "powder.coefficient=1"], "needs [powder] exponent"),
+        (["powder.law=power", "powder.exponent=1"], "needs [powder] coefficient"),
+        (["powder.law=threshold"], "needs [powder] coefficient"),
+        (["powder.law=table"], "needs [powder] table"),
+        (["powder.law=vogel_peukert"], "needs [powder] strength"),
+        (["powder.law=vogel_peukert", "powder.size=0 m", "powder.strength=1 kg/(J m)"], "needs [powder] size"),
+        (["powder.capture=layer"], "needs [powder] layer"),
         (["heat.jar_mass=2 kg"], "needs [heat] ball_heat_capacity"),
     ],
 )

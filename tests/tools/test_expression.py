@@ -9,7 +9,7 @@ from milltools.base.errors import UserError
 from milltools.read import sums
 from milltools.read.expression import Expression, Requirement, split
 from milltools.read.results import Results
-from milltools.read.runfile import Run
+from milltools.read.runfile import PRECISION, Run
 
 EDGES = [1e-4, 1e-3, 1e-2]
 
@@ -195,7 +195,9 @@ def test_what_is_kept_of_a_run_answers_as_the_run(example):
         shown = Expression(f"rate_above({2.0**-16} mJ) / rotor/power").of(kept)
         quotient, error, _ = hard.over(sums.total(run, sums.itself, "dissipated"))
         assert hard.value > 0 and shown.error / shown.value == pytest.approx(error / quotient, rel=0.02)
-        assert kept.scalar("rotor/power")[0] == run.statistic("rotor/power")
+        for path in (*PRECISION, "impacts/ball_ball/rate", "impacts/all/rate", "impacts/all/count"):
+            expected = run.statistic(path), math.nan if path.endswith("count") else run.standard_error(path)
+            assert kept.scalar(path) == pytest.approx(expected, nan_ok=True), path
         assert kept.data["mass"] == pytest.approx(run.balls("mass").sum())
 
 
