@@ -160,7 +160,7 @@ def test_an_error_of_a_sum_is_the_error_that_the_engine_computes(run):
         (range(37), 0, 37, 0.9, 1, 0),
         ([7, *[1, 1, -1, -1] * 12], 0, 24, -0.25, 1, 0),  # 49 values: the first is not in the 24 pairs
         ([1] * 12 + [-1] * 12 + [1] * 12 + [-1] * 12, 12, 24, 17 / 24 * 24 / 23, 0.75, 0),
-        ([2, 0, 1, 0, 1, 0] * 6, 24, 36, None, 1, 0),  # fewer than two periods are none
+        ([2, 2, 1, 0, 0, 1] * 6, 24, 36, None, 1, 0),  # fewer than two periods are none
         ([3 * (k % 12 == 0) for k in range(40)], 12, 40, None, 0, 4 * 3 / 40 - 3 / 12),
         (range(36), 0, 36, None, None, 0),  # of 2.96 degrees of freedom
         ([-1, 1] * 17, 0, 34, None, None, 0),
