@@ -106,6 +106,61 @@ def test_runs_that_are_still_out_make_it_no_wiser_about_the_mean_but_surer():
     assert len(found.designs) == 8
 
 
+def by_formula(found, designs, runs, values, noises):
+    """Mean and covariance of the objective: Rasmussen & Williams, equations 2.25 and 2.26."""
+    kernel, size = found.process.kernel_, found.scale**2
+    one, two = found.space.encode(designs), found.space.encode(runs)
+    whole = size * (kernel(two) + gp.JITTER * np.eye(len(runs))) + np.diag(np.square(noises))
+    share = np.linalg.solve(whole, size * kernel(two, one)).T
+    return found.middle + share @ (np.array(values) - found.middle), size * (kernel(one) - share @ kernel(two, one))
+
+
+def test_mean_covariance_and_gaps_are_those_of_the_formulas():
+    runs, values, errors = (
+        [(0.2,), (0.6,), (1.1,), (1.1,), (1.9,)],
+        [4.0, 2.0, 3.0, 3.3, 1.0],
+        [0.1, 0.2, np.nan, 0.3, 0.4],
+    )
+    found = gp.Surface(Space(LINE), runs, values, errors, False, 1)
+    noises = np.hypot(np.nan_to_num(errors), found.scatter)
+    asked = [(0.4,), (1.0,), (1.5,)]
+    assert (found.middle, found.scale) == pytest.approx((np.mean(values), np.std(values)))
+    assert found.noise == pytest.approx(math.hypot(found.scatter, 0.25))
+    mean, cov = by_formula(found, asked, runs, values, noises)
+    for told in (found.predict(asked)[0], found.covariance(asked)[0]):
+        assert told == pytest.approx(mean)
+    assert found.predict(asked)[1] ** 2 == pytest.approx(np.diag(cov))
+    assert found.covariance(asked)[1] == pytest.approx(cov)
+    gap, spread = found.gaps(asked[1:], asked[0])  # of what is minimised
+    assert gap == pytest.approx(mean[1:] - mean[0])
+    assert spread**2 == pytest.approx([cov[0, 0] + cov[k, k] - 2 * cov[0, k] for k in (1, 2)])
+    assert found.best(asked) == asked[int(np.argmin(mean))] and found.best() in runs
+    pending = [(1.5,), (0.1,)]
+    believed = found.believing(pending)
+    expected = [*values, *by_formula(found, pending, runs, values, noises)[0]]
+    mean, cov = by_formula(found, asked, runs + pending, expected, [*noises, found.noise, found.noise])
+    assert believed.predict(asked)[0] == pytest.approx(mean)
+    assert believed.predict(asked)[1] ** 2 == pytest.approx(np.diag(cov))
+
+
+@pytest.mark.parametrize("allowed", [None, lambda designs: [n > 5 for n, _ in designs]])
+def test_the_place_of_the_optimum_is_that_of_designs_not_certainly_worse(allowed):
+    found = surface(40, 0.05, 3, vary=GRID, function=hill)
+    best = found.optimum(allowed=allowed)
+    around = [d for d in found.space.everything() if allowed is None or d[0] > 5]
+    (value,), (error,) = found.predict([best.design])
+    gap, spread = found.gaps(around, best.design)
+    open_ = [d for d, g, s in zip(around, gap, spread) if g <= gp.REACH * s] + [best.design]
+    alike = [d for d, g in zip(around, gap) if g <= 0.02 * value] + [best.design]
+    assert (best.value, best.error, best.runs) == (value, error, found.designs.count(best.design))
+    assert (best.low, best.high) == pytest.approx((value - 1.959964 * error, value + 1.959964 * error))
+    assert best.place_share == pytest.approx((len(open_) - 1) / len(around), abs=1.1 / len(around))
+    for places, designs in ((best.place, open_), (best.alike, alike)):
+        assert [(one.low, one.high) for one in places] == [(min(column), max(column)) for column in zip(*designs)]
+    wide = [(one.high - one.low) / size >= 0.25 for one, size in zip(best.alike, (18, 0.01))]
+    assert best.flat == [key for key, is_wide in zip("nh", wide) if is_wide]
+
+
 def test_rows_without_a_value_are_left_out_and_none_at_all_is_an_error():
     space = Space(LINE)
     found = gp.Surface(space, [(0.5,), (1.0,)], [1.0, math.nan], [0.1, math.nan])
