@@ -60,6 +60,36 @@ def test_the_error_of_a_mean_is_that_of_its_scatter():
     assert told == pytest.approx(runs.mean(axis=1).std(ddof=1), rel=0.15)
 
 
+@pytest.mark.parametrize(
+    "blocks, r",
+    [
+        ([1, 2, 4, 3, 2, 5, 3], 0),  # too few to tell a correlation
+        ([1, 2, 2, 4, 4, 3, 3, 1], None),
+        ([1, 3] * 5, 0),
+        (range(20), 0.9),
+        ([2] * 9, 0),
+    ],
+)
+def test_the_error_of_blocks_is_that_of_their_scatter_and_correlation(blocks, r):
+    found, x = errors.from_blocks(9.0, blocks, "said"), np.array(blocks, float)
+    off = x - x.mean()
+    r = off[1:] @ off[:-1] / (off @ off) + 1 / len(x) if r is None else r
+    effective = len(x) * (1 - r) / (1 + r)
+    assert (found.value, found.remark) == (9.0, "said")
+    assert found.error == pytest.approx(x.std(ddof=1) / math.sqrt(effective))
+    assert found.dof == pytest.approx(max(effective - 1, 1))
+
+
+def test_a_mean_of_runs_has_the_error_of_their_errors_and_the_freedom_of_welch():
+    found = errors.mean_of([Estimate(1, 0.1, 5), Estimate(3, 0.2, 7, "said")])
+    assert (found.value, found.remark) == (2, "said")
+    assert found.error == pytest.approx(math.sqrt(0.05) / 2)
+    assert found.dof == pytest.approx(0.05**2 / (0.1**4 / 5 + 0.2**4 / 7))
+    assert errors.mean_of([Estimate(1, 0.1, math.inf), Estimate(3, 0.2, math.inf)]).dof == math.inf
+    assert math.isnan(errors.mean_of([Estimate(1, 0.1, 5), Estimate(3)]).error)
+    assert all(math.isnan(errors.from_blocks(1, x).error) for x in ([3], [1, math.nan]))
+
+
 @pytest.mark.parametrize("freedom", [3.5, 20.0])
 def test_an_error_is_shown_as_the_file_tells_it(freedom):
     assert errors.from_file((850.0, 12.5, freedom)).told == pytest.approx(12.5)
