@@ -46,7 +46,6 @@ NEAREST = {
     "tools/test_compare+",
     "tools/milltools/study/search/ acquisition gp sensitivity space": "tools/test_gp+ tools/test_acquisition+ "
     "tools/test_sensitivity+ tools/test_study_questions",
-    "tools/milltools/study/search/ search": "tools/test_optimize+",
 }
 TESTS = {
     f"{folder}{name}{'.c' if folder.startswith('src') else '.py'}": tests.split()
@@ -67,7 +66,7 @@ LEFT_OUT = r"\b(?:np\.|math\.)?(?:sqrt|fabs|abs|round|floor|ceil)(?=\()|!(?=[\w(
 # what decides no number: texts, comments, errors, the preprocessor, memory, arrays' sizes, alignment
 UNSEEN = {
     ".c": r'"(?:\\.|[^"\\\n])*"|/\*[\s\S]*?\*/|^#(?:.*\\\n)*.*$|\b(?:assert|mill_error_set|mill_memory_get|\w*alloc|'
-    r"\w*free)\([^;]*;|\bgood = good && .*|^ *(?:static |const )*(?:struct |enum )?\w+ (?:\**\w+(?:\[[^]=]*\])+(?:, )?)+"
+    r"\w*free)\([^;]*;|good = good && .*|^ *(?:static |const )*(?:struct |enum )?\w+ (?:\**\w+(?:\[[^]=]*\])+(?:, )?)+"
     r"(?= = |;|\w)",
     ".py": r'"""[\s\S]*?"""|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'|#.*|^ *(?:@|def ).*|\braise .*|\bleft=\S+',
 }

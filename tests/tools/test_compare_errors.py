@@ -53,13 +53,6 @@ def test_blocks_that_go_together_widen_the_error():
     assert np.mean(found) == pytest.approx(0.5, abs=0.03)
 
 
-def test_the_error_of_a_mean_is_that_of_its_scatter():
-    random = np.random.default_rng(7)
-    runs = random.normal(10, 2, size=(2000, 12))
-    told = np.sqrt(np.mean([errors.from_blocks(run.mean(), run).error ** 2 for run in runs]))
-    assert told == pytest.approx(runs.mean(axis=1).std(ddof=1), rel=0.15)
-
-
 @pytest.mark.parametrize(
     "blocks, r",
     [

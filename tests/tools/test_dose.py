@@ -190,18 +190,6 @@ def test_a_ratio_of_equal_sums_has_no_error(run):
     assert found.over(found)[:2] == (1.0, 0.0)
 
 
-def test_captured_powder_depends_on_the_pair(run):
-    stuff = dose.powder(run)
-    caught = sums.total(run, lambda e, p: laws.captured(e, p.radius, stuff)).value
-    radii = {"ball_ball": {(0, 0): 1.25e-3, (0, 1): 0.9375e-3, (1, 1): 0.75e-3}}
-    expected = 0.0
-    for pair in sums.pairs(run):
-        count = run.read(f"statistics/energies/{pair.kind}/normal")[pair.index].sum()
-        radius = radii.get(pair.kind, {(0,): 2.5e-3, (1,): 1.5e-3})[pair.index]
-        expected += count * 2 * math.pi * radius * (50e-6) ** 2 * 0.6 * 4000
-    assert caught == pytest.approx(expected / run.duration, rel=1e-12)
-
-
 # ---- formulas by hand
 
 
