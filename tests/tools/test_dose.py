@@ -26,7 +26,9 @@ from milltools.render import colour
 
 BALLS = "[balls]\ncount = 20\ndiameter = 5 mm\ndensity = 7800 kg/m^3\n"
 MIXED = (
-    SMALL.replace("time = 50 ms", "time = 500 ms\nsample_from = 100 ms").replace(
+    SMALL.replace("time = 50 ms", "time = 500 ms\nsample_from = 100 ms")
+    .replace("600 rpm", "600 rpm\nangle = 20 deg")
+    .replace(
         BALLS,
         "[balls.big]\ncount = 40\ndiameter = 5 mm\ndensity = 7800 kg/m^3\n"
         "[balls.small]\ncount = 80\ndiameter = 3 mm\ndensity = 6000 kg/m^3\n",
@@ -306,6 +308,34 @@ def test_archards_depth_is_at_most_that_of_all_sliding(run):
     most = 1e-5 / (0.3 * 8e9) * found["sliding_power"]
     assert (found["archard_rate"] <= most * (1 + 1e-12)).all()
     assert np.isclose(found["archard_rate"], most, rtol=1e-12)[most > 0].mean() > 0.2  # most impacts slide to the end
+
+
+def test_the_mesh_shows_the_parts_as_they_are_at_the_start_with_the_values_of_their_facets(run):
+    found, mesh = Wear(run), lambda name: run.read(f"statistics/wear/mesh/{name}")
+    corners, facet = mesh("points").reshape(-1, 3, 3).astype(float), mesh("facet")
+    assert mesh("triangles") == len(corners) == len(facet)
+    for name in ("rate", "normal_power", "sliding_power", "archard_rate", "finnie_rate"):
+        assert mesh(name) == pytest.approx(found[name][facet], rel=1e-6, nan_ok=True)
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
+    pose = np.array([part.start for part in found.parts])[found.part]
+    centre = np.einsum("ijk,ik->ij", pose[..., :3], found["centre"]) + pose[..., 3]
+    for k, part in enumerate(found.parts):
+        own, shown = found.part == k, found.part[facet] == k
+        assert area[shown].sum() == pytest.approx(found.area[own].sum(), rel=1e-5)
+        middle = found.area[own] @ centre[own] / found.area[own].sum()
+        assert area[shown] @ corners[shown].mean(axis=1) / area[shown].sum() == pytest.approx(middle, abs=1e-6)
+        angle = math.radians(20) if part.motion else 0
+        assert part.start[1:, 1:3] == pytest.approx(
+            np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+        )
+        assert (part.motion, part.round) == (
+            "rotor" * (part.kind in ("ball_shaft", "ball_blade")), part.kind != "ball_blade"
+        )  # fmt: skip
+    assert [(part.kind, part.number) for part in found.parts] == [
+        ("ball_drum", -1), ("ball_wall", 0), ("ball_wall", 1), ("ball_shaft", -1), ("ball_blade", 0), ("ball_blade", 1),
+    ]  # fmt: skip
+    for part, side in zip(found.parts[4:], (1, -1)):
+        assert part.axes == pytest.approx(np.column_stack([np.diag([1, side, side]), [-0.01 * side, 0.011 * side, 0]]))
 
 
 def test_faces_add_up_to_the_parts(run):
