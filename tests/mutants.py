@@ -68,7 +68,7 @@ UNSEEN = {
     ".c": r'"(?:\\.|[^"\\\n])*"|/\*[\s\S]*?\*/|^#(?:.*\\\n)*.*$|\b(?:assert|mill_error_set|mill_memory_get|\w*alloc|'
     r"\w*free)\([^;]*;|good = good && .*|^ *(?:static |const )*(?:struct |enum )?\w+ (?:\**\w+(?:\[[^]=]*\])+(?:, )?)+"
     r"(?= = |;|\w)",
-    ".py": r'"""[\s\S]*?"""|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'|#.*|^ *(?:@|def ).*|\braise .*|\bleft=\S+',
+    ".py": r'"""[\s\S]*?"""|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'|#.*|^ *(?:@|def ).*|\braise .*|\bleft=\(.*?\)',
 }
 MEMORY = 8 << 30  # [bytes] of a process
 ROUNDING = 1e-9  # a number as small as this only guards against rounding: another one would do as well

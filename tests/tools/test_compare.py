@@ -286,16 +286,19 @@ def test_three_files_are_compared_with_the_first(mill, runs):
     done = mill("compare", runs["one"], runs["two"], runs["fast"])
     assert done.returncode == 0, done.stderr
     assert re.findall(r"^(.) against (.)$", done.stdout, re.M) == [("B", "A"), ("C", "A")]
+    assert "geometry" not in done.stdout
     assert re.search(r"^  rotor\.speed +1000 rpm \| 1000 rpm \| 1300 rpm$", done.stdout, re.M)  # fmt: skip
 
 
 @pytest.mark.slow
 def test_warnings_name_what_is_not_alike(mill, runs, copy):
-    other = copy("two", run__status="stopped", deck__drum__radius="0.031 m", run__program="LIGGGHTS")
+    made = {"run__program": "LIGGGHTS", "run__contact_duration": "2e-5", "run__status": "stopped"}
+    other = copy("two", deck__drum__radius="0.031 m", **made)
     done = mill("compare", runs["transient1"], other)
     assert f"A ({runs['transient1']}) is not steady over its window: " in done.stdout
     assert f"B ({other}) is not complete (status 'stopped')" in done.stdout
     assert "The sampled windows of A and B differ." in done.stdout
+    assert "Contacts last 20 us in B, A counts impacts within 10 us as one strike" in " ".join(done.stdout.split())
     assert "The geometry of A and B differs: drum.radius." in done.stdout
 
 

@@ -146,6 +146,12 @@ def test_replicates_share_their_relative_scatter():
     assert (b.value, b.error, b.dof) == (200, pytest.approx(4), 2)
 
 
+def test_replicates_of_zero_have_no_error_and_those_of_one_have():
+    zeros, ones = [Estimate(v) for v in (-1.0, 1.0)], [Estimate(v) for v in (0.9, 1.1)]
+    assert all(math.isnan(e.error) for pair in ((zeros, ones), (ones, zeros)) for e in errors.from_replicates(*pair))
+    assert errors.from_replicates(ones, ones)[0].error == pytest.approx(0.1)
+
+
 def test_four_replicates_are_trusted_more_than_blocks():
     first = [Estimate(v, 50, 10) for v in (99.0, 100.0, 101.0, 100.0)]
     for steady in (True, False):
@@ -241,6 +247,16 @@ def test_the_noise_of_a_map_is_the_scatter_of_its_blocks_of_frames():
     few = [types.SimpleNamespace(**vars(parts[0]) | {"samples": n}) for n in (1, 2, 2, 2)]
     assert map_deviation.noise(run, few) == map_deviation.noise(run, parts[1:]) == {}
     assert map_deviation.noise(run, [*parts, None]) == {}
+
+
+def test_common_cells_reach_as_far_as_all_and_are_as_large_as_the_largest():
+    def run(low, high, count):
+        return types.SimpleNamespace(edges=lambda view: (np.linspace(low, high, count + 1), np.linspace(0, 1, 11)))
+
+    x, r = map_deviation.common([run(-1, 2, 6), run(-2, 1, 5)], "axial")
+    assert x == pytest.approx(np.linspace(-2, 2, 8)) and r == pytest.approx(np.linspace(0, 1, 11))
+    assert map_deviation.common([run(-1, 2, 6), run(-1, 2, 6)], "axial") is None
+    assert map_deviation.common([run(-1, 2, 6), run(-1, 2.1, 6)], "axial") is not None
 
 
 @pytest.mark.parametrize(

@@ -338,6 +338,17 @@ def test_the_mesh_shows_the_parts_as_they_are_at_the_start_with_the_values_of_th
         assert part.axes == pytest.approx(np.column_stack([np.diag([1, side, side]), [-0.01 * side, 0.011 * side, 0]]))
 
 
+def test_the_densest_face_of_a_part_has_a_thousandth_of_its_power():
+    rest = dict.fromkeys([f.name for f in dataclasses.fields(wear.Face)][3:], 0.0)
+    for small, densest in ((1.05e-3, "tip"), (0.95e-3, "side")):
+        side, tip = (
+            wear.Face("blade", name, **rest | {"area": size, "sliding": power})
+            for name, size, power in (("side", 1.0, 1 - small), ("tip", 1e-6, small))
+        )
+        ((whole, top),) = wear.parts([tip, side])
+        assert (whole.area, whole.power, top.face) == (1 + 1e-6, pytest.approx(1), densest)
+
+
 def test_faces_add_up_to_the_parts(run):
     faces, found = wear.faces(run), Wear(run)
     assert sum(face.power for face in faces) == pytest.approx(
@@ -361,7 +372,8 @@ def test_values_can_be_given_for_a_run_without_powder(mill, small_deck, tmp_path
     results = json.loads(found.stdout)["results"]
     power = results["power"]["value"]
     assert results["dose rate"] == pytest.approx({**results["dose rate"], "value": power / 0.02})
-    assert "dose rate" not in json.loads(mill("dose", "a.h5", "--json").stdout)["results"]
+    bare = json.loads(mill("dose", "a.h5", "--json").stdout)["results"]
+    assert "dose rate" not in bare and bare["hard impacts"]["meaning"] == "of 1 mJ or more"
 
 
 @pytest.mark.parametrize(

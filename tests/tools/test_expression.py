@@ -149,6 +149,9 @@ def test_a_wrong_expression_is_said_in_one_line(text, says):
 def test_words_are_those_of_people():
     assert Expression("rate_above(1 mJ) / power").words == "impacts of 1 mJ or more per joule"
     assert Expression("rate_above(1 m/s, ball_ball)").words == "rate of ball-ball impacts of 1 m/s or more"
+    assert Expression("power * 2").words == "(power * 2)" and Expression("-power").words == "-power"
+    assert Expression("mass / 2 kg").words == "mass of the balls per 2 kg"
+    assert Expression("dissipation(ball_wall)").words == "dissipated power (ball-wall)"
     path = "impacts/ball_ball/normal_speed/median_above_50mm_s"
     assert Expression(path).words == "median normal ball-ball impact speed above 50 mm/s"
 
