@@ -344,7 +344,8 @@ def test_the_trend_of_a_run_is_told():
         return load.Member._trend(run)
 
     steady = 1 + 0.01 * np.sin(50 * time)
-    assert of(steady, 1.0) == of(1 + 0.009 * time, 0.0) == of(steady + 0.04 * time, 1.0) == ""
+    assert of(steady, 1.0) == of(1 + 0.009 * time, 0.0) == of(steady + 0.04 * time, -1.0) == ""
+    assert of(1 - 0.06 * time, 1.0).startswith("energy of the balls changes by 0.06 J")
     assert of(1 + 0.06 * time, 1.0) == "energy of the balls changes by 0.06 J while the rotor does work of 1 J"
     assert of(1 + 0.011 * time, 0.1).startswith(
         "energy of the balls changes by 0.011 J while the rotor does work of 0.1"

@@ -98,6 +98,20 @@ def test_the_error_of_a_threshold_comes_from_the_impacts_above_it_in_blocks_of_t
     assert math.isnan(value("rate_above(1 mJ)").error)  # without blocks
 
 
+def test_what_is_known_in_blocks_of_time_are_rates_losses_and_the_power_that_losses_follow():
+    hard, lost, kept = blocks()
+    soft = np.array(kept.blocks["counts"]["ball_ball"][0])
+    for path, series in {
+        "rotor/power": lost, "drive/power": lost, "impacts/all/dissipated_power": lost,
+        "impacts/ball_ball/dissipated_power": lost, "impacts/ball_drum/dissipated_power": 0 * lost,
+        "impacts/all/rate": soft + hard, "impacts/ball_ball/rate": soft + hard,
+    }.items():  # fmt: skip
+        assert kept.history(path) == pytest.approx(series), path
+    for path in ("rotor/torque", "impacts/all/normal_speed/mean", "impacts/ball_drum/rate", "floor_share/ball_ball"):
+        assert kept.history(path) is None, path
+    assert results().history("rotor/power") is None
+
+
 def test_the_error_of_a_quotient_of_what_rises_and_falls_together_is_the_scatter_of_replicates():
     quotient, errors, apart = [], [], []
     for seed in range(200):

@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.stats import qmc
 
 from milltools.study.search import gp
 from milltools.study.search.space import Space
@@ -56,6 +57,8 @@ def test_a_neighbour_is_a_design_of_the_space_and_near():
     near = [space.near((10, 0.005), 0.03, rng) for _ in range(200)]
     assert set(near) <= set(space.everything())
     assert max(abs(n - 10) for n, _ in near) <= 3 and len(set(near)) > 5
+    far = [space.near((10, 0.005), 0.5, rng) for _ in range(400)]  # each key in three of four
+    assert all(0.17 < np.mean([one[k] == (10, 0.005)[k] for one in far]) < 0.38 for k in (0, 1))
 
 
 # ---- the surface
@@ -113,11 +116,12 @@ def test_mean_covariance_and_gaps_are_those_of_the_formulas():
     assert believed.predict(asked)[1] ** 2 == pytest.approx(np.diag(cov))
 
 
-@pytest.mark.parametrize("allowed", [None, lambda designs: [n > 5 for n, _ in designs]])
-def test_the_place_of_the_optimum_is_that_of_designs_not_certainly_worse(allowed):
-    found = surface(40, 0.05, 3, vary=GRID, function=hill)
-    best = found.optimum(allowed=allowed)
-    around = [d for d in found.space.everything() if allowed is None or d[0] > 5]
+@pytest.mark.parametrize("vary, limit", [(GRID, 0), (GRID, 5), (LINE, 0)])
+def test_the_place_of_the_optimum_is_that_of_designs_not_certainly_worse(vary, limit):
+    found = surface(40, 0.05, 3, vary=vary, function=hill if vary == GRID else wave)
+    best = found.optimum(allowed=(lambda designs: [d[0] > limit for d in designs]) if limit else None)
+    around = found.space.everything() or found.space.at(qmc.Sobol(1, seed=0).random(2048))
+    around = [d for d in around if d[0] > limit]
     (value,), (error,) = found.predict([best.design])
     gap, spread = found.gaps(around, best.design)
     open_ = [d for d, g, s in zip(around, gap, spread) if g <= gp.REACH * s] + [best.design]
@@ -127,8 +131,8 @@ def test_the_place_of_the_optimum_is_that_of_designs_not_certainly_worse(allowed
     assert best.place_share == pytest.approx((len(open_) - 1) / len(around), abs=1.1 / len(around))
     for places, designs in ((best.place, open_), (best.alike, alike)):
         assert [(one.low, one.high) for one in places] == [(min(column), max(column)) for column in zip(*designs)]
-    wide = [(one.high - one.low) / size >= 0.25 for one, size in zip(best.alike, (18, 0.01))]
-    assert best.flat == [key for key, is_wide in zip("nh", wide) if is_wide]
+    wide = [(one.high - one.low) / (r.high - r.low) >= 0.25 for one, r in zip(best.alike, found.space.ranges)]
+    assert best.flat == [key for key, is_wide in zip(found.space.keys, wide) if is_wide]
 
 
 def test_rows_without_a_value_are_left_out_and_none_at_all_is_an_error():
