@@ -40,7 +40,7 @@ NEAREST = {
     "src/observe/ tally_results_tell": "tally cli/test_statistics cli/test_precision cli/test_output cli/test_digest",
     "src/observe/ wear": "wear tally tools/test_dose",
     "tools/milltools/compare/ agreement finding load map_deviation rows": "tools/test_compare_errors "
-    "tools/test_compare+ tools/test_moving_mills",
+    "tools/test_compare+ tools/test_moving_mills+",
     "tools/milltools/dose/ dose laws wear": "tools/test_dose tools/test_figures",
     "tools/milltools/read/ expression histogram results sums": "tools/test_expression tools/test_dose tools/test_api "
     "tools/test_compare+",

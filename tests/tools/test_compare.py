@@ -197,6 +197,12 @@ def test_values_are_those_of_the_file(runs):
                 expected[f"hard_per_joule_{limit}"] = expected[f"rate_all_above_{limit}"] / power
             for share in (10, 50, 90, 99):
                 expected[f"ball_speed_{share}"] = np.mean(np.quantile(speed, share / 100, axis=1))
+            times = balls["time"][:][balls["time"][:] > 0.1 - 1e-9]
+            bounds = load.Member(str(runs[name])).bounds
+            block = np.minimum(np.searchsorted(bounds, times, "right"), len(bounds) - 1) - 1
+            each = np.sqrt(np.bincount(block, (speed**2).mean(axis=1)) / np.bincount(block))
+            assert bounds == pytest.approx(np.linspace(0.1, 1.6, 26) if side == "a" else bounds)
+            assert getattr(found["ball_speed_rms"], side).error == pytest.approx(agreement.from_blocks(1, each).error)
         for key, value in expected.items():
             assert value == 0 or getattr(found[key], side).value == pytest.approx(value, rel=1e-9), key
     rest = set(found) - set(expected)

@@ -333,6 +333,21 @@ def test_strikes_are_alike_if_their_window_is_about_the_duration_of_a_contact(so
     assert found[0].startswith(said) if said else found == []
 
 
+@pytest.mark.parametrize(
+    "begin, duration, differ", [(0.1, 1, False), (0.05, 1, True), (0.2, 1, True), (0.1, 0.99, True)]
+)
+def test_windows_that_differ_are_told(begin, duration, differ):
+    def side(letter, begin, duration):
+        run = types.SimpleNamespace(
+            path="a.h5", window=(begin, 2), duration=duration, status="complete", notes=[], steady=True,
+            program="millsim", deck=dict, text=lambda *_: "nan", about=lambda *_: "nan",
+        )  # fmt: skip
+        return types.SimpleNamespace(letter=letter, first=run, runs=[run], soft=False)
+
+    said = rows.warnings([side("A", 0.1, 1), side("B", begin, duration)])
+    assert said == ["The sampled windows of A and B differ."] * differ
+
+
 def test_the_trend_of_a_run_is_told():
     time = np.linspace(0, 1, 161)
 

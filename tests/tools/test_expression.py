@@ -55,6 +55,16 @@ def value(text):
         ("power * 1 h - 0.05 kWh", 0, "J"),
         ("mass / (2 kg + 200 g)", 4 / 2.2, "1"),
         ("dissipation(ball_ball) / 5 W", 4, "1"),
+        ("1 t + 2 kg", 1002, "kg"),
+        ("1 min + 1 h", 3660, "s"),
+        ("1 mWh + 1 kNm", 1003.6, "J"),
+        ("5 %", 0.05, "1"),
+        ("1 MPa", 1e6, "N m-2"),
+        ("1 GHz + 60 rpm", 1e9 + math.tau, "s-1"),
+        ("1 N", 1, "N"),
+        ("1 cm + 1 um + 1 µm + 1 μm + 1 nm", 0.010003001, "m"),
+        ("1 rad", 1, "1"),
+        ("1 mm/s^2", 1e-3, "m s-2"),
     ],
 )
 def test_an_expression_has_its_value_and_unit(text, wanted, unit):
