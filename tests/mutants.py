@@ -40,13 +40,12 @@ NEAREST = {
     "src/observe/ tally_results_tell": "tally cli/test_statistics cli/test_precision cli/test_output cli/test_digest",
     "src/observe/ wear": "wear tally tools/test_dose",
     "tools/milltools/compare/ agreement finding load map_deviation rows": "tools/test_compare_errors "
-    "tools/test_compare+ tools/test_moving_mills",
+    "tools/test_compare+ tools/test_moving_mills+",
     "tools/milltools/dose/ dose laws wear": "tools/test_dose tools/test_figures",
     "tools/milltools/read/ expression histogram results sums": "tools/test_expression tools/test_dose tools/test_api "
     "tools/test_compare+",
     "tools/milltools/study/search/ acquisition gp sensitivity space": "tools/test_gp+ tools/test_acquisition+ "
     "tools/test_sensitivity+ tools/test_study_questions",
-    "tools/milltools/study/search/ search": "tools/test_optimize+",
 }
 TESTS = {
     f"{folder}{name}{'.c' if folder.startswith('src') else '.py'}": tests.split()
@@ -64,11 +63,12 @@ OPERATOR = r"(?<=\s)([<>]=?|[=!]=|&&|\|\||(?<!\" )(?:[-+*/]|//)(?! \")|and|or|in
 OPERATOR += r"|(?<=[\w)\]])\*\*|\b(f?min|f?max|minimum|maximum)(?=\()"
 NUMBER = r"(?<![\w.])(0x[\da-f.]+p[-+]?\d+|\d+\.?\d*(?:e[-+]?\d+)?|True|False)(?![\w.])"
 LEFT_OUT = r"\b(?:np\.|math\.)?(?:sqrt|fabs|abs|round|floor|ceil)(?=\()|!(?=[\w(])|\bnot (?!in\b)"
-# what decides no number: texts, comments, errors, the preprocessor, memory, declarations of arrays, decorators
+# what decides no number: texts, comments, errors, the preprocessor, memory, arrays' sizes, alignment
 UNSEEN = {
     ".c": r'"(?:\\.|[^"\\\n])*"|/\*[\s\S]*?\*/|^#(?:.*\\\n)*.*$|\b(?:assert|mill_error_set|mill_memory_get|\w*alloc|'
-    r"\w*free)\([^;]*;|^ *(?:static |const )*(?:struct |enum )?\w+ \**\w+(?:\[[^]=]*\])+(?= = |;|,)",
-    ".py": r'"""[\s\S]*?"""|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'|#.*|^ *(?:@|def ).*|\braise .*',
+    r"\w*free)\([^;]*;|good = good && .*|^ *(?:static |const )*(?:struct |enum )?\w+ (?:\**\w+(?:\[[^]=]*\])+(?:, )?)+"
+    r"(?= = |;|\w)",
+    ".py": r'"""[\s\S]*?"""|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'|#.*|^ *(?:@|def ).*|\braise .*|\bleft=\(.*?\)',
 }
 MEMORY = 8 << 30  # [bytes] of a process
 ROUNDING = 1e-9  # a number as small as this only guards against rounding: another one would do as well
@@ -259,7 +259,7 @@ def reasons():
     for line in (ROOT / "tests/survivors.md").read_text().splitlines():
         if head := re.fullmatch(r"## `(\S+)`", line):
             path = head[1]
-        elif item := re.match(r"- `(.+?)` -> `(.*?)`: \S", line):
+        elif item := re.match(r"- `(.+?)` -> `(.*?)`:(?: \S|$)", line):
             found.add((path, *item.groups()))
     return found
 

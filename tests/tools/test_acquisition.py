@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from conftest import some
+from scipy.stats import norm
 
 from milltools.study.search.acquisition import (
     Budget,
@@ -13,10 +14,12 @@ from milltools.study.search.acquisition import (
     eligible,
     fit,
     gain,
+    requirements,
     rival,
     soundness,
     spread,
 )
+from milltools.study.search.gp import Surface
 from milltools.study.search.space import Space
 
 # The paper's Figure 7: number of buckles and their height; 19 x 21 designs
@@ -135,8 +138,14 @@ def test_capped_and_failed_runs_repel_but_only_near():
     runs[0] = Tried((0.0,), 1.0, 0.05, "capped")
     runs[1] = Tried((0.1,), status="failed")
     surface = fit(space, [r for r in runs if r.value == r.value], plan)
-    near, far = soundness(surface, runs, [(0.05,), (0.9,)])
+    near, far = found = soundness(surface, runs, [(0.05,), (0.9,)])
     assert near < 0.3 and far > 0.95
+    places, bad = 0.1 * np.arange(10), np.array([1, 1] + [0] * 8)
+    reach = min(0.3, float(surface.process.kernel_.k2.length_scale))
+    off = lambda one, two: math.sqrt(5) * np.abs(np.subtract.outer(one, two)) / reach  # noqa: E731
+    matern = lambda one, two: (1 + off(one, two) + off(one, two) ** 2 / 3) * np.exp(-off(one, two))  # noqa: E731
+    weights = np.linalg.solve(matern(places, places) + 0.05 * np.eye(10), bad)
+    assert found == pytest.approx(1 - np.clip(matern([0.05, 0.9], places) @ weights, 0, 1))
     assert list(soundness(surface, runs[2:], [(0.05,)])) == [1]
 
 
@@ -148,6 +157,47 @@ def test_a_design_that_failed_is_never_run_again():
         design = choose(space, runs, plan)
         assert design != (6,)
         runs.append(Tried(design, 1.0 + 0.1 * design[0], 0.05))
+
+
+# ---- formulas
+
+
+def test_the_gradient_is_the_expected_rise_of_the_best_expected_value():
+    """Of three designs, by a sum over 200 000 outcomes of the next run."""
+    runs = [Tried((x,), y, 0.3) for x, y in ((0.1, 1.0), (0.5, 1.6), (0.9, 1.5), (0.5, 1.4))]
+    for maximise in (True, False):
+        surface = fit(Space(LINE), runs, Budget(40, maximise=maximise))
+        designs = [(0.1,), (0.55,), (0.8,)]
+        mean, cov = surface.covariance(designs)
+        z = norm.ppf((np.arange(200_000) + 0.5) / 200_000)
+        for among in (slice(None), np.array([True, False, True])):
+            one = surface.sign * mean[among]
+            moved = cov / np.sqrt(np.diag(cov) + surface.noise**2)  # of all means by a run at each design
+            expected = [(one[:, None] + np.outer(moved[among, k], z)).max(axis=0).mean() - one.max() for k in range(3)]
+            assert gain(surface, designs, among) == pytest.approx(expected, abs=0.1 * max(expected))
+
+
+def test_the_next_design_is_the_one_with_the_best_gain_times_the_chances_to_end_well_and_within_the_limit():
+    space, plan = Space([N | {"values": list(range(2, 14))}]), Budget(40, seed=1)
+    runs = [Tried((n,), 1 - (n - 8) ** 2 / 50, 0.05, "done", ((n - 7.5, 1.0),)) for n in (2, 4, 6, 8, 10, 13)]
+    runs[-1] = Tried((13,), status="failed")
+    good, designs = runs[:-1], space.everything()
+    surface, chance = fit(space, good, plan), requirements(space, good, plan)(designs)
+    limit = Surface(
+        space, [r.design for r in good], [n - 7.5 for (n,) in (r.design for r in good)], [1.0] * 5, False, 1
+    )
+    mean, spread_ = limit.predict(designs)
+    assert chance == pytest.approx(norm.cdf(-mean / spread_))
+    worth = gain(surface, designs, chance >= 0.5) * chance * soundness(surface, runs, designs)
+    assert choose(space, runs, plan) == designs[int(np.argmax(worth))]
+    assert eligible(good, requirements(space, good, plan)) == [(2,), (4,), (6,)]
+
+
+def test_a_search_begins_with_at_most_a_third_of_its_runs():
+    line, grid = Space(LINE), Space([N, H])
+    starts = [(line, 40, 1, 6), (grid, 40, 1, 8), (grid, 15, 1, 5), (grid, 40, 3, 4), (grid, 2, 1, 1)]
+    for space, runs, replicates, first in starts:
+        assert Budget(runs, replicates).start(space) == first
 
 
 # ---- the end: which is the best?
@@ -177,6 +227,10 @@ def test_a_rival_that_is_known_less_is_run_again():
 
 def test_where_every_rival_is_worse_beyond_doubt_it_is_over():
     assert verdict(("a", 2.0, 0.01), ("a", 2.0, 0.01), ("b", 1.0, 0.01), ("c", 1.1, 0.01)) is None
+
+
+def test_a_leader_that_is_known_less_than_its_rival_is_run_again():
+    assert verdict(("a", 2.0, 0.3), ("a", 2.0, 0.3), ("b", 1.9, 0.02), ("b", 1.9, 0.02)) == ("a",)
 
 
 def test_where_the_rival_is_certainly_as_good_it_is_over():

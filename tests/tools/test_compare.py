@@ -24,7 +24,6 @@ from scipy.special import stdtrit
 from milltools.compare import agreement, finding, load, map_deviation, pictures, rows, terminal
 from milltools.compare.agreement import Estimate
 from milltools.read import sums
-from milltools.read.kinds import KINDS
 from milltools.read.runfile import Run
 
 # Steady from 0.1 s on, and 25 revolutions of it; less than a second to run
@@ -156,23 +155,53 @@ def test_values_are_those_of_the_file(runs):
     found = table(runs["one"], runs["fast"])
     for side, name in (("a", "one"), ("b", "fast")):
         with h5py.File(runs[name]) as file:
-            window = file["statistics/duration"][()]
+            window, row = file["statistics/duration"][()], round(0.1 / 0.001)
             power = file["statistics/rotor/power"][()]
-            lost = sum(file[f"statistics/impacts/{k}/dissipated_power"][()] for k in KINDS)
-            counts = file["observables/fast_collisions/ball_drum/value"]
-            from_row = round(0.1 / 0.001)
+            series = {n: file[f"observables/{n}"] for n in ("dissipation", "dissipation_normal", "fast_collisions")}
+            grown = {n: {k: v["value"][-1] - v["value"][row] for k, v in one.items()} for n, one in series.items()}
+            lost, normal, fast = ({k: v / window for k, v in one.items()} for one in grown.values())
+            time = file["observables/kinetic_energy/time"][row:]
+            energy = {n: file[f"observables/{n}_energy/value"][row:] for n in ("kinetic", "rotational")}
+            balls = file["particles/trajectory/velocity"]
+            speed = np.linalg.norm(balls["value"][:][balls["time"][:] > 0.1 - 1e-9].astype(float), axis=2)
+            strikes = file["statistics/strikes/ball_blade/normal_speed/histogram"]
+            hard = strikes["count"][:][strikes["edges"][:-1] > 1 - 1e-9].sum() / window
             expected = {
                 "rotor_power": power,
                 "rotor_torque": file["statistics/rotor/torque"][()],
-                "dissipated_power": lost,
-                "median": file["statistics/impacts/all/normal_speed/median"][()],
-                "kinetic_energy": file["observables/kinetic_energy/value"][from_row:].mean(),
-                "rate_ball_drum_above_1": (counts[-1, 1] - counts[from_row, 1]) / window,
+                "dissipated_power": sum(lost.values()),
+                "normal_dissipation": sum(normal.values()),
+                "tangential_dissipation": sum(lost.values()) - sum(normal.values()),
+                "rate_all": file["statistics/impacts/all/count"][()] / window,
+                "strike_rate_ball_blade_above_1": hard,
+                "ball_speed_mean": speed.mean(),
+                "ball_speed_rms": np.sqrt((speed**2).mean()),
                 "cost": file["run/cpu_time"][()] / file["run/time"][()],
             }
+            expected |= {
+                n: file[f"statistics/impacts/all/normal_speed/{n}"][()] for n in ("median", "median_above_50mm_s")
+            }
+            expected |= {
+                f"{n}_energy": np.diff(time) @ (v[1:] + v[:-1]) / 2 / (time[-1] - time[0]) for n, v in energy.items()
+            }
+            expected |= {f"dissipated_power_{k}": v for k, v in lost.items()}
+            expected |= {f"normal_dissipation_{k}": v for k, v in normal.items()}
+            for column, limit in enumerate(("0.5", "1", "2")):
+                expected |= {f"rate_{k}_above_{limit}": v[column] for k, v in fast.items()}
+                expected[f"rate_all_above_{limit}"] = sum(v[column] for v in fast.values())
+                expected[f"hard_per_joule_{limit}"] = expected[f"rate_all_above_{limit}"] / power
+            for share in (10, 50, 90, 99):
+                expected[f"ball_speed_{share}"] = np.mean(np.quantile(speed, share / 100, axis=1))
+            times = balls["time"][:][balls["time"][:] > 0.1 - 1e-9]
+            bounds = load.Member(str(runs[name])).bounds
+            block = np.minimum(np.searchsorted(bounds, times, "right"), len(bounds) - 1) - 1
+            each = np.sqrt(np.bincount(block, (speed**2).mean(axis=1)) / np.bincount(block))
+            assert bounds == pytest.approx(np.linspace(0.1, 1.6, 26) if side == "a" else bounds)
+            assert getattr(found["ball_speed_rms"], side).error == pytest.approx(agreement.from_blocks(1, each).error)
         for key, value in expected.items():
-            loose = 2e-3 if key == "kinetic_energy" else 1e-9  # the rule of the mean is not ours
-            assert getattr(found[key], side).value == pytest.approx(value, rel=loose), key
+            assert value == 0 or getattr(found[key], side).value == pytest.approx(value, rel=1e-9), key
+    rest = set(found) - set(expected)
+    assert all(key.startswith(("map_", "strike_rate_", "rate_above_1mJ", "above_1mJ")) for key in rest), rest
 
 
 @pytest.mark.parametrize(
@@ -254,15 +283,18 @@ def test_three_files_are_compared_with_the_first(mill, runs):
     done = mill("compare", runs["one"], runs["two"], runs["fast"])
     assert done.returncode == 0, done.stderr
     assert re.findall(r"^(.) against (.)$", done.stdout, re.M) == [("B", "A"), ("C", "A")]
+    assert "geometry" not in done.stdout
     assert re.search(r"^  rotor\.speed +1000 rpm \| 1000 rpm \| 1300 rpm$", done.stdout, re.M)  # fmt: skip
 
 
 def test_warnings_name_what_is_not_alike(mill, runs, copy):
-    other = copy("two", run__status="stopped", deck__drum__radius="0.031 m", run__program="LIGGGHTS")
+    made = {"run__program": "LIGGGHTS", "run__contact_duration": "2e-5", "run__status": "stopped"}
+    other = copy("two", deck__drum__radius="0.031 m", **made)
     done = mill("compare", runs["transient1"], other)
     assert f"A ({runs['transient1']}) is not steady over its window: " in done.stdout
     assert f"B ({other}) is not complete (status 'stopped')" in done.stdout
     assert "The sampled windows of A and B differ." in done.stdout
+    assert "Contacts last 20 us in B, A counts impacts within 10 us as one strike" in " ".join(done.stdout.split())
     assert "The geometry of A and B differs: drum.radius." in done.stdout
 
 

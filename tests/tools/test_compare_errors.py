@@ -1,5 +1,6 @@
 """How sure a comparison is: the error is what it says it is, by experiment on made-up series."""
 
+import functools
 import math
 from types import SimpleNamespace
 
@@ -8,7 +9,7 @@ import pytest
 from scipy.special import stdtrit
 
 from milltools.compare import agreement as errors
-from milltools.compare import rows
+from milltools.compare import load, map_deviation, rows
 from milltools.compare.agreement import Estimate
 from milltools.read import sums
 
@@ -53,11 +54,34 @@ def test_blocks_that_go_together_widen_the_error():
     assert np.mean(found) == pytest.approx(0.5, abs=0.03)
 
 
-def test_the_error_of_a_mean_is_that_of_its_scatter():
-    random = np.random.default_rng(7)
-    runs = random.normal(10, 2, size=(2000, 12))
-    told = np.sqrt(np.mean([errors.from_blocks(run.mean(), run).error ** 2 for run in runs]))
-    assert told == pytest.approx(runs.mean(axis=1).std(ddof=1), rel=0.15)
+@pytest.mark.parametrize(
+    "blocks, r",
+    [
+        ([1, 2, 4, 3, 2, 5, 3], 0),  # too few to tell a correlation
+        ([1, 2, 2, 4, 4, 3, 3, 1], None),
+        ([1, 3] * 5, 0),
+        (range(20), 0.9),
+        ([2] * 9, 0),
+    ],
+)
+def test_the_error_of_blocks_is_that_of_their_scatter_and_correlation(blocks, r):
+    found, x = errors.from_blocks(9.0, blocks, "said"), np.array(blocks, float)
+    off = x - x.mean()
+    r = off[1:] @ off[:-1] / (off @ off) + 1 / len(x) if r is None else r
+    effective = len(x) * (1 - r) / (1 + r)
+    assert (found.value, found.remark) == (9.0, "said")
+    assert found.error == pytest.approx(x.std(ddof=1) / math.sqrt(effective))
+    assert found.dof == pytest.approx(max(effective - 1, 1))
+
+
+def test_a_mean_of_runs_has_the_error_of_their_errors_and_the_freedom_of_welch():
+    found = errors.mean_of([Estimate(1, 0.1, 5), Estimate(3, 0.2, 7, "said")])
+    assert (found.value, found.remark) == (2, "said")
+    assert found.error == pytest.approx(math.sqrt(0.05) / 2)
+    assert found.dof == pytest.approx(0.05**2 / (0.1**4 / 5 + 0.2**4 / 7))
+    assert errors.mean_of([Estimate(1, 0.1, math.inf), Estimate(3, 0.2, math.inf)]).dof == math.inf
+    assert math.isnan(errors.mean_of([Estimate(1, 0.1, 5), Estimate(3)]).error)
+    assert all(math.isnan(errors.from_blocks(1, x).error) for x in ([3], [1, math.nan]))
 
 
 @pytest.mark.parametrize("freedom", [3.5, 20.0])
@@ -123,6 +147,12 @@ def test_replicates_share_their_relative_scatter():
     assert (b.value, b.error, b.dof) == (200, pytest.approx(4), 2)
 
 
+def test_replicates_of_zero_have_no_error_and_those_of_one_have():
+    zeros, ones = [Estimate(v) for v in (-1.0, 1.0)], [Estimate(v) for v in (0.9, 1.1)]
+    assert all(math.isnan(e.error) for pair in ((zeros, ones), (ones, zeros)) for e in errors.from_replicates(*pair))
+    assert errors.from_replicates(ones, ones)[0].error == pytest.approx(0.1)
+
+
 def test_four_replicates_are_trusted_more_than_blocks():
     first = [Estimate(v, 50, 10) for v in (99.0, 100.0, 101.0, 100.0)]
     for steady in (True, False):
@@ -173,3 +203,206 @@ def test_impacts_per_joule_have_the_relative_error_of_impacts_whatever_part_of_t
 @pytest.mark.parametrize("share", [0.9, 0.975, 0.995])
 def test_students_quantile_is_that_of_scipy(freedom, share):
     assert errors.student(freedom, share) == pytest.approx(stdtrit(freedom, share), rel=1e-8)
+
+
+# ---- maps, of a row of cells
+
+
+def mill_with(*maps, noise=(), frames=40):
+    """A side of runs, each with a map: (solid fraction, then components of the velocity) by cell. noise: variance of
+    the frames' map and its distance from the map, of the solid fraction and of the velocity."""
+    side = SimpleNamespace(runs=[])
+    for one in maps:
+        stored = dict(zip(("solid_fraction", "velocity_x", "velocity_r", "velocity_phi"), np.array(one)))
+        side.runs.append(
+            SimpleNamespace(
+                map=lambda name, view, stored=stored: stored[name],
+                edges=lambda view: (np.arange(2.0), np.arange(4.0)),
+                map_noise=dict(zip((("axial", "solid_fraction"), ("axial", "velocity")), np.array(noise))),
+                map_frames=frames,
+                statistic={"maps/samples": 160}.get,
+            )
+        )
+    side.mean_map = functools.partial(load.Side.mean_map, side)
+    return side
+
+
+FIRST = [[0.5, 0.3, 0.01], [1, 0, 5], [2, 1, 5], [0, 3, 5]]  # the third cell is hardly filled
+SECOND = [[0.4, 0.2, 0.5], [1.5, 0, 5], [2, 0, 5], [0, 3, 9]]
+PHI = np.array([0.45, 0.25])
+
+
+def test_the_deviation_of_maps_is_weighted_with_the_solid_fraction_and_noise_is_what_frames_tell():
+    known = [[[0.01, 0.02, 9], [0.002, 0.001, 9]], [[0.1, 0.3, 9], [0.2, 0.4, 9]]]
+    a, b = mill_with(FIRST, FIRST, noise=known), mill_with(SECOND, noise=known, frames=400)
+    found = [map_deviation.deviation(a, b, "axial", name, True) for name in ("solid_fraction", "velocity")]
+    fraction, speed = PHI @ PHI**2, PHI @ [(5 + 6.25) / 2, (10 + 9) / 2]
+    rough, coarse, fast = PHI @ [0.01, 0.02], PHI @ [0.002, 0.001], PHI @ [0.1, 0.3]
+    assert found[0] == pytest.approx(
+        [math.sqrt(PHI @ [0.01, 0.01] / fraction), math.sqrt(((rough - coarse) / 2 + rough) / fraction)]
+    )
+    # at least a quarter of the variance, as many frames as that are of the snapshots
+    assert found[1] == pytest.approx([math.sqrt(PHI @ [0.25, 1] / speed), math.sqrt((fast / 8 + fast) / speed)])
+    assert map_deviation.deviation(a, mill_with(np.zeros((4, 3))), "axial", "velocity", True) is None
+    assert math.isnan(map_deviation.deviation(a, mill_with(SECOND), "axial", "velocity", True)[1])
+
+
+def test_the_noise_of_maps_of_a_transient_is_the_scatter_of_replicates():
+    third = [[0.6, 0.1, 0.01], [1, 0, 5], [2, 1, 5], [0, 4, 5]]
+    two, one = mill_with(FIRST, third), mill_with(SECOND)
+    phi = np.array([(0.55 + 0.4) / 2, (0.2 + 0.2) / 2])
+    for a, b in ((two, one), (one, two)):  # that of a single run is twice the variance of the mean of two
+        found = map_deviation.deviation(a, b, "axial", "solid_fraction", False)
+        assert found[1] == pytest.approx(math.sqrt(3 * (phi @ [0.0025, 0.01]) / (phi @ phi**2)))
+    assert map_deviation.deviation(two, two, "axial", "velocity", False) == pytest.approx(
+        (0, math.sqrt(2 * 0.2 * 0.25 / ([0.55, 0.2] @ np.array([5, 1 + 3.5**2]))))
+    )
+    assert math.isnan(map_deviation.deviation(one, one, "axial", "velocity", False)[1])
+
+
+def test_the_noise_of_a_map_is_the_scatter_of_its_blocks_of_frames():
+    random = np.random.default_rng(8)
+    samples, room, view = np.array([1, 2, 3, 2]), np.array([[2.0, 4.0]]), {"n": (1, 2), "room": np.array([2.0, 4.0])}
+    flow = random.uniform(1, 2, (4, 4, 1, 2)) * samples[:, None, None, None]
+    parts = [
+        SimpleNamespace(samples=n, **dict.fromkeys(("cross", "axial"), SimpleNamespace(flow=f, **view)))
+        for n, f in zip(samples, flow.reshape(4, 4, 2))
+    ]
+    stored = {
+        name: random.random((1, 2)) for names in ("xyz", ("r", "phi")) for name in (f"velocity_{n}" for n in names)
+    }
+    run = SimpleNamespace(map=lambda name, view: (stored | {"solid_fraction": room / 9})[name])
+    found = map_deviation.noise(run, parts)
+    each = flow / samples[:, None, None, None]
+    fraction = each[:, 0] / room
+    for name, axes in (("cross_section", "xyz"), ("axial", ("x", "r", "phi"))):
+        rough, coarse = found[name, "solid_fraction"]
+        assert rough == pytest.approx(fraction.var(axis=0, ddof=1) / 4)
+        assert coarse == pytest.approx((fraction.mean(axis=0) - room / 9) ** 2)
+        rough, coarse = found[name, "velocity"]
+        speed = [each[:, 1 + k].sum(axis=0) / each[:, 0].sum(axis=0) for k in range(3)]
+        scatter = [(each[:, 1 + k] - speed[k] * each[:, 0]) / each[:, 0].mean(axis=0) for k in range(3)]
+        assert rough == pytest.approx(sum(one.var(axis=0, ddof=1) for one in scatter) / 4)
+        assert coarse == pytest.approx(sum((v - stored[f"velocity_{n}"]) ** 2 for v, n in zip(speed, axes)))
+    few = [SimpleNamespace(**vars(parts[0]) | {"samples": n}) for n in (1, 2, 2, 2)]
+    assert map_deviation.noise(run, few) == map_deviation.noise(run, parts[1:]) == {}
+    assert map_deviation.noise(run, [*parts, None]) == {}
+
+
+def test_common_cells_reach_as_far_as_all_and_are_as_large_as_the_largest():
+    def run(low, high, count):
+        return SimpleNamespace(edges=lambda view: (np.linspace(low, high, count + 1), np.linspace(0, 1, 11)))
+
+    x, r = map_deviation.common([run(-1, 2, 6), run(-2, 1, 5)], "axial")
+    assert x == pytest.approx(np.linspace(-2, 2, 8)) and r == pytest.approx(np.linspace(0, 1, 11))
+    assert map_deviation.common([run(-1, 2, 6), run(-1, 2, 6)], "axial") is None
+    assert map_deviation.common([run(-1, 2, 6), run(-1, 2.1, 6)], "axial") is not None
+
+
+@pytest.mark.parametrize(
+    "deviation, noise, said",
+    [
+        (0.2, 0.1, ("noise explains it", "agree")),
+        (0.25, 0.07, ("24.0 % beyond noise", "differ")),
+        (0.2, math.nan, ("noise unknown", "open")),
+    ],
+)
+def test_a_deviation_of_twice_the_noise_is_noise(deviation, noise, said):
+    assert map_deviation.verdict(deviation, noise) == said
+
+
+# ---- windows in blocks, costs, strikes
+
+
+@pytest.mark.parametrize(
+    "window, end, period, rows, bounds, cut",
+    [
+        ((0.1, 1.1), 2.0, 0.1, 101, np.linspace(0.1, 1.1, 11), "10 blocks of 1 revolution"),
+        ((0.1, 1.1), 0.55, 0.1, 101, 0.1 + 0.1 * np.arange(5), "4 blocks of 1 revolution"),
+        ((0.0, 13.0), 13.0, 0.1, 101, 0.3 * np.arange(44), "43 blocks of 3 revolutions"),
+        ((0.0, 0.39), 1.0, 0.1, 101, np.linspace(0, 0.39, 5), "4 equal blocks of 0.0975 s"),
+        ((0.0, 1.0), 1.0, math.inf, 41, np.linspace(0, 1, 11), "10 equal blocks of 0.1 s"),
+        ((0.0, 1.0), 1.0, math.inf, 40, np.linspace(0, 1, 5), "4 equal blocks of 0.25 s"),
+        ((0.0, 1.0), 1.0, math.inf, 9, np.linspace(0, 1, 5), "4 equal blocks of 0.25 s"),
+        ((0.0, 1.0), 1.0, math.inf, 8, [0, 1], "no blocks: too few rows of the time series"),
+    ],
+)
+def test_a_window_is_cut_into_whole_revolutions_or_equal_parts(window, end, period, rows, bounds, cut):
+    run = SimpleNamespace(window=window, period=period, drive="rotor")
+    run.series = lambda name: (np.linspace(0, end, rows if end == 1 else 2001), None)
+    load.Member._cut(run)
+    assert (run.cut, run.blocks) == (cut, len(bounds) - 1)
+    assert run.bounds == pytest.approx(np.array(bounds)) and run.span == (window[0], min(window[1], end))
+
+
+@pytest.mark.parametrize(
+    "cost, said",
+    [
+        (1.009, "the same cost"),
+        (0.992, "the same cost"),
+        (1.02, "B costs 1.02 times as much as A"),
+        (0.5, "A costs 2 times as much as B"),
+        (0.0, "unknown"),
+        (math.nan, "unknown"),
+    ],
+)
+def test_a_cost_that_differs_by_less_than_a_hundredth_is_the_same(cost, said):
+    a, b = (SimpleNamespace(letter=x, runs=[SimpleNamespace(cost=c)]) for x, c in (("A", 3.0), ("B", 3 * cost)))
+    found = rows.price_row(a, b)
+    assert (found.verdict, found.difference) == (said, pytest.approx(cost - 1, nan_ok=True))
+
+
+@pytest.mark.parametrize(
+    "soft, lasts, keys, said",
+    [
+        (False, "20e-6", [], "Contacts last 20 us in B, A counts impacts within 10 us as one strike"),
+        (False, "6e-6", [], "Contacts last 6 us in B"),
+        (False, "14e-6", [], None),
+        (False, "7e-6", [], None),
+        (True, "20e-6", [], None),
+        (False, "nan", [], None),
+        (True, "nan", ["output.strike_window"], "A and B have different output.strike_window"),
+    ],
+)
+def test_strikes_are_alike_if_their_window_is_about_the_duration_of_a_contact(soft, lasts, keys, said):
+    first = SimpleNamespace(text=lambda *_: "10e-6 s", about=lambda *_: lasts)
+    a, b = (SimpleNamespace(soft=soft, letter=letter, first=first) for letter in "AB")
+    found = rows.strike_notes(a, b, keys)
+    assert found[0].startswith(said) if said else found == []
+
+
+@pytest.mark.parametrize(
+    "begin, duration, differ", [(0.1, 1, False), (0.05, 1, True), (0.2, 1, True), (0.1, 0.99, True)]
+)
+def test_windows_that_differ_are_told(begin, duration, differ):
+    def side(letter, begin, duration):
+        run = SimpleNamespace(
+            path="a.h5", window=(begin, 2), duration=duration, status="complete", notes=[], steady=True,
+            program="millsim", deck=dict, text=lambda *_: "nan", about=lambda *_: "nan",
+        )  # fmt: skip
+        return SimpleNamespace(letter=letter, first=run, runs=[run], soft=False)
+
+    said = rows.warnings([side("A", 0.1, 1), side("B", begin, duration)])
+    assert said == ["The sampled windows of A and B differ."] * differ
+
+
+def test_the_trend_of_a_run_is_told():
+    time = np.linspace(0, 1, 161)
+
+    def of(kinetic, work):
+        series = {"kinetic_energy": (time, kinetic), "drive_work": (time, work * time)}
+        run = SimpleNamespace(span=(0.0, 1.0), drive="rotor", series=series.get, has_series=series.__contains__)
+        run._rates = functools.partial(load.Member._rates, run)
+        run.bounds, run.means = np.array([0.0, 1.0]), functools.partial(load.Member.means, run)
+        return load.Member._trend(run)
+
+    steady = 1 + 0.01 * np.sin(50 * time)
+    assert of(steady, 1.0) == of(1 + 0.009 * time, 0.0) == of(steady + 0.04 * time, -1.0) == ""
+    assert of(1 - 0.06 * time, 1.0).startswith("energy of the balls changes by 0.06 J")
+    assert of(1 + 0.06 * time, 1.0) == "energy of the balls changes by 0.06 J while the rotor does work of 1 J"
+    assert of(1 + 0.011 * time, 0.1).startswith(
+        "energy of the balls changes by 0.011 J while the rotor does work of 0.1"
+    )
+    jump = np.where(time < 0.24, 1.08, 1.0) + 0.08 * (time > 0.999)
+    assert of(jump, 10.0) == "kinetic energy in the first quarter differs from the rest by 8 %"
+    assert of(np.where(time < 0.24, 1.04, 1.0) + 0.04 * (time > 0.999), 10.0) == ""

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from conftest import PROGRAM, SMALL
 from matplotlib.figure import Figure as Canvas
+from scipy.special import ndtri, stdtrit
 
 from milltools.base.errors import UserError
 from milltools.dose import dose, laws, wear
@@ -25,7 +26,9 @@ from milltools.render import colour
 
 BALLS = "[balls]\ncount = 20\ndiameter = 5 mm\ndensity = 7800 kg/m^3\n"
 MIXED = (
-    SMALL.replace("time = 50 ms", "time = 500 ms\nsample_from = 100 ms").replace(
+    SMALL.replace("time = 50 ms", "time = 500 ms\nsample_from = 100 ms")
+    .replace("600 rpm", "600 rpm\nangle = 20 deg")
+    .replace(
         BALLS,
         "[balls.big]\ncount = 40\ndiameter = 5 mm\ndensity = 7800 kg/m^3\n"
         "[balls.small]\ncount = 80\ndiameter = 3 mm\ndensity = 6000 kg/m^3\n",
@@ -152,21 +155,41 @@ def test_an_error_of_a_sum_is_the_error_that_the_engine_computes(run):
         assert found.error == pytest.approx(error, rel=1e-9, nan_ok=True)
 
 
+@pytest.mark.parametrize(
+    "x, period, count, memory, share, shift",
+    [
+        ([-1, 1] * 18, 0, 36, -0.25, 1, 0),  # of memory -1, which is not believed
+        (range(37), 0, 37, 0.9, 1, 0),
+        ([7, *[1, 1, -1, -1] * 12], 0, 24, -0.25, 1, 0),  # 49 values: the first is not in the 24 pairs
+        ([1] * 12 + [-1] * 12 + [1] * 12 + [-1] * 12, 12, 24, 17 / 24 * 24 / 23, 0.75, 0),
+        ([2, 2, 1, 0, 0, 1] * 6, 24, 36, None, 1, 0),  # fewer than two periods are none
+        ([3 * (k % 12 == 0) for k in range(40)], 12, 40, None, 0, 4 * 3 / 40 - 3 / 12),
+        (range(36), 0, 36, None, None, 0),  # of 2.96 degrees of freedom
+        ([-1, 1] * 17, 0, 34, None, None, 0),
+    ],
+)
+def test_the_error_of_a_series_is_that_of_its_formula(x, period, count, memory, share, shift):
+    x = np.array(x, float)
+    error, freedom = sums.spread(x, period)
+    if share is None:
+        assert math.isnan(error) and freedom == 0
+        return
+    if share == 0:  # all of it repeats
+        assert (error, freedom) == (pytest.approx(abs(shift)), math.inf)
+        return
+    rest = (x - x.mean())[len(x) % count :].reshape(count, -1).mean(axis=1)
+    if memory is None:
+        memory = rest[1:] @ rest[:-1] / (rest @ rest)
+        memory += (1 + 4 * memory) / count
+    variance = rest @ rest / share / (count - 1) / count * (1 + memory) / (1 - memory)
+    assert freedom == pytest.approx(count * share * (1 - memory**2) / (1.5 + memory**2))
+    close = 1e-6 + 0.4 / freedom**5  # of the expansion of Student's t
+    assert error == pytest.approx(math.sqrt(variance) * stdtrit(freedom, 0.975) / ndtri(0.975), rel=close)
+
+
 def test_a_ratio_of_equal_sums_has_no_error(run):
     found = sums.total(run, sums.itself)
     assert found.over(found)[:2] == (1.0, 0.0)
-
-
-def test_captured_powder_depends_on_the_pair(run):
-    stuff = dose.powder(run)
-    caught = sums.total(run, lambda e, p: laws.captured(e, p.radius, stuff)).value
-    radii = {"ball_ball": {(0, 0): 1.25e-3, (0, 1): 0.9375e-3, (1, 1): 0.75e-3}}
-    expected = 0.0
-    for pair in sums.pairs(run):
-        count = run.read(f"statistics/energies/{pair.kind}/normal")[pair.index].sum()
-        radius = radii.get(pair.kind, {(0,): 2.5e-3, (1,): 1.5e-3})[pair.index]
-        expected += count * 2 * math.pi * radius * (50e-6) ** 2 * 0.6 * 4000
-    assert caught == pytest.approx(expected / run.duration, rel=1e-12)
 
 
 # ---- formulas by hand
@@ -287,6 +310,45 @@ def test_archards_depth_is_at_most_that_of_all_sliding(run):
     assert np.isclose(found["archard_rate"], most, rtol=1e-12)[most > 0].mean() > 0.2  # most impacts slide to the end
 
 
+def test_the_mesh_shows_the_parts_as_they_are_at_the_start_with_the_values_of_their_facets(run):
+    found, mesh = Wear(run), lambda name: run.read(f"statistics/wear/mesh/{name}")
+    corners, facet = mesh("points").reshape(-1, 3, 3).astype(float), mesh("facet")
+    assert mesh("triangles") == len(corners) == len(facet)
+    for name in ("rate", "normal_power", "sliding_power", "archard_rate", "finnie_rate"):
+        assert mesh(name) == pytest.approx(found[name][facet], rel=1e-6, nan_ok=True)
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
+    pose = np.array([part.start for part in found.parts])[found.part]
+    centre = np.einsum("ijk,ik->ij", pose[..., :3], found["centre"]) + pose[..., 3]
+    for k, part in enumerate(found.parts):
+        own, shown = found.part == k, found.part[facet] == k
+        assert area[shown].sum() == pytest.approx(found.area[own].sum(), rel=1e-5)
+        middle = found.area[own] @ centre[own] / found.area[own].sum()
+        assert area[shown] @ corners[shown].mean(axis=1) / area[shown].sum() == pytest.approx(middle, abs=1e-6)
+        angle = math.radians(20) if part.motion else 0
+        assert part.start[1:, 1:3] == pytest.approx(
+            np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+        )
+        assert (part.motion, part.round) == (
+            "rotor" * (part.kind in ("ball_shaft", "ball_blade")), part.kind != "ball_blade"
+        )  # fmt: skip
+    assert [(part.kind, part.number) for part in found.parts] == [
+        ("ball_drum", -1), ("ball_wall", 0), ("ball_wall", 1), ("ball_shaft", -1), ("ball_blade", 0), ("ball_blade", 1),
+    ]  # fmt: skip
+    for part, side in zip(found.parts[4:], (1, -1)):
+        assert part.axes == pytest.approx(np.column_stack([np.diag([1, side, side]), [-0.01 * side, 0.011 * side, 0]]))
+
+
+def test_the_densest_face_of_a_part_has_a_thousandth_of_its_power():
+    rest = dict.fromkeys([f.name for f in dataclasses.fields(wear.Face)][3:], 0.0)
+    for small, densest in ((1.05e-3, "tip"), (0.95e-3, "side")):
+        side, tip = (
+            wear.Face("blade", name, **rest | {"area": size, "sliding": power})
+            for name, size, power in (("side", 1.0, 1 - small), ("tip", 1e-6, small))
+        )
+        ((whole, top),) = wear.parts([tip, side])
+        assert (whole.area, whole.power, top.face) == (1 + 1e-6, pytest.approx(1), densest)
+
+
 def test_faces_add_up_to_the_parts(run):
     faces, found = wear.faces(run), Wear(run)
     assert sum(face.power for face in faces) == pytest.approx(
@@ -310,9 +372,10 @@ def test_values_can_be_given_for_a_run_without_powder_and_its_notes_are_repeated
     results = json.loads(found.stdout)["results"]
     power = results["power"]["value"]
     assert results["dose rate"] == pytest.approx({**results["dose rate"], "value": power / 0.02})
-    assert "dose rate" not in json.loads(mill("dose", "a.h5", "--json").stdout)["results"]
     assert found.stderr.startswith("mill dose: note: not steady: the rotor's power")
     assert mill("wear", "a.h5").stderr == found.stderr.replace("dose", "wear")
+    bare = json.loads(mill("dose", "a.h5", "--json").stdout)["results"]
+    assert "dose rate" not in bare and bare["hard impacts"]["meaning"] == "of 1 mJ or more"
 
 
 @pytest.mark.parametrize(
@@ -322,6 +385,12 @@ def test_values_can_be_given_for_a_run_without_powder_and_its_notes_are_repeated
         (["powder.mass=20 g"], "needs [powder] density"),
         (["drum.radius=3 m"], "only keys of [powder] and [heat] can be set"),
         (["powder.law=power", "powder.coefficient=1"], "needs [powder] exponent"),
+        (["powder.law=power", "powder.exponent=1"], "needs [powder] coefficient"),
+        (["powder.law=threshold"], "needs [powder] coefficient"),
+        (["powder.law=table"], "needs [powder] table"),
+        (["powder.law=vogel_peukert"], "needs [powder] strength"),
+        (["powder.law=vogel_peukert", "powder.size=0 m", "powder.strength=1 kg/(J m)"], "needs [powder] size"),
+        (["powder.capture=layer"], "needs [powder] layer"),
         (["heat.jar_mass=2 kg"], "needs [heat] ball_heat_capacity"),
     ],
 )

@@ -9,7 +9,7 @@ from milltools.base.errors import UserError
 from milltools.read import sums
 from milltools.read.expression import Expression, Requirement, split
 from milltools.read.results import Results
-from milltools.read.runfile import Run
+from milltools.read.runfile import PRECISION, Run
 
 EDGES = [1e-4, 1e-3, 1e-2]
 
@@ -55,6 +55,16 @@ def value(text):
         ("power * 1 h - 0.05 kWh", 0, "J"),
         ("mass / (2 kg + 200 g)", 4 / 2.2, "1"),
         ("dissipation(ball_ball) / 5 W", 4, "1"),
+        ("1 t + 2 kg", 1002, "kg"),
+        ("1 min + 1 h", 3660, "s"),
+        ("1 mWh + 1 kNm", 1003.6, "J"),
+        ("5 %", 0.05, "1"),
+        ("1 MPa", 1e6, "N m-2"),
+        ("1 GHz + 60 rpm", 1e9 + math.tau, "s-1"),
+        ("1 N", 1, "N"),
+        ("1 cm + 1 um + 1 µm + 1 μm + 1 nm", 0.010003001, "m"),
+        ("1 rad", 1, "1"),
+        ("1 mm/s^2", 1e-3, "m s-2"),
     ],
 )
 def test_an_expression_has_its_value_and_unit(text, wanted, unit):
@@ -96,6 +106,20 @@ def test_the_error_of_a_threshold_comes_from_the_impacts_above_it_in_blocks_of_t
     assert found.error / found.value == pytest.approx(max(own, counting), rel=0.4)
     assert found.error / found.value >= counting * (1 - 1e-12)
     assert math.isnan(value("rate_above(1 mJ)").error)  # without blocks
+
+
+def test_what_is_known_in_blocks_of_time_are_rates_losses_and_the_power_that_losses_follow():
+    hard, lost, kept = blocks()
+    soft = np.array(kept.blocks["counts"]["ball_ball"][0])
+    for path, series in {
+        "rotor/power": lost, "drive/power": lost, "impacts/all/dissipated_power": lost,
+        "impacts/ball_ball/dissipated_power": lost, "impacts/ball_drum/dissipated_power": 0 * lost,
+        "impacts/all/rate": soft + hard, "impacts/ball_ball/rate": soft + hard,
+    }.items():  # fmt: skip
+        assert kept.history(path) == pytest.approx(series), path
+    for path in ("rotor/torque", "impacts/all/normal_speed/mean", "impacts/ball_drum/rate", "floor_share/ball_ball"):
+        assert kept.history(path) is None, path
+    assert results().history("rotor/power") is None
 
 
 def test_the_error_of_a_quotient_of_what_rises_and_falls_together_is_the_scatter_of_replicates():
@@ -155,6 +179,9 @@ def test_a_wrong_expression_is_said_in_one_line(text, says):
 def test_words_are_those_of_people():
     assert Expression("rate_above(1 mJ) / power").words == "impacts of 1 mJ or more per joule"
     assert Expression("rate_above(1 m/s, ball_ball)").words == "rate of ball-ball impacts of 1 m/s or more"
+    assert Expression("power * 2").words == "(power * 2)" and Expression("-power").words == "-power"
+    assert Expression("mass / 2 kg").words == "mass of the balls per 2 kg"
+    assert Expression("dissipation(ball_wall)").words == "dissipated power (ball-wall)"
     path = "impacts/ball_ball/normal_speed/median_above_50mm_s"
     assert Expression(path).words == "median normal ball-ball impact speed above 50 mm/s"
 
@@ -203,7 +230,9 @@ def test_what_is_kept_of_a_run_answers_as_the_run(example):
         shown = Expression(f"rate_above({2.0**-16} mJ) / rotor/power").of(kept)
         quotient, error, _ = hard.over(sums.total(run, sums.itself, "dissipated"))
         assert hard.value > 0 and shown.error / shown.value == pytest.approx(error / quotient, rel=0.02)
-        assert kept.scalar("rotor/power")[0] == run.statistic("rotor/power")
+        for path in (*PRECISION, "impacts/ball_ball/rate", "impacts/all/rate", "impacts/all/count"):
+            expected = run.statistic(path), math.nan if path.endswith("count") else run.standard_error(path)
+            assert kept.scalar(path) == pytest.approx(expected, nan_ok=True), path
         assert kept.data["mass"] == pytest.approx(run.balls("mass").sum())
 
 

@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.stats import qmc
 
 from milltools.study.search import gp
 from milltools.study.search.space import Space
@@ -56,17 +57,14 @@ def test_a_neighbour_is_a_design_of_the_space_and_near():
     near = [space.near((10, 0.005), 0.03, rng) for _ in range(200)]
     assert set(near) <= set(space.everything())
     assert max(abs(n - 10) for n, _ in near) <= 3 and len(set(near)) > 5
+    far = [space.near((10, 0.005), 0.5, rng) for _ in range(400)]  # each key in three of four
+    assert all(0.17 < np.mean([one[k] == (10, 0.005)[k] for one in far]) < 0.38 for k in (0, 1))
 
 
 # ---- the surface
 
 
-def test_without_noise_it_goes_through_every_run():
-    found = surface(12, error=1e-6)
-    mean, spread = found.predict(found.designs)
-    assert mean == pytest.approx(found.values, abs=0.01)
-
-
+@pytest.mark.slow
 @pytest.mark.parametrize("known", [True, False])
 def test_its_interval_covers_the_truth_as_often_as_it_says(known):
     covered, asked = 0, [(x,) for x in np.linspace(0.05, 1.95, 20)]
@@ -81,27 +79,60 @@ def test_an_unknown_scatter_is_found():
     assert 0.12 < found.scatter < 0.3
 
 
-def test_a_run_with_a_large_error_counts_for_little():
-    space = Space(LINE)
-    designs, values = [(0.5,), (1.0,), (1.0,), (1.5,)], [1.0, 1.0, 9.0, 1.0]
-    trusted = gp.Surface(space, designs, values, [0.1, 0.1, 0.1, 0.1])
-    doubted = gp.Surface(space, designs, values, [0.1, 0.1, 50.0, 0.1])
-    assert trusted.predict([(1.0,)])[0] > 3 > 1.5 > doubted.predict([(1.0,)])[0]
+def by_formula(found, designs, runs, values, noises):
+    """Mean and covariance of the objective: Rasmussen & Williams, equations 2.25 and 2.26."""
+    kernel, size = found.process.kernel_, found.scale**2
+    one, two = found.space.encode(designs), found.space.encode(runs)
+    whole = size * (kernel(two) + gp.JITTER * np.eye(len(runs))) + np.diag(np.square(noises))
+    share = np.linalg.solve(whole, size * kernel(two, one)).T
+    return found.middle + share @ (np.array(values) - found.middle), size * (kernel(one) - share @ kernel(two, one))
 
 
-def test_more_runs_of_one_design_make_it_surer():
-    space = Space(LINE)
-    few = gp.Surface(space, [(0.5,), (1.5,)], [1.0, 2.0], [0.3, 0.3])
-    many = gp.Surface(space, [(0.5,), *[(1.5,)] * 9], [1.0, *[2.0] * 9], [0.3] * 10)
-    assert many.predict([(1.5,)])[1] < 0.6 * few.predict([(1.5,)])[1]
+def test_mean_covariance_and_gaps_are_those_of_the_formulas():
+    runs, values, errors = (
+        [(0.2,), (0.6,), (1.1,), (1.1,), (1.9,)],
+        [4.0, 2.0, 3.0, 3.3, 1.0],
+        [0.1, 0.2, np.nan, 0.3, 0.4],
+    )
+    found = gp.Surface(Space(LINE), runs, values, errors, False, 1)
+    noises = np.hypot(np.nan_to_num(errors), found.scatter)
+    asked = [(0.4,), (1.0,), (1.5,)]
+    assert (found.middle, found.scale) == pytest.approx((np.mean(values), np.std(values)))
+    assert found.noise == pytest.approx(math.hypot(found.scatter, 0.25))
+    mean, cov = by_formula(found, asked, runs, values, noises)
+    for told in (found.predict(asked)[0], found.covariance(asked)[0]):
+        assert told == pytest.approx(mean)
+    assert found.predict(asked)[1] ** 2 == pytest.approx(np.diag(cov))
+    assert found.covariance(asked)[1] == pytest.approx(cov)
+    gap, spread = found.gaps(asked[1:], asked[0])  # of what is minimised
+    assert gap == pytest.approx(mean[1:] - mean[0])
+    assert spread**2 == pytest.approx([cov[0, 0] + cov[k, k] - 2 * cov[0, k] for k in (1, 2)])
+    assert found.best(asked) == asked[int(np.argmin(mean))] and found.best() in runs
+    pending = [(1.5,), (0.1,)]
+    believed = found.believing(pending)
+    expected = [*values, *by_formula(found, pending, runs, values, noises)[0]]
+    mean, cov = by_formula(found, asked, runs + pending, expected, [*noises, found.noise, found.noise])
+    assert found.designs == runs and believed.predict(asked)[0] == pytest.approx(mean)
+    assert believed.predict(asked)[1] ** 2 == pytest.approx(np.diag(cov))
 
 
-def test_runs_that_are_still_out_make_it_no_wiser_about_the_mean_but_surer():
-    found = surface(8)
-    believed = found.believing([(1.2,), (1.2,)])
-    assert believed.predict([(1.2,)])[0] == pytest.approx(found.predict([(1.2,)])[0], abs=0.01)
-    assert believed.predict([(1.2,)])[1] < found.predict([(1.2,)])[1]
-    assert len(found.designs) == 8
+@pytest.mark.parametrize("vary, limit", [(GRID, 0), (GRID, 5), (LINE, 0)])
+def test_the_place_of_the_optimum_is_that_of_designs_not_certainly_worse(vary, limit):
+    found = surface(40, 0.05, 3, vary=vary, function=hill if vary == GRID else wave)
+    best = found.optimum(allowed=(lambda designs: [d[0] > limit for d in designs]) if limit else None)
+    around = found.space.everything() or found.space.at(qmc.Sobol(1, seed=0).random(2048))
+    around = [d for d in around if d[0] > limit]
+    (value,), (error,) = found.predict([best.design])
+    gap, spread = found.gaps(around, best.design)
+    open_ = [d for d, g, s in zip(around, gap, spread) if g <= gp.REACH * s] + [best.design]
+    alike = [d for d, g in zip(around, gap) if g <= 0.02 * value] + [best.design]
+    assert (best.value, best.error, best.runs) == (value, error, found.designs.count(best.design))
+    assert (best.low, best.high) == pytest.approx((value - 1.959964 * error, value + 1.959964 * error))
+    assert best.place_share == pytest.approx((len(open_) - 1) / len(around), abs=1.1 / len(around))
+    for places, designs in ((best.place, open_), (best.alike, alike)):
+        assert [(one.low, one.high) for one in places] == [(min(column), max(column)) for column in zip(*designs)]
+    wide = [(one.high - one.low) / (r.high - r.low) >= 0.25 for one, r in zip(best.alike, found.space.ranges)]
+    assert best.flat == [key for key, is_wide in zip(found.space.keys, wide) if is_wide]
 
 
 def test_rows_without_a_value_are_left_out_and_none_at_all_is_an_error():

@@ -55,17 +55,6 @@ static double held(size_t n, double memory, size_t period, double swing, double 
 
 /* ---- series ---- */
 
-TEST(mser_cuts_a_start_up_that_stands_out)
-{
-    chance = 1;
-    fill(200, 0, 0, 0);
-    for (size_t i = 0; i < 40; i++)
-        x[i] += 20 * exp(-(double)i / 8);
-    const size_t cut = mill_precision_mser(x, 200);
-    ck_assert_uint_ge(cut, 16); /* 20 exp(-2) = 2.7 standard deviations */
-    ck_assert_uint_le(cut, 40);
-}
-
 TEST(mser_is_the_minimum_of_its_formula)
 {
     chance = 2;
@@ -134,15 +123,6 @@ TEST(a_revolution_that_is_not_whole_has_its_part_in_the_error)
     double reach;
     ck_assert_double_gt(held(66, 0, 12, 30, &reach), 0.98);
     ck_assert_msg(reach > 0.95 && reach < 1.8, "%g", reach);
-}
-
-TEST(the_interval_is_wider_the_fewer_batches_there_are_to_tell_it)
-{
-    double few, many;
-    held(48, 0, 0, 0, &few);
-    held(MOST, 0, 0, 0, &many);
-    ck_assert_double_gt(few, 1.08 * many);
-    ck_assert_double_eq_tol(many, 1, 0.2);
 }
 
 /* The error as the comments of precision.c define it, step by step, and Student's t of GSL */
@@ -519,6 +499,21 @@ TEST(joined_batches_tell_the_same)
 
 static struct fixture f;
 
+/* The batches of the window have all of its impacts by speed, and the blocks all of its batches. */
+static void ck_whole(void)
+{
+    const struct mill_precision *p = &f.tally->batches;
+    const struct mill_energies_blocks *b = &f.tally->blocks;
+    for (int i = 0; i < MILL_SPECTRUM_SLOTS; i++) {
+        uint64_t count = 0;
+        for (uint64_t k = f.results->from; k < p->at.batches; k++)
+            count += p->counts[k][i];
+        ck_assert_uint_eq(count, f.results->impacts[f.results->all].normal.slot[i].count);
+    }
+    ck_assert_uint_eq(b->blocks, p->at.batches / b->length);
+    ck_assert(b->length == 1 || b->blocks >= 36);
+}
+
 /* A mill whose impacts are at 4 m/s and its power 500 W until 0.35 s, then 1 m/s and 100 W, both
  * scattered; 10 revolutions a second */
 static void play(double from, double to)
@@ -569,6 +564,7 @@ TEST(nothing_from_before_the_cut_is_in_the_statistics)
         hits += f.results->maps.cross.hits[i].count;
     ck_assert_uint_eq(hits, impacts_of(&f, f.results->all));
     ck_assert_uint_eq(f.results->blocks, (uint64_t)(f.results->duration / 0.1 + 1e-6));
+    ck_whole();
     fixture_free(&f);
 }
 
@@ -639,6 +635,7 @@ TEST(portions_are_joined_and_a_long_run_still_finds_its_cut)
     ck_assert_double_le(f.results->begin, 1.2); /* a portion is up to a 12th of the run */
     ck_assert_double_eq_tol((double)impacts_of(&f, MILL_BALL_BALL), f.results->duration / 2e-4,
                             1.01);
+    ck_whole();
     fixture_free(&f);
 }
 
