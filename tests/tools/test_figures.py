@@ -16,6 +16,7 @@ import pytest
 from conftest import PROGRAM, SMALL, run_mill
 from matplotlib.figure import Figure as Canvas
 from matplotlib.patches import Rectangle
+from matplotlib.text import Text
 
 from milltools import figures
 from milltools.__main__ import main
@@ -23,14 +24,17 @@ from milltools.base.errors import UserError
 from milltools.dose.wear import ENOUGH
 from milltools.figures import (
     FIGURES,
+    base,
     bins,
     energies,
     flow,
     maps,
     outlines,
     overtime,
+    overview,
     sankey,
     spectra,
+    style,
 )
 from milltools.geometry.profile import Profile
 from milltools.read.histogram import Histogram
@@ -352,9 +356,9 @@ def test_flows_of_several_runs_are_on_one_scale_of_watts(monkeypatch):
         (0, 1), {"rotor": powers[run.path]}, {}, {"ball_ball": (0.6 * powers[run.path], 0.4 * powers[run.path])}
     )
     monkeypatch.setattr(flow, "account", account)
-    drawing = Canvas(layout="constrained")
+    drawing = Canvas()
     FIGURES["flow"].paint(drawing, [SimpleNamespace(path=path) for path in powers])
-    drawing.draw_without_rendering()
+    style.lay_out(drawing)
     trunks = [patch for ax in drawing.axes for patch in ax.patches if isinstance(patch, Rectangle)]
     small, large = (trunk.get_window_extent().height for trunk in trunks)
     assert large / small == pytest.approx(4, rel=1e-3)
@@ -387,7 +391,7 @@ def foreign(folder, tmp_path):
 def test_what_another_program_does_not_tell_is_named(foreign):
     for name in ("speeds-power", "energies-power", "axial-power"):
         figure = FIGURES[name].draw(foreign)
-        words = " ".join(ax.get_ylabel() for ax in figure.axes)
+        words = " ".join(" ".join(ax.get_ylabel() for ax in figure.axes).split())
         assert "normal part [W" in words
         assert any("normal part" in head for head in FIGURES[name].tables(foreign)[0].columns)
     assert "rebound" not in str(spectra.plot(axes(), foreign)[0].axes.get_legend_handles_labels())
@@ -542,6 +546,30 @@ def test_a_slip_of_nothing_has_no_spectrum(tmp_path):
         assert "slower or faster than the bins" in FIGURES["slip"].why_not(run)
         assert spectra.bins(run, "all", speed="tangential_speed").rate == near(run.statistic("impacts/all/rate"))
         spectra.plot(axes(), run, speed="tangential_speed")  # empty, but no fault
+
+
+# ---- layout
+
+
+@pytest.mark.parametrize("name", [*FIGURES, "overview"])
+def test_no_text_is_cut_off_and_none_covers_another(folder, plain, gas, monkeypatch, name):
+    drawn = []
+    monkeypatch.setattr(Text, "draw", lambda text, renderer: drawn.append((text, text.get_window_extent(renderer))))
+    path = folder / f"{'a_name_without_an_end_' * 2}, then $x_2$ and more words.h5"
+    path.unlink(missing_ok=True)
+    path.symlink_to("mixture.h5")
+    with Run(path) as long, matplotlib.rc_context(base.LOOK):
+        both = [long, plain if name in ("power", "torque") else gas]  # nothing moves in the gas
+        for runs in [both] if name.startswith("wear") else [[long], both][: 1 + (name in FIGURES)]:
+            figure = FIGURES[name].draw(runs) if name in FIGURES else overview.draw(long)
+            drawn.clear()
+            figure.draw_without_rendering()
+            seen = {text: box for text, box in drawn if text.get_visible() and text.get_text().strip()}
+            low, high = (np.array([getattr(box, end) for box in seen.values()]) for end in ("min", "max"))
+            over = np.minimum.outer(high, high) - np.maximum.outer(low, low)
+            over = over.diagonal(axis1=1, axis2=3).min(axis=2) > 1
+            assert not [[list(seen)[k] for k in pair] for pair in np.argwhere(np.triu(over, 1))]
+            assert not [t for t, a, b in zip(seen, low, high) if a.min() < -0.5 or (b > figure.bbox.max + 0.5).any()]
 
 
 # ---- inline SVG

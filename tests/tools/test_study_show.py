@@ -276,15 +276,6 @@ def test_the_contour_names_keys_units_marks_and_best(figure7):
     assert any(re.match(r"best: n\s=\s\d", label) for label in labels)
 
 
-def test_a_legend_is_never_wider_than_its_picture():
-    figure, ax = plt.subplots(figsize=(4, 3), layout="constrained")
-    lines = [ax.plot([0, 1], label=f"{k} {'a long label ' * 3}")[0] for k in range(5)]
-    canvas.legend(figure, lines, 3)
-    (made,) = figure.legends
-    assert made.get_window_extent().width <= figure.bbox.width and len(made.get_texts()) == 5
-    plt.close(figure)
-
-
 def test_outlines_enclose_just_the_cells():
     mask = np.random.default_rng(1).random((9, 7)) < 0.4
     area = 0.0
