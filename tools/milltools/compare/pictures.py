@@ -14,7 +14,7 @@ from matplotlib import ticker
 from matplotlib.figure import Figure
 from matplotlib.transforms import Affine2D
 
-from milltools.base.text import MINUS, literal
+from milltools.base.text import MINUS, literal, plain
 from milltools.compare import finding
 from milltools.compare import map_deviation as cells
 from milltools.compare.load import SPEED_EDGES
@@ -284,11 +284,11 @@ def write(tables, path):
     shown = [(one, found, one[-1](len(tables) + 1, found)) for one in PICTURES if (found := one[3](tables))]
     width, heights = max(w for *_, (w, _) in shown), [h + 0.5 for *_, (_, h) in shown]
     with matplotlib.rc_context(LOOK):
-        said = [line for table in tables for line in textwrap.wrap(literal(finding.title(table), 400), int(9 * width))]
+        said = [line for table in tables for line in textwrap.wrap(plain(finding.title(table)), int(9 * width))]
         heights = [0.2 * len(said) + 0.1, *heights]
         whole = Figure(figsize=(width, sum(heights)), layout="none")
         head, *parts = whole.subfigures(len(heights), 1, height_ratios=heights)
-        head.suptitle("\n".join(said), x=0.01, ha="left", fontsize=11, fontweight="bold")
+        head.suptitle("\n".join(literal(line, 400) for line in said), x=0.01, ha="left", fontsize=11, fontweight="bold")
         for part, ((_, title, _, _, draw, _), found, _) in zip(parts, shown):
             part.suptitle(title, fontweight="bold")
             draw(part, tables, found)

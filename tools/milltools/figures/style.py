@@ -166,7 +166,7 @@ def lay_out(figure):
         around = inner.x0 - box.x0, box.x1 - inner.x1, box.y1 - inner.y1, inner.y0 - box.y0
         if hasattr(ax, "beside"):
             around = 0, around[1] + (BESIDE + BAR) * figure.dpi, 0, 0
-        first, *_, last = 2 * [one.get_subplotspec() for one in getattr(ax, "beside", [ax])]
+        first, last = (one.get_subplotspec() for one in np.take(getattr(ax, "beside", [ax]), [0, -1]))
         spans[ax] = first.colspan.start, last.colspan.stop - 1, first.rowspan.start, last.rowspan.stop - 1
         for some, place, size in zip(room, spans[ax], around):
             some[place] = max(some[place], size)

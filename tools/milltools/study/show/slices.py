@@ -157,6 +157,6 @@ def draw_sensitivity(view, entries):
     ax.set_xlabel("share of the variance [1], with 95 % confidence")
     ax.grid(axis="x", alpha=0.25, lw=0.6)
     methods = ", ".join(dict.fromkeys(str(entry[5]) for entry in entries))
-    ax.set_title(canvas.broken(f"{view.name}: which key matters ({methods})", 60), loc="left")
+    canvas.title(figure, f"{view.name}: which key matters ({methods})")
     canvas.legend(figure, ax.get_legend_handles_labels()[0], 2)
     return figure
