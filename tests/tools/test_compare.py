@@ -15,6 +15,7 @@ import termios
 from types import SimpleNamespace
 
 import h5py
+import layouts
 import numpy as np
 import pytest
 from conftest import PROGRAM, ROOT, run_mill, some
@@ -566,8 +567,9 @@ def test_no_line_of_the_forest_plot_runs_through_a_text():
         *(made(f"dissipated_power_{k}", 200, 100, 0.01) for k in range(20)),
     )
     for side in (table.a, table.b):
-        side.label = side.name
+        side.label = side.name = "a_name_without_an_end_" * 3
     (figure,) = (figure for name, *_, figure in some_pictures([table]) if name == "forest")
+    assert not layouts.faults(figure)
     figure.canvas.draw()
     (ax,) = figure.axes
     boxes = [text.get_window_extent() for text in ax.texts]
@@ -578,6 +580,14 @@ def test_no_line_of_the_forest_plot_runs_through_a_text():
         for box in boxes:
             assert not (box.x0 < x < box.x1 and box.y0 < max(one, two) and min(one, two) < box.y1)
     assert not any(line.get_visible() for line in ax.get_xgridlines())
+
+
+def test_above_all_pictures_each_finding_has_its_own_line(tmp_path, monkeypatch):
+    table = two_designs(made("rotor_power", 200, 120, 0.01))
+    table.a.label, table.b.label = table.a.name, table.b.name
+    monkeypatch.setattr(pictures, "PICTURES", pictures.PICTURES[:1])
+    pictures.write([table, table], tmp_path / "all.svg")
+    assert (tmp_path / "all.svg").read_text().count(f">{finding.title(table)[:20]}") == 2
 
 
 def some_pictures(tables):

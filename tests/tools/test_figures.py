@@ -1,5 +1,6 @@
 """mill plot --figure: what is drawn is what the file holds; pictures are compared by their structure."""
 
+import base64
 import dataclasses
 import re
 import signal
@@ -9,6 +10,7 @@ import xml.etree.ElementTree as ET
 from types import SimpleNamespace
 
 import h5py
+import layouts
 import matplotlib
 import numpy as np
 import pandas as pd
@@ -26,11 +28,14 @@ from milltools.figures import (
     bins,
     energies,
     flow,
+    inline,
     maps,
     outlines,
     overtime,
+    overview,
     sankey,
     spectra,
+    style,
 )
 from milltools.geometry.profile import Profile
 from milltools.read.histogram import Histogram
@@ -365,9 +370,9 @@ def test_flows_of_several_runs_are_on_one_scale_of_watts(monkeypatch):
         (0, 1), {"rotor": powers[run.path]}, {}, {"ball_ball": (0.6 * powers[run.path], 0.4 * powers[run.path])}
     )
     monkeypatch.setattr(flow, "account", account)
-    drawing = Canvas(layout="constrained")
+    drawing = Canvas()
     FIGURES["flow"].paint(drawing, [SimpleNamespace(path=path) for path in powers])
-    drawing.draw_without_rendering()
+    style.lay_out(drawing)
     trunks = [patch for ax in drawing.axes for patch in ax.patches if isinstance(patch, Rectangle)]
     small, large = (trunk.get_window_extent().height for trunk in trunks)
     assert large / small == pytest.approx(4, rel=1e-3)
@@ -399,7 +404,7 @@ def foreign(folder, tmp_path):
 def test_what_another_program_does_not_tell_is_named(foreign):
     for name in ("speeds-power", "energies-power", "axial-power"):
         figure = FIGURES[name].draw(foreign)
-        words = " ".join(ax.get_ylabel() for ax in figure.axes)
+        words = " ".join(" ".join(ax.get_ylabel() for ax in figure.axes).split())
         assert "normal part [W" in words
         assert any("normal part" in head for head in FIGURES[name].tables(foreign)[0].columns)
     assert "rebound" not in str(spectra.plot(axes(), foreign)[0].axes.get_legend_handles_labels())
@@ -556,6 +561,20 @@ def test_a_slip_of_nothing_has_no_spectrum(tmp_path):
         spectra.plot(axes(), run, speed="tangential_speed")  # empty, but no fault
 
 
+# ---- layout
+
+
+@pytest.mark.parametrize("name", [*FIGURES, "overview"])
+def test_no_text_is_cut_off_and_none_covers_another(folder, plain, gas, name):
+    path = folder / f"{'a_name_without_an_end_' * 2}, then $x_2$ and more words.h5"
+    path.unlink(missing_ok=True)
+    path.symlink_to("mixture.h5")
+    with Run(path) as long:
+        both = [long, plain if name in ("power", "torque") else gas]  # nothing moves in the gas
+        for runs in [both] if name.startswith("wear") else [[long], both][: 1 + (name in FIGURES)]:
+            assert not layouts.faults(FIGURES[name].draw(runs) if name in FIGURES else overview.draw(long))
+
+
 # ---- inline SVG
 
 
@@ -571,6 +590,9 @@ def test_inline_svg_is_well_formed_and_stands_alone(plain, name):
         for key, value in element.attrib.items():
             if key.endswith("href"):
                 assert value.startswith(("#fig-", "data:image/png;base64,"))
+                if value.startswith("data:"):  # the field of a map
+                    pixels = int.from_bytes(base64.b64decode(value[22:])[16:20])
+                    assert pixels == pytest.approx(float(element.attrib["width"]) * inline.DPI / 72, abs=2)
             assert not key.lower().startswith("on")
     ids = [e.attrib["id"] for e in root.iter() if "id" in e.attrib]
     assert len(ids) == len(set(ids)) and all(i.startswith(f"fig-{name}-") for i in ids)

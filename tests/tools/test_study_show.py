@@ -9,6 +9,7 @@ import re
 import subprocess
 import sys
 
+import layouts
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
@@ -270,13 +271,14 @@ def test_the_contour_names_keys_units_marks_and_best(figure7):
     assert any(re.match(r"best: n\s=\s\d", label) for label in labels)
 
 
-def test_a_legend_is_never_wider_than_its_picture():
-    figure, ax = plt.subplots(figsize=(4, 3), layout="constrained")
-    lines = [ax.plot([0, 1], label=f"{k} {'a long label ' * 3}")[0] for k in range(5)]
-    canvas.legend(figure, lines, 3)
-    (made,) = figure.legends
-    assert made.get_window_extent().width <= figure.bbox.width and len(made.get_texts()) == 5
-    plt.close(figure)
+@pytest.mark.parametrize("size", [1e-12, 1, -1e5])
+def test_no_text_of_lines_is_cut_off_and_none_covers_another(size):
+    designs = made.grid(rotor__speed=np.array([60.0, 80, 100, 120]), balls__diameter=np.array([2e-3, 4e-3]))
+    entries = [made.vary(key, designs[key].unique()) for key in designs]
+    value = size * np.arange(1.0, 9)
+    shown = view(*made.made(designs, entries, {SPEED: ("maximise", value)}), "a long name of a study " * 3)
+    for figure in (slices.draw(shown, shown.objectives[0]), slices.draw_sensitivity(shown, [(SPEED, 1, 0, 1, 0, "")])):
+        assert not layouts.faults(figure)
 
 
 def test_outlines_enclose_just_the_cells():

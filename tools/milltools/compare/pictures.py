@@ -6,6 +6,7 @@ lists them with their titles and sizes. A panel without data is left out, and so
 """
 
 import math
+import textwrap
 
 import matplotlib
 import numpy as np
@@ -13,7 +14,7 @@ from matplotlib import ticker
 from matplotlib.figure import Figure
 from matplotlib.transforms import Affine2D
 
-from milltools.base.text import MINUS, literal
+from milltools.base.text import MINUS, literal, plain
 from milltools.compare import finding
 from milltools.compare import map_deviation as cells
 from milltools.compare.load import SPEED_EDGES
@@ -22,7 +23,7 @@ from milltools.figures.base import LOOK, WIDTH
 from milltools.figures.bins import curve, enough
 from milltools.figures.outlines import rim
 from milltools.figures.overtime import means
-from milltools.figures.style import INK, run_style, save
+from milltools.figures.style import INK, colour_bar, lay_out, legend, run_style, save
 from milltools.read.kinds import label as kind_label
 
 PITCH = 0.33  # [inch] of a row of the forest plot: a text above a bar
@@ -83,9 +84,10 @@ def draw_forest(figure, tables, shown):
     ax.spines["left"].set_visible(False)
     who = "each run" if several else literal(tables[0].b.name, 24)
     scale = ", logarithmic" if ratios else ""
-    ax.set_xlabel(f"difference of {who} from {literal(tables[0].a.name, 24)} [%]{scale}")
+    label = f"difference of {who} from {literal(tables[0].a.name, 24)} [%]{scale}"
+    ax.set_xlabel(textwrap.fill(label, 60, break_long_words=False))
     if several:
-        _legend(figure, [ax], 2)
+        _legend(figure, [ax])
 
 
 def _tick(percent: float) -> str:
@@ -116,16 +118,17 @@ def draw_spectra(figure, tables, found):
         ax.remove()
     for ax in axes[max(0, len(found) - columns) : len(found)]:
         ax.tick_params(labelbottom=True)
-    figure.supxlabel("normal impact speed [m/s]", fontsize="medium")
-    figure.supylabel("impacts per second and decade [1/s]", fontsize="medium")
-    _legend(figure, axes[: len(found)], 2)
+        ax.set_xlabel("normal impact speed [m/s]")
+    for ax in axes[: len(found) : columns]:
+        ax.set_ylabel("impacts per second\nand decade [1/s]")
+    _legend(figure, axes[: len(found)])
 
 
-def _legend(figure, axes, count):
+def _legend(figure, axes):
     """One legend for all axes of a figure, above them."""
     found = {label: line for ax in axes for line, label in zip(*ax.get_legend_handles_labels())}
     if found:
-        figure.legend(found.values(), found.keys(), loc="outside upper left", ncols=min(count, 4), frameon=False)
+        legend(figure, found.values(), found.keys(), 4, "upper left")
 
 
 def draw_power(figure, _, sides):
@@ -149,7 +152,7 @@ def draw_power(figure, _, sides):
         ax.grid(alpha=0.3)
     axes[0].set(title="power, means over short pieces of time", ylabel="power of the drive [W]")
     axes[1].set(title="translational kinetic energy", ylabel="kinetic energy of the balls [J]")
-    _legend(figure, axes, 2)
+    _legend(figure, axes)
 
 
 def speeds(tables):
@@ -174,7 +177,7 @@ def draw_speeds(figure, _, counts):
     ax.grid(alpha=0.3)
     ax.set_xlim(0, top)
     ax.set_ylim(bottom=1e-4)
-    _legend(figure, [ax], 2)
+    _legend(figure, [ax])
 
 
 # the flow only where the solid fraction is above LEAST: elsewhere it would be the speed of single balls
@@ -192,7 +195,7 @@ def draw_maps(figure, _, sides):
         for ax, side, field in zip(line, sides, fields):
             image = _map(ax, side, side.first.edges(), field, "viridis", 0, top)
             ax.set_title(literal(side.label, 30))
-        figure.colorbar(image, ax=line[: len(sides)], label=label, extend="max", shrink=0.9)
+        colour_bar(image, line[: len(sides)], label=label, extend="max")
         off = []
         for side in sides[1:]:
             pair = [sides[0].first, side.first]
@@ -206,7 +209,7 @@ def draw_maps(figure, _, sides):
             ax.set_title(f"{side.letter} \N{MINUS SIGN} A")
             image = _map(ax, side, edges, difference, "RdBu_r", -reach, reach)
         what = label.replace(" [", ", difference [")
-        figure.colorbar(image, ax=line[len(sides) :], label=what, extend="both", shrink=0.9)
+        colour_bar(image, line[len(sides) :], label=what, extend="both")
     reach = 1.02e3 * max(side.first.container.outermost for side in sides)
     for ax in axes.ravel():
         ax.locator_params(nbins=4)
@@ -270,8 +273,9 @@ def figures(tables):
     for name, title, words, data, draw, size in PICTURES:
         if found := data(tables):
             with matplotlib.rc_context(LOOK):
-                figure = Figure(figsize=size(len(tables) + 1, found), layout="constrained")
+                figure = Figure(figsize=size(len(tables) + 1, found), layout="none")
                 draw(figure, tables, found)
+                lay_out(figure)
             yield name, title, words, figure
 
 
@@ -280,11 +284,13 @@ def write(tables, path):
     shown = [(one, found, one[-1](len(tables) + 1, found)) for one in PICTURES if (found := one[3](tables))]
     width, heights = max(w for *_, (w, _) in shown), [h + 0.5 for *_, (_, h) in shown]
     with matplotlib.rc_context(LOOK):
-        whole = Figure(figsize=(width, sum(heights) + 0.5), layout="constrained")
-        said = "\n".join(finding.title(table) for table in tables)
-        whole.suptitle(literal(said, 400), x=0.01, ha="left", fontsize=11, fontweight="bold")
-        parts = whole.subfigures(len(shown), 1, squeeze=False, height_ratios=heights, hspace=0.03)[:, 0]
+        said = [line for table in tables for line in textwrap.wrap(plain(finding.title(table)), int(9 * width))]
+        heights = [0.2 * len(said) + 0.1, *heights]
+        whole = Figure(figsize=(width, sum(heights)), layout="none")
+        head, *parts = whole.subfigures(len(heights), 1, height_ratios=heights)
+        head.suptitle("\n".join(literal(line, 400) for line in said), x=0.01, ha="left", fontsize=11, fontweight="bold")
         for part, ((_, title, _, _, draw, _), found, _) in zip(parts, shown):
             part.suptitle(title, fontweight="bold")
             draw(part, tables, found)
-    save(whole, path, dpi=100)
+        lay_out(whole)
+    save(whole, path, 100, LOOK)

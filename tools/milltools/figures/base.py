@@ -2,14 +2,15 @@
 
 import dataclasses
 import pathlib
+import textwrap
 
 import matplotlib
 import numpy as np
 from matplotlib.figure import Figure as Canvas
 
 from milltools.base.errors import UserError
-from milltools.base.text import literal, number
-from milltools.figures.style import INK, SMALL, STYLE
+from milltools.base.text import literal, number, plain
+from milltools.figures.style import INK, SMALL, STYLE, lay_out
 
 WIDTH = 4.8  # [inch]: a column of a page, or a phone held upright
 QUIET = {"color": INK, "alpha": 0.7}  # for less important parts; not grey, because dark pages need a light colour
@@ -22,6 +23,7 @@ LOOK = {
     **STYLE,
     **dict.fromkeys(INKED, INK),
     "axes.linewidth": 0.7,
+    "axes.titley": 1.0,  # else matplotlib measures all tick labels again to find it
     "axes.grid": True,
     "grid.alpha": 0.18,
     "grid.linewidth": 0.6,
@@ -64,11 +66,11 @@ class Figure:
         `titled=False` omits the title, for pages that print it themselves."""
         runs = self.checked(runs, options)
         with matplotlib.rc_context(LOOK):
-            figure = Canvas(layout="constrained")
-            figure.set_layout_engine("constrained", h_pad=0.05, w_pad=0.05)
+            figure = Canvas(layout="none")
             self.paint(figure, runs, **options)
             if titled:
                 figure.suptitle(self.title, x=0.015, ha="left", fontsize=10, fontweight="bold")
+            lay_out(figure)
         return figure
 
     def paint(self, figure, runs, **options):
@@ -112,6 +114,7 @@ def sampled(run) -> str:
     return f"sampled {number(run.duration, 4)} s ({number(begin, 4)} to {number(end, 4)} s)"
 
 
-def subtitle(ax, text: str, most: int = 110):
-    """Writes a line in small letters above axes, such as the run and its sampled window."""
-    ax.set_title(literal(text, most), loc="left", fontsize=SMALL, **QUIET)
+def subtitle(ax, text: str, most: int = 52):
+    """Writes lines of at most `most` small letters above axes, such as the run and its sampled window."""
+    lines = [literal(line, most) for line in textwrap.wrap(plain(text), most)[:3]]
+    ax.set_title("\n".join(lines), loc="left", fontsize=SMALL, **QUIET)

@@ -11,7 +11,7 @@ import dataclasses
 
 import numpy as np
 
-from milltools.base.text import number, quantity
+from milltools.base.text import literal, number, quantity
 from milltools.figures import sankey
 from milltools.figures.base import WIDTH, Figure, labels, subtitle
 from milltools.figures.style import INK, kind_look
@@ -142,7 +142,7 @@ class Flow(Figure):
         extents = []
         for ax, name, found in zip(axes, labels(runs), accounts):
             extents.append(panel(ax, found, scale, largest))
-            subtitle(ax, f"{name}, {_words(found)}")
+            subtitle(ax, f"{name}, {_words(found)}", 71)
         axes[0].get_gridspec().set_height_ratios(extents)  # so an inch is the same power in all of them
         figure.set_size_inches(WIDTH, 0.35 + sum(0.45 + scale * extent for extent in extents))
 
@@ -182,9 +182,10 @@ def _band(found: Account, what, kind, part, power, gives=False, named=True) -> s
     numbers = quantity(power, "W"), f"{percent:.1f} %" if percent >= 0.05 else "<0.1 %"
     if what == "dissipation":
         colour, group = kind_look(kind, tuple(found.dissipation))["color"], what if gives else kind
-        words = [f"{label(kind)} {part}".strip()] if gives else [label(kind) if named else "", part]
+        who = literal(label(kind), 14)
+        words = [literal(f"{who} {part}".strip(), 18)] if gives else [who if named else "", part]
     else:
-        name = {"motion": kind, "residual": "balance error"}.get(what, what.replace("_", " "))
+        name = {"motion": literal(kind, 14), "residual": "balance error"}.get(what, what.replace("_", " "))
         way = {"motion": ", braked", "rotor": ", braked", "residual": ""}.get(what, " rises")
         colour, group = INK if gives and what in ("rotor", "motion") else STORED, what
         words = [name] if gives else [name + way, ""]

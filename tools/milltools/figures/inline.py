@@ -7,7 +7,7 @@ import matplotlib
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 
 from milltools.figures.base import LOOK
-from milltools.figures.style import INK, lay_out
+from milltools.figures.style import INK
 
 _TAG = re.compile(r"<[^>]*>")  # a ">" in an attribute is written as &gt;
 _ID = re.compile(r'\s+id="([^"]*)"')
@@ -40,7 +40,7 @@ def _drawn(figure) -> str:
     out, nothing = io.StringIO(), dict.fromkeys(("Date", "Creator", "Format", "Type"))
     with matplotlib.rc_context(LOOK):
         canvas = FigureCanvasSVG(figure)
-        lay_out(figure, DPI)
+        figure.dpi = DPI
         for patch in (figure.patch, *(ax.patch for ax in figure.axes)):
             patch.set(facecolor="none", edgecolor="none")
         canvas.print_svg(out, metadata=nothing)

@@ -4,6 +4,7 @@ the file. Cells without data are blank."""
 
 import dataclasses
 import functools
+import textwrap
 
 import matplotlib
 import numpy as np
@@ -12,7 +13,7 @@ from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from milltools.dose.wear import ENOUGH
 from milltools.figures import outlines
 from milltools.figures.base import WIDTH, Figure, labels, sampled, subtitle
-from milltools.figures.style import beyond, log_ticks, millimetres
+from milltools.figures.style import beyond, colour_bar, log_ticks, millimetres
 from milltools.geometry import vessel
 from milltools.read.runfile import VIEWS
 
@@ -156,16 +157,15 @@ class MapFigure(Figure):
         x, y = [ax.get_xlim() for ax in axes], [ax.get_ylim() for ax in axes]
         for ax in axes:  # mills of different size on one scale
             ax.set(xlim=(np.min(x), np.max(x)), ylim=(np.min(y), np.max(y)))
+            ax.locator_params(axis="y", nbins=np.clip(int(14 * np.ptp(y) / np.ptp(x)), 2, 5))
         words = quantity.label
         if self.quantity == "power" and fields[0].part != "all":
             words = words.replace(" [", f", {fields[0].part} part [")
         values = quantity.scale * np.concatenate([found.values[self.quantity].ravel() for found in fields])
         extend = beyond(values, low, high)
-        bar = figure.colorbar(image, ax=list(axes), label=words, extend=extend, pad=0.02)
-        bar.solids.set_rasterized(True)
+        bar = colour_bar(image, axes, label=textwrap.fill(words, int(13 * figure.get_figheight())), extend=extend)
         if quantity.log:
             log_ticks(bar.ax.yaxis, low, high)
-        bar.ax.grid(False)
 
     def _panel(self, ax, run, found, norm):
         quantity, few_cells = QUANTITIES[self.quantity], None
@@ -184,8 +184,8 @@ class MapFigure(Figure):
         image.set_clip_path(rim)
         if few_cells:
             few_cells.set_clip_path(rim)
-        if self.quantity == "velocity" and (arrows := self._arrows(ax, found)):
-            arrows.set_clip_path(rim)
+        if self.quantity == "velocity":
+            self._arrows(ax, found)
         ax.set_aspect("equal")
         ax.locator_params(nbins=5)
         millimetres(ax)
@@ -205,10 +205,10 @@ class MapFigure(Figure):
         x, y, u, v = (_blocks(weight * what, step)[there] / balls[there] for what in (*places, *flow))
         top = np.quantile(np.hypot(u, v), 0.98) if there.any() else 0
         if not top:
-            return None
+            return
         long = np.hypot(u, v) > 0.04 * top  # shorter ones are dots
         span = step * float(np.diff(found.edges[0][:2])[0])
-        return ax.quiver(
+        ax.quiver(  # without the wall's clip path: matplotlib writes it for each arrow of an SVG
             x[long], y[long], u[long], v[long],
             angles="xy", scale_units="xy", scale=top / (1.5 * span), units="xy", width=0.14 * span, pivot="mid",
             headwidth=3.4, headlength=3.6, headaxislength=3.2, fc="#fafafa", ec="#101010", lw=0.35, zorder=2,

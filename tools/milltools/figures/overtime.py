@@ -10,7 +10,7 @@ import numpy as np
 
 from milltools.base.text import literal, number
 from milltools.figures.base import WIDTH, Figure, labels, subtitle
-from milltools.figures.style import COLOURS, INK, KIND_LOOK, LINES, kind_look, log_ticks, run_style
+from milltools.figures.style import COLOURS, INK, KIND_LOOK, LINES, kind_look, legend, log_ticks, run_style
 from milltools.read import motions
 from milltools.read.kinds import label
 
@@ -67,12 +67,9 @@ class OverTime(Figure):
         ax.set_xlim(0, max(run.series(self.series)[0][-1] for run in runs))
         handles, texts = ax.get_legend_handles_labels()
         if handles:
-            columns = 2 if max(map(len, texts)) <= 31 else 1  # as the width allows
-            figure.set_size_inches(WIDTH, 3.3 + 0.17 * max(0, -(-len(texts) // columns) - 4))
-            look = {"loc": "outside lower left", "handlelength": 2.4, "columnspacing": 1.2}
-            figure.legend(handles, texts, ncols=columns, **look)
+            legend(figure, handles, texts, 2, rest=2.5, handlelength=2.4)
         if len(runs) == 1:
-            subtitle(ax, labels(runs)[0], 60)
+            subtitle(ax, labels(runs)[0])
 
     def why_not(self, run):
         for name in self.needed(run):
@@ -190,7 +187,7 @@ class Draw(OverTime):
 class Energy(OverTime):
     name, title = "energy", "Kinetic energy"
     caption = "Kinetic energy of all balls over time: of translation and of rotation. Shaded: the sampled window."
-    ylabel = "kinetic energy of the balls [J]"
+    ylabel = "kinetic energy [J]"
     SERIES = {"kinetic_energy": "translation", "rotational_energy": "rotation"}
 
     def needed(self, run):

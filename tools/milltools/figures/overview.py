@@ -11,19 +11,20 @@ from matplotlib.figure import Figure as Canvas
 from milltools.base.errors import UserError
 from milltools.figures import outlines
 from milltools.figures.bins import curve
-from milltools.figures.style import SPEEDS, millimetres, rounded_up
+from milltools.figures.style import SPEEDS, colour_bar, lay_out, log_ticks, millimetres, rounded_up
 from milltools.geometry import bodies, vessel
 from milltools.read import kinds
 
 
 def draw(run) -> Canvas:
     """The figure of a run, without a window."""
-    figure = Canvas(figsize=(15, 4.6), layout="constrained")
+    figure = Canvas(figsize=(15, 4.6), layout="none")
     left, middle, right = figure.subplots(1, 3)
     mill(left, run)
     draw_balls(left, run)
     draw_power(middle, run, mill(middle, run))
     draw_spectra(right, run)
+    lay_out(figure)
     return figure
 
 
@@ -58,7 +59,7 @@ def draw_balls(ax, run):
     balls.set_clim(0, rounded_up(np.quantile(speed, 0.99)))
     ax.add_collection(balls)
     ax.set_title(f"t = {times[-1]:.4g} s")
-    ax.figure.colorbar(balls, ax=ax, label="speed [m/s]", shrink=0.7, extend="max")
+    colour_bar(balls, [ax], label="speed [m/s]", extend="max")
 
 
 def draw_power(ax, run, rim):
@@ -74,7 +75,8 @@ def draw_power(ax, run, rim):
     image.set_clip_path(rim)
     part = run.attribute("statistics/maps/cross_section/dissipation", "part", "all")
     ax.set_title("dissipated power" + ("" if part == "all" else f", {part} part"))
-    ax.figure.colorbar(image, ax=ax, label="summed along the axis [kW/m$^2$]", shrink=0.7)
+    bar = colour_bar(image, [ax], label="summed along the axis [kW/m²]")
+    log_ticks(bar.ax.yaxis, *image.get_clim())
 
 
 def draw_spectra(ax, run):

@@ -26,8 +26,8 @@ class Band:
     group: str = ""
 
 
-COLUMNS = (1.10, 1.92, 2.98, 3.50)  # x of the texts of a label, the last two right-aligned
-LEFT = -1.0  # x of the left end of the labels of sources
+COLUMNS = (1.10, 1.96, 3.22, 3.78)  # x of the texts of a label, the last two right-aligned
+LEFT = -1.28  # x of the left end of the labels of sources
 HAIR = 0.5  # [pt] outline of a band, which makes very thin bands visible
 
 
@@ -50,7 +50,7 @@ def draw(ax, sources, sinks, line, whole):
     ax.add_patch(Rectangle((0.26, shift), 0.04, size, fc=INK, ec="none", alpha=0.55))
     lowest = _label_right(ax, sinks, right.mean(axis=1), extent, line)
     _label_left(ax, sources, (left + shift).mean(axis=1), extent, 1.9 * line)
-    return max(extent, lowest + line / 2)
+    return max(extent, lowest + line / 2, 1.9 * line * len(sources))
 
 
 def _stack(bands, whole, apart=0.0, within=0.0):
@@ -100,7 +100,7 @@ def _label_right(ax, sinks, wishes, extent, line):
             color=INK, alpha=0.55, lw=0.6, clip_on=False, solid_capstyle="butt",
         )  # fmt: skip
         for x, ha, text in zip(COLUMNS, ("left", "left", "right", "right"), band.label):
-            ax.text(x, place, text, ha=ha, va="center", fontsize=SMALL, clip_on=False)
+            ax.text(x, place, text, ha=ha, va="center", fontsize=SMALL, in_layout=False)
     return max(places)
 
 
@@ -109,4 +109,4 @@ def _label_left(ax, sources, wishes, extent, line):
     for band, wish, place in zip(sources, wishes, places):
         ax.plot([-0.05, -0.02, 0], [place, wish, wish], color=INK, alpha=0.55, lw=0.6, clip_on=False)
         text = f"{band.label[0]}\n{', '.join(band.label[1:])}"
-        ax.text(-0.07, place, text, ha="right", va="center", fontsize=SMALL, clip_on=False)
+        ax.text(-0.07, place, text, ha="right", va="center", fontsize=SMALL, in_layout=False)

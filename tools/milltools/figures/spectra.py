@@ -9,6 +9,8 @@ Spectra are per decade, so that bins of any width give the same curve and the in
 counts: the number in the legend.
 """
 
+import textwrap
+
 import numpy as np
 
 from milltools.base.errors import UserError
@@ -16,7 +18,7 @@ from milltools.base.text import literal, number
 from milltools.figures import energies
 from milltools.figures.base import LOOK, QUIET, WIDTH, Figure, labels, sampled, subtitle
 from milltools.figures.bins import Bins, merged
-from milltools.figures.style import KIND_LOOK, kind_look, log_ticks, run_style
+from milltools.figures.style import KIND_LOOK, kind_look, legend, log_ticks, run_style
 from milltools.read import sums
 from milltools.read.kinds import label
 
@@ -64,7 +66,7 @@ def plot(
         total, unit = (found.power, "W") if weight == "energy" else (found.rate, "/s")
         words = label(kind) if not name else f"{name}, {label(kind)}"
         amount = f"{number(total * share)} {unit}" if found.total else "none"
-        lines += ax.plot(x, y, **look, label=literal(f"{words}: {amount}", 70))
+        lines += ax.plot(x, y, **look, label=literal(f"{words}: {amount}", 60))
         joules = _joules(run, kind, found.edges, group, speed, abscissa)
         if joules is not None:
             _band(ax, x, y, found, sums.errors(run, joules, kind, weight == "cumulative"), weight, look["color"])
@@ -169,7 +171,7 @@ def _axes(ax, group, speed, abscissa, weight, per_ball, part):
         "energy": f"{power} [W]",
         "cumulative": f"{group} per second{ball} at or above [1/s]",
     }
-    ax.set_ylabel(words[weight])
+    ax.set_ylabel(textwrap.fill(words[weight], 40))
     ax.grid(True, **{k.split(".")[1]: LOOK[k] for k in ("grid.color", "grid.alpha")})
 
 
@@ -254,8 +256,7 @@ class SpectrumFigure(Figure):
         subtitle(ax, first + (words.pop() if len(words) == 1 else "each over its own window"))
         entries = list(zip(*ax.get_legend_handles_labels()))
         entries.sort(key=lambda entry: len(entry[0].get_xdata()) == 2)  # marking lines last
-        look = {"loc": "outside lower left", "handlelength": 2.6, "columnspacing": 1.2}
-        figure.legend(*zip(*entries), ncols=2 if one else 1, **look)
+        legend(figure, *zip(*entries), 2, rest=3.2, handlelength=2.6)
 
     def columns(self, run, kinds=None, strikes=False, per_ball=False):
         group = GROUPS[bool(strikes)]

@@ -5,6 +5,7 @@ drawing is done within `with matplotlib.rc_context(STYLE)`.
 """
 
 import base64
+import functools
 import io
 import math
 import pathlib
@@ -12,7 +13,10 @@ import pathlib
 import matplotlib
 import numpy as np
 from matplotlib import ticker
+from matplotlib.backends.backend_agg import RendererAgg
 from matplotlib.colors import ListedColormap
+from matplotlib.lines import TICKDOWN, TICKLEFT
+from matplotlib.transforms import Bbox
 
 from milltools.base.errors import UserError
 from milltools.base.files import whole
@@ -111,6 +115,99 @@ def millimetres(ax):
         axis.set_major_formatter(ticker.FuncFormatter(lambda value, _: f"{1e3 * value:.4g}".replace("-", MINUS)))
 
 
+# ---- layout: that of matplotlib measures all texts twice, with every minor tick, and takes longer than the drawing
+
+PAD, BESIDE, BAR = 0.06, 0.09, 0.13  # [inch] at borders; from axes to their colour bar; width of a colour bar
+_renderer = functools.lru_cache(4)(functools.partial(RendererAgg, 1, 1))  # keeps the sizes of texts, for its dots/inch
+
+
+def colour_bar(image, axes, **look):
+    """A colour bar to the right of axes, in the order of their grid."""
+    bar = axes[0].figure.colorbar(image, cax=axes[0].figure.add_axes((0.9, 0.2, 0.05, 0.5)), **look)
+    bar.ax.beside = list(axes)
+    bar.solids.set_rasterized(True)
+    bar.ax.grid(False)
+    return bar
+
+
+def legend(figure, handles, labels, columns: int, place="lower left", rest=0.0, **look):
+    """A legend outside of the axes, in fewer columns where it would be too wide. The figure grows if less than `rest`
+    [inch] of its height would remain."""
+    look = {"borderaxespad": 0, "columnspacing": 1.2, "frameon": False} | look
+    for n in range(columns, 0, -1):
+        made = figure.legend(handles, labels, loc=place, ncols=n, **look)
+        size = made.get_window_extent(_renderer(figure.dpi)).size / figure.dpi
+        if n == 1 or size[0] < figure.bbox.width / figure.dpi - PAD:
+            break
+        made.remove()
+    if rest:
+        figure.set_figheight(max(figure.get_figheight(), size[1] + rest))
+
+
+def lay_out(figure):
+    """Places the axes of a finished figure and of its subfigures, their colour bars, titles and legends."""
+    for part in figure.subfigs:
+        lay_out(part)
+    own, pad, renderer = [ax for ax in figure.axes if ax.figure is figure], PAD * figure.dpi, _renderer(figure.dpi)
+    frame, fraction = figure.bbox.padded(-pad), figure.transSubfigure.inverted()
+    for one in (*figure.texts, *figure.legends):
+        box = one.get_window_extent(renderer)
+        top = box.y0 + box.y1 > figure.bbox.y0 + figure.bbox.y1
+        x, y = fraction.transform((frame.x0, frame.y1 if top else frame.y0))
+        one.set_y(y) if one in figure.texts else one.set_bbox_to_anchor((x, y), figure.transSubfigure)
+        frame.y0, frame.y1 = frame.y0 + (box.height + pad) * (not top), frame.y1 - (box.height + pad) * top
+    for ax in own:
+        _fix_ticks(ax)
+    grid, spans = own[0].get_gridspec() if own else figure.add_gridspec(), {}
+    room = [np.zeros(n) for n in np.repeat(grid.get_geometry()[::-1], 2)]  # left, right of columns, above, below rows
+    for ax in own:
+        ax.minorticks_off()  # not before, because axes share them
+        box, inner = ax.get_tightbbox(renderer, for_layout_only=True), ax.get_window_extent()
+        around = inner.x0 - box.x0, box.x1 - inner.x1, box.y1 - inner.y1, inner.y0 - box.y0
+        if hasattr(ax, "beside"):
+            around = 0, around[1] + (BESIDE + BAR) * figure.dpi, 0, 0
+        first, last = (one.get_subplotspec() for one in np.take(getattr(ax, "beside", [ax]), [0, -1]))
+        spans[ax] = first.colspan.start, last.colspan.stop - 1, first.rowspan.start, last.rowspan.stop - 1
+        for some, place, size in zip(room, spans[ax], around):
+            some[place] = max(some[place], size)
+    x = _spread(frame.x0, frame.x1, *room[:2], np.array(grid.get_width_ratios()), pad)
+    y = _spread(-frame.y1, -frame.y0, *room[2:], np.array(grid.get_height_ratios()), pad)
+    for ax, (left, right, top, bottom) in spans.items():
+        ends = x[0][left], -y[1][bottom], x[1][right], -y[0][top]
+        if hasattr(ax, "beside"):
+            begin = max(one.get_window_extent().x1 for one in ax.beside) + BESIDE * figure.dpi
+            ends = begin, ends[1], begin + BAR * figure.dpi, ends[3]
+        ax.set_position(Bbox.from_extents(*ends).transformed(fraction))
+        ax.apply_aspect()
+
+
+def _spread(low, high, before, after, ratios, apart):
+    """Begins and ends of intervals from low to high, as long as the `ratios` say, with room before and after each."""
+    around = before + after + apart
+    size = max(high - low - around.sum() + apart, 1) * ratios / ratios.sum()
+    begin = low + before + np.cumsum(around + size) - around - size
+    return begin, begin + size
+
+
+def _fix_ticks(ax):
+    """Fixes the ticks of axes, with powers of ten in their numbers. Of logarithmic axes, draws the minor ticks as one
+    line of marks: each tick would be several objects of matplotlib."""
+    ax.set(xlim=ax.get_xlim(), ylim=ax.get_ylim())
+    for axis, marker, transform in (
+        (ax.xaxis, TICKDOWN, ax.get_xaxis_transform()), (ax.yaxis, TICKLEFT, ax.get_yaxis_transform()),
+    ):  # fmt: skip
+        axis.set_major_locator(ticker.FixedLocator(axis.get_majorticklocs()))
+        axis.get_major_formatter().format_ticks(axis.get_majorticklocs())
+        if axis.get_major_formatter().get_offset():
+            axis.set_major_formatter(ticker.FuncFormatter(lambda value, _: number(value, 6)))
+        if axis.get_scale() == "log" and not hasattr(ax, "beside"):
+            low, high = sorted(axis.get_view_interval())
+            places = [place for place in axis.get_minorticklocs() if low <= place <= high]
+            points = (places, [0] * len(places))[:: 1 if axis is ax.xaxis else -1]
+            look = {"color": matplotlib.rcParams["xtick.color"], "ms": 2, "mew": 0.6, "label": "_minor"}
+            ax.plot(*points, ls="", marker=marker, transform=transform, clip_on=False, in_layout=False, **look)
+
+
 # ---- files
 
 
@@ -139,14 +236,4 @@ def _write(figure, target, kind, dpi):
     """Writes a figure without dates and random names: the same picture is the same file."""
     dateless = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind)
     with matplotlib.rc_context({"svg.hashsalt": "millsim"}):
-        lay_out(figure, dpi)
         figure.savefig(target, format=kind, dpi=dpi, metadata=dateless)
-
-
-def lay_out(figure, dpi):
-    """Finds the layout of a figure. Figure.savefig draws a figure that has a layout engine twice: half of the time."""
-    engine, figure.dpi = figure.get_layout_engine(), dpi
-    if engine:
-        engine.execute(figure)
-        with matplotlib.rc_context({"figure.autolayout": False, "figure.constrained_layout.use": False}):
-            figure.set_layout_engine(None)

@@ -12,7 +12,7 @@ from milltools.base.text import plain
 from milltools.dose import wear
 from milltools.figures.base import WIDTH, Figure, labels, sampled, subtitle
 from milltools.figures.maps import RANGE
-from milltools.figures.style import SPEEDS, beyond, log_ticks
+from milltools.figures.style import SPEEDS, beyond, colour_bar, log_ticks
 from milltools.read.wear import Part, Wear, why_not
 
 MOST = 6  # faces, besides those of the container
@@ -114,20 +114,19 @@ class WearFigure(Figure):
         shown = [self._chosen(run) for run in runs]
         label, unit, scale = wear.SHOWN[self.column]
         norm = LogNorm(*(scale * end for end in limits([found for found, _ in shown], self.column)), clip=True)
-        heights = [self._height(drawn) for _, drawn in shown]
-        figure.set_size_inches(WIDTH, sum(heights) + 0.3)
-        parts = np.atleast_1d(figure.subfigures(len(runs), 1, height_ratios=heights))
-        for part, run, name, (found, drawn) in zip(parts, runs, labels(runs), shown):
-            axes = self._panels(part, found, drawn, norm)
+        rows = [self._rows(drawn) for _, drawn in shown]
+        heights = [height for some in rows for _, height in some]
+        figure.set_size_inches(WIDTH, 0.3 + sum(heights) + 0.75 * len(heights))
+        grid = figure.add_gridspec(len(heights), 2, height_ratios=heights)
+        places = iter(range(len(heights)))
+        for run, name, (found, drawn), some in zip(runs, labels(runs), shown, rows):
+            axes = self._panels(grid, places, found, some, norm)
             subtitle(axes[0], f"{name}, {sampled(run)}: {drawn[0].name}")
             words = f"{label} [{unit}]; grey: no impacts"
             values = np.concatenate([np.ma.filled(ax.collections[0].get_array(), np.nan) for ax in axes])
             extend = beyond(values, norm.vmin, norm.vmax)
-            image = axes[0].collections[0]
-            bar = part.colorbar(image, ax=axes, label=words, extend=extend, pad=0.02, aspect=40, panchor=False)
-            bar.solids.set_rasterized(True)
+            bar = colour_bar(axes[0].collections[0], axes, label=words, extend=extend)
             log_ticks(bar.ax.yaxis, norm.vmin, norm.vmax)
-            bar.ax.grid(False)
 
     def _chosen(self, run):
         """The wear and the sheets to draw: unrolled sides of the container, its ends, the faces with the most power."""
@@ -154,10 +153,9 @@ class WearFigure(Figure):
         rest = [sheet for sheet, own in zip(drawn, alone) if not own]
         pairs = [rest[k : k + 2] for k in range(0, len(rest), 2)]
         rows = [[sheet] for sheet, own in zip(drawn, alone) if own]
-        rows = [(row, self._tall(row[0], wide)) for row in rows] + [
+        return [(row, self._tall(row[0], wide)) for row in rows] + [
             (row, max(self._tall(sheet, narrow) for sheet in row)) for row in pairs
         ]
-        return [(row, height + 0.75) for row, height in rows]
 
     def _tall(self, sheet, width):
         """[inch] height of a panel of this width"""
@@ -167,16 +165,12 @@ class WearFigure(Figure):
         across, along = np.ptp(points, axis=0)[::-1] + 1e-9
         return float(np.clip(width * across / along, 0.2, 1.3))
 
-    def _height(self, drawn):
-        return sum(height for _, height in self._rows(drawn))
-
-    def _panels(self, part, found, drawn, norm):
-        rows = self._rows(drawn)
-        grid = part.add_gridspec(len(rows), 2, height_ratios=[height for _, height in rows])
+    def _panels(self, grid, places, found, rows, norm):
+        """Draws rows of sheets into the next `places` of a grid; returns their axes."""
         value, axes = wear.SHOWN[self.column][2] * found[self.column], []
-        for r, (row, height) in enumerate(rows):
+        for (row, height), r in zip(rows, places):
             for c, sheet in enumerate(row):
-                ax = part.add_subplot(grid[r, :] if len(row) == 1 else grid[r, c])
+                ax = grid.figure.add_subplot(grid[r, :] if len(row) == 1 else grid[r, c])
                 colour = np.where(value[sheet.facet] > 0, value[sheet.facet], np.nan)
                 cells = PolyCollection(
                     sheet.outlines, array=colour, norm=norm, cmap=COLOURS, edgecolors="face",
@@ -191,12 +185,12 @@ class WearFigure(Figure):
                 else:
                     ax.set_aspect("equal", anchor="W" if len(row) == 1 else "C")
                     ax.locator_params(axis="y", nbins=3)
-                    if height < 1.5:  # there is room for two labels
+                    if height < 0.75:  # there is room for two labels
                         ax.set_yticks([round(end, 1) for end in ax.dataLim.intervaly])
                 if axes:
-                    subtitle(ax, sheet.name, 60 if len(row) == 1 else 32)
+                    subtitle(ax, sheet.name, 52 if len(row) == 1 else 24)
                 ax.grid(False)
-                ax.locator_params(axis="x", nbins=5 if len(row) == 1 else 3)
+                ax.locator_params(axis="x", nbins=5 if sheet.unrolled or height < 0.75 else 3)
                 axes.append(ax)
         return axes
 

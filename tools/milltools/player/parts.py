@@ -16,6 +16,7 @@ from milltools.base.errors import UserError
 from milltools.base.progress import Progress
 from milltools.base.text import plain
 from milltools.figures import FIGURES, overview, svg
+from milltools.figures.style import lay_out
 from milltools.geometry.bodies import Mill
 from milltools.geometry.trajectory import stored
 from milltools.player import finer, player
@@ -91,10 +92,11 @@ def still(run, limits=None) -> bytes:
         with scene.Scene(run, STILL, "draft", *look) as drawing:
             Image.fromarray(drawing.draw(state)).save(store, format="png")
     except UserError:  # no frame, or no 3D drawing without a display on this machine: draw the view along the axis
-        figure = Canvas(figsize=(8, 6.4), layout="constrained")
+        figure = Canvas(figsize=(8, 6.4), layout="none")
         ax = figure.subplots()
         overview.mill(ax, run)
         overview.draw_balls(ax, run)
+        lay_out(figure)
         figure.savefig(store, format="png", dpi=100)
     return store.getvalue()
 

@@ -24,7 +24,7 @@ STYLE = {**style.STYLE, "svg.fonttype": "path"}
 def new(width: float, height: float) -> Figure:
     """An empty figure [inch] in the common style, without a window."""
     matplotlib.rcParams.update(STYLE)
-    figure = Figure(figsize=(width, height), layout="constrained")
+    figure = Figure(figsize=(width, height), layout="none")
     FigureCanvasAgg(figure)
     return figure
 
@@ -35,12 +35,10 @@ def title(figure, text):
 
 
 def legend(figure, handles, columns: int):
-    """A legend below the figure, of `handles` with their labels, in fewer columns where they would be too wide."""
-    for n in range(columns, 0, -1):
-        made = figure.legend(handles=list(handles), loc="outside lower left", ncols=n, frameon=False)
-        if n == 1 or made.get_window_extent().width <= figure.bbox.width:
-            return
-        made.remove()
+    """A legend below the figure, of `handles` with their labels; with it the figure is complete."""
+    handles = list(handles)
+    style.legend(figure, handles, [handle.get_label() for handle in handles], columns)
+    style.lay_out(figure)
 
 
 def forbidden(one) -> dict:

@@ -16,6 +16,7 @@ from matplotlib.patches import PathPatch
 from matplotlib.path import Path
 from matplotlib.patheffects import Normal, Stroke
 
+from milltools.figures.style import colour_bar
 from milltools.study.show import canvas, optimum, summary
 from milltools.study.show.data import Axis
 
@@ -273,7 +274,7 @@ def draw(view, objective, x=None, y=None, average=False, sensitivities=()):
     left, right = figure.subplots(1, 2, width_ratios=(2.1, 1), sharey=True)
     image, handles = paint(left, shown, levels_of([shown]))
     left.set_title(canvas.value_label(objective, 70), loc="left", fontsize=8.5)
-    figure.colorbar(image, ax=left, pad=0.015, aspect=28)
+    colour_bar(image, [left])
     if shown.star:
         label = "\n".join(canvas.broken(line, 50) for line in best_words(view, objective))
         handles.insert(0, Line2D([], [], ls="", marker="*", ms=11, mfc="white", mec=canvas.INK, label=label))
@@ -293,8 +294,8 @@ def _draw_errors(ax, shown):
     share = relative_errors(shown)
     canvas.dress(ax, shown.x, "x")
     ax.set_xlim(shown.ends[0])
-    what = "standard error" if shown.grid else "standard error of the fit"
-    ax.set_title(f"{what} [% of the value]", loc="left", fontsize=8.5)
+    what = "standard error " if shown.grid else "standard error of the fit\n"
+    ax.set_title(f"{what}[% of the value]", loc="left", fontsize=8.5)
     if not np.isfinite(share).any():
         ax.text(0.5, 0.5, "no errors known", ha="center", transform=ax.transAxes)
         return
@@ -304,4 +305,4 @@ def _draw_errors(ax, shown):
     top = float(np.nanquantile(share, 0.99)) or 1.0
     look = {"edgecolors": "white", "linewidth": 0.4} if share.size <= DOTS else {"rasterized": True}
     image = ax.pcolormesh(*shown.edges, share, cmap="cividis_r", vmin=0, vmax=top, **look)
-    ax.figure.colorbar(image, ax=ax, extend="max", pad=0.02, aspect=28)
+    colour_bar(image, [ax], extend="max")

@@ -13,6 +13,7 @@ import numpy as np
 
 from milltools.base.errors import UserError
 from milltools.base.text import plain
+from milltools.figures.style import colour_bar
 from milltools.study.show import canvas, contour, optimum
 from milltools.study.show.data import Scale, deck_entries
 
@@ -157,7 +158,7 @@ def draw(views, objective, x=None, y=None, average=False, sensitivities=(), want
             ax.set(**{f"{end}lim": (max(low), min(high))})
     axes[1].set_ylabel("")
     axes[1].tick_params(labelleft=False)
-    figure.colorbar(image, ax=axes, label=canvas.value_label(objective, 60), pad=0.015, aspect=28)
+    colour_bar(image, axes, label=canvas.value_label(objective, 60))
     canvas.title(figure, sentences(views, objective, wanted)[0])
     canvas.legend(figure, kept.values(), 4)
     return figure

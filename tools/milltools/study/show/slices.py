@@ -2,6 +2,7 @@
 key matters."""
 
 import numpy as np
+from matplotlib.transforms import ScaledTranslation
 
 from milltools.base.text import literal
 from milltools.study.show import canvas, optimum, summary
@@ -56,9 +57,9 @@ def _slice(ax, view, objective, axis, best):
             which = take & (frame[several.key] == value).to_numpy()
             bars.append(_points(ax, view, axis, found, which, number, None, grid))
         names = [literal(f"{several.short} = {several.tell(value)}") for value in several.values]
-        ax.legend(
-            bars, names, fontsize=6.5, handlelength=1.2, ncols=2, loc="lower left", bbox_to_anchor=(0, 1), frameon=False
-        )
+        above = ax.transAxes + ScaledTranslation(0, 0.42 if ax.child_axes else 0, ax.figure.dpi_scale_trans)
+        place = {"loc": "lower left", "bbox_to_anchor": (0, 1), "bbox_transform": above}
+        ax.legend(bars, names, fontsize=6.5, handlelength=1.2, ncols=2, frameon=False, **place)
     else:
         _points(ax, view, axis, found, take, 0, "means of the runs, 95 %", grid)
         if grid:
@@ -156,6 +157,6 @@ def draw_sensitivity(view, entries):
     ax.set_xlabel("share of the variance [1], with 95 % confidence")
     ax.grid(axis="x", alpha=0.25, lw=0.6)
     methods = ", ".join(dict.fromkeys(str(entry[5]) for entry in entries))
-    ax.set_title(literal(f"{view.name}: which key matters ({methods})", 90), loc="left")
+    canvas.title(figure, f"{view.name}: which key matters ({methods})")
     canvas.legend(figure, ax.get_legend_handles_labels()[0], 2)
     return figure

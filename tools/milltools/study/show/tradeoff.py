@@ -15,6 +15,7 @@ from matplotlib.ticker import MaxNLocator
 
 from milltools.base.errors import UserError
 from milltools.base.text import literal, number
+from milltools.figures.style import colour_bar
 from milltools.read import expression
 from milltools.study.show import canvas, optimum, summary
 from milltools.study.show.data import Aim
@@ -78,7 +79,7 @@ def draw(view, objective, colour=None):
     for ax, pair in zip(axes, found):
         _panel(ax, view, objective, pair, hue, look.to_rgba(colours) if hue else ["0.6"] * len(colours), handles)
     if hue:
-        figure.colorbar(look, ax=axes[-1], pad=0.03, aspect=30).set_label(literal(hue.heading))
+        colour_bar(look, axes[-1:], label=literal(hue.heading))
     canvas.title(figure, summary.finding(view, objective) or view.name)
     canvas.legend(figure, handles.values(), 3)
     return figure
@@ -144,7 +145,7 @@ def _through_origin(ax, pair, x, y, handles):
         return
     ax.set(xlim=(0, ax.get_xlim()[1]), ylim=(0, ax.get_ylim()[1]))
     right, top = ax.get_xlim()[1], ax.get_ylim()[1]
-    slopes = [s for s in MaxNLocator(6).tick_values((y / x).min(), (y / x).max()) if s > 0]
+    slopes = [s for s in MaxNLocator(3).tick_values((y / x).min(), (y / x).max()) if s > 0]
     for slope in slopes:
         end = (right, slope * right) if slope * right <= top else (top / slope, top)
         (line,) = ax.plot((0, end[0]), (0, end[1]), color="0.55", lw=0.7, ls=(0, (4, 3)), zorder=0)
