@@ -1,7 +1,8 @@
 """Are the marks of the tests true? With `--marks`, a test marked `slow` that needs less than CHEAP seconds of processor
 time fails, and an unmarked one that needs more than DEAR. Counted: this process, the programs that it started and has
 waited for, and the forks of `mill`; not counted: fixtures that several tests share. The seconds are those of a machine
-that does `work` in UNIT: a slow or busy machine changes nothing. `--costs=FILE` also writes every test's seconds."""
+that does `work` in UNIT: a slow or busy machine changes nothing. `--costs=FILE` also writes the
+seconds of every test and shared fixture."""
 
 import resource
 import time
@@ -40,7 +41,13 @@ class Costs:
             return (yield)
         finally:
             if fixturedef.scope != "function":
+                self.write(used() - begin - self.shared + inside, f"{fixturedef.argname} of {fixturedef.baseid}")
                 self.shared = inside + used() - begin
+
+    def write(self, cost, name):
+        if self.path:
+            with open(self.path, "a") as file:
+                file.write(f"{cost:.3f} {name}\n")
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_setup(self, item):
@@ -54,9 +61,7 @@ class Costs:
         has = [name for name in MARKS if item.get_closest_marker(name)]
         if has == ["slow"] or cost > DEAR / 2 or self.path:  # else cheap on any machine
             cost *= UNIT / min(work(), work())
-        if self.path:
-            with open(self.path, "a") as file:
-                file.write(f"{cost:.3f} {item.nodeid}\n")
+        self.write(cost, item.nodeid)
         if has == ["slow"] and cost < CHEAP:
             pytest.fail(f"marked slow, needs {cost:.2f} s of processor time: below {CHEAP} s", pytrace=False)
         if not has and cost > DEAR:
