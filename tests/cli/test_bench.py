@@ -215,6 +215,7 @@ def peer(tmp_path):
     return write
 
 
+@pytest.mark.slow
 @terminal
 def test_a_peer_is_read_line_by_line_and_its_rate_is_per_second_of_its_own_processor_time(bench, peer, tmp_path):
     done = bench("--quick", "--case=gas4k-0.30", f"cell={peer(10**9)}", driver="bench_peers.py")

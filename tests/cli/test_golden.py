@@ -46,7 +46,6 @@ def test_the_hashes_see_the_last_bit_of_a_start_position(millsim, tmp_path):
     assert "impacts" in golden.differing(*marks)
 
 
-@pytest.mark.slow
 def test_only_a_deck_that_was_changed_changes_the_decks_hash(millsim, tmp_path):
     marks = []
     for seed in (1, 2):

@@ -39,7 +39,6 @@ BED = ("balls.count=50", "balls.diameter=10 mm", "body.jar.radius=37 mm", "body.
 SLOW = ("motion.sun.speed=300 rpm", "motion.jar.speed=-600 rpm")
 
 
-@pytest.mark.slow
 def test_the_error_of_a_charge_pressed_to_a_moving_wall_is_said_to_be_that_of_one_start(millsim):
     sets = [word for order in BED + SLOW for word in ("-s", order)]
     said = notes(millsim("--json", *PLANETARY, *sets))

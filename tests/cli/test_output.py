@@ -471,7 +471,6 @@ def test_a_disk_that_fills_up_ends_in_one_line_and_status_1(tmp_path):
 # ---- other people's readers ----
 
 
-@pytest.mark.slow
 def test_mdanalysis_reads_positions_and_velocities(path, mill):
     mda = pytest.importorskip("MDAnalysis")
     from MDAnalysis.coordinates.H5MD import H5MDReader

@@ -202,6 +202,7 @@ def test_the_python_tools_find_the_window(known):
     assert window == pytest.approx((precision(path)["warm_up"], read(path, "run/time")), rel=1e-12)
 
 
+@pytest.mark.slow
 def test_the_start_up_is_cut_off(run):
     """The first revolution is unlike all others: the median without the cut is far off."""
     path, _ = run()
@@ -335,7 +336,6 @@ def test_a_wrong_value_is_refused_in_one_line(millsim, tmp_path, key, value, wan
     assert f"[run] {key}: {wanted}" in done.stderr
 
 
-@pytest.mark.slow
 def test_the_printed_deck_leaves_the_window_to_be_found(known, run):
     text = read(known[0], "deck/text")
     assert "sample_from" not in text

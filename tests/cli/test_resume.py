@@ -367,7 +367,6 @@ def test_wall_and_processor_time_are_those_of_all_legs(folder):
 # ---- what there is to resume ----
 
 
-@pytest.mark.slow
 def test_a_complete_run_is_left_as_it_is(folder):
     mill = folder()
     mill.finish()

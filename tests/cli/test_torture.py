@@ -94,7 +94,6 @@ def solid_fraction(balls, radius, room):
 MILL_ROOM = np.pi * 0.060 * (0.040**2 - 0.008**2) - 3 * 0.008 * 0.006 * (0.033 - 0.008)  # m^3
 
 
-@pytest.mark.slow
 def test_a_random_start_fills_057_of_a_small_mill(run):
     # where every fourth ball is at a wall; a mill of 24 balls across takes up to 0.59
     balls = 2480

@@ -248,6 +248,7 @@ def test_a_stopped_run_shows_its_frames(interrupted):
         assert len(corners(file["VTKHDF/rotor"])) == len(position)
 
 
+@pytest.mark.slow
 def test_a_run_that_goes_on_has_none_until_it_ends(interrupted):
     with h5py.File(interrupted(signal.SIGKILL)) as file:
         assert "VTKHDF" not in file

@@ -153,7 +153,6 @@ def member_of(name):
     return lambda p: (p @ planes.T <= levels).all(axis=-1)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", some(SOLIDS, 3))
 def test_distance_to_a_solid_is_that_to_its_nearest_point(name):
     rng = np.random.default_rng(8)

@@ -106,7 +106,6 @@ def test_every_name_it_promises_is_there():
 # ---- what a run holds
 
 
-@pytest.mark.slow
 def test_states_are_those_of_the_file_to_the_last_bit(result, file):
     balls = file["particles/trajectory"]
     for name in ("position", "velocity", "angular_velocity"):

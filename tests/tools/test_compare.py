@@ -108,6 +108,7 @@ def test_a_run_agrees_with_itself_and_differs_by_nothing(runs):
         assert row.mood == "agree" or key == "cost", key
 
 
+@pytest.mark.slow
 def test_another_seed_agrees(runs):
     found = table(runs["one"], runs["two"])
     assert [key for key, row in found.items() if row.mood == "differ"] == []
@@ -133,7 +134,6 @@ def test_another_speed_differs(runs):
     assert found["hard_per_joule_1"].a.value == pytest.approx(found["rate_all_above_1"].a.value / row.a.value)
 
 
-@pytest.mark.slow
 def test_the_same_mill_in_another_program_agrees_or_differs(runs, copy):
     found = table(runs["one"], copy("fast", run__program="LIGGGHTS"))
     words = found["rotor_power"].verdict
@@ -152,6 +152,7 @@ def test_errors_of_old_files_without_degrees_of_freedom_are_used(copy):
     assert (row.a.error, row.a.dof) == (error, np.inf)
 
 
+@pytest.mark.slow
 def test_values_are_those_of_the_file(runs):
     found = table(runs["one"], runs["fast"])
     for side, name in (("a", "one"), ("b", "fast")):
@@ -272,7 +273,6 @@ def test_what_is_no_replicate_is_refused(mill, runs, second, words):
     assert words in done.stderr
 
 
-@pytest.mark.slow
 def test_a_comma_in_a_name_is_no_list(mill, copy):
     path = copy("one", to="a,b.h5")
     done = mill("compare", path, path)

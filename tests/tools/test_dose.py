@@ -310,6 +310,7 @@ def test_archards_depth_is_at_most_that_of_all_sliding(run):
     assert np.isclose(found["archard_rate"], most, rtol=1e-12)[most > 0].mean() > 0.2  # most impacts slide to the end
 
 
+@pytest.mark.slow
 def test_the_mesh_shows_the_parts_as_they_are_at_the_start_with_the_values_of_their_facets(run):
     found, mesh = Wear(run), lambda name: run.read(f"statistics/wear/mesh/{name}")
     corners, facet = mesh("points").reshape(-1, 3, 3).astype(float), mesh("facet")

@@ -152,6 +152,7 @@ def test_without_part_all_bodies_are_there(mill, small_deck, tmp_path):
     assert head.startswith(b"millsim ") and b"drum, walls, shaft, blades; metres" in head
 
 
+@pytest.mark.slow
 def test_a_run_and_its_deck_are_the_same_mill(millsim, mill, small_deck, tmp_path):
     order = "rotor.angle=30 deg"
     assert millsim("deck.ini", "-q", "-s", "run.time=1 ms", "-s", order).returncode == 0
@@ -162,7 +163,6 @@ def test_a_run_and_its_deck_are_the_same_mill(millsim, mill, small_deck, tmp_pat
     assert run == deck != other
 
 
-@pytest.mark.slow
 def test_at_a_time_the_rotor_is_turned_and_the_drum_is_not(mill, small_deck, tmp_path):
     found = {}
     for parts in (("drum",), ("shaft", "blades")):

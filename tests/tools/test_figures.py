@@ -761,7 +761,6 @@ def test_each_figure_of_an_odd_run_is_drawn_or_says_why_not(tmp_path, options, m
     assert missing is None or set(SORTS) - set(found) == missing
 
 
-@pytest.mark.slow
 def test_a_run_stopped_before_its_window_has_what_goes_over_time(tmp_path):
     (tmp_path / "deck.ini").write_text(SMALL.replace("time = 50 ms", "time = 9 h\nsample_from = 8 h"))
     running = subprocess.Popen(

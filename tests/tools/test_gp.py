@@ -64,7 +64,6 @@ def test_a_neighbour_is_a_design_of_the_space_and_near():
 # ---- the surface
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("known", [True, False])
 def test_its_interval_covers_the_truth_as_often_as_it_says(known):
     covered, asked = 0, [(x,) for x in np.linspace(0.05, 1.95, 20)]

@@ -156,6 +156,7 @@ def test_worn_parts_are_those_of_the_file_each_in_the_frame_of_its_motion(run_of
         assert (within < one["limit"]).any() and (within > one["low"]).any()
 
 
+@pytest.mark.slow
 def test_a_file_without_wear_or_coefficients_offers_no_such_colours(run_of, copy):
     assert list(players.worn(player.fragment(run_of(SMALL)))[1]) == ["sliding_power", "normal_power"]
     with h5py.File(copy, "r+") as old:
@@ -176,6 +177,7 @@ def test_the_edges_of_bodies_are_there_so_that_a_worn_blade_is_seen_before_a_wal
         assert all((np.abs(points - end).max(axis=1) < 1e-7).any() for end in lines.reshape(-1, 3))
 
 
+@pytest.mark.slow
 def test_runs_beside_each_other_have_one_scale_of_wear(run_of):
     runs = [run_of(SMALL), run_of(SMALL.replace("600 rpm", "1200 rpm"))]
     alone, both = [player.scales([run])["sliding_power"] for run in runs], player.scales(runs)["sliding_power"]
@@ -191,6 +193,7 @@ def test_up_is_against_gravity_whichever_way_that_is(run_of):
     assert all(abs(np.linalg.norm(view) - 1) < 1e-12 for view in head["views"].values())
 
 
+@pytest.mark.slow
 def test_the_same_run_gives_the_same_bytes(mixed):
     assert player.fragment(mixed) == player.fragment(mixed)
 

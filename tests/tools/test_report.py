@@ -178,7 +178,6 @@ def test_the_wear_of_the_parts_is_a_table(page, folder):
     assert re.search(rf"<td[^>]*>{first['part']}</td>{numbers}", section), section[:1500]
 
 
-@pytest.mark.slow
 def test_the_power_on_pressed_balls_stands_below_the_rotors(page, folder, tmp_path, undrawn):
     shutil.copy(folder / "small.h5", tmp_path / "copy.h5")
     with h5py.File(tmp_path / "copy.h5", "r+") as file:
@@ -282,7 +281,6 @@ def test_whatever_a_run_says_stays_text(changed):
     assert "x<b>&amp;.h5" in reader.text
 
 
-@pytest.mark.slow
 def test_only_scripts_of_the_page_itself_may_run(changed, nothing):
     """What stands in a deck is in no hash of the policy."""
 
@@ -314,7 +312,6 @@ def test_without_frames_it_says_why_there_are_no_balls(nothing):
     assert [a["alt"] for t, a in nothing[1].tags if t == "img"] == ["The mill, balls coloured by their speed"]
 
 
-@pytest.mark.slow
 def test_a_run_at_work_is_told_of_as_far_as_it_is(start_millsim, write_deck, tmp_path):
     write_deck()
     process = start_millsim("deck.ini", "-q", "-s", "run.time=1000 s", "-o", "young.h5")
@@ -331,7 +328,6 @@ def test_a_run_at_work_is_told_of_as_far_as_it_is(start_millsim, write_deck, tmp
     assert "[drum]" in reader.text
 
 
-@pytest.mark.slow
 def test_a_mill_without_a_rotor_has_no_rotor_power(millsim, write_deck, tmp_path, undrawn):
     gas = re.sub(r"\[rotor\].*?(?=\[contact\])", "", SMALL, flags=re.S)
     write_deck(gas)
@@ -368,7 +364,6 @@ def test_the_finding_claims_no_more_than_the_file_has(folder, tmp_path, change, 
         assert all("nan" not in f"{number}{words}" for _, number, words in facts.tiles(run))
 
 
-@pytest.mark.slow
 def test_a_powder_gets_its_dose_on_the_card_and_a_table(millsim, write_deck, tmp_path, undrawn):
     write_deck(SMALL + "[powder]\nmass = 2 g\ndensity = 4000 kg/m^3\n")
     assert millsim("deck.ini", "-q", "-s", "run.time=0.4 s", "-s", "output.frames=0 s").returncode == 0
@@ -391,7 +386,6 @@ def test_contact_laws_that_are_assumed_are_named_with_the_mill(millsim, write_de
         assert laws in facts.subject(run)
 
 
-@pytest.mark.slow
 def test_anomalies_are_named_counted_and_explained(changed):
     def pinch(file):
         file["run/reliefs"][()] = 7
@@ -403,7 +397,6 @@ def test_anomalies_are_named_counted_and_explained(changed):
     assert "The deepest: 30.00 nm" in reader.text
 
 
-@pytest.mark.slow
 def test_another_programs_run_says_what_it_is(changed):
     def soft(file):
         file["run/program"] = "LIGGGHTS"

@@ -385,7 +385,6 @@ def test_scattered_studies_of_words_and_two_objectives_are_drawn():
 # ---- beside
 
 
-@pytest.mark.slow
 def test_what_is_left_of_the_gain_is_what_was_put_in(figure7):
     rows, meta = made.figure7(noise=0.01, gain=0.35, seed=4)
     meta["study"] += "[set]\ncontact.friction = 0.3\n"

@@ -410,6 +410,7 @@ def finished(made, extra):
     return path
 
 
+@pytest.mark.slow
 def test_a_run_over_its_limit_of_cpu_time_is_stopped_keeps_what_it_has_and_is_capped(one_job):
     long = one_job(limit=0.3)
     long["set"] += ["run.time=1000 s", "output.series=1 s", "balls.count=200"]

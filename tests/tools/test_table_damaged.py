@@ -98,7 +98,6 @@ HOSTILE = [
 ]  # fmt: skip
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("line", HOSTILE, ids=range(len(HOSTILE)))
 def test_a_line_of_another_kind_is_left_out_and_counted_with_or_without_a_checksum(tmp_path, line):
     path = tmp_path / "a.parquet"
@@ -113,7 +112,6 @@ def test_a_line_of_another_kind_is_left_out_and_counted_with_or_without_a_checks
     assert [one["design"] for one in table.rows()] == [0, 1, 2, 3] and table.damaged == 0
 
 
-@pytest.mark.slow
 def test_mill_study_says_what_is_left_out(mill, tmp_path):
     path = tmp_path / "a.parquet"
     fill(path, row(0))

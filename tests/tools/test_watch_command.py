@@ -18,7 +18,6 @@ from watching import ENDLESS, OFTEN, until
 from milltools.read.runfile import Run
 
 pytest_plugins = ["watched"]
-pytestmark = pytest.mark.slow
 
 
 @pytest.fixture
@@ -59,6 +58,7 @@ def differences(one, other):
     return set(found) - {"deck/text", "deck/output/checkpoint"}
 
 
+@pytest.mark.slow
 def test_a_deck_is_run_to_the_same_bits(watch, millsim, small_deck, tmp_path):
     options = ("-s", "run.time=40 s", "-s", "output.frames=200ms", "-s", "output.series=200ms")
     process, address = watch("-o", "a.h5", *options, *OFTEN, "--until-done", "deck.ini")
@@ -82,6 +82,7 @@ def test_checkpoints_are_frequent_unless_the_user_says_otherwise(watch, small_de
         assert run.quantity("output/checkpoint") == interval
 
 
+@pytest.mark.slow
 def test_ctrl_c_saves_a_deck_and_says_how_to_go_on(watch, small_deck, tmp_path):
     options = ("-s", "run.time=300 s", "-s", "output.frames=200ms", "-s", "output.series=200ms")
     process, _ = watch("-o", "a.h5", *options, "deck.ini")

@@ -17,7 +17,6 @@ from packaging.version import Version
 
 from milltools.__main__ import COMMANDS
 
-pytestmark = pytest.mark.slow
 DECKS = {path.name for path in (ROOT / "input").iterdir() if not path.name.startswith(".")}
 
 
@@ -103,6 +102,7 @@ def test_a_program_that_loads_other_libraries_is_not_called_portable(wheel):
     assert ("manylinux" in wheel.name) == portable
 
 
+@pytest.mark.slow
 def test_the_same_sources_give_the_same_bytes(wheel, tmp_path):
     assert build(tmp_path).read_bytes() == wheel.read_bytes()
 
@@ -164,6 +164,7 @@ def helps(place):
     return said
 
 
+@pytest.mark.slow
 def test_man_page_and_completion_name_every_option_of_help(place):
     for program, wanted in helps(place).items():
         assert len(wanted) > 10
@@ -209,6 +210,7 @@ def make(*words):
     return subprocess.run(command, capture_output=True, text=True)
 
 
+@pytest.mark.slow
 def test_what_make_install_puts_there_works_and_make_uninstall_leaves_nothing(tmp_path):
     where = (f"DESTDIR={tmp_path}", "PREFIX=/there")
     there = tmp_path / "there"
@@ -238,6 +240,7 @@ def test_what_make_install_puts_there_works_and_make_uninstall_leaves_nothing(tm
     assert again.returncode != 0 and "make uninstall: nothing is installed in " in again.stderr
 
 
+@pytest.mark.slow
 def test_uninstalling_keeps_what_others_put_there(tmp_path):
     (tmp_path / "bin").mkdir()
     (tmp_path / "bin/other").touch()
@@ -250,6 +253,7 @@ def test_uninstalling_keeps_what_others_put_there(tmp_path):
     assert left == {"bin", "bin/other", "share", "share/kept"}
 
 
+@pytest.mark.slow
 def test_the_source_archive_knows_its_commit(tmp_path):
     if not (ROOT / ".git").exists():
         pytest.skip("not a checkout")
@@ -264,6 +268,7 @@ def test_the_source_archive_knows_its_commit(tmp_path):
     assert len(commit) >= 7 and head.startswith(commit)
 
 
+@pytest.mark.slow
 @pytest.mark.thorough
 @pytest.mark.skipif(os.geteuid() != 0 or not shutil.which("debootstrap"), reason="needs root and debootstrap")
 def test_a_wheel_serves_a_bare_machine(tmp_path):
