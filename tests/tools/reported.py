@@ -3,10 +3,12 @@
 import contextlib
 import io
 import re
+import shutil
 import subprocess
 
+import h5py
 import pytest
-from conftest import PROGRAM, SMALL, once
+from conftest import PROGRAM, SMALL, once, run_mill
 from PIL import Image
 from report_page import Reader, report
 
@@ -24,9 +26,20 @@ RUNS = {
     "small": ["run.time=0.4 s"],
     "frames": SHORT,
     "nothing": [*SHORT, "output.frames=0 s"],
-    "seed1": ["run.seed=1", "run.time=0.8 s", "output.frames=20 ms"],
-    "seed2": ["run.seed=2", "run.time=0.8 s", "output.frames=20 ms"],
+    # not steady, so errors come from replicates; frames so close that states between them are drawn
+    **{
+        f"{name}{seed}": [
+            f"rotor.speed={rpm} rpm",
+            "run.time=0.14 s",
+            f"run.seed={seed}",
+            "output.frames=0.5 ms",
+            "output.impacts=all",
+        ]
+        for name, rpm in (("quick", 1000), ("slow", 800))
+        for seed in (1, 2)
+    },
 }
+HOSTILE = "<img src=x onerror=alert(1)> $_{x^ \x1b[31m.h5"
 
 
 @pytest.fixture(scope="session")
@@ -72,9 +85,22 @@ def nothing(tmp_path_factory, folder):
 
 @pytest.fixture(scope="session")
 def compared(tmp_path_factory, folder):
-    """The page of two runs of the small mill: path, Reader."""
-    path, _, read = made(tmp_path_factory, folder, "seed1-compared.html", "--compare", "seed1.h5", "seed2.h5")
-    return path, read
+    """The page of `mill compare` of the small mill at two speeds, of which one has hostile names: path, text, Reader,
+    what the terminal shows. Its table is table.csv."""
+
+    def make(place):
+        shutil.copy(folder / "quick1.h5", place / HOSTILE)
+        with h5py.File(place / HOSTILE, "r+") as file:
+            del file["deck/balls/start"], file["run/command"]
+            file["deck/balls/start"], file["run/command"] = "<script>alert(2)</script>\x1b[2J", "</code><b>"
+        sides = f"{HOSTILE},{folder}/quick2.h5", f"{folder}/slow1.h5,{folder}/slow2.h5"
+        done = run_mill(place, "compare", *sides, "--html", "page.html", "--csv", "table.csv", "--rerun", "never")
+        assert done.returncode == 0, done.stderr
+        (place / "said").write_text(done.stdout)
+
+    place = once(tmp_path_factory, "compared", make)
+    text = (place / "page.html").read_text("utf-8")
+    return place / "page.html", text, Reader(text), (place / "said").read_text()
 
 
 @pytest.fixture

@@ -18,14 +18,15 @@ import h5py
 import layouts
 import numpy as np
 import pytest
-from conftest import PROGRAM, ROOT, run_mill, some
-from report_page import Reader
+from conftest import PROGRAM, ROOT, some
 from scipy.special import stdtrit
 
 from milltools.compare import agreement, finding, load, map_deviation, pictures, rows, terminal
 from milltools.compare.agreement import Estimate
 from milltools.read import sums
 from milltools.read.runfile import Run
+
+pytest_plugins = ["reported"]
 
 # Steady from 0.1 s on, and 25 revolutions of it; less than a second to run
 MILL = """\
@@ -415,25 +416,8 @@ def test_the_csv_holds_every_row_with_all_digits(mill, runs, tmp_path):
     assert {line["run"] for line in found} == {str(runs["two"]), str(runs["fast"])}
 
 
-HOSTILE = "<img src=x onerror=alert(1)> $_{x^ \x1b[31m.h5"
-
-
-@pytest.fixture(scope="module")
-def page(runs, tmp_path_factory):
-    """The page of two runs, one with hostile names: text, Reader, what the terminal shows."""
-    folder = tmp_path_factory.mktemp("page")
-    start = "<script>alert(2)</script>\x1b[2J"
-    path = changed(runs["one"], folder / HOSTILE, deck__balls__start=start, run__command="</code><b>")
-    words = ("--html", "page.html", "--png", "all.png", "--csv", "t.csv")
-    done = run_mill(folder, "compare", path, runs["fast"], *words)
-    assert done.returncode == 0, done.stderr
-    assert (folder / "all.png").read_bytes().startswith(b"\x89PNG")
-    text = (folder / "page.html").read_text()
-    return text, Reader(text), done.stdout
-
-
-def test_nothing_from_a_run_gets_out_of_its_place(page):
-    text, _, said = page
+def test_nothing_from_a_run_gets_out_of_its_place(compared):
+    _, text, _, said = compared
     assert "\x1b" not in said
     for foreign in ("<script>alert", "<img src=x", "</code><b>", "\x1b"):
         assert foreign not in text
@@ -441,8 +425,8 @@ def test_nothing_from_a_run_gets_out_of_its_place(page):
     assert "&lt;img src=x onerror=alert(1)&gt;" in text
 
 
-def test_the_page_needs_nothing_but_itself(page):
-    text, read, _ = page
+def test_the_page_needs_nothing_but_itself(compared):
+    _, text, read, _ = compared
     links = [a[name] for _, a in read.tags for name in ("src", "href") if name in a]
     assert links and all(link.startswith(("data:", "#")) for link in links)
     assert not re.search('<img src="(?!data:)', text)
@@ -450,14 +434,15 @@ def test_the_page_needs_nothing_but_itself(page):
     assert "default-src 'none'" in policy
 
 
-def test_the_page_has_pictures_figures_and_the_balls_of_both(page):
-    _, read, _ = page
+def test_the_page_has_pictures_figures_and_the_balls_of_both(compared):
+    path, _, read, _ = compared
+    assert path.stat().st_size < 10e6
     assert [a.get("class") for t, a in read.tags if t == "figure"].count("mill-player") == 2
     assert {"verdict", "notes", "balls", "tables", "pictures", "energy", "spectra", "maps", "deck", "cite"} <= set(
         read.ids("section")
     )
     assert "figure-speeds" in read.ids("figure")
-    assert read.text.startswith("fast ") and "per joule" in read.text and "save A.ini" in read.text
+    assert read.text.startswith("slow1 ") and "per joule" in read.text and "save A.ini" in read.text
     assert {"forest", *(f"figure-compared-{name}" for name in ("spectra", "over-time", "sections"))} <= set(
         read.ids("figure")
     )
@@ -531,6 +516,10 @@ def test_the_title_names_what_a_joule_buys_and_the_power():
     assert finding.title(tied) == (
         "new and old are tied in impacts above 1 m/s per joule; new draws 3.50 times as much power"
     )
+    moods = ("agree", "differ", "agree")
+    some_rows = [dataclasses.replace(row, mood=mood) for row, mood in zip(tied.rows, moods)]
+    seeds = dataclasses.replace(tied, designs=False, rows=some_rows)
+    assert finding.title(seeds) == "new and old agree in 2 of 3 quantities and differ in 1"
 
 
 @pytest.mark.parametrize(
