@@ -42,6 +42,7 @@ def executed(tmp_path_factory):
 
 
 @pytest.mark.slow
+@pytest.mark.thorough
 def test_the_notebook_runs_and_shows_its_figures(executed):
     kinds = [output.output_type for cell in executed.cells for output in cell.get("outputs", ())]
     assert "error" not in kinds
@@ -53,6 +54,7 @@ def test_the_notebook_runs_and_shows_its_figures(executed):
         assert pixels.std() > 0.05 and len({tuple(p) for p in pixels.reshape(-1, 3)}) > 8
 
 
+@pytest.mark.thorough
 def test_it_says_nothing_but_results(executed):
     said = [output for cell in executed.cells for output in cell.get("outputs", ())]
     assert not [output for output in said if output.get("name") == "stderr"]  # no warning
@@ -68,6 +70,7 @@ def test_it_goes_from_a_deck_to_a_figure_in_ten_lines(stored):
     assert code <= 10
 
 
+@pytest.mark.thorough
 def test_its_stored_outputs_are_those_it_gives(stored, executed):
     """If they differ for a reason: tests/tools/notebooks.py says how to store them anew."""
     assert notebooks.texts(stored) == notebooks.texts(executed)

@@ -38,6 +38,7 @@ def place(tmp_path_factory):
 
 
 @pytest.mark.slow
+@pytest.mark.thorough
 def test_every_command_of_the_page_does_what_it_says(place):
     said = play(place, "export.md")
     lines = [line for mark, out in said.values() for line in out.splitlines() if mark == "sh"]
