@@ -47,8 +47,7 @@ def test_the_deck_is_printed_as_without_a_forecast(millsim):
     assert FORECAST.fullmatch(loud.stderr) and quiet.stderr == ""
 
 
-@pytest.mark.slow
-@pytest.mark.long
+@pytest.mark.thorough
 def test_the_trial_ends_after_so_many_contacts_on_any_machine(millsim):
     full = sets("balls.count=8000", "run.sample_from=0 s")
     trial = FORECAST.search(millsim("--check", *full, MILL).stderr).group(6)
