@@ -74,7 +74,7 @@ def test_a_deck_beyond_the_models_reach_says_so_before_it_is_run(millsim):
 
 @pytest.mark.slow
 def test_a_bed_so_dense_that_contacts_overlap_says_so_before_it_is_run(millsim):
-    said = millsim("--check", *sets("balls.count=14000", "run.time=20 ms", "run.sample_from=0 s"), MILL).stderr
+    said = millsim("--check", *sets("balls.count=12500", "run.time=20 ms", "run.sample_from=0 s"), MILL).stderr
     assert "millsim: note: a ball is hit every" in said
 
 

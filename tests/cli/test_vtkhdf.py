@@ -251,7 +251,6 @@ def test_a_stopped_run_shows_its_frames_also_to_vtk(interrupted, vtk_step):
         assert len(corners(file["VTKHDF/rotor"])) == len(position)
 
 
-@pytest.mark.slow
 def test_a_run_that_goes_on_has_none_until_it_ends(interrupted):
     with h5py.File(interrupted(signal.SIGKILL)) as file:
         assert "VTKHDF" not in file
