@@ -96,7 +96,7 @@ class Programs:
         return {"cpu_seconds": 1e-9 * int(used.split()[0])}
 
     def balls(self, number):
-        return number // 16 if self.quick and number > LARGE else number
+        return number // 16 if self.quick and number >= LARGE else number
 
     def gas(self, number, packing, *options):
         """The event loop alone on an elastic gas: samples of one run, several where it is large."""
@@ -206,6 +206,7 @@ def cores(programs):
     def elapsed(threads):
         began = time.monotonic()
         sets = [f"{key}={value}" for key, value in {**BROAD, "run.threads": threads}.items()]
+        sets.append(f"balls.count={programs.balls(BROAD['balls.count'])}")
         programs.mill("input/simoloyer.ini", *sets, "run.sample_from=0 s", "run.time=80 ms")
         return time.monotonic() - began
 

@@ -163,7 +163,7 @@ def ramp(depth):
     return u**3 * (10 - 15 * u + 6 * u**2)
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_a_gas_between_periodic_ends_has_the_pressure_of_the_bulk(run, tmp_path):
     ratios = []
     for seed in range(1, 7):

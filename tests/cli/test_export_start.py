@@ -52,7 +52,7 @@ def rows(path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("mill", MILLS)
+@pytest.mark.parametrize("mill", ["mixture", "dense", "gas", pytest.param("small", marks=pytest.mark.thorough)])
 def test_a_run_from_the_exported_start_stores_the_same_bits(millsim, write_deck, tmp_path, mill):
     write_deck(MILLS[mill])
     export(millsim)

@@ -47,8 +47,7 @@ def test_the_deck_is_printed_as_without_a_forecast(millsim):
     assert FORECAST.fullmatch(loud.stderr) and quiet.stderr == ""
 
 
-@pytest.mark.slow
-@pytest.mark.long
+@pytest.mark.thorough
 def test_the_trial_ends_after_so_many_contacts_on_any_machine(millsim):
     full = sets("balls.count=8000", "run.sample_from=0 s")
     trial = FORECAST.search(millsim("--check", *full, MILL).stderr).group(6)
@@ -75,7 +74,7 @@ def test_a_deck_beyond_the_models_reach_says_so_before_it_is_run(millsim):
 
 @pytest.mark.slow
 def test_a_bed_so_dense_that_contacts_overlap_says_so_before_it_is_run(millsim):
-    said = millsim("--check", *sets("balls.count=14000"), MILL).stderr
+    said = millsim("--check", *sets("balls.count=12500", "run.time=20 ms", "run.sample_from=0 s"), MILL).stderr
     assert "millsim: note: a ball is hit every" in said
 
 

@@ -25,8 +25,7 @@ def test_a_charge_in_its_steady_state_is_not(millsim):
     assert "not steady" not in notes(done)
 
 
-@pytest.mark.slow
-@pytest.mark.long
+@pytest.mark.thorough
 def test_few_balls_in_a_smooth_drum_without_friction_end_as_a_ring(millsim):
     options = ["balls.count=100", "contact.friction=0", "run.time=3s", "run.sample_from=2s"]
     sets = [word for option in options for word in ("-s", option)]

@@ -24,9 +24,9 @@ def run_deck(name, folder, *options):
 
 @pytest.fixture(scope="module")
 def reference(tmp_path_factory):
-    """The reference mill over 0.4 s of steady state."""
+    """The reference mill over 0.2 s of steady state."""
     folder = tmp_path_factory.mktemp("reference")
-    summary = run_deck("simoloyer.ini", folder, "-s", "run.time=0.5s")
+    summary = run_deck("simoloyer.ini", folder, "-s", "run.time=0.3s")
     with h5py.File(folder / "run.h5") as run:
         yield run, summary
 
@@ -65,7 +65,7 @@ def test_normal_impacts_dissipate_267_watt(reference):
         series = run[f"observables/dissipation_normal/{kind}"]
         value, time = series["value"][:], series["time"][:]
         lost += value[-1] - value[np.argmin(abs(time - 0.1))]
-    assert lost / 0.4 == pytest.approx(267, rel=0.05)
+    assert lost / 0.2 == pytest.approx(267, rel=0.05)
 
 
 @pytest.mark.long
@@ -82,8 +82,7 @@ def test_a_mill_of_4000_balls_needs_less_than_60_megabyte(reference):
     assert reference[1]["peak_memory"] < 60e6
 
 
-@pytest.mark.slow
-@pytest.mark.long
+@pytest.mark.thorough
 def test_256_000_balls_need_at_most_600_byte_each(tmp_path):
     options = ["balls.count=256000", "balls.diameter=1.25mm", "run.time=20us", "run.sample_from=0s"]
     sets = [word for option in options for word in ("--set", option)]
@@ -111,10 +110,10 @@ def test_the_books_of_every_deck_close_to_rounding(deck, tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.long
-def test_the_gas_keeps_its_energy_over_a_million_contacts(tmp_path):
-    run = run_deck("gas.ini", tmp_path)
+def test_the_gas_keeps_its_energy_over_half_a_million_contacts(tmp_path):
+    run = run_deck("gas.ini", tmp_path, "-s", "run.time=1 s")
     check_books(run)
-    assert sum(run["collisions"].values()) > 1e6
+    assert sum(run["collisions"].values()) > 5e5
     start = 4000 * 0.5 * 7800 * np.pi / 6 * 5e-3**3  # all at 1 m/s
     assert run["kinetic_energy"] == pytest.approx(start, rel=1e-12, abs=0)
     assert run["rotational_energy"] == 0

@@ -18,8 +18,8 @@ INPUT = pathlib.Path(__file__).resolve().parents[2] / "input"
 CHOICE = (*OWN, "/deck/run/threads", "/deck/text")  # where runs with different numbers of threads may differ
 
 # Long enough along x for two slabs, 20 layers of cells; for three, 45 layers
-LONG = SHORT.replace("length = 70 mm", "length = 110 mm")
-LONGER = SHORT.replace("length = 70 mm", "length = 235 mm").replace("count = 500", "count = 900")
+LONG = SHORT.replace("length = 70 mm", "length = 110 mm").replace("count = 250", "count = 500")
+LONGER = SHORT.replace("length = 70 mm", "length = 235 mm").replace("count = 250", "count = 900")
 
 PLAIN = shutil.which("cc") and BUILT_PLAIN
 NO_THREAD = "int pthread_create(void *a, const void *b, void *c, void *d) { return a || b || c || d ? 11 : 11; }\n"
@@ -51,30 +51,21 @@ PRECISE = ("run.precision=20 %", "run.time=2 s", "output.impacts=statistics", "o
 @pytest.mark.parametrize(
     "deck, sets",
     [
-        pytest.param(LONG, ["run.time=150 ms"], id="all-recorded"),
-        pytest.param(LONG, [*PRECISE, "run.sample_from=50 ms"], id="precision", marks=pytest.mark.slow),
-        pytest.param(
-            LONG.replace("sample_from = 50 ms\n", ""), [*PRECISE], id="start-up-found", marks=pytest.mark.slow
-        ),
-        pytest.param(LONG, ["run.max_collisions=40001"], id="max-collisions"),
+        pytest.param(LONG, [*PRECISE, "run.sample_from=50 ms"], id="precision", marks=pytest.mark.thorough),
+        pytest.param(LONG.replace("sample_from = 50 ms\n", ""), [*PRECISE], id="start-up-found"),
+        pytest.param(LONG, ["run.max_collisions=20001"], id="all-recorded-and-max-collisions"),
         pytest.param(
             INPUT / "mixer.ini",  # turned so that it is long along x, with more and smaller balls
             [
-                "run.time=150 ms",
-                "run.sample_from=50 ms",
+                "run.time=70 ms",
+                "run.sample_from=30 ms",
                 "body.jar.axis=1 0 0",
                 "balls.count=300",
                 "balls.diameter=2.5 mm",
             ],
             id="moving-container",
-            marks=pytest.mark.slow,
         ),
-        pytest.param(
-            INPUT / "simoloyer.ini",
-            ["run.time=40 ms", "run.sample_from=10 ms"],
-            id="reference-mill",
-            marks=pytest.mark.slow,
-        ),
+        pytest.param(INPUT / "simoloyer.ini", ["run.time=20 ms", "run.sample_from=5 ms"], id="reference-mill"),
     ],
 )
 def test_a_run_on_two_threads_stores_the_same_bits(deck, sets, tmp_path):
@@ -88,12 +79,12 @@ def test_a_run_on_two_threads_stores_the_same_bits(deck, sets, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("threads", [3, 4, 1000])
-def test_more_threads_store_the_same_bits(threads, tmp_path):
+def test_more_threads_store_the_same_bits(tmp_path):
     one, _ = run(tmp_path, 1, "run.time=60 ms", deck=LONGER)
-    more, summary = run(tmp_path, threads, "run.time=60 ms", deck=LONGER)
-    assert differences(one, more, CHOICE) == []
-    assert summary["run"]["threads"] == 3
+    for threads in (3, 1000):
+        more, summary = run(tmp_path, threads, "run.time=60 ms", deck=LONGER)
+        assert differences(one, more, CHOICE) == []
+        assert summary["run"]["threads"] == 3
 
 
 def test_a_mill_that_is_too_short_takes_one_thread(tmp_path):
@@ -110,42 +101,32 @@ def test_a_small_mill_takes_one_thread_and_the_file_does_not_say_what_was_not_as
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("threads", [(2, 1), (1, 2)], ids=str)
-def test_a_stopped_run_goes_on_with_another_number_of_threads(threads, whole, tmp_path):
+def test_a_stopped_run_goes_on_with_another_number_of_threads(whole, tmp_path):
     mill = Folder(tmp_path, LONG)
-    before, after = (("-s", f"run.threads={number}") for number in threads)
-    code, _ = mill.stop("-q", *before)
-    assert code == 128 + signal.SIGINT and status(mill.file)[0] == "stopped"
-    mill.finish("--resume", *after)
+    for leg, threads in enumerate((2, 1)):
+        code, _ = mill.stop("-q", "-s", f"run.threads={threads}", *["--resume"][:leg])
+        assert code == 128 + signal.SIGINT and status(mill.file)[0] == "stopped"
+    mill.finish("--resume", "-s", "run.threads=2")
     assert differences(whole, mill.file, CHOICE) == []
 
 
 def test_a_signal_ends_a_run_on_two_threads(tmp_path):
     mill = Folder(tmp_path, LONG.replace("time = 0.45 s", "time = 1000 s").replace("impacts = all\n", ""))
-    code, said = mill.stop("-q", "-s", "run.threads=2", number=signal.SIGTERM, after=0.3)
+    code, said = mill.stop("-q", "-s", "run.threads=2", number=signal.SIGTERM, after=0.1)
     assert code == 128 + signal.SIGTERM and "stopped by signal 15" in said
     assert status(mill.file)[0] == "stopped"
 
 
-@pytest.fixture
-def bare(tmp_path):
-    """A run of a mill long enough for two threads, where no thread can be started."""
+@pytest.mark.slow
+@pytest.mark.skipif(not PLAIN, reason="sanitizers must be loaded first")
+def test_where_no_thread_can_be_started_one_does_all_and_the_summary_says_so(tmp_path):
     (tmp_path / "none.c").write_text(NO_THREAD)
     library = tmp_path / "none.so"
     subprocess.run(["cc", "-shared", "-fPIC", tmp_path / "none.c", "-o", library], check=True)
-    return run(tmp_path, 2, "run.time=100 ms", environment={"LD_PRELOAD": str(library)})
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not PLAIN, reason="sanitizers must be loaded first")
-def test_where_no_thread_can_be_started_one_does_all(bare, tmp_path):
-    two, _ = run(tmp_path, 2, "run.time=100 ms")
-    assert differences(two, bare[0], CHOICE) == []
-
-
-@pytest.mark.skipif(not PLAIN, reason="sanitizers must be loaded first")
-def test_where_no_thread_can_be_started_the_summary_says_one(bare):
-    assert bare[1]["run"]["threads"] == 1
+    bare, summary = run(tmp_path, 2, "run.time=60 ms", environment={"LD_PRELOAD": str(library)})
+    two, _ = run(tmp_path, 2, "run.time=60 ms")
+    assert differences(two, bare, CHOICE) == []
+    assert summary["run"]["threads"] == 1
 
 
 @pytest.mark.slow

@@ -157,7 +157,7 @@ def member_of(name):
 def test_distance_to_a_solid_is_that_to_its_nearest_point(name):
     rng = np.random.default_rng(8)
     shape, member = SOLIDS[name][0], member_of(name)
-    for p in rng.uniform(-2, 2, (25, 3)):
+    for p in rng.uniform(-2, 2, (12, 3)):
         if member(p[None])[0]:
             continue
         distance, normal, point = (a[:, 0] for a in shape.nearest(p[None]))
@@ -184,7 +184,7 @@ def test_a_rounded_solid_is_all_balls_of_that_radius_that_fit_in_it(name, roundi
     def core(p):
         return member(p) & (inside.nearest(p)[0] >= rounding).all(axis=0)
 
-    for p in rng.uniform(-2, 2, (12, 3)):
+    for p in rng.uniform(-2, 2, (6, 3)):
         distance, normal, point = (a[0, 0] for a in shape.nearest(p[None]))
         if distance > 0:
             assert is_nearest(distance, nearest_member(core, p, rng) - rounding)
@@ -205,7 +205,7 @@ CONTAINERS = {
 def test_distance_within_a_container_is_that_to_its_nearest_wall(name):
     rng = np.random.default_rng(10)
     shape, member = CONTAINERS[name]
-    for p in rng.uniform(-1, 1, (25, 3)):
+    for p in rng.uniform(-1, 1, (12, 3)):
         if member(p[None])[0]:
             distance, normal, point = (a[:, 0] for a in shape.nearest(p[None]))
             free = nearest_member(lambda q: ~member(q), p, rng)

@@ -153,7 +153,7 @@ def test_a_drum_that_turns_rubs_and_does_not_push():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed, wavy", some([(2, False), (6, False), (7, False), (2, True), (12, True)], 3))
+@pytest.mark.parametrize("seed, wavy", some([(2, True), (2, False), (6, False), (7, False), (12, True)], 5))
 def test_a_mill_of_drum_and_rotor_runs_as_it_did(seed, wavy):
     case = random_case(seed, wavy)
     expected = [row_of(i) for i in predict(case)]

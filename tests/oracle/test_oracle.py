@@ -200,13 +200,19 @@ def test_the_books_balance_over_a_busy_run():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", some([5, 6, 17, 27], 2))
+@pytest.mark.parametrize("seed", some([17, 5, 6, 27], 4))
 def test_a_finer_sampling_finds_the_same_impacts(seed):
     case = random_case(seed)
     expected = [row_of(i) for i in predict(case)]
     fine = Simulation(case.mill, case.position, case.velocity, case.spin, step=STEP / 3)
     found = [row_of(i) for i in fine.run(expected[-1].time + 1e-6)]
     assert agreement(expected, found, case.mill) == (len(expected), [])
+
+
+@pytest.fixture(scope="module")
+def expected():
+    """The impacts of the mill that the comparison is tried on."""
+    return [row_of(i) for i in predict(random_case(38))]
 
 
 def wrong_pitch(mill):
@@ -230,7 +236,6 @@ def other_law(**change):
     return change_law
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "fault",
     some(
@@ -249,9 +254,8 @@ def other_law(**change):
         3,
     ),
 )
-def test_the_comparison_notices_a_program_that_is_wrong(fault):
+def test_the_comparison_notices_a_program_that_is_wrong(fault, expected):
     case = random_case(38)
-    expected = [row_of(i) for i in predict(case)]
     faulty = replace(case, mill=fault(case.mill)).simulation()
     found = [row_of(i) for i in faulty.run(expected[-1].time + 1e-6)]
     same, wrong = agreement(expected, found, case.mill)
