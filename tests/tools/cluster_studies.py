@@ -53,7 +53,7 @@ class Case:
     """A folder with a study NAME.study of 2 x (last - 9) designs. sweep() runs it, start() starts it; starts() says
     what was run; between hold() and release() runs wait."""
 
-    def __init__(self, folder, last=15, environment=None, name="t"):
+    def __init__(self, folder, last=13, environment=None, name="t"):
         self.name, self.designs = name, 2 * (last - 9)
         self.folder = pathlib.Path(folder)
         self.log, self.program, self.held = (self.folder / name for name in ("starts", "counted", "hold"))

@@ -320,7 +320,7 @@ def test_a_state_is_read_when_it_is_used_and_no_more(result, monkeypatch):
     assert [one for one in read if one[0].endswith("/value")] == [("particles/trajectory/position/value", 50 * 3)]
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_a_run_of_gigabytes_opens_and_streams_in_little_memory(tmp_path, millsim, small_deck):
     assert millsim("deck.ini", "-q").returncode == 0
     with h5py.File(tmp_path / "deck.h5", "r+") as file:

@@ -129,7 +129,7 @@ CASES = {name: BALLS + text for name, text in MILLS.items()}
 CASES["two kinds of balls"] = BALLS[: BALLS.index("[balls]")] + TWO_KINDS + MILLS["planetary"]
 
 
-@pytest.mark.parametrize("name", some(CASES, 3))
+@pytest.mark.parametrize("name", some(CASES, 6))
 def test_first_impacts_are_millsims_and_so_are_poses(name, mill, millsim, write_deck, tmp_path):
     """Up to a ball's first impact both fly freely: geometry, motions, frame and solving back are the same."""
     write_deck(CASES[name])

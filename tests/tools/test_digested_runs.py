@@ -8,14 +8,19 @@ import foreign
 import h5py
 import numpy as np
 import pytest
-from conftest import slow
 from foreign import DECKS, RUN
 
 from milltools.base.errors import UserError
 from milltools.foreign.digest import Digest, impacts_of, snapshot_times
 
+ALIKE = ("falling balls", "no rotor, no gravity")  # parts of them are in the others
 
-@pytest.fixture(scope="module", params=slow(DECKS, "short blocks, late"), ids=lambda name: name.replace(",", ""))
+
+@pytest.fixture(
+    scope="module",
+    params=[pytest.param(name, marks=[pytest.mark.thorough] * (name in ALIKE)) for name in DECKS],
+    ids=lambda name: name.replace(",", ""),
+)
 def pair(request, tmp_path_factory):
     """(file by the digest, millsim's own file) of the same run."""
     folder = tmp_path_factory.mktemp("digest")
@@ -84,6 +89,7 @@ def pressed(theirs):
     return theirs["statistics/drive/pinch_power"][()] != 0
 
 
+@pytest.mark.slow
 def test_everything_is_the_same_to_the_bit_or_to_rounding(pair):
     ours, theirs = (tree(file) for file in pair)
     rows = theirs["statistics/precision/batch"][()] / 1e-3

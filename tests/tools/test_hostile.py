@@ -86,7 +86,7 @@ EDGES = "statistics/maps/axial/x_edges"
         ("soft-loop", VERSION, "its links form a circle"),
         ("reference", VERSION, "values of a type that runs do not use (object)"),
         ("huge", EDGES, "bytes by its shape, but the file, of"),
-        pytest.param("piece", EDGES, "unpacks to more bytes", marks=pytest.mark.slow),
+        ("piece", EDGES, "unpacks to more bytes"),
         ("bomb", "observables/kinetic_energy/time", "bytes, compressed into"),
         ("nan", EDGES, "values that do not ascend"),
         ("longer", "statistics/maps/axial/dissipation", "41 rows, expected 40 to match /statistics/maps/axial/x_edges"),

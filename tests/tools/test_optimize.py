@@ -276,42 +276,42 @@ def test_a_sweep_that_is_there_is_knowledge(study, tmp_path):
 @pytest.mark.slow
 def test_the_command_runs_the_mill_and_goes_on_with_more_runs(mill, write_study, tmp_path):
     write_study(STUDY.replace("5 ms", "20 ms").replace("2..20", "12..20"))
-    done = mill("optimize", "a.study", "--runs", "4", "--workers", "1")
+    done = mill("optimize", "a.study", "--runs", "2", "--workers", "1")
     assert done.returncode == 0, done.stderr
     frame = pandas.read_parquet(tmp_path / "a-optimize.parquet")
-    assert len(frame) == 4 and set(frame["status"]) == {"done"} and np.isfinite(frame[MEDIAN]).all()
+    assert len(frame) == 2 and set(frame["status"]) == {"done"} and np.isfinite(frame[MEDIAN]).all()
     assert done.stdout.splitlines()[0].startswith("the largest median normal impact speed above 50 mm/s: ")
     assert "see them with: mill study a-optimize.parquet" in done.stdout
-    more = mill("optimize", "a.study", "--runs", "5", "--workers", "1")
-    assert "4 runs are there already" in more.stderr
+    more = mill("optimize", "a.study", "--runs", "3", "--workers", "1")
+    assert "2 runs are there already" in more.stderr
     longer = pandas.read_parquet(tmp_path / "a-optimize.parquet")
-    assert len(longer) == 5 and set(frame["id"]) <= set(longer["id"])
+    assert len(longer) == 3 and set(frame["id"]) <= set(longer["id"])
 
 
 @pytest.mark.slow
 def test_kill_9_of_the_driver_loses_no_run_and_leaves_none(mill, write_study, stand_in, tmp_path):
     write_study(STUDY)
-    program = stand_in(f"[ $(wc -l < $log) -lt 4 ] || while [ ! -e {tmp_path}/go ]; do sleep 0.02; done")  # fmt: skip
+    program = stand_in(f"[ $(wc -l < $log) -lt 2 ] || while [ ! -e {tmp_path}/go ]; do sleep 0.02; done")  # fmt: skip
     environment = {**os.environ, "PYTHONPATH": str(ROOT / "tools"), "MILLSIM": program}
-    words = [sys.executable, "-m", "milltools", "optimize", "a.study", "--runs", "6", "--workers", "1"]  # fmt: skip
+    words = [sys.executable, "-m", "milltools", "optimize", "a.study", "--runs", "3", "--workers", "1"]  # fmt: skip
     driver = subprocess.Popen(words, cwd=tmp_path, env=environment, stderr=subprocess.DEVNULL)
     deadline = time.monotonic() + 100
-    while len(runs(tmp_path)) < 4:
+    while len(runs(tmp_path)) < 2:
         assert time.monotonic() < deadline and driver.poll() is None
         time.sleep(0.02)
     driver.send_signal(signal.SIGKILL)
     driver.wait()
-    hanging = runs(tmp_path)[3][0]
+    hanging = runs(tmp_path)[1][0]
     while alive(hanging):
         assert time.monotonic() < deadline
         time.sleep(0.02)
     (tmp_path / "go").touch()
-    done = mill("optimize", "a.study", "--runs", "6", "--workers", "1", env={"MILLSIM": program})
+    done = mill("optimize", "a.study", "--runs", "3", "--workers", "1", env={"MILLSIM": program})
     assert done.returncode == 0, done.stderr
-    assert "3 runs are there already" in done.stderr
+    assert "1 runs are there already" in done.stderr
     begun = [(seed, speed) for _, seed, speed in runs(tmp_path)]
-    assert len(begun) == 7  # six, and the one that was in flight once more
-    assert len(pandas.read_parquet(tmp_path / "a-optimize.parquet")) == 6
+    assert len(begun) == 4  # three, and the one that was in flight once more
+    assert len(pandas.read_parquet(tmp_path / "a-optimize.parquet")) == 3
 
 
 @pytest.mark.parametrize(

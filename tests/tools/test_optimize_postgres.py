@@ -70,19 +70,19 @@ def test_a_search_is_kept_and_shared(database, mill, write_study, tmp_path):
         assert done.returncode == 0, done.stderr
         return pandas.read_parquet(tmp_path / output), done
 
-    first, _ = optimize(3, "a.parquet")
-    assert len(first) == 3
+    first, _ = optimize(2, "a.parquet")
+    assert len(first) == 2
     assert not (tmp_path / "a.optuna.journal").exists()
     with concurrent.futures.ThreadPoolExecutor() as both:  # two drivers at once, a table each
-        one, two = (both.submit(optimize, 7, name) for name in ("a.parquet", "b.parquet"))
+        one, two = (both.submit(optimize, 4, name) for name in ("a.parquet", "b.parquet"))
         one.result()
         second, done = two.result()
-    # three, and what the other driver has added before this one looks
-    assert re.search(r"[3-7] runs are there already \(postgresql://mill@127\.0\.0\.1", done.stderr)
+    # two, and what the other driver has added before this one looks
+    assert re.search(r"[2-4] runs are there already \(postgresql://mill@127\.0\.0\.1", done.stderr)
     (tmp_path / "a.parquet").unlink()
-    whole, _ = optimize(7, "a.parquet")  # the storage alone is enough
+    whole, _ = optimize(4, "a.parquet")  # the storage alone is enough
     assert set(first["id"]) | set(second["id"]) <= set(whole["id"])
-    assert 7 <= len(whole) <= 8  # both may have asked for the last one
+    assert 4 <= len(whole) <= 5  # both may have asked for the last one
     same = whole[["id", "rotor.speed", "balls.count"]].merge(second, on="id")
     assert len(same) == len(second)
     assert (same["rotor.speed_x"] == same["rotor.speed_y"]).all()  # to the bit

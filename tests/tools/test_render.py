@@ -100,9 +100,9 @@ def test_a_slow_film_shows_the_times_it_says(mill, slow, tmp_path):
 
 def test_the_number_of_processes_does_not_change_a_film(mill, slow, tmp_path):
     path, _ = slow
-    words = ("--slow", "100", "--from", "20 ms", "--to", "26 ms", "-q", *SMALLEST, "--workers", "3")
-    assert mill("render", path.parent / "run.h5", "three.mp4", *words).returncode == 0
-    assert (tmp_path / "three.mp4").read_bytes() == path.read_bytes()
+    words = ("--slow", "100", "--from", "20 ms", "--to", "26 ms", "-q", *SMALLEST, "--workers", "2")
+    assert mill("render", path.parent / "run.h5", "two.mp4", *words).returncode == 0
+    assert (tmp_path / "two.mp4").read_bytes() == path.read_bytes()
 
 
 def test_webm_is_vp9_and_an_orbit_goes_around(mill, runs, tmp_path):

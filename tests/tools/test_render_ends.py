@@ -8,6 +8,7 @@ import time
 
 import films
 import pytest
+from conftest import some
 from films import ENVIRONMENT, MILL, SMALLEST
 
 pytestmark = pytest.mark.render
@@ -64,7 +65,7 @@ def drawing(process, folder):
 
 @pytest.mark.parametrize(
     "number, line, status",
-    [(signal.SIGINT, "interrupted", 130), (signal.SIGTERM, "stopped", 143)],
+    some([(signal.SIGINT, "interrupted", 130), (signal.SIGTERM, "stopped", 143)], 2),
 )
 def test_a_signal_leaves_neither_file_nor_process(start_mill, runs, tmp_path, number, line, status):
     process = start(start_mill, runs, "--workers", "2")
@@ -92,13 +93,15 @@ def test_a_helper_that_dies_is_one_line(start_mill, runs, tmp_path, victim):
 
 
 @pytest.mark.unmeasured
-def test_a_full_disk_is_one_line(mill, runs, tmp_path):
+@pytest.mark.parametrize(
+    "name, words", some([("film.mp4", ("--no-rerun",)), ("still.pov", ("--pov",)), ("still.png", ())], 2)
+)
+def test_a_full_disk_is_one_line(mill, runs, tmp_path, name, words):
     full = {"preexec_fn": lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000))}
-    for name, words in (("film.mp4", ("--no-rerun",)), ("still.png", ()), ("still.pov", ("--pov",))):
-        done = mill("render", runs / "run.h5", name, *words, *SMALLEST, **full)
-        assert done.returncode == 1
-        assert done.stderr.splitlines()[-1] == f"mill render: {name}: File too large"
-        assert list(tmp_path.iterdir()) == []
+    done = mill("render", runs / "run.h5", name, *words, *SMALLEST, **full)
+    assert done.returncode == 1
+    assert done.stderr.splitlines()[-1] == f"mill render: {name}: File too large"
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_what_ffmpeg_is_to_write_follows_no_link(mill, runs, tmp_path):

@@ -59,16 +59,16 @@ def test_slurm_gives_the_rows_that_this_machine_gives_a_bundle_in_a_task(case, s
     here = case.table()
     case.log.unlink()
     case.hold(2)
-    sweep = case.start("--force", "--slurm", "--bundle", "5", "--tasks", "2")
+    sweep = case.start("--force", "--slurm", "--bundle", "3", "--tasks", "2")
     case.await_held(2)
-    running = [len(slurm.listed("mill-t-", "RUNNING")) for _ in range(10)]
+    running = [len(slurm.listed("mill-t-", "RUNNING")) for _ in range(3)]
     case.release()
     while sweep.poll() is None:
         running.append(len(slurm.listed("mill-t-", "RUNNING")))
-        time.sleep(0.1)
+        time.sleep(0.5)
     assert (sweep.returncode, sweep.stderr.read()) == (0, "")
     assert facts(case.table()).equals(facts(here))
-    assert sorted(len(begun) for begun in tasks(case.starts()).values()) == [2, 5, 5]
+    assert sorted(len(begun) for begun in tasks(case.starts()).values()) == [2, 3, 3]
     assert set(case.runs().values()) == {1} and max(running) == 2
     assert not slurm.listed("mill-t-")
     assert not list(case.folder.glob("*.slurm")) and not list((case.folder / "scratch").iterdir())
@@ -77,7 +77,7 @@ def test_slurm_gives_the_rows_that_this_machine_gives_a_bundle_in_a_task(case, s
 @pytest.mark.thorough
 def test_a_killed_task_costs_one_more_run_of_what_it_had_in_hand_and_nothing_else(case, slurm):
     case.hold(2)
-    sweep = case.start("--slurm", "--bundle", "4")
+    sweep = case.start("--slurm", "--bundle", "2")
     design, task, pid = case.await_held(3)[-1]
     slurm.command("scancel", task)
     wait(lambda: not alive(pid), "the end of its run")
@@ -90,13 +90,13 @@ def test_a_killed_task_costs_one_more_run_of_what_it_had_in_hand_and_nothing_els
 
 def test_a_driver_killed_and_started_again_waits_for_what_is_under_way(case, slurm):
     case.hold(2)
-    driver = case.start("--slurm", "--bundle", "3")
+    driver = case.start("--slurm", "--bundle", "2")
     case.await_held(3)
     driver.kill()
     driver.wait()
     assert slurm.listed("mill-t-")
     case.release()
-    done = case.sweep("--slurm", "--bundle", "3")
+    done = case.sweep("--slurm", "--bundle", "2")
     assert done.returncode == 0, done.stderr
     assert all_done(case)
     assert set(case.runs().values()) == {1}
@@ -105,7 +105,7 @@ def test_a_driver_killed_and_started_again_waits_for_what_is_under_way(case, slu
 
 def test_ctrl_c_cancels_the_tasks_and_keeps_their_rows(case, slurm):
     case.hold(2)
-    sweep = case.start("--slurm", "--bundle", "3")
+    sweep = case.start("--slurm", "--bundle", "2")
     case.await_held(3)
     sweep.send_signal(signal.SIGINT)
     assert sweep.wait(90) == 130
@@ -123,7 +123,7 @@ def test_ctrl_c_cancels_the_tasks_and_keeps_their_rows(case, slurm):
 @pytest.mark.thorough
 def test_detached_tasks_go_on_alone_and_their_rows_are_taken_up(case, slurm):
     case.hold(2)
-    sweep = case.start("--slurm", "--bundle", "3", "--detach")
+    sweep = case.start("--slurm", "--bundle", "2", "--detach")
     case.await_held(3)
     sweep.send_signal(signal.SIGINT)
     _, said = sweep.communicate(timeout=90)

@@ -53,7 +53,7 @@ def test_no_flipped_bit_of_a_journal_changes_a_value_unseen(made, tmp_path):
     _, empty, journal, rows = made
     path, dropped = tmp_path / "a.parquet", 0
     path.write_bytes(empty)
-    for seed in range(250):
+    for seed in range(100):
         journal_of(path).write_bytes(flipped(journal, seed))
         table = Table.open(path)
         found = by_id(table)
@@ -62,14 +62,13 @@ def test_no_flipped_bit_of_a_journal_changes_a_value_unseen(made, tmp_path):
         # a line end that is none joins two lines; the last line may look torn
         assert lost <= 2 * table.damaged + 1, seed
         dropped += lost
-    assert 250 <= dropped <= 250 * 3
+    assert 100 <= dropped <= 100 * 3
 
 
-@pytest.mark.slow
 def test_no_flipped_bit_of_a_parquet_file_changes_a_value_unseen(made, tmp_path):
     full, _, _, rows = made
     path, refused = tmp_path / "a.parquet", 0
-    for seed in range(250, 500):
+    for seed in range(250, 350):
         path.write_bytes(flipped(full, seed))
         try:
             table = Table.open(path)
@@ -78,7 +77,7 @@ def test_no_flipped_bit_of_a_parquet_file_changes_a_value_unseen(made, tmp_path)
             refused += 1
         else:
             assert by_id(table) == rows and table.meta == META, seed
-    assert refused > 150
+    assert refused > 60
 
 
 HOSTILE = [

@@ -11,7 +11,7 @@ import venv
 import zipfile
 
 import pytest
-from conftest import PROGRAM, ROOT
+from conftest import PROGRAM, ROOT, run_mill
 from packaging.licenses import canonicalize_license_expression
 from packaging.version import Version
 
@@ -156,11 +156,8 @@ def options(said):
 def helps(place):
     """{program: options that its --help names}, of mill with every command."""
     said = {"millsim": options(run(place / "bin/millsim", "--help")), "mill": set()}
-    environment = {**os.environ, "PYTHONPATH": str(ROOT / "tools")}
     for command in COMMANDS:
-        words = [sys.executable, "-m", "milltools", command.name, "--help"]
-        done = subprocess.run(words, env=environment, capture_output=True, text=True, check=True)
-        said["mill"] |= options(done.stdout)
+        said["mill"] |= options(run_mill(place, command.name, "--help").stdout)
     return said
 
 
@@ -210,7 +207,7 @@ def make(*words):
     return subprocess.run(command, capture_output=True, text=True)
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_what_make_install_puts_there_works_and_make_uninstall_leaves_nothing(tmp_path):
     where = (f"DESTDIR={tmp_path}", "PREFIX=/there")
     there = tmp_path / "there"
