@@ -145,8 +145,8 @@ class Bench:
         for name in (*warm.LIBRARIES, "pytest"):
             with contextlib.suppress(ImportError):
                 importlib.import_module(name)
-        self.mill = warm.Warm(self.tree / "tools")
-        warm.Warm = lambda path: self.mill
+        self.mill = warm.Warm.open(self.tree / "tools")
+        warm.Warm.open = lambda path: self.mill  # of the forks as well
         self.log, self.times = self.tree / "build/log", itertools.count(10**9)
 
     def run(self, act, most=600.0):
@@ -166,7 +166,7 @@ class Bench:
         with contextlib.suppress(ProcessLookupError):
             os.killpg(pid, signal.SIGKILL)
         _, status, used = os.wait4(pid, 0)
-        left = f"/proc/{self.mill.process.pid}/task/{self.mill.process.pid}/children"
+        left = f"/proc/{self.mill.pid}/task/{self.mill.pid}/children"
         for child in pathlib.Path(left).read_text().split():  # commands of `mill` that a test has not waited for
             os.kill(int(child), signal.SIGKILL)
         return os.waitstatus_to_exitcode(status), used.ru_utime + used.ru_stime

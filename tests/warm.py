@@ -52,7 +52,7 @@ class Warm:
 
     @classmethod
     def open(cls, path):
-        """Starts the process, which ends with this one; `path`: where it finds milltools."""
+        """Starts the process, which ends with this one, and returns it; `path`: where it finds milltools."""
         place = pathlib.Path(tempfile.mkdtemp()) / "calls"
         calls, (end, cls.held) = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM), os.pipe()
         calls.bind(str(place))
@@ -67,6 +67,7 @@ class Warm:
         os.close(end)
         os.environ[cls.PLACE] = str(place)
         atexit.register(cls.close, process, place)
+        return process
 
     @staticmethod
     def close(process, place):
