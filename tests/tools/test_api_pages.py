@@ -89,6 +89,7 @@ def test_what_is_stored_is_small_and_says_nothing_of_a_machine(stored):
     assert json.loads(text)["nbformat"] == 4
 
 
+@pytest.mark.thorough
 @pytest.mark.slow
 def test_all_code_of_the_page_runs(tmp_path):
     (tmp_path / "input").symlink_to(ROOT / "input")

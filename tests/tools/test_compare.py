@@ -109,7 +109,6 @@ def test_a_run_agrees_with_itself_and_differs_by_nothing(runs):
         assert row.mood == "agree" or key == "cost", key
 
 
-@pytest.mark.slow
 def test_another_seed_agrees(runs):
     found = table(runs["one"], runs["two"])
     assert [key for key, row in found.items() if row.mood == "differ"] == []

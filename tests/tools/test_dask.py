@@ -102,6 +102,7 @@ def test_dask_gives_the_rows_that_this_machine_gives(case, pool):
 
 
 @pytest.mark.slow
+@pytest.mark.thorough
 def test_a_killed_worker_costs_one_more_run_of_what_it_had_in_hand_and_nothing_else(case, scheduler):
     case.hold(5)
     scheduler.start()

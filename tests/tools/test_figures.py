@@ -15,7 +15,7 @@ import matplotlib
 import numpy as np
 import pandas as pd
 import pytest
-from conftest import PROGRAM, SMALL, run_mill
+from conftest import PROGRAM, SMALL, run_mill, slow
 from matplotlib.figure import Figure as Canvas
 from matplotlib.patches import Rectangle
 
@@ -564,7 +564,7 @@ def test_a_slip_of_nothing_has_no_spectrum(tmp_path):
 # ---- layout
 
 
-@pytest.mark.parametrize("name", [*FIGURES, "overview"])
+@pytest.mark.parametrize("name", slow([*FIGURES, "overview"], "wear", "wear-normal"))
 def test_no_text_is_cut_off_and_none_covers_another(folder, plain, gas, name):
     path = folder / f"{'a_name_without_an_end_' * 2}, then $x_2$ and more words.h5"
     path.unlink(missing_ok=True)
@@ -747,10 +747,15 @@ def drawn_or_not(path):
     "options, missing",
     [
         (["run.sample_from=49.9 ms"], None),  # hardly anything
-        (["contact.restitution=1", "contact.friction=0", "contact.rebound_floor=0 m/s"], None),
-        (["output.series=0.2 s"], {"flow", "power", "energy", "collisions"}),  # one row
-        (["rotor.speed=0 rpm"], None),
         (["balls.count=1"], None),
+        *(
+            pytest.param(*case, marks=pytest.mark.slow)
+            for case in (
+                (["contact.restitution=1", "contact.friction=0", "contact.rebound_floor=0 m/s"], None),
+                (["output.series=0.2 s"], {"flow", "power", "energy", "collisions"}),  # one row
+                (["rotor.speed=0 rpm"], None),
+            )
+        ),
     ],
 )
 def test_each_figure_of_an_odd_run_is_drawn_or_says_why_not(tmp_path, options, missing):

@@ -156,7 +156,6 @@ def test_worn_parts_are_those_of_the_file_each_in_the_frame_of_its_motion(run_of
         assert (within < one["limit"]).any() and (within > one["low"]).any()
 
 
-@pytest.mark.slow
 def test_a_file_without_wear_or_coefficients_offers_no_such_colours(run_of, copy):
     assert list(players.worn(player.fragment(run_of(SMALL)))[1]) == ["sliding_power", "normal_power"]
     with h5py.File(copy, "r+") as old:

@@ -236,7 +236,6 @@ def test_it_loads_nothing(page):
     assert policy.startswith("default-src 'none'; script-src 'sha256-")
 
 
-@pytest.mark.slow
 def test_it_is_the_same_every_time(folder, nothing):
     assert report(folder, "nothing.h5", "-o", "again.html").returncode == 0
     assert (folder / "again.html").read_text("utf-8") == nothing[0]
@@ -504,6 +503,7 @@ def test_a_comparison_has_the_rows_of_its_table(compared):
             assert said in read.text
 
 
+@pytest.mark.slow
 def test_a_report_of_several_runs_is_the_comparison_named_after_the_first(folder, undrawn, monkeypatch, capsys):
     monkeypatch.chdir(folder)
     assert __main__.dispatch(["report", "--compare", "quick1.h5", "slow1.h5", "--rerun", "never"]) == 0

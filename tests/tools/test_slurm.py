@@ -105,7 +105,7 @@ def test_a_driver_killed_and_started_again_waits_for_what_is_under_way(case, slu
 
 def test_ctrl_c_cancels_the_tasks_and_keeps_their_rows(case, slurm):
     case.hold(2)
-    sweep = case.start("--slurm", "--bundle", "2")
+    sweep = case.start("--slurm", "--bundle", "3")
     case.await_held(3)
     sweep.send_signal(signal.SIGINT)
     assert sweep.wait(90) == 130
@@ -123,7 +123,7 @@ def test_ctrl_c_cancels_the_tasks_and_keeps_their_rows(case, slurm):
 @pytest.mark.thorough
 def test_detached_tasks_go_on_alone_and_their_rows_are_taken_up(case, slurm):
     case.hold(2)
-    sweep = case.start("--slurm", "--bundle", "2", "--detach")
+    sweep = case.start("--slurm", "--bundle", "3", "--detach")
     case.await_held(3)
     sweep.send_signal(signal.SIGINT)
     _, said = sweep.communicate(timeout=90)
@@ -146,6 +146,7 @@ def test_what_sbatch_refuses_is_one_line(case):
     assert not case.starts()
 
 
+@pytest.mark.thorough
 def test_a_time_limit_costs_one_more_run_of_what_was_in_hand(limited, slurm):
     case, sweep, task = limited
     wait(lambda: task not in slurm.listed("limited"), "the limit")

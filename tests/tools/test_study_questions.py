@@ -268,6 +268,7 @@ def test_a_dry_run_tells_runs_and_cost_and_writes_nothing(mill, write_study, tmp
     assert sorted(tmp_path.iterdir()) == before
 
 
+@pytest.mark.slow
 def test_a_dry_run_of_a_search_counts_the_runs_that_are_missing_and_warns(mill, write_study, write_deck, tmp_path):
     write_study()
     write_deck(

@@ -478,7 +478,6 @@ def test_a_plan_may_wait_for_rows():
     assert rows == ["first", "second, knowing the first"]
 
 
-@pytest.mark.slow
 @pytest.mark.unmeasured
 def test_a_row_costs_the_driver_few_calls(tmp_path, one_job):
     """Calls of functions of Python and of C: their number is the same on every machine."""
