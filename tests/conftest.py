@@ -101,14 +101,15 @@ def some(cases, every):
 
 def pytest_addoption(parser):
     parser.addoption("--marks", action="store_true", help="fail a test whose mark `slow` is not true: marks.py")
-    parser.addoption("--costs", metavar="FILE", help="the same, and add the processor time of each test to a file")
+    parser.addoption("--costs", metavar="FILE", help="add the processor time of each test to a file")
 
 
 def pytest_configure(config):
     if not hasattr(config, "workerinput"):
         Warm.open(ROOT / "tools")
-    if config.getoption("marks") or config.getoption("costs"):
-        config.pluginmanager.register(Costs(config.getoption("costs")))
+    asked = config.getoption("marks"), config.getoption("costs")
+    if any(asked):
+        config.pluginmanager.register(Costs(*asked))
 
 
 def pytest_collection_modifyitems(items):

@@ -1,13 +1,14 @@
 """Are the marks of the tests true? With `--marks`, a test marked `slow` that needs less than CHEAP seconds of processor
-time fails, and an unmarked one that needs more than DEAR. Counted: this process, the programs that it started and has
-waited for, and the forks of `mill`; not counted: fixtures that several tests share. The seconds are those of a machine
-that does `work` in UNIT: a slow or busy machine changes nothing. `--costs=FILE` also writes the
-seconds of every test and shared fixture."""
+time fails, and an unmarked one that needs more than DEAR, three times out of three: a machine that others use is not
+always as fast. Counted: this process, the programs that it started and has waited for, and the forks of `mill`; not
+counted: fixtures that several tests share. The seconds are those of a machine that does `work` in UNIT. `--costs=FILE`
+writes the seconds of every test and shared fixture."""
 
 import resource
 import time
 
 import pytest
+from _pytest.runner import runtestprotocol
 from warm import Warm, load
 
 CHEAP, DEAR = 0.3, 0.5
@@ -30,8 +31,8 @@ def work():
 
 
 class Costs:
-    def __init__(self, path):
-        self.path, self.shared = path, 0.0
+    def __init__(self, checks, path):
+        self.checks, self.path, self.shared, self.wrong = checks, path, 0.0, None
         load()  # or the first test that needs a library would pay for it
 
     @pytest.hookimpl(wrapper=True)
@@ -58,12 +59,27 @@ class Costs:
     def pytest_runtest_call(self, item):
         answer = yield
         cost = used() - item.began - self.shared
-        has = [name for name in MARKS if item.get_closest_marker(name)]
-        if has == ["slow"] or cost > DEAR / 2 or self.path:  # else cheap on any machine
+        if cost > CHEAP / 3:  # else cheap on any machine
             cost *= UNIT / min(work(), work())
         self.write(cost, item.nodeid)
+        has = [name for name in MARKS if item.get_closest_marker(name)]
         if has == ["slow"] and cost < CHEAP:
-            pytest.fail(f"marked slow, needs {cost:.2f} s of processor time: below {CHEAP} s", pytrace=False)
+            self.wrong = f"marked slow, needs {cost:.2f} s of processor time: below {CHEAP} s"
         if not has and cost > DEAR:
-            pytest.fail(f"not marked slow, needs {cost:.2f} s of processor time: above {DEAR} s", pytrace=False)
+            self.wrong = f"not marked slow, needs {cost:.2f} s of processor time: above {DEAR} s"
         return answer
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtest_protocol(self, item, nextitem):
+        item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
+        for _ in range(3):
+            self.wrong = None
+            reports = runtestprotocol(item, nextitem=nextitem, log=False)
+            if not self.wrong or not self.checks:
+                break
+        else:
+            reports[1].outcome, reports[1].longrepr = "failed", self.wrong
+        for report in reports:
+            item.ihook.pytest_runtest_logreport(report=report)
+        item.ihook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
+        return True
