@@ -107,7 +107,7 @@ help:
 	@echo 'make coverage  every test with lines and branches counted: build/coverage (an hour)'
 	@echo 'make mutants   do the tests see a wrong line? MUTANTS=200 in C, as many in Python, SEED=1 (under an hour)'
 	@echo 'make lowest    make check with the lowest versions of Python packages that tools/pyproject.toml allows'
-	@echo 'make nightly   ten minutes of fuzzing a target, thorough, coverage, mutants, and all of the validation: some seven hours'
+	@echo 'make nightly   ten minutes of fuzzing a target, test with measured marks, thorough, coverage, mutants, and all of the validation: some seven hours'
 	@echo 'make thorough  the cases of tests that make test leaves out, because there are many like them'
 	@echo 'make fuzz      fuzz every target, FUZZ_SECONDS=$(FUZZ_SECONDS) each: tests/fuzz/README.md'
 	@echo 'make bench     measure speed, some minutes: docs/performance.md (QUICK=1: try it)'
@@ -296,7 +296,7 @@ fuzz:
 
 # fuzzing for longer than a push can wait, and all that takes hours: every step is tried, also after one has failed
 nightly:
-	@status=0; for step in 'fuzz FUZZ_SECONDS=600' golden thorough coverage mutants lowest validate validate-paper validate-study validate-dem; do \
+	@status=0; for step in 'fuzz FUZZ_SECONDS=600' 'test MARKS=1' golden thorough coverage mutants lowest validate validate-paper validate-study validate-dem; do \
 	    echo "make $$step"; $(MAKE) --no-print-directory $$step || status=$$?; done; exit $$status
 
 # lines and branches that the tests reach: of C by gcov, of Python by coverage.py in every process that the tests start
