@@ -508,6 +508,7 @@ def test_the_title_names_what_a_joule_buys_and_the_power():
     assert finding.title(better) == (
         "new makes 25 % more impacts above 1 m/s per joule than old and draws 40 % less power"
     )
+    assert finding.interval(made("power", 500, 625, 0.004)) == "+24 to +26 %"
     first, *others = finding.sentences(better)
     assert "new makes 625 impacts above 1 m/s, old makes 500: 25 % more (22 to 28 %)." in first
     assert "On the scale of impacts per joule, new is better above 1 m/s (+25 %)." in others
