@@ -155,6 +155,8 @@ def test_errors_of_old_files_without_degrees_of_freedom_are_used(copy):
 @pytest.mark.slow
 def test_values_are_those_of_the_file(runs):
     found = table(runs["one"], runs["fast"])
+    for key, label in (("rate", "above 2 m/s"), ("strike_rate", "above 2 m/s (strikes)")):
+        assert found[f"{key}_ball_blade_above_2"].label.strip() == f"ball-blade {label}"
     for side, name in (("a", "one"), ("b", "fast")):
         with h5py.File(runs[name]) as file:
             window, row = file["statistics/duration"][()], round(0.1 / 0.001)
@@ -509,6 +511,7 @@ def test_the_title_names_what_a_joule_buys_and_the_power():
         "new makes 25 % more impacts above 1 m/s per joule than old and draws 40 % less power"
     )
     assert finding.interval(made("power", 500, 625, 0.004)) == "+24 to +26 %"
+    assert finding.size(made("power", 100, 250, 0.01), *finding.MUCH)[0] == "2.50 times as much"
     first, *others = finding.sentences(better)
     assert "new makes 625 impacts above 1 m/s, old makes 500: 25 % more (22 to 28 %)." in first
     assert "On the scale of impacts per joule, new is better above 1 m/s (+25 %)." in others

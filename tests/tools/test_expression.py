@@ -86,6 +86,9 @@ def test_the_error_of_a_quotient_is_that_of_both_relative_errors():
 def test_a_number_that_occurs_twice_has_one_error():
     assert value("power / power").error == pytest.approx(0, abs=1e-12)
     assert value("power + power").error == pytest.approx(2.0)
+    speeds = results(bins={"m/s": [0.5, 1.0, 2.0]}, counts={"m/s": {"all": [0, 0, 320, 72, 8]}})
+    found = Expression("rate_above(0.5 m/s) / rate_above(1 m/s)").of(speeds)  # two numbers
+    assert found.error / found.value == pytest.approx(math.hypot(1.6 / 200, 1.0 / 40))
 
 
 def blocks(seed=5):
