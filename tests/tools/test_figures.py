@@ -38,6 +38,7 @@ from milltools.figures import (
     style,
 )
 from milltools.geometry.profile import Profile
+from milltools.read import histogram as histograms
 from milltools.read.histogram import Histogram
 from milltools.read.kinds import KINDS
 from milltools.read.runfile import Run
@@ -559,6 +560,11 @@ def test_a_slip_of_nothing_has_no_spectrum(tmp_path):
         assert "slower or faster than the bins" in FIGURES["slip"].why_not(run)
         assert spectra.bins(run, "all", speed="tangential_speed").rate == near(run.statistic("impacts/all/rate"))
         spectra.plot(axes(), run, speed="tangential_speed")  # empty, but no fault
+
+
+def test_spectra_of_a_species_have_its_impacts_with_itself_once():
+    run = SimpleNamespace(read=lambda path, why: np.arange(12).reshape(2, 2, 3))
+    assert histograms._of_pairs(run, "ball_ball/normal", [0]).tolist() == [9, 12, 15]
 
 
 # ---- layout
