@@ -88,3 +88,11 @@ def test_another_mode_knows_how_the_release_program_is_built(tmp_path):
     asked = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
     assert asked.returncode == 0, asked.stderr
     assert "build/release/millsim" in asked.stdout and not (tmp_path / "build/release").exists()
+
+
+def test_every_target_that_is_no_file_has_a_rule():
+    """make says "Nothing to be done" for one that has lost its rule, and succeeds."""
+    text = (ROOT / "Makefile").read_text().replace("\\\n", " ")
+    phony = {name for line in re.findall(r"^\.PHONY:(.*)", text, re.M) for name in line.split()}
+    rules = {name for line in re.findall(r"^([a-z][\w -]*):(?!=)", text, re.M) for name in line.split()}
+    assert "js" in phony and phony - rules == {"always"}  # which is there to be asked for

@@ -38,8 +38,7 @@ from milltools.figures import (
     style,
 )
 from milltools.geometry.profile import Profile
-from milltools.read import histogram as histograms
-from milltools.read.histogram import Histogram
+from milltools.read.histogram import Histogram, _of_pairs
 from milltools.read.kinds import KINDS
 from milltools.read.runfile import Run
 
@@ -564,7 +563,7 @@ def test_a_slip_of_nothing_has_no_spectrum(tmp_path):
 
 def test_spectra_of_a_species_have_its_impacts_with_itself_once():
     run = SimpleNamespace(read=lambda path, why: np.arange(12).reshape(2, 2, 3))
-    assert histograms._of_pairs(run, "ball_ball/normal", [0]).tolist() == [9, 12, 15]
+    assert _of_pairs(run, "ball_ball/normal", [0]).tolist() == [9, 12, 15]
 
 
 # ---- layout
