@@ -12,7 +12,7 @@ import subprocess
 import sys
 
 import pytest
-from marks import Costs
+from marks import SHARED, Costs
 from warm import Warm
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
@@ -114,13 +114,16 @@ def pytest_configure(config):
 
 def pytest_collection_modifyitems(items):
     """Files that take longest come first, so that none of them is left at the end. Files whose tests mostly wait come
-    early and not all at once: tests of others fill the cores meanwhile."""
+    early and not all at once: tests of others fill the cores meanwhile. What needs a dear fixture is slow."""
     files = list(dict.fromkeys(item.path for item in items))
     waiting = [path for path in files if path.stem in WAITING]
     order = sorted((path for path in files if path not in waiting), key=lambda path: path.stem not in LONG)
     for k, path in enumerate(waiting):
         order.insert(4 * k, path)
     items.sort(key=lambda item: order.index(item.path))
+    for item in items:
+        if SHARED & set(item.fixturenames):
+            item.add_marker("slow")
 
 
 def pytest_collection_finish():

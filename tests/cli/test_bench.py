@@ -92,6 +92,7 @@ def test_quick_bench_measures_every_case_and_writes_a_full_record(bench, tmp_pat
     assert all(name in done.stdout for name in NAMES)
 
 
+@pytest.mark.slow
 def test_rates_are_contacts_over_processor_time_and_their_median_decides(bench, tmp_path):
     done = bench("--quick", "--repeats=3", "gas4k-0.30")
     assert done.returncode == 0, done.stderr
@@ -110,6 +111,7 @@ def test_verdict_compares_the_median_with_what_is_asked():
         assert ("quartic" in "".join(remarks(report)).partition("Below what")[2]) is not verdict[0]
 
 
+@pytest.mark.slow
 def test_void_figures_do_not_take_the_place_of_measured_ones_and_a_case_is_chosen_by_the_beginning_of_its_name():
     measured = ROOT / "build/bench.json"
     before = measured.read_bytes() if measured.exists() else None
@@ -168,6 +170,7 @@ def test_bench_engine_refuses_wrong_arguments_with_its_usage(arguments):
     assert done.stderr.startswith("usage: bench_engine")
 
 
+@pytest.mark.slow
 def test_a_mixture_has_the_bulk_packing_that_was_asked_for_and_tells_contacts_of_two_balls_apart(engine):
     # three per cent: one instant of 182 large balls of all sizes' volume, and an estimate at the walls
     (sample,) = engine("--repeats", 1, "--contacts", 20000, "--ratio", 3, 20000, 0.3)
@@ -215,6 +218,7 @@ def peer(tmp_path):
 
 
 @terminal
+@pytest.mark.slow
 def test_a_peer_is_read_line_by_line_and_its_rate_is_per_second_of_its_own_processor_time(bench, peer, tmp_path):
     done = bench("--quick", "--case=gas4k-0.30", f"cell={peer(10**9)}", driver="bench_peers.py")
     assert done.returncode == 0, done.stderr
@@ -229,6 +233,7 @@ def test_a_peer_is_read_line_by_line_and_its_rate_is_per_second_of_its_own_proce
 
 
 @terminal
+@pytest.mark.slow
 def test_a_peer_that_tells_no_contacts_ends_with_the_benchmark(tmp_path):
     silent, pid = tmp_path / "silent", tmp_path / "pid"
     silent.write_text(f"#!/bin/sh\necho $$ > {pid}.new; mv {pid}.new {pid}; exec sleep 1000\n")

@@ -341,6 +341,7 @@ def mostly_halted(process):
         thread.join()
 
 
+@pytest.mark.slow
 def test_progress_in_a_log_comes_after_two_seconds(start_millsim, write_deck):
     long_deck(write_deck)
     process = start_millsim("long.ini")
@@ -354,6 +355,7 @@ def test_progress_in_a_log_comes_after_two_seconds(start_millsim, write_deck):
     process.wait(timeout=20)
 
 
+@pytest.mark.slow
 def test_progress_for_programs_is_an_object_a_line(start_millsim, write_deck):
     long_deck(write_deck)
     process = start_millsim("long.ini", "--progress=json")
@@ -402,6 +404,7 @@ def read_terminal(master, seconds):
 
 
 @pytest.mark.parametrize("width", [120, 40, 10, 3])
+@pytest.mark.slow
 def test_progress_on_a_terminal_is_one_line_that_fits(write_deck, tmp_path, width):
     long_deck(write_deck)
     try:

@@ -88,6 +88,7 @@ def test_the_wavy_mills_meet_both_kinds_of_arcs_often():
     assert sum(count[kind] for kind in KINDS) >= 500
 
 
+@pytest.mark.slow
 def test_the_wavy_mills_are_shallow_deep_and_overhanging_with_wide_and_narrow_bulges():
     mills = [random_case(seed, wavy=True).mill for seed in WAVY_SEEDS]
     arcs = [wavy_arcs(mill) for mill in mills]

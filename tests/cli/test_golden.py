@@ -6,7 +6,7 @@ import shutil
 import sys
 
 import pytest
-from conftest import PROGRAM, ROOT
+from conftest import PROGRAM, ROOT, slow
 
 sys.path.insert(0, str(ROOT / "tests/golden"))
 
@@ -16,7 +16,7 @@ WHY = "a frozen hash changes only with a reason in CHANGELOG.md: see tests/golde
 
 
 @pytest.mark.long  # `make golden` runs the same decks
-@pytest.mark.parametrize("name", golden.DECKS)
+@pytest.mark.parametrize("name", slow(golden.DECKS, "stl"))
 @pytest.mark.skipif(not golden.is_reference(), reason="frozen on Debian 12, x86-64, FMA")
 def test_a_golden_deck_stores_the_frozen_values(tmp_path, name):
     frozen = json.loads(golden.FROZEN.read_text())[name]
@@ -46,6 +46,7 @@ def test_the_hashes_see_the_last_bit_of_a_start_position(millsim, tmp_path):
     assert "impacts" in golden.differing(*marks)
 
 
+@pytest.mark.slow
 def test_only_a_deck_that_was_changed_changes_the_decks_hash(millsim, tmp_path):
     marks = []
     for seed in (1, 2):

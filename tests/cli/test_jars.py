@@ -23,6 +23,7 @@ def assert_held(case):
     assert not wrong, wrong
 
 
+@pytest.mark.slow
 def test_a_ball_in_a_shaken_box_hits_each_end_once_a_period_with_the_speed_of_theory(case):
     for e, ratio, table in shaken.BOX:
         mill = shaken.in_box(e, ratio)

@@ -38,6 +38,7 @@ BED = ("balls.count=50", "balls.diameter=10 mm", "body.jar.radius=37 mm", "body.
 SLOW = ("motion.sun.speed=300 rpm", "motion.jar.speed=-600 rpm")
 
 
+@pytest.mark.slow
 def test_the_error_of_a_charge_pressed_to_a_moving_wall_is_said_to_be_that_of_one_start(millsim):
     sets = [word for order in BED + SLOW for word in ("-s", order)]
     said = notes(millsim("--json", *PLANETARY, *sets))
@@ -51,6 +52,7 @@ def test_balls_that_a_bowl_presses_are_not_said_to_be_hit_several_times_at_once(
     assert "a ball is hit every" not in said
 
 
+@pytest.mark.slow
 def test_balls_that_run_along_a_wall_are_said_to_be_one_state_of_several(millsim):
     sets = ("motion.arm.frequency=25 Hz", "balls.count=1", "balls.diameter=10 mm")
     words = [word for order in sets for word in ("-s", order)]

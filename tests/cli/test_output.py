@@ -384,6 +384,7 @@ def test_output_options_do_not_change_the_run(path, tmp_path):
         assert a["/run/events/predictions"][()] == b["/run/events/predictions"][()]
 
 
+@pytest.mark.slow
 def test_stored_deck_gives_the_same_run(path, tmp_path):
     with h5py.File(path) as file:
         (tmp_path / "stored.ini").write_text(file["/deck/text"].asstr()[()])

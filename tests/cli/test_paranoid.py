@@ -4,6 +4,7 @@ import json
 import re
 
 import pytest
+from conftest import slow
 
 KEYS = (
     "events",
@@ -138,7 +139,7 @@ def counts_of(stderr):
     return dict(zip(KEYS, map(int, found[0])))
 
 
-@pytest.mark.parametrize("name", MILLS)
+@pytest.mark.parametrize("name", slow(MILLS, "mixture 1:4:10", "periodic mixture"))
 def test_every_step_of_a_mill_holds_against_brute_force(name, millsim, write_deck):
     write_deck(deck(MILLS[name]))
     done = millsim("deck.ini", "--paranoid", "--json", "--quiet")

@@ -337,6 +337,7 @@ def test_a_wrong_value_is_refused_in_one_line(millsim, tmp_path, key, value, wan
     assert f"[run] {key}: {wanted}" in done.stderr
 
 
+@pytest.mark.slow
 def test_the_printed_deck_leaves_the_window_to_be_found(known, run):
     text = read(known[0], "deck/text")
     assert "sample_from" not in text

@@ -6,7 +6,7 @@ import subprocess
 import h5py
 import numpy as np
 import pytest
-from conftest import PROGRAM, ROOT
+from conftest import PROGRAM, ROOT, slow
 
 
 def run_deck(name, folder, *options):
@@ -100,7 +100,7 @@ def test_the_books_of_the_reference_mill_close(reference):
     check_books(reference[1])
 
 
-@pytest.mark.parametrize("deck", sorted(path.name for path in (ROOT / "input").glob("*.ini")))
+@pytest.mark.parametrize("deck", slow(sorted(path.name for path in (ROOT / "input").glob("*.ini")), "mixture.ini"))
 def test_the_books_of_every_deck_close_to_rounding(deck, tmp_path):
     run = run_deck(deck, tmp_path, "-s", "run.time=60 ms", "-s", "run.sample_from=0 s", "-s", "run.precision=0")
     assert run["energy_balance_error"] < 1e-14  # of the energy turned over

@@ -278,6 +278,7 @@ def test_a_stopped_run_says_how_to_go_on_and_goes_on_to_the_same_bits(folder, sh
     assert_same(mill.file, short)
 
 
+@pytest.mark.slow
 def test_a_forced_run_killed_before_its_first_checkpoint_leaves_the_old_file(folder, stopped):
     mill = folder(ENDLESS.replace("checkpoint = 10 ms", "checkpoint = 60 s"))
     shutil.copy(stopped, mill.file)
@@ -440,6 +441,7 @@ checkpoint = 10 ms
 ROWS = "0 0 0 0 0 0 0\n0.01 1e-3 0 0 0 0 0\n0.02 0 {} 0 0 0 0\n0.03 0 0 0 0 0 0\n"
 
 
+@pytest.mark.slow
 def test_a_table_that_changed_since_is_refused_and_the_old_one_goes_on(folder):
     mill = folder(RIDDEN)
     table = mill.path / "path.txt"
@@ -559,6 +561,7 @@ def test_resume_and_force_exclude_each_other(folder):
     assert mill.names() == {"mill.ini"}
 
 
+@pytest.mark.slow
 def test_a_run_that_failed_is_not_tried_again(folder):
     mill = folder(
         "[run]\ntime = 10 s\n[balls]\ncount = 1\ndiameter = 10 mm\ndensity = 7800 kg/m^3\n"

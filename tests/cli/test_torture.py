@@ -8,7 +8,7 @@ import resource
 import h5py
 import numpy as np
 import pytest
-from conftest import some
+from conftest import slow, some
 from soundness import depth_in_blades, mill_of, ms, sound
 
 from milltools.geometry.profile import Profile
@@ -104,7 +104,7 @@ def test_a_random_start_fills_057_of_a_small_mill(run):
 
 
 @pytest.mark.parametrize(
-    "balls", [2540, 3100, pytest.param(2700, marks=pytest.mark.thorough)]
+    "balls", [3100, pytest.param(2540, marks=pytest.mark.slow), pytest.param(2700, marks=pytest.mark.thorough)]
 )  # 0.58, 0.62, 0.71 of the room
 def test_what_is_denser_than_any_random_start_is_refused_at_once(millsim, tmp_path, balls):
     complaint, took = refusal(millsim, tmp_path, MILL, f"balls.count={balls}")
@@ -253,7 +253,7 @@ density = 7800 kg/m^3
 """
 
 
-@pytest.mark.parametrize("restitution", [0, 0.8])
+@pytest.mark.parametrize("restitution", slow([0, 0.8], 0))
 def test_a_mixture_of_one_to_ten_runs(run, restitution):
     deck = HEAD + MIXTURE.format(large=12, small=5000) + ROTOR
     orders = [f"contact.restitution={restitution}", f"run.time={ms(10)}", f"output.frames={ms(2)}"]
@@ -302,8 +302,10 @@ def test_balls_in_a_drum_without_a_rotor_come_to_rest(run):
     assert done.run["rotor_work"] == 0
 
 
-@pytest.mark.parametrize("speed", [100, 1000])
-@pytest.mark.parametrize("restitution", [0, 0.8, 1])
+@pytest.mark.parametrize(
+    "restitution, speed",
+    [(0, 100), (0.8, 100), (1, 100), (0.8, 1000), (1, 1000), pytest.param(0, 1000, marks=pytest.mark.slow)],
+)
 def test_balls_as_fast_as_bullets_stay_in_the_drum(run, speed, restitution):
     orders = [f"balls.speed={speed} m/s", f"contact.restitution={restitution}"]
     run(MILL, *orders, f"run.time={ms(200 / speed)}", f"output.frames={ms(20 / speed)}", balls=200)

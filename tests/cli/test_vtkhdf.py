@@ -9,7 +9,7 @@ import time
 import h5py
 import numpy as np
 import pytest
-from conftest import PROGRAM, ROOT
+from conftest import PROGRAM, ROOT, slow
 from results import assert_same, status
 
 from milltools.geometry.profile import Profile
@@ -251,6 +251,7 @@ def test_a_stopped_run_shows_its_frames_also_to_vtk(interrupted, vtk_step):
         assert len(corners(file["VTKHDF/rotor"])) == len(position)
 
 
+@pytest.mark.slow
 def test_a_run_that_goes_on_has_none_until_it_ends(interrupted):
     with h5py.File(interrupted(signal.SIGKILL)) as file:
         assert "VTKHDF" not in file
@@ -442,7 +443,9 @@ def test_a_signal_that_comes_while_very_many_frames_are_added_leaves_complete_re
         assert "VTKHDF" in mill and "checkpoint" not in mill
 
 
-@pytest.mark.parametrize("deck", ["mixer.ini", "stl.ini"])  # round ends and small faces: facets smaller than triangles
+@pytest.mark.parametrize(
+    "deck", slow(["mixer.ini", "stl.ini"], "stl.ini")
+)  # round ends and small faces: facets smaller than triangles
 def test_every_facet_has_a_triangle_in_pictures(tmp_path, deck):
     short = ["run.sample_from=0 s", "run.time=1 ms", "output.frames=0 s"]
     orders = [word for order in short for word in ("-s", order)]

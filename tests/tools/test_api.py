@@ -84,6 +84,7 @@ def test_import_needs_no_package():
     assert (done.returncode, done.stderr) == (0, "")
 
 
+@pytest.mark.slow
 def test_opening_a_run_needs_neither_pandas_nor_pictures(rich):
     done = python(f"""
         import sys, milltools
@@ -499,6 +500,7 @@ def test_elsewhere_the_player_is_a_page_where_it_is_asked_for(result, tmp_path, 
 # ---- running
 
 
+@pytest.mark.slow
 def test_a_deck_may_be_a_path_a_text_or_a_dictionary(small_deck, tmp_path):
     dictionary = {
         "run": {"time": "50 ms"},
@@ -713,16 +715,18 @@ def test_progress_is_shown_of_long_runs(small_deck, tmp_path, monkeypatch):
 
 
 @pytest.mark.filterwarnings("ignore:.*rebound floor")
+@pytest.mark.slow
 def test_a_notebook_has_progress_in_one_line_that_goes_again(small_deck, capsys, monkeypatch):
     monkeypatch.setattr("milltools.base.progress.in_notebook", lambda: True)
     monkeypatch.setattr("milltools.base.progress.PATIENCE", 0.0)
-    milltools.run(small_deck, run__time="20 s", output__frames="0 s", progress=True)
+    milltools.run(small_deck, run__time="60 s", output__frames="0 s", progress=True)
     told = capsys.readouterr()
     first, *lines, wiped, end = told.out.split("\r")
     assert (first, told.err, wiped.strip(), end) == ("", "", "", "")
-    assert any(re.match(r"millsim: \S+ s of 20 s, \S+ contacts/s, \d+ %, .* left", line) for line in lines)
+    assert any(re.match(r"millsim: \S+ s of 60 s, \S+ contacts/s, \d+ %, .* left", line) for line in lines)
 
 
+@pytest.mark.slow
 def test_short_runs_show_nothing(small_deck):
     done = python(f"import milltools; milltools.run({str(small_deck)!r}, progress=True)", flags=["-W", "ignore"])
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")

@@ -7,6 +7,7 @@ import foreign
 import h5py
 import numpy as np
 import pytest
+from conftest import slow
 from foreign import DECKS
 
 from milltools.foreign.digest import snapshot_times
@@ -14,7 +15,7 @@ from milltools.geometry.cells import Maps
 from milltools.geometry.profile import Profile
 
 
-@pytest.mark.parametrize("name", ["smooth, backwards", "wavy drum"])
+@pytest.mark.parametrize("name", slow(["smooth, backwards", "wavy drum"], "wavy drum"))
 def test_frames_at_the_snapshots_times_make_the_maps_of_the_file(tmp_path, name):
     """Frames come at twice the rate of the snapshots, and include them."""
     deck, path = foreign.simulate(tmp_path, DECKS[name])

@@ -101,6 +101,7 @@ def copy(runs, tmp_path):
     return lambda name, to="copy.h5", **datasets: changed(runs[name], tmp_path / to, **datasets)
 
 
+@pytest.mark.slow
 def test_a_run_agrees_with_itself_and_differs_by_nothing(runs):
     found = table(runs["one"], runs["one"])
     assert len(found) >= 39
@@ -115,6 +116,7 @@ def test_another_seed_agrees(runs):
     assert found["ball_speed_mean"].verdict == "agree"
 
 
+@pytest.mark.slow
 def test_another_speed_differs(runs):
     found = table(runs["one"], runs["fast"])
     for key in (
@@ -134,6 +136,7 @@ def test_another_speed_differs(runs):
     assert found["hard_per_joule_1"].a.value == pytest.approx(found["rate_all_above_1"].a.value / row.a.value)
 
 
+@pytest.mark.slow
 def test_the_same_mill_in_another_program_agrees_or_differs(runs, copy):
     found = table(runs["one"], copy("fast", run__program="LIGGGHTS"))
     words = found["rotor_power"].verdict
@@ -142,6 +145,7 @@ def test_the_same_mill_in_another_program_agrees_or_differs(runs, copy):
     assert sigmas == pytest.approx(row.difference / row.difference_error, abs=0.06)
 
 
+@pytest.mark.slow
 def test_errors_of_old_files_without_degrees_of_freedom_are_used(copy):
     path = copy("one", to="old.h5")
     with h5py.File(path, "r+") as file:
@@ -220,6 +224,7 @@ def test_values_are_those_of_the_file(runs):
         ("rate_all_above_2", "fast_rate/all", 2),
     ],
 )
+@pytest.mark.slow
 def test_the_error_is_the_one_that_the_file_tells(runs, key, name, column):
     with h5py.File(runs["one"]) as file:
         told = file[f"statistics/precision/{name}"]
@@ -268,6 +273,7 @@ def test_replicates_of_a_transient_tell_its_error(runs):
         ("transient2", "run.sample_from is 0 s, not 0.1 s"),
     ],
 )
+@pytest.mark.slow
 def test_what_is_no_replicate_is_refused(mill, runs, second, words):
     done = mill("compare", f"{runs['one']},{runs[second]}", runs["two"])
     assert done.returncode == 2
@@ -275,6 +281,7 @@ def test_what_is_no_replicate_is_refused(mill, runs, second, words):
     assert words in done.stderr
 
 
+@pytest.mark.slow
 def test_a_comma_in_a_name_is_no_list(mill, copy):
     path = copy("one", to="a,b.h5")
     done = mill("compare", path, path)
@@ -290,6 +297,7 @@ def test_three_files_are_compared_with_the_first(mill, runs):
     assert re.search(r"^  rotor\.speed +1000 rpm \| 1000 rpm \| 1300 rpm$", done.stdout, re.M)  # fmt: skip
 
 
+@pytest.mark.slow
 def test_warnings_name_what_is_not_alike(mill, runs, copy):
     made = {"run__program": "LIGGGHTS", "run__contact_duration": "2e-5", "run__status": "stopped"}
     other = copy("two", deck__drum__radius="0.031 m", **made)
@@ -315,6 +323,7 @@ def test_soft_spheres_are_not_judged_by_what_depends_on_softness(runs, copy):
     )
 
 
+@pytest.mark.slow
 def test_without_fast_counts_and_errors_in_the_file_errors_of_rates_are_not_known(runs, copy):
     bare = copy("one", observables__fast_collisions=None, statistics__precision=None)
     row = table(bare, runs["two"])["rate_ball_ball_above_0.5"]
@@ -546,6 +555,7 @@ def test_the_finding_says_that_more_than_one_section_differs(keys, said):
         assert "decks" not in " ".join(others)
 
 
+@pytest.mark.slow
 def test_how_a_mill_is_run_is_no_difference_of_its_sections(copy):
     sides = load.sides([[str(copy("one", to=f"{k}.h5", deck__run__seed=k, deck__drum__radius=f"{k} m"))] for k in "12"])
     table = rows.compare(*sides)

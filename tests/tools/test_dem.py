@@ -202,6 +202,7 @@ DECKS = {
 
 
 @pytest.mark.parametrize("name", some(DECKS, 3))
+@pytest.mark.slow
 def test_every_deck_runs_from_millsims_own_start(ran, millsim, name, tmp_path):
     text, overrides = DECKS[name]
     text = text.replace("friction = 0.3", FRICTION)

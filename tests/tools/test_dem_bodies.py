@@ -237,6 +237,7 @@ MOVED = {
 
 @needs_liggghts
 @pytest.mark.parametrize("name", MOVED)
+@pytest.mark.slow
 def test_a_ball_at_rest_is_hit_by_a_moving_bar_when_and_as_fast_as_the_bar_says(name):
     text, high = MOVED[name]
     bar = "[body.bar]\nshape = box\nsize = 0.02 0.02 0.02 m\ncentre = 0 0 -0.03 m\naxis = 0.1 0.2 1\nmotion = m\n"

@@ -184,6 +184,7 @@ def test_the_file_can_be_read_while_the_run_goes_on(dem, monkeypatch, tmp_path):
         assert (run.status, run.time, run.duration) == ("complete", 0.006, 0.006)
 
 
+@pytest.mark.slow
 def test_progress_is_plain_lines_where_there_is_no_terminal(dem, monkeypatch):
     monkeypatch.setattr(milltools.base.progress, "PLAIN", 0.001)
     monkeypatch.setattr(milltools.base.progress, "PATIENCE", 0.0)

@@ -26,6 +26,7 @@ def checker():
     return module
 
 
+@pytest.mark.slow
 def test_every_link_between_pages_leads_somewhere():
     done = subprocess.run([ROOT / "tools/check-links"], capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (0, "")

@@ -72,6 +72,7 @@ def volume(corners):
 
 
 @pytest.mark.parametrize("shape", slow(SHAPES, "circle", "overhanging"))
+@pytest.mark.slow
 def test_every_body_is_closed_and_of_its_volume(mill, write_deck, tmp_path, shape):
     text, profile = SHAPES[shape]
     write_deck(text)
@@ -113,6 +114,7 @@ def whole(corners):
         for name in sorted(p.name for p in (ROOT / "input").glob("*.ini"))
     ],
 )
+@pytest.mark.slow
 def test_all_parts_in_one_file_are_closed_and_separate(mill, tmp_path, deck):
     done = mill("export", ROOT / "input" / deck, "mill.stl", "--json")
     assert done.returncode == 0, done.stderr
@@ -164,6 +166,7 @@ def test_a_run_and_its_deck_are_the_same_mill(millsim, mill, small_deck, tmp_pat
     assert run == deck != other
 
 
+@pytest.mark.slow
 def test_at_a_time_the_rotor_is_turned_and_the_drum_is_not(mill, small_deck, tmp_path):
     found = {}
     for parts in (("drum",), ("shaft", "blades")):

@@ -142,6 +142,7 @@ sys.exit(main())
 
 @pytest.mark.unmeasured
 @pytest.mark.parametrize("target", slow(["a.gsd", "a.vtp", "a.csv", "a.xlsx"], "a.csv", "a.xlsx"))
+@pytest.mark.slow
 def test_a_file_that_cannot_grow_is_one_line(run_file, tmp_path, root, target):
     words = [sys.executable, "-c", FULL, str(run_file), target]
     environment = {**os.environ, "PYTHONPATH": str(root / "tools")}

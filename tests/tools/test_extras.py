@@ -89,6 +89,7 @@ def test_the_core_works_without_extras(without, millsim, small_deck, commands):
             ("dem", "scipy", ("dem", "deck.ini", "-o", "a.soft.h5")),
         ],
         "cluster",
+        "export",
     ),
 )
 def test_a_missing_package_is_one_line(without, millsim, write_study, tmp_path, extra, module, words):

@@ -492,6 +492,7 @@ def test_the_blades_of_the_outline_reach_as_far_as_their_corners(mixture):
     assert (begin, end) == (near(-0.015 - half), near(-0.015 + half))
 
 
+@pytest.mark.slow
 def test_several_runs_share_one_scale(folder, plain, gas):
     figure = FIGURES["section-solid"].draw([plain, gas])
     images = [ax.collections[0] for ax in figure.axes[:2]]
@@ -569,7 +570,9 @@ def test_spectra_of_a_species_have_its_impacts_with_itself_once():
 # ---- layout
 
 
-@pytest.mark.parametrize("name", slow([*FIGURES, "overview"], "wear", "wear-normal"))
+@pytest.mark.parametrize(
+    "name", slow([*FIGURES, "overview"], "wear", "wear-normal", "axial-solid", "section-solid", "overview")
+)
 def test_no_text_is_cut_off_and_none_covers_another(folder, plain, gas, name):
     path = folder / f"{'a_name_without_an_end_' * 2}, then $x_2$ and more words.h5"
     path.unlink(missing_ok=True)
@@ -583,7 +586,7 @@ def test_no_text_is_cut_off_and_none_covers_another(folder, plain, gas, name):
 # ---- inline SVG
 
 
-@pytest.mark.parametrize("name", FIGURES)
+@pytest.mark.parametrize("name", slow(FIGURES, "wear", "wear-normal"))
 def test_inline_svg_is_well_formed_and_stands_alone(plain, name):
     text = figures.svg(FIGURES[name].draw(plain), f"fig-{name}")
     root = ET.fromstring(text)
@@ -771,6 +774,7 @@ def test_each_figure_of_an_odd_run_is_drawn_or_says_why_not(tmp_path, options, m
     assert missing is None or set(SORTS) - set(found) == missing
 
 
+@pytest.mark.slow
 def test_a_run_stopped_before_its_window_has_what_goes_over_time(tmp_path):
     (tmp_path / "deck.ini").write_text(SMALL.replace("time = 50 ms", "time = 9 h\nsample_from = 8 h"))
     running = subprocess.Popen(

@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from conftest import slow
 from scipy.stats import qmc
 
 from milltools.study.search import gp
@@ -64,7 +65,7 @@ def test_a_neighbour_is_a_design_of_the_space_and_near():
 # ---- the surface
 
 
-@pytest.mark.parametrize("known", [True, False])
+@pytest.mark.parametrize("known", slow([True, False], True))
 def test_its_interval_covers_the_truth_as_often_as_it_says(known):
     covered, asked = 0, [(x,) for x in np.linspace(0.05, 1.95, 20)]
     for seed in range(10):
@@ -115,7 +116,7 @@ def test_mean_covariance_and_gaps_are_those_of_the_formulas():
     assert believed.predict(asked)[1] ** 2 == pytest.approx(np.diag(cov))
 
 
-@pytest.mark.parametrize("vary, limit", [(GRID, 0), (GRID, 5), (LINE, 0)])
+@pytest.mark.parametrize("vary, limit", [(GRID, 0), (GRID, 5), pytest.param(LINE, 0, marks=pytest.mark.slow)])
 def test_the_place_of_the_optimum_is_that_of_designs_not_certainly_worse(vary, limit):
     found = surface(40, 0.05, 3, vary=vary, function=hill if vary == GRID else wave)
     best = found.optimum(allowed=(lambda designs: [d[0] > limit for d in designs]) if limit else None)

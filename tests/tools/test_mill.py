@@ -41,6 +41,7 @@ def test_the_tour_says_that_there_are_other_mills(mill):
     assert "input/simoloyer.ini" in said and "planetary" in said and "docs/mills.md" in said
 
 
+@pytest.mark.slow
 def test_the_tour_shows_how_it_was_called(checkout, tmp_path):
     (tmp_path / "bin").mkdir()
     (tmp_path / "bin/mill").symlink_to(checkout)
@@ -147,7 +148,7 @@ def place(tmp_path_factory):
     return folder
 
 
-MARKS = {"optimize": pytest.mark.slow, "sweep": pytest.mark.slow, "plot": pytest.mark.slow}
+MARKS = {"compare": pytest.mark.slow, "optimize": pytest.mark.slow, "sweep": pytest.mark.slow, "plot": pytest.mark.slow}
 MARKS |= {"render": pytest.mark.render, "report": pytest.mark.thorough}
 
 
@@ -174,6 +175,7 @@ def test_json_is_one_object_and_nothing_else(place, command):
         assert (place / file).exists()
 
 
+@pytest.mark.slow
 def test_json_of_a_comparison_and_a_study_has_the_numbers(place):
     rows = json.loads(run_mill(place, "compare", "a.h5", "b.h5", "--json").stdout)["rows"]
     (power,) = (row for row in rows if row["quantity"] == "rotor_power")

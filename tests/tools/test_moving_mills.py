@@ -403,6 +403,7 @@ def test_the_player_moves_bodies_and_rides_on_the_container(open_page, runs, tmp
     page.check()
 
 
+@pytest.mark.slow
 def test_a_container_that_stands_still_is_not_ridden_on(open_page, runs, tmp_path):
     page = open_player(open_page, runs["attritor"], tmp_path)
     assert page.page.locator(".mp-camera").count() == 0

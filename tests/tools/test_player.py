@@ -125,6 +125,7 @@ def test_a_mill_without_a_rotor_has_none_here(run_of):
     assert np.hypot(*players.points(head, "shell")[:, 1:].T) == pytest.approx(0.03, abs=1e-7)
 
 
+@pytest.mark.slow
 def test_the_wall_of_a_wavy_mill_bulges(run_of):
     wavy = ["drum.profile=wavy", "drum.buckles=6", "drum.buckle_height=2 mm", "run.time=10 ms"]
     head = players.head(player.fragment(run_of(SMALL, *wavy)))
@@ -156,6 +157,7 @@ def test_worn_parts_are_those_of_the_file_each_in_the_frame_of_its_motion(run_of
         assert (within < one["limit"]).any() and (within > one["low"]).any()
 
 
+@pytest.mark.slow
 def test_a_file_without_wear_or_coefficients_offers_no_such_colours(run_of, copy):
     assert list(players.worn(player.fragment(run_of(SMALL)))[1]) == ["sliding_power", "normal_power"]
     with h5py.File(copy, "r+") as old:
@@ -201,6 +203,7 @@ def test_the_same_run_gives_the_same_bytes(mixed):
 
 
 @pytest.mark.parametrize("most", [60_000, 45_000, 36_000])
+@pytest.mark.slow
 def test_a_fragment_fits_the_room_it_is_given(run_of, most):
     run = run_of(SMALL, "balls.count=150", "output.frames=1 ms", "balls.diameter=4 mm")
     fragment = player.fragment(run, most_bytes=most)
@@ -214,6 +217,7 @@ def test_a_fragment_fits_the_room_it_is_given(run_of, most):
     assert "stored frame, " in fragment
 
 
+@pytest.mark.slow
 def test_at_most_three_hundred_frames_are_there(run_of):
     fragment = player.fragment(run_of(SMALL, "output.frames=0.15 ms", "balls.count=5"))
     assert len(players.head(fragment)["times"]) == 167
@@ -301,6 +305,7 @@ def test_no_name_in_a_file_becomes_part_of_the_page(copy):
     assert "&lt;script&gt;alert(1)" in fragment
 
 
+@pytest.mark.slow
 def test_a_page_of_its_own_needs_nothing_else_and_runs_only_our_scripts(mixed):
     text = player.page(mixed, "<b>mixed\n")
     assert "<title>&lt;b&gt;mixed?</title>" in text

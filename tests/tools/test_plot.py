@@ -25,6 +25,7 @@ from milltools.read.runfile import Run
         ["rotor.speed=-600 rpm", "blades.pitch=30 deg"],
     ],
 )
+@pytest.mark.slow
 def test_a_run_becomes_a_picture(millsim, mill, write_deck, tmp_path, options):
     write_deck(SMALL)
     sets = [word for option in options for word in ("-s", option)]
@@ -51,6 +52,7 @@ def test_a_wavy_drum_is_drawn_along_its_wall(millsim, write_deck, tmp_path):
         assert ax.get_xlim()[1] > 0.036  # all of it is seen
 
 
+@pytest.mark.slow
 def test_a_picture_without_a_known_format_is_one_line(millsim, mill, small_deck):
     assert millsim("deck.ini", "-q").returncode == 0
     done = mill("plot", "deck.h5", "run.mp7")

@@ -180,6 +180,7 @@ def test_the_wear_of_the_parts_is_a_table(page, folder):
     assert re.search(rf"<td[^>]*>{first['part']}</td>{numbers}", section), section[:1500]
 
 
+@pytest.mark.slow
 def test_the_power_on_pressed_balls_stands_below_the_rotors(page, folder, tmp_path, undrawn):
     shutil.copy(folder / "small.h5", tmp_path / "copy.h5")
     with h5py.File(tmp_path / "copy.h5", "r+") as file:
@@ -236,6 +237,7 @@ def test_it_loads_nothing(page):
     assert policy.startswith("default-src 'none'; script-src 'sha256-")
 
 
+@pytest.mark.slow
 def test_it_is_the_same_every_time(folder, nothing):
     assert report(folder, "nothing.h5", "-o", "again.html").returncode == 0
     assert (folder / "again.html").read_text("utf-8") == nothing[0]
@@ -282,6 +284,7 @@ def test_whatever_a_run_says_stays_text(changed):
     assert "x<b>&amp;.h5" in reader.text
 
 
+@pytest.mark.slow
 def test_only_scripts_of_the_page_itself_may_run(changed, nothing):
     """What stands in a deck is in no hash of the policy."""
 
@@ -313,6 +316,7 @@ def test_without_frames_it_says_why_there_are_no_balls(nothing):
     assert [a["alt"] for t, a in nothing[1].tags if t == "img"] == ["The mill, balls coloured by their speed"]
 
 
+@pytest.mark.slow
 def test_a_run_at_work_is_told_of_as_far_as_it_is(start_millsim, write_deck, tmp_path):
     write_deck()
     process = start_millsim("deck.ini", "-q", "-s", "run.time=1000 s", "-o", "young.h5")
@@ -329,6 +333,7 @@ def test_a_run_at_work_is_told_of_as_far_as_it_is(start_millsim, write_deck, tmp
     assert "[drum]" in reader.text
 
 
+@pytest.mark.slow
 def test_a_mill_without_a_rotor_has_no_rotor_power(millsim, write_deck, tmp_path, undrawn):
     gas = re.sub(r"\[rotor\].*?(?=\[contact\])", "", SMALL, flags=re.S)
     write_deck(gas)
@@ -387,6 +392,7 @@ def test_contact_laws_that_are_assumed_are_named_with_the_mill(millsim, write_de
         assert laws in facts.subject(run)
 
 
+@pytest.mark.slow
 def test_anomalies_are_named_counted_and_explained(changed):
     def pinch(file):
         file["run/reliefs"][()] = 7
@@ -398,6 +404,7 @@ def test_anomalies_are_named_counted_and_explained(changed):
     assert "The deepest: 30.00 nm" in reader.text
 
 
+@pytest.mark.slow
 def test_another_programs_run_says_what_it_is(changed):
     def soft(file):
         file["run/program"] = "LIGGGHTS"

@@ -118,6 +118,7 @@ def test_never_shows_what_is_stored(file):
     assert said == []
 
 
+@pytest.mark.slow
 def test_frames_that_are_close_enough_are_shown_as_they_are(tmp_path):
     path = players.simulate(tmp_path, SMALL, "output.frames=1 ms", "run.time=50 ms")
     assert shown(path)[0].tolist() == stored(path).tolist()
@@ -137,6 +138,7 @@ def test_a_dear_run_is_run_again_only_if_that_is_asked_for(copy):
     "name, index, why",
     [("value", (3, 5), "the states of the balls differ"), ("time", (), "its first frame is at another time")],
 )
+@pytest.mark.slow
 def test_a_run_that_comes_out_otherwise_is_shown_as_stored(copy, name, index, why):
     with h5py.File(copy, "r+") as f:
         f[f"particles/trajectory/position/{name}"][index] += 1e-4

@@ -83,6 +83,7 @@ def test_a_key_that_does_nothing_has_no_share():
     assert abs(other) < 0.05 and none < 0.05
 
 
+@pytest.mark.slow
 def test_three_designs_for_each_key_and_one_more_are_enough():
     shares = np.random.default_rng(0).random((7, 2))
     found = [sensitivity.indices(Known(shares[:n], lambda x, y: x, "lhs", 0, keys=("a.x", "a.y"))) for n in (6, 7)]

@@ -81,6 +81,7 @@ def test_frames_make_the_maps_of_the_file_also_next_to_the_ends(run, tmp_path, t
     assert np.abs(off).sum() <= 1e-3 * solid.sum()
 
 
+@pytest.mark.slow
 def test_no_tool_knows_end_walls(run, mill, tmp_path):
     found = run()
     assert found.kinds == ("ball_ball", "ball_drum") and found.vessel_kinds[0] == "ball_drum"

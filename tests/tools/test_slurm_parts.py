@@ -196,6 +196,7 @@ def test_a_task_says_each_row_before_it_takes_the_next_job(task, job):
     assert said(array, "end") == []
 
 
+@pytest.mark.slow
 def test_a_task_that_is_begun_again_does_what_is_left(task, job):
     array, start = task(job("a"), job("b", sleep=100), job("c"))
     process = start()
@@ -220,6 +221,7 @@ def test_a_job_that_ends_its_task_three_times_is_lost_and_the_others_go_on(task,
     assert said(array, "lost") == ["a"]
 
 
+@pytest.mark.slow
 def test_what_a_job_raises_is_said_and_the_others_go_on(task, job):
     array, start = task(job("a", do="lose"), job("b", do="fail"), job("c"))
     assert start().wait(90) == 0
@@ -267,6 +269,7 @@ def test_results_come_back_and_the_folder_goes(queue, job, tmp_path):
     assert not (tmp_path / "t.slurm").exists()
 
 
+@pytest.mark.slow
 def test_of_a_task_that_dies_what_it_had_begun_is_lost_and_the_rest_goes_into_another(queue, job, tmp_path):
     with slurm.SlurmExecutor(tmp_path / "t.slurm", bundle=4) as executor:
         futures = submit(executor, job("a"), job("b", do="die"), job("c"), job("d"))
@@ -277,6 +280,7 @@ def test_of_a_task_that_dies_what_it_had_begun_is_lost_and_the_rest_goes_into_an
     assert job.runs() == {"a": 1, "b": 1, "c": 1, "d": 1}
 
 
+@pytest.mark.slow
 def test_what_a_task_says_of_a_job_is_raised(queue, job, tmp_path):
     with slurm.SlurmExecutor(tmp_path / "t.slurm") as executor:
         lost, failed = submit(executor, job("a", do="lose"), job("b", do="fail"))
@@ -334,6 +338,7 @@ def abandon(executor):
     executor.watcher.join()
 
 
+@pytest.mark.slow
 def test_the_next_driver_takes_up_rows_and_what_is_under_way(queue, job, tmp_path):
     jobs = [job("a"), job("b", sleep=1), job("c"), job("d")]
     first = slurm.SlurmExecutor(tmp_path / "t.slurm", bundle=2)
@@ -350,6 +355,7 @@ def test_the_next_driver_takes_up_rows_and_what_is_under_way(queue, job, tmp_pat
     assert not (tmp_path / "t.slurm").exists()
 
 
+@pytest.mark.slow
 def test_what_the_next_driver_does_not_want_any_more_is_cancelled(queue, job, tmp_path):
     first = slurm.SlurmExecutor(tmp_path / "t.slurm")
     submit(first, job("a", sleep=100))

@@ -52,6 +52,7 @@ def limited(limit=None):
 # ---- requirements
 
 
+@pytest.mark.slow
 def test_the_best_design_is_the_best_of_those_that_meet_the_requirement():
     free, bound = limited(), limited("1.3 m/s")
     assert optimum.find(free, free.objectives[0]).design == 4
@@ -256,6 +257,7 @@ def test_a_study_warns_of_copies_in_one_place_and_of_a_changing_ratio_of_speeds(
 # ---- the cost
 
 
+@pytest.mark.slow
 def test_a_dry_run_tells_runs_and_cost_and_writes_nothing(mill, write_study, tmp_path):
     write_study(STUDY + "contact.friction = 0..0.3 step 0.3\ncontact.restitution = 0.8, 9e-1\n")
     before = sorted(tmp_path.iterdir())

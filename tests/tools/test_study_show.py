@@ -182,6 +182,7 @@ def test_the_regions_hold_what_the_truth_says(figure7):
     assert not best.open[truth < 0.9 * truth.max()].any()
 
 
+@pytest.mark.slow
 def test_words_of_the_region_cover_it(figure7):
     best = optimum.find(figure7, figure7.objectives[0])
     inside = figure7.designs[best.open]
@@ -385,6 +386,7 @@ def test_scattered_studies_of_words_and_two_objectives_are_drawn():
 # ---- beside
 
 
+@pytest.mark.slow
 def test_what_is_left_of_the_gain_is_what_was_put_in(figure7):
     rows, meta = made.figure7(noise=0.01, gain=0.35, seed=4)
     meta["study"] += "[set]\ncontact.friction = 0.3\n"

@@ -387,6 +387,7 @@ def finished(made, extra):
     return path
 
 
+@pytest.mark.slow
 def test_a_run_over_its_limit_of_cpu_time_is_stopped_keeps_what_it_has_and_is_capped(one_job):
     long = one_job(limit=0.3)
     long["set"] += ["run.time=1000 s", "output.series=1 s", "balls.count=200"]
@@ -395,6 +396,7 @@ def test_a_run_over_its_limit_of_cpu_time_is_stopped_keeps_what_it_has_and_is_ca
     assert row[MEDIAN] > 0 and 0 < row["time"] < 1000
 
 
+@pytest.mark.slow
 def test_where_cpu_time_is_not_told_the_wall_clock_ends_a_run(one_job, monkeypatch):
     monkeypatch.setattr(job, "PROC", "/nowhere/{pid}")
     long = one_job(limit=0.3)
@@ -479,6 +481,7 @@ def test_a_plan_may_wait_for_rows():
 
 
 @pytest.mark.unmeasured
+@pytest.mark.slow
 def test_a_row_costs_the_driver_few_calls(tmp_path, one_job):
     """Calls of functions of Python and of C: their number is the same on every machine."""
     made = one_job()

@@ -102,6 +102,7 @@ def test_a_bouncing_ball_is_where_a_run_with_finer_frames_has_it(runs, start):
     assert min(bounces.values()) > 20
 
 
+@pytest.mark.slow
 def test_in_a_mill_no_more_than_one_contact_is_known_and_right(runs):
     coarse, fine = runs(SMALL.replace("frames = 5 ms\n", ""))
     once = flying = 0

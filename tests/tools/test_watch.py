@@ -283,6 +283,7 @@ def test_a_run_on_another_computer_is_not_taken_for_dead(running, monkeypatch):
     assert follower.state == "running"
 
 
+@pytest.mark.slow
 def test_another_run_in_the_same_file_is_another_mill(running, start_millsim, whole, tmp_path):
     shutil.copy(whole[0], tmp_path / "a.h5")
     follower = Follower(tmp_path / "a.h5")

@@ -75,6 +75,7 @@ def test_a_deck_is_run_to_the_same_bits(watch, millsim, small_deck, tmp_path):
     ("options", "interval"),
     [((), 2.0), (("-s", "output.checkpoint=1 s"), 1.0), (("-s", "output.checkpoint=90 s"), 90.0)],
 )
+@pytest.mark.slow
 def test_checkpoints_are_frequent_unless_the_user_says_otherwise(watch, small_deck, tmp_path, options, interval):
     process, _ = watch("-o", "a.h5", "--until-done", *options, "deck.ini")
     process.communicate(timeout=60 * SLOWER)
@@ -101,6 +102,7 @@ def test_ctrl_c_saves_a_deck_and_says_how_to_go_on(watch, small_deck, tmp_path):
         assert run.status == "complete" and run.time == 300
 
 
+@pytest.mark.slow
 def test_a_deck_that_was_killed_fails(watch, small_deck, tmp_path):
     process, address = watch("-o", "a.h5", *ENDLESS, "--until-done", "deck.ini")
     until((tmp_path / "a.h5").exists)
@@ -110,6 +112,7 @@ def test_a_deck_that_was_killed_fails(watch, small_deck, tmp_path):
     assert process.returncode == 137 and "millsim was ended by signal 9" in complaints
 
 
+@pytest.mark.slow
 def test_a_finished_run_is_watched_until_ctrl_c(watch, whole):
     process, address = watch(whole[0])
     assert process.stderr.readline() == f"mill watch: {whole[0]}: complete at 0.1 s\n"
@@ -125,6 +128,7 @@ def test_until_done_ends_with_a_finished_run(mill, whole):
     assert json.loads(done.stdout) == facts
 
 
+@pytest.mark.slow
 def test_a_missing_run_is_waited_for_in_a_clear_line(watch, small_deck, tmp_path, millsim):
     process, _ = watch("--until-done", "later.h5")
     assert process.stderr.readline() == "mill watch: later.h5: does not exist yet: waiting for its run\n"

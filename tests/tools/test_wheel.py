@@ -250,6 +250,7 @@ def test_uninstalling_keeps_what_others_put_there(tmp_path):
     assert left == {"bin", "bin/other", "share", "share/kept"}
 
 
+@pytest.mark.slow
 def test_the_source_archive_knows_its_commit(tmp_path):
     if not (ROOT / ".git").exists():
         pytest.skip("not a checkout")
