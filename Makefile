@@ -192,13 +192,18 @@ check:
 	$(foreach file,$(CHECKED),$(if $(wildcard $(file)),,$(error $(file): no such test)))
 	@tools/setup --local build test --python check study cluster export dem
 	@$(MAKE) $(PARALLEL) $(CHECKED:%.c=$(BUILD)/%) $(BUILD)/millsim millsim
-	@$(if $(CHECKED),$(if $(T),,CK_EXCLUDE_TAGS=slow) $(MAKE) $(PARALLEL) --output-sync=target \
-	    $(patsubst tests/unit/test_%.c,unit-%,$(CHECKED)))
-	@$(if $(JSTESTS),if command -v node >/dev/null; then \
+	@$(if $(T),,CK_EXCLUDE_TAGS=slow) $(MAKE) $(PARALLEL) --output-sync=line $(if $(PYTESTS),check-python) \
+	    $(patsubst tests/unit/test_%.c,unit-%,$(CHECKED)) $(if $(JSTESTS),check-js)
+
+# one process more than cores: some tests wait
+check-python:
+	MILLSIM=$(abspath $(BUILD)/millsim) .venv/bin/python -m pytest -q -rs $(PYTESTS) $(if $(MARKS),--marks) \
+	    $(if $(T),,-n $$(($(JOBS) + 1)) --dist loadfile --no-loadscope-reorder -m 'not slow and not thorough and not browser and not slurm and not dem and not render')
+
+check-js:
+	@if command -v node >/dev/null; then \
 	    $(MAKE) --no-print-directory js $(if $(T),,JSTESTS='$(filter-out %/engine.test.mjs,$(JSTESTS))'); \
-	    else echo 'no node: tests/web is left out (tools/setup node)'; fi)
-	$(if $(PYTESTS),MILLSIM=$(abspath $(BUILD)/millsim) .venv/bin/python -m pytest -q -rs $(PYTESTS) \
-	    $(if $(MARKS),--marks) $(if $(T),,-n $(JOBS) --dist loadfile -m 'not slow and not thorough and not browser and not slurm and not dem and not render'))
+	    else echo 'no node: tests/web is left out (tools/setup node)'; fi
 
 # all that `make test` compiles
 compiled: $(UNIT) $(FUZZERS) $(BENCH) $(PROBES) $(BUILD)/millsim millsim $(WASM)/millsim.wasm
@@ -468,5 +473,5 @@ clean:
 -include $(patsubst %.o,%.d,$(LIB) $(WASM_OBJECTS)) $(BUILD)/src/app/main.d $(addsuffix .d,$(UNIT) $(BENCH) $(PROBES) $(FUZZERS)) \
     $(BUILD)/tests/fuzz/replay.d $(BUILD)/tests/fuzz/units_once.d
 .SECONDARY:
-.PHONY: all help needed deps run check test compiled unit js thorough coverage mutants nightly lowest replay fuzz fuzzers cli golden valgrind validate validate-dem validate-study validate-paper lint format docs pictures bench bench-parts bench-peers bench-studio \
+.PHONY: all help needed deps run check check-python check-js test compiled unit js thorough coverage mutants nightly lowest replay fuzz fuzzers cli golden valgrind validate validate-dem validate-study validate-paper lint format docs pictures bench bench-parts bench-peers bench-studio \
         wasm studio wheel release tell-version install uninstall clean always

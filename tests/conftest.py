@@ -127,9 +127,10 @@ def pytest_collection_modifyitems(items):
 
 
 def pytest_collection_finish():
-    """What the modules of all tests have loaded stays: garbage collections need not look at it again."""
+    """What the modules of all tests have loaded stays: garbage collections need not look at it again, nor come often."""
     gc.collect()
     gc.freeze()
+    gc.set_threshold(20000, 20, 20)
 
 
 @pytest.fixture(autouse=True, scope="session")

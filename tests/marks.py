@@ -12,9 +12,9 @@ import pytest
 from _pytest.runner import runtestprotocol
 from warm import Warm, load
 
-CHEAP, DEAR = 0.18, 0.3
+CHEAP, DEAR = 0.15, 0.3
 UNIT = 0.0186  # [s]
-SHARED = {"compared"}  # fixtures that take seconds
+SHARED = {"compared", "page"}  # fixtures that take seconds
 MARKS = ("slow", "thorough", "browser", "slurm", "dem", "render")  # none of these is in `make check`
 
 

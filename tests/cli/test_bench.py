@@ -132,6 +132,7 @@ def test_an_unknown_case_is_refused_in_one_line_that_names_the_cases(bench, tmp_
     assert not (tmp_path / "bench.json").exists()
 
 
+@pytest.mark.slow
 def test_programs_that_are_not_built_are_named_in_one_line(bench):
     done = bench("--build=/nowhere", "--quick", "quartic")
     assert done.returncode == 1
@@ -296,6 +297,7 @@ def test_the_balls_given_to_a_peer_fill_the_volume_that_was_asked_for_and_do_not
         ("--case=warp", "no case 'warp'; there are gas4k-0.05"),
     ],
 )
+@pytest.mark.slow
 def test_a_peer_or_a_case_that_is_not_there_is_refused_in_one_line(bench, tmp_path, word, said):
     done = bench(word, driver="bench_peers.py")
     assert done.returncode == 2 and done.stdout == ""

@@ -32,6 +32,7 @@ def test_a_ball_in_a_shaken_box_hits_each_end_once_a_period_with_the_speed_of_th
         assert log["normal_speed"][-20:] / unit == pytest.approx(table, abs=6e-7)
 
 
+@pytest.mark.slow
 def test_a_ball_in_a_box_too_short_for_even_hits_hits_its_ends_unevenly(case):
     shaken.box_uneven(case)
     assert_held(case)

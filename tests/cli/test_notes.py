@@ -60,6 +60,7 @@ def test_balls_that_run_along_a_wall_are_said_to_be_one_state_of_several(millsim
     assert "100 % of the contacts are at the rebound floor, because balls run along the wall" in said
 
 
+@pytest.mark.slow
 def test_a_body_that_no_ball_has_met_is_named(millsim):
     sets = ("-s", "body.rotor.unit=um", "-s", "run.time=0.3 s")
     said = notes(millsim("--json", ROOT / "input/stl.ini", *sets))

@@ -163,6 +163,7 @@ def len_of(changes):
     )
 
 
+@pytest.mark.slow
 def test_a_watched_run_writes_the_same_data(millsim, small_deck, tmp_path):
     h5py = pytest.importorskip("h5py")
     for name, options in (("plain.h5", []), ("watched.h5", ["--paranoid"])):

@@ -173,6 +173,7 @@ def test_seeds_scatter_no_more_than_told(run):
 # ---- the window ----
 
 
+@pytest.mark.slow
 def test_the_statistics_are_those_of_a_run_sampled_from_the_cut_to_the_end(known, run):
     begin, end = map(float, read(known[0], "statistics/precision/warm_up", "run/time"))
     assert begin > 0

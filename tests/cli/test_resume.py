@@ -613,6 +613,7 @@ def test_files_removed_under_a_run_do_not_hurt_it(folder, short, victims):
     assert mill.names() == {"mill.ini", "mill.h5"}
 
 
+@pytest.mark.slow
 def test_a_removed_folder_ends_the_run_with_one_line(folder, tmp_path):
     mill = folder()
     mill.file = tmp_path / "out" / "mill.h5"

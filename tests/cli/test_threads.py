@@ -110,6 +110,7 @@ def test_a_stopped_run_goes_on_with_another_number_of_threads(whole, tmp_path):
     assert differences(whole, mill.file, CHOICE) == []
 
 
+@pytest.mark.slow
 def test_a_signal_ends_a_run_on_two_threads(tmp_path):
     mill = Folder(tmp_path, LONG.replace("time = 0.45 s", "time = 1000 s").replace("impacts = all\n", ""))
     code, said = mill.stop("-q", "-s", "run.threads=2", number=signal.SIGTERM, after=0.1)

@@ -77,8 +77,8 @@ def refusal(millsim, tmp_path, deck, *orders):
 def hexagonal(drum, length, shaft, radius, spare):
     """Centres of a hexagonal close packing of balls, `spare` (relative) apart, between shaft, drum and ends."""
     d = 2 * radius * (1 + spare)
-    n = int(2 * max(drum, length) / d) + 3
-    i, j, k = np.mgrid[-n : n + 1, -n : n + 1, 0 : 2 * n + 1].reshape(3, -1)
+    n = int(1.2 * drum / d) + 3
+    i, j, k = np.mgrid[-n : n + 1, -n : n + 1, 0 : int(length / d / 0.8) + 2].reshape(3, -1)
     x = -length / 2 + d / 2 + k * d * np.sqrt(2 / 3)
     y = d * (i + (j % 2) / 2 + (k % 2) / 2)
     z = d * np.sqrt(3) / 2 * (j + (k % 2) / 3)
@@ -236,6 +236,7 @@ def test_one_ball_that_just_fits_between_the_walls_runs(run, deck, radius, diame
 
 
 @pytest.mark.parametrize("balls", some([20_000, 100_000], 2))
+@pytest.mark.slow
 def test_many_balls_run(run, balls):
     orders = ["balls.diameter=1 mm", f"run.time={ms(2)}", f"output.frames={ms(1)}"]
     run(MILL, *orders, balls=balls)

@@ -64,6 +64,7 @@ def datasets(path, groups):
     return found
 
 
+@pytest.mark.slow
 def test_buckles_of_no_height_are_the_circle_to_the_bit(millsim, write_deck, tmp_path):
     for name, text in (("circle", SMALL_TIP), ("wavy", wavy(6, "0 mm"))):
         write_deck(text)

@@ -261,5 +261,6 @@ def test_each_copy_is_the_one_before_turned_and_then_shifted():
     assert pins[1].rotation[:, 2] == pytest.approx([0, 1, 0])
 
 
+@pytest.mark.slow
 def test_random_mills_are_the_same_each_time():
     assert random_mill(33).deck(0.1) == random_mill(33).deck(0.1)

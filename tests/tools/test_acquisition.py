@@ -137,14 +137,15 @@ def test_capped_and_failed_runs_repel_but_only_near():
     runs[0] = Tried((0.0,), 1.0, 0.05, "capped")
     runs[1] = Tried((0.1,), status="failed")
     surface = fit(space, [r for r in runs if r.value == r.value], plan)
-    near, far = found = soundness(surface, runs, [(0.05,), (0.9,)])
+    near, far, *beyond = found = soundness(surface, runs, [(0.05,), (0.9,), (0.0,), (0.02,), (0.35,)])
     assert near < 0.3 and far > 0.95
     places, bad = 0.1 * np.arange(10), np.array([1, 1] + [0] * 8)
     reach = min(0.3, float(surface.process.kernel_.k2.length_scale))
     off = lambda one, two: math.sqrt(5) * np.abs(np.subtract.outer(one, two)) / reach  # noqa: E731
     matern = lambda one, two: (1 + off(one, two) + off(one, two) ** 2 / 3) * np.exp(-off(one, two))  # noqa: E731
     weights = np.linalg.solve(matern(places, places) + 0.05 * np.eye(10), bad)
-    assert found == pytest.approx(1 - np.clip(matern([0.05, 0.9], places) @ weights, 0, 1))
+    assert found == pytest.approx(1 - np.clip(matern([0.05, 0.9, 0, 0.02, 0.35], places) @ weights, 0, 1))
+    assert 0 in beyond and 1 in beyond  # the sum goes beyond both
     assert list(soundness(surface, runs[2:], [(0.05,)])) == [1]
 
 

@@ -477,6 +477,7 @@ def test_errors_are_told_apart_and_survive_a_journey():
 # ---- the player
 
 
+@pytest.mark.slow
 def test_a_notebook_shows_the_player_in_a_frame_of_its_own(result, monkeypatch):
     monkeypatch.setattr("milltools.api.plots.in_notebook", lambda: True)
     markup = result.show(height=500)._repr_html_()

@@ -110,6 +110,7 @@ def test_a_run_agrees_with_itself_and_differs_by_nothing(runs):
         assert row.mood == "agree" or key == "cost", key
 
 
+@pytest.mark.slow
 def test_another_seed_agrees(runs):
     found = table(runs["one"], runs["two"])
     assert [key for key, row in found.items() if row.mood == "differ"] == []
@@ -234,6 +235,7 @@ def test_the_error_is_the_one_that_the_file_tells(runs, key, name, column):
     assert found.error * stdtrit(freedom, 0.975) == pytest.approx(1.96 * error)
 
 
+@pytest.mark.slow
 def test_a_file_that_tells_no_errors_has_them_from_its_revolutions(runs, copy):
     """Independent where there are fewer than eight."""
     short = copy("one", statistics__duration=0.42, statistics__precision=None)
@@ -400,6 +402,7 @@ def test_where_the_file_tells_no_errors_blocks_do(runs, copy):
     assert 0.2 * told.error < counted.error < 5 * told.error
 
 
+@pytest.mark.slow
 def test_what_only_one_file_holds_is_said(runs, copy):
     bare = copy("two", observables__dissipation=None)
     row = table(runs["one"], bare)["dissipated_power"]

@@ -250,6 +250,17 @@ def test_the_deviation_of_maps_is_weighted_with_the_solid_fraction_and_noise_is_
     assert math.isnan(map_deviation.deviation(a, mill_with(SECOND), "axial", "velocity", True)[1])
 
 
+def test_the_balls_speeds_are_in_forty_bins_a_decade_from_a_tenth_of_a_millimetre_a_second_on():
+    assert load.SPEED_EDGES[::40] == pytest.approx([1e-4, 1e-3, 0.01, 0.1, 1, 10, 100, 1000])
+    assert np.diff(np.log(load.SPEED_EDGES)) == pytest.approx(math.log(10) / 40)
+
+
+@pytest.mark.parametrize("solid, counts", [(0.0199, False), (0.0201, True)])
+def test_a_cell_counts_if_more_than_a_fiftieth_of_it_is_solid(solid, counts):
+    slow, fast = (mill_with([[0.5, solid], [1, speed], [0, 0], [0, 0]]) for speed in (1, 2))
+    assert (map_deviation.deviation(slow, fast, "axial", "velocity", True)[0] > 0) == counts
+
+
 def test_the_noise_of_maps_of_a_transient_is_the_scatter_of_replicates():
     third = [[0.6, 0.1, 0.01], [1, 0, 5], [2, 1, 5], [0, 4, 5]]
     two, one = mill_with(FIRST, third), mill_with(SECOND)

@@ -198,6 +198,7 @@ def test_progress_is_plain_lines_where_there_is_no_terminal(dem, monkeypatch):
         assert share == pytest.approx(100 * reached / 6, abs=1)
 
 
+@pytest.mark.slow
 def test_quiet_says_nothing_on_the_way(dem, monkeypatch):
     monkeypatch.setattr(milltools.base.progress, "PLAIN", 0.0)
     monkeypatch.setattr(milltools.base.progress, "PATIENCE", 0.0)

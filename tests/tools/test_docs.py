@@ -85,10 +85,10 @@ def test_no_page_or_message_tells_to_install_a_package_that_is_on_no_index():
         assert not told, f"{path}: {told[0]}"
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_lines_of_prose_are_short_and_lists_begin_after_a_blank_line(page, checker):
+@pytest.mark.parametrize("path", PAGES, ids=lambda path: path.name)
+def test_lines_of_prose_are_short_and_lists_begin_after_a_blank_line(path, checker):
     """Python-Markdown, which makes the site, takes a list or table right below a paragraph for text."""
-    text = checker.without_code(page.read_text())
+    text = checker.without_code(path.read_text())
     lines = ["", *text.splitlines()]
     long = [line for line in lines if len(line) > 120 and not re.match(r"\||!\[|\[!\[|<img|    ", line)]
     assert not long

@@ -184,6 +184,7 @@ def test_at_a_time_the_rotor_is_turned_and_the_drum_is_not(mill, small_deck, tmp
     assert len(bodies(found["shaft", "25 ms"])) == 1 + 2  # corners that met still do
 
 
+@pytest.mark.slow
 def test_a_frame_of_a_run_is_a_time(millsim, mill, small_deck, tmp_path):
     assert millsim("deck.ini", "-q", "-s", "run.time=20 ms").returncode == 0
     assert mill("export", "deck.h5", "frame.stl", "--frame", "3").returncode == 0

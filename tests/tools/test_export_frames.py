@@ -186,6 +186,7 @@ def members(path):
     return [(float(one.get("timestep")), one.get("file")) for one in sets]
 
 
+@pytest.mark.slow
 def test_a_collection_has_every_frame_at_its_time(export, run_file, stored, tmp_path):
     status, out, err = export(run_file, "balls.pvd")
     assert (status, err) == (0, "")
@@ -201,6 +202,7 @@ def test_a_collection_has_every_frame_at_its_time(export, run_file, stored, tmp_
     assert names(tmp_path) == sorted(["balls", "balls.pvd", *(name for _, name in found)])
 
 
+@pytest.mark.slow
 def test_both_has_balls_and_bodies_of_every_frame(export, run_file, tmp_path):
     status, out, _ = export(run_file, "mill.pvd", "--what", "both", "--every", 4)
     assert status == 0 and out.startswith("mill.pvd: 3 frames of 23 balls, drum, walls, shaft, blades, ")

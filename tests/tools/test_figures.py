@@ -571,7 +571,8 @@ def test_spectra_of_a_species_have_its_impacts_with_itself_once():
 
 
 @pytest.mark.parametrize(
-    "name", slow([*FIGURES, "overview"], "wear", "wear-normal", "axial-solid", "section-solid", "overview")
+    "name",
+    slow([*FIGURES, "overview"], *(name for name in FIGURES if name[:4] in ("axia", "sect", "wear")), "overview"),
 )
 def test_no_text_is_cut_off_and_none_covers_another(folder, plain, gas, name):
     path = folder / f"{'a_name_without_an_end_' * 2}, then $x_2$ and more words.h5"
@@ -720,6 +721,7 @@ def test_what_cannot_be_drawn_is_one_line(folder, words, says, monkeypatch, caps
     assert not list(folder.glob("a.*"))
 
 
+@pytest.mark.slow
 def test_a_missing_folder_is_an_outside_fault(plot, tmp_path):
     done = plot("plain.h5", tmp_path / "no" / "a.svg", "--figure", "speeds")
     assert done.returncode == 1

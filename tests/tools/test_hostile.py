@@ -115,6 +115,7 @@ def test_the_reader_says_what_is_damaged(copy, way, path, said):
     assert line.startswith(f"damaged: /{path}: ") and said in line
 
 
+@pytest.mark.slow
 def test_a_run_is_read_where_the_file_system_has_no_locks(run_file, tmp_path):
     (tmp_path / "no.c").write_text("#include <errno.h>\nint flock(int f, int how) { errno = ENOLCK; return -1; }\n")
     subprocess.run(["cc", "-shared", "-fPIC", "-o", "no.so", "no.c"], cwd=tmp_path, check=True)

@@ -63,6 +63,7 @@ def test_kinds_that_a_mill_has_no_surface_of_are_left_out(runs):
         assert not any(kind in name for name in told for kind in ("drum", "wall", "shaft", "blade"))
 
 
+@pytest.mark.slow
 def test_motions_share_the_power_of_the_drive(files):
     with milltools.load(files["planetary"]) as result:
         assert list(result.motions.index) == ["sun", "jar"]
@@ -115,6 +116,7 @@ def test_power_and_torque_over_time_are_those_of_each_motion(runs):
     FIGURES["torque"].draw(list(runs.values()))  # of several runs: a colour each, a line each motion
 
 
+@pytest.mark.slow
 def test_words_of_a_mill_without_a_rotor_do_not_speak_of_one(runs, mill, files):
     done = mill("plot", "--list", *files.values())
     assert "not of" not in done.stdout and "rotor" not in done.stdout, done.stdout
@@ -179,6 +181,7 @@ def test_between_frames_a_motion_goes_the_shorter_way(runs):
     assert state.poses["sun"][:, :3] == pytest.approx(turned(20 * np.pi * 0.011), abs=1e-9)
 
 
+@pytest.mark.slow
 def test_cells_of_the_maps_add_up_to_the_container(runs):
     for run, volume in ((runs["planetary"], 0.02**2 * 0.03), (runs["attritor"], 0.03**2 * 0.06)):
         for view in ("cross_section", "axial"):
@@ -349,6 +352,7 @@ def test_drive_power_and_that_of_each_motion_are_compared(files):
     assert finding.sentences(table)[0].startswith("drive power ")
 
 
+@pytest.mark.slow
 def test_a_drum_on_a_motion_without_other_bodies_has_a_drive_power_too(tmp_path):
     drum = "[drum]\nmotion = sun\nradius = 30 mm\nlength = 40 mm\n"
     text = re.sub(r"\[motion.jar\].*?(?=\[balls\])", drum, PLANETARY, flags=re.S)

@@ -138,6 +138,7 @@ def test_a_design_that_fails_does_not_stop_the_search(study, tmp_path):
     assert max(hill({"values": row}) for row in surface_rows) > 0.97
 
 
+@pytest.mark.slow
 def test_several_objectives_end_with_their_front(write_study, tmp_path):
     study = Study(write_study(STUDY.replace("[set]", f"minimise = {POWER}\n[set]")))
 

@@ -68,6 +68,7 @@ def test_the_positions_are_those_of_the_run_within_two_micrometres(mixed):
     assert abs(position - there).max() < 2e-6
 
 
+@pytest.mark.slow
 def test_a_drum_of_262_mm_is_still_within_two_micrometres(run_of):
     run = run_of(SMALL, "drum.radius=131 mm", "drum.length=200 mm", "run.time=10 ms")
     position, _ = players.decode(player.fragment(run))
@@ -168,6 +169,7 @@ def test_a_file_without_wear_or_coefficients_offers_no_such_colours(run_of, copy
     assert "optgroup" not in fragment and "mp-worn" not in fragment and player.WEAR not in fragment
 
 
+@pytest.mark.slow
 def test_the_edges_of_bodies_are_there_so_that_a_worn_blade_is_seen_before_a_wall_of_its_colour(run_of):
     run = run_of(MOVING)
     bodies = players.head(player.fragment(run))["bodies"]
@@ -187,6 +189,7 @@ def test_runs_beside_each_other_have_one_scale_of_wear(run_of):
     assert (shown["low"], shown["limit"]) == both
 
 
+@pytest.mark.slow
 def test_up_is_against_gravity_whichever_way_that_is(run_of):
     run = run_of(SMALL, "gravity.acceleration=-9.81 0 0 m/s^2", "run.time=10 ms")
     head = players.head(player.fragment(run))
@@ -258,6 +261,7 @@ def test_the_still_picture_leaves_the_room_to_the_balls(mixed):
     assert len(fragment) < 120_000 and players.head(fragment)["drawn"] == 200 and "ball is drawn" not in fragment
 
 
+@pytest.mark.slow
 def test_a_still_counts_as_well(run_of):
     run = run_of(SMALL, "balls.count=150", "output.frames=1 ms", "balls.diameter=4 mm")
     fragment = player.fragment(run, most_bytes=80_000, still=b"\x89PNG" + bytes(20_000))

@@ -38,6 +38,7 @@ def test_a_run_becomes_a_picture(millsim, mill, write_deck, tmp_path, options):
 WAVY = SMALL.replace("radius = 30 mm\n", "radius = 30 mm\nprofile = wavy\nbuckles = 12\nbuckle_height = 6 mm\n", 1)
 
 
+@pytest.mark.slow
 def test_a_wavy_drum_is_drawn_along_its_wall(millsim, write_deck, tmp_path):
     write_deck(WAVY)
     assert millsim("deck.ini", "-q").returncode == 0

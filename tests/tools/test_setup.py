@@ -34,6 +34,7 @@ def setup(checkout, *words):
     return subprocess.run([checkout / "tools/setup", *words], capture_output=True, text=True)
 
 
+@pytest.mark.slow
 def test_a_linked_environment_is_not_emptied(checkout, tmp_path):
     other = tmp_path / "other"
     other.mkdir()

@@ -231,6 +231,7 @@ def test_what_a_job_raises_is_said_and_the_others_go_on(task, job):
     assert [row["id"] for row in said(array, "row")] == ["c"]
 
 
+@pytest.mark.slow
 def test_a_run_that_is_struck_before_its_task_is_not_lost_and_no_other_is_begun(task, job):
     array, start = task(job("a", do="lose"), job("b", sleep=100))
     process = start()
@@ -301,6 +302,7 @@ def test_tasks_that_end_before_their_first_run_are_given_up_with_their_last_word
     executor.shutdown()
 
 
+@pytest.mark.slow
 def test_a_controller_that_does_not_answer_is_waited_for(queue, job, tmp_path, capfd):
     with slurm.SlurmExecutor(tmp_path / "t.slurm") as executor:
         queue.away = 4

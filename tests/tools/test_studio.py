@@ -16,7 +16,7 @@ from milltools.studio import build, command
 
 
 @pytest.fixture
-def page(tmp_path, monkeypatch):
+def built(tmp_path, monkeypatch):
     """A built page."""
     file = tmp_path / "studio.html"
     file.write_text(f"<p>{command.OWN}</p>")
@@ -33,20 +33,20 @@ def opened(monkeypatch):
     return found
 
 
-def test_the_browser_gets_the_page_with_the_deck_in_its_link(page, opened, tmp_path):
+def test_the_browser_gets_the_page_with_the_deck_in_its_link(built, opened, tmp_path):
     (tmp_path / "deck.ini").write_text(SMALL)
     assert __main__.dispatch(["studio", "deck.ini"]) == 0
     [address] = opened
     place, _, packed = address.partition("#design=")
-    assert place == page.as_uri()
+    assert place == built.as_uri()
     text = zlib.decompress(base64.urlsafe_b64decode(packed + "=" * (-len(packed) % 4)), -15)
     assert json.loads(text) == {"deck": SMALL}
 
 
-def test_without_a_browser_it_prints_the_address(page, monkeypatch, capsys):
+def test_without_a_browser_it_prints_the_address(built, monkeypatch, capsys):
     monkeypatch.setattr(webbrowser, "open", lambda address: False)
     assert __main__.dispatch(["studio"]) == 0
-    assert capsys.readouterr().out == f"{page.as_uri()}\n"
+    assert capsys.readouterr().out == f"{built.as_uri()}\n"
 
 
 @pytest.fixture
@@ -71,7 +71,7 @@ def beside(tmp_path, the_program):
 
 
 @pytest.mark.parametrize("name", ["a </script>", "./inner", "a </../hard", "random  # a\u2028start = text"])
-def test_a_copy_has_the_deck_and_the_files_of_its_folder_that_it_names_and_says_so(page, opened, beside, capsys, name):
+def test_a_copy_has_the_deck_and_the_files_of_its_folder_that_it_names_and_says_so(built, opened, beside, capsys, name):
     """No file: what another key has, a word that stands for none, what only others than millsim take for a line."""
     deck, names = beside(name), [] if "random" in name else [name]
     assert __main__.dispatch(["studio", str(deck), "-o", "copy.html", "--json"]) == 0
@@ -99,7 +99,7 @@ def test_a_copy_has_the_deck_and_the_files_of_its_folder_that_it_names_and_says_
         ("text", "text:1: expected 3, 6 or 9 numbers"),
     ],
 )
-def test_a_copy_takes_in_no_other_file(page, beside, capsys, monkeypatch, name, line):
+def test_a_copy_takes_in_no_other_file(built, beside, capsys, monkeypatch, name, line):
     deck = beside(name)
     monkeypatch.setattr("sys.argv", ["mill", "studio", str(deck), "-o", "copy.html"])
     assert __main__.main() == 2
@@ -117,7 +117,7 @@ def test_a_copy_takes_in_no_other_file(page, beside, capsys, monkeypatch, name, 
         (["a.study"], "a.study:1: [study]: unknown section"),
     ],
 )
-def test_what_cannot_be_done_is_one_line(page, opened, beside, tmp_path, words, line):
+def test_what_cannot_be_done_is_one_line(built, opened, beside, tmp_path, words, line):
     (tmp_path / "old.html").write_text("old")
     (tmp_path / "a.study").write_text("[study]\ndeck = old.html\n")
     beside("inner")

@@ -145,6 +145,7 @@ def test_a_search_ends_at_the_best_design_within_the_limit():
 # ---- questions afterwards
 
 
+@pytest.mark.slow
 def test_another_question_is_answered_from_the_table(mill, swept):
     done = mill("study", str(swept), "--objective", "minimise power / mass", "--require", "rate >= 1/s")
     assert done.returncode == 0, done.stderr

@@ -243,6 +243,7 @@ def place_in_map(image, ax, x, y):
     return off.argmin() / 255, off.min()
 
 
+@pytest.mark.slow
 def test_colours_are_in_the_order_of_the_values(figure7):
     figure = contour.draw(figure7, figure7.objectives[0])
     image, ax = pixels(figure), figure.axes[0]

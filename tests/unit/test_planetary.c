@@ -269,7 +269,7 @@ TEST(notes_speak_of_the_drive)
     mill_tally_results_free(results);
 }
 
-TEST(a_run_taken_up_again_has_the_same_poses_and_pictures)
+SLOW_TEST(a_run_taken_up_again_has_the_same_poses_and_pictures, 1)
 {
     static const char *const same[] = {"/observables/pose/jar/centre/value", "/VTKHDF/jar/Points",
                                        "/VTKHDF/paddle/Points",

@@ -71,7 +71,7 @@ SLOW_TEST(every_single_event_may_be_the_last_before_the_hand_over, MILLS)
 }
 
 /* So many hand-overs that some fall between two contacts of a pressed ball */
-LOOP_TEST(pinches_are_counted_on_across_the_hand_over, PINCHING)
+SLOW_TEST(pinches_are_counted_on_across_the_hand_over, PINCHING)
 {
     struct bench plain, pieces;
     bench_open(&plain, &pinching[_i]);
