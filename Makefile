@@ -90,7 +90,7 @@ help:
 	@echo 'make millsim   build ./millsim alone'
 	@echo 'make mill EXTRAS="render study"  ./mill with more: render, study, cluster, export, dem; all'
 	@echo 'make run       install what is missing, build, run the reference mill, write its report'
-	@echo 'make check     three minutes of tests that need neither root nor other programs (T=FILE: all tests of a file)'
+	@echo 'make check     a minute of tests that need neither root nor other programs (T=FILE: all tests of a file)'
 	@echo 'make test      install what is missing, build, run every test (MODE=asan: under sanitizers)'
 	@echo 'make deps      install the Debian packages of all targets (PARTS="build test": only of these)'
 	@echo 'make lint      formatting, floors, names, static checks      make format   reformat'

@@ -127,7 +127,7 @@ def pytest_collection_modifyitems(items):
 
 
 def pytest_collection_finish():
-    """What the modules of all tests have loaded stays: garbage collections need not look at it again, nor come often."""
+    """What the modules of all tests have loaded stays: garbage collections need not look at it again."""
     gc.collect()
     gc.freeze()
     gc.set_threshold(20000, 20, 20)
