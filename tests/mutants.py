@@ -37,7 +37,8 @@ NEAREST = {
     "tools/test_dose",
     "src/observe/ precision tally tally_results tally_window": "precision tally notes cli/test_statistics "
     "cli/test_precision+ cli/test_resume tools/test_dose planetary",
-    "src/observe/ tally_results_tell": "tally cli/test_statistics cli/test_precision cli/test_output cli/test_digest",
+    "src/observe/ tally_results_tell": "tally cli/test_statistics cli/test_precision cli/test_output cli/test_digest "
+    "cli/test_pinch",
     "src/observe/ wear": "wear tally tools/test_dose",
     "tools/milltools/compare/ agreement finding load map_deviation rows": "tools/test_compare_errors "
     "tools/test_compare+ tools/test_moving_mills+",

@@ -518,6 +518,20 @@ def test_energies_of_each_pair_of_species_are_those_of_the_log(file, log, energi
     assert expected.sum() > 100 and np.array_equal(found, expected)
 
 
+@pytest.mark.parametrize("name", ["normal", "total", "dissipated"])
+def test_blocks_of_time_have_the_energies_of_the_log_in_every_fourth_bin(file, log, energies, name):
+    blocks = file["statistics/energies/blocks"]
+    edges = blocks["edges"][:]
+    assert np.array_equal(edges[1:-1], file["statistics/energies/edges"][1::4])
+    when = np.floor((log["time"] - BEGIN) / blocks["duration"][()])
+    for kind in KINDS:
+        found = blocks[f"{kind}/{name}"][:].sum(axis=(1, 2) if kind == "ball_ball" else 1)
+        ours = (when >= 0) & (when < len(found)) & (log["kind"] == KINDS.index(kind))
+        expected = np.zeros_like(found)
+        np.add.at(expected, (when[ours].astype(int), np.searchsorted(edges, energies[name][ours], side="right") - 1), 1)
+        assert expected.sum() > 100 and np.array_equal(found, expected)
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_energies_of_all_pairs_are_all_impacts_of_the_kind_and_their_loss(file, kind):
     group, impacts = file[f"statistics/energies/{kind}"], file[f"statistics/impacts/{kind}"]

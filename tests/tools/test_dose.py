@@ -468,6 +468,14 @@ def test_a_wrong_coefficient_of_wear_is_told(run, sets, words):
         wear.faces(run, sets)
 
 
+def test_a_part_names_the_motion_that_carries_it(path):
+    with h5py.File(path) as file:
+        parts = file["statistics/wear/parts"]
+        kind = parts["kind"].attrs["kinds"][parts["kind"][:]]
+        assert list(parts["motion"].attrs["motions"]) == ["rotor"]
+        assert np.array_equal(parts["motion"][:] == 0, np.isin(kind, ["ball_blade", "ball_shaft"]))
+
+
 # ---- intervals of spectra
 
 

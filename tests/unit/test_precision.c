@@ -397,6 +397,19 @@ TEST(the_error_of_a_median_is_that_of_the_share_below_it_over_the_density)
         }
 }
 
+TEST(the_median_of_a_single_impact_is_in_the_middle_of_its_bin)
+{
+    struct mill_account account;
+    uint64_t count[MILL_SPECTRUM_SLOTS] = {[MILL_SPECTRUM_FAST + 2] = 1};
+    open_batches(0, &account);
+    for (int n = 0; n < 48; n++, count[MILL_SPECTRUM_FAST + 2] = 0)
+        mill_precision_close(&batches, count, &account);
+    const struct mill_precision_known known = mill_precision_tell(&batches, 0);
+    ck_assert_double_eq_tol(known.median_fast.value / grid.edge[MILL_SPECTRUM_FAST + 1],
+                            exp(0.5 * MILL_SPECTRUM_LOG_BIN), 1e-12);
+    mill_precision_free(&batches);
+}
+
 TEST(a_start_up_of_power_or_of_speeds_alone_is_cut)
 {
     for (int of = 0; of < 3; of++) {

@@ -91,8 +91,8 @@ TEST(contacts_closer_than_one_of_steel_lasts_are_recontacts)
     fixture_create(&f);
     for (int kind = 0; kind < MILL_KINDS; kind++) {
         const double lasts = mill_tally_contact(&f.world, kind);
-        for (int i = 0; i < 3; i++) /* from 0 to 0.9 to 2 */
-            fixture_play(&f, impact_of(0.6 + kind * 0.1 + (i == 2 ? 2 : 0.9 * i) * lasts,
+        for (int i = 0; i < 4; i++) /* after 0.9, then after 1.1 each time */
+            fixture_play(&f, impact_of(0.6 + kind * 0.1 + (i > 0 ? 1.1 * i - 0.2 : 0) * lasts,
                                        (enum mill_kind)kind, 1, 2, 1, 0.1));
     }
     fixture_finish(&f, 1.5);
