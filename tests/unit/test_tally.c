@@ -338,8 +338,9 @@ LOOP_TEST(hard_impacts_have_the_error_of_blocks_and_per_joule_that_of_impacts_wi
         const int many = _i == 0 ? 9 * (random_share(&seed) < 0.3) : _i == 1;
         const double each = _i == 0 ? 1e-3 * random_share(&seed) : 1e-3;
         for (int i = 0; i < many + 2; i++) { /* of 0.25 g v^2; a bit less than 1 mJ is not hard */
-            const double v = i < many ? 2 : nextafter(2, 0);
-            fixture_play(&f, impact_of(0.5 + (k + 0.5) * batch, MILL_BALL_BLADE, i, 0, v, each));
+            const double v = i < many ? 2 : nextafter(2, 0), t = 0.5 + (k + 0.5) * batch;
+            fixture_play(&f, impact_of(t, MILL_BALL_BLADE, i, 0, v, 0.75 * each));
+            fixture_play(&f, impact_of(t, MILL_BALL_BALL, i, i + 1, v, 0.25 * each));
             loss[k / 2] += each / (2 * batch);
             lost += each;
         }
