@@ -36,14 +36,14 @@ NEAREST = {
     "src/observe/ energies spectrum strikes": "spectrum strikes tally cli/test_statistics cli/test_precision "
     "tools/test_dose",
     "src/observe/ precision tally tally_results tally_window": "precision tally notes cli/test_statistics "
-    "cli/test_precision+ cli/test_resume tools/test_dose planetary",
+    "cli/test_precision+ cli/test_resume cli/test_pinch tools/test_dose planetary",
     "src/observe/ tally_results_tell": "tally cli/test_statistics cli/test_precision cli/test_output cli/test_digest "
     "cli/test_pinch",
     "src/observe/ wear": "wear tally tools/test_dose",
     "tools/milltools/compare/ agreement finding load map_deviation rows": "tools/test_compare_errors "
     "tools/test_compare+ tools/test_moving_mills+",
-    "tools/milltools/dose/ dose laws wear": "tools/test_dose tools/test_figures",
-    "tools/milltools/read/ expression histogram results sums": "tools/test_expression tools/test_dose tools/test_api "
+    "tools/milltools/dose/ dose laws wear": "tools/test_dose+ tools/test_figures",
+    "tools/milltools/read/ expression histogram results sums": "tools/test_expression tools/test_dose+ tools/test_api "
     "tools/test_compare+",
     "tools/milltools/study/search/ acquisition gp sensitivity space": "tools/test_gp+ tools/test_acquisition+ "
     "tools/test_sensitivity+ tools/test_study_questions",

@@ -36,7 +36,7 @@ friction = 0.3
 @pytest.mark.parametrize("pitch", [20, 0])  # gaps of 4.3 mm and of just a ball's diameter
 def test_a_pinched_ball_is_let_go_and_booked(millsim, tmp_path, pitch):
     (tmp_path / "deck.ini").write_text(DECK.format(pitch=pitch))
-    done = millsim("deck.ini", "--json", "--quiet")
+    done = millsim("deck.ini", "--json", "--quiet", "-s", "run.sample_from=0 s")
     assert done.returncode == 0, done.stderr
     assert "between blade and end wall" in done.stderr  # the warning beforehand
     summary = json.loads(done.stdout)
@@ -48,6 +48,7 @@ def test_a_pinched_ball_is_let_go_and_booked(millsim, tmp_path, pitch):
     rotor = summary["statistics"]["rotor"]
     assert told == (rotor["pinch_power"] > 0.2 * rotor["power"])
     assert rotor["pinch_power"] == summary["statistics"]["drive"]["pinch_power"] > 0
+    assert rotor["pinch_power"] * 0.3 == pytest.approx(run["pinch_work"])
 
 
 def test_which_of_several_motions_presses_balls_is_not_known(millsim, tmp_path):
