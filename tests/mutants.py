@@ -44,7 +44,7 @@ NEAREST = {
     "tools/test_compare+ tools/test_moving_mills+",
     "tools/milltools/dose/ dose laws wear": "tools/test_dose+ tools/test_figures",
     "tools/milltools/read/ expression histogram results sums": "tools/test_expression tools/test_dose+ tools/test_api "
-    "tools/test_compare+",
+    "tools/test_compare+ tools/test_figures",
     "tools/milltools/study/search/ acquisition gp sensitivity space": "tools/test_gp+ tools/test_acquisition+ "
     "tools/test_sensitivity+ tools/test_study_questions",
 }

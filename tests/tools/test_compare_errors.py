@@ -250,6 +250,16 @@ def test_the_deviation_of_maps_is_weighted_with_the_solid_fraction_and_noise_is_
     assert math.isnan(map_deviation.deviation(a, mill_with(SECOND), "axial", "velocity", True)[1])
 
 
+@pytest.mark.parametrize("wall, seen", [((1.1, 9), True), ((0.9, 11), True), ((0.9, 9), False)])
+def test_a_kind_of_contact_with_a_hundredth_of_the_power_of_its_side_is_important(wall, seen):
+    powers = {"dissipated_power": (100, 1000), "dissipated_power_ball_wall": wall}
+    found = [
+        SimpleNamespace(key=key, a=Estimate(a, 1), b=Estimate(b, 1), difference_error=0.1, verdict="higher")
+        for key, (a, b) in powers.items()
+    ]
+    assert rows.Comparison(None, None, found).important == found[1:] * seen
+
+
 def test_the_balls_speeds_are_in_forty_bins_a_decade_from_a_tenth_of_a_millimetre_a_second_on():
     assert load.SPEED_EDGES[::40] == pytest.approx([1e-4, 1e-3, 0.01, 0.1, 1, 10, 100, 1000])
     assert np.diff(np.log(load.SPEED_EDGES)) == pytest.approx(math.log(10) / 40)
