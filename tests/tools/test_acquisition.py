@@ -233,6 +233,7 @@ def test_a_leader_that_is_known_less_than_its_rival_is_run_again():
     assert verdict(("a", 2.0, 0.3), ("a", 2.0, 0.3), ("b", 1.9, 0.02), ("b", 1.9, 0.02)) == ("a",)
 
 
-def test_where_the_rival_is_certainly_as_good_it_is_over():
+@pytest.mark.parametrize("shift", [0, -4])  # an objective may be negative
+def test_where_the_rival_is_certainly_as_good_it_is_over(shift):
     runs = [("a", 2.0, 0.002), ("a", 2.0, 0.002), ("b", 1.999, 0.002), ("c", 1.0, 0.01)]
-    assert verdict(*runs) is None
+    assert verdict(*((name, value + shift, error) for name, value, error in runs)) is None

@@ -250,6 +250,12 @@ def test_the_deviation_of_maps_is_weighted_with_the_solid_fraction_and_noise_is_
     assert math.isnan(map_deviation.deviation(a, mill_with(SECOND), "axial", "velocity", True)[1])
 
 
+@pytest.mark.parametrize("modulus, words", [(5e6, "LIGGGHTS 3.8 at 5e+06 Pa"), (math.nan, "LIGGGHTS 3.8")])
+def test_a_run_of_soft_spheres_says_how_stiff_they_were(modulus, words):
+    run = SimpleNamespace(program="LIGGGHTS", version="3.8", about=lambda name, otherwise: modulus)
+    assert load.Member.made_by.fget(run) == words
+
+
 @pytest.mark.parametrize("wall, seen", [((1.1, 9), True), ((0.9, 11), True), ((0.9, 9), False)])
 def test_a_kind_of_contact_with_a_hundredth_of_the_power_of_its_side_is_important(wall, seen):
     powers = {"dissipated_power": (100, 1000), "dissipated_power_ball_wall": wall}

@@ -468,6 +468,13 @@ def test_a_wrong_coefficient_of_wear_is_told(run, sets, words):
         wear.faces(run, sets)
 
 
+def test_the_finding_is_told_in_lines_of_eighty(path, monkeypatch):
+    said = f"{'a' * 40} {'b' * 40}"
+    monkeypatch.setattr(wear, "finding", lambda _: said)
+    text = wear.run(types.SimpleNamespace(run=path, set=[], faces=False)).text
+    assert text.startswith(said.replace(" ", "\n") + "\n\n")
+
+
 def test_a_part_names_the_motion_that_carries_it(path):
     with h5py.File(path) as file:
         parts = file["statistics/wear/parts"]

@@ -8,7 +8,7 @@ import pytest
 from milltools.base.errors import UserError
 from milltools.read import sums
 from milltools.read.expression import Expression, Requirement, split
-from milltools.read.results import Results
+from milltools.read.results import Results, _edges, _law
 from milltools.read.runfile import PRECISION, Run
 
 EDGES = [1e-4, 1e-3, 1e-2]
@@ -243,3 +243,9 @@ def test_what_is_kept_of_a_run_answers_as_the_run(example):
 @pytest.mark.parametrize("text", ["", "nonsense", "eJyrVkrOzytJrShRslIyVKoFACY4BLc="])
 def test_a_text_that_holds_no_results_gives_none(text):
     assert Results.unpack(text) is None
+
+
+def test_edges_of_bins_that_follow_no_law_are_kept_one_by_one():
+    assert _law(np.geomspace(1e-3, 1, 4)) == ["log", 1e-3, 1.0, 4]
+    edges = np.array([1e-3, 2e-3, 3e-3, 9e-3])
+    assert np.array_equal(_edges(_law(edges)), edges)
