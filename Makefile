@@ -191,8 +191,8 @@ PYTESTS := $(if $(T),$(filter-out tests/unit/% tests/web/%,$(T)),tests)
 check:
 	$(foreach file,$(CHECKED),$(if $(wildcard $(file)),,$(error $(file): no such test)))
 	@tools/setup --local build test --python check study cluster export dem
-	@$(MAKE) $(PARALLEL) $(CHECKED:%.c=$(BUILD)/%) $(BUILD)/millsim millsim
-	@$(if $(T),,CK_EXCLUDE_TAGS=slow) $(MAKE) $(PARALLEL) --output-sync=line $(if $(PYTESTS),check-python) \
+	@$(MAKE) $(PARALLEL) $(CHECKED:%.c=$(BUILD)/%) $(BUILD)/tests/bench/bench_engine $(BUILD)/millsim millsim
+	@$(if $(T),,CK_EXCLUDE_TAGS=slow) $(MAKE) $(PARALLEL) --keep-going --output-sync=line $(if $(PYTESTS),check-python) \
 	    $(patsubst tests/unit/test_%.c,unit-%,$(CHECKED)) $(if $(JSTESTS),check-js)
 
 # one process more than cores: some tests wait
@@ -319,7 +319,7 @@ coverage:
 # FILES: only of these sources
 mutants:
 	@tools/setup --local build test --python all check test
-	@$(MAKE) $(PARALLEL) MODE=asan $(UNIT:$(BUILD)/%=build/asan/%) build/asan/millsim millsim
+	@$(MAKE) $(PARALLEL) MODE=asan $(if $(filter-out %.py,$(FILES))$(if $(FILES),,all),$(UNIT:$(BUILD)/%=build/asan/%) build/asan/millsim) millsim
 	@.venv/bin/python tests/mutants.py --jobs $(JOBS) $(MUTANTS:%=--count %) $(SEED:%=--seed %) $(FILES)
 
 # what the tests' lock says of a package, for `make lowest`

@@ -137,7 +137,9 @@ class Bench:
         self.tree = pathlib.Path(tempfile.mkdtemp(dir=folder))
         unused = shutil.ignore_patterns(".git", ".venv", "__pycache__", "build")
         shutil.copytree(ROOT, self.tree, dirs_exist_ok=True, symlinks=True, ignore=unused)
-        shutil.copytree(ROOT / "build/asan", self.tree / "build/asan")
+        if (ROOT / "build/asan").exists():  # sources in Python do without
+            shutil.copytree(ROOT / "build/asan", self.tree / "build/asan")
+        (self.tree / "build").mkdir(exist_ok=True)
         os.environ.update(
             TMPDIR=str(self.tree / "build"), CK_EXCLUDE_TAGS="slow", ASAN_OPTIONS=f"hard_rss_limit_mb={MEMORY >> 20}"
         )
@@ -272,6 +274,9 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     asked = parser.parse_args()
+    if unknown := [path for path in asked.sources if path not in TESTS]:
+        parser.error(f"{unknown[0]}: not one of {', '.join(TESTS)}")
+    (ROOT / "build").mkdir(exist_ok=True)
     known, table = reasons(), collections.defaultdict(collections.Counter)
     with (
         tempfile.TemporaryDirectory(prefix="mutants-") as folder,

@@ -90,6 +90,11 @@ def test_another_mode_knows_how_the_release_program_is_built(tmp_path):
     assert "build/release/millsim" in asked.stdout and not (tmp_path / "build/release").exists()
 
 
+def test_make_check_builds_each_program_that_its_tests_start():
+    rule = re.search(r"^check:\n((?:\t.*\n)+)", (ROOT / "Makefile").read_text(), re.M)[1]
+    assert "$(BUILD)/tests/bench/bench_engine $(BUILD)/millsim millsim" in rule  # test_bench.py; all others
+
+
 def test_every_target_that_is_no_file_has_a_rule():
     """make says "Nothing to be done" for one that has lost its rule, and succeeds."""
     text = (ROOT / "Makefile").read_text().replace("\\\n", " ")

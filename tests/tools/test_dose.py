@@ -362,6 +362,8 @@ def test_faces_add_up_to_the_parts(run):
         assert math.hypot(*(getattr(part, f"{key}_error") for part, _ in wear.parts(faces))) == pytest.approx(error)
     assert sum(face.rate for face in faces) == pytest.approx((found["rate"] * found.area).sum())
     assert wear.finding(faces).startswith(f"{faces[0].part}, {faces[0].face}, takes ")
+    few = [dataclasses.replace(face, peak=0.0) for face in faces]  # too few impacts on each spot
+    assert wear.finding(few).endswith(" % of the power that reaches the parts")
 
 
 # ---- the commands

@@ -3,6 +3,7 @@ starts, its page."""
 
 import csv
 import json
+import math
 import re
 
 import numpy as np
@@ -12,6 +13,7 @@ from conftest import SMALL, STUDY, run_mill
 from test_study_show import SPEED, line_of, view
 
 from milltools.base.errors import UserError
+from milltools.study.plan import probe
 from milltools.study.plan.study_deck import Study
 from milltools.study.plan.table import Table
 from milltools.study.search.acquisition import Budget, Tried, choose
@@ -204,6 +206,13 @@ def test_a_star_that_names_no_section_is_refused(write_study):
 def test_the_unit_of_an_override_is_that_of_the_axes(write_study):
     study = Study(write_study(), ["vary.rotor.speed=10..20 rad/s step 5 rad/s"])
     assert study.about()["vary"][0]["written"] == "rad/s"
+
+
+def test_a_forecast_tries_only_designs_of_the_plan(write_study):
+    text = STUDY.replace("300, 600, 900 rpm", "900, 300, 600 rpm").replace("40..60 step 20", "40..90 step 20")
+    found = probe.corners(Study(write_study(text)))
+    assert {one["balls.count"] for one in found} <= {40, 60, 80}
+    assert {round(one["rotor.speed"] * 30 / math.pi) for one in found} == {300, 600, 900}
 
 
 MOVING = """

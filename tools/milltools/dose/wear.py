@@ -143,10 +143,12 @@ def finding(found: list[Face]) -> str:
         return "no part lost energy in impacts"
     worst = max(found, key=lambda face: face.peak)
     first = found[0]
-    return (
-        f"{first.part}, {first.face}, takes {100 * first.power / all_power:.0f} % of the power that reaches the parts; "
-        f"sliding is densest at a spot of {worst.part}, {worst.face}: {number(worst.peak / 1e3)} kW/m²"
+    said = (
+        f"{first.part}, {first.face}, takes {100 * first.power / all_power:.0f} % of the power that reaches the parts"
     )
+    if not worst.peak > 0:
+        return said  # too few impacts on each spot
+    return f"{said}; sliding is densest at a spot of {worst.part}, {worst.face}: {number(worst.peak / 1e3)} kW/m²"
 
 
 def _worn(found: list[Face]) -> tuple[list[str], list[list[str]]]:
