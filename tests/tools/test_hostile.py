@@ -3,6 +3,7 @@ and writes and reads nothing else. tests/tools/hostile.py crafts the files and t
 tests/fuzz/fuzz_reader.py mutates others."""
 
 # ruff: noqa: F811 - the fixtures of export_run
+import fcntl
 import os
 import re
 import shutil
@@ -123,6 +124,14 @@ def test_a_run_is_read_where_the_file_system_has_no_locks(run_file, tmp_path):
     environment = os.environ | {"LD_PRELOAD": str(tmp_path / "no.so"), "PYTHONPATH": str(ROOT / "tools")}
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True)
     assert (done.stdout, done.stderr) == ("complete\n", "")
+
+
+def test_a_file_that_another_program_has_locked_is_said_to_be_so(run_file, tmp_path):
+    shutil.copyfile(run_file, path := tmp_path / "mill.h5")
+    with open(path) as other:
+        fcntl.flock(other, fcntl.LOCK_EX)
+        with pytest.raises(UserError, match=r"mill.h5: another program is writing in it; try again when it has ended$"):
+            Run(path)
 
 
 def test_a_run_has_balls(run_file, tmp_path):

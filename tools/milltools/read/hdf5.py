@@ -39,8 +39,10 @@ def _opened(path: str) -> h5py.File:
     try:
         return h5py.File(path, "r")
     except OSError as fault:
-        if "unable to lock" not in str(fault) or fault.errno == errno.EAGAIN:  # another program is writing in it
+        if "unable to lock" not in str(fault):
             raise
+        if fault.errno == errno.EAGAIN:
+            raise UserError(f"{path}: another program is writing in it; try again when it has ended") from None
         return h5py.File(path, "r", locking=False)
 
 
