@@ -189,7 +189,7 @@ static const struct mill_key law_key[] = {
      "0 m/s: it is the same at any speed", .unit = "m/s", NOT_NEGATIVE, .zero_is_off = true,
      LAW(speed)},
     {"restitution_table", "a file with a row 'v e' for each normal speed [m/s], ascending",
-     .type = MILL_KEY_FILE, LAW(table), .words = "none"},
+     .type = MILL_KEY_FILE, LAW(table), .words = "none", .known = "steel"},
     {"friction", "Coulomb's coefficient of friction; 0: smooth", .lo = 0, .hi = MOST_FRICTION,
      LAW(friction)},
     {"tangential_restitution", "tangential restitution of a sticking contact", .lo = -1, .hi = 1,

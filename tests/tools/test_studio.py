@@ -55,7 +55,7 @@ def beside(tmp_path, the_program):
     folder, out = tmp_path / "mill", tmp_path / "private"
     for place in (folder / "a <", out):
         place.mkdir(parents=True)
-    for path in (folder / "a <" / "script>", folder / "random", folder / "50 ms", out / "start"):
+    for path in (*(folder / one for one in ("a </script>", "random", "50 ms", "text\u00a0")), out / "start"):
         path.write_text(SMALL_START)
     (folder / "text").write_text("no numbers")
     (folder / "out").symlink_to(out)
@@ -70,7 +70,9 @@ def beside(tmp_path, the_program):
     return lambda name: deck.write_text(SMALL.replace("[drum]", f"start = {name}\n[drum]")) and deck
 
 
-@pytest.mark.parametrize("name", ["a </script>", "./inner", "a </../hard", "random  # a\u2028start = text"])
+@pytest.mark.parametrize(
+    "name", ["a </script>", "./inner", "a </../hard", "text\u00a0", "random  # a\u2028start = text"]
+)
 def test_a_copy_has_the_deck_and_the_files_of_its_folder_that_it_names_and_says_so(built, opened, beside, capsys, name):
     """No file: what another key has, a word that stands for none, what only others than millsim take for a line."""
     deck, names = beside(name), [] if "random" in name else [name]
@@ -82,6 +84,14 @@ def test_a_copy_has_the_deck_and_the_files_of_its_folder_that_it_names_and_says_
         "files": dict.fromkeys(names, base64.b64encode(SMALL_START.encode()).decode()),
     }
     assert opened == []
+
+
+def test_a_copy_takes_no_file_for_a_law_that_millsim_knows(built, beside, capsys):
+    deck = beside("random")
+    (deck.parent / "steel").write_text("private")
+    deck.write_text(SMALL.replace("restitution = 0.8", "restitution_table = steel"))
+    assert __main__.dispatch(["studio", str(deck), "-o", "copy.html", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["holds"] == {}
 
 
 @pytest.mark.parametrize(
@@ -115,10 +125,12 @@ def test_a_copy_takes_in_no_other_file(built, beside, capsys, monkeypatch, name,
         (["none.ini"], "none.ini: no such file"),
         (["mill/deck.ini"], "mill/deck.ini: needs inner: write a page that has both with -o FILE.html"),
         (["a.study"], "a.study:1: [study]: unknown section"),
+        (["nul.ini"], "nul.ini: holds the control character 0x00: a deck is plain text"),
     ],
 )
 def test_what_cannot_be_done_is_one_line(built, opened, beside, tmp_path, words, line):
     (tmp_path / "old.html").write_text("old")
+    (tmp_path / "nul.ini").write_text(f"{SMALL}\0")
     (tmp_path / "a.study").write_text("[study]\ndeck = old.html\n")
     beside("inner")
     with pytest.raises(command.UserError, match=re.escape(line)):
