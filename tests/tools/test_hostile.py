@@ -120,7 +120,7 @@ def test_the_reader_says_what_is_damaged(copy, way, path, said):
 def test_a_run_is_read_where_the_file_system_has_no_locks(run_file, tmp_path):
     (tmp_path / "no.c").write_text("#include <errno.h>\nint flock(int f, int how) { errno = ENOLCK; return -1; }\n")
     subprocess.run(["cc", "-shared", "-fPIC", "-o", "no.so", "no.c"], cwd=tmp_path, check=True)
-    code = f"from milltools.read.runfile import Run; print(Run({str(run_file)!r}).status)"
+    code = f"from milltools.read.runfile import Run; print([Run({str(run_file)!r}) for _ in '12'][1].status)"
     environment = os.environ | {"LD_PRELOAD": str(tmp_path / "no.so"), "PYTHONPATH": str(ROOT / "tools")}
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True)
     assert (done.stdout, done.stderr) == ("complete\n", "")

@@ -7,6 +7,7 @@ import errno
 import math
 import mmap
 import os
+import re
 import zlib
 
 import h5py
@@ -39,7 +40,7 @@ def _opened(path: str) -> h5py.File:
     try:
         return h5py.File(path, "r")
     except OSError as fault:
-        if "unable to lock" not in str(fault):
+        if not re.search("unable to lock|locking flag values", str(fault)):  # the second: it is open without a lock
             raise
         if fault.errno == errno.EAGAIN:
             raise UserError(f"{path}: another program is writing in it; try again when it has ended") from None
