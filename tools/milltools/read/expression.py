@@ -62,7 +62,7 @@ PREFIXED = ("g", "m", "s", "J", "Wh", "W", "N", "Nm", "Pa", "Hz")
 SPOKEN = ("1", "W", "J", "N", "kg", "m", "s", "s-1", "m s-1", "J-1", "W-1", "W kg-1", "J kg-1", "kg-1 s-1", "J m-2",
           "W m-2", "N m-2", "kg-1", "s2 m-2")  # fmt: skip
 LETTERS = 500  # of an expression: so many operations within each other can be computed
-ATOM = r"(?:[A-Za-zµμ]+|%|1)(?:\^|\*\*)?(?:-?\d+)?"
+ATOM = r"(?:(?:[A-Za-zµμ]+|%)(?:\^|\*\*)?(?:-?\d+)?|1(?![\d.]))"
 UNIT = re.compile(rf"\s*((?:1?/)?{ATOM}(?:[./*]{ATOM})*)")
 PARTS = re.compile(r"([./* ]?)([A-Za-zµμ]+|%|1(?!\d))(?:\^|\*\*)?(-?\d+)?")
 
