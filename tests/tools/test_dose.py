@@ -470,6 +470,11 @@ def test_a_wrong_coefficient_of_wear_is_told(run, sets, words):
         wear.faces(run, sets)
 
 
+def test_a_small_rate_has_characters_that_a_terminal_shows():
+    said = dose.measured(dose.Row("rate of the law", 1.5934e-8, 3e-10, "/s", ""))
+    assert said == "1.593 ± 0.030 × 10⁻⁸ /s" and said.isprintable()
+
+
 def test_the_finding_is_told_in_lines_of_eighty(path, monkeypatch):
     said = f"{'a' * 40} {'b' * 40}"
     monkeypatch.setattr(wear, "finding", lambda _: said)

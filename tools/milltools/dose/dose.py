@@ -9,7 +9,7 @@ import numpy as np
 
 from milltools.base import engine
 from milltools.base.errors import UserError
-from milltools.base.text import SPACE, quantity, with_error
+from milltools.base.text import SPACE, THIN, quantity, with_error
 from milltools.dose import laws
 from milltools.read import sums
 from milltools.read.runfile import HARD_PER_JOULE, Run
@@ -65,7 +65,7 @@ def measured(row: Row) -> str:
     """Value and error of a row as text. Temperatures and units of the trade have no prefix."""
     unit, factor = row.shown
     if not unit and row.unit != "K":
-        return str(with_error(row.value, row.error, row.unit)).replace(SPACE, " ")
+        return str(with_error(row.value, row.error, row.unit)).replace(SPACE, " ").replace(THIN, " ")
     value, error = row.value / factor, row.error / factor
     digits = 1 - math.floor(math.log10(error)) if error > 0 else 3 - math.floor(math.log10(abs(value) or 1))
     text = f"{value:.{max(digits, 0)}f}" + (f" ± {error:.{max(digits, 0)}f}" if error == error else "")
