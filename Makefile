@@ -332,7 +332,7 @@ build/lowest/made: tools/pyproject.toml tests/requirements.lock
 	    pytest-xdist==$(LOCKED_pytest-xdist) mpmath==$(LOCKED_mpmath)
 	@touch $@
 lowest: build/lowest/made
-	@$(MAKE) $(PARALLEL) millsim
+	@$(MAKE) $(PARALLEL) $(BUILD)/tests/bench/bench_engine millsim
 	MILLSIM=$(abspath millsim) build/lowest/bin/python -m pytest -q $(PYTESTS) -n $(JOBS) --dist loadfile \
 	    -m 'not slow and not thorough and not browser and not slurm and not dem and not render'
 
