@@ -119,6 +119,17 @@ def test_where_no_design_meets_the_requirement_the_nearest_is_named():
     assert "nearest to it is rotor speed = 572.96 rpm" in said and summary.finding(shown, shown.objectives[0]) == ""
 
 
+def test_where_no_run_has_the_value_that_is_required_this_is_one_line():
+    rows, meta = line_of([1.0, 2.0], [0.01] * 2, require=["rotor/power <= 1 W", f"{SPEED} <= 9 m/s"])
+    shown = view(rows.assign(**{"rotor/power": math.nan, "rotor/power:error": math.nan}), meta)
+    said = "optimum    none: no design has a value of what is required, "
+    assert summary.optimum_lines(shown, shown.objectives[0]) == [f"{said}rotor/power <= 1 W and {SPEED} <= 9 m/s"]
+    text = "\n".join(summary.lines(shown))
+    assert "rotor/power has no value" in text and "nan" not in text and page.render(shown, shown.objectives[0], [])
+    one = view(rows.assign(**{"rotor/power": [math.nan, 3.0], "rotor/power:error": math.nan}), meta)
+    assert "nearest to it is rotor speed = 1145.9 rpm" in summary.optimum_lines(one, one.objectives[0])[1]
+
+
 @pytest.mark.slow
 def test_a_requirement_of_another_unit_is_refused_before_the_first_run(mill, write_study, tmp_path):
     write_study(HARD.replace("1 W", "1 kg"))

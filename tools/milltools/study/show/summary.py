@@ -166,7 +166,7 @@ def finding(view, objective) -> str:
 def optimum_lines(view, objective) -> list[str]:
     best = optimum.find(view, objective)
     if best is None and (which := view.usable & ~view.feasible).any():
-        return [f"optimum    none: no design that was run meets {required(view)}", *nearest(view, which)]
+        return unmet(view, which)
     if best is None and not (view.designs["state"] == "capped").any():
         return [f"optimum    no run has a value of {objective.words}"]
     if best is None:
@@ -213,14 +213,17 @@ def optimum_lines(view, objective) -> list[str]:
     return [f"optimum    {view.tell(best.design)}: {objective.words} {value}", *(UNDER + line for line in more)]
 
 
-def nearest(view, which) -> list[str]:
-    """The design that is nearest to meeting the requirements, of those that `which` marks."""
+def unmet(view, which) -> list[str]:
+    """That none of the designs that `which` marks meets the requirements, and which one is nearest to it."""
     over = [
         one.sign * (view.estimate(one.expression.text).mean - one.limit) / (abs(one.limit) or 1) for one in view.require
     ]
-    worst = np.where(which, np.max(over, axis=0), np.inf)
+    worst = np.where(which, np.max(over, axis=0), np.nan)
+    if np.isnan(worst).all():
+        return [f"optimum    none: no design has a value of what is required, {required(view)}"]
     design = int(np.nanargmin(worst))
-    return [UNDER + line for line in [f"nearest to it is {view.tell(design)}", *limit_lines(view, design)]]
+    near = [f"nearest to it is {view.tell(design)}", *limit_lines(view, design)]
+    return [f"optimum    none: no design that was run meets {required(view)}", *(UNDER + line for line in near)]
 
 
 def at_edge(view, values) -> list[str]:
@@ -270,13 +273,14 @@ def best_table(view, objective, count=BEST):
 
 
 def broken(view, design) -> str:
-    """The requirements that a design does not meet: "power 612 > 400 W"."""
+    """The requirements that a design does not meet: "power 612 > 400 W", "power has no value"."""
     told = []
     for one in view.require:
         if not view.meets(one)[design]:
             text, sign = one.expression.text, ">" if one.sign > 0 else "<"
             value = view.estimate(text).mean[design]
-            told.append(f"{text} {value:.5g} {sign} {one.limit:.5g}{view.aim(text).scale.suffix}")
+            over = f"{text} {value:.5g} {sign} {one.limit:.5g}{view.aim(text).scale.suffix}"
+            told.append(f"{text} has no value" if math.isnan(value) else over)
     return ", ".join(told)
 
 
