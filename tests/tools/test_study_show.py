@@ -19,7 +19,9 @@ from conftest import ROOT
 
 from milltools.__main__ import dispatch
 from milltools.base.errors import UserError
-from milltools.study.plan.table import Table
+from milltools.export import source
+from milltools.study.plan import filling, options
+from milltools.study.plan.table import Table, Writer
 from milltools.study.show import canvas, contour, data, optimum, outputs, page, pair, slices, summary
 from milltools.study.show.data import StudyView, words_of
 
@@ -227,6 +229,16 @@ def test_messages_are_counted_and_cannot_steer_a_terminal():
     rows["message"] = ["", "bad \x1b[31m deck", "bad \x1b[31m deck"]
     text = "\n".join(summary.lines(view(rows, meta)))
     assert "2 x bad ?[31m deck" in text and "\x1b" not in text
+
+
+def test_the_command_that_shows_a_table_does_not_take_its_name_for_an_option(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    path = small(options.output_of("-x.study", None))
+    with Writer.begin(path, Table.open(path).meta) as table:
+        line, _ = filling.last_words(table, "mill sweep")
+    assert re.search(r"^-x.parquet: 3 runs .*: .* study ./-x.parquet$", line)
+    with pytest.raises(UserError, match=r"this shows it: .* study ./-x.parquet$"):
+        source.about("-x.parquet")
 
 
 # ---- runs that computed contacts without friction
