@@ -619,6 +619,43 @@ def test_impacts_of_a_millijoule_are_named_first_and_speeds_where_their_number_i
     assert "tied in impacts above 1 m/s per joule" in finding.title(two_designs(power, *by_speed, rare))
 
 
+def counted(key, a, b, unit):
+    """A row of two designs, 0 without an error."""
+    pair = [Estimate(value, 0.01 * value, np.inf) if value else Estimate(0.0) for value in (a, b)]
+    return rows.Row("impacts", key, key, unit, *pair, *agreement.difference(*pair, "unknown", designs=True))
+
+
+@pytest.mark.parametrize(
+    "a, b, title, sentence",
+    [
+        (
+            0,
+            227.4,
+            "new makes 227 impacts of 1 mJ or more per joule, old makes none; new draws 40 % less power",
+            "Per joule of work new makes 227 impacts of 1 mJ or more, old makes none. ",
+        ),
+        (
+            227.4,
+            0,
+            "old makes 227 impacts of 1 mJ or more per joule, new none; new draws 40 % less power",
+            "Per joule of work new makes no impacts of 1 mJ or more, old makes 227. ",
+        ),
+    ],
+)
+def test_where_one_side_makes_none_the_title_says_so_and_no_other_threshold_says_the_opposite(a, b, title, sentence):
+    power, speeds = made("rotor_power", 200, 120, 0.01), [made("rate_all_above_1", 100 * b + 1, 100 * a + 1, 0.01)]
+    speeds.append(made("hard_per_joule_1", 100 * b + 1, 100 * a + 1, 0.01))
+    hard = counted("rate_above_1mJ", 50 * a, 50 * b, "1/s"), counted("above_1mJ_per_joule", a, b, "1/J")
+    table = two_designs(power, *speeds, *hard, counted("hard_per_joule_2", a, b, "1/J"))
+    assert finding.title(table) == title
+    first, *others = finding.sentences(table)
+    assert sentence in first and "nan" not in " ".join([first, *others])
+    scale = "better above 2 m/s (old makes none)" if b else "worse above 2 m/s (\N{MINUS SIGN}100 %)"
+    assert scale in others[-1]
+    only = "new makes 227 impacts of 1 mJ or more per joule, old makes none"
+    assert finding.title(two_designs(*hard)) == (only if b else title.partition(";")[0])
+
+
 def test_a_title_leaves_out_what_is_not_known_well_enough():
     wide = two_designs(made("hard_per_joule_1", 500, 510, 0.2), made("rate_all_above_1", 100, 150, 0.01))
     assert finding.title(wide) == "new makes 50 % more impacts above 1 m/s per second than old"

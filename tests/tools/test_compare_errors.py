@@ -140,6 +140,36 @@ def test_a_value_that_was_zero_is_higher_without_a_size():
     assert found.verdict == "higher" and math.isnan(found.relative) and math.isnan(found.error)
 
 
+NONE, SOME = Estimate(0.0), Estimate(227.4, 2.2, math.inf)
+
+
+@pytest.mark.parametrize(
+    "a, b, designs, verdict, relative",
+    [
+        (NONE, SOME, True, "higher", math.nan),
+        (SOME, NONE, True, "lower", -1),
+        (NONE, SOME, False, "differ by 103.4 standard errors", math.nan),
+        (SOME, NONE, False, "differ by 103.4 standard errors", -1),
+        (NONE, Estimate(4, 2.2, math.inf), True, "unknown", math.nan),
+        (Estimate(4, 2.2, math.inf), NONE, True, "unknown", -1),
+        (NONE, Estimate(227.4), True, "unknown", math.nan),
+    ],
+)
+def test_none_beside_a_count_that_is_certainly_above_zero_is_a_difference_without_a_size(
+    a, b, designs, verdict, relative
+):
+    found = errors.difference(a, b, "unknown", designs)
+    assert found.verdict == verdict and math.isnan(found.error)
+    assert (found.relative, found.mood == "open") == pytest.approx((relative, verdict == "unknown"), nan_ok=True)
+
+
+def test_replicates_beside_others_that_count_none_have_their_own_scatter():
+    zeros, some = [Estimate(0.0)] * 3, [Estimate(v) for v in (98.0, 100.0, 102.0)]
+    for none, found in (errors.from_replicates(zeros, some), errors.from_replicates(some, zeros)[::-1]):
+        assert none == Estimate(0.0)
+        assert (found.value, found.error, found.dof) == (100, pytest.approx(2 / math.sqrt(3)), 2)
+
+
 def test_replicates_share_their_relative_scatter():
     first, second = [Estimate(v) for v in (98.0, 100.0, 102.0)], [Estimate(200.0)]
     a, b = errors.from_replicates(first, second)

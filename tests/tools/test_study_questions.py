@@ -119,6 +119,17 @@ def test_where_no_design_meets_the_requirement_the_nearest_is_named():
     assert "nearest to it is rotor speed = 572.96 rpm" in said and summary.finding(shown, shown.objectives[0]) == ""
 
 
+def test_where_no_run_has_the_value_that_is_required_this_is_one_line():
+    rows, meta = line_of([1.0, 2.0], [0.01] * 2, require=["rotor/power <= 1 W", f"{SPEED} <= 9 m/s"])
+    shown = view(rows.assign(**{"rotor/power": math.nan, "rotor/power:error": math.nan}), meta)
+    said = "optimum    none: no design has a value of what is required, "
+    assert summary.optimum_lines(shown, shown.objectives[0]) == [f"{said}rotor/power <= 1 W and {SPEED} <= 9 m/s"]
+    text = "\n".join(summary.lines(shown))
+    assert "rotor/power has no value" in text and "nan" not in text and page.render(shown, shown.objectives[0], [])
+    one = view(rows.assign(**{"rotor/power": [math.nan, 3.0], "rotor/power:error": math.nan}), meta)
+    assert "nearest to it is rotor speed = 1145.9 rpm" in summary.optimum_lines(one, one.objectives[0])[1]
+
+
 @pytest.mark.slow
 def test_a_requirement_of_another_unit_is_refused_before_the_first_run(mill, write_study, tmp_path):
     write_study(HARD.replace("1 W", "1 kg"))
@@ -227,6 +238,12 @@ speed = 0 rpm
 kind = turn
 on = arm
 speed = -120 rpm
+[body.jar]
+shape = cylinder
+side = inside
+radius = 30 mm
+length = 30 mm
+motion = jar
 [body.pin]
 shape = cylinder
 motion = jar
@@ -252,6 +269,16 @@ RATIO = "is not: the ratio of the speeds of 'sun' and of 'jar', which it carries
             "8 with body.pin.turn_by = 120 deg: only 3 places, so 5 of the copies are where",
         ),
         ("body.pin.copies = 8, 12\nbody.pin.shift_by = 0 0 1 mm", ""),
+        *(
+            (
+                f"body.pin.copies = 7, 14\nbody.pin.turn_by = {angle} deg, 10 deg",
+                f"14 with body.pin.turn_by = {angle:.6g} deg: only 7 places, so 7 of the copies are where",
+            )
+            for angle in (51.4, 51.43, 51.4286, 51.428571, 360 / 7)
+        ),
+        ("body.pin.copies = 14\nbody.pin.turn_by = 51 deg, 25.72 deg", ""),
+        ("body.pin.copies = 50\nbody.pin.turn_by = 0.2 deg, 7 deg", ""),
+        ("body.*.copies = 4, 8", ""),
         ("motion.sun.speed = 60, 80 rpm", f"motion.sun.speed is varied, and motion.jar.speed {RATIO}"),
         ("motion.jar.speed = 60, 80 rpm", f"motion.jar.speed is varied, and motion.sun.speed {RATIO}"),
         ("motion.sun.speed = 60, 80 rpm\nmotion.jar.speed = -120, -160 rpm", ""),
@@ -262,6 +289,16 @@ def test_a_study_warns_of_copies_in_one_place_and_of_a_changing_ratio_of_speeds(
     write_deck(SMALL + MOVING)
     notes = Study(path).about()["notes"]
     assert len(notes) == bool(said) and said in "".join(notes)
+
+
+def test_a_study_that_is_refused_has_no_warnings(write_study, write_deck, capsys):
+    path = write_study(STUDY.partition("[vary]")[0] + "[vary]\nbody.*.copies = 12, 16\n")
+    write_deck(SMALL + MOVING)
+    study = Study(path)
+    assert "only 8 places" in "".join(study.about()["notes"])
+    with pytest.raises(UserError, match=r"\[body.jar\]"):
+        probe.probe("mill sweep", study, [{"body.*.copies": count} for count in (12, 16)])
+    assert capsys.readouterr().err == ""
 
 
 # ---- the cost

@@ -19,6 +19,9 @@ from conftest import ROOT
 
 from milltools.__main__ import dispatch
 from milltools.base.errors import UserError
+from milltools.export import source
+from milltools.study.plan import filling, options
+from milltools.study.plan.table import Table, Writer
 from milltools.study.show import canvas, contour, data, optimum, outputs, page, pair, slices, summary
 from milltools.study.show.data import StudyView, words_of
 
@@ -226,6 +229,59 @@ def test_messages_are_counted_and_cannot_steer_a_terminal():
     rows["message"] = ["", "bad \x1b[31m deck", "bad \x1b[31m deck"]
     text = "\n".join(summary.lines(view(rows, meta)))
     assert "2 x bad ?[31m deck" in text and "\x1b" not in text
+
+
+def test_the_command_that_shows_a_table_does_not_take_its_name_for_an_option(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    path = small(options.output_of("-x.study", None))
+    with Writer.begin(path, Table.open(path).meta) as table:
+        line, _ = filling.last_words(table, "mill sweep")
+    assert re.search(r"^-x.parquet: 3 runs .*: .* study ./-x.parquet$", line)
+    with pytest.raises(UserError, match=r"this shows it: .* study ./-x.parquet$"):
+        source.about("-x.parquet")
+
+
+# ---- runs that computed contacts without friction
+
+
+DOUBT = "computed contacts without friction: {} power and rates are not to be trusted"
+
+
+def with_friction_dropped(values, which):
+    rows, meta = line_of(values, [0.01] * len(values))
+    rows.loc[which, "message"] = "contacts were computed without friction"
+    return rows, meta
+
+
+def test_a_study_names_designs_whose_contacts_were_computed_without_friction():
+    shown = view(*with_friction_dropped([1.0, 2.0, 1.5], [2]))
+    text = "\n".join(summary.lines(shown))
+    assert f"warning    1 of 3 runs (rotor speed = 1145.9 rpm) {DOUBT.format('its')}" in text
+    assert "of this design" not in text  # the best one is another
+    assert "friction" not in "\n".join(summary.lines(view(*line_of([1.0, 2.0], [0.01] * 2))))
+
+
+def test_beside_the_optimum_stands_that_its_contacts_were_computed_without_friction():
+    shown = view(*with_friction_dropped([1.0, 2.0, 1.5], [1]))
+    best = summary.optimum_lines(shown, shown.objectives[0])
+    assert best[1].strip() == f"runs of this design {DOUBT.format('its')}"
+    text = page.render(shown, shown.objectives[0], [])
+    assert f"(rotor speed = 859.44 rpm) {DOUBT.format('its')}</li>" in text and best[1].strip() in text
+
+
+def test_of_many_designs_without_friction_the_ranges_are_told():
+    (line,) = summary.doubt_lines(view(*with_friction_dropped(np.arange(9.0), range(1, 7))))
+    which = "6 of 9 designs, with rotor speed 644.58..1002.7 rpm"
+    assert line == f"6 of 9 runs ({which}) {DOUBT.format('their')}"
+
+
+def test_a_sweep_and_a_search_end_with_the_warning_of_contacts_without_friction(tmp_path):
+    path = made.write(tmp_path / "made.parquet", *with_friction_dropped([1.0, 2.0, 1.5], [1, 2]))
+    for ended in (summary.of_sweep, summary.of_search):
+        said = ended(Table.open(path))
+        designs = "rotor speed = 859.44 rpm; rotor speed = 1145.9 rpm"
+        assert said[-2] == f"warning: 2 of 3 runs ({designs}) {DOUBT.format('their')}"
+    assert f"runs of this design {DOUBT.format('its')}" in said
 
 
 # ---- pictures
@@ -615,8 +671,6 @@ def test_following_ends_when_the_study_is_complete(mill_started, tmp_path):
 
 
 def test_sweep_gets_text_and_picture(tmp_path):
-    from milltools.study.plan.table import Table
-
     table = Table.open(small(tmp_path / "made.parquet"))
     outputs.draw(table, tmp_path / "made.png")
     assert (tmp_path / "made.png").read_bytes().startswith(b"\x89PNG")

@@ -349,6 +349,16 @@ def test_a_run_with_pinches_is_done_and_one_with_balls_deep_in_others_is_not(one
     assert row["status"] == "capped" and "3 balls overlap other bodies" in row["message"]
 
 
+def test_a_run_that_computed_contacts_without_friction_is_done_and_its_message_says_so(one_job):
+    done = one_job()
+    row = job.read(done, finished(done, {"run/smoothed": 3}))
+    assert (row["status"], row["message"]) == ("done", "contacts were computed without friction")
+    row = job.read(done, finished(done, {"run/smoothed": 3, "run/ended_by": "max_collisions"}))
+    said = "stopped at run.max_collisions; contacts were computed without friction"
+    assert (row["status"], row["message"]) == ("capped", said)
+    assert job.read(done, finished(done, {}))["message"] == ""
+
+
 def test_the_error_of_a_run_with_precision_is_the_one_it_found(one_job):
     done = one_job()
     extra = {

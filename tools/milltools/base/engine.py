@@ -28,8 +28,9 @@ def called() -> str:
 
 
 def command_line(*words: object, program: str = "") -> str:
-    """The command `mill WORDS` as a shell reads it; or `program WORDS`, as for MILLSIM."""
-    return f"{program or called()} {shlex.join(map(str, words))}"
+    """The command `mill WORDS` as a shell reads it; or `program WORDS`, as for MILLSIM. A pathlib.Path is no option."""
+    texts = (f"./{word}" if isinstance(word, pathlib.Path) and str(word)[0] == "-" else str(word) for word in words)
+    return f"{program or called()} {shlex.join(texts)}"
 
 
 def program() -> pathlib.Path:

@@ -122,16 +122,19 @@ def _welch(errors, estimates) -> float:
 
 def from_replicates(first: list[Estimate], second: list[Estimate]) -> tuple[Estimate, Estimate]:
     """The means of both sides, with errors from the scatter between replicates. The relative scatter is assumed to be
-    the same on both sides and is pooled: a side with one run gets its error from the other side."""
+    the same on both sides and is pooled: a side with one run gets its error from the other side. A side of zeros has no
+    error, and the other one has its own."""
     sides = [np.array([e.value for e in side]) for side in (first, second)]
-    freedom = sum(len(values) - 1 for values in sides)
     means = [float(values.mean()) for values in sides]
-    if freedom < 1 or not all(math.isfinite(m) and m != 0 for m in means):
+    counted = [(v, m) for v, m in zip(sides, means) if v.any()]
+    freedom = sum(len(v) - 1 for v, _ in counted)
+    if freedom < 1 or not all(math.isfinite(m) and m != 0 for _, m in counted):
         return Estimate(means[0]), Estimate(means[1])
-    squares = sum(float(np.sum((v / m - 1) ** 2)) for v, m in zip(sides, means))
-    scatter = math.sqrt(squares / freedom)
+    scatter = math.sqrt(sum(float(np.sum((v / m - 1) ** 2)) for v, m in counted) / freedom)
     return tuple(
         Estimate(m, scatter * abs(m) / math.sqrt(len(v)), freedom, "error from replicates", True)
+        if v.any()
+        else Estimate(m)
         for v, m in zip(sides, means)
     )
 
@@ -146,8 +149,8 @@ def combine(first: list[Estimate], second: list[Estimate], steady: bool):
 
 
 class Difference(typing.NamedTuple):
-    """B - A relative to A, its relative standard error (scaled as in files; NaN: unknown), and the verdict with its
-    `mood`: "agree", "differ" or "open"; of two designs "tied", "apart" or "open"."""
+    """B - A relative to A, its relative standard error (scaled as in files; NaN: unknown, or B has none), and the
+    verdict with its `mood`: "agree", "differ" or "open"; of two designs "tied", "apart" or "open"."""
 
     relative: float
     error: float
@@ -156,10 +159,17 @@ class Difference(typing.NamedTuple):
     mood: str
 
 
+def _beside(one: Estimate, other: Estimate) -> Estimate:
+    """Nothing was counted, so there is no error: exact beside a value that is certainly not zero."""
+    none = one.value == 0 and not math.isfinite(one.error) and abs(other.value) > NORMAL * other.told
+    return dataclasses.replace(one, error=0.0, dof=math.inf) if none else one
+
+
 def difference(a: Estimate, b: Estimate, unknown: str, designs: bool = False) -> Difference:
     """Compares two estimates; `unknown` is the verdict if an error is not known. Of two programs (or seeds) it is
     tested at CONFIDENCE whether chance explains the difference. Two `designs` are expected to differ: the verdict says
     which value is higher, or that the 95 % interval of the difference contains zero."""
+    a, b = _beside(a, b), _beside(b, a)
     scale = abs(a.value) or math.nan
     off = b.value - a.value
     errors = np.array([a.error, b.error])
@@ -167,7 +177,7 @@ def difference(a: Estimate, b: Estimate, unknown: str, designs: bool = False) ->
     if not (math.isfinite(off) and math.isfinite(error) and error):
         return Difference(off / scale, math.nan, 0, unknown if math.isfinite(off) else "no value", "open")
     # of B/A: both errors count, the error of A times B/A
-    share = np.array([a.error * b.value / scale, b.error])
+    share = np.array([a.error * b.value / scale, b.error]) if a.value and b.value else errors
     dof = a.dof if a.pooled else float(_welch(share, [a, b]))
     told = math.hypot(*share) * _widening(dof)
     freedom = a.dof if a.pooled else float(_welch(errors, [a, b]))
@@ -183,4 +193,4 @@ def difference(a: Estimate, b: Estimate, unknown: str, designs: bool = False) ->
         verdict, mood = "undecided: error too large", "open"
     else:
         verdict, mood = ("tied", "tied") if designs else ("agree", "agree")
-    return Difference(off / scale, told / scale, dof, verdict, mood)
+    return Difference(off / scale, told / scale if b.value else math.nan, dof, verdict, mood)

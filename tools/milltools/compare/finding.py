@@ -13,6 +13,7 @@ from milltools.read.runfile import THRESHOLDS
 TOLD = ("rotor_power", "drive_power", "median_above_50mm_s", "kinetic_energy")  # of two programs
 NAMED = 4  # keys at most
 INTERVALS = "Ranges are 95 % intervals."
+KNOWN = ("apart", "tied")  # moods
 MANY, MUCH, FAST = ("more", "fewer", "many"), ("more", "less", "much"), ("faster", "slower", "fast")
 
 
@@ -23,7 +24,8 @@ def _places(half: float) -> int:
 
 def percent(row) -> str:
     """The difference in per cent, rounded to its error: "+63 %"."""
-    return f"{100 * row.difference:+.{_places(100 * NORMAL * row.difference_error)}f} %".replace("-", MINUS)
+    places = 0 if row.bare else _places(100 * NORMAL * row.difference_error)
+    return f"{100 * row.difference:+.{places}f} %".replace("-", MINUS)
 
 
 def interval(row) -> str:
@@ -54,16 +56,11 @@ def title(table) -> str:
         moods = [row.mood for row in table.shown]
         agree, differ = moods.count("agree"), moods.count("differ")
         return f"{b} and {a} agree in {agree} of {len(moods)} quantities and differ in {differ}"
-    said = ""
     words, rate, per_joule = table.hard
-    for row, per in ((per_joule, "joule"), (rate, "second")):
-        if not said and row and row.mood in ("apart", "tied"):
-            what = f"impacts {words} per {per}"
-            said = f"{b} and {a} are tied in {what}"
-            if row.mood == "apart":
-                said = f"{b} makes {size(row, *MANY)[0]} {what} {'as' if row.difference >= 1 else 'than'} {a}"
+    known = [(row, per) for row, per in ((per_joule, "joule"), (rate, "second")) if row and row.mood in KNOWN]
+    said, same = _made(*known[0], words, a, b) if known else ("", False)
     power = table.power
-    if not power or power.mood not in ("apart", "tied"):
+    if not power or power.mood not in KNOWN or power.bare:
         return said or f"{b} against {a}: {_others(table)}"
     drawn = f"draws {size(power, *MUCH)[0]} power"
     if not said:
@@ -71,7 +68,18 @@ def title(table) -> str:
         return f"{b} and {a} draw the same power" if power.mood == "tied" else f"{b} {drawn}{end}"
     if power.mood == "tied":
         return f"{said}; their power is tied"
-    return f"{said} and {drawn}" if " makes " in said else f"{said}; {b} {drawn}"
+    return f"{said} and {drawn}" if same else f"{said}; {b} {drawn}"
+
+
+def _made(row, per, words, a, b) -> tuple[str, bool]:
+    """The impacts that both sides make, in words, and whether b is what the end of these words is about."""
+    what = f"impacts {words} per {per}"
+    if row.mood == "tied":
+        return f"{b} and {a} are tied in {what}", False
+    if row.bare:
+        one, two = _values(row.b.value, row.a.value, row.unit)
+        return f"{b} makes {one} {what}, {a} makes {two}" if row.b.value else f"{a} makes {two} {what}, {b} none", False
+    return f"{b} makes {size(row, *MANY)[0]} {what} {'as' if row.difference >= 1 else 'than'} {a}", True
 
 
 def _others(table) -> str:
@@ -79,7 +87,9 @@ def _others(table) -> str:
     apart = [row for row in table.shown if row.mood == "apart"]
     if not apart:
         return "what differs is not known"
-    first = next((f", such as {row.name} ({percent(row)})" for row in apart if row.group != "maps"), "")
+    first = next(
+        (f", such as {row.name} ({percent(row)})" for row in apart if row.group != "maps" and not row.bare), ""
+    )
     rows = f"{plural(len(apart), 'row')} of the table differ{'s' * (len(apart) == 1)}"
     return f"{rows}{first}; the errors of power and of impacts {table.hard[0]} are not known well enough"
 
@@ -104,14 +114,15 @@ def sentences(table) -> list[str]:
         (rate, "Per second {b} makes {} {above}, {a} makes {}", MANY),
         (median, "The median speed of the impacts above 50 mm/s is {} in {b}, {} in {a}", FAST),
     ):
-        if row and math.isfinite(row.difference):
+        if row and (math.isfinite(row.difference) or row.bare):
             values = _values(row.b.value, row.a.value, row.unit)
             told = "{} ({})".format(*size(row, *way)) if math.isfinite(row.difference_error) else row.verdict
-            said.append(f"{words.format(*values, a=a, b=b, above=above)}: {told}.")
+            end = "" if row.bare else f": {told}"
+            said.append(f"{words.format(*values, a=a, b=b, above=above)}{end}.")
     scale = [
-        f"{_better(row)} above {speed:g} m/s ({percent(row)})"
+        f"{_better(row)} above {speed:g} m/s ({percent(row) if math.isfinite(row.difference) else f'{a} makes none'})"
         for speed in THRESHOLDS
-        if (row := table.row(f"hard_per_joule_{speed:g}")) and row.mood != "open" and math.isfinite(row.difference)
+        if (row := table.row(f"hard_per_joule_{speed:g}")) and row.mood != "open"
     ]
     if scale:
         said.append(f"On the scale of impacts per joule, {b} is {', '.join(scale)}.")
@@ -132,13 +143,14 @@ def _mixed(keys) -> list[str]:
 
 
 def _better(row) -> str:
-    return "tied" if row.mood == "tied" else "better" if row.difference > 0 else "worse"
+    return "tied" if row.mood == "tied" else "better" if row.b.value > row.a.value else "worse"
 
 
 def _values(one: float, two: float, unit: str) -> tuple[str, str]:
-    """Two values with one prefix if they are not very different; large counts in millions."""
+    """Two values with one prefix if they are not very different; large counts in millions, "no" and "none" for 0."""
     low, high = sorted((abs(one), abs(two)))
     if unit.startswith("1"):
-        return tuple(f"{number(value / 1e6)} million" if low >= 1e5 else number(value) for value in (one, two))
+        told = (f"{number(value / 1e6)} million" if low >= 1e5 else number(value) for value in (one, two))
+        return tuple(words if value else zero for words, value, zero in zip(told, (one, two), ("no", "none")))
     factor, letter = prefix(low if low > high / 1000 else high)
     return tuple(f"{number(value / factor)} {letter}{unit}" for value in (one, two))

@@ -64,6 +64,11 @@ class Row:
         return NAMES.get(self.key, self.label)
 
     @property
+    def bare(self) -> bool:
+        """Whether the sides certainly differ, but by no ratio: one of them has none."""
+        return self.mood in ("apart", "differ") and not math.isfinite(self.difference_error)
+
+    @property
     def interval(self) -> tuple[float, float]:
         """The 95 % interval of the difference, relative to A."""
         half = errors.NORMAL * self.difference_error
@@ -94,14 +99,14 @@ class Comparison:
     @property
     def hard(self) -> tuple[str, Row | None, Row | None]:
         """The impacts that are called hard, in words, and their rows per second and per joule of work of the drive: 1
-        mJ or more; above 1 m/s where the error of that is not known; above a lower speed in a slow mill. Where no error
-        is known, the first of these with a row."""
+        mJ or more, also where one side has none; above 1 m/s where the error of that is not known; above a lower speed
+        in a slow mill. Where no error is known, the first of these with a row."""
         speeds = sorted(THRESHOLDS, key=lambda speed: (speed != HARD, speed))
         kinds = [("of 1 mJ or more", HARD_RATE, HARD_PER_JOULE)] + [
             (f"above {speed:g} m/s", f"rate_all_above_{speed:g}", f"hard_per_joule_{speed:g}") for speed in speeds
         ]
         found = [(words, self.row(rate), self.row(per)) for words, rate, per in kinds]
-        known = (one for one in found if one[1] and math.isfinite(one[1].difference_error))
+        known = (one for one in found if one[1] and (math.isfinite(one[1].difference_error) or one[1].bare))
         return next(known, None) or next((one for one in found if one[1]), found[0])
 
     @property

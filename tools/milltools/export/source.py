@@ -1,5 +1,7 @@
 """The source of an export: a run or a deck, and the selected frames."""
 
+import pathlib
+
 import numpy as np
 
 from milltools.base.engine import MILLSIM, command_line
@@ -25,9 +27,8 @@ def about(path) -> str:
     if head.startswith(b"\x89HDF\r\n\x1a\n"):
         return "run"
     if head.startswith(b"PAR1"):
-        raise UserError(
-            f"{path}: a table of a study, not a run or a deck; this shows it: {command_line('study', path)}"
-        )
+        shown = command_line("study", pathlib.Path(path))
+        raise UserError(f"{path}: a table of a study, not a run or a deck; this shows it: {shown}")
     if b"\0" in head:
         raise UserError(f"{path}: neither the output file of a run (HDF5) nor a deck (text)")
     return "deck"
@@ -38,7 +39,7 @@ def open_run(arguments) -> Run:
     path = arguments.source
     if about(path) == "deck":
         read_text(path)
-        again = command_line(path, program=MILLSIM)
+        again = command_line(pathlib.Path(path), program=MILLSIM)
         raise UserError(f"{path}: expected the output file of a run, got a deck; this runs it: {again}")
     if arguments.set and arguments.what not in ("dose", "wear"):
         raise UserError(f"{path}: --set: a finished run cannot be changed; give its deck")

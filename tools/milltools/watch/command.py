@@ -72,7 +72,7 @@ def _run_deck(arguments):
     if os.path.exists(output) and not arguments.force:
         raise UserError(
             f"{output}: exists already; --force overwrites it, -o gives another name, and "
-            f"this shows it: {engine.command_line('watch', output)}"
+            f"this shows it: {engine.command_line('watch', pathlib.Path(output))}"
         )
     changes = list(arguments.set)
     if deck.number("output.checkpoint", CHECKPOINT) > CHECKPOINT and not any(_sets(one) for one in changes):

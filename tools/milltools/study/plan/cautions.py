@@ -4,7 +4,11 @@ the ratio of two speeds of a motion that carries another one."""
 import math
 import re
 
-EXACT = 1e-9  # of a turn, for each copy: so near is the same place
+from milltools.base.text import plural
+
+# so near is the same place: 0.36 degrees, as typed angles have few digits (7 times 51.4 degrees are 359.8); and less
+# than a tenth of the angle between neighbours, which are apart however close they are
+SAME = 1e-3  # of a turn
 
 
 def cautions(study) -> list[str]:
@@ -21,20 +25,23 @@ def _values(study, key, preset) -> tuple:
 
 
 def _places(study):
-    """Copies that are turned by a whole turn, without a shift, are in the place of others."""
+    """Copies that are turned by a whole turn, without a shift, are in the place of others. The container has none."""
     keys = dict.fromkeys([*study.base, *study.varied])
     for body in [key.removesuffix(".copies") for key in keys if key.startswith("body.") and key.endswith(".copies")]:
         copies, turn, shift = (f"{body}.{name}" for name in ("copies", "turn_by", "shift_by"))
-        count = max(_values(study, copies, 1))
-        if any(float(x) for text in _values(study, shift, "0") for x in text.split()):
+        count, side = max(_values(study, copies, 1)), study.base.get(f"{body}.side")
+        if (side and side.value == "inside") or any(
+            float(x) for text in _values(study, shift, "0") for x in text.split()
+        ):
             continue
         for angle in _values(study, turn, 0.0):
             turns = angle / math.tau
-            places = next((k for k in range(1, count) if abs(k * turns - round(k * turns)) < k * EXACT), count)
+            same = min(SAME, abs(turns) / 10)
+            places = next((k for k in range(1, count) if abs(k * turns - round(k * turns)) <= same), count)
             if places < count:
                 yield (
-                    f"{copies} = {count} with {turn} = {math.degrees(angle):.6g} deg: only {places} places, so "
-                    f"{count - places} of the copies are where others are already"
+                    f"{copies} = {count} with {turn} = {math.degrees(angle):.6g} deg: only "
+                    f"{plural(places, 'place')}, so {count - places} of the copies are where others are already"
                 )
                 break
 

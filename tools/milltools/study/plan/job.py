@@ -23,6 +23,8 @@ from milltools.read import expression
 from milltools.read.results import Results
 from milltools.read.runfile import Run
 
+FRICTIONLESS = "contacts were computed without friction"  # in the message of a run with the note "locks"
+
 
 class Lost(Exception):
     """The run was killed from outside, or its machine failed: it has no result."""
@@ -62,7 +64,8 @@ def run(job, reader=None) -> dict:
             return empty(job, "failed", said or f"millsim ended with status {status}")
         row = (reader or read)(job, folder / "run.h5")
         if cut:
-            row.update(status="capped", message=f"stopped after {job['limit']:g} s of {cut}")
+            why = f"stopped after {job['limit']:g} s of {cut}"
+            row.update(status="capped", message=_told(why, FRICTIONLESS in row["message"]))
         return row
     finally:
         shutil.rmtree(folder, ignore_errors=True)
@@ -141,7 +144,7 @@ def _spent(pid, begin) -> tuple[float, str]:
 
 def read(job, path) -> dict:
     """The row of a finished run, from its file."""
-    row, why = empty(job, "done", ""), ""
+    row, why = empty(job, "done", ""), ""  # why it is capped
     try:
         with Run(path) as run:
             results = Results.of(run)
@@ -158,6 +161,12 @@ def read(job, path) -> dict:
                 why = "run.time was reached before run.precision"
             if deep := int(run.read("run/overlaps")):
                 why = f"{deep} balls overlap other bodies: the impacts are not reliable"
+            locked = run.has("run/smoothed") and run.read("run/smoothed") > 0
     except (UserError, TypeError) as fault:
         return empty(job, "failed", str(fault).replace(f"{path}: ", ""))
-    return row | {"status": "capped", "message": why} if why else row
+    return row | {"status": "capped" if why else "done", "message": _told(why, locked)}
+
+
+def _told(why, locked) -> str:
+    """The message of a row; `locked`: the run has the note "locks"."""
+    return "; ".join([why] * bool(why) + [FRICTIONLESS] * bool(locked))

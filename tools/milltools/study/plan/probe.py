@@ -28,18 +28,20 @@ MOMENT = ["run.sample_from=0 s", "run.time=1 ns"]
 
 def probe(command, study, designs):
     """Fills in units and descriptions of the objectives. UserError if millsim refuses all of a few designs, or an
-    objective, a recorded number or a requirement cannot be computed. Prints cautions. Nothing is written."""
-    for caution in cautions(study):
-        say(command, f"warning: {caution}")
+    objective, a recorded number or a requirement cannot be computed; else prints cautions. Nothing is written."""
     places = sorted({round(k * (len(designs) - 1) / (TRIED - 1)) for k in range(TRIED)})
     faults = []
     for number in places:
         job = study.job(number, designs[number])
         try:
             _check(job)
-            return _look(study, job)
+            _look(study, job)
         except UserError as fault:
             faults.append(fault)
+            continue
+        for caution in cautions(study):
+            say(command, f"warning: {caution}")
+        return
     others = f" ({len(places) - 1} other designs were refused too)" if len(designs) > 1 else ""
     raise UserError([*faults[0].lines[:-1], f"{faults[0].lines[-1]}{others}"], faults[0].status)
 

@@ -27,6 +27,7 @@ from milltools.base.text import plain, spoken_unit
 from milltools.read import deck_text, expression, values
 from milltools.read.kinds import label
 from milltools.read.results import Results
+from milltools.study.plan.job import FRICTIONLESS
 from milltools.study.plan.ranges import Range, unit_written
 from milltools.study.plan.study_deck import Objective
 from milltools.study.plan.table import Table
@@ -350,6 +351,11 @@ class StudyView:
     def judged(self) -> np.ndarray:
         """Those of the `done` designs that have a value of every objective."""
         return self.usable & np.all([np.isfinite(self.estimate(o.path).mean) for o in self.objectives], axis=0)
+
+    @functools.cached_property
+    def frictionless(self) -> np.ndarray:
+        """Runs (not designs) that computed contacts without friction; tables of earlier versions do not tell."""
+        return np.array([FRICTIONLESS in message for message in self.rows["message"]], bool)
 
     def axis(self, key: str) -> Axis:
         return next(a for a in self.axes if a.key == key)

@@ -67,6 +67,7 @@ def render(view, objective, figures, beside=None, wanted=None, quiet=True) -> st
         kicker=plain(f"Study {view.name}"),
         data=data(view, objective, [design for design, *_ in mills]),
         head=summary.head_lines(view) + summary.progress_lines(view),
+        doubts=summary.doubt_lines(view),
         optima=[[_signs(line) for line in summary.optimum_lines(view, aim)] for aim in aims],
         beside=pair.sentences([view, beside], objective, wanted) if beside is not None else [],
         tables=tables,

@@ -90,6 +90,29 @@ def head_lines(view) -> list[str]:
     return out + [f"warning    {note}" for note in view.meta.get("notes") or ()]
 
 
+def doubt_lines(view) -> list[str]:
+    """How many runs computed contacts without friction, and of which designs."""
+    count, of = int(view.frictionless.sum()), len(view.rows)
+    if not count:
+        return []
+    designs = np.unique(view.design_of[view.frictionless])
+    which = "; ".join(map(view.tell, designs))
+    if len(designs) > NAMED:
+        ranges = optimum.spans(view, np.isin(np.arange(len(view.designs)), designs))
+        which = f"{len(designs)} of {len(view.designs)} designs, with {ranges}"
+    whose = "its" if count == 1 else "their"
+    return [
+        f"{count} of {plural(of, 'run')} ({which}) computed contacts without friction: {whose} power and rates are not "
+        "to be trusted"
+    ]
+
+
+def doubt_of(view, design) -> list[str]:
+    """The same of one design."""
+    said = "runs of this design computed contacts without friction: its power and rates are not to be trusted"
+    return [said] if view.frictionless[view.design_of == design].any() else []
+
+
 def required(view) -> str:
     return " and ".join(one.text for one in view.require)
 
@@ -143,7 +166,7 @@ def finding(view, objective) -> str:
 def optimum_lines(view, objective) -> list[str]:
     best = optimum.find(view, objective)
     if best is None and (which := view.usable & ~view.feasible).any():
-        return [f"optimum    none: no design that was run meets {required(view)}", *nearest(view, which)]
+        return unmet(view, which)
     if best is None and not (view.designs["state"] == "capped").any():
         return [f"optimum    no run has a value of {objective.words}"]
     if best is None:
@@ -172,7 +195,7 @@ def optimum_lines(view, objective) -> list[str]:
         more.append(f"{which} cannot be distinguished from the best ({count})")
     else:
         more.append(f"no other design that was run{' and meets this' * bool(view.require)} can be as good (95 %)")
-    more[:0] = limit_lines(view, best.design)
+    more[:0] = [*doubt_of(view, best.design), *limit_lines(view, best.design)]
     if best.alike.sum() > 1:
         what = f"at most {100 * optimum.ALIKE:g} % worse than the best"
         more.append(f"{optimum.spans(view, best.alike)}: {what} ({best.alike.sum()} designs)")
@@ -190,14 +213,17 @@ def optimum_lines(view, objective) -> list[str]:
     return [f"optimum    {view.tell(best.design)}: {objective.words} {value}", *(UNDER + line for line in more)]
 
 
-def nearest(view, which) -> list[str]:
-    """The design that is nearest to meeting the requirements, of those that `which` marks."""
+def unmet(view, which) -> list[str]:
+    """That none of the designs that `which` marks meets the requirements, and which one is nearest to it."""
     over = [
         one.sign * (view.estimate(one.expression.text).mean - one.limit) / (abs(one.limit) or 1) for one in view.require
     ]
-    worst = np.where(which, np.max(over, axis=0), np.inf)
+    worst = np.where(which, np.max(over, axis=0), np.nan)
+    if np.isnan(worst).all():
+        return [f"optimum    none: no design has a value of what is required, {required(view)}"]
     design = int(np.nanargmin(worst))
-    return [UNDER + line for line in [f"nearest to it is {view.tell(design)}", *limit_lines(view, design)]]
+    near = [f"nearest to it is {view.tell(design)}", *limit_lines(view, design)]
+    return [f"optimum    none: no design that was run meets {required(view)}", *(UNDER + line for line in near)]
 
 
 def at_edge(view, values) -> list[str]:
@@ -247,13 +273,14 @@ def best_table(view, objective, count=BEST):
 
 
 def broken(view, design) -> str:
-    """The requirements that a design does not meet: "power 612 > 400 W"."""
+    """The requirements that a design does not meet: "power 612 > 400 W", "power has no value"."""
     told = []
     for one in view.require:
         if not view.meets(one)[design]:
             text, sign = one.expression.text, ">" if one.sign > 0 else "<"
             value = view.estimate(text).mean[design]
-            told.append(f"{text} {value:.5g} {sign} {one.limit:.5g}{view.aim(text).scale.suffix}")
+            over = f"{text} {value:.5g} {sign} {one.limit:.5g}{view.aim(text).scale.suffix}"
+            told.append(f"{text} has no value" if math.isnan(value) else over)
     return ", ".join(told)
 
 
@@ -294,7 +321,7 @@ def indented(rows, left=()) -> list[str]:
 def lines(view, sensitivities=(), objective=None, now=None) -> list[str]:
     """The whole text; sensitivities: what sensitivity.indices gave, or nothing."""
     shown = [objective] if objective else view.objectives
-    out = [*head_lines(view), *progress_lines(view, now)]
+    out = [*head_lines(view), *(f"warning    {line}" for line in doubt_lines(view)), *progress_lines(view, now)]
     for aim in shown:
         out += ["", *optimum_lines(view, aim)]
     if table := best_table(view, shown[0]):
@@ -316,8 +343,16 @@ def lines(view, sensitivities=(), objective=None, now=None) -> list[str]:
 
 
 def of_sweep(table) -> list[str]:
-    """The best designs by the first objective, of those with a value of all."""
+    """The best designs by the first objective, of those with a value of all, and what is wrong with them."""
     view = StudyView.of(table)
+    return [*_of_sweep(view), *_warned(view)]
+
+
+def _warned(view) -> list[str]:
+    return [text for line in doubt_lines(view) for text in (plain(f"warning: {line}"), "")]
+
+
+def _of_sweep(view) -> list[str]:
     good = view.judged & view.feasible
     if view.judged.any() and not good.any():
         return [plain(line.strip()) for line in optimum_lines(view, view.objectives[0])] + [""]
@@ -335,8 +370,12 @@ def of_sweep(table) -> list[str]:
 
 def of_search(table) -> list[str]:
     """The best design that a search found, with intervals of its value and its place; the front of several
-    objectives."""
+    objectives; and what is wrong with them."""
     view = StudyView.of(table)
+    return [*_of_search(table, view), *_warned(view)]
+
+
+def _of_search(table, view) -> list[str]:
     if len(view.objectives) > 1:
         which = optimum.front(view)
         if not len(which):
@@ -357,7 +396,8 @@ def of_search(table) -> list[str]:
     under = f" with {required(view)}" if view.require else ""
     found = [f"the {word} {about.words}{under}: {best.value:.5g}{about.scale.suffix}, 95 %: {ends}"]
     same = view.having(dict(zip([axis.key for axis in view.axes], best.design)))
-    found += [*limit_lines(view, int(np.flatnonzero(same)[0])), ""]
+    design = int(np.flatnonzero(same)[0])
+    found += [*doubt_of(view, design), *limit_lines(view, design), ""]
     rows = []
     for axis, value, part in zip(view.axes, best.design, best.place):
         place = axis.reach(part.low, part.high, part.words)
