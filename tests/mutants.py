@@ -72,6 +72,7 @@ UNSEEN = {
     ".py": r'"""[\s\S]*?"""|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'|#.*|^ *(?:@|def ).*|\braise .*|\bleft=\(.*?\)',
 }
 MEMORY = 8 << 30  # [bytes] of a process
+LARGEST = 1 << 32  # [bytes] of a file
 ROUNDING = 1e-9  # a number as small as this only guards against rounding: another one would do as well
 Mutant = collections.namedtuple("Mutant", "path line before after start end new")  # lines without indentation
 
@@ -160,6 +161,7 @@ class Bench:
                 os.setsid()
                 os.chdir(self.tree)
                 resource.setrlimit(resource.RLIMIT_CPU, (int(most), int(most)))
+                resource.setrlimit(resource.RLIMIT_FSIZE, (LARGEST, LARGEST))  # a loop that writes fills no disk
                 os.dup2(os.open(self.log, os.O_WRONLY | os.O_CREAT | os.O_TRUNC), 1)
                 os.dup2(1, 2)
                 os._exit(act())
