@@ -144,6 +144,7 @@ class Bench:
         os.environ.update(
             TMPDIR=str(self.tree / "build"), CK_EXCLUDE_TAGS="slow", ASAN_OPTIONS=f"hard_rss_limit_mb={MEMORY >> 20}"
         )
+        tempfile.tempdir = None  # from now on in the copy, which is removed
         sys.path.insert(0, str(self.tree / "tests"))
         warm = importlib.import_module("warm")
         for name in (*warm.LIBRARIES, "pytest"):
