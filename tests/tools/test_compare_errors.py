@@ -280,6 +280,13 @@ def test_the_deviation_of_maps_is_weighted_with_the_solid_fraction_and_noise_is_
     assert math.isnan(map_deviation.deviation(a, mill_with(SECOND), "axial", "velocity", True)[1])
 
 
+def test_two_replicates_of_one_side_are_enough_for_the_errors_of_both():
+    pair, single = errors.from_replicates([Estimate(9.0), Estimate(11.0)], [Estimate(20.0)])
+    scatter = math.sqrt(2) / 10
+    assert (pair.error, single.error) == pytest.approx((10 * scatter / math.sqrt(2), 20 * scatter))
+    assert (pair.dof, single.dof) == (1, 1)
+
+
 @pytest.mark.parametrize("modulus, words", [(5e6, "LIGGGHTS 3.8 at 5e+06 Pa"), (math.nan, "LIGGGHTS 3.8")])
 def test_a_run_of_soft_spheres_says_how_stiff_they_were(modulus, words):
     run = SimpleNamespace(program="LIGGGHTS", version="3.8", about=lambda name, otherwise: modulus)
