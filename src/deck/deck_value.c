@@ -386,8 +386,8 @@ static enum mill_status tell(const struct mill_deck *deck, struct mill_units **u
     else
         mill_deck_value_print(&key, &value, text, sizeof text);
     fprintf(out, "%s.%s\t%s\t%s\t%s\t%s\t%s%s%s\n", section->title, key.name, type[key.type],
-            file ? file : text, unit, key.meaning, key.words ? key.words : "",
-            key.known ? "|" : "", key.known ? key.known : "");
+            file ? file : text, unit, key.meaning, key.words ? key.words : "", key.known ? "|" : "",
+            key.known ? key.known : "");
     return MILL_OK;
 }
 
