@@ -342,7 +342,6 @@ def rooms(name, edges):
     return np.where(area > 0, area, np.nan).ravel() * LENGTH
 
 
-@pytest.mark.slow
 def test_the_cells_of_the_maps_fill_the_drum(file):
     for name in ("cross_section", "axial"):
         assert np.nansum(rooms(name, axes(file, name))) == pytest.approx(np.pi * RADIUS**2 * LENGTH, rel=1e-4)

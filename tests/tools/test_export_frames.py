@@ -174,7 +174,6 @@ def test_vtk_reads_one_frame_to_the_last_bit(export, run_file, stored, tmp_path)
     assert len(polygons) == 0
 
 
-@pytest.mark.slow
 def test_without_a_choice_vtp_is_the_last_frame(export, run_file, stored, tmp_path):
     assert export(run_file, "balls.vtp")[1].startswith("balls.vtp: frame 10 of 0 to 10, 0.05 s")
     assert same(read_vtp(tmp_path / "balls.vtp")[0], frame(stored, -1, "position"))
@@ -186,7 +185,6 @@ def members(path):
     return [(float(one.get("timestep")), one.get("file")) for one in sets]
 
 
-@pytest.mark.slow
 def test_a_collection_has_every_frame_at_its_time(export, run_file, stored, tmp_path):
     status, out, err = export(run_file, "balls.pvd")
     assert (status, err) == (0, "")

@@ -330,7 +330,6 @@ def test_wrong_usage_is_one_line(mill, write_study, tmp_path, words, said):
     assert not list(tmp_path.glob("*.parquet"))
 
 
-@pytest.mark.slow
 def test_a_storage_that_is_not_there_is_one_line_without_the_password(tmp_path):
     with pytest.raises(UserError) as fault:
         open_storage("postgresql://me:secret@127.0.0.1:1/none", tmp_path / "t.parquet")

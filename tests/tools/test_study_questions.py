@@ -54,7 +54,6 @@ def limited(limit=None):
 # ---- requirements
 
 
-@pytest.mark.slow
 def test_the_best_design_is_the_best_of_those_that_meet_the_requirement():
     free, bound = limited(), limited("1.3 m/s")
     assert optimum.find(free, free.objectives[0]).design == 4

@@ -185,7 +185,6 @@ def test_the_regions_hold_what_the_truth_says(figure7):
     assert not best.open[truth < 0.9 * truth.max()].any()
 
 
-@pytest.mark.slow
 def test_words_of_the_region_cover_it(figure7):
     best = optimum.find(figure7, figure7.objectives[0])
     inside = figure7.designs[best.open]

@@ -349,6 +349,7 @@ def test_a_run_with_pinches_is_done_and_one_with_balls_deep_in_others_is_not(one
     assert row["status"] == "capped" and "3 balls overlap other bodies" in row["message"]
 
 
+@pytest.mark.slow
 def test_a_run_that_computed_contacts_without_friction_is_done_and_its_message_says_so(one_job):
     done = one_job()
     row = job.read(done, finished(done, {"run/smoothed": 3}))
