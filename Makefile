@@ -195,10 +195,12 @@ check:
 	@$(if $(T),,CK_EXCLUDE_TAGS=slow) $(MAKE) $(PARALLEL) --keep-going --output-sync=line $(if $(PYTESTS),check-python) \
 	    $(patsubst tests/unit/test_%.c,unit-%,$(CHECKED)) $(if $(JSTESTS),check-js)
 
+QUICK := 'not slow and not thorough and not browser and not slurm and not dem and not render'
+
 # one process more than cores: some tests wait
 check-python:
 	MILLSIM=$(abspath $(BUILD)/millsim) .venv/bin/python -m pytest -q -rs $(PYTESTS) $(if $(MARKS),--marks) \
-	    $(if $(T),,-n $$(($(JOBS) + 1)) --dist loadfile --no-loadscope-reorder -m 'not slow and not thorough and not browser and not slurm and not dem and not render')
+	    $(if $(T),,-n $$(($(JOBS) + 1)) --dist loadfile --no-loadscope-reorder -m $(QUICK))
 
 check-js:
 	@if command -v node >/dev/null; then \
@@ -319,7 +321,7 @@ coverage:
 # FILES: only of these sources
 mutants:
 	@tools/setup --local build test --python all check test
-	@$(MAKE) $(PARALLEL) MODE=asan $(if $(filter-out %.py,$(FILES))$(if $(FILES),,all),$(UNIT:$(BUILD)/%=build/asan/%) build/asan/millsim) millsim
+	@$(MAKE) $(PARALLEL) MODE=asan $(if $(filter-out %.py,$(or $(FILES),all)),$(UNIT:$(BUILD)/%=build/asan/%) build/asan/millsim) millsim
 	@.venv/bin/python tests/mutants.py --jobs $(JOBS) $(MUTANTS:%=--count %) $(SEED:%=--seed %) $(FILES)
 
 # what the tests' lock says of a package, for `make lowest`
@@ -334,7 +336,7 @@ build/lowest/made: tools/pyproject.toml tests/requirements.lock
 lowest: build/lowest/made
 	@$(MAKE) $(PARALLEL) $(BUILD)/tests/bench/bench_engine millsim
 	MILLSIM=$(abspath millsim) build/lowest/bin/python -m pytest -q $(PYTESTS) -n $(JOBS) --dist loadfile \
-	    -m 'not slow and not thorough and not browser and not slurm and not dem and not render'
+	    -m $(QUICK)
 
 fuzzers: $(FUZZERS)
 

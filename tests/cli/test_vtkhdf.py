@@ -443,9 +443,8 @@ def test_a_signal_that_comes_while_very_many_frames_are_added_leaves_complete_re
         assert "VTKHDF" in mill and "checkpoint" not in mill
 
 
-@pytest.mark.parametrize(
-    "deck", slow(["mixer.ini", "stl.ini"], "stl.ini")
-)  # round ends and small faces: facets smaller than triangles
+# round ends and small faces: facets smaller than triangles
+@pytest.mark.parametrize("deck", slow(["mixer.ini", "stl.ini"], "stl.ini"))
 def test_every_facet_has_a_triangle_in_pictures(tmp_path, deck):
     short = ["run.sample_from=0 s", "run.time=1 ms", "output.frames=0 s"]
     orders = [word for order in short for word in ("-s", order)]

@@ -101,16 +101,15 @@ TABLE = 15e3  # [byte] of a row, with its spectra
 
 def corners(study) -> list[dict]:
     """Designs at the corners of the ranges (at most four of them) and in their middle."""
-    kept = [sorted(r.values) if r.values and r.numeric else r.values for r in study.vary]
-    ends = [(values[0], values[-1]) if values else (r.low, r.high) for r, values in zip(study.vary, kept)]
-    middle = tuple(values[len(values) // 2] if values else r.at(0.5) for r, values in zip(study.vary, kept))
+    ranges = [r.ordered() for r in study.vary]
+    ends = [(r.low, r.high) if r.numeric else (r.values[0], r.values[-1]) for r in ranges]
     sides = [
         [0] * len(ends),
         [1] * len(ends),
         [k % 2 for k in range(len(ends))],
         [(k + 1) % 2 for k in range(len(ends))],
     ]
-    found = [tuple(pair[k] for pair, k in zip(ends, side)) for side in sides] + [middle]
+    found = [tuple(pair[k] for pair, k in zip(ends, side)) for side in sides] + [tuple(r.at(0.5) for r in ranges)]
     return [dict(zip((r.key for r in study.vary), values)) for values in dict.fromkeys(found)]
 
 

@@ -51,6 +51,18 @@ class Range:
     def numeric(self) -> bool:
         return self.kind in ("number", "whole")
 
+    def ordered(self) -> "Range":
+        """A numerical key with its values in order, from the first to the last."""
+        if not self.numeric:
+            return self
+        values, low, high = self.values, self.low, self.high
+        if values is None and self.whole:
+            values = range(math.ceil(low), math.floor(high) + 1)
+        if values is not None:
+            values = tuple(sorted(set(values)))
+            low, high = values[0], values[-1]
+        return dataclasses.replace(self, values=values, low=low, high=high, log=self.log and low > 0)
+
     def at(self, share: float):
         """The value at a share in [0, 1) of the range: equal shares are equal steps (of the logarithm if `log`); in a
         list each value has an equal share."""

@@ -12,7 +12,6 @@ rounded to one of their values *before* the encoding, so the model never gets va
 & Hernandez-Lobato, Neurocomputing 380 (2020) 20).
 """
 
-import dataclasses
 import itertools
 import math
 
@@ -21,19 +20,6 @@ import numpy as np
 from milltools.study.plan.ranges import Range
 
 MOST_LISTED = 20_000  # largest number of designs of a space that are all evaluated
-
-
-def _ordered(r: Range) -> Range:
-    """A numerical key with its values in order, from the first to the last."""
-    if not r.numeric:
-        return r
-    values, low, high = r.values, r.low, r.high
-    if values is None and r.whole:
-        values = range(math.ceil(low), math.floor(high) + 1)
-    if values is not None:
-        values = tuple(sorted(set(values)))
-        low, high = values[0], values[-1]
-    return dataclasses.replace(r, values=values, low=low, high=high, log=r.log and low > 0)
 
 
 def _at(r: Range, share: float):
@@ -62,7 +48,7 @@ class Space:
     the order of `keys`; `ranges`: their values in order."""
 
     def __init__(self, vary: list[dict]):
-        self.ranges = [_ordered(Range.of(entry)) for entry in vary]
+        self.ranges = [Range.of(entry).ordered() for entry in vary]
         self.keys = [r.key for r in self.ranges]
 
     def __len__(self):
