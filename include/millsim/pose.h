@@ -48,6 +48,16 @@ static inline vec3 mill_pose_out(const struct mill_pose *pose, vec3 point)
     return vec3_add(pose->place, mill_pose_turn_out(pose, point));
 }
 
+/* The pose a as seen from b, without its velocities */
+static inline struct mill_pose mill_pose_relative(const struct mill_pose *a,
+                                                  const struct mill_pose *b)
+{
+    return (struct mill_pose){.place = mill_pose_in(b, a->place),
+                              .x = mill_pose_turn_in(b, a->x),
+                              .y = mill_pose_turn_in(b, a->y),
+                              .z = mill_pose_turn_in(b, a->z)};
+}
+
 /* [m/s] Velocity in the laboratory of the point of the body that is at this place of the
  * laboratory */
 static inline vec3 mill_pose_velocity(const struct mill_pose *pose, vec3 point)

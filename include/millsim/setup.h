@@ -39,41 +39,29 @@ struct mill_setup_motion {
     const struct mill_motion_type *type;
     const void *form; /* struct of this type: &(struct mill_turn){...} */
     int on;           /* its carrier, an earlier motion of the list; MILL_STILL: none */
-    const char *name; /* name of its results, for example "rotor"; NULL: "rotor" for the first
-                         motion, no name for others */
+    const char *name; /* of its results; NULL: "rotor" for the rotor, no name for others */
 };
 enum { MILL_STILL = -1 };
 
-/* A surface in the container, or the container itself: a body that has the balls inside */
-struct mill_setup_surface {
-    const struct mill_shape_type *type;
-    const void *form; /* struct of this type: &(struct mill_blade){...} */
-    int number;       /* its number among surfaces of its kind, from 0; -1: the only one */
-    int motion;       /* the motion that moves it; MILL_STILL: none */
-    int kind; /* of its contacts: MILL_KINDS + its index in the setup's list; 0: the kind of its
-                 type */
-};
+struct mill_solid;
 
-/* A shaft from end wall to end wall, about the x axis of its motion's frame. */
-struct mill_shaft {
-    double radius; /* [m] */
-};
-extern const struct mill_shape_type mill_cylinder_shaft_type;
+/* The kinds of solids, each with the word for it in a deck. To add a kind, write one file with its
+ * table (geometry/solid.h) and add a row here. */
+#define MILL_SOLID_LIST(row)                                                                       \
+    row(box, mill_box_solid) row(cylinder, mill_round_cylinder_solid)                              \
+        row(cone, mill_round_cone_solid) row(capsule, mill_round_capsule_solid)                    \
+            row(sphere, mill_round_sphere_solid) row(mesh, mill_facets_solid)
+#define MILL_SOLID_DECLARE(word, solid) extern const struct mill_solid solid;
+MILL_SOLID_LIST(MILL_SOLID_DECLARE)
 
-/* A box that points outwards from the x axis of its motion's frame, turned by `pitch` about its
- * radial centre line (positive pitch turns the +x edge towards increasing angle). */
-struct mill_blade {
-    double position;         /* [m] x of its centre */
-    double angle;            /* [rad] from +y towards +z */
-    double tip_radius;       /* [m] */
-    double width, thickness; /* [m] along and around the axis, without the pitch */
-    double pitch;            /* [rad] */
-};
-extern const struct mill_shape_type mill_blade_type;
+/* A prism over a circle or a wavy profile, about the x axis of its motion's frame: drums and shafts
+ * (mill_setup_drum_body, mill_setup_shaft) */
+extern const struct mill_solid mill_prism_solid;
 
-/* A body at a place in its motion's frame. Balls meet it from outside or from inside. */
+/* A body at a place in its motion's frame. Balls meet it from outside or from inside. The kind of
+ * solid says which of the sizes it has. */
 struct mill_body {
-    bool inside;          /* the balls are inside it */
+    int inside;           /* 1: the balls are inside it */
     vec3 centre, x, y, z; /* [m]; directions of its own axes: unit, orthogonal, right-handed */
     vec3 size;            /* [m] of a box, along these axes */
     double radius;        /* [m] of round bodies; of a cone: at z = -length / 2 */
@@ -82,15 +70,50 @@ struct mill_body {
     double rounding; /* [m] radius of the edges: the body is shrunk by it and then grown by it */
     size_t facets; /* number; the mesh is closed, its corners counter-clockwise seen from outside */
     const vec3 (*facet)[3]; /* [m] in its own frame */
+    int buckles;            /* of a prism with a wavy profile; 0: a circle */
+    double buckle_height;   /* [m] the wall is between radius - buckle_height and radius +
+                               buckle_height */
+    double buckle_angle;    /* [rad] of one outermost point, from own x towards own y */
+    bool open;              /* a prism without ends: a slice of a long mill */
 };
-extern const struct mill_shape_type mill_box_type, mill_round_cylinder_type, mill_round_cone_type,
-    mill_round_capsule_type, mill_round_sphere_type, mill_facets_type;
+
+/* A body in the container, or the container itself, which has the balls inside */
+struct mill_setup_surface {
+    const struct mill_solid *solid;
+    const struct mill_body *body;
+    int number; /* its number among the bodies of its kind, from 0; -1: the only one */
+    int motion; /* the motion that moves it; MILL_STILL: none */
+    int kind;   /* of its contacts: one of the kinds that all mills have, MILL_BALL_DRUM or later;
+                   or MILL_KINDS + its index in the setup's list */
+    int ends;   /* the kind of a container's flat ends, which are its numbers 0 and 1; 0: the same
+                   kind */
+};
+
+/* The drum as a body */
+struct mill_body mill_setup_drum_body(const struct mill_setup_drum *drum);
+
+/* A shaft about the x axis of its motion's frame, from end wall to end wall of a drum [m] */
+struct mill_body mill_setup_shaft(double radius, double length);
+
+/* A blade points outwards from the x axis of its motion's frame, turned by `pitch` about its radial
+ * centre line (positive pitch turns the +x edge towards increasing angle). */
+struct mill_blade {
+    double position;         /* [m] x of its centre */
+    double angle;            /* [rad] from +y towards +z */
+    double tip_radius;       /* [m] */
+    double width, thickness; /* [m] along and around the axis, without the pitch */
+    double pitch;            /* [rad] */
+};
+
+/* The blade as a box, from the axis to its tip */
+struct mill_body mill_setup_blade(const struct mill_blade *blade);
 
 struct mill_setup {
     vec3 gravity;                /* [m/s^2] */
     struct mill_setup_drum drum; /* radius 0: no drum; one of the surfaces is the container */
     int motions;
     const struct mill_setup_motion *motion;
+    int rotor; /* number of the motion that is the rotor; MILL_STILL: none */
     int surfaces;
     const struct mill_setup_surface *surface;
     int species;
@@ -122,7 +145,6 @@ enum mill_fault_code {
     /* the balls do not fit: they would fill the fraction `amount` of the free volume; `fits`: how
      * many would fit */
     MILL_FAULT_NO_ROOM,
-    MILL_FAULT_SURFACE,   /* surface `other` is not in the drum, or is a shaft on another axis */
     MILL_FAULT_CONTAINER, /* no container, or more than one */
     /* surface `other` leaves the container at `when` [s]; `amount` [m]: how far it is outside, if
      * it is outside at `when` */
@@ -139,18 +161,20 @@ enum mill_fault_code {
     MILL_FAULT_BALL_OUTSIDE /* `ball` starts beyond an end, `amount` [m] from the middle */
 };
 
-enum { MILL_FAULT_SPECIES = 64 }; /* the maximum number in a fault */
+enum { MILL_FAULT_SPECIES = 64, MILL_FAULT_PASSINGS = 8 }; /* the maximum numbers in a fault */
 
 /* Two surfaces of different motions that pass each other, found by the check for clashes */
 struct mill_passing {
     int32_t one, other; /* their numbers; other -1: the drum */
+    int kind[2];        /* of contact, of both */
     double gap, when;   /* [m] accurate to about 10 %, [s] */
 };
 
 struct mill_fault {
     enum mill_fault_code code;
     /* If nothing is wrong: */
-    struct mill_passing narrowest; /* gap INFINITY: there is none */
+    struct mill_passing narrowest[MILL_FAULT_PASSINGS]; /* of each two kinds, the narrowest first;
+                                                           gap INFINITY: there are no more */
     struct mill_passing unchecked; /* not checked from `when` on; INFINITY: fully checked */
     int32_t ball, other;
     int kind;

@@ -88,6 +88,8 @@ struct mill_container {
     vec3 lo, hi;                      /* [m] the box of the laboratory around it at t = 0 */
     struct mill_reach places;         /* all places of the laboratory that it reaches */
     double volume;                    /* [m^3] enclosed, including the bodies inside */
+    double radius; /* [m] of the circle around its cross-section, without a drum's buckles */
+    bool drum;     /* its cross-section is the same along x, between flat ends of another kind */
     /* [m] The length along x of a mill without end walls. Balls that leave it at one end enter it
      * at the other end. 0: the mill has ends. */
     double period;

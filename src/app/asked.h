@@ -5,10 +5,6 @@
 #include "deck/deck.h"
 #include "observe/observe.h"
 
-/* The drum's cross-section; for a body as container, the circle around it */
-struct mill_profile mill_asked_profile(const struct mill_deck *deck,
-                                       const struct mill_world *world);
-
 /* What a deck asks the observers of its mill for */
 struct mill_observe mill_asked_observe(const struct mill_deck *deck,
                                        const struct mill_world *world);

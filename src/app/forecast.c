@@ -76,9 +76,7 @@ static enum mill_status try(const struct mill_deck *deck, struct mill_world *wor
                             struct point ends[2], struct mill_observer **tally,
                             struct mill_tally_results **results, struct mill_error *error)
 {
-    const struct mill_observe asked = {.end = deck->time,
-                                       .strike_window = deck->strike_window,
-                                       .drum = mill_asked_profile(deck, world)};
+    const struct mill_observe asked = {.end = deck->time, .strike_window = deck->strike_window};
     struct mill_sim *sim = NULL;
     *tally = mill_observers_one(&mill_tally_type, &asked, world, error);
     enum mill_status status = *tally ? mill_sim_create(world, &sim, error) : MILL_FAILED;
@@ -120,13 +118,12 @@ double mill_forecast_work(const struct mill_forecast_growth *growth, double time
 }
 
 /* Number of points that are stored again in every frame */
-static double points_of(const struct mill_deck *deck, const struct mill_world *world)
+static double points_of(const struct mill_world *world)
 {
-    const struct mill_profile drum = mill_asked_profile(deck, world);
     double points = 0;
     for (int k = 0; k < world->motions; k++) {
         struct mill_outline outline;
-        mill_outline_make(&drum, world, world->motion[k], &outline);
+        mill_outline_make(world, world->motion[k], &outline);
         points += (double)outline.mesh.points;
         mill_outline_free(&outline);
     }
@@ -151,7 +148,7 @@ static double work_out(const struct mill_deck *deck, const struct mill_world *wo
     f.file = STATISTICS + end / deck->series * ROW + (deck->log_impacts ? f.contacts * IMPACT : 0);
     if (deck->frames > 0)
         f.file += (floor(end / deck->frames) + 1) *
-                  (world->balls * FRAME + points_of(deck, world) * POINT);
+                  (world->balls * FRAME + points_of(world) * POINT);
     /* without contacts only the simulated time can be used */
     const double cost = ends[1].cpu - ends[0].cpu;
     f.cpu = ends[1].cpu + (met > 0 ? rest / met * cost : (end / f.trial - 1) * cost);

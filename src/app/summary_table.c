@@ -1,6 +1,7 @@
 /* The mill as a few lines, and its impacts as a table: a row for each kind, one unit a column. */
 #include "app/summary.h"
 #include "app/summary_text.h"
+#include "geometry/body.h"
 #include "geometry/mesh.h"
 #include "millsim/start.h"
 
@@ -34,14 +35,11 @@ static void print_motions(const struct mill_world *world, const char *lead, FILE
 {
     const double g = vec3_norm(world->g);
     for (int k = 0; k < world->motions; k++) {
-        const struct mill_chamber chamber = {.drum = mill_profile_make(2, world->drum_radius, 0, 0),
-                                             .half_length = 0.5 * world->drum_length};
         struct mill_mesh mesh = {0};
         double speed = 0, acceleration = 0;
         for (int i = 0; i < world->shapes; i++)
             if (world->shape[i]->motion == world->motion[k])
-                world->shape[i]->type->draw(world->shape[i], &chamber, 1e-2 * world->drum_radius,
-                                            &mesh);
+                mill_body_draw(world->shape[i], 1e-2 * world->drum_radius, &mesh);
         for (size_t i = 0; i < mesh.points; i++) {
             const struct mill_motion_bounds b = mill_motion_bounds(world->motion[k], mesh.point[i]);
             speed = fmax(speed, b.speed);

@@ -4,7 +4,7 @@
  * deck_parse.c reads the file, deck_table.c lists what it may contain, deck_value.c converts
  * between text and numbers, deck_check.c checks keys against each other. */
 #include "deck/deck_private.h"
-#include "start/clash_solid.h"
+#include "geometry/solid.h"
 
 #include <assert.h>
 #include <limits.h>
@@ -18,7 +18,7 @@ enum { UNKNOWN = -1 }; /* word of a choice */
 static void *values_of(const struct mill_deck *deck, const struct mill_deck_block *block,
                        const struct mill_deck_section *section)
 {
-    return block->named ? section->form : (char *)deck + block->values;
+    return block->named ? (char *)section->form + block->at : (char *)deck + block->values;
 }
 
 /* True if [TITLE.NAME] sections of this deck have the block's keys instead */
@@ -203,51 +203,12 @@ static enum mill_status fill_block(struct mill_deck *deck, const struct mill_dec
     return status == MILL_OK && first ? check_entries(deck, section, error) : status;
 }
 
-/* Shapes of the same type must be added one after the other. */
-static void add_shape(struct mill_deck *deck, const struct mill_shape_type *type,
-                      const char *section, const void *form)
-{
-    const struct mill_deck_shape *last = deck->shapes > 0 ? &deck->shape[deck->shapes - 1] : NULL;
-    const int number = last && last->type == type ? last->number + 1 : 0;
-    deck->shape[deck->shapes++] = (struct mill_deck_shape){type, section, form, number};
-}
-
-/* Lists the blades of [blades], then the shapes with sections of their own. Equal blades: number k
- * = 0.. has its centre at x = -L/2 + (k + 1/2) L/count and points at the angle k angle_step. */
-static enum mill_status list_shapes(struct mill_deck *deck, struct mill_error *error)
-{
-    struct mill_deck_blades *all = &deck->blades;
-    const double length = deck->drum_length, count = (double)all->count;
-    const size_t most = (size_t)all->count + (size_t)deck->sections;
-    /* the engine's numbers of surfaces are int16_t: drum, end walls, shaft and these */
-    assert(most <= INT16_MAX - 4);
-    deck->shape = calloc(most + 1, sizeof *deck->shape);
-    deck->blade = calloc((size_t)all->count + 1, sizeof *deck->blade);
-    if (!deck->shape || !deck->blade)
-        return mill_error_set(error, MILL_FAILED, "out of memory");
-    if (all->count > 0 && !mill_deck_entry(mill_deck_section(deck, "blades"), "angle_step"))
-        all->angle_step = 2.0 * MILL_PI / count;
-    for (int k = 0; k < all->count; k++) {
-        deck->blade[k] = all->form;
-        deck->blade[k].position = (k + 0.5 - 0.5 * count) * (length / count);
-        deck->blade[k].angle = k * all->angle_step;
-        add_shape(deck, &mill_blade_type, "blades", &deck->blade[k]);
-    }
-    struct mill_deck_block block;
-    for (int i = 0; mill_deck_table_block(i, &block); i++) {
-        struct mill_deck_section *s = NULL;
-        while (block.shape && (s = mill_deck_next(deck, &block, s)))
-            add_shape(deck, block.shape, s->title, s->form);
-    }
-    return MILL_OK;
-}
-
 /* Does any surface of the mill have this kind of contact? */
 static bool has_kind(const struct mill_deck *deck, int kind)
 {
     bool has = deck->drum || kind == MILL_BALL_BALL || kind >= MILL_KINDS;
-    for (int k = 0; k < deck->bodies && !has; k++)
-        has = deck->body[k].kind == kind;
+    for (int k = 0; k < deck->bodies.count && !has; k++)
+        has = deck->bodies.surface[k].kind == kind;
     return has;
 }
 
@@ -288,11 +249,14 @@ static enum mill_status set_speed(struct mill_deck *deck, struct mill_error *err
     double tip = 0.0;
     if (deck->tip_speed == 0.0)
         return MILL_OK;
-    for (int k = 0; k < deck->shapes; k++)
-        if (deck->shape[k].type == &mill_blade_type)
-            tip = fmax(tip, ((const struct mill_blade *)deck->shape[k].form)->tip_radius);
-    for (int k = 0; k < deck->bodies; k++) {
-        const double far = deck->body[k].motion == 0 ? mill_clash_solid_reach(&deck->body[k]) : 0.0;
+    const struct mill_deck_block named = {.title = "blade", .named = true};
+    if (deck->blades.count > 0)
+        tip = deck->blades.form.tip_radius;
+    for (const struct mill_deck_section *s = NULL; (s = mill_deck_next(deck, &named, s));)
+        tip = fmax(tip, ((const struct mill_blade *)s->form)->tip_radius);
+    for (int k = 0; k < deck->bodies.count; k++) {
+        const struct mill_setup_surface *body = &deck->bodies.surface[k];
+        const double far = body->motion == 0 ? mill_part_reach(body->solid, body->body) : 0.0;
         if (far < 0.0)
             return mill_error_set(error, MILL_FAILED, "out of memory");
         tip = fmax(tip, far);
@@ -329,11 +293,11 @@ static const struct mill_deck_step steps[] = {
     {mill_deck_bodies_list, MOVED " body"},
     {mill_deck_laws_require, "contact"},
     {list_laws, MOVED " body balls material contact wear"},
-    {list_shapes, "drum blades blade"},
+    {mill_deck_bodies_parts, "drum rotor blades blade"},
     {set_speed, MILL},
     {mill_deck_check_times, "run output"},
     {mill_deck_check_profile, "drum"},
-    {mill_deck_check_shapes, MOVED " blades blade"},
+    {mill_deck_check_parts, MOVED " blades blade"},
     {mill_deck_balls_list, MILL " balls material"},
     {mill_deck_check_sizes, MILL " balls"},
     {mill_deck_check_amount, MILL " balls"},

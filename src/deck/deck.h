@@ -34,12 +34,12 @@ struct mill_deck_blades {
     struct mill_blade form; /* of all blades; only place and angle depend on a blade's number */
 };
 
-/* A shape within the drum, in addition to the shaft */
-struct mill_deck_shape {
-    const struct mill_shape_type *type;
-    const char *section; /* "blades", "blade.NAME" */
-    const void *form;    /* the struct of numbers that belongs to the type */
-    int number;          /* its number among the shapes of this type, from 0 */
+/* Bodies as the engine needs them */
+struct mill_deck_bodies {
+    int count;
+    struct mill_setup_surface *surface;
+    struct mill_body *form; /* of each */
+    const char **section;   /* of each */
 };
 
 /* [motion.NAME], as given; the values of `kind` have the order of the words of its key */
@@ -58,13 +58,12 @@ enum { MILL_DECK_TURN, MILL_DECK_SWING, MILL_DECK_SHIFT, MILL_DECK_TABLE };
 
 /* [body.NAME], as given */
 struct mill_deck_body {
-    int shape;            /* values in the order of the words of its key */
-    int inside;           /* 1: it holds the balls */
+    int shape;            /* number in the list of solids */
     const char *motion;   /* the motion that carries it; NULL: it stands still */
     vec3 axis;            /* of any length */
     double angle;         /* [rad] */
     const char *material; /* NULL: not given */
-    struct mill_body is;  /* its centre and sizes */
+    struct mill_body is;  /* its side, centre and sizes */
     const char *file;     /* of a mesh */
     double unit;          /* [m] length of one unit in the file */
     long copies;          /* number of all copies; 0 for a container */
@@ -72,14 +71,6 @@ struct mill_deck_body {
     vec3 turn_about;      /* of any length */
     vec3 shift_by;        /* [m] */
     const char *kind;     /* kind of contact; NULL: "ball_NAME" */
-};
-enum {
-    MILL_DECK_BOX,
-    MILL_DECK_CYLINDER,
-    MILL_DECK_CONE,
-    MILL_DECK_CAPSULE,
-    MILL_DECK_SPHERE,
-    MILL_DECK_MESH
 };
 
 /* [contact], [contact.KIND]; NaN: not given */
@@ -178,17 +169,11 @@ struct mill_deck {
     double shaft_radius; /* [m] 0 = no shaft */
     double rotor_angle;  /* [rad] at t = 0 */
     struct mill_deck_blades blades;
-    struct mill_blade *blade; /* the forms of the blades */
-    /* those of [blades] first, then the [TYPE.NAME] in the deck's order */
-    int shapes;
-    struct mill_deck_shape *shape;
+    struct mill_deck_bodies parts; /* shaft and blades: those of [blades], then the [blade.NAME] */
     int motions; /* the rotor's first; each motion after the one that carries it */
     struct mill_setup_motion motion[MILL_MOTIONS_MOST];
     struct mill_deck_motion form[MILL_MOTIONS_MOST]; /* the numbers of the motions */
-    int bodies; /* of the [body.NAME], with each copy counted */
-    struct mill_setup_surface *body;
-    const char **body_section;                  /* of each */
-    struct mill_body *body_form;                /* of each */
+    struct mill_deck_bodies bodies; /* of the [body.NAME], with each copy */
     struct mill_kinds contacts;                 /* kinds of contact */
     const char *drum_material, *rotor_material; /* NULL: not given */
     struct mill_deck_material unknown;          /* all that a [material.NAME] does not give */

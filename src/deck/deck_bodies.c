@@ -18,10 +18,6 @@ enum {
 /* an axis nearer than this to x: its part across x is only rounding */
 #define ALONG 1e-6
 
-static const struct mill_shape_type *const type_of[] = {
-    &mill_box_type,           &mill_round_cylinder_type, &mill_round_cone_type,
-    &mill_round_capsule_type, &mill_round_sphere_type,   &mill_facets_type};
-
 /* ---- places ---- */
 
 /* Exactly 0 and 1 for quarter turns, so that the copies are exactly symmetric */
@@ -58,7 +54,6 @@ static void place(const struct mill_deck_body *given, struct mill_body *is)
     const vec3 z = mill_deck_motions_unit(given->axis);
     const bool along_x = hypot(z.y, z.z) < ALONG;
     *is = given->is;
-    is->inside = given->inside != 0;
     set_axes(is, z, vec3_make(!along_x, along_x, 0.0));
     set_axes(is, is->z, turned(is->x, is->z, heading(given->angle)));
 }
@@ -131,27 +126,28 @@ static enum mill_status read_mesh(struct mill_deck *deck, const struct mill_deck
 /* Checks what the ranges of single keys do not cover */
 static enum mill_status check_form(const struct mill_deck *deck,
                                    const struct mill_deck_section *section,
-                                   const struct mill_body *is, struct mill_error *error)
+                                   const struct mill_solid *solid, const struct mill_body *is,
+                                   struct mill_error *error)
 {
-    const struct mill_deck_body *given = section->form;
-    const struct mill_shape_type *type = type_of[given->shape];
     struct mill_body sharp = *is;
     char text[MILL_SHAPE_FAULT];
     sharp.rounding = 0.0;
-    if (given->shape == MILL_DECK_CONE && is->radius + is->end_radius == 0.0)
-        return mill_deck_fault(deck, error, section->title, "end_radius",
-                               "one of radius and end_radius must be greater than 0 m");
-    if (given->shape == MILL_DECK_MESH && mill_facets_fault(is, text))
+    if (is->facets > 0 && mill_facets_fault(is, text))
         return mill_deck_fault(deck, error, section->title, "file", "%s", text);
-    if (!type->is_sound(is))
-        return type->is_sound(&sharp)
-                   ? mill_deck_fault(deck, error, section->title, "rounding",
-                                     "%g m is too large for the sizes of the body: make it smaller",
-                                     is->rounding)
-                   : mill_deck_fault(
-                         deck, error, section->title, NULL,
-                         "a size of the body is out of range: look at its radius, length and size");
-    return MILL_OK;
+    if (mill_solid_is_sound(solid, is))
+        return MILL_OK;
+    if (is->inside && solid->support && !solid->walls)
+        return mill_deck_fault(deck, error, section->title, "side",
+                               "a body of this shape cannot hold the balls: set 'side = outside'");
+    if (mill_solid_is_sound(solid, &sharp))
+        return mill_deck_fault(deck, error, section->title, "rounding",
+                               "%g m is too large for the sizes of the body, or smaller than "
+                               "%g m: change it",
+                               is->rounding, MILL_SOLID_LEAST);
+    return mill_deck_fault(deck, error, section->title, NULL, "%s",
+                           solid->sizes ? solid->sizes
+                                        : "a size of the body is out of range: look at its radius, "
+                                          "length and size");
 }
 
 static enum mill_status check_container(const struct mill_deck *deck,
@@ -166,8 +162,28 @@ static enum mill_status check_container(const struct mill_deck *deck,
         return mill_deck_fault(deck, error, section->title, "side",
                                "[%s] holds the balls, and a mill has one container: set "
                                "'side = outside' here or there",
-                               deck->body_section[deck->container - deck->body]);
+                               deck->bodies.section[deck->container - deck->bodies.surface]);
     return MILL_OK;
+}
+
+static bool make_list(struct mill_deck_bodies *list, size_t most)
+{
+    list->surface = calloc(most + 1, sizeof *list->surface);
+    list->form = calloc(most + 1, sizeof *list->form);
+    list->section = calloc(most + 1, sizeof *list->section);
+    return list->surface && list->form && list->section;
+}
+
+static const struct mill_setup_surface *add(struct mill_deck_bodies *list, const char *section,
+                                            struct mill_setup_surface surface,
+                                            const struct mill_body *is)
+{
+    const int k = list->count++;
+    list->form[k] = *is;
+    list->section[k] = section;
+    list->surface[k] = surface;
+    list->surface[k].body = &list->form[k];
+    return &list->surface[k];
 }
 
 /* The body and its copies */
@@ -175,36 +191,32 @@ static enum mill_status add_body(struct mill_deck *deck, const struct mill_deck_
                                  struct mill_error *error)
 {
     const struct mill_deck_body *given = section->form;
-    struct mill_setup_surface surface = {.type = type_of[given->shape]};
+    struct mill_setup_surface surface = {.solid = mill_solid_list(given->shape)};
     struct mill_body is;
     enum mill_status status = mill_deck_motions_find(deck, section->title, "motion", given->motion,
                                                      &surface.motion, error);
     if (status == MILL_OK)
         status = find_kind(deck, section, &surface.kind, error);
-    if (status == MILL_OK && given->inside)
+    if (status == MILL_OK && given->is.inside)
         status = check_container(deck, section, error);
     if (status != MILL_OK)
         return status;
     place(given, &is);
-    if (given->shape == MILL_DECK_MESH)
+    if (!surface.solid->key)
         status = read_mesh(deck, section, &is, error);
     if (status == MILL_OK)
-        status = check_form(deck, section, &is, error);
+        status = check_form(deck, section, surface.solid, &is, error);
     if (status == MILL_OK && is.facets > 0 && given->copies > MOST_FACETS / (long)is.facets)
         return mill_deck_fault(deck, error, section->title, "copies",
                                "%ld copies of %zu facets are more than %d: simplify the mesh, or "
                                "put all copies into one",
                                given->copies, is.facets, MOST_FACETS);
-    for (long k = 0; k < (given->inside ? 1 : given->copies) && status == MILL_OK; k++) {
+    for (long k = 0; k < (given->is.inside ? 1 : given->copies) && status == MILL_OK; k++) {
         if (k > 0)
             move_on(given, &is);
-        struct mill_setup_surface *body = &deck->body[deck->bodies];
-        deck->body_form[deck->bodies] = is;
-        deck->body_section[deck->bodies] = section->title;
-        *body = surface;
-        body->form = &deck->body_form[deck->bodies++];
-        body->number = (int)k;
-        if (given->inside)
+        surface.number = (int)k;
+        const struct mill_setup_surface *body = add(&deck->bodies, section->title, surface, &is);
+        if (given->is.inside)
             deck->container = body;
     }
     return status;
@@ -223,10 +235,7 @@ enum mill_status mill_deck_bodies_list(struct mill_deck *deck, struct mill_error
                                    "more than %d bodies in all", MOST_BODIES);
     }
     mill_kinds_init(&deck->contacts);
-    deck->body = calloc((size_t)all + 1, sizeof *deck->body);
-    deck->body_form = calloc((size_t)all + 1, sizeof *deck->body_form);
-    deck->body_section = calloc((size_t)all + 1, sizeof *deck->body_section);
-    if (!deck->body || !deck->body_form || !deck->body_section)
+    if (!make_list(&deck->bodies, (size_t)all))
         return mill_error_set(error, MILL_FAILED, "out of memory");
     enum mill_status status = MILL_OK;
     bool good = true;
@@ -243,8 +252,41 @@ enum mill_status mill_deck_bodies_list(struct mill_deck *deck, struct mill_error
     return status;
 }
 
+/* Equal blades: number k = 0.. has its centre at x = -L/2 + (k + 1/2) L/count and points at the
+ * angle k angle_step. */
+enum mill_status mill_deck_bodies_parts(struct mill_deck *deck, struct mill_error *error)
+{
+    const struct mill_deck_block named = {.title = "blade", .named = true};
+    const struct mill_setup_surface shaft = {
+        .solid = &mill_prism_solid, .number = -1, .kind = MILL_BALL_SHAFT};
+    struct mill_setup_surface surface = {.solid = &mill_box_solid, .kind = MILL_BALL_BLADE};
+    struct mill_deck_blades *all = &deck->blades;
+    const double length = deck->drum_length, count = (double)all->count;
+    if (!make_list(&deck->parts, (size_t)all->count + (size_t)deck->sections + 1))
+        return mill_error_set(error, MILL_FAILED, "out of memory");
+    if (deck->rotor && deck->shaft_radius > 0.0) {
+        const struct mill_body is = mill_setup_shaft(deck->shaft_radius, length);
+        add(&deck->parts, "rotor", shaft, &is);
+    }
+    if (all->count > 0 && !mill_deck_entry(mill_deck_section(deck, "blades"), "angle_step"))
+        all->angle_step = 2.0 * MILL_PI / count;
+    for (; surface.number < all->count; surface.number++) {
+        struct mill_blade blade = all->form;
+        blade.position = (surface.number + 0.5 - 0.5 * count) * (length / count);
+        blade.angle = surface.number * all->angle_step;
+        const struct mill_body is = mill_setup_blade(&blade);
+        add(&deck->parts, "blades", surface, &is);
+    }
+    for (const struct mill_deck_section *s = NULL; (s = mill_deck_next(deck, &named, s));) {
+        const struct mill_body is = mill_setup_blade(s->form);
+        add(&deck->parts, s->title, surface, &is);
+        surface.number++;
+    }
+    return MILL_OK;
+}
+
 double mill_deck_bodies_volume(const struct mill_deck *deck)
 {
-    return deck->container ? deck->container->type->volume(deck->container->form)
+    return deck->container ? deck->container->solid->volume(deck->container->body)
                            : MILL_PI * deck->drum_radius * deck->drum_radius * deck->drum_length;
 }

@@ -5,6 +5,7 @@
 #include "base/elementary.h"
 #include "base/profile.h"
 #include "geometry/shapes.h"
+#include "geometry/solid.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -51,7 +52,8 @@ enum mill_status mill_deck_check_times(struct mill_deck *deck, struct mill_error
 static struct mill_profile profile_of(const struct mill_deck *deck)
 {
     const struct mill_setup_drum drum = mill_deck_drum(deck);
-    return mill_shapes_chamber(&drum).drum;
+    const struct mill_body body = mill_setup_drum_body(&drum);
+    return mill_prism_profile(&body);
 }
 
 /* Neighbouring buckles must not touch. Height and number limit each other. The message names the
@@ -71,21 +73,32 @@ enum mill_status mill_deck_check_profile(struct mill_deck *deck, struct mill_err
                            deck->buckle_height);
 }
 
-/* [m] diameter of the widest ball that fits into a body; INFINITY: not known */
+/* [m] diameter of the widest ball that fits between the walls of a container and has its centre on
+ * the container's axis; INFINITY: it has no walls. The gap to the nearest wall is concave along the
+ * axis. */
 static double width_of(const struct mill_setup_surface *container)
 {
-    const struct mill_body *is = container->form;
-    if (container->type == &mill_box_type)
-        return fmin(is->size.x, fmin(is->size.y, is->size.z));
-    if (container->type == &mill_round_cylinder_type)
-        return fmin(2.0 * is->radius, is->length);
-    if (container->type == &mill_round_cone_type) {
-        /* the ball touches the wide end and the side all around, or both ends */
-        const double slope = fabs(is->end_radius - is->radius) / is->length;
-        const double wide = fmax(is->radius, is->end_radius);
-        return fmin(2.0 * wide / (slope + sqrt(1.0 + slope * slope)), is->length);
+    const struct mill_hull hull = mill_solid_hull(container->solid, container->body);
+    double from = -hull.half, to = hull.half, width = INFINITY;
+    struct mill_wall wall[MILL_WALLS];
+    if (!container->solid->walls)
+        return width;
+    const int walls = container->solid->walls(container->body, wall);
+    for (int step = 0; step < 200; step++) {
+        double least[2];
+        for (int side = 0; side < 2; side++) {
+            const vec3 at = {0.0, 0.0, from + (side ? 2.0 : 1.0) / 3.0 * (to - from)};
+            least[side] = INFINITY;
+            for (int k = 0; k < walls; k++)
+                least[side] = fmin(least[side], mill_part_wall_gap(&wall[k], at));
+        }
+        if (least[0] < least[1])
+            from += (to - from) / 3.0;
+        else
+            to -= (to - from) / 3.0;
+        width = 2.0 * fmax(least[0], least[1]);
     }
-    return container->type == &mill_facets_type ? (double)INFINITY : 2.0 * is->radius;
+    return width;
 }
 
 /* Does a ball of kind k fit into the container? One that fits exactly cannot move: it would hit
@@ -93,13 +106,13 @@ static double width_of(const struct mill_setup_surface *container)
 static enum mill_status check_width(const struct mill_deck *deck, int k, struct mill_error *error)
 {
     const double width = width_of(deck->container);
-    if (deck->balls[k].diameter < width)
+    if (deck->balls[k].diameter < width * (1.0 - SNUG))
         return MILL_OK;
     return mill_deck_fault(deck, error, deck->balls[k].section, "diameter",
                            "a ball of %g m does not fit into the container [%s], whose "
                            "smallest inner width or height is %g m",
                            deck->balls[k].diameter,
-                           deck->body_section[deck->container - deck->body], width);
+                           deck->bodies.section[deck->container - deck->bodies.surface], width);
 }
 
 static enum mill_status check_size(const struct mill_deck *deck, int k, struct mill_error *error)
@@ -178,53 +191,28 @@ enum mill_status mill_deck_check_amount(struct mill_deck *deck, struct mill_erro
     return MILL_OK;
 }
 
-static struct mill_shape_fit fit_of(const struct mill_deck *deck,
-                                    const struct mill_deck_shape *shape)
-{
-    return (struct mill_shape_fit){.bore = deck->drum_radius - deck->buckle_height,
-                                   .wavy = deck->wavy,
-                                   .length = deck->drum_length,
-                                   .shaft_radius = deck->shaft_radius,
-                                   .spread = strcmp(shape->section, "blades") == 0};
-}
-
-enum mill_status mill_deck_check_shapes(struct mill_deck *deck, struct mill_error *error)
+enum mill_status mill_deck_check_parts(struct mill_deck *deck, struct mill_error *error)
 {
     static const char mend[] = "need a [drum] that does not move; here give the part as a "
                                "[body.NAME] with 'motion = rotor'";
-    char text[MILL_SHAPE_FAULT];
+    const struct mill_deck_block named = {.title = "blade", .named = true};
     const bool still = deck->drum && deck->drum_rides == 0;
+    const double bore = deck->drum_radius - deck->buckle_height;
     if (deck->rotor && deck->shaft_radius > 0.0 && !still)
         return mill_deck_fault(deck, error, "rotor", "shaft_radius", "shafts %s", mend);
-    if (deck->shapes > 0 && !still)
-        return mill_deck_fault(deck, error, deck->shape[0].section, NULL, "%ss %s",
-                               deck->shape[0].type->name, mend);
-    if (!deck->drum)
-        return MILL_OK;
-    const double bore = deck->drum_radius - deck->buckle_height;
-    if (deck->rotor && deck->shaft_radius >= bore)
+    if (deck->rotor && deck->shaft_radius > 0.0 && deck->shaft_radius >= bore)
         return mill_deck_fault(deck, error, "rotor", "shaft_radius",
                                "must be less than the drum's radius%s, %g m",
                                deck->wavy ? " less the height of its buckles" : "", bore);
-    enum mill_status status = MILL_OK;
-    const char *said = "";
-    for (int k = 0; k < deck->shapes && status == MILL_OK; k++) {
-        const struct mill_deck_shape *shape = &deck->shape[k];
-        const struct mill_shape_fit fit = fit_of(deck, shape);
-        if (shape->type->on_rotor && !deck->rotor)
-            return mill_deck_fault(deck, error, shape->section, NULL,
-                                   "%ss need a section [rotor] that carries them",
-                                   shape->type->name);
-        if (strcmp(shape->section, said) == 0)
-            continue; /* other blades of [blades] have the same fault */
-        const char *key = shape->type->fault(shape->form, &fit, text);
-        if (!key)
-            continue;
-        said = shape->section;
-        mill_deck_fault(deck, error, shape->section, key, "%s", text);
-        status = mill_deck_faults_keep(deck, MILL_BAD_DECK, error);
+    const struct mill_deck_section *s = mill_deck_section(deck, "blades");
+    for (s = s ? s : mill_deck_next(deck, &named, NULL); s; s = mill_deck_next(deck, &named, s)) {
+        if (!still)
+            return mill_deck_fault(deck, error, s->title, NULL, "blades %s", mend);
+        if (!deck->rotor)
+            return mill_deck_fault(deck, error, s->title, NULL,
+                                   "blades need a section [rotor] that carries them");
     }
-    return status;
+    return MILL_OK;
 }
 
 /* [GB] of the ball states in this number of frames */
@@ -286,37 +274,6 @@ static void warn_of_mouths(const struct mill_deck *deck)
     }
 }
 
-/* One line for all equal blades, because their tips and sides have the same gaps; one for each
- * single blade. */
-static void warn_of_gaps(const struct mill_deck *deck)
-{
-    double d = 0.0;
-    for (int k = 0; k < deck->kinds; k++)
-        d = fmax(d, deck->balls[k].diameter);
-    const double less = d * (1.0 - 1e-9), more = d * (1.0 + 1e-9);
-    for (int k = 0; k < deck->shapes; k++) {
-        const struct mill_deck_shape *shape = &deck->shape[k];
-        const struct mill_shape_fit fit = fit_of(deck, shape);
-        if (!shape->type->gaps || (fit.spread && shape->number > 0))
-            continue;
-        const struct mill_shape_gaps gaps = shape->type->gaps(shape->form, &fit);
-        for (int side = 0; side < (deck->periodic ? 1 : 2); side++) {
-            const double gap = side ? gaps.wall : gaps.drum;
-            struct mill_error line;
-            /* a gap of exactly one diameter, or nearly so, also pinches a ball
-             * between flat faces */
-            if (side ? gap <= 0.0 || gap > more : gap >= less)
-                continue;
-            mill_deck_fault(deck, &line, shape->section, side ? gaps.wall_key : gaps.drum_key,
-                            "the gap of %.3g mm between %s and %s %s a ball's diameter of %.3g mm: "
-                            "balls can be pinched in it",
-                            1e3 * gap, shape->type->name, side ? "end wall" : "drum",
-                            gap < less ? "is less than" : "equals", 1e3 * d);
-            deck->warn(line.text);
-        }
-    }
-}
-
 /* A motion that carries nothing: the user has probably forgotten `on` or `motion`. */
 static void warn_of_idle(const struct mill_deck *deck)
 {
@@ -326,8 +283,8 @@ static void warn_of_idle(const struct mill_deck *deck)
         bool carries = deck->drum_rides == 1 + k;
         for (int i = 0; i < deck->motions; i++)
             carries = carries || deck->motion[i].on == k;
-        for (int i = 0; i < deck->bodies; i++)
-            carries = carries || deck->body[i].motion == k;
+        for (int i = 0; i < deck->bodies.count; i++)
+            carries = carries || deck->bodies.surface[i].motion == k;
         if (carries)
             continue;
         snprintf(section, sizeof section, "motion.%s", deck->motion[k].name);
@@ -345,7 +302,7 @@ static void warn_of_axes(const struct mill_deck *deck)
     struct mill_error line;
     if (!deck->container || deck->container->motion < 0)
         return;
-    const struct mill_body *is = deck->container->form;
+    const struct mill_body *is = deck->container->body;
     const struct mill_setup_motion *motion = &deck->motion[deck->container->motion];
     if (motion->type != &mill_turn_type || motion->on < 0 || is->length <= 0.0)
         return;
@@ -354,7 +311,7 @@ static void warn_of_axes(const struct mill_deck *deck)
     const double away = vec3_norm(vec3_axpy(off, -vec3_dot(off, turn->axis), turn->axis));
     if (vec3_norm(vec3_cross(turn->axis, is->z)) > 1e-6 || away <= 1e-6 * is->length)
         return;
-    mill_deck_fault(deck, &line, deck->body_section[deck->container - deck->body], "centre",
+    mill_deck_fault(deck, &line, deck->bodies.section[deck->container - deck->bodies.surface], "centre",
                     "the container's axis is %.3g mm away from the axis of [motion.%s]: give a "
                     "planetary jar and its motion the same 'centre'",
                     1e3 * away, motion->name);
@@ -405,7 +362,6 @@ void mill_deck_check_warn(const struct mill_deck *deck)
         return;
     warn_of_frames(deck);
     warn_of_mouths(deck);
-    warn_of_gaps(deck);
     warn_of_idle(deck);
     warn_of_axes(deck);
     warn_of_materials(deck);

@@ -78,10 +78,10 @@ uint64_t mill_deck_files_digest(const struct mill_deck *deck)
     for (int k = 0; k < deck->motions; k++)
         if (deck->motion[k].type == &mill_table_type)
             all = digest(all, 7 * deck->form[k].as.table.rows, &deck->form[k].as.table.row[0][0]);
-    for (int k = 0; k < deck->bodies; k++)
+    for (int k = 0; k < deck->bodies.count; k++)
         /* copies have the same facets */
-        if (deck->body[k].number == 0 && deck->body_form[k].facets > 0)
-            all = digest(all, 9 * deck->body_form[k].facets, &deck->body_form[k].facet[0][0].x);
+        if (deck->bodies.surface[k].number == 0 && deck->bodies.form[k].facets > 0)
+            all = digest(all, 9 * deck->bodies.form[k].facets, &deck->bodies.form[k].facet[0][0].x);
     for (int k = 0; k < deck->contacts.count; k++)
         if (deck->fall[k].points > 1)
             all = digest(digest(all, (size_t)deck->fall[k].points, deck->fall[k].speed),

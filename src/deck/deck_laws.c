@@ -155,20 +155,20 @@ static bool next_partner(const struct mill_deck *deck, int kind, int *k, const c
     const char *container = NULL;
     do
         ++*k;
-    while (*k < deck->bodies &&
-           !(*k < 0 ? deck->drum && kind < MILL_KINDS : deck->body[*k].kind == kind));
-    if (*k >= deck->bodies)
+    while (*k < deck->bodies.count &&
+           !(*k < 0 ? deck->drum && kind < MILL_KINDS : deck->bodies.surface[*k].kind == kind));
+    if (*k >= deck->bodies.count)
         return false;
-    for (int i = 0; i < deck->bodies; i++) {
-        const struct mill_deck_body *given = mill_deck_section(deck, deck->body_section[i])->form;
-        if (given->inside)
+    for (int i = 0; i < deck->bodies.count; i++) {
+        const struct mill_deck_body *given = mill_deck_section(deck, deck->bodies.section[i])->form;
+        if (given->is.inside)
             container = given->material;
     }
     const bool rides = *k < 0 ? kind == MILL_BALL_SHAFT || kind == MILL_BALL_BLADE
-                              : deck->rotor && deck->body[*k].motion == 0;
+                              : deck->rotor && deck->bodies.surface[*k].motion == 0;
     const struct mill_deck_body *own =
-        *k < 0 ? NULL : mill_deck_section(deck, deck->body_section[*k])->form;
-    *section = own && own->material ? deck->body_section[*k] : "drum";
+        *k < 0 ? NULL : mill_deck_section(deck, deck->bodies.section[*k])->form;
+    *section = own && own->material ? deck->bodies.section[*k] : "drum";
     *material = own && own->material ? own->material : rides ? deck->rotor_material : NULL;
     if (rides && *material && !(own && own->material))
         *section = "rotor";

@@ -120,7 +120,7 @@ static enum mill_status add_motion(struct mill_deck *deck, const struct mill_dec
     return is->kind == MILL_DECK_TABLE ? read_table(deck, section, &is->as.table, error) : MILL_OK;
 }
 
-static int place_of(const struct mill_deck *deck, const char *name)
+int mill_deck_motions_place(const struct mill_deck *deck, const char *name)
 {
     for (int k = 0; k < deck->motions; k++)
         if (strcmp(deck->motion[k].name, name) == 0)
@@ -141,7 +141,7 @@ enum mill_status mill_deck_motions_find(const struct mill_deck *deck, const char
     const struct mill_deck_block named = {.title = "motion", .named = true};
     char hint[2 * MILL_NAME_LENGTH] = "";
     int edits, best = MILL_DECK_MOST_EDITS;
-    *motion = name ? place_of(deck, name) : MILL_STILL;
+    *motion = name ? mill_deck_motions_place(deck, name) : MILL_STILL;
     if (!name || *motion != MILL_STILL)
         return MILL_OK;
     if (strcmp(name, "rotor") == 0)
@@ -196,7 +196,7 @@ static enum mill_status list_named(struct mill_deck *deck, struct mill_error *er
             char title[MILL_NAME_LENGTH + 8];
             snprintf(title, sizeof title, "motion.%.63s", on ? on : "");
             int carrier = MILL_STILL;
-            if (on && place_of(deck, on) == MILL_STILL && mill_deck_section(deck, title)) {
+            if (on && mill_deck_motions_place(deck, on) == MILL_STILL && mill_deck_section(deck, title)) {
                 waiting[left++] = waiting[k];
                 continue;
             }

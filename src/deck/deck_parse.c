@@ -32,12 +32,13 @@ void mill_deck_free(struct mill_deck *deck)
         free(deck->kept[i]);
     free(deck->kept);
     free(deck->file_named);
-    free(deck->body);
-    free(deck->body_section);
-    free(deck->body_form);
+    free(deck->bodies.surface);
+    free(deck->bodies.section);
+    free(deck->bodies.form);
     free(deck->balls);
-    free(deck->blade);
-    free(deck->shape);
+    free(deck->parts.surface);
+    free(deck->parts.section);
+    free(deck->parts.form);
     free(deck);
 }
 

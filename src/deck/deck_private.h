@@ -20,8 +20,8 @@ struct mill_deck_block {
     bool inherits;     /* a named section's struct starts as a copy of the one at `values` */
     size_t values;     /* offset in struct mill_deck of the struct with the keys' values */
     size_t size;
-    const struct mill_key *key;          /* the last one has no name: end of the list */
-    const struct mill_shape_type *shape; /* for sections that describe a shape; otherwise NULL */
+    size_t at; /* offset, in the struct of a named section, of the struct that the keys are in */
+    const struct mill_key *key; /* the last one has no name: end of the list */
     /* the section may be missing if there is a [SPARED_BY.NAME] */
     const char *spared_by;
     /* Bit k: the block belongs to sections whose first key (a choice, first in the struct) is word
@@ -198,11 +198,17 @@ enum mill_status mill_deck_motions_find(const struct mill_deck *deck, const char
                                         const char *key, const char *name, int *motion,
                                         struct mill_error *error);
 
+/* The number of the motion of this name; MILL_STILL: there is none */
+int mill_deck_motions_place(const struct mill_deck *deck, const char *name);
+
 /* The vector scaled to length 1; exactly 1 along x, y or z */
 vec3 mill_deck_motions_unit(vec3 a);
 
 /* Lists the [body.NAME] with their copies and kinds of contact. */
 enum mill_status mill_deck_bodies_list(struct mill_deck *deck, struct mill_error *error);
+
+/* Lists the shaft, the blades of [blades] and the [blade.NAME] as bodies. */
+enum mill_status mill_deck_bodies_parts(struct mill_deck *deck, struct mill_error *error);
 
 /* [m^3] of the empty container: what is inside is not subtracted */
 double mill_deck_bodies_volume(const struct mill_deck *deck);
@@ -272,7 +278,7 @@ enum mill_status mill_deck_setup_free_volume(const struct mill_deck *deck, doubl
 
 enum mill_status mill_deck_check_times(struct mill_deck *deck, struct mill_error *error);
 enum mill_status mill_deck_check_profile(struct mill_deck *deck, struct mill_error *error);
-enum mill_status mill_deck_check_shapes(struct mill_deck *deck, struct mill_error *error);
+enum mill_status mill_deck_check_parts(struct mill_deck *deck, struct mill_error *error);
 enum mill_status mill_deck_check_sizes(struct mill_deck *deck, struct mill_error *error);
 enum mill_status mill_deck_check_amount(struct mill_deck *deck, struct mill_error *error);
 enum mill_status mill_deck_check_frames(struct mill_deck *deck, struct mill_error *error);

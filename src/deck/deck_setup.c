@@ -9,12 +9,13 @@
 #include <string.h>
 
 enum { TOLD = 8192 /* rows between two progress reports */ };
-/* relative to a ball's diameter: gaps are known to 10 % */
+/* Relative to a ball's diameter: gaps between bodies are known to 10 %. Those to a drum are known
+ * better, and one that equals the diameter also pinches a ball. */
 #define NARROW 0.9
+#define EQUAL 2e-4
 
 /* The lists that a setup needs */
 struct lists {
-    struct mill_shaft shaft;
     struct mill_setup_surface *surface;
     struct mill_setup_balls *balls;
     struct mill_setup_ball *ball; /* balls of a start file */
@@ -90,6 +91,7 @@ static enum mill_status make_mill(const struct mill_deck *deck, struct lists *li
                                  .drum = mill_deck_drum(deck),
                                  .motions = deck->motions,
                                  .motion = deck->motion,
+                                 .rotor = mill_deck_motions_place(deck, "rotor"),
                                  .kinds = deck->contacts.count - MILL_KINDS,
                                  .kind = lists->kind,
                                  .rebound_floor = deck->rebound_floor,
@@ -100,23 +102,14 @@ static enum mill_status make_mill(const struct mill_deck *deck, struct lists *li
                                           deck->law[k].tangential};
     for (int k = 0; k < setup->kinds; k++)
         lists->kind[k] = deck->contacts.name[MILL_KINDS + k] + strlen("ball_");
-    lists->shaft.radius = deck->shaft_radius;
-    setup->surface = lists->surface =
-        calloc((size_t)deck->shapes + (size_t)deck->bodies + 1, sizeof *lists->surface);
+    const struct mill_deck_bodies *list[] = {&deck->parts, &deck->bodies};
+    const size_t all = (size_t)deck->parts.count + (size_t)deck->bodies.count;
+    setup->surface = lists->surface = calloc(all + 1, sizeof *lists->surface);
     if (!lists->surface)
         return mill_error_set(error, MILL_FAILED, "out of memory for the mill's surfaces");
-    if (deck->rotor && deck->shaft_radius > 0.0)
-        lists->surface[setup->surfaces++] = (struct mill_setup_surface){
-            .type = &mill_cylinder_shaft_type, .form = &lists->shaft, .number = -1, .motion = 0};
-    for (int k = 0; k < deck->shapes; k++) {
-        const struct mill_deck_shape *s = &deck->shape[k];
-        const int motion = s->type->on_rotor ? 0 : MILL_STILL;
-        assert(deck->rotor || !s->type->on_rotor);
-        lists->surface[setup->surfaces++] = (struct mill_setup_surface){
-            .type = s->type, .form = s->form, .number = s->number, .motion = motion};
-    }
-    for (int k = 0; k < deck->bodies; k++)
-        lists->surface[setup->surfaces++] = deck->body[k];
+    for (int which = 0; which < 2; which++)
+        for (int k = 0; k < list[which]->count; k++)
+            lists->surface[setup->surfaces++] = list[which]->surface[k];
     return MILL_OK;
 }
 
@@ -180,18 +173,17 @@ static enum mill_status tell_no_room(const struct mill_deck *deck, const struct 
 static const char *find_section(const struct mill_deck *deck, int k, char copy[32])
 {
     copy[0] = '\0';
-    k -= deck->rotor && deck->shaft_radius > 0.0;
     if (k < 0)
-        return "rotor";
-    if (k < deck->shapes)
-        return deck->shape[k].section;
-    k -= deck->shapes;
-    if (k < 0 || k >= deck->bodies)
+        return "drum";
+    if (k < deck->parts.count)
+        return deck->parts.section[k];
+    k -= deck->parts.count;
+    if (k >= deck->bodies.count)
         return NULL;
-    const struct mill_deck_body *given = mill_deck_section(deck, deck->body_section[k])->form;
+    const struct mill_deck_body *given = mill_deck_section(deck, deck->bodies.section[k])->form;
     if (given->copies > 1)
-        snprintf(copy, 32, "its copy %d ", deck->body[k].number);
-    return deck->body_section[k];
+        snprintf(copy, 32, "its copy %d ", deck->bodies.surface[k].number);
+    return deck->bodies.section[k];
 }
 
 /* Writes "; with this 'unit' the mesh measures 84 x 84 x 64 m ...": a mesh in the wrong unit is a
@@ -200,9 +192,9 @@ static void say_size(const struct mill_deck *deck, const char *section, char tex
 {
     const struct mill_body *is = NULL;
     vec3 lo = {INFINITY, INFINITY, INFINITY}, hi = {-INFINITY, -INFINITY, -INFINITY};
-    for (int k = 0; k < deck->bodies; k++)
-        if (section && strcmp(deck->body_section[k], section) == 0)
-            is = deck->body[k].form;
+    for (int k = 0; k < deck->bodies.count; k++)
+        if (section && strcmp(deck->bodies.section[k], section) == 0)
+            is = deck->bodies.surface[k].body;
     for (size_t k = 0; is && k < 3 * is->facets; k++) {
         const vec3 at = is->facet[k / 3][k % 3];
         lo = vec3_make(fmin(lo.x, at.x), fmin(lo.y, at.y), fmin(lo.z, at.z));
@@ -234,7 +226,7 @@ static enum mill_status tell_bodies(const struct mill_deck *deck, const struct m
         deck, error, section, NULL,
         "%sruns into [%s] %sat t = %.6g s: make one of them smaller, or put both "
         "on one motion",
-        copy, met ? met : "drum", other_copy, fault->when);
+        copy, met, other_copy, fault->when);
 }
 
 /* Describes faults of a drum with periodic ends */
@@ -242,7 +234,7 @@ static enum mill_status tell_ends(const struct mill_deck *deck, const struct mil
                                   struct mill_error *error)
 {
     char copy[32] = "";
-    const char *section = fault->other < 0 ? "drum" : find_section(deck, fault->other, copy);
+    const char *section = find_section(deck, fault->other, copy);
     switch ((int)fault->code) {
     case MILL_FAULT_SHORT:
         return mill_deck_fault(deck, error, "drum", "length",
@@ -276,7 +268,6 @@ static enum mill_status tell(const struct mill_deck *deck, const long *line,
     case MILL_FAULT_MEMORY:
         return mill_error_set(error, MILL_FAILED, "out of memory for the mill and its balls");
     case MILL_FAULT_NUMBER:
-    case MILL_FAULT_SURFACE:
     case MILL_FAULT_CONTAINER:
         return mill_error_set(error, MILL_FAILED, "a number of the deck is out of range");
     case MILL_FAULT_OUTSIDE:
@@ -322,10 +313,12 @@ static void warn_of(const struct mill_deck *deck, const struct mill_passing *pla
     double d = 0.0;
     for (int k = 0; k < deck->kinds; k++)
         d = fmax(d, deck->balls[k].diameter);
-    if (!deck->warn || (unchecked ? isinf(place->when) : !(place->gap < NARROW * d)))
+    const bool wall = place->kind[1] == MILL_BALL_WALL, drum = place->other < 0;
+    if (!deck->warn || (unchecked ? isinf(place->when)
+                                  : !(place->gap < (drum ? 1.0 + EQUAL : NARROW) * d)))
         return;
     const char *section = find_section(deck, place->one, copy);
-    const char *met = place->other < 0 ? "drum" : find_section(deck, place->other, other_copy);
+    const char *met = find_section(deck, place->other, other_copy);
     if (unchecked)
         mill_deck_fault(deck, &line, section, NULL,
                         "it was not checked whether %sruns into [%s] %safter t = %.4g s, because "
@@ -333,9 +326,10 @@ static void warn_of(const struct mill_deck *deck, const struct mill_passing *pla
                         copy[0] ? copy : "it ", met, other_copy, place->when);
     else
         mill_deck_fault(deck, &line, section, NULL,
-                        "%scomes as near as %.2g mm to [%s] %sat t = %.4g s, less than a ball's "
-                        "diameter of %.3g mm: balls can be pinched there",
-                        copy, 1e3 * place->gap, met, other_copy, place->when, 1e3 * d);
+                        "%scomes as near as %.2g mm to %s[%s] %sat t = %.4g s, no more than a "
+                        "ball's diameter of %.3g mm: balls can be pinched there",
+                        copy, 1e3 * place->gap, wall ? "an end wall of " : "", met, other_copy,
+                        place->when, 1e3 * d);
     deck->warn(line.text);
 }
 
@@ -354,7 +348,8 @@ enum mill_status mill_deck_setup_world(const struct mill_deck *deck,
         mill_start_world(&setup, watch, world, &fault);
         status = tell(deck, lists.line, &fault, error);
         if (status == MILL_OK)
-            warn_of(deck, &fault.narrowest, false);
+            for (int k = 0; k < MILL_FAULT_PASSINGS; k++)
+                warn_of(deck, &fault.narrowest[k], false);
         if (status == MILL_OK)
             warn_of(deck, &fault.unchecked, true);
     }

@@ -1,9 +1,9 @@
 /* What a deck may contain: every section with its keys, each with type, SI unit, range, default,
  * meaning and place in a struct. Reading, checking, printing and messages all use these tables, in
- * their order. The tables of the shapes are next to the code of the shapes. */
+ * their order. The sizes of solids are next to the code of the solids. */
 #include "deck/deck_private.h"
 
-#include "geometry/shapes.h"
+#include "geometry/solid.h"
 
 #include <assert.h>
 #include <string.h>
@@ -20,8 +20,8 @@ enum {
 #define MOST_COLLISIONS 1e15  /* a double holds counts up to here exactly */
 /* In a mill of ten kilometres the resolution of a place is 2e-12 m. In a larger mill, overlaps
  * could exceed a nanometre. */
-#define SIZE_OF_MILL .lo = 0, .above = true, .hi = 1e4
-#define DIAMETER(of) .lo = 0, .above = true, .hi = 2e4, .instead = (of), .factor = 0.5
+#define SIZE_OF_MILL .lo = MILL_SOLID_LEAST, .hi = 1e4
+#define DIAMETER(of) .lo = 2.0 * MILL_SOLID_LEAST, .hi = 2e4, .instead = (of), .factor = 0.5
 /* [m] far smaller than anything that flies freely in air */
 #define LEAST_DIAMETER 1e-9
 /* [kg/m^3] A thousandth of the density of air. It allows balls of almost no mass, and the energies
@@ -67,7 +67,7 @@ static bool starts_alike(const void *deck)
 
 static bool is_inside(const void *body)
 {
-    return ((const struct mill_deck_body *)body)->inside != 0;
+    return ((const struct mill_deck_body *)body)->is.inside != 0;
 }
 
 static bool is_single(const void *body)
@@ -182,6 +182,25 @@ static const struct mill_key spread_key[] = {
     {.name = NULL},
 };
 
+#define BLADE(member) IN(mill_blade, member)
+static const struct mill_key blade_key[] = {
+    {"position", "x of the blade's centre", .unit = "m", ANY, BLADE(position)},
+    {"angle", "angle of the blade on the rotor, from +y towards +z", .unit = "rad", ANY,
+     BLADE(angle)},
+    {.name = NULL},
+};
+
+static const struct mill_key blade_form_key[] = {
+    {"tip_radius", "reach of a blade from the axis", .unit = "m", SIZE_OF_MILL, BLADE(tip_radius)},
+    {"width", "width of a blade along the axis, before pitching", .unit = "m", SIZE_OF_MILL,
+     BLADE(width)},
+    {"thickness", "thickness of a blade around the axis, before pitching", .unit = "m", SIZE_OF_MILL,
+     BLADE(thickness)},
+    {"pitch", "turn of a blade about its radial mid-line", .unit = "rad", ANY,
+     .preset = "0 deg", BLADE(pitch)},
+    {.name = NULL},
+};
+
 #define LAW(member) .derived = true, IN(mill_deck_law, member)
 static const struct mill_key law_key[] = {
     {"restitution", "normal coefficient of restitution", .lo = 0, .hi = 1, LAW(restitution)},
@@ -274,9 +293,9 @@ static const struct mill_key table_key[] = {
 #define BODY(member) IN(mill_deck_body, member)
 static const struct mill_key body_key[] = {
     {"shape", "shape of the body", .type = MILL_KEY_CHOICE, BODY(shape),
-     .words = "box|cylinder|cone|capsule|sphere|mesh"},
+     .words = MILL_SOLID_WORDS},
     {"side", "where the balls are: outside of it, or inside", .type = MILL_KEY_CHOICE,
-     .preset = "outside", BODY(inside), .words = "outside|inside"},
+     .preset = "outside", BODY(is.inside), .words = "outside|inside"},
     {"motion", "what carries it: a motion's name, or rotor", TEXT, BODY(motion)},
     {"centre", "its middle in its motion's frame", PLACE, .preset = "0 0 0 m", BODY(is.centre)},
     {"axis", "direction of its own z in its motion's frame", DIRECTION, BODY(axis)},
@@ -285,42 +304,9 @@ static const struct mill_key body_key[] = {
     {.name = NULL},
 };
 
-static const struct mill_key box_key[] = {
-    {"size", "lengths along its own x, y and z", .type = MILL_KEY_VECTOR, .unit = "m",
-     SIZE_OF_MILL, BODY(is.size)},
-    {.name = NULL},
-};
-
-static const struct mill_key cone_key[] = {
-    {"radius", "radius at its own z = -length/2", .unit = "m", .lo = 0, .hi = 1e4,
-     BODY(is.radius)},
-    {"end_radius", "radius at its own z = length/2", .unit = "m", .lo = 0, .hi = 1e4,
-     BODY(is.end_radius)},
-    {.name = NULL},
-};
-
-static const struct mill_key radius_key[] = {
-    {"radius", "radius of the body", .unit = "m", SIZE_OF_MILL, BODY(is.radius)},
-    {"diameter", "diameter of the body", .unit = "m", DIAMETER("radius"), BODY(is.radius)},
-    {.name = NULL},
-};
-
-static const struct mill_key length_key[] = {
-    {"length", "length along its own z; of a capsule without its round ends", .unit = "m",
-     SIZE_OF_MILL, BODY(is.length)},
-    {.name = NULL},
-};
-
-static const struct mill_key rounding_key[] = {
-    {"rounding", "radius of its rounded edges", .unit = "m", .lo = 0, .hi = 1e4,
-     .preset = "0 m", BODY(is.rounding), .hidden = is_inside,
-     .needs = "a container's edges are not rounded: leave it out"},
-    {.name = NULL},
-};
-
 static const struct mill_key mesh_key[] = {
     {"file", "an STL file", .type = MILL_KEY_FILE, BODY(file)},
-    {"unit", "length of one unit in the file", .unit = "m", SIZE_OF_MILL, .unit_alone = true,
+    {"unit", "length of one unit in the file", .unit = "m", .lo = 0, .above = true, .hi = 1e4, .unit_alone = true,
      BODY(unit)},
     {.name = NULL},
 };
@@ -341,6 +327,7 @@ static const struct mill_key copies_key[] = {
 
 #define VALUES(member) .values = offsetof(struct mill_deck, member)
 #define OF_MOTION "motion", .named = true, .size = sizeof(struct mill_deck_motion)
+#define OF_BLADE "blade", .named = true, .size = sizeof(struct mill_blade)
 #define OF_BODY "body", .named = true, .size = sizeof(struct mill_deck_body)
 #define OF_MATERIAL                                                                                \
     "material", .named = true, .inherits = true, VALUES(unknown),                                  \
@@ -354,24 +341,17 @@ static const struct mill_deck_block blocks[] = {
     {"drum", .spared_by = "body", .key = drum_key},
     {"rotor", .optional = true, .key = rotor_key},
     {"blades", .optional = true, .key = blades_key, VALUES(blades)},
-    {"blades", .optional = true, .key = mill_blade_key + MILL_BLADE_PLACES, VALUES(blades.form)},
+    {"blades", .optional = true, .key = blade_form_key, VALUES(blades.form)},
     {"blades", .optional = true, .key = spread_key, VALUES(blades)},
-    /* the blocks of the shapes are inserted here */
+    {OF_BLADE, .key = blade_key},
+    {OF_BLADE, .key = blade_form_key},
     {OF_MOTION, .key = motion_key},
     {OF_MOTION, .key = turn_key, .words = 1u << MILL_DECK_TURN},
     {OF_MOTION, .key = swing_key, .words = 1u << MILL_DECK_SWING},
     {OF_MOTION, .key = shift_key, .words = 1u << MILL_DECK_SHIFT},
     {OF_MOTION, .key = table_key, .words = 1u << MILL_DECK_TABLE},
     {OF_BODY, .key = body_key},
-    {OF_BODY, .key = box_key, .words = 1u << MILL_DECK_BOX},
-    {OF_BODY, .key = radius_key,
-     .words = 1u << MILL_DECK_CYLINDER | 1u << MILL_DECK_CAPSULE | 1u << MILL_DECK_SPHERE},
-    {OF_BODY, .key = cone_key, .words = 1u << MILL_DECK_CONE},
-    {OF_BODY, .key = length_key,
-     .words = 1u << MILL_DECK_CYLINDER | 1u << MILL_DECK_CONE | 1u << MILL_DECK_CAPSULE},
-    {OF_BODY, .key = mesh_key, .words = 1u << MILL_DECK_MESH},
-    {OF_BODY, .key = rounding_key,
-     .words = 1u << MILL_DECK_BOX | 1u << MILL_DECK_CYLINDER | 1u << MILL_DECK_CONE},
+    /* the blocks of the solids are inserted here */
     {OF_BODY, .key = copies_key},
     {"contact", .key = law_key, VALUES(general)},
     {"contact", .key = floor_key},
@@ -386,23 +366,29 @@ static const struct mill_deck_block blocks[] = {
      .size = sizeof(struct mill_deck_wear)},
     {"output", .key = output_key},
 };
-enum { BEFORE_SHAPES = 10, BLOCKS = sizeof blocks / sizeof *blocks };
+enum { BLOCKS = sizeof blocks / sizeof *blocks };
 /* clang-format on */
 
 bool mill_deck_table_block(int i, struct mill_deck_block *block)
 {
-    int shapes = 0;
-    while (mill_shapes_named[shapes])
-        shapes++;
-    assert(strcmp(blocks[BEFORE_SHAPES].title, "motion") == 0);
-    if (i >= BEFORE_SHAPES && i < BEFORE_SHAPES + shapes) {
-        const struct mill_shape_type *t = mill_shapes_named[i - BEFORE_SHAPES];
-        *block =
-            (struct mill_deck_block){t->name, true, .size = t->form, .key = t->key, .shape = t};
-    } else if (i < BLOCKS + shapes) {
-        *block = blocks[i < BEFORE_SHAPES ? i : i - shapes];
+    int solids = 0, before = 0;
+    while (mill_solid_list(solids))
+        solids++;
+    while (blocks[before].key != copies_key)
+        before++;
+    const int k = i - before;
+    if (k >= 0 && k < solids) {
+        *block = (struct mill_deck_block){OF_BODY, .words = 1u << k};
+        block->key = mill_solid_list(k)->key;
+        block->at = offsetof(struct mill_deck_body, is);
+        if (!block->key) { /* its facets are in a file */
+            block->key = mesh_key;
+            block->at = 0;
+        }
+    } else if (i < BLOCKS + solids) {
+        *block = blocks[k < 0 ? i : i - solids];
     }
-    return i < BLOCKS + shapes;
+    return i < BLOCKS + solids;
 }
 
 bool mill_deck_table_belongs(const struct mill_deck_block *block, const char *title)

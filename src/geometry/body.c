@@ -8,22 +8,11 @@
 /* Fraction of the size of the mill; larger than rounding errors of a place. */
 #define MARGIN 1e-6
 
-static bool is_unit(vec3 a)
-{
-    return fabs(vec3_dot(a, a) - 1.0) < 1e-12;
-}
-
-bool mill_body_is_placed(const struct mill_body *b)
-{
-    return isfinite(vec3_norm(b->centre)) && is_unit(b->x) && is_unit(b->y) &&
-           vec3_norm(vec3_sub(vec3_cross(b->x, b->y), b->z)) < 1e-12;
-}
-
 /* A body that turns about a line at rest stays in a ring about this line. */
 static void find_ring(struct mill_bodied *b)
 {
     const struct mill_motion *motion = b->convex.base.motion;
-    const vec3 z = b->is.z, centre = b->is.centre;
+    const vec3 z = b->along, centre = b->is.centre;
     b->rings = motion && !motion->on && motion->type->axis &&
                motion->type->axis(motion, &b->through, &b->axis);
     if (!b->rings)
@@ -51,13 +40,48 @@ static void find_ring(struct mill_bodied *b)
     b->to = fmax(a_along, a_along + way_along) + b->hull.radius;
 }
 
-void mill_body_create(struct mill_bodied *b, const struct mill_chamber *chamber,
-                      struct mill_hull hull, vec3 symmetry, bool ball)
+struct mill_wall mill_body_wall(const struct mill_solid *solid, const struct mill_body *is,
+                                int wall)
 {
-    b->places = chamber->places;
+    struct mill_wall all[MILL_WALLS] = {{false}};
+    assert(wall < MILL_WALLS);
+    if (wall >= 0)
+        solid->walls(is, all);
+    return all[wall < 0 ? 0 : wall];
+}
+
+/* Sets an axis, in the body's own frame, about which the surface can turn without a change; zero:
+ * there is none. Returns true if any direction is such an axis. */
+static bool find_symmetry(const struct mill_bodied *b, vec3 *symmetry)
+{
+    const struct mill_shape *base = &b->convex.base;
+    const struct mill_wall wall = mill_body_wall(base->solid, &b->is, base->wall);
+    const vec3 own = {0.0, 0.0, 1.0}, none = {0.0, 0.0, 0.0};
+    if (base->wall >= 0) {
+        *symmetry = wall.flat ? wall.normal : own;
+        return !wall.flat && wall.half <= 0.0;
+    }
+    *symmetry = base->solid->round ? own : none;
+    return base->solid->ball;
+}
+
+static void find_hull(struct mill_bodied *b)
+{
+    const struct mill_solid *solid = b->convex.base.solid;
+    b->hull = b->is.inside ? mill_solid_hull(solid, &b->is) : mill_solid_slim_hull(solid, &b->is);
+    b->along = b->hull.axis == 0 ? b->is.z : b->hull.axis == 1 ? b->is.x : b->is.y;
+    if (solid->core)
+        b->core = solid->core(&b->is);
+}
+
+bool mill_body_create(struct mill_bodied *b, const struct mill_reach *places)
+{
     struct mill_convex *c = &b->convex;
     struct mill_motion_bounds *bounds = &c->bounds;
-    b->hull = hull;
+    vec3 symmetry;
+    const bool ball = find_symmetry(b, &symmetry);
+    b->places = *places;
+    find_hull(b);
     c->centre = b->is.centre;
     *bounds = mill_motion_bounds(c->base.motion, c->centre);
     bool in_itself = ball; /* it turns about an axis of symmetry */
@@ -71,11 +95,17 @@ void mill_body_create(struct mill_bodied *b, const struct mill_chamber *chamber,
         bounds->axis = vec3_make(0.0, 0.0, 0.0);
     }
     /* except for rounding, a place on the axis does not move */
-    const double size = vec3_norm(b->is.centre) + hull.half + hull.radius;
+    const double size = vec3_norm(b->is.centre) + b->hull.half + b->hull.radius;
     c->base.fixed = bounds->turning == 0.0 && bounds->far <= 1e-15 * size;
     if (c->base.fixed)
         bounds->speed = bounds->acceleration = bounds->far = 0.0;
     find_ring(b);
+    return !c->base.type->create || c->base.type->create(&c->base);
+}
+
+void mill_body_draw(const struct mill_shape *shape, double tolerance, struct mill_mesh *mesh)
+{
+    shape->solid->outline(mill_body_is(shape), shape->wall, tolerance, mesh);
 }
 
 /* The maximum distance of points of a box from its centre, along a direction and normal to it */
@@ -167,16 +197,11 @@ bool mill_body_reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, doubl
                             (!b->rings || mill_body_ring_meets(b, ring, lo, hi, radius)));
 }
 
-bool mill_body_chart_round(const struct mill_shape *shape, struct mill_pose *frame)
+bool mill_body_chart(const struct mill_shape *shape, struct mill_pose *frame)
 {
-    const struct mill_body *is = &((const struct mill_bodied *)shape)->is;
-    *frame = (struct mill_pose){.place = is->centre, .x = is->z, .y = is->x, .z = is->y};
-    return true;
-}
-
-bool mill_body_chart_flat(const struct mill_shape *shape, struct mill_pose *frame)
-{
-    const struct mill_body *is = &((const struct mill_bodied *)shape)->is;
+    const struct mill_body *is = mill_body_is(shape);
     *frame = (struct mill_pose){.place = is->centre, .x = is->x, .y = is->y, .z = is->z};
-    return false;
+    if (shape->solid->round)
+        *frame = (struct mill_pose){.place = is->centre, .x = is->z, .y = is->x, .z = is->y};
+    return shape->solid->round;
 }

@@ -4,14 +4,16 @@
 #define MILL_BODY_H
 
 #include "geometry/convex.h"
-#include "geometry/shapes.h"
+#include "geometry/solid.h"
 
-/* Every body, and every wall of one, starts with this. */
+/* Every surface starts with this. */
 struct mill_bodied {
     struct mill_convex convex;
     struct mill_body is;
+    struct mill_core core; /* of a convex body */
     struct mill_hull hull;
-    bool rings;         /* it turns about a line at rest. In this case: */
+    vec3 along; /* unit: direction of the hull's line */
+    bool rings; /* it turns about a line at rest. In this case: */
     vec3 through, axis; /* [m], unit */
     vec3 towards;  /* unit: the body is within a strip that goes from the line in this direction;
                       0: it is all around the line */
@@ -19,53 +21,27 @@ struct mill_bodied {
     double near, beyond;      /* [m] minimum and maximum distance of its points from the line */
     double from, to;          /* [m] along the line */
     struct mill_reach places; /* all places that balls can reach */
-    const struct mill_shape_type *of; /* the kind of body, for the one wall that draws it; else
-                                         NULL */
 };
 
-/* Conversion between the body's own axes and its motion's frame */
-static inline vec3 mill_body_turn_in(const struct mill_body *b, vec3 a)
+static inline const struct mill_body *mill_body_is(const struct mill_shape *shape)
 {
-    return vec3_make(vec3_dot(b->x, a), vec3_dot(b->y, a), vec3_dot(b->z, a));
+    return &((const struct mill_bodied *)shape)->is;
 }
 
-static inline vec3 mill_body_turn_out(const struct mill_body *b, vec3 a)
-{
-    return vec3_axpy(vec3_axpy(vec3_scale(b->x, a.x), a.y, b->y), a.z, b->z);
-}
+/* Makes one surface of a body: wall number `wall` of a container, or all of it, with the members
+ * that the caller has set (struct mill_shape, `is`). false: out of memory */
+bool mill_body_create(struct mill_bodied *b, const struct mill_reach *places);
 
-static inline vec3 mill_body_in(const struct mill_body *b, vec3 place)
-{
-    return mill_body_turn_in(b, vec3_sub(place, b->centre));
-}
+/* Wall number `wall` of a container, if it has one of this number */
+struct mill_wall mill_body_wall(const struct mill_solid *solid, const struct mill_body *is,
+                                int wall);
 
-static inline vec3 mill_body_out(const struct mill_body *b, vec3 place)
-{
-    return vec3_add(b->centre, mill_body_turn_out(b, place));
-}
+/* Adds the triangles that this surface shows; none: another wall of the body shows them */
+void mill_body_draw(const struct mill_shape *shape, double tolerance, struct mill_mesh *mesh);
 
-/* A round body is a core, grown by a distance. The core is a frustum, a line or a point on its
- * axis. A frustum that was shrunk by the rounding may end in a tip. */
-struct mill_round_core {
-    double from, to;  /* [m] along the axis; from > to: nothing of the core is left */
-    double low, high; /* [m] its radii there */
-    double grown;     /* [m] */
-};
-struct mill_round_core mill_round_core(const struct mill_shape_type *type,
-                                       const struct mill_body *body);
-
-/* Are centre and axes finite, and the axes unit, orthogonal and right-handed? */
-bool mill_body_is_placed(const struct mill_body *body);
-
-/* Fills the struct, except for `is`, which the caller has set. symmetry: an axis, in the body's own
- * frame, about which the surface can turn without a change; zero: none. ball: true if any direction
- * is such an axis. */
-void mill_body_create(struct mill_bodied *b, const struct mill_chamber *chamber,
-                      struct mill_hull hull, vec3 symmetry, bool ball);
-
-/* `chart` of struct mill_shape_type for bodies with a shape of revolution, or without */
-bool mill_body_chart_round(const struct mill_shape *shape, struct mill_pose *frame);
-bool mill_body_chart_flat(const struct mill_shape *shape, struct mill_pose *frame);
+/* Sets the frame in which the faces of the body lie along the axes, in coordinates of its motion's
+ * frame. true: it is round about x of this frame, or nearly. */
+bool mill_body_chart(const struct mill_shape *shape, struct mill_pose *frame);
 
 /* reachable of struct mill_shape_type */
 bool mill_body_reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, double radius);
@@ -83,16 +59,42 @@ bool mill_body_ring_meets(const struct mill_bodied *b, const double ring[4], vec
                           double radius);
 
 /* A quick proof that the ball, within its travel, cannot come as near as `radius` to the hull */
-static inline bool mill_body_is_far(const struct mill_bodied *b, const struct mill_flight *f,
-                                    double radius)
+MILL_CONVEX_INLINE bool mill_body_is_far(const struct mill_bodied *b, const struct mill_flight *f,
+                                         double radius)
 {
     if (!(f->travel < (double)INFINITY))
         return false;
     const vec3 q = vec3_sub(f->place, b->is.centre);
-    const double z = vec3_dot(q, b->is.z), beyond = fabs(z) - b->hull.half;
+    const double z = vec3_dot(q, b->along), beyond = fabs(z) - b->hull.half;
     const double far = b->hull.radius + radius + f->travel;
     const double square = vec3_dot(q, q) - z * z + (beyond > 0.0 ? beyond * beyond : 0.0);
     return square > far * far;
 }
+
+/* The surface of a convex body, met from outside: `VIEW` gives the distance (mill_convex_view_fn),
+ * `IS_FAR` is a quick proof as above, `CREATE` fills what TYPE has in addition to struct
+ * mill_bodied. */
+#define MILL_BODY_SURFACE(TYPE, CREATE, VIEW, IS_FAR)                                              \
+    static struct mill_hit next_contact(const struct mill_shape *shape,                            \
+                                        const struct mill_flight *f, double radius, double now,    \
+                                        double horizon, bool touching)                             \
+    {                                                                                              \
+        const struct mill_bodied *b = (const struct mill_bodied *)shape;                           \
+        (void)touching;                                                                            \
+        if (IS_FAR(b, f, radius))                                                                  \
+            return mill_hit_at(INFINITY);                                                          \
+        return mill_convex_search(&b->convex, VIEW, f, radius, now, horizon);                      \
+    }                                                                                              \
+    static struct mill_contact contact(const struct mill_shape *shape, vec3 centre, double radius, \
+                                       const struct mill_pose *pose)                               \
+    {                                                                                              \
+        return mill_convex_contact((const struct mill_convex *)shape, VIEW, centre, radius, pose); \
+    }                                                                                              \
+    static const struct mill_shape_type surface = {.size = sizeof(TYPE),                           \
+                                                   .create = CREATE,                               \
+                                                   .next_contact = next_contact,                   \
+                                                   .contact = contact,                             \
+                                                   .reachable = mill_body_reachable,               \
+                                                   .sector = mill_body_sector};
 
 #endif

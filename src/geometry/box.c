@@ -2,11 +2,6 @@
 #include "geometry/body.h"
 #include "geometry/mesh.h"
 
-struct box {
-    struct mill_bodied body;
-    vec3 half; /* [m] of the core */
-};
-
 static double beyond(double q, double half)
 {
     return q > half ? q - half : (q < -half ? q + half : 0.0);
@@ -17,12 +12,19 @@ static double sign(double x)
     return x < 0.0 ? -1.0 : 1.0;
 }
 
+/* From the core to a place, both in the box's own axes */
+MILL_CONVEX_INLINE vec3 out_of(const struct mill_bodied *b, vec3 q)
+{
+    const vec3 half = b->core.half;
+    return vec3_make(beyond(q.x, half.x), beyond(q.y, half.y), beyond(q.z, half.z));
+}
+
 MILL_CONVEX_INLINE struct mill_view view(const struct mill_convex *convex, vec3 place)
 {
-    const struct box *b = (const struct box *)convex;
-    const struct mill_body *is = &b->body.is;
-    const vec3 q = mill_body_in(is, place);
-    const vec3 out = {beyond(q.x, b->half.x), beyond(q.y, b->half.y), beyond(q.z, b->half.z)};
+    const struct mill_bodied *b = (const struct mill_bodied *)convex;
+    const struct mill_body *is = &b->is;
+    const vec3 half = b->core.half;
+    const vec3 q = mill_body_in(is, place), out = out_of(b, q);
     const double square = vec3_dot(out, out);
     if (square > 0.0) {
         const double d = sqrt(square);
@@ -31,7 +33,7 @@ MILL_CONVEX_INLINE struct mill_view view(const struct mill_convex *convex, vec3 
     }
     /* The ball's centre is inside the box, which only happens to a pinched ball. The way out is
      * through the nearest face. */
-    const vec3 deep = {fabs(q.x) - b->half.x, fabs(q.y) - b->half.y, fabs(q.z) - b->half.z};
+    const vec3 deep = {fabs(q.x) - half.x, fabs(q.y) - half.y, fabs(q.z) - half.z};
     const double d = fmax(deep.x, fmax(deep.y, deep.z));
     vec3 n = {0.0, 0.0, sign(q.z)};
     if (d == deep.x)
@@ -41,48 +43,34 @@ MILL_CONVEX_INLINE struct mill_view view(const struct mill_convex *convex, vec3 
     return (struct mill_view){d - is->rounding, mill_body_turn_out(is, n)};
 }
 
-static struct mill_hit next_contact(const struct mill_shape *shape, const struct mill_flight *f,
-                                    double radius, double now, double horizon, bool touching)
+/* The usual case: a sphere around the ball and its path does not touch the box. */
+MILL_CONVEX_INLINE bool is_far(const struct mill_bodied *b, const struct mill_flight *f,
+                               double radius)
 {
-    const struct mill_bodied *b = (const struct mill_bodied *)shape;
-    (void)touching;
-    if (mill_body_is_far(b, f, radius))
-        return mill_hit_at(INFINITY);
-    return mill_convex_search(&b->convex, view, f, radius, now, horizon);
+    const vec3 out = out_of(b, mill_body_in(&b->is, f->place));
+    const double far = b->is.rounding + radius + f->travel;
+    return vec3_dot(out, out) > far * far;
 }
 
-static struct mill_contact contact(const struct mill_shape *shape, vec3 centre, double radius,
-                                   const struct mill_pose *pose)
+static struct mill_core core(const struct mill_body *is)
 {
-    return mill_convex_contact((const struct mill_convex *)shape, view, centre, radius, pose);
+    const double less = is->rounding;
+    return (struct mill_core){
+        .grown = less,
+        .half = {0.5 * is->size.x - less, 0.5 * is->size.y - less, 0.5 * is->size.z - less}};
 }
 
-/* About the z axis */
-static struct mill_hull hull(const struct mill_body *is)
+static vec3 support(const struct mill_core *c, vec3 way)
 {
-    const vec3 half = vec3_scale(is->size, 0.5);
-    return (struct mill_hull){half.z, sqrt(half.x * half.x + half.y * half.y)};
+    return vec3_make(way.x < 0.0 ? -c->half.x : c->half.x, way.y < 0.0 ? -c->half.y : c->half.y,
+                     way.z < 0.0 ? -c->half.z : c->half.z);
 }
 
-static bool is_sound(const void *form)
+static bool is_sound(const struct mill_body *is)
 {
-    const struct mill_body *is = form;
     const double least = fmin(is->size.x, fmin(is->size.y, is->size.z));
-    return mill_body_is_placed(is) && least > 0.0 && isfinite(vec3_norm(is->size)) &&
-           is->rounding >= 0.0 && 2.0 * is->rounding <= least &&
-           !(is->inside && is->rounding > 0.0);
-}
-
-static bool create(struct mill_shape *shape, const void *form, const struct mill_chamber *chamber)
-{
-    struct box *b = (struct box *)shape;
-    const vec3 none = {0.0, 0.0, 0.0};
-    b->body.is = *(const struct mill_body *)form;
-    const vec3 size = b->body.is.size;
-    const double less = b->body.is.rounding;
-    b->half = vec3_make(0.5 * size.x - less, 0.5 * size.y - less, 0.5 * size.z - less);
-    mill_body_create(&b->body, chamber, hull(&b->body.is), none, false);
-    return true;
+    return mill_solid_is_length(least, false) && isfinite(vec3_norm(is->size)) &&
+           2.0 * is->rounding <= least;
 }
 
 static int walls(const struct mill_body *is, struct mill_wall wall[MILL_WALLS])
@@ -103,7 +91,7 @@ static double volume(const struct mill_body *is)
     return is->size.x * is->size.y * is->size.z; /* a container has no rounding */
 }
 
-static void outline(const struct mill_body *is, double tolerance, struct mill_mesh *mesh)
+static void outline(const struct mill_body *is, int wall, double tolerance, struct mill_mesh *mesh)
 {
     const vec3 half = vec3_scale(is->size, 0.5);
     const int other = is->inside ? 1 : 0; /* mirrored, to be seen from inside */
@@ -114,27 +102,24 @@ static void outline(const struct mill_body *is, double tolerance, struct mill_me
         corner[i] = mill_body_out(is, vec3_make(k & 1 ? half.x : -half.x, k & 2 ? half.y : -half.y,
                                                 k & 4 ? half.z : -half.z));
     }
-    mill_mesh_box(mesh, corner);
+    if (wall <= 0)
+        mill_mesh_box(mesh, corner);
 }
 
-static void draw(const struct mill_shape *shape, const struct mill_chamber *chamber,
-                 double tolerance, struct mill_mesh *mesh)
-{
-    (void)chamber;
-    outline(&((const struct mill_bodied *)shape)->is, tolerance, mesh);
-}
+static const struct mill_key key[] = {
+    {"size", "lengths along its own x, y and z", .type = MILL_KEY_VECTOR, MILL_SOLID_SIZE,
+     MILL_SOLID_AT(size)},
+    MILL_SOLID_ROUNDING,
+    {.name = NULL},
+};
 
-const struct mill_shape_type mill_box_type = {.name = "box",
-                                              .is_sound = is_sound,
-                                              .size = sizeof(struct box),
-                                              .create = create,
-                                              .next_contact = next_contact,
-                                              .contact = contact,
-                                              .reachable = mill_body_reachable,
-                                              .sector = mill_body_sector,
-                                              .draw = draw,
-                                              .walls = walls,
-                                              .hull = hull,
-                                              .volume = volume,
-                                              .outline = outline,
-                                              .chart = mill_body_chart_flat};
+MILL_BODY_SURFACE(struct mill_bodied, NULL, view, is_far)
+
+const struct mill_solid mill_box_solid = {.key = key,
+                                          .surface = &surface,
+                                          .is_sound = is_sound,
+                                          .core = core,
+                                          .support = support,
+                                          .volume = volume,
+                                          .outline = outline,
+                                          .walls = walls};

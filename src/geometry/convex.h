@@ -44,9 +44,6 @@ struct mill_view {
 /* Every convex body starts with this. */
 struct mill_convex {
     struct mill_shape base;
-    /* [m] mill_motion_reach of the chamber; 0: the bounds are computed for the place of the ball,
-     * relative to the centre */
-    double reach;
     vec3 centre; /* [m] of the body, in its motion's frame */
     /* of the motion, at the centre; without the turning, if the body is a body of revolution about
      * the axis of the turn */
@@ -63,16 +60,6 @@ MILL_CONVEX_INLINE struct mill_view mill_convex_look(const struct mill_convex *c
     struct mill_view k = view(c, mill_pose_in(pose, r));
     k.n = mill_pose_turn_out(pose, k.n);
     return k;
-}
-
-/* [m/s^2] maximum acceleration of a ball in the body's frame within h [s]; h is finite */
-static inline double mill_convex_acceleration(const struct mill_convex *c,
-                                              const struct mill_flight *f, double h)
-{
-    const struct mill_motion_bounds *b = &c->bounds;
-    const vec3 across = vec3_axpy(f->v, -vec3_dot(f->v, b->axis), b->axis);
-    const double omega = b->turning, v = vec3_norm(across) + b->speed + f->pull * h;
-    return f->pull + b->acceleration + omega * (2.0 * v + omega * c->reach) + b->spin_up * c->reach;
 }
 
 /* The movement of a ball relative to a body, at one time */
@@ -136,7 +123,6 @@ MILL_CONVEX_INLINE struct mill_hit mill_convex_search(const struct mill_convex *
     const double end = horizon < MILL_CONVEX_FARTHEST ? horizon : MILL_CONVEX_FARTHEST;
     const struct mill_hit none = {MILL_HIT_NONE, INFINITY}, later = {MILL_HIT_ASK_AGAIN, end};
     const bool still = c->bounds.turning == 0.0 && c->bounds.speed == 0.0;
-    double a = c->reach > 0.0 ? mill_convex_acceleration(c, f, end) + 1e-9 : 0.0;
     double t = 0.0;
     for (int step = 0; step < MILL_CONVEX_MOST; step++) {
         const vec3 r = vec3_fly(f->r, f->v, f->g, t);
@@ -150,13 +136,10 @@ MILL_CONVEX_INLINE struct mill_hit mill_convex_search(const struct mill_convex *
         if (d <= MILL_SHAPE_CLOSED && d1 <= MILL_CONVEX_SLOWEST)
             return (struct mill_hit){MILL_HIT_CONTACT, t};
         const bool glides = step >= MILL_CONVEX_PATIENCE && d > -MILL_SHAPE_CLOSED;
-        double longest = INFINITY;
-        if (!(c->reach > 0.0)) {
-            const struct mill_seen seen = mill_convex_see(c, f, &pose, r, v, end - t);
-            a = seen.acceleration;
-            longest = seen.within < end - t ? seen.within : (double)INFINITY;
-        }
-        const double next = t + mill_least(mill_convex_step(d, d1, a, glides), longest);
+        const struct mill_seen seen = mill_convex_see(c, f, &pose, r, v, end - t);
+        const double longest = seen.within < end - t ? seen.within : (double)INFINITY;
+        const double next =
+            t + mill_least(mill_convex_step(d, d1, seen.acceleration, glides), longest);
         if (next > end)
             return end < horizon ? later : none;
         if (next > t)

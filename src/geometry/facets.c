@@ -107,11 +107,9 @@ static bool reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, double r
 
 /* ---- from its numbers ---- */
 
-static bool is_sound(const void *form)
+static bool is_sound(const struct mill_body *is)
 {
-    const struct mill_body *is = form;
-    bool good =
-        mill_body_is_placed(is) && is->facets >= 4 && is->facets <= MILL_FACETS_MOST && is->facet;
+    bool good = is->facets >= 4 && is->facets <= MILL_FACETS_MOST && is->facet;
     for (size_t k = 0; good && k < 3 * is->facets; k++)
         good = vec3_norm(is->facet[k / 3][k % 3]) < FARTHEST; /* false for NaN */
     return good;
@@ -119,7 +117,7 @@ static bool is_sound(const void *form)
 
 static struct mill_hull hull(const struct mill_body *is)
 {
-    struct mill_hull hull = {0.0, 0.0};
+    struct mill_hull hull = {0.0, 0.0, 0};
     for (size_t k = 0; k < 3 * is->facets; k++) {
         const vec3 p = is->facet[k / 3][k % 3];
         hull.half = fmax(hull.half, fabs(p.z));
@@ -138,21 +136,15 @@ static double volume(const struct mill_body *is)
     return sixfold / 6.0;
 }
 
-static void outline(const struct mill_body *is, double tolerance, struct mill_mesh *mesh)
+static void outline(const struct mill_body *is, int wall, double tolerance, struct mill_mesh *mesh)
 {
+    (void)wall;
     (void)tolerance;
     for (size_t k = 0; k < is->facets; k++) {
         const vec3 *p = is->facet[k];
         mill_mesh_triangle(mesh, mill_body_out(is, p[0]), mill_body_out(is, p[is->inside ? 2 : 1]),
                            mill_body_out(is, p[is->inside ? 1 : 2]));
     }
-}
-
-static void draw(const struct mill_shape *shape, const struct mill_chamber *chamber,
-                 double tolerance, struct mill_mesh *mesh)
-{
-    (void)chamber;
-    outline(&((const struct mill_facets *)shape)->body.is, tolerance, mesh);
 }
 
 static double per_square(vec3 a)
@@ -233,12 +225,10 @@ static bool arrange(struct mill_facets *m)
     return good;
 }
 
-static bool create(struct mill_shape *shape, const void *form, const struct mill_chamber *chamber)
+static bool create(struct mill_shape *shape)
 {
     struct mill_facets *m = (struct mill_facets *)shape;
     struct mill_body *is = &m->body.is;
-    const vec3 none = {0.0, 0.0, 0.0};
-    *is = *(const struct mill_body *)form;
     m->corner = malloc(is->facets * sizeof *m->corner);
     m->flat = malloc(is->facets * sizeof *m->flat);
     m->side = malloc(is->facets * sizeof *m->side);
@@ -248,7 +238,6 @@ static bool create(struct mill_shape *shape, const void *form, const struct mill
     memcpy(m->corner, is->facet, is->facets * sizeof *m->corner);
     is->facet = (const vec3(*)[3])m->corner;
     m->count = (int32_t)is->facets;
-    mill_body_create(&m->body, chamber, hull(is), none, false);
     return arrange(m);
 }
 
@@ -262,17 +251,16 @@ static void release(struct mill_shape *shape)
     free(m->at_corner);
 }
 
-const struct mill_shape_type mill_facets_type = {.name = "mesh",
-                                                 .is_sound = is_sound,
-                                                 .size = sizeof(struct mill_facets),
-                                                 .create = create,
-                                                 .free = release,
-                                                 .next_contact = next_contact,
-                                                 .contact = contact,
-                                                 .reachable = reachable,
-                                                 .beside = beside,
-                                                 .draw = draw,
-                                                 .hull = hull,
-                                                 .volume = volume,
-                                                 .outline = outline,
-                                                 .chart = mill_body_chart_flat};
+static const struct mill_shape_type surface = {.size = sizeof(struct mill_facets),
+                                               .create = create,
+                                               .free = release,
+                                               .next_contact = next_contact,
+                                               .contact = contact,
+                                               .reachable = reachable,
+                                               .beside = beside};
+
+const struct mill_solid mill_facets_solid = {.surface = &surface,
+                                             .is_sound = is_sound,
+                                             .volume = volume,
+                                             .outline = outline,
+                                             .hull = hull};

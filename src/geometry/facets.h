@@ -128,6 +128,7 @@ static inline double mill_facets_angle(vec3 a, vec3 b, vec3 c)
                                                                     vec3_dot(c, a) * y);
 }
 
+enum { MILL_SHAPE_FAULT = 200 }; /* maximum length of a fault's text */
 enum { MILL_FACETS_HOLLOW = -2 };
 
 /* *turned: a facet of a shell that faces inwards and is not a cavity of the other shells; -1: there

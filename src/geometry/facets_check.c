@@ -7,6 +7,7 @@
  * It does not cross itself: no side of a facet goes through the inside of another one, by more than
  * the rounding to single precision of an STL file can cause. */
 #include "geometry/facets.h"
+#include "geometry/solid.h"
 
 #include <stdio.h>
 
@@ -168,7 +169,7 @@ static const char *find_turned(const struct mill_body *is, const struct mill_fac
                                char text[MILL_SHAPE_FAULT])
 {
     int32_t turned = -1;
-    if (!(mill_facets_type.volume(is) > 0.0))
+    if (!(mill_facets_solid.volume(is) > 0.0))
         snprintf(text, MILL_SHAPE_FAULT,
                  "its facets face into the solid: turn all of them over (\"flip normals\" in the "
                  "program that made the mesh)");
@@ -190,7 +191,7 @@ static const char *find_turned(const struct mill_body *is, const struct mill_fac
 
 const char *mill_facets_fault(const struct mill_body *is, char text[MILL_SHAPE_FAULT])
 {
-    if (!mill_facets_type.is_sound(is)) {
+    if (!mill_solid_is_sound(&mill_facets_solid, is)) {
         snprintf(text, MILL_SHAPE_FAULT,
                  "it has %zu facets: a closed mesh takes at least 4, of finite coordinates",
                  is->facets);

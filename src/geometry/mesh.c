@@ -9,7 +9,6 @@
 #include "geometry/mesh.h"
 
 #include "base/elementary.h"
-#include "geometry/body.h"
 
 #include <assert.h>
 #include <stdlib.h>
@@ -128,13 +127,6 @@ void mill_mesh_mantle(struct mill_mesh *mesh, const struct mill_profile *p, doub
         const int64_t next = (k + 1) % count;
         quad(mesh, within, low + k, low + next, high + next, high + k);
     }
-}
-
-void mill_mesh_drum(const struct mill_shape *shape, const struct mill_chamber *chamber,
-                    double tolerance, struct mill_mesh *mesh)
-{
-    (void)shape;
-    mill_mesh_mantle(mesh, &chamber->drum, chamber->half_length, tolerance, true);
 }
 
 /* Adds the points on the line from an outer centre to the axis: the centre, and the points on rays

@@ -3,7 +3,8 @@
 #ifndef MILL_MESH_H
 #define MILL_MESH_H
 
-#include "geometry/shape.h"
+#include "base/profile.h"
+#include "geometry/solid.h"
 
 struct mill_mesh {
     size_t points, triangles;
@@ -21,10 +22,6 @@ void mill_mesh_free(struct mill_mesh *mesh);
  * than the tolerance [m] or than a hundredth of an arc's radius. */
 void mill_mesh_mantle(struct mill_mesh *mesh, const struct mill_profile *profile,
                       double half_length, double tolerance, bool within);
-
-/* `draw` of struct mill_shape_type for drums with any profile: the wall of the chamber */
-void mill_mesh_drum(const struct mill_shape *, const struct mill_chamber *, double tolerance,
-                    struct mill_mesh *mesh);
 
 /* Adds the part of the plane x = `x` inside the profile, seen from greater x (side > 0) or smaller
  * x. Its corners are equal, to the bit, to the corners of a mantle with the same profile and

@@ -3,15 +3,11 @@
  * point), and by the distance by which it is grown. In the half plane of radius and axis, the
  * outline of the core is its side, a straight line, between two caps. */
 #include "base/elementary.h"
-#include "geometry/body.h"
 #include "geometry/mesh.h"
+#include "geometry/shapes.h"
 
 struct round {
     struct mill_bodied body;
-    double grown;      /* [m] by which the core is grown */
-    double shift;      /* [m] place of the core's centre along the axis */
-    double half;       /* [m] half of the core's length */
-    double low, high;  /* [m] its radii at -half, +half */
     double side;       /* [m] length of the core's side */
     double out, along; /* direction of the side: (radius, axis) */
 };
@@ -20,15 +16,16 @@ struct round {
  * meet. */
 static double look(const struct round *c, double rho, double z, double *out, double *along)
 {
-    const double r = rho - c->low, h = z + c->half;
+    const struct mill_core *core = &c->body.core;
+    const double half = core->half.z, r = rho - core->low, h = z + half;
     const double way = r * c->out + h * c->along, off = r * c->along - h * c->out;
-    const bool above = z > c->half, below = z < -c->half;
+    const bool above = z > half, below = z < -half;
     *out = 0.0;
     *along = z < 0.0 ? -1.0 : 1.0;
-    if ((above && rho <= c->high) || (below && rho <= c->low))
-        return fabs(z) - c->half;
+    if ((above && rho <= core->high) || (below && rho <= core->low))
+        return fabs(z) - half;
     if (!above && !below && off <= 0.0) { /* inside: this only happens to a pinched ball */
-        const double cap = fabs(z) - c->half;
+        const double cap = fabs(z) - half;
         if (cap > off)
             return cap;
         *out = c->along;
@@ -40,7 +37,7 @@ static double look(const struct round *c, double rho, double z, double *out, dou
         *along = -c->out;
         return off;
     }
-    const double x = way > 0.0 ? rho - c->high : r, y = way > 0.0 ? z - c->half : h;
+    const double x = way > 0.0 ? rho - core->high : r, y = way > 0.0 ? z - half : h;
     const double d = sqrt(x * x + y * y);
     *out = d > 0.0 ? x / d : c->along;
     *along = d > 0.0 ? y / d : -c->out;
@@ -56,130 +53,119 @@ MILL_CONVEX_INLINE struct mill_view view(const struct mill_convex *convex, vec3 
     const vec3 across = vec3_axpy(q, -z, is->z);
     const double rho = vec3_norm(across);
     double out, along;
-    const double d = look(c, rho, z - c->shift, &out, &along) - c->grown;
+    const double d = look(c, rho, z - c->body.core.shift, &out, &along) - c->body.core.grown;
     /* on the axis any direction will do */
     const vec3 radial = rho > 0.0 ? vec3_scale(across, out / rho) : vec3_scale(is->x, out);
     return (struct mill_view){d, vec3_axpy(radial, along, is->z)};
 }
 
-static struct mill_hit next_contact(const struct mill_shape *shape, const struct mill_flight *f,
-                                    double radius, double now, double horizon, bool touching)
-{
-    const struct mill_bodied *b = (const struct mill_bodied *)shape;
-    (void)touching;
-    if (mill_body_is_far(b, f, radius))
-        return mill_hit_at(INFINITY);
-    return mill_convex_search(&b->convex, view, f, radius, now, horizon);
-}
+/* ---- the core ---- */
 
-static struct mill_contact contact(const struct mill_shape *shape, vec3 centre, double radius,
-                                   const struct mill_pose *pose)
+/* A frustum, shrunk by the rounding, which may then end in a tip */
+static struct mill_core core_of(const struct mill_body *is, double end)
 {
-    return mill_convex_contact((const struct mill_convex *)shape, view, centre, radius, pose);
-}
-
-struct mill_round_core mill_round_core(const struct mill_shape_type *type,
-                                       const struct mill_body *is)
-{
-    const bool point = type == &mill_round_sphere_type, line = type == &mill_round_capsule_type;
-    const double half = point ? 0.0 : 0.5 * is->length;
-    struct mill_round_core c = {.from = -half, .to = half, .grown = is->radius};
-    if (point || line)
-        return c;
-    const double end = type == &mill_round_cone_type ? is->end_radius : is->radius;
-    const double slope = (end - is->radius) / is->length;
+    const double half = 0.5 * is->length, slope = (end - is->radius) / is->length;
     const double middle = 0.5 * (is->radius + end) - is->rounding * sqrt(1.0 + slope * slope);
-    c = (struct mill_round_core){
-        .from = is->rounding - half, .to = half - is->rounding, .grown = is->rounding};
-    if (middle + slope * c.to < 0.0 && slope < 0.0)
-        c.to = -middle / slope;
-    if (middle + slope * c.from < 0.0 && slope > 0.0)
-        c.from = -middle / slope;
+    double from = is->rounding - half, to = half - is->rounding;
+    if (middle + slope * to < 0.0 && slope < 0.0)
+        to = -middle / slope;
+    if (middle + slope * from < 0.0 && slope > 0.0)
+        from = -middle / slope;
     if (slope == 0.0 && middle < -1e-15)
-        c.to = -INFINITY;
-    c.low = fmax(middle + slope * c.from, 0.0);
-    c.high = fmax(middle + slope * c.to, 0.0);
-    return c;
+        to = -INFINITY;
+    return (struct mill_core){.grown = is->rounding,
+                              .shift = 0.5 * (from + to),
+                              .half.z = 0.5 * (to - from),
+                              .low = fmax(middle + slope * from, 0.0),
+                              .high = fmax(middle + slope * to, 0.0)};
 }
 
-static bool create(struct mill_shape *shape, const void *form, const struct mill_chamber *chamber)
+static struct mill_core core_sphere(const struct mill_body *is)
+{
+    return (struct mill_core){.grown = is->radius};
+}
+
+static struct mill_core core_capsule(const struct mill_body *is)
+{
+    return (struct mill_core){.grown = is->radius, .half.z = 0.5 * is->length};
+}
+
+static struct mill_core core_cone(const struct mill_body *is)
+{
+    return core_of(is, is->end_radius);
+}
+
+static struct mill_core core_cylinder(const struct mill_body *is)
+{
+    return core_of(is, is->radius);
+}
+
+/* The farthest point of either rim, in the half plane of the axis and the direction */
+vec3 mill_round_support(const struct mill_core *c, vec3 way)
+{
+    const double across = sqrt(way.x * way.x + way.y * way.y), half = c->half.z;
+    const bool up = way.z * half + c->high * across >= c->low * across - way.z * half;
+    const double r = up ? c->high : c->low, z = c->shift + (up ? half : -half);
+    if (!(across > 0.0) || r == 0.0)
+        return vec3_make(0.0, 0.0, z);
+    return vec3_make(r * way.x / across, r * way.y / across, z);
+}
+
+static bool create(struct mill_shape *shape)
 {
     struct round *c = (struct round *)shape;
-    const struct mill_body *is = form;
-    const struct mill_shape_type *type = shape->type;
-    const vec3 axis = {0.0, 0.0, 1.0};
-    const bool point = type == &mill_round_sphere_type;
-    const struct mill_round_core core = mill_round_core(type, is);
-    c->body.is = *is;
-    c->grown = core.grown;
-    c->shift = 0.5 * (core.from + core.to);
-    c->half = 0.5 * (core.to - core.from);
-    c->low = core.low;
-    c->high = core.high;
-    const double out = c->high - c->low, along = 2.0 * c->half;
+    const struct mill_core *core = &c->body.core;
+    const double out = core->high - core->low, along = 2.0 * core->half.z;
     c->side = sqrt(out * out + along * along);
     c->out = c->side > 0.0 ? out / c->side : 0.0;
     c->along = c->side > 0.0 ? along / c->side : 1.0;
-    mill_body_create(&c->body, chamber, type->hull(is), axis, point);
     return true;
 }
 
 /* ---- the kinds ---- */
 
-static bool is_turned(const struct mill_body *is)
+static bool is_sphere(const struct mill_body *is)
 {
-    return mill_body_is_placed(is) && is->radius >= 0.0 && isfinite(is->radius);
+    return mill_solid_is_length(is->radius, false);
 }
 
-static bool is_sphere(const void *form)
+static bool is_capsule(const struct mill_body *is)
 {
-    const struct mill_body *is = form;
-    return is_turned(is) && is->radius > 0.0;
-}
-
-static bool is_capsule(const void *form)
-{
-    const struct mill_body *is = form;
-    return is_sphere(form) && is->length >= 0.0 && isfinite(is->length);
+    return is_sphere(is) && mill_solid_is_length(is->length, true);
 }
 
 /* Also checks that something is left of the cone after it is shrunk by the rounding. */
-static bool is_cone(const void *form)
+static bool is_cone(const struct mill_body *is)
 {
-    const struct mill_body *is = form;
-    if (!is_turned(is) || !(is->length > 0.0 && is->end_radius >= 0.0 && is->rounding >= 0.0) ||
-        !isfinite(is->length + is->end_radius + is->rounding) ||
-        !(is->radius + is->end_radius > 0.0) || (is->inside && is->rounding > 0.0))
-        return false;
-    const struct mill_round_core core = mill_round_core(&mill_round_cone_type, is);
-    return core.from <= core.to;
+    return mill_solid_is_length(is->radius, true) && mill_solid_is_length(is->end_radius, true) &&
+           is->radius + is->end_radius > 0.0 && mill_solid_is_length(is->length, false) &&
+           core_cone(is).half.z >= 0.0;
 }
 
-static bool is_cylinder(const void *form)
+static bool is_cylinder(const struct mill_body *is)
 {
-    struct mill_body is = *(const struct mill_body *)form;
-    is.end_radius = is.radius;
-    return is_cone(&is);
+    return is_sphere(is) && mill_solid_is_length(is->length, false) &&
+           core_cylinder(is).half.z >= 0.0;
 }
 
 static struct mill_hull hull_sphere(const struct mill_body *is)
 {
-    return (struct mill_hull){0.0, is->radius};
+    return (struct mill_hull){0.0, is->radius, 0};
 }
 
 static struct mill_hull hull_capsule(const struct mill_body *is)
 {
-    return (struct mill_hull){0.5 * is->length, is->radius};
+    return (struct mill_hull){0.5 * is->length, is->radius, 0};
 }
 
 static struct mill_hull hull_cylinder(const struct mill_body *is)
 {
-    return (struct mill_hull){0.5 * is->length, is->radius};
+    return (struct mill_hull){0.5 * is->length, is->radius, 0};
 }
 
 static struct mill_hull hull_cone(const struct mill_body *is)
 {
-    return (struct mill_hull){0.5 * is->length, fmax(is->radius, is->end_radius)};
+    return (struct mill_hull){0.5 * is->length, fmax(is->radius, is->end_radius), 0};
 }
 
 static int walls_sphere(const struct mill_body *is, struct mill_wall wall[MILL_WALLS])
@@ -256,52 +242,61 @@ static int add_arc(double (*line)[2], int n, double rho, double z, double radius
     return n;
 }
 
-static void outline(const struct mill_shape_type *type, const struct mill_body *is,
-                    double tolerance, struct mill_mesh *mesh)
+static void outline(const struct mill_body *is, const struct mill_core *c, double tolerance,
+                    struct mill_mesh *mesh)
 {
-    const struct mill_round_core c = mill_round_core(type, is);
+    const double from = c->shift - c->half.z, to = c->shift + c->half.z;
     double line[24][2];
     int n = 1;
-    const double lean = c.low == c.high ? 0.5 * MILL_PI /* of its side */
-                                        : mill_elementary_atan2(c.to - c.from, c.high - c.low);
+    const double lean = c->low == c->high ? 0.5 * MILL_PI /* of its side */
+                                          : mill_elementary_atan2(to - from, c->high - c->low);
     line[0][0] = 0.0;
-    line[0][1] = c.from - c.grown;
-    n = add_arc(line, n, c.low, c.from, c.grown, 0.0, lean);
-    n = add_arc(line, n, c.high, c.to, c.grown, lean, MILL_PI);
+    line[0][1] = from - c->grown;
+    n = add_arc(line, n, c->low, from, c->grown, 0.0, lean);
+    n = add_arc(line, n, c->high, to, c->grown, lean, MILL_PI);
     line[n][0] = 0.0;
-    line[n++][1] = c.to + c.grown;
+    line[n++][1] = to + c->grown;
     mill_mesh_turned(mesh, is, line, n, tolerance);
 }
 
-static void draw(const struct mill_shape *shape, const struct mill_chamber *chamber,
-                 double tolerance, struct mill_mesh *mesh)
-{
-    (void)chamber;
-    shape->type->outline(&((const struct mill_bodied *)shape)->is, tolerance, mesh);
-}
+static const struct mill_key key_sphere[] = {MILL_SOLID_RADIUS, {.name = NULL}};
+static const struct mill_key key_capsule[] = {
+    MILL_SOLID_RADIUS, MILL_SOLID_LENGTH, {.name = NULL}};
+static const struct mill_key key_cylinder[] = {
+    MILL_SOLID_RADIUS, MILL_SOLID_LENGTH, MILL_SOLID_ROUNDING, {.name = NULL}};
+static const struct mill_key key_cone[] = {
+    {"radius", "radius at its own z = -length/2", .unit = "m", .lo = 0, .hi = 1e4,
+     MILL_SOLID_AT(radius)},
+    {"end_radius", "radius at its own z = length/2", .unit = "m", .lo = 0, .hi = 1e4,
+     MILL_SOLID_AT(end_radius)},
+    MILL_SOLID_LENGTH,
+    MILL_SOLID_ROUNDING,
+    {.name = NULL},
+};
 
-#define ROUND(NAME)                                                                                \
-    static void outline_##NAME(const struct mill_body *is, double tolerance,                       \
+MILL_BODY_SURFACE(struct round, create, view, mill_body_is_far)
+
+#define ROUND(NAME, BALL)                                                                          \
+    static void outline_##NAME(const struct mill_body *is, int wall, double tolerance,             \
                                struct mill_mesh *mesh)                                             \
     {                                                                                              \
-        outline(&mill_round_##NAME##_type, is, tolerance, mesh);                                   \
+        const struct mill_core core = core_##NAME(is);                                             \
+        if (wall <= 0)                                                                             \
+            outline(is, &core, tolerance, mesh);                                                   \
     }                                                                                              \
-    const struct mill_shape_type mill_round_##NAME##_type = {.name = #NAME,                        \
-                                                             .is_sound = is_##NAME,                \
-                                                             .size = sizeof(struct round),         \
-                                                             .create = create,                     \
-                                                             .next_contact = next_contact,         \
-                                                             .contact = contact,                   \
-                                                             .reachable = mill_body_reachable,     \
-                                                             .sector = mill_body_sector,           \
-                                                             .draw = draw,                         \
-                                                             .walls = walls_##NAME,                \
-                                                             .hull = hull_##NAME,                  \
-                                                             .volume = volume_##NAME,              \
-                                                             .outline = outline_##NAME,            \
-                                                             .chart = mill_body_chart_round}
+    const struct mill_solid mill_round_##NAME##_solid = {.key = key_##NAME,                        \
+                                                         .surface = &surface,                      \
+                                                         .round = true,                            \
+                                                         .ball = BALL,                             \
+                                                         .is_sound = is_##NAME,                    \
+                                                         .core = core_##NAME,                      \
+                                                         .support = mill_round_support,            \
+                                                         .volume = volume_##NAME,                  \
+                                                         .outline = outline_##NAME,                \
+                                                         .walls = walls_##NAME,                    \
+                                                         .hull = hull_##NAME}
 
-ROUND(sphere);
-ROUND(capsule);
-ROUND(cone);
-ROUND(cylinder);
+ROUND(sphere, true);
+ROUND(capsule, false);
+ROUND(cone, false);
+ROUND(cylinder, false);

@@ -1,7 +1,49 @@
-/* Faults of a setup in words. */
+/* The classic parts of a mill as bodies, and the faults of a setup in words. */
+#include "base/elementary.h"
 #include "millsim/setup.h"
 
 #include <assert.h>
+
+/* Its own z is the x axis of its motion's frame. */
+static struct mill_body along_x(double radius, double length)
+{
+    return (struct mill_body){.x = {0.0, 1.0, 0.0},
+                              .y = {0.0, 0.0, 1.0},
+                              .z = {1.0, 0.0, 0.0},
+                              .radius = radius,
+                              .length = length};
+}
+
+struct mill_body mill_setup_drum_body(const struct mill_setup_drum *drum)
+{
+    struct mill_body body = along_x(drum->radius, drum->length);
+    body.inside = 1;
+    body.open = drum->periodic;
+    body.buckles = drum->buckles;
+    body.buckle_height = drum->buckles != 0 ? drum->buckle_height : 0.0;
+    body.buckle_angle = drum->buckles != 0 ? drum->buckle_angle : 0.0;
+    return body;
+}
+
+struct mill_body mill_setup_shaft(double radius, double length)
+{
+    return along_x(radius, length);
+}
+
+struct mill_body mill_setup_blade(const struct mill_blade *blade)
+{
+    const struct mill_heading angle = mill_elementary_heading(blade->angle);
+    const struct mill_heading pitch = mill_elementary_heading(blade->pitch);
+    const vec3 radial = {0.0, angle.cos, angle.sin}, around = {0.0, -angle.sin, angle.cos};
+    const vec3 along = {1.0, 0.0, 0.0};
+    return (struct mill_body){
+        .centre = {blade->position, 0.5 * blade->tip_radius * angle.cos,
+                   0.5 * blade->tip_radius * angle.sin},
+        .x = vec3_axpy(vec3_scale(along, pitch.cos), pitch.sin, around),
+        .y = radial,
+        .z = vec3_axpy(vec3_scale(along, -pitch.sin), pitch.cos, around),
+        .size = {blade->width, blade->tip_radius, blade->thickness}};
+}
 
 const char *mill_setup_fault_text(enum mill_fault_code code)
 {
@@ -13,7 +55,6 @@ const char *mill_setup_fault_text(enum mill_fault_code code)
         [MILL_FAULT_BALL_IN_SHAPE] = "a ball starts within a surface",
         [MILL_FAULT_BALL_IN_BALL] = "two balls overlap at the start",
         [MILL_FAULT_NO_ROOM] = "the balls do not fit",
-        [MILL_FAULT_SURFACE] = "a surface does not fit into the drum",
         [MILL_FAULT_CONTAINER] = "there is no container, or more than one",
         [MILL_FAULT_OUTSIDE] = "a body leaves the container",
         [MILL_FAULT_CLASH] = "two bodies run into each other",

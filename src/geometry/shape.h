@@ -1,12 +1,10 @@
-/* A surface that balls meet: drum, end wall, shaft, blade, body. Each shape is one file behind this
- * interface. A shape never changes; the pose of a moving shape is an argument. All shapes define a
+/* A surface that balls meet: a body, or one wall of the container. How balls meet it is behind this
+ * interface; what it looks like, its solid says (solid.h). A shape never changes; the pose of a moving shape is an argument. All shapes define a
  * contact in the same way: it is the first time at which gap <= 0 and the gap is closing (Bannerman
  * et al. 2014, arXiv 1211.6718). */
 #ifndef MILLSIM_SHAPE_H
 #define MILLSIM_SHAPE_H
 
-#include "base/key.h"
-#include "base/profile.h"
 #include "millsim/kinds.h"
 #include "millsim/motion.h"
 #include "millsim/poly.h"
@@ -72,76 +70,15 @@ struct mill_contact {
 /* [m] a search by steps takes a gap below this as closed: about 50 rounding errors of a position */
 #define MILL_SHAPE_CLOSED 1e-15
 
-/* The room inside the container, which bounds all other shapes */
-struct mill_chamber {
-    struct mill_profile drum; /* its cross-section; for a body: the circle around it */
-    double half_length;       /* [m] */
-    struct mill_reach places; /* all places of the laboratory that it reaches */
-};
-
-/* Data of the mill, to check whether a form fits into it */
-struct mill_shape_fit {
-    double bore;         /* [m] minimum distance of the drum's wall from the axis */
-    bool wavy;           /* the wall has buckles */
-    double length;       /* [m] of the drum */
-    double shaft_radius; /* [m] 0: no shaft */
-    bool spread;         /* one of a set of equal shapes, whose places follow from their number */
-};
-
-/* The clearances between a form and the drum, and between it and the nearer end wall [m], and the
- * keys that set them */
-struct mill_shape_gaps {
-    double drum, wall;
-    const char *drum_key, *wall_key;
-};
-
-enum { MILL_SHAPE_FAULT = 200 }; /* maximum length of a fault's text */
-
-/* A container that is a body consists of walls. Each is a surface of its own. In the body's
- * frame: */
-struct mill_wall {
-    bool flat;
-    vec3 point, normal; /* [m], unit into the mill: of a flat wall */
-    double radius;      /* [m] of a round wall about z, at z = 0 */
-    double slope;       /* change of the radius along z, if it has no round ends */
-    double half;        /* [m] half of the straight part between round ends; INFINITY: no ends */
-};
-enum { MILL_WALLS = 6 }; /* of one body, at most */
-
-/* A volume that encloses a body, in its frame: all places within `radius` [m] of the line from
- * -half to +half [m] on its z axis */
-struct mill_hull {
-    double half, radius;
-};
-
-struct mill_body;
-struct mill_mesh;
 struct mill_shape;
 
-/* A kind of shape. Poses are poses of the shape's motion; without a motion it is
+/* How balls meet a kind of surface. Poses are poses of the shape's motion; without a motion it is
  * mill_pose_still. */
 struct mill_shape_type {
-    const char *name; /* "blade", "end wall": in messages, and in a deck's sections [blade.NAME] */
-    enum mill_kind kind; /* of its contacts; MILL_BALL_BALL: the kind of the body */
-    bool pinches;        /* it can pinch balls */
-    /* Only for the kinds in mill_shapes_named, which a deck can name: */
-    bool on_rotor;              /* they are on the rotor; else they do not move */
-    const struct mill_key *key; /* keys for the numbers of the form */
-    size_t form;                /* its size */
-    /* What is wrong with a form in this mill: returns the key to mend, and a sentence in `text`.
-     * NULL: no fault. */
-    const char *(*fault)(const void *form, const struct mill_shape_fit *,
-                         char text[MILL_SHAPE_FAULT]);
-    /* Clearances in which it can pinch balls; NULL: it has none */
-    struct mill_shape_gaps (*gaps)(const void *form, const struct mill_shape_fit *);
-    /* For all kinds: */
-    /* Do these numbers, a struct of this kind, describe a valid shape? NULL: the drum's own
-     * surfaces, which have no numbers */
-    bool (*is_sound)(const void *form);
     size_t size; /* of its struct */
-    /* Fills its struct, in which the caller has set the members of struct mill_shape; the rest is
-     * zero. form: valid numbers. false: out of memory; `free` is called in any case. */
-    bool (*create)(struct mill_shape *, const void *form, const struct mill_chamber *chamber);
+    /* Fills what its struct has in addition to struct mill_bodied, all of which is set; the rest is
+     * zero. false: out of memory; `free` is called in any case. NULL: nothing to fill */
+    bool (*create)(struct mill_shape *);
     void (*free)(struct mill_shape *); /* frees all that it allocated, except its struct; NULL:
                                           nothing to free */
     /* The first contact within `horizon` [s] of local time `now` [s], horizon included. touching:
@@ -164,27 +101,15 @@ struct mill_shape_type {
      * *contact is the contact there. NULL: no ball ever touches this shape at two places. */
     bool (*beside)(const struct mill_shape *, vec3 centre, vec3 v, double radius,
                    const struct mill_pose *, struct mill_contact *contact);
-    /* Adds the surface that balls can reach, in its own frame. No flat is farther than `tolerance`
-     * [m] from the surface. */
-    void (*draw)(const struct mill_shape *, const struct mill_chamber *, double tolerance,
-                 struct mill_mesh *);
-    /* Sets the frame in which the faces of the shape lie along the axes, in coordinates of its
-     * motion's frame. true: the shape can turn about x of this frame without a change. NULL: it is
-     * the motion's frame, and the shape is flat. */
-    bool (*chart)(const struct mill_shape *, struct mill_pose *frame);
-    /* Only for bodies: */
-    /* Its walls, if it is a container; returns their number. NULL: it is one surface, also from
-     * inside. */
-    int (*walls)(const struct mill_body *, struct mill_wall wall[MILL_WALLS]);
-    struct mill_hull (*hull)(const struct mill_body *);
-    double (*volume)(const struct mill_body *); /* [m^3] */
-    /* Adds its outline in its motion's frame, seen from the side of the balls. */
-    void (*outline)(const struct mill_body *, double tolerance, struct mill_mesh *);
 };
+
+struct mill_solid;
 
 /* Every shape starts with this. */
 struct mill_shape {
     const struct mill_shape_type *type;
+    const struct mill_solid *solid;   /* of its body */
+    int wall;                         /* its number among the walls of a container; -1: all of it */
     const struct mill_motion *motion; /* the motion that moves it; NULL: none */
     int kind;                         /* of its contacts: a kind of the world */
     int number;    /* its number among its kind: end wall 0 (x < 0) or 1, blade 0..; -1: the only
@@ -193,15 +118,6 @@ struct mill_shape {
     bool fixed;    /* the distance of any point of space from it never changes */
     double hollow; /* [m] minimum radius of surfaces that curve around the ball; 0: none */
 };
-
-/* `chart` of surfaces about the x axis of their motion's frame */
-static inline bool mill_shape_chart(const struct mill_shape *shape, struct mill_pose *frame)
-{
-    (void)shape;
-    *frame = mill_pose_still;
-    frame->about_x = true; /* fewer operations */
-    return true;
-}
 
 /* Its pose at local time t [s] */
 static inline struct mill_pose mill_shape_pose(const struct mill_shape *shape, double t)

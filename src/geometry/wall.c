@@ -1,4 +1,4 @@
-/* One wall of a container that is a body: flat, or round and met from inside.
+/* One wall of a container: flat, or round and met from inside.
  *
  * A round wall (of a cylinder, cone, capsule or sphere) has the distance m, the contact radius,
  * from a core, which is a line or a point. q is the vector from the nearest point of the core to
@@ -10,18 +10,16 @@
  *
  * For walls that do not move, or only turn about their own axis, closed forms are used. */
 #include "geometry/body.h"
-#include "geometry/mesh.h"
-
-#include <assert.h>
 
 /* Fraction of a ball's radius: a ball nearer than this to a cone's tip is in the tip. */
 #define TIP 1e-9
 
 struct wall {
-    struct mill_bodied body;           /* its member `of` draws the whole body */
+    struct mill_bodied body;
     struct mill_wall is;               /* in the motion's frame, if it is flat */
+    vec3 point, normal;                /* in the laboratory, if it is flat and fixed */
     double cosine;                     /* of the angle between a cone's side and its axis */
-    struct mill_pose pose;             /* of the body's own frame, if it is fixed */
+    struct mill_pose pose;             /* of the body's own frame, if it is round and fixed */
     const struct mill_motion *carrier; /* the innermost motion that moves the centre */
 };
 
@@ -174,8 +172,7 @@ static struct mill_hit next_contact(const struct mill_shape *shape, const struct
 {
     const struct wall *w = (const struct wall *)shape;
     if (shape->fixed && w->is.flat) {
-        const vec3 n = mill_pose_turn_out(&w->pose, w->is.normal);
-        const vec3 r = vec3_sub(f->r, mill_pose_out(&w->pose, w->is.point));
+        const vec3 n = w->normal, r = vec3_sub(f->r, w->point);
         const double p[5] = {radius - vec3_dot(n, r), -vec3_dot(n, f->v), -0.5 * vec3_dot(n, f->g)};
         return mill_hit_at(mill_poly_first_rise(p, horizon, touching, NULL));
     }
@@ -220,63 +217,48 @@ static bool beside(const struct mill_shape *shape, vec3 centre, vec3 v, double r
     return vec3_dot(vec3_sub(v, k->velocity), k->normal) < 0.0;
 }
 
-/* form: a struct mill_wall_of */
-static bool create(struct mill_shape *shape, const void *form, const struct mill_chamber *chamber)
+/* The corner of the box that is nearest to a fixed flat wall says whether a ball can touch it. */
+static bool reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, double radius)
+{
+    const struct wall *w = (const struct wall *)shape;
+    const vec3 n = w->normal;
+    if (!shape->fixed || !w->is.flat)
+        return mill_body_reachable(shape, lo, hi, radius);
+    mill_body_clip(&w->body, &lo, &hi);
+    const vec3 near = {n.x > 0.0 ? lo.x : hi.x, n.y > 0.0 ? lo.y : hi.y, n.z > 0.0 ? lo.z : hi.z};
+    return vec3_dot(n, vec3_sub(near, w->point)) <=
+           radius * (1.0 + 1e-3) + 1e-6 * (w->body.hull.half + w->body.hull.radius);
+}
+
+static bool create(struct mill_shape *shape)
 {
     struct wall *w = (struct wall *)shape;
-    const struct mill_wall_of *asked = form;
-    const struct mill_body *is = asked->body;
-    const vec3 axis = {0.0, 0.0, 1.0};
-    w->body.is = *is;
-    w->body.of = asked->draws;
-    w->is = asked->wall;
+    const struct mill_body *is = &w->body.is;
+    w->is = mill_body_wall(shape->solid, is, shape->wall);
     w->cosine = 1.0 / sqrt(1.0 + w->is.slope * w->is.slope);
-    mill_body_create(&w->body, chamber, asked->hull, w->is.flat ? w->is.normal : axis,
-                     !w->is.flat && w->is.half <= 0.0);
+    const struct mill_pose at = mill_shape_pose(shape, 0.0);
     if (w->is.flat) {
         w->is.point = mill_body_out(is, w->is.point);
         w->is.normal = mill_body_turn_out(is, w->is.normal);
+        w->point = mill_pose_out(&at, w->is.point);
+        w->normal = mill_pose_turn_out(&at, w->is.normal);
         shape->fixed = shape->fixed || mill_motion_keeps(shape->motion, w->is.normal);
     } else {
         shape->hollow = w->is.radius;
-    }
-    w->carrier = mill_motion_that_moves(shape->motion, is->centre);
-    const struct mill_pose at = mill_shape_pose(shape, 0.0);
-    /* its x is the body's axis, as mill_shape_circle() requires */
-    w->pose = mill_pose_still;
-    if (w->is.flat) {
-        w->pose = at;
-    } else {
+        /* its x is the body's axis, as mill_shape_circle() requires */
+        w->pose = mill_pose_still;
         w->pose.place = mill_pose_out(&at, is->centre);
         w->pose.x = mill_pose_turn_out(&at, is->z);
         w->pose.y = mill_pose_turn_out(&at, is->x);
         w->pose.z = mill_pose_turn_out(&at, is->y);
     }
+    w->carrier = mill_motion_that_moves(shape->motion, is->centre);
     return true;
 }
 
-static void draw(const struct mill_shape *shape, const struct mill_chamber *chamber,
-                 double tolerance, struct mill_mesh *mesh)
-{
-    const struct mill_bodied *b = (const struct mill_bodied *)shape;
-    (void)chamber;
-    if (b->of)
-        b->of->outline(&b->is, tolerance, mesh);
-}
-
-/* The chart of the whole body, for the wall that draws it */
-static bool chart(const struct mill_shape *shape, struct mill_pose *frame)
-{
-    const struct mill_bodied *b = (const struct mill_bodied *)shape;
-    return b->of ? b->of->chart(shape, frame) : mill_body_chart_flat(shape, frame);
-}
-
-const struct mill_shape_type mill_wall_type = {.name = "wall",
-                                               .size = sizeof(struct wall),
+const struct mill_shape_type mill_wall_type = {.size = sizeof(struct wall),
                                                .create = create,
                                                .next_contact = next_contact,
                                                .contact = contact,
                                                .beside = beside,
-                                               .reachable = mill_body_reachable,
-                                               .draw = draw,
-                                               .chart = chart};
+                                               .reachable = reachable};

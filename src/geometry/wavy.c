@@ -13,7 +13,6 @@
  * rounding. Most flights cross no line, and usually one arc is in reach of a cell: one quartic. */
 #include "geometry/wavy.h"
 #include "base/elementary.h"
-#include "geometry/mesh.h"
 
 #include <stdlib.h>
 
@@ -330,18 +329,18 @@ static void find_pitches(struct mill_wavy *w)
     }
 }
 
-static bool create(struct mill_shape *shape, const void *form, const struct mill_chamber *chamber)
+static bool create(struct mill_shape *shape)
 {
     struct mill_wavy *w = (struct mill_wavy *)shape;
-    const struct mill_profile *p = &chamber->drum;
+    const struct mill_profile profile = mill_prism_profile(&w->body.is), *p = &profile;
     const int arcs = w->arcs = 2 * p->buckles;
-    (void)form;
     w->sectors = SECTORS * p->buckles;
     w->arc = calloc((size_t)arcs, sizeof *w->arc);
     w->outer_at = calloc((size_t)w->sectors, sizeof *w->outer_at);
     if (!w->arc || !w->outer_at)
         return false;
-    w->base.hollow = w->radius = p->arc;
+    shape->fixed = !shape->motion;
+    shape->hollow = w->radius = p->arc;
     w->far = p->radius + p->height;
     w->bore = p->radius - p->height;
     w->angle = fmod(p->angle, 2.0 * MILL_PI);
@@ -363,15 +362,11 @@ static bool create(struct mill_shape *shape, const void *form, const struct mill
     return true;
 }
 
-const struct mill_shape_type mill_wavy_type = {.name = "drum",
-                                               .kind = MILL_BALL_DRUM,
-                                               .size = sizeof(struct mill_wavy),
+const struct mill_shape_type mill_wavy_type = {.size = sizeof(struct mill_wavy),
                                                .create = create,
                                                .free = release,
                                                .next_contact = next_contact,
                                                .contact = contact,
                                                .reachable = reachable,
                                                .parts = arcs_in_reach,
-                                               .beside = beside,
-                                               .draw = mill_mesh_drum,
-                                               .chart = mill_shape_chart};
+                                               .beside = beside};

@@ -3,6 +3,7 @@
 #define MILL_WAVY_H
 
 #include "base/elementary.h"
+#include "base/profile.h"
 #include "geometry/shapes.h"
 
 /* An arc: outer (even number) or inner (odd number) */
@@ -14,14 +15,14 @@ struct mill_wavy_arc {
 };
 
 struct mill_wavy {
-    struct mill_shape base;
+    struct mill_bodied body;
     double radius;                    /* [m] of the arcs */
     double far;                       /* [m] bound of all coordinates y, z in the drum */
     double bore;                      /* [m] nothing of the wall is nearer to the axis */
     double angle;                     /* [rad] of arc 0 */
     double half_pitch;                /* [rad] between neighbouring arcs */
     struct mill_heading pitch;        /* of half_pitch */
-    struct mill_motion_bounds bounds; /* of the motion, at the drum's centre */
+    struct mill_motion_bounds bounds; /* of the motion, at the drum's centre, with its turning */
     bool overhangs;                   /* an outer arc's wedge is wider than 180 degrees */
     int arcs;
     struct mill_wavy_arc *arc;

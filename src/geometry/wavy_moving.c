@@ -28,7 +28,7 @@ static struct sight look(const struct mill_wavy *w, const struct mill_flight *f,
 {
     const struct mill_convex as = {.bounds = w->bounds};
     const vec3 r = vec3_fly(f->r, f->v, f->g, t), v = vec3_axpy(f->v, t, f->g);
-    const struct mill_pose pose = mill_shape_pose(&w->base, now + t);
+    const struct mill_pose pose = mill_shape_pose(&w->body.convex.base, now + t);
     const struct mill_seen seen = mill_convex_see(&as, f, &pose, r, v, h);
     const vec3 u = mill_pose_turn_in(&pose, vec3_sub(v, mill_pose_velocity(&pose, r)));
     const double speed = vec3_norm(u), a = seen.acceleration;

@@ -7,7 +7,7 @@
 #include "base/elementary.h"
 #include "base/memory.h"
 #include "geometry/shape.h"
-#include "observe/container.h"
+#include "geometry/body.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -34,6 +34,12 @@ static double gap_towards(const struct mill_shape *drum, double r, struct mill_h
     return gap_at(drum, r * at.cos, r * at.sin);
 }
 
+/* Is it the round or wavy wall of the container? */
+static bool is_mantle(const struct mill_shape *shape)
+{
+    return mill_body_is(shape)->inside && shape->wall == 0;
+}
+
 /* The drum, whose cross-section is enough. NULL if the cross-section is the circle (within 1e-9 of
  * its radius), or if there is no drum. */
 static const struct mill_shape *odd_drum(const struct mill_world *world,
@@ -41,7 +47,7 @@ static const struct mill_shape *odd_drum(const struct mill_world *world,
 {
     const double radius = world->drum_radius;
     for (int i = 0; i < world->shapes; i++)
-        for (int k = 0; world->shape[i]->type->kind == MILL_BALL_DRUM && k < ANGLES; k++)
+        for (int k = 0; is_mantle(world->shape[i]) && k < ANGLES; k++)
             if (!(fabs(gap_towards(world->shape[i], radius, towards[k])) < 1e-9 * radius))
                 return world->shape[i];
     return NULL;
@@ -164,7 +170,7 @@ static int rings_of(const struct mill_world *world, double radius)
 
 bool mill_maps_init(struct mill_maps *maps, const struct mill_world *world)
 {
-    const bool body = mill_container_is_body(world);
+    const bool body = !world->container.drum;
     struct mill_heading towards[ANGLES];
     for (int k = 0; k < ANGLES; k++)
         towards[k] = mill_elementary_heading(2 * MILL_PI * k / ANGLES);

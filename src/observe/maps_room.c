@@ -5,11 +5,57 @@
 #include "observe/maps.h"
 
 #include "base/elementary.h"
-#include "observe/container.h"
+#include "geometry/body.h"
 
+#include <assert.h>
 #include <math.h>
 
 #define FINEST 1.0 /* relative to a cell's width: smaller pieces are not halved */
+
+/* The walls of the container */
+struct walls {
+    const struct mill_pose *frame;
+    int count;
+    const struct mill_shape *wall[MILL_WALLS];
+};
+
+static struct walls walls_of(const struct mill_world *world)
+{
+    struct walls walls = {.frame = &world->container.frame, .count = 0};
+    for (int k = 0; k < world->shapes; k++) {
+        if (!mill_body_is(world->shape[k])->inside)
+            continue;
+        assert(walls.count < MILL_WALLS);
+        walls.wall[walls.count++] = world->shape[k];
+    }
+    return walls;
+}
+
+/* [m] Distance from a point of the container's frame to the nearest wall; < 0: the point is
+ * outside. When the point moves, the distance changes by no more than the point moves. normal: set
+ * to the direction away from that wall. near: set to the walls that can be the nearest ones of a
+ * point within `reach` [m] of this one. */
+static double gap_of(const struct walls *walls, vec3 point, double reach, vec3 *normal,
+                     struct walls *near)
+{
+    const vec3 place = mill_pose_out(walls->frame, point); /* in the motion's frame */
+    double gap[MILL_WALLS] = {0.0}, least = INFINITY;
+    vec3 away = {0.0, 0.0, 0.0};
+    for (int k = 0; k < walls->count; k++) {
+        const struct mill_shape *shape = walls->wall[k];
+        const struct mill_contact c = shape->type->contact(shape, place, 0, &mill_pose_still);
+        gap[k] = c.gap;
+        away = c.gap < least ? c.normal : away;
+        least = mill_least(least, c.gap);
+    }
+    near->frame = walls->frame;
+    near->count = 0;
+    for (int k = 0; k < walls->count; k++)
+        if (gap[k] <= least + 2.001 * reach)
+            near->wall[near->count++] = walls->wall[k];
+    *normal = mill_pose_turn_in(walls->frame, away);
+    return least;
+}
 
 /* Two corners of a piece, along (x, y, z), or for a ring along (x, r, angle) */
 struct piece {
@@ -23,7 +69,7 @@ static double volume_of(const struct piece *p, bool ring)
 }
 
 /* [m^3] volume of the piece inside the container */
-static double inside(const struct mill_container_walls *walls, const struct piece *piece, bool ring,
+static double inside(const struct walls *walls, const struct piece *piece, bool ring,
                      double finest)
 {
     double middle[3], side[3];
@@ -38,9 +84,9 @@ static double inside(const struct mill_container_walls *walls, const struct piec
     const vec3 point = ring ? vec3_make(middle[0], middle[1] * at.cos, middle[1] * at.sin)
                             : vec3_make(middle[0], middle[1], middle[2]);
     vec3 n;
-    struct mill_container_walls near;
+    struct walls near;
     const double reach = 0.5 * sqrt(side[0] * side[0] + side[1] * side[1] + side[2] * side[2]);
-    const double gap = mill_container_gap(walls, point, reach, &n, &near);
+    const double gap = gap_of(walls, point, reach, &n, &near);
     const double all = volume_of(piece, ring);
     if (fabs(gap) >= reach)
         return gap > 0 ? all : 0;
@@ -63,7 +109,7 @@ void mill_maps_room(struct mill_maps *maps, const struct mill_world *world)
 {
     const double half = 0.5 * world->drum_length, finest = FINEST * maps->cross.size[0];
     double *room = maps->cross.room; /* of both maps */
-    const struct mill_container_walls walls = mill_container_find(world);
+    const struct walls walls = walls_of(world);
     for (int which = 0; which < 2; which++) {
         const bool ring = which == 1;
         const struct mill_map *map = ring ? &maps->axial : &maps->cross;

@@ -31,8 +31,6 @@ struct mill_observe {
     /* [J] energy in the springs of contacts, for another program's run; NULL: no springs. The
      * series reads the number at every row. */
     const double *elastic;
-    /* cross-section of the drum, or the circle around a body, for pictures */
-    struct mill_profile drum;
     struct mill_wear_law wear[MILL_KINDS_MOST];
 };
 

@@ -1,17 +1,16 @@
 /* Collects the triangles of all surfaces that a motion carries. */
 #include "observe/outline.h"
 
-#include "geometry/shape.h"
+#include "geometry/body.h"
 
 #include <stdlib.h>
 
-/* Relative to the drum's radius: maximum distance of a triangle from its surface */
+/* Relative to the container's radius: maximum distance of a triangle from its surface */
 #define FLAT 1e-3
 
-bool mill_outline_make(const struct mill_profile *drum, const struct mill_world *world,
-                       const struct mill_motion *motion, struct mill_outline *outline)
+bool mill_outline_make(const struct mill_world *world, const struct mill_motion *motion,
+                       struct mill_outline *outline)
 {
-    const struct mill_chamber chamber = {.drum = *drum, .half_length = 0.5 * world->drum_length};
     struct mill_mesh *mesh = &outline->mesh;
     *outline = (struct mill_outline){{0}, NULL, NULL};
     for (int k = 0; k < world->shapes && !mesh->failed; k++) {
@@ -19,7 +18,7 @@ bool mill_outline_make(const struct mill_profile *drum, const struct mill_world 
         const size_t before = mesh->triangles;
         if (shape->motion != motion)
             continue;
-        shape->type->draw(shape, &chamber, FLAT * drum->radius, mesh);
+        mill_body_draw(shape, FLAT * world->container.radius, mesh);
         uint8_t *kind = realloc(outline->kind, mesh->triangles + 1);
         outline->kind = kind ? kind : outline->kind;
         int32_t *number = realloc(outline->number, (mesh->triangles + 1) * sizeof *number);

@@ -279,7 +279,7 @@ static enum mill_status create(struct mill_observer *observer, const struct mill
         tally->contact[kind] =
             kind < 2 ? mill_tally_contact(world, kind) : tally->contact[kind - 1];
     memcpy(tally->law, asked->wear, sizeof tally->law);
-    if (!mill_tally_window_create(&tally->gathered, world, &asked->drum) ||
+    if (!mill_tally_window_create(&tally->gathered, world) ||
         !mill_energies_blocks_init(&tally->blocks, &tally->gathered.energies))
         return mill_error_set(error, MILL_FAILED, "out of memory for maps, spectra and energies");
     if (!mill_strikes_init(&tally->pairs, asked->strike_window) ||

@@ -28,12 +28,11 @@ static bool make_room(struct mill_gathered *gathered, int kinds)
     return gathered->impacts && gathered->strikes;
 }
 
-bool mill_tally_window_create(struct mill_gathered *gathered, const struct mill_world *world,
-                              const struct mill_profile *drum)
+bool mill_tally_window_create(struct mill_gathered *gathered, const struct mill_world *world)
 {
     return make_room(gathered, world->kinds.count) && mill_maps_init(&gathered->maps, world) &&
            mill_energies_init(&gathered->energies, world) &&
-           mill_wear_init(&gathered->wear, world, drum);
+           mill_wear_init(&gathered->wear, world);
 }
 
 bool mill_tally_window_like(struct mill_gathered *gathered, const struct mill_gathered *as,

@@ -323,16 +323,6 @@ static void put_wear(struct scene *s)
     }
 }
 
-/* Name of the block of what stands still: that of the drum if the drum does not move */
-static const char *name_of_still(const struct mill_world *world)
-{
-    for (int i = 0; i < world->shapes; i++)
-        if (!world->shape[i]->motion && (world->shape[i]->type == &mill_cylinder_drum_type ||
-                                         world->shape[i]->type == &mill_wavy_type))
-            return "drum";
-    return "still";
-}
-
 /* Name of the motion's block: that of the motion, unless another block has this name */
 static void name_of_motion(const struct mill_world *world, int k, char name[BLOCK])
 {
@@ -360,9 +350,10 @@ bool mill_vtkhdf_write(struct mill_h5 *file, const struct mill_observe *asked,
         struct mill_outline outline;
         char name[BLOCK];
         const struct mill_motion *motion = k < 0 ? NULL : world->motion[k];
-        const bool drawn = mill_outline_make(&asked->drum, world, motion, &outline);
+        const bool drawn = mill_outline_make(world, motion, &outline);
         float *points = malloc((3 * outline.mesh.points + 1) * sizeof *points);
-        snprintf(name, sizeof name, "%s", name_of_still(world));
+        snprintf(name, sizeof name, "%s",
+                 world->container.drum && !world->container.motion ? "drum" : "still");
         if (k >= 0)
             name_of_motion(world, k, name);
         if (!drawn || !points)

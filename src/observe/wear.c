@@ -23,8 +23,7 @@ bool mill_wear_like(struct mill_wear *wear, const struct mill_wear *as)
     return wear->sum;
 }
 
-bool mill_wear_init(struct mill_wear *wear, const struct mill_world *world,
-                    const struct mill_profile *drum)
+bool mill_wear_init(struct mill_wear *wear, const struct mill_world *world)
 {
     struct mill_wear_plan *plan = calloc(1, sizeof *plan);
     *wear = (struct mill_wear){.plan = plan, .owns = true};
@@ -33,9 +32,6 @@ bool mill_wear_init(struct mill_wear *wear, const struct mill_world *world,
     plan->world = world;
     for (int k = -1; k < world->motions; k++)
         plan->start[k + 1] = mill_motion_pose(k < 0 ? NULL : world->motion[k], 0.0);
-    plan->chamber = (struct mill_chamber){
-        .drum = drum->radius > 0 ? *drum : mill_profile_make(2, world->drum_radius, 0, 0),
-        .half_length = 0.5 * world->drum_length};
     if (!mill_wear_facets_make(plan))
         return false;
     const struct mill_wear as = *wear;

@@ -24,9 +24,8 @@ struct mill_wear {
     struct mill_wear_sum *sum;   /* [facets] */
 };
 
-/* drum: cross-section of the drum. false: out of memory. The caller frees it in both cases. */
-bool mill_wear_init(struct mill_wear *wear, const struct mill_world *world,
-                    const struct mill_profile *drum);
+/* false: out of memory. The caller frees it in both cases. */
+bool mill_wear_init(struct mill_wear *wear, const struct mill_world *world);
 /* Makes empty sums for the same facets */
 bool mill_wear_like(struct mill_wear *wear, const struct mill_wear *as);
 void mill_wear_free(struct mill_wear *wear);

@@ -176,8 +176,7 @@ void mill_wear_facets_draw(const struct mill_wear_plan *plan, int part, struct m
         const size_t before = mesh->triangles;
         if (plan->part_of[k] != part)
             continue;
-        w->shape[k]->type->draw(w->shape[k], &plan->chamber, FLAT * plan->chamber.drum.radius,
-                                mesh);
+        mill_body_draw(w->shape[k], FLAT * w->container.radius, mesh);
         if (shape && mesh->triangles > before)
             *shape = k;
     }
@@ -317,25 +316,27 @@ static bool make_part(struct mill_wear_plan *plan, int part, double size, int fe
     return into != NULL;
 }
 
-/* Lists the parts: the walls of a body that holds the balls are one. Sets their charts. */
+/* Lists the parts: a wall that shows nothing belongs to the part of the wall that shows all of its
+ * body. Sets their charts. */
 static bool list_parts(struct mill_wear_plan *plan)
 {
     const struct mill_world *w = plan->world;
     plan->part_of = calloc((size_t)w->shapes + 1, sizeof *plan->part_of);
     plan->part = calloc((size_t)w->shapes + 1, sizeof *plan->part);
-    int walls = -1;
+    int all = 0; /* part that shows all of the container */
     for (int k = 0; plan->part_of && plan->part && k < w->shapes; k++) {
-        const bool wall = w->shape[k]->type == &mill_wall_type;
-        plan->part_of[k] = wall && walls >= 0 ? walls : plan->parts++;
-        walls = wall ? plan->part_of[k] : walls;
+        struct mill_mesh mesh = {0};
+        mill_body_draw(w->shape[k], FLAT * w->container.radius, &mesh);
+        plan->part_of[k] = mesh.triangles > 0 ? plan->parts++ : all;
+        all = w->shape[k]->wall == 0 ? plan->part_of[k] : all;
+        mill_mesh_free(&mesh);
     }
     for (int part = 0; plan->part_of && plan->part && part < plan->parts; part++) {
         struct mill_wear_part *p = &plan->part[part];
         struct mill_mesh mesh;
         mill_wear_facets_draw(plan, part, &mesh, &p->shape);
         const struct mill_shape *shape = w->shape[p->shape];
-        p->chart = mill_pose_still;
-        p->round = shape->type->chart && shape->type->chart(shape, &p->chart);
+        p->round = mill_body_chart(shape, &p->chart);
         for (size_t i = 0; i < mesh.triangles; i++) {
             const int64_t *c = mesh.corner[i];
             const vec3 at[3] = {mesh.point[c[0]], mesh.point[c[1]], mesh.point[c[2]]};

@@ -45,7 +45,6 @@ struct mill_wear_plan {
     const struct mill_world *world;
     struct mill_pose start[MILL_MOTIONS_MOST + 1]; /* of what stands still, and of the motions, at
                                                       t = 0 */
-    struct mill_chamber chamber;                   /* of the drum, for its outline */
 };
 
 /* Makes the facets of the plan's world. false: out of memory. The caller frees the plan in both

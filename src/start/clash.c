@@ -8,11 +8,11 @@
  * direction and are apart along it; and a round body that lies on the turning axis of the other. */
 #include "start/clash.h"
 
-#include "geometry/body.h"
 #include "start/clash_gap.h"
 #include "start/clash_side.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 /* Relative to the size: bodies nearer than this touch */
 #define TOUCH 1e-6
@@ -31,8 +31,6 @@ struct check {
     struct mill_fault *fault;
     int solids;
     struct mill_clash_solid *solid;
-    struct mill_clash_solid around; /* the container, if it is not one of the solids */
-    struct mill_body drum;          /* the drum as a body */
     const struct mill_clash_solid *container;
     int walls;
     struct mill_wall wall[MILL_WALLS];
@@ -44,42 +42,70 @@ struct check {
 
 /* ---- marches ---- */
 
-/* Two solids, or a solid and some of the container's walls */
+/* Two solids, or a solid and one of the container's walls */
 struct march {
     const struct mill_clash_side *a, *b;
-    unsigned walls;
-    double near, speed;
+    int wall;           /* -1: none */
+    double near, speed; /* [m] at which they touch, [m/s] */
+    bool slides;        /* along the wall, which it may touch */
 };
 
 static double gap_at(struct check *c, const struct march *m, double t)
 {
     const struct mill_pose a = mill_motion_pose(m->a->motion, t),
                            b = mill_motion_pose(m->b->motion, t);
-    struct mill_pose in = mill_clash_side_relative(&a, &b);
-    if (m->walls == 0) {
+    struct mill_pose in = mill_pose_relative(&a, &b);
+    if (m->wall < 0) {
         const struct mill_clash_gap gap = mill_clash_gap_solids(m->a->is, m->b->is, &in, m->near);
         c->looks += gap.looks;
         return gap.least;
     }
     const struct mill_body *is = c->container->body;
     const struct mill_pose own = {.place = is->centre, .x = is->x, .y = is->y, .z = is->z};
-    double least = INFINITY;
-    in = mill_clash_side_relative(&in, &own);
-    for (int k = 0; k < c->walls; k++)
-        if (m->walls >> k & 1) {
-            const struct mill_clash_gap gap =
-                mill_clash_gap_wall(&c->wall[k], m->a->is, &in, m->near);
-            c->looks += gap.looks;
-            least = fmin(least, gap.least);
-        }
-    return least;
+    in = mill_pose_relative(&in, &own);
+    const struct mill_clash_gap gap =
+        mill_clash_gap_wall(&c->wall[m->wall], m->a->is, &in, m->near);
+    c->looks += gap.looks;
+    return gap.least;
+}
+
+static int number_of(const struct check *c, const struct mill_clash_side *side)
+{
+    return mill_clash_number(c->setup, side->is->surface);
 }
 
 static struct mill_passing passing_of(const struct check *c, const struct march *m, double gap,
                                       double t)
 {
-    const int other = m->b->is == &c->around ? -1 : m->b->is->surface;
-    return (struct mill_passing){m->a->is->surface, other, gap, t};
+    const int ends = c->setup->surface[m->b->is->surface].ends;
+    return (struct mill_passing){.one = number_of(c, m->a),
+                                 .other = number_of(c, m->b),
+                                 .kind = {m->a->is->kind, m->wall > 0 && ends ? ends
+                                                                              : m->b->is->kind},
+                                 .gap = gap,
+                                 .when = t};
+}
+
+static bool alike(const struct mill_passing *p, const struct mill_passing *q)
+{
+    return p->kind[0] == q->kind[0] && p->kind[1] == q->kind[1];
+}
+
+/* Of each two kinds of contact the narrowest place is kept, in the order of the gaps. */
+static void keep_narrowest(struct mill_fault *fault, struct mill_passing p)
+{
+    struct mill_passing *list = fault->narrowest;
+    int k = 0;
+    for (; k < MILL_FAULT_PASSINGS && list[k].gap <= p.gap; k++)
+        if (alike(&list[k], &p))
+            return;
+    int end = k;
+    while (end < MILL_FAULT_PASSINGS - 1 && list[end].gap < (double)INFINITY && !alike(&list[end], &p))
+        end++;
+    if (k == MILL_FAULT_PASSINGS)
+        return;
+    memmove(&list[k + 1], &list[k], (size_t)(end - k) * sizeof p);
+    list[k] = p;
 }
 
 /* Notes the first touch before `end`, if no earlier one is known. */
@@ -98,30 +124,30 @@ static void march(struct check *c, const struct march *m, double end, enum mill_
             return;
         }
         gap = gap_at(c, m, t);
-        if (gap <= m->near)
+        if (gap <= (m->slides ? -m->near : m->near))
             break;
-        if (gap < c->fault->narrowest.gap)
-            c->fault->narrowest = passing_of(c, m, gap, t);
+        if (gap > m->near)
+            keep_narrowest(c->fault, passing_of(c, m, gap, t));
         if (m->speed == 0.0)
             return;
         t += fmax(gap, late ? COARSE * (double)c->looks * m->near / TOUCH : 0.0) / m->speed;
     }
     *c->fault = (struct mill_fault){.code = code,
-                                    .other = m->b->is->surface,
-                                    .amount = m->walls && gap < 0.0 ? -gap : 0.0,
+                                    .other = number_of(c, m->b),
+                                    .amount = m->wall >= 0 && gap < 0.0 ? -gap : 0.0,
                                     .when = t};
     if (code == MILL_FAULT_OUTSIDE)
-        c->fault->other = m->a->is->surface;
+        c->fault->other = number_of(c, m->a);
     else
-        c->fault->ball = m->a->is->surface;
+        c->fault->ball = number_of(c, m->a);
 }
 
 /* ---- pairs ---- */
 
 static bool is_in_mesh(const struct mill_clash_side *a, const struct mill_clash_side *mesh)
 {
-    const struct mill_clash_part *p = a->is->part;
-    const vec3 at = a->is->mesh ? vec3_add(p->centre, p->x) : p->centre;
+    const struct mill_part *p = a->is->part;
+    const vec3 at = a->is->convex ? p->centre : vec3_add(p->centre, p->core.corner[0]);
     return mill_clash_solid_holds(mesh->is,
                                   mill_pose_in(&mesh->begin, mill_pose_out(&a->begin, at)));
 }
@@ -137,50 +163,41 @@ static void check_pair(struct check *c, const struct mill_clash_side *a,
     if (!holds && mill_clash_side_are_apart(a, b, near))
         return;
     /* a body inside a mesh, far from its facets */
-    const struct march hidden = {a, b, 0, INFINITY, 0.0};
-    if (b->is->mesh && is_in_mesh(a, b) != holds)
+    const struct march hidden = {a, b, -1, INFINITY, 0.0, false};
+    if (!b->is->convex && is_in_mesh(a, b) != holds)
         march(c, &hidden, 0.0, code);
-    else if (a->is->mesh && !holds && is_in_mesh(b, a))
+    else if (!a->is->convex && !holds && is_in_mesh(b, a))
         march(c, &hidden, 0.0, code);
     const bool steady = mill_clash_side_are_steady(a, b);
-    const struct march open = {a, b, 0, near, steady ? 0.0 : a->speed + b->speed};
+    const struct march open = {a, b, -1, near, steady ? 0.0 : a->speed + b->speed, false};
     march(c, &open, c->end, code);
 }
 
-/* A body may pierce a wall if both never change the space that they occupy. For other walls the
- * distance may be constant. */
+/* A body may pierce a wall if both never change the space that they occupy. It may slide along a
+ * flat wall. For other walls the distance may be constant. */
 static void check_walls(struct check *c, const struct mill_clash_side *a,
                         const struct mill_clash_side *b)
 {
     const struct mill_body *is = c->container->body;
-    const bool axial =
-        is == &c->drum && c->setup->drum.rides == 0 && mill_motion_pose(a->is->motion, 0.0).about_x;
-    if (!a->is->body && (a->is->turned || axial))
-        return;
-    struct march steady = {a, b, 0, TOUCH * (a->size + b->size), 0.0}, changing = steady;
     for (int k = 0; k < c->walls; k++) {
         const struct mill_wall *w = &c->wall[k];
         const vec3 normal = mill_pose_turn_out(&b->begin, mill_body_turn_out(is, w->normal));
         const bool kept = b->keeps || (w->flat && mill_clash_side_is_level(b, normal));
         /* a drum with buckles that turns is not round */
-        const bool buckles =
-            is == &c->drum && k == 0 && c->setup->drum.buckles > 0 && b->bounds.turning > 0.0;
+        const bool buckles = !w->flat && is->buckles > 0 && b->bounds.turning > 0.0;
         if (kept && a->keeps && !buckles)
             continue;
-        const bool same =
-            a->speed + b->speed == 0.0 || (kept && (w->flat ? mill_clash_side_is_level(a, normal)
-                                                            : mill_clash_side_turns_about(a, b)));
-        if (same) {
-            steady.walls |= 1U << k;
-        } else {
-            changing.walls |= 1U << k;
-            changing.speed = fmax(changing.speed, a->speed + (kept ? 0.0 : b->speed));
-        }
+        const bool level = kept && w->flat && mill_clash_side_is_level(a, normal);
+        const bool same = a->speed + b->speed == 0.0 || level ||
+                          (kept && !w->flat && mill_clash_side_turns_about(a, b));
+        const struct march m = {.a = a,
+                                .b = b,
+                                .wall = k,
+                                .near = TOUCH * (a->size + b->size),
+                                .speed = same ? 0.0 : a->speed + (kept ? 0.0 : b->speed),
+                                .slides = level};
+        march(c, &m, same ? 0.0 : c->end, MILL_FAULT_OUTSIDE);
     }
-    if (steady.walls)
-        march(c, &steady, 0.0, MILL_FAULT_OUTSIDE);
-    if (changing.walls)
-        march(c, &changing, c->end, MILL_FAULT_OUTSIDE);
 }
 
 static void check_two(struct check *c, const struct mill_clash_side *a,
@@ -229,13 +246,11 @@ static void take_sides(struct check *c, int which, const struct mill_motion *mot
     for (int k = 0; k < c->solids; k++)
         if (c->solid[k].motion == motion)
             c->side[which][c->sides[which]++] = mill_clash_side_of(&c->solid[k], own, &line);
-    if (c->container == &c->around && c->around.motion == motion)
-        c->side[which][c->sides[which]++] = mill_clash_side_of(&c->around, own, &line);
 }
 
 static bool carries(const struct check *c, const struct mill_motion *motion)
 {
-    bool any = c->container == &c->around && c->around.motion == motion;
+    bool any = false;
     for (int k = 0; k < c->solids && !any; k++)
         any = c->solid[k].motion == motion;
     return any;
@@ -267,41 +282,17 @@ static void check_motions(struct check *c, const struct mill_motion *a, const st
 
 /* ---- all ---- */
 
-/* The drum as a body; of a wavy drum the cylinder inside its buckles */
-static bool make_drum(struct check *c)
-{
-    const struct mill_setup_drum *drum = &c->setup->drum;
-    c->drum =
-        (struct mill_body){.inside = true,
-                           .x = {0.0, 1.0, 0.0},
-                           .y = {0.0, 0.0, 1.0},
-                           .z = {1.0, 0.0, 0.0},
-                           .radius = drum->radius - (drum->buckles > 0 ? drum->buckle_height : 0.0),
-                           .length = drum->length};
-    const struct mill_setup_surface surface = {
-        .type = &mill_round_cylinder_type, .form = &c->drum, .motion = drum->rides - 1};
-    const struct mill_setup setup = {.surface = &surface};
-    c->container = &c->around;
-    c->walls = mill_round_cylinder_type.walls(&c->drum, c->wall);
-    if (drum->periodic)
-        c->walls = 1; /* only the round one */
-    return mill_clash_solid_init(&c->around, &setup, 0, c->motion);
-}
-
 static bool make_solids(struct check *c)
 {
-    const struct mill_setup *s = c->setup;
-    bool good = s->drum.radius <= 0.0 || make_drum(c);
-    for (int k = 0; good && k < s->surfaces; k++) {
-        const struct mill_setup_surface *surface = &s->surface[k];
-        if (!mill_clash_solid_is(surface))
-            continue;
+    bool good = true;
+    for (int k = 0; good && k < c->setup->surfaces; k++) {
+        const struct mill_setup_surface *surface = &c->setup->surface[k];
         struct mill_clash_solid *solid = &c->solid[c->solids++];
-        good = mill_clash_solid_init(solid, s, k, c->motion);
-        if (!solid->body || !solid->body->inside)
+        good = mill_clash_solid_init(solid, c->setup, k, c->motion);
+        if (!surface->body->inside)
             continue;
         c->container = solid;
-        c->walls = surface->type->walls ? surface->type->walls(solid->body, c->wall) : 0;
+        c->walls = surface->solid->walls ? surface->solid->walls(surface->body, c->wall) : 0;
     }
     return good;
 }
@@ -320,7 +311,6 @@ bool mill_clash_find(const struct mill_setup *setup, struct mill_motion *const *
             check_motions(&c, p < 0 ? NULL : motion[p], motion[q]);
     for (int k = 0; k < c.solids; k++)
         mill_clash_solid_free(&c.solid[k]);
-    mill_clash_solid_free(&c.around);
     free(c.solid);
     free(c.side[0]);
     free(c.side[1]);

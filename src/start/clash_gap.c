@@ -96,10 +96,10 @@ static vec3 nearest(struct simplex *s)
                        : on_tetrahedron(s);
 }
 
-struct mill_clash_gap mill_clash_gap_parts(const struct mill_clash_part *a,
-                                           const struct mill_clash_part *b, double near)
+struct mill_clash_gap mill_clash_gap_parts(const struct mill_part *a,
+                                           const struct mill_part *b, double near)
 {
-    const double grown = a->grown + b->grown, nothing = NOTHING * (a->around + b->around);
+    const double grown = a->core.grown + b->core.grown, nothing = NOTHING * (a->around + b->around);
     struct mill_clash_gap gap = {-INFINITY, INFINITY, 0}; /* of the cores */
     struct simplex s = {0};
     vec3 v = vec3_sub(a->centre, b->centre);
@@ -115,8 +115,8 @@ struct mill_clash_gap mill_clash_gap_parts(const struct mill_clash_part *a,
             v = vec3_make(1.0, 0.0, 0.0);
         }
         const vec3 n = vec3_scale(v, 1.0 / vec3_norm(v));
-        const vec3 w = vec3_sub(mill_clash_solid_support(a, vec3_scale(n, -1.0)),
-                                mill_clash_solid_support(b, n));
+        const vec3 w = vec3_sub(mill_part_support(a, vec3_scale(n, -1.0)),
+                                mill_part_support(b, n));
         gap.least = fmax(gap.least, vec3_dot(n, w));
         if (gap.most - gap.least <= CLOSE_ENOUGH * fmax(gap.least - grown, 0.0) + 0.02 * near)
             break;
@@ -141,17 +141,6 @@ static double apart_of(const struct seek *s, const struct mill_clash_node *p,
     return vec3_norm(vec3_sub(mill_pose_out(s->a_in_b, p->centre), q->centre));
 }
 
-static struct mill_clash_part ball_of(const struct mill_clash_node *n, vec3 centre)
-{
-    return (struct mill_clash_part){.form = MILL_CLASH_ROUND,
-                                    .centre = centre,
-                                    .x = {1.0, 0.0, 0.0},
-                                    .y = {0.0, 1.0, 0.0},
-                                    .z = {0.0, 0.0, 1.0},
-                                    .grown = n->radius,
-                                    .around = n->radius};
-}
-
 /* [m] Lower bound of the distance between the contents of two spheres. Where a sphere belongs
  * to a single part, the part itself is used: the sphere around a long part is much larger
  * than the part. */
@@ -162,12 +151,13 @@ static double least_of(const struct seek *s, const struct mill_clash_node *p,
     if (least >= ENOUGH * s->gap.most)
         return least;
     if (q->part >= 0 && p->part < 0 && q->radius > p->radius) {
-        const struct mill_clash_part ball = ball_of(p, mill_pose_out(s->a_in_b, p->centre));
+        const vec3 at = mill_pose_out(s->a_in_b, p->centre);
+        const struct mill_part ball = mill_part_facet(at, at, at, p->radius);
         return fmax(least, mill_clash_gap_parts(&ball, &s->b->part[q->part], s->near).least);
     }
     if (p->part >= 0 && q->part < 0 && p->radius > q->radius) {
-        const struct mill_clash_part part = mill_clash_solid_move(&s->a->part[p->part], s->a_in_b);
-        const struct mill_clash_part ball = ball_of(q, q->centre);
+        const struct mill_part part = mill_part_move(&s->a->part[p->part], s->a_in_b);
+        const struct mill_part ball = mill_part_facet(q->centre, q->centre, q->centre, q->radius);
         return fmax(least, mill_clash_gap_parts(&part, &ball, s->near).least);
     }
     return least;
@@ -180,7 +170,7 @@ static void take_leaves(struct seek *s, const struct mill_clash_node *p,
     const double size = p->radius + q->radius, apart = apart_of(s, p, q);
     struct mill_clash_gap gap = {apart - size, apart + size, 0};
     if (apart < 2.0 * size) {
-        const struct mill_clash_part a = mill_clash_solid_move(&s->a->part[p->part], s->a_in_b);
+        const struct mill_part a = mill_part_move(&s->a->part[p->part], s->a_in_b);
         gap = mill_clash_gap_parts(&a, &s->b->part[q->part], s->near);
     }
     s->gap.least = fmin(s->gap.least, gap.least);
@@ -226,82 +216,12 @@ struct mill_clash_gap mill_clash_gap_solids(const struct mill_clash_solid *a,
 
 /* ---- a wall ---- */
 
-static double wall_gap(const struct mill_wall *w, vec3 p)
-{
-    if (w->flat)
-        return vec3_dot(w->normal, vec3_sub(p, w->point));
-    const double beyond = fabs(p.z) - w->half;
-    const double away = sqrt(p.x * p.x + p.y * p.y + (beyond > 0.0 ? beyond * beyond : 0.0));
-    return (w->radius + w->slope * p.z - away) / sqrt(1.0 + w->slope * w->slope);
-}
-
-/* Minimum of the gap over an arc of a rim from a to b; both are relative to the rim's centre. The
- * arc lies within the triangle of its two ends and the point where the tangents at its ends meet.
- * The gap is a concave function of place, so its minimum over the triangle is at one of these three
- * points. */
-static double arc_gap(const struct mill_wall *w, vec3 centre, vec3 a, vec3 b, double near,
-                      double *most, int depth)
-{
-    const vec3 sum = vec3_add(a, b);
-    const double square = vec3_dot(a, a);
-    const vec3 corner = vec3_scale(sum, square / (square + vec3_dot(a, b)));
-    const double ends = fmin(wall_gap(w, vec3_add(centre, a)), wall_gap(w, vec3_add(centre, b)));
-    const double least = fmin(ends, wall_gap(w, vec3_add(centre, corner)));
-    *most = fmin(*most, ends);
-    if (depth == DEEPEST || least >= *most - CLOSE_ENOUGH * fabs(*most) - 0.05 * near)
-        return least;
-    const vec3 middle = vec3_scale(sum, sqrt(square / vec3_dot(sum, sum)));
-    *most = fmin(*most, wall_gap(w, vec3_add(centre, middle)));
-    return fmin(arc_gap(w, centre, a, middle, near, most, depth + 1),
-                arc_gap(w, centre, middle, b, near, most, depth + 1));
-}
-
-static double rim_gap(const struct mill_wall *w, const struct mill_clash_part *p, double z,
-                      double r, double near)
-{
-    const vec3 centre = vec3_axpy(p->centre, z, p->z);
-    const vec3 x = vec3_scale(p->x, r), y = vec3_scale(p->y, r);
-    const vec3 end[4] = {x, y, vec3_scale(x, -1.0), vec3_scale(y, -1.0)};
-    double least = wall_gap(w, centre), most = INFINITY;
-    if (r == 0.0)
-        return least;
-    for (int k = 0; k < 4; k++)
-        most = fmin(most, wall_gap(w, vec3_add(centre, end[k])));
-    for (int k = 0; k < 4; k++)
-        least = fmin(least, arc_gap(w, centre, end[k], end[(k + 1) % 4], near, &most, 0));
-    return least;
-}
-
-/* The gap is concave, so its minimum is at one of the part's extreme points. */
-static double part_gap(const struct mill_wall *w, const struct mill_clash_part *p, double near)
-{
-    double least = INFINITY;
-    if (w->flat)
-        return wall_gap(w, mill_clash_solid_support(p, vec3_scale(w->normal, -1.0))) - p->grown;
-    if (p->form == MILL_CLASH_ROUND)
-        return fmin(rim_gap(w, p, -p->half.z, p->low, near),
-                    rim_gap(w, p, p->half.z, p->high, near)) -
-               p->grown;
-    const vec3 corner[3] = {p->x, p->y, p->z};
-    for (int k = 0; k < (p->form == MILL_CLASH_BOX ? 8 : 3); k++) {
-        vec3 at = p->centre;
-        if (p->form == MILL_CLASH_BOX) {
-            at = vec3_axpy(at, k & 1 ? p->half.x : -p->half.x, p->x);
-            at = vec3_axpy(at, k & 2 ? p->half.y : -p->half.y, p->y);
-            at = vec3_axpy(at, k & 4 ? p->half.z : -p->half.z, p->z);
-        } else {
-            at = vec3_add(at, corner[k]);
-        }
-        least = fmin(least, wall_gap(w, at));
-    }
-    return least - p->grown;
-}
-
 static void seek_wall(const struct mill_wall *w, const struct mill_clash_solid *s,
                       const struct mill_clash_node *n, const struct mill_pose *in, double near,
                       struct mill_clash_gap *gap)
 {
-    const double middle = wall_gap(w, mill_pose_out(in, n->centre)), least = middle - n->radius;
+    const double middle = mill_part_wall_gap(w, mill_pose_out(in, n->centre)),
+                 least = middle - n->radius;
     gap->looks++;
     /* far from the wall the sphere's bound is accurate enough */
     if (least >= ENOUGH * gap->most || (n->part >= 0 && least > n->radius)) {
@@ -311,10 +231,10 @@ static void seek_wall(const struct mill_wall *w, const struct mill_clash_solid *
         return;
     }
     if (n->part >= 0) {
-        const struct mill_clash_part part = mill_clash_solid_move(&s->part[n->part], in);
-        const double of = part_gap(w, &part, near);
-        gap->least = fmin(gap->least, of);
-        gap->most = fmin(gap->most, of + CLOSE_ENOUGH * fabs(of) + 0.05 * near);
+        const struct mill_part part = mill_part_move(&s->part[n->part], in);
+        const struct mill_part_gap of = mill_part_to_wall(&part, w, near);
+        gap->least = fmin(gap->least, of.least);
+        gap->most = fmin(gap->most, of.most);
         return;
     }
     seek_wall(w, s, &s->node[n->left], in, near, gap);

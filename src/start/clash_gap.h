@@ -3,7 +3,6 @@
 #ifndef MILL_CLASH_GAP_H
 #define MILL_CLASH_GAP_H
 
-#include "geometry/shape.h"
 #include "start/clash_solid.h"
 
 /* The distance is between `least` and `most`. least <= 0: the solids touch, or the search ended
@@ -16,8 +15,8 @@ struct mill_clash_gap {
 };
 
 /* Of two parts in one frame */
-struct mill_clash_gap mill_clash_gap_parts(const struct mill_clash_part *a,
-                                           const struct mill_clash_part *b, double near);
+struct mill_clash_gap mill_clash_gap_parts(const struct mill_part *a,
+                                           const struct mill_part *b, double near);
 
 /* Of two solids. `a_in_b`: the pose of a's frame in b's frame */
 struct mill_clash_gap mill_clash_gap_solids(const struct mill_clash_solid *a,

@@ -7,23 +7,6 @@
 /* Directions and places that differ by no more than this are equal but for rounding */
 #define ROUNDING 1e-12
 
-struct mill_pose mill_clash_side_relative(const struct mill_pose *a, const struct mill_pose *b)
-{
-    return (struct mill_pose){.place = mill_pose_in(b, a->place),
-                              .x = mill_pose_turn_in(b, a->x),
-                              .y = mill_pose_turn_in(b, a->y),
-                              .z = mill_pose_turn_in(b, a->z)};
-}
-
-/* A frame whose z axis is the given one */
-static struct mill_pose frame_about(vec3 centre, vec3 axis)
-{
-    const vec3 any = fabs(axis.x) < 0.6 ? vec3_make(1.0, 0.0, 0.0) : vec3_make(0.0, 1.0, 0.0);
-    const vec3 across = vec3_cross(axis, any);
-    const vec3 y = vec3_scale(across, 1.0 / vec3_norm(across));
-    return (struct mill_pose){.place = centre, .x = vec3_cross(y, axis), .y = y, .z = axis};
-}
-
 /* [m] The largest distance of a point from the line through the centre, along the turning axis: a
  * motion that turns about an axis of fixed direction moves points by this distance times the
  * angular speed at most. 0 for a body that is round about that line. */
@@ -37,8 +20,8 @@ static double turning_size(const struct mill_clash_side *s)
     if (s->is->turned && vec3_norm(vec3_cross(s->axis, axis)) < ROUNDING)
         return 0.0;
     const struct mill_wall line = {.half = INFINITY};
-    const struct mill_pose frame = frame_about(s->centre, axis);
-    const struct mill_pose in = mill_clash_side_relative(&s->begin, &frame);
+    const struct mill_pose frame = mill_part_frame(s->centre, axis);
+    const struct mill_pose in = mill_pose_relative(&s->begin, &frame);
     return fmin(-mill_clash_gap_wall(&line, s->is, &in, 1e-3 * s->size).least, s->size);
 }
 
@@ -64,17 +47,13 @@ static void find_ring(struct mill_clash_side *s, const struct mill_clash_line *l
 {
     const vec3 off = vec3_sub(s->centre, line->through);
     const vec3 foot = vec3_axpy(line->through, vec3_dot(off, line->direction), line->direction);
-    const struct mill_pose frame = frame_about(foot, line->direction);
-    const struct mill_pose in = mill_clash_side_relative(&s->begin, &frame);
+    const struct mill_pose frame = mill_part_frame(foot, line->direction);
+    const struct mill_pose in = mill_pose_relative(&s->begin, &frame);
     const double near = 1e-6 * s->size,
                  half = 2.0 * (s->size + vec3_norm(vec3_sub(foot, s->centre)));
-    struct mill_clash_part axis = {.form = MILL_CLASH_ROUND,
-                                   .x = {1.0, 0.0, 0.0},
-                                   .y = {0.0, 1.0, 0.0},
-                                   .z = {0.0, 0.0, 1.0},
-                                   .half = {0.0, 0.0, half},
-                                   .around = half};
-    struct mill_clash_node all = {.radius = half};
+    const vec3 low = {0.0, 0.0, -half}, high = {0.0, 0.0, half};
+    struct mill_part axis = mill_part_facet(low, high, high, 0.0);
+    struct mill_clash_node all = {.centre = axis.centre, .radius = axis.around};
     const struct mill_clash_solid around = {.parts = 1, .part = &axis, .node = &all};
     const struct mill_wall wall = {.half = INFINITY};
     s->ring = *line;
@@ -132,8 +111,8 @@ static double end_of(const struct mill_clash_side *s, vec3 way)
     const vec3 in = mill_pose_turn_in(&s->begin, way);
     double most = -INFINITY;
     for (int32_t k = 0; k < s->is->parts; k++) {
-        const struct mill_clash_part *p = &s->is->part[k];
-        most = fmax(most, vec3_dot(in, mill_clash_solid_support(p, in)) + p->grown);
+        const struct mill_part *p = &s->is->part[k];
+        most = fmax(most, mill_part_extent(p, in));
     }
     return most + vec3_dot(way, s->begin.place);
 }

@@ -4,7 +4,6 @@
 #ifndef MILL_CLASH_SIDE_H
 #define MILL_CLASH_SIDE_H
 
-#include "geometry/shape.h"
 #include "start/clash_solid.h"
 
 /* A line at rest, about which a motion turns */
@@ -34,9 +33,6 @@ struct mill_clash_line mill_clash_side_line(const struct mill_motion *own,
 struct mill_clash_side mill_clash_side_of(const struct mill_clash_solid *is,
                                           const struct mill_motion *motion,
                                           const struct mill_clash_line *line);
-
-/* The pose a as seen from b */
-struct mill_pose mill_clash_side_relative(const struct mill_pose *a, const struct mill_pose *b);
 
 /* True if `s` only turns, and only about the axis of `round`. Where `round` is a ball: about any
  * axis through its centre. */

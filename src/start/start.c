@@ -29,45 +29,30 @@ static bool positive(double x)
     return x > 0.0 && x < (double)INFINITY;
 }
 
-static bool is_drum_sound(const struct mill_setup_drum *d)
-{
-    if (!positive(d->radius) || !positive(d->length))
-        return false;
-    if (d->buckles == 0)
-        return true;
-    if (!(d->buckles > 1 && d->buckle_height >= 0.0 && d->buckle_height < d->radius) ||
-        !isfinite(d->buckle_angle))
-        return false;
-    const struct mill_chamber chamber = mill_shapes_chamber(d);
-    return mill_profile_is_sound(&chamber.drum);
-}
-
 /* A motion can only be carried by an earlier one. */
 static bool are_bodies_sound(const struct mill_setup *s)
 {
     bool good = s->motions >= 0 && s->motions <= MILL_MOTIONS_MOST && s->surfaces >= 0 &&
                 s->surfaces <= MOST_SHAPES && s->kinds >= 0 &&
-                s->kinds <= MILL_KINDS_MOST - MILL_KINDS && s->drum.rides >= 0 &&
-                s->drum.rides <= s->motions;
+                s->kinds <= MILL_KINDS_MOST - MILL_KINDS && s->rotor >= MILL_STILL;
     for (int k = 0; good && k < s->motions; k++) {
         const struct mill_setup_motion *m = &s->motion[k];
         good = m->on >= MILL_STILL && m->on < k && m->type->is_sound(m->form);
     }
     for (int k = 0; good && k < s->surfaces; k++) {
         const struct mill_setup_surface *b = &s->surface[k];
-        good = b->motion >= MILL_STILL && b->motion < s->motions && b->type->is_sound(b->form) &&
-               b->kind >= 0 && b->kind < MILL_KINDS + s->kinds &&
-               (b->kind > 0 || b->type->kind != MILL_BALL_BALL);
+        good = b->motion >= MILL_STILL && b->motion < s->motions &&
+               mill_solid_is_sound(b->solid, b->body) && b->kind > MILL_BALL_BALL &&
+               b->kind < MILL_KINDS + s->kinds && b->ends >= 0 && b->ends < MILL_KINDS;
     }
     return good;
 }
 
 static int count_containers(const struct mill_setup *s)
 {
-    int containers = s->drum.radius > 0.0;
+    int containers = 0;
     for (int k = 0; k < s->surfaces; k++)
-        containers +=
-            s->surface[k].type->hull && ((const struct mill_body *)s->surface[k].form)->inside;
+        containers += s->surface[k].body->inside != 0;
     return containers;
 }
 
@@ -83,7 +68,7 @@ static bool is_fall_sound(const struct mill_fall *fall)
 }
 
 /* Checks every number that could make the event loop meaningless or endless, except those of the
- * drum and the bodies */
+ * bodies */
 static bool is_sound(const struct mill_setup *s)
 {
     int64_t balls = 0;
@@ -103,10 +88,9 @@ static bool is_sound(const struct mill_setup *s)
     return good && balls > 0 && balls <= MOST_BALLS;
 }
 
-/* Checks the drum and the bodies. */
 static enum mill_fault_code check_mill(const struct mill_setup *s)
 {
-    if (!(s->drum.radius == 0.0 || is_drum_sound(&s->drum)) || !are_bodies_sound(s))
+    if (!are_bodies_sound(s))
         return MILL_FAULT_NUMBER;
     return count_containers(s) == 1 ? MILL_FAULT_NONE : MILL_FAULT_CONTAINER;
 }
@@ -115,7 +99,7 @@ static bool make_motions(const struct mill_setup *setup, struct mill_world *w)
 {
     w->motion = calloc((size_t)setup->motions + 1, sizeof(struct mill_motion *));
     w->motion_name = calloc((size_t)setup->motions + 1, sizeof *w->motion_name);
-    w->rotor = -1;
+    w->rotor = setup->rotor < setup->motions ? setup->rotor : MILL_STILL;
     for (int k = 0; w->motion && w->motion_name && k < setup->motions; k++) {
         const struct mill_setup_motion *m = &setup->motion[k];
         assert(m->on >= MILL_STILL && m->on < k);
@@ -125,49 +109,34 @@ static bool make_motions(const struct mill_setup *setup, struct mill_world *w)
         w->motions++;
         w->motion[k]->number = k;
         w->motion[k]->on = m->on == MILL_STILL ? NULL : w->motion[m->on];
-        const char *name = m->name ? m->name : k == 0 ? "rotor" : "";
+        const char *name = m->name ? m->name : k == w->rotor ? "rotor" : "";
         strncpy(w->motion_name[k], name, sizeof w->motion_name[k] - 1);
-        if (strcmp(name, "rotor") == 0)
-            w->rotor = k;
     }
     if (w->rotor >= 0)
         w->rotor_speed = mill_motion_pose(w->motion[w->rotor], 0.0).angular_velocity.x;
     return w->motion && w->motion_name;
 }
 
-/* The container's cylinder: for a drum, the cylinder around its buckles; for a body, the cylinder
- * around the body */
+/* The cylinder around the container */
 static void make_container(const struct mill_setup *setup, struct mill_world *w)
 {
-    const struct mill_setup_surface *body = mill_shapes_container(setup);
-    const struct mill_setup_drum *drum = &setup->drum;
+    const struct mill_setup_surface *s = mill_shapes_container(setup);
+    const struct mill_body *is = s->body;
+    const struct mill_hull hull = mill_solid_hull(s->solid, is);
+    const struct mill_wall wall =
+        mill_body_wall(s->solid, is, s->solid->walls ? 0 : MILL_SOLID_WHOLE);
     struct mill_container *c = &w->container;
-    const int motion = body ? body->motion : drum->rides - 1;
-    c->motion = motion >= 0 ? w->motion[motion] : NULL;
-    c->frame = mill_pose_still;
-    if (body) {
-        const struct mill_body *is = body->form;
-        const struct mill_hull hull = body->type->hull(is);
-        w->drum_radius = hull.radius;
-        /* round ends extend beyond the hull's line; boxes and cylinders do not */
-        w->drum_length =
-            2.0 * (hull.half + (body->type->walls && body->type != &mill_round_capsule_type &&
-                                        body->type != &mill_round_sphere_type
-                                    ? 0.0
-                                    : hull.radius));
-        c->frame.place = is->centre;
-        c->frame.x = is->z;
-        c->frame.y = is->x;
-        c->frame.z = is->y;
-        c->volume = body->type->volume(is);
-    } else {
-        const struct mill_chamber chamber = mill_shapes_chamber(drum);
-        w->drum_radius = drum->radius + (drum->buckles > 0 ? drum->buckle_height : 0.0);
-        w->drum_length = drum->length;
-        c->volume = mill_profile_area(&chamber.drum) * drum->length;
-        c->period = drum->periodic ? drum->length : 0.0;
-    }
-    c->still = !body && !c->motion;
+    c->motion = s->motion >= 0 ? w->motion[s->motion] : NULL;
+    c->frame = (struct mill_pose){.place = is->centre, .x = is->z, .y = is->x, .z = is->y};
+    /* round ends extend beyond the hull's line; flat ones do not */
+    const bool flat = s->solid->walls && (wall.flat || isinf(wall.half));
+    w->drum_radius = hull.radius;
+    w->drum_length = 2.0 * (hull.half + (flat ? 0.0 : hull.radius));
+    c->volume = s->solid->volume(is);
+    c->drum = s->solid->moving && s->ends > 0;
+    c->radius = c->drum ? is->radius : hull.radius;
+    c->period = is->open ? is->length : 0.0;
+    c->still = c->drum && !c->motion;
 }
 
 /* Extends the box [lo, hi] to contain the cylinder in this frame. */
@@ -226,43 +195,6 @@ static void find_places(struct mill_world *w)
     places->hi = vec3_make(b.home.x + far, b.home.y + far, b.home.z + far);
 }
 
-static bool make_shapes(const struct mill_setup *setup, struct mill_world *w)
-{
-    struct mill_chamber chamber = {.drum = mill_profile_make(2, w->drum_radius, 0.0, 0.0),
-                                   .half_length = 0.5 * w->drum_length};
-    if (setup->drum.radius > 0.0)
-        chamber = mill_shapes_chamber(&setup->drum);
-    chamber.places = w->container.places;
-    return mill_shapes_create(setup, &chamber, w->motion, &w->shape, &w->shapes);
-}
-
-/* Shafts and other surfaces that stand still or turn about the drum's axis must fit into the drum.
- * A shaft must be on this axis. */
-static bool do_surfaces_fit(const struct mill_setup *setup, const struct mill_world *w,
-                            struct mill_fault *fault)
-{
-    const struct mill_setup_drum *drum = &setup->drum;
-    const bool wavy = drum->buckles > 0;
-    const struct mill_shape_fit fit = {.bore = drum->radius - (wavy ? drum->buckle_height : 0.0),
-                                       .wavy = wavy,
-                                       .length = drum->length};
-    char text[MILL_SHAPE_FAULT];
-    bool fits = true;
-    for (int k = 0; fits && k < setup->surfaces; k++) {
-        const struct mill_setup_surface *s = &setup->surface[k];
-        const bool axial =
-            drum->rides == 0 && drum->radius > 0.0 &&
-            (s->motion == MILL_STILL || mill_motion_pose(w->motion[s->motion], 0.0).about_x);
-        if (s->type == &mill_cylinder_shaft_type)
-            fits = axial && ((const struct mill_shaft *)s->form)->radius < fit.bore;
-        else if (axial && s->type->fault)
-            fits = !s->type->fault(s->form, &fit, text);
-        if (!fits)
-            *fault = (struct mill_fault){.code = MILL_FAULT_SURFACE, .other = k};
-    }
-    return fits;
-}
-
 /* Makes what the balls move in. */
 static bool make_mill(const struct mill_setup *setup, struct mill_world *w)
 {
@@ -272,7 +204,7 @@ static bool make_mill(const struct mill_setup *setup, struct mill_world *w)
     w->period = cycle.singles <= MOST_SINGLES ? cycle.period : cycle.single;
     make_container(setup, w);
     find_places(w);
-    return make_shapes(setup, w);
+    return mill_shapes_create(setup, &w->container.places, w->motion, &w->shape, &w->shapes);
 }
 
 static bool make_balls(const struct mill_setup *setup, struct mill_world *w)
@@ -385,15 +317,42 @@ static void place_balls(const struct mill_setup *setup, const struct mill_start_
         check_pairs(w, fault);
 }
 
-enum mill_fault_code mill_start_world(const struct mill_setup *setup,
-                                      const struct mill_start_watch *watch,
-                                      struct mill_world **world, struct mill_fault *fault)
+/* A setup with its drum as the first of the surfaces */
+struct written {
+    struct mill_setup setup;
+    struct mill_setup_surface *surface;
+    struct mill_body drum;
+};
+
+static bool write_out(const struct mill_setup *setup, struct written *w)
 {
-    struct mill_fault unread = {.code = MILL_FAULT_NONE};
-    fault = fault ? fault : &unread;
-    *fault = (struct mill_fault){
-        .code = MILL_FAULT_NONE, .narrowest.gap = INFINITY, .unchecked.when = INFINITY};
-    *world = NULL;
+    const struct mill_setup_drum *drum = &setup->drum;
+    const int first = drum->radius != 0.0;
+    w->setup = *setup;
+    w->setup.surface = w->surface =
+        calloc((size_t)(setup->surfaces > 0 ? setup->surfaces : 0) + 1, sizeof *w->surface);
+    if (!w->surface)
+        return false;
+    if (first) {
+        w->drum = mill_setup_drum_body(drum);
+        w->surface[0] = (struct mill_setup_surface){.solid = &mill_prism_solid,
+                                                    .body = &w->drum,
+                                                    .number = -1,
+                                                    .motion = drum->rides - 1,
+                                                    .kind = MILL_BALL_DRUM,
+                                                    .ends = MILL_BALL_WALL};
+    }
+    for (int k = 0; k < setup->surfaces; k++)
+        w->surface[first + k] = setup->surface[k];
+    w->setup.surfaces += first;
+    return true;
+}
+
+/* The same for a setup that is written out */
+static enum mill_fault_code start_world(const struct mill_setup *setup,
+                                        const struct mill_start_watch *watch,
+                                        struct mill_world **world, struct mill_fault *fault)
+{
     fault->code = is_sound(setup) ? check_mill(setup) : MILL_FAULT_NUMBER;
     if (fault->code != MILL_FAULT_NONE)
         return fault->code;
@@ -409,8 +368,7 @@ enum mill_fault_code mill_start_world(const struct mill_setup *setup,
     memcpy(w->law, setup->law, sizeof w->law);
     memcpy(w->fall, setup->fall, sizeof w->fall);
     w->rebound_floor = setup->rebound_floor;
-    if (do_surfaces_fit(setup, w, fault) && mill_ends_fit(setup, w->motion, fault) &&
-        !mill_clash_find(setup, w->motion, fault))
+    if (mill_ends_fit(setup, w->motion, fault) && !mill_clash_find(setup, w->motion, fault))
         fault->code = MILL_FAULT_MEMORY;
     if (fault->code == MILL_FAULT_NONE)
         place_balls(setup, watch, w, fault);
@@ -423,13 +381,37 @@ enum mill_fault_code mill_start_world(const struct mill_setup *setup,
     return fault->code;
 }
 
+enum mill_fault_code mill_start_world(const struct mill_setup *setup,
+                                      const struct mill_start_watch *watch,
+                                      struct mill_world **world, struct mill_fault *fault)
+{
+    struct mill_fault unread;
+    struct written out;
+    fault = fault ? fault : &unread;
+    *fault = (struct mill_fault){.code = MILL_FAULT_NONE, .unchecked.when = INFINITY};
+    for (int k = 0; k < MILL_FAULT_PASSINGS; k++)
+        fault->narrowest[k].gap = INFINITY;
+    *world = NULL;
+    if (write_out(setup, &out))
+        start_world(&out.setup, watch, world, fault);
+    else
+        fault->code = MILL_FAULT_MEMORY;
+    free(out.surface);
+    return fault->code;
+}
+
 enum mill_fault_code mill_start_free_volume_of(const struct mill_setup *setup, double *volume)
 {
-    enum mill_fault_code code = check_mill(setup);
-    if (code != MILL_FAULT_NONE)
-        return code;
-    struct mill_world *w = calloc(1, sizeof *w);
-    *volume = w && make_mill(setup, w) ? mill_start_free_volume(w) : -1.0;
-    mill_world_free(w);
-    return *volume < 0.0 ? MILL_FAULT_MEMORY : MILL_FAULT_NONE;
+    struct written out;
+    enum mill_fault_code code = MILL_FAULT_MEMORY;
+    if (write_out(setup, &out))
+        code = check_mill(&out.setup);
+    if (code == MILL_FAULT_NONE) {
+        struct mill_world *w = calloc(1, sizeof *w);
+        *volume = w && make_mill(&out.setup, w) ? mill_start_free_volume(w) : -1.0;
+        mill_world_free(w);
+        code = *volume < 0.0 ? MILL_FAULT_MEMORY : MILL_FAULT_NONE;
+    }
+    free(out.surface);
+    return code;
 }

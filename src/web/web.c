@@ -308,10 +308,9 @@ DOOR(mill_web_edges) const double *mill_web_edges(void)
 
 DOOR(mill_web_outline) const struct mill_web_outline *mill_web_outline(int k)
 {
-    const struct mill_profile drum = mill_asked_profile(now.deck, now.world);
     const struct mill_mesh *mesh = &drawn.from.mesh;
     mill_outline_free(&drawn.from);
-    if (!mill_outline_make(&drum, now.world, k < 0 ? NULL : now.world->motion[k], &drawn.from))
+    if (!mill_outline_make(now.world, k < 0 ? NULL : now.world->motion[k], &drawn.from))
         return NULL;
     float *point = realloc(drawn.point, (3 * mesh->points + 1) * sizeof *point);
     drawn.point = point ? point : drawn.point;

@@ -109,8 +109,9 @@ static void tell_container(struct mill_sink_json *json, const struct mill_deck *
     const struct mill_reach *places = &c->places;
     const double box[6] = {places->lo.x, places->lo.y, places->lo.z,
                            places->hi.x, places->hi.y, places->hi.z};
-    const double kinds[2] = {deck->drum ? MILL_BALL_DRUM : deck->container->kind,
-                             deck->drum ? MILL_BALL_WALL : deck->container->kind};
+    const struct mill_setup_surface *body = deck->container;
+    const double kinds[2] = {body ? body->kind : MILL_BALL_DRUM,
+                             body ? body->kind : MILL_BALL_WALL};
     const double gravity[3] = {world->g.x, world->g.y, world->g.z};
     const vec3 x = mill_world_frame(world, 0).x;
     const double axis[3] = {x.x, x.y, x.z};

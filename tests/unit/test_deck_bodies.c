@@ -42,8 +42,8 @@ static bool is_near(vec3 a, double x, double y, double z)
 
 static const struct mill_body *form_of(const struct mill_deck *deck, int k)
 {
-    ck_assert_int_lt(k, deck->bodies);
-    return deck->body[k].form;
+    ck_assert_int_lt(k, deck->bodies.count);
+    return deck->bodies.surface[k].form;
 }
 
 /* ---- motions ---- */
@@ -176,7 +176,7 @@ TEST(own_x_is_the_projection_of_the_frames_x)
     ck_assert(equals(form_of(deck, 5)->x, 0.0, 1.0, 0.0));
     ck_assert(equals(form_of(deck, 5)->y, -1.0, 0.0, 0.0));
     for (int k = 0; k < 6; k++)
-        ck_assert(form_of(deck, k)->radius == 0.001 && deck->body[k].motion == MILL_STILL);
+        ck_assert(form_of(deck, k)->radius == 0.001 && deck->bodies.surface[k].motion == MILL_STILL);
 }
 
 TEST(quarter_turns_of_copies_are_exact)
@@ -187,14 +187,14 @@ TEST(quarter_turns_of_copies_are_exact)
                             "centre = 10 0 -40 mm\ncopies = 12\nturn_by = 90 deg\n"
                             "shift_by = 0 0 5 mm\n");
     double z = -0.04;
-    ck_assert_int_eq(deck->bodies, 12);
+    ck_assert_int_eq(deck->bodies.count, 12);
     for (int k = 0; k < 12; k++, z += 0.005) {
         const struct mill_body *is = form_of(deck, k);
         ck_assert(equals(is->centre, c[k % 4] * 0.01, s[k % 4] * 0.01, z));
         ck_assert(equals(is->x, c[k % 4], s[k % 4], 0.0) && equals(is->z, 0.0, 0.0, 1.0));
         ck_assert(equals(is->size, 0.02, 0.004, 0.006));
-        ck_assert_int_eq(deck->body[k].number, k);
-        ck_assert_int_eq(deck->body[k].kind, MILL_KINDS);
+        ck_assert_int_eq(deck->bodies.surface[k].number, k);
+        ck_assert_int_eq(deck->bodies.surface[k].kind, MILL_KINDS);
     }
     ck_assert_str_eq(deck->contacts.name[MILL_KINDS], "ball_arm");
 }
@@ -230,8 +230,8 @@ TEST(every_shape_has_its_sizes)
                                                   &mill_round_cone_type, &mill_round_capsule_type,
                                                   &mill_round_sphere_type};
     for (int k = 0; k < 5; k++) {
-        ck_assert(deck->body[k].type == type[k] && !form_of(deck, k)->inside);
-        ck_assert_int_eq(deck->body[k].kind, MILL_KINDS + k);
+        ck_assert(deck->bodies.surface[k].type == type[k] && !form_of(deck, k)->inside);
+        ck_assert_int_eq(deck->bodies.surface[k].kind, MILL_KINDS + k);
     }
     ck_assert(equals(form_of(deck, 0)->size, 0.001, 0.002, 0.003));
     ck_assert(form_of(deck, 0)->rounding == 0.0005 && form_of(deck, 1)->rounding == 0.001);
@@ -254,9 +254,9 @@ TEST(bodies_share_a_kind_and_take_fixed_ones_by_name)
     ck_assert_int_eq(deck->contacts.count, MILL_KINDS + 2);
     ck_assert_str_eq(deck->contacts.name[MILL_KINDS], "ball_jar");
     ck_assert_str_eq(deck->contacts.name[MILL_KINDS + 1], "ball_pins");
-    ck_assert(deck->body[1].kind == MILL_KINDS + 1 && deck->body[2].kind == MILL_KINDS + 1);
-    ck_assert_int_eq(deck->body[3].kind, MILL_BALL_SHAFT);
-    ck_assert(deck->body[2].motion == 0 && deck->body[1].motion == MILL_STILL);
+    ck_assert(deck->bodies.surface[1].kind == MILL_KINDS + 1 && deck->bodies.surface[2].kind == MILL_KINDS + 1);
+    ck_assert_int_eq(deck->bodies.surface[3].kind, MILL_BALL_SHAFT);
+    ck_assert(deck->bodies.surface[2].motion == 0 && deck->bodies.surface[1].motion == MILL_STILL);
     ck_assert(deck->law[MILL_KINDS + 1].friction == 0.25 && deck->law[MILL_KINDS].friction == 0.0);
     ck_assert(deck->law[MILL_KINDS + 1].restitution == 0.8);
 }
@@ -284,7 +284,7 @@ LOOP_TEST(a_fill_counts_the_containers_volume, COUNT(containers))
              "diameter = 1 mm\ndensity = 7800 kg/m^3\n[body.jar]\nside = inside\n%s",
              containers[_i].text);
     struct mill_deck *deck = read_good(text);
-    ck_assert_ptr_eq(deck->container, &deck->body[0]);
+    ck_assert_ptr_eq(deck->container, &deck->bodies.surface[0]);
     ck_assert(!deck->drum && form_of(deck, 0)->inside);
     ck_assert_int_eq(deck->all, lround(0.1 * containers[_i].volume / (MILL_PI / 6.0 * 1e-9)));
 }
@@ -302,7 +302,7 @@ TEST(a_rotor_without_a_drum_has_no_shaft)
     struct mill_deck *deck =
         read_good(BASE JAR "[rotor]\nspeed = 10 rpm\n[body.arm]\nmotion = rotor\nshape = sphere\n"
                            "radius = 1 mm\n");
-    ck_assert(deck->shaft_radius == 0.0 && deck->body[1].motion == 0);
+    ck_assert(deck->shaft_radius == 0.0 && deck->bodies.surface[1].motion == 0);
     char *text = print(deck);
     ck_assert_ptr_null(strstr(text, "shaft_radius"));
 }
@@ -328,12 +328,12 @@ TEST(a_printed_deck_prints_the_same_again)
     struct mill_deck *again = read_good(first);
     char *second = print(again);
     ck_assert_str_eq(first, second);
-    ck_assert_int_eq(deck->bodies, again->bodies);
-    for (int k = 0; k < deck->bodies; k++) {
+    ck_assert_int_eq(deck->bodies.count, again->bodies.count);
+    for (int k = 0; k < deck->bodies.count; k++) {
         /* sections of the text are printed in their order */
         ck_assert_int_eq(memcmp(form_of(deck, k), form_of(again, k), sizeof(struct mill_body)), 0);
-        ck_assert_int_eq(deck->body[k].kind, again->body[k].kind);
-        ck_assert_int_eq(deck->body[k].motion, again->body[k].motion);
+        ck_assert_int_eq(deck->bodies.surface[k].kind, again->bodies.surface[k].kind);
+        ck_assert_int_eq(deck->bodies.surface[k].motion, again->bodies.surface[k].motion);
     }
     for (int k = 0; k < deck->motions; k++)
         ck_assert_int_eq(memcmp(&deck->form[k].as, &again->form[k].as, sizeof deck->form[k].as), 0);

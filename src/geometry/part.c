@@ -1,0 +1,242 @@
+/* Convex parts of bodies, and how far they reach. All follows from the support: the farthest point
+ * in a direction.
+ *
+ * How near does a part come to a round wall, from inside? The wall is the envelope of its tangent
+ * planes, so the gap is the minimum, over their directions u, of what is left between the plane and
+ * the part: radius - e(u), where e is the part's extent. e is convex and e(s u) = s e(u). So for u
+ * between two directions, or three, e is at most the same combination of their values. The search
+ * divides the circle or sphere of directions until this bound is close enough to the greatest e
+ * found. */
+#include "base/elementary.h"
+#include "geometry/mesh.h"
+
+#include <stdlib.h>
+
+enum { DEEPEST = 40 };
+/* relative to the gap, and to the distance at which bodies count as touching */
+#define CLOSE_ENOUGH 1e-4
+#define TOUCHING 0.05
+/* relative to the hull: error of an outline that is not the exact surface */
+#define FLAT 1e-3
+
+/* ---- making parts ---- */
+
+static struct mill_part part_of(const struct mill_solid *solid, const struct mill_body *is)
+{
+    struct mill_part p = {.support = solid->support, .x = is->x, .y = is->y, .z = is->z};
+    p.core = solid->core(is);
+    p.centre = vec3_axpy(is->centre, p.core.shift, is->z);
+    p.core.shift = 0.0;
+    double square = 0.0;
+    for (int k = solid->round ? 1 : 0; k < 3; k++) {
+        const vec3 way = {k == 0, k == 1, k == 2}, back = vec3_scale(way, -1.0);
+        const double far = fmax(vec3_dot(way, p.support(&p.core, way)),
+                                vec3_dot(back, p.support(&p.core, back)));
+        square += far * far;
+    }
+    p.around = sqrt(square) + p.core.grown;
+    return p;
+}
+
+static vec3 support_of_facet(const struct mill_core *core, vec3 way)
+{
+    const vec3 *c = core->corner;
+    const double a = vec3_dot(c[0], way), b = vec3_dot(c[1], way), d = vec3_dot(c[2], way);
+    return a >= b && a >= d ? c[0] : (b >= d ? c[1] : c[2]);
+}
+
+struct mill_part mill_part_facet(vec3 a, vec3 b, vec3 c, double grown)
+{
+    struct mill_part p = {.support = support_of_facet,
+                          .core.grown = grown,
+                          .centre = vec3_scale(vec3_add(vec3_add(a, b), c), 1.0 / 3.0),
+                          .x = {1.0, 0.0, 0.0},
+                          .y = {0.0, 1.0, 0.0},
+                          .z = {0.0, 0.0, 1.0}};
+    const vec3 corner[3] = {a, b, c};
+    for (int k = 0; k < 3; k++) {
+        p.core.corner[k] = vec3_sub(corner[k], p.centre);
+        p.around = fmax(p.around, vec3_norm(p.core.corner[k]));
+    }
+    p.around += grown;
+    return p;
+}
+
+bool mill_part_list(const struct mill_solid *solid, const struct mill_body *is,
+                    struct mill_part **part, int32_t *count)
+{
+    struct mill_mesh mesh = {0};
+    *count = 1;
+    if (!solid->support) {
+        const struct mill_hull hull = mill_solid_hull(solid, is);
+        const double flat = is->facets > 0 ? 0.0 : FLAT * (hull.half + hull.radius);
+        solid->outline(is, MILL_SOLID_WHOLE, flat, &mesh);
+        *count = (int32_t)mesh.triangles;
+        *part = malloc((mesh.triangles + 1) * sizeof **part);
+        for (int32_t k = 0; *part && k < *count; k++) {
+            const int64_t *c = mesh.corner[k];
+            (*part)[k] =
+                mill_part_facet(mesh.point[c[0]], mesh.point[c[1]], mesh.point[c[2]], flat);
+        }
+    } else if ((*part = malloc(sizeof **part))) {
+        **part = part_of(solid, is);
+    }
+    const bool good = *part && !mesh.failed;
+    mill_mesh_free(&mesh);
+    return good;
+}
+
+struct mill_part mill_part_move(const struct mill_part *part, const struct mill_pose *to)
+{
+    struct mill_part p = *part;
+    p.centre = mill_pose_out(to, p.centre);
+    p.x = mill_pose_turn_out(to, p.x);
+    p.y = mill_pose_turn_out(to, p.y);
+    p.z = mill_pose_turn_out(to, p.z);
+    return p;
+}
+
+struct mill_pose mill_part_frame(vec3 through, vec3 direction)
+{
+    const vec3 any =
+        fabs(direction.x) < 0.6 ? vec3_make(1.0, 0.0, 0.0) : vec3_make(0.0, 1.0, 0.0);
+    const vec3 across = vec3_cross(direction, any);
+    const vec3 y = vec3_scale(across, 1.0 / vec3_norm(across));
+    return (struct mill_pose){
+        .place = through, .x = vec3_cross(y, direction), .y = y, .z = direction};
+}
+
+/* ---- walls ---- */
+
+double mill_part_wall_gap(const struct mill_wall *w, vec3 p)
+{
+    if (w->flat)
+        return vec3_dot(w->normal, vec3_sub(p, w->point));
+    const double beyond = fabs(p.z) - w->half;
+    const double away = sqrt(p.x * p.x + p.y * p.y + (beyond > 0.0 ? beyond * beyond : 0.0));
+    return (w->radius + w->slope * p.z - away) / sqrt(1.0 + w->slope * w->slope);
+}
+
+struct search {
+    const struct mill_part *part;
+    const struct mill_wall *wall;
+    double lift; /* [m] extent along the axis, which directions between two others have more of */
+    double best, bound; /* [m] the greatest extent found; no extent is greater than the bound */
+    double slack; /* [m] accuracy, except for a share of the gap */
+};
+
+/* A direction, and the extent in it */
+struct look {
+    vec3 u;
+    double e;
+};
+
+static struct look look(struct search *s, vec3 sum)
+{
+    const struct mill_wall *w = s->wall;
+    struct look l = {vec3_scale(sum, 1.0 / vec3_norm(sum)), 0.0};
+    if (isinf(w->half))
+        l.e = mill_part_extent(s->part, vec3_make(l.u.x, l.u.y, -w->slope));
+    else
+        l.e = mill_part_extent(s->part, l.u) - w->half * fabs(l.u.z);
+    s->best = fmax(s->best, l.e);
+    return l;
+}
+
+/* No direction between those of the corners has a greater extent, if they are at most this much
+ * shorter in the middle. Is that close enough to the greatest one? */
+static bool is_bounded(struct search *s, double e, double shortened, int depth)
+{
+    const double most = e + s->lift, bound = most > 0.0 ? most / shortened - s->lift : e;
+    const double gap = fabs(s->wall->radius - s->best);
+    if (depth < DEEPEST && bound > s->best + fmax(CLOSE_ENOUGH * gap, s->slack))
+        return false;
+    s->bound = fmax(s->bound, bound);
+    return true;
+}
+
+static void divide_arc(struct search *s, struct look a, struct look b, int depth)
+{
+    const vec3 sum = vec3_add(a.u, b.u);
+    if (is_bounded(s, fmax(a.e, b.e), 0.5 * vec3_norm(sum), depth))
+        return;
+    const struct look middle = look(s, sum);
+    divide_arc(s, a, middle, depth + 1);
+    divide_arc(s, middle, b, depth + 1);
+}
+
+static void divide_triangle(struct search *s, struct look a, struct look b, struct look c,
+                            int depth)
+{
+    const vec3 n = vec3_cross(vec3_sub(b.u, a.u), vec3_sub(c.u, a.u));
+    if (is_bounded(s, fmax(a.e, fmax(b.e, c.e)), fabs(vec3_dot(n, a.u)) / vec3_norm(n), 2 * depth))
+        return;
+    const struct look ab = look(s, vec3_add(a.u, b.u)), bc = look(s, vec3_add(b.u, c.u)),
+                      ca = look(s, vec3_add(c.u, a.u));
+    divide_triangle(s, a, ab, ca, depth + 1);
+    divide_triangle(s, b, bc, ab, depth + 1);
+    divide_triangle(s, c, ca, bc, depth + 1);
+    divide_triangle(s, ab, bc, ca, depth + 1);
+}
+
+struct mill_part_gap mill_part_to_wall(const struct mill_part *p, const struct mill_wall *w,
+                                       double near)
+{
+    struct search s = {p, w, 0.0, -INFINITY, -INFINITY, TOUCHING * near};
+    struct look at[6];
+    if (w->flat) {
+        const vec3 way = vec3_scale(w->normal, -1.0);
+        const double gap = -vec3_dot(w->normal, w->point) - mill_part_extent(p, way);
+        return (struct mill_part_gap){gap, gap};
+    }
+    const bool ends = !isinf(w->half);
+    if (w->slope != 0.0)
+        s.lift = mill_part_extent(p, vec3_make(0.0, 0.0, w->slope));
+    for (int k = 0; k < (ends ? 6 : 4); k++)
+        at[k] = look(&s, vec3_make(k == 0 ? 1.0 : (k == 2 ? -1.0 : 0.0),
+                                   k == 1 ? 1.0 : (k == 3 ? -1.0 : 0.0),
+                                   k == 4 ? 1.0 : (k == 5 ? -1.0 : 0.0)));
+    for (int k = 0; k < 4; k++) {
+        for (int end = 4; ends && end < 6; end++)
+            divide_triangle(&s, at[k], at[(k + 1) % 4], at[end], 0);
+        if (!ends)
+            divide_arc(&s, at[k], at[(k + 1) % 4], 0);
+    }
+    const double lean = sqrt(1.0 + w->slope * w->slope);
+    return (struct mill_part_gap){(w->radius - s.bound) / lean, (w->radius - s.best) / lean};
+}
+
+/* The farthest point of a convex part is also the farthest one in its own direction. The search
+ * goes from a farthest point to a farther one, from several first directions. */
+static double reach_of(const struct mill_part *p)
+{
+    enum { WAYS = 32, STEPS = 100 };
+    double far = 0.0;
+    for (int n = 0; n < WAYS; n++) {
+        const struct mill_heading to = mill_elementary_heading(n * (2.0 * MILL_PI / WAYS));
+        vec3 way = {0.0, to.cos, to.sin};
+        double last = 0.0;
+        for (int k = 0; k < STEPS; k++) {
+            const vec3 at = mill_part_support(p, way);
+            const double d = sqrt(at.y * at.y + at.z * at.z);
+            if (!(d > last))
+                break;
+            way = vec3_make(0.0, at.y / d, at.z / d);
+            last = d;
+        }
+        far = fmax(far, last);
+    }
+    return far + p->core.grown;
+}
+
+double mill_part_reach(const struct mill_solid *solid, const struct mill_body *is)
+{
+    struct mill_part *part;
+    int32_t count;
+    double far = -1.0;
+    if (mill_part_list(solid, is, &part, &count))
+        for (int32_t k = 0; k < count; k++)
+            far = fmax(far, reach_of(&part[k]));
+    free(part);
+    return far;
+}

@@ -1,0 +1,157 @@
+/* The prism over a profile, a circle or a wavy line, about the x axis of its motion's frame: the
+ * drum, met from inside, and the shaft, met from outside. The flat ends of a shaft are in the end
+ * walls, where no ball touches them. The centres of touching balls are at R - a in a drum and at
+ * R + a at a shaft. A prism with a circle turns about its axis or does not move at all; elsewhere a
+ * cylinder stands for it. wavy.c has the buckles. */
+#include "base/elementary.h"
+#include "geometry/mesh.h"
+#include "geometry/shapes.h"
+#include "geometry/wavy.h"
+
+struct mill_profile mill_prism_profile(const struct mill_body *is)
+{
+    /* a circle is a profile with buckles of height 0 */
+    return mill_profile_make(is->buckles > 0 ? is->buckles : 2, is->radius, is->buckle_height,
+                             is->buckle_angle);
+}
+
+/* ---- the circle ---- */
+
+/* +1: balls meet it from inside, -1: from outside */
+static double inward(const struct mill_body *is)
+{
+    return is->inside ? 1.0 : -1.0;
+}
+
+static double contact_radius(const struct mill_body *is, double radius)
+{
+    return is->radius - inward(is) * radius;
+}
+
+static struct mill_hit next_contact(const struct mill_shape *shape, const struct mill_flight *f,
+                                    double radius, double now, double horizon, bool touching)
+{
+    const struct mill_body *is = mill_body_is(shape);
+    (void)now;
+    return mill_hit_at(mill_shape_circle(f, 0.0, 0.0, contact_radius(is, radius), inward(is),
+                                         horizon, touching));
+}
+
+static struct mill_contact contact(const struct mill_shape *shape, vec3 centre, double radius,
+                                   const struct mill_pose *pose)
+{
+    const struct mill_body *is = mill_body_is(shape);
+    const double rho = sqrt(centre.y * centre.y + centre.z * centre.z), s = inward(is);
+    /* on the axis any direction will do; at a shaft, this only happens if the shaft has no
+     * thickness */
+    const double uy = rho > 0.0 ? centre.y / rho : 1.0, uz = rho > 0.0 ? centre.z / rho : 0.0;
+    const vec3 point = {centre.x, is->radius * uy, is->radius * uz};
+    return (struct mill_contact){.normal = {0.0, -s * uy, -s * uz},
+                                 .point = point,
+                                 .velocity = mill_pose_velocity(pose, point),
+                                 .gap = s * (contact_radius(is, radius) - rho)};
+}
+
+/* The coordinate of the interval nearest to the surface: far from the axis for the drum, near to it
+ * for the shaft */
+static double nearest(const struct mill_body *is, double lo, double hi)
+{
+    if (is->inside)
+        return fmax(fabs(lo), fabs(hi));
+    return lo > 0.0 ? lo : (hi < 0.0 ? -hi : 0.0);
+}
+
+static bool reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, double radius)
+{
+    const struct mill_body *is = mill_body_is(shape);
+    const double y = nearest(is, lo.y, hi.y), z = nearest(is, lo.z, hi.z);
+    const double gap = inward(is) * (contact_radius(is, radius) - sqrt(y * y + z * z));
+    return gap <= 1e-6 * is->radius + 1e-3 * radius;
+}
+
+static bool create(struct mill_shape *shape)
+{
+    const struct mill_body *is = mill_body_is(shape);
+    shape->hollow = is->inside ? is->radius : 0.0;
+    shape->fixed = true; /* if it turns, it turns about its own axis */
+    return true;
+}
+
+static const struct mill_shape_type surface = {.size = sizeof(struct mill_bodied),
+                                               .create = create,
+                                               .next_contact = next_contact,
+                                               .contact = contact,
+                                               .reachable = reachable};
+
+/* ---- the solid ---- */
+
+/* It has a place of its own only along x of its motion's frame. */
+static bool is_sound(const struct mill_body *is)
+{
+    if (!mill_solid_is_length(is->radius, false) || !mill_solid_is_length(is->length, false) ||
+        is->z.x != 1.0 || is->x.y != 1.0 || vec3_norm(is->centre) != 0.0)
+        return false;
+    if (is->buckles == 0)
+        return is->buckle_height == 0.0;
+    if (!is->inside || is->buckles < 2 || !isfinite(is->buckle_angle) ||
+        !(is->buckle_height >= 0.0 && is->buckle_height < is->radius))
+        return false;
+    const struct mill_profile profile = mill_prism_profile(is);
+    return mill_profile_is_sound(&profile);
+}
+
+/* Its buckles are left out: nothing that moves relative to it may enter them. */
+static int walls(const struct mill_body *is, struct mill_wall wall[MILL_WALLS])
+{
+    const double half = 0.5 * is->length;
+    wall[0] = (struct mill_wall){.radius = is->radius - is->buckle_height,
+                                 .half = INFINITY,
+                                 .own = is->buckles > 0 ? &mill_wavy_type : &surface};
+    for (int k = 1; k < 3; k++)
+        wall[k] = (struct mill_wall){.flat = true,
+                                     .point = {0.0, 0.0, k == 1 ? -half : half},
+                                     .normal = {0.0, 0.0, k == 1 ? 1.0 : -1.0}};
+    return is->open ? 1 : 3;
+}
+
+static struct mill_hull hull(const struct mill_body *is)
+{
+    return (struct mill_hull){0.5 * is->length, is->radius + is->buckle_height, 0};
+}
+
+static struct mill_core core(const struct mill_body *is)
+{
+    const struct mill_hull around = hull(is);
+    return (struct mill_core){
+        .half.z = around.half, .low = around.radius, .high = around.radius};
+}
+
+static double volume(const struct mill_body *is)
+{
+    const struct mill_profile profile = mill_prism_profile(is);
+    return mill_profile_area(&profile) * is->length;
+}
+
+static void outline(const struct mill_body *is, int wall, double tolerance, struct mill_mesh *mesh)
+{
+    const struct mill_profile profile = mill_prism_profile(is);
+    const double half = 0.5 * is->length, side = is->inside ? 1.0 : -1.0;
+    if (wall <= 0)
+        mill_mesh_mantle(mesh, &profile, half, tolerance, is->inside != 0);
+    for (int k = 0; k < 2; k++) {
+        const double end = k == 0 ? -1.0 : 1.0;
+        if (wall == MILL_SOLID_WHOLE || wall == 1 + k)
+            mill_mesh_lid(mesh, &profile, end * half, -side * end, tolerance);
+    }
+}
+
+const struct mill_solid mill_prism_solid = {.surface = &surface,
+                                            .round = true,
+                                            .is_sound = is_sound,
+                                            .core = core,
+                                            .support = mill_round_support,
+                                            .volume = volume,
+                                            .outline = outline,
+                                            .walls = walls,
+                                            .hull = hull,
+                                            .moving = &mill_round_cylinder_solid};

@@ -1,0 +1,186 @@
+/* Solids: what bodies are made of. Each kind is one file with one table. All that the program does
+ * with a body asks this table: the searches for contacts, the bounds of the places that a body
+ * reaches, the check for bodies that collide, periodic ends, the speed of a tip, the room for balls,
+ * wear and pictures. */
+#ifndef MILL_SOLID_H
+#define MILL_SOLID_H
+
+#include "base/key.h"
+#include "geometry/shape.h"
+#include "millsim/setup.h"
+
+struct mill_mesh;
+
+/* [m] no length of a body is smaller */
+#define MILL_SOLID_LEAST 1e-9
+
+/* The numbers of a convex solid, in its own frame. The core is what `support` describes; the solid
+ * is all that is within `grown` of it. */
+struct mill_core {
+    double grown;     /* [m] */
+    vec3 half;        /* [m] of a box: half of its sides; of a frustum only half.z */
+    double shift;     /* [m] z of the frustum's centre */
+    double low, high; /* [m] of a frustum: its radii at shift - half.z and shift + half.z */
+    vec3 corner[3];   /* [m] of a triangle, a line or a point */
+};
+
+/* A container consists of walls. Each is a surface of its own. In the body's own frame: */
+struct mill_wall {
+    bool flat;
+    vec3 point, normal; /* [m], unit into the mill: of a flat wall */
+    double radius;      /* [m] of a round wall about z, at z = 0 */
+    double slope;       /* change of the radius along z, if it has no round ends */
+    double half;        /* [m] half of the straight part between round ends; INFINITY: no ends */
+    const struct mill_shape_type *own; /* how balls meet it; NULL: as all walls (wall.c) */
+};
+enum { MILL_WALLS = 6 }; /* of one body, at most */
+
+/* A volume that encloses a body, in its frame: all places within `radius` [m] of the line from
+ * -half to +half [m] on one of its axes */
+struct mill_hull {
+    double half, radius;
+    int axis; /* 0, 1, 2: its z, x or y */
+};
+
+enum { MILL_SOLID_WHOLE = -1 };
+
+struct mill_solid {
+    const struct mill_key *key;             /* its sizes in a deck: members of struct mill_body */
+    const struct mill_shape_type *surface; /* how balls meet it from outside, or the whole of it */
+    bool round, ball; /* a body of revolution about its own z; about any axis */
+    /* Are its sizes valid? */
+    bool (*is_sound)(const struct mill_body *);
+    /* Its core, and the point of the core that is farthest in a direction, which need not be of
+     * length 1. NULL: it is not convex; the facets of its outline stand for it. */
+    struct mill_core (*core)(const struct mill_body *);
+    vec3 (*support)(const struct mill_core *, vec3 way);
+    double (*volume)(const struct mill_body *); /* [m^3] */
+    /* Adds its outline in its motion's frame, seen from the side of the balls. No flat is farther
+     * than `tolerance` [m] from the surface. wall: adds only what this wall of a container shows;
+     * or MILL_SOLID_WHOLE */
+    void (*outline)(const struct mill_body *, int wall, double tolerance, struct mill_mesh *);
+    /* Its walls, if it is a container; returns their number. NULL: it is one surface, also from
+     * inside, or it can only be met from outside (is_sound). */
+    int (*walls)(const struct mill_body *, struct mill_wall wall[MILL_WALLS]);
+    /* The hull about its own z. NULL: from the support */
+    struct mill_hull (*hull)(const struct mill_body *);
+    const char *sizes; /* what its sizes must be, beyond the ranges of the keys; NULL: not known */
+    /* What replaces it, unless it has buckles, where it moves in another way than by turning about
+     * the x axis; NULL: nothing */
+    const struct mill_solid *moving;
+};
+
+/* Rows of keys that several solids have */
+#define MILL_SOLID_AT(member) .offset = offsetof(struct mill_body, member)
+#define MILL_SOLID_SIZE .unit = "m", .lo = MILL_SOLID_LEAST, .hi = 1e4
+#define MILL_SOLID_RADIUS                                                                          \
+    {"radius", "radius of the body", MILL_SOLID_SIZE, MILL_SOLID_AT(radius)},                      \
+    {                                                                                              \
+        "diameter", "diameter of the body", .instead = "radius", .factor = 0.5, .unit = "m",       \
+            .lo = 2.0 * MILL_SOLID_LEAST, .hi = 2e4, MILL_SOLID_AT(radius)                         \
+    }
+#define MILL_SOLID_LENGTH                                                                          \
+    {                                                                                              \
+        "length", "length along its own z; of a capsule without its round ends", MILL_SOLID_SIZE,  \
+            MILL_SOLID_AT(length)                                                                  \
+    }
+#define MILL_SOLID_ROUNDING                                                                        \
+    {                                                                                              \
+        "rounding", "radius of its rounded edges", .unit = "m", .lo = 0, .hi = 1e4,                \
+            .preset = "0 m", MILL_SOLID_AT(rounding), .hidden = mill_solid_is_inside,              \
+            .needs = "a container's edges are not rounded: leave it out"                           \
+    }
+bool mill_solid_is_inside(const void *body);
+
+/* Is this a length that a body can have: at least MILL_SOLID_LEAST, or, if `none`, zero? */
+bool mill_solid_is_length(double length, bool none);
+
+/* Do these numbers describe a body of this solid: are its sizes valid, its centre and axes finite,
+ * and the axes unit, orthogonal and right-handed? Can it hold the balls, if they are inside? */
+bool mill_solid_is_sound(const struct mill_solid *solid, const struct mill_body *body);
+
+/* Solid number i [0..] of those of a deck, and the words for them, with '|' before each; NULL: the
+ * end */
+const struct mill_solid *mill_solid_list(int i);
+#define MILL_SOLID_WORD(word, solid) "|" #word
+#define MILL_SOLID_WORDS (&MILL_SOLID_LIST(MILL_SOLID_WORD)[1])
+
+/* The hull about its own z, or about the axis along which the solid is longest */
+struct mill_hull mill_solid_hull(const struct mill_solid *solid, const struct mill_body *body);
+struct mill_hull mill_solid_slim_hull(const struct mill_solid *solid, const struct mill_body *body);
+
+/* Conversion between the body's own axes and its motion's frame */
+static inline vec3 mill_body_turn_in(const struct mill_body *b, vec3 a)
+{
+    return vec3_make(vec3_dot(b->x, a), vec3_dot(b->y, a), vec3_dot(b->z, a));
+}
+
+static inline vec3 mill_body_turn_out(const struct mill_body *b, vec3 a)
+{
+    return vec3_axpy(vec3_axpy(vec3_scale(b->x, a.x), a.y, b->y), a.z, b->z);
+}
+
+static inline vec3 mill_body_in(const struct mill_body *b, vec3 place)
+{
+    return mill_body_turn_in(b, vec3_sub(place, b->centre));
+}
+
+static inline vec3 mill_body_out(const struct mill_body *b, vec3 place)
+{
+    return vec3_add(b->centre, mill_body_turn_out(b, place));
+}
+
+/* ---- convex parts (part.c) ---- */
+
+/* A convex part of a body: its core at a place in some frame */
+struct mill_part {
+    vec3 (*support)(const struct mill_core *, vec3 way);
+    struct mill_core core;
+    vec3 centre, x, y, z; /* [m], unit */
+    double around;        /* [m] no point of the part is farther from the centre */
+};
+
+/* The parts of a body: itself, or the facets of its outline. false: out of memory. Owner: the
+ * caller; free(). */
+bool mill_part_list(const struct mill_solid *solid, const struct mill_body *body,
+                    struct mill_part **part, int32_t *count);
+
+/* A triangle, a line (b = c) or a point, grown by a distance [m] */
+struct mill_part mill_part_facet(vec3 a, vec3 b, vec3 c, double grown);
+
+/* The part in another frame. `to`: the pose of the part's frame in that frame */
+struct mill_part mill_part_move(const struct mill_part *part, const struct mill_pose *to);
+
+/* The point of the core that is farthest in a direction */
+static inline vec3 mill_part_support(const struct mill_part *p, vec3 way)
+{
+    const vec3 own = {vec3_dot(p->x, way), vec3_dot(p->y, way), vec3_dot(p->z, way)};
+    const vec3 at = p->support(&p->core, own);
+    return vec3_axpy(vec3_axpy(vec3_axpy(p->centre, at.x, p->x), at.y, p->y), at.z, p->z);
+}
+
+/* Maximum of way . p over all points p of the part */
+static inline double mill_part_extent(const struct mill_part *p, vec3 way)
+{
+    return vec3_dot(way, mill_part_support(p, way)) + p->core.grown * vec3_norm(way);
+}
+
+/* [m] Distance of a place from a wall, both in the body's own frame; < 0: it is outside */
+double mill_part_wall_gap(const struct mill_wall *wall, vec3 place);
+
+/* Bounds of the gap between the part and a wall, whose frame the part is in; < 0: the part reaches
+ * beyond the wall. They are closer to each other than 0.01 % of the gap or 5 % of `near` [m]. */
+struct mill_part_gap {
+    double least, most; /* [m] */
+};
+struct mill_part_gap mill_part_to_wall(const struct mill_part *part, const struct mill_wall *wall,
+                                       double near);
+
+/* [m] The largest distance of the body's points from the x axis of its motion's frame. -1: out of
+ * memory */
+double mill_part_reach(const struct mill_solid *solid, const struct mill_body *body);
+
+/* A frame whose z axis goes through a point in this direction, of length 1 */
+struct mill_pose mill_part_frame(vec3 through, vec3 direction);
+
+#endif
