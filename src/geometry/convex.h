@@ -100,6 +100,19 @@ static inline struct mill_seen mill_convex_see(const struct mill_convex *c,
                                 vec3_sub(v, mill_pose_velocity(pose, centre)), h);
 }
 
+/* A quick proof that a gap d with rate d1 stays open for h [s]: the same bounds with sums in place of
+ * lengths need no root. Most searches end here, above all in dense charges. */
+static inline bool mill_convex_stays_open(const struct mill_convex *c, const struct mill_flight *f,
+                                          vec3 q, vec3 u, double h, double d, double d1)
+{
+    const struct mill_motion_bounds *b = &c->bounds;
+    const double free = (f->pull + b->acceleration) * (1.0 + 1e-9), omega = b->turning;
+    const double speed = fabs(u.x) + fabs(u.y) + fabs(u.z) + free * h;
+    const double distance = fabs(q.x) + fabs(q.y) + fabs(q.z) + speed * h;
+    const double a = free + 2.0 * omega * speed + (omega * omega + b->spin_up) * distance + 1e-9;
+    return d > MILL_SHAPE_CLOSED && d + h * (d1 - 0.5 * a * h) > MILL_SHAPE_CLOSED;
+}
+
 /* [s] minimum time until the gap can be zero, for a gap d (> 0, or almost) with rate d1 and maximum
  * acceleration a */
 static inline double mill_convex_step(double d, double d1, double a, bool glides)
@@ -136,7 +149,11 @@ MILL_CONVEX_INLINE struct mill_hit mill_convex_search(const struct mill_convex *
         if (d <= MILL_SHAPE_CLOSED && d1 <= MILL_CONVEX_SLOWEST)
             return (struct mill_hit){MILL_HIT_CONTACT, t};
         const bool glides = step >= MILL_CONVEX_PATIENCE && d > -MILL_SHAPE_CLOSED;
-        const struct mill_seen seen = mill_convex_see(c, f, &pose, r, v, end - t);
+        const vec3 centre = mill_pose_out(&pose, c->centre), q = vec3_sub(r, centre);
+        const vec3 u = vec3_sub(v, mill_pose_velocity(&pose, centre));
+        if (mill_convex_stays_open(c, f, q, u, end - t, d, d1))
+            return end < horizon ? later : none;
+        const struct mill_seen seen = mill_convex_see_from(c, f, q, u, end - t);
         const double longest = seen.within < end - t ? seen.within : (double)INFINITY;
         const double next =
             t + mill_least(mill_convex_step(d, d1, seen.acceleration, glides), longest);
