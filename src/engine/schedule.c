@@ -279,17 +279,20 @@ static const struct mill_lately *look_lately(struct mill_schedule *p, int32_t mo
     return l;
 }
 
-/* The place of a ball, and how far it can move within `window` [s], relative to bodies on a motion.
- * In their frame its speed changes by gravity, Coriolis, centrifugal and Euler parts, and the frame
- * has moved slightly since its pose was computed. */
+/* The flight of a ball within `window` [s] relative to bodies on a motion. In their frame its speed
+ * changes by gravity, Coriolis, centrifugal and Euler parts, and the frame has moved slightly since
+ * its pose was computed. */
 static void place_in(const struct mill_lately *l, double now, double window, struct mill_flight *f)
 {
     const double age = now - l->t;
-    const vec3 u = vec3_sub(f->v, mill_pose_velocity(&l->pose, f->r));
+    const vec3 frame = mill_pose_turn_in(&l->pose, mill_pose_velocity(&l->pose, f->r));
     const double v = fabs(f->v.x) + fabs(f->v.y) + fabs(f->v.z) + f->pull * window;
     const double a = l->acceleration + l->coriolis * v;
-    f->place = mill_pose_in(&l->pose, f->r);
-    f->travel = window * (vec3_norm(u) + a * (age + 0.5 * window)) + age * l->drift + l->margin;
+    f->place = vec3_axpy(mill_pose_in(&l->pose, f->r), -age, frame);
+    f->course = vec3_sub(mill_pose_turn_in(&l->pose, f->v), frame);
+    f->window = window;
+    f->slack = window * a * (age + 0.5 * window) + 0.5 * age * age * l->acceleration + l->margin;
+    f->travel = window * vec3_norm(f->course) + f->slack;
 }
 
 /* The first contact with a surface that balls in the cell can touch, within the search interval
@@ -303,7 +306,7 @@ static void search_surfaces(struct mill_schedule *p, int32_t i, double now, doub
     const int32_t cell = p->cells->cell[i];
     const double radius = p->radius[ball->species];
     struct mill_flight flight = {
-        ball->r, ball->v, w->g, p->pull, .travel = INFINITY, .counts = &p->world->counts.quartics};
+        ball->r, ball->v, w->g, p->pull, .slack = INFINITY, .travel = INFINITY, .counts = &p->world->counts.quartics};
     const struct mill_lately *l = NULL; /* of the motion `seen` */
     int32_t seen = MILL_NOBODY;
     double turn = 0.0; /* [rad] maximum turn of the motion from its pose to the end of the
@@ -313,7 +316,7 @@ static void search_surfaces(struct mill_schedule *p, int32_t i, double now, doub
     for (const struct mill_surface *near = p->surface + p->surface_start[cell]; near < end;
          near++) {
         if (near->motion == MILL_NOBODY) {
-            flight.travel = INFINITY; /* the values for a previous body are not valid for this
+            flight.slack = flight.travel = INFINITY; /* the values for a previous body are not valid for this
                                          one */
             placed = false;
         } else {

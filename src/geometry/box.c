@@ -43,13 +43,17 @@ MILL_CONVEX_INLINE struct mill_view view(const struct mill_convex *convex, vec3 
     return (struct mill_view){d - is->rounding, mill_body_turn_out(is, n)};
 }
 
-/* The usual case: a sphere around the ball and its path does not touch the box. */
+/* The usual case: the plane through the nearest point of the box, across the way to the ball, keeps
+ * them apart. The distance from this plane is out . (place + course t) / |out|; here it is compared
+ * without a root. */
 MILL_CONVEX_INLINE bool is_far(const struct mill_bodied *b, const struct mill_flight *f,
                                double radius)
 {
     const vec3 out = out_of(b, mill_body_in(&b->is, f->place));
-    const double far = b->is.rounding + radius + f->travel;
-    return vec3_dot(out, out) > far * far;
+    const double square = vec3_dot(out, out), far = b->is.rounding + radius + f->slack;
+    const double closing = f->window * vec3_dot(out, mill_body_turn_in(&b->is, f->course));
+    const double left = square + (closing < 0.0 ? closing : 0.0);
+    return left > 0.0 && left * left > square * far * far;
 }
 
 static struct mill_core core(const struct mill_body *is)

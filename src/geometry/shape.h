@@ -33,11 +33,11 @@ static inline double mill_sector_cos(double s, double t)
 struct mill_flight {
     vec3 r, v, g; /* [m], [m/s], [m/s^2] */
     double pull;  /* [m/s^2] length of g */
-    /* place: the ball's centre in a recent frame of the shape's motion [m]. travel: the ball's
-     * surface stays within radius + travel of this place until the horizon; the movement of the
-     * frame since then is included [m]. travel INFINITY: not known. */
-    vec3 place;
-    double travel;
+    /* The flight in the frame of the shape's motion, from now until the horizon, `window` [s] later:
+     * place + course t [m], [m/s]. The error is at most `slack` [m], and the ball's centre stays
+     * within `travel` [m] of `place`. INFINITY: not known. */
+    vec3 place, course;
+    double window, slack, travel;
     struct mill_span parts; /* the parts that the ball can meet, of a shape that has parts */
     struct mill_poly_counts *counts; /* of solvers; may be NULL */
 };
