@@ -24,7 +24,7 @@ unit-%: $(BUILD)/tests/unit/test_%
 	@$<
 
 # what the scripts of the pages compute, without a browser; engine.test.mjs needs the module
-js: $(if $(filter %/engine.test.mjs,$(JSTESTS)),$(WASM)/millsim.wasm millsim)
+js: $(if $(filter %/engine.test.mjs,$(JSTESTS)),$(WASM)/millsim.wasm millsim) ## the JavaScript tests of tests/web
 	MILLSIM=$(abspath millsim) node --test --test-reporter=spec $(JSTESTS)
 
 # The Python tools are what they are in every mode: tested once, with the release build; under sanitizers, what passes
