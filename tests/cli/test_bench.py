@@ -64,6 +64,7 @@ def engine():
     return run
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("target", ["bench", "bench-peers"])
 def test_make_measures_in_full_unless_it_is_asked_to_try(target):
     def quick(*words):
