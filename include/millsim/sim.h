@@ -53,6 +53,7 @@ struct mill_sim_checks {
     uint64_t pairs;       /* of balls: no overlap now, no contact before the next event of either */
     uint64_t surfaces;    /* of a ball and a surface: no overlap, no earlier contact */
     uint64_t samples;     /* of gaps to surfaces until the next event */
+    uint64_t quartics;    /* solved for contacts, compared with other solvers */
     uint64_t places;      /* balls that are in their cell */
     uint64_t accounts;    /* balances of the energy account */
 };
@@ -61,6 +62,9 @@ struct mill_sim_checks {
  * function returns. They change nothing in the world. The first check that fails ends the run with
  * MILL_FAILED and one line "paranoid: ...". The cost of an event grows with the number of balls. */
 enum mill_status mill_sim_paranoid(struct mill_sim *sim, bool on, struct mill_error *error);
+
+/* Paranoid runs ask this solver as well, of each quartic. Call it before they are switched on. */
+void mill_sim_use_opinion(struct mill_sim *sim, mill_poly_opinion_fn *second);
 
 /* The checks made since they were switched on; all zero if they are off. */
 struct mill_sim_checks mill_sim_checks(const struct mill_sim *sim);

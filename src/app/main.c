@@ -145,11 +145,12 @@ static enum mill_status run(struct mill_run_order *o)
     if (c->predictions && (status == MILL_OK || status == MILL_STOPPED))
         fprintf(stderr,
                 "paranoid: %llu events, %llu predictions, %llu pairs, %llu surfaces (%llu gaps), "
-                "%llu calendar entries, %llu cells, %llu balances: all held\n",
+                "%llu calendar entries, %llu cells, %llu balances, %llu quartics: all held\n",
                 (unsigned long long)c->events, (unsigned long long)c->predictions,
                 (unsigned long long)c->pairs, (unsigned long long)c->surfaces,
                 (unsigned long long)c->samples, (unsigned long long)c->entries,
-                (unsigned long long)c->places, (unsigned long long)c->accounts);
+                (unsigned long long)c->places, (unsigned long long)c->accounts,
+                (unsigned long long)c->quartics);
     if (status == MILL_STOPPED && !o->error->text[0])
         mill_error_set(o->error, status,
                        "stopped by signal %d; %s holds everything up to then, and --resume goes on",

@@ -6,6 +6,7 @@
 #include "app/asked.h"
 #include "app/checkpoint.h"
 #include "app/forecast.h"
+#include "app/opinion.h"
 #include "app/summary.h"
 #include "base/version.h"
 #include "deck/deck.h"
@@ -207,6 +208,7 @@ static enum mill_status prepare(struct run *r)
         return status;
     r->growth = mill_forecast_growth(r->world);
     mill_sim_use_threads(r->sim, threads_of(r->deck));
+    mill_sim_use_opinion(r->sim, mill_opinion_agrees);
     show(r, true, NULL);
     if (r->resumes)
         mill_error_set(&r->note, MILL_OK, "resuming at t = %.6g s", mill_sim_time(r->sim));

@@ -308,20 +308,15 @@ bool mill_poly_quartic_agrees(const double c[5], double t_end, bool at_root, dou
     const double allowed = 1e-9;
     const double p[5] = {at_root ? 0.0 : c[0], c[1], c[2], c[3], c[4]};
     const double end = t < t_end ? t : t_end;
-    double terms, cut[6] = {0.0}, im[4];
-    /* a polynomial that begins above zero may be above zero until it rises; and only quartics have
-     * this closed form */
-    if (p[4] == 0.0 || p[0] > 0.0 || (p[0] == 0.0 && p[1] >= 0.0) || !(end < HUGE_VAL))
-        return true;
-    mill_poly_quartic_roots(p, cut + 1, im);
-    cut[5] = end;
-    for (int i = 1; i < 5; i++) /* roots outside of (0, end) are not used */
-        cut[i] = fmin(fmax(cut[i], 0.0), end);
-    for (int i = 1; i < 6; i++)
-        for (int k = i; k > 0 && cut[k] < cut[k - 1]; k--)
-            swap_doubles(&cut[k], &cut[k - 1]);
-    for (int i = 0; i < 5; i++)
-        if (value_at(p, 0.5 * (cut[i] + cut[i + 1]), &terms) > allowed * terms)
+    double terms, to[5] = {[4] = end}, im[4];
+    mill_poly_quartic_roots(p, to, im);
+    for (int i = 0; i < 5; i++) { /* to each root, or the end, from the next smaller root */
+        double from = 0.0;
+        for (int k = 0; k < 4; k++)
+            from = to[k] < to[i] ? fmax(from, to[k]) : from;
+        if (to[i] > 0.0 && to[i] <= end &&
+            value_at(p, 0.5 * (from + to[i]), &terms) > allowed * terms)
             return false;
+    }
     return !(t <= t_end) || fabs(value_at(p, t, &terms)) <= allowed * terms;
 }

@@ -66,6 +66,7 @@ enum mill_status mill_sim_paranoid(struct mill_sim *sim, bool on, struct mill_er
     mill_sim_use_threads(sim, 1); /* the checks look at all balls after each event */
     free(sim->paranoid);
     sim->paranoid = on ? calloc(1, sizeof *sim->paranoid) : NULL;
+    sim->quartics = (struct mill_poly_check){.second = sim->quartics.second};
     if (on && !sim->paranoid)
         return mill_error_set(error, MILL_FAILED, "out of memory for the checks");
     sim->error = error;
@@ -74,6 +75,11 @@ enum mill_status mill_sim_paranoid(struct mill_sim *sim, bool on, struct mill_er
         mill_sim_paranoid_all(sim, false);
     sim->error = NULL;
     return sim->status;
+}
+
+void mill_sim_use_opinion(struct mill_sim *sim, mill_poly_opinion_fn *second)
+{
+    sim->quartics.second = second;
 }
 
 const struct mill_world *mill_sim_world(const struct mill_sim *sim)
@@ -122,6 +128,7 @@ enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budge
     assert(until == until);
     sim->error = error;
     sim->status = MILL_OK;
+    sim->world->counts.quartics.check = sim->paranoid ? &sim->quartics : NULL;
     if (sim->slabs)
         mill_sim_slabs_begin(sim->slabs);
     while (budget > 0) {
@@ -151,6 +158,7 @@ enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budge
     }
     if (sim->slabs)
         mill_sim_slabs_end(sim->slabs);
+    sim->world->counts.quartics.check = NULL; /* the counts are stored */
     sim->error = NULL;
     return sim->status;
 }

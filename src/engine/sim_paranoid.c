@@ -291,7 +291,7 @@ bool mill_sim_paranoid_ball(struct mill_sim *sim, int32_t i, bool fresh, int32_t
     const struct mill_schedule *q = sim->schedule;
     struct mill_world *w = sim->world;
     const struct mill_poly_counts counts = w->counts.quartics;
-    w->counts.quartics.checked = true;
+    w->counts.quartics.check = &sim->quartics;
     const double mine = fmin(mill_plan_time(&q->plan[i]), q->horizon);
     bool holds = true;
     const int images = q->grids.period > 0.0 ? 3 : 1;
@@ -311,12 +311,11 @@ bool mill_sim_paranoid_ball(struct mill_sim *sim, int32_t i, bool fresh, int32_t
     for (int32_t s = 0; s < w->shapes && holds; s++)
         if (!q->plan[i].let_go || !w->shape[s]->pinches)
             holds = check_surface(sim, i, w->shape[s], mine, s == touched);
-    if (holds && w->counts.quartics.refuted > 0)
+    sim->paranoid->checks.quartics = sim->quartics.asked;
+    if (holds && sim->quartics.refuted + sim->quartics.doubted > 0)
         holds = mill_sim_paranoid_fault(
-            sim,
-            "the closed form of a quartic contradicts the search for a contact of ball "
-            "%d at t = %.17g s",
-            i, w->base + sim->now);
+            sim, "%s of a quartic contradicts the search for a contact of ball %d at t = %.17g s",
+            sim->quartics.refuted ? "the closed form" : "another solver", i, w->base + sim->now);
     w->counts.quartics = counts; /* only the searches of the run count */
     return holds;
 }

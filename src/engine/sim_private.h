@@ -44,6 +44,7 @@ struct mill_sim {
     struct mill_pinches pinches;
     struct mill_watch watch;
     struct mill_sim_paranoid *paranoid; /* NULL: off */
+    struct mill_poly_check quartics;    /* of a paranoid run */
     double now;                         /* [s] local */
     int observers;
     struct mill_observer *observer[MILL_SIM_OBSERVERS];

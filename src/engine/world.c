@@ -110,6 +110,5 @@ void mill_world_add_counts(struct mill_counts *all, const struct mill_counts *c)
     all->sleep += c->sleep;
     all->quartics.solves += c->quartics.solves;
     all->quartics.fallbacks += c->quartics.fallbacks;
-    all->quartics.refuted += c->quartics.refuted;
     all->largest_overlap = mill_greatest(all->largest_overlap, c->largest_overlap);
 }

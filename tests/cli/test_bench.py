@@ -64,6 +64,16 @@ def engine():
     return run
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("target", ["bench", "bench-peers"])
+def test_make_measures_in_full_unless_it_is_asked_to_try(target):
+    def quick(*words):
+        said = subprocess.run(["make", "-n", "-C", ROOT, target, *words], capture_output=True, text=True, check=True)
+        return "--quick" in said.stdout
+
+    assert not quick() and quick("QUICK=1")
+
+
 def assert_full(report, names):
     """It is the record of a quick run of these cases."""
     assert report["quick"] is True and report["repeats"] == 1

@@ -9,6 +9,7 @@ import subprocess
 import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+MAKEFILES = (ROOT / "Makefile", *(ROOT / "tools/make").glob("*.mk"))
 FOREIGN = re.compile(r"\b(H5\w+|gsl_\w+|ut_\w+|ini_\w+|cv_\w+)")
 
 
@@ -91,13 +92,27 @@ def test_another_mode_knows_how_the_release_program_is_built(tmp_path):
 
 
 def test_make_check_builds_each_program_that_its_tests_start():
-    rule = re.search(r"^check:\n((?:\t.*\n)+)", (ROOT / "Makefile").read_text(), re.M)[1]
+    rule = re.search(r"^check:.*\n((?:\t.*\n)+)", (ROOT / "Makefile").read_text(), re.M)[1]
     assert "$(BUILD)/tests/bench/bench_engine $(BUILD)/millsim millsim" in rule  # test_bench.py; all others
 
 
 def test_every_target_that_is_no_file_has_a_rule():
     """make says "Nothing to be done" for one that has lost its rule, and succeeds."""
-    text = (ROOT / "Makefile").read_text().replace("\\\n", " ")
+    text = "".join(path.read_text() for path in MAKEFILES).replace("\\\n", " ")
     phony = {name for line in re.findall(r"^\.PHONY:(.*)", text, re.M) for name in line.split()}
     rules = {name for line in re.findall(r"^([a-z][\w -]*):(?!=)", text, re.M) for name in line.split()}
-    assert "js" in phony and phony - rules == {"always"}  # which is there to be asked for
+    assert {"js", "wheel"} <= phony and phony - rules == {"always"}  # which is there to be asked for
+
+
+def test_make_help_tells_every_target_that_the_pages_name():
+    pages = [*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("tests/*/README.md")]
+    text = "".join(path.read_text() for path in pages if path.name != "CHANGELOG.md")
+    named = set(re.findall(r"`make ([a-z][a-z-]*)", text)) | set(re.findall(r"^    make ([a-z][a-z-]*)", text, re.M))
+    run = subprocess.run(["make", "-s", "-C", ROOT, "help"], check=True, capture_output=True, text=True)
+    told = set(re.findall(r"^make ([a-z-]+) +\w", run.stdout, re.M))
+    assert {"all", "check", "wheel", "validate-dem"} <= told and named <= told, named - told
+
+
+def test_the_makefile_is_read_in_two_minutes():
+    """What builds, checks and installs; all else is in tools/make."""
+    assert len((ROOT / "Makefile").read_text().splitlines()) <= 150

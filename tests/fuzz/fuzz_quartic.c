@@ -1,9 +1,10 @@
 /* The polynomial solvers against exact signs (exact.h). First rise: the time returned is a rise
  * through zero (or the minimum waited for), within the rounding of the terms; no earlier one; and
- * where none is returned there is none. Sturm counts are the sign changes. All roots leave
- * residuals of the size of rounding. */
+ * where none is returned there is none; GSL agrees with it. Sturm counts are the sign changes. All
+ * roots leave residuals of the size of rounding. */
 #include "fuzz.h"
 
+#include "app/opinion.h"
 #include "exact.h"
 #include "millsim/poly.h"
 
@@ -303,6 +304,18 @@ static void check_roots(const struct question *q)
     }
 }
 
+static void check_opinion(const struct question *q)
+{
+    struct mill_poly_check check = {mill_opinion_agrees, 0, 0, 0};
+    struct mill_poly_counts counts = {.check = &check};
+    if (!within(q->c, CERTAIN))
+        return;
+    const double t = mill_poly_first_rise(q->c, q->t_end, q->at_root, &counts);
+    fuzz_require(check.doubted == 0,
+                 "GSL does not share %.17g, t_end %.17g, at_root %d: %a %a %a %a %a", t, q->t_end,
+                 q->at_root, q->c[0], q->c[1], q->c[2], q->c[3], q->c[4]);
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     struct fuzz_bytes b = {data, size};
@@ -312,6 +325,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         check_first_rise(&q);
         check_sturm(&q);
         check_roots(&q);
+        check_opinion(&q);
     }
     return 0;
 }

@@ -443,6 +443,28 @@ TEST(a_run_ends_when_its_books_are_cooked)
     run_into(&run, "the energy account has an error of 1e-06 J");
 }
 
+static unsigned long asked, short_windows;
+
+static bool agrees_for_a_while(const double c[5], double t_end, bool at_root, double t)
+{
+    (void)c, (void)at_root, (void)t;
+    short_windows += t_end < 1e-3;
+    return ++asked < 1000;
+}
+
+TEST(a_run_ends_when_another_solver_finds_another_contact)
+{
+    struct bench run;
+    asked = 0;
+    bench_open(&run, &busy);
+    mill_sim_use_opinion(run.sim, agrees_for_a_while);
+    ck_assert_int_eq(mill_sim_paranoid(run.sim, true, &run.error), MILL_OK);
+    ck_assert_uint_eq(mill_sim_checks(run.sim).quartics, asked);
+    ck_assert_uint_eq(short_windows, 0); /* brute force looks a millisecond further */
+    run_into(&run, "another solver of a quartic contradicts the search for a contact of ball ");
+    ck_assert_uint_gt(short_windows, 10); /* the searches of the run itself */
+}
+
 TEST(checks_that_begin_in_the_middle_of_a_run_accept_it)
 {
     struct bench run;
