@@ -14,6 +14,7 @@ enum {
     FEWEST = 300,   /* facets of a part, about, */
     MOST = 40000,   /* unless there are so many parts that all would have more than this */
     LONGEST = 1000, /* cells of a part along one coordinate */
+    WIRE = 100,     /* cells of a part along its length, if it is a wire */
     FACES = MILL_WEAR_FACES
 };
 #define MOST_CELLS 2e6 /* of a part, for each face */
@@ -296,7 +297,9 @@ static bool make_part(struct mill_wear_plan *plan, int part, double size, int fe
         reach.lo[2] = p->radius * (whole ? -MILL_PI : reach.lo[2]);
         reach.hi[2] = p->radius * (whole ? MILL_PI : reach.hi[2]);
     }
-    const double cell = fewest > 0 ? fmin(size, sqrt(reach.area / fewest)) : size;
+    double cell = fewest > 0 ? fmin(size, sqrt(reach.area / fewest)) : size;
+    for (int k = 0; k < 3; k++) /* a wire is cut into pieces that grow with (length / cell)^1.6 */
+        cell = fmax(cell, (reach.hi[k] - reach.lo[k]) / WIRE);
     p->cut = cell;
     bool good = !mesh.failed && lay_out(p, &reach, cell);
     if (good) {
@@ -311,6 +314,8 @@ static bool make_part(struct mill_wear_plan *plan, int part, double size, int fe
         join_slivers(plan, p, first, SLIVER * cell * cell, into);
         tidy(plan, p, first, into);
     }
+    p->first = first;
+    p->count = plan->facets - first;
     free(into);
     mill_mesh_free(&mesh);
     return into != NULL;

@@ -23,7 +23,8 @@ struct mill_wear_facet {
 /* One surface, or the walls of a body that holds the balls. Coordinates of the chart: x, y, z of
  * its frame; or, if it is round, x, the distance from x, and the angle about x times `radius`. */
 struct mill_wear_part {
-    int shape; /* that draws it */
+    int shape;            /* that draws it */
+    int32_t first, count; /* its facets */
     struct mill_pose chart;
     bool round;
     double radius, cut; /* [m]; [m] size of a cell */

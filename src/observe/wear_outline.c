@@ -6,7 +6,6 @@
 #include <string.h>
 
 #define SHOWN 1.5 /* times the size of a cell: longest edges of the triangles */
-
 struct outline {
     const struct mill_wear_plan *plan;
     int part;
@@ -61,13 +60,14 @@ static void show_pieces(void *adds, const vec3 corner[3])
 /* Seeks the facets of a part that none of the triangles from `first` on shows; were there more? */
 static bool seek_missing(struct outline *to, size_t first)
 {
+    const struct mill_wear_part *p = &to->plan->part[to->part];
     bool more = false;
-    memset(to->seen, 0, (size_t)to->plan->facets * sizeof *to->seen);
+    memset(to->seen + p->first, 0, (size_t)p->count * sizeof *to->seen);
     for (size_t i = first; i < to->mesh->triangles; i++)
         if (to->facet[i] >= 0)
             to->seen[to->facet[i]] = true;
-    for (int32_t id = 0; id < to->plan->facets; id++)
-        if (to->plan->facet[id].part == to->part && !to->seen[id]) {
+    for (int32_t id = p->first; id < p->first + p->count; id++)
+        if (!to->seen[id]) {
             more = more || !to->sought[id];
             to->sought[id] = true;
         }
@@ -79,11 +79,12 @@ static bool seek_missing(struct outline *to, size_t first)
 static void show_part(struct outline *to)
 {
     const size_t points = to->mesh->points, triangles = to->mesh->triangles;
-    const double size = fmax(SHOWN * to->plan->part[to->part].cut, 1e-9);
+    const struct mill_wear_part *p = &to->plan->part[to->part];
+    const double size = fmax(SHOWN * p->cut, 1e-9);
     mill_mesh_on_piece *on = show;
     struct mill_mesh whole;
     mill_wear_facets_draw(to->plan, to->part, &whole, NULL);
-    memset(to->sought, 0, (size_t)to->plan->facets * sizeof *to->sought);
+    memset(to->sought + p->first, 0, (size_t)p->count * sizeof *to->sought);
     do {
         to->mesh->points = points;
         to->mesh->triangles = triangles;
