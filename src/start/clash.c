@@ -27,6 +27,7 @@ enum { PATIENCE = 1000000, MOST_LOOKS = 20000000 };
 
 struct check {
     const struct mill_setup *setup;
+    const struct mill_start_watch *watch;
     struct mill_motion *const *motion;
     struct mill_fault *fault;
     int solids;
@@ -272,9 +273,12 @@ static void check_motions(struct check *c, const struct mill_motion *a, const st
     c->end = cycle.singles > 0 ? cycle.period : horizon;
     take_sides(c, 0, a, both[0], both[1]);
     take_sides(c, 1, b, both[1], both[0]);
-    for (int i = 0; i < c->sides[0]; i++)
+    for (int i = 0; i < c->sides[0]; i++) {
+        if (c->watch)
+            c->watch->tell(c->watch->self, "checking bodies", i, c->sides[0]);
         for (int k = 0; k < c->sides[1]; k++)
             check_two(c, &c->side[0][i], &c->side[1][k]);
+    }
     for (int k = 0; k < 2; k++)
         if (cut[k])
             cut[k]->on = under;
@@ -297,11 +301,11 @@ static bool make_solids(struct check *c)
     return good;
 }
 
-bool mill_clash_find(const struct mill_setup *setup, struct mill_motion *const *motion,
-                     struct mill_fault *fault)
+bool mill_clash_find(const struct mill_setup *setup, const struct mill_start_watch *watch,
+                     struct mill_motion *const *motion, struct mill_fault *fault)
 {
     const size_t room = (size_t)setup->surfaces + 1;
-    struct check c = {.setup = setup, .motion = motion, .fault = fault};
+    struct check c = {.setup = setup, .watch = watch, .motion = motion, .fault = fault};
     c.solid = calloc(room, sizeof *c.solid);
     c.side[0] = malloc(room * sizeof **c.side);
     c.side[1] = malloc(room * sizeof **c.side);

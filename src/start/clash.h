@@ -2,7 +2,7 @@
 #ifndef MILL_CLASH_H
 #define MILL_CLASH_H
 
-#include "millsim/setup.h"
+#include "millsim/start.h"
 
 /* The number that users know of surface k of the list: the drum, which is the first, has -1. */
 static inline int mill_clash_number(const struct mill_setup *setup, int k)
@@ -14,9 +14,10 @@ static inline int mill_clash_number(const struct mill_setup *setup, int k)
  * the container. The search covers one common period of both motions, or the setup's horizon where
  * they have no common period. Surfaces nearer than 1e-6 of their size touch. A body that turns
  * about its own axis of symmetry may pierce a body that stands still, or one that also turns about
- * its own axis of symmetry. The motions are at local time 0. false: out of memory.
+ * its own axis of symmetry. The motions are at local time 0. watch may be NULL. false: out of
+ * memory.
  */
-bool mill_clash_find(const struct mill_setup *setup, struct mill_motion *const *motion,
-                     struct mill_fault *fault);
+bool mill_clash_find(const struct mill_setup *setup, const struct mill_start_watch *watch,
+                     struct mill_motion *const *motion, struct mill_fault *fault);
 
 #endif

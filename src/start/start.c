@@ -368,7 +368,7 @@ static enum mill_fault_code start_world(const struct mill_setup *setup,
     memcpy(w->law, setup->law, sizeof w->law);
     memcpy(w->fall, setup->fall, sizeof w->fall);
     w->rebound_floor = setup->rebound_floor;
-    if (mill_ends_fit(setup, w->motion, fault) && !mill_clash_find(setup, w->motion, fault))
+    if (mill_ends_fit(setup, w->motion, fault) && !mill_clash_find(setup, watch, w->motion, fault))
         fault->code = MILL_FAULT_MEMORY;
     if (fault->code == MILL_FAULT_NONE)
         place_balls(setup, watch, w, fault);
