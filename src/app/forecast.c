@@ -147,8 +147,8 @@ static double work_out(const struct mill_deck *deck, const struct mill_world *wo
     f.contacts = fmin(f.contacts + rest, most);
     f.file = STATISTICS + end / deck->series * ROW + (deck->log_impacts ? f.contacts * IMPACT : 0);
     if (deck->frames > 0)
-        f.file += (floor(end / deck->frames) + 1) *
-                  (world->balls * FRAME + points_of(world) * POINT);
+        f.file +=
+            (floor(end / deck->frames) + 1) * (world->balls * FRAME + points_of(world) * POINT);
     /* without contacts only the simulated time can be used */
     const double cost = ends[1].cpu - ends[0].cpu;
     f.cpu = ends[1].cpu + (met > 0 ? rest / met * cost : (end / f.trial - 1) * cost);

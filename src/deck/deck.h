@@ -173,10 +173,10 @@ struct mill_deck {
     int motions; /* the rotor's first; each motion after the one that carries it */
     struct mill_setup_motion motion[MILL_MOTIONS_MOST];
     struct mill_deck_motion form[MILL_MOTIONS_MOST]; /* the numbers of the motions */
-    struct mill_deck_bodies bodies; /* of the [body.NAME], with each copy */
-    struct mill_kinds contacts;                 /* kinds of contact */
-    const char *drum_material, *rotor_material; /* NULL: not given */
-    struct mill_deck_material unknown;          /* all that a [material.NAME] does not give */
+    struct mill_deck_bodies bodies;                  /* of the [body.NAME], with each copy */
+    struct mill_kinds contacts;                      /* kinds of contact */
+    const char *drum_material, *rotor_material;      /* NULL: not given */
+    struct mill_deck_material unknown;               /* all that a [material.NAME] does not give */
     struct mill_deck_law general; /* [contact], for kinds that have no value of their own */
     const char *between;          /* material between the surfaces; NULL: none */
     struct mill_deck_law law[MILL_KINDS_MOST];

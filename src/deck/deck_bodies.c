@@ -191,7 +191,7 @@ static enum mill_status add_body(struct mill_deck *deck, const struct mill_deck_
                                  struct mill_error *error)
 {
     const struct mill_deck_body *given = section->form;
-    struct mill_setup_surface surface = {.solid = mill_solid_list(given->shape)};
+    struct mill_setup_surface surface = {.solid = mill_shapes_solid(given->shape)};
     struct mill_body is;
     enum mill_status status = mill_deck_motions_find(deck, section->title, "motion", given->motion,
                                                      &surface.motion, error);

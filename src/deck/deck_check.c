@@ -53,7 +53,7 @@ static struct mill_profile profile_of(const struct mill_deck *deck)
 {
     const struct mill_setup_drum drum = mill_deck_drum(deck);
     const struct mill_body body = mill_setup_drum_body(&drum);
-    return mill_prism_profile(&body);
+    return mill_solid_profile(&body);
 }
 
 /* Neighbouring buckles must not touch. Height and number limit each other. The message names the
@@ -311,7 +311,8 @@ static void warn_of_axes(const struct mill_deck *deck)
     const double away = vec3_norm(vec3_axpy(off, -vec3_dot(off, turn->axis), turn->axis));
     if (vec3_norm(vec3_cross(turn->axis, is->z)) > 1e-6 || away <= 1e-6 * is->length)
         return;
-    mill_deck_fault(deck, &line, deck->bodies.section[deck->container - deck->bodies.surface], "centre",
+    mill_deck_fault(deck, &line, deck->bodies.section[deck->container - deck->bodies.surface],
+                    "centre",
                     "the container's axis is %.3g mm away from the axis of [motion.%s]: give a "
                     "planetary jar and its motion the same 'centre'",
                     1e3 * away, motion->name);

@@ -196,7 +196,8 @@ static enum mill_status list_named(struct mill_deck *deck, struct mill_error *er
             char title[MILL_NAME_LENGTH + 8];
             snprintf(title, sizeof title, "motion.%.63s", on ? on : "");
             int carrier = MILL_STILL;
-            if (on && mill_deck_motions_place(deck, on) == MILL_STILL && mill_deck_section(deck, title)) {
+            if (on && mill_deck_motions_place(deck, on) == MILL_STILL &&
+                mill_deck_section(deck, title)) {
                 waiting[left++] = waiting[k];
                 continue;
             }

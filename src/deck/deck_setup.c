@@ -314,8 +314,8 @@ static void warn_of(const struct mill_deck *deck, const struct mill_passing *pla
     for (int k = 0; k < deck->kinds; k++)
         d = fmax(d, deck->balls[k].diameter);
     const bool wall = place->kind[1] == MILL_BALL_WALL, drum = place->other < 0;
-    if (!deck->warn || (unchecked ? isinf(place->when)
-                                  : !(place->gap < (drum ? 1.0 + EQUAL : NARROW) * d)))
+    if (!deck->warn ||
+        (unchecked ? isinf(place->when) : !(place->gap < (drum ? 1.0 + EQUAL : NARROW) * d)))
         return;
     const char *section = find_section(deck, place->one, copy);
     const char *met = find_section(deck, place->other, other_copy);

@@ -3,7 +3,7 @@
  * their order. The sizes of solids are next to the code of the solids. */
 #include "deck/deck_private.h"
 
-#include "geometry/solid.h"
+#include "geometry/shapes.h"
 
 #include <assert.h>
 #include <string.h>
@@ -372,14 +372,14 @@ enum { BLOCKS = sizeof blocks / sizeof *blocks };
 bool mill_deck_table_block(int i, struct mill_deck_block *block)
 {
     int solids = 0, before = 0;
-    while (mill_solid_list(solids))
+    while (mill_shapes_solid(solids))
         solids++;
     while (blocks[before].key != copies_key)
         before++;
     const int k = i - before;
     if (k >= 0 && k < solids) {
         *block = (struct mill_deck_block){OF_BODY, .words = 1u << k};
-        block->key = mill_solid_list(k)->key;
+        block->key = mill_shapes_solid(k)->key;
         block->at = offsetof(struct mill_deck_body, is);
         if (!block->key) { /* its facets are in a file */
             block->key = mesh_key;

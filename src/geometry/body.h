@@ -12,8 +12,8 @@ struct mill_bodied {
     struct mill_body is;
     struct mill_core core; /* of a convex body */
     struct mill_hull hull;
-    vec3 along; /* unit: direction of the hull's line */
-    bool rings; /* it turns about a line at rest. In this case: */
+    vec3 along;         /* unit: direction of the hull's line */
+    bool rings;         /* it turns about a line at rest. In this case: */
     vec3 through, axis; /* [m], unit */
     vec3 towards;  /* unit: the body is within a strip that goes from the line in this direction;
                       0: it is all around the line */

@@ -100,8 +100,8 @@ static inline struct mill_seen mill_convex_see(const struct mill_convex *c,
                                 vec3_sub(v, mill_pose_velocity(pose, centre)), h);
 }
 
-/* A quick proof that a gap d with rate d1 stays open for h [s]: the same bounds with sums in place of
- * lengths need no root. Most searches end here, above all in dense charges. */
+/* A quick proof that a gap d with rate d1 stays open for h [s]: the same bounds with sums in place
+ * of lengths need no root. Most searches end here, above all in dense charges. */
 static inline bool mill_convex_stays_open(const struct mill_convex *c, const struct mill_flight *f,
                                           vec3 q, vec3 u, double h, double d, double d1)
 {

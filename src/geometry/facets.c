@@ -259,8 +259,5 @@ static const struct mill_shape_type surface = {.size = sizeof(struct mill_facets
                                                .reachable = reachable,
                                                .beside = beside};
 
-const struct mill_solid mill_facets_solid = {.surface = &surface,
-                                             .is_sound = is_sound,
-                                             .volume = volume,
-                                             .outline = outline,
-                                             .hull = hull};
+const struct mill_solid mill_facets_solid = {
+    .surface = &surface, .is_sound = is_sound, .volume = volume, .outline = outline, .hull = hull};

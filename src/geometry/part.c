@@ -30,8 +30,8 @@ static struct mill_part part_of(const struct mill_solid *solid, const struct mil
     double square = 0.0;
     for (int k = solid->round ? 1 : 0; k < 3; k++) {
         const vec3 way = {k == 0, k == 1, k == 2}, back = vec3_scale(way, -1.0);
-        const double far = fmax(vec3_dot(way, p.support(&p.core, way)),
-                                vec3_dot(back, p.support(&p.core, back)));
+        const double far =
+            fmax(vec3_dot(way, p.support(&p.core, way)), vec3_dot(back, p.support(&p.core, back)));
         square += far * far;
     }
     p.around = sqrt(square) + p.core.grown;
@@ -98,8 +98,7 @@ struct mill_part mill_part_move(const struct mill_part *part, const struct mill_
 
 struct mill_pose mill_part_frame(vec3 through, vec3 direction)
 {
-    const vec3 any =
-        fabs(direction.x) < 0.6 ? vec3_make(1.0, 0.0, 0.0) : vec3_make(0.0, 1.0, 0.0);
+    const vec3 any = fabs(direction.x) < 0.6 ? vec3_make(1.0, 0.0, 0.0) : vec3_make(0.0, 1.0, 0.0);
     const vec3 across = vec3_cross(direction, any);
     const vec3 y = vec3_scale(across, 1.0 / vec3_norm(across));
     return (struct mill_pose){
@@ -122,7 +121,7 @@ struct search {
     const struct mill_wall *wall;
     double lift; /* [m] extent along the axis, which directions between two others have more of */
     double best, bound; /* [m] the greatest extent found; no extent is greater than the bound */
-    double slack; /* [m] accuracy, except for a share of the gap */
+    double slack;       /* [m] accuracy, except for a share of the gap */
 };
 
 /* A direction, and the extent in it */

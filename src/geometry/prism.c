@@ -8,13 +8,6 @@
 #include "geometry/shapes.h"
 #include "geometry/wavy.h"
 
-struct mill_profile mill_prism_profile(const struct mill_body *is)
-{
-    /* a circle is a profile with buckles of height 0 */
-    return mill_profile_make(is->buckles > 0 ? is->buckles : 2, is->radius, is->buckle_height,
-                             is->buckle_angle);
-}
-
 /* ---- the circle ---- */
 
 /* +1: balls meet it from inside, -1: from outside */
@@ -33,8 +26,8 @@ static struct mill_hit next_contact(const struct mill_shape *shape, const struct
 {
     const struct mill_body *is = mill_body_is(shape);
     (void)now;
-    return mill_hit_at(mill_shape_circle(f, 0.0, 0.0, contact_radius(is, radius), inward(is),
-                                         horizon, touching));
+    return mill_hit_at(
+        mill_shape_circle(f, 0.0, 0.0, contact_radius(is, radius), inward(is), horizon, touching));
 }
 
 static struct mill_contact contact(const struct mill_shape *shape, vec3 centre, double radius,
@@ -96,7 +89,7 @@ static bool is_sound(const struct mill_body *is)
     if (!is->inside || is->buckles < 2 || !isfinite(is->buckle_angle) ||
         !(is->buckle_height >= 0.0 && is->buckle_height < is->radius))
         return false;
-    const struct mill_profile profile = mill_prism_profile(is);
+    const struct mill_profile profile = mill_solid_profile(is);
     return mill_profile_is_sound(&profile);
 }
 
@@ -122,19 +115,18 @@ static struct mill_hull hull(const struct mill_body *is)
 static struct mill_core core(const struct mill_body *is)
 {
     const struct mill_hull around = hull(is);
-    return (struct mill_core){
-        .half.z = around.half, .low = around.radius, .high = around.radius};
+    return (struct mill_core){.half.z = around.half, .low = around.radius, .high = around.radius};
 }
 
 static double volume(const struct mill_body *is)
 {
-    const struct mill_profile profile = mill_prism_profile(is);
+    const struct mill_profile profile = mill_solid_profile(is);
     return mill_profile_area(&profile) * is->length;
 }
 
 static void outline(const struct mill_body *is, int wall, double tolerance, struct mill_mesh *mesh)
 {
-    const struct mill_profile profile = mill_prism_profile(is);
+    const struct mill_profile profile = mill_solid_profile(is);
     const double half = 0.5 * is->length, side = is->inside ? 1.0 : -1.0;
     if (wall <= 0)
         mill_mesh_mantle(mesh, &profile, half, tolerance, is->inside != 0);

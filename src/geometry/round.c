@@ -260,8 +260,7 @@ static void outline(const struct mill_body *is, const struct mill_core *c, doubl
 }
 
 static const struct mill_key key_sphere[] = {MILL_SOLID_RADIUS, {.name = NULL}};
-static const struct mill_key key_capsule[] = {
-    MILL_SOLID_RADIUS, MILL_SOLID_LENGTH, {.name = NULL}};
+static const struct mill_key key_capsule[] = {MILL_SOLID_RADIUS, MILL_SOLID_LENGTH, {.name = NULL}};
 static const struct mill_key key_cylinder[] = {
     MILL_SOLID_RADIUS, MILL_SOLID_LENGTH, MILL_SOLID_ROUNDING, {.name = NULL}};
 static const struct mill_key key_cone[] = {

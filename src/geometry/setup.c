@@ -1,6 +1,6 @@
 /* The classic parts of a mill as bodies, and the faults of a setup in words. */
-#include "base/elementary.h"
 #include "millsim/setup.h"
+#include "base/elementary.h"
 
 #include <assert.h>
 
@@ -36,13 +36,12 @@ struct mill_body mill_setup_blade(const struct mill_blade *blade)
     const struct mill_heading pitch = mill_elementary_heading(blade->pitch);
     const vec3 radial = {0.0, angle.cos, angle.sin}, around = {0.0, -angle.sin, angle.cos};
     const vec3 along = {1.0, 0.0, 0.0};
-    return (struct mill_body){
-        .centre = {blade->position, 0.5 * blade->tip_radius * angle.cos,
-                   0.5 * blade->tip_radius * angle.sin},
-        .x = vec3_axpy(vec3_scale(along, pitch.cos), pitch.sin, around),
-        .y = radial,
-        .z = vec3_axpy(vec3_scale(along, -pitch.sin), pitch.cos, around),
-        .size = {blade->width, blade->tip_radius, blade->thickness}};
+    return (struct mill_body){.centre = {blade->position, 0.5 * blade->tip_radius * angle.cos,
+                                         0.5 * blade->tip_radius * angle.sin},
+                              .x = vec3_axpy(vec3_scale(along, pitch.cos), pitch.sin, around),
+                              .y = radial,
+                              .z = vec3_axpy(vec3_scale(along, -pitch.sin), pitch.cos, around),
+                              .size = {blade->width, blade->tip_radius, blade->thickness}};
 }
 
 const char *mill_setup_fault_text(enum mill_fault_code code)

@@ -1,7 +1,7 @@
 /* A surface that balls meet: a body, or one wall of the container. How balls meet it is behind this
- * interface; what it looks like, its solid says (solid.h). A shape never changes; the pose of a moving shape is an argument. All shapes define a
- * contact in the same way: it is the first time at which gap <= 0 and the gap is closing (Bannerman
- * et al. 2014, arXiv 1211.6718). */
+ * interface; what it looks like, its solid says (solid.h). A shape never changes; the pose of a
+ * moving shape is an argument. All shapes define a contact in the same way: it is the first time at
+ * which gap <= 0 and the gap is closing (Bannerman et al. 2014, arXiv 1211.6718). */
 #ifndef MILLSIM_SHAPE_H
 #define MILLSIM_SHAPE_H
 
@@ -33,14 +33,27 @@ static inline double mill_sector_cos(double s, double t)
 struct mill_flight {
     vec3 r, v, g; /* [m], [m/s], [m/s^2] */
     double pull;  /* [m/s^2] length of g */
-    /* The flight in the frame of the shape's motion, from now until the horizon, `window` [s] later:
-     * place + course t [m], [m/s]. The error is at most `slack` [m], and the ball's centre stays
-     * within `travel` [m] of `place`. INFINITY: not known. */
+    /* The flight in the frame of the shape's motion, from now until the horizon, `window` [s]
+     * later: place + course t [m], [m/s]. The error is at most `slack` [m], and the ball's centre
+     * stays within `travel` [m] of `place`. INFINITY: not known. */
     vec3 place, course;
     double window, slack, travel;
     struct mill_span parts; /* the parts that the ball can meet, of a shape that has parts */
     struct mill_poly_counts *counts; /* of solvers; may be NULL */
 };
+
+/* A flight whose place in the frame of the shape's motion is not known */
+static inline struct mill_flight mill_flight_make(vec3 r, vec3 v, vec3 g, double pull,
+                                                  struct mill_poly_counts *counts)
+{
+    return (struct mill_flight){.r = r,
+                                .v = v,
+                                .g = g,
+                                .pull = pull,
+                                .slack = (double)INFINITY,
+                                .travel = (double)INFINITY,
+                                .counts = counts};
+}
 
 /* The result of a search for a contact */
 enum mill_hit_state {

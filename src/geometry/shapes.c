@@ -4,6 +4,13 @@
 #include <assert.h>
 #include <stdlib.h>
 
+const struct mill_solid *mill_shapes_solid(int i)
+{
+#define TABLE(word, solid) &solid,
+    static const struct mill_solid *const list[] = {MILL_SOLID_LIST(TABLE) NULL};
+    return list[i];
+}
+
 void mill_shapes_free(struct mill_shape **shapes, int count)
 {
     for (int k = 0; shapes && k < count && shapes[k]; k++) {
@@ -36,7 +43,9 @@ static bool make(struct making *m, const struct mill_setup_surface *s,
                  const struct mill_solid *solid, int wall)
 {
     const struct mill_wall is = mill_body_wall(solid, s->body, wall);
-    const struct mill_shape_type *type = wall < 0 ? solid->surface : is.own ? is.own : &mill_wall_type;
+    const struct mill_shape_type *type = wall < 0 ? solid->surface
+                                         : is.own ? is.own
+                                                  : &mill_wall_type;
     const bool end = wall >= 0 && is.flat && s->ends > 0;
     struct mill_bodied *body = m->count < m->room ? calloc(1, type->size) : NULL;
     if (!body)

@@ -10,8 +10,8 @@ extern const struct mill_shape_type mill_wall_type, mill_wavy_type;
 /* support of the core of bodies of revolution */
 vec3 mill_round_support(const struct mill_core *core, vec3 way);
 
-/* The profile of a prism */
-struct mill_profile mill_prism_profile(const struct mill_body *prism);
+/* Solid number i [0..] of those that a deck can name; NULL: the end */
+const struct mill_solid *mill_shapes_solid(int i);
 
 /* The surface of the setup that holds the balls, or NULL */
 const struct mill_setup_surface *mill_shapes_container(const struct mill_setup *setup);

@@ -1,11 +1,11 @@
-/* The list of solids, and what all of them have in common. */
+/* What all solids have in common. */
 #include "geometry/solid.h"
 
-const struct mill_solid *mill_solid_list(int i)
+struct mill_profile mill_solid_profile(const struct mill_body *is)
 {
-#define TABLE(word, solid) &solid,
-    static const struct mill_solid *const list[] = {MILL_SOLID_LIST(TABLE) NULL};
-    return list[i];
+    /* a circle is a profile with buckles of height 0 */
+    return mill_profile_make(is->buckles > 0 ? is->buckles : 2, is->radius, is->buckle_height,
+                             is->buckle_angle);
 }
 
 bool mill_solid_is_inside(const void *body)

@@ -1,11 +1,12 @@
 /* Solids: what bodies are made of. Each kind is one file with one table. All that the program does
  * with a body asks this table: the searches for contacts, the bounds of the places that a body
- * reaches, the check for bodies that collide, periodic ends, the speed of a tip, the room for balls,
- * wear and pictures. */
+ * reaches, the check for bodies that collide, periodic ends, the speed of a tip, the room for
+ * balls, wear and pictures. */
 #ifndef MILL_SOLID_H
 #define MILL_SOLID_H
 
 #include "base/key.h"
+#include "base/profile.h"
 #include "geometry/shape.h"
 #include "millsim/setup.h"
 
@@ -45,7 +46,7 @@ struct mill_hull {
 enum { MILL_SOLID_WHOLE = -1 };
 
 struct mill_solid {
-    const struct mill_key *key;             /* its sizes in a deck: members of struct mill_body */
+    const struct mill_key *key;            /* its sizes in a deck: members of struct mill_body */
     const struct mill_shape_type *surface; /* how balls meet it from outside, or the whole of it */
     bool round, ball; /* a body of revolution about its own z; about any axis */
     /* Are its sizes valid? */
@@ -77,7 +78,8 @@ struct mill_solid {
     {"radius", "radius of the body", MILL_SOLID_SIZE, MILL_SOLID_AT(radius)},                      \
     {                                                                                              \
         "diameter", "diameter of the body", .instead = "radius", .factor = 0.5, .unit = "m",       \
-            .lo = 2.0 * MILL_SOLID_LEAST, .hi = 2e4, MILL_SOLID_AT(radius)                         \
+                                            .lo = 2.0 * MILL_SOLID_LEAST, .hi = 2e4,               \
+                                            MILL_SOLID_AT(radius)                                  \
     }
 #define MILL_SOLID_LENGTH                                                                          \
     {                                                                                              \
@@ -86,8 +88,9 @@ struct mill_solid {
     }
 #define MILL_SOLID_ROUNDING                                                                        \
     {                                                                                              \
-        "rounding", "radius of its rounded edges", .unit = "m", .lo = 0, .hi = 1e4,                \
-            .preset = "0 m", MILL_SOLID_AT(rounding), .hidden = mill_solid_is_inside,              \
+        "rounding", "radius of its rounded edges",                                                 \
+            .unit = "m", .lo = 0, .hi = 1e4, .preset = "0 m", MILL_SOLID_AT(rounding),             \
+            .hidden = mill_solid_is_inside,                                                        \
             .needs = "a container's edges are not rounded: leave it out"                           \
     }
 bool mill_solid_is_inside(const void *body);
@@ -99,11 +102,12 @@ bool mill_solid_is_length(double length, bool none);
  * and the axes unit, orthogonal and right-handed? Can it hold the balls, if they are inside? */
 bool mill_solid_is_sound(const struct mill_solid *solid, const struct mill_body *body);
 
-/* Solid number i [0..] of those of a deck, and the words for them, with '|' before each; NULL: the
- * end */
-const struct mill_solid *mill_solid_list(int i);
+/* The words for the solids of a deck, with '|' between them */
 #define MILL_SOLID_WORD(word, solid) "|" #word
 #define MILL_SOLID_WORDS (&MILL_SOLID_LIST(MILL_SOLID_WORD)[1])
+
+/* The profile of a prism */
+struct mill_profile mill_solid_profile(const struct mill_body *prism);
 
 /* The hull about its own z, or about the axis along which the solid is longest */
 struct mill_hull mill_solid_hull(const struct mill_solid *solid, const struct mill_body *body);

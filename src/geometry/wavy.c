@@ -332,7 +332,7 @@ static void find_pitches(struct mill_wavy *w)
 static bool create(struct mill_shape *shape)
 {
     struct mill_wavy *w = (struct mill_wavy *)shape;
-    const struct mill_profile profile = mill_prism_profile(&w->body.is), *p = &profile;
+    const struct mill_profile profile = mill_solid_profile(&w->body.is), *p = &profile;
     const int arcs = w->arcs = 2 * p->buckles;
     w->sectors = SECTORS * p->buckles;
     w->arc = calloc((size_t)arcs, sizeof *w->arc);

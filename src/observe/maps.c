@@ -6,8 +6,8 @@
 
 #include "base/elementary.h"
 #include "base/memory.h"
-#include "geometry/shape.h"
 #include "geometry/body.h"
+#include "geometry/shape.h"
 
 #include <math.h>
 #include <stdlib.h>

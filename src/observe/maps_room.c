@@ -69,8 +69,7 @@ static double volume_of(const struct piece *p, bool ring)
 }
 
 /* [m^3] volume of the piece inside the container */
-static double inside(const struct walls *walls, const struct piece *piece, bool ring,
-                     double finest)
+static double inside(const struct walls *walls, const struct piece *piece, bool ring, double finest)
 {
     double middle[3], side[3];
     int longest = 0;

@@ -164,7 +164,8 @@ bool mill_tally_window_portion(struct mill_tally *tally, uint64_t number);
 /* Returns the strikes of an earlier portion. */
 struct mill_speeds *mill_tally_window_strikes(struct mill_tally *tally, int32_t portion);
 
-/* create: makes empty statistics for a world. like: the same, for the world of other statistics. false: out of memory. The caller frees them in all cases. */
+/* create: makes empty statistics for a world. like: the same, for the world of other statistics.
+ * false: out of memory. The caller frees them in all cases. */
 bool mill_tally_window_create(struct mill_gathered *gathered, const struct mill_world *world);
 bool mill_tally_window_like(struct mill_gathered *gathered, const struct mill_gathered *as,
                             int kinds);

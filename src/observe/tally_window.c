@@ -31,8 +31,7 @@ static bool make_room(struct mill_gathered *gathered, int kinds)
 bool mill_tally_window_create(struct mill_gathered *gathered, const struct mill_world *world)
 {
     return make_room(gathered, world->kinds.count) && mill_maps_init(&gathered->maps, world) &&
-           mill_energies_init(&gathered->energies, world) &&
-           mill_wear_init(&gathered->wear, world);
+           mill_energies_init(&gathered->energies, world) && mill_wear_init(&gathered->wear, world);
 }
 
 bool mill_tally_window_like(struct mill_gathered *gathered, const struct mill_gathered *as,

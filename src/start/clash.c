@@ -79,12 +79,12 @@ static struct mill_passing passing_of(const struct check *c, const struct march 
                                       double t)
 {
     const int ends = c->setup->surface[m->b->is->surface].ends;
-    return (struct mill_passing){.one = number_of(c, m->a),
-                                 .other = number_of(c, m->b),
-                                 .kind = {m->a->is->kind, m->wall > 0 && ends ? ends
-                                                                              : m->b->is->kind},
-                                 .gap = gap,
-                                 .when = t};
+    return (struct mill_passing){
+        .one = number_of(c, m->a),
+        .other = number_of(c, m->b),
+        .kind = {m->a->is->kind, m->wall > 0 && ends ? ends : m->b->is->kind},
+        .gap = gap,
+        .when = t};
 }
 
 static bool alike(const struct mill_passing *p, const struct mill_passing *q)
@@ -101,7 +101,8 @@ static void keep_narrowest(struct mill_fault *fault, struct mill_passing p)
         if (alike(&list[k], &p))
             return;
     int end = k;
-    while (end < MILL_FAULT_PASSINGS - 1 && list[end].gap < (double)INFINITY && !alike(&list[end], &p))
+    while (end < MILL_FAULT_PASSINGS - 1 && list[end].gap < (double)INFINITY &&
+           !alike(&list[end], &p))
         end++;
     if (k == MILL_FAULT_PASSINGS)
         return;

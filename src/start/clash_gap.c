@@ -96,8 +96,8 @@ static vec3 nearest(struct simplex *s)
                        : on_tetrahedron(s);
 }
 
-struct mill_clash_gap mill_clash_gap_parts(const struct mill_part *a,
-                                           const struct mill_part *b, double near)
+struct mill_clash_gap mill_clash_gap_parts(const struct mill_part *a, const struct mill_part *b,
+                                           double near)
 {
     const double grown = a->core.grown + b->core.grown, nothing = NOTHING * (a->around + b->around);
     struct mill_clash_gap gap = {-INFINITY, INFINITY, 0}; /* of the cores */
@@ -115,8 +115,7 @@ struct mill_clash_gap mill_clash_gap_parts(const struct mill_part *a,
             v = vec3_make(1.0, 0.0, 0.0);
         }
         const vec3 n = vec3_scale(v, 1.0 / vec3_norm(v));
-        const vec3 w = vec3_sub(mill_part_support(a, vec3_scale(n, -1.0)),
-                                mill_part_support(b, n));
+        const vec3 w = vec3_sub(mill_part_support(a, vec3_scale(n, -1.0)), mill_part_support(b, n));
         gap.least = fmax(gap.least, vec3_dot(n, w));
         if (gap.most - gap.least <= CLOSE_ENOUGH * fmax(gap.least - grown, 0.0) + 0.02 * near)
             break;

@@ -15,8 +15,8 @@ struct mill_clash_gap {
 };
 
 /* Of two parts in one frame */
-struct mill_clash_gap mill_clash_gap_parts(const struct mill_part *a,
-                                           const struct mill_part *b, double near);
+struct mill_clash_gap mill_clash_gap_parts(const struct mill_part *a, const struct mill_part *b,
+                                           double near);
 
 /* Of two solids. `a_in_b`: the pose of a's frame in b's frame */
 struct mill_clash_gap mill_clash_gap_solids(const struct mill_clash_solid *a,

@@ -71,15 +71,15 @@ bool mill_clash_solid_init(struct mill_clash_solid *s, const struct mill_setup *
 {
     const struct mill_setup_surface *surface = &setup->surface[k];
     const struct mill_solid *solid = surface->solid;
-    *s = (struct mill_clash_solid){.surface = k,
-                                   .kind = surface->kind,
-                                   .motion =
-                                       surface->motion == MILL_STILL ? NULL : motion[surface->motion],
-                                   .body = surface->body,
-                                   .convex = solid->support,
-                                   .turned = solid->round,
-                                   .ball = solid->ball,
-                                   .axis = surface->body->z};
+    *s = (struct mill_clash_solid){
+        .surface = k,
+        .kind = surface->kind,
+        .motion = surface->motion == MILL_STILL ? NULL : motion[surface->motion],
+        .body = surface->body,
+        .convex = solid->support,
+        .turned = solid->round,
+        .ball = solid->ball,
+        .axis = surface->body->z};
     return mill_part_list(solid, surface->body, &s->part, &s->parts) && plant(s);
 }
 
@@ -99,8 +99,8 @@ bool mill_clash_solid_holds(const struct mill_clash_solid *solid, vec3 place)
     for (int32_t k = 0; k < solid->parts; k++) {
         const struct mill_part *p = &solid->part[k];
         const vec3 from = vec3_sub(p->centre, place), *c = p->core.corner;
-        angle += mill_facets_angle(vec3_add(from, c[0]), vec3_add(from, c[1]),
-                                   vec3_add(from, c[2]));
+        angle +=
+            mill_facets_angle(vec3_add(from, c[0]), vec3_add(from, c[1]), vec3_add(from, c[2]));
     }
     return fabs(angle) > MILL_PI;
 }

@@ -17,8 +17,9 @@ enum { WAYS = 64 };
 /* Relative to the length: rounding errors of places and directions */
 #define SNUG 1e-12
 
-/* Does this part reach from -half to half [m] with one cross-section? Then, in every direction across
- * the axis, it is equally far at both ends: leaning towards either end finds a point beyond it. */
+/* Does this part reach from -half to half [m] with one cross-section? Then, in every direction
+ * across the axis, it is equally far at both ends: leaning towards either end finds a point beyond
+ * it. */
 static bool goes_through(const struct mill_part *p, double half)
 {
     for (int k = 0; k < WAYS; k++) {

@@ -385,7 +385,7 @@ enum mill_fault_code mill_start_world(const struct mill_setup *setup,
                                       const struct mill_start_watch *watch,
                                       struct mill_world **world, struct mill_fault *fault)
 {
-    struct mill_fault unread;
+    struct mill_fault unread = {.code = MILL_FAULT_NONE};
     struct written out;
     fault = fault ? fault : &unread;
     *fault = (struct mill_fault){.code = MILL_FAULT_NONE, .unchecked.when = INFINITY};

@@ -158,8 +158,7 @@ static inline double gap_rate(const struct mill_shape *s, const struct flight *f
 /* A flight as a search is asked for it, its place in the shape's frame not known */
 static inline struct mill_flight path_of(vec3 r, vec3 v, vec3 g)
 {
-    return (struct mill_flight){
-        .r = r, .v = v, .g = g, .pull = vec3_norm(g), .travel = (double)INFINITY};
+    return mill_flight_make(r, v, g, vec3_norm(g), NULL);
 }
 
 /* What the shape says of the flight */
