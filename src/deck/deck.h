@@ -210,6 +210,7 @@ struct mill_deck {
     double strike_window;           /* [s] */
     double checkpoint;              /* [s] of wall time */
     void (*warn)(const char *line); /* NULL: warnings are dropped */
+    const struct mill_start_watch *watch; /* NULL: progress is not shown */
     /* The text of the deck */
     const char *file; /* name as the user gave it; the caller keeps the string */
     char *bytes;      /* contents of the file; keys and values point into it */
@@ -235,10 +236,12 @@ struct mill_deck {
  * memory). `warn` (may be NULL) is called for each warning, with one line. If the deck has several
  * faults, `fault` is called for each of them but the last, which is in `error`, in the order of the
  * lines; with more than 20 faults, `error` says how many more there are. NULL for `fault`: reading
- * ends at the first one. Owner: the caller. */
+ * ends at the first one. watch (may be NULL) hears of the progress of checking meshes. Owner: the
+ * caller. */
 enum mill_status mill_deck_read(const char *path, int count, const char *const *overrides,
                                 void (*warn)(const char *line), void (*fault)(const char *line),
-                                struct mill_deck **deck, struct mill_error *error);
+                                const struct mill_start_watch *watch, struct mill_deck **deck,
+                                struct mill_error *error);
 void mill_deck_free(struct mill_deck *deck);
 
 /* The drum in numbers */

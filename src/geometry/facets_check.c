@@ -1,23 +1,40 @@
-/* Is a mesh the surface of a solid? Three conditions:
+/* Is a mesh the surface of solids? Three conditions:
  *
- * It is closed: each edge belongs to exactly two facets, which go along it in opposite directions.
+ * Each facet has an area.
  *
- * It faces outwards: the enclosed volume is positive, also of each connected part, except cavities.
+ * It is closed: each edge belongs to pairs of facets, which go along it in opposite directions.
  *
  * It does not cross itself: no side of a facet goes through the inside of another one, by more than
- * the rounding to single precision of an STL file can cause. */
+ * the rounding to single precision of an STL file can cause. Solids may touch, but where a face of
+ * one ends within a face of another one, there is no edge that could become one of the union. */
 #include "geometry/facets.h"
 
+#include <stdarg.h>
 #include <stdio.h>
+#include <stdlib.h>
 
 /* Fraction of its longest side: a facet with less height has no area */
 #define NO_AREA 1e-9
-/* Fraction of the maximum coordinate: error of two surfaces rounded to single precision */
-#define ROUNDED 2.5e-7
-/* of facets whose boxes overlap; takes about 15 s */
-enum { MOST_PAIRS = 1000000000 };
 
-/* ---- facets and edges ---- */
+void mill_facets_report_fault(struct mill_facets_report *r, const char *format, ...)
+{
+    char text[MILL_SHAPE_FAULT];
+    va_list list;
+    if (r->faults++ >= MILL_FACETS_TOLD)
+        return;
+    va_start(list, format);
+    vsnprintf(text, sizeof text, format, list);
+    va_end(list);
+    r->fault(r->self, text);
+}
+
+/* A place in the file's own unit */
+static vec3 told(const struct mill_facets_check *c, vec3 place)
+{
+    return vec3_scale(place, 1.0 / c->report->unit);
+}
+
+/* ---- areas ---- */
 
 static bool has_area(const vec3 p[3])
 {
@@ -26,192 +43,241 @@ static bool has_area(const vec3 p[3])
     return vec3_norm(vec3_cross(ab, ac)) > NO_AREA * longest;
 }
 
-static const char *find_flat(const struct mill_body *is, char text[MILL_SHAPE_FAULT])
+void mill_facets_check_areas(struct mill_facets_check *c)
 {
-    for (size_t k = 0; k < is->facets; k++) {
-        if (has_area(is->facet[k]))
-            continue;
-        snprintf(text, MILL_SHAPE_FAULT,
-                 "facet %zu has no area: take it out in the program that made the mesh (often "
-                 "called \"remove degenerate faces\")",
-                 k + 1);
-        return text;
+    for (size_t k = 0; k < c->n; k++) {
+        const vec3 at = told(c, c->facet[k][0]);
+        if (!has_area(c->facet[k]))
+            mill_facets_report_fault(c->report, "facet %zu has no area, at (%.6g, %.6g, %.6g)",
+                                     k + 1, at.x, at.y, at.z);
     }
-    return NULL;
 }
 
-/* What is wrong with an edge that is shared by `sides` sides, of which *e is the first */
-static const char *judge_edge(const struct mill_body *is, const struct mill_facets_edge *e,
-                              size_t sides, char text[MILL_SHAPE_FAULT])
+/* ---- edges ---- */
+
+enum trouble { NONE, HOLE, TURNED, KNOT, SEAM };
+
+/* What is wrong with an edge, of which side k is the first and without a partner */
+static enum trouble trouble_of(const struct mill_facets_check *c, size_t k, size_t sides,
+                               bool united)
 {
-    const vec3 from = is->facet[e->facet][e->side], to = is->facet[e->facet][(e->side + 1) % 3];
-    if (sides == 2 && e[0].forward != e[1].forward)
-        return NULL;
-    if (sides == 1)
-        snprintf(text, MILL_SHAPE_FAULT,
-                 "facet %d has no neighbour along its edge from (%.6g, %.6g, %.6g) to (%.6g, "
-                 "%.6g, %.6g) m: the mesh is not closed; fill the hole",
-                 e->facet + 1, from.x, from.y, from.z, to.x, to.y, to.z);
-    else if (sides == 2)
-        snprintf(text, MILL_SHAPE_FAULT,
-                 "facets %d and %d share an edge, but one faces outwards and the other inwards: "
-                 "turn one over (swap two of its corners)",
-                 e[0].facet + 1, e[1].facet + 1);
+    bool alone = false;
+    for (size_t i = k; i < k + sides; i++)
+        alone = alone || (c->joints.pair[i] < 0 && !c->gone[c->joints.edge[i].facet]);
+    if (!alone || c->joints.edge[k].low == c->joints.edge[k].high)
+        return NONE;
+    return united ? SEAM : sides == 1 ? HOLE : sides == 2 ? TURNED : KNOT;
+}
+
+static void tell_edge(struct mill_facets_check *c, enum trouble what, size_t k, int edges)
+{
+    const struct mill_facets_edge *e = &c->joints.edge[k];
+    const vec3 from = c->facet[e->facet][e->side], to = c->facet[e->facet][(e->side + 1) % 3];
+    const vec3 at = told(c, vec3_scale(vec3_add(from, to), 0.5));
+    const int facet = e->facet + 1;
+    const int other = what == TURNED || what == KNOT ? e[1].facet + 1 : 0;
+    if (what == HOLE)
+        mill_facets_report_fault(c->report,
+                                 "not closed: a hole of %d edge%s, beside facet %d at (%.6g, %.6g, "
+                                 "%.6g)",
+                                 edges, edges > 1 ? "s" : "", facet, at.x, at.y, at.z);
+    else if (what == TURNED)
+        mill_facets_report_fault(c->report,
+                                 "facets %d and %d, at (%.6g, %.6g, %.6g), share an edge, but one "
+                                 "is turned over; so are %d edges in all there",
+                                 facet, other, at.x, at.y, at.z, edges);
+    else if (what == KNOT)
+        mill_facets_report_fault(
+            c->report,
+            "an odd number of facets, %d and %d among them, share an edge at "
+            "(%.6g, %.6g, %.6g), or some are turned over; so do %d edges there",
+            facet, other, at.x, at.y, at.z, edges);
     else
-        snprintf(text, MILL_SHAPE_FAULT,
-                 "%zu facets share one edge, %d, %d and %d among them, where there must be two: "
-                 "part the solids that touch there, or unite them",
-                 sides, e[0].facet + 1, e[1].facet + 1, e[2].facet + 1);
-    return text;
+        mill_facets_report_fault(c->report,
+                                 "solids touch at (%.6g, %.6g, %.6g), beside facet %d, without "
+                                 "common edges",
+                                 at.x, at.y, at.z, facet);
 }
 
-static const char *find_open(const struct mill_body *is, const struct mill_facets_joints *j,
-                             char text[MILL_SHAPE_FAULT])
+/* Tells edges with this trouble, those that hang together as one. count, root: [3 n] */
+static void tell_edges(struct mill_facets_check *c, enum trouble what, int32_t *count,
+                       int32_t *root)
 {
-    const char *fault = NULL;
-    for (size_t k = 0, step; k < j->edges && !fault; k += step) {
-        step = mill_facets_sharing(j, k);
-        fault = judge_edge(is, &j->edge[k], step, text);
+    const struct mill_facets_joints *j = &c->joints;
+    for (size_t k = 0; k < j->edges; k++) {
+        root[k] = (int32_t)k;
+        count[k] = 0;
     }
-    return fault;
+    for (int pass = 0; pass < 3; pass++)
+        for (size_t k = 0, sides; k < j->edges; k += sides) {
+            const struct mill_facets_edge *e = &j->edge[k];
+            sides = mill_facets_sharing(j, k);
+            if (trouble_of(c, k, sides, what == SEAM) != what)
+                continue;
+            int32_t *edges = &count[mill_facets_root(root, e->low)];
+            if (pass == 0)
+                mill_facets_merge(root, e->low, e->high);
+            else if (pass == 1)
+                ++*edges;
+            else if (*edges > 0)
+                tell_edge(c, what, k, *edges);
+            *edges = pass == 2 ? 0 : *edges;
+        }
+}
+
+bool mill_facets_check_edges(struct mill_facets_check *c, bool united)
+{
+    int32_t *count = malloc(c->joints.edges * sizeof *count);
+    int32_t *root = malloc(c->joints.edges * sizeof *root);
+    if (count && root && united)
+        tell_edges(c, SEAM, count, root);
+    for (enum trouble what = HOLE; count && root && !united && what <= KNOT; what++)
+        tell_edges(c, what, count, root);
+    free(count);
+    free(root);
+    return count && root;
 }
 
 /* ---- crossings ---- */
 
-/* Does a side of `one` go through the inside of the other facet, by more than `least` [m]? */
-static bool pierces(const vec3 one[3], const vec3 other[3], double least)
+/* One side, the two facets that it belongs to, and one that it comes near to */
+struct meeting {
+    int32_t side;
+    int32_t facet[2]; /* equal if the side has no partner */
+    vec3 end[2], apex[2];
+    const vec3 *other; /* its corners */
+    int32_t other_facet;
+    vec3 normal; /* of the other one */
+};
+
+static double above(const struct meeting *m, vec3 place)
 {
-    const vec3 cross = vec3_cross(vec3_sub(other[1], other[0]), vec3_sub(other[2], other[0]));
-    const vec3 n = vec3_scale(cross, 1.0 / vec3_norm(cross));
-    double over[3];
-    for (int k = 0; k < 3; k++)
-        over[k] = vec3_dot(n, vec3_sub(one[k], other[0]));
-    bool found = false;
-    for (int k = 0; k < 3 && !found; k++) {
-        const double from = over[k], to = over[(k + 1) % 3];
-        if (!((from > least && to < -least) || (from < -least && to > least)))
-            continue;
-        const vec3 way = vec3_sub(one[(k + 1) % 3], one[k]);
-        const vec3 at = vec3_axpy(one[k], from / (from - to), way);
-        found = true;
-        for (int i = 0; i < 3 && found; i++) {
-            const vec3 side = vec3_sub(other[(i + 1) % 3], other[i]);
-            const double off = vec3_dot(vec3_cross(n, side), vec3_sub(at, other[i]));
-            found = off > least * vec3_norm(side);
-        }
+    return vec3_dot(m->normal, vec3_sub(place, m->other[0]));
+}
+
+/* The part of the side that runs within the sides of the other facet, by more than `least` [m] */
+static bool runs_within(const struct meeting *m, double least, double *enter, double *leave)
+{
+    const double length = vec3_norm(vec3_sub(m->end[1], m->end[0]));
+    for (int k = 0; k < 3; k++) {
+        const vec3 side = vec3_sub(m->other[(k + 1) % 3], m->other[k]);
+        const vec3 in = vec3_cross(m->normal, vec3_scale(side, 1.0 / vec3_norm(side)));
+        const double from = vec3_dot(in, vec3_sub(m->end[0], m->other[k])) - least;
+        const double to = vec3_dot(in, vec3_sub(m->end[1], m->other[k])) - least;
+        if (from <= 0.0 && to <= 0.0)
+            return false;
+        if (from < 0.0)
+            *enter = fmax(*enter, from / (from - to));
+        else if (to < 0.0)
+            *leave = fmin(*leave, from / (from - to));
     }
-    return found;
+    return (*leave - *enter) * length > least;
 }
 
-/* Facets that share a corner or an edge need no exception: a side that only touches does not
- * pierce. */
-static bool cross(const vec3 one[3], const vec3 other[3], double least)
+/* Where does the side go through the other facet? */
+static bool pierces(const struct meeting *m, double least, vec3 *at)
 {
-    return pierces(one, other, least) || pierces(other, one, least);
-}
-
-static bool meets(const struct mill_facets_node *n, const vec3 lo, const vec3 hi)
-{
-    return (double)n->lo[0] <= hi.x && (double)n->hi[0] >= lo.x && (double)n->lo[1] <= hi.y &&
-           (double)n->hi[1] >= lo.y && (double)n->lo[2] <= hi.z && (double)n->hi[2] >= lo.z;
-}
-
-/* The first facet after number `one` in the tree's order that crosses it, or -1. *left: how many
- * more pairs may be compared. */
-static int32_t crossed_by(const struct mill_body *is, const struct mill_facets_tree *tree,
-                          int32_t one, long *left)
-{
-    const vec3 *p = is->facet[tree->order[one]];
-    const vec3 lo = {fmin(p[0].x, fmin(p[1].x, p[2].x)), fmin(p[0].y, fmin(p[1].y, p[2].y)),
-                     fmin(p[0].z, fmin(p[1].z, p[2].z))};
-    const vec3 hi = {fmax(p[0].x, fmax(p[1].x, p[2].x)), fmax(p[0].y, fmax(p[1].y, p[2].y)),
-                     fmax(p[0].z, fmax(p[1].z, p[2].z))};
-    for (int32_t at = 0; at < tree->nodes;) {
-        const struct mill_facets_node *n = &tree->node[at];
-        const bool near = meets(n, lo, hi);
-        const int32_t first = n->leaf >> 3, end = first + (n->leaf & 7);
-        at = near ? at + 1 : n->skip;
-        if (!near || n->leaf == MILL_FACETS_INNER)
-            continue;
-        for (int32_t k = first > one ? first : one + 1; k < end; k++)
-            if (--*left < 0 || cross(p, is->facet[tree->order[k]], ROUNDED * tree->size))
-                return k;
+    const double from = above(m, m->end[0]), to = above(m, m->end[1]);
+    if (!((from > least && to < -least) || (from < -least && to > least)))
+        return false;
+    *at = vec3_axpy(m->end[0], from / (from - to), vec3_sub(m->end[1], m->end[0]));
+    for (int k = 0; k < 3; k++) {
+        const vec3 side = vec3_sub(m->other[(k + 1) % 3], m->other[k]);
+        const double in = vec3_dot(vec3_cross(m->normal, side), vec3_sub(*at, m->other[k]));
+        if (!(in > least * vec3_norm(side)))
+            return false;
     }
-    return -1;
+    return true;
 }
 
-static const char *find_crossing(const struct mill_body *is, const struct mill_facets_tree *tree,
-                                 char text[MILL_SHAPE_FAULT])
+/* A side in the plane of a facet of another shell: the surface goes through the facet there, or
+ * touches it; or a face that lies on the facet ends there. That is no fault if both are parts of
+ * one face and the smaller is left out. */
+static const char *judge_touch(const struct mill_facets_check *c, const struct meeting *m, vec3 *at)
 {
-    long left = MOST_PAIRS;
-    for (int32_t k = 0; k < (int32_t)is->facets; k++) {
-        const int32_t other = crossed_by(is, tree, k, &left);
-        if (other < 0)
-            continue;
-        if (left < 0) {
-            snprintf(text, MILL_SHAPE_FAULT,
-                     "too many long facets lie side by side to check that none cross, as in a disc "
-                     "of thousands of sectors: simplify the mesh");
-            return text;
-        }
-        const int32_t a = tree->order[k] + 1, b = tree->order[other] + 1;
-        snprintf(text, MILL_SHAPE_FAULT,
-                 "facets %d and %d cross: unite the parts into one solid in the program that made "
-                 "the mesh, or give each a file of its own",
-                 a < b ? a : b, a < b ? b : a);
-        return text;
-    }
-    return NULL;
-}
-
-static const char *find_turned(const struct mill_body *is, const struct mill_facets_joints *j,
-                               char text[MILL_SHAPE_FAULT])
-{
-    int32_t turned = -1;
-    if (!(mill_facets_type.volume(is) > 0.0))
-        snprintf(text, MILL_SHAPE_FAULT,
-                 "its facets face into the solid: turn all of them over (\"flip normals\" in the "
-                 "program that made the mesh)");
-    else if (!mill_facets_shells(is, j, &turned))
-        snprintf(text, MILL_SHAPE_FAULT, "out of memory for %zu facets", is->facets);
-    else if (turned == MILL_FACETS_HOLLOW)
-        snprintf(text, MILL_SHAPE_FAULT,
-                 "it has more cavities than can be checked: leave out those that no ball can "
-                 "reach");
-    else if (turned >= 0)
-        snprintf(text, MILL_SHAPE_FAULT,
-                 "facet %d and all that hang together with it face into their solid: turn them "
-                 "over (\"flip normals\" of that part)",
-                 turned + 1);
-    else
+    double enter = 0.0, leave = 1.0;
+    if (c->lines.shell[m->facet[0]] == c->lines.shell[m->other_facet] ||
+        !(fabs(above(m, m->end[0])) <= c->least && fabs(above(m, m->end[1])) <= c->least) ||
+        !runs_within(m, 4.0 * c->least, &enter, &leave))
         return NULL;
-    return text;
+    const double over[2] = {above(m, m->apex[0]), above(m, m->apex[1])};
+    const bool flat[2] = {fabs(over[0]) <= c->least, fabs(over[1]) <= c->least};
+    *at = vec3_axpy(m->end[0], 0.5 * (enter + leave), vec3_sub(m->end[1], m->end[0]));
+    if (!flat[0] && !flat[1])
+        return over[0] * over[1] < 0.0 ? "cross" : NULL;
+    if (flat[0] == flat[1] || !c->hidden)
+        return NULL;
+    const int32_t lies = m->facet[flat[1]];
+    const vec3 *p = c->facet[lies];
+    const vec3 normal = vec3_cross(vec3_sub(p[1], p[0]), vec3_sub(p[2], p[0]));
+    const bool same = vec3_dot(normal, m->normal) > 0.0;
+    return same && c->hidden[lies] ? NULL : "lie on each other in part";
 }
 
-const char *mill_facets_fault(const struct mill_body *is, char text[MILL_SHAPE_FAULT])
+/* Tells one fault for all meetings that share corners. */
+static void judge(struct mill_facets_check *c, const struct meeting *m, bool *told_of)
 {
-    if (!mill_facets_type.is_sound(is)) {
-        snprintf(text, MILL_SHAPE_FAULT,
-                 "it has %zu facets: a closed mesh takes at least 4, of finite coordinates",
-                 is->facets);
-        return text;
+    vec3 at = {0.0, 0.0, 0.0};
+    const char *what = pierces(m, c->least, &at) ? "cross" : judge_touch(c, m, &at);
+    bool known = false;
+    if (!what)
+        return;
+    const int32_t facets[3] = {m->facet[0], m->facet[1], m->other_facet};
+    for (int k = 0; k < 9; k++)
+        known = known || told_of[c->joints.corner[facets[k / 3]][k % 3]];
+    for (int k = 0; k < 9; k++)
+        told_of[c->joints.corner[facets[k / 3]][k % 3]] = true;
+    at = told(c, at);
+    if (!known)
+        mill_facets_report_fault(c->report, "facets %d and %d %s at (%.6g, %.6g, %.6g)",
+                                 (facets[0] < facets[2] ? facets[0] : facets[2]) + 1,
+                                 (facets[0] < facets[2] ? facets[2] : facets[0]) + 1, what, at.x,
+                                 at.y, at.z);
+}
+
+/* The side, unless it is gone or its partner stands for both */
+static bool begin(const struct mill_facets_check *c, size_t k, struct meeting *m)
+{
+    const struct mill_facets_edge *e = &c->joints.edge[k];
+    const int32_t pair = c->joints.pair[k];
+    if (c->gone[e->facet] || (pair >= 0 && pair < (int32_t)k) || e->low == e->high)
+        return false;
+    const struct mill_facets_edge *both[2] = {e, pair < 0 ? e : &c->joints.edge[pair]};
+    for (int i = 0; i < 2; i++) {
+        m->facet[i] = both[i]->facet;
+        m->end[i] = c->facet[e->facet][(e->side + i) % 3];
+        m->apex[i] = c->facet[both[i]->facet][(both[i]->side + 2) % 3];
     }
-    const char *fault = find_flat(is, text);
-    struct mill_facets_joints joints = {0};
-    struct mill_facets_tree tree = {0};
-    const bool good = fault || (mill_facets_join(is->facet, is->facets, &joints) &&
-                                mill_facets_plant(is->facet, is->facets, &tree));
-    if (!good) {
-        snprintf(text, MILL_SHAPE_FAULT, "out of memory for %zu facets", is->facets);
-        fault = text;
+    return true;
+}
+
+bool mill_facets_check_crossings(struct mill_facets_check *c)
+{
+    struct mill_facets_report *r = c->report;
+    bool *told_of = calloc(3 * c->n, sizeof *told_of);
+    struct meeting m;
+    for (size_t k = 0; told_of && k < c->joints.edges; k++) {
+        const struct mill_facets_edge *e = &c->joints.edge[k];
+        if (r->tell && k % (3 * MILL_FACETS_PROGRESS) == 0)
+            r->tell(r->self, "checking a mesh for crossings", (int32_t)(k / 3), (int32_t)c->n);
+        if (!begin(c, k, &m))
+            continue;
+        struct mill_facets_line line = {.in = &c->lines,
+                                        .from = m.end[0],
+                                        .way = vec3_sub(m.end[1], m.end[0]),
+                                        .skip = {e->low, e->high},
+                                        .of = c->lines.shell[e->facet]};
+        for (int32_t other; (other = mill_facets_line_on(&line)) >= 0;) {
+            if (other == m.facet[0] || other == m.facet[1] || c->gone[other])
+                continue;
+            m.other_facet = other;
+            m.other = c->facet[other];
+            const vec3 n =
+                vec3_cross(vec3_sub(m.other[1], m.other[0]), vec3_sub(m.other[2], m.other[0]));
+            m.normal = vec3_scale(n, 1.0 / vec3_norm(n));
+            judge(c, &m, told_of);
+        }
     }
-    if (!fault)
-        fault = find_open(is, &joints, text);
-    if (!fault)
-        fault = find_turned(is, &joints, text);
-    if (!fault)
-        fault = find_crossing(is, &tree, text);
-    mill_facets_part(&joints);
-    mill_facets_fell(&tree);
-    return fault;
+    free(told_of);
+    return told_of != NULL;
 }
