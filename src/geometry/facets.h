@@ -77,11 +77,12 @@ struct mill_facets_node {
 };
 enum { MILL_FACETS_INNER = -1, MILL_FACETS_DEEPEST = 64 /* maximum number of levels of nodes */ };
 
-/* A box around the facets of a node, along the longest of their sides: boxes of the tree around
- * long facets, as those of a fan, overlap all the others. */
+/* What the facets of a node have in common (facets_line.c). Boxes along the axes around long
+ * facets, as those of a fan, overlap all the others. */
 struct mill_facets_sheath {
-    float way[3][3];    /* directions of its sides */
+    float way[3][3];    /* directions of a box along the longest of their sides */
     float lo[3], hi[3]; /* [m] along these */
+    int32_t hub, shell; /* a corner, and the shell, of all of them; -1: none */
 };
 
 struct mill_facets_tree {
@@ -149,40 +150,29 @@ static inline int32_t mill_facets_walk_on(struct mill_facets_walk *w)
     return w->next++;
 }
 
-/* ---- lines ---- */
+/* ---- lines (facets_line.c) ---- */
 
-/* Adds the sheaths (facets_sheath.c). always: also if the facets are not long. false: out of
- * memory. */
-bool mill_facets_dress(struct mill_facets_tree *tree, const vec3 (*facet)[3], size_t n,
-                       bool always);
+/* Adds sheaths to a tree. hub, shell: [n] of each facet. Both NULL: only if there are many long
+ * facets. false: out of memory. */
+bool mill_facets_dress(struct mill_facets_tree *tree, const vec3 (*facet)[3], const int32_t *hub,
+                       const int32_t *shell);
 
 static inline double mill_facets_along(const float way[3], vec3 p)
 {
     return (double)way[0] * p.x + (double)way[1] * p.y + (double)way[2] * p.z;
 }
 
-/* Finds the facets that a straight line meets. */
-struct mill_facets_lines {
-    struct mill_facets_tree tree;
-    int32_t *shell;       /* [n] of each facet */
-    int32_t (*common)[2]; /* of each node: a corner and the shell of all its facets; -1: none */
-};
-
-/* false: out of memory. Owner: the caller, in any case. */
-bool mill_facets_draw(struct mill_facets_lines *lines, const vec3 (*facet)[3], size_t n,
-                      const struct mill_facets_joints *joints);
-void mill_facets_wipe(struct mill_facets_lines *lines);
-
-/* A walk through all facets that may meet the line from `from` to from + way */
+/* A walk through all facets that the line from `from` to from + way may meet, in a tree with
+ * sheaths. It leaves out nodes of shell `of` with one of the hubs `skip`; -1: none. It begins with
+ * zeros in the other members. */
 struct mill_facets_line {
-    const struct mill_facets_lines *in;
+    const struct mill_facets_tree *tree;
     vec3 from, way;
-    int32_t skip[2], of; /* leaves out nodes of shell `of` with one of these corners; -1: none */
+    int32_t skip[2], of;
     int32_t at, next, last;
 };
 
-/* The next facet; -1: the walk is at its end. A walk begins with zeros in its last three members.
- */
+/* The next facet; -1: the walk is at its end. */
 int32_t mill_facets_line_on(struct mill_facets_line *line);
 
 /* ---- faults ---- */
@@ -197,7 +187,7 @@ static inline double mill_facets_angle(vec3 a, vec3 b, vec3 c)
                                                                     vec3_dot(c, a) * y);
 }
 
-enum { MILL_FACETS_TOLD = 20 /* faults that are told */, MILL_FACETS_PROGRESS = 4096 };
+enum { MILL_FACETS_TOLD = 20 /* faults that are told */ };
 
 /* What is found out about a mesh, and who hears of it */
 struct mill_facets_report {
@@ -211,36 +201,43 @@ struct mill_facets_report {
     bool hollow;   /* the container is given as a solid; the balls are in a cavity of it */
 };
 
-__attribute__((format(printf, 2, 3))) void
-mill_facets_report_fault(struct mill_facets_report *report, const char *format, ...);
+/* A fault at a place; the format is that of printf. */
+__attribute__((format(printf, 3, 4))) void
+mill_facets_report_fault(struct mill_facets_report *report, vec3 place, const char *format, ...);
+
+static inline void mill_facets_report_progress(const struct mill_facets_report *r, const char *what,
+                                               size_t done, size_t all)
+{
+    if (r->tell && done % 4096 == 0)
+        r->tell(r->self, what, (int32_t)done, (int32_t)all);
+}
 
 /* A mesh while it is checked */
 struct mill_facets_check {
     const vec3 (*facet)[3];
     size_t n;
-    struct mill_facets_joints joints;
-    struct mill_facets_lines lines;
-    double least; /* [m] shorter distances are due to the rounding to single precision */
-    bool *gone;   /* [n] facets that are not there any more */
-    bool *hidden; /* [n] facets that are not on the surface of the union; NULL: not known */
     struct mill_facets_report *report;
+    struct mill_facets_joints joints;
+    struct mill_facets_tree tree;
+    double least;   /* [m] shorter distances are due to the rounding to single precision */
+    int32_t *shell; /* [n] of each facet */
+    int32_t *hub;   /* [n] the corner of each facet that most facets have */
+    bool *gone;     /* [n] facets that are not there any more */
+    bool *hidden;   /* [n] facets that are not on the surface of the union */
+    bool whole;     /* there is no fault in single facets and edges */
 };
 
-/* Tells facets without area (facets_check.c). */
+/* Tell what is wrong: facets without area; edges where the surface is not closed (united: after
+ * solids that touch were united); places where the surface crosses itself, or where solids touch
+ * and the face of one ends within a face of the other. false: out of memory. */
 void mill_facets_check_areas(struct mill_facets_check *check);
-
-/* Tells edges where the surface is not closed. united: after solids that touch were united. false:
- * out of memory. */
 bool mill_facets_check_edges(struct mill_facets_check *check, bool united);
-
-/* Tells where the surface crosses itself, and, of solids that touch, where the face of one ends
- * within a face of the other. false: out of memory. */
 bool mill_facets_check_crossings(struct mill_facets_check *check);
 
 /* Checks a mesh of any number of shells, whose facets face out of their solids, and leaves only the
  * facets that the balls can meet: the surface of the union of the solids. Their order is kept. A
  * container may also be given as a solid: then the balls are in the room within it, and the facets
- * are turned over. Facets are numbered from 1. With faults: *is remains as it was. false: out of
+ * are turned over. Facets are numbered from 1. With faults, *is remains as it was. false: out of
  * memory. */
 bool mill_facets_unite(struct mill_body *is, vec3 (*facet)[3], struct mill_facets_report *report);
 

@@ -16,25 +16,19 @@
 /* Fraction of its longest side: a facet with less height has no area */
 #define NO_AREA 1e-9
 
-void mill_facets_report_fault(struct mill_facets_report *r, const char *format, ...)
+void mill_facets_report_fault(struct mill_facets_report *r, vec3 place, const char *format, ...)
 {
-    char text[MILL_SHAPE_FAULT];
+    char what[MILL_SHAPE_FAULT], text[MILL_SHAPE_FAULT + 60];
+    const vec3 at = vec3_scale(place, 1.0 / r->unit);
     va_list list;
     if (r->faults++ >= MILL_FACETS_TOLD)
         return;
     va_start(list, format);
-    vsnprintf(text, sizeof text, format, list);
+    vsnprintf(what, sizeof what, format, list);
     va_end(list);
+    snprintf(text, sizeof text, "%s at (%.6g, %.6g, %.6g)", what, at.x, at.y, at.z);
     r->fault(r->self, text);
 }
-
-/* A place in the file's own unit */
-static vec3 told(const struct mill_facets_check *c, vec3 place)
-{
-    return vec3_scale(place, 1.0 / c->report->unit);
-}
-
-/* ---- areas ---- */
 
 static bool has_area(const vec3 p[3])
 {
@@ -45,19 +39,19 @@ static bool has_area(const vec3 p[3])
 
 void mill_facets_check_areas(struct mill_facets_check *c)
 {
-    for (size_t k = 0; k < c->n; k++) {
-        const vec3 at = told(c, c->facet[k][0]);
+    for (size_t k = 0; k < c->n; k++)
         if (!has_area(c->facet[k]))
-            mill_facets_report_fault(c->report, "facet %zu has no area, at (%.6g, %.6g, %.6g)",
-                                     k + 1, at.x, at.y, at.z);
-    }
+            mill_facets_report_fault(c->report, c->facet[k][0], "facet %zu has no area", k + 1);
 }
 
 /* ---- edges ---- */
 
 enum trouble { NONE, HOLE, TURNED, KNOT, SEAM };
+static const char *const trouble_name[] = {"", "not closed: a hole", "facets turned over",
+                                           "an odd number of facets",
+                                           "solids touch without common edges"};
 
-/* What is wrong with an edge, of which side k is the first and without a partner */
+/* What is wrong with an edge, of which side k is the first */
 static enum trouble trouble_of(const struct mill_facets_check *c, size_t k, size_t sides,
                                bool united)
 {
@@ -67,36 +61,6 @@ static enum trouble trouble_of(const struct mill_facets_check *c, size_t k, size
     if (!alone || c->joints.edge[k].low == c->joints.edge[k].high)
         return NONE;
     return united ? SEAM : sides == 1 ? HOLE : sides == 2 ? TURNED : KNOT;
-}
-
-static void tell_edge(struct mill_facets_check *c, enum trouble what, size_t k, int edges)
-{
-    const struct mill_facets_edge *e = &c->joints.edge[k];
-    const vec3 from = c->facet[e->facet][e->side], to = c->facet[e->facet][(e->side + 1) % 3];
-    const vec3 at = told(c, vec3_scale(vec3_add(from, to), 0.5));
-    const int facet = e->facet + 1;
-    const int other = what == TURNED || what == KNOT ? e[1].facet + 1 : 0;
-    if (what == HOLE)
-        mill_facets_report_fault(c->report,
-                                 "not closed: a hole of %d edge%s, beside facet %d at (%.6g, %.6g, "
-                                 "%.6g)",
-                                 edges, edges > 1 ? "s" : "", facet, at.x, at.y, at.z);
-    else if (what == TURNED)
-        mill_facets_report_fault(c->report,
-                                 "facets %d and %d, at (%.6g, %.6g, %.6g), share an edge, but one "
-                                 "is turned over; so are %d edges in all there",
-                                 facet, other, at.x, at.y, at.z, edges);
-    else if (what == KNOT)
-        mill_facets_report_fault(
-            c->report,
-            "an odd number of facets, %d and %d among them, share an edge at "
-            "(%.6g, %.6g, %.6g), or some are turned over; so do %d edges there",
-            facet, other, at.x, at.y, at.z, edges);
-    else
-        mill_facets_report_fault(c->report,
-                                 "solids touch at (%.6g, %.6g, %.6g), beside facet %d, without "
-                                 "common edges",
-                                 at.x, at.y, at.z, facet);
 }
 
 /* Tells edges with this trouble, those that hang together as one. count, root: [3 n] */
@@ -111,6 +75,7 @@ static void tell_edges(struct mill_facets_check *c, enum trouble what, int32_t *
     for (int pass = 0; pass < 3; pass++)
         for (size_t k = 0, sides; k < j->edges; k += sides) {
             const struct mill_facets_edge *e = &j->edge[k];
+            const vec3 *p = c->facet[e->facet];
             sides = mill_facets_sharing(j, k);
             if (trouble_of(c, k, sides, what == SEAM) != what)
                 continue;
@@ -120,7 +85,10 @@ static void tell_edges(struct mill_facets_check *c, enum trouble what, int32_t *
             else if (pass == 1)
                 ++*edges;
             else if (*edges > 0)
-                tell_edge(c, what, k, *edges);
+                mill_facets_report_fault(
+                    c->report, vec3_scale(vec3_add(p[e->side], p[(e->side + 1) % 3]), 0.5),
+                    "%s along %d edge%s, beside facet %d", trouble_name[what], *edges,
+                    *edges > 1 ? "s" : "", e->facet + 1);
             *edges = pass == 2 ? 0 : *edges;
         }
 }
@@ -129,10 +97,9 @@ bool mill_facets_check_edges(struct mill_facets_check *c, bool united)
 {
     int32_t *count = malloc(c->joints.edges * sizeof *count);
     int32_t *root = malloc(c->joints.edges * sizeof *root);
-    if (count && root && united)
-        tell_edges(c, SEAM, count, root);
-    for (enum trouble what = HOLE; count && root && !united && what <= KNOT; what++)
-        tell_edges(c, what, count, root);
+    for (enum trouble what = united ? SEAM : HOLE; count && root && what <= SEAM; what++)
+        if (united || what != SEAM)
+            tell_edges(c, what, count, root);
     free(count);
     free(root);
     return count && root;
@@ -142,142 +109,112 @@ bool mill_facets_check_edges(struct mill_facets_check *c, bool united)
 
 /* One side, the two facets that it belongs to, and one that it comes near to */
 struct meeting {
-    int32_t side;
-    int32_t facet[2]; /* equal if the side has no partner */
-    vec3 end[2], apex[2];
-    const vec3 *other; /* its corners */
-    int32_t other_facet;
-    vec3 normal; /* of the other one */
+    int32_t facet[3]; /* the third is the one that it comes near to */
+    vec3 from, way;
+    double over[4]; /* [m] above the third facet: both ends, the third corner of both facets */
+    vec3 normal;    /* of the third */
 };
 
-static double above(const struct meeting *m, vec3 place)
+/* The part of the side that is within the prism of a facet, by more than `least` [m] */
+static bool is_within(const struct meeting *m, const vec3 p[3], double least, double part[2])
 {
-    return vec3_dot(m->normal, vec3_sub(place, m->other[0]));
-}
-
-/* The part of the side that runs within the sides of the other facet, by more than `least` [m] */
-static bool runs_within(const struct meeting *m, double least, double *enter, double *leave)
-{
-    const double length = vec3_norm(vec3_sub(m->end[1], m->end[0]));
+    part[0] = 0.0;
+    part[1] = 1.0;
     for (int k = 0; k < 3; k++) {
-        const vec3 side = vec3_sub(m->other[(k + 1) % 3], m->other[k]);
+        const vec3 side = vec3_sub(p[(k + 1) % 3], p[k]);
         const vec3 in = vec3_cross(m->normal, vec3_scale(side, 1.0 / vec3_norm(side)));
-        const double from = vec3_dot(in, vec3_sub(m->end[0], m->other[k])) - least;
-        const double to = vec3_dot(in, vec3_sub(m->end[1], m->other[k])) - least;
-        if (from <= 0.0 && to <= 0.0)
+        const double from = vec3_dot(in, vec3_sub(m->from, p[k])) - least;
+        const double way = vec3_dot(in, m->way);
+        if (!(from > 0.0 || from + way > 0.0))
             return false;
         if (from < 0.0)
-            *enter = fmax(*enter, from / (from - to));
-        else if (to < 0.0)
-            *leave = fmin(*leave, from / (from - to));
+            part[0] = fmax(part[0], -from / way);
+        else if (from + way < 0.0)
+            part[1] = fmin(part[1], -from / way);
     }
-    return (*leave - *enter) * length > least;
+    return part[0] < part[1];
 }
 
-/* Where does the side go through the other facet? */
-static bool pierces(const struct meeting *m, double least, vec3 *at)
+/* What is wrong where a side meets a facet, and at which part of the side? The side may go through
+ * the facet. In the plane of a facet of another shell, the surface may go through it there, or
+ * touch it, or a face that lies on the facet ends there. That is no fault if both are parts of one
+ * face and the smaller one is hidden. */
+static const char *judge(const struct mill_facets_check *c, const struct meeting *m, double *at)
 {
-    const double from = above(m, m->end[0]), to = above(m, m->end[1]);
-    if (!((from > least && to < -least) || (from < -least && to > least)))
-        return false;
-    *at = vec3_axpy(m->end[0], from / (from - to), vec3_sub(m->end[1], m->end[0]));
-    for (int k = 0; k < 3; k++) {
-        const vec3 side = vec3_sub(m->other[(k + 1) % 3], m->other[k]);
-        const double in = vec3_dot(vec3_cross(m->normal, side), vec3_sub(*at, m->other[k]));
-        if (!(in > least * vec3_norm(side)))
-            return false;
-    }
-    return true;
-}
-
-/* A side in the plane of a facet of another shell: the surface goes through the facet there, or
- * touches it; or a face that lies on the facet ends there. That is no fault if both are parts of
- * one face and the smaller is left out. */
-static const char *judge_touch(const struct mill_facets_check *c, const struct meeting *m, vec3 *at)
-{
-    double enter = 0.0, leave = 1.0;
-    if (c->lines.shell[m->facet[0]] == c->lines.shell[m->other_facet] ||
-        !(fabs(above(m, m->end[0])) <= c->least && fabs(above(m, m->end[1])) <= c->least) ||
-        !runs_within(m, 4.0 * c->least, &enter, &leave))
-        return NULL;
-    const double over[2] = {above(m, m->apex[0]), above(m, m->apex[1])};
-    const bool flat[2] = {fabs(over[0]) <= c->least, fabs(over[1]) <= c->least};
-    *at = vec3_axpy(m->end[0], 0.5 * (enter + leave), vec3_sub(m->end[1], m->end[0]));
+    const vec3 *p = c->facet[m->facet[2]];
+    const double *over = m->over, least = c->least;
+    double part[2];
+    bool flat[4];
+    for (int k = 0; k < 4; k++)
+        flat[k] = fabs(over[k]) <= least;
+    *at = over[0] / (over[0] - over[1]);
     if (!flat[0] && !flat[1])
-        return over[0] * over[1] < 0.0 ? "cross" : NULL;
-    if (flat[0] == flat[1] || !c->hidden)
+        return over[0] * over[1] < 0.0 && is_within(m, p, least, part) && *at > part[0] &&
+                       *at < part[1]
+                   ? "cross"
+                   : NULL;
+    if (!flat[0] || !flat[1] || c->shell[m->facet[0]] == c->shell[m->facet[2]] ||
+        !is_within(m, p, 4.0 * least, part) ||
+        !((part[1] - part[0]) * vec3_norm(m->way) > 4.0 * least))
         return NULL;
-    const int32_t lies = m->facet[flat[1]];
-    const vec3 *p = c->facet[lies];
-    const vec3 normal = vec3_cross(vec3_sub(p[1], p[0]), vec3_sub(p[2], p[0]));
-    const bool same = vec3_dot(normal, m->normal) > 0.0;
-    return same && c->hidden[lies] ? NULL : "lie on each other in part";
+    *at = 0.5 * (part[0] + part[1]);
+    if (!flat[2] && !flat[3])
+        return over[2] * over[3] < 0.0 ? "cross" : NULL;
+    if (flat[2] == flat[3] || !c->whole)
+        return NULL;
+    const int32_t lies = m->facet[flat[3]];
+    const vec3 *q = c->facet[lies];
+    const vec3 normal = vec3_cross(vec3_sub(q[1], q[0]), vec3_sub(q[2], q[0]));
+    return vec3_dot(normal, m->normal) > 0.0 && c->hidden[lies] ? NULL
+                                                                : "lie on each other in part";
 }
 
-/* Tells one fault for all meetings that share corners. */
-static void judge(struct mill_facets_check *c, const struct meeting *m, bool *told_of)
+/* Compares a side with a facet. told[3 n]: corners of facets that were told, so that one fault is
+ * told for all meetings that hang together */
+static void meet(const struct mill_facets_check *c, struct meeting *m, const vec3 apex[2],
+                 bool *told)
 {
-    vec3 at = {0.0, 0.0, 0.0};
-    const char *what = pierces(m, c->least, &at) ? "cross" : judge_touch(c, m, &at);
+    const int32_t *facet = m->facet;
+    const vec3 *p = c->facet[facet[2]];
+    const vec3 n = vec3_cross(vec3_sub(p[1], p[0]), vec3_sub(p[2], p[0]));
+    const vec3 place[4] = {m->from, vec3_add(m->from, m->way), apex[0], apex[1]};
+    double at;
+    m->normal = vec3_scale(n, 1.0 / vec3_norm(n));
+    for (int k = 0; k < 4; k++)
+        m->over[k] = vec3_dot(m->normal, vec3_sub(place[k], p[0]));
+    const char *what = judge(c, m, &at);
     bool known = false;
-    if (!what)
-        return;
-    const int32_t facets[3] = {m->facet[0], m->facet[1], m->other_facet};
-    for (int k = 0; k < 9; k++)
-        known = known || told_of[c->joints.corner[facets[k / 3]][k % 3]];
-    for (int k = 0; k < 9; k++)
-        told_of[c->joints.corner[facets[k / 3]][k % 3]] = true;
-    at = told(c, at);
-    if (!known)
-        mill_facets_report_fault(c->report, "facets %d and %d %s at (%.6g, %.6g, %.6g)",
-                                 (facets[0] < facets[2] ? facets[0] : facets[2]) + 1,
-                                 (facets[0] < facets[2] ? facets[2] : facets[0]) + 1, what, at.x,
-                                 at.y, at.z);
-}
-
-/* The side, unless it is gone or its partner stands for both */
-static bool begin(const struct mill_facets_check *c, size_t k, struct meeting *m)
-{
-    const struct mill_facets_edge *e = &c->joints.edge[k];
-    const int32_t pair = c->joints.pair[k];
-    if (c->gone[e->facet] || (pair >= 0 && pair < (int32_t)k) || e->low == e->high)
-        return false;
-    const struct mill_facets_edge *both[2] = {e, pair < 0 ? e : &c->joints.edge[pair]};
-    for (int i = 0; i < 2; i++) {
-        m->facet[i] = both[i]->facet;
-        m->end[i] = c->facet[e->facet][(e->side + i) % 3];
-        m->apex[i] = c->facet[both[i]->facet][(both[i]->side + 2) % 3];
-    }
-    return true;
+    for (int k = 0; what && k < 9; k++)
+        known = known || told[c->joints.corner[facet[k / 3]][k % 3]];
+    for (int k = 0; what && k < 9; k++)
+        told[c->joints.corner[facet[k / 3]][k % 3]] = true;
+    if (what && !known)
+        mill_facets_report_fault(c->report, vec3_axpy(m->from, at, m->way), "facets %d and %d %s",
+                                 (facet[0] < facet[2] ? facet[0] : facet[2]) + 1,
+                                 (facet[0] < facet[2] ? facet[2] : facet[0]) + 1, what);
 }
 
 bool mill_facets_check_crossings(struct mill_facets_check *c)
 {
-    struct mill_facets_report *r = c->report;
-    bool *told_of = calloc(3 * c->n, sizeof *told_of);
-    struct meeting m;
-    for (size_t k = 0; told_of && k < c->joints.edges; k++) {
+    bool *told = calloc(3 * c->n, sizeof *told);
+    for (size_t k = 0; told && k < c->joints.edges; k++) {
         const struct mill_facets_edge *e = &c->joints.edge[k];
-        if (r->tell && k % (3 * MILL_FACETS_PROGRESS) == 0)
-            r->tell(r->self, "checking a mesh for crossings", (int32_t)(k / 3), (int32_t)c->n);
-        if (!begin(c, k, &m))
+        const int32_t pair = c->joints.pair[k];
+        mill_facets_report_progress(c->report, "checking a mesh", k / 3, c->n);
+        if (c->gone[e->facet] || (pair >= 0 && pair < (int32_t)k)) /* the pair stands for both */
             continue;
-        struct mill_facets_line line = {.in = &c->lines,
-                                        .from = m.end[0],
-                                        .way = vec3_sub(m.end[1], m.end[0]),
-                                        .skip = {e->low, e->high},
-                                        .of = c->lines.shell[e->facet]};
-        for (int32_t other; (other = mill_facets_line_on(&line)) >= 0;) {
-            if (other == m.facet[0] || other == m.facet[1] || c->gone[other])
-                continue;
-            m.other_facet = other;
-            m.other = c->facet[other];
-            const vec3 n =
-                vec3_cross(vec3_sub(m.other[1], m.other[0]), vec3_sub(m.other[2], m.other[0]));
-            m.normal = vec3_scale(n, 1.0 / vec3_norm(n));
-            judge(c, &m, told_of);
-        }
+        const struct mill_facets_edge *f = pair < 0 ? e : &c->joints.edge[pair];
+        const vec3 *p = c->facet[e->facet];
+        const vec3 apex[2] = {p[(e->side + 2) % 3], c->facet[f->facet][(f->side + 2) % 3]};
+        struct meeting m = {.facet = {e->facet, f->facet, -1},
+                            .from = p[e->side],
+                            .way = vec3_sub(p[(e->side + 1) % 3], p[e->side])};
+        struct mill_facets_line line = {&c->tree,           m.from, m.way, {e->low, e->high},
+                                        c->shell[e->facet], 0,      0,     0};
+        while ((m.facet[2] = mill_facets_line_on(&line)) >= 0)
+            if (m.facet[2] != e->facet && m.facet[2] != f->facet && !c->gone[m.facet[2]])
+                meet(c, &m, apex, told);
     }
-    free(told_of);
-    return told_of != NULL;
+    free(told);
+    return told != NULL;
 }

@@ -1,75 +1,125 @@
-/* Which facets does a straight line meet? Of n needles around one corner, each side meets all the
- * others there, and no box parts them. So a walk can leave out the nodes whose facets all have one
- * of the line's ends as a corner. */
+/* Which facets does a straight line meet? In a tree of boxes along the axes, the boxes of a fan of
+ * n needles all overlap, and a search visits all of them. So each node also has a box along the
+ * longest side of its facets. And as n needles all meet at their common corner, a line from there
+ * leaves out the nodes whose facets all have this corner. */
 #include "geometry/facets.h"
 
 #include <stdlib.h>
 
-/* Finds what the facets of a node and of all below it have in common. hub[n]: a corner of each */
-static void compare(struct mill_facets_lines *l, const int32_t *hub, int32_t at)
+/* Facets longer than this part of their node's box get a box of their own. */
+#define LONG 0.5
+/* long facets in one node; nodes of a tree in which to look for them */
+enum { MANY = 64, LARGE = 10000 };
+
+/* [m^2] square of the longest side, and which it is */
+static double longest_side(const vec3 p[3], int *side)
 {
-    const struct mill_facets_node *n = &l->tree.node[at];
-    int32_t pair[2][2];
-    for (int i = 0; i < 2; i++) {
-        if (n->leaf == MILL_FACETS_INNER) {
-            const int32_t child = i ? l->tree.node[at + 1].skip : at + 1;
-            compare(l, hub, child);
-            pair[i][0] = l->common[child][0];
-            pair[i][1] = l->common[child][1];
-        } else {
-            const int32_t facet = l->tree.order[(n->leaf >> 3) + i * ((n->leaf & 7) - 1)];
-            pair[i][0] = hub[facet];
-            pair[i][1] = l->shell[facet];
+    double most = -1.0;
+    for (int k = 0; k < 3; k++) {
+        const vec3 way = vec3_sub(p[(k + 1) % 3], p[k]);
+        if (vec3_dot(way, way) > most) {
+            most = vec3_dot(way, way);
+            *side = k;
         }
     }
-    for (int i = 0; i < 2; i++)
-        l->common[at][i] = pair[0][i] == pair[1][i] ? pair[0][i] : -1;
+    return most;
 }
 
-/* Sets hub[n]: the corner of each facet that most facets have. count: [3 n] */
-static void find_hubs(const struct mill_facets_joints *j, int32_t *count, int32_t *hub)
+/* Any direction gives a valid box; this one is a unit vector, if there is one. */
+static void set_way(float way[3], vec3 a)
 {
-    for (size_t k = 0; k < j->edges; k++)
-        count[j->corner[k / 3][k % 3]]++;
-    for (size_t k = 0; k < j->edges; k++) {
-        const int32_t c = j->corner[k / 3][k % 3];
-        if (k % 3 == 0 || count[c] > count[hub[k / 3]])
-            hub[k / 3] = c;
+    const double length = vec3_norm(a), per = length > 0.0 ? 1.0 / length : 0.0;
+    way[0] = (float)(a.x * per);
+    way[1] = (float)(a.y * per);
+    way[2] = (float)(a.z * per);
+}
+
+/* The box along a facet, around the facets from `first` to before `end` in the tree's order */
+static void lay_along(struct mill_facets_sheath *s, const struct mill_facets_tree *tree,
+                      const vec3 (*facet)[3], int32_t longest, int32_t first, int32_t end)
+{
+    const vec3 *p = facet[longest];
+    int side = 0;
+    longest_side(p, &side);
+    const vec3 x = vec3_sub(p[(side + 1) % 3], p[side]);
+    const vec3 z = vec3_cross(x, vec3_sub(p[(side + 2) % 3], p[side]));
+    set_way(s->way[0], x);
+    set_way(s->way[1], vec3_cross(z, x));
+    set_way(s->way[2], z);
+    for (int k = 0; k < 3; k++) {
+        double lo = INFINITY, hi = -INFINITY;
+        for (int32_t i = 3 * first; i < 3 * end; i++) {
+            const double at = mill_facets_along(s->way[k], facet[tree->order[i / 3]][i % 3]);
+            lo = at < lo ? at : lo;
+            hi = at > hi ? at : hi;
+        }
+        s->lo[k] = (float)lo;
+        s->hi[k] = (float)hi;
     }
 }
 
-bool mill_facets_draw(struct mill_facets_lines *l, const vec3 (*facet)[3], size_t n,
-                      const struct mill_facets_joints *joints)
+/* Makes the sheath of a node. true: it has many long facets. */
+static bool wrap(const struct mill_facets_tree *tree, const vec3 (*facet)[3], int32_t at,
+                 const int32_t *hub, const int32_t *shell)
 {
-    int32_t *hub = malloc(n * sizeof *hub), *count = calloc(3 * n, sizeof *count);
-    l->shell = malloc(n * sizeof *l->shell);
-    l->common = malloc(2 * n * sizeof *l->common);
-    const bool good = hub && count && l->shell && l->common &&
-                      mill_facets_plant(facet, n, &l->tree) &&
-                      mill_facets_dress(&l->tree, facet, n, true);
-    if (good) {
-        mill_facets_shells(joints, l->shell);
-        find_hubs(joints, count, hub);
-        compare(l, hub, 0);
+    const struct mill_facets_node *n = &tree->node[at], *left = n,
+                                  *right = &tree->node[n->skip - 1];
+    while (left->leaf == MILL_FACETS_INNER)
+        left++;
+    const int32_t first = left->leaf >> 3, end = (right->leaf >> 3) + (right->leaf & 7);
+    int32_t longest = tree->order[first];
+    int side;
+    struct mill_facets_sheath s = {
+        {{1.0F, 0.0F, 0.0F}, {0.0F, 1.0F, 0.0F}, {0.0F, 0.0F, 1.0F}},
+        {n->lo[0], n->lo[1], n->lo[2]},
+        {n->hi[0], n->hi[1], n->hi[2]},
+        hub ? hub[longest] : -1,
+        shell ? shell[longest] : -1,
+    };
+    double most = 0.0, size = 0.0;
+    for (int32_t i = first; i < end; i++) {
+        const int32_t k = tree->order[i];
+        const double square = longest_side(facet[k], &side);
+        longest = square > most ? k : longest;
+        most = fmax(most, square);
+        s.hub = hub && hub[k] == s.hub ? s.hub : -1;
+        s.shell = shell && shell[k] == s.shell ? s.shell : -1;
     }
-    free(hub);
-    free(count);
+    for (int k = 0; k < 3; k++)
+        size += ((double)n->hi[k] - (double)n->lo[k]) * ((double)n->hi[k] - (double)n->lo[k]);
+    const bool is_long = most > LONG * LONG * size;
+    if (is_long)
+        lay_along(&s, tree, facet, longest, first, end);
+    const float blur = (float)mill_facets_blur(tree, vec3_make(tree->size, 0.0, 0.0));
+    for (int k = 0; k < 3; k++) {
+        s.lo[k] -= blur;
+        s.hi[k] += blur;
+    }
+    tree->sheath[at] = s;
+    return is_long && end - first >= MANY;
+}
+
+bool mill_facets_dress(struct mill_facets_tree *tree, const vec3 (*facet)[3], const int32_t *hub,
+                       const int32_t *shell)
+{
+    bool many = hub != NULL;
+    if (!many && tree->nodes < LARGE)
+        return true;
+    tree->sheath = malloc((size_t)tree->nodes * sizeof *tree->sheath);
+    for (int32_t at = 0; tree->sheath && at < tree->nodes; at++)
+        many = wrap(tree, facet, at, hub, shell) || many;
+    const bool good = tree->sheath != NULL;
+    if (!many) {
+        free(tree->sheath);
+        tree->sheath = NULL;
+    }
     return good;
 }
 
-void mill_facets_wipe(struct mill_facets_lines *l)
+static bool meets(const struct mill_facets_line *line, const struct mill_facets_sheath *s)
 {
-    mill_facets_fell(&l->tree);
-    free(l->shell);
-    free(l->common);
-}
-
-static bool meets(const struct mill_facets_line *line, int32_t at)
-{
-    const int32_t hub = line->in->common[at][0], shell = line->in->common[at][1];
-    const struct mill_facets_sheath *s = &line->in->tree.sheath[at];
     double enter = 0.0, leave = 1.0; /* as parts of the line */
-    if (hub >= 0 && (hub == line->skip[0] || hub == line->skip[1]) && shell == line->of)
+    if (s->hub >= 0 && (s->hub == line->skip[0] || s->hub == line->skip[1]) && s->shell == line->of)
         return false;
     for (int k = 0; k < 3 && enter <= leave; k++) {
         const double from = mill_facets_along(s->way[k], line->from);
@@ -87,17 +137,16 @@ static bool meets(const struct mill_facets_line *line, int32_t at)
 
 int32_t mill_facets_line_on(struct mill_facets_line *line)
 {
-    const struct mill_facets_tree *tree = &line->in->tree;
     while (line->next >= line->last) {
-        if (line->at >= tree->nodes)
+        if (line->at >= line->tree->nodes)
             return -1;
-        const struct mill_facets_node *n = &tree->node[line->at];
-        const bool near = meets(line, line->at);
+        const struct mill_facets_node *n = &line->tree->node[line->at];
+        const bool near = meets(line, &line->tree->sheath[line->at]);
         line->at = near ? line->at + 1 : n->skip;
         if (near && n->leaf != MILL_FACETS_INNER) {
             line->next = n->leaf >> 3;
             line->last = line->next + (n->leaf & 7);
         }
     }
-    return tree->order[line->next++];
+    return line->tree->order[line->next++];
 }

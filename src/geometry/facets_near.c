@@ -33,17 +33,14 @@ static void look_closer(const struct mill_facets *m, const struct mill_facets_no
 /* Square of the distance of a place from the boxes of a node [m^2] */
 static float away(const struct mill_facets_tree *tree, int32_t at, vec3 place, const float p[3])
 {
-    const float square = mill_facets_away(&tree->node[at], p);
-    if (!tree->sheath)
-        return square;
-    const struct mill_facets_sheath *s = &tree->sheath[at];
-    double other = 0.0;
-    for (int k = 0; k < 3; k++) {
-        const double along = mill_facets_along(s->way[k], place);
-        const double beyond = fmax(fmax((double)s->lo[k] - along, along - (double)s->hi[k]), 0.0);
-        other += beyond * beyond;
+    float square = mill_facets_away(&tree->node[at], p), other = 0.0F;
+    const struct mill_facets_sheath *s = tree->sheath ? &tree->sheath[at] : NULL;
+    for (int k = 0; s && k < 3; k++) {
+        const float along = (float)mill_facets_along(s->way[k], place);
+        const float beyond = fmaxf(s->lo[k] - along, along - s->hi[k]);
+        other += beyond > 0.0F ? beyond * beyond : 0.0F;
     }
-    return fmaxf(square, (float)other);
+    return other > square ? other : square;
 }
 
 /* It visits nearer boxes first, and omits boxes that are farther than the nearest point found. */
@@ -61,7 +58,7 @@ bool mill_facets_nearest(const struct mill_facets *m, vec3 place, double within,
     int waiting = 0;
     near->facet = -1;
     waits[waiting].node = 0;
-    waits[waiting++].square = 0.0F;
+    waits[waiting++].square = away(&m->tree, 0, place, p);
     while (waiting > 0) {
         int32_t at = waits[--waiting].node;
         const double bound = sqrt(least) + blur, far = bound * bound * (1.0 + 1e-5);

@@ -16,68 +16,66 @@
 /* Edges of more facets than this are not looked at for twins. */
 enum { MOST_SHARING = 64 };
 
-static vec3 middle_of(const vec3 p[3])
-{
-    return vec3_scale(vec3_add(vec3_add(p[0], p[1]), p[2]), 1.0 / 3.0);
-}
-
 static vec3 normal_of(const vec3 p[3])
 {
     const vec3 n = vec3_cross(vec3_sub(p[1], p[0]), vec3_sub(p[2], p[0]));
     return vec3_scale(n, 1.0 / vec3_norm(n));
 }
 
-static double sixfold_volume(const vec3 p[3])
+/* [m^3] signed, summed over a closed surface that within it */
+static double volume_of(const vec3 p[3])
 {
-    return vec3_dot(p[0], vec3_cross(p[1], p[2]));
+    return vec3_dot(p[0], vec3_cross(p[1], p[2])) / 6.0;
 }
 
 /* ---- lines out ---- */
 
-/* A line from the middle of a facet to the outside */
+/* A line from the middle of a facet to the outside, and where it goes through another one */
 struct way_out {
     const struct mill_facets_check *c;
     int32_t facet;
     vec3 normal;
     struct mill_facets_line line;
-    double begins; /* [m] height above the facet; the line begins a little below it */
+    int sign;      /* of the other one: 1: it is met from behind, -1: on its front */
+    double height; /* [m] above the first facet */
 };
 
 static struct way_out go_out(const struct mill_facets_check *c, int32_t facet)
 {
-    const vec3 *p = c->facet[facet];
-    struct way_out w = {c, facet, normal_of(p), {.in = &c->lines, .skip = {-1, -1}}, 0.0};
-    w.begins = -2.0 * c->least;
+    const vec3 *p = c->facet[facet], n = normal_of(p);
     /* in no plane and along no axis that a mesh may have */
-    const vec3 way = vec3_add(w.normal, vec3_make(0.0717, 0.1193, -0.0931));
-    w.line.from = vec3_axpy(middle_of(p), w.begins, way);
-    w.line.way = vec3_scale(way, 6.0 * c->lines.tree.size);
-    return w;
+    const vec3 way = vec3_add(n, vec3_make(0.0717, 0.1193, -0.0931));
+    const vec3 middle = vec3_scale(vec3_add(vec3_add(p[0], p[1]), p[2]), 1.0 / 3.0);
+    const vec3 from = vec3_axpy(middle, -2.0 * c->least, way); /* facets that touch are met too */
+    return (struct way_out){
+        c, facet, n, {&c->tree, from, vec3_scale(way, 6.0 * c->tree.size), {-1, -1}, -1, 0, 0, 0},
+        0, 0.0};
 }
 
-/* The next facet on the way, seen from behind (sign 1) or from its front (-1), and its height [m]
- * above the first one. -1: there is none. Two facets on an edge compute the same numbers for it, so
- * that the line always meets one of them. */
-static int32_t next_hit(struct way_out *w, int *sign, double *height)
+/* The next facet on the way; -1: there is none. Two facets on an edge compute the same numbers for
+ * it, so the line always meets one of them. */
+static int32_t go_on(struct way_out *w)
 {
     const struct mill_facets_check *c = w->c;
+    const vec3 from = w->line.from, way = w->line.way;
     for (int32_t k; (k = mill_facets_line_on(&w->line)) >= 0;) {
         const vec3 *p = c->facet[k];
         const int32_t *corner = c->joints.corner[k];
         int left = 0;
         for (int i = 0; i < 3; i++) {
-            const bool forward = corner[i] < corner[(i + 1) % 3];
-            const vec3 a = vec3_sub(p[forward ? i : (i + 1) % 3], w->line.from);
-            const vec3 b = vec3_sub(p[forward ? (i + 1) % 3 : i], w->line.from);
-            left += (vec3_dot(w->line.way, vec3_cross(a, b)) >= 0.0) == forward;
+            const int j = (i + 1) % 3;
+            const bool forward = corner[i] < corner[j];
+            const vec3 a = vec3_sub(p[forward ? i : j], from),
+                       b = vec3_sub(p[forward ? j : i], from);
+            left += (vec3_dot(way, vec3_cross(a, b)) >= 0.0) == forward;
         }
         if (k == w->facet || c->gone[k] || left % 3 != 0)
             continue;
         const vec3 n = normal_of(p);
-        const double per = vec3_dot(n, w->line.way);
-        const double part = vec3_dot(n, vec3_sub(p[0], w->line.from)) / per;
-        *sign = left == 3 ? 1 : -1;
-        *height = w->begins + part * vec3_dot(w->normal, w->line.way);
+        const double part = vec3_dot(n, vec3_sub(p[0], from)) / vec3_dot(n, way);
+        const vec3 at = vec3_axpy(from, part, way);
+        w->sign = left == 3 ? 1 : -1;
+        w->height = vec3_dot(w->normal, vec3_sub(at, c->facet[w->facet][0]));
         return k;
     }
     return -1;
@@ -94,247 +92,239 @@ static void cancel_twins(struct mill_facets_check *c)
         for (size_t i = k; i < k + sides && sides > 2 && sides <= MOST_SHARING; i++)
             for (size_t l = k; l < i; l++) {
                 const struct mill_facets_edge *a = &j->edge[i], *b = &j->edge[l];
-                if (a->forward == b->forward || c->gone[a->facet] || c->gone[b->facet])
-                    continue;
-                c->gone[a->facet] = c->gone[b->facet] = j->corner[a->facet][(a->side + 2) % 3] ==
-                                                        j->corner[b->facet][(b->side + 2) % 3];
+                const int32_t one = j->corner[a->facet][(a->side + 2) % 3];
+                if (a->forward != b->forward && !c->gone[a->facet] && !c->gone[b->facet])
+                    c->gone[a->facet] = c->gone[b->facet] =
+                        one == j->corner[b->facet][(b->side + 2) % 3];
             }
     }
 }
 
-/* Of faces that lie on each other and face the same way, that of the larger shell stays. */
-static bool stays_for(const struct mill_facets_check *c, const double *volume, int32_t facet,
-                      int32_t other)
+/* Finds whether a facet is on the surface of the union. Of faces that lie on each other and face
+ * the same way, that of the shell with the larger volume stays. */
+static void look_out(struct mill_facets_check *c, const double *volume, int32_t facet, bool *told)
 {
-    const int32_t own = c->lines.shell[facet], its = c->lines.shell[other];
-    return volume[own] != volume[its] ? volume[own] > volume[its] : own < its;
-}
-
-/* Is the facet on the surface of the union? */
-static bool is_outside(struct mill_facets_check *c, const double *volume, int32_t facet,
-                       bool *turned)
-{
-    const int32_t *shell = c->lines.shell;
+    const int32_t own = c->shell[facet];
     struct way_out w = go_out(c, facet);
-    int front = 0, behind = 1, sign;
+    int front = 0, behind = 1;
     bool first = true;
-    double height;
-    for (int32_t k; (k = next_hit(&w, &sign, &height)) >= 0;) {
-        if (shell[k] != shell[facet] && fabs(height) <= c->least) {
-            behind += sign;
-            first = first && (sign < 0 || stays_for(c, volume, facet, k));
-        } else if (height > 0.0) {
-            front += sign;
+    for (int32_t k; (k = go_on(&w)) >= 0;) {
+        const int32_t its = c->shell[k];
+        if (its != own && fabs(w.height) <= c->least) {
+            const bool larger = volume[own] != volume[its] ? volume[own] > volume[its] : own < its;
+            behind += w.sign;
+            first = first && (w.sign < 0 || larger);
+        } else if (w.height > 0.0) {
+            front += w.sign;
         }
     }
-    *turned = front < 0;
-    return front < 1 && front + behind >= 1 && first;
+    c->hidden[facet] = !(front < 1 && front + behind >= 1 && first);
+    if (front >= 0 || told[own])
+        return;
+    told[own] = true;
+    mill_facets_report_fault(c->report, c->facet[facet][0],
+                             "facet %d, and all that hang together with it, face into their solid",
+                             facet + 1);
 }
 
-static void tell_turned(struct mill_facets_check *c, int32_t facet)
+static bool hide(struct mill_facets_check *c)
 {
-    const vec3 at = vec3_scale(c->facet[facet][0], 1.0 / c->report->unit);
-    mill_facets_report_fault(c->report,
-                             "facet %d, at (%.6g, %.6g, %.6g), and all that hang together with it "
-                             "face into their solid",
-                             facet + 1, at.x, at.y, at.z);
-}
-
-/* Finds which facets are hidden. volume[n]: of each shell, six times */
-static void hide(struct mill_facets_check *c, const double *volume, bool *told)
-{
-    struct mill_facets_report *r = c->report;
-    const int32_t *shell = c->lines.shell;
-    size_t shells = 0;
-    double all = 0.0;
-    for (size_t k = 0; k < c->n; k++) {
-        shells += shell[k] == (int32_t)k;
-        all += volume[k];
+    double *volume = calloc(c->n, sizeof *volume);
+    bool *told = calloc(c->n, sizeof *told);
+    for (size_t k = 0; volume && k < c->n; k++)
+        volume[c->shell[k]] += volume_of(c->facet[k]);
+    /* most meshes are one shell: nothing can hide its facets */
+    size_t alone = 0;
+    while (alone < c->n && c->shell[alone] == 0)
+        alone++;
+    const size_t looks = volume && volume[0] > 0.0 && alone == c->n ? 0 : c->n;
+    for (size_t k = 0; told && volume && k < looks; k++) {
+        mill_facets_report_progress(c->report, "uniting the solids of a mesh", k, c->n);
+        if (!c->gone[k])
+            look_out(c, volume, (int32_t)k, told);
     }
-    if (shells == 1 && !(all > 0.0))
-        tell_turned(c, 0);
-    for (size_t k = 0; k < c->n && shells > 1; k++) {
-        bool turned = false;
-        if (r->tell && k % MILL_FACETS_PROGRESS == 0)
-            r->tell(r->self, "uniting the solids of a mesh", (int32_t)k, (int32_t)c->n);
-        c->hidden[k] = !c->gone[k] && !is_outside(c, volume, (int32_t)k, &turned);
-        if (turned && !told[shell[k]])
-            tell_turned(c, (int32_t)k);
-        told[shell[k]] = told[shell[k]] || turned;
-    }
+    free(volume);
+    free(told);
+    return volume && told;
 }
 
 /* ---- rooms ---- */
 
-/* The shells of the union; each array has an element for each facet, used for one of each shell. */
+/* The shells of the union. Each array has an element for each facet. It is used for the facet whose
+ * number the shell has. */
 struct rooms {
     const struct mill_facets_check *c;
-    int32_t *shell;
-    double *volume;  /* [m^3] six times that of the shell; < 0: a cavity */
-    double *room;    /* [m^3] six times that between the shell and those in it */
-    int32_t *depth;  /* how many shells are around it */
-    int32_t *around; /* the next one around it; -1: none */
-    int32_t *sum;
+    int32_t *around; /* the next shell around it; -1: none */
+    int32_t *sum;    /* of the signs, on the way to the outside */
+    double *volume;  /* [m^3] within the shell */
+    double *room;    /* [m^3] within it and without the shells in it */
 };
 
-/* Is this facet the one that its shell is known by? */
-static bool is_shell(const struct rooms *s, size_t k)
+static bool is_shell(const struct mill_facets_check *c, size_t k)
 {
-    return !s->c->gone[k] && s->shell[k] == (int32_t)k;
+    return !c->gone[k] && c->shell[k] == (int32_t)k;
 }
 
-/* Counts the shells around a shell. after: their depths are known, and the deepest is the next one
- * around it. */
-static void look_around(struct rooms *s, int32_t own, bool after)
+/* The line goes through the shells around it once more often outwards than inwards, or, for
+ * cavities, once less often. The smallest one is the next. */
+static void look_around(struct rooms *s, int32_t own)
 {
+    const int32_t *shell = s->c->shell;
     struct way_out w = go_out(s->c, own), again = w;
-    int sign, deepest = -1;
-    double height;
-    for (int32_t k; (k = next_hit(&w, &sign, &height)) >= 0;)
-        s->sum[s->shell[k]] += height > 0.0 ? sign : 0;
-    s->sum[own] = 0;
-    for (int32_t k; (k = next_hit(&again, &sign, &height)) >= 0;) {
-        const int32_t other = s->shell[k];
-        if (s->sum[other] != 0 && !after)
-            s->depth[own]++;
-        if (s->sum[other] != 0 && after && s->depth[other] > deepest) {
-            deepest = s->depth[other];
-            s->around[own] = other;
-        }
-        s->sum[other] = 0;
+    for (int32_t k; (k = go_on(&w)) >= 0;)
+        s->sum[shell[k]] += w.height > 0.0 && shell[k] != own ? w.sign : 0;
+    for (int32_t k, best = -1; (k = go_on(&again)) >= 0; s->around[own] = best) {
+        if (s->sum[shell[k]] != 0 && (best < 0 || s->volume[shell[k]] < s->volume[best]))
+            best = shell[k];
+        s->sum[shell[k]] = 0;
     }
 }
 
-static bool is_kept(const struct rooms *s, int32_t shell, int32_t room)
+/* The number of shells around a shell, modulo 2 */
+static int parity_of(const struct rooms *s, int32_t shell)
 {
-    return room < 0 ? s->depth[shell] == 0 : shell == room || s->around[shell] == room;
+    int parity = 0;
+    while ((shell = s->around[shell]) >= 0)
+        parity = !parity;
+    return parity;
 }
 
-/* Leaves the shells that the room of the balls has: number `room`, or -1, the one around all. */
-static void leave(struct rooms *s, int32_t room, bool *gone, struct mill_facets_report *report)
+/* Leaves only the shells of the room that the balls are in: number `room`, or -1, the one around
+ * all. */
+static void leave(struct rooms *s, int32_t room)
 {
-    const int32_t *depth = s->depth;
-    const int parity = room < 0 ? 1 : depth[room] % 2;
-    for (size_t k = 0; k < s->c->n; k++)
-        if (is_shell(s, k) && (int32_t)k != room && depth[k] % 2 == parity)
-            report->closed += s->room[k] / 6.0;
-    report->hollow = room >= 0 && parity == 1;
-    for (size_t k = 0; k < s->c->n; k++)
-        gone[k] = gone[k] || !is_kept(s, s->shell[k], room);
+    struct mill_facets_check *c = (struct mill_facets_check *)s->c;
+    const int parity = room < 0 ? 1 : parity_of(s, room);
+    for (size_t k = 0; k < c->n; k++)
+        if (is_shell(c, k) && (int32_t)k != room && parity_of(s, (int32_t)k) == parity)
+            c->report->closed += s->room[k];
+    c->report->hollow = room >= 0 && parity == 1;
+    for (size_t k = 0; k < c->n; k++)
+        c->hidden[k] = c->shell[k] != room && s->around[c->shell[k]] != room;
 }
 
-static bool find_rooms(struct mill_facets_check *c, bool container)
+static void find_rooms(struct rooms *s, bool container)
 {
-    const size_t n = c->n;
-    struct rooms s = {.c = c,
-                      .shell = malloc(n * sizeof *s.shell),
-                      .volume = calloc(n, sizeof *s.volume),
-                      .room = calloc(n, sizeof *s.room),
-                      .depth = calloc(n, sizeof *s.depth),
-                      .around = malloc(n * sizeof *s.around),
-                      .sum = calloc(n, sizeof *s.sum)};
-    const bool good = s.shell && s.volume && s.room && s.depth && s.around && s.sum;
+    const struct mill_facets_check *c = s->c;
     int32_t room = -1;
-    if (good)
-        mill_facets_shells(&c->joints, s.shell);
-    for (size_t k = 0; good && k < n; k++) {
-        s.around[k] = -1;
-        s.volume[s.shell[k]] += c->gone[k] ? 0.0 : sixfold_volume(c->facet[k]);
+    mill_facets_shells(&c->joints, c->shell);
+    for (size_t k = 0; k < c->n; k++) {
+        s->around[k] = -1;
+        s->volume[c->shell[k]] += c->gone[k] ? 0.0 : volume_of(c->facet[k]);
     }
-    for (int after = 0; good && after < 2; after++)
-        for (size_t k = 0; k < n; k++)
-            if (is_shell(&s, k))
-                look_around(&s, (int32_t)k, after);
-    for (size_t k = 0; good && k < n; k++) {
-        s.room[k] += fabs(s.volume[k]);
-        if (s.around[k] >= 0)
-            s.room[s.around[k]] -= fabs(s.volume[k]);
-    }
-    for (size_t k = 0; good && k < n; k++)
-        if (is_shell(&s, k) && container && (room < 0 || s.room[k] > s.room[room]))
+    for (size_t k = 0; k < c->n; k++)
+        s->room[k] = s->volume[k] = fabs(s->volume[k]);
+    for (size_t k = 0; k < c->n; k++)
+        if (is_shell(c, k))
+            look_around(s, (int32_t)k);
+    for (size_t k = 0; k < c->n; k++)
+        if (s->around[k] >= 0)
+            s->room[s->around[k]] -= s->volume[k];
+    for (size_t k = 0; container && k < c->n; k++)
+        if (is_shell(c, k) && (room < 0 || s->room[k] > s->room[room]))
             room = (int32_t)k;
+    leave(s, room);
+}
+
+static bool part_rooms(struct mill_facets_check *c, bool container)
+{
+    struct rooms s = {c, malloc(c->n * sizeof *s.around), calloc(c->n, sizeof *s.sum),
+                      calloc(c->n, sizeof *s.volume), malloc(c->n * sizeof *s.room)};
+    const bool good = s.around && s.sum && s.volume && s.room;
     if (good)
-        leave(&s, room, c->gone, c->report);
-    free(s.shell);
-    free(s.volume);
-    free(s.room);
-    free(s.depth);
+        find_rooms(&s, container);
     free(s.around);
     free(s.sum);
+    free(s.volume);
+    free(s.room);
     return good;
 }
 
 /* ---- all ---- */
 
-/* After all that concerns single facets and edges is told: are the solids right, and what remains
- * of them? */
-static bool unite(struct mill_facets_check *c, bool whole)
+/* Takes out what is hidden. */
+static void take_out(struct mill_facets_check *c)
 {
-    double *volume = calloc(c->n, sizeof *volume);
-    bool *told = calloc(c->n, sizeof *told), *hidden = calloc(c->n, sizeof *hidden);
-    bool good = volume && told && hidden;
-    for (size_t k = 0; good && k < c->n; k++)
-        volume[c->lines.shell[k]] += sixfold_volume(c->facet[k]);
-    if (good && whole) {
-        c->hidden = hidden;
-        hide(c, volume, told);
+    for (size_t k = 0; k < c->n; k++)
+        c->gone[k] = c->gone[k] || c->hidden[k];
+}
+
+/* Facets by shells, and the corners that most of them share; needs the joints */
+static bool find_shells(struct mill_facets_check *c)
+{
+    int32_t *count = calloc(3 * c->n, sizeof *count);
+    mill_facets_shells(&c->joints, c->shell);
+    for (size_t k = 0; count && k < 3 * c->n; k++)
+        count[c->joints.corner[k / 3][k % 3]]++;
+    for (size_t k = 0; count && k < 3 * c->n; k++) {
+        const int32_t corner = c->joints.corner[k / 3][k % 3];
+        if (k % 3 == 0 || count[corner] > count[c->hub[k / 3]])
+            c->hub[k / 3] = corner;
     }
-    good = good && mill_facets_check_crossings(c);
-    for (size_t k = 0; good && k < c->n; k++)
-        c->gone[k] = c->gone[k] || hidden[k];
-    if (good && c->report->faults == 0 && mill_facets_pair(&c->joints, c->gone) > 0)
-        good = mill_facets_check_edges(c, true);
-    free(volume);
-    free(told);
-    free(hidden);
-    return good;
+    free(count);
+    return count != NULL;
 }
 
 static bool check(struct mill_facets_check *c, bool container)
 {
-    if (!c->gone || !mill_facets_join(c->facet, c->n, &c->joints))
+    struct mill_facets_report *r = c->report;
+    if (!mill_facets_join(c->facet, c->n, &c->joints))
         return false;
     mill_facets_check_areas(c);
-    const bool whole = mill_facets_pair(&c->joints, c->gone) == 0 && c->report->faults == 0;
+    c->whole = mill_facets_pair(&c->joints, c->gone) == 0 && r->faults == 0;
     if (!mill_facets_check_edges(c, false))
         return false;
-    if (whole) {
+    if (c->whole) {
         cancel_twins(c);
         mill_facets_pair(&c->joints, c->gone);
     }
-    if (!mill_facets_draw(&c->lines, c->facet, c->n, &c->joints))
+    if (!find_shells(c) || !mill_facets_plant(c->facet, c->n, &c->tree) ||
+        !mill_facets_dress(&c->tree, c->facet, c->hub, c->shell))
         return false;
-    c->least = ROUNDED * c->lines.tree.size;
-    return unite(c, whole) && (c->report->faults > 0 || find_rooms(c, container));
+    c->least = ROUNDED * c->tree.size;
+    if ((c->whole && !hide(c)) || !mill_facets_check_crossings(c))
+        return false;
+    take_out(c);
+    if (r->faults > 0 || mill_facets_pair(&c->joints, c->gone) > 0)
+        return r->faults > 0 || mill_facets_check_edges(c, true);
+    if (!part_rooms(c, container))
+        return false;
+    take_out(c);
+    return true;
 }
 
 bool mill_facets_unite(struct mill_body *is, vec3 (*facet)[3], struct mill_facets_report *r)
 {
-    struct mill_facets_check c = {.facet = (const vec3(*)[3])facet, .n = is->facets, .report = r};
+    const size_t n = is->facets;
+    struct mill_facets_check c = {.facet = (const vec3(*)[3])facet, .n = n, .report = r};
+    size_t left = 0;
     r->faults = 0;
     r->closed = 0.0;
     r->hollow = false;
     if (!mill_facets_type.is_sound(is)) {
         mill_facets_report_fault(
-            r, "it has %zu facets: a closed mesh takes at least 4, of finite coordinates",
-            is->facets);
+            r, vec3_make(0.0, 0.0, 0.0),
+            "a closed mesh takes at least 4 facets, of finite coordinates; it has %zu", n);
         return true;
     }
-    c.gone = calloc(c.n, sizeof *c.gone);
-    const bool good = check(&c, is->inside);
-    size_t left = 0;
-    for (size_t k = 0; good && r->faults == 0 && k < c.n; k++) {
-        if (c.gone[k])
-            continue;
+    c.shell = malloc(n * sizeof *c.shell);
+    c.hub = malloc(n * sizeof *c.hub);
+    c.gone = calloc(n, sizeof *c.gone);
+    c.hidden = calloc(n, sizeof *c.hidden);
+    const bool good = c.shell && c.hub && c.gone && c.hidden && check(&c, is->inside);
+    for (size_t k = 0; good && r->faults == 0 && k < n; k++) {
         const vec3 p[3] = {facet[k][0], facet[k][r->hollow ? 2 : 1], facet[k][r->hollow ? 1 : 2]};
-        memcpy(facet[left++], p, sizeof p);
+        if (!c.gone[k])
+            memcpy(facet[left++], p, sizeof p);
     }
     if (good && r->faults == 0 && left == 0)
-        mill_facets_report_fault(r, "its facets enclose no solid");
-    if (left > 0)
-        is->facets = left;
+        mill_facets_report_fault(r, facet[0][0], "the facets enclose no solid, as those");
+    is->facets = left > 0 ? left : n;
     mill_facets_part(&c.joints);
-    mill_facets_wipe(&c.lines);
+    mill_facets_fell(&c.tree);
+    free(c.shell);
+    free(c.hub);
     free(c.gone);
+    free(c.hidden);
     return good;
 }

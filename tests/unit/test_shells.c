@@ -215,13 +215,13 @@ TEST(every_fault_is_told_by_the_numbers_of_its_facets_and_its_place)
     other = form;
     expect_left(form.is.facets, volume_left());
     turn(20);
-    expect_faults(1, "facets 21 and");
+    expect_faults(1, "facets turned over along 3 edges, beside facet 21 at (");
     restore();
     form.facet[30][0].x += 1e-9; /* a crack */
     expect_faults(1, "not closed");
     restore();
     form.is.facets -= 2;
-    expect_faults(1, "not closed: a hole of 4 edges, beside facet");
+    expect_faults(1, "not closed: a hole along 4 edges, beside facet");
     restore();
     form.facet[7][2] = form.facet[7][1];
     form_unite(&form, &heard);
@@ -229,8 +229,8 @@ TEST(every_fault_is_told_by_the_numbers_of_its_facets_and_its_place)
     restore();
     for (size_t k = 0; k < form.is.facets; k++)
         turn(k);
-    expect_faults(1, "facet 1, at (");
-    ck_assert_ptr_nonnull(strstr(heard.said[0], "face into their solid"));
+    expect_faults(1, "facet 1, and all that");
+    ck_assert_ptr_nonnull(strstr(heard.said[0], "face into their solid at ("));
     restore();
     form.facet[3][1].y = (double)NAN;
     expect_faults(1, "finite");
@@ -249,8 +249,8 @@ TEST(all_faults_of_a_mesh_are_told_at_once_in_the_unit_of_its_file)
     add_box(vec3_make(60.0, 0.0, 0.0), cube(20.0), false);
     turn(24);
     form.is.facets--;
-    expect_faults(3, "not closed: a hole of 3 edges, beside facet");
-    ck_assert_ptr_nonnull(strstr(heard.said[1], "is turned over"));
+    expect_faults(3, "not closed: a hole along 3 edges, beside facet 25 at (50, ");
+    ck_assert_ptr_nonnull(strstr(heard.said[1], "facets turned over"));
     ck_assert_ptr_nonnull(strstr(heard.said[2], "cross at (9, "));
 }
 
@@ -261,7 +261,7 @@ TEST(twenty_faults_are_told_and_all_are_counted)
         add_box(vec3_make(30.0 * k, 0.0, 0.0), cube(20.0), false);
         form.is.facets--;
     }
-    expect_faults(50, "a hole of 3 edges");
+    expect_faults(50, "a hole along 3 edges");
     ck_assert_int_eq(heard.count, MILL_FACETS_TOLD);
 }
 
@@ -307,7 +307,8 @@ TEST(a_part_that_faces_inwards_has_to_be_a_cavity)
 {
     open_cube(20.0);
     add_box(vec3_make(30.0, 0.0, 0.0), cube(10.0), true);
-    expect_faults(1, "facet 13, at (25, -5, -5), and all that hang together");
+    expect_faults(
+        1, "facet 13, and all that hang together with it, face into their solid at (25, -5, -5)");
 }
 
 /* ---- n log n ---- */
@@ -341,26 +342,29 @@ static void open_fan(int n, bool rim, double tilt)
 static size_t visits_of_sides(void)
 {
     struct mill_facets_joints joints = {0};
-    struct mill_facets_lines lines = {0};
+    struct mill_facets_tree tree = {0};
     size_t visits = 0;
-    bool *gone = calloc(form.is.facets, sizeof *gone);
-    ck_assert(mill_facets_join(form.is.facet, form.is.facets, &joints));
-    mill_facets_pair(&joints, gone);
-    ck_assert(mill_facets_draw(&lines, form.is.facet, form.is.facets, &joints));
+    const size_t n = form.is.facets;
+    int32_t *shell = calloc(n, sizeof *shell), *hub = malloc(n * sizeof *hub);
+    ck_assert(mill_facets_join(form.is.facet, n, &joints));
+    for (size_t k = 0; k < n; k++) /* of the ends' facets it is the middle or the corner */
+        hub[k] = joints.corner[k][0];
+    ck_assert(mill_facets_plant(form.is.facet, n, &tree));
+    ck_assert(mill_facets_dress(&tree, form.is.facet, hub, shell));
     for (size_t k = 0; k < joints.edges; k++) {
         const struct mill_facets_edge *e = &joints.edge[k];
         const vec3 *p = form.is.facet[e->facet];
-        struct mill_facets_line line = {.in = &lines,
+        struct mill_facets_line line = {.tree = &tree,
                                         .from = p[e->side],
                                         .way = vec3_sub(p[(e->side + 1) % 3], p[e->side]),
-                                        .skip = {e->low, e->high},
-                                        .of = lines.shell[e->facet]};
+                                        .skip = {e->low, e->high}};
         while (mill_facets_line_on(&line) >= 0)
             visits++;
     }
-    mill_facets_wipe(&lines);
+    mill_facets_fell(&tree);
     mill_facets_part(&joints);
-    free(gone);
+    free(shell);
+    free(hub);
     return visits;
 }
 
