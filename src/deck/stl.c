@@ -277,10 +277,8 @@ static enum mill_status read_bytes(struct reading *in)
     enum mill_status status;
     const char *other = is_binary(in) ? NULL : other_format(in);
     if (other)
-        return fault(
-            in,
-            "is not an STL file, but seems to be %s file: 'mill mesh IN -o OUT.stl' converts it",
-            other);
+        return fault(in, "seems to be %s file, not STL: 'mill mesh %.200s -o OUT.stl' converts it",
+                     other, in->path);
     if (is_binary(in))
         status = read_binary(in);
     else if (is_text(in))

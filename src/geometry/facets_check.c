@@ -169,8 +169,8 @@ static const char *judge(const struct mill_facets_check *c, const struct meeting
                                                                 : "lie on each other in part";
 }
 
-/* Compares a side with a facet. told[3 n]: corners of facets that were told, so that one fault is
- * told for all meetings that hang together */
+/* Compares a side with a facet. told[3 n]: corners of sides' facets that were told, so that one
+ * fault is told for all sides that hang together */
 static void meet(const struct mill_facets_check *c, struct meeting *m, const vec3 apex[2],
                  bool *told)
 {
@@ -184,9 +184,9 @@ static void meet(const struct mill_facets_check *c, struct meeting *m, const vec
         m->over[k] = vec3_dot(m->normal, vec3_sub(place[k], p[0]));
     const char *what = judge(c, m, &at);
     bool known = false;
-    for (int k = 0; what && k < 9; k++)
+    for (int k = 0; what && k < 6; k++)
         known = known || told[c->joints.corner[facet[k / 3]][k % 3]];
-    for (int k = 0; what && k < 9; k++)
+    for (int k = 0; what && k < 6; k++)
         told[c->joints.corner[facet[k / 3]][k % 3]] = true;
     if (what && !known)
         mill_facets_report_fault(c->report, vec3_axpy(m->from, at, m->way), "facets %d and %d %s",

@@ -8,8 +8,10 @@
 
 /* Facets longer than this part of their node's box get a box of their own. */
 #define LONG 0.5
-/* long facets in one node; nodes of a tree in which to look for them */
-enum { MANY = 64, LARGE = 10000 };
+/* MANY: long facets in one node. LARGE: nodes of a tree in which to look for them. ANY: the shell
+ * of a fan of many facets: a line from its hub within another shell lies between two of its
+ * needles, and what it covers of one is less than a needle. */
+enum { MANY = 64, LARGE = 10000, ANY = -2 };
 
 /* [m^2] square of the longest side, and which it is */
 static double longest_side(const vec3 p[3], int *side)
@@ -85,6 +87,8 @@ static bool wrap(const struct mill_facets_tree *tree, const vec3 (*facet)[3], in
         s.hub = hub && hub[k] == s.hub ? s.hub : -1;
         s.shell = shell && shell[k] == s.shell ? s.shell : -1;
     }
+    if (end - first >= MANY && s.hub >= 0)
+        s.shell = ANY;
     for (int k = 0; k < 3; k++)
         size += ((double)n->hi[k] - (double)n->lo[k]) * ((double)n->hi[k] - (double)n->lo[k]);
     const bool is_long = most > LONG * LONG * size;
@@ -119,7 +123,8 @@ bool mill_facets_dress(struct mill_facets_tree *tree, const vec3 (*facet)[3], co
 static bool meets(const struct mill_facets_line *line, const struct mill_facets_sheath *s)
 {
     double enter = 0.0, leave = 1.0; /* as parts of the line */
-    if (s->hub >= 0 && (s->hub == line->skip[0] || s->hub == line->skip[1]) && s->shell == line->of)
+    const bool hub = s->hub >= 0 && (s->hub == line->skip[0] || s->hub == line->skip[1]);
+    if (hub && (s->shell == line->of || s->shell == ANY))
         return false;
     for (int k = 0; k < 3 && enter <= leave; k++) {
         const double from = mill_facets_along(s->way[k], line->from);
