@@ -204,13 +204,14 @@ struct mill_deck {
     struct mill_deck_heat heat;
     struct mill_deck_wear worn; /* [wear], for kinds that have no values of their own */
     struct mill_deck_wear wear[MILL_KINDS_MOST];
+    /* hears of the progress of reading; NULL: nobody does */
+    const struct mill_start_watch *watch;
     double frames;                  /* [s] 0 = none */
     double series;                  /* [s] */
     int log_impacts;                /* 1: yes */
     double strike_window;           /* [s] */
     double checkpoint;              /* [s] of wall time */
     void (*warn)(const char *line); /* NULL: warnings are dropped */
-    const struct mill_start_watch *watch; /* NULL: progress is not shown */
     /* The text of the deck */
     const char *file; /* name as the user gave it; the caller keeps the string */
     char *bytes;      /* contents of the file; keys and values point into it */

@@ -116,10 +116,10 @@ def test_all_faults_of_a_mesh_are_told_with_places_of_the_file_and_the_mend(refu
     lines = refused("deck.ini", most=9)
     mend = f"; mend it with 'mill mesh {tmp_path}/rotor.stl -o OUT.stl'"
     assert all(line.startswith("deck.ini:19: [body.rotor] file: ") and line.endswith(mend) for line in lines)
-    whats = [line.removeprefix("deck.ini:19: [body.rotor] file: ").removesuffix(mend) for line in lines]
-    assert whats[0].startswith("not closed: a hole along 3 edges, beside facet 2") and "at (" in whats[0]
-    assert whats[1].startswith("facets turned over along 3 edges, beside facet 1 at (-10, ")
-    assert any("cross at (9, " in what for what in whats[2:])
+    words = [line.removeprefix("deck.ini:19: [body.rotor] file: ").removesuffix(mend) for line in lines]
+    assert words[0].startswith("not closed: a hole along 3 edges, beside facet 2") and "at (" in words[0]
+    assert words[1].startswith("facets turned over along 3 edges, beside facet 1 at (-10, ")
+    assert any("cross at (9, " in what for what in words[2:])
 
 
 def test_twenty_faults_of_a_mesh_are_told_and_the_others_counted(refused, rotor):
@@ -150,6 +150,4 @@ def test_a_file_of_another_format_is_told_how_to_convert_it(refused, write_deck,
 @pytest.mark.slow
 def test_that_not_a_single_ball_fits_is_told_soon(refused, rotor):
     rotor(cylinder(18, 30, 2000))
-    assert "not a single ball fits" in refused(
-        "deck.ini", "-s", "balls.diameter=20 mm", "-s", "balls.bulk_fill=60 %"
-    )
+    assert "not a single ball fits" in refused("deck.ini", "-s", "balls.diameter=20 mm", "-s", "balls.bulk_fill=60 %")
