@@ -49,8 +49,9 @@ static inline size_t mill_facets_sharing(const struct mill_facets_joints *j, siz
 size_t mill_facets_pair(struct mill_facets_joints *joints, const bool *gone);
 
 /* Sets root[n] to one facet of the shell that each facet belongs to: of the facets that hang
- * together by paired sides. */
-void mill_facets_shells(const struct mill_facets_joints *joints, int32_t *root);
+ * together by paired sides. apart: not by edges of more than two facets, where the pairs are only
+ * likely. */
+void mill_facets_shells(const struct mill_facets_joints *joints, bool apart, int32_t *root);
 
 /* A set is a tree of elements: each has the number of another one, the root its own. */
 static inline int32_t mill_facets_root(int32_t *root, int32_t of)
@@ -220,7 +221,8 @@ struct mill_facets_check {
     struct mill_facets_joints joints;
     struct mill_facets_tree tree;
     double least;   /* [m] shorter distances are due to the rounding to single precision */
-    int32_t *shell; /* [n] of each facet */
+    int32_t *shell; /* [n] of each facet, apart */
+    int32_t *solid; /* [n] the shell of each facet, not apart */
     int32_t *hub;   /* [n] the corner of each facet that most facets have */
     bool *gone;     /* [n] facets that are not there any more */
     bool *hidden;   /* [n] facets that are not on the surface of the union */

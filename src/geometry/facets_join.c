@@ -106,13 +106,16 @@ size_t mill_facets_pair(struct mill_facets_joints *j, const bool *gone)
     return alone;
 }
 
-void mill_facets_shells(const struct mill_facets_joints *j, int32_t *root)
+void mill_facets_shells(const struct mill_facets_joints *j, bool apart, int32_t *root)
 {
     for (size_t k = 0; 3 * k < j->edges; k++)
         root[k] = (int32_t)k;
-    for (size_t k = 0; k < j->edges; k++)
-        if (j->pair[k] >= 0)
-            mill_facets_merge(root, j->edge[k].facet, j->edge[j->pair[k]].facet);
+    for (size_t k = 0, end; k < j->edges; k = end) {
+        end = k + mill_facets_sharing(j, k);
+        for (size_t i = k; i < end && !(apart && end - k > 2); i++)
+            if (j->pair[i] >= 0)
+                mill_facets_merge(root, j->edge[i].facet, j->edge[j->pair[i]].facet);
+    }
     for (size_t k = 0; 3 * k < j->edges; k++)
         root[k] = mill_facets_root(root, (int32_t)k);
 }

@@ -101,17 +101,17 @@ static void cancel_twins(struct mill_facets_check *c)
 }
 
 /* Finds whether a facet is on the surface of the union. Of faces that lie on each other and face
- * the same way, that of the shell with the larger volume stays. */
+ * the same way, that of the larger solid stays, or the first. */
 static void look_out(struct mill_facets_check *c, const double *volume, int32_t facet, bool *told)
 {
-    const int32_t own = c->shell[facet];
+    const int32_t own = c->solid[facet];
     struct way_out w = go_out(c, facet);
     int front = 0, behind = 1;
     bool first = true;
     for (int32_t k; (k = go_on(&w)) >= 0;) {
-        const int32_t its = c->shell[k];
-        if (its != own && fabs(w.height) <= c->least) {
-            const bool larger = volume[own] != volume[its] ? volume[own] > volume[its] : own < its;
+        const int32_t its = c->solid[k];
+        if (c->shell[k] != c->shell[facet] && fabs(w.height) <= c->least) {
+            const bool larger = volume[own] != volume[its] ? volume[own] > volume[its] : facet < k;
             behind += w.sign;
             first = first && (w.sign < 0 || larger);
         } else if (w.height > 0.0) {
@@ -132,7 +132,7 @@ static bool hide(struct mill_facets_check *c)
     double *volume = calloc(c->n, sizeof *volume);
     bool *told = calloc(c->n, sizeof *told);
     for (size_t k = 0; volume && k < c->n; k++)
-        volume[c->shell[k]] += volume_of(c->facet[k]);
+        volume[c->solid[k]] += volume_of(c->facet[k]);
     /* most meshes are one shell: nothing can hide its facets */
     size_t alone = 0;
     while (alone < c->n && c->shell[alone] == 0)
@@ -207,7 +207,7 @@ static void find_rooms(struct rooms *s, bool container)
 {
     const struct mill_facets_check *c = s->c;
     int32_t room = -1;
-    mill_facets_shells(&c->joints, c->shell);
+    mill_facets_shells(&c->joints, false, c->shell);
     for (size_t k = 0; k < c->n; k++) {
         s->around[k] = -1;
         s->volume[c->shell[k]] += c->gone[k] ? 0.0 : volume_of(c->facet[k]);
@@ -253,7 +253,7 @@ static void take_out(struct mill_facets_check *c)
 static bool find_shells(struct mill_facets_check *c)
 {
     int32_t *count = calloc(3 * c->n, sizeof *count);
-    mill_facets_shells(&c->joints, c->shell);
+    mill_facets_shells(&c->joints, true, c->shell);
     for (size_t k = 0; count && k < 3 * c->n; k++)
         count[c->joints.corner[k / 3][k % 3]]++;
     for (size_t k = 0; count && k < 3 * c->n; k++) {
@@ -274,6 +274,7 @@ static bool check(struct mill_facets_check *c, bool container)
     c->whole = mill_facets_pair(&c->joints, c->gone) == 0 && r->faults == 0;
     if (!mill_facets_check_edges(c, false))
         return false;
+    mill_facets_shells(&c->joints, false, c->solid);
     if (c->whole) {
         cancel_twins(c);
         mill_facets_pair(&c->joints, c->gone);
@@ -308,10 +309,11 @@ bool mill_facets_unite(struct mill_body *is, vec3 (*facet)[3], struct mill_facet
         return true;
     }
     c.shell = malloc(n * sizeof *c.shell);
+    c.solid = malloc(n * sizeof *c.solid);
     c.hub = malloc(n * sizeof *c.hub);
     c.gone = calloc(n, sizeof *c.gone);
     c.hidden = calloc(n, sizeof *c.hidden);
-    const bool good = c.shell && c.hub && c.gone && c.hidden && check(&c, is->inside);
+    const bool good = c.shell && c.solid && c.hub && c.gone && c.hidden && check(&c, is->inside);
     for (size_t k = 0; good && r->faults == 0 && k < n; k++) {
         const vec3 p[3] = {facet[k][0], facet[k][r->hollow ? 2 : 1], facet[k][r->hollow ? 1 : 2]};
         if (!c.gone[k])
@@ -323,6 +325,7 @@ bool mill_facets_unite(struct mill_body *is, vec3 (*facet)[3], struct mill_facet
     mill_facets_part(&c.joints);
     mill_facets_fell(&c.tree);
     free(c.shell);
+    free(c.solid);
     free(c.hub);
     free(c.gone);
     free(c.hidden);

@@ -103,6 +103,26 @@ LOOP_TEST(flush_faces_are_left_out, 4)
     expect_left(_i == 2 ? 28 : 20, _i == 2 ? 24000.0 : 16000.0);
 }
 
+/* Whatever the order of the facets in the file: the program that unites tells solids apart by it
+ * only where their edges are the same. */
+LOOP_TEST(a_solid_given_several_times_counts_once, 4)
+{
+    form_open(&form);
+    for (int k = 0; k < 5; k++)
+        add_box(nought, cube(20.0), false);
+    if (_i == 1)
+        swap_diagonals(48);
+    if (_i >= 2) { /* every facet five times, one after the other; and a solid beside them */
+        other = form;
+        for (size_t k = 0; k < 60; k++)
+            memcpy(form.facet[k], other.facet[12 * (k % 5) + k / 5], sizeof form.facet[k]);
+        add_box(vec3_make(20.0, 0.0, 0.0), cube(20.0), false);
+        if (_i == 3)
+            swap_diagonals(60);
+    }
+    expect_left(_i >= 2 ? 20 : 12, _i >= 2 ? 16000.0 : 8000.0);
+}
+
 /* A place is within the union, and no facet in it is near. */
 TEST(a_place_in_a_union_is_behind_its_surface)
 {
