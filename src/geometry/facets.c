@@ -221,7 +221,7 @@ static bool arrange(struct mill_facets *m)
     for (size_t k = 0; good && k < 3 * n; k++)
         seen[k / 3][is->inside ? 2 - k % 3 : k % 3] = mill_body_out(is, is->facet[k / 3][k % 3]);
     good = good && mill_facets_plant((const vec3(*)[3])seen, n, &m->tree) &&
-           mill_facets_dress(&m->tree, (const vec3(*)[3])seen, NULL, NULL);
+           mill_facets_dress(&m->tree, (const vec3(*)[3])seen, NULL);
     for (size_t k = 0; good && k < n; k++) {
         memcpy(sorted[k], seen[m->tree.order[k]], sizeof sorted[k]);
         m->flat[k] = flat_of(sorted[k]);

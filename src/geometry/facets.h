@@ -83,7 +83,7 @@ enum { MILL_FACETS_INNER = -1, MILL_FACETS_DEEPEST = 64 /* maximum number of lev
 struct mill_facets_sheath {
     float way[3][3];    /* directions of a box along the longest of their sides */
     float lo[3], hi[3]; /* [m] along these */
-    int32_t hub, shell; /* a corner, and the shell, of all of them; -1: none */
+    int32_t hub;        /* a corner of all of them, if they are many; -1: none */
 };
 
 struct mill_facets_tree {
@@ -153,10 +153,9 @@ static inline int32_t mill_facets_walk_on(struct mill_facets_walk *w)
 
 /* ---- lines (facets_line.c) ---- */
 
-/* Adds sheaths to a tree. hub, shell: [n] of each facet. Both NULL: only if there are many long
- * facets. false: out of memory. */
-bool mill_facets_dress(struct mill_facets_tree *tree, const vec3 (*facet)[3], const int32_t *hub,
-                       const int32_t *shell);
+/* Adds sheaths to a tree. hub: [n] a corner of each facet; NULL: sheaths are only added if there
+ * are many long facets. false: out of memory. */
+bool mill_facets_dress(struct mill_facets_tree *tree, const vec3 (*facet)[3], const int32_t *hub);
 
 static inline double mill_facets_along(const float way[3], vec3 p)
 {
@@ -164,12 +163,12 @@ static inline double mill_facets_along(const float way[3], vec3 p)
 }
 
 /* A walk through all facets that the line from `from` to from + way may meet, in a tree with
- * sheaths. It leaves out nodes of shell `of` with one of the hubs `skip`; -1: none. It begins with
- * zeros in the other members. */
+ * sheaths. It leaves out nodes with one of the hubs `skip`; -1: none. It begins with zeros in the
+ * other members. */
 struct mill_facets_line {
     const struct mill_facets_tree *tree;
     vec3 from, way;
-    int32_t skip[2], of;
+    int32_t skip[2];
     int32_t at, next, last;
 };
 
@@ -220,13 +219,14 @@ struct mill_facets_check {
     struct mill_facets_report *report;
     struct mill_facets_joints joints;
     struct mill_facets_tree tree;
-    double least;   /* [m] shorter distances are due to the rounding to single precision */
-    int32_t *shell; /* [n] of each facet, apart */
-    int32_t *solid; /* [n] the shell of each facet, not apart */
-    int32_t *hub;   /* [n] the corner of each facet that most facets have */
-    bool *gone;     /* [n] facets that are not there any more */
-    bool *hidden;   /* [n] facets that are not on the surface of the union */
-    bool whole;     /* there is no fault in single facets and edges */
+    double least;         /* [m] shorter distances are due to the rounding to single precision */
+    int32_t *shell;       /* [n] of each facet, apart */
+    int32_t *solid;       /* [n] the shell of each facet, not apart */
+    int32_t *hub;         /* [n] the corner of each facet that most facets have */
+    int32_t (*across)[3]; /* [n] the facet across each side; without a pair, itself */
+    bool *gone;           /* [n] facets that are not there any more */
+    bool *hidden;         /* [n] facets that are not on the surface of the union */
+    bool whole;           /* there is no fault in single facets and edges */
 };
 
 /* Tell what is wrong: facets without area; edges where the surface is not closed (united: after

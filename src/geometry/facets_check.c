@@ -115,6 +115,12 @@ struct meeting {
     vec3 normal;    /* of the third */
 };
 
+static vec3 normal_of(const vec3 p[3])
+{
+    const vec3 n = vec3_cross(vec3_sub(p[1], p[0]), vec3_sub(p[2], p[0]));
+    return vec3_scale(n, 1.0 / vec3_norm(n));
+}
+
 /* The part of the side that is within the prism of a facet, by more than `least` [m] */
 static bool is_within(const struct meeting *m, const vec3 p[3], double least, double part[2])
 {
@@ -135,6 +141,32 @@ static bool is_within(const struct meeting *m, const vec3 p[3], double least, do
     return part[0] < part[1];
 }
 
+/* Does the side go through the third facet? Where it meets an edge of it, it must also come from
+ * the same side of the facet across this edge: otherwise it only touches. A corner is only touched.
+ */
+static bool pierces(const struct mill_facets_check *c, const struct meeting *m, double at)
+{
+    const vec3 *p = c->facet[m->facet[2]];
+    const vec3 place = vec3_axpy(m->from, at, m->way), to = vec3_add(m->from, m->way);
+    int edges = 0;
+    for (int k = 0; k < 3; k++) {
+        const vec3 side = vec3_sub(p[(k + 1) % 3], p[k]);
+        const double in =
+            vec3_dot(vec3_cross(m->normal, side), vec3_sub(place, p[k])) / vec3_norm(side);
+        if (!(in >= -c->least))
+            return false;
+        if (in > c->least)
+            continue;
+        const vec3 *q = c->facet[c->across[m->facet[2]][k]], n = normal_of(q);
+        const double from = vec3_dot(n, vec3_sub(m->from, q[0])),
+                     end = vec3_dot(n, vec3_sub(to, q[0]));
+        if (++edges > 1 || !(from * m->over[0] > 0.0 && end * m->over[1] > 0.0) ||
+            !(fmin(fabs(from), fabs(end)) > c->least))
+            return false;
+    }
+    return true;
+}
+
 /* What is wrong where a side meets a facet, and at which part of the side? The side may go through
  * the facet. In the plane of a facet of another shell, the surface may go through it there, or
  * touch it, or a face that lies on the facet ends there. That is no fault if both are parts of one
@@ -149,10 +181,7 @@ static const char *judge(const struct mill_facets_check *c, const struct meeting
         flat[k] = fabs(over[k]) <= least;
     *at = over[0] / (over[0] - over[1]);
     if (!flat[0] && !flat[1])
-        return over[0] * over[1] < 0.0 && is_within(m, p, least, part) && *at > part[0] &&
-                       *at < part[1]
-                   ? "cross"
-                   : NULL;
+        return over[0] * over[1] < 0.0 && pierces(c, m, *at) ? "cross" : NULL;
     if (!flat[0] || !flat[1] || c->shell[m->facet[0]] == c->shell[m->facet[2]] ||
         !is_within(m, p, 4.0 * least, part) ||
         !((part[1] - part[0]) * vec3_norm(m->way) > 4.0 * least))
@@ -163,10 +192,9 @@ static const char *judge(const struct mill_facets_check *c, const struct meeting
     if (flat[2] == flat[3] || !c->whole)
         return NULL;
     const int32_t lies = m->facet[flat[3]];
-    const vec3 *q = c->facet[lies];
-    const vec3 normal = vec3_cross(vec3_sub(q[1], q[0]), vec3_sub(q[2], q[0]));
-    return vec3_dot(normal, m->normal) > 0.0 && c->hidden[lies] ? NULL
-                                                                : "lie on each other in part";
+    return vec3_dot(normal_of(c->facet[lies]), m->normal) > 0.0 && c->hidden[lies]
+               ? NULL
+               : "lie on each other in part";
 }
 
 /* Compares a side with a facet. told[3 n]: corners of sides' facets that were told, so that one
@@ -176,10 +204,9 @@ static void meet(const struct mill_facets_check *c, struct meeting *m, const vec
 {
     const int32_t *facet = m->facet;
     const vec3 *p = c->facet[facet[2]];
-    const vec3 n = vec3_cross(vec3_sub(p[1], p[0]), vec3_sub(p[2], p[0]));
     const vec3 place[4] = {m->from, vec3_add(m->from, m->way), apex[0], apex[1]};
     double at;
-    m->normal = vec3_scale(n, 1.0 / vec3_norm(n));
+    m->normal = normal_of(p);
     for (int k = 0; k < 4; k++)
         m->over[k] = vec3_dot(m->normal, vec3_sub(place[k], p[0]));
     const char *what = judge(c, m, &at);
@@ -209,8 +236,7 @@ bool mill_facets_check_crossings(struct mill_facets_check *c)
         struct meeting m = {.facet = {e->facet, f->facet, -1},
                             .from = p[e->side],
                             .way = vec3_sub(p[(e->side + 1) % 3], p[e->side])};
-        struct mill_facets_line line = {&c->tree,           m.from, m.way, {e->low, e->high},
-                                        c->shell[e->facet], 0,      0,     0};
+        struct mill_facets_line line = {&c->tree, m.from, m.way, {e->low, e->high}, 0, 0, 0};
         while ((m.facet[2] = mill_facets_line_on(&line)) >= 0)
             if (m.facet[2] != e->facet && m.facet[2] != f->facet && !c->gone[m.facet[2]])
                 meet(c, &m, apex, told);

@@ -1,17 +1,17 @@
 /* Which facets does a straight line meet? In a tree of boxes along the axes, the boxes of a fan of
  * n needles all overlap, and a search visits all of them. So each node also has a box along the
  * longest side of its facets. And as n needles all meet at their common corner, a line from there
- * leaves out the nodes whose facets all have this corner. */
+ * leaves out the nodes of many facets that all have this corner. It cannot go through these. If it
+ * lies on them, as a side of another solid, it is between two of them, and covers less than one. */
 #include "geometry/facets.h"
 
 #include <stdlib.h>
 
 /* Facets longer than this part of their node's box get a box of their own. */
 #define LONG 0.5
-/* MANY: long facets in one node. LARGE: nodes of a tree in which to look for them. ANY: the shell
- * of a fan of many facets: a line from its hub within another shell lies between two of its
- * needles, and what it covers of one is less than a needle. */
-enum { MANY = 64, LARGE = 10000, ANY = -2 };
+/* MANY: facets of a node that is a fan, or has long facets. LARGE: nodes of a tree in which to look
+ * for long ones. */
+enum { MANY = 64, LARGE = 10000 };
 
 /* [m^2] square of the longest side, and which it is */
 static double longest_side(const vec3 p[3], int *side)
@@ -62,7 +62,7 @@ static void lay_along(struct mill_facets_sheath *s, const struct mill_facets_tre
 
 /* Makes the sheath of a node. true: it has many long facets. */
 static bool wrap(const struct mill_facets_tree *tree, const vec3 (*facet)[3], int32_t at,
-                 const int32_t *hub, const int32_t *shell)
+                 const int32_t *hub)
 {
     const struct mill_facets_node *n = &tree->node[at], *left = n,
                                   *right = &tree->node[n->skip - 1];
@@ -75,8 +75,7 @@ static bool wrap(const struct mill_facets_tree *tree, const vec3 (*facet)[3], in
         {{1.0F, 0.0F, 0.0F}, {0.0F, 1.0F, 0.0F}, {0.0F, 0.0F, 1.0F}},
         {n->lo[0], n->lo[1], n->lo[2]},
         {n->hi[0], n->hi[1], n->hi[2]},
-        hub ? hub[longest] : -1,
-        shell ? shell[longest] : -1,
+        hub && end - first >= MANY ? hub[longest] : -1,
     };
     double most = 0.0, size = 0.0;
     for (int32_t i = first; i < end; i++) {
@@ -85,10 +84,7 @@ static bool wrap(const struct mill_facets_tree *tree, const vec3 (*facet)[3], in
         longest = square > most ? k : longest;
         most = fmax(most, square);
         s.hub = hub && hub[k] == s.hub ? s.hub : -1;
-        s.shell = shell && shell[k] == s.shell ? s.shell : -1;
     }
-    if (end - first >= MANY && s.hub >= 0)
-        s.shell = ANY;
     for (int k = 0; k < 3; k++)
         size += ((double)n->hi[k] - (double)n->lo[k]) * ((double)n->hi[k] - (double)n->lo[k]);
     const bool is_long = most > LONG * LONG * size;
@@ -103,15 +99,14 @@ static bool wrap(const struct mill_facets_tree *tree, const vec3 (*facet)[3], in
     return is_long && end - first >= MANY;
 }
 
-bool mill_facets_dress(struct mill_facets_tree *tree, const vec3 (*facet)[3], const int32_t *hub,
-                       const int32_t *shell)
+bool mill_facets_dress(struct mill_facets_tree *tree, const vec3 (*facet)[3], const int32_t *hub)
 {
     bool many = hub != NULL;
     if (!many && tree->nodes < LARGE)
         return true;
     tree->sheath = malloc((size_t)tree->nodes * sizeof *tree->sheath);
     for (int32_t at = 0; tree->sheath && at < tree->nodes; at++)
-        many = wrap(tree, facet, at, hub, shell) || many;
+        many = wrap(tree, facet, at, hub) || many;
     const bool good = tree->sheath != NULL;
     if (!many) {
         free(tree->sheath);
@@ -123,8 +118,7 @@ bool mill_facets_dress(struct mill_facets_tree *tree, const vec3 (*facet)[3], co
 static bool meets(const struct mill_facets_line *line, const struct mill_facets_sheath *s)
 {
     double enter = 0.0, leave = 1.0; /* as parts of the line */
-    const bool hub = s->hub >= 0 && (s->hub == line->skip[0] || s->hub == line->skip[1]);
-    if (hub && (s->shell == line->of || s->shell == ANY))
+    if (s->hub >= 0 && (s->hub == line->skip[0] || s->hub == line->skip[1]))
         return false;
     for (int k = 0; k < 3 && enter <= leave; k++) {
         const double from = mill_facets_along(s->way[k], line->from);

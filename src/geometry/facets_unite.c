@@ -48,7 +48,7 @@ static struct way_out go_out(const struct mill_facets_check *c, int32_t facet)
     const vec3 middle = vec3_scale(vec3_add(vec3_add(p[0], p[1]), p[2]), 1.0 / 3.0);
     const vec3 from = vec3_axpy(middle, -2.0 * c->least, way); /* facets that touch are met too */
     return (struct way_out){
-        c, facet, n, {&c->tree, from, vec3_scale(way, 6.0 * c->tree.size), {-1, -1}, -1, 0, 0, 0},
+        c, facet, n, {&c->tree, from, vec3_scale(way, 6.0 * c->tree.size), {-1, -1}, 0, 0, 0},
         0, 0.0};
 }
 
@@ -249,9 +249,14 @@ static void take_out(struct mill_facets_check *c)
         c->gone[k] = c->gone[k] || c->hidden[k];
 }
 
-/* Facets by shells, and the corners that most of them share; needs the joints */
+/* Which facets hang together, and the corners that most of them share */
 static bool find_shells(struct mill_facets_check *c)
 {
+    for (size_t k = 0; k < c->joints.edges; k++) {
+        const struct mill_facets_edge *e = &c->joints.edge[k];
+        const int32_t pair = c->joints.pair[k];
+        c->across[e->facet][e->side] = pair < 0 ? e->facet : c->joints.edge[pair].facet;
+    }
     int32_t *count = calloc(3 * c->n, sizeof *count);
     mill_facets_shells(&c->joints, true, c->shell);
     for (size_t k = 0; count && k < 3 * c->n; k++)
@@ -280,7 +285,7 @@ static bool check(struct mill_facets_check *c, bool container)
         mill_facets_pair(&c->joints, c->gone);
     }
     if (!find_shells(c) || !mill_facets_plant(c->facet, c->n, &c->tree) ||
-        !mill_facets_dress(&c->tree, c->facet, c->hub, c->shell))
+        !mill_facets_dress(&c->tree, c->facet, c->hub))
         return false;
     c->least = ROUNDED * c->tree.size;
     if ((c->whole && !hide(c)) || !mill_facets_check_crossings(c))
@@ -311,9 +316,11 @@ bool mill_facets_unite(struct mill_body *is, vec3 (*facet)[3], struct mill_facet
     c.shell = malloc(n * sizeof *c.shell);
     c.solid = malloc(n * sizeof *c.solid);
     c.hub = malloc(n * sizeof *c.hub);
+    c.across = malloc(n * sizeof *c.across);
     c.gone = calloc(n, sizeof *c.gone);
     c.hidden = calloc(n, sizeof *c.hidden);
-    const bool good = c.shell && c.solid && c.hub && c.gone && c.hidden && check(&c, is->inside);
+    const bool good =
+        c.shell && c.solid && c.hub && c.across && c.gone && c.hidden && check(&c, is->inside);
     for (size_t k = 0; good && r->faults == 0 && k < n; k++) {
         const vec3 p[3] = {facet[k][0], facet[k][r->hollow ? 2 : 1], facet[k][r->hollow ? 1 : 2]};
         if (!c.gone[k])
@@ -327,6 +334,7 @@ bool mill_facets_unite(struct mill_body *is, vec3 (*facet)[3], struct mill_facet
     free(c.shell);
     free(c.solid);
     free(c.hub);
+    free(c.across);
     free(c.gone);
     free(c.hidden);
     return good;

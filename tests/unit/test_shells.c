@@ -11,16 +11,20 @@ static vec3 at(double x, double y, double z)
     return vec3_make(1e-3 * x, 1e-3 * y, 1e-3 * z);
 }
 
+static void turn(size_t facet)
+{
+    const vec3 kept = form.facet[facet][1];
+    form.facet[facet][1] = form.facet[facet][2];
+    form.facet[facet][2] = kept;
+}
+
 /* Adds a box [mm]. turned: it faces inwards. */
 static void add_box(vec3 centre, vec3 size, bool turned)
 {
     const size_t from = form.is.facets;
     form_add_box(&form, vec3_scale(centre, 1e-3), vec3_scale(size, 1e-3));
-    for (size_t k = from; turned && k < form.is.facets; k++) {
-        const vec3 kept = form.facet[k][1];
-        form.facet[k][1] = form.facet[k][2];
-        form.facet[k][2] = kept;
-    }
+    for (size_t k = from; turned && k < form.is.facets; k++)
+        turn(k);
 }
 
 static vec3 cube(double side)
@@ -86,10 +90,13 @@ TEST(a_solid_within_another_is_left_out)
     expect_left(12, 27000.0);
 }
 
-/* Equal faces back to back, whatever their diagonals; and faces that one of them has twice */
-LOOP_TEST(flush_faces_are_left_out, 4)
+/* Equal faces back to back, whatever their diagonals; and faces that one of them has twice; and a
+ * solid across such faces */
+LOOP_TEST(flush_faces_are_left_out, 5)
 {
     open_cube(20.0);
+    if (_i == 4)
+        add_box(vec3_make(10.0, 1.0, 2.0), cube(5.0), false);
     if (_i == 3) {
         add_box(vec3_make(3.0, 0.0, 0.0), vec3_make(14.0, 10.0, 20.0), false);
         expect_left(12, 8000.0);
@@ -101,6 +108,18 @@ LOOP_TEST(flush_faces_are_left_out, 4)
     if (_i == 2)
         add_box(vec3_make(-20.0, 0.0, 0.0), cube(20.0), false);
     expect_left(_i == 2 ? 28 : 20, _i == 2 ? 24000.0 : 16000.0);
+}
+
+/* A cavity that fills its solid leaves nothing of it. */
+TEST(a_solid_without_volume_is_left_out)
+{
+    open_cube(20.0);
+    add_box(nought, cube(20.0), false);
+    swap_diagonals(12);
+    for (size_t k = 12; k < 24; k++)
+        turn(k);
+    add_box(vec3_make(50.0, 0.0, 0.0), cube(10.0), false);
+    expect_left(12, 1000.0);
 }
 
 /* Whatever the order of the facets in the file: the program that unites tells solids apart by it
@@ -221,13 +240,6 @@ TEST(a_container_around_a_small_island_keeps_both)
 
 /* ---- faults ---- */
 
-static void turn(size_t facet)
-{
-    const vec3 kept = form.facet[facet][1];
-    form.facet[facet][1] = form.facet[facet][2];
-    form.facet[facet][2] = kept;
-}
-
 TEST(every_fault_is_told_by_the_numbers_of_its_facets_and_its_place)
 {
     uint64_t seed = 71;
@@ -308,6 +320,62 @@ TEST(solids_that_cross_are_told)
     ck_assert_msg(strstr(heard.said[0], "cross at ("), "%s", heard.said[0]);
 }
 
+/* Divides an edge between two places [mm] in the middle. */
+static void divide(vec3 a, vec3 b)
+{
+    const vec3 one = vec3_scale(a, 1e-3), two = vec3_scale(b, 1e-3);
+    const vec3 middle = vec3_scale(vec3_add(one, two), 0.5);
+    const size_t facets = form.is.facets;
+    for (size_t k = 12; k < facets; k++)
+        for (int i = 0; i < 3; i++) {
+            vec3 *p = form.facet[k], from = p[i], to = p[(i + 1) % 3], top = p[(i + 2) % 3];
+            const bool is = vec3_norm(vec3_sub(from, one)) + vec3_norm(vec3_sub(to, two)) < 1e-12;
+            const bool back = vec3_norm(vec3_sub(to, one)) + vec3_norm(vec3_sub(from, two)) < 1e-12;
+            if (!is && !back)
+                continue;
+            p[(i + 1) % 3] = middle;
+            form_add(&form, middle, to, top);
+            break;
+        }
+}
+
+TEST(equal_faces_with_other_edges_are_told)
+{
+    open_cube(20.0);
+    add_box(vec3_make(20.0, 0.0, 0.0), cube(20.0), false);
+    divide(vec3_make(10.0, -10.0, 10.0), vec3_make(10.0, 10.0, 10.0));
+    expect_faults(1, "solids touch without common edges along 3 edges");
+}
+
+/* A wedge that stands on a face with its edge */
+TEST(a_face_that_is_touched_by_an_edge_stays)
+{
+    open_cube(20.0);
+    const vec3 a[2] = {at(-3, 1, 10), at(4, 2, 10)}, b[2] = {at(-3, 4, 15), at(4, 5, 15)},
+               c[2] = {at(-3, -4, 15), at(4, -5, 15)};
+    form_add(&form, a[0], c[0], b[0]);
+    form_add(&form, a[1], b[1], c[1]);
+    form_add_quad(&form, a[0], b[0], b[1], a[1]);
+    form_add_quad(&form, b[0], c[0], c[1], b[1]);
+    form_add_quad(&form, c[0], a[0], a[1], c[1]);
+    expect_left(20, volume_left());
+}
+
+/* All sides go through edges of the other solid, or through none. */
+LOOP_TEST(solids_that_cross_at_edges_are_told, 2)
+{
+    open_cube(20.0);
+    if (_i == 0) /* along a diagonal of space: all sides meet diagonals of faces */
+        add_box(cube(8.0), cube(20.0), false);
+    if (_i == 1) { /* a rod with edges around it in the plane of the face */
+        add_box(vec3_make(5.0, 1.0, 2.0), vec3_make(10.0, 5.0, 5.0), false);
+        add_box(vec3_make(20.0, 1.0, 2.0), vec3_make(20.0, 5.0, 5.0), false);
+    }
+    form_unite(&form, &heard);
+    ck_assert_int_gt(heard.count, 0);
+    ck_assert_msg(strstr(heard.said[0], "cross at ("), "%s", heard.said[0]);
+}
+
 /* No edge of the union is one of the facets there: that is refused, not guessed. */
 LOOP_TEST(solids_that_touch_over_part_of_a_face_are_told, 3)
 {
@@ -365,12 +433,12 @@ static size_t visits_of_sides(void)
     struct mill_facets_tree tree = {0};
     size_t visits = 0;
     const size_t n = form.is.facets;
-    int32_t *shell = calloc(n, sizeof *shell), *hub = malloc(n * sizeof *hub);
+    int32_t *hub = malloc(n * sizeof *hub);
     ck_assert(mill_facets_join(form.is.facet, n, &joints));
     for (size_t k = 0; k < n; k++) /* of the ends' facets it is the middle or the corner */
         hub[k] = joints.corner[k][0];
     ck_assert(mill_facets_plant(form.is.facet, n, &tree));
-    ck_assert(mill_facets_dress(&tree, form.is.facet, hub, shell));
+    ck_assert(mill_facets_dress(&tree, form.is.facet, hub));
     for (size_t k = 0; k < joints.edges; k++) {
         const struct mill_facets_edge *e = &joints.edge[k];
         const vec3 *p = form.is.facet[e->facet];
@@ -383,7 +451,6 @@ static size_t visits_of_sides(void)
     }
     mill_facets_fell(&tree);
     mill_facets_part(&joints);
-    free(shell);
     free(hub);
     return visits;
 }
