@@ -177,6 +177,13 @@ int32_t mill_facets_line_on(struct mill_facets_line *line);
 
 /* ---- faults ---- */
 
+/* Unit; of a facet without area NaN */
+static inline vec3 mill_facets_normal(const vec3 p[3])
+{
+    const vec3 n = vec3_cross(vec3_sub(p[1], p[0]), vec3_sub(p[2], p[0]));
+    return vec3_scale(n, 1.0 / vec3_norm(n));
+}
+
 /* [rad] Half of the solid angle of a facet, with its corners relative to a place; > 0: seen from
  * behind (A. van Oosterom & J. Strackee, IEEE Trans. Biomed. Eng. 30 (1983) 125) */
 static inline double mill_facets_angle(vec3 a, vec3 b, vec3 c)

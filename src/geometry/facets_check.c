@@ -115,12 +115,6 @@ struct meeting {
     vec3 normal;    /* of the third */
 };
 
-static vec3 normal_of(const vec3 p[3])
-{
-    const vec3 n = vec3_cross(vec3_sub(p[1], p[0]), vec3_sub(p[2], p[0]));
-    return vec3_scale(n, 1.0 / vec3_norm(n));
-}
-
 /* The part of the side that is within the prism of a facet, by more than `least` [m] */
 static bool is_within(const struct meeting *m, const vec3 p[3], double least, double part[2])
 {
@@ -157,7 +151,7 @@ static bool pierces(const struct mill_facets_check *c, const struct meeting *m, 
             return false;
         if (in > c->least)
             continue;
-        const vec3 *q = c->facet[c->across[m->facet[2]][k]], n = normal_of(q);
+        const vec3 *q = c->facet[c->across[m->facet[2]][k]], n = mill_facets_normal(q);
         const double from = vec3_dot(n, vec3_sub(m->from, q[0])),
                      end = vec3_dot(n, vec3_sub(to, q[0]));
         if (++edges > 1 || !(from * m->over[0] > 0.0 && end * m->over[1] > 0.0) ||
@@ -192,7 +186,7 @@ static const char *judge(const struct mill_facets_check *c, const struct meeting
     if (flat[2] == flat[3] || !c->whole)
         return NULL;
     const int32_t lies = m->facet[flat[3]];
-    return vec3_dot(normal_of(c->facet[lies]), m->normal) > 0.0 && c->hidden[lies]
+    return vec3_dot(mill_facets_normal(c->facet[lies]), m->normal) > 0.0 && c->hidden[lies]
                ? NULL
                : "lie on each other in part";
 }
@@ -206,7 +200,7 @@ static void meet(const struct mill_facets_check *c, struct meeting *m, const vec
     const vec3 *p = c->facet[facet[2]];
     const vec3 place[4] = {m->from, vec3_add(m->from, m->way), apex[0], apex[1]};
     double at;
-    m->normal = normal_of(p);
+    m->normal = mill_facets_normal(p);
     for (int k = 0; k < 4; k++)
         m->over[k] = vec3_dot(m->normal, vec3_sub(place[k], p[0]));
     const char *what = judge(c, m, &at);

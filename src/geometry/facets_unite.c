@@ -16,12 +16,6 @@
 /* Edges of more facets than this are not looked at for twins. */
 enum { MOST_SHARING = 64 };
 
-static vec3 normal_of(const vec3 p[3])
-{
-    const vec3 n = vec3_cross(vec3_sub(p[1], p[0]), vec3_sub(p[2], p[0]));
-    return vec3_scale(n, 1.0 / vec3_norm(n));
-}
-
 /* [m^3] signed, summed over a closed surface that within it */
 static double volume_of(const vec3 p[3])
 {
@@ -42,7 +36,7 @@ struct way_out {
 
 static struct way_out go_out(const struct mill_facets_check *c, int32_t facet)
 {
-    const vec3 *p = c->facet[facet], n = normal_of(p);
+    const vec3 *p = c->facet[facet], n = mill_facets_normal(p);
     /* in no plane and along no axis that a mesh may have */
     const vec3 way = vec3_add(n, vec3_make(0.0717, 0.1193, -0.0931));
     const vec3 middle = vec3_scale(vec3_add(vec3_add(p[0], p[1]), p[2]), 1.0 / 3.0);
@@ -71,7 +65,7 @@ static int32_t go_on(struct way_out *w)
         }
         if (k == w->facet || c->gone[k] || left % 3 != 0)
             continue;
-        const vec3 n = normal_of(p);
+        const vec3 n = mill_facets_normal(p);
         const double part = vec3_dot(n, vec3_sub(p[0], from)) / vec3_dot(n, way);
         const vec3 at = vec3_axpy(from, part, way);
         w->sign = left == 3 ? 1 : -1;
@@ -102,7 +96,7 @@ static void cancel_twins(struct mill_facets_check *c)
 
 /* Finds whether a facet is on the surface of the union. Of faces that lie on each other and face
  * the same way, that of the larger solid stays, or the first. */
-static void look_out(struct mill_facets_check *c, const double *volume, int32_t facet, bool *told)
+static void look_out(struct mill_facets_check *c, const double *volume, int32_t facet)
 {
     const int32_t own = c->solid[facet];
     struct way_out w = go_out(c, facet);
@@ -119,45 +113,40 @@ static void look_out(struct mill_facets_check *c, const double *volume, int32_t 
         }
     }
     c->hidden[facet] = !(front < 1 && front + behind >= 1 && first);
-    if (front >= 0 || told[own])
-        return;
-    told[own] = true;
-    mill_facets_report_fault(c->report, c->facet[facet][0],
-                             "facet %d, and all that hang together with it, face into their solid",
-                             facet + 1);
+    if (front < 0 && own == facet)
+        mill_facets_report_fault(
+            c->report, c->facet[facet][0],
+            "facet %d, and all that hang together with it, face into their solid", facet + 1);
 }
 
 static bool hide(struct mill_facets_check *c)
 {
     double *volume = calloc(c->n, sizeof *volume);
-    bool *told = calloc(c->n, sizeof *told);
     for (size_t k = 0; volume && k < c->n; k++)
         volume[c->solid[k]] += volume_of(c->facet[k]);
     /* most meshes are one shell: nothing can hide its facets */
     size_t alone = 0;
     while (alone < c->n && c->shell[alone] == 0)
         alone++;
-    const size_t looks = volume && volume[0] > 0.0 && alone == c->n ? 0 : c->n;
-    for (size_t k = 0; told && volume && k < looks; k++) {
+    const size_t looks = !volume || (volume[0] > 0.0 && alone == c->n) ? 0 : c->n;
+    for (size_t k = 0; k < looks; k++) {
         mill_facets_report_progress(c->report, "uniting the solids of a mesh", k, c->n);
         if (!c->gone[k])
-            look_out(c, volume, (int32_t)k, told);
+            look_out(c, volume, (int32_t)k);
     }
     free(volume);
-    free(told);
-    return volume && told;
+    return volume != NULL;
 }
 
 /* ---- rooms ---- */
 
-/* The shells of the union. Each array has an element for each facet. It is used for the facet whose
- * number the shell has. */
-struct rooms {
-    const struct mill_facets_check *c;
-    int32_t *around; /* the next shell around it; -1: none */
-    int32_t *sum;    /* of the signs, on the way to the outside */
-    double *volume;  /* [m^3] within the shell */
-    double *room;    /* [m^3] within it and without the shells in it */
+/* A shell of the union, in a list with an element for each facet: that of the facet whose number
+ * the shell has. */
+struct room {
+    int32_t around; /* the next shell around it; -1: none */
+    int32_t sum;    /* of the signs, on the way to the outside */
+    double volume;  /* [m^3] within the shell */
+    double own;     /* [m^3] within it and without the shells in it */
 };
 
 static bool is_shell(const struct mill_facets_check *c, size_t k)
@@ -167,77 +156,61 @@ static bool is_shell(const struct mill_facets_check *c, size_t k)
 
 /* The line goes through the shells around it once more often outwards than inwards, or, for
  * cavities, once less often. The smallest one is the next. */
-static void look_around(struct rooms *s, int32_t own)
+static void look_around(const struct mill_facets_check *c, struct room *room, int32_t own)
 {
-    const int32_t *shell = s->c->shell;
-    struct way_out w = go_out(s->c, own), again = w;
+    struct way_out w = go_out(c, own), again = w;
+    int32_t best = -1;
     for (int32_t k; (k = go_on(&w)) >= 0;)
-        s->sum[shell[k]] += w.height > 0.0 && shell[k] != own ? w.sign : 0;
-    for (int32_t k, best = -1; (k = go_on(&again)) >= 0; s->around[own] = best) {
-        if (s->sum[shell[k]] != 0 && (best < 0 || s->volume[shell[k]] < s->volume[best]))
-            best = shell[k];
-        s->sum[shell[k]] = 0;
+        room[c->shell[k]].sum += w.height > 0.0 && c->shell[k] != own ? w.sign : 0;
+    for (int32_t k; (k = go_on(&again)) >= 0;) {
+        struct room *other = &room[c->shell[k]];
+        if (other->sum != 0 && (best < 0 || other->volume < room[best].volume))
+            best = c->shell[k];
+        other->sum = 0;
     }
+    room[own].around = best;
 }
 
-/* The number of shells around a shell, modulo 2 */
-static int parity_of(const struct rooms *s, int32_t shell)
+/* Is the room within a shell a cavity of the solid? */
+static bool is_cavity(const struct room *room, int32_t shell)
 {
-    int parity = 0;
-    while ((shell = s->around[shell]) >= 0)
-        parity = !parity;
-    return parity;
+    bool cavity = false;
+    while ((shell = room[shell].around) >= 0)
+        cavity = !cavity;
+    return cavity;
 }
 
-/* Leaves only the shells of the room that the balls are in: number `room`, or -1, the one around
- * all. */
-static void leave(struct rooms *s, int32_t room)
-{
-    struct mill_facets_check *c = (struct mill_facets_check *)s->c;
-    const int parity = room < 0 ? 1 : parity_of(s, room);
-    for (size_t k = 0; k < c->n; k++)
-        if (is_shell(c, k) && (int32_t)k != room && parity_of(s, (int32_t)k) == parity)
-            c->report->closed += s->room[k];
-    c->report->hollow = room >= 0 && parity == 1;
-    for (size_t k = 0; k < c->n; k++)
-        c->hidden[k] = c->shell[k] != room && s->around[c->shell[k]] != room;
-}
-
-static void find_rooms(struct rooms *s, bool container)
-{
-    const struct mill_facets_check *c = s->c;
-    int32_t room = -1;
-    mill_facets_shells(&c->joints, false, c->shell);
-    for (size_t k = 0; k < c->n; k++) {
-        s->around[k] = -1;
-        s->volume[c->shell[k]] += c->gone[k] ? 0.0 : volume_of(c->facet[k]);
-    }
-    for (size_t k = 0; k < c->n; k++)
-        s->room[k] = s->volume[k] = fabs(s->volume[k]);
-    for (size_t k = 0; k < c->n; k++)
-        if (is_shell(c, k))
-            look_around(s, (int32_t)k);
-    for (size_t k = 0; k < c->n; k++)
-        if (s->around[k] >= 0)
-            s->room[s->around[k]] -= s->volume[k];
-    for (size_t k = 0; container && k < c->n; k++)
-        if (is_shell(c, k) && (room < 0 || s->room[k] > s->room[room]))
-            room = (int32_t)k;
-    leave(s, room);
-}
-
+/* Leaves the shells of the room that the balls are in: for a container the largest. */
 static bool part_rooms(struct mill_facets_check *c, bool container)
 {
-    struct rooms s = {c, malloc(c->n * sizeof *s.around), calloc(c->n, sizeof *s.sum),
-                      calloc(c->n, sizeof *s.volume), malloc(c->n * sizeof *s.room)};
-    const bool good = s.around && s.sum && s.volume && s.room;
-    if (good)
-        find_rooms(&s, container);
-    free(s.around);
-    free(s.sum);
-    free(s.volume);
-    free(s.room);
-    return good;
+    struct room *room = calloc(c->n, sizeof *room);
+    int32_t balls = -1;
+    mill_facets_shells(&c->joints, false, c->shell);
+    for (size_t k = 0; room && k < c->n; k++)
+        room[c->shell[k]].volume += c->gone[k] ? 0.0 : volume_of(c->facet[k]);
+    for (size_t k = 0; room && k < c->n; k++)
+        room[k].volume = fabs(room[k].volume);
+    for (size_t k = 0; room && k < c->n; k++)
+        if (is_shell(c, k))
+            look_around(c, room, (int32_t)k);
+    for (size_t k = 0; room && k < c->n; k++) {
+        room[k].own += room[k].volume;
+        if (is_shell(c, k) && room[k].around >= 0)
+            room[room[k].around].own -= room[k].volume;
+    }
+    for (size_t k = 0; room && container && k < c->n; k++)
+        if (is_shell(c, k) && (balls < 0 || room[k].own > room[balls].own))
+            balls = (int32_t)k;
+    c->report->hollow = room && balls >= 0 && is_cavity(room, balls);
+    for (size_t k = 0; room && k < c->n; k++) {
+        const int32_t shell = c->shell[k];
+        if (is_shell(c, k) && shell != balls &&
+            is_cavity(room, shell) == (balls < 0 || c->report->hollow))
+            c->report->closed += room[k].own;
+        c->hidden[k] = shell != balls && room[shell].around != balls;
+    }
+    free(room);
+    return room != NULL;
 }
 
 /* ---- all ---- */
