@@ -467,6 +467,23 @@ LOOP_TEST(the_sides_of_a_fan_meet_few_of_its_needles, 4)
     ck_assert_double_lt(many, 3.0 * few);
 }
 
+/* The boxes along long facets leave out none that is nearest. */
+TEST(the_nearest_of_thousands_of_needles_is_found)
+{
+    uint64_t seed = 81;
+    const struct mill_chamber chamber = {.half_length = 1.0,
+                                         .places = {{-1.0, -1.0, -1.0}, {1.0, 1.0, 1.0}, INFINITY}};
+    const struct mill_shape base = {.type = &mill_facets_type, .fixed = true};
+    open_fan(4000, false, 0.3);
+    struct mill_shape *s = lone_shape(&base, &form.is, &chamber);
+    for (int i = 0; i < 20; i++) {
+        const vec3 p = vec3_scale(direction(&seed), uniform(&seed, 0.0, 0.03));
+        ck_assert_double_eq_tol(gap_of(s, p, 0.0, 0.0),
+                                (double)wide_from_mesh(&form.is, wide_of(p)), 1e-12);
+    }
+    lone_shape_free(s);
+}
+
 int main(void)
 {
     return unit_run("shells");
