@@ -208,7 +208,7 @@ struct mill_facets_report {
     bool hollow;   /* the container is given as a solid; the balls are in a cavity of it */
 };
 
-/* A fault at a place; the format is that of printf. */
+/* A fault at a place (NaN: of the whole mesh); the format is that of printf. */
 __attribute__((format(printf, 3, 4))) void
 mill_facets_report_fault(struct mill_facets_report *report, vec3 place, const char *format, ...);
 

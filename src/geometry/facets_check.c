@@ -18,15 +18,17 @@
 
 void mill_facets_report_fault(struct mill_facets_report *r, vec3 place, const char *format, ...)
 {
-    char what[MILL_SHAPE_FAULT], text[MILL_SHAPE_FAULT + 60];
+    char text[MILL_SHAPE_FAULT + 60];
     const vec3 at = vec3_scale(place, 1.0 / r->unit);
     va_list list;
     if (r->faults++ >= MILL_FACETS_TOLD)
         return;
     va_start(list, format);
-    vsnprintf(what, sizeof what, format, list);
+    const int length = vsnprintf(text, MILL_SHAPE_FAULT, format, list);
     va_end(list);
-    snprintf(text, sizeof text, "%s at (%.6g, %.6g, %.6g)", what, at.x, at.y, at.z);
+    if (!isnan(at.x))
+        snprintf(text + length, sizeof text - (size_t)length, " at (%.6g, %.6g, %.6g)", at.x, at.y,
+                 at.z);
     r->fault(r->self, text);
 }
 

@@ -274,6 +274,7 @@ static bool check(struct mill_facets_check *c, bool container)
 
 bool mill_facets_unite(struct mill_body *is, vec3 (*facet)[3], struct mill_facets_report *r)
 {
+    const vec3 nowhere = {(double)NAN, (double)NAN, (double)NAN};
     const size_t n = is->facets;
     struct mill_facets_check c = {.facet = (const vec3(*)[3])facet, .n = n, .report = r};
     size_t left = 0;
@@ -282,8 +283,8 @@ bool mill_facets_unite(struct mill_body *is, vec3 (*facet)[3], struct mill_facet
     r->hollow = false;
     if (!mill_facets_type.is_sound(is)) {
         mill_facets_report_fault(
-            r, vec3_make(0.0, 0.0, 0.0),
-            "a closed mesh takes at least 4 facets, of finite coordinates; it has %zu", n);
+            r, nowhere, "it has %zu facets: a closed mesh takes at least 4, of finite coordinates",
+            n);
         return true;
     }
     c.shell = malloc(n * sizeof *c.shell);
@@ -300,7 +301,7 @@ bool mill_facets_unite(struct mill_body *is, vec3 (*facet)[3], struct mill_facet
             memcpy(facet[left++], p, sizeof p);
     }
     if (good && r->faults == 0 && left == 0)
-        mill_facets_report_fault(r, facet[0][0], "the facets enclose no solid, as those");
+        mill_facets_report_fault(r, nowhere, "its facets enclose no solid");
     is->facets = left > 0 ? left : n;
     mill_facets_part(&c.joints);
     mill_facets_fell(&c.tree);
