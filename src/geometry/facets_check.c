@@ -9,6 +9,7 @@
  * one ends within a face of another one, there is no edge that could become one of the union. */
 #include "geometry/facets.h"
 
+#include <assert.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -26,6 +27,7 @@ void mill_facets_report_fault(struct mill_facets_report *r, vec3 place, const ch
     va_start(list, format);
     const int length = vsnprintf(text, MILL_SHAPE_FAULT, format, list);
     va_end(list);
+    assert(length < MILL_SHAPE_FAULT);
     if (!isnan(at.x))
         snprintf(text + length, sizeof text - (size_t)length, " at (%.6g, %.6g, %.6g)", at.x, at.y,
                  at.z);
