@@ -66,13 +66,19 @@ static void occupy_standard_streams(void)
             _exit(MILL_FAILED);
 }
 
+static struct mill_progress_display *display; /* its line ends before other output */
+
 static void say(const char *line)
 {
+    if (display)
+        mill_progress_end(display);
     fprintf(stderr, "millsim: %s\n", line);
 }
 
 static void warn(const char *line)
 {
+    if (display)
+        mill_progress_end(display);
     fprintf(stderr, "millsim: warning: %s\n", line);
 }
 
@@ -234,7 +240,10 @@ static enum mill_status act(const struct mill_command *a, FILE *page, FILE *asid
                        a->given[MILL_PROGRESS] ? MILL_PROGRESS_OBJECTS
                        : isatty(STDERR_FILENO) ? MILL_PROGRESS_TERMINAL
                                                : MILL_PROGRESS_LOG);
-    enum mill_status status = mill_deck_read(a->deck, a->sets, a->set, warn, say, &deck, error);
+    display = &order.display;
+    const struct mill_start_watch watch = {mill_progress_stage, display};
+    enum mill_status status =
+        mill_deck_read(a->deck, a->sets, a->set, warn, say, &watch, &deck, error);
     order.deck = deck;
     if (status == MILL_OK && !check)
         status = check_output(&order);
@@ -243,6 +252,8 @@ static enum mill_status act(const struct mill_command *a, FILE *page, FILE *asid
                  : a->given[MILL_DIGEST]              ? mill_digest(&order)
                                                       : run(&order);
     mill_deck_free(deck);
+    mill_progress_end(display);
+    display = NULL;
     return status;
 }
 

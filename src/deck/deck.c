@@ -332,12 +332,14 @@ static enum mill_status fill(struct mill_deck *deck, struct mill_error *error)
 
 enum mill_status mill_deck_read(const char *path, int count, const char *const *overrides,
                                 void (*warn)(const char *line), void (*fault)(const char *line),
-                                struct mill_deck **deck, struct mill_error *error)
+                                const struct mill_start_watch *watch, struct mill_deck **deck,
+                                struct mill_error *error)
 {
     struct mill_deck *made = *deck = calloc(1, sizeof *made);
     if (!made)
         return mill_error_set(error, MILL_FAILED, "out of memory");
     made->warn = warn;
+    made->watch = watch;
     enum mill_status status = fault ? mill_deck_faults_create(made, error) : MILL_OK;
     if (status == MILL_OK)
         status = mill_deck_parse(made, path, count, overrides, error);

@@ -189,6 +189,8 @@ struct mill_deck {
     struct mill_deck_heat heat;
     struct mill_deck_wear worn; /* [wear], for kinds that have no values of their own */
     struct mill_deck_wear wear[MILL_KINDS_MOST];
+    /* hears of the progress of reading; NULL: nobody does */
+    const struct mill_start_watch *watch;
     double frames;                  /* [s] 0 = none */
     double series;                  /* [s] */
     int log_impacts;                /* 1: yes */
@@ -220,10 +222,12 @@ struct mill_deck {
  * memory). `warn` (may be NULL) is called for each warning, with one line. If the deck has several
  * faults, `fault` is called for each of them but the last, which is in `error`, in the order of the
  * lines; with more than 20 faults, `error` says how many more there are. NULL for `fault`: reading
- * ends at the first one. Owner: the caller. */
+ * ends at the first one. watch (may be NULL) hears of the progress of checking meshes. Owner: the
+ * caller. */
 enum mill_status mill_deck_read(const char *path, int count, const char *const *overrides,
                                 void (*warn)(const char *line), void (*fault)(const char *line),
-                                struct mill_deck **deck, struct mill_error *error);
+                                const struct mill_start_watch *watch, struct mill_deck **deck,
+                                struct mill_error *error);
 void mill_deck_free(struct mill_deck *deck);
 
 /* The drum in numbers */

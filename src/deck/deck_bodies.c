@@ -1,8 +1,6 @@
 /* Bodies: converts the [body.NAME], with their axes, copies and kinds of contact, to the engine's
  * form, and finds the one that holds the balls. */
 #include "deck/deck_private.h"
-#include "deck/stl.h"
-#include "geometry/facets.h"
 #include "geometry/shapes.h"
 
 #include "base/elementary.h"
@@ -107,22 +105,6 @@ static enum mill_status find_kind(struct mill_deck *deck, const struct mill_deck
 
 /* ---- the list ---- */
 
-static enum mill_status read_mesh(struct mill_deck *deck, const struct mill_deck_section *section,
-                                  struct mill_body *is, struct mill_error *error)
-{
-    struct mill_deck_body *given = section->form;
-    vec3(*facet)[3] = NULL;
-    enum mill_status status =
-        mill_deck_files_find(deck, section->title, "file", given->file, &given->file, error);
-    if (status == MILL_OK)
-        status = mill_deck_files_told(
-            deck, section->title, "file",
-            mill_stl_read(given->file, given->unit, &facet, &is->facets, error), error);
-    mill_deck_files_keep(deck, facet);
-    is->facet = (const vec3(*)[3])facet;
-    return status;
-}
-
 /* Checks what the ranges of single keys do not cover */
 static enum mill_status check_form(const struct mill_deck *deck,
                                    const struct mill_deck_section *section,
@@ -130,10 +112,7 @@ static enum mill_status check_form(const struct mill_deck *deck,
                                    struct mill_error *error)
 {
     struct mill_body sharp = *is;
-    char text[MILL_SHAPE_FAULT];
     sharp.rounding = 0.0;
-    if (is->facets > 0 && mill_facets_fault(is, text))
-        return mill_deck_fault(deck, error, section->title, "file", "%s", text);
     if (mill_solid_is_sound(solid, is))
         return MILL_OK;
     if (is->inside && solid->support && !solid->walls)
@@ -203,7 +182,7 @@ static enum mill_status add_body(struct mill_deck *deck, const struct mill_deck_
         return status;
     place(given, &is);
     if (!surface.solid->key)
-        status = read_mesh(deck, section, &is, error);
+        status = mill_deck_meshes_read(deck, section, &is, error);
     if (status == MILL_OK)
         status = check_form(deck, section, surface.solid, &is, error);
     if (status == MILL_OK && is.facets > 0 && given->copies > MOST_FACETS / (long)is.facets)

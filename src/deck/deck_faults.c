@@ -25,6 +25,7 @@ struct mill_deck_faults {
     struct mill_deck_section *section; /* of the last message; NULL: of none that can be read */
     bool lost;                         /* a section could not be read, or is missing */
     int count;
+    long more; /* faults without a message */
     struct fault fault[KEPT];
 };
 
@@ -79,6 +80,12 @@ enum mill_status mill_deck_faults_keep(const struct mill_deck *deck, enum mill_s
     return f->count < KEPT ? MILL_OK : MILL_BAD_DECK;
 }
 
+void mill_deck_faults_more(const struct mill_deck *deck, long faults)
+{
+    if (deck->faults)
+        deck->faults->more += faults;
+}
+
 bool mill_deck_faults_lost(const struct mill_deck *deck)
 {
     return deck->faults && deck->faults->lost;
@@ -130,16 +137,18 @@ enum mill_status mill_deck_faults_tell(struct mill_deck *deck, enum mill_status 
                                        void (*fault)(const char *line), struct mill_error *error)
 {
     struct mill_deck_faults *f = deck->faults;
-    const int all = f ? f->count : 0, shown = all > SHOWN ? SHOWN : all - 1;
+    const int all = f ? f->count : 0;
+    const bool many = f && all + f->more > SHOWN;
+    const int shown = !many ? all - 1 : all < SHOWN ? all : SHOWN;
     if (all > 0 && status != MILL_FAILED) {
         status = MILL_BAD_DECK;
         qsort(f->fault, (size_t)all, sizeof *f->fault, by_place);
         for (int i = 0; i < shown; i++)
             fault(f->fault[i].what.text);
         *error = f->fault[all - 1].what;
-        if (all > SHOWN)
-            mill_error_set(error, status, "%.400s: %d%s more faults", deck->file, all - SHOWN,
-                           all == KEPT ? " or" : "");
+        if (many)
+            mill_error_set(error, status, "%.400s: %ld%s more faults", deck->file,
+                           all + f->more - shown, all == KEPT ? " or" : "");
     }
     free(f);
     deck->faults = NULL;

@@ -71,6 +71,9 @@ enum mill_status mill_deck_faults_create(struct mill_deck *deck, struct mill_err
 enum mill_status mill_deck_faults_keep(const struct mill_deck *deck, enum mill_status status,
                                        const struct mill_error *error);
 
+/* Counts faults of which there is no message. */
+void mill_deck_faults_more(const struct mill_deck *deck, long faults);
+
 /* Was there a fault that is not in a known section? Then a section that is missing may be that
  * one. */
 bool mill_deck_faults_lost(const struct mill_deck *deck);
@@ -160,6 +163,13 @@ void mill_deck_value_word(const struct mill_key *key, int n, char *out, size_t s
 
 /* Writes the value in SI with its unit; it reads back to the same bits. */
 void mill_deck_value_print(const struct mill_key *key, const void *form, char *out, size_t size);
+
+/* ---- meshes (deck_meshes.c) ---- */
+
+/* Reads the mesh of a body, which is placed already. Several faults are kept but the last. */
+enum mill_status mill_deck_meshes_read(struct mill_deck *deck,
+                                       const struct mill_deck_section *section,
+                                       struct mill_body *is, struct mill_error *error);
 
 /* ---- files that a deck names (deck_files.c) ---- */
 

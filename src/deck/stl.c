@@ -252,9 +252,33 @@ static bool is_text(const struct reading *in)
            !memchr(in->bytes, 0, in->size < 1000 ? in->size : 1000);
 }
 
+/* The formats that `mill mesh` reads, and how their files begin */
+static const struct {
+    const char *name, *begin;
+} others[] = {{"an OBJ", "v "},        {"an OBJ", "vn "}, {"an OBJ", "vt "}, {"an OBJ", "mtllib "},
+              {"an OBJ", "o "},        {"an OBJ", "g "},  {"a PLY", "ply"},  {"an OFF", "OFF"},
+              {"a 3MF", "PK\x03\x04"}, {"a glTF", "glTF"}};
+
+/* The format that a file seems to have, if it is another one; comments come first in some. */
+static const char *other_format(const struct reading *in)
+{
+    const char *at = (const char *)in->bytes + mark_of(in),
+               *end = (const char *)in->bytes + in->size;
+    while (at < end && (*at == '#' || isspace((unsigned char)*at)))
+        at = *at == '#' ? at + strcspn(at, "\r\n") : at + 1;
+    for (size_t k = 0; k < sizeof others / sizeof *others; k++)
+        if (strncmp(at, others[k].begin, strlen(others[k].begin)) == 0)
+            return others[k].name;
+    return NULL;
+}
+
 static enum mill_status read_bytes(struct reading *in)
 {
     enum mill_status status;
+    const char *other = is_binary(in) ? NULL : other_format(in);
+    if (other)
+        return fault(in, "seems to be %s file, not STL: 'mill mesh %.200s -o OUT.stl' converts it",
+                     other, in->path);
     if (is_binary(in))
         status = read_binary(in);
     else if (is_text(in))

@@ -183,16 +183,21 @@ static void add_normals(struct mill_facets *m, int32_t facet, const vec3 p[3])
     }
 }
 
-/* Finds the neighbour at each side; for an edge that is not shared by exactly two facets, the facet
- * itself */
+/* Finds the neighbour at each side; for an edge that is not shared by exactly two facets, the place
+ * of the sum of their normals. It takes the last elements of at_corner: of all corners and such
+ * edges together there are at most as many as elements. */
 static void find_across(struct mill_facets *m, const struct mill_facets_joints *j)
 {
+    int32_t place = (int32_t)j->edges;
     for (size_t k = 0, step; k < j->edges; k += step) {
         step = mill_facets_sharing(j, k);
+        place -= step > 2;
         for (size_t i = 0; i < step; i++) {
             const struct mill_facets_edge *e = &j->edge[k + i];
             const struct mill_facets_edge *other = &j->edge[k + (step == 2 ? 1 - i : i)];
-            m->side[e->facet].across[e->side] = other->facet;
+            m->side[e->facet].across[e->side] = step > 2 ? -place : other->facet;
+            if (step > 2)
+                m->at_corner[place] = vec3_add(m->at_corner[place], m->side[e->facet].normal);
         }
     }
 }
@@ -207,7 +212,8 @@ static bool arrange(struct mill_facets *m)
     bool good = seen && sorted;
     for (size_t k = 0; good && k < 3 * n; k++)
         seen[k / 3][is->inside ? 2 - k % 3 : k % 3] = mill_body_out(is, is->facet[k / 3][k % 3]);
-    good = good && mill_facets_plant((const vec3(*)[3])seen, n, &m->tree);
+    good = good && mill_facets_plant((const vec3(*)[3])seen, n, &m->tree) &&
+           mill_facets_dress(&m->tree, (const vec3(*)[3])seen, NULL);
     for (size_t k = 0; good && k < n; k++) {
         memcpy(sorted[k], seen[m->tree.order[k]], sizeof sorted[k]);
         m->flat[k] = flat_of(sorted[k]);

@@ -25,6 +25,7 @@ struct mill_facets_joints {
     size_t edges;
     int32_t (*corner)[3];          /* numbers of a facet's corners */
     struct mill_facets_edge *edge; /* [3 n] sorted by low, high, facet */
+    int32_t *pair;                 /* [3 n] see mill_facets_pair() */
 };
 
 /* false: out of memory. Owner: the caller, in any case. */
@@ -41,6 +42,31 @@ static inline size_t mill_facets_sharing(const struct mill_facets_joints *j, siz
     return end - k;
 }
 
+/* Sets pair[k] of each side k to the side of the same edge that the surface goes on with: it goes
+ * along the edge in the opposite direction. Where solids touch along an edge, these are facets of
+ * near numbers, because a file has one solid after the other. -1: there is none. gone[n]: facets
+ * that do not count any more. Returns the number of sides without a partner. */
+size_t mill_facets_pair(struct mill_facets_joints *joints, const bool *gone);
+
+/* Sets root[n] to one facet of the shell that each facet belongs to: of the facets that hang
+ * together by paired sides. apart: not by edges of more than two facets, where the pairs are only
+ * likely. */
+void mill_facets_shells(const struct mill_facets_joints *joints, bool apart, int32_t *root);
+
+/* A set is a tree of elements: each has the number of another one, the root its own. */
+static inline int32_t mill_facets_root(int32_t *root, int32_t of)
+{
+    while (root[of] != of)
+        of = root[of] = root[root[of]];
+    return of;
+}
+
+static inline void mill_facets_merge(int32_t *root, int32_t one, int32_t other)
+{
+    const int32_t a = mill_facets_root(root, one), b = mill_facets_root(root, other);
+    root[a < b ? b : a] = a < b ? a : b;
+}
+
 /* ---- tree ---- */
 
 /* A box around facets. Nodes are stored in the order of a walk: the first child follows its
@@ -52,9 +78,18 @@ struct mill_facets_node {
 };
 enum { MILL_FACETS_INNER = -1, MILL_FACETS_DEEPEST = 64 /* maximum number of levels of nodes */ };
 
+/* What the facets of a node have in common (facets_line.c). Boxes along the axes around long
+ * facets, as those of a fan, overlap all the others. */
+struct mill_facets_sheath {
+    float way[3][3];    /* directions of a box along the longest of their sides */
+    float lo[3], hi[3]; /* [m] along these */
+    int32_t hub;        /* a corner of all of them, if they are many; -1: none */
+};
+
 struct mill_facets_tree {
     int32_t nodes;
     struct mill_facets_node *node;
+    struct mill_facets_sheath *sheath; /* of each node; NULL: no facets are that long */
     int32_t *order; /* [n] facets in the order of the leaves, which give indices into this list */
     double size;    /* [m] the maximum of all coordinates */
 };
@@ -116,7 +151,38 @@ static inline int32_t mill_facets_walk_on(struct mill_facets_walk *w)
     return w->next++;
 }
 
+/* ---- lines (facets_line.c) ---- */
+
+/* Adds sheaths to a tree. hub: [n] a corner of each facet; NULL: sheaths are only added if there
+ * are many long facets. false: out of memory. */
+bool mill_facets_dress(struct mill_facets_tree *tree, const vec3 (*facet)[3], const int32_t *hub);
+
+static inline double mill_facets_along(const float way[3], vec3 p)
+{
+    return (double)way[0] * p.x + (double)way[1] * p.y + (double)way[2] * p.z;
+}
+
+/* A walk through all facets that the line from `from` to from + way may meet, in a tree with
+ * sheaths. It leaves out nodes with one of the hubs `skip`; -1: none. It begins with zeros in the
+ * other members. */
+struct mill_facets_line {
+    const struct mill_facets_tree *tree;
+    vec3 from, way;
+    int32_t skip[2];
+    int32_t at, next, last;
+};
+
+/* The next facet; -1: the walk is at its end. */
+int32_t mill_facets_line_on(struct mill_facets_line *line);
+
 /* ---- faults ---- */
+
+/* Unit; of a facet without area NaN */
+static inline vec3 mill_facets_normal(const vec3 p[3])
+{
+    const vec3 n = vec3_cross(vec3_sub(p[1], p[0]), vec3_sub(p[2], p[0]));
+    return vec3_scale(n, 1.0 / vec3_norm(n));
+}
 
 /* [rad] Half of the solid angle of a facet, with its corners relative to a place; > 0: seen from
  * behind (A. van Oosterom & J. Strackee, IEEE Trans. Biomed. Eng. 30 (1983) 125) */
@@ -128,16 +194,60 @@ static inline double mill_facets_angle(vec3 a, vec3 b, vec3 c)
                                                                     vec3_dot(c, a) * y);
 }
 
-enum { MILL_SHAPE_FAULT = 200 }; /* maximum length of a fault's text */
-enum { MILL_FACETS_HOLLOW = -2 };
+enum { MILL_FACETS_TOLD = 20 /* faults that are told */ };
 
-/* *turned: a facet of a shell that faces inwards and is not a cavity of the other shells; -1: there
- * is none; MILL_FACETS_HOLLOW: there are too many cavities to check. false: out of memory. */
-bool mill_facets_shells(const struct mill_body *body, const struct mill_facets_joints *joints,
-                        int32_t *turned);
+/* What is found out about a mesh, and who hears of it */
+struct mill_facets_report {
+    double unit;                                 /* [m] of the coordinates in the sentences */
+    void (*fault)(void *self, const char *text); /* a sentence for each of the first faults */
+    /* progress: `done` of `all` facets; NULL: not told */
+    void (*tell)(void *self, const char *what, int32_t done, int32_t all);
+    void *self;
+    long faults;
+    double closed; /* [m^3] rooms of the mesh that no ball can reach */
+    bool hollow;   /* the container is given as a solid; the balls are in a cavity of it */
+};
 
-/* What is wrong with the mesh: a sentence in `text`. NULL: the mesh is closed, faces out of the
- * solid and does not cross itself. Facets are numbered from 1. */
-const char *mill_facets_fault(const struct mill_body *body, char text[MILL_SHAPE_FAULT]);
+/* A fault at a place (NaN: of the whole mesh); the format is that of printf. */
+__attribute__((format(printf, 3, 4))) void
+mill_facets_report_fault(struct mill_facets_report *report, vec3 place, const char *format, ...);
+
+static inline void mill_facets_report_progress(const struct mill_facets_report *r, const char *what,
+                                               size_t done, size_t all)
+{
+    if (r->tell && done % 4096 == 0)
+        r->tell(r->self, what, (int32_t)done, (int32_t)all);
+}
+
+/* A mesh while it is checked */
+struct mill_facets_check {
+    const vec3 (*facet)[3];
+    size_t n;
+    struct mill_facets_report *report;
+    struct mill_facets_joints joints;
+    struct mill_facets_tree tree;
+    double least;         /* [m] shorter distances are due to the rounding to single precision */
+    int32_t *shell;       /* [n] of each facet, apart */
+    int32_t *solid;       /* [n] the shell of each facet, not apart */
+    int32_t *hub;         /* [n] the corner of each facet that most facets have */
+    int32_t (*across)[3]; /* [n] the facet across each side; without a pair, itself */
+    bool *gone;           /* [n] facets that are not there any more */
+    bool *hidden;         /* [n] facets that are not on the surface of the union */
+    bool whole;           /* there is no fault in single facets and edges */
+};
+
+/* Tell what is wrong: facets without area; edges where the surface is not closed (united: after
+ * solids that touch were united); places where the surface crosses itself, or where solids touch
+ * and the face of one ends within a face of the other. false: out of memory. */
+void mill_facets_check_areas(struct mill_facets_check *check);
+bool mill_facets_check_edges(struct mill_facets_check *check, bool united);
+bool mill_facets_check_crossings(struct mill_facets_check *check);
+
+/* Checks a mesh of any number of shells, whose facets face out of their solids, and leaves only the
+ * facets that the balls can meet: the surface of the union of the solids. Their order is kept. A
+ * container may also be given as a solid: then the balls are in the room within it, and the facets
+ * are turned over. Facets are numbered from 1. With faults, *is remains as it was. false: out of
+ * memory. */
+bool mill_facets_unite(struct mill_body *is, vec3 (*facet)[3], struct mill_facets_report *report);
 
 #endif

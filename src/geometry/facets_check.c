@@ -1,24 +1,39 @@
-/* Is a mesh the surface of a solid? Three conditions:
+/* Is a mesh the surface of solids? Three conditions:
  *
- * It is closed: each edge belongs to exactly two facets, which go along it in opposite directions.
+ * Each facet has an area.
  *
- * It faces outwards: the enclosed volume is positive, also of each connected part, except cavities.
+ * It is closed: each edge belongs to pairs of facets, which go along it in opposite directions.
  *
  * It does not cross itself: no side of a facet goes through the inside of another one, by more than
- * the rounding to single precision of an STL file can cause. */
+ * the rounding to single precision of an STL file can cause. Solids may touch, but where a face of
+ * one ends within a face of another one, there is no edge that could become one of the union. */
 #include "geometry/facets.h"
-#include "geometry/solid.h"
 
+#include <assert.h>
+#include <stdarg.h>
 #include <stdio.h>
+#include <stdlib.h>
 
 /* Fraction of its longest side: a facet with less height has no area */
 #define NO_AREA 1e-9
-/* Fraction of the maximum coordinate: error of two surfaces rounded to single precision */
-#define ROUNDED 2.5e-7
-/* of facets whose boxes overlap; takes about 15 s */
-enum { MOST_PAIRS = 1000000000 };
+enum { LONGEST_FAULT = 200 };
 
-/* ---- facets and edges ---- */
+void mill_facets_report_fault(struct mill_facets_report *r, vec3 place, const char *format, ...)
+{
+    char text[LONGEST_FAULT + 60];
+    const vec3 at = vec3_scale(place, 1.0 / r->unit);
+    va_list list;
+    if (r->faults++ >= MILL_FACETS_TOLD)
+        return;
+    va_start(list, format);
+    const int length = vsnprintf(text, LONGEST_FAULT, format, list);
+    va_end(list);
+    assert(length < LONGEST_FAULT);
+    if (!isnan(at.x))
+        snprintf(text + length, sizeof text - (size_t)length, " at (%.6g, %.6g, %.6g)", at.x, at.y,
+                 at.z);
+    r->fault(r->self, text);
+}
 
 static bool has_area(const vec3 p[3])
 {
@@ -27,192 +42,204 @@ static bool has_area(const vec3 p[3])
     return vec3_norm(vec3_cross(ab, ac)) > NO_AREA * longest;
 }
 
-static const char *find_flat(const struct mill_body *is, char text[MILL_SHAPE_FAULT])
+void mill_facets_check_areas(struct mill_facets_check *c)
 {
-    for (size_t k = 0; k < is->facets; k++) {
-        if (has_area(is->facet[k]))
-            continue;
-        snprintf(text, MILL_SHAPE_FAULT,
-                 "facet %zu has no area: take it out in the program that made the mesh (often "
-                 "called \"remove degenerate faces\")",
-                 k + 1);
-        return text;
-    }
-    return NULL;
+    for (size_t k = 0; k < c->n; k++)
+        if (!has_area(c->facet[k]))
+            mill_facets_report_fault(c->report, c->facet[k][0], "facet %zu has no area", k + 1);
 }
 
-/* What is wrong with an edge that is shared by `sides` sides, of which *e is the first */
-static const char *judge_edge(const struct mill_body *is, const struct mill_facets_edge *e,
-                              size_t sides, char text[MILL_SHAPE_FAULT])
+/* ---- edges ---- */
+
+enum trouble { NONE, HOLE, TURNED, KNOT, SEAM };
+static const char *const trouble_name[] = {"", "not closed: a hole", "facets turned over",
+                                           "an odd number of facets",
+                                           "solids touch without common edges"};
+
+/* What is wrong with an edge, of which side k is the first */
+static enum trouble trouble_of(const struct mill_facets_check *c, size_t k, size_t sides,
+                               bool united)
 {
-    const vec3 from = is->facet[e->facet][e->side], to = is->facet[e->facet][(e->side + 1) % 3];
-    if (sides == 2 && e[0].forward != e[1].forward)
-        return NULL;
-    if (sides == 1)
-        snprintf(text, MILL_SHAPE_FAULT,
-                 "facet %d has no neighbour along its edge from (%.6g, %.6g, %.6g) to (%.6g, "
-                 "%.6g, %.6g) m: the mesh is not closed; fill the hole",
-                 e->facet + 1, from.x, from.y, from.z, to.x, to.y, to.z);
-    else if (sides == 2)
-        snprintf(text, MILL_SHAPE_FAULT,
-                 "facets %d and %d share an edge, but one faces outwards and the other inwards: "
-                 "turn one over (swap two of its corners)",
-                 e[0].facet + 1, e[1].facet + 1);
-    else
-        snprintf(text, MILL_SHAPE_FAULT,
-                 "%zu facets share one edge, %d, %d and %d among them, where there must be two: "
-                 "part the solids that touch there, or unite them",
-                 sides, e[0].facet + 1, e[1].facet + 1, e[2].facet + 1);
-    return text;
+    bool alone = false;
+    for (size_t i = k; i < k + sides; i++)
+        alone = alone || (c->joints.pair[i] < 0 && !c->gone[c->joints.edge[i].facet]);
+    if (!alone || c->joints.edge[k].low == c->joints.edge[k].high)
+        return NONE;
+    return united ? SEAM : sides == 1 ? HOLE : sides == 2 ? TURNED : KNOT;
 }
 
-static const char *find_open(const struct mill_body *is, const struct mill_facets_joints *j,
-                             char text[MILL_SHAPE_FAULT])
+/* Tells edges with this trouble, those that hang together as one. count, root: [3 n] */
+static void tell_edges(struct mill_facets_check *c, enum trouble what, int32_t *count,
+                       int32_t *root)
 {
-    const char *fault = NULL;
-    for (size_t k = 0, step; k < j->edges && !fault; k += step) {
-        step = mill_facets_sharing(j, k);
-        fault = judge_edge(is, &j->edge[k], step, text);
+    const struct mill_facets_joints *j = &c->joints;
+    for (size_t k = 0; k < j->edges; k++) {
+        root[k] = (int32_t)k;
+        count[k] = 0;
     }
-    return fault;
+    for (int pass = 0; pass < 3; pass++)
+        for (size_t k = 0, sides; k < j->edges; k += sides) {
+            const struct mill_facets_edge *e = &j->edge[k];
+            const vec3 *p = c->facet[e->facet];
+            sides = mill_facets_sharing(j, k);
+            if (trouble_of(c, k, sides, what == SEAM) != what)
+                continue;
+            int32_t *edges = &count[mill_facets_root(root, e->low)];
+            if (pass == 0)
+                mill_facets_merge(root, e->low, e->high);
+            else if (pass == 1)
+                ++*edges;
+            else if (*edges > 0)
+                mill_facets_report_fault(
+                    c->report, vec3_scale(vec3_add(p[e->side], p[(e->side + 1) % 3]), 0.5),
+                    "%s along %d edge%s, beside facet %d", trouble_name[what], *edges,
+                    *edges > 1 ? "s" : "", e->facet + 1);
+            *edges = pass == 2 ? 0 : *edges;
+        }
+}
+
+bool mill_facets_check_edges(struct mill_facets_check *c, bool united)
+{
+    int32_t *count = malloc(c->joints.edges * sizeof *count);
+    int32_t *root = malloc(c->joints.edges * sizeof *root);
+    for (enum trouble what = united ? SEAM : HOLE; count && root && what <= SEAM; what++)
+        if (united || what != SEAM)
+            tell_edges(c, what, count, root);
+    free(count);
+    free(root);
+    return count && root;
 }
 
 /* ---- crossings ---- */
 
-/* Does a side of `one` go through the inside of the other facet, by more than `least` [m]? */
-static bool pierces(const vec3 one[3], const vec3 other[3], double least)
+/* One side, the two facets that it belongs to, and one that it comes near to */
+struct meeting {
+    int32_t facet[3]; /* the third is the one that it comes near to */
+    vec3 from, way;
+    double over[4]; /* [m] above the third facet: both ends, the third corner of both facets */
+    vec3 normal;    /* of the third */
+};
+
+/* The part of the side that is within the prism of a facet, by more than `least` [m] */
+static bool is_within(const struct meeting *m, const vec3 p[3], double least, double part[2])
 {
-    const vec3 cross = vec3_cross(vec3_sub(other[1], other[0]), vec3_sub(other[2], other[0]));
-    const vec3 n = vec3_scale(cross, 1.0 / vec3_norm(cross));
-    double over[3];
-    for (int k = 0; k < 3; k++)
-        over[k] = vec3_dot(n, vec3_sub(one[k], other[0]));
-    bool found = false;
-    for (int k = 0; k < 3 && !found; k++) {
-        const double from = over[k], to = over[(k + 1) % 3];
-        if (!((from > least && to < -least) || (from < -least && to > least)))
-            continue;
-        const vec3 way = vec3_sub(one[(k + 1) % 3], one[k]);
-        const vec3 at = vec3_axpy(one[k], from / (from - to), way);
-        found = true;
-        for (int i = 0; i < 3 && found; i++) {
-            const vec3 side = vec3_sub(other[(i + 1) % 3], other[i]);
-            const double off = vec3_dot(vec3_cross(n, side), vec3_sub(at, other[i]));
-            found = off > least * vec3_norm(side);
-        }
+    part[0] = 0.0;
+    part[1] = 1.0;
+    for (int k = 0; k < 3; k++) {
+        const vec3 side = vec3_sub(p[(k + 1) % 3], p[k]);
+        const vec3 in = vec3_cross(m->normal, vec3_scale(side, 1.0 / vec3_norm(side)));
+        const double from = vec3_dot(in, vec3_sub(m->from, p[k])) - least;
+        const double way = vec3_dot(in, m->way);
+        if (!(from > 0.0 || from + way > 0.0))
+            return false;
+        if (from < 0.0)
+            part[0] = fmax(part[0], -from / way);
+        else if (from + way < 0.0)
+            part[1] = fmin(part[1], -from / way);
     }
-    return found;
+    return part[0] < part[1];
 }
 
-/* Facets that share a corner or an edge need no exception: a side that only touches does not
- * pierce. */
-static bool cross(const vec3 one[3], const vec3 other[3], double least)
+/* Does the side go through the third facet? Where it meets an edge of it, it must also come from
+ * the same side of the facet across this edge: otherwise it only touches. A corner is only touched.
+ */
+static bool pierces(const struct mill_facets_check *c, const struct meeting *m, double at)
 {
-    return pierces(one, other, least) || pierces(other, one, least);
-}
-
-static bool meets(const struct mill_facets_node *n, const vec3 lo, const vec3 hi)
-{
-    return (double)n->lo[0] <= hi.x && (double)n->hi[0] >= lo.x && (double)n->lo[1] <= hi.y &&
-           (double)n->hi[1] >= lo.y && (double)n->lo[2] <= hi.z && (double)n->hi[2] >= lo.z;
-}
-
-/* The first facet after number `one` in the tree's order that crosses it, or -1. *left: how many
- * more pairs may be compared. */
-static int32_t crossed_by(const struct mill_body *is, const struct mill_facets_tree *tree,
-                          int32_t one, long *left)
-{
-    const vec3 *p = is->facet[tree->order[one]];
-    const vec3 lo = {fmin(p[0].x, fmin(p[1].x, p[2].x)), fmin(p[0].y, fmin(p[1].y, p[2].y)),
-                     fmin(p[0].z, fmin(p[1].z, p[2].z))};
-    const vec3 hi = {fmax(p[0].x, fmax(p[1].x, p[2].x)), fmax(p[0].y, fmax(p[1].y, p[2].y)),
-                     fmax(p[0].z, fmax(p[1].z, p[2].z))};
-    for (int32_t at = 0; at < tree->nodes;) {
-        const struct mill_facets_node *n = &tree->node[at];
-        const bool near = meets(n, lo, hi);
-        const int32_t first = n->leaf >> 3, end = first + (n->leaf & 7);
-        at = near ? at + 1 : n->skip;
-        if (!near || n->leaf == MILL_FACETS_INNER)
+    const vec3 *p = c->facet[m->facet[2]];
+    const vec3 place = vec3_axpy(m->from, at, m->way), to = vec3_add(m->from, m->way);
+    int edges = 0;
+    for (int k = 0; k < 3; k++) {
+        const vec3 side = vec3_sub(p[(k + 1) % 3], p[k]);
+        const double in =
+            vec3_dot(vec3_cross(m->normal, side), vec3_sub(place, p[k])) / vec3_norm(side);
+        if (!(in >= -c->least))
+            return false;
+        if (in > c->least)
             continue;
-        for (int32_t k = first > one ? first : one + 1; k < end; k++)
-            if (--*left < 0 || cross(p, is->facet[tree->order[k]], ROUNDED * tree->size))
-                return k;
+        const vec3 *q = c->facet[c->across[m->facet[2]][k]], n = mill_facets_normal(q);
+        const double from = vec3_dot(n, vec3_sub(m->from, q[0])),
+                     end = vec3_dot(n, vec3_sub(to, q[0]));
+        if (++edges > 1 || !(from * m->over[0] > 0.0 && end * m->over[1] > 0.0) ||
+            !(fmin(fabs(from), fabs(end)) > c->least))
+            return false;
     }
-    return -1;
+    return true;
 }
 
-static const char *find_crossing(const struct mill_body *is, const struct mill_facets_tree *tree,
-                                 char text[MILL_SHAPE_FAULT])
+/* What is wrong where a side meets a facet, and at which part of the side? The side may go through
+ * the facet. In the plane of a facet of another shell, the surface may go through it there, or
+ * touch it, or a face that lies on the facet ends there. That is no fault if both are parts of one
+ * face and the smaller one is hidden. */
+static const char *judge(const struct mill_facets_check *c, const struct meeting *m, double *at)
 {
-    long left = MOST_PAIRS;
-    for (int32_t k = 0; k < (int32_t)is->facets; k++) {
-        const int32_t other = crossed_by(is, tree, k, &left);
-        if (other < 0)
-            continue;
-        if (left < 0) {
-            snprintf(text, MILL_SHAPE_FAULT,
-                     "too many long facets lie side by side to check that none cross, as in a disc "
-                     "of thousands of sectors: simplify the mesh");
-            return text;
-        }
-        const int32_t a = tree->order[k] + 1, b = tree->order[other] + 1;
-        snprintf(text, MILL_SHAPE_FAULT,
-                 "facets %d and %d cross: unite the parts into one solid in the program that made "
-                 "the mesh, or give each a file of its own",
-                 a < b ? a : b, a < b ? b : a);
-        return text;
-    }
-    return NULL;
-}
-
-static const char *find_turned(const struct mill_body *is, const struct mill_facets_joints *j,
-                               char text[MILL_SHAPE_FAULT])
-{
-    int32_t turned = -1;
-    if (!(mill_facets_solid.volume(is) > 0.0))
-        snprintf(text, MILL_SHAPE_FAULT,
-                 "its facets face into the solid: turn all of them over (\"flip normals\" in the "
-                 "program that made the mesh)");
-    else if (!mill_facets_shells(is, j, &turned))
-        snprintf(text, MILL_SHAPE_FAULT, "out of memory for %zu facets", is->facets);
-    else if (turned == MILL_FACETS_HOLLOW)
-        snprintf(text, MILL_SHAPE_FAULT,
-                 "it has more cavities than can be checked: leave out those that no ball can "
-                 "reach");
-    else if (turned >= 0)
-        snprintf(text, MILL_SHAPE_FAULT,
-                 "facet %d and all that hang together with it face into their solid: turn them "
-                 "over (\"flip normals\" of that part)",
-                 turned + 1);
-    else
+    const vec3 *p = c->facet[m->facet[2]];
+    const double *over = m->over, least = c->least;
+    double part[2];
+    bool flat[4];
+    for (int k = 0; k < 4; k++)
+        flat[k] = fabs(over[k]) <= least;
+    *at = over[0] / (over[0] - over[1]);
+    if (!flat[0] && !flat[1])
+        return over[0] * over[1] < 0.0 && pierces(c, m, *at) ? "cross" : NULL;
+    if (!flat[0] || !flat[1] || c->shell[m->facet[0]] == c->shell[m->facet[2]] ||
+        !is_within(m, p, 4.0 * least, part) ||
+        !((part[1] - part[0]) * vec3_norm(m->way) > 4.0 * least))
         return NULL;
-    return text;
+    *at = 0.5 * (part[0] + part[1]);
+    if (!flat[2] && !flat[3])
+        return over[2] * over[3] < 0.0 ? "cross" : NULL;
+    if (flat[2] == flat[3] || !c->whole)
+        return NULL;
+    const int32_t lies = m->facet[flat[3]];
+    return vec3_dot(mill_facets_normal(c->facet[lies]), m->normal) > 0.0 && c->hidden[lies]
+               ? NULL
+               : "lie on each other in part";
 }
 
-const char *mill_facets_fault(const struct mill_body *is, char text[MILL_SHAPE_FAULT])
+/* Compares a side with a facet. told[3 n]: corners of sides' facets that were told, so that one
+ * fault is told for all sides that hang together */
+static void meet(const struct mill_facets_check *c, struct meeting *m, const vec3 apex[2],
+                 bool *told)
 {
-    if (!mill_solid_is_sound(&mill_facets_solid, is)) {
-        snprintf(text, MILL_SHAPE_FAULT,
-                 "it has %zu facets: a closed mesh takes at least 4, of finite coordinates",
-                 is->facets);
-        return text;
+    const int32_t *facet = m->facet;
+    const vec3 *p = c->facet[facet[2]];
+    const vec3 place[4] = {m->from, vec3_add(m->from, m->way), apex[0], apex[1]};
+    double at;
+    m->normal = mill_facets_normal(p);
+    for (int k = 0; k < 4; k++)
+        m->over[k] = vec3_dot(m->normal, vec3_sub(place[k], p[0]));
+    const char *what = judge(c, m, &at);
+    bool known = false;
+    for (int k = 0; what && k < 6; k++)
+        known = known || told[c->joints.corner[facet[k / 3]][k % 3]];
+    for (int k = 0; what && k < 6; k++)
+        told[c->joints.corner[facet[k / 3]][k % 3]] = true;
+    if (what && !known)
+        mill_facets_report_fault(c->report, vec3_axpy(m->from, at, m->way), "facets %d and %d %s",
+                                 (facet[0] < facet[2] ? facet[0] : facet[2]) + 1,
+                                 (facet[0] < facet[2] ? facet[2] : facet[0]) + 1, what);
+}
+
+bool mill_facets_check_crossings(struct mill_facets_check *c)
+{
+    bool *told = calloc(3 * c->n, sizeof *told);
+    for (size_t k = 0; told && k < c->joints.edges; k++) {
+        const struct mill_facets_edge *e = &c->joints.edge[k];
+        const int32_t pair = c->joints.pair[k];
+        mill_facets_report_progress(c->report, "checking a mesh", k / 3, c->n);
+        if (c->gone[e->facet] || (pair >= 0 && pair < (int32_t)k)) /* the pair stands for both */
+            continue;
+        const struct mill_facets_edge *f = pair < 0 ? e : &c->joints.edge[pair];
+        const vec3 *p = c->facet[e->facet];
+        const vec3 apex[2] = {p[(e->side + 2) % 3], c->facet[f->facet][(f->side + 2) % 3]};
+        struct meeting m = {.facet = {e->facet, f->facet, -1},
+                            .from = p[e->side],
+                            .way = vec3_sub(p[(e->side + 1) % 3], p[e->side])};
+        struct mill_facets_line line = {&c->tree, m.from, m.way, {e->low, e->high}, 0, 0, 0};
+        while ((m.facet[2] = mill_facets_line_on(&line)) >= 0)
+            if (m.facet[2] != e->facet && m.facet[2] != f->facet && !c->gone[m.facet[2]])
+                meet(c, &m, apex, told);
     }
-    const char *fault = find_flat(is, text);
-    struct mill_facets_joints joints = {0};
-    struct mill_facets_tree tree = {0};
-    const bool good = fault || (mill_facets_join(is->facet, is->facets, &joints) &&
-                                mill_facets_plant(is->facet, is->facets, &tree));
-    if (!good) {
-        snprintf(text, MILL_SHAPE_FAULT, "out of memory for %zu facets", is->facets);
-        fault = text;
-    }
-    if (!fault)
-        fault = find_open(is, &joints, text);
-    if (!fault)
-        fault = find_turned(is, &joints, text);
-    if (!fault)
-        fault = find_crossing(is, &tree, text);
-    mill_facets_part(&joints);
-    mill_facets_fell(&tree);
-    return fault;
+    free(told);
+    return told != NULL;
 }

@@ -9,9 +9,10 @@ vec3 mill_facets_outwards(const struct mill_facets *m, const struct mill_facets_
     const struct mill_facets_side *s = &m->side[near->facet];
     if (near->part >= MILL_FACETS_CORNER)
         return m->at_corner[s->corner[near->part - MILL_FACETS_CORNER]];
-    if (near->part >= MILL_FACETS_SIDE)
-        return vec3_add(s->normal, m->side[s->across[near->part - MILL_FACETS_SIDE]].normal);
-    return s->normal;
+    if (near->part < MILL_FACETS_SIDE)
+        return s->normal;
+    const int32_t across = s->across[near->part - MILL_FACETS_SIDE];
+    return across < 0 ? m->at_corner[-across] : vec3_add(s->normal, m->side[across].normal);
 }
 
 static void look_closer(const struct mill_facets *m, const struct mill_facets_node *leaf,
@@ -29,6 +30,19 @@ static void look_closer(const struct mill_facets *m, const struct mill_facets_no
     }
 }
 
+/* Square of the distance of a place from the boxes of a node [m^2] */
+static float away(const struct mill_facets_tree *tree, int32_t at, vec3 place, const float p[3])
+{
+    float square = mill_facets_away(&tree->node[at], p), other = 0.0F;
+    const struct mill_facets_sheath *s = tree->sheath ? &tree->sheath[at] : NULL;
+    for (int k = 0; s && k < 3; k++) {
+        const float along = (float)mill_facets_along(s->way[k], place);
+        const float beyond = fmaxf(s->lo[k] - along, along - s->hi[k]);
+        other += beyond > 0.0F ? beyond * beyond : 0.0F;
+    }
+    return other > square ? other : square;
+}
+
 /* It visits nearer boxes first, and omits boxes that are farther than the nearest point found. */
 bool mill_facets_nearest(const struct mill_facets *m, vec3 place, double within,
                          struct mill_facets_near *near)
@@ -44,7 +58,7 @@ bool mill_facets_nearest(const struct mill_facets *m, vec3 place, double within,
     int waiting = 0;
     near->facet = -1;
     waits[waiting].node = 0;
-    waits[waiting++].square = mill_facets_away(node, p);
+    waits[waiting++].square = away(&m->tree, 0, place, p);
     while (waiting > 0) {
         int32_t at = waits[--waiting].node;
         const double bound = sqrt(least) + blur, far = bound * bound * (1.0 + 1e-5);
@@ -52,8 +66,8 @@ bool mill_facets_nearest(const struct mill_facets *m, vec3 place, double within,
             continue;
         while (node[at].leaf == MILL_FACETS_INNER) {
             const int32_t one = at + 1, other = node[one].skip;
-            const float first = mill_facets_away(&node[one], p);
-            const float second = mill_facets_away(&node[other], p);
+            const float first = away(&m->tree, one, place, p);
+            const float second = away(&m->tree, other, place, p);
             const bool turned = second < first;
             waits[waiting].node = turned ? one : other;
             waits[waiting++].square = turned ? first : second;

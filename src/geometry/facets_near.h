@@ -17,7 +17,7 @@ struct mill_facets_flat {
 /* Data to find on which side of the surface a place is */
 struct mill_facets_side {
     vec3 normal;       /* unit, towards the balls */
-    int32_t across[3]; /* the neighbouring facet at side k */
+    int32_t across[3]; /* the neighbouring facet at side k; < 0: see mill_facets_outwards() */
     int32_t corner[3]; /* numbers */
 };
 
@@ -28,7 +28,8 @@ struct mill_facets {
     struct mill_facets_tree tree;
     struct mill_facets_flat *flat; /* [count] in the tree's order, as all members below */
     struct mill_facets_side *side;
-    vec3 *at_corner; /* sum of the normals around a corner, weighted by angles */
+    vec3 *at_corner; /* sum of the normals around a corner, weighted by angles; at the end, see
+                        find_across() */
 };
 
 /* The part of a facet that is nearest: its inside, or 1 + the number of a side, or 4 + the number

@@ -189,5 +189,6 @@ bool mill_facets_plant(const vec3 (*facet)[3], size_t n, struct mill_facets_tree
 void mill_facets_fell(struct mill_facets_tree *tree)
 {
     free(tree->node);
+    free(tree->sheath);
     free(tree->order);
 }

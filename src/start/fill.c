@@ -298,8 +298,11 @@ static enum mill_fault_code find_what_fits(struct pack *p, struct mill_fault *fa
     enum mill_fault_code code = fewer.ball && count ? MILL_FAULT_NO_ROOM : MILL_FAULT_MEMORY;
     fault->amount = solid_fraction(p);
     p->world = &fewer;
+    if (code == MILL_FAULT_NO_ROOM) /* where not even one of each kind fits, no number does */
+        thin_out(w, 0.0, &fewer, count);
+    const bool one = code == MILL_FAULT_NO_ROOM && pack(p) == MILL_FAULT_NONE;
     for (double part = fmin(0.97, LIKELY / fault->amount);
-         code == MILL_FAULT_NO_ROOM && tried > w->species_count; part *= 0.95) {
+         one && code == MILL_FAULT_NO_ROOM && tried > w->species_count; part *= 0.95) {
         thin_out(w, part, &fewer, count);
         if (fewer.balls < tried) {
             tried = fewer.balls;

@@ -11,7 +11,7 @@
 #include "start/fill.h"
 
 #include "base/elementary.h"
-#include "geometry/shape.h"
+#include "geometry/body.h"
 
 #include <assert.h>
 #include <stdlib.h>
@@ -109,7 +109,8 @@ static size_t look_around(struct mill_fill_room *room, const int32_t first[3], c
     const double size = 0.501 * vec3_norm(vec3_sub(hi, lo));
     for (int k = 0; k < room->world->shapes; k++) {
         const struct mill_shape *s = room->world->shape[k];
-        if (!s->type->reachable(s, lo, hi, near))
+        /* deep within a body no ball can touch it */
+        if (!(s->type->hull ? mill_body_reachable : s->type->reachable)(s, lo, hi, near))
             continue;
         const double there = mill_shape_gap(s, middle, 0.0, &room->pose[k]);
         if (there >= near + size)

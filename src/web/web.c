@@ -125,8 +125,8 @@ static enum mill_status build(struct mill_error *error)
     free(warnings);
     warnings = NULL;
     warned = 0;
-    enum mill_status status =
-        mill_deck_read(deck_file, set ? split(set, line) : 0, line, warn, say, &now.deck, error);
+    enum mill_status status = mill_deck_read(deck_file, set ? split(set, line) : 0, line, warn, say,
+                                             NULL, &now.deck, error);
     if (status == MILL_OK)
         status = mill_deck_setup_world(now.deck, NULL, &now.world, error);
     if (status == MILL_OK)

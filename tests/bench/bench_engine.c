@@ -156,7 +156,7 @@ static enum mill_status read_deck(struct gas *gas, const struct job *job)
     }
     for (int k = 0; k < keys; k++)
         sets[k] = set[k];
-    return mill_deck_read(job->deck, keys, sets, NULL, NULL, &gas->deck, &gas->error);
+    return mill_deck_read(job->deck, keys, sets, NULL, NULL, NULL, &gas->deck, &gas->error);
 }
 
 static bool open_gas(struct gas *gas)

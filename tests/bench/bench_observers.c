@@ -195,7 +195,8 @@ static void start(struct bench *b, const char *path, struct recorder *r)
     static const struct mill_observer_type recorder = {.impact = record};
     static const char *const orders[] = {"run.sample_from=0 s"};
     struct mill_error error;
-    need(mill_deck_read(path, 1, orders, NULL, NULL, &b->deck, &error) == MILL_OK, error.text);
+    need(mill_deck_read(path, 1, orders, NULL, NULL, NULL, &b->deck, &error) == MILL_OK,
+         error.text);
     need(mill_deck_setup_world(b->deck, NULL, &b->world, &error) == MILL_OK, error.text);
     need(mill_sim_create(b->world, &b->sim, &error) == MILL_OK, error.text);
     need(mill_sim_run(b->sim, SETTLE, UINT64_MAX, NULL, &error) == MILL_OK, error.text);

@@ -99,7 +99,7 @@ static bool record_run(const struct workload *w, struct recording *tape)
     struct mill_world *world = NULL;
     struct mill_sim *sim = NULL;
     struct recorder recorder[2];
-    bool ok = mill_deck_read(w->deck, 0, NULL, NULL, NULL, &deck, &error) == MILL_OK &&
+    bool ok = mill_deck_read(w->deck, 0, NULL, NULL, NULL, NULL, &deck, &error) == MILL_OK &&
               mill_deck_setup_world(deck, NULL, &world, &error) == MILL_OK;
     for (int k = 0, n = 0; ok && k < world->shapes; k++) {
         const struct mill_shape_type *real = world->shape[k]->type;

@@ -21,7 +21,7 @@ static struct mill_deck *read_deck(const void *data, size_t size, int count,
     struct mill_deck *deck = NULL;
     const char *path = fuzz_file_write(&deck_file, data, size);
     const enum mill_status status =
-        mill_deck_read(path, count, orders, check_warning, check_warning, &deck, &error);
+        mill_deck_read(path, count, orders, check_warning, check_warning, NULL, &deck, &error);
     fuzz_require((status == MILL_OK) == (deck != NULL), "status %d and deck disagree", (int)status);
     if (status != MILL_OK) {
         fuzz_require(status == MILL_BAD_DECK, "status %d: %s", (int)status, error.text);

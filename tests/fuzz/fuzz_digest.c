@@ -20,7 +20,7 @@ static struct mill_deck *read_deck(void)
     struct mill_error error = {""};
     struct mill_deck *deck = NULL;
     const char *path = fuzz_file_write(&file, text, strlen(text));
-    const enum mill_status status = mill_deck_read(path, 0, NULL, NULL, NULL, &deck, &error);
+    const enum mill_status status = mill_deck_read(path, 0, NULL, NULL, NULL, NULL, &deck, &error);
     fuzz_require(status == MILL_OK, "%s", error.text);
     return deck;
 }

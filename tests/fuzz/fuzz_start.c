@@ -23,7 +23,7 @@ static struct mill_deck *read_deck(void)
     fuzz_file_write(&start_file, "", 0);
     snprintf(all, sizeof all, "%s[balls]\nstart = %s\n", text, start_file.path);
     const char *path = fuzz_file_write(&deck_file, all, strlen(all));
-    const enum mill_status status = mill_deck_read(path, 0, NULL, NULL, NULL, &deck, &error);
+    const enum mill_status status = mill_deck_read(path, 0, NULL, NULL, NULL, NULL, &deck, &error);
     fuzz_require(status == MILL_OK, "%s", error.text);
     return deck;
 }

@@ -24,11 +24,16 @@ static void ask_mesh(const struct mill_body *body, const vec3 place)
     lone_shape_free(shape);
 }
 
+static void hear(void *self, const char *text)
+{
+    (void)self;
+    fuzz_require_message(text);
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     static struct fuzz_file file;
     struct mill_error error = {""};
-    char text[MILL_SHAPE_FAULT] = "";
     vec3(*facet)[3] = NULL;
     size_t facets = 0;
     const char *path = fuzz_file_write(&file, data, size);
@@ -45,14 +50,13 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         const vec3 p = facet[k / 3][k % 3];
         fuzz_require(isfinite(p.x) && isfinite(p.y) && isfinite(p.z), "a corner at no place");
     }
-    const struct mill_body body = {.x = {1.0, 0.0, 0.0},
-                                   .y = {0.0, 1.0, 0.0},
-                                   .z = {0.0, 0.0, 1.0},
-                                   .facets = facets,
-                                   .facet = (const vec3(*)[3])facet};
-    const char *fault = mill_facets_fault(&body, text);
-    if (fault)
-        fuzz_require_message(fault);
+    struct mill_facets_report found = {.unit = 1e-3, .fault = hear};
+    struct mill_body body = {.x = {1.0, 0.0, 0.0},
+                             .y = {0.0, 1.0, 0.0},
+                             .z = {0.0, 0.0, 1.0},
+                             .facets = facets,
+                             .facet = (const vec3(*)[3])facet};
+    fuzz_require(mill_facets_unite(&body, facet, &found), "out of memory");
     if (mill_facets_type.is_sound(&body)) /* with a fault or without */
         ask_mesh(&body, vec3_axpy(facet[0][0], 1e-3, vec3_make(1.0, 2.0, 3.0)));
     free(facet);

@@ -182,7 +182,7 @@ static struct mill_deck *read_deck(const char *text, size_t size)
     struct mill_error error = {""};
     struct mill_deck *deck = NULL;
     const char *path = fuzz_file_write(&deck_file, text, size);
-    const enum mill_status status = mill_deck_read(path, 0, NULL, NULL, NULL, &deck, &error);
+    const enum mill_status status = mill_deck_read(path, 0, NULL, NULL, NULL, NULL, &deck, &error);
     if (status != MILL_OK && fuzz_shown())
         fprintf(stderr, "%s\n", error.text);
     return deck;

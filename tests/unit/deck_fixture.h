@@ -38,7 +38,7 @@ static enum mill_status read_text(const char *text, size_t length, struct mill_d
     ck_assert_uint_eq(fwrite(text, 1, length, file), length);
     fclose(file);
     error.text[0] = '\0';
-    return mill_deck_read(path, 0, NULL, NULL, NULL, deck, &error);
+    return mill_deck_read(path, 0, NULL, NULL, NULL, NULL, deck, &error);
 }
 
 static struct mill_deck *read_good(const char *text)

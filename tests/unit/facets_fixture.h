@@ -83,6 +83,27 @@ static inline void form_lump(uint64_t *seed, struct form *m, int around, int rin
     free(at);
 }
 
+/* What is said about a form */
+struct heard {
+    char said[MILL_FACETS_TOLD][MILL_SHAPE_FAULT];
+    int count;
+    struct mill_facets_report found;
+};
+
+static inline void hear_fault(void *self, const char *text)
+{
+    struct heard *h = self;
+    ck_assert_int_lt(h->count, MILL_FACETS_TOLD);
+    strcpy(h->said[h->count++], text);
+}
+
+/* Leaves of a form what balls can meet; coordinates are told in mm. */
+static inline void form_unite(struct form *m, struct heard *h)
+{
+    *h = (struct heard){.found = {.unit = 1e-3, .fault = hear_fault, .self = h}};
+    ck_assert(mill_facets_unite(&m->is, m->facet, &h->found));
+}
+
 static inline struct wide wide_cross(struct wide a, struct wide b)
 {
     return (struct wide){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};

@@ -6,7 +6,7 @@
 #define LATE 1e-12   /* [s] */
 
 enum { WAYS = MOTION_KINDS + 2 };
-static struct form form, other;
+static struct form form;
 static const struct mill_chamber chamber = {
     .half_length = 1.0, .places = {{-1.0, -1.0, -1.0}, {1.0, 1.0, 1.0}, INFINITY}};
 
@@ -317,9 +317,9 @@ SLOW_TEST(a_ball_in_a_hollow_edge_meets_one_flat_after_the_other, 2)
     form_add_quad(&form, right[0], foot[0], foot[1], right[1]);
     form_add_quad(&form, left[0], foot[0], right[0], low[0]);
     form_add_quad(&form, left[1], low[1], right[1], foot[1]);
-    char text[MILL_SHAPE_FAULT];
-    const char *fault = mill_facets_fault(&form.is, text);
-    ck_assert_msg(!fault, "%s", fault);
+    struct heard heard;
+    form_unite(&form, &heard);
+    ck_assert_msg(heard.count == 0, "%s", heard.said[0]);
     struct mill_shape *s = shape_of(&form.is, NULL);
     for (int i = 0; i < unit_draws(300); i++) {
         struct flight f = {.radius = 3e-3};
@@ -414,99 +414,6 @@ TEST(hull_volume_and_outline_are_those_of_the_solid)
         ck_assert_double_eq_tol(sum, inside ? -3e-5 : 3e-5, 1e-18);
         mill_mesh_free(&mesh);
     }
-}
-
-/* ---- faults ---- */
-
-static void expect(const struct form *m, const char *words)
-{
-    char text[MILL_SHAPE_FAULT];
-    const char *fault = mill_facets_fault(&m->is, text);
-    if (!words)
-        ck_assert_msg(!fault, "%s", fault);
-    else
-        ck_assert_msg(fault && strstr(fault, words), "'%s', not '%s'", fault ? fault : "", words);
-}
-
-static void restore(void)
-{
-    memcpy(form.facet, other.facet, sizeof form.facet);
-    form.is.facets = other.is.facets;
-}
-
-static void turn_over(size_t from)
-{
-    for (size_t k = from; k < form.is.facets; k++) {
-        const vec3 kept = form.facet[k][1];
-        form.facet[k][1] = form.facet[k][2];
-        form.facet[k][2] = kept;
-    }
-}
-
-TEST(every_fault_is_told_by_the_numbers_of_its_facets)
-{
-    uint64_t seed = 71;
-    form_lump(&seed, &form, 12, 6, 0.05, 0.3);
-    other = form;
-    expect(&form, NULL);
-    for (int i = 0; i < 3; i++) { /* turned over */
-        const vec3 kept = form.facet[20][1];
-        form.facet[20][1] = form.facet[20][2];
-        form.facet[20][2] = kept;
-        expect(&form, "facets 21 and");
-        restore();
-    }
-    form.facet[30][0].x += 1e-9; /* a crack */
-    expect(&form, "not closed");
-    restore();
-    form.is.facets--; /* a hole */
-    expect(&form, "has no neighbour along its edge");
-    restore();
-    form.facet[7][2] = form.facet[7][1];
-    expect(&form, "facet 8 has no area");
-    restore();
-    turn_over(0);
-    expect(&form, "turn all of them over");
-    restore();
-    form.facet[3][1].y = (double)NAN;
-    expect(&form, "finite");
-    restore();
-    form.is.facets = 3;
-    expect(&form, "at least 4");
-    restore();
-    form_add(&form, form.facet[0][0], form.facet[0][1], form.facet[0][2]);
-    expect(&form, "3 facets share one edge");
-}
-
-TEST(solids_that_cross_are_told_and_those_that_touch_are_not)
-{
-    form_open(&form);
-    form_add_box(&form, nought, vec3_make(0.02, 0.02, 0.02));
-    form_add_box(&form, vec3_make(0.02, 0.003, 0.001), vec3_make(0.02, 0.02, 0.02));
-    expect(&form, NULL); /* face on face */
-    form.is.facets = 12;
-    form_add_box(&form, vec3_make(0.019, 0.003, 0.001), vec3_make(0.02, 0.02, 0.02));
-    expect(&form, "cross");
-    form.is.facets = 12;
-    form_add_box(&form, vec3_make(0.0, 0.0, 0.01), vec3_make(0.002, 0.002, 0.1));
-    expect(&form, "cross"); /* a rod right through it */
-    form.is.facets = 12;
-    form_add_box(&form, nought, vec3_make(0.01, 0.01, 0.01));
-    expect(&form, NULL);
-}
-
-TEST(a_part_that_faces_inwards_has_to_be_a_cavity)
-{
-    form_open(&form);
-    form_add_box(&form, nought, vec3_make(0.02, 0.02, 0.02));
-    form_add_box(&form, vec3_make(0.002, 0.001, 0.0), vec3_make(0.01, 0.01, 0.01));
-    turn_over(12);
-    expect(&form, NULL);
-    form.is.facets = 12;
-    form_add_box(&form, vec3_make(0.03, 0.0, 0.0), vec3_make(0.01, 0.01, 0.01));
-    expect(&form, NULL);
-    turn_over(12);
-    expect(&form, "facet 13 and all that hang together");
 }
 
 int main(void)

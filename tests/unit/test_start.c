@@ -21,7 +21,7 @@ static struct mill_deck *read_deck(const char *text)
     struct mill_error error = {""};
     struct mill_deck *deck = NULL;
     write_file(path, text, strlen(text));
-    const enum mill_status status = mill_deck_read(path, 0, NULL, NULL, NULL, &deck, &error);
+    const enum mill_status status = mill_deck_read(path, 0, NULL, NULL, NULL, NULL, &deck, &error);
     unlink(path);
     ck_assert_msg(status == MILL_OK, "%s", error.text);
     return deck;

@@ -146,7 +146,7 @@ int main(int argc, char **argv)
         return 2;
     }
     bool good = mill_deck_read(p.deck, argc - used, (const char *const *)(argv + used), NULL, NULL,
-                               &deck, &p.error) == MILL_OK &&
+                               NULL, &deck, &p.error) == MILL_OK &&
                 mill_deck_setup_world(deck, NULL, &p.world, &p.error) == MILL_OK;
     if (good) {
         p.world->base = p.clock;
