@@ -110,7 +110,7 @@ static size_t look_around(struct mill_fill_room *room, const int32_t first[3], c
     for (int k = 0; k < room->world->shapes; k++) {
         const struct mill_shape *s = room->world->shape[k];
         /* deep within a body no ball can touch it */
-        if (!(s->type->hull ? mill_body_reachable : s->type->reachable)(s, lo, hi, near))
+        if (!(s->wall < 0 ? mill_body_reachable : s->type->reachable)(s, lo, hi, near))
             continue;
         const double there = mill_shape_gap(s, middle, 0.0, &room->pose[k]);
         if (there >= near + size)
