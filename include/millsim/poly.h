@@ -1,35 +1,24 @@
-/* Polynomials of degree <= 4: roots in closed form, root counts by Sturm sequences, and the
+/* Polynomials of degree <= 4: root counts by Sturm sequences, and the
  * question of contact prediction: when does a gap first close? Coefficients c[k] belong to t^k. */
 #ifndef MILLSIM_POLY_H
 #define MILLSIM_POLY_H
 
 #include <stdbool.h>
 
-/* Is t the first rise (see below) for these arguments? c[4] is not zero, the polynomial begins
- * below zero, and t or t_end is finite. */
-typedef bool mill_poly_opinion_fn(const double c[5], double t_end, bool at_root, double t);
-
+/* Learns of each first rise (see below): the arguments and the result */
 struct mill_poly_check {
-    mill_poly_opinion_fn *second;   /* beside the closed form; NULL: none */
-    unsigned long asked;            /* first rises that were compared */
-    unsigned long refuted, doubted; /* by the closed form, by the second opinion */
+    void (*look)(struct mill_poly_check *, const double c[5], double t_end, bool at_root, double t);
 };
 
 struct mill_poly_counts {
     unsigned long solves;          /* calls that the cheap tests could not answer */
     unsigned long fallbacks;       /* of these: answered by a Sturm sequence */
-    struct mill_poly_check *check; /* compare each first rise with other solvers; NULL: do not */
+    struct mill_poly_check *check; /* other solvers look at each first rise; NULL: none */
 };
 
 /* Real roots of a x^2 + 2 b x + c in ascending order, without cancellation; returns how many (a = 0
  * gives the linear root; a double root counts once). */
 int mill_poly_quadratic(double a, double b, double c, double x[2]);
-
-/* All four roots of c[4] t^4 + ... + c[0], c[4] != 0, re[k] + i im[k]; conjugates adjacent. */
-void mill_poly_quartic_roots(const double c[5], double re[4], double im[4]);
-
-/* By the roots in closed form, to 1e-9 of the terms */
-mill_poly_opinion_fn mill_poly_quartic_agrees;
 
 /* Distinct real roots in (lo, hi] by a Sturm sequence; degree <= 4, leading zeros allowed. */
 int mill_poly_sturm_count(const double *c, int degree, double lo, double hi);

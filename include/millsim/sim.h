@@ -45,30 +45,6 @@ void mill_sim_audit(struct mill_sim *sim);
  * of the sim. After any other failure the sim must not be used. */
 void mill_sim_state(struct mill_sim *sim, struct mill_state *state);
 
-/* How often each property was checked and found true */
-struct mill_sim_checks {
-    uint64_t events;      /* due now, the earliest of all, of bodies that touch */
-    uint64_t entries;     /* of the calendar, compared with the plan of the ball */
-    uint64_t predictions; /* plans of one ball, compared with brute force */
-    uint64_t pairs;       /* of balls: no overlap now, no contact before the next event of either */
-    uint64_t surfaces;    /* of a ball and a surface: no overlap, no earlier contact */
-    uint64_t samples;     /* of gaps to surfaces until the next event */
-    uint64_t quartics;    /* solved for contacts, compared with other solvers */
-    uint64_t places;      /* balls that are in their cell */
-    uint64_t accounts;    /* balances of the energy account */
-};
-
-/* Switches on (or off) checks by brute force of every event, and of the present state before this
- * function returns. They change nothing in the world. The first check that fails ends the run with
- * MILL_FAILED and one line "paranoid: ...". The cost of an event grows with the number of balls. */
-enum mill_status mill_sim_paranoid(struct mill_sim *sim, bool on, struct mill_error *error);
-
-/* Paranoid runs ask this solver as well, of each quartic. Call it before they are switched on. */
-void mill_sim_use_opinion(struct mill_sim *sim, mill_poly_opinion_fn *second);
-
-/* The checks made since they were switched on; all zero if they are off. */
-struct mill_sim_checks mill_sim_checks(const struct mill_sim *sim);
-
 const struct mill_world *mill_sim_world(const struct mill_sim *sim);
 double mill_sim_time(const struct mill_sim *sim);       /* [s] simulated time reached */
 double mill_sim_local_time(const struct mill_sim *sim); /* the same as local time */

@@ -145,7 +145,7 @@ static enum mill_status check_output(const struct mill_run_order *o)
 /* Runs the deck. The progress line is ended on return. */
 static enum mill_status run(struct mill_run_order *o)
 {
-    const struct mill_sim_checks *c = &o->checks;
+    const struct mill_paranoid_checks *c = &o->checks;
     const enum mill_status status = mill_run(o);
     mill_progress_end(&o->display);
     if (c->predictions && (status == MILL_OK || status == MILL_STOPPED))

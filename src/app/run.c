@@ -6,7 +6,6 @@
 #include "app/asked.h"
 #include "app/checkpoint.h"
 #include "app/forecast.h"
-#include "app/opinion.h"
 #include "app/summary.h"
 #include "base/version.h"
 #include "deck/deck.h"
@@ -208,7 +207,6 @@ static enum mill_status prepare(struct run *r)
         return status;
     r->growth = mill_forecast_growth(r->world);
     mill_sim_use_threads(r->sim, threads_of(r->deck));
-    mill_sim_use_opinion(r->sim, mill_opinion_agrees);
     show(r, true, NULL);
     if (r->resumes)
         mill_error_set(&r->note, MILL_OK, "resuming at t = %.6g s", mill_sim_time(r->sim));
@@ -371,10 +369,10 @@ static enum mill_status carry_out(struct run *r)
 {
     enum mill_status status = MILL_OK;
     if (r->given[MILL_PARANOID])
-        status = mill_sim_paranoid(r->sim, true, r->error);
+        status = mill_paranoid_start(r->sim, mill_opinion_agrees, r->error);
     if (status == MILL_OK && !r->complete)
         status = advance(r);
-    r->order->checks = mill_sim_checks(r->sim);
+    r->order->checks = mill_paranoid_done(r->sim);
     /* the first failure is reported */
     struct mill_error *why = status == MILL_OK || status == MILL_STOPPED ? r->error : NULL;
     /* a failed checkpoint does not end the run: the one before it is still valid */

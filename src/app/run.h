@@ -5,8 +5,8 @@
 #include "app/command.h"
 #include "app/progress.h"
 #include "deck/deck.h"
-#include "millsim/sim.h"
 #include "observe/observe.h"
+#include "proof/paranoid.h"
 
 #include <signal.h>
 
@@ -20,7 +20,7 @@ struct mill_run_order {
     void (*say)(const char *line); /* called with a line on what --resume found */
     FILE *page;                    /* receives the summary */
     struct mill_error *error;
-    struct mill_sim_checks checks; /* number of checks by --paranoid */
+    struct mill_paranoid_checks checks; /* number of checks by --paranoid */
 };
 
 /* Runs the deck, and writes the output file and the summary. A few times a second it checks *stop

@@ -292,24 +292,12 @@ static double first_rise(const double c[5], double t_end, bool at_root,
     return v == FOUND ? t : (double)INFINITY;
 }
 
-/* A polynomial that begins above zero may be above zero until it rises. */
-static void compare(const double c[5], double t_end, bool at_root, double t,
-                    struct mill_poly_check *check)
-{
-    const bool below = at_root || c[0] == 0.0 ? c[1] < 0.0 : c[0] < 0.0;
-    if (c[4] == 0.0 || !below || !(t < HUGE_VAL || t_end < HUGE_VAL))
-        return;
-    check->asked++;
-    check->refuted += !mill_poly_quartic_agrees(c, t_end, at_root, t);
-    check->doubted += check->second && !check->second(c, t_end, at_root, t);
-}
-
 double mill_poly_first_rise(const double c[5], double t_end, bool at_root,
                             struct mill_poly_counts *counts)
 {
     assert(t_end >= 0.0);
     const double t = first_rise(c, t_end, at_root, counts);
     if (counts && counts->check)
-        compare(c, t_end, at_root, t, counts->check);
+        counts->check->look(counts->check, c, t_end, at_root, t);
     return t;
 }

@@ -34,7 +34,7 @@ void mill_sim_free(struct mill_sim *sim)
     mill_sim_slabs_free(sim->slabs);
     mill_schedule_free(sim->schedule);
     mill_pinches_free(&sim->pinches);
-    free(sim->paranoid);
+    free(sim->proof);
     free(sim);
 }
 
@@ -52,34 +52,13 @@ void mill_sim_use_threads(struct mill_sim *sim, int threads)
 {
     mill_sim_slabs_free(sim->slabs);
     sim->slabs = NULL;
-    if (!sim->paranoid)
+    if (!sim->proof)
         sim->slabs = mill_sim_slabs_create(sim, mill_slabs_worth(sim->schedule, threads));
 }
 
 int mill_sim_threads(const struct mill_sim *sim)
 {
     return sim->slabs ? mill_sim_slabs_count(sim->slabs) : 1;
-}
-
-enum mill_status mill_sim_paranoid(struct mill_sim *sim, bool on, struct mill_error *error)
-{
-    mill_sim_use_threads(sim, 1); /* the checks look at all balls after each event */
-    free(sim->paranoid);
-    sim->paranoid = on ? calloc(1, sizeof *sim->paranoid) : NULL;
-    sim->quartics = (struct mill_poly_check){.second = sim->quartics.second};
-    if (on && !sim->paranoid)
-        return mill_error_set(error, MILL_FAILED, "out of memory for the checks");
-    sim->error = error;
-    sim->status = MILL_OK;
-    if (on)
-        mill_sim_paranoid_all(sim, false);
-    sim->error = NULL;
-    return sim->status;
-}
-
-void mill_sim_use_opinion(struct mill_sim *sim, mill_poly_opinion_fn *second)
-{
-    sim->quartics.second = second;
 }
 
 const struct mill_world *mill_sim_world(const struct mill_sim *sim)
@@ -128,7 +107,7 @@ enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budge
     assert(until == until);
     sim->error = error;
     sim->status = MILL_OK;
-    sim->world->counts.quartics.check = sim->paranoid ? &sim->quartics : NULL;
+    sim->world->counts.quartics.check = sim->proof ? &sim->proof->check : NULL;
     if (sim->slabs)
         mill_sim_slabs_begin(sim->slabs);
     while (budget > 0) {
@@ -147,8 +126,8 @@ enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budge
         } else if (sample <= until) {
             take_samples(sim, sample);
         } else {
-            if (sim->paranoid)
-                mill_sim_paranoid_account(sim);
+            if (sim->proof)
+                sim->proof->account(sim);
             break;
         }
         if (sim->status == MILL_OK && stop && *stop)

@@ -47,6 +47,6 @@ void mill_sim_epoch_end(struct mill_sim *sim)
     if (sim->status != MILL_OK)
         return;
     mill_sim_epoch_begin(sim);
-    if (sim->paranoid)
-        mill_sim_paranoid_all(sim, true);
+    if (sim->proof)
+        sim->proof->planned(sim);
 }

@@ -61,8 +61,8 @@ void mill_sim_take_events(struct mill_sim *sim, double limit, uint64_t *budget,
             return;
         if (stop && *stop)
             sim->status = MILL_STOPPED;
-        else if (sim->paranoid)
-            mill_sim_paranoid_before(sim, i, t);
+        else if (sim->proof)
+            sim->proof->before(sim, i, t);
         if (sim->status != MILL_OK)
             return;
         /* rounding may put an event slightly before the last one, but time must not go backwards */
@@ -71,7 +71,7 @@ void mill_sim_take_events(struct mill_sim *sim, double limit, uint64_t *budget,
             mill_schedule_ahead(sim->schedule);
         mill_sim_happen(sim, i);
         watch_time(sim, i, t);
-        if (sim->paranoid && sim->status == MILL_OK)
-            mill_sim_paranoid_after(sim, i);
+        if (sim->proof && sim->status == MILL_OK)
+            sim->proof->after(sim, i);
     }
 }

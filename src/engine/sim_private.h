@@ -1,4 +1,5 @@
-/* Declarations shared by the parts of the event loop (sim*.c). No other file includes this one. */
+/* Declarations shared by the parts of the event loop (sim*.c). No other file includes this one,
+ * except those that check a run (proof/). */
 #ifndef MILL_SIM_PRIVATE_H
 #define MILL_SIM_PRIVATE_H
 
@@ -31,11 +32,14 @@ static inline bool mill_sim_hastes(const struct mill_watch *watch)
     return watch->standing > 1000 || watch->events > 10000000;
 }
 
-struct mill_sim_paranoid {
-    struct mill_sim_checks checks;
-    struct mill_plan due; /* the plan of the present event */
-    uint32_t contacts;    /* of the ball of this event, before the event */
-    int64_t asleep;       /* balls, before the event */
+/* Someone who looks at each event of a run on one thread, and at the searches for contacts. The
+ * functions return true if all is well; otherwise they have set the sim's status and error. */
+struct mill_sim_proof {
+    struct mill_poly_check check;
+    bool (*before)(struct mill_sim *sim, int32_t i, double t); /* of the event of ball i */
+    bool (*after)(struct mill_sim *sim, int32_t i);
+    bool (*planned)(struct mill_sim *sim); /* all balls have been planned now */
+    bool (*account)(struct mill_sim *sim); /* a call of mill_sim_run ends */
 };
 
 struct mill_sim {
@@ -43,9 +47,8 @@ struct mill_sim {
     struct mill_schedule *schedule;
     struct mill_pinches pinches;
     struct mill_watch watch;
-    struct mill_sim_paranoid *paranoid; /* NULL: off */
-    struct mill_poly_check quartics;    /* of a paranoid run */
-    double now;                         /* [s] local */
+    struct mill_sim_proof *proof; /* NULL: none. The sim frees it. */
+    double now;                   /* [s] local */
     int observers;
     struct mill_observer *observer[MILL_SIM_OBSERVERS];
     struct mill_sim_slabs *slabs; /* other threads that carry out events; NULL: none */
@@ -142,51 +145,5 @@ int32_t mill_sim_rest_meet(struct mill_sim *sim, int32_t i, int32_t j, double sp
 /* Ball i has moved to its event, which is due now. If it has left its place, the balls that it has
  * held up wake up. */
 void mill_sim_rest_follow(struct mill_sim *sim, int32_t i);
-
-/* ---- paranoid runs (sim_paranoid.c) ---- */
-
-/* The checks of a paranoid run compare the plans and the effects of each event with brute force.
- * They write only their own counts. All return true if the check holds. If not, the sim's status is
- * MILL_FAILED and its error is "paranoid: ...". */
-
-/* Before ball i's event at local time t: the event is not in the past, no plan is earlier, every
- * entry of the calendar has the time of its plan, and bodies that are due to meet touch. */
-bool mill_sim_paranoid_before(struct mill_sim *sim, int32_t i, double t);
-
-/* After that event: checks the balls that took part. Every thousand events, also the energy
- * account. */
-bool mill_sim_paranoid_after(struct mill_sim *sim, int32_t i);
-
-/* Checks all balls, the calendar and the account. fresh: all balls have been planned now. */
-bool mill_sim_paranoid_all(struct mill_sim *sim, bool fresh);
-
-/* Work of all motions = change of energy + dissipation, to 1e-9 of the energy turned over. */
-bool mill_sim_paranoid_account(struct mill_sim *sim);
-
-/* Does every entry of the calendar have the time of its plan? *first: the ball that is due first */
-bool mill_sim_paranoid_calendar(struct mill_sim *sim, int32_t *first);
-
-/* Is ball i in its cell at local time t, and in the rows of this cell? */
-bool mill_sim_paranoid_place(struct mill_sim *sim, int32_t i, double t);
-
-/* Ends the run with this message. The result is false. */
-__attribute__((format(printf, 2, 3))) bool mill_sim_paranoid_fault(struct mill_sim *sim,
-                                                                   const char *format, ...);
-
-/* Bound of a coordinate in the mill [m]; rounding errors of positions are relative to it */
-double mill_sim_paranoid_size(const struct mill_world *world);
-
-/* Maximum sum of rounding errors in a position, a root or an energy: a few dozen operations each */
-#define MILL_SIM_ROUNDINGS (64.0 * 2.2e-16)
-
-/* Checks the contact of a plan of ball i, if the plan is not stale: at its time the bodies touch
- * and do not move apart. */
-bool mill_sim_paranoid_touch(struct mill_sim *sim, int32_t i, const struct mill_plan *plan);
-
-/* Checks ball i against all other balls and all surfaces: no overlap now, and no contact before the
- * next event of either. fresh: ball i has been planned now, so its own plan must include all
- * contacts with balls of the cells around. touched: the surface that it has met now, or
- * MILL_NOBODY. */
-bool mill_sim_paranoid_ball(struct mill_sim *sim, int32_t i, bool fresh, int32_t touched);
 
 #endif

@@ -170,7 +170,7 @@ static double time_quartic(const struct rise_case *q)
     for (int i = 0; i < REPEATS; i++) {
         double start = seconds_now();
         for (int k = 0; k < CASES; k++)
-            mill_poly_quartic_roots(q[k].c, re, im);
+            mill_quartic_roots(q[k].c, re, im);
         best = fmin(best, seconds_now() - start);
     }
     return 1e9 * best / CASES;

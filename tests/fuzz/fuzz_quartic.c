@@ -287,7 +287,7 @@ static void check_roots(const struct question *q)
     double re[4], im[4];
     if (q->c[4] == 0.0)
         return;
-    mill_poly_quartic_roots(q->c, re, im);
+    mill_quartic_roots(q->c, re, im);
     for (int k = 0; k < 4; k++) {
         const int pair = k ^ 1;
         fuzz_require(!isnan(re[k]) && !isnan(im[k]), "root %d of %a %a %a %a %a is not a number", k,

@@ -401,7 +401,7 @@ static uint64_t run(const struct mill_deck *deck, const struct way *way, struct 
     const uint64_t piece = way->piece / fewer;
     uint64_t events = way->events / fewer;
     if (way->paranoid && !swift)
-        fuzz_require(mill_sim_paranoid(m.sim, true, &error) == MILL_OK, "%s", error.text);
+        fuzz_require(mill_paranoid_start(m.sim, NULL, &error) == MILL_OK, "%s", error.text);
     if (way->saved && mill_run_checked(m.sim, deck->time, events / 2, piece)) {
         hand_over(deck, &m);
         events -= events / 2;

@@ -58,9 +58,9 @@ SLOW_TEST(each_step_of_such_a_gas_holds_against_brute_force, 2)
     }
     bench_open(&b, &fewer);
     ck_assert_int_eq(b.sim->schedule->grids.classes == 1, _i);
-    ck_assert_int_eq(mill_sim_paranoid(b.sim, true, &b.error), MILL_OK);
+    ck_assert_int_eq(mill_paranoid_start(b.sim, NULL, &b.error), MILL_OK);
     bench_run(&b, 0.002);
-    ck_assert_uint_gt(mill_sim_checks(b.sim).events, 500);
+    ck_assert_uint_gt(mill_paranoid_done(b.sim).events, 500);
     bench_close(&b);
 }
 

@@ -30,7 +30,7 @@ static const struct model busy = {
 
 static struct bench b;
 static struct mill_schedule *q;
-static struct mill_sim_paranoid p;
+static struct mill_paranoid p;
 static struct mill_sim sim;
 static struct mill_error error;
 
@@ -75,14 +75,14 @@ static void expect(bool holds, const char *words)
 
 static void expect_of_all(const char *words)
 {
-    expect(mill_sim_paranoid_all(&sim, true), words);
+    expect(mill_paranoid_all(&sim, true), words);
 }
 
 /* ---- a sound state ---- */
 
 TEST(a_sound_state_passes_and_every_check_is_counted)
 {
-    ck_assert_msg(mill_sim_paranoid_all(&sim, true), "%s", error.text);
+    ck_assert_msg(mill_paranoid_all(&sim, true), "%s", error.text);
     ck_assert_uint_eq(p.checks.entries, BALLS);
     ck_assert_uint_eq(p.checks.places, BALLS);
     ck_assert_uint_eq(p.checks.predictions, BALLS);
@@ -112,7 +112,7 @@ TEST(a_plan_whose_partner_has_changed_course_since_is_no_fault)
     b.world->ball[1].contacts++;
     b.world->start = mill_world_energy(b.world, 0.0);
     mill_schedule_ball(q, 1, 0.0, MILL_NOBODY);
-    ck_assert_msg(mill_sim_paranoid_all(&sim, false), "%s", error.text);
+    ck_assert_msg(mill_paranoid_all(&sim, false), "%s", error.text);
 }
 
 /* ---- overlaps ---- */
@@ -120,7 +120,7 @@ TEST(a_plan_whose_partner_has_changed_course_since_is_no_fault)
 TEST(an_overlap_of_two_balls_is_told_with_its_depth)
 {
     b.world->ball[1].r.x = 0.0285 + 0.01 - 2e-9;
-    expect(mill_sim_paranoid_ball(&sim, 0, true, MILL_NOBODY),
+    expect(mill_paranoid_ball(&sim, 0, true, MILL_NOBODY),
            "ball 0 and ball 1 overlap by 2e-09 m");
 }
 
@@ -129,7 +129,7 @@ TEST(less_than_a_nanometre_is_no_overlap)
     b.world->ball[1].r.x = 0.0285 + 0.01 - 0.9e-9;
     b.world->ball[1].v.x = 2.0;
     mill_schedule_ball(q, 0, 0.0, MILL_NOBODY);
-    ck_assert_msg(mill_sim_paranoid_ball(&sim, 0, true, MILL_NOBODY), "%s", error.text);
+    ck_assert_msg(mill_paranoid_ball(&sim, 0, true, MILL_NOBODY), "%s", error.text);
 }
 
 TEST(an_overlap_with_a_surface_is_told)
@@ -142,19 +142,19 @@ TEST(an_overlap_far_from_the_cell_that_lists_the_ball_is_seen)
 {
     /* in the grid ball 1 is still where it was: no list of neighbours leads to it */
     b.world->ball[1].r = vec3_make(0.0, 0.004, -0.044);
-    expect(mill_sim_paranoid_ball(&sim, 2, true, MILL_NOBODY),
+    expect(mill_paranoid_ball(&sim, 2, true, MILL_NOBODY),
            "ball 2 and ball 1 overlap by 0.006 m");
 }
 
 TEST(a_ball_that_the_blades_let_go_may_be_in_one_and_no_other)
 {
     b.world->ball[3].r = vec3_make(-0.03, 0.02, 0.004);
-    expect(mill_sim_paranoid_ball(&sim, 3, true, MILL_NOBODY),
+    expect(mill_paranoid_ball(&sim, 3, true, MILL_NOBODY),
            "ball 3 overlaps a surface (ball_blade) by 0.003 m");
     q->plan[3].let_go = true;
     mill_schedule_ball(q, 3, 0.0, MILL_NOBODY);
     ck_assert(q->plan[3].let_go);
-    ck_assert(mill_sim_paranoid_ball(&sim, 3, true, MILL_NOBODY));
+    ck_assert(mill_paranoid_ball(&sim, 3, true, MILL_NOBODY));
 }
 
 /* ---- predictions ---- */
@@ -165,7 +165,7 @@ TEST(a_contact_of_two_balls_that_is_planned_too_late_is_told)
     enter(0);
     enter(1);
     /* 1 m/s for 1e-9 s */
-    expect(mill_sim_paranoid_ball(&sim, 0, true, MILL_NOBODY), "ball 0 and ball 1 meet");
+    expect(mill_paranoid_ball(&sim, 0, true, MILL_NOBODY), "ball 0 and ball 1 meet");
     ck_assert_ptr_nonnull(strstr(error.text, "unplanned"));
     ck_assert_ptr_nonnull(strstr(error.text, "overlap by 1e-09 m"));
 }
@@ -174,7 +174,7 @@ TEST(a_contact_that_one_ball_alone_knows_of_is_enough_unless_its_plan_is_fresh)
 {
     q->plan[1].pair_t = INFINITY;
     enter(1);
-    ck_assert(mill_sim_paranoid_all(&sim, false));
+    ck_assert(mill_paranoid_all(&sim, false));
     expect_of_all("ball 1 and ball 0 meet at t = 0.001");
 }
 
@@ -194,7 +194,7 @@ TEST(a_contact_planned_a_picosecond_late_is_told)
     q->plan[2].shape_t += 1e-11;
     enter(2);
     /* 1 m/s: 1e-11 m, hundred times what rounding explains */
-    expect(mill_sim_paranoid_ball(&sim, 2, true, MILL_NOBODY), "ball 2 meets a surface");
+    expect(mill_paranoid_ball(&sim, 2, true, MILL_NOBODY), "ball 2 meets a surface");
 }
 
 TEST(a_contact_planned_too_early_is_told)
@@ -214,7 +214,7 @@ TEST(a_contact_of_balls_that_part_is_told)
         .shape_t = INFINITY, .exit_t = INFINITY, .partner = 1, .shape = MILL_NOBODY};
     b.world->ball[1].r.x = 0.0285 + 0.01;
     b.world->ball[1].v.x = 1.005;
-    expect(mill_sim_paranoid_touch(&sim, 0, &plan),
+    expect(mill_paranoid_touch(&sim, 0, &plan),
            "are due to meet while they move apart at 0.005 m/s");
 }
 
@@ -228,7 +228,7 @@ TEST(a_contact_with_a_surface_that_is_left_is_told)
                                    .next = MILL_NEXT_SURFACE};
     b.world->ball[2].r.z = -0.045;
     b.world->ball[2].v.z = 0.005;
-    expect(mill_sim_paranoid_touch(&sim, 2, &plan),
+    expect(mill_paranoid_touch(&sim, 2, &plan),
            "ball 2 is due to meet a surface (ball_drum) while they move apart at 0.005 m/s");
 }
 
@@ -241,10 +241,10 @@ TEST(a_search_that_goes_on_is_no_contact)
                              .partner = MILL_NOBODY,
                              .shape = BLADE,
                              .next = MILL_NEXT_SURFACE};
-    expect(mill_sim_paranoid_touch(&sim, 3, &plan),
+    expect(mill_paranoid_touch(&sim, 3, &plan),
            "ball 3 is due to meet a surface (ball_blade) with a gap of ");
     plan.next = MILL_NEXT_SEARCH;
-    ck_assert(mill_sim_paranoid_touch(&sim, 3, &plan));
+    ck_assert(mill_paranoid_touch(&sim, 3, &plan));
 }
 
 TEST(a_plan_with_nobody_is_told)
@@ -269,8 +269,8 @@ TEST(what_the_clock_cannot_tell_is_no_fault_of_a_fast_ball)
         b.world->ball[2].r.z = -0.0449 + 1.7e-8 * k;
         b.world->ball[2].t = sim.now = now;
         mill_schedule_ball(q, 2, now, MILL_NOBODY);
-        ck_assert_msg(mill_sim_paranoid_ball(&sim, 2, true, MILL_NOBODY) &&
-                          mill_sim_paranoid_touch(&sim, 2, &q->plan[2]),
+        ck_assert_msg(mill_paranoid_ball(&sim, 2, true, MILL_NOBODY) &&
+                          mill_paranoid_touch(&sim, 2, &q->plan[2]),
                       "%s", error.text);
     }
 }
@@ -288,17 +288,17 @@ TEST(a_calendar_that_disagrees_with_a_plan_is_told)
 
 TEST(an_event_that_is_not_the_earliest_is_told)
 {
-    expect(mill_sim_paranoid_before(&sim, 0, q->plan[0].pair_t),
+    expect(mill_paranoid_before(&sim, 0, q->plan[0].pair_t),
            "the calendar takes ball 0 at t = 0.001");
     ck_assert_ptr_nonnull(strstr(error.text, "but ball 2 is due at 0.00"));
-    ck_assert(mill_sim_paranoid_before(&sim, 2, q->plan[2].shape_t));
+    ck_assert(mill_paranoid_before(&sim, 2, q->plan[2].shape_t));
 }
 
 TEST(an_event_in_the_past_is_told)
 {
     const double t = q->plan[2].shape_t;
     sim.now = t + 1e-12;
-    expect(mill_sim_paranoid_before(&sim, 2, t), "the event of ball 2 at t = 0.00");
+    expect(mill_paranoid_before(&sim, 2, t), "the event of ball 2 at t = 0.00");
     ck_assert_ptr_nonnull(strstr(error.text, "1e-12 s too late"));
 }
 
@@ -307,7 +307,7 @@ static bool carry_out(const struct mill_plan *plan)
 {
     p.due = *plan;
     p.contacts = b.world->ball[0].contacts++;
-    return mill_sim_paranoid_after(&sim, 0);
+    return mill_paranoid_after(&sim, 0);
 }
 
 TEST(a_contact_carried_out_with_bodies_apart_is_told)
@@ -344,22 +344,22 @@ TEST(an_account_that_is_out_by_more_than_a_billionth_is_told)
     b.world->account.work += 1e-8 * b.world->start.kinetic;
     expect_of_all("the energy account has an error of ");
     b.world->account.work = 1e-10 * b.world->start.kinetic;
-    ck_assert(mill_sim_paranoid_all(&sim, true));
+    ck_assert(mill_paranoid_all(&sim, true));
 }
 
 TEST(what_is_not_a_number_never_passes)
 {
     b.world->ball[1].v.x = NAN;
-    ck_assert(!mill_sim_paranoid_ball(&sim, 0, true, MILL_NOBODY));
+    ck_assert(!mill_paranoid_ball(&sim, 0, true, MILL_NOBODY));
     begin_again();
     b.world->ball[1].r.y = NAN;
-    ck_assert(!mill_sim_paranoid_ball(&sim, 0, true, MILL_NOBODY));
+    ck_assert(!mill_paranoid_ball(&sim, 0, true, MILL_NOBODY));
     begin_again();
     q->plan[2].shape_t = NAN;
-    ck_assert(!mill_sim_paranoid_all(&sim, true));
+    ck_assert(!mill_paranoid_all(&sim, true));
     begin_again();
     b.world->account.dissipation[0] = NAN;
-    ck_assert(!mill_sim_paranoid_all(&sim, true));
+    ck_assert(!mill_paranoid_all(&sim, true));
 }
 
 /* ---- runs ---- */
@@ -369,13 +369,13 @@ TEST(to_be_watched_changes_nothing)
     struct bench plain, watched;
     bench_open(&plain, &busy);
     bench_open(&watched, &busy);
-    ck_assert_int_eq(mill_sim_paranoid(watched.sim, true, &error), MILL_OK);
+    ck_assert_int_eq(mill_paranoid_start(watched.sim, NULL, &error), MILL_OK);
     bench_run(&plain, 0.1);
     bench_run(&watched, 0.1);
     const size_t n = (size_t)plain.world->balls;
     runs_are_alike(&plain, &watched);
-    const struct mill_sim_checks c = mill_sim_checks(watched.sim),
-                                 none = mill_sim_checks(plain.sim);
+    const struct mill_paranoid_checks c = mill_paranoid_done(watched.sim),
+                                 none = mill_paranoid_done(plain.sim);
     const struct mill_counts *counts = &watched.world->counts;
     ck_assert_uint_eq(none.events + none.pairs, 0);
     ck_assert_uint_eq(c.events,
@@ -390,11 +390,11 @@ TEST(the_checks_can_be_switched_off_again)
 {
     struct bench run;
     bench_open(&run, &busy);
-    ck_assert_int_eq(mill_sim_paranoid(run.sim, true, &error), MILL_OK);
-    ck_assert_uint_eq(mill_sim_checks(run.sim).predictions, 120);
-    ck_assert_int_eq(mill_sim_paranoid(run.sim, false, &error), MILL_OK);
+    ck_assert_int_eq(mill_paranoid_start(run.sim, NULL, &error), MILL_OK);
+    ck_assert_uint_eq(mill_paranoid_done(run.sim).predictions, 120);
+    mill_paranoid_stop(run.sim);
     bench_run(&run, 0.01);
-    ck_assert_uint_eq(mill_sim_checks(run.sim).predictions, 0);
+    ck_assert_uint_eq(mill_paranoid_done(run.sim).predictions, 0);
     bench_close(&run);
 }
 
@@ -412,7 +412,7 @@ static void run_into(struct bench *run, const char *words)
 static void open_watched(struct bench *run)
 {
     bench_open(run, &busy);
-    ck_assert_int_eq(mill_sim_paranoid(run->sim, true, &run->error), MILL_OK);
+    ck_assert_int_eq(mill_paranoid_start(run->sim, NULL, &run->error), MILL_OK);
     bench_run(run, 0.01);
 }
 
@@ -457,9 +457,8 @@ TEST(a_run_ends_when_another_solver_finds_another_contact)
     struct bench run;
     asked = 0;
     bench_open(&run, &busy);
-    mill_sim_use_opinion(run.sim, agrees_for_a_while);
-    ck_assert_int_eq(mill_sim_paranoid(run.sim, true, &run.error), MILL_OK);
-    ck_assert_uint_eq(mill_sim_checks(run.sim).quartics, asked);
+    ck_assert_int_eq(mill_paranoid_start(run.sim, agrees_for_a_while, &run.error), MILL_OK);
+    ck_assert_uint_eq(mill_paranoid_done(run.sim).quartics, asked);
     ck_assert_uint_eq(short_windows, 0); /* brute force looks a millisecond further */
     run_into(&run, "another solver of a quartic contradicts the search for a contact of ball ");
     ck_assert_uint_gt(short_windows, 10); /* the searches of the run itself */
@@ -471,7 +470,7 @@ TEST(checks_that_begin_in_the_middle_of_a_run_accept_it)
     bench_open(&run, &busy);
     for (uint64_t budget = 1; budget < 5000; budget = 3 * budget + 1) {
         ck_assert_int_eq(mill_sim_run(run.sim, 1.0, budget, NULL, &run.error), MILL_OK);
-        ck_assert_msg(mill_sim_paranoid(run.sim, true, &run.error) == MILL_OK, "%s",
+        ck_assert_msg(mill_paranoid_start(run.sim, NULL, &run.error) == MILL_OK, "%s",
                       run.error.text);
     }
     bench_close(&run);

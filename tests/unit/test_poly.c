@@ -95,7 +95,7 @@ LOOP_TEST(hard_quartics_are_solved_to_the_floor, COUNT(hard))
 {
     const struct known_quartic *q = &hard[_i];
     double re[4], im[4];
-    mill_poly_quartic_roots(q->c, re, im);
+    mill_quartic_roots(q->c, re, im);
     for (int k = 0; k < 4; k++)
         ck_assert_double_le(distance_to_nearest(q->root[k], re, im) / cabs(q->root[k]),
                             10.0 * q->floor + 1e-14);
@@ -111,7 +111,7 @@ TEST(conjugate_pairs_are_adjacent)
 {
     for (size_t i = 0; i < sizeof hard / sizeof hard[0]; i++) {
         double re[4], im[4];
-        mill_poly_quartic_roots(hard[i].c, re, im);
+        mill_quartic_roots(hard[i].c, re, im);
         for (int k = 0; k < 4; k += 2)
             ck_assert(im[k] == -im[k + 1] && (im[k] == 0.0 || re[k] == re[k + 1]));
     }
@@ -125,7 +125,7 @@ TEST(quartic_scales_to_the_ends_of_the_exponent_range)
             double scaled[5], re[4], im[4], unit = ldexp(1.0, e);
             for (int k = 0; k < 5; k++)
                 scaled[k] = ldexp(c[k], f - e * k);
-            mill_poly_quartic_roots(scaled, re, im);
+            mill_quartic_roots(scaled, re, im);
             for (int k = 0; k < 4; k++)
                 ck_assert_double_le(distance_to_nearest(root[k] * unit, re, im), 1e-15 * unit);
         }
@@ -138,7 +138,7 @@ TEST(quartic_with_zero_roots_has_them_exactly)
         const double c[5][5] = {
             {0}, {0, -6, 11, -6, 1}, {0, 0, 2, -3, 1}, {0, 0, 0, -1, 1}, {0, 0, 0, 0, 1}};
         int exact = 0;
-        mill_poly_quartic_roots(c[zeros], re, im);
+        mill_quartic_roots(c[zeros], re, im);
         for (int k = 0; k < 4; k++)
             exact += re[k] == 0.0 && im[k] == 0.0;
         ck_assert_int_eq(exact, zeros);
@@ -157,7 +157,7 @@ TEST(two_zero_roots_between_large_ones_leave_these_all_their_digits)
         const double root = sqrt(-c[2] / c[4]);
         double re[4], im[4];
         int zeros = 0;
-        mill_poly_quartic_roots(c, re, im);
+        mill_quartic_roots(c, re, im);
         for (int k = 0; k < 4; k++)
             zeros += re[k] == 0.0 && im[k] == 0.0;
         ck_assert_int_eq(zeros, 2);
@@ -171,7 +171,7 @@ static int exact_zeros(const double c[5])
 {
     double re[4], im[4];
     int zeros = 0;
-    mill_poly_quartic_roots(c, re, im);
+    mill_quartic_roots(c, re, im);
     for (int k = 0; k < 4; k++)
         zeros += re[k] == 0.0 && im[k] == 0.0;
     return zeros;
@@ -248,7 +248,7 @@ TEST(quartics_from_known_roots_are_solved_as_well_as_their_coefficients_allow)
         double complex root[4];
         double c[5], re[4], im[4];
         random_quartic(rng, root, c);
-        mill_poly_quartic_roots(c, re, im);
+        mill_quartic_roots(c, re, im);
         for (int k = 0; k < 4; k++)
             if (!(distance_to_nearest(root[k], re, im) <= rounding_radius(root, k)))
                 ck_abort_msg("case %d: root %d missed: (%.17g, %.17g)", i, k, creal(root[k]),
@@ -264,7 +264,7 @@ TEST(quartic_roots_of_any_finite_input_are_numbers)
         double c[5], re[4], im[4];
         for (int k = 0, j = i; k < 5; k++, j /= 7)
             c[k] = some[k < 4 ? j % 7 : j + 1];
-        mill_poly_quartic_roots(c, re, im);
+        mill_quartic_roots(c, re, im);
         for (int k = 0; k < 4; k++)
             ck_assert(!isnan(re[k]) && !isnan(im[k]));
     }
@@ -280,7 +280,7 @@ SLOW_TEST(quartic_roots_of_any_magnitude_are_numbers, 1)
                 k < 4 && gsl_rng_uniform_int(rng, 4) == 0
                     ? 0.0
                     : ldexp(gsl_rng_uniform(rng) - 0.5, (int)gsl_rng_uniform_int(rng, 2000) - 1000);
-        mill_poly_quartic_roots(c, re, im);
+        mill_quartic_roots(c, re, im);
         for (int k = 0; k < 4; k++)
             ck_assert_msg(!isnan(re[k]) && !isnan(im[k]), "%a %a %a %a %a", c[0], c[1], c[2], c[3],
                           c[4]);
@@ -296,7 +296,7 @@ TEST(quartic_with_roots_three_hundred_decades_apart_keeps_them)
                          0x1.4414120e4edf5p+28};
     const double small = -c[1] / c[2], large = sqrt(-c[2] / c[4]);
     double re[4], im[4];
-    mill_poly_quartic_roots(c, re, im);
+    mill_quartic_roots(c, re, im);
     double lowest = INFINITY, highest = -INFINITY, least = INFINITY;
     for (int k = 0; k < 4; k++) {
         ck_assert_double_eq(im[k], 0.0);

@@ -175,8 +175,8 @@ TEST(the_closed_form_agrees_with_first_rises_and_refutes_wrong_ones)
             continue;
         contacts++;
         /* a window that ends well behind the contact, in which it is said not to be */
-        missed += !mill_poly_quartic_agrees(q.c, 1.1 * t, false, INFINITY);
-        invented += !mill_poly_quartic_agrees(q.c, q.t_end, false, 0.5 * t);
+        missed += !mill_quartic_agrees(q.c, 1.1 * t, false, INFINITY);
+        invented += !mill_quartic_agrees(q.c, q.t_end, false, 0.5 * t);
     }
     ck_assert_uint_eq(check.refuted, 0);
     ck_assert_int_gt(contacts, unit_draws(5000));

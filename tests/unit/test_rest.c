@@ -59,7 +59,7 @@ SLOW_TEST(brute_force_finds_no_contact_that_sleeping_balls_hide, 2)
 {
     struct bench b;
     bench_open(&b, _i ? &mixture : &heap);
-    ck_assert_int_eq(mill_sim_paranoid(b.sim, true, &b.error), MILL_OK);
+    ck_assert_int_eq(mill_paranoid_start(b.sim, NULL, &b.error), MILL_OK);
     while (3 * b.world->counts.asleep < 2 * b.world->balls && mill_sim_time(b.sim) < 3.0)
         bench_run(&b, mill_sim_time(b.sim) + 0.1);
     ck_assert_int_ge(3 * b.world->counts.asleep, 2 * b.world->balls);

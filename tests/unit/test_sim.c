@@ -342,7 +342,7 @@ TEST(a_planet_strikes_balls_beside_blades_that_stand_still)
     ck_assert_uint_eq(b.world->counts.overlaps, 0);
     bench_close(&b);
     open_planetary(&watched);
-    ck_assert_int_eq(mill_sim_paranoid(watched.sim, true, &watched.error), MILL_OK);
+    ck_assert_int_eq(mill_paranoid_start(watched.sim, NULL, &watched.error), MILL_OK);
     bench_run(&watched, 0.1);
     bench_close(&watched);
 }
@@ -409,7 +409,7 @@ TEST(no_contact_with_a_slow_rotor_is_missed_when_the_local_clock_restarts)
         .law = {0.8, 0.05, 0.0}};
     struct bench b;
     bench_open(&b, &slow);
-    ck_assert_int_eq(mill_sim_paranoid(b.sim, true, &b.error), MILL_OK);
+    ck_assert_int_eq(mill_paranoid_start(b.sim, NULL, &b.error), MILL_OK);
     bench_run(&b, 2.0);
     ck_assert_uint_gt(b.world->account.collisions[MILL_BALL_BLADE], 0);
     bench_close(&b);

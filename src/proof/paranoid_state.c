@@ -1,12 +1,12 @@
 /* The checks of a paranoid run that look at one moment: calendar, cells and energy account. */
-#include "engine/sim_private.h"
+#include "proof/paranoid_state.h"
 
 #include <stdarg.h>
 #include <stdio.h>
 
 #define ACCOUNT_ERROR 1e-9 /* of the energy turned over */
 
-bool mill_sim_paranoid_fault(struct mill_sim *sim, const char *format, ...)
+bool mill_paranoid_fault(struct mill_sim *sim, const char *format, ...)
 {
     char text[sizeof sim->error->text];
     va_list arguments;
@@ -17,14 +17,14 @@ bool mill_sim_paranoid_fault(struct mill_sim *sim, const char *format, ...)
     return false;
 }
 
-double mill_sim_paranoid_size(const struct mill_world *w)
+double mill_paranoid_size(const struct mill_world *w)
 {
     const struct mill_container *c = &w->container;
     return c->still ? w->drum_radius + 0.5 * w->drum_length
                     : fmax(vec3_norm(c->places.lo), vec3_norm(c->places.hi));
 }
 
-bool mill_sim_paranoid_calendar(struct mill_sim *sim, int32_t *first)
+bool mill_paranoid_calendar(struct mill_sim *sim, int32_t *first)
 {
     const struct mill_schedule *q = sim->schedule;
     *first = 0;
@@ -32,17 +32,17 @@ bool mill_sim_paranoid_calendar(struct mill_sim *sim, int32_t *first)
         const double planned = mill_plan_time(&q->plan[k]);
         const double entered = mill_calendar_time(q->calendar, k);
         if (!(planned == entered))
-            return mill_sim_paranoid_fault(
+            return mill_paranoid_fault(
                 sim, "the calendar has ball %d at t = %.17g s, but its plan has %.17g s", k,
                 sim->world->base + entered, sim->world->base + planned);
         if (planned < mill_plan_time(&q->plan[*first]))
             *first = k;
-        sim->paranoid->checks.entries++;
+        mill_paranoid_of(sim)->checks.entries++;
     }
     return true;
 }
 
-bool mill_sim_paranoid_place(struct mill_sim *sim, int32_t i, double t)
+bool mill_paranoid_place(struct mill_sim *sim, int32_t i, double t)
 {
     const struct mill_world *w = sim->world;
     const bool asleep = mill_world_asleep(w, i);
@@ -50,18 +50,17 @@ bool mill_sim_paranoid_place(struct mill_sim *sim, int32_t i, double t)
     const struct mill_cells *c = sim->schedule->cells;
     const vec3 r = mill_world_position(w, i, t);
     const double travel = vec3_norm(mill_world_velocity(w, i, t)) * sim->schedule->horizon;
-    const double rounding = MILL_SIM_ROUNDINGS * (mill_sim_paranoid_size(w) + travel);
+    const double rounding = MILL_SIM_ROUNDINGS * (mill_paranoid_size(w) + travel);
     const double x[3] = {r.x - c->lo.x, r.y - c->lo.y, r.z - c->lo.z};
     const struct mill_cells *own = &grids->own[grids->class_of[w->ball[i].species]];
     const int32_t cell = c->cell[i], held = mill_cells_held(own, own->cell[i]);
     int32_t at = 0, index[3];
-    sim->paranoid->checks.places++;
+    mill_paranoid_of(sim)->checks.places++;
     while (at < held && mill_cells_ball(own, own->cell[i], at) != i)
         at++;
     if (at == held)
-        return mill_sim_paranoid_fault(sim,
-                                       "ball %d is not in the list of its cell %d at t = %.17g s",
-                                       i, own->cell[i], w->base + t);
+        return mill_paranoid_fault(sim, "ball %d is not in the list of its cell %d at t = %.17g s",
+                                   i, own->cell[i], w->base + t);
     mill_cells_index(c, cell, index);
     bool inside = true; /* inside its box; the outermost cells are open outwards, except at
                            periodic ends */
@@ -75,12 +74,12 @@ bool mill_sim_paranoid_place(struct mill_sim *sim, int32_t i, double t)
                  ((open && index[k] == last) || x[k] <= hi);
     }
     return inside ||
-           mill_sim_paranoid_fault(
+           mill_paranoid_fault(
                sim, "ball %d at (%.9g, %.9g, %.9g) m is outside its cell %d at t = %.17g s", i, r.x,
                r.y, r.z, cell, w->base + t);
 }
 
-bool mill_sim_paranoid_account(struct mill_sim *sim)
+bool mill_paranoid_account(struct mill_sim *sim)
 {
     const struct mill_world *w = sim->world;
     const struct mill_energy e = mill_world_energy(w, sim->now);
@@ -90,11 +89,10 @@ bool mill_sim_paranoid_account(struct mill_sim *sim)
         mass += w->species[w->ball[i].species].mass;
     /* at first, the rounding errors of the energies are larger than the error of the little energy
      * turned over */
-    const double held =
-        e.kinetic + e.rotational + mass * vec3_norm(w->g) * mill_sim_paranoid_size(w);
-    sim->paranoid->checks.accounts++;
+    const double held = e.kinetic + e.rotational + mass * vec3_norm(w->g) * mill_paranoid_size(w);
+    mill_paranoid_of(sim)->checks.accounts++;
     return imbalance <= ACCOUNT_ERROR * turnover + MILL_SIM_ROUNDINGS * held ||
-           mill_sim_paranoid_fault(
+           mill_paranoid_fault(
                sim,
                "the energy account has an error of %.3g J, of %.3g J turned over at t = %.17g s",
                imbalance, turnover, w->base + sim->now);

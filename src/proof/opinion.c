@@ -2,7 +2,7 @@
  * algorithm, in y = 1/t: early times are large roots then, which are accurate. Multiple roots are
  * ill-conditioned, but the polynomial with these roots is not: this file asks it for signs.
  * docs/design.md derives its error. */
-#include "app/opinion.h"
+#include "proof/paranoid.h"
 
 #include <complex.h>
 #include <gsl/gsl_poly.h>

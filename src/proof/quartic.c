@@ -12,7 +12,7 @@
 #include <math.h>
 
 #include "base/poly_dd.h"
-#include "millsim/poly.h"
+#include "proof/paranoid.h"
 
 #define NEWTON_STEPS 32  /* near common roots the residual first rises and then falls slowly */
 #define GOOD_START 1e-10 /* relative residual of the first factors */
@@ -273,7 +273,7 @@ static struct dd coefficient(const double c[5], int k, int s)
     return dd_div(dd_from(ldexp(c[k], -lead - (4 - k) * s)), dd_from(ldexp(c[4], -lead)));
 }
 
-void mill_poly_quartic_roots(const double c[5], double re[4], double im[4])
+void mill_quartic_roots(const double c[5], double re[4], double im[4])
 {
     int s = -100000;
     for (int k = 0; k < 4; k++)
@@ -303,13 +303,13 @@ static double value_at(const double p[5], double t, double *terms)
     return value;
 }
 
-bool mill_poly_quartic_agrees(const double c[5], double t_end, bool at_root, double t)
+bool mill_quartic_agrees(const double c[5], double t_end, bool at_root, double t)
 {
     const double allowed = 1e-9;
     const double p[5] = {at_root ? 0.0 : c[0], c[1], c[2], c[3], c[4]};
     const double end = t < t_end ? t : t_end;
     double terms, to[5] = {[4] = end}, im[4];
-    mill_poly_quartic_roots(p, to, im);
+    mill_quartic_roots(p, to, im);
     for (int i = 0; i < 5; i++) { /* to each root, or the end, from the next smaller root */
         double from = 0.0;
         for (int k = 0; k < 4; k++)

@@ -12,7 +12,8 @@
  *
  * Two computed times of one grazing contact may differ, but its depth cannot. So all checks compare
  * an overlap in metres with the rounding errors of the positions. */
-#include "engine/sim_private.h"
+#include "proof/paranoid_state.h"
+
 #include "geometry/shape.h"
 
 #include <stdlib.h>
@@ -70,7 +71,7 @@ static struct pair relate(const struct mill_sim *sim, int32_t i, int32_t j, int 
      * the gap */
     const double square = 4.0 * (side[0] * side[0] + side[1] * side[1] + side[2] * side[2]) / k.sum;
     k.slack = MILL_SIM_ROUNDINGS *
-              (mill_sim_paranoid_size(w) + square + vec3_norm(k.u) * sim->schedule->horizon);
+              (mill_paranoid_size(w) + square + vec3_norm(k.u) * sim->schedule->horizon);
     return k;
 }
 
@@ -82,7 +83,7 @@ static double surface_slack(const struct mill_sim *sim, int32_t i, double from, 
     const struct mill_world *w = sim->world;
     const double dt = fmax(to - from, 0.0);
     const double swift = vec3_norm(mill_world_velocity(w, i, from)) + dt * vec3_norm(w->g);
-    const double reach = mill_sim_paranoid_size(w) + dt * swift;
+    const double reach = mill_paranoid_size(w) + dt * swift;
     const double ticks = (swift + fastest_surface(w)) * sim->schedule->horizon;
     return MILL_SIM_ROUNDINGS * (reach + reach * reach / radius_of(w, i) + ticks);
 }
@@ -92,20 +93,20 @@ static bool touch_ball(struct mill_sim *sim, int32_t i, const struct mill_plan *
     const struct mill_world *w = sim->world;
     const int32_t j = plan->partner;
     if (j < 0 || j >= w->balls || j == i)
-        return mill_sim_paranoid_fault(sim, "ball %d has a plan to meet ball %d, which cannot be",
-                                       i, j);
+        return mill_paranoid_fault(sim, "ball %d has a plan to meet ball %d, which cannot be", i,
+                                   j);
     if (w->ball[j].contacts != plan->partner_contacts)
         return true; /* stale: the loop finds this when it is due */
     const struct pair k = relate(sim, i, j, NEAREST, plan->pair_t);
     /* overlapping and closing means a contact now; the depth is checked as an overlap */
     if (!(k.gap <= k.slack) || (k.gap < -k.slack && plan->pair_t > w->ball[i].t))
-        return mill_sim_paranoid_fault(
+        return mill_paranoid_fault(
             sim, "ball %d and ball %d are due to meet with a gap of %.3g m at t = %.17g s", i, j,
             k.gap, w->base + plan->pair_t);
     const double opening = vec3_dot(k.d, k.u);
     /* as deep as they would have been at the closest approach */
     return opening <= 0.0 || opening * opening <= 2.0 * k.sum * vec3_dot(k.u, k.u) * k.slack ||
-           mill_sim_paranoid_fault(
+           mill_paranoid_fault(
                sim,
                "ball %d and ball %d are due to meet while they move apart at %.3g m/s at t = "
                "%.17g s",
@@ -119,7 +120,7 @@ static bool touch_surface(struct mill_sim *sim, int32_t i, const struct mill_pla
     if (plan->next == MILL_NEXT_SEARCH)
         return true; /* no contact: a search continues; how often, influences only the speed */
     if (plan->shape < 0 || plan->shape >= w->shapes)
-        return mill_sim_paranoid_fault(
+        return mill_paranoid_fault(
             sim, "ball %d has a plan to meet surface %d, which does not exist", i, plan->shape);
     const struct mill_shape *shape = w->shape[plan->shape];
     const char *kind = w->kinds.name[shape->kind];
@@ -129,7 +130,7 @@ static bool touch_surface(struct mill_sim *sim, int32_t i, const struct mill_pla
         mill_shape_meet(shape, mill_world_position(w, i, t), v, radius, &pose);
     const double slack = surface_slack(sim, i, w->ball[i].t, t);
     if (!(c.gap <= MILL_SHAPE_CLOSED + slack))
-        return mill_sim_paranoid_fault(
+        return mill_paranoid_fault(
             sim, "ball %d is due to meet a surface (%s) with a gap of %.3g m at t = %.17g s", i,
             kind, c.gap, w->base + t);
     const double opening = vec3_dot(vec3_sub(v, c.velocity), c.normal);
@@ -138,14 +139,14 @@ static bool touch_surface(struct mill_sim *sim, int32_t i, const struct mill_pla
     const double around = (shape->hollow > radius ? shape->hollow : w->drum_radius) - radius;
     const double bend = vec3_norm(w->g) + swift * swift * (1.0 / radius + 1.0 / around);
     return opening <= DEEP || opening * opening <= 2.0 * bend * slack ||
-           mill_sim_paranoid_fault(
+           mill_paranoid_fault(
                sim,
                "ball %d is due to meet a surface (%s) while they move apart at %.3g m/s at t = "
                "%.17g s",
                i, kind, opening, w->base + t);
 }
 
-bool mill_sim_paranoid_touch(struct mill_sim *sim, int32_t i, const struct mill_plan *plan)
+bool mill_paranoid_touch(struct mill_sim *sim, int32_t i, const struct mill_plan *plan)
 {
     const double horizon = sim->schedule->horizon;
     return (!(plan->pair_t <= horizon) || touch_ball(sim, i, plan)) &&
@@ -157,20 +158,20 @@ bool mill_sim_paranoid_touch(struct mill_sim *sim, int32_t i, const struct mill_
 static bool has_met(struct mill_sim *sim, int32_t i)
 {
     const struct mill_world *w = sim->world;
-    const struct mill_plan *due = &sim->paranoid->due;
+    const struct mill_plan *due = &mill_paranoid_of(sim)->due;
     if (due->next == MILL_NEXT_PAIR) {
         const struct pair k = relate(sim, i, due->partner, NEAREST, sim->now);
         return k.gap <= k.slack ||
-               mill_sim_paranoid_fault(
-                   sim, "ball %d and ball %d met with a gap of %.3g m at t = %.17g s", i,
-                   due->partner, k.gap, w->base + sim->now);
+               mill_paranoid_fault(sim,
+                                   "ball %d and ball %d met with a gap of %.3g m at t = %.17g s", i,
+                                   due->partner, k.gap, w->base + sim->now);
     }
     const struct mill_shape *shape = w->shape[due->shape];
     const double gap = gap_at(w, i, shape, sim->now);
     return gap <= MILL_SHAPE_CLOSED + surface_slack(sim, i, sim->now, sim->now) ||
-           mill_sim_paranoid_fault(sim,
-                                   "ball %d met a surface (%s) with a gap of %.3g m at t = %.17g s",
-                                   i, w->kinds.name[shape->kind], gap, w->base + sim->now);
+           mill_paranoid_fault(sim,
+                               "ball %d met a surface (%s) with a gap of %.3g m at t = %.17g s", i,
+                               w->kinds.name[shape->kind], gap, w->base + sim->now);
 }
 
 /* Checks that there is no overlap now, and none that grows until `end`. */
@@ -178,10 +179,10 @@ static bool check_pair(struct mill_sim *sim, int32_t i, int32_t j, int image, do
 {
     const struct pair k = relate(sim, i, j, image, sim->now);
     const double now = sim->world->base + sim->now;
-    sim->paranoid->checks.pairs++;
+    mill_paranoid_of(sim)->checks.pairs++;
     if (!(k.gap >= -DEEP))
-        return mill_sim_paranoid_fault(sim, "ball %d and ball %d overlap by %.3g m at t = %.17g s",
-                                       i, j, -k.gap, now);
+        return mill_paranoid_fault(sim, "ball %d and ball %d overlap by %.3g m at t = %.17g s", i,
+                                   j, -k.gap, now);
     const double b = vec3_dot(k.d, k.u), a = vec3_dot(k.u, k.u);
     if (b >= 0.0 || end <= sim->now)
         return true;
@@ -192,7 +193,7 @@ static bool check_pair(struct mill_sim *sim, int32_t i, int32_t j, int image, do
         return true;
     const double miss = vec3_norm(vec3_axpy(k.d, nearest, k.u));
     const double dt = nearest - sqrt(fmax(k.sum * k.sum - miss * miss, 0.0) / a);
-    return mill_sim_paranoid_fault(
+    return mill_paranoid_fault(
         sim,
         "ball %d and ball %d meet at t = %.17g s, unplanned: their next event is at "
         "%.17g s, when they would overlap by %.3g m",
@@ -216,7 +217,7 @@ static void sample_gap(struct mill_sim *sim, int32_t i, const struct mill_shape 
                            (shape && shape->motion ? fastest_surface(w) : 0.0);
     for (;;) {
         const double gap = shape ? gap_at(w, i, shape, t) : relate(sim, i, j, 0, t).gap;
-        sim->paranoid->checks.samples++;
+        mill_paranoid_of(sim)->checks.samples++;
         if (!(gap >= least->gap)) {
             least->gap = gap;
             least->when = t;
@@ -234,11 +235,10 @@ static bool check_surface(struct mill_sim *sim, int32_t i, const struct mill_sha
     const struct mill_world *w = sim->world;
     const char *kind = w->kinds.name[shape->kind];
     const double now = sim->now, gap = gap_at(w, i, shape, now);
-    sim->paranoid->checks.surfaces++;
+    mill_paranoid_of(sim)->checks.surfaces++;
     if (!(gap >= -DEEP))
-        return mill_sim_paranoid_fault(sim,
-                                       "ball %d overlaps a surface (%s) by %.3g m at t = %.17g s",
-                                       i, kind, -gap, w->base + now);
+        return mill_paranoid_fault(sim, "ball %d overlaps a surface (%s) by %.3g m at t = %.17g s",
+                                   i, kind, -gap, w->base + now);
     if (end <= now)
         return true;
     struct least least = {end, INFINITY, now};
@@ -260,7 +260,7 @@ static bool check_surface(struct mill_sim *sim, int32_t i, const struct mill_sha
     if (contact < end)
         sample_gap(sim, i, shape, MILL_NOBODY, contact, &least);
     return fmin(gap, 0.0) - least.gap <= surface_slack(sim, i, now, end) ||
-           mill_sim_paranoid_fault(
+           mill_paranoid_fault(
                sim,
                "ball %d meets a surface (%s) by t = %.17g s, unplanned: its next event is at %.17g "
                "s; they would overlap by %.3g m",
@@ -274,24 +274,28 @@ static bool check_sleeping(struct mill_sim *sim, int32_t i, int32_t j, double en
     const int32_t flying = mill_world_asleep(w, i) ? j : i, sleeping = flying == i ? j : i;
     const double gap = relate(sim, i, j, 0, sim->now).gap;
     struct least least = {end, gap, sim->now};
-    sim->paranoid->checks.pairs++;
+    mill_paranoid_of(sim)->checks.pairs++;
     if (gap >= -DEEP && end > sim->now)
         sample_gap(sim, flying, NULL, sleeping, sim->now, &least);
     return (gap >= -DEEP &&
             fmin(gap, 0.0) - least.gap <= surface_slack(sim, flying, sim->now, end)) ||
-           mill_sim_paranoid_fault(
+           mill_paranoid_fault(
                sim,
                "ball %d meets ball %d, which is asleep, by t = %.17g s, unplanned: they overlap "
                "by %.3g m",
                flying, sleeping, w->base + least.when, -least.gap);
 }
 
-bool mill_sim_paranoid_ball(struct mill_sim *sim, int32_t i, bool fresh, int32_t touched)
+/* Checks ball i against all other balls and all surfaces: no overlap now, and no contact before the
+ * next event of either. fresh: ball i has been planned now, so its own plan must include all
+ * contacts with balls of the cells around. touched: the surface that it has met now, or
+ * MILL_NOBODY. */
+static bool check_against_all(struct mill_sim *sim, int32_t i, bool fresh, int32_t touched)
 {
     const struct mill_schedule *q = sim->schedule;
     struct mill_world *w = sim->world;
     const struct mill_poly_counts counts = w->counts.quartics;
-    w->counts.quartics.check = &sim->quartics;
+    w->counts.quartics.check = &sim->proof->check;
     const double mine = fmin(mill_plan_time(&q->plan[i]), q->horizon);
     bool holds = true;
     const int images = q->grids.period > 0.0 ? 3 : 1;
@@ -311,43 +315,42 @@ bool mill_sim_paranoid_ball(struct mill_sim *sim, int32_t i, bool fresh, int32_t
     for (int32_t s = 0; s < w->shapes && holds; s++)
         if (!q->plan[i].let_go || !w->shape[s]->pinches)
             holds = check_surface(sim, i, w->shape[s], mine, s == touched);
-    sim->paranoid->checks.quartics = sim->quartics.asked;
-    if (holds && sim->quartics.refuted + sim->quartics.doubted > 0)
-        holds = mill_sim_paranoid_fault(
+    const struct mill_paranoid *p = mill_paranoid_of(sim);
+    if (holds && p->refuted + p->doubted > 0)
+        holds = mill_paranoid_fault(
             sim, "%s of a quartic contradicts the search for a contact of ball %d at t = %.17g s",
-            sim->quartics.refuted ? "the closed form" : "another solver", i, w->base + sim->now);
+            p->refuted ? "the closed form" : "another solver", i, w->base + sim->now);
     w->counts.quartics = counts; /* only the searches of the run count */
     return holds;
 }
 
-bool mill_sim_paranoid_before(struct mill_sim *sim, int32_t i, double t)
+static bool before(struct mill_sim *sim, int32_t i, double t)
 {
     const double base = sim->world->base;
     int32_t first;
-    sim->paranoid->due = sim->schedule->plan[i];
-    sim->paranoid->contacts = sim->world->ball[i].contacts;
-    sim->paranoid->asleep = sim->world->counts.asleep;
+    mill_paranoid_of(sim)->due = sim->schedule->plan[i];
+    mill_paranoid_of(sim)->contacts = sim->world->ball[i].contacts;
+    mill_paranoid_of(sim)->asleep = sim->world->counts.asleep;
     if (!(t >= sim->now - MILL_SIM_ROUNDINGS * sim->schedule->horizon))
-        return mill_sim_paranoid_fault(sim,
-                                       "the event of ball %d at t = %.17g s comes %.3g s too late",
-                                       i, base + t, sim->now - t);
-    if (!mill_sim_paranoid_calendar(sim, &first))
+        return mill_paranoid_fault(sim, "the event of ball %d at t = %.17g s comes %.3g s too late",
+                                   i, base + t, sim->now - t);
+    if (!mill_paranoid_calendar(sim, &first))
         return false;
     const double due = mill_plan_time(&sim->schedule->plan[first]);
     if (first != i || due != t)
-        return mill_sim_paranoid_fault(
+        return mill_paranoid_fault(
             sim, "the calendar takes ball %d at t = %.17g s, but ball %d is due at %.17g s", i,
             base + t, first, base + due);
-    return mill_sim_paranoid_place(sim, i, t) &&
-           mill_sim_paranoid_touch(sim, i, &sim->paranoid->due);
+    return mill_paranoid_place(sim, i, t) &&
+           mill_paranoid_touch(sim, i, &mill_paranoid_of(sim)->due);
 }
 
 static bool check_ball(struct mill_sim *sim, int32_t i, bool fresh, int32_t touched)
 {
-    sim->paranoid->checks.predictions++;
-    return mill_sim_paranoid_place(sim, i, sim->now) &&
-           mill_sim_paranoid_touch(sim, i, &sim->schedule->plan[i]) &&
-           mill_sim_paranoid_ball(sim, i, fresh, touched);
+    mill_paranoid_of(sim)->checks.predictions++;
+    return mill_paranoid_place(sim, i, sim->now) &&
+           mill_paranoid_touch(sim, i, &sim->schedule->plan[i]) &&
+           check_against_all(sim, i, fresh, touched);
 }
 
 static bool check_balls(struct mill_sim *sim, bool fresh)
@@ -358,9 +361,9 @@ static bool check_balls(struct mill_sim *sim, bool fresh)
     return holds;
 }
 
-bool mill_sim_paranoid_after(struct mill_sim *sim, int32_t i)
+static bool after(struct mill_sim *sim, int32_t i)
 {
-    struct mill_sim_paranoid *p = sim->paranoid;
+    struct mill_paranoid *p = mill_paranoid_of(sim);
     const struct mill_plan *due = &p->due;
     const bool met = sim->world->ball[i].contacts != p->contacts;
     const bool pair = met && due->next == MILL_NEXT_PAIR;
@@ -370,17 +373,61 @@ bool mill_sim_paranoid_after(struct mill_sim *sim, int32_t i)
     return (!met || has_met(sim, i)) && check_ball(sim, i, due->next != MILL_NEXT_EXIT, touched) &&
            (!pair || check_ball(sim, due->partner, true, MILL_NOBODY)) &&
            (!woken || check_balls(sim, false)) &&
-           (p->checks.events % ACCOUNT_EVERY != 0 || mill_sim_paranoid_account(sim));
+           (p->checks.events % ACCOUNT_EVERY != 0 || mill_paranoid_account(sim));
 }
 
-bool mill_sim_paranoid_all(struct mill_sim *sim, bool fresh)
+static bool check_all(struct mill_sim *sim, bool fresh)
 {
     int32_t first;
-    return mill_sim_paranoid_calendar(sim, &first) && check_balls(sim, fresh) &&
-           mill_sim_paranoid_account(sim);
+    return mill_paranoid_calendar(sim, &first) && check_balls(sim, fresh) &&
+           mill_paranoid_account(sim);
 }
 
-struct mill_sim_checks mill_sim_checks(const struct mill_sim *sim)
+static bool check_planned(struct mill_sim *sim)
 {
-    return sim->paranoid ? sim->paranoid->checks : (struct mill_sim_checks){0};
+    return check_all(sim, true);
+}
+
+/* ---- start and end ---- */
+
+/* A polynomial that begins above zero may be above zero until it rises. */
+static void look(struct mill_poly_check *check, const double c[5], double t_end, bool at_root,
+                 double t)
+{
+    struct mill_paranoid *p = (struct mill_paranoid *)check;
+    const bool below = at_root || c[0] == 0.0 ? c[1] < 0.0 : c[0] < 0.0;
+    if (c[4] == 0.0 || !below || !(t < HUGE_VAL || t_end < HUGE_VAL))
+        return;
+    p->checks.quartics++;
+    p->refuted += !mill_quartic_agrees(c, t_end, at_root, t);
+    p->doubted += p->second && !p->second(c, t_end, at_root, t);
+}
+
+enum mill_status mill_paranoid_start(struct mill_sim *sim, mill_paranoid_opinion *second,
+                                     struct mill_error *error)
+{
+    mill_paranoid_stop(sim);
+    struct mill_paranoid *p = calloc(1, sizeof *p);
+    if (!p)
+        return mill_error_set(error, MILL_FAILED, "out of memory for the checks");
+    mill_sim_use_threads(sim, 1); /* the checks look at all balls after each event */
+    p->proof = (struct mill_sim_proof){{look}, before, after, check_planned, mill_paranoid_account};
+    p->second = second;
+    sim->proof = &p->proof;
+    sim->error = error;
+    sim->status = MILL_OK;
+    check_all(sim, false);
+    sim->error = NULL;
+    return sim->status;
+}
+
+void mill_paranoid_stop(struct mill_sim *sim)
+{
+    free(sim->proof);
+    sim->proof = NULL;
+}
+
+struct mill_paranoid_checks mill_paranoid_done(const struct mill_sim *sim)
+{
+    return sim->proof ? mill_paranoid_of(sim)->checks : (struct mill_paranoid_checks){0};
 }

@@ -1,0 +1,50 @@
+/* What the files of a paranoid run share */
+#ifndef MILL_PARANOID_STATE_H
+#define MILL_PARANOID_STATE_H
+
+#include "engine/sim_private.h"
+#include "proof/paranoid.h"
+
+struct mill_paranoid {
+    struct mill_sim_proof proof;
+    struct mill_paranoid_checks checks;
+    struct mill_plan due; /* the plan of the present event */
+    uint32_t contacts;    /* of the ball of this event, before the event */
+    int64_t asleep;       /* balls, before the event */
+    mill_paranoid_opinion *second;
+    unsigned long refuted, doubted; /* quartics, by the closed form, by the second opinion */
+};
+
+static inline struct mill_paranoid *mill_paranoid_of(const struct mill_sim *sim)
+{
+    return (struct mill_paranoid *)sim->proof;
+}
+
+/* The checks of a paranoid run compare the plans and the effects of each event with brute force.
+ * They write only their own counts. All return true if the check holds. If not, the sim's status is
+ * MILL_FAILED and its error is "paranoid: ...". */
+
+/* Work of all motions = change of energy + dissipation, to 1e-9 of the energy turned over. */
+bool mill_paranoid_account(struct mill_sim *sim);
+
+/* Does every entry of the calendar have the time of its plan? *first: the ball that is due first */
+bool mill_paranoid_calendar(struct mill_sim *sim, int32_t *first);
+
+/* Is ball i in its cell at local time t, and in the rows of this cell? */
+bool mill_paranoid_place(struct mill_sim *sim, int32_t i, double t);
+
+/* Ends the run with this message. The result is false. */
+__attribute__((format(printf, 2, 3))) bool mill_paranoid_fault(struct mill_sim *sim,
+                                                               const char *format, ...);
+
+/* Bound of a coordinate in the mill [m]; rounding errors of positions are relative to it */
+double mill_paranoid_size(const struct mill_world *world);
+
+/* Maximum sum of rounding errors in a position, a root or an energy: a few dozen operations each */
+#define MILL_SIM_ROUNDINGS (64.0 * 2.2e-16)
+
+/* Checks the contact of a plan of ball i, if the plan is not stale: at its time the bodies touch
+ * and do not move apart. */
+bool mill_paranoid_touch(struct mill_sim *sim, int32_t i, const struct mill_plan *plan);
+
+#endif
