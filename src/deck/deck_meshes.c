@@ -1,7 +1,7 @@
 /* The meshes of bodies: reads the file, and leaves of its facets those that balls can meet. */
 #include "deck/deck_private.h"
 #include "deck/stl.h"
-#include "geometry/facets.h"
+#include "mesh/facets_unite.h"
 
 /* Who hears of the faults of a mesh */
 struct hearing {

@@ -4,7 +4,7 @@
 #include "../unit/lone_shape.h"
 #include "fuzz.h"
 
-#include "geometry/facets.h"
+#include "mesh/facets_unite.h"
 
 enum { SOLIDS = 6, MOST = 12 * SOLIDS, PLACES = 64 };
 

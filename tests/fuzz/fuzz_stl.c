@@ -5,7 +5,7 @@
 #include "fuzz.h"
 
 #include "deck/stl.h"
-#include "geometry/facets.h"
+#include "mesh/facets_unite.h"
 
 static void ask_mesh(const struct mill_body *body, const vec3 place)
 {

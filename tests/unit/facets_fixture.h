@@ -4,7 +4,7 @@
 #define FACETS_FIXTURE_H
 
 #include "extended.h"
-#include "geometry/facets.h"
+#include "mesh/facets_unite.h"
 #include "geometry/mesh.h"
 #include "lone_shape.h"
 #include "shape_fixture.h"

@@ -8,7 +8,7 @@ WASM_FLAGS := --target=wasm32-wasi -msimd128 -O3 -std=c99 -D_POSIX_C_SOURCE=2008
 NOT_WASM := src/base/version.c src/engine/crew.c src/deck/units.c $(foreach f,frames impactlog observers poses replay \
     series sink_file vtkhdf,src/observe/$f.c)
 WASM_OBJECTS := $(patsubst %.c,$(WASM)/%.o,src/app/asked.c $(wildcard src/web/*.c) $(filter-out $(NOT_WASM),$(wildcard \
-    $(foreach f,base geometry engine start deck observe,src/$f/*.c))))
+    $(foreach f,base geometry engine start mesh deck observe,src/$f/*.c))))
 $(WASM)/%.o: %.c
 	@mkdir -p $(@D)
 	$(if $(V),,@echo "  wasm $(notdir $@)";) clang-19 $(WASM_FLAGS) -Wall -Wextra $(if $(WERROR),-Werror) \

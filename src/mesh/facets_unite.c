@@ -6,7 +6,7 @@
  *
  * Of the rooms that the remaining shells part, the balls are in one: for a container in the
  * largest, be it the solid's own or a cavity in it, for other bodies around all of them. */
-#include "geometry/facets.h"
+#include "mesh/facets_unite.h"
 #include "geometry/solid.h"
 
 #include <stdlib.h>

@@ -7,7 +7,7 @@
  * It does not cross itself: no side of a facet goes through the inside of another one, by more than
  * the rounding to single precision of an STL file can cause. Solids may touch, but where a face of
  * one ends within a face of another one, there is no edge that could become one of the union. */
-#include "geometry/facets.h"
+#include "mesh/facets_unite.h"
 
 #include <assert.h>
 #include <stdarg.h>
