@@ -88,7 +88,7 @@ deps:
 help:
 	@echo 'make           build ./millsim, and ./mill with the Python packages of plot, report and compare in .venv'
 	@echo 'make millsim   build ./millsim alone'
-	@echo 'make mill EXTRAS="render study"  ./mill with more: render, study, cluster, export, dem; all'
+	@echo 'make mill EXTRAS="render study"  ./mill with more: render, study, cluster, export, dem, mesh; all'
 	@echo 'make run       install what is missing, build, run the reference mill, write its report'
 	@echo 'make check     a minute of tests that need neither root nor other programs (T=FILE: all tests of a file)'
 	@echo 'make test      install what is missing, build, run every test (MODE=asan: under sanitizers)'
@@ -190,7 +190,7 @@ JSTESTS := $(if $(T),$(filter tests/web/%,$(T)),$(wildcard tests/web/*.test.mjs)
 PYTESTS := $(if $(T),$(filter-out tests/unit/% tests/web/%,$(T)),tests)
 check:
 	$(foreach file,$(CHECKED),$(if $(wildcard $(file)),,$(error $(file): no such test)))
-	@tools/setup --local build test --python check study cluster export dem
+	@tools/setup --local build test --python check study cluster export dem mesh
 	@$(MAKE) $(PARALLEL) $(CHECKED:%.c=$(BUILD)/%) $(BUILD)/tests/bench/bench_engine $(BUILD)/millsim millsim
 	@$(if $(T),,CK_EXCLUDE_TAGS=slow) $(MAKE) $(PARALLEL) --keep-going --output-sync=line $(if $(PYTESTS),check-python) \
 	    $(patsubst tests/unit/test_%.c,unit-%,$(CHECKED)) $(if $(JSTESTS),check-js)
@@ -330,7 +330,7 @@ build/lowest/made: tools/pyproject.toml tests/requirements.lock
 	@rm -rf build/lowest; mkdir -p build; $(or $(PYTHON),python3) -m venv build/lowest
 	build/lowest/bin/python -m pip install -q --disable-pip-version-check uv
 	build/lowest/bin/python -m uv pip install -q --python build/lowest/bin/python --resolution lowest-direct \
-	    './tools[study,cluster,export,dem]' pytest==$(LOCKED_pytest) pytest-timeout==$(LOCKED_pytest-timeout) \
+	    './tools[study,cluster,export,dem,mesh]' pytest==$(LOCKED_pytest) pytest-timeout==$(LOCKED_pytest-timeout) \
 	    pytest-xdist==$(LOCKED_pytest-xdist) mpmath==$(LOCKED_mpmath)
 	@touch $@
 lowest: build/lowest/made
