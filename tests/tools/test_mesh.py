@@ -179,6 +179,16 @@ def test_solids_are_united(made, solids, right, count):
         assert said.splitlines()[0] == f"solids: 2 {how}, now {count}; volume {before:.6g}, now {right}"
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_faces_that_lie_upon_each_other_only_nearly_are_united(made, seed):
+    """Two boxes, flush in part, turned to any direction: their corners are rounded to single precision."""
+    across, _ = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))
+    across *= np.linalg.det(across)
+    meshes = [mesh @ across.T + 30 for mesh in (box(20, 20, 20), box(20, 10, 20, at=(20, 0, 0)))]
+    _, found = made(stl(*meshes))
+    assert volume(found - found.mean(axis=(0, 1))) == pytest.approx(12000, rel=1e-4)
+
+
 def test_several_files_become_one(made):
     _, found = made(("a.stl", stl(box(30, 30, 30))), ("b.stl", stl(box(20, 20, 20, at=(15, 0, 0)))))
     assert volume(found) == pytest.approx(27000 + 4000, rel=1e-6)

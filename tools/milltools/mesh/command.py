@@ -33,13 +33,13 @@ def add_arguments(parser):
     )  # fmt: skip
     parser.add_argument(
         "--hole", type=_length, metavar="LENGTH",
-        help="close holes up to this size, a number in the unit of the file (default: 0.05 of the largest dimension of "
-        "the file; 0: none)",
+        help="close holes up to this size, a number in the unit of OUT.stl (default: 0.05 of the largest dimension of "
+        "IN; 0: none)",
     )  # fmt: skip
     parser.add_argument(
         "--weld", type=_length, metavar="LENGTH",
-        help="weld corners at gaps up to this width, a number in the unit of the file (default: 0.00001 of the largest "
-        "dimension of the file)",
+        help="weld corners at gaps up to this width, a number in the unit of OUT.stl (default: 0.00001 of the largest "
+        "dimension of IN)",
     )  # fmt: skip
     parser.add_argument("-q", "--quiet", action="store_true", help="show no progress")
 

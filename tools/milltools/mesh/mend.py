@@ -13,8 +13,10 @@ from milltools.mesh.surface import Changes, Surface, place
 
 HOLE, WELD = 0.05, 1e-5  # over the largest dimension of a file, as the help of --hole and --weld says
 MOST_TOLD = 20  # faults, shells
-SIMPLER = (0.0, 1e-6, 1e-5, 1e-4)  # of the size: how far uniting may move surfaces, if less does not do
-APART = 1e-6  # of the size: how far corners are moved at which surfaces touch
+# How solids are united, the first that millsim accepts: they grow by this much, so that solids that just do not touch,
+# because of rounding, do; and surfaces may move by this much, so that no tiny facets stay. Over the largest coordinate.
+FORMS = ((0.0, 0.0), (0.0, 1e-6), (1e-6, 1e-6), (1e-6, 1e-5), (5e-6, 2e-5), (0.0, 1e-4))
+APART = 1e-6  # over the largest coordinate: how far corners are moved at which surfaces touch
 
 
 @dataclasses.dataclass
@@ -58,7 +60,11 @@ def mended(arguments, progress) -> Mended:
     bodies, turned = solids.sort_out(every, step)
     if turned:
         lines.append(f"{plural(turned, 'shell')} faced inwards: turned over")
-    corners, after, more = _accepted(bodies, arguments, progress)
+    try:
+        corners, after, more = _accepted(bodies, progress)
+    except UserError as fault:
+        names = ", ".join(map(plain, arguments.input))
+        raise UserError([f"{names}: {line}" for line in fault.lines], fault.status) from None
     rooms = sum(len(body.rooms) for body in bodies)
     before = sum(shell.volume for shell in every)
     if len(bodies) > 1:
@@ -88,6 +94,8 @@ def _read(arguments, progress):
             one.notes.append(f"converted from {SHORT[one.unit]} to {SHORT[unit]}")
             for part in one.parts:
                 part.points = single(one.path, part.points * (one.unit / unit))
+        elif own and not one.unit:
+            one.notes.append(f"has no unit: taken to be in {SHORT[unit]}")
     return files, SHORT[unit] if unit else ""
 
 
@@ -119,12 +127,11 @@ def _closed(one, arguments, progress):
     return shells, changes, faults
 
 
-def _accepted(bodies, arguments, progress):
+def _accepted(bodies, progress):
     """(corners, shells, lines) of what the solids fill together, in the first form that millsim accepts."""
-    low, high = np.min([one.low for one in bodies], axis=0), np.max([one.high for one in bodies], axis=0)
-    faults, size = [], float((high - low).max())
-    for shells, moved, wrong in _forms(bodies, size, progress):
-        for by in (0.0, APART * size):
+    faults, reach = [], max(float(abs(body.points).max()) for body in bodies)
+    for shells, moved, wrong in _forms(bodies, reach, progress):
+        for by in (0.0, APART * reach):
             count = solids.part(shells, by) if by and not wrong else 0
             if wrong or (by and not count):
                 continue
@@ -134,31 +141,32 @@ def _accepted(bodies, arguments, progress):
             if not wrong:
                 lines = [f"surfaces moved by up to {moved:.3g}, so that no facets cross"] if moved else []
                 if by:
-                    lines.append(
-                        f"{plural(count, 'corner')} at which surfaces touched moved by {by:.3g} into the solids"
-                    )
+                    lines.append(f"{plural(count, 'corner')} where surfaces touched moved by {by:.3g} into the solids")
                 return corners, shells, lines
             faults = faults or wrong
             wrong = []
         faults = faults or wrong
-    raise UserError(_first([", ".join(map(plain, arguments.input)) + f": {line}" for line in faults]))
+    raise UserError(_first(faults))
 
 
-def _forms(bodies, size, progress):
-    """The shells of what the solids fill together: as they are if no two can touch, else united, simplified more and
-    more. (shells, how far simplifying may have moved them, faults)"""
+def _forms(bodies, reach, progress):
+    """The shells of what the solids fill together: as they are if no two can touch, else united, see FORMS. (shells,
+    how far surfaces may have moved, faults)"""
     if not solids.need_uniting(bodies):
         yield [shell for body in bodies for shell in (body, *body.rooms)], 0.0, []
-    progress("uniting solids")
-    whole = solids.united(bodies, progress)
-    for share in SIMPLER:
-        surface = Surface(*solids.facets_of(whole, share * size))
-        surface.close(1e-7 * size, 0.0)
+    wholes = {}
+    for grow, share in FORMS:
+        progress("uniting solids")
+        if grow not in wholes:
+            wholes[grow] = solids.united(bodies, grow * reach, progress)
+        surface = Surface(*solids.facets_of(wholes[grow], share * reach))
+        surface.close(1e-7 * reach, 0.0)
         wrong = surface.faults() or ["uniting the solids leaves nothing"] * (not len(surface.facets))
         shells = [] if wrong else [one for one in solids.shells_of(surface) if not one.is_empty]
+        moved = (grow + share) * reach
         if not wrong:
-            _check_volume(bodies, shells, 3 * share * size)
-        yield shells, share * size, wrong
+            _check_volume(bodies, shells, 3 * moved)
+        yield shells, moved, wrong
 
 
 def _check_volume(bodies, shells, moved):

@@ -37,6 +37,16 @@ class Shell:
     def corners(self):
         return self.points[self.facets]
 
+    def normals(self) -> np.ndarray:
+        """Of the points, outwards: the mean of the facets around, by area; 0 where this is 0."""
+        a, b, c = self.corners().transpose(1, 0, 2)
+        across = np.cross(b - a, c - a)
+        found = np.zeros_like(self.points)
+        for k in range(3):
+            np.add.at(found, self.facets[:, k], across)
+        length = np.linalg.norm(found, axis=1, keepdims=True)
+        return np.divide(found, length, out=np.zeros_like(found), where=length > 0)
+
     def turn(self):
         self.facets, self.volume = self.facets[:, ::-1], -self.volume
 
@@ -111,14 +121,7 @@ def part(shells: list[Shell], by: float) -> int:
     _, number, count = np.unique(points, axis=0, return_inverse=True, return_counts=True)
     touching = count[number.ravel()] > 1
     for shell, own in zip(shells, np.split(touching, np.cumsum([len(shell.points) for shell in shells])[:-1])):
-        a, b, c = shell.corners().transpose(1, 0, 2)
-        normal = np.zeros_like(shell.points)
-        for k in range(3):
-            np.add.at(normal, shell.facets[:, k], np.cross(b - a, c - a))
-        length = np.linalg.norm(normal, axis=1)
-        own &= length > 0
-        shell.points = shell.points.copy()
-        shell.points[own] -= by * normal[own] / length[own, None]
+        shell.points = shell.points - by * shell.normals() * own[:, None]
     return int(touching.sum())
 
 
@@ -129,12 +132,12 @@ def need_uniting(solids: list[Shell]) -> bool:
     return any(touch)
 
 
-def united(solids: list[Shell], progress):
-    """What the solids fill together, as a manifold3d.Manifold."""
-    todo = [_manifold(one) for one in solids]
+def united(solids: list[Shell], grow: float, progress):
+    """What the solids fill together, as a manifold3d.Manifold; `grow`: their surfaces are moved outwards before."""
+    todo = [_manifold(one, grow) for one in solids]
     for solid, k in zip(solids, range(len(todo))):
         for room in solid.rooms:
-            todo[k] -= _manifold(room)
+            todo[k] -= _manifold(room, grow)
     rest = len(todo) - 1
     while len(todo) > 1:
         pairs = []
@@ -148,9 +151,11 @@ def united(solids: list[Shell], progress):
     return todo[0]
 
 
-def _manifold(shell: Shell):
+def _manifold(shell: Shell, grow: float):
+    """What a shell encloses; `grow`: its surface is moved out of the solid before."""
     facets = shell.facets if shell.volume > 0 else shell.facets[:, ::-1]
-    mesh = manifold3d.Mesh(shell.points.astype("<f4"), facets.astype("<u4"))
+    points = shell.points + grow * shell.normals() if grow else shell.points
+    mesh = manifold3d.Mesh(points.astype("<f4"), facets.astype("<u4"))
     found = manifold3d.Manifold(mesh)
     if found.status() != manifold3d.Error.NoError:
         raise UserError(f"the shell around {place(shell.points[0])} cannot be united: {found.status().name}")
