@@ -179,14 +179,35 @@ def test_solids_are_united(made, solids, right, count):
         assert said.splitlines()[0] == f"solids: 2 {how}, now {count}; volume {before:.6g}, now {right}"
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_faces_that_lie_upon_each_other_only_nearly_are_united(made, seed):
-    """Two boxes, flush in part, turned to any direction: their corners are rounded to single precision."""
+def ring(outer, inner, low, high, corners=64):
+    """A ring whose outlines are polygons."""
+    around = 2 * np.pi * np.arange(corners) / corners
+    one, many = np.stack([np.cos(around), np.sin(around)], axis=1), np.ones(corners)
+    loops = [
+        np.column_stack([r * one, z * many]) for r, z in ((outer, low), (outer, high), (inner, high), (inner, low))
+    ]
+    facets = []
+    for p, q in zip(loops, loops[1:] + loops[:1]):
+        a, b, c, d = p, np.roll(p, -1, axis=0), np.roll(q, -1, axis=0), q
+        facets += [np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)]
+    return np.concatenate(facets)
+
+
+@pytest.mark.parametrize("seed", (6, 9, 11))
+@pytest.mark.parametrize(
+    "solids, right",
+    [
+        ((box(20, 20, 20), box(20, 10, 20, at=(20, 0, 0))), 12000),
+        ((ring(20, 10, -15, 15), ring(10, 6, -15, 15)), 30 * 32 * np.sin(np.pi / 32) * (20**2 - 6**2)),
+    ],
+    ids=["boxes", "hub with bush"],
+)
+def test_faces_that_lie_upon_each_other_only_nearly_are_united(made, solids, right, seed):
+    """Solids with common faces, turned to any direction: their corners are rounded to single precision."""
     across, _ = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))
     across *= np.linalg.det(across)
-    meshes = [mesh @ across.T + 30 for mesh in (box(20, 20, 20), box(20, 10, 20, at=(20, 0, 0)))]
-    _, found = made(stl(*meshes))
-    assert volume(found - found.mean(axis=(0, 1))) == pytest.approx(12000, rel=1e-4)
+    _, found = made(stl(*(mesh @ across.T + 30 for mesh in solids)))
+    assert volume(found - found.mean(axis=(0, 1))) == pytest.approx(right, rel=1e-4)
 
 
 def test_several_files_become_one(made):
