@@ -6,13 +6,14 @@ import itertools
 import os
 import re
 import struct
+import types
 import zipfile
 
 import numpy as np
 import pytest
 
 from milltools.base.errors import UserError
-from milltools.mesh import read
+from milltools.mesh import mend, read
 from milltools.mesh import threemf as threemf_limits
 
 # ---- meshes: triangles (N, 3, 3), counter-clockwise as seen from outside
@@ -145,6 +146,18 @@ def test_the_answer_has_volume_size_and_unit(made):
     assert said.splitlines()[-1] == "out.stl: 12 facets, volume 8000, 40 x 20 x 10 mm; in the deck: unit = mm"
 
 
+def test_the_progress_names_each_step(tmp_path):
+    (tmp_path / "in.stl").write_bytes(stl(box(30, 30, 30), box(20, 20, 20, at=(15, 0, 0))))
+    told = []
+    asked = types.SimpleNamespace(input=[str(tmp_path / "in.stl")], unit=None, hole=None, weld=None)
+    mend.mended(asked, told.append)
+    steps = [re.sub(r" \S*in\.stl|, \d+ of \d+ to go", "", text) for text, _ in itertools.groupby(told)]
+    assert [step for step, _ in itertools.groupby(steps)] == [
+        "reading", "mending", "finding which shells lie within others", "uniting solids",
+        "checking that millsim accepts it",
+    ]  # fmt: skip
+
+
 def test_the_same_files_give_the_same_bytes(made, tmp_path):
     written = []
     for _ in range(2):
@@ -225,8 +238,10 @@ def test_a_closed_room_stays_and_is_told(made):
     ]
 
 
-def test_solids_that_touch_along_an_edge_are_accepted(made):
-    _, found = made(stl(box(10, 10, 10), box(10, 10, 10, at=(10, 10, 0))))
+@pytest.mark.parametrize("over", [False, True], ids=["outwards", "one turned over"])
+def test_solids_that_touch_along_an_edge_are_two(made, over):
+    other = box(10, 10, 10, at=(10, 10, 0))
+    _, found = made(stl(box(10, 10, 10), turned(other) if over else other))
     assert volume(found) == pytest.approx(2000, rel=1e-5)
 
 
@@ -355,6 +370,22 @@ def test_parts_of_an_obj_that_are_closed_are_solids_and_others_belong_together(m
     assert volume(found) == pytest.approx(1000 + 8000 - 125, rel=1e-6)
 
 
+def test_a_part_that_is_turned_over_is_told_from_one_that_it_touches(made):
+    other = re.sub(r"(?m)^v \d+", lambda line: f"v {int(line[0][2:]) + 10}", PLACES)
+    over = "".join(f"f {' '.join(str(int(word) + 8) for word in line.split()[:0:-1])}\n" for line in QUADS.splitlines())
+    _, found = made(("in.obj", f"o a\n{PLACES}{QUADS}o b\n{other}{over}".encode()))
+    assert volume(found) == pytest.approx(2000)
+
+
+def test_a_concave_face_of_four_corners_is_cut_within_it(made):
+    """A bar whose ends are arrow heads; the diagonal outside of them is the shorter one."""
+    outline = [(0, 0), (10, 30), (0, 24), (-10, 30)]
+    text = "".join(f"v {x} {y} {z}\n" for z in (0, 40) for x, y in outline) + "f 4 3 2 1\nf 5 6 7 8\n"
+    text += "".join(f"f {k + 1} {(k + 1) % 4 + 1} {(k + 1) % 4 + 5} {k + 5}\n" for k in range(4))
+    _, found = made(("in.obj", text.encode()))
+    assert volume(found) == pytest.approx(240 * 40)
+
+
 def test_files_that_an_obj_names_are_not_opened(made, tmp_path):
     os.mkfifo(tmp_path / "pipe")  # to open it would block
     made(("in.obj", f"mtllib pipe\nmtllib /etc/passwd\nusemtl a\n{PLACES}{QUADS}".encode()))
@@ -422,12 +453,14 @@ def test_3mf_knows_its_unit(made):
 
 
 def test_3mf_places_moves_and_mirrors_objects(made):
-    """A tetrahedron twice in an object, as it is and mirrored at x = 0, which is moved by 10 along z; and a support."""
+    """A tetrahedron twice in an object, as it is and mirrored at x = 0, moved by 10 along z; a support; then a box."""
     twice = '<component objectid="1"/><component objectid="1" transform="-1 0 0 0 1 0 0 0 1 0 0 0"/>'
     objects = thing(1, 10 * TETRAHEDRON) + thing(2, parts=twice) + thing(3, box(90, 90, 90), kind="support")
     move = '<item objectid="2" transform="1 0 0 0 1 0 0 0 1 0 0 10"/><item objectid="3"/>'
     said, found = made(threemf(objects, move))
     assert volume(found) == pytest.approx(2000 / 6, rel=1e-5)
+    _, inside = made(threemf(objects + thing(4, box(50, 50, 50)), move + '<item objectid="4"/>'), "--force")
+    assert volume(inside) == pytest.approx(125000)  # the mirrored one is no room in the box
     assert (found.min(axis=(0, 1)), found.max(axis=(0, 1))) == (
         pytest.approx((-10, 0, 10)),
         pytest.approx((10, 10, 20)),
@@ -460,7 +493,7 @@ def test_a_surface_that_crosses_itself_is_refused(refusal):
     a, b, c = mesh[0]
     tip = np.array([40.0, 3.0, 2.0])
     lines = refusal(stl(np.array([(a, b, tip), (b, c, tip), (c, a, tip)]), mesh[1:]))
-    assert lines and all("cross" in line for line in lines)
+    assert lines and all("cross" in line and "mill mesh" not in line for line in lines)
 
 
 def test_a_strip_with_one_side_is_refused(refusal):

@@ -16,7 +16,6 @@ MOST_TOLD = 20  # faults, shells
 # How solids are united, the first that millsim accepts: they grow by this much, so that solids that just do not touch,
 # because of rounding, do; and surfaces may move by this much, so that no tiny facets stay. Over the largest coordinate.
 FORMS = ((0.0, 0.0), (0.0, 1e-6), (1e-6, 1e-6), (1e-6, 1e-5), (5e-6, 2e-5), (0.0, 1e-4))
-APART = 1e-6  # over the largest coordinate: how far corners are moved at which surfaces touch
 
 
 @dataclasses.dataclass
@@ -131,20 +130,12 @@ def _accepted(bodies, progress):
     """(corners, shells, lines) of what the solids fill together, in the first form that millsim accepts."""
     faults, reach = [], max(float(abs(body.points).max()) for body in bodies)
     for shells, moved, wrong in _forms(bodies, reach, progress):
-        for by in (0.0, APART * reach):
-            count = solids.part(shells, by) if by and not wrong else 0
-            if wrong or (by and not count):
-                continue
+        if not wrong:
             corners = np.concatenate([shell.corners() for shell in shells])
             progress("checking that millsim accepts it")
             wrong = judge.complaints(corners, progress)
-            if not wrong:
-                lines = [f"surfaces moved by up to {moved:.3g}, so that no facets cross"] if moved else []
-                if by:
-                    lines.append(f"{plural(count, 'corner')} where surfaces touched moved by {by:.3g} into the solids")
-                return corners, shells, lines
-            faults = faults or wrong
-            wrong = []
+        if not wrong:
+            return corners, shells, [f"surfaces moved by up to {moved:.3g}, so that no facets cross"] if moved else []
         faults = faults or wrong
     raise UserError(_first(faults))
 

@@ -114,17 +114,6 @@ def sort_out(shells: list[Shell], step) -> tuple[list[Shell], int]:
     return [one for one in shells if one.volume > 0], sum(wrong)
 
 
-def part(shells: list[Shell], by: float) -> int:
-    """Moves corners that are in one place, but belong to surfaces that only touch there, into their solids; returns how
-    many."""
-    points = np.concatenate([shell.points for shell in shells])
-    _, number, count = np.unique(points, axis=0, return_inverse=True, return_counts=True)
-    touching = count[number.ravel()] > 1
-    for shell, own in zip(shells, np.split(touching, np.cumsum([len(shell.points) for shell in shells])[:-1])):
-        shell.points = shell.points - by * shell.normals() * own[:, None]
-    return int(touching.sum())
-
-
 def need_uniting(solids: list[Shell]) -> bool:
     """Whether the boxes around any two solids touch."""
     low, high = np.array([one.low for one in solids]), np.array([one.high for one in solids])
