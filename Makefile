@@ -43,7 +43,7 @@ all: millsim ## build ./millsim, and ./mill with the Python packages of plot, re
 millsim: build/release/millsim ## build ./millsim alone (MODE=release|debug|o2|asan|tsan: build/MODE/millsim)
 	@cp -f $< $@
 
-mill: always ## build ./mill; EXTRAS="render study": with the packages of render, study, cluster, export, dem; all
+mill: always ## build ./mill; EXTRAS="render study": with the packages of render, study, cluster, export, dem, mesh; all
 	@cp -f tools/mill.sh mill
 	@tools/setup --local --python core share $(EXTRAS)
 
@@ -103,7 +103,7 @@ JSTESTS := $(if $(T),$(filter tests/web/%,$(T)),$(wildcard tests/web/*.test.mjs)
 PYTESTS := $(if $(T),$(filter-out tests/unit/% tests/web/%,$(T)),tests)
 check: ## a minute of tests that need neither root nor other programs (T=FILE: all tests of a file)
 	$(foreach file,$(CHECKED),$(if $(wildcard $(file)),,$(error $(file): no such test)))
-	@tools/setup --local build test --python check study cluster export dem
+	@tools/setup --local build test --python check study cluster export dem mesh
 	@$(MAKE) $(PARALLEL) $(CHECKED:%.c=$(BUILD)/%) $(BUILD)/tests/bench/bench_engine $(BUILD)/millsim millsim
 	@$(if $(T),,CK_EXCLUDE_TAGS=slow) $(MAKE) $(PARALLEL) --keep-going --output-sync=line $(if $(PYTESTS),check-python) \
 	    $(patsubst tests/unit/test_%.c,unit-%,$(CHECKED)) $(if $(JSTESTS),check-js)

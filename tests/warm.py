@@ -21,6 +21,7 @@ LIBRARIES = (
     "contourpy",
     "h5py",
     "jinja2",
+    "manifold3d",
     "matplotlib.backends.backend_agg",
     "matplotlib.backends.backend_svg",
     "matplotlib.figure",

@@ -87,6 +87,7 @@ def test_the_core_works_without_extras(without, millsim, small_deck, commands):
             ("export", "pyarrow", ("export", "a.h5", "a.csv")),
             ("export", "xlsxwriter", ("export", "a.h5", "a.xlsx")),
             ("dem", "scipy", ("dem", "deck.ini", "-o", "a.soft.h5")),
+            ("mesh", "manifold3d", ("mesh", "a.stl", "-o", "b.stl")),
         ],
         "cluster",
         "export",

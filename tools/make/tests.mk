@@ -135,7 +135,7 @@ build/lowest/made: tools/pyproject.toml tests/requirements.lock
 	@rm -rf build/lowest; mkdir -p build; $(or $(PYTHON),python3) -m venv build/lowest
 	build/lowest/bin/python -m pip install -q --disable-pip-version-check uv
 	build/lowest/bin/python -m uv pip install -q --python build/lowest/bin/python --resolution lowest-direct \
-	    './tools[study,cluster,export,dem]' \
+	    './tools[study,cluster,export,dem,mesh]' \
 	    $(foreach p,pytest pytest-timeout pytest-xdist mpmath,$(call locked,$p))
 	@touch $@
 lowest: build/lowest/made ## make check with the lowest versions of Python packages that tools/pyproject.toml allows

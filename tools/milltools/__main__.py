@@ -60,6 +60,8 @@ COMMANDS = (
             "study figure7.parquet --html figure7.html"),
     Command("export", "a run for other programs: OVITO (GSD), ParaView (VTP), tables (CSV), the mill (STL)",
             "export reference.h5 balls.gsd"),
+    Command("mesh", "makes one closed mesh for a deck from STL, OBJ, PLY and 3MF files: mends, unites",
+            "mesh hub.stl pins.3mf -o rotor.stl"),
 )  # fmt: skip
 
 

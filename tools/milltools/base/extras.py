@@ -16,6 +16,7 @@ EXTRAS = {
     "cluster": {"dask": "dask", "distributed": "distributed", "psycopg": "psycopg"},
     "export": {"gsd": "gsd", "pyarrow": "pyarrow", "xlsxwriter": "xlsxwriter"},
     "dem": {"scipy": "scipy"},
+    "mesh": {"manifold3d": "manifold3d", "scipy": "scipy"},
 }
 
 

@@ -1,0 +1,1 @@
+"""`mill mesh`: foreign meshes as closed surfaces that millsim accepts."""
