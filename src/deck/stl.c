@@ -255,9 +255,8 @@ static bool is_text(const struct reading *in)
 /* The formats that `mill mesh` reads, and how their files begin */
 static const struct {
     const char *name, *begin;
-} others[] = {{"an OBJ", "v "},        {"an OBJ", "vn "}, {"an OBJ", "vt "}, {"an OBJ", "mtllib "},
-              {"an OBJ", "o "},        {"an OBJ", "g "},  {"a PLY", "ply"},  {"an OFF", "OFF"},
-              {"a 3MF", "PK\x03\x04"}, {"a glTF", "glTF"}};
+} others[] = {{"an OBJ", "v "}, {"an OBJ", "vn "}, {"an OBJ", "vt "}, {"an OBJ", "mtllib "},
+              {"an OBJ", "o "}, {"an OBJ", "g "},  {"a PLY", "ply"},  {"a 3MF", "PK\x03\x04"}};
 
 /* The format that a file seems to have, if it is another one; comments come first in some. */
 static const char *other_format(const struct reading *in)
