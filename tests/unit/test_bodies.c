@@ -8,14 +8,14 @@
 #define LATE 1e-12   /* [s] */
 
 enum { BODIES = 5, WAYS = MOTION_KINDS + 3 };
-static const struct mill_shape_type *const kinds[BODIES] = {
-    &mill_box_type, &mill_round_cylinder_type, &mill_round_cone_type, &mill_round_capsule_type,
-    &mill_round_sphere_type};
+static const struct mill_solid *const kinds[BODIES] = {
+    &mill_box_solid, &mill_round_cylinder_solid, &mill_round_cone_solid, &mill_round_capsule_solid,
+    &mill_round_sphere_solid};
 
 /* One body, as its surfaces, on its motions */
 struct one {
     struct chain chain;
-    const struct mill_shape_type *type;
+    const struct mill_solid *solid;
     struct mill_body body;
     struct mill_shape **shape;
     int shapes;
@@ -31,19 +31,19 @@ static void size_body(uint64_t *seed, struct one *o, bool inside)
     b->radius = log_uniform(seed, lo, 0.5 * hi);
     b->end_radius = log_uniform(seed, lo, 0.5 * hi);
     b->length = log_uniform(seed, lo, 2.0 * hi);
-    if (!inside && o->type == &mill_round_cone_type && below(seed, 4) == 0)
+    if (!inside && o->solid == &mill_round_cone_solid && below(seed, 4) == 0)
         b->end_radius = 0.0;
     if (!inside && below(seed, 2))
-        for (b->rounding = 1e-2; b->rounding > 0.0 && !o->type->is_sound(b);)
+        for (b->rounding = 1e-2; b->rounding > 0.0 && !o->solid->is_sound(b);)
             b->rounding = b->rounding > 1e-6 ? 0.7 * b->rounding : 0.0;
-    ck_assert(o->type->is_sound(b));
+    ck_assert(o->solid->is_sound(b));
 }
 
 /* way 0: it stands; 1..: kinds of motion alone; then chains; the last: round ones about their axis
  */
 static void open_one(uint64_t *seed, struct one *o, int kind, bool inside, int way)
 {
-    *o = (struct one){.type = kinds[kind]};
+    *o = (struct one){.solid = kinds[kind]};
     place_body(seed, &o->body);
     size_body(seed, o, inside);
     o->chain = random_chain(seed, way == WAYS - 1 ? 1 : way);
@@ -60,11 +60,10 @@ static void open_one(uint64_t *seed, struct one *o, int kind, bool inside, int w
     }
     chain_open(&o->chain);
     const struct mill_setup_surface surface = {
-        .type = o->type, .form = &o->body, .motion = o->chain.count - 1, .kind = MILL_KINDS};
+        .solid = o->solid, .body = &o->body, .motion = o->chain.count - 1, .kind = MILL_KINDS};
     const struct mill_setup setup = {.motions = o->chain.count, .surfaces = 1, .surface = &surface};
-    const struct mill_chamber chamber = {.half_length = 1.0,
-                                         .places = {{-1.0, -1.0, -1.0}, {1.0, 1.0, 1.0}, INFINITY}};
-    ck_assert(mill_shapes_create(&setup, &chamber, o->chain.link, &o->shape, &o->shapes));
+    const struct mill_reach places = {{-1.0, -1.0, -1.0}, {1.0, 1.0, 1.0}, INFINITY};
+    ck_assert(mill_shapes_create(&setup, &places, o->chain.link, &o->shape, &o->shapes));
 }
 
 static void close_one(struct one *o)
@@ -88,7 +87,7 @@ static real wide_gap_at(const struct one *o, const struct flight *f, real t)
     const struct mill_flight *p = &f->path;
     struct wide r = wide_axpy(wide_of(p->r), t, wide_of(p->v));
     r = wide_axpy(r, 0.5L * t * t, wide_of(p->g));
-    return wide_gap(o->type, &o->body, wide_in(&o->chain, r, f->now + t)) - f->radius;
+    return wide_gap(o->solid, &o->body, wide_in(&o->chain, r, f->now + t)) - f->radius;
 }
 
 /* A ball clear of the body; some are next to it, some fly at it or along with it */

@@ -43,7 +43,7 @@ static bool is_near(vec3 a, double x, double y, double z)
 static const struct mill_body *form_of(const struct mill_deck *deck, int k)
 {
     ck_assert_int_lt(k, deck->bodies.count);
-    return deck->bodies.surface[k].form;
+    return deck->bodies.surface[k].body;
 }
 
 /* ---- motions ---- */
@@ -226,11 +226,11 @@ TEST(every_shape_has_its_sizes)
                   "[body.c]\nshape = cone\nradius = 5 mm\nend_radius = 0 mm\nlength = 6 mm\n"
                   "[body.d]\nshape = capsule\nradius = 7 mm\nlength = 8 mm\n"
                   "[body.e]\nshape = sphere\nradius = 9 mm\ncentre = 1 0 0 mm\n");
-    const struct mill_shape_type *const type[] = {&mill_box_type, &mill_round_cylinder_type,
-                                                  &mill_round_cone_type, &mill_round_capsule_type,
-                                                  &mill_round_sphere_type};
+    const struct mill_solid *const type[] = {&mill_box_solid, &mill_round_cylinder_solid,
+                                                  &mill_round_cone_solid, &mill_round_capsule_solid,
+                                                  &mill_round_sphere_solid};
     for (int k = 0; k < 5; k++) {
-        ck_assert(deck->bodies.surface[k].type == type[k] && !form_of(deck, k)->inside);
+        ck_assert(deck->bodies.surface[k].solid == type[k] && !form_of(deck, k)->inside);
         ck_assert_int_eq(deck->bodies.surface[k].kind, MILL_KINDS + k);
     }
     ck_assert(equals(form_of(deck, 0)->size, 0.001, 0.002, 0.003));

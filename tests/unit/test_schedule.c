@@ -40,7 +40,7 @@ static struct mill_world *make_mill(const struct setting *s, uint64_t *seed)
                                 .drum = {.radius = 0.03, .length = 0.06},
                                 .seed = 1 + (unsigned long)below(seed, 1000)},
                       .rotor = {.speed = 1500 * RPM, .angle = 40 * DEG},
-                      .shaft.radius = s->rotor ? 0.006 : 0.0,
+                      .shaft = s->rotor ? 0.006 : 0.0,
                       .blades = s->rotor ? 3 : 0,
                       .blade = {blade},
                       .balls = {equal}};
@@ -98,6 +98,7 @@ static double shape_contact(const struct mill_world *w, int32_t i, int32_t k, do
                                       .v = mill_world_velocity(w, i, now + t),
                                       .g = w->g,
                                       .pull = vec3_norm(w->g),
+                                      .slack = (double)INFINITY,
                                       .travel = (double)INFINITY};
         const struct mill_hit hit = s->type->next_contact(s, &f, radius_of(w, i), now + t,
                                                           window - t, touching && t == 0.0);
@@ -383,12 +384,12 @@ LOOP_TEST(a_ball_is_never_farther_from_the_place_told_than_told, SETTINGS)
     if (!setting[_i].rotor)
         return;
     struct mill_world *w = make_mill(&setting[_i], &seed);
-    struct mill_shape_type listener = mill_blade_type;
+    struct mill_shape_type listener = *mill_box_solid.surface;
     long asked = 0;
     double now = 0.0, most = 0.0, sum = 0.0;
     listener.next_contact = listen;
     for (int k = 0; k < w->shapes; k++) {
-        if (w->shape[k]->type == &mill_blade_type)
+        if (w->shape[k]->solid == &mill_box_solid)
             w->shape[k]->type = &listener;
     }
     struct mill_schedule *p = start(w);

@@ -302,17 +302,20 @@ static void open_planetary(struct bench *b)
         {.type = &mill_turn_type, .form = &sun, .on = MILL_STILL},
         {.type = &mill_turn_type, .form = &arm, .on = 0},
         {.type = &mill_turn_type, .form = &wheel, .on = 1}};
-    const struct mill_shaft shaft = {0.005};
+    const struct mill_body shaft = mill_setup_shaft(0.005, mills[0].setup.drum.length);
     const struct mill_blade box = {.tip_radius = 0.008, .width = 0.01, .thickness = 0.006};
     const struct mill_blade left = {
         .position = -0.016, .tip_radius = 0.03, .width = 0.004, .thickness = 0.004};
     const struct mill_blade right = {
         .position = 0.016, .angle = PI, .tip_radius = 0.03, .width = 0.004, .thickness = 0.004};
-    const struct mill_setup_surface surface[] = {
-        {.type = &mill_cylinder_shaft_type, .form = &shaft, .number = -1},
-        {.type = &mill_blade_type, .form = &left, .motion = MILL_STILL},
-        {.type = &mill_blade_type, .form = &box, .number = 1, .motion = 2},
-        {.type = &mill_blade_type, .form = &right, .number = 2, .motion = MILL_STILL}};
+    const struct mill_body part[] = {mill_setup_blade(&left), mill_setup_blade(&box),
+                                     mill_setup_blade(&right)};
+    static const int moves[] = {MILL_STILL, 2, MILL_STILL};
+    struct mill_setup_surface surface[4] = {shaft_surface(&shaft)};
+    for (int k = 0; k < 3; k++) {
+        surface[1 + k] = blade_surface(&part[k], k);
+        surface[1 + k].motion = moves[k];
+    }
     const struct mill_setup_balls balls = {.diameter = 0.005, .density = STEEL, .count = 80};
     struct mill_setup setup = mills[0].setup;
     setup.rebound_floor = 5e-3;
