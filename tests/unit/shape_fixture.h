@@ -164,6 +164,37 @@ static inline struct mill_flight path_of(vec3 r, vec3 v, vec3 g)
                                 .travel = (double)INFINITY};
 }
 
+/* Tells where the ball is in the motion's frame within `window` [s], by the frame as it was `ago`
+ * [s], as the schedule does; but the bounds are as near as can be. */
+static inline void tell_place(const struct mill_motion *motion, const struct flight *f,
+                              double window, double ago, struct mill_flight *path)
+{
+    enum { STEPS = 200 };
+    const struct mill_pose late = mill_motion_pose(motion, f->now - ago);
+    const vec3 frame = mill_pose_turn_in(&late, mill_pose_velocity(&late, path->r));
+    path->place = vec3_axpy(mill_pose_in(&late, path->r), -ago, frame);
+    path->course = vec3_sub(mill_pose_turn_in(&late, path->v), frame);
+    path->window = window;
+    path->slack = path->travel = 0.0;
+    double way = 0.0, bend = 0.0; /* between two steps */
+    vec3 last = nought, last_off = nought;
+    for (int k = 0; k <= STEPS; k++) {
+        const double t = window * k / STEPS;
+        const struct mill_pose pose = mill_motion_pose(motion, f->now + t);
+        const vec3 at = vec3_sub(mill_pose_in(&pose, vec3_fly(path->r, path->v, path->g, t)),
+                                 path->place);
+        const vec3 off = vec3_axpy(at, -t, path->course);
+        path->travel = fmax(path->travel, vec3_norm(at));
+        path->slack = fmax(path->slack, vec3_norm(off));
+        way = k > 0 ? fmax(way, vec3_norm(vec3_sub(at, last))) : 0.0;
+        bend = k > 0 ? fmax(bend, vec3_norm(vec3_sub(off, last_off))) : 0.0;
+        last = at;
+        last_off = off;
+    }
+    path->travel += way + 1e-13;
+    path->slack += bend + 1e-13;
+}
+
 /* What the shape says of the flight */
 static inline struct mill_hit ask(const struct mill_shape *s, const struct flight *f,
                                   double horizon, bool touching)

@@ -202,6 +202,73 @@ LOOP_TEST(a_contact_is_what_the_body_does_there, WAYS)
     }
 }
 
+/* The place of the ball in the body's frame is told, as the loop does: what is then said to be far
+ * is not met, and nothing else changes. */
+SLOW_TEST(a_known_place_hides_no_contact, WAYS - 1)
+{
+    const int way = 1 + _i;
+    uint64_t seed = 11 + (uint64_t)way;
+    int found = 0, none = 0;
+    for (int i = 0; i < unit_draws(3000); i++) {
+        struct one o;
+        struct flight f;
+        open_one(&seed, &o, i % BODIES, false, way);
+        if (random_flight(&seed, &o, &f)) {
+            const double window = log_uniform(&seed, 1e-5, 0.03);
+            const double ago = below(&seed, 2) ? log_uniform(&seed, 1e-9, 1e-3) : 0.0;
+            struct mill_flight path = path_of(f.path.r, f.path.v, f.path.g);
+            tell_place(o.chain.top, &f, window, ago, &path);
+            const struct mill_shape *s = o.shape[0];
+            const struct mill_hit plain = ask(s, &f, window, false);
+            const struct mill_hit told =
+                s->type->next_contact(s, &path, f.radius, f.now, window, false);
+            if (told.state == MILL_HIT_NONE) {
+                ck_assert(isinf(first_contact(s, &f, window, false, NULL)));
+            } else {
+                ck_assert_int_eq(told.state, plain.state);
+                ck_assert_double_eq(told.t, plain.t);
+            }
+            found += told.state == MILL_HIT_CONTACT;
+            none += told.state == MILL_HIT_NONE;
+        }
+        close_one(&o);
+    }
+    ck_assert_int_gt(found, unit_draws(150));
+    ck_assert_int_gt(none, unit_draws(150));
+}
+
+/* The quick proof of the search, with the longest time for which it holds */
+LOOP_TEST(a_gap_that_is_said_to_stay_open_does, WAYS)
+{
+    uint64_t seed = 13 + (uint64_t)_i;
+    int said = 0;
+    for (int i = 0; i < unit_draws(3000); i++) {
+        struct one o;
+        struct flight f;
+        open_one(&seed, &o, i % BODIES, false, _i);
+        if (random_flight(&seed, &o, &f)) {
+            const struct mill_convex *c = (const struct mill_convex *)o.shape[0];
+            const struct mill_flight path = path_of(f.path.r, f.path.v, f.path.g);
+            const struct mill_pose pose = mill_shape_pose(&c->base, f.now);
+            const struct mill_contact k = contact_of(&c->base, path.r, f.radius, f.now);
+            const vec3 centre = mill_pose_out(&pose, c->centre), q = vec3_sub(path.r, centre);
+            const vec3 u = vec3_sub(path.v, mill_pose_velocity(&pose, centre));
+            const double d1 =
+                vec3_dot(k.normal, vec3_sub(path.v, mill_pose_velocity(&pose, path.r)));
+            double least = 0.0, most = 0.1;
+            for (int n = 0; n < 50; n++) {
+                const double h = 0.5 * (least + most);
+                *(mill_convex_stays_open(c, &path, q, u, h, k.gap, d1) ? &least : &most) = h;
+            }
+            for (int n = 1; n <= 50; n++)
+                ck_assert_double_gt(gap_at(&c->base, &f, least * n / 50.0), 0.0);
+            said += least > 1e-5;
+        }
+        close_one(&o);
+    }
+    ck_assert_int_gt(said, unit_draws(1000));
+}
+
 /* No ball whose centre is in a box touches what is said to be out of its reach. */
 SLOW_TEST(reach_is_never_denied_wrongly, WAYS)
 {
