@@ -289,8 +289,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         return 0;
     open_mill(&s);
     if (fuzz_shown())
-        printf("%s %s, %d motions, a ball of %g m\n", s.word,
-               s.body.inside ? "inside" : "outside", s.links, s.radius);
+        printf("%s %s, %d motions, a ball of %g m\n", s.word, s.body.inside ? "inside" : "outside",
+               s.links, s.radius);
     bool flies = aim(&s, &b);
     for (int meeting = 0; flies && meeting < MOST_HOPS; meeting++) {
         int which = 0;

@@ -8,9 +8,9 @@
 #include "../unit/state_fixture.h"
 #include "mill.h"
 
+#include "../unit/parts.h"
 #include "base/profile.h"
 #include "deck/deck.h"
-#include "../unit/parts.h"
 
 enum {
     MOST_BALLS = 100,
@@ -424,7 +424,8 @@ static struct mill_deck *deck_from(struct fuzz_bytes *b, const uint8_t *data, si
 {
     if (size > 0 && (*data == '[' || *data == '#')) {
         struct mill_deck *deck = read_deck((const char *)data, size);
-        if (deck && !deck->start && mill_balls(deck) <= MOST_BALLS && deck->parts.count <= MOST_PARTS)
+        if (deck && !deck->start && mill_balls(deck) <= MOST_BALLS &&
+            deck->parts.count <= MOST_PARTS)
             return deck;
         mill_deck_free(deck);
         return NULL;

@@ -19,10 +19,8 @@ static inline struct mill_shape *lone_shape(const struct mill_solid *solid,
     if (!b)
         return NULL;
     b->is = *is;
-    b->convex.base = (struct mill_shape){.type = type ? type : &mill_wall_type,
-                                         .solid = solid,
-                                         .wall = part,
-                                         .motion = motion};
+    b->convex.base = (struct mill_shape){
+        .type = type ? type : &mill_wall_type, .solid = solid, .wall = part, .motion = motion};
     return mill_body_create(b, places) ? &b->convex.base : NULL;
 }
 

@@ -1,4 +1,5 @@
-/* The classic parts of a mill as surfaces of a setup: the drum, and on motion 0 shaft and blades. */
+/* The classic parts of a mill as surfaces of a setup: the drum, and on motion 0 shaft and blades.
+ */
 #ifndef PARTS_H
 #define PARTS_H
 

@@ -24,8 +24,8 @@ static inline void mill_build_in(struct mill *m, const struct mill_setup_drum *d
     const struct mill_turn turn = {.axis = {1.0, 0.0, 0.0}, .speed = omega, .angle = angle};
     const struct mill_body around = mill_setup_drum_body(drum), box = mill_setup_blade(blade),
                            shaft = mill_setup_shaft(shaft_radius, drum->length);
-    const struct mill_setup_surface surface[] = {
-        drum_surface(&around, MILL_STILL), shaft_surface(&shaft), blade_surface(&box, 0)};
+    const struct mill_setup_surface surface[] = {drum_surface(&around, MILL_STILL),
+                                                 shaft_surface(&shaft), blade_surface(&box, 0)};
     const struct mill_setup setup = {.motions = 1, .surfaces = 3, .surface = surface};
     const struct mill_reach places = drum_places(drum);
     int count;
@@ -181,8 +181,8 @@ static inline void tell_place(const struct mill_motion *motion, const struct fli
     for (int k = 0; k <= STEPS; k++) {
         const double t = window * k / STEPS;
         const struct mill_pose pose = mill_motion_pose(motion, f->now + t);
-        const vec3 at = vec3_sub(mill_pose_in(&pose, vec3_fly(path->r, path->v, path->g, t)),
-                                 path->place);
+        const vec3 at =
+            vec3_sub(mill_pose_in(&pose, vec3_fly(path->r, path->v, path->g, t)), path->place);
         const vec3 off = vec3_axpy(at, -t, path->course);
         path->travel = fmax(path->travel, vec3_norm(at));
         path->slack = fmax(path->slack, vec3_norm(off));

@@ -1,5 +1,5 @@
-/* Claims about blades, which are boxes on a rotor, against closed forms and roots found independently in long
- * double. */
+/* Claims about blades, which are boxes on a rotor, against closed forms and roots found
+ * independently in long double. */
 #include "shape_fixture.h"
 
 #define TIP 0.06

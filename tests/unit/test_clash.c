@@ -505,7 +505,8 @@ TEST(a_mesh_holds_what_is_in_it)
     const int rotor = add_turn(&m, MILL_STILL, 10.0, vec3_make(0.0, 0.04, 0.0), vec3_make(1, 0, 0));
     make_ball(&seed, facet, 0.1, 1e-4);
     add_mesh(&m, MILL_STILL, nought, facet)->inside = true;
-    struct mill_body *ball = add_body(&m, &mill_round_sphere_solid, rotor, vec3_make(0.0, 0.0, 0.0));
+    struct mill_body *ball =
+        add_body(&m, &mill_round_sphere_solid, rotor, vec3_make(0.0, 0.0, 0.0));
     ball->radius = 0.015;
     expect(&m, MILL_FAULT_NONE, 0.0, 0.0); /* as far as 0.095 */
     ball->radius = 0.021;

@@ -176,7 +176,8 @@ TEST(own_x_is_the_projection_of_the_frames_x)
     ck_assert(equals(form_of(deck, 5)->x, 0.0, 1.0, 0.0));
     ck_assert(equals(form_of(deck, 5)->y, -1.0, 0.0, 0.0));
     for (int k = 0; k < 6; k++)
-        ck_assert(form_of(deck, k)->radius == 0.001 && deck->bodies.surface[k].motion == MILL_STILL);
+        ck_assert(form_of(deck, k)->radius == 0.001 &&
+                  deck->bodies.surface[k].motion == MILL_STILL);
 }
 
 TEST(quarter_turns_of_copies_are_exact)
@@ -227,8 +228,8 @@ TEST(every_shape_has_its_sizes)
                   "[body.d]\nshape = capsule\nradius = 7 mm\nlength = 8 mm\n"
                   "[body.e]\nshape = sphere\nradius = 9 mm\ncentre = 1 0 0 mm\n");
     const struct mill_solid *const type[] = {&mill_box_solid, &mill_round_cylinder_solid,
-                                                  &mill_round_cone_solid, &mill_round_capsule_solid,
-                                                  &mill_round_sphere_solid};
+                                             &mill_round_cone_solid, &mill_round_capsule_solid,
+                                             &mill_round_sphere_solid};
     for (int k = 0; k < 5; k++) {
         ck_assert(deck->bodies.surface[k].solid == type[k] && !form_of(deck, k)->inside);
         ck_assert_int_eq(deck->bodies.surface[k].kind, MILL_KINDS + k);
@@ -254,7 +255,8 @@ TEST(bodies_share_a_kind_and_take_fixed_ones_by_name)
     ck_assert_int_eq(deck->contacts.count, MILL_KINDS + 2);
     ck_assert_str_eq(deck->contacts.name[MILL_KINDS], "ball_jar");
     ck_assert_str_eq(deck->contacts.name[MILL_KINDS + 1], "ball_pins");
-    ck_assert(deck->bodies.surface[1].kind == MILL_KINDS + 1 && deck->bodies.surface[2].kind == MILL_KINDS + 1);
+    ck_assert(deck->bodies.surface[1].kind == MILL_KINDS + 1 &&
+              deck->bodies.surface[2].kind == MILL_KINDS + 1);
     ck_assert_int_eq(deck->bodies.surface[3].kind, MILL_BALL_SHAFT);
     ck_assert(deck->bodies.surface[2].motion == 0 && deck->bodies.surface[1].motion == MILL_STILL);
     ck_assert(deck->law[MILL_KINDS + 1].friction == 0.25 && deck->law[MILL_KINDS].friction == 0.0);

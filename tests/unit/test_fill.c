@@ -189,7 +189,7 @@ static void check_room(int buckles, double buckle_height)
         .setup.drum = {0.075, 0.05, .buckles = buckles, .buckle_height = buckle_height},
         .balls = {{.diameter = 2.0 * reach, .density = STEEL, .count = 1}},
         .rotor = {.speed = 50.0, .angle = 25 * DEG},
-        .shaft = {0.015},
+        .shaft = 0.015,
         .blades = 3,
         .blade = {{.tip_radius = 0.055, .width = 0.009, .thickness = 0.006, .pitch = 30 * DEG}}};
     struct mill_world *w = model_world(&m);
@@ -384,7 +384,7 @@ TEST(a_mill_without_room_for_one_ball_says_so)
     /* six blades from end to end, the sectors between them too narrow for a ball */
     struct model m = {.setup.drum = {.radius = 0.03, .length = 0.06},
                       .balls = {{.diameter = 0.02, .density = STEEL, .count = 1}},
-                      .shaft = {0.005},
+                      .shaft = 0.005,
                       .blades = 6};
     for (int k = 0; k < 6; k++)
         m.blade[k] = (struct mill_blade){

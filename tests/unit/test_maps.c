@@ -429,8 +429,8 @@ LOOP_TEST(the_cells_make_up_a_body, 5)
 {
     const vec3 x = {0, 0.6, 0.8}, y = {0, -0.8, 0.6}, z = {1, 0, 0};
     const struct mill_solid *const type[] = {&mill_box_solid, &mill_round_cylinder_solid,
-                                                  &mill_round_cone_solid, &mill_round_capsule_solid,
-                                                  &mill_round_sphere_solid};
+                                             &mill_round_cone_solid, &mill_round_capsule_solid,
+                                             &mill_round_sphere_solid};
     const struct mill_body body = {.inside = true,
                                    .centre = {0.2, -0.1, 0.3},
                                    .x = x,

@@ -30,8 +30,7 @@ static void open_drum(uint64_t *seed, struct moving *d, int way, bool wavy)
     chain_open(&d->chain);
     const struct mill_body drum = mill_setup_drum_body(&d->is);
     const struct mill_setup_surface surface = drum_surface(&drum, d->chain.count - 1);
-    const struct mill_setup setup = {
-        .motions = d->chain.count, .surfaces = 1, .surface = &surface};
+    const struct mill_setup setup = {.motions = d->chain.count, .surfaces = 1, .surface = &surface};
     const struct mill_reach places = {{-1.0, -1.0, -1.0}, {1.0, 1.0, 1.0}, INFINITY};
     ck_assert(mill_shapes_create(&setup, &places, d->chain.link, &d->shape, &d->shapes));
     ck_assert_int_eq(d->shapes, 3);

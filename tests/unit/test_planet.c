@@ -158,8 +158,7 @@ LOOP_TEST(no_gap_bends_faster_than_the_search_believes, 2)
                 (gap_at(p.box, &f, h) - 2.0 * gap_at(p.box, &f, 0.0) + gap_at(p.box, &f, -h)) /
                 (h * h);
             const struct mill_pose pose = mill_shape_pose(p.box, f.now);
-            const struct mill_seen seen =
-                mill_convex_see(c, &path, &pose, f.path.r, f.path.v, h);
+            const struct mill_seen seen = mill_convex_see(c, &path, &pose, f.path.r, f.path.v, h);
             ck_assert_double_ge(bend, -seen.acceleration * (1.0 + 1e-3) - 1e-2);
         }
         close_planet(&p);

@@ -55,8 +55,7 @@ static const struct {
     {offsetof(struct model, rotor.centre.y), false, false},
     {offsetof(struct model, rotor.speed), false, false},
     {offsetof(struct model, rotor.angle), false, false},
-    {offsetof(struct model, shaft), false,
-     false}, /* of a model none where it is 0 or less */
+    {offsetof(struct model, shaft), false, false}, /* of a model none where it is 0 or less */
     {offsetof(struct model, blade[0].position), false, false},
     {offsetof(struct model, blade[0].angle), false, false},
     {offsetof(struct model, blade[0].tip_radius), true, true},

@@ -273,7 +273,7 @@ TEST(a_turning_shaft_drives_a_ball_by_friction_and_its_work_is_booked)
     const struct model model = {.setup = {.drum = {.radius = 0.1, .length = 0.1}, .start = &start},
                                 .balls = {{.diameter = 0.01, .density = STEEL, .count = 1}},
                                 .rotor = {.speed = 100.0},
-                                .shaft = {0.02},
+                                .shaft = 0.02,
                                 .law = {0.5, 0.2}};
     struct bench b;
     bench_open(&b, &model);
@@ -357,7 +357,7 @@ static uint64_t three_balls(double angle, double t, struct mill_setup_ball ball[
         .setup = {.gravity.z = -9.81, .drum = {.radius = 0.075, .length = 0.12}, .start = ball},
         .balls = {{.diameter = 0.005, .density = STEEL, .count = 3}},
         .rotor = {.speed = 60 * RPM, .angle = angle},
-        .shaft = {0.015},
+        .shaft = 0.015,
         .blades = 1,
         .blade = {{.tip_radius = 0.067, .width = 0.012, .thickness = 0.007}},
         .law = {0.8, 0.3}};
@@ -402,7 +402,7 @@ TEST(no_contact_with_a_slow_rotor_is_missed_when_the_local_clock_restarts)
         .setup = {.gravity.z = -9.81, .drum = {.radius = 0.5, .length = 0.8}, .start = start},
         .balls = {{.diameter = 0.1636368375915129, .density = 1.0, .count = 1}},
         .rotor = {.speed = -0.0057095467278403846},
-        .shaft = {0.017039567232131958},
+        .shaft = 0.017039567232131958,
         .blades = 3,
         .blade = {{-0.8 / 3.0, 0.0, 0.46043701942118886, 0.133739439646403, 0.12040891254266869},
                   {0.0, -0.98207104206085205, 0.46043701942118886, 0.133739439646403,
