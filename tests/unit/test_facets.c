@@ -392,6 +392,12 @@ TEST(hull_volume_and_outline_are_those_of_the_solid)
     place_body(&seed, &form.is);
     const struct mill_hull hull = mill_facets_solid.hull(&form.is);
     ck_assert_double_eq_tol(mill_facets_solid.volume(&form.is), 3e-5, 1e-19);
+    double far = 0.0;
+    for (int k = 0; k < 36; k++) {
+        const vec3 at = mill_body_out(&form.is, form.facet[k / 3][k % 3]);
+        far = fmax(far, hypot(at.y, at.z));
+    }
+    ck_assert_double_eq_tol(mill_part_reach(&mill_facets_solid, &form.is), far, 1e-16);
     ck_assert_double_eq_tol(hull.half, 0.025, 1e-16);
     ck_assert_double_eq_tol(hull.radius, sqrt(0.02 * 0.02 + 0.015 * 0.015), 1e-16);
     for (int inside = 0; inside < 2; inside++) {
