@@ -107,7 +107,7 @@ enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budge
     assert(until == until);
     sim->error = error;
     sim->status = MILL_OK;
-    sim->world->counts.quartics.check = sim->proof ? &sim->proof->check : NULL;
+    sim->world->counts.quartics.check = sim->proof ? sim->proof->check : NULL;
     if (sim->slabs)
         mill_sim_slabs_begin(sim->slabs);
     while (budget > 0) {

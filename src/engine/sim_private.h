@@ -35,7 +35,7 @@ static inline bool mill_sim_hastes(const struct mill_watch *watch)
 /* Someone who looks at each event of a run on one thread, and at the searches for contacts. The
  * functions return true if all is well; otherwise they have set the sim's status and error. */
 struct mill_sim_proof {
-    struct mill_poly_check check;
+    struct mill_poly_check *check;
     bool (*before)(struct mill_sim *sim, int32_t i, double t); /* of the event of ball i */
     bool (*after)(struct mill_sim *sim, int32_t i);
     bool (*planned)(struct mill_sim *sim); /* all balls have been planned now */

@@ -173,9 +173,11 @@ static inline double mill_part_extent(const struct mill_part *p, vec3 way)
 double mill_part_wall_gap(const struct mill_wall *wall, vec3 place);
 
 /* Bounds of the gap between the part and a wall, whose frame the part is in; < 0: the part reaches
- * beyond the wall. They are closer to each other than 0.01 % of the gap or 5 % of `near` [m]. */
+ * beyond the wall. They are closer to each other than 0.01 % of the gap (1 % at a wall with round
+ * ends) or 5 % of `near` [m]. */
 struct mill_part_gap {
     double least, most; /* [m] */
+    long looks;         /* how often the part was asked for its support */
 };
 struct mill_part_gap mill_part_to_wall(const struct mill_part *part, const struct mill_wall *wall,
                                        double near);

@@ -286,16 +286,12 @@ static bool check_sleeping(struct mill_sim *sim, int32_t i, int32_t j, double en
                flying, sleeping, w->base + least.when, -least.gap);
 }
 
-/* Checks ball i against all other balls and all surfaces: no overlap now, and no contact before the
- * next event of either. fresh: ball i has been planned now, so its own plan must include all
- * contacts with balls of the cells around. touched: the surface that it has met now, or
- * MILL_NOBODY. */
-static bool check_against_all(struct mill_sim *sim, int32_t i, bool fresh, int32_t touched)
+bool mill_paranoid_ball(struct mill_sim *sim, int32_t i, bool fresh, int32_t touched)
 {
     const struct mill_schedule *q = sim->schedule;
     struct mill_world *w = sim->world;
     const struct mill_poly_counts counts = w->counts.quartics;
-    w->counts.quartics.check = &sim->proof->check;
+    w->counts.quartics.check = sim->proof->check;
     const double mine = fmin(mill_plan_time(&q->plan[i]), q->horizon);
     bool holds = true;
     const int images = q->grids.period > 0.0 ? 3 : 1;
@@ -315,16 +311,17 @@ static bool check_against_all(struct mill_sim *sim, int32_t i, bool fresh, int32
     for (int32_t s = 0; s < w->shapes && holds; s++)
         if (!q->plan[i].let_go || !w->shape[s]->pinches)
             holds = check_surface(sim, i, w->shape[s], mine, s == touched);
-    const struct mill_paranoid *p = mill_paranoid_of(sim);
-    if (holds && p->refuted + p->doubted > 0)
+    struct mill_paranoid *p = mill_paranoid_of(sim);
+    p->checks.quartics = p->quartics.asked;
+    if (holds && p->quartics.refuted + p->quartics.doubted > 0)
         holds = mill_paranoid_fault(
             sim, "%s of a quartic contradicts the search for a contact of ball %d at t = %.17g s",
-            p->refuted ? "the closed form" : "another solver", i, w->base + sim->now);
+            p->quartics.refuted ? "the closed form" : "another solver", i, w->base + sim->now);
     w->counts.quartics = counts; /* only the searches of the run count */
     return holds;
 }
 
-static bool before(struct mill_sim *sim, int32_t i, double t)
+bool mill_paranoid_before(struct mill_sim *sim, int32_t i, double t)
 {
     const double base = sim->world->base;
     int32_t first;
@@ -350,7 +347,7 @@ static bool check_ball(struct mill_sim *sim, int32_t i, bool fresh, int32_t touc
     mill_paranoid_of(sim)->checks.predictions++;
     return mill_paranoid_place(sim, i, sim->now) &&
            mill_paranoid_touch(sim, i, &sim->schedule->plan[i]) &&
-           check_against_all(sim, i, fresh, touched);
+           mill_paranoid_ball(sim, i, fresh, touched);
 }
 
 static bool check_balls(struct mill_sim *sim, bool fresh)
@@ -361,7 +358,7 @@ static bool check_balls(struct mill_sim *sim, bool fresh)
     return holds;
 }
 
-static bool after(struct mill_sim *sim, int32_t i)
+bool mill_paranoid_after(struct mill_sim *sim, int32_t i)
 {
     struct mill_paranoid *p = mill_paranoid_of(sim);
     const struct mill_plan *due = &p->due;
@@ -376,7 +373,7 @@ static bool after(struct mill_sim *sim, int32_t i)
            (p->checks.events % ACCOUNT_EVERY != 0 || mill_paranoid_account(sim));
 }
 
-static bool check_all(struct mill_sim *sim, bool fresh)
+bool mill_paranoid_all(struct mill_sim *sim, bool fresh)
 {
     int32_t first;
     return mill_paranoid_calendar(sim, &first) && check_balls(sim, fresh) &&
@@ -385,22 +382,22 @@ static bool check_all(struct mill_sim *sim, bool fresh)
 
 static bool check_planned(struct mill_sim *sim)
 {
-    return check_all(sim, true);
+    return mill_paranoid_all(sim, true);
 }
 
 /* ---- start and end ---- */
 
 /* A polynomial that begins above zero may be above zero until it rises. */
-static void look(struct mill_poly_check *check, const double c[5], double t_end, bool at_root,
-                 double t)
+void mill_paranoid_look(struct mill_poly_check *check, const double c[5], double t_end,
+                        bool at_root, double t)
 {
-    struct mill_paranoid *p = (struct mill_paranoid *)check;
+    struct mill_paranoid_quartics *q = (struct mill_paranoid_quartics *)check;
     const bool below = at_root || c[0] == 0.0 ? c[1] < 0.0 : c[0] < 0.0;
     if (c[4] == 0.0 || !below || !(t < HUGE_VAL || t_end < HUGE_VAL))
         return;
-    p->checks.quartics++;
-    p->refuted += !mill_quartic_agrees(c, t_end, at_root, t);
-    p->doubted += p->second && !p->second(c, t_end, at_root, t);
+    q->asked++;
+    q->refuted += !mill_quartic_agrees(c, t_end, at_root, t);
+    q->doubted += q->second && !q->second(c, t_end, at_root, t);
 }
 
 enum mill_status mill_paranoid_start(struct mill_sim *sim, mill_paranoid_opinion *second,
@@ -411,12 +408,13 @@ enum mill_status mill_paranoid_start(struct mill_sim *sim, mill_paranoid_opinion
     if (!p)
         return mill_error_set(error, MILL_FAILED, "out of memory for the checks");
     mill_sim_use_threads(sim, 1); /* the checks look at all balls after each event */
-    p->proof = (struct mill_sim_proof){{look}, before, after, check_planned, mill_paranoid_account};
-    p->second = second;
+    p->quartics = (struct mill_paranoid_quartics){.check = {mill_paranoid_look}, .second = second};
+    p->proof = (struct mill_sim_proof){&p->quartics.check, mill_paranoid_before,
+                                       mill_paranoid_after, check_planned, mill_paranoid_account};
     sim->proof = &p->proof;
     sim->error = error;
     sim->status = MILL_OK;
-    check_all(sim, false);
+    mill_paranoid_all(sim, false);
     sim->error = NULL;
     return sim->status;
 }

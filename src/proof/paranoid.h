@@ -15,6 +15,16 @@ mill_paranoid_opinion mill_quartic_agrees, mill_opinion_agrees;
 /* All four roots of c[4] t^4 + ... + c[0], c[4] != 0, re[k] + i im[k]; conjugates adjacent. */
 void mill_quartic_roots(const double c[5], double re[4], double im[4]);
 
+/* Asks of each first rise that a search has found, and counts the answers */
+struct mill_paranoid_quartics {
+    struct mill_poly_check check;   /* look: mill_paranoid_look */
+    mill_paranoid_opinion *second;  /* beside the closed form; NULL: none */
+    unsigned long asked;            /* first rises that were compared */
+    unsigned long refuted, doubted; /* by the closed form, by the second opinion */
+};
+void mill_paranoid_look(struct mill_poly_check *check, const double c[5], double t_end,
+                        bool at_root, double t);
+
 /* How often each property was checked and found true */
 struct mill_paranoid_checks {
     uint64_t events;      /* due now, the earliest of all, of bodies that touch */

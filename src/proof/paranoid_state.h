@@ -11,8 +11,7 @@ struct mill_paranoid {
     struct mill_plan due; /* the plan of the present event */
     uint32_t contacts;    /* of the ball of this event, before the event */
     int64_t asleep;       /* balls, before the event */
-    mill_paranoid_opinion *second;
-    unsigned long refuted, doubted; /* quartics, by the closed form, by the second opinion */
+    struct mill_paranoid_quartics quartics;
 };
 
 static inline struct mill_paranoid *mill_paranoid_of(const struct mill_sim *sim)
@@ -23,6 +22,17 @@ static inline struct mill_paranoid *mill_paranoid_of(const struct mill_sim *sim)
 /* The checks of a paranoid run compare the plans and the effects of each event with brute force.
  * They write only their own counts. All return true if the check holds. If not, the sim's status is
  * MILL_FAILED and its error is "paranoid: ...". */
+
+/* Before ball i's event at local time t: the event is not in the past, no plan is earlier, every
+ * entry of the calendar has the time of its plan, and bodies that are due to meet touch. */
+bool mill_paranoid_before(struct mill_sim *sim, int32_t i, double t);
+
+/* After that event: checks the balls that took part. Every thousand events, also the energy
+ * account. */
+bool mill_paranoid_after(struct mill_sim *sim, int32_t i);
+
+/* Checks all balls, the calendar and the account. fresh: all balls have been planned now. */
+bool mill_paranoid_all(struct mill_sim *sim, bool fresh);
 
 /* Work of all motions = change of energy + dissipation, to 1e-9 of the energy turned over. */
 bool mill_paranoid_account(struct mill_sim *sim);
@@ -46,5 +56,11 @@ double mill_paranoid_size(const struct mill_world *world);
 /* Checks the contact of a plan of ball i, if the plan is not stale: at its time the bodies touch
  * and do not move apart. */
 bool mill_paranoid_touch(struct mill_sim *sim, int32_t i, const struct mill_plan *plan);
+
+/* Checks ball i against all other balls and all surfaces: no overlap now, and no contact before the
+ * next event of either. fresh: ball i has been planned now, so its own plan must include all
+ * contacts with balls of the cells around. touched: the surface that it has met now, or
+ * MILL_NOBODY. */
+bool mill_paranoid_ball(struct mill_sim *sim, int32_t i, bool fresh, int32_t touched);
 
 #endif

@@ -9,7 +9,8 @@
  * away than others. */
 #include "start/clash_gap.h"
 
-enum { LOOKS = 100, DEEPEST = 30 };
+/* SUPPORTS of them take about as long as a comparison of two parts */
+enum { LOOKS = 100, SUPPORTS = 16 };
 /* relative to the parts' size: a distance below this is 0 */
 #define NOTHING 1e-14
 /* relative to the distance: accuracy that the steps of a march need */
@@ -232,6 +233,7 @@ static void seek_wall(const struct mill_wall *w, const struct mill_clash_solid *
     if (n->part >= 0) {
         const struct mill_part part = mill_part_move(&s->part[n->part], in);
         const struct mill_part_gap of = mill_part_to_wall(&part, w, near);
+        gap->looks += of.looks / SUPPORTS;
         gap->least = fmin(gap->least, of.least);
         gap->most = fmin(gap->most, of.most);
         return;

@@ -42,9 +42,19 @@ static char *printed(const struct mill_deck *deck, size_t *size)
     return text;
 }
 
+static void check_surfaces(const struct mill_deck *d, const struct mill_deck_bodies *list)
+{
+    for (int k = 0; k < list->count; k++) {
+        const struct mill_setup_surface *s = &list->surface[k];
+        fuzz_require(s->motion < d->motions && s->kind > MILL_BALL_BALL &&
+                         s->kind < d->contacts.count && mill_solid_is_sound(s->solid, s->body),
+                     "the body of [%s]", list->section[k]);
+    }
+}
+
 static void check_numbers(const struct mill_deck *d)
 {
-    fuzz_require(d->kinds > 0 && d->shapes >= 0, "%d kinds, %d shapes", d->kinds, d->shapes);
+    fuzz_require(d->kinds > 0, "%d kinds", d->kinds);
     fuzz_require(d->time > 0.0 && d->series > 0.0 && d->sample_from >= 0.0 &&
                      d->sample_from < d->time && isfinite(d->time),
                  "times %g %g %g", d->time, d->sample_from, d->series);
@@ -61,17 +71,8 @@ static void check_numbers(const struct mill_deck *d)
     for (int k = 0; k < d->motions; k++)
         fuzz_require(d->motion[k].on < k && d->motion[k].type->is_sound(d->motion[k].form),
                      "motion %d", k);
-    for (int k = 0; k < d->bodies; k++)
-        fuzz_require(d->body[k].motion < d->motions && d->body[k].kind > 0 &&
-                         d->body[k].kind < d->contacts.count &&
-                         d->body[k].type->is_sound(d->body[k].form),
-                     "body %d", k);
-    for (int k = 0; k < d->shapes; k++) {
-        const struct mill_blade *b = d->shape[k].form;
-        fuzz_require(d->shape[k].type == &mill_blade_type && b->tip_radius < d->drum_radius &&
-                         b->width > 0.0 && b->thickness > 0.0,
-                     "blade %d", k);
-    }
+    check_surfaces(d, &d->parts);
+    check_surfaces(d, &d->bodies);
     for (int k = 0; k < d->contacts.count; k++)
         fuzz_require(d->law[k].restitution >= 0.0 && d->law[k].restitution <= 1.0 &&
                          d->law[k].friction >= 0.0 && fabs(d->law[k].tangential) <= 1.0,

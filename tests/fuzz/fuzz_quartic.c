@@ -4,9 +4,9 @@
  * roots leave residuals of the size of rounding. */
 #include "fuzz.h"
 
-#include "app/opinion.h"
 #include "exact.h"
 #include "millsim/poly.h"
+#include "proof/paranoid.h"
 
 /* A time right to one unit in the last place leaves a residual of 4 of these at degree 4. */
 #define UNITS 4.0L
@@ -306,8 +306,8 @@ static void check_roots(const struct question *q)
 
 static void check_opinion(const struct question *q)
 {
-    struct mill_poly_check check = {mill_opinion_agrees, 0, 0, 0};
-    struct mill_poly_counts counts = {.check = &check};
+    struct mill_paranoid_quartics check = {{mill_paranoid_look}, mill_opinion_agrees, 0, 0, 0};
+    struct mill_poly_counts counts = {.check = &check.check};
     if (!within(q->c, CERTAIN))
         return;
     const double t = mill_poly_first_rise(q->c, q->t_end, q->at_root, &counts);

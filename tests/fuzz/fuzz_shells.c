@@ -69,10 +69,8 @@ static void hear(void *self, const char *text)
 static void check_places(struct fuzz_bytes *b, const struct mesh *given,
                          const struct mill_body *left, const struct mill_facets_report *found)
 {
-    const struct mill_chamber chamber = {
-        .half_length = 100.0, .places = {{-99.0, -99.0, -99.0}, {99.0, 99.0, 99.0}, INFINITY}};
-    const struct mill_shape base = {.type = &mill_facets_type, .fixed = true};
-    struct mill_shape *shape = lone_shape(&base, left, &chamber);
+    const struct mill_reach places = {{-99.0, -99.0, -99.0}, {99.0, 99.0, 99.0}, INFINITY};
+    struct mill_shape *shape = lone_shape(&mill_facets_solid, left, NULL, &places);
     fuzz_require(shape != NULL, "out of memory");
     for (int i = 0; i < PLACES; i++) {
         const vec3 p = {fuzz_uniform(b, -0.5, 10.5) + 0.01 * (i % 13) + 0.00137,

@@ -4,9 +4,9 @@
 #define FACETS_FIXTURE_H
 
 #include "extended.h"
-#include "mesh/facets_unite.h"
 #include "geometry/mesh.h"
 #include "lone_shape.h"
+#include "mesh/facets_unite.h"
 #include "shape_fixture.h"
 
 enum { MESH_ROOM = 20000 };
@@ -85,7 +85,7 @@ static inline void form_lump(uint64_t *seed, struct form *m, int around, int rin
 
 /* What is said about a form */
 struct heard {
-    char said[MILL_FACETS_TOLD][MILL_SHAPE_FAULT];
+    char said[MILL_FACETS_TOLD][260];
     int count;
     struct mill_facets_report found;
 };

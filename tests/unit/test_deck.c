@@ -12,42 +12,52 @@
     "[blade." name "]\nposition = " x " mm\nangle = 90 deg\ntip_radius = 60 mm\n"                  \
     "width = 10 mm\nthickness = 5 mm\n"
 
-static const struct mill_blade *blade_of(const struct mill_deck *deck, int k)
+static const struct mill_body *blade_of(const struct mill_deck *deck, int k)
 {
-    ck_assert_int_lt(k, deck->shapes);
-    ck_assert_ptr_eq(deck->shape[k].type, &mill_blade_type);
-    ck_assert_int_eq(deck->shape[k].number, k);
-    return deck->shape[k].form;
+    const int at = k + (deck->shaft_radius > 0.0);
+    ck_assert_int_lt(at, deck->parts.count);
+    ck_assert_ptr_eq(deck->parts.surface[at].solid, &mill_box_solid);
+    ck_assert_int_eq(deck->parts.surface[at].number, k);
+    return deck->parts.surface[at].body;
+}
+
+/* Does the blade point away from the axis at this angle? */
+static bool points_at(const struct mill_body *blade, double angle)
+{
+    const vec3 way = {0.0, cos(angle), sin(angle)};
+    const vec3 middle = {blade->centre.x, 0.0, 0.0};
+    return vec3_norm(vec3_sub(blade->y, way)) < 2e-15 &&
+           vec3_norm(vec3_sub(vec3_axpy(middle, 0.5 * blade->size.y, way), blade->centre)) < 1e-16;
 }
 
 TEST(equal_blades_are_spread_along_the_drum_and_around_the_rotor)
 {
     struct mill_deck *deck = read_good(BASE BALLS ROTOR BLADES);
-    ck_assert_int_eq(deck->shapes, 5);
+    ck_assert_int_eq(deck->parts.count, 6); /* with the shaft */
     for (int k = 0; k < 5; k++) {
-        const struct mill_blade *blade = blade_of(deck, k);
-        ck_assert_double_eq_tol(blade->position, -0.06 + (k + 0.5) * 0.024, 1e-16);
-        ck_assert_double_eq_tol(blade->angle, k * 2 * 3.141592653589793 / 5, 1e-15);
-        ck_assert(blade->tip_radius == 0.067 && blade->pitch == 0.0);
+        const struct mill_body *blade = blade_of(deck, k);
+        ck_assert_double_eq_tol(blade->centre.x, -0.06 + (k + 0.5) * 0.024, 1e-16);
+        ck_assert(points_at(blade, k * 2 * 3.141592653589793 / 5));
+        ck_assert(blade->size.y == 0.067 && blade->x.x == 1.0);
     }
-    ck_assert(blade_of(deck, 2)->position == 0.0);
+    ck_assert(blade_of(deck, 2)->centre.x == 0.0);
 }
 
 TEST(an_angle_step_of_ones_own_counts)
 {
     struct mill_deck *deck = read_good(BASE BALLS ROTOR BLADES "angle_step = 90 deg\n");
-    ck_assert_double_eq_tol(blade_of(deck, 4)->angle, 2 * 3.141592653589793, 1e-15);
+    ck_assert(points_at(blade_of(deck, 3), 1.5 * 3.141592653589793));
 }
 
 TEST(equal_blades_come_before_single_ones_in_the_decks_order)
 {
     struct mill_deck *deck =
         read_good(BLADE("zebra", "10") BASE BALLS ROTOR BLADE("ant", "-10") BLADES);
-    ck_assert_int_eq(deck->shapes, 7);
-    ck_assert_str_eq(deck->shape[4].section, "blades");
-    ck_assert_str_eq(deck->shape[5].section, "blade.zebra");
-    ck_assert_str_eq(deck->shape[6].section, "blade.ant");
-    ck_assert(blade_of(deck, 5)->position == 0.01 && blade_of(deck, 6)->position == -0.01);
+    ck_assert_int_eq(deck->parts.count, 8);
+    ck_assert_str_eq(deck->parts.section[5], "blades");
+    ck_assert_str_eq(deck->parts.section[6], "blade.zebra");
+    ck_assert_str_eq(deck->parts.section[7], "blade.ant");
+    ck_assert(blade_of(deck, 5)->centre.x == 0.01 && blade_of(deck, 6)->centre.x == -0.01);
 }
 
 /* All that a run is made from, to the bit. */
@@ -66,9 +76,10 @@ static void assert_same(const struct mill_deck *a, const struct mill_deck *b)
     ck_assert(a->speed == b->speed && a->rotor == b->rotor && a->rotor_speed == b->rotor_speed);
     ck_assert(a->drum_radius == b->drum_radius && a->drum_length == b->drum_length);
     ck_assert(a->shaft_radius == b->shaft_radius && a->rotor_angle == b->rotor_angle);
-    ck_assert_int_eq(a->shapes, b->shapes);
-    for (int k = 0; k < a->shapes; k++)
-        ck_assert_mem_eq(blade_of(a, k), blade_of(b, k), sizeof(struct mill_blade));
+    ck_assert_int_eq(a->parts.count, b->parts.count);
+    for (int k = 0; k < a->parts.count; k++)
+        ck_assert_mem_eq(a->parts.surface[k].body, b->parts.surface[k].body,
+                         sizeof(struct mill_body));
     ck_assert_mem_eq(a->law, b->law, sizeof a->law);
     ck_assert(a->rebound_floor == b->rebound_floor && a->frames == b->frames);
     ck_assert(a->series == b->series && a->log_impacts == b->log_impacts);

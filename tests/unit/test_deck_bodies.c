@@ -43,7 +43,7 @@ static bool is_near(vec3 a, double x, double y, double z)
 static const struct mill_body *form_of(const struct mill_deck *deck, int k)
 {
     ck_assert_int_lt(k, deck->bodies.count);
-    return deck->bodies.surface[k].form;
+    return deck->bodies.surface[k].body;
 }
 
 /* ---- motions ---- */
@@ -176,7 +176,8 @@ TEST(own_x_is_the_projection_of_the_frames_x)
     ck_assert(equals(form_of(deck, 5)->x, 0.0, 1.0, 0.0));
     ck_assert(equals(form_of(deck, 5)->y, -1.0, 0.0, 0.0));
     for (int k = 0; k < 6; k++)
-        ck_assert(form_of(deck, k)->radius == 0.001 && deck->bodies.surface[k].motion == MILL_STILL);
+        ck_assert(form_of(deck, k)->radius == 0.001 &&
+                  deck->bodies.surface[k].motion == MILL_STILL);
 }
 
 TEST(quarter_turns_of_copies_are_exact)
@@ -226,11 +227,11 @@ TEST(every_shape_has_its_sizes)
                   "[body.c]\nshape = cone\nradius = 5 mm\nend_radius = 0 mm\nlength = 6 mm\n"
                   "[body.d]\nshape = capsule\nradius = 7 mm\nlength = 8 mm\n"
                   "[body.e]\nshape = sphere\nradius = 9 mm\ncentre = 1 0 0 mm\n");
-    const struct mill_shape_type *const type[] = {&mill_box_type, &mill_round_cylinder_type,
-                                                  &mill_round_cone_type, &mill_round_capsule_type,
-                                                  &mill_round_sphere_type};
+    const struct mill_solid *const type[] = {&mill_box_solid, &mill_round_cylinder_solid,
+                                             &mill_round_cone_solid, &mill_round_capsule_solid,
+                                             &mill_round_sphere_solid};
     for (int k = 0; k < 5; k++) {
-        ck_assert(deck->bodies.surface[k].type == type[k] && !form_of(deck, k)->inside);
+        ck_assert(deck->bodies.surface[k].solid == type[k] && !form_of(deck, k)->inside);
         ck_assert_int_eq(deck->bodies.surface[k].kind, MILL_KINDS + k);
     }
     ck_assert(equals(form_of(deck, 0)->size, 0.001, 0.002, 0.003));
@@ -254,7 +255,8 @@ TEST(bodies_share_a_kind_and_take_fixed_ones_by_name)
     ck_assert_int_eq(deck->contacts.count, MILL_KINDS + 2);
     ck_assert_str_eq(deck->contacts.name[MILL_KINDS], "ball_jar");
     ck_assert_str_eq(deck->contacts.name[MILL_KINDS + 1], "ball_pins");
-    ck_assert(deck->bodies.surface[1].kind == MILL_KINDS + 1 && deck->bodies.surface[2].kind == MILL_KINDS + 1);
+    ck_assert(deck->bodies.surface[1].kind == MILL_KINDS + 1 &&
+              deck->bodies.surface[2].kind == MILL_KINDS + 1);
     ck_assert_int_eq(deck->bodies.surface[3].kind, MILL_BALL_SHAFT);
     ck_assert(deck->bodies.surface[2].motion == 0 && deck->bodies.surface[1].motion == MILL_STILL);
     ck_assert(deck->law[MILL_KINDS + 1].friction == 0.25 && deck->law[MILL_KINDS].friction == 0.0);

@@ -1,7 +1,7 @@
 /* The opinion of GSL on contact times: it shares every answer of the search, and none that is
  * wrong. */
-#include "app/opinion.h"
 #include "poly_cases.h"
+#include "proof/paranoid.h"
 #include "unit.h"
 
 /* Is it a question for opinions? */
@@ -13,8 +13,8 @@ static bool begins_below(const struct rise_case *q)
 TEST(it_agrees_with_the_search_in_mills)
 {
     gsl_rng *rng = seeded(130);
-    struct mill_poly_check check = {mill_opinion_agrees, 0, 0, 0};
-    struct mill_poly_counts counts = {.check = &check};
+    struct mill_paranoid_quartics check = {{mill_paranoid_look}, mill_opinion_agrees, 0, 0, 0};
+    struct mill_poly_counts counts = {.check = &check.check};
     for (int i = 0; i < unit_draws(250000); i++) {
         const struct rise_case q = mill_case(rng);
         mill_poly_first_rise(q.c, q.t_end, q.at_root, &counts);

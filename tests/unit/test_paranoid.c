@@ -1,5 +1,6 @@
 /* Claims about the checks of a paranoid run: a sound state passes and is counted in full, each kind
  * of fault is told by its own line, and to be watched changes nothing. */
+#include "proof/paranoid_state.h"
 #include "sim_fixture.h"
 
 /* Four balls without gravity: 0 flies at 1 (1.5 mm apart), 2 at the drum (1 mm), 3 is at rest in
@@ -14,7 +15,7 @@ static const struct model still_life = {
     .setup = {.drum = {.radius = 0.05, .length = 0.1}, .start = still_life_start},
     .balls = {{.diameter = 0.01, .density = STEEL, .count = BALLS}},
     .rotor = {.speed = 600 * RPM},
-    .shaft = {0.008},
+    .shaft = 0.008,
     .blades = 1,
     .blade = {{.position = -0.03, .tip_radius = 0.03, .width = 0.01, .thickness = 0.004}},
     .law = {.restitution = 0.8}};
@@ -23,7 +24,7 @@ static const struct model busy = {
     .setup = {.gravity.z = -9.81, .drum = {.radius = 0.03, .length = 0.04}},
     .balls = {{.diameter = 0.005, .density = STEEL, .count = 120}},
     .rotor = {.speed = 1000 * RPM},
-    .shaft = {0.006},
+    .shaft = 0.006,
     .blades = 2,
     .blade = {{.tip_radius = 0.022, .width = 0.008, .thickness = 0.004, .pitch = 20 * DEG}},
     .law = {0.8, 0.3, 0.4}};
@@ -43,7 +44,7 @@ static void set_up(void)
     mill_schedule_begin(q, 0.0625);
     for (int32_t i = 0; i < BALLS; i++)
         mill_schedule_ball(q, i, 0.0, MILL_NOBODY);
-    sim = (struct mill_sim){.world = b.world, .schedule = q, .paranoid = &p, .error = &error};
+    sim = (struct mill_sim){.world = b.world, .schedule = q, .proof = &p.proof, .error = &error};
 }
 
 static void tear_down(void)
@@ -120,8 +121,7 @@ TEST(a_plan_whose_partner_has_changed_course_since_is_no_fault)
 TEST(an_overlap_of_two_balls_is_told_with_its_depth)
 {
     b.world->ball[1].r.x = 0.0285 + 0.01 - 2e-9;
-    expect(mill_paranoid_ball(&sim, 0, true, MILL_NOBODY),
-           "ball 0 and ball 1 overlap by 2e-09 m");
+    expect(mill_paranoid_ball(&sim, 0, true, MILL_NOBODY), "ball 0 and ball 1 overlap by 2e-09 m");
 }
 
 TEST(less_than_a_nanometre_is_no_overlap)
@@ -142,8 +142,7 @@ TEST(an_overlap_far_from_the_cell_that_lists_the_ball_is_seen)
 {
     /* in the grid ball 1 is still where it was: no list of neighbours leads to it */
     b.world->ball[1].r = vec3_make(0.0, 0.004, -0.044);
-    expect(mill_paranoid_ball(&sim, 2, true, MILL_NOBODY),
-           "ball 2 and ball 1 overlap by 0.006 m");
+    expect(mill_paranoid_ball(&sim, 2, true, MILL_NOBODY), "ball 2 and ball 1 overlap by 0.006 m");
 }
 
 TEST(a_ball_that_the_blades_let_go_may_be_in_one_and_no_other)
@@ -187,6 +186,17 @@ TEST(a_forgotten_contact_with_a_surface_is_told)
     q->plan[3].shape_t = INFINITY;
     enter(3);
     expect_of_all("ball 3 meets a surface (ball_blade) by t = 0.0");
+}
+
+/* The watch searches on its own, also a body that the loop may reject by the ball's last place: it
+ * tells the contact, not a later sample that overlaps. */
+TEST(a_forgotten_contact_with_a_body_is_told_with_its_time)
+{
+    const double due = q->plan[3].shape_t;
+    q->plan[3].shape_t = INFINITY;
+    enter(3);
+    expect_of_all("ball 3 meets a surface (ball_blade) by t = ");
+    ck_assert_double_eq_tol(strtod(strstr(error.text, "t = ") + 4, NULL), due, 1e-12);
 }
 
 TEST(a_contact_planned_a_picosecond_late_is_told)
@@ -375,7 +385,7 @@ TEST(to_be_watched_changes_nothing)
     const size_t n = (size_t)plain.world->balls;
     runs_are_alike(&plain, &watched);
     const struct mill_paranoid_checks c = mill_paranoid_done(watched.sim),
-                                 none = mill_paranoid_done(plain.sim);
+                                      none = mill_paranoid_done(plain.sim);
     const struct mill_counts *counts = &watched.world->counts;
     ck_assert_uint_eq(none.events + none.pairs, 0);
     ck_assert_uint_eq(c.events,

@@ -3,6 +3,7 @@
 
 #include "millsim/poly.h"
 #include "poly_cases.h"
+#include "proof/paranoid.h"
 #include "unit.h"
 
 #define J ((double complex)_Complex_I)

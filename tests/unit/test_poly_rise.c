@@ -1,6 +1,7 @@
 /* When a contact polynomial first closes: flights with known answers, oracles, extreme input. */
 #include "millsim/poly.h"
 #include "poly_cases.h"
+#include "proof/paranoid.h"
 #include "unit.h"
 
 #define DIFFER(a, b) (fabs((a) - (b)))
@@ -165,8 +166,8 @@ SLOW_TEST(first_rise_is_the_one_that_a_bracketing_oracle_finds, 4)
 TEST(the_closed_form_agrees_with_first_rises_and_refutes_wrong_ones)
 {
     gsl_rng *rng = seeded(115);
-    struct mill_poly_check check = {NULL, 0, 0, 0};
-    struct mill_poly_counts counts = {.check = &check};
+    struct mill_paranoid_quartics check = {{mill_paranoid_look}, NULL, 0, 0, 0};
+    struct mill_poly_counts counts = {.check = &check.check};
     int missed = 0, invented = 0, contacts = 0;
     for (int i = 0; i < unit_draws(50000); i++) {
         const struct rise_case q = mill_case(rng);

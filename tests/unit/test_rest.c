@@ -1,5 +1,6 @@
 /* Claims about balls at rest: they fall asleep, stay where they are, are met like walls, wake up
  * when they are hit or lose what holds them, and none of this loses a contact or energy. */
+#include "proof/paranoid.h"
 #include "sim_fixture.h"
 
 #define SIZE 0.005
@@ -258,7 +259,7 @@ LOOP_TEST(balls_never_sleep_where_that_could_change_the_run, 3)
     if (_i == 1)
         odd.setup.rebound_floor = 0.1; /* a ball hops as high as its radius */
     if (_i == 2) {                     /* a blade creeps slower than the rebound floor */
-        odd.shaft.radius = 0.004;
+        odd.shaft = 0.004;
         odd.rotor.speed = 1 * RPM;
     }
     struct bench b;

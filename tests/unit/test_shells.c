@@ -58,7 +58,7 @@ static void restore(void)
 
 static double volume_left(void)
 {
-    return 1e9 * mill_facets_type.volume(&form.is); /* mm^3 */
+    return 1e9 * mill_facets_solid.volume(&form.is); /* mm^3 */
 }
 
 /* Of the form: so many facets are left, around this volume [mm^3] */
@@ -149,10 +149,8 @@ TEST(a_place_in_a_union_is_behind_its_surface)
     add_box(vec3_make(20.0, 0.0, 0.0), cube(20.0), false);
     add_box(nought, cube(8.0), false);
     form_unite(&form, &heard);
-    const struct mill_chamber chamber = {.half_length = 1.0,
-                                         .places = {{-1.0, -1.0, -1.0}, {1.0, 1.0, 1.0}, INFINITY}};
-    const struct mill_shape base = {.type = &mill_facets_type, .fixed = true};
-    struct mill_shape *s = lone_shape(&base, &form.is, &chamber);
+    const struct mill_reach places = {{-1.0, -1.0, -1.0}, {1.0, 1.0, 1.0}, INFINITY};
+    struct mill_shape *s = lone_shape(&mill_facets_solid, &form.is, NULL, &places);
     for (int x = -9; x < 30; x++)
         for (int y = -9; y < 10; y++) {
             const double deep = fmin(fmin(x + 10.0, 30.0 - x), 10.0 - abs(y));
@@ -180,10 +178,8 @@ TEST(solids_that_share_only_an_edge_are_met_from_every_side)
     }
     form_unite(&form, &heard);
     ck_assert_msg(heard.count == 0, "%s", heard.said[0]);
-    const struct mill_chamber chamber = {.half_length = 1.0,
-                                         .places = {{-1.0, -1.0, -1.0}, {1.0, 1.0, 1.0}, INFINITY}};
-    const struct mill_shape base = {.type = &mill_facets_type, .fixed = true};
-    struct mill_shape *shape = lone_shape(&base, &form.is, &chamber);
+    const struct mill_reach places = {{-1.0, -1.0, -1.0}, {1.0, 1.0, 1.0}, INFINITY};
+    struct mill_shape *shape = lone_shape(&mill_facets_solid, &form.is, NULL, &places);
     for (int k = 1; k < 72; k++) {
         const double to = 2.0 * PI * k / 72.0;
         const bool within = (k > 0 && k < 9) || (k > 18 && k < 27);
@@ -471,11 +467,9 @@ LOOP_TEST(the_sides_of_a_fan_meet_few_of_its_needles, 4)
 TEST(the_nearest_of_thousands_of_needles_is_found)
 {
     uint64_t seed = 81;
-    const struct mill_chamber chamber = {.half_length = 1.0,
-                                         .places = {{-1.0, -1.0, -1.0}, {1.0, 1.0, 1.0}, INFINITY}};
-    const struct mill_shape base = {.type = &mill_facets_type, .fixed = true};
+    const struct mill_reach places = {{-1.0, -1.0, -1.0}, {1.0, 1.0, 1.0}, INFINITY};
     open_fan(4000, false, 0.3);
-    struct mill_shape *s = lone_shape(&base, &form.is, &chamber);
+    struct mill_shape *s = lone_shape(&mill_facets_solid, &form.is, NULL, &places);
     for (int i = 0; i < 20; i++) {
         const vec3 p = vec3_scale(direction(&seed), uniform(&seed, 0.0, 0.03));
         ck_assert_double_eq_tol(gap_of(s, p, 0.0, 0.0),
