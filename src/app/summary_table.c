@@ -136,14 +136,14 @@ static struct mill_summary_scale scale_of(double value, const char *unit)
     return scale;
 }
 
-static void print_row(FILE *out, const struct mill_tally_results *r, int row,
-                      const struct columns *c)
+static void print_row(FILE *out, const struct mill_tally_results *r, int n, const struct columns *c)
 {
+    const int row = r->kinds.kind[n];
     const struct mill_spectrum_grid *grid = &r->tally->grid;
-    const struct mill_spectrum *normal = &r->impacts[row].normal;
+    const struct mill_spectrum *normal = &r->sums.impacts[row].normal;
     const struct mill_spectrum_slot all = mill_spectrum_total(normal, 0);
     fprintf(
-        out, "%-*s %12llu %11s %8s %9s %8s %6s %9s\n", c->name, mill_tally_name(r, row),
+        out, "%-*s %12llu %11s %8s %9s %8s %6s %9s\n", c->name, r->kinds.name[n],
         (unsigned long long)all.count,
         mill_summary_text_cell(mill_tally_per_second(r, (double)all.count), c->rate),
         mill_summary_text_cell(mill_spectrum_quantile(grid, normal, 0, 0.5), c->speed),
@@ -155,28 +155,30 @@ static void print_row(FILE *out, const struct mill_tally_results *r, int row,
 }
 
 /* Is the row shown in the table? Kinds without contacts are left out. */
-static bool is_shown(const struct mill_tally_results *r, int row)
+static bool is_shown(const struct mill_tally_results *r, int n)
 {
-    return row == r->all || mill_spectrum_total(&r->impacts[row].normal, 0).count > 0;
+    const int row = r->kinds.kind[n];
+    return row == r->all || mill_spectrum_total(&r->sums.impacts[row].normal, 0).count > 0;
 }
 
 void mill_summary_table(const struct mill_summary *s)
 {
     const struct mill_tally_results *r = s->results;
-    const struct mill_spectrum_slot all = mill_spectrum_total(&r->impacts[r->all].normal, 0);
+    const struct mill_spectrum_slot all = mill_spectrum_total(&r->sums.impacts[r->all].normal, 0);
     struct columns c = {10,
                         scale_of(mill_tally_per_second(r, (double)all.count), "/s"),
                         {1, "", 3},
                         scale_of(mill_tally_per_second(r, all.dissipation), "W")};
     char unit[3][TEXT];
     double fastest = 0; /* in the table */
-    for (int row = 0; row <= r->all; row++) {
-        if (is_shown(r, row) && (int)strlen(mill_tally_name(r, row)) > c.name)
-            c.name = (int)strlen(mill_tally_name(r, row));
+    for (int n = 0; n <= r->kinds.count; n++) {
+        const int row = r->kinds.kind[n], width = (int)strlen(r->kinds.name[n]);
+        c.name = is_shown(r, n) && width > c.name ? width : c.name;
         /* fmax ignores NaN */
-        fastest = fmax(fastest, mill_spectrum_mean(&r->impacts[row].normal));
-        fastest = fmax(fastest, mill_spectrum_quantile(&r->tally->grid, &r->impacts[row].normal,
-                                                       MILL_SPECTRUM_FAST, 0.5));
+        fastest = fmax(fastest, mill_spectrum_mean(&r->sums.impacts[row].normal));
+        fastest =
+            fmax(fastest, mill_spectrum_quantile(&r->tally->grid, &r->sums.impacts[row].normal,
+                                                 MILL_SPECTRUM_FAST, 0.5));
     }
     c.speed = scale_of(fastest, "m/s");
     snprintf(unit[0], TEXT, "%s/s", c.rate.prefix);
@@ -189,11 +191,12 @@ void mill_summary_table(const struct mill_summary *s)
     for (int i = 0; i < 3; i++)
         fprintf(s->out, "%-*s %12s %11s %8s %9s %8s %6s %9s\n", c.name, i < 2 ? "" : "kind",
                 head[i][0], head[i][1], head[i][2], head[i][3], head[i][4], head[i][5], head[i][6]);
-    for (int row = 0; row <= r->all; row++)
-        if (is_shown(r, row))
-            print_row(s->out, r, row, &c);
+    for (int n = 0; n <= r->kinds.count; n++)
+        if (is_shown(r, n))
+            print_row(s->out, r, n, &c);
     if (r->tally->pairs.window > 0) {
-        const double strikes = (double)mill_spectrum_total(&r->strikes[r->all].normal, 0).count;
+        const double strikes =
+            (double)mill_spectrum_total(&r->sums.strikes[r->all].normal, 0).count;
         fprintf(s->out, "%-*s %12.0f %11s  impacts of a pair within %s are one\n", c.name,
                 "strikes", strikes,
                 mill_summary_text_cell(mill_tally_per_second(r, strikes), c.rate),

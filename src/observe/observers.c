@@ -73,6 +73,8 @@ enum mill_status mill_observers_results(const struct mill_observers *observers,
         if (one->type->results)
             status = one->type->results(one, world, t, sink, error);
     }
+    if (status == MILL_OK && sink->failed)
+        status = mill_error_set(error, MILL_FAILED, "%s", sink->failed);
     return status;
 }
 

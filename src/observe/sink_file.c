@@ -67,7 +67,7 @@ static void attribute(struct mill_sink *sink, const char *name, enum mill_h5_typ
 void mill_sink_file(struct mill_sink_file *f, struct mill_h5 *file, const char *root)
 {
     *f = (struct mill_sink_file){
-        .sink = {true, open_group, close_group, values, text, again, attribute, NULL},
+        .sink = {true, NULL, open_group, close_group, values, text, again, attribute, NULL},
         .file = file,
         .root = strlen(root)};
     strcpy(f->path, root);

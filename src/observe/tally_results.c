@@ -35,84 +35,49 @@ static bool make_blocks(struct mill_tally_results *r, uint64_t from)
     return true;
 }
 
-static void add(struct mill_tally_results *r, const struct mill_gathered *from)
-{
-    mill_tally_window_add(r->impacts, from->impacts, r->all);
-    mill_tally_window_add(r->strikes, from->strikes, r->all);
-    mill_energies_add(&r->energies, &from->energies);
-    mill_maps_add(&r->maps, &from->maps);
-    mill_wear_add(&r->wear, &from->wear);
-    r->recontacts += from->recontacts;
-}
-
 /* Fills the row of all kinds, and adds up the tangential speeds. */
 static void sum_rows(struct mill_speeds *rows, int all)
 {
     for (int kind = 0; kind < all; kind++)
-        mill_tally_window_add(&rows[all], &rows[kind], 1);
+        mill_gathered_add_speeds(&rows[all], &rows[kind], 1);
     for (int row = 0; row <= all; row++)
-        mill_spectrum_merge(&rows[row].tangential[0], &rows[row].tangential[1]);
+        mill_sums_add_records(&mill_spectrum_sums, 1, &rows[row].tangential[0],
+                              &rows[row].tangential[1]);
 }
 
-/* Sums numbers of impacts, and their losses, over the whole window. */
-static void sum_counts(struct mill_tally_results *r)
+/* Share of the impacts at the floor, of each row */
+static void share_floored(struct mill_tally_results *r)
 {
     const struct mill_account *from = &r->at.at_begin, *to = &r->at.at_end;
-    struct mill_precision_known *known = &r->at.known;
-    double loss[2][MILL_PRECISION_ROWS] = {{0}};
-    uint64_t floored[MILL_PRECISION_ROWS] = {0}, impacts[MILL_PRECISION_ROWS] = {0};
-    uint64_t fast[MILL_PRECISION_ROWS][MILL_WORLD_FAST] = {{0}};
-    for (int kind = 0; kind < r->all; kind++) {
-        floored[kind] = to->floored[kind] - from->floored[kind];
-        impacts[kind] = to->collisions[kind] - from->collisions[kind];
-        loss[0][kind] = to->dissipation[kind] - from->dissipation[kind];
-        loss[1][kind] = to->dissipation_normal[kind] - from->dissipation_normal[kind];
-        loss[0][r->all] += loss[0][kind];
-        loss[1][r->all] += loss[1][kind];
-        floored[r->all] += floored[kind];
-        impacts[r->all] += impacts[kind];
-        for (int i = 0; i < MILL_WORLD_FAST; i++) {
-            fast[kind][i] = to->fast[kind][i] - from->fast[kind][i];
-            fast[r->all][i] += fast[kind][i];
-        }
-    }
+    uint64_t floored = 0, impacts = 0;
     for (int row = 0; row <= r->all; row++) {
-        r->floor_share[row] =
-            impacts[row] > 0 ? (double)floored[row] / (double)impacts[row] : (double)NAN;
-        known->loss[row].value = mill_tally_per_second(r, loss[0][row]);
-        known->loss_normal[row].value = mill_tally_per_second(r, loss[1][row]);
-        known->rate[row].value = mill_tally_per_second(r, (double)impacts[row]);
-        for (int i = 0; i < MILL_WORLD_FAST; i++)
-            known->fast[row][i].value = mill_tally_per_second(r, (double)fast[row][i]);
+        const bool all = row == r->all;
+        const uint64_t low = all ? floored : to->floored[row] - from->floored[row];
+        const uint64_t met = all ? impacts : to->collisions[row] - from->collisions[row];
+        r->floor_share[row] = met > 0 ? (double)low / (double)met : (double)NAN;
+        floored += low;
+        impacts += met;
     }
 }
 
-/* Computes powers, torques and medians over the whole window. A motion without an axis has no
- * torque. */
+/* Computes what follows from the accounts, and medians, over the whole window. A motion without an
+ * axis has no torque. */
 static void sum_account(struct mill_tally_results *r)
 {
     const struct mill_account *from = &r->at.at_begin, *to = &r->at.at_end;
     struct mill_precision_known *known = &r->at.known;
-    const double duration = r->duration > 0 ? r->duration : (double)NAN;
-    const int rotor = r->world->rotor;
-    r->pinch_power = (to->pinch_work - from->pinch_work) / duration;
-    known->drive.value = (to->work - from->work) / duration;
-    known->power.value = known->torque.value = 0 / duration;
+    mill_precision_whole(known, &r->tally->batches, from, to, r->duration);
+    share_floored(r);
+    r->pinch_power =
+        (to->pinch_work - from->pinch_work) / (r->duration > 0 ? r->duration : (double)NAN);
     for (int k = 0; k < r->world->motions; k++) {
         const struct mill_motion *m = r->world->motion[k];
         vec3 through, axis;
-        known->motion_power[k].value = (to->motion[k].work - from->motion[k].work) / duration;
-        known->motion_torque[k].value =
-            (to->motion[k].impulse - from->motion[k].impulse) / duration;
         if (!m->type->axis || !m->type->axis(m, &through, &axis))
             known->motion_torque[k] = (struct mill_precision_mean){NAN, NAN, 0};
     }
-    if (rotor >= 0) {
-        known->power.value = known->motion_power[rotor].value;
-        known->torque.value = known->motion_torque[rotor].value;
-    }
     const struct mill_spectrum_grid *grid = &r->tally->grid;
-    const struct mill_spectrum *all = &r->impacts[r->all].normal;
+    const struct mill_spectrum *all = &r->sums.impacts[r->all].normal;
     known->median.value = mill_spectrum_quantile(grid, all, 0, 0.5);
     known->median_fast.value = mill_spectrum_quantile(grid, all, MILL_SPECTRUM_FAST, 0.5);
 }
@@ -140,9 +105,9 @@ static void sum_hard(struct mill_tally_results *r)
     const size_t n = mill_energies_blocks_hard(blocks, first, hard);
     const double lost = r->at.known.loss[r->all].value, drive = r->at.known.drive.value;
     uint64_t count = 0;
-    for (size_t i = 0; i < r->energies.pairs; i++)
+    for (size_t i = 0; i < r->tally->plan.energies.pairs; i++)
         for (uint64_t bin = mill_energies_bin(1); bin < MILL_ENERGIES_BINS; bin++)
-            count += r->energies.pair[i].normal[bin].count;
+            count += r->sums.pair[i].normal[bin].count;
     const double rate = mill_tally_per_second(r, (double)count);
     for (size_t k = 0; k < n; k++) {
         const struct mill_account *from = &batches->accounts[(first + k) * length];
@@ -159,15 +124,6 @@ static void sum_hard(struct mill_tally_results *r)
              r->hard_per_joule.error / drive, count);
 }
 
-static bool make_room(struct mill_tally_results *r)
-{
-    const struct mill_gathered *as = &r->tally->gathered;
-    r->impacts = calloc((size_t)r->all + 1, sizeof *r->impacts);
-    r->strikes = calloc((size_t)r->all + 1, sizeof *r->strikes);
-    return r->impacts && r->strikes && mill_maps_like(&r->maps, &as->maps) &&
-           mill_energies_like(&r->energies, &as->energies) && mill_wear_like(&r->wear, &as->wear);
-}
-
 enum mill_status mill_tally_results_make(const struct mill_tally *tally,
                                          const struct mill_world *world, double t,
                                          struct mill_tally_results **out, struct mill_error *error)
@@ -177,7 +133,8 @@ enum mill_status mill_tally_results_make(const struct mill_tally *tally,
         return mill_error_set(error, MILL_FAILED, "out of memory for the results");
     r->tally = tally;
     r->world = world;
-    r->all = tally->kinds;
+    r->all = tally->plan.kinds;
+    r->kinds = mill_kinds_listed(world);
     r->at = tally->at;
     r->begin = tally->begin;
     if (!r->at.closed) {
@@ -198,18 +155,17 @@ enum mill_status mill_tally_results_make(const struct mill_tally *tally,
     r->from = from;
     r->reached = asked > 0 && r->at.settled && mill_precision_reached(&r->at.known, asked);
     r->duration = r->at.open ? fmax(0, r->at.over - r->begin) : 0;
-    if (!make_room(r) || !make_blocks(r, from)) {
+    if (!mill_gathered_make(&r->sums, &tally->plan, r->all + 1) || !make_blocks(r, from)) {
         mill_tally_results_free(r);
         *out = NULL;
         return mill_error_set(error, MILL_FAILED, "out of memory for the results");
     }
-    add(r, &tally->gathered);
+    mill_gathered_add(&r->sums, &tally->gathered);
     const uint64_t portions = tally->search ? r->at.portions : 0;
     for (uint64_t i = portions > 0 ? from / r->at.length : 0; i < portions; i++)
-        add(r, &tally->portion[i]);
-    sum_rows(r->impacts, r->all);
-    sum_rows(r->strikes, r->all);
-    sum_counts(r);
+        mill_gathered_add(&r->sums, &tally->portion[i]);
+    sum_rows(r->sums.impacts, r->all);
+    sum_rows(r->sums.strikes, r->all);
     sum_account(r);
     sum_hard(r);
     return MILL_OK;
@@ -219,11 +175,7 @@ void mill_tally_results_free(struct mill_tally_results *results)
 {
     if (!results)
         return;
-    mill_maps_free(&results->maps);
-    mill_wear_free(&results->wear);
-    mill_energies_free(&results->energies);
-    free(results->impacts);
-    free(results->strikes);
+    mill_gathered_free(&results->sums);
     free(results->block_power);
     free(results->block_torque);
     free(results);

@@ -268,6 +268,7 @@ TEST(the_outline_tells_what_turns_and_names_every_triangle)
     struct mill mill;
     build_mill(&seed, 0, &mill);
     struct mill_world world = {.drum_length = drum_length, .shapes = SHAPES, .shape = mill.shape};
+    mill_kinds_init(&world.kinds);
     struct mill_outline still, turning;
     ck_assert(mill_outline_make(&mill.chamber.drum, &world, NULL, &still));
     ck_assert(mill_outline_make(&mill.chamber.drum, &world, mill.rotor, &turning));

@@ -278,8 +278,8 @@ class Run(Store):
 
     @functools.cached_property
     def kinds(self) -> tuple[str, ...]:
-        """Kinds of contact: first those of KINDS for which the mill has surfaces or the run has contacts, then those
-        of bodies."""
+        """Kinds of contact that the file lists: first those of KINDS, then those of bodies. Files of old versions list
+        all of KINDS: of these, the kinds for which the mill has surfaces or the run has contacts."""
         places = ("statistics/impacts", "run/events/collisions", "observables/collisions")
         names = next((set(found) for place in places if (found := self.names(place))), set(KINDS))
         order = [self.as_deck.kind_of(name) for name in self.as_deck.bodies]
@@ -287,7 +287,7 @@ class Run(Store):
         drum, rotor = not self.vessel, self.has_rotor
         ends = drum and not self.slice_length
         there = {k for k, has in zip(KINDS, (True, drum, ends, rotor, rotor)) if has} | {*order}
-        return (*(kind for kind in KINDS if kind in there or self.collisions(kind)), *own)
+        return (*(k for k in KINDS if k in names and (k in there or self.collisions(k))), *own)
 
     @property
     def absent(self) -> set[str]:
@@ -314,13 +314,18 @@ class Run(Store):
         """What does work on the balls: "drive" if the deck has motions, else "rotor", or "" if nothing moves."""
         return "drive" if self.as_deck.named("motion") else "rotor" if self.rotor_speed else ""
 
+    @property
+    def drive(self) -> str:
+        """`driven`; where nothing moves, the drive of power 0 that the file has."""
+        return self.driven or ("rotor" if self.has("statistics/rotor") else "drive")
+
     def drive_work(self) -> tuple[np.ndarray, np.ndarray]:
         """(time [s], work [J] of all motions since t = 0) for the rows of the time series."""
         parts = [f"motion_work/{name}" for name in self.motions]
-        if self.driven != "drive" or not all(map(self.has_series, parts)):
+        if self.has_series("rotor_work") and (self.driven != "drive" or not all(map(self.has_series, parts))):
             return self.series("rotor_work")
-        series = [self.series(part) for part in parts]
-        return series[0][0], np.array(sum(value for _, value in series))
+        time = self.series("kinetic_energy")[0]
+        return time, np.sum([np.zeros(len(time)), *(self.series(part)[1] for part in parts)], axis=0)
 
     @property
     def period(self) -> float:
@@ -419,7 +424,7 @@ class Run(Store):
 
     def results(self) -> dict[str, Any]:
         """Status, window, power and summary of the run, for the JSON object of a command."""
-        drive, columns = self.driven or "rotor", self.summary()
+        drive, columns = self.drive, self.summary()
         return {
             "status": self.status,
             "time": self.time,
