@@ -66,7 +66,7 @@ void mill_energies_free(struct mill_energies *e)
 double mill_energies_cost(const struct mill_energies *e)
 {
     const size_t blocks = MILL_ENERGIES_BLOCKS * MILL_ENERGIES_SORTS * MILL_ENERGIES_COARSE;
-    return (double)e->pairs *
+    return (double)(e->pairs - (size_t)e->world->kinds.count) *
            (double)(sizeof(struct mill_energies_pair) + blocks * sizeof(int32_t));
 }
 

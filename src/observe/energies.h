@@ -56,7 +56,8 @@ struct mill_energies {
 bool mill_energies_init(struct mill_energies *energies, const struct mill_world *world);
 void mill_energies_free(struct mill_energies *energies);
 
-/* [byte] What the energies of a mill take in memory, or at most in a file */
+/* [byte] What the energies take in memory, and at most in a file, because there are several species
+ */
 double mill_energies_cost(const struct mill_energies *energies);
 
 /* Number of the pair of two classes of balls */

@@ -14,6 +14,7 @@
 enum {
     MAX_RANK = 8,
     CHECKED = 1 << 20, /* [byte] for one checksum, at most: HDF5 copies this much at a time */
+    PACKED = 1 << 18,  /* [byte] from this size on, arrays of three or more dimensions are packed */
     CHUNK = 65536,
     CHUNK_ROWS =
         1024, /* at most: HDF5 compresses a whole chunk, also for a few rows of a short run */
@@ -124,12 +125,32 @@ static void store(struct mill_h5 *file, const char *path, struct types types, hi
     mill_h5_check(file, "write", path);
 }
 
+/* Properties of a dataset in one piece: large histograms of many pairs are mostly zeros, so they
+ * are deflated, in chunks of the last dimensions. */
+static hid_t piece_list(const struct mill_h5 *file, size_t size, int rank, const size_t *dims)
+{
+    hsize_t chunk[MAX_RANK];
+    size_t bytes = size;
+    for (int i = rank; i-- > 0; bytes *= dims[i])
+        chunk[i] = bytes * dims[i] <= LARGEST_CHUNK ? dims[i] : 1;
+    if (rank < 3 || bytes < PACKED) {
+        H5Iinc_ref(file->simple); /* it is released with the dataset */
+        return file->simple;
+    }
+    const hid_t list = mill_h5_timeless(H5P_DATASET_CREATE);
+    H5Pset_chunk(list, rank, chunk);
+    H5Pset_shuffle(list);
+    H5Pset_deflate(list, 1);
+    return list;
+}
+
 void mill_h5_write(struct mill_h5 *file, const char *path, enum mill_h5_type type, int rank,
                    const size_t *dims, const void *values, const char *unit,
                    const char *description)
 {
-    H5Iinc_ref(file->simple); /* it is released with the dataset */
-    store(file, path, types_of(file, type), make_space(rank, dims), file->simple, values, unit,
+    const struct types types = types_of(file, type);
+    store(file, path, types, make_space(rank, dims),
+          piece_list(file, rank < 3 ? 0 : H5Tget_size(types.held), rank, dims), values, unit,
           description);
 }
 

@@ -20,7 +20,7 @@ import numpy as np
 
 from milltools.base.errors import UserError
 from milltools.read import rules
-from milltools.read.deck import Deck
+from milltools.read.deck import Deck, Species
 from milltools.read.hdf5 import Store
 from milltools.read.histogram import ENERGIES, Histogram, by_energy, by_speed
 from milltools.read.kinds import KINDS
@@ -486,6 +486,33 @@ class Run(Store):
     def balls(self, name: str) -> np.ndarray:
         """A constant property of the balls (N,): "mass" [kg], "diameter" [m], "species", "id"."""
         return self.read(f"particles/trajectory/{name}")
+
+    @functools.cached_property
+    def class_of(self) -> list[int]:
+        """The class of each species by which the file counts energies: the species itself, or if there are many, one
+        of a few classes of about the same mass."""
+        species = len(self.as_deck.species)
+        if not self.has("statistics/energies/class"):
+            return list(range(species))
+        found = self.read("statistics/energies/class").tolist()
+        if sorted(set(found)) != list(range(max(found) + 1)):
+            raise UserError(f"{self.path}: damaged: /statistics/energies/class")
+        return found
+
+    @functools.cached_property
+    def classes(self) -> list[Species]:
+        """The classes of class_of: a species, or the mean ball of several."""
+        species = self.as_deck.species
+        if len(set(self.class_of)) == len(species):
+            return species
+        found = []
+        for k in range(max(self.class_of) + 1):
+            members = [one for one, of in zip(species, self.class_of) if of == k and one.count] or species[:1]
+            weights = [one.count for one in members]
+            size = np.average([one.diameter for one in members], weights=weights)
+            mass = np.average([one.mass for one in members], weights=weights)
+            found.append(Species(members[0].name, sum(weights), size, mass / (math.pi / 6 * size**3)))
+        return found
 
     def species_names(self) -> list[str]:
         """Names of the species; balls("species") contains indices into them."""
