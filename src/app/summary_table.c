@@ -47,8 +47,9 @@ static void print_motions(const struct mill_world *world, const char *lead, FILE
             speed = fmax(speed, b.speed);
             acceleration = fmax(acceleration, b.acceleration);
         }
+        speed = mesh.failed ? (double)NAN : speed; /* out of memory: it is not known */
         mill_mesh_free(&mesh);
-        if (!(speed > 0))
+        if (speed == 0)
             continue;
         fputs(lead, out);
         mill_summary_text_label(out, world->motion_name[k]);

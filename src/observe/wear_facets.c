@@ -324,6 +324,7 @@ static bool list_parts(struct mill_wear_plan *plan)
     plan->part_of = calloc((size_t)w->shapes + 1, sizeof *plan->part_of);
     plan->part = calloc((size_t)w->shapes + 1, sizeof *plan->part);
     int walls = -1;
+    bool good = true;
     for (int k = 0; plan->part_of && plan->part && k < w->shapes; k++) {
         const bool wall = w->shape[k]->type == &mill_wall_type;
         plan->part_of[k] = wall && walls >= 0 ? walls : plan->parts++;
@@ -333,6 +334,7 @@ static bool list_parts(struct mill_wear_plan *plan)
         struct mill_wear_part *p = &plan->part[part];
         struct mill_mesh mesh;
         mill_wear_facets_draw(plan, part, &mesh, &p->shape);
+        good = good && !mesh.failed;
         const struct mill_shape *shape = w->shape[p->shape];
         p->chart = mill_pose_still;
         p->round = shape->type->chart && shape->type->chart(shape, &p->chart);
@@ -343,7 +345,7 @@ static bool list_parts(struct mill_wear_plan *plan)
         }
         mill_mesh_free(&mesh);
     }
-    return plan->part_of && plan->part;
+    return plan->part_of && plan->part && good;
 }
 
 bool mill_wear_facets_make(struct mill_wear_plan *plan)
