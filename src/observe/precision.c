@@ -348,13 +348,6 @@ const struct mill_precision_rate mill_precision_rates[MILL_PRECISION_RATES] = {
     {"dissipated_power_normal", "W", "its normal part", MILL_PRECISION_KIND,
      FROM(dissipation_normal), sizeof(double), false, 1, TO(loss_normal)}};
 
-/* A number of the account: the sum of `terms` numbers of a rate */
-struct entry {
-    const struct mill_precision_rate *rate;
-    size_t at;
-    int terms;
-};
-
 static int rows_of(const struct mill_precision *p, const struct mill_precision_rate *rate)
 {
     return rate->each == MILL_PRECISION_KIND     ? p->kinds + 1
@@ -362,48 +355,45 @@ static int rows_of(const struct mill_precision *p, const struct mill_precision_r
                                                  : 1;
 }
 
-/* Number k of a row; the last row of kinds is the sum of all */
-static struct entry entry_of(const struct mill_precision *p, const struct mill_precision_rate *rate,
-                             int row, size_t k)
+/* Number k of a row in an account */
+static double number(const struct mill_account *account, const struct mill_precision_rate *rate,
+                     int row, size_t k)
 {
-    const bool all = rate->each == MILL_PRECISION_KIND && row == p->kinds;
-    return (struct entry){rate,
-                          rate->at + k * sizeof(double) + (all ? 0 : (size_t)row * rate->step),
-                          all ? p->kinds : 1};
-}
-
-static double term_of(const struct mill_account *account, struct entry entry, int i)
-{
-    const char *at = (const char *)account + entry.at + (size_t)i * entry.rate->step;
+    const char *at = (const char *)account + rate->at + (size_t)row * rate->step;
     double value;
     uint64_t count;
-    memcpy(entry.rate->counts ? (void *)&count : (void *)&value, at, sizeof value);
-    return entry.rate->counts ? (double)count : value;
+    memcpy(rate->counts ? (void *)&count : (void *)&value, at + k * sizeof value, sizeof value);
+    return rate->counts ? (double)count : value;
 }
 
-static double value_of(const struct mill_account *account, struct entry entry)
+/* The same minus that of an earlier account (NULL: none); in the last row of kinds the sum of all
+ */
+static double change(const struct mill_precision *p, const struct mill_account *from,
+                     const struct mill_account *to, const struct mill_precision_rate *rate, int row,
+                     size_t k)
 {
+    const bool all = rate->each == MILL_PRECISION_KIND && row == p->kinds;
     double sum = 0;
-    for (int i = 0; i < entry.terms; i++)
-        sum += term_of(account, entry, i);
+    for (int i = all ? 0 : row; i < (all ? p->kinds : row + 1); i++)
+        sum += number(to, rate, i, k) - (from ? number(from, rate, i, k) : 0);
     return sum;
 }
 
 static struct mill_precision_mean rate_of(const struct mill_precision *p, uint64_t from,
-                                          struct entry entry)
+                                          const struct mill_precision_rate *rate, int row, size_t k)
 {
-    double rate[MILL_PRECISION_BATCHES] = {0};
+    double each[MILL_PRECISION_BATCHES] = {0};
     const uint64_t n = p->at.batches - from;
-    double last = value_of(&p->accounts[from], entry);
-    for (uint64_t k = 0; k < n; k++) {
-        const double next = value_of(&p->accounts[from + k + 1], entry);
-        rate[k] = (next - last) / p->at.batch;
+    double last = change(p, NULL, &p->accounts[from], rate, row, k);
+    for (uint64_t i = 0; i < n; i++) {
+        const double next = change(p, NULL, &p->accounts[from + i + 1], rate, row, k);
+        each[i] = (next - last) / p->at.batch;
         last = next;
     }
-    struct mill_precision_mean mean = mill_precision_mean(rate, n, p->at.period);
-    if (entry.rate->each != MILL_PRECISION_KIND && p->at.period == 0) /* nothing moves */
+    struct mill_precision_mean mean = mill_precision_mean(each, n, p->at.period);
+    if (rate->each != MILL_PRECISION_KIND && p->at.period == 0) /* nothing moves */
         mean.error = NAN;
-    if (!entry.rate->counts)
+    if (!rate->counts)
         return mean;
     /* the error is at least that of independent impacts; without impacts there is none */
     if (!(mean.value > 0))
@@ -426,8 +416,7 @@ struct mill_precision_known mill_precision_tell(const struct mill_precision *p, 
         const struct mill_precision_rate *rate = &mill_precision_rates[i];
         for (int row = 0; row < rows_of(p, rate); row++)
             for (size_t k = 0; k < rate->width; k++)
-                mill_precision_of(&known, rate, row)[k] =
-                    rate_of(p, from, entry_of(p, rate, row, k));
+                mill_precision_of(&known, rate, row)[k] = rate_of(p, from, rate, row, k);
     }
     return known;
 }
@@ -440,13 +429,9 @@ void mill_precision_whole(struct mill_precision_known *known, const struct mill_
         const struct mill_precision_rate *rate = &mill_precision_rates[i];
         const double none = rate->each == MILL_PRECISION_KIND ? 0 : (double)NAN;
         for (int row = 0; row < rows_of(p, rate); row++)
-            for (size_t k = 0; k < rate->width; k++) {
-                const struct entry entry = entry_of(p, rate, row, k);
-                double sum = 0;
-                for (int term = 0; term < entry.terms; term++)
-                    sum += term_of(to, entry, term) - term_of(from, entry, term);
-                mill_precision_of(known, rate, row)[k].value = duration > 0 ? sum / duration : none;
-            }
+            for (size_t k = 0; k < rate->width; k++)
+                mill_precision_of(known, rate, row)[k].value =
+                    duration > 0 ? change(p, from, to, rate, row, k) / duration : none;
     }
 }
 
