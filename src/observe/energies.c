@@ -40,7 +40,7 @@ static void set_classes(struct mill_energies *e, const struct mill_world *world)
         const double mass = world->species[i].mass;
         int64_t rank = 0;
         for (int32_t k = 0; k < n && !few; k++)
-            rank += world->species[k].mass < mass || (world->species[k].mass == mass && k < i);
+            rank += world->species[k].mass < mass || (k < i && world->species[k].mass == mass);
         e->class_of[i] = few ? i : (int32_t)(rank * MILL_ENERGIES_CLASSES / n);
     }
 }

@@ -127,16 +127,13 @@ static void store(struct mill_h5 *file, const char *path, struct types types, hi
 
 /* Properties of a dataset in one piece: large histograms of many pairs are mostly zeros, so they
  * are deflated, in chunks of the last dimensions. */
-static hid_t piece_list(const struct mill_h5 *file, size_t size, int rank, const size_t *dims)
+static hid_t packed(size_t size, int rank, const size_t *dims)
 {
     hsize_t chunk[MAX_RANK];
-    size_t bytes = size;
-    for (int i = rank; i-- > 0; bytes *= dims[i])
-        chunk[i] = bytes * dims[i] <= LARGEST_CHUNK ? dims[i] : 1;
-    if (rank < 3 || bytes < PACKED) {
-        H5Iinc_ref(file->simple); /* it is released with the dataset */
-        return file->simple;
-    }
+    for (int i = rank; i-- > 0; size *= dims[i])
+        chunk[i] = size * dims[i] <= LARGEST_CHUNK ? dims[i] : 1;
+    if (size < PACKED)
+        return -1;
     const hid_t list = mill_h5_timeless(H5P_DATASET_CREATE);
     H5Pset_chunk(list, rank, chunk);
     H5Pset_shuffle(list);
@@ -149,9 +146,12 @@ void mill_h5_write(struct mill_h5 *file, const char *path, enum mill_h5_type typ
                    const char *description)
 {
     const struct types types = types_of(file, type);
-    store(file, path, types, make_space(rank, dims),
-          piece_list(file, rank < 3 ? 0 : H5Tget_size(types.held), rank, dims), values, unit,
-          description);
+    hid_t list = rank < 3 ? -1 : packed(H5Tget_size(types.held), rank, dims);
+    if (list < 0) {
+        H5Iinc_ref(file->simple); /* it is released with the dataset */
+        list = file->simple;
+    }
+    store(file, path, types, make_space(rank, dims), list, values, unit, description);
 }
 
 void mill_h5_write_text(struct mill_h5 *file, const char *path, const char *text,
