@@ -130,6 +130,8 @@ static void store(struct mill_h5 *file, const char *path, struct types types, hi
 static hid_t packed(size_t size, int rank, const size_t *dims)
 {
     hsize_t chunk[MAX_RANK];
+    if (!dims || rank < 3)
+        return -1;
     for (int i = rank; i-- > 0; size *= dims[i])
         chunk[i] = size * dims[i] <= LARGEST_CHUNK ? dims[i] : 1;
     if (size < PACKED)
@@ -146,7 +148,7 @@ void mill_h5_write(struct mill_h5 *file, const char *path, enum mill_h5_type typ
                    const char *description)
 {
     const struct types types = types_of(file, type);
-    hid_t list = rank < 3 ? -1 : packed(H5Tget_size(types.held), rank, dims);
+    hid_t list = packed(H5Tget_size(types.held), rank, dims);
     if (list < 0) {
         H5Iinc_ref(file->simple); /* it is released with the dataset */
         list = file->simple;
