@@ -124,7 +124,7 @@ static void judge_shares(struct mill_notes *notes, const struct mill_tally_resul
 {
     const double power = r->at.known.drive.value, floored = r->floor_share[MILL_BALL_BALL];
     const double pinched = power != 0 ? r->pinch_power / power : 0;
-    const double impacts = (double)mill_spectrum_total(&r->sums.impacts[r->all].normal, 0).count;
+    const double impacts = (double)r->impacts[r->all].count;
     const double share = impacts > 0 ? (double)r->sums.counts->recontacts / impacts : (double)NAN;
     const bool rotor = mill_notes_of_rotor(r->world);
     add(notes, "pinches", pinched, PINCHED, fabs(pinched) > PINCHED,
@@ -310,7 +310,7 @@ void mill_notes_take(struct mill_notes *notes, const struct mill_world *world,
 {
     double hits = 0; /* hits on balls */
     for (int kind = 0; kind < world->kinds.count; kind++) {
-        const double contacts = (double)mill_spectrum_total(&r->sums.impacts[kind].normal, 0).count;
+        const double contacts = (double)r->impacts[kind].count;
         hits += contacts > 0 ? hits_of(world, kind, contacts, contacts * r->floor_share[kind]) : 0;
     }
     notes->count = 0;

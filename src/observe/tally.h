@@ -69,6 +69,21 @@ double mill_tally_contact(const struct mill_world *world, int kind);
 
 /* ---- results ---- */
 
+enum { MILL_TALLY_LEVELS = 10 };
+extern const double mill_tally_level[MILL_TALLY_LEVELS]; /* of the quantiles */
+
+/* [m/s] fast: of the impacts whose normal speed is 0.05 m/s or more */
+struct mill_tally_speed {
+    double mean, median, median_fast, quantile[MILL_TALLY_LEVELS], quantile_fast[MILL_TALLY_LEVELS];
+};
+
+/* The impacts (or strikes) of a kind, or of all kinds */
+struct mill_tally_row {
+    uint64_t count;
+    double rate, power; /* [1/s], [W] lost in them */
+    struct mill_tally_speed normal, tangential;
+};
+
 /* Results of the window, as if the run ended now. If the window has not begun, the duration is 0
  * and the statistics are empty. */
 struct mill_tally_results {
@@ -81,8 +96,9 @@ struct mill_tally_results {
     uint64_t from;          /* its first batch */
     /* number of the row for all kinds together; it follows those of the kinds */
     int all;
-    struct mill_gathered sums;               /* speeds: [all + 1] */
-    struct mill_listed kinds;                /* those of the mill */
+    struct mill_gathered sums; /* speeds: [all + 1] */
+    struct mill_listed kinds;  /* those of the mill: only their rows are filled */
+    struct mill_tally_row impacts[MILL_PRECISION_ROWS], strikes[MILL_PRECISION_ROWS];
     double floor_share[MILL_PRECISION_ROWS]; /* of the impacts in the window, those at which the
                                                 rebound floor acted; NaN when there were none */
     /* [W] part of the drive's power that goes to pressed balls; NaN at duration 0 */
@@ -92,7 +108,6 @@ struct mill_tally_results {
     size_t blocks;      /* in the window */
     /* Impacts of 1 mJ or more: [1/s], and [1/J] of work of the drive; NaN: no drive does work */
     struct mill_precision_mean hard, hard_per_joule;
-    double *block_power, *block_torque; /* [W], [N m] of the rotor in each block */
     /* account at the start of the window's last tenth, rounded to a batch */
     struct mill_account late;
     /* the start-up is over, and both quantities have the accuracy that was asked for */

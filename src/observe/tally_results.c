@@ -6,43 +6,56 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* Power and torque of the rotor in whole periods, from the batches since `from`. false: out of
- * memory. */
-static bool make_blocks(struct mill_tally_results *r, uint64_t from)
+const double mill_tally_level[MILL_TALLY_LEVELS] = {0.01, 0.05, 0.1,  0.25, 0.5,
+                                                    0.75, 0.9,  0.95, 0.99, 0.999};
+enum { MEDIAN = 4 };
+
+/* Sets the blocks of whole periods, for power and torque of the rotor. */
+static void set_blocks(struct mill_tally_results *r)
 {
-    const struct mill_precision *batches = &r->tally->batches;
-    const int rotor = r->world->rotor;
-    const size_t period = rotor >= 0 ? batches->at.period : 0;
-    const struct mill_account *account = &batches->accounts[from];
-    r->block = period > 0 ? (double)period * batches->at.batch : (double)NAN;
+    const struct mill_precision_progress *batches = &r->tally->batches.at;
+    const uint64_t period = r->world->rotor >= 0 ? batches->period : 0;
+    r->block = period > 0 ? (double)period * batches->batch : (double)NAN;
     r->revolutions = 1;
     if (period > 0) { /* several motions without a common period need not make whole revolutions */
         const double turns = r->block * fabs(r->world->rotor_speed) / (2 * MILL_PI);
         r->revolutions = fabs(turns - round(turns)) < 1e-6 * turns ? round(turns) : turns;
     }
-    r->blocks = period > 0 && r->at.open ? (batches->at.batches - from) / period : 0;
-    r->block_power = calloc(r->blocks + 1, sizeof *r->block_power);
-    r->block_torque = calloc(r->blocks + 1, sizeof *r->block_torque);
-    if (!r->block_power || !r->block_torque)
-        return false;
-    for (size_t k = 0; k < r->blocks; k++) {
-        const struct mill_account *to = account + period;
-        r->block_power[k] = (to->motion[rotor].work - account->motion[rotor].work) / r->block;
-        r->block_torque[k] =
-            (to->motion[rotor].impulse - account->motion[rotor].impulse) / r->block;
-        account = to;
-    }
-    return true;
+    r->blocks = period > 0 && r->at.open ? (batches->batches - r->from) / period : 0;
 }
 
-/* Fills the row of all kinds, and adds up the tangential speeds. */
-static void sum_rows(struct mill_speeds *rows, int all)
+/* spectrum: of all; fast: of the fast ones, in the slots from `slot` up */
+static void set_speed(struct mill_tally_speed *to, const struct mill_spectrum_grid *grid,
+                      const struct mill_spectrum *spectrum, const struct mill_spectrum *fast,
+                      int slot)
 {
-    for (int kind = 0; kind < all; kind++)
-        mill_gathered_add_speeds(&rows[all], &rows[kind], 1);
-    for (int row = 0; row <= all; row++)
-        mill_sums_add_records(&mill_spectrum_sums, 1, &rows[row].tangential[0],
-                              &rows[row].tangential[1]);
+    to->mean = mill_spectrum_mean(spectrum);
+    for (int i = 0; i < MILL_TALLY_LEVELS; i++) {
+        to->quantile[i] = mill_spectrum_quantile(grid, spectrum, 0, mill_tally_level[i]);
+        to->quantile_fast[i] = mill_spectrum_quantile(grid, fast, slot, mill_tally_level[i]);
+    }
+    to->median = to->quantile[MEDIAN];
+    to->median_fast = to->quantile_fast[MEDIAN];
+}
+
+/* Adds up the speeds of all kinds, and the tangential speeds; sets the rows. */
+static void set_rows(struct mill_tally_results *r, struct mill_speeds *speeds,
+                     struct mill_tally_row *rows)
+{
+    const struct mill_spectrum_grid *grid = &r->tally->grid;
+    for (int kind = 0; kind < r->all; kind++)
+        mill_gathered_add_speeds(&speeds[r->all], &speeds[kind], 1);
+    for (int n = 0; n <= r->kinds.count; n++) {
+        struct mill_speeds *of = &speeds[r->kinds.kind[n]];
+        struct mill_tally_row *row = &rows[r->kinds.kind[n]];
+        const struct mill_spectrum_slot all = mill_spectrum_total(&of->normal, 0);
+        mill_sums_add_records(&mill_spectrum_sums, 1, &of->tangential[0], &of->tangential[1]);
+        row->count = all.count;
+        row->rate = mill_tally_per_second(r, (double)all.count);
+        row->power = mill_tally_per_second(r, all.dissipation);
+        set_speed(&row->normal, grid, &of->normal, &of->normal, MILL_SPECTRUM_FAST);
+        set_speed(&row->tangential, grid, &of->tangential[0], &of->tangential[1], 0);
+    }
 }
 
 /* Share of the impacts at the floor, of each row */
@@ -76,10 +89,8 @@ static void sum_account(struct mill_tally_results *r)
         if (!m->type->axis || !m->type->axis(m, &through, &axis))
             known->motion_torque[k] = (struct mill_precision_mean){NAN, NAN, 0};
     }
-    const struct mill_spectrum_grid *grid = &r->tally->grid;
-    const struct mill_spectrum *all = &r->sums.impacts[r->all].normal;
-    known->median.value = mill_spectrum_quantile(grid, all, 0, 0.5);
-    known->median_fast.value = mill_spectrum_quantile(grid, all, MILL_SPECTRUM_FAST, 0.5);
+    known->median.value = r->impacts[r->all].normal.median;
+    known->median_fast.value = r->impacts[r->all].normal.median_fast;
 }
 
 /* Sets the mean of `count` impacts, whose error is at least that of independent ones; without
@@ -155,7 +166,7 @@ enum mill_status mill_tally_results_make(const struct mill_tally *tally,
     r->from = from;
     r->reached = asked > 0 && r->at.settled && mill_precision_reached(&r->at.known, asked);
     r->duration = r->at.open ? fmax(0, r->at.over - r->begin) : 0;
-    if (!mill_gathered_make(&r->sums, &tally->plan, r->all + 1) || !make_blocks(r, from)) {
+    if (!mill_gathered_make(&r->sums, &tally->plan, r->all + 1)) {
         mill_tally_results_free(r);
         *out = NULL;
         return mill_error_set(error, MILL_FAILED, "out of memory for the results");
@@ -164,8 +175,9 @@ enum mill_status mill_tally_results_make(const struct mill_tally *tally,
     const uint64_t portions = tally->search ? r->at.portions : 0;
     for (uint64_t i = portions > 0 ? from / r->at.length : 0; i < portions; i++)
         mill_gathered_add(&r->sums, &tally->portion[i]);
-    sum_rows(r->sums.impacts, r->all);
-    sum_rows(r->sums.strikes, r->all);
+    set_blocks(r);
+    set_rows(r, r->sums.impacts, r->impacts);
+    set_rows(r, r->sums.strikes, r->strikes);
     sum_account(r);
     sum_hard(r);
     return MILL_OK;
@@ -176,7 +188,5 @@ void mill_tally_results_free(struct mill_tally_results *results)
     if (!results)
         return;
     mill_gathered_free(&results->sums);
-    free(results->block_power);
-    free(results->block_torque);
     free(results);
 }

@@ -5,9 +5,20 @@
 #include <math.h>
 #include <stdio.h>
 
-/* Levels of the quantiles */
-static const double level[] = {0.01, 0.05, 0.1, 0.25, 0.5, 0.75, 0.9, 0.95, 0.99, 0.999};
-enum { LEVELS = sizeof level / sizeof *level, MEDIAN = 4 };
+#define SPEED(member, n) MILL_H5_F64, offsetof(struct mill_tally_speed, member), n, sizeof(double)
+
+static const struct mill_sum speed_of[] = {
+    {"mean", "m s-1", "mean, from the speeds themselves; NaN without impacts", SPEED(mean, 0)},
+    {"median", "m s-1", "median, log-linear within its bin; NaN without impacts", SPEED(median, 0)},
+    {"median_above_50mm_s", "m s-1",
+     "median over the impacts whose normal speed is 0.05 m/s or more", SPEED(median_fast, 0)},
+    {"quantiles", "m s-1", "quantiles at the attribute levels, log-linear within their bins",
+     SPEED(quantile, MILL_TALLY_LEVELS)},
+    {"quantiles_above_50mm_s", "m s-1",
+     "quantiles over the impacts whose normal speed is 0.05 m/s or more",
+     SPEED(quantile_fast, MILL_TALLY_LEVELS)}};
+static const struct mill_sums_list speed_list = {"speed", sizeof(struct mill_tally_speed), 5,
+                                                 speed_of};
 
 /* Writes number k of the spectrum with what is outside of the bins as attributes. */
 static void tell_bins(struct mill_sink *sink, const struct mill_spectrum *spectrum, int k)
@@ -34,66 +45,42 @@ static void tell_histogram(struct mill_sink *sink, const struct mill_spectrum_gr
     sink->close(sink);
 }
 
-/* spectrum: all impacts; fast: those with v_n >= 0.05 m/s, in the slots from `slot` up */
 static void tell_speed(struct mill_sink *sink, const char *name,
-                       const struct mill_spectrum_grid *grid, const struct mill_spectrum *spectrum,
-                       const struct mill_spectrum *fast, int slot)
+                       const struct mill_spectrum_grid *grid, const struct mill_tally_speed *speed,
+                       const struct mill_spectrum *spectrum)
 {
-    double all[LEVELS], above[LEVELS];
-    for (int i = 0; i < LEVELS; i++) {
-        all[i] = mill_spectrum_quantile(grid, spectrum, 0, level[i]);
-        above[i] = mill_spectrum_quantile(grid, fast, slot, level[i]);
-    }
+    const struct mill_sums sums = {&speed_list, 1, (void *)speed};
     sink->open(sink, name);
-    mill_tell_number(sink, "mean", mill_spectrum_mean(spectrum), "m s-1",
-                     "mean, from the speeds themselves; NaN without impacts");
-    mill_tell_number(sink, "median", all[MEDIAN], "m s-1",
-                     "median, log-linear within its bin; NaN without impacts");
-    mill_tell_number(sink, "median_above_50mm_s", above[MEDIAN], "m s-1",
-                     "median over the impacts whose normal speed is 0.05 m/s or more");
-    mill_tell_array(sink, "quantiles", LEVELS, all, "m s-1",
-                    "quantiles at the attribute levels, log-linear within their bins");
-    if (sink->full)
-        sink->attribute(sink, "levels", MILL_H5_F64, LEVELS, level);
-    mill_tell_array(sink, "quantiles_above_50mm_s", LEVELS, above, "m s-1",
-                    "quantiles over the impacts whose normal speed is 0.05 m/s or more");
-    if (sink->full) {
-        sink->attribute(sink, "levels", MILL_H5_F64, LEVELS, level);
-        tell_histogram(sink, grid, spectrum);
+    for (int k = 0; k < speed_list.count; k++) {
+        mill_sums_tell(&sums, k, &(struct mill_sums_view){0}, sink);
+        if (sink->full && speed_of[k].n > 0)
+            sink->attribute(sink, "levels", MILL_H5_F64, MILL_TALLY_LEVELS, mill_tally_level);
     }
+    if (sink->full)
+        tell_histogram(sink, grid, spectrum);
     sink->close(sink);
 }
 
-/* [W] Power lost in the impacts of a row. If only a part of each loss is known, the account gives
- * the total loss of impacts; for strikes it cannot. */
-static void tell_power(struct mill_sink *sink, const struct mill_tally_results *r,
-                       const struct mill_speeds *speeds, int row, double dissipation)
-{
-    const bool whole = sink->part && speeds == r->sums.impacts;
-    mill_tell_number(sink, "dissipated_power",
-                     whole ? r->at.known.loss[row].value : mill_tally_per_second(r, dissipation),
-                     "W", "energy dissipated / duration");
-    if (!whole)
-        mill_tell_part(sink);
-}
-
 static void tell_rows(struct mill_sink *sink, const char *name, const struct mill_tally_results *r,
-                      const struct mill_speeds *speeds)
+                      const struct mill_speeds *speeds, const struct mill_tally_row *rows)
 {
     const struct mill_spectrum_grid *grid = &r->tally->grid;
+    /* if only a part of each loss is known, the account gives all of it, but not for strikes */
+    const bool whole = sink->part && rows == r->impacts;
     sink->open(sink, name);
     for (int n = 0; n <= r->kinds.count; n++) {
-        const int row = r->kinds.kind[n];
-        const struct mill_spectrum *normal = &speeds[row].normal;
-        const struct mill_spectrum_slot all = mill_spectrum_total(normal, 0);
+        const int kind = r->kinds.kind[n];
+        const struct mill_tally_row *row = &rows[kind];
         sink->open(sink, r->kinds.name[n]);
-        mill_tell_count(sink, "count", all.count, "how many within the duration");
-        mill_tell_number(sink, "rate", mill_tally_per_second(r, (double)all.count), "s-1",
-                         "count / duration");
-        tell_power(sink, r, speeds, row, all.dissipation);
-        tell_speed(sink, "normal_speed", grid, normal, normal, MILL_SPECTRUM_FAST);
-        tell_speed(sink, "tangential_speed", grid, &speeds[row].tangential[0],
-                   &speeds[row].tangential[1], 0);
+        mill_tell_count(sink, "count", row->count, "how many within the duration");
+        mill_tell_number(sink, "rate", row->rate, "s-1", "count / duration");
+        mill_tell_number(sink, "dissipated_power",
+                         whole ? r->at.known.loss[kind].value : row->power, "W",
+                         "energy dissipated / duration");
+        if (!whole)
+            mill_tell_part(sink);
+        tell_speed(sink, "normal_speed", grid, &row->normal, &speeds[kind].normal);
+        tell_speed(sink, "tangential_speed", grid, &row->tangential, &speeds[kind].tangential[0]);
         sink->close(sink);
     }
     sink->close(sink);
@@ -119,6 +106,27 @@ static void tell_motion(struct mill_sink *sink, const struct mill_precision_know
     }
 }
 
+/* Writes power and torque of the rotor in blocks of whole periods. */
+static void tell_blocks(struct mill_sink *sink, const struct mill_tally_results *r)
+{
+    const int rotor = r->world->rotor;
+    const uint64_t period = r->tally->batches.at.period;
+    const struct mill_account *from = &r->tally->batches.accounts[r->from];
+    double *power = mill_sink_room(sink, r->blocks, sizeof *power);
+    double *torque = mill_sink_room(sink, r->blocks, sizeof *torque);
+    for (size_t k = 0; power && torque && k < r->blocks; k++, from += period) {
+        power[k] = (from[period].motion[rotor].work - from->motion[rotor].work) / r->block;
+        torque[k] = (from[period].motion[rotor].impulse - from->motion[rotor].impulse) / r->block;
+    }
+    if (power && torque) {
+        mill_tell_array(sink, "block_power", r->blocks, power, "W", "mean power of each block");
+        mill_tell_array(sink, "block_torque", r->blocks, torque, "N m",
+                        "mean torque of each block");
+    }
+    free(power);
+    free(torque);
+}
+
 /* If there are other motions too, it is not known which of them pressed the balls. */
 static void tell_rotor(struct mill_sink *sink, const struct mill_tally_results *r)
 {
@@ -135,12 +143,8 @@ static void tell_rotor(struct mill_sink *sink, const struct mill_tally_results *
                      "revolutions of the rotor in a block");
     mill_tell_number(sink, "block_duration", r->block, "s",
                      "length of a block, whole periods of all motions; NaN where no rotor turns");
-    if (sink->full) {
-        mill_tell_array(sink, "block_power", r->blocks, r->block_power, "W",
-                        "mean power of each block");
-        mill_tell_array(sink, "block_torque", r->blocks, r->block_torque, "N m",
-                        "mean torque of each block");
-    }
+    if (sink->full)
+        tell_blocks(sink, r);
     sink->close(sink);
 }
 
@@ -257,9 +261,10 @@ void mill_tally_results_tell(const struct mill_tally_results *r, struct mill_sin
                                       : "length of the window that the statistics cover: from "
                                         "run.sample_from to the end");
     if (!sink->full)
-        mill_tell_array(sink, "quantile_levels", LEVELS, level, "1", "levels of the quantiles");
-    tell_rows(sink, "impacts", r, sums->impacts);
-    tell_rows(sink, "strikes", r, sums->strikes);
+        mill_tell_array(sink, "quantile_levels", MILL_TALLY_LEVELS, mill_tally_level, "1",
+                        "levels of the quantiles");
+    tell_rows(sink, "impacts", r, sums->impacts, r->impacts);
+    tell_rows(sink, "strikes", r, sums->strikes, r->strikes);
     sink->open(sink, "floor_share");
     for (int n = 0; n <= r->kinds.count; n++)
         mill_tell_number(sink, r->kinds.name[n],

@@ -171,6 +171,44 @@ static void turn(double from, double to, double even, double odd)
     }
 }
 
+/* ---- a sink that keeps the blocks of the power ---- */
+
+static double block_power[16];
+static size_t blocks;
+
+static void go(struct mill_sink *sink, const char *name)
+{
+    (void)sink, (void)name;
+}
+
+static void come(struct mill_sink *sink)
+{
+    (void)sink;
+}
+
+static void keep_blocks(struct mill_sink *sink, const char *name, enum mill_h5_type type, int rank,
+                        const size_t *dims, const void *values, const char *unit,
+                        const char *meaning)
+{
+    (void)sink, (void)type, (void)rank, (void)unit, (void)meaning;
+    if (strcmp(name, "block_power") != 0)
+        return;
+    blocks = dims[0];
+    memcpy(block_power, values, blocks * sizeof *block_power);
+}
+
+static void ignore_again(struct mill_sink *sink, const char *name, size_t count,
+                         const double *values, const char *unit, const char *meaning)
+{
+    (void)sink, (void)name, (void)count, (void)values, (void)unit, (void)meaning;
+}
+
+static void ignore_attribute(struct mill_sink *sink, const char *name, enum mill_h5_type type,
+                             size_t count, const void *values)
+{
+    (void)sink, (void)name, (void)type, (void)count, (void)values;
+}
+
 TEST(power_and_torque_are_told_by_revolutions_and_with_one_error)
 {
     fixture_create(&f);
@@ -180,8 +218,16 @@ TEST(power_and_torque_are_told_by_revolutions_and_with_one_error)
     ck_assert_uint_eq(f.results->blocks, 10);
     ck_assert_double_eq_tol(known->motion_power[0].value, 200, 1e-9);
     ck_assert_double_eq_tol(known->motion_torque[0].value, 3, 1e-9);
+    struct mill_sink sink = {.full = true,
+                             .open = go,
+                             .close = come,
+                             .values = keep_blocks,
+                             .again = ignore_again,
+                             .attribute = ignore_attribute};
+    mill_tally_results_tell(f.results, &sink);
+    ck_assert_uint_eq(blocks, 10);
     for (int i = 0; i < 10; i++)
-        ck_assert_double_eq_tol(f.results->block_power[i], (i % 2 ? 300 : 100), 1e-6);
+        ck_assert_double_eq_tol(block_power[i], (i % 2 ? 300 : 100), 1e-6);
     /* ten revolutions that take turns scatter by 100 about the mean: 32 if they were independent */
     ck_assert_double_gt(known->motion_power[0].error, 10);
     ck_assert_double_lt(known->motion_power[0].error, 100);
