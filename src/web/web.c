@@ -288,7 +288,9 @@ DOOR(mill_web_results) enum mill_status mill_web_results(void)
     mill_notes_take(&notes, now.world, results, t, false);
     mill_notes_write(&notes, &json);
     mill_sink_json_end(&json);
-    status = add_spectrum(&tally->plan.energies, results->sums.pair) ? MILL_OK : MILL_FAILED;
+    const bool told = !json.sink.failed;
+    status =
+        told && add_spectrum(&tally->plan.energies, results->sums.pair) ? MILL_OK : MILL_FAILED;
     mill_tally_results_free(results);
     return end_text(status);
 }
