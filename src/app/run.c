@@ -156,11 +156,6 @@ static enum mill_status take_up(struct run *r)
     return status;
 }
 
-static const struct mill_tally *tally_of(const struct run *r)
-{
-    return (const struct mill_tally *)mill_observers_find(&r->observers, &mill_tally_type);
-}
-
 /* state: NULL during the event loop */
 static void show(const struct run *r, bool begins, const char *state)
 {
@@ -201,7 +196,7 @@ static int threads_of(const struct mill_deck *deck)
 static void note_cost(struct run *r)
 {
     const double interval = r->deck->frames, frames = interval > 0 ? r->deck->time / interval : 0;
-    const struct mill_energies *energies = &tally_of(r)->plan.energies;
+    const struct mill_energies *energies = &mill_observers_tally(&r->observers)->plan.energies;
     if (frames > 1e6) /* probably a mistake in a unit */
         mill_error_set(&r->note, MILL_OK, "output.frames = %g s makes %.3g frames, %.3g GB or more",
                        interval, frames, frames * r->world->balls * 9 * sizeof(float) / 1e9);
@@ -289,7 +284,8 @@ static void write_results(const struct run *r, const char *status)
         mill_h5_spend(r->file, error.text);
     mill_sink_file(&to, r->file, "/run");
     mill_record_tell(r->world, &facts, &to.sink);
-    if (mill_tally_results_make(tally_of(r), r->world, facts.local, &results, &error) != MILL_OK) {
+    if (mill_tally_results_make(mill_observers_tally(&r->observers), r->world, facts.local,
+                                &results, &error) != MILL_OK) {
         mill_h5_spend(r->file, error.text);
         return;
     }

@@ -31,14 +31,9 @@ static const char *say_known(const struct mill_precision_known *known)
     return text;
 }
 
-static const struct mill_tally *tally_of(const struct mill_observers *observers)
-{
-    return (const struct mill_tally *)mill_observers_find(observers, &mill_tally_type);
-}
-
 const char *mill_summary_known(const struct mill_observers *observers)
 {
-    const struct mill_tally *tally = tally_of(observers);
+    const struct mill_tally *tally = mill_observers_tally(observers);
     if (tally->precision == 0)
         return "";
     return tally->at.settled && tally->at.known.enough ? say_known(&tally->at.known) : "start-up";
@@ -46,7 +41,7 @@ const char *mill_summary_known(const struct mill_observers *observers)
 
 bool mill_summary_samples(const struct mill_observers *observers)
 {
-    const struct mill_tally *tally = tally_of(observers);
+    const struct mill_tally *tally = mill_observers_tally(observers);
     return tally->at.open && (!tally->search || tally->at.settled);
 }
 
@@ -314,7 +309,7 @@ static void print_all(const struct mill_summary *s)
 
 enum mill_status mill_summary_write(struct mill_summary *s, bool json, struct mill_error *error)
 {
-    enum mill_status status = mill_tally_results_make(tally_of(s->observers), s->world,
+    enum mill_status status = mill_tally_results_make(mill_observers_tally(s->observers), s->world,
                                                       s->facts->local, &s->results, error);
     if (status != MILL_OK)
         return status;

@@ -105,8 +105,7 @@ TEST(the_motions_add_up_to_the_drive)
 
 TEST(batches_are_parts_of_the_period_of_all_motions)
 {
-    const struct mill_tally *tally =
-        (const struct mill_tally *)mill_observers_find(&p.observers, &mill_tally_type);
+    const struct mill_tally *tally = mill_observers_tally(&p.observers);
     ck_assert_double_eq_tol(p.world->period, PERIOD, 1e-12);
     ck_assert_double_eq_tol((double)tally->batches.at.period * tally->batches.at.batch, PERIOD,
                             1e-12);
@@ -263,8 +262,7 @@ TEST(notes_speak_of_the_drive)
 {
     struct mill_notes notes;
     struct mill_tally_results *results;
-    const struct mill_tally *tally =
-        (const struct mill_tally *)mill_observers_find(&p.observers, &mill_tally_type);
+    const struct mill_tally *tally = mill_observers_tally(&p.observers);
     const double local = mill_sim_local_time(p.sim);
     ck_assert_int_eq(mill_tally_results_make(tally, p.world, local, &results, NULL), MILL_OK);
     results->at.known.drive.value *= 2;
