@@ -75,7 +75,7 @@ def run(folder, *arguments, **fault):
     (folder / "mill.ini").write_text(DECK)
     environment = {**os.environ, **fault}
     command = [PROGRAM, "--quiet", *arguments, "mill.ini"]
-    return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
+    return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=120)
 
 
 @pytest.mark.parametrize(
