@@ -16,7 +16,8 @@ enum mill_kind { MILL_KIND_LIST(MILL_KIND_NUMBER) MILL_KINDS };
 extern const char *const mill_kind_name[MILL_KINDS];
 
 /* The kinds of one mill. The first MILL_KINDS are the ones above, even if the mill has no such
- * surface. The kinds of its bodies, "ball_NAME", follow. */
+ * surface. The kinds of its bodies, "ball_NAME", follow. Files and tables list only those of which
+ * the mill has a surface (src/observe/kinds.h). */
 enum { MILL_KINDS_MOST = 24, MILL_KINDS_LENGTH = 72 };
 struct mill_kinds {
     int count;

@@ -71,7 +71,8 @@ struct mill_observer_type {
      * The file exists longer than the observer. */
     void (*open)(struct mill_observer *, const struct mill_observe *, struct mill_h5 *file,
                  const struct mill_world *);
-    /* Reports the results so far, as if the run ended at local time t. The run may continue. */
+    /* Reports the results so far, as if the run ended at local time t. The run may continue. A
+     * result without memory: mill_sink_fail. */
     enum mill_status (*results)(const struct mill_observer *, const struct mill_world *, double t,
                                 struct mill_sink *, struct mill_error *);
     /* Adds the data that only the file of a finished run has. The last argument can stop this long

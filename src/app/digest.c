@@ -145,8 +145,6 @@ static void write_results(struct digest *d, const char *status)
     struct mill_notes notes;
     struct mill_sink_file to;
     struct mill_error error;
-    const struct mill_tally *tally =
-        (const struct mill_tally *)mill_observers_find(&d->observers, &mill_tally_type);
     mill_h5_attribute(d->file, "/h5md/creator", "name", MILL_H5_TEXT, 0, &creator[0]);
     mill_h5_attribute(d->file, "/h5md/creator", "version", MILL_H5_TEXT, 0, &creator[1]);
     mill_sink_file(&to, d->file, "");
@@ -156,7 +154,8 @@ static void write_results(struct digest *d, const char *status)
     mill_sink_file(&to, d->file, "/run");
     mill_record_foreign(d->world, status, now, &to.sink);
     mill_facts_write(&d->facts, d->file, "notes");
-    if (mill_tally_results_make(tally, d->world, local, &results, &error) != MILL_OK) {
+    if (mill_tally_results_make(mill_observers_tally(&d->observers), d->world, local, &results,
+                                &error) != MILL_OK) {
         mill_h5_spend(d->file, error.text);
         return;
     }

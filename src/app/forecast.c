@@ -133,7 +133,8 @@ static double points_of(const struct mill_world *world)
 /* Computes the forecast from the two points of a trial. Returns the rate of contacts [1/s] in the
  * steady mill. */
 static double work_out(const struct mill_deck *deck, const struct mill_world *world,
-                       const struct point ends[2], struct mill_forecast *forecast)
+                       const struct point ends[2], const struct mill_energies *energies,
+                       struct mill_forecast *forecast)
 {
     struct mill_forecast f = {.trial = ends[1].time, .contacts = ends[1].contacts};
     const double met = ends[1].contacts - ends[0].contacts, end = deck->time;
@@ -145,7 +146,8 @@ static double work_out(const struct mill_deck *deck, const struct mill_world *wo
     double rest = rate * (mill_forecast_work(&growth, end) - from) - met;
     rest = fmax(0, fmin(rest, most - f.contacts));
     f.contacts = fmin(f.contacts + rest, most);
-    f.file = STATISTICS + end / deck->series * ROW + (deck->log_impacts ? f.contacts * IMPACT : 0);
+    f.file = STATISTICS + mill_energies_cost(energies) + end / deck->series * ROW +
+             (deck->log_impacts ? f.contacts * IMPACT : 0);
     if (deck->frames > 0)
         f.file +=
             (floor(end / deck->frames) + 1) * (world->balls * FRAME + points_of(world) * POINT);
@@ -165,7 +167,10 @@ enum mill_status mill_forecast_make(const struct mill_deck *deck, struct mill_wo
     struct mill_tally_results *results = NULL;
     struct point ends[2];
     const enum mill_status status = try(deck, world, ends, &tally, &results, error);
-    const double rate = status == MILL_OK ? work_out(deck, world, ends, forecast) : (double)NAN;
+    const double rate =
+        status == MILL_OK
+            ? work_out(deck, world, ends, &((struct mill_tally *)tally)->plan.energies, forecast)
+            : (double)NAN;
     mill_notes_expect(&forecast->notes, world, results, rate);
     mill_tally_results_free(results);
     if (tally)

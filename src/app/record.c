@@ -5,7 +5,7 @@
 #include "app/record.h"
 
 #include "base/version.h"
-#include "geometry/shapes.h"
+#include "observe/kinds.h"
 #include "store/draft.h"
 
 #include <errno.h>
@@ -37,12 +37,13 @@ struct mill_totals mill_record_add(const struct mill_world *world, double local)
     return totals;
 }
 
-static void tell_kinds(struct mill_sink *sink, const char *name, const struct mill_kinds *kinds,
+static void tell_kinds(struct mill_sink *sink, const char *name, const struct mill_world *world,
                        const uint64_t *count, const char *meaning)
 {
+    const struct mill_listed kinds = mill_kinds_listed(world);
     sink->open(sink, name);
-    for (int kind = 0; kind < kinds->count; kind++)
-        mill_tell_count(sink, kinds->name[kind], count[kind], meaning);
+    for (int k = 0; k < kinds.count; k++)
+        mill_tell_count(sink, kinds.name[k], count[kinds.kind[k]], meaning);
     sink->close(sink);
 }
 
@@ -50,8 +51,8 @@ static void tell_kinds(struct mill_sink *sink, const char *name, const struct mi
 static void tell_works(struct mill_sink *sink, const struct mill_world *world)
 {
     const struct mill_account *a = &world->account;
-    mill_tell_number(sink, "rotor_work", world->rotor < 0 ? 0 : a->motion[world->rotor].work, "J",
-                     "");
+    if (world->rotor >= 0)
+        mill_tell_number(sink, "rotor_work", a->motion[world->rotor].work, "J", "");
     mill_tell_number(sink, "drive_work", a->work, "J", "");
     sink->open(sink, "motion_work");
     for (int k = 0; k < world->motions; k++)
@@ -117,7 +118,7 @@ static void tell_events(struct mill_sink *sink, const struct mill_world *world)
     const struct mill_counts *c = &world->counts;
     if (sink->full)
         sink->open(sink, "events");
-    tell_kinds(sink, "collisions", &world->kinds, world->account.collisions,
+    tell_kinds(sink, "collisions", world, world->account.collisions,
                "impacts of this kind, from t = 0");
     if (!sink->full)
         return;
@@ -167,7 +168,7 @@ void mill_record_tell(const struct mill_world *world, const struct mill_facts *f
                    "max_collisions, or none as yet");
     tell_events(sink, world);
     tell_kinds(
-        sink, "floored", &world->kinds, world->account.floored,
+        sink, "floored", world, world->account.floored,
         "impacts of this kind, from t = 0, after which the normal speed was the rebound floor");
     tell_balance(sink, world, &totals);
     tell_sleep(sink, world, facts->local);
@@ -183,7 +184,7 @@ void mill_record_foreign(const struct mill_world *world, const char *status, dou
     mill_tell_number(sink, "time", time, "s", "simulated time reached");
     sink->text(sink, "hdf5", hdf5, "version of the HDF5 library");
     sink->open(sink, "events");
-    tell_kinds(sink, "collisions", &world->kinds, world->account.collisions,
+    tell_kinds(sink, "collisions", world, world->account.collisions,
                "impacts of this kind, from t = 0");
     sink->close(sink);
 }

@@ -192,10 +192,26 @@ static int threads_of(const struct mill_deck *deck)
     return (int)(deck->threads > 0 ? deck->threads : chosen);
 }
 
+/* Notes what the run will cost, if that is probably more than was meant. */
+static void note_cost(struct run *r)
+{
+    const double interval = r->deck->frames, frames = interval > 0 ? r->deck->time / interval : 0;
+    const struct mill_energies *energies = &mill_observers_tally(&r->observers)->plan.energies;
+    if (frames > 1e6) /* probably a mistake in a unit */
+        mill_error_set(&r->note, MILL_OK, "output.frames = %g s makes %.3g frames, %.3g GB or more",
+                       interval, frames, frames * r->world->balls * 9 * sizeof(float) / 1e9);
+    else if (energies->classes < (size_t)r->world->species_count)
+        mill_error_set(&r->note, MILL_OK,
+                       "the impacts of %d kinds of balls are counted in %d classes of about the "
+                       "same mass, with %.0f MB of memory and up to as much in the file; with at "
+                       "most %d kinds each is counted apart",
+                       r->world->species_count, MILL_ENERGIES_CLASSES,
+                       mill_energies_cost(energies) / 1e6, MILL_ENERGIES_CLASSES);
+}
+
 /* Makes the mill from the deck or the state, and a file that holds what is known so far */
 static enum mill_status prepare(struct run *r)
 {
-    const double interval = r->deck->frames, frames = interval > 0 ? r->deck->time / interval : 0;
     enum mill_status status = build(r);
     if (status == MILL_OK)
         status = open_output(r);
@@ -210,9 +226,8 @@ static enum mill_status prepare(struct run *r)
     show(r, true, NULL);
     if (r->resumes)
         mill_error_set(&r->note, MILL_OK, "resuming at t = %.6g s", mill_sim_time(r->sim));
-    else if (frames > 1e6) /* probably a mistake in a unit */
-        mill_error_set(&r->note, MILL_OK, "output.frames = %g s makes %.3g frames, %.3g GB or more",
-                       interval, frames, frames * r->world->balls * 9 * sizeof(float) / 1e9);
+    else
+        note_cost(r);
     say(r);
     /* with --force the old file stays until there are results to replace it */
     if (r->resumes || (r->given[MILL_FORCE] && access(r->output, F_OK) == 0))
@@ -260,8 +275,6 @@ static void keep(const struct run *r)
 static void write_results(const struct run *r, const char *status)
 {
     const struct mill_facts facts = facts_of(r, status);
-    const struct mill_tally *tally =
-        (const struct mill_tally *)mill_observers_find(&r->observers, &mill_tally_type);
     struct mill_tally_results *results;
     struct mill_notes notes;
     struct mill_sink_file to;
@@ -271,7 +284,8 @@ static void write_results(const struct run *r, const char *status)
         mill_h5_spend(r->file, error.text);
     mill_sink_file(&to, r->file, "/run");
     mill_record_tell(r->world, &facts, &to.sink);
-    if (mill_tally_results_make(tally, r->world, facts.local, &results, &error) != MILL_OK) {
+    if (mill_tally_results_make(mill_observers_tally(&r->observers), r->world, facts.local,
+                                &results, &error) != MILL_OK) {
         mill_h5_spend(r->file, error.text);
         return;
     }

@@ -33,8 +33,7 @@ static const char *say_known(const struct mill_precision_known *known)
 
 const char *mill_summary_known(const struct mill_observers *observers)
 {
-    const struct mill_tally *tally =
-        (const struct mill_tally *)mill_observers_find(observers, &mill_tally_type);
+    const struct mill_tally *tally = mill_observers_tally(observers);
     if (tally->precision == 0)
         return "";
     return tally->at.settled && tally->at.known.enough ? say_known(&tally->at.known) : "start-up";
@@ -42,8 +41,7 @@ const char *mill_summary_known(const struct mill_observers *observers)
 
 bool mill_summary_samples(const struct mill_observers *observers)
 {
-    const struct mill_tally *tally =
-        (const struct mill_tally *)mill_observers_find(observers, &mill_tally_type);
+    const struct mill_tally *tally = mill_observers_tally(observers);
     return tally->at.open && (!tally->search || tally->at.settled);
 }
 
@@ -79,6 +77,15 @@ static void print_end(const struct mill_summary *s)
 
 /* ---- what the mill does ---- */
 
+/* Prints a line, or its beginning: a label, a mean with its error, and words. */
+static void print_mean(FILE *out, const char *label, const struct mill_precision_mean *mean,
+                       const char *unit, const char *words)
+{
+    mill_summary_text_label(out, label);
+    mill_summary_text_value(out, mean, unit);
+    fputs(words, out);
+}
+
 /* Prints what the motions do; for a single rotor in the words for a rotor */
 static void print_drive(const struct mill_summary *s)
 {
@@ -89,9 +96,7 @@ static void print_drive(const struct mill_summary *s)
     const double times = r->duration / world->period, mass = mill_summary_mass(world);
     const struct mill_precision_mean specific = {known->drive.value / mass,
                                                  known->drive.error / mass, 0};
-    mill_summary_text_label(s->out, rotor ? "rotor power" : "drive power");
-    mill_summary_text_value(s->out, &known->drive, "W");
-    fprintf(s->out, ", ");
+    print_mean(s->out, rotor ? "rotor power" : "drive power", &known->drive, "W", ", ");
     mill_summary_text_value(s->out, &specific, "W/kg");
     fprintf(s->out, " of balls\n");
     if (isnan(known->drive.error)) {
@@ -102,14 +107,11 @@ static void print_drive(const struct mill_summary *s)
             fprintf(s->out, ", %d needed", MILL_PRECISION_PERIODS);
         fprintf(s->out, ")\n");
     }
-    if (rotor || (world->motions == 1 && !isnan(known->motion_torque[0].value))) {
-        mill_summary_text_label(s->out, rotor ? "rotor torque" : "drive torque");
-        mill_summary_text_value(s->out, &known->motion_torque[0], "N m");
-        fputc('\n', s->out);
-    }
+    if (rotor || (world->motions == 1 && !isnan(known->motion_torque[0].value)))
+        print_mean(s->out, rotor ? "rotor torque" : "drive torque", &known->motion_torque[0], "N m",
+                   "\n");
     for (int k = 0; world->motions > 1 && k < world->motions; k++) {
-        mill_summary_text_label(s->out, world->motion_name[k]);
-        mill_summary_text_value(s->out, &known->motion_power[k], "W");
+        print_mean(s->out, world->motion_name[k], &known->motion_power[k], "W", "");
         if (!isnan(known->motion_torque[k].value)) {
             fprintf(s->out, ", torque ");
             mill_summary_text_value(s->out, &known->motion_torque[k], "N m");
@@ -165,19 +167,14 @@ static void print_losses(const struct mill_summary *s)
 static void print_hard(const struct mill_summary *s)
 {
     const struct mill_tally_results *r = s->results;
-    mill_summary_text_label(s->out, "hard impacts");
-    mill_summary_text_value(s->out, &r->hard, "/s");
-    fprintf(s->out, " of 1 mJ or more\n");
-    mill_summary_text_label(s->out, "");
-    if (!isnan(r->hard_per_joule.value)) {
-        mill_summary_text_value(s->out, &r->hard_per_joule, "/J");
-        fprintf(s->out, " of 1 mJ or more, per work of the drive\n");
-        mill_summary_text_label(s->out, "");
-    }
-    if (r->hard.value > 0 && isnan(r->hard.error) && !isnan(r->at.known.drive.error)) {
-        fprintf(s->out, "(their error is not known: they vary too slowly; run longer)\n");
-        mill_summary_text_label(s->out, "");
-    }
+    print_mean(s->out, "hard impacts", &r->hard, "/s", " of 1 mJ or more\n");
+    if (!isnan(r->hard_per_joule.value))
+        print_mean(s->out, "", &r->hard_per_joule, "/J",
+                   " of 1 mJ or more, per work of the drive\n");
+    if (r->hard.value > 0 && isnan(r->hard.error) && !isnan(r->at.known.drive.error))
+        fprintf(s->out, "%-*s (their error is not known: they vary too slowly; run longer)\n",
+                MILL_SUMMARY_LABEL, "");
+    print_mean(s->out, "", &r->at.known.fast[r->all][ABOVE_1], "/s", " at 1 m/s or more\n");
 }
 
 static void print_means(const struct mill_summary *s)
@@ -187,11 +184,7 @@ static void print_means(const struct mill_summary *s)
     if (s->world->period < (double)INFINITY)
         print_drive(s);
     print_hard(s);
-    mill_summary_text_value(s->out, &known->fast[r->all][ABOVE_1], "/s");
-    fprintf(s->out, " at 1 m/s or more\n");
-    mill_summary_text_label(s->out, "median v_n");
-    mill_summary_text_value(s->out, &known->median_fast, "m/s");
-    fprintf(s->out, " above 50 mm/s, ");
+    print_mean(s->out, "median v_n", &known->median_fast, "m/s", " above 50 mm/s, ");
     mill_summary_text_value(s->out, &known->median, "m/s");
     fprintf(s->out, " of all\n");
     print_losses(s);
@@ -316,10 +309,8 @@ static void print_all(const struct mill_summary *s)
 
 enum mill_status mill_summary_write(struct mill_summary *s, bool json, struct mill_error *error)
 {
-    const struct mill_tally *tally =
-        (const struct mill_tally *)mill_observers_find(s->observers, &mill_tally_type);
-    enum mill_status status =
-        mill_tally_results_make(tally, s->world, s->facts->local, &s->results, error);
+    enum mill_status status = mill_tally_results_make(mill_observers_tally(s->observers), s->world,
+                                                      s->facts->local, &s->results, error);
     if (status != MILL_OK)
         return status;
     mill_notes_take(&s->notes, s->world, s->results, s->facts->local,

@@ -45,8 +45,9 @@ static void print_motions(const struct mill_world *world, const char *lead, FILE
             speed = fmax(speed, b.speed);
             acceleration = fmax(acceleration, b.acceleration);
         }
+        speed = mesh.failed ? (double)NAN : speed; /* out of memory: it is not known */
         mill_mesh_free(&mesh);
-        if (!(speed > 0))
+        if (speed == 0)
             continue;
         fputs(lead, out);
         mill_summary_text_label(out, world->motion_name[k]);
@@ -134,47 +135,37 @@ static struct mill_summary_scale scale_of(double value, const char *unit)
     return scale;
 }
 
-static void print_row(FILE *out, const struct mill_tally_results *r, int row,
-                      const struct columns *c)
+static void print_row(FILE *out, const struct mill_tally_results *r, int n, const struct columns *c)
 {
-    const struct mill_spectrum_grid *grid = &r->tally->grid;
-    const struct mill_spectrum *normal = &r->impacts[row].normal;
-    const struct mill_spectrum_slot all = mill_spectrum_total(normal, 0);
-    fprintf(
-        out, "%-*s %12llu %11s %8s %9s %8s %6s %9s\n", c->name, mill_tally_name(r, row),
-        (unsigned long long)all.count,
-        mill_summary_text_cell(mill_tally_per_second(r, (double)all.count), c->rate),
-        mill_summary_text_cell(mill_spectrum_quantile(grid, normal, 0, 0.5), c->speed),
-        mill_summary_text_cell(mill_spectrum_quantile(grid, normal, MILL_SPECTRUM_FAST, 0.5),
-                               c->speed),
-        mill_summary_text_cell(mill_spectrum_mean(normal), c->speed),
-        mill_summary_text_cell(100 * r->floor_share[row], (struct mill_summary_scale){1, "", 1}),
-        mill_summary_text_cell(mill_tally_per_second(r, all.dissipation), c->power));
+    const struct mill_tally_row *row = &r->impacts[r->kinds.kind[n]];
+    const double floored = 100 * r->floor_share[r->kinds.kind[n]];
+    fprintf(out, "%-*s %12llu %11s %8s %9s %8s %6s %9s\n", c->name, r->kinds.name[n],
+            (unsigned long long)row->count, mill_summary_text_cell(row->rate, c->rate),
+            mill_summary_text_cell(row->normal.median, c->speed),
+            mill_summary_text_cell(row->normal.median_fast, c->speed),
+            mill_summary_text_cell(row->normal.mean, c->speed),
+            mill_summary_text_cell(floored, (struct mill_summary_scale){1, "", 1}),
+            mill_summary_text_cell(row->power, c->power));
 }
 
 /* Is the row shown in the table? Kinds without contacts are left out. */
-static bool is_shown(const struct mill_tally_results *r, int row)
+static bool is_shown(const struct mill_tally_results *r, int n)
 {
-    return row == r->all || mill_spectrum_total(&r->impacts[row].normal, 0).count > 0;
+    return n == r->kinds.count || r->impacts[r->kinds.kind[n]].count > 0;
 }
 
 void mill_summary_table(const struct mill_summary *s)
 {
     const struct mill_tally_results *r = s->results;
-    const struct mill_spectrum_slot all = mill_spectrum_total(&r->impacts[r->all].normal, 0);
-    struct columns c = {10,
-                        scale_of(mill_tally_per_second(r, (double)all.count), "/s"),
-                        {1, "", 3},
-                        scale_of(mill_tally_per_second(r, all.dissipation), "W")};
+    const struct mill_tally_row *all = &r->impacts[r->all], *strikes = &r->strikes[r->all];
+    struct columns c = {10, scale_of(all->rate, "/s"), {1, "", 3}, scale_of(all->power, "W")};
     char unit[3][TEXT];
     double fastest = 0; /* in the table */
-    for (int row = 0; row <= r->all; row++) {
-        if (is_shown(r, row) && (int)strlen(mill_tally_name(r, row)) > c.name)
-            c.name = (int)strlen(mill_tally_name(r, row));
-        /* fmax ignores NaN */
-        fastest = fmax(fastest, mill_spectrum_mean(&r->impacts[row].normal));
-        fastest = fmax(fastest, mill_spectrum_quantile(&r->tally->grid, &r->impacts[row].normal,
-                                                       MILL_SPECTRUM_FAST, 0.5));
+    for (int n = 0; n <= r->kinds.count; n++) {
+        const struct mill_tally_speed *speed = &r->impacts[r->kinds.kind[n]].normal;
+        const int width = (int)strlen(r->kinds.name[n]);
+        c.name = is_shown(r, n) && width > c.name ? width : c.name;
+        fastest = fmax(fastest, fmax(speed->mean, speed->median_fast)); /* fmax ignores NaN */
     }
     c.speed = scale_of(fastest, "m/s");
     snprintf(unit[0], TEXT, "%s/s", c.rate.prefix);
@@ -187,15 +178,13 @@ void mill_summary_table(const struct mill_summary *s)
     for (int i = 0; i < 3; i++)
         fprintf(s->out, "%-*s %12s %11s %8s %9s %8s %6s %9s\n", c.name, i < 2 ? "" : "kind",
                 head[i][0], head[i][1], head[i][2], head[i][3], head[i][4], head[i][5], head[i][6]);
-    for (int row = 0; row <= r->all; row++)
-        if (is_shown(r, row))
-            print_row(s->out, r, row, &c);
-    if (r->tally->pairs.window > 0) {
-        const double strikes = (double)mill_spectrum_total(&r->strikes[r->all].normal, 0).count;
-        fprintf(s->out, "%-*s %12.0f %11s  impacts of a pair within %s are one\n", c.name,
-                "strikes", strikes,
-                mill_summary_text_cell(mill_tally_per_second(r, strikes), c.rate),
+    for (int n = 0; n <= r->kinds.count; n++)
+        if (is_shown(r, n))
+            print_row(s->out, r, n, &c);
+    if (r->tally->pairs.window > 0)
+        fprintf(s->out, "%-*s %12llu %11s  impacts of a pair within %s are one\n", c.name,
+                "strikes", (unsigned long long)strikes->count,
+                mill_summary_text_cell(strikes->rate, c.rate),
                 mill_summary_text_si(r->tally->pairs.window, "s"));
-    }
     fputc('\n', s->out);
 }

@@ -26,7 +26,7 @@ struct sizes {
     bool equal; /* they all have the same diameter */
 };
 
-/* Sorts the species into classes, smallest first, and returns their number. */
+/* Sorts the species into classes, smallest first, and returns their number; 0: out of memory */
 static int make_classes(struct mill_grids *g, const struct mill_world *w, struct sizes *of)
 {
     double last = 0.0;
@@ -211,6 +211,8 @@ bool mill_grids_init(struct mill_grids *g, const struct mill_world *w, double wi
     if (!g->class_of || !g->own)
         return false;
     g->classes = make_classes(g, w, of);
+    if (g->classes == 0)
+        return false; /* out of memory */
     if (!lay_out(g, w, of, widening, &l)) {
         unite(g, w, of);
         if (!lay_out(g, w, of, widening, &l))

@@ -1,106 +1,76 @@
-/* The histograms of energy are in one block of memory. In a file, all pairs of a kind are one
- * array, so that the file of a mixture has no more datasets than others. */
+/* The histograms of energy. In a file, all pairs of a kind are one array, so that the file of a
+ * mixture has no more datasets than others. */
 #include "observe/energies.h"
 
+#include "millsim/state.h"
 #include "observe/sink.h"
 
 #include <stddef.h>
 #include <stdlib.h>
 
 #define PAIR "; by species of the ball, and between balls by that of the other, which is no lower"
+#define BINS(member)                                                                               \
+    offsetof(struct mill_energies_pair, member), MILL_ENERGIES_BINS,                               \
+        sizeof(((struct mill_energies_pair *)0)->member)
+#define BY_NORMAL(member)                                                                          \
+    offsetof(struct mill_energies_pair, normal[0].member), MILL_ENERGIES_BINS,                     \
+        sizeof(((struct mill_energies_pair *)0)->normal[0])
 
-bool mill_energies_like(struct mill_energies *e, const struct mill_energies *as)
+static const struct mill_sum sum_of[] = {
+    {"normal", "1", "impacts by m* v_n^2 / 2, with the normal speed just before" PAIR, MILL_H5_U64,
+     BY_NORMAL(count)},
+    {"total", "1", "impacts by m* (v_n^2 + v_t^2) / 2, with normal and slip speed just before" PAIR,
+     MILL_H5_U64, BINS(total[0])},
+    {"dissipated", "1", "impacts by the energy dissipated" PAIR, MILL_H5_U64, BINS(dissipated[0])},
+    {"dissipation", "J", "energy dissipated by those of each bin of `normal`", MILL_H5_F64,
+     BY_NORMAL(dissipation)}};
+/* the first MILL_ENERGIES_SORTS count energies; from DISSIPATED on: energies lost */
+enum { SUMS = sizeof sum_of / sizeof *sum_of, DISSIPATED = 2 };
+
+const struct mill_sums_list mill_energies_sums = {"energies", sizeof(struct mill_energies_pair),
+                                                  SUMS, sum_of};
+
+/* Few species are classes of their own. Many are put into as many classes by their rank in mass. */
+static void set_classes(struct mill_energies *e, const struct mill_world *world)
 {
-    *e = *as;
-    e->pair = calloc(e->pairs, sizeof *e->pair);
-    e->room = calloc(e->pairs, MILL_ENERGIES_BINS * sizeof *e->room);
-    for (size_t i = 0; e->pair && as->pair && i < e->pairs; i++)
-        e->pair[i].half_mass = as->pair[i].half_mass;
-    return e->pair && e->room;
+    const int32_t n = world->species_count;
+    const bool few = n <= MILL_ENERGIES_CLASSES;
+    e->classes = few ? (size_t)n : MILL_ENERGIES_CLASSES;
+    for (int32_t i = 0; i < n; i++) {
+        const double mass = world->species[i].mass;
+        int64_t rank = 0;
+        for (int32_t k = 0; k < n && !few; k++)
+            rank += world->species[k].mass < mass || (k < i && world->species[k].mass == mass);
+        e->class_of[i] = few ? i : (int32_t)(rank * MILL_ENERGIES_CLASSES / n);
+    }
 }
 
 bool mill_energies_init(struct mill_energies *e, const struct mill_world *world)
 {
-    const size_t species = (size_t)world->species_count, balls = species * species;
-    struct mill_energies as = {.species = species, .pairs = balls};
-    as.step[MILL_BALL_BALL] = species;
-    for (int kind = MILL_BALL_BALL + 1; kind < world->kinds.count; kind++, as.pairs += species) {
-        as.first[kind] = as.pairs + 1; /* the partner's species is -1 */
-        as.step[kind] = 1;
-    }
-    if (!mill_energies_like(e, &as))
+    *e = (struct mill_energies){.world = world};
+    e->class_of = malloc((size_t)world->species_count * sizeof *e->class_of);
+    if (!e->class_of)
         return false;
-    for (size_t i = 0; i < e->pairs; i++) {
-        const double mass = world->species[i % species].mass;
-        const double other = world->species[i / species % species].mass;
-        e->pair[i].half_mass =
-            0.5 * MILL_ENERGIES_MILLI * (i < balls ? mass * other / (mass + other) : mass);
-    }
+    set_classes(e, world);
+    e->pairs = e->classes * (e->classes + 1) / 2;
+    for (int kind = 1; kind < world->kinds.count; kind++, e->pairs += e->classes)
+        e->first[kind] = e->pairs;
     return true;
 }
 
 void mill_energies_free(struct mill_energies *e)
 {
-    free(e->pair);
-    free(e->room);
+    free(e->class_of);
 }
 
-void mill_energies_add(struct mill_energies *into, const struct mill_energies *from)
+double mill_energies_cost(const struct mill_energies *e)
 {
-    for (size_t i = 0; i < into->pairs; i++)
-        for (int bin = 0; bin < MILL_ENERGIES_BINS; bin++) {
-            into->pair[i].normal[bin].count += from->pair[i].normal[bin].count;
-            into->pair[i].normal[bin].dissipation += from->pair[i].normal[bin].dissipation;
-            into->pair[i].total[bin] += from->pair[i].total[bin];
-            into->pair[i].dissipated[bin] += from->pair[i].dissipated[bin];
-        }
-}
-
-void mill_energies_clear(struct mill_energies *e)
-{
-    for (size_t i = 0; i < e->pairs; i++)
-        e->pair[i] = (struct mill_energies_pair){.half_mass = e->pair[i].half_mass};
+    const size_t blocks = MILL_ENERGIES_BLOCKS * MILL_ENERGIES_SORTS * MILL_ENERGIES_COARSE;
+    return (double)(e->pairs - (size_t)e->world->kinds.count) *
+           (double)(sizeof(struct mill_energies_pair) + blocks * sizeof(int32_t));
 }
 
 /* ---- telling ---- */
-
-enum { DISSIPATED = 2 }; /* from this number on: energies lost */
-
-static void tell_kind(const struct mill_energies *e, int kind, const char *name,
-                      struct mill_sink *sink)
-{
-    const int balls = kind == MILL_BALL_BALL;
-    const size_t n = MILL_ENERGIES_BINS, pairs = e->species * e->step[kind];
-    const struct mill_energies_pair *pair = e->pair + e->first[kind] - !balls;
-    const struct {
-        const char *name, *unit, *meaning;
-        size_t at, step; /* [bytes] offset in a pair; step from bin to bin */
-        enum mill_h5_type type;
-    } of[] = {
-        {"normal", "1", "impacts by m* v_n^2 / 2, with the normal speed just before" PAIR,
-         offsetof(struct mill_energies_pair, normal[0].count), sizeof pair->normal[0], MILL_H5_U64},
-        {"total", "1",
-         "impacts by m* (v_n^2 + v_t^2) / 2, with normal and slip speed just before" PAIR,
-         offsetof(struct mill_energies_pair, total), sizeof pair->total[0], MILL_H5_U64},
-        {"dissipated", "1", "impacts by the energy dissipated" PAIR,
-         offsetof(struct mill_energies_pair, dissipated), sizeof pair->dissipated[0], MILL_H5_U64},
-        {"dissipation", "J", "energy dissipated by those of each bin of `normal`",
-         offsetof(struct mill_energies_pair, normal[0].dissipation), sizeof pair->normal[0],
-         MILL_H5_F64},
-    };
-    const size_t dims[3] = {e->species, balls ? e->species : n, n};
-    sink->open(sink, name);
-    for (size_t k = 0; k < sizeof of / sizeof *of; k++) {
-        for (size_t i = 0; i < pairs * n; i++)
-            memcpy(e->room + i, (const char *)&pair[i / n] + of[k].at + i % n * of[k].step,
-                   sizeof *e->room);
-        sink->values(sink, of[k].name, of[k].type, 2 + balls, dims, e->room, of[k].unit,
-                     of[k].meaning);
-        if (k >= DISSIPATED)
-            mill_tell_part(sink);
-    }
-    sink->close(sink);
-}
 
 double mill_energies_edge(int i)
 {
@@ -110,22 +80,51 @@ double mill_energies_edge(int i)
            MILL_ENERGIES_MILLI;
 }
 
-void mill_energies_tell(const struct mill_energies *e, const struct mill_kinds *kinds,
+/* The pairs of a kind in the order of the file, -1: none there. Returns the rank of their array. */
+static int list_pairs(const struct mill_energies *e, int kind, size_t dims[2],
+                      int32_t which[MILL_ENERGIES_CLASSES * MILL_ENERGIES_CLASSES])
+{
+    const bool balls = kind == MILL_BALL_BALL;
+    dims[0] = e->classes;
+    dims[1] = balls ? e->classes : 1;
+    for (size_t i = 0; i < dims[0]; i++)
+        for (size_t j = 0; j < dims[1]; j++)
+            *which++ = !balls  ? (int32_t)(e->first[kind] + i)
+                       : j < i ? -1
+                               : (int32_t)mill_energies_balls(i, j);
+    return 1 + balls;
+}
+
+void mill_energies_tell(const struct mill_energies *e, const struct mill_sums *sums,
                         struct mill_sink *sink)
 {
+    const struct mill_listed kinds = mill_kinds_listed(e->world);
+    const size_t species = (size_t)e->world->species_count;
+    int32_t which[MILL_ENERGIES_CLASSES * MILL_ENERGIES_CLASSES];
     double edge[MILL_ENERGIES_BINS + 1];
     for (int i = 0; i <= MILL_ENERGIES_BINS; i++)
         edge[i] = mill_energies_edge(i);
     mill_tell_array(sink, "edges", MILL_ENERGIES_BINS + 1, edge, "J",
                     "edges of the bins: 2^k (1 + j/16) mJ with k = -44..19, j = 0..15, and 2^20 "
                     "mJ, between infinities; bin i is edges[i] <= E < edges[i+1]");
-    for (int kind = 0; kind < kinds->count; kind++)
-        tell_kind(e, kind, kinds->name[kind], sink);
+    if (e->classes < species)
+        sink->values(sink, "class", MILL_H5_I32, 1, &species, e->class_of, "1",
+                     "class of each species, in the order of mass: the histograms are by class "
+                     "instead of species");
+    for (int k = 0; k < kinds.count; k++) {
+        struct mill_sums_view view = {.which = which};
+        view.rank = list_pairs(e, kinds.kind[k], view.dims, which);
+        sink->open(sink, kinds.name[k]);
+        for (int i = 0; i < SUMS; i++) {
+            mill_sums_tell(sums, i, &view, sink);
+            if (i >= DISSIPATED)
+                mill_tell_part(sink);
+        }
+        sink->close(sink);
+    }
 }
 
 /* ---- blocks ---- */
-
-static const char *const sorts[MILL_ENERGIES_SORTS] = {"normal", "total", "dissipated"};
 
 /* Counts of one block */
 static size_t size_of(const struct mill_energies_blocks *b)
@@ -138,9 +137,9 @@ static size_t coarse(int bin)
     return bin == 0 ? 0 : (size_t)((bin - 1) / MILL_ENERGIES_JOINED) + 1;
 }
 
-bool mill_energies_blocks_init(struct mill_energies_blocks *b, const struct mill_energies *of)
+bool mill_energies_blocks_init(struct mill_energies_blocks *b, size_t pairs)
 {
-    *b = (struct mill_energies_blocks){.pairs = of->pairs, .length = 1};
+    *b = (struct mill_energies_blocks){.pairs = pairs, .length = 1};
     b->before = calloc(size_of(b), sizeof *b->before);
     b->count = calloc(MILL_ENERGIES_BLOCKS * size_of(b), sizeof *b->count);
     return b->before && b->count;
@@ -180,17 +179,17 @@ static void join(struct mill_energies_blocks *b, uint64_t period)
     b->length *= many;
 }
 
-void mill_energies_blocks_close(struct mill_energies_blocks *b, const struct mill_energies *e,
-                                uint64_t period)
+void mill_energies_blocks_close(struct mill_energies_blocks *b,
+                                const struct mill_energies_pair *pair, uint64_t period)
 {
     int32_t *to = b->count + b->blocks * size_of(b);
     uint64_t *last = b->before;
-    for (size_t i = 0; i < b->pairs; i++) {
+    for (size_t i = 0; i < b->pairs; i++, pair++) {
         uint64_t now[MILL_ENERGIES_SORTS][MILL_ENERGIES_COARSE] = {{0}};
         for (int bin = 0; bin < MILL_ENERGIES_BINS; bin++) {
-            now[0][coarse(bin)] += e->pair[i].normal[bin].count;
-            now[1][coarse(bin)] += e->pair[i].total[bin];
-            now[2][coarse(bin)] += e->pair[i].dissipated[bin];
+            now[0][coarse(bin)] += pair->normal[bin].count;
+            now[1][coarse(bin)] += pair->total[bin];
+            now[2][coarse(bin)] += pair->dissipated[bin];
         }
         for (size_t k = 0; k < MILL_ENERGIES_SORTS * MILL_ENERGIES_COARSE; k++, last++) {
             const uint64_t sum = now[k / MILL_ENERGIES_COARSE][k % MILL_ENERGIES_COARSE];
@@ -217,19 +216,36 @@ size_t mill_energies_blocks_hard(const struct mill_energies_blocks *b, uint64_t 
     return n;
 }
 
+void mill_energies_blocks_state(struct mill_energies_blocks *b, struct mill_state *state)
+{
+    mill_state_structs(state, "block_length", sizeof b->length, 1, &b->length);
+    mill_state_structs(state, "blocks", sizeof b->blocks, 1, &b->blocks);
+    if (b->blocks >= MILL_ENERGIES_BLOCKS || b->length == 0)
+        mill_state_refuse(state, "the saved statistics are damaged");
+    mill_state_structs(state, "block_before", sizeof *b->before, size_of(b), b->before);
+    mill_state_field(state, "block_counts", MILL_FIELD_I32, b->blocks * size_of(b), b->count);
+}
+
+/* Writes the blocks of a kind, in `room`. */
 static void tell_blocks(const struct mill_energies_blocks *b, const struct mill_energies *e,
                         int kind, uint64_t first, int32_t *room, struct mill_sink *sink)
 {
-    const int balls = kind == MILL_BALL_BALL;
-    const size_t n = MILL_ENERGIES_COARSE, pairs = e->species * e->step[kind];
-    const size_t dims[4] = {(size_t)(b->blocks - first), e->species, balls ? e->species : n, n};
-    const size_t pair = e->first[kind] - !balls, stride = MILL_ENERGIES_SORTS * n;
+    int32_t which[MILL_ENERGIES_CLASSES * MILL_ENERGIES_CLASSES];
+    const size_t n = MILL_ENERGIES_COARSE, stride = MILL_ENERGIES_SORTS * n;
+    size_t dims[4] = {(size_t)(b->blocks - first)};
+    const int rank = list_pairs(e, kind, dims + 1, which);
+    const size_t pairs = dims[1] * dims[2];
+    dims[1 + rank] = n;
     for (size_t sort = 0; sort < MILL_ENERGIES_SORTS; sort++) {
         int32_t *to = room;
         for (uint64_t k = first; k < b->blocks; k++)
-            for (size_t i = pair; i < pair + pairs; i++, to += n)
-                memcpy(to, b->count + k * size_of(b) + i * stride + sort * n, n * sizeof *to);
-        sink->values(sink, sorts[sort], MILL_H5_I32, 3 + balls, dims, room, "1",
+            for (size_t i = 0; i < pairs; i++, to += n)
+                if (which[i] >= 0)
+                    memcpy(to, b->count + k * size_of(b) + (size_t)which[i] * stride + sort * n,
+                           n * sizeof *to);
+                else
+                    memset(to, 0, n * sizeof *to);
+        sink->values(sink, sum_of[sort].name, MILL_H5_I32, 2 + rank, dims, room, "1",
                      "impacts of each block, as in the histogram of this name" PAIR);
         if (sort >= DISSIPATED)
             mill_tell_part(sink);
@@ -237,30 +253,32 @@ static void tell_blocks(const struct mill_energies_blocks *b, const struct mill_
 }
 
 void mill_energies_blocks_tell(const struct mill_energies_blocks *b, const struct mill_energies *e,
-                               const struct mill_kinds *kinds, uint64_t from, uint64_t period,
-                               double batch, struct mill_sink *sink)
+                               const struct mill_precision *batches, uint64_t from,
+                               struct mill_sink *sink)
 {
+    const struct mill_listed kinds = mill_kinds_listed(e->world);
     const uint64_t first = mill_energies_blocks_first(b, from);
     double edge[MILL_ENERGIES_COARSE + 1];
-    int32_t *room =
-        malloc((b->blocks * e->species * e->species * MILL_ENERGIES_COARSE + 1) * sizeof *room);
-    if (!room || first >= b->blocks) {
-        free(room);
+    if (first >= b->blocks)
         return;
-    }
+    int32_t *room = mill_sink_room(
+        sink, (b->blocks - first) * e->classes * e->classes * MILL_ENERGIES_COARSE, sizeof *room);
+    if (!room)
+        return;
     for (int i = 0; i < MILL_ENERGIES_BINS; i++)
         edge[coarse(i)] = mill_energies_edge(i - (i > 0 ? (i - 1) % MILL_ENERGIES_JOINED : 0));
     edge[MILL_ENERGIES_COARSE] = mill_energies_edge(MILL_ENERGIES_BINS);
     sink->open(sink, "blocks");
     mill_tell_array(sink, "edges", MILL_ENERGIES_COARSE + 1, edge, "J",
                     "edges of the bins of the blocks: four bins of the histograms each");
-    mill_tell_number(sink, "duration", (double)b->length * batch, "s", "length of a block");
-    mill_tell_count(sink, "period", mill_energies_blocks_period(b, period),
+    mill_tell_number(sink, "duration", (double)b->length * batches->at.batch, "s",
+                     "length of a block");
+    mill_tell_count(sink, "period", mill_energies_blocks_period(b, batches->at.period),
                     "blocks in a period of the motions; 0: a block is one or more periods, or "
                     "nothing moves");
-    for (int kind = 0; kind < kinds->count; kind++) {
-        sink->open(sink, kinds->name[kind]);
-        tell_blocks(b, e, kind, first, room, sink);
+    for (int k = 0; k < kinds.count; k++) {
+        sink->open(sink, kinds.name[k]);
+        tell_blocks(b, e, kinds.kind[k], first, room, sink);
         sink->close(sink);
     }
     sink->close(sink);

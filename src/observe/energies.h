@@ -7,6 +7,7 @@
 #define MILL_ENERGIES_H
 
 #include "millsim/observer.h"
+#include "observe/kinds.h"
 #include "observe/precision.h"
 
 #include <stdbool.h>
@@ -24,43 +25,50 @@ enum {
     MILL_ENERGIES_SORTS = 3,  /* energies of an impact: normal, total, dissipated */
     MILL_ENERGIES_JOINED = 4, /* bins that are one in a block */
     MILL_ENERGIES_COARSE = MILL_ENERGIES_INSIDE / MILL_ENERGIES_JOINED + 2,
-    MILL_ENERGIES_BLOCKS = 108 /* then 2 or 3 are joined, so that 36 remain, which an error needs */
+    MILL_ENERGIES_BLOCKS =
+        108, /* then 2 or 3 are joined, so that 36 remain, which an error needs */
+    /* Species beyond this number are counted in so many classes of about the same mass. */
+    MILL_ENERGIES_CLASSES = 16
 };
 
 #define MILL_ENERGIES_MILLI 1e3 /* [mJ/J] */
 
 /* Slot i counts energies E with edge(i) <= E < edge(i + 1). */
 struct mill_energies_pair {
-    double half_mass; /* [g] 1000 m* / 2, which makes energies in mJ */
     struct {
         uint64_t count;
         double dissipation; /* [J] of these impacts */
     } normal[MILL_ENERGIES_BINS];
     uint64_t total[MILL_ENERGIES_BINS], dissipated[MILL_ENERGIES_BINS];
 };
+extern const struct mill_sums_list mill_energies_sums;
 
-/* Numbers of pairs. For contacts of balls: the species of both balls. For each kind of surface: the
- * species of the ball; the partner's species is then -1. */
+/* Which pairs there are. For contacts of balls: the classes of both balls. For each kind of
+ * surface: the class of the ball. */
 struct mill_energies {
-    size_t species, pairs;
-    /* [kinds] number of a pair: first + step species + partner's species */
-    size_t first[MILL_KINDS_MOST], step[MILL_KINDS_MOST];
-    struct mill_energies_pair *pair; /* [pairs] */
-    double *room;                    /* [pairs][MILL_ENERGIES_BINS] for telling */
+    const struct mill_world *world;
+    size_t classes, pairs;
+    int32_t *class_of;             /* [species], by mass; the species itself if there are few */
+    size_t first[MILL_KINDS_MOST]; /* number of the pair of class 0 */
 };
 
 /* false: out of memory. The caller frees them in both cases. */
 bool mill_energies_init(struct mill_energies *energies, const struct mill_world *world);
-/* Makes empty histograms for the same pairs */
-bool mill_energies_like(struct mill_energies *energies, const struct mill_energies *as);
 void mill_energies_free(struct mill_energies *energies);
 
-/* into += from; then from = 0. Both must have the same pairs. */
-void mill_energies_add(struct mill_energies *into, const struct mill_energies *from);
-void mill_energies_clear(struct mill_energies *energies);
+/* [byte] What the energies take in memory, and at most in a file, because there are several species
+ */
+double mill_energies_cost(const struct mill_energies *energies);
 
-/* Writes the content of the group "energies". kinds: of the same world */
-void mill_energies_tell(const struct mill_energies *energies, const struct mill_kinds *kinds,
+/* Number of the pair of two classes of balls */
+static inline size_t mill_energies_balls(size_t one, size_t other)
+{
+    const size_t low = one < other ? one : other, high = one < other ? other : one;
+    return high * (high + 1) / 2 + low;
+}
+
+/* Writes the content of the group "energies". sums: [pairs] */
+void mill_energies_tell(const struct mill_energies *energies, const struct mill_sums *sums,
                         struct mill_sink *sink);
 
 /* The impacts of short blocks of time, of some batches each, in coarser bins */
@@ -73,16 +81,19 @@ struct mill_energies_blocks {
 };
 
 /* false: out of memory. The caller frees them in both cases. */
-bool mill_energies_blocks_init(struct mill_energies_blocks *blocks, const struct mill_energies *of);
+bool mill_energies_blocks_init(struct mill_energies_blocks *blocks, size_t pairs);
 void mill_energies_blocks_free(struct mill_energies_blocks *blocks);
 
-/* Ends a block with what was counted in `energies` since the last one. period: batches of a period,
+/* Ends a block with what was counted in `pair` since the last one. period: batches of a period,
  * which blocks that are joined divide, or hold; 0: there is none */
 void mill_energies_blocks_close(struct mill_energies_blocks *blocks,
-                                const struct mill_energies *energies, uint64_t period);
+                                const struct mill_energies_pair *pair, uint64_t period);
 
 /* Forgets the counts so far, of energies that were cleared. */
 void mill_energies_blocks_restart(struct mill_energies_blocks *blocks);
+
+/* Saves or loads them. */
+void mill_energies_blocks_state(struct mill_energies_blocks *blocks, struct mill_state *state);
 
 /* First block that begins at a batch or after it */
 static inline uint64_t mill_energies_blocks_first(const struct mill_energies_blocks *blocks,
@@ -103,11 +114,10 @@ static inline uint64_t mill_energies_blocks_period(const struct mill_energies_bl
 size_t mill_energies_blocks_hard(const struct mill_energies_blocks *blocks, uint64_t first,
                                  double series[MILL_ENERGIES_BLOCKS]);
 
-/* Writes the group "blocks" within the group "energies". from: the first batch that counts. period:
- * in batches; batch: [s] its length */
+/* Writes the group "blocks" within the group "energies". from: the first batch that counts. */
 void mill_energies_blocks_tell(const struct mill_energies_blocks *blocks,
-                               const struct mill_energies *energies, const struct mill_kinds *kinds,
-                               uint64_t from, uint64_t period, double batch,
+                               const struct mill_energies *energies,
+                               const struct mill_precision *batches, uint64_t from,
                                struct mill_sink *sink);
 
 /* [J] Lower edge of bin i; for i = MILL_ENERGIES_BINS the upper edge of the last bin */
@@ -129,18 +139,26 @@ static inline uint64_t mill_energies_bin(double energy)
     return bin <= MILL_ENERGIES_INSIDE ? bin : energy > 1 ? MILL_ENERGIES_BINS - 1 : 0;
 }
 
-/* Counts three energies: of the normal approach, m* v_n^2 / 2; with the slip, m* (v_n^2 + v_t^2) /
- * 2; lost */
-static inline void mill_energies_impact(struct mill_energies *energies,
+/* Counts three energies in pair[pairs]: of the normal approach, m* v_n^2 / 2; with the slip, m*
+ * (v_n^2 + v_t^2) / 2; lost */
+static inline void mill_energies_impact(const struct mill_energies *energies,
+                                        struct mill_energies_pair *pair,
                                         const struct mill_impact *impact)
 {
-    struct mill_energies_pair *pair =
-        &energies->pair[energies->first[impact->kind] +
-                        energies->step[impact->kind] * (size_t)impact->species +
-                        (size_t)impact->partner_species];
+    const int16_t one = impact->species, other = impact->partner_species;
+    const size_t class = (size_t)energies->class_of[one];
+    double mass = energies->world->species[one].mass;
+    pair += energies->first[impact->kind];
+    if (other < 0) {
+        pair += class;
+    } else {
+        const double met = energies->world->species[other].mass;
+        mass = mass * met / (mass + met);
+        pair += mill_energies_balls(class, (size_t)energies->class_of[other]);
+    }
+    const double half_mass = 0.5 * MILL_ENERGIES_MILLI * mass; /* [g] makes energies in mJ */
     const double v = impact->normal_speed, slip = impact->tangential_speed;
-    const double normal = pair->half_mass * (v * v);
-    const double total = normal + pair->half_mass * (slip * slip);
+    const double normal = half_mass * (v * v), total = normal + half_mass * (slip * slip);
     const double lost = MILL_ENERGIES_MILLI * impact->dissipation;
     uint64_t by_normal = mill_energies_inside(normal), by_total = mill_energies_inside(total);
     uint64_t by_lost = mill_energies_inside(lost);

@@ -2,6 +2,7 @@
 #include "observe/observers.h"
 
 #include "millsim/state.h"
+#include "observe/kinds.h"
 #include "store/h5.h"
 
 enum { CHUNK = 16384 }; /* rows */
@@ -31,6 +32,7 @@ static const struct {
 struct impactlog {
     struct mill_observer observer;
     struct mill_h5 *file;
+    struct mill_listed kinds;
     uint64_t rows;                          /* so far */
     struct mill_h5_column *column[COLUMNS]; /* the file's */
 };
@@ -45,7 +47,7 @@ static enum mill_status log_impact(struct mill_observer *self, const struct mill
 {
     struct impactlog *log = (struct impactlog *)self;
     const vec3 *r = &impact->position, *n = &impact->normal;
-    const uint8_t kind = (uint8_t)impact->kind;
+    const uint8_t kind = (uint8_t)log->kinds.number[impact->kind];
     const float position[3] = {(float)r->x, (float)r->y, (float)r->z};
     const float normal[3] = {(float)n->x, (float)n->y, (float)n->z};
     const void *const row[COLUMNS] = {[TIME] = &impact->time,
@@ -74,19 +76,17 @@ static void open_file(struct mill_observer *self, const struct mill_observe *ask
                       struct mill_h5 *file, const struct mill_world *world)
 {
     struct impactlog *log = (struct impactlog *)self;
-    const char *name[MILL_KINDS_MOST];
-    const size_t kinds = (size_t)world->kinds.count;
     (void)asked;
     log->file = file;
-    for (size_t i = 0; i < kinds; i++)
-        name[i] = world->kinds.name[i];
+    log->kinds = mill_kinds_listed(world);
     for (int i = 0; i < COLUMNS; i++) {
         const struct mill_h5_layout layout = {table[i].type, table[i].rank,    {3},  CHUNK,
                                               table[i].unit, table[i].meaning, false};
         log->column[i] = mill_h5_column_create(file, table[i].path, &layout, log->rows);
     }
-    mill_h5_attribute(file, "/impacts", "kinds", MILL_H5_TEXT, kinds, name);
-    mill_h5_attribute(file, "/impacts/kind", "kinds", MILL_H5_TEXT, kinds, name);
+    const size_t kinds = (size_t)log->kinds.count;
+    mill_h5_attribute(file, "/impacts", "kinds", MILL_H5_TEXT, kinds, log->kinds.name);
+    mill_h5_attribute(file, "/impacts/kind", "kinds", MILL_H5_TEXT, kinds, log->kinds.name);
 }
 
 const struct mill_observer_type mill_impactlog_type = {.name = "impacts",

@@ -5,13 +5,11 @@
 #include "observe/maps.h"
 
 #include "base/elementary.h"
-#include "base/memory.h"
 #include "geometry/body.h"
 #include "geometry/shape.h"
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 enum {
     RINGS = MILL_MAPS_RINGS,
@@ -137,27 +135,6 @@ static void set_axis(struct mill_map *map, int axis, int n, double from, double 
     map->per[axis] = n / (to - from);
 }
 
-bool mill_maps_like(struct mill_maps *maps, const struct mill_maps *as)
-{
-    *maps = *as;
-    struct mill_map *cross = &maps->cross, *axial = &maps->axial;
-    const size_t first = (size_t)(cross->n[0] * cross->n[1]);
-    maps->samples = 0;
-    maps->cells = first + (size_t)(axial->n[0] * axial->n[1]);
-    cross->flow = mill_memory_get(maps->cells,
-                                  sizeof *cross->flow + sizeof *cross->hits + sizeof *cross->room);
-    if (!cross->flow)
-        return false;
-    cross->hits = (struct mill_map_hits *)(cross->flow + maps->cells);
-    cross->room = (double *)(cross->hits + maps->cells);
-    axial->flow = cross->flow + first;
-    axial->hits = cross->hits + first;
-    axial->room = cross->room + first;
-    if (as->cross.room)
-        memcpy(cross->room, as->cross.room, maps->cells * sizeof *cross->room);
-    return true;
-}
-
 /* In a jar with few large balls, cells must not be smaller than the distance of the points that a
  * ball is spread over, half its radius. Otherwise the maps would show these points. */
 static int rings_of(const struct mill_world *world, double radius)
@@ -179,18 +156,20 @@ bool mill_maps_init(struct mill_maps *maps, const struct mill_world *world)
     const int rings = body ? rings_of(world, radius) : RINGS;
     const double wanted = round(world->drum_length / (radius / rings));
     const int slices = (int)fmin(fmax(wanted, FEWEST_SLICES), MILL_MAPS_LONGEST);
-    struct mill_maps layout = {0};
-    set_axis(&layout.cross, 0, 2 * rings, -radius, radius);
-    set_axis(&layout.cross, 1, 2 * rings, -radius, radius);
-    set_axis(&layout.axial, 0, slices, -half, half);
-    set_axis(&layout.axial, 1, rings, 0, radius);
-    if (!mill_maps_like(maps, &layout))
+    *maps = (struct mill_maps){.axial.first = 4 * (size_t)(rings * rings)};
+    set_axis(&maps->cross, 0, 2 * rings, -radius, radius);
+    set_axis(&maps->cross, 1, 2 * rings, -radius, radius);
+    set_axis(&maps->axial, 0, slices, -half, half);
+    set_axis(&maps->axial, 1, rings, 0, radius);
+    maps->cells = maps->axial.first + (size_t)(slices * rings);
+    maps->room = calloc(maps->cells, sizeof *maps->room);
+    if (!maps->room)
         return false;
     if (body) {
         mill_maps_room(maps, world);
         return true;
     }
-    double *room = maps->cross.room, size = maps->cross.size[0];
+    double *room = maps->room, size = maps->cross.size[0];
     for (int i = -RINGS; i < RINGS; i++) {
         for (int k = -RINGS; k < RINGS; k++) {
             /* the four quadrants are equal */
@@ -212,42 +191,22 @@ bool mill_maps_init(struct mill_maps *maps, const struct mill_world *world)
 
 void mill_maps_free(struct mill_maps *maps)
 {
-    free(maps->cross.flow);
+    free(maps->room);
 }
 
-void mill_maps_add(struct mill_maps *into, const struct mill_maps *from)
+static void hit(const struct mill_map *map, struct mill_map_hits *hits, double a, double b,
+                const struct mill_impact *impact)
 {
-    for (size_t i = 0; i < into->cells; i++) {
-        struct mill_map_hits *hits = &into->cross.hits[i];
-        struct mill_map_flow *flow = &into->cross.flow[i];
-        hits->count += from->cross.hits[i].count;
-        hits->speed += from->cross.hits[i].speed;
-        hits->dissipation += from->cross.hits[i].dissipation;
-        flow->volume += from->cross.flow[i].volume;
-        for (int k = 0; k < 3; k++)
-            flow->flow[k] += from->cross.flow[i].flow[k];
-    }
-    into->samples += from->samples;
-}
-
-void mill_maps_clear(struct mill_maps *maps)
-{
-    memset(maps->cross.flow, 0, maps->cells * sizeof *maps->cross.flow);
-    memset(maps->cross.hits, 0, maps->cells * sizeof *maps->cross.hits);
-    maps->samples = 0;
-}
-
-static void hit(struct mill_map *map, double a, double b, const struct mill_impact *impact)
-{
-    struct mill_map_hits *hits =
-        &map->hits[mill_maps_place(map, 0, a) * map->n[1] + mill_maps_place(map, 1, b)];
+    hits += map->first;
+    hits += mill_maps_place(map, 0, a) * map->n[1] + mill_maps_place(map, 1, b);
     hits->count += !impact->lasting;
     hits->speed += impact->lasting ? 0.0 : impact->normal_speed;
     hits->dissipation += impact->dissipation;
 }
 
-void mill_maps_impact(struct mill_maps *maps, const struct mill_impact *impact, const vec3 *at)
+void mill_maps_impact(const struct mill_maps *maps, struct mill_map_hits *hits,
+                      const struct mill_impact *impact, const vec3 *at)
 {
-    hit(&maps->cross, at->y, at->z, impact);
-    hit(&maps->axial, at->x, sqrt(at->y * at->y + at->z * at->z), impact);
+    hit(&maps->cross, hits, at->y, at->z, impact);
+    hit(&maps->axial, hits, at->x, sqrt(at->y * at->y + at->z * at->z), impact);
 }

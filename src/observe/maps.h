@@ -5,6 +5,7 @@
 #define MILL_MAPS_H
 
 #include "millsim/observer.h"
+#include "observe/sums.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -24,50 +25,47 @@ struct mill_map_flow {
     double flow[3]; /* [m^4/s] volume times velocity: (x, y, z), or (x, r, phi) in the axial map */
 };
 
+extern const struct mill_sums_list mill_maps_hits, mill_maps_flow;
+
 /* Equal cells [from, from + n size) in two coordinates. What is outside is counted in the outermost
- * cells. Index of cell (i, k): i * n[1] + k. */
+ * cells. Index of cell (i, k): first + i * n[1] + k. */
 struct mill_map {
     int n[2];
     double from[2], size[2]; /* [m] */
     double per[2];           /* [1/m] 1 / size */
-    struct mill_map_flow *flow;
-    struct mill_map_hits *hits;
-    double *room; /* [m^3] volume of the cell inside the container */
+    size_t first;            /* cell in the arrays of both maps */
 };
 
-/* Each array contains the cells of `cross`, then those of `axial`. */
+/* The cells of both maps: those of `cross`, then those of `axial`. */
 struct mill_maps {
     struct mill_map cross, axial;
     size_t cells;
-    uint64_t samples; /* number of samples of the flow */
+    double *room; /* [m^3] volume of each cell inside the container */
 };
 
 /* Cells of size R/30 (2.5 mm in a drum of 75 mm): 60 x 60 in the cross-section, 30 rings. R is the
  * radius of the drum, or of the cylinder around a body, about the container's axis. false: out of
  * memory. The caller frees them in both cases. */
 bool mill_maps_init(struct mill_maps *maps, const struct mill_world *world);
-/* Makes empty maps with the same cells */
-bool mill_maps_like(struct mill_maps *maps, const struct mill_maps *as);
 void mill_maps_free(struct mill_maps *maps);
 
-/* into += from; then from = 0. Both must have the same cells. */
-void mill_maps_add(struct mill_maps *into, const struct mill_maps *from);
-void mill_maps_clear(struct mill_maps *maps);
-
-/* Writes the group "maps". */
-void mill_maps_tell(const struct mill_maps *maps, struct mill_sink *sink);
+/* Writes the group "maps" of so many samples of the flow. hits, flow: [cells] */
+void mill_maps_tell(const struct mill_maps *maps, const struct mill_sums *hits,
+                    const struct mill_map_flow *flow, uint64_t samples, struct mill_sink *sink);
 
 /* For mill_maps_init() of a container that is a body: computes the volume of each cell inside it,
  * to a few thousandths of a cell, within a few tenths of a second. */
 void mill_maps_room(struct mill_maps *maps, const struct mill_world *world);
 
-/* Counts an impact at a place in the container's frame. For a lasting contact only the dissipation
- * counts. */
-void mill_maps_impact(struct mill_maps *maps, const struct mill_impact *impact, const vec3 *at);
+/* Counts an impact at a place in the container's frame in hits[cells]. For a lasting contact only
+ * the dissipation counts. */
+void mill_maps_impact(const struct mill_maps *maps, struct mill_map_hits *hits,
+                      const struct mill_impact *impact, const vec3 *at);
 
-/* Adds the balls at local time t. The volume of each ball is spread over 32 equal
+/* Adds the balls at local time t to flow[cells]. The volume of each ball is spread over 32 equal
  * points inside it. */
-void mill_maps_sample(struct mill_maps *maps, const struct mill_world *world, double t);
+void mill_maps_sample(const struct mill_maps *maps, struct mill_map_flow *flow,
+                      const struct mill_world *world, double t);
 
 /* Index along one axis (0 or 1) of the cell that holds coordinate `at` [m]. */
 static inline int mill_maps_place(const struct mill_map *map, int axis, double at)

@@ -107,7 +107,7 @@ static double edge(const struct mill_map *map, int axis, int i)
 void mill_maps_room(struct mill_maps *maps, const struct mill_world *world)
 {
     const double half = 0.5 * world->drum_length, finest = FINEST * maps->cross.size[0];
-    double *room = maps->cross.room; /* of both maps */
+    double *room = maps->room; /* of both maps */
     const struct walls walls = walls_of(world);
     for (int which = 0; which < 2; which++) {
         const bool ring = which == 1;

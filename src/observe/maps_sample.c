@@ -136,7 +136,8 @@ INLINE void place_spots(const struct mill_map *map, struct block *b)
             const double there = sqrt(along * along + spot[k][1] * h * spot[k][1] * h);
             const double at = there * per;
             b->share[k][i] = along / there;
-            b->ring[k][i] = (unsigned)((int)(at < last ? at : last) * (int)sizeof *map->flow);
+            b->ring[k][i] =
+                (unsigned)((int)(at < last ? at : last) * (int)sizeof(struct mill_map_flow));
         }
     }
 }
@@ -147,13 +148,13 @@ INLINE void add(char *row, unsigned offset, const four *what)
 }
 
 /* Seen along x, the lattice has 12 places: four with 4 points each, eight with 2. */
-INLINE void add_cross(const struct mill_map *map, const struct block *b, int i)
+INLINE void add_cross(char *flow, const struct block *b, int i)
 {
     const double n = b->two[i];
     const four two = {n, n * b->u[i], n * b->v[i], n * b->w[i]}, twice = two + two;
     for (int k = 0; k < 4; k++) {
         const bool all = k == 1 || k == 2; /* points in all planes, not only in the inner two */
-        char *row = (char *)map->flow + b->row[k][i];
+        char *row = flow + b->row[k][i];
         if (all)
             add(row, b->column[0][i], &two);
         add(row, b->column[1][i], all ? &twice : &two);
@@ -163,9 +164,8 @@ INLINE void add_cross(const struct mill_map *map, const struct block *b, int i)
     }
 }
 
-INLINE void add_axial(const struct mill_map *map, const struct block *b, int i)
+INLINE void add_axial(char *flow, const struct block *b, int i)
 {
-    char *const flow = (char *)map->flow;
     for (int k = 0; k < SPOTS; k++) {
         const bool all = k == 1 || k == 2;
         const double n = b->two[i], out = b->out[i] * b->share[k][i];
@@ -189,9 +189,12 @@ INLINE void add_axial(const struct mill_map *map, const struct block *b, int i)
 __attribute__((target_clones("avx512f", "avx2", "default")))
 #endif
 static void
-sample(struct mill_maps *maps, const struct mill_world *world, double t)
+sample(const struct mill_maps *maps, struct mill_map_flow *flow, const struct mill_world *world,
+       double t)
 {
-    const int cell = (int)sizeof *maps->cross.flow;
+    const int cell = (int)sizeof *flow;
+    char *const cross = (char *)(flow + maps->cross.first);
+    char *const axial = (char *)(flow + maps->axial.first);
     const bool still = world->container.still;
     const struct mill_pose frame = mill_world_frame(world, t);
     struct block b __attribute__((aligned(64)));
@@ -207,14 +210,14 @@ sample(struct mill_maps *maps, const struct mill_world *world, double t)
             place_planes(&maps->axial, b.padded, 0, cell * maps->axial.n[1], b.x, b.h, b.slice);
         place_spots(&maps->axial, &b);
         for (int i = 0; i < b.count; i++) {
-            add_cross(&maps->cross, &b, i);
-            add_axial(&maps->axial, &b, i);
+            add_cross(cross, &b, i);
+            add_axial(axial, &b, i);
         }
     }
-    maps->samples++;
 }
 
-void mill_maps_sample(struct mill_maps *maps, const struct mill_world *world, double t)
+void mill_maps_sample(const struct mill_maps *maps, struct mill_map_flow *flow,
+                      const struct mill_world *world, double t)
 {
-    sample(maps, world, t);
+    sample(maps, flow, world, t);
 }

@@ -124,8 +124,8 @@ static void judge_shares(struct mill_notes *notes, const struct mill_tally_resul
 {
     const double power = r->at.known.drive.value, floored = r->floor_share[MILL_BALL_BALL];
     const double pinched = power != 0 ? r->pinch_power / power : 0;
-    const double impacts = (double)mill_spectrum_total(&r->impacts[r->all].normal, 0).count;
-    const double share = impacts > 0 ? (double)r->recontacts / impacts : (double)NAN;
+    const double impacts = (double)r->impacts[r->all].count;
+    const double share = impacts > 0 ? (double)r->sums.counts->recontacts / impacts : (double)NAN;
     const bool rotor = mill_notes_of_rotor(r->world);
     add(notes, "pinches", pinched, PINCHED, fabs(pinched) > PINCHED,
         "%.0f %% of the %s power goes to balls that %s against others and walls. This is computed "
@@ -264,14 +264,15 @@ static void judge_reach(struct mill_notes *notes, const struct mill_world *world
 static void judge_drift(struct mill_notes *notes, const struct mill_world *world,
                         const struct mill_tally_results *r, double t)
 {
-    const struct mill_map *map = &r->maps.axial;
+    const struct mill_map *map = &r->tally->plan.maps.axial;
+    const struct mill_map_flow *cell = r->sums.flow + map->first;
     const struct mill_energy e = mill_world_energy(world, t);
     double volume = 0, flow = 0, mass = 0;
     if (!(world->container.period > 0) || world->motions == 0)
         return;
     for (int i = 0; r->duration > 0 && i < map->n[0] * map->n[1]; i++) {
-        volume += map->flow[i].volume;
-        flow += map->flow[i].flow[0];
+        volume += cell[i].volume;
+        flow += cell[i].flow[0];
     }
     for (int32_t i = 0; i < world->balls; i++)
         mass += world->species[world->ball[i].species].mass;
@@ -309,7 +310,7 @@ void mill_notes_take(struct mill_notes *notes, const struct mill_world *world,
 {
     double hits = 0; /* hits on balls */
     for (int kind = 0; kind < world->kinds.count; kind++) {
-        const double contacts = (double)mill_spectrum_total(&r->impacts[kind].normal, 0).count;
+        const double contacts = (double)r->impacts[kind].count;
         hits += contacts > 0 ? hits_of(world, kind, contacts, contacts * r->floor_share[kind]) : 0;
     }
     notes->count = 0;

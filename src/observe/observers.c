@@ -73,6 +73,8 @@ enum mill_status mill_observers_results(const struct mill_observers *observers,
         if (one->type->results)
             status = one->type->results(one, world, t, sink, error);
     }
+    if (status == MILL_OK && sink->failed)
+        status = mill_error_set(error, MILL_FAILED, "%s", sink->failed);
     return status;
 }
 
@@ -87,11 +89,8 @@ bool mill_observers_finish(const struct mill_observers *observers, const struct 
     return true;
 }
 
-struct mill_observer *mill_observers_find(const struct mill_observers *observers,
-                                          const struct mill_observer_type *type)
+const struct mill_tally *mill_observers_tally(const struct mill_observers *observers)
 {
-    for (int k = 0; k < observers->count; k++)
-        if (observers->each[k]->type == type)
-            return observers->each[k];
-    return NULL;
+    assert(observers->each[0]->type == &mill_tally_type);
+    return (const struct mill_tally *)observers->each[0];
 }

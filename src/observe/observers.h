@@ -7,6 +7,8 @@
 #include "observe/observe.h"
 #include "observe/sink.h"
 
+struct mill_tally; /* observe/tally.h */
+
 enum { MILL_OBSERVERS = 8 }; /* maximum number */
 
 /* Makes an observer of this type. NULL: out of memory. Owner: the caller. */
@@ -46,8 +48,7 @@ enum mill_status mill_observers_results(const struct mill_observers *observers,
 bool mill_observers_finish(const struct mill_observers *observers, const struct mill_world *world,
                            const struct mill_going *going);
 
-/* The observer of this type, or NULL */
-struct mill_observer *mill_observers_find(const struct mill_observers *observers,
-                                          const struct mill_observer_type *type);
+/* The one that gathers the statistics, which every run has */
+const struct mill_tally *mill_observers_tally(const struct mill_observers *observers);
 
 #endif

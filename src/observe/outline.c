@@ -2,6 +2,7 @@
 #include "observe/outline.h"
 
 #include "geometry/body.h"
+#include "observe/kinds.h"
 
 #include <stdlib.h>
 
@@ -11,6 +12,7 @@
 bool mill_outline_make(const struct mill_world *world, const struct mill_motion *motion,
                        struct mill_outline *outline)
 {
+    const struct mill_listed kinds = mill_kinds_listed(world);
     struct mill_mesh *mesh = &outline->mesh;
     *outline = (struct mill_outline){{0}, NULL, NULL};
     for (int k = 0; k < world->shapes && !mesh->failed; k++) {
@@ -25,7 +27,7 @@ bool mill_outline_make(const struct mill_world *world, const struct mill_motion 
         outline->number = number ? number : outline->number;
         mesh->failed = mesh->failed || !kind || !number;
         for (size_t i = before; i < mesh->triangles && !mesh->failed; i++) {
-            kind[i] = (uint8_t)shape->kind;
+            kind[i] = (uint8_t)kinds.number[shape->kind];
             number[i] = shape->number;
         }
     }

@@ -8,7 +8,7 @@
 /* The surfaces that one motion carries */
 struct mill_outline {
     struct mill_mesh mesh; /* in the motion's frame */
-    uint8_t *kind;         /* for each triangle: kind of contact of its surface */
+    uint8_t *kind;   /* for each triangle: kind of contact of its surface, in observe/kinds.h */
     int32_t *number; /* for each triangle: number of the end wall, blade or copy; -1: only one */
 };
 

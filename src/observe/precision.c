@@ -64,7 +64,6 @@ bool mill_precision_init(struct mill_precision *p, double origin, const struct m
     *p = (struct mill_precision){.origin = origin,
                                  .kinds = world->kinds.count,
                                  .motions = world->motions,
-                                 .rotor = world->rotor,
                                  .at = plan(world->period),
                                  .grid = grid};
     p->accounts = calloc(MILL_PRECISION_BATCHES + 1, sizeof *p->accounts);
@@ -327,78 +326,81 @@ uint64_t mill_precision_cut(const struct mill_precision *p, bool *settled)
     return cut < n / 2 ? cut : n / 2;
 }
 
-/* Describes a number of the account whose mean per second is computed: the sum of `terms` doubles
- * (0: one), or counts, that are `step` bytes apart */
-struct entry {
-    size_t at, step;
-    int terms;
-    bool counts;
-};
+#define FROM(member) offsetof(struct mill_account, member)
+#define OF_MOTION FROM(motion[1]) - FROM(motion[0]), false, 1
+#define TO(member) offsetof(struct mill_precision_known, member)
 
-static double value_of(const struct mill_account *account, struct entry entry)
+const struct mill_precision_rate mill_precision_rates[MILL_PRECISION_RATES] = {
+    {"drive_power", "W", "mean power of all motions on the balls", MILL_PRECISION_ONE, FROM(work),
+     0, false, 1, TO(drive)},
+    {"power", "W", "work on the balls by this motion's own velocity / duration",
+     MILL_PRECISION_MOTION, FROM(motion[0].work), OF_MOTION, TO(motion_power)},
+    {"torque", "N m", "mean torque on the balls about the motion's own axis; NaN: it has none",
+     MILL_PRECISION_MOTION, FROM(motion[0].impulse), OF_MOTION, TO(motion_torque)},
+    {"rate", "s-1", "impacts per second", MILL_PRECISION_KIND, FROM(collisions), sizeof(uint64_t),
+     true, 1, TO(rate)},
+    {"fast_rate", "s-1",
+     "impacts per second with a normal speed at or above each of the attribute thresholds [m/s]",
+     MILL_PRECISION_KIND, FROM(fast), MILL_WORLD_FAST * sizeof(uint64_t), true, MILL_WORLD_FAST,
+     TO(fast)},
+    {"dissipated_power", "W", "power lost in impacts", MILL_PRECISION_KIND, FROM(dissipation),
+     sizeof(double), false, 1, TO(loss)},
+    {"dissipated_power_normal", "W", "its normal part", MILL_PRECISION_KIND,
+     FROM(dissipation_normal), sizeof(double), false, 1, TO(loss_normal)}};
+
+static int rows_of(const struct mill_precision *p, const struct mill_precision_rate *rate)
 {
-    const char *at = (const char *)account + entry.at;
-    double sum = 0, value;
+    return rate->each == MILL_PRECISION_KIND     ? p->kinds + 1
+           : rate->each == MILL_PRECISION_MOTION ? p->motions
+                                                 : 1;
+}
+
+/* Number k of a row in an account */
+static double number(const struct mill_account *account, const struct mill_precision_rate *rate,
+                     int row, size_t k)
+{
+    const char *at = (const char *)account + rate->at + (size_t)row * rate->step;
+    double value;
     uint64_t count;
-    for (int i = 0; i < (entry.terms > 0 ? entry.terms : 1); i++, at += entry.step) {
-        memcpy(entry.counts ? (void *)&count : (void *)&value, at, sizeof value);
-        sum += entry.counts ? (double)count : value;
-    }
+    memcpy(rate->counts ? (void *)&count : (void *)&value, at + k * sizeof value, sizeof value);
+    return rate->counts ? (double)count : value;
+}
+
+/* The same minus that of an earlier account (NULL: none); in the last row of kinds the sum of all
+ */
+static double change(const struct mill_precision *p, const struct mill_account *from,
+                     const struct mill_account *to, const struct mill_precision_rate *rate, int row,
+                     size_t k)
+{
+    const bool all = rate->each == MILL_PRECISION_KIND && row == p->kinds;
+    double sum = 0;
+    for (int i = all ? 0 : row; i < (all ? p->kinds : row + 1); i++)
+        sum += number(to, rate, i, k) - (from ? number(from, rate, i, k) : 0);
     return sum;
 }
 
 static struct mill_precision_mean rate_of(const struct mill_precision *p, uint64_t from,
-                                          struct entry entry)
+                                          const struct mill_precision_rate *rate, int row, size_t k)
 {
-    double rate[MILL_PRECISION_BATCHES] = {0};
+    double each[MILL_PRECISION_BATCHES] = {0};
     const uint64_t n = p->at.batches - from;
-    double last = value_of(&p->accounts[from], entry);
-    for (uint64_t k = 0; k < n; k++) {
-        const double next = value_of(&p->accounts[from + k + 1], entry);
-        rate[k] = (next - last) / p->at.batch;
+    double last = change(p, NULL, &p->accounts[from], rate, row, k);
+    for (uint64_t i = 0; i < n; i++) {
+        const double next = change(p, NULL, &p->accounts[from + i + 1], rate, row, k);
+        each[i] = (next - last) / p->at.batch;
         last = next;
     }
-    return mill_precision_mean(rate, n, p->at.period);
-}
-
-/* The entry of a kind, or the sum of those of all kinds. at, size: its place in the account, and
- * bytes from kind to kind */
-static struct entry row_of(const struct mill_precision *p, int row, size_t at, size_t size,
-                           bool counts)
-{
-    const bool all = row == p->kinds;
-    return (struct entry){at + (all ? 0 : (size_t)row * size), size, all ? p->kinds : 1, counts};
-}
-
-/* Rate of impacts of a kind, or of all. Its error is at least that of independent impacts. Without
- * impacts there is no error. at, size: as for row_of */
-static struct mill_precision_mean impacts_of(const struct mill_precision *p, uint64_t from, int row,
-                                             size_t at, size_t size)
-{
-    struct mill_precision_mean rate = rate_of(p, from, row_of(p, row, at, size, true));
-    const double time = (double)(p->at.batches - from) * p->at.batch;
-    if (!(rate.value > 0))
-        return (struct mill_precision_mean){rate.value, NAN, 0};
-    if (rate.freedom > 0)
-        rate.error = fmax(rate.error, sqrt(rate.value / time));
-    return rate;
-}
-
-/* Power and torque of a motion; k = -1: no motion, zeros */
-static void tell_motion(const struct mill_precision *p, uint64_t from, int k,
-                        struct mill_precision_mean *power, struct mill_precision_mean *torque)
-{
-    static const double nothing[MILL_PRECISION_BATCHES];
-    const size_t step = sizeof p->accounts->motion[0], offset = (size_t)(k < 0 ? 0 : k) * step;
-    const struct entry work = {.at = offsetof(struct mill_account, motion[0].work) + offset},
-                       impulse = {.at = offsetof(struct mill_account, motion[0].impulse) + offset};
-    *power = *torque = mill_precision_mean(nothing, p->at.batches - from, p->at.period);
-    if (k >= 0) {
-        *power = rate_of(p, from, work);
-        *torque = rate_of(p, from, impulse);
-    }
-    if (k < 0 || p->at.period == 0) /* nothing moves */
-        power->error = torque->error = NAN;
+    struct mill_precision_mean mean = mill_precision_mean(each, n, p->at.period);
+    if (rate->each != MILL_PRECISION_KIND && p->at.period == 0) /* nothing moves */
+        mean.error = NAN;
+    if (!rate->counts)
+        return mean;
+    /* the error is at least that of independent impacts; without impacts there is none */
+    if (!(mean.value > 0))
+        return (struct mill_precision_mean){mean.value, NAN, 0};
+    if (mean.freedom > 0)
+        mean.error = fmax(mean.error, sqrt(mean.value / ((double)n * p->at.batch)));
+    return mean;
 }
 
 struct mill_precision_known mill_precision_tell(const struct mill_precision *p, uint64_t from)
@@ -408,29 +410,29 @@ struct mill_precision_known mill_precision_tell(const struct mill_precision *p, 
     known.idle = now->work_gross <= rounding * now->incident;
     known.enough = known.batches >= MILL_PRECISION_FEWEST &&
                    (known.idle || known.batches >= MILL_PRECISION_PERIODS * p->at.period);
-    known.drive = rate_of(p, from, (struct entry){.at = offsetof(struct mill_account, work)});
-    if (p->at.period == 0) /* nothing moves */
-        known.drive.error = NAN;
-    tell_motion(p, from, p->rotor, &known.power, &known.torque);
-    for (int k = 0; k < p->motions; k++)
-        tell_motion(p, from, k, &known.motion_power[k], &known.motion_torque[k]);
     known.median = tell_median(p, from, 0);
     known.median_fast = tell_median(p, from, MILL_SPECTRUM_FAST);
-    for (int row = 0; row <= p->kinds; row++) {
-        known.rate[row] = impacts_of(p, from, row, offsetof(struct mill_account, collisions),
-                                     sizeof now->collisions[0]);
-        known.loss[row] = rate_of(
-            p, from,
-            row_of(p, row, offsetof(struct mill_account, dissipation), sizeof(double), false));
-        known.loss_normal[row] =
-            rate_of(p, from,
-                    row_of(p, row, offsetof(struct mill_account, dissipation_normal),
-                           sizeof(double), false));
-        for (int i = 0; i < MILL_WORLD_FAST; i++)
-            known.fast[row][i] = impacts_of(p, from, row, offsetof(struct mill_account, fast[0][i]),
-                                            sizeof now->fast[0]);
+    for (int i = 0; i < MILL_PRECISION_RATES; i++) {
+        const struct mill_precision_rate *rate = &mill_precision_rates[i];
+        for (int row = 0; row < rows_of(p, rate); row++)
+            for (size_t k = 0; k < rate->width; k++)
+                mill_precision_of(&known, rate, row)[k] = rate_of(p, from, rate, row, k);
     }
     return known;
+}
+
+void mill_precision_whole(struct mill_precision_known *known, const struct mill_precision *p,
+                          const struct mill_account *from, const struct mill_account *to,
+                          double duration)
+{
+    for (int i = 0; i < MILL_PRECISION_RATES; i++) {
+        const struct mill_precision_rate *rate = &mill_precision_rates[i];
+        const double none = rate->each == MILL_PRECISION_KIND ? 0 : (double)NAN;
+        for (int row = 0; row < rows_of(p, rate); row++)
+            for (size_t k = 0; k < rate->width; k++)
+                mill_precision_of(known, rate, row)[k].value =
+                    duration > 0 ? change(p, from, to, rate, row, k) / duration : none;
+    }
 }
 
 bool mill_precision_reached(const struct mill_precision_known *known, double wanted)

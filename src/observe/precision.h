@@ -30,7 +30,6 @@ struct mill_precision_progress {
 struct mill_precision {
     double origin; /* [s] simulated time at which batch 0 begins */
     int kinds, motions;
-    int rotor; /* number of the motion named rotor, or -1 */
     struct mill_precision_progress at;
     const struct mill_spectrum_grid *grid;
     struct mill_account
@@ -46,8 +45,8 @@ struct mill_precision_mean {
 };
 
 struct mill_precision_known {
-    struct mill_precision_mean drive;         /* [W] power of all motions */
-    struct mill_precision_mean power, torque; /* [W], [N m] of the rotor */
+    struct mill_precision_mean drive; /* [W] power of all motions */
+    /* [W], [N m] */
     struct mill_precision_mean motion_power[MILL_MOTIONS_MOST], motion_torque[MILL_MOTIONS_MOST];
     /* [m/s] normal speed: all impacts; those above 0.05 m/s */
     struct mill_precision_mean median, median_fast;
@@ -61,6 +60,39 @@ struct mill_precision_known {
     bool idle;   /* no motion has ever done work, so that there is no power to know */
     bool enough; /* enough batches, and three periods of working motions, for valid errors */
 };
+
+/* One number for the mill, for each motion, or for each kind of contact and for all together */
+enum mill_precision_each { MILL_PRECISION_ONE, MILL_PRECISION_MOTION, MILL_PRECISION_KIND };
+
+/* A result that is the change of a number of the account per second */
+struct mill_precision_rate {
+    const char *name, *unit, *meaning; /* in the results */
+    enum mill_precision_each each;
+    size_t at, step; /* offset in an account; bytes from one kind or motion to the next */
+    bool counts;     /* whole numbers */
+    size_t width;    /* numbers for each, one after the other */
+    size_t to;       /* offset in a struct mill_precision_known */
+};
+enum {
+    MILL_PRECISION_DRIVE,
+    MILL_PRECISION_POWER,
+    MILL_PRECISION_TORQUE,
+    MILL_PRECISION_RATE,
+    MILL_PRECISION_FAST,
+    MILL_PRECISION_LOSS,
+    MILL_PRECISION_LOSS_NORMAL,
+    MILL_PRECISION_RATES
+};
+extern const struct mill_precision_rate mill_precision_rates[MILL_PRECISION_RATES];
+
+/* The mean of a rate: of this motion, or of this kind; `kinds`: of all kinds */
+static inline struct mill_precision_mean *
+mill_precision_of(const struct mill_precision_known *known, const struct mill_precision_rate *rate,
+                  int row)
+{
+    return (struct mill_precision_mean *)(void *)((char *)known + rate->to) +
+           (size_t)row * rate->width;
+}
 
 /* Prepares batches for the motions of this world, starting at `origin` [s]. The grid must outlive
  * them. false: out of memory. The caller frees it in both cases. */
@@ -90,6 +122,12 @@ uint64_t mill_precision_cut(const struct mill_precision *precision, bool *settle
 /* Computes the results of the batches from `from` on. */
 struct mill_precision_known mill_precision_tell(const struct mill_precision *precision,
                                                 uint64_t from);
+
+/* Sets the values of all rates to those between two accounts that are `duration` [s] apart. At
+ * duration 0 powers and torques are NaN, and what belongs to impacts is 0. */
+void mill_precision_whole(struct mill_precision_known *known,
+                          const struct mill_precision *precision, const struct mill_account *from,
+                          const struct mill_account *to, double duration);
 
 /* True if there are enough batches, and both errors are at most `wanted` times their values. A
  * power that is always 0 is not tested. */

@@ -19,6 +19,7 @@ void mill_replay_init(struct mill_replay *r, struct mill_world *world,
                       const struct mill_observers *observers, double apart, double end)
 {
     *r = (struct mill_replay){.world = world,
+                              .kinds = mill_kinds_listed(world),
                               .observers = observers,
                               .apart = apart,
                               .end = end,
@@ -134,7 +135,8 @@ static void set_account(struct mill_replay *r, double time)
         a->motion[k].impulse = between(from->motion[k].impulse, to->motion[k].impulse, share);
         a->work += a->motion[k].work;
     }
-    for (int k = 0; k < w->kinds.count; k++) {
+    for (int n = 0; n < r->kinds.count; n++) {
+        const int k = r->kinds.kind[n];
         a->dissipation[k] = between(from->loss[k].all, to->loss[k].all, share);
         a->dissipation_normal[k] = between(from->loss[k].normal, to->loss[k].normal, share);
     }
@@ -284,6 +286,9 @@ static enum mill_status check_impact(const struct mill_replay *r, size_t number,
     if (i->kind < 0 || i->kind >= r->world->kinds.count)
         return mill_error_set(error, MILL_FAILED, "impact %zu: kind %ld, expected 0 to %d", number,
                               (long)i->kind, r->world->kinds.count - 1);
+    if (r->kinds.number[i->kind] < 0)
+        return mill_error_set(error, MILL_FAILED, "impact %zu: kind %ld, and the mill has no %s",
+                              number, (long)i->kind, r->world->kinds.name[i->kind]);
     if (i->ball < 0 || i->ball >= balls || (pair && (i->partner < 0 || i->partner >= balls)))
         return mill_error_set(error, MILL_FAILED,
                               "impact %zu: ball %ld and partner %ld, expected 0 to %ld", number,

@@ -7,6 +7,7 @@
 #ifndef MILL_REPLAY_H
 #define MILL_REPLAY_H
 
+#include "observe/kinds.h"
 #include "observe/observers.h"
 
 /* As in the stream: docs/file-format.md */
@@ -38,6 +39,7 @@ struct mill_replay_queue {
 
 struct mill_replay {
     struct mill_world *world;
+    struct mill_listed kinds; /* that its impacts can have */
     const struct mill_observers *observers;
     double apart; /* [s] maximum time between a sample and its state */
     double end;   /* [s] planned end of the run: no samples later */

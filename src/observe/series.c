@@ -5,6 +5,7 @@
 #include "observe/observers.h"
 
 #include "millsim/state.h"
+#include "observe/kinds.h"
 #include "store/h5.h"
 
 #include <stddef.h>
@@ -19,8 +20,8 @@ struct row {
 };
 
 /* A line of the table is one series, one for each kind of contact, one for each motion, or one if
- * there are springs */
-enum each { ONE, KIND, MOTION, SPRINGS };
+ * there is a rotor, or if there are springs */
+enum each { ONE, KIND, MOTION, ROTOR, SPRINGS };
 
 #define FROM(member) offsetof(struct row, member)
 
@@ -39,9 +40,9 @@ static const struct {
      "rotational kinetic energy of all balls"},
     {"potential_energy", "J", FROM(energy.potential), ONE, 0, 1, MILL_H5_F64,
      "potential energy of all balls in gravity, 0 at the laboratory's origin"},
-    {"rotor_work", "J", FROM(work), ONE, 0, 1, MILL_H5_F64,
+    {"rotor_work", "J", FROM(work), ROTOR, 0, 1, MILL_H5_F64,
      "work done by the rotor on the balls, cumulative from t = 0"},
-    {"rotor_torque", "N m", FROM(torque), ONE, 0, 1, MILL_H5_F64,
+    {"rotor_torque", "N m", FROM(torque), ROTOR, 0, 1, MILL_H5_F64,
      "torque of the rotor on the balls about +x, mean over the interval before; 0 in the first "
      "row"},
     {"motion_work", "J", FROM(account.motion[0].work), MOTION,
@@ -68,6 +69,7 @@ struct series {
     uint64_t rows;         /* rows so far */
     double rotor_impulse;  /* [N m s] at the row before */
     int many[SPRINGS + 1]; /* number of series of a line of the table */
+    struct mill_listed kinds;
     const double *elastic; /* [J] now; NULL: no springs */
     /* the file's: step and time */
     struct mill_h5_column *shared[2], *column[TABLE][MILL_KINDS_MOST];
@@ -88,7 +90,7 @@ static void open_elements(struct series *series, const struct mill_world *world,
     for (int n = 0; n < series->many[table[i].each]; n++) {
         snprintf(group, sizeof group, "/observables/%s%s%s", table[i].name,
                  table[i].each == KIND || table[i].each == MOTION ? "/" : "",
-                 table[i].each == KIND     ? world->kinds.name[n]
+                 table[i].each == KIND     ? series->kinds.name[n]
                  : table[i].each == MOTION ? world->motion_name[n]
                                            : "");
         for (int k = 0; k < 2; k++) {
@@ -124,9 +126,12 @@ static enum mill_status sample(struct mill_observer *self, const struct mill_wor
     mill_h5_column_append(series->shared[0], 1, &series->rows);
     mill_h5_column_append(series->shared[1], 1, &self->next);
     for (int i = 0; i < TABLE; i++)
-        for (int n = 0; n < series->many[table[i].each]; n++)
+        for (int n = 0; n < series->many[table[i].each]; n++) {
+            const int which = table[i].each == KIND ? series->kinds.kind[n] : n;
             mill_h5_column_append(series->column[i][n], 1,
-                                  (const char *)&row + table[i].from + (size_t)n * table[i].step);
+                                  (const char *)&row + table[i].from +
+                                      (size_t)which * table[i].step);
+        }
     self->next = mill_observe_due(series->interval, series->end, ++series->rows);
     return mill_h5_status(series->file, error);
 }
@@ -144,7 +149,9 @@ static void open_file(struct mill_observer *self, const struct mill_observe *ask
     struct series *series = (struct series *)self;
     series->file = file;
     series->many[ONE] = 1;
-    series->many[KIND] = world->kinds.count;
+    series->kinds = mill_kinds_listed(world);
+    series->many[KIND] = series->kinds.count;
+    series->many[ROTOR] = world->rotor >= 0;
     series->many[MOTION] = world->motions;
     series->many[SPRINGS] = asked->elastic != NULL;
     series->elastic = asked->elastic;

@@ -6,9 +6,12 @@
 #include "store/h5.h"
 
 #include <stdbool.h>
+#include <stdlib.h>
 
 struct mill_sink {
     bool full; /* also wants histograms and maps */
+    /* Why results are missing: the first failure. NULL: none are. */
+    const char *failed;
     /* Opens a group within the present one; closes it */
     void (*open)(struct mill_sink *sink, const char *name);
     void (*close)(struct mill_sink *sink);
@@ -41,6 +44,22 @@ struct mill_sink_file {
 };
 
 void mill_sink_file(struct mill_sink_file *sink, struct mill_h5 *file, const char *root);
+
+/* Reports that results are missing. mill_observers_results() then fails. */
+static inline void mill_sink_fail(struct mill_sink *sink, const char *why)
+{
+    sink->failed = sink->failed ? sink->failed : why;
+}
+
+/* Memory for `count` values that are to be written. NULL: there is none, and the sink has failed.
+ * Owner: the caller; free(). */
+static inline void *mill_sink_room(struct mill_sink *sink, size_t count, size_t size)
+{
+    void *room = calloc(count + 1, size);
+    if (!room)
+        mill_sink_fail(sink, "out of memory for the results");
+    return room;
+}
 
 static inline void mill_tell_number(struct mill_sink *sink, const char *name, double value,
                                     const char *unit, const char *meaning)

@@ -61,13 +61,14 @@ static void attribute(struct mill_sink *sink, const char *name, enum mill_h5_typ
                       size_t count, const void *values)
 {
     struct mill_sink_file *f = (struct mill_sink_file *)sink;
-    mill_h5_attribute(f->file, f->last, name, type, count, values);
+    if (!sink->failed) /* else the result that it belongs to may be missing */
+        mill_h5_attribute(f->file, f->last, name, type, count, values);
 }
 
 void mill_sink_file(struct mill_sink_file *f, struct mill_h5 *file, const char *root)
 {
     *f = (struct mill_sink_file){
-        .sink = {true, open_group, close_group, values, text, again, attribute, NULL},
+        .sink = {true, NULL, open_group, close_group, values, text, again, attribute, NULL},
         .file = file,
         .root = strlen(root)};
     strcpy(f->path, root);

@@ -115,7 +115,7 @@ void mill_sink_json_close_array(struct mill_sink_json *json)
 void mill_sink_json_begin(struct mill_sink_json *json, FILE *out)
 {
     *json = (struct mill_sink_json){
-        {false, open_group, close_group, values, text, NULL, NULL, NULL}, out, true, 1};
+        {false, NULL, open_group, close_group, values, text, NULL, NULL, NULL}, out, true, 1};
     fputc('{', out);
 }
 

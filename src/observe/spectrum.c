@@ -43,14 +43,22 @@ void mill_spectrum_grid_init(struct mill_spectrum_grid *grid)
     }
 }
 
-void mill_spectrum_merge(struct mill_spectrum *into, const struct mill_spectrum *from)
-{
-    into->sum += from->sum;
-    for (int slot = 0; slot < MILL_SPECTRUM_SLOTS; slot++) {
-        into->slot[slot].count += from->slot[slot].count;
-        into->slot[slot].dissipation += from->slot[slot].dissipation;
-    }
-}
+#define SLOTS(member)                                                                              \
+    offsetof(struct mill_spectrum, slot[0].member), MILL_SPECTRUM_SLOTS,                           \
+        sizeof(struct mill_spectrum_slot)
+
+static const struct mill_sum sum_of[] = {
+    {"sum", "m s-1", "sum of the speeds", MILL_H5_F64, offsetof(struct mill_spectrum, sum), 0, 0},
+    {"count", "1",
+     "how many fell into each bin; attributes underflow (zero included) and overflow: how many lay "
+     "outside",
+     MILL_H5_U64, SLOTS(count)},
+    {"dissipation", "J",
+     "energy dissipated by those of each bin; attributes underflow and overflow: by those outside",
+     MILL_H5_F64, SLOTS(dissipation)}};
+
+const struct mill_sums_list mill_spectrum_sums = {"spectra", sizeof(struct mill_spectrum), 3,
+                                                  sum_of};
 
 struct mill_spectrum_slot mill_spectrum_total(const struct mill_spectrum *spectrum, int slot)
 {

@@ -2,6 +2,8 @@
 #ifndef MILL_SPECTRUM_H
 #define MILL_SPECTRUM_H
 
+#include "observe/sums.h"
+
 #include <stdint.h>
 #include <string.h>
 
@@ -63,8 +65,9 @@ static inline void mill_spectrum_add(struct mill_spectrum *spectrum, int slot, u
     spectrum->slot[slot].dissipation += dissipation;
 }
 
-/* into += from */
-void mill_spectrum_merge(struct mill_spectrum *into, const struct mill_spectrum *from);
+/* The numbers of a struct mill_spectrum: the sum of speeds, then these */
+enum { MILL_SPECTRUM_COUNT = 1, MILL_SPECTRUM_DISSIPATION };
+extern const struct mill_sums_list mill_spectrum_sums;
 
 /* Number of speeds and their dissipation in `slot` and all slots above it (0: in all). */
 struct mill_spectrum_slot mill_spectrum_total(const struct mill_spectrum *spectrum, int slot);

@@ -34,7 +34,7 @@ static enum mill_status count_strike(struct mill_tally *tally, const struct mill
                                    impact->time, &since);
     if (!strike)
         return mill_error_set(error, MILL_FAILED, "out of memory for the table of strikes");
-    tally->gathered.recontacts +=
+    tally->gathered.counts->recontacts +=
         tally->at.open && !impact->lasting && since < tally->contact[impact->kind];
     if (isinf(since)) {
         strike->portion = (int32_t)tally->gathered.last;
@@ -57,7 +57,7 @@ static void map_impact(struct mill_tally *tally, const struct mill_impact *impac
 {
     const struct mill_world *world = tally->world;
     const vec3 place = mill_world_place(world, impact->position, impact->time - world->base);
-    mill_maps_impact(&tally->gathered.maps, impact, &place);
+    mill_maps_impact(&tally->plan.maps, tally->gathered.hits, impact, &place);
 }
 
 static enum mill_status on_impact(struct mill_observer *observer, const struct mill_impact *impact,
@@ -66,15 +66,16 @@ static enum mill_status on_impact(struct mill_observer *observer, const struct m
     struct mill_tally *tally = (struct mill_tally *)observer;
     enum mill_status status = MILL_OK;
     if (!tally->at.closed && (tally->at.open || impact->time >= tally->watch)) {
-        struct mill_wear_sum *wear = mill_wear_facet(&tally->gathered.wear, impact);
+        struct mill_wear_sum *wear =
+            mill_wear_facet(&tally->plan.wear, tally->gathered.wear, impact);
         const int normal = mill_spectrum_find(&tally->grid, impact->normal_speed);
         const int tangential = mill_spectrum_find(&tally->grid, impact->tangential_speed);
         if (tally->at.open) {
-            mill_energies_impact(&tally->gathered.energies, impact);
+            mill_energies_impact(&tally->plan.energies, tally->gathered.pair, impact);
             count(&tally->gathered.impacts[impact->kind], impact, normal, tangential);
             map_impact(tally, impact);
             if (wear)
-                mill_wear_impact(&tally->gathered.wear, wear, impact);
+                mill_wear_impact(&tally->plan.wear, wear, impact);
         }
         status = count_strike(tally, impact, normal, tangential, error);
     }
@@ -123,7 +124,8 @@ static enum mill_status on_sample(struct mill_observer *observer, const struct m
     if (!at->open && tally->begin <= now)
         open_window(tally, &world->account);
     while (at->open && mill_tally_snapshot(tally, 0) <= now) {
-        mill_maps_sample(&tally->gathered.maps, world, t);
+        mill_maps_sample(&tally->plan.maps, tally->gathered.flow, world, t);
+        tally->gathered.counts->samples++;
         at->snapshots++;
     }
     if (at->open && next_batch(tally) <= now && !mill_tally_window_batch(tally, &world->account))
@@ -139,32 +141,6 @@ static enum mill_status on_sample(struct mill_observer *observer, const struct m
 }
 
 /* ---- state: only what gathering changes; everything else is made again from the deck ---- */
-
-/* The state of portion `number`, from 1 on; 0: of the statistics that are being gathered */
-static void tell_gathered(struct mill_gathered *g, int kinds, uint64_t number,
-                          struct mill_state *state)
-{
-    const struct mill_maps *maps = &g->maps;
-    const size_t n = (size_t)kinds;
-    const struct {
-        const char *name;
-        size_t size, count;
-        void *at;
-    } field[] = {{"last", sizeof g->last, 1, &g->last},
-                 {"impacts", sizeof *g->impacts, n, g->impacts},
-                 {"strikes", sizeof *g->strikes, n, g->strikes},
-                 {"energies", sizeof *g->energies.pair, g->energies.pairs, g->energies.pair},
-                 {"recontacts", sizeof g->recontacts, 1, &g->recontacts},
-                 {"samples", sizeof maps->samples, 1, &g->maps.samples},
-                 {"hits", sizeof *maps->cross.hits, maps->cells, maps->cross.hits},
-                 {"wear", sizeof *g->wear.sum, (size_t)g->wear.plan->facets, g->wear.sum},
-                 {"flow", sizeof *maps->cross.flow, maps->cells, maps->cross.flow}};
-    for (size_t i = 0; i < sizeof field / sizeof *field; i++) {
-        char name[32];
-        snprintf(name, sizeof name, "portion_%d_%s", (int)number, field[i].name);
-        mill_state_structs(state, name, field[i].size, field[i].count, field[i].at);
-    }
-}
 
 static void tell_strikes(struct mill_strikes *pairs, struct mill_state *state)
 {
@@ -184,17 +160,6 @@ static void tell_strikes(struct mill_strikes *pairs, struct mill_state *state)
     }
 }
 
-static void tell_blocks(struct mill_energies_blocks *blocks, struct mill_state *state)
-{
-    const size_t size = blocks->pairs * MILL_ENERGIES_SORTS * MILL_ENERGIES_COARSE;
-    mill_state_structs(state, "block_length", sizeof blocks->length, 1, &blocks->length);
-    mill_state_structs(state, "blocks", sizeof blocks->blocks, 1, &blocks->blocks);
-    if (blocks->blocks >= MILL_ENERGIES_BLOCKS || blocks->length == 0)
-        mill_state_refuse(state, "the saved statistics are damaged");
-    mill_state_structs(state, "block_before", sizeof *blocks->before, size, blocks->before);
-    mill_state_field(state, "block_counts", MILL_FIELD_I32, blocks->blocks * size, blocks->count);
-}
-
 static void tell_state(struct mill_observer *observer, struct mill_state *state)
 {
     struct mill_tally *t = (struct mill_tally *)observer;
@@ -210,14 +175,17 @@ static void tell_state(struct mill_observer *observer, struct mill_state *state)
     if (state->status != MILL_OK)
         return;
     tell_strikes(&t->pairs, state);
-    tell_gathered(&t->gathered, t->kinds, 0, state);
-    for (uint64_t i = 0; t->search && i < t->at.portions && state->status == MILL_OK; i++)
+    mill_gathered_state(&t->gathered, "now", state);
+    for (uint64_t i = 0; t->search && i < t->at.portions && state->status == MILL_OK; i++) {
+        char prefix[24];
+        snprintf(prefix, sizeof prefix, "portion_%d", (int)i);
         if (mill_tally_window_portion(t, i))
-            tell_gathered(&t->portion[i], t->kinds, i + 1, state);
+            mill_gathered_state(&t->portion[i], prefix, state);
         else
             mill_state_refuse(state, "out of memory for the statistics");
+    }
     const size_t n = (size_t)batches->at.batches;
-    tell_blocks(&t->blocks, state);
+    mill_energies_blocks_state(&t->blocks, state);
     mill_state_structs(state, "before", sizeof *t->before, MILL_SPECTRUM_SLOTS, t->before);
     mill_state_structs(state, "accounts", sizeof *batches->accounts, n + 1, batches->accounts);
     mill_state_field(state, "batch_counts", MILL_FIELD_I32, n * MILL_SPECTRUM_SLOTS,
@@ -241,9 +209,10 @@ static void free_tally(struct mill_observer *observer)
 {
     struct mill_tally *tally = (struct mill_tally *)observer;
     for (int i = 0; tally->portion && i < MILL_TALLY_PORTIONS; i++)
-        mill_tally_window_free(&tally->portion[i]);
+        mill_gathered_free(&tally->portion[i]);
     free(tally->portion);
-    mill_tally_window_free(&tally->gathered);
+    mill_gathered_free(&tally->gathered);
+    mill_gathered_free_plan(&tally->plan);
     mill_energies_blocks_free(&tally->blocks);
     mill_strikes_free(&tally->pairs);
     mill_precision_free(&tally->batches);
@@ -273,14 +242,14 @@ static enum mill_status create(struct mill_observer *observer, const struct mill
     tally->watch = asked->sample_from - 2 * asked->strike_window; /* twice, because of rounding */
     tally->interval = duration > 0 ? fmin(1e-3, duration / 100) : (double)INFINITY;
     mill_spectrum_grid_init(&tally->grid);
-    tally->kinds = world->kinds.count;
     tally->world = world;
-    for (int kind = 0; kind < tally->kinds; kind++) /* equal for all surfaces */
+    for (int kind = 0; kind < world->kinds.count; kind++) /* equal for all surfaces */
         tally->contact[kind] =
             kind < 2 ? mill_tally_contact(world, kind) : tally->contact[kind - 1];
     memcpy(tally->law, asked->wear, sizeof tally->law);
-    if (!mill_tally_window_create(&tally->gathered, world) ||
-        !mill_energies_blocks_init(&tally->blocks, &tally->gathered.energies))
+    if (!mill_gathered_plan(&tally->plan, world) ||
+        !mill_gathered_make(&tally->gathered, &tally->plan, tally->plan.kinds) ||
+        !mill_energies_blocks_init(&tally->blocks, tally->plan.energies.pairs))
         return mill_error_set(error, MILL_FAILED, "out of memory for maps, spectra and energies");
     if (!mill_strikes_init(&tally->pairs, asked->strike_window) ||
         !plan_batches(tally, asked, world))

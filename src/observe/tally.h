@@ -4,32 +4,9 @@
 #define MILL_TALLY_H
 
 #include "millsim/observer.h"
-#include "observe/energies.h"
-#include "observe/maps.h"
+#include "observe/gathered.h"
 #include "observe/observe.h"
-#include "observe/precision.h"
-#include "observe/spectrum.h"
 #include "observe/strikes.h"
-#include "observe/wear.h"
-
-/* Normal and tangential speeds of the impacts (or strikes) of one kind */
-struct mill_speeds {
-    struct mill_spectrum normal;
-    /* of impacts with v_n < 0.05 m/s (in results: all); of the others */
-    struct mill_spectrum tangential[2];
-};
-
-/* Statistics of impacts and flow. If the start of the window is not known yet, they are kept in
- * separate portions of a few batches each, and the portions after the start-up are added up at the
- * end. */
-struct mill_gathered {
-    struct mill_speeds *impacts, *strikes; /* [kinds] */
-    struct mill_energies energies;
-    uint64_t recontacts; /* impacts after the pair's last one within the duration of a contact */
-    struct mill_maps maps;
-    struct mill_wear wear;
-    int64_t last; /* number of the last original portion in it */
-};
 
 enum { MILL_TALLY_PORTIONS = 24 };
 
@@ -58,11 +35,11 @@ struct mill_tally {
     double watch;                    /* [s] pairs are recorded for strikes from here on */
     double contact[MILL_KINDS_MOST]; /* [s] duration of a contact as stiff as steel */
     double interval;                 /* [s] between the samples for the maps; INFINITY: none */
-    int kinds;                       /* of contact */
     const struct mill_world *world;
     struct mill_wear_law law[MILL_KINDS_MOST];
     struct mill_tally_progress at;
     struct mill_spectrum_grid grid;
+    struct mill_gathered_plan plan;
     struct mill_gathered gathered; /* since the end of the last portion */
     struct mill_energies_blocks blocks;
     struct mill_strikes pairs;
@@ -92,6 +69,21 @@ double mill_tally_contact(const struct mill_world *world, int kind);
 
 /* ---- results ---- */
 
+enum { MILL_TALLY_LEVELS = 10 };
+extern const double mill_tally_level[MILL_TALLY_LEVELS]; /* of the quantiles */
+
+/* [m/s] fast: of the impacts whose normal speed is 0.05 m/s or more */
+struct mill_tally_speed {
+    double mean, median, median_fast, quantile[MILL_TALLY_LEVELS], quantile_fast[MILL_TALLY_LEVELS];
+};
+
+/* The impacts (or strikes) of a kind, or of all kinds */
+struct mill_tally_row {
+    uint64_t count;
+    double rate, power; /* [1/s], [W] lost in them */
+    struct mill_tally_speed normal, tangential;
+};
+
 /* Results of the window, as if the run ended now. If the window has not begun, the duration is 0
  * and the statistics are empty. */
 struct mill_tally_results {
@@ -104,11 +96,9 @@ struct mill_tally_results {
     uint64_t from;          /* its first batch */
     /* number of the row for all kinds together; it follows those of the kinds */
     int all;
-    struct mill_speeds *impacts, *strikes; /* [all + 1] */
-    struct mill_energies energies;
-    uint64_t recontacts; /* number of impacts that are re-contacts */
-    struct mill_maps maps;
-    struct mill_wear wear;
+    struct mill_gathered sums; /* speeds: [all + 1] */
+    struct mill_listed kinds;  /* those of the mill: only their rows are filled */
+    struct mill_tally_row impacts[MILL_PRECISION_ROWS], strikes[MILL_PRECISION_ROWS];
     double floor_share[MILL_PRECISION_ROWS]; /* of the impacts in the window, those at which the
                                                 rebound floor acted; NaN when there were none */
     /* [W] part of the drive's power that goes to pressed balls; NaN at duration 0 */
@@ -118,7 +108,6 @@ struct mill_tally_results {
     size_t blocks;      /* in the window */
     /* Impacts of 1 mJ or more: [1/s], and [1/J] of work of the drive; NaN: no drive does work */
     struct mill_precision_mean hard, hard_per_joule;
-    double *block_power, *block_torque; /* [W], [N m] of the rotor in each block */
     /* account at the start of the window's last tenth, rounded to a batch */
     struct mill_account late;
     /* the start-up is over, and both quantities have the accuracy that was asked for */
@@ -135,12 +124,6 @@ void mill_tally_results_free(struct mill_tally_results *results);
 
 /* Writes the results as the group "statistics". */
 void mill_tally_results_tell(const struct mill_tally_results *results, struct mill_sink *sink);
-
-/* "ball_ball", ..., "all" */
-static inline const char *mill_tally_name(const struct mill_tally_results *results, int row)
-{
-    return row < results->all ? results->world->kinds.name[row] : "all";
-}
 
 /* sum / duration; 0 if the duration is 0 */
 static inline double mill_tally_per_second(const struct mill_tally_results *results, double sum)
@@ -163,17 +146,5 @@ bool mill_tally_window_portion(struct mill_tally *tally, uint64_t number);
 
 /* Returns the strikes of an earlier portion. */
 struct mill_speeds *mill_tally_window_strikes(struct mill_tally *tally, int32_t portion);
-
-/* create: makes empty statistics for a world. like: the same, for the world of other statistics.
- * false: out of memory. The caller frees them in all cases. */
-bool mill_tally_window_create(struct mill_gathered *gathered, const struct mill_world *world);
-bool mill_tally_window_like(struct mill_gathered *gathered, const struct mill_gathered *as,
-                            int kinds);
-
-/* Frees the contents, not the struct itself. */
-void mill_tally_window_free(struct mill_gathered *gathered);
-
-/* into[rows] += from[rows] */
-void mill_tally_window_add(struct mill_speeds *into, const struct mill_speeds *from, int rows);
 
 #endif

@@ -6,115 +6,91 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* Power and torque of the rotor in whole periods, from the batches since `from`. false: out of
- * memory. */
-static bool make_blocks(struct mill_tally_results *r, uint64_t from)
+const double mill_tally_level[MILL_TALLY_LEVELS] = {0.01, 0.05, 0.1,  0.25, 0.5,
+                                                    0.75, 0.9,  0.95, 0.99, 0.999};
+enum { MEDIAN = 4 };
+
+/* Sets the blocks of whole periods, for power and torque of the rotor. */
+static void set_blocks(struct mill_tally_results *r)
 {
-    const struct mill_precision *batches = &r->tally->batches;
-    const int rotor = r->world->rotor;
-    const size_t period = rotor >= 0 ? batches->at.period : 0;
-    const struct mill_account *account = &batches->accounts[from];
-    r->block = period > 0 ? (double)period * batches->at.batch : (double)NAN;
+    const struct mill_precision_progress *batches = &r->tally->batches.at;
+    const uint64_t period = r->world->rotor >= 0 ? batches->period : 0;
+    r->block = period > 0 ? (double)period * batches->batch : (double)NAN;
     r->revolutions = 1;
     if (period > 0) { /* several motions without a common period need not make whole revolutions */
         const double turns = r->block * fabs(r->world->rotor_speed) / (2 * MILL_PI);
         r->revolutions = fabs(turns - round(turns)) < 1e-6 * turns ? round(turns) : turns;
     }
-    r->blocks = period > 0 && r->at.open ? (batches->at.batches - from) / period : 0;
-    r->block_power = calloc(r->blocks + 1, sizeof *r->block_power);
-    r->block_torque = calloc(r->blocks + 1, sizeof *r->block_torque);
-    if (!r->block_power || !r->block_torque)
-        return false;
-    for (size_t k = 0; k < r->blocks; k++) {
-        const struct mill_account *to = account + period;
-        r->block_power[k] = (to->motion[rotor].work - account->motion[rotor].work) / r->block;
-        r->block_torque[k] =
-            (to->motion[rotor].impulse - account->motion[rotor].impulse) / r->block;
-        account = to;
+    r->blocks = period > 0 && r->at.open ? (batches->batches - r->from) / period : 0;
+}
+
+/* spectrum: of all; fast: of the fast ones, in the slots from `slot` up */
+static void set_speed(struct mill_tally_speed *to, const struct mill_spectrum_grid *grid,
+                      const struct mill_spectrum *spectrum, const struct mill_spectrum *fast,
+                      int slot)
+{
+    to->mean = mill_spectrum_mean(spectrum);
+    for (int i = 0; i < MILL_TALLY_LEVELS; i++) {
+        to->quantile[i] = mill_spectrum_quantile(grid, spectrum, 0, mill_tally_level[i]);
+        to->quantile_fast[i] = mill_spectrum_quantile(grid, fast, slot, mill_tally_level[i]);
     }
-    return true;
+    to->median = to->quantile[MEDIAN];
+    to->median_fast = to->quantile_fast[MEDIAN];
 }
 
-static void add(struct mill_tally_results *r, const struct mill_gathered *from)
+/* Adds up the speeds of all kinds, and the tangential speeds; sets the rows. */
+static void set_rows(struct mill_tally_results *r, struct mill_speeds *speeds,
+                     struct mill_tally_row *rows)
 {
-    mill_tally_window_add(r->impacts, from->impacts, r->all);
-    mill_tally_window_add(r->strikes, from->strikes, r->all);
-    mill_energies_add(&r->energies, &from->energies);
-    mill_maps_add(&r->maps, &from->maps);
-    mill_wear_add(&r->wear, &from->wear);
-    r->recontacts += from->recontacts;
+    const struct mill_spectrum_grid *grid = &r->tally->grid;
+    for (int kind = 0; kind < r->all; kind++)
+        mill_gathered_add_speeds(&speeds[r->all], &speeds[kind], 1);
+    for (int n = 0; n <= r->kinds.count; n++) {
+        struct mill_speeds *of = &speeds[r->kinds.kind[n]];
+        struct mill_tally_row *row = &rows[r->kinds.kind[n]];
+        const struct mill_spectrum_slot all = mill_spectrum_total(&of->normal, 0);
+        mill_sums_add_records(&mill_spectrum_sums, 1, &of->tangential[0], &of->tangential[1]);
+        row->count = all.count;
+        row->rate = mill_tally_per_second(r, (double)all.count);
+        row->power = mill_tally_per_second(r, all.dissipation);
+        set_speed(&row->normal, grid, &of->normal, &of->normal, MILL_SPECTRUM_FAST);
+        set_speed(&row->tangential, grid, &of->tangential[0], &of->tangential[1], 0);
+    }
 }
 
-/* Fills the row of all kinds, and adds up the tangential speeds. */
-static void sum_rows(struct mill_speeds *rows, int all)
-{
-    for (int kind = 0; kind < all; kind++)
-        mill_tally_window_add(&rows[all], &rows[kind], 1);
-    for (int row = 0; row <= all; row++)
-        mill_spectrum_merge(&rows[row].tangential[0], &rows[row].tangential[1]);
-}
-
-/* Sums numbers of impacts, and their losses, over the whole window. */
-static void sum_counts(struct mill_tally_results *r)
+/* Share of the impacts at the floor, of each row */
+static void share_floored(struct mill_tally_results *r)
 {
     const struct mill_account *from = &r->at.at_begin, *to = &r->at.at_end;
-    struct mill_precision_known *known = &r->at.known;
-    double loss[2][MILL_PRECISION_ROWS] = {{0}};
-    uint64_t floored[MILL_PRECISION_ROWS] = {0}, impacts[MILL_PRECISION_ROWS] = {0};
-    uint64_t fast[MILL_PRECISION_ROWS][MILL_WORLD_FAST] = {{0}};
-    for (int kind = 0; kind < r->all; kind++) {
-        floored[kind] = to->floored[kind] - from->floored[kind];
-        impacts[kind] = to->collisions[kind] - from->collisions[kind];
-        loss[0][kind] = to->dissipation[kind] - from->dissipation[kind];
-        loss[1][kind] = to->dissipation_normal[kind] - from->dissipation_normal[kind];
-        loss[0][r->all] += loss[0][kind];
-        loss[1][r->all] += loss[1][kind];
-        floored[r->all] += floored[kind];
-        impacts[r->all] += impacts[kind];
-        for (int i = 0; i < MILL_WORLD_FAST; i++) {
-            fast[kind][i] = to->fast[kind][i] - from->fast[kind][i];
-            fast[r->all][i] += fast[kind][i];
-        }
-    }
+    uint64_t floored = 0, impacts = 0;
     for (int row = 0; row <= r->all; row++) {
-        r->floor_share[row] =
-            impacts[row] > 0 ? (double)floored[row] / (double)impacts[row] : (double)NAN;
-        known->loss[row].value = mill_tally_per_second(r, loss[0][row]);
-        known->loss_normal[row].value = mill_tally_per_second(r, loss[1][row]);
-        known->rate[row].value = mill_tally_per_second(r, (double)impacts[row]);
-        for (int i = 0; i < MILL_WORLD_FAST; i++)
-            known->fast[row][i].value = mill_tally_per_second(r, (double)fast[row][i]);
+        const bool all = row == r->all;
+        const uint64_t low = all ? floored : to->floored[row] - from->floored[row];
+        const uint64_t met = all ? impacts : to->collisions[row] - from->collisions[row];
+        r->floor_share[row] = met > 0 ? (double)low / (double)met : (double)NAN;
+        floored += low;
+        impacts += met;
     }
 }
 
-/* Computes powers, torques and medians over the whole window. A motion without an axis has no
- * torque. */
+/* Computes what follows from the accounts, and medians, over the whole window. A motion without an
+ * axis has no torque. */
 static void sum_account(struct mill_tally_results *r)
 {
     const struct mill_account *from = &r->at.at_begin, *to = &r->at.at_end;
     struct mill_precision_known *known = &r->at.known;
-    const double duration = r->duration > 0 ? r->duration : (double)NAN;
-    const int rotor = r->world->rotor;
-    r->pinch_power = (to->pinch_work - from->pinch_work) / duration;
-    known->drive.value = (to->work - from->work) / duration;
-    known->power.value = known->torque.value = 0 / duration;
+    mill_precision_whole(known, &r->tally->batches, from, to, r->duration);
+    share_floored(r);
+    r->pinch_power =
+        (to->pinch_work - from->pinch_work) / (r->duration > 0 ? r->duration : (double)NAN);
     for (int k = 0; k < r->world->motions; k++) {
         const struct mill_motion *m = r->world->motion[k];
         vec3 through, axis;
-        known->motion_power[k].value = (to->motion[k].work - from->motion[k].work) / duration;
-        known->motion_torque[k].value =
-            (to->motion[k].impulse - from->motion[k].impulse) / duration;
         if (!m->type->axis || !m->type->axis(m, &through, &axis))
             known->motion_torque[k] = (struct mill_precision_mean){NAN, NAN, 0};
     }
-    if (rotor >= 0) {
-        known->power.value = known->motion_power[rotor].value;
-        known->torque.value = known->motion_torque[rotor].value;
-    }
-    const struct mill_spectrum_grid *grid = &r->tally->grid;
-    const struct mill_spectrum *all = &r->impacts[r->all].normal;
-    known->median.value = mill_spectrum_quantile(grid, all, 0, 0.5);
-    known->median_fast.value = mill_spectrum_quantile(grid, all, MILL_SPECTRUM_FAST, 0.5);
+    known->median.value = r->impacts[r->all].normal.median;
+    known->median_fast.value = r->impacts[r->all].normal.median_fast;
 }
 
 /* Sets the mean of `count` impacts, whose error is at least that of independent ones; without
@@ -140,9 +116,9 @@ static void sum_hard(struct mill_tally_results *r)
     const size_t n = mill_energies_blocks_hard(blocks, first, hard);
     const double lost = r->at.known.loss[r->all].value, drive = r->at.known.drive.value;
     uint64_t count = 0;
-    for (size_t i = 0; i < r->energies.pairs; i++)
+    for (size_t i = 0; i < r->tally->plan.energies.pairs; i++)
         for (uint64_t bin = mill_energies_bin(1); bin < MILL_ENERGIES_BINS; bin++)
-            count += r->energies.pair[i].normal[bin].count;
+            count += r->sums.pair[i].normal[bin].count;
     const double rate = mill_tally_per_second(r, (double)count);
     for (size_t k = 0; k < n; k++) {
         const struct mill_account *from = &batches->accounts[(first + k) * length];
@@ -159,15 +135,6 @@ static void sum_hard(struct mill_tally_results *r)
              r->hard_per_joule.error / drive, count);
 }
 
-static bool make_room(struct mill_tally_results *r)
-{
-    const struct mill_gathered *as = &r->tally->gathered;
-    r->impacts = calloc((size_t)r->all + 1, sizeof *r->impacts);
-    r->strikes = calloc((size_t)r->all + 1, sizeof *r->strikes);
-    return r->impacts && r->strikes && mill_maps_like(&r->maps, &as->maps) &&
-           mill_energies_like(&r->energies, &as->energies) && mill_wear_like(&r->wear, &as->wear);
-}
-
 enum mill_status mill_tally_results_make(const struct mill_tally *tally,
                                          const struct mill_world *world, double t,
                                          struct mill_tally_results **out, struct mill_error *error)
@@ -177,7 +144,8 @@ enum mill_status mill_tally_results_make(const struct mill_tally *tally,
         return mill_error_set(error, MILL_FAILED, "out of memory for the results");
     r->tally = tally;
     r->world = world;
-    r->all = tally->kinds;
+    r->all = tally->plan.kinds;
+    r->kinds = mill_kinds_listed(world);
     r->at = tally->at;
     r->begin = tally->begin;
     if (!r->at.closed) {
@@ -198,18 +166,18 @@ enum mill_status mill_tally_results_make(const struct mill_tally *tally,
     r->from = from;
     r->reached = asked > 0 && r->at.settled && mill_precision_reached(&r->at.known, asked);
     r->duration = r->at.open ? fmax(0, r->at.over - r->begin) : 0;
-    if (!make_room(r) || !make_blocks(r, from)) {
+    if (!mill_gathered_make(&r->sums, &tally->plan, r->all + 1)) {
         mill_tally_results_free(r);
         *out = NULL;
         return mill_error_set(error, MILL_FAILED, "out of memory for the results");
     }
-    add(r, &tally->gathered);
+    mill_gathered_add(&r->sums, &tally->gathered);
     const uint64_t portions = tally->search ? r->at.portions : 0;
     for (uint64_t i = portions > 0 ? from / r->at.length : 0; i < portions; i++)
-        add(r, &tally->portion[i]);
-    sum_rows(r->impacts, r->all);
-    sum_rows(r->strikes, r->all);
-    sum_counts(r);
+        mill_gathered_add(&r->sums, &tally->portion[i]);
+    set_blocks(r);
+    set_rows(r, r->sums.impacts, r->impacts);
+    set_rows(r, r->sums.strikes, r->strikes);
     sum_account(r);
     sum_hard(r);
     return MILL_OK;
@@ -219,12 +187,6 @@ void mill_tally_results_free(struct mill_tally_results *results)
 {
     if (!results)
         return;
-    mill_maps_free(&results->maps);
-    mill_wear_free(&results->wear);
-    mill_energies_free(&results->energies);
-    free(results->impacts);
-    free(results->strikes);
-    free(results->block_power);
-    free(results->block_torque);
+    mill_gathered_free(&results->sums);
     free(results);
 }

@@ -3,104 +3,84 @@
 #include "observe/tally.h"
 
 #include <math.h>
+#include <stdio.h>
 
-/* Levels of the quantiles */
-static const double level[] = {0.01, 0.05, 0.1, 0.25, 0.5, 0.75, 0.9, 0.95, 0.99, 0.999};
-enum { LEVELS = sizeof level / sizeof *level, MEDIAN = 4 };
+#define SPEED(member, n) MILL_H5_F64, offsetof(struct mill_tally_speed, member), n, sizeof(double)
+
+static const struct mill_sum speed_of[] = {
+    {"mean", "m s-1", "mean, from the speeds themselves; NaN without impacts", SPEED(mean, 0)},
+    {"median", "m s-1", "median, log-linear within its bin; NaN without impacts", SPEED(median, 0)},
+    {"median_above_50mm_s", "m s-1",
+     "median over the impacts whose normal speed is 0.05 m/s or more", SPEED(median_fast, 0)},
+    {"quantiles", "m s-1", "quantiles at the attribute levels, log-linear within their bins",
+     SPEED(quantile, MILL_TALLY_LEVELS)},
+    {"quantiles_above_50mm_s", "m s-1",
+     "quantiles over the impacts whose normal speed is 0.05 m/s or more",
+     SPEED(quantile_fast, MILL_TALLY_LEVELS)}};
+static const struct mill_sums_list speed_list = {"speed", sizeof(struct mill_tally_speed), 5,
+                                                 speed_of};
+
+/* Writes number k of the spectrum with what is outside of the bins as attributes. */
+static void tell_bins(struct mill_sink *sink, const struct mill_spectrum *spectrum, int k)
+{
+    const struct mill_sums sums = {&mill_spectrum_sums, 1, (void *)spectrum};
+    const struct mill_sums_view bins = {.first = 1, .n = MILL_SPECTRUM_BINS};
+    const struct mill_sum *sum = &mill_spectrum_sums.sum[k];
+    const char *below = (const char *)spectrum + sum->at;
+    mill_sums_tell(&sums, k, &bins, sink);
+    sink->attribute(sink, "underflow", sum->type, 0, below);
+    sink->attribute(sink, "overflow", sum->type, 0, below + (MILL_SPECTRUM_SLOTS - 1) * sum->step);
+}
 
 static void tell_histogram(struct mill_sink *sink, const struct mill_spectrum_grid *grid,
                            const struct mill_spectrum *spectrum)
 {
-    const struct mill_spectrum_slot *below = &spectrum->slot[0];
-    const struct mill_spectrum_slot *beyond = &spectrum->slot[MILL_SPECTRUM_BINS + 1];
-    const size_t n = MILL_SPECTRUM_BINS;
-    uint64_t count[MILL_SPECTRUM_BINS];
-    double dissipation[MILL_SPECTRUM_BINS];
-    for (int i = 0; i < MILL_SPECTRUM_BINS; i++) {
-        count[i] = spectrum->slot[i + 1].count;
-        dissipation[i] = spectrum->slot[i + 1].dissipation;
-    }
     sink->open(sink, "histogram");
-    sink->again(sink, "edges", n + 1, grid->edge, "m s-1",
+    sink->again(sink, "edges", MILL_SPECTRUM_BINS + 1, grid->edge, "m s-1",
                 "edges of the bins, 20^(k/152) m/s with k = -760..380; bin i is edges[i] <= v < "
                 "edges[i+1]");
-    sink->values(sink, "count", MILL_H5_U64, 1, &n, count, "1",
-                 "how many fell into each bin; attributes underflow (zero included) and overflow: "
-                 "how many lay outside");
-    sink->attribute(sink, "underflow", MILL_H5_U64, 0, &below->count);
-    sink->attribute(sink, "overflow", MILL_H5_U64, 0, &beyond->count);
-    mill_tell_array(sink, "dissipation", n, dissipation, "J",
-                    "energy dissipated by those of each bin; attributes underflow and overflow: by "
-                    "those outside");
-    sink->attribute(sink, "underflow", MILL_H5_F64, 0, &below->dissipation);
-    sink->attribute(sink, "overflow", MILL_H5_F64, 0, &beyond->dissipation);
+    tell_bins(sink, spectrum, MILL_SPECTRUM_COUNT);
+    tell_bins(sink, spectrum, MILL_SPECTRUM_DISSIPATION);
     mill_tell_part(sink);
     sink->close(sink);
 }
 
-/* spectrum: all impacts; fast: those with v_n >= 0.05 m/s, in the slots from `slot` up */
 static void tell_speed(struct mill_sink *sink, const char *name,
-                       const struct mill_spectrum_grid *grid, const struct mill_spectrum *spectrum,
-                       const struct mill_spectrum *fast, int slot)
+                       const struct mill_spectrum_grid *grid, const struct mill_tally_speed *speed,
+                       const struct mill_spectrum *spectrum)
 {
-    double all[LEVELS], above[LEVELS];
-    for (int i = 0; i < LEVELS; i++) {
-        all[i] = mill_spectrum_quantile(grid, spectrum, 0, level[i]);
-        above[i] = mill_spectrum_quantile(grid, fast, slot, level[i]);
-    }
+    const struct mill_sums sums = {&speed_list, 1, (void *)speed};
     sink->open(sink, name);
-    mill_tell_number(sink, "mean", mill_spectrum_mean(spectrum), "m s-1",
-                     "mean, from the speeds themselves; NaN without impacts");
-    mill_tell_number(sink, "median", all[MEDIAN], "m s-1",
-                     "median, log-linear within its bin; NaN without impacts");
-    mill_tell_number(sink, "median_above_50mm_s", above[MEDIAN], "m s-1",
-                     "median over the impacts whose normal speed is 0.05 m/s or more");
-    mill_tell_array(sink, "quantiles", LEVELS, all, "m s-1",
-                    "quantiles at the attribute levels, log-linear within their bins");
-    if (sink->full)
-        sink->attribute(sink, "levels", MILL_H5_F64, LEVELS, level);
-    mill_tell_array(sink, "quantiles_above_50mm_s", LEVELS, above, "m s-1",
-                    "quantiles over the impacts whose normal speed is 0.05 m/s or more");
-    if (sink->full) {
-        sink->attribute(sink, "levels", MILL_H5_F64, LEVELS, level);
-        tell_histogram(sink, grid, spectrum);
+    for (int k = 0; k < speed_list.count; k++) {
+        mill_sums_tell(&sums, k, &(struct mill_sums_view){0}, sink);
+        if (sink->full && speed_of[k].n > 0)
+            sink->attribute(sink, "levels", MILL_H5_F64, MILL_TALLY_LEVELS, mill_tally_level);
     }
+    if (sink->full)
+        tell_histogram(sink, grid, spectrum);
     sink->close(sink);
 }
 
-/* [W] Power lost in the impacts of a row. If only a part of each loss is known, the account gives
- * the total loss of impacts; for strikes it cannot. */
-static void tell_power(struct mill_sink *sink, const struct mill_tally_results *r,
-                       const struct mill_speeds *speeds, int row, double dissipation)
-{
-    const bool whole = sink->part && speeds == r->impacts;
-    for (int kind = 0; whole && kind < r->all; kind++) {
-        dissipation = kind == 0 ? 0 : dissipation;
-        if (row == kind || row == r->all)
-            dissipation += r->at.at_end.dissipation[kind] - r->at.at_begin.dissipation[kind];
-    }
-    mill_tell_number(sink, "dissipated_power", mill_tally_per_second(r, dissipation), "W",
-                     "energy dissipated / duration");
-    if (!whole)
-        mill_tell_part(sink);
-}
-
 static void tell_rows(struct mill_sink *sink, const char *name, const struct mill_tally_results *r,
-                      const struct mill_speeds *speeds)
+                      const struct mill_speeds *speeds, const struct mill_tally_row *rows)
 {
     const struct mill_spectrum_grid *grid = &r->tally->grid;
+    /* if only a part of each loss is known, the account gives all of it, but not for strikes */
+    const bool whole = sink->part && rows == r->impacts;
     sink->open(sink, name);
-    for (int row = 0; row <= r->all; row++) {
-        const struct mill_spectrum *normal = &speeds[row].normal;
-        const struct mill_spectrum_slot all = mill_spectrum_total(normal, 0);
-        sink->open(sink, mill_tally_name(r, row));
-        mill_tell_count(sink, "count", all.count, "how many within the duration");
-        mill_tell_number(sink, "rate", mill_tally_per_second(r, (double)all.count), "s-1",
-                         "count / duration");
-        tell_power(sink, r, speeds, row, all.dissipation);
-        tell_speed(sink, "normal_speed", grid, normal, normal, MILL_SPECTRUM_FAST);
-        tell_speed(sink, "tangential_speed", grid, &speeds[row].tangential[0],
-                   &speeds[row].tangential[1], 0);
+    for (int n = 0; n <= r->kinds.count; n++) {
+        const int kind = r->kinds.kind[n];
+        const struct mill_tally_row *row = &rows[kind];
+        sink->open(sink, r->kinds.name[n]);
+        mill_tell_count(sink, "count", row->count, "how many within the duration");
+        mill_tell_number(sink, "rate", row->rate, "s-1", "count / duration");
+        mill_tell_number(sink, "dissipated_power",
+                         whole ? r->at.known.loss[kind].value : row->power, "W",
+                         "energy dissipated / duration");
+        if (!whole)
+            mill_tell_part(sink);
+        tell_speed(sink, "normal_speed", grid, &row->normal, &speeds[kind].normal);
+        tell_speed(sink, "tangential_speed", grid, &row->tangential, &speeds[kind].tangential[0]);
         sink->close(sink);
     }
     sink->close(sink);
@@ -108,32 +88,63 @@ static void tell_rows(struct mill_sink *sink, const char *name, const struct mil
 
 static const char error[] = "its standard error, the same as in precision";
 
+/* Writes power and torque of a motion with their errors. rotor: in the words for a rotor */
+static void tell_motion(struct mill_sink *sink, const struct mill_precision_known *known, int k,
+                        bool rotor)
+{
+    static const char *const of_rotor[2] = {"work of the rotor on the balls / duration",
+                                            "mean torque of the rotor on the balls about +x"};
+    for (int i = 0; i < 2; i++) {
+        const struct mill_precision_rate *rate = &mill_precision_rates[MILL_PRECISION_POWER + i];
+        const struct mill_precision_mean *mean = mill_precision_of(known, rate, k);
+        char name[32];
+        snprintf(name, sizeof name, "%s_error", rate->name);
+        mill_tell_number(sink, rate->name, mean->value, rate->unit,
+                         rotor ? of_rotor[i] : rate->meaning);
+        mill_tell_number(sink, name, mean->error, rate->unit,
+                         rotor ? error : "its standard error, from batches of the motions' period");
+    }
+}
+
+/* Writes power and torque of the rotor in blocks of whole periods. */
+static void tell_blocks(struct mill_sink *sink, const struct mill_tally_results *r)
+{
+    const int rotor = r->world->rotor;
+    const uint64_t period = r->tally->batches.at.period;
+    const struct mill_account *from = &r->tally->batches.accounts[r->from];
+    double *power = mill_sink_room(sink, r->blocks, sizeof *power);
+    double *torque = mill_sink_room(sink, r->blocks, sizeof *torque);
+    for (size_t k = 0; power && torque && k < r->blocks; k++, from += period) {
+        power[k] = (from[period].motion[rotor].work - from->motion[rotor].work) / r->block;
+        torque[k] = (from[period].motion[rotor].impulse - from->motion[rotor].impulse) / r->block;
+    }
+    if (power && torque) {
+        mill_tell_array(sink, "block_power", r->blocks, power, "W", "mean power of each block");
+        mill_tell_array(sink, "block_torque", r->blocks, torque, "N m",
+                        "mean torque of each block");
+    }
+    free(power);
+    free(torque);
+}
+
 /* If there are other motions too, it is not known which of them pressed the balls. */
 static void tell_rotor(struct mill_sink *sink, const struct mill_tally_results *r)
 {
-    const bool alone = r->world->motions == 1 && r->world->rotor == 0;
-    const double pinched = r->world->rotor < 0 ? 0 * r->pinch_power : (double)NAN;
+    if (r->world->rotor < 0)
+        return;
     sink->open(sink, "rotor");
-    const struct mill_precision_mean *power = &r->at.known.power, *torque = &r->at.known.torque;
-    mill_tell_number(sink, "power", power->value, "W", "work of the rotor on the balls / duration");
-    mill_tell_number(sink, "power_error", power->error, "W", error);
-    mill_tell_number(sink, "pinch_power", alone ? r->pinch_power : pinched, "W",
+    tell_motion(sink, &r->at.known, r->world->rotor, true);
+    mill_tell_number(sink, "pinch_power", r->world->motions == 1 ? r->pinch_power : (double)NAN,
+                     "W",
                      "of it: work on balls pressed between a blade and others / duration; NaN: not "
                      "known, as other motions press balls too");
-    mill_tell_number(sink, "torque", torque->value, "N m",
-                     "mean torque of the rotor on the balls about +x");
-    mill_tell_number(sink, "torque_error", torque->error, "N m", error);
     mill_tell_count(sink, "blocks", r->blocks, "whole blocks within the duration");
     mill_tell_number(sink, "block_revolutions", r->revolutions, "1",
                      "revolutions of the rotor in a block");
     mill_tell_number(sink, "block_duration", r->block, "s",
                      "length of a block, whole periods of all motions; NaN where no rotor turns");
-    if (sink->full) {
-        mill_tell_array(sink, "block_power", r->blocks, r->block_power, "W",
-                        "mean power of each block");
-        mill_tell_array(sink, "block_torque", r->blocks, r->block_torque, "N m",
-                        "mean torque of each block");
-    }
+    if (sink->full)
+        tell_blocks(sink, r);
     sink->close(sink);
 }
 
@@ -143,17 +154,8 @@ static void tell_motions(struct mill_sink *sink, const struct mill_tally_results
     const struct mill_precision_known *known = &r->at.known;
     sink->open(sink, "motions");
     for (int k = 0; k < r->world->motions; k++) {
-        const struct mill_precision_mean *power = &known->motion_power[k];
-        const struct mill_precision_mean *torque = &known->motion_torque[k];
         sink->open(sink, r->world->motion_name[k]);
-        mill_tell_number(sink, "power", power->value, "W",
-                         "work on the balls by this motion's own velocity / duration");
-        mill_tell_number(sink, "power_error", power->error, "W",
-                         "its standard error, from batches of the motions' period");
-        mill_tell_number(sink, "torque", torque->value, "N m",
-                         "mean torque on the balls about the motion's own axis; NaN: it has none");
-        mill_tell_number(sink, "torque_error", torque->error, "N m",
-                         "its standard error, from batches of the motions' period");
+        tell_motion(sink, known, k, false);
         sink->close(sink);
     }
     sink->close(sink);
@@ -166,14 +168,14 @@ static void tell_motions(struct mill_sink *sink, const struct mill_tally_results
     sink->close(sink);
 }
 
-/* Writes `count` means as a group of arrays; count 0: a single one, as numbers. */
-static void tell_means(struct mill_sink *sink, const char *name, size_t count,
-                       const struct mill_precision_mean *mean, const char *unit,
+/* Writes means as a group of arrays; a single one as numbers. */
+static void tell_means(struct mill_sink *sink, const char *name,
+                       const struct mill_precision_mean *mean, size_t count, const char *unit,
                        const char *meaning)
 {
     double value[3][MILL_WORLD_FAST];
-    const int rank = count > 0;
-    for (size_t i = 0; i < (count > 0 ? count : 1); i++) {
+    const int rank = count > 1;
+    for (size_t i = 0; i < count; i++) {
         value[0][i] = mean[i].value;
         value[1][i] = mean[i].error;
         value[2][i] = mean[i].freedom;
@@ -188,6 +190,21 @@ static void tell_means(struct mill_sink *sink, const char *name, size_t count,
     sink->values(sink, "degrees_of_freedom", MILL_H5_F64, rank, &count, value[2], "1",
                  "of the standard error, for which it is widened; 0: none");
     sink->close(sink);
+}
+
+/* Writes a rate of the account: of each kind and of all together, or of the whole mill. */
+static void tell_rate(struct mill_sink *sink, const struct mill_tally_results *r, int which)
+{
+    const struct mill_precision_rate *rate = &mill_precision_rates[which];
+    const bool kinds = rate->each == MILL_PRECISION_KIND;
+    if (kinds)
+        sink->open(sink, rate->name);
+    for (int n = 0; n <= (kinds ? r->kinds.count : 0); n++)
+        tell_means(sink, kinds ? r->kinds.name[n] : rate->name,
+                   mill_precision_of(&r->at.known, rate, kinds ? r->kinds.kind[n] : 0), rate->width,
+                   rate->unit, rate->meaning);
+    if (kinds)
+        sink->close(sink);
 }
 
 static void tell_asked(struct mill_sink *sink, const struct mill_tally_results *r)
@@ -207,43 +224,25 @@ static void tell_asked(struct mill_sink *sink, const struct mill_tally_results *
 static void tell_precision(struct mill_sink *sink, const struct mill_tally_results *r)
 {
     const struct mill_precision_known *known = &r->at.known;
+    const int rotor = r->world->rotor;
     sink->open(sink, "precision");
-    tell_means(sink, "median", 0, &known->median, "m s-1", "median normal speed of all impacts");
-    tell_means(sink, "median_above_50mm_s", 0, &known->median_fast, "m s-1",
+    tell_means(sink, "median", &known->median, 1, "m s-1", "median normal speed of all impacts");
+    tell_means(sink, "median_above_50mm_s", &known->median_fast, 1, "m s-1",
                "median normal speed of all impacts at 0.05 m/s or more");
-    tell_means(sink, "drive_power", 0, &known->drive, "W",
-               "mean power of all motions on the balls");
-    tell_means(sink, "rotor_power", 0, &known->power, "W", "mean power of the rotor on the balls");
-    tell_means(sink, "rotor_torque", 0, &known->torque, "N m",
-               "mean torque of the rotor on the balls about +x");
-    sink->open(sink, "rate");
-    for (int row = 0; row <= r->all; row++)
-        tell_means(sink, mill_tally_name(r, row), 0, &known->rate[row], "s-1",
-                   "impacts per second");
-    sink->close(sink);
-    sink->open(sink, "fast_rate");
-    for (int row = 0; row <= r->all; row++)
-        tell_means(sink, mill_tally_name(r, row), MILL_WORLD_FAST, known->fast[row], "s-1",
-                   "impacts per second with a normal speed at or above each of the attribute "
-                   "thresholds [m/s]");
-    sink->close(sink);
-    tell_means(sink, "rate_above_1mJ", 0, &r->hard, "s-1",
+    tell_rate(sink, r, MILL_PRECISION_DRIVE);
+    if (rotor >= 0) {
+        tell_means(sink, "rotor_power", &known->motion_power[rotor], 1, "W",
+                   "mean power of the rotor on the balls");
+        tell_means(sink, "rotor_torque", &known->motion_torque[rotor], 1, "N m",
+                   "mean torque of the rotor on the balls about +x");
+    }
+    for (int which = MILL_PRECISION_RATE; which < MILL_PRECISION_RATES; which++)
+        tell_rate(sink, r, which);
+    tell_means(sink, "rate_above_1mJ", &r->hard, 1, "s-1",
                "impacts per second with a normal energy, m* v_n^2 / 2, of 1 mJ or more");
-    tell_means(sink, "above_1mJ_per_joule", 0, &r->hard_per_joule, "J-1",
+    tell_means(sink, "above_1mJ_per_joule", &r->hard_per_joule, 1, "J-1",
                "these impacts per work of all motions; its relative error is that of these impacts "
                "per power lost in impacts");
-    static const struct {
-        const char *name, *meaning;
-    } losses[] = {{"dissipated_power", "power lost in impacts"},
-                  {"dissipated_power_normal", "its normal part"}};
-    for (size_t i = 0; i < 2; i++) {
-        sink->open(sink, losses[i].name);
-        for (int row = 0; row <= r->all; row++)
-            tell_means(sink, mill_tally_name(r, row), 0,
-                       i == 0 ? &known->loss[row] : &known->loss_normal[row], "W",
-                       losses[i].meaning);
-        sink->close(sink);
-    }
     mill_tell_number(sink, "batch", r->tally->batches.at.batch, "s", "length of a batch");
     mill_tell_count(sink, "batches", known->batches, "whole batches within the window");
     if (r->tally->precision > 0)
@@ -253,6 +252,8 @@ static void tell_precision(struct mill_sink *sink, const struct mill_tally_resul
 
 void mill_tally_results_tell(const struct mill_tally_results *r, struct mill_sink *sink)
 {
+    const struct mill_gathered_plan *plan = &r->tally->plan;
+    const struct mill_gathered *sums = &r->sums;
     sink->open(sink, "statistics");
     mill_tell_number(sink, "duration", r->duration, "s",
                      r->tally->search ? "length of the window that the statistics cover: from the "
@@ -260,25 +261,27 @@ void mill_tally_results_tell(const struct mill_tally_results *r, struct mill_sin
                                       : "length of the window that the statistics cover: from "
                                         "run.sample_from to the end");
     if (!sink->full)
-        mill_tell_array(sink, "quantile_levels", LEVELS, level, "1", "levels of the quantiles");
-    tell_rows(sink, "impacts", r, r->impacts);
-    tell_rows(sink, "strikes", r, r->strikes);
+        mill_tell_array(sink, "quantile_levels", MILL_TALLY_LEVELS, mill_tally_level, "1",
+                        "levels of the quantiles");
+    tell_rows(sink, "impacts", r, sums->impacts, r->impacts);
+    tell_rows(sink, "strikes", r, sums->strikes, r->strikes);
     sink->open(sink, "floor_share");
-    for (int row = 0; row <= r->all; row++)
-        mill_tell_number(sink, mill_tally_name(r, row),
-                         sink->part ? (double)NAN : r->floor_share[row], "1",
+    for (int n = 0; n <= r->kinds.count; n++)
+        mill_tell_number(sink, r->kinds.name[n],
+                         sink->part ? (double)NAN : r->floor_share[r->kinds.kind[n]], "1",
                          "share of the impacts at which the rebound floor acted; NaN without "
                          "impacts");
     sink->close(sink);
     if (sink->full) {
         sink->open(sink, "energies");
-        mill_energies_tell(&r->energies, &r->world->kinds, sink);
-        mill_energies_blocks_tell(&r->tally->blocks, &r->energies, &r->world->kinds, r->from,
-                                  r->tally->batches.at.period, r->tally->batches.at.batch, sink);
+        mill_energies_tell(&plan->energies, &sums->part[MILL_GATHERED_PAIRS], sink);
+        mill_energies_blocks_tell(&r->tally->blocks, &plan->energies, &r->tally->batches, r->from,
+                                  sink);
         sink->close(sink);
-        mill_maps_tell(&r->maps, sink);
+        mill_maps_tell(&plan->maps, &sums->part[MILL_GATHERED_HITS], sums->flow,
+                       sums->counts->samples, sink);
         if (!sink->part) /* another program's run: the surfaces that balls met are not known */
-            mill_wear_tell(&r->wear, r->duration, r->tally->law, sink);
+            mill_wear_tell(&plan->wear, sums->wear, r->duration, r->tally->law, sink);
     }
     tell_rotor(sink, r);
     tell_motions(sink, r);

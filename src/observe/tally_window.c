@@ -12,50 +12,11 @@
 
 /* ---- portions ---- */
 
-void mill_tally_window_add(struct mill_speeds *into, const struct mill_speeds *from, int rows)
-{
-    for (int row = 0; row < rows; row++) {
-        mill_spectrum_merge(&into[row].normal, &from[row].normal);
-        mill_spectrum_merge(&into[row].tangential[0], &from[row].tangential[0]);
-        mill_spectrum_merge(&into[row].tangential[1], &from[row].tangential[1]);
-    }
-}
-
-static bool make_room(struct mill_gathered *gathered, int kinds)
-{
-    gathered->impacts = calloc((size_t)kinds, sizeof *gathered->impacts);
-    gathered->strikes = calloc((size_t)kinds, sizeof *gathered->strikes);
-    return gathered->impacts && gathered->strikes;
-}
-
-bool mill_tally_window_create(struct mill_gathered *gathered, const struct mill_world *world)
-{
-    return make_room(gathered, world->kinds.count) && mill_maps_init(&gathered->maps, world) &&
-           mill_energies_init(&gathered->energies, world) && mill_wear_init(&gathered->wear, world);
-}
-
-bool mill_tally_window_like(struct mill_gathered *gathered, const struct mill_gathered *as,
-                            int kinds)
-{
-    return make_room(gathered, kinds) && mill_maps_like(&gathered->maps, &as->maps) &&
-           mill_energies_like(&gathered->energies, &as->energies) &&
-           mill_wear_like(&gathered->wear, &as->wear);
-}
-
 /* A run that ends early needs only the first portions. */
 bool mill_tally_window_portion(struct mill_tally *t, uint64_t number)
 {
     struct mill_gathered *portion = &t->portion[number];
-    return portion->impacts || mill_tally_window_like(portion, &t->gathered, t->kinds);
-}
-
-void mill_tally_window_free(struct mill_gathered *gathered)
-{
-    free(gathered->impacts);
-    free(gathered->strikes);
-    mill_energies_free(&gathered->energies);
-    mill_maps_free(&gathered->maps);
-    mill_wear_free(&gathered->wear);
+    return portion->impacts || mill_gathered_make(portion, &t->plan, t->plan.kinds);
 }
 
 /* Moves statistics; `from` gets the memory that `to` had. */
@@ -76,14 +37,8 @@ static void join_portions(struct mill_tally *t)
         many++;
     for (uint64_t k = 0; t->search && k < t->at.portions / many; k++) {
         struct mill_gathered *first = &t->portion[many * k];
-        for (uint64_t m = 1; m < many; m++) {
-            mill_tally_window_add(first->impacts, first[m].impacts, t->kinds);
-            mill_tally_window_add(first->strikes, first[m].strikes, t->kinds);
-            mill_energies_add(&first->energies, &first[m].energies);
-            mill_maps_add(&first->maps, &first[m].maps);
-            mill_wear_add(&first->wear, &first[m].wear);
-            first->recontacts += first[m].recontacts;
-        }
+        for (uint64_t m = 1; m < many; m++)
+            mill_gathered_add(first, &first[m]);
         first->last = first[many - 1].last;
         if (k > 0)
             move(&t->portion[k], first);
@@ -123,26 +78,21 @@ bool mill_tally_window_batch(struct mill_tally *t, const struct mill_account *ac
     uint64_t count[MILL_SPECTRUM_SLOTS];
     for (int i = 0; i < MILL_SPECTRUM_SLOTS; i++) {
         uint64_t now = 0;
-        for (int kind = 0; kind < t->kinds; kind++)
+        for (int kind = 0; kind < t->plan.kinds; kind++)
             now += gathered->impacts[kind].normal.slot[i].count;
         count[i] = now - t->before[i];
         t->before[i] = now;
     }
     mill_precision_close(&t->batches, count, account);
     if (t->batches.at.batches % t->blocks.length == 0)
-        mill_energies_blocks_close(&t->blocks, &gathered->energies, t->batches.at.period);
+        mill_energies_blocks_close(&t->blocks, gathered->pair, t->batches.at.period);
     if (t->batches.at.batches % t->at.length != 0)
         return true;
     if (t->search && !mill_tally_window_portion(t, t->at.portions))
         return false;
     if (t->search) { /* the statistics since the last portion become a new portion */
         move(&t->portion[t->at.portions], gathered);
-        memset(gathered->impacts, 0, sizeof *gathered->impacts * (size_t)t->kinds);
-        memset(gathered->strikes, 0, sizeof *gathered->strikes * (size_t)t->kinds);
-        mill_energies_clear(&gathered->energies);
-        mill_maps_clear(&gathered->maps);
-        mill_wear_clear(&gathered->wear);
-        gathered->recontacts = 0;
+        mill_gathered_clear(gathered);
         gathered->last++;
         memset(t->before, 0, sizeof t->before);
         mill_energies_blocks_restart(&t->blocks);

@@ -9,6 +9,7 @@
 
 #include "base/elementary.h"
 #include "geometry/shapes.h"
+#include "observe/kinds.h"
 #include "observe/outline.h"
 #include "observe/poses.h"
 #include "observe/wear.h"
@@ -282,11 +283,8 @@ static void put_body(struct scene *s, const char *name, int k, const struct mill
                      float *points)
 {
     const struct mill_mesh *mesh = &outline->mesh;
-    const struct mill_kinds *kinds = &s->world->kinds;
+    const struct mill_listed kinds = mill_kinds_listed(s->world);
     const bool moving = k >= 0 && does_move(s->world->motion[k]);
-    const char *kind[MILL_KINDS_MOST];
-    for (int i = 0; i < kinds->count; i++)
-        kind[i] = kinds->name[i];
     begin_block(s, name, mesh->points);
     put_points(s, mesh, k, moving, points);
     put_cells(s, "Polygons", mesh->triangles, 3, &mesh->corner[0][0]);
@@ -295,7 +293,7 @@ static void put_body(struct scene *s, const char *name, int k, const struct mill
         s->file, at(s, "CellData", "kind"), MILL_H5_U8, 1, &mesh->triangles, outline->kind, "1",
         "what the triangle is part of, as the kind of contact with it: index into the attribute "
         "kinds");
-    mill_h5_attribute(s->file, s->path, "kinds", MILL_H5_TEXT, (size_t)kinds->count, kind);
+    mill_h5_attribute(s->file, s->path, "kinds", MILL_H5_TEXT, (size_t)kinds.count, kinds.name);
     mill_h5_write(s->file, at(s, "CellData", "number"), MILL_H5_I32, 1, &mesh->triangles,
                   outline->number, "1",
                   "number of the blade, end wall or copy of a body, -1 for drum and shaft");
@@ -317,9 +315,9 @@ static void put_wear(struct scene *s)
     put_steps(s, false, 0);
     for (int c = 0; c < MILL_WEAR_SHOWN; c++) {
         char path[PATH];
-        snprintf(path, sizeof path, MILL_WEAR_MESH "/%s", mill_wear_shown[c]);
-        link_to(s, path, "CellData", mill_wear_shown[c]);
-        link_to(s, ALIKE, "Steps/CellDataOffsets", mill_wear_shown[c]);
+        snprintf(path, sizeof path, MILL_WEAR_MESH "/%s", mill_wear_shown(c));
+        link_to(s, path, "CellData", mill_wear_shown(c));
+        link_to(s, ALIKE, "Steps/CellDataOffsets", mill_wear_shown(c));
     }
 }
 

@@ -10,63 +10,48 @@
  * v_t^2 / 3. */
 #include "observe/wear.h"
 
-#include "base/memory.h"
+#include "observe/kinds.h"
 #include "observe/sink.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-bool mill_wear_like(struct mill_wear *wear, const struct mill_wear *as)
-{
-    *wear = (struct mill_wear){.plan = as->plan};
-    wear->sum = mill_memory_get((size_t)as->plan->facets + 1, sizeof *wear->sum);
-    return wear->sum;
-}
+#define FACET(member) offsetof(struct mill_wear_sum, member), 0, 0
 
-bool mill_wear_init(struct mill_wear *wear, const struct mill_world *world)
+static const struct mill_sum sum_of[] = {
+    {"count", "1", "impacts on the facet", MILL_H5_U64, FACET(count)},
+    {"normal", "J", "lost along the normal", MILL_H5_F64, FACET(normal)},
+    {"sliding", "J", "lost in the surface", MILL_H5_F64, FACET(sliding)},
+    {"slid", "J", "part of it of impacts that did not stick", MILL_H5_F64, FACET(slid)},
+    {"carved", "J", "m g^2 f(angle) of Finnie's law", MILL_H5_F64, FACET(carved)},
+    {"normal_squares", "J2", "of single impacts", MILL_H5_F64, FACET(normal_squares)},
+    {"sliding_squares", "J2", "of single impacts", MILL_H5_F64, FACET(sliding_squares)},
+    {"slid_squares", "J2", "of single impacts", MILL_H5_F64, FACET(slid_squares)}};
+
+const struct mill_sums_list mill_wear_sums = {"wear", sizeof(struct mill_wear_sum), 8, sum_of};
+
+bool mill_wear_init(struct mill_wear_plan *plan, const struct mill_world *world)
 {
-    struct mill_wear_plan *plan = calloc(1, sizeof *plan);
-    *wear = (struct mill_wear){.plan = plan, .owns = true};
-    if (!plan)
-        return false;
-    plan->world = world;
+    *plan = (struct mill_wear_plan){.world = world};
     for (int k = -1; k < world->motions; k++)
         plan->start[k + 1] = mill_motion_pose(k < 0 ? NULL : world->motion[k], 0.0);
-    if (!mill_wear_facets_make(plan))
-        return false;
-    const struct mill_wear as = *wear;
-    const bool good = mill_wear_like(wear, &as);
-    wear->owns = true;
-    return good;
+    return mill_wear_facets_make(plan);
 }
 
-void mill_wear_free(struct mill_wear *wear)
-{
-    if (wear->owns && wear->plan)
-        mill_wear_facets_free(wear->plan);
-    if (wear->owns)
-        free(wear->plan);
-    free(wear->sum);
-}
-
-/* ---- sums ---- */
-
-struct mill_wear_sum *mill_wear_facet(const struct mill_wear *wear,
+struct mill_wear_sum *mill_wear_facet(const struct mill_wear_plan *plan, struct mill_wear_sum *sum,
                                       const struct mill_impact *impact)
 {
-    const struct mill_wear_plan *plan = wear->plan;
     const int32_t facet = impact->surface < 0
                               ? -1
                               : mill_wear_facets_find(plan, plan->part_of[impact->surface],
                                                       impact->place, impact->facing);
     if (facet < 0)
         return NULL;
-    struct mill_wear_sum *sum = &wear->sum[facet];
-    __builtin_prefetch(sum, 1);
-    return sum;
+    __builtin_prefetch(sum + facet, 1);
+    return sum + facet;
 }
 
-void mill_wear_impact(const struct mill_wear *wear, struct mill_wear_sum *sum,
+void mill_wear_impact(const struct mill_wear_plan *plan, struct mill_wear_sum *sum,
                       const struct mill_impact *impact)
 {
     const double n = impact->normal_speed, t = impact->tangential_speed;
@@ -76,103 +61,106 @@ void mill_wear_impact(const struct mill_wear *wear, struct mill_wear_sum *sum,
     sum->normal += normal;
     sum->sliding += sliding;
     sum->slid += slid;
-    sum->carved += wear->plan->world->species[impact->species].mass *
+    sum->carved += plan->world->species[impact->species].mass *
                    (3 * n < t ? 2 * n * t - 3 * n * n : t * t / 3);
     sum->normal_squares += normal * normal;
     sum->sliding_squares += sliding * sliding;
     sum->slid_squares += slid * slid;
 }
 
-void mill_wear_add(struct mill_wear *into, const struct mill_wear *from)
-{
-    for (int32_t i = 0; i < into->plan->facets; i++) {
-        struct mill_wear_sum *to = &into->sum[i];
-        const struct mill_wear_sum *more = &from->sum[i];
-        to->count += more->count;
-        to->normal += more->normal;
-        to->sliding += more->sliding;
-        to->slid += more->slid;
-        to->carved += more->carved;
-        to->normal_squares += more->normal_squares;
-        to->sliding_squares += more->sliding_squares;
-        to->slid_squares += more->slid_squares;
-    }
-}
-
-void mill_wear_clear(struct mill_wear *wear)
-{
-    memset(wear->sum, 0, (size_t)wear->plan->facets * sizeof *wear->sum);
-}
-
 /* ---- telling ---- */
 
-enum column {
-    RATE,
-    NORMAL,
-    NORMAL_ERROR,
-    SLIDING,
-    SLIDING_ERROR,
-    SLID,
-    CARVED,
-    DEPTH,
-    DEPTH_ERROR,
-    EROSION,
-    AREA,
-    COLUMNS
+/* What the file tells of a part */
+struct part_row {
+    int32_t kind, number, motion, round;
 };
 
-const char *const mill_wear_shown[MILL_WEAR_SHOWN] = {"rate", "normal_power", "sliding_power",
-                                                      "archard_rate", "finnie_rate"};
+#define PART(member) MILL_H5_I32, offsetof(struct part_row, member), 0, 0
+static const struct mill_sum part_of[] = {
+    {"kind", "1", "kind of contact with the part: index into the attribute kinds", PART(kind)},
+    {"number", "1", "number of the blade, end wall or copy of a body; -1: the only one",
+     PART(number)},
+    {"motion", "1", "motion that carries the part: index into the attribute motions; -1: none",
+     PART(motion)},
+    {"round", "1", "1: the part can turn about x of its axes without a change", PART(round)}};
+static const struct mill_sums_list part_list = {"parts", sizeof(struct part_row), 4, part_of};
 
-static const struct {
-    const char *name, *unit, *meaning;
-} columns[COLUMNS] = {
-    [RATE] = {"rate", "m-2 s-1", "impacts per area and time"},
-    [NORMAL] = {"normal_power", "W m-2", "power lost along the normal, per area"},
-    [NORMAL_ERROR] = {"normal_power_error", "W m-2",
-                      "its standard error, as if single impacts were independent"},
-    [SLIDING] = {"sliding_power", "W m-2", "power lost by sliding, per area"},
-    [SLIDING_ERROR] = {"sliding_power_error", "W m-2",
-                       "its standard error, as if single impacts were independent"},
-    [SLID] = {"slid_power", "W m-2",
-              "part of sliding_power of the impacts that slide to the end: the work W of Archard's "
-              "law, per area and time"},
-    [CARVED] = {"carved_power", "W m-2", "m g^2 f(angle) of Finnie's law, per area and time"},
-    [DEPTH] = {"archard_rate", "m s-1",
-               "depth removed per time by sliding wear (Archard): K W / (mu H) per area, with the "
-               "work W of impacts that slide to the end; NaN without K, H or friction"},
-    [DEPTH_ERROR] = {"archard_rate_error", "m s-1",
-                     "its standard error, as if single impacts were independent"},
-    [EROSION] = {"finnie_rate", "kg m-2 s-1",
-                 "mass removed per area and time by erosion (Finnie): k m g^2 f(angle); NaN "
-                 "without k"},
-    [AREA] = {"area", "m2", "area of the facet"},
+#define PLACE(type, member) type, offsetof(struct mill_wear_facet, member)
+static const struct mill_sum place_of[] = {
+    {"part", "1", "part of the facet: row of `parts`", PLACE(MILL_H5_I32, part), 0, 0},
+    {"face", "1",
+     "direction in which the facet faces: 0 to 5: -x, +x, -y, +y, -z, +z of the part's own axes; "
+     "of "
+     "a round part: along its axis, away from it (3), around it",
+     PLACE(MILL_H5_I32, face), 0, 0},
+    {"centre", "m", "middle of the facet, in the frame of the part's motion",
+     PLACE(MILL_H5_F64, centre), 3, sizeof(double)},
+    {"area", "m2", "area of the facet", PLACE(MILL_H5_F64, area), 0, 0}};
+static const struct mill_sums_list place_list = {"facets", sizeof(struct mill_wear_facet), 4,
+                                                 place_of};
+
+/* The results of a facet */
+struct worn {
+    double rate, normal, normal_error, sliding, sliding_error, slid, carved, depth, depth_error;
+    double erosion;
+    int32_t count;
 };
 
-/* The values of facet i, in all columns */
-static void set_values(const struct mill_wear *wear, int32_t i, double duration,
-                       const struct mill_wear_law *laws, double value[COLUMNS])
+#define WORN(member) MILL_H5_F64, offsetof(struct worn, member), 0, 0
+#define ERROR "its standard error, as if single impacts were independent"
+static const struct mill_sum worn_of[] = {
+    /* ---- first those of the pictures ---- */
+    {"rate", "m-2 s-1", "impacts per area and time", WORN(rate)},
+    {"normal_power", "W m-2", "power lost along the normal, per area", WORN(normal)},
+    {"sliding_power", "W m-2", "power lost by sliding, per area", WORN(sliding)},
+    {"archard_rate", "m s-1",
+     "depth removed per time by sliding wear (Archard): K W / (mu H) per area, with the work W of "
+     "impacts that slide to the end; NaN without K, H or friction",
+     WORN(depth)},
+    {"finnie_rate", "kg m-2 s-1",
+     "mass removed per area and time by erosion (Finnie): k m g^2 f(angle); NaN without k",
+     WORN(erosion)},
+    /* ---- then the others ---- */
+    {"normal_power_error", "W m-2", ERROR, WORN(normal_error)},
+    {"sliding_power_error", "W m-2", ERROR, WORN(sliding_error)},
+    {"slid_power", "W m-2",
+     "part of sliding_power of the impacts that slide to the end: the work W of Archard's law, per "
+     "area and time",
+     WORN(slid)},
+    {"carved_power", "W m-2", "m g^2 f(angle) of Finnie's law, per area and time", WORN(carved)},
+    {"archard_rate_error", "m s-1", ERROR, WORN(depth_error)},
+    {"count", "1", "impacts on the facet", MILL_H5_I32, offsetof(struct worn, count), 0, 0}};
+static const struct mill_sums_list worn_list = {"worn", sizeof(struct worn), 11, worn_of};
+
+const char *mill_wear_shown(int k)
 {
-    const struct mill_wear_plan *plan = wear->plan;
+    return worn_of[k].name;
+}
+
+static struct worn results_of(const struct mill_wear_plan *plan, int32_t i,
+                              const struct mill_wear_sum *sum, double duration,
+                              const struct mill_wear_law *laws)
+{
     const struct mill_wear_facet *facet = &plan->facet[i];
-    const struct mill_wear_sum *sum = &wear->sum[i];
     const int kind = plan->world->shape[plan->part[facet->part].shape]->kind;
     const struct mill_wear_law *law = &laws[kind];
     const double per = 1 / (facet->area * duration), mu = plan->world->law[kind].friction;
     /* 0 / 0: a coefficient that is not given */
     const double archard =
         law->archard * law->hardness * mu > 0 ? law->archard / (mu * law->hardness) : (double)NAN;
-    value[RATE] = (double)sum->count * per;
-    value[NORMAL] = sum->normal * per;
-    value[NORMAL_ERROR] = sqrt(sum->normal_squares) * per;
-    value[SLIDING] = sum->sliding * per;
-    value[SLIDING_ERROR] = sqrt(sum->sliding_squares) * per;
-    value[SLID] = sum->slid * per;
-    value[CARVED] = sum->carved * per;
-    value[DEPTH] = archard * sum->slid * per;
-    value[DEPTH_ERROR] = archard * sqrt(sum->slid_squares) * per;
-    value[EROSION] = law->erosion > 0 ? law->erosion * sum->carved * per : (double)NAN;
-    value[AREA] = facet->area;
+    return (struct worn){
+        .rate = (double)sum->count * per,
+        .normal = sum->normal * per,
+        .normal_error = sqrt(sum->normal_squares) * per,
+        .sliding = sum->sliding * per,
+        .sliding_error = sqrt(sum->sliding_squares) * per,
+        .slid = sum->slid * per,
+        .carved = sum->carved * per,
+        .depth = archard * sum->slid * per,
+        .depth_error = archard * sqrt(sum->slid_squares) * per,
+        .erosion = law->erosion > 0 ? law->erosion * sum->carved * per : (double)NAN,
+        .count = (int32_t)fmin((double)sum->count, INT32_MAX),
+    };
 }
 
 /* A pose as three rows of four: a point p of its frame is at pose[:, :3] p + pose[:, 3] */
@@ -186,81 +174,44 @@ static void set_rows(const struct mill_pose *pose, double row[12])
     }
 }
 
-static void tell_poses(const struct mill_wear_plan *plan, struct mill_sink *sink)
-{
-    const size_t dims[3] = {(size_t)plan->parts, 3, 4};
-    double(*row)[12] = malloc((dims[0] + 1) * sizeof *row);
-    for (size_t i = 0; row && i < dims[0]; i++) {
-        const struct mill_motion *m = plan->world->shape[plan->part[i].shape]->motion;
-        set_rows(&plan->start[m ? m->number + 1 : 0], row[i]);
-    }
-    if (row)
-        sink->values(sink, "start", MILL_H5_F64, 3, dims, row, "1",
-                     "pose of the part's motion at t = 0: a point p of its frame is at "
-                     "start[:, :3] p + start[:, 3] m");
-    for (size_t i = 0; row && i < dims[0]; i++)
-        set_rows(&plan->part[i].chart, row[i]);
-    if (row)
-        sink->values(sink, "axes", MILL_H5_F64, 3, dims, row, "1",
-                     "the part's own axes, as a pose in the frame of its motion");
-    free(row);
-}
-
-static void tell_parts(const struct mill_wear_plan *plan, struct mill_sink *sink, int32_t *room)
+static void tell_parts(const struct mill_wear_plan *plan, struct mill_sink *sink)
 {
     const struct mill_world *w = plan->world;
-    const size_t parts = (size_t)plan->parts;
-    const char *kind[MILL_KINDS_MOST], *motion[MILL_MOTIONS_MOST];
-    for (int k = 0; k < w->kinds.count; k++)
-        kind[k] = w->kinds.name[k];
+    const struct mill_listed kinds = mill_kinds_listed(w);
+    const size_t parts = (size_t)plan->parts, dims[3] = {parts, 3, 4};
+    struct part_row *row = mill_sink_room(sink, parts, sizeof *row);
+    double(*pose)[12] = mill_sink_room(sink, 2 * parts, sizeof *pose);
+    const struct mill_sums sums = {&part_list, parts, row};
+    const struct mill_sums_view all = {.rank = 1, .dims = {parts}};
+    const char *motion[MILL_MOTIONS_MOST];
     for (int k = 0; k < w->motions; k++)
         motion[k] = w->motion_name[k];
-    sink->open(sink, "parts");
-    for (size_t i = 0; i < parts; i++)
-        room[i] = w->shape[plan->part[i].shape]->kind;
-    sink->values(sink, "kind", MILL_H5_I32, 1, &parts, room, "1",
-                 "kind of contact with the part: index into the attribute kinds");
-    sink->attribute(sink, "kinds", MILL_H5_TEXT, (size_t)w->kinds.count, kind);
-    for (size_t i = 0; i < parts; i++)
-        room[i] = w->shape[plan->part[i].shape]->number;
-    sink->values(sink, "number", MILL_H5_I32, 1, &parts, room, "1",
-                 "number of the blade, end wall or copy of a body; -1: the only one");
-    for (size_t i = 0; i < parts; i++) {
-        const struct mill_motion *m = w->shape[plan->part[i].shape]->motion;
-        room[i] = m ? m->number : -1;
+    for (size_t i = 0; row && pose && i < parts; i++) {
+        const struct mill_shape *shape = w->shape[plan->part[i].shape];
+        const int of = shape->motion ? shape->motion->number : -1;
+        row[i] =
+            (struct part_row){kinds.number[shape->kind], shape->number, of, plan->part[i].round};
+        set_rows(&plan->start[of + 1], pose[i]);
+        set_rows(&plan->part[i].chart, pose[parts + i]);
     }
-    sink->values(sink, "motion", MILL_H5_I32, 1, &parts, room, "1",
-                 "motion that carries the part: index into the attribute motions; -1: none");
-    if (w->motions > 0)
-        sink->attribute(sink, "motions", MILL_H5_TEXT, (size_t)w->motions, motion);
-    for (size_t i = 0; i < parts; i++)
-        room[i] = plan->part[i].round;
-    sink->values(sink, "round", MILL_H5_I32, 1, &parts, room, "1",
-                 "1: the part can turn about x of its axes without a change");
-    tell_poses(plan, sink);
+    sink->open(sink, "parts");
+    for (int k = 0; row && pose && k < part_list.count; k++) {
+        mill_sums_tell(&sums, k, &all, sink);
+        if (k == 0)
+            sink->attribute(sink, "kinds", MILL_H5_TEXT, (size_t)kinds.count, kinds.name);
+        if (k == 2 && w->motions > 0)
+            sink->attribute(sink, "motions", MILL_H5_TEXT, (size_t)w->motions, motion);
+    }
+    if (row && pose) {
+        sink->values(sink, "start", MILL_H5_F64, 3, dims, pose, "1",
+                     "pose of the part's motion at t = 0: a point p of its frame is at "
+                     "start[:, :3] p + start[:, 3] m");
+        sink->values(sink, "axes", MILL_H5_F64, 3, dims, pose + parts, "1",
+                     "the part's own axes, as a pose in the frame of its motion");
+    }
     sink->close(sink);
-}
-
-static void tell_facets(const struct mill_wear *wear, struct mill_sink *sink, int32_t *room,
-                        double *three)
-{
-    const struct mill_wear_plan *plan = wear->plan;
-    const size_t n = (size_t)plan->facets, dims[2] = {n, 3};
-    for (size_t i = 0; i < n; i++)
-        room[i] = plan->facet[i].part;
-    sink->values(sink, "part", MILL_H5_I32, 1, &n, room, "1", "part of the facet: row of `parts`");
-    for (size_t i = 0; i < n; i++)
-        room[i] = plan->facet[i].face;
-    sink->values(sink, "face", MILL_H5_I32, 1, &n, room, "1",
-                 "direction in which the facet faces: 0 to 5: -x, +x, -y, +y, -z, +z of the part's "
-                 "own axes; of a round part: along its axis, away from it (3), around it");
-    for (size_t i = 0; i < n; i++)
-        memcpy(three + 3 * i, &plan->facet[i].centre, 3 * sizeof *three);
-    sink->values(sink, "centre", MILL_H5_F64, 2, dims, three, "m",
-                 "middle of the facet, in the frame of the part's motion");
-    for (size_t i = 0; i < n; i++)
-        room[i] = (int32_t)fmin((double)wear->sum[i].count, INT32_MAX);
-    sink->values(sink, "count", MILL_H5_I32, 1, &n, room, "1", "impacts on the facet");
+    free(row);
+    free(pose);
 }
 
 /* The cells of the lattices that have a facet, for pictures */
@@ -270,8 +221,8 @@ static void tell_cells(const struct mill_wear_plan *plan, struct mill_sink *sink
     for (int i = 0; i < plan->parts; i++)
         for (size_t k = 0; k < mill_wear_facets_cells(&plan->part[i]); k++)
             all += plan->part[i].cell[k] >= 0;
-    int32_t(*row)[6] = malloc((all + 1) * sizeof *row);
-    double(*lattice)[7] = malloc(((size_t)plan->parts + 1) * sizeof *lattice);
+    int32_t(*row)[6] = mill_sink_room(sink, all, sizeof *row);
+    double(*lattice)[7] = mill_sink_room(sink, (size_t)plan->parts, sizeof *lattice);
     for (int i = 0; row && lattice && i < plan->parts; i++) {
         const struct mill_wear_part *p = &plan->part[i];
         for (int k = 0; k < 3; k++) {
@@ -341,10 +292,9 @@ static bool add_outline(const struct mill_wear_plan *plan, int k, struct picture
     return good;
 }
 
-static void tell_mesh(const struct mill_wear_plan *plan, const double (*value)[COLUMNS],
+static void tell_mesh(const struct mill_wear_plan *plan, const struct worn *worn,
                       struct mill_sink *sink)
 {
-    static const enum column shown[MILL_WEAR_SHOWN] = {RATE, NORMAL, SLIDING, DEPTH, EROSION};
     struct picture to = {0, NULL, NULL};
     bool good = true;
     for (int k = -1; good && k < plan->world->motions; k++)
@@ -358,40 +308,35 @@ static void tell_mesh(const struct mill_wear_plan *plan, const double (*value)[C
                      "balls, in the laboratory at t = 0");
         sink->values(sink, "facet", MILL_H5_I32, 1, &n, to.facet, "1", "facet of each triangle");
         for (int c = 0; c < MILL_WEAR_SHOWN; c++) {
+            const struct mill_sum *sum = &worn_of[c];
             for (size_t i = 0; i < n; i++)
-                to.value[i] = (float)value[to.facet[i]][shown[c]];
-            sink->values(sink, columns[shown[c]].name, MILL_H5_F32, 1, &n, to.value,
-                         columns[shown[c]].unit, columns[shown[c]].meaning);
+                to.value[i] = (float)*(
+                    const double *)(const void *)((const char *)&worn[to.facet[i]] + sum->at);
+            sink->values(sink, sum->name, MILL_H5_F32, 1, &n, to.value, sum->unit, sum->meaning);
         }
         sink->close(sink);
+    } else {
+        mill_sink_fail(sink, "out of memory for the pictures of wear");
     }
     free(to.value);
     free(to.facet);
 }
 
-void mill_wear_tell(const struct mill_wear *wear, double duration, const struct mill_wear_law *law,
-                    struct mill_sink *sink)
+void mill_wear_tell(const struct mill_wear_plan *plan, const struct mill_wear_sum *sum,
+                    double duration, const struct mill_wear_law *law, struct mill_sink *sink)
 {
-    const size_t n = (size_t)wear->plan->facets, parts = (size_t)wear->plan->parts;
-    double *three = malloc((3 * n + 1) * sizeof *three);
-    double(*value)[COLUMNS] = malloc((n + 1) * sizeof *value);
-    int32_t *room = malloc((n + parts + 1) * sizeof *room);
-    if (three && value && room) {
-        for (size_t i = 0; i < n; i++)
-            set_values(wear, (int32_t)i, duration, law, value[i]);
-        sink->open(sink, "wear");
-        tell_parts(wear->plan, sink, room);
-        tell_facets(wear, sink, room, three);
-        for (enum column c = 0; c < COLUMNS; c++) {
-            for (size_t i = 0; i < n; i++)
-                three[i] = value[i][c];
-            mill_tell_array(sink, columns[c].name, n, three, columns[c].unit, columns[c].meaning);
-        }
-        tell_cells(wear->plan, sink);
-        tell_mesh(wear->plan, (const double(*)[COLUMNS])value, sink);
-        sink->close(sink);
-    }
-    free(three);
-    free(value);
-    free(room);
+    const size_t n = (size_t)plan->facets;
+    struct worn *worn = mill_sink_room(sink, n, sizeof *worn);
+    if (!worn)
+        return;
+    for (size_t i = 0; i < n; i++)
+        worn[i] = results_of(plan, (int32_t)i, &sum[i], duration, law);
+    sink->open(sink, "wear");
+    tell_parts(plan, sink);
+    mill_sums_tell_all(&(struct mill_sums){&place_list, n, plan->facet}, sink);
+    mill_sums_tell_all(&(struct mill_sums){&worn_list, n, worn}, sink);
+    tell_cells(plan, sink);
+    tell_mesh(plan, worn, sink);
+    sink->close(sink);
+    free(worn);
 }

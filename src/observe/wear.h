@@ -5,6 +5,7 @@
 
 #include "millsim/observer.h"
 #include "observe/observe.h"
+#include "observe/sums.h"
 #include "observe/wear_facets.h"
 
 #include <stdint.h>
@@ -18,36 +19,26 @@ struct mill_wear_sum {
     double normal_squares, sliding_squares, slid_squares; /* [J^2] of single impacts */
 };
 
-struct mill_wear {
-    struct mill_wear_plan *plan; /* shared by all that were made with mill_wear_like */
-    bool owns;                   /* it frees the plan */
-    struct mill_wear_sum *sum;   /* [facets] */
-};
+extern const struct mill_sums_list mill_wear_sums;
 
-/* false: out of memory. The caller frees it in both cases. */
-bool mill_wear_init(struct mill_wear *wear, const struct mill_world *world);
-/* Makes empty sums for the same facets */
-bool mill_wear_like(struct mill_wear *wear, const struct mill_wear *as);
-void mill_wear_free(struct mill_wear *wear);
+/* Makes the facets of a world. false: out of memory. The caller frees them in both cases. */
+bool mill_wear_init(struct mill_wear_plan *plan, const struct mill_world *world);
 
-/* into += from */
-void mill_wear_add(struct mill_wear *into, const struct mill_wear *from);
-void mill_wear_clear(struct mill_wear *wear);
-
-/* The sums of the facet that an impact is on; NULL: it is not on a surface of this world. They are
- * requested from memory, so that a later call of mill_wear_impact need not wait for them. */
-struct mill_wear_sum *mill_wear_facet(const struct mill_wear *wear,
+/* Of sum[facets], those of the facet that an impact is on; NULL: it is not on a surface of this
+ * world. They are requested from memory, so that a later call of mill_wear_impact need not wait for
+ * them. */
+struct mill_wear_sum *mill_wear_facet(const struct mill_wear_plan *plan, struct mill_wear_sum *sum,
                                       const struct mill_impact *impact);
-void mill_wear_impact(const struct mill_wear *wear, struct mill_wear_sum *sum,
+void mill_wear_impact(const struct mill_wear_plan *plan, struct mill_wear_sum *sum,
                       const struct mill_impact *impact);
 
 /* Path of the triangles in the file, and the names of the numbers of each triangle */
 #define MILL_WEAR_MESH "/statistics/wear/mesh"
 enum { MILL_WEAR_SHOWN = 5 };
-extern const char *const mill_wear_shown[MILL_WEAR_SHOWN];
+const char *mill_wear_shown(int k);
 
-/* Writes the group "wear" of a window of `duration` [s]. law: [kinds] */
-void mill_wear_tell(const struct mill_wear *wear, double duration, const struct mill_wear_law *law,
-                    struct mill_sink *sink);
+/* Writes the group "wear" of a window of `duration` [s]. sum: [facets]; law: [kinds] */
+void mill_wear_tell(const struct mill_wear_plan *plan, const struct mill_wear_sum *sum,
+                    double duration, const struct mill_wear_law *law, struct mill_sink *sink);
 
 #endif

@@ -329,6 +329,7 @@ static bool list_parts(struct mill_wear_plan *plan)
     plan->part_of = calloc((size_t)w->shapes + 1, sizeof *plan->part_of);
     plan->part = calloc((size_t)w->shapes + 1, sizeof *plan->part);
     int all = 0; /* part that shows all of the container */
+    bool good = true;
     for (int k = 0; plan->part_of && plan->part && k < w->shapes; k++) {
         struct mill_mesh mesh = {0};
         mill_body_draw(w->shape[k], FLAT * w->container.radius, &mesh);
@@ -340,6 +341,7 @@ static bool list_parts(struct mill_wear_plan *plan)
         struct mill_wear_part *p = &plan->part[part];
         struct mill_mesh mesh;
         mill_wear_facets_draw(plan, part, &mesh, &p->shape);
+        good = good && !mesh.failed;
         const struct mill_shape *shape = w->shape[p->shape];
         p->round = mill_body_chart(shape, &p->chart);
         for (size_t i = 0; i < mesh.triangles; i++) {
@@ -349,7 +351,7 @@ static bool list_parts(struct mill_wear_plan *plan)
         }
         mill_mesh_free(&mesh);
     }
-    return plan->part_of && plan->part;
+    return plan->part_of && plan->part && good;
 }
 
 bool mill_wear_facets_make(struct mill_wear_plan *plan)

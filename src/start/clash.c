@@ -78,11 +78,12 @@ static int number_of(const struct check *c, const struct mill_clash_side *side)
 static struct mill_passing passing_of(const struct check *c, const struct march *m, double gap,
                                       double t)
 {
-    const int ends = c->setup->surface[m->b->is->surface].ends;
+    const bool flat = m->wall >= 0 && c->wall[m->wall].flat;
+    const int ends = flat ? c->setup->surface[m->b->is->surface].ends : 0;
     return (struct mill_passing){
         .one = number_of(c, m->a),
         .other = number_of(c, m->b),
-        .kind = {m->a->is->kind, m->wall > 0 && ends ? ends : m->b->is->kind},
+        .kind = {m->a->is->kind, ends > 0 ? ends : m->b->is->kind},
         .gap = gap,
         .when = t};
 }

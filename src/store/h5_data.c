@@ -14,6 +14,7 @@
 enum {
     MAX_RANK = 8,
     CHECKED = 1 << 20, /* [byte] for one checksum, at most: HDF5 copies this much at a time */
+    PACKED = 1 << 18,  /* [byte] from this size on, arrays of three or more dimensions are packed */
     CHUNK = 65536,
     CHUNK_ROWS =
         1024, /* at most: HDF5 compresses a whole chunk, also for a few rows of a short run */
@@ -124,13 +125,35 @@ static void store(struct mill_h5 *file, const char *path, struct types types, hi
     mill_h5_check(file, "write", path);
 }
 
+/* Properties of a dataset in one piece: large histograms of many pairs are mostly zeros, so they
+ * are deflated, in chunks of the last dimensions. */
+static hid_t packed(size_t size, int rank, const size_t *dims)
+{
+    hsize_t chunk[MAX_RANK];
+    if (!dims || rank < 3)
+        return -1;
+    for (int i = rank; i-- > 0; size *= dims[i])
+        chunk[i] = size * dims[i] <= LARGEST_CHUNK ? dims[i] : 1;
+    if (size < PACKED)
+        return -1;
+    const hid_t list = mill_h5_timeless(H5P_DATASET_CREATE);
+    H5Pset_chunk(list, rank, chunk);
+    H5Pset_shuffle(list);
+    H5Pset_deflate(list, 1);
+    return list;
+}
+
 void mill_h5_write(struct mill_h5 *file, const char *path, enum mill_h5_type type, int rank,
                    const size_t *dims, const void *values, const char *unit,
                    const char *description)
 {
-    H5Iinc_ref(file->simple); /* it is released with the dataset */
-    store(file, path, types_of(file, type), make_space(rank, dims), file->simple, values, unit,
-          description);
+    const struct types types = types_of(file, type);
+    hid_t list = packed(H5Tget_size(types.held), rank, dims);
+    if (list < 0) {
+        H5Iinc_ref(file->simple); /* it is released with the dataset */
+        list = file->simple;
+    }
+    store(file, path, types, make_space(rank, dims), list, values, unit, description);
 }
 
 void mill_h5_write_text(struct mill_h5 *file, const char *path, const char *text,

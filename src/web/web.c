@@ -199,7 +199,8 @@ DOOR(mill_web_state) const double *mill_web_state(void)
     const struct mill_world *w = now.world;
     const double t = mill_sim_local_time(now.sim);
     const struct mill_energy energy = mill_world_energy(w, t);
-    double *to = room(HEAD + 2 * (size_t)w->kinds.count + (1 + POSE) * (size_t)w->motions);
+    const struct mill_listed kinds = mill_kinds_listed(w);
+    double *to = room(HEAD + 2 * (size_t)kinds.count + (1 + POSE) * (size_t)w->motions);
     double error, turnover, impacts = 0;
     if (!to)
         return NULL;
@@ -217,10 +218,10 @@ DOOR(mill_web_state) const double *mill_web_state(void)
                                turnover};
     memcpy(to, head, sizeof head);
     to += HEAD;
-    memcpy(to, w->account.dissipation, (size_t)w->kinds.count * sizeof *to);
-    to += w->kinds.count;
-    for (int k = 0; k < w->kinds.count; k++)
-        *to++ = (double)w->account.collisions[k];
+    for (int k = 0; k < kinds.count; k++)
+        *to++ = w->account.dissipation[kinds.kind[k]];
+    for (int k = 0; k < kinds.count; k++)
+        *to++ = (double)w->account.collisions[kinds.kind[k]];
     for (int k = 0; k < w->motions; k++)
         *to++ = w->account.motion[k].work;
     for (int k = 0; k < w->motions; k++)
@@ -247,20 +248,21 @@ DOOR(mill_web_balls) const float *mill_web_balls(void)
 /* ---- results ---- */
 
 /* Adds up the pairs of each kind of contact. false: out of memory */
-static bool add_spectrum(const struct mill_energies *e)
+static bool add_spectrum(const struct mill_energies *e, const struct mill_energies_pair *pairs)
 {
-    const int kinds = now.world->kinds.count;
-    double *to = room(2 * (size_t)kinds * MILL_ENERGIES_BINS);
+    const struct mill_listed kinds = mill_kinds_listed(now.world);
+    double *to = room(2 * (size_t)kinds.count * MILL_ENERGIES_BINS);
     if (!to)
         return false;
-    memset(to, 0, 2 * (size_t)kinds * MILL_ENERGIES_BINS * sizeof *to);
-    for (int kind = 0; kind < kinds; kind++, to += 2 * MILL_ENERGIES_BINS) {
-        /* `first` of a surface is for the partner -1; of the balls, the first kind, it is a pair */
-        const size_t next = kind + 1 < kinds ? e->first[kind + 1] - 1 : e->pairs;
-        for (size_t pair = e->first[kind] - (kind > 0); pair < next; pair++)
+    memset(to, 0, 2 * (size_t)kinds.count * MILL_ENERGIES_BINS * sizeof *to);
+    for (int k = 0; k < kinds.count; k++, to += 2 * MILL_ENERGIES_BINS) {
+        const int kind = kinds.kind[k];
+        const size_t classes = e->classes, all = kind > 0 ? classes : classes * (classes + 1) / 2;
+        const struct mill_energies_pair *pair = pairs + e->first[kind];
+        for (const struct mill_energies_pair *end = pair + all; pair < end; pair++)
             for (int i = 0; i < MILL_ENERGIES_BINS; i++) {
-                to[i] += (double)e->pair[pair].normal[i].count;
-                to[MILL_ENERGIES_BINS + i] += e->pair[pair].normal[i].dissipation;
+                to[i] += (double)pair->normal[i].count;
+                to[MILL_ENERGIES_BINS + i] += pair->normal[i].dissipation;
             }
     }
     return true;
@@ -286,7 +288,9 @@ DOOR(mill_web_results) enum mill_status mill_web_results(void)
     mill_notes_take(&notes, now.world, results, t, false);
     mill_notes_write(&notes, &json);
     mill_sink_json_end(&json);
-    status = add_spectrum(&results->energies) ? MILL_OK : MILL_FAILED;
+    const bool told = !json.sink.failed;
+    status =
+        told && add_spectrum(&tally->plan.energies, results->sums.pair) ? MILL_OK : MILL_FAILED;
     mill_tally_results_free(results);
     return end_text(status);
 }

@@ -50,13 +50,13 @@ static void tell_keys(struct mill_sink_json *json, const struct mill_deck *deck)
     mill_sink_json_close_array(json);
 }
 
-static void tell_names(struct mill_sink_json *json, const char *name, int count, const char *first,
-                       size_t step)
+static void tell_names(struct mill_sink_json *json, const char *name, int count,
+                       const char *const *of)
 {
     mill_sink_json_open_array(json, name);
     for (int k = 0; k < count; k++) {
         mill_sink_json_next(json, NULL);
-        mill_sink_json_string(json, first + (size_t)k * step);
+        mill_sink_json_string(json, of[k]);
     }
     mill_sink_json_close_array(json);
 }
@@ -109,9 +109,10 @@ static void tell_container(struct mill_sink_json *json, const struct mill_deck *
     const struct mill_reach *places = &c->places;
     const double box[6] = {places->lo.x, places->lo.y, places->lo.z,
                            places->hi.x, places->hi.y, places->hi.z};
+    const struct mill_listed listed = mill_kinds_listed(world);
     const struct mill_setup_surface *body = deck->container;
-    const double kinds[2] = {body ? body->kind : MILL_BALL_DRUM,
-                             body ? body->kind : MILL_BALL_WALL};
+    const double kinds[2] = {listed.number[body ? body->kind : MILL_BALL_DRUM],
+                             listed.number[body ? body->kind : MILL_BALL_WALL]};
     const double gravity[3] = {world->g.x, world->g.y, world->g.z};
     const vec3 x = mill_world_frame(world, 0).x;
     const double axis[3] = {x.x, x.y, x.z};
@@ -143,16 +144,19 @@ static void tell_deck(struct mill_sink_json *json, const struct mill_deck *deck)
 void mill_web_tell(FILE *out, const struct mill_deck *deck, const struct mill_world *world,
                    const char *warnings)
 {
+    const struct mill_listed kinds = mill_kinds_listed(world);
+    const char *motion[MILL_MOTIONS_MOST];
     struct mill_sink_json json;
+    for (int k = 0; k < world->motions; k++)
+        motion[k] = world->motion_name[k];
     mill_sink_json_begin(&json, out);
     tell_deck(&json, deck);
     mill_tell_count(&json.sink, "balls", (uint64_t)world->balls, "");
     mill_tell_count(&json.sink, "bins", MILL_ENERGIES_BINS, "");
     tell_keys(&json, deck);
     tell_warnings(&json, warnings);
-    tell_names(&json, "kinds", world->kinds.count, world->kinds.name[0], MILL_KINDS_LENGTH);
-    tell_names(&json, "motions", world->motions, world->motions > 0 ? world->motion_name[0] : "",
-               MILL_MOTION_NAME);
+    tell_names(&json, "kinds", kinds.count, kinds.name);
+    tell_names(&json, "motions", world->motions, motion);
     tell_species(&json, world);
     tell_container(&json, deck, world);
     mill_sink_json_end(&json);

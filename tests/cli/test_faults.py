@@ -61,11 +61,21 @@ def whole(tmp_path_factory):
     return folder / "mill.h5"
 
 
+@pytest.fixture(scope="module")
+def own_code():
+    """The addresses of the code of millsim itself, which the program has in one piece, apart from HDF5."""
+    words = [line.split() for line in subprocess.check_output(["nm", PROGRAM], text=True).splitlines()]
+    found = [
+        int(at, 16) for at, kind, name in (row for row in words if len(row) == 3) if kind in "tT" and "mill_" in name
+    ]
+    return {"FAULT_FROM": hex(min(found)), "FAULT_TO": hex(max(found) + 4096)}
+
+
 def run(folder, *arguments, **fault):
     (folder / "mill.ini").write_text(DECK)
     environment = {**os.environ, **fault}
     command = [PROGRAM, "--quiet", *arguments, "mill.ini"]
-    return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
+    return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=120)
 
 
 @pytest.mark.parametrize(
@@ -109,3 +119,27 @@ def test_a_fault_at_any_call_loses_nothing(call, error, step, shim, whole, tmp_p
         assert not list(folder.glob("mill.h5.*")), where
         at += 1 + step * (at // 4)  # every call at first, then ever fewer: later ones repeat earlier ones
     assert at > 1, "no such call was made"
+
+
+@pytest.mark.parametrize("step", [17, pytest.param(1, marks=pytest.mark.thorough)], ids=["some", "every"])
+def test_without_memory_for_a_result_the_run_fails_and_the_old_file_stays(step, shim, own_code, whole, tmp_path):
+    orders = ["-f", "-s", "output.checkpoint=1 h", "-s", "output.frames=10 ms", "-s", "balls.count=60"]
+    assert run(tmp_path, *orders).returncode == 0
+    file, mark = tmp_path / "mill.h5", tmp_path / "struck"
+    new, old, said = tmp_path / "new.h5", whole.read_bytes(), set()
+    file.rename(new)
+    for at in range(3, 5000, step):
+        file.write_bytes(old)
+        mark.unlink(missing_ok=True)
+        fault = {"FAULT_CALL": "memory", "FAULT_AT": str(at), "FAULT_ERROR": str(errno.ENOMEM), "FAULT_MARK": str(mark)}
+        ended = run(tmp_path, *orders, LD_PRELOAD=str(shim), **fault, **own_code)
+        if not mark.exists():
+            break
+        where = f"memory {at}: {ended.stderr}"
+        assert ended.returncode == (1 if ended.stderr else 0), where
+        if file.read_bytes() == old:
+            assert ended.stderr.count("\n") == 1 and "memory" in ended.stderr, where
+        else:  # it had been published: only the summary was missing
+            assert not differences(new, file), where
+        said.add(ended.stderr)
+    assert at > 500 and any("memory for the results" in line for line in said)

@@ -477,7 +477,7 @@ def assert_refused(mill, code, *words):
 # Of the head, of the balls, of the statistics, of who writes as it goes
 @pytest.mark.parametrize(
     "name", ["run/cost", "loop/sizes", "loop/now", "loop/ball", "loop/plan", "loop/cell", "statistics/progress",
-             "statistics/portion_0_strikes", "statistics/portion_0_flow", "frames/rows", "series/rows"]
+             "statistics/now_strikes_spectra", "statistics/now_flow", "frames/rows", "series/rows"]
 )  # fmt: skip
 def test_a_damaged_checkpoint_is_refused(folder, stopped, name):
     mill = folder()

@@ -463,7 +463,7 @@ def test_without_a_strike_window_strikes_are_impacts(folder, file):
             assert np.array_equal(strikes, file[f"statistics/impacts/all/{path}"][()])
 
 
-def test_a_mill_without_a_rotor_has_nan_where_there_is_nothing_to_average(tmp_path):
+def test_a_mill_without_a_rotor_tells_nothing_of_one_and_nan_where_there_is_nothing_to_average(tmp_path):
     deck = tmp_path / "still.ini"
     deck.write_text(
         "[run]\ntime = 10 ms\n[balls]\ncount = 2\ndiameter = 5 mm\ndensity = 7800 kg/m^3\n"
@@ -475,14 +475,23 @@ def test_a_mill_without_a_rotor_has_nan_where_there_is_nothing_to_average(tmp_pa
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     result = json.loads(done.stdout)["statistics"]
-    assert result["impacts"]["ball_blade"]["count"] == 0
-    assert result["impacts"]["ball_blade"]["rate"] == 0
-    assert result["impacts"]["ball_blade"]["normal_speed"]["median"] is None
-    assert result["rotor"]["power"] == 0
-    assert result["rotor"]["power_error"] is None
+    kinds = ["ball_ball", "ball_drum", "ball_wall"]
+    assert list(result["impacts"]) == [*kinds, "all"]
+    assert result["impacts"]["ball_ball"]["count"] == 0
+    assert result["impacts"]["ball_ball"]["rate"] == 0
+    assert result["impacts"]["ball_ball"]["normal_speed"]["median"] is None
+    assert result["drive"]["power"] == 0
+    assert result["drive"]["power_error"] is None
+    assert "rotor_work" not in done.stdout
     with h5py.File(tmp_path / "still.h5") as f:
-        assert np.isnan(f["statistics/floor_share/ball_blade"][()])
-        assert f["statistics/rotor/block_power"].shape == (0,)
+        assert np.isnan(f["statistics/floor_share/ball_ball"][()])
+        for listed in ("run/floored", "run/events/collisions", "observables/collisions", "observables/dissipation"):
+            assert list(f[listed]) == kinds
+        for listed in ("statistics/impacts", "statistics/strikes", "statistics/precision/rate"):
+            assert list(f[listed]) == ["all", *kinds]
+        names = []
+        f.visit(names.append)
+        assert not [name for name in names if "rotor" in name or "shaft" in name or "blade" in name]
 
 
 # ---- energies by pair of species

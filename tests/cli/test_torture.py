@@ -300,7 +300,7 @@ def test_balls_in_a_drum_without_a_rotor_come_to_rest(run):
     done = run(DRUM, "run.time=300 ms", "output.frames=100 ms", balls=200)
     floor = 2 * 200 * 0.5 * 7800 * np.pi / 6 * 0.005**3 * 0.005**2  # J, all balls at twice the floor's energy
     assert done.run["kinetic_energy"] < 100 * floor
-    assert done.run["rotor_work"] == 0
+    assert done.run["drive_work"] == 0
 
 
 @pytest.mark.parametrize(

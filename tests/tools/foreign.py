@@ -132,7 +132,7 @@ def accounts(deck, theirs):
     """(times, {name: rows}) of millsim's time series as accounts name them; what turns evenly has its impulse from
     its work."""
     group = theirs["observables"]
-    names = [f"{name}/{kind}" for kind in deck.kinds for name in ("dissipation", "dissipation_normal")]
+    names = [f"{name}/{kind}" for name in ("dissipation", "dissipation_normal") for kind in group[name]]
     found = {name: group[f"{name}/value"][:] for name in [*names, *(f"motion_work/{name}" for name in deck.motions)]}
     for name in deck.motions:
         speed = deck.number("rotor.speed" if name == "rotor" else f"motion.{name}.speed")
@@ -143,6 +143,7 @@ def accounts(deck, theirs):
 def feed(digest, deck, theirs, until=np.inf, batches=()):
     """Hands over millsim's own states, impacts, in batches up to these rows, and accounts; all up to a time."""
     log = impacts_of(**{name: theirs["impacts"][name][:] for name in IMPACT.names if name != "nothing"})
+    log["kind"] = np.array([deck.kinds.index(kind) for kind in theirs["impacts"].attrs["kinds"]])[log["kind"]]
     balls = theirs["particles/trajectory"]
     names = ("position", "velocity", "angular_velocity")
     states = list(zip(balls["position/time"][:], *(balls[f"{name}/value"][:] for name in names), strict=True))

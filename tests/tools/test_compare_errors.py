@@ -205,7 +205,7 @@ def run_of(hard, lost, power):
             f"statistics/energies/ball_ball/{name}": counts.sum(axis=0),
         }
     return SimpleNamespace(
-        kinds=("ball_ball",), as_deck=SimpleNamespace(species=[SimpleNamespace(mass=1e-3, diameter=1e-3)]),
+        kinds=("ball_ball",), classes=[SimpleNamespace(mass=1e-3, diameter=1e-3)],
         duration=0.1 * len(hard), driven="rotor", known=lambda name: None, has=data.__contains__, read=data.__getitem__,
         need_statistics=lambda: None, has_series=lambda name: True, statistic=lambda path: power,
         histogram=lambda *_: SimpleNamespace(above=lambda speed: hard.sum()),

@@ -154,6 +154,8 @@ def near(value):
 @pytest.mark.parametrize("abscissa", ["speed", "energy"])
 @pytest.mark.parametrize("kind", [*KINDS, "all"])
 def test_the_integrals_of_a_spectrum_are_the_totals_of_the_file(run, kind, abscissa):
+    if kind not in (*run.kinds, "all"):
+        return  # a mill without a rotor
     found = spectra.bins(run, kind, abscissa=abscissa)
     inside = found.count.sum() / found.duration
     assert (found.rate_density * found.decades).sum() == near(inside)

@@ -116,6 +116,50 @@ def test_power_and_torque_over_time_are_those_of_each_motion(runs):
     FIGURES["torque"].draw(list(runs.values()))  # of several runs: a colour each, a line each motion
 
 
+def as_earlier_versions(file, old):
+    """A copy of the file in the form of earlier versions: with four kinds and a rotor that the mill does not have."""
+    shutil.copy(file, old)
+    with h5py.File(old, "r+") as f:
+        for group in (
+            "statistics/impacts", "statistics/strikes", "statistics/energies", "statistics/energies/blocks",
+            "run/events/collisions", "run/floored", "observables/collisions", "observables/fast_collisions",
+            "observables/dissipation", "observables/dissipation_normal", "statistics/floor_share",
+            "statistics/precision/rate", "statistics/precision/fast_rate",
+            "statistics/precision/dissipated_power", "statistics/precision/dissipated_power_normal",
+        ):  # fmt: skip
+            own = next(name for name in f[group] if name.startswith("ball_") and name != "ball_ball")
+            for kind in ("ball_drum", "ball_wall", "ball_shaft", "ball_blade"):
+                f.copy(f[f"{group}/{own}"], f[group], name=kind)
+
+                def clear(_, thing):
+                    if isinstance(thing, h5py.Dataset) and not thing.name.endswith(("edges", "step", "time")):
+                        thing[...] = 0
+
+                thing = f[f"{group}/{kind}"]
+                clear("", thing) if isinstance(thing, h5py.Dataset) else thing.visititems(clear)
+        for name in ("rotor_work", "rotor_torque"):
+            f.copy(f["observables/kinetic_energy"], f["observables"], name=name)
+            f[f"observables/{name}/value"][...] = 0
+        f.copy(f["statistics/drive"], f["statistics"], name="rotor")
+        f["statistics/rotor/power"][...] = 0
+    return old
+
+
+@pytest.mark.parametrize("name", ["planetary", "attritor"])
+def test_files_of_earlier_versions_list_more_kinds_and_a_rotor_and_read_the_same(files, name, tmp_path):
+    with Run(as_earlier_versions(files[name], tmp_path / "old.h5")) as old, Run(files[name]) as new:
+        assert old.kinds == new.kinds and not {"ball_drum", "ball_shaft"} & {*new.kinds}
+        assert old.driven == new.driven == old.drive == "drive"
+        assert old.series_names() == new.series_names()
+        ours, theirs = old.summary(), new.summary()
+        assert all(np.array_equal(ours[name], theirs[name], equal_nan=True) for name in theirs)
+        for one, other in zip(old.drive_work(), new.drive_work()):
+            assert one == pytest.approx(other, rel=1e-12)
+        assert flow.account(old) == flow.account(new)
+        for figure in FIGURES.values():
+            assert (figure.why_not(old) is None) == (figure.why_not(new) is None), figure.name
+
+
 @pytest.mark.slow
 def test_words_of_a_mill_without_a_rotor_do_not_speak_of_one(runs, mill, files):
     done = mill("plot", "--list", *files.values())

@@ -5,6 +5,7 @@
 
 #include "observe/observers.h"
 #include "observe/tally.h"
+#include "surfaces.h"
 #include "unit.h"
 
 #include <math.h>
@@ -75,6 +76,7 @@ static inline void fixture_init(struct fixture *f)
     }
     for (int kind = 0; kind < MILL_KINDS; kind++)
         f->world.law[kind].restitution = 0.8;
+    surfaces_give(&f->world);
 }
 
 static inline void fixture_create(struct fixture *f)
@@ -144,7 +146,7 @@ static inline void fixture_free(struct fixture *f)
 
 static inline uint64_t impacts_of(const struct fixture *f, int row)
 {
-    return mill_spectrum_total(&f->results->impacts[row].normal, 0).count;
+    return mill_spectrum_total(&f->results->sums.impacts[row].normal, 0).count;
 }
 
 /* Work of the rotor */
@@ -156,7 +158,7 @@ static inline void fixture_work(struct fixture *f, double work)
 
 static inline uint64_t strikes_of(const struct fixture *f, int row)
 {
-    return mill_spectrum_total(&f->results->strikes[row].normal, 0).count;
+    return mill_spectrum_total(&f->results->sums.strikes[row].normal, 0).count;
 }
 
 static inline double random_share(uint64_t *state)

@@ -2,6 +2,7 @@
 #include "h5_fixture.h"
 #include "observe/observers.h"
 #include "state_fixture.h"
+#include "surfaces.h"
 
 extern const struct mill_observer_type mill_impactlog_type;
 
@@ -36,6 +37,7 @@ static struct mill_observer *open_log(struct kept *state)
     const struct mill_observe asked = {.log_impacts = true};
     static struct mill_world world;
     mill_kinds_init(&world.kinds);
+    surfaces_give(&world);
     struct mill_observer *log = mill_observers_one(&mill_impactlog_type, &asked, &world, NULL);
     ck_assert_ptr_nonnull(log);
     if (state)

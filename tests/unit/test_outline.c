@@ -184,6 +184,7 @@ TEST(the_outline_tells_what_turns_and_names_every_triangle)
     struct mill mill;
     build_mill(&seed, 0, &mill);
     struct mill_world world = {.container.radius = R, .shapes = SHAPES, .shape = mill.shape};
+    mill_kinds_init(&world.kinds);
     struct mill_outline still, turning;
     ck_assert(mill_outline_make(&world, NULL, &still));
     ck_assert(mill_outline_make(&world, mill.rotor, &turning));

@@ -166,7 +166,7 @@ TEST(a_merged_spectrum_holds_both)
     mill_spectrum_add(&spectrum, 100, 1, 1, 0.5);
     mill_spectrum_add(&other, 100, 1, 2, 0.25);
     mill_spectrum_add(&other, 0, 1, 0, -0.125);
-    mill_spectrum_merge(&spectrum, &other);
+    mill_sums_add_records(&mill_spectrum_sums, 1, &spectrum, &other);
     ck_assert_uint_eq(mill_spectrum_total(&spectrum, 0).count, 3);
     ck_assert_uint_eq(spectrum.slot[100].count, 2);
     ck_assert(mill_spectrum_total(&spectrum, 0).dissipation == 0.625);

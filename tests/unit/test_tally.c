@@ -29,7 +29,8 @@ TEST(only_impacts_within_the_window_are_counted)
     fixture_finish(&f, 1.5);
     ck_assert_uint_eq(impacts_of(&f, MILL_BALL_BALL), 2);
     ck_assert_double_eq_tol(
-        mill_spectrum_total(&f.results->impacts[MILL_BALL_BALL].normal, 0).dissipation, 0.6, 1e-15);
+        mill_spectrum_total(&f.results->sums.impacts[MILL_BALL_BALL].normal, 0).dissipation, 0.6,
+        1e-15);
     ck_assert_double_eq_tol(mill_tally_per_second(f.results, 2), 2, 1e-15);
 }
 
@@ -52,7 +53,7 @@ TEST(the_row_of_all_is_the_sum_of_the_kinds)
     fixture_finish(&f, 1.5);
     ck_assert_uint_eq(impacts_of(&f, f.results->all), 15);
     ck_assert_uint_eq(strikes_of(&f, f.results->all), 15);
-    ck_assert(mill_spectrum_total(&f.results->impacts[f.results->all].normal, 0).dissipation ==
+    ck_assert(mill_spectrum_total(&f.results->sums.impacts[f.results->all].normal, 0).dissipation ==
               7.5);
 }
 
@@ -62,7 +63,7 @@ TEST(a_kind_without_impacts_has_rate_zero_and_no_median)
     fixture_finish(&f, 1.5);
     ck_assert_uint_eq(impacts_of(&f, MILL_BALL_SHAFT), 0);
     ck_assert_double_nan(mill_spectrum_quantile(
-        &f.tally->grid, &f.results->impacts[MILL_BALL_SHAFT].normal, 0, 0.5));
+        &f.tally->grid, &f.results->sums.impacts[MILL_BALL_SHAFT].normal, 0, 0.5));
     ck_assert_double_nan(f.results->floor_share[MILL_BALL_SHAFT]);
 }
 
@@ -74,7 +75,7 @@ TEST(a_recontact_gives_its_dissipation_to_the_first_contact)
     fixture_play(&f, impact_of(0.6 + 16e-6, MILL_BALL_BALL, 1, 2, 0.02, -0.125));
     fixture_play(&f, impact_of(0.6 + 30e-6, MILL_BALL_BALL, 1, 2, 0.04, 1));
     fixture_finish(&f, 1.5);
-    const struct mill_speeds *strikes = &f.results->strikes[MILL_BALL_BALL];
+    const struct mill_speeds *strikes = &f.results->sums.strikes[MILL_BALL_BALL];
     const int first = mill_spectrum_find(&f.tally->grid, 3.0);
     ck_assert_uint_eq(impacts_of(&f, MILL_BALL_BALL), 4);
     ck_assert_uint_eq(strikes_of(&f, MILL_BALL_BALL), 2);
@@ -96,7 +97,7 @@ TEST(contacts_closer_than_one_of_steel_lasts_are_recontacts)
                                        (enum mill_kind)kind, 1, 2, 1, 0.1));
     }
     fixture_finish(&f, 1.5);
-    ck_assert_uint_eq(f.results->recontacts, MILL_KINDS);
+    ck_assert_uint_eq(f.results->sums.counts->recontacts, MILL_KINDS);
 }
 
 TEST(a_strike_begun_before_the_window_is_not_counted_as_new)
@@ -108,7 +109,8 @@ TEST(a_strike_begun_before_the_window_is_not_counted_as_new)
     fixture_finish(&f, 1.5);
     ck_assert_uint_eq(impacts_of(&f, MILL_BALL_BALL), 2);
     ck_assert_uint_eq(strikes_of(&f, MILL_BALL_BALL), 0);
-    ck_assert(mill_spectrum_total(&f.results->strikes[MILL_BALL_BALL].normal, 0).dissipation == 0);
+    ck_assert(mill_spectrum_total(&f.results->sums.strikes[MILL_BALL_BALL].normal, 0).dissipation ==
+              0);
 }
 
 TEST(without_a_strike_window_strikes_are_impacts)
@@ -118,7 +120,8 @@ TEST(without_a_strike_window_strikes_are_impacts)
     for (int i = 0; i < 100; i++)
         fixture_play(&f, impact_of(0.7, MILL_BALL_DRUM, i % 3, -1, 0.01 * i, 0.001 * i));
     fixture_finish(&f, 1.5);
-    ck_assert_mem_eq(f.results->strikes, f.results->impacts, sizeof f.results->impacts);
+    ck_assert_mem_eq(f.results->sums.strikes, f.results->sums.impacts,
+                     (MILL_KINDS + 1) * sizeof *f.results->sums.impacts);
 }
 
 TEST(tangential_speeds_above_50_mm_per_s_are_chosen_by_the_normal_speed)
@@ -131,7 +134,7 @@ TEST(tangential_speeds_above_50_mm_per_s_are_chosen_by_the_normal_speed)
     fixture_play(&f, slow);
     fixture_play(&f, fast);
     fixture_finish(&f, 1.5);
-    const struct mill_spectrum *tangential = f.results->impacts[MILL_BALL_WALL].tangential;
+    const struct mill_spectrum *tangential = f.results->sums.impacts[MILL_BALL_WALL].tangential;
     const double v = mill_spectrum_quantile(&f.tally->grid, &tangential[1], 0, 0.5);
     ck_assert_double_eq_tol(v / 0.001, 1, 0.02);
     ck_assert_uint_eq(mill_spectrum_total(&tangential[1], 0).count, 1);
@@ -168,6 +171,44 @@ static void turn(double from, double to, double even, double odd)
     }
 }
 
+/* ---- a sink that keeps the blocks of the power ---- */
+
+static double block_power[16];
+static size_t blocks;
+
+static void go(struct mill_sink *sink, const char *name)
+{
+    (void)sink, (void)name;
+}
+
+static void come(struct mill_sink *sink)
+{
+    (void)sink;
+}
+
+static void keep_blocks(struct mill_sink *sink, const char *name, enum mill_h5_type type, int rank,
+                        const size_t *dims, const void *values, const char *unit,
+                        const char *meaning)
+{
+    (void)sink, (void)type, (void)rank, (void)unit, (void)meaning;
+    if (strcmp(name, "block_power") != 0)
+        return;
+    blocks = dims[0];
+    memcpy(block_power, values, blocks * sizeof *block_power);
+}
+
+static void ignore_again(struct mill_sink *sink, const char *name, size_t count,
+                         const double *values, const char *unit, const char *meaning)
+{
+    (void)sink, (void)name, (void)count, (void)values, (void)unit, (void)meaning;
+}
+
+static void ignore_attribute(struct mill_sink *sink, const char *name, enum mill_h5_type type,
+                             size_t count, const void *values)
+{
+    (void)sink, (void)name, (void)type, (void)count, (void)values;
+}
+
 TEST(power_and_torque_are_told_by_revolutions_and_with_one_error)
 {
     fixture_create(&f);
@@ -175,14 +216,23 @@ TEST(power_and_torque_are_told_by_revolutions_and_with_one_error)
     fixture_finish(&f, 1.5);
     const struct mill_precision_known *known = &f.results->at.known;
     ck_assert_uint_eq(f.results->blocks, 10);
-    ck_assert_double_eq_tol(known->power.value, 200, 1e-9);
-    ck_assert_double_eq_tol(known->torque.value, 3, 1e-9);
+    ck_assert_double_eq_tol(known->motion_power[0].value, 200, 1e-9);
+    ck_assert_double_eq_tol(known->motion_torque[0].value, 3, 1e-9);
+    struct mill_sink sink = {.full = true,
+                             .open = go,
+                             .close = come,
+                             .values = keep_blocks,
+                             .again = ignore_again,
+                             .attribute = ignore_attribute};
+    mill_tally_results_tell(f.results, &sink);
+    ck_assert_uint_eq(blocks, 10);
     for (int i = 0; i < 10; i++)
-        ck_assert_double_eq_tol(f.results->block_power[i], (i % 2 ? 300 : 100), 1e-6);
+        ck_assert_double_eq_tol(block_power[i], (i % 2 ? 300 : 100), 1e-6);
     /* ten revolutions that take turns scatter by 100 about the mean: 32 if they were independent */
-    ck_assert_double_gt(known->power.error, 10);
-    ck_assert_double_lt(known->power.error, 100);
-    ck_assert_double_eq_tol(known->torque.error / known->power.error, 1e-2, 1e-6);
+    ck_assert_double_gt(known->motion_power[0].error, 10);
+    ck_assert_double_lt(known->motion_power[0].error, 100);
+    ck_assert_double_eq_tol(known->motion_torque[0].error / known->motion_power[0].error, 1e-2,
+                            1e-6);
 }
 
 TEST(with_fewer_than_three_revolutions_there_is_no_standard_error)
@@ -192,8 +242,8 @@ TEST(with_fewer_than_three_revolutions_there_is_no_standard_error)
     turn(0, 0.79, 100, 100);
     fixture_finish(&f, 0.79);
     ck_assert_uint_eq(f.results->blocks, 2);
-    ck_assert_double_eq_tol(f.results->at.known.power.value, 100, 1e-9);
-    ck_assert_double_nan(f.results->at.known.power.error);
+    ck_assert_double_eq_tol(f.results->at.known.motion_power[0].value, 100, 1e-9);
+    ck_assert_double_nan(f.results->at.known.motion_power[0].error);
 }
 
 TEST(a_rotor_that_turns_the_other_way_has_revolutions_too)
@@ -210,7 +260,7 @@ TEST(a_mill_without_a_rotor_has_no_revolutions_and_no_power)
     fixture_create(&f);
     fixture_finish(&f, 1.5);
     ck_assert_uint_eq(f.results->blocks, 0);
-    ck_assert(f.results->at.known.power.value == 0);
+    ck_assert(f.results->at.known.motion_power[0].value == 0);
 }
 
 SLOW_TEST(a_window_of_whole_revolutions_loses_none_to_rounding, 1)
@@ -262,7 +312,7 @@ TEST(a_run_stopped_before_the_window_has_empty_statistics)
     ck_assert(f.results->duration == 0);
     ck_assert_uint_eq(impacts_of(&f, f.results->all), 0);
     ck_assert(mill_tally_per_second(f.results, 0) == 0);
-    ck_assert_double_nan(f.results->at.known.power.value);
+    ck_assert_double_nan(f.results->at.known.motion_power[0].value);
     ck_assert_double_nan(f.results->floor_share[MILL_BALL_BALL]);
     snprintf(path, sizeof path, "/tmp/millsim_tally_%ld.h5", (long)getpid());
     ck_assert_int_eq(mill_h5_create(path, MILL_H5_OVERWRITE, &file, NULL), MILL_OK);
@@ -281,12 +331,12 @@ TEST(a_short_window_gets_100_snapshots_a_long_one_1000_a_second)
     f.asked.end = 0.51;
     fixture_create(&f);
     fixture_finish(&f, 0.51);
-    ck_assert_uint_eq(f.results->maps.samples, 100);
+    ck_assert_uint_eq(f.results->sums.counts->samples, 100);
     fixture_free(&f);
     f.asked.end = 2;
     fixture_create(&f);
     fixture_finish(&f, 2);
-    ck_assert_uint_eq(f.results->maps.samples, 1500);
+    ck_assert_uint_eq(f.results->sums.counts->samples, 1500);
 }
 
 /* ---- energies ---- */
@@ -314,8 +364,8 @@ TEST(an_impact_counts_by_normal_total_and_dissipated_energy)
     fixture_play(&f, impact_of(0.6, MILL_BALL_BALL, 1, 2, 3.0, 0.5));
     fixture_play(&f, impact_of(0.7, MILL_BALL_BLADE, 1, 2, 2.0, -0.25));
     fixture_finish(&f, 1.5);
-    const struct mill_energies_pair *balls = &f.results->energies.pair[0], *blade = balls + 4;
-    ck_assert_uint_eq(f.results->energies.pairs, MILL_KINDS);
+    const struct mill_energies_pair *balls = &f.results->sums.pair[0], *blade = balls + 4;
+    ck_assert_uint_eq(f.tally->plan.energies.pairs, MILL_KINDS);
     ck_assert_uint_eq(balls->normal[mill_energies_bin(1e3 * 0.25 * mass * 9)].count, 1);
     ck_assert_uint_eq(balls->total[mill_energies_bin(1e3 * 0.25 * mass * 45)], 1);
     ck_assert_uint_eq(balls->dissipated[mill_energies_bin(1e3 * 0.5)], 1);
@@ -468,7 +518,7 @@ TEST(results_asked_for_meanwhile_leave_the_tally_as_it_is)
         save(f.tally, &before);
         ck_assert_int_eq(mill_tally_results_make(f.tally, &f.world, 0.5, &results, NULL), MILL_OK);
         ck_assert(i == 1 ||
-                  mill_spectrum_total(&results->impacts[results->all].normal, 0).count > 0);
+                  mill_spectrum_total(&results->sums.impacts[results->all].normal, 0).count > 0);
         mill_tally_results_free(results);
         save(f.tally, &after);
         ck_assert(kept_alike(&before, &after));

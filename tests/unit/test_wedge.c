@@ -382,7 +382,7 @@ TEST(a_wedge_is_drawn_worn_and_takes_its_room)
 {
     struct stirred m;
     struct mill_outline outline;
-    struct mill_wear wear;
+    struct mill_wear_plan wear;
     double area = 0.0, with, without;
     prepare(&m);
     ck_assert_int_eq(begin(&m), MILL_FAULT_NONE);
@@ -390,12 +390,12 @@ TEST(a_wedge_is_drawn_worn_and_takes_its_room)
     ck_assert_uint_eq(outline.mesh.triangles, 8);
     ck_assert_int_eq(outline.kind[0], STIRS);
     ck_assert(mill_wear_init(&wear, m.world));
-    for (int32_t k = 0; k < wear.plan->facets; k++)
-        if (m.world->shape[wear.plan->part[wear.plan->facet[k].part].shape]->kind == STIRS)
-            area += wear.plan->facet[k].area;
+    for (int32_t k = 0; k < wear.facets; k++)
+        if (m.world->shape[wear.part[wear.facet[k].part].shape]->kind == STIRS)
+            area += wear.facet[k].area;
     ck_assert_double_eq_tol(area, 0.03 * 0.008 + 0.02 * (0.03 + 0.008 + hypot(0.03, 0.008)), 1e-12);
     ck_assert_double_eq_tol(mill_part_reach(&wedge, &m.body[0]), hypot(0.03, 0.004), 1e-15);
-    mill_wear_free(&wear);
+    mill_wear_facets_free(&wear);
     mill_outline_free(&outline);
     mill_world_free(m.world);
     ck_assert_int_eq(mill_start_free_volume_of(&m.setup, &with), MILL_FAULT_NONE);

@@ -6,7 +6,6 @@ import matplotlib.pyplot as plt
 import numpy as np
 from runs import KEPT, LABELS, say
 
-from milltools.read.kinds import KINDS
 from milltools.read.runfile import Run
 
 SEED = 5
@@ -87,6 +86,7 @@ class Log:
                     "tangential_speed",
                 )
             }
+            self.kinds = run.index_names("impacts/kind")
             self.velocity = run.read("particles/trajectory/velocity/value").astype(float)
             self.times = run.frame_times()
             self.rotor = run.rotor_speed
@@ -114,7 +114,7 @@ class Log:
 
 def part_of(log, row):
     """What was hit, as one of PARTS."""
-    kind = KINDS[log.column["kind"][row]]
+    kind = log.kinds[log.column["kind"][row]]
     if kind != "ball_blade":
         return {
             "ball_ball": "ball",

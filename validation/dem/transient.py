@@ -9,7 +9,6 @@ import numpy as np
 from mills import Quantity, claim, judge
 from runs import LABELS, ROOT, STIFFNESSES, contact_duration, say
 
-from milltools.read.kinds import KINDS
 from milltools.read.runfile import Run
 
 DECK = ROOT / "input" / "simoloyer.ini"
@@ -39,7 +38,7 @@ class Transient:
             time, work = run.series("rotor_work")
             self.time, self.work = time, work
             _, self.kinetic = run.series("kinetic_energy")
-            self.loss = sum(run.series(f"dissipation/{kind}")[1] for kind in KINDS)
+            self.loss = sum(run.series(f"dissipation/{kind}")[1] for kind in run.kinds)
             _, fast = run.series("fast_collisions/ball_ball")
             self.spectrum = run.histogram("ball_ball")
             self.cost = run.cost

@@ -205,7 +205,7 @@ def measure(path, twin):
     with h5py.File(path) as f:
         statistics = f["statistics"]
         figures = {"power of the rotor [W]": statistics["rotor/power"][()]}
-        for kind in KINDS:
+        for kind in (one for one in KINDS if one in statistics["impacts"]):
             part = statistics["impacts"][kind]
             figures[f"{kind} contacts [1/s]"] = part["rate"][()]
             figures[f"{kind} mean normal speed [m/s]"] = part["normal_speed/mean"][()]

@@ -78,7 +78,7 @@ def measure(file, floor):
 def given_power(statistics, floor):
     """Power that the floor gives to contacts slower than itself: m* (v_r^2 - v_n^2) / 2 each."""
     given = 0.0
-    for kind in ("ball_ball", "ball_drum", "ball_wall", "ball_shaft", "ball_blade"):
+    for kind in sorted(statistics["impacts"].keys() - {"all"}):
         histogram = statistics[f"impacts/{kind}/normal_speed/histogram"]
         edges, count = histogram["edges"][:], histogram["count"][:]
         squares = edges[1:] * edges[:-1]

@@ -120,7 +120,7 @@ class Result:
     def drive(self) -> Measurement:
         """Mean power of all moving bodies, rotor or other motions, over the window [W]; error as for power."""
         self.file.need_statistics()  # also checks that the file is open
-        return self._measured("rotor/power" if self.file.driven != "drive" else "drive/power")
+        return self._measured(f"{self.file.drive}/power")
 
     @property
     def motions(self) -> pandas.DataFrame:

@@ -31,11 +31,9 @@ class Member(Run):
     def __init__(self, path: str):
         super().__init__(path)
         self.need_statistics()
-        for name in ("kinetic_energy", "rotor_work"):
-            if not self.has_series(name) or len(self.series(name)[0]) < 2:
-                raise UserError(f"{self.path}: its time series /observables/{name} is missing or too short")
+        if not self.has_series("kinetic_energy") or len(self.series("kinetic_energy")[0]) < 2:
+            raise UserError(f"{self.path}: its time series /observables/kinetic_energy is missing or too short")
         self.container = vessel.of(self)
-        self.drive = self.driven or "rotor"
         self._cut()
         self._load_balls()
         self.trend = self._trend()
@@ -66,7 +64,7 @@ class Member(Run):
 
     def _cut(self):
         """Cuts the part of the window that the time series cover into blocks."""
-        time = self.series("rotor_work")[0]
+        time = self.series("kinetic_energy")[0]
         first, last = max(self.window[0], time[0]), min(self.window[1], time[-1])
         rows = int(np.sum((time >= first) & (time <= last)))
         self.span = (first, last)

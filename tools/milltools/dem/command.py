@@ -364,7 +364,7 @@ def summarize(path, deck, measured):
             row = f"statistics/impacts/{kind}"
             cells = "".join(f"{_number(read(f'{row}/{name}')):>{width}}" for name, width in columns)
             lines.append(f"{kind:<12}{read(f'{row}/count'):>11}{cells}")
-        drive = run.driven or "rotor"
+        drive = run.drive
         error = read(f"statistics/{drive}/power_error")
         blocks = f" ({int(read('statistics/rotor/blocks'))} blocks)" if drive == "rotor" else ""
         error = f"+- {_number(error)} W{blocks}" if math.isfinite(error) else "(no error: too short)"

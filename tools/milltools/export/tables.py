@@ -140,7 +140,7 @@ def _power(run) -> dict:
 
 def series(run, arguments) -> Table:
     names, power = run.series_names(), _power(run)
-    time = f"observables/{names[0] if names else 'rotor_work'}/time"
+    time = f"observables/{names[0] if names else 'kinetic_energy'}/time"
 
     def columns(part):
         found = {name: values[part] for name, values in power.items()}
@@ -211,7 +211,7 @@ def summary(run, arguments) -> Table:
     block |= {head(HEADS.get(name, name), units[name]): values for name, values in run.summary().items()}
     mill = {head("sampled time", "s"): run.duration}
     for quantity, text in (("power", "W"), ("torque", "N m")):
-        path = f"{run.driven or 'rotor'}/{quantity}"
+        path = f"{run.drive}/{quantity}"
         with contextlib.suppress(UserError):  # no torque of a drive
             mill[head(quantity, text)] = float(run.statistic(path))
             mill[head(f"standard error of {quantity}", text)] = run.standard_error(path)

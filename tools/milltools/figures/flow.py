@@ -70,7 +70,7 @@ class Account:
 
 def why_no_account(run) -> str | None:
     """Why the account of the sampled window is not known; None if it is."""
-    for name in ("rotor_work", "kinetic_energy", *(f"dissipation/{k}" for k in run.kinds)):
+    for name in ("kinetic_energy", *(f"dissipation/{k}" for k in run.kinds)):
         if not run.has_series(name):
             return f"the file has no series /observables/{name}"
         if not np.isfinite(run.series(name)[1]).all():
@@ -83,7 +83,7 @@ def why_no_account(run) -> str | None:
 
 def window(run) -> tuple[float, float]:
     """The part of the sampled window that the time series covers [s]."""
-    time = run.series("rotor_work")[0]
+    time = run.series("kinetic_energy")[0]
     begin, end = run.window
     if not len(time):
         return begin, begin

@@ -64,7 +64,7 @@ class OverTime(Figure):
             self.lines(ax, run, name if len(runs) > 1 else "", k)
         ax.set_xlabel("time [s]")
         ax.set_ylabel(self.ylabel)
-        ax.set_xlim(0, max(run.series(self.series)[0][-1] for run in runs))
+        ax.set_xlim(0, max(run.series("kinetic_energy")[0][-1] for run in runs))
         handles, texts = ax.get_legend_handles_labels()
         if handles:
             legend(figure, handles, texts, 2, rest=2.5, handlelength=2.4)
@@ -117,7 +117,8 @@ class Draw(OverTime):
         if torque:
             return each
         known = len(each) > 1 and all(run.has_series(series) for _, series, *_ in each)
-        return [("", self.series, 1.0, "drive"), *(each if known else [])]
+        whole = self.series if run.has_series(self.series) else f"motion_work/{run.motions[0]}"
+        return [("", whole, 1.0, "drive"), *(each if known else [])]
 
     def needed(self, run):
         return [series for _, series, *_ in self.sources(run)]
@@ -126,7 +127,7 @@ class Draw(OverTime):
         """Of every source: (motion, time, integral of the quantity over time, its mean and standard error over the
         sampled window, NaN if not known)."""
         for motion, series, divisor, place in self.sources(run):
-            time, value = run.drive_work() if series == "rotor_work" else run.series(series)
+            time, value = run.series(series) if motion or self.statistic == "torque" else run.drive_work()
             if series == "rotor_torque":  # the mean over the interval before each row
                 value = np.concatenate([[0.0], np.cumsum(value[1:] * np.diff(time))])
             mean = error = math.nan
@@ -136,7 +137,7 @@ class Draw(OverTime):
 
     def parts(self, run):
         """(name of the interval, bounds) of the fine and of the coarse means."""
-        time = run.series(self.series)[0]
+        time = run.series("kinetic_energy")[0]
         turn = "period" if run.driven == "drive" else "revolution"
         return ("interval", intervals(time)), (turn, revolutions(run, time))
 

@@ -61,7 +61,11 @@ def by_energy(run, row: str, group: str, name: str, species) -> Histogram:
     for word in names:
         if word not in known:
             raise UserError(f"{run.path}: unknown species '{word}': one of {', '.join(known)}")
-    chosen = sorted(known.index(word) for word in names)
+    chosen = sorted(run.class_of[known.index(word)] for word in names)
+    for word in names:
+        also = [one for one, of in zip(known, run.class_of) if of == run.class_of[known.index(word)] and one != word]
+        if also:
+            raise UserError(f"{run.path}: the impacts of '{word}' are counted together with those of {', '.join(also)}")
     if len(chosen) > 2 or (len(chosen) == 2 and row != "ball_ball"):
         raise UserError(f"{run.path}: give one species, or two with the kind 'ball_ball'")
     kinds = run.kinds if row == "all" else (row,)

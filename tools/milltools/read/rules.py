@@ -72,6 +72,7 @@ SAID = {
 BALLS = "particles/trajectory/id"
 FRAMES = "particles/trajectory/position/time"
 SPECIES = "species"  # as many as the deck has
+CLASSES = "classes"  # of species, by which energies are counted
 ENERGIES = "statistics/energies"
 BLOCKS, EACH = f"{ENERGIES}/blocks", f"{ENERGIES}/blocks/ball_ball/normal"
 PARTS, FACETS = "statistics/wear/parts/kind", "statistics/wear/area"
@@ -128,10 +129,11 @@ RULES = [
         (r"statistics/(.*)/histogram/count", NUMBER, (r"statistics/\1/histogram/edges -1",), _not_negative),
         (r"statistics/(.*)/histogram/\w+", NUMBER, (r"statistics/\1/histogram/edges -1",), _no_infinity),
         (r"statistics/energies/(blocks/)?edges", NUMBER, (None,), _bins),
+        (r"statistics/energies/class", WHOLE, (SPECIES,), _not_negative),
         (r"statistics/energies/blocks/(duration|period)", NUMBER, (), _not_negative),
-        (f"({BLOCKS})/ball_ball/normal", WHOLE, (None, SPECIES, SPECIES, r"\1/edges -1"), _not_negative),
-        (f"({BLOCKS})/ball_ball/.*", WHOLE, (EACH, SPECIES, SPECIES, r"\1/edges -1"), _not_negative),
-        (f"({BLOCKS})/.*", WHOLE, (EACH, SPECIES, r"\1/edges -1"), _not_negative),
+        (f"({BLOCKS})/ball_ball/normal", WHOLE, (None, CLASSES, CLASSES, r"\1/edges -1"), _not_negative),
+        (f"({BLOCKS})/ball_ball/.*", WHOLE, (EACH, CLASSES, CLASSES, r"\1/edges -1"), _not_negative),
+        (f"({BLOCKS})/.*", WHOLE, (EACH, CLASSES, r"\1/edges -1"), _not_negative),
         (r"statistics/wear/parts/(start|axes)", NUMBER, (PARTS, 3, 4), _rotations),
         (PARTS, WHOLE, (None,), _not_negative),
         (r"statistics/wear/parts/\w+", WHOLE, (PARTS,), None),
@@ -145,10 +147,10 @@ RULES = [
         (FACETS, NUMBER, (None,), _positive),
         (r"statistics/wear/(part|face|count)", WHOLE, (FACETS,), _not_negative),
         (r"statistics/wear/\w+", NUMBER, (FACETS,), _no_infinity),
-        (f"{ENERGIES}/ball_ball/dissipation", NUMBER, (SPECIES, SPECIES, f"{ENERGIES}/edges -1"), _no_infinity),
-        (f"{ENERGIES}/ball_ball/.*", NUMBER, (SPECIES, SPECIES, f"{ENERGIES}/edges -1"), _not_negative),
-        (f"{ENERGIES}/.*/dissipation", NUMBER, (SPECIES, f"{ENERGIES}/edges -1"), _no_infinity),
-        (f"{ENERGIES}/.*", NUMBER, (SPECIES, f"{ENERGIES}/edges -1"), _not_negative),
+        (f"{ENERGIES}/ball_ball/dissipation", NUMBER, (CLASSES, CLASSES, f"{ENERGIES}/edges -1"), _no_infinity),
+        (f"{ENERGIES}/ball_ball/.*", NUMBER, (CLASSES, CLASSES, f"{ENERGIES}/edges -1"), _not_negative),
+        (f"{ENERGIES}/.*/dissipation", NUMBER, (CLASSES, f"{ENERGIES}/edges -1"), _no_infinity),
+        (f"{ENERGIES}/.*", NUMBER, (CLASSES, f"{ENERGIES}/edges -1"), _not_negative),
         (r"statistics/(.*/quantiles\w*|rotor/block_(power|torque))", NUMBER, (None,), _no_infinity),
         (r"statistics/precision/fast_rate/.*", NUMBER, (None,), None),
         (r"statistics/precision/.*", NUMBER, (), None),  # an exact value has infinitely many degrees of freedom
@@ -185,12 +187,12 @@ def check_layout(run, path: str, thing):
     for have, want in zip(shape, rule.shape):
         if isinstance(want, str):
             other, _, change = rule.pattern.fullmatch(path).expand(want).partition(" ")
-            want = len(run.as_deck.species) if other == SPECIES else run.length(other)
+            counted = run.as_deck.species if other == SPECIES else run.classes if other == CLASSES else None
+            want = run.length(other) if counted is None else len(counted)
             want = want * int(change[1:]) if change[:1] == "*" else want + int(change or 0)
             if have != want:
-                raise ValueError(
-                    f"{have} rows, expected {want} to match {'the deck' if other == SPECIES else f'/{other}'}"
-                )
+                model = f"/{other}" if counted is None else "the deck"
+                raise ValueError(f"{have} rows, expected {want} to match {model}")
         elif want not in (None, have):
             raise ValueError(f"{have} columns, expected {want}")
 

@@ -20,7 +20,7 @@ import numpy as np
 
 from milltools.base.errors import UserError
 from milltools.read import rules
-from milltools.read.deck import Deck
+from milltools.read.deck import Deck, Species
 from milltools.read.hdf5 import Store
 from milltools.read.histogram import ENERGIES, Histogram, by_energy, by_speed
 from milltools.read.kinds import KINDS
@@ -278,8 +278,8 @@ class Run(Store):
 
     @functools.cached_property
     def kinds(self) -> tuple[str, ...]:
-        """Kinds of contact: first those of KINDS for which the mill has surfaces or the run has contacts, then those
-        of bodies."""
+        """Kinds of contact that the file lists: first those of KINDS, then those of bodies. Files of old versions list
+        all of KINDS: of these, the kinds for which the mill has surfaces or the run has contacts."""
         places = ("statistics/impacts", "run/events/collisions", "observables/collisions")
         names = next((set(found) for place in places if (found := self.names(place))), set(KINDS))
         order = [self.as_deck.kind_of(name) for name in self.as_deck.bodies]
@@ -287,7 +287,7 @@ class Run(Store):
         drum, rotor = not self.vessel, self.has_rotor
         ends = drum and not self.slice_length
         there = {k for k, has in zip(KINDS, (True, drum, ends, rotor, rotor)) if has} | {*order}
-        return (*(kind for kind in KINDS if kind in there or self.collisions(kind)), *own)
+        return (*(k for k in KINDS if k in names and (k in there or self.collisions(k))), *own)
 
     @property
     def absent(self) -> set[str]:
@@ -314,13 +314,18 @@ class Run(Store):
         """What does work on the balls: "drive" if the deck has motions, else "rotor", or "" if nothing moves."""
         return "drive" if self.as_deck.named("motion") else "rotor" if self.rotor_speed else ""
 
+    @property
+    def drive(self) -> str:
+        """`driven`; where nothing moves, the drive of power 0 that the file has."""
+        return self.driven or ("rotor" if self.has("statistics/rotor") else "drive")
+
     def drive_work(self) -> tuple[np.ndarray, np.ndarray]:
         """(time [s], work [J] of all motions since t = 0) for the rows of the time series."""
         parts = [f"motion_work/{name}" for name in self.motions]
-        if self.driven != "drive" or not all(map(self.has_series, parts)):
+        if self.has_series("rotor_work") and (self.driven != "drive" or not all(map(self.has_series, parts))):
             return self.series("rotor_work")
-        series = [self.series(part) for part in parts]
-        return series[0][0], np.array(sum(value for _, value in series))
+        time = self.series("kinetic_energy")[0]
+        return time, np.sum([np.zeros(len(time)), *(self.series(part)[1] for part in parts)], axis=0)
 
     @property
     def period(self) -> float:
@@ -419,7 +424,7 @@ class Run(Store):
 
     def results(self) -> dict[str, Any]:
         """Status, window, power and summary of the run, for the JSON object of a command."""
-        drive, columns = self.driven or "rotor", self.summary()
+        drive, columns = self.drive, self.summary()
         return {
             "status": self.status,
             "time": self.time,
@@ -481,6 +486,33 @@ class Run(Store):
     def balls(self, name: str) -> np.ndarray:
         """A constant property of the balls (N,): "mass" [kg], "diameter" [m], "species", "id"."""
         return self.read(f"particles/trajectory/{name}")
+
+    @functools.cached_property
+    def class_of(self) -> list[int]:
+        """The class of each species by which the file counts energies: the species itself, or if there are many, one
+        of a few classes of about the same mass."""
+        species = len(self.as_deck.species)
+        if not self.has("statistics/energies/class"):
+            return list(range(species))
+        found = self.read("statistics/energies/class").tolist()
+        if sorted(set(found)) != list(range(max(found) + 1)):
+            raise UserError(f"{self.path}: damaged: /statistics/energies/class")
+        return found
+
+    @functools.cached_property
+    def classes(self) -> list[Species]:
+        """The classes of class_of: a species, or the mean ball of several."""
+        species = self.as_deck.species
+        if len(set(self.class_of)) == len(species):
+            return species
+        found = []
+        for k in range(max(self.class_of) + 1):
+            members = [one for one, of in zip(species, self.class_of) if of == k and one.count] or species[:1]
+            weights = [one.count for one in members]
+            size = np.average([one.diameter for one in members], weights=weights)
+            mass = np.average([one.mass for one in members], weights=weights)
+            found.append(Species(members[0].name, sum(weights), size, mass / (math.pi / 6 * size**3)))
+        return found
 
     def species_names(self) -> list[str]:
         """Names of the species; balls("species") contains indices into them."""

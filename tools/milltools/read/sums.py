@@ -4,6 +4,7 @@ The histograms of energy in the file give the sum. Its error comes from the same
 """
 
 import dataclasses
+import functools
 import math
 from collections.abc import Callable, Iterable, Iterator
 
@@ -26,7 +27,7 @@ ROUNDING = 1e-9
 @dataclasses.dataclass(frozen=True)
 class Pair:
     """Two bodies that meet: the kind of contact, the reduced mass [kg] and the reduced radius [m] (of the ball where it
-    meets the mill), and the index of the species in the arrays of the file."""
+    meets the mill), and the index of the classes of species in the arrays of the file."""
 
     kind: str
     mass: float
@@ -38,16 +39,16 @@ Weight = Callable[[np.ndarray, Pair], np.ndarray]  # of energies [J] of impacts 
 
 
 def pairs(run: Run, kinds: Iterable[str] | None = None) -> Iterator[Pair]:
-    """All pairs of species and surfaces of a run."""
-    species = run.as_deck.species
-    masses = [one.mass for one in species]
+    """All pairs of species (if there are many, of classes of them) and surfaces of a run."""
+    classes = run.classes
+    masses = [one.mass for one in classes]
     for kind in run.kinds if kinds is None else kinds:
-        for i, one in enumerate(species):
+        for i, one in enumerate(classes):
             if kind != "ball_ball":
                 yield Pair(kind, masses[i], one.diameter / 2, (i,))
                 continue
-            for j in range(i, len(species)):
-                radii = one.diameter / 2, species[j].diameter / 2
+            for j in range(i, len(classes)):
+                radii = one.diameter / 2, classes[j].diameter / 2
                 mass, radius = (a * b / (a + b) for a, b in ((masses[i], masses[j]), radii))
                 yield Pair(kind, mass, radius, (i, j))
 
@@ -90,13 +91,14 @@ def total(run: Run, weight: Weight, energy: str = "normal", kinds: Iterable[str]
     points = _points(run.read(f"{place}/edges"))
     known = run.has(f"{BLOCKS}/edges")
     coarse = _points(run.read(f"{BLOCKS}/edges")) if known else None
+    read = functools.lru_cache(2)(run.read)  # the pairs of a kind follow each other
     for pair in pairs(run, kinds):
-        count = run.read(f"{place}/{pair.kind}/{energy}")[pair.index]
+        count = read(f"{place}/{pair.kind}/{energy}")[pair.index]
         weights = np.mean(weight(points, pair), axis=1)
         value += float(count @ weights)
         squares += float(count @ weights**2)
         if known:
-            rows = run.read(f"{BLOCKS}/{pair.kind}/{energy}")[(slice(None), *pair.index)]
+            rows = read(f"{BLOCKS}/{pair.kind}/{energy}")[(slice(None), *pair.index)]
             part = rows @ np.mean(weight(coarse, pair), axis=1)
             series = part if series is None else series + part
     time = run.duration
@@ -124,10 +126,9 @@ def errors(run: Run, edges: np.ndarray, kind: str, above: bool = False) -> np.nd
     weights = np.zeros((len(points), len(edges) + 1))
     np.add.at(weights, (np.arange(len(points))[:, None], np.searchsorted(edges, points, side="right")), 1 / POINTS)
     weights = weights[:, :0:-1].cumsum(axis=1)[:, ::-1] if above else weights[:, 1:-1]
-    rows = sum(
-        run.read(f"{blocks}/{pair.kind}/normal")[(slice(None), *pair.index)]
-        for pair in pairs(run, None if kind == "all" else [kind])
-    )
+    kinds = run.kinds if kind == "all" else [kind]
+    found = (run.read(f"{blocks}/{one}/normal") for one in kinds)
+    rows = sum(counts.sum(axis=tuple(range(1, counts.ndim - 1))) for counts in found)
     series = rows @ weights / float(run.read(f"{blocks}/duration"))
     period, rates = int(run.read(f"{blocks}/period")), series.mean(axis=0)
     found = [standard_error(x, period) if x.any() else math.nan for x in series.T]

@@ -1,0 +1,97 @@
+#include "observe/gathered.h"
+
+#include "millsim/state.h"
+
+#include <stdio.h>
+
+enum { SPECTRA = sizeof(struct mill_speeds) / sizeof(struct mill_spectrum) };
+
+static const struct mill_sum count_of[] = {
+    {"recontacts", "1",
+     "impacts so soon after the last one of the pair that soft balls would touch", MILL_H5_U64,
+     offsetof(struct mill_gathered_counts, recontacts), 0, 0},
+    {"samples", "1", "samples of the flow", MILL_H5_U64,
+     offsetof(struct mill_gathered_counts, samples), 0, 0}};
+
+static const struct mill_sums_list counts = {"counts", sizeof(struct mill_gathered_counts), 2,
+                                             count_of};
+
+/* In the order of the enum */
+static const struct mill_sums_list *const lists[MILL_GATHERED_PARTS] = {&mill_spectrum_sums,
+                                                                        &mill_spectrum_sums,
+                                                                        &mill_energies_sums,
+                                                                        &mill_maps_hits,
+                                                                        &mill_maps_flow,
+                                                                        &mill_wear_sums,
+                                                                        &counts};
+
+bool mill_gathered_plan(struct mill_gathered_plan *plan, const struct mill_world *world)
+{
+    *plan = (struct mill_gathered_plan){.kinds = world->kinds.count};
+    return mill_maps_init(&plan->maps, world) && mill_energies_init(&plan->energies, world) &&
+           mill_wear_init(&plan->wear, world);
+}
+
+void mill_gathered_free_plan(struct mill_gathered_plan *plan)
+{
+    mill_energies_free(&plan->energies);
+    mill_maps_free(&plan->maps);
+    mill_wear_facets_free(&plan->wear);
+}
+
+bool mill_gathered_make(struct mill_gathered *g, const struct mill_gathered_plan *plan, int rows)
+{
+    const size_t spectra = (size_t)rows * SPECTRA;
+    const size_t count[MILL_GATHERED_PARTS] = {spectra,
+                                               spectra,
+                                               plan->energies.pairs,
+                                               plan->maps.cells,
+                                               plan->maps.cells,
+                                               (size_t)plan->wear.facets,
+                                               1};
+    bool good = true;
+    for (int i = 0; i < MILL_GATHERED_PARTS; i++)
+        good = mill_sums_make(&g->part[i], lists[i], count[i]) && good;
+    g->impacts = g->part[MILL_GATHERED_IMPACTS].record;
+    g->strikes = g->part[MILL_GATHERED_STRIKES].record;
+    g->pair = g->part[MILL_GATHERED_PAIRS].record;
+    g->hits = g->part[MILL_GATHERED_HITS].record;
+    g->flow = g->part[MILL_GATHERED_FLOW].record;
+    g->wear = g->part[MILL_GATHERED_WEAR].record;
+    g->counts = g->part[MILL_GATHERED_COUNTS].record;
+    return good;
+}
+
+void mill_gathered_free(struct mill_gathered *g)
+{
+    for (int i = 0; i < MILL_GATHERED_PARTS; i++)
+        mill_sums_free(&g->part[i]);
+}
+
+void mill_gathered_clear(struct mill_gathered *g)
+{
+    for (int i = 0; i < MILL_GATHERED_PARTS; i++)
+        mill_sums_clear(&g->part[i]);
+}
+
+void mill_gathered_add(struct mill_gathered *into, const struct mill_gathered *from)
+{
+    for (int i = 0; i < MILL_GATHERED_PARTS; i++)
+        mill_sums_add(&into->part[i], &from->part[i]);
+}
+
+void mill_gathered_state(struct mill_gathered *g, const char *prefix, struct mill_state *state)
+{
+    char name[40];
+    snprintf(name, sizeof name, "%s_last", prefix);
+    mill_state_structs(state, name, sizeof g->last, 1, &g->last);
+    for (int i = 0; i < MILL_GATHERED_PARTS; i++) {
+        snprintf(name, sizeof name, "%s%s", prefix, i == MILL_GATHERED_STRIKES ? "_strikes" : "");
+        mill_sums_state(&g->part[i], name, state);
+    }
+}
+
+void mill_gathered_add_speeds(struct mill_speeds *into, const struct mill_speeds *from, int rows)
+{
+    mill_sums_add_records(&mill_spectrum_sums, (size_t)rows * SPECTRA, into, from);
+}
