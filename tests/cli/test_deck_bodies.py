@@ -341,7 +341,7 @@ def test_bodies_that_pass_each_other_closer_than_a_ball_are_a_warning(millsim):
     assert warned(79) == ""
     text = warned(84)
     assert "[body.arm]: its copy 0 comes as near as 3 mm to [body.tank] at t = 0 s" in text
-    assert text.endswith("less than a ball's diameter of 5 mm: balls can be pinched there\n")
+    assert text.endswith("no more than a ball's diameter of 5 mm: balls can be pinched there\n")
     assert len(text.splitlines()) == 1
 
 

@@ -135,7 +135,6 @@ def test_twenty_faults_of_a_mesh_are_told_and_the_others_counted(refused, rotor)
         ("a.obj", "# made by hand\nv 0 0 0\n"),
         ("a.ply", "ply\nformat ascii 1.0\n"),
         ("a.3mf", "PK\x03\x04"),
-        ("a.off", "OFF\n8 6 0\n"),
     ],
 )
 def test_a_file_of_another_format_is_told_how_to_convert_it(refused, write_deck, tmp_path, name, words):
