@@ -26,7 +26,7 @@ from milltools.render import colour
 
 BALLS = "[balls]\ncount = 20\ndiameter = 5 mm\ndensity = 7800 kg/m^3\n"
 MIXED = (
-    SMALL.replace("time = 50 ms", "time = 500 ms\nsample_from = 100 ms")
+    SMALL.replace("time = 50 ms", "time = 500 ms\nsample_from = 100 ms\nseed = 2")
     .replace("600 rpm", "600 rpm\nangle = 20 deg")
     .replace(
         BALLS,
