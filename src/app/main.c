@@ -15,6 +15,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
@@ -267,6 +268,22 @@ static bool put(const char *text)
     return fflush(stdout) == 0 && !ferror(stdout);
 }
 
+/* Without room for its stack the program would end without a word. */
+static enum mill_status check_stack(struct mill_error *error)
+{
+    const rlim_t needed = 256 * 1024;
+    struct rlimit limit;
+    if (getrlimit(RLIMIT_STACK, &limit) != 0 || limit.rlim_cur >= needed)
+        return MILL_OK;
+    limit.rlim_cur = needed < limit.rlim_max ? needed : limit.rlim_max;
+    if (limit.rlim_cur == needed && setrlimit(RLIMIT_STACK, &limit) == 0)
+        return MILL_OK;
+    return mill_error_set(error, MILL_FAILED,
+                          "the stack may take %lu kB only, and 256 kB are needed: 'ulimit -s 256' "
+                          "raises the limit",
+                          (unsigned long)(limit.rlim_max / 1024));
+}
+
 int main(int argc, char **argv)
 {
     struct mill_command a = {0};
@@ -282,7 +299,9 @@ int main(int argc, char **argv)
     mallopt(M_MMAP_THRESHOLD, 1 << 20);
 #endif
     FILE *page = open_memstream(&text, &size), *aside = open_memstream(&remarks, &length);
-    enum mill_status status = mill_command_read(argc, argv, &a, &error);
+    enum mill_status status = check_stack(&error);
+    if (status == MILL_OK)
+        status = mill_command_read(argc, argv, &a, &error);
     if (status == MILL_OK && page && aside)
         status = act(&a, page, aside, &error);
     const bool printed = page && aside && !ferror(page) && fclose(aside) == 0;

@@ -105,6 +105,21 @@ def test_a_summary_that_cannot_be_written_is_a_failure(millsim, small_deck):
     assert "cannot write to standard output" in result.stderr
 
 
+def test_a_stack_that_is_too_small_is_made_larger_or_told(millsim, small_deck):
+    def run(soft, hard):
+        limits = (1024 * soft, 1024 * hard)
+        return millsim("-q", "deck.ini", preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_STACK, limits))
+
+    if resource.getrlimit(resource.RLIMIT_STACK)[1] not in (-1, resource.RLIM_INFINITY):
+        pytest.skip("the hard limit of the stack cannot be set back")
+    assert run(100, 1024).returncode == 0
+    done = run(100, 100)
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr == (
+        "millsim: the stack may take 100 kB only, and 256 kB are needed: 'ulimit -s 256' raises the limit\n"
+    )
+
+
 @pytest.mark.slow
 @pytest.mark.unmeasured
 def test_too_little_memory_is_told_as_that(millsim, small_deck):
