@@ -279,11 +279,11 @@ void mill_record_start(struct mill_h5 *file, const struct mill_deck *deck, const
     mill_h5_write_text(file, "/run/command", command, "command line");
     mill_h5_write_text(file, "/run/started", started, "when the run was started, UTC");
     mill_h5_write_text(file, "/run/status", "running", status_meaning);
-    for (int kind = 0; kind < deck->contacts.count; kind++) {
+    for (int kind = 0; kind < deck->mill.contacts.count; kind++) {
         char path[MILL_KINDS_LENGTH + 16];
-        snprintf(path, sizeof path, "/run/assumed/%s", deck->contacts.name[kind]);
-        if (deck->assumed[kind][0])
-            mill_h5_write_text(file, path, deck->assumed[kind],
+        snprintf(path, sizeof path, "/run/assumed/%s", deck->mill.contacts.name[kind]);
+        if (deck->mill.assumed[kind][0])
+            mill_h5_write_text(file, path, deck->mill.assumed[kind],
                                "materials from which this contact law follows");
     }
 }

@@ -25,7 +25,7 @@ static void *values_of(const struct mill_deck *deck, const struct mill_deck_bloc
 static bool is_elsewhere(const struct mill_deck *deck, const struct mill_deck_block *block)
 {
     const struct mill_deck_block named = {.title = block->title, .named = true};
-    return block->unless_named && mill_deck_next(deck, &named, NULL);
+    return block->unless_named && mill_deck_next(&deck->text, &named, NULL);
 }
 
 /* Which key of a section is given, of those that stand for the same one */
@@ -82,7 +82,7 @@ static enum mill_status fill_key(struct mill_deck *deck, const struct mill_deck_
     } else if (choice.given != entry || (!entry && (key->derived || block->inherits))) {
         return MILL_OK;
     } else if (choice.other) {
-        return mill_deck_fault(deck, error, section->title, key->name,
+        return mill_deck_fault(&deck->text, error, section->title, key->name,
                                "'%s' and '%s' both set the %.*s; give only one of them", key->name,
                                choice.other->key, (int)strcspn(choice.first->meaning, ";,"),
                                choice.first->meaning);
@@ -90,7 +90,7 @@ static enum mill_status fill_key(struct mill_deck *deck, const struct mill_deck_
         return MILL_OK;
     } else if (!entry && !key->preset) {
         mill_deck_value_wanted(key, false, wanted, sizeof wanted);
-        return mill_deck_fault(deck, error, section->title, key->name,
+        return mill_deck_fault(&deck->text, error, section->title, key->name,
                                "missing (%s); expected %s%s%s%s%s", key->meaning, wanted,
                                choice.words, key->unless ? ", or '" : "",
                                key->unless ? key->unless : "", key->unless ? "'" : "");
@@ -99,11 +99,12 @@ static enum mill_status fill_key(struct mill_deck *deck, const struct mill_deck_
     } else if (entry && !*entry->value && entry->look == MILL_DECK_CUT &&
                key->type == MILL_KEY_FILE) {
         wrong = "expected the name of a file, got a comment: " MILL_DECK_QUOTE;
-    } else if (!mill_deck_value_read(&deck->units, key, entry ? entry->value : key->preset, values,
-                                     &why)) {
+    } else if (!mill_deck_value_read(&deck->text.reading->units, key,
+                                     entry ? entry->value : key->preset, values, &why)) {
         wrong = why.text;
     }
-    return wrong ? mill_deck_fault(deck, error, section->title, key->name, "%s", wrong) : MILL_OK;
+    return wrong ? mill_deck_fault(&deck->text, error, section->title, key->name, "%s", wrong)
+                 : MILL_OK;
 }
 
 /* Iterates over blocks of sections: all blocks of a section, then those of the next section of its
@@ -132,7 +133,7 @@ static bool walk_on(const struct mill_deck *deck, struct walk *w)
              w->at++)
             if (w->section && applies(&w->block, w->section))
                 return true;
-        w->section = mill_deck_next(deck, &first, w->section);
+        w->section = mill_deck_next(&deck->text, &first, w->section);
         if (w->section)
             w->at = w->first;
         else
@@ -174,10 +175,10 @@ static enum mill_status check_entries(const struct mill_deck *deck,
             }
         }
         mill_deck_value_word(choice, *(const int *)section->form, own, sizeof own);
-        mill_deck_fault(deck, error, section->title, name,
+        mill_deck_fault(&deck->text, error, section->title, name,
                         "does not belong to '%s = %s' (only to: %s): leave it out", choice->name,
                         own, of);
-        status = mill_deck_faults_keep(deck, MILL_BAD_DECK, error);
+        status = mill_deck_faults_keep(&deck->text, MILL_BAD_DECK, error);
     }
     return status;
 }
@@ -199,16 +200,17 @@ static enum mill_status fill_block(struct mill_deck *deck, const struct mill_dec
             *(int *)section->form = UNKNOWN; /* until it is read */
     }
     for (const struct mill_key *key = block->key; key->name && status == MILL_OK; key++)
-        status = mill_deck_faults_keep(deck, fill_key(deck, block, key, section, error), error);
+        status =
+            mill_deck_faults_keep(&deck->text, fill_key(deck, block, key, section, error), error);
     return status == MILL_OK && first ? check_entries(deck, section, error) : status;
 }
 
 /* Does any surface of the mill have this kind of contact? */
 static bool has_kind(const struct mill_deck *deck, int kind)
 {
-    bool has = deck->drum || kind == MILL_BALL_BALL || kind >= MILL_KINDS;
-    for (int k = 0; k < deck->bodies.count && !has; k++)
-        has = deck->bodies.surface[k].kind == kind;
+    bool has = deck->mill.drum || kind == MILL_BALL_BALL || kind >= MILL_KINDS;
+    for (int k = 0; k < deck->mill.bodies.count && !has; k++)
+        has = deck->mill.bodies.surface[k].kind == kind;
     return has;
 }
 
@@ -218,7 +220,7 @@ static enum mill_status list_by_kind(struct mill_deck *deck, const char *title, 
                                      void *each, size_t size, struct mill_error *error)
 {
     const struct mill_deck_block named = {.title = title, .named = true};
-    const struct mill_kinds *kinds = &deck->contacts;
+    const struct mill_kinds *kinds = &deck->mill.contacts;
     char known[MILL_KINDS_MOST * (MILL_KINDS_LENGTH + 2)] = "";
     for (int kind = 0; kind < kinds->count; kind++) {
         memcpy((char *)each + size * (size_t)kind, general, size);
@@ -227,7 +229,7 @@ static enum mill_status list_by_kind(struct mill_deck *deck, const char *title, 
     }
     enum mill_status status = MILL_OK;
     const struct mill_deck_section *s = NULL;
-    while (status == MILL_OK && (s = mill_deck_next(deck, &named, s))) {
+    while (status == MILL_OK && (s = mill_deck_next(&deck->text, &named, s))) {
         int kind = 0;
         while (kind < kinds->count &&
                (strcmp(strchr(s->title, '.') + 1, kinds->name[kind]) != 0 || !has_kind(deck, kind)))
@@ -236,9 +238,9 @@ static enum mill_status list_by_kind(struct mill_deck *deck, const char *title, 
             memcpy((char *)each + size * (size_t)kind, s->form, size);
             continue;
         }
-        mill_deck_fault(deck, error, s->title, NULL, "unknown kind of contact; there are %s",
+        mill_deck_fault(&deck->text, error, s->title, NULL, "unknown kind of contact; there are %s",
                         known);
-        status = mill_deck_faults_keep(deck, MILL_BAD_DECK, error);
+        status = mill_deck_faults_keep(&deck->text, MILL_BAD_DECK, error);
     }
     return status;
 }
@@ -247,26 +249,26 @@ static enum mill_status list_by_kind(struct mill_deck *deck, const char *title, 
 static enum mill_status set_speed(struct mill_deck *deck, struct mill_error *error)
 {
     double tip = 0.0;
-    if (deck->tip_speed == 0.0)
+    if (deck->given.tip_speed == 0.0)
         return MILL_OK;
     const struct mill_deck_block named = {.title = "blade", .named = true};
-    if (deck->blades.count > 0)
-        tip = deck->blades.form.tip_radius;
-    for (const struct mill_deck_section *s = NULL; (s = mill_deck_next(deck, &named, s));)
+    if (deck->given.blades.count > 0)
+        tip = deck->given.blades.form.tip_radius;
+    for (const struct mill_deck_section *s = NULL; (s = mill_deck_next(&deck->text, &named, s));)
         tip = fmax(tip, ((const struct mill_blade *)s->form)->tip_radius);
-    for (int k = 0; k < deck->bodies.count; k++) {
-        const struct mill_setup_surface *body = &deck->bodies.surface[k];
+    for (int k = 0; k < deck->mill.bodies.count; k++) {
+        const struct mill_setup_surface *body = &deck->mill.bodies.surface[k];
         const double far = body->motion == 0 ? mill_part_reach(body->solid, body->body) : 0.0;
         if (far < 0.0)
             return mill_error_set(error, MILL_FAILED, "out of memory");
         tip = fmax(tip, far);
     }
     if (tip == 0.0)
-        return mill_deck_fault(deck, error, "rotor", "tip_speed",
+        return mill_deck_fault(&deck->text, error, "rotor", "tip_speed",
                                "needs blades, or bodies with 'motion = rotor': their largest "
                                "distance from the axis is the radius of the tip; without them give "
                                "'speed'");
-    deck->form[0].as.turn.speed = deck->rotor_speed = deck->tip_speed / tip;
+    deck->mill.form[0].as.turn.speed = deck->given.rotor_speed = deck->given.tip_speed / tip;
     return MILL_OK;
 }
 
@@ -275,14 +277,15 @@ static enum mill_status list_laws(struct mill_deck *deck, struct mill_error *err
     bool has[MILL_KINDS_MOST];
     enum mill_status status = mill_deck_laws_settle(deck, error);
     if (status == MILL_OK)
-        status = list_by_kind(deck, "contact", &deck->general, deck->law, sizeof *deck->law, error);
-    for (int kind = 0; kind < deck->contacts.count; kind++)
+        status = list_by_kind(deck, "contact", &deck->given.general, deck->mill.law,
+                              sizeof *deck->mill.law, error);
+    for (int kind = 0; kind < deck->mill.contacts.count; kind++)
         has[kind] = has_kind(deck, kind);
     if (status == MILL_OK)
         status = mill_deck_laws_list(deck, has, error);
-    return status == MILL_OK
-               ? list_by_kind(deck, "wear", &deck->worn, deck->wear, sizeof *deck->wear, error)
-               : status;
+    return status == MILL_OK ? list_by_kind(deck, "wear", &deck->given.worn, deck->mill.wear,
+                                            sizeof *deck->mill.wear, error)
+                             : status;
 }
 
 /* What follows from several keys, and its checks */
@@ -311,41 +314,56 @@ static enum mill_status fill(struct mill_deck *deck, struct mill_error *error)
     const struct mill_deck_law unknown = {(double)NAN, (double)NAN, (double)NAN, 0.0, NULL, NULL};
     struct walk walk = {0};
     enum mill_status status = MILL_OK;
-    deck->general = deck->unknown.law = unknown;
-    deck->drum = mill_deck_section(deck, "drum") != NULL;
+    deck->given.general = deck->given.unknown.law = unknown;
+    deck->mill.drum = mill_deck_section(&deck->text, "drum") != NULL;
     /* two for each section, also those that materials add */
-    deck->kept = calloc(2 * ((size_t)deck->sections + MILL_KINDS_MOST) + 2, sizeof *deck->kept);
-    deck->file_named = calloc((size_t)deck->sections + 1, sizeof *deck->file_named);
-    if (!deck->kept || !deck->file_named)
+    deck->text.kept =
+        calloc(2 * ((size_t)deck->text.sections + MILL_KINDS_MOST) + 2, sizeof *deck->text.kept);
+    deck->text.file_named = calloc((size_t)deck->text.sections + 1, sizeof *deck->text.file_named);
+    if (!deck->text.kept || !deck->text.file_named)
         return mill_error_set(error, MILL_FAILED, "out of memory");
     while (status == MILL_OK && walk_on(deck, &walk))
         status = fill_block(deck, &walk.block, walk.section, error);
     if (status != MILL_OK)
         return status;
-    deck->sample_found =
-        deck->precision > 0.0 && !mill_deck_entry(mill_deck_section(deck, "run"), "sample_from");
-    deck->rotor = mill_deck_section(deck, "rotor") != NULL;
+    deck->mill.sample_found =
+        deck->given.precision > 0.0 &&
+        !mill_deck_entry(mill_deck_section(&deck->text, "run"), "sample_from");
+    deck->mill.rotor = mill_deck_section(&deck->text, "rotor") != NULL;
     for (size_t i = 0; status == MILL_OK && i < sizeof steps / sizeof *steps; i++)
         status = mill_deck_faults_step(deck, &steps[i], error);
     return status;
+}
+
+void mill_deck_free(struct mill_deck *deck)
+{
+    if (!deck)
+        return;
+    mill_deck_parse_free(&deck->text);
+    mill_deck_bodies_free(&deck->mill.bodies);
+    mill_deck_bodies_free(&deck->mill.parts);
+    free(deck->mill.balls);
+    free(deck);
 }
 
 enum mill_status mill_deck_read(const char *path, int count, const char *const *overrides,
                                 void (*warn)(const char *line), void (*fault)(const char *line),
                                 struct mill_deck **deck, struct mill_error *error)
 {
+    struct mill_deck_reading reading = {.open = -1};
     struct mill_deck *made = *deck = calloc(1, sizeof *made);
     if (!made)
         return mill_error_set(error, MILL_FAILED, "out of memory");
     made->warn = warn;
-    enum mill_status status = fault ? mill_deck_faults_create(made, error) : MILL_OK;
+    made->text.reading = &reading;
+    enum mill_status status = fault ? mill_deck_faults_create(&reading, error) : MILL_OK;
     if (status == MILL_OK)
-        status = mill_deck_parse(made, path, count, overrides, error);
+        status = mill_deck_parse(&made->text, path, count, overrides, error);
     if (status == MILL_OK)
         status = fill(made, error);
-    status = mill_deck_faults_tell(made, status, fault, error);
-    mill_units_free(made->units);
-    made->units = NULL;
+    status = mill_deck_faults_tell(&made->text, status, fault, error);
+    mill_units_free(reading.units);
+    made->text.reading = NULL;
     if (status == MILL_OK) {
         mill_deck_check_warn(made);
         return MILL_OK;

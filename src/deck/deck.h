@@ -130,88 +130,100 @@ struct mill_deck_wear {
     double erosion;  /* [kg/J] Finnie's k */
 };
 
-/* Where a value of the deck comes from. line 0 and no override: it is a default */
-struct mill_deck_origin {
-    int line;             /* in the file, from 1; 0: not from the file */
-    const char *override; /* "SECTION.KEY=VALUE", or NULL */
-};
-
-struct mill_deck {
-    double time;           /* [s] */
-    double sample_from;    /* [s] */
-    bool sample_found;     /* true: the run finds sample_from (only run.precision is given) */
-    double precision;      /* relative standard error that ends the run; 0: not used */
-    double max_collisions; /* number of collisions that ends the run; 0: not used */
-    long seed;
-    long threads;                 /* 0: the program chooses */
-    vec3 gravity;                 /* [m/s^2] */
-    struct mill_deck_balls alike; /* [balls], where there are no [balls.NAME] */
-    int kinds;                    /* of balls */
-    struct mill_deck_balls *balls;
-    int64_t all;       /* balls of all kinds */
-    const char *start; /* path of the start file, resolved relative to the deck; NULL = random */
-    double speed;      /* [m/s] of every ball, random start only */
-    int at_rest;       /* 1: balls of a random start begin at rest, although the container moves */
-    bool drum;         /* true: a drum holds the balls; false: a body does */
-    const struct mill_setup_surface *container; /* the body that holds the balls, or NULL */
-    bool carried;                               /* true: a motion carries the container */
-    double drum_radius, drum_length;            /* [m] */
-    int periodic;                               /* 1: the drum has no end walls; 0: it has */
-    const char *drum_motion;                    /* the motion that carries the drum; NULL: none */
-    int drum_rides;                             /* 1 + number of the drum's motion; 0: none */
-    int wavy; /* 1: wavy drum; 0: a circle, and the buckles are 0 */
-    long buckles;
-    double buckle_height; /* [m] the wall is within drum_radius +- buckle_height */
-    double buckle_angle;  /* [rad] of one outermost point, from +y towards +z */
-    bool rotor;
-    double rotor_speed;  /* [rad/s], positive turns about +x */
-    double tip_speed;    /* [m/s] where given instead of the speed; 0: not given, or at rest */
-    double shaft_radius; /* [m] 0 = no shaft */
-    double rotor_angle;  /* [rad] at t = 0 */
-    struct mill_deck_blades blades;
-    struct mill_deck_bodies parts; /* shaft and blades: those of [blades], then the [blade.NAME] */
-    int motions; /* the rotor's first; each motion after the one that carries it */
-    struct mill_setup_motion motion[MILL_MOTIONS_MOST];
-    struct mill_deck_motion form[MILL_MOTIONS_MOST]; /* the numbers of the motions */
-    struct mill_deck_bodies bodies; /* of the [body.NAME], with each copy */
-    struct mill_kinds contacts;                 /* kinds of contact */
-    const char *drum_material, *rotor_material; /* NULL: not given */
-    struct mill_deck_material unknown;          /* all that a [material.NAME] does not give */
-    struct mill_deck_law general; /* [contact], for kinds that have no value of their own */
-    const char *between;          /* material between the surfaces; NULL: none */
-    struct mill_deck_law law[MILL_KINDS_MOST];
-    struct mill_fall fall[MILL_KINDS_MOST];
-    /* where values of materials are used: of what pair, and where they come from; "": nowhere */
-    char assumed[MILL_KINDS_MOST][MILL_DECK_REMARK];
-    struct mill_deck_takes takes[MILL_KINDS_MOST];
-    double rebound_floor; /* [m/s] */
-    struct mill_deck_powder powder;
-    struct mill_deck_heat heat;
-    struct mill_deck_wear worn; /* [wear], for kinds that have no values of their own */
-    struct mill_deck_wear wear[MILL_KINDS_MOST];
-    double frames;                  /* [s] 0 = none */
-    double series;                  /* [s] */
-    int log_impacts;                /* 1: yes */
-    double strike_window;           /* [s] */
-    double checkpoint;              /* [s] of wall time */
-    void (*warn)(const char *line); /* NULL: warnings are dropped */
-    /* The text of the deck */
+/* The text of a deck, and where each of its values comes from */
+struct mill_deck_text {
     const char *file; /* name as the user gave it; the caller keeps the string */
     char *bytes;      /* contents of the file; keys and values point into it */
     int overrides;    /* keys and values point into these, too */
     char **override;
     int sections;
-    struct mill_deck_section *section;
-    /* number of files that the deck names; `input` holds their paths: start, tables, meshes */
-    int files;
-    const char **file_named;
-    int keeps; /* other memory that the deck owns */
+    struct mill_deck_section *section; /* each with its entries */
+    int files;                         /* that the deck names: start, tables, meshes */
+    const char **file_named;           /* their paths */
+    int keeps;                         /* other memory that the deck owns */
     void **kept;
-    struct mill_deck_origin at; /* what is being read now */
-    int open; /* number of the section that the next lines belong to; -1: of none */
-    /* Only while the deck is read: */
-    struct mill_units *units;
-    struct mill_deck_faults *faults; /* NULL: reading ends at the first one */
+    struct mill_deck_reading *reading; /* NULL: the deck has been read */
+};
+
+/* The values that keys give, or their defaults. Those of [motion.NAME], [body.NAME] and of other
+ * sections with a name are with their sections. */
+struct mill_deck_given {
+    /* [run] */
+    double time;           /* [s] */
+    double sample_from;    /* [s] */
+    double precision;      /* relative standard error that ends the run; 0: not used */
+    double max_collisions; /* number of collisions that ends the run; 0: not used */
+    long seed;
+    long threads; /* 0: the program chooses */
+    /* [gravity] */
+    vec3 gravity; /* [m/s^2] */
+    /* [balls] */
+    struct mill_deck_balls alike; /* where there are no [balls.NAME] */
+    const char *start; /* path of the start file, resolved relative to the deck; NULL = random */
+    double speed;      /* [m/s] of every ball, random start only */
+    int at_rest;       /* 1: balls of a random start begin at rest, although the container moves */
+    /* [drum] */
+    double drum_radius, drum_length; /* [m] */
+    int periodic;                    /* 1: the drum has no end walls; 0: it has */
+    int wavy;                        /* 1: wavy drum; 0: a circle, and the buckles are 0 */
+    long buckles;
+    double buckle_height;    /* [m] the wall is within drum_radius +- buckle_height */
+    double buckle_angle;     /* [rad] of one outermost point, from +y towards +z */
+    const char *drum_motion; /* the motion that carries the drum; NULL: none */
+    const char *drum_material, *rotor_material; /* NULL: not given */
+    /* [rotor] */
+    double rotor_speed;  /* [rad/s], positive turns about +x */
+    double tip_speed;    /* [m/s] where given instead of the speed; 0: not given, or at rest */
+    double shaft_radius; /* [m] 0 = no shaft */
+    double rotor_angle;  /* [rad] at t = 0 */
+    struct mill_deck_blades blades;
+    /* [contact], [material.NAME] */
+    struct mill_deck_material unknown; /* all that a [material.NAME] does not give */
+    struct mill_deck_law general;      /* [contact], for kinds that have no value of their own */
+    const char *between;               /* material between the surfaces; NULL: none */
+    double rebound_floor;              /* [m/s] */
+    /* [powder], [heat], [wear] */
+    struct mill_deck_powder powder;
+    struct mill_deck_heat heat;
+    struct mill_deck_wear worn; /* for kinds that have no values of their own */
+    /* [output] */
+    double frames;        /* [s] 0 = none */
+    double series;        /* [s] */
+    int log_impacts;      /* 1: yes */
+    double strike_window; /* [s] */
+    double checkpoint;    /* [s] of wall time */
+};
+
+/* What follows from the values: the mill */
+struct mill_deck_mill {
+    bool sample_found; /* the run finds sample_from (only run.precision is given) */
+    int kinds;         /* of balls */
+    struct mill_deck_balls *balls;
+    int64_t all; /* balls of all kinds */
+    bool drum;   /* true: a drum holds the balls; false: a body does */
+    const struct mill_setup_surface *container; /* the body that holds the balls, or NULL */
+    bool carried;                               /* true: a motion carries the container */
+    int drum_rides;                             /* 1 + number of the drum's motion; 0: none */
+    bool rotor;
+    int motions; /* the rotor's first; each motion after the one that carries it */
+    struct mill_setup_motion motion[MILL_MOTIONS_MOST];
+    struct mill_deck_motion form[MILL_MOTIONS_MOST]; /* the numbers of the motions */
+    struct mill_deck_bodies parts;  /* shaft and blades: those of [blades], then the [blade.NAME] */
+    struct mill_deck_bodies bodies; /* of the [body.NAME], with each copy */
+    struct mill_kinds contacts;     /* kinds of contact */
+    struct mill_deck_law law[MILL_KINDS_MOST];
+    struct mill_fall fall[MILL_KINDS_MOST];
+    /* where values of materials are used: of what pair, and where they come from; "": nowhere */
+    char assumed[MILL_KINDS_MOST][MILL_DECK_REMARK];
+    struct mill_deck_takes takes[MILL_KINDS_MOST];
+    struct mill_deck_wear wear[MILL_KINDS_MOST];
+};
+
+struct mill_deck {
+    struct mill_deck_text text;
+    struct mill_deck_given given;
+    struct mill_deck_mill mill;
+    void (*warn)(const char *line); /* NULL: warnings are dropped */
 };
 
 /* Reads `path`, applies `count` overrides "SECTION.KEY=VALUE" and checks every key and value. The
@@ -228,13 +240,6 @@ void mill_deck_free(struct mill_deck *deck);
 
 /* The drum in numbers */
 struct mill_setup_drum mill_deck_drum(const struct mill_deck *deck);
-
-/* Sets "FILE:LINE: [section] key: ..." for a fault that is found after reading (the start does not
- * fit, balls overlap). If the value came from --set or is a default, the text says so. Returns
- * MILL_BAD_DECK. */
-enum mill_status mill_deck_fault(const struct mill_deck *deck, struct mill_error *error,
-                                 const char *section, const char *key, const char *format, ...)
-    __attribute__((format(printf, 5, 6)));
 
 /* The key of this name in section [title]. Where several kinds of the section have such a key:
  * number `n` of these, from 0. NULL: there are no more. */

@@ -33,7 +33,7 @@ static enum mill_status count_balls(const struct mill_deck *deck, struct mill_de
     }
     const double count = round(given);
     if (!(count >= 1.0 && count <= MILL_DECK_MOST_BALLS))
-        return mill_deck_fault(deck, error, balls->section, balls->given,
+        return mill_deck_fault(&deck->text, error, balls->section, balls->given,
                                "gives %.3g balls of %g m; expected 1 to %d", given, d,
                                MILL_DECK_MOST_BALLS);
     balls->count = (long)count;
@@ -43,13 +43,13 @@ static enum mill_status count_balls(const struct mill_deck *deck, struct mill_de
 enum mill_status mill_deck_balls_list(struct mill_deck *deck, struct mill_error *error)
 {
     const struct mill_deck_block named = {.title = "balls", .named = true};
-    const struct mill_deck_section *s = mill_deck_next(deck, &named, NULL);
+    const struct mill_deck_section *s = mill_deck_next(&deck->text, &named, NULL);
     double volume = -1.0;
-    deck->balls = calloc((size_t)deck->sections, sizeof *deck->balls);
-    if (!deck->balls)
+    deck->mill.balls = calloc((size_t)deck->text.sections, sizeof *deck->mill.balls);
+    if (!deck->mill.balls)
         return mill_error_set(error, MILL_FAILED, "out of memory");
     do {
-        struct mill_deck_balls *balls = s ? s->form : &deck->alike;
+        struct mill_deck_balls *balls = s ? s->form : &deck->given.alike;
         balls->section = s ? s->title : "balls";
         balls->name = s ? strchr(s->title, '.') + 1 : "balls";
         enum mill_status status = mill_deck_materials_density(deck, balls, error);
@@ -57,10 +57,10 @@ enum mill_status mill_deck_balls_list(struct mill_deck *deck, struct mill_error 
             status = count_balls(deck, balls, &volume, error);
         if (status != MILL_OK)
             return status;
-        deck->balls[deck->kinds++] = *balls;
-        deck->all += balls->count;
-    } while (s && (s = mill_deck_next(deck, &named, s)));
-    return deck->start
-               ? mill_deck_files_find(deck, "balls", "start", deck->start, &deck->start, error)
-               : MILL_OK;
+        deck->mill.balls[deck->mill.kinds++] = *balls;
+        deck->mill.all += balls->count;
+    } while (s && (s = mill_deck_next(&deck->text, &named, s)));
+    return deck->given.start ? mill_deck_files_find(&deck->text, "balls", "start",
+                                                    deck->given.start, &deck->given.start, error)
+                             : MILL_OK;
 }

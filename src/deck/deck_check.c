@@ -22,30 +22,30 @@
 struct mill_setup_drum mill_deck_drum(const struct mill_deck *deck)
 {
     return (struct mill_setup_drum){
-        .radius = deck->drum_radius,
-        .length = deck->drum_length,
-        .buckles = (int)deck->buckles,
-        .buckle_height = deck->buckle_height,
-        .buckle_angle = deck->buckle_angle,
-        .rides = deck->drum_rides,
-        .periodic = deck->periodic != 0,
+        .radius = deck->given.drum_radius,
+        .length = deck->given.drum_length,
+        .buckles = (int)deck->given.buckles,
+        .buckle_height = deck->given.buckle_height,
+        .buckle_angle = deck->given.buckle_angle,
+        .rides = deck->mill.drum_rides,
+        .periodic = deck->given.periodic != 0,
     };
 }
 
 enum mill_status mill_deck_check_times(struct mill_deck *deck, struct mill_error *error)
 {
     enum mill_status status = MILL_OK;
-    if (deck->sample_from >= deck->time)
-        status = mill_deck_fault(deck, error, "run", "sample_from",
-                                 "must be before the end of the run, %g s", deck->time);
-    status = mill_deck_faults_keep(deck, status, error);
-    if (status == MILL_OK && deck->max_collisions != floor(deck->max_collisions))
-        status = mill_deck_fault(deck, error, "run", "max_collisions",
-                                 "must be a whole number, got %.15g", deck->max_collisions);
-    status = mill_deck_faults_keep(deck, status, error);
-    if (status == MILL_OK && deck->time / deck->series > MOST_SAMPLES)
-        status = mill_deck_fault(deck, error, "output", "series",
-                                 "too short: more than 1e8 samples until %g s", deck->time);
+    if (deck->given.sample_from >= deck->given.time)
+        status = mill_deck_fault(&deck->text, error, "run", "sample_from",
+                                 "must be before the end of the run, %g s", deck->given.time);
+    status = mill_deck_faults_keep(&deck->text, status, error);
+    if (status == MILL_OK && deck->given.max_collisions != floor(deck->given.max_collisions))
+        status = mill_deck_fault(&deck->text, error, "run", "max_collisions",
+                                 "must be a whole number, got %.15g", deck->given.max_collisions);
+    status = mill_deck_faults_keep(&deck->text, status, error);
+    if (status == MILL_OK && deck->given.time / deck->given.series > MOST_SAMPLES)
+        status = mill_deck_fault(&deck->text, error, "output", "series",
+                                 "too short: more than 1e8 samples until %g s", deck->given.time);
     return status;
 }
 
@@ -60,17 +60,17 @@ static struct mill_profile profile_of(const struct mill_deck *deck)
  * height, because users more often need a certain number. */
 enum mill_status mill_deck_check_profile(struct mill_deck *deck, struct mill_error *error)
 {
-    if (!deck->drum || !deck->wavy)
+    if (!deck->mill.drum || !deck->given.wavy)
         return MILL_OK;
     const struct mill_profile profile = profile_of(deck);
     if (mill_profile_is_sound(&profile))
         return MILL_OK;
-    return mill_deck_fault(deck, error, "drum", "buckle_height",
+    return mill_deck_fault(&deck->text, error, "drum", "buckle_height",
                            "%ld buckles on a radius of %g m must be lower than %.4g m, or "
                            "neighbouring ones run into each other; got %g m",
-                           deck->buckles, deck->drum_radius,
-                           mill_profile_highest((int)deck->buckles, deck->drum_radius),
-                           deck->buckle_height);
+                           deck->given.buckles, deck->given.drum_radius,
+                           mill_profile_highest((int)deck->given.buckles, deck->given.drum_radius),
+                           deck->given.buckle_height);
 }
 
 /* [m] diameter of the widest ball that fits between the walls of a container and has its centre on
@@ -105,61 +105,63 @@ static double width_of(const struct mill_setup_surface *container)
  * both sides again and again. */
 static enum mill_status check_width(const struct mill_deck *deck, int k, struct mill_error *error)
 {
-    const double width = width_of(deck->container);
-    if (deck->balls[k].diameter < width * (1.0 - SNUG))
+    const double width = width_of(deck->mill.container);
+    if (deck->mill.balls[k].diameter < width * (1.0 - SNUG))
         return MILL_OK;
-    return mill_deck_fault(deck, error, deck->balls[k].section, "diameter",
-                           "a ball of %g m does not fit into the container [%s], whose "
-                           "smallest inner width or height is %g m",
-                           deck->balls[k].diameter,
-                           deck->bodies.section[deck->container - deck->bodies.surface], width);
+    return mill_deck_fault(
+        &deck->text, error, deck->mill.balls[k].section, "diameter",
+        "a ball of %g m does not fit into the container [%s], whose "
+        "smallest inner width or height is %g m",
+        deck->mill.balls[k].diameter,
+        deck->mill.bodies.section[deck->mill.container - deck->mill.bodies.surface], width);
 }
 
 static enum mill_status check_size(const struct mill_deck *deck, int k, struct mill_error *error)
 {
-    const double bore = deck->drum_radius - deck->buckle_height, d = deck->balls[k].diameter;
-    const char *between = deck->wavy ? " where its buckles come nearest to the axis" : "";
-    const char *title = deck->balls[k].section;
+    const double bore = deck->given.drum_radius - deck->given.buckle_height,
+                 d = deck->mill.balls[k].diameter;
+    const char *between = deck->given.wavy ? " where its buckles come nearest to the axis" : "";
+    const char *title = deck->mill.balls[k].section;
     if (d >= 2.0 * bore)
-        return mill_deck_fault(deck, error, title, "diameter",
+        return mill_deck_fault(&deck->text, error, title, "diameter",
                                "a ball of %g m does not fit into a drum of radius %g m%s", d, bore,
                                between);
     /* the ball would touch a whole arc at once */
-    if (deck->buckle_height > 0.0 &&
-        fabs(d - 2.0 * profile_of(deck).arc) <= SNUG * (2.0 * deck->drum_radius - bore))
-        return mill_deck_fault(deck, error, title, "diameter",
+    if (deck->given.buckle_height > 0.0 &&
+        fabs(d - 2.0 * profile_of(deck).arc) <= SNUG * (2.0 * deck->given.drum_radius - bore))
+        return mill_deck_fault(&deck->text, error, title, "diameter",
                                "a ball of %g m is exactly as wide as a buckle of the drum and "
                                "would stick there: make it a little smaller or larger",
                                d);
-    if (d >= deck->drum_length)
-        return mill_deck_fault(deck, error, title, "diameter",
+    if (d >= deck->given.drum_length)
+        return mill_deck_fault(&deck->text, error, title, "diameter",
                                "a ball of %g m does not fit into a drum %g m long", d,
-                               deck->drum_length);
-    if (deck->rotor && d >= bore - deck->shaft_radius)
+                               deck->given.drum_length);
+    if (deck->mill.rotor && d >= bore - deck->given.shaft_radius)
         return mill_deck_fault(
-            deck, error, title, "diameter",
+            &deck->text, error, title, "diameter",
             "a ball of %g m does not fit between the shaft and the drum, %g m apart%s", d,
-            bore - deck->shaft_radius, between);
+            bore - deck->given.shaft_radius, between);
     return MILL_OK;
 }
 
 enum mill_status mill_deck_check_sizes(struct mill_deck *deck, struct mill_error *error)
 {
     enum mill_status status = MILL_OK;
-    for (int k = 0; k < deck->kinds && status == MILL_OK; k++)
+    for (int k = 0; k < deck->mill.kinds && status == MILL_OK; k++)
         status = mill_deck_faults_keep(
-            deck, (deck->container ? check_width : check_size)(deck, k, error), error);
+            &deck->text, (deck->mill.container ? check_width : check_size)(deck, k, error), error);
     return status;
 }
 
 /* [m^3] of the container without the shaft */
 static double room_of(const struct mill_deck *deck)
 {
-    if (deck->container)
+    if (deck->mill.container)
         return mill_deck_bodies_volume(deck);
-    const double shaft = deck->rotor ? deck->shaft_radius : 0.0;
+    const double shaft = deck->mill.rotor ? deck->given.shaft_radius : 0.0;
     const struct mill_profile drum = profile_of(deck);
-    return (mill_profile_area(&drum) - MILL_PI * shaft * shaft) * deck->drum_length;
+    return (mill_profile_area(&drum) - MILL_PI * shaft * shaft) * deck->given.drum_length;
 }
 
 enum mill_status mill_deck_check_amount(struct mill_deck *deck, struct mill_error *error)
@@ -167,26 +169,26 @@ enum mill_status mill_deck_check_amount(struct mill_deck *deck, struct mill_erro
     const double room = room_of(deck);
     double volume = 0.0;
     long total = 0;
-    for (int k = 0; k < deck->kinds; k++) {
-        const double d = deck->balls[k].diameter;
-        const char *title = deck->balls[k].section;
-        const char *amount = deck->balls[k].given;
-        total += deck->balls[k].count;
+    for (int k = 0; k < deck->mill.kinds; k++) {
+        const double d = deck->mill.balls[k].diameter;
+        const char *title = deck->mill.balls[k].section;
+        const char *amount = deck->mill.balls[k].given;
+        total += deck->mill.balls[k].count;
         if (total > MILL_DECK_MOST_BALLS)
-            return mill_deck_fault(deck, error, title, amount, "more than %d balls in all",
+            return mill_deck_fault(&deck->text, error, title, amount, "more than %d balls in all",
                                    MILL_DECK_MOST_BALLS);
-        volume += (double)deck->balls[k].count * MILL_PI / 6.0 * d * d * d;
-        if (volume > (deck->kinds == 1 ? DENSEST : 1.0) * room)
-            return mill_deck_fault(deck, error, title, amount,
+        volume += (double)deck->mill.balls[k].count * MILL_PI / 6.0 * d * d * d;
+        if (volume > (deck->mill.kinds == 1 ? DENSEST : 1.0) * room)
+            return mill_deck_fault(&deck->text, error, title, amount,
                                    "%ld balls do not fit: they fill %.3g litres of the %s's %.3g",
-                                   total, 1e3 * volume, deck->drum ? "drum" : "container",
+                                   total, 1e3 * volume, deck->mill.drum ? "drum" : "container",
                                    1e3 * room);
     }
-    if (deck->start && deck->speed != 0.0)
-        return mill_deck_fault(deck, error, "balls", "speed",
+    if (deck->given.start && deck->given.speed != 0.0)
+        return mill_deck_fault(&deck->text, error, "balls", "speed",
                                "is for a random start only; the start file has its own speeds");
-    if (deck->start && deck->at_rest)
-        return mill_deck_fault(deck, error, "balls", "start_motion",
+    if (deck->given.start && deck->given.at_rest)
+        return mill_deck_fault(&deck->text, error, "balls", "start_motion",
                                "is for a random start only; the start file has its own speeds");
     return MILL_OK;
 }
@@ -196,20 +198,21 @@ enum mill_status mill_deck_check_parts(struct mill_deck *deck, struct mill_error
     static const char mend[] = "need a [drum] that does not move; here give the part as a "
                                "[body.NAME] with 'motion = rotor'";
     const struct mill_deck_block named = {.title = "blade", .named = true};
-    const bool still = deck->drum && deck->drum_rides == 0;
-    const double bore = deck->drum_radius - deck->buckle_height;
-    if (deck->rotor && deck->shaft_radius > 0.0 && !still)
-        return mill_deck_fault(deck, error, "rotor", "shaft_radius", "shafts %s", mend);
-    if (deck->rotor && deck->shaft_radius > 0.0 && deck->shaft_radius >= bore)
-        return mill_deck_fault(deck, error, "rotor", "shaft_radius",
+    const bool still = deck->mill.drum && deck->mill.drum_rides == 0;
+    const double bore = deck->given.drum_radius - deck->given.buckle_height;
+    if (deck->mill.rotor && deck->given.shaft_radius > 0.0 && !still)
+        return mill_deck_fault(&deck->text, error, "rotor", "shaft_radius", "shafts %s", mend);
+    if (deck->mill.rotor && deck->given.shaft_radius > 0.0 && deck->given.shaft_radius >= bore)
+        return mill_deck_fault(&deck->text, error, "rotor", "shaft_radius",
                                "must be less than the drum's radius%s, %g m",
-                               deck->wavy ? " less the height of its buckles" : "", bore);
-    const struct mill_deck_section *s = mill_deck_section(deck, "blades");
-    for (s = s ? s : mill_deck_next(deck, &named, NULL); s; s = mill_deck_next(deck, &named, s)) {
+                               deck->given.wavy ? " less the height of its buckles" : "", bore);
+    const struct mill_deck_section *s = mill_deck_section(&deck->text, "blades");
+    for (s = s ? s : mill_deck_next(&deck->text, &named, NULL); s;
+         s = mill_deck_next(&deck->text, &named, s)) {
         if (!still)
-            return mill_deck_fault(deck, error, s->title, NULL, "blades %s", mend);
-        if (!deck->rotor)
-            return mill_deck_fault(deck, error, s->title, NULL,
+            return mill_deck_fault(&deck->text, error, s->title, NULL, "blades %s", mend);
+        if (!deck->mill.rotor)
+            return mill_deck_fault(&deck->text, error, s->title, NULL,
                                    "blades need a section [rotor] that carries them");
     }
     return MILL_OK;
@@ -218,12 +221,12 @@ enum mill_status mill_deck_check_parts(struct mill_deck *deck, struct mill_error
 /* [GB] of the ball states in this number of frames */
 static double size_of(const struct mill_deck *deck, double frames)
 {
-    return 1e-9 * frames * (double)deck->all * FRAME_OF_BALL;
+    return 1e-9 * frames * (double)deck->mill.all * FRAME_OF_BALL;
 }
 
 static double frames_of(const struct mill_deck *deck)
 {
-    return deck->frames > 0.0 ? deck->time / deck->frames : 0.0;
+    return deck->given.frames > 0.0 ? deck->given.time / deck->given.frames : 0.0;
 }
 
 enum mill_status mill_deck_check_frames(struct mill_deck *deck, struct mill_error *error)
@@ -231,8 +234,8 @@ enum mill_status mill_deck_check_frames(struct mill_deck *deck, struct mill_erro
     const double frames = frames_of(deck);
     if (frames > MOST_FRAMES)
         return mill_deck_fault(
-            deck, error, "output", "frames",
-            "too short: more than 1e7 frames until %g s (%.3g GB of ball states)", deck->time,
+            &deck->text, error, "output", "frames",
+            "too short: more than 1e7 frames until %g s (%.3g GB of ball states)", deck->given.time,
             size_of(deck, frames));
     return MILL_OK;
 }
@@ -243,9 +246,9 @@ static void warn_of_frames(const struct mill_deck *deck)
     struct mill_error line;
     if (frames <= MANY_FRAMES)
         return;
-    mill_deck_fault(deck, &line, "output", "frames",
+    mill_deck_fault(&deck->text, &line, "output", "frames",
                     "%.3g frames until %g s take %.3g GB; consider a longer interval", frames,
-                    deck->time, size_of(deck, frames));
+                    deck->given.time, size_of(deck, frames));
     deck->warn(line.text);
 }
 
@@ -253,19 +256,19 @@ static void warn_of_frames(const struct mill_deck *deck)
 static void warn_of_mouths(const struct mill_deck *deck)
 {
     struct mill_error line;
-    if (!deck->drum || !deck->wavy || deck->start)
+    if (!deck->mill.drum || !deck->given.wavy || deck->given.start)
         return;
     const struct mill_profile p = profile_of(deck);
     /* opening between the inner arcs on both sides of a buckle */
     const double mouth = 2.0 * (p.inner * mill_elementary_sin(MILL_PI / p.buckles) - p.arc);
     if (p.half_outer <= 0.5 * MILL_PI)
         return;
-    for (int k = 0; k < deck->kinds; k++) {
-        const double d = deck->balls[k].diameter;
+    for (int k = 0; k < deck->mill.kinds; k++) {
+        const double d = deck->mill.balls[k].diameter;
         if (d <= mouth || d >= 2.0 * p.arc)
             continue;
         mill_deck_fault(
-            deck, &line, "drum", "buckle_height",
+            &deck->text, &line, "drum", "buckle_height",
             "the openings of the buckles are only %.3g mm wide, less than a ball's diameter of "
             "%.3g mm: balls that start in a buckle stay there",
             1e3 * mouth, 1e3 * d);
@@ -277,18 +280,18 @@ static void warn_of_mouths(const struct mill_deck *deck)
 /* A motion that carries nothing: the user has probably forgotten `on` or `motion`. */
 static void warn_of_idle(const struct mill_deck *deck)
 {
-    for (int k = deck->rotor; k < deck->motions; k++) {
+    for (int k = deck->mill.rotor; k < deck->mill.motions; k++) {
         char section[MILL_NAME_LENGTH + 16];
         struct mill_error line;
-        bool carries = deck->drum_rides == 1 + k;
-        for (int i = 0; i < deck->motions; i++)
-            carries = carries || deck->motion[i].on == k;
-        for (int i = 0; i < deck->bodies.count; i++)
-            carries = carries || deck->bodies.surface[i].motion == k;
+        bool carries = deck->mill.drum_rides == 1 + k;
+        for (int i = 0; i < deck->mill.motions; i++)
+            carries = carries || deck->mill.motion[i].on == k;
+        for (int i = 0; i < deck->mill.bodies.count; i++)
+            carries = carries || deck->mill.bodies.surface[i].motion == k;
         if (carries)
             continue;
-        snprintf(section, sizeof section, "motion.%s", deck->motion[k].name);
-        mill_deck_fault(deck, &line, section, "kind",
+        snprintf(section, sizeof section, "motion.%s", deck->mill.motion[k].name);
+        mill_deck_fault(&deck->text, &line, section, "kind",
                         "this motion carries nothing: name it as 'on' of another motion or as "
                         "'motion' of a body, or leave it out");
         deck->warn(line.text);
@@ -300,10 +303,10 @@ static void warn_of_idle(const struct mill_deck *deck)
 static void warn_of_axes(const struct mill_deck *deck)
 {
     struct mill_error line;
-    if (!deck->container || deck->container->motion < 0)
+    if (!deck->mill.container || deck->mill.container->motion < 0)
         return;
-    const struct mill_body *is = deck->container->body;
-    const struct mill_setup_motion *motion = &deck->motion[deck->container->motion];
+    const struct mill_body *is = deck->mill.container->body;
+    const struct mill_setup_motion *motion = &deck->mill.motion[deck->mill.container->motion];
     if (motion->type != &mill_turn_type || motion->on < 0 || is->length <= 0.0)
         return;
     const struct mill_turn *turn = motion->form;
@@ -311,7 +314,9 @@ static void warn_of_axes(const struct mill_deck *deck)
     const double away = vec3_norm(vec3_axpy(off, -vec3_dot(off, turn->axis), turn->axis));
     if (vec3_norm(vec3_cross(turn->axis, is->z)) > 1e-6 || away <= 1e-6 * is->length)
         return;
-    mill_deck_fault(deck, &line, deck->bodies.section[deck->container - deck->bodies.surface], "centre",
+    mill_deck_fault(&deck->text, &line,
+                    deck->mill.bodies.section[deck->mill.container - deck->mill.bodies.surface],
+                    "centre",
                     "the container's axis is %.3g mm away from the axis of [motion.%s]: give a "
                     "planetary jar and its motion the same 'centre'",
                     1e3 * away, motion->name);
@@ -321,32 +326,34 @@ static void warn_of_axes(const struct mill_deck *deck)
 /* Values of the deck come before those of a material. Says where a material has no effect. */
 static void warn_of_materials(const struct mill_deck *deck)
 {
-    const struct mill_deck_law *all = &deck->general;
-    const char *of_part = deck->drum_material ? "drum" : deck->rotor_material ? "rotor" : NULL;
-    const struct mill_deck_section *contact = mill_deck_section(deck, "contact");
+    const struct mill_deck_law *all = &deck->given.general;
+    const char *of_part = deck->given.drum_material    ? "drum"
+                          : deck->given.rotor_material ? "rotor"
+                                                       : NULL;
+    const struct mill_deck_section *contact = mill_deck_section(&deck->text, "contact");
     const char *of_balls = NULL;
     bool given = all->rows || !isnan(all->restitution);
     struct mill_deck_found found;
     struct mill_error line;
-    for (int k = 0; k < deck->kinds; k++) {
-        const struct mill_deck_balls *b = &deck->balls[k];
+    for (int k = 0; k < deck->mill.kinds; k++) {
+        const struct mill_deck_balls *b = &deck->mill.balls[k];
         if (!b->material || mill_deck_materials_find(deck, b->section, "material", b->material,
                                                      &found, &line) != MILL_OK)
             continue;
         of_balls = b->section;
         if (!(found.is.density > 0.0) || fabs(b->density / found.is.density - 1.0) < 0.01)
             continue;
-        mill_deck_fault(deck, &line, b->section, "density",
+        mill_deck_fault(&deck->text, &line, b->section, "density",
                         "%.4g kg/m^3 is used, not the %.4g kg/m^3 of '%s'; leave it out to use "
                         "that",
                         b->density, found.is.density, b->material);
         deck->warn(line.text);
     }
-    for (int kind = 0; kind < deck->contacts.count; kind++)
-        given = given && !deck->assumed[kind][0];
+    for (int kind = 0; kind < deck->mill.contacts.count; kind++)
+        given = given && !deck->mill.assumed[kind][0];
     if (!given || !(of_part || of_balls))
         return;
-    mill_deck_fault(deck, &line, of_balls ? of_balls : of_part, "material",
+    mill_deck_fault(&deck->text, &line, of_balls ? of_balls : of_part, "material",
                     of_balls ? "[contact] gives all values of the contacts; leave them out to use "
                                "those of the material"
                     : mill_deck_entry(contact, "friction") &&

@@ -28,23 +28,27 @@ struct mill_deck_faults {
     struct fault fault[KEPT];
 };
 
-enum mill_status mill_deck_fault(const struct mill_deck *deck, struct mill_error *error,
+enum mill_status mill_deck_fault(const struct mill_deck_text *text, struct mill_error *error,
                                  const char *section, const char *key, const char *format, ...)
 {
     enum { LONGEST = 400 }; /* of a file's name; its end says more than its beginning */
     char where[LONGEST + 20], what[512], preset[80] = "";
-    struct mill_deck_section *place = section ? mill_deck_section(deck, section) : NULL;
+    struct mill_deck_section *place = section ? mill_deck_section(text, section) : NULL;
     const struct mill_deck_entry *entry = key ? mill_deck_entry(place, key) : NULL;
     const struct mill_key *row = key && section ? mill_deck_table_key(section, key, 0) : NULL;
-    struct mill_deck_origin origin = deck->at;
+    const struct mill_deck_reading *reading = text->reading;
+    struct mill_deck_origin origin = {0, NULL};
+    if (reading)
+        origin = reading->at;
     if (!origin.line && !origin.override && place)
         origin = entry ? entry->origin : place->origin;
-    if (deck->faults) {
-        deck->faults->place = origin.line > 0 ? origin.line : origin.override ? LONG_MAX : LATE;
-        deck->faults->section = !place && deck->open >= 0 ? &deck->section[deck->open] : place;
+    if (reading && reading->faults) {
+        reading->faults->place = origin.line > 0 ? origin.line : origin.override ? LONG_MAX : LATE;
+        reading->faults->section =
+            !place && reading->open >= 0 ? &text->section[reading->open] : place;
     }
-    const size_t length = strlen(deck->file);
-    const char *file = deck->file + (length > LONGEST ? length - LONGEST : 0);
+    const size_t length = strlen(text->file);
+    const char *file = text->file + (length > LONGEST ? length - LONGEST : 0);
     if (origin.override)
         snprintf(where, sizeof where, "--%s %.240s", *file ? "set" : "value", origin.override);
     else
@@ -64,10 +68,10 @@ enum mill_status mill_deck_fault(const struct mill_deck *deck, struct mill_error
 }
 
 /* Reading ends when there is no more room. */
-enum mill_status mill_deck_faults_keep(const struct mill_deck *deck, enum mill_status status,
+enum mill_status mill_deck_faults_keep(const struct mill_deck_text *text, enum mill_status status,
                                        const struct mill_error *error)
 {
-    struct mill_deck_faults *f = deck->faults;
+    struct mill_deck_faults *f = text->reading->faults;
     if (status != MILL_BAD_DECK || !f || f->count == KEPT)
         return status;
     f->fault[f->count] = (struct fault){f->place, f->count, *error};
@@ -79,26 +83,26 @@ enum mill_status mill_deck_faults_keep(const struct mill_deck *deck, enum mill_s
     return f->count < KEPT ? MILL_OK : MILL_BAD_DECK;
 }
 
-bool mill_deck_faults_lost(const struct mill_deck *deck)
+bool mill_deck_faults_lost(const struct mill_deck_text *text)
 {
-    return deck->faults && deck->faults->lost;
+    return text->reading->faults && text->reading->faults->lost;
 }
 
 /* Is there a fault in one of these sections, or is it perhaps one that could not be read? */
-static bool concerns(const struct mill_deck *deck, const char *sections)
+static bool concerns(const struct mill_deck_text *text, const char *sections)
 {
     for (const char *word = sections; *word; word += strspn(word, " ")) {
         const size_t length = strcspn(word, " ");
         bool there = false;
-        for (int i = 0; i < deck->sections; i++) {
-            const struct mill_deck_section *s = &deck->section[i];
+        for (int i = 0; i < text->sections; i++) {
+            const struct mill_deck_section *s = &text->section[i];
             if (strcspn(s->title, ".") != length || strncmp(s->title, word, length) != 0)
                 continue;
             if (s->broken)
                 return true;
             there = true;
         }
-        if (!there && mill_deck_faults_lost(deck))
+        if (!there && mill_deck_faults_lost(text))
             return true;
         word += length;
     }
@@ -108,15 +112,16 @@ static bool concerns(const struct mill_deck *deck, const char *sections)
 enum mill_status mill_deck_faults_step(struct mill_deck *deck, const struct mill_deck_step *step,
                                        struct mill_error *error)
 {
-    if (concerns(deck, step->sections))
+    if (concerns(&deck->text, step->sections))
         return MILL_OK;
-    return mill_deck_faults_keep(deck, step->run(deck, error), error);
+    return mill_deck_faults_keep(&deck->text, step->run(deck, error), error);
 }
 
-enum mill_status mill_deck_faults_create(struct mill_deck *deck, struct mill_error *error)
+enum mill_status mill_deck_faults_create(struct mill_deck_reading *reading,
+                                         struct mill_error *error)
 {
-    deck->faults = calloc(1, sizeof *deck->faults);
-    return deck->faults ? MILL_OK : mill_error_set(error, MILL_FAILED, "out of memory");
+    reading->faults = calloc(1, sizeof *reading->faults);
+    return reading->faults ? MILL_OK : mill_error_set(error, MILL_FAILED, "out of memory");
 }
 
 static int by_place(const void *a, const void *b)
@@ -126,10 +131,10 @@ static int by_place(const void *a, const void *b)
                                 : x->number - y->number;
 }
 
-enum mill_status mill_deck_faults_tell(struct mill_deck *deck, enum mill_status status,
+enum mill_status mill_deck_faults_tell(struct mill_deck_text *text, enum mill_status status,
                                        void (*fault)(const char *line), struct mill_error *error)
 {
-    struct mill_deck_faults *f = deck->faults;
+    struct mill_deck_faults *f = text->reading->faults;
     const int all = f ? f->count : 0, shown = all > SHOWN ? SHOWN : all - 1;
     if (all > 0 && status != MILL_FAILED) {
         status = MILL_BAD_DECK;
@@ -138,10 +143,10 @@ enum mill_status mill_deck_faults_tell(struct mill_deck *deck, enum mill_status 
             fault(f->fault[i].what.text);
         *error = f->fault[all - 1].what;
         if (all > SHOWN)
-            mill_error_set(error, status, "%.400s: %d%s more faults", deck->file, all - SHOWN,
+            mill_error_set(error, status, "%.400s: %d%s more faults", text->file, all - SHOWN,
                            all == KEPT ? " or" : "");
     }
     free(f);
-    deck->faults = NULL;
+    text->reading->faults = NULL;
     return status;
 }

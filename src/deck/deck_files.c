@@ -20,15 +20,16 @@ static bool is_missing(const char *path)
     return fd < 0 && errno == ENOENT;
 }
 
-void mill_deck_files_keep(struct mill_deck *deck, void *memory)
+void mill_deck_files_keep(struct mill_deck_text *text, void *memory)
 {
-    deck->kept[deck->keeps++] = memory;
+    text->kept[text->keeps++] = memory;
 }
 
-enum mill_status mill_deck_files_find(struct mill_deck *deck, const char *section, const char *key,
-                                      const char *name, const char **path, struct mill_error *error)
+enum mill_status mill_deck_files_find(struct mill_deck_text *text, const char *section,
+                                      const char *key, const char *name, const char **path,
+                                      struct mill_error *error)
 {
-    const char *file = deck->file, *slash = strrchr(file, '/');
+    const char *file = text->file, *slash = strrchr(file, '/');
     char here[PATH_MAX] = "", whole_path[PATH_MAX];
     const bool whole = name[0] == '/';
     if (!whole && file[0] != '/' && !getcwd(here, sizeof here))
@@ -38,27 +39,27 @@ enum mill_status mill_deck_files_find(struct mill_deck *deck, const char *sectio
     const int folder = whole || !slash ? 0 : (int)(slash - file + 1);
     if (snprintf(whole_path, sizeof whole_path, "%s%s%.*s%s", here, apart, folder, file, name) >=
         PATH_MAX)
-        return mill_deck_fault(deck, error, section, key, "the name of the file is too long");
-    const struct mill_deck_entry *entry = mill_deck_entry(mill_deck_section(deck, section), key);
+        return mill_deck_fault(text, error, section, key, "the name of the file is too long");
+    const struct mill_deck_entry *entry = mill_deck_entry(mill_deck_section(text, section), key);
     if (entry && entry->look == MILL_DECK_CUT && is_missing(whole_path))
         return mill_deck_fault(
-            deck, error, section, key,
+            text, error, section, key,
             "cannot read '%s': %s; what follows it is a comment: " MILL_DECK_QUOTE, whole_path,
             strerror(ENOENT));
     char *copy = strdup(whole_path);
     if (!copy)
         return mill_error_set(error, MILL_FAILED, "out of memory");
-    mill_deck_files_keep(deck, copy);
-    deck->file_named[deck->files++] = *path = copy;
+    mill_deck_files_keep(text, copy);
+    text->file_named[text->files++] = *path = copy;
     return MILL_OK;
 }
 
-enum mill_status mill_deck_files_told(const struct mill_deck *deck, const char *section,
+enum mill_status mill_deck_files_told(const struct mill_deck_text *text, const char *section,
                                       const char *key, enum mill_status status,
                                       struct mill_error *error)
 {
     const struct mill_error what = *error;
-    return status == MILL_BAD_DECK ? mill_deck_fault(deck, error, section, key, "%s", what.text)
+    return status == MILL_BAD_DECK ? mill_deck_fault(text, error, section, key, "%s", what.text)
                                    : status;
 }
 
@@ -75,17 +76,19 @@ uint64_t mill_deck_files_digest(const struct mill_deck *deck)
 {
     const uint64_t none = 0xcbf29ce484222325U;
     uint64_t all = none;
-    for (int k = 0; k < deck->motions; k++)
-        if (deck->motion[k].type == &mill_table_type)
-            all = digest(all, 7 * deck->form[k].as.table.rows, &deck->form[k].as.table.row[0][0]);
-    for (int k = 0; k < deck->bodies.count; k++)
+    for (int k = 0; k < deck->mill.motions; k++)
+        if (deck->mill.motion[k].type == &mill_table_type)
+            all = digest(all, 7 * deck->mill.form[k].as.table.rows,
+                         &deck->mill.form[k].as.table.row[0][0]);
+    for (int k = 0; k < deck->mill.bodies.count; k++)
         /* copies have the same facets */
-        if (deck->bodies.surface[k].number == 0 && deck->bodies.form[k].facets > 0)
-            all = digest(all, 9 * deck->bodies.form[k].facets, &deck->bodies.form[k].facet[0][0].x);
-    for (int k = 0; k < deck->contacts.count; k++)
-        if (deck->fall[k].points > 1)
-            all = digest(digest(all, (size_t)deck->fall[k].points, deck->fall[k].speed),
-                         (size_t)deck->fall[k].points, deck->fall[k].restitution);
+        if (deck->mill.bodies.surface[k].number == 0 && deck->mill.bodies.form[k].facets > 0)
+            all = digest(all, 9 * deck->mill.bodies.form[k].facets,
+                         &deck->mill.bodies.form[k].facet[0][0].x);
+    for (int k = 0; k < deck->mill.contacts.count; k++)
+        if (deck->mill.fall[k].points > 1)
+            all = digest(digest(all, (size_t)deck->mill.fall[k].points, deck->mill.fall[k].speed),
+                         (size_t)deck->mill.fall[k].points, deck->mill.fall[k].restitution);
     return all == none ? 0 : all;
 }
 

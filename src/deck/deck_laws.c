@@ -42,7 +42,7 @@ static enum mill_status settle(struct mill_deck *deck, const char *section,
                                struct mill_error *error)
 {
     static const char key[] = "restitution_table";
-    const struct mill_deck_section *s = mill_deck_section(deck, section);
+    const struct mill_deck_section *s = mill_deck_section(&deck->text, section);
     struct mill_deck_rows in = {.line = 0};
     const char *wrong;
     const char *twice = mill_deck_entry(s, "restitution")         ? "restitution"
@@ -57,55 +57,56 @@ static enum mill_status settle(struct mill_deck *deck, const char *section,
     if (!law->table)                                           /* "none" */
         return MILL_OK;
     if (twice)
-        return mill_deck_fault(deck, error, section, twice,
+        return mill_deck_fault(&deck->text, error, section, twice,
                                "the 'restitution_table' already gives the restitution at each "
                                "speed; give only one of them");
     law->rows = mill_deck_materials_fall(law->table);
     if (law->rows)
         return MILL_OK;
     enum mill_status status =
-        mill_deck_files_find(deck, section, key, law->table, &law->table, error);
+        mill_deck_files_find(&deck->text, section, key, law->table, &law->table, error);
     struct mill_fall *rows = status == MILL_OK ? calloc(1, sizeof *rows) : NULL;
     if (!rows)
         return status == MILL_OK ? mill_error_set(error, MILL_FAILED, "out of memory") : status;
-    mill_deck_files_keep(deck, rows);
+    mill_deck_files_keep(&deck->text, rows);
     law->rows = rows;
     in.path = law->table;
     in.in = mill_textfile_open(in.path, &wrong);
     if (!in.in)
-        return mill_deck_fault(deck, error, section, key,
+        return mill_deck_fault(&deck->text, error, section, key,
                                wrong ? "'%s' %s" : "cannot read '%s': %s", in.path,
                                wrong ? wrong : strerror(errno));
-    status = mill_deck_files_told(deck, section, key, read_rows(&in, rows, error), error);
+    status = mill_deck_files_told(&deck->text, section, key, read_rows(&in, rows, error), error);
     fclose(in.in);
     return status;
 }
 
 static enum mill_status tell_missing(const struct mill_deck *deck, struct mill_error *error)
 {
-    return mill_deck_fault(deck, error, "contact", "restitution",
+    return mill_deck_fault(&deck->text, error, "contact", "restitution",
                            "missing (normal coefficient of restitution); expected a plain number "
                            "such as '0.8', or 'material' of the balls and of what they hit");
 }
 
 enum mill_status mill_deck_laws_require(struct mill_deck *deck, struct mill_error *error)
 {
-    bool other = deck->between || deck->general.table || !isnan(deck->general.restitution);
-    for (int i = 0; i < deck->sections; i++)
-        other = other || mill_deck_entry(&deck->section[i], "material") ||
-                strncmp(deck->section[i].title, "contact.", 8) == 0;
+    bool other =
+        deck->given.between || deck->given.general.table || !isnan(deck->given.general.restitution);
+    for (int i = 0; i < deck->text.sections; i++)
+        other = other || mill_deck_entry(&deck->text.section[i], "material") ||
+                strncmp(deck->text.section[i].title, "contact.", 8) == 0;
     return other ? MILL_OK : tell_missing(deck, error);
 }
 
 enum mill_status mill_deck_laws_settle(struct mill_deck *deck, struct mill_error *error)
 {
     const struct mill_deck_law none = {.table = NULL};
-    enum mill_status status = settle(deck, "contact", &deck->general, &none, error);
-    for (int i = 0; i < deck->sections && status == MILL_OK; i++) {
-        const struct mill_deck_section *s = &deck->section[i];
+    enum mill_status status = settle(deck, "contact", &deck->given.general, &none, error);
+    for (int i = 0; i < deck->text.sections && status == MILL_OK; i++) {
+        const struct mill_deck_section *s = &deck->text.section[i];
         const bool kind = strncmp(s->title, "contact.", 8) == 0;
         if (kind || strncmp(s->title, "material.", 9) == 0)
-            status = settle(deck, s->title, s->form, kind ? &deck->general : &none, error);
+            status = settle(deck, s->title, s->form, kind ? &deck->given.general : &none, error);
     }
     return status;
 }
@@ -155,25 +156,26 @@ static bool next_partner(const struct mill_deck *deck, int kind, int *k, const c
     const char *container = NULL;
     do
         ++*k;
-    while (*k < deck->bodies.count &&
-           !(*k < 0 ? deck->drum && kind < MILL_KINDS : deck->bodies.surface[*k].kind == kind));
-    if (*k >= deck->bodies.count)
+    while (*k < deck->mill.bodies.count && !(*k < 0 ? deck->mill.drum && kind < MILL_KINDS
+                                                    : deck->mill.bodies.surface[*k].kind == kind));
+    if (*k >= deck->mill.bodies.count)
         return false;
-    for (int i = 0; i < deck->bodies.count; i++) {
-        const struct mill_deck_body *given = mill_deck_section(deck, deck->bodies.section[i])->form;
+    for (int i = 0; i < deck->mill.bodies.count; i++) {
+        const struct mill_deck_body *given =
+            mill_deck_section(&deck->text, deck->mill.bodies.section[i])->form;
         if (given->is.inside)
             container = given->material;
     }
     const bool rides = *k < 0 ? kind == MILL_BALL_SHAFT || kind == MILL_BALL_BLADE
-                              : deck->rotor && deck->bodies.surface[*k].motion == 0;
+                              : deck->mill.rotor && deck->mill.bodies.surface[*k].motion == 0;
     const struct mill_deck_body *own =
-        *k < 0 ? NULL : mill_deck_section(deck, deck->bodies.section[*k])->form;
-    *section = own && own->material ? deck->bodies.section[*k] : "drum";
-    *material = own && own->material ? own->material : rides ? deck->rotor_material : NULL;
+        *k < 0 ? NULL : mill_deck_section(&deck->text, deck->mill.bodies.section[*k])->form;
+    *section = own && own->material ? deck->mill.bodies.section[*k] : "drum";
+    *material = own && own->material ? own->material : rides ? deck->given.rotor_material : NULL;
     if (rides && *material && !(own && own->material))
         *section = "rotor";
     if (!*material)
-        *material = deck->drum_material ? deck->drum_material : container;
+        *material = deck->given.drum_material ? deck->given.drum_material : container;
     return true;
 }
 
@@ -191,10 +193,10 @@ static enum mill_status add_pairs(const struct mill_deck *deck, int kind,
                                   char *remark, bool *known_all, struct mill_error *error)
 {
     const struct mill_deck_block named = {.title = "balls", .named = true};
-    const struct mill_deck_section *s = mill_deck_next(deck, &named, NULL);
+    const struct mill_deck_section *s = mill_deck_next(&deck->text, &named, NULL);
     struct mill_deck_found ball, first = {.remark = NULL};
     do {
-        const struct mill_deck_balls *balls = s ? s->form : &deck->alike;
+        const struct mill_deck_balls *balls = s ? s->form : &deck->given.alike;
         const char *title = s ? s->title : "balls";
         char text[MILL_DECK_REMARK];
         if (!balls->material) {
@@ -209,13 +211,13 @@ static enum mill_status add_pairs(const struct mill_deck *deck, int kind,
             first = ball;
         const struct mill_deck_law is = pair(&ball, with ? with : &first, text);
         if (*remark && !are_equal(&is, law))
-            return mill_deck_fault(deck, error, title, "material",
+            return mill_deck_fault(&deck->text, error, title, "material",
                                    "contacts %s have one law, but join several pairs of materials: "
                                    "give the law in [contact.%s]",
-                                   deck->contacts.name[kind], deck->contacts.name[kind]);
+                                   deck->mill.contacts.name[kind], deck->mill.contacts.name[kind]);
         *law = is;
         memcpy(remark, text, sizeof text);
-    } while (s && (s = mill_deck_next(deck, &named, s)));
+    } while (s && (s = mill_deck_next(&deck->text, &named, s)));
     return MILL_OK;
 }
 
@@ -228,8 +230,9 @@ static enum mill_status find_pair(const struct mill_deck *deck, int kind, struct
     bool known_all = true;
     enum mill_status status = MILL_OK;
     *remark = '\0';
-    if (deck->between) {
-        status = mill_deck_materials_find(deck, "contact", "between", deck->between, &with, error);
+    if (deck->given.between) {
+        status =
+            mill_deck_materials_find(deck, "contact", "between", deck->given.between, &with, error);
         *law = with.is.law;
         if (status == MILL_OK)
             snprintf(remark, MILL_DECK_REMARK, "%s between%s%s", with.name,
@@ -254,7 +257,7 @@ static enum mill_status find_pair(const struct mill_deck *deck, int kind, struct
 /* Fills in what the deck does not say of this kind of contact. */
 static enum mill_status complete(struct mill_deck *deck, int kind, struct mill_error *error)
 {
-    struct mill_deck_law *law = &deck->law[kind], by = {0};
+    struct mill_deck_law *law = &deck->mill.law[kind], by = {0};
     char remark[MILL_DECK_REMARK];
     const bool falls = law->rows || !isnan(law->restitution);
     if (falls && !isnan(law->friction) && !isnan(law->tangential))
@@ -271,16 +274,16 @@ static enum mill_status complete(struct mill_deck *deck, int kind, struct mill_e
     }
     law->friction = mill_deck_laws_first(law->friction, by.friction);
     law->tangential = mill_deck_laws_first(law->tangential, by.tangential);
-    snprintf(deck->assumed[kind], MILL_DECK_REMARK, "%.*s",
+    snprintf(deck->mill.assumed[kind], MILL_DECK_REMARK, "%.*s",
              (int)(falls ? strcspn(remark, ":") : strlen(remark)), remark);
-    deck->takes[kind] = takes;
+    deck->mill.takes[kind] = takes;
     return MILL_OK;
 }
 
 /* Makes the law of a kind of contact from what is given and from the materials. */
 static enum mill_status make_law(struct mill_deck *deck, int kind, struct mill_error *error)
 {
-    struct mill_deck_law *law = &deck->law[kind];
+    struct mill_deck_law *law = &deck->mill.law[kind];
     const enum mill_status status = complete(deck, kind, error);
     if (status != MILL_OK)
         return status;
@@ -290,13 +293,13 @@ static enum mill_status make_law(struct mill_deck *deck, int kind, struct mill_e
     if (isnan(law->restitution))
         return tell_missing(deck, error);
     if (law->rows && law->speed > 0.0)
-        return mill_deck_fault(deck, error, "contact", "restitution_speed",
+        return mill_deck_fault(&deck->text, error, "contact", "restitution_speed",
                                "the restitution of %s is a table of all speeds: leave it out",
-                               deck->contacts.name[kind]);
+                               deck->mill.contacts.name[kind]);
     if (law->rows)
-        deck->fall[kind] = *law->rows;
+        deck->mill.fall[kind] = *law->rows;
     else if (law->speed > 0.0)
-        deck->fall[kind] = (struct mill_fall){1, {law->speed}, {law->restitution}};
+        deck->mill.fall[kind] = (struct mill_fall){1, {law->speed}, {law->restitution}};
     return MILL_OK;
 }
 
@@ -305,33 +308,33 @@ static enum mill_status make_law(struct mill_deck *deck, int kind, struct mill_e
 static enum mill_status keep_laws(struct mill_deck *deck, const bool *has, struct mill_error *error)
 {
     bool assumed = false;
-    for (int kind = 0; kind < deck->contacts.count; kind++)
-        assumed = assumed || deck->assumed[kind][0];
-    for (int kind = 0; kind < deck->contacts.count; kind++) {
+    for (int kind = 0; kind < deck->mill.contacts.count; kind++)
+        assumed = assumed || deck->mill.assumed[kind][0];
+    for (int kind = 0; kind < deck->mill.contacts.count; kind++) {
         char title[MILL_NAME_LENGTH + 16];
-        snprintf(title, sizeof title, "contact.%s", deck->contacts.name[kind]);
-        struct mill_deck_section *s = mill_deck_section(deck, title);
+        snprintf(title, sizeof title, "contact.%s", deck->mill.contacts.name[kind]);
+        struct mill_deck_section *s = mill_deck_section(&deck->text, title);
         if (has[kind] && assumed && !s) {
             char *copy = strdup(title);
-            void *form = calloc(1, sizeof deck->law[kind]);
-            if (!copy || !form || mill_deck_section_add(deck, copy, error) != MILL_OK) {
+            void *form = calloc(1, sizeof deck->mill.law[kind]);
+            if (!copy || !form || mill_deck_section_add(&deck->text, copy, error) != MILL_OK) {
                 free(copy);
                 free(form);
                 return mill_error_set(error, MILL_FAILED, "out of memory");
             }
-            mill_deck_files_keep(deck, copy);
-            s = &deck->section[deck->sections - 1];
+            mill_deck_files_keep(&deck->text, copy);
+            s = &deck->text.section[deck->text.sections - 1];
             s->form = form;
         }
         if (!s || !has[kind])
             continue;
-        memcpy(s->form, &deck->law[kind], sizeof deck->law[kind]);
-        if (deck->law[kind].rows) /* the table gives it */
+        memcpy(s->form, &deck->mill.law[kind], sizeof deck->mill.law[kind]);
+        if (deck->mill.law[kind].rows) /* the table gives it */
             ((struct mill_deck_law *)s->form)->restitution = (double)NAN;
     }
-    if (!assumed && restitution_of(&deck->general) >= 0.0) {
-        deck->general.friction = mill_deck_laws_first(deck->general.friction, 0.0);
-        deck->general.tangential = mill_deck_laws_first(deck->general.tangential, 0.0);
+    if (!assumed && restitution_of(&deck->given.general) >= 0.0) {
+        deck->given.general.friction = mill_deck_laws_first(deck->given.general.friction, 0.0);
+        deck->given.general.tangential = mill_deck_laws_first(deck->given.general.tangential, 0.0);
     }
     return MILL_OK;
 }
@@ -341,11 +344,11 @@ enum mill_status mill_deck_laws_list(struct mill_deck *deck, const bool *has,
 {
     const struct mill_deck_law none = {0};
     enum mill_status status = MILL_OK;
-    for (int kind = 0; kind < deck->contacts.count && status == MILL_OK; kind++) {
+    for (int kind = 0; kind < deck->mill.contacts.count && status == MILL_OK; kind++) {
         if (has[kind])
             status = make_law(deck, kind, error);
         else
-            deck->law[kind] = none;
+            deck->mill.law[kind] = none;
     }
     return status == MILL_OK ? keep_laws(deck, has, error) : status;
 }

@@ -81,21 +81,21 @@ static enum mill_status read_table(struct mill_deck *deck, const struct mill_dec
     struct mill_deck_rows in = {.line = 0};
     const char *wrong;
     double(*row)[COLUMNS] = NULL;
-    enum mill_status status =
-        mill_deck_files_find(deck, section->title, "file", given->as.file, &given->as.file, error);
+    enum mill_status status = mill_deck_files_find(&deck->text, section->title, "file",
+                                                   given->as.file, &given->as.file, error);
     if (status != MILL_OK)
         return status;
     in.path = given->as.file;
     in.in = mill_textfile_open(in.path, &wrong);
     if (!in.in)
-        return mill_deck_fault(deck, error, section->title, "file",
+        return mill_deck_fault(&deck->text, error, section->title, "file",
                                wrong ? "'%s' %s" : "cannot read '%s': %s", in.path,
                                wrong ? wrong : strerror(errno));
     table->rows = 0;
-    status = mill_deck_files_told(deck, section->title, "file",
+    status = mill_deck_files_told(&deck->text, section->title, "file",
                                   read_rows(&in, &table->rows, &row, error), error);
     fclose(in.in);
-    mill_deck_files_keep(deck, row);
+    mill_deck_files_keep(&deck->text, row);
     table->row = (const double(*)[COLUMNS])row;
     return status;
 }
@@ -108,11 +108,11 @@ static enum mill_status add_motion(struct mill_deck *deck, const struct mill_dec
 {
     static const struct mill_motion_type *const type[] = {&mill_turn_type, &mill_swing_type,
                                                           &mill_shift_type, &mill_table_type};
-    struct mill_deck_motion *is = &deck->form[deck->motions];
+    struct mill_deck_motion *is = &deck->mill.form[deck->mill.motions];
     *is = *(struct mill_deck_motion *)section->form;
-    deck->motion[deck->motions] = (struct mill_setup_motion){
+    deck->mill.motion[deck->mill.motions] = (struct mill_setup_motion){
         .name = name_of(section), .type = type[is->kind], .form = &is->as, .on = on};
-    deck->motions++;
+    deck->mill.motions++;
     if (is->kind == MILL_DECK_TURN)
         is->as.turn.axis = mill_deck_motions_unit(is->as.turn.axis);
     else if (is->kind == MILL_DECK_SWING)
@@ -122,8 +122,8 @@ static enum mill_status add_motion(struct mill_deck *deck, const struct mill_dec
 
 int mill_deck_motions_place(const struct mill_deck *deck, const char *name)
 {
-    for (int k = 0; k < deck->motions; k++)
-        if (strcmp(deck->motion[k].name, name) == 0)
+    for (int k = 0; k < deck->mill.motions; k++)
+        if (strcmp(deck->mill.motion[k].name, name) == 0)
             return k;
     return MILL_STILL;
 }
@@ -145,16 +145,16 @@ enum mill_status mill_deck_motions_find(const struct mill_deck *deck, const char
     if (!name || *motion != MILL_STILL)
         return MILL_OK;
     if (strcmp(name, "rotor") == 0)
-        return mill_deck_fault(deck, error, section, key, "there is no section [rotor]");
-    for (const struct mill_deck_section *s = NULL; (s = mill_deck_next(deck, &named, s));) {
+        return mill_deck_fault(&deck->text, error, section, key, "there is no section [rotor]");
+    for (const struct mill_deck_section *s = NULL; (s = mill_deck_next(&deck->text, &named, s));) {
         edits = mill_deck_suggest_edits(name_of(s), name);
         if (edits < best) {
             best = edits;
             snprintf(hint, sizeof hint, "; did you mean '%s'?", name_of(s));
         }
     }
-    return mill_deck_fault(deck, error, section, key, "there is no section [motion.%.63s]%s", name,
-                           hint);
+    return mill_deck_fault(&deck->text, error, section, key, "there is no section [motion.%.63s]%s",
+                           name, hint);
 }
 
 /* The remaining motions all wait for their carriers. Following the carriers leads
@@ -166,12 +166,13 @@ static enum mill_status tell_circle(const struct mill_deck *deck,
     char title[MILL_NAME_LENGTH + 8];
     for (int k = 0; k < MILL_MOTIONS_MOST; k++) {
         snprintf(title, sizeof title, "motion.%s", ((struct mill_deck_motion *)section->form)->on);
-        section = mill_deck_section(deck, title);
+        section = mill_deck_section(&deck->text, title);
     }
     const struct mill_deck_motion *is = section->form;
     if (strcmp(is->on, name_of(section)) == 0)
-        return mill_deck_fault(deck, error, section->title, "on", "a motion cannot carry itself");
-    return mill_deck_fault(deck, error, section->title, "on",
+        return mill_deck_fault(&deck->text, error, section->title, "on",
+                               "a motion cannot carry itself");
+    return mill_deck_fault(&deck->text, error, section->title, "on",
                            "motions carry each other in a circle: '%s' is itself carried by '%s'",
                            is->on, name_of(section));
 }
@@ -181,9 +182,9 @@ static enum mill_status list_named(struct mill_deck *deck, struct mill_error *er
     const struct mill_deck_block named = {.title = "motion", .named = true};
     const struct mill_deck_section *waiting[MILL_MOTIONS_MOST], *s = NULL;
     int n = 0;
-    while ((s = mill_deck_next(deck, &named, s))) {
-        if (deck->motions + n == MILL_MOTIONS_MOST)
-            return mill_deck_fault(deck, error, s->title, NULL,
+    while ((s = mill_deck_next(&deck->text, &named, s))) {
+        if (deck->mill.motions + n == MILL_MOTIONS_MOST)
+            return mill_deck_fault(&deck->text, error, s->title, NULL,
                                    "there are more than %d motions, the rotor's included",
                                    MILL_MOTIONS_MOST);
         waiting[n++] = s;
@@ -196,7 +197,8 @@ static enum mill_status list_named(struct mill_deck *deck, struct mill_error *er
             char title[MILL_NAME_LENGTH + 8];
             snprintf(title, sizeof title, "motion.%.63s", on ? on : "");
             int carrier = MILL_STILL;
-            if (on && mill_deck_motions_place(deck, on) == MILL_STILL && mill_deck_section(deck, title)) {
+            if (on && mill_deck_motions_place(deck, on) == MILL_STILL &&
+                mill_deck_section(&deck->text, title)) {
                 waiting[left++] = waiting[k];
                 continue;
             }
@@ -215,16 +217,21 @@ static enum mill_status list_named(struct mill_deck *deck, struct mill_error *er
 
 enum mill_status mill_deck_motions_list(struct mill_deck *deck, struct mill_error *error)
 {
-    if (deck->rotor) {
-        deck->form[0].as.turn = (struct mill_turn){
-            .axis = {1.0, 0.0, 0.0}, .speed = deck->rotor_speed, .angle = deck->rotor_angle};
-        deck->motion[deck->motions++] = (struct mill_setup_motion){
-            .name = "rotor", .type = &mill_turn_type, .form = &deck->form[0].as, .on = MILL_STILL};
+    if (deck->mill.rotor) {
+        deck->mill.form[0].as.turn = (struct mill_turn){.axis = {1.0, 0.0, 0.0},
+                                                        .speed = deck->given.rotor_speed,
+                                                        .angle = deck->given.rotor_angle};
+        deck->mill.motion[deck->mill.motions++] =
+            (struct mill_setup_motion){.name = "rotor",
+                                       .type = &mill_turn_type,
+                                       .form = &deck->mill.form[0].as,
+                                       .on = MILL_STILL};
     }
     int rides = MILL_STILL;
     enum mill_status status = list_named(deck, error);
-    if (status == MILL_OK && deck->drum)
-        status = mill_deck_motions_find(deck, "drum", "motion", deck->drum_motion, &rides, error);
-    deck->drum_rides = 1 + rides;
+    if (status == MILL_OK && deck->mill.drum)
+        status =
+            mill_deck_motions_find(deck, "drum", "motion", deck->given.drum_motion, &rides, error);
+    deck->mill.drum_rides = 1 + rides;
     return status;
 }

@@ -7,22 +7,22 @@
 /* Converts the ratio of the masses of balls and powder to a mass of powder, and finds its table. */
 enum mill_status mill_deck_powder_list(struct mill_deck *deck, struct mill_error *error)
 {
-    struct mill_deck_powder *powder = &deck->powder;
+    struct mill_deck_powder *powder = &deck->given.powder;
     double mass = 0.0;
-    for (int k = 0; k < deck->kinds; k++)
-        mass += (double)deck->balls[k].count * deck->balls[k].density * MILL_PI / 6.0 *
-                pow(deck->balls[k].diameter, 3);
+    for (int k = 0; k < deck->mill.kinds; k++)
+        mass += (double)deck->mill.balls[k].count * deck->mill.balls[k].density * MILL_PI / 6.0 *
+                pow(deck->mill.balls[k].diameter, 3);
     if (powder->ball_to_powder > 0.0)
         powder->mass = mass / powder->ball_to_powder;
-    return powder->table
-               ? mill_deck_files_find(deck, "powder", "table", powder->table, &powder->table, error)
-               : MILL_OK;
+    return powder->table ? mill_deck_files_find(&deck->text, "powder", "table", powder->table,
+                                                &powder->table, error)
+                         : MILL_OK;
 }
 
 /* Keys that other keys of [powder] need */
 enum mill_status mill_deck_powder_check(struct mill_deck *deck, struct mill_error *error)
 {
-    const struct mill_deck_powder *p = &deck->powder;
+    const struct mill_deck_powder *p = &deck->given.powder;
     const bool vogel = p->law == MILL_DECK_VOGEL;
     const struct {
         bool wrong;
@@ -41,6 +41,6 @@ enum mill_status mill_deck_powder_check(struct mill_deck *deck, struct mill_erro
     };
     for (size_t i = 0; p->mass > 0.0 && i < sizeof list / sizeof *list; i++)
         if (list[i].wrong)
-            return mill_deck_fault(deck, error, "powder", list[i].key, "%s", list[i].why);
+            return mill_deck_fault(&deck->text, error, "powder", list[i].key, "%s", list[i].why);
     return MILL_OK;
 }

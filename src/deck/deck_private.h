@@ -6,6 +6,20 @@
 #include "deck/deck.h"
 #include "deck/units.h"
 
+/* Where a value of the deck comes from. line 0 and no override: it is a default */
+struct mill_deck_origin {
+    int line;             /* in the file, from 1; 0: not from the file */
+    const char *override; /* "SECTION.KEY=VALUE", or NULL */
+};
+
+/* What is needed only while a deck is read */
+struct mill_deck_reading {
+    struct mill_deck_origin at; /* what is being read now */
+    int open;                 /* number of the section that the next lines belong to; -1: of none */
+    struct mill_units *units; /* NULL until they are needed */
+    struct mill_deck_faults *faults; /* NULL: reading ends at the first one */
+};
+
 /* ---- what a deck may contain (deck_table.c) ---- */
 
 enum { MILL_DECK_MOST_BALLS = 50000000 };
@@ -63,17 +77,24 @@ const struct mill_deck_synonym *mill_deck_suggest_synonym(int i);
 
 /* ---- faults (deck_faults.c) ---- */
 
+/* Sets "FILE:LINE: [section] key: ...". If the value came from --set or is a default, the text says
+ * so. Returns MILL_BAD_DECK. */
+enum mill_status mill_deck_fault(const struct mill_deck_text *text, struct mill_error *error,
+                                 const char *section, const char *key, const char *format, ...)
+    __attribute__((format(printf, 5, 6)));
+
 /* Prepares the deck to keep its faults. */
-enum mill_status mill_deck_faults_create(struct mill_deck *deck, struct mill_error *error);
+enum mill_status mill_deck_faults_create(struct mill_deck_reading *reading,
+                                         struct mill_error *error);
 
 /* Keeps the fault of a call that returned `status`, and marks the section of the last message of
  * mill_deck_fault. Returns MILL_OK if reading can continue, otherwise `status`. */
-enum mill_status mill_deck_faults_keep(const struct mill_deck *deck, enum mill_status status,
+enum mill_status mill_deck_faults_keep(const struct mill_deck_text *text, enum mill_status status,
                                        const struct mill_error *error);
 
 /* Was there a fault that is not in a known section? Then a section that is missing may be that
  * one. */
-bool mill_deck_faults_lost(const struct mill_deck *deck);
+bool mill_deck_faults_lost(const struct mill_deck_text *text);
 
 /* A part of reading that uses the values of these sections */
 struct mill_deck_step {
@@ -86,7 +107,7 @@ enum mill_status mill_deck_faults_step(struct mill_deck *deck, const struct mill
                                        struct mill_error *error);
 
 /* Tells all faults as mill_deck_read does. Returns the status of reading. */
-enum mill_status mill_deck_faults_tell(struct mill_deck *deck, enum mill_status status,
+enum mill_status mill_deck_faults_tell(struct mill_deck_text *text, enum mill_status status,
                                        void (*fault)(const char *line), struct mill_error *error);
 
 /* ---- file and overrides into entries (deck_parse.c) ---- */
@@ -119,8 +140,10 @@ struct mill_deck_section {
 /* Reads the file (NULL: none), then the overrides. Checks section titles and keys against
  * the table. Adds the sections that are required but missing after those of the file,
  * without entries. */
-enum mill_status mill_deck_parse(struct mill_deck *deck, const char *path, int count,
+enum mill_status mill_deck_parse(struct mill_deck_text *text, const char *path, int count,
                                  const char *const *overrides, struct mill_error *error);
+
+void mill_deck_parse_free(struct mill_deck_text *text);
 
 /* Writes `value` so that a line with it reads back the same, in quotes where necessary. */
 void mill_deck_parse_quote(const char *value, char *out, size_t size);
@@ -128,14 +151,14 @@ void mill_deck_parse_quote(const char *value, char *out, size_t size);
 /* ---- the sections and entries (deck_entries.c) ---- */
 
 /* The section [title], or NULL. */
-struct mill_deck_section *mill_deck_section(const struct mill_deck *deck, const char *title);
+struct mill_deck_section *mill_deck_section(const struct mill_deck_text *text, const char *title);
 
 /* Adds a section without entries after the others. The caller keeps the title. */
-enum mill_status mill_deck_section_add(struct mill_deck *deck, const char *title,
+enum mill_status mill_deck_section_add(struct mill_deck_text *text, const char *title,
                                        struct mill_error *error);
 
 /* The next section of the block after `last`; NULL for `last`: the first one. NULL: no more. */
-struct mill_deck_section *mill_deck_next(const struct mill_deck *deck,
+struct mill_deck_section *mill_deck_next(const struct mill_deck_text *text,
                                          const struct mill_deck_block *block,
                                          const struct mill_deck_section *last);
 
@@ -165,17 +188,17 @@ void mill_deck_value_print(const struct mill_key *key, const void *form, char *o
 
 /* Makes the name of a file absolute. Relative names start from the deck's folder. The deck owns
  * *path. */
-enum mill_status mill_deck_files_find(struct mill_deck *deck, const char *section, const char *key,
-                                      const char *name, const char **path,
+enum mill_status mill_deck_files_find(struct mill_deck_text *text, const char *section,
+                                      const char *key, const char *name, const char **path,
                                       struct mill_error *error);
 
 /* Returns status. If the file has a fault, adds the deck's line and key in front of the error. */
-enum mill_status mill_deck_files_told(const struct mill_deck *deck, const char *section,
+enum mill_status mill_deck_files_told(const struct mill_deck_text *text, const char *section,
                                       const char *key, enum mill_status status,
                                       struct mill_error *error);
 
 /* The deck frees the memory when it is freed. */
-void mill_deck_files_keep(struct mill_deck *deck, void *memory);
+void mill_deck_files_keep(struct mill_deck_text *text, void *memory);
 
 struct mill_deck_rows {
     FILE *in;
@@ -209,6 +232,8 @@ enum mill_status mill_deck_bodies_list(struct mill_deck *deck, struct mill_error
 
 /* Lists the shaft, the blades of [blades] and the [blade.NAME] as bodies. */
 enum mill_status mill_deck_bodies_parts(struct mill_deck *deck, struct mill_error *error);
+
+void mill_deck_bodies_free(struct mill_deck_bodies *list);
 
 /* [m^3] of the empty container: what is inside is not subtracted */
 double mill_deck_bodies_volume(const struct mill_deck *deck);

@@ -33,28 +33,28 @@ enum {
 #define POSITIVE MILL_KEY_POSITIVE
 #define NOT_NEGATIVE MILL_KEY_NOT_NEGATIVE
 #define IN(type, member) .offset = offsetof(struct type, member)
-#define DECK(member) IN(mill_deck, member)
+#define DECK(member) IN(mill_deck, given.member)
 
 /* The run finds sample_from. */
 static bool sample_found(const void *deck)
 {
-    return ((const struct mill_deck *)deck)->sample_found;
+    return ((const struct mill_deck *)deck)->mill.sample_found;
 }
 
 /* The program chooses the number of threads. */
 static bool threads_chosen(const void *deck)
 {
-    return ((const struct mill_deck *)deck)->threads == 0;
+    return ((const struct mill_deck *)deck)->given.threads == 0;
 }
 
 static bool is_circle(const void *deck)
 {
-    return !((const struct mill_deck *)deck)->wavy;
+    return !((const struct mill_deck *)deck)->given.wavy;
 }
 
 static bool no_drum(const void *deck)
 {
-    return !((const struct mill_deck *)deck)->drum;
+    return !((const struct mill_deck *)deck)->mill.drum;
 }
 
 /* True if the balls do not start at random, or the container does not move: the key
@@ -62,7 +62,7 @@ static bool no_drum(const void *deck)
 static bool starts_alike(const void *deck)
 {
     const struct mill_deck *d = deck;
-    return d->start || !d->carried;
+    return d->given.start || !d->mill.carried;
 }
 
 static bool is_inside(const void *body)
@@ -325,7 +325,7 @@ static const struct mill_key copies_key[] = {
     {.name = NULL},
 };
 
-#define VALUES(member) .values = offsetof(struct mill_deck, member)
+#define VALUES(member) .values = offsetof(struct mill_deck, given.member)
 #define OF_MOTION "motion", .named = true, .size = sizeof(struct mill_deck_motion)
 #define OF_BLADE "blade", .named = true, .size = sizeof(struct mill_blade)
 #define OF_BODY "body", .named = true, .size = sizeof(struct mill_deck_body)

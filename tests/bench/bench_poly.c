@@ -106,7 +106,7 @@ static bool record_run(const struct workload *w, struct recording *tape)
         if (real->kind != MILL_BALL_DRUM && real->kind != MILL_BALL_SHAFT)
             continue;
         recorder[n] = (struct recorder){
-            *real, real, real->kind == MILL_BALL_DRUM ? deck->drum_radius : deck->shaft_radius,
+            *real, real, real->kind == MILL_BALL_DRUM ? deck->given.drum_radius : deck->given.shaft_radius,
             tape};
         recorder[n].type.next_contact = record_contact;
         world->shape[k]->type = &recorder[n++].type;

@@ -14,7 +14,7 @@
 
 static const struct mill_blade *blade_of(const struct mill_deck *deck, int k)
 {
-    ck_assert_int_lt(k, deck->shapes);
+    ck_assert_int_lt(k, deck->mill.parts.count);
     ck_assert_ptr_eq(deck->shape[k].type, &mill_blade_type);
     ck_assert_int_eq(deck->shape[k].number, k);
     return deck->shape[k].form;
@@ -23,7 +23,7 @@ static const struct mill_blade *blade_of(const struct mill_deck *deck, int k)
 TEST(equal_blades_are_spread_along_the_drum_and_around_the_rotor)
 {
     struct mill_deck *deck = read_good(BASE BALLS ROTOR BLADES);
-    ck_assert_int_eq(deck->shapes, 5);
+    ck_assert_int_eq(deck->mill.parts.count, 5);
     for (int k = 0; k < 5; k++) {
         const struct mill_blade *blade = blade_of(deck, k);
         ck_assert_double_eq_tol(blade->position, -0.06 + (k + 0.5) * 0.024, 1e-16);
@@ -43,7 +43,7 @@ TEST(equal_blades_come_before_single_ones_in_the_decks_order)
 {
     struct mill_deck *deck =
         read_good(BLADE("zebra", "10") BASE BALLS ROTOR BLADE("ant", "-10") BLADES);
-    ck_assert_int_eq(deck->shapes, 7);
+    ck_assert_int_eq(deck->mill.parts.count, 7);
     ck_assert_str_eq(deck->shape[4].section, "blades");
     ck_assert_str_eq(deck->shape[5].section, "blade.zebra");
     ck_assert_str_eq(deck->shape[6].section, "blade.ant");
@@ -53,26 +53,26 @@ TEST(equal_blades_come_before_single_ones_in_the_decks_order)
 /* All that a run is made from, to the bit. */
 static void assert_same(const struct mill_deck *a, const struct mill_deck *b)
 {
-    ck_assert(a->time == b->time && a->sample_from == b->sample_from && a->seed == b->seed);
-    ck_assert_mem_eq(&a->gravity, &b->gravity, sizeof a->gravity);
-    ck_assert_int_eq(a->kinds, b->kinds);
-    for (int k = 0; k < a->kinds; k++) {
-        ck_assert_str_eq(a->balls[k].name, b->balls[k].name);
-        ck_assert(a->balls[k].count == b->balls[k].count);
-        ck_assert(a->balls[k].diameter == b->balls[k].diameter);
-        ck_assert(a->balls[k].density == b->balls[k].density);
+    ck_assert(a->given.time == b->given.time && a->given.sample_from == b->given.sample_from && a->given.seed == b->given.seed);
+    ck_assert_mem_eq(&a->given.gravity, &b->given.gravity, sizeof a->given.gravity);
+    ck_assert_int_eq(a->mill.kinds, b->mill.kinds);
+    for (int k = 0; k < a->mill.kinds; k++) {
+        ck_assert_str_eq(a->mill.balls[k].name, b->mill.balls[k].name);
+        ck_assert(a->mill.balls[k].count == b->mill.balls[k].count);
+        ck_assert(a->mill.balls[k].diameter == b->mill.balls[k].diameter);
+        ck_assert(a->mill.balls[k].density == b->mill.balls[k].density);
     }
-    ck_assert(!a->start == !b->start && (!a->start || strcmp(a->start, b->start) == 0));
-    ck_assert(a->speed == b->speed && a->rotor == b->rotor && a->rotor_speed == b->rotor_speed);
-    ck_assert(a->drum_radius == b->drum_radius && a->drum_length == b->drum_length);
-    ck_assert(a->shaft_radius == b->shaft_radius && a->rotor_angle == b->rotor_angle);
+    ck_assert(!a->given.start == !b->given.start && (!a->given.start || strcmp(a->given.start, b->given.start) == 0));
+    ck_assert(a->given.speed == b->given.speed && a->mill.rotor == b->mill.rotor && a->given.rotor_speed == b->given.rotor_speed);
+    ck_assert(a->given.drum_radius == b->given.drum_radius && a->given.drum_length == b->given.drum_length);
+    ck_assert(a->given.shaft_radius == b->given.shaft_radius && a->given.rotor_angle == b->given.rotor_angle);
     ck_assert_int_eq(a->shapes, b->shapes);
     for (int k = 0; k < a->shapes; k++)
         ck_assert_mem_eq(blade_of(a, k), blade_of(b, k), sizeof(struct mill_blade));
-    ck_assert_mem_eq(a->law, b->law, sizeof a->law);
-    ck_assert(a->rebound_floor == b->rebound_floor && a->frames == b->frames);
-    ck_assert(a->series == b->series && a->log_impacts == b->log_impacts);
-    ck_assert(a->strike_window == b->strike_window && a->checkpoint == b->checkpoint);
+    ck_assert_mem_eq(a->mill.law, b->mill.law, sizeof a->mill.law);
+    ck_assert(a->given.rebound_floor == b->given.rebound_floor && a->given.frames == b->given.frames);
+    ck_assert(a->given.series == b->given.series && a->given.log_impacts == b->given.log_impacts);
+    ck_assert(a->given.strike_window == b->given.strike_window && a->given.checkpoint == b->given.checkpoint);
 }
 
 LOOP_TEST(a_printed_deck_reads_back_to_the_same_bits, 4)
