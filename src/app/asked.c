@@ -15,8 +15,8 @@ struct mill_observe mill_asked_observe(const struct mill_deck *deck, const struc
         .rotor_angle = deck->given.rotor_angle,
     };
     for (int kind = 0; kind < world->kinds.count; kind++)
-        asked.wear[kind] =
-            (struct mill_wear_law){deck->mill.wear[kind].archard, deck->mill.wear[kind].hardness,
-                                   deck->mill.wear[kind].erosion};
+        asked.wear[kind] = (struct mill_wear_law){deck->mill.contact[kind].wear.archard,
+                                                  deck->mill.contact[kind].wear.hardness,
+                                                  deck->mill.contact[kind].wear.erosion};
     return asked;
 }

@@ -169,8 +169,8 @@ static double rounded(double x)
 /* Prints what the run will take, and where it will leave the range of the model. */
 static void tell_forecast(const struct mill_deck *deck, struct mill_world *world, FILE *out)
 {
-    const bool braked =
-        !deck->mill.rotor || deck->given.wavy || deck->mill.law[MILL_BALL_DRUM].friction > 0;
+    const bool braked = !deck->mill.rotor || deck->given.wavy ||
+                        deck->mill.contact[MILL_BALL_DRUM].law.friction > 0;
     const bool whole = deck->given.precision == 0 && deck->given.max_collisions == 0;
     struct mill_forecast f;
     struct mill_error why;

@@ -282,8 +282,8 @@ void mill_record_start(struct mill_h5 *file, const struct mill_deck *deck, const
     for (int kind = 0; kind < deck->mill.contacts.count; kind++) {
         char path[MILL_KINDS_LENGTH + 16];
         snprintf(path, sizeof path, "/run/assumed/%s", deck->mill.contacts.name[kind]);
-        if (deck->mill.assumed[kind][0])
-            mill_h5_write_text(file, path, deck->mill.assumed[kind],
+        if (deck->mill.contact[kind].assumed[0])
+            mill_h5_write_text(file, path, deck->mill.contact[kind].assumed,
                                "materials from which this contact law follows");
     }
 }

@@ -123,7 +123,7 @@ static bool applies(const struct mill_deck_block *block, const struct mill_deck_
 }
 
 /* Starts from {0}; false: no more blocks. */
-static bool walk_on(const struct mill_deck *deck, struct walk *w)
+static bool walk_on(const struct mill_deck_text *text, struct walk *w)
 {
     struct mill_deck_block first;
     w->at += w->section != NULL;
@@ -133,7 +133,7 @@ static bool walk_on(const struct mill_deck *deck, struct walk *w)
              w->at++)
             if (w->section && applies(&w->block, w->section))
                 return true;
-        w->section = mill_deck_next(&deck->text, &first, w->section);
+        w->section = mill_deck_next(text, &first, w->section);
         if (w->section)
             w->at = w->first;
         else
@@ -205,46 +205,6 @@ static enum mill_status fill_block(struct mill_deck *deck, const struct mill_dec
     return status == MILL_OK && first ? check_entries(deck, section, error) : status;
 }
 
-/* Does any surface of the mill have this kind of contact? */
-static bool has_kind(const struct mill_deck *deck, int kind)
-{
-    bool has = deck->mill.drum || kind == MILL_BALL_BALL || kind >= MILL_KINDS;
-    for (int k = 0; k < deck->mill.bodies.count && !has; k++)
-        has = deck->mill.bodies.surface[k].kind == kind;
-    return has;
-}
-
-/* Fills each[kinds], structs of `size` bytes, with `general` and with the values of the sections
- * [TITLE.KIND]. */
-static enum mill_status list_by_kind(struct mill_deck *deck, const char *title, const void *general,
-                                     void *each, size_t size, struct mill_error *error)
-{
-    const struct mill_deck_block named = {.title = title, .named = true};
-    const struct mill_kinds *kinds = &deck->mill.contacts;
-    char known[MILL_KINDS_MOST * (MILL_KINDS_LENGTH + 2)] = "";
-    for (int kind = 0; kind < kinds->count; kind++) {
-        memcpy((char *)each + size * (size_t)kind, general, size);
-        if (has_kind(deck, kind))
-            strcat(strcat(known, kind > 0 ? ", " : ""), kinds->name[kind]);
-    }
-    enum mill_status status = MILL_OK;
-    const struct mill_deck_section *s = NULL;
-    while (status == MILL_OK && (s = mill_deck_next(&deck->text, &named, s))) {
-        int kind = 0;
-        while (kind < kinds->count &&
-               (strcmp(strchr(s->title, '.') + 1, kinds->name[kind]) != 0 || !has_kind(deck, kind)))
-            kind++;
-        if (kind < kinds->count) {
-            memcpy((char *)each + size * (size_t)kind, s->form, size);
-            continue;
-        }
-        mill_deck_fault(&deck->text, error, s->title, NULL, "unknown kind of contact; there are %s",
-                        known);
-        status = mill_deck_faults_keep(&deck->text, MILL_BAD_DECK, error);
-    }
-    return status;
-}
-
 /* Converts the tip speed, if it is given instead of the rotor's speed. */
 static enum mill_status set_speed(struct mill_deck *deck, struct mill_error *error)
 {
@@ -272,22 +232,6 @@ static enum mill_status set_speed(struct mill_deck *deck, struct mill_error *err
     return MILL_OK;
 }
 
-static enum mill_status list_laws(struct mill_deck *deck, struct mill_error *error)
-{
-    bool has[MILL_KINDS_MOST];
-    enum mill_status status = mill_deck_laws_settle(deck, error);
-    if (status == MILL_OK)
-        status = list_by_kind(deck, "contact", &deck->given.general, deck->mill.law,
-                              sizeof *deck->mill.law, error);
-    for (int kind = 0; kind < deck->mill.contacts.count; kind++)
-        has[kind] = has_kind(deck, kind);
-    if (status == MILL_OK)
-        status = mill_deck_laws_list(deck, has, error);
-    return status == MILL_OK ? list_by_kind(deck, "wear", &deck->given.worn, deck->mill.wear,
-                                            sizeof *deck->mill.wear, error)
-                             : status;
-}
-
 /* What follows from several keys, and its checks */
 #define MOVED "rotor motion drum"
 #define MILL MOVED " body blades blade"
@@ -295,7 +239,7 @@ static const struct mill_deck_step steps[] = {
     {mill_deck_motions_list, MOVED},
     {mill_deck_bodies_list, MOVED " body"},
     {mill_deck_laws_require, "contact"},
-    {list_laws, MOVED " body balls material contact wear"},
+    {mill_deck_laws_list, MOVED " body balls material contact wear"},
     {mill_deck_bodies_parts, "drum rotor blades blade"},
     {set_speed, MILL},
     {mill_deck_check_times, "run output"},
@@ -316,13 +260,11 @@ static enum mill_status fill(struct mill_deck *deck, struct mill_error *error)
     enum mill_status status = MILL_OK;
     deck->given.general = deck->given.unknown.law = unknown;
     deck->mill.drum = mill_deck_section(&deck->text, "drum") != NULL;
-    /* two for each section, also those that materials add */
-    deck->text.kept =
-        calloc(2 * ((size_t)deck->text.sections + MILL_KINDS_MOST) + 2, sizeof *deck->text.kept);
+    deck->text.kept = calloc(2 * (size_t)deck->text.sections + 2, sizeof *deck->text.kept);
     deck->text.file_named = calloc((size_t)deck->text.sections + 1, sizeof *deck->text.file_named);
     if (!deck->text.kept || !deck->text.file_named)
         return mill_error_set(error, MILL_FAILED, "out of memory");
-    while (status == MILL_OK && walk_on(deck, &walk))
+    while (status == MILL_OK && walk_on(&deck->text, &walk))
         status = fill_block(deck, &walk.block, walk.section, error);
     if (status != MILL_OK)
         return status;
@@ -342,6 +284,7 @@ void mill_deck_free(struct mill_deck *deck)
     mill_deck_parse_free(&deck->text);
     mill_deck_bodies_free(&deck->mill.bodies);
     mill_deck_bodies_free(&deck->mill.parts);
+    free(deck->mill.printed.section);
     free(deck->mill.balls);
     free(deck);
 }
@@ -380,7 +323,7 @@ void mill_deck_each(const struct mill_deck *deck,
 {
     char value[2 * PATH_MAX + 8];
     struct walk walk = {0};
-    while (walk_on(deck, &walk)) {
+    while (walk_on(&deck->mill.printed, &walk)) {
         const void *values = values_of(deck, &walk.block, walk.section);
         const bool elsewhere = is_elsewhere(deck, &walk.block);
         for (const struct mill_key *key = walk.block.key; key->name && !elsewhere; key++) {

@@ -78,8 +78,11 @@ struct mill_deck_law {
     double restitution, friction, tangential;
     double speed;                 /* [m/s] at which the restitution is given; 0: at any */
     const char *table;            /* file, or NULL */
-    const struct mill_fall *rows; /* of the table */
+    const struct mill_fall *rows; /* of the table, which gives the restitution instead */
 };
+
+/* The restitution that falls with the speed; without points: it is the same at any speed */
+struct mill_fall mill_deck_laws_fall(const struct mill_deck_law *law);
 
 /* Which values of a contact law are those of materials */
 struct mill_deck_takes {
@@ -128,6 +131,17 @@ struct mill_deck_wear {
     double archard;  /* Archard's K */
     double hardness; /* [Pa] */
     double erosion;  /* [kg/J] Finnie's k */
+};
+
+/* A kind of contact: its law, and where it comes from */
+struct mill_deck_contact {
+    bool occurs; /* surfaces of the mill have this kind */
+    struct mill_deck_law law;
+    /* where values of materials are used: of what pair, and where they come from; "": nowhere */
+    char assumed[MILL_DECK_REMARK];
+    struct mill_deck_takes takes;
+    char section[MILL_NAME_LENGTH + 16]; /* "contact.KIND", which gives or prints it */
+    struct mill_deck_wear wear;
 };
 
 /* The text of a deck, and where each of its values comes from */
@@ -211,12 +225,8 @@ struct mill_deck_mill {
     struct mill_deck_bodies parts;  /* shaft and blades: those of [blades], then the [blade.NAME] */
     struct mill_deck_bodies bodies; /* of the [body.NAME], with each copy */
     struct mill_kinds contacts;     /* kinds of contact */
-    struct mill_deck_law law[MILL_KINDS_MOST];
-    struct mill_fall fall[MILL_KINDS_MOST];
-    /* where values of materials are used: of what pair, and where they come from; "": nowhere */
-    char assumed[MILL_KINDS_MOST][MILL_DECK_REMARK];
-    struct mill_deck_takes takes[MILL_KINDS_MOST];
-    struct mill_deck_wear wear[MILL_KINDS_MOST];
+    struct mill_deck_contact contact[MILL_KINDS_MOST];
+    struct mill_deck_text printed; /* the sections of the printed deck */
 };
 
 struct mill_deck {

@@ -350,7 +350,7 @@ static void warn_of_materials(const struct mill_deck *deck)
         deck->warn(line.text);
     }
     for (int kind = 0; kind < deck->mill.contacts.count; kind++)
-        given = given && !deck->mill.assumed[kind][0];
+        given = given && !deck->mill.contact[kind].assumed[0];
     if (!given || !(of_part || of_balls))
         return;
     mill_deck_fault(&deck->text, &line, of_balls ? of_balls : of_part, "material",

@@ -75,6 +75,7 @@ static uint64_t digest(uint64_t of, size_t count, const double *value)
 uint64_t mill_deck_files_digest(const struct mill_deck *deck)
 {
     const uint64_t none = 0xcbf29ce484222325U;
+    const struct mill_fall *rows;
     uint64_t all = none;
     for (int k = 0; k < deck->mill.motions; k++)
         if (deck->mill.motion[k].type == &mill_table_type)
@@ -86,9 +87,9 @@ uint64_t mill_deck_files_digest(const struct mill_deck *deck)
             all = digest(all, 9 * deck->mill.bodies.form[k].facets,
                          &deck->mill.bodies.form[k].facet[0][0].x);
     for (int k = 0; k < deck->mill.contacts.count; k++)
-        if (deck->mill.fall[k].points > 1)
-            all = digest(digest(all, (size_t)deck->mill.fall[k].points, deck->mill.fall[k].speed),
-                         (size_t)deck->mill.fall[k].points, deck->mill.fall[k].restitution);
+        if ((rows = deck->mill.contact[k].law.rows))
+            all = digest(digest(all, (size_t)rows->points, rows->speed), (size_t)rows->points,
+                         rows->restitution);
     return all == none ? 0 : all;
 }
 

@@ -271,13 +271,8 @@ static inline double mill_deck_laws_first(double given, double other)
 /* Checks that something gives the restitution: a number, a table or materials. */
 enum mill_status mill_deck_laws_require(struct mill_deck *deck, struct mill_error *error);
 
-/* Reads the tables of restitution of [contact], [contact.KIND] and [material.NAME]. */
-enum mill_status mill_deck_laws_settle(struct mill_deck *deck, struct mill_error *error);
-
-/* Completes the law of each kind of contact with the values of the materials. has[contacts.count]:
- * kinds that occur in this mill */
-enum mill_status mill_deck_laws_list(struct mill_deck *deck, const bool *has,
-                                     struct mill_error *error);
+/* Gives each kind of contact its law, and the values of [wear]. */
+enum mill_status mill_deck_laws_list(struct mill_deck *deck, struct mill_error *error);
 
 /* ---- powder, heat, wear (their keys: deck_uses.c; deck_powder.c) ---- */
 

@@ -97,10 +97,12 @@ static enum mill_status make_mill(const struct mill_deck *deck, struct lists *li
                                  .kind = lists->kind,
                                  .rebound_floor = deck->given.rebound_floor,
                                  .horizon = deck->given.time};
-    memcpy(setup->fall, deck->mill.fall, sizeof setup->fall);
-    for (int k = 0; k < deck->mill.contacts.count; k++)
-        setup->law[k] = (struct mill_law){deck->mill.law[k].restitution, deck->mill.law[k].friction,
-                                          deck->mill.law[k].tangential};
+    for (int k = 0; k < deck->mill.contacts.count; k++) {
+        const struct mill_deck_law *law = &deck->mill.contact[k].law;
+        const double e = law->rows ? law->rows->restitution[0] : law->restitution;
+        setup->law[k] = (struct mill_law){e, law->friction, law->tangential};
+        setup->fall[k] = mill_deck_laws_fall(law);
+    }
     for (int k = 0; k < setup->kinds; k++)
         lists->kind[k] = deck->mill.contacts.name[MILL_KINDS + k] + strlen("ball_");
     const struct mill_deck_bodies *list[] = {&deck->mill.parts, &deck->mill.bodies};
