@@ -12,7 +12,7 @@ struct mill_observe mill_asked_observe(const struct mill_deck *deck, const struc
         .frames = deck->given.frames,
         .series = deck->given.series,
         .log_impacts = deck->given.log_impacts,
-        .rotor_angle = deck->given.rotor_angle,
+        .rotor_angle = deck->given.rotor.angle,
     };
     for (int kind = 0; kind < world->kinds.count; kind++)
         asked.wear[kind] = (struct mill_wear_law){deck->mill.contact[kind].wear.archard,

@@ -4,7 +4,6 @@
  * deck_parse.c reads the file, deck_table.c lists what it may contain, deck_value.c converts
  * between text and numbers, deck_check.c checks keys against each other. */
 #include "deck/deck_private.h"
-#include "geometry/solid.h"
 
 #include <assert.h>
 #include <limits.h>
@@ -205,52 +204,26 @@ static enum mill_status fill_block(struct mill_deck *deck, const struct mill_dec
     return status == MILL_OK && first ? check_entries(deck, section, error) : status;
 }
 
-/* Converts the tip speed, if it is given instead of the rotor's speed. */
-static enum mill_status set_speed(struct mill_deck *deck, struct mill_error *error)
-{
-    double tip = 0.0;
-    if (deck->given.tip_speed == 0.0)
-        return MILL_OK;
-    const struct mill_deck_block named = {.title = "blade", .named = true};
-    if (deck->given.blades.count > 0)
-        tip = deck->given.blades.form.tip_radius;
-    for (const struct mill_deck_section *s = NULL; (s = mill_deck_next(&deck->text, &named, s));)
-        tip = fmax(tip, ((const struct mill_blade *)s->form)->tip_radius);
-    for (int k = 0; k < deck->mill.bodies.count; k++) {
-        const struct mill_setup_surface *body = &deck->mill.bodies.surface[k];
-        const double far = body->motion == 0 ? mill_part_reach(body->solid, body->body) : 0.0;
-        if (far < 0.0)
-            return mill_error_set(error, MILL_FAILED, "out of memory");
-        tip = fmax(tip, far);
-    }
-    if (tip == 0.0)
-        return mill_deck_fault(&deck->text, error, "rotor", "tip_speed",
-                               "needs blades, or bodies with 'motion = rotor': their largest "
-                               "distance from the axis is the radius of the tip; without them give "
-                               "'speed'");
-    deck->mill.form[0].as.turn.speed = deck->given.rotor_speed = deck->given.tip_speed / tip;
-    return MILL_OK;
-}
-
 /* What follows from several keys, and its checks */
 #define MOVED "rotor motion drum"
 #define MILL MOVED " body blades blade"
 static const struct mill_deck_step steps[] = {
-    {mill_deck_motions_list, MOVED},
-    {mill_deck_bodies_list, MOVED " body"},
-    {mill_deck_laws_require, "contact"},
-    {mill_deck_laws_list, MOVED " body balls material contact wear"},
-    {mill_deck_bodies_parts, "drum rotor blades blade"},
-    {set_speed, MILL},
-    {mill_deck_check_times, "run output"},
-    {mill_deck_check_profile, "drum"},
-    {mill_deck_check_parts, MOVED " blades blade"},
-    {mill_deck_balls_list, MILL " balls material"},
-    {mill_deck_check_sizes, MILL " balls"},
-    {mill_deck_check_amount, MILL " balls"},
-    {mill_deck_check_frames, MILL " balls run output"},
-    {mill_deck_powder_list, MILL " balls powder"},
-    {mill_deck_powder_check, "powder"},
+    {.run = mill_deck_motions_list, MOVED},
+    {.run = mill_deck_bodies_list, MOVED " body"},
+    {.run = mill_deck_laws_require, "contact"},
+    {.run = mill_deck_laws_list, MOVED " body balls material contact wear"},
+    {.run = mill_deck_bodies_parts, "drum rotor blades blade"},
+    {.run = mill_deck_bodies_turn, MILL},
+    {.checks = mill_deck_run_checks, .sections = "run output"},
+    {.checks = mill_deck_mill_buckles, .sections = "drum"},
+    {.checks = mill_deck_mill_parts, .sections = MOVED " blades blade"},
+    {.run = mill_deck_balls_list, MILL " balls material"},
+    {.checks = mill_deck_mill_sizes, .sections = MILL " balls", .each = true},
+    {.checks = mill_deck_mill_amount, .sections = MILL " balls", .each = true},
+    {.checks = mill_deck_mill_starts, .sections = MILL " balls"},
+    {.checks = mill_deck_run_frames, .sections = MILL " balls run output"},
+    {.run = mill_deck_balls_powder, MILL " balls powder"},
+    {.checks = mill_deck_uses_checks, .sections = "powder"},
 };
 
 static enum mill_status fill(struct mill_deck *deck, struct mill_error *error)
@@ -308,7 +281,7 @@ enum mill_status mill_deck_read(const char *path, int count, const char *const *
     mill_units_free(reading.units);
     made->text.reading = NULL;
     if (status == MILL_OK) {
-        mill_deck_check_warn(made);
+        mill_deck_warn(made);
         return MILL_OK;
     }
     mill_deck_free(made);

@@ -186,10 +186,9 @@ struct mill_deck_given {
     const char *drum_motion; /* the motion that carries the drum; NULL: none */
     const char *drum_material, *rotor_material; /* NULL: not given */
     /* [rotor] */
-    double rotor_speed;  /* [rad/s], positive turns about +x */
-    double tip_speed;    /* [m/s] where given instead of the speed; 0: not given, or at rest */
-    double shaft_radius; /* [m] 0 = no shaft */
-    double rotor_angle;  /* [rad] at t = 0 */
+    struct mill_turn rotor; /* its speed follows from the tip speed, where that is given */
+    double tip_speed;       /* [m/s] 0: not given, or at rest */
+    double shaft_radius;    /* [m] 0 = no shaft */
     struct mill_deck_blades blades;
     /* [contact], [material.NAME] */
     struct mill_deck_material unknown; /* all that a [material.NAME] does not give */

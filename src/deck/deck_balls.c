@@ -1,5 +1,5 @@
 /* The kinds of balls, and how many balls of each kind there are: given, or computed from a mass or
- * a filling. */
+ * a filling; the mass of the powder, if it is given as a share of theirs. */
 #include "deck/deck_private.h"
 
 #include <math.h>
@@ -18,7 +18,7 @@ static enum mill_status count_balls(const struct mill_deck *deck, struct mill_de
     balls->given = "mass";
     if (balls->fill > 0.0) {
         balls->given = "fill";
-        given = balls->fill * mill_deck_bodies_volume(deck) / one;
+        given = balls->fill * mill_deck_mill_volume(deck) / one;
     } else if (balls->bulk_fill > 0.0) {
         enum mill_status status = MILL_OK;
         balls->given = "bulk_fill";
@@ -63,4 +63,19 @@ enum mill_status mill_deck_balls_list(struct mill_deck *deck, struct mill_error 
     return deck->given.start ? mill_deck_files_find(&deck->text, "balls", "start",
                                                     deck->given.start, &deck->given.start, error)
                              : MILL_OK;
+}
+
+/* Converts the ratio of the masses of balls and powder to a mass of powder, and finds its table. */
+enum mill_status mill_deck_balls_powder(struct mill_deck *deck, struct mill_error *error)
+{
+    struct mill_deck_powder *powder = &deck->given.powder;
+    double mass = 0.0;
+    for (int k = 0; k < deck->mill.kinds; k++)
+        mass += (double)deck->mill.balls[k].count * deck->mill.balls[k].density * MILL_PI / 6.0 *
+                pow(deck->mill.balls[k].diameter, 3);
+    if (powder->ball_to_powder > 0.0)
+        powder->mass = mass / powder->ball_to_powder;
+    return powder->table ? mill_deck_files_find(&deck->text, "powder", "table", powder->table,
+                                                &powder->table, error)
+                         : MILL_OK;
 }

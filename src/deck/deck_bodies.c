@@ -295,9 +295,28 @@ enum mill_status mill_deck_bodies_parts(struct mill_deck *deck, struct mill_erro
     return MILL_OK;
 }
 
-double mill_deck_bodies_volume(const struct mill_deck *deck)
+/* The speed of the rotor, where the speed of its tips is given */
+enum mill_status mill_deck_bodies_turn(struct mill_deck *deck, struct mill_error *error)
 {
-    return deck->mill.container ? deck->mill.container->solid->volume(deck->mill.container->body)
-                                : MILL_PI * deck->given.drum_radius * deck->given.drum_radius *
-                                      deck->given.drum_length;
+    const struct mill_deck_block named = {.title = "blade", .named = true};
+    const struct mill_deck_bodies *bodies = &deck->mill.bodies;
+    double tip = deck->given.blades.count > 0 ? deck->given.blades.form.tip_radius : 0.0;
+    if (deck->given.tip_speed == 0.0)
+        return MILL_OK;
+    for (const struct mill_deck_section *s = NULL; (s = mill_deck_next(&deck->text, &named, s));)
+        tip = fmax(tip, ((const struct mill_blade *)s->form)->tip_radius);
+    for (int k = 0; k < bodies->count; k++) {
+        const struct mill_setup_surface *body = &bodies->surface[k];
+        const double far = body->motion == 0 ? mill_part_reach(body->solid, body->body) : 0.0;
+        if (far < 0.0)
+            return mill_error_set(error, MILL_FAILED, "out of memory");
+        tip = fmax(tip, far);
+    }
+    if (tip == 0.0)
+        return mill_deck_fault(&deck->text, error, "rotor", "tip_speed",
+                               "needs blades, or bodies with 'motion = rotor': their largest "
+                               "distance from the axis is the radius of the tip; without them give "
+                               "'speed'");
+    deck->given.rotor.speed = deck->given.tip_speed / tip;
+    return MILL_OK;
 }

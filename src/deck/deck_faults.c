@@ -109,12 +109,56 @@ static bool concerns(const struct mill_deck_text *text, const char *sections)
     return false;
 }
 
+/* Tells what is wrong: of several checks of one key only the first. */
+static enum mill_status check(const struct mill_deck *deck, const struct mill_deck_step *step,
+                              int kind, struct mill_error *error)
+{
+    struct mill_deck_check list[MILL_DECK_CHECKS] = {{.sentence = NULL}};
+    const struct mill_deck_check *last = NULL;
+    enum mill_status status = MILL_OK;
+    step->checks(deck, kind, list);
+    for (const struct mill_deck_check *c = list; c->sentence && status == MILL_OK; c++) {
+        char what[400];
+        const double *x = c->number;
+        if (!c->wrong || (last && last->section == c->section && last->key == c->key))
+            continue;
+        last = c;
+        if (c->word)
+            snprintf(what, sizeof what, c->sentence, x[0], c->word, x[1]);
+        else
+            snprintf(what, sizeof what, c->sentence, x[0], x[1], x[2], x[3]);
+        mill_deck_fault(&deck->text, error, c->section, c->key, "%s", what);
+        status = mill_deck_faults_keep(&deck->text, MILL_BAD_DECK, error);
+    }
+    return status;
+}
+
 enum mill_status mill_deck_faults_step(struct mill_deck *deck, const struct mill_deck_step *step,
                                        struct mill_error *error)
 {
+    enum mill_status status = MILL_OK;
     if (concerns(&deck->text, step->sections))
         return MILL_OK;
-    return mill_deck_faults_keep(&deck->text, step->run(deck, error), error);
+    if (step->run)
+        return mill_deck_faults_keep(&deck->text, step->run(deck, error), error);
+    for (int kind = 0; kind < (step->each ? deck->mill.kinds : 1) && status == MILL_OK; kind++)
+        status = check(deck, step, kind, error);
+    return status;
+}
+
+void mill_deck_faults_warn(const struct mill_deck *deck, const char *section, const char *key,
+                           const char *format, ...)
+{
+    struct mill_error line;
+    char what[512];
+    va_list list;
+    if (!deck->warn)
+        return;
+    va_start(list, format);
+    vsnprintf(what, sizeof what, format, list);
+    va_end(list);
+    mill_deck_fault(&deck->text, &line, section, key, "%s", what);
+    deck->warn(line.text);
 }
 
 enum mill_status mill_deck_faults_create(struct mill_deck_reading *reading,

@@ -2,9 +2,11 @@
 #include "deck/deck_private.h"
 #include "deck/textfile.h"
 
+#include <ctype.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <limits.h>
+#include <stdarg.h>
 #include <stdint.h>
 #include <string.h>
 #include <unistd.h>
@@ -134,7 +136,24 @@ static int read_numbers(const char *row, int most, double *value)
     }
 }
 
-int mill_deck_files_row(struct mill_deck_rows *rows, int most, double *value)
+/* What a row that is not only numbers probably is, and the mend */
+static const char *find_mend(const struct mill_deck_rows *rows, const char *row)
+{
+    static const char numbers[] = "+-.0123456789eE \t\r,;";
+    const bool table = strspn(row, numbers) == strlen(row);
+    if (rows->count == 0 && isalpha((unsigned char)row[strspn(row, " \t\"'")]))
+        return "; is this a header? put a '#' in front of it";
+    if (table && strchr(row, ';'))
+        return "; it has ';' between them: write blanks, and decimal points";
+    return table && strchr(row, ',')
+               ? "; write decimal points, and commas between all numbers or between none"
+               : "";
+}
+
+/* Reads the next row with numbers. Returns how many there are; 0: end of the file; -1: a text that
+ * is no number, or too many of them. */
+static int next_numbers(struct mill_deck_rows *rows, double value[MILL_DECK_COLUMNS + 1],
+                        const char **mend)
 {
     char row[LONGEST_ROW];
     bool good;
@@ -143,7 +162,51 @@ int mill_deck_files_row(struct mill_deck_rows *rows, int most, double *value)
         /* byte order mark of UTF-8 */
         const bool marked =
             ++rows->line == 1 && row[0] == '\xef' && row[1] == '\xbb' && row[2] == '\xbf';
-        n = good ? read_numbers(row + (marked ? 3 : 0), most, value) : -1;
+        const char *text = row + (marked ? 3 : 0);
+        n = good ? read_numbers(text, MILL_DECK_COLUMNS, value) : -1;
+        *mend = good && n < 0 ? find_mend(rows, text) : "";
     }
     return n;
+}
+
+enum mill_status mill_deck_files_wrong(const struct mill_deck_rows *rows, struct mill_error *error,
+                                       const char *format, ...)
+{
+    char what[256];
+    va_list list;
+    va_start(list, format);
+    vsnprintf(what, sizeof what, format, list);
+    va_end(list);
+    return mill_error_set(error, MILL_BAD_DECK, "%s:%ld: %s", rows->path,
+                          rows->line > 0 ? rows->line : 1, what);
+}
+
+enum mill_status mill_deck_files_read(const struct mill_deck_text *text, const char *section,
+                                      const char *key, struct mill_deck_rows *rows,
+                                      struct mill_error *error)
+{
+    double value[MILL_DECK_COLUMNS + 1] = {0.0};
+    enum mill_status status = MILL_OK;
+    const char *wrong, *mend;
+    long last = 0;
+    rows->in = mill_textfile_open(rows->path, &wrong);
+    if (!rows->in)
+        return mill_deck_fault(text, error, section, key,
+                               wrong ? "'%s' %s" : "cannot read '%s': %s", rows->path,
+                               wrong ? wrong : strerror(errno));
+    errno = 0;
+    for (int n; status == MILL_OK && (n = next_numbers(rows, value, &mend)) != 0; rows->count++) {
+        last = rows->line;
+        status = n < 0 || !(rows->columns >> n & 1u)
+                     ? mill_deck_files_wrong(rows, error, "expected %s%s", rows->form, mend)
+                     : rows->take(rows, n, value, error);
+        memset(value, 0, sizeof value);
+    }
+    rows->line = last;
+    if (status == MILL_OK && ferror(rows->in))
+        status = mill_error_set(error, MILL_FAILED, "%s: %s", rows->path, strerror(errno));
+    if (status == MILL_OK && rows->end)
+        status = rows->end(rows, error);
+    fclose(rows->in);
+    return rows->alone ? status : mill_deck_files_told(text, section, key, status, error);
 }

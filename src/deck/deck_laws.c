@@ -12,28 +12,30 @@
 
 /* ---- falling restitution ---- */
 
-static enum mill_status read_rows(struct mill_deck_rows *in, struct mill_fall *fall,
-                                  struct mill_error *error)
+static enum mill_status take_row(struct mill_deck_rows *rows, int n, const double *x,
+                                 struct mill_error *error)
 {
-    double x[3];
-    for (int n; (n = mill_deck_files_row(in, 2, x)) != 0; fall->points++) {
-        const int k = fall->points;
-        const char *wrong = n != 2 ? "expected 2 numbers 'v e': speed in m/s, restitution"
-                            : k == MILL_FALL_POINTS        ? "there are more than 16 rows"
-                            : !(x[0] >= 0.0 && x[0] < 1e9) ? "the speed must be 0 m/s or more"
-                            : k > 0 && x[0] <= fall->speed[k - 1] ? "the speeds must ascend"
-                            : !(x[1] >= 0.0 && x[1] <= 1.0) ? "a restitution is between 0 and 1"
-                                                            : NULL;
-        if (wrong)
-            return mill_error_set(error, MILL_BAD_DECK, "%s:%ld: %s", in->path, in->line, wrong);
-        fall->speed[k] = x[0];
-        fall->restitution[k] = x[1];
-    }
-    if (ferror(in->in))
-        return mill_error_set(error, MILL_FAILED, "%s: %s", in->path, strerror(errno));
-    return fall->points > 1
-               ? MILL_OK
-               : mill_error_set(error, MILL_BAD_DECK, "%s: expected 2 to 16 rows 'v e'", in->path);
+    struct mill_fall *fall = rows->self;
+    const int k = fall->points++;
+    (void)n;
+    if (k == MILL_FALL_POINTS)
+        return mill_deck_files_wrong(rows, error, "there are more than 16 rows");
+    if (!(x[0] >= 0.0 && x[0] < 1e9))
+        return mill_deck_files_wrong(rows, error, "the speed must be 0 m/s or more");
+    if (k > 0 && x[0] <= fall->speed[k - 1])
+        return mill_deck_files_wrong(rows, error, "the speeds must ascend");
+    if (!(x[1] >= 0.0 && x[1] <= 1.0))
+        return mill_deck_files_wrong(rows, error, "a restitution is between 0 and 1");
+    fall->speed[k] = x[0];
+    fall->restitution[k] = x[1];
+    return MILL_OK;
+}
+
+static enum mill_status end_rows(struct mill_deck_rows *rows, struct mill_error *error)
+{
+    return rows->count > 1 ? MILL_OK
+                           : mill_error_set(error, MILL_BAD_DECK, "%s: expected 2 to 16 rows 'v e'",
+                                            rows->path);
 }
 
 /* Finds and reads the table of a section, and checks that the section gives the restitution once.
@@ -44,8 +46,6 @@ static enum mill_status settle(struct mill_deck_text *text, const char *section,
 {
     static const char key[] = "restitution_table";
     const struct mill_deck_section *s = mill_deck_section(text, section);
-    struct mill_deck_rows in = {.line = 0};
-    const char *wrong;
     const char *twice = mill_deck_entry(s, "restitution")         ? "restitution"
                         : mill_deck_entry(s, "restitution_speed") ? "restitution_speed"
                                                                   : NULL;
@@ -66,20 +66,18 @@ static enum mill_status settle(struct mill_deck_text *text, const char *section,
         return MILL_OK;
     enum mill_status status =
         mill_deck_files_find(text, section, key, law->table, &law->table, error);
-    struct mill_fall *rows = status == MILL_OK ? calloc(1, sizeof *rows) : NULL;
-    if (!rows)
+    struct mill_fall *fall = status == MILL_OK ? calloc(1, sizeof *fall) : NULL;
+    if (!fall)
         return status == MILL_OK ? mill_error_set(error, MILL_FAILED, "out of memory") : status;
-    mill_deck_files_keep(text, rows);
-    law->rows = rows;
-    in.path = law->table;
-    in.in = mill_textfile_open(in.path, &wrong);
-    if (!in.in)
-        return mill_deck_fault(text, error, section, key,
-                               wrong ? "'%s' %s" : "cannot read '%s': %s", in.path,
-                               wrong ? wrong : strerror(errno));
-    status = mill_deck_files_told(text, section, key, read_rows(&in, rows, error), error);
-    fclose(in.in);
-    return status;
+    mill_deck_files_keep(text, fall);
+    law->rows = fall;
+    struct mill_deck_rows rows = {.path = law->table,
+                                  .form = "2 numbers 'v e': speed in m/s, restitution",
+                                  .columns = 1u << 2,
+                                  .self = fall,
+                                  .take = take_row,
+                                  .end = end_rows};
+    return mill_deck_files_read(text, section, key, &rows, error);
 }
 
 static enum mill_status settle_all(struct mill_deck *deck, struct mill_error *error)

@@ -1,12 +1,13 @@
 /* Converts the rotor and the [motion.NAME] to the engine's form, each after the motion that carries
  * it, and reads the tables of measured motions. */
 #include "deck/deck_private.h"
-#include "deck/textfile.h"
 
 #include <stdlib.h>
 #include <string.h>
 
 enum { MOST_ROWS = 10000000, COLUMNS = 7 };
+#define NEARLY 1e-3  /* a rotation this near to whole turns, relative to them, is meant as these */
+#define ROUNDED 1e-5 /* [rad] error of 2 pi with five decimals or more */
 
 static const char *name_of(const struct mill_deck_section *section)
 {
@@ -15,88 +16,102 @@ static const char *name_of(const struct mill_deck_section *section)
 
 /* ---- tables ---- */
 
-/* Checks that the last row of a period repeats the first. */
-static enum mill_status check_period(const struct mill_deck_rows *in, size_t rows,
-                                     const double (*row)[COLUMNS], struct mill_error *error)
+/* The rows of a table that is being read */
+struct table {
+    size_t rows;
+    double (*row)[COLUMNS];
+};
+
+static enum mill_status take_row(struct mill_deck_rows *rows, int n, const double *value,
+                                 struct mill_error *error)
 {
-    static const char *const column[COLUMNS] = {"t", "x", "y", "z", "rx", "ry", "rz"};
-    enum { LEAST = 4 };
-    if (rows < LEAST)
-        return mill_error_set(error, MILL_BAD_DECK,
-                              "%s:%ld: %zu rows are too few: a period needs at least %d", in->path,
-                              in->line, rows, LEAST);
-    for (int i = 1; i < COLUMNS; i++) {
-        double lo = row[0][i], hi = lo;
-        for (size_t k = 1; k < rows; k++) {
-            lo = fmin(lo, row[k][i]);
-            hi = fmax(hi, row[k][i]);
-        }
-        if (!(fabs(row[rows - 1][i] - row[0][i]) <= fmax(1e-9 * (hi - lo), 1e-12)))
-            return mill_error_set(error, MILL_BAD_DECK,
-                                  "%s:%ld: the last row must repeat the first, but %s is %.10g "
-                                  "there and %.10g here",
-                                  in->path, in->line, column[i], row[0][i], row[rows - 1][i]);
+    struct table *t = rows->self;
+    (void)n;
+    if (t->rows > 0 && !(value[0] > t->row[t->rows - 1][0]))
+        return mill_deck_files_wrong(rows, error,
+                                     "times must ascend, but %.10g s comes after %.10g s", value[0],
+                                     t->row[t->rows - 1][0]);
+    if (t->rows == MOST_ROWS)
+        return mill_deck_files_wrong(rows, error, "more than %d rows", MOST_ROWS);
+    if ((t->rows & (t->rows - 1)) == 0) { /* the array is full: its size is a power of two */
+        double(*more)[COLUMNS] = realloc(t->row, (t->rows ? 2 * t->rows : 1) * sizeof *more);
+        if (!more)
+            return mill_error_set(error, MILL_FAILED, "out of memory for the rows of %s",
+                                  rows->path);
+        t->row = more;
     }
+    memcpy(t->row[t->rows++], value, sizeof *t->row);
     return MILL_OK;
 }
 
-/* The caller frees *row in all cases. */
-static enum mill_status read_rows(struct mill_deck_rows *in, size_t *rows, double (**row)[COLUMNS],
-                                  struct mill_error *error)
+/* Whole turns from the first rotation vector to the last, if all of them are along one axis; 0:
+ * none
+ */
+static double turns_of(const struct table *t)
 {
-    double value[COLUMNS + 1];
-    long last = 0;
-    errno = 0;
-    for (int n; (n = mill_deck_files_row(in, COLUMNS, value)) != 0; last = in->line) {
-        if (n != COLUMNS)
-            return mill_error_set(error, MILL_BAD_DECK,
-                                  "%s:%ld: expected 7 numbers 't x y z rx ry rz' in SI units",
-                                  in->path, in->line);
-        if (*rows > 0 && !(value[0] > (*row)[*rows - 1][0]))
-            return mill_error_set(error, MILL_BAD_DECK,
-                                  "%s:%ld: times must ascend, but %.10g s comes after %.10g s",
-                                  in->path, in->line, value[0], (*row)[*rows - 1][0]);
-        if (*rows == MOST_ROWS)
-            return mill_error_set(error, MILL_BAD_DECK, "%s:%ld: more than %d rows", in->path,
-                                  in->line, MOST_ROWS);
-        if ((*rows & (*rows - 1)) == 0) { /* the array is full: its size is a power of two */
-            double(*more)[COLUMNS] = realloc(*row, (*rows ? 2 * *rows : 1) * sizeof **row);
-            if (!more)
-                return mill_error_set(error, MILL_FAILED, "out of memory for the rows of %s",
-                                      in->path);
-            *row = more;
-        }
-        memcpy((*row)[(*rows)++], value, sizeof **row);
+    const double *first = t->row[0] + 4, *last = t->row[t->rows - 1] + 4;
+    const vec3 by = {last[0] - first[0], last[1] - first[1], last[2] - first[2]};
+    const double size = vec3_norm(by), turns = round(size / (2.0 * MILL_PI));
+    for (size_t k = 0; k < t->rows; k++) {
+        const vec3 r = {t->row[k][4], t->row[k][5], t->row[k][6]};
+        if (vec3_norm(vec3_cross(r, by)) > 1e-9 * size * (1.0 + vec3_norm(r)))
+            return 0.0;
     }
-    if (ferror(in->in))
-        return mill_error_set(error, MILL_FAILED, "%s: %s", in->path, strerror(errno));
-    in->line = last > 0 ? last : 1;
-    return check_period(in, *rows, (const double(*)[COLUMNS]) * row, error);
+    return fabs(size - 2.0 * MILL_PI * turns) < NEARLY * size ? turns : 0.0;
+}
+
+/* Checks that the last row of a period is the position of the first, and lets whole turns be whole
+ * to the last digit: no decimal number is 2 pi. */
+static enum mill_status end_table(struct mill_deck_rows *rows, struct mill_error *error)
+{
+    static const char *const column[COLUMNS] = {"t", "x", "y", "z", "rx", "ry", "rz"};
+    enum { LEAST = 4 };
+    const struct table *t = rows->self;
+    if (t->rows < LEAST)
+        return mill_deck_files_wrong(
+            rows, error, "%zu rows are too few: a period needs at least %d", t->rows, LEAST);
+    const double *first = t->row[0], turns = turns_of(t);
+    double *last = t->row[t->rows - 1], size = 0.0;
+    for (int i = 4; i < COLUMNS; i++)
+        size = hypot(size, last[i] - first[i]);
+    for (int i = 1; i < COLUMNS; i++) {
+        const double off = last[i] - first[i];
+        const double good =
+            i < 4 || turns == 0.0 ? first[i] : first[i] + 2.0 * MILL_PI * turns * (off / size);
+        double lo = first[i], hi = lo;
+        for (size_t k = 1; k < t->rows; k++) {
+            lo = fmin(lo, t->row[k][i]);
+            hi = fmax(hi, t->row[k][i]);
+        }
+        if (!(fabs(last[i] - good) <= (good != first[i] ? ROUNDED : fmax(1e-9 * (hi - lo), 1e-12))))
+            return mill_deck_files_wrong(
+                rows, error,
+                "the last row must repeat the first, but %s is %.10g there and %.10g here, %.2g "
+                "%s off: write %.10g",
+                column[i], first[i], last[i], fabs(last[i] - good), i < 4 ? "m" : "rad", good);
+        if (good != first[i])
+            last[i] = good;
+    }
+    return MILL_OK;
 }
 
 static enum mill_status read_table(struct mill_deck *deck, const struct mill_deck_section *section,
                                    struct mill_table *table, struct mill_error *error)
 {
     struct mill_deck_motion *given = section->form;
-    struct mill_deck_rows in = {.line = 0};
-    const char *wrong;
-    double(*row)[COLUMNS] = NULL;
+    struct table read = {0, NULL};
     enum mill_status status = mill_deck_files_find(&deck->text, section->title, "file",
                                                    given->as.file, &given->as.file, error);
-    if (status != MILL_OK)
-        return status;
-    in.path = given->as.file;
-    in.in = mill_textfile_open(in.path, &wrong);
-    if (!in.in)
-        return mill_deck_fault(&deck->text, error, section->title, "file",
-                               wrong ? "'%s' %s" : "cannot read '%s': %s", in.path,
-                               wrong ? wrong : strerror(errno));
-    table->rows = 0;
-    status = mill_deck_files_told(&deck->text, section->title, "file",
-                                  read_rows(&in, &table->rows, &row, error), error);
-    fclose(in.in);
-    mill_deck_files_keep(&deck->text, row);
-    table->row = (const double(*)[COLUMNS])row;
+    struct mill_deck_rows rows = {.path = given->as.file,
+                                  .form = "7 numbers 't x y z rx ry rz' in SI units",
+                                  .columns = 1u << COLUMNS,
+                                  .self = &read,
+                                  .take = take_row,
+                                  .end = end_table};
+    if (status == MILL_OK)
+        status = mill_deck_files_read(&deck->text, section->title, "file", &rows, error);
+    mill_deck_files_keep(&deck->text, read.row);
+    *table = (struct mill_table){read.rows, (const double(*)[COLUMNS])read.row};
     return status;
 }
 
@@ -218,14 +233,9 @@ static enum mill_status list_named(struct mill_deck *deck, struct mill_error *er
 enum mill_status mill_deck_motions_list(struct mill_deck *deck, struct mill_error *error)
 {
     if (deck->mill.rotor) {
-        deck->mill.form[0].as.turn = (struct mill_turn){.axis = {1.0, 0.0, 0.0},
-                                                        .speed = deck->given.rotor_speed,
-                                                        .angle = deck->given.rotor_angle};
-        deck->mill.motion[deck->mill.motions++] =
-            (struct mill_setup_motion){.name = "rotor",
-                                       .type = &mill_turn_type,
-                                       .form = &deck->mill.form[0].as,
-                                       .on = MILL_STILL};
+        deck->given.rotor.axis = vec3_make(1.0, 0.0, 0.0);
+        deck->mill.motion[deck->mill.motions++] = (struct mill_setup_motion){
+            .name = "rotor", .type = &mill_turn_type, .form = &deck->given.rotor, .on = MILL_STILL};
     }
     int rides = MILL_STILL;
     enum mill_status status = list_named(deck, error);

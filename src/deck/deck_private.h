@@ -96,15 +96,33 @@ enum mill_status mill_deck_faults_keep(const struct mill_deck_text *text, enum m
  * one. */
 bool mill_deck_faults_lost(const struct mill_deck_text *text);
 
+enum { MILL_DECK_CHECKS = 8 };
+
+/* What may be wrong with a key, or with keys together */
+struct mill_deck_check {
+    bool wrong;
+    const char *section, *key; /* to name in the message; key NULL: only the section */
+    const char *sentence;      /* with `number`, or with number[0], `word`, number[1] */
+    double number[4];
+    const char *word; /* NULL: none */
+};
+
 /* A part of reading that uses the values of these sections */
 struct mill_deck_step {
     enum mill_status (*run)(struct mill_deck *deck, struct mill_error *error);
     const char *sections; /* "drum blade" stands for [drum], [blade.NAME] */
+    /* With run NULL: fills in up to MILL_DECK_CHECKS - 1 checks. each: of every kind of balls */
+    void (*checks)(const struct mill_deck *deck, int kind, struct mill_deck_check *list);
+    bool each;
 };
 
-/* Carries out the step, if none of its sections has a fault, and keeps its own fault. */
+/* Carries out the step, if none of its sections has a fault, and keeps its own faults. */
 enum mill_status mill_deck_faults_step(struct mill_deck *deck, const struct mill_deck_step *step,
                                        struct mill_error *error);
+
+/* Warns of what is allowed but is probably a mistake. */
+void mill_deck_faults_warn(const struct mill_deck *deck, const char *section, const char *key,
+                           const char *format, ...) __attribute__((format(printf, 4, 5)));
 
 /* Tells all faults as mill_deck_read does. Returns the status of reading. */
 enum mill_status mill_deck_faults_tell(struct mill_deck_text *text, enum mill_status status,
@@ -200,15 +218,33 @@ enum mill_status mill_deck_files_told(const struct mill_deck_text *text, const c
 /* The deck frees the memory when it is freed. */
 void mill_deck_files_keep(struct mill_deck_text *text, void *memory);
 
+enum { MILL_DECK_COLUMNS = 9 };
+
+/* A file with rows of numbers */
 struct mill_deck_rows {
-    FILE *in;
     const char *path;
-    long line; /* number of the row's line, from 1 */
+    const char *form; /* "2 numbers 'v e': speed in m/s, restitution" */
+    unsigned columns; /* bit n: a row may have n numbers */
+    void *self;
+    /* takes a row; the numbers that it does not have are 0 */
+    enum mill_status (*take)(struct mill_deck_rows *rows, int n, const double *value,
+                             struct mill_error *error);
+    /* NULL, or checks all rows */
+    enum mill_status (*end)(struct mill_deck_rows *rows, struct mill_error *error);
+    bool alone; /* its faults do not name the key in the deck */
+    FILE *in;
+    long count, line; /* rows before this one; number of its line, from 1 */
 };
 
-/* Reads the next row with numbers. Returns how many there are; 0: end of the file; -1: a text that
- * is no number, or more than `most` numbers. value[most + 1] */
-int mill_deck_files_row(struct mill_deck_rows *rows, int most, double *value);
+/* Reads the file, which section [section] gives with `key`. */
+enum mill_status mill_deck_files_read(const struct mill_deck_text *text, const char *section,
+                                      const char *key, struct mill_deck_rows *rows,
+                                      struct mill_error *error);
+
+/* A fault of the row that was read last. Returns MILL_BAD_DECK. */
+enum mill_status mill_deck_files_wrong(const struct mill_deck_rows *rows, struct mill_error *error,
+                                       const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
 
 /* ---- motions (deck_motions.c), and the bodies that they carry (deck_bodies.c) ---- */
 
@@ -233,10 +269,10 @@ enum mill_status mill_deck_bodies_list(struct mill_deck *deck, struct mill_error
 /* Lists the shaft, the blades of [blades] and the [blade.NAME] as bodies. */
 enum mill_status mill_deck_bodies_parts(struct mill_deck *deck, struct mill_error *error);
 
-void mill_deck_bodies_free(struct mill_deck_bodies *list);
+/* Sets the speed of the rotor, where the speed of its tips is given. */
+enum mill_status mill_deck_bodies_turn(struct mill_deck *deck, struct mill_error *error);
 
-/* [m^3] of the empty container: what is inside is not subtracted */
-double mill_deck_bodies_volume(const struct mill_deck *deck);
+void mill_deck_bodies_free(struct mill_deck_bodies *list);
 
 /* ---- materials (deck_materials.c) ---- */
 
@@ -274,19 +310,41 @@ enum mill_status mill_deck_laws_require(struct mill_deck *deck, struct mill_erro
 /* Gives each kind of contact its law, and the values of [wear]. */
 enum mill_status mill_deck_laws_list(struct mill_deck *deck, struct mill_error *error);
 
-/* ---- powder, heat, wear (their keys: deck_uses.c; deck_powder.c) ---- */
+/* ---- keys that must agree with others, and their checks ---- */
+
+extern const struct mill_key mill_deck_run_key[], mill_deck_run_gravity[], mill_deck_run_output[];
+void mill_deck_run_checks(const struct mill_deck *deck, int kind, struct mill_deck_check *list);
+void mill_deck_run_frames(const struct mill_deck *deck, int kind, struct mill_deck_check *list);
+
+/* Number of frames in the whole run, and the size of their ball states [GB] */
+double mill_deck_run_count(const struct mill_deck *deck);
+double mill_deck_run_size(const struct mill_deck *deck);
+
+extern const struct mill_key mill_deck_mill_ball[], mill_deck_mill_start[], mill_deck_mill_drum[],
+    mill_deck_mill_rotor[], mill_deck_mill_blades[], mill_deck_mill_spread[],
+    mill_deck_mill_blade[], mill_deck_mill_blade_form[];
+void mill_deck_mill_buckles(const struct mill_deck *deck, int kind, struct mill_deck_check *list);
+void mill_deck_mill_parts(const struct mill_deck *deck, int kind, struct mill_deck_check *list);
+void mill_deck_mill_sizes(const struct mill_deck *deck, int kind, struct mill_deck_check *list);
+void mill_deck_mill_amount(const struct mill_deck *deck, int kind, struct mill_deck_check *list);
+void mill_deck_mill_starts(const struct mill_deck *deck, int kind, struct mill_deck_check *list);
+
+/* The drum's wall */
+struct mill_profile mill_deck_mill_profile(const struct mill_deck *deck);
+
+/* [m^3] of the empty container: what is inside is not subtracted */
+double mill_deck_mill_volume(const struct mill_deck *deck);
 
 extern const struct mill_key mill_deck_uses_powder[], mill_deck_uses_heat[], mill_deck_uses_wear[];
-
-/* Converts the ratio of the masses of balls and powder to a mass of powder, and finds its table. */
-enum mill_status mill_deck_powder_list(struct mill_deck *deck, struct mill_error *error);
-
-enum mill_status mill_deck_powder_check(struct mill_deck *deck, struct mill_error *error);
+void mill_deck_uses_checks(const struct mill_deck *deck, int kind, struct mill_deck_check *list);
 
 /* ---- kinds of balls (deck_balls.c) ---- */
 
 /* Lists the kinds of balls with their numbers, and finds the start file. */
 enum mill_status mill_deck_balls_list(struct mill_deck *deck, struct mill_error *error);
+
+/* Converts the ratio of the masses of balls and powder to a mass of powder, and finds its table. */
+enum mill_status mill_deck_balls_powder(struct mill_deck *deck, struct mill_error *error);
 
 /* ---- the free volume (deck_setup.c) ---- */
 
@@ -294,16 +352,9 @@ enum mill_status mill_deck_balls_list(struct mill_deck *deck, struct mill_error 
 enum mill_status mill_deck_setup_free_volume(const struct mill_deck *deck, double *volume,
                                              struct mill_error *error);
 
-/* ---- checks of several keys together (deck_check.c): steps of reading ---- */
-
-enum mill_status mill_deck_check_times(struct mill_deck *deck, struct mill_error *error);
-enum mill_status mill_deck_check_profile(struct mill_deck *deck, struct mill_error *error);
-enum mill_status mill_deck_check_parts(struct mill_deck *deck, struct mill_error *error);
-enum mill_status mill_deck_check_sizes(struct mill_deck *deck, struct mill_error *error);
-enum mill_status mill_deck_check_amount(struct mill_deck *deck, struct mill_error *error);
-enum mill_status mill_deck_check_frames(struct mill_deck *deck, struct mill_error *error);
+/* ---- deck_warn.c ---- */
 
 /* Warns of what is allowed but is probably a mistake. */
-void mill_deck_check_warn(const struct mill_deck *deck);
+void mill_deck_warn(const struct mill_deck *deck);
 
 #endif

@@ -1,7 +1,6 @@
 /* Builds a world from a deck: converts the deck to plain numbers, reads the start file, and
  * describes faults in the deck's terms. */
 #include "deck/deck_private.h"
-#include "deck/textfile.h"
 #include "geometry/shapes.h"
 
 #include <assert.h>
@@ -25,61 +24,60 @@ struct lists {
 
 /* ---- the start file: one ball a line ---- */
 
-static enum mill_status read_rows(const struct mill_deck *deck, FILE *in,
-                                  const struct mill_start_watch *watch, struct lists *lists,
+/* Balls of a start file that is being read */
+struct reading {
+    const struct mill_deck *deck;
+    const struct mill_start_watch *watch;
+    struct lists *lists;
+};
+
+static enum mill_status take_ball(struct mill_deck_rows *rows, int n, const double *x,
                                   struct mill_error *error)
 {
-    const int32_t balls = (int32_t)deck->mill.all;
-    struct mill_deck_rows from = {.in = in, .path = deck->given.start};
-    double x[10] = {0.0};
-    int32_t rows = 0;
-    errno = 0;
-    for (int n; (n = mill_deck_files_row(&from, 9, x)) != 0; memset(x, 0, sizeof x)) {
-        if (n != 3 && n != 6 && n != 9)
-            return mill_error_set(error, MILL_BAD_DECK,
-                                  "%s:%ld: expected 3, 6 or 9 numbers "
-                                  "'x y z [vx vy vz [wx wy wz]]' in SI units",
-                                  deck->given.start, from.line);
-        if (rows == balls)
-            return mill_error_set(error, MILL_BAD_DECK,
-                                  "%s:%ld: more rows than the %ld balls of the deck",
-                                  deck->given.start, from.line, (long)balls);
-        lists->ball[rows].position = vec3_make(x[0], x[1], x[2]);
-        lists->ball[rows].velocity = vec3_make(x[3], x[4], x[5]);
-        lists->ball[rows].spin = vec3_make(x[6], x[7], x[8]);
-        lists->line[rows++] = from.line;
-        if (watch && rows % TOLD == 0)
-            watch->tell(watch->self, "reading the start file", rows, balls);
-    }
-    if (ferror(in))
-        return mill_error_set(error, MILL_FAILED, "%s: %s", deck->given.start, strerror(errno));
-    if (rows == balls)
-        return MILL_OK;
-    return mill_deck_fault(&deck->text, error, "balls", "start",
-                           "'%s' has %ld rows, but the deck has %ld balls", deck->given.start,
-                           (long)rows, (long)balls);
+    const struct reading *r = rows->self;
+    const long balls = (long)r->deck->mill.all, k = rows->count;
+    (void)n;
+    if (k == balls)
+        return mill_deck_files_wrong(rows, error, "more rows than the %ld balls of the deck",
+                                     balls);
+    r->lists->ball[k] =
+        (struct mill_setup_ball){{x[0], x[1], x[2]}, {x[3], x[4], x[5]}, {x[6], x[7], x[8]}};
+    r->lists->line[k] = rows->line;
+    if (r->watch && (k + 1) % TOLD == 0)
+        r->watch->tell(r->watch->self, "reading the start file", (int32_t)k + 1, (int32_t)balls);
+    return MILL_OK;
+}
+
+static enum mill_status end_balls(struct mill_deck_rows *rows, struct mill_error *error)
+{
+    const struct mill_deck *deck = ((const struct reading *)rows->self)->deck;
+    return rows->count == (long)deck->mill.all
+               ? MILL_OK
+               : mill_deck_fault(&deck->text, error, "balls", "start",
+                                 "'%s' has %ld rows, but the deck has %ld balls", rows->path,
+                                 rows->count, (long)deck->mill.all);
 }
 
 static enum mill_status read_start(const struct mill_deck *deck,
                                    const struct mill_start_watch *watch, struct lists *lists,
                                    struct mill_error *error)
 {
-    const char *wrong;
-    FILE *in = mill_textfile_open(deck->given.start, &wrong);
-    if (!in)
-        return mill_deck_fault(&deck->text, error, "balls", "start",
-                               wrong ? "'%s' %s" : "cannot read '%s': %s", deck->given.start,
-                               wrong ? wrong : strerror(errno));
+    struct reading reading = {deck, watch, lists};
+    struct mill_deck_rows rows = {.path = deck->given.start,
+                                  .form =
+                                      "3, 6 or 9 numbers 'x y z [vx vy vz [wx wy wz]]' in SI units",
+                                  .columns = 1u << 3 | 1u << 6 | 1u << 9,
+                                  .self = &reading,
+                                  .take = take_ball,
+                                  .end = end_balls,
+                                  .alone = true};
     const size_t most = (size_t)deck->mill.all + 1;
     lists->ball = malloc(sizeof *lists->ball * most);
     lists->line = malloc(sizeof *lists->line * most);
-    const enum mill_status status =
-        lists->ball && lists->line
-            ? read_rows(deck, in, watch, lists, error)
-            : mill_error_set(error, MILL_FAILED, "out of memory for %ld balls",
-                             (long)deck->mill.all);
-    fclose(in);
-    return status;
+    return lists->ball && lists->line
+               ? mill_deck_files_read(&deck->text, "balls", "start", &rows, error)
+               : mill_error_set(error, MILL_FAILED, "out of memory for %ld balls",
+                                (long)deck->mill.all);
 }
 
 /* ---- the setup ---- */
