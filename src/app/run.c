@@ -151,8 +151,10 @@ static enum mill_status take_up(struct run *r)
                                 r->output);
     if (status == MILL_OK)
         status = mill_checkpoint_load(&to, r->file, r->output, r->error);
-    if (status == MILL_OK)
+    if (status == MILL_OK) {
         mill_checkpoint_remove(r->file);
+        mill_record_deck(r->file, r->deck);
+    }
     r->saved = true;
     return status;
 }
