@@ -7,6 +7,10 @@
 #include <stdio.h>
 
 #define MANY_FRAMES 1e5 /* more frames are probably a mistake */
+/* Limits of a motion: [m/s], [g], lengths of the container */
+#define FAST 100.0
+#define HARD 1000.0
+#define WIDE 20.0
 
 static void warn_of_frames(const struct mill_deck *deck)
 {
@@ -82,6 +86,36 @@ static void warn_of_axes(const struct mill_deck *deck)
         1e3 * away, motion->name);
 }
 
+/* The table of a motion in other units than those of the deck: nothing in a mill is so fast */
+static void warn_of_table(const struct mill_deck *deck, const struct mill_setup_motion *motion)
+{
+    const struct mill_table *table = motion->form;
+    const double size = cbrt(mill_deck_mill_volume(deck)), g = 9.80665;
+    char section[MILL_NAME_LENGTH + 16];
+    vec3 before = {0.0, 0.0, 0.0}, first = {0.0, 0.0, 0.0};
+    double speed = 0.0, push = 0.0, far = 0.0, since = 0.0;
+    for (size_t k = 0; k + 1 < table->rows; k++) {
+        const double *a = table->row[k], *b = table->row[k + 1], time = b[0] - a[0];
+        const vec3 at = {a[1], a[2], a[3]}, next = {b[1], b[2], b[3]};
+        const vec3 v = vec3_scale(vec3_sub(next, at), 1.0 / time);
+        first = k == 0 ? at : first;
+        far = fmax(far, vec3_norm(vec3_sub(next, first)));
+        speed = fmax(speed, vec3_norm(v));
+        if (k > 0)
+            push = fmax(push, 2.0 * vec3_norm(vec3_sub(v, before)) / (time + since));
+        before = v;
+        since = time;
+    }
+    if (speed <= FAST && push <= HARD * g && far <= WIDE * size)
+        return;
+    snprintf(section, sizeof section, "motion.%s", motion->name);
+    mill_deck_faults_warn(
+        deck, section, "file",
+        "the table moves by %.3g m, at up to %.3g m/s and %.3g g: its rows are in "
+        "s, m and rad; divide lengths in mm and times in ms by 1000",
+        far, speed, push / g);
+}
+
 /* Values of the deck come before those of a material. Says where a material has no effect. */
 static void warn_of_materials(const struct mill_deck *deck)
 {
@@ -129,5 +163,8 @@ void mill_deck_warn(const struct mill_deck *deck)
     warn_of_mouths(deck);
     warn_of_idle(deck);
     warn_of_axes(deck);
+    for (int k = 0; k < deck->mill.motions; k++)
+        if (deck->mill.motion[k].type == &mill_table_type)
+            warn_of_table(deck, &deck->mill.motion[k]);
     warn_of_materials(deck);
 }
