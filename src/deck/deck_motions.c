@@ -87,8 +87,9 @@ static enum mill_status end_table(struct mill_deck_rows *rows, struct mill_error
             return mill_deck_files_wrong(
                 rows, error,
                 "the last row must repeat the first, but %s is %.10g there and %.10g here, %.2g "
-                "%s off: write %.10g",
-                column[i], first[i], last[i], fabs(last[i] - good), i < 4 ? "m" : "rad", good);
+                "%s off: write %.10g%s",
+                column[i], first[i], last[i], fabs(last[i] - good), i < 4 ? "m" : "rad", good,
+                i > 3 && fabs(last[i] - good) > 1.0 ? "; whole turns are about one axis" : "");
         if (good != first[i])
             last[i] = good;
     }

@@ -43,7 +43,7 @@ static bool is_near(vec3 a, double x, double y, double z)
 static const struct mill_body *form_of(const struct mill_deck *deck, int k)
 {
     ck_assert_int_lt(k, deck->mill.bodies.count);
-    return deck->mill.bodies.surface[k].form;
+    return deck->mill.bodies.surface[k].body;
 }
 
 /* ---- motions ---- */
@@ -56,7 +56,8 @@ TEST(a_turn_has_its_numbers_and_an_axis_of_length_one)
     const struct mill_turn *turn = deck->mill.motion[0].form;
     ck_assert_int_eq(deck->mill.motions, 1);
     ck_assert_str_eq(deck->mill.motion[0].name, "a");
-    ck_assert(deck->mill.motion[0].type == &mill_turn_type && deck->mill.motion[0].on == MILL_STILL);
+    ck_assert(deck->mill.motion[0].type == &mill_turn_type &&
+              deck->mill.motion[0].on == MILL_STILL);
     ck_assert(equals(turn->axis, 0.0, 1.0, 0.0) && equals(turn->centre, 0.001, 0.002, 0.003));
     ck_assert_double_eq_tol(turn->speed, 3.141592653589793, 1e-15);
     ck_assert_double_eq_tol(turn->angle, 1.5707963267948966, 1e-15);
@@ -113,7 +114,23 @@ static const struct wrong_table {
     {"0 0 0 0 0 0 0\n1 1 0 0 0 0 0\n2 0 0 0 0 0 0\n# end\n", ":3: 3 rows are too few"},
     {"", ":1: 0 rows are too few: a period needs at least 4"},
     {"0 0 0 0 0 0 0\n1 1 0 0 0 0 0\n2 0 1 0 0 0 0\n3 0 0 0 0 0.1 0\n",
-     ":4: the last row must repeat the first, but ry is 0 there and 0.1 here"},
+     ":4: the last row must repeat the first, but ry is 0 there and 0.1 here, 0.1 rad off: write "
+     "0"},
+    {"0 0 0 0 0 0 0\n1 1e-3 0 0 0 0 0\n2 0 0 0 0 0 0\n3 1e-7 0 0 0 0 0\n",
+     ":4: the last row must repeat the first, but x is 0 there and 1e-07 here, 1e-07 m off: write "
+     "0"},
+    {"0 0 0 0 0 0 1\n1 0 0 0 0 0 3\n2 0 0 0 0 0 5\n3 0 0 0 0 0 7.2833\n",
+     ":4: the last row must repeat the first, but rz is 1 there and 7.2833 here, 0.00011 rad off: "
+     "write 7.283185307"},
+    {"0 0 0 0 0 0 0\n1 0 0 0 0 0.1 2\n2 0 0 0 0 0 4\n3 0 0 0 0 0 6.283185307\n",
+     ":4: the last row must repeat the first, but rz is 0 there and 6.283185307 here, 6.3 rad off: "
+     "write 0; whole turns are about one axis"},
+    {"t x y z rx ry rz\n0 0 0 0 0 0 0\n",
+     ":1: expected 7 numbers 't x y z rx ry rz' in SI units; is this a header? put a '#' in front "
+     "of it"},
+    {"0;0;0;0;0;0;0\n",
+     ":1: expected 7 numbers 't x y z rx ry rz' in SI units; it has ';' between them: write "
+     "blanks, and decimal points"},
     {"0 0 0 0 0 0 nan\n", ":1: expected 7 numbers"},
 };
 
@@ -127,6 +144,25 @@ LOOP_TEST(a_wrong_table_is_named_with_its_line, COUNT(wrong_tables))
     snprintf(words, sizeof words, "%s%s", table, wrong_tables[_i].words);
     const char *told = strstr(error.text, ":16: [motion.a] file: "); /* of the deck */
     ck_assert_msg(told && strstr(told, words), "%s", error.text);
+}
+
+/* By a motion of the engine: no step where the table begins again */
+TEST(a_table_may_close_after_whole_turns)
+{
+    char text[512];
+    write_table("0 0 0 0 0.1 0 0\n1 0 0 0 -2 0 0\n2 0 0 0 -4 0 0\n3 0 0 0 -6 0 0\n"
+                "6 0 0 0 -12.466366 0 0\n");
+    snprintf(text, sizeof text, BASE JAR "[motion.a]\nkind = table\nfile = %s\n", table);
+    struct mill_deck *deck = read_good(text);
+    const struct mill_table *is = deck->mill.motion[0].form;
+    ck_assert_double_eq_tol(is->row[4][4], 0.1 - 4.0 * MILL_PI, 1e-14);
+    struct mill_motion *motion = mill_table_type.create(is);
+    const struct mill_pose end = mill_table_type.pose(motion, 6.0 - 1e-9);
+    const struct mill_pose begin = mill_table_type.pose(motion, 0.0);
+    ck_assert_double_lt(vec3_norm(vec3_sub(end.y, begin.y)), 1e-8);
+    ck_assert_double_lt(vec3_norm(vec3_sub(end.angular_velocity, begin.angular_velocity)), 1e-7);
+    ck_assert_double_lt(begin.angular_velocity.x, -1.0);
+    free(motion);
 }
 
 TEST(carriers_come_before_what_they_carry_and_the_rotor_first)
@@ -176,7 +212,8 @@ TEST(own_x_is_the_projection_of_the_frames_x)
     ck_assert(equals(form_of(deck, 5)->x, 0.0, 1.0, 0.0));
     ck_assert(equals(form_of(deck, 5)->y, -1.0, 0.0, 0.0));
     for (int k = 0; k < 6; k++)
-        ck_assert(form_of(deck, k)->radius == 0.001 && deck->mill.bodies.surface[k].motion == MILL_STILL);
+        ck_assert(form_of(deck, k)->radius == 0.001 &&
+                  deck->mill.bodies.surface[k].motion == MILL_STILL);
 }
 
 TEST(quarter_turns_of_copies_are_exact)
@@ -226,11 +263,11 @@ TEST(every_shape_has_its_sizes)
                   "[body.c]\nshape = cone\nradius = 5 mm\nend_radius = 0 mm\nlength = 6 mm\n"
                   "[body.d]\nshape = capsule\nradius = 7 mm\nlength = 8 mm\n"
                   "[body.e]\nshape = sphere\nradius = 9 mm\ncentre = 1 0 0 mm\n");
-    const struct mill_shape_type *const type[] = {&mill_box_type, &mill_round_cylinder_type,
-                                                  &mill_round_cone_type, &mill_round_capsule_type,
-                                                  &mill_round_sphere_type};
+    const struct mill_solid *const solid[] = {&mill_box_solid, &mill_round_cylinder_solid,
+                                              &mill_round_cone_solid, &mill_round_capsule_solid,
+                                              &mill_round_sphere_solid};
     for (int k = 0; k < 5; k++) {
-        ck_assert(deck->mill.bodies.surface[k].type == type[k] && !form_of(deck, k)->inside);
+        ck_assert(deck->mill.bodies.surface[k].solid == solid[k] && !form_of(deck, k)->inside);
         ck_assert_int_eq(deck->mill.bodies.surface[k].kind, MILL_KINDS + k);
     }
     ck_assert(equals(form_of(deck, 0)->size, 0.001, 0.002, 0.003));
@@ -254,11 +291,14 @@ TEST(bodies_share_a_kind_and_take_fixed_ones_by_name)
     ck_assert_int_eq(deck->mill.contacts.count, MILL_KINDS + 2);
     ck_assert_str_eq(deck->mill.contacts.name[MILL_KINDS], "ball_jar");
     ck_assert_str_eq(deck->mill.contacts.name[MILL_KINDS + 1], "ball_pins");
-    ck_assert(deck->mill.bodies.surface[1].kind == MILL_KINDS + 1 && deck->mill.bodies.surface[2].kind == MILL_KINDS + 1);
+    ck_assert(deck->mill.bodies.surface[1].kind == MILL_KINDS + 1 &&
+              deck->mill.bodies.surface[2].kind == MILL_KINDS + 1);
     ck_assert_int_eq(deck->mill.bodies.surface[3].kind, MILL_BALL_SHAFT);
-    ck_assert(deck->mill.bodies.surface[2].motion == 0 && deck->mill.bodies.surface[1].motion == MILL_STILL);
-    ck_assert(deck->mill.law[MILL_KINDS + 1].friction == 0.25 && deck->mill.law[MILL_KINDS].friction == 0.0);
-    ck_assert(deck->mill.law[MILL_KINDS + 1].restitution == 0.8);
+    ck_assert(deck->mill.bodies.surface[2].motion == 0 &&
+              deck->mill.bodies.surface[1].motion == MILL_STILL);
+    ck_assert(deck->mill.contact[MILL_KINDS + 1].law.friction == 0.25 &&
+              deck->mill.contact[MILL_KINDS].law.friction == 0.0);
+    ck_assert(deck->mill.contact[MILL_KINDS + 1].law.restitution == 0.8);
 }
 
 /* ---- what holds the balls ---- */
@@ -336,7 +376,9 @@ TEST(a_printed_deck_prints_the_same_again)
         ck_assert_int_eq(deck->mill.bodies.surface[k].motion, again->mill.bodies.surface[k].motion);
     }
     for (int k = 0; k < deck->mill.motions; k++)
-        ck_assert_int_eq(memcmp(&deck->mill.form[k].as, &again->mill.form[k].as, sizeof deck->mill.form[k].as), 0);
+        ck_assert_int_eq(
+            memcmp(&deck->mill.form[k].as, &again->mill.form[k].as, sizeof deck->mill.form[k].as),
+            0);
 }
 
 TEST(what_says_nothing_is_not_printed)
