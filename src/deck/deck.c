@@ -17,14 +17,13 @@ enum { UNKNOWN = -1 }; /* word of a choice */
 static void *values_of(const struct mill_deck *deck, const struct mill_deck_block *block,
                        const struct mill_deck_section *section)
 {
-    return block->named ? (char *)section->form + block->at : (char *)deck + block->values;
+    return block->size ? (char *)section->form + block->at : (char *)deck + block->values;
 }
 
 /* True if [TITLE.NAME] sections of this deck have the block's keys instead */
 static bool is_elsewhere(const struct mill_deck *deck, const struct mill_deck_block *block)
 {
-    const struct mill_deck_block named = {.title = block->title, .named = true};
-    return block->unless_named && mill_deck_next(&deck->text, &named, NULL);
+    return block->unless_named && mill_deck_named(&deck->text, block->title, NULL);
 }
 
 /* Which key of a section is given, of those that stand for the same one */
@@ -188,7 +187,7 @@ static enum mill_status fill_block(struct mill_deck *deck, const struct mill_dec
     enum mill_status status = MILL_OK;
     if (section->guessed)
         return MILL_OK;
-    const bool first = block->named && !section->form;
+    const bool first = block->size && !section->form;
     if (first) {
         section->form = calloc(1, block->size);
         if (!section->form)

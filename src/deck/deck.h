@@ -172,7 +172,6 @@ struct mill_deck_given {
     /* [gravity] */
     vec3 gravity; /* [m/s^2] */
     /* [balls] */
-    struct mill_deck_balls alike; /* where there are no [balls.NAME] */
     const char *start; /* path of the start file, resolved relative to the deck; NULL = random */
     double speed;      /* [m/s] of every ball, random start only */
     int at_rest;       /* 1: balls of a random start begin at rest, although the container moves */

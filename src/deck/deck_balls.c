@@ -42,27 +42,25 @@ static enum mill_status count_balls(const struct mill_deck *deck, struct mill_de
 
 enum mill_status mill_deck_balls_list(struct mill_deck *deck, struct mill_error *error)
 {
-    const struct mill_deck_block named = {.title = "balls", .named = true};
-    const struct mill_deck_section *s = mill_deck_next(&deck->text, &named, NULL);
+    const struct mill_deck_section *s = NULL;
+    struct mill_deck_mill *mill = &deck->mill;
     double volume = -1.0;
-    deck->mill.balls = calloc((size_t)deck->text.sections, sizeof *deck->mill.balls);
-    if (!deck->mill.balls)
+    mill->balls = calloc((size_t)deck->text.sections, sizeof *mill->balls);
+    if (!mill->balls)
         return mill_error_set(error, MILL_FAILED, "out of memory");
-    do {
-        struct mill_deck_balls *balls = s ? s->form : &deck->given.alike;
-        balls->section = s ? s->title : "balls";
-        balls->name = s ? strchr(s->title, '.') + 1 : "balls";
+    while ((s = mill_deck_next_balls(&deck->text, s))) {
+        struct mill_deck_balls *balls = s->form;
+        balls->section = s->title;
+        balls->name = strchr(s->title, '.') ? strchr(s->title, '.') + 1 : s->title;
         enum mill_status status = mill_deck_materials_density(deck, balls, error);
         if (status == MILL_OK)
             status = count_balls(deck, balls, &volume, error);
         if (status != MILL_OK)
             return status;
-        deck->mill.balls[deck->mill.kinds++] = *balls;
-        deck->mill.all += balls->count;
-    } while (s && (s = mill_deck_next(&deck->text, &named, s)));
-    return deck->given.start ? mill_deck_files_find(&deck->text, "balls", "start",
-                                                    deck->given.start, &deck->given.start, error)
-                             : MILL_OK;
+        mill->balls[mill->kinds++] = *balls;
+        mill->all += balls->count;
+    }
+    return mill_deck_files_find(&deck->text, "balls", "start", &deck->given.start, error);
 }
 
 /* Converts the ratio of the masses of balls and powder to a mass of powder, and finds its table. */
@@ -75,7 +73,5 @@ enum mill_status mill_deck_balls_powder(struct mill_deck *deck, struct mill_erro
                 pow(deck->mill.balls[k].diameter, 3);
     if (powder->ball_to_powder > 0.0)
         powder->mass = mass / powder->ball_to_powder;
-    return powder->table ? mill_deck_files_find(&deck->text, "powder", "table", powder->table,
-                                                &powder->table, error)
-                         : MILL_OK;
+    return mill_deck_files_find(&deck->text, "powder", "table", &powder->table, error);
 }

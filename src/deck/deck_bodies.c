@@ -113,7 +113,7 @@ static enum mill_status read_mesh(struct mill_deck *deck, const struct mill_deck
     struct mill_deck_body *given = section->form;
     vec3(*facet)[3] = NULL;
     enum mill_status status =
-        mill_deck_files_find(&deck->text, section->title, "file", given->file, &given->file, error);
+        mill_deck_files_find(&deck->text, section->title, "file", &given->file, error);
     if (status == MILL_OK)
         status = mill_deck_files_told(
             &deck->text, section->title, "file",
@@ -233,10 +233,9 @@ static enum mill_status add_body(struct mill_deck *deck, const struct mill_deck_
 
 enum mill_status mill_deck_bodies_list(struct mill_deck *deck, struct mill_error *error)
 {
-    const struct mill_deck_block named = {.title = "body", .named = true};
     const struct mill_deck_section *s = NULL;
     long all = 0;
-    while ((s = mill_deck_next(&deck->text, &named, s))) {
+    while ((s = mill_deck_named(&deck->text, "body", s))) {
         const long copies = ((struct mill_deck_body *)s->form)->copies;
         all += copies > 1 ? copies : 1;
         if (all > MOST_BODIES)
@@ -248,7 +247,7 @@ enum mill_status mill_deck_bodies_list(struct mill_deck *deck, struct mill_error
         return mill_error_set(error, MILL_FAILED, "out of memory");
     enum mill_status status = MILL_OK;
     bool good = true;
-    while (status == MILL_OK && (s = mill_deck_next(&deck->text, &named, s))) {
+    while (status == MILL_OK && (s = mill_deck_named(&deck->text, "body", s))) {
         status = add_body(deck, s, error);
         good = good && status == MILL_OK;
         status = mill_deck_faults_keep(&deck->text, status, error);
@@ -266,7 +265,6 @@ enum mill_status mill_deck_bodies_list(struct mill_deck *deck, struct mill_error
  * angle k angle_step. */
 enum mill_status mill_deck_bodies_parts(struct mill_deck *deck, struct mill_error *error)
 {
-    const struct mill_deck_block named = {.title = "blade", .named = true};
     const struct mill_setup_surface shaft = {
         .solid = &mill_prism_solid, .number = -1, .kind = MILL_BALL_SHAFT};
     struct mill_setup_surface surface = {.solid = &mill_box_solid, .kind = MILL_BALL_BLADE};
@@ -287,7 +285,8 @@ enum mill_status mill_deck_bodies_parts(struct mill_deck *deck, struct mill_erro
         const struct mill_body is = mill_setup_blade(&blade);
         add(&deck->mill.parts, "blades", surface, &is);
     }
-    for (const struct mill_deck_section *s = NULL; (s = mill_deck_next(&deck->text, &named, s));) {
+    for (const struct mill_deck_section *s = NULL;
+         (s = mill_deck_named(&deck->text, "blade", s));) {
         const struct mill_body is = mill_setup_blade(s->form);
         add(&deck->mill.parts, s->title, surface, &is);
         surface.number++;
@@ -298,12 +297,11 @@ enum mill_status mill_deck_bodies_parts(struct mill_deck *deck, struct mill_erro
 /* The speed of the rotor, where the speed of its tips is given */
 enum mill_status mill_deck_bodies_turn(struct mill_deck *deck, struct mill_error *error)
 {
-    const struct mill_deck_block named = {.title = "blade", .named = true};
     const struct mill_deck_bodies *bodies = &deck->mill.bodies;
     double tip = deck->given.blades.count > 0 ? deck->given.blades.form.tip_radius : 0.0;
     if (deck->given.tip_speed == 0.0)
         return MILL_OK;
-    for (const struct mill_deck_section *s = NULL; (s = mill_deck_next(&deck->text, &named, s));)
+    for (const struct mill_deck_section *s = NULL; (s = mill_deck_named(&deck->text, "blade", s));)
         tip = fmax(tip, ((const struct mill_blade *)s->form)->tip_radius);
     for (int k = 0; k < bodies->count; k++) {
         const struct mill_setup_surface *body = &bodies->surface[k];

@@ -37,6 +37,19 @@ struct mill_deck_section *mill_deck_next(const struct mill_deck_text *text,
     return NULL;
 }
 
+struct mill_deck_section *mill_deck_named(const struct mill_deck_text *text, const char *title,
+                                          const struct mill_deck_section *last)
+{
+    return mill_deck_next(text, &(struct mill_deck_block){.title = title, .named = true}, last);
+}
+
+struct mill_deck_section *mill_deck_next_balls(const struct mill_deck_text *text,
+                                               const struct mill_deck_section *last)
+{
+    struct mill_deck_section *next = mill_deck_named(text, "balls", last);
+    return next || last ? next : mill_deck_section(text, "balls");
+}
+
 struct mill_deck_entry *mill_deck_entry(const struct mill_deck_section *section, const char *key)
 {
     for (int i = 0; section && i < section->entries; i++)

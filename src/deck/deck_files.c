@@ -28,11 +28,13 @@ void mill_deck_files_keep(struct mill_deck_text *text, void *memory)
 }
 
 enum mill_status mill_deck_files_find(struct mill_deck_text *text, const char *section,
-                                      const char *key, const char *name, const char **path,
-                                      struct mill_error *error)
+                                      const char *key, const char **path, struct mill_error *error)
 {
+    const char *name = *path;
     const char *file = text->file, *slash = strrchr(file, '/');
     char here[PATH_MAX] = "", whole_path[PATH_MAX];
+    if (!name)
+        return MILL_OK;
     const bool whole = name[0] == '/';
     if (!whole && file[0] != '/' && !getcwd(here, sizeof here))
         return mill_error_set(error, MILL_FAILED, "the current folder has no name: %s",

@@ -64,8 +64,7 @@ static enum mill_status settle(struct mill_deck_text *text, const char *section,
     law->rows = mill_deck_materials_fall(law->table);
     if (law->rows)
         return MILL_OK;
-    enum mill_status status =
-        mill_deck_files_find(text, section, key, law->table, &law->table, error);
+    enum mill_status status = mill_deck_files_find(text, section, key, &law->table, error);
     struct mill_fall *fall = status == MILL_OK ? calloc(1, sizeof *fall) : NULL;
     if (!fall)
         return status == MILL_OK ? mill_error_set(error, MILL_FAILED, "out of memory") : status;
@@ -155,35 +154,30 @@ static enum mill_status add_pairs(struct search *by, const char *section, const 
                                   struct mill_error *error)
 {
     const struct mill_deck *deck = by->deck;
-    const struct mill_deck_block named = {.title = "balls", .named = true};
-    const struct mill_deck_section *s = mill_deck_next(&deck->text, &named, NULL);
+    const struct mill_deck_section *s = NULL;
+    const char *kind = deck->mill.contacts.name[by->kind];
     struct mill_deck_found with, ball;
     enum mill_status status = MILL_OK;
     by->known = by->known && material;
     if (by->known)
         status = mill_deck_materials_find(deck, section, "material", material, &with, error);
-    while (status == MILL_OK && by->known) {
-        const struct mill_deck_balls *balls = s ? s->form : &deck->given.alike;
-        const char *title = s ? s->title : "balls";
+    while (status == MILL_OK && by->known && (s = mill_deck_next_balls(&deck->text, s))) {
+        const struct mill_deck_balls *balls = s->form;
         char remark[MILL_DECK_REMARK];
         by->known = balls->material != NULL;
-        if (!by->known)
+        if (by->known)
+            status =
+                mill_deck_materials_find(deck, s->title, "material", balls->material, &ball, error);
+        if (status != MILL_OK || !by->known)
             break;
-        status = mill_deck_materials_find(deck, title, "material", balls->material, &ball, error);
-        if (status != MILL_OK)
-            return status;
         const struct mill_deck_law law = pair(&ball, &with, remark);
-        const char *kind = deck->mill.contacts.name[by->kind];
         if (*by->remark && !are_equal(&law, &by->law))
-            return mill_deck_fault(&deck->text, error, title, "material",
+            return mill_deck_fault(&deck->text, error, s->title, "material",
                                    "contacts %s have one law, but join several pairs of materials: "
                                    "give the law in [contact.%s]",
                                    kind, kind);
         by->law = law;
         memcpy(by->remark, remark, sizeof remark);
-        s = s ? mill_deck_next(&deck->text, &named, s) : NULL;
-        if (!s)
-            break;
     }
     return status;
 }
@@ -214,9 +208,8 @@ static const char *material_of(const struct mill_deck *deck, int kind, int k, co
 static enum mill_status find_pair(struct search *by, struct mill_error *error)
 {
     const struct mill_deck *deck = by->deck;
-    const struct mill_deck_block named = {.title = "balls", .named = true};
-    const struct mill_deck_section *s = mill_deck_next(&deck->text, &named, NULL);
-    const char *section = s ? s->title : "balls", *between = deck->given.between;
+    const struct mill_deck_section *first = mill_deck_next_balls(&deck->text, NULL);
+    const char *section = first->title, *between = deck->given.between;
     struct mill_deck_found with;
     enum mill_status status = MILL_OK;
     if (between) {
@@ -226,8 +219,8 @@ static enum mill_status find_pair(struct search *by, struct mill_error *error)
             snprintf(by->remark, MILL_DECK_REMARK, "%s between%s%s", with.name,
                      *with.remark ? ": " : "", with.remark);
     } else if (by->kind == MILL_BALL_BALL) {
-        const struct mill_deck_balls *first = s ? s->form : &deck->given.alike;
-        status = add_pairs(by, section, first->material, error);
+        status =
+            add_pairs(by, section, ((const struct mill_deck_balls *)first->form)->material, error);
     } else {
         for (int k = -1; k < deck->mill.bodies.count && status == MILL_OK; k++)
             if (k < 0 ? deck->mill.drum && by->kind < MILL_KINDS
@@ -354,11 +347,10 @@ static const void *find_values(const struct mill_deck *deck, const char *title, 
 static enum mill_status check_kinds(struct mill_deck *deck, const char *title,
                                     struct mill_error *error)
 {
-    const struct mill_deck_block named = {.title = title, .named = true};
     const struct mill_kinds *kinds = &deck->mill.contacts;
     const struct mill_deck_section *s = NULL;
     enum mill_status status = MILL_OK;
-    while (status == MILL_OK && (s = mill_deck_next(&deck->text, &named, s))) {
+    while (status == MILL_OK && (s = mill_deck_named(&deck->text, title, s))) {
         char known[MILL_KINDS_MOST * (MILL_KINDS_LENGTH + 2)] = "";
         bool there = false;
         for (int kind = 0; kind < kinds->count; kind++)

@@ -101,8 +101,8 @@ static enum mill_status read_table(struct mill_deck *deck, const struct mill_dec
 {
     struct mill_deck_motion *given = section->form;
     struct table read = {0, NULL};
-    enum mill_status status = mill_deck_files_find(&deck->text, section->title, "file",
-                                                   given->as.file, &given->as.file, error);
+    enum mill_status status =
+        mill_deck_files_find(&deck->text, section->title, "file", &given->as.file, error);
     struct mill_deck_rows rows = {.path = given->as.file,
                                   .form = "7 numbers 't x y z rx ry rz' in SI units",
                                   .columns = 1u << COLUMNS,
@@ -154,7 +154,6 @@ enum mill_status mill_deck_motions_find(const struct mill_deck *deck, const char
                                         const char *key, const char *name, int *motion,
                                         struct mill_error *error)
 {
-    const struct mill_deck_block named = {.title = "motion", .named = true};
     char hint[2 * MILL_NAME_LENGTH] = "";
     int edits, best = MILL_DECK_MOST_EDITS;
     *motion = name ? mill_deck_motions_place(deck, name) : MILL_STILL;
@@ -162,7 +161,8 @@ enum mill_status mill_deck_motions_find(const struct mill_deck *deck, const char
         return MILL_OK;
     if (strcmp(name, "rotor") == 0)
         return mill_deck_fault(&deck->text, error, section, key, "there is no section [rotor]");
-    for (const struct mill_deck_section *s = NULL; (s = mill_deck_next(&deck->text, &named, s));) {
+    for (const struct mill_deck_section *s = NULL;
+         (s = mill_deck_named(&deck->text, "motion", s));) {
         edits = mill_deck_suggest_edits(name_of(s), name);
         if (edits < best) {
             best = edits;
@@ -195,10 +195,9 @@ static enum mill_status tell_circle(const struct mill_deck *deck,
 
 static enum mill_status list_named(struct mill_deck *deck, struct mill_error *error)
 {
-    const struct mill_deck_block named = {.title = "motion", .named = true};
     const struct mill_deck_section *waiting[MILL_MOTIONS_MOST], *s = NULL;
     int n = 0;
-    while ((s = mill_deck_next(&deck->text, &named, s))) {
+    while ((s = mill_deck_named(&deck->text, "motion", s))) {
         if (deck->mill.motions + n == MILL_MOTIONS_MOST)
             return mill_deck_fault(&deck->text, error, s->title, NULL,
                                    "there are more than %d motions, the rotor's included",

@@ -360,9 +360,8 @@ enum mill_status mill_deck_parse(struct mill_deck_text *text, const char *path, 
     for (int i = 0; path && !mill_deck_faults_lost(text) && status == MILL_OK &&
                     mill_deck_table_block(i, &block);
          i++) {
-        const struct mill_deck_block other = {.title = block.spared_by, .named = true};
         if (!block.named && !block.optional && !mill_deck_section(text, block.title) &&
-            !(other.title && mill_deck_next(text, &other, NULL)))
+            !(block.spared_by && mill_deck_named(text, block.spared_by, NULL)))
             status = mill_deck_section_add(text, block.title, error);
     }
     return status;

@@ -28,13 +28,13 @@ enum { MILL_DECK_MOST_BALLS = 50000000 };
  * blocks. */
 struct mill_deck_block {
     const char *title; /* "run": of [run], or of the [TITLE.NAME] where `named` */
-    bool named;        /* every such section has its own struct of `size` bytes */
+    bool named;
     bool optional;     /* without the section: true: no values, false: the defaults */
     bool unless_named; /* if there are [TITLE.NAME], only these may have the keys */
-    bool inherits;     /* a named section's struct starts as a copy of the one at `values` */
+    bool inherits;     /* the section's own struct starts as a copy of the one at `values` */
     size_t values;     /* offset in struct mill_deck of the struct with the keys' values */
-    size_t size;
-    size_t at; /* offset, in the struct of a named section, of the struct that the keys are in */
+    size_t size;       /* of the struct that every such section has for itself; 0: it has none */
+    size_t at;         /* offset, in that struct, of the one that the keys are in */
     const struct mill_key *key; /* the last one has no name: end of the list */
     /* the section may be missing if there is a [SPARED_BY.NAME] */
     const char *spared_by;
@@ -152,7 +152,7 @@ struct mill_deck_section {
     bool guessed; /* it is missing, but an unknown section probably stands for it */
     int entries;
     struct mill_deck_entry *entry;
-    void *form; /* the struct of a named section, filled from its entries and defaults */
+    void *form; /* the own struct of the section, filled from its entries and defaults */
 };
 
 /* Reads the file (NULL: none), then the overrides. Checks section titles and keys against
@@ -180,6 +180,14 @@ struct mill_deck_section *mill_deck_next(const struct mill_deck_text *text,
                                          const struct mill_deck_block *block,
                                          const struct mill_deck_section *last);
 
+/* The same for all [TITLE.NAME] */
+struct mill_deck_section *mill_deck_named(const struct mill_deck_text *text, const char *title,
+                                          const struct mill_deck_section *last);
+
+/* The same for the kinds of balls: all [balls.NAME], or [balls] */
+struct mill_deck_section *mill_deck_next_balls(const struct mill_deck_text *text,
+                                               const struct mill_deck_section *last);
+
 /* NULL: there is no such entry, or `section` is NULL. */
 struct mill_deck_entry *mill_deck_entry(const struct mill_deck_section *section, const char *key);
 
@@ -204,11 +212,10 @@ void mill_deck_value_print(const struct mill_key *key, const void *form, char *o
 
 /* ---- files that a deck names (deck_files.c) ---- */
 
-/* Makes the name of a file absolute. Relative names start from the deck's folder. The deck owns
- * *path. */
+/* Makes the name of a file, *path, absolute. Relative names start from the deck's folder. The deck
+ * owns *path afterwards. NULL stays NULL. */
 enum mill_status mill_deck_files_find(struct mill_deck_text *text, const char *section,
-                                      const char *key, const char *name, const char **path,
-                                      struct mill_error *error);
+                                      const char *key, const char **path, struct mill_error *error);
 
 /* Returns status. If the file has a fault, adds the deck's line and key in front of the error. */
 enum mill_status mill_deck_files_told(const struct mill_deck_text *text, const char *section,

@@ -139,7 +139,7 @@ static const struct mill_key copies_key[] = {
 static const struct mill_deck_block blocks[] = {
     {"run", .key = mill_deck_run_key},
     {"gravity", .key = mill_deck_run_gravity},
-    {"balls", .key = mill_deck_mill_ball, VALUES(alike), .unless_named = true},
+    {"balls", .key = mill_deck_mill_ball, .unless_named = true, .size = sizeof(struct mill_deck_balls)},
     {"balls", .key = mill_deck_mill_start},
     {"balls", .named = true, .key = mill_deck_mill_ball, .size = sizeof(struct mill_deck_balls)},
     {"drum", .spared_by = "body", .key = mill_deck_mill_drum},

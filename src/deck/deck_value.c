@@ -223,7 +223,8 @@ static bool read_unit(struct mill_units **units, const struct mill_key *key, con
         snprintf(remark, sizeof remark, " (the letter l; with the digit one: 1%.60s)", unit + 1);
     else if (strcmp(unit, "g") == 0 && strcmp(key->unit ? key->unit : "", "m/s^2") == 0)
         snprintf(remark, sizeof remark,
-                 " (g is the gram; write '0 0 -9.81 m/s^2', or the unit 'gravity', 9.80665 m/s^2)");
+                 " (g is the gram; the unit 'gravity' is 9.80665 m/s^2: write '%.*sgravity')",
+                 (int)strlen(text) - 1, text);
     else if (verdict == MILL_UNITS_UNKNOWN)
         snprintf(remark, sizeof remark, " (unknown unit '%.60s'%s)", unit,
                  mill_units_known(key->unit, known, sizeof known));
