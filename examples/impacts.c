@@ -27,11 +27,11 @@ int main(void)
     const struct mill_turn turn = {.axis = {1.0, 0.0, 0.0}, .speed = 100.0};
     const struct mill_setup_motion rotor = {
         .type = &mill_turn_type, .form = &turn, .on = MILL_STILL};
-    const struct mill_shaft shaft = {.radius = 0.01};
-    const struct mill_blade blade = {.tip_radius = 0.034, .width = 0.01, .thickness = 0.005};
+    const struct mill_blade plate = {.tip_radius = 0.034, .width = 0.01, .thickness = 0.005};
+    const struct mill_body shaft = mill_setup_shaft(0.01, 0.05), blade = mill_setup_blade(&plate);
     const struct mill_setup_surface surface[] = {
-        {.type = &mill_cylinder_shaft_type, .form = &shaft, .number = -1},
-        {.type = &mill_blade_type, .form = &blade},
+        {.solid = &mill_prism_solid, .body = &shaft, .number = -1, .kind = MILL_BALL_SHAFT},
+        {.solid = &mill_box_solid, .body = &blade, .kind = MILL_BALL_BLADE},
     };
     const struct mill_setup_balls balls = {"steel", 5e-3, 7800.0, 300};
     struct mill_setup setup = {.gravity = {0.0, 0.0, -9.81},

@@ -13,8 +13,10 @@
 #include <stdlib.h>
 
 enum { DEEPEST = 40 };
-/* relative to the gap, and to the distance at which bodies count as touching */
+/* relative to the gap, at walls without and with round ends, and to the distance at which bodies
+ * count as touching */
 #define CLOSE_ENOUGH 1e-4
+#define CLOSE_AT_ENDS 1e-2
 #define TOUCHING 0.05
 /* relative to the hull: error of an outline that is not the exact surface */
 #define FLAT 1e-3
@@ -30,8 +32,8 @@ static struct mill_part part_of(const struct mill_solid *solid, const struct mil
     double square = 0.0;
     for (int k = solid->round ? 1 : 0; k < 3; k++) {
         const vec3 way = {k == 0, k == 1, k == 2}, back = vec3_scale(way, -1.0);
-        const double far = fmax(vec3_dot(way, p.support(&p.core, way)),
-                                vec3_dot(back, p.support(&p.core, back)));
+        const double far =
+            fmax(vec3_dot(way, p.support(&p.core, way)), vec3_dot(back, p.support(&p.core, back)));
         square += far * far;
     }
     p.around = sqrt(square) + p.core.grown;
@@ -98,8 +100,7 @@ struct mill_part mill_part_move(const struct mill_part *part, const struct mill_
 
 struct mill_pose mill_part_frame(vec3 through, vec3 direction)
 {
-    const vec3 any =
-        fabs(direction.x) < 0.6 ? vec3_make(1.0, 0.0, 0.0) : vec3_make(0.0, 1.0, 0.0);
+    const vec3 any = fabs(direction.x) < 0.6 ? vec3_make(1.0, 0.0, 0.0) : vec3_make(0.0, 1.0, 0.0);
     const vec3 across = vec3_cross(direction, any);
     const vec3 y = vec3_scale(across, 1.0 / vec3_norm(across));
     return (struct mill_pose){
@@ -118,11 +119,13 @@ double mill_part_wall_gap(const struct mill_wall *w, vec3 p)
 }
 
 struct search {
-    const struct mill_part *part;
+    struct mill_part part; /* its core alone: what it is grown by has no direction */
     const struct mill_wall *wall;
-    double lift; /* [m] extent along the axis, which directions between two others have more of */
-    double best, bound; /* [m] the greatest extent found; no extent is greater than the bound */
-    double slack; /* [m] accuracy, except for a share of the gap */
+    double radius; /* [m] of the wall, less what the part is grown by */
+    double lift;   /* [m] extent along the axis, which directions between two others have more of */
+    double best, bound;  /* [m] the greatest extent found; no extent is greater than the bound */
+    double share, slack; /* accuracy: share of the gap, [m] */
+    long looks;
 };
 
 /* A direction, and the extent in it */
@@ -136,10 +139,11 @@ static struct look look(struct search *s, vec3 sum)
     const struct mill_wall *w = s->wall;
     struct look l = {vec3_scale(sum, 1.0 / vec3_norm(sum)), 0.0};
     if (isinf(w->half))
-        l.e = mill_part_extent(s->part, vec3_make(l.u.x, l.u.y, -w->slope));
+        l.e = mill_part_extent(&s->part, vec3_make(l.u.x, l.u.y, -w->slope));
     else
-        l.e = mill_part_extent(s->part, l.u) - w->half * fabs(l.u.z);
+        l.e = mill_part_extent(&s->part, l.u) - w->half * fabs(l.u.z);
     s->best = fmax(s->best, l.e);
+    s->looks++;
     return l;
 }
 
@@ -148,8 +152,8 @@ static struct look look(struct search *s, vec3 sum)
 static bool is_bounded(struct search *s, double e, double shortened, int depth)
 {
     const double most = e + s->lift, bound = most > 0.0 ? most / shortened - s->lift : e;
-    const double gap = fabs(s->wall->radius - s->best);
-    if (depth < DEEPEST && bound > s->best + fmax(CLOSE_ENOUGH * gap, s->slack))
+    const double gap = fabs(s->radius - s->best);
+    if (depth < DEEPEST && bound > s->best + fmax(s->share * gap, s->slack))
         return false;
     s->bound = fmax(s->bound, bound);
     return true;
@@ -182,16 +186,24 @@ static void divide_triangle(struct search *s, struct look a, struct look b, stru
 struct mill_part_gap mill_part_to_wall(const struct mill_part *p, const struct mill_wall *w,
                                        double near)
 {
-    struct search s = {p, w, 0.0, -INFINITY, -INFINITY, TOUCHING * near};
+    const double lean = sqrt(1.0 + w->slope * w->slope);
+    struct search s = {.part = *p,
+                       .wall = w,
+                       .radius = w->radius - p->core.grown * lean,
+                       .best = -INFINITY,
+                       .bound = -INFINITY,
+                       .share = isinf(w->half) ? CLOSE_ENOUGH : CLOSE_AT_ENDS,
+                       .slack = TOUCHING * near};
     struct look at[6];
     if (w->flat) {
         const vec3 way = vec3_scale(w->normal, -1.0);
         const double gap = -vec3_dot(w->normal, w->point) - mill_part_extent(p, way);
-        return (struct mill_part_gap){gap, gap};
+        return (struct mill_part_gap){gap, gap, 1};
     }
     const bool ends = !isinf(w->half);
+    s.part.core.grown = 0.0;
     if (w->slope != 0.0)
-        s.lift = mill_part_extent(p, vec3_make(0.0, 0.0, w->slope));
+        s.lift = mill_part_extent(&s.part, vec3_make(0.0, 0.0, w->slope));
     for (int k = 0; k < (ends ? 6 : 4); k++)
         at[k] = look(&s, vec3_make(k == 0 ? 1.0 : (k == 2 ? -1.0 : 0.0),
                                    k == 1 ? 1.0 : (k == 3 ? -1.0 : 0.0),
@@ -202,8 +214,7 @@ struct mill_part_gap mill_part_to_wall(const struct mill_part *p, const struct m
         if (!ends)
             divide_arc(&s, at[k], at[(k + 1) % 4], 0);
     }
-    const double lean = sqrt(1.0 + w->slope * w->slope);
-    return (struct mill_part_gap){(w->radius - s.bound) / lean, (w->radius - s.best) / lean};
+    return (struct mill_part_gap){(s.radius - s.bound) / lean, (s.radius - s.best) / lean, s.looks};
 }
 
 /* The farthest point of a convex part is also the farthest one in its own direction. The search

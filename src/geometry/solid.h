@@ -1,7 +1,7 @@
 /* Solids: what bodies are made of. Each kind is one file with one table. All that the program does
  * with a body asks this table: the searches for contacts, the bounds of the places that a body
- * reaches, the check for bodies that collide, periodic ends, the speed of a tip, the room for balls,
- * wear and pictures. */
+ * reaches, the check for bodies that collide, periodic ends, the speed of a tip, the room for
+ * balls, wear and pictures. */
 #ifndef MILL_SOLID_H
 #define MILL_SOLID_H
 
@@ -45,7 +45,7 @@ struct mill_hull {
 enum { MILL_SOLID_WHOLE = -1 };
 
 struct mill_solid {
-    const struct mill_key *key;             /* its sizes in a deck: members of struct mill_body */
+    const struct mill_key *key;            /* its sizes in a deck: members of struct mill_body */
     const struct mill_shape_type *surface; /* how balls meet it from outside, or the whole of it */
     bool round, ball; /* a body of revolution about its own z; about any axis */
     /* Are its sizes valid? */
@@ -77,7 +77,8 @@ struct mill_solid {
     {"radius", "radius of the body", MILL_SOLID_SIZE, MILL_SOLID_AT(radius)},                      \
     {                                                                                              \
         "diameter", "diameter of the body", .instead = "radius", .factor = 0.5, .unit = "m",       \
-            .lo = 2.0 * MILL_SOLID_LEAST, .hi = 2e4, MILL_SOLID_AT(radius)                         \
+                                            .lo = 2.0 * MILL_SOLID_LEAST, .hi = 2e4,               \
+                                            MILL_SOLID_AT(radius)                                  \
     }
 #define MILL_SOLID_LENGTH                                                                          \
     {                                                                                              \
@@ -86,8 +87,9 @@ struct mill_solid {
     }
 #define MILL_SOLID_ROUNDING                                                                        \
     {                                                                                              \
-        "rounding", "radius of its rounded edges", .unit = "m", .lo = 0, .hi = 1e4,                \
-            .preset = "0 m", MILL_SOLID_AT(rounding), .hidden = mill_solid_is_inside,              \
+        "rounding", "radius of its rounded edges",                                                 \
+            .unit = "m", .lo = 0, .hi = 1e4, .preset = "0 m", MILL_SOLID_AT(rounding),             \
+            .hidden = mill_solid_is_inside,                                                        \
             .needs = "a container's edges are not rounded: leave it out"                           \
     }
 bool mill_solid_is_inside(const void *body);
@@ -169,9 +171,11 @@ static inline double mill_part_extent(const struct mill_part *p, vec3 way)
 double mill_part_wall_gap(const struct mill_wall *wall, vec3 place);
 
 /* Bounds of the gap between the part and a wall, whose frame the part is in; < 0: the part reaches
- * beyond the wall. They are closer to each other than 0.01 % of the gap or 5 % of `near` [m]. */
+ * beyond the wall. They are closer to each other than 0.01 % of the gap (1 % at a wall with round
+ * ends) or 5 % of `near` [m]. */
 struct mill_part_gap {
     double least, most; /* [m] */
+    long looks;         /* how often the part was asked for its support */
 };
 struct mill_part_gap mill_part_to_wall(const struct mill_part *part, const struct mill_wall *wall,
                                        double near);

@@ -9,7 +9,8 @@
  * away than others. */
 #include "start/clash_gap.h"
 
-enum { LOOKS = 100, DEEPEST = 30 };
+/* SUPPORTS of them take about as long as a comparison of two parts */
+enum { LOOKS = 100, SUPPORTS = 16 };
 /* relative to the parts' size: a distance below this is 0 */
 #define NOTHING 1e-14
 /* relative to the distance: accuracy that the steps of a march need */
@@ -96,8 +97,8 @@ static vec3 nearest(struct simplex *s)
                        : on_tetrahedron(s);
 }
 
-struct mill_clash_gap mill_clash_gap_parts(const struct mill_part *a,
-                                           const struct mill_part *b, double near)
+struct mill_clash_gap mill_clash_gap_parts(const struct mill_part *a, const struct mill_part *b,
+                                           double near)
 {
     const double grown = a->core.grown + b->core.grown, nothing = NOTHING * (a->around + b->around);
     struct mill_clash_gap gap = {-INFINITY, INFINITY, 0}; /* of the cores */
@@ -115,8 +116,7 @@ struct mill_clash_gap mill_clash_gap_parts(const struct mill_part *a,
             v = vec3_make(1.0, 0.0, 0.0);
         }
         const vec3 n = vec3_scale(v, 1.0 / vec3_norm(v));
-        const vec3 w = vec3_sub(mill_part_support(a, vec3_scale(n, -1.0)),
-                                mill_part_support(b, n));
+        const vec3 w = vec3_sub(mill_part_support(a, vec3_scale(n, -1.0)), mill_part_support(b, n));
         gap.least = fmax(gap.least, vec3_dot(n, w));
         if (gap.most - gap.least <= CLOSE_ENOUGH * fmax(gap.least - grown, 0.0) + 0.02 * near)
             break;
@@ -233,6 +233,7 @@ static void seek_wall(const struct mill_wall *w, const struct mill_clash_solid *
     if (n->part >= 0) {
         const struct mill_part part = mill_part_move(&s->part[n->part], in);
         const struct mill_part_gap of = mill_part_to_wall(&part, w, near);
+        gap->looks += of.looks / SUPPORTS;
         gap->least = fmin(gap->least, of.least);
         gap->most = fmin(gap->most, of.most);
         return;

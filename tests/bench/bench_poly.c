@@ -79,7 +79,7 @@ static struct mill_hit record_contact(const struct mill_shape *shape, const stru
     const struct recorder *r = (const struct recorder *)shape->type;
     struct recording *tape = r->tape;
     if (tape->on && tape->n < CASES && tape->calls++ % EVERY == 0) {
-        const bool inside = r->type.kind == MILL_BALL_DRUM;
+        const bool inside = shape->kind == MILL_BALL_DRUM;
         const double at[2] = {f->r.y, f->r.z}, v[2] = {f->v.y, f->v.z}, g[2] = {f->g.y, f->g.z};
         struct rise_case *q = &tape->q[tape->n];
         contact_polynomial(at, v, g, inside ? r->radius - radius : r->radius + radius, inside,
@@ -103,11 +103,12 @@ static bool record_run(const struct workload *w, struct recording *tape)
               mill_deck_setup_world(deck, NULL, &world, &error) == MILL_OK;
     for (int k = 0, n = 0; ok && k < world->shapes; k++) {
         const struct mill_shape_type *real = world->shape[k]->type;
-        if (real->kind != MILL_BALL_DRUM && real->kind != MILL_BALL_SHAFT)
+        const int kind = world->shape[k]->kind;
+        if (kind != MILL_BALL_DRUM && kind != MILL_BALL_SHAFT)
             continue;
         recorder[n] = (struct recorder){
-            *real, real, real->kind == MILL_BALL_DRUM ? deck->given.drum_radius : deck->given.shaft_radius,
-            tape};
+            *real, real,
+            kind == MILL_BALL_DRUM ? deck->given.drum_radius : deck->given.shaft_radius, tape};
         recorder[n].type.next_contact = record_contact;
         world->shape[k]->type = &recorder[n++].type;
     }

@@ -3,9 +3,8 @@
  * and at that time it touches and does not move away; where none is returned it never is inside. A
  * search may give up, and says so; then nothing may have happened before. */
 #include "../unit/lone_shape.h"
+#include "../unit/parts.h"
 #include "fuzz.h"
-
-#include "geometry/shapes.h"
 
 #define TOLERANCE 1e-9 /* [m] the promise about overlaps */
 #define TOUCHING 1e-12 /* [m] wider than what rounding leaves of a gap at a contact */
@@ -114,10 +113,10 @@ static void open_blade(struct shot *s)
 {
     const struct mill_turn turn = {.axis = {1.0, 0.0, 0.0}, .speed = s->omega, .angle = s->turn};
     const struct mill_setup_drum drum = {.radius = s->mill_radius, .length = 4.0 * s->mill_radius};
-    const struct mill_chamber chamber = mill_shapes_chamber(&drum);
+    const struct mill_reach places = drum_places(&drum);
+    const struct mill_body box = mill_setup_blade(&s->spec);
     s->rotor = mill_turn_type.create(&turn);
-    const struct mill_shape base = {.type = &mill_blade_type, .motion = s->rotor};
-    s->blade = lone_shape(&base, &s->spec, &chamber);
+    s->blade = lone_shape(&mill_box_solid, &box, s->rotor, &places);
     fuzz_require(s->rotor && s->blade, "out of memory");
 }
 
@@ -202,6 +201,7 @@ static void check_shot(const struct shot *s)
                                          .v = vec3_axpy(s->flight.v, t, s->flight.g),
                                          .g = s->flight.g,
                                          .pull = vec3_norm(s->flight.g),
+                                         .slack = (double)INFINITY,
                                          .travel = (double)INFINITY};
         const struct mill_hit hit =
             s->blade->type->next_contact(s->blade, &from, s->radius, t, s->horizon - t, false);

@@ -26,7 +26,8 @@ struct shot {
     struct link link[CHAIN];
     int links;
     struct mill_motion *motion[CHAIN];
-    const struct mill_shape_type *type;
+    const struct mill_solid *solid;
+    const char *word; /* for it in a deck */
     struct mill_body body;
     struct mill_shape **shape;
     int shapes;
@@ -91,11 +92,11 @@ static void place_body(struct mill_body *is, struct fuzz_bytes *b)
 /* false: these numbers make no body */
 static bool make_body(struct shot *s, struct fuzz_bytes *b)
 {
-    static const struct mill_shape_type *const types[] = {
-        &mill_box_type, &mill_round_cylinder_type, &mill_round_cone_type, &mill_round_capsule_type,
-        &mill_round_sphere_type};
+    static const char *const word[] = {"box", "cylinder", "cone", "capsule", "sphere"};
+    const int kind = fuzz_choice(b, 5);
     struct mill_body *is = &s->body;
-    s->type = types[fuzz_choice(b, 5)];
+    s->solid = mill_solid_list(kind);
+    s->word = word[kind];
     is->inside = fuzz_choice(b, 2);
     place_body(is, b);
     const double lo = is->inside ? 0.01 : 1e-6;
@@ -104,7 +105,7 @@ static bool make_body(struct shot *s, struct fuzz_bytes *b)
     is->end_radius = fuzz_choice(b, 4) ? fuzz_log(b, lo, 0.1) : 0.0;
     is->length = fuzz_log(b, lo, 0.2);
     is->rounding = !is->inside && fuzz_choice(b, 2) ? fuzz_log(b, 1e-9, 0.05) : 0.0;
-    return s->type->is_sound(is);
+    return s->solid->is_sound(is);
 }
 
 static bool make_shot(struct shot *s, struct fuzz_bytes *b)
@@ -121,7 +122,7 @@ static bool make_shot(struct shot *s, struct fuzz_bytes *b)
     s->flight.g = fuzz_choice(b, 2) ? vec3_scale(fuzz_direction(b), fuzz_log(b, 1e-6, 100.0))
                                     : vec3_make(0.0, 0.0, -9.81);
     s->flight.pull = vec3_norm(s->flight.g);
-    s->flight.travel = INFINITY;
+    s->flight.slack = s->flight.travel = INFINITY;
     return make_body(s, b);
 }
 
@@ -140,11 +141,10 @@ static void open_mill(struct shot *s)
         s->motion[k]->on = k > 0 ? s->motion[k - 1] : NULL;
     }
     const struct mill_setup_surface surface = {
-        .type = s->type, .form = &s->body, .motion = s->links - 1, .kind = MILL_KINDS};
+        .solid = s->solid, .body = &s->body, .motion = s->links - 1, .kind = MILL_KINDS};
     const struct mill_setup setup = {.motions = s->links, .surfaces = 1, .surface = &surface};
-    const struct mill_chamber chamber = {.half_length = FAR,
-                                         .places = {{-FAR, -FAR, -FAR}, {FAR, FAR, FAR}, INFINITY}};
-    fuzz_require(mill_shapes_create(&setup, &chamber, s->motion, &s->shape, &s->shapes),
+    const struct mill_reach places = {{-FAR, -FAR, -FAR}, {FAR, FAR, FAR}, INFINITY};
+    fuzz_require(mill_shapes_create(&setup, &places, s->motion, &s->shape, &s->shapes),
                  "out of memory");
 }
 
@@ -219,7 +219,7 @@ static void march(const struct shot *s, double end, double t_contact)
     for (int step = 0; t < end && step < MOST_MARCH; step++) {
         const double gap = gap_of(s, place(s, t), t, &which);
         fuzz_require(gap >= -TOLERANCE, "a %s overlaps by %.3g m at %.17g s, before %.17g s",
-                     s->type->name, -gap, t, t_contact);
+                     s->word, -gap, t, t_contact);
         t += fmax(fabs(gap), least) / v;
     }
 }
@@ -270,9 +270,9 @@ static void meet(struct shot *s, double t, int which)
     const struct mill_contact c = mill_shape_meet(shape, r, v, s->radius, &pose);
     const double approach = -vec3_dot(vec3_sub(v, c.velocity), c.normal);
     const double slack = TOUCHING * (1.0 + vec3_norm(v) + vec3_norm(c.velocity));
-    fuzz_require(c.gap <= slack, "a %s is met with a gap of %.3g m", s->type->name, c.gap);
+    fuzz_require(c.gap <= slack, "a %s is met with a gap of %.3g m", s->word, c.gap);
     fuzz_require(approach >= -1e-6 * (1.0 + vec3_norm(v) + vec3_norm(c.velocity)),
-                 "a %s is met while they part at %.3g m/s", s->type->name, -approach);
+                 "a %s is met while they part at %.3g m/s", s->word, -approach);
     fuzz_require(fabs(vec3_norm(c.normal) - 1.0) < 1e-12, "a normal of length %.17g",
                  vec3_norm(c.normal));
     s->flight.v = vec3_axpy(v, approach + fmax(s->restitution * approach, s->floor), c.normal);
@@ -289,8 +289,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         return 0;
     open_mill(&s);
     if (fuzz_shown())
-        printf("%s %s, %d motions, a ball of %g m\n", s.type->name,
-               s.body.inside ? "inside" : "outside", s.links, s.radius);
+        printf("%s %s, %d motions, a ball of %g m\n", s.word, s.body.inside ? "inside" : "outside",
+               s.links, s.radius);
     bool flies = aim(&s, &b);
     for (int meeting = 0; flies && meeting < MOST_HOPS; meeting++) {
         int which = 0;

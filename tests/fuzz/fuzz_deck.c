@@ -42,40 +42,45 @@ static char *printed(const struct mill_deck *deck, size_t *size)
     return text;
 }
 
+static void check_surfaces(const struct mill_deck *d, const struct mill_deck_bodies *list)
+{
+    for (int k = 0; k < list->count; k++) {
+        const struct mill_setup_surface *s = &list->surface[k];
+        fuzz_require(s->motion < d->mill.motions && s->kind > MILL_BALL_BALL &&
+                         s->kind < d->mill.contacts.count && mill_solid_is_sound(s->solid, s->body),
+                     "the body of [%s]", list->section[k]);
+    }
+}
+
 static void check_numbers(const struct mill_deck *d)
 {
-    fuzz_require(d->mill.kinds > 0 && d->shapes >= 0, "%d kinds, %d shapes", d->mill.kinds, d->shapes);
+    fuzz_require(d->mill.kinds > 0, "%d kinds", d->mill.kinds);
     fuzz_require(d->given.time > 0.0 && d->given.series > 0.0 && d->given.sample_from >= 0.0 &&
                      d->given.sample_from < d->given.time && isfinite(d->given.time),
                  "times %g %g %g", d->given.time, d->given.sample_from, d->given.series);
-    fuzz_require(isfinite(vec3_norm(d->given.gravity)) && isfinite(d->given.rotor_speed) &&
-                     isfinite(d->given.rotor_angle),
+    fuzz_require(isfinite(vec3_norm(d->given.gravity)) && isfinite(d->given.rotor.speed) &&
+                     isfinite(d->given.rotor.angle),
                  "gravity or rotor is not a number");
     for (int k = 0; k < d->mill.kinds; k++)
-        fuzz_require(d->mill.balls[k].count > 0 && d->mill.balls[k].diameter > 0.0 &&
-                         (!d->mill.drum || (d->mill.balls[k].diameter < 2.0 * d->given.drum_radius &&
-                                       d->mill.balls[k].diameter < d->given.drum_length)) &&
-                         d->mill.balls[k].density > 0.0,
-                     "kind %d", k);
+        fuzz_require(
+            d->mill.balls[k].count > 0 && d->mill.balls[k].diameter > 0.0 &&
+                (!d->mill.drum || (d->mill.balls[k].diameter < 2.0 * d->given.drum_radius &&
+                                   d->mill.balls[k].diameter < d->given.drum_length)) &&
+                d->mill.balls[k].density > 0.0,
+            "kind %d", k);
     fuzz_require(d->mill.drum == !d->mill.container, "one container");
     for (int k = 0; k < d->mill.motions; k++)
-        fuzz_require(d->mill.motion[k].on < k && d->mill.motion[k].type->is_sound(d->mill.motion[k].form),
+        fuzz_require(d->mill.motion[k].on < k &&
+                         d->mill.motion[k].type->is_sound(d->mill.motion[k].form),
                      "motion %d", k);
-    for (int k = 0; k < d->mill.bodies; k++)
-        fuzz_require(d->body[k].motion < d->mill.motions && d->body[k].kind > 0 &&
-                         d->body[k].kind < d->mill.contacts.count &&
-                         d->body[k].type->is_sound(d->body[k].form),
-                     "body %d", k);
-    for (int k = 0; k < d->shapes; k++) {
-        const struct mill_blade *b = d->shape[k].form;
-        fuzz_require(d->shape[k].type == &mill_blade_type && b->tip_radius < d->given.drum_radius &&
-                         b->width > 0.0 && b->thickness > 0.0,
-                     "blade %d", k);
-    }
-    for (int k = 0; k < d->mill.contacts.count; k++)
-        fuzz_require(d->mill.law[k].restitution >= 0.0 && d->mill.law[k].restitution <= 1.0 &&
-                         d->mill.law[k].friction >= 0.0 && fabs(d->mill.law[k].tangential) <= 1.0,
+    check_surfaces(d, &d->mill.parts);
+    check_surfaces(d, &d->mill.bodies);
+    for (int k = 0; k < d->mill.contacts.count; k++) {
+        const struct mill_deck_law *law = &d->mill.contact[k].law;
+        fuzz_require((law->rows || (law->restitution >= 0.0 && law->restitution <= 1.0)) &&
+                         law->friction >= 0.0 && fabs(law->tangential) <= 1.0,
                      "law %d", k);
+    }
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)

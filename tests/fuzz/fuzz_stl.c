@@ -9,13 +9,11 @@
 
 static void ask_mesh(const struct mill_body *body, const vec3 place)
 {
-    const struct mill_chamber chamber = {.half_length = 1.0,
-                                         .places = {{-1.0, -1.0, -1.0}, {1.0, 1.0, 1.0}, INFINITY}};
-    const struct mill_shape base = {.type = &mill_facets_type, .fixed = true};
-    struct mill_shape *shape = lone_shape(&base, body, &chamber);
+    const struct mill_reach places = {{-1.0, -1.0, -1.0}, {1.0, 1.0, 1.0}, INFINITY};
+    struct mill_shape *shape = lone_shape(&mill_facets_solid, body, NULL, &places);
     fuzz_require(shape != NULL, "out of memory");
     const struct mill_flight f = {
-        .r = place, .v = vec3_scale(place, -1.0), .travel = (double)INFINITY};
+        .r = place, .v = vec3_scale(place, -1.0), .slack = INFINITY, .travel = INFINITY};
     const double gap = mill_shape_gap(shape, place, 0.1, &mill_pose_still);
     const struct mill_hit hit = shape->type->next_contact(shape, &f, 0.1, 0.0, 0.06, false);
     fuzz_require(isfinite(gap), "a gap of %g m", gap);
@@ -53,7 +51,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     const char *fault = mill_facets_fault(&body, text);
     if (fault)
         fuzz_require_message(fault);
-    if (mill_facets_type.is_sound(&body)) /* with a fault or without */
+    if (mill_facets_solid.is_sound(&body)) /* with a fault or without */
         ask_mesh(&body, vec3_axpy(facet[0][0], 1e-3, vec3_make(1.0, 2.0, 3.0)));
     free(facet);
     return 0;

@@ -4,9 +4,10 @@
  * away; where none is returned it never is inside. Then the ball rebounds, and the same is asked of
  * its next flight, which begins at the wall. */
 #include "../unit/lone_shape.h"
+#include "../unit/parts.h"
 #include "fuzz.h"
 
-#include "geometry/shapes.h"
+#include "base/profile.h"
 
 #define TOLERANCE 1e-9 /* [m] the promise about overlaps */
 #define TOUCHING 1e-12 /* [m] wider than what rounding leaves of a gap at a contact */
@@ -280,7 +281,7 @@ static double contact_time(const struct shot *s, bool touching)
     struct mill_flight f = s->flight;
     struct mill_hit hit = mill_hit_at(INFINITY);
     f.pull = vec3_norm(f.g);
-    f.travel = INFINITY;
+    f.slack = f.travel = INFINITY;
     if (s->boxed)
         f.parts = in_reach(s);
     if (!s->boxed || f.parts.count > 0) /* else nothing is in reach */
@@ -341,9 +342,14 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         /* within the wall there is nothing to know */
         if (!(depth(&s, s.flight.r) >= s.radius - 1e-15 * s.profile.radius))
             continue;
-        const struct mill_chamber chamber = {.drum = s.profile, .half_length = s.profile.radius};
-        const struct mill_shape base = {.type = &mill_wavy_type, .number = -1};
-        s.drum = lone_shape(&base, NULL, &chamber);
+        const struct mill_setup_drum drum = {.radius = s.profile.radius,
+                                             .length = 2.0 * s.profile.radius,
+                                             .buckles = s.profile.buckles,
+                                             .buckle_height = s.profile.height,
+                                             .buckle_angle = s.profile.angle};
+        const struct mill_body is = mill_setup_drum_body(&drum);
+        const struct mill_reach places = drum_places(&drum);
+        s.drum = lone_shape(&mill_prism_solid, &is, NULL, &places);
         fuzz_require(s.drum != NULL, "out of memory");
         if (fuzz_shown())
             show(&s);

@@ -8,13 +8,13 @@
 #include "../unit/state_fixture.h"
 #include "mill.h"
 
+#include "../unit/parts.h"
 #include "base/profile.h"
 #include "deck/deck.h"
-#include "geometry/shapes.h"
 
 enum {
     MOST_BALLS = 100,
-    MOST_BLADES = 40,
+    MOST_PARTS = 41, /* the shaft and blades */
     EVENTS = 2000,
     LONG = 40000,
     PIECES = 8,
@@ -208,8 +208,8 @@ struct placing {
 /* The centre of a ball that touches a wavy drum: on an arc's middle, at a joint, anywhere on it */
 static vec3 at_wavy_wall(const struct mill_deck *d, struct fuzz_bytes *b, double x, double radius)
 {
-    const struct mill_profile p =
-        mill_profile_make((int)d->given.buckles, d->given.drum_radius, d->given.buckle_height, d->given.buckle_angle);
+    const struct mill_profile p = mill_profile_make((int)d->given.buckles, d->given.drum_radius,
+                                                    d->given.buckle_height, d->given.buckle_angle);
     const int arc = fuzz_choice(b, 2 * p.buckles);
     const bool outer = arc % 2 == 0;
     const double at = p.angle + arc * MILL_PI / p.buckles, far = outer ? p.outer : p.inner;
@@ -286,21 +286,20 @@ static void place_kind(struct placing *p, struct fuzz_bytes *b, struct mill_deck
 /* The deck's surfaces, before it has balls */
 static void make_surfaces(struct placing *p)
 {
-    static struct mill_setup_surface surface[MOST_BLADES + 1];
+    static struct mill_setup_surface surface[MOST_PARTS + 1];
     const struct mill_deck *d = p->deck;
     const struct mill_turn turn = {
-        .axis = {1.0, 0.0, 0.0}, .speed = d->given.rotor_speed, .angle = d->given.rotor_angle};
-    const struct mill_shaft shaft = {d->given.shaft_radius};
-    struct mill_setup setup = {.drum = mill_deck_drum(d), .motions = d->mill.rotor, .surface = surface};
-    const struct mill_chamber chamber = mill_shapes_chamber(&setup.drum);
-    if (d->given.shaft_radius > 0.0)
-        surface[setup.surfaces++] = (struct mill_setup_surface){
-            .type = &mill_cylinder_shaft_type, .form = &shaft, .number = -1};
-    for (int k = 0; k < d->shapes; k++)
-        surface[setup.surfaces++] = (struct mill_setup_surface){
-            .type = d->shape[k].type, .form = d->shape[k].form, .number = d->shape[k].number};
+        .axis = {1.0, 0.0, 0.0}, .speed = d->given.rotor.speed, .angle = d->given.rotor.angle};
+    const struct mill_setup_drum drum = mill_deck_drum(d);
+    const struct mill_body around = mill_setup_drum_body(&drum);
+    const struct mill_reach places = drum_places(&drum);
+    struct mill_setup setup = {.motions = d->mill.rotor, .surface = surface};
+    fuzz_require(d->mill.parts.count <= MOST_PARTS, "%d parts", d->mill.parts.count);
+    surface[setup.surfaces++] = drum_surface(&around, MILL_STILL);
+    for (int k = 0; k < d->mill.parts.count; k++)
+        surface[setup.surfaces++] = d->mill.parts.surface[k];
     p->rotor = mill_turn_type.create(&turn);
-    fuzz_require(p->rotor && mill_shapes_create(&setup, &chamber, &p->rotor, &p->shape, &p->shapes),
+    fuzz_require(p->rotor && mill_shapes_create(&setup, &places, &p->rotor, &p->shape, &p->shapes),
                  "no surfaces");
 }
 
@@ -425,7 +424,8 @@ static struct mill_deck *deck_from(struct fuzz_bytes *b, const uint8_t *data, si
 {
     if (size > 0 && (*data == '[' || *data == '#')) {
         struct mill_deck *deck = read_deck((const char *)data, size);
-        if (deck && !deck->given.start && mill_balls(deck) <= MOST_BALLS && deck->shapes <= MOST_BLADES)
+        if (deck && !deck->given.start && mill_balls(deck) <= MOST_BALLS &&
+            deck->mill.parts.count <= MOST_PARTS)
             return deck;
         mill_deck_free(deck);
         return NULL;

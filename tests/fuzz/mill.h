@@ -33,11 +33,11 @@ static inline void mill_check_surfaces(const struct mill_world *w, const struct 
         const struct mill_shape *s = w->shape[k];
         const struct mill_pose pose = mill_shape_pose(s, t);
         const double gap = mill_shape_gap(s, r, radius, &pose);
-        if (mill_let_go(sim, i) && s->type->pinches)
+        if (mill_let_go(sim, i) && s->pinches)
             continue;
         fuzz_require(gap >= -mill_deepest(w, sim),
-                     "ball %ld (%.17g %.17g %.17g) is %g m inside %s %d", (long)i, r.x, r.y, r.z,
-                     -gap, s->type->name, s->number);
+                     "ball %ld (%.17g %.17g %.17g) is %g m inside a %s %d", (long)i, r.x, r.y, r.z,
+                     -gap, mill_kind_name[s->kind], s->number);
     }
 }
 

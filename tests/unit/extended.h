@@ -131,24 +131,24 @@ static inline real turned_distance(real low, real high, real from, real to, real
 }
 
 /* Distance of a place from the body's surface, > 0 where balls may be; in the motion's frame */
-static inline real wide_gap(const struct mill_shape_type *type, const struct mill_body *is,
+static inline real wide_gap(const struct mill_solid *solid, const struct mill_body *is,
                             struct wide p)
 {
     const struct wide q = wide_axpy(p, -1.0L, wide_of(is->centre));
     const real x = wide_dot(q, wide_of(is->x)), y = wide_dot(q, wide_of(is->y));
     const real z = wide_dot(q, wide_of(is->z)), rho = hypotl(x, y), w = is->rounding;
     real d;
-    if (type == &mill_box_type) {
+    if (solid == &mill_box_solid) {
         const real a = 0.5L * is->size.x - w, b = 0.5L * is->size.y - w, c = 0.5L * is->size.z - w;
         const real out = sqrtl(beyond(x, a) * beyond(x, a) + beyond(y, b) * beyond(y, b) +
                                beyond(z, c) * beyond(z, c));
         d = out > 0.0L ? out : fmaxl(fabsl(x) - a, fmaxl(fabsl(y) - b, fabsl(z) - c));
         d -= w;
-    } else if (type == &mill_round_sphere_type || type == &mill_round_capsule_type) {
-        const real half = type == &mill_round_capsule_type ? 0.5L * is->length : 0.0L;
+    } else if (solid == &mill_round_sphere_solid || solid == &mill_round_capsule_solid) {
+        const real half = solid == &mill_round_capsule_solid ? 0.5L * is->length : 0.0L;
         d = hypotl(rho, beyond(z, half)) - is->radius;
     } else {
-        const real end = type == &mill_round_cone_type ? is->end_radius : is->radius;
+        const real end = solid == &mill_round_cone_solid ? is->end_radius : is->radius;
         const real slope = (end - is->radius) / is->length, less = w * sqrtl(1.0L + slope * slope);
         const real middle = 0.5L * ((real)is->radius + end) - less;
         real from = w - 0.5L * is->length, to = 0.5L * is->length - w;

@@ -49,6 +49,8 @@ static inline void fixture_init(struct fixture *f)
     f->world.motion = f->motion;
     f->world.motion_name = f->motion_name;
     f->world.container.still = true;
+    f->world.container.drum = true;
+    f->world.container.radius = 0.075;
     f->world.container.frame = mill_pose_still;
     f->world.container.lo = vec3_make(-0.06, -0.075, -0.075);
     f->world.container.hi = vec3_make(0.06, 0.075, 0.075);

@@ -4,8 +4,8 @@
 #define MILLS_H
 
 #include "draws.h"
-#include "geometry/shapes.h"
 #include "millsim/start.h"
+#include "parts.h"
 
 #define RPM (PI / 30.0)
 #define DEG (PI / 180.0)
@@ -20,7 +20,7 @@ struct model {
     struct mill_law law;     /* of all kinds of contact for which the setup has none */
     struct mill_setup_balls balls[MODEL_SPECIES]; /* diameter 0: no more */
     struct mill_turn rotor;                       /* about x; no shaft, no blade: none */
-    struct mill_shaft shaft;                      /* radius 0: none */
+    double shaft;                                 /* [m] its radius; 0: none */
     int blades;
     /* where only the first of several is given all are like it, along the drum and around it */
     struct mill_blade blade[MODEL_BLADES];
@@ -30,7 +30,7 @@ struct model {
 struct model_lists {
     struct mill_turn rotor;
     struct mill_setup_motion motion;
-    struct mill_blade blade[MODEL_BLADES];
+    struct mill_body shaft, blade[MODEL_BLADES];
     struct mill_setup_surface surface[MODEL_BLADES + 1];
 };
 
@@ -42,22 +42,21 @@ static inline void model_add_rotor(const struct model *m, struct model_lists *li
     lists->rotor.axis = vec3_make(1.0, 0.0, 0.0);
     lists->motion = (struct mill_setup_motion){
         .type = &mill_turn_type, .form = &lists->rotor, .on = MILL_STILL};
-    s->motions = m->shaft.radius > 0.0 || m->blades > 0;
+    s->motions = m->shaft > 0.0 || m->blades > 0;
     s->motion = &lists->motion;
     s->surface = lists->surface;
-    if (m->shaft.radius > 0.0)
-        lists->surface[s->surfaces++] = (struct mill_setup_surface){
-            .type = &mill_cylinder_shaft_type, .form = &m->shaft, .number = -1};
+    lists->shaft = mill_setup_shaft(m->shaft, s->drum.length);
+    if (m->shaft > 0.0)
+        lists->surface[s->surfaces++] = shaft_surface(&lists->shaft);
     for (int k = 0; k < m->blades; k++) {
-        struct mill_blade *b = &lists->blade[k];
-        *b = m->blade[k];
+        struct mill_blade b = m->blade[k];
         if (m->blades > 1 && m->blade[1].tip_radius == 0.0) {
-            *b = m->blade[0];
-            b->position = -0.5 * s->drum.length + (k + 0.5) * pitch;
-            b->angle = k * 2.0 * PI / m->blades;
+            b = m->blade[0];
+            b.position = -0.5 * s->drum.length + (k + 0.5) * pitch;
+            b.angle = k * 2.0 * PI / m->blades;
         }
-        lists->surface[s->surfaces++] =
-            (struct mill_setup_surface){.type = &mill_blade_type, .form = b, .number = k};
+        lists->blade[k] = mill_setup_blade(&b);
+        lists->surface[s->surfaces++] = blade_surface(&lists->blade[k], k);
     }
 }
 
@@ -111,7 +110,7 @@ static const struct model mills[] = {
     {.setup = {.gravity.z = -9.81, .drum = {.radius = 0.04, .length = 0.04}},
      .balls = {{.diameter = 0.005, .density = STEEL, .count = 200}},
      .rotor = {.speed = 1000 * RPM},
-     .shaft = {0.008},
+     .shaft = 0.008,
      .blades = 2,
      .blade = {{.tip_radius = 0.033, .width = 0.008, .thickness = 0.005, .pitch = 20 * DEG}},
      .law = {0.8, 0.3, 0.484}},
@@ -120,7 +119,7 @@ static const struct model mills[] = {
      .balls = {{.diameter = 0.008, .density = STEEL, .count = 20},
                {.diameter = 0.003, .density = 2500.0, .count = 150}},
      .rotor = {.speed = -600 * RPM},
-     .shaft = {0.008},
+     .shaft = 0.008,
      .blades = 1,
      .blade = {{.tip_radius = 0.031, .width = 0.01, .thickness = 0.004}},
      .law = {.restitution = 0.9}},
@@ -133,7 +132,7 @@ static const struct model mills[] = {
                        [MILL_BALL_SHAFT] = {1.0, 5.0, 1.0}}},
      .balls = {{.diameter = 0.005, .density = STEEL, .count = 100}},
      .rotor = {.speed = 300 * RPM},
-     .shaft = {0.008},
+     .shaft = 0.008,
      .blades = 1,
      .blade = {{.tip_radius = 0.033, .width = 0.01, .thickness = 0.005, .pitch = -70 * DEG}},
      .law = {1.0, 1.0, 1.0}},
@@ -141,7 +140,7 @@ static const struct model mills[] = {
     {.setup = {.gravity.z = -9.81, .drum = {.radius = 0.04, .length = 0.04}, .speed = 3.0},
      .balls = {{.diameter = 0.005, .density = STEEL, .count = 150}},
      .rotor = {.angle = 70 * DEG},
-     .shaft = {0.008},
+     .shaft = 0.008,
      .blades = 3,
      .blade = {{.tip_radius = 0.033, .width = 0.006, .thickness = 0.005}},
      .law = {0.7, 0.5}},
@@ -154,21 +153,21 @@ static const struct model pinching[] = {
     {.setup = {.gravity.z = -9.81, .drum = {.radius = 0.04, .length = 0.03}},
      .balls = {{.diameter = 0.005, .density = STEEL, .count = 60}},
      .rotor = {.speed = 300 * RPM},
-     .shaft = {0.008},
+     .shaft = 0.008,
      .blades = 1,
      .blade = {{.tip_radius = 0.03505, .width = 0.01, .thickness = 0.005}},
      .law = {0.8, 0.5}},
     {.setup = {.gravity.z = -9.81, .drum = {.radius = 0.04, .length = 0.03}},
      .balls = {{.diameter = 0.005, .density = STEEL, .count = 60}},
      .rotor = {.speed = -600 * RPM},
-     .shaft = {0.008},
+     .shaft = 0.008,
      .blades = 1,
      .blade = {{.tip_radius = 0.035, .width = 0.01, .thickness = 0.005, .pitch = 30 * DEG}},
      .law = {0.8, 0.5}},
     {.setup = {.gravity.z = -9.81, .drum = {.radius = 0.04, .length = 0.04}},
      .balls = {{.diameter = 0.005, .density = STEEL, .count = 200}},
      .rotor = {.speed = 1000 * RPM},
-     .shaft = {0.008},
+     .shaft = 0.008,
      .blades = 2,
      .blade = {{.tip_radius = 0.033, .width = 0.01, .thickness = 0.005, .pitch = 20 * DEG}},
      .law = {0.8, 0.3, 0.484}},

@@ -49,14 +49,15 @@ static inline struct mill_world *planetary_world(void)
         pin = {.centre = {0.123, 0, 0}, UPRIGHT, .radius = 0.004, .length = 0.03},
         plate = {.centre = {0.0835, 0, 0}, UPRIGHT, .size = {0.017, 0.003, 0.03}};
     static const struct mill_setup_surface surface[] = {
-        {.type = &mill_round_cylinder_type, .form = &can, .motion = JAR, .kind = BALL_JAR},
-        {.type = &mill_round_cylinder_type, .form = &pin, .motion = JAR, .kind = BALL_PIN},
-        {.type = &mill_box_type, .form = &plate, .motion = PADDLE, .kind = BALL_PADDLE}};
+        {.solid = &mill_round_cylinder_solid, .body = &can, .motion = JAR, .kind = BALL_JAR},
+        {.solid = &mill_round_cylinder_solid, .body = &pin, .motion = JAR, .kind = BALL_PIN},
+        {.solid = &mill_box_solid, .body = &plate, .motion = PADDLE, .kind = BALL_PADDLE}};
     static const struct mill_setup_balls balls[] = {
         {.name = "steel", .diameter = 0.004, .density = STEEL, .count = PLANETARY_BALLS}};
     struct mill_setup s = {.gravity = {0, 0, -9.81},
                            .motions = PLANETARY_MOTIONS,
                            .motion = motion,
+                           .rotor = MILL_STILL,
                            .surfaces = 3,
                            .surface = surface,
                            .species = 1,
@@ -85,7 +86,6 @@ static inline void planetary_open(struct planetary *p, enum mill_h5_open how)
                                      .series = 0.01,
                                      .log_impacts = true};
     p->world = planetary_world();
-    p->asked.drum = mill_profile_make(2, p->world->drum_radius, 0, 0);
     ck_assert_int_eq(mill_sim_create(p->world, &p->sim, &error), MILL_OK);
     ck_assert_int_eq(mill_observers_create(&p->asked, p->world, &p->observers, &error), MILL_OK);
     ck_assert_int_eq(mill_h5_create(p->path, how, &p->file, &error), MILL_OK);

@@ -4,7 +4,7 @@
 #define SHAPE_FIXTURE_H
 
 #include "draws.h"
-#include "geometry/shapes.h"
+#include "parts.h"
 
 enum { DRUM, WALL_0, WALL_1, SHAFT, BLADE, SHAPES };
 
@@ -13,7 +13,6 @@ static const struct mill_setup_drum round_drum = {.radius = 0.075, .length = 0.1
 
 struct mill {
     double omega; /* [rad/s] */
-    struct mill_chamber chamber;
     struct mill_motion *rotor;
     struct mill_shape **shape;
 };
@@ -23,18 +22,17 @@ static inline void mill_build_in(struct mill *m, const struct mill_setup_drum *d
                                  const struct mill_blade *blade, double omega, double angle)
 {
     const struct mill_turn turn = {.axis = {1.0, 0.0, 0.0}, .speed = omega, .angle = angle};
-    const struct mill_shaft shaft = {shaft_radius};
-    const struct mill_setup_surface surface[] = {
-        {.type = &mill_cylinder_shaft_type, .form = &shaft, .number = -1},
-        {.type = &mill_blade_type, .form = blade}};
-    const struct mill_setup setup = {
-        .drum = *drum, .motions = 1, .surfaces = 2, .surface = surface};
+    const struct mill_body around = mill_setup_drum_body(drum), box = mill_setup_blade(blade),
+                           shaft = mill_setup_shaft(shaft_radius, drum->length);
+    const struct mill_setup_surface surface[] = {drum_surface(&around, MILL_STILL),
+                                                 shaft_surface(&shaft), blade_surface(&box, 0)};
+    const struct mill_setup setup = {.motions = 1, .surfaces = 3, .surface = surface};
+    const struct mill_reach places = drum_places(drum);
     int count;
     m->omega = omega;
-    m->chamber = mill_shapes_chamber(drum);
     m->rotor = mill_turn_type.create(&turn);
     ck_assert_ptr_nonnull(m->rotor);
-    ck_assert(mill_shapes_create(&setup, &m->chamber, &m->rotor, &m->shape, &count));
+    ck_assert(mill_shapes_create(&setup, &places, &m->rotor, &m->shape, &count));
     ck_assert_int_eq(count, SHAPES);
 }
 
@@ -118,7 +116,7 @@ static inline double first_below(const struct mill_shape *s, const struct flight
         if (d < -tolerance)
             return t;
         if (step == 100000000)
-            ck_abort_msg("the march along a %s does not end", s->type->name);
+            ck_abort_msg("the march along a surface does not end");
         t += fmax(fabs(d), tolerance) / v;
     }
     return INFINITY;
@@ -158,8 +156,43 @@ static inline double gap_rate(const struct mill_shape *s, const struct flight *f
 /* A flight as a search is asked for it, its place in the shape's frame not known */
 static inline struct mill_flight path_of(vec3 r, vec3 v, vec3 g)
 {
-    return (struct mill_flight){
-        .r = r, .v = v, .g = g, .pull = vec3_norm(g), .travel = (double)INFINITY};
+    return (struct mill_flight){.r = r,
+                                .v = v,
+                                .g = g,
+                                .pull = vec3_norm(g),
+                                .slack = (double)INFINITY,
+                                .travel = (double)INFINITY};
+}
+
+/* Tells where the ball is in the motion's frame within `window` [s], by the frame as it was `ago`
+ * [s], as the schedule does; but the bounds are as near as can be. */
+static inline void tell_place(const struct mill_motion *motion, const struct flight *f,
+                              double window, double ago, struct mill_flight *path)
+{
+    enum { STEPS = 200 };
+    const struct mill_pose late = mill_motion_pose(motion, f->now - ago);
+    const vec3 frame = mill_pose_turn_in(&late, mill_pose_velocity(&late, path->r));
+    path->place = vec3_axpy(mill_pose_in(&late, path->r), -ago, frame);
+    path->course = vec3_sub(mill_pose_turn_in(&late, path->v), frame);
+    path->window = window;
+    path->slack = path->travel = 0.0;
+    double way = 0.0, bend = 0.0; /* between two steps */
+    vec3 last = nought, last_off = nought;
+    for (int k = 0; k <= STEPS; k++) {
+        const double t = window * k / STEPS;
+        const struct mill_pose pose = mill_motion_pose(motion, f->now + t);
+        const vec3 at =
+            vec3_sub(mill_pose_in(&pose, vec3_fly(path->r, path->v, path->g, t)), path->place);
+        const vec3 off = vec3_axpy(at, -t, path->course);
+        path->travel = fmax(path->travel, vec3_norm(at));
+        path->slack = fmax(path->slack, vec3_norm(off));
+        way = k > 0 ? fmax(way, vec3_norm(vec3_sub(at, last))) : 0.0;
+        bend = k > 0 ? fmax(bend, vec3_norm(vec3_sub(off, last_off))) : 0.0;
+        last = at;
+        last_off = off;
+    }
+    path->travel += way + 1e-13;
+    path->slack += bend + 1e-13;
 }
 
 /* What the shape says of the flight */
@@ -190,7 +223,7 @@ static inline double first_contact(const struct mill_shape *s, const struct flig
         if (give_ups)
             ++*give_ups;
     }
-    ck_abort_msg("a search of a %s does not end", s->type->name);
+    ck_abort_msg("a search does not end");
     return INFINITY;
 }
 

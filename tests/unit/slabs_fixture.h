@@ -11,7 +11,7 @@ static const struct model long_stirred = {
     .setup = {.gravity.z = -9.81, .drum = {.radius = 0.02, .length = 0.16}},
     .balls = {{.diameter = 0.005, .density = STEEL, .count = 600}},
     .rotor = {.speed = 1500 * RPM},
-    .shaft = {0.004},
+    .shaft = 0.004,
     .blades = 4,
     .blade = {{.tip_radius = 0.0135, .width = 0.008, .thickness = 0.003, .pitch = 20 * DEG}},
     .law = {0.8, 0.3, 0.484}};
@@ -26,7 +26,7 @@ static const struct model long_mixture = {
     .balls = {{.diameter = 0.006, .density = STEEL, .count = 40},
               {.diameter = 0.002, .density = 2500.0, .count = 2500}},
     .rotor = {.speed = -1500 * RPM},
-    .shaft = {0.003},
+    .shaft = 0.003,
     .law = {.restitution = 0.9, .friction = 0.2}};
 
 /* Balls are pinched between the tips of its blades and the drum. */

@@ -8,14 +8,14 @@
 #define LATE 1e-12   /* [s] */
 
 enum { BODIES = 5, WAYS = MOTION_KINDS + 3 };
-static const struct mill_shape_type *const kinds[BODIES] = {
-    &mill_box_type, &mill_round_cylinder_type, &mill_round_cone_type, &mill_round_capsule_type,
-    &mill_round_sphere_type};
+static const struct mill_solid *const kinds[BODIES] = {
+    &mill_box_solid, &mill_round_cylinder_solid, &mill_round_cone_solid, &mill_round_capsule_solid,
+    &mill_round_sphere_solid};
 
 /* One body, as its surfaces, on its motions */
 struct one {
     struct chain chain;
-    const struct mill_shape_type *type;
+    const struct mill_solid *solid;
     struct mill_body body;
     struct mill_shape **shape;
     int shapes;
@@ -31,19 +31,19 @@ static void size_body(uint64_t *seed, struct one *o, bool inside)
     b->radius = log_uniform(seed, lo, 0.5 * hi);
     b->end_radius = log_uniform(seed, lo, 0.5 * hi);
     b->length = log_uniform(seed, lo, 2.0 * hi);
-    if (!inside && o->type == &mill_round_cone_type && below(seed, 4) == 0)
+    if (!inside && o->solid == &mill_round_cone_solid && below(seed, 4) == 0)
         b->end_radius = 0.0;
     if (!inside && below(seed, 2))
-        for (b->rounding = 1e-2; b->rounding > 0.0 && !o->type->is_sound(b);)
+        for (b->rounding = 1e-2; b->rounding > 0.0 && !o->solid->is_sound(b);)
             b->rounding = b->rounding > 1e-6 ? 0.7 * b->rounding : 0.0;
-    ck_assert(o->type->is_sound(b));
+    ck_assert(o->solid->is_sound(b));
 }
 
 /* way 0: it stands; 1..: kinds of motion alone; then chains; the last: round ones about their axis
  */
 static void open_one(uint64_t *seed, struct one *o, int kind, bool inside, int way)
 {
-    *o = (struct one){.type = kinds[kind]};
+    *o = (struct one){.solid = kinds[kind]};
     place_body(seed, &o->body);
     size_body(seed, o, inside);
     o->chain = random_chain(seed, way == WAYS - 1 ? 1 : way);
@@ -60,11 +60,10 @@ static void open_one(uint64_t *seed, struct one *o, int kind, bool inside, int w
     }
     chain_open(&o->chain);
     const struct mill_setup_surface surface = {
-        .type = o->type, .form = &o->body, .motion = o->chain.count - 1, .kind = MILL_KINDS};
+        .solid = o->solid, .body = &o->body, .motion = o->chain.count - 1, .kind = MILL_KINDS};
     const struct mill_setup setup = {.motions = o->chain.count, .surfaces = 1, .surface = &surface};
-    const struct mill_chamber chamber = {.half_length = 1.0,
-                                         .places = {{-1.0, -1.0, -1.0}, {1.0, 1.0, 1.0}, INFINITY}};
-    ck_assert(mill_shapes_create(&setup, &chamber, o->chain.link, &o->shape, &o->shapes));
+    const struct mill_reach places = {{-1.0, -1.0, -1.0}, {1.0, 1.0, 1.0}, INFINITY};
+    ck_assert(mill_shapes_create(&setup, &places, o->chain.link, &o->shape, &o->shapes));
 }
 
 static void close_one(struct one *o)
@@ -88,7 +87,7 @@ static real wide_gap_at(const struct one *o, const struct flight *f, real t)
     const struct mill_flight *p = &f->path;
     struct wide r = wide_axpy(wide_of(p->r), t, wide_of(p->v));
     r = wide_axpy(r, 0.5L * t * t, wide_of(p->g));
-    return wide_gap(o->type, &o->body, wide_in(&o->chain, r, f->now + t)) - f->radius;
+    return wide_gap(o->solid, &o->body, wide_in(&o->chain, r, f->now + t)) - f->radius;
 }
 
 /* A ball clear of the body; some are next to it, some fly at it or along with it */
@@ -201,6 +200,73 @@ LOOP_TEST(a_contact_is_what_the_body_does_there, WAYS)
         }
         close_one(&o);
     }
+}
+
+/* The place of the ball in the body's frame is told, as the loop does: what is then said to be far
+ * is not met, and nothing else changes. */
+SLOW_TEST(a_known_place_hides_no_contact, WAYS - 1)
+{
+    const int way = 1 + _i;
+    uint64_t seed = 11 + (uint64_t)way;
+    int found = 0, none = 0;
+    for (int i = 0; i < unit_draws(3000); i++) {
+        struct one o;
+        struct flight f;
+        open_one(&seed, &o, i % BODIES, false, way);
+        if (random_flight(&seed, &o, &f)) {
+            const double window = log_uniform(&seed, 1e-5, 0.03);
+            const double ago = below(&seed, 2) ? log_uniform(&seed, 1e-9, 1e-3) : 0.0;
+            struct mill_flight path = path_of(f.path.r, f.path.v, f.path.g);
+            tell_place(o.chain.top, &f, window, ago, &path);
+            const struct mill_shape *s = o.shape[0];
+            const struct mill_hit plain = ask(s, &f, window, false);
+            const struct mill_hit told =
+                s->type->next_contact(s, &path, f.radius, f.now, window, false);
+            if (told.state == MILL_HIT_NONE) {
+                ck_assert(isinf(first_contact(s, &f, window, false, NULL)));
+            } else {
+                ck_assert_int_eq(told.state, plain.state);
+                ck_assert_double_eq(told.t, plain.t);
+            }
+            found += told.state == MILL_HIT_CONTACT;
+            none += told.state == MILL_HIT_NONE;
+        }
+        close_one(&o);
+    }
+    ck_assert_int_gt(found, unit_draws(150));
+    ck_assert_int_gt(none, unit_draws(150));
+}
+
+/* The quick proof of the search, with the longest time for which it holds */
+LOOP_TEST(a_gap_that_is_said_to_stay_open_does, WAYS)
+{
+    uint64_t seed = 13 + (uint64_t)_i;
+    int said = 0;
+    for (int i = 0; i < unit_draws(3000); i++) {
+        struct one o;
+        struct flight f;
+        open_one(&seed, &o, i % BODIES, false, _i);
+        if (random_flight(&seed, &o, &f)) {
+            const struct mill_convex *c = (const struct mill_convex *)o.shape[0];
+            const struct mill_flight path = path_of(f.path.r, f.path.v, f.path.g);
+            const struct mill_pose pose = mill_shape_pose(&c->base, f.now);
+            const struct mill_contact k = contact_of(&c->base, path.r, f.radius, f.now);
+            const vec3 centre = mill_pose_out(&pose, c->centre), q = vec3_sub(path.r, centre);
+            const vec3 u = vec3_sub(path.v, mill_pose_velocity(&pose, centre));
+            const double d1 =
+                vec3_dot(k.normal, vec3_sub(path.v, mill_pose_velocity(&pose, path.r)));
+            double least = 0.0, most = 0.1;
+            for (int n = 0; n < 50; n++) {
+                const double h = 0.5 * (least + most);
+                *(mill_convex_stays_open(c, &path, q, u, h, k.gap, d1) ? &least : &most) = h;
+            }
+            for (int n = 1; n <= 50; n++)
+                ck_assert_double_gt(gap_at(&c->base, &f, least * n / 50.0), 0.0);
+            said += least > 1e-5;
+        }
+        close_one(&o);
+    }
+    ck_assert_int_gt(said, unit_draws(1000));
 }
 
 /* No ball whose centre is in a box touches what is said to be out of its reach. */

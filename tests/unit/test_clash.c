@@ -1,6 +1,7 @@
 /* Clashes before a run: their times are those of mills whose clash is known, or of many looks; what
  * may overlap is let be. */
 #include "clash_fixture.h"
+#include "parts.h"
 #include "start/clash.h"
 
 enum { MOST = 64, MESH = 2 * 44 * 46 };
@@ -13,8 +14,6 @@ struct mill {
     struct mill_setup_motion motion[4];
     struct mill_body body[MOST];
     struct mill_setup_surface surface[MOST];
-    struct mill_shaft shaft;
-    struct mill_blade blade;
 };
 
 static int add_turn(struct mill *m, int on, double speed, vec3 centre, vec3 axis)
@@ -25,12 +24,12 @@ static int add_turn(struct mill *m, int on, double speed, vec3 centre, vec3 axis
     return k;
 }
 
-static struct mill_body *add_body(struct mill *m, const struct mill_shape_type *type, int motion,
+static struct mill_body *add_body(struct mill *m, const struct mill_solid *solid, int motion,
                                   vec3 centre)
 {
     const int k = m->setup.surfaces++;
     m->surface[k] = (struct mill_setup_surface){
-        .type = type, .form = &m->body[k], .number = k, .motion = motion};
+        .solid = solid, .body = &m->body[k], .number = k, .motion = motion};
     m->body[k] = (struct mill_body){
         .centre = centre, .x = {0.0, 1.0, 0.0}, .y = {0.0, 0.0, 1.0}, .z = {1.0, 0.0, 0.0}};
     return &m->body[k];
@@ -40,7 +39,7 @@ static struct mill_body *add_body(struct mill *m, const struct mill_shape_type *
 static struct mill_body *add_pin(struct mill *m, int motion, vec3 centre, double radius,
                                  double length)
 {
-    struct mill_body *b = add_body(m, &mill_round_cylinder_type, motion, centre);
+    struct mill_body *b = add_body(m, &mill_round_cylinder_solid, motion, centre);
     b->radius = radius;
     b->length = length;
     return b;
@@ -52,10 +51,20 @@ static void add_jar(struct mill *m, int motion, double radius, double length)
     add_pin(m, motion, nought, radius, length)->inside = true;
 }
 
+/* The drum of the setup, as the first surface */
+static void add_drum(struct mill *m, int motion)
+{
+    ck_assert_int_eq(m->setup.surfaces++, 0);
+    m->body[0] = mill_setup_drum_body(&m->setup.drum);
+    m->surface[0] = drum_surface(&m->body[0], motion);
+}
+
 static struct mill_fault find(struct mill *m)
 {
     struct mill_motion *motion[4] = {NULL};
-    struct mill_fault fault = {.code = MILL_FAULT_NONE};
+    struct mill_fault fault = {.code = MILL_FAULT_NONE, .unchecked.when = INFINITY};
+    for (int k = 0; k < MILL_FAULT_PASSINGS; k++)
+        fault.narrowest[k].gap = INFINITY;
     m->setup.motion = m->motion;
     m->setup.surface = m->surface;
     for (int k = 0; k < m->setup.motions; k++) {
@@ -115,9 +124,9 @@ TEST(a_paddle_meets_a_baffle_at_the_angle_where_it_does)
     struct mill m = {.setup.motions = 0};
     const int rotor = add_turn(&m, MILL_STILL, 20.0, nought, vec3_make(1.0, 0.0, 0.0));
     add_jar(&m, MILL_STILL, 0.1, 0.1);
-    add_body(&m, &mill_box_type, rotor, vec3_make(0.0, 0.03, 0.0))->size =
+    add_body(&m, &mill_box_solid, rotor, vec3_make(0.0, 0.03, 0.0))->size =
         vec3_make(0.06, 0.004, 0.05);
-    add_body(&m, &mill_box_type, MILL_STILL, vec3_make(0.02, 0.0, 0.07))->size =
+    add_body(&m, &mill_box_solid, MILL_STILL, vec3_make(0.02, 0.0, 0.07))->size =
         vec3_make(0.01, 0.06, 0.01);
     /* the baffle's lower corner is met by the paddle's face, 2 mm from its middle */
     const double corner = sqrt(0.04 * 0.04 + 0.005 * 0.005);
@@ -152,8 +161,8 @@ TEST(a_body_that_leaves_once_in_fifty_turns_is_found)
         second = peak > best ? best : fmax(second, peak);
         best = fmax(best, peak);
     }
-    add_body(&m, &mill_box_type, MILL_STILL, nought)->inside = true;
-    add_body(&m, &mill_round_sphere_type, inner, vec3_make(0.0, 0.09, 0.0))->radius = 0.002;
+    add_body(&m, &mill_box_solid, MILL_STILL, nought)->inside = true;
+    add_body(&m, &mill_round_sphere_solid, inner, vec3_make(0.0, 0.09, 0.0))->radius = 0.002;
     for (int leaves = 0; leaves < 2; leaves++) {
         const double wall = leaves ? 0.5 * (best + second) : best + 1e-6;
         m.body[0].size = vec3_make(2.0 * (wall + 0.002), 0.3, 0.3);
@@ -273,7 +282,7 @@ SLOW_TEST(no_clash_is_missed_and_none_invented, 3)
         for (int k = 0; k < 2; k++) {
             lone_open(&seed, &body[k], below(&seed, KINDS), vec3_scale(direction(&seed), 0.15));
             mill_clash_solid_free(&body[k].solid);
-            add_body(&m, body[k].type, k ? below(&seed, 3) - 1 : 2, nought);
+            add_body(&m, body[k].kind, k ? below(&seed, 3) - 1 : 2, nought);
             m.body[k] = body[k].body;
         }
         const struct mill_fault f = find(&m);
@@ -305,7 +314,7 @@ static double depth(const struct mill *m, struct mill_motion *const *motion, vec
 {
     const int on = m->surface[0].motion;
     const struct mill_pose pose = mill_motion_pose(on < 0 ? NULL : motion[on], t);
-    return (double)wide_gap(m->surface[0].type, &m->body[0], wide_of(mill_pose_in(&pose, place)));
+    return (double)wide_gap(m->surface[0].solid, &m->body[0], wide_of(mill_pose_in(&pose, place)));
 }
 
 /* The same of the container: no place of the body is found outside before it is told to leave, and
@@ -323,8 +332,8 @@ SLOW_TEST(no_leaving_is_missed_and_none_invented, KINDS)
             add_any(&seed, &m, &link[k]);
         lone_open(&seed, &jar, _i, nought);
         lone_open(&seed, &body, below(&seed, KINDS), vec3_scale(direction(&seed), 0.03));
-        add_body(&m, jar.type, below(&seed, 3) - 1, nought)->inside = true;
-        add_body(&m, body.type, 2, nought);
+        add_body(&m, jar.kind, below(&seed, 3) - 1, nought)->inside = true;
+        add_body(&m, body.kind, 2, nought);
         jar.body.inside = true;
         jar.body.rounding = 0.0;
         jar.body.size = vec3_make(0.5, 0.6, 0.7);
@@ -372,16 +381,16 @@ TEST(overlaps_that_harm_nobody_are_allowed)
     add_jar(&m, jar, 0.1, 0.1);
     /* a lifter through the wall, a shaft through both lids, pins in it, a disc on it, and a
        standing bearing around it */
-    add_body(&m, &mill_box_type, jar, vec3_make(0.0, 0.1, 0.0))->size = vec3_make(0.02, 0.01, 0.2);
+    add_body(&m, &mill_box_solid, jar, vec3_make(0.0, 0.1, 0.0))->size = vec3_make(0.02, 0.01, 0.2);
     add_pin(&m, rotor, nought, 0.01, 0.2);
-    add_body(&m, &mill_round_capsule_type, rotor, vec3_make(0.0, 0.03, 0.0))->radius = 0.004;
+    add_body(&m, &mill_round_capsule_solid, rotor, vec3_make(0.0, 0.03, 0.0))->radius = 0.004;
     add_pin(&m, rotor, vec3_make(0.02, 0.0, 0.0), 0.05, 0.01);
     add_pin(&m, jar, vec3_make(-0.05, 0.0, 0.0), 0.02, 0.03);
-    add_body(&m, &mill_box_type, jar, vec3_make(0.05, 0.0, 0.0))->size =
+    add_body(&m, &mill_box_solid, jar, vec3_make(0.05, 0.0, 0.0))->size =
         vec3_make(0.05, 0.05, 0.01);
     expect(&m, MILL_FAULT_NONE, 0.0, 0.0);
     /* a shaft of four edges would stir the lid */
-    m.surface[2].type = &mill_box_type;
+    m.surface[2].solid = &mill_box_solid;
     m.body[2].size = vec3_make(0.01, 0.01, 0.2);
     expect(&m, MILL_FAULT_OUTSIDE, 0.0, 0.0);
     ck_assert_int_eq(find(&m).other, 2);
@@ -390,15 +399,15 @@ TEST(overlaps_that_harm_nobody_are_allowed)
 /* A drum with a standing shaft; a wavy one would stir it where it reaches its buckles. */
 TEST(drums_are_pierced_where_they_turn_in_themselves)
 {
-    struct mill m = {.setup = {.drum = {.radius = 0.1, .length = 0.1, .rides = 1}}};
-    add_turn(&m, MILL_STILL, 9.0, nought, vec3_make(1.0, 0.0, 0.0));
+    struct mill m = {.setup = {.drum = {.radius = 0.1, .length = 0.1}}};
+    add_drum(&m, add_turn(&m, MILL_STILL, 9.0, nought, vec3_make(1.0, 0.0, 0.0)));
     add_pin(&m, MILL_STILL, nought, 0.01, 0.2);
     add_pin(&m, MILL_STILL, vec3_make(0.0, 0.0, 0.08), 0.01, 0.2);
     expect(&m, MILL_FAULT_NONE, 0.0, 0.0);
-    m.setup.drum.buckles = 6;
-    m.setup.drum.buckle_height = 0.005;
+    m.body[0].buckles = 6;
+    m.body[0].buckle_height = 0.005;
     expect(&m, MILL_FAULT_NONE, 0.0, 0.0);
-    m.setup.drum.buckle_height = 0.015;
+    m.body[0].buckle_height = 0.015;
     expect(&m, MILL_FAULT_OUTSIDE, 0.0, 0.0);
     ck_assert_int_eq(find(&m).other, 1);
 }
@@ -407,12 +416,16 @@ TEST(drums_are_pierced_where_they_turn_in_themselves)
 
 TEST(blades_and_shafts_run_into_bodies_too)
 {
-    struct mill m = {.setup = {.drum = {.radius = 0.1, .length = 0.1}}, .shaft = {0.01}};
+    struct mill m = {.setup = {.drum = {.radius = 0.1, .length = 0.1}}};
     const int rotor = add_turn(&m, MILL_STILL, 10.0, nought, vec3_make(1.0, 0.0, 0.0));
-    m.blade = (struct mill_blade){.tip_radius = 0.08, .width = 0.02, .thickness = 0.004};
-    m.surface[0] = (struct mill_setup_surface){&mill_cylinder_shaft_type, &m.shaft, -1, rotor, 0};
-    m.surface[1] = (struct mill_setup_surface){&mill_blade_type, &m.blade, 0, rotor, 0};
-    m.setup.surfaces = 2;
+    add_drum(&m, MILL_STILL);
+    m.body[1] = mill_setup_shaft(0.01, 0.1);
+    m.body[2] = mill_setup_blade(
+        &(struct mill_blade){.tip_radius = 0.08, .width = 0.02, .thickness = 0.004});
+    m.surface[1] = shaft_surface(&m.body[1]);
+    m.surface[2] = blade_surface(&m.body[2], 0);
+    m.surface[1].motion = m.surface[2].motion = rotor;
+    m.setup.surfaces = 3;
     struct mill_body *pin = add_pin(&m, MILL_STILL, vec3_make(0.0, 0.0, 0.06), 0.003, 0.01);
     /* the blade's face is 2 mm from its middle, the pin 3 mm from its axis */
     expect(&m, MILL_FAULT_CLASH, (0.5 * PI - asin(0.005 / 0.06)) / 10.0, 1e-5);
@@ -423,7 +436,7 @@ TEST(blades_and_shafts_run_into_bodies_too)
     expect(&m, MILL_FAULT_NONE, 0.0,
            0.0); /* within the shaft, which is round and turns in itself */
     const int other = add_turn(&m, MILL_STILL, 1.0, vec3_make(0.0, 0.0, 0.05), vec3_make(1, 0, 0));
-    m.surface[2].motion = other;
+    m.surface[3].motion = other;
     expect(&m, MILL_FAULT_CLASH, 0.0, 0.0);
     ck_assert(find(&m).ball == 0 && find(&m).other == 2);
 }
@@ -454,7 +467,7 @@ static void make_ball(uint64_t *seed, vec3 facet[MESH][3], double radius, double
 
 static struct mill_body *add_mesh(struct mill *m, int motion, vec3 centre, vec3 facet[MESH][3])
 {
-    struct mill_body *b = add_body(m, &mesh_type, motion, centre);
+    struct mill_body *b = add_body(m, &mill_facets_solid, motion, centre);
     b->facets = MESH;
     b->facet = (const vec3(*)[3])facet;
     b->x = vec3_make(1.0, 0.0, 0.0);
@@ -492,7 +505,8 @@ TEST(a_mesh_holds_what_is_in_it)
     const int rotor = add_turn(&m, MILL_STILL, 10.0, vec3_make(0.0, 0.04, 0.0), vec3_make(1, 0, 0));
     make_ball(&seed, facet, 0.1, 1e-4);
     add_mesh(&m, MILL_STILL, nought, facet)->inside = true;
-    struct mill_body *ball = add_body(&m, &mill_round_sphere_type, rotor, vec3_make(0.0, 0.0, 0.0));
+    struct mill_body *ball =
+        add_body(&m, &mill_round_sphere_solid, rotor, vec3_make(0.0, 0.0, 0.0));
     ball->radius = 0.015;
     expect(&m, MILL_FAULT_NONE, 0.0, 0.0); /* as far as 0.095 */
     ball->radius = 0.021;

@@ -12,8 +12,8 @@ static double segment_distance(vec3 p, vec3 a, vec3 b)
 static double place_distance(const struct lone *o, vec3 p)
 {
     const vec3 *c = o->corner;
-    if (o->type != &mesh_type)
-        return fmax((double)wide_gap(o->type, &o->body, wide_of(p)), 0.0);
+    if (o->kind != &mill_facets_solid)
+        return fmax((double)wide_gap(o->kind, &o->body, wide_of(p)), 0.0);
     double least = INFINITY;
     const vec3 cross = vec3_cross(vec3_sub(c[1], c[0]), vec3_sub(c[2], c[0]));
     const vec3 n = vec3_scale(cross, 1.0 / vec3_norm(cross));

@@ -142,7 +142,7 @@ static struct model with_blade(double position, double width, double pitch)
     return (struct model){.setup = {.gravity.z = -9.81, .drum = slice},
                           .balls = {{.diameter = 0.002, .density = STEEL, .count = 50}},
                           .rotor = {.speed = 100.0},
-                          .shaft = {0.001},
+                          .shaft = 0.001,
                           .blades = 1,
                           .blade = {{position, 0.0, 0.006, width, 0.001, pitch}}};
 }
@@ -217,7 +217,7 @@ TEST(a_mill_that_moves_along_its_axis_is_a_fault)
             const struct mill_setup_motion on = {
                 .type = motion[k].type, .form = motion[k].form, .on = MILL_STILL};
             const struct mill_setup_surface lifter = {
-                .type = &mill_box_type, .form = &bar, .kind = MILL_KINDS};
+                .solid = &mill_box_solid, .body = &bar, .kind = MILL_KINDS};
             const char *const kind = "lifter";
             struct mill_setup s = {.gravity.z = -9.81, .drum = slice, .motions = 1, .motion = &on};
             s.surfaces = 1;

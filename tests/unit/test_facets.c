@@ -7,8 +7,7 @@
 
 enum { WAYS = MOTION_KINDS + 2 };
 static struct form form, other;
-static const struct mill_chamber chamber = {
-    .half_length = 1.0, .places = {{-1.0, -1.0, -1.0}, {1.0, 1.0, 1.0}, INFINITY}};
+static const struct mill_reach places = {{-1.0, -1.0, -1.0}, {1.0, 1.0, 1.0}, INFINITY};
 
 /* One mesh on its motions */
 struct one {
@@ -18,9 +17,7 @@ struct one {
 
 static struct mill_shape *shape_of(const struct mill_body *is, const struct mill_motion *motion)
 {
-    const struct mill_shape base = {
-        .type = &mill_facets_type, .motion = motion, .fixed = motion == NULL};
-    struct mill_shape *shape = lone_shape(&base, is, &chamber);
+    struct mill_shape *shape = lone_shape(&mill_facets_solid, is, motion, &places);
     ck_assert_ptr_nonnull(shape);
     return shape;
 }
@@ -227,8 +224,7 @@ LOOP_TEST(a_box_of_facets_is_met_as_a_box_is, WAYS)
         form_add_box(&form, nought, form.is.size);
         struct one o = {.chain = random_chain(&seed, _i)};
         chain_open(&o.chain);
-        const struct mill_shape base = {.type = &mill_box_type, .motion = o.chain.top};
-        struct mill_shape *box = lone_shape(&base, &form.is, &chamber);
+        struct mill_shape *box = lone_shape(&mill_box_solid, &form.is, o.chain.top, &places);
         o.shape = shape_of(&form.is, o.chain.top);
         for (int n = 0; n < 10; n++) {
             struct flight f;
@@ -394,15 +390,21 @@ TEST(hull_volume_and_outline_are_those_of_the_solid)
     form_open(&form);
     form_add_box(&form, vec3_make(0.01, 0.0, 0.0), vec3_make(0.02, 0.03, 0.05));
     place_body(&seed, &form.is);
-    const struct mill_hull hull = mill_facets_type.hull(&form.is);
-    ck_assert_double_eq_tol(mill_facets_type.volume(&form.is), 3e-5, 1e-19);
+    const struct mill_hull hull = mill_facets_solid.hull(&form.is);
+    ck_assert_double_eq_tol(mill_facets_solid.volume(&form.is), 3e-5, 1e-19);
+    double far = 0.0;
+    for (int k = 0; k < 36; k++) {
+        const vec3 at = mill_body_out(&form.is, form.facet[k / 3][k % 3]);
+        far = fmax(far, hypot(at.y, at.z));
+    }
+    ck_assert_double_eq_tol(mill_part_reach(&mill_facets_solid, &form.is), far, 1e-16);
     ck_assert_double_eq_tol(hull.half, 0.025, 1e-16);
     ck_assert_double_eq_tol(hull.radius, sqrt(0.02 * 0.02 + 0.015 * 0.015), 1e-16);
     for (int inside = 0; inside < 2; inside++) {
         struct mill_mesh mesh = {0};
         double sum = 0.0;
         form.is.inside = inside;
-        mill_facets_type.outline(&form.is, 1e-3, &mesh);
+        mill_facets_solid.outline(&form.is, MILL_SOLID_WHOLE, 1e-3, &mesh);
         ck_assert_uint_eq(mesh.triangles, 12);
         for (size_t k = 0; k < mesh.triangles; k++) {
             const int64_t *c = mesh.corner[k];

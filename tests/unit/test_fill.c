@@ -30,7 +30,7 @@ static struct model model_of(const struct charge *c)
     struct model m = {
         .setup = {.drum = {.radius = radius, .length = length}, .speed = c->speed, .seed = c->seed},
         .rotor = {.speed = 50.0, .angle = 25 * DEG},
-        .shaft.radius = c->rotor ? 0.2 * radius : 0.0,
+        .shaft = c->rotor ? 0.2 * radius : 0.0,
         .blades = c->rotor ? 5 : 0,
         .blade = {{.tip_radius = 0.88 * radius,
                    .width = 0.15 * length,
@@ -189,7 +189,7 @@ static void check_room(int buckles, double buckle_height)
         .setup.drum = {0.075, 0.05, .buckles = buckles, .buckle_height = buckle_height},
         .balls = {{.diameter = 2.0 * reach, .density = STEEL, .count = 1}},
         .rotor = {.speed = 50.0, .angle = 25 * DEG},
-        .shaft = {0.015},
+        .shaft = 0.015,
         .blades = 3,
         .blade = {{.tip_radius = 0.055, .width = 0.009, .thickness = 0.006, .pitch = 30 * DEG}}};
     struct mill_world *w = model_world(&m);
@@ -384,7 +384,7 @@ TEST(a_mill_without_room_for_one_ball_says_so)
     /* six blades from end to end, the sectors between them too narrow for a ball */
     struct model m = {.setup.drum = {.radius = 0.03, .length = 0.06},
                       .balls = {{.diameter = 0.02, .density = STEEL, .count = 1}},
-                      .shaft = {0.005},
+                      .shaft = 0.005,
                       .blades = 6};
     for (int k = 0; k < 6; k++)
         m.blade[k] = (struct mill_blade){
@@ -488,7 +488,7 @@ SLOW_TEST(the_time_of_a_start_grows_like_the_number_of_balls, 1)
 static struct mill_setup with_discs(int discs, double thickness, struct mill_body *disc,
                                     struct mill_setup_surface *surface, double *free)
 {
-    static const struct mill_shaft shaft = {0.015};
+    static struct mill_body shaft;
     static const struct mill_turn turn = {.axis = {1, 0, 0}, .speed = 50};
     static const struct mill_setup_motion rotor = {
         .type = &mill_turn_type, .form = &turn, .on = MILL_STILL};
@@ -497,8 +497,8 @@ static struct mill_setup with_discs(int discs, double thickness, struct mill_bod
                            .motion = &rotor,
                            .surfaces = 1 + discs,
                            .surface = surface};
-    surface[0] = (struct mill_setup_surface){
-        .type = &mill_cylinder_shaft_type, .form = &shaft, .number = -1};
+    shaft = mill_setup_shaft(0.015, 0.12);
+    surface[0] = shaft_surface(&shaft);
     *free = PI * (0.075 * 0.075 - 0.015 * 0.015) * 0.12;
     for (int k = 0; k < discs; k++) {
         disc[k] = (struct mill_body){.centre = {-0.06 + (k + 0.37) * 0.12 / discs, 0, 0},
@@ -508,7 +508,7 @@ static struct mill_setup with_discs(int discs, double thickness, struct mill_bod
                                      .radius = 0.06,
                                      .length = thickness};
         surface[1 + k] = (struct mill_setup_surface){
-            .type = &mill_round_cylinder_type, .form = &disc[k], .kind = MILL_BALL_BLADE};
+            .solid = &mill_round_cylinder_solid, .body = &disc[k], .kind = MILL_BALL_BLADE};
         *free -= PI * (0.06 * 0.06 - 0.015 * 0.015) * thickness;
     }
     return s;

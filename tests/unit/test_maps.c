@@ -1,5 +1,5 @@
 /* Claims about the two maps of the mill. */
-#include "geometry/shape.h"
+#include "geometry/body.h"
 #include "mill_fixture.h"
 #include "millsim/start.h"
 
@@ -128,9 +128,10 @@ static struct mill_contact lobes(const struct mill_shape *shape, vec3 p, double 
 
 TEST(a_drum_that_is_no_circle_is_measured_by_its_gap)
 {
-    const struct mill_shape_type type = {.kind = MILL_BALL_DRUM, .contact = lobes};
-    struct mill_shape shape = {.type = &type, .kind = MILL_BALL_DRUM};
-    struct mill_shape *list[1] = {&shape};
+    const struct mill_shape_type type = {.contact = lobes};
+    struct mill_bodied wall = {.convex.base = {.type = &type, .kind = MILL_BALL_DRUM},
+                               .is.inside = true};
+    struct mill_shape *list[1] = {&wall.convex.base};
     struct mill_maps other;
     double cross = 0, axial = 0;
     f.world.shape = list;
@@ -427,9 +428,9 @@ static double sum_of_room(const struct mill_map *map)
 LOOP_TEST(the_cells_make_up_a_body, 5)
 {
     const vec3 x = {0, 0.6, 0.8}, y = {0, -0.8, 0.6}, z = {1, 0, 0};
-    const struct mill_shape_type *const type[] = {&mill_box_type, &mill_round_cylinder_type,
-                                                  &mill_round_cone_type, &mill_round_capsule_type,
-                                                  &mill_round_sphere_type};
+    const struct mill_solid *const type[] = {&mill_box_solid, &mill_round_cylinder_solid,
+                                             &mill_round_cone_solid, &mill_round_capsule_solid,
+                                             &mill_round_sphere_solid};
     const struct mill_body body = {.inside = true,
                                    .centre = {0.2, -0.1, 0.3},
                                    .x = x,
@@ -440,7 +441,7 @@ LOOP_TEST(the_cells_make_up_a_body, 5)
                                    .end_radius = 0.02,
                                    .length = 0.1};
     const struct mill_setup_surface surface = {
-        .type = type[_i], .form = &body, .motion = MILL_STILL, .kind = MILL_KINDS};
+        .solid = type[_i], .body = &body, .motion = MILL_STILL, .kind = MILL_KINDS};
     const struct mill_setup_balls ball = {"steel", 0.002, 7800, 1};
     const char *const kind = "vessel";
     const struct mill_setup setup = {.surfaces = 1,

@@ -1,6 +1,7 @@
 /* Drums that move: round and wavy ones with their end walls, on every motion. The first contact is
  * closed, closing, and nothing comes before it; a drum that turns about its own axis is met where
  * one that stands would be. */
+#include "base/profile.h"
 #include "motion_fixture.h"
 #include "shape_fixture.h"
 
@@ -27,11 +28,11 @@ static void open_drum(uint64_t *seed, struct moving *d, int way, bool wavy)
     }
     d->chain = random_chain(seed, way);
     chain_open(&d->chain);
-    d->is.rides = d->chain.count;
-    const struct mill_setup setup = {.drum = d->is, .motions = d->chain.count};
-    struct mill_chamber chamber = mill_shapes_chamber(&d->is);
-    chamber.places = (struct mill_reach){{-1.0, -1.0, -1.0}, {1.0, 1.0, 1.0}, INFINITY};
-    ck_assert(mill_shapes_create(&setup, &chamber, d->chain.link, &d->shape, &d->shapes));
+    const struct mill_body drum = mill_setup_drum_body(&d->is);
+    const struct mill_setup_surface surface = drum_surface(&drum, d->chain.count - 1);
+    const struct mill_setup setup = {.motions = d->chain.count, .surfaces = 1, .surface = &surface};
+    const struct mill_reach places = {{-1.0, -1.0, -1.0}, {1.0, 1.0, 1.0}, INFINITY};
+    ck_assert(mill_shapes_create(&setup, &places, d->chain.link, &d->shape, &d->shapes));
     ck_assert_int_eq(d->shapes, 3);
 }
 
@@ -119,11 +120,13 @@ TEST(what_turns_about_its_own_axis_is_met_like_what_stands)
         struct moving d;
         struct flight f;
         open_drum(&seed, &d, 0, false);
-        const struct mill_setup setup = {.drum = round_drum};
-        const struct mill_chamber chamber = mill_shapes_chamber(&round_drum);
+        const struct mill_body drum = mill_setup_drum_body(&round_drum);
+        const struct mill_setup_surface surface = drum_surface(&drum, MILL_STILL);
+        const struct mill_setup setup = {.surfaces = 1, .surface = &surface};
+        const struct mill_reach places = drum_places(&round_drum);
         struct mill_shape **still;
         int count;
-        ck_assert(mill_shapes_create(&setup, &chamber, NULL, &still, &count));
+        ck_assert(mill_shapes_create(&setup, &places, NULL, &still, &count));
         if (random_flight(&seed, &d, &f))
             for (int k = 0; k < 3; k++) {
                 const double t = first_contact(still[k], &f, 0.03, false, NULL);

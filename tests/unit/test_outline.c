@@ -7,10 +7,10 @@
 
 #define TOLERANCE (1e-3 * R) /* [m] */
 
-static struct mill_mesh drawn(const struct mill_shape *shape, const struct mill_chamber *chamber)
+static struct mill_mesh drawn(const struct mill_shape *shape)
 {
     struct mill_mesh mesh = {0};
-    shape->type->draw(shape, chamber, TOLERANCE, &mesh);
+    mill_body_draw(shape, TOLERANCE, &mesh);
     ck_assert(!mesh.failed && mesh.triangles > 0);
     return mesh;
 }
@@ -128,7 +128,7 @@ TEST(corners_lie_on_the_surface_and_flats_within_the_tolerance)
         build_mill(&seed, which, &mill);
         for (int k = 0; k < SHAPES; k++) {
             const struct mill_shape *shape = mill.shape[k];
-            struct mill_mesh mesh = drawn(shape, &mill.chamber);
+            struct mill_mesh mesh = drawn(shape);
             for (size_t i = 0; i < mesh.points; i++) {
                 if (k == SHAFT && mesh.point[i].y == 0.0 && mesh.point[i].z == 0.0)
                     continue; /* the middle of its ends, which no ball meets */
@@ -162,7 +162,7 @@ TEST(every_triangle_faces_the_balls)
         struct mill mill;
         build_mill(&seed, which, &mill);
         for (int k = 0; k < SHAPES; k++) {
-            struct mill_mesh mesh = drawn(mill.shape[k], &mill.chamber);
+            struct mill_mesh mesh = drawn(mill.shape[k]);
             for (size_t t = 0; t < mesh.triangles; t++) {
                 const vec3 n = facing(&mesh, t);
                 const double area = vec3_norm(n);
@@ -191,12 +191,12 @@ TEST(drum_and_end_walls_enclose_the_chamber)
         struct mill_mesh mesh[3];
         double enclosed = 0.0;
         for (int k = 0; k < 3; k++) {
-            mesh[k] = drawn(mill.shape[DRUM + k], &mill.chamber);
+            mesh[k] = drawn(mill.shape[DRUM + k]);
             enclosed -= volume(&mesh[k]); /* seen from within */
         }
         assert_closed(mesh, 3);
         /* chords between points of arcs that bulge outwards and inwards: off either way */
-        const double exact = mill_profile_area(&mill.chamber.drum) * drum_length;
+        const double exact = mill.shape[DRUM]->solid->volume(mill_body_is(mill.shape[DRUM]));
         ck_assert_double_le(fabs(enclosed - exact), 4e-3 * exact);
         for (int k = 0; k < 3; k++)
             mill_mesh_free(&mesh[k]);
@@ -211,7 +211,7 @@ TEST(an_end_wall_has_no_folds)
         struct mill mill;
         build_mill(&seed, which, &mill);
         for (int k = WALL_0; k <= WALL_1; k++) {
-            struct mill_mesh mesh = drawn(mill.shape[k], &mill.chamber);
+            struct mill_mesh mesh = drawn(mill.shape[k]);
             const double side = k == WALL_0 ? 1.0 : -1.0;
             for (size_t t = 0; t < mesh.triangles; t++)
                 ck_assert_double_ge(side * facing(&mesh, t).x, -1e-17);
@@ -228,8 +228,8 @@ TEST(shaft_and_blade_are_closed_bodies_of_their_volume)
         struct mill mill;
         build_mill(&seed, which, &mill);
         const double rod = PI * shaft_radius * shaft_radius * drum_length;
-        struct mill_mesh shaft = drawn(mill.shape[SHAFT], &mill.chamber);
-        struct mill_mesh blade = drawn(mill.shape[BLADE], &mill.chamber);
+        struct mill_mesh shaft = drawn(mill.shape[SHAFT]);
+        struct mill_mesh blade = drawn(mill.shape[BLADE]);
         assert_closed(&shaft, 1);
         assert_closed(&blade, 1);
         ck_assert_double_le(fabs(volume(&blade) - 0.06 * 0.012 * 0.007), 1e-18);
@@ -267,10 +267,10 @@ TEST(the_outline_tells_what_turns_and_names_every_triangle)
     uint64_t seed = 6;
     struct mill mill;
     build_mill(&seed, 0, &mill);
-    struct mill_world world = {.drum_length = drum_length, .shapes = SHAPES, .shape = mill.shape};
+    struct mill_world world = {.container.radius = R, .shapes = SHAPES, .shape = mill.shape};
     struct mill_outline still, turning;
-    ck_assert(mill_outline_make(&mill.chamber.drum, &world, NULL, &still));
-    ck_assert(mill_outline_make(&mill.chamber.drum, &world, mill.rotor, &turning));
+    ck_assert(mill_outline_make(&world, NULL, &still));
+    ck_assert(mill_outline_make(&world, mill.rotor, &turning));
     size_t of_kind[MILL_KINDS] = {0};
     for (size_t t = 0; t < still.mesh.triangles; t++) {
         const double x = corner(&still.mesh, t, 0).x;
@@ -297,8 +297,8 @@ TEST(without_a_rotor_nothing_turns)
     struct mill mill;
     struct mill_outline turning;
     build_mill(&seed, 0, &mill);
-    struct mill_world world = {.drum_length = drum_length, .shapes = SHAFT, .shape = mill.shape};
-    ck_assert(mill_outline_make(&mill.chamber.drum, &world, mill.rotor, &turning));
+    struct mill_world world = {.container.radius = R, .shapes = SHAFT, .shape = mill.shape};
+    ck_assert(mill_outline_make(&world, mill.rotor, &turning));
     ck_assert_uint_eq(turning.mesh.triangles, 0);
     mill_outline_free(&turning);
     mill_demolish(&mill);

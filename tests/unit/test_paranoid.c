@@ -14,7 +14,7 @@ static const struct model still_life = {
     .setup = {.drum = {.radius = 0.05, .length = 0.1}, .start = still_life_start},
     .balls = {{.diameter = 0.01, .density = STEEL, .count = BALLS}},
     .rotor = {.speed = 600 * RPM},
-    .shaft = {0.008},
+    .shaft = 0.008,
     .blades = 1,
     .blade = {{.position = -0.03, .tip_radius = 0.03, .width = 0.01, .thickness = 0.004}},
     .law = {.restitution = 0.8}};
@@ -23,7 +23,7 @@ static const struct model busy = {
     .setup = {.gravity.z = -9.81, .drum = {.radius = 0.03, .length = 0.04}},
     .balls = {{.diameter = 0.005, .density = STEEL, .count = 120}},
     .rotor = {.speed = 1000 * RPM},
-    .shaft = {0.006},
+    .shaft = 0.006,
     .blades = 2,
     .blade = {{.tip_radius = 0.022, .width = 0.008, .thickness = 0.004, .pitch = 20 * DEG}},
     .law = {0.8, 0.3, 0.4}};
@@ -187,6 +187,17 @@ TEST(a_forgotten_contact_with_a_surface_is_told)
     q->plan[3].shape_t = INFINITY;
     enter(3);
     expect_of_all("ball 3 meets a surface (ball_blade) by t = 0.0");
+}
+
+/* The watch searches on its own, also a body that the loop may reject by the ball's last place: it
+ * tells the contact, not a later sample that overlaps. */
+TEST(a_forgotten_contact_with_a_body_is_told_with_its_time)
+{
+    const double due = q->plan[3].shape_t;
+    q->plan[3].shape_t = INFINITY;
+    enter(3);
+    expect_of_all("ball 3 meets a surface (ball_blade) by t = ");
+    ck_assert_double_eq_tol(strtod(strstr(error.text, "t = ") + 4, NULL), due, 1e-12);
 }
 
 TEST(a_contact_planned_a_picosecond_late_is_told)

@@ -258,7 +258,7 @@ LOOP_TEST(balls_never_sleep_where_that_could_change_the_run, 3)
     if (_i == 1)
         odd.setup.rebound_floor = 0.1; /* a ball hops as high as its radius */
     if (_i == 2) {                     /* a blade creeps slower than the rebound floor */
-        odd.shaft.radius = 0.004;
+        odd.shaft = 0.004;
         odd.rotor.speed = 1 * RPM;
     }
     struct bench b;

@@ -40,7 +40,7 @@ static struct mill_world *make_mill(const struct setting *s, uint64_t *seed)
                                 .drum = {.radius = 0.03, .length = 0.06},
                                 .seed = 1 + (unsigned long)below(seed, 1000)},
                       .rotor = {.speed = 1500 * RPM, .angle = 40 * DEG},
-                      .shaft.radius = s->rotor ? 0.006 : 0.0,
+                      .shaft = s->rotor ? 0.006 : 0.0,
                       .blades = s->rotor ? 3 : 0,
                       .blade = {blade},
                       .balls = {equal}};
@@ -98,6 +98,7 @@ static double shape_contact(const struct mill_world *w, int32_t i, int32_t k, do
                                       .v = mill_world_velocity(w, i, now + t),
                                       .g = w->g,
                                       .pull = vec3_norm(w->g),
+                                      .slack = (double)INFINITY,
                                       .travel = (double)INFINITY};
         const struct mill_hit hit = s->type->next_contact(s, &f, radius_of(w, i), now + t,
                                                           window - t, touching && t == 0.0);
@@ -361,17 +362,20 @@ static struct mill_hit listen(const struct mill_shape *shape, const struct mill_
     return mill_hit_at(INFINITY);
 }
 
-/* How much of the travel told the ball needs at most within the horizon */
-static double share_of_travel(const struct mill_motion *motion)
+/* How much of the travel told the ball needs at most within the horizon, and of the slack around
+ * the course told */
+static double share_of_travel(const struct mill_motion *motion, double *slack)
 {
     const struct mill_flight *f = &heard.flight;
-    double farthest = 0.0;
+    double farthest = 0.0, off = 0.0;
     for (int k = 0; k <= 20; k++) {
         const double t = heard.horizon * k / 20.0;
         const struct mill_pose pose = mill_motion_pose(motion, heard.now + t);
         const vec3 at = mill_pose_in(&pose, vec3_fly(f->r, f->v, f->g, t));
         farthest = fmax(farthest, vec3_norm(vec3_sub(at, f->place)));
+        off = fmax(off, vec3_norm(vec3_sub(at, vec3_axpy(f->place, t, f->course))));
     }
+    *slack = off / f->slack;
     return farthest / f->travel;
 }
 
@@ -383,12 +387,12 @@ LOOP_TEST(a_ball_is_never_farther_from_the_place_told_than_told, SETTINGS)
     if (!setting[_i].rotor)
         return;
     struct mill_world *w = make_mill(&setting[_i], &seed);
-    struct mill_shape_type listener = mill_blade_type;
+    struct mill_shape_type listener = *mill_box_solid.surface;
     long asked = 0;
-    double now = 0.0, most = 0.0, sum = 0.0;
+    double now = 0.0, most = 0.0, sum = 0.0, slack = 0.0, widest = 0.0;
     listener.next_contact = listen;
     for (int k = 0; k < w->shapes; k++) {
-        if (w->shape[k]->type == &mill_blade_type)
+        if (w->shape[k]->solid == &mill_box_solid)
             w->shape[k]->type = &listener;
     }
     struct mill_schedule *p = start(w);
@@ -403,13 +407,17 @@ LOOP_TEST(a_ball_is_never_farther_from_the_place_told_than_told, SETTINGS)
         mill_schedule_ball(p, i, now, MILL_NOBODY);
         if (heard.asked == before)
             continue;
-        const double share = share_of_travel(w->motion[0]);
+        const double share = share_of_travel(w->motion[0], &slack);
         asked++;
         most = fmax(most, share);
+        widest = fmax(widest, slack);
+        ck_assert_double_ge(heard.flight.window, heard.horizon);
         sum += share;
     }
     ck_assert_int_gt(asked, 10000);
     ck_assert_double_le(most, 1.0);
+    ck_assert_double_le(widest, 1.0);
+    ck_assert_double_gt(widest, 0.5);
     ck_assert_double_gt(sum / (double)asked, 0.25); /* and it is not told much too far */
     mill_schedule_free(p);
     mill_world_free(w);

@@ -16,7 +16,7 @@ static const struct model sound = {
               .speed = 1.0},
     .balls = {{.diameter = 0.005, .density = STEEL, .count = 2}},
     .rotor = {.speed = 100.0, .angle = 1.0},
-    .shaft = {0.008},
+    .shaft = 0.008,
     .blades = 1,
     .blade = {{.tip_radius = 0.03, .width = 0.008, .thickness = 0.005, .pitch = 0.1}},
     .law = {0.8, 0.3, 0.4}};
@@ -55,8 +55,7 @@ static const struct {
     {offsetof(struct model, rotor.centre.y), false, false},
     {offsetof(struct model, rotor.speed), false, false},
     {offsetof(struct model, rotor.angle), false, false},
-    {offsetof(struct model, shaft.radius), false,
-     false}, /* of a model none where it is 0 or less */
+    {offsetof(struct model, shaft), false, false}, /* of a model none where it is 0 or less */
     {offsetof(struct model, blade[0].position), false, false},
     {offsetof(struct model, blade[0].angle), false, false},
     {offsetof(struct model, blade[0].tip_radius), true, true},
@@ -75,7 +74,7 @@ LOOP_TEST(a_number_that_is_none_or_out_of_range_is_refused, NUMBERS)
         const int which = k < 3 ? k : number[_i].positive ? k : 4;
         if (number[_i].at == offsetof(struct model, balls[0].diameter) && !(bad[which] > 0.0))
             continue; /* a model without balls */
-        if (number[_i].at == offsetof(struct model, shaft.radius) && !(bad[which] > 0.0))
+        if (number[_i].at == offsetof(struct model, shaft) && !(bad[which] > 0.0))
             continue; /* a model without shaft */
         memcpy((char *)&m + number[_i].at, &bad[which], sizeof(double));
         /* a radius of 0: there is no drum */
@@ -119,10 +118,11 @@ static enum mill_fault_code start_on(int first, int second, int surface, vec3 ax
     const struct mill_setup_motion motion[] = {
         {.type = &mill_turn_type, .form = &turn, .on = first},
         {.type = &mill_turn_type, .form = &turn, .on = second}};
-    const struct mill_setup_surface blade = {
-        .type = &mill_blade_type, .form = &sound.blade[0], .motion = surface};
+    const struct mill_body box = mill_setup_blade(&sound.blade[0]);
+    struct mill_setup_surface blade = blade_surface(&box, 0);
     struct mill_setup setup = sound.setup;
     struct mill_world *w;
+    blade.motion = surface;
     setup.motions = 2;
     setup.motion = motion;
     setup.surfaces = 1;
@@ -155,20 +155,37 @@ TEST(a_surface_beyond_the_drum_is_refused_by_its_number)
     const struct {
         size_t at; /* a number of the model */
         double wrong;
+        enum mill_fault_code code;
         int32_t surface;
-    } fault[] = {{offsetof(struct model, shaft.radius), 0.05, 0},
-                 {offsetof(struct model, blade[0].tip_radius), 0.05, 1},
-                 {offsetof(struct model, blade[0].width), 0.2, 1},
-                 {offsetof(struct model, rotor.centre.y), 0.001, 0}}; /* no axis for a shaft */
+    } fault[] = {{offsetof(struct model, shaft), 0.05, MILL_FAULT_NO_ROOM, 0},
+                 {offsetof(struct model, blade[0].tip_radius), 0.05, MILL_FAULT_OUTSIDE, 1},
+                 {offsetof(struct model, blade[0].width), 0.2, MILL_FAULT_OUTSIDE, 1}};
     for (size_t k = 0; k < sizeof fault / sizeof *fault; k++) {
         struct model m = sound;
         struct mill_world *w;
         struct mill_fault told;
         memcpy((char *)&m + fault[k].at, &fault[k].wrong, sizeof(double));
-        ck_assert_int_eq(model_start(&m, NULL, &w, &told), MILL_FAULT_SURFACE);
+        ck_assert_int_eq(model_start(&m, NULL, &w, &told), fault[k].code);
         ck_assert_ptr_null(w);
         ck_assert_int_eq(told.other, fault[k].surface);
     }
+}
+
+TEST(a_shaft_on_a_turn_off_the_drum_s_axis_goes_round_it)
+{
+    struct model m = sound;
+    m.rotor.centre.y = 0.002;
+    struct mill_world *w = model_world(&m);
+    const struct mill_shape *shaft = w->shape[3];
+    ck_assert_int_eq(shaft->kind, MILL_BALL_SHAFT);
+    for (int k = 0; k < 100; k++) { /* from 2 mm to 0 and back; its own place is the origin */
+        const double t = k * 1e-3, a = m.rotor.angle + 100.0 * t;
+        const double y = 0.002 - 0.002 * cos(a), z = -0.002 * sin(a);
+        const struct mill_pose pose = mill_shape_pose(shaft, t);
+        const double gap = mill_shape_gap(shaft, vec3_make(0.001, 0.02, 0.01), 0.003, &pose);
+        ck_assert_double_eq_tol(gap, hypot(0.02 - y, 0.01 - z) - 0.008 - 0.003, 1e-15);
+    }
+    mill_world_free(w);
 }
 
 TEST(given_balls_are_checked_for_number_speed_and_overlap)
@@ -199,7 +216,7 @@ TEST(given_balls_are_checked_for_number_speed_and_overlap)
 
 TEST(every_fault_has_its_words)
 {
-    for (int code = MILL_FAULT_NONE; code <= MILL_FAULT_SURFACE; code++)
+    for (int code = MILL_FAULT_NONE; code <= MILL_FAULT_BALL_OUTSIDE; code++)
         ck_assert_int_gt((int)strlen(mill_setup_fault_text((enum mill_fault_code)code)), 5);
 }
 

@@ -273,7 +273,7 @@ TEST(a_turning_shaft_drives_a_ball_by_friction_and_its_work_is_booked)
     const struct model model = {.setup = {.drum = {.radius = 0.1, .length = 0.1}, .start = &start},
                                 .balls = {{.diameter = 0.01, .density = STEEL, .count = 1}},
                                 .rotor = {.speed = 100.0},
-                                .shaft = {0.02},
+                                .shaft = 0.02,
                                 .law = {0.5, 0.2}};
     struct bench b;
     bench_open(&b, &model);
@@ -302,17 +302,20 @@ static void open_planetary(struct bench *b)
         {.type = &mill_turn_type, .form = &sun, .on = MILL_STILL},
         {.type = &mill_turn_type, .form = &arm, .on = 0},
         {.type = &mill_turn_type, .form = &wheel, .on = 1}};
-    const struct mill_shaft shaft = {0.005};
+    const struct mill_body shaft = mill_setup_shaft(0.005, mills[0].setup.drum.length);
     const struct mill_blade box = {.tip_radius = 0.008, .width = 0.01, .thickness = 0.006};
     const struct mill_blade left = {
         .position = -0.016, .tip_radius = 0.03, .width = 0.004, .thickness = 0.004};
     const struct mill_blade right = {
         .position = 0.016, .angle = PI, .tip_radius = 0.03, .width = 0.004, .thickness = 0.004};
-    const struct mill_setup_surface surface[] = {
-        {.type = &mill_cylinder_shaft_type, .form = &shaft, .number = -1},
-        {.type = &mill_blade_type, .form = &left, .motion = MILL_STILL},
-        {.type = &mill_blade_type, .form = &box, .number = 1, .motion = 2},
-        {.type = &mill_blade_type, .form = &right, .number = 2, .motion = MILL_STILL}};
+    const struct mill_body part[] = {mill_setup_blade(&left), mill_setup_blade(&box),
+                                     mill_setup_blade(&right)};
+    static const int moves[] = {MILL_STILL, 2, MILL_STILL};
+    struct mill_setup_surface surface[4] = {shaft_surface(&shaft)};
+    for (int k = 0; k < 3; k++) {
+        surface[1 + k] = blade_surface(&part[k], k);
+        surface[1 + k].motion = moves[k];
+    }
     const struct mill_setup_balls balls = {.diameter = 0.005, .density = STEEL, .count = 80};
     struct mill_setup setup = mills[0].setup;
     setup.rebound_floor = 5e-3;
@@ -354,7 +357,7 @@ static uint64_t three_balls(double angle, double t, struct mill_setup_ball ball[
         .setup = {.gravity.z = -9.81, .drum = {.radius = 0.075, .length = 0.12}, .start = ball},
         .balls = {{.diameter = 0.005, .density = STEEL, .count = 3}},
         .rotor = {.speed = 60 * RPM, .angle = angle},
-        .shaft = {0.015},
+        .shaft = 0.015,
         .blades = 1,
         .blade = {{.tip_radius = 0.067, .width = 0.012, .thickness = 0.007}},
         .law = {0.8, 0.3}};
@@ -399,7 +402,7 @@ TEST(no_contact_with_a_slow_rotor_is_missed_when_the_local_clock_restarts)
         .setup = {.gravity.z = -9.81, .drum = {.radius = 0.5, .length = 0.8}, .start = start},
         .balls = {{.diameter = 0.1636368375915129, .density = 1.0, .count = 1}},
         .rotor = {.speed = -0.0057095467278403846},
-        .shaft = {0.017039567232131958},
+        .shaft = 0.017039567232131958,
         .blades = 3,
         .blade = {{-0.8 / 3.0, 0.0, 0.46043701942118886, 0.133739439646403, 0.12040891254266869},
                   {0.0, -0.98207104206085205, 0.46043701942118886, 0.133739439646403,

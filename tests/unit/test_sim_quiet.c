@@ -145,7 +145,7 @@ TEST(a_mill_in_which_nothing_moves_is_done_at_once)
     static const struct model model = {
         .setup = {.drum = {.radius = 0.1, .length = 0.2}, .start = ball},
         .balls = {{.diameter = 0.01, .density = STEEL, .count = 5}},
-        .shaft = {0.01},
+        .shaft = 0.01,
         .blades = 1,
         .blade = {{.tip_radius = 0.08, .width = 0.02, .thickness = 0.006}},
         .law = {.restitution = 0.5}};

@@ -136,7 +136,7 @@ static const struct model own = {
     .setup = {.gravity.z = -9.81, .drum = {.radius = 0.04, .length = 0.04}},
     .balls = {{.diameter = 0.005, .density = STEEL, .count = 100}},
     .rotor = {.speed = 1000 * RPM},
-    .shaft = {0.008},
+    .shaft = 0.008,
     .blades = 2,
     .blade = {{.tip_radius = 0.033, .width = 0.008, .thickness = 0.005}},
     .law = {.restitution = 0.8}};

@@ -8,16 +8,15 @@
 
 static struct mill_world *world;
 static struct mill_wear wear;
-static struct mill_profile drum;
 
 static void setup(void)
 {
-    const struct mill_shaft shaft = {0.015};
-    const struct mill_blade blade = {0.01, 0.4, 0.067, 0.012, 0.007, 0.3};
+    const struct mill_body shaft = mill_setup_shaft(0.015, 0.12);
+    const struct mill_body blade =
+        mill_setup_blade(&(struct mill_blade){0.01, 0.4, 0.067, 0.012, 0.007, 0.3});
     const struct mill_turn turn = {.axis = {1, 0, 0}, .speed = 100};
     const struct mill_setup_motion motion = {&mill_turn_type, &turn, MILL_STILL, "rotor"};
-    const struct mill_setup_surface surface[] = {{&mill_cylinder_shaft_type, &shaft, -1, 0, 0},
-                                                 {&mill_blade_type, &blade, 0, 0, 0}};
+    const struct mill_setup_surface surface[] = {shaft_surface(&shaft), blade_surface(&blade, 0)};
     const struct mill_setup_balls balls = {"balls", 0.005, 7800, 1};
     const struct mill_setup_ball start = {.position = {-0.03, 0, 0.05}};
     const struct mill_setup mill = {.drum = {.radius = 0.075, .length = 0.12},
@@ -31,8 +30,7 @@ static void setup(void)
     struct mill_fault fault;
     mill_start_world(&mill, NULL, &world, &fault);
     ck_assert_int_eq(fault.code, MILL_FAULT_NONE);
-    drum = mill_profile_make(2, 0.075, 0, 0);
-    ck_assert(mill_wear_init(&wear, world, &drum));
+    ck_assert(mill_wear_init(&wear, world));
 }
 
 static void teardown(void)

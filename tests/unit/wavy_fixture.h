@@ -2,6 +2,7 @@
 #ifndef WAVY_FIXTURE_H
 #define WAVY_FIXTURE_H
 
+#include "base/profile.h"
 #include "shape_fixture.h"
 
 #define R 0.075
@@ -29,9 +30,9 @@ static inline void build_with(struct wavy_mill *m, int n, double h, double angle
                                          .buckle_height = h,
                                          .buckle_angle = angle};
     mill_build_in(&m->mill, &drum, blade, 0.0, 0.0);
-    m->profile = m->mill.chamber.drum;
-    ck_assert(mill_profile_is_sound(&m->profile));
     m->drum = m->mill.shape[DRUM];
+    m->profile = mill_prism_profile(mill_body_is(m->drum));
+    ck_assert(mill_profile_is_sound(&m->profile));
 }
 
 static inline void build(struct wavy_mill *m, int n, double h, double angle)
