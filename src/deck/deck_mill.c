@@ -238,6 +238,10 @@ void mill_deck_mill_parts(const struct mill_deck *deck, int kind, struct mill_de
     const bool shaft = mill->rotor && is->shaft_radius > 0.0;
     const double bore = is->drum_radius - is->buckle_height;
     const char *blades = mill->parts.count > shaft ? mill->parts.section[shaft] : NULL;
+    int hidden = shaft; /* the first blade that does not come out of the shaft */
+    while (hidden < mill->parts.count && mill->parts.form[hidden].size.y > is->shaft_radius)
+        hidden++;
+    const bool hides = shaft && is->shaft_radius < bore && hidden < mill->parts.count;
     const struct mill_deck_check all[] = {
         {.wrong = shaft && !still, "rotor", "shaft_radius", "shafts " NEED},
         {.wrong = shaft && is->shaft_radius >= bore, "rotor", "shaft_radius", wavy
@@ -245,6 +249,9 @@ void mill_deck_mill_parts(const struct mill_deck *deck, int kind, struct mill_de
          : "must be less than the drum's radius, %g m", {bore}},
         {.wrong = blades && !still, blades, NULL, "blades " NEED},
         {.wrong = blades && !mill->rotor, blades, NULL, "blades need a section [rotor] that carries them"},
+        {.wrong = hides, hides ? mill->parts.section[hidden] : NULL, "tip_radius",
+         "must be greater than the shaft's radius, %g m, got %g m",
+         {is->shaft_radius, hides ? mill->parts.form[hidden].size.y : 0.0}},
     };
     (void)kind;
     memcpy(list, all, sizeof all);

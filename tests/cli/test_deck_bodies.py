@@ -115,13 +115,13 @@ WRONG_VALUES = [
     ("body.jar", "motion", "jra", "there is no section [motion.jra]; did you mean 'jar'?"),
     ("body.jar", "motion", "rotor", "there is no section [rotor]"),
     ("body.jar", "axis", "0 0 1e-10", "expected three numbers, not all of them 0"),
-    ("body.jar", "radius", "0 mm", "must be greater than 0 m"),
+    ("body.jar", "radius", "0 mm", "must be between 1e-09 and 10000 m"),
     ("body.jar", "size", "1 1 1 mm", "does not belong to 'shape = cylinder' (only to: box)"),
     ("body.jar", "end_radius", "1 mm", "does not belong to 'shape = cylinder' (only to: cone)"),
     ("body.jar", "rounding", "1 mm", "a container's edges are not rounded: leave it out"),
     ("body.jar", "copies", "2", "a mill has one container: leave it out"),
     ("body.tip", "side", "inside", "[body.jar] holds the balls, and a mill has one container"),
-    ("body.bar", "size", "1 0 1 mm", "must be greater than 0 m, got '1 0 1 mm'"),
+    ("body.bar", "size", "1 0 1 mm", "must be between 1e-09 and 10000 m, got '1 0 1 mm'"),
     ("body.bar", "rounding", "1.6 mm", "0.0016 m is too large for the sizes of the body"),
     ("body.bar", "copies", "0", "must be between 1 and 10000"),
     ("body.bar", "turn_about", "0 0 0", "expected three numbers, not all of them 0"),
@@ -358,7 +358,7 @@ def test_bodies_that_pass_each_other_closer_than_a_ball_are_a_warning(millsim):
     assert warned(79) == ""
     text = warned(84)
     assert "[body.arm]: its copy 0 comes as near as 3 mm to [body.tank] at t = 0 s" in text
-    assert text.endswith("less than a ball's diameter of 5 mm: balls can be pinched there\n")
+    assert text.endswith("no more than a ball's diameter of 5 mm: balls can be pinched there\n")
     assert len(text.splitlines()) == 1
 
 
