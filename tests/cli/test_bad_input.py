@@ -131,7 +131,12 @@ def test_a_file_that_holds_no_start_is_named(refused, with_start, tmp_path, cont
 
 @pytest.mark.parametrize(
     "rows, line, mend",
-    [("v e\n0 0.9\n1 0.8\n", 1, HEADER), ("0;0.9\n1;0.8\n", 1, SEMICOLON), ("0,5 0,9\n", 1, COMMA), ("0 0.9\nv e\n", 2, "")],
+    [
+        ("v e\n0 0.9\n1 0.8\n", 1, HEADER),
+        ("0;0.9\n1;0.8\n", 1, SEMICOLON),
+        ("0,5 0,9\n", 1, COMMA),
+        ("0 0.9\nv e\n", 2, ""),
+    ],
 )
 def test_a_header_and_separators_of_a_table_of_restitutions_are_told(refused, write_deck, tmp_path, rows, line, mend):
     write_deck(SMALL.replace("restitution = 0.8", "restitution_table = e.txt"))

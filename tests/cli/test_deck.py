@@ -127,7 +127,12 @@ WRONG_VALUES = [
     ("run", "time", "1e300 s", "must be at most 1000000000 s"),
     ("balls", "speed", "1e300 m/s", "must be at most 1000000000 m/s"),
     ("drum", "radius", "1/0 m", "expected a length"),
-    ("gravity", "acceleration", "0 0 -1 g", "(g is the gram; the unit 'gravity' is 9.80665 m/s^2: write '0 0 -1 gravity')"),
+    (
+        "gravity",
+        "acceleration",
+        "0 0 -1 g",
+        "(g is the gram; the unit 'gravity' is 9.80665 m/s^2: write '0 0 -1 gravity')",
+    ),
     ("rotor", "speed", "-1e300 rpm", "must be at least -1000000000 rad/s"),
     ("blades", "count", "10001", "must be between 1 and 10000"),
     ("contact", "rebound_floor", "1e9 m/s", "must be between 0 and 10 m/s, got '1e9 m/s'"),
