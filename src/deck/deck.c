@@ -63,7 +63,7 @@ static struct choice find_choice(const struct mill_deck_block *block, const stru
 
 static enum mill_status fill_key(struct mill_deck *deck, const struct mill_deck_block *block,
                                  const struct mill_key *key,
-                                 const struct mill_deck_section *section, struct mill_error *error)
+                                 const struct mill_deck_section *section)
 {
     const struct mill_deck_entry *entry = mill_deck_entry(section, key->name);
     const struct choice choice = find_choice(block, key, section);
@@ -80,7 +80,7 @@ static enum mill_status fill_key(struct mill_deck *deck, const struct mill_deck_
     } else if (choice.given != entry || (!entry && (key->derived || block->inherits))) {
         return MILL_OK;
     } else if (choice.other) {
-        return mill_deck_fault(&deck->text, error, section->title, key->name,
+        return mill_deck_wrong(&deck->text, section->title, key->name,
                                "'%s' and '%s' both set the %.*s; give only one of them", key->name,
                                choice.other->key, (int)strcspn(choice.first->meaning, ";,"),
                                choice.first->meaning);
@@ -88,7 +88,7 @@ static enum mill_status fill_key(struct mill_deck *deck, const struct mill_deck_
         return MILL_OK;
     } else if (!entry && !key->preset) {
         mill_deck_value_wanted(key, false, wanted, sizeof wanted);
-        return mill_deck_fault(&deck->text, error, section->title, key->name,
+        return mill_deck_wrong(&deck->text, section->title, key->name,
                                "missing (%s); expected %s%s%s%s%s", key->meaning, wanted,
                                choice.words, key->unless ? ", or '" : "",
                                key->unless ? key->unless : "", key->unless ? "'" : "");
@@ -101,8 +101,7 @@ static enum mill_status fill_key(struct mill_deck *deck, const struct mill_deck_
                                      entry ? entry->value : key->preset, values, &why)) {
         wrong = why.text;
     }
-    return wrong ? mill_deck_fault(&deck->text, error, section->title, key->name, "%s", wrong)
-                 : MILL_OK;
+    return wrong ? mill_deck_wrong(&deck->text, section->title, key->name, "%s", wrong) : MILL_OK;
 }
 
 /* Iterates over blocks of sections: all blocks of a section, then those of the next section of its
@@ -143,8 +142,7 @@ static bool walk_on(const struct mill_deck_text *text, struct walk *w)
 /* Checks that every key of the section belongs to the section's kind of motion or shape, if that is
  * known. */
 static enum mill_status check_entries(const struct mill_deck *deck,
-                                      const struct mill_deck_section *section,
-                                      struct mill_error *error)
+                                      const struct mill_deck_section *section)
 {
     enum mill_status status = MILL_OK;
     for (int e = 0; e < section->entries && status == MILL_OK; e++) {
@@ -173,16 +171,16 @@ static enum mill_status check_entries(const struct mill_deck *deck,
             }
         }
         mill_deck_value_word(choice, *(const int *)section->form, own, sizeof own);
-        mill_deck_fault(&deck->text, error, section->title, name,
+        mill_deck_wrong(&deck->text, section->title, name,
                         "does not belong to '%s = %s' (only to: %s): leave it out", choice->name,
                         own, of);
-        status = mill_deck_faults_keep(&deck->text, MILL_BAD_DECK, error);
+        status = mill_deck_faults_keep(&deck->text, MILL_BAD_DECK);
     }
     return status;
 }
 
 static enum mill_status fill_block(struct mill_deck *deck, const struct mill_deck_block *block,
-                                   struct mill_deck_section *section, struct mill_error *error)
+                                   struct mill_deck_section *section)
 {
     enum mill_status status = MILL_OK;
     if (section->guessed)
@@ -191,16 +189,15 @@ static enum mill_status fill_block(struct mill_deck *deck, const struct mill_dec
     if (first) {
         section->form = calloc(1, block->size);
         if (!section->form)
-            return mill_error_set(error, MILL_FAILED, "out of memory");
+            return mill_deck_memory(&deck->text);
         if (block->inherits)
             memcpy(section->form, (char *)deck + block->values, block->size);
         if (block->key->type == MILL_KEY_CHOICE)
             *(int *)section->form = UNKNOWN; /* until it is read */
     }
     for (const struct mill_key *key = block->key; key->name && status == MILL_OK; key++)
-        status =
-            mill_deck_faults_keep(&deck->text, fill_key(deck, block, key, section, error), error);
-    return status == MILL_OK && first ? check_entries(deck, section, error) : status;
+        status = mill_deck_faults_keep(&deck->text, fill_key(deck, block, key, section));
+    return status == MILL_OK && first ? check_entries(deck, section) : status;
 }
 
 /* What follows from several keys, and its checks */
@@ -217,15 +214,15 @@ static const struct mill_deck_step steps[] = {
     {.checks = mill_deck_mill_buckles, .sections = "drum"},
     {.checks = mill_deck_mill_parts, .sections = MOVED " blades blade"},
     {.run = mill_deck_balls_list, MILL " balls material"},
-    {.checks = mill_deck_mill_sizes, .sections = MILL " balls", .each = true},
-    {.checks = mill_deck_mill_amount, .sections = MILL " balls", .each = true},
+    {.each = mill_deck_mill_sizes, .sections = MILL " balls"},
+    {.each = mill_deck_mill_amount, .sections = MILL " balls"},
     {.checks = mill_deck_mill_starts, .sections = MILL " balls"},
     {.checks = mill_deck_run_frames, .sections = MILL " balls run output"},
     {.run = mill_deck_balls_powder, MILL " balls powder"},
     {.checks = mill_deck_uses_checks, .sections = "powder"},
 };
 
-static enum mill_status fill(struct mill_deck *deck, struct mill_error *error)
+static enum mill_status fill(struct mill_deck *deck)
 {
     const struct mill_deck_law unknown = {(double)NAN, (double)NAN, (double)NAN, 0.0, NULL, NULL};
     struct walk walk = {0};
@@ -235,9 +232,9 @@ static enum mill_status fill(struct mill_deck *deck, struct mill_error *error)
     deck->text.kept = calloc(2 * (size_t)deck->text.sections + 2, sizeof *deck->text.kept);
     deck->text.file_named = calloc((size_t)deck->text.sections + 1, sizeof *deck->text.file_named);
     if (!deck->text.kept || !deck->text.file_named)
-        return mill_error_set(error, MILL_FAILED, "out of memory");
+        return mill_deck_memory(&deck->text);
     while (status == MILL_OK && walk_on(&deck->text, &walk))
-        status = fill_block(deck, &walk.block, walk.section, error);
+        status = fill_block(deck, &walk.block, walk.section);
     if (status != MILL_OK)
         return status;
     deck->mill.sample_found =
@@ -245,7 +242,7 @@ static enum mill_status fill(struct mill_deck *deck, struct mill_error *error)
         !mill_deck_entry(mill_deck_section(&deck->text, "run"), "sample_from");
     deck->mill.rotor = mill_deck_section(&deck->text, "rotor") != NULL;
     for (size_t i = 0; status == MILL_OK && i < sizeof steps / sizeof *steps; i++)
-        status = mill_deck_faults_step(deck, &steps[i], error);
+        status = mill_deck_faults_step(deck, &steps[i]);
     return status;
 }
 
@@ -265,18 +262,18 @@ enum mill_status mill_deck_read(const char *path, int count, const char *const *
                                 void (*warn)(const char *line), void (*fault)(const char *line),
                                 struct mill_deck **deck, struct mill_error *error)
 {
-    struct mill_deck_reading reading = {.open = -1};
+    struct mill_deck_reading reading = {.open = -1, .error = error};
     struct mill_deck *made = *deck = calloc(1, sizeof *made);
     if (!made)
         return mill_error_set(error, MILL_FAILED, "out of memory");
     made->warn = warn;
     made->text.reading = &reading;
-    enum mill_status status = fault ? mill_deck_faults_create(&reading, error) : MILL_OK;
+    enum mill_status status = fault ? mill_deck_faults_create(&made->text) : MILL_OK;
     if (status == MILL_OK)
-        status = mill_deck_parse(&made->text, path, count, overrides, error);
+        status = mill_deck_parse(&made->text, path, count, overrides);
     if (status == MILL_OK)
-        status = fill(made, error);
-    status = mill_deck_faults_tell(&made->text, status, fault, error);
+        status = fill(made);
+    status = mill_deck_faults_tell(&made->text, status, fault);
     mill_units_free(reading.units);
     made->text.reading = NULL;
     if (status == MILL_OK) {

@@ -69,34 +69,31 @@ static void move_on(const struct mill_deck_body *given, struct mill_body *is)
 /* ---- kinds of contact ---- */
 
 static enum mill_status find_kind(struct mill_deck *deck, const struct mill_deck_section *section,
-                                  int *kind, struct mill_error *error)
+                                  int *kind)
 {
-    static const char allowed[] =
-        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-+.";
     const char *given = ((struct mill_deck_body *)section->form)->kind;
     const char *name = given ? given : strchr(section->title, '.') + 1;
     struct mill_kinds *kinds = &deck->mill.contacts;
     if (given && strncmp(given, PREFIX, strlen(PREFIX)) != 0)
-        return mill_deck_fault(&deck->text, error, section->title, "kind",
+        return mill_deck_wrong(&deck->text, section->title, "kind",
                                "a kind of contact begins with 'ball_': write '" PREFIX "%.60s'",
                                given);
     name += given ? strlen(PREFIX) : 0;
-    if (!*name || strchr("-+.", *name) || name[strspn(name, allowed)] ||
-        strlen(name) >= MILL_NAME_LENGTH)
-        return mill_deck_fault(
-            &deck->text, error, section->title, "kind",
+    if (!mill_deck_is_name(name) || strlen(name) >= MILL_NAME_LENGTH)
+        return mill_deck_wrong(
+            &deck->text, section->title, "kind",
             "'%.80s' is not allowed: a name consists of letters, digits, '_', '-', '+' and '.'",
             given);
     for (*kind = 0; *kind < kinds->count; ++*kind)
         if (strcmp(kinds->name[*kind] + strlen(PREFIX), name) == 0)
             break;
     if (*kind == MILL_BALL_BALL)
-        return mill_deck_fault(
-            &deck->text, error, section->title, given ? "kind" : NULL,
+        return mill_deck_wrong(
+            &deck->text, section->title, given ? "kind" : NULL,
             "'ball_ball' is the kind of contact of two balls: give the body another %s",
             given ? "kind" : "name");
     if (*kind == MILL_KINDS_MOST)
-        return mill_deck_fault(&deck->text, error, section->title, NULL,
+        return mill_deck_wrong(&deck->text, section->title, NULL,
                                "there are more than %d kinds of contact: give bodies that belong "
                                "together a common 'kind'",
                                MILL_KINDS_MOST);
@@ -108,16 +105,16 @@ static enum mill_status find_kind(struct mill_deck *deck, const struct mill_deck
 /* ---- the list ---- */
 
 static enum mill_status read_mesh(struct mill_deck *deck, const struct mill_deck_section *section,
-                                  struct mill_body *is, struct mill_error *error)
+                                  struct mill_body *is)
 {
     struct mill_deck_body *given = section->form;
     vec3(*facet)[3] = NULL;
     enum mill_status status =
-        mill_deck_files_find(&deck->text, section->title, "file", &given->file, error);
+        mill_deck_files_find(&deck->text, section->title, "file", &given->file);
     if (status == MILL_OK)
-        status = mill_deck_files_told(
-            &deck->text, section->title, "file",
-            mill_stl_read(given->file, given->unit, &facet, &is->facets, error), error);
+        status = mill_deck_files_told(&deck->text, section->title, "file",
+                                      mill_stl_read(given->file, given->unit, &facet, &is->facets,
+                                                    deck->text.reading->error));
     mill_deck_files_keep(&deck->text, facet);
     is->facet = (const vec3(*)[3])facet;
     return status;
@@ -126,41 +123,39 @@ static enum mill_status read_mesh(struct mill_deck *deck, const struct mill_deck
 /* Checks what the ranges of single keys do not cover */
 static enum mill_status check_form(const struct mill_deck *deck,
                                    const struct mill_deck_section *section,
-                                   const struct mill_solid *solid, const struct mill_body *is,
-                                   struct mill_error *error)
+                                   const struct mill_solid *solid, const struct mill_body *is)
 {
     struct mill_body sharp = *is;
     char text[MILL_SHAPE_FAULT];
     sharp.rounding = 0.0;
     if (is->facets > 0 && mill_facets_fault(is, text))
-        return mill_deck_fault(&deck->text, error, section->title, "file", "%s", text);
+        return mill_deck_wrong(&deck->text, section->title, "file", "%s", text);
     if (mill_solid_is_sound(solid, is))
         return MILL_OK;
     if (is->inside && solid->support && !solid->walls)
-        return mill_deck_fault(&deck->text, error, section->title, "side",
+        return mill_deck_wrong(&deck->text, section->title, "side",
                                "a body of this shape cannot hold the balls: set 'side = outside'");
     if (mill_solid_is_sound(solid, &sharp))
-        return mill_deck_fault(&deck->text, error, section->title, "rounding",
+        return mill_deck_wrong(&deck->text, section->title, "rounding",
                                "%g m is too large for the sizes of the body, or smaller than "
                                "%g m: change it",
                                is->rounding, MILL_SOLID_LEAST);
-    return mill_deck_fault(&deck->text, error, section->title, NULL, "%s",
+    return mill_deck_wrong(&deck->text, section->title, NULL, "%s",
                            solid->sizes ? solid->sizes
                                         : "a size of the body is out of range: look at its radius, "
                                           "length and size");
 }
 
 static enum mill_status check_container(const struct mill_deck *deck,
-                                        const struct mill_deck_section *section,
-                                        struct mill_error *error)
+                                        const struct mill_deck_section *section)
 {
     if (deck->mill.drum)
-        return mill_deck_fault(&deck->text, error, section->title, "side",
+        return mill_deck_wrong(&deck->text, section->title, "side",
                                "[drum] holds the balls, and a mill has one container: leave [drum] "
                                "out, or set 'side = outside'");
     if (deck->mill.container)
-        return mill_deck_fault(
-            &deck->text, error, section->title, "side",
+        return mill_deck_wrong(
+            &deck->text, section->title, "side",
             "[%s] holds the balls, and a mill has one container: set "
             "'side = outside' here or there",
             deck->mill.bodies.section[deck->mill.container - deck->mill.bodies.surface]);
@@ -195,27 +190,26 @@ static const struct mill_setup_surface *add(struct mill_deck_bodies *list, const
 }
 
 /* The body and its copies */
-static enum mill_status add_body(struct mill_deck *deck, const struct mill_deck_section *section,
-                                 struct mill_error *error)
+static enum mill_status add_body(struct mill_deck *deck, const struct mill_deck_section *section)
 {
     const struct mill_deck_body *given = section->form;
     struct mill_setup_surface surface = {.solid = mill_solid_list(given->shape)};
     struct mill_body is;
-    enum mill_status status = mill_deck_motions_find(deck, section->title, "motion", given->motion,
-                                                     &surface.motion, error);
+    enum mill_status status =
+        mill_deck_motions_find(deck, section->title, "motion", given->motion, &surface.motion);
     if (status == MILL_OK)
-        status = find_kind(deck, section, &surface.kind, error);
+        status = find_kind(deck, section, &surface.kind);
     if (status == MILL_OK && given->is.inside)
-        status = check_container(deck, section, error);
+        status = check_container(deck, section);
     if (status != MILL_OK)
         return status;
     place(given, &is);
     if (!surface.solid->key)
-        status = read_mesh(deck, section, &is, error);
+        status = read_mesh(deck, section, &is);
     if (status == MILL_OK)
-        status = check_form(deck, section, surface.solid, &is, error);
+        status = check_form(deck, section, surface.solid, &is);
     if (status == MILL_OK && is.facets > 0 && given->copies > MOST_FACETS / (long)is.facets)
-        return mill_deck_fault(&deck->text, error, section->title, "copies",
+        return mill_deck_wrong(&deck->text, section->title, "copies",
                                "%ld copies of %zu facets are more than %d: simplify the mesh, or "
                                "put all copies into one",
                                given->copies, is.facets, MOST_FACETS);
@@ -231,7 +225,7 @@ static enum mill_status add_body(struct mill_deck *deck, const struct mill_deck_
     return status;
 }
 
-enum mill_status mill_deck_bodies_list(struct mill_deck *deck, struct mill_error *error)
+enum mill_status mill_deck_bodies_list(struct mill_deck *deck)
 {
     const struct mill_deck_section *s = NULL;
     long all = 0;
@@ -239,21 +233,21 @@ enum mill_status mill_deck_bodies_list(struct mill_deck *deck, struct mill_error
         const long copies = ((struct mill_deck_body *)s->form)->copies;
         all += copies > 1 ? copies : 1;
         if (all > MOST_BODIES)
-            return mill_deck_fault(&deck->text, error, s->title, copies > 1 ? "copies" : NULL,
+            return mill_deck_wrong(&deck->text, s->title, copies > 1 ? "copies" : NULL,
                                    "more than %d bodies in all", MOST_BODIES);
     }
     mill_kinds_init(&deck->mill.contacts);
     if (!make_list(&deck->mill.bodies, (size_t)all))
-        return mill_error_set(error, MILL_FAILED, "out of memory");
+        return mill_deck_memory(&deck->text);
     enum mill_status status = MILL_OK;
     bool good = true;
     while (status == MILL_OK && (s = mill_deck_named(&deck->text, "body", s))) {
-        status = add_body(deck, s, error);
+        status = add_body(deck, s);
         good = good && status == MILL_OK;
-        status = mill_deck_faults_keep(&deck->text, status, error);
+        status = mill_deck_faults_keep(&deck->text, status);
     }
     if (good && !deck->mill.drum && !deck->mill.container)
-        return mill_deck_fault(&deck->text, error, NULL, NULL,
+        return mill_deck_wrong(&deck->text, NULL, NULL,
                                "nothing holds the balls: add [drum], or a [body.NAME] with "
                                "'side = inside'");
     deck->mill.carried =
@@ -263,7 +257,7 @@ enum mill_status mill_deck_bodies_list(struct mill_deck *deck, struct mill_error
 
 /* Equal blades: number k = 0.. has its centre at x = -L/2 + (k + 1/2) L/count and points at the
  * angle k angle_step. */
-enum mill_status mill_deck_bodies_parts(struct mill_deck *deck, struct mill_error *error)
+enum mill_status mill_deck_bodies_parts(struct mill_deck *deck)
 {
     const struct mill_setup_surface shaft = {
         .solid = &mill_prism_solid, .number = -1, .kind = MILL_BALL_SHAFT};
@@ -271,7 +265,7 @@ enum mill_status mill_deck_bodies_parts(struct mill_deck *deck, struct mill_erro
     struct mill_deck_blades *all = &deck->given.blades;
     const double length = deck->given.drum_length, count = (double)all->count;
     if (!make_list(&deck->mill.parts, (size_t)all->count + (size_t)deck->text.sections + 1))
-        return mill_error_set(error, MILL_FAILED, "out of memory");
+        return mill_deck_memory(&deck->text);
     if (deck->mill.rotor && deck->given.shaft_radius > 0.0) {
         const struct mill_body is = mill_setup_shaft(deck->given.shaft_radius, length);
         add(&deck->mill.parts, "rotor", shaft, &is);
@@ -295,7 +289,7 @@ enum mill_status mill_deck_bodies_parts(struct mill_deck *deck, struct mill_erro
 }
 
 /* The speed of the rotor, where the speed of its tips is given */
-enum mill_status mill_deck_bodies_turn(struct mill_deck *deck, struct mill_error *error)
+enum mill_status mill_deck_bodies_turn(struct mill_deck *deck)
 {
     const struct mill_deck_bodies *bodies = &deck->mill.bodies;
     double tip = deck->given.blades.count > 0 ? deck->given.blades.form.tip_radius : 0.0;
@@ -307,11 +301,11 @@ enum mill_status mill_deck_bodies_turn(struct mill_deck *deck, struct mill_error
         const struct mill_setup_surface *body = &bodies->surface[k];
         const double far = body->motion == 0 ? mill_part_reach(body->solid, body->body) : 0.0;
         if (far < 0.0)
-            return mill_error_set(error, MILL_FAILED, "out of memory");
+            return mill_deck_memory(&deck->text);
         tip = fmax(tip, far);
     }
     if (tip == 0.0)
-        return mill_deck_fault(&deck->text, error, "rotor", "tip_speed",
+        return mill_deck_wrong(&deck->text, "rotor", "tip_speed",
                                "needs blades, or bodies with 'motion = rotor': their largest "
                                "distance from the axis is the radius of the tip; without them give "
                                "'speed'");

@@ -13,13 +13,12 @@ struct mill_deck_section *mill_deck_section(const struct mill_deck_text *text, c
     return NULL;
 }
 
-enum mill_status mill_deck_section_add(struct mill_deck_text *text, const char *title,
-                                       struct mill_error *error)
+enum mill_status mill_deck_section_add(struct mill_deck_text *text, const char *title)
 {
     const size_t size = ((size_t)text->sections + 1) * sizeof *text->section;
     struct mill_deck_section *more = realloc(text->section, size);
     if (!more)
-        return mill_error_set(error, MILL_FAILED, "out of memory");
+        return mill_deck_memory(text);
     text->section = more;
     more[text->sections++] =
         (struct mill_deck_section){.title = title, .origin = text->reading->at};
@@ -48,6 +47,13 @@ struct mill_deck_section *mill_deck_next_balls(const struct mill_deck_text *text
 {
     struct mill_deck_section *next = mill_deck_named(text, "balls", last);
     return next || last ? next : mill_deck_section(text, "balls");
+}
+
+bool mill_deck_is_name(const char *name)
+{
+    static const char allowed[] =
+        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-+.";
+    return *name && !strchr("-+.", *name) && !name[strspn(name, allowed)];
 }
 
 struct mill_deck_entry *mill_deck_entry(const struct mill_deck_section *section, const char *key)

@@ -28,8 +28,8 @@ struct mill_deck_faults {
     struct fault fault[KEPT];
 };
 
-enum mill_status mill_deck_fault(const struct mill_deck_text *text, struct mill_error *error,
-                                 const char *section, const char *key, const char *format, ...)
+static enum mill_status set(const struct mill_deck_text *text, struct mill_error *error,
+                            const char *section, const char *key, const char *format, va_list list)
 {
     enum { LONGEST = 400 }; /* of a file's name; its end says more than its beginning */
     char where[LONGEST + 20], what[512], preset[80] = "";
@@ -57,24 +57,46 @@ enum mill_status mill_deck_fault(const struct mill_deck_text *text, struct mill_
         snprintf(where, sizeof where, "%s:%d", file, origin.line);
     if (row && !entry && row->preset)
         snprintf(preset, sizeof preset, " (default %s)", row->preset);
-    va_list list;
-    va_start(list, format);
     vsnprintf(what, sizeof what, format, list);
-    va_end(list);
     return mill_error_set(error, MILL_BAD_DECK, "%s: %s%.80s%s%s%.60s%s%s%s", where,
                           section ? "[" : "", section ? section : "", section ? "]" : "",
                           section && key ? " " : "", key ? key : "", preset,
                           section || key ? ": " : "", what);
 }
 
+enum mill_status mill_deck_fault(const struct mill_deck_text *text, struct mill_error *error,
+                                 const char *section, const char *key, const char *format, ...)
+{
+    va_list list;
+    va_start(list, format);
+    set(text, error, section, key, format, list);
+    va_end(list);
+    return MILL_BAD_DECK;
+}
+
+enum mill_status mill_deck_wrong(const struct mill_deck_text *text, const char *section,
+                                 const char *key, const char *format, ...)
+{
+    va_list list;
+    va_start(list, format);
+    if (text->reading)
+        set(text, text->reading->error, section, key, format, list);
+    va_end(list);
+    return MILL_BAD_DECK;
+}
+
+enum mill_status mill_deck_memory(const struct mill_deck_text *text)
+{
+    return mill_error_set(text->reading->error, MILL_FAILED, "out of memory");
+}
+
 /* Reading ends when there is no more room. */
-enum mill_status mill_deck_faults_keep(const struct mill_deck_text *text, enum mill_status status,
-                                       const struct mill_error *error)
+enum mill_status mill_deck_faults_keep(const struct mill_deck_text *text, enum mill_status status)
 {
     struct mill_deck_faults *f = text->reading->faults;
     if (status != MILL_BAD_DECK || !f || f->count == KEPT)
         return status;
-    f->fault[f->count] = (struct fault){f->place, f->count, *error};
+    f->fault[f->count] = (struct fault){f->place, f->count, *text->reading->error};
     f->count++;
     if (f->section)
         f->section->broken = true;
@@ -109,40 +131,47 @@ static bool concerns(const struct mill_deck_text *text, const char *sections)
     return false;
 }
 
+static bool is_same(const char *a, const char *b)
+{
+    return a && b ? strcmp(a, b) == 0 : a == b;
+}
+
 /* Tells what is wrong: of several checks of one key only the first. */
 static enum mill_status check(const struct mill_deck *deck, const struct mill_deck_step *step,
-                              int kind, struct mill_error *error)
+                              int kind)
 {
     struct mill_deck_check list[MILL_DECK_CHECKS] = {{.sentence = NULL}};
     const struct mill_deck_check *last = NULL;
     enum mill_status status = MILL_OK;
-    step->checks(deck, kind, list);
+    if (step->each)
+        step->each(deck, kind, list);
+    else
+        step->checks(deck, list);
     for (const struct mill_deck_check *c = list; c->sentence && status == MILL_OK; c++) {
         char what[400];
         const double *x = c->number;
-        if (!c->wrong || (last && last->section == c->section && last->key == c->key))
+        if (!c->wrong || (last && is_same(last->section, c->section) && is_same(last->key, c->key)))
             continue;
         last = c;
         if (c->word)
             snprintf(what, sizeof what, c->sentence, x[0], c->word, x[1]);
         else
             snprintf(what, sizeof what, c->sentence, x[0], x[1], x[2], x[3]);
-        mill_deck_fault(&deck->text, error, c->section, c->key, "%s", what);
-        status = mill_deck_faults_keep(&deck->text, MILL_BAD_DECK, error);
+        mill_deck_wrong(&deck->text, c->section, c->key, "%s", what);
+        status = mill_deck_faults_keep(&deck->text, MILL_BAD_DECK);
     }
     return status;
 }
 
-enum mill_status mill_deck_faults_step(struct mill_deck *deck, const struct mill_deck_step *step,
-                                       struct mill_error *error)
+enum mill_status mill_deck_faults_step(struct mill_deck *deck, const struct mill_deck_step *step)
 {
     enum mill_status status = MILL_OK;
     if (concerns(&deck->text, step->sections))
         return MILL_OK;
     if (step->run)
-        return mill_deck_faults_keep(&deck->text, step->run(deck, error), error);
+        return mill_deck_faults_keep(&deck->text, step->run(deck));
     for (int kind = 0; kind < (step->each ? deck->mill.kinds : 1) && status == MILL_OK; kind++)
-        status = check(deck, step, kind, error);
+        status = check(deck, step, kind);
     return status;
 }
 
@@ -150,22 +179,18 @@ void mill_deck_faults_warn(const struct mill_deck *deck, const char *section, co
                            const char *format, ...)
 {
     struct mill_error line;
-    char what[512];
     va_list list;
-    if (!deck->warn)
-        return;
     va_start(list, format);
-    vsnprintf(what, sizeof what, format, list);
+    set(&deck->text, &line, section, key, format, list);
     va_end(list);
-    mill_deck_fault(&deck->text, &line, section, key, "%s", what);
-    deck->warn(line.text);
+    if (deck->warn)
+        deck->warn(line.text);
 }
 
-enum mill_status mill_deck_faults_create(struct mill_deck_reading *reading,
-                                         struct mill_error *error)
+enum mill_status mill_deck_faults_create(const struct mill_deck_text *text)
 {
-    reading->faults = calloc(1, sizeof *reading->faults);
-    return reading->faults ? MILL_OK : mill_error_set(error, MILL_FAILED, "out of memory");
+    text->reading->faults = calloc(1, sizeof *text->reading->faults);
+    return text->reading->faults ? MILL_OK : mill_deck_memory(text);
 }
 
 static int by_place(const void *a, const void *b)
@@ -176,7 +201,7 @@ static int by_place(const void *a, const void *b)
 }
 
 enum mill_status mill_deck_faults_tell(struct mill_deck_text *text, enum mill_status status,
-                                       void (*fault)(const char *line), struct mill_error *error)
+                                       void (*fault)(const char *line))
 {
     struct mill_deck_faults *f = text->reading->faults;
     const int all = f ? f->count : 0, shown = all > SHOWN ? SHOWN : all - 1;
@@ -185,10 +210,10 @@ enum mill_status mill_deck_faults_tell(struct mill_deck_text *text, enum mill_st
         qsort(f->fault, (size_t)all, sizeof *f->fault, by_place);
         for (int i = 0; i < shown; i++)
             fault(f->fault[i].what.text);
-        *error = f->fault[all - 1].what;
+        *text->reading->error = f->fault[all - 1].what;
         if (all > SHOWN)
-            mill_error_set(error, status, "%.400s: %d%s more faults", text->file, all - SHOWN,
-                           all == KEPT ? " or" : "");
+            mill_error_set(text->reading->error, status, "%.400s: %d%s more faults", text->file,
+                           all - SHOWN, all == KEPT ? " or" : "");
     }
     free(f);
     text->reading->faults = NULL;

@@ -28,7 +28,7 @@ void mill_deck_files_keep(struct mill_deck_text *text, void *memory)
 }
 
 enum mill_status mill_deck_files_find(struct mill_deck_text *text, const char *section,
-                                      const char *key, const char **path, struct mill_error *error)
+                                      const char *key, const char **path)
 {
     const char *name = *path;
     const char *file = text->file, *slash = strrchr(file, '/');
@@ -37,34 +37,32 @@ enum mill_status mill_deck_files_find(struct mill_deck_text *text, const char *s
         return MILL_OK;
     const bool whole = name[0] == '/';
     if (!whole && file[0] != '/' && !getcwd(here, sizeof here))
-        return mill_error_set(error, MILL_FAILED, "the current folder has no name: %s",
-                              strerror(errno));
+        return mill_error_set(text->reading->error, MILL_FAILED,
+                              "the current folder has no name: %s", strerror(errno));
     const char *apart = here[0] && here[1] ? "/" : ""; /* "/" already ends with one */
     const int folder = whole || !slash ? 0 : (int)(slash - file + 1);
     if (snprintf(whole_path, sizeof whole_path, "%s%s%.*s%s", here, apart, folder, file, name) >=
         PATH_MAX)
-        return mill_deck_fault(text, error, section, key, "the name of the file is too long");
+        return mill_deck_wrong(text, section, key, "the name of the file is too long");
     const struct mill_deck_entry *entry = mill_deck_entry(mill_deck_section(text, section), key);
     if (entry && entry->look == MILL_DECK_CUT && is_missing(whole_path))
-        return mill_deck_fault(
-            text, error, section, key,
+        return mill_deck_wrong(
+            text, section, key,
             "cannot read '%s': %s; what follows it is a comment: " MILL_DECK_QUOTE, whole_path,
             strerror(ENOENT));
     char *copy = strdup(whole_path);
     if (!copy)
-        return mill_error_set(error, MILL_FAILED, "out of memory");
+        return mill_deck_memory(text);
     mill_deck_files_keep(text, copy);
     text->file_named[text->files++] = *path = copy;
     return MILL_OK;
 }
 
 enum mill_status mill_deck_files_told(const struct mill_deck_text *text, const char *section,
-                                      const char *key, enum mill_status status,
-                                      struct mill_error *error)
+                                      const char *key, enum mill_status status)
 {
-    const struct mill_error what = *error;
-    return status == MILL_BAD_DECK ? mill_deck_fault(text, error, section, key, "%s", what.text)
-                                   : status;
+    const struct mill_error what = *text->reading->error;
+    return status == MILL_BAD_DECK ? mill_deck_wrong(text, section, key, "%s", what.text) : status;
 }
 
 /* FNV-1a hash of 64 bits (G. Fowler, L. C. Noll & K.-P. Vo, 1991) */
@@ -210,5 +208,5 @@ enum mill_status mill_deck_files_read(const struct mill_deck_text *text, const c
     if (status == MILL_OK && rows->end)
         status = rows->end(rows, error);
     fclose(rows->in);
-    return rows->alone ? status : mill_deck_files_told(text, section, key, status, error);
+    return rows->alone ? status : mill_deck_files_told(text, section, key, status);
 }

@@ -41,8 +41,7 @@ static enum mill_status end_rows(struct mill_deck_rows *rows, struct mill_error 
 /* Finds and reads the table of a section, and checks that the section gives the restitution once.
  * general: what the section has inherited, as read before */
 static enum mill_status settle(struct mill_deck_text *text, const char *section,
-                               struct mill_deck_law *law, const struct mill_deck_law *general,
-                               struct mill_error *error)
+                               struct mill_deck_law *law, const struct mill_deck_law *general)
 {
     static const char key[] = "restitution_table";
     const struct mill_deck_section *s = mill_deck_section(text, section);
@@ -58,16 +57,16 @@ static enum mill_status settle(struct mill_deck_text *text, const char *section,
     if (!law->table)                                           /* "none" */
         return MILL_OK;
     if (twice)
-        return mill_deck_fault(text, error, section, twice,
+        return mill_deck_wrong(text, section, twice,
                                "the 'restitution_table' already gives the restitution at each "
                                "speed; give only one of them");
     law->rows = mill_deck_materials_fall(law->table);
     if (law->rows)
         return MILL_OK;
-    enum mill_status status = mill_deck_files_find(text, section, key, &law->table, error);
+    enum mill_status status = mill_deck_files_find(text, section, key, &law->table);
     struct mill_fall *fall = status == MILL_OK ? calloc(1, sizeof *fall) : NULL;
     if (!fall)
-        return status == MILL_OK ? mill_error_set(error, MILL_FAILED, "out of memory") : status;
+        return status == MILL_OK ? mill_deck_memory(text) : status;
     mill_deck_files_keep(text, fall);
     law->rows = fall;
     struct mill_deck_rows rows = {.path = law->table,
@@ -76,19 +75,19 @@ static enum mill_status settle(struct mill_deck_text *text, const char *section,
                                   .self = fall,
                                   .take = take_row,
                                   .end = end_rows};
-    return mill_deck_files_read(text, section, key, &rows, error);
+    return mill_deck_files_read(text, section, key, &rows, text->reading->error);
 }
 
-static enum mill_status settle_all(struct mill_deck *deck, struct mill_error *error)
+static enum mill_status settle_all(struct mill_deck *deck)
 {
     const struct mill_deck_law none = {.table = NULL};
     struct mill_deck_law *general = &deck->given.general;
-    enum mill_status status = settle(&deck->text, "contact", general, &none, error);
+    enum mill_status status = settle(&deck->text, "contact", general, &none);
     for (int i = 0; i < deck->text.sections && status == MILL_OK; i++) {
         const struct mill_deck_section *s = &deck->text.section[i];
         const bool kind = strncmp(s->title, "contact.", 8) == 0;
         if (kind || strncmp(s->title, "material.", 9) == 0)
-            status = settle(&deck->text, s->title, s->form, kind ? general : &none, error);
+            status = settle(&deck->text, s->title, s->form, kind ? general : &none);
     }
     return status;
 }
@@ -150,8 +149,7 @@ struct search {
 
 /* Adds the laws of all kinds of balls with a partner of this material, which `section` gives. They
  * must not differ. */
-static enum mill_status add_pairs(struct search *by, const char *section, const char *material,
-                                  struct mill_error *error)
+static enum mill_status add_pairs(struct search *by, const char *section, const char *material)
 {
     const struct mill_deck *deck = by->deck;
     const struct mill_deck_section *s = NULL;
@@ -160,19 +158,18 @@ static enum mill_status add_pairs(struct search *by, const char *section, const 
     enum mill_status status = MILL_OK;
     by->known = by->known && material;
     if (by->known)
-        status = mill_deck_materials_find(deck, section, "material", material, &with, error);
+        status = mill_deck_materials_find(deck, section, "material", material, &with);
     while (status == MILL_OK && by->known && (s = mill_deck_next_balls(&deck->text, s))) {
         const struct mill_deck_balls *balls = s->form;
         char remark[MILL_DECK_REMARK];
         by->known = balls->material != NULL;
         if (by->known)
-            status =
-                mill_deck_materials_find(deck, s->title, "material", balls->material, &ball, error);
+            status = mill_deck_materials_find(deck, s->title, "material", balls->material, &ball);
         if (status != MILL_OK || !by->known)
             break;
         const struct mill_deck_law law = pair(&ball, &with, remark);
         if (*by->remark && !are_equal(&law, &by->law))
-            return mill_deck_fault(&deck->text, error, s->title, "material",
+            return mill_deck_wrong(&deck->text, s->title, "material",
                                    "contacts %s have one law, but join several pairs of materials: "
                                    "give the law in [contact.%s]",
                                    kind, kind);
@@ -205,7 +202,7 @@ static const char *material_of(const struct mill_deck *deck, int kind, int k, co
     return deck->given.drum_material ? deck->given.drum_material : own ? own->material : NULL;
 }
 
-static enum mill_status find_pair(struct search *by, struct mill_error *error)
+static enum mill_status find_pair(struct search *by)
 {
     const struct mill_deck *deck = by->deck;
     const struct mill_deck_section *first = mill_deck_next_balls(&deck->text, NULL);
@@ -213,20 +210,19 @@ static enum mill_status find_pair(struct search *by, struct mill_error *error)
     struct mill_deck_found with;
     enum mill_status status = MILL_OK;
     if (between) {
-        status = mill_deck_materials_find(deck, "contact", "between", between, &with, error);
+        status = mill_deck_materials_find(deck, "contact", "between", between, &with);
         by->law = with.is.law;
         if (status == MILL_OK)
             snprintf(by->remark, MILL_DECK_REMARK, "%s between%s%s", with.name,
                      *with.remark ? ": " : "", with.remark);
     } else if (by->kind == MILL_BALL_BALL) {
-        status =
-            add_pairs(by, section, ((const struct mill_deck_balls *)first->form)->material, error);
+        status = add_pairs(by, section, ((const struct mill_deck_balls *)first->form)->material);
     } else {
         for (int k = -1; k < deck->mill.bodies.count && status == MILL_OK; k++)
             if (k < 0 ? deck->mill.drum && by->kind < MILL_KINDS
                       : deck->mill.bodies.surface[k].kind == by->kind) {
                 const char *material = material_of(deck, by->kind, k, &section);
-                status = add_pairs(by, section, material, error);
+                status = add_pairs(by, section, material);
             }
     }
     if (!by->known)
@@ -236,34 +232,33 @@ static enum mill_status find_pair(struct search *by, struct mill_error *error)
 
 /* ---- the law of each kind ---- */
 
-static enum mill_status tell_missing(const struct mill_deck *deck, struct mill_error *error)
+static enum mill_status tell_missing(const struct mill_deck *deck)
 {
-    return mill_deck_fault(&deck->text, error, "contact", "restitution",
+    return mill_deck_wrong(&deck->text, "contact", "restitution",
                            "missing (normal coefficient of restitution); expected a plain number "
                            "such as '0.8', or 'material' of the balls and of what they hit");
 }
 
-enum mill_status mill_deck_laws_require(struct mill_deck *deck, struct mill_error *error)
+enum mill_status mill_deck_laws_require(struct mill_deck *deck)
 {
     const struct mill_deck_given *given = &deck->given;
     bool other = given->between || given->general.table || !isnan(given->general.restitution);
     for (int i = 0; i < deck->text.sections; i++)
         other = other || mill_deck_entry(&deck->text.section[i], "material") ||
                 strncmp(deck->text.section[i].title, "contact.", 8) == 0;
-    return other ? MILL_OK : tell_missing(deck, error);
+    return other ? MILL_OK : tell_missing(deck);
 }
 
 /* The law of a kind of contact: as given, by its materials, or without friction */
 static enum mill_status resolve(const struct mill_deck *deck, int kind,
-                                const struct mill_deck_law *given, struct mill_deck_contact *is,
-                                struct mill_error *error)
+                                const struct mill_deck_law *given, struct mill_deck_contact *is)
 {
     const bool falls = given->rows || !isnan(given->restitution);
     struct search by = {deck, kind, true, deck->given.unknown.law, ""};
     struct mill_deck_law *law = &is->law;
     *law = *given;
     if (!falls || isnan(law->friction) || isnan(law->tangential)) {
-        const enum mill_status status = find_pair(&by, error);
+        const enum mill_status status = find_pair(&by);
         if (status != MILL_OK)
             return status;
     }
@@ -280,9 +275,9 @@ static enum mill_status resolve(const struct mill_deck *deck, int kind,
     law->friction = mill_deck_laws_first(law->friction, 0.0);
     law->tangential = mill_deck_laws_first(law->tangential, 0.0);
     if (isnan(restitution_of(law)))
-        return tell_missing(deck, error);
+        return tell_missing(deck);
     if (law->rows && law->speed > 0.0)
-        return mill_deck_fault(&deck->text, error, "contact", "restitution_speed",
+        return mill_deck_wrong(&deck->text, "contact", "restitution_speed",
                                "the restitution of %s is a table of all speeds: leave it out",
                                deck->mill.contacts.name[kind]);
     if (law->rows)
@@ -292,7 +287,7 @@ static enum mill_status resolve(const struct mill_deck *deck, int kind,
 
 /* The sections of the printed deck: those of the text, and if laws follow from materials, one for
  * each kind of contact. The [contact.KIND] have the laws. */
-static enum mill_status list_printed(struct mill_deck *deck, struct mill_error *error)
+static enum mill_status list_printed(struct mill_deck *deck)
 {
     struct mill_deck_mill *mill = &deck->mill;
     struct mill_deck_text *printed = &mill->printed;
@@ -301,7 +296,7 @@ static enum mill_status list_printed(struct mill_deck *deck, struct mill_error *
     bool assumed = false;
     printed->section = calloc(most, sizeof *printed->section);
     if (!printed->section)
-        return mill_error_set(error, MILL_FAILED, "out of memory");
+        return mill_deck_memory(&deck->text);
     printed->sections = deck->text.sections;
     for (int i = 0; i < deck->text.sections; i++)
         printed->section[i] = deck->text.section[i];
@@ -344,8 +339,7 @@ static const void *find_values(const struct mill_deck *deck, const char *title, 
 }
 
 /* Checks that the kinds of all [TITLE.KIND] occur. */
-static enum mill_status check_kinds(struct mill_deck *deck, const char *title,
-                                    struct mill_error *error)
+static enum mill_status check_kinds(struct mill_deck *deck, const char *title)
 {
     const struct mill_kinds *kinds = &deck->mill.contacts;
     const struct mill_deck_section *s = NULL;
@@ -360,17 +354,17 @@ static enum mill_status check_kinds(struct mill_deck *deck, const char *title,
             }
         if (there)
             continue;
-        mill_deck_fault(&deck->text, error, s->title, NULL, "unknown kind of contact; there are %s",
+        mill_deck_wrong(&deck->text, s->title, NULL, "unknown kind of contact; there are %s",
                         known);
-        status = mill_deck_faults_keep(&deck->text, MILL_BAD_DECK, error);
+        status = mill_deck_faults_keep(&deck->text, MILL_BAD_DECK);
     }
     return status;
 }
 
-enum mill_status mill_deck_laws_list(struct mill_deck *deck, struct mill_error *error)
+enum mill_status mill_deck_laws_list(struct mill_deck *deck)
 {
     struct mill_deck_mill *mill = &deck->mill;
-    enum mill_status status = settle_all(deck, error);
+    enum mill_status status = settle_all(deck);
     for (int kind = 0; kind < mill->contacts.count; kind++) {
         struct mill_deck_contact *contact = &mill->contact[kind];
         contact->occurs = occurs(mill, kind);
@@ -378,15 +372,15 @@ enum mill_status mill_deck_laws_list(struct mill_deck *deck, struct mill_error *
                  mill->contacts.name[kind]);
     }
     if (status == MILL_OK)
-        status = check_kinds(deck, "contact", error);
+        status = check_kinds(deck, "contact");
     for (int kind = 0; kind < mill->contacts.count && status == MILL_OK; kind++)
         if (mill->contact[kind].occurs)
             status = resolve(deck, kind, find_values(deck, "contact", kind, &deck->given.general),
-                             &mill->contact[kind], error);
+                             &mill->contact[kind]);
     if (status == MILL_OK)
-        status = list_printed(deck, error);
+        status = list_printed(deck);
     if (status == MILL_OK)
-        status = check_kinds(deck, "wear", error);
+        status = check_kinds(deck, "wear");
     for (int kind = 0; kind < mill->contacts.count; kind++)
         memcpy(&mill->contact[kind].wear, find_values(deck, "wear", kind, &deck->given.worn),
                sizeof mill->contact[kind].wear);

@@ -213,10 +213,9 @@ static double width_of(const struct mill_setup_surface *container)
 /* clang-format off */
 /* Neighbouring buckles must not touch. Height and number limit each other. The message names the
  * height, because users more often need a certain number. */
-void mill_deck_mill_buckles(const struct mill_deck *deck, int kind, struct mill_deck_check *list)
+void mill_deck_mill_buckles(const struct mill_deck *deck, struct mill_deck_check *list)
 {
     const struct mill_deck_given *is = &deck->given;
-    (void)kind;
     if (!deck->mill.drum || !is->wavy)
         return;
     const struct mill_profile profile = mill_deck_mill_profile(deck);
@@ -230,7 +229,7 @@ void mill_deck_mill_buckles(const struct mill_deck *deck, int kind, struct mill_
 
 /* Shaft and blades */
 #define NEED "need a [drum] that does not move; here give the part as a [body.NAME] with 'motion = rotor'"
-void mill_deck_mill_parts(const struct mill_deck *deck, int kind, struct mill_deck_check *list)
+void mill_deck_mill_parts(const struct mill_deck *deck, struct mill_deck_check *list)
 {
     const struct mill_deck_given *is = &deck->given;
     const struct mill_deck_mill *mill = &deck->mill;
@@ -253,7 +252,6 @@ void mill_deck_mill_parts(const struct mill_deck *deck, int kind, struct mill_de
          "must be greater than the shaft's radius, %g m, got %g m",
          {is->shaft_radius, hides ? mill->parts.form[hidden].size.y : 0.0}},
     };
-    (void)kind;
     memcpy(list, all, sizeof all);
 }
 
@@ -315,14 +313,13 @@ void mill_deck_mill_amount(const struct mill_deck *deck, int kind, struct mill_d
 }
 
 #define STARTS "is for a random start only; the start file has its own speeds"
-void mill_deck_mill_starts(const struct mill_deck *deck, int kind, struct mill_deck_check *list)
+void mill_deck_mill_starts(const struct mill_deck *deck, struct mill_deck_check *list)
 {
     const struct mill_deck_given *is = &deck->given;
     const struct mill_deck_check all[] = {
         {.wrong = is->start && is->speed != 0.0, "balls", "speed", STARTS},
         {.wrong = is->start && is->at_rest, "balls", "start_motion", STARTS},
     };
-    (void)kind;
     memcpy(list, all, sizeof all);
 }
 /* clang-format on */

@@ -97,12 +97,12 @@ static enum mill_status end_table(struct mill_deck_rows *rows, struct mill_error
 }
 
 static enum mill_status read_table(struct mill_deck *deck, const struct mill_deck_section *section,
-                                   struct mill_table *table, struct mill_error *error)
+                                   struct mill_table *table)
 {
     struct mill_deck_motion *given = section->form;
     struct table read = {0, NULL};
     enum mill_status status =
-        mill_deck_files_find(&deck->text, section->title, "file", &given->as.file, error);
+        mill_deck_files_find(&deck->text, section->title, "file", &given->as.file);
     struct mill_deck_rows rows = {.path = given->as.file,
                                   .form = "7 numbers 't x y z rx ry rz' in SI units",
                                   .columns = 1u << COLUMNS,
@@ -110,7 +110,8 @@ static enum mill_status read_table(struct mill_deck *deck, const struct mill_dec
                                   .take = take_row,
                                   .end = end_table};
     if (status == MILL_OK)
-        status = mill_deck_files_read(&deck->text, section->title, "file", &rows, error);
+        status = mill_deck_files_read(&deck->text, section->title, "file", &rows,
+                                      deck->text.reading->error);
     mill_deck_files_keep(&deck->text, read.row);
     *table = (struct mill_table){read.rows, (const double(*)[COLUMNS])read.row};
     return status;
@@ -120,7 +121,7 @@ static enum mill_status read_table(struct mill_deck *deck, const struct mill_dec
 
 /* Adds a motion of the engine. Scales its axis to length 1, exactly so along x, y or z. */
 static enum mill_status add_motion(struct mill_deck *deck, const struct mill_deck_section *section,
-                                   int on, struct mill_error *error)
+                                   int on)
 {
     static const struct mill_motion_type *const type[] = {&mill_turn_type, &mill_swing_type,
                                                           &mill_shift_type, &mill_table_type};
@@ -133,7 +134,7 @@ static enum mill_status add_motion(struct mill_deck *deck, const struct mill_dec
         is->as.turn.axis = mill_deck_motions_unit(is->as.turn.axis);
     else if (is->kind == MILL_DECK_SWING)
         is->as.swing.axis = mill_deck_motions_unit(is->as.swing.axis);
-    return is->kind == MILL_DECK_TABLE ? read_table(deck, section, &is->as.table, error) : MILL_OK;
+    return is->kind == MILL_DECK_TABLE ? read_table(deck, section, &is->as.table) : MILL_OK;
 }
 
 int mill_deck_motions_place(const struct mill_deck *deck, const char *name)
@@ -151,8 +152,7 @@ vec3 mill_deck_motions_unit(vec3 a)
 }
 
 enum mill_status mill_deck_motions_find(const struct mill_deck *deck, const char *section,
-                                        const char *key, const char *name, int *motion,
-                                        struct mill_error *error)
+                                        const char *key, const char *name, int *motion)
 {
     char hint[2 * MILL_NAME_LENGTH] = "";
     int edits, best = MILL_DECK_MOST_EDITS;
@@ -160,7 +160,7 @@ enum mill_status mill_deck_motions_find(const struct mill_deck *deck, const char
     if (!name || *motion != MILL_STILL)
         return MILL_OK;
     if (strcmp(name, "rotor") == 0)
-        return mill_deck_fault(&deck->text, error, section, key, "there is no section [rotor]");
+        return mill_deck_wrong(&deck->text, section, key, "there is no section [rotor]");
     for (const struct mill_deck_section *s = NULL;
          (s = mill_deck_named(&deck->text, "motion", s));) {
         edits = mill_deck_suggest_edits(name_of(s), name);
@@ -169,15 +169,14 @@ enum mill_status mill_deck_motions_find(const struct mill_deck *deck, const char
             snprintf(hint, sizeof hint, "; did you mean '%s'?", name_of(s));
         }
     }
-    return mill_deck_fault(&deck->text, error, section, key, "there is no section [motion.%.63s]%s",
-                           name, hint);
+    return mill_deck_wrong(&deck->text, section, key, "there is no section [motion.%.63s]%s", name,
+                           hint);
 }
 
 /* The remaining motions all wait for their carriers. Following the carriers leads
  * into the circle. */
 static enum mill_status tell_circle(const struct mill_deck *deck,
-                                    const struct mill_deck_section *section,
-                                    struct mill_error *error)
+                                    const struct mill_deck_section *section)
 {
     char title[MILL_NAME_LENGTH + 8];
     for (int k = 0; k < MILL_MOTIONS_MOST; k++) {
@@ -186,20 +185,19 @@ static enum mill_status tell_circle(const struct mill_deck *deck,
     }
     const struct mill_deck_motion *is = section->form;
     if (strcmp(is->on, name_of(section)) == 0)
-        return mill_deck_fault(&deck->text, error, section->title, "on",
-                               "a motion cannot carry itself");
-    return mill_deck_fault(&deck->text, error, section->title, "on",
+        return mill_deck_wrong(&deck->text, section->title, "on", "a motion cannot carry itself");
+    return mill_deck_wrong(&deck->text, section->title, "on",
                            "motions carry each other in a circle: '%s' is itself carried by '%s'",
                            is->on, name_of(section));
 }
 
-static enum mill_status list_named(struct mill_deck *deck, struct mill_error *error)
+static enum mill_status list_named(struct mill_deck *deck)
 {
     const struct mill_deck_section *waiting[MILL_MOTIONS_MOST], *s = NULL;
     int n = 0;
     while ((s = mill_deck_named(&deck->text, "motion", s))) {
         if (deck->mill.motions + n == MILL_MOTIONS_MOST)
-            return mill_deck_fault(&deck->text, error, s->title, NULL,
+            return mill_deck_wrong(&deck->text, s->title, NULL,
                                    "there are more than %d motions, the rotor's included",
                                    MILL_MOTIONS_MOST);
         waiting[n++] = s;
@@ -217,20 +215,20 @@ static enum mill_status list_named(struct mill_deck *deck, struct mill_error *er
                 waiting[left++] = waiting[k];
                 continue;
             }
-            status = mill_deck_motions_find(deck, waiting[k]->title, "on", on, &carrier, error);
+            status = mill_deck_motions_find(deck, waiting[k]->title, "on", on, &carrier);
             if (status == MILL_OK)
-                status = add_motion(deck, waiting[k], carrier, error);
+                status = add_motion(deck, waiting[k], carrier);
         }
         if (status != MILL_OK)
             return status;
         if (left == n)
-            return tell_circle(deck, waiting[0], error);
+            return tell_circle(deck, waiting[0]);
         n = left;
     }
     return MILL_OK;
 }
 
-enum mill_status mill_deck_motions_list(struct mill_deck *deck, struct mill_error *error)
+enum mill_status mill_deck_motions_list(struct mill_deck *deck)
 {
     if (deck->mill.rotor) {
         deck->given.rotor.axis = vec3_make(1.0, 0.0, 0.0);
@@ -238,10 +236,9 @@ enum mill_status mill_deck_motions_list(struct mill_deck *deck, struct mill_erro
             .name = "rotor", .type = &mill_turn_type, .form = &deck->given.rotor, .on = MILL_STILL};
     }
     int rides = MILL_STILL;
-    enum mill_status status = list_named(deck, error);
+    enum mill_status status = list_named(deck);
     if (status == MILL_OK && deck->mill.drum)
-        status =
-            mill_deck_motions_find(deck, "drum", "motion", deck->given.drum_motion, &rides, error);
+        status = mill_deck_motions_find(deck, "drum", "motion", deck->given.drum_motion, &rides);
     deck->mill.drum_rides = 1 + rides;
     return status;
 }

@@ -18,6 +18,7 @@ struct mill_deck_reading {
     int open;                 /* number of the section that the next lines belong to; -1: of none */
     struct mill_units *units; /* NULL until they are needed */
     struct mill_deck_faults *faults; /* NULL: reading ends at the first one */
+    struct mill_error *error;        /* the last one */
 };
 
 /* ---- what a deck may contain (deck_table.c) ---- */
@@ -83,14 +84,20 @@ enum mill_status mill_deck_fault(const struct mill_deck_text *text, struct mill_
                                  const char *section, const char *key, const char *format, ...)
     __attribute__((format(printf, 5, 6)));
 
+/* The same while the deck is read */
+enum mill_status mill_deck_wrong(const struct mill_deck_text *text, const char *section,
+                                 const char *key, const char *format, ...)
+    __attribute__((format(printf, 4, 5)));
+
+/* Out of memory while the deck is read: MILL_FAILED */
+enum mill_status mill_deck_memory(const struct mill_deck_text *text);
+
 /* Prepares the deck to keep its faults. */
-enum mill_status mill_deck_faults_create(struct mill_deck_reading *reading,
-                                         struct mill_error *error);
+enum mill_status mill_deck_faults_create(const struct mill_deck_text *text);
 
 /* Keeps the fault of a call that returned `status`, and marks the section of the last message of
  * mill_deck_fault. Returns MILL_OK if reading can continue, otherwise `status`. */
-enum mill_status mill_deck_faults_keep(const struct mill_deck_text *text, enum mill_status status,
-                                       const struct mill_error *error);
+enum mill_status mill_deck_faults_keep(const struct mill_deck_text *text, enum mill_status status);
 
 /* Was there a fault that is not in a known section? Then a section that is missing may be that
  * one. */
@@ -109,16 +116,16 @@ struct mill_deck_check {
 
 /* A part of reading that uses the values of these sections */
 struct mill_deck_step {
-    enum mill_status (*run)(struct mill_deck *deck, struct mill_error *error);
+    enum mill_status (*run)(struct mill_deck *deck);
     const char *sections; /* "drum blade" stands for [drum], [blade.NAME] */
-    /* With run NULL: fills in up to MILL_DECK_CHECKS - 1 checks. each: of every kind of balls */
-    void (*checks)(const struct mill_deck *deck, int kind, struct mill_deck_check *list);
-    bool each;
+    /* instead of `run`: fill in up to MILL_DECK_CHECKS - 1 checks, or those of each kind of balls
+     */
+    void (*checks)(const struct mill_deck *deck, struct mill_deck_check *list);
+    void (*each)(const struct mill_deck *deck, int kind, struct mill_deck_check *list);
 };
 
 /* Carries out the step, if none of its sections has a fault, and keeps its own faults. */
-enum mill_status mill_deck_faults_step(struct mill_deck *deck, const struct mill_deck_step *step,
-                                       struct mill_error *error);
+enum mill_status mill_deck_faults_step(struct mill_deck *deck, const struct mill_deck_step *step);
 
 /* Warns of what is allowed but is probably a mistake. */
 void mill_deck_faults_warn(const struct mill_deck *deck, const char *section, const char *key,
@@ -126,7 +133,7 @@ void mill_deck_faults_warn(const struct mill_deck *deck, const char *section, co
 
 /* Tells all faults as mill_deck_read does. Returns the status of reading. */
 enum mill_status mill_deck_faults_tell(struct mill_deck_text *text, enum mill_status status,
-                                       void (*fault)(const char *line), struct mill_error *error);
+                                       void (*fault)(const char *line));
 
 /* ---- file and overrides into entries (deck_parse.c) ---- */
 
@@ -159,7 +166,7 @@ struct mill_deck_section {
  * the table. Adds the sections that are required but missing after those of the file,
  * without entries. */
 enum mill_status mill_deck_parse(struct mill_deck_text *text, const char *path, int count,
-                                 const char *const *overrides, struct mill_error *error);
+                                 const char *const *overrides);
 
 void mill_deck_parse_free(struct mill_deck_text *text);
 
@@ -172,8 +179,7 @@ void mill_deck_parse_quote(const char *value, char *out, size_t size);
 struct mill_deck_section *mill_deck_section(const struct mill_deck_text *text, const char *title);
 
 /* Adds a section without entries after the others. The caller keeps the title. */
-enum mill_status mill_deck_section_add(struct mill_deck_text *text, const char *title,
-                                       struct mill_error *error);
+enum mill_status mill_deck_section_add(struct mill_deck_text *text, const char *title);
 
 /* The next section of the block after `last`; NULL for `last`: the first one. NULL: no more. */
 struct mill_deck_section *mill_deck_next(const struct mill_deck_text *text,
@@ -187,6 +193,9 @@ struct mill_deck_section *mill_deck_named(const struct mill_deck_text *text, con
 /* The same for the kinds of balls: all [balls.NAME], or [balls] */
 struct mill_deck_section *mill_deck_next_balls(const struct mill_deck_text *text,
                                                const struct mill_deck_section *last);
+
+/* May a section be called [TITLE.NAME]? */
+bool mill_deck_is_name(const char *name);
 
 /* NULL: there is no such entry, or `section` is NULL. */
 struct mill_deck_entry *mill_deck_entry(const struct mill_deck_section *section, const char *key);
@@ -215,12 +224,11 @@ void mill_deck_value_print(const struct mill_key *key, const void *form, char *o
 /* Makes the name of a file, *path, absolute. Relative names start from the deck's folder. The deck
  * owns *path afterwards. NULL stays NULL. */
 enum mill_status mill_deck_files_find(struct mill_deck_text *text, const char *section,
-                                      const char *key, const char **path, struct mill_error *error);
+                                      const char *key, const char **path);
 
 /* Returns status. If the file has a fault, adds the deck's line and key in front of the error. */
 enum mill_status mill_deck_files_told(const struct mill_deck_text *text, const char *section,
-                                      const char *key, enum mill_status status,
-                                      struct mill_error *error);
+                                      const char *key, enum mill_status status);
 
 /* The deck frees the memory when it is freed. */
 void mill_deck_files_keep(struct mill_deck_text *text, void *memory);
@@ -256,13 +264,12 @@ enum mill_status mill_deck_files_wrong(const struct mill_deck_rows *rows, struct
 /* ---- motions (deck_motions.c), and the bodies that they carry (deck_bodies.c) ---- */
 
 /* Lists the rotor and the [motion.NAME], carriers first, and finds the motion of the drum. */
-enum mill_status mill_deck_motions_list(struct mill_deck *deck, struct mill_error *error);
+enum mill_status mill_deck_motions_list(struct mill_deck *deck);
 
 /* Sets *motion to the motion of this name, which section [section] gives for `key`. NULL:
  * MILL_STILL */
 enum mill_status mill_deck_motions_find(const struct mill_deck *deck, const char *section,
-                                        const char *key, const char *name, int *motion,
-                                        struct mill_error *error);
+                                        const char *key, const char *name, int *motion);
 
 /* The number of the motion of this name; MILL_STILL: there is none */
 int mill_deck_motions_place(const struct mill_deck *deck, const char *name);
@@ -271,13 +278,13 @@ int mill_deck_motions_place(const struct mill_deck *deck, const char *name);
 vec3 mill_deck_motions_unit(vec3 a);
 
 /* Lists the [body.NAME] with their copies and kinds of contact. */
-enum mill_status mill_deck_bodies_list(struct mill_deck *deck, struct mill_error *error);
+enum mill_status mill_deck_bodies_list(struct mill_deck *deck);
 
 /* Lists the shaft, the blades of [blades] and the [blade.NAME] as bodies. */
-enum mill_status mill_deck_bodies_parts(struct mill_deck *deck, struct mill_error *error);
+enum mill_status mill_deck_bodies_parts(struct mill_deck *deck);
 
 /* Sets the speed of the rotor, where the speed of its tips is given. */
-enum mill_status mill_deck_bodies_turn(struct mill_deck *deck, struct mill_error *error);
+enum mill_status mill_deck_bodies_turn(struct mill_deck *deck);
 
 void mill_deck_bodies_free(struct mill_deck_bodies *list);
 
@@ -293,15 +300,14 @@ struct mill_deck_found {
 /* Finds the material that [section] names with `key`. */
 enum mill_status mill_deck_materials_find(const struct mill_deck *deck, const char *section,
                                           const char *key, const char *name,
-                                          struct mill_deck_found *found, struct mill_error *error);
+                                          struct mill_deck_found *found);
 
 /* The table of the restitution of this material, which `restitution_table` can name; NULL: none */
 const struct mill_fall *mill_deck_materials_fall(const char *name);
 
 /* Sets the density of balls whose section gives only a material. */
 enum mill_status mill_deck_materials_density(const struct mill_deck *deck,
-                                             struct mill_deck_balls *balls,
-                                             struct mill_error *error);
+                                             struct mill_deck_balls *balls);
 
 /* ---- contact laws (deck_laws.c) ---- */
 
@@ -312,16 +318,16 @@ static inline double mill_deck_laws_first(double given, double other)
 }
 
 /* Checks that something gives the restitution: a number, a table or materials. */
-enum mill_status mill_deck_laws_require(struct mill_deck *deck, struct mill_error *error);
+enum mill_status mill_deck_laws_require(struct mill_deck *deck);
 
 /* Gives each kind of contact its law, and the values of [wear]. */
-enum mill_status mill_deck_laws_list(struct mill_deck *deck, struct mill_error *error);
+enum mill_status mill_deck_laws_list(struct mill_deck *deck);
 
 /* ---- keys that must agree with others, and their checks ---- */
 
 extern const struct mill_key mill_deck_run_key[], mill_deck_run_gravity[], mill_deck_run_output[];
-void mill_deck_run_checks(const struct mill_deck *deck, int kind, struct mill_deck_check *list);
-void mill_deck_run_frames(const struct mill_deck *deck, int kind, struct mill_deck_check *list);
+void mill_deck_run_checks(const struct mill_deck *deck, struct mill_deck_check *list);
+void mill_deck_run_frames(const struct mill_deck *deck, struct mill_deck_check *list);
 
 /* Number of frames in the whole run, and the size of their ball states [GB] */
 double mill_deck_run_count(const struct mill_deck *deck);
@@ -330,11 +336,11 @@ double mill_deck_run_size(const struct mill_deck *deck);
 extern const struct mill_key mill_deck_mill_ball[], mill_deck_mill_start[], mill_deck_mill_drum[],
     mill_deck_mill_rotor[], mill_deck_mill_blades[], mill_deck_mill_spread[],
     mill_deck_mill_blade[], mill_deck_mill_blade_form[];
-void mill_deck_mill_buckles(const struct mill_deck *deck, int kind, struct mill_deck_check *list);
-void mill_deck_mill_parts(const struct mill_deck *deck, int kind, struct mill_deck_check *list);
+void mill_deck_mill_buckles(const struct mill_deck *deck, struct mill_deck_check *list);
+void mill_deck_mill_parts(const struct mill_deck *deck, struct mill_deck_check *list);
 void mill_deck_mill_sizes(const struct mill_deck *deck, int kind, struct mill_deck_check *list);
 void mill_deck_mill_amount(const struct mill_deck *deck, int kind, struct mill_deck_check *list);
-void mill_deck_mill_starts(const struct mill_deck *deck, int kind, struct mill_deck_check *list);
+void mill_deck_mill_starts(const struct mill_deck *deck, struct mill_deck_check *list);
 
 /* The drum's wall */
 struct mill_profile mill_deck_mill_profile(const struct mill_deck *deck);
@@ -343,15 +349,15 @@ struct mill_profile mill_deck_mill_profile(const struct mill_deck *deck);
 double mill_deck_mill_volume(const struct mill_deck *deck);
 
 extern const struct mill_key mill_deck_uses_powder[], mill_deck_uses_heat[], mill_deck_uses_wear[];
-void mill_deck_uses_checks(const struct mill_deck *deck, int kind, struct mill_deck_check *list);
+void mill_deck_uses_checks(const struct mill_deck *deck, struct mill_deck_check *list);
 
 /* ---- kinds of balls (deck_balls.c) ---- */
 
 /* Lists the kinds of balls with their numbers, and finds the start file. */
-enum mill_status mill_deck_balls_list(struct mill_deck *deck, struct mill_error *error);
+enum mill_status mill_deck_balls_list(struct mill_deck *deck);
 
 /* Converts the ratio of the masses of balls and powder to a mass of powder, and finds its table. */
-enum mill_status mill_deck_balls_powder(struct mill_deck *deck, struct mill_error *error);
+enum mill_status mill_deck_balls_powder(struct mill_deck *deck);
 
 /* ---- the free volume (deck_setup.c) ---- */
 

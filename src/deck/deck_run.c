@@ -60,7 +60,7 @@ const struct mill_key mill_deck_run_output[] = {
     {.name = NULL},
 };
 
-void mill_deck_run_checks(const struct mill_deck *deck, int kind, struct mill_deck_check *list)
+void mill_deck_run_checks(const struct mill_deck *deck, struct mill_deck_check *list)
 {
     const struct mill_deck_given *is = &deck->given;
     const struct mill_deck_check all[] = {
@@ -71,14 +71,12 @@ void mill_deck_run_checks(const struct mill_deck *deck, int kind, struct mill_de
         {.wrong = is->time / is->series > MOST_SAMPLES, "output", "series",
          "too short: more than 1e8 samples until %g s", {is->time}},
     };
-    (void)kind;
     memcpy(list, all, sizeof all);
 }
 
-void mill_deck_run_frames(const struct mill_deck *deck, int kind, struct mill_deck_check *list)
+void mill_deck_run_frames(const struct mill_deck *deck, struct mill_deck_check *list)
 {
     const double frames = mill_deck_run_count(deck);
-    (void)kind;
     *list = (struct mill_deck_check){
         .wrong = frames > MOST_FRAMES, "output", "frames",
         "too short: more than 1e7 frames until %g s (%.3g GB of ball states)",

@@ -75,7 +75,7 @@ const struct mill_key mill_deck_uses_wear[] = {
 };
 
 /* Keys that other keys of [powder] need */
-void mill_deck_uses_checks(const struct mill_deck *deck, int kind, struct mill_deck_check *list)
+void mill_deck_uses_checks(const struct mill_deck *deck, struct mill_deck_check *list)
 {
     const struct mill_deck_powder *p = &deck->given.powder;
     const bool vogel = p->law == MILL_DECK_VOGEL, power = p->law == MILL_DECK_POWER;
@@ -90,7 +90,6 @@ void mill_deck_uses_checks(const struct mill_deck *deck, int kind, struct mill_d
         {.wrong = p->capture == MILL_DECK_LAYER && p->layer == 0.0, "powder", "layer",
          "this capture needs the thickness of the powder on a surface"},
     };
-    (void)kind;
     if (p->mass > 0.0)
         memcpy(list, all, sizeof all);
 }

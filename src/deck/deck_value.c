@@ -395,11 +395,11 @@ static enum mill_status tell(const struct mill_deck_text *text, FILE *out, struc
 enum mill_status mill_deck_tell(int count, const char *const *values, FILE *out,
                                 struct mill_error *error)
 {
-    struct mill_deck_reading reading = {.open = -1};
+    struct mill_deck_reading reading = {.open = -1, .error = error};
     enum mill_status status = MILL_OK;
     for (int i = 0; i < count && status == MILL_OK; i++) {
         struct mill_deck_text text = {.reading = &reading};
-        status = mill_deck_parse(&text, NULL, 1, &values[i], error);
+        status = mill_deck_parse(&text, NULL, 1, &values[i]);
         if (status == MILL_OK)
             status = tell(&text, out, error);
         mill_deck_parse_free(&text);

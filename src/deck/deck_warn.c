@@ -127,11 +127,10 @@ static void warn_of_materials(const struct mill_deck *deck)
     const char *of_balls = NULL;
     bool given = all->rows || !isnan(all->restitution);
     struct mill_deck_found found;
-    struct mill_error line;
     for (int k = 0; k < deck->mill.kinds; k++) {
         const struct mill_deck_balls *b = &deck->mill.balls[k];
-        if (!b->material || mill_deck_materials_find(deck, b->section, "material", b->material,
-                                                     &found, &line) != MILL_OK)
+        if (!b->material ||
+            mill_deck_materials_find(deck, b->section, "material", b->material, &found) != MILL_OK)
             continue;
         of_balls = b->section;
         if (!(found.is.density > 0.0) || fabs(b->density / found.is.density - 1.0) < 0.01)
