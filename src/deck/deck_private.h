@@ -261,10 +261,7 @@ enum mill_status mill_deck_files_wrong(const struct mill_deck_rows *rows, struct
                                        const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
-/* ---- motions (deck_motions.c), and the bodies that they carry (deck_bodies.c) ---- */
-
-/* Lists the rotor and the [motion.NAME], carriers first, and finds the motion of the drum. */
-enum mill_status mill_deck_motions_list(struct mill_deck *deck);
+/* ---- motions (deck_motions.c) ---- */
 
 /* Sets *motion to the motion of this name, which section [section] gives for `key`. NULL:
  * MILL_STILL */
@@ -276,17 +273,6 @@ int mill_deck_motions_place(const struct mill_deck *deck, const char *name);
 
 /* The vector scaled to length 1; exactly 1 along x, y or z */
 vec3 mill_deck_motions_unit(vec3 a);
-
-/* Lists the [body.NAME] with their copies and kinds of contact. */
-enum mill_status mill_deck_bodies_list(struct mill_deck *deck);
-
-/* Lists the shaft, the blades of [blades] and the [blade.NAME] as bodies. */
-enum mill_status mill_deck_bodies_parts(struct mill_deck *deck);
-
-/* Sets the speed of the rotor, where the speed of its tips is given. */
-enum mill_status mill_deck_bodies_turn(struct mill_deck *deck);
-
-void mill_deck_bodies_free(struct mill_deck_bodies *list);
 
 /* ---- materials (deck_materials.c) ---- */
 
@@ -317,12 +303,6 @@ static inline double mill_deck_laws_first(double given, double other)
     return isnan(given) ? other : given;
 }
 
-/* Checks that something gives the restitution: a number, a table or materials. */
-enum mill_status mill_deck_laws_require(struct mill_deck *deck);
-
-/* Gives each kind of contact its law, and the values of [wear]. */
-enum mill_status mill_deck_laws_list(struct mill_deck *deck);
-
 /* ---- keys that must agree with others, and their checks ---- */
 
 extern const struct mill_key mill_deck_run_key[], mill_deck_run_gravity[], mill_deck_run_output[];
@@ -351,12 +331,25 @@ double mill_deck_mill_volume(const struct mill_deck *deck);
 extern const struct mill_key mill_deck_uses_powder[], mill_deck_uses_heat[], mill_deck_uses_wear[];
 void mill_deck_uses_checks(const struct mill_deck *deck, struct mill_deck_check *list);
 
-/* ---- kinds of balls (deck_balls.c) ---- */
+/* ---- what follows from the values: steps of reading ---- */
 
-/* Lists the kinds of balls with their numbers, and finds the start file. */
+/* The rotor and the [motion.NAME], carriers first, and the motion of the drum; the [body.NAME] with
+ * their copies and kinds of contact; shaft and blades as bodies; the speed of the rotor, where that
+ * of its tips is given */
+enum mill_status mill_deck_motions_list(struct mill_deck *deck);
+enum mill_status mill_deck_bodies_list(struct mill_deck *deck);
+enum mill_status mill_deck_bodies_parts(struct mill_deck *deck);
+enum mill_status mill_deck_bodies_turn(struct mill_deck *deck);
+void mill_deck_bodies_free(struct mill_deck_bodies *list);
+
+/* Something gives the restitution: a number, a table or materials. The law of each kind of contact,
+ * and its values of [wear] */
+enum mill_status mill_deck_laws_require(struct mill_deck *deck);
+enum mill_status mill_deck_laws_list(struct mill_deck *deck);
+
+/* The kinds of balls with their numbers, and the start file; the mass of the powder, and its table
+ */
 enum mill_status mill_deck_balls_list(struct mill_deck *deck);
-
-/* Converts the ratio of the masses of balls and powder to a mass of powder, and finds its table. */
 enum mill_status mill_deck_balls_powder(struct mill_deck *deck);
 
 /* ---- the free volume (deck_setup.c) ---- */
