@@ -10,6 +10,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { SECTION = sizeof((struct mill_deck_contact *)0)->section };
+
 /* ---- falling restitution ---- */
 
 static enum mill_status take_row(struct mill_deck_rows *rows, int n, const double *x,
@@ -328,12 +330,21 @@ static bool occurs(const struct mill_deck_mill *mill, int kind)
     return has;
 }
 
+/* Names the section [TITLE.KIND]. */
+static void name_section(const struct mill_deck *deck, const char *title, int kind,
+                         char name[SECTION])
+{
+    char kind_name[MILL_KINDS_LENGTH];
+    memcpy(kind_name, deck->mill.contacts.name[kind], sizeof kind_name);
+    snprintf(name, SECTION, "%s.%s", title, kind_name);
+}
+
 /* The values of the section [TITLE.KIND], or `general` */
 static const void *find_values(const struct mill_deck *deck, const char *title, int kind,
                                const void *general)
 {
-    char name[sizeof deck->mill.contact->section];
-    snprintf(name, sizeof name, "%s.%s", title, deck->mill.contacts.name[kind]);
+    char name[SECTION];
+    name_section(deck, title, kind, name);
     const struct mill_deck_section *s = mill_deck_section(&deck->text, name);
     return s ? s->form : general;
 }
@@ -366,10 +377,8 @@ enum mill_status mill_deck_laws_list(struct mill_deck *deck)
     struct mill_deck_mill *mill = &deck->mill;
     enum mill_status status = settle_all(deck);
     for (int kind = 0; kind < mill->contacts.count; kind++) {
-        struct mill_deck_contact *contact = &mill->contact[kind];
-        contact->occurs = occurs(mill, kind);
-        snprintf(contact->section, sizeof contact->section, "contact.%s",
-                 mill->contacts.name[kind]);
+        mill->contact[kind].occurs = occurs(mill, kind);
+        name_section(deck, "contact", kind, mill->contact[kind].section);
     }
     if (status == MILL_OK)
         status = check_kinds(deck, "contact");
