@@ -133,8 +133,8 @@ TEST(a_law_of_materials_says_where_it_comes_from_and_is_not_written_into_the_tex
 {
     struct mill_deck *deck = read_good(
         "[run]\ntime = 1 s\n[drum]\nradius = 75 mm\nlength = 120 mm\nmaterial = agate\n"
-        "[contact]\nfriction = 0.3\n[contact.ball_wall]\nrestitution = 0.5\nfriction = 0.1\n"
-        "tangential_restitution = 0.2\n" BALLS "material = steel\n");
+        "[contact]\nfriction = 0.3\n[contact.ball_wall]\nrestitution = 0.5\nfriction = 0.1\n" BALLS
+        "material = steel\n");
     const struct mill_deck_contact *ball = &deck->mill.contact[MILL_BALL_BALL];
     const struct mill_deck_contact *drum = &deck->mill.contact[MILL_BALL_DRUM];
     const struct mill_deck_contact *wall = &deck->mill.contact[MILL_BALL_WALL];
@@ -143,7 +143,10 @@ TEST(a_law_of_materials_says_where_it_comes_from_and_is_not_written_into_the_tex
     ck_assert_int_eq(mill_deck_laws_fall(&ball->law).points, 10);
     ck_assert_ptr_nonnull(strstr(ball->assumed, "steel on steel: "));
     ck_assert_str_eq(drum->assumed, "steel on agate: the lower values of both");
-    ck_assert(wall->law.restitution == 0.5 && wall->law.friction == 0.1 && !wall->assumed[0]);
+    ck_assert(wall->law.restitution == 0.5 && !wall->law.rows && !wall->takes.restitution);
+    ck_assert(wall->law.friction == 0.1 && !wall->takes.friction);
+    ck_assert(wall->law.tangential == drum->law.tangential && wall->takes.tangential);
+    ck_assert_str_eq(wall->assumed, "steel on agate");
     ck_assert_ptr_null(mill_deck_section(&deck->text, "contact.ball_ball"));
     const char *printed = print(deck), *first = strstr(printed, "[contact.ball_wall]");
     ck_assert_ptr_nonnull(first);
