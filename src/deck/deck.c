@@ -1,8 +1,7 @@
 /* The deck's public functions, and the values: for every key of the table, in every section that
  * has it, the value of the entry or the default. This file checks what concerns one key alone
- * (missing, unit, range), and computes the values that follow from other keys. The rest:
- * deck_parse.c reads the file, deck_table.c lists what it may contain, deck_value.c converts
- * between text and numbers, deck_check.c checks keys against each other. */
+ * (missing, unit, range), and lists the steps that follow. The rest: deck_parse.c reads the file,
+ * deck_table.c lists what it may contain, deck_value.c converts between text and numbers. */
 #include "deck/deck_private.h"
 
 #include <assert.h>

@@ -1,6 +1,5 @@
-/* The deck: an INI text, read, checked and converted to SI numbers. One table (deck_table.c)
- * defines each key's meaning, unit, default and range. Reading, checking, printing and saving all
- * use this table. */
+/* The deck: an INI text, read, checked and converted to SI numbers. Tables of keys define each
+ * key's meaning, unit, default and range. Reading, checking, printing and saving all use them. */
 #ifndef MILLSIM_DECK_H
 #define MILLSIM_DECK_H
 
@@ -95,42 +94,22 @@ struct mill_deck_material {
     double density; /* [kg/m^3] */
 };
 
-/* [powder], as given. It does not influence the run: programs compute the dose from it. */
+/* [powder], [heat], [wear] and [wear.KIND], as given, in SI; 0 or NULL: not given. They do not
+ * influence the run: programs compute from them. deck_uses.c says what each value is. */
 struct mill_deck_powder {
-    double mass;           /* [kg] 0: there is no such section */
-    double ball_to_powder; /* mass of the balls / mass of the powder, where given instead */
-    double density;        /* [kg/m^3] of its material */
-    double size;           /* [m] of its particles; 0: not given */
-    double packing;        /* share of a layer that particles fill */
-    int capture;           /* how much powder an impact catches; values in the order of the words */
-    double layer;          /* [m] thickness of the powder on a surface; 0: not given */
-    double modulus;        /* [Pa] reduced modulus of the surfaces */
-    int energy;            /* of an impact; values in the order of the words of its key */
-    double threshold;      /* [J] impacts from here on are hard */
-    int law;               /* of the reaction or breakage; values in the order of the words */
-    double coefficient, exponent; /* 0: not given */
-    double strength;              /* [kg/(J m)] Vogel & Peukert; 0: not given */
-    double least;                 /* [J m/kg] Vogel & Peukert */
-    const char *table;            /* file, or NULL */
+    double mass, ball_to_powder, density, size, packing, layer, modulus, threshold;
+    double coefficient, exponent, strength, least;
+    int capture, energy, law; /* in the order of the words of their keys */
+    const char *table;
 };
-
 enum { MILL_DECK_MONOLAYER, MILL_DECK_VOLUME, MILL_DECK_LAYER };
 enum { MILL_DECK_NONE, MILL_DECK_POWER, MILL_DECK_THRESHOLD, MILL_DECK_VOGEL, MILL_DECK_RATES };
-
-/* [heat], as given; programs compute temperatures from it */
 struct mill_deck_heat {
-    double ball_capacity, powder_capacity, jar_capacity; /* [J/(kg K)]; powder: 0: not given */
-    double jar_mass;                                     /* [kg] */
-    double ball_to_jar, jar_to_room;                     /* [W/K] */
-    double room;                                         /* [K] */
-    double share;                                        /* of the power that heats the balls */
+    double ball_capacity, powder_capacity, jar_capacity, jar_mass;
+    double ball_to_jar, jar_to_room, room, share;
 };
-
-/* [wear], [wear.KIND]: coefficients; 0: not given */
 struct mill_deck_wear {
-    double archard;  /* Archard's K */
-    double hardness; /* [Pa] */
-    double erosion;  /* [kg/J] Finnie's k */
+    double archard, hardness, erosion;
 };
 
 /* A kind of contact: its law, and where it comes from */
@@ -159,51 +138,34 @@ struct mill_deck_text {
     struct mill_deck_reading *reading; /* NULL: the deck has been read */
 };
 
-/* The values that keys give, or their defaults. Those of [motion.NAME], [body.NAME] and of other
- * sections with a name are with their sections. */
+/* The values that keys give, or their defaults, in SI; the tables of keys say what each value is.
+ * Those of [motion.NAME], [body.NAME] and of other sections with a name are with their sections. */
 struct mill_deck_given {
-    /* [run] */
-    double time;           /* [s] */
-    double sample_from;    /* [s] */
-    double precision;      /* relative standard error that ends the run; 0: not used */
-    double max_collisions; /* number of collisions that ends the run; 0: not used */
-    long seed;
-    long threads; /* 0: the program chooses */
-    /* [gravity] */
-    vec3 gravity; /* [m/s^2] */
-    /* [balls] */
-    const char *start; /* path of the start file, resolved relative to the deck; NULL = random */
-    double speed;      /* [m/s] of every ball, random start only */
-    int at_rest;       /* 1: balls of a random start begin at rest, although the container moves */
-    /* [drum] */
-    double drum_radius, drum_length; /* [m] */
-    int periodic;                    /* 1: the drum has no end walls; 0: it has */
-    int wavy;                        /* 1: wavy drum; 0: a circle, and the buckles are 0 */
+    double time, sample_from, precision, max_collisions; /* [run]; 0: not used */
+    long seed, threads;                                  /* 0: the program chooses */
+    vec3 gravity;
+    const char *start; /* [balls] path of the start file; NULL: a random start */
+    double speed;      /* of every ball of a random start */
+    int at_rest;       /* 1: it does not move with the container */
+    double drum_radius, drum_length;
+    int periodic; /* 1: the drum has no end walls */
+    int wavy;     /* 0: the drum is a circle, and the buckles are 0 */
     long buckles;
-    double buckle_height;    /* [m] the wall is within drum_radius +- buckle_height */
-    double buckle_angle;     /* [rad] of one outermost point, from +y towards +z */
-    const char *drum_motion; /* the motion that carries the drum; NULL: none */
-    const char *drum_material, *rotor_material; /* NULL: not given */
-    /* [rotor] */
+    double buckle_height, buckle_angle;
+    const char *drum_motion, *drum_material, *rotor_material; /* NULL: not given */
     struct mill_turn rotor; /* its speed follows from the tip speed, where that is given */
-    double tip_speed;       /* [m/s] 0: not given, or at rest */
-    double shaft_radius;    /* [m] 0 = no shaft */
+    double tip_speed;       /* 0: not given, or at rest */
+    double shaft_radius;    /* 0: no shaft */
     struct mill_deck_blades blades;
-    /* [contact], [material.NAME] */
     struct mill_deck_material unknown; /* all that a [material.NAME] does not give */
     struct mill_deck_law general;      /* [contact], for kinds that have no value of their own */
     const char *between;               /* material between the surfaces; NULL: none */
-    double rebound_floor;              /* [m/s] */
-    /* [powder], [heat], [wear] */
+    double rebound_floor;
     struct mill_deck_powder powder;
     struct mill_deck_heat heat;
     struct mill_deck_wear worn; /* for kinds that have no values of their own */
-    /* [output] */
-    double frames;        /* [s] 0 = none */
-    double series;        /* [s] */
-    int log_impacts;      /* 1: yes */
-    double strike_window; /* [s] */
-    double checkpoint;    /* [s] of wall time */
+    double frames, series, strike_window, checkpoint; /* [output]; frames 0: none */
+    int log_impacts;                                  /* 1: yes */
 };
 
 /* What follows from the values: the mill */
