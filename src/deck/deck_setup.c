@@ -312,28 +312,26 @@ static enum mill_status tell(const struct mill_deck *deck, const long *line,
 static void warn_of(const struct mill_deck *deck, const struct mill_passing *place, bool unchecked)
 {
     char copy[32], other_copy[32] = "";
-    struct mill_error line;
     double d = 0.0;
     for (int k = 0; k < deck->mill.kinds; k++)
         d = fmax(d, deck->mill.balls[k].diameter);
     const bool wall = place->kind[1] == MILL_BALL_WALL, drum = place->other < 0;
-    if (!deck->warn ||
-        (unchecked ? isinf(place->when) : !(place->gap < (drum ? 1.0 + EQUAL : NARROW) * d)))
+    if (unchecked ? isinf(place->when) : !(place->gap < (drum ? 1.0 + EQUAL : NARROW) * d))
         return;
     const char *section = find_section(deck, place->one, copy);
     const char *met = find_section(deck, place->other, other_copy);
     if (unchecked)
-        mill_deck_fault(&deck->text, &line, section, NULL,
-                        "it was not checked whether %sruns into [%s] %safter t = %.4g s, because "
-                        "this would take too long",
-                        copy[0] ? copy : "it ", met, other_copy, place->when);
+        mill_deck_faults_warn(deck, section, NULL,
+                              "it was not checked whether %sruns into [%s] %safter t = %.4g s, "
+                              "because this would take too long",
+                              copy[0] ? copy : "it ", met, other_copy, place->when);
     else
-        mill_deck_fault(&deck->text, &line, section, NULL,
-                        "%scomes as near as %.2g mm to %s[%s] %sat t = %.4g s, no more than a "
-                        "ball's diameter of %.3g mm: balls can be pinched there",
-                        copy, 1e3 * place->gap, wall ? "an end wall of " : "", met, other_copy,
-                        place->when, 1e3 * d);
-    deck->warn(line.text);
+        mill_deck_faults_warn(
+            deck, section, NULL,
+            "%scomes as near as %.2g mm to %s[%s] %sat t = %.4g s, no more than a "
+            "ball's diameter of %.3g mm: balls can be pinched there",
+            copy, 1e3 * place->gap, wall ? "an end wall of " : "", met, other_copy, place->when,
+            1e3 * d);
 }
 
 enum mill_status mill_deck_setup_world(const struct mill_deck *deck,
