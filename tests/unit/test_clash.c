@@ -412,6 +412,92 @@ TEST(drums_are_pierced_where_they_turn_in_themselves)
     ck_assert_int_eq(find(&m).other, 1);
 }
 
+/* ---- what may be touched ---- */
+
+TEST(a_body_may_slide_along_a_flat_wall_and_reach_no_farther)
+{
+    static const double beyond[] = {0.0, 1e-4, 1e-3};
+    for (int k = 0; k < 3; k++) {
+        struct mill m = {.setup.motions = 0};
+        const int rotor = add_turn(&m, MILL_STILL, 9.0, nought, vec3_make(1.0, 0.0, 0.0));
+        add_jar(&m, MILL_STILL, 0.1, 0.1);
+        add_body(&m, &mill_box_solid, rotor, vec3_make(beyond[k], 0.03, 0.0))->size =
+            vec3_make(0.02, 0.01, 0.1); /* the last one along x */
+        expect(&m, k ? MILL_FAULT_OUTSIDE : MILL_FAULT_NONE, 0.0, 0.0);
+        if (k) {
+            ck_assert_int_eq(find(&m).other, 1);
+            ck_assert_double_eq_tol(find(&m).amount, beyond[k], 1e-15);
+        }
+        m.turn[rotor].axis.y = 1e-3; /* it does not slide along the wall, it tilts into it */
+        expect(&m, MILL_FAULT_OUTSIDE, 0.0, 0.0);
+    }
+}
+
+/* ---- the narrowest places ---- */
+
+/* A ball on an arm passes one that stands as much beside it as it is farther out, at an angle.
+ * Their paths are no rings that are apart, thus the gap is looked for. */
+static void add_passing(struct mill *m, double radius, double far, double angle, double gap,
+                        int kind)
+{
+    const double off = (2.0 * radius + gap) / sqrt(2.0);
+    const vec3 at = {off, (far + off) * cos(angle), (far + off) * sin(angle)};
+    struct mill_body *b = add_body(m, &mill_round_sphere_solid, MILL_STILL, at);
+    b->radius = radius;
+    m->surface[m->setup.surfaces - 1].kind = kind;
+}
+
+TEST(of_each_two_kinds_the_narrowest_place_is_told_in_the_order_of_the_gaps)
+{
+    enum { ROUND = 20, LID, RUNS, STANDS, ALSO_STANDS };
+    struct mill m = {.setup.motions = 0};
+    const int rotor = add_turn(&m, MILL_STILL, 30.0, nought, vec3_make(1.0, 0.0, 0.0));
+    add_jar(&m, MILL_STILL, 0.1, 0.1);
+    m.surface[0].kind = ROUND;
+    m.surface[0].ends = LID;
+    for (int k = 0; k < 2; k++) {
+        add_body(&m, &mill_round_sphere_solid, rotor, vec3_make(0.0, 0.05 - 0.11 * k, 0.0))
+            ->radius = 0.002;
+        m.surface[1 + k].kind = RUNS;
+    }
+    add_passing(&m, 0.002, 0.05, 1.0, 1e-3, STANDS);
+    add_passing(&m, 0.002, 0.06, 4.0, 5e-4, ALSO_STANDS);
+    add_passing(&m, 0.002, 0.05, 2.5, 3e-4, STANDS);
+    add_passing(&m, 0.002, 0.06, 2.0, 8e-4, ALSO_STANDS);
+    const struct mill_passing told[] = {
+        {.one = 1, .other = 5, .kind = {RUNS, STANDS}, .gap = 3e-4},
+        {.one = 2, .other = 4, .kind = {RUNS, ALSO_STANDS}, .gap = 5e-4},
+        {.one = 2, .other = 0, .kind = {RUNS, ROUND}, .gap = 0.038},
+        {.one = 1, .other = 0, .kind = {RUNS, LID}, .gap = 0.048}};
+    const struct mill_fault f = find(&m);
+    ck_assert_int_eq(f.code, MILL_FAULT_NONE);
+    for (int k = 0; k < 4; k++) {
+        const struct mill_passing *p = &f.narrowest[k];
+        ck_assert(p->one == told[k].one && p->other == told[k].other);
+        ck_assert(p->kind[0] == told[k].kind[0] && p->kind[1] == told[k].kind[1]);
+        ck_assert_double_eq_tol(p->gap, told[k].gap, 0.1 * told[k].gap);
+    }
+    for (int k = 4; k < MILL_FAULT_PASSINGS; k++)
+        ck_assert(isinf(f.narrowest[k].gap));
+}
+
+TEST(of_more_kinds_than_can_be_told_the_narrowest_are)
+{
+    struct mill m = {.setup.motions = 0};
+    const int rotor = add_turn(&m, MILL_STILL, 30.0, nought, vec3_make(1.0, 0.0, 0.0));
+    add_jar(&m, MILL_STILL, 0.2, 0.2);
+    add_body(&m, &mill_round_sphere_solid, rotor, vec3_make(0.0, 0.1, 0.0))->radius = 0.01;
+    m.surface[0].kind = m.surface[1].kind = 20;
+    for (int k = 0; k < 12; k++) /* gaps of 0.5 mm, 1 mm, ... in another order */
+        add_passing(&m, 0.01, 0.1, (k + 0.5) * PI / 6.0, 5e-4 * (k * 5 % 12 + 1), 30 + k * 5 % 12);
+    const struct mill_fault f = find(&m);
+    ck_assert_int_eq(f.code, MILL_FAULT_NONE);
+    for (int k = 0; k < MILL_FAULT_PASSINGS; k++) {
+        ck_assert_int_eq(f.narrowest[k].kind[1], 30 + k);
+        ck_assert_double_eq_tol(f.narrowest[k].gap, 5e-4 * (k + 1), 5e-5 * (k + 1));
+    }
+}
+
 /* ---- blades and shafts ---- */
 
 TEST(blades_and_shafts_run_into_bodies_too)

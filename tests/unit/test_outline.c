@@ -1,5 +1,6 @@
 /* What shapes draw: triangles on their true surfaces, seen from the balls' side, without gaps. One
  * contract for all kinds, checked with the gap and the contact that the event loop uses. */
+#include "mesh_fixture.h"
 #include "observe/outline.h"
 #include "wavy_fixture.h"
 
@@ -13,91 +14,6 @@ static struct mill_mesh drawn(const struct mill_shape *shape)
     mill_body_draw(shape, TOLERANCE, &mesh);
     ck_assert(!mesh.failed && mesh.triangles > 0);
     return mesh;
-}
-
-static vec3 corner(const struct mill_mesh *mesh, size_t triangle, int k)
-{
-    const int64_t point = mesh->corner[triangle][k];
-    ck_assert(point >= 0 && point < (int64_t)mesh->points);
-    return mesh->point[point];
-}
-
-/* Half the cross product of two sides: its length is the area, its direction where it faces */
-static vec3 facing(const struct mill_mesh *mesh, size_t t)
-{
-    const vec3 a = corner(mesh, t, 0);
-    return vec3_scale(vec3_cross(vec3_sub(corner(mesh, t, 1), a), vec3_sub(corner(mesh, t, 2), a)),
-                      0.5);
-}
-
-/* Of the body that the triangles enclose, counter-clockwise seen from outside [m^3] */
-static double volume(const struct mill_mesh *mesh)
-{
-    double sum = 0.0;
-    for (size_t t = 0; t < mesh->triangles; t++)
-        sum +=
-            vec3_dot(corner(mesh, t, 0), vec3_cross(corner(mesh, t, 1), corner(mesh, t, 2))) / 6.0;
-    return sum;
-}
-
-/* ---- edges ---- */
-
-struct edge {
-    vec3 from, to;
-    int way; /* +1 as it is, -1 turned round */
-};
-
-static int order(vec3 a, vec3 b)
-{
-    if (a.x != b.x)
-        return a.x < b.x ? -1 : 1;
-    if (a.y != b.y)
-        return a.y < b.y ? -1 : 1;
-    return a.z == b.z ? 0 : (a.z < b.z ? -1 : 1);
-}
-
-static int compare(const void *one, const void *two)
-{
-    const struct edge *a = one, *b = two;
-    const int from = order(a->from, b->from);
-    return from ? from : order(a->to, b->to);
-}
-
-static size_t add_edges(const struct mill_mesh *mesh, struct edge *edge)
-{
-    size_t n = 0;
-    for (size_t t = 0; t < mesh->triangles; t++) {
-        for (int k = 0; k < 3; k++) {
-            const struct edge e = {corner(mesh, t, k), corner(mesh, t, (k + 1) % 3), 1};
-            const struct edge turned = {e.to, e.from, -1};
-            const int way = order(e.from, e.to);
-            if (way != 0) /* a flat of no length joins what is one */
-                edge[n++] = way < 0 ? e : turned;
-        }
-    }
-    return n;
-}
-
-/* Every edge is walked once each way, its ends being the same to the bit. */
-static void assert_closed(const struct mill_mesh *mesh, size_t meshes)
-{
-    size_t n = 0, room = 0;
-    for (size_t k = 0; k < meshes; k++)
-        room += 3 * mesh[k].triangles;
-    struct edge *edge = malloc(room * sizeof *edge);
-    for (size_t k = 0; k < meshes; k++)
-        n += add_edges(&mesh[k], edge + n);
-    qsort(edge, n, sizeof *edge, compare);
-    for (size_t i = 0; i < n;) {
-        int sum = 0;
-        size_t k = i;
-        for (; k < n && compare(&edge[i], &edge[k]) == 0; k++)
-            sum += edge[k].way;
-        ck_assert_msg(sum == 0 && k - i >= 2, "edge (%g %g %g)-(%g %g %g) is open", edge[i].from.x,
-                      edge[i].from.y, edge[i].from.z, edge[i].to.x, edge[i].to.y, edge[i].to.z);
-        i = k;
-    }
-    free(edge);
 }
 
 /* ---- the mills that are looked at ---- */
@@ -192,7 +108,7 @@ TEST(drum_and_end_walls_enclose_the_chamber)
         double enclosed = 0.0;
         for (int k = 0; k < 3; k++) {
             mesh[k] = drawn(mill.shape[DRUM + k]);
-            enclosed -= volume(&mesh[k]); /* seen from within */
+            enclosed -= enclosed_by(&mesh[k]); /* seen from within */
         }
         assert_closed(mesh, 3);
         /* chords between points of arcs that bulge outwards and inwards: off either way */
@@ -232,8 +148,8 @@ TEST(shaft_and_blade_are_closed_bodies_of_their_volume)
         struct mill_mesh blade = drawn(mill.shape[BLADE]);
         assert_closed(&shaft, 1);
         assert_closed(&blade, 1);
-        ck_assert_double_le(fabs(volume(&blade) - 0.06 * 0.012 * 0.007), 1e-18);
-        ck_assert(volume(&shaft) < rod && volume(&shaft) > 0.98 * rod);
+        ck_assert_double_le(fabs(enclosed_by(&blade) - 0.06 * 0.012 * 0.007), 1e-18);
+        ck_assert(enclosed_by(&shaft) < rod && enclosed_by(&shaft) > 0.98 * rod);
         mill_mesh_free(&shaft);
         mill_mesh_free(&blade);
         mill_demolish(&mill);

@@ -135,6 +135,62 @@ static enum mill_fault_code start_on(int first, int second, int surface, vec3 ax
     return code;
 }
 
+TEST(a_surface_has_a_kind_of_contact_and_a_container_s_ends_one_that_all_mills_have)
+{
+    const struct mill_body box = mill_setup_blade(&sound.blade[0]),
+                           jar = mill_setup_drum_body(&sound.setup.drum);
+    const struct {
+        int kind, ends;
+        enum mill_fault_code code;
+    } wrong[] = {{MILL_BALL_BLADE, MILL_BALL_WALL, MILL_FAULT_NONE},
+                 {MILL_BALL_BLADE, 0, MILL_FAULT_NONE},
+                 {MILL_BALL_BALL, MILL_BALL_WALL, MILL_FAULT_NUMBER},
+                 {-1, MILL_BALL_WALL, MILL_FAULT_NUMBER},
+                 {MILL_KINDS, MILL_BALL_WALL, MILL_FAULT_NUMBER},
+                 {MILL_BALL_BLADE, MILL_KINDS, MILL_FAULT_NUMBER},
+                 {MILL_BALL_BLADE, -1, MILL_FAULT_NUMBER}};
+    for (int k = 0; k < COUNT(wrong); k++) {
+        struct mill_setup_surface surface[] = {drum_surface(&jar, MILL_STILL),
+                                               blade_surface(&box, 0)};
+        struct mill_setup setup = sound.setup;
+        struct mill_world *w;
+        surface[1].motion = MILL_STILL;
+        surface[1].kind = wrong[k].kind;
+        surface[0].ends = wrong[k].ends;
+        setup.drum.radius = 0.0;
+        setup.surfaces = 2;
+        setup.surface = surface;
+        setup.species = 1;
+        setup.balls = sound.balls;
+        ck_assert_int_eq(mill_start_world(&setup, NULL, &w, NULL), wrong[k].code);
+        mill_world_free(w);
+    }
+}
+
+TEST(the_rotor_is_the_motion_that_is_named_so_by_its_number)
+{
+    const struct mill_turn turn = {.axis = {1.0, 0.0, 0.0}, .speed = 3.0},
+                           other = {.axis = {1.0, 0.0, 0.0}, .speed = 7.0};
+    const struct mill_setup_motion motion[] = {
+        {.type = &mill_turn_type, .form = &turn, .on = MILL_STILL, .name = "a"},
+        {.type = &mill_turn_type, .form = &other, .on = MILL_STILL}};
+    const double speed[] = {0.0, 3.0, 7.0, 0.0};
+    for (int rotor = MILL_STILL; rotor < 3; rotor++) {
+        struct mill_setup setup = sound.setup;
+        struct mill_world *w;
+        setup.motions = 2;
+        setup.motion = motion;
+        setup.rotor = rotor;
+        setup.species = 1;
+        setup.balls = sound.balls;
+        ck_assert_int_eq(mill_start_world(&setup, NULL, &w, NULL), MILL_FAULT_NONE);
+        ck_assert_int_eq(w->rotor, rotor < 2 ? rotor : MILL_STILL);
+        ck_assert_double_eq(w->rotor_speed, speed[rotor + 1]);
+        ck_assert_str_eq(w->motion_name[1], rotor == 1 ? "rotor" : "");
+        mill_world_free(w);
+    }
+}
+
 TEST(a_motion_rides_on_an_earlier_one_and_a_surface_on_any)
 {
     const vec3 x = {1.0, 0.0, 0.0};

@@ -4,6 +4,8 @@
 #include "geometry/mesh.h"
 #include "shape_fixture.h"
 
+#include <stddef.h>
+
 static vec3 any_place(uint64_t *seed)
 {
     return vec3_scale(direction(seed), uniform(seed, 0.0, 0.2));
@@ -15,6 +17,39 @@ static struct mill_mesh outline_of(const struct lone *o, double tolerance)
     o->kind->outline(&o->body, MILL_SOLID_WHOLE, tolerance, &mesh);
     ck_assert(!mesh.failed && mesh.triangles > 0);
     return mesh;
+}
+
+/* ---- sizes ---- */
+
+TEST(no_size_is_less_than_a_nanometre)
+{
+    static const size_t at[] = {
+        offsetof(struct mill_body, size.x), offsetof(struct mill_body, size.y),
+        offsetof(struct mill_body, size.z), offsetof(struct mill_body, radius),
+        offsetof(struct mill_body, length)};
+    static const int first[KINDS] = {0, 3, 3, 3, 3}, last[KINDS] = {3, 5, 5, 5, 4};
+    for (int kind = 0; kind < KINDS; kind++)
+        for (int k = first[kind]; k < last[kind]; k++) {
+            struct mill_body is = {.x = {1.0, 0.0, 0.0},
+                                   .y = {0.0, 1.0, 0.0},
+                                   .z = {0.0, 0.0, 1.0},
+                                   .size = {1.0, 1.0, 1.0},
+                                   .radius = 1.0,
+                                   .end_radius = 1.0,
+                                   .length = 1.0};
+            double *size = (double *)(void *)((char *)&is + at[k]);
+            *size = 1e-9;
+            ck_assert(mill_solid_is_sound(kinds[kind], &is));
+            *size = 0.999e-9;
+            ck_assert(!mill_solid_is_sound(kinds[kind], &is));
+            *size = 0.0; /* a cone may end in a tip, and a capsule may be a sphere */
+            ck_assert_int_eq(mill_solid_is_sound(kinds[kind], &is),
+                             (kind == 2 && k == 3) || (kind == 3 && k == 4));
+            *size = (double)NAN;
+            ck_assert(!mill_solid_is_sound(kinds[kind], &is));
+            *size = (double)INFINITY;
+            ck_assert(!mill_solid_is_sound(kinds[kind], &is));
+        }
 }
 
 /* ---- support ---- */
@@ -119,8 +154,9 @@ LOOP_TEST(the_reach_is_that_of_the_farthest_point, KINDS + 1)
         struct lone o;
         lone_open(&seed, &o, _i, any_place(&seed));
         const bool exact = _i == KINDS || (_i == 0 && o.body.rounding == 0.0);
-        const double coarse = exact ? 1e-15 : 0.05 * o.solid.part->around;
-        struct mill_mesh mesh = outline_of(&o, coarse);
+        /* the fewest triangles around a narrow place are far between */
+        const double coarse = exact ? 1e-15 : 0.1 * o.solid.part->around;
+        struct mill_mesh mesh = outline_of(&o, 0.05 * o.solid.part->around);
         double far = 0.0, in = 0.0;
         for (size_t i = 0; i < mesh.points; i++)
             far = fmax(far, hypot(mesh.point[i].y, mesh.point[i].z));
