@@ -13,6 +13,11 @@ struct mill_deck_section *mill_deck_section(const struct mill_deck_text *text, c
     return NULL;
 }
 
+enum mill_status mill_deck_memory(const struct mill_deck_text *text)
+{
+    return mill_error_set(text->reading->error, MILL_FAILED, "out of memory");
+}
+
 enum mill_status mill_deck_section_add(struct mill_deck_text *text, const char *title)
 {
     const size_t size = ((size_t)text->sections + 1) * sizeof *text->section;

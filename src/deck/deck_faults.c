@@ -85,11 +85,6 @@ enum mill_status mill_deck_wrong(const struct mill_deck_text *text, const char *
     return MILL_BAD_DECK;
 }
 
-enum mill_status mill_deck_memory(const struct mill_deck_text *text)
-{
-    return mill_error_set(text->reading->error, MILL_FAILED, "out of memory");
-}
-
 /* Reading ends when there is no more room. */
 enum mill_status mill_deck_faults_keep(const struct mill_deck_text *text, enum mill_status status)
 {

@@ -89,9 +89,6 @@ enum mill_status mill_deck_wrong(const struct mill_deck_text *text, const char *
                                  const char *key, const char *format, ...)
     __attribute__((format(printf, 4, 5)));
 
-/* Out of memory while the deck is read: MILL_FAILED */
-enum mill_status mill_deck_memory(const struct mill_deck_text *text);
-
 /* Prepares the deck to keep its faults. */
 enum mill_status mill_deck_faults_create(const struct mill_deck_text *text);
 
@@ -177,6 +174,9 @@ void mill_deck_parse_quote(const char *value, char *out, size_t size);
 
 /* The section [title], or NULL. */
 struct mill_deck_section *mill_deck_section(const struct mill_deck_text *text, const char *title);
+
+/* Out of memory while the deck is read: MILL_FAILED */
+enum mill_status mill_deck_memory(const struct mill_deck_text *text);
 
 /* Adds a section without entries after the others. The caller keeps the title. */
 enum mill_status mill_deck_section_add(struct mill_deck_text *text, const char *title);
