@@ -8,6 +8,7 @@
 #include <limits.h>
 #include <stdarg.h>
 #include <stdint.h>
+#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
@@ -152,16 +153,16 @@ static const char *find_mend(const struct mill_deck_rows *rows, const char *row)
 
 /* Reads the next row with numbers. Returns how many there are; 0: end of the file; -1: a text that
  * is no number, or too many of them. */
-static int next_numbers(struct mill_deck_rows *rows, double value[MILL_DECK_COLUMNS + 1],
-                        const char **mend)
+static int next_numbers(const struct mill_deck_rows *rows, FILE *in, long *line,
+                        double value[MILL_DECK_COLUMNS + 1], const char **mend)
 {
     char row[LONGEST_ROW];
     bool good;
     int n = 0;
-    while (n == 0 && next_row(rows->in, row, &good)) {
+    while (n == 0 && next_row(in, row, &good)) {
         /* byte order mark of UTF-8 */
         const bool marked =
-            ++rows->line == 1 && row[0] == '\xef' && row[1] == '\xbb' && row[2] == '\xbf';
+            ++*line == 1 && row[0] == '\xef' && row[1] == '\xbb' && row[2] == '\xbf';
         const char *text = row + (marked ? 3 : 0);
         n = good ? read_numbers(text, MILL_DECK_COLUMNS, value) : -1;
         *mend = good && n < 0 ? find_mend(rows, text) : "";
@@ -169,44 +170,65 @@ static int next_numbers(struct mill_deck_rows *rows, double value[MILL_DECK_COLU
     return n;
 }
 
-enum mill_status mill_deck_files_wrong(const struct mill_deck_rows *rows, struct mill_error *error,
-                                       const char *format, ...)
+enum mill_status mill_deck_files_wrong(const struct mill_deck_rows *rows, long line,
+                                       struct mill_error *error, const char *format, ...)
 {
     char what[256];
     va_list list;
     va_start(list, format);
     vsnprintf(what, sizeof what, format, list);
     va_end(list);
-    return mill_error_set(error, MILL_BAD_DECK, "%s:%ld: %s", rows->path,
-                          rows->line > 0 ? rows->line : 1, what);
+    mill_error_set(error, MILL_BAD_DECK, "%s:%ld: %s", rows->path, line, what);
+    return rows->alone ? MILL_BAD_DECK
+                       : mill_deck_files_told(rows->text, rows->section, rows->key, MILL_BAD_DECK);
 }
 
-enum mill_status mill_deck_files_read(const struct mill_deck_text *text, const char *section,
-                                      const char *key, struct mill_deck_rows *rows,
-                                      struct mill_error *error)
+/* Makes room for one more row: for twice as many as before. */
+static bool make_room(struct mill_deck_rows *rows)
 {
+    if (rows->count < rows->room)
+        return true;
+    rows->room = 2 * rows->room < rows->most ? 2 * rows->room + 1 : rows->most;
+    double(*row)[MILL_DECK_COLUMNS] = realloc(rows->row, (size_t)rows->room * sizeof *row);
+    rows->row = row ? row : rows->row;
+    long *line = realloc(rows->line, (size_t)rows->room * sizeof *line);
+    rows->line = line ? line : rows->line;
+    return row && line;
+}
+
+enum mill_status mill_deck_files_read(struct mill_deck_rows *rows, struct mill_error *error)
+{
+    enum { TOLD = 8192 /* rows between two progress reports */ };
     double value[MILL_DECK_COLUMNS + 1] = {0.0};
+    const struct mill_start_watch *watch = rows->watch;
     enum mill_status status = MILL_OK;
     const char *wrong, *mend;
-    long last = 0;
-    rows->in = mill_textfile_open(rows->path, &wrong);
-    if (!rows->in)
-        return mill_deck_fault(text, error, section, key,
+    long line = 0;
+    FILE *in = mill_textfile_open(rows->path, &wrong);
+    if (!in)
+        return mill_deck_fault(rows->text, error, rows->section, rows->key,
                                wrong ? "'%s' %s" : "cannot read '%s': %s", rows->path,
                                wrong ? wrong : strerror(errno));
     errno = 0;
-    for (int n; status == MILL_OK && (n = next_numbers(rows, value, &mend)) != 0; rows->count++) {
-        last = rows->line;
-        status = n < 0 || !(rows->columns >> n & 1u)
-                     ? mill_deck_files_wrong(rows, error, "expected %s%s", rows->form, mend)
-                     : rows->take(rows, n, value, error);
+    for (int n; status == MILL_OK && (n = next_numbers(rows, in, &line, value, &mend)) != 0;) {
+        if (n < 0 || !(rows->columns >> n & 1u))
+            status = mill_deck_files_wrong(rows, line, error, "expected %s%s", rows->form, mend);
+        else if (rows->count == rows->most)
+            status = mill_deck_files_wrong(rows, line, error, rows->many, rows->most);
+        else if (!make_room(rows))
+            status =
+                mill_error_set(error, MILL_FAILED, "out of memory for the rows of %s", rows->path);
+        if (status != MILL_OK)
+            break;
+        memcpy(rows->row[rows->count], value, sizeof *rows->row);
+        rows->line[rows->count++] = line;
         memset(value, 0, sizeof value);
+        if (watch && rows->count % TOLD == 0)
+            watch->tell(watch->self, "reading the start file", (int32_t)rows->count,
+                        (int32_t)rows->most);
     }
-    rows->line = last;
-    if (status == MILL_OK && ferror(rows->in))
+    if (status == MILL_OK && ferror(in))
         status = mill_error_set(error, MILL_FAILED, "%s: %s", rows->path, strerror(errno));
-    if (status == MILL_OK && rows->end)
-        status = rows->end(rows, error);
-    fclose(rows->in);
-    return rows->alone ? status : mill_deck_files_told(text, section, key, status);
+    fclose(in);
+    return status;
 }

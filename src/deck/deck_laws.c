@@ -14,30 +14,27 @@ enum { SECTION = sizeof((struct mill_deck_contact *)0)->section };
 
 /* ---- falling restitution ---- */
 
-static enum mill_status take_row(struct mill_deck_rows *rows, int n, const double *x,
-                                 struct mill_error *error)
+/* Reads a table into *fall. */
+static enum mill_status read_table(struct mill_deck_rows *rows, struct mill_fall *fall,
+                                   struct mill_error *error)
 {
-    struct mill_fall *fall = rows->self;
-    const int k = fall->points++;
-    (void)n;
-    if (k == MILL_FALL_POINTS)
-        return mill_deck_files_wrong(rows, error, "there are more than 16 rows");
-    if (!(x[0] >= 0.0 && x[0] < 1e9))
-        return mill_deck_files_wrong(rows, error, "the speed must be 0 m/s or more");
-    if (k > 0 && x[0] <= fall->speed[k - 1])
-        return mill_deck_files_wrong(rows, error, "the speeds must ascend");
-    if (!(x[1] >= 0.0 && x[1] <= 1.0))
-        return mill_deck_files_wrong(rows, error, "a restitution is between 0 and 1");
-    fall->speed[k] = x[0];
-    fall->restitution[k] = x[1];
-    return MILL_OK;
-}
-
-static enum mill_status end_rows(struct mill_deck_rows *rows, struct mill_error *error)
-{
-    return rows->count > 1 ? MILL_OK
-                           : mill_error_set(error, MILL_BAD_DECK, "%s: expected 2 to 16 rows 'v e'",
-                                            rows->path);
+    enum mill_status status = mill_deck_files_read(rows, error);
+    for (long k = 0; k < rows->count && status == MILL_OK; k++) {
+        const double *x = rows->row[k];
+        const char *wrong = !(x[0] >= 0.0 && x[0] < 1e9) ? "the speed must be 0 m/s or more"
+                            : k > 0 && x[0] <= fall->speed[k - 1] ? "the speeds must ascend"
+                            : !(x[1] >= 0.0 && x[1] <= 1.0) ? "a restitution is between 0 and 1"
+                                                            : NULL;
+        if (wrong)
+            return mill_deck_files_wrong(rows, rows->line[k], error, "%s", wrong);
+        fall->speed[k] = x[0];
+        fall->restitution[k] = x[1];
+    }
+    fall->points = (int)rows->count;
+    if (status != MILL_OK || rows->count > 1)
+        return status;
+    mill_error_set(error, MILL_BAD_DECK, "%s: expected 2 to 16 rows 'v e'", rows->path);
+    return mill_deck_files_told(rows->text, rows->section, rows->key, MILL_BAD_DECK);
 }
 
 /* Finds and reads the table of a section, and checks that the section gives the restitution once.
@@ -71,13 +68,18 @@ static enum mill_status settle(struct mill_deck_text *text, const char *section,
         return status == MILL_OK ? mill_deck_memory(text) : status;
     mill_deck_files_keep(text, fall);
     law->rows = fall;
-    struct mill_deck_rows rows = {.path = law->table,
+    struct mill_deck_rows rows = {.text = text,
+                                  .section = section,
+                                  .key = key,
+                                  .path = law->table,
                                   .form = "2 numbers 'v e': speed in m/s, restitution",
                                   .columns = 1u << 2,
-                                  .self = fall,
-                                  .take = take_row,
-                                  .end = end_rows};
-    return mill_deck_files_read(text, section, key, &rows, text->reading->error);
+                                  .most = MILL_FALL_POINTS,
+                                  .many = "there are more than %ld rows"};
+    status = read_table(&rows, fall, text->reading->error);
+    free(rows.row);
+    free(rows.line);
+    return status;
 }
 
 static enum mill_status settle_all(struct mill_deck *deck)

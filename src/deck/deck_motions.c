@@ -16,43 +16,15 @@ static const char *name_of(const struct mill_deck_section *section)
 
 /* ---- tables ---- */
 
-/* The rows of a table that is being read */
-struct table {
-    size_t rows;
-    double (*row)[COLUMNS];
-};
-
-static enum mill_status take_row(struct mill_deck_rows *rows, int n, const double *value,
-                                 struct mill_error *error)
-{
-    struct table *t = rows->self;
-    (void)n;
-    if (t->rows > 0 && !(value[0] > t->row[t->rows - 1][0]))
-        return mill_deck_files_wrong(rows, error,
-                                     "times must ascend, but %.10g s comes after %.10g s", value[0],
-                                     t->row[t->rows - 1][0]);
-    if (t->rows == MOST_ROWS)
-        return mill_deck_files_wrong(rows, error, "more than %d rows", MOST_ROWS);
-    if ((t->rows & (t->rows - 1)) == 0) { /* the array is full: its size is a power of two */
-        double(*more)[COLUMNS] = realloc(t->row, (t->rows ? 2 * t->rows : 1) * sizeof *more);
-        if (!more)
-            return mill_error_set(error, MILL_FAILED, "out of memory for the rows of %s",
-                                  rows->path);
-        t->row = more;
-    }
-    memcpy(t->row[t->rows++], value, sizeof *t->row);
-    return MILL_OK;
-}
-
 /* Whole turns from the first rotation vector to the last, if all of them are along one axis; 0:
  * none
  */
-static double turns_of(const struct table *t)
+static double turns_of(const struct mill_deck_rows *t)
 {
-    const double *first = t->row[0] + 4, *last = t->row[t->rows - 1] + 4;
+    const double *first = t->row[0] + 4, *last = t->row[t->count - 1] + 4;
     const vec3 by = {last[0] - first[0], last[1] - first[1], last[2] - first[2]};
     const double size = vec3_norm(by), turns = round(size / (2.0 * MILL_PI));
-    for (size_t k = 0; k < t->rows; k++) {
+    for (long k = 0; k < t->count; k++) {
         const vec3 r = {t->row[k][4], t->row[k][5], t->row[k][6]};
         if (vec3_norm(vec3_cross(r, by)) > 1e-9 * size * (1.0 + vec3_norm(r)))
             return 0.0;
@@ -62,16 +34,21 @@ static double turns_of(const struct table *t)
 
 /* Checks that the last row of a period is the position of the first, and lets whole turns be whole
  * to the last digit: no decimal number is 2 pi. */
-static enum mill_status end_table(struct mill_deck_rows *rows, struct mill_error *error)
+static enum mill_status check_rows(struct mill_deck_rows *t, struct mill_error *error)
 {
     static const char *const column[COLUMNS] = {"t", "x", "y", "z", "rx", "ry", "rz"};
     enum { LEAST = 4 };
-    const struct table *t = rows->self;
-    if (t->rows < LEAST)
+    const long end = t->count > 0 ? t->line[t->count - 1] : 1;
+    for (long k = 1; k < t->count; k++)
+        if (!(t->row[k][0] > t->row[k - 1][0]))
+            return mill_deck_files_wrong(t, t->line[k], error,
+                                         "times must ascend, but %.10g s comes after %.10g s",
+                                         t->row[k][0], t->row[k - 1][0]);
+    if (t->count < LEAST)
         return mill_deck_files_wrong(
-            rows, error, "%zu rows are too few: a period needs at least %d", t->rows, LEAST);
+            t, end, error, "%ld rows are too few: a period needs at least %d", t->count, LEAST);
     const double *first = t->row[0], turns = turns_of(t);
-    double *last = t->row[t->rows - 1], size = 0.0;
+    double *last = t->row[t->count - 1], size = 0.0;
     for (int i = 4; i < COLUMNS; i++)
         size = hypot(size, last[i] - first[i]);
     for (int i = 1; i < COLUMNS; i++) {
@@ -79,13 +56,13 @@ static enum mill_status end_table(struct mill_deck_rows *rows, struct mill_error
         const double good =
             i < 4 || turns == 0.0 ? first[i] : first[i] + 2.0 * MILL_PI * turns * (off / size);
         double lo = first[i], hi = lo;
-        for (size_t k = 1; k < t->rows; k++) {
+        for (long k = 1; k < t->count; k++) {
             lo = fmin(lo, t->row[k][i]);
             hi = fmax(hi, t->row[k][i]);
         }
         if (!(fabs(last[i] - good) <= (good != first[i] ? ROUNDED : fmax(1e-9 * (hi - lo), 1e-12))))
             return mill_deck_files_wrong(
-                rows, error,
+                t, end, error,
                 "the last row must repeat the first, but %s is %.10g there and %.10g here, %.2g "
                 "%s off: write %.10g%s",
                 column[i], first[i], last[i], fabs(last[i] - good), i < 4 ? "m" : "rad", good,
@@ -99,21 +76,30 @@ static enum mill_status end_table(struct mill_deck_rows *rows, struct mill_error
 static enum mill_status read_table(struct mill_deck *deck, const struct mill_deck_section *section,
                                    struct mill_table *table)
 {
-    struct mill_deck_motion *given = section->form;
-    struct table read = {0, NULL};
-    enum mill_status status =
-        mill_deck_files_find(&deck->text, section->title, "file", &given->as.file);
-    struct mill_deck_rows rows = {.path = given->as.file,
+    struct mill_error *error = deck->text.reading->error;
+    const char **file = &((struct mill_deck_motion *)section->form)->as.file;
+    enum mill_status status = mill_deck_files_find(&deck->text, section->title, "file", file);
+    struct mill_deck_rows rows = {.text = &deck->text,
+                                  .section = section->title,
+                                  .key = "file",
+                                  .path = *file,
                                   .form = "7 numbers 't x y z rx ry rz' in SI units",
                                   .columns = 1u << COLUMNS,
-                                  .self = &read,
-                                  .take = take_row,
-                                  .end = end_table};
+                                  .most = MOST_ROWS,
+                                  .many = "more than %ld rows"};
     if (status == MILL_OK)
-        status = mill_deck_files_read(&deck->text, section->title, "file", &rows,
-                                      deck->text.reading->error);
-    mill_deck_files_keep(&deck->text, read.row);
-    *table = (struct mill_table){read.rows, (const double(*)[COLUMNS])read.row};
+        status = mill_deck_files_read(&rows, error);
+    if (status == MILL_OK)
+        status = check_rows(&rows, error);
+    double(*row)[COLUMNS] = malloc(((size_t)rows.count + 1) * sizeof *row);
+    if (status == MILL_OK && !row)
+        status = mill_deck_memory(&deck->text);
+    for (long k = 0; k < rows.count && row; k++)
+        memcpy(row[k], rows.row[k], sizeof *row);
+    free(rows.row);
+    free(rows.line);
+    mill_deck_files_keep(&deck->text, row);
+    *table = (struct mill_table){(size_t)rows.count, (const double(*)[COLUMNS])row};
     return status;
 }
 

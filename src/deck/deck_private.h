@@ -235,31 +235,28 @@ void mill_deck_files_keep(struct mill_deck_text *text, void *memory);
 
 enum { MILL_DECK_COLUMNS = 9 };
 
-/* A file with rows of numbers */
+/* A file with rows of numbers, which a section names with a key */
 struct mill_deck_rows {
-    const char *path;
-    const char *form; /* "2 numbers 'v e': speed in m/s, restitution" */
-    unsigned columns; /* bit n: a row may have n numbers */
-    void *self;
-    /* takes a row; the numbers that it does not have are 0 */
-    enum mill_status (*take)(struct mill_deck_rows *rows, int n, const double *value,
-                             struct mill_error *error);
-    /* NULL, or checks all rows */
-    enum mill_status (*end)(struct mill_deck_rows *rows, struct mill_error *error);
-    bool alone; /* its faults do not name the key in the deck */
-    FILE *in;
-    long count, line; /* rows before this one; number of its line, from 1 */
+    const struct mill_deck_text *text;
+    const char *section, *key, *path;
+    const char *form;                     /* "2 numbers 'v e': speed in m/s, restitution" */
+    unsigned columns;                     /* bit n: a row may have n numbers */
+    long most;                            /* rows */
+    const char *many;                     /* "more than %ld rows" */
+    bool alone;                           /* faults of rows do not name the key in the deck */
+    const struct mill_start_watch *watch; /* NULL, or is told of the progress */
+    long count, room;
+    double (*row)[MILL_DECK_COLUMNS]; /* numbers that a row does not have are 0 */
+    long *line;                       /* of each row, from 1 */
 };
 
-/* Reads the file, which section [section] gives with `key`. */
-enum mill_status mill_deck_files_read(const struct mill_deck_text *text, const char *section,
-                                      const char *key, struct mill_deck_rows *rows,
-                                      struct mill_error *error);
+/* Reads the file. Owner of `row` and `line`, also after a failure: the caller. */
+enum mill_status mill_deck_files_read(struct mill_deck_rows *rows, struct mill_error *error);
 
-/* A fault of the row that was read last. Returns MILL_BAD_DECK. */
-enum mill_status mill_deck_files_wrong(const struct mill_deck_rows *rows, struct mill_error *error,
-                                       const char *format, ...)
-    __attribute__((format(printf, 3, 4)));
+/* A fault of the row in this line. Returns MILL_BAD_DECK. */
+enum mill_status mill_deck_files_wrong(const struct mill_deck_rows *rows, long line,
+                                       struct mill_error *error, const char *format, ...)
+    __attribute__((format(printf, 4, 5)));
 
 /* ---- motions (deck_motions.c) ---- */
 

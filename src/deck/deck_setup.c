@@ -7,7 +7,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { TOLD = 8192 /* rows between two progress reports */ };
 /* Relative to a ball's diameter: gaps between bodies are known to 10 %. Those to a drum are known
  * better, and one that equals the diameter also pinches a ball. */
 #define NARROW 0.9
@@ -24,60 +23,30 @@ struct lists {
 
 /* ---- the start file: one ball a line ---- */
 
-/* Balls of a start file that is being read */
-struct reading {
-    const struct mill_deck *deck;
-    const struct mill_start_watch *watch;
-    struct lists *lists;
-};
-
-static enum mill_status take_ball(struct mill_deck_rows *rows, int n, const double *x,
-                                  struct mill_error *error)
-{
-    const struct reading *r = rows->self;
-    const long balls = (long)r->deck->mill.all, k = rows->count;
-    (void)n;
-    if (k == balls)
-        return mill_deck_files_wrong(rows, error, "more rows than the %ld balls of the deck",
-                                     balls);
-    r->lists->ball[k] =
-        (struct mill_setup_ball){{x[0], x[1], x[2]}, {x[3], x[4], x[5]}, {x[6], x[7], x[8]}};
-    r->lists->line[k] = rows->line;
-    if (r->watch && (k + 1) % TOLD == 0)
-        r->watch->tell(r->watch->self, "reading the start file", (int32_t)k + 1, (int32_t)balls);
-    return MILL_OK;
-}
-
-static enum mill_status end_balls(struct mill_deck_rows *rows, struct mill_error *error)
-{
-    const struct mill_deck *deck = ((const struct reading *)rows->self)->deck;
-    return rows->count == (long)deck->mill.all
-               ? MILL_OK
-               : mill_deck_fault(&deck->text, error, "balls", "start",
-                                 "'%s' has %ld rows, but the deck has %ld balls", rows->path,
-                                 rows->count, (long)deck->mill.all);
-}
-
 static enum mill_status read_start(const struct mill_deck *deck,
                                    const struct mill_start_watch *watch, struct lists *lists,
                                    struct mill_error *error)
 {
-    struct reading reading = {deck, watch, lists};
-    struct mill_deck_rows rows = {.path = deck->given.start,
+    struct mill_deck_rows rows = {.text = &deck->text,
+                                  .section = "balls",
+                                  .key = "start",
+                                  .path = deck->given.start,
                                   .form =
                                       "3, 6 or 9 numbers 'x y z [vx vy vz [wx wy wz]]' in SI units",
                                   .columns = 1u << 3 | 1u << 6 | 1u << 9,
-                                  .self = &reading,
-                                  .take = take_ball,
-                                  .end = end_balls,
-                                  .alone = true};
-    const size_t most = (size_t)deck->mill.all + 1;
-    lists->ball = malloc(sizeof *lists->ball * most);
-    lists->line = malloc(sizeof *lists->line * most);
-    return lists->ball && lists->line
-               ? mill_deck_files_read(&deck->text, "balls", "start", &rows, error)
-               : mill_error_set(error, MILL_FAILED, "out of memory for %ld balls",
-                                (long)deck->mill.all);
+                                  .most = (long)deck->mill.all,
+                                  .many = "more rows than the %ld balls of the deck",
+                                  .alone = true,
+                                  .watch = watch};
+    const enum mill_status status = mill_deck_files_read(&rows, error);
+    assert(sizeof *rows.row == sizeof *lists->ball);
+    lists->ball = (struct mill_setup_ball *)rows.row; /* nine numbers each */
+    lists->line = rows.line;
+    return status != MILL_OK || rows.count == rows.most
+               ? status
+               : mill_deck_fault(&deck->text, error, "balls", "start",
+                                 "'%s' has %ld rows, but the deck has %ld balls", rows.path,
+                                 rows.count, rows.most);
 }
 
 /* ---- the setup ---- */
