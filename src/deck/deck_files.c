@@ -190,10 +190,14 @@ static bool make_room(struct mill_deck_rows *rows)
         return true;
     rows->room = 2 * rows->room < rows->most ? 2 * rows->room + 1 : rows->most;
     double(*row)[MILL_DECK_COLUMNS] = realloc(rows->row, (size_t)rows->room * sizeof *row);
-    rows->row = row ? row : rows->row;
+    if (!row)
+        return false;
+    rows->row = row;
     long *line = realloc(rows->line, (size_t)rows->room * sizeof *line);
-    rows->line = line ? line : rows->line;
-    return row && line;
+    if (!line)
+        return false;
+    rows->line = line;
+    return true;
 }
 
 enum mill_status mill_deck_files_read(struct mill_deck_rows *rows, struct mill_error *error)
