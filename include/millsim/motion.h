@@ -74,7 +74,8 @@ struct mill_shift {
 extern const struct mill_motion_type mill_shift_type;
 
 /* A measured motion: a periodic cubic spline through rows `t x y z rx ry rz`, where r is a rotation
- * vector. A point p of the frame is at R(r) p + (x, y, z). The last row repeats the first. */
+ * vector. A point p of the frame is at R(r) p + (x, y, z). The last row repeats the first; if all r
+ * are along one axis, it may be whole turns further. */
 struct mill_table {
     size_t rows;
     const double (*row)[7]; /* [s], [m], [rad]; t ascends */

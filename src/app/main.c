@@ -91,15 +91,15 @@ static enum mill_status check_inputs(const struct mill_run_order *o, const char 
     const char *output = o->asked->output;
     struct mill_draft draft;
     mill_draft_init(&draft, output, NULL);
-    for (int i = -1; i < deck->files; i++) {
-        const char *input = i < 0 ? o->asked->deck : deck->file_named[i];
+    for (int i = -1; i < deck->text.files; i++) {
+        const char *input = i < 0 ? o->asked->deck : deck->text.file_named[i];
         const char *met = mill_draft_meets(&draft, input);
         if (met)
             return mill_error_set(o->error, MILL_BAD_DECK, "%s: %s the deck%s; %s another name",
                                   output, met == draft.path ? "is" : "its draft or lock file is",
-                                  i < 0                  ? " itself"
-                                  : input == deck->start ? "'s start file"
-                                                         : "'s file of a body or motion",
+                                  i < 0                        ? " itself"
+                                  : input == deck->given.start ? "'s start file"
+                                                               : "'s file of a body or motion",
                                   mend);
     }
     return MILL_OK;
@@ -176,8 +176,9 @@ static double rounded(double x)
 /* Prints what the run will take, and where it will leave the range of the model. */
 static void tell_forecast(const struct mill_deck *deck, struct mill_world *world, FILE *out)
 {
-    const bool braked = !deck->rotor || deck->wavy || deck->law[MILL_BALL_DRUM].friction > 0;
-    const bool whole = deck->precision == 0 && deck->max_collisions == 0;
+    const bool braked = !deck->mill.rotor || deck->given.wavy ||
+                        deck->mill.contact[MILL_BALL_DRUM].law.friction > 0;
+    const bool whole = deck->given.precision == 0 && deck->given.max_collisions == 0;
     struct mill_forecast f;
     struct mill_error why;
     if (mill_forecast_make(deck, world, &f, &why) == MILL_OK)

@@ -252,6 +252,7 @@ static bool print_digest(const struct mill_deck *deck, char text[20])
 void mill_record_deck(struct mill_h5 *file, const struct mill_deck *deck)
 {
     char digest[20], *text = print_deck(deck);
+    mill_h5_remove(file, "/deck");
     mill_deck_each(deck, write_entry, file);
     if (text)
         mill_h5_write_text(file, "/deck/text", text,
@@ -280,24 +281,31 @@ void mill_record_start(struct mill_h5 *file, const struct mill_deck *deck, const
     mill_h5_write_text(file, "/run/command", command, "command line");
     mill_h5_write_text(file, "/run/started", started, "when the run was started, UTC");
     mill_h5_write_text(file, "/run/status", "running", status_meaning);
-    for (int kind = 0; kind < deck->contacts.count; kind++) {
+    for (int kind = 0; kind < deck->mill.contacts.count; kind++) {
         char path[MILL_KINDS_LENGTH + 16];
-        snprintf(path, sizeof path, "/run/assumed/%s", deck->contacts.name[kind]);
-        if (deck->assumed[kind][0])
-            mill_h5_write_text(file, path, deck->assumed[kind],
+        snprintf(path, sizeof path, "/run/assumed/%s", deck->mill.contacts.name[kind]);
+        if (deck->mill.contact[kind].assumed[0])
+            mill_h5_write_text(file, path, deck->mill.contact[kind].assumed,
                                "materials from which this contact law follows");
     }
 }
 
+/* A printed deck that is being compared */
+struct lines {
+    const char *at;
+    bool skips; /* the lines of this section do not change the run */
+};
+
 /* Copies the next line that matters for the comparison, without its comment. Skips empty lines, the
- * interval of checkpoints and the number of threads, which do not change the run. For a file only
- * its name is copied, because its folder may have changed. "" at the end of the text. */
-static void next_line(const char **text, char *line, size_t size)
+ * interval of checkpoints, the number of threads, [powder] and [heat] and the values of [wear],
+ * which do not change the run. For a file only its name is copied, because its folder may have
+ * changed. "" at the end of the text. */
+static void next_line(struct lines *text, char *line, size_t size)
 {
     do {
-        const size_t length = strcspn(*text, "\n");
-        snprintf(line, size, "%.*s", (int)length, *text);
-        *text += length + ((*text)[length] == '\n');
+        const size_t length = strcspn(text->at, "\n");
+        snprintf(line, size, "%.*s", (int)length, text->at);
+        text->at += length + (text->at[length] == '\n');
         char *comment = strstr(line, " #");
         if (comment)
             *comment = '\0';
@@ -307,10 +315,13 @@ static void next_line(const char **text, char *line, size_t size)
         char *path = strstr(line, " = /");
         if (path)
             memmove(path + strlen(" = "), folder + 1, strlen(folder));
-        if (line[0] == '#' || strncmp(line, "checkpoint = ", 13) == 0 ||
+        const bool title = line[0] == '[', wear = strncmp(line, "[wear", 5) == 0;
+        if (title)
+            text->skips = wear || strcmp(line, "[powder]") == 0 || strcmp(line, "[heat]") == 0;
+        if (line[0] == '#' || (text->skips && !wear) || strncmp(line, "checkpoint = ", 13) == 0 ||
             strncmp(line, "threads = ", 10) == 0)
             line[0] = '\0';
-    } while (!line[0] && **text);
+    } while (!line[0] && *text->at);
 }
 
 /* The tables and meshes may have changed under the same names. */
@@ -342,8 +353,8 @@ enum mill_status mill_record_compare(struct mill_h5 *file, const char *name,
     enum mill_status status = mill_h5_read_text(file, "/deck/text", &old, NULL);
     if (status != MILL_OK)
         mill_error_set(error, status, "%s: is not an output file of millsim", name);
-    const char *from = old, *to = new;
-    while (status == MILL_OK && (*from || *to) && strcmp(there, here) == 0) {
+    struct lines from = {old, false}, to = {new, false};
+    while (status == MILL_OK && (*from.at || *to.at) && strcmp(there, here) == 0) {
         next_line(&from, there, LINE);
         next_line(&to, here, LINE);
         if (here[0] == '[' || !here[0])

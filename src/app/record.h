@@ -46,15 +46,18 @@ struct mill_totals mill_record_add(const struct mill_world *world, double local)
  * "running". */
 void mill_record_start(struct mill_h5 *file, const struct mill_deck *deck, const char *command);
 
-/* For another program's run: writes /deck only, and the part of /run that comes from millsim:
- * status, time reached [s], impacts. */
+/* Writes /deck only: for a run that is resumed, in place of the earlier one */
 void mill_record_deck(struct mill_h5 *file, const struct mill_deck *deck);
+
+/* For another program's run: writes the part of /run that comes from millsim: status, time reached
+ * [s], impacts. */
 void mill_record_foreign(const struct mill_world *world, const char *status, double time,
                          struct mill_sink *sink);
 
 /* Compares the deck with that of the file's run. MILL_BAD_DECK: they differ, and the error names
- * the first difference. MILL_FAILED: the file holds no deck. The interval of checkpoints, the
- * number of threads and the folder of a start file may differ. name: of the file, for messages. */
+ * the first difference. MILL_FAILED: the file holds no deck. What does not change the run may
+ * differ: [powder], [heat], the values of [wear], the interval of checkpoints, the number of
+ * threads and the folder of a start file. name: of the file, for messages. */
 enum mill_status mill_record_compare(struct mill_h5 *file, const char *name,
                                      const struct mill_deck *deck, struct mill_error *error);
 

@@ -150,8 +150,10 @@ static enum mill_status take_up(struct run *r)
                                 r->output);
     if (status == MILL_OK)
         status = mill_checkpoint_load(&to, r->file, r->output, r->error);
-    if (status == MILL_OK)
+    if (status == MILL_OK) {
         mill_checkpoint_remove(r->file);
+        mill_record_deck(r->file, r->deck);
+    }
     r->saved = true;
     return status;
 }
@@ -160,7 +162,7 @@ static enum mill_status take_up(struct run *r)
 static void show(const struct run *r, bool begins, const char *state)
 {
     const char *running = mill_summary_samples(&r->observers) ? "sampling" : "settling";
-    const double time = mill_sim_time(r->sim), end = r->deck->time;
+    const double time = mill_sim_time(r->sim), end = r->deck->given.time;
     struct mill_progress p = {time,
                               end,
                               mill_forecast_work(&r->growth, time),
@@ -188,14 +190,15 @@ static long cores(void)
 /* run.threads; if the program chooses, small mills leave the cores to other runs */
 static int threads_of(const struct mill_deck *deck)
 {
-    const long chosen = deck->all < MANY_BALLS ? 1 : cores();
-    return (int)(deck->threads > 0 ? deck->threads : chosen);
+    const long chosen = deck->mill.all < MANY_BALLS ? 1 : cores();
+    return (int)(deck->given.threads > 0 ? deck->given.threads : chosen);
 }
 
 /* Notes what the run will cost, if that is probably more than was meant. */
 static void note_cost(struct run *r)
 {
-    const double interval = r->deck->frames, frames = interval > 0 ? r->deck->time / interval : 0;
+    const double interval = r->deck->given.frames,
+                 frames = interval > 0 ? r->deck->given.time / interval : 0;
     const struct mill_energies *energies = &mill_observers_tally(&r->observers)->plan.energies;
     if (frames > 1e6) /* probably a mistake in a unit */
         mill_error_set(&r->note, MILL_OK, "output.frames = %g s makes %.3g frames, %.3g GB or more",
@@ -249,13 +252,13 @@ static struct mill_record_cost cost_of(const struct run *r)
 
 static struct mill_facts facts_of(const struct run *r, const char *status)
 {
-    const bool asked = r->deck->precision > 0 || r->deck->max_collisions > 0;
+    const bool asked = r->deck->given.precision > 0 || r->deck->given.max_collisions > 0;
     const char *by = strcmp(status, "complete") == 0 ? r->ended_by.text : "none";
     return (struct mill_facts){.status = status,
                                .ended_by = asked ? by : NULL,
                                .time = mill_sim_time(r->sim),
                                .local = mill_sim_local_time(r->sim),
-                               .end = r->deck->time,
+                               .end = r->deck->given.time,
                                .cost = cost_of(r),
                                .threads = mill_sim_threads(r->sim),
                                .peak_memory = mill_record_peak_memory(),
@@ -306,7 +309,7 @@ static enum mill_status save(struct run *r)
     const double now = mill_record_clock(CLOCK_MONOTONIC);
     r->cost.checkpoints++;
     r->cost.saving += now - before;
-    r->due = now + fmax(r->deck->checkpoint, (now - before) * (1.0 / MOST_SHARE - 1.0));
+    r->due = now + fmax(r->deck->given.checkpoint, (now - before) * (1.0 / MOST_SHARE - 1.0));
     return status;
 }
 
@@ -314,10 +317,11 @@ static enum mill_status save(struct run *r)
  * for any cost of an event. */
 static enum mill_status advance(struct run *r)
 {
-    const double aim = fmin(MILL_PROGRESS_EVERY, r->deck->checkpoint), end = r->deck->time;
+    const double aim = fmin(MILL_PROGRESS_EVERY, r->deck->given.checkpoint),
+                 end = r->deck->given.time;
     uint64_t slice = 1000;
     enum mill_status status = MILL_OK;
-    r->due = mill_record_clock(CLOCK_MONOTONIC) + r->deck->checkpoint;
+    r->due = mill_record_clock(CLOCK_MONOTONIC) + r->deck->given.checkpoint;
     while (status == MILL_OK) {
         const double before = mill_record_clock(CLOCK_MONOTONIC), reached = mill_sim_time(r->sim);
         status = mill_sim_run(r->sim, end, slice, r->order->stop, r->error);
@@ -355,7 +359,8 @@ static bool goes_on(void *self, double done, double all)
 static enum mill_status conclude(struct run *r, enum mill_status ended, struct mill_error *error)
 {
     const struct mill_going going = {goes_on, r};
-    const bool many = r->deck->frames > 0 && mill_sim_time(r->sim) / r->deck->frames > MANY_FRAMES;
+    const bool many =
+        r->deck->given.frames > 0 && mill_sim_time(r->sim) / r->deck->given.frames > MANY_FRAMES;
     const bool slow = many && ended == MILL_OK;
     show(r, false, "writing");
     if (ended == MILL_STOPPED || slow)

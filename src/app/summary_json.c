@@ -24,9 +24,10 @@ enum mill_status mill_summary_json(const struct mill_summary *s, struct mill_err
     mill_notes_tell(&s->notes, sink);
     sink->close(sink);
     sink->open(sink, "assumed");
-    for (int kind = 0; s->deck && kind < s->deck->contacts.count; kind++)
-        if (s->deck->assumed[kind][0])
-            sink->text(sink, s->deck->contacts.name[kind], s->deck->assumed[kind], "");
+    for (int kind = 0; s->deck && kind < s->deck->mill.contacts.count; kind++)
+        if (s->deck->mill.contact[kind].assumed[0])
+            sink->text(sink, s->deck->mill.contacts.name[kind], s->deck->mill.contact[kind].assumed,
+                       "");
     sink->close(sink);
     const enum mill_status status =
         mill_observers_results(s->observers, s->world, facts->local, sink, error);

@@ -63,18 +63,18 @@ static void print_motions(const struct mill_world *world, const char *lead, FILE
  */
 static void say_law(const struct mill_deck *deck, int kind, char text[2 * TEXT])
 {
-    const struct mill_deck_law *law = &deck->law[kind];
-    const struct mill_deck_takes *takes = &deck->takes[kind];
-    const struct mill_fall *fall = &deck->fall[kind];
-    const char *how = fall->points > 1    ? ", restitution %.3g..%.3g"
-                      : fall->points == 1 ? ", restitution %.3g at %.3g m/s"
-                                          : ", restitution %.3g";
+    const struct mill_deck_law *law = &deck->mill.contact[kind].law;
+    const struct mill_deck_takes *takes = &deck->mill.contact[kind].takes;
+    const struct mill_fall fall = mill_deck_laws_fall(law);
+    const char *how = fall.points > 1    ? ", restitution %.3g..%.3g"
+                      : fall.points == 1 ? ", restitution %.3g at %.3g m/s"
+                                         : ", restitution %.3g";
     size_t used = 0;
     text[0] = '\0';
     if (takes->restitution)
-        used += (size_t)snprintf(text, 2 * TEXT, how, law->restitution,
-                                 fall->points > 1 ? fall->restitution[fall->points - 1]
-                                                  : fall->speed[0]);
+        used += (size_t)snprintf(
+            text, 2 * TEXT, how, fall.points > 1 ? fall.restitution[0] : law->restitution,
+            fall.points > 1 ? fall.restitution[fall.points - 1] : fall.speed[0]);
     if (takes->friction)
         used += (size_t)snprintf(text + used, 2 * TEXT - used, ", friction %.3g", law->friction);
     if (takes->tangential)
@@ -85,12 +85,13 @@ static void say_law(const struct mill_deck *deck, int kind, char text[2 * TEXT])
 static void print_laws(const struct mill_deck *deck, const char *lead, FILE *out)
 {
     char text[2 * TEXT], other[2 * TEXT];
-    for (int kind = 0; kind < deck->contacts.count; kind++) {
-        bool said = !deck->assumed[kind][0];
+    for (int kind = 0; kind < deck->mill.contacts.count; kind++) {
+        bool said = !deck->mill.contact[kind].assumed[0];
         say_law(deck, kind, text);
         for (int k = 0; k < kind && !said; k++) {
             say_law(deck, k, other);
-            said = strcmp(deck->assumed[k], deck->assumed[kind]) == 0 && strcmp(other, text) == 0;
+            said = strcmp(deck->mill.contact[k].assumed, deck->mill.contact[kind].assumed) == 0 &&
+                   strcmp(other, text) == 0;
         }
         if (said)
             continue;
@@ -98,7 +99,7 @@ static void print_laws(const struct mill_deck *deck, const char *lead, FILE *out
         mill_summary_text_label(out, "contacts");
         fprintf(out, "assumed: %s\n%s", text + strlen(", "), lead);
         mill_summary_text_label(out, "");
-        fprintf(out, "%s\n", deck->assumed[kind]);
+        fprintf(out, "%s\n", deck->mill.contact[kind].assumed);
     }
 }
 

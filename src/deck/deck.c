@@ -1,10 +1,8 @@
 /* The deck's public functions, and the values: for every key of the table, in every section that
  * has it, the value of the entry or the default. This file checks what concerns one key alone
- * (missing, unit, range), and computes the values that follow from other keys. The rest:
- * deck_parse.c reads the file, deck_table.c lists what it may contain, deck_value.c converts
- * between text and numbers, deck_check.c checks keys against each other. */
+ * (missing, unit, range), and lists the steps that follow. The rest: deck_parse.c reads the file,
+ * deck_table.c lists what it may contain, deck_value.c converts between text and numbers. */
 #include "deck/deck_private.h"
-#include "geometry/solid.h"
 
 #include <assert.h>
 #include <limits.h>
@@ -18,14 +16,13 @@ enum { UNKNOWN = -1 }; /* word of a choice */
 static void *values_of(const struct mill_deck *deck, const struct mill_deck_block *block,
                        const struct mill_deck_section *section)
 {
-    return block->named ? (char *)section->form + block->at : (char *)deck + block->values;
+    return block->size ? (char *)section->form + block->at : (char *)deck + block->values;
 }
 
 /* True if [TITLE.NAME] sections of this deck have the block's keys instead */
 static bool is_elsewhere(const struct mill_deck *deck, const struct mill_deck_block *block)
 {
-    const struct mill_deck_block named = {.title = block->title, .named = true};
-    return block->unless_named && mill_deck_next(deck, &named, NULL);
+    return block->unless_named && mill_deck_named(&deck->text, block->title, NULL);
 }
 
 /* Which key of a section is given, of those that stand for the same one */
@@ -65,7 +62,7 @@ static struct choice find_choice(const struct mill_deck_block *block, const stru
 
 static enum mill_status fill_key(struct mill_deck *deck, const struct mill_deck_block *block,
                                  const struct mill_key *key,
-                                 const struct mill_deck_section *section, struct mill_error *error)
+                                 const struct mill_deck_section *section)
 {
     const struct mill_deck_entry *entry = mill_deck_entry(section, key->name);
     const struct choice choice = find_choice(block, key, section);
@@ -82,7 +79,7 @@ static enum mill_status fill_key(struct mill_deck *deck, const struct mill_deck_
     } else if (choice.given != entry || (!entry && (key->derived || block->inherits))) {
         return MILL_OK;
     } else if (choice.other) {
-        return mill_deck_fault(deck, error, section->title, key->name,
+        return mill_deck_wrong(&deck->text, section->title, key->name,
                                "'%s' and '%s' both set the %.*s; give only one of them", key->name,
                                choice.other->key, (int)strcspn(choice.first->meaning, ";,"),
                                choice.first->meaning);
@@ -90,7 +87,7 @@ static enum mill_status fill_key(struct mill_deck *deck, const struct mill_deck_
         return MILL_OK;
     } else if (!entry && !key->preset) {
         mill_deck_value_wanted(key, false, wanted, sizeof wanted);
-        return mill_deck_fault(deck, error, section->title, key->name,
+        return mill_deck_wrong(&deck->text, section->title, key->name,
                                "missing (%s); expected %s%s%s%s%s", key->meaning, wanted,
                                choice.words, key->unless ? ", or '" : "",
                                key->unless ? key->unless : "", key->unless ? "'" : "");
@@ -99,11 +96,11 @@ static enum mill_status fill_key(struct mill_deck *deck, const struct mill_deck_
     } else if (entry && !*entry->value && entry->look == MILL_DECK_CUT &&
                key->type == MILL_KEY_FILE) {
         wrong = "expected the name of a file, got a comment: " MILL_DECK_QUOTE;
-    } else if (!mill_deck_value_read(&deck->units, key, entry ? entry->value : key->preset, values,
-                                     &why)) {
+    } else if (!mill_deck_value_read(&deck->text.reading->units, key,
+                                     entry ? entry->value : key->preset, values, &why)) {
         wrong = why.text;
     }
-    return wrong ? mill_deck_fault(deck, error, section->title, key->name, "%s", wrong) : MILL_OK;
+    return wrong ? mill_deck_wrong(&deck->text, section->title, key->name, "%s", wrong) : MILL_OK;
 }
 
 /* Iterates over blocks of sections: all blocks of a section, then those of the next section of its
@@ -122,7 +119,7 @@ static bool applies(const struct mill_deck_block *block, const struct mill_deck_
 }
 
 /* Starts from {0}; false: no more blocks. */
-static bool walk_on(const struct mill_deck *deck, struct walk *w)
+static bool walk_on(const struct mill_deck_text *text, struct walk *w)
 {
     struct mill_deck_block first;
     w->at += w->section != NULL;
@@ -132,7 +129,7 @@ static bool walk_on(const struct mill_deck *deck, struct walk *w)
              w->at++)
             if (w->section && applies(&w->block, w->section))
                 return true;
-        w->section = mill_deck_next(deck, &first, w->section);
+        w->section = mill_deck_next(text, &first, w->section);
         if (w->section)
             w->at = w->first;
         else
@@ -144,8 +141,7 @@ static bool walk_on(const struct mill_deck *deck, struct walk *w)
 /* Checks that every key of the section belongs to the section's kind of motion or shape, if that is
  * known. */
 static enum mill_status check_entries(const struct mill_deck *deck,
-                                      const struct mill_deck_section *section,
-                                      struct mill_error *error)
+                                      const struct mill_deck_section *section)
 {
     enum mill_status status = MILL_OK;
     for (int e = 0; e < section->entries && status == MILL_OK; e++) {
@@ -174,160 +170,91 @@ static enum mill_status check_entries(const struct mill_deck *deck,
             }
         }
         mill_deck_value_word(choice, *(const int *)section->form, own, sizeof own);
-        mill_deck_fault(deck, error, section->title, name,
+        mill_deck_wrong(&deck->text, section->title, name,
                         "does not belong to '%s = %s' (only to: %s): leave it out", choice->name,
                         own, of);
-        status = mill_deck_faults_keep(deck, MILL_BAD_DECK, error);
+        status = mill_deck_faults_keep(&deck->text, MILL_BAD_DECK);
     }
     return status;
 }
 
 static enum mill_status fill_block(struct mill_deck *deck, const struct mill_deck_block *block,
-                                   struct mill_deck_section *section, struct mill_error *error)
+                                   struct mill_deck_section *section)
 {
     enum mill_status status = MILL_OK;
     if (section->guessed)
         return MILL_OK;
-    const bool first = block->named && !section->form;
+    const bool first = block->size && !section->form;
     if (first) {
         section->form = calloc(1, block->size);
         if (!section->form)
-            return mill_error_set(error, MILL_FAILED, "out of memory");
+            return mill_deck_memory(&deck->text);
         if (block->inherits)
             memcpy(section->form, (char *)deck + block->values, block->size);
         if (block->key->type == MILL_KEY_CHOICE)
             *(int *)section->form = UNKNOWN; /* until it is read */
     }
     for (const struct mill_key *key = block->key; key->name && status == MILL_OK; key++)
-        status = mill_deck_faults_keep(deck, fill_key(deck, block, key, section, error), error);
-    return status == MILL_OK && first ? check_entries(deck, section, error) : status;
-}
-
-/* Does any surface of the mill have this kind of contact? */
-static bool has_kind(const struct mill_deck *deck, int kind)
-{
-    bool has = deck->drum || kind == MILL_BALL_BALL || kind >= MILL_KINDS;
-    for (int k = 0; k < deck->bodies.count && !has; k++)
-        has = deck->bodies.surface[k].kind == kind;
-    return has;
-}
-
-/* Fills each[kinds], structs of `size` bytes, with `general` and with the values of the sections
- * [TITLE.KIND]. */
-static enum mill_status list_by_kind(struct mill_deck *deck, const char *title, const void *general,
-                                     void *each, size_t size, struct mill_error *error)
-{
-    const struct mill_deck_block named = {.title = title, .named = true};
-    const struct mill_kinds *kinds = &deck->contacts;
-    char known[MILL_KINDS_MOST * (MILL_KINDS_LENGTH + 2)] = "";
-    for (int kind = 0; kind < kinds->count; kind++) {
-        memcpy((char *)each + size * (size_t)kind, general, size);
-        if (has_kind(deck, kind))
-            strcat(strcat(known, kind > 0 ? ", " : ""), kinds->name[kind]);
-    }
-    enum mill_status status = MILL_OK;
-    const struct mill_deck_section *s = NULL;
-    while (status == MILL_OK && (s = mill_deck_next(deck, &named, s))) {
-        int kind = 0;
-        while (kind < kinds->count &&
-               (strcmp(strchr(s->title, '.') + 1, kinds->name[kind]) != 0 || !has_kind(deck, kind)))
-            kind++;
-        if (kind < kinds->count) {
-            memcpy((char *)each + size * (size_t)kind, s->form, size);
-            continue;
-        }
-        mill_deck_fault(deck, error, s->title, NULL, "unknown kind of contact; there are %s",
-                        known);
-        status = mill_deck_faults_keep(deck, MILL_BAD_DECK, error);
-    }
-    return status;
-}
-
-/* Converts the tip speed, if it is given instead of the rotor's speed. */
-static enum mill_status set_speed(struct mill_deck *deck, struct mill_error *error)
-{
-    double tip = 0.0;
-    if (deck->tip_speed == 0.0)
-        return MILL_OK;
-    const struct mill_deck_block named = {.title = "blade", .named = true};
-    if (deck->blades.count > 0)
-        tip = deck->blades.form.tip_radius;
-    for (const struct mill_deck_section *s = NULL; (s = mill_deck_next(deck, &named, s));)
-        tip = fmax(tip, ((const struct mill_blade *)s->form)->tip_radius);
-    for (int k = 0; k < deck->bodies.count; k++) {
-        const struct mill_setup_surface *body = &deck->bodies.surface[k];
-        const double far = body->motion == 0 ? mill_part_reach(body->solid, body->body) : 0.0;
-        if (far < 0.0)
-            return mill_error_set(error, MILL_FAILED, "out of memory");
-        tip = fmax(tip, far);
-    }
-    if (tip == 0.0)
-        return mill_deck_fault(deck, error, "rotor", "tip_speed",
-                               "needs blades, or bodies with 'motion = rotor': their largest "
-                               "distance from the axis is the radius of the tip; without them give "
-                               "'speed'");
-    deck->form[0].as.turn.speed = deck->rotor_speed = deck->tip_speed / tip;
-    return MILL_OK;
-}
-
-static enum mill_status list_laws(struct mill_deck *deck, struct mill_error *error)
-{
-    bool has[MILL_KINDS_MOST];
-    enum mill_status status = mill_deck_laws_settle(deck, error);
-    if (status == MILL_OK)
-        status = list_by_kind(deck, "contact", &deck->general, deck->law, sizeof *deck->law, error);
-    for (int kind = 0; kind < deck->contacts.count; kind++)
-        has[kind] = has_kind(deck, kind);
-    if (status == MILL_OK)
-        status = mill_deck_laws_list(deck, has, error);
-    return status == MILL_OK
-               ? list_by_kind(deck, "wear", &deck->worn, deck->wear, sizeof *deck->wear, error)
-               : status;
+        status = mill_deck_faults_keep(&deck->text, fill_key(deck, block, key, section));
+    return status == MILL_OK && first ? check_entries(deck, section) : status;
 }
 
 /* What follows from several keys, and its checks */
 #define MOVED "rotor motion drum"
 #define MILL MOVED " body blades blade"
 static const struct mill_deck_step steps[] = {
-    {mill_deck_motions_list, MOVED},
-    {mill_deck_bodies_list, MOVED " body"},
-    {mill_deck_laws_require, "contact"},
-    {list_laws, MOVED " body balls material contact wear"},
-    {mill_deck_bodies_parts, "drum rotor blades blade"},
-    {set_speed, MILL},
-    {mill_deck_check_times, "run output"},
-    {mill_deck_check_profile, "drum"},
-    {mill_deck_check_parts, MOVED " blades blade"},
-    {mill_deck_balls_list, MILL " balls material"},
-    {mill_deck_check_sizes, MILL " balls"},
-    {mill_deck_check_amount, MILL " balls"},
-    {mill_deck_check_frames, MILL " balls run output"},
-    {mill_deck_powder_list, MILL " balls powder"},
-    {mill_deck_powder_check, "powder"},
+    {.run = mill_deck_motions_list, MOVED},
+    {.run = mill_deck_bodies_list, MOVED " body"},
+    {.run = mill_deck_laws_require, "contact"},
+    {.run = mill_deck_laws_list, MOVED " body balls material contact wear"},
+    {.run = mill_deck_bodies_parts, "drum rotor blades blade"},
+    {.run = mill_deck_bodies_turn, MILL},
+    {.checks = mill_deck_run_checks, .sections = "run output"},
+    {.checks = mill_deck_mill_buckles, .sections = "drum"},
+    {.checks = mill_deck_mill_parts, .sections = MOVED " blades blade"},
+    {.run = mill_deck_balls_list, MILL " balls material"},
+    {.each = mill_deck_mill_sizes, .sections = MILL " balls"},
+    {.each = mill_deck_mill_amount, .sections = MILL " balls"},
+    {.checks = mill_deck_mill_starts, .sections = MILL " balls"},
+    {.checks = mill_deck_run_frames, .sections = MILL " balls run output"},
+    {.run = mill_deck_balls_powder, MILL " balls powder"},
+    {.checks = mill_deck_uses_checks, .sections = "powder"},
 };
 
-static enum mill_status fill(struct mill_deck *deck, struct mill_error *error)
+static enum mill_status fill(struct mill_deck *deck)
 {
     const struct mill_deck_law unknown = {(double)NAN, (double)NAN, (double)NAN, 0.0, NULL, NULL};
     struct walk walk = {0};
     enum mill_status status = MILL_OK;
-    deck->general = deck->unknown.law = unknown;
-    deck->drum = mill_deck_section(deck, "drum") != NULL;
-    /* two for each section, also those that materials add */
-    deck->kept = calloc(2 * ((size_t)deck->sections + MILL_KINDS_MOST) + 2, sizeof *deck->kept);
-    deck->file_named = calloc((size_t)deck->sections + 1, sizeof *deck->file_named);
-    if (!deck->kept || !deck->file_named)
-        return mill_error_set(error, MILL_FAILED, "out of memory");
-    while (status == MILL_OK && walk_on(deck, &walk))
-        status = fill_block(deck, &walk.block, walk.section, error);
+    deck->given.general = deck->given.unknown.law = unknown;
+    deck->mill.drum = mill_deck_section(&deck->text, "drum") != NULL;
+    deck->text.kept = calloc(2 * (size_t)deck->text.sections + 2, sizeof *deck->text.kept);
+    deck->text.file_named = calloc((size_t)deck->text.sections + 1, sizeof *deck->text.file_named);
+    if (!deck->text.kept || !deck->text.file_named)
+        return mill_deck_memory(&deck->text);
+    while (status == MILL_OK && walk_on(&deck->text, &walk))
+        status = fill_block(deck, &walk.block, walk.section);
     if (status != MILL_OK)
         return status;
-    deck->sample_found =
-        deck->precision > 0.0 && !mill_deck_entry(mill_deck_section(deck, "run"), "sample_from");
-    deck->rotor = mill_deck_section(deck, "rotor") != NULL;
+    deck->mill.sample_found =
+        deck->given.precision > 0.0 &&
+        !mill_deck_entry(mill_deck_section(&deck->text, "run"), "sample_from");
+    deck->mill.rotor = mill_deck_section(&deck->text, "rotor") != NULL;
     for (size_t i = 0; status == MILL_OK && i < sizeof steps / sizeof *steps; i++)
-        status = mill_deck_faults_step(deck, &steps[i], error);
+        status = mill_deck_faults_step(deck, &steps[i]);
     return status;
+}
+
+void mill_deck_free(struct mill_deck *deck)
+{
+    if (!deck)
+        return;
+    mill_deck_parse_free(&deck->text);
+    mill_deck_bodies_free(&deck->mill.bodies);
+    mill_deck_bodies_free(&deck->mill.parts);
+    free(deck->mill.printed.section);
+    free(deck->mill.balls);
+    free(deck);
 }
 
 enum mill_status mill_deck_read(const char *path, int count, const char *const *overrides,
@@ -335,21 +262,22 @@ enum mill_status mill_deck_read(const char *path, int count, const char *const *
                                 const struct mill_start_watch *watch, struct mill_deck **deck,
                                 struct mill_error *error)
 {
+    struct mill_deck_reading reading = {.open = -1, .error = error, .watch = watch};
     struct mill_deck *made = *deck = calloc(1, sizeof *made);
     if (!made)
         return mill_error_set(error, MILL_FAILED, "out of memory");
     made->warn = warn;
-    made->watch = watch;
-    enum mill_status status = fault ? mill_deck_faults_create(made, error) : MILL_OK;
+    made->text.reading = &reading;
+    enum mill_status status = fault ? mill_deck_faults_create(&made->text) : MILL_OK;
     if (status == MILL_OK)
-        status = mill_deck_parse(made, path, count, overrides, error);
+        status = mill_deck_parse(&made->text, path, count, overrides);
     if (status == MILL_OK)
-        status = fill(made, error);
-    status = mill_deck_faults_tell(made, status, fault, error);
-    mill_units_free(made->units);
-    made->units = NULL;
+        status = fill(made);
+    status = mill_deck_faults_tell(&made->text, status, fault);
+    mill_units_free(reading.units);
+    made->text.reading = NULL;
     if (status == MILL_OK) {
-        mill_deck_check_warn(made);
+        mill_deck_warn(made);
         return MILL_OK;
     }
     mill_deck_free(made);
@@ -364,7 +292,7 @@ void mill_deck_each(const struct mill_deck *deck,
 {
     char value[2 * PATH_MAX + 8];
     struct walk walk = {0};
-    while (walk_on(deck, &walk)) {
+    while (walk_on(&deck->mill.printed, &walk)) {
         const void *values = values_of(deck, &walk.block, walk.section);
         const bool elsewhere = is_elsewhere(deck, &walk.block);
         for (const struct mill_key *key = walk.block.key; key->name && !elsewhere; key++) {

@@ -1,6 +1,5 @@
-/* The deck: an INI text, read, checked and converted to SI numbers. One table (deck_table.c)
- * defines each key's meaning, unit, default and range. Reading, checking, printing and saving all
- * use this table. */
+/* The deck: an INI text, read, checked and converted to SI numbers. Tables of keys define each
+ * key's meaning, unit, default and range. Reading, checking, printing and saving all use them. */
 #ifndef MILLSIM_DECK_H
 #define MILLSIM_DECK_H
 
@@ -78,8 +77,11 @@ struct mill_deck_law {
     double restitution, friction, tangential;
     double speed;                 /* [m/s] at which the restitution is given; 0: at any */
     const char *table;            /* file, or NULL */
-    const struct mill_fall *rows; /* of the table */
+    const struct mill_fall *rows; /* of the table, which gives the restitution instead */
 };
+
+/* The restitution that falls with the speed; without points: it is the same at any speed */
+struct mill_fall mill_deck_laws_fall(const struct mill_deck_law *law);
 
 /* Which values of a contact law are those of materials */
 struct mill_deck_takes {
@@ -92,128 +94,106 @@ struct mill_deck_material {
     double density; /* [kg/m^3] */
 };
 
-/* [powder], as given. It does not influence the run: programs compute the dose from it. */
+/* [powder], [heat], [wear] and [wear.KIND], as given, in SI; 0 or NULL: not given. They do not
+ * influence the run: programs compute from them. deck_uses.c says what each value is. */
 struct mill_deck_powder {
-    double mass;           /* [kg] 0: there is no such section */
-    double ball_to_powder; /* mass of the balls / mass of the powder, where given instead */
-    double density;        /* [kg/m^3] of its material */
-    double size;           /* [m] of its particles; 0: not given */
-    double packing;        /* share of a layer that particles fill */
-    int capture;           /* how much powder an impact catches; values in the order of the words */
-    double layer;          /* [m] thickness of the powder on a surface; 0: not given */
-    double modulus;        /* [Pa] reduced modulus of the surfaces */
-    int energy;            /* of an impact; values in the order of the words of its key */
-    double threshold;      /* [J] impacts from here on are hard */
-    int law;               /* of the reaction or breakage; values in the order of the words */
-    double coefficient, exponent; /* 0: not given */
-    double strength;              /* [kg/(J m)] Vogel & Peukert; 0: not given */
-    double least;                 /* [J m/kg] Vogel & Peukert */
-    const char *table;            /* file, or NULL */
+    double mass, ball_to_powder, density, size, packing, layer, modulus, threshold;
+    double coefficient, exponent, strength, least;
+    int capture, energy, law; /* in the order of the words of their keys */
+    const char *table;
 };
-
 enum { MILL_DECK_MONOLAYER, MILL_DECK_VOLUME, MILL_DECK_LAYER };
 enum { MILL_DECK_NONE, MILL_DECK_POWER, MILL_DECK_THRESHOLD, MILL_DECK_VOGEL, MILL_DECK_RATES };
-
-/* [heat], as given; programs compute temperatures from it */
 struct mill_deck_heat {
-    double ball_capacity, powder_capacity, jar_capacity; /* [J/(kg K)]; powder: 0: not given */
-    double jar_mass;                                     /* [kg] */
-    double ball_to_jar, jar_to_room;                     /* [W/K] */
-    double room;                                         /* [K] */
-    double share;                                        /* of the power that heats the balls */
+    double ball_capacity, powder_capacity, jar_capacity, jar_mass;
+    double ball_to_jar, jar_to_room, room, share;
 };
-
-/* [wear], [wear.KIND]: coefficients; 0: not given */
 struct mill_deck_wear {
-    double archard;  /* Archard's K */
-    double hardness; /* [Pa] */
-    double erosion;  /* [kg/J] Finnie's k */
+    double archard, hardness, erosion;
 };
 
-/* Where a value of the deck comes from. line 0 and no override: it is a default */
-struct mill_deck_origin {
-    int line;             /* in the file, from 1; 0: not from the file */
-    const char *override; /* "SECTION.KEY=VALUE", or NULL */
-};
-
-struct mill_deck {
-    double time;           /* [s] */
-    double sample_from;    /* [s] */
-    bool sample_found;     /* true: the run finds sample_from (only run.precision is given) */
-    double precision;      /* relative standard error that ends the run; 0: not used */
-    double max_collisions; /* number of collisions that ends the run; 0: not used */
-    long seed;
-    long threads;                 /* 0: the program chooses */
-    vec3 gravity;                 /* [m/s^2] */
-    struct mill_deck_balls alike; /* [balls], where there are no [balls.NAME] */
-    int kinds;                    /* of balls */
-    struct mill_deck_balls *balls;
-    int64_t all;       /* balls of all kinds */
-    const char *start; /* path of the start file, resolved relative to the deck; NULL = random */
-    double speed;      /* [m/s] of every ball, random start only */
-    int at_rest;       /* 1: balls of a random start begin at rest, although the container moves */
-    bool drum;         /* true: a drum holds the balls; false: a body does */
-    const struct mill_setup_surface *container; /* the body that holds the balls, or NULL */
-    bool carried;                               /* true: a motion carries the container */
-    double drum_radius, drum_length;            /* [m] */
-    int periodic;                               /* 1: the drum has no end walls; 0: it has */
-    const char *drum_motion;                    /* the motion that carries the drum; NULL: none */
-    int drum_rides;                             /* 1 + number of the drum's motion; 0: none */
-    int wavy; /* 1: wavy drum; 0: a circle, and the buckles are 0 */
-    long buckles;
-    double buckle_height; /* [m] the wall is within drum_radius +- buckle_height */
-    double buckle_angle;  /* [rad] of one outermost point, from +y towards +z */
-    bool rotor;
-    double rotor_speed;  /* [rad/s], positive turns about +x */
-    double tip_speed;    /* [m/s] where given instead of the speed; 0: not given, or at rest */
-    double shaft_radius; /* [m] 0 = no shaft */
-    double rotor_angle;  /* [rad] at t = 0 */
-    struct mill_deck_blades blades;
-    struct mill_deck_bodies parts; /* shaft and blades: those of [blades], then the [blade.NAME] */
-    int motions; /* the rotor's first; each motion after the one that carries it */
-    struct mill_setup_motion motion[MILL_MOTIONS_MOST];
-    struct mill_deck_motion form[MILL_MOTIONS_MOST]; /* the numbers of the motions */
-    struct mill_deck_bodies bodies;                  /* of the [body.NAME], with each copy */
-    struct mill_kinds contacts;                      /* kinds of contact */
-    const char *drum_material, *rotor_material;      /* NULL: not given */
-    struct mill_deck_material unknown;               /* all that a [material.NAME] does not give */
-    struct mill_deck_law general; /* [contact], for kinds that have no value of their own */
-    const char *between;          /* material between the surfaces; NULL: none */
-    struct mill_deck_law law[MILL_KINDS_MOST];
-    struct mill_fall fall[MILL_KINDS_MOST];
+/* A kind of contact: its law, and where it comes from */
+struct mill_deck_contact {
+    bool occurs; /* surfaces of the mill have this kind */
+    struct mill_deck_law law;
     /* where values of materials are used: of what pair, and where they come from; "": nowhere */
-    char assumed[MILL_KINDS_MOST][MILL_DECK_REMARK];
-    struct mill_deck_takes takes[MILL_KINDS_MOST];
-    double rebound_floor; /* [m/s] */
-    struct mill_deck_powder powder;
-    struct mill_deck_heat heat;
-    struct mill_deck_wear worn; /* [wear], for kinds that have no values of their own */
-    struct mill_deck_wear wear[MILL_KINDS_MOST];
-    /* hears of the progress of reading; NULL: nobody does */
-    const struct mill_start_watch *watch;
-    double frames;                  /* [s] 0 = none */
-    double series;                  /* [s] */
-    int log_impacts;                /* 1: yes */
-    double strike_window;           /* [s] */
-    double checkpoint;              /* [s] of wall time */
-    void (*warn)(const char *line); /* NULL: warnings are dropped */
-    /* The text of the deck */
+    char assumed[MILL_DECK_REMARK];
+    struct mill_deck_takes takes;
+    char section[MILL_NAME_LENGTH + 16]; /* "contact.KIND", which gives or prints it */
+    struct mill_deck_wear wear;
+};
+
+/* The text of a deck, and where each of its values comes from */
+struct mill_deck_text {
     const char *file; /* name as the user gave it; the caller keeps the string */
     char *bytes;      /* contents of the file; keys and values point into it */
     int overrides;    /* keys and values point into these, too */
     char **override;
     int sections;
-    struct mill_deck_section *section;
-    /* number of files that the deck names; `input` holds their paths: start, tables, meshes */
-    int files;
-    const char **file_named;
-    int keeps; /* other memory that the deck owns */
+    struct mill_deck_section *section; /* each with its entries */
+    int files;                         /* that the deck names: start, tables, meshes */
+    const char **file_named;           /* their paths */
+    int keeps;                         /* other memory that the deck owns */
     void **kept;
-    struct mill_deck_origin at; /* what is being read now */
-    int open; /* number of the section that the next lines belong to; -1: of none */
-    /* Only while the deck is read: */
-    struct mill_units *units;
-    struct mill_deck_faults *faults; /* NULL: reading ends at the first one */
+    struct mill_deck_reading *reading; /* NULL: the deck has been read */
+};
+
+/* The values that keys give, or their defaults, in SI; the tables of keys say what each value is.
+ * Those of [motion.NAME], [body.NAME] and of other sections with a name are with their sections. */
+struct mill_deck_given {
+    double time, sample_from, precision, max_collisions; /* [run]; 0: not used */
+    long seed, threads;                                  /* 0: the program chooses */
+    vec3 gravity;
+    const char *start; /* [balls] path of the start file; NULL: a random start */
+    double speed;      /* of every ball of a random start */
+    int at_rest;       /* 1: it does not move with the container */
+    double drum_radius, drum_length;
+    int periodic; /* 1: the drum has no end walls */
+    int wavy;     /* 0: the drum is a circle, and the buckles are 0 */
+    long buckles;
+    double buckle_height, buckle_angle;
+    const char *drum_motion, *drum_material, *rotor_material; /* NULL: not given */
+    struct mill_turn rotor; /* its speed follows from the tip speed, where that is given */
+    double tip_speed;       /* 0: not given, or at rest */
+    double shaft_radius;    /* 0: no shaft */
+    struct mill_deck_blades blades;
+    struct mill_deck_material unknown; /* all that a [material.NAME] does not give */
+    struct mill_deck_law general;      /* [contact], for kinds that have no value of their own */
+    const char *between;               /* material between the surfaces; NULL: none */
+    double rebound_floor;
+    struct mill_deck_powder powder;
+    struct mill_deck_heat heat;
+    struct mill_deck_wear worn; /* for kinds that have no values of their own */
+    double frames, series, strike_window, checkpoint; /* [output]; frames 0: none */
+    int log_impacts;                                  /* 1: yes */
+};
+
+/* What follows from the values: the mill */
+struct mill_deck_mill {
+    bool sample_found; /* the run finds sample_from (only run.precision is given) */
+    int kinds;         /* of balls */
+    struct mill_deck_balls *balls;
+    int64_t all; /* balls of all kinds */
+    bool drum;   /* true: a drum holds the balls; false: a body does */
+    const struct mill_setup_surface *container; /* the body that holds the balls, or NULL */
+    bool carried;                               /* true: a motion carries the container */
+    int drum_rides;                             /* 1 + number of the drum's motion; 0: none */
+    bool rotor;
+    int motions; /* the rotor's first; each motion after the one that carries it */
+    struct mill_setup_motion motion[MILL_MOTIONS_MOST];
+    struct mill_deck_motion form[MILL_MOTIONS_MOST]; /* the numbers of the motions */
+    struct mill_deck_bodies parts;  /* shaft and blades: those of [blades], then the [blade.NAME] */
+    struct mill_deck_bodies bodies; /* of the [body.NAME], with each copy */
+    struct mill_kinds contacts;     /* kinds of contact */
+    struct mill_deck_contact contact[MILL_KINDS_MOST];
+    struct mill_deck_text printed; /* the sections of the printed deck */
+};
+
+struct mill_deck {
+    struct mill_deck_text text;
+    struct mill_deck_given given;
+    struct mill_deck_mill mill;
+    void (*warn)(const char *line); /* NULL: warnings are dropped */
 };
 
 /* Reads `path`, applies `count` overrides "SECTION.KEY=VALUE" and checks every key and value. The
@@ -232,13 +212,6 @@ void mill_deck_free(struct mill_deck *deck);
 
 /* The drum in numbers */
 struct mill_setup_drum mill_deck_drum(const struct mill_deck *deck);
-
-/* Sets "FILE:LINE: [section] key: ..." for a fault that is found after reading (the start does not
- * fit, balls overlap). If the value came from --set or is a default, the text says so. Returns
- * MILL_BAD_DECK. */
-enum mill_status mill_deck_fault(const struct mill_deck *deck, struct mill_error *error,
-                                 const char *section, const char *key, const char *format, ...)
-    __attribute__((format(printf, 5, 6)));
 
 /* The key of this name in section [title]. Where several kinds of the section have such a key:
  * number `n` of these, from 0. NULL: there are no more. */

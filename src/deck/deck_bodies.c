@@ -67,34 +67,31 @@ static void move_on(const struct mill_deck_body *given, struct mill_body *is)
 /* ---- kinds of contact ---- */
 
 static enum mill_status find_kind(struct mill_deck *deck, const struct mill_deck_section *section,
-                                  int *kind, struct mill_error *error)
+                                  int *kind)
 {
-    static const char allowed[] =
-        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-+.";
     const char *given = ((struct mill_deck_body *)section->form)->kind;
     const char *name = given ? given : strchr(section->title, '.') + 1;
-    struct mill_kinds *kinds = &deck->contacts;
+    struct mill_kinds *kinds = &deck->mill.contacts;
     if (given && strncmp(given, PREFIX, strlen(PREFIX)) != 0)
-        return mill_deck_fault(deck, error, section->title, "kind",
+        return mill_deck_wrong(&deck->text, section->title, "kind",
                                "a kind of contact begins with 'ball_': write '" PREFIX "%.60s'",
                                given);
     name += given ? strlen(PREFIX) : 0;
-    if (!*name || strchr("-+.", *name) || name[strspn(name, allowed)] ||
-        strlen(name) >= MILL_NAME_LENGTH)
-        return mill_deck_fault(
-            deck, error, section->title, "kind",
+    if (!mill_deck_is_name(name) || strlen(name) >= MILL_NAME_LENGTH)
+        return mill_deck_wrong(
+            &deck->text, section->title, "kind",
             "'%.80s' is not allowed: a name consists of letters, digits, '_', '-', '+' and '.'",
             given);
     for (*kind = 0; *kind < kinds->count; ++*kind)
         if (strcmp(kinds->name[*kind] + strlen(PREFIX), name) == 0)
             break;
     if (*kind == MILL_BALL_BALL)
-        return mill_deck_fault(
-            deck, error, section->title, given ? "kind" : NULL,
+        return mill_deck_wrong(
+            &deck->text, section->title, given ? "kind" : NULL,
             "'ball_ball' is the kind of contact of two balls: give the body another %s",
             given ? "kind" : "name");
     if (*kind == MILL_KINDS_MOST)
-        return mill_deck_fault(deck, error, section->title, NULL,
+        return mill_deck_wrong(&deck->text, section->title, NULL,
                                "there are more than %d kinds of contact: give bodies that belong "
                                "together a common 'kind'",
                                MILL_KINDS_MOST);
@@ -108,40 +105,39 @@ static enum mill_status find_kind(struct mill_deck *deck, const struct mill_deck
 /* Checks what the ranges of single keys do not cover */
 static enum mill_status check_form(const struct mill_deck *deck,
                                    const struct mill_deck_section *section,
-                                   const struct mill_solid *solid, const struct mill_body *is,
-                                   struct mill_error *error)
+                                   const struct mill_solid *solid, const struct mill_body *is)
 {
     struct mill_body sharp = *is;
     sharp.rounding = 0.0;
     if (mill_solid_is_sound(solid, is))
         return MILL_OK;
     if (is->inside && solid->support && !solid->walls)
-        return mill_deck_fault(deck, error, section->title, "side",
+        return mill_deck_wrong(&deck->text, section->title, "side",
                                "a body of this shape cannot hold the balls: set 'side = outside'");
     if (mill_solid_is_sound(solid, &sharp))
-        return mill_deck_fault(deck, error, section->title, "rounding",
+        return mill_deck_wrong(&deck->text, section->title, "rounding",
                                "%g m is too large for the sizes of the body, or smaller than "
                                "%g m: change it",
                                is->rounding, MILL_SOLID_LEAST);
-    return mill_deck_fault(deck, error, section->title, NULL, "%s",
+    return mill_deck_wrong(&deck->text, section->title, NULL, "%s",
                            solid->sizes ? solid->sizes
                                         : "a size of the body is out of range: look at its radius, "
                                           "length and size");
 }
 
 static enum mill_status check_container(const struct mill_deck *deck,
-                                        const struct mill_deck_section *section,
-                                        struct mill_error *error)
+                                        const struct mill_deck_section *section)
 {
-    if (deck->drum)
-        return mill_deck_fault(deck, error, section->title, "side",
+    if (deck->mill.drum)
+        return mill_deck_wrong(&deck->text, section->title, "side",
                                "[drum] holds the balls, and a mill has one container: leave [drum] "
                                "out, or set 'side = outside'");
-    if (deck->container)
-        return mill_deck_fault(deck, error, section->title, "side",
-                               "[%s] holds the balls, and a mill has one container: set "
-                               "'side = outside' here or there",
-                               deck->bodies.section[deck->container - deck->bodies.surface]);
+    if (deck->mill.container)
+        return mill_deck_wrong(
+            &deck->text, section->title, "side",
+            "[%s] holds the balls, and a mill has one container: set "
+            "'side = outside' here or there",
+            deck->mill.bodies.section[deck->mill.container - deck->mill.bodies.surface]);
     return MILL_OK;
 }
 
@@ -151,6 +147,13 @@ static bool make_list(struct mill_deck_bodies *list, size_t most)
     list->form = calloc(most + 1, sizeof *list->form);
     list->section = calloc(most + 1, sizeof *list->section);
     return list->surface && list->form && list->section;
+}
+
+void mill_deck_bodies_free(struct mill_deck_bodies *list)
+{
+    free(list->surface);
+    free(list->form);
+    free(list->section);
 }
 
 static const struct mill_setup_surface *add(struct mill_deck_bodies *list, const char *section,
@@ -166,27 +169,26 @@ static const struct mill_setup_surface *add(struct mill_deck_bodies *list, const
 }
 
 /* The body and its copies */
-static enum mill_status add_body(struct mill_deck *deck, const struct mill_deck_section *section,
-                                 struct mill_error *error)
+static enum mill_status add_body(struct mill_deck *deck, const struct mill_deck_section *section)
 {
     const struct mill_deck_body *given = section->form;
     struct mill_setup_surface surface = {.solid = mill_shapes_solid(given->shape)};
     struct mill_body is;
-    enum mill_status status = mill_deck_motions_find(deck, section->title, "motion", given->motion,
-                                                     &surface.motion, error);
+    enum mill_status status =
+        mill_deck_motions_find(deck, section->title, "motion", given->motion, &surface.motion);
     if (status == MILL_OK)
-        status = find_kind(deck, section, &surface.kind, error);
+        status = find_kind(deck, section, &surface.kind);
     if (status == MILL_OK && given->is.inside)
-        status = check_container(deck, section, error);
+        status = check_container(deck, section);
     if (status != MILL_OK)
         return status;
     place(given, &is);
     if (!surface.solid->key)
-        status = mill_deck_meshes_read(deck, section, &is, error);
+        status = mill_deck_meshes_read(deck, section, &is);
     if (status == MILL_OK)
-        status = check_form(deck, section, surface.solid, &is, error);
+        status = check_form(deck, section, surface.solid, &is);
     if (status == MILL_OK && is.facets > 0 && given->copies > MOST_FACETS / (long)is.facets)
-        return mill_deck_fault(deck, error, section->title, "copies",
+        return mill_deck_wrong(&deck->text, section->title, "copies",
                                "%ld copies of %zu facets are more than %d: simplify the mesh, or "
                                "put all copies into one",
                                given->copies, is.facets, MOST_FACETS);
@@ -194,78 +196,98 @@ static enum mill_status add_body(struct mill_deck *deck, const struct mill_deck_
         if (k > 0)
             move_on(given, &is);
         surface.number = (int)k;
-        const struct mill_setup_surface *body = add(&deck->bodies, section->title, surface, &is);
+        const struct mill_setup_surface *body =
+            add(&deck->mill.bodies, section->title, surface, &is);
         if (given->is.inside)
-            deck->container = body;
+            deck->mill.container = body;
     }
     return status;
 }
 
-enum mill_status mill_deck_bodies_list(struct mill_deck *deck, struct mill_error *error)
+enum mill_status mill_deck_bodies_list(struct mill_deck *deck)
 {
-    const struct mill_deck_block named = {.title = "body", .named = true};
     const struct mill_deck_section *s = NULL;
     long all = 0;
-    while ((s = mill_deck_next(deck, &named, s))) {
+    while ((s = mill_deck_named(&deck->text, "body", s))) {
         const long copies = ((struct mill_deck_body *)s->form)->copies;
         all += copies > 1 ? copies : 1;
         if (all > MOST_BODIES)
-            return mill_deck_fault(deck, error, s->title, copies > 1 ? "copies" : NULL,
+            return mill_deck_wrong(&deck->text, s->title, copies > 1 ? "copies" : NULL,
                                    "more than %d bodies in all", MOST_BODIES);
     }
-    mill_kinds_init(&deck->contacts);
-    if (!make_list(&deck->bodies, (size_t)all))
-        return mill_error_set(error, MILL_FAILED, "out of memory");
+    mill_kinds_init(&deck->mill.contacts);
+    if (!make_list(&deck->mill.bodies, (size_t)all))
+        return mill_deck_memory(&deck->text);
     enum mill_status status = MILL_OK;
     bool good = true;
-    while (status == MILL_OK && (s = mill_deck_next(deck, &named, s))) {
-        status = add_body(deck, s, error);
+    while (status == MILL_OK && (s = mill_deck_named(&deck->text, "body", s))) {
+        status = add_body(deck, s);
         good = good && status == MILL_OK;
-        status = mill_deck_faults_keep(deck, status, error);
+        status = mill_deck_faults_keep(&deck->text, status);
     }
-    if (good && !deck->drum && !deck->container)
-        return mill_deck_fault(deck, error, NULL, NULL,
+    if (good && !deck->mill.drum && !deck->mill.container)
+        return mill_deck_wrong(&deck->text, NULL, NULL,
                                "nothing holds the balls: add [drum], or a [body.NAME] with "
                                "'side = inside'");
-    deck->carried = deck->container ? deck->container->motion >= 0 : deck->drum_rides > 0;
+    deck->mill.carried =
+        deck->mill.container ? deck->mill.container->motion >= 0 : deck->mill.drum_rides > 0;
     return status;
 }
 
 /* Equal blades: number k = 0.. has its centre at x = -L/2 + (k + 1/2) L/count and points at the
  * angle k angle_step. */
-enum mill_status mill_deck_bodies_parts(struct mill_deck *deck, struct mill_error *error)
+enum mill_status mill_deck_bodies_parts(struct mill_deck *deck)
 {
-    const struct mill_deck_block named = {.title = "blade", .named = true};
     const struct mill_setup_surface shaft = {
         .solid = &mill_prism_solid, .number = -1, .kind = MILL_BALL_SHAFT};
     struct mill_setup_surface surface = {.solid = &mill_box_solid, .kind = MILL_BALL_BLADE};
-    struct mill_deck_blades *all = &deck->blades;
-    const double length = deck->drum_length, count = (double)all->count;
-    if (!make_list(&deck->parts, (size_t)all->count + (size_t)deck->sections + 1))
-        return mill_error_set(error, MILL_FAILED, "out of memory");
-    if (deck->rotor && deck->shaft_radius > 0.0) {
-        const struct mill_body is = mill_setup_shaft(deck->shaft_radius, length);
-        add(&deck->parts, "rotor", shaft, &is);
+    struct mill_deck_blades *all = &deck->given.blades;
+    const double length = deck->given.drum_length, count = (double)all->count;
+    if (!make_list(&deck->mill.parts, (size_t)all->count + (size_t)deck->text.sections + 1))
+        return mill_deck_memory(&deck->text);
+    if (deck->mill.rotor && deck->given.shaft_radius > 0.0) {
+        const struct mill_body is = mill_setup_shaft(deck->given.shaft_radius, length);
+        add(&deck->mill.parts, "rotor", shaft, &is);
     }
-    if (all->count > 0 && !mill_deck_entry(mill_deck_section(deck, "blades"), "angle_step"))
+    if (all->count > 0 && !mill_deck_entry(mill_deck_section(&deck->text, "blades"), "angle_step"))
         all->angle_step = 2.0 * MILL_PI / count;
     for (; surface.number < all->count; surface.number++) {
         struct mill_blade blade = all->form;
         blade.position = (surface.number + 0.5 - 0.5 * count) * (length / count);
         blade.angle = surface.number * all->angle_step;
         const struct mill_body is = mill_setup_blade(&blade);
-        add(&deck->parts, "blades", surface, &is);
+        add(&deck->mill.parts, "blades", surface, &is);
     }
-    for (const struct mill_deck_section *s = NULL; (s = mill_deck_next(deck, &named, s));) {
+    for (const struct mill_deck_section *s = NULL;
+         (s = mill_deck_named(&deck->text, "blade", s));) {
         const struct mill_body is = mill_setup_blade(s->form);
-        add(&deck->parts, s->title, surface, &is);
+        add(&deck->mill.parts, s->title, surface, &is);
         surface.number++;
     }
     return MILL_OK;
 }
 
-double mill_deck_bodies_volume(const struct mill_deck *deck)
+/* The speed of the rotor, where the speed of its tips is given */
+enum mill_status mill_deck_bodies_turn(struct mill_deck *deck)
 {
-    return deck->container ? deck->container->solid->volume(deck->container->body)
-                           : MILL_PI * deck->drum_radius * deck->drum_radius * deck->drum_length;
+    const struct mill_deck_bodies *bodies = &deck->mill.bodies;
+    double tip = deck->given.blades.count > 0 ? deck->given.blades.form.tip_radius : 0.0;
+    if (deck->given.tip_speed == 0.0)
+        return MILL_OK;
+    for (const struct mill_deck_section *s = NULL; (s = mill_deck_named(&deck->text, "blade", s));)
+        tip = fmax(tip, ((const struct mill_blade *)s->form)->tip_radius);
+    for (int k = 0; k < bodies->count; k++) {
+        const struct mill_setup_surface *body = &bodies->surface[k];
+        const double far = body->motion == 0 ? mill_part_reach(body->solid, body->body) : 0.0;
+        if (far < 0.0)
+            return mill_deck_memory(&deck->text);
+        tip = fmax(tip, far);
+    }
+    if (tip == 0.0)
+        return mill_deck_wrong(&deck->text, "rotor", "tip_speed",
+                               "needs blades, or bodies with 'motion = rotor': their largest "
+                               "distance from the axis is the radius of the tip; without them give "
+                               "'speed'");
+    deck->given.rotor.speed = deck->given.tip_speed / tip;
+    return MILL_OK;
 }

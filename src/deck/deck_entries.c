@@ -5,35 +5,60 @@
 #include <stdlib.h>
 #include <string.h>
 
-struct mill_deck_section *mill_deck_section(const struct mill_deck *deck, const char *title)
+struct mill_deck_section *mill_deck_section(const struct mill_deck_text *text, const char *title)
 {
-    for (int i = 0; i < deck->sections; i++)
-        if (strcmp(deck->section[i].title, title) == 0)
-            return &deck->section[i];
+    for (int i = 0; i < text->sections; i++)
+        if (strcmp(text->section[i].title, title) == 0)
+            return &text->section[i];
     return NULL;
 }
 
-enum mill_status mill_deck_section_add(struct mill_deck *deck, const char *title,
-                                       struct mill_error *error)
+enum mill_status mill_deck_memory(const struct mill_deck_text *text)
 {
-    const size_t size = ((size_t)deck->sections + 1) * sizeof *deck->section;
-    struct mill_deck_section *more = realloc(deck->section, size);
+    return mill_error_set(text->reading->error, MILL_FAILED, "out of memory");
+}
+
+enum mill_status mill_deck_section_add(struct mill_deck_text *text, const char *title)
+{
+    const size_t size = ((size_t)text->sections + 1) * sizeof *text->section;
+    struct mill_deck_section *more = realloc(text->section, size);
     if (!more)
-        return mill_error_set(error, MILL_FAILED, "out of memory");
-    deck->section = more;
-    more[deck->sections++] = (struct mill_deck_section){.title = title, .origin = deck->at};
+        return mill_deck_memory(text);
+    text->section = more;
+    more[text->sections++] =
+        (struct mill_deck_section){.title = title, .origin = text->reading->at};
     return MILL_OK;
 }
 
-struct mill_deck_section *mill_deck_next(const struct mill_deck *deck,
+struct mill_deck_section *mill_deck_next(const struct mill_deck_text *text,
                                          const struct mill_deck_block *block,
                                          const struct mill_deck_section *last)
 {
-    assert(!last || (last >= deck->section && last < deck->section + deck->sections));
-    for (int i = last ? (int)(last - deck->section) + 1 : 0; i < deck->sections; i++)
-        if (mill_deck_table_belongs(block, deck->section[i].title))
-            return &deck->section[i];
+    assert(!last || (last >= text->section && last < text->section + text->sections));
+    for (int i = last ? (int)(last - text->section) + 1 : 0; i < text->sections; i++)
+        if (mill_deck_table_belongs(block, text->section[i].title))
+            return &text->section[i];
     return NULL;
+}
+
+struct mill_deck_section *mill_deck_named(const struct mill_deck_text *text, const char *title,
+                                          const struct mill_deck_section *last)
+{
+    return mill_deck_next(text, &(struct mill_deck_block){.title = title, .named = true}, last);
+}
+
+struct mill_deck_section *mill_deck_next_balls(const struct mill_deck_text *text,
+                                               const struct mill_deck_section *last)
+{
+    struct mill_deck_section *next = mill_deck_named(text, "balls", last);
+    return next || last ? next : mill_deck_section(text, "balls");
+}
+
+bool mill_deck_is_name(const char *name)
+{
+    static const char allowed[] =
+        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-+.";
+    return *name && !strchr("-+.", *name) && !name[strspn(name, allowed)];
 }
 
 struct mill_deck_entry *mill_deck_entry(const struct mill_deck_section *section, const char *key)

@@ -1,5 +1,6 @@
-/* The contact laws: what [contact] and [contact.KIND] give comes first, then the materials of the
- * balls and of what they hit. Reads the tables of restitutions that fall with the speed. */
+/* Gives each kind of contact its law: what [contact] and [contact.KIND] give comes first, then the
+ * materials of the balls and of what they hit. Reads the tables of restitutions that fall with the
+ * speed. */
 #include "deck/deck_private.h"
 #include "deck/textfile.h"
 
@@ -9,42 +10,40 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { SECTION = sizeof((struct mill_deck_contact *)0)->section };
+
 /* ---- falling restitution ---- */
 
-static enum mill_status read_rows(struct mill_deck_rows *in, struct mill_fall *fall,
-                                  struct mill_error *error)
+/* Reads a table into *fall. */
+static enum mill_status read_table(struct mill_deck_rows *rows, struct mill_fall *fall,
+                                   struct mill_error *error)
 {
-    double x[3];
-    for (int n; (n = mill_deck_files_row(in, 2, x)) != 0; fall->points++) {
-        const int k = fall->points;
-        const char *wrong = n != 2 ? "expected 2 numbers 'v e': speed in m/s, restitution"
-                            : k == MILL_FALL_POINTS        ? "there are more than 16 rows"
-                            : !(x[0] >= 0.0 && x[0] < 1e9) ? "the speed must be 0 m/s or more"
+    enum mill_status status = mill_deck_files_read(rows, error);
+    for (long k = 0; k < rows->count && status == MILL_OK; k++) {
+        const double *x = rows->row[k];
+        const char *wrong = !(x[0] >= 0.0 && x[0] < 1e9) ? "the speed must be 0 m/s or more"
                             : k > 0 && x[0] <= fall->speed[k - 1] ? "the speeds must ascend"
                             : !(x[1] >= 0.0 && x[1] <= 1.0) ? "a restitution is between 0 and 1"
                                                             : NULL;
         if (wrong)
-            return mill_error_set(error, MILL_BAD_DECK, "%s:%ld: %s", in->path, in->line, wrong);
+            return mill_deck_files_wrong(rows, rows->line[k], error, "%s", wrong);
         fall->speed[k] = x[0];
         fall->restitution[k] = x[1];
     }
-    if (ferror(in->in))
-        return mill_error_set(error, MILL_FAILED, "%s: %s", in->path, strerror(errno));
-    return fall->points > 1
-               ? MILL_OK
-               : mill_error_set(error, MILL_BAD_DECK, "%s: expected 2 to 16 rows 'v e'", in->path);
+    fall->points = (int)rows->count;
+    if (status != MILL_OK || rows->count > 1)
+        return status;
+    mill_error_set(error, MILL_BAD_DECK, "%s: expected 2 to 16 rows 'v e'", rows->path);
+    return mill_deck_files_told(rows->text, rows->section, rows->key, MILL_BAD_DECK);
 }
 
 /* Finds and reads the table of a section, and checks that the section gives the restitution once.
  * general: what the section has inherited, as read before */
-static enum mill_status settle(struct mill_deck *deck, const char *section,
-                               struct mill_deck_law *law, const struct mill_deck_law *general,
-                               struct mill_error *error)
+static enum mill_status settle(struct mill_deck_text *text, const char *section,
+                               struct mill_deck_law *law, const struct mill_deck_law *general)
 {
     static const char key[] = "restitution_table";
-    const struct mill_deck_section *s = mill_deck_section(deck, section);
-    struct mill_deck_rows in = {.line = 0};
-    const char *wrong;
+    const struct mill_deck_section *s = mill_deck_section(text, section);
     const char *twice = mill_deck_entry(s, "restitution")         ? "restitution"
                         : mill_deck_entry(s, "restitution_speed") ? "restitution_speed"
                                                                   : NULL;
@@ -57,60 +56,47 @@ static enum mill_status settle(struct mill_deck *deck, const char *section,
     if (!law->table)                                           /* "none" */
         return MILL_OK;
     if (twice)
-        return mill_deck_fault(deck, error, section, twice,
+        return mill_deck_wrong(text, section, twice,
                                "the 'restitution_table' already gives the restitution at each "
                                "speed; give only one of them");
     law->rows = mill_deck_materials_fall(law->table);
     if (law->rows)
         return MILL_OK;
-    enum mill_status status =
-        mill_deck_files_find(deck, section, key, law->table, &law->table, error);
-    struct mill_fall *rows = status == MILL_OK ? calloc(1, sizeof *rows) : NULL;
-    if (!rows)
-        return status == MILL_OK ? mill_error_set(error, MILL_FAILED, "out of memory") : status;
-    mill_deck_files_keep(deck, rows);
-    law->rows = rows;
-    in.path = law->table;
-    in.in = mill_textfile_open(in.path, &wrong);
-    if (!in.in)
-        return mill_deck_fault(deck, error, section, key,
-                               wrong ? "'%s' %s" : "cannot read '%s': %s", in.path,
-                               wrong ? wrong : strerror(errno));
-    status = mill_deck_files_told(deck, section, key, read_rows(&in, rows, error), error);
-    fclose(in.in);
+    enum mill_status status = mill_deck_files_find(text, section, key, &law->table);
+    struct mill_fall *fall = status == MILL_OK ? calloc(1, sizeof *fall) : NULL;
+    if (!fall)
+        return status == MILL_OK ? mill_deck_memory(text) : status;
+    mill_deck_files_keep(text, fall);
+    law->rows = fall;
+    struct mill_deck_rows rows = {.text = text,
+                                  .section = section,
+                                  .key = key,
+                                  .path = law->table,
+                                  .form = "2 numbers 'v e': speed in m/s, restitution",
+                                  .columns = 1u << 2,
+                                  .most = MILL_FALL_POINTS,
+                                  .many = "there are more than %ld rows"};
+    status = read_table(&rows, fall, text->reading->error);
+    free(rows.row);
+    free(rows.line);
     return status;
 }
 
-static enum mill_status tell_missing(const struct mill_deck *deck, struct mill_error *error)
-{
-    return mill_deck_fault(deck, error, "contact", "restitution",
-                           "missing (normal coefficient of restitution); expected a plain number "
-                           "such as '0.8', or 'material' of the balls and of what they hit");
-}
-
-enum mill_status mill_deck_laws_require(struct mill_deck *deck, struct mill_error *error)
-{
-    bool other = deck->between || deck->general.table || !isnan(deck->general.restitution);
-    for (int i = 0; i < deck->sections; i++)
-        other = other || mill_deck_entry(&deck->section[i], "material") ||
-                strncmp(deck->section[i].title, "contact.", 8) == 0;
-    return other ? MILL_OK : tell_missing(deck, error);
-}
-
-enum mill_status mill_deck_laws_settle(struct mill_deck *deck, struct mill_error *error)
+static enum mill_status settle_all(struct mill_deck *deck)
 {
     const struct mill_deck_law none = {.table = NULL};
-    enum mill_status status = settle(deck, "contact", &deck->general, &none, error);
-    for (int i = 0; i < deck->sections && status == MILL_OK; i++) {
-        const struct mill_deck_section *s = &deck->section[i];
+    struct mill_deck_law *general = &deck->given.general;
+    enum mill_status status = settle(&deck->text, "contact", general, &none);
+    for (int i = 0; i < deck->text.sections && status == MILL_OK; i++) {
+        const struct mill_deck_section *s = &deck->text.section[i];
         const bool kind = strncmp(s->title, "contact.", 8) == 0;
         if (kind || strncmp(s->title, "material.", 9) == 0)
-            status = settle(deck, s->title, s->form, kind ? &deck->general : &none, error);
+            status = settle(&deck->text, s->title, s->form, kind ? general : &none);
     }
     return status;
 }
 
-/* ---- pairs ---- */
+/* ---- pairs of materials ---- */
 
 /* NaN: not known */
 static double restitution_of(const struct mill_deck_law *law)
@@ -118,13 +104,17 @@ static double restitution_of(const struct mill_deck_law *law)
     return law->rows ? law->rows->restitution[0] : law->restitution;
 }
 
+struct mill_fall mill_deck_laws_fall(const struct mill_deck_law *law)
+{
+    const struct mill_fall power = {1, {law->speed}, {law->restitution}}, none = {0};
+    return law->rows ? *law->rows : law->speed > 0.0 ? power : none;
+}
+
 /* At the speed of a hard impact, for comparing materials; NaN: not known */
 static double usual_of(const struct mill_deck_law *law)
 {
-    const struct mill_fall power = {1, {law->speed}, {law->restitution}};
-    if (!law->rows && !(law->speed > 0.0))
-        return law->restitution;
-    return mill_impact_restitution(law->rows ? law->rows : &power, 3.0);
+    const struct mill_fall fall = mill_deck_laws_fall(law);
+    return fall.points > 0 ? mill_impact_restitution(&fall, 3.0) : law->restitution;
 }
 
 /* The law of two materials, and the remark about it. Where the deck gives no values for this pair:
@@ -146,206 +136,264 @@ static struct mill_deck_law pair(const struct mill_deck_found *a, const struct m
     return law;
 }
 
-/* Finds what the balls hit in contacts of this kind: the next after *k, which is -1 for drum,
- * walls, shaft and blades, and otherwise the number of a body. Starts from -2. false: there is
- * nothing more. *material NULL: not given */
-static bool next_partner(const struct mill_deck *deck, int kind, int *k, const char **material,
-                         const char **section)
-{
-    const char *container = NULL;
-    do
-        ++*k;
-    while (*k < deck->bodies.count &&
-           !(*k < 0 ? deck->drum && kind < MILL_KINDS : deck->bodies.surface[*k].kind == kind));
-    if (*k >= deck->bodies.count)
-        return false;
-    for (int i = 0; i < deck->bodies.count; i++) {
-        const struct mill_deck_body *given = mill_deck_section(deck, deck->bodies.section[i])->form;
-        if (given->is.inside)
-            container = given->material;
-    }
-    const bool rides = *k < 0 ? kind == MILL_BALL_SHAFT || kind == MILL_BALL_BLADE
-                              : deck->rotor && deck->bodies.surface[*k].motion == 0;
-    const struct mill_deck_body *own =
-        *k < 0 ? NULL : mill_deck_section(deck, deck->bodies.section[*k])->form;
-    *section = own && own->material ? deck->bodies.section[*k] : "drum";
-    *material = own && own->material ? own->material : rides ? deck->rotor_material : NULL;
-    if (rides && *material && !(own && own->material))
-        *section = "rotor";
-    if (!*material)
-        *material = deck->drum_material ? deck->drum_material : container;
-    return true;
-}
-
 static bool are_equal(const struct mill_deck_law *a, const struct mill_deck_law *b)
 {
     return restitution_of(a) == restitution_of(b) && a->speed == b->speed && a->rows == b->rows &&
            a->friction == b->friction && a->tangential == b->tangential;
 }
 
-/* Adds the laws of all kinds of balls with this partner (NULL: with balls of the same kind and of
- * each other kind) to *law, from which they must not differ. *remark "": there is no law yet. false
- * in *known_all: a material is not given. */
-static enum mill_status add_pairs(const struct mill_deck *deck, int kind,
-                                  const struct mill_deck_found *with, struct mill_deck_law *law,
-                                  char *remark, bool *known_all, struct mill_error *error)
+/* The law of a kind of contact by its materials */
+struct search {
+    const struct mill_deck *deck;
+    int kind;
+    bool known; /* all materials are given */
+    struct mill_deck_law law;
+    char remark[MILL_DECK_REMARK]; /* of what pair it is; "": there is none yet */
+};
+
+/* Adds the laws of all kinds of balls with a partner of this material, which `section` gives. They
+ * must not differ. */
+static enum mill_status add_pairs(struct search *by, const char *section, const char *material)
 {
-    const struct mill_deck_block named = {.title = "balls", .named = true};
-    const struct mill_deck_section *s = mill_deck_next(deck, &named, NULL);
-    struct mill_deck_found ball, first = {.remark = NULL};
-    do {
-        const struct mill_deck_balls *balls = s ? s->form : &deck->alike;
-        const char *title = s ? s->title : "balls";
-        char text[MILL_DECK_REMARK];
-        if (!balls->material) {
-            *known_all = false;
-            return MILL_OK;
-        }
-        const enum mill_status status =
-            mill_deck_materials_find(deck, title, "material", balls->material, &ball, error);
-        if (status != MILL_OK)
-            return status;
-        if (!first.remark)
-            first = ball;
-        const struct mill_deck_law is = pair(&ball, with ? with : &first, text);
-        if (*remark && !are_equal(&is, law))
-            return mill_deck_fault(deck, error, title, "material",
+    const struct mill_deck *deck = by->deck;
+    const struct mill_deck_section *s = NULL;
+    const char *kind = deck->mill.contacts.name[by->kind];
+    struct mill_deck_found with, ball;
+    enum mill_status status = MILL_OK;
+    by->known = by->known && material;
+    if (by->known)
+        status = mill_deck_materials_find(deck, section, "material", material, &with);
+    while (status == MILL_OK && by->known && (s = mill_deck_next_balls(&deck->text, s))) {
+        const struct mill_deck_balls *balls = s->form;
+        char remark[MILL_DECK_REMARK];
+        by->known = balls->material != NULL;
+        if (by->known)
+            status = mill_deck_materials_find(deck, s->title, "material", balls->material, &ball);
+        if (status != MILL_OK || !by->known)
+            break;
+        const struct mill_deck_law law = pair(&ball, &with, remark);
+        if (*by->remark && !are_equal(&law, &by->law))
+            return mill_deck_wrong(&deck->text, s->title, "material",
                                    "contacts %s have one law, but join several pairs of materials: "
                                    "give the law in [contact.%s]",
-                                   deck->contacts.name[kind], deck->contacts.name[kind]);
-        *law = is;
-        memcpy(remark, text, sizeof text);
-    } while (s && (s = mill_deck_next(deck, &named, s)));
-    return MILL_OK;
-}
-
-/* The law of this kind of contact by its materials. *remark "": they are not given */
-static enum mill_status find_pair(const struct mill_deck *deck, int kind, struct mill_deck_law *law,
-                                  char *remark, struct mill_error *error)
-{
-    const char *material, *section;
-    struct mill_deck_found with;
-    bool known_all = true;
-    enum mill_status status = MILL_OK;
-    *remark = '\0';
-    if (deck->between) {
-        status = mill_deck_materials_find(deck, "contact", "between", deck->between, &with, error);
-        *law = with.is.law;
-        if (status == MILL_OK)
-            snprintf(remark, MILL_DECK_REMARK, "%s between%s%s", with.name,
-                     *with.remark ? ": " : "", with.remark);
-        return status;
+                                   kind, kind);
+        by->law = law;
+        memcpy(by->remark, remark, sizeof remark);
     }
-    if (kind == MILL_BALL_BALL)
-        status = add_pairs(deck, kind, NULL, law, remark, &known_all, error);
-    for (int k = -2; kind != MILL_BALL_BALL && status == MILL_OK && known_all &&
-                     next_partner(deck, kind, &k, &material, &section);) {
-        known_all = material != NULL;
-        if (known_all)
-            status = mill_deck_materials_find(deck, section, "material", material, &with, error);
-        if (status == MILL_OK && known_all)
-            status = add_pairs(deck, kind, &with, law, remark, &known_all, error);
-    }
-    if (!known_all)
-        *remark = '\0';
     return status;
 }
 
-/* Fills in what the deck does not say of this kind of contact. */
-static enum mill_status complete(struct mill_deck *deck, int kind, struct mill_error *error)
+/* The material of body k, or with k = -1 of drum, walls, shaft and blades, and the section that
+ * gives it. NULL: not given */
+static const char *material_of(const struct mill_deck *deck, int kind, int k, const char **section)
 {
-    struct mill_deck_law *law = &deck->law[kind], by = {0};
-    char remark[MILL_DECK_REMARK];
-    const bool falls = law->rows || !isnan(law->restitution);
-    if (falls && !isnan(law->friction) && !isnan(law->tangential))
-        return MILL_OK;
-    const enum mill_status status = find_pair(deck, kind, &by, remark, error);
-    if (status != MILL_OK || !*remark)
-        return status;
-    const struct mill_deck_takes takes = {!falls, isnan(law->friction), isnan(law->tangential)};
-    if (!falls) {
-        law->restitution = by.restitution;
-        law->speed = law->speed > 0.0 ? law->speed : by.speed;
-        law->table = by.table;
-        law->rows = by.rows;
+    const struct mill_deck_mill *mill = &deck->mill;
+    const struct mill_deck_body *own =
+        k < 0 ? NULL : mill_deck_section(&deck->text, mill->bodies.section[k])->form;
+    const bool rides = k < 0 ? kind == MILL_BALL_SHAFT || kind == MILL_BALL_BLADE
+                             : mill->rotor && mill->bodies.surface[k].motion == 0;
+    const char *container = NULL;
+    if (mill->container)
+        container = mill->bodies.section[mill->container - mill->bodies.surface];
+    if (own && own->material) {
+        *section = mill->bodies.section[k];
+        return own->material;
     }
-    law->friction = mill_deck_laws_first(law->friction, by.friction);
-    law->tangential = mill_deck_laws_first(law->tangential, by.tangential);
-    snprintf(deck->assumed[kind], MILL_DECK_REMARK, "%.*s",
-             (int)(falls ? strcspn(remark, ":") : strlen(remark)), remark);
-    deck->takes[kind] = takes;
-    return MILL_OK;
+    *section = rides && deck->given.rotor_material ? "rotor" : "drum";
+    if (rides && deck->given.rotor_material)
+        return deck->given.rotor_material;
+    own = container ? mill_deck_section(&deck->text, container)->form : NULL;
+    return deck->given.drum_material ? deck->given.drum_material : own ? own->material : NULL;
 }
 
-/* Makes the law of a kind of contact from what is given and from the materials. */
-static enum mill_status make_law(struct mill_deck *deck, int kind, struct mill_error *error)
+static enum mill_status find_pair(struct search *by)
 {
-    struct mill_deck_law *law = &deck->law[kind];
-    const enum mill_status status = complete(deck, kind, error);
-    if (status != MILL_OK)
-        return status;
-    law->restitution = restitution_of(law);
+    const struct mill_deck *deck = by->deck;
+    const struct mill_deck_section *first = mill_deck_next_balls(&deck->text, NULL);
+    const char *section = first->title, *between = deck->given.between;
+    struct mill_deck_found with;
+    enum mill_status status = MILL_OK;
+    if (between) {
+        status = mill_deck_materials_find(deck, "contact", "between", between, &with);
+        by->law = with.is.law;
+        if (status == MILL_OK)
+            snprintf(by->remark, MILL_DECK_REMARK, "%s between%s%s", with.name,
+                     *with.remark ? ": " : "", with.remark);
+    } else if (by->kind == MILL_BALL_BALL) {
+        status = add_pairs(by, section, ((const struct mill_deck_balls *)first->form)->material);
+    } else {
+        for (int k = -1; k < deck->mill.bodies.count && status == MILL_OK; k++)
+            if (k < 0 ? deck->mill.drum && by->kind < MILL_KINDS
+                      : deck->mill.bodies.surface[k].kind == by->kind) {
+                const char *material = material_of(deck, by->kind, k, &section);
+                status = add_pairs(by, section, material);
+            }
+    }
+    if (!by->known)
+        by->remark[0] = '\0';
+    return status;
+}
+
+/* ---- the law of each kind ---- */
+
+static enum mill_status tell_missing(const struct mill_deck *deck)
+{
+    return mill_deck_wrong(&deck->text, "contact", "restitution",
+                           "missing (normal coefficient of restitution); expected a plain number "
+                           "such as '0.8', or 'material' of the balls and of what they hit");
+}
+
+enum mill_status mill_deck_laws_require(struct mill_deck *deck)
+{
+    const struct mill_deck_given *given = &deck->given;
+    bool other = given->between || given->general.table || !isnan(given->general.restitution);
+    for (int i = 0; i < deck->text.sections; i++)
+        other = other || mill_deck_entry(&deck->text.section[i], "material") ||
+                strncmp(deck->text.section[i].title, "contact.", 8) == 0;
+    return other ? MILL_OK : tell_missing(deck);
+}
+
+/* The law of a kind of contact: as given, by its materials, or without friction */
+static enum mill_status resolve(const struct mill_deck *deck, int kind,
+                                const struct mill_deck_law *given, struct mill_deck_contact *is)
+{
+    const bool falls = given->rows || !isnan(given->restitution);
+    struct search by = {deck, kind, true, deck->given.unknown.law, ""};
+    struct mill_deck_law *law = &is->law;
+    *law = *given;
+    if (!falls || isnan(law->friction) || isnan(law->tangential)) {
+        const enum mill_status status = find_pair(&by);
+        if (status != MILL_OK)
+            return status;
+    }
+    if (by.remark[0]) {
+        is->takes = (struct mill_deck_takes){!falls, isnan(law->friction), isnan(law->tangential)};
+        snprintf(is->assumed, MILL_DECK_REMARK, "%.*s",
+                 (int)(falls ? strcspn(by.remark, ":") : strlen(by.remark)), by.remark);
+        const double speed = law->speed > 0.0 ? law->speed : by.law.speed;
+        *law = falls ? *law : by.law;
+        law->speed = falls ? law->speed : speed;
+        law->friction = mill_deck_laws_first(given->friction, by.law.friction);
+        law->tangential = mill_deck_laws_first(given->tangential, by.law.tangential);
+    }
     law->friction = mill_deck_laws_first(law->friction, 0.0);
     law->tangential = mill_deck_laws_first(law->tangential, 0.0);
-    if (isnan(law->restitution))
-        return tell_missing(deck, error);
+    if (isnan(restitution_of(law)))
+        return tell_missing(deck);
     if (law->rows && law->speed > 0.0)
-        return mill_deck_fault(deck, error, "contact", "restitution_speed",
+        return mill_deck_wrong(&deck->text, "contact", "restitution_speed",
                                "the restitution of %s is a table of all speeds: leave it out",
-                               deck->contacts.name[kind]);
+                               deck->mill.contacts.name[kind]);
     if (law->rows)
-        deck->fall[kind] = *law->rows;
-    else if (law->speed > 0.0)
-        deck->fall[kind] = (struct mill_fall){1, {law->speed}, {law->restitution}};
+        law->restitution = (double)NAN; /* the table gives it */
     return MILL_OK;
 }
 
-/* The sections [contact.KIND] of the printed deck hold the laws. If some follow from materials,
- * each kind has such a section. */
-static enum mill_status keep_laws(struct mill_deck *deck, const bool *has, struct mill_error *error)
+/* The sections of the printed deck: those of the text, and if laws follow from materials, one for
+ * each kind of contact. The [contact.KIND] have the laws. */
+static enum mill_status list_printed(struct mill_deck *deck)
 {
+    struct mill_deck_mill *mill = &deck->mill;
+    struct mill_deck_text *printed = &mill->printed;
+    struct mill_deck_law *general = &deck->given.general;
+    const size_t most = (size_t)deck->text.sections + MILL_KINDS_MOST;
     bool assumed = false;
-    for (int kind = 0; kind < deck->contacts.count; kind++)
-        assumed = assumed || deck->assumed[kind][0];
-    for (int kind = 0; kind < deck->contacts.count; kind++) {
-        char title[MILL_NAME_LENGTH + 16];
-        snprintf(title, sizeof title, "contact.%s", deck->contacts.name[kind]);
-        struct mill_deck_section *s = mill_deck_section(deck, title);
-        if (has[kind] && assumed && !s) {
-            char *copy = strdup(title);
-            void *form = calloc(1, sizeof deck->law[kind]);
-            if (!copy || !form || mill_deck_section_add(deck, copy, error) != MILL_OK) {
-                free(copy);
-                free(form);
-                return mill_error_set(error, MILL_FAILED, "out of memory");
-            }
-            mill_deck_files_keep(deck, copy);
-            s = &deck->section[deck->sections - 1];
-            s->form = form;
+    printed->section = calloc(most, sizeof *printed->section);
+    if (!printed->section)
+        return mill_deck_memory(&deck->text);
+    printed->sections = deck->text.sections;
+    for (int i = 0; i < deck->text.sections; i++)
+        printed->section[i] = deck->text.section[i];
+    for (int kind = 0; kind < mill->contacts.count; kind++)
+        assumed = assumed || mill->contact[kind].assumed[0];
+    for (int kind = 0; kind < mill->contacts.count; kind++) {
+        struct mill_deck_contact *contact = &mill->contact[kind];
+        struct mill_deck_section *s = mill_deck_section(printed, contact->section);
+        if (contact->occurs && assumed && !s) {
+            s = &printed->section[printed->sections++];
+            s->title = contact->section;
         }
-        if (!s || !has[kind])
-            continue;
-        memcpy(s->form, &deck->law[kind], sizeof deck->law[kind]);
-        if (deck->law[kind].rows) /* the table gives it */
-            ((struct mill_deck_law *)s->form)->restitution = (double)NAN;
+        if (contact->occurs && s)
+            s->form = &contact->law;
     }
-    if (!assumed && restitution_of(&deck->general) >= 0.0) {
-        deck->general.friction = mill_deck_laws_first(deck->general.friction, 0.0);
-        deck->general.tangential = mill_deck_laws_first(deck->general.tangential, 0.0);
+    if (!assumed && restitution_of(general) >= 0.0) {
+        general->friction = mill_deck_laws_first(general->friction, 0.0);
+        general->tangential = mill_deck_laws_first(general->tangential, 0.0);
     }
     return MILL_OK;
 }
 
-enum mill_status mill_deck_laws_list(struct mill_deck *deck, const bool *has,
-                                     struct mill_error *error)
+/* Does any surface of the mill have this kind of contact? */
+static bool occurs(const struct mill_deck_mill *mill, int kind)
 {
-    const struct mill_deck_law none = {0};
+    bool has = mill->drum || kind == MILL_BALL_BALL || kind >= MILL_KINDS;
+    for (int k = 0; k < mill->bodies.count && !has; k++)
+        has = mill->bodies.surface[k].kind == kind;
+    return has;
+}
+
+/* Names the section [TITLE.KIND]. */
+static void name_section(const struct mill_deck *deck, const char *title, int kind,
+                         char name[SECTION])
+{
+    char kind_name[MILL_KINDS_LENGTH];
+    memcpy(kind_name, deck->mill.contacts.name[kind], sizeof kind_name);
+    snprintf(name, SECTION, "%s.%s", title, kind_name);
+}
+
+/* The values of the section [TITLE.KIND], or `general` */
+static const void *find_values(const struct mill_deck *deck, const char *title, int kind,
+                               const void *general)
+{
+    char name[SECTION];
+    name_section(deck, title, kind, name);
+    const struct mill_deck_section *s = mill_deck_section(&deck->text, name);
+    return s ? s->form : general;
+}
+
+/* Checks that the kinds of all [TITLE.KIND] occur. */
+static enum mill_status check_kinds(struct mill_deck *deck, const char *title)
+{
+    const struct mill_kinds *kinds = &deck->mill.contacts;
+    const struct mill_deck_section *s = NULL;
     enum mill_status status = MILL_OK;
-    for (int kind = 0; kind < deck->contacts.count && status == MILL_OK; kind++) {
-        if (has[kind])
-            status = make_law(deck, kind, error);
-        else
-            deck->law[kind] = none;
+    while (status == MILL_OK && (s = mill_deck_named(&deck->text, title, s))) {
+        char known[MILL_KINDS_MOST * (MILL_KINDS_LENGTH + 2)] = "";
+        bool there = false;
+        for (int kind = 0; kind < kinds->count; kind++)
+            if (deck->mill.contact[kind].occurs) {
+                strcat(strcat(known, kind > 0 ? ", " : ""), kinds->name[kind]);
+                there = there || strcmp(strchr(s->title, '.') + 1, kinds->name[kind]) == 0;
+            }
+        if (there)
+            continue;
+        mill_deck_wrong(&deck->text, s->title, NULL, "unknown kind of contact; there are %s",
+                        known);
+        status = mill_deck_faults_keep(&deck->text, MILL_BAD_DECK);
     }
-    return status == MILL_OK ? keep_laws(deck, has, error) : status;
+    return status;
+}
+
+enum mill_status mill_deck_laws_list(struct mill_deck *deck)
+{
+    struct mill_deck_mill *mill = &deck->mill;
+    enum mill_status status = settle_all(deck);
+    for (int kind = 0; kind < mill->contacts.count; kind++) {
+        mill->contact[kind].occurs = occurs(mill, kind);
+        name_section(deck, "contact", kind, mill->contact[kind].section);
+    }
+    if (status == MILL_OK)
+        status = check_kinds(deck, "contact");
+    for (int kind = 0; kind < mill->contacts.count && status == MILL_OK; kind++)
+        if (mill->contact[kind].occurs)
+            status = resolve(deck, kind, find_values(deck, "contact", kind, &deck->given.general),
+                             &mill->contact[kind]);
+    if (status == MILL_OK)
+        status = list_printed(deck);
+    if (status == MILL_OK)
+        status = check_kinds(deck, "wear");
+    for (int kind = 0; kind < mill->contacts.count; kind++)
+        memcpy(&mill->contact[kind].wear, find_values(deck, "wear", kind, &deck->given.worn),
+               sizeof mill->contact[kind].wear);
+    return status;
 }

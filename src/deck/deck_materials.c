@@ -45,20 +45,20 @@ static bool is_among(const char *names, const char *name)
 
 enum mill_status mill_deck_materials_find(const struct mill_deck *deck, const char *section,
                                           const char *key, const char *name,
-                                          struct mill_deck_found *found, struct mill_error *error)
+                                          struct mill_deck_found *found)
 {
     char title[MILL_NAME_LENGTH + 16], list[400] = "";
     const struct known *k = known;
     while (k < known + KNOWN && !is_among(k->names, name))
         k++;
     snprintf(title, sizeof title, "material.%.63s", name);
-    const struct mill_deck_section *own = mill_deck_section(deck, title);
+    const struct mill_deck_section *own = mill_deck_section(&deck->text, title);
     if (!own && k < known + KNOWN) { /* under its first name: [material.steel] also for "Steel" */
         snprintf(title, sizeof title, "material.%.*s", (int)strcspn(k->names, "|"), k->names);
-        own = mill_deck_section(deck, title);
+        own = mill_deck_section(&deck->text, title);
     }
     *found = (struct mill_deck_found){
-        .is = own ? *(struct mill_deck_material *)own->form : deck->unknown, .remark = ""};
+        .is = own ? *(struct mill_deck_material *)own->form : deck->given.unknown, .remark = ""};
     snprintf(found->name, sizeof found->name, "%s", name);
     if (k < known + KNOWN) {
         struct mill_deck_law *law = &found->is.law;
@@ -79,7 +79,7 @@ enum mill_status mill_deck_materials_find(const struct mill_deck *deck, const ch
         for (k = known; k < known + KNOWN; k++)
             snprintf(list + strlen(list), sizeof list - strlen(list), "%s%.*s", *list ? ", " : "",
                      (int)strcspn(k->names, "|"), k->names);
-        return mill_deck_fault(deck, error, section, key,
+        return mill_deck_wrong(&deck->text, section, key,
                                "unknown material '%.63s'; there are %s, or add a section "
                                "[material.%.63s]",
                                name, list, name);
@@ -88,20 +88,19 @@ enum mill_status mill_deck_materials_find(const struct mill_deck *deck, const ch
 }
 
 enum mill_status mill_deck_materials_density(const struct mill_deck *deck,
-                                             struct mill_deck_balls *balls,
-                                             struct mill_error *error)
+                                             struct mill_deck_balls *balls)
 {
     struct mill_deck_found found = {.is = {.density = 0.0}};
-    const enum mill_status status = balls->material
-                                        ? mill_deck_materials_find(deck, balls->section, "material",
-                                                                   balls->material, &found, error)
-                                        : MILL_OK;
+    const enum mill_status status =
+        balls->material
+            ? mill_deck_materials_find(deck, balls->section, "material", balls->material, &found)
+            : MILL_OK;
     if (status != MILL_OK || balls->density > 0.0)
         return status;
     balls->density = found.is.density;
     if (balls->density > 0.0)
         return MILL_OK;
-    return mill_deck_fault(deck, error, balls->section, "material",
+    return mill_deck_wrong(&deck->text, balls->section, "material",
                            "the density of '%s' is not known: give 'density'", found.name);
 }
 

@@ -15,123 +15,108 @@
 #define PREFIX "ball_" /* prefix of kinds of contact */
 enum { MOST_SECTIONS = 10000, LARGEST = 1 << 24 /* [B] of a deck */ };
 
-void mill_deck_free(struct mill_deck *deck)
+void mill_deck_parse_free(struct mill_deck_text *text)
 {
-    if (!deck)
-        return;
-    for (int i = 0; i < deck->sections; i++) {
-        free(deck->section[i].entry);
-        free(deck->section[i].form);
+    for (int i = 0; i < text->sections; i++) {
+        free(text->section[i].entry);
+        free(text->section[i].form);
     }
-    for (int i = 0; i < deck->overrides; i++)
-        free(deck->override[i]);
-    free(deck->override);
-    free(deck->section);
-    free(deck->bytes);
-    for (int i = 0; i < deck->keeps; i++)
-        free(deck->kept[i]);
-    free(deck->kept);
-    free(deck->file_named);
-    free(deck->bodies.surface);
-    free(deck->bodies.section);
-    free(deck->bodies.form);
-    free(deck->balls);
-    free(deck->parts.surface);
-    free(deck->parts.section);
-    free(deck->parts.form);
-    free(deck);
+    for (int i = 0; i < text->overrides; i++)
+        free(text->override[i]);
+    for (int i = 0; i < text->keeps; i++)
+        free(text->kept[i]);
+    free(text->override);
+    free(text->section);
+    free(text->bytes);
+    free(text->kept);
+    free(text->file_named);
 }
 
 /* An unknown section probably stands for `meant` (NULL: not known for which), which is then not
  * missing. The next fault is in this section. */
-static enum mill_status guess(struct mill_deck *deck, const char *meant, struct mill_error *error)
+static enum mill_status guess(struct mill_deck_text *text, const char *meant)
 {
     if (!meant)
         return MILL_OK;
-    if (!mill_deck_section(deck, meant)) {
-        if (mill_deck_section_add(deck, meant, error) != MILL_OK)
+    if (!mill_deck_section(text, meant)) {
+        if (mill_deck_section_add(text, meant) != MILL_OK)
             return MILL_FAILED;
-        deck->section[deck->sections - 1].guessed = true;
+        text->section[text->sections - 1].guessed = true;
     }
-    deck->open = (int)(mill_deck_section(deck, meant) - deck->section);
+    text->reading->open = (int)(mill_deck_section(text, meant) - text->section);
     return MILL_OK;
 }
 
 /* Checks that a section may have this title. */
-static enum mill_status check_title(struct mill_deck *deck, const char *title,
-                                    struct mill_error *error)
+static enum mill_status check_title(struct mill_deck_text *text, const char *title)
 {
-    static const char allowed[] =
-        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-+.";
     char hint[400];
     struct mill_deck_block block;
     bool known = false;
     for (int i = 0; !known && mill_deck_table_block(i, &block); i++)
         known = mill_deck_table_belongs(&block, title);
     if (!known) {
-        if (guess(deck, mill_deck_suggest_key(title, NULL, hint, sizeof hint), error) != MILL_OK)
+        if (guess(text, mill_deck_suggest_key(title, NULL, hint, sizeof hint)) != MILL_OK)
             return MILL_FAILED;
-        return mill_deck_fault(deck, error, title, NULL, "unknown section%s", hint);
+        return mill_deck_wrong(text, title, NULL, "unknown section%s", hint);
     }
     if (!block.named)
         return MILL_OK;
     const char *name = strchr(title, '.') + 1;
     if (strcmp(title, "motion.rotor") == 0)
-        return mill_deck_fault(deck, error, title, NULL,
+        return mill_deck_wrong(text, title, NULL,
                                "'rotor' is the motion of [rotor]; give this one another name");
     if (strcmp(block.title, "contact") == 0 || strcmp(block.title, "wear") == 0) {
         if (strncmp(name, PREFIX, strlen(PREFIX)) != 0)
-            return mill_deck_fault(deck, error, title, NULL,
+            return mill_deck_wrong(text, title, NULL,
                                    "unknown kind of contact; its name begins with 'ball_': "
                                    "[contact.ball_drum], or [contact.ball_NAME] for [body.NAME]");
         name += strlen(PREFIX);
     }
     if (strlen(name) >= MILL_NAME_LENGTH)
-        return mill_deck_fault(deck, error, title, NULL, "the name is longer than 63 characters");
-    if (!*name || strchr("-+.", *name) || name[strspn(name, allowed)])
-        return mill_deck_fault(deck, error, title, NULL,
+        return mill_deck_wrong(text, title, NULL, "the name is longer than 63 characters");
+    if (!mill_deck_is_name(name))
+        return mill_deck_wrong(text, title, NULL,
                                "a name consists of letters, digits, '_', '-', '+' and '.', and "
                                "begins with one of the first three");
     return MILL_OK;
 }
 
-static enum mill_status open_section(struct mill_deck *deck, const char *title,
-                                     struct mill_error *error)
+static enum mill_status open_section(struct mill_deck_text *text, const char *title)
 {
-    const enum mill_status status = check_title(deck, title, error);
-    if (status == MILL_OK && deck->sections == MOST_SECTIONS)
-        return mill_deck_fault(deck, error, title, NULL, "there are more than 10000 sections");
-    return status == MILL_OK ? mill_deck_section_add(deck, title, error) : status;
+    const enum mill_status status = check_title(text, title);
+    if (status == MILL_OK && text->sections == MOST_SECTIONS)
+        return mill_deck_wrong(text, title, NULL, "there are more than 10000 sections");
+    return status == MILL_OK ? mill_deck_section_add(text, title) : status;
 }
 
 /* Adds key = value to the section. An override replaces an earlier value. value NULL: the key is
  * given, but what it is cannot be read. */
-static enum mill_status add_entry(struct mill_deck *deck, struct mill_deck_section *section,
-                                  const char *key, const char *value, enum mill_deck_look look,
-                                  struct mill_error *error)
+static enum mill_status add_entry(struct mill_deck_text *text, struct mill_deck_section *section,
+                                  const char *key, const char *value, enum mill_deck_look look)
 {
     char hint[400];
     struct mill_deck_entry *entry = mill_deck_entry(section, key);
     if (!mill_deck_table_key(section->title, key, 0)) {
         const char *meant = mill_deck_suggest_key(section->title, key, hint, sizeof hint);
         if (meant && !mill_deck_entry(section, meant) && /* it is not missing */
-            add_entry(deck, section, meant, NULL, MILL_DECK_PLAIN, error) != MILL_OK)
+            add_entry(text, section, meant, NULL, MILL_DECK_PLAIN) != MILL_OK)
             return MILL_FAILED;
-        return mill_deck_fault(deck, error, section->title, key,
+        return mill_deck_wrong(text, section->title, key,
                                *key ? "unknown key%s" : "there is no key in front of '='%s", hint);
     }
-    if (entry && entry->value && !deck->at.override)
-        return mill_deck_fault(deck, error, section->title, key,
+    if (entry && entry->value && !text->reading->at.override)
+        return mill_deck_wrong(text, section->title, key,
                                "the key is given twice (first in line %d)", entry->origin.line);
     if (!entry) {
         const size_t size = ((size_t)section->entries + 1) * sizeof *entry;
         struct mill_deck_entry *more = realloc(section->entry, size);
         if (!more)
-            return mill_error_set(error, MILL_FAILED, "out of memory");
+            return mill_deck_memory(text);
         section->entry = more;
         entry = &more[section->entries++];
     }
-    *entry = (struct mill_deck_entry){key, value, look, deck->at};
+    *entry = (struct mill_deck_entry){key, value, look, text->reading->at};
     return MILL_OK;
 }
 
@@ -188,46 +173,47 @@ static const char *unquote(char *value)
 }
 
 /* line: starts with '[' */
-static enum mill_status read_title(struct mill_deck *deck, char *line, struct mill_error *error)
+static enum mill_status read_title(struct mill_deck_text *text, char *line)
 {
     strip_comment(line);
-    deck->open = -1;
+    text->reading->open = -1;
     char *title = trim(line) + 1, *end = strchr(title, ']');
     if (!end || end[1])
-        return mill_deck_fault(deck, error, NULL, NULL,
+        return mill_deck_wrong(text, NULL, NULL,
                                end ? "unexpected text after the ']' of the section"
                                    : "the closing ']' of the section is missing");
     *end = '\0';
-    struct mill_deck_section *first = mill_deck_section(deck, title);
+    struct mill_deck_section *first = mill_deck_section(text, title);
     if (first && first->guessed) {
-        deck->open = (int)(first - deck->section);
+        text->reading->open = (int)(first - text->section);
         first->guessed = false;
-        first->origin = deck->at;
+        first->origin = text->reading->at;
         return MILL_OK;
     }
     if (first) {
-        deck->open = (int)(first - deck->section);
-        return mill_deck_fault(deck, error, title, NULL,
-                               "the section is given twice (first in line %d)", first->origin.line);
+        text->reading->open = (int)(first - text->section);
+        return mill_deck_wrong(text, title, NULL, "the section is given twice (first in line %d)",
+                               first->origin.line);
     }
-    const enum mill_status status = open_section(deck, title, error);
-    deck->open = status == MILL_OK ? deck->sections - 1 : -1;
+    const enum mill_status status = open_section(text, title);
+    text->reading->open = status == MILL_OK ? text->sections - 1 : -1;
     return status;
 }
 
 /* A line of the section cannot be read. If `key` is one of its keys, this key is not missing. */
-static enum mill_status excuse(struct mill_deck *deck, const char *key, struct mill_error *error)
+static enum mill_status excuse(struct mill_deck_text *text, const char *key)
 {
-    struct mill_deck_section *section = deck->open < 0 ? NULL : &deck->section[deck->open];
+    struct mill_deck_section *section =
+        text->reading->open < 0 ? NULL : &text->section[text->reading->open];
     const struct mill_key *row = section ? mill_deck_table_key(section->title, key, 0) : NULL;
     return row && !mill_deck_entry(section, key)
-               ? add_entry(deck, section, row->name, NULL, MILL_DECK_PLAIN, error)
+               ? add_entry(text, section, row->name, NULL, MILL_DECK_PLAIN)
                : MILL_OK;
 }
 
-static enum mill_status read_entry(struct mill_deck *deck, char *line, struct mill_error *error)
+static enum mill_status read_entry(struct mill_deck_text *text, char *line)
 {
-    if (deck->open < 0 && (deck->sections > 0 || mill_deck_faults_lost(deck)))
+    if (text->reading->open < 0 && (text->sections > 0 || mill_deck_faults_lost(text)))
         return MILL_OK; /* the section is unknown, and so are its keys */
     char *equals = strpbrk(line, "=:");
     const bool quoted = equals && equals[1 + strspn(equals + 1, " \t")] == '"';
@@ -239,134 +225,131 @@ static enum mill_status read_entry(struct mill_deck *deck, char *line, struct mi
     if (!equals) {
         char word[40];
         snprintf(word, sizeof word, "%.*s", (int)strcspn(line, " \t"), line);
-        return excuse(deck, word, error) != MILL_OK
+        return excuse(text, word) != MILL_OK
                    ? MILL_FAILED
-                   : mill_deck_fault(deck, error, NULL, NULL,
+                   : mill_deck_wrong(text, NULL, NULL,
                                      "expected '[section]' or 'key = value', got '%.60s'",
                                      trim(line));
     }
     *equals = '\0';
     char *key = trim(line), *value = trim(equals + 1);
     const char *wrong = quoted ? unquote(value) : NULL;
-    if (wrong && excuse(deck, key, error) != MILL_OK)
+    if (wrong && excuse(text, key) != MILL_OK)
         return MILL_FAILED;
     if (wrong)
-        return mill_deck_fault(deck, error, NULL, NULL, "%s", wrong);
-    if (deck->open < 0)
-        return mill_deck_fault(deck, error, NULL, key, "stands before the first [section]");
-    return add_entry(deck, &deck->section[deck->open], key, value, look, error);
+        return mill_deck_wrong(text, NULL, NULL, "%s", wrong);
+    if (text->reading->open < 0)
+        return mill_deck_wrong(text, NULL, key, "stands before the first [section]");
+    return add_entry(text, &text->section[text->reading->open], key, value, look);
 }
 
 /* A line of `length` bytes, with room for a zero after them */
-static enum mill_status read_line(struct mill_deck *deck, char *line, size_t length,
-                                  struct mill_error *error)
+static enum mill_status read_line(struct mill_deck_text *text, char *line, size_t length)
 {
     /* byte order mark of UTF-8, written by Windows editors */
     static const char mark[] = "\xef\xbb\xbf";
     length -= length > 0 && line[length - 1] == '\r';
     line[length] = '\0';
-    if (deck->at.line == 1 && strncmp(line, mark, 3) == 0)
+    if (text->reading->at.line == 1 && strncmp(line, mark, 3) == 0)
         line += 3;
     line += strspn(line, " \t");
     if (!*line || is_comment(line, 0))
         return MILL_OK;
-    return *line == '[' ? read_title(deck, line, error) : read_entry(deck, line, error);
+    return *line == '[' ? read_title(text, line) : read_entry(text, line);
 }
 
 /* A file that is not a text has one fault, not one per line. */
-static enum mill_status check_text(struct mill_deck *deck, size_t size, struct mill_error *error)
+static enum mill_status check_text(struct mill_deck_text *text, size_t size)
 {
-    const char *bytes = deck->bytes;
-    deck->at.line = 1;
+    const char *bytes = text->bytes;
+    text->reading->at.line = 1;
     for (size_t i = 0; i < size; i++) {
         const bool ends =
             bytes[i] == '\n' || (bytes[i] == '\r' && (i + 1 == size || bytes[i + 1] == '\n'));
         if (iscntrl((unsigned char)bytes[i]) && bytes[i] != '\t' && !ends)
-            return mill_deck_fault(deck, error, NULL, NULL,
+            return mill_deck_wrong(text, NULL, NULL,
                                    "holds the control character 0x%02x: a deck is plain text",
                                    (unsigned)bytes[i]);
-        deck->at.line += bytes[i] == '\n';
+        text->reading->at.line += bytes[i] == '\n';
     }
-    deck->at.line = 0;
+    text->reading->at.line = 0;
     return MILL_OK;
 }
 
-static enum mill_status read_file(struct mill_deck *deck, struct mill_error *error)
+static enum mill_status read_file(struct mill_deck_text *text)
 {
     const char *wrong;
     size_t size = 0;
-    deck->bytes = mill_textfile_read(deck->file, LARGEST, &size, &wrong);
-    if (!deck->bytes && wrong)
-        return mill_deck_fault(deck, error, NULL, NULL, "%s", wrong);
-    if (!deck->bytes) {
-        mill_deck_fault(deck, error, NULL, NULL, "cannot be read: %s", strerror(errno));
+    text->bytes = mill_textfile_read(text->file, LARGEST, &size, &wrong);
+    if (!text->bytes && wrong)
+        return mill_deck_wrong(text, NULL, NULL, "%s", wrong);
+    if (!text->bytes) {
+        mill_deck_wrong(text, NULL, NULL, "cannot be read: %s", strerror(errno));
         return MILL_FAILED;
     }
-    enum mill_status status = check_text(deck, size, error);
-    for (char *line = deck->bytes, *end = line + size; status == MILL_OK && line < end;) {
+    enum mill_status status = check_text(text, size);
+    for (char *line = text->bytes, *end = line + size; status == MILL_OK && line < end;) {
         char *newline = memchr(line, '\n', (size_t)(end - line));
         const size_t length = (size_t)((newline ? newline : end) - line);
-        deck->at.line++;
-        status = mill_deck_faults_keep(deck, read_line(deck, line, length, error), error);
+        text->reading->at.line++;
+        status = mill_deck_faults_keep(text, read_line(text, line, length));
         line += length + 1;
     }
-    deck->at.line = 0;
-    deck->open = -1;
-    if (status == MILL_OK && deck->sections == 0 && !mill_deck_faults_lost(deck))
-        return mill_deck_fault(deck, error, NULL, NULL,
+    text->reading->at.line = 0;
+    text->reading->open = -1;
+    if (status == MILL_OK && text->sections == 0 && !mill_deck_faults_lost(text))
+        return mill_deck_wrong(text, NULL, NULL,
                                "the deck is empty: expected sections such as [run] and [drum]");
     return status;
 }
 
 /* SECTION.KEY=VALUE; SECTION may contain dots. copy: of the override; it is changed */
-static enum mill_status apply_override(struct mill_deck *deck, char *copy, struct mill_error *error)
+static enum mill_status apply_override(struct mill_deck_text *text, char *copy)
 {
     for (const char *p = copy; *p; p++)
         if (iscntrl((unsigned char)*p))
-            return mill_deck_fault(deck, error, NULL, NULL, "holds a control character");
+            return mill_deck_wrong(text, NULL, NULL, "holds a control character");
     char *value = strchr(copy, '='), *key = NULL;
     if (value) {
         *value++ = '\0';
         key = strrchr(copy, '.');
     }
     if (!key || key == copy)
-        return mill_deck_fault(deck, error, NULL, NULL,
+        return mill_deck_wrong(text, NULL, NULL,
                                "expected SECTION.KEY=VALUE such as 'rotor.speed=1000 rpm'");
     *key++ = '\0';
     const enum mill_status status =
-        mill_deck_section(deck, copy) ? MILL_OK : open_section(deck, copy, error);
+        mill_deck_section(text, copy) ? MILL_OK : open_section(text, copy);
     return status == MILL_OK
-               ? add_entry(deck, mill_deck_section(deck, copy), key, trim(value), false, error)
+               ? add_entry(text, mill_deck_section(text, copy), key, trim(value), false)
                : status;
 }
 
-enum mill_status mill_deck_parse(struct mill_deck *deck, const char *path, int count,
-                                 const char *const *overrides, struct mill_error *error)
+enum mill_status mill_deck_parse(struct mill_deck_text *text, const char *path, int count,
+                                 const char *const *overrides)
 {
     struct mill_deck_block block;
-    deck->file = path ? path : "";
-    deck->open = -1;
-    deck->override = calloc((size_t)count + 1, sizeof *deck->override);
-    if (!deck->override)
-        return mill_error_set(error, MILL_FAILED, "out of memory");
-    enum mill_status status = path ? read_file(deck, error) : MILL_OK;
-    status = mill_deck_faults_keep(deck, status, error);
+    text->file = path ? path : "";
+    text->reading->open = -1;
+    text->override = calloc((size_t)count + 1, sizeof *text->override);
+    if (!text->override)
+        return mill_deck_memory(text);
+    enum mill_status status = path ? read_file(text) : MILL_OK;
+    status = mill_deck_faults_keep(text, status);
     for (int i = 0; i < count && status == MILL_OK; i++) {
-        char *copy = deck->override[deck->overrides++] = strdup(overrides[i]);
-        deck->at.override = overrides[i];
-        status = copy ? apply_override(deck, copy, error)
-                      : mill_error_set(error, MILL_FAILED, "out of memory");
-        status = mill_deck_faults_keep(deck, status, error);
-        deck->open = -1;
+        char *copy = text->override[text->overrides++] = strdup(overrides[i]);
+        text->reading->at.override = overrides[i];
+        status = copy ? apply_override(text, copy) : mill_deck_memory(text);
+        status = mill_deck_faults_keep(text, status);
+        text->reading->open = -1;
     }
-    deck->at.override = NULL;
-    for (int i = 0; path && !mill_deck_faults_lost(deck) && status == MILL_OK &&
+    text->reading->at.override = NULL;
+    for (int i = 0; path && !mill_deck_faults_lost(text) && status == MILL_OK &&
                     mill_deck_table_block(i, &block);
          i++) {
-        const struct mill_deck_block other = {.title = block.spared_by, .named = true};
-        if (!block.named && !block.optional && !mill_deck_section(deck, block.title) &&
-            !(other.title && mill_deck_next(deck, &other, NULL)))
-            status = mill_deck_section_add(deck, block.title, error);
+        if (!block.named && !block.optional && !mill_deck_section(text, block.title) &&
+            !(block.spared_by && mill_deck_named(text, block.spared_by, NULL)))
+            status = mill_deck_section_add(text, block.title);
     }
     return status;
 }

@@ -1,14 +1,12 @@
 /* Builds a world from a deck: converts the deck to plain numbers, reads the start file, and
  * describes faults in the deck's terms. */
 #include "deck/deck_private.h"
-#include "deck/textfile.h"
 #include "geometry/shapes.h"
 
 #include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { TOLD = 8192 /* rows between two progress reports */ };
 /* Relative to a ball's diameter: gaps between bodies are known to 10 %. Those to a drum are known
  * better, and one that equals the diameter also pinches a ball. */
 #define NARROW 0.9
@@ -25,60 +23,30 @@ struct lists {
 
 /* ---- the start file: one ball a line ---- */
 
-static enum mill_status read_rows(const struct mill_deck *deck, FILE *in,
-                                  const struct mill_start_watch *watch, struct lists *lists,
-                                  struct mill_error *error)
-{
-    const int32_t balls = (int32_t)deck->all;
-    struct mill_deck_rows from = {.in = in, .path = deck->start};
-    double x[10] = {0.0};
-    int32_t rows = 0;
-    errno = 0;
-    for (int n; (n = mill_deck_files_row(&from, 9, x)) != 0; memset(x, 0, sizeof x)) {
-        if (n != 3 && n != 6 && n != 9)
-            return mill_error_set(error, MILL_BAD_DECK,
-                                  "%s:%ld: expected 3, 6 or 9 numbers "
-                                  "'x y z [vx vy vz [wx wy wz]]' in SI units",
-                                  deck->start, from.line);
-        if (rows == balls)
-            return mill_error_set(error, MILL_BAD_DECK,
-                                  "%s:%ld: more rows than the %ld balls of the deck", deck->start,
-                                  from.line, (long)balls);
-        lists->ball[rows].position = vec3_make(x[0], x[1], x[2]);
-        lists->ball[rows].velocity = vec3_make(x[3], x[4], x[5]);
-        lists->ball[rows].spin = vec3_make(x[6], x[7], x[8]);
-        lists->line[rows++] = from.line;
-        if (watch && rows % TOLD == 0)
-            watch->tell(watch->self, "reading the start file", rows, balls);
-    }
-    if (ferror(in))
-        return mill_error_set(error, MILL_FAILED, "%s: %s", deck->start, strerror(errno));
-    if (rows == balls)
-        return MILL_OK;
-    return mill_deck_fault(deck, error, "balls", "start",
-                           "'%s' has %ld rows, but the deck has %ld balls", deck->start, (long)rows,
-                           (long)balls);
-}
-
 static enum mill_status read_start(const struct mill_deck *deck,
                                    const struct mill_start_watch *watch, struct lists *lists,
                                    struct mill_error *error)
 {
-    const char *wrong;
-    FILE *in = mill_textfile_open(deck->start, &wrong);
-    if (!in)
-        return mill_deck_fault(deck, error, "balls", "start",
-                               wrong ? "'%s' %s" : "cannot read '%s': %s", deck->start,
-                               wrong ? wrong : strerror(errno));
-    const size_t most = (size_t)deck->all + 1;
-    lists->ball = malloc(sizeof *lists->ball * most);
-    lists->line = malloc(sizeof *lists->line * most);
-    const enum mill_status status =
-        lists->ball && lists->line
-            ? read_rows(deck, in, watch, lists, error)
-            : mill_error_set(error, MILL_FAILED, "out of memory for %ld balls", (long)deck->all);
-    fclose(in);
-    return status;
+    struct mill_deck_rows rows = {.text = &deck->text,
+                                  .section = "balls",
+                                  .key = "start",
+                                  .path = deck->given.start,
+                                  .form =
+                                      "3, 6 or 9 numbers 'x y z [vx vy vz [wx wy wz]]' in SI units",
+                                  .columns = 1u << 3 | 1u << 6 | 1u << 9,
+                                  .most = (long)deck->mill.all,
+                                  .many = "more rows than the %ld balls of the deck",
+                                  .alone = true,
+                                  .watch = watch};
+    const enum mill_status status = mill_deck_files_read(&rows, error);
+    assert(sizeof *rows.row == sizeof *lists->ball);
+    lists->ball = (struct mill_setup_ball *)rows.row; /* nine numbers each */
+    lists->line = rows.line;
+    return status != MILL_OK || rows.count == rows.most
+               ? status
+               : mill_deck_fault(&deck->text, error, "balls", "start",
+                                 "'%s' has %ld rows, but the deck has %ld balls", rows.path,
+                                 rows.count, rows.most);
 }
 
 /* ---- the setup ---- */
@@ -87,23 +55,25 @@ static enum mill_status read_start(const struct mill_deck *deck,
 static enum mill_status make_mill(const struct mill_deck *deck, struct lists *lists,
                                   struct mill_setup *setup, struct mill_error *error)
 {
-    *setup = (struct mill_setup){.gravity = deck->gravity,
+    *setup = (struct mill_setup){.gravity = deck->given.gravity,
                                  .drum = mill_deck_drum(deck),
-                                 .motions = deck->motions,
-                                 .motion = deck->motion,
+                                 .motions = deck->mill.motions,
+                                 .motion = deck->mill.motion,
                                  .rotor = mill_deck_motions_place(deck, "rotor"),
-                                 .kinds = deck->contacts.count - MILL_KINDS,
+                                 .kinds = deck->mill.contacts.count - MILL_KINDS,
                                  .kind = lists->kind,
-                                 .rebound_floor = deck->rebound_floor,
-                                 .horizon = deck->time};
-    memcpy(setup->fall, deck->fall, sizeof setup->fall);
-    for (int k = 0; k < deck->contacts.count; k++)
-        setup->law[k] = (struct mill_law){deck->law[k].restitution, deck->law[k].friction,
-                                          deck->law[k].tangential};
+                                 .rebound_floor = deck->given.rebound_floor,
+                                 .horizon = deck->given.time};
+    for (int k = 0; k < deck->mill.contacts.count; k++) {
+        const struct mill_deck_law *law = &deck->mill.contact[k].law;
+        const double e = law->rows ? law->rows->restitution[0] : law->restitution;
+        setup->law[k] = (struct mill_law){e, law->friction, law->tangential};
+        setup->fall[k] = mill_deck_laws_fall(law);
+    }
     for (int k = 0; k < setup->kinds; k++)
-        lists->kind[k] = deck->contacts.name[MILL_KINDS + k] + strlen("ball_");
-    const struct mill_deck_bodies *list[] = {&deck->parts, &deck->bodies};
-    const size_t all = (size_t)deck->parts.count + (size_t)deck->bodies.count;
+        lists->kind[k] = deck->mill.contacts.name[MILL_KINDS + k] + strlen("ball_");
+    const struct mill_deck_bodies *list[] = {&deck->mill.parts, &deck->mill.bodies};
+    const size_t all = (size_t)deck->mill.parts.count + (size_t)deck->mill.bodies.count;
     setup->surface = lists->surface = calloc(all + 1, sizeof *lists->surface);
     if (!lists->surface)
         return mill_error_set(error, MILL_FAILED, "out of memory for the mill's surfaces");
@@ -117,21 +87,22 @@ static enum mill_status add_balls(const struct mill_deck *deck,
                                   const struct mill_start_watch *watch, struct lists *lists,
                                   struct mill_setup *setup, struct mill_error *error)
 {
-    setup->species = deck->kinds;
-    setup->speed = deck->speed;
-    setup->at_rest = deck->at_rest != 0;
-    setup->seed = (unsigned long)deck->seed;
-    setup->balls = lists->balls = calloc((size_t)deck->kinds, sizeof *lists->balls);
+    setup->species = deck->mill.kinds;
+    setup->speed = deck->given.speed;
+    setup->at_rest = deck->given.at_rest != 0;
+    setup->seed = (unsigned long)deck->given.seed;
+    setup->balls = lists->balls = calloc((size_t)deck->mill.kinds, sizeof *lists->balls);
     if (!lists->balls)
         return mill_error_set(error, MILL_FAILED, "out of memory for the kinds of balls");
-    for (int k = 0; k < deck->kinds; k++) {
-        const struct mill_deck_balls *b = &deck->balls[k];
+    for (int k = 0; k < deck->mill.kinds; k++) {
+        const struct mill_deck_balls *b = &deck->mill.balls[k];
         lists->balls[k] = (struct mill_setup_balls){.name = b->name,
                                                     .diameter = b->diameter,
                                                     .density = b->density,
                                                     .count = (int32_t)b->count};
     }
-    const enum mill_status status = deck->start ? read_start(deck, watch, lists, error) : MILL_OK;
+    const enum mill_status status =
+        deck->given.start ? read_start(deck, watch, lists, error) : MILL_OK;
     setup->start = lists->ball;
     return status;
 }
@@ -150,22 +121,22 @@ static void free_lists(struct lists *lists)
 static enum mill_status tell_no_room(const struct mill_deck *deck, const struct mill_fault *fault,
                                      struct mill_error *error)
 {
-    const char *section = deck->balls[0].section, *amount = deck->balls[0].given;
-    const bool mixture = deck->kinds > 1;
+    const char *section = deck->mill.balls[0].section, *amount = deck->mill.balls[0].given;
+    const bool mixture = deck->mill.kinds > 1;
     char counts[512];
     size_t used = 0;
     if (fault->fits[0] == 0)
         return mill_deck_fault(
-            deck, error, section, amount,
+            &deck->text, error, section, amount,
             "not a single ball%s fits: make the balls, or the bodies in the container, smaller",
             mixture ? " of each kind" : "");
-    for (int k = 0; k < deck->kinds && k < MILL_FAULT_SPECIES && used < sizeof counts; k++)
+    for (int k = 0; k < deck->mill.kinds && k < MILL_FAULT_SPECIES && used < sizeof counts; k++)
         used += (size_t)snprintf(counts + used, sizeof counts - used, "%s%ld%s%s", k ? ", " : "",
                                  (long)fault->fits[k], mixture ? " " : "",
-                                 mixture ? deck->balls[k].name : "");
-    return mill_deck_fault(deck, error, section, amount,
+                                 mixture ? deck->mill.balls[k].name : "");
+    return mill_deck_fault(&deck->text, error, section, amount,
                            "%ld balls do not fit (solid fraction %.3f of the free volume); %s fit",
-                           (long)deck->all, fault->amount, counts);
+                           (long)deck->mill.all, fault->amount, counts);
 }
 
 /* The section of surface k of the setup. `copy`: which of the body's copies it is, as in "its copy
@@ -175,15 +146,16 @@ static const char *find_section(const struct mill_deck *deck, int k, char copy[3
     copy[0] = '\0';
     if (k < 0)
         return "drum";
-    if (k < deck->parts.count)
-        return deck->parts.section[k];
-    k -= deck->parts.count;
-    if (k >= deck->bodies.count)
+    if (k < deck->mill.parts.count)
+        return deck->mill.parts.section[k];
+    k -= deck->mill.parts.count;
+    if (k >= deck->mill.bodies.count)
         return NULL;
-    const struct mill_deck_body *given = mill_deck_section(deck, deck->bodies.section[k])->form;
+    const struct mill_deck_body *given =
+        mill_deck_section(&deck->text, deck->mill.bodies.section[k])->form;
     if (given->copies > 1)
-        snprintf(copy, 32, "its copy %d ", deck->bodies.surface[k].number);
-    return deck->bodies.section[k];
+        snprintf(copy, 32, "its copy %d ", deck->mill.bodies.surface[k].number);
+    return deck->mill.bodies.section[k];
 }
 
 /* Writes "; with this 'unit' the mesh measures 84 x 84 x 64 m ...": a mesh in the wrong unit is a
@@ -192,9 +164,9 @@ static void say_size(const struct mill_deck *deck, const char *section, char tex
 {
     const struct mill_body *is = NULL;
     vec3 lo = {INFINITY, INFINITY, INFINITY}, hi = {-INFINITY, -INFINITY, -INFINITY};
-    for (int k = 0; k < deck->bodies.count; k++)
-        if (section && strcmp(deck->bodies.section[k], section) == 0)
-            is = deck->bodies.surface[k].body;
+    for (int k = 0; k < deck->mill.bodies.count; k++)
+        if (section && strcmp(deck->mill.bodies.section[k], section) == 0)
+            is = deck->mill.bodies.surface[k].body;
     for (size_t k = 0; is && k < 3 * is->facets; k++) {
         const vec3 at = is->facet[k / 3][k % 3];
         lo = vec3_make(fmin(lo.x, at.x), fmin(lo.y, at.y), fmin(lo.z, at.z));
@@ -217,13 +189,13 @@ static enum mill_status tell_bodies(const struct mill_deck *deck, const struct m
     if (fault->amount > 0.0)
         snprintf(by, sizeof by, " by %.2g mm", 1e3 * fault->amount);
     if (fault->code == MILL_FAULT_OUTSIDE)
-        return mill_deck_fault(deck, error, section, NULL,
+        return mill_deck_fault(&deck->text, error, section, NULL,
                                "%sleaves the container%s at t = %.6g s: make it smaller, or move "
                                "it%s",
                                copy, by, fault->when, size);
     const char *met = find_section(deck, fault->ball, other_copy);
     return mill_deck_fault(
-        deck, error, section, NULL,
+        &deck->text, error, section, NULL,
         "%sruns into [%s] %sat t = %.6g s: make one of them smaller, or put both "
         "on one motion",
         copy, met, other_copy, fault->when);
@@ -237,22 +209,22 @@ static enum mill_status tell_ends(const struct mill_deck *deck, const struct mil
     const char *section = find_section(deck, fault->other, copy);
     switch ((int)fault->code) {
     case MILL_FAULT_SHORT:
-        return mill_deck_fault(deck, error, "drum", "length",
+        return mill_deck_fault(&deck->text, error, "drum", "length",
                                "with periodic ends, must be at least three diameters of a ball, "
                                "%.6g m; got %g m",
-                               3.0 * fault->amount, deck->drum_length);
+                               3.0 * fault->amount, deck->given.drum_length);
     case MILL_FAULT_TILT:
         return mill_deck_fault(
-            deck, error, "gravity", "acceleration",
+            &deck->text, error, "gravity", "acceleration",
             "must be 0 along x if the drum's ends are periodic, or the balls fall "
             "without end; got %g m/s^2",
-            deck->gravity.x);
+            deck->given.gravity.x);
     case MILL_FAULT_MOVES:
-        return mill_deck_fault(deck, error, section, "motion",
+        return mill_deck_fault(&deck->text, error, section, "motion",
                                "%smay only turn about the x axis if the drum's ends are periodic",
                                copy);
     default:
-        return mill_deck_fault(deck, error, section, NULL,
+        return mill_deck_fault(&deck->text, error, section, NULL,
                                "%smust keep a ball's radius, %g m, away from the periodic ends of "
                                "the drum, or reach from end to end with one cross-section",
                                copy, fault->amount);
@@ -276,23 +248,23 @@ static enum mill_status tell(const struct mill_deck *deck, const long *line,
     case MILL_FAULT_SPEED:
         return mill_error_set(error, MILL_BAD_DECK,
                               "%s:%ld: a speed above that of light: give m/s and rad/s",
-                              deck->start, line[fault->ball]);
+                              deck->given.start, line[fault->ball]);
     case MILL_FAULT_BALL_IN_SHAPE:
-        return mill_error_set(error, MILL_BAD_DECK,
-                              "%s:%ld: ball overlaps %s%s by %.4g m: move the ball", deck->start,
-                              line[fault->ball], fault->kind < MILL_KINDS ? "" : "the body ",
-                              mill_kinds_partner(&deck->contacts, fault->kind), fault->amount);
+        return mill_error_set(
+            error, MILL_BAD_DECK, "%s:%ld: ball overlaps %s%s by %.4g m: move the ball",
+            deck->given.start, line[fault->ball], fault->kind < MILL_KINDS ? "" : "the body ",
+            mill_kinds_partner(&deck->mill.contacts, fault->kind), fault->amount);
     case MILL_FAULT_BALL_IN_BALL:
         return mill_error_set(
             error, MILL_BAD_DECK,
-            "%s:%ld: ball overlaps the one of line %ld by %.4g m: move one of them", deck->start,
-            line[fault->ball], line[fault->other], fault->amount);
+            "%s:%ld: ball overlaps the one of line %ld by %.4g m: move one of them",
+            deck->given.start, line[fault->ball], line[fault->other], fault->amount);
     case MILL_FAULT_BALL_OUTSIDE:
         return mill_error_set(
             error, MILL_BAD_DECK,
             "%s:%ld: x is %.6g m from the middle, beyond the periodic ends of the "
             "drum at %g m: move the ball",
-            deck->start, line[fault->ball], fault->amount, 0.5 * deck->drum_length);
+            deck->given.start, line[fault->ball], fault->amount, 0.5 * deck->given.drum_length);
     case MILL_FAULT_SHORT:
     case MILL_FAULT_TILT:
     case MILL_FAULT_MOVES:
@@ -309,28 +281,30 @@ static enum mill_status tell(const struct mill_deck *deck, const long *line,
 static void warn_of(const struct mill_deck *deck, const struct mill_passing *place, bool unchecked)
 {
     char copy[32], other_copy[32] = "";
-    struct mill_error line;
     double d = 0.0;
-    for (int k = 0; k < deck->kinds; k++)
-        d = fmax(d, deck->balls[k].diameter);
+    for (int k = 0; k < deck->mill.kinds; k++)
+        d = fmax(d, deck->mill.balls[k].diameter);
     const bool wall = place->kind[1] == MILL_BALL_WALL, drum = place->other < 0;
-    if (!deck->warn ||
-        (unchecked ? isinf(place->when) : !(place->gap < (drum ? 1.0 + EQUAL : NARROW) * d)))
+    if (unchecked ? isinf(place->when)
+                  : !(place->gap < (wall   ? 1.0 + EQUAL
+                                    : drum ? 1.0 - EQUAL
+                                           : NARROW) *
+                                       d))
         return;
     const char *section = find_section(deck, place->one, copy);
     const char *met = find_section(deck, place->other, other_copy);
     if (unchecked)
-        mill_deck_fault(deck, &line, section, NULL,
-                        "it was not checked whether %sruns into [%s] %safter t = %.4g s, because "
-                        "this would take too long",
-                        copy[0] ? copy : "it ", met, other_copy, place->when);
+        mill_deck_faults_warn(deck, section, NULL,
+                              "it was not checked whether %sruns into [%s] %safter t = %.4g s, "
+                              "because this would take too long",
+                              copy[0] ? copy : "it ", met, other_copy, place->when);
     else
-        mill_deck_fault(deck, &line, section, NULL,
-                        "%scomes as near as %.2g mm to %s[%s] %sat t = %.4g s, no more than a "
-                        "ball's diameter of %.3g mm: balls can be pinched there",
-                        copy, 1e3 * place->gap, wall ? "an end wall of " : "", met, other_copy,
-                        place->when, 1e3 * d);
-    deck->warn(line.text);
+        mill_deck_faults_warn(
+            deck, section, NULL,
+            "%scomes as near as %.2g mm to %s[%s] %sat t = %.4g s, no more than a "
+            "ball's diameter of %.3g mm: balls can be pinched there",
+            copy, 1e3 * place->gap, wall ? "an end wall of " : "", met, other_copy, place->when,
+            1e3 * d);
 }
 
 enum mill_status mill_deck_setup_world(const struct mill_deck *deck,

@@ -1,69 +1,14 @@
 /* What a deck may contain: every section with its keys, each with type, SI unit, range, default,
  * meaning and place in a struct. Reading, checking, printing and messages all use these tables, in
- * their order. The sizes of solids are next to the code of the solids. */
-#include "deck/deck_private.h"
-
+ * their order. Keys that must agree with others are with their checks in deck_run.c, deck_mill.c
+ * and deck_uses.c, the sizes of solids with the code of the solids. */
+#include "deck/deck_keys.h"
 #include "geometry/shapes.h"
 
 #include <assert.h>
 #include <string.h>
 
-enum {
-    /* More buckles would be finer than the few hundred points with which maps and outlines show a
-     * drum. */
-    MOST_BUCKLES = 500,
-    MOST_BLADES = 10000,
-    MOST_FRICTION = 10,
-    MOST_THREADS = 1024
-};
-#define SEED_MAX 4294967295.0 /* the random generator distinguishes as many seeds */
-#define MOST_COLLISIONS 1e15  /* a double holds counts up to here exactly */
-/* In a mill of ten kilometres the resolution of a place is 2e-12 m. In a larger mill, overlaps
- * could exceed a nanometre. */
-#define SIZE_OF_MILL .lo = MILL_SOLID_LEAST, .hi = 1e4
-#define DIAMETER(of) .lo = 2.0 * MILL_SOLID_LEAST, .hi = 2e4, .instead = (of), .factor = 0.5
-/* [m] far smaller than anything that flies freely in air */
-#define LEAST_DIAMETER 1e-9
-/* [kg/m^3] A thousandth of the density of air. It allows balls of almost no mass, and the energies
- * of the smallest balls are still far above the smallest double. */
-#define LEAST_DENSITY 1e-3
-
-#define ANY MILL_KEY_ANY
-#define TEXT .type = MILL_KEY_NAME, .derived = true
-#define POSITIVE MILL_KEY_POSITIVE
-#define NOT_NEGATIVE MILL_KEY_NOT_NEGATIVE
-#define IN(type, member) .offset = offsetof(struct type, member)
-#define DECK(member) IN(mill_deck, member)
-
-/* The run finds sample_from. */
-static bool sample_found(const void *deck)
-{
-    return ((const struct mill_deck *)deck)->sample_found;
-}
-
-/* The program chooses the number of threads. */
-static bool threads_chosen(const void *deck)
-{
-    return ((const struct mill_deck *)deck)->threads == 0;
-}
-
-static bool is_circle(const void *deck)
-{
-    return !((const struct mill_deck *)deck)->wavy;
-}
-
-static bool no_drum(const void *deck)
-{
-    return !((const struct mill_deck *)deck)->drum;
-}
-
-/* True if the balls do not start at random, or the container does not move: the key
- * has no effect. */
-static bool starts_alike(const void *deck)
-{
-    const struct mill_deck *d = deck;
-    return d->start || !d->carried;
-}
+enum { MOST_FRICTION = 10 };
 
 static bool is_inside(const void *body)
 {
@@ -76,131 +21,6 @@ static bool is_single(const void *body)
 }
 
 /* clang-format off */
-static const struct mill_key run_key[] = {
-    {"time", "end of the run", .unit = "s", POSITIVE, DECK(time)},
-    {"sample_from", "statistics are gathered from here to the end", .unit = "s", NOT_NEGATIVE,
-     .preset = "0 s", DECK(sample_from), .hidden = sample_found},
-    {"precision", "the run ends when median speed and rotor power are known to this relative "
-     "error; 0: at run.time", .unit = "1", .lo = 0, .hi = 1, .preset = "0", DECK(precision),
-     .zero_is_off = true},
-    {"max_collisions", "the run ends after this number of impacts; 0: at run.time", .lo = 0,
-     .hi = MOST_COLLISIONS, .preset = "0", DECK(max_collisions), .zero_is_off = true},
-    {"seed", "seed of every random choice", .type = MILL_KEY_WHOLE, .lo = 0, .hi = SEED_MAX,
-     .preset = "1", DECK(seed)},
-    {"threads", "threads of the run at most; 0: 1 below 20 000 balls, else one for each core",
-     .type = MILL_KEY_WHOLE, .lo = 0, .hi = MOST_THREADS, .preset = "0", DECK(threads),
-     .hidden = threads_chosen},
-    {.name = NULL},
-};
-
-static const struct mill_key gravity_key[] = {
-    {"acceleration", "acceleration of gravity along x, y and z", .type = MILL_KEY_VECTOR,
-     .unit = "m/s^2", ANY, .preset = "0 0 -9.81 m/s^2", DECK(gravity)},
-    {.name = NULL},
-};
-
-#define SHARE .lo = 0, .above = true, .hi = 1
-static const struct mill_key ball_key[] = {
-    {"count", "number of balls", .type = MILL_KEY_WHOLE, .lo = 1, .hi = MILL_DECK_MOST_BALLS,
-     IN(mill_deck_balls, count)},
-    {"fill", "volume of the balls divided by that of the container; gives their number",
-     .instead = "count", .unit = "1", SHARE, IN(mill_deck_balls, fill)},
-    {"bulk_fill", "share of the free volume that the balls fill with the voids between them, "
-     "of which 60 % is solid; gives their number", .instead = "count", .unit = "1", SHARE,
-     IN(mill_deck_balls, bulk_fill)},
-    {"mass", "total mass of the balls of this kind; gives their number", .instead = "count",
-     .unit = "kg", POSITIVE, IN(mill_deck_balls, mass)},
-    {"diameter", "diameter of a ball", .unit = "m", .lo = LEAST_DIAMETER, .hi = MILL_KEY_LARGEST,
-     IN(mill_deck_balls, diameter)},
-    {"material", "material of the balls: gives density and contacts that are not given", TEXT,
-     IN(mill_deck_balls, material)},
-    {"density", "density of the balls' material", .unit = "kg/m^3", .lo = LEAST_DENSITY,
-     .hi = MILL_KEY_LARGEST, .unless = "material", IN(mill_deck_balls, density)},
-    {.name = NULL},
-};
-
-static const struct mill_key start_key[] = {
-    {"start", "random, or a file with one ball a line: x y z [vx vy vz [wx wy wz]] in SI",
-     .type = MILL_KEY_FILE, .preset = "random", DECK(start), .words = "random"},
-    {"speed", "speed of every ball of a random start, in a random direction", .unit = "m/s",
-     NOT_NEGATIVE, .preset = "0 m/s", DECK(speed)},
-    {"start_motion", "balls of a random start move with the container, or are still",
-     .type = MILL_KEY_CHOICE, .preset = "container", DECK(at_rest), .words = "container|still",
-     .hidden = starts_alike},
-    {.name = NULL},
-};
-
-#define WAVY                                                                                       \
-    .hidden = is_circle,                                                                           \
-    .needs = "belongs to the wavy profile: add 'profile = wavy', or leave it out"
-static const struct mill_key drum_key[] = {
-    {"radius", "inner radius of the drum", .unit = "m", SIZE_OF_MILL, DECK(drum_radius)},
-    {"diameter", "inner diameter of the drum", .unit = "m", DIAMETER("radius"), DECK(drum_radius)},
-    {"length", "inner length of the drum", .unit = "m", SIZE_OF_MILL, DECK(drum_length)},
-    {"ends", "end walls, or periodic: a slice of a long mill, which balls leave at one end and enter at "
-     "the other", .type = MILL_KEY_CHOICE, .preset = "walls", DECK(periodic),
-     .words = "walls|periodic"},
-    {"profile", "shape of the drum's wall", .type = MILL_KEY_CHOICE, .preset = "circle", DECK(wavy),
-     .words = "circle|wavy"},
-    {"buckles", "number of buckles around the drum", .type = MILL_KEY_WHOLE, .lo = 2,
-     .hi = MOST_BUCKLES, DECK(buckles), WAVY},
-    {"buckle_height", "height of the buckles: the wall lies between radius - height and "
-     "radius + height", .unit = "m", NOT_NEGATIVE, DECK(buckle_height), WAVY},
-    {"buckle_angle", "angle of one outermost point, from +y towards +z", .unit = "rad", ANY,
-     .preset = "0 deg", DECK(buckle_angle), WAVY},
-    {"motion", "name of the motion that carries the drum, or rotor; the drum's axis is x of its frame",
-     TEXT, DECK(drum_motion)},
-    {"material", "material of drum, end walls, and parts without a material of their own", TEXT,
-     DECK(drum_material)},
-    {.name = NULL},
-};
-
-static const struct mill_key rotor_key[] = {
-    {"speed", "constant speed of the rotor, positive about +x", .unit = "rad/s", ANY,
-     DECK(rotor_speed)},
-    {"tip_speed", "speed of the point of blades and bodies on the rotor that is farthest from its "
-     "axis; gives the speed of the rotor", .instead = "speed", .unit = "m/s", ANY, DECK(tip_speed)},
-    {"shaft_radius", "radius of the shaft; 0 m: none", .unit = "m", NOT_NEGATIVE,
-     DECK(shaft_radius), .hidden = no_drum},
-    {"shaft_diameter", "diameter of the shaft; 0 m: none", .instead = "shaft_radius", .factor = 0.5,
-     .unit = "m", NOT_NEGATIVE, DECK(shaft_radius), .hidden = no_drum},
-    {"angle", "angle of the rotor at t = 0, from +y towards +z", .unit = "rad", ANY,
-     .preset = "0 deg", DECK(rotor_angle)},
-    {"material", "material of shaft, blades and bodies on the rotor", TEXT, DECK(rotor_material)},
-    {.name = NULL},
-};
-
-static const struct mill_key blades_key[] = {
-    {"count", "number of equal blades, evenly spaced along the drum", .type = MILL_KEY_WHOLE,
-     .lo = 1, .hi = MOST_BLADES, IN(mill_deck_blades, count)},
-    {.name = NULL},
-};
-
-static const struct mill_key spread_key[] = {
-    {"angle_step", "angle from one blade to the next", .unit = "rad", ANY, .derived = true,
-     IN(mill_deck_blades, angle_step)},
-    {.name = NULL},
-};
-
-#define BLADE(member) IN(mill_blade, member)
-static const struct mill_key blade_key[] = {
-    {"position", "x of the blade's centre", .unit = "m", ANY, BLADE(position)},
-    {"angle", "angle of the blade on the rotor, from +y towards +z", .unit = "rad", ANY,
-     BLADE(angle)},
-    {.name = NULL},
-};
-
-static const struct mill_key blade_form_key[] = {
-    {"tip_radius", "reach of a blade from the axis", .unit = "m", SIZE_OF_MILL, BLADE(tip_radius)},
-    {"width", "width of a blade along the axis, before pitching", .unit = "m", SIZE_OF_MILL,
-     BLADE(width)},
-    {"thickness", "thickness of a blade around the axis, before pitching", .unit = "m", SIZE_OF_MILL,
-     BLADE(thickness)},
-    {"pitch", "turn of a blade about its radial mid-line", .unit = "rad", ANY,
-     .preset = "0 deg", BLADE(pitch)},
-    {.name = NULL},
-};
-
 #define LAW(member) .derived = true, IN(mill_deck_law, member)
 static const struct mill_key law_key[] = {
     {"restitution", "normal coefficient of restitution", .lo = 0, .hi = 1, LAW(restitution)},
@@ -230,24 +50,9 @@ static const struct mill_key floor_key[] = {
     {.name = NULL},
 };
 
-static const struct mill_key output_key[] = {
-    {"frames", "interval of stored ball states; 0 s: none", .unit = "s", NOT_NEGATIVE,
-     .preset = "10 ms", DECK(frames)},
-    {"series", "interval of the time series", .unit = "s", POSITIVE, .preset = "1 ms",
-     DECK(series)},
-    {"impacts", "statistics, or all to log every impact", .type = MILL_KEY_CHOICE,
-     .preset = "statistics", DECK(log_impacts), .words = "statistics|all"},
-    {"strike_window", "contacts of a pair closer in time than this are one strike", .unit = "s",
-     NOT_NEGATIVE, .preset = "10 us", DECK(strike_window)},
-    {"checkpoint", "wall-clock interval of checkpoints", .unit = "s", POSITIVE, .preset = "60 s",
-     DECK(checkpoint)},
-    {.name = NULL},
-};
-
 #define PLACE .type = MILL_KEY_VECTOR, .unit = "m", .lo = -1e4, .hi = 1e4
 #define DIRECTION .type = MILL_KEY_VECTOR, ANY, .direction = true, .preset = "0 0 1"
 #define MOTION(member) IN(mill_deck_motion, member)
-
 static const struct mill_key motion_key[] = {
     {"kind", "kind of motion", .type = MILL_KEY_CHOICE, MOTION(kind),
      .words = "turn|swing|shift|table"},
@@ -312,7 +117,7 @@ static const struct mill_key mesh_key[] = {
 };
 
 static const struct mill_key copies_key[] = {
-    {"copies", "number of equal bodies in all", .type = MILL_KEY_WHOLE, .lo = 1, .hi = MOST_BLADES,
+    {"copies", "number of equal bodies in all", .type = MILL_KEY_WHOLE, .lo = 1, .hi = MILL_DECK_MOST_BLADES,
      .preset = "1", BODY(copies), .hidden = is_inside,
      .needs = "a mill has one container: leave it out"},
     {"turn_by", "angle by which each copy is turned from the one before it", .unit = "rad", ANY,
@@ -325,7 +130,7 @@ static const struct mill_key copies_key[] = {
     {.name = NULL},
 };
 
-#define VALUES(member) .values = offsetof(struct mill_deck, member)
+#define VALUES(member) .values = offsetof(struct mill_deck, given.member)
 #define OF_MOTION "motion", .named = true, .size = sizeof(struct mill_deck_motion)
 #define OF_BLADE "blade", .named = true, .size = sizeof(struct mill_blade)
 #define OF_BODY "body", .named = true, .size = sizeof(struct mill_deck_body)
@@ -333,18 +138,18 @@ static const struct mill_key copies_key[] = {
     "material", .named = true, .inherits = true, VALUES(unknown),                                  \
         .size = sizeof(struct mill_deck_material)
 static const struct mill_deck_block blocks[] = {
-    {"run", .key = run_key},
-    {"gravity", .key = gravity_key},
-    {"balls", .key = ball_key, VALUES(alike), .unless_named = true},
-    {"balls", .key = start_key},
-    {"balls", .named = true, .key = ball_key, .size = sizeof(struct mill_deck_balls)},
-    {"drum", .spared_by = "body", .key = drum_key},
-    {"rotor", .optional = true, .key = rotor_key},
-    {"blades", .optional = true, .key = blades_key, VALUES(blades)},
-    {"blades", .optional = true, .key = blade_form_key, VALUES(blades.form)},
-    {"blades", .optional = true, .key = spread_key, VALUES(blades)},
-    {OF_BLADE, .key = blade_key},
-    {OF_BLADE, .key = blade_form_key},
+    {"run", .key = mill_deck_run_key},
+    {"gravity", .key = mill_deck_run_gravity},
+    {"balls", .key = mill_deck_mill_ball, .unless_named = true, .size = sizeof(struct mill_deck_balls)},
+    {"balls", .key = mill_deck_mill_start},
+    {"balls", .named = true, .key = mill_deck_mill_ball, .size = sizeof(struct mill_deck_balls)},
+    {"drum", .spared_by = "body", .key = mill_deck_mill_drum},
+    {"rotor", .optional = true, .key = mill_deck_mill_rotor},
+    {"blades", .optional = true, .key = mill_deck_mill_blades, VALUES(blades)},
+    {"blades", .optional = true, .key = mill_deck_mill_blade_form, VALUES(blades.form)},
+    {"blades", .optional = true, .key = mill_deck_mill_spread, VALUES(blades)},
+    {OF_BLADE, .key = mill_deck_mill_blade},
+    {OF_BLADE, .key = mill_deck_mill_blade_form},
     {OF_MOTION, .key = motion_key},
     {OF_MOTION, .key = turn_key, .words = 1u << MILL_DECK_TURN},
     {OF_MOTION, .key = swing_key, .words = 1u << MILL_DECK_SWING},
@@ -364,7 +169,7 @@ static const struct mill_deck_block blocks[] = {
     {"wear", .optional = true, .key = mill_deck_uses_wear, VALUES(worn)},
     {"wear", .named = true, .inherits = true, .key = mill_deck_uses_wear, VALUES(worn),
      .size = sizeof(struct mill_deck_wear)},
-    {"output", .key = output_key},
+    {"output", .key = mill_deck_run_output},
 };
 enum { BLOCKS = sizeof blocks / sizeof *blocks };
 /* clang-format on */

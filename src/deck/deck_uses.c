@@ -1,12 +1,12 @@
 /* The keys of [powder], [heat] and [wear]: what programs compute from the impacts of a run. These
  * sections do not influence the run. */
-#include "deck/deck_private.h"
+#include "deck/deck_keys.h"
 
-#define AT(type, member) .offset = offsetof(struct type, member)
+#include <string.h>
 
 /* clang-format off */
 #define OPTIONAL MILL_KEY_NOT_NEGATIVE, .zero_is_off = true
-#define POWDER(member) AT(mill_deck_powder, member)
+#define POWDER(member) IN(mill_deck_powder, member)
 const struct mill_key mill_deck_uses_powder[] = {
     {"mass", "mass of the powder", .unit = "kg", MILL_KEY_POSITIVE, POWDER(mass)},
     {"ball_to_powder", "mass of the balls divided by that of the powder; gives its mass", MILL_KEY_POSITIVE,
@@ -43,7 +43,7 @@ const struct mill_key mill_deck_uses_powder[] = {
     {.name = NULL},
 };
 
-#define HEAT(member) AT(mill_deck_heat, member)
+#define HEAT(member) IN(mill_deck_heat, member)
 #define CAPACITY .unit = "J/kg/K"
 const struct mill_key mill_deck_uses_heat[] = {
     {"ball_heat_capacity", "specific heat capacity of the balls", CAPACITY, MILL_KEY_POSITIVE,
@@ -66,11 +66,31 @@ const struct mill_key mill_deck_uses_heat[] = {
 
 const struct mill_key mill_deck_uses_wear[] = {
     {"archard", "Archard's coefficient K; 0: not known", OPTIONAL, .preset = "0",
-     AT(mill_deck_wear, archard)},
+     IN(mill_deck_wear, archard)},
     {"hardness", "hardness of the surface", .unit = "Pa", .lo = 0, .hi = 1e12, .zero_is_off = true,
-     .preset = "0 Pa", AT(mill_deck_wear, hardness)},
+     .preset = "0 Pa", IN(mill_deck_wear, hardness)},
     {"erosion", "Finnie's coefficient k: mass removed for each joule; 0: not known",
-     .unit = "kg/J", OPTIONAL, .preset = "0 kg/J", AT(mill_deck_wear, erosion)},
+     .unit = "kg/J", OPTIONAL, .preset = "0 kg/J", IN(mill_deck_wear, erosion)},
     {.name = NULL},
 };
+
+/* Keys that other keys of [powder] need */
+void mill_deck_uses_checks(const struct mill_deck *deck, struct mill_deck_check *list)
+{
+    const struct mill_deck_powder *p = &deck->given.powder;
+    const bool vogel = p->law == MILL_DECK_VOGEL, power = p->law == MILL_DECK_POWER;
+    const struct mill_deck_check all[] = {
+        {.wrong = (power || p->law == MILL_DECK_THRESHOLD) && p->coefficient == 0.0, "powder", "coefficient",
+         "this law needs the coefficient c of each impact"},
+        {.wrong = power && p->exponent == 0.0, "powder", "exponent", "the power law needs its exponent n"},
+        {.wrong = vogel && p->strength == 0.0, "powder", "strength", "the law needs the material's f_Mat"},
+        {.wrong = vogel && p->size == 0.0, "powder", "size", "the law needs the diameter of a particle"},
+        {.wrong = p->law == MILL_DECK_RATES && !p->table, "powder", "table",
+         "the law needs a file with a row 'E k' for each energy"},
+        {.wrong = p->capture == MILL_DECK_LAYER && p->layer == 0.0, "powder", "layer",
+         "this capture needs the thickness of the powder on a surface"},
+    };
+    if (p->mass > 0.0)
+        memcpy(list, all, sizeof all);
+}
 /* clang-format on */

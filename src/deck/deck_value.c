@@ -222,7 +222,9 @@ static bool read_unit(struct mill_units **units, const struct mill_key *key, con
          strcmp(key->unit ? key->unit : "", "Hz") == 0))
         snprintf(remark, sizeof remark, " (the letter l; with the digit one: 1%.60s)", unit + 1);
     else if (strcmp(unit, "g") == 0 && strcmp(key->unit ? key->unit : "", "m/s^2") == 0)
-        snprintf(remark, sizeof remark, " (g is the gram; the unit 'gravity' is 9.80665 m/s^2)");
+        snprintf(remark, sizeof remark,
+                 " (g is the gram; the unit 'gravity' is 9.80665 m/s^2: write '%.*sgravity')",
+                 (int)strlen(text) - 1, text);
     else if (verdict == MILL_UNITS_UNKNOWN)
         snprintf(remark, sizeof remark, " (unknown unit '%.60s'%s)", unit,
                  mill_units_known(key->unit, known, sizeof known));
@@ -346,12 +348,11 @@ void mill_deck_value_print(const struct mill_key *key, const void *form, char *o
 }
 
 /* Prints the line for one parsed override */
-static enum mill_status tell(const struct mill_deck *deck, struct mill_units **units, FILE *out,
-                             struct mill_error *error)
+static enum mill_status tell(const struct mill_deck_text *text, FILE *out, struct mill_error *error)
 {
     static const char *const type[] = {"number", "vector", "whole",
                                        "choice", "file",   "name"}; /* mill_key_type */
-    const struct mill_deck_section *section = &deck->section[0];
+    const struct mill_deck_section *section = &text->section[0];
     const struct mill_deck_entry *entry = &section->entry[0];
     const struct mill_key *row;
     struct mill_key key;
@@ -363,7 +364,7 @@ static enum mill_status tell(const struct mill_deck *deck, struct mill_units **u
         const char *file;
     } value = {.file = NULL};
     struct mill_error why, first;
-    char text[128] = "";
+    char number[128] = "";
     bool good = false;
     /* the section's kind of motion or shape is not known: use the first kind that
      * accepts the value */
@@ -371,39 +372,38 @@ static enum mill_status tell(const struct mill_deck *deck, struct mill_units **u
         key = *row;
         key.offset = 0;
         key.factor = 0.0; /* the value itself, not that of the key that it stands for */
-        good = mill_deck_value_read(units, &key, entry->value, &value, &why);
+        good = mill_deck_value_read(&text->reading->units, &key, entry->value, &value, &why);
         if (n == 0)
             first = why;
     }
     if (!good)
-        return mill_deck_fault(deck, error, section->title, entry->key, "%s", first.text);
+        return mill_deck_fault(text, error, section->title, entry->key, "%s", first.text);
     const char *unit = key.unit ? key.unit : "1", *file = NULL;
     key.unit = NULL; /* the unit has a column of its own */
     if (key.type == MILL_KEY_FILE || key.type == MILL_KEY_NAME)
         file = value.file;
     if (file)
-        text[0] = '\0';
+        number[0] = '\0';
     else
-        mill_deck_value_print(&key, &value, text, sizeof text);
+        mill_deck_value_print(&key, &value, number, sizeof number);
     fprintf(out, "%s.%s\t%s\t%s\t%s\t%s\t%s%s%s\n", section->title, key.name, type[key.type],
-            file ? file : text, unit, key.meaning, key.words ? key.words : "", key.known ? "|" : "",
-            key.known ? key.known : "");
+            file ? file : number, unit, key.meaning, key.words ? key.words : "",
+            key.known ? "|" : "", key.known ? key.known : "");
     return MILL_OK;
 }
 
 enum mill_status mill_deck_tell(int count, const char *const *values, FILE *out,
                                 struct mill_error *error)
 {
-    struct mill_units *units = NULL;
+    struct mill_deck_reading reading = {.open = -1, .error = error};
     enum mill_status status = MILL_OK;
     for (int i = 0; i < count && status == MILL_OK; i++) {
-        struct mill_deck *deck = calloc(1, sizeof *deck);
-        status = deck ? mill_deck_parse(deck, NULL, 1, &values[i], error)
-                      : mill_error_set(error, MILL_FAILED, "out of memory");
+        struct mill_deck_text text = {.reading = &reading};
+        status = mill_deck_parse(&text, NULL, 1, &values[i]);
         if (status == MILL_OK)
-            status = tell(deck, &units, out, error);
-        mill_deck_free(deck);
+            status = tell(&text, out, error);
+        mill_deck_parse_free(&text);
     }
-    mill_units_free(units);
+    mill_units_free(reading.units);
     return status;
 }

@@ -131,8 +131,11 @@ static struct mill_motion *create(const void *form)
     table->period = is->row[n][0] - is->row[0][0];
     for (size_t k = 0; k <= n; k++) {
         table->piece[k].t = is->row[k][0] - is->row[0][0];
-        memcpy(table->piece[k].x, is->row[k < n ? k : 0] + 1, sizeof table->piece[k].x);
+        memcpy(table->piece[k].x, is->row[k] + 1, sizeof table->piece[k].x);
     }
+    for (int i = 0; i < COLUMNS; i++) /* the first row again, or whole turns further */
+        if (i < 3 || fabs(is->row[n][i + 1] - is->row[0][i + 1]) < 1.0)
+            table->piece[n].x[i] = is->row[0][i + 1];
     for (int i = 0; i < COLUMNS; i++)
         bend(table, i, room);
     for (size_t k = 0; k < n; k++) {

@@ -80,12 +80,11 @@ static struct mill_passing passing_of(const struct check *c, const struct march 
 {
     const bool flat = m->wall >= 0 && c->wall[m->wall].flat;
     const int ends = flat ? c->setup->surface[m->b->is->surface].ends : 0;
-    return (struct mill_passing){
-        .one = number_of(c, m->a),
-        .other = number_of(c, m->b),
-        .kind = {m->a->is->kind, ends > 0 ? ends : m->b->is->kind},
-        .gap = gap,
-        .when = t};
+    return (struct mill_passing){.one = number_of(c, m->a),
+                                 .other = number_of(c, m->b),
+                                 .kind = {m->a->is->kind, ends > 0 ? ends : m->b->is->kind},
+                                 .gap = gap,
+                                 .when = t};
 }
 
 static bool alike(const struct mill_passing *p, const struct mill_passing *q)

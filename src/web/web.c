@@ -162,12 +162,12 @@ DOOR(mill_web_load) enum mill_status mill_web_load(void)
 DOOR(mill_web_run) enum mill_status mill_web_run(double until, double events)
 {
     struct mill_error error = {""};
-    const double end = fmin(until, now.deck->time);
+    const double end = fmin(until, now.deck->given.time);
     const enum mill_status status = mill_sim_run(now.sim, end, (uint64_t)events, NULL, &error);
     begin_text();
     say(error.text);
     end_text(status);
-    const bool over = status == MILL_OK && mill_sim_time(now.sim) >= now.deck->time;
+    const bool over = status == MILL_OK && mill_sim_time(now.sim) >= now.deck->given.time;
     return over ? MILL_ENDED : status;
 }
 

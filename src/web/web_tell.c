@@ -40,9 +40,9 @@ static void tell_keys(struct mill_sink_json *json, const struct mill_deck *deck)
     static const char *const amount[] = {"fill", "bulk_fill", "mass"};
     mill_sink_json_open_array(json, "keys");
     mill_deck_each(deck, tell_key, json);
-    for (int k = 0; k < deck->kinds; k++)
+    for (int k = 0; k < deck->mill.kinds; k++)
         for (size_t i = 0; i < sizeof amount / sizeof *amount; i++) {
-            const char *section = deck->balls[k].section;
+            const char *section = deck->mill.balls[k].section;
             const struct mill_key *key = mill_deck_table_key(section, amount[i], 0);
             if (key)
                 tell_key(json, section, key, "");
@@ -110,7 +110,7 @@ static void tell_container(struct mill_sink_json *json, const struct mill_deck *
     const double box[6] = {places->lo.x, places->lo.y, places->lo.z,
                            places->hi.x, places->hi.y, places->hi.z};
     const struct mill_listed listed = mill_kinds_listed(world);
-    const struct mill_setup_surface *body = deck->container;
+    const struct mill_setup_surface *body = deck->mill.container;
     const double kinds[2] = {listed.number[body ? body->kind : MILL_BALL_DRUM],
                              listed.number[body ? body->kind : MILL_BALL_WALL]};
     const double gravity[3] = {world->g.x, world->g.y, world->g.z};
@@ -124,7 +124,7 @@ static void tell_container(struct mill_sink_json *json, const struct mill_deck *
     mill_tell_number(sink, "slice", c->period, "m", "");
     mill_tell_array(sink, "gravity", 3, gravity, "", "");
     mill_tell_number(sink, "period", world->period, "s", "");
-    mill_tell_number(sink, "end", deck->time, "s", "");
+    mill_tell_number(sink, "end", deck->given.time, "s", "");
 }
 
 /* The full deck */

@@ -10,11 +10,11 @@
 #include <time.h>
 
 #include "../unit/poly_cases.h"
-#include "proof/paranoid.h"
 #include "deck/deck.h"
 #include "geometry/shape.h"
 #include "millsim/poly.h"
 #include "millsim/sim.h"
+#include "proof/paranoid.h"
 
 #define CASES 4096
 #define REPEATS 7
@@ -108,7 +108,8 @@ static bool record_run(const struct workload *w, struct recording *tape)
         if (kind != MILL_BALL_DRUM && kind != MILL_BALL_SHAFT)
             continue;
         recorder[n] = (struct recorder){
-            *real, real, kind == MILL_BALL_DRUM ? deck->drum_radius : deck->shaft_radius, tape};
+            *real, real,
+            kind == MILL_BALL_DRUM ? deck->given.drum_radius : deck->given.shaft_radius, tape};
         recorder[n].type.next_contact = record_contact;
         world->shape[k]->type = &recorder[n++].type;
     }

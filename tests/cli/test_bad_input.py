@@ -16,6 +16,9 @@ from milltools.geometry.profile import Profile
 ROWS = SMALL_START.splitlines()
 FORM = "expected 3, 6 or 9 numbers 'x y z [vx vy vz [wx wy wz]]' in SI units"
 MILL = SMALL.replace("density = 7800 kg/m^3\n", "density = 7800 kg/m^3\nstart = start.txt\n")
+HEADER = "; is this a header? put a '#' in front of it"
+SEMICOLON = "; it has ';' between them: write blanks, and decimal points"
+COMMA = "; write decimal points, and commas between all numbers or between none"
 LIGHT = "a speed above that of light: give m/s and rad/s"
 
 
@@ -48,7 +51,8 @@ WRONG_ROWS = [
     ("x y z", FORM),
     ("0 0.027 0 m", FORM),
     ("0 27mm 0", FORM),
-    ("0;0.027;0", FORM),
+    ("0;0.027;0", FORM + SEMICOLON),
+    ("0,0;0,027;0,0", FORM + SEMICOLON),
     ("0 0.027 0 1-2 3", FORM),  # would be six numbers
     ("0 0.02.7 0", FORM),
     ("0 +-0.027 0", FORM),
@@ -58,8 +62,8 @@ WRONG_ROWS = [
     ("0 1e400 0", FORM),
     ("0 0x1.ba5e353f7ced9p-6 0", FORM),
     ("0 0.027 0X0", FORM),
-    ("0,0 0,027 0,0", FORM),  # would be six numbers, the ball at the axis
-    ("0,,0.027,0", FORM),
+    ("0,0 0,027 0,0", FORM + COMMA),  # would be six numbers, the ball at the axis
+    ("0,,0.027,0", FORM + COMMA),
     ("0 0.027 0\0 0 0 0", FORM),
     ("0 0.027 \u0660", FORM),
     ("0\u00a00.027 0", FORM),
@@ -111,7 +115,8 @@ WRONG_FILES = [
     ("CR alone", SMALL_START.replace("\n", "\r").encode(), "{}:1: " + FORM),
     ("a deck", SMALL.encode(), "{}:1: " + FORM),
     ("XYZ", b"20\nballs\n" + SMALL_START.encode(), "{}:1: " + FORM),
-    ("CSV with a head", b"x,y,z\n" + SMALL_START.encode(), "{}:1: " + FORM),
+    ("CSV with a head", b"x,y,z\n" + SMALL_START.encode(), "{}:1: " + FORM + HEADER),
+    ("head in quotes", b'"x";"y";"z"\n' + SMALL_START.encode(), "{}:1: " + FORM + HEADER),
     ("two BOMs", 2 * b"\xef\xbb\xbf" + SMALL_START.encode(), "{}:1: " + FORM),
 ]
 
@@ -122,6 +127,22 @@ def test_a_file_that_holds_no_start_is_named(refused, with_start, tmp_path, cont
     complaint = refused("deck.ini")
     place = "" if words.startswith("{}") else "deck.ini:7: [balls] start: "
     assert complaint.startswith(place + words.format(tmp_path / "start.txt"))
+
+
+@pytest.mark.parametrize(
+    "rows, line, mend",
+    [
+        ("v e\n0 0.9\n1 0.8\n", 1, HEADER),
+        ("0;0.9\n1;0.8\n", 1, SEMICOLON),
+        ("0,5 0,9\n", 1, COMMA),
+        ("0 0.9\nv e\n", 2, ""),
+    ],
+)
+def test_a_header_and_separators_of_a_table_of_restitutions_are_told(refused, write_deck, tmp_path, rows, line, mend):
+    write_deck(SMALL.replace("restitution = 0.8", "restitution_table = e.txt"))
+    (tmp_path / "e.txt").write_text(rows)
+    words = f"{tmp_path}/e.txt:{line}: expected 2 numbers 'v e': speed in m/s, restitution{mend}"
+    assert refused("deck.ini") == "deck.ini:19: [contact] restitution_table: " + words
 
 
 def test_a_start_file_of_a_million_rows_too_many_is_refused_at_its_first(refused, with_start):

@@ -1,11 +1,28 @@
 """Motions and bodies in decks: what they take, and that every mistake is named with file, line, section and key."""
 
+import math
 import re
 
 import pytest
 from conftest import ROOT, SMALL
 from test_deck import drop_key, fixed_point, set_key
 
+SMALL_JAR = """\
+[run]
+time = 20 ms
+[balls]
+count = 5
+diameter = 5 mm
+density = 7800 kg/m^3
+[contact]
+restitution = 0.8
+[body.jar]
+shape = cylinder
+side = inside
+motion = a
+radius = 20 mm
+length = 35.8 mm
+"""
 # Keys in the order of the lines, so tests can name a line.
 PLANET = """\
 [run]
@@ -98,13 +115,13 @@ WRONG_VALUES = [
     ("body.jar", "motion", "jra", "there is no section [motion.jra]; did you mean 'jar'?"),
     ("body.jar", "motion", "rotor", "there is no section [rotor]"),
     ("body.jar", "axis", "0 0 1e-10", "expected three numbers, not all of them 0"),
-    ("body.jar", "radius", "0 mm", "must be greater than 0 m"),
+    ("body.jar", "radius", "0 mm", "must be between 1e-09 and 10000 m"),
     ("body.jar", "size", "1 1 1 mm", "does not belong to 'shape = cylinder' (only to: box)"),
     ("body.jar", "end_radius", "1 mm", "does not belong to 'shape = cylinder' (only to: cone)"),
     ("body.jar", "rounding", "1 mm", "a container's edges are not rounded: leave it out"),
     ("body.jar", "copies", "2", "a mill has one container: leave it out"),
     ("body.tip", "side", "inside", "[body.jar] holds the balls, and a mill has one container"),
-    ("body.bar", "size", "1 0 1 mm", "must be greater than 0 m, got '1 0 1 mm'"),
+    ("body.bar", "size", "1 0 1 mm", "must be between 1e-09 and 10000 m, got '1 0 1 mm'"),
     ("body.bar", "rounding", "1.6 mm", "0.0016 m is too large for the sizes of the body"),
     ("body.bar", "copies", "0", "must be between 1 and 10000"),
     ("body.bar", "turn_about", "0 0 0", "expected three numbers, not all of them 0"),
@@ -378,6 +395,25 @@ def test_bodies_whose_check_would_take_too_long_are_a_warning_but_their_begin_is
     done = millsim("--check", "-q", "deck.ini")
     assert done.returncode == 2
     assert "[body.z]: runs into [body.y] at t = 0 s" in done.stderr
+
+
+@pytest.mark.parametrize(
+    "half, period, words",
+    [
+        (2.0, 0.04, "the table moves by 2 m, at up to 306 m/s and 4.97e+03 g"),  # mm
+        (2.0, 40.0, "the table moves by 2 m, at up to 0.306 m/s and 0.00497 g"),  # mm and ms
+        (0.002, 0.04, None),
+    ],
+)
+def test_a_table_in_millimetres_and_milliseconds_is_a_warning(millsim, write_deck, tmp_path, half, period, words):
+    steps = [(k * period / 16, half * round(math.sin(k * math.pi / 8), 12)) for k in range(17)]
+    (tmp_path / "shake.txt").write_text("".join(f"{t:.10g} {x:.10g} 0 0 0 0 0\n" for t, x in steps))
+    deck = SMALL_JAR + "[motion.a]\nkind = table\nfile = shake.txt\n"
+    write_deck(deck)
+    done = millsim("deck.ini", "-qc")
+    mend = ": its rows are in s, m and rad; divide lengths in mm and times in ms by 1000\n"
+    place = f"millsim: warning: deck.ini:{deck.count(chr(10))}: [motion.a] file: "
+    assert (done.returncode, done.stderr) == (0, place + words + mend if words else "")
 
 
 def test_a_table_is_found_again_and_never_overwritten(millsim, write_deck, tmp_path):

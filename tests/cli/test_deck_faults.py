@@ -64,10 +64,10 @@ def test_all_faults_of_a_deck_are_told_in_the_order_of_its_lines(faults):
 
 def test_checks_of_several_keys_are_told_with_faults_of_other_sections(faults):
     text = SMALL.replace("time = 50 ms", "time = 50 ms\nsample_from = 60 ms").replace("restitution = 0.8", "e = 0.8")
-    text = text.replace("tip_radius = 22 mm", "tip_radius = 32 mm") + "series = 1e-12 s\n"
+    text = text.replace("shaft_radius = 5 mm", "shaft_radius = 32 mm") + "series = 1e-12 s\n"
     assert places(faults(text)) == [
         "3: [run] sample_from",
-        "16: [blades] tip_radius",
+        "13: [rotor] shaft_radius",
         "20: [contact] e",
         "24: [output] series",
     ]
@@ -78,15 +78,16 @@ def test_a_fault_hides_the_checks_that_need_its_section(faults):
     assert places(faults(text)) == ["8: [drum] radius"]
 
 
-def test_every_single_blade_and_every_kind_of_ball_has_its_own_fault(faults):
-    blade = "[blade.{}]\nposition = 0 m\nangle = 0 deg\ntip_radius = 31 mm\nwidth = 6 mm\nthickness = 4 mm\n"
-    assert [place.partition("[")[2] for place in places(faults(SMALL + blade.format("a") + blade.format("b")))] == [
-        "blade.a] tip_radius",
-        "blade.b] tip_radius",
-    ]
+def test_every_kind_of_ball_has_its_own_fault(faults):
     kind = "[balls.{}]\ncount = 2\ndiameter = 70 mm\ndensity = 7800 kg/m^3\n"
     mixed = SMALL.replace(SMALL[SMALL.index("[balls]") : SMALL.index("[drum]")], kind.format("a") + kind.format("b"))
     assert places(faults(mixed)) == ["5: [balls.a] diameter", "9: [balls.b] diameter"]
+
+
+def test_several_keys_of_powder_that_a_law_needs_are_told_at_once(faults):
+    powder = "[powder]\nmass = 1 g\ndensity = 2 g/cm^3\nlaw = vogel_peukert\ncapture = layer\n"
+    keys = ["strength", "size", "layer"]
+    assert [place.split()[-1] for place in places(faults(SMALL + powder))] == keys
 
 
 def test_equal_blades_have_one_fault(faults):

@@ -38,7 +38,7 @@ def test_a_pinched_ball_is_let_go_and_booked(millsim, tmp_path, pitch):
     (tmp_path / "deck.ini").write_text(DECK.format(pitch=pitch))
     done = millsim("deck.ini", "--json", "--quiet", "-s", "run.sample_from=0 s")
     assert done.returncode == 0, done.stderr
-    assert "to an end wall of [drum]" in done.stderr  # the warning beforehand
+    assert "[blades]: comes as near as" in done.stderr and "to an end wall of [drum]" in done.stderr  # beforehand
     summary = json.loads(done.stdout)
     assert summary["run"]["reliefs"] > 0
     assert summary["run"]["overlaps"] == 0 < summary["run"]["largest_overlap"] < 1e-12

@@ -379,6 +379,32 @@ def test_another_deck_is_refused_by_its_key_and_the_file_left_alone(folder, stop
     assert mill.file.read_bytes() == bytes_
 
 
+def test_powder_heat_and_wear_may_change_and_the_finished_file_has_the_new_deck(folder, short, tmp_path_factory):
+    """These sections do not change the run."""
+    deck = SHORT + "[wear]\nhardness = 7 GPa\n[powder]\nmass = 1 g\ndensity = 2 g/cm^3\n"
+    mill = folder()
+    (mill.path / "mill.ini").write_text(deck)
+    assert mill.stop("-q")[0] == 130
+    heat = "".join(f"{key} = 1 J/kg/K\n" for key in ("ball_heat_capacity", "jar_heat_capacity"))
+    heat += "jar_mass = 1 kg\nball_to_jar = 1 W/K\njar_to_room = 1 W/K\n"
+    (mill.path / "mill.ini").write_text(deck.replace("7 GPa", "8 GPa").replace("1 g\n", "2 g\n") + "[heat]\n" + heat)
+    mill.finish("--resume")
+    assert_same(mill.file, short, apart_from=["/deck"])
+    with h5py.File(mill.file) as file:
+        said = {key: file["/deck"][key][()].decode() for key in ("powder/mass", "wear/hardness", "heat/jar_mass")}
+        text = file["/deck/text"][()].decode()
+    assert said == {"powder/mass": "0.002 kg", "wear/hardness": "8000000000 Pa", "heat/jar_mass": "1 kg"}
+    assert "\nmass = 0.002 kg" in text and "\n[heat]" in text
+
+
+def test_a_new_section_of_wear_is_another_deck(folder, stopped):
+    mill = folder()
+    shutil.copy(stopped, mill.file)
+    code, said = mill.run("-q", "--resume", "-s", "wear.hardness=7 GPa")
+    assert code == 2
+    assert one_line(said, "its deck has no section [wear]")
+
+
 @pytest.mark.slow
 def test_another_setting_is_refused_and_the_same_one_goes_on_to_the_same_bits(folder, tmp_path_factory):
     """Of a slice with periodic ends."""

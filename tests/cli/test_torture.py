@@ -164,7 +164,7 @@ def tip_radius(gap):
 def test_any_gap_between_blade_and_drum_runs_and_a_narrow_one_is_warned_of(run, gap):
     orders = [f"blades.tip_radius={tip_radius(gap):.15g} mm", "rotor.speed=1500 rpm"]
     done = run(MILL, *orders, f"run.time={ms(60)}", f"output.frames={ms(2)}")
-    assert ("[blades]: comes as near as" in done.stderr) == (gap < 1)
+    assert ("mm to [drum] at t = 0 s" in done.stderr) == (gap < 1)
     assert done.run["collisions"]["ball_blade"] > 0
 
 

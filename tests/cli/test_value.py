@@ -266,4 +266,4 @@ def test_a_deck_that_cannot_be_is_refused_for_itself_and_not_for_its_bulk_fill(m
     result = millsim("--check", "-q", "-s", "blades.tip_radius=31 mm", deck)
     assert result.returncode == 2
     assert result.stderr.count("\n") == 1
-    assert "[blades] tip_radius" in result.stderr
+    assert "[blades]: leaves the container" in result.stderr

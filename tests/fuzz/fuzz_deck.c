@@ -46,37 +46,41 @@ static void check_surfaces(const struct mill_deck *d, const struct mill_deck_bod
 {
     for (int k = 0; k < list->count; k++) {
         const struct mill_setup_surface *s = &list->surface[k];
-        fuzz_require(s->motion < d->motions && s->kind > MILL_BALL_BALL &&
-                         s->kind < d->contacts.count && mill_solid_is_sound(s->solid, s->body),
+        fuzz_require(s->motion < d->mill.motions && s->kind > MILL_BALL_BALL &&
+                         s->kind < d->mill.contacts.count && mill_solid_is_sound(s->solid, s->body),
                      "the body of [%s]", list->section[k]);
     }
 }
 
 static void check_numbers(const struct mill_deck *d)
 {
-    fuzz_require(d->kinds > 0, "%d kinds", d->kinds);
-    fuzz_require(d->time > 0.0 && d->series > 0.0 && d->sample_from >= 0.0 &&
-                     d->sample_from < d->time && isfinite(d->time),
-                 "times %g %g %g", d->time, d->sample_from, d->series);
-    fuzz_require(isfinite(vec3_norm(d->gravity)) && isfinite(d->rotor_speed) &&
-                     isfinite(d->rotor_angle),
+    fuzz_require(d->mill.kinds > 0, "%d kinds", d->mill.kinds);
+    fuzz_require(d->given.time > 0.0 && d->given.series > 0.0 && d->given.sample_from >= 0.0 &&
+                     d->given.sample_from < d->given.time && isfinite(d->given.time),
+                 "times %g %g %g", d->given.time, d->given.sample_from, d->given.series);
+    fuzz_require(isfinite(vec3_norm(d->given.gravity)) && isfinite(d->given.rotor.speed) &&
+                     isfinite(d->given.rotor.angle),
                  "gravity or rotor is not a number");
-    for (int k = 0; k < d->kinds; k++)
-        fuzz_require(d->balls[k].count > 0 && d->balls[k].diameter > 0.0 &&
-                         (!d->drum || (d->balls[k].diameter < 2.0 * d->drum_radius &&
-                                       d->balls[k].diameter < d->drum_length)) &&
-                         d->balls[k].density > 0.0,
-                     "kind %d", k);
-    fuzz_require(d->drum == !d->container, "one container");
-    for (int k = 0; k < d->motions; k++)
-        fuzz_require(d->motion[k].on < k && d->motion[k].type->is_sound(d->motion[k].form),
+    for (int k = 0; k < d->mill.kinds; k++)
+        fuzz_require(
+            d->mill.balls[k].count > 0 && d->mill.balls[k].diameter > 0.0 &&
+                (!d->mill.drum || (d->mill.balls[k].diameter < 2.0 * d->given.drum_radius &&
+                                   d->mill.balls[k].diameter < d->given.drum_length)) &&
+                d->mill.balls[k].density > 0.0,
+            "kind %d", k);
+    fuzz_require(d->mill.drum == !d->mill.container, "one container");
+    for (int k = 0; k < d->mill.motions; k++)
+        fuzz_require(d->mill.motion[k].on < k &&
+                         d->mill.motion[k].type->is_sound(d->mill.motion[k].form),
                      "motion %d", k);
-    check_surfaces(d, &d->parts);
-    check_surfaces(d, &d->bodies);
-    for (int k = 0; k < d->contacts.count; k++)
-        fuzz_require(d->law[k].restitution >= 0.0 && d->law[k].restitution <= 1.0 &&
-                         d->law[k].friction >= 0.0 && fabs(d->law[k].tangential) <= 1.0,
+    check_surfaces(d, &d->mill.parts);
+    check_surfaces(d, &d->mill.bodies);
+    for (int k = 0; k < d->mill.contacts.count; k++) {
+        const struct mill_deck_law *law = &d->mill.contact[k].law;
+        fuzz_require((law->rows || (law->restitution >= 0.0 && law->restitution <= 1.0)) &&
+                         law->friction >= 0.0 && fabs(law->tangential) <= 1.0,
                      "law %d", k);
+    }
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)

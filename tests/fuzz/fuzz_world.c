@@ -209,8 +209,8 @@ struct placing {
 /* The centre of a ball that touches a wavy drum: on an arc's middle, at a joint, anywhere on it */
 static vec3 at_wavy_wall(const struct mill_deck *d, struct fuzz_bytes *b, double x, double radius)
 {
-    const struct mill_profile p =
-        mill_profile_make((int)d->buckles, d->drum_radius, d->buckle_height, d->buckle_angle);
+    const struct mill_profile p = mill_profile_make((int)d->given.buckles, d->given.drum_radius,
+                                                    d->given.buckle_height, d->given.buckle_angle);
     const int arc = fuzz_choice(b, 2 * p.buckles);
     const bool outer = arc % 2 == 0;
     const double at = p.angle + arc * MILL_PI / p.buckles, far = outer ? p.outer : p.inner;
@@ -239,8 +239,8 @@ static vec3 somewhere(const struct placing *p, struct fuzz_bytes *b, double radi
     if (how == 2 || how == 4)
         x = fuzz_choice(b, 2) ? half : -half;
     if (how == 3)
-        far = d->shaft_radius + radius;
-    if (d->wavy && d->buckle_height > 0.0 && (how == 1 || how == 4))
+        far = d->given.shaft_radius + radius;
+    if (d->given.wavy && d->given.buckle_height > 0.0 && (how == 1 || how == 4))
         return at_wavy_wall(d, b, x, radius);
     return vec3_make(x, far * cos(a), far * sin(a));
 }
@@ -290,15 +290,15 @@ static void make_surfaces(struct placing *p)
     static struct mill_setup_surface surface[MOST_PARTS + 1];
     const struct mill_deck *d = p->deck;
     const struct mill_turn turn = {
-        .axis = {1.0, 0.0, 0.0}, .speed = d->rotor_speed, .angle = d->rotor_angle};
+        .axis = {1.0, 0.0, 0.0}, .speed = d->given.rotor.speed, .angle = d->given.rotor.angle};
     const struct mill_setup_drum drum = mill_deck_drum(d);
     const struct mill_body around = mill_setup_drum_body(&drum);
     const struct mill_reach places = drum_places(&drum);
-    struct mill_setup setup = {.motions = d->rotor, .surface = surface};
-    fuzz_require(d->parts.count <= MOST_PARTS, "%d parts", d->parts.count);
+    struct mill_setup setup = {.motions = d->mill.rotor, .surface = surface};
+    fuzz_require(d->mill.parts.count <= MOST_PARTS, "%d parts", d->mill.parts.count);
     surface[setup.surfaces++] = drum_surface(&around, MILL_STILL);
-    for (int k = 0; k < d->parts.count; k++)
-        surface[setup.surfaces++] = d->parts.surface[k];
+    for (int k = 0; k < d->mill.parts.count; k++)
+        surface[setup.surfaces++] = d->mill.parts.surface[k];
     p->rotor = mill_turn_type.create(&turn);
     fuzz_require(p->rotor && mill_shapes_create(&setup, &places, &p->rotor, &p->shape, &p->shapes),
                  "no surfaces");
@@ -313,14 +313,14 @@ static bool place_balls(struct mill_deck *deck, struct fuzz_bytes *b)
     p.rows.length = 0;
     make_surfaces(&p);
     bool all = true;
-    for (int k = 0; k < deck->kinds && all; k++) {
-        place_kind(&p, b, &deck->balls[k]);
-        all = deck->balls[k].count > 0;
+    for (int k = 0; k < deck->mill.kinds && all; k++) {
+        place_kind(&p, b, &deck->mill.balls[k]);
+        all = deck->mill.balls[k].count > 0;
     }
     mill_shapes_free(p.shape, p.shapes);
     free(p.rotor);
     fuzz_file_write(&start_file, p.rows.text, p.rows.length);
-    deck->start = start_file.path;
+    deck->given.start = start_file.path;
     if (fuzz_shown())
         fprintf(stderr, "start file:\n%.*s\n", (int)p.rows.length, p.rows.text);
     return all;
@@ -402,11 +402,11 @@ static uint64_t run(const struct mill_deck *deck, const struct way *way, struct 
     uint64_t events = way->events / fewer;
     if (way->paranoid && !swift)
         fuzz_require(mill_paranoid_start(m.sim, NULL, &error) == MILL_OK, "%s", error.text);
-    if (way->saved && mill_run_checked(m.sim, deck->time, events / 2, piece)) {
+    if (way->saved && mill_run_checked(m.sim, deck->given.time, events / 2, piece)) {
         hand_over(deck, &m);
         events -= events / 2;
     }
-    mill_run_checked(m.sim, deck->time, events, piece);
+    mill_run_checked(m.sim, deck->given.time, events, piece);
     memcpy(state, m.world->ball, sizeof *state * (size_t)m.world->balls);
     const uint64_t predictions = m.world->counts.predictions;
     close_mill(&m);
@@ -416,8 +416,8 @@ static uint64_t run(const struct mill_deck *deck, const struct way *way, struct 
 static long mill_balls(const struct mill_deck *deck)
 {
     long balls = 0;
-    for (int k = 0; k < deck->kinds; k++)
-        balls += deck->balls[k].count;
+    for (int k = 0; k < deck->mill.kinds; k++)
+        balls += deck->mill.balls[k].count;
     return balls;
 }
 
@@ -425,8 +425,8 @@ static struct mill_deck *deck_from(struct fuzz_bytes *b, const uint8_t *data, si
 {
     if (size > 0 && (*data == '[' || *data == '#')) {
         struct mill_deck *deck = read_deck((const char *)data, size);
-        if (deck && !deck->start && mill_balls(deck) <= MOST_BALLS &&
-            deck->parts.count <= MOST_PARTS)
+        if (deck && !deck->given.start && mill_balls(deck) <= MOST_BALLS &&
+            deck->mill.parts.count <= MOST_PARTS)
             return deck;
         mill_deck_free(deck);
         return NULL;

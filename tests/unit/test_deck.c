@@ -3,6 +3,8 @@
 #include "deck/deck_private.h"
 #include "deck_fixture.h"
 
+#include <math.h>
+
 #define BASE                                                                                       \
     "[run]\ntime = 0.3 s\n[drum]\nradius = 75 mm\nlength = 120 mm\n[contact]\nrestitution = 0.8\n"
 #define BALLS "[balls]\ncount = 40\ndiameter = 5 mm\ndensity = 7800 kg/m^3\n"
@@ -12,78 +14,84 @@
     "[blade." name "]\nposition = " x " mm\nangle = 90 deg\ntip_radius = 60 mm\n"                  \
     "width = 10 mm\nthickness = 5 mm\n"
 
+/* Blade k, behind the shaft */
 static const struct mill_body *blade_of(const struct mill_deck *deck, int k)
 {
-    const int at = k + (deck->shaft_radius > 0.0);
-    ck_assert_int_lt(at, deck->parts.count);
-    ck_assert_ptr_eq(deck->parts.surface[at].solid, &mill_box_solid);
-    ck_assert_int_eq(deck->parts.surface[at].number, k);
-    return deck->parts.surface[at].body;
+    ck_assert_int_lt(1 + k, deck->mill.parts.count);
+    ck_assert_int_eq(deck->mill.parts.surface[1 + k].number, k);
+    ck_assert_int_eq(deck->mill.parts.surface[1 + k].kind, MILL_BALL_BLADE);
+    return deck->mill.parts.surface[1 + k].body;
 }
 
-/* Does the blade point away from the axis at this angle? */
-static bool points_at(const struct mill_body *blade, double angle)
+static bool is_blade(const struct mill_body *body, double position, double angle, double tip)
 {
-    const vec3 way = {0.0, cos(angle), sin(angle)};
-    const vec3 middle = {blade->centre.x, 0.0, 0.0};
-    return vec3_norm(vec3_sub(blade->y, way)) < 2e-15 &&
-           vec3_norm(vec3_sub(vec3_axpy(middle, 0.5 * blade->size.y, way), blade->centre)) < 1e-16;
+    return fabs(body->centre.x - position) < 1e-16 && fabs(body->size.y - tip) < 1e-16 &&
+           fabs(body->centre.y - 0.5 * tip * cos(angle)) < 1e-15 &&
+           fabs(body->centre.z - 0.5 * tip * sin(angle)) < 1e-15;
 }
 
 TEST(equal_blades_are_spread_along_the_drum_and_around_the_rotor)
 {
     struct mill_deck *deck = read_good(BASE BALLS ROTOR BLADES);
-    ck_assert_int_eq(deck->parts.count, 6); /* with the shaft */
-    for (int k = 0; k < 5; k++) {
-        const struct mill_body *blade = blade_of(deck, k);
-        ck_assert_double_eq_tol(blade->centre.x, -0.06 + (k + 0.5) * 0.024, 1e-16);
-        ck_assert(points_at(blade, k * 2 * 3.141592653589793 / 5));
-        ck_assert(blade->size.y == 0.067 && blade->x.x == 1.0);
-    }
-    ck_assert(blade_of(deck, 2)->centre.x == 0.0);
+    ck_assert_int_eq(deck->mill.parts.count, 1 + 5);
+    for (int k = 0; k < 5; k++)
+        ck_assert(
+            is_blade(blade_of(deck, k), -0.06 + (k + 0.5) * 0.024, k * 2 * MILL_PI / 5, 0.067));
+    ck_assert(blade_of(deck, 2)->centre.x == 0.0 && blade_of(deck, 2)->size.x == 0.012);
 }
 
 TEST(an_angle_step_of_ones_own_counts)
 {
     struct mill_deck *deck = read_good(BASE BALLS ROTOR BLADES "angle_step = 90 deg\n");
-    ck_assert(points_at(blade_of(deck, 3), 1.5 * 3.141592653589793));
+    ck_assert(is_blade(blade_of(deck, 3), 0.024, 1.5 * MILL_PI, 0.067));
 }
 
 TEST(equal_blades_come_before_single_ones_in_the_decks_order)
 {
     struct mill_deck *deck =
         read_good(BLADE("zebra", "10") BASE BALLS ROTOR BLADE("ant", "-10") BLADES);
-    ck_assert_int_eq(deck->parts.count, 8);
-    ck_assert_str_eq(deck->parts.section[5], "blades");
-    ck_assert_str_eq(deck->parts.section[6], "blade.zebra");
-    ck_assert_str_eq(deck->parts.section[7], "blade.ant");
+    ck_assert_int_eq(deck->mill.parts.count, 1 + 7);
+    ck_assert_str_eq(deck->mill.parts.section[0], "rotor");
+    ck_assert_str_eq(deck->mill.parts.section[5], "blades");
+    ck_assert_str_eq(deck->mill.parts.section[6], "blade.zebra");
+    ck_assert_str_eq(deck->mill.parts.section[7], "blade.ant");
     ck_assert(blade_of(deck, 5)->centre.x == 0.01 && blade_of(deck, 6)->centre.x == -0.01);
 }
 
 /* All that a run is made from, to the bit. */
 static void assert_same(const struct mill_deck *a, const struct mill_deck *b)
 {
-    ck_assert(a->time == b->time && a->sample_from == b->sample_from && a->seed == b->seed);
-    ck_assert_mem_eq(&a->gravity, &b->gravity, sizeof a->gravity);
-    ck_assert_int_eq(a->kinds, b->kinds);
-    for (int k = 0; k < a->kinds; k++) {
-        ck_assert_str_eq(a->balls[k].name, b->balls[k].name);
-        ck_assert(a->balls[k].count == b->balls[k].count);
-        ck_assert(a->balls[k].diameter == b->balls[k].diameter);
-        ck_assert(a->balls[k].density == b->balls[k].density);
+    ck_assert(a->given.time == b->given.time && a->given.sample_from == b->given.sample_from &&
+              a->given.seed == b->given.seed);
+    ck_assert_mem_eq(&a->given.gravity, &b->given.gravity, sizeof a->given.gravity);
+    ck_assert_int_eq(a->mill.kinds, b->mill.kinds);
+    for (int k = 0; k < a->mill.kinds; k++) {
+        ck_assert_str_eq(a->mill.balls[k].name, b->mill.balls[k].name);
+        ck_assert(a->mill.balls[k].count == b->mill.balls[k].count);
+        ck_assert(a->mill.balls[k].diameter == b->mill.balls[k].diameter);
+        ck_assert(a->mill.balls[k].density == b->mill.balls[k].density);
     }
-    ck_assert(!a->start == !b->start && (!a->start || strcmp(a->start, b->start) == 0));
-    ck_assert(a->speed == b->speed && a->rotor == b->rotor && a->rotor_speed == b->rotor_speed);
-    ck_assert(a->drum_radius == b->drum_radius && a->drum_length == b->drum_length);
-    ck_assert(a->shaft_radius == b->shaft_radius && a->rotor_angle == b->rotor_angle);
-    ck_assert_int_eq(a->parts.count, b->parts.count);
-    for (int k = 0; k < a->parts.count; k++)
-        ck_assert_mem_eq(a->parts.surface[k].body, b->parts.surface[k].body,
-                         sizeof(struct mill_body));
-    ck_assert_mem_eq(a->law, b->law, sizeof a->law);
-    ck_assert(a->rebound_floor == b->rebound_floor && a->frames == b->frames);
-    ck_assert(a->series == b->series && a->log_impacts == b->log_impacts);
-    ck_assert(a->strike_window == b->strike_window && a->checkpoint == b->checkpoint);
+    ck_assert(!a->given.start == !b->given.start &&
+              (!a->given.start || strcmp(a->given.start, b->given.start) == 0));
+    ck_assert(a->given.speed == b->given.speed && a->mill.rotor == b->mill.rotor);
+    ck_assert(a->given.rotor.speed == b->given.rotor.speed);
+    ck_assert(a->given.drum_radius == b->given.drum_radius &&
+              a->given.drum_length == b->given.drum_length);
+    ck_assert(a->given.shaft_radius == b->given.shaft_radius &&
+              a->given.rotor.angle == b->given.rotor.angle);
+    ck_assert_int_eq(a->mill.parts.count, b->mill.parts.count);
+    ck_assert_mem_eq(a->mill.parts.form, b->mill.parts.form,
+                     sizeof *a->mill.parts.form * (size_t)a->mill.parts.count);
+    for (int k = 0; k < a->mill.contacts.count; k++) {
+        const struct mill_deck_law *x = &a->mill.contact[k].law, *y = &b->mill.contact[k].law;
+        ck_assert(x->restitution == y->restitution && x->speed == y->speed && !x->rows && !y->rows);
+        ck_assert(x->friction == y->friction && x->tangential == y->tangential);
+    }
+    ck_assert(a->given.rebound_floor == b->given.rebound_floor &&
+              a->given.frames == b->given.frames);
+    ck_assert(a->given.series == b->given.series && a->given.log_impacts == b->given.log_impacts);
+    ck_assert(a->given.strike_window == b->given.strike_window &&
+              a->given.checkpoint == b->given.checkpoint);
 }
 
 LOOP_TEST(a_printed_deck_reads_back_to_the_same_bits, 4)
@@ -101,6 +109,49 @@ LOOP_TEST(a_printed_deck_reads_back_to_the_same_bits, 4)
     assert_same(deck, again);
     char *second = print(again);
     ck_assert_str_eq(second, text);
+}
+
+/* The motion of the rotor follows from it, in whatever order the sections are. */
+TEST(a_tip_speed_gives_the_rotors_motion)
+{
+    static const char *const decks[] = {
+        BASE BALLS "[rotor]\ntip_speed = 3.35 m/s\nshaft_radius = 15 mm\n" BLADES,
+        BLADES "[rotor]\ntip_speed = 3.35 m/s\nshaft_radius = 15 mm\n" BASE BALLS,
+        BASE BALLS "[rotor]\nspeed = 1 rpm\nshaft_radius = 15 mm\n" BLADES,
+    };
+    for (int k = 0; k < 3; k++) {
+        struct mill_deck *deck = read_good(decks[k]);
+        const struct mill_turn *turn = deck->mill.motion[0].form;
+        ck_assert_double_eq_tol(turn->speed, k < 2 ? 50.0 : MILL_PI / 30.0, 1e-14);
+        ck_assert(deck->given.tip_speed == (k < 2 ? 3.35 : 0.0));
+        ck_assert_ptr_null(strstr(print(deck), "tip_speed"));
+    }
+}
+
+/* The printed deck has a section for each kind, the text that was read has none. */
+TEST(a_law_of_materials_says_where_it_comes_from_and_is_not_written_into_the_text)
+{
+    struct mill_deck *deck = read_good(
+        "[run]\ntime = 1 s\n[drum]\nradius = 75 mm\nlength = 120 mm\nmaterial = agate\n"
+        "[contact]\nfriction = 0.3\n[contact.ball_wall]\nrestitution = 0.5\nfriction = 0.1\n" BALLS
+        "material = steel\n");
+    const struct mill_deck_contact *ball = &deck->mill.contact[MILL_BALL_BALL];
+    const struct mill_deck_contact *drum = &deck->mill.contact[MILL_BALL_DRUM];
+    const struct mill_deck_contact *wall = &deck->mill.contact[MILL_BALL_WALL];
+    ck_assert(ball->takes.restitution && !ball->takes.friction && ball->takes.tangential);
+    ck_assert(ball->law.rows && isnan(ball->law.restitution) && ball->law.friction == 0.3);
+    ck_assert_int_eq(mill_deck_laws_fall(&ball->law).points, 10);
+    ck_assert_ptr_nonnull(strstr(ball->assumed, "steel on steel: "));
+    ck_assert_str_eq(drum->assumed, "steel on agate: the lower values of both");
+    ck_assert(wall->law.restitution == 0.5 && !wall->law.rows && !wall->takes.restitution);
+    ck_assert(wall->law.friction == 0.1 && !wall->takes.friction);
+    ck_assert(wall->law.tangential == drum->law.tangential && wall->takes.tangential);
+    ck_assert_str_eq(wall->assumed, "steel on agate");
+    ck_assert_ptr_null(mill_deck_section(&deck->text, "contact.ball_ball"));
+    const char *printed = print(deck), *first = strstr(printed, "[contact.ball_wall]");
+    ck_assert_ptr_nonnull(first);
+    ck_assert(first < strstr(printed, "[contact.ball_ball]"));
+    ck_assert_ptr_nonnull(strstr(printed, "restitution_table = steel"));
 }
 
 TEST(random_numbers_read_back_to_the_same_bits)
