@@ -285,11 +285,12 @@ static const struct mill_lately *look_lately(struct mill_schedule *p, int32_t mo
 static void place_in(const struct mill_lately *l, double now, double window, struct mill_flight *f)
 {
     const double age = now - l->t;
-    const vec3 frame = mill_pose_turn_in(&l->pose, mill_pose_velocity(&l->pose, f->r));
+    const vec3 frame = mill_pose_velocity(&l->pose, f->r);
     const double v = fabs(f->v.x) + fabs(f->v.y) + fabs(f->v.z) + f->pull * window;
     const double a = l->acceleration + l->coriolis * v;
-    f->place = vec3_axpy(mill_pose_in(&l->pose, f->r), -age, frame);
-    f->course = vec3_sub(mill_pose_turn_in(&l->pose, f->v), frame);
+    f->place = mill_pose_in(&l->pose, vec3_axpy(f->r, -age, frame));
+    f->course = vec3_sub(f->v, frame);
+    f->pose = &l->pose;
     f->window = window;
     f->slack = window * a * (age + 0.5 * window) + 0.5 * age * age * l->acceleration + l->margin;
     f->travel = window * vec3_norm(f->course) + f->slack;

@@ -43,15 +43,21 @@ MILL_CONVEX_INLINE struct mill_view view(const struct mill_convex *convex, vec3 
     return (struct mill_view){d - is->rounding, mill_body_turn_out(is, n)};
 }
 
-/* The usual case: the plane through the nearest point of the box, across the way to the ball, keeps
- * them apart. The distance from this plane is out . (place + course t) / |out|; here it is compared
- * without a root. */
+/* The box is beyond the ball's travel; or the plane through its nearest point, across the way to
+ * the ball, keeps them apart. The distance from this plane is out . (place + course t) / |out|;
+ * here it is compared without a root. */
 MILL_CONVEX_INLINE bool is_far(const struct mill_bodied *b, const struct mill_flight *f,
                                double radius)
 {
     const vec3 out = out_of(b, mill_body_in(&b->is, f->place));
     const double square = vec3_dot(out, out), far = b->is.rounding + radius + f->slack;
-    const double closing = f->window * vec3_dot(out, mill_body_turn_in(&b->is, f->course));
+    const double beyond = b->is.rounding + radius + f->travel;
+    if (square > beyond * beyond)
+        return true;
+    if (!(f->slack < (double)INFINITY))
+        return false;
+    const vec3 course = mill_body_turn_in(&b->is, mill_pose_turn_in(f->pose, f->course));
+    const double closing = f->window * vec3_dot(out, course);
     const double left = square + (closing < 0.0 ? closing : 0.0);
     return left > 0.0 && left * left > square * far * far;
 }

@@ -34,9 +34,11 @@ struct mill_flight {
     vec3 r, v, g; /* [m], [m/s], [m/s^2] */
     double pull;  /* [m/s^2] length of g */
     /* The flight in the frame of the shape's motion, from now until the horizon, `window` [s]
-     * later: place + course t [m], [m/s]. The error is at most `slack` [m], and the ball's centre
-     * stays within `travel` [m] of `place`. INFINITY: not known. */
+     * later: place + course t [m], [m/s]; the course is along the axes of the laboratory, and
+     * `pose` turns it. The error is at most `slack` [m], and the ball's centre stays within
+     * `travel` [m] of `place`. INFINITY: not known. */
     vec3 place, course;
+    const struct mill_pose *pose;
     double window, slack, travel;
     struct mill_span parts; /* the parts that the ball can meet, of a shape that has parts */
     struct mill_poly_counts *counts; /* of solvers; may be NULL */

@@ -165,20 +165,23 @@ static inline void tell_place(const struct mill_motion *motion, const struct fli
                               double window, double ago, struct mill_flight *path)
 {
     enum { STEPS = 200 };
-    const struct mill_pose late = mill_motion_pose(motion, f->now - ago);
-    const vec3 frame = mill_pose_turn_in(&late, mill_pose_velocity(&late, path->r));
-    path->place = vec3_axpy(mill_pose_in(&late, path->r), -ago, frame);
-    path->course = vec3_sub(mill_pose_turn_in(&late, path->v), frame);
+    static struct mill_pose late; /* the path refers to it */
+    late = mill_motion_pose(motion, f->now - ago);
+    const vec3 frame = mill_pose_velocity(&late, path->r);
+    path->place = mill_pose_in(&late, vec3_axpy(path->r, -ago, frame));
+    path->course = vec3_sub(path->v, frame);
+    path->pose = &late;
     path->window = window;
     path->slack = path->travel = 0.0;
     double way = 0.0, bend = 0.0; /* between two steps */
+    const vec3 course = mill_pose_turn_in(&late, path->course);
     vec3 last = nought, last_off = nought;
     for (int k = 0; k <= STEPS; k++) {
         const double t = window * k / STEPS;
         const struct mill_pose pose = mill_motion_pose(motion, f->now + t);
         const vec3 at =
             vec3_sub(mill_pose_in(&pose, vec3_fly(path->r, path->v, path->g, t)), path->place);
-        const vec3 off = vec3_axpy(at, -t, path->course);
+        const vec3 off = vec3_axpy(at, -t, course);
         path->travel = fmax(path->travel, vec3_norm(at));
         path->slack = fmax(path->slack, vec3_norm(off));
         way = k > 0 ? fmax(way, vec3_norm(vec3_sub(at, last))) : 0.0;

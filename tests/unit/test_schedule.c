@@ -367,13 +367,14 @@ static struct mill_hit listen(const struct mill_shape *shape, const struct mill_
 static double share_of_travel(const struct mill_motion *motion, double *slack)
 {
     const struct mill_flight *f = &heard.flight;
+    const vec3 course = mill_pose_turn_in(f->pose, f->course);
     double farthest = 0.0, off = 0.0;
     for (int k = 0; k <= 20; k++) {
         const double t = heard.horizon * k / 20.0;
         const struct mill_pose pose = mill_motion_pose(motion, heard.now + t);
         const vec3 at = mill_pose_in(&pose, vec3_fly(f->r, f->v, f->g, t));
         farthest = fmax(farthest, vec3_norm(vec3_sub(at, f->place)));
-        off = fmax(off, vec3_norm(vec3_sub(at, vec3_axpy(f->place, t, f->course))));
+        off = fmax(off, vec3_norm(vec3_sub(at, vec3_axpy(f->place, t, course))));
     }
     *slack = off / f->slack;
     return farthest / f->travel;
