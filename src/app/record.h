@@ -2,6 +2,7 @@
 #ifndef MILL_RECORD_H
 #define MILL_RECORD_H
 
+#include "app/facts.h"
 #include "base/profile.h"
 #include "deck/deck.h"
 #include "millsim/world.h"
@@ -29,6 +30,8 @@ struct mill_facts {
     double peak_memory;        /* [byte] */
     const char *deck, *output; /* paths as given */
     const char *version;       /* of millsim */
+    /* what another program says of its run; NULL: it is millsim's own */
+    const struct mill_facts_list *foreign;
 };
 
 /* Sums over the whole run; `local` is the present time */
@@ -46,11 +49,8 @@ struct mill_totals mill_record_add(const struct mill_world *world, double local)
  * "running". */
 void mill_record_start(struct mill_h5 *file, const struct mill_deck *deck, const char *command);
 
-/* For another program's run: writes /deck only, and the part of /run that comes from millsim:
- * status, time reached [s], impacts. */
+/* Writes /deck only. */
 void mill_record_deck(struct mill_h5 *file, const struct mill_deck *deck);
-void mill_record_foreign(const struct mill_world *world, const char *status, double time,
-                         struct mill_sink *sink);
 
 /* Compares the deck with that of the file's run. MILL_BAD_DECK: they differ, and the error names
  * the first difference. MILL_FAILED: the file holds no deck. The interval of checkpoints, the
@@ -58,7 +58,8 @@ void mill_record_foreign(const struct mill_world *world, const char *status, dou
 enum mill_status mill_record_compare(struct mill_h5 *file, const char *name,
                                      const struct mill_deck *deck, struct mill_error *error);
 
-/* Writes how the run went: the contents of /run, or "run" of a summary. */
+/* Writes how the run went: the contents of /run, or "run" of a summary. Of another program's run
+ * only what comes from millsim: status, time reached, impacts. */
 void mill_record_tell(const struct mill_world *world, const struct mill_facts *facts,
                       struct mill_sink *sink);
 

@@ -21,7 +21,7 @@ enum mill_status mill_summary_json(const struct mill_summary *s, struct mill_err
     mill_tell_number(sink, "sample_from", s->results->begin, "s", "");
     sink->open(sink, "run");
     mill_record_tell(s->world, facts, sink);
-    mill_notes_tell(&s->notes, sink);
+    mill_notes_tell(&s->notes, NULL, sink);
     sink->close(sink);
     sink->open(sink, "assumed");
     for (int kind = 0; s->deck && kind < s->deck->contacts.count; kind++)

@@ -7,6 +7,7 @@
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
+#include <string.h>
 
 /* Below this restitution, dense beds with friction collapse inelastically. At 0.6, half of the
  * contacts are at the rebound floor; at 0.5 the power differs by 15 % from that of soft spheres. */
@@ -325,14 +326,10 @@ void mill_notes_take(struct mill_notes *notes, const struct mill_world *world,
     judge_drift(notes, world, r, t);
 }
 
-void mill_notes_tell(const struct mill_notes *notes, struct mill_sink *sink)
+static void tell_reach(const struct mill_notes *notes, struct mill_sink *sink)
 {
-    char lines[sizeof notes->note] = "";
-    size_t used = 0;
     sink->open(sink, "reach");
     for (const struct mill_note *note = notes->note; note < notes->note + notes->count; note++) {
-        if (note->text[0])
-            used += (size_t)snprintf(lines + used, sizeof lines - used, "%s\n", note->text);
         if (!note->code)
             continue;
         sink->open(sink, note->code);
@@ -343,8 +340,25 @@ void mill_notes_tell(const struct mill_notes *notes, struct mill_sink *sink)
         sink->close(sink);
     }
     sink->close(sink);
-    if (sink->full)
-        sink->text(sink, "notes", lines, "remarks on the validity of the results, one per line");
+}
+
+void mill_notes_tell(const struct mill_notes *notes, const char *others, struct mill_sink *sink)
+{
+    const size_t length = others ? strlen(others) : 0;
+    if (!others)
+        tell_reach(notes, sink);
+    if (!sink->full)
+        return;
+    char *lines = mill_sink_room(sink, length + sizeof notes->note + 1, 1), *end = lines;
+    if (!lines)
+        return;
+    if (length > 0)
+        end += sprintf(end, "%s%s", others, others[length - 1] == '\n' ? "" : "\n");
+    for (const struct mill_note *note = notes->note; note < notes->note + notes->count; note++)
+        if (note->text[0])
+            end += sprintf(end, "%s\n", note->text);
+    sink->text(sink, "notes", lines, "remarks on the validity of the results, one per line");
+    free(lines);
 }
 
 void mill_notes_write(const struct mill_notes *notes, struct mill_sink_json *json)

@@ -37,8 +37,9 @@ void mill_notes_take(struct mill_notes *notes, const struct mill_world *world,
 void mill_notes_foreign(struct mill_notes *notes, const struct mill_world *world,
                         const struct mill_tally_results *results, double t, bool stopped);
 
-/* Writes values and limits as the group "reach"; in a file also the sentences as "notes". */
-void mill_notes_tell(const struct mill_notes *notes, struct mill_sink *sink);
+/* Writes values and limits as the group "reach"; in a file also the sentences as "notes". others:
+ * notes of the other program that made the run, to which the sentences are added; NULL: none did */
+void mill_notes_tell(const struct mill_notes *notes, const char *others, struct mill_sink *sink);
 
 /* Writes the texts as the array "notes". */
 void mill_notes_write(const struct mill_notes *notes, struct mill_sink_json *json);
