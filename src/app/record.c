@@ -165,17 +165,17 @@ void mill_record_tell(const struct mill_world *world, const struct mill_facts *f
     const struct mill_totals totals = mill_record_add(world, facts->local);
     char hdf5[32];
     if (sink->full) {
-        sink->text(sink, "status", facts->status, status_meaning);
+        mill_tell_text(sink, "status", facts->status, status_meaning);
         mill_tell_number(sink, "time", facts->time, "s", "simulated time reached");
     }
     if (facts->ended_by)
-        sink->text(sink, "ended_by", facts->ended_by,
-                   "what ended the run: time (run.time), precision (run.precision), "
-                   "max_collisions, or none as yet");
+        mill_tell_text(sink, "ended_by", facts->ended_by,
+                       "what ended the run: time (run.time), precision (run.precision), "
+                       "max_collisions, or none as yet");
     tell_events(sink, world, facts->foreign);
     if (facts->foreign) {
         mill_h5_version(hdf5, sizeof hdf5);
-        sink->text(sink, "hdf5", hdf5, "version of the HDF5 library");
+        mill_tell_text(sink, "hdf5", hdf5, "version of the HDF5 library");
         return;
     }
     tell_kinds(

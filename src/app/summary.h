@@ -38,9 +38,6 @@ double mill_summary_mass(const struct mill_world *world);
 /* Prints the impacts of the window by kind. */
 void mill_summary_table(const struct mill_summary *s);
 
-/* Writes the JSON object for mill_summary_write, which has filled in results and notes. */
-enum mill_status mill_summary_json(const struct mill_summary *s, struct mill_error *error);
-
 /* Accuracy of the results so far: "median +- 1.3 %, power +- 0.9 %", "warming up", or "" without
  * run.precision. The text is valid until a few more numbers are formatted. */
 const char *mill_summary_known(const struct mill_observers *observers);

@@ -357,17 +357,16 @@ void mill_notes_tell(const struct mill_notes *notes, const char *others, struct 
     for (const struct mill_note *note = notes->note; note < notes->note + notes->count; note++)
         if (note->text[0])
             end += sprintf(end, "%s\n", note->text);
-    sink->text(sink, "notes", lines, "remarks on the validity of the results, one per line");
+    mill_tell_text(sink, "notes", lines, "remarks on the validity of the results, one per line");
     free(lines);
 }
 
-void mill_notes_write(const struct mill_notes *notes, struct mill_sink_json *json)
+void mill_notes_write(const struct mill_notes *notes, struct mill_sink *sink)
 {
-    mill_sink_json_open_array(json, "notes");
+    const char *text[sizeof notes->note / sizeof *notes->note];
+    size_t count = 0;
     for (const struct mill_note *n = notes->note; n < notes->note + notes->count; n++)
-        if (n->text[0]) {
-            mill_sink_json_next(json, NULL);
-            mill_sink_json_string(json, n->text);
-        }
-    mill_sink_json_close_array(json);
+        if (n->text[0])
+            text[count++] = n->text;
+    sink->values(sink, "notes", MILL_H5_TEXT, 1, &count, text, "", "");
 }

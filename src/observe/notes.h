@@ -5,7 +5,6 @@
 #define MILL_NOTES_H
 
 #include "observe/sink.h"
-#include "observe/sink_json.h"
 #include "observe/tally.h"
 
 struct mill_note {
@@ -42,6 +41,6 @@ void mill_notes_foreign(struct mill_notes *notes, const struct mill_world *world
 void mill_notes_tell(const struct mill_notes *notes, const char *others, struct mill_sink *sink);
 
 /* Writes the texts as the array "notes". */
-void mill_notes_write(const struct mill_notes *notes, struct mill_sink_json *json);
+void mill_notes_write(const struct mill_notes *notes, struct mill_sink *sink);
 
 #endif
