@@ -60,10 +60,8 @@ int32_t mill_wear_facets_find(const struct mill_wear_plan *plan, int part, vec3 
 /* Length of the list of cells of a part, with a place for each face; 0: it has no facets */
 size_t mill_wear_facets_cells(const struct mill_wear_part *part);
 
-/* Draws all surfaces of a part in the frame of its motion; sets `shape`, unless NULL, to one that
- * draws something. The caller frees the mesh. */
-void mill_wear_facets_draw(const struct mill_wear_plan *plan, int part, struct mill_mesh *mesh,
-                           int *shape);
+/* Draws all surfaces of a part in the frame of its motion. The caller frees the mesh. */
+void mill_wear_facets_draw(const struct mill_wear_plan *plan, int part, struct mill_mesh *mesh);
 
 /* [m] Longest edge of the pieces of mill_mesh_cut that the facets of a part are made of */
 static inline double mill_wear_facets_piece(const struct mill_wear_part *part)

@@ -83,7 +83,7 @@ static void show_part(struct outline *to)
     const double size = fmax(SHOWN * p->cut, 1e-9);
     mill_mesh_on_piece *on = show;
     struct mill_mesh whole;
-    mill_wear_facets_draw(to->plan, to->part, &whole, NULL);
+    mill_wear_facets_draw(to->plan, to->part, &whole);
     memset(to->sought + p->first, 0, (size_t)p->count * sizeof *to->sought);
     do {
         to->mesh->points = points;
