@@ -8,7 +8,6 @@
 
 #include "base/version.h"
 #include "millsim/state.h"
-#include "observe/poses.h"
 #include "observe/vtkhdf.h"
 
 #include <stdio.h>
@@ -16,7 +15,7 @@
 
 #define GROUP "/particles/trajectory"
 
-enum { POSITION, VELOCITY, SPIN, STATES };
+enum { POSITION, VELOCITY, SPIN, STATES, POSE_PATH = 128 };
 
 struct frames {
     struct mill_observer observer;
@@ -25,7 +24,8 @@ struct frames {
     struct mill_h5 *file;
     struct mill_h5_column *step, *time, *value[STATES]; /* the file's */
     float *row;                                         /* one state of the balls */
-    struct mill_poses poses;
+    int motions;                                        /* whose poses have columns */
+    struct mill_h5_column *centre[MILL_MOTIONS_MOST], *rotation[MILL_MOTIONS_MOST];
 };
 
 static const struct {
@@ -94,6 +94,72 @@ static void write_balls(struct mill_h5 *file, const struct mill_world *world)
     free(room);
 }
 
+/* ---- poses of the motions, so that a player needs no laws of motion ---- */
+
+/* Opens the element `name` of a motion: its value as a column, step and time as links. */
+static struct mill_h5_column *open_element(struct mill_h5 *file, const char *motion,
+                                           const char *name, const struct mill_h5_layout *value,
+                                           uint64_t rows, const char *const common[2])
+{
+    char path[POSE_PATH];
+    for (int k = 0; k < 2; k++) {
+        snprintf(path, sizeof path, MILL_VTKHDF_POSE "%s/%s/%s", motion, name, k ? "time" : "step");
+        mill_h5_link(file, common[k], path);
+    }
+    snprintf(path, sizeof path, MILL_VTKHDF_POSE "%s/%s/value", motion, name);
+    return mill_h5_column_create(file, path, value, rows);
+}
+
+/* MDAnalysis requires every group in a group of observables to be an element. So links to the parts
+ * of the rotation are added. */
+static void make_element(struct mill_h5 *file, const char *motion)
+{
+    static const char *const part[] = {"step", "time", "value"};
+    for (int k = 0; k < 3; k++) {
+        char from[POSE_PATH], to[POSE_PATH];
+        snprintf(from, sizeof from, MILL_VTKHDF_POSE "%s/rotation/%s", motion, part[k]);
+        snprintf(to, sizeof to, MILL_VTKHDF_POSE "%s/%s", motion, part[k]);
+        mill_h5_link(file, from, to);
+    }
+}
+
+static void open_poses(struct frames *frames, const struct mill_world *world,
+                       const char *const common[2])
+{
+    static const struct mill_h5_layout
+        centre = {MILL_H5_F64, 1, {3}, 0, "m", "where the frame's origin is: frame, (x, y, z)",
+                  false},
+        rotation = {
+            MILL_H5_F64, 2,
+            {3, 3},      0,
+            "1",         "axes of the frame, as columns: a point p of it is at centre + rotation p",
+            false};
+    struct mill_h5 *file = frames->file;
+    frames->motions = world->motions;
+    for (int k = 0; k < frames->motions; k++) {
+        const char *name = world->motion_name[k];
+        frames->centre[k] = open_element(file, name, "centre", &centre, frames->rows, common);
+        frames->rotation[k] = open_element(file, name, "rotation", &rotation, frames->rows, common);
+        make_element(file, name);
+    }
+}
+
+/* In float64; computed for the frame's local time by the functions that also resolve impacts, so
+ * the numbers are the same */
+static void append_poses(const struct frames *frames, const struct mill_world *world, double t)
+{
+    for (int k = 0; k < frames->motions; k++) {
+        const struct mill_pose p = mill_motion_pose(world->motion[k], t);
+        const double centre[3] = {p.place.x, p.place.y, p.place.z};
+        const double rotation[3][3] = {
+            {p.x.x, p.y.x, p.z.x}, {p.x.y, p.y.y, p.z.y}, {p.x.z, p.y.z, p.z.z}};
+        mill_h5_column_append(frames->centre[k], 1, centre);
+        mill_h5_column_append(frames->rotation[k], 1, rotation);
+    }
+}
+
+/* ---- the observer ---- */
+
 static void open_columns(struct frames *frames, const struct mill_world *world)
 {
     const size_t balls = (size_t)world->balls;
@@ -115,7 +181,7 @@ static void open_columns(struct frames *frames, const struct mill_world *world)
             mill_h5_link(file, name[k], path);
         }
     }
-    mill_poses_open(&frames->poses, file, world, frames->rows, name[0], name[1]);
+    open_poses(frames, world, name);
 }
 
 static enum mill_status sample(struct mill_observer *self, const struct mill_world *world, double t,
@@ -136,7 +202,7 @@ static enum mill_status sample(struct mill_observer *self, const struct mill_wor
         }
         mill_h5_column_append(frames->value[state], 1, frames->row);
     }
-    mill_poses_append(&frames->poses, world, t);
+    append_poses(frames, world, t);
     self->next = mill_observe_due(frames->asked.frames, frames->asked.end, ++frames->rows);
     return mill_h5_status(frames->file, error);
 }
@@ -170,7 +236,10 @@ static bool finish(struct mill_observer *self, const struct mill_world *world,
                    const struct mill_going *going)
 {
     struct frames *frames = (struct frames *)self;
-    mill_poses_close(&frames->poses);
+    for (int k = 0; k < frames->motions; k++) { /* from now on all frames can be read */
+        mill_h5_column_close(frames->centre[k]);
+        mill_h5_column_close(frames->rotation[k]);
+    }
     return mill_vtkhdf_write(frames->file, &frames->asked, world, frames->rows, going);
 }
 

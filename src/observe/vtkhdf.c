@@ -11,7 +11,6 @@
 #include "geometry/shapes.h"
 #include "observe/kinds.h"
 #include "observe/outline.h"
-#include "observe/poses.h"
 #include "observe/wear.h"
 
 #include <stdio.h>
@@ -215,8 +214,39 @@ static void turn(const struct mill_mesh *mesh, double angle, float *to)
     }
 }
 
+/* A point p of the motion's frame is at centre + rotation p. */
+struct pose {
+    double centre[3], rotation[3][3]; /* [m], [1] */
+};
+
+/* Reads the poses of a motion in all frames. NULL: failed; the file reports why. Owner: the
+ * caller; free(). */
+static struct pose *read_poses(struct mill_h5 *file, const char *motion, size_t frames)
+{
+    struct pose *one = malloc(sizeof *one * (frames + 1));
+    double *room = malloc(sizeof one->rotation * (frames + 1));
+    char path[PATH];
+    bool read = one && room;
+    if (!read)
+        mill_h5_spend(file, "out of memory for the poses");
+    /* read one whole array, then copy it to the poses */
+    for (int which = 0; which < 2 && read; which++) {
+        const size_t each = which ? 9 : 3;
+        snprintf(path, sizeof path, MILL_VTKHDF_POSE "%s/%s/value", motion,
+                 which ? "rotation" : "centre");
+        read = mill_h5_read(file, path, MILL_H5_F64, each * frames, room, NULL) == MILL_OK;
+        for (size_t i = 0; i < each * frames && read; i++)
+            (which ? one[i / 9].rotation[i % 9 / 3] : one[i / 3].centre)[i % 3] = room[i];
+    }
+    free(room);
+    if (read)
+        return one;
+    free(one);
+    return NULL;
+}
+
 /* Writes all points as moved by a pose */
-static void move(const struct mill_mesh *mesh, const struct mill_poses_one *pose, float *to)
+static void move(const struct mill_mesh *mesh, const struct pose *pose, float *to)
 {
     for (size_t i = 0; i < mesh->points; i++) {
         const vec3 r = mesh->point[i];
@@ -248,9 +278,9 @@ static void put_points(struct scene *s, const struct mill_mesh *mesh, int k, boo
     const struct mill_world *world = s->world;
     const bool rotor = k >= 0 && k == world->rotor && !world->motion[k]->on;
     const size_t dims[2] = {mesh->points, 3};
-    struct mill_poses_one *pose = NULL;
+    struct pose *pose = NULL;
     if (k >= 0 && !rotor)
-        pose = mill_poses_read(s->file, world->motion_name[k], s->frames);
+        pose = read_poses(s->file, world->motion_name[k], s->frames);
     if (k >= 0 && !rotor && !pose)
         return;
     if (!moving) {
