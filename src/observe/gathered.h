@@ -48,7 +48,7 @@ struct mill_gathered {
     struct mill_map_flow *flow;            /* [cells] */
     struct mill_wear_sum *wear;            /* [facets] */
     struct mill_gathered_counts *counts;
-    int64_t last; /* number of the last original portion in it (tally_window.c) */
+    int64_t last; /* number of the last original portion in it (tally.c) */
 };
 
 /* false: out of memory. The caller frees it in both cases. */

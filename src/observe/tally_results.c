@@ -155,7 +155,7 @@ enum mill_status mill_tally_results_make(const struct mill_tally *tally,
     if (!r->at.open)
         r->at.at_begin = r->at.at_end;
     const struct mill_precision *batches = &tally->batches;
-    const uint64_t from = r->at.open ? mill_tally_window_find(tally, &r->at) : 0;
+    const uint64_t from = r->at.open ? mill_tally_window(tally, &r->at) : 0;
     const double asked = tally->precision;
     r->late =
         r->at.open ? batches->accounts[from + 9 * (batches->at.batches - from) / 10] : r->at.at_end;
