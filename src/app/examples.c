@@ -1,6 +1,6 @@
 /* `millsim --examples DIR`: the decks of input/ for those who have no checkout. No file is
  * replaced: all names are looked at before the first file is copied. */
-#include "app/examples.h"
+#include "app/command.h"
 
 #include "deck/share.h"
 #include "deck/textfile.h"

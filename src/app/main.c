@@ -1,7 +1,6 @@
 /* The command `millsim`: arguments, signals, messages and exit status. No other part of the program
  * prints or exits. All errors that can be found early are reported before the run begins: wrong
  * usage, a wrong deck, an output that exists or cannot be written. */
-#include "app/examples.h"
 #include "app/forecast.h"
 #include "app/record.h"
 #include "app/run.h"

@@ -2,7 +2,6 @@
  * does, impacts by kind in the sampled window, the health of the solver, cost. The last line is a
  * short summary. */
 #include "app/summary.h"
-#include "app/summary_text.h"
 #include "observe/sink_json.h"
 
 #include <math.h>

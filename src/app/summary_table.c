@@ -1,6 +1,5 @@
 /* The mill as a few lines, and its impacts as a table: a row for each kind, one unit a column. */
 #include "app/summary.h"
-#include "app/summary_text.h"
 #include "geometry/body.h"
 #include "geometry/mesh.h"
 #include "millsim/start.h"

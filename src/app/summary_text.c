@@ -1,5 +1,5 @@
 /* Numbers of the summary as texts. */
-#include "app/summary_text.h"
+#include "app/summary.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -2,7 +2,7 @@
  * cell of the lattice; each piece adds its area to the facet of its middle. Facets that are only
  * slivers, because the surface just enters a cell, become parts of a neighbour. So areas and
  * impacts are assigned to facets by the same rule. */
-#include "observe/wear_facets.h"
+#include "observe/wear.h"
 
 #include "base/elementary.h"
 #include "geometry/shapes.h"

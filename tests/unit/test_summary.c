@@ -1,6 +1,5 @@
 /* Claims about the summary, as a table and as JSON. */
 #include "app/summary.h"
-#include "app/summary_text.h"
 #include "mill_fixture.h"
 
 static struct fixture f;
