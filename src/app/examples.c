@@ -10,7 +10,6 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 enum { LARGEST = 64 << 20 /* [B] */, LONGEST = MILL_SHARE_PATH + 300 };
 static const char first[] = "simoloyer.ini"; /* a deck that is among them */

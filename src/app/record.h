@@ -3,7 +3,6 @@
 #define MILL_RECORD_H
 
 #include "app/facts.h"
-#include "base/profile.h"
 #include "deck/deck.h"
 #include "millsim/world.h"
 #include "observe/sink.h"

@@ -8,7 +8,6 @@
 #include "app/forecast.h"
 #include "app/summary.h"
 #include "base/version.h"
-#include "deck/deck.h"
 #include "store/draft.h"
 
 #include <math.h>
@@ -289,7 +288,7 @@ void mill_run_write(struct mill_h5 *file, const struct mill_observers *observers
         mill_h5_spend(file, error.text);
         return;
     }
-    (others ? mill_notes_foreign : mill_notes_take)(&notes, world, results, facts->local, stopped);
+    mill_notes_take(&notes, world, results, facts->local, stopped, others);
     mill_tally_results_free(results);
     mill_sink_file(&to, file, "/run");
     mill_record_tell(world, facts, &to.sink);

@@ -345,7 +345,7 @@ enum mill_status mill_summary_write(struct mill_summary *s, bool json, struct mi
     if (status != MILL_OK)
         return status;
     mill_notes_take(&s->notes, s->world, s->results, s->facts->local,
-                    strcmp(s->facts->status, "stopped") == 0);
+                    strcmp(s->facts->status, "stopped") == 0, false);
     if (json)
         status = print_json(s, error);
     else

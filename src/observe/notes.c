@@ -297,17 +297,8 @@ static void judge_time(struct mill_notes *notes, const struct mill_tally_results
         "nothing was sampled: the run ended before run.sample_from = %.6g s.", r->tally->begin);
 }
 
-void mill_notes_foreign(struct mill_notes *notes, const struct mill_world *world,
-                        const struct mill_tally_results *r, double t, bool stopped)
-{
-    notes->count = 0;
-    judge_time(notes, r, world->base + t, stopped);
-    judge_motion(notes, world, r, t);
-    judge_reach(notes, world, r);
-}
-
 void mill_notes_take(struct mill_notes *notes, const struct mill_world *world,
-                     const struct mill_tally_results *r, double t, bool stopped)
+                     const struct mill_tally_results *r, double t, bool stopped, bool foreign)
 {
     double hits = 0; /* hits on balls */
     for (int kind = 0; kind < world->kinds.count; kind++) {
@@ -316,6 +307,11 @@ void mill_notes_take(struct mill_notes *notes, const struct mill_world *world,
     }
     notes->count = 0;
     judge_time(notes, r, world->base + t, stopped);
+    if (foreign) {
+        judge_motion(notes, world, r, t);
+        judge_reach(notes, world, r);
+        return;
+    }
     judge_locks(notes, world);
     judge_motion(notes, world, r, t);
     judge_law(notes, world, true);

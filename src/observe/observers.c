@@ -4,7 +4,6 @@
 #include "observe/tally.h"
 
 #include <assert.h>
-#include <stdlib.h>
 
 extern const struct mill_observer_type mill_frames_type, mill_series_type, mill_impactlog_type;
 

@@ -44,7 +44,8 @@ static void set_rows(struct mill_tally_results *r, struct mill_speeds *speeds,
 {
     const struct mill_spectrum_grid *grid = &r->tally->grid;
     for (int kind = 0; kind < r->all; kind++)
-        mill_gathered_add_speeds(&speeds[r->all], &speeds[kind], 1);
+        mill_sums_add_records(&mill_spectrum_sums, MILL_GATHERED_SPECTRA, &speeds[r->all],
+                              &speeds[kind]);
     for (int n = 0; n <= r->kinds.count; n++) {
         struct mill_speeds *of = &speeds[r->kinds.kind[n]];
         struct mill_tally_row *row = &rows[r->kinds.kind[n]];

@@ -4,7 +4,6 @@
 #ifndef MILL_VTKHDF_H
 #define MILL_VTKHDF_H
 
-#include "geometry/mesh.h"
 #include "millsim/world.h"
 #include "observe/observe.h"
 #include "store/h5.h"

@@ -277,7 +277,7 @@ DOOR(mill_web_results) enum mill_status mill_web_results(void)
     mill_tell_count(&json.sink, "settled", results->at.settled, "");
     mill_tally_results_tell(results, &json.sink);
     struct mill_notes notes;
-    mill_notes_take(&notes, now.world, results, t, false);
+    mill_notes_take(&notes, now.world, results, t, false, false);
     mill_notes_write(&notes, &json.sink);
     mill_sink_json_end(&json);
     const bool told = !json.sink.failed;

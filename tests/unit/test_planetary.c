@@ -267,7 +267,7 @@ TEST(notes_speak_of_the_drive)
     const double local = mill_sim_local_time(p.sim);
     ck_assert_int_eq(mill_tally_results_make(tally, p.world, local, &results, NULL), MILL_OK);
     results->at.known.drive.value *= 2;
-    mill_notes_take(&notes, p.world, results, local, false);
+    mill_notes_take(&notes, p.world, results, local, false, false);
     bool told_so = false;
     for (int i = 0; i < notes.count; i++)
         told_so = told_so || strstr(notes.note[i].text, "not steady: the drive's power");
