@@ -66,21 +66,6 @@ static struct mill_speeds *strikes_of(struct mill_tally *t, int32_t portion)
     return t->gathered.strikes;
 }
 
-uint64_t mill_tally_window(const struct mill_tally *t, struct mill_tally_progress *at)
-{
-    const uint64_t n = t->batches.at.batches, period = t->batches.at.period, length = t->at.length;
-    uint64_t from = 0;
-    at->settled = true;
-    if (t->search)
-        from = (mill_precision_cut(&t->batches, &at->settled) + length - 1) / length * length;
-    const uint64_t turns = period > 0 && n > from ? (n - from) / period : 0;
-    const uint64_t start = n - turns * period;
-    if (t->search && turns >= 2 && start % length == 0)
-        from = start;
-    at->known = mill_precision_tell(&t->batches, from);
-    return from;
-}
-
 /* Ends a batch. false: out of memory */
 static bool end_batch(struct mill_tally *t, const struct mill_account *account)
 {

@@ -1,4 +1,4 @@
-/* What the parts of the h5 module (h5.c, h5_data.c) share. No other file includes it. */
+/* What the parts of the h5 module (h5.c, h5_data.c, h5_file.c) share. No other file includes it. */
 #ifndef MILL_H5INTERNAL_H
 #define MILL_H5INTERNAL_H
 
@@ -27,6 +27,9 @@ struct mill_h5 {
     char path[]; /* as the user gave it, for messages */
 };
 
+/* Switches off HDF5's own messages, and records the reasons of its failures. */
+void mill_h5_listen(void);
+
 /* Checks whether any call to HDF5 has failed since the last failure was reported. If so, the file
  * is spent with "FILE: cannot VERB PATH: REASON"; the reason is that of the first failed call. path
  * may be NULL. So one check after several calls is enough: a call that uses the result of a failed
@@ -37,6 +40,10 @@ void mill_h5_check(struct mill_h5 *file, const char *verb, const char *path);
  * reason. */
 void mill_h5_fail(struct mill_h5 *file, const char *verb, const char *path, const char *why);
 
+/* For a spent file: data that HDF5 still holds must not reach the disk, and freeing them must not
+ * fail. From now on HDF5 writes to nowhere. */
+void mill_h5_detach(struct mill_h5 *file);
+
 /* Closes an HDF5 object of any type. Negative ids are ignored. */
 void mill_h5_release(hid_t object);
 
@@ -46,6 +53,9 @@ hid_t mill_h5_make_way(struct mill_h5 *file, const char *path, const char **name
 
 /* Opens the group that holds `path`, in the same way. */
 hid_t mill_h5_enter(struct mill_h5 *file, const char *path, const char **name);
+
+/* Closes the open groups. */
+void mill_h5_leave(struct mill_h5 *file);
 
 /* Properties of a new object without its time of creation, so that two runs write the same bytes.
  * The caller closes it. */
