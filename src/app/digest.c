@@ -246,23 +246,7 @@ static enum mill_status take_impacts(struct digest *d)
 
 static enum mill_status take_account(struct digest *d)
 {
-    const double *from = (const void *)d->stream.bytes;
-    const int motions = d->world->motions, kinds = d->world->kinds.count;
-    struct mill_replay_account account = {.time = from[0], .elastic = from[1]};
-    for (int i = 0; i < 2 * (motions + kinds) + 2; i++)
-        if (isinf(from[i]))
-            return mill_error_set(&d->why, MILL_FAILED,
-                                  "expected finite numbers, or NaN for what is not known");
-    from += 2;
-    for (int k = 0; k < motions; k++, from += 2) {
-        account.motion[k].work = from[0];
-        account.motion[k].impulse = from[1];
-    }
-    for (int k = 0; k < kinds; k++, from += 2) {
-        account.loss[k].all = from[0];
-        account.loss[k].normal = from[1];
-    }
-    return mill_replay_account(&d->replay, &account, &d->why);
+    return mill_replay_account(&d->replay, (const void *)d->stream.bytes, &d->why);
 }
 
 static enum mill_status publish(struct digest *d)
