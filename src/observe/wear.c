@@ -164,6 +164,13 @@ static struct worn results_of(const struct mill_wear_plan *plan, int32_t i,
     };
 }
 
+/* Number of the motion that carries the part; -1: none */
+static int motion_of(const struct mill_wear_plan *plan, int part)
+{
+    const struct mill_motion *motion = plan->world->shape[plan->part[part].shape]->motion;
+    return motion ? motion->number : -1;
+}
+
 static void tell_parts(const struct mill_wear_plan *plan, struct mill_sink *sink)
 {
     const struct mill_world *w = plan->world;
@@ -178,7 +185,7 @@ static void tell_parts(const struct mill_wear_plan *plan, struct mill_sink *sink
         motion[k] = w->motion_name[k];
     for (size_t i = 0; row && pose && i < parts; i++) {
         const struct mill_shape *shape = w->shape[plan->part[i].shape];
-        const int of = shape->motion ? shape->motion->number : -1;
+        const int of = motion_of(plan, (int)i);
         row[i] =
             (struct part_row){kinds.number[shape->kind], shape->number, of, plan->part[i].round};
         mill_outline_rows(&plan->start[of + 1], pose[i]);
@@ -341,8 +348,7 @@ static void show_part(struct outline *to)
     mill_mesh_free(&whole);
 }
 
-bool mill_wear_outline(const struct mill_wear_plan *plan, const struct mill_motion *motion,
-                       struct mill_mesh *mesh, int32_t **facet)
+bool mill_wear_outline(const struct mill_wear_plan *plan, struct mill_mesh *mesh, int32_t **facet)
 {
     const size_t room = (size_t)plan->facets + 1;
     struct outline to = {.plan = plan,
@@ -350,78 +356,55 @@ bool mill_wear_outline(const struct mill_wear_plan *plan, const struct mill_moti
                          .sought = malloc(room * sizeof *to.sought),
                          .seen = malloc(room * sizeof *to.seen)};
     *mesh = (struct mill_mesh){.failed = !to.sought || !to.seen};
-    for (to.part = 0; !mesh->failed && to.part < plan->parts; to.part++)
-        if (plan->world->shape[plan->part[to.part].shape]->motion == motion)
-            show_part(&to);
+    for (int k = -1; k < plan->world->motions; k++)
+        for (to.part = 0; !mesh->failed && to.part < plan->parts; to.part++) {
+            const size_t before = mesh->points;
+            if (motion_of(plan, to.part) == k)
+                show_part(&to);
+            for (size_t i = before; i < mesh->points; i++)
+                mesh->point[i] = mill_pose_out(&plan->start[k + 1], mesh->point[i]);
+        }
     free(to.sought);
     free(to.seen);
     *facet = to.facet;
     return !mesh->failed;
 }
 
-/* The triangles of a picture, with the facet of each */
-struct picture {
-    size_t triangles;
-    float *value; /* [triangles][9] corners, then room for other numbers */
-    int32_t *facet;
-};
-
-/* Adds the surfaces of motion k (-1: of what stands still), as they are at t = 0. false: out of
- * memory */
-static bool add_outline(const struct mill_wear_plan *plan, int k, struct picture *to)
-{
-    struct mill_mesh mesh;
-    int32_t *own = NULL;
-    bool good = mill_wear_outline(plan, k < 0 ? NULL : plan->world->motion[k], &mesh, &own);
-    const size_t all = to->triangles + mesh.triangles + 1;
-    float *value = realloc(to->value, 9 * all * sizeof *value);
-    to->value = value ? value : to->value;
-    int32_t *facet = realloc(to->facet, all * sizeof *facet);
-    to->facet = facet ? facet : to->facet;
-    good = good && value && facet;
-    for (size_t i = 0; good && i < 3 * mesh.triangles; i++) {
-        const vec3 r = mill_pose_out(&plan->start[k + 1], mesh.point[mesh.corner[i / 3][i % 3]]);
-        float *at = value + 9 * to->triangles + 3 * i;
-        at[0] = (float)r.x;
-        at[1] = (float)r.y;
-        at[2] = (float)r.z;
-    }
-    if (good && mesh.triangles > 0)
-        memcpy(facet + to->triangles, own, mesh.triangles * sizeof *own);
-    to->triangles += mesh.triangles;
-    free(own);
-    mill_mesh_free(&mesh);
-    return good;
-}
-
 static void tell_mesh(const struct mill_wear_plan *plan, const struct worn *worn,
                       struct mill_sink *sink)
 {
-    struct picture to = {0, NULL, NULL};
-    bool good = true;
-    for (int k = -1; good && k < plan->world->motions; k++)
-        good = add_outline(plan, k, &to);
-    const size_t n = to.triangles, dims[2] = {3 * n, 3};
-    if (good) {
+    struct mill_mesh mesh;
+    int32_t *facet;
+    const bool drawn = mill_wear_outline(plan, &mesh, &facet);
+    const size_t n = mesh.triangles, dims[2] = {3 * n, 3};
+    float *value = drawn ? malloc((9 * n + 1) * sizeof *value) : NULL, *to = value;
+    for (size_t i = 0; value && i < 3 * n; i++) {
+        const vec3 r = mesh.point[mesh.corner[i / 3][i % 3]];
+        *to++ = (float)r.x;
+        *to++ = (float)r.y;
+        *to++ = (float)r.z;
+    }
+    if (value) {
         sink->open(sink, "mesh");
         mill_tell_count(sink, "triangles", n, "number of triangles");
-        sink->values(sink, "points", MILL_H5_F32, 2, dims, to.value, "m",
+        sink->values(sink, "points", MILL_H5_F32, 2, dims, value, "m",
                      "corners of the triangles, three each, counter-clockwise as seen from the "
                      "balls, in the laboratory at t = 0");
-        sink->values(sink, "facet", MILL_H5_I32, 1, &n, to.facet, "1", "facet of each triangle");
+        sink->values(sink, "facet", MILL_H5_I32, 1, &n, facet, "1", "facet of each triangle");
         for (int c = 0; c < MILL_WEAR_SHOWN; c++) {
             const struct mill_sum *sum = &worn_of[c];
             for (size_t i = 0; i < n; i++)
-                to.value[i] = (float)*(
-                    const double *)(const void *)((const char *)&worn[to.facet[i]] + sum->at);
-            sink->values(sink, sum->name, MILL_H5_F32, 1, &n, to.value, sum->unit, sum->meaning);
+                value[i] =
+                    (float)*(const double *)(const void *)((const char *)&worn[facet[i]] + sum->at);
+            sink->values(sink, sum->name, MILL_H5_F32, 1, &n, value, sum->unit, sum->meaning);
         }
         sink->close(sink);
     } else {
         mill_sink_fail(sink, "out of memory for the pictures of wear");
     }
-    free(to.value);
-    free(to.facet);
+    free(value);
+    free(facet);
+    mill_mesh_free(&mesh);
 }
 
 void mill_wear_tell(const struct mill_wear_plan *plan, const struct mill_wear_sum *sum,

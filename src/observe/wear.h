@@ -76,11 +76,10 @@ static inline double mill_wear_facets_piece(const struct mill_wear_part *part)
     return 0.5 * part->cut;
 }
 
-/* The surfaces that one motion carries (NULL: what stands still), in triangles about as small as
- * facets, with at least one for each facet; `facet` has the number of the facet of each. false: out
- * of memory. The caller frees both in all cases. */
-bool mill_wear_outline(const struct mill_wear_plan *plan, const struct mill_motion *motion,
-                       struct mill_mesh *mesh, int32_t **facet);
+/* All surfaces as they are at t = 0, motion by motion, in triangles about as small as facets, with
+ * at least one for each facet; `facet` has the number of the facet of each. false: out of memory.
+ * The caller frees both in all cases. */
+bool mill_wear_outline(const struct mill_wear_plan *plan, struct mill_mesh *mesh, int32_t **facet);
 
 /* ---- sums ---- */
 
