@@ -12,10 +12,12 @@
 
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #define GROUP "/particles/trajectory"
+#define FIRST GROUP "/position"
 
-enum { POSITION, VELOCITY, SPIN, STATES, POSE_PATH = 128 };
+enum { POSITION, VELOCITY, SPIN, STATES, PATH = 160 };
 
 struct frames {
     struct mill_observer observer;
@@ -25,7 +27,7 @@ struct frames {
     struct mill_h5_column *step, *time, *value[STATES]; /* the file's */
     float *row;                                         /* one state of the balls */
     int motions;                                        /* whose poses have columns */
-    struct mill_h5_column *centre[MILL_MOTIONS_MOST], *rotation[MILL_MOTIONS_MOST];
+    struct mill_h5_column *pose[MILL_MOTIONS_MOST][2];  /* centre, rotation */
 };
 
 static const struct {
@@ -94,21 +96,20 @@ static void write_balls(struct mill_h5 *file, const struct mill_world *world)
     free(room);
 }
 
-/* ---- poses of the motions, so that a player needs no laws of motion ---- */
-
-/* Opens the element `name` of a motion: its value as a column, step and time as links. */
-static struct mill_h5_column *open_element(struct mill_h5 *file, const char *motion,
-                                           const char *name, const struct mill_h5_layout *value,
-                                           uint64_t rows, const char *const common[2])
+/* Opens the value of an element as a column. All have the step and time of the first one. */
+static struct mill_h5_column *open_element(const struct frames *frames, const char *element,
+                                           const struct mill_h5_layout *layout)
 {
-    char path[POSE_PATH];
-    for (int k = 0; k < 2; k++) {
-        snprintf(path, sizeof path, MILL_VTKHDF_POSE "%s/%s/%s", motion, name, k ? "time" : "step");
-        mill_h5_link(file, common[k], path);
+    char path[PATH];
+    for (int k = 0; k < 2 && strcmp(element, FIRST) != 0; k++) {
+        snprintf(path, sizeof path, "%s/%s", element, k ? "time" : "step");
+        mill_h5_link(frames->file, k ? FIRST "/time" : FIRST "/step", path);
     }
-    snprintf(path, sizeof path, MILL_VTKHDF_POSE "%s/%s/value", motion, name);
-    return mill_h5_column_create(file, path, value, rows);
+    snprintf(path, sizeof path, "%s/value", element);
+    return mill_h5_column_create(frames->file, path, layout, frames->rows);
 }
+
+/* ---- poses of the motions, so that a player needs no laws of motion ---- */
 
 /* MDAnalysis requires every group in a group of observables to be an element. So links to the parts
  * of the rotation are added. */
@@ -116,31 +117,33 @@ static void make_element(struct mill_h5 *file, const char *motion)
 {
     static const char *const part[] = {"step", "time", "value"};
     for (int k = 0; k < 3; k++) {
-        char from[POSE_PATH], to[POSE_PATH];
+        char from[PATH], to[PATH];
         snprintf(from, sizeof from, MILL_VTKHDF_POSE "%s/rotation/%s", motion, part[k]);
         snprintf(to, sizeof to, MILL_VTKHDF_POSE "%s/%s", motion, part[k]);
         mill_h5_link(file, from, to);
     }
 }
 
-static void open_poses(struct frames *frames, const struct mill_world *world,
-                       const char *const common[2])
+static void open_poses(struct frames *frames, const struct mill_world *world)
 {
-    static const struct mill_h5_layout
-        centre = {MILL_H5_F64, 1, {3}, 0, "m", "where the frame's origin is: frame, (x, y, z)",
-                  false},
-        rotation = {
-            MILL_H5_F64, 2,
-            {3, 3},      0,
-            "1",         "axes of the frame, as columns: a point p of it is at centre + rotation p",
-            false};
-    struct mill_h5 *file = frames->file;
+    static const struct mill_h5_layout layout[2] = {
+        {MILL_H5_F64, 1, {3}, 0, "m", "where the frame's origin is: frame, (x, y, z)", false},
+        {MILL_H5_F64,
+         2,
+         {3, 3},
+         0,
+         "1",
+         "axes of the frame, as columns: a point p of it is at centre + rotation p",
+         false}};
     frames->motions = world->motions;
     for (int k = 0; k < frames->motions; k++) {
-        const char *name = world->motion_name[k];
-        frames->centre[k] = open_element(file, name, "centre", &centre, frames->rows, common);
-        frames->rotation[k] = open_element(file, name, "rotation", &rotation, frames->rows, common);
-        make_element(file, name);
+        for (int i = 0; i < 2; i++) {
+            char element[PATH];
+            snprintf(element, sizeof element, MILL_VTKHDF_POSE "%s/%s", world->motion_name[k],
+                     i ? "rotation" : "centre");
+            frames->pose[k][i] = open_element(frames, element, &layout[i]);
+        }
+        make_element(frames->file, world->motion_name[k]);
     }
 }
 
@@ -153,8 +156,8 @@ static void append_poses(const struct frames *frames, const struct mill_world *w
         const double centre[3] = {p.place.x, p.place.y, p.place.z};
         const double rotation[3][3] = {
             {p.x.x, p.y.x, p.z.x}, {p.x.y, p.y.y, p.z.y}, {p.x.z, p.y.z, p.z.z}};
-        mill_h5_column_append(frames->centre[k], 1, centre);
-        mill_h5_column_append(frames->rotation[k], 1, rotation);
+        mill_h5_column_append(frames->pose[k][0], 1, centre);
+        mill_h5_column_append(frames->pose[k][1], 1, rotation);
     }
 }
 
@@ -166,22 +169,17 @@ static void open_columns(struct frames *frames, const struct mill_world *world)
     static const struct mill_h5_layout shared[2] = {
         {MILL_H5_I64, 0, {0}, 0, "1", "number of the frame", false},
         {MILL_H5_F64, 0, {0}, 0, "s", "simulated time", false}};
-    static const char *const name[2] = {GROUP "/position/step", GROUP "/position/time"};
     struct mill_h5 *file = frames->file;
-    frames->step = mill_h5_column_create(file, name[0], &shared[0], frames->rows);
-    frames->time = mill_h5_column_create(file, name[1], &shared[1], frames->rows);
+    frames->step = mill_h5_column_create(file, FIRST "/step", &shared[0], frames->rows);
+    frames->time = mill_h5_column_create(file, FIRST "/time", &shared[1], frames->rows);
     for (int i = 0; i < STATES; i++) {
         const struct mill_h5_layout value = {MILL_H5_F32,      2,   {balls, 3}, 0, table[i].unit,
                                              table[i].meaning, true};
-        char path[64];
-        snprintf(path, sizeof path, GROUP "/%s/value", table[i].name);
-        frames->value[i] = mill_h5_column_create(file, path, &value, frames->rows);
-        for (int k = 0; i != POSITION && k < 2; k++) {
-            snprintf(path, sizeof path, GROUP "/%s/%s", table[i].name, k ? "time" : "step");
-            mill_h5_link(file, name[k], path);
-        }
+        char element[PATH];
+        snprintf(element, sizeof element, GROUP "/%s", table[i].name);
+        frames->value[i] = open_element(frames, element, &value);
     }
-    open_poses(frames, world, name);
+    open_poses(frames, world);
 }
 
 static enum mill_status sample(struct mill_observer *self, const struct mill_world *world, double t,
@@ -237,8 +235,8 @@ static bool finish(struct mill_observer *self, const struct mill_world *world,
 {
     struct frames *frames = (struct frames *)self;
     for (int k = 0; k < frames->motions; k++) { /* from now on all frames can be read */
-        mill_h5_column_close(frames->centre[k]);
-        mill_h5_column_close(frames->rotation[k]);
+        mill_h5_column_close(frames->pose[k][0]);
+        mill_h5_column_close(frames->pose[k][1]);
     }
     return mill_vtkhdf_write(frames->file, &frames->asked, world, frames->rows, going);
 }
