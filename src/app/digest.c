@@ -49,11 +49,9 @@ struct digest {
 /* Describes what is wrong with the present record: "standard input: record 3 (state): WHY" */
 static enum mill_status refuse(struct digest *d, enum mill_status status, const char *why)
 {
-    struct mill_error what;
-    mill_error_set(&what, status, "%s", why);
     return mill_error_set(d->error, status == MILL_FAILED && !d->file ? MILL_BAD_DECK : status,
                           "standard input: record %" PRIu64 " (%s): %s", d->stream.records,
-                          d->stream.type, what.text);
+                          d->stream.type, why);
 }
 
 /* Reads bytes; while there is no input, it checks for a signal. *got: number of bytes; less than

@@ -23,7 +23,6 @@ struct mill_facts {
      * "none" before the end. Otherwise NULL */
     const char *ended_by;
     double time, local; /* [s] simulated time reached; the same as local time of the world */
-    double end;         /* [s] run.time */
     struct mill_record_cost cost;
     int threads;               /* used by the run */
     double peak_memory;        /* [byte] */

@@ -255,7 +255,6 @@ static struct mill_facts facts_of(const struct run *r, const char *status)
                                .ended_by = asked ? by : NULL,
                                .time = mill_sim_time(r->sim),
                                .local = mill_sim_local_time(r->sim),
-                               .end = r->deck->time,
                                .cost = cost_of(r),
                                .threads = mill_sim_threads(r->sim),
                                .peak_memory = mill_record_peak_memory(),

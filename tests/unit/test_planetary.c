@@ -218,7 +218,6 @@ static char *summary_of(bool json)
     struct mill_facts facts = {.status = "complete",
                                .time = p.asked.end,
                                .local = mill_sim_local_time(p.sim),
-                               .end = p.asked.end,
                                .version = "0",
                                .deck = "jar.ini",
                                .output = "jar.h5"};

@@ -14,7 +14,6 @@ static void setup(void)
                                 .peak_memory = 34e6,
                                 .time = 1.5,
                                 .local = 1.5,
-                                .end = 1.5,
                                 .version = "0.1",
                                 .deck = "input/simoloyer.ini",
                                 .output = "simoloyer.h5"};
