@@ -129,7 +129,7 @@ static void set_account(struct mill_replay *r, double time)
     struct mill_account *a = &w->account;
     const double step = r->last[0] - r->before[0];
     const double share = step > 0 ? (time - r->before[0]) / step : 1.0;
-    double now[MILL_REPLAY_ACCOUNT];
+    double now[MILL_REPLAY_ACCOUNT] = {0};
     const double *motion = now + 2, *loss = motion + 2 * w->motions;
     for (size_t i = 0; i < length_of(w); i++)
         now[i] = share == 1.0 ? r->last[i] : r->before[i] + share * (r->last[i] - r->before[i]);
