@@ -35,7 +35,7 @@ NEAREST = {
     "src/engine/ sim_account": "sim sim_slabs cli/test_statistics planetary",
     "src/observe/ energies spectrum strikes": "spectrum strikes tally cli/test_statistics cli/test_precision "
     "tools/test_dose",
-    "src/observe/ precision tally tally_results tally_window": "precision tally notes cli/test_statistics "
+    "src/observe/ precision tally tally_results": "precision tally notes cli/test_statistics "
     "cli/test_precision+ cli/test_resume cli/test_pinch tools/test_dose planetary",
     "src/observe/ tally_results_tell": "tally cli/test_statistics cli/test_precision cli/test_output cli/test_digest "
     "cli/test_pinch",

@@ -48,4 +48,8 @@ void mill_command_free(struct mill_command *command);
 /* Prints the text for --help or --version. false: neither was given. */
 bool mill_command_answer(const struct mill_command *command, FILE *out);
 
+/* --examples (examples.c): copies the example decks and their files into a folder, which is made if
+ * necessary, and tells `out` so. MILL_BAD_DECK: a file is there already, and nothing was copied. */
+enum mill_status mill_examples_copy(const char *folder, FILE *out, struct mill_error *error);
+
 #endif

@@ -1,20 +1,32 @@
-/* The deck gives the mill, the balls and the motions. The stream gives states, impacts, works and
- * losses. The observers process both as in a run. docs/file-format.md describes the stream. */
-#include "app/digest.h"
-
+/* The deck gives the mill, the balls and the motions. The stream on standard input gives states,
+ * impacts, works and losses, as records: a type, a length, and that many bytes. The observers
+ * process both as in a run. docs/file-format.md describes the stream. */
 #include "app/asked.h"
 #include "app/facts.h"
-#include "app/record.h"
-#include "app/stream.h"
-#include "observe/notes.h"
+#include "app/run.h"
 #include "observe/replay.h"
 
+#include <errno.h>
 #include <inttypes.h>
 #include <math.h>
+#include <poll.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
-static const char part[] = "normal"; /* the known part of the loss in a single impact */
+#define PATIENCE 250 /* [ms] between two checks of *stop */
+enum { TYPE = 8 };   /* bytes of a record's type */
+
+static const char magic[] = "millsim stream 1\n";
+
+/* From file descriptor 0. Numbers are little-endian, as on this machine. */
+struct stream {
+    uint64_t records;    /* number of records begun */
+    char type[TYPE + 1]; /* of the present record; "": end of the stream */
+    uint64_t length;     /* [bytes] length of the present record's contents */
+    char *bytes;         /* the contents, followed by a 0 */
+    size_t room;
+};
 
 struct digest {
     struct mill_run_order *order;
@@ -25,19 +37,108 @@ struct digest {
     struct mill_observers observers;
     struct mill_replay replay;
     struct mill_facts_list facts;
-    struct mill_stream stream;
-    struct mill_h5 *file; /* NULL: not made yet */
-    bool begun;           /* the record `begin` has been read */
-    const char *ended;    /* how the run ended, from the stream; NULL: not yet */
+    struct stream stream;
+    struct mill_h5 *file;  /* NULL: not made yet */
+    struct mill_error why; /* what is wrong with the present record */
+    bool begun;            /* the record `begin` has been read */
+    const char *ended;     /* how the run ended, from the stream; NULL: not yet */
 };
 
+/* ---- the stream ---- */
+
+/* Describes what is wrong with the present record: "standard input: record 3 (state): WHY" */
 static enum mill_status refuse(struct digest *d, enum mill_status status, const char *why)
 {
-    struct mill_error what;
-    mill_error_set(&what, status, "%s", why);
-    return mill_stream_refuse(&d->stream,
-                              status == MILL_FAILED && !d->file ? MILL_BAD_DECK : status, what.text,
-                              d->error);
+    return mill_error_set(d->error, status == MILL_FAILED && !d->file ? MILL_BAD_DECK : status,
+                          "standard input: record %" PRIu64 " (%s): %s", d->stream.records,
+                          d->stream.type, why);
+}
+
+/* Reads bytes; while there is no input, it checks for a signal. *got: number of bytes; less than
+ * `count` at the end of the stream */
+static enum mill_status fill(struct digest *d, char *to, size_t count, size_t *got)
+{
+    const volatile sig_atomic_t *stop = d->order->stop;
+    struct pollfd input = {STDIN_FILENO, POLLIN, 0};
+    ssize_t length = 1;
+    *got = 0;
+    while (*got < count && length > 0) {
+        while (!*stop && poll(&input, 1, PATIENCE) <= 0)
+            ;
+        if (*stop)
+            return mill_error_set(d->error, MILL_STOPPED, "%s", "");
+        length = read(STDIN_FILENO, to + *got, count - *got);
+        if (length < 0 && errno != EINTR)
+            return mill_error_set(d->error, MILL_FAILED, "standard input: cannot read: %s",
+                                  strerror(errno));
+        *got += length > 0 ? (size_t)length : 0;
+        length = length < 0 ? 1 : length;
+    }
+    return MILL_OK;
+}
+
+/* Reads the first line. */
+static enum mill_status begin_stream(struct digest *d)
+{
+    char line[sizeof magic] = "";
+    size_t got;
+    const enum mill_status status = fill(d, line, sizeof magic - 1, &got);
+    if (status != MILL_OK || strcmp(line, magic) == 0)
+        return status;
+    return mill_error_set(d->error, MILL_BAD_DECK,
+                          "standard input: is not a stream of a run: expected the line '%.*s' "
+                          "first (docs/file-format.md)",
+                          (int)sizeof magic - 2, magic);
+}
+
+static enum mill_status tell_cut(struct digest *d)
+{
+    return mill_error_set(d->error, MILL_FAILED,
+                          "standard input: is cut off in record %" PRIu64 ": expected more bytes",
+                          d->stream.records);
+}
+
+/* Reads type and length of the next record. */
+static enum mill_status next_record(struct digest *d)
+{
+    struct stream *s = &d->stream;
+    char head[TYPE + sizeof s->length];
+    size_t got;
+    memset(s->type, 0, sizeof s->type);
+    s->length = 0;
+    const enum mill_status status = fill(d, head, sizeof head, &got);
+    if (status != MILL_OK || got == 0)
+        return status;
+    s->records++;
+    if (got < sizeof head)
+        return tell_cut(d);
+    for (int i = 0; i < TYPE && head[i] != ' '; i++)
+        s->type[i] = head[i] > ' ' && head[i] < 127 ? head[i] : '?';
+    memcpy(&s->length, head + TYPE, sizeof s->length);
+    if (!s->type[0])
+        s->type[0] = '?';
+    return MILL_OK;
+}
+
+/* Reads the contents of the record. */
+static enum mill_status read_record(struct digest *d)
+{
+    struct stream *s = &d->stream;
+    size_t got;
+    if (s->length >= s->room) {
+        char *bytes = realloc(s->bytes, s->length + 1);
+        if (!bytes)
+            return mill_error_set(d->error, MILL_FAILED,
+                                  "standard input: record %" PRIu64 " (%s): out of memory",
+                                  s->records, s->type);
+        s->bytes = bytes;
+        s->room = s->length + 1;
+    }
+    const enum mill_status status = fill(d, s->bytes, s->length, &got);
+    if (status != MILL_OK)
+        return status;
+    s->bytes[got] = '\0';
+    return got < s->length ? tell_cut(d) : MILL_OK;
 }
 
 /* ---- the mill ---- */
@@ -68,20 +169,16 @@ static enum mill_status begin(struct digest *d)
         double apart;
         uint64_t springs;
     } told;
-    struct mill_error why;
     memcpy(&told, d->stream.bytes, sizeof told);
     for (int i = 0; i < 3; i++)
-        if (told.count[i] != own[i]) {
-            mill_error_set(&why, MILL_BAD_DECK,
-                           "it is of a mill with %" PRIu64 " %s, and the deck has %" PRIu64,
-                           told.count[i], what[i], own[i]);
-            return refuse(d, MILL_BAD_DECK, why.text);
-        }
+        if (told.count[i] != own[i])
+            return mill_error_set(&d->why, MILL_BAD_DECK,
+                                  "it is of a mill with %" PRIu64 " %s, and the deck has %" PRIu64,
+                                  told.count[i], what[i], own[i]);
     if (!(told.apart >= 0) || isinf(told.apart) || told.springs > 1)
-        return refuse(d, MILL_BAD_DECK, "expected a time of 0 s or more, and 0 or 1 for springs");
+        return mill_error_set(&d->why, MILL_BAD_DECK,
+                              "expected a time of 0 s or more, and 0 or 1 for springs");
     d->observe.elastic = told.springs ? &d->replay.elastic : NULL;
-    if (mill_observers_create(&d->observe, d->world, &d->observers, d->error) != MILL_OK)
-        return MILL_FAILED;
     mill_replay_init(&d->replay, d->world, &d->observers, told.apart, d->observe.end);
     d->begun = true;
     return MILL_OK;
@@ -89,139 +186,71 @@ static enum mill_status begin(struct digest *d)
 
 /* ---- the file ---- */
 
-/* Makes the file when there is something to write. */
+/* Makes the observers and the file when there is something to write. */
 static enum mill_status open_output(struct digest *d)
 {
+    static const char *const about[2] = {MILL_FACTS_PART,
+                                         "energy lost in the impact, its normal part"};
     const bool force = d->order->asked->given[MILL_FORCE] != NULL;
-    struct mill_error why;
-    const char *known = part;
-    if (mill_facts_check(&d->facts, &why) != MILL_OK)
-        return refuse(d, MILL_BAD_DECK, why.text);
+    if (mill_facts_check(&d->facts, &d->why) != MILL_OK)
+        return refuse(d, MILL_BAD_DECK, d->why.text);
+    enum mill_status status = mill_observers_create(&d->observe, d->world, &d->observers, d->error);
+    if (status != MILL_OK)
+        return status;
     *d->order->begun = 1;
-    const enum mill_status status =
-        mill_h5_create(d->output, force ? MILL_H5_OVERWRITE : MILL_H5_NEW, &d->file, d->error);
+    status = mill_h5_create(d->output, force ? MILL_H5_OVERWRITE : MILL_H5_NEW, &d->file, d->error);
     if (status != MILL_OK)
         return status;
     mill_record_deck(d->file, d->order->deck);
-    for (int k = 0; k < d->observers.count; k++) {
-        struct mill_observer *one = d->observers.each[k];
-        if (one->type->open)
-            one->type->open(one, &d->observe, d->file, d->world);
-    }
-    if (d->observe.log_impacts) {
-        const char *meaning = "energy lost in the impact, its normal part";
-        mill_h5_attribute(d->file, "/impacts/dissipation", "part", MILL_H5_TEXT, 0, &known);
-        mill_h5_attribute(d->file, "/impacts/dissipation", "description", MILL_H5_TEXT, 0,
-                          &meaning);
-    }
-    return mill_h5_status(d->file, d->error);
+    status = mill_observers_open(&d->observers, &d->observe, d->file, d->world, NULL, d->error);
+    for (int k = 0; d->observe.log_impacts && k < 2; k++)
+        mill_h5_attribute(d->file, "/impacts/dissipation", k ? "description" : "part", MILL_H5_TEXT,
+                          0, &about[k]);
+    return status == MILL_OK ? mill_h5_status(d->file, d->error) : status;
 }
 
-/* Writes the notes of the other program, then millsim's notes on the results. */
-static void write_notes(const struct digest *d, const struct mill_notes *notes)
+static void write_results(const struct digest *d, const char *status)
 {
-    const char *own = mill_facts_text(&d->facts, "notes");
-    const size_t length = strlen(own);
-    char *text = malloc(length + sizeof notes->note + 2), *end = text;
-    if (!text) {
-        mill_h5_spend(d->file, "out of memory for the notes");
-        return;
+    const struct mill_facts facts = {.status = status,
+                                     .time = d->replay.now,
+                                     .local = d->replay.now - d->world->base,
+                                     .foreign = &d->facts};
+    for (int k = 0; k < 2; k++) {
+        const char *value = mill_facts_text(&d->facts, k ? "version" : "program");
+        mill_h5_attribute(d->file, "/h5md/creator", k ? "version" : "name", MILL_H5_TEXT, 0,
+                          &value);
     }
-    end += sprintf(end, "%s%s", own, length > 0 && own[length - 1] != '\n' ? "\n" : "");
-    for (const struct mill_note *n = notes->note; n < notes->note + notes->count; n++)
-        if (n->text[0])
-            end += sprintf(end, "%s\n", n->text);
-    mill_h5_write_text(d->file, "/run/notes", text,
-                       "remarks on the validity of the results, one per line");
-    free(text);
+    mill_run_write(d->file, &d->observers, d->world, &facts);
 }
 
-static void write_results(struct digest *d, const char *status)
-{
-    const char *const creator[2] = {mill_facts_text(&d->facts, "program"),
-                                    mill_facts_text(&d->facts, "version")};
-    const double now = d->replay.now, local = now - d->world->base;
-    struct mill_tally_results *results;
-    struct mill_notes notes;
-    struct mill_sink_file to;
-    struct mill_error error;
-    mill_h5_attribute(d->file, "/h5md/creator", "name", MILL_H5_TEXT, 0, &creator[0]);
-    mill_h5_attribute(d->file, "/h5md/creator", "version", MILL_H5_TEXT, 0, &creator[1]);
-    mill_sink_file(&to, d->file, "");
-    to.sink.part = part;
-    if (mill_observers_results(&d->observers, d->world, local, &to.sink, &error) != MILL_OK)
-        mill_h5_spend(d->file, error.text);
-    mill_sink_file(&to, d->file, "/run");
-    mill_record_foreign(d->world, status, now, &to.sink);
-    mill_facts_write(&d->facts, d->file, "notes");
-    if (mill_tally_results_make(mill_observers_tally(&d->observers), d->world, local, &results,
-                                &error) != MILL_OK) {
-        mill_h5_spend(d->file, error.text);
-        return;
-    }
-    mill_notes_foreign(&notes, d->world, results, local, strcmp(status, "stopped") == 0);
-    write_notes(d, &notes);
-    mill_tally_results_free(results);
-}
-
-/* ---- the stream ---- */
+/* ---- records: their functions say in d->why what is wrong with one ---- */
 
 static enum mill_status take_fact(struct digest *d)
 {
-    struct mill_error why;
-    const enum mill_status status =
-        mill_facts_take(&d->facts, d->stream.bytes, d->stream.length, &why);
-    return status == MILL_OK ? status : refuse(d, status, why.text);
-}
-
-/* A failure to write is reported for the file, all other failures for the stream. */
-static enum mill_status after(struct digest *d, enum mill_status status, const char *why)
-{
-    if (mill_h5_status(d->file, d->error) != MILL_OK)
-        return MILL_FAILED;
-    return status == MILL_OK ? status : refuse(d, status, why);
+    return mill_facts_take(&d->facts, d->stream.bytes, d->stream.length, &d->why);
 }
 
 static enum mill_status take_state(struct digest *d)
 {
     const double *values = (const void *)d->stream.bytes;
-    struct mill_error why;
-    return after(d, mill_replay_state(&d->replay, values[0], values + 1, &why), why.text);
+    return mill_replay_state(&d->replay, values[0], values + 1, &d->why);
 }
 
 static enum mill_status take_impacts(struct digest *d)
 {
     const size_t count = d->stream.length / sizeof(struct mill_replay_impact);
-    struct mill_error why;
-    return after(d, mill_replay_impacts(&d->replay, count, (const void *)d->stream.bytes, &why),
-                 why.text);
+    return mill_replay_impacts(&d->replay, count, (const void *)d->stream.bytes, &d->why);
 }
 
 static enum mill_status take_account(struct digest *d)
 {
-    const double *from = (const void *)d->stream.bytes;
-    const int motions = d->world->motions, kinds = d->world->kinds.count;
-    struct mill_replay_account account = {.time = from[0], .elastic = from[1]};
-    struct mill_error why;
-    for (int i = 0; i < 2 * (motions + kinds) + 2; i++)
-        if (isinf(from[i]))
-            return refuse(d, MILL_FAILED, "expected finite numbers, or NaN for what is not known");
-    from += 2;
-    for (int k = 0; k < motions; k++, from += 2) {
-        account.motion[k].work = from[0];
-        account.motion[k].impulse = from[1];
-    }
-    for (int k = 0; k < kinds; k++, from += 2) {
-        account.loss[k].all = from[0];
-        account.loss[k].normal = from[1];
-    }
-    return after(d, mill_replay_account(&d->replay, &account, &why), why.text);
+    return mill_replay_account(&d->replay, (const void *)d->stream.bytes, &d->why);
 }
 
 static enum mill_status publish(struct digest *d)
 {
     write_results(d, "running");
-    return mill_h5_flush(d->file, d->error);
+    return mill_h5_flush(d->file, &d->why);
 }
 
 static enum mill_status take_end(struct digest *d)
@@ -229,13 +258,12 @@ static enum mill_status take_end(struct digest *d)
     static const char *const known[] = {"complete", "stopped", "failed"};
     const char *told = d->stream.bytes + sizeof(double);
     double time;
-    struct mill_error why;
     memcpy(&time, d->stream.bytes, sizeof time);
     for (size_t i = 0; i < sizeof known / sizeof *known && !d->ended; i++)
         d->ended = strcmp(told, known[i]) == 0 ? known[i] : NULL;
     if (!d->ended)
-        return refuse(d, MILL_FAILED, "expected complete, stopped or failed");
-    return after(d, mill_replay_end(&d->replay, time, &why), why.text);
+        return mill_error_set(&d->why, MILL_FAILED, "expected complete, stopped or failed");
+    return mill_replay_end(&d->replay, time, &d->why);
 }
 
 /* Type of a record, its function, and its length in bytes: minimum, step, maximum */
@@ -259,9 +287,8 @@ static enum mill_status take_record(struct digest *d, bool *over)
                                    {"publish", publish, 0, 1, 0},
                                    {"end", take_end, f8 + 6, 1, f8 + 8}};
     const struct record *r = known, *none = known + sizeof known / sizeof *known;
-    const struct mill_stream *s = &d->stream;
-    struct mill_error why;
-    enum mill_status status = mill_stream_next(&d->stream, d->error);
+    const struct stream *s = &d->stream;
+    enum mill_status status = next_record(d);
     if (status != MILL_OK)
         return status;
     if (!s->type[0])
@@ -276,18 +303,23 @@ static enum mill_status take_record(struct digest *d, bool *over)
                       : d->begun ? "a second record of this type"
                                  : "expected the record 'begin' first");
     if (s->length < r->least || s->length > r->most || (s->length - r->least) % r->step != 0) {
-        mill_error_set(&why, MILL_FAILED, "%" PRIu64 " bytes: expected %" PRIu64 "%s", s->length,
+        mill_error_set(&d->why, MILL_FAILED, "%" PRIu64 " bytes: expected %" PRIu64 "%s", s->length,
                        r->step > 1 ? r->step : r->least,
                        r->step > 1          ? " for each impact, 2^20 impacts at most"
                        : r->most > r->least ? " or some more"
                                             : "");
-        return refuse(d, MILL_FAILED, why.text);
+        return refuse(d, MILL_FAILED, d->why.text);
     }
-    status = mill_stream_take(&d->stream, d->error);
+    status = read_record(d);
     if (status == MILL_OK && !d->file && r->take != begin && r->take != take_fact)
         status = open_output(d);
+    if (status != MILL_OK)
+        return status;
     *over = r->take == take_end;
-    return status == MILL_OK ? r->take(d) : status;
+    status = r->take(d);
+    if (d->file && mill_h5_status(d->file, d->error) != MILL_OK)
+        return MILL_FAILED; /* a failure to write is of the file, all others are of the stream */
+    return status == MILL_OK ? status : refuse(d, status, d->why.text);
 }
 
 /* ---- the end ---- */
@@ -336,11 +368,11 @@ static void tell(const struct digest *d)
 
 enum mill_status mill_digest(struct mill_run_order *order)
 {
-    struct digest d = {order, order->asked->output, order->error, .stream.stop = order->stop};
+    struct digest d = {.order = order, .output = order->asked->output, .error = order->error};
     bool over = false;
     enum mill_status status = build(&d);
     if (status == MILL_OK)
-        status = mill_stream_begin(&d.stream, d.error);
+        status = begin_stream(&d);
     while (status == MILL_OK && !over)
         status = take_record(&d, &over);
     if (status != MILL_BAD_DECK)
@@ -351,7 +383,7 @@ enum mill_status mill_digest(struct mill_run_order *order)
     mill_replay_free(&d.replay);
     mill_observers_free(&d.observers);
     mill_facts_free(&d.facts);
-    mill_stream_free(&d.stream);
+    free(d.stream.bytes);
     mill_world_free(d.world);
     return status;
 }

@@ -1,6 +1,6 @@
 /* `millsim --examples DIR`: the decks of input/ for those who have no checkout. No file is
  * replaced: all names are looked at before the first file is copied. */
-#include "app/examples.h"
+#include "app/command.h"
 
 #include "deck/share.h"
 #include "deck/textfile.h"
@@ -10,7 +10,6 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 enum { LARGEST = 64 << 20 /* [B] */, LONGEST = MILL_SHARE_PATH + 300 };
 static const char first[] = "simoloyer.ini"; /* a deck that is among them */

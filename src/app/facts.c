@@ -7,6 +7,13 @@
 
 enum { MOST = 1000, LONGEST = 120, PARTS = 4 };
 
+struct mill_fact {
+    char *name; /* the memory that holds all texts of the fact */
+    const char *unit, *meaning, *text;
+    enum mill_h5_type type; /* MILL_H5_F64, MILL_H5_U64 or MILL_H5_TEXT */
+    uint64_t bits;          /* of a number */
+};
+
 /* Is the name allowed? Not if millsim itself writes it to /run, or if it is a path to elsewhere. */
 static bool is_name(const char *name)
 {
@@ -21,35 +28,19 @@ static bool is_name(const char *name)
                '\0';
 }
 
-const struct mill_fact *mill_facts_find(const struct mill_facts_list *facts, const char *name)
+/* Number of the fact of this name; facts->count: there is none */
+static size_t find(const struct mill_facts_list *facts, const char *name)
 {
-    for (size_t i = 0; i < facts->count; i++)
-        if (strcmp(facts->fact[i].name, name) == 0)
-            return &facts->fact[i];
-    return NULL;
+    size_t i = 0;
+    while (i < facts->count && strcmp(facts->fact[i].name, name) != 0)
+        i++;
+    return i;
 }
 
 const char *mill_facts_text(const struct mill_facts_list *facts, const char *name)
 {
-    const struct mill_fact *fact = mill_facts_find(facts, name);
-    return fact && fact->type == MILL_H5_TEXT ? fact->text : "";
-}
-
-/* Reads the value of this type, which begins at `at` and is `left` bytes long. */
-static bool take_value(struct mill_fact *fact, const char *type, const char *at, size_t left)
-{
-    if (strcmp(type, "f8") == 0 && left == sizeof fact->number) {
-        fact->type = MILL_H5_F64;
-        memcpy(&fact->number, at, left);
-    } else if (strcmp(type, "u8") == 0 && left == sizeof fact->count) {
-        fact->type = MILL_H5_U64;
-        memcpy(&fact->count, at, left);
-    } else {
-        fact->type = MILL_H5_TEXT;
-        fact->text = at;
-        return strcmp(type, "text") == 0 && strlen(at) == left;
-    }
-    return true;
+    const size_t i = find(facts, name);
+    return i < facts->count && facts->fact[i].type == MILL_H5_TEXT ? facts->fact[i].text : "";
 }
 
 /* Makes a fact from these bytes, which it then owns. false: they are no fact. */
@@ -63,18 +54,22 @@ static bool parse(struct mill_fact *fact, char *bytes, size_t length)
         if (at > bytes + length)
             return false;
     }
+    const size_t left = length - (size_t)(at - bytes);
+    const bool text = strcmp(part[3], "text") == 0, whole = strcmp(part[3], "u8") == 0;
     fact->unit = part[1];
     fact->meaning = part[2];
-    return is_name(part[0]) && part[2][0] &&
-           take_value(fact, part[3], at, length - (size_t)(at - bytes));
+    fact->type = text ? MILL_H5_TEXT : whole ? MILL_H5_U64 : MILL_H5_F64;
+    fact->text = at;
+    if (!text && left == sizeof fact->bits)
+        memcpy(&fact->bits, at, left);
+    return is_name(part[0]) && part[2][0] && (text || whole || strcmp(part[3], "f8") == 0) &&
+           left == (text ? strlen(at) : sizeof fact->bits);
 }
 
 /* Puts the fact into the list, in place of an earlier one of its name. false: out of memory */
 static bool keep(struct mill_facts_list *facts, const struct mill_fact *fact)
 {
-    size_t i = 0;
-    while (i < facts->count && strcmp(facts->fact[i].name, fact->name) != 0)
-        i++;
+    const size_t i = find(facts, fact->name);
     if (i == facts->count) {
         struct mill_fact *more = realloc(facts->fact, (i + 1) * sizeof *more);
         if (!more)
@@ -118,8 +113,8 @@ enum mill_status mill_facts_check(const struct mill_facts_list *facts, struct mi
     } needed[] = {{"program", MILL_H5_TEXT}, {"version", MILL_H5_TEXT},  {"command", MILL_H5_TEXT},
                   {"started", MILL_H5_TEXT}, {"wall_time", MILL_H5_F64}, {"cpu_time", MILL_H5_F64}};
     for (size_t i = 0; i < sizeof needed / sizeof *needed; i++) {
-        const struct mill_fact *fact = mill_facts_find(facts, needed[i].name);
-        if (!fact || fact->type != needed[i].type)
+        const size_t k = find(facts, needed[i].name);
+        if (k == facts->count || facts->fact[k].type != needed[i].type)
             return mill_error_set(error, MILL_FAILED, "the fact '%s' (%s) must come before it",
                                   needed[i].name,
                                   needed[i].type == MILL_H5_TEXT ? "text" : "f8, in s");
@@ -134,12 +129,9 @@ void mill_facts_write(const struct mill_facts_list *facts, struct mill_h5 *file,
         snprintf(path, sizeof path, "/run/%s", f->name);
         if (strcmp(f->name, except) == 0)
             continue;
-        if (f->type == MILL_H5_TEXT)
-            mill_h5_write_text(file, path, f->text, f->meaning);
-        else
-            mill_h5_write(file, path, f->type, 0, NULL,
-                          f->type == MILL_H5_F64 ? (const void *)&f->number : &f->count, f->unit,
-                          f->meaning);
+        const bool text = f->type == MILL_H5_TEXT;
+        mill_h5_write(file, path, f->type, 0, NULL, text ? (const void *)&f->text : &f->bits,
+                      text ? "" : f->unit, f->meaning);
     }
 }
 

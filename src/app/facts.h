@@ -5,13 +5,7 @@
 
 #include "store/h5.h"
 
-struct mill_fact {
-    char *name; /* the memory that holds all texts of the fact */
-    const char *unit, *meaning, *text;
-    enum mill_h5_type type; /* MILL_H5_F64, MILL_H5_U64 or MILL_H5_TEXT */
-    double number;
-    uint64_t count;
-};
+#define MILL_FACTS_PART "normal" /* the part of the loss in a single impact that is known of it */
 
 struct mill_facts_list {
     size_t count;
@@ -22,9 +16,6 @@ struct mill_facts_list {
  * and the value. Replaces an earlier fact of this name. MILL_FAILED: the record is no fact. */
 enum mill_status mill_facts_take(struct mill_facts_list *facts, const char *bytes, size_t length,
                                  struct mill_error *error);
-
-/* NULL: there is no fact of this name. */
-const struct mill_fact *mill_facts_find(const struct mill_facts_list *facts, const char *name);
 
 /* The text of a fact, or "" */
 const char *mill_facts_text(const struct mill_facts_list *facts, const char *name);

@@ -1,10 +1,9 @@
 /* The command `millsim`: arguments, signals, messages and exit status. No other part of the program
  * prints or exits. All errors that can be found early are reported before the run begins: wrong
  * usage, a wrong deck, an output that exists or cannot be written. */
-#include "app/digest.h"
-#include "app/examples.h"
 #include "app/forecast.h"
 #include "app/record.h"
+#include "app/run.h"
 #include "app/summary.h"
 #include "deck/deck.h"
 #include "store/draft.h"
@@ -12,7 +11,6 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <gsl/gsl_errno.h>
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>

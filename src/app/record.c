@@ -113,15 +113,8 @@ static void tell_sleep(struct mill_sink *sink, const struct mill_world *world, d
                      "sum of the times for which balls were at rest, without events");
 }
 
-static void tell_events(struct mill_sink *sink, const struct mill_world *world)
+static void tell_search(struct mill_sink *sink, const struct mill_counts *c)
 {
-    const struct mill_counts *c = &world->counts;
-    if (sink->full)
-        sink->open(sink, "events");
-    tell_kinds(sink, "collisions", world, world->account.collisions,
-               "impacts of this kind, from t = 0");
-    if (!sink->full)
-        return;
     mill_tell_count(sink, "cell_crossings", c->cell_crossings, "balls changing their cell");
     mill_tell_count(
         sink, "stale", c->stale,
@@ -132,7 +125,19 @@ static void tell_events(struct mill_sink *sink, const struct mill_world *world)
     mill_tell_count(
         sink, "quartic_fallbacks", c->quartics.fallbacks,
         "of these: solved by a Sturm sequence, because rounding left the fast search undecided");
-    sink->close(sink);
+}
+
+/* foreign: the events of millsim's own search are those of no other program */
+static void tell_events(struct mill_sink *sink, const struct mill_world *world, bool foreign)
+{
+    if (sink->full)
+        sink->open(sink, "events");
+    tell_kinds(sink, "collisions", world, world->account.collisions,
+               "impacts of this kind, from t = 0");
+    if (sink->full && !foreign)
+        tell_search(sink, &world->counts);
+    if (sink->full)
+        sink->close(sink);
 }
 
 static void tell_cost(struct mill_sink *sink, const struct mill_facts *facts, uint64_t contacts)
@@ -158,35 +163,27 @@ void mill_record_tell(const struct mill_world *world, const struct mill_facts *f
                       struct mill_sink *sink)
 {
     const struct mill_totals totals = mill_record_add(world, facts->local);
+    char hdf5[32];
     if (sink->full) {
-        sink->text(sink, "status", facts->status, status_meaning);
+        mill_tell_text(sink, "status", facts->status, status_meaning);
         mill_tell_number(sink, "time", facts->time, "s", "simulated time reached");
     }
     if (facts->ended_by)
-        sink->text(sink, "ended_by", facts->ended_by,
-                   "what ended the run: time (run.time), precision (run.precision), "
-                   "max_collisions, or none as yet");
-    tell_events(sink, world);
+        mill_tell_text(sink, "ended_by", facts->ended_by,
+                       "what ended the run: time (run.time), precision (run.precision), "
+                       "max_collisions, or none as yet");
+    tell_events(sink, world, facts->foreign);
+    if (facts->foreign) {
+        mill_h5_version(hdf5, sizeof hdf5);
+        mill_tell_text(sink, "hdf5", hdf5, "version of the HDF5 library");
+        return;
+    }
     tell_kinds(
         sink, "floored", world, world->account.floored,
         "impacts of this kind, from t = 0, after which the normal speed was the rebound floor");
     tell_balance(sink, world, &totals);
     tell_sleep(sink, world, facts->local);
     tell_cost(sink, facts, totals.contacts);
-}
-
-void mill_record_foreign(const struct mill_world *world, const char *status, double time,
-                         struct mill_sink *sink)
-{
-    char hdf5[32];
-    mill_h5_version(hdf5, sizeof hdf5);
-    sink->text(sink, "status", status, status_meaning);
-    mill_tell_number(sink, "time", time, "s", "simulated time reached");
-    sink->text(sink, "hdf5", hdf5, "version of the HDF5 library");
-    sink->open(sink, "events");
-    tell_kinds(sink, "collisions", world, world->account.collisions,
-               "impacts of this kind, from t = 0");
-    sink->close(sink);
 }
 
 double mill_record_peak_memory(void)

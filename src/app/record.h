@@ -2,7 +2,7 @@
 #ifndef MILL_RECORD_H
 #define MILL_RECORD_H
 
-#include "base/profile.h"
+#include "app/facts.h"
 #include "deck/deck.h"
 #include "millsim/world.h"
 #include "observe/sink.h"
@@ -23,12 +23,13 @@ struct mill_facts {
      * "none" before the end. Otherwise NULL */
     const char *ended_by;
     double time, local; /* [s] simulated time reached; the same as local time of the world */
-    double end;         /* [s] run.time */
     struct mill_record_cost cost;
     int threads;               /* used by the run */
     double peak_memory;        /* [byte] */
     const char *deck, *output; /* paths as given */
     const char *version;       /* of millsim */
+    /* what another program says of its run; NULL: it is millsim's own */
+    const struct mill_facts_list *foreign;
 };
 
 /* Sums over the whole run; `local` is the present time */
@@ -49,11 +50,6 @@ void mill_record_start(struct mill_h5 *file, const struct mill_deck *deck, const
 /* Writes /deck only: for a run that is resumed, in place of the earlier one */
 void mill_record_deck(struct mill_h5 *file, const struct mill_deck *deck);
 
-/* For another program's run: writes the part of /run that comes from millsim: status, time reached
- * [s], impacts. */
-void mill_record_foreign(const struct mill_world *world, const char *status, double time,
-                         struct mill_sink *sink);
-
 /* Compares the deck with that of the file's run. MILL_BAD_DECK: they differ, and the error names
  * the first difference. MILL_FAILED: the file holds no deck. What does not change the run may
  * differ: [powder], [heat], the values of [wear], the interval of checkpoints, the number of
@@ -61,7 +57,8 @@ void mill_record_foreign(const struct mill_world *world, const char *status, dou
 enum mill_status mill_record_compare(struct mill_h5 *file, const char *name,
                                      const struct mill_deck *deck, struct mill_error *error);
 
-/* Writes how the run went: the contents of /run, or "run" of a summary. */
+/* Writes how the run went: the contents of /run, or "run" of a summary. Of another program's run
+ * only what comes from millsim: status, time reached, impacts. */
 void mill_record_tell(const struct mill_world *world, const struct mill_facts *facts,
                       struct mill_sink *sink);
 

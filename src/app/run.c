@@ -8,7 +8,6 @@
 #include "app/forecast.h"
 #include "app/summary.h"
 #include "base/version.h"
-#include "deck/deck.h"
 #include "store/draft.h"
 
 #include <math.h>
@@ -221,7 +220,8 @@ static enum mill_status prepare(struct run *r)
     if (status == MILL_OK && r->resumes)
         status = take_up(r);
     if (status == MILL_OK)
-        status = mill_observers_open(&r->observers, &r->observe, r->file, r->sim, r->error);
+        status =
+            mill_observers_open(&r->observers, &r->observe, r->file, r->world, r->sim, r->error);
     if (status != MILL_OK)
         return status;
     r->growth = mill_forecast_growth(r->world);
@@ -258,7 +258,6 @@ static struct mill_facts facts_of(const struct run *r, const char *status)
                                .ended_by = asked ? by : NULL,
                                .time = mill_sim_time(r->sim),
                                .local = mill_sim_local_time(r->sim),
-                               .end = r->deck->given.time,
                                .cost = cost_of(r),
                                .threads = mill_sim_threads(r->sim),
                                .peak_memory = mill_record_peak_memory(),
@@ -274,27 +273,38 @@ static void keep(const struct run *r)
     mill_checkpoint_write(&(struct mill_checkpoint){r->sim, &r->observers, &cost}, r->file);
 }
 
-/* Writes all results; status: of the run */
-static void write_results(const struct run *r, const char *status)
+void mill_run_write(struct mill_h5 *file, const struct mill_observers *observers,
+                    const struct mill_world *world, const struct mill_facts *facts)
 {
-    const struct mill_facts facts = facts_of(r, status);
-    struct mill_tally_results *results;
+    const struct mill_facts_list *others = facts->foreign;
+    const bool stopped = strcmp(facts->status, "stopped") == 0;
+    struct mill_tally_results *results = NULL;
     struct mill_notes notes;
     struct mill_sink_file to;
     struct mill_error error;
-    mill_sink_file(&to, r->file, "");
-    if (mill_observers_results(&r->observers, r->world, facts.local, &to.sink, &error) != MILL_OK)
-        mill_h5_spend(r->file, error.text);
-    mill_sink_file(&to, r->file, "/run");
-    mill_record_tell(r->world, &facts, &to.sink);
-    if (mill_tally_results_make(mill_observers_tally(&r->observers), r->world, facts.local,
-                                &results, &error) != MILL_OK) {
-        mill_h5_spend(r->file, error.text);
+    mill_sink_file(&to, file, "");
+    to.sink.part = others ? MILL_FACTS_PART : NULL;
+    if (mill_observers_results(observers, world, facts->local, &to.sink, &error) != MILL_OK ||
+        mill_tally_results_make(mill_observers_tally(observers), world, facts->local, &results,
+                                &error) != MILL_OK) {
+        mill_h5_spend(file, error.text);
         return;
     }
-    mill_notes_take(&notes, r->world, results, facts.local, strcmp(status, "stopped") == 0);
-    mill_notes_tell(&notes, &to.sink);
+    mill_notes_take(&notes, world, results, facts->local, stopped, others);
     mill_tally_results_free(results);
+    mill_sink_file(&to, file, "/run");
+    mill_record_tell(world, facts, &to.sink);
+    if (others)
+        mill_facts_write(others, file, "notes");
+    mill_notes_tell(&notes, others ? mill_facts_text(others, "notes") : NULL, &to.sink);
+    if (to.sink.failed)
+        mill_h5_spend(file, to.sink.failed);
+}
+
+static void write_results(const struct run *r, const char *status)
+{
+    const struct mill_facts facts = facts_of(r, status);
+    mill_run_write(r->file, &r->observers, r->world, &facts);
 }
 
 /* Publishes all results up to now, as if the run ended here, and the state. */

@@ -1,11 +1,13 @@
-/* A run, from a checked deck to a finished file and its summary */
+/* A run, from a checked deck to a finished file and its summary; millsim's own (run.c), or that of
+ * another program (digest.c) */
 #ifndef MILLSIM_RUN_H
 #define MILLSIM_RUN_H
 
 #include "app/command.h"
 #include "app/progress.h"
+#include "app/record.h"
 #include "deck/deck.h"
-#include "observe/observe.h"
+#include "observe/observers.h"
 #include "proof/paranoid.h"
 
 #include <signal.h>
@@ -27,5 +29,16 @@ struct mill_run_order {
  * and shows the progress. MILL_STOPPED: *stop became non-zero; the file then holds everything up to
  * that moment, and the state for --resume. */
 enum mill_status mill_run(struct mill_run_order *order);
+
+/* --digest: reads another program's run as a stream from standard input to its end and makes an
+ * output file like that of millsim's own runs. MILL_BAD_DECK: the stream is of another mill, or is
+ * no such stream; nothing is written. MILL_FAILED: the stream is cut off or contains impossible
+ * values; the file then holds everything up to the last account. MILL_STOPPED: the same after a
+ * signal. */
+enum mill_status mill_digest(struct mill_run_order *order);
+
+/* Writes all results of either: those of the observers, and /run. */
+void mill_run_write(struct mill_h5 *file, const struct mill_observers *observers,
+                    const struct mill_world *world, const struct mill_facts *facts);
 
 #endif

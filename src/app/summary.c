@@ -2,7 +2,7 @@
  * does, impacts by kind in the sampled window, the health of the solver, cost. The last line is a
  * short summary. */
 #include "app/summary.h"
-#include "app/summary_text.h"
+#include "observe/sink_json.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -307,6 +307,38 @@ static void print_all(const struct mill_summary *s)
         fprintf(s->out, "no anomalies\n");
 }
 
+/* One JSON object in SI units, with every number to full precision, and null for NaN and infinity.
+ * docs/file-format.md explains the keys. */
+static enum mill_status print_json(const struct mill_summary *s, struct mill_error *error)
+{
+    struct mill_sink_json json;
+    struct mill_sink *sink = &json.sink;
+    const struct mill_facts *facts = s->facts;
+    mill_sink_json_begin(&json, s->out);
+    mill_tell_text(sink, "version", facts->version, "");
+    mill_tell_text(sink, "deck", facts->deck, "");
+    mill_tell_text(sink, "output", facts->output, "");
+    mill_sink_json_next(&json, "stopped");
+    fputs(strcmp(facts->status, "stopped") == 0 ? "true" : "false", s->out);
+    mill_tell_number(sink, "time", facts->time, "s", "");
+    mill_tell_number(sink, "sample_from", s->results->begin, "s", "");
+    sink->open(sink, "run");
+    mill_record_tell(s->world, facts, sink);
+    mill_notes_tell(&s->notes, NULL, sink);
+    sink->close(sink);
+    sink->open(sink, "assumed");
+    for (int kind = 0; s->deck && kind < s->deck->mill.contacts.count; kind++)
+        if (s->deck->mill.contact[kind].assumed[0])
+            mill_tell_text(sink, s->deck->mill.contacts.name[kind],
+                           s->deck->mill.contact[kind].assumed, "");
+    sink->close(sink);
+    const enum mill_status status =
+        mill_observers_results(s->observers, s->world, facts->local, sink, error);
+    mill_notes_write(&s->notes, sink);
+    mill_sink_json_end(&json);
+    return status;
+}
+
 enum mill_status mill_summary_write(struct mill_summary *s, bool json, struct mill_error *error)
 {
     enum mill_status status = mill_tally_results_make(mill_observers_tally(s->observers), s->world,
@@ -314,9 +346,9 @@ enum mill_status mill_summary_write(struct mill_summary *s, bool json, struct mi
     if (status != MILL_OK)
         return status;
     mill_notes_take(&s->notes, s->world, s->results, s->facts->local,
-                    strcmp(s->facts->status, "stopped") == 0);
+                    strcmp(s->facts->status, "stopped") == 0, false);
     if (json)
-        status = mill_summary_json(s, error);
+        status = print_json(s, error);
     else
         print_all(s);
     mill_tally_results_free(s->results);

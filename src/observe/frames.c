@@ -8,15 +8,16 @@
 
 #include "base/version.h"
 #include "millsim/state.h"
-#include "observe/poses.h"
 #include "observe/vtkhdf.h"
 
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #define GROUP "/particles/trajectory"
+#define FIRST GROUP "/position"
 
-enum { POSITION, VELOCITY, SPIN, STATES };
+enum { POSITION, VELOCITY, SPIN, STATES, PATH = 160 };
 
 struct frames {
     struct mill_observer observer;
@@ -25,7 +26,8 @@ struct frames {
     struct mill_h5 *file;
     struct mill_h5_column *step, *time, *value[STATES]; /* the file's */
     float *row;                                         /* one state of the balls */
-    struct mill_poses poses;
+    int motions;                                        /* whose poses have columns */
+    struct mill_h5_column *pose[MILL_MOTIONS_MOST][2];  /* centre, rotation */
 };
 
 static const struct {
@@ -94,28 +96,90 @@ static void write_balls(struct mill_h5 *file, const struct mill_world *world)
     free(room);
 }
 
+/* Opens the value of an element as a column. All have the step and time of the first one. */
+static struct mill_h5_column *open_element(const struct frames *frames, const char *element,
+                                           const struct mill_h5_layout *layout)
+{
+    char path[PATH];
+    for (int k = 0; k < 2 && strcmp(element, FIRST) != 0; k++) {
+        snprintf(path, sizeof path, "%s/%s", element, k ? "time" : "step");
+        mill_h5_link(frames->file, k ? FIRST "/time" : FIRST "/step", path);
+    }
+    snprintf(path, sizeof path, "%s/value", element);
+    return mill_h5_column_create(frames->file, path, layout, frames->rows);
+}
+
+/* ---- poses of the motions, so that a player needs no laws of motion ---- */
+
+/* MDAnalysis requires every group in a group of observables to be an element. So links to the parts
+ * of the rotation are added. */
+static void make_element(struct mill_h5 *file, const char *motion)
+{
+    static const char *const part[] = {"step", "time", "value"};
+    for (int k = 0; k < 3; k++) {
+        char from[PATH], to[PATH];
+        snprintf(from, sizeof from, MILL_VTKHDF_POSE "%s/rotation/%s", motion, part[k]);
+        snprintf(to, sizeof to, MILL_VTKHDF_POSE "%s/%s", motion, part[k]);
+        mill_h5_link(file, from, to);
+    }
+}
+
+static void open_poses(struct frames *frames, const struct mill_world *world)
+{
+    static const struct mill_h5_layout layout[2] = {
+        {MILL_H5_F64, 1, {3}, 0, "m", "where the frame's origin is: frame, (x, y, z)", false},
+        {MILL_H5_F64,
+         2,
+         {3, 3},
+         0,
+         "1",
+         "axes of the frame, as columns: a point p of it is at centre + rotation p",
+         false}};
+    frames->motions = world->motions;
+    for (int k = 0; k < frames->motions; k++) {
+        for (int i = 0; i < 2; i++) {
+            char element[PATH];
+            snprintf(element, sizeof element, MILL_VTKHDF_POSE "%s/%s", world->motion_name[k],
+                     i ? "rotation" : "centre");
+            frames->pose[k][i] = open_element(frames, element, &layout[i]);
+        }
+        make_element(frames->file, world->motion_name[k]);
+    }
+}
+
+/* In float64; computed for the frame's local time by the functions that also resolve impacts, so
+ * the numbers are the same */
+static void append_poses(const struct frames *frames, const struct mill_world *world, double t)
+{
+    for (int k = 0; k < frames->motions; k++) {
+        const struct mill_pose p = mill_motion_pose(world->motion[k], t);
+        const double centre[3] = {p.place.x, p.place.y, p.place.z};
+        const double rotation[3][3] = {
+            {p.x.x, p.y.x, p.z.x}, {p.x.y, p.y.y, p.z.y}, {p.x.z, p.y.z, p.z.z}};
+        mill_h5_column_append(frames->pose[k][0], 1, centre);
+        mill_h5_column_append(frames->pose[k][1], 1, rotation);
+    }
+}
+
+/* ---- the observer ---- */
+
 static void open_columns(struct frames *frames, const struct mill_world *world)
 {
     const size_t balls = (size_t)world->balls;
     static const struct mill_h5_layout shared[2] = {
         {MILL_H5_I64, 0, {0}, 0, "1", "number of the frame", false},
         {MILL_H5_F64, 0, {0}, 0, "s", "simulated time", false}};
-    static const char *const name[2] = {GROUP "/position/step", GROUP "/position/time"};
     struct mill_h5 *file = frames->file;
-    frames->step = mill_h5_column_create(file, name[0], &shared[0], frames->rows);
-    frames->time = mill_h5_column_create(file, name[1], &shared[1], frames->rows);
+    frames->step = mill_h5_column_create(file, FIRST "/step", &shared[0], frames->rows);
+    frames->time = mill_h5_column_create(file, FIRST "/time", &shared[1], frames->rows);
     for (int i = 0; i < STATES; i++) {
         const struct mill_h5_layout value = {MILL_H5_F32,      2,   {balls, 3}, 0, table[i].unit,
                                              table[i].meaning, true};
-        char path[64];
-        snprintf(path, sizeof path, GROUP "/%s/value", table[i].name);
-        frames->value[i] = mill_h5_column_create(file, path, &value, frames->rows);
-        for (int k = 0; i != POSITION && k < 2; k++) {
-            snprintf(path, sizeof path, GROUP "/%s/%s", table[i].name, k ? "time" : "step");
-            mill_h5_link(file, name[k], path);
-        }
+        char element[PATH];
+        snprintf(element, sizeof element, GROUP "/%s", table[i].name);
+        frames->value[i] = open_element(frames, element, &value);
     }
-    mill_poses_open(&frames->poses, file, world, frames->rows, name[0], name[1]);
+    open_poses(frames, world);
 }
 
 static enum mill_status sample(struct mill_observer *self, const struct mill_world *world, double t,
@@ -136,7 +200,7 @@ static enum mill_status sample(struct mill_observer *self, const struct mill_wor
         }
         mill_h5_column_append(frames->value[state], 1, frames->row);
     }
-    mill_poses_append(&frames->poses, world, t);
+    append_poses(frames, world, t);
     self->next = mill_observe_due(frames->asked.frames, frames->asked.end, ++frames->rows);
     return mill_h5_status(frames->file, error);
 }
@@ -170,7 +234,10 @@ static bool finish(struct mill_observer *self, const struct mill_world *world,
                    const struct mill_going *going)
 {
     struct frames *frames = (struct frames *)self;
-    mill_poses_close(&frames->poses);
+    for (int k = 0; k < frames->motions; k++) { /* from now on all frames can be read */
+        mill_h5_column_close(frames->pose[k][0]);
+        mill_h5_column_close(frames->pose[k][1]);
+    }
     return mill_vtkhdf_write(frames->file, &frames->asked, world, frames->rows, going);
 }
 

@@ -4,8 +4,6 @@
 
 #include <stdio.h>
 
-enum { SPECTRA = sizeof(struct mill_speeds) / sizeof(struct mill_spectrum) };
-
 static const struct mill_sum count_of[] = {
     {"recontacts", "1",
      "impacts so soon after the last one of the pair that soft balls would touch", MILL_H5_U64,
@@ -41,7 +39,7 @@ void mill_gathered_free_plan(struct mill_gathered_plan *plan)
 
 bool mill_gathered_make(struct mill_gathered *g, const struct mill_gathered_plan *plan, int rows)
 {
-    const size_t spectra = (size_t)rows * SPECTRA;
+    const size_t spectra = (size_t)rows * MILL_GATHERED_SPECTRA;
     const size_t count[MILL_GATHERED_PARTS] = {spectra,
                                                spectra,
                                                plan->energies.pairs,
@@ -89,9 +87,4 @@ void mill_gathered_state(struct mill_gathered *g, const char *prefix, struct mil
         snprintf(name, sizeof name, "%s%s", prefix, i == MILL_GATHERED_STRIKES ? "_strikes" : "");
         mill_sums_state(&g->part[i], name, state);
     }
-}
-
-void mill_gathered_add_speeds(struct mill_speeds *into, const struct mill_speeds *from, int rows)
-{
-    mill_sums_add_records(&mill_spectrum_sums, (size_t)rows * SPECTRA, into, from);
 }

@@ -14,6 +14,7 @@ struct mill_speeds {
     /* of impacts with v_n < 0.05 m/s (in results: all); of the others */
     struct mill_spectrum tangential[2];
 };
+enum { MILL_GATHERED_SPECTRA = sizeof(struct mill_speeds) / sizeof(struct mill_spectrum) };
 
 struct mill_gathered_counts {
     uint64_t recontacts; /* impacts after the pair's last one within the duration of a contact */
@@ -48,7 +49,7 @@ struct mill_gathered {
     struct mill_map_flow *flow;            /* [cells] */
     struct mill_wear_sum *wear;            /* [facets] */
     struct mill_gathered_counts *counts;
-    int64_t last; /* number of the last original portion in it (tally_window.c) */
+    int64_t last; /* number of the last original portion in it (tally.c) */
 };
 
 /* false: out of memory. The caller frees it in both cases. */
@@ -71,8 +72,5 @@ void mill_gathered_add(struct mill_gathered *into, const struct mill_gathered *f
 /* Saves or loads them; prefix: of the names of the fields. */
 void mill_gathered_state(struct mill_gathered *gathered, const char *prefix,
                          struct mill_state *state);
-
-/* into[rows] += from[rows] */
-void mill_gathered_add_speeds(struct mill_speeds *into, const struct mill_speeds *from, int rows);
 
 #endif

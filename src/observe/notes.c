@@ -7,6 +7,7 @@
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
+#include <string.h>
 
 /* Below this restitution, dense beds with friction collapse inelastically. At 0.6, half of the
  * contacts are at the rebound floor; at 0.5 the power differs by 15 % from that of soft spheres. */
@@ -296,17 +297,8 @@ static void judge_time(struct mill_notes *notes, const struct mill_tally_results
         "nothing was sampled: the run ended before run.sample_from = %.6g s.", r->tally->begin);
 }
 
-void mill_notes_foreign(struct mill_notes *notes, const struct mill_world *world,
-                        const struct mill_tally_results *r, double t, bool stopped)
-{
-    notes->count = 0;
-    judge_time(notes, r, world->base + t, stopped);
-    judge_motion(notes, world, r, t);
-    judge_reach(notes, world, r);
-}
-
 void mill_notes_take(struct mill_notes *notes, const struct mill_world *world,
-                     const struct mill_tally_results *r, double t, bool stopped)
+                     const struct mill_tally_results *r, double t, bool stopped, bool foreign)
 {
     double hits = 0; /* hits on balls */
     for (int kind = 0; kind < world->kinds.count; kind++) {
@@ -315,6 +307,11 @@ void mill_notes_take(struct mill_notes *notes, const struct mill_world *world,
     }
     notes->count = 0;
     judge_time(notes, r, world->base + t, stopped);
+    if (foreign) {
+        judge_motion(notes, world, r, t);
+        judge_reach(notes, world, r);
+        return;
+    }
     judge_locks(notes, world);
     judge_motion(notes, world, r, t);
     judge_law(notes, world, true);
@@ -325,14 +322,10 @@ void mill_notes_take(struct mill_notes *notes, const struct mill_world *world,
     judge_drift(notes, world, r, t);
 }
 
-void mill_notes_tell(const struct mill_notes *notes, struct mill_sink *sink)
+static void tell_reach(const struct mill_notes *notes, struct mill_sink *sink)
 {
-    char lines[sizeof notes->note] = "";
-    size_t used = 0;
     sink->open(sink, "reach");
     for (const struct mill_note *note = notes->note; note < notes->note + notes->count; note++) {
-        if (note->text[0])
-            used += (size_t)snprintf(lines + used, sizeof lines - used, "%s\n", note->text);
         if (!note->code)
             continue;
         sink->open(sink, note->code);
@@ -343,17 +336,33 @@ void mill_notes_tell(const struct mill_notes *notes, struct mill_sink *sink)
         sink->close(sink);
     }
     sink->close(sink);
-    if (sink->full)
-        sink->text(sink, "notes", lines, "remarks on the validity of the results, one per line");
 }
 
-void mill_notes_write(const struct mill_notes *notes, struct mill_sink_json *json)
+void mill_notes_tell(const struct mill_notes *notes, const char *others, struct mill_sink *sink)
 {
-    mill_sink_json_open_array(json, "notes");
+    const size_t length = others ? strlen(others) : 0;
+    if (!others)
+        tell_reach(notes, sink);
+    if (!sink->full)
+        return;
+    char *lines = mill_sink_room(sink, length + sizeof notes->note + 1, 1), *end = lines;
+    if (!lines)
+        return;
+    if (length > 0)
+        end += sprintf(end, "%s%s", others, others[length - 1] == '\n' ? "" : "\n");
+    for (const struct mill_note *note = notes->note; note < notes->note + notes->count; note++)
+        if (note->text[0])
+            end += sprintf(end, "%s\n", note->text);
+    mill_tell_text(sink, "notes", lines, "remarks on the validity of the results, one per line");
+    free(lines);
+}
+
+void mill_notes_write(const struct mill_notes *notes, struct mill_sink *sink)
+{
+    const char *text[sizeof notes->note / sizeof *notes->note];
+    size_t count = 0;
     for (const struct mill_note *n = notes->note; n < notes->note + notes->count; n++)
-        if (n->text[0]) {
-            mill_sink_json_next(json, NULL);
-            mill_sink_json_string(json, n->text);
-        }
-    mill_sink_json_close_array(json);
+        if (n->text[0])
+            text[count++] = n->text;
+    sink->values(sink, "notes", MILL_H5_TEXT, 1, &count, text, "", "");
 }

@@ -5,7 +5,6 @@
 #define MILL_NOTES_H
 
 #include "observe/sink.h"
-#include "observe/sink_json.h"
 #include "observe/tally.h"
 
 struct mill_note {
@@ -29,18 +28,16 @@ void mill_notes_expect(struct mill_notes *notes, const struct mill_world *world,
                        const struct mill_tally_results *trial, double rate);
 
 /* Notes on the results of a run. The world is at local time t. stopped: a signal has stopped the
- * run. */
+ * run. foreign: it is another program's run, without the notes that concern hard spheres only */
 void mill_notes_take(struct mill_notes *notes, const struct mill_world *world,
-                     const struct mill_tally_results *results, double t, bool stopped);
+                     const struct mill_tally_results *results, double t, bool stopped,
+                     bool foreign);
 
-/* The same for another program's run, without the notes that concern hard spheres only. */
-void mill_notes_foreign(struct mill_notes *notes, const struct mill_world *world,
-                        const struct mill_tally_results *results, double t, bool stopped);
-
-/* Writes values and limits as the group "reach"; in a file also the sentences as "notes". */
-void mill_notes_tell(const struct mill_notes *notes, struct mill_sink *sink);
+/* Writes values and limits as the group "reach"; in a file also the sentences as "notes". others:
+ * notes of the other program that made the run, to which the sentences are added; NULL: none did */
+void mill_notes_tell(const struct mill_notes *notes, const char *others, struct mill_sink *sink);
 
 /* Writes the texts as the array "notes". */
-void mill_notes_write(const struct mill_notes *notes, struct mill_sink_json *json);
+void mill_notes_write(const struct mill_notes *notes, struct mill_sink *sink);
 
 #endif

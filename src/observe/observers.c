@@ -4,7 +4,6 @@
 #include "observe/tally.h"
 
 #include <assert.h>
-#include <stdlib.h>
 
 extern const struct mill_observer_type mill_frames_type, mill_series_type, mill_impactlog_type;
 
@@ -51,14 +50,15 @@ void mill_observers_state(const struct mill_observers *observers, struct mill_st
 
 enum mill_status mill_observers_open(const struct mill_observers *observers,
                                      const struct mill_observe *asked, struct mill_h5 *file,
-                                     struct mill_sim *sim, struct mill_error *error)
+                                     const struct mill_world *world, struct mill_sim *sim,
+                                     struct mill_error *error)
 {
     enum mill_status status = MILL_OK;
     for (int k = 0; k < observers->count && status == MILL_OK; k++) {
         struct mill_observer *one = observers->each[k];
         if (one->type->open)
-            one->type->open(one, asked, file, mill_sim_world(sim));
-        status = mill_sim_observe(sim, one);
+            one->type->open(one, asked, file, world);
+        status = sim ? mill_sim_observe(sim, one) : MILL_OK;
     }
     return status == MILL_OK ? mill_h5_status(file, error) : status;
 }

@@ -34,10 +34,12 @@ void mill_observers_free(struct mill_observers *observers);
 void mill_observers_state(const struct mill_observers *observers, struct mill_state *state,
                           void (*name)(struct mill_state *state, const char *name));
 
-/* The observers make their datasets, and the event loop calls them from now on. */
+/* The observers make their datasets, and the event loop calls them from now on. sim: NULL if there
+ * is none */
 enum mill_status mill_observers_open(const struct mill_observers *observers,
                                      const struct mill_observe *asked, struct mill_h5 *file,
-                                     struct mill_sim *sim, struct mill_error *error);
+                                     const struct mill_world *world, struct mill_sim *sim,
+                                     struct mill_error *error);
 
 enum mill_status mill_observers_results(const struct mill_observers *observers,
                                         const struct mill_world *world, double t,

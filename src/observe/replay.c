@@ -117,9 +117,9 @@ static void place_balls(struct mill_replay *r, double time)
     }
 }
 
-static double between(double before, double after, double share)
+static size_t length_of(const struct mill_world *w)
 {
-    return share == 1.0 ? after : before + share * (after - before);
+    return 2 * (size_t)(1 + w->motions + w->kinds.count);
 }
 
 /* Sets works and losses to their values at this time. Impacts are counted as they come. */
@@ -127,20 +127,24 @@ static void set_account(struct mill_replay *r, double time)
 {
     struct mill_world *w = r->world;
     struct mill_account *a = &w->account;
-    const struct mill_replay_account *from = &r->before, *to = &r->last;
-    const double step = to->time - from->time, share = step > 0 ? (time - from->time) / step : 1.0;
+    const double step = r->last[0] - r->before[0];
+    const double share = step > 0 ? (time - r->before[0]) / step : 1.0;
+    double now[MILL_REPLAY_ACCOUNT] = {0};
+    const double *motion = now + 2, *loss = motion + 2 * w->motions;
+    for (size_t i = 0; i < length_of(w); i++)
+        now[i] = share == 1.0 ? r->last[i] : r->before[i] + share * (r->last[i] - r->before[i]);
+    r->elastic = now[1];
     a->work = 0.0;
     for (int k = 0; k < w->motions; k++) {
-        a->motion[k].work = between(from->motion[k].work, to->motion[k].work, share);
-        a->motion[k].impulse = between(from->motion[k].impulse, to->motion[k].impulse, share);
+        a->motion[k].work = motion[2 * k];
+        a->motion[k].impulse = motion[2 * k + 1];
         a->work += a->motion[k].work;
     }
     for (int n = 0; n < r->kinds.count; n++) {
         const int k = r->kinds.kind[n];
-        a->dissipation[k] = between(from->loss[k].all, to->loss[k].all, share);
-        a->dissipation_normal[k] = between(from->loss[k].normal, to->loss[k].normal, share);
+        a->dissipation[k] = loss[2 * k];
+        a->dissipation_normal[k] = loss[2 * k + 1];
     }
-    r->elastic = between(from->elastic, to->elastic, share);
 }
 
 /* ---- calling the observers ---- */
@@ -331,20 +335,24 @@ enum mill_status mill_replay_impacts(struct mill_replay *r, size_t count,
     return MILL_OK;
 }
 
-enum mill_status mill_replay_account(struct mill_replay *r,
-                                     const struct mill_replay_account *account,
+enum mill_status mill_replay_account(struct mill_replay *r, const double *account,
                                      struct mill_error *error)
 {
     struct mill_world *w = r->world;
-    if (!(account->time >= r->now) || !isfinite(account->time))
+    const size_t count = length_of(w);
+    for (size_t i = 0; i < count; i++)
+        if (isinf(account[i]))
+            return mill_error_set(error, MILL_FAILED,
+                                  "expected finite numbers, or NaN for what is not known");
+    if (!(account[0] >= r->now))
         return mill_error_set(error, MILL_FAILED, "its time is %.9g s, that of the one before %.9g",
-                              account->time, r->now);
-    r->before = r->accounts > 0 ? r->last : *account;
-    r->last = *account;
+                              account[0], r->now);
+    memcpy(r->before, r->accounts > 0 ? r->last : account, count * sizeof *account);
+    memcpy(r->last, account, count * sizeof *account);
     r->accounts++;
     for (int k = 0; k < w->motions; k++)
-        w->account.work_gross += fabs(r->last.motion[k].work - r->before.motion[k].work);
-    return go_on(r, account->time, error);
+        w->account.work_gross += fabs(r->last[2 + 2 * k] - r->before[2 + 2 * k]);
+    return go_on(r, account[0], error);
 }
 
 enum mill_status mill_replay_end(struct mill_replay *r, double time, struct mill_error *error)

@@ -18,17 +18,10 @@ struct mill_replay_impact {
     int32_t kind, ball, partner, nothing;
 };
 
-/* Cumulative from t = 0, except `elastic`; NaN: not known */
-struct mill_replay_account {
-    double time;    /* [s] */
-    double elastic; /* [J] in springs at this time */
-    struct {
-        double work, impulse; /* [J], [N m s] the second about the motion's axis */
-    } motion[MILL_MOTIONS_MOST];
-    struct {
-        double all, normal; /* [J] energy lost: in all, in the normal direction */
-    } loss[MILL_KINDS_MOST];
-};
+/* Numbers of an account: time [s]; energy in springs at this time [J]; for each motion work [J] and
+ * impulse about its axis [N m s]; for each kind of contact the energy lost, in all and in the
+ * normal direction [J]. Cumulative from t = 0, except the springs'; NaN: not known */
+enum { MILL_REPLAY_ACCOUNT = 2 * (1 + MILL_MOTIONS_MOST + MILL_KINDS_MOST) };
 
 /* Waiting items of equal size, the oldest first */
 struct mill_replay_queue {
@@ -50,7 +43,7 @@ struct mill_replay {
     double state_at;  /* [s] of the last state received */
     double elastic;   /* [J] now */
     uint64_t accounts;
-    struct mill_replay_account before, last; /* accounts */
+    double before[MILL_REPLAY_ACCOUNT], last[MILL_REPLAY_ACCOUNT]; /* accounts */
     struct mill_replay_queue impacts, states;
 };
 
@@ -68,8 +61,7 @@ enum mill_status mill_replay_state(struct mill_replay *replay, double time, cons
 enum mill_status mill_replay_impacts(struct mill_replay *replay, size_t count,
                                      const struct mill_replay_impact *impact,
                                      struct mill_error *error);
-enum mill_status mill_replay_account(struct mill_replay *replay,
-                                     const struct mill_replay_account *account,
+enum mill_status mill_replay_account(struct mill_replay *replay, const double *account,
                                      struct mill_error *error);
 
 /* Ends the run at `time`. After the last account, works and losses continue at the rates between

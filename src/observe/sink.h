@@ -18,7 +18,6 @@ struct mill_sink {
     /* values: C order, dims[rank] (NULL at rank 0 = a scalar) */
     void (*values)(struct mill_sink *sink, const char *name, enum mill_h5_type type, int rank,
                    const size_t *dims, const void *values, const char *unit, const char *meaning);
-    void (*text)(struct mill_sink *sink, const char *name, const char *text, const char *meaning);
     /* For the same `values` in many groups: they are stored only once. NULL if not `full`. */
     void (*again)(struct mill_sink *sink, const char *name, size_t count, const double *values,
                   const char *unit, const char *meaning);
@@ -65,6 +64,12 @@ static inline void mill_tell_number(struct mill_sink *sink, const char *name, do
                                     const char *unit, const char *meaning)
 {
     sink->values(sink, name, MILL_H5_F64, 0, NULL, &value, unit, meaning);
+}
+
+static inline void mill_tell_text(struct mill_sink *sink, const char *name, const char *text,
+                                  const char *meaning)
+{
+    sink->values(sink, name, MILL_H5_TEXT, 0, NULL, &text, "", meaning);
 }
 
 static inline void mill_tell_count(struct mill_sink *sink, const char *name, uint64_t value,

@@ -38,12 +38,6 @@ static void values(struct mill_sink *sink, const char *name, enum mill_h5_type t
     mill_h5_write(f->file, place(f, name), type, rank, dims, values, unit, meaning);
 }
 
-static void text(struct mill_sink *sink, const char *name, const char *text, const char *meaning)
-{
-    struct mill_sink_file *f = (struct mill_sink_file *)sink;
-    mill_h5_write_text(f->file, place(f, name), text, meaning);
-}
-
 static void again(struct mill_sink *sink, const char *name, size_t count, const double *values,
                   const char *unit, const char *meaning)
 {
@@ -68,7 +62,7 @@ static void attribute(struct mill_sink *sink, const char *name, enum mill_h5_typ
 void mill_sink_file(struct mill_sink_file *f, struct mill_h5 *file, const char *root)
 {
     *f = (struct mill_sink_file){
-        .sink = {true, NULL, open_group, close_group, values, text, again, attribute, NULL},
+        .sink = {true, NULL, open_group, close_group, values, again, attribute, NULL},
         .file = file,
         .root = strlen(root)};
     strcpy(f->path, root);

@@ -21,7 +21,7 @@ static int character(const unsigned char *p)
     return code >= lowest[bytes] && code <= 0x10ffff && code >> 11 != 0x1b ? bytes : 0;
 }
 
-void mill_sink_json_string(struct mill_sink_json *json, const char *text)
+void mill_sink_json_string(const struct mill_sink_json *json, const char *text)
 {
     const unsigned char *p = (const unsigned char *)text;
     fputc('"', json->out);
@@ -67,36 +67,6 @@ static void close_group(struct mill_sink *sink)
     fprintf(json->out, "\n%*s}", 2 * json->depth, "");
 }
 
-/* A summary contains only whole numbers, numbers and short rows of numbers. */
-static void values(struct mill_sink *sink, const char *name, enum mill_h5_type type, int rank,
-                   const size_t *dims, const void *values, const char *unit, const char *meaning)
-{
-    struct mill_sink_json *json = (struct mill_sink_json *)sink;
-    (void)unit;
-    (void)meaning;
-    assert((type == MILL_H5_U64 || type == MILL_H5_F64) && rank <= 1);
-    mill_sink_json_next(json, name);
-    fputs(rank > 0 ? "[" : "", json->out);
-    for (size_t i = 0; i < (rank > 0 ? dims[0] : 1); i++) {
-        fputs(i > 0 ? ", " : "", json->out);
-        if (type == MILL_H5_U64)
-            fprintf(json->out, "%llu", (unsigned long long)((const uint64_t *)values)[i]);
-        else if (isfinite(((const double *)values)[i]))
-            fprintf(json->out, "%.17g", ((const double *)values)[i]);
-        else
-            fputs("null", json->out);
-    }
-    fputs(rank > 0 ? "]" : "", json->out);
-}
-
-static void text(struct mill_sink *sink, const char *name, const char *value, const char *meaning)
-{
-    struct mill_sink_json *json = (struct mill_sink_json *)sink;
-    (void)meaning;
-    mill_sink_json_next(json, name);
-    mill_sink_json_string(json, value);
-}
-
 void mill_sink_json_open_array(struct mill_sink_json *json, const char *name)
 {
     mill_sink_json_next(json, name);
@@ -112,10 +82,47 @@ void mill_sink_json_close_array(struct mill_sink_json *json)
     fputc(']', json->out);
 }
 
+static void put(const struct mill_sink_json *json, enum mill_h5_type type, const void *values,
+                size_t i)
+{
+    if (type == MILL_H5_TEXT)
+        mill_sink_json_string(json, ((const char *const *)values)[i]);
+    else if (type == MILL_H5_U64)
+        fprintf(json->out, "%llu", (unsigned long long)((const uint64_t *)values)[i]);
+    else if (isfinite(((const double *)values)[i]))
+        fprintf(json->out, "%.17g", ((const double *)values)[i]);
+    else
+        fputs("null", json->out);
+}
+
+/* A summary contains only texts, whole numbers and numbers, and short rows of them. */
+static void values(struct mill_sink *sink, const char *name, enum mill_h5_type type, int rank,
+                   const size_t *dims, const void *values, const char *unit, const char *meaning)
+{
+    struct mill_sink_json *json = (struct mill_sink_json *)sink;
+    (void)unit;
+    (void)meaning;
+    assert((type == MILL_H5_TEXT || type == MILL_H5_U64 || type == MILL_H5_F64) && rank <= 1);
+    if (rank == 0) {
+        mill_sink_json_next(json, name);
+        put(json, type, values, 0);
+        return;
+    }
+    mill_sink_json_open_array(json, name);
+    for (size_t i = 0; i < dims[0]; i++) {
+        if (type == MILL_H5_TEXT)
+            mill_sink_json_next(json, NULL);
+        else
+            fputs(i > 0 ? ", " : "", json->out);
+        put(json, type, values, i);
+    }
+    mill_sink_json_close_array(json);
+}
+
 void mill_sink_json_begin(struct mill_sink_json *json, FILE *out)
 {
     *json = (struct mill_sink_json){
-        {false, NULL, open_group, close_group, values, text, NULL, NULL, NULL}, out, true, 1};
+        {false, NULL, open_group, close_group, values, NULL, NULL, NULL}, out, true, 1};
     fputc('{', out);
 }
 

@@ -22,7 +22,7 @@ void mill_sink_json_end(struct mill_sink_json *json);
 void mill_sink_json_next(struct mill_sink_json *json, const char *name);
 
 /* Writes a text in quotes. Bytes that are not UTF-8 become U+FFFD. */
-void mill_sink_json_string(struct mill_sink_json *json, const char *text);
+void mill_sink_json_string(const struct mill_sink_json *json, const char *text);
 
 /* Opens an array as the next member; closes it */
 void mill_sink_json_open_array(struct mill_sink_json *json, const char *name);

@@ -11,6 +11,100 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* ---- the end of the run and the start of the window ----
+ *
+ * When may the run end, and where does its window begin? If run.precision is given without
+ * run.sample_from, the length of the start-up is not known while the statistics are gathered. They
+ * cannot be subtracted later, because rounded sums do not cancel exactly. So they are kept in
+ * separate portions of a few batches, at most MILL_TALLY_PORTIONS, which are joined as the run
+ * becomes longer. At the end only the portions after the cut are added up; a cut inside a portion
+ * is moved to its end. The program looks for the cut at the ends of portions, every 8th to 24th
+ * part of the run (3 portions become one where 3 make a period, else 2). */
+
+/* Makes the memory of a portion, unless it has it: a run that ends early needs only the first
+ * portions. false: out of memory */
+static bool make_portion(struct mill_tally *t, uint64_t number)
+{
+    struct mill_gathered *portion = &t->portion[number];
+    return portion->impacts || mill_gathered_make(portion, &t->plan, t->plan.kinds);
+}
+
+/* Moves statistics; `from` gets the memory that `to` had. */
+static void move(struct mill_gathered *to, struct mill_gathered *from)
+{
+    const struct mill_gathered room = *to;
+    *to = *from;
+    *from = room;
+    from->last = to->last;
+}
+
+static void join_portions(struct mill_tally *t)
+{
+    const uint64_t length = t->at.length, period = t->batches.at.period;
+    /* or more, so that whole portions make a period, or periods make a portion */
+    uint64_t many = 2;
+    while (length < period && period % (length * many) != 0)
+        many++;
+    for (uint64_t k = 0; t->search && k < t->at.portions / many; k++) {
+        struct mill_gathered *first = &t->portion[many * k];
+        for (uint64_t m = 1; m < many; m++)
+            mill_gathered_add(first, &first[m]);
+        first->last = first[many - 1].last;
+        if (k > 0)
+            move(&t->portion[k], first);
+    }
+    t->at.portions /= many;
+    t->at.length *= many;
+}
+
+/* Returns the strikes of an earlier portion. */
+static struct mill_speeds *strikes_of(struct mill_tally *t, int32_t portion)
+{
+    for (uint64_t i = 0; t->portion && i < t->at.portions; i++)
+        if (portion <= t->portion[i].last)
+            return t->portion[i].strikes;
+    return t->gathered.strikes;
+}
+
+/* Ends a batch. false: out of memory */
+static bool end_batch(struct mill_tally *t, const struct mill_account *account)
+{
+    struct mill_gathered *gathered = &t->gathered;
+    uint64_t count[MILL_SPECTRUM_SLOTS];
+    for (int i = 0; i < MILL_SPECTRUM_SLOTS; i++) {
+        uint64_t now = 0;
+        for (int kind = 0; kind < t->plan.kinds; kind++)
+            now += gathered->impacts[kind].normal.slot[i].count;
+        count[i] = now - t->before[i];
+        t->before[i] = now;
+    }
+    mill_precision_close(&t->batches, count, account);
+    if (t->batches.at.batches % t->blocks.length == 0)
+        mill_energies_blocks_close(&t->blocks, gathered->pair, t->batches.at.period);
+    if (t->batches.at.batches % t->at.length != 0)
+        return true;
+    if (t->search && !make_portion(t, t->at.portions))
+        return false;
+    if (t->search) { /* the statistics since the last portion become a new portion */
+        move(&t->portion[t->at.portions], gathered);
+        mill_gathered_clear(gathered);
+        gathered->last++;
+        memset(t->before, 0, sizeof t->before);
+        mill_energies_blocks_restart(&t->blocks);
+    }
+    if (++t->at.portions == MILL_TALLY_PORTIONS)
+        join_portions(t);
+    const uint64_t joined = mill_precision_join(&t->batches);
+    t->at.length /= joined;
+    t->blocks.length /= joined;
+    if (t->precision > 0) {
+        mill_tally_window(t, &t->at);
+        if (t->at.settled && mill_precision_reached(&t->at.known, t->precision))
+            t->at.ended = MILL_TALLY_PRECISION;
+    }
+    return true;
+}
+
 /* ---- impacts ---- */
 
 static void count(struct mill_speeds *speeds, const struct mill_impact *impact, int normal,
@@ -44,7 +138,7 @@ static enum mill_status count_strike(struct mill_tally *tally, const struct mill
             count(speeds, impact, normal, tangential);
     } else if (strike->normal >= 0) {
         if (strike->portion != tally->gathered.last)
-            speeds = &mill_tally_window_strikes(tally, strike->portion)[impact->kind];
+            speeds = &strikes_of(tally, strike->portion)[impact->kind];
         const int fast = strike->normal >= MILL_SPECTRUM_FAST;
         speeds->normal.slot[strike->normal].dissipation += impact->dissipation;
         speeds->tangential[fast].slot[strike->tangential].dissipation += impact->dissipation;
@@ -128,7 +222,7 @@ static enum mill_status on_sample(struct mill_observer *observer, const struct m
         tally->gathered.counts->samples++;
         at->snapshots++;
     }
-    if (at->open && next_batch(tally) <= now && !mill_tally_window_batch(tally, &world->account))
+    if (at->open && next_batch(tally) <= now && !end_batch(tally, &world->account))
         return mill_error_set(error, MILL_FAILED, "out of memory for the statistics");
     const bool known = at->ended == MILL_TALLY_PRECISION;
     if (known || tally->end <= now) {
@@ -179,7 +273,7 @@ static void tell_state(struct mill_observer *observer, struct mill_state *state)
     for (uint64_t i = 0; t->search && i < t->at.portions && state->status == MILL_OK; i++) {
         char prefix[24];
         snprintf(prefix, sizeof prefix, "portion_%d", (int)i);
-        if (mill_tally_window_portion(t, i))
+        if (make_portion(t, i))
             mill_gathered_state(&t->portion[i], prefix, state);
         else
             mill_state_refuse(state, "out of memory for the statistics");

@@ -131,20 +131,9 @@ static inline double mill_tally_per_second(const struct mill_tally_results *resu
     return results->duration > 0 ? sum / results->duration : 0;
 }
 
-/* ---- the end of the run and the start of the window (tally_window.c) ---- */
-
 /* Returns the first batch of the window, which ends with the last batch. The window begins after
  * the start-up. If at least two whole periods are left, it begins later so that it holds only whole
  * periods. Fills in at->known. */
-uint64_t mill_tally_window_find(const struct mill_tally *tally, struct mill_tally_progress *at);
-
-/* Ends a batch. false: out of memory */
-bool mill_tally_window_batch(struct mill_tally *tally, const struct mill_account *account);
-
-/* Makes the memory of a portion, unless it has it. false: out of memory */
-bool mill_tally_window_portion(struct mill_tally *tally, uint64_t number);
-
-/* Returns the strikes of an earlier portion. */
-struct mill_speeds *mill_tally_window_strikes(struct mill_tally *tally, int32_t portion);
+uint64_t mill_tally_window(const struct mill_tally *tally, struct mill_tally_progress *at);
 
 #endif

@@ -44,7 +44,8 @@ static void set_rows(struct mill_tally_results *r, struct mill_speeds *speeds,
 {
     const struct mill_spectrum_grid *grid = &r->tally->grid;
     for (int kind = 0; kind < r->all; kind++)
-        mill_gathered_add_speeds(&speeds[r->all], &speeds[kind], 1);
+        mill_sums_add_records(&mill_spectrum_sums, MILL_GATHERED_SPECTRA, &speeds[r->all],
+                              &speeds[kind]);
     for (int n = 0; n <= r->kinds.count; n++) {
         struct mill_speeds *of = &speeds[r->kinds.kind[n]];
         struct mill_tally_row *row = &rows[r->kinds.kind[n]];
@@ -135,6 +136,21 @@ static void sum_hard(struct mill_tally_results *r)
              r->hard_per_joule.error / drive, count);
 }
 
+uint64_t mill_tally_window(const struct mill_tally *t, struct mill_tally_progress *at)
+{
+    const uint64_t n = t->batches.at.batches, period = t->batches.at.period, length = t->at.length;
+    uint64_t from = 0;
+    at->settled = true;
+    if (t->search)
+        from = (mill_precision_cut(&t->batches, &at->settled) + length - 1) / length * length;
+    const uint64_t turns = period > 0 && n > from ? (n - from) / period : 0;
+    const uint64_t start = n - turns * period;
+    if (t->search && turns >= 2 && start % length == 0)
+        from = start;
+    at->known = mill_precision_tell(&t->batches, from);
+    return from;
+}
+
 enum mill_status mill_tally_results_make(const struct mill_tally *tally,
                                          const struct mill_world *world, double t,
                                          struct mill_tally_results **out, struct mill_error *error)
@@ -155,7 +171,7 @@ enum mill_status mill_tally_results_make(const struct mill_tally *tally,
     if (!r->at.open)
         r->at.at_begin = r->at.at_end;
     const struct mill_precision *batches = &tally->batches;
-    const uint64_t from = r->at.open ? mill_tally_window_find(tally, &r->at) : 0;
+    const uint64_t from = r->at.open ? mill_tally_window(tally, &r->at) : 0;
     const double asked = tally->precision;
     r->late =
         r->at.open ? batches->accounts[from + 9 * (batches->at.batches - from) / 10] : r->at.at_end;

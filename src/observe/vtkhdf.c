@@ -11,7 +11,6 @@
 #include "geometry/shapes.h"
 #include "observe/kinds.h"
 #include "observe/outline.h"
-#include "observe/poses.h"
 #include "observe/wear.h"
 
 #include <stdio.h>
@@ -215,15 +214,36 @@ static void turn(const struct mill_mesh *mesh, double angle, float *to)
     }
 }
 
-/* Writes all points as moved by a pose */
-static void move(const struct mill_mesh *mesh, const struct mill_poses_one *pose, float *to)
+/* Reads the poses of a motion in all frames: [frames][3] places, then [frames][9] rotations. NULL:
+ * failed; the file reports why. Owner: the caller; free(). */
+static double *read_poses(struct mill_h5 *file, const char *motion, size_t frames)
 {
+    double *pose = malloc(12 * (frames + 1) * sizeof *pose);
+    char path[PATH];
+    if (!pose)
+        mill_h5_spend(file, "out of memory for the poses");
+    for (int which = 0; which < 2 && pose; which++) {
+        snprintf(path, sizeof path, MILL_VTKHDF_POSE "%s/%s/value", motion,
+                 which ? "rotation" : "centre");
+        mill_h5_read(file, path, MILL_H5_F64, (which ? 9 : 3) * frames, pose + 3 * frames * which,
+                     NULL);
+    }
+    if (mill_h5_status(file, NULL) == MILL_OK)
+        return pose;
+    free(pose);
+    return NULL;
+}
+
+/* Writes all points as moved by the pose of a frame */
+static void move(const struct mill_mesh *mesh, const double *pose, size_t frame, size_t frames,
+                 float *to)
+{
+    const double *centre = pose + 3 * frame, *rotation = pose + 3 * frames + 9 * frame;
     for (size_t i = 0; i < mesh->points; i++) {
         const vec3 r = mesh->point[i];
         for (int k = 0; k < 3; k++) {
-            const double *row = pose->rotation[k];
-            to[3 * i + (size_t)k] =
-                (float)(row[0] * r.x + row[1] * r.y + row[2] * r.z + pose->centre[k]);
+            const double *row = rotation + 3 * k;
+            to[3 * i + (size_t)k] = (float)(row[0] * r.x + row[1] * r.y + row[2] * r.z + centre[k]);
         }
     }
 }
@@ -248,14 +268,14 @@ static void put_points(struct scene *s, const struct mill_mesh *mesh, int k, boo
     const struct mill_world *world = s->world;
     const bool rotor = k >= 0 && k == world->rotor && !world->motion[k]->on;
     const size_t dims[2] = {mesh->points, 3};
-    struct mill_poses_one *pose = NULL;
+    double *pose = NULL;
     if (k >= 0 && !rotor)
-        pose = mill_poses_read(s->file, world->motion_name[k], s->frames);
+        pose = read_poses(s->file, world->motion_name[k], s->frames);
     if (k >= 0 && !rotor && !pose)
         return;
     if (!moving) {
         if (pose)
-            move(mesh, pose, points);
+            move(mesh, pose, 0, s->frames, points);
         else
             turn(mesh, rotor ? s->asked->rotor_angle : 0.0, points);
         mill_h5_write(s->file, at(s, "", "Points"), MILL_H5_F32, 2, dims, points, "m",
@@ -270,7 +290,7 @@ static void put_points(struct scene *s, const struct mill_mesh *mesh, int k, boo
         if (rotor)
             turn(mesh, s->asked->rotor_angle + world->rotor_speed * time, points);
         else
-            move(mesh, &pose[i], points);
+            move(mesh, pose, i, s->frames, points);
         mill_h5_column_append(column, mesh->points, points);
         s->left = s->going && !s->going->on(s->going->self, (double)i, (double)s->frames);
     }

@@ -4,14 +4,17 @@
 #ifndef MILL_VTKHDF_H
 #define MILL_VTKHDF_H
 
-#include "geometry/mesh.h"
 #include "millsim/world.h"
 #include "observe/observe.h"
 #include "store/h5.h"
 
-/* Writes the first `frames` frames, whose poses are in the file (observe/poses.h). Writes nothing
- * if there are none. false: `going` has stopped it, and the group is incomplete. going NULL: do not
- * stop. */
+/* Path of the poses of the motions in each frame, NAME/{centre,rotation}, as H5MD elements that
+ * share step and time with the trajectory. A point p of the motion's frame is at centre + rotation
+ * p. */
+#define MILL_VTKHDF_POSE "/observables/pose/"
+
+/* Writes the first `frames` frames, whose poses are in the file. Writes nothing if there are none.
+ * false: `going` has stopped it, and the group is incomplete. going NULL: do not stop. */
 bool mill_vtkhdf_write(struct mill_h5 *file, const struct mill_observe *asked,
                        const struct mill_world *world, uint64_t frames,
                        const struct mill_going *going);

@@ -11,6 +11,7 @@
 #include "observe/wear.h"
 
 #include "observe/kinds.h"
+#include "observe/outline.h"
 #include "observe/sink.h"
 
 #include <stdlib.h>
@@ -163,15 +164,11 @@ static struct worn results_of(const struct mill_wear_plan *plan, int32_t i,
     };
 }
 
-/* A pose as three rows of four: a point p of its frame is at pose[:, :3] p + pose[:, 3] */
-static void set_rows(const struct mill_pose *pose, double row[12])
+/* Number of the motion that carries the part; -1: none */
+static int motion_of(const struct mill_wear_plan *plan, int part)
 {
-    const vec3 *axis[4] = {&pose->x, &pose->y, &pose->z, &pose->place};
-    for (int k = 0; k < 4; k++) {
-        row[k] = axis[k]->x;
-        row[4 + k] = axis[k]->y;
-        row[8 + k] = axis[k]->z;
-    }
+    const struct mill_motion *motion = plan->world->shape[plan->part[part].shape]->motion;
+    return motion ? motion->number : -1;
 }
 
 static void tell_parts(const struct mill_wear_plan *plan, struct mill_sink *sink)
@@ -188,11 +185,11 @@ static void tell_parts(const struct mill_wear_plan *plan, struct mill_sink *sink
         motion[k] = w->motion_name[k];
     for (size_t i = 0; row && pose && i < parts; i++) {
         const struct mill_shape *shape = w->shape[plan->part[i].shape];
-        const int of = shape->motion ? shape->motion->number : -1;
+        const int of = motion_of(plan, (int)i);
         row[i] =
             (struct part_row){kinds.number[shape->kind], shape->number, of, plan->part[i].round};
-        set_rows(&plan->start[of + 1], pose[i]);
-        set_rows(&plan->part[i].chart, pose[parts + i]);
+        mill_outline_rows(&plan->start[of + 1], pose[i]);
+        mill_outline_rows(&plan->part[i].chart, pose[parts + i]);
     }
     sink->open(sink, "parts");
     for (int k = 0; row && pose && k < part_list.count; k++) {
@@ -257,69 +254,157 @@ static void tell_cells(const struct mill_wear_plan *plan, struct mill_sink *sink
     free(lattice);
 }
 
-/* The triangles of a picture, with the facet of each */
-struct picture {
-    size_t triangles;
-    float *value; /* [triangles][9] corners, then room for other numbers */
-    int32_t *facet;
+/* ---- pictures ----
+ *
+ * The triangles of pictures of the facets, which are as large as the facets on average. A facet in
+ * which no such triangle has its middle is shown by the pieces that it was made of. */
+#define SHOWN 1.5 /* times the size of a cell: longest edges of the triangles */
+struct outline {
+    const struct mill_wear_plan *plan;
+    int part;
+    struct mill_mesh *mesh;
+    int32_t *facet; /* of each triangle; -1: none */
+    bool *sought;   /* [facets] */
+    bool *seen;     /* [facets] */
+    bool found;
 };
 
-/* Adds the surfaces of motion k (-1: of what stands still), as they are at t = 0. false: out of
- * memory */
-static bool add_outline(const struct mill_wear_plan *plan, int k, struct picture *to)
+static int32_t facet_of(const struct outline *to, const vec3 corner[3])
 {
-    struct mill_mesh mesh;
-    int32_t *own = NULL;
-    bool good = mill_wear_outline(plan, k < 0 ? NULL : plan->world->motion[k], &mesh, &own);
-    const size_t all = to->triangles + mesh.triangles + 1;
-    float *value = realloc(to->value, 9 * all * sizeof *value);
-    to->value = value ? value : to->value;
-    int32_t *facet = realloc(to->facet, all * sizeof *facet);
-    to->facet = facet ? facet : to->facet;
-    good = good && value && facet;
-    for (size_t i = 0; good && i < 3 * mesh.triangles; i++) {
-        const vec3 r = mill_pose_out(&plan->start[k + 1], mesh.point[mesh.corner[i / 3][i % 3]]);
-        float *at = value + 9 * to->triangles + 3 * i;
-        at[0] = (float)r.x;
-        at[1] = (float)r.y;
-        at[2] = (float)r.z;
+    return mill_wear_facets_find(to->plan, to->part, mill_mesh_middle(corner),
+                                 mill_mesh_area(corner));
+}
+
+/* Adds a triangle with the number of its facet. */
+static void show(void *adds, const vec3 corner[3])
+{
+    struct outline *to = adds;
+    const size_t n = to->mesh->triangles;
+    if ((n & (n - 1)) == 0) { /* the room doubles */
+        int32_t *more = realloc(to->facet, (n > 0 ? 2 * n : 1) * sizeof *more);
+        to->mesh->failed = to->mesh->failed || !more;
+        if (more)
+            to->facet = more;
     }
-    if (good && mesh.triangles > 0)
-        memcpy(facet + to->triangles, own, mesh.triangles * sizeof *own);
-    to->triangles += mesh.triangles;
-    free(own);
-    mill_mesh_free(&mesh);
-    return good;
+    if (to->mesh->failed)
+        return;
+    to->facet[n] = facet_of(to, corner);
+    mill_mesh_triangle(to->mesh, corner[0], corner[1], corner[2]);
+}
+
+/* Does a piece belong to a facet that is sought? */
+static void ask(void *adds, const vec3 corner[3])
+{
+    struct outline *to = adds;
+    const int32_t id = facet_of(to, corner);
+    to->found = to->found || (id >= 0 && to->sought[id]);
+}
+
+/* Adds a triangle, or its pieces if one of them belongs to a facet that is sought. */
+static void show_pieces(void *adds, const vec3 corner[3])
+{
+    struct outline *to = adds;
+    const double piece = mill_wear_facets_piece(&to->plan->part[to->part]);
+    to->found = false;
+    mill_mesh_cut_triangle(corner, piece, ask, to);
+    mill_mesh_cut_triangle(corner, to->found ? piece : HUGE_VAL, show, to);
+}
+
+/* Seeks the facets of a part that none of the triangles from `first` on shows; were there more? */
+static bool seek_missing(struct outline *to, size_t first)
+{
+    const struct mill_wear_part *p = &to->plan->part[to->part];
+    bool more = false;
+    memset(to->seen + p->first, 0, (size_t)p->count * sizeof *to->seen);
+    for (size_t i = first; i < to->mesh->triangles; i++)
+        if (to->facet[i] >= 0)
+            to->seen[to->facet[i]] = true;
+    for (int32_t id = p->first; id < p->first + p->count; id++)
+        if (!to->seen[id]) {
+            more = more || !to->sought[id];
+            to->sought[id] = true;
+        }
+    return more;
+}
+
+/* Adds the surfaces of a part. Pieces can replace the only triangle of another facet: then this one
+ * is sought as well, until none is missing. */
+static void show_part(struct outline *to)
+{
+    const size_t points = to->mesh->points, triangles = to->mesh->triangles;
+    const struct mill_wear_part *p = &to->plan->part[to->part];
+    const double size = fmax(SHOWN * p->cut, 1e-9);
+    mill_mesh_on_piece *on = show;
+    struct mill_mesh whole;
+    mill_wear_facets_draw(to->plan, to->part, &whole);
+    memset(to->sought + p->first, 0, (size_t)p->count * sizeof *to->sought);
+    do {
+        to->mesh->points = points;
+        to->mesh->triangles = triangles;
+        mill_mesh_cut(&whole, size, on, to);
+        on = show_pieces;
+    } while (!to->mesh->failed && seek_missing(to, triangles));
+    to->mesh->failed = to->mesh->failed || whole.failed;
+    mill_mesh_free(&whole);
+}
+
+bool mill_wear_outline(const struct mill_wear_plan *plan, struct mill_mesh *mesh, int32_t **facet)
+{
+    const size_t room = (size_t)plan->facets + 1;
+    struct outline to = {.plan = plan,
+                         .mesh = mesh,
+                         .sought = malloc(room * sizeof *to.sought),
+                         .seen = malloc(room * sizeof *to.seen)};
+    *mesh = (struct mill_mesh){.failed = !to.sought || !to.seen};
+    for (int k = -1; k < plan->world->motions; k++)
+        for (to.part = 0; !mesh->failed && to.part < plan->parts; to.part++) {
+            const size_t before = mesh->points;
+            if (motion_of(plan, to.part) == k)
+                show_part(&to);
+            for (size_t i = before; i < mesh->points; i++)
+                mesh->point[i] = mill_pose_out(&plan->start[k + 1], mesh->point[i]);
+        }
+    free(to.sought);
+    free(to.seen);
+    *facet = to.facet;
+    return !mesh->failed;
 }
 
 static void tell_mesh(const struct mill_wear_plan *plan, const struct worn *worn,
                       struct mill_sink *sink)
 {
-    struct picture to = {0, NULL, NULL};
-    bool good = true;
-    for (int k = -1; good && k < plan->world->motions; k++)
-        good = add_outline(plan, k, &to);
-    const size_t n = to.triangles, dims[2] = {3 * n, 3};
-    if (good) {
+    struct mill_mesh mesh;
+    int32_t *facet;
+    const bool drawn = mill_wear_outline(plan, &mesh, &facet);
+    const size_t n = mesh.triangles, dims[2] = {3 * n, 3};
+    float *value = drawn ? malloc((9 * n + 1) * sizeof *value) : NULL, *to = value;
+    for (size_t i = 0; value && i < 3 * n; i++) {
+        const vec3 r = mesh.point[mesh.corner[i / 3][i % 3]];
+        *to++ = (float)r.x;
+        *to++ = (float)r.y;
+        *to++ = (float)r.z;
+    }
+    if (value) {
         sink->open(sink, "mesh");
         mill_tell_count(sink, "triangles", n, "number of triangles");
-        sink->values(sink, "points", MILL_H5_F32, 2, dims, to.value, "m",
+        sink->values(sink, "points", MILL_H5_F32, 2, dims, value, "m",
                      "corners of the triangles, three each, counter-clockwise as seen from the "
                      "balls, in the laboratory at t = 0");
-        sink->values(sink, "facet", MILL_H5_I32, 1, &n, to.facet, "1", "facet of each triangle");
+        sink->values(sink, "facet", MILL_H5_I32, 1, &n, facet, "1", "facet of each triangle");
         for (int c = 0; c < MILL_WEAR_SHOWN; c++) {
             const struct mill_sum *sum = &worn_of[c];
             for (size_t i = 0; i < n; i++)
-                to.value[i] = (float)*(
-                    const double *)(const void *)((const char *)&worn[to.facet[i]] + sum->at);
-            sink->values(sink, sum->name, MILL_H5_F32, 1, &n, to.value, sum->unit, sum->meaning);
+                value[i] =
+                    (float)*(const double *)(const void *)((const char *)&worn[facet[i]] + sum->at);
+            sink->values(sink, sum->name, MILL_H5_F32, 1, &n, value, sum->unit, sum->meaning);
         }
         sink->close(sink);
     } else {
         mill_sink_fail(sink, "out of memory for the pictures of wear");
     }
-    free(to.value);
-    free(to.facet);
+    free(value);
+    free(facet);
+    mill_mesh_free(&mesh);
 }
 
 void mill_wear_tell(const struct mill_wear_plan *plan, const struct mill_wear_sum *sum,

@@ -3,12 +3,85 @@
 #ifndef MILL_WEAR_H
 #define MILL_WEAR_H
 
+#include "geometry/mesh.h"
 #include "millsim/observer.h"
+#include "millsim/world.h"
 #include "observe/observe.h"
 #include "observe/sums.h"
-#include "observe/wear_facets.h"
 
+#include <math.h>
 #include <stdint.h>
+
+/* ---- facets (wear_facets.c) ---- */
+
+/* The facets of a mill: each surface is divided into what lies in one cell of a lattice and faces
+ * in one of six directions. The lattice is that of the part's chart: its own axes, or length,
+ * radius and angle for a part that can turn about its axis without a change. So the facet of an
+ * impact needs no search. */
+enum { MILL_WEAR_FACES = 6 };
+
+struct mill_wear_facet {
+    int32_t part;
+    int32_t face; /* 0..5: it faces -1, +1, -2, +2, -3 or +3 of the chart's coordinates */
+    double area;  /* [m^2] */
+    vec3 centre;  /* [m] in the frame of the part's motion */
+};
+
+/* One surface, or the walls of a body that holds the balls. Coordinates of the chart: x, y, z of
+ * its frame; or, if it is round, x, the distance from x, and the angle about x times `radius`. */
+struct mill_wear_part {
+    int shape;            /* that draws it */
+    int32_t first, count; /* its facets */
+    struct mill_pose chart;
+    bool round;
+    double radius, cut; /* [m]; [m] size of a cell */
+    int n[3];
+    double from[3], size[3], per[3]; /* [m], [m], [1/m] of the lattice */
+    int *joined; /* [n[1]] of a round part: cells along the angle that are one, near to the axis */
+    int32_t
+        *cell; /* [n[0]][n[1]][n[2]][6] number of the facet; -1: nothing of the surface is there */
+};
+
+/* The facets of a world. They do not change. */
+struct mill_wear_plan {
+    int parts;
+    int32_t facets;
+    double area; /* [m^2] of all parts */
+    struct mill_wear_part *part;
+    int32_t *part_of; /* [shapes of the world] */
+    struct mill_wear_facet *facet;
+    const struct mill_world *world;
+    struct mill_pose start[MILL_MOTIONS_MOST + 1]; /* of what stands still, and of the motions, at
+                                                      t = 0 */
+};
+
+/* Makes the facets of the plan's world. false: out of memory. The caller frees the plan in both
+ * cases. */
+bool mill_wear_facets_make(struct mill_wear_plan *plan);
+void mill_wear_facets_free(struct mill_wear_plan *plan);
+
+/* Number of the facet at a place of a part that faces in a direction, both in the frame of the
+ * part's motion; -1: the part has none */
+int32_t mill_wear_facets_find(const struct mill_wear_plan *plan, int part, vec3 place, vec3 facing);
+
+/* Length of the list of cells of a part, with a place for each face; 0: it has no facets */
+size_t mill_wear_facets_cells(const struct mill_wear_part *part);
+
+/* Draws all surfaces of a part in the frame of its motion. The caller frees the mesh. */
+void mill_wear_facets_draw(const struct mill_wear_plan *plan, int part, struct mill_mesh *mesh);
+
+/* [m] Longest edge of the pieces of mill_mesh_cut that the facets of a part are made of */
+static inline double mill_wear_facets_piece(const struct mill_wear_part *part)
+{
+    return 0.5 * part->cut;
+}
+
+/* All surfaces as they are at t = 0, motion by motion, in triangles about as small as facets, with
+ * at least one for each facet; `facet` has the number of the facet of each. false: out of memory.
+ * The caller frees both in all cases. */
+bool mill_wear_outline(const struct mill_wear_plan *plan, struct mill_mesh *mesh, int32_t **facet);
+
+/* ---- sums ---- */
 
 /* Sums of the impacts on a facet */
 struct mill_wear_sum {

@@ -2,7 +2,7 @@
  * cell of the lattice; each piece adds its area to the facet of its middle. Facets that are only
  * slivers, because the surface just enters a cell, become parts of a neighbour. So areas and
  * impacts are assigned to facets by the same rule. */
-#include "observe/wear_facets.h"
+#include "observe/wear.h"
 
 #include "base/elementary.h"
 #include "geometry/shapes.h"
@@ -168,19 +168,11 @@ static void collect(void *adds, const vec3 corner[3])
     f->centre = vec3_axpy(f->centre, area, at); /* divided by the area at the end */
 }
 
-void mill_wear_facets_draw(const struct mill_wear_plan *plan, int part, struct mill_mesh *mesh,
-                           int *shape)
+void mill_wear_facets_draw(const struct mill_wear_plan *plan, int part, struct mill_mesh *mesh)
 {
     const struct mill_world *w = plan->world;
     *mesh = (struct mill_mesh){0};
-    for (int k = 0; k < w->shapes; k++) {
-        const size_t before = mesh->triangles;
-        if (plan->part_of[k] != part)
-            continue;
-        mill_body_draw(w->shape[k], FLAT * w->container.radius, mesh);
-        if (shape && mesh->triangles > before)
-            *shape = k;
-    }
+    mill_body_draw(w->shape[plan->part[part].shape], FLAT * w->container.radius, mesh);
 }
 
 /* Sets the lattice of a part, whose coordinates `reach` has measured, for cells of this size.
@@ -283,7 +275,7 @@ static bool make_part(struct mill_wear_plan *plan, int part, double size, int fe
         reach.lo[k] = INFINITY;
         reach.hi[k] = -INFINITY;
     }
-    mill_wear_facets_draw(plan, part, &mesh, NULL);
+    mill_wear_facets_draw(plan, part, &mesh);
     p->radius = 1;
     /* corners alone do not show the reach of a triangle in radius and angle */
     mill_mesh_cut(&mesh, 4 * size, measure, &reach);
@@ -321,37 +313,33 @@ static bool make_part(struct mill_wear_plan *plan, int part, double size, int fe
     return into != NULL;
 }
 
-/* Lists the parts: a wall that shows nothing belongs to the part of the wall that shows all of its
- * body. Sets their charts. */
+/* Lists the parts with their charts. A wall that shows nothing belongs to the part of the wall that
+ * shows all of its body. */
 static bool list_parts(struct mill_wear_plan *plan)
 {
     const struct mill_world *w = plan->world;
     plan->part_of = calloc((size_t)w->shapes + 1, sizeof *plan->part_of);
     plan->part = calloc((size_t)w->shapes + 1, sizeof *plan->part);
     int all = 0; /* part that shows all of the container */
-    bool good = true;
-    for (int k = 0; plan->part_of && plan->part && k < w->shapes; k++) {
-        struct mill_mesh mesh = {0};
-        mill_body_draw(w->shape[k], FLAT * w->container.radius, &mesh);
-        plan->part_of[k] = mesh.triangles > 0 ? plan->parts++ : all;
-        all = w->shape[k]->wall == 0 ? plan->part_of[k] : all;
-        mill_mesh_free(&mesh);
-    }
-    for (int part = 0; plan->part_of && plan->part && part < plan->parts; part++) {
-        struct mill_wear_part *p = &plan->part[part];
+    bool good = plan->part_of && plan->part;
+    for (int k = 0; good && k < w->shapes; k++) {
+        struct mill_wear_part *p = &plan->part[plan->parts];
         struct mill_mesh mesh;
-        mill_wear_facets_draw(plan, part, &mesh, &p->shape);
-        good = good && !mesh.failed;
-        const struct mill_shape *shape = w->shape[p->shape];
-        p->round = mill_body_chart(shape, &p->chart);
+        p->shape = k;
+        mill_wear_facets_draw(plan, plan->parts, &mesh);
         for (size_t i = 0; i < mesh.triangles; i++) {
             const int64_t *c = mesh.corner[i];
             const vec3 at[3] = {mesh.point[c[0]], mesh.point[c[1]], mesh.point[c[2]]};
             plan->area += vec3_norm(mill_mesh_area(at));
         }
+        if (mesh.triangles > 0)
+            p->round = mill_body_chart(w->shape[k], &p->chart);
+        plan->part_of[k] = mesh.triangles > 0 ? plan->parts++ : all;
+        all = w->shape[k]->wall == 0 ? plan->part_of[k] : all;
+        good = !mesh.failed;
         mill_mesh_free(&mesh);
     }
-    return plan->part_of && plan->part && good;
+    return good;
 }
 
 bool mill_wear_facets_make(struct mill_wear_plan *plan)

@@ -58,12 +58,6 @@ static void swap_doubles(double *x, double *y)
     *y = t;
 }
 
-static double misfit(double sum, double target, double m1, double m2)
-{
-    double m = fmax(fabs(m1), fmax(fabs(m2), fabs(target)));
-    return m > 0.0 ? fabs(sum - target) / m : 0.0;
-}
-
 /* Factors with linear terms a/2 -+ s and constants m -+ w. A term that cancels is computed from the
  * product, and from the coefficient equation with the smallest residual. */
 static void consider(const struct monic *p, double s, double m, double w, struct factors *best,
@@ -85,9 +79,10 @@ static void consider(const struct monic *p, double s, double m, double w, struct
     for (int i = 0; i < 3; i++) {
         a1 = first ? small[i] : large;
         a2 = first ? large : small[i];
-        double trial = misfit(a1 + a2, p->a.hi, a1, a2) + misfit(b1 + b2 + a1 * a2, b, b1, b2) +
-                       misfit(a1 * b2 + a2 * b1, c, a1 * b2, a2 * b1) +
-                       misfit(b1 * b2, p->d.hi, 0.0, 0.0);
+        double trial = relative(dd_from(a1 + a2 - p->a.hi), a1, a2, p->a.hi) +
+                       relative(dd_from(b1 + b2 + a1 * a2 - b), b1, b2, b) +
+                       relative(dd_from(a1 * b2 + a2 * b1 - c), a1 * b2, a2 * b1, c) +
+                       relative(dd_from(b1 * b2 - p->d.hi), 0.0, 0.0, p->d.hi);
         if (trial < *size) {
             *size = trial;
             *best = (struct factors){dd_from(a1), dd_from(b1), dd_from(a2), dd_from(b2)};

@@ -184,16 +184,6 @@ static double *room(size_t count)
     return more;
 }
 
-/* Three rows of four: axes of the frame as columns, and its place */
-static double *put_pose(double *to, const struct mill_motion *motion, double t)
-{
-    const struct mill_pose p = mill_motion_pose(motion, t);
-    const double rows[POSE] = {p.x.x, p.y.x,     p.z.x, p.place.x, p.x.y, p.y.y,
-                               p.z.y, p.place.y, p.x.z, p.y.z,     p.z.z, p.place.z};
-    memcpy(to, rows, sizeof rows);
-    return to + POSE;
-}
-
 DOOR(mill_web_state) const double *mill_web_state(void)
 {
     const struct mill_world *w = now.world;
@@ -224,8 +214,10 @@ DOOR(mill_web_state) const double *mill_web_state(void)
         *to++ = (double)w->account.collisions[kinds.kind[k]];
     for (int k = 0; k < w->motions; k++)
         *to++ = w->account.motion[k].work;
-    for (int k = 0; k < w->motions; k++)
-        to = put_pose(to, w->motion[k], t);
+    for (int k = 0; k < w->motions; k++, to += POSE) {
+        const struct mill_pose pose = mill_motion_pose(w->motion[k], t);
+        mill_outline_rows(&pose, to);
+    }
     return number;
 }
 
@@ -285,8 +277,8 @@ DOOR(mill_web_results) enum mill_status mill_web_results(void)
     mill_tell_count(&json.sink, "settled", results->at.settled, "");
     mill_tally_results_tell(results, &json.sink);
     struct mill_notes notes;
-    mill_notes_take(&notes, now.world, results, t, false);
-    mill_notes_write(&notes, &json);
+    mill_notes_take(&notes, now.world, results, t, false, false);
+    mill_notes_write(&notes, &json.sink);
     mill_sink_json_end(&json);
     const bool told = !json.sink.failed;
     status =

@@ -11,7 +11,7 @@ static const char *const key_type[] = {"number", "vector", "whole", "choice", "f
 
 static void tell_text(struct mill_sink_json *json, const char *name, const char *value)
 {
-    json->sink.text(&json->sink, name, value ? value : "", "");
+    mill_tell_text(&json->sink, name, value ? value : "", "");
 }
 
 static void tell_key(void *self, const char *section, const struct mill_key *key, const char *value)
@@ -53,12 +53,8 @@ static void tell_keys(struct mill_sink_json *json, const struct mill_deck *deck)
 static void tell_names(struct mill_sink_json *json, const char *name, int count,
                        const char *const *of)
 {
-    mill_sink_json_open_array(json, name);
-    for (int k = 0; k < count; k++) {
-        mill_sink_json_next(json, NULL);
-        mill_sink_json_string(json, of[k]);
-    }
-    mill_sink_json_close_array(json);
+    const size_t names = (size_t)count;
+    json->sink.values(&json->sink, name, MILL_H5_TEXT, 1, &names, of, "", "");
 }
 
 static void tell_warnings(struct mill_sink_json *json, const char *warnings)

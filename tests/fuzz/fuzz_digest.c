@@ -3,7 +3,7 @@
  * draft is left, whatever happens. */
 #include "fuzz.h"
 
-#include "app/digest.h"
+#include "app/run.h"
 
 #include <fcntl.h>
 

@@ -86,7 +86,8 @@ static const char *open_run(struct run *r, bool update)
     if (status == MILL_OK && update)
         status = mill_checkpoint_load(&r->parts, r->file, "mill.h5", &error);
     if (status == MILL_OK)
-        status = mill_observers_open(&r->observers, &asked, r->file, r->bench.sim, &error);
+        status = mill_observers_open(&r->observers, &asked, r->file, mill_sim_world(r->bench.sim),
+                                     r->bench.sim, &error);
     return status == MILL_OK ? "" : error.text;
 }
 

@@ -34,7 +34,7 @@ static void take(void)
 {
     fixture_wait(&f, 1.5);
     ck_assert_int_eq(mill_tally_results_make(f.tally, &f.world, 1.5, &f.results, NULL), MILL_OK);
-    mill_notes_take(&notes, &f.world, f.results, 1.5, false);
+    mill_notes_take(&notes, &f.world, f.results, 1.5, false, false);
 }
 
 /* Two contacts of one pair, `gap` [s] apart, a hundred times */

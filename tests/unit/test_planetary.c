@@ -9,7 +9,8 @@ static struct planetary p;
 static void set_up(void)
 {
     planetary_open(&p, MILL_H5_OVERWRITE);
-    ck_assert_int_eq(mill_observers_open(&p.observers, &p.asked, p.file, p.sim, NULL), MILL_OK);
+    ck_assert_int_eq(mill_observers_open(&p.observers, &p.asked, p.file, p.world, p.sim, NULL),
+                     MILL_OK);
     planetary_run(&p, p.asked.end);
     planetary_finish(&p);
 }
@@ -217,7 +218,6 @@ static char *summary_of(bool json)
     struct mill_facts facts = {.status = "complete",
                                .time = p.asked.end,
                                .local = mill_sim_local_time(p.sim),
-                               .end = p.asked.end,
                                .version = "0",
                                .deck = "jar.ini",
                                .output = "jar.h5"};
@@ -266,7 +266,7 @@ TEST(notes_speak_of_the_drive)
     const double local = mill_sim_local_time(p.sim);
     ck_assert_int_eq(mill_tally_results_make(tally, p.world, local, &results, NULL), MILL_OK);
     results->at.known.drive.value *= 2;
-    mill_notes_take(&notes, p.world, results, local, false);
+    mill_notes_take(&notes, p.world, results, local, false, false);
     bool told_so = false;
     for (int i = 0; i < notes.count; i++)
         told_so = told_so || strstr(notes.note[i].text, "not steady: the drive's power");
@@ -287,7 +287,8 @@ SLOW_TEST(a_run_taken_up_again_has_the_same_poses_and_pictures, 1)
         straight[i] = look(p.path, same[i], i == 3 ? 1 : 2, dims);
     planetary_free(&p);
     planetary_open(&p, MILL_H5_OVERWRITE);
-    ck_assert_int_eq(mill_observers_open(&p.observers, &p.asked, p.file, p.sim, NULL), MILL_OK);
+    ck_assert_int_eq(mill_observers_open(&p.observers, &p.asked, p.file, p.world, p.sim, NULL),
+                     MILL_OK);
     planetary_run(&p, 0.43);
     mill_checkpoint_write(&(struct mill_checkpoint){p.sim, &p.observers, &cost}, p.file);
     ck_assert_int_eq(mill_h5_flush(p.file, NULL), MILL_OK);
@@ -297,7 +298,8 @@ SLOW_TEST(a_run_taken_up_again_has_the_same_poses_and_pictures, 1)
     planetary_open(&p, MILL_H5_UPDATE);
     const struct mill_checkpoint to = {p.sim, &p.observers, &cost};
     ck_assert_int_eq(mill_checkpoint_load(&to, p.file, p.path, NULL), MILL_OK);
-    ck_assert_int_eq(mill_observers_open(&p.observers, &p.asked, p.file, p.sim, NULL), MILL_OK);
+    ck_assert_int_eq(mill_observers_open(&p.observers, &p.asked, p.file, p.world, p.sim, NULL),
+                     MILL_OK);
     planetary_run(&p, p.asked.end);
     planetary_finish(&p);
     for (int i = 0; i < 4; i++) {

@@ -1,6 +1,5 @@
 /* Claims about the summary, as a table and as JSON. */
 #include "app/summary.h"
-#include "app/summary_text.h"
 #include "mill_fixture.h"
 
 static struct fixture f;
@@ -15,7 +14,6 @@ static void setup(void)
                                 .peak_memory = 34e6,
                                 .time = 1.5,
                                 .local = 1.5,
-                                .end = 1.5,
                                 .version = "0.1",
                                 .deck = "input/simoloyer.ini",
                                 .output = "simoloyer.h5"};
