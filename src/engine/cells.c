@@ -277,11 +277,3 @@ struct mill_cell_exit mill_cells_exit(const struct mill_cells *c, int32_t cell, 
     face ^= (face ^ (4 + side[2])) & at_z;
     return (struct mill_cell_exit){dt, face};
 }
-
-bool mill_cells_cross(struct mill_cells *c, int32_t ball, int32_t face)
-{
-    assert(face >= 0 && face < 6);
-    const int32_t to = c->cell[ball] + mill_cells_step(c, face);
-    mill_cells_remove(c, ball);
-    return mill_cells_insert(c, ball, to);
-}

@@ -146,9 +146,6 @@ static inline void mill_cells_set(struct mill_cells *c, int32_t ball, int32_t ce
     __atomic_store_n(&c->cell[ball], cell, __ATOMIC_RELAXED);
 }
 
-/* Moves a ball into the cell across a face. False when out of memory. */
-bool mill_cells_cross(struct mill_cells *cells, int32_t ball, int32_t face);
-
 /* Plain pointers without choices, so that the compiler copies each row as one vector (measured) */
 #define MILL_CELLS_COPY(type, words, count_of, mask)                                               \
     for (int32_t k = 0; k < count; k++) {                                                          \

@@ -333,9 +333,6 @@ int32_t mill_grids_across(const struct mill_grids *g, int32_t cell, int32_t face
 bool mill_grids_cross(struct mill_grids *g, int32_t ball, int32_t species, int32_t face,
                       double *shift)
 {
-    *shift = 0.0;
-    if (g->plain)
-        return mill_cells_cross(g->own, ball, face);
     const int32_t to = mill_grids_across(g, g->own[0].cell[ball], face, shift);
     mill_grids_remove(g, ball, species);
     return mill_grids_insert(g, ball, species, to);

@@ -44,6 +44,13 @@ static inline void free_swarm(struct swarm *s)
     free(s->near);
 }
 
+static inline void cross(struct swarm *s, int32_t ball, int32_t face)
+{
+    const int32_t to = s->cells.cell[ball] + mill_cells_step(&s->cells, face);
+    mill_cells_remove(&s->cells, ball);
+    ck_assert(mill_cells_insert(&s->cells, ball, to));
+}
+
 static inline void place(struct swarm *s, int32_t ball, vec3 r)
 {
     s->r[ball] = r;
