@@ -177,7 +177,7 @@ double mill_part_wall_gap(const struct mill_wall *wall, vec3 place);
  * ends) or 5 % of `near` [m]. */
 struct mill_part_gap {
     double least, most; /* [m] */
-    long looks;         /* how often the part was asked for its support */
+    long looks;         /* how often the part was asked for its support: the work done */
 };
 struct mill_part_gap mill_part_to_wall(const struct mill_part *part, const struct mill_wall *wall,
                                        double near);

@@ -8,8 +8,7 @@
  * direction and are apart along it; and a round body that lies on the turning axis of the other. */
 #include "start/clash.h"
 
-#include "start/clash_gap.h"
-#include "start/clash_side.h"
+#include "start/clash_solid.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -57,15 +56,14 @@ static double gap_at(struct check *c, const struct march *m, double t)
                            b = mill_motion_pose(m->b->motion, t);
     struct mill_pose in = mill_pose_relative(&a, &b);
     if (m->wall < 0) {
-        const struct mill_clash_gap gap = mill_clash_gap_solids(m->a->is, m->b->is, &in, m->near);
+        const struct mill_part_gap gap = mill_clash_gap_solids(m->a->is, m->b->is, &in, m->near);
         c->looks += gap.looks;
         return gap.least;
     }
     const struct mill_body *is = c->container->body;
     const struct mill_pose own = {.place = is->centre, .x = is->x, .y = is->y, .z = is->z};
     in = mill_pose_relative(&in, &own);
-    const struct mill_clash_gap gap =
-        mill_clash_gap_wall(&c->wall[m->wall], m->a->is, &in, m->near);
+    const struct mill_part_gap gap = mill_clash_gap_wall(&c->wall[m->wall], m->a->is, &in, m->near);
     c->looks += gap.looks;
     return gap.least;
 }
@@ -80,12 +78,11 @@ static struct mill_passing passing_of(const struct check *c, const struct march 
 {
     const bool flat = m->wall >= 0 && c->wall[m->wall].flat;
     const int ends = flat ? c->setup->surface[m->b->is->surface].ends : 0;
-    return (struct mill_passing){
-        .one = number_of(c, m->a),
-        .other = number_of(c, m->b),
-        .kind = {m->a->is->kind, ends > 0 ? ends : m->b->is->kind},
-        .gap = gap,
-        .when = t};
+    return (struct mill_passing){.one = number_of(c, m->a),
+                                 .other = number_of(c, m->b),
+                                 .kind = {m->a->is->kind, ends > 0 ? ends : m->b->is->kind},
+                                 .gap = gap,
+                                 .when = t};
 }
 
 static bool alike(const struct mill_passing *p, const struct mill_passing *q)

@@ -7,7 +7,7 @@
  *
  * For solids with many parts, a tree of spheres skips the parts that are farther
  * away than others. */
-#include "start/clash_gap.h"
+#include "start/clash_solid.h"
 
 /* SUPPORTS of them take about as long as a comparison of two parts */
 enum { LOOKS = 100, SUPPORTS = 16 };
@@ -97,11 +97,11 @@ static vec3 nearest(struct simplex *s)
                        : on_tetrahedron(s);
 }
 
-struct mill_clash_gap mill_clash_gap_parts(const struct mill_part *a, const struct mill_part *b,
-                                           double near)
+struct mill_part_gap mill_clash_gap_parts(const struct mill_part *a, const struct mill_part *b,
+                                          double near)
 {
     const double grown = a->core.grown + b->core.grown, nothing = NOTHING * (a->around + b->around);
-    struct mill_clash_gap gap = {-INFINITY, INFINITY, 0}; /* of the cores */
+    struct mill_part_gap gap = {-INFINITY, INFINITY, 0}; /* of the cores */
     struct simplex s = {0};
     vec3 v = vec3_sub(a->centre, b->centre);
     for (int k = 0; k < LOOKS; k++) {
@@ -123,7 +123,7 @@ struct mill_clash_gap mill_clash_gap_parts(const struct mill_part *a, const stru
         s.p[s.n++] = w;
         v = nearest(&s);
     }
-    return (struct mill_clash_gap){fmax(gap.least, 0.0) - grown, gap.most - grown, 0};
+    return (struct mill_part_gap){fmax(gap.least, 0.0) - grown, gap.most - grown, 0};
 }
 
 /* ---- two solids ---- */
@@ -132,7 +132,7 @@ struct seek {
     const struct mill_clash_solid *a, *b;
     const struct mill_pose *a_in_b;
     double near;
-    struct mill_clash_gap gap;
+    struct mill_part_gap gap;
 };
 
 static double apart_of(const struct seek *s, const struct mill_clash_node *p,
@@ -168,7 +168,7 @@ static void take_leaves(struct seek *s, const struct mill_clash_node *p,
                         const struct mill_clash_node *q)
 {
     const double size = p->radius + q->radius, apart = apart_of(s, p, q);
-    struct mill_clash_gap gap = {apart - size, apart + size, 0};
+    struct mill_part_gap gap = {apart - size, apart + size, 0};
     if (apart < 2.0 * size) {
         const struct mill_part a = mill_part_move(&s->a->part[p->part], s->a_in_b);
         gap = mill_clash_gap_parts(&a, &s->b->part[q->part], s->near);
@@ -205,9 +205,9 @@ static void seek(struct seek *s, const struct mill_clash_node *p, const struct m
     }
 }
 
-struct mill_clash_gap mill_clash_gap_solids(const struct mill_clash_solid *a,
-                                            const struct mill_clash_solid *b,
-                                            const struct mill_pose *a_in_b, double near)
+struct mill_part_gap mill_clash_gap_solids(const struct mill_clash_solid *a,
+                                           const struct mill_clash_solid *b,
+                                           const struct mill_pose *a_in_b, double near)
 {
     struct seek s = {a, b, a_in_b, near, {INFINITY, INFINITY, 0}};
     seek(&s, a->node, b->node, least_of(&s, a->node, b->node));
@@ -218,7 +218,7 @@ struct mill_clash_gap mill_clash_gap_solids(const struct mill_clash_solid *a,
 
 static void seek_wall(const struct mill_wall *w, const struct mill_clash_solid *s,
                       const struct mill_clash_node *n, const struct mill_pose *in, double near,
-                      struct mill_clash_gap *gap)
+                      struct mill_part_gap *gap)
 {
     const double middle = mill_part_wall_gap(w, mill_pose_out(in, n->centre)),
                  least = middle - n->radius;
@@ -242,11 +242,11 @@ static void seek_wall(const struct mill_wall *w, const struct mill_clash_solid *
     seek_wall(w, s, &s->node[n->right], in, near, gap);
 }
 
-struct mill_clash_gap mill_clash_gap_wall(const struct mill_wall *wall,
-                                          const struct mill_clash_solid *solid,
-                                          const struct mill_pose *in, double near)
+struct mill_part_gap mill_clash_gap_wall(const struct mill_wall *wall,
+                                         const struct mill_clash_solid *solid,
+                                         const struct mill_pose *in, double near)
 {
-    struct mill_clash_gap gap = {INFINITY, INFINITY, 0};
+    struct mill_part_gap gap = {INFINITY, INFINITY, 0};
     seek_wall(wall, solid, solid->node, in, near, &gap);
     return gap;
 }

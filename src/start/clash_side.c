@@ -1,8 +1,6 @@
 /* Upper bounds of the speeds of solids. Also finds pairs that always stay apart, or at a constant
  * distance. */
-#include "start/clash_side.h"
-
-#include "start/clash_gap.h"
+#include "start/clash_solid.h"
 
 /* Directions and places that differ by no more than this are equal but for rounding */
 #define ROUNDING 1e-12

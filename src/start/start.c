@@ -5,7 +5,6 @@
 #include "base/memory.h"
 #include "geometry/shapes.h"
 #include "start/clash.h"
-#include "start/ends.h"
 #include "start/fill.h"
 
 #include <assert.h>

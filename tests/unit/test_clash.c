@@ -251,8 +251,8 @@ static void add_any(uint64_t *seed, struct mill *m, struct link *is)
 }
 
 /* What a look at the mill at one time tells: bounds of the gap between its two bodies */
-static struct mill_clash_gap gap_at(const struct mill *m, struct mill_motion *const *motion,
-                                    const struct mill_clash_solid solid[2], double t)
+static struct mill_part_gap gap_at(const struct mill *m, struct mill_motion *const *motion,
+                                   const struct mill_clash_solid solid[2], double t)
 {
     struct mill_pose pose[2];
     for (int k = 0; k < 2; k++)
