@@ -124,14 +124,6 @@ void mill_sim_slabs_insist(struct mill_sim_slabs *slabs);
 /* An event at local time t: counts how many come within short times. */
 void mill_sim_watch(struct mill_watch *watch, double t);
 
-/* ---- epochs (sim_epoch.c) ---- */
-
-/* Plans all balls for an epoch, which begins now. */
-void mill_sim_epoch_begin(struct mill_sim *sim);
-
-/* Ends the epoch and begins the next one. */
-void mill_sim_epoch_end(struct mill_sim *sim);
-
 /* ---- balls at rest (sim_rest.c) ---- */
 
 /* At the begin of an epoch, before balls are planned: balls that have rested fall asleep; those
