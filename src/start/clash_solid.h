@@ -1,18 +1,16 @@
-/* A body as the check for clashes uses it: convex parts in a tree of spheres; how near two of them
- * are; how its motion carries it. */
+/* A body as the check for clashes uses it: convex parts, in a tree if they are many; how near two
+ * of them are; how its motion carries it. */
 #ifndef MILL_CLASH_SOLID_H
 #define MILL_CLASH_SOLID_H
 
+#include "geometry/facets.h"
 #include "geometry/solid.h"
 
-#include <stdint.h>
-
-/* A sphere around everything in its part of the tree */
-struct mill_clash_node {
+/* A sphere around one part of a solid, or around all parts in a box of its tree */
+struct mill_clash_ball {
     vec3 centre;
-    double radius;       /* [m] */
-    int32_t part;        /* number of a leaf's part; -1: an inner node */
-    int32_t left, right; /* numbers of an inner node's two children */
+    double radius;     /* [m] */
+    int32_t part, box; /* number of the part; -1: of the node of the tree */
 };
 
 struct mill_clash_solid {
@@ -26,13 +24,18 @@ struct mill_clash_solid {
     vec3 axis; /* unit vector in its motion's frame */
     int32_t parts;
     struct mill_part *part;       /* in the motion's frame */
-    struct mill_clash_node *node; /* [2 parts - 1], the first one is around all parts */
+    struct mill_facets_tree tree; /* of several parts, which are facets */
+    struct mill_clash_ball all;   /* around all parts */
 };
 
 /* Surface number k of the setup. false: out of memory. The caller frees it in both cases. */
 bool mill_clash_solid_init(struct mill_clash_solid *solid, const struct mill_setup *setup, int k,
                            struct mill_motion *const *motion);
 void mill_clash_solid_free(struct mill_clash_solid *solid);
+
+/* Divides the contents of a box. */
+void mill_clash_solid_halves(const struct mill_clash_solid *solid,
+                             const struct mill_clash_ball *ball, struct mill_clash_ball half[2]);
 
 /* Is a point, given in the motion's frame of a solid that is not convex, inside of it? */
 bool mill_clash_solid_holds(const struct mill_clash_solid *solid, vec3 place);
