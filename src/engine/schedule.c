@@ -7,7 +7,7 @@
 #include "base/elementary.h"
 #include "base/memory.h"
 #include "engine/slabs.h"
-#include "geometry/shape.h"
+#include "geometry/solid.h"
 
 #include <assert.h>
 #include <stdlib.h>
@@ -99,10 +99,9 @@ static struct mill_lately bounds_of(const struct mill_world *w, int motion, doub
     vec3 through, axis;
     l.turns = !m->on && m->type->axis && m->type->axis(m, &through, &axis);
     if (l.turns) { /* for a rotor: y and z */
-        const vec3 along = fabs(axis.x) > 0.9 ? vec3_make(0.0, 1.0, 0.0) : vec3_make(1.0, 0.0, 0.0);
-        l.p = vec3_axpy(along, -vec3_dot(along, axis), axis);
-        l.p = vec3_scale(l.p, 1.0 / vec3_norm(l.p));
-        l.q = vec3_cross(axis, l.p);
+        const struct mill_pose frame = mill_part_frame(through, axis);
+        l.p = frame.x;
+        l.q = frame.y;
     }
     return l;
 }

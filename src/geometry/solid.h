@@ -109,6 +109,9 @@ bool mill_solid_is_sound(const struct mill_solid *solid, const struct mill_body 
 /* The profile of a prism */
 struct mill_profile mill_solid_profile(const struct mill_body *prism);
 
+/* [m] How far the core reaches along each of its own axes */
+vec3 mill_solid_extents(const struct mill_solid *solid, const struct mill_core *core);
+
 /* The hull about its own z, or about the axis along which the solid is longest */
 struct mill_hull mill_solid_hull(const struct mill_solid *solid, const struct mill_body *body);
 struct mill_hull mill_solid_slim_hull(const struct mill_solid *solid, const struct mill_body *body);
