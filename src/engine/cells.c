@@ -150,7 +150,7 @@ void mill_cells_box(const struct mill_cells *c, int32_t cell, vec3 *lo, vec3 *hi
 /* Sets the bits of `mask` in a word of a row. */
 static void set_word(struct mill_cells *c, int64_t at, uint32_t mask, uint32_t bits)
 {
-    const uint32_t word = (mill_cells_word(c, c->form, at) & ~mask) | bits;
+    const uint32_t word = (mill_cells_word(c, at) & ~mask) | bits;
     if (c->form == MILL_CELLS_SHORT)
         ((uint16_t *)c->bucket)[at] = (uint16_t)word;
     else

@@ -95,25 +95,18 @@ static inline size_t mill_cells_word_size(const struct mill_cells *c)
 
 /* Word `at` of the rows: a ball or a count; the first word of a packed row is a ball and the
  * count */
-static inline uint32_t mill_cells_word(const struct mill_cells *c, enum mill_cells_form form,
-                                       int64_t at)
+static inline uint32_t mill_cells_word(const struct mill_cells *c, int64_t at)
 {
-    return form == MILL_CELLS_SHORT ? ((const uint16_t *)c->bucket)[at]
-                                    : ((const uint32_t *)c->bucket)[at];
-}
-
-/* The number of balls in the row of `row` words that begins at word `first` */
-static inline int32_t mill_cells_row_held(const struct mill_cells *c, enum mill_cells_form form,
-                                          int32_t row, int64_t first)
-{
-    return (int32_t)(form == MILL_CELLS_PACKED ? mill_cells_word(c, form, first) >> MILL_CELLS_BITS
-                                               : mill_cells_word(c, form, first + row - 1));
+    return c->form == MILL_CELLS_SHORT ? ((const uint16_t *)c->bucket)[at]
+                                       : ((const uint32_t *)c->bucket)[at];
 }
 
 /* The number of balls in a cell, and the kth of them */
 static inline int32_t mill_cells_held(const struct mill_cells *c, int32_t cell)
 {
-    return mill_cells_row_held(c, c->form, c->row, (int64_t)cell * c->row);
+    const int64_t first = (int64_t)cell * c->row;
+    return (int32_t)(c->form == MILL_CELLS_PACKED ? mill_cells_word(c, first) >> MILL_CELLS_BITS
+                                                  : mill_cells_word(c, first + c->row - 1));
 }
 
 /* Has the row of a cell room for one more ball? */
@@ -125,7 +118,7 @@ static inline bool mill_cells_has_room(const struct mill_cells *c, int32_t cell)
 static inline int32_t mill_cells_ball(const struct mill_cells *c, int32_t cell, int32_t k)
 {
     const uint32_t mask = c->form == MILL_CELLS_PACKED ? MILL_CELLS_BALL : UINT32_MAX;
-    return (int32_t)(mill_cells_word(c, c->form, (int64_t)cell * c->row + k) & mask);
+    return (int32_t)(mill_cells_word(c, (int64_t)cell * c->row + k) & mask);
 }
 
 /* The time and the face at which the flight r + v t + g t^2/2 leaves the cell: the first time at

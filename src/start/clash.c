@@ -55,15 +55,15 @@ static double gap_at(struct check *c, const struct march *m, double t)
     const struct mill_pose a = mill_motion_pose(m->a->motion, t),
                            b = mill_motion_pose(m->b->motion, t);
     struct mill_pose in = mill_pose_relative(&a, &b);
+    struct mill_part_gap gap;
     if (m->wall < 0) {
-        const struct mill_part_gap gap = mill_clash_gap_solids(m->a->is, m->b->is, &in, m->near);
-        c->looks += gap.looks;
-        return gap.least;
+        gap = mill_clash_gap_solids(m->a->is, m->b->is, &in, m->near);
+    } else {
+        const struct mill_body *is = c->container->body;
+        const struct mill_pose own = {.place = is->centre, .x = is->x, .y = is->y, .z = is->z};
+        in = mill_pose_relative(&in, &own);
+        gap = mill_clash_gap_wall(&c->wall[m->wall], m->a->is, &in, m->near);
     }
-    const struct mill_body *is = c->container->body;
-    const struct mill_pose own = {.place = is->centre, .x = is->x, .y = is->y, .z = is->z};
-    in = mill_pose_relative(&in, &own);
-    const struct mill_part_gap gap = mill_clash_gap_wall(&c->wall[m->wall], m->a->is, &in, m->near);
     c->looks += gap.looks;
     return gap.least;
 }
