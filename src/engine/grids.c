@@ -435,12 +435,10 @@ bool mill_grids_near(const struct mill_grids *g, int32_t species, int32_t cell, 
     const int a = g->class_of[species], b = g->class_of[other], small = a < b ? a : b;
     const struct mill_cells *c = &g->own[small];
     int32_t i[3], j[3], d[3];
-    mill_cells_index(&g->own[0], cell, i);
-    mill_cells_index(&g->own[0], other_cell, j);
-    for (int axis = 0; axis < 3; axis++) {
-        const int32_t *coarse = g->coarse[small][axis];
-        d[axis] = coarse ? coarse[i[axis]] - coarse[j[axis]] : i[axis] - j[axis];
-    }
+    mill_cells_index(c, cell_around(g, small, cell), i);
+    mill_cells_index(c, cell_around(g, small, other_cell), j);
+    for (int axis = 0; axis < 3; axis++)
+        d[axis] = i[axis] - j[axis];
     d[0] -= image * (c->n[0] - 2 * c->margin);
     return a == b ? abs(d[0]) <= 1 && abs(d[1]) <= 1 && abs(d[2]) <= 1
                   : is_within(c, d, g->view[a][b].widest);

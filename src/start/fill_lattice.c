@@ -62,73 +62,64 @@ static void extent_of(const struct mill_world *w, double extent[3])
 }
 
 /* The centre of a cell */
-static vec3 centre_of(const struct mill_fill_lattice *l, int32_t x, int32_t y, int32_t z,
-                      const double side[3])
+static vec3 centre_of(const struct mill_fill_lattice *l, const int32_t at[3], const double side[3])
 {
-    return vec3_make(l->lo.x + (x + 0.5) * side[0], l->lo.y + (y + 0.5) * side[1],
-                     l->lo.z + (z + 0.5) * side[2]);
+    return vec3_make(l->lo.x + (at[0] + 0.5) * side[0], l->lo.y + (at[1] + 0.5) * side[1],
+                     l->lo.z + (at[2] + 0.5) * side[2]);
 }
 
-/* The cells of a block, checked together */
-struct block {
-    int cells; /* 0: not listed yet */
-    vec3 centre[BLOCK * BLOCK * BLOCK];
-    uint64_t *near[BLOCK * BLOCK * BLOCK];
-    bool clear[BLOCK * BLOCK * BLOCK];
+/* A surface in reach of a block */
+struct in_reach {
+    int shape;
+    double gap; /* [m] at the middle of the block; INFINITY: the cells' gaps differ */
 };
 
-/* Lists the cells from `first` to before `end`. */
-static void list(struct block *b, struct mill_fill_room *room, const int32_t first[3],
-                 const int32_t end[3], const double side[3])
+/* Notes for a cell which surfaces are nearer than `near` to its centre. Returns whether the centre
+ * is clear of all surfaces. */
+static bool look_at(struct mill_fill_room *room, const int32_t at[3], vec3 centre, double near,
+                    const struct in_reach *found, int count)
 {
     const int32_t *n = room->lattice.n;
-    for (int32_t x = first[0]; x < end[0]; x++)
-        for (int32_t y = first[1]; y < end[1]; y++)
-            for (int32_t z = first[2]; z < end[2]; z++) {
-                b->centre[b->cells] = centre_of(&room->lattice, x, y, z, side);
-                b->near[b->cells] = &room->near[(x * n[1] + y) * n[2] + z];
-                b->clear[b->cells++] = true;
-            }
+    bool clear = true;
+    for (int i = 0; i < count; i++) {
+        const int k = found[i].shape;
+        const double gap = found[i].gap < (double)INFINITY
+                               ? found[i].gap
+                               : mill_shape_gap(room->world->shape[k], centre, 0.0, &room->pose[k]);
+        room->near[(at[0] * n[1] + at[1]) * n[2] + at[2]] |= (uint64_t)(gap < near) << k % 64;
+        clear = clear && gap > 0.0;
+    }
+    return clear;
 }
 
-/* Notes for each cell of the block that begins at `first` which surfaces are nearer than `near` to
- * its centre. Few surfaces are in reach of a block, and most blocks are far from all surfaces.
- * Returns the number of centres that are clear of all surfaces. */
+/* The same for the cells of the block that begins at `first`. Few surfaces are in reach of a block,
+ * and most blocks are far from all surfaces. Returns the number of centres that are clear of all
+ * surfaces. found: room for all surfaces */
 static size_t look_around(struct mill_fill_room *room, const int32_t first[3], const double side[3],
-                          double near)
+                          double near, struct in_reach *found)
 {
     const struct mill_fill_lattice *l = &room->lattice;
-    struct block b;
-    b.cells = 0;
-    int32_t end[3];
+    int32_t last[3], at[3];
     for (int axis = 0; axis < 3; axis++)
-        end[axis] = first[axis] + BLOCK < l->n[axis] ? first[axis] + BLOCK : l->n[axis];
-    const vec3 lo = centre_of(l, first[0], first[1], first[2], side);
-    const vec3 hi = centre_of(l, end[0] - 1, end[1] - 1, end[2] - 1, side);
+        last[axis] = (first[axis] + BLOCK < l->n[axis] ? first[axis] + BLOCK : l->n[axis]) - 1;
+    const vec3 lo = centre_of(l, first, side), hi = centre_of(l, last, side);
     const vec3 middle = vec3_scale(vec3_add(lo, hi), 0.5);
     const double size = 0.501 * vec3_norm(vec3_sub(hi, lo));
+    int count = 0;
     for (int k = 0; k < room->world->shapes; k++) {
         const struct mill_shape *s = room->world->shape[k];
         /* deep within a body no ball can touch it */
         if (!(s->wall < 0 ? mill_body_reachable : s->type->reachable)(s, lo, hi, near))
             continue;
         const double there = mill_shape_gap(s, middle, 0.0, &room->pose[k]);
-        if (there >= near + size)
-            continue;
-        if (b.cells == 0)
-            list(&b, room, first, end, side);
-        for (int i = 0; i < b.cells; i++) {
-            const double gap =
-                there <= -size ? there : mill_shape_gap(s, b.centre[i], 0.0, &room->pose[k]);
-            *b.near[i] |= (uint64_t)(gap < near) << k % 64;
-            b.clear[i] = b.clear[i] && gap > 0.0;
-        }
+        if (there < near + size)
+            found[count++] = (struct in_reach){k, there <= -size ? there : (double)INFINITY};
     }
-    if (b.cells == 0)
-        return (size_t)((end[0] - first[0]) * (end[1] - first[1]) * (end[2] - first[2]));
     size_t inside = 0;
-    for (int i = 0; i < b.cells; i++)
-        inside += b.clear[i];
+    for (at[0] = first[0]; at[0] <= last[0]; at[0]++)
+        for (at[1] = first[1]; at[1] <= last[1]; at[1]++)
+            for (at[2] = first[2]; at[2] <= last[2]; at[2]++)
+                inside += look_at(room, at, centre_of(l, at, side), near, found, count);
     return inside;
 }
 
@@ -149,8 +140,10 @@ bool mill_fill_room_init(struct mill_fill_room *room, const struct mill_world *w
     room->world = w;
     room->near = calloc(cells, sizeof *room->near);
     room->pose = calloc((size_t)w->shapes, sizeof *room->pose);
-    if (!room->near || !room->pose) {
+    struct in_reach *found = calloc((size_t)w->shapes, sizeof *found);
+    if (!room->near || !room->pose || !found) {
         mill_fill_room_free(room);
+        free(found);
         return false;
     }
     for (int k = 0; k < w->shapes; k++)
@@ -160,9 +153,10 @@ bool mill_fill_room_init(struct mill_fill_room *room, const struct mill_world *w
     for (from[0] = 0; from[0] < n[0]; from[0] += BLOCK) {
         for (from[1] = 0; from[1] < n[1]; from[1] += BLOCK) {
             for (from[2] = 0; from[2] < n[2]; from[2] += BLOCK)
-                inside += look_around(room, from, side, near);
+                inside += look_around(room, from, side, near, found);
         }
     }
+    free(found);
     room->volume = extent[0] * extent[1] * extent[2] * (double)inside / (double)cells;
     return true;
 }
