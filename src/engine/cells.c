@@ -25,22 +25,6 @@ static int32_t cell_index(const struct mill_cells *c, int32_t ix, int32_t iy, in
     return (ix * c->n[1] + iy) * c->n[2] + iz;
 }
 
-/* Offsets in words to the 27 cells around a cell, and to the 9 new ones after crossing each face */
-static void make_offsets(struct mill_cells *c)
-{
-    int32_t ahead[6] = {0};
-    for (int32_t all = 0; all < 27; all++) {
-        const int32_t d[3] = {all / 9 - 1, all / 3 % 3 - 1, all % 3 - 1};
-        const int64_t offset = (int64_t)cell_index(c, d[0], d[1], d[2]) * c->row;
-        c->around[all] = offset;
-        for (int32_t axis = 0; axis < 3; axis++) {
-            const int32_t face = 2 * axis + (d[axis] > 0);
-            if (d[axis] != 0)
-                c->ahead[face][ahead[face]++] = offset;
-        }
-    }
-}
-
 void mill_cells_cut(vec3 lo, vec3 hi, double diameter, int32_t balls, int32_t inner[3])
 {
     assert(diameter > 0.0 && balls >= 0);
@@ -101,7 +85,6 @@ bool mill_cells_init(struct mill_cells *c, vec3 lo, vec3 hi, const int32_t inner
     }
     c->bucket = make_rows(c);
     c->cell = mill_memory_get((size_t)balls + 1, sizeof *c->cell);
-    make_offsets(c);
     if (made && c->bucket && c->cell)
         return true;
     mill_cells_release(c);
@@ -190,7 +173,6 @@ static bool widen(struct mill_cells *c)
     }
     free(c->bucket);
     *c = wide;
-    make_offsets(c);
     return true;
 }
 

@@ -21,15 +21,12 @@ enum mill_cells_form {
 enum { MILL_CELLS_PACK = 4, MILL_CELLS_BITS = 28, MILL_CELLS_BALL = (1 << MILL_CELLS_BITS) - 1 };
 
 struct mill_cells {
-    vec3 lo;         /* [m] corner of the first inner cell */
-    double side[3];  /* [m] */
-    int32_t n[3];    /* cells along x, y, z, with layers of empty cells on each side */
-    int32_t margin;  /* number of these layers */
-    double per_n[2]; /* 1 / n[1], 1 / n[2] */
-    double *edge[3]; /* [m] where cells begin, [n + 1]; the outermost are -+infinity */
-    /* Offsets, in words. around: from a cell to the cells around it and itself. ahead: after a ball
-     * has crossed a face, from its new cell to the cells that are new around it. */
-    int64_t around[27], ahead[6][9];
+    vec3 lo;                   /* [m] corner of the first inner cell */
+    double side[3];            /* [m] */
+    int32_t n[3];              /* cells along x, y, z, with layers of empty cells on each side */
+    int32_t margin;            /* number of these layers */
+    double per_n[2];           /* 1 / n[1], 1 / n[2] */
+    double *edge[3];           /* [m] where cells begin, [n + 1]; the outermost are -+infinity */
     int32_t row;               /* words of one cell in `bucket` */
     enum mill_cells_form form; /* of the rows */
     void *bucket;              /* [cells * row] */
