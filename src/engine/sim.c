@@ -107,7 +107,7 @@ void mill_sim_use_threads(struct mill_sim *sim, int threads)
     mill_sim_slabs_free(sim->slabs);
     sim->slabs = NULL;
     if (!sim->proof)
-        sim->slabs = mill_sim_slabs_create(sim, mill_slabs_worth(sim->schedule, threads));
+        sim->slabs = mill_sim_slabs_create(sim, mill_slabs_worth(sim->schedule, threads), false);
 }
 
 int mill_sim_threads(const struct mill_sim *sim)

@@ -59,7 +59,7 @@ static struct mill_contact contact(const struct mill_shape *shape, vec3 centre, 
     const struct mill_wavy *w = (const struct mill_wavy *)shape;
     const vec3 r = mill_pose_in(pose, centre);
     const struct mill_contact k =
-        mill_wavy_arcs_contact(w, mill_wavy_arcs_nearest(w, r.y, r.z).arc, r, radius);
+        mill_wavy_arc_contact(w, mill_wavy_nearest(w, r.y, r.z).arc, r, radius);
     return seen(pose, &k);
 }
 
@@ -70,11 +70,11 @@ static bool beside(const struct mill_shape *shape, vec3 centre, vec3 v, double r
 {
     const struct mill_wavy *w = (const struct mill_wavy *)shape;
     const vec3 r = mill_pose_in(pose, centre);
-    const struct mill_wavy_near near = mill_wavy_arcs_nearest(w, r.y, r.z);
+    const struct mill_wavy_near near = mill_wavy_nearest(w, r.y, r.z);
     const double slack = SNUG * w->far;
     if (mill_wavy_inward(near.arc) > 0.0 && w->radius - radius > slack)
         return false;
-    const struct mill_contact own = mill_wavy_arcs_contact(w, near.beside, r, radius);
+    const struct mill_contact own = mill_wavy_arc_contact(w, near.beside, r, radius);
     *k = seen(pose, &own);
     return k->gap <= slack && vec3_dot(vec3_sub(v, k->velocity), k->normal) < 0.0;
 }
@@ -310,8 +310,8 @@ static void set_edge(struct mill_wavy_arc *outer, int edge, const struct mill_wa
 }
 
 /* Finds for each sector the outer arc in whose pitch it begins. It uses a place slightly before the
- * beginning, because is_after() cannot distinguish the beginning of a pitch of half a turn from its
- * end. */
+ * beginning, because mill_wavy_is_after() cannot distinguish the beginning of a pitch of half a
+ * turn from its end. */
 static void find_pitches(struct mill_wavy *w)
 {
     const int n = w->arcs / 2;
