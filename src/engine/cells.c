@@ -20,11 +20,6 @@ static void *make_rows(const struct mill_cells *c)
     return mill_memory_get((size_t)mill_cells_count(c) * (size_t)c->row, mill_cells_word_size(c));
 }
 
-static int32_t cell_index(const struct mill_cells *c, int32_t ix, int32_t iy, int32_t iz)
-{
-    return (ix * c->n[1] + iy) * c->n[2] + iz;
-}
-
 void mill_cells_cut(vec3 lo, vec3 hi, double diameter, int32_t balls, int32_t inner[3])
 {
     assert(diameter > 0.0 && balls >= 0);
@@ -110,18 +105,6 @@ bool mill_cells_is_inner(const struct mill_cells *c, int32_t cell)
     return inner;
 }
 
-int32_t mill_cells_at(const struct mill_cells *c, vec3 r)
-{
-    const double in[3] = {r.x - c->lo.x, r.y - c->lo.y, r.z - c->lo.z};
-    int32_t index[3];
-    for (int axis = 0; axis < 3; axis++) {
-        const double first = (double)c->margin, last = (double)(c->n[axis] - c->margin - 1);
-        const double i = floor(in[axis] / c->side[axis]) + first;
-        index[axis] = (int32_t)fmin(fmax(i, first), last);
-    }
-    return cell_index(c, index[0], index[1], index[2]);
-}
-
 void mill_cells_box(const struct mill_cells *c, int32_t cell, vec3 *lo, vec3 *hi)
 {
     int32_t i[3];
@@ -194,7 +177,8 @@ void mill_cells_remove(struct mill_cells *c, int32_t ball)
     while (k < last && mill_cells_ball(c, cell, k) != ball)
         k++;
     assert(last >= 0 && mill_cells_ball(c, cell, k) == ball);
-    set_ball(c, cell, k, mill_cells_ball(c, cell, last));
+    for (; k < last; k++)
+        set_ball(c, cell, k, mill_cells_ball(c, cell, k + 1));
     set_held(c, cell, last);
 }
 

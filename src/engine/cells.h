@@ -57,8 +57,20 @@ static inline int32_t mill_cells_count(const struct mill_cells *c)
 /* Is this a cell that can hold balls, not one of the empty layers? */
 bool mill_cells_is_inner(const struct mill_cells *cells, int32_t cell);
 
-/* The cell of a point. A point outside of the box belongs to the nearest cell inside it. */
-int32_t mill_cells_at(const struct mill_cells *cells, vec3 r);
+/* The cell of a point, and its index along x, y, z. A point outside of the box belongs to the
+ * nearest cell inside it. */
+static inline int32_t mill_cells_along(const struct mill_cells *c, int axis, double from_lo)
+{
+    const double cell = from_lo / c->side[axis], last = (double)(c->n[axis] - 2 * c->margin - 1);
+    return c->margin + (cell > 0.0 ? (int32_t)(cell < last ? cell : last) : 0);
+}
+
+static inline int32_t mill_cells_at(const struct mill_cells *c, vec3 r)
+{
+    const int32_t x = mill_cells_along(c, 0, r.x - c->lo.x);
+    const int32_t y = mill_cells_along(c, 1, r.y - c->lo.y);
+    return (x * c->n[1] + y) * c->n[2] + mill_cells_along(c, 2, r.z - c->lo.z);
+}
 
 /* The index of a cell along x, y, z. The result is exact: a cell number plus a half is never so
  * close to a multiple that rounding matters. */
@@ -73,8 +85,8 @@ static inline void mill_cells_index(const struct mill_cells *c, int32_t cell, in
 /* The box of a cell; the outermost cells inside the grid's box reach to infinity. */
 void mill_cells_box(const struct mill_cells *cells, int32_t cell, vec3 *lo, vec3 *hi);
 
-/* insert puts a ball into a cell in which it is not; remove takes it out. insert is false when out
- * of memory. */
+/* insert puts a ball into a cell in which it is not, after the others; remove takes it out. insert
+ * is false when out of memory. */
 bool mill_cells_insert(struct mill_cells *cells, int32_t ball, int32_t cell);
 void mill_cells_remove(struct mill_cells *cells, int32_t ball);
 void mill_cells_clear(struct mill_cells *cells); /* takes all balls out */

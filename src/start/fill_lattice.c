@@ -1,13 +1,14 @@
-/* Two uses of a lattice over the drum's box.
+/* What the search for places needs to know.
  *
- * First, the room that the surfaces leave for the balls: its volume, and for each cell the surfaces
- * that a ball in this cell can touch. A distance changes by no more than the place does, so the
- * distance at the centre of a cell bounds the distances in the whole cell.
+ * First, from a lattice over the container's box: the room that the surfaces leave for the balls:
+ * its volume, and for each cell the surfaces that a ball in this cell can touch. A distance changes
+ * by no more than the place does, so the distance at the centre of a cell bounds the distances in
+ * the whole cell.
  *
- * Second, a lookup of balls by place, for mixtures of any sizes: one grid for each class of sizes,
- * with cells as wide as the largest ball of the class and a list of balls in each cell. The
- * neighbours of a ball are searched in all grids, in the cells that the radii of both can reach.
- * These are few cells of large balls and more cells of small ones. */
+ * Second, a lookup of balls by place, for mixtures of any sizes: one cell grid for each class of
+ * sizes, with cells as wide as the largest ball of the class. The neighbours of a ball are searched
+ * in all grids, in the cells that the radii of both can reach. These are few cells of large balls
+ * and more cells of small ones. */
 #include "start/fill.h"
 
 #include "base/elementary.h"
@@ -220,20 +221,17 @@ static int16_t class_of(double radius, double widest)
 static bool make_grid(struct mill_fill_grid *g, const struct mill_world *w)
 {
     double extent[3];
+    int32_t inner[3];
     extent_of(w, extent);
     const double most = 16.0 * (double)g->balls + 4096.0;
     const double wide = 2.0 * g->widest * (1.0 + MILL_FILL_SPACING);
     const double side = fmax(wide, mill_elementary_cbrt(extent[0] * extent[1] * extent[2] / most));
-    struct mill_fill_lattice *l = &g->lattice;
-    size_t cells = 1;
-    l->lo = w->container.lo;
-    for (int axis = 0; axis < 3; axis++) {
-        l->n[axis] = (int32_t)fmin(fmax(floor(extent[axis] / side), 1.0), 1024.0);
-        l->per_side[axis] = l->n[axis] / extent[axis];
-        cells *= (size_t)l->n[axis];
-    }
-    g->head = malloc(sizeof *g->head * cells);
-    return g->head != NULL;
+    for (int axis = 0; axis < 3; axis++)
+        inner[axis] = (int32_t)fmin(fmax(floor(extent[axis] / side), 1.0), 1024.0);
+    /* rows for balls as wide as the cells: others are few, or the rows grow */
+    return mill_cells_init(
+        &g->cells, w->container.lo, w->container.hi, inner, 1, 1,
+        fmax(extent[0] / inner[0], fmax(extent[1] / inner[1], extent[2] / inner[2])), w->balls);
 }
 
 bool mill_fill_grids_init(struct mill_fill_grids *s, const struct mill_world *w)
@@ -260,14 +258,13 @@ bool mill_fill_grids_init(struct mill_fill_grids *s, const struct mill_world *w)
             return false;
         }
     }
-    mill_fill_grids_clear(s);
     return true;
 }
 
 void mill_fill_grids_free(struct mill_fill_grids *s)
 {
     for (int k = 0; k < MILL_FILL_CLASSES; k++)
-        free(s->grid[k].head);
+        mill_cells_release(&s->grid[k].cells);
     free(s->place);
     memset(s, 0, sizeof *s);
 }
@@ -275,61 +272,53 @@ void mill_fill_grids_free(struct mill_fill_grids *s)
 void mill_fill_grids_clear(struct mill_fill_grids *s)
 {
     for (int k = 0; k < MILL_FILL_CLASSES; k++) {
-        struct mill_fill_grid *g = &s->grid[k];
-        const int32_t *n = g->lattice.n, cells = n[0] * n[1] * n[2];
-        g->placed = 0;
-        for (int32_t cell = 0; cell < cells; cell++)
-            g->head[cell] = -1;
+        if (s->grid[k].placed > 0)
+            mill_cells_clear(&s->grid[k].cells);
+        s->grid[k].placed = 0;
     }
 }
 
 void mill_fill_grids_place(struct mill_fill_grids *s, int32_t i)
 {
     assert(i >= 0 && i < s->balls);
-    struct mill_fill_place *p = &s->place[i];
+    const struct mill_fill_place *p = &s->place[i];
     struct mill_fill_grid *g = &s->grid[p->class];
-    p->cell = cell_of(&g->lattice, p->r);
-    p->next = g->head[p->cell];
-    g->head[p->cell] = i;
+    s->failed = s->failed || !mill_cells_insert(&g->cells, i, mill_cells_at(&g->cells, p->r));
     g->placed++;
 }
 
 void mill_fill_grids_replace(struct mill_fill_grids *s, int32_t i)
 {
-    struct mill_fill_place *p = &s->place[i];
+    const struct mill_fill_place *p = &s->place[i];
     struct mill_fill_grid *g = &s->grid[p->class];
-    if (cell_of(&g->lattice, p->r) == p->cell)
+    if (s->failed || mill_cells_at(&g->cells, p->r) == g->cells.cell[i])
         return;
-    int32_t *link = &g->head[p->cell];
-    while (*link != i)
-        link = &s->place[*link].next;
-    *link = p->next;
+    mill_cells_remove(&g->cells, i);
     g->placed--;
     mill_fill_grids_place(s, i);
 }
 
 int32_t mill_fill_grids_near(const struct mill_fill_grids *s, vec3 r, double radius, int32_t *out)
 {
+    const int64_t here = 0;
     int32_t n = 0;
-    for (int k = 0; k < MILL_FILL_CLASSES; k++) {
+    for (int k = MILL_FILL_CLASSES - 1; k >= 0; k--) {
         const struct mill_fill_grid *g = &s->grid[k];
-        const struct mill_fill_lattice *l = &g->lattice;
+        const struct mill_cells *c = &g->cells;
         if (g->placed == 0)
             continue;
         const double reach = (radius + g->widest) * (1.0 + MILL_FILL_SPACING);
-        const vec3 d = vec3_sub(r, l->lo);
-        const int32_t x0 = along(l, 0, d.x - reach), x1 = along(l, 0, d.x + reach);
-        const int32_t y0 = along(l, 1, d.y - reach), y1 = along(l, 1, d.y + reach);
-        const int32_t z0 = along(l, 2, d.z - reach), z1 = along(l, 2, d.z + reach);
-        for (int32_t x = x0; x <= x1; x++) {
-            for (int32_t y = y0; y <= y1; y++) {
-                const int32_t *row = g->head + (x * l->n[1] + y) * l->n[2];
-                for (int32_t z = z0; z <= z1; z++) {
-                    for (int32_t i = row[z]; i >= 0; i = s->place[i].next)
-                        out[n++] = i;
-                }
-            }
+        const double at[3] = {r.x - c->lo.x, r.y - c->lo.y, r.z - c->lo.z};
+        int32_t from[3], to[3];
+        for (int axis = 0; axis < 3; axis++) {
+            from[axis] = mill_cells_along(c, axis, at[axis] - reach);
+            to[axis] = mill_cells_along(c, axis, at[axis] + reach);
         }
+        for (int32_t x = to[0]; x >= from[0]; x--)
+            for (int32_t y = to[1]; y >= from[1]; y--)
+                for (int32_t z = to[2]; z >= from[2]; z--)
+                    n +=
+                        mill_cells_gather(c, (x * c->n[1] + y) * c->n[2] + z, &here, 1, 1, out + n);
     }
     return n;
 }
