@@ -23,14 +23,14 @@
 enum { POINTS = 200000, FEWEST = 8, BLOCK = 4 };
 #define CLASS_RATIO 1.5 /* largest over smallest diameter of the balls in one grid */
 
-static int32_t along(const struct mill_fill_lattice *l, int axis, double x)
+static int32_t along(const struct mill_fill_room *l, int axis, double x)
 {
     const double cell = x * l->per_side[axis], last = (double)(l->n[axis] - 1);
     return cell > 0.0 ? (int32_t)(cell < last ? cell : last) : 0;
 }
 
 /* Points outside the box are counted in the outermost cells. */
-static int32_t cell_of(const struct mill_fill_lattice *l, vec3 r)
+static int32_t cell_of(const struct mill_fill_room *l, vec3 r)
 {
     const int32_t ix = along(l, 0, r.x - l->lo.x), iy = along(l, 1, r.y - l->lo.y);
     return (ix * l->n[1] + iy) * l->n[2] + along(l, 2, r.z - l->lo.z);
@@ -39,13 +39,14 @@ static int32_t cell_of(const struct mill_fill_lattice *l, vec3 r)
 /* ---- the room ---- */
 
 /* Sets up the lattice over a box. Cells are cubes, except in a flat or thin drum. */
-static void lay_out(struct mill_fill_lattice *l, const double extent[3])
+static void lay_out(struct mill_fill_room *l, const double extent[3])
 {
     double side = mill_elementary_cbrt(extent[0] * extent[1] * extent[2] / POINTS), points;
     do {
         points = 1.0;
         for (int axis = 0; axis < 3; axis++) {
             l->n[axis] = (int32_t)fmin(fmax(ceil(extent[axis] / side), FEWEST), POINTS);
+            l->side[axis] = extent[axis] / l->n[axis];
             l->per_side[axis] = l->n[axis] / extent[axis];
             points *= l->n[axis];
         }
@@ -63,10 +64,10 @@ static void extent_of(const struct mill_world *w, double extent[3])
 }
 
 /* The centre of a cell */
-static vec3 centre_of(const struct mill_fill_lattice *l, const int32_t at[3], const double side[3])
+static vec3 centre_of(const struct mill_fill_room *l, const int32_t at[3])
 {
-    return vec3_make(l->lo.x + (at[0] + 0.5) * side[0], l->lo.y + (at[1] + 0.5) * side[1],
-                     l->lo.z + (at[2] + 0.5) * side[2]);
+    return vec3_make(l->lo.x + (at[0] + 0.5) * l->side[0], l->lo.y + (at[1] + 0.5) * l->side[1],
+                     l->lo.z + (at[2] + 0.5) * l->side[2]);
 }
 
 /* A surface in reach of a block */
@@ -77,10 +78,11 @@ struct in_reach {
 
 /* Notes for a cell which surfaces are nearer than `near` to its centre. Returns whether the centre
  * is clear of all surfaces. */
-static bool look_at(struct mill_fill_room *room, const int32_t at[3], vec3 centre, double near,
+static bool look_at(struct mill_fill_room *room, const int32_t at[3], double near,
                     const struct in_reach *found, int count)
 {
-    const int32_t *n = room->lattice.n;
+    const int32_t *n = room->n;
+    const vec3 centre = centre_of(room, at);
     bool clear = true;
     for (int i = 0; i < count; i++) {
         const int k = found[i].shape;
@@ -96,14 +98,14 @@ static bool look_at(struct mill_fill_room *room, const int32_t at[3], vec3 centr
 /* The same for the cells of the block that begins at `first`. Few surfaces are in reach of a block,
  * and most blocks are far from all surfaces. Returns the number of centres that are clear of all
  * surfaces. found: room for all surfaces */
-static size_t look_around(struct mill_fill_room *room, const int32_t first[3], const double side[3],
-                          double near, struct in_reach *found)
+static size_t look_around(struct mill_fill_room *room, const int32_t first[3], double near,
+                          struct in_reach *found)
 {
-    const struct mill_fill_lattice *l = &room->lattice;
     int32_t last[3], at[3];
     for (int axis = 0; axis < 3; axis++)
-        last[axis] = (first[axis] + BLOCK < l->n[axis] ? first[axis] + BLOCK : l->n[axis]) - 1;
-    const vec3 lo = centre_of(l, first, side), hi = centre_of(l, last, side);
+        last[axis] =
+            (first[axis] + BLOCK < room->n[axis] ? first[axis] + BLOCK : room->n[axis]) - 1;
+    const vec3 lo = centre_of(room, first), hi = centre_of(room, last);
     const vec3 middle = vec3_scale(vec3_add(lo, hi), 0.5);
     const double size = 0.501 * vec3_norm(vec3_sub(hi, lo));
     int count = 0;
@@ -120,22 +122,20 @@ static size_t look_around(struct mill_fill_room *room, const int32_t first[3], c
     for (at[0] = first[0]; at[0] <= last[0]; at[0]++)
         for (at[1] = first[1]; at[1] <= last[1]; at[1]++)
             for (at[2] = first[2]; at[2] <= last[2]; at[2]++)
-                inside += look_at(room, at, centre_of(l, at, side), near, found, count);
+                inside += look_at(room, at, near, found, count);
     return inside;
 }
 
 bool mill_fill_room_init(struct mill_fill_room *room, const struct mill_world *w, double reach)
 {
     assert(reach > 0.0);
-    const int32_t *n = room->lattice.n;
-    double extent[3], side[3], square = 0.0;
+    const int32_t *n = room->n;
+    double extent[3], square = 0.0;
     extent_of(w, extent);
-    lay_out(&room->lattice, extent);
-    room->lattice.lo = w->container.lo;
-    for (int axis = 0; axis < 3; axis++) {
-        side[axis] = extent[axis] / n[axis];
-        square += side[axis] * side[axis];
-    }
+    lay_out(room, extent);
+    room->lo = w->container.lo;
+    for (int axis = 0; axis < 3; axis++)
+        square += room->side[axis] * room->side[axis];
     const double near = reach * (1.0 + 2.0 * MILL_FILL_SPACING) + 0.501 * sqrt(square);
     const size_t cells = (size_t)n[0] * (size_t)n[1] * (size_t)n[2];
     room->world = w;
@@ -151,12 +151,10 @@ bool mill_fill_room_init(struct mill_fill_room *room, const struct mill_world *w
         room->pose[k] = mill_shape_pose(w->shape[k], 0.0);
     size_t inside = 0;
     int32_t from[3];
-    for (from[0] = 0; from[0] < n[0]; from[0] += BLOCK) {
-        for (from[1] = 0; from[1] < n[1]; from[1] += BLOCK) {
+    for (from[0] = 0; from[0] < n[0]; from[0] += BLOCK)
+        for (from[1] = 0; from[1] < n[1]; from[1] += BLOCK)
             for (from[2] = 0; from[2] < n[2]; from[2] += BLOCK)
-                inside += look_around(room, from, side, near, found);
-        }
-    }
+                inside += look_around(room, from, near, found);
     free(found);
     room->volume = extent[0] * extent[1] * extent[2] * (double)inside / (double)cells;
     return true;
@@ -179,7 +177,7 @@ static double gap_to_end(const struct mill_world *w, vec3 r, double radius)
 bool mill_fill_room_clear(const struct mill_fill_room *room, vec3 r, double radius)
 {
     const struct mill_world *w = room->world;
-    const uint64_t mask = room->near[cell_of(&room->lattice, r)];
+    const uint64_t mask = room->near[cell_of(room, r)];
     if (!(gap_to_end(w, r, radius) > 0.0))
         return false;
     for (int k = 0; mask && k < w->shapes; k++) {
@@ -192,7 +190,7 @@ bool mill_fill_room_clear(const struct mill_fill_room *room, vec3 r, double radi
 bool mill_fill_room_push(const struct mill_fill_room *room, vec3 *r, double radius)
 {
     const struct mill_world *w = room->world;
-    const uint64_t mask = room->near[cell_of(&room->lattice, *r)];
+    const uint64_t mask = room->near[cell_of(room, *r)];
     const double end = gap_to_end(w, *r, radius);
     bool moved = end < MILL_FILL_CLOSE * radius;
     if (moved)
