@@ -421,6 +421,8 @@ struct told {
 static void take_note(void *self, const char *what, int32_t done, int32_t all)
 {
     struct told *told = self;
+    if (strcmp(what, "checking bodies") == 0) /* comes first */
+        return;
     ck_assert(done >= 0 && done <= all && all > 30000);
     if (!told->what || strcmp(told->what, what) != 0)
         told->stages++;
