@@ -50,11 +50,6 @@ struct mill_heading mill_elementary_heading(double angle)
                                  of_sin[quarter] * both[1 - odd_one]};
 }
 
-double mill_elementary_cos(double angle)
-{
-    return mill_elementary_heading(angle).cos;
-}
-
 double mill_elementary_sin(double angle)
 {
     return mill_elementary_heading(angle).sin;

@@ -7,9 +7,7 @@
 
 #include <math.h>
 
-#include "base/poly_dd.h"
-
-/* Numbers that can be squared and split without leaving the range of doubles */
+/* Numbers that can be squared without leaving the range of doubles */
 static bool is_tame(double x)
 {
     double m = fabs(x);
@@ -21,7 +19,7 @@ static double discriminant(double a, double b, double c)
     double bb = b * b, ac = a * c, d = bb - ac;
     if (3.0 * fabs(d) >= bb + fabs(ac))
         return d;
-    return d + (dd_product2(b, b).lo - dd_product2(a, c).lo);
+    return d + (fma(b, b, -bb) - fma(a, c, -ac));
 }
 
 static int keep_finite_ascending(double x0, double x1, double x[2])

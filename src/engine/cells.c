@@ -20,27 +20,6 @@ static void *make_rows(const struct mill_cells *c)
     return mill_memory_get((size_t)mill_cells_count(c) * (size_t)c->row, mill_cells_word_size(c));
 }
 
-static int32_t cell_index(const struct mill_cells *c, int32_t ix, int32_t iy, int32_t iz)
-{
-    return (ix * c->n[1] + iy) * c->n[2] + iz;
-}
-
-/* Offsets in words to the 27 cells around a cell, and to the 9 new ones after crossing each face */
-static void make_offsets(struct mill_cells *c)
-{
-    int32_t ahead[6] = {0};
-    for (int32_t all = 0; all < 27; all++) {
-        const int32_t d[3] = {all / 9 - 1, all / 3 % 3 - 1, all % 3 - 1};
-        const int64_t offset = (int64_t)cell_index(c, d[0], d[1], d[2]) * c->row;
-        c->around[all] = offset;
-        for (int32_t axis = 0; axis < 3; axis++) {
-            const int32_t face = 2 * axis + (d[axis] > 0);
-            if (d[axis] != 0)
-                c->ahead[face][ahead[face]++] = offset;
-        }
-    }
-}
-
 void mill_cells_cut(vec3 lo, vec3 hi, double diameter, int32_t balls, int32_t inner[3])
 {
     assert(diameter > 0.0 && balls >= 0);
@@ -101,7 +80,6 @@ bool mill_cells_init(struct mill_cells *c, vec3 lo, vec3 hi, const int32_t inner
     }
     c->bucket = make_rows(c);
     c->cell = mill_memory_get((size_t)balls + 1, sizeof *c->cell);
-    make_offsets(c);
     if (made && c->bucket && c->cell)
         return true;
     mill_cells_release(c);
@@ -127,18 +105,6 @@ bool mill_cells_is_inner(const struct mill_cells *c, int32_t cell)
     return inner;
 }
 
-int32_t mill_cells_at(const struct mill_cells *c, vec3 r)
-{
-    const double in[3] = {r.x - c->lo.x, r.y - c->lo.y, r.z - c->lo.z};
-    int32_t index[3];
-    for (int axis = 0; axis < 3; axis++) {
-        const double first = (double)c->margin, last = (double)(c->n[axis] - c->margin - 1);
-        const double i = floor(in[axis] / c->side[axis]) + first;
-        index[axis] = (int32_t)fmin(fmax(i, first), last);
-    }
-    return cell_index(c, index[0], index[1], index[2]);
-}
-
 void mill_cells_box(const struct mill_cells *c, int32_t cell, vec3 *lo, vec3 *hi)
 {
     int32_t i[3];
@@ -150,7 +116,7 @@ void mill_cells_box(const struct mill_cells *c, int32_t cell, vec3 *lo, vec3 *hi
 /* Sets the bits of `mask` in a word of a row. */
 static void set_word(struct mill_cells *c, int64_t at, uint32_t mask, uint32_t bits)
 {
-    const uint32_t word = (mill_cells_word(c, c->form, at) & ~mask) | bits;
+    const uint32_t word = (mill_cells_word(c, at) & ~mask) | bits;
     if (c->form == MILL_CELLS_SHORT)
         ((uint16_t *)c->bucket)[at] = (uint16_t)word;
     else
@@ -190,7 +156,6 @@ static bool widen(struct mill_cells *c)
     }
     free(c->bucket);
     *c = wide;
-    make_offsets(c);
     return true;
 }
 
@@ -212,7 +177,8 @@ void mill_cells_remove(struct mill_cells *c, int32_t ball)
     while (k < last && mill_cells_ball(c, cell, k) != ball)
         k++;
     assert(last >= 0 && mill_cells_ball(c, cell, k) == ball);
-    set_ball(c, cell, k, mill_cells_ball(c, cell, last));
+    for (; k < last; k++)
+        set_ball(c, cell, k, mill_cells_ball(c, cell, k + 1));
     set_held(c, cell, last);
 }
 
@@ -276,12 +242,4 @@ struct mill_cell_exit mill_cells_exit(const struct mill_cells *c, int32_t cell, 
     face ^= (face ^ (2 + side[1])) & at_y;
     face ^= (face ^ (4 + side[2])) & at_z;
     return (struct mill_cell_exit){dt, face};
-}
-
-bool mill_cells_cross(struct mill_cells *c, int32_t ball, int32_t face)
-{
-    assert(face >= 0 && face < 6);
-    const int32_t to = c->cell[ball] + mill_cells_step(c, face);
-    mill_cells_remove(c, ball);
-    return mill_cells_insert(c, ball, to);
 }

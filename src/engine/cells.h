@@ -21,15 +21,12 @@ enum mill_cells_form {
 enum { MILL_CELLS_PACK = 4, MILL_CELLS_BITS = 28, MILL_CELLS_BALL = (1 << MILL_CELLS_BITS) - 1 };
 
 struct mill_cells {
-    vec3 lo;         /* [m] corner of the first inner cell */
-    double side[3];  /* [m] */
-    int32_t n[3];    /* cells along x, y, z, with layers of empty cells on each side */
-    int32_t margin;  /* number of these layers */
-    double per_n[2]; /* 1 / n[1], 1 / n[2] */
-    double *edge[3]; /* [m] where cells begin, [n + 1]; the outermost are -+infinity */
-    /* Offsets, in words. around: from a cell to the cells around it and itself. ahead: after a ball
-     * has crossed a face, from its new cell to the cells that are new around it. */
-    int64_t around[27], ahead[6][9];
+    vec3 lo;                   /* [m] corner of the first inner cell */
+    double side[3];            /* [m] */
+    int32_t n[3];              /* cells along x, y, z, with layers of empty cells on each side */
+    int32_t margin;            /* number of these layers */
+    double per_n[2];           /* 1 / n[1], 1 / n[2] */
+    double *edge[3];           /* [m] where cells begin, [n + 1]; the outermost are -+infinity */
     int32_t row;               /* words of one cell in `bucket` */
     enum mill_cells_form form; /* of the rows */
     void *bucket;              /* [cells * row] */
@@ -60,8 +57,20 @@ static inline int32_t mill_cells_count(const struct mill_cells *c)
 /* Is this a cell that can hold balls, not one of the empty layers? */
 bool mill_cells_is_inner(const struct mill_cells *cells, int32_t cell);
 
-/* The cell of a point. A point outside of the box belongs to the nearest cell inside it. */
-int32_t mill_cells_at(const struct mill_cells *cells, vec3 r);
+/* The cell of a point, and its index along x, y, z. A point outside of the box belongs to the
+ * nearest cell inside it. */
+static inline int32_t mill_cells_along(const struct mill_cells *c, int axis, double from_lo)
+{
+    const double cell = from_lo / c->side[axis], last = (double)(c->n[axis] - 2 * c->margin - 1);
+    return c->margin + (cell > 0.0 ? (int32_t)(cell < last ? cell : last) : 0);
+}
+
+static inline int32_t mill_cells_at(const struct mill_cells *c, vec3 r)
+{
+    const int32_t x = mill_cells_along(c, 0, r.x - c->lo.x);
+    const int32_t y = mill_cells_along(c, 1, r.y - c->lo.y);
+    return (x * c->n[1] + y) * c->n[2] + mill_cells_along(c, 2, r.z - c->lo.z);
+}
 
 /* The index of a cell along x, y, z. The result is exact: a cell number plus a half is never so
  * close to a multiple that rounding matters. */
@@ -76,8 +85,8 @@ static inline void mill_cells_index(const struct mill_cells *c, int32_t cell, in
 /* The box of a cell; the outermost cells inside the grid's box reach to infinity. */
 void mill_cells_box(const struct mill_cells *cells, int32_t cell, vec3 *lo, vec3 *hi);
 
-/* insert puts a ball into a cell in which it is not; remove takes it out. insert is false when out
- * of memory. */
+/* insert puts a ball into a cell in which it is not, after the others; remove takes it out. insert
+ * is false when out of memory. */
 bool mill_cells_insert(struct mill_cells *cells, int32_t ball, int32_t cell);
 void mill_cells_remove(struct mill_cells *cells, int32_t ball);
 void mill_cells_clear(struct mill_cells *cells); /* takes all balls out */
@@ -95,25 +104,18 @@ static inline size_t mill_cells_word_size(const struct mill_cells *c)
 
 /* Word `at` of the rows: a ball or a count; the first word of a packed row is a ball and the
  * count */
-static inline uint32_t mill_cells_word(const struct mill_cells *c, enum mill_cells_form form,
-                                       int64_t at)
+static inline uint32_t mill_cells_word(const struct mill_cells *c, int64_t at)
 {
-    return form == MILL_CELLS_SHORT ? ((const uint16_t *)c->bucket)[at]
-                                    : ((const uint32_t *)c->bucket)[at];
-}
-
-/* The number of balls in the row of `row` words that begins at word `first` */
-static inline int32_t mill_cells_row_held(const struct mill_cells *c, enum mill_cells_form form,
-                                          int32_t row, int64_t first)
-{
-    return (int32_t)(form == MILL_CELLS_PACKED ? mill_cells_word(c, form, first) >> MILL_CELLS_BITS
-                                               : mill_cells_word(c, form, first + row - 1));
+    return c->form == MILL_CELLS_SHORT ? ((const uint16_t *)c->bucket)[at]
+                                       : ((const uint32_t *)c->bucket)[at];
 }
 
 /* The number of balls in a cell, and the kth of them */
 static inline int32_t mill_cells_held(const struct mill_cells *c, int32_t cell)
 {
-    return mill_cells_row_held(c, c->form, c->row, (int64_t)cell * c->row);
+    const int64_t first = (int64_t)cell * c->row;
+    return (int32_t)(c->form == MILL_CELLS_PACKED ? mill_cells_word(c, first) >> MILL_CELLS_BITS
+                                                  : mill_cells_word(c, first + c->row - 1));
 }
 
 /* Has the row of a cell room for one more ball? */
@@ -125,7 +127,7 @@ static inline bool mill_cells_has_room(const struct mill_cells *c, int32_t cell)
 static inline int32_t mill_cells_ball(const struct mill_cells *c, int32_t cell, int32_t k)
 {
     const uint32_t mask = c->form == MILL_CELLS_PACKED ? MILL_CELLS_BALL : UINT32_MAX;
-    return (int32_t)(mill_cells_word(c, c->form, (int64_t)cell * c->row + k) & mask);
+    return (int32_t)(mill_cells_word(c, (int64_t)cell * c->row + k) & mask);
 }
 
 /* The time and the face at which the flight r + v t + g t^2/2 leaves the cell: the first time at
@@ -145,9 +147,6 @@ static inline void mill_cells_set(struct mill_cells *c, int32_t ball, int32_t ce
 {
     __atomic_store_n(&c->cell[ball], cell, __ATOMIC_RELAXED);
 }
-
-/* Moves a ball into the cell across a face. False when out of memory. */
-bool mill_cells_cross(struct mill_cells *cells, int32_t ball, int32_t face);
 
 /* Plain pointers without choices, so that the compiler copies each row as one vector (measured) */
 #define MILL_CELLS_COPY(type, words, count_of, mask)                                               \

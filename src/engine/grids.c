@@ -95,12 +95,12 @@ static bool is_within(const struct mill_cells *c, const int32_t d[3], double sum
     return square < sum * sum;
 }
 
-/* Lists what a class sees in the grid c of a smaller class (`down`), or of a larger one. A larger
- * ball sees all cells closer than the sum of the radii. So what is newly near a smaller ball after
- * a crossing is not behind it. */
-static bool make_view(struct mill_grids_view *v, const struct mill_cells *c, bool down)
+/* Lists what a class sees in its own grid c, in that of a smaller class (`down`), or of a larger
+ * one. A larger ball sees all cells closer than the sum of the radii. So what is newly near a
+ * smaller ball after a crossing is not behind it; and what is newly near an equal ball, ahead. */
+static bool make_view(struct mill_grids_view *v, const struct mill_cells *c, bool own, bool down)
 {
-    const int32_t m = v->reach, wide = 2 * m + 1;
+    const int32_t m = v->reach, wide = 2 * m + 1, nearest = own ? 1 : 0;
     /* ahead: down, one cell of each line along the axis */
     const double most = wide * (double)wide * (wide + 6.0 * (down ? 1 : m + 1));
     if (most > INT32_MAX)
@@ -115,7 +115,7 @@ static bool make_view(struct mill_grids_view *v, const struct mill_cells *c, boo
             const int64_t offset = offset_of(c, d);
             bool sees = !down || is_within(c, d, v->widest);
             if (face >= 0 && !down)
-                sees = d[face / 2] * way >= 0;
+                sees = d[face / 2] * way >= nearest;
             if (face >= 0 && down && sees) {
                 d[face / 2] += way; /* before the crossing */
                 sees = !is_within(c, d, v->widest);
@@ -232,7 +232,7 @@ bool mill_grids_init(struct mill_grids *g, const struct mill_world *w, double wi
     }
     for (int a = 0; a < n && made; a++)
         for (int b = 0; b < n && made; b++)
-            made = a == b || make_view(&g->view[a][b], &g->own[b], b < a);
+            made = make_view(&g->view[a][b], &g->own[b], a == b, b < a);
     return made;
 }
 
@@ -271,7 +271,7 @@ static void rescale(struct mill_grids *g, int in, int32_t row)
         int32_t n = v->count;
         for (int face = 0; face < 6; face++)
             n += v->fresh[face];
-        for (int32_t k = 0; a != in && k < n; k++)
+        for (int32_t k = 0; k < n; k++)
             v->around[k] = v->around[k] / row * g->own[in].row;
     }
 }
@@ -333,9 +333,6 @@ int32_t mill_grids_across(const struct mill_grids *g, int32_t cell, int32_t face
 bool mill_grids_cross(struct mill_grids *g, int32_t ball, int32_t species, int32_t face,
                       double *shift)
 {
-    *shift = 0.0;
-    if (g->plain)
-        return mill_cells_cross(g->own, ball, face);
     const int32_t to = mill_grids_across(g, g->own[0].cell[ball], face, shift);
     mill_grids_remove(g, ball, species);
     return mill_grids_insert(g, ball, species, to);
@@ -390,7 +387,6 @@ int mill_grids_look_all(const struct mill_grids *g, int32_t species, int32_t cel
                         struct mill_grids_look *look)
 {
     const int own = g->class_of[species];
-    const struct mill_cells *c = &g->own[own];
     int32_t fine[3], before[3];
     int looks = 0;
     mill_cells_index(&g->own[0], cell, fine);
@@ -404,18 +400,11 @@ int mill_grids_look_all(const struct mill_grids *g, int32_t species, int32_t cel
         if (face >= 0 && cell_in(g, small, fine) == cell_in(g, small, before))
             continue; /* who is near the ball is as before */
         look[looks] = (struct mill_grids_look){.cells = &g->own[in],
-                                               .offset = v->around,
+                                               .offset = face < 0 ? v->around : v->ahead[face],
                                                .sum = v->sum,
                                                .cell = at,
-                                               .count = v->count};
-        if (in == own) {
-            look[looks].offset = face < 0 ? c->around : c->ahead[face];
-            look[looks].count = face < 0 ? 27 : 9;
-            look[looks].threes = face < 4 && mill_cells_shortest(c);
-        } else if (face >= 0) {
-            look[looks].offset = v->ahead[face];
-            look[looks].count = v->fresh[face];
-        }
+                                               .count = face < 0 ? v->count : v->fresh[face]};
+        look[looks].threes = in == own && face < 4 && mill_cells_shortest(&g->own[in]);
         looks++;
     }
     return g->period > 0.0 ? look_beyond(g, look, looks) : looks;
@@ -438,12 +427,10 @@ bool mill_grids_near(const struct mill_grids *g, int32_t species, int32_t cell, 
     const int a = g->class_of[species], b = g->class_of[other], small = a < b ? a : b;
     const struct mill_cells *c = &g->own[small];
     int32_t i[3], j[3], d[3];
-    mill_cells_index(&g->own[0], cell, i);
-    mill_cells_index(&g->own[0], other_cell, j);
-    for (int axis = 0; axis < 3; axis++) {
-        const int32_t *coarse = g->coarse[small][axis];
-        d[axis] = coarse ? coarse[i[axis]] - coarse[j[axis]] : i[axis] - j[axis];
-    }
+    mill_cells_index(c, cell_around(g, small, cell), i);
+    mill_cells_index(c, cell_around(g, small, other_cell), j);
+    for (int axis = 0; axis < 3; axis++)
+        d[axis] = i[axis] - j[axis];
     d[0] -= image * (c->n[0] - 2 * c->margin);
     return a == b ? abs(d[0]) <= 1 && abs(d[1]) <= 1 && abs(d[2]) <= 1
                   : is_within(c, d, g->view[a][b].widest);

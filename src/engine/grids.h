@@ -84,7 +84,7 @@ static inline int mill_grids_look(const struct mill_grids *g, int32_t species, i
     if (!g->plain)
         return mill_grids_look_all(g, species, cell, face, look);
     look->cells = c;
-    look->offset = face < 0 ? c->around : c->ahead[face];
+    look->offset = face < 0 ? g->view[0][0].around : g->view[0][0].ahead[face];
     look->sum = g->view[0][0].sum;
     look->cell = cell;
     look->count = face < 0 ? 27 : 9;

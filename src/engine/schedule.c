@@ -7,7 +7,7 @@
 #include "base/elementary.h"
 #include "base/memory.h"
 #include "engine/slabs.h"
-#include "geometry/shape.h"
+#include "geometry/solid.h"
 
 #include <assert.h>
 #include <stdlib.h>
@@ -31,27 +31,21 @@ static bool list_surfaces(struct mill_schedule *p, double widest)
     p->surface_start = malloc(sizeof *p->surface_start * ((size_t)cells + 1));
     if (!p->surface_start)
         return false;
-    size_t n = 0, room = 0;
+    struct mill_memory_list list = {.size = sizeof *p->surface};
     for (int32_t cell = 0; cell < cells; cell++) {
         vec3 lo, hi;
-        p->surface_start[cell] = (int32_t)n;
+        p->surface_start[cell] = (int32_t)list.count;
         if (!mill_cells_is_inner(p->cells, cell))
             continue;
         mill_cells_box(p->cells, cell, &lo, &hi);
-        if (n > (size_t)(INT32_MAX - w->shapes)) /* the indices of the list have 32 bits */
-            return false;
-        if (n + (size_t)w->shapes > room) {
-            room = 2 * room + (size_t)w->shapes + 1024;
-            struct mill_surface *more = realloc(p->surface, sizeof *more * room);
-            if (!more)
-                return false;
-            p->surface = more;
-        }
         for (int32_t k = 0; k < w->shapes; k++) {
             const struct mill_shape *shape = w->shape[k];
             if (!shape->type->reachable(shape, lo, hi, widest))
                 continue;
-            struct mill_surface *next = &p->surface[n];
+            struct mill_surface *next = mill_memory_add(&list);
+            p->surface = list.item;
+            if (!next || list.count > INT32_MAX) /* the indices of the list have 32 bits */
+                return false;
             *next = (struct mill_surface){.shape = (int16_t)k, .motion = MILL_NOBODY, .cos = -2.0f};
             if (shape->type->parts)
                 next->parts = shape->type->parts(shape, lo, hi, widest);
@@ -63,10 +57,9 @@ static bool list_surfaces(struct mill_schedule *p, double widest)
                 next->z = (float)s.z;
                 next->cos = (float)(s.cos - 1e-6);
             }
-            n++;
         }
     }
-    p->surface_start[cells] = (int32_t)n;
+    p->surface_start[cells] = (int32_t)list.count;
     return true;
 }
 
@@ -106,10 +99,9 @@ static struct mill_lately bounds_of(const struct mill_world *w, int motion, doub
     vec3 through, axis;
     l.turns = !m->on && m->type->axis && m->type->axis(m, &through, &axis);
     if (l.turns) { /* for a rotor: y and z */
-        const vec3 along = fabs(axis.x) > 0.9 ? vec3_make(0.0, 1.0, 0.0) : vec3_make(1.0, 0.0, 0.0);
-        l.p = vec3_axpy(along, -vec3_dot(along, axis), axis);
-        l.p = vec3_scale(l.p, 1.0 / vec3_norm(l.p));
-        l.q = vec3_cross(axis, l.p);
+        const struct mill_pose frame = mill_part_frame(through, axis);
+        l.p = frame.x;
+        l.q = frame.y;
     }
     return l;
 }

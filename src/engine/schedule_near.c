@@ -13,30 +13,20 @@ double mill_schedule_overlap(struct mill_schedule *p, int32_t i, double t)
 {
     const struct mill_world *w = p->world;
     const vec3 r = mill_world_position(w, i, t);
-    const double radius = p->radius[w->ball[i].species];
-    const int32_t *near = p->pairs->near;
+    const double radius = p->radius[w->ball[i].species], period = w->container.period;
     double deepest = -INFINITY;
     if (!(fabs(r.x) + fabs(r.y) + fabs(r.z) < (double)INFINITY))
         return INFINITY;
-    struct mill_grids_look look[MILL_GRIDS_LOOKS];
-    const int looks = mill_grids_look(&p->grids, w->ball[i].species, p->cells->cell[i], -1, look);
-    for (int l = 0; l < looks; l++) {
-        const vec3 at = {r.x + look[l].shift, r.y, r.z};
-        const int32_t n = mill_cells_gather(look[l].cells, look[l].cell, look[l].offset,
-                                            look[l].count, 1, p->pairs->near);
-        for (int32_t k = 0; k < n; k++) {
-            const double sum = radius + p->radius[w->ball[near[k]].species];
-            if (near[k] != i)
-                deepest = fmax(deepest,
-                               sum - vec3_norm(vec3_sub(mill_world_position(w, near[k], t), at)));
-        }
-    }
-    const int32_t resting =
-        mill_rest_near(&p->rest, w->ball[i].species, p->cells->cell[i], p->pairs->near);
-    for (int32_t k = 0; k < resting; k++) {
-        const double sum = radius + p->radius[w->ball[near[k]].species];
-        if (near[k] != i)
-            deepest = fmax(deepest, sum - vec3_norm(vec3_sub(w->ball[near[k]].r, r)));
+    const int32_t n = mill_schedule_near(p, i);
+    for (int32_t k = 0; k < n; k++) {
+        const int32_t j = p->pairs->near[k];
+        const vec3 other = mill_world_position(w, j, t);
+        vec3 at = r; /* or the image that is nearer to the other ball */
+        if (fabs(other.x - r.x) > 0.5 * period && period > 0.0)
+            at.x += copysign(period, other.x - r.x);
+        if (j != i)
+            deepest = fmax(deepest,
+                           radius + p->radius[w->ball[j].species] - vec3_norm(vec3_sub(other, at)));
     }
     for (int k = 0; k < w->shapes; k++) {
         const struct mill_shape *s = w->shape[k];

@@ -9,6 +9,60 @@
 #include <assert.h>
 #include <stdlib.h>
 
+#define DEEP 1e-9 /* [m] an overlap beyond this is an anomaly */
+
+/* ---- epochs ---- */
+
+/* Plans all balls for an epoch, which begins now. */
+static void begin_epoch(struct mill_sim *sim)
+{
+    mill_schedule_begin(sim->schedule, MILL_WORLD_EPOCH);
+    for (int32_t i = 0; i < sim->world->balls; i++)
+        if (!mill_world_asleep(sim->world, i))
+            mill_schedule_ball(sim->schedule, i, 0.0, MILL_NOBODY);
+}
+
+void mill_sim_audit(struct mill_sim *sim)
+{
+    struct mill_counts *counts = &sim->world->counts;
+    for (int32_t i = 0; i < sim->world->balls; i++) {
+        const double overlap = mill_schedule_overlap(sim->schedule, i, sim->now);
+        counts->largest_overlap = mill_greatest(overlap, counts->largest_overlap);
+        counts->overlaps += overlap > DEEP;
+        if (overlap == (double)INFINITY)
+            sim->status = mill_error_set(sim->error, MILL_FAILED,
+                                         "the position of ball %ld is not a number at t = %.9g s",
+                                         (long)i, sim->world->base + sim->now);
+    }
+}
+
+/* Ends the epoch and begins the next one. */
+static void end_epoch(struct mill_sim *sim)
+{
+    struct mill_world *w = sim->world;
+    sim->now = MILL_WORLD_EPOCH;
+    mill_sim_audit(sim);
+    for (int32_t i = 0; i < w->balls; i++) {
+        mill_sim_move(w, i, MILL_WORLD_EPOCH);
+        w->ball[i].t = mill_world_asleep(w, i) ? HUGE_VAL : 0.0;
+    }
+    w->counts.sleep += (double)w->counts.asleep * MILL_WORLD_EPOCH;
+    mill_pinches_restart(&sim->pinches, w, MILL_WORLD_EPOCH);
+    mill_world_restart(w);
+    sim->watch.last -= MILL_WORLD_EPOCH;
+    sim->watch.since -= MILL_WORLD_EPOCH;
+    sim->now = 0.0;
+    if (sim->status == MILL_OK)
+        mill_sim_rest_settle(sim);
+    if (sim->status != MILL_OK)
+        return;
+    begin_epoch(sim);
+    if (sim->proof)
+        sim->proof->planned(sim);
+}
+
+/* ---- the loop ---- */
+
 enum mill_status mill_sim_create(struct mill_world *world, struct mill_sim **sim,
                                  struct mill_error *error)
 {
@@ -19,7 +73,7 @@ enum mill_status mill_sim_create(struct mill_world *world, struct mill_sim **sim
             : mill_error_set(error, MILL_FAILED, "out of memory for the event loop");
     if (status == MILL_OK) {
         s->world = world;
-        mill_sim_epoch_begin(s);
+        begin_epoch(s);
     } else {
         mill_sim_free(s);
         *sim = NULL;
@@ -53,7 +107,7 @@ void mill_sim_use_threads(struct mill_sim *sim, int threads)
     mill_sim_slabs_free(sim->slabs);
     sim->slabs = NULL;
     if (!sim->proof)
-        sim->slabs = mill_sim_slabs_create(sim, mill_slabs_worth(sim->schedule, threads));
+        sim->slabs = mill_sim_slabs_create(sim, mill_slabs_worth(sim->schedule, threads), false);
 }
 
 int mill_sim_threads(const struct mill_sim *sim)
@@ -122,7 +176,7 @@ enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budge
             break;
         sim->now = limit;
         if (halt > MILL_WORLD_EPOCH) {
-            mill_sim_epoch_end(sim);
+            end_epoch(sim);
         } else if (sample <= until) {
             take_samples(sim, sample);
         } else {

@@ -9,7 +9,6 @@ static bool create(struct mill_lane *l, struct mill_sim *sim, struct mill_slabs 
         l->log[n].event.size = sizeof(struct mill_lane_event);
         l->log[n].entry.size = sizeof(struct mill_sim_entry);
         l->log[n].before.size = sizeof(struct mill_lane_before);
-        l->log[n].pressed.size = sizeof(struct mill_lane_pressed);
         l->log[n].late.size = sizeof(int32_t);
     }
     l->world = *sim->world;
@@ -28,7 +27,6 @@ static void release(struct mill_lane *l)
         free(l->log[n].event.item);
         free(l->log[n].entry.item);
         free(l->log[n].before.item);
-        free(l->log[n].pressed.item);
         free(l->log[n].late.item);
     }
 }
@@ -36,8 +34,7 @@ static void release(struct mill_lane *l)
 static void begin(struct mill_lane *l, const struct mill_sim *sim, const struct mill_window *window)
 {
     struct mill_lane_log *log = &l->log[window->number % 2];
-    log->event.count = log->entry.count = log->before.count = 0;
-    log->pressed.count = log->late.count = 0;
+    log->event.count = log->entry.count = log->before.count = log->late.count = 0;
     l->failed = false;
     if (l->world.base != sim->world->base)
         mill_schedule_forget(&l->schedule);
@@ -49,6 +46,12 @@ static void begin(struct mill_lane *l, const struct mill_sim *sim, const struct 
     l->sim.log = &log->entry;
     l->schedule.horizon = sim->schedule->horizon;
     mill_schedule_ahead_again(&l->schedule);
+}
+
+/* Can the event of this plan change how its ball is pressed? */
+static bool presses(const struct mill_sim *sim, const struct mill_plan *plan)
+{
+    return sim->pinches.ball && plan->next == MILL_NEXT_SURFACE;
 }
 
 /* Writes down what ball i is now. */
@@ -63,12 +66,8 @@ static void remember(struct mill_lane *l, struct mill_lane_log *log, int32_t i)
     b->record = l->world.ball[i];
     b->spin = l->world.spin[i];
     b->plan = l->schedule.plan[i];
-    if (!l->sim.pinches.ball || b->plan.next != MILL_NEXT_SURFACE)
-        return;
-    struct mill_lane_pressed *p = mill_memory_add(&log->pressed);
-    l->failed = !p;
-    if (p)
-        *p = (struct mill_lane_pressed){i, l->sim.pinches.ball[i]};
+    if (presses(&l->sim, &b->plan))
+        b->pinch = l->sim.pinches.ball[i];
 }
 
 /* Carries out ball i's event, due at local time t, and writes it down. */
@@ -179,11 +178,8 @@ static void take_back(struct mill_sim *sim, const struct mill_lane_before *b)
     sim->world->spin[b->ball] = b->spin;
     p->plan[b->ball] = b->plan;
     p->plan[b->ball].event = event;
-}
-
-/* The same for how it was pressed */
-static void press_again(struct mill_sim *sim, const struct mill_lane_pressed *b)
-{
+    if (!presses(sim, &b->plan))
+        return;
     sim->pinches.ball[b->ball] = b->pinch;
     mill_pinches_hold(&sim->pinches, sim->world, b->ball);
 }
@@ -200,9 +196,6 @@ void mill_sim_lane_undo(struct mill_lanes *s, const struct mill_window *window)
         const struct mill_memory_list *before = &s->lane[k].log[window->number % 2].before;
         for (size_t n = before->count; n > 0; n--)
             take_back(s->sim, (const struct mill_lane_before *)before->item + n - 1);
-        const struct mill_memory_list *pressed = &s->lane[k].log[window->number % 2].pressed;
-        for (size_t n = pressed->count; n > 0; n--)
-            press_again(s->sim, (const struct mill_lane_pressed *)pressed->item + n - 1);
     }
     for (int k = 0; k < s->count; k++) {
         const struct mill_lane_log *log = &s->lane[k].log[window->number % 2];

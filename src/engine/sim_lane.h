@@ -20,17 +20,12 @@ struct mill_lane_before {
     struct mill_ball record;
     vec3 spin;
     struct mill_plan plan;
-};
-
-/* The same of a ball that meets a surface */
-struct mill_lane_pressed {
-    int32_t ball;
-    struct mill_pinch pinch;
+    struct mill_pinch pinch; /* if it meets a surface, in a mill that can pinch balls */
 };
 
 /* What a thread writes down in a window. late: balls whose events it has put off */
 struct mill_lane_log {
-    struct mill_memory_list event, entry, before, pressed, late;
+    struct mill_memory_list event, entry, before, late;
     struct mill_counts counts;
 };
 

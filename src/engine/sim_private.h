@@ -102,8 +102,9 @@ enum {
 }; /* balls, from which schedule_ahead.c saves more time than it
       takes */
 
-/* NULL: out of memory, or the mill is too short */
-struct mill_sim_slabs *mill_sim_slabs_create(struct mill_sim *sim, int threads);
+/* insists: one thread never goes on alone because this is faster. NULL: out of memory, or the mill
+ * is too short */
+struct mill_sim_slabs *mill_sim_slabs_create(struct mill_sim *sim, int threads, bool insists);
 void mill_sim_slabs_free(struct mill_sim_slabs *slabs);
 
 /* Number of threads that carry out events */
@@ -118,19 +119,8 @@ void mill_sim_slabs_end(struct mill_sim_slabs *slabs);
 void mill_sim_slabs_run(struct mill_sim *sim, double limit, uint64_t *budget,
                         const volatile sig_atomic_t *stop);
 
-/* For tests: one thread never goes on alone because this is faster. */
-void mill_sim_slabs_insist(struct mill_sim_slabs *slabs);
-
 /* An event at local time t: counts how many come within short times. */
 void mill_sim_watch(struct mill_watch *watch, double t);
-
-/* ---- epochs (sim_epoch.c) ---- */
-
-/* Plans all balls for an epoch, which begins now. */
-void mill_sim_epoch_begin(struct mill_sim *sim);
-
-/* Ends the epoch and begins the next one. */
-void mill_sim_epoch_end(struct mill_sim *sim);
 
 /* ---- balls at rest (sim_rest.c) ---- */
 

@@ -295,14 +295,9 @@ void mill_sim_slabs_run(struct mill_sim *sim, double limit, uint64_t *budget,
         sim->status = MILL_STOPPED;
 }
 
-void mill_sim_slabs_insist(struct mill_sim_slabs *s)
-{
-    s->pace.insists = true;
-}
-
 /* ---- begin and end ---- */
 
-struct mill_sim_slabs *mill_sim_slabs_create(struct mill_sim *sim, int threads)
+struct mill_sim_slabs *mill_sim_slabs_create(struct mill_sim *sim, int threads, bool insists)
 {
     struct mill_sim_slabs *s = calloc(1, sizeof *s);
     struct mill_slabs *slabs = NULL;
@@ -311,6 +306,7 @@ struct mill_sim_slabs *mill_sim_slabs_create(struct mill_sim *sim, int threads)
         s->duration = 1e-6; /* any value: it is adapted */
         s->idle = -1;
         s->pace.hold = LEAST_HOLD;
+        s->pace.insists = insists;
         s->crew = mill_crew_create(slabs->count);
         made = mill_sim_lane_create(&s->of, sim, slabs) && s->crew;
     }

@@ -64,8 +64,6 @@ MILL_CONVEX_INLINE struct mill_view mill_convex_look(const struct mill_convex *c
 
 /* The movement of a ball relative to a body, at one time */
 struct mill_seen {
-    double speed;        /* [m/s] relative to the body's centre, normal to the axis of its turn */
-    double distance;     /* [m] from that centre */
     double acceleration; /* [m/s^2] maximum during `within` */
     double within;       /* [s] in this time the bound grows by at most half */
 };
@@ -78,11 +76,12 @@ static inline struct mill_seen mill_convex_see_from(const struct mill_convex *c,
                                                     double h)
 {
     const struct mill_motion_bounds *b = &c->bounds;
-    const vec3 across = vec3_axpy(u, -vec3_dot(u, b->axis), b->axis);
+    /* normal to the axis of the turn */
+    const double speed = vec3_norm(vec3_axpy(u, -vec3_dot(u, b->axis), b->axis));
     const double free = (f->pull + b->acceleration) * (1.0 + 1e-9), omega = b->turning;
-    struct mill_seen seen = {.speed = vec3_norm(across), .distance = vec3_norm(q), .within = h};
+    struct mill_seen seen = {.within = h};
     const double turning = omega * omega + b->spin_up;
-    const double now = free + 2.0 * omega * seen.speed + turning * seen.distance + 1e-9;
+    const double now = free + 2.0 * omega * speed + turning * vec3_norm(q) + 1e-9;
     const double growth = 2.0 * omega * free + turning * (vec3_norm(u) + free * h);
     if (growth * h > 0.5 * now)
         seen.within = 0.5 * now / growth;

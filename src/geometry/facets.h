@@ -53,7 +53,7 @@ struct mill_facets_node {
 };
 enum { MILL_FACETS_INNER = -1, MILL_FACETS_DEEPEST = 64 /* maximum number of levels of nodes */ };
 
-/* What the facets of a node have in common (facets_line.c). Boxes along the axes around long
+/* What the facets of a node have in common (facets_dress.c). Boxes along the axes around long
  * facets, as those of a fan, overlap all the others. */
 struct mill_facets_sheath {
     float way[3][3];    /* directions of a box along the longest of their sides */
@@ -126,8 +126,6 @@ static inline int32_t mill_facets_walk_on(struct mill_facets_walk *w)
     return w->next++;
 }
 
-/* ---- lines (facets_line.c) ---- */
-
 /* Adds sheaths to a tree. hub: [n] a corner of each facet; NULL: sheaths are only added if there
  * are many long facets. false: out of memory. */
 bool mill_facets_dress(struct mill_facets_tree *tree, const vec3 (*facet)[3], const int32_t *hub);
@@ -136,19 +134,6 @@ static inline double mill_facets_along(const float way[3], vec3 p)
 {
     return (double)way[0] * p.x + (double)way[1] * p.y + (double)way[2] * p.z;
 }
-
-/* A walk through all facets that the line from `from` to from + way may meet, in a tree with
- * sheaths. It leaves out nodes with one of the hubs `skip`; -1: none. It begins with zeros in the
- * other members. */
-struct mill_facets_line {
-    const struct mill_facets_tree *tree;
-    vec3 from, way;
-    int32_t skip[2];
-    int32_t at, next, last;
-};
-
-/* The next facet; -1: the walk is at its end. */
-int32_t mill_facets_line_on(struct mill_facets_line *line);
 
 /* [rad] Half of the solid angle of a facet, with its corners relative to a place; > 0: seen from
  * behind (A. van Oosterom & J. Strackee, IEEE Trans. Biomed. Eng. 30 (1983) 125) */

@@ -29,14 +29,8 @@ static struct mill_part part_of(const struct mill_solid *solid, const struct mil
     p.core = solid->core(is);
     p.centre = vec3_axpy(is->centre, p.core.shift, is->z);
     p.core.shift = 0.0;
-    double square = 0.0;
-    for (int k = solid->round ? 1 : 0; k < 3; k++) {
-        const vec3 way = {k == 0, k == 1, k == 2}, back = vec3_scale(way, -1.0);
-        const double far =
-            fmax(vec3_dot(way, p.support(&p.core, way)), vec3_dot(back, p.support(&p.core, back)));
-        square += far * far;
-    }
-    p.around = sqrt(square) + p.core.grown;
+    const vec3 far = mill_solid_extents(solid, &p.core);
+    p.around = vec3_norm(vec3_make(solid->round ? 0.0 : far.x, far.y, far.z)) + p.core.grown;
     return p;
 }
 

@@ -6,7 +6,6 @@
 #include "base/elementary.h"
 #include "geometry/mesh.h"
 #include "geometry/shapes.h"
-#include "geometry/wavy.h"
 
 /* ---- the circle ---- */
 

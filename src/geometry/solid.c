@@ -31,38 +31,39 @@ bool mill_solid_is_sound(const struct mill_solid *solid, const struct mill_body 
            mill_solid_is_length(b->rounding, true) && solid->is_sound(b);
 }
 
-/* The farthest distance from the centre along each of its own axes */
-static void find_extents(const struct mill_solid *solid, const struct mill_body *is, double far[3])
+vec3 mill_solid_extents(const struct mill_solid *solid, const struct mill_core *core)
 {
-    const struct mill_core core = solid->core(is);
+    double far[3];
     for (int k = 0; k < 3; k++) {
         const vec3 way = {k == 0, k == 1, k == 2}, back = vec3_scale(way, -1.0);
-        far[k] = core.grown + fmax(vec3_dot(way, solid->support(&core, way)),
-                                   vec3_dot(back, solid->support(&core, back)));
+        far[k] = fmax(vec3_dot(way, solid->support(core, way)),
+                      vec3_dot(back, solid->support(core, back)));
     }
+    return vec3_make(far[0], far[1], far[2]);
 }
 
-/* k: 0, 1, 2 for its x, y, z */
-static struct mill_hull hull_about(const double far[3], int k)
+/* slim: about the axis along which it is longest */
+static struct mill_hull hull_of(const struct mill_solid *solid, const struct mill_body *is,
+                                bool slim)
 {
+    if (solid->hull)
+        return solid->hull(is);
+    const struct mill_core core = solid->core(is);
+    const vec3 most = mill_solid_extents(solid, &core);
+    const double far[3] = {core.grown + most.x, core.grown + most.y, core.grown + most.z};
+    int k = 2;
+    if (slim && (far[2] < far[0] || far[2] < far[1]))
+        k = far[0] >= far[1] ? 0 : 1;
     const double one = far[(k + 1) % 3], other = far[(k + 2) % 3];
     return (struct mill_hull){far[k], sqrt(one * one + other * other), (k + 1) % 3};
 }
 
 struct mill_hull mill_solid_hull(const struct mill_solid *solid, const struct mill_body *is)
 {
-    double far[3];
-    if (solid->hull)
-        return solid->hull(is);
-    find_extents(solid, is, far);
-    return hull_about(far, 2);
+    return hull_of(solid, is, false);
 }
 
 struct mill_hull mill_solid_slim_hull(const struct mill_solid *solid, const struct mill_body *is)
 {
-    double far[3];
-    if (solid->hull)
-        return solid->hull(is);
-    find_extents(solid, is, far);
-    return hull_about(far, far[2] >= far[0] && far[2] >= far[1] ? 2 : far[0] >= far[1] ? 0 : 1);
+    return hull_of(solid, is, true);
 }

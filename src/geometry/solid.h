@@ -109,6 +109,9 @@ bool mill_solid_is_sound(const struct mill_solid *solid, const struct mill_body 
 /* The profile of a prism */
 struct mill_profile mill_solid_profile(const struct mill_body *prism);
 
+/* [m] How far the core reaches along each of its own axes */
+vec3 mill_solid_extents(const struct mill_solid *solid, const struct mill_core *core);
+
 /* The hull about its own z, or about the axis along which the solid is longest */
 struct mill_hull mill_solid_hull(const struct mill_solid *solid, const struct mill_body *body);
 struct mill_hull mill_solid_slim_hull(const struct mill_solid *solid, const struct mill_body *body);
@@ -177,7 +180,7 @@ double mill_part_wall_gap(const struct mill_wall *wall, vec3 place);
  * ends) or 5 % of `near` [m]. */
 struct mill_part_gap {
     double least, most; /* [m] */
-    long looks;         /* how often the part was asked for its support */
+    long looks;         /* how often the part was asked for its support: the work done */
 };
 struct mill_part_gap mill_part_to_wall(const struct mill_part *part, const struct mill_wall *wall,
                                        double near);

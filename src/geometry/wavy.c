@@ -57,12 +57,9 @@ static struct mill_contact contact(const struct mill_shape *shape, vec3 centre, 
                                    const struct mill_pose *pose)
 {
     const struct mill_wavy *w = (const struct mill_wavy *)shape;
-    if (!shape->motion)
-        return mill_wavy_arcs_contact(w, mill_wavy_arcs_nearest(w, centre.y, centre.z).arc, centre,
-                                      radius);
     const vec3 r = mill_pose_in(pose, centre);
     const struct mill_contact k =
-        mill_wavy_arcs_contact(w, mill_wavy_arcs_nearest(w, r.y, r.z).arc, r, radius);
+        mill_wavy_arc_contact(w, mill_wavy_nearest(w, r.y, r.z).arc, r, radius);
     return seen(pose, &k);
 }
 
@@ -72,14 +69,13 @@ static bool beside(const struct mill_shape *shape, vec3 centre, vec3 v, double r
                    const struct mill_pose *pose, struct mill_contact *k)
 {
     const struct mill_wavy *w = (const struct mill_wavy *)shape;
-    const vec3 r = shape->motion ? mill_pose_in(pose, centre) : centre;
-    const struct mill_wavy_near near = mill_wavy_arcs_nearest(w, r.y, r.z);
+    const vec3 r = mill_pose_in(pose, centre);
+    const struct mill_wavy_near near = mill_wavy_nearest(w, r.y, r.z);
     const double slack = SNUG * w->far;
     if (mill_wavy_inward(near.arc) > 0.0 && w->radius - radius > slack)
         return false;
-    *k = mill_wavy_arcs_contact(w, near.beside, r, radius);
-    if (shape->motion)
-        *k = seen(pose, k);
+    const struct mill_contact own = mill_wavy_arc_contact(w, near.beside, r, radius);
+    *k = seen(pose, &own);
     return k->gap <= slack && vec3_dot(vec3_sub(v, k->velocity), k->normal) < 0.0;
 }
 
@@ -314,8 +310,8 @@ static void set_edge(struct mill_wavy_arc *outer, int edge, const struct mill_wa
 }
 
 /* Finds for each sector the outer arc in whose pitch it begins. It uses a place slightly before the
- * beginning, because is_after() cannot distinguish the beginning of a pitch of half a turn from its
- * end. */
+ * beginning, because mill_wavy_is_after() cannot distinguish the beginning of a pitch of half a
+ * turn from its end. */
 static void find_pitches(struct mill_wavy *w)
 {
     const int n = w->arcs / 2;

@@ -40,7 +40,7 @@ static struct sight look(const struct mill_wavy *w, const struct mill_flight *f,
 static struct branch branch_of(const struct mill_wavy *w, int arc, const struct sight *s,
                                double radius)
 {
-    const struct mill_contact k = mill_wavy_arcs_contact(w, arc, s->r, radius);
+    const struct mill_contact k = mill_wavy_arc_contact(w, arc, s->r, radius);
     return (struct branch){k.gap, vec3_dot(s->u, k.normal)};
 }
 
@@ -49,7 +49,7 @@ static struct branch branch_of(const struct mill_wavy *w, int arc, const struct 
 static double safe_time(const struct mill_wavy *w, const struct sight *s, double radius,
                         bool glides, struct branch *nearest)
 {
-    const struct mill_wavy_near near = mill_wavy_arcs_nearest(w, s->r.y, s->r.z);
+    const struct mill_wavy_near near = mill_wavy_nearest(w, s->r.y, s->r.z);
     const int arc = near.arc, own = near.outer;
     const double away = mill_wavy_distance(&w->arc[own], s->r.y, s->r.z);
     const bool fits = w->radius > radius;

@@ -31,6 +31,21 @@ static inline void mill_facets_merge(int32_t *root, int32_t one, int32_t other)
     root[a < b ? b : a] = a < b ? a : b;
 }
 
+/* ---- lines (facets_line.c) ---- */
+
+/* A walk through all facets that the line from `from` to from + way may meet, in a tree with
+ * sheaths. It leaves out nodes with one of the hubs `skip`; -1: none. It begins with zeros in the
+ * other members. */
+struct mill_facets_line {
+    const struct mill_facets_tree *tree;
+    vec3 from, way;
+    int32_t skip[2];
+    int32_t at, next, last;
+};
+
+/* The next facet; -1: the walk is at its end. */
+int32_t mill_facets_line_on(struct mill_facets_line *line);
+
 /* ---- faults (facets_check.c) ---- */
 
 /* Unit; of a facet without area NaN */

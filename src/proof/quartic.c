@@ -11,8 +11,8 @@
 #include <float.h>
 #include <math.h>
 
-#include "base/poly_dd.h"
 #include "proof/paranoid.h"
+#include "proof/quartic_dd.h"
 
 #define NEWTON_STEPS 32  /* near common roots the residual first rises and then falls slowly */
 #define GOOD_START 1e-10 /* relative residual of the first factors */

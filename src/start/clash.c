@@ -8,8 +8,7 @@
  * direction and are apart along it; and a round body that lies on the turning axis of the other. */
 #include "start/clash.h"
 
-#include "start/clash_gap.h"
-#include "start/clash_side.h"
+#include "start/clash_solid.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -56,16 +55,15 @@ static double gap_at(struct check *c, const struct march *m, double t)
     const struct mill_pose a = mill_motion_pose(m->a->motion, t),
                            b = mill_motion_pose(m->b->motion, t);
     struct mill_pose in = mill_pose_relative(&a, &b);
+    struct mill_part_gap gap;
     if (m->wall < 0) {
-        const struct mill_clash_gap gap = mill_clash_gap_solids(m->a->is, m->b->is, &in, m->near);
-        c->looks += gap.looks;
-        return gap.least;
+        gap = mill_clash_gap_solids(m->a->is, m->b->is, &in, m->near);
+    } else {
+        const struct mill_body *is = c->container->body;
+        const struct mill_pose own = {.place = is->centre, .x = is->x, .y = is->y, .z = is->z};
+        in = mill_pose_relative(&in, &own);
+        gap = mill_clash_gap_wall(&c->wall[m->wall], m->a->is, &in, m->near);
     }
-    const struct mill_body *is = c->container->body;
-    const struct mill_pose own = {.place = is->centre, .x = is->x, .y = is->y, .z = is->z};
-    in = mill_pose_relative(&in, &own);
-    const struct mill_clash_gap gap =
-        mill_clash_gap_wall(&c->wall[m->wall], m->a->is, &in, m->near);
     c->looks += gap.looks;
     return gap.least;
 }

@@ -1,4 +1,5 @@
-/* Before a run: which bodies run into each other or leave the container? */
+/* Before a run: which bodies run into each other or leave the container? Can a drum have periodic
+ * ends? */
 #ifndef MILL_CLASH_H
 #define MILL_CLASH_H
 
@@ -15,9 +16,14 @@ static inline int mill_clash_number(const struct mill_setup *setup, int k)
  * they have no common period. Surfaces nearer than 1e-6 of their size touch. A body that turns
  * about its own axis of symmetry may pierce a body that stands still, or one that also turns about
  * its own axis of symmetry. The motions are at local time 0. watch may be NULL. false: out of
- * memory.
- */
+ * memory. */
 bool mill_clash_find(const struct mill_setup *setup, const struct mill_start_watch *watch,
                      struct mill_motion *const *motion, struct mill_fault *fault);
+
+/* Fills in the first fault of a periodic drum (MILL_FAULT_SHORT to MILL_FAULT_END;
+ * MILL_FAULT_MEMORY if out of memory), and returns whether there is none. A drum with end walls has
+ * none of them. */
+bool mill_ends_fit(const struct mill_setup *setup, struct mill_motion *const *motion,
+                   struct mill_fault *fault);
 
 #endif

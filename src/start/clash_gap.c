@@ -5,9 +5,9 @@
  * against n gives a lower bound of the distance. The result is the best of these bounds, so that
  * neither rounding nor an early end of the search makes the distance too large.
  *
- * For solids with many parts, a tree of spheres skips the parts that are farther
- * away than others. */
-#include "start/clash_gap.h"
+ * For solids with many parts, the spheres around the boxes of their tree skip the parts that are
+ * farther away than others. */
+#include "start/clash_solid.h"
 
 /* SUPPORTS of them take about as long as a comparison of two parts */
 enum { LOOKS = 100, SUPPORTS = 16 };
@@ -97,11 +97,11 @@ static vec3 nearest(struct simplex *s)
                        : on_tetrahedron(s);
 }
 
-struct mill_clash_gap mill_clash_gap_parts(const struct mill_part *a, const struct mill_part *b,
-                                           double near)
+struct mill_part_gap mill_clash_gap_parts(const struct mill_part *a, const struct mill_part *b,
+                                          double near)
 {
     const double grown = a->core.grown + b->core.grown, nothing = NOTHING * (a->around + b->around);
-    struct mill_clash_gap gap = {-INFINITY, INFINITY, 0}; /* of the cores */
+    struct mill_part_gap gap = {-INFINITY, INFINITY, 0}; /* of the cores */
     struct simplex s = {0};
     vec3 v = vec3_sub(a->centre, b->centre);
     for (int k = 0; k < LOOKS; k++) {
@@ -123,7 +123,7 @@ struct mill_clash_gap mill_clash_gap_parts(const struct mill_part *a, const stru
         s.p[s.n++] = w;
         v = nearest(&s);
     }
-    return (struct mill_clash_gap){fmax(gap.least, 0.0) - grown, gap.most - grown, 0};
+    return (struct mill_part_gap){fmax(gap.least, 0.0) - grown, gap.most - grown, 0};
 }
 
 /* ---- two solids ---- */
@@ -132,11 +132,11 @@ struct seek {
     const struct mill_clash_solid *a, *b;
     const struct mill_pose *a_in_b;
     double near;
-    struct mill_clash_gap gap;
+    struct mill_part_gap gap;
 };
 
-static double apart_of(const struct seek *s, const struct mill_clash_node *p,
-                       const struct mill_clash_node *q)
+static double apart_of(const struct seek *s, const struct mill_clash_ball *p,
+                       const struct mill_clash_ball *q)
 {
     return vec3_norm(vec3_sub(mill_pose_out(s->a_in_b, p->centre), q->centre));
 }
@@ -144,8 +144,8 @@ static double apart_of(const struct seek *s, const struct mill_clash_node *p,
 /* [m] Lower bound of the distance between the contents of two spheres. Where a sphere belongs
  * to a single part, the part itself is used: the sphere around a long part is much larger
  * than the part. */
-static double least_of(const struct seek *s, const struct mill_clash_node *p,
-                       const struct mill_clash_node *q)
+static double least_of(const struct seek *s, const struct mill_clash_ball *p,
+                       const struct mill_clash_ball *q)
 {
     const double least = apart_of(s, p, q) - p->radius - q->radius;
     if (least >= ENOUGH * s->gap.most)
@@ -164,11 +164,11 @@ static double least_of(const struct seek *s, const struct mill_clash_node *p,
 }
 
 /* If two parts are far from each other, the bounds from their spheres are accurate enough. */
-static void take_leaves(struct seek *s, const struct mill_clash_node *p,
-                        const struct mill_clash_node *q)
+static void take_leaves(struct seek *s, const struct mill_clash_ball *p,
+                        const struct mill_clash_ball *q)
 {
     const double size = p->radius + q->radius, apart = apart_of(s, p, q);
-    struct mill_clash_gap gap = {apart - size, apart + size, 0};
+    struct mill_part_gap gap = {apart - size, apart + size, 0};
     if (apart < 2.0 * size) {
         const struct mill_part a = mill_part_move(&s->a->part[p->part], s->a_in_b);
         gap = mill_clash_gap_parts(&a, &s->b->part[q->part], s->near);
@@ -179,7 +179,7 @@ static void take_leaves(struct seek *s, const struct mill_clash_node *p,
 
 /* Splits the larger of two spheres and searches both halves, the nearer one first. `least`: from
  * least_of */
-static void seek(struct seek *s, const struct mill_clash_node *p, const struct mill_clash_node *q,
+static void seek(struct seek *s, const struct mill_clash_ball *p, const struct mill_clash_ball *q,
                  double least)
 {
     s->gap.looks++;
@@ -192,33 +192,32 @@ static void seek(struct seek *s, const struct mill_clash_node *p, const struct m
         return;
     }
     const bool splits = q->part >= 0 || (p->part < 0 && p->radius >= q->radius);
-    const struct mill_clash_node *of = splits ? s->a->node : s->b->node;
-    const struct mill_clash_node *half[2] = {&of[splits ? p->left : q->left],
-                                             &of[splits ? p->right : q->right]};
+    struct mill_clash_ball half[2];
     double from[2];
+    mill_clash_solid_halves(splits ? s->a : s->b, splits ? p : q, half);
     for (int k = 0; k < 2; k++)
-        from[k] = splits ? least_of(s, half[k], q) : least_of(s, p, half[k]);
+        from[k] = splits ? least_of(s, &half[k], q) : least_of(s, p, &half[k]);
     const int first = from[0] > from[1];
     for (int n = 0; n < 2; n++) {
         const int k = n ^ first;
-        seek(s, splits ? half[k] : p, splits ? q : half[k], from[k]);
+        seek(s, splits ? &half[k] : p, splits ? q : &half[k], from[k]);
     }
 }
 
-struct mill_clash_gap mill_clash_gap_solids(const struct mill_clash_solid *a,
-                                            const struct mill_clash_solid *b,
-                                            const struct mill_pose *a_in_b, double near)
+struct mill_part_gap mill_clash_gap_solids(const struct mill_clash_solid *a,
+                                           const struct mill_clash_solid *b,
+                                           const struct mill_pose *a_in_b, double near)
 {
     struct seek s = {a, b, a_in_b, near, {INFINITY, INFINITY, 0}};
-    seek(&s, a->node, b->node, least_of(&s, a->node, b->node));
+    seek(&s, &a->all, &b->all, least_of(&s, &a->all, &b->all));
     return s.gap;
 }
 
 /* ---- a wall ---- */
 
 static void seek_wall(const struct mill_wall *w, const struct mill_clash_solid *s,
-                      const struct mill_clash_node *n, const struct mill_pose *in, double near,
-                      struct mill_clash_gap *gap)
+                      const struct mill_clash_ball *n, const struct mill_pose *in, double near,
+                      struct mill_part_gap *gap)
 {
     const double middle = mill_part_wall_gap(w, mill_pose_out(in, n->centre)),
                  least = middle - n->radius;
@@ -238,15 +237,17 @@ static void seek_wall(const struct mill_wall *w, const struct mill_clash_solid *
         gap->most = fmin(gap->most, of.most);
         return;
     }
-    seek_wall(w, s, &s->node[n->left], in, near, gap);
-    seek_wall(w, s, &s->node[n->right], in, near, gap);
+    struct mill_clash_ball half[2];
+    mill_clash_solid_halves(s, n, half);
+    seek_wall(w, s, &half[0], in, near, gap);
+    seek_wall(w, s, &half[1], in, near, gap);
 }
 
-struct mill_clash_gap mill_clash_gap_wall(const struct mill_wall *wall,
-                                          const struct mill_clash_solid *solid,
-                                          const struct mill_pose *in, double near)
+struct mill_part_gap mill_clash_gap_wall(const struct mill_wall *wall,
+                                         const struct mill_clash_solid *solid,
+                                         const struct mill_pose *in, double near)
 {
-    struct mill_clash_gap gap = {INFINITY, INFINITY, 0};
-    seek_wall(wall, solid, solid->node, in, near, &gap);
+    struct mill_part_gap gap = {INFINITY, INFINITY, 0};
+    seek_wall(wall, solid, &solid->all, in, near, &gap);
     return gap;
 }

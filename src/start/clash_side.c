@@ -1,8 +1,6 @@
 /* Upper bounds of the speeds of solids. Also finds pairs that always stay apart, or at a constant
  * distance. */
-#include "start/clash_side.h"
-
-#include "start/clash_gap.h"
+#include "start/clash_solid.h"
 
 /* Directions and places that differ by no more than this are equal but for rounding */
 #define ROUNDING 1e-12
@@ -53,8 +51,8 @@ static void find_ring(struct mill_clash_side *s, const struct mill_clash_line *l
                  half = 2.0 * (s->size + vec3_norm(vec3_sub(foot, s->centre)));
     const vec3 low = {0.0, 0.0, -half}, high = {0.0, 0.0, half};
     struct mill_part axis = mill_part_facet(low, high, high, 0.0);
-    struct mill_clash_node all = {.centre = axis.centre, .radius = axis.around};
-    const struct mill_clash_solid around = {.parts = 1, .part = &axis, .node = &all};
+    const struct mill_clash_solid around = {
+        .parts = 1, .part = &axis, .all = {axis.centre, axis.around, 0, -1}};
     const struct mill_wall wall = {.half = INFINITY};
     s->ring = *line;
     s->inner = mill_clash_gap_solids(s->is, &around, &in, near).least;
@@ -65,7 +63,7 @@ struct mill_clash_side mill_clash_side_of(const struct mill_clash_solid *is,
                                           const struct mill_motion *motion,
                                           const struct mill_clash_line *line)
 {
-    const struct mill_clash_node *all = is->node;
+    const struct mill_clash_ball *all = &is->all;
     struct mill_clash_side s = {.is = is, .motion = motion, .size = all->radius};
     s.bounds = mill_motion_bounds(motion, all->centre);
     s.begin = mill_motion_pose(motion, 0.0);

@@ -1,67 +1,49 @@
 /* Bodies as unions of convex parts: a convex body is one part, any other has one for each facet. */
 #include "start/clash_solid.h"
 
-#include "geometry/facets.h"
-
 #include <stdlib.h>
 
 /* ---- the tree ---- */
 
-struct item {
-    double key; /* [m] coordinate along the longest side */
-    int32_t part;
-};
-
-static int by_key(const void *a, const void *b)
+static struct mill_clash_ball ball_of(const struct mill_clash_solid *s, int32_t part)
 {
-    const struct item *p = a, *q = b;
-    return p->key != q->key ? (p->key > q->key) - (p->key < q->key)
-                            : (p->part > q->part) - (p->part < q->part);
+    return (struct mill_clash_ball){s->part[part].centre, s->part[part].around, part, -1};
 }
 
-static double along(vec3 a, int axis)
+/* The sphere around a box, with what the parts in it are grown by */
+static struct mill_clash_ball around(const struct mill_clash_solid *s, int32_t box)
 {
-    return axis == 0 ? a.x : (axis == 1 ? a.y : a.z);
+    const struct mill_facets_node *n = &s->tree.node[box];
+    const vec3 lo = {(double)n->lo[0], (double)n->lo[1], (double)n->lo[2]};
+    const vec3 hi = {(double)n->hi[0], (double)n->hi[1], (double)n->hi[2]};
+    if (n->leaf != MILL_FACETS_INNER && (n->leaf & 7) == 1)
+        return ball_of(s, s->tree.order[n->leaf >> 3]);
+    return (struct mill_clash_ball){vec3_scale(vec3_add(lo, hi), 0.5),
+                                    0.5 * vec3_norm(vec3_sub(hi, lo)) + s->part->core.grown, -1,
+                                    box};
 }
 
-/* Fills in the node around the items and all nodes below it. Returns the first unused node. */
-static int32_t grow(struct mill_clash_solid *s, int32_t node, struct item *item, int32_t count)
+void mill_clash_solid_halves(const struct mill_clash_solid *s, const struct mill_clash_ball *ball,
+                             struct mill_clash_ball half[2])
 {
-    struct mill_clash_node *n = &s->node[node];
-    vec3 lo = s->part[item[0].part].centre, hi = lo;
-    for (int32_t k = 1; k < count; k++) {
-        const vec3 c = s->part[item[k].part].centre;
-        lo = vec3_make(fmin(lo.x, c.x), fmin(lo.y, c.y), fmin(lo.z, c.z));
-        hi = vec3_make(fmax(hi.x, c.x), fmax(hi.y, c.y), fmax(hi.z, c.z));
-    }
-    const vec3 side = vec3_sub(hi, lo);
-    const int axis = side.x >= side.y && side.x >= side.z ? 0 : (side.y >= side.z ? 1 : 2);
-    *n = (struct mill_clash_node){.centre = vec3_axpy(lo, 0.5, side), .part = -1};
-    for (int32_t k = 0; k < count; k++) {
-        const struct mill_part *p = &s->part[item[k].part];
-        n->radius = fmax(n->radius, vec3_norm(vec3_sub(p->centre, n->centre)) + p->around);
-        item[k].key = along(p->centre, axis);
-    }
-    if (count == 1) {
-        n->part = item[0].part;
-        return node + 1;
-    }
-    qsort(item, (size_t)count, sizeof *item, by_key);
-    n->left = node + 1;
-    n->right = grow(s, node + 1, item, count / 2);
-    return grow(s, n->right, item + count / 2, count - count / 2);
+    const struct mill_facets_node *n = &s->tree.node[ball->box];
+    const int32_t first = ball->box + 1;
+    for (int k = 0; k < 2; k++)
+        half[k] = n->leaf == MILL_FACETS_INNER ? around(s, k == 0 ? first : n[1].skip)
+                                               : ball_of(s, s->tree.order[(n->leaf >> 3) + k]);
 }
 
 static bool plant(struct mill_clash_solid *s)
 {
-    struct item *item = malloc(sizeof *item * (size_t)s->parts);
-    s->node = malloc(sizeof *s->node * 2 * (size_t)s->parts);
-    for (int32_t k = 0; item && k < s->parts; k++)
-        item[k].part = k;
-    if (item && s->node)
-        grow(s, 0, item, s->parts);
-    free(item);
-    return item && s->node;
+    vec3(*facet)[3] = malloc(sizeof *facet * (size_t)s->parts);
+    for (int32_t k = 0; facet && k < 3 * s->parts; k++)
+        facet[k / 3][k % 3] = vec3_add(s->part[k / 3].centre, s->part[k / 3].core.corner[k % 3]);
+    const bool good =
+        facet && mill_facets_plant((const vec3(*)[3])facet, (size_t)s->parts, &s->tree);
+    if (good)
+        s->all = around(s, 0);
+    free(facet);
+    return good;
 }
 
 /* ---- solids ---- */
@@ -80,13 +62,16 @@ bool mill_clash_solid_init(struct mill_clash_solid *s, const struct mill_setup *
         .turned = solid->round,
         .ball = solid->ball,
         .axis = surface->body->z};
-    return mill_part_list(solid, surface->body, &s->part, &s->parts) && plant(s);
+    if (!mill_part_list(solid, surface->body, &s->part, &s->parts))
+        return false;
+    s->all = ball_of(s, 0);
+    return s->convex || plant(s);
 }
 
 void mill_clash_solid_free(struct mill_clash_solid *s)
 {
     free(s->part);
-    free(s->node);
+    mill_facets_fell(&s->tree);
 }
 
 /* The solid angles of all facets add up to 4 pi for a point inside the solid, to 0 for one
@@ -94,7 +79,7 @@ void mill_clash_solid_free(struct mill_clash_solid *s)
 bool mill_clash_solid_holds(const struct mill_clash_solid *solid, vec3 place)
 {
     double angle = 0.0;
-    if (vec3_norm(vec3_sub(place, solid->node->centre)) > solid->node->radius)
+    if (vec3_norm(vec3_sub(place, solid->all.centre)) > solid->all.radius)
         return false;
     for (int32_t k = 0; k < solid->parts; k++) {
         const struct mill_part *p = &solid->part[k];

@@ -1,17 +1,16 @@
-/* A body as the check for clashes uses it: convex parts in a tree of spheres. */
+/* A body as the check for clashes uses it: convex parts, in a tree if they are many; how near two
+ * of them are; how its motion carries it. */
 #ifndef MILL_CLASH_SOLID_H
 #define MILL_CLASH_SOLID_H
 
+#include "geometry/facets.h"
 #include "geometry/solid.h"
 
-#include <stdint.h>
-
-/* A sphere around everything in its part of the tree */
-struct mill_clash_node {
+/* A sphere around one part of a solid, or around all parts in a box of its tree */
+struct mill_clash_ball {
     vec3 centre;
-    double radius;       /* [m] */
-    int32_t part;        /* number of a leaf's part; -1: an inner node */
-    int32_t left, right; /* numbers of an inner node's two children */
+    double radius;     /* [m] */
+    int32_t part, box; /* number of the part; -1: of the node of the tree */
 };
 
 struct mill_clash_solid {
@@ -25,7 +24,8 @@ struct mill_clash_solid {
     vec3 axis; /* unit vector in its motion's frame */
     int32_t parts;
     struct mill_part *part;       /* in the motion's frame */
-    struct mill_clash_node *node; /* [2 parts - 1], the first one is around all parts */
+    struct mill_facets_tree tree; /* of several parts, which are facets */
+    struct mill_clash_ball all;   /* around all parts */
 };
 
 /* Surface number k of the setup. false: out of memory. The caller frees it in both cases. */
@@ -33,7 +33,83 @@ bool mill_clash_solid_init(struct mill_clash_solid *solid, const struct mill_set
                            struct mill_motion *const *motion);
 void mill_clash_solid_free(struct mill_clash_solid *solid);
 
+/* Divides the contents of a box. */
+void mill_clash_solid_halves(const struct mill_clash_solid *solid,
+                             const struct mill_clash_ball *ball, struct mill_clash_ball half[2]);
+
 /* Is a point, given in the motion's frame of a solid that is not convex, inside of it? */
 bool mill_clash_solid_holds(const struct mill_clash_solid *solid, vec3 place);
+
+/* ---- gaps (clash_gap.c) ---- */
+
+/* Bounds of the distance between two solids, and between a solid and a container's wall. The true
+ * distance is between `least` and `most`. least <= 0: the solids touch, or the search ended
+ * before it could show that they do not. The bounds are close enough that steps of length `least`
+ * make progress; they need not be closer than 2 % of `near`, the distance at which solids count as
+ * touching. looks: number of parts and spheres compared */
+
+/* Of two parts in one frame */
+struct mill_part_gap mill_clash_gap_parts(const struct mill_part *a, const struct mill_part *b,
+                                          double near);
+
+/* Of two solids. `a_in_b`: the pose of a's frame in b's frame */
+struct mill_part_gap mill_clash_gap_solids(const struct mill_clash_solid *a,
+                                           const struct mill_clash_solid *b,
+                                           const struct mill_pose *a_in_b, double near);
+
+/* Distance from a solid to a wall; < 0: the solid reaches beyond the wall by that much. `least` is
+ * accurate to a tenth of `near` or of the distance itself. `in`: the pose of the solid's frame in
+ * the wall's frame, whose axis is z. */
+struct mill_part_gap mill_clash_gap_wall(const struct mill_wall *wall,
+                                         const struct mill_clash_solid *solid,
+                                         const struct mill_pose *in, double near);
+
+/* ---- sides (clash_side.c) ---- */
+
+/* A motion that carries both of two solids is left out. This part also finds the pairs that need
+ * no march: their distance never changes, or never becomes small. */
+
+/* A line at rest, about which a motion turns */
+struct mill_clash_line {
+    bool is; /* there is such a line */
+    vec3 through, direction;
+};
+
+struct mill_clash_side {
+    const struct mill_clash_solid *is;
+    const struct mill_motion *motion;
+    struct mill_motion_bounds bounds; /* of the centre of the sphere around it */
+    double size;                      /* [m] of that sphere */
+    double speed;           /* [m/s] no point moves faster, where the solid changes its place */
+    struct mill_pose begin; /* at t = 0 */
+    vec3 centre, axis;      /* at t = 0 */
+    bool keeps;             /* the solid always occupies the same points of space */
+    struct mill_clash_line ring; /* the solid never leaves the ring around this line, */
+    double inner, outer;         /* [m] between these distances from the line */
+};
+
+/* The line about which `own` turns. Where `own` is NULL (at rest): the line of `other`. Where both
+ * turn, their lines must be parallel. */
+struct mill_clash_line mill_clash_side_line(const struct mill_motion *own,
+                                            const struct mill_motion *other);
+
+struct mill_clash_side mill_clash_side_of(const struct mill_clash_solid *is,
+                                          const struct mill_motion *motion,
+                                          const struct mill_clash_line *line);
+
+/* True if `s` only turns, and only about the axis of `round`. Where `round` is a ball: about any
+ * axis through its centre. */
+bool mill_clash_side_turns_about(const struct mill_clash_side *s,
+                                 const struct mill_clash_side *round);
+
+/* True if no point of the solid ever moves along this direction of the laboratory */
+bool mill_clash_side_is_level(const struct mill_clash_side *s, vec3 direction);
+
+/* True if the distance of the two solids never changes */
+bool mill_clash_side_are_steady(const struct mill_clash_side *a, const struct mill_clash_side *b);
+
+/* True if a simple estimate shows that the two solids never come nearer than `near` */
+bool mill_clash_side_are_apart(const struct mill_clash_side *a, const struct mill_clash_side *b,
+                               double near);
 
 #endif

@@ -2,8 +2,6 @@
  * balls, not those of surfaces. So no ball at one end may touch what is at the other end: a surface
  * either keeps a ball's radius away from the ends, or has the same cross-section from end to end.
  * Nothing may move along the axis. */
-#include "start/ends.h"
-
 #include "base/elementary.h"
 #include "geometry/shapes.h"
 #include "start/clash.h"

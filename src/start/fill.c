@@ -59,7 +59,7 @@ static bool balls_clear(const struct pack *p, int32_t i, double scale)
 {
     const struct mill_fill_place *place = p->grids.place, *me = &place[i];
     const int32_t n = mill_fill_grids_near(&p->grids, me->r, me->radius, p->near);
-    for (int32_t k = 0; k < n; k++) {
+    for (int32_t k = n - 1; k >= 0; k--) {
         const struct mill_fill_place *o = &place[p->near[k]];
         const vec3 d = vec3_sub(o->r, me->r);
         const double s = scale * (me->radius + o->radius);
@@ -126,7 +126,8 @@ static bool sort_by_place(struct pack *p)
     if (!item)
         return false;
     for (int32_t i = 0; i < balls; i++)
-        item[i] = (struct keyed){p->world->ball[i].species, place[i].cell, i, place[i].r};
+        item[i] = (struct keyed){p->world->ball[i].species,
+                                 p->grids.grid[place[i].class].cells.cell[i], i, place[i].r};
     qsort(item, (size_t)balls, sizeof *item, by_place);
     mill_fill_grids_clear(&p->grids);
     for (int32_t i = balls - 1; i >= 0; i--) {
@@ -144,7 +145,7 @@ static double push_from_balls(struct pack *p, int32_t i)
     struct mill_fill_place *place = p->grids.place, *me = &place[i];
     const int32_t n = mill_fill_grids_near(&p->grids, me->r, me->radius, p->near);
     double pushed = 0.0;
-    for (int32_t k = 0; k < n; k++) {
+    for (int32_t k = n - 1; k >= 0; k--) {
         struct mill_fill_place *o = &place[p->near[k]];
         const double sum = me->radius + o->radius;
         const double close = (1.0 + MILL_FILL_CLOSE) * sum;
@@ -257,9 +258,10 @@ static enum mill_fault_code pack(struct pack *p)
     if (w->balls > 1 && fraction > DENSEST) /* a single ball may fill two thirds of the drum */
         return MILL_FAULT_NO_ROOM;
     mill_random_seed(&p->random, p->setup->seed);
-    p->near = malloc(sizeof *p->near * (size_t)w->balls);
+    p->near = malloc(sizeof *p->near * ((size_t)w->balls + MILL_CELL_ROW));
     if (p->near && mill_fill_grids_init(&p->grids, w))
         code = settle(p, fraction);
+    code = p->grids.failed ? MILL_FAULT_MEMORY : code;
     for (int32_t i = 0; code == MILL_FAULT_NONE && i < w->balls; i++)
         w->ball[i].r = p->grids.place[i].r;
     mill_fill_grids_free(&p->grids);

@@ -3,6 +3,7 @@
 #ifndef MILLSIM_FILL_H
 #define MILLSIM_FILL_H
 
+#include "engine/cells.h"
 #include "millsim/start.h"
 
 #include <stdbool.h>
@@ -21,21 +22,16 @@ void mill_fill_random(const struct mill_setup *setup, const struct mill_start_wa
 #define MILL_FILL_CLOSE 4e-4
 #define MILL_FILL_SPACING 4e-3
 
-/* Cells over the drum's box */
-struct mill_fill_lattice {
-    vec3 lo;            /* [m] corner of the first cell */
-    double per_side[3]; /* [1/m] */
-    int32_t n[3];
-};
-
 /* ---- the room (fill_lattice.c) ---- */
 
-/* For every cell of a lattice: which surfaces are near */
+/* For every cell of a lattice over the container's box: which surfaces are near */
 struct mill_fill_room {
     const struct mill_world *world;
-    struct mill_pose *pose; /* [shapes] at the start */
-    double volume;          /* [m^3] not taken by the rotor */
-    struct mill_fill_lattice lattice;
+    struct mill_pose *pose;      /* [shapes] at the start */
+    double volume;               /* [m^3] not taken by the rotor */
+    vec3 lo;                     /* [m] corner of the first cell */
+    double side[3], per_side[3]; /* [m], [1/m] */
+    int32_t n[3];
     uint64_t *near; /* bit k of a cell: one of the shapes k, k + 64, ... is within reach */
 };
 
@@ -56,23 +52,21 @@ enum { MILL_FILL_CLASSES = 16 };
 struct mill_fill_place {
     vec3 r;        /* [m] */
     double radius; /* [m] */
-    int32_t next;  /* in its cell's list, -1 at the end */
-    int32_t cell;
     int16_t class;
     bool disturbed; /* the balls around it have to be checked */
 };
 
 /* The cells of balls of about one size */
 struct mill_fill_grid {
-    struct mill_fill_lattice lattice;
+    struct mill_cells cells;
     double widest;         /* [m] largest radius */
-    int32_t balls, placed; /* balls of this size class; of these, balls in the lists */
-    int32_t *head;         /* first ball of each cell, -1: none */
+    int32_t balls, placed; /* balls of this size class; of these, balls in the cells */
 };
 
 struct mill_fill_grids {
     int32_t balls;
     struct mill_fill_place *place;
+    bool failed; /* out of memory: balls are missing in the cells */
     struct mill_fill_grid grid[MILL_FILL_CLASSES];
 };
 
@@ -81,13 +75,14 @@ bool mill_fill_grids_init(struct mill_fill_grids *grids, const struct mill_world
 void mill_fill_grids_free(struct mill_fill_grids *grids);
 void mill_fill_grids_clear(struct mill_fill_grids *grids);
 
-/* place: puts ball i into the lists, at place[i].r. replace: does so again after the ball was
+/* place: puts ball i into its cell, at place[i].r. replace: does so again after the ball was
  * moved. */
 void mill_fill_grids_place(struct mill_fill_grids *grids, int32_t i);
 void mill_fill_grids_replace(struct mill_fill_grids *grids, int32_t i);
 
 /* Lists all placed balls that may be nearer than the spacing to a ball of this radius at r, and
- * some others. `out` must have room for all balls. */
+ * some others. Who reads the list from its end gets the cells in order, and of each cell the ball
+ * that came last first. `out` must have room for all balls and MILL_CELL_ROW more. */
 int32_t mill_fill_grids_near(const struct mill_fill_grids *grids, vec3 r, double radius,
                              int32_t *out);
 

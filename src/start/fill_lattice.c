@@ -1,13 +1,14 @@
-/* Two uses of a lattice over the drum's box.
+/* What the search for places needs to know.
  *
- * First, the room that the surfaces leave for the balls: its volume, and for each cell the surfaces
- * that a ball in this cell can touch. A distance changes by no more than the place does, so the
- * distance at the centre of a cell bounds the distances in the whole cell.
+ * First, from a lattice over the container's box: the room that the surfaces leave for the balls:
+ * its volume, and for each cell the surfaces that a ball in this cell can touch. A distance changes
+ * by no more than the place does, so the distance at the centre of a cell bounds the distances in
+ * the whole cell.
  *
- * Second, a lookup of balls by place, for mixtures of any sizes: one grid for each class of sizes,
- * with cells as wide as the largest ball of the class and a list of balls in each cell. The
- * neighbours of a ball are searched in all grids, in the cells that the radii of both can reach.
- * These are few cells of large balls and more cells of small ones. */
+ * Second, a lookup of balls by place, for mixtures of any sizes: one cell grid for each class of
+ * sizes, with cells as wide as the largest ball of the class. The neighbours of a ball are searched
+ * in all grids, in the cells that the radii of both can reach. These are few cells of large balls
+ * and more cells of small ones. */
 #include "start/fill.h"
 
 #include "base/elementary.h"
@@ -22,14 +23,14 @@
 enum { POINTS = 200000, FEWEST = 8, BLOCK = 4 };
 #define CLASS_RATIO 1.5 /* largest over smallest diameter of the balls in one grid */
 
-static int32_t along(const struct mill_fill_lattice *l, int axis, double x)
+static int32_t along(const struct mill_fill_room *l, int axis, double x)
 {
     const double cell = x * l->per_side[axis], last = (double)(l->n[axis] - 1);
     return cell > 0.0 ? (int32_t)(cell < last ? cell : last) : 0;
 }
 
 /* Points outside the box are counted in the outermost cells. */
-static int32_t cell_of(const struct mill_fill_lattice *l, vec3 r)
+static int32_t cell_of(const struct mill_fill_room *l, vec3 r)
 {
     const int32_t ix = along(l, 0, r.x - l->lo.x), iy = along(l, 1, r.y - l->lo.y);
     return (ix * l->n[1] + iy) * l->n[2] + along(l, 2, r.z - l->lo.z);
@@ -38,13 +39,14 @@ static int32_t cell_of(const struct mill_fill_lattice *l, vec3 r)
 /* ---- the room ---- */
 
 /* Sets up the lattice over a box. Cells are cubes, except in a flat or thin drum. */
-static void lay_out(struct mill_fill_lattice *l, const double extent[3])
+static void lay_out(struct mill_fill_room *l, const double extent[3])
 {
     double side = mill_elementary_cbrt(extent[0] * extent[1] * extent[2] / POINTS), points;
     do {
         points = 1.0;
         for (int axis = 0; axis < 3; axis++) {
             l->n[axis] = (int32_t)fmin(fmax(ceil(extent[axis] / side), FEWEST), POINTS);
+            l->side[axis] = extent[axis] / l->n[axis];
             l->per_side[axis] = l->n[axis] / extent[axis];
             points *= l->n[axis];
         }
@@ -62,107 +64,98 @@ static void extent_of(const struct mill_world *w, double extent[3])
 }
 
 /* The centre of a cell */
-static vec3 centre_of(const struct mill_fill_lattice *l, int32_t x, int32_t y, int32_t z,
-                      const double side[3])
+static vec3 centre_of(const struct mill_fill_room *l, const int32_t at[3])
 {
-    return vec3_make(l->lo.x + (x + 0.5) * side[0], l->lo.y + (y + 0.5) * side[1],
-                     l->lo.z + (z + 0.5) * side[2]);
+    return vec3_make(l->lo.x + (at[0] + 0.5) * l->side[0], l->lo.y + (at[1] + 0.5) * l->side[1],
+                     l->lo.z + (at[2] + 0.5) * l->side[2]);
 }
 
-/* The cells of a block, checked together */
-struct block {
-    int cells; /* 0: not listed yet */
-    vec3 centre[BLOCK * BLOCK * BLOCK];
-    uint64_t *near[BLOCK * BLOCK * BLOCK];
-    bool clear[BLOCK * BLOCK * BLOCK];
+/* A surface in reach of a block */
+struct in_reach {
+    int shape;
+    double gap; /* [m] at the middle of the block; INFINITY: the cells' gaps differ */
 };
 
-/* Lists the cells from `first` to before `end`. */
-static void list(struct block *b, struct mill_fill_room *room, const int32_t first[3],
-                 const int32_t end[3], const double side[3])
+/* Notes for a cell which surfaces are nearer than `near` to its centre. Returns whether the centre
+ * is clear of all surfaces. */
+static bool look_at(struct mill_fill_room *room, const int32_t at[3], double near,
+                    const struct in_reach *found, int count)
 {
-    const int32_t *n = room->lattice.n;
-    for (int32_t x = first[0]; x < end[0]; x++)
-        for (int32_t y = first[1]; y < end[1]; y++)
-            for (int32_t z = first[2]; z < end[2]; z++) {
-                b->centre[b->cells] = centre_of(&room->lattice, x, y, z, side);
-                b->near[b->cells] = &room->near[(x * n[1] + y) * n[2] + z];
-                b->clear[b->cells++] = true;
-            }
+    const int32_t *n = room->n;
+    const vec3 centre = centre_of(room, at);
+    bool clear = true;
+    for (int i = 0; i < count; i++) {
+        const int k = found[i].shape;
+        const double gap = found[i].gap < (double)INFINITY
+                               ? found[i].gap
+                               : mill_shape_gap(room->world->shape[k], centre, 0.0, &room->pose[k]);
+        room->near[(at[0] * n[1] + at[1]) * n[2] + at[2]] |= (uint64_t)(gap < near) << k % 64;
+        clear = clear && gap > 0.0;
+    }
+    return clear;
 }
 
-/* Notes for each cell of the block that begins at `first` which surfaces are nearer than `near` to
- * its centre. Few surfaces are in reach of a block, and most blocks are far from all surfaces.
- * Returns the number of centres that are clear of all surfaces. */
-static size_t look_around(struct mill_fill_room *room, const int32_t first[3], const double side[3],
-                          double near)
+/* The same for the cells of the block that begins at `first`. Few surfaces are in reach of a block,
+ * and most blocks are far from all surfaces. Returns the number of centres that are clear of all
+ * surfaces. found: room for all surfaces */
+static size_t look_around(struct mill_fill_room *room, const int32_t first[3], double near,
+                          struct in_reach *found)
 {
-    const struct mill_fill_lattice *l = &room->lattice;
-    struct block b;
-    b.cells = 0;
-    int32_t end[3];
+    int32_t last[3], at[3];
     for (int axis = 0; axis < 3; axis++)
-        end[axis] = first[axis] + BLOCK < l->n[axis] ? first[axis] + BLOCK : l->n[axis];
-    const vec3 lo = centre_of(l, first[0], first[1], first[2], side);
-    const vec3 hi = centre_of(l, end[0] - 1, end[1] - 1, end[2] - 1, side);
+        last[axis] =
+            (first[axis] + BLOCK < room->n[axis] ? first[axis] + BLOCK : room->n[axis]) - 1;
+    const vec3 lo = centre_of(room, first), hi = centre_of(room, last);
     const vec3 middle = vec3_scale(vec3_add(lo, hi), 0.5);
     const double size = 0.501 * vec3_norm(vec3_sub(hi, lo));
+    int count = 0;
     for (int k = 0; k < room->world->shapes; k++) {
         const struct mill_shape *s = room->world->shape[k];
         /* deep within a body no ball can touch it */
         if (!(s->wall < 0 ? mill_body_reachable : s->type->reachable)(s, lo, hi, near))
             continue;
         const double there = mill_shape_gap(s, middle, 0.0, &room->pose[k]);
-        if (there >= near + size)
-            continue;
-        if (b.cells == 0)
-            list(&b, room, first, end, side);
-        for (int i = 0; i < b.cells; i++) {
-            const double gap =
-                there <= -size ? there : mill_shape_gap(s, b.centre[i], 0.0, &room->pose[k]);
-            *b.near[i] |= (uint64_t)(gap < near) << k % 64;
-            b.clear[i] = b.clear[i] && gap > 0.0;
-        }
+        if (there < near + size)
+            found[count++] = (struct in_reach){k, there <= -size ? there : (double)INFINITY};
     }
-    if (b.cells == 0)
-        return (size_t)((end[0] - first[0]) * (end[1] - first[1]) * (end[2] - first[2]));
     size_t inside = 0;
-    for (int i = 0; i < b.cells; i++)
-        inside += b.clear[i];
+    for (at[0] = first[0]; at[0] <= last[0]; at[0]++)
+        for (at[1] = first[1]; at[1] <= last[1]; at[1]++)
+            for (at[2] = first[2]; at[2] <= last[2]; at[2]++)
+                inside += look_at(room, at, near, found, count);
     return inside;
 }
 
 bool mill_fill_room_init(struct mill_fill_room *room, const struct mill_world *w, double reach)
 {
     assert(reach > 0.0);
-    const int32_t *n = room->lattice.n;
-    double extent[3], side[3], square = 0.0;
+    const int32_t *n = room->n;
+    double extent[3], square = 0.0;
     extent_of(w, extent);
-    lay_out(&room->lattice, extent);
-    room->lattice.lo = w->container.lo;
-    for (int axis = 0; axis < 3; axis++) {
-        side[axis] = extent[axis] / n[axis];
-        square += side[axis] * side[axis];
-    }
+    lay_out(room, extent);
+    room->lo = w->container.lo;
+    for (int axis = 0; axis < 3; axis++)
+        square += room->side[axis] * room->side[axis];
     const double near = reach * (1.0 + 2.0 * MILL_FILL_SPACING) + 0.501 * sqrt(square);
     const size_t cells = (size_t)n[0] * (size_t)n[1] * (size_t)n[2];
     room->world = w;
     room->near = calloc(cells, sizeof *room->near);
     room->pose = calloc((size_t)w->shapes, sizeof *room->pose);
-    if (!room->near || !room->pose) {
+    struct in_reach *found = calloc((size_t)w->shapes, sizeof *found);
+    if (!room->near || !room->pose || !found) {
         mill_fill_room_free(room);
+        free(found);
         return false;
     }
     for (int k = 0; k < w->shapes; k++)
         room->pose[k] = mill_shape_pose(w->shape[k], 0.0);
     size_t inside = 0;
     int32_t from[3];
-    for (from[0] = 0; from[0] < n[0]; from[0] += BLOCK) {
-        for (from[1] = 0; from[1] < n[1]; from[1] += BLOCK) {
+    for (from[0] = 0; from[0] < n[0]; from[0] += BLOCK)
+        for (from[1] = 0; from[1] < n[1]; from[1] += BLOCK)
             for (from[2] = 0; from[2] < n[2]; from[2] += BLOCK)
-                inside += look_around(room, from, side, near);
-        }
-    }
+                inside += look_around(room, from, near, found);
+    free(found);
     room->volume = extent[0] * extent[1] * extent[2] * (double)inside / (double)cells;
     return true;
 }
@@ -184,7 +177,7 @@ static double gap_to_end(const struct mill_world *w, vec3 r, double radius)
 bool mill_fill_room_clear(const struct mill_fill_room *room, vec3 r, double radius)
 {
     const struct mill_world *w = room->world;
-    const uint64_t mask = room->near[cell_of(&room->lattice, r)];
+    const uint64_t mask = room->near[cell_of(room, r)];
     if (!(gap_to_end(w, r, radius) > 0.0))
         return false;
     for (int k = 0; mask && k < w->shapes; k++) {
@@ -197,7 +190,7 @@ bool mill_fill_room_clear(const struct mill_fill_room *room, vec3 r, double radi
 bool mill_fill_room_push(const struct mill_fill_room *room, vec3 *r, double radius)
 {
     const struct mill_world *w = room->world;
-    const uint64_t mask = room->near[cell_of(&room->lattice, *r)];
+    const uint64_t mask = room->near[cell_of(room, *r)];
     const double end = gap_to_end(w, *r, radius);
     bool moved = end < MILL_FILL_CLOSE * radius;
     if (moved)
@@ -226,20 +219,17 @@ static int16_t class_of(double radius, double widest)
 static bool make_grid(struct mill_fill_grid *g, const struct mill_world *w)
 {
     double extent[3];
+    int32_t inner[3];
     extent_of(w, extent);
     const double most = 16.0 * (double)g->balls + 4096.0;
     const double wide = 2.0 * g->widest * (1.0 + MILL_FILL_SPACING);
     const double side = fmax(wide, mill_elementary_cbrt(extent[0] * extent[1] * extent[2] / most));
-    struct mill_fill_lattice *l = &g->lattice;
-    size_t cells = 1;
-    l->lo = w->container.lo;
-    for (int axis = 0; axis < 3; axis++) {
-        l->n[axis] = (int32_t)fmin(fmax(floor(extent[axis] / side), 1.0), 1024.0);
-        l->per_side[axis] = l->n[axis] / extent[axis];
-        cells *= (size_t)l->n[axis];
-    }
-    g->head = malloc(sizeof *g->head * cells);
-    return g->head != NULL;
+    for (int axis = 0; axis < 3; axis++)
+        inner[axis] = (int32_t)fmin(fmax(floor(extent[axis] / side), 1.0), 1024.0);
+    /* rows for balls as wide as the cells: others are few, or the rows grow */
+    return mill_cells_init(
+        &g->cells, w->container.lo, w->container.hi, inner, 1, 1,
+        fmax(extent[0] / inner[0], fmax(extent[1] / inner[1], extent[2] / inner[2])), w->balls);
 }
 
 bool mill_fill_grids_init(struct mill_fill_grids *s, const struct mill_world *w)
@@ -266,14 +256,13 @@ bool mill_fill_grids_init(struct mill_fill_grids *s, const struct mill_world *w)
             return false;
         }
     }
-    mill_fill_grids_clear(s);
     return true;
 }
 
 void mill_fill_grids_free(struct mill_fill_grids *s)
 {
     for (int k = 0; k < MILL_FILL_CLASSES; k++)
-        free(s->grid[k].head);
+        mill_cells_release(&s->grid[k].cells);
     free(s->place);
     memset(s, 0, sizeof *s);
 }
@@ -281,61 +270,53 @@ void mill_fill_grids_free(struct mill_fill_grids *s)
 void mill_fill_grids_clear(struct mill_fill_grids *s)
 {
     for (int k = 0; k < MILL_FILL_CLASSES; k++) {
-        struct mill_fill_grid *g = &s->grid[k];
-        const int32_t *n = g->lattice.n, cells = n[0] * n[1] * n[2];
-        g->placed = 0;
-        for (int32_t cell = 0; cell < cells; cell++)
-            g->head[cell] = -1;
+        if (s->grid[k].placed > 0)
+            mill_cells_clear(&s->grid[k].cells);
+        s->grid[k].placed = 0;
     }
 }
 
 void mill_fill_grids_place(struct mill_fill_grids *s, int32_t i)
 {
     assert(i >= 0 && i < s->balls);
-    struct mill_fill_place *p = &s->place[i];
+    const struct mill_fill_place *p = &s->place[i];
     struct mill_fill_grid *g = &s->grid[p->class];
-    p->cell = cell_of(&g->lattice, p->r);
-    p->next = g->head[p->cell];
-    g->head[p->cell] = i;
+    s->failed = s->failed || !mill_cells_insert(&g->cells, i, mill_cells_at(&g->cells, p->r));
     g->placed++;
 }
 
 void mill_fill_grids_replace(struct mill_fill_grids *s, int32_t i)
 {
-    struct mill_fill_place *p = &s->place[i];
+    const struct mill_fill_place *p = &s->place[i];
     struct mill_fill_grid *g = &s->grid[p->class];
-    if (cell_of(&g->lattice, p->r) == p->cell)
+    if (s->failed || mill_cells_at(&g->cells, p->r) == g->cells.cell[i])
         return;
-    int32_t *link = &g->head[p->cell];
-    while (*link != i)
-        link = &s->place[*link].next;
-    *link = p->next;
+    mill_cells_remove(&g->cells, i);
     g->placed--;
     mill_fill_grids_place(s, i);
 }
 
 int32_t mill_fill_grids_near(const struct mill_fill_grids *s, vec3 r, double radius, int32_t *out)
 {
+    const int64_t here = 0;
     int32_t n = 0;
-    for (int k = 0; k < MILL_FILL_CLASSES; k++) {
+    for (int k = MILL_FILL_CLASSES - 1; k >= 0; k--) {
         const struct mill_fill_grid *g = &s->grid[k];
-        const struct mill_fill_lattice *l = &g->lattice;
+        const struct mill_cells *c = &g->cells;
         if (g->placed == 0)
             continue;
         const double reach = (radius + g->widest) * (1.0 + MILL_FILL_SPACING);
-        const vec3 d = vec3_sub(r, l->lo);
-        const int32_t x0 = along(l, 0, d.x - reach), x1 = along(l, 0, d.x + reach);
-        const int32_t y0 = along(l, 1, d.y - reach), y1 = along(l, 1, d.y + reach);
-        const int32_t z0 = along(l, 2, d.z - reach), z1 = along(l, 2, d.z + reach);
-        for (int32_t x = x0; x <= x1; x++) {
-            for (int32_t y = y0; y <= y1; y++) {
-                const int32_t *row = g->head + (x * l->n[1] + y) * l->n[2];
-                for (int32_t z = z0; z <= z1; z++) {
-                    for (int32_t i = row[z]; i >= 0; i = s->place[i].next)
-                        out[n++] = i;
-                }
-            }
+        const double at[3] = {r.x - c->lo.x, r.y - c->lo.y, r.z - c->lo.z};
+        int32_t from[3], to[3];
+        for (int axis = 0; axis < 3; axis++) {
+            from[axis] = mill_cells_along(c, axis, at[axis] - reach);
+            to[axis] = mill_cells_along(c, axis, at[axis] + reach);
         }
+        for (int32_t x = to[0]; x >= from[0]; x--)
+            for (int32_t y = to[1]; y >= from[1]; y--)
+                for (int32_t z = to[2]; z >= from[2]; z--)
+                    n +=
+                        mill_cells_gather(c, (x * c->n[1] + y) * c->n[2] + z, &here, 1, 1, out + n);
     }
     return n;
 }

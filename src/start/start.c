@@ -5,7 +5,6 @@
 #include "base/memory.h"
 #include "geometry/shapes.h"
 #include "start/clash.h"
-#include "start/ends.h"
 #include "start/fill.h"
 
 #include <assert.h>
@@ -272,7 +271,7 @@ static void check_balls(const struct mill_world *w, struct mill_fault *fault)
 static void check_pairs(const struct mill_world *w, struct mill_fault *fault)
 {
     struct mill_fill_grids grids = {.balls = 0};
-    int32_t *near = malloc(sizeof *near * (size_t)w->balls);
+    int32_t *near = malloc(sizeof *near * ((size_t)w->balls + MILL_CELL_ROW));
     const int images = w->container.period > 0.0;
     if (!near || !mill_fill_grids_init(&grids, w))
         fault->code = MILL_FAULT_MEMORY;
@@ -294,6 +293,8 @@ static void check_pairs(const struct mill_world *w, struct mill_fault *fault)
         }
         mill_fill_grids_place(&grids, i);
     }
+    if (grids.failed)
+        fault->code = MILL_FAULT_MEMORY;
     mill_fill_grids_free(&grids);
     free(near);
 }

@@ -18,6 +18,27 @@ static inline void cut_box(struct mill_cells *cells, vec3 lo, vec3 hi, double di
         ck_abort_msg("out of memory");
 }
 
+/* Lists the offsets, in words, from a cell to itself and those around it; face >= 0: only to those
+ * ahead, after a ball has crossed this face. Returns how many. */
+static inline int32_t list_near(const struct mill_cells *c, int32_t face, int64_t offset[27])
+{
+    int32_t n = 0;
+    for (int32_t k = 0; k < 27; k++) {
+        const int32_t d[3] = {k / 9 - 1, k / 3 % 3 - 1, k % 3 - 1};
+        if (face < 0 || d[face / 2] == (face % 2 ? 1 : -1))
+            offset[n++] = (((int64_t)d[0] * c->n[1] + d[1]) * c->n[2] + d[2]) * c->row;
+    }
+    return n;
+}
+
+/* Gathers the balls in and around a cell. */
+static inline int32_t gather(const struct mill_cells *c, int32_t cell, int32_t scale, int32_t *near)
+{
+    int64_t offset[27];
+    const int32_t n = list_near(c, -1, offset);
+    return mill_cells_gather(c, cell, offset, n, scale, near);
+}
+
 struct swarm {
     struct mill_cells cells;
     int32_t balls;
@@ -42,6 +63,13 @@ static inline void free_swarm(struct swarm *s)
     mill_cells_release(&s->cells);
     free(s->r);
     free(s->near);
+}
+
+static inline void cross(struct swarm *s, int32_t ball, int32_t face)
+{
+    const int32_t to = s->cells.cell[ball] + mill_cells_step(&s->cells, face);
+    mill_cells_remove(&s->cells, ball);
+    ck_assert(mill_cells_insert(&s->cells, ball, to));
 }
 
 static inline void place(struct swarm *s, int32_t ball, vec3 r)

@@ -4,7 +4,7 @@
 #define CLASH_FIXTURE_H
 
 #include "extended.h"
-#include "start/clash_gap.h"
+#include "start/clash_solid.h"
 
 enum { KINDS = 5 };
 static const struct mill_solid *const kinds[KINDS] = {

@@ -9,8 +9,7 @@ static long faults(struct swarm *s, double reach)
     long wrong = 0;
     int32_t *seen = calloc((size_t)s->balls, sizeof *seen);
     for (int32_t i = 0; i < s->balls; i++) {
-        const int32_t n =
-            mill_cells_gather(&s->cells, s->cells.cell[i], s->cells.around, 27, 1, s->near);
+        const int32_t n = gather(&s->cells, s->cells.cell[i], 1, s->near);
         memset(seen, 0, sizeof *seen * (size_t)s->balls);
         for (int32_t k = 0; k < n; k++)
             seen[s->near[k]]++;
@@ -131,7 +130,7 @@ TEST(inserting_removing_and_crossing_keep_the_ledger)
             const double at[6] = {lo.x, hi.x, lo.y, hi.y, lo.z, hi.z};
             if (isinf(at[face]))
                 continue;
-            ck_assert(mill_cells_cross(&s.cells, i, face));
+            cross(&s, i, face);
             cell_of[i] = s.cells.cell[i];
             crossings++;
         }
@@ -158,49 +157,13 @@ TEST(crossing_a_face_leads_into_the_cell_behind_it_and_back)
                 continue;
             double to[3] = {middle.x, middle.y, middle.z};
             to[face / 2] += (face % 2 ? 1 : -1) * s.cells.side[face / 2];
-            ck_assert(mill_cells_cross(&s.cells, 0, face));
+            cross(&s, 0, face);
             ck_assert_int_eq(s.cells.cell[0],
                              mill_cells_at(&s.cells, vec3_make(to[0], to[1], to[2])));
-            ck_assert(mill_cells_cross(&s.cells, 0, face ^ 1));
+            cross(&s, 0, face ^ 1);
             ck_assert_int_eq(s.cells.cell[0], home);
         }
         mill_cells_remove(&s.cells, 0);
-    }
-    free_swarm(&s);
-}
-
-TEST(the_neighbourhood_is_a_cell_and_the_26_around_it)
-{
-    struct swarm s = make_swarm(1, 20e-3, 30e-3);
-    const int64_t step[3] = {(int64_t)s.cells.n[1] * s.cells.n[2], s.cells.n[2], 1};
-    for (int k = 0; k < 27; k++)
-        ck_assert_int_eq(s.cells.around[k],
-                         s.cells.row * ((k / 9 - 1) * step[0] + (k / 3 % 3 - 1) * step[1] +
-                                        (k % 3 - 1) * step[2]));
-    free_swarm(&s);
-}
-
-/* What is new after a crossing is exactly what the neighbourhood now has and had not before. */
-TEST(the_cells_ahead_are_those_that_came_near)
-{
-    struct swarm s = make_swarm(1, 20e-3, 20e-3);
-    const int32_t step[3] = {s.cells.n[1] * s.cells.n[2], s.cells.n[2], 1};
-    const int32_t home = mill_cells_at(&s.cells, vec3_make(0.0, 0.0, 0.0));
-    for (int face = 0; face < 6; face++) {
-        const int32_t to = home + mill_cells_step(&s.cells, face);
-        const int64_t way = (int64_t)(to - home) * s.cells.row;
-        ck_assert_int_eq(to, home + (face % 2 ? step[face / 2] : -step[face / 2]));
-        int32_t fresh = 0;
-        for (int a = 0; a < 27; a++) {
-            bool old = false, ahead = false;
-            for (int b = 0; b < 27; b++)
-                old |= s.cells.around[b] == way + s.cells.around[a];
-            for (int b = 0; b < 9; b++)
-                ahead |= s.cells.ahead[face][b] == s.cells.around[a];
-            ck_assert_int_eq(ahead, !old);
-            fresh += !old;
-        }
-        ck_assert_int_eq(fresh, 9);
     }
     free_swarm(&s);
 }

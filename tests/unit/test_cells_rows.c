@@ -77,11 +77,13 @@ static long gather_faults(const struct swarm *s, const struct ledger *l, int32_t
                           int32_t cell, int32_t scale)
 {
     long wrong = 0, expected = 0;
-    const int32_t n = mill_cells_gather(&s->cells, cell, s->cells.around, 27, scale, s->near);
+    const int32_t n = gather(&s->cells, cell, scale, s->near);
+    int64_t around[27];
+    list_near(&s->cells, -1, around);
     for (int32_t m = 0; m < balls; m++) {
         bool near = false;
         for (int k = 0; k < 27; k++)
-            near |= l->cell[m] == cell + s->cells.around[k] / s->cells.row;
+            near |= l->cell[m] == cell + around[k] / s->cells.row;
         int times = 0;
         for (int32_t k = 0; k < n; k++)
             times += s->near[k] == l->ball[m] * scale;
@@ -204,7 +206,7 @@ TEST(packed_rows_hold_the_largest_numbers)
         ck_assert_int_eq(mill_cells_held(&s.cells, cell), 4);
         for (int k = 0; k < 4; k++)
             ck_assert_int_eq(mill_cells_ball(&s.cells, cell, k), number[(turn + k) % 4]);
-        ck_assert_int_eq(mill_cells_gather(&s.cells, cell, s.cells.around, 27, 1, s.near), 4);
+        ck_assert_int_eq(gather(&s.cells, cell, 1, s.near), 4);
         for (int k = 0; k < 4; k++)
             ck_assert_int_eq(s.near[k], number[(turn + k) % 4]);
         for (int k = 0; k < 4; k++) {

@@ -251,8 +251,8 @@ static void add_any(uint64_t *seed, struct mill *m, struct link *is)
 }
 
 /* What a look at the mill at one time tells: bounds of the gap between its two bodies */
-static struct mill_clash_gap gap_at(const struct mill *m, struct mill_motion *const *motion,
-                                    const struct mill_clash_solid solid[2], double t)
+static struct mill_part_gap gap_at(const struct mill *m, struct mill_motion *const *motion,
+                                   const struct mill_clash_solid solid[2], double t)
 {
     struct mill_pose pose[2];
     for (int k = 0; k < 2; k++)
@@ -292,7 +292,7 @@ SLOW_TEST(no_clash_is_missed_and_none_invented, 3)
         }
         for (int k = 0; k < 2; k++)
             ck_assert(mill_clash_solid_init(&solid[k], &m.setup, k, motion));
-        const double size = solid[0].node->radius + solid[1].node->radius;
+        const double size = solid[0].all.radius + solid[1].all.radius;
         const double until = f.code == MILL_FAULT_NONE ? 0.5 : f.when;
         for (int k = 0; k < 2000 && until > 0.0; k++)
             ck_assert_double_gt(gap_at(&m, motion, solid, until * k / 2000.0).most, 0.0);
@@ -358,7 +358,7 @@ SLOW_TEST(no_leaving_is_missed_and_none_invented, KINDS)
             least = fmin(least, depth(&m, motion, mill_pose_out(&end, place), until));
         }
         if (f.code != MILL_FAULT_NONE)
-            ck_assert_double_lt(least, 0.1 * body.solid.node->radius);
+            ck_assert_double_lt(least, 0.1 * body.solid.all.radius);
         left += f.code == MILL_FAULT_OUTSIDE && f.when > 0.0;
         stayed += f.code == MILL_FAULT_NONE;
         mill_clash_solid_free(&jar.solid);

@@ -54,10 +54,10 @@ SLOW_TEST(a_distance_is_never_greater_than_the_truth_and_near_to_it, (KINDS + 1)
         struct lone a, b;
         lone_open(&seed, &a, p, vec3_scale(direction(&seed), 0.1));
         lone_open(&seed, &b, q, vec3_scale(direction(&seed), uniform(&seed, 0.0, 0.2)));
-        const double near = 1e-6 * (a.solid.node->radius + b.solid.node->radius);
-        const struct mill_clash_gap gap =
+        const double near = 1e-6 * (a.solid.all.radius + b.solid.all.radius);
+        const struct mill_part_gap gap =
             mill_clash_gap_solids(&a.solid, &b.solid, &mill_pose_still, near);
-        const struct mill_clash_gap exact = mill_clash_gap_parts(a.solid.part, b.solid.part, near);
+        const struct mill_part_gap exact = mill_clash_gap_parts(a.solid.part, b.solid.part, near);
         const double truth = fmin(sampled_distance(&seed, &a, &b), sampled_distance(&seed, &b, &a));
         ck_assert_msg(gap.least <= truth + 1e-15, "%d: %.12g is more than %.12g", n, gap.least,
                       truth);
@@ -104,8 +104,8 @@ SLOW_TEST(a_gap_to_a_wall_is_never_greater_than_the_truth_and_near_to_it, (KINDS
                 truth = fmin(truth, d);
             }
             ck_assert_msg(gap <= truth + 1e-15, "%.12g is more than %.12g", gap, truth);
-            if (gap < a.solid.node->radius) /* else a sphere was enough */
-                ck_assert_msg(gap >= truth - 0.1 * fabs(truth) - 0.1 * a.solid.node->radius,
+            if (gap < a.solid.all.radius) /* else a sphere was enough */
+                ck_assert_msg(gap >= truth - 0.1 * fabs(truth) - 0.1 * a.solid.all.radius,
                               "%.12g is far from %.12g", gap, truth);
         }
         mill_clash_solid_free(&a.solid);

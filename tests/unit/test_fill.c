@@ -165,7 +165,7 @@ static int32_t lattice(double radius, double length)
     struct mill_world *w = model_world(&m);
     struct mill_fill_room room;
     ck_assert(mill_fill_room_init(&room, w, 5e-10));
-    const double points = (double)room.lattice.n[0] * room.lattice.n[1] * room.lattice.n[2];
+    const double points = (double)room.n[0] * room.n[1] * room.n[2];
     ck_assert_double_eq_tol(room.volume / (PI * radius * radius * length), 1.0, 0.1);
     mill_fill_room_free(&room);
     mill_world_free(w);
@@ -421,6 +421,8 @@ struct told {
 static void take_note(void *self, const char *what, int32_t done, int32_t all)
 {
     struct told *told = self;
+    if (strcmp(what, "checking bodies") == 0) /* comes first */
+        return;
     ck_assert(done >= 0 && done <= all && all > 30000);
     if (!told->what || strcmp(told->what, what) != 0)
         told->stages++;

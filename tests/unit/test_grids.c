@@ -278,6 +278,48 @@ LOOP_TEST(the_looks_of_a_ball_gather_itself_and_every_ball_near_it_once, 2 * MIX
     close_heap(&h);
 }
 
+TEST(equal_balls_look_into_a_cell_and_the_26_around_it)
+{
+    struct heap h;
+    struct mill_grids_look look[MILL_GRIDS_LOOKS];
+    open_heap(&h, &mixtures[0], 1.0, false);
+    const struct mill_cells *c = h.g.own;
+    const int64_t step[3] = {(int64_t)c->n[1] * c->n[2], c->n[2], 1};
+    ck_assert_int_eq(mill_grids_look(&h.g, 0, 0, -1, look), 1);
+    ck_assert_int_eq(look->count, 27);
+    for (int k = 0; k < 27; k++)
+        ck_assert_int_eq(
+            look->offset[k],
+            c->row * ((k / 9 - 1) * step[0] + (k / 3 % 3 - 1) * step[1] + (k % 3 - 1) * step[2]));
+    close_heap(&h);
+}
+
+/* What is new after a crossing is exactly what the neighbourhood now has and had not before. */
+TEST(the_cells_ahead_are_those_that_came_near)
+{
+    struct heap h;
+    struct mill_grids_look look[MILL_GRIDS_LOOKS], ahead[MILL_GRIDS_LOOKS];
+    open_heap(&h, &mixtures[0], 1.0, false);
+    mill_grids_look(&h.g, 0, 0, -1, look);
+    for (int face = 0; face < 6; face++) {
+        const int64_t way = (int64_t)mill_cells_step(h.g.own, face) * h.g.own->row;
+        int32_t fresh = 0;
+        ck_assert_int_eq(mill_grids_look(&h.g, 0, 0, face, ahead), 1);
+        ck_assert_int_eq(ahead->count, 9);
+        for (int a = 0; a < 27; a++) {
+            bool old = false, is_ahead = false;
+            for (int b = 0; b < 27; b++)
+                old |= look->offset[b] == way + look->offset[a];
+            for (int b = 0; b < 9; b++)
+                is_ahead |= ahead->offset[b] == look->offset[a];
+            ck_assert_int_eq(is_ahead, !old);
+            fresh += !old;
+        }
+        ck_assert_int_eq(fresh, 9);
+    }
+    close_heap(&h);
+}
+
 TEST(equal_balls_come_with_the_sum_of_the_radii)
 {
     struct heap h;

@@ -110,13 +110,14 @@ static struct mill_pairs_search search_of(const struct field *f, int32_t i, int 
 {
     const double mine = f->radius[f->ball[i].species];
     struct mill_pairs_search search = {.ball = i, .looks = f->grids, .best = {window, MILL_NOBODY}};
+    static int64_t offset[GRIDS][7][27];
     for (int k = 0; k < f->grids; k++)
         search.look[k] = (struct mill_grids_look){
+            .count = list_near(&f->cells[k], face, offset[k][face + 1]),
             .cells = &f->cells[k],
-            .offset = face < 0 ? f->cells[k].around : f->cells[k].ahead[face],
+            .offset = offset[k][face + 1],
             .sum = f->equal[k] && f->equal[i % f->grids] ? mine + f->radius[k] : 0.0,
             .cell = cell_of(f, i),
-            .count = face < 0 ? 27 : 9,
             .threes = i % 2 && face < 4 && mill_cells_shortest(&f->cells[k])};
     return search;
 }

@@ -8,7 +8,7 @@
 #include "proof/paranoid.h"
 #include "shape_fixture.h"
 #include "sim_fixture.h"
-#include "start/clash_gap.h"
+#include "start/clash_solid.h"
 
 #define CLOSED 1e-12 /* [m] */
 
@@ -199,7 +199,7 @@ TEST(the_gap_is_the_distance_from_what_the_support_describes)
         const vec3 near = vec3_axpy(o.body.centre, uniform(&seed, 0.0, 0.05), direction(&seed));
         const double gap = gap_of(o.shape[0], mill_pose_out(&pose, near), 0.0, 0.3);
         const struct mill_part point = mill_part_facet(near, near, near, 0.0);
-        const struct mill_clash_gap found = mill_clash_gap_parts(&point, part, 1e-9);
+        const struct mill_part_gap found = mill_clash_gap_parts(&point, part, 1e-9);
         ck_assert_double_le(found.least, fmax(gap, 0.0) + 1e-15);
         ck_assert_double_ge(found.most, fmax(gap, 0.0) - 1e-15);
         free(part);

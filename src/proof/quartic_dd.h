@@ -2,8 +2,8 @@
  * Math. 18 (1971) 224 (products); Knuth, TAOCP 2, 4.2.2 (sums); Joldes, Muller and Popescu, ACM
  * TOMS 44:15 (2017) for the relative errors, which are all below 2^-101. It needs round-to-nearest
  * without contraction, and magnitudes between 1e-140 and 1e290. */
-#ifndef MILLSIM_POLY_DD_H
-#define MILLSIM_POLY_DD_H
+#ifndef MILL_QUARTIC_DD_H
+#define MILL_QUARTIC_DD_H
 
 #include <math.h>
 
