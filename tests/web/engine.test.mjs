@@ -125,7 +125,7 @@ test("keys have the bounds of the deck's table", () => {
   const keys = Object.fromEntries(run(SMALL, 0.001).mill.keys.map((key) => [`${key.section}.${key.key}`, key]));
   const { lo, hi, above } = keys['contact.restitution'], radius = keys['drum.radius'];
   assert.deepEqual([lo, hi, above], [0, 1, 0]);
-  assert.deepEqual([radius.unit, radius.lo, radius.above, radius.value], ['m', 0, 1, '0.03 m']);
+  assert.deepEqual([radius.unit, radius.lo, radius.above, radius.value], ['m', 1e-9, 0, '0.03 m']);
   assert.deepEqual([keys['drum.profile'].words, keys['balls.fill'].instead], ['circle|wavy', 'count']);
   assert.ok(Object.values(keys).every((key) => key.meaning));
 });
