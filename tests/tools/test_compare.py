@@ -55,7 +55,7 @@ tangential_restitution = 0.484
 """
 RUNS = {
     "one": [],
-    "two": ["run.seed=2"],
+    "two": ["run.seed=3"],
     "fast": ["rotor.speed=1300 rpm"],
     "transient1": ["run.time=0.1 s", "run.sample_from=0 s"],
     "transient2": ["run.time=0.1 s", "run.sample_from=0 s", "run.seed=2"],
