@@ -90,6 +90,9 @@ enum mill_status mill_deck_wrong(const struct mill_deck_text *text, const char *
                                  const char *key, const char *format, ...)
     __attribute__((format(printf, 4, 5)));
 
+/* A body leaves the container: " by 2 mm" or "", time [s] */
+#define MILL_DECK_LEAVES "leaves the container%s at t = %.6g s: make it smaller, or move it"
+
 /* Prepares the deck to keep its faults. */
 enum mill_status mill_deck_faults_create(const struct mill_deck_text *text);
 
@@ -326,6 +329,8 @@ extern const struct mill_key mill_deck_mill_ball[], mill_deck_mill_start[], mill
     mill_deck_mill_blade[], mill_deck_mill_blade_form[];
 void mill_deck_mill_buckles(const struct mill_deck *deck, struct mill_deck_check *list);
 void mill_deck_mill_parts(const struct mill_deck *deck, struct mill_deck_check *list);
+/* Tells of all blades that leave the drum. */
+enum mill_status mill_deck_mill_inside(struct mill_deck *deck);
 void mill_deck_mill_sizes(const struct mill_deck *deck, int kind, struct mill_deck_check *list);
 void mill_deck_mill_amount(const struct mill_deck *deck, int kind, struct mill_deck_check *list);
 void mill_deck_mill_starts(const struct mill_deck *deck, struct mill_deck_check *list);

@@ -189,10 +189,8 @@ static enum mill_status tell_bodies(const struct mill_deck *deck, const struct m
     if (fault->amount > 0.0)
         snprintf(by, sizeof by, " by %.2g mm", 1e3 * fault->amount);
     if (fault->code == MILL_FAULT_OUTSIDE)
-        return mill_deck_fault(&deck->text, error, section, NULL,
-                               "%sleaves the container%s at t = %.6g s: make it smaller, or move "
-                               "it%s",
-                               copy, by, fault->when, size);
+        return mill_deck_fault(&deck->text, error, section, NULL, "%s" MILL_DECK_LEAVES "%s", copy,
+                               by, fault->when, size);
     const char *met = find_section(deck, fault->ball, other_copy);
     return mill_deck_fault(
         &deck->text, error, section, NULL,

@@ -272,6 +272,7 @@ def test_a_design_that_is_refused_is_recorded_in_one_line_and_does_not_stop_the_
     assert set(frame.loc[0.023, "status"]) == {"failed"}
     (message,) = set(frame.loc[0.023, "message"])
     assert message.startswith("deck.ini:23: [blade.a]: leaves the container by 1.1 mm at t = 0 s")
+    assert message.endswith("(and 1 more fault)")
     assert "(2 done, 2 failed)" in done.stdout
     assert done.stderr == f"mill sweep: 2 runs failed; the most frequent message: {message}\n"
 
