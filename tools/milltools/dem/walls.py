@@ -19,6 +19,7 @@ from milltools.base.errors import UserError
 from milltools.dem.paths import direction, motion, vector
 from milltools.geometry.bodies import STILL, inverse, moved
 from milltools.geometry.solids import CORNERS, FACES, blade_triangles
+from milltools.geometry.stl import FACET, HEAD
 
 NO_MESH = np.empty((0, 3, 3))
 ON_EDGE = 1e-9  # of a ball's radius: places closer than this count as one
@@ -296,8 +297,7 @@ def read_stl(path):
     content = path.read_bytes()
     count = int.from_bytes(content[80:84], "little")
     if len(content) == 84 + 50 * count:
-        facet = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-        return np.frombuffer(content, facet, offset=84)["corners"].astype(float)
+        return np.frombuffer(content, FACET, offset=HEAD)["corners"].astype(float)
     lines = (line.split() for line in content.decode(errors="replace").splitlines())
     return np.array([words[1:4] for words in lines if words[:1] == ["vertex"]], float).reshape(-1, 3, 3)
 

@@ -11,7 +11,7 @@ from milltools.base.errors import UserError
 from milltools.base.files import whole
 from milltools.base.text import size
 from milltools.export import source
-from milltools.geometry import bodies, solids
+from milltools.geometry import bodies, solids, stl
 from milltools.geometry.profile import Profile
 from milltools.read.runfile import turned
 from milltools.read.values import metres, seconds
@@ -90,15 +90,11 @@ def asked_time(arguments) -> float:
 
 
 def mill(arguments):
-    """Binary STL: 80 bytes of head, the number of triangles, 50 bytes a triangle, little-endian."""
     parts, time = Parts(source.deck_of(arguments), arguments), asked_time(arguments)
     corners = parts.placed([piece for own in parts.at_start.values() for piece in own], time)
-    rows = np.zeros(len(corners), [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("extra", "<u2")])
-    rows["normal"], rows["corners"] = bodies.facing(corners)[0], corners
     names = ", ".join(parts.at_start)
-    head = f"millsim {engine.version()}: {names}; metres".encode()[:80].ljust(80)
-    content = head + np.uint32(len(rows)).astype("<u4").tobytes() + rows.tobytes()
+    content = stl.binary(corners, f"millsim {engine.version()}: {names}; metres", bodies.facing(corners)[0])
     with whole(arguments.file) as draft:
         draft.write_bytes(content)
-    facts = {"parts": list(parts.at_start), "time": time, "triangles": len(rows), "bytes": len(content)}
-    return f"{names} at {time:.6g} s: {len(rows)} triangles, {size(len(content))}", facts
+    facts = {"parts": list(parts.at_start), "time": time, "triangles": len(corners), "bytes": len(content)}
+    return f"{names} at {time:.6g} s: {len(corners)} triangles, {size(len(content))}", facts

@@ -63,10 +63,11 @@ def run(arguments) -> Answer:
         raise UserError(f"{plain(output)}: exists already; --force overwrites it")
     needs("mesh")
     with stops_in_order(), Progress("mill mesh", quiet=arguments.quiet) as progress:
-        from milltools.mesh import judge, mend
+        from milltools.geometry.stl import binary
+        from milltools.mesh import mend
 
         found = mend.mended(arguments, lambda text: progress(0, text))
-        content = judge.stl(found.corners, "made by mill mesh" + f"; unit {found.unit}" * bool(found.unit))
+        content = binary(found.corners, "made by mill mesh" + f"; unit {found.unit}" * bool(found.unit))
         with whole(output) as draft:
             draft.write_bytes(content)
     facts = {"files": [output], "bytes": len(content)} | found.facts

@@ -4,10 +4,9 @@ import re
 import subprocess
 import tempfile
 
-import numpy as np
-
 from milltools.base import engine
 from milltools.base.errors import UserError
+from milltools.geometry.stl import binary
 
 # A box of four times the size of the mesh, with one ball: enough to check a deck. The mesh is scaled to 1 m.
 DECK = """[run]
@@ -31,14 +30,6 @@ friction = 0.1
 """
 
 
-def stl(corners, head: str) -> bytes:
-    """Binary STL: 80 bytes of head, the number of facets, 50 bytes a facet, little-endian. A normal of 0 says that
-    the order of the corners gives it."""
-    rows = np.zeros(len(corners), [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("extra", "<u2")])
-    rows["corners"] = corners
-    return head.encode("ascii", "replace")[:80].ljust(80) + len(rows).to_bytes(4, "little") + rows.tobytes()
-
-
 def complaints(corners, progress) -> list[str]:
     """What millsim says against a mesh; nothing if it accepts it."""
     low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
@@ -46,7 +37,7 @@ def complaints(corners, progress) -> list[str]:
     x, y, z = (float(-unit * one) for one in (low + high) / 2)
     with tempfile.TemporaryDirectory(prefix="millsim-mesh-") as folder, tempfile.TemporaryFile("w+") as said:
         with open(f"{folder}/mesh.stl", "wb") as file:
-            file.write(stl(corners, ""))
+            file.write(binary(corners, ""))
         with open(f"{folder}/deck.ini", "w") as file:
             file.write(DECK.format(unit=unit, x=x, y=y, z=z))
         words = [engine.program().absolute(), "--check", "deck.ini"]

@@ -123,21 +123,21 @@ def need_uniting(solids: list[Shell]) -> bool:
 
 def united(solids: list[Shell], grow: float, progress):
     """What the solids fill together, as a manifold3d.Manifold; `grow`: their surfaces are moved outwards before."""
-    todo = [_manifold(one, grow) for one in solids]
-    for solid, k in zip(solids, range(len(todo))):
+    left = [_manifold(one, grow) for one in solids]
+    for k, solid in enumerate(solids):
         for room in solid.rooms:
-            todo[k] -= _manifold(room, grow)
-    rest = len(todo) - 1
-    while len(todo) > 1:
+            left[k] -= _manifold(room, grow)
+    to_go = len(left) - 1
+    while len(left) > 1:
         pairs = []
-        for k in range(0, len(todo) - 1, 2):
-            both = todo[k] + todo[k + 1]
+        for k in range(0, len(left) - 1, 2):
+            both = left[k] + left[k + 1]
             both.num_tri()  # it is computed only when it is asked for
             pairs.append(both)
-            progress(f"uniting solids, {rest} of {len(solids) - 1} to go")
-            rest -= 1
-        todo = pairs + todo[len(todo) - len(todo) % 2 :]
-    return todo[0]
+            progress(f"uniting solids, {to_go} of {len(solids) - 1} to go")
+            to_go -= 1
+        left = pairs + left[len(left) - len(left) % 2 :]
+    return left[0]
 
 
 def _manifold(shell: Shell, grow: float):

@@ -6,11 +6,12 @@ import numpy as np
 
 from milltools.base.errors import UserError
 from milltools.base.text import plain, plural
+from milltools.geometry.stl import FACET, HEAD
 from milltools.mesh.parts import MOST_PARTS, Foreign, Part, check_count, soup
 
 NUMBER = rb"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"  # takes time in proportion to its length, always
 VERTEX = rb"vertex\s+(%s)\s+(%s)\s+(%s)\s+" % (NUMBER, NUMBER, NUMBER)
-FACET = re.compile(
+TEXT_FACET = re.compile(
     rb"\s*facet\s+normal\s+\S+\s+\S+\s+\S+\s+outer\s+loop\s+" + 3 * VERTEX + rb"endloop\s+endfacet(?!\S)", re.I
 )
 SOLID, ENDSOLID = (re.compile(rb"\s*%s(?!\S)[^\r\n]*" % word, re.I) for word in (b"solid", b"endsolid"))
@@ -24,7 +25,7 @@ def stl(path, data) -> Foreign:
     excess = len(data) - 84 - 50 * count
     if len(data) >= 84 and 0 <= excess < (1 if is_text else 50):
         check_count(path, count)
-        rows = np.frombuffer(data, [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("extra", "<u2")], count, 84)
+        rows = np.frombuffer(data, FACET, count, HEAD)
         notes = [f"{plural(excess, 'byte')} after the last facet left out"] if excess else []
         return Foreign(path, [soup("", rows["corners"])], notes=notes)
     if is_text:
@@ -42,7 +43,7 @@ def _ascii(path, data) -> list[Part]:
     while not END.match(data, at):
         at = _expect(path, data, at, SOLID, "'solid'").end()
         numbers = []
-        while found := FACET.match(data, at):
+        while found := TEXT_FACET.match(data, at):
             numbers.append(np.array(found.groups(), "S").astype("<f8"))
             at = found.end()
             check_count(path, total + len(numbers))
