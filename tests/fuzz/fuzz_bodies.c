@@ -105,7 +105,7 @@ static bool make_body(struct shot *s, struct fuzz_bytes *b)
     is->end_radius = fuzz_choice(b, 4) ? fuzz_log(b, lo, 0.1) : 0.0;
     is->length = fuzz_log(b, lo, 0.2);
     is->rounding = !is->inside && fuzz_choice(b, 2) ? fuzz_log(b, 1e-9, 0.05) : 0.0;
-    return s->solid->is_sound(is);
+    return mill_solid_is_sound(s->solid, is);
 }
 
 static bool make_shot(struct shot *s, struct fuzz_bytes *b)
