@@ -212,7 +212,7 @@ static const struct mill_deck_step steps[] = {
     {.checks = mill_deck_run_checks, .sections = "run output"},
     {.checks = mill_deck_mill_buckles, .sections = "drum"},
     {.checks = mill_deck_mill_parts, .sections = MOVED " blades blade"},
-    {.run = mill_deck_mill_inside, MOVED " blades blade"},
+    {.run = mill_deck_setup_inside, MOVED " blades blade"},
     {.run = mill_deck_balls_list, MILL " balls material"},
     {.each = mill_deck_mill_sizes, .sections = MILL " balls"},
     {.each = mill_deck_mill_amount, .sections = MILL " balls"},

@@ -329,8 +329,6 @@ extern const struct mill_key mill_deck_mill_ball[], mill_deck_mill_start[], mill
     mill_deck_mill_blade[], mill_deck_mill_blade_form[];
 void mill_deck_mill_buckles(const struct mill_deck *deck, struct mill_deck_check *list);
 void mill_deck_mill_parts(const struct mill_deck *deck, struct mill_deck_check *list);
-/* Tells of all blades that leave the drum. */
-enum mill_status mill_deck_mill_inside(struct mill_deck *deck);
 void mill_deck_mill_sizes(const struct mill_deck *deck, int kind, struct mill_deck_check *list);
 void mill_deck_mill_amount(const struct mill_deck *deck, int kind, struct mill_deck_check *list);
 void mill_deck_mill_starts(const struct mill_deck *deck, struct mill_deck_check *list);
@@ -365,7 +363,8 @@ enum mill_status mill_deck_laws_list(struct mill_deck *deck);
 enum mill_status mill_deck_balls_list(struct mill_deck *deck);
 enum mill_status mill_deck_balls_powder(struct mill_deck *deck);
 
-/* ---- the free volume (deck_setup.c) ---- */
+/* ---- the free volume, and blades beyond the drum, all told (deck_setup.c) ---- */
+enum mill_status mill_deck_setup_inside(struct mill_deck *deck);
 
 /* [m^3] The container without what is in it at the start. The balls need not be known yet. */
 enum mill_status mill_deck_setup_free_volume(const struct mill_deck *deck, double *volume,

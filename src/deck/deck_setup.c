@@ -4,6 +4,7 @@
 #include "geometry/shapes.h"
 
 #include <assert.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -11,6 +12,9 @@
  * better, and one that equals the diameter also pinches a ball. */
 #define NARROW 0.9
 #define EQUAL 2e-4
+/* Relative to the drum's radius: bounds this close are exact enough; less than this is no fault */
+#define SNUG 1e-11
+#define TOUCHING 1e-5
 
 /* The lists that a setup needs */
 struct lists {
@@ -303,6 +307,55 @@ static void warn_of(const struct mill_deck *deck, const struct mill_passing *pla
             "ball's diameter of %.3g mm: balls can be pinched there",
             copy, 1e3 * place->gap, wall ? "an end wall of " : "", met, other_copy, place->when,
             1e3 * d);
+}
+
+/* Bounds of how far the blade reaches beyond the walls of the drum, < 0 [m]. Neither moves but about
+ * the axis. The check of a whole mill also finds what is not told here. */
+static double beyond(const struct mill_body *drum, bool wavy, const struct mill_body *blade)
+{
+    const struct mill_pose lab = {.x = {1.0, 0.0, 0.0}, .y = {0.0, 1.0, 0.0}, .z = {0.0, 0.0, 1.0}};
+    const struct mill_pose own = {
+        .place = drum->centre, .x = drum->x, .y = drum->y, .z = drum->z};
+    const struct mill_pose in = mill_pose_relative(&lab, &own);
+    struct mill_wall wall[MILL_WALLS];
+    struct mill_part *box;
+    int32_t count;
+    double most = 0.0;
+    const int walls = mill_prism_solid.walls(drum, wall);
+    if (!mill_part_list(&mill_box_solid, blade, &box, &count))
+        return NAN;
+    const struct mill_part part = mill_part_move(box, &in);
+    for (int k = 0; k < walls; k++)
+        if (wall[k].flat || !wavy)
+            most = fmin(most, mill_part_to_wall(&part, &wall[k], SNUG * drum->radius).most);
+    free(box);
+    return most;
+}
+
+enum mill_status mill_deck_setup_inside(struct mill_deck *deck)
+{
+    const struct mill_setup_drum drum = mill_deck_drum(deck);
+    const struct mill_body body = mill_setup_drum_body(&drum);
+    const struct mill_deck_bodies *parts = &deck->mill.parts;
+    enum mill_status status = MILL_OK;
+    char text[32];
+    const char *told = "rotor"; /* equal blades are one section */
+    if (!deck->mill.drum || deck->mill.drum_rides != 0)
+        return MILL_OK;
+    for (int k = 0; k < parts->count && status == MILL_OK; k++) {
+        if (strcmp(parts->section[k], told) == 0)
+            continue;
+        const double by = -beyond(&body, deck->given.wavy, &parts->form[k]);
+        if (isnan(by))
+            return mill_deck_memory(&deck->text);
+        if (!(by > TOUCHING * body.radius))
+            continue;
+        told = parts->section[k];
+        snprintf(text, sizeof text, " by %.2g mm", 1e3 * by);
+        mill_deck_wrong(&deck->text, told, NULL, MILL_DECK_LEAVES, text, 0.0);
+        status = mill_deck_faults_keep(&deck->text, MILL_BAD_DECK);
+    }
+    return status;
 }
 
 enum mill_status mill_deck_setup_world(const struct mill_deck *deck,
