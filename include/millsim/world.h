@@ -16,7 +16,15 @@ struct mill_ball {
     vec3 r, v;         /* [m], [m/s] */
     double t;          /* [s] local time of r and v; HUGE_VAL: it is asleep, and v is zero */
     uint32_t contacts; /* so far, modulo 2^32; a change shows that a plan is stale */
-    int32_t species;
+    int16_t species;
+    int16_t relief; /* enum mill_relief */
+};
+
+/* In a relief, a ball that was pinched ignores bodies that can pinch, until it is clear of them. */
+enum mill_relief {
+    MILL_RELIEF_NONE,
+    MILL_RELIEF_LASTS,
+    MILL_RELIEF_ENDS /* only within the event that finds the ball clear */
 };
 
 struct mill_species {

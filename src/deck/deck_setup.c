@@ -309,13 +309,12 @@ static void warn_of(const struct mill_deck *deck, const struct mill_passing *pla
             1e3 * d);
 }
 
-/* Bounds of how far the blade reaches beyond the walls of the drum, < 0 [m]. Neither moves but about
- * the axis. The check of a whole mill also finds what is not told here. */
+/* Bounds of how far the blade reaches beyond the walls of the drum, < 0 [m]. Neither moves but
+ * about the axis. The check of a whole mill also finds what is not told here. */
 static double beyond(const struct mill_body *drum, bool wavy, const struct mill_body *blade)
 {
     const struct mill_pose lab = {.x = {1.0, 0.0, 0.0}, .y = {0.0, 1.0, 0.0}, .z = {0.0, 0.0, 1.0}};
-    const struct mill_pose own = {
-        .place = drum->centre, .x = drum->x, .y = drum->y, .z = drum->z};
+    const struct mill_pose own = {.place = drum->centre, .x = drum->x, .y = drum->y, .z = drum->z};
     const struct mill_pose in = mill_pose_relative(&lab, &own);
     struct mill_wall wall[MILL_WALLS];
     struct mill_part *box;

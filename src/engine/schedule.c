@@ -327,7 +327,7 @@ static void search_surfaces(struct mill_schedule *p, int32_t i, double now, doub
             placed = true;
         }
         const struct mill_shape *shape = w->shape[near->shape];
-        if (plan->let_go && shape->pinches)
+        if (ball->relief == MILL_RELIEF_LASTS && shape->pinches)
             continue;
         flight.parts = near->parts;
         const struct mill_hit hit =
@@ -360,8 +360,9 @@ static inline void finish(struct mill_schedule *p, int32_t i, double now, int32_
     plan->next = MILL_NEXT_SURFACE;
     if (p->world->counts.asleep > 0)
         mill_rest_plan(p, i, now);
-    if (plan->let_go)
-        plan->let_go = !is_clear(p, i, now);
+    struct mill_ball *ball = &p->world->ball[i];
+    if (ball->relief)
+        ball->relief = is_clear(p, i, now) ? MILL_RELIEF_ENDS : MILL_RELIEF_LASTS;
     if (p->surface_start[cell] < p->surface_start[cell + 1]) {
         const double until = mill_least(mill_least(plan->pair_t, plan->shape_t), p->horizon);
         search_surfaces(p, i, now, mill_least(until, plan->exit_t) - now, touched);
@@ -369,8 +370,8 @@ static inline void finish(struct mill_schedule *p, int32_t i, double now, int32_
     /* arithmetic instead of branches, half of which would be mispredicted */
     const int pair = (plan->pair_t <= plan->shape_t) & (plan->pair_t <= plan->exit_t);
     const int surface = plan->shape_t <= plan->exit_t;
-    plan->next = (int16_t)((1 - pair) * (surface * plan->next + (1 - surface) * MILL_NEXT_EXIT) +
-                           pair * MILL_NEXT_PAIR);
+    plan->next = ((1 - pair) * (surface * plan->next + (1 - surface) * MILL_NEXT_EXIT) +
+                  pair * MILL_NEXT_PAIR);
     mill_schedule_enter(p, i, mill_plan_time(plan));
 }
 

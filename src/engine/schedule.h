@@ -27,9 +27,8 @@ struct mill_plan {
     uint32_t partner_contacts; /* the partner's count of contacts when this was found; if it has
                                   changed, the plan is stale */
     int16_t shape;
-    int16_t let_go; /* a relief: until it is clear, it ignores bodies that can pinch */
     int16_t face;
-    int16_t next;            /* enum mill_next: which of the three times is the earliest */
+    int32_t next;            /* enum mill_next: which of the three times is the earliest */
     struct mill_event event; /* in the calendar */
 };
 

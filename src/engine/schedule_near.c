@@ -31,7 +31,7 @@ double mill_schedule_overlap(struct mill_schedule *p, int32_t i, double t)
     for (int k = 0; k < w->shapes; k++) {
         const struct mill_shape *s = w->shape[k];
         const struct mill_pose pose = mill_shape_pose(s, t);
-        if (!p->plan[i].let_go || !s->pinches)
+        if (!w->ball[i].relief || !s->pinches)
             deepest = fmax(deepest, -mill_shape_gap(s, r, radius, &pose));
     }
     return deepest;

@@ -18,8 +18,10 @@ static void begin_epoch(struct mill_sim *sim)
 {
     mill_schedule_begin(sim->schedule, MILL_WORLD_EPOCH);
     for (int32_t i = 0; i < sim->world->balls; i++)
-        if (!mill_world_asleep(sim->world, i))
+        if (!mill_world_asleep(sim->world, i)) {
             mill_schedule_ball(sim->schedule, i, 0.0, MILL_NOBODY);
+            mill_sim_look_clear(sim, i);
+        }
 }
 
 void mill_sim_audit(struct mill_sim *sim)

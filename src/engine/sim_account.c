@@ -52,12 +52,17 @@ static void book(struct mill_world *w, const struct mill_sim_entry *entry)
         book_work(a, w->shape[impact->surface]->motion, entry);
 }
 
-static void tell(struct mill_sim *sim, const struct mill_impact *impact)
+static void tell(struct mill_sim *sim, const struct mill_sim_entry *entry)
 {
+    const struct mill_impact *impact = &entry->impact;
     bool goes_on = true;
     for (int k = 0; goes_on && k < sim->observers; k++) {
         struct mill_observer *o = sim->observer[k];
-        goes_on = !o->type->impact || mill_sim_heed(sim, o->type->impact(o, impact, sim->error));
+        if (o->type->impact && !entry->clear)
+            goes_on = mill_sim_heed(sim, o->type->impact(o, impact, sim->error));
+        if (o->type->relief && (entry->let_go || entry->clear) && goes_on)
+            goes_on = mill_sim_heed(
+                sim, o->type->relief(o, impact->ball, impact->time, entry->let_go, sim->error));
     }
 }
 
@@ -72,9 +77,10 @@ void mill_sim_record(struct mill_sim *sim, const struct mill_sim_entry *entry)
 {
     if (sim->log)
         return;
-    book(sim->world, entry);
+    if (!entry->clear)
+        book(sim->world, entry);
     if (sim->told == 0)
-        tell(sim, &entry->impact);
+        tell(sim, entry);
     else if (--sim->told == 0)
         mill_sim_heed(sim, sim->told_status);
 }

@@ -83,6 +83,7 @@ static struct mill_sim_entry *begin_entry(struct mill_sim *sim, int kind, int32_
     impact->surface = -1;
     impact->place = impact->facing = entry->velocity = zero;
     entry->pressed = 0.0;
+    entry->let_go = entry->clear = false;
     return entry;
 }
 
@@ -134,6 +135,8 @@ static void ball_meets_ball(struct mill_sim *sim, int32_t one, int32_t other)
         mill_schedule_two(sim->schedule, i, j, sim->now);
     else
         mill_schedule_ball(sim->schedule, wall == i ? j : i, sim->now, MILL_NOBODY);
+    mill_sim_look_clear(sim, i);
+    mill_sim_look_clear(sim, j);
 }
 
 static void ball_meets_shape(struct mill_sim *sim, int32_t i, int32_t s)
@@ -147,7 +150,7 @@ static void ball_meets_shape(struct mill_sim *sim, int32_t i, int32_t s)
     const struct mill_contact c = mill_shape_meet(shape, b->r, b->v, sb->radius, &pose);
     const vec3 n = vec3_scale(c.normal, -1.0); /* from the ball into the surface */
     const vec3 slip = vec3_axpy(vec3_sub(b->v, c.velocity), sb->radius, vec3_cross(w->spin[i], n));
-    if (!sim->schedule->plan[i].let_go || !shape->pinches)
+    if (!b->relief || !shape->pinches)
         w->counts.largest_overlap = mill_greatest(w->counts.largest_overlap, -c.gap);
     struct mill_sim_entry *entry = begin_entry(sim, shape->kind, i, shape->number, c.point);
     entry->impact.surface = s;
@@ -163,11 +166,24 @@ static void ball_meets_shape(struct mill_sim *sim, int32_t i, int32_t s)
     resolve(sim, i, MILL_NOBODY, sb->mass, n, slip, entry);
     if (pinches && mill_pinches_push(&sim->pinches, w, i, vec3_dot(entry->impact.impulse, c.normal),
                                      c.normal, friction)) {
-        sim->schedule->plan[i].let_go = true;
+        w->ball[i].relief = MILL_RELIEF_LASTS;
         w->counts.reliefs++;
+        entry->let_go = true;
     }
     mill_sim_record(sim, entry);
     mill_schedule_ball(sim->schedule, i, sim->now, s);
+}
+
+void mill_sim_look_clear(struct mill_sim *sim, int32_t i)
+{
+    struct mill_ball *ball = &sim->world->ball[i];
+    if (ball->relief != MILL_RELIEF_ENDS)
+        return;
+    ball->relief = MILL_RELIEF_NONE;
+    struct mill_sim_entry *entry = begin_entry(sim, MILL_BALL_BALL, i, MILL_NOBODY, ball->r);
+    entry->impact.time = sim->world->base + sim->now;
+    entry->clear = true;
+    mill_sim_record(sim, entry);
 }
 
 void mill_sim_happen(struct mill_sim *sim, int32_t i)
@@ -188,4 +204,5 @@ void mill_sim_happen(struct mill_sim *sim, int32_t i)
         arrive(sim, i);
         mill_schedule_ball(sim->schedule, i, sim->now, MILL_NOBODY);
     }
+    mill_sim_look_clear(sim, i);
 }

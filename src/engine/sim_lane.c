@@ -75,7 +75,7 @@ static void carry_out(struct mill_lane *l, struct mill_lane_log *log, int32_t i,
 {
     const struct mill_plan *plan = l->schedule.plan;
     const int32_t partner = plan[i].next == MILL_NEXT_PAIR ? plan[i].partner : MILL_NOBODY;
-    const int32_t entry = (int32_t)log->entry.count;
+    const size_t before = log->entry.count;
     struct mill_lane_event *e = mill_memory_add(&log->event);
     remember(l, log, i);
     if (partner != MILL_NOBODY)
@@ -85,7 +85,7 @@ static void carry_out(struct mill_lane *l, struct mill_lane_log *log, int32_t i,
         return;
     l->sim.now = t;
     mill_sim_happen(&l->sim, i);
-    *e = (struct mill_lane_event){t, i, (int32_t)log->entry.count > entry ? entry : -1};
+    *e = (struct mill_lane_event){t, i, (int32_t)(log->entry.count - before)};
     l->failed = l->sim.status != MILL_OK || mill_plan_time(&plan[i]) < t ||
                 (partner != MILL_NOBODY && mill_plan_time(&plan[partner]) < t);
 }

@@ -8,10 +8,10 @@
 #include "engine/sim_private.h"
 #include "engine/slabs.h"
 
-/* An event that was carried out. entry: of its contact; -1: it was none */
+/* An event that was carried out, and how many entries it made */
 struct mill_lane_event {
     double t;
-    int32_t ball, entry;
+    int32_t ball, entries;
 };
 
 /* A ball before an event has changed it */

@@ -16,14 +16,15 @@ struct mill_watch {
     uint64_t events;   /* number of events in this millisecond */
 };
 
-/* A contact: what the account and the observers get */
+/* A contact, or the end of a relief: what the account and the observers get */
 struct mill_sim_entry {
-    struct mill_impact impact;
-    double now;          /* [s] local time */
-    double reduced_mass; /* [kg] */
-    vec3 velocity;       /* [m/s] of the surface, at the contact */
-    double pressed;      /* [s] for which the ball was pressed since its last contact */
-    bool floored;        /* at the rebound floor */
+    struct mill_impact impact; /* at the end of a relief: only ball and time */
+    double now;                /* [s] local time */
+    double reduced_mass;       /* [kg] */
+    vec3 velocity;             /* [m/s] of the surface, at the contact */
+    double pressed;            /* [s] for which the ball was pressed since its last contact */
+    bool floored;              /* at the rebound floor */
+    bool let_go, clear; /* a relief begins with this contact; it ends, and this is no contact */
 };
 
 /* Rules change if events come so fast, and the run may fail. */
@@ -63,6 +64,9 @@ struct mill_sim {
 /* Carries out ball i's event at the present time (sim_contact.c). */
 void mill_sim_happen(struct mill_sim *sim, int32_t i);
 
+/* Ball i has been planned. If this found it clear, its relief is over (sim_contact.c). */
+void mill_sim_look_clear(struct mill_sim *sim, int32_t i);
+
 /* Carries out all events before local time `limit` [s], or until the budget is 0 or *stop is not
  * (sim_events.c). */
 void mill_sim_take_events(struct mill_sim *sim, double limit, uint64_t *budget,
@@ -71,7 +75,7 @@ void mill_sim_take_events(struct mill_sim *sim, double limit, uint64_t *budget,
 /* Where to write the next contact (sim_account.c): into the log, or for a while into the loop */
 struct mill_sim_entry *mill_sim_next_entry(struct mill_sim *sim);
 
-/* This contact has happened: it goes into the account and to the observers, if there is no log
+/* This has happened: it goes into the account and to the observers, if there is no log
  * (sim_account.c). */
 void mill_sim_record(struct mill_sim *sim, const struct mill_sim_entry *entry);
 

@@ -49,7 +49,7 @@ struct mill_sim_slabs {
     struct mill_pace pace;
     bool cut_short;                      /* the present window is shorter */
     int patience;                        /* windows until it may grow */
-    const struct mill_sim_entry **order; /* the contacts of a window in order */
+    const struct mill_sim_entry **order; /* the entries of a window in order */
     size_t order_room;
 };
 
@@ -59,23 +59,25 @@ static double aim_of(const struct mill_sim_slabs *s)
     return SHARE * (double)s->of.sim->world->balls + FEWEST;
 }
 
-/* Lists the contacts of the last window in the order in which one thread comes to them; each lane
+/* Lists the entries of the last window in the order in which one thread comes to them; each lane
  * has its own in this order. Returns their number. -1: the order is not certain, or one thread
  * would not have done the same. *watch, *now: of the loop afterwards */
 static long put_in_order(struct mill_sim_slabs *s, struct mill_watch *watch, double *now)
 {
     const int log = (int)(s->last.number % 2);
     const uint64_t events = mill_sim_lane_events(&s->of, &s->last);
-    size_t at[MILL_SLABS_MOST + 1] = {0};
-    long contacts = 0;
-    if (events > s->order_room) {
+    size_t at[MILL_SLABS_MOST + 1] = {0}, entry[MILL_SLABS_MOST + 1] = {0}, entries = 0;
+    long count = 0;
+    for (int k = 0; k < s->of.count; k++)
+        entries += s->of.lane[k].log[log].entry.count;
+    if (entries > s->order_room) {
         free(s->order);
-        s->order = malloc(2 * events * sizeof *s->order);
-        s->order_room = s->order ? 2 * events : 0;
+        s->order = malloc(2 * entries * sizeof *s->order);
+        s->order_room = s->order ? 2 * entries : 0;
     }
     for (uint64_t n = 0; n < events; n++) {
         const int k = mill_sim_lane_first(&s->of, &s->last, at);
-        if (k < 0 || !s->order)
+        if (k < 0 || entries > s->order_room)
             return -1;
         const struct mill_lane_log *l = &s->of.lane[k].log[log];
         const struct mill_lane_event *e = (const struct mill_lane_event *)l->event.item + at[k]++;
@@ -83,10 +85,10 @@ static long put_in_order(struct mill_sim_slabs *s, struct mill_watch *watch, dou
         if (mill_sim_hastes(watch))
             return -1;
         *now = e->t;
-        if (e->entry >= 0)
-            s->order[contacts++] = (const struct mill_sim_entry *)l->entry.item + e->entry;
+        for (int32_t m = 0; m < e->entries; m++)
+            s->order[count++] = (const struct mill_sim_entry *)l->entry.item + entry[k]++;
     }
-    return contacts;
+    return count;
 }
 
 /* Enters the contacts of the last window into the account and tells them to the observers. false:

@@ -25,6 +25,7 @@ static bool is_sane(const struct mill_sim *sim, int32_t i, int32_t cell)
     const bool shape = plan->next == MILL_NEXT_SURFACE || plan->next == MILL_NEXT_SEARCH;
     return mill_cells_is_inner(sim->schedule->cells, cell) && w->ball[i].species >= 0 &&
            w->ball[i].species < w->species_count &&
+           (w->ball[i].relief == MILL_RELIEF_NONE || w->ball[i].relief == MILL_RELIEF_LASTS) &&
            is_index(plan->partner, w->balls, plan->pair_t) && plan->partner != i &&
            is_index(plan->shape, w->shapes, plan->shape_t) && plan->face >= 0 && plan->face <= 5 &&
            (!mill_world_asleep(w, i) ||

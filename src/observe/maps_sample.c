@@ -64,9 +64,10 @@ INLINE void take(struct block *b, const struct mill_world *world, int32_t first,
         b->v[i] = v.y;
         b->w[i] = v.z;
         const double a = world->species[ball->species].radius;
+        const bool relieved = ball->relief; /* it may be inside a body */
         ball += i + 1 < b->count;
         b->h[i] = a * HALF_SPACING;
-        b->two[i] = 2 * (4 * MILL_PI / 3 * a * a * a / POINTS);
+        b->two[i] = relieved ? 0 : 2 * (4 * MILL_PI / 3 * a * a * a / POINTS);
     }
 }
 

@@ -5,11 +5,13 @@
 
 #include <assert.h>
 
-extern const struct mill_observer_type mill_frames_type, mill_series_type, mill_impactlog_type;
+extern const struct mill_observer_type mill_reliefs_type, mill_frames_type, mill_series_type,
+    mill_impactlog_type;
 
 /* In the order in which the loop calls them */
-static const struct mill_observer_type *const types[] = {&mill_tally_type, &mill_frames_type,
-                                                         &mill_series_type, &mill_impactlog_type};
+static const struct mill_observer_type *const types[] = {&mill_tally_type, &mill_reliefs_type,
+                                                         &mill_frames_type, &mill_series_type,
+                                                         &mill_impactlog_type};
 static const int all = sizeof types / sizeof types[0];
 
 enum mill_status mill_observers_create(const struct mill_observe *asked,

@@ -13,7 +13,7 @@ struct mill_state;
 /* A number of a record, or a row of n numbers that are `step` bytes apart */
 struct mill_sum {
     const char *name, *unit, *meaning;
-    enum mill_h5_type type; /* MILL_H5_F64 or MILL_H5_U64; also MILL_H5_I32 if it is only told */
+    enum mill_h5_type type; /* MILL_H5_F64 or MILL_H5_U64; also integers if it is only told */
     size_t at;              /* offset in the record */
     size_t n, step;         /* n = 0: a single number */
 };

@@ -309,7 +309,7 @@ bool mill_paranoid_ball(struct mill_sim *sim, int32_t i, bool fresh, int32_t tou
         holds = j == i || check_pair(sim, i, j, image, end);
     }
     for (int32_t s = 0; s < w->shapes && holds; s++)
-        if (!q->plan[i].let_go || !w->shape[s]->pinches)
+        if (!w->ball[i].relief || !w->shape[s]->pinches)
             holds = check_surface(sim, i, w->shape[s], mine, s == touched);
     struct mill_paranoid *p = mill_paranoid_of(sim);
     p->checks.quartics = p->quartics.asked;

@@ -3,10 +3,12 @@
 # ruff: noqa: F811 - the fixtures of export_run
 import os
 import re
+import shutil
 import subprocess
 import sys
 import xml.etree.ElementTree as xml
 
+import h5py
 import numpy as np
 import pytest
 from export_run import BALLS, FRAMES, INTERVAL, export, names, run_file, stored  # noqa: F401
@@ -172,6 +174,16 @@ def test_vtk_reads_one_frame_to_the_last_bit(export, run_file, stored, tmp_path)
     assert same(data["radius"], stored[f"{TRAJECTORY}/diameter"][:] / 2)
     assert same(fields["TimeValue"], stored[f"{TRAJECTORY}/position/time"][7:8])
     assert len(polygons) == 0
+
+
+def test_a_ball_is_marked_while_its_relief_lasts(export, run_file, tmp_path):
+    pinched = shutil.copy(run_file, tmp_path / "pinched.h5")
+    with h5py.File(pinched, "r+") as file:
+        times = file[f"{TRAJECTORY}/position/time"][:]
+        file["reliefs/ball"] = [3, 5, 7]
+        file["reliefs/time"], file["reliefs/until"] = times[[2, 6, 7]], [times[7], np.inf, times[8]]
+    assert export(pinched, "balls.vtp", "--frame", 7)[::2] == (0, "")
+    assert np.flatnonzero(read_vtp(tmp_path / "balls.vtp")[1]["relief"]).tolist() == [5, 7]
 
 
 def test_without_a_choice_vtp_is_the_last_frame(export, run_file, stored, tmp_path):

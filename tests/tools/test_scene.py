@@ -199,6 +199,22 @@ def test_a_nearer_ball_hides_a_farther_one(runs):
     assert shares == pytest.approx([0.25, 0.75], abs=0.06)
 
 
+def test_a_ball_in_a_relief_is_not_seen(runs):
+    run, near, far = runs("still"), (0.016, 0.010, 0.010), (-0.010, 0.010, 0.010)
+    places, speeds = grid(20) * 0.02 - [0.02, 0.0, 0.0], np.full(20, 2.0)
+    places[:2], speeds[:2] = (near, far), (1.0, 3.0)
+    relieved, shares = np.arange(20) == 0, []
+    for hidden in (relieved, relieved & False, None):
+        image, view = picture(run, dataclasses.replace(state(places, speeds), relieved=hidden))
+        shares.append(share_in_map(at(image, view, far)))
+    assert shares == pytest.approx([0.75, 0.25, 0.25], abs=0.06)
+    text = pov.scene(
+        run, dataclasses.replace(state(places), relieved=relieved), camera.of("end", run),
+        colour.of(run, "speed", (0.0, 4.0)), SIZE,
+    )  # fmt: skip
+    assert len(re.findall(r"^B\(", text, re.M)) == 19
+
+
 def test_a_ball_is_as_large_as_its_diameter(runs):
     run = runs("mixture")
     count = len(run.balls("mass"))

@@ -205,6 +205,15 @@ TEST(a_ball_keeps_its_volume_centre_and_second_moment)
 }
 
 /* <r^2> about the drum's axis of a ball at distance c is c^2 + 2 a^2/5 */
+TEST(a_ball_in_a_relief_is_in_no_map)
+{
+    f.world.balls = 1;
+    f.ball[0].relief = MILL_RELIEF_LASTS;
+    mill_maps_sample(&maps, flow.record, &f.world, 0);
+    for (size_t k = 0; k < maps.cells; k++)
+        ck_assert_double_eq(((const struct mill_map_flow *)flow.record)[k].volume, 0.0);
+}
+
 TEST(a_ball_is_spread_over_the_rings_that_it_covers)
 {
     const double a = 0.02, c = hypot(0.02, 0.03);

@@ -72,6 +72,7 @@ def still(run):
 def write_balls(run, index, time, kept, path):
     """One frame, a point and a vertex for each ball; returns the size [bytes]."""
     moving = {name: run.frame(index, name) for name in ("velocity", "angular_velocity")}
+    moving["relief"] = run.relieved(time).astype("i4")  # 1: it may be inside a body
     points = run.frame(index, "position")
     vertices = np.arange(len(points))[:, None]
     return polydata(path, time, points, {"Verts": vertices}, moving | kept)

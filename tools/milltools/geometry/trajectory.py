@@ -25,7 +25,8 @@ SAME_TIME = 1e-9  # [s] times closer than this count as equal
 class State:
     """All balls at a `time` [s]: position [m], velocity [m/s], angular_velocity [rad/s], each (N, 3) float64; for some
     pictures a further `value` of each ball (N,), and `flashes` of impacts (n, 4): place and radius [m]; `poses` of the
-    motions, as from Run.poses."""
+    motions, as from Run.poses; `relieved` (N,) bool: balls that pictures leave out, because they may be inside a
+    body."""
 
     time: float
     position: np.ndarray
@@ -34,6 +35,7 @@ class State:
     value: np.ndarray | None = None
     flashes: np.ndarray | None = None
     poses: dict | None = None
+    relieved: np.ndarray | None = None
 
 
 def stored(run, index) -> State:
@@ -41,7 +43,7 @@ def stored(run, index) -> State:
     time = run.frame_time(index)
     names = ("position", "velocity", "angular_velocity")
     values = [run.frame(index, name).astype(np.float64) for name in names]
-    return State(time, *values, poses=run.poses(index))
+    return State(time, *values, poses=run.poses(index), relieved=run.relieved(time))
 
 
 def between(a, b, share) -> np.ndarray:
@@ -204,4 +206,6 @@ class Trajectory:
         self.asked += len(flights.unknown)
         self.unknown += int(flights.unknown.sum())
         state = flights.at(time)
-        return dataclasses.replace(state, poses=state.poses | self.run.rotor_pose(time))
+        return dataclasses.replace(
+            state, poses=state.poses | self.run.rotor_pose(time), relieved=self.run.relieved(time)
+        )

@@ -27,6 +27,10 @@ def _not_negative(values):
     return (np.isfinite(values) & (values >= 0)).all()
 
 
+def _from_zero(values):
+    return (values >= 0).all()
+
+
 def _known_not_negative(values):
     return not (np.isinf(values) | (values < 0)).any()
 
@@ -63,6 +67,7 @@ SAID = {
     _no_infinity: "an infinite value",
     _positive: "a value that is not above 0",
     _not_negative: "a value that is below 0 or not a number",
+    _from_zero: "a value that is below 0 or not a number",
     _known_not_negative: "a value that is below 0 or infinite",
     _rising: "values that do not ascend",
     _rotations: "not a rotation matrix",
@@ -80,7 +85,7 @@ PARTS, FACETS = "statistics/wear/parts/kind", "statistics/wear/area"
 # attribute "@NAME", so many, or nothing (None). -1 is no index where a rule allows it.
 INDICES = {
     r"impacts/kind": "@kinds",
-    r"impacts/ball": BALLS,
+    r"(impacts|reliefs)/ball": BALLS,
     r"particles/trajectory/species": "@names",
     r"VTKHDF/.*/CellData/kind": "@kinds",
     PARTS: "@kinds",
@@ -116,6 +121,9 @@ RULES = [
         (r"impacts/(kind|ball)", WHOLE, ("impacts/time",), _not_negative),
         (r"impacts/partner", WHOLE, ("impacts/time",), None),
         (r"impacts/.*", NUMBER, ("impacts/time",), _no_infinity),
+        (r"reliefs/ball", WHOLE, ("reliefs/time",), _not_negative),
+        (r"reliefs/time", NUMBER, (None,), _rising_or_level),
+        (r"reliefs/until", NUMBER, ("reliefs/time",), _from_zero),
         (r"VTKHDF/.*/(NumberOfPoints|PointOffsets|Connectivity)", WHOLE, (None,), _not_negative),
         (r"VTKHDF/.*/Points", NUMBER, (None, 3), _finite),
         (r"VTKHDF/(.*)/CellData/kind", WHOLE, (None,), _not_negative),

@@ -514,6 +514,14 @@ class Run(Store):
             found.append(Species(members[0].name, sum(weights), size, mass / (math.pi / 6 * size**3)))
         return found
 
+    def relieved(self, time: float) -> np.ndarray:
+        """Which balls are in a relief at a time [s], and may be inside a body; (N,) bool."""
+        found = np.zeros(len(self.balls("id")), bool)
+        if self.has("reliefs/ball"):
+            ball, since, until = (self.read(f"reliefs/{name}") for name in ("ball", "time", "until"))
+            found[ball[(since <= time) & (time < until)]] = True
+        return found
+
     def species_names(self) -> list[str]:
         """Names of the species; balls("species") contains indices into them."""
         return self.index_names("particles/trajectory/species")

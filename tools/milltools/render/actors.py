@@ -127,7 +127,7 @@ class Shadow:
 
 
 class Balls:
-    """One actor for all balls of `radius` (N,) [m]; move() sets their places and colours."""
+    """One actor for all balls of `radius` (N,) [m]; move() sets their places and colours, and which are not seen."""
 
     def __init__(self, radius):
         count = len(radius)
@@ -135,17 +135,19 @@ class Balls:
         self._place = np.zeros((count, 3), np.float32)
         self._colour = np.zeros((count, 3), np.uint8)
         self._radius = np.ascontiguousarray(radius, np.float32)
+        self._size = self._radius.copy()
         self._points, self._scalars = vtkPoints(data=numpy_to_vtk(self._place)), numpy_to_vtk(self._colour)
-        size = numpy_to_vtk(self._radius)
-        size.SetName("radius")
+        self._sizes = numpy_to_vtk(self._size)
+        self._sizes.SetName("radius")
         self._data = vtkPolyData(points=self._points, verts=_cells(count, 1))  # without cells it has no bounds
-        self._data.point_data.AddArray(size)
+        self._data.point_data.AddArray(self._sizes)
         self._data.point_data.SetScalars(self._scalars)
         self.actor = _actor(vtkOpenGLSphereMapper(input_data=self._data, scale_array="radius"), BALL)
 
-    def move(self, place, colour):
+    def move(self, place, colour, hidden=None):
         self._place[:], self._colour[:] = place, colour
-        for changed in (self._points.data, self._points, self._scalars, self._data):
+        self._size[:] = self._radius if hidden is None else np.where(hidden, 0, self._radius)
+        for changed in (self._points.data, self._points, self._scalars, self._sizes, self._data):
             changed.Modified()
 
 

@@ -123,7 +123,8 @@ def _bodies(mill, poses):
 def _balls(run, state, colour):
     linear = (colour.rgb(colour.values(state, run)) / 255.0) ** 2.2
     rows = np.column_stack([state.position, run.balls("diameter") / 2, linear])
-    return ["B(" + ",".join(f"{v:.6g}" for v in row) + ")" for row in rows]
+    seen = rows if state.relieved is None else rows[~state.relieved]
+    return ["B(" + ",".join(f"{v:.6g}" for v in row) + ")" for row in seen]
 
 
 # ---- the picture

@@ -108,7 +108,7 @@ class Scene:
     def draw(self, state) -> np.ndarray:
         """The picture of a trajectory.State: (h, w, 3) uint8, top row first."""
         if not self.colour.worn:
-            self._balls.move(state.position, self.colour.rgb(self.colour.values(state, self.run)))
+            self._balls.move(state.position, self.colour.rgb(self.colour.values(state, self.run)), state.relieved)
         poses = state.poses or {}
         for motion, actor in self._moving:
             self._place(actor, self.mill.pose(motion, poses))
