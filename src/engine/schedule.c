@@ -298,13 +298,13 @@ static void search_surfaces(struct mill_schedule *p, int32_t i, double now, doub
     const struct mill_ball *ball = &w->ball[i];
     const int32_t cell = p->cells->cell[i];
     const double radius = p->radius[ball->species];
-    struct mill_flight flight =
-        mill_flight_make(ball->r, ball->v, w->g, p->pull, &p->world->counts.quartics);
+    struct mill_flight flight;
     const struct mill_lately *l = NULL; /* of the motion `seen` */
     int32_t seen = MILL_NOBODY;
     double turn = 0.0; /* [rad] maximum turn of the motion from its pose to the end of the
                           interval */
     bool placed = false;
+    mill_flight_set(&flight, ball->r, ball->v, w->g, p->pull, &p->world->counts.quartics);
     const struct mill_surface *end = p->surface + p->surface_start[cell + 1];
     for (const struct mill_surface *near = p->surface + p->surface_start[cell]; near < end;
          near++) {

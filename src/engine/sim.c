@@ -101,6 +101,8 @@ enum mill_status mill_sim_observe(struct mill_sim *sim, struct mill_observer *ob
         return MILL_FAILED;
     observer->next = observer->type->sample ? observer->next : (double)INFINITY;
     sim->observer[sim->observers++] = observer;
+    if (observer->type->impact)
+        sim->impact_observer[sim->impact_observers++] = observer;
     return MILL_OK;
 }
 

@@ -52,18 +52,32 @@ static void book(struct mill_world *w, const struct mill_sim_entry *entry)
         book_work(a, w->shape[impact->surface]->motion, entry);
 }
 
-static void tell(struct mill_sim *sim, const struct mill_sim_entry *entry)
+static bool tell_impact(struct mill_sim *sim, const struct mill_impact *impact)
 {
-    const struct mill_impact *impact = &entry->impact;
+    bool goes_on = true;
+    for (int k = 0; goes_on && k < sim->impact_observers; k++) {
+        struct mill_observer *o = sim->impact_observer[k];
+        goes_on = mill_sim_heed(sim, o->type->impact(o, impact, sim->error));
+    }
+    return goes_on;
+}
+
+static void tell_relief(struct mill_sim *sim, const struct mill_sim_entry *entry)
+{
+    const struct mill_impact *at = &entry->impact;
     bool goes_on = true;
     for (int k = 0; goes_on && k < sim->observers; k++) {
         struct mill_observer *o = sim->observer[k];
-        if (o->type->impact && !entry->clear)
-            goes_on = mill_sim_heed(sim, o->type->impact(o, impact, sim->error));
-        if (o->type->relief && (entry->let_go || entry->clear) && goes_on)
-            goes_on = mill_sim_heed(
-                sim, o->type->relief(o, impact->ball, impact->time, entry->let_go, sim->error));
+        goes_on =
+            !o->type->relief ||
+            mill_sim_heed(sim, o->type->relief(o, at->ball, at->time, entry->let_go, sim->error));
     }
+}
+
+static void tell(struct mill_sim *sim, const struct mill_sim_entry *entry)
+{
+    if ((entry->clear || tell_impact(sim, &entry->impact)) && (entry->clear || entry->let_go))
+        tell_relief(sim, entry);
 }
 
 struct mill_sim_entry *mill_sim_next_entry(struct mill_sim *sim)

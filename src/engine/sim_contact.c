@@ -174,11 +174,9 @@ static void ball_meets_shape(struct mill_sim *sim, int32_t i, int32_t s)
     mill_schedule_ball(sim->schedule, i, sim->now, s);
 }
 
-void mill_sim_look_clear(struct mill_sim *sim, int32_t i)
+void mill_sim_clear(struct mill_sim *sim, int32_t i)
 {
     struct mill_ball *ball = &sim->world->ball[i];
-    if (ball->relief != MILL_RELIEF_ENDS)
-        return;
     ball->relief = MILL_RELIEF_NONE;
     struct mill_sim_entry *entry = begin_entry(sim, MILL_BALL_BALL, i, MILL_NOBODY, ball->r);
     entry->impact.time = sim->world->base + sim->now;

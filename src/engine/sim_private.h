@@ -52,6 +52,8 @@ struct mill_sim {
     double now;                   /* [s] local */
     int observers;
     struct mill_observer *observer[MILL_SIM_OBSERVERS];
+    int impact_observers; /* those of them that look at each impact */
+    struct mill_observer *impact_observer[MILL_SIM_OBSERVERS];
     struct mill_sim_slabs *slabs; /* other threads that carry out events; NULL: none */
     struct mill_memory_list *log; /* of one of these threads: contacts only go there */
     struct mill_sim_entry entry;  /* the present contact, if there is no log */
@@ -64,8 +66,15 @@ struct mill_sim {
 /* Carries out ball i's event at the present time (sim_contact.c). */
 void mill_sim_happen(struct mill_sim *sim, int32_t i);
 
-/* Ball i has been planned. If this found it clear, its relief is over (sim_contact.c). */
-void mill_sim_look_clear(struct mill_sim *sim, int32_t i);
+/* The relief of ball i is over (sim_contact.c). */
+void mill_sim_clear(struct mill_sim *sim, int32_t i);
+
+/* Ball i has been planned. Has this found it clear? */
+static inline void mill_sim_look_clear(struct mill_sim *sim, int32_t i)
+{
+    if (sim->world->ball[i].relief == MILL_RELIEF_ENDS)
+        mill_sim_clear(sim, i);
+}
 
 /* Carries out all events before local time `limit` [s], or until the budget is 0 or *stop is not
  * (sim_events.c). */

@@ -8,6 +8,30 @@
 /* Fraction of the size of the mill; larger than rounding errors of a place. */
 #define MARGIN 1e-6
 
+/* [m] Maximum of way . p over all points p of a convex body, seen from the line. way: of length 1
+ */
+static double reach_of(const struct mill_bodied *b, vec3 way)
+{
+    const vec3 own = mill_body_turn_in(&b->is, way);
+    return vec3_dot(way, vec3_sub(b->is.centre, b->through)) +
+           vec3_dot(own, b->convex.base.solid->support(&b->core, own)) + b->core.grown;
+}
+
+/* The ring and the strip of a convex body are narrower than those of its hull. */
+static void narrow_ring(struct mill_bodied *b)
+{
+    const vec3 e = b->towards, side = vec3_cross(b->axis, e);
+    b->from = -reach_of(b, vec3_scale(b->axis, -1.0));
+    b->to = reach_of(b, b->axis);
+    if (vec3_norm(e) == 0.0)
+        return;
+    const double across = fmax(reach_of(b, side), reach_of(b, vec3_scale(side, -1.0)));
+    const double far = reach_of(b, e), back = reach_of(b, vec3_scale(e, -1.0));
+    b->beyond = fmin(b->beyond, sqrt(far * far + across * across));
+    if (back <= MARGIN * far) /* none of it is behind the line */
+        b->across = across;
+}
+
 /* A body that turns about a line at rest stays in a ring about this line. */
 static void find_ring(struct mill_bodied *b)
 {
@@ -28,7 +52,7 @@ static void find_ring(struct mill_bodied *b)
     const vec3 b_out = vec3_add(a_out, way_out), middle = vec3_add(a_out, b_out);
     if (vec3_norm(middle) > b->hull.radius) {
         const vec3 e = vec3_scale(middle, 1.0 / vec3_norm(middle));
-        if (vec3_dot(a_out, e) >= 0.0 && vec3_dot(b_out, e) >= 0.0)
+        if (fmin(vec3_dot(a_out, e), vec3_dot(b_out, e)) >= -MARGIN * vec3_norm(middle))
             b->towards = e;
         b->across =
             fmax(vec3_norm(vec3_cross(a_out, e)), vec3_norm(vec3_cross(b_out, e))) + b->hull.radius;
@@ -38,6 +62,8 @@ static void find_ring(struct mill_bodied *b)
     b->beyond = fmax(first, last) + b->hull.radius;
     b->from = fmin(a_along, a_along + way_along) - b->hull.radius;
     b->to = fmax(a_along, a_along + way_along) + b->hull.radius;
+    if (b->convex.base.solid->support && !b->is.inside)
+        narrow_ring(b);
 }
 
 struct mill_wall mill_body_wall(const struct mill_solid *solid, const struct mill_body *is,

@@ -44,17 +44,19 @@ struct mill_flight {
     struct mill_poly_counts *counts; /* of solvers; may be NULL */
 };
 
-/* A flight whose place in the frame of the shape's motion is not known */
-static inline struct mill_flight mill_flight_make(vec3 r, vec3 v, vec3 g, double pull,
-                                                  struct mill_poly_counts *counts)
+/* Sets a flight whose place in the frame of the shape's motion is not known. Field by field: an
+ * initializer would first clear all of it. */
+static inline void mill_flight_set(struct mill_flight *f, vec3 r, vec3 v, vec3 g, double pull,
+                                   struct mill_poly_counts *counts)
 {
-    return (struct mill_flight){.r = r,
-                                .v = v,
-                                .g = g,
-                                .pull = pull,
-                                .slack = (double)INFINITY,
-                                .travel = (double)INFINITY,
-                                .counts = counts};
+    f->r = r;
+    f->v = v;
+    f->g = g;
+    f->pull = pull;
+    f->place = r; /* for any test that does not look at `travel` first */
+    f->slack = f->travel = (double)INFINITY;
+    f->parts = (struct mill_span){0, 0};
+    f->counts = counts;
 }
 
 /* The result of a search for a contact */

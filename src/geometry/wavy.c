@@ -57,10 +57,10 @@ static struct mill_contact contact(const struct mill_shape *shape, vec3 centre, 
                                    const struct mill_pose *pose)
 {
     const struct mill_wavy *w = (const struct mill_wavy *)shape;
-    const vec3 r = mill_pose_in(pose, centre);
+    const vec3 r = shape->motion ? mill_pose_in(pose, centre) : centre;
     const struct mill_contact k =
         mill_wavy_arc_contact(w, mill_wavy_nearest(w, r.y, r.z).arc, r, radius);
-    return seen(pose, &k);
+    return shape->motion ? seen(pose, &k) : k;
 }
 
 /* A ball that is too large for an outer arc, or for its opening, may touch the inner arcs on both

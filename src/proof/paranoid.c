@@ -249,8 +249,8 @@ static bool check_surface(struct mill_sim *sim, int32_t i, const struct mill_sha
         const vec3 r = mill_world_position(w, i, t), v = mill_world_velocity(w, i, t);
         /* without a recent pose, so that bodies which the loop rejects by it are searched here */
         const vec3 g = vec3_scale(w->g, mill_world_asleep(w, i) ? 0.0 : 1.0);
-        const struct mill_flight f =
-            mill_flight_make(r, v, g, vec3_norm(g), &sim->world->counts.quartics);
+        struct mill_flight f;
+        mill_flight_set(&f, r, v, g, vec3_norm(g), &sim->world->counts.quartics);
         const double window = sim->schedule->horizon + LEISURE - t;
         const struct mill_hit hit = shape->type->next_contact(shape, &f, radius_of(w, i), t, window,
                                                               touching && asked == 0);

@@ -156,7 +156,9 @@ static inline double gap_rate(const struct mill_shape *s, const struct flight *f
 /* A flight as a search is asked for it, its place in the shape's frame not known */
 static inline struct mill_flight path_of(vec3 r, vec3 v, vec3 g)
 {
-    return mill_flight_make(r, v, g, vec3_norm(g), NULL);
+    struct mill_flight f = {.window = 0.0};
+    mill_flight_set(&f, r, v, g, vec3_norm(g), NULL);
+    return f;
 }
 
 /* Tells where the ball is in the motion's frame within `window` [s], by the frame as it was `ago`
