@@ -134,30 +134,31 @@ void mill_body_draw(const struct mill_shape *shape, double tolerance, struct mil
     shape->solid->outline(mill_body_is(shape), shape->wall, tolerance, mesh);
 }
 
-/* The maximum distance of points of a box from its centre, along a direction and normal to it */
-static void extent_of(vec3 lo, vec3 hi, vec3 axis, double *along, double *across)
+/* The maximum distance of points of a box with these half sides from its centre, normal to a
+ * direction */
+static double across_of(vec3 half, vec3 axis)
 {
-    const vec3 half = vec3_scale(vec3_sub(hi, lo), 0.5);
-    *along = *across = 0.0;
+    double across = 0.0;
     for (int k = 0; k < 4; k++) {
         const vec3 corner = {half.x, k & 1 ? -half.y : half.y, k & 2 ? -half.z : half.z};
-        const double on = vec3_dot(corner, axis);
-        *along = fmax(*along, fabs(on));
-        *across = fmax(*across, vec3_norm(vec3_axpy(corner, -on, axis)));
+        across = fmax(across, vec3_norm(vec3_axpy(corner, -vec3_dot(corner, axis), axis)));
     }
+    return across;
 }
 
 bool mill_body_ring_meets(const struct mill_bodied *b, const double ring[4], vec3 lo, vec3 hi,
                           double radius)
 {
-    double half_along, half_across;
-    extent_of(lo, hi, b->axis, &half_along, &half_across);
     const double far = radius * (1.0 + 1e-3) + MARGIN * (b->beyond + fabs(b->from) + fabs(b->to));
     const vec3 q = vec3_sub(vec3_scale(vec3_add(lo, hi), 0.5), b->through);
-    const double along = vec3_dot(q, b->axis);
-    const double away = vec3_norm(vec3_axpy(q, -along, b->axis));
-    return away > ring[0] - far - half_across && away < ring[1] + far + half_across &&
-           along > ring[2] - far - half_along && along < ring[3] + far + half_along;
+    const vec3 half = vec3_scale(vec3_sub(hi, lo), 0.5), axis = b->axis;
+    const double along = vec3_dot(q, axis);
+    const double most = half.x * fabs(axis.x) + half.y * fabs(axis.y) + half.z * fabs(axis.z);
+    if (along <= ring[2] - far - most || along >= ring[3] + far + most)
+        return false; /* most boxes */
+    const double half_across = across_of(half, axis);
+    const double away = vec3_norm(vec3_axpy(q, -along, axis));
+    return away > ring[0] - far - half_across && away < ring[1] + far + half_across;
 }
 
 /* Seen from the line, a ball in the box is within an angle of the direction of the box's
@@ -170,10 +171,8 @@ struct mill_sector mill_body_sector(const struct mill_shape *shape, vec3 lo, vec
     const vec3 q = vec3_sub(vec3_scale(vec3_add(lo, hi), 0.5), b->through);
     const vec3 out = vec3_axpy(q, -vec3_dot(q, b->axis), b->axis);
     const double margin = 1e-3 * radius + MARGIN * (b->beyond + b->hull.half);
-    double along, half;
-    extent_of(lo, hi, b->axis, &along, &half);
+    const double half = across_of(vec3_scale(vec3_sub(hi, lo), 0.5), b->axis) + margin;
     const double rho = vec3_norm(out);
-    half += margin;
     const double across = b->across + radius + margin;
     if (!b->rings || vec3_norm(b->towards) == 0.0 || !(rho - half > across))
         return any;
@@ -219,8 +218,8 @@ bool mill_body_reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, doubl
         const double margin = 1e-3 * radius + MARGIN * (b->hull.radius + b->hull.half);
         return mill_shape_gap(shape, middle, radius, &pose) <= half + margin;
     }
-    return b->is.inside || (comes_near(b, lo, hi, radius) &&
-                            (!b->rings || mill_body_ring_meets(b, ring, lo, hi, radius)));
+    return b->is.inside || ((!b->rings || mill_body_ring_meets(b, ring, lo, hi, radius)) &&
+                            comes_near(b, lo, hi, radius));
 }
 
 bool mill_body_chart(const struct mill_shape *shape, struct mill_pose *frame)
