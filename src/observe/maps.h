@@ -62,10 +62,10 @@ void mill_maps_room(struct mill_maps *maps, const struct mill_world *world);
 void mill_maps_impact(const struct mill_maps *maps, struct mill_map_hits *hits,
                       const struct mill_impact *impact, const vec3 *at);
 
-/* Adds the balls at local time t to flow[cells]. The volume of each ball is spread over 32 equal
- * points inside it. */
+/* Adds the balls at local time t to flow[cells], so many times. The volume of each ball is spread
+ * over 32 equal points inside it. */
 void mill_maps_sample(const struct mill_maps *maps, struct mill_map_flow *flow,
-                      const struct mill_world *world, double t);
+                      const struct mill_world *world, double t, double times);
 
 /* Index along one axis (0 or 1) of the cell that holds coordinate `at` [m]. */
 static inline int mill_maps_place(const struct mill_map *map, int axis, double at)

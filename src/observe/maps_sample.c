@@ -47,7 +47,8 @@ typedef double four __attribute__((vector_size(32), aligned(32), may_alias));
 #define INLINE static inline __attribute__((always_inline))
 
 /* Loads up to BLOCK balls from number `first` on. Repeats the last one to round up their number. */
-INLINE void take(struct block *b, const struct mill_world *world, int32_t first, double t)
+INLINE void take(struct block *b, const struct mill_world *world, int32_t first, double t,
+                 double times)
 {
     const struct mill_ball *ball = world->ball + first;
     b->count = world->balls - first < BLOCK ? (int)(world->balls - first) : BLOCK;
@@ -67,7 +68,7 @@ INLINE void take(struct block *b, const struct mill_world *world, int32_t first,
         const bool relieved = ball->relief; /* it may be inside a body */
         ball += i + 1 < b->count;
         b->h[i] = a * HALF_SPACING;
-        b->two[i] = relieved ? 0 : 2 * (4 * MILL_PI / 3 * a * a * a / POINTS);
+        b->two[i] = relieved ? 0 : times * (2 * (4 * MILL_PI / 3 * a * a * a / POINTS));
     }
 }
 
@@ -191,7 +192,7 @@ __attribute__((target_clones("avx512f", "avx2", "default")))
 #endif
 static void
 sample(const struct mill_maps *maps, struct mill_map_flow *flow, const struct mill_world *world,
-       double t)
+       double t, double times)
 {
     const int cell = (int)sizeof *flow;
     char *const cross = (char *)(flow + maps->cross.first);
@@ -200,7 +201,7 @@ sample(const struct mill_maps *maps, struct mill_map_flow *flow, const struct mi
     const struct mill_pose frame = mill_world_frame(world, t);
     struct block b __attribute__((aligned(64)));
     for (int32_t first = 0; first < world->balls; first += BLOCK) {
-        take(&b, world, first, t);
+        take(&b, world, first, t, times);
         if (!still)
             ride(&b, &frame);
         place_planes(&maps->cross, b.padded, 0, cell * maps->cross.n[1], b.y, b.h, b.row);
@@ -218,7 +219,7 @@ sample(const struct mill_maps *maps, struct mill_map_flow *flow, const struct mi
 }
 
 void mill_maps_sample(const struct mill_maps *maps, struct mill_map_flow *flow,
-                      const struct mill_world *world, double t)
+                      const struct mill_world *world, double t, double times)
 {
-    sample(maps, flow, world, t);
+    sample(maps, flow, world, t, times);
 }

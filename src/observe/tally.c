@@ -190,15 +190,22 @@ static double next_batch(const struct mill_tally *tally)
     return next < tally->end + 1e-9 * tally->batches.at.batch ? fmin(next, tally->end) : next;
 }
 
-/* The next time in an open window; more: 1: the one after it, if a sample for the maps is next */
-static double next_time(const struct mill_tally *tally, unsigned more)
+/* Balls that are all asleep never move again: one sample at the end of a batch stands for all. */
+static bool rests(const struct mill_world *world)
 {
-    return fmin(fmin(mill_tally_snapshot(tally, more), tally->end), next_batch(tally));
+    return world->counts.asleep == world->balls && world->container.still;
+}
+
+/* The next time in an open window */
+static double next_time(const struct mill_tally *tally)
+{
+    const double end = fmin(tally->end, next_batch(tally));
+    return rests(tally->world) ? end : fmin(mill_tally_snapshot(tally, 0), end);
 }
 
 static void plan(struct mill_tally *tally)
 {
-    const double next = tally->at.open ? next_time(tally, 0) : tally->begin;
+    const double next = tally->at.open ? next_time(tally) : tally->begin;
     tally->observer.next = tally->at.closed ? (double)INFINITY : next;
 }
 
@@ -217,11 +224,13 @@ static enum mill_status on_sample(struct mill_observer *observer, const struct m
     const double now = observer->next;
     if (!at->open && tally->begin <= now)
         open_window(tally, &world->account);
-    while (at->open && mill_tally_snapshot(tally, 0) <= now) {
-        mill_maps_sample(&tally->plan.maps, tally->gathered.flow, world, t);
-        tally->gathered.counts->samples++;
-        at->snapshots++;
-    }
+    unsigned snapshots = 0;
+    while (at->open && mill_tally_snapshot(tally, snapshots) <= now)
+        snapshots++;
+    if (snapshots > 0)
+        mill_maps_sample(&tally->plan.maps, tally->gathered.flow, world, t, snapshots);
+    tally->gathered.counts->samples += snapshots;
+    at->snapshots += snapshots;
     if (at->open && next_batch(tally) <= now && !end_batch(tally, &world->account))
         return mill_error_set(error, MILL_FAILED, "out of memory for the statistics");
     const bool known = at->ended == MILL_TALLY_PRECISION;

@@ -5,8 +5,10 @@ import signal
 import subprocess
 import time
 
+import h5py
+import numpy as np
 import pytest
-from conftest import PROGRAM
+from conftest import PROGRAM, SLOWER
 from test_faults import BUILT_PLAIN
 
 TANK = """\
@@ -102,3 +104,37 @@ def test_the_set_up_of_many_copies_can_be_stopped(tmp_path):
     process.communicate(timeout=30)
     assert process.returncode == 128 + signal.SIGTERM
     assert time.monotonic() - begin < 1.0
+
+
+RESTING = """\
+[run]
+sample_from = 1 s
+[balls]
+count = 1
+diameter = 5 mm
+density = 7800 kg/m^3
+[drum]
+radius = 50 mm
+length = 70 mm
+[contact]
+restitution = 0.6
+friction = 0.3
+[output]
+frames = 0 s
+series = 100 s
+"""
+
+
+@pytest.mark.slow
+def test_balls_at_rest_cost_next_to_nothing_and_are_in_the_maps(tmp_path):
+    cost = []
+    for seconds in (100, 6100):
+        before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+        assert run(tmp_path, RESTING, "-f", "-s", f"run.time={seconds} s").returncode == 0
+        cost.append(resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before)
+    assert cost[1] - cost[0] < 0.4 * SLOWER  # s, of 6000 s; with a sample of the maps each millisecond 2 s
+    with h5py.File(tmp_path / "deck.h5") as file:
+        maps = file["statistics/maps"]
+        assert maps["samples"][()] == 6099000
+        share = np.nan_to_num(maps["cross_section/solid_fraction"][()])
+    assert (share > 0.01 * share.max()).sum() < 40  # cells, where it rests

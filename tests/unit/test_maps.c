@@ -193,7 +193,7 @@ TEST(a_ball_keeps_its_volume_centre_and_second_moment)
     f.world.balls = 1;
     f.species.radius = a;
     f.ball[0].r = vec3_make(0.01125, 0.02125, -0.02875);
-    mill_maps_sample(&maps, flow.record, &f.world, 0);
+    mill_maps_sample(&maps, flow.record, &f.world, 0, 1);
     const struct heap heap[3] = {heap_of(&maps.axial, 0), heap_of(&maps.cross, 0),
                                  heap_of(&maps.cross, 1)};
     const double centre[3] = {0.01125, 0.02125, -0.02875};
@@ -209,7 +209,7 @@ TEST(a_ball_in_a_relief_is_in_no_map)
 {
     f.world.balls = 1;
     f.ball[0].relief = MILL_RELIEF_LASTS;
-    mill_maps_sample(&maps, flow.record, &f.world, 0);
+    mill_maps_sample(&maps, flow.record, &f.world, 0, 1);
     for (size_t k = 0; k < maps.cells; k++)
         ck_assert_double_eq(((const struct mill_map_flow *)flow.record)[k].volume, 0.0);
 }
@@ -221,7 +221,7 @@ TEST(a_ball_is_spread_over_the_rings_that_it_covers)
     f.world.balls = 1;
     f.species.radius = a;
     f.ball[0].r = vec3_make(0, 0.02, -0.03);
-    mill_maps_sample(&maps, flow.record, &f.world, 0);
+    mill_maps_sample(&maps, flow.record, &f.world, 0, 1);
     for (int i = 0; i < cells(&maps.axial); i++) {
         const double r = (i % 30 + 0.5) * 0.0025;
         volume += flow_of(&flow, &maps.axial)[i].volume;
@@ -235,7 +235,7 @@ TEST(a_ball_on_the_axis_stays_in_the_inner_rings)
     f.world.balls = 1;
     f.ball[0].r = vec3_make(0, 0, 0);
     f.ball[0].v = vec3_make(1, 2, 3);
-    mill_maps_sample(&maps, flow.record, &f.world, 0);
+    mill_maps_sample(&maps, flow.record, &f.world, 0, 1);
     for (int i = 0; i < cells(&maps.axial); i++)
         if (i % 30 > 0)
             ck_assert(flow_of(&flow, &maps.axial)[i].volume == 0);
@@ -256,7 +256,7 @@ TEST(a_uniform_charge_has_the_same_solid_fraction_in_every_inner_ring)
             f.ball[i].r =
                 vec3_make(0.12 * random_share(&seed) - 0.06, r * cos(angle), r * sin(angle));
         }
-        mill_maps_sample(&maps, flow.record, &f.world, 0);
+        mill_maps_sample(&maps, flow.record, &f.world, 0, 1);
     }
     for (int i = 0; i < cells(&maps.axial); i++)
         held[i % 30] += flow_of(&flow, &maps.axial)[i].volume / SNAPSHOTS;
@@ -273,7 +273,7 @@ TEST(a_ring_that_turns_has_azimuthal_velocity_only)
         const vec3 r = f.ball[i].r;
         f.ball[i].v = vec3_make(0.5, -100 * r.z, 100 * r.y);
     }
-    mill_maps_sample(&maps, flow.record, &f.world, 0);
+    mill_maps_sample(&maps, flow.record, &f.world, 0, 1);
     double volume = 0, out = 0, around = 0, along = 0;
     for (int i = 0; i < cells(&maps.axial); i++) {
         volume += flow_of(&flow, &maps.axial)[i].volume;
@@ -293,7 +293,7 @@ TEST(the_cross_section_holds_the_mean_velocity_of_the_balls_in_a_cell)
         f.ball[i].r = vec3_make(0.03 * i, 0.03125, 0.03125); /* the middle of a cell */
         f.ball[i].v = vec3_make(1 + 2 * i, 2 + 2 * i, -4 * i);
     }
-    mill_maps_sample(&maps, flow.record, &f.world, 0);
+    mill_maps_sample(&maps, flow.record, &f.world, 0, 1);
     for (int i = 0; i < cells(&maps.cross); i++) {
         const struct mill_map_flow *cell = &flow_of(&flow, &maps.cross)[i];
         if (cell->volume > 0) {
@@ -310,8 +310,8 @@ TEST(balls_are_taken_where_they_are_at_the_time_asked_for)
     f.world.g = vec3_make(0, 0, -10);
     f.ball[0].r = vec3_make(0, 0.03, 0.03);
     f.ball[0].v = vec3_make(0, 0.1, 0);
-    mill_maps_sample(&maps, flow.record, &f.world,
-                     0.1); /* now at (0, 0.04, -0.02) with (0, 0.1, -1) */
+    mill_maps_sample(&maps, flow.record, &f.world, 0.1,
+                     1); /* now at (0, 0.04, -0.02) with (0, 0.1, -1) */
     const struct heap y = heap_of(&maps.cross, 0), z = heap_of(&maps.cross, 1);
     ck_assert_double_eq_tol(y.centre, 0.04, 0.00125);
     ck_assert_double_eq_tol(z.centre, -0.02, 0.00125);
@@ -339,12 +339,12 @@ TEST(many_balls_at_once_pour_what_each_alone_would)
     ck_assert(mill_maps_init(&alone, &f.world));
     ck_assert(mill_sums_make(&alone_flow, &mill_maps_flow, alone.cells));
     throw_balls(7);
-    mill_maps_sample(&maps, flow.record, &f.world, 0.001);
+    mill_maps_sample(&maps, flow.record, &f.world, 0.001, 1);
     for (int i = 0; i < FIXTURE_BALLS; i++) {
         struct mill_world one = f.world;
         one.balls = 1;
         one.ball = f.ball + i;
-        mill_maps_sample(&alone, alone_flow.record, &one, 0.001);
+        mill_maps_sample(&alone, alone_flow.record, &one, 0.001, 1);
     }
     ck_assert_mem_eq(flow_of(&flow, &maps.cross), flow_of(&alone_flow, &alone.cross),
                      (size_t)cells(&maps.cross) * sizeof(struct mill_map_flow));
@@ -360,7 +360,7 @@ TEST(the_cross_section_is_that_of_the_points_one_by_one)
     double volume[60 * 60] = {0};
     const double h = 0.0025 * sqrt(1.0 / 15), point = 4 * PI / 3 * pow(0.0025, 3) / 32;
     throw_balls(11);
-    mill_maps_sample(&maps, flow.record, &f.world, 0);
+    mill_maps_sample(&maps, flow.record, &f.world, 0, 1);
     for (int i = 0; i < FIXTURE_BALLS; i++)
         for (int n = 0; n < 64; n++) {
             const int p[3] = {2 * (n % 4) - 3, 2 * (n / 4 % 4) - 3, 2 * (n / 16) - 3};
@@ -379,7 +379,7 @@ TEST(a_ball_outside_the_drum_is_counted_at_the_rim)
 {
     f.world.balls = 1;
     f.ball[0].r = vec3_make(5, -3, 7);
-    mill_maps_sample(&maps, flow.record, &f.world, 0);
+    mill_maps_sample(&maps, flow.record, &f.world, 0, 1);
     const struct heap cross = heap_of(&maps.cross, 1), axial = heap_of(&maps.axial, 0);
     ck_assert_double_eq_tol(cross.volume / (4 * PI / 3 * pow(0.0025, 3)), 1, 1e-12);
     ck_assert_double_eq_tol(cross.centre, 0.075, 0.005);
@@ -391,7 +391,7 @@ TEST(a_ball_larger_than_the_mill_stays_within_the_maps)
     f.world.balls = 1;
     f.species.radius = 1;
     f.ball[0].r = vec3_make(0, 0, 0);
-    mill_maps_sample(&maps, flow.record, &f.world, 0);
+    mill_maps_sample(&maps, flow.record, &f.world, 0, 1);
     ck_assert_double_eq_tol(heap_of(&maps.cross, 0).volume / (4 * PI / 3), 1, 1e-12);
     ck_assert_double_eq_tol(heap_of(&maps.axial, 0).volume / (4 * PI / 3), 1, 1e-12);
 }
@@ -409,7 +409,7 @@ TEST(maps_of_a_turning_container_are_those_of_the_still_one)
     ck_assert(mill_maps_init(&other, &f.world));
     ck_assert(mill_sums_make(&other_flow, &mill_maps_flow, other.cells));
     throw_balls(13);
-    mill_maps_sample(&maps, flow.record, &f.world, 0.01);
+    mill_maps_sample(&maps, flow.record, &f.world, 0.01, 1);
     f.world.container.motion = motion;
     f.world.container.still = false;
     const struct mill_pose pose = mill_world_frame(&f.world, 0.01);
@@ -420,7 +420,7 @@ TEST(maps_of_a_turning_container_are_those_of_the_still_one)
         f.ball[i].r = at;
         f.ball[i].v = vec3_add(mill_pose_velocity(&pose, at), mill_pose_turn_out(&pose, v));
     }
-    mill_maps_sample(&other, other_flow.record, &f.world, 0.01);
+    mill_maps_sample(&other, other_flow.record, &f.world, 0.01, 1);
     for (size_t i = 0; i < maps.cells; i++) {
         const struct mill_map_flow *a = flow_of(&flow, &maps.cross) + i;
         const struct mill_map_flow *b = flow_of(&other_flow, &other.cross) + i;
