@@ -79,8 +79,8 @@ VERSION := $(shell cat VERSION)$(COMMIT:%=+g%)
 # what a checkpoint is good for: the same sources, flags and compiler
 BUILD_ID := $(shell (cat $(sort $(wildcard src/*/*.[ch] include/millsim/*.h)); echo '$(FLAGS)'; $(CC) --version) \
     2>/dev/null | (sha256sum 2>/dev/null || shasum -a 256) | cut -c1-16)
-$(BUILD)/src/base/version.o: $(BUILD)/version
-$(BUILD)/src/base/version.o: DEFINES = \
+$(BUILD)/src/store/version.o: $(BUILD)/version
+$(BUILD)/src/store/version.o: DEFINES = \
     '-DMILL_VERSION="$(VERSION)"' '-DMILL_FLAGS="$(FLAGS)"' '-DMILL_BUILD="$(BUILD_ID)"'
 
 # rewritten only when they change, so that a change rebuilds what depends on it

@@ -2,15 +2,14 @@
 #ifndef MILLSIM_KINDS_H
 #define MILLSIM_KINDS_H
 
-/* One row for each kind: its number, its name in decks, files and tables, and the words for what
- * the ball meets, as used in a sentence. All other code about kinds is made from this list. */
+/* One row for each kind: its number, and its name in decks, files and tables. All other code about
+ * kinds is made from this list. */
 #define MILL_KIND_LIST(row)                                                                        \
-    row(MILL_BALL_BALL, "ball_ball", "another ball") row(MILL_BALL_DRUM, "ball_drum", "the drum")  \
-        row(MILL_BALL_WALL, "ball_wall", "an end wall")                                            \
-            row(MILL_BALL_SHAFT, "ball_shaft", "the shaft")                                        \
-                row(MILL_BALL_BLADE, "ball_blade", "a blade")
+    row(MILL_BALL_BALL, "ball_ball") row(MILL_BALL_DRUM, "ball_drum")                              \
+        row(MILL_BALL_WALL, "ball_wall") row(MILL_BALL_SHAFT, "ball_shaft")                        \
+            row(MILL_BALL_BLADE, "ball_blade")
 
-#define MILL_KIND_NUMBER(number, name, partner) number,
+#define MILL_KIND_NUMBER(number, name) number,
 enum mill_kind { MILL_KIND_LIST(MILL_KIND_NUMBER) MILL_KINDS };
 
 extern const char *const mill_kind_name[MILL_KINDS];
@@ -30,8 +29,5 @@ void mill_kinds_init(struct mill_kinds *kinds);
 /* Adds the kind of the body with this name and returns its number. The caller makes sure that there
  * is room. */
 int mill_kinds_add(struct mill_kinds *kinds, const char *body);
-
-/* "another ball", "the drum", ...; for a body, its name */
-const char *mill_kinds_partner(const struct mill_kinds *kinds, int kind);
 
 #endif

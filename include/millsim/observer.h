@@ -6,8 +6,6 @@
 
 #include "millsim/world.h"
 
-#include <stddef.h>
-
 struct mill_impact {
     double time;           /* [s] simulated */
     int kind;              /* of the world's */
@@ -32,21 +30,11 @@ struct mill_observer {
     double next; /* [s] simulated time at which it wants its next sample; INFINITY: never */
 };
 
-struct mill_observe; /* the requested output, as plain numbers: src/observe/observe.h */
-struct mill_h5;      /* the output file: src/store/h5.h */
-struct mill_sink;    /* receives the results: src/observe/sink.h */
-struct mill_going;   /* tells whether to continue long work: src/observe/observe.h */
-struct mill_state;   /* millsim/state.h */
-
-/* A function may be NULL if there is nothing to do. */
+/* A function may be NULL if there is nothing to do. They return MILL_OK, a failure, or MILL_ENDED
+ * if the observer has gathered enough: then the run ends here, all observers still get this event,
+ * and the error's text holds the reason. */
 struct mill_observer_type {
-    const char *name; /* of the group of the file that contains its state */
-    size_t size;      /* of its struct */
-
-    /* ---- called by the event loop. They return MILL_OK, a failure, or MILL_ENDED if the observer
-     * has gathered enough: then the run ends here, all observers still get this event, and the
-     * error's text holds the reason ---- */
-
+    const char *name;
     /* `impact` may be called on another thread, but never while another function of an observer
      * runs. It must not change `next`, nor read more of a world than shapes, motions and `base`. */
     enum mill_status (*impact)(struct mill_observer *, const struct mill_impact *,
@@ -58,31 +46,6 @@ struct mill_observer_type {
      * later time. The sample includes every event before its time and no event at its time. */
     enum mill_status (*sample)(struct mill_observer *, const struct mill_world *, double t,
                                struct mill_error *);
-
-    /* ---- called by the program outside of the loop, in this order ---- */
-
-    /* Is this observer requested? NULL: always. */
-    bool (*wanted)(const struct mill_observe *);
-    /* Fills its struct, which is zero except for type and next = INFINITY. The world is at t = 0
-     * and exists longer than the observer. The function must not keep a pointer to the request.
-     * MILL_FAILED: out of memory; free is called in any case. */
-    enum mill_status (*create)(struct mill_observer *, const struct mill_observe *,
-                               const struct mill_world *, struct mill_error *);
-    /* Saves or loads its state (millsim/state.h). */
-    void (*state)(struct mill_observer *, struct mill_state *);
-    /* Creates the datasets that it writes to, or continues after the rows that its state counts.
-     * The file exists longer than the observer. */
-    void (*open)(struct mill_observer *, const struct mill_observe *, struct mill_h5 *file,
-                 const struct mill_world *);
-    /* Reports the results so far, as if the run ended at local time t. The run may continue. A
-     * result without memory: mill_sink_fail. */
-    enum mill_status (*results)(const struct mill_observer *, const struct mill_world *, double t,
-                                struct mill_sink *, struct mill_error *);
-    /* Adds the data that only the file of a finished run has. The last argument can stop this long
-     * work: the result is then false. NULL: never stop. */
-    bool (*finish)(struct mill_observer *, const struct mill_world *, const struct mill_going *);
-    /* Frees all that it allocated, except its struct. */
-    void (*free)(struct mill_observer *);
 };
 
 #endif

@@ -2,7 +2,7 @@
  * of 8 bytes. A hash of sources, flags and compiler identifies the build. */
 #include "app/checkpoint.h"
 
-#include "base/version.h"
+#include "store/version.h"
 
 #include <stdio.h>
 #include <stdlib.h>

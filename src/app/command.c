@@ -2,7 +2,7 @@
  * options exclude each other. Wrong usage gives a message of one line. */
 #include "app/command.h"
 
-#include "base/version.h"
+#include "store/version.h"
 
 #include <getopt.h>
 #include <stdlib.h>

@@ -4,9 +4,9 @@
  * contains times and the names of the machine's libraries. */
 #include "app/record.h"
 
-#include "base/version.h"
 #include "observe/kinds.h"
 #include "store/draft.h"
+#include "store/version.h"
 
 #include <errno.h>
 #include <gsl/gsl_version.h>

@@ -7,8 +7,8 @@
 #include "app/checkpoint.h"
 #include "app/forecast.h"
 #include "app/summary.h"
-#include "base/version.h"
 #include "store/draft.h"
+#include "store/version.h"
 
 #include <math.h>
 #include <sched.h>

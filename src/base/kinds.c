@@ -4,12 +4,9 @@
 #include <stdio.h>
 #include <string.h>
 
-#define NAME(number, name, partner) [number] = name,
-#define PARTNER(number, name, partner) [number] = partner,
-#define PREFIX "ball_"
+#define NAME(number, name) [number] = name,
 
 const char *const mill_kind_name[MILL_KINDS] = {MILL_KIND_LIST(NAME)};
-static const char *const met[MILL_KINDS] = {MILL_KIND_LIST(PARTNER)};
 
 void mill_kinds_init(struct mill_kinds *kinds)
 {
@@ -21,13 +18,6 @@ void mill_kinds_init(struct mill_kinds *kinds)
 int mill_kinds_add(struct mill_kinds *kinds, const char *body)
 {
     assert(kinds->count < MILL_KINDS_MOST);
-    snprintf(kinds->name[kinds->count], MILL_KINDS_LENGTH, PREFIX "%s", body);
+    snprintf(kinds->name[kinds->count], MILL_KINDS_LENGTH, "ball_%s", body);
     return kinds->count++;
-}
-
-const char *mill_kinds_partner(const struct mill_kinds *kinds, int kind)
-{
-    assert(kind >= 0 && kind < kinds->count);
-    const char *name = kinds->name[kind];
-    return kind < MILL_KINDS ? met[kind] : name + strlen(PREFIX);
 }

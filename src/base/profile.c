@@ -8,9 +8,6 @@
 
 #include <assert.h>
 
-/* Halvings of an interval down to about the last bit of a double */
-enum { HALVINGS = 60 };
-
 struct mill_profile mill_profile_make(int buckles, double radius, double height, double angle)
 {
     assert(buckles >= 2 && radius > 0.0 && height >= 0.0);
@@ -43,20 +40,6 @@ bool mill_profile_is_sound(const struct mill_profile *p)
     if (p->half_outer >= 0.5 * MILL_PI && p->inner * s <= p->arc)
         return false;
     return p->height < p->radius && !(p->half_inner >= 0.5 * MILL_PI && p->outer * s <= p->arc);
-}
-
-double mill_profile_highest(int buckles, double radius)
-{
-    double sound = 0.0, unsound = radius;
-    for (int i = 0; i < HALVINGS; i++) {
-        const double h = sound + 0.5 * (unsound - sound);
-        const struct mill_profile p = mill_profile_make(buckles, radius, h, 0.0);
-        if (mill_profile_is_sound(&p))
-            sound = h;
-        else
-            unsound = h;
-    }
-    return sound;
 }
 
 double mill_profile_area(const struct mill_profile *p)

@@ -30,9 +30,6 @@ struct mill_profile mill_profile_make(int buckles, double radius, double height,
  * area? */
 bool mill_profile_is_sound(const struct mill_profile *profile);
 
-/* [m] the maximum height up to which all profiles are valid; at most the radius */
-double mill_profile_highest(int buckles, double radius);
-
 /* [m^2] enclosed area: the polygon of the centres, plus the outer sectors, minus the inner
  * sectors */
 double mill_profile_area(const struct mill_profile *profile);

@@ -267,6 +267,41 @@ enum mill_status mill_deck_bodies_parts(struct mill_deck *deck)
     return MILL_OK;
 }
 
+/* The farthest point of a convex part is also the farthest one in its own direction. The search
+ * goes from a farthest point to a farther one, from several first directions. */
+static double reach_of(const struct mill_part *p)
+{
+    enum { WAYS = 32, STEPS = 100 };
+    double far = 0.0;
+    for (int n = 0; n < WAYS; n++) {
+        const struct mill_heading to = mill_elementary_heading(n * (2.0 * MILL_PI / WAYS));
+        vec3 way = {0.0, to.cos, to.sin};
+        double last = 0.0;
+        for (int k = 0; k < STEPS; k++) {
+            const vec3 at = mill_part_support(p, way);
+            const double d = sqrt(at.y * at.y + at.z * at.z);
+            if (!(d > last))
+                break;
+            way = vec3_make(0.0, at.y / d, at.z / d);
+            last = d;
+        }
+        far = fmax(far, last);
+    }
+    return far + p->core.grown;
+}
+
+double mill_deck_bodies_reach(const struct mill_solid *solid, const struct mill_body *is)
+{
+    struct mill_part *part;
+    int32_t count;
+    double far = -1.0;
+    if (mill_part_list(solid, is, &part, &count))
+        for (int32_t k = 0; k < count; k++)
+            far = fmax(far, reach_of(&part[k]));
+    free(part);
+    return far;
+}
+
 /* The speed of the rotor, where the speed of its tips is given */
 enum mill_status mill_deck_bodies_turn(struct mill_deck *deck)
 {
@@ -278,7 +313,8 @@ enum mill_status mill_deck_bodies_turn(struct mill_deck *deck)
         tip = fmax(tip, ((const struct mill_blade *)s->form)->tip_radius);
     for (int k = 0; k < bodies->count; k++) {
         const struct mill_setup_surface *body = &bodies->surface[k];
-        const double far = body->motion == 0 ? mill_part_reach(body->solid, body->body) : 0.0;
+        const double far =
+            body->motion == 0 ? mill_deck_bodies_reach(body->solid, body->body) : 0.0;
         if (far < 0.0)
             return mill_deck_memory(&deck->text);
         tip = fmax(tip, far);

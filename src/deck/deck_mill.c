@@ -13,7 +13,8 @@
 enum {
     /* More buckles would be finer than the few hundred points with which maps and outlines show a
      * drum. */
-    MOST_BUCKLES = 500
+    MOST_BUCKLES = 500,
+    HALVINGS = 60 /* of an interval, down to about the last bit of a double */
 };
 #define DIAMETER(of) .lo = 2.0 * MILL_SOLID_LEAST, .hi = 2e4, .instead = (of), .factor = 0.5
 /* [m] far smaller than anything that flies freely in air */
@@ -212,6 +213,20 @@ static double width_of(const struct mill_setup_surface *container)
 }
 
 /* clang-format off */
+double mill_deck_mill_highest(int buckles, double radius)
+{
+    double sound = 0.0, unsound = radius;
+    for (int i = 0; i < HALVINGS; i++) {
+        const double h = sound + 0.5 * (unsound - sound);
+        const struct mill_profile p = mill_profile_make(buckles, radius, h, 0.0);
+        if (mill_profile_is_sound(&p))
+            sound = h;
+        else
+            unsound = h;
+    }
+    return sound;
+}
+
 /* Neighbouring buckles must not touch. Height and number limit each other. The message names the
  * height, because users more often need a certain number. */
 void mill_deck_mill_buckles(const struct mill_deck *deck, struct mill_deck_check *list)
@@ -225,7 +240,7 @@ void mill_deck_mill_buckles(const struct mill_deck *deck, struct mill_deck_check
         "%.0f buckles on a radius of %g m must be lower than %.4g m, or neighbouring ones run into "
         "each other; got %g m",
         {(double)is->buckles, is->drum_radius,
-         mill_profile_highest((int)is->buckles, is->drum_radius), is->buckle_height}};
+         mill_deck_mill_highest((int)is->buckles, is->drum_radius), is->buckle_height}};
 }
 
 /* Shaft and blades */

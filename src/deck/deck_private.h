@@ -336,6 +336,9 @@ void mill_deck_mill_starts(const struct mill_deck *deck, struct mill_deck_check 
 /* The drum's wall */
 struct mill_profile mill_deck_mill_profile(const struct mill_deck *deck);
 
+/* [m] the maximum height of buckles up to which all profiles are valid; at most the radius */
+double mill_deck_mill_highest(int buckles, double radius);
+
 /* [m^3] of the empty container: what is inside is not subtracted */
 double mill_deck_mill_volume(const struct mill_deck *deck);
 
@@ -351,6 +354,9 @@ enum mill_status mill_deck_motions_list(struct mill_deck *deck);
 enum mill_status mill_deck_bodies_list(struct mill_deck *deck);
 enum mill_status mill_deck_bodies_parts(struct mill_deck *deck);
 enum mill_status mill_deck_bodies_turn(struct mill_deck *deck);
+/* [m] The largest distance of the body's points from the x axis of its motion's frame. -1: out of
+ * memory */
+double mill_deck_bodies_reach(const struct mill_solid *solid, const struct mill_body *body);
 void mill_deck_bodies_free(struct mill_deck_bodies *list);
 
 /* Something gives the restitution: a number, a table or materials. The law of each kind of contact,

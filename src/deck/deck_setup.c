@@ -236,6 +236,9 @@ static enum mill_status tell_ends(const struct mill_deck *deck, const struct mil
 static enum mill_status tell(const struct mill_deck *deck, const long *line,
                              const struct mill_fault *fault, struct mill_error *error)
 {
+    static const char *const met[MILL_KINDS] = {"another ball", "the drum", "an end wall",
+                                                "the shaft", "a blade"};
+    const bool own = fault->kind >= MILL_KINDS;
     switch (fault->code) {
     case MILL_FAULT_NONE:
         return MILL_OK;
@@ -254,8 +257,9 @@ static enum mill_status tell(const struct mill_deck *deck, const long *line,
     case MILL_FAULT_BALL_IN_SHAPE:
         return mill_error_set(
             error, MILL_BAD_DECK, "%s:%ld: ball overlaps %s%s by %.4g m: move the ball",
-            deck->given.start, line[fault->ball], fault->kind < MILL_KINDS ? "" : "the body ",
-            mill_kinds_partner(&deck->mill.contacts, fault->kind), fault->amount);
+            deck->given.start, line[fault->ball], own ? "the body " : "",
+            own ? deck->mill.contacts.name[fault->kind] + strlen("ball_") : met[fault->kind],
+            fault->amount);
     case MILL_FAULT_BALL_IN_BALL:
         return mill_error_set(
             error, MILL_BAD_DECK,

@@ -221,12 +221,3 @@ bool mill_body_reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, doubl
     return b->is.inside || ((!b->rings || mill_body_ring_meets(b, ring, lo, hi, radius)) &&
                             comes_near(b, lo, hi, radius));
 }
-
-bool mill_body_chart(const struct mill_shape *shape, struct mill_pose *frame)
-{
-    const struct mill_body *is = mill_body_is(shape);
-    *frame = (struct mill_pose){.place = is->centre, .x = is->x, .y = is->y, .z = is->z};
-    if (shape->solid->round)
-        *frame = (struct mill_pose){.place = is->centre, .x = is->z, .y = is->x, .z = is->y};
-    return shape->solid->round;
-}

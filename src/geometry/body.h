@@ -39,10 +39,6 @@ struct mill_wall mill_body_wall(const struct mill_solid *solid, const struct mil
 /* Adds the triangles that this surface shows; none: another wall of the body shows them */
 void mill_body_draw(const struct mill_shape *shape, double tolerance, struct mill_mesh *mesh);
 
-/* Sets the frame in which the faces of the body lie along the axes, in coordinates of its motion's
- * frame. true: it is round about x of this frame, or nearly. */
-bool mill_body_chart(const struct mill_shape *shape, struct mill_pose *frame);
-
 /* reachable of struct mill_shape_type */
 bool mill_body_reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, double radius);
 

@@ -210,38 +210,3 @@ struct mill_part_gap mill_part_to_wall(const struct mill_part *p, const struct m
     }
     return (struct mill_part_gap){(s.radius - s.bound) / lean, (s.radius - s.best) / lean, s.looks};
 }
-
-/* The farthest point of a convex part is also the farthest one in its own direction. The search
- * goes from a farthest point to a farther one, from several first directions. */
-static double reach_of(const struct mill_part *p)
-{
-    enum { WAYS = 32, STEPS = 100 };
-    double far = 0.0;
-    for (int n = 0; n < WAYS; n++) {
-        const struct mill_heading to = mill_elementary_heading(n * (2.0 * MILL_PI / WAYS));
-        vec3 way = {0.0, to.cos, to.sin};
-        double last = 0.0;
-        for (int k = 0; k < STEPS; k++) {
-            const vec3 at = mill_part_support(p, way);
-            const double d = sqrt(at.y * at.y + at.z * at.z);
-            if (!(d > last))
-                break;
-            way = vec3_make(0.0, at.y / d, at.z / d);
-            last = d;
-        }
-        far = fmax(far, last);
-    }
-    return far + p->core.grown;
-}
-
-double mill_part_reach(const struct mill_solid *solid, const struct mill_body *is)
-{
-    struct mill_part *part;
-    int32_t count;
-    double far = -1.0;
-    if (mill_part_list(solid, is, &part, &count))
-        for (int32_t k = 0; k < count; k++)
-            far = fmax(far, reach_of(&part[k]));
-    free(part);
-    return far;
-}

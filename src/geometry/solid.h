@@ -185,10 +185,6 @@ struct mill_part_gap {
 struct mill_part_gap mill_part_to_wall(const struct mill_part *part, const struct mill_wall *wall,
                                        double near);
 
-/* [m] The largest distance of the body's points from the x axis of its motion's frame. -1: out of
- * memory */
-double mill_part_reach(const struct mill_solid *solid, const struct mill_body *body);
-
 /* A frame whose z axis goes through a point in this direction, of length 1 */
 struct mill_pose mill_part_frame(vec3 through, vec3 direction);
 

@@ -6,9 +6,9 @@
  * MDAnalysis expects none then. */
 #include "observe/observers.h"
 
-#include "base/version.h"
 #include "millsim/state.h"
 #include "observe/vtkhdf.h"
+#include "store/version.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -246,10 +246,9 @@ static void free_frames(struct mill_observer *self)
     free(((struct frames *)self)->row);
 }
 
-const struct mill_observer_type mill_frames_type = {.name = "frames",
-                                                    .size = sizeof(struct frames),
-                                                    .sample = sample,
-                                                    .state = tell_state,
-                                                    .open = open_file,
-                                                    .finish = finish,
-                                                    .free = free_frames};
+const struct mill_observing mill_frames_type = {.type = {"frames", NULL, sample},
+                                                .size = sizeof(struct frames),
+                                                .state = tell_state,
+                                                .open = open_file,
+                                                .finish = finish,
+                                                .free = free_frames};

@@ -5,13 +5,13 @@
 
 #include <assert.h>
 
-extern const struct mill_observer_type mill_reliefs_type, mill_frames_type, mill_series_type,
+extern const struct mill_observing mill_reliefs_type, mill_frames_type, mill_series_type,
     mill_impactlog_type;
 
 /* In the order in which the loop calls them */
-static const struct mill_observer_type *const types[] = {&mill_tally_type, &mill_reliefs_type,
-                                                         &mill_frames_type, &mill_series_type,
-                                                         &mill_impactlog_type};
+static const struct mill_observing *const types[] = {&mill_tally_type, &mill_reliefs_type,
+                                                     &mill_frames_type, &mill_series_type,
+                                                     &mill_impactlog_type};
 static const int all = sizeof types / sizeof types[0];
 
 enum mill_status mill_observers_create(const struct mill_observe *asked,
@@ -43,10 +43,10 @@ void mill_observers_state(const struct mill_observers *observers, struct mill_st
 {
     for (int k = 0; k < observers->count; k++) {
         struct mill_observer *one = observers->each[k];
-        if (!one->type->state)
+        if (!mill_observe_type(one)->state)
             continue;
         name(state, one->type->name);
-        one->type->state(one, state);
+        mill_observe_type(one)->state(one, state);
     }
 }
 
@@ -58,8 +58,8 @@ enum mill_status mill_observers_open(const struct mill_observers *observers,
     enum mill_status status = MILL_OK;
     for (int k = 0; k < observers->count && status == MILL_OK; k++) {
         struct mill_observer *one = observers->each[k];
-        if (one->type->open)
-            one->type->open(one, asked, file, world);
+        if (mill_observe_type(one)->open)
+            mill_observe_type(one)->open(one, asked, file, world);
         status = sim ? mill_sim_observe(sim, one) : MILL_OK;
     }
     return status == MILL_OK ? mill_h5_status(file, error) : status;
@@ -72,8 +72,8 @@ enum mill_status mill_observers_results(const struct mill_observers *observers,
     enum mill_status status = MILL_OK;
     for (int k = 0; k < observers->count && status == MILL_OK; k++) {
         const struct mill_observer *one = observers->each[k];
-        if (one->type->results)
-            status = one->type->results(one, world, t, sink, error);
+        if (mill_observe_type(one)->results)
+            status = mill_observe_type(one)->results(one, world, t, sink, error);
     }
     if (status == MILL_OK && sink->failed)
         status = mill_error_set(error, MILL_FAILED, "%s", sink->failed);
@@ -85,7 +85,7 @@ bool mill_observers_finish(const struct mill_observers *observers, const struct 
 {
     for (int k = 0; k < observers->count; k++) {
         struct mill_observer *one = observers->each[k];
-        if (one->type->finish && !one->type->finish(one, world, going))
+        if (mill_observe_type(one)->finish && !mill_observe_type(one)->finish(one, world, going))
             return false;
     }
     return true;
@@ -93,6 +93,6 @@ bool mill_observers_finish(const struct mill_observers *observers, const struct 
 
 const struct mill_tally *mill_observers_tally(const struct mill_observers *observers)
 {
-    assert(observers->each[0]->type == &mill_tally_type);
+    assert(observers->each[0]->type == &mill_tally_type.type);
     return (const struct mill_tally *)observers->each[0];
 }

@@ -12,7 +12,7 @@ struct mill_tally; /* observe/tally.h */
 enum { MILL_OBSERVERS = 8 }; /* maximum number */
 
 /* Makes an observer of this type. NULL: out of memory. Owner: the caller. */
-struct mill_observer *mill_observers_one(const struct mill_observer_type *type,
+struct mill_observer *mill_observers_one(const struct mill_observing *type,
                                          const struct mill_observe *asked,
                                          const struct mill_world *world, struct mill_error *error);
 void mill_observers_free_one(struct mill_observer *observer);

@@ -3,16 +3,16 @@
 
 #include <stdlib.h>
 
-struct mill_observer *mill_observers_one(const struct mill_observer_type *type,
+struct mill_observer *mill_observers_one(const struct mill_observing *type,
                                          const struct mill_observe *asked,
                                          const struct mill_world *world, struct mill_error *error)
 {
     struct mill_observer *one = calloc(1, type->size);
     if (!one) {
-        mill_error_set(error, MILL_FAILED, "out of memory for %s", type->name);
+        mill_error_set(error, MILL_FAILED, "out of memory for %s", type->type.name);
         return NULL;
     }
-    *one = (struct mill_observer){type, INFINITY};
+    *one = (struct mill_observer){&type->type, INFINITY};
     if (!type->create || type->create(one, asked, world, error) == MILL_OK)
         return one;
     mill_observers_free_one(one);
@@ -21,7 +21,8 @@ struct mill_observer *mill_observers_one(const struct mill_observer_type *type,
 
 void mill_observers_free_one(struct mill_observer *observer)
 {
-    if (observer->type->free)
-        observer->type->free(observer);
+    const struct mill_observing *type = mill_observe_type(observer);
+    if (type->free)
+        type->free(observer);
     free(observer);
 }

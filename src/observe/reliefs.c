@@ -85,9 +85,8 @@ static void free_reliefs(struct mill_observer *self)
     free(((struct reliefs *)self)->rows.item);
 }
 
-const struct mill_observer_type mill_reliefs_type = {.name = "reliefs",
-                                                     .size = sizeof(struct reliefs),
-                                                     .relief = on_relief,
-                                                     .state = tell_state,
-                                                     .results = tell_results,
-                                                     .free = free_reliefs};
+const struct mill_observing mill_reliefs_type = {.type = {.name = "reliefs", .relief = on_relief},
+                                                 .size = sizeof(struct reliefs),
+                                                 .state = tell_state,
+                                                 .results = tell_results,
+                                                 .free = free_reliefs};

@@ -189,7 +189,8 @@ static enum mill_status tell_impact(struct mill_replay *r, const struct mill_rep
 static bool wants_balls(const struct mill_observer *o, double time)
 {
     const struct mill_tally *tally = (const struct mill_tally *)o;
-    return o->type != &mill_tally_type || (tally->at.open && mill_tally_snapshot(tally, 0) <= time);
+    return o->type != &mill_tally_type.type ||
+           (tally->at.open && mill_tally_snapshot(tally, 0) <= time);
 }
 
 static enum mill_status take_samples(struct mill_replay *r, double due, struct mill_error *error)

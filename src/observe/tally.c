@@ -376,11 +376,9 @@ static enum mill_status results(const struct mill_observer *observer,
     return status;
 }
 
-const struct mill_observer_type mill_tally_type = {.name = "statistics",
-                                                   .size = sizeof(struct mill_tally),
-                                                   .impact = on_impact,
-                                                   .sample = on_sample,
-                                                   .create = create,
-                                                   .state = tell_state,
-                                                   .results = results,
-                                                   .free = free_tally};
+const struct mill_observing mill_tally_type = {.type = {"statistics", on_impact, on_sample},
+                                               .size = sizeof(struct mill_tally),
+                                               .create = create,
+                                               .state = tell_state,
+                                               .results = results,
+                                               .free = free_tally};

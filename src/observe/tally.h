@@ -3,7 +3,6 @@
 #ifndef MILL_TALLY_H
 #define MILL_TALLY_H
 
-#include "millsim/observer.h"
 #include "observe/gathered.h"
 #include "observe/observe.h"
 #include "observe/strikes.h"
@@ -52,7 +51,7 @@ struct mill_tally {
     struct mill_gathered *portion;        /* [MILL_TALLY_PORTIONS], or NULL */
 };
 
-extern const struct mill_observer_type mill_tally_type;
+extern const struct mill_observing mill_tally_type;
 
 /* [s] Time of the next sample for the maps, or the one that comes `more` after it; the window must
  * be open */

@@ -3,10 +3,10 @@
 #ifndef MILL_WEAR_H
 #define MILL_WEAR_H
 
-#include "geometry/mesh.h"
 #include "millsim/observer.h"
 #include "millsim/world.h"
 #include "observe/observe.h"
+#include "observe/pieces.h"
 #include "observe/sums.h"
 
 #include <math.h>
@@ -70,7 +70,7 @@ size_t mill_wear_facets_cells(const struct mill_wear_part *part);
 /* Draws all surfaces of a part in the frame of its motion. The caller frees the mesh. */
 void mill_wear_facets_draw(const struct mill_wear_plan *plan, int part, struct mill_mesh *mesh);
 
-/* [m] Longest edge of the pieces of mill_mesh_cut that the facets of a part are made of */
+/* [m] Longest edge of the pieces of mill_pieces_of that the facets of a part are made of */
 static inline double mill_wear_facets_piece(const struct mill_wear_part *part)
 {
     return 0.5 * part->cut;

@@ -130,7 +130,7 @@ struct collector {
 static void measure(void *adds, const vec3 corner[3])
 {
     struct collector *to = adds;
-    to->area += vec3_norm(mill_mesh_area(corner));
+    to->area += vec3_norm(mill_pieces_area(corner));
     for (int i = 0; i < 3; i++) {
         double u[3];
         chart(&to->plan->part[to->part], corner[i], corner[i], u);
@@ -145,7 +145,7 @@ static void collect(void *adds, const vec3 corner[3])
     struct collector *to = adds;
     struct mill_wear_plan *plan = to->plan;
     struct mill_wear_part *p = &plan->part[to->part];
-    const vec3 normal = mill_mesh_area(corner), at = mill_mesh_middle(corner);
+    const vec3 normal = mill_pieces_area(corner), at = mill_pieces_middle(corner);
     const double area = vec3_norm(normal);
     int place[3];
     const int face = cell_of(p, at, normal, place);
@@ -278,7 +278,7 @@ static bool make_part(struct mill_wear_plan *plan, int part, double size, int fe
     mill_wear_facets_draw(plan, part, &mesh);
     p->radius = 1;
     /* corners alone do not show the reach of a triangle in radius and angle */
-    mill_mesh_cut(&mesh, 4 * size, measure, &reach);
+    mill_pieces_of(&mesh, 4 * size, measure, &reach);
     if (!(reach.area > 0)) { /* a part that draws nothing has no facets */
         mill_mesh_free(&mesh);
         return !mesh.failed;
@@ -296,7 +296,7 @@ static bool make_part(struct mill_wear_plan *plan, int part, double size, int fe
     bool good = !mesh.failed && lay_out(p, &reach, cell);
     if (good) {
         struct collector to = {.plan = plan, .part = part};
-        mill_mesh_cut(&mesh, mill_wear_facets_piece(p), collect, &to);
+        mill_pieces_of(&mesh, mill_wear_facets_piece(p), collect, &to);
         good = !to.failed;
     }
     int32_t *into = good ? malloc(((size_t)plan->facets + 1) * sizeof *into) : NULL;
@@ -311,6 +311,17 @@ static bool make_part(struct mill_wear_plan *plan, int part, double size, int fe
     free(into);
     mill_mesh_free(&mesh);
     return into != NULL;
+}
+
+/* Sets the frame in which the faces of the body lie along the axes, in coordinates of its motion's
+ * frame. true: it is round about x of this frame, or nearly. */
+static bool chart_of(const struct mill_shape *shape, struct mill_pose *frame)
+{
+    const struct mill_body *is = mill_body_is(shape);
+    *frame = (struct mill_pose){.place = is->centre, .x = is->x, .y = is->y, .z = is->z};
+    if (shape->solid->round)
+        *frame = (struct mill_pose){.place = is->centre, .x = is->z, .y = is->x, .z = is->y};
+    return shape->solid->round;
 }
 
 /* Lists the parts with their charts. A wall that shows nothing belongs to the part of the wall that
@@ -330,10 +341,10 @@ static bool list_parts(struct mill_wear_plan *plan)
         for (size_t i = 0; i < mesh.triangles; i++) {
             const int64_t *c = mesh.corner[i];
             const vec3 at[3] = {mesh.point[c[0]], mesh.point[c[1]], mesh.point[c[2]]};
-            plan->area += vec3_norm(mill_mesh_area(at));
+            plan->area += vec3_norm(mill_pieces_area(at));
         }
         if (mesh.triangles > 0)
-            p->round = mill_body_chart(w->shape[k], &p->chart);
+            p->round = chart_of(w->shape[k], &p->chart);
         plan->part_of[k] = mesh.triangles > 0 ? plan->parts++ : all;
         all = w->shape[k]->wall == 0 ? plan->part_of[k] : all;
         good = !mesh.failed;

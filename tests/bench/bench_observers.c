@@ -16,7 +16,7 @@
 #include <string.h>
 #include <time.h>
 
-extern const struct mill_observer_type mill_impactlog_type;
+extern const struct mill_observing mill_impactlog_type;
 
 enum { BATCH = 64, BATCHES = 2048, IMPACTS = BATCH * BATCHES };
 enum { REPEATS = 7, SNAPSHOTS = 40, WALK = 8 << 20 };
@@ -149,7 +149,7 @@ static void measure_log(struct bench *b, struct recorder *r)
     const struct mill_observe asked = {.log_impacts = true};
     log = mill_observers_one(&mill_impactlog_type, &asked, b->world, &error);
     need(log != NULL, error.text);
-    log->type->open(log, &asked, file, b->world);
+    mill_observe_type(log)->open(log, &asked, file, b->world);
     const double begun = seconds();
     for (size_t i = 0; i < BATCHES; i++) {
         const double start = seconds();

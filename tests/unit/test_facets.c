@@ -1,5 +1,6 @@
 /* The contract of shapes for meshes on every motion: the first contact is closed, closing, nothing
  * comes before it, and its time is that of all triangles one by one in extended precision. */
+#include "deck/deck_private.h"
 #include "facets_fixture.h"
 
 #define CLOSED 1e-12 /* [m] */
@@ -397,7 +398,7 @@ TEST(hull_volume_and_outline_are_those_of_the_solid)
         const vec3 at = mill_body_out(&form.is, form.facet[k / 3][k % 3]);
         far = fmax(far, hypot(at.y, at.z));
     }
-    ck_assert_double_eq_tol(mill_part_reach(&mill_facets_solid, &form.is), far, 1e-16);
+    ck_assert_double_eq_tol(mill_deck_bodies_reach(&mill_facets_solid, &form.is), far, 1e-16);
     ck_assert_double_eq_tol(hull.half, 0.025, 1e-16);
     ck_assert_double_eq_tol(hull.radius, sqrt(0.02 * 0.02 + 0.015 * 0.015), 1e-16);
     for (int inside = 0; inside < 2; inside++) {

@@ -4,7 +4,7 @@
 #include "state_fixture.h"
 #include "surfaces.h"
 
-extern const struct mill_observer_type mill_impactlog_type;
+extern const struct mill_observing mill_impactlog_type;
 
 #define MANY 150000 /* more than two blocks of the log */
 
@@ -41,8 +41,8 @@ static struct mill_observer *open_log(struct kept *state)
     struct mill_observer *log = mill_observers_one(&mill_impactlog_type, &asked, &world, NULL);
     ck_assert_ptr_nonnull(log);
     if (state)
-        log->type->state(log, kept_load(state));
-    log->type->open(log, &asked, file, &world);
+        mill_observe_type(log)->state(log, kept_load(state));
+    mill_observe_type(log)->open(log, &asked, file, &world);
     return log;
 }
 
@@ -90,7 +90,7 @@ TEST(a_run_taken_up_again_leaves_the_same_log)
     struct mill_observer *log = open_log(NULL);
     log_range(log, 0, 70001);
     kept_init(&state);
-    log->type->state(log, &state.state);
+    mill_observe_type(log)->state(log, &state.state);
     ck_assert_uint_eq(*(uint64_t *)state.field[0].value, 70001);
     log_range(log, 90000, 99999); /* lost: after the checkpoint */
     close_all(log);

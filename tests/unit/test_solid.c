@@ -1,6 +1,7 @@
 /* What all of the program asks a solid: support, hull, outline and the gap to a wall, held against
  * each other, against the distances of extended.h and against many directions. */
 #include "clash_fixture.h"
+#include "deck/deck_private.h"
 #include "geometry/mesh.h"
 #include "shape_fixture.h"
 
@@ -164,7 +165,7 @@ LOOP_TEST(the_reach_is_that_of_the_farthest_point, KINDS + 1)
             const vec3 place = place_of(&seed, &o);
             in = fmax(in, hypot(place.y, place.z));
         }
-        const double reach = mill_part_reach(o.kind, &o.body);
+        const double reach = mill_deck_bodies_reach(o.kind, &o.body);
         ck_assert_double_ge(reach, in - 1e-15);
         if (_i > 0 || o.body.rounding == 0.0)
             ck_assert_double_eq_tol(reach, far, coarse);

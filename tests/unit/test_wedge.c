@@ -1,5 +1,6 @@
 /* A new solid is one table: a wedge, which the program does not know, is met, kept apart from other
  * bodies, drawn, worn and refused as any other solid is. */
+#include "deck/deck_private.h"
 #include "extended.h"
 #include "mesh_fixture.h"
 #include "observe/kinds.h"
@@ -395,7 +396,7 @@ TEST(a_wedge_is_drawn_worn_and_takes_its_room)
         if (m.world->shape[wear.part[wear.facet[k].part].shape]->kind == STIRS)
             area += wear.facet[k].area;
     ck_assert_double_eq_tol(area, 0.03 * 0.008 + 0.02 * (0.03 + 0.008 + hypot(0.03, 0.008)), 1e-12);
-    ck_assert_double_eq_tol(mill_part_reach(&wedge, &m.body[0]), hypot(0.03, 0.004), 1e-15);
+    ck_assert_double_eq_tol(mill_deck_bodies_reach(&wedge, &m.body[0]), hypot(0.03, 0.004), 1e-15);
     mill_wear_facets_free(&wear);
     mill_outline_free(&outline);
     mill_world_free(m.world);

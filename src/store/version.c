@@ -1,6 +1,6 @@
 /* The only file that is compiled with MILL_VERSION, MILL_FLAGS and MILL_BUILD. It does not compile
  * without them. */
-#include "base/version.h"
+#include "store/version.h"
 
 #ifdef __clang__
 #define COMPILER "clang " __VERSION__
