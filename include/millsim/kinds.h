@@ -2,16 +2,16 @@
 #ifndef MILLSIM_KINDS_H
 #define MILLSIM_KINDS_H
 
-/* One row for each kind: its number, and its name in decks, files and tables. All other code about
- * kinds is made from this list. */
-#define MILL_KIND_LIST(row)                                                                        \
-    row(MILL_BALL_BALL, "ball_ball") row(MILL_BALL_DRUM, "ball_drum")                              \
-        row(MILL_BALL_WALL, "ball_wall") row(MILL_BALL_SHAFT, "ball_shaft")                        \
-            row(MILL_BALL_BLADE, "ball_blade")
+enum mill_kind {
+    MILL_BALL_BALL,
+    MILL_BALL_DRUM,
+    MILL_BALL_WALL,
+    MILL_BALL_SHAFT,
+    MILL_BALL_BLADE,
+    MILL_KINDS
+};
 
-#define MILL_KIND_NUMBER(number, name) number,
-enum mill_kind { MILL_KIND_LIST(MILL_KIND_NUMBER) MILL_KINDS };
-
+/* In decks, files and tables */
 extern const char *const mill_kind_name[MILL_KINDS];
 
 /* The kinds of one mill. The first MILL_KINDS are the ones above, even if the mill has no such

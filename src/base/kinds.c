@@ -4,9 +4,8 @@
 #include <stdio.h>
 #include <string.h>
 
-#define NAME(number, name) [number] = name,
-
-const char *const mill_kind_name[MILL_KINDS] = {MILL_KIND_LIST(NAME)};
+const char *const mill_kind_name[MILL_KINDS] = {"ball_ball", "ball_drum", "ball_wall", "ball_shaft",
+                                                "ball_blade"};
 
 void mill_kinds_init(struct mill_kinds *kinds)
 {

@@ -154,7 +154,7 @@ static bool repeats(const struct mill_motion *motion, double time)
 {
     bool all = true;
     for (const struct mill_motion *m = motion; m && all; m = m->on) {
-        const double period = m->type->period(m), times = time / period;
+        const double period = m->period, times = time / period;
         all = !(period < (double)INFINITY) || fabs(times - rint(times)) <= ALIKE * times;
     }
     return all;
@@ -165,7 +165,7 @@ struct mill_motion_cycle mill_motion_cycle(struct mill_motion *const *motion, in
     struct mill_motion_cycle cycle = {INFINITY, 0.0, 0};
     for (int k = 0; k < count; k++) {
         for (const struct mill_motion *m = motion[k]; m; m = m->on) {
-            const double period = m->type->period(m);
+            const double period = m->period;
             cycle.single = period < (double)INFINITY ? fmax(cycle.single, period) : cycle.single;
         }
     }

@@ -27,6 +27,8 @@ static struct mill_motion *create(const void *form)
         return NULL;
     shift->base.type = &mill_shift_type;
     shift->is = *(const struct mill_shift *)form;
+    shift->base.period =
+        vec3_norm(shift->is.amplitude) > 0.0 ? 1.0 / shift->is.frequency : (double)INFINITY;
     const double phase[3] = {shift->is.phase.x, shift->is.phase.y, shift->is.phase.z};
     for (int k = 0; k < 3; k++)
         shift->start[k] = shift->phase[k] = mill_phase_turns(phase[k] / (2.0 * MILL_PI), 0.0, 0.0);
@@ -79,12 +81,6 @@ static struct mill_motion_bounds bounds(const struct mill_motion *motion, vec3 p
         .home = point, .far = far, .speed = omega * far, .acceleration = omega * omega * far};
 }
 
-static double period(const struct mill_motion *motion)
-{
-    const struct mill_shift *is = &((const struct shift *)motion)->is;
-    return vec3_norm(is->amplitude) > 0.0 ? 1.0 / is->frequency : (double)INFINITY;
-}
-
 static void restart(struct mill_motion *motion, double base, double by)
 {
     struct shift *shift = (struct shift *)motion;
@@ -98,5 +94,4 @@ const struct mill_motion_type mill_shift_type = {.is_sound = is_sound,
                                                  .pose = pose,
                                                  .bounds = bounds,
                                                  .carry = carry,
-                                                 .period = period,
                                                  .restart = restart};

@@ -30,6 +30,7 @@ static struct mill_motion *create(const void *form)
     swing->is = *(const struct mill_swing *)form;
     assert(vec3_norm(swing->is.axis) > 0.0);
     swing->is.axis = vec3_scale(swing->is.axis, 1.0 / vec3_norm(swing->is.axis));
+    swing->base.period = swing->is.amplitude != 0.0 ? 1.0 / swing->is.frequency : (double)INFINITY;
     swing->start = swing->phase = mill_phase_turns(swing->is.phase / (2.0 * MILL_PI), 0.0, 0.0);
     return &swing->base;
 }
@@ -76,12 +77,6 @@ static struct mill_motion_bounds bounds(const struct mill_motion *motion, vec3 p
     };
 }
 
-static double period(const struct mill_motion *motion)
-{
-    const struct mill_swing *is = &((const struct swing *)motion)->is;
-    return is->amplitude != 0.0 ? 1.0 / is->frequency : (double)INFINITY;
-}
-
 static bool axis(const struct mill_motion *motion, vec3 *through, vec3 *direction)
 {
     const struct mill_swing *is = &((const struct swing *)motion)->is;
@@ -101,6 +96,5 @@ const struct mill_motion_type mill_swing_type = {.is_sound = is_sound,
                                                  .create = create,
                                                  .pose = pose,
                                                  .bounds = bounds,
-                                                 .period = period,
                                                  .axis = axis,
                                                  .restart = restart};

@@ -21,7 +21,7 @@ struct piece {
 
 struct table {
     struct mill_motion base;
-    double period, phase; /* [s] period of the table; time in the table at local time 0 */
+    double length, phase; /* [s] of the table; time in the table at local time 0 */
     size_t pieces;
     struct piece *piece; /* [pieces + 1], the last one is the first one again */
     double speed, acceleration, turning, spin_up; /* maximum values: of the place, and of the
@@ -128,7 +128,7 @@ static struct mill_motion *create(const void *form)
     table->base.type = &mill_table_type;
     table->pieces = n;
     table->piece = (struct piece *)(table + 1);
-    table->period = is->row[n][0] - is->row[0][0];
+    table->length = is->row[n][0] - is->row[0][0];
     for (size_t k = 0; k <= n; k++) {
         table->piece[k].t = is->row[k][0] - is->row[0][0];
         memcpy(table->piece[k].x, is->row[k] + 1, sizeof table->piece[k].x);
@@ -148,6 +148,8 @@ static struct mill_motion *create(const void *form)
         bound(table, p, h);
     }
     table->spin_up += 0.5 * table->turning * table->turning;
+    table->base.period =
+        table->speed > 0.0 || table->turning > 0.0 ? table->length : (double)INFINITY;
     free(room);
     return &table->base;
 }
@@ -225,8 +227,8 @@ static struct mill_pose pose_at(const struct table *table, double time)
 static struct mill_pose pose(const struct mill_motion *motion, double t)
 {
     const struct table *table = (const struct table *)motion;
-    const double time = fmod(table->phase + t, table->period);
-    return pose_at(table, time < 0.0 ? time + table->period : time);
+    const double time = fmod(table->phase + t, table->length);
+    return pose_at(table, time < 0.0 ? time + table->length : time);
 }
 
 /* Home is the place of the point at the first row. */
@@ -258,22 +260,12 @@ static struct mill_motion_bounds bounds(const struct mill_motion *motion, vec3 p
     };
 }
 
-static double period(const struct mill_motion *motion)
-{
-    const struct table *table = (const struct table *)motion;
-    return table->speed > 0.0 || table->turning > 0.0 ? table->period : (double)INFINITY;
-}
-
 static void restart(struct mill_motion *motion, double base, double by)
 {
     struct table *table = (struct table *)motion;
     (void)by;
-    table->phase = fmod(base, table->period);
+    table->phase = fmod(base, table->length);
 }
 
-const struct mill_motion_type mill_table_type = {.is_sound = is_sound,
-                                                 .create = create,
-                                                 .pose = pose,
-                                                 .bounds = bounds,
-                                                 .period = period,
-                                                 .restart = restart};
+const struct mill_motion_type mill_table_type = {
+    .is_sound = is_sound, .create = create, .pose = pose, .bounds = bounds, .restart = restart};

@@ -35,6 +35,7 @@ static struct mill_motion *create(const void *form)
     assert(vec3_norm(asked->axis) > 0.0);
     const vec3 axis = vec3_scale(asked->axis, 1.0 / vec3_norm(asked->axis));
     turn->base.type = &mill_turn_type;
+    turn->base.period = 2.0 * MILL_PI / fabs(asked->speed);
     turn->is = *asked;
     turn->is.axis = axis;
     turn->about_x = vec3_norm(asked->centre) == 0.0 && axis.x == 1.0;
@@ -107,11 +108,6 @@ static struct mill_motion_bounds bounds(const struct mill_motion *motion, vec3 p
     };
 }
 
-static double period(const struct mill_motion *motion)
-{
-    return 2.0 * MILL_PI / fabs(((const struct turn *)motion)->is.speed);
-}
-
 static bool axis(const struct mill_motion *motion, vec3 *through, vec3 *direction)
 {
     const struct mill_turn *is = &((const struct turn *)motion)->is;
@@ -135,6 +131,5 @@ const struct mill_motion_type mill_turn_type = {.is_sound = is_sound,
                                                 .pose = pose,
                                                 .bounds = bounds,
                                                 .carry = carry,
-                                                .period = period,
                                                 .axis = axis,
                                                 .restart = restart};

@@ -253,7 +253,7 @@ static bool does_move(const struct mill_motion *motion)
 {
     bool moves = false;
     for (const struct mill_motion *m = motion; m; m = m->on)
-        moves = moves || m->type->period(m) < (double)INFINITY;
+        moves = moves || m->period < (double)INFINITY;
     return moves;
 }
 
