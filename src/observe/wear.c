@@ -262,10 +262,9 @@ static void tell_cells(const struct mill_wear_plan *plan, struct mill_sink *sink
 struct outline {
     const struct mill_wear_plan *plan;
     int part;
-    struct mill_mesh *mesh;
-    int32_t *facet; /* of each triangle; -1: none */
-    bool *sought;   /* [facets] */
-    bool *seen;     /* [facets] */
+    struct mill_mesh mesh;
+    int32_t *facet;      /* of each triangle of the mesh */
+    bool *sought, *seen; /* [facets] */
     bool found;
 };
 
@@ -275,21 +274,9 @@ static int32_t facet_of(const struct outline *to, const vec3 corner[3])
                                  mill_pieces_area(corner));
 }
 
-/* Adds a triangle with the number of its facet. */
 static void show(void *adds, const vec3 corner[3])
 {
-    struct outline *to = adds;
-    const size_t n = to->mesh->triangles;
-    if ((n & (n - 1)) == 0) { /* the room doubles */
-        int32_t *more = realloc(to->facet, (n > 0 ? 2 * n : 1) * sizeof *more);
-        to->mesh->failed = to->mesh->failed || !more;
-        if (more)
-            to->facet = more;
-    }
-    if (to->mesh->failed)
-        return;
-    to->facet[n] = facet_of(to, corner);
-    mill_mesh_triangle(to->mesh, corner[0], corner[1], corner[2]);
+    mill_mesh_triangle(&((struct outline *)adds)->mesh, corner[0], corner[1], corner[2]);
 }
 
 /* Does a piece belong to a facet that is sought? */
@@ -310,15 +297,24 @@ static void show_pieces(void *adds, const vec3 corner[3])
     mill_pieces_of_triangle(corner, to->found ? piece : HUGE_VAL, show, to);
 }
 
-/* Seeks the facets of a part that none of the triangles from `first` on shows; were there more? */
+/* Finds the facets of the triangles from `first` on. Seeks those of a part that none of them shows;
+ * were there more? */
 static bool seek_missing(struct outline *to, size_t first)
 {
     const struct mill_wear_part *p = &to->plan->part[to->part];
     bool more = false;
+    int32_t *facet = realloc(to->facet, (to->mesh.triangles + 1) * sizeof *facet);
+    to->mesh.failed = to->mesh.failed || !facet;
+    if (to->mesh.failed)
+        return false;
+    to->facet = facet;
     memset(to->seen + p->first, 0, (size_t)p->count * sizeof *to->seen);
-    for (size_t i = first; i < to->mesh->triangles; i++)
-        if (to->facet[i] >= 0)
-            to->seen[to->facet[i]] = true;
+    for (size_t i = first; i < to->mesh.triangles; i++) {
+        const vec3 *corner = to->mesh.point + to->mesh.corner[i][0];
+        facet[i] = facet_of(to, corner);
+        if (facet[i] >= 0)
+            to->seen[facet[i]] = true;
+    }
     for (int32_t id = p->first; id < p->first + p->count; id++)
         if (!to->seen[id]) {
             more = more || !to->sought[id];
@@ -331,7 +327,7 @@ static bool seek_missing(struct outline *to, size_t first)
  * is sought as well, until none is missing. */
 static void show_part(struct outline *to)
 {
-    const size_t points = to->mesh->points, triangles = to->mesh->triangles;
+    const size_t points = to->mesh.points, triangles = to->mesh.triangles;
     const struct mill_wear_part *p = &to->plan->part[to->part];
     const double size = fmax(SHOWN * p->cut, 1e-9);
     mill_pieces_on *on = show;
@@ -339,12 +335,12 @@ static void show_part(struct outline *to)
     mill_wear_facets_draw(to->plan, to->part, &whole);
     memset(to->sought + p->first, 0, (size_t)p->count * sizeof *to->sought);
     do {
-        to->mesh->points = points;
-        to->mesh->triangles = triangles;
+        to->mesh.points = points;
+        to->mesh.triangles = triangles;
         mill_pieces_of(&whole, size, on, to);
         on = show_pieces;
-    } while (!to->mesh->failed && seek_missing(to, triangles));
-    to->mesh->failed = to->mesh->failed || whole.failed;
+    } while (seek_missing(to, triangles));
+    to->mesh.failed = to->mesh.failed || whole.failed;
     mill_mesh_free(&whole);
 }
 
@@ -352,20 +348,20 @@ bool mill_wear_outline(const struct mill_wear_plan *plan, struct mill_mesh *mesh
 {
     const size_t room = (size_t)plan->facets + 1;
     struct outline to = {.plan = plan,
-                         .mesh = mesh,
                          .sought = malloc(room * sizeof *to.sought),
                          .seen = malloc(room * sizeof *to.seen)};
-    *mesh = (struct mill_mesh){.failed = !to.sought || !to.seen};
+    to.mesh.failed = !to.sought || !to.seen;
     for (int k = -1; k < plan->world->motions; k++)
-        for (to.part = 0; !mesh->failed && to.part < plan->parts; to.part++) {
-            const size_t before = mesh->points;
+        for (to.part = 0; !to.mesh.failed && to.part < plan->parts; to.part++) {
+            const size_t before = to.mesh.points;
             if (motion_of(plan, to.part) == k)
                 show_part(&to);
-            for (size_t i = before; i < mesh->points; i++)
-                mesh->point[i] = mill_pose_out(&plan->start[k + 1], mesh->point[i]);
+            for (size_t i = before; i < to.mesh.points; i++)
+                to.mesh.point[i] = mill_pose_out(&plan->start[k + 1], to.mesh.point[i]);
         }
     free(to.sought);
     free(to.seen);
+    *mesh = to.mesh;
     *facet = to.facet;
     return !mesh->failed;
 }
@@ -379,7 +375,7 @@ static void tell_mesh(const struct mill_wear_plan *plan, const struct worn *worn
     const size_t n = mesh.triangles, dims[2] = {3 * n, 3};
     float *value = drawn ? malloc((9 * n + 1) * sizeof *value) : NULL, *to = value;
     for (size_t i = 0; value && i < 3 * n; i++) {
-        const vec3 r = mesh.point[mesh.corner[i / 3][i % 3]];
+        const vec3 r = mesh.point[i]; /* each triangle has its own points */
         *to++ = (float)r.x;
         *to++ = (float)r.y;
         *to++ = (float)r.z;
