@@ -50,11 +50,6 @@ struct mill_heading mill_elementary_heading(double angle)
                                  of_sin[quarter] * both[1 - odd_one]};
 }
 
-double mill_elementary_sin(double angle)
-{
-    return mill_elementary_heading(angle).sin;
-}
-
 /* 0 <= t <= 1 */
 static double arc_tangent(double t)
 {

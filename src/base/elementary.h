@@ -13,7 +13,6 @@ struct mill_heading {
 
 /* angle [rad], finite. Beyond 1e6 rad it is first reduced by the double nearest to 2 pi. */
 struct mill_heading mill_elementary_heading(double angle);
-double mill_elementary_sin(double angle);
 
 /* [rad] -pi..pi, of the direction (x, y); 0 for the zero vector. */
 double mill_elementary_atan2(double y, double x);

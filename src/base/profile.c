@@ -11,7 +11,7 @@
 struct mill_profile mill_profile_make(int buckles, double radius, double height, double angle)
 {
     assert(buckles >= 2 && radius > 0.0 && height >= 0.0);
-    const double half_pitch = MILL_PI / buckles, s = mill_elementary_sin(0.5 * half_pitch);
+    const double half_pitch = MILL_PI / buckles, s = mill_elementary_heading(0.5 * half_pitch).sin;
     const double q = 2.0 * s * s, h = height;
     const double rest = q * radius * radius - 2.0 * h * h;
     const double u = rest / (2.0 * h + sqrt(4.0 * h * h + q * rest));
@@ -36,7 +36,7 @@ struct mill_profile mill_profile_make(int buckles, double radius, double height,
  * the ray between them and its radius reaches this ray. */
 bool mill_profile_is_sound(const struct mill_profile *p)
 {
-    const double s = mill_elementary_sin(MILL_PI / p->buckles);
+    const double s = mill_elementary_heading(MILL_PI / p->buckles).sin;
     if (p->half_outer >= 0.5 * MILL_PI && p->inner * s <= p->arc)
         return false;
     return p->height < p->radius && !(p->half_inner >= 0.5 * MILL_PI && p->outer * s <= p->arc);
@@ -44,6 +44,6 @@ bool mill_profile_is_sound(const struct mill_profile *p)
 
 double mill_profile_area(const struct mill_profile *p)
 {
-    return p->buckles * p->outer * p->inner * mill_elementary_sin(MILL_PI / p->buckles) +
+    return p->buckles * p->outer * p->inner * mill_elementary_heading(MILL_PI / p->buckles).sin +
            MILL_PI * p->arc * p->arc;
 }

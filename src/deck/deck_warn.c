@@ -28,7 +28,7 @@ static void warn_of_mouths(const struct mill_deck *deck)
         return;
     const struct mill_profile p = mill_deck_mill_profile(deck);
     /* opening between the inner arcs on both sides of a buckle */
-    const double mouth = 2.0 * (p.inner * mill_elementary_sin(MILL_PI / p.buckles) - p.arc);
+    const double mouth = 2.0 * (p.inner * mill_elementary_heading(MILL_PI / p.buckles).sin - p.arc);
     if (p.half_outer <= 0.5 * MILL_PI)
         return;
     for (int k = 0; k < deck->mill.kinds; k++) {

@@ -137,8 +137,8 @@ static void rung(struct mill_mesh *mesh, const struct mill_profile *p, struct cu
 {
     for (int i = 0; i < c.inner; i++) {
         const double at = p->half_inner * i / c.inner;
-        const double way =
-            2.0 * p->arc * mill_elementary_sin(at) / mill_elementary_sin(p->half_outer - at);
+        const double way = 2.0 * p->arc * mill_elementary_heading(at).sin /
+                           mill_elementary_heading(p->half_outer - at).sin;
         add_point(mesh, polar(x, p->outer - way, direction(p, pitch)));
     }
 }

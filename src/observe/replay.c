@@ -26,52 +26,35 @@ void mill_replay_init(struct mill_replay *r, struct mill_world *world,
                               .at = -INFINITY,
                               .impact_at = -INFINITY,
                               .state_at = -INFINITY};
-    r->impacts.size = sizeof(struct mill_replay_impact);
-    r->states.size = (1 + 9 * (size_t)world->balls) * sizeof(double);
+    r->impacts.list.size = sizeof(struct mill_replay_impact);
+    r->states.list.size = (1 + 9 * (size_t)world->balls) * sizeof(double);
     world->account.pinch_work = NAN; /* not known */
 }
 
 void mill_replay_free(struct mill_replay *r)
 {
-    free(r->impacts.bytes);
-    free(r->states.bytes);
+    free(r->impacts.list.item);
+    free(r->states.list.item);
 }
 
 /* ---- waiting data ---- */
 
-/* Makes room for `count` more items at the end. NULL: out of memory. */
-static char *make_room(struct mill_replay_queue *q, size_t count)
-{
-    const size_t held = q->end - q->begin, needed = held + count * q->size;
-    if (q->end + count * q->size > q->room && needed <= q->room && q->begin > 0) {
-        memmove(q->bytes, q->bytes + q->begin, held);
-        q->begin = 0;
-        q->end = held;
-    }
-    if (q->end + count * q->size > q->room) {
-        const size_t room = 2 * q->end + count * q->size;
-        char *bytes = realloc(q->bytes, room);
-        if (!bytes)
-            return NULL;
-        q->bytes = bytes;
-        q->room = room;
-    }
-    char *at = q->bytes + q->end;
-    q->end += count * q->size;
-    return at;
-}
-
 /* The first waiting item, or NULL */
 static const void *first(const struct mill_replay_queue *q)
 {
-    return q->begin < q->end ? q->bytes + q->begin : NULL;
+    return q->begin < q->list.count ? (char *)q->list.item + q->begin * q->list.size : NULL;
 }
 
-static void drop(struct mill_replay_queue *q)
+/* Makes room for another item at the end. NULL: out of memory. */
+static void *add_item(struct mill_replay_queue *q)
 {
-    q->begin += q->size;
-    if (q->begin == q->end)
-        q->begin = q->end = 0;
+    struct mill_memory_list *l = &q->list;
+    if (q->begin > 0 && 2 * q->begin >= l->count) { /* at least half of the list is over */
+        l->count -= q->begin;
+        memmove(l->item, (char *)l->item + q->begin * l->size, l->count * l->size);
+        q->begin = 0;
+    }
+    return mill_memory_add(l);
 }
 
 /* ---- the world at a given time ---- */
@@ -113,7 +96,7 @@ static void place_balls(struct mill_replay *r, double time)
             w->ball[i].t = r->at - w->base;
             w->spin[i] = three(state + 2 * n);
         }
-        drop(&r->states);
+        r->states.begin++;
     }
 }
 
@@ -227,7 +210,7 @@ static enum mill_status go_on(struct mill_replay *r, double until, struct mill_e
         const struct mill_replay_impact *impact;
         while (status == MILL_OK && (impact = first(&r->impacts)) && impact->time < due) {
             status = tell_impact(r, impact, error);
-            drop(&r->impacts);
+            r->impacts.begin++;
         }
         if (status == MILL_OK && next <= until)
             status = take_samples(r, due, error);
@@ -273,7 +256,7 @@ enum mill_status mill_replay_state(struct mill_replay *r, double time, const dou
                               : wrong < 2 * places ? "velocity"
                                                    : "angular velocity",
                               values[wrong]);
-    char *to = make_room(&r->states, 1);
+    char *to = add_item(&r->states);
     if (!to)
         return mill_error_set(error, MILL_FAILED, "out of memory for the states between accounts");
     memcpy(to, &time, sizeof time);
@@ -327,12 +310,13 @@ enum mill_status mill_replay_impacts(struct mill_replay *r, size_t count,
             return status;
     }
     r->impact_at = before;
-    if (count == 0)
-        return MILL_OK;
-    char *to = make_room(&r->impacts, count);
-    if (!to)
-        return mill_error_set(error, MILL_FAILED, "out of memory for the impacts between accounts");
-    memcpy(to, impact, count * sizeof *impact);
+    for (size_t i = 0; i < count; i++) {
+        struct mill_replay_impact *to = add_item(&r->impacts);
+        if (!to)
+            return mill_error_set(error, MILL_FAILED,
+                                  "out of memory for the impacts between accounts");
+        *to = impact[i];
+    }
     return MILL_OK;
 }
 

@@ -7,6 +7,7 @@
 #ifndef MILL_REPLAY_H
 #define MILL_REPLAY_H
 
+#include "base/memory.h"
 #include "observe/kinds.h"
 #include "observe/observers.h"
 
@@ -25,9 +26,8 @@ enum { MILL_REPLAY_ACCOUNT = 2 * (1 + MILL_MOTIONS_MOST + MILL_KINDS_MOST) };
 
 /* Waiting items of equal size, the oldest first */
 struct mill_replay_queue {
-    /* [bytes] of one item; start and end of those that wait; allocated */
-    size_t size, begin, end, room;
-    char *bytes;
+    struct mill_memory_list list;
+    size_t begin; /* the first of the list that still waits */
 };
 
 struct mill_replay {

@@ -248,15 +248,6 @@ static void move(const struct mill_mesh *mesh, const double *pose, size_t frame,
     }
 }
 
-/* Does the motion move, or one that carries it? */
-static bool does_move(const struct mill_motion *motion)
-{
-    bool moves = false;
-    for (const struct mill_motion *m = motion; m; m = m->on)
-        moves = moves || m->period < (double)INFINITY;
-    return moves;
-}
-
 /* Writes the points of motion k (-1: what stands still) for each frame; only once if the motion
  * never moves. A rotor is turned by its angle at the frame's time, which gives the same bits as in
  * files of earlier versions. */
@@ -304,7 +295,7 @@ static void put_body(struct scene *s, const char *name, int k, const struct mill
 {
     const struct mill_mesh *mesh = &outline->mesh;
     const struct mill_listed kinds = mill_kinds_listed(s->world);
-    const bool moving = k >= 0 && does_move(s->world->motion[k]);
+    const bool moving = k >= 0 && mill_motion_cycle(&s->world->motion[k], 1).single > 0.0;
     begin_block(s, name, mesh->points);
     put_points(s, mesh, k, moving, points);
     put_cells(s, "Polygons", mesh->triangles, 3, &mesh->corner[0][0]);

@@ -11,7 +11,6 @@
 #include "observe/wear.h"
 
 #include "observe/kinds.h"
-#include "observe/outline.h"
 #include "observe/sink.h"
 
 #include <stdlib.h>
@@ -171,6 +170,15 @@ static int motion_of(const struct mill_wear_plan *plan, int part)
     return motion ? motion->number : -1;
 }
 
+/* A pose as three rows of four: a point p of its frame is at row[:, :3] p + row[:, 3] */
+static void set_rows(const struct mill_pose *pose, double row[12])
+{
+    const vec3 x = pose->x, y = pose->y, z = pose->z, place = pose->place;
+    const double rows[12] = {x.x, y.x,     z.x, place.x, x.y, y.y,
+                             z.y, place.y, x.z, y.z,     z.z, place.z};
+    memcpy(row, rows, sizeof rows);
+}
+
 static void tell_parts(const struct mill_wear_plan *plan, struct mill_sink *sink)
 {
     const struct mill_world *w = plan->world;
@@ -188,8 +196,8 @@ static void tell_parts(const struct mill_wear_plan *plan, struct mill_sink *sink
         const int of = motion_of(plan, (int)i);
         row[i] =
             (struct part_row){kinds.number[shape->kind], shape->number, of, plan->part[i].round};
-        mill_outline_rows(&plan->start[of + 1], pose[i]);
-        mill_outline_rows(&plan->part[i].chart, pose[parts + i]);
+        set_rows(&plan->start[of + 1], pose[i]);
+        set_rows(&plan->part[i].chart, pose[parts + i]);
     }
     sink->open(sink, "parts");
     for (int k = 0; row && pose && k < part_list.count; k++) {

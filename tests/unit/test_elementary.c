@@ -34,7 +34,7 @@ TEST(quarter_turns_are_exact_but_for_the_rounding_of_pi)
         ck_assert_double_eq_tol(at.cos, quarter == 0 ? 1.0 : quarter == 2 ? -1.0 : 0.0, 1e-15);
         ck_assert_double_eq_tol(at.sin, quarter == 1 ? 1.0 : quarter == 3 ? -1.0 : 0.0, 1e-15);
     }
-    ck_assert(mill_elementary_heading(0.0).cos == 1.0 && mill_elementary_sin(0.0) == 0.0);
+    ck_assert(mill_elementary_heading(0.0).cos == 1.0 && mill_elementary_heading(0.0).sin == 0.0);
 }
 
 TEST(huge_angles_still_give_a_direction)
