@@ -35,6 +35,14 @@ bool mill_outline_make(const struct mill_world *world, const struct mill_motion 
     return !mesh->failed;
 }
 
+void mill_outline_rows(const struct mill_pose *pose, double row[12])
+{
+    const vec3 x = pose->x, y = pose->y, z = pose->z, place = pose->place;
+    const double rows[12] = {x.x, y.x,     z.x, place.x, x.y, y.y,
+                             z.y, place.y, x.z, y.z,     z.z, place.z};
+    memcpy(row, rows, sizeof rows);
+}
+
 void mill_outline_free(struct mill_outline *outline)
 {
     mill_mesh_free(&outline->mesh);

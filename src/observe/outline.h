@@ -19,4 +19,7 @@ bool mill_outline_make(const struct mill_world *world, const struct mill_motion 
                        struct mill_outline *outline);
 void mill_outline_free(struct mill_outline *outline);
 
+/* A pose as three rows of four: a point p of its frame is at row[:, :3] p + row[:, 3] */
+void mill_outline_rows(const struct mill_pose *pose, double row[12]);
+
 #endif

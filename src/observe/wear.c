@@ -11,6 +11,7 @@
 #include "observe/wear.h"
 
 #include "observe/kinds.h"
+#include "observe/outline.h"
 #include "observe/sink.h"
 
 #include <stdlib.h>
@@ -170,15 +171,6 @@ static int motion_of(const struct mill_wear_plan *plan, int part)
     return motion ? motion->number : -1;
 }
 
-/* A pose as three rows of four: a point p of its frame is at row[:, :3] p + row[:, 3] */
-static void set_rows(const struct mill_pose *pose, double row[12])
-{
-    const vec3 x = pose->x, y = pose->y, z = pose->z, place = pose->place;
-    const double rows[12] = {x.x, y.x,     z.x, place.x, x.y, y.y,
-                             z.y, place.y, x.z, y.z,     z.z, place.z};
-    memcpy(row, rows, sizeof rows);
-}
-
 static void tell_parts(const struct mill_wear_plan *plan, struct mill_sink *sink)
 {
     const struct mill_world *w = plan->world;
@@ -196,8 +188,8 @@ static void tell_parts(const struct mill_wear_plan *plan, struct mill_sink *sink
         const int of = motion_of(plan, (int)i);
         row[i] =
             (struct part_row){kinds.number[shape->kind], shape->number, of, plan->part[i].round};
-        set_rows(&plan->start[of + 1], pose[i]);
-        set_rows(&plan->part[i].chart, pose[parts + i]);
+        mill_outline_rows(&plan->start[of + 1], pose[i]);
+        mill_outline_rows(&plan->part[i].chart, pose[parts + i]);
     }
     sink->open(sink, "parts");
     for (int k = 0; row && pose && k < part_list.count; k++) {
@@ -312,10 +304,12 @@ static bool seek_missing(struct outline *to, size_t first)
     const struct mill_wear_part *p = &to->plan->part[to->part];
     bool more = false;
     int32_t *facet = realloc(to->facet, (to->mesh.triangles + 1) * sizeof *facet);
-    to->mesh.failed = to->mesh.failed || !facet;
+    if (facet)
+        to->facet = facet;
+    else
+        to->mesh.failed = true;
     if (to->mesh.failed)
         return false;
-    to->facet = facet;
     memset(to->seen + p->first, 0, (size_t)p->count * sizeof *to->seen);
     for (size_t i = first; i < to->mesh.triangles; i++) {
         const vec3 *corner = to->mesh.point + to->mesh.corner[i][0];
