@@ -8,7 +8,6 @@
 #include "observe/vtkhdf.h"
 
 #include "base/elementary.h"
-#include "geometry/shapes.h"
 #include "observe/kinds.h"
 #include "observe/outline.h"
 #include "observe/wear.h"
@@ -214,24 +213,24 @@ static void turn(const struct mill_mesh *mesh, double angle, float *to)
     }
 }
 
-/* Reads the poses of a motion in all frames: [frames][3] places, then [frames][9] rotations. NULL:
- * failed; the file reports why. Owner: the caller; free(). */
-static double *read_poses(struct mill_h5 *file, const char *motion, size_t frames)
+/* Reads the poses of motion k in all frames: [frames][3] places, then [frames][9] rotations; -1: of
+ * what stands still, for one frame only. NULL: failed; the file reports why. Owner: the caller;
+ * free(). */
+static double *read_poses(const struct scene *s, int k)
 {
-    double *pose = malloc(12 * (frames + 1) * sizeof *pose);
+    double *pose = calloc(12 * (s->frames + 1), sizeof *pose);
     char path[PATH];
     if (!pose)
-        mill_h5_spend(file, "out of memory for the poses");
-    for (int which = 0; which < 2 && pose; which++) {
-        snprintf(path, sizeof path, MILL_VTKHDF_POSE "%s/%s/value", motion,
+        mill_h5_spend(s->file, "out of memory for the poses");
+    for (size_t i = 0; i < 3 && pose && k < 0; i++)
+        pose[3 * s->frames + 4 * i] = 1.0;
+    for (int which = 0; which < 2 && pose && k >= 0; which++) {
+        snprintf(path, sizeof path, MILL_VTKHDF_POSE "%s/%s/value", s->world->motion_name[k],
                  which ? "rotation" : "centre");
-        mill_h5_read(file, path, MILL_H5_F64, (which ? 9 : 3) * frames, pose + 3 * frames * which,
-                     NULL);
+        mill_h5_read(s->file, path, MILL_H5_F64, (which ? 9 : 3) * s->frames,
+                     pose + 3 * s->frames * which, NULL);
     }
-    if (mill_h5_status(file, NULL) == MILL_OK)
-        return pose;
-    free(pose);
-    return NULL;
+    return pose;
 }
 
 /* Writes all points as moved by the pose of a frame */
@@ -248,35 +247,19 @@ static void move(const struct mill_mesh *mesh, const double *pose, size_t frame,
     }
 }
 
-/* Writes the points of motion k (-1: what stands still) for each frame; only once if the motion
- * never moves. A rotor is turned by its angle at the frame's time, which gives the same bits as in
- * files of earlier versions. */
-static void put_points(struct scene *s, const struct mill_mesh *mesh, int k, bool moving,
+/* Writes the points of motion k (-1: what stands still) for so many frames. A rotor is turned by
+ * its angle at the frame's time, which gives the same bits as in files of earlier versions. */
+static void put_points(struct scene *s, const struct mill_mesh *mesh, int k, size_t frames,
                        float *points)
 {
     static const struct mill_h5_layout corners = {
         MILL_H5_F32, 1, {3}, 0, "m", "corners of the triangles, frame after frame", false};
     const struct mill_world *world = s->world;
     const bool rotor = k >= 0 && k == world->rotor && !world->motion[k]->on;
-    const size_t dims[2] = {mesh->points, 3};
-    double *pose = NULL;
-    if (k >= 0 && !rotor)
-        pose = read_poses(s->file, world->motion_name[k], s->frames);
-    if (k >= 0 && !rotor && !pose)
-        return;
-    if (!moving) {
-        if (pose)
-            move(mesh, pose, 0, s->frames, points);
-        else
-            turn(mesh, rotor ? s->asked->rotor_angle : 0.0, points);
-        mill_h5_write(s->file, at(s, "", "Points"), MILL_H5_F32, 2, dims, points, "m",
-                      "corners of the triangles");
-        free(pose);
-        return;
-    }
+    double *pose = read_poses(s, k);
     struct mill_h5_column *column =
         mill_h5_column_create(s->file, at(s, "", "Points"), &corners, 0);
-    for (size_t i = 0; i < s->frames && !s->left && mill_h5_status(s->file, NULL) == MILL_OK; i++) {
+    for (size_t i = 0; i < frames && !s->left && mill_h5_status(s->file, NULL) == MILL_OK; i++) {
         const double time = mill_observe_due(s->asked->frames, s->asked->end, i);
         if (rotor)
             turn(mesh, s->asked->rotor_angle + world->rotor_speed * time, points);
@@ -297,7 +280,7 @@ static void put_body(struct scene *s, const char *name, int k, const struct mill
     const struct mill_listed kinds = mill_kinds_listed(s->world);
     const bool moving = k >= 0 && mill_motion_cycle(&s->world->motion[k], 1).single > 0.0;
     begin_block(s, name, mesh->points);
-    put_points(s, mesh, k, moving, points);
+    put_points(s, mesh, k, moving ? s->frames : 1, points);
     put_cells(s, "Polygons", mesh->triangles, 3, &mesh->corner[0][0]);
     put_steps(s, moving, mesh->points);
     mill_h5_write(
