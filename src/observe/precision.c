@@ -220,36 +220,20 @@ struct mill_precision_mean mill_precision_mean(const double *x, size_t n, size_t
 
 /* ---- the median ---- */
 
-/* Place of the median of the slots from `slot` up: at the fraction `within` of bin `bin`. count: of
- * all impacts */
-struct place {
-    int slot, bin;
-    double within, count;
-};
-
 /* Finds the median of the impacts in the slots from `slot` up, in the batches from `from` on. sum:
- * zeros; set to the sum of their impacts by speed */
-static struct place find_median(const struct mill_precision *p, uint64_t from, int slot,
-                                uint64_t sum[MILL_SPECTRUM_SLOTS])
+ * zeros; set to their numbers by speed */
+static struct mill_spectrum_place find_median(const struct mill_precision *p, uint64_t from,
+                                              int slot, struct mill_spectrum *sum)
 {
-    struct place place = {slot, slot, 0, 0};
-    double below = 0;
     for (uint64_t k = from; k < p->at.batches; k++)
         for (int i = slot; i < MILL_SPECTRUM_SLOTS; i++)
-            sum[i] += p->counts[k][i];
-    for (int i = slot; i < MILL_SPECTRUM_SLOTS; i++)
-        place.count += (double)sum[i];
-    while (place.bin < MILL_SPECTRUM_SLOTS - 1 &&
-           below + (double)sum[place.bin] < 0.5 * place.count)
-        below += (double)sum[place.bin++];
-    if (sum[place.bin] > 0)
-        place.within = (0.5 * place.count - below) / (double)sum[place.bin];
-    return place;
+            sum->slot[i].count += p->counts[k][i];
+    return mill_spectrum_place(sum, slot, 0.5);
 }
 
 /* By how many impacts the median of a batch or a window is below the place: its impacts below the
  * place, minus half of all its impacts. *all: all its impacts */
-static double excess(const uint32_t *row, const struct place *place, double *all)
+static double excess(const uint32_t *row, const struct mill_spectrum_place *place, double *all)
 {
     double below = place->within * row[place->bin], rest = (1 - place->within) * row[place->bin];
     for (int i = place->slot; i < place->bin; i++)
@@ -261,7 +245,7 @@ static double excess(const uint32_t *row, const struct place *place, double *all
 }
 
 /* Fraction of the impacts per unit of ln v around the median, over 5 bins to each side, +-10 % */
-static double density(const uint64_t sum[], const struct place *place)
+static double density(const struct mill_spectrum *sum, const struct mill_spectrum_place *place)
 {
     enum { REACH = 5 };
     /* slot 0 and the last one are underflow and overflow */
@@ -271,18 +255,17 @@ static double density(const uint64_t sum[], const struct place *place)
         place->bin + REACH < MILL_SPECTRUM_BINS ? place->bin + REACH + 1 : MILL_SPECTRUM_BINS + 1;
     double share = 0;
     for (int i = low; i < high; i++)
-        share += (double)sum[i] / place->count;
+        share += (double)sum->slot[i].count / place->count;
     return share / ((high - low) * MILL_SPECTRUM_LOG_BIN);
 }
 
-/* sum: as in find_median() */
 static struct mill_precision_mean tell_median(const struct mill_precision *p, uint64_t from,
                                               int slot)
 {
     double below[MILL_PRECISION_BATCHES] = {0}, all;
-    uint64_t sum[MILL_SPECTRUM_SLOTS] = {0};
+    struct mill_spectrum sum = {0};
     const uint64_t n = p->at.batches - from;
-    const struct place place = find_median(p, from, slot, sum);
+    const struct mill_spectrum_place place = find_median(p, from, slot, &sum);
     struct mill_precision_mean median = {NAN, NAN, 0};
     if (!(place.count > 0) || place.bin == 0)
         return median;
@@ -291,11 +274,9 @@ static struct mill_precision_mean tell_median(const struct mill_precision *p, ui
     const struct mill_precision_mean scatter = mill_precision_mean(below, n, p->at.period);
     /* error of the fraction below; for n independent impacts it is 1/2 over the root of n */
     const double share = fmax(scatter.error * (double)n / place.count, 0.5 / sqrt(place.count));
-    median.value = place.bin <= MILL_SPECTRUM_BINS
-                       ? mill_spectrum_within(p->grid, place.bin, place.within)
-                       : p->grid->edge[MILL_SPECTRUM_BINS];
+    median.value = mill_spectrum_speed(p->grid, &place);
     if (scatter.freedom > 0) {
-        median.error = median.value * share / density(sum, &place);
+        median.error = median.value * share / density(&sum, &place);
         median.freedom = scatter.freedom;
     }
     return median;
@@ -311,9 +292,9 @@ static double work(const struct mill_precision *p, uint64_t from, uint64_t to)
 uint64_t mill_precision_cut(const struct mill_precision *p, bool *settled)
 {
     double power[MILL_PRECISION_BATCHES] = {0}, below[MILL_PRECISION_BATCHES] = {0}, all;
-    uint64_t sum[MILL_SPECTRUM_SLOTS] = {0};
+    struct mill_spectrum sum = {0};
     const uint64_t n = p->at.batches;
-    const struct place place = find_median(p, n / 2, MILL_SPECTRUM_FAST, sum);
+    const struct mill_spectrum_place place = find_median(p, n / 2, MILL_SPECTRUM_FAST, &sum);
     for (uint64_t k = 0; k < n; k++) {
         const double more = excess(p->counts[k], &place, &all);
         below[k] = all > 0 ? more / all : 0;

@@ -76,24 +76,29 @@ double mill_spectrum_mean(const struct mill_spectrum *spectrum)
     return count > 0 ? spectrum->sum / (double)count : (double)NAN;
 }
 
-double mill_spectrum_within(const struct mill_spectrum_grid *grid, int slot, double share)
+struct mill_spectrum_place mill_spectrum_place(const struct mill_spectrum *spectrum, int slot,
+                                               double level)
 {
-    return grid->edge[slot - 1] * mill_elementary_exp(share * MILL_SPECTRUM_LOG_BIN);
+    struct mill_spectrum_place place = {.slot = slot, .bin = slot};
+    place.count = (double)mill_spectrum_total(spectrum, slot).count;
+    const double rank = level * place.count;
+    /* counted in the slots before this one: a whole number, not more than all */
+    double below = 0;
+    if (place.count == 0)
+        return place;
+    while (spectrum->slot[place.bin].count == 0 ||
+           below + (double)spectrum->slot[place.bin].count < rank)
+        below += (double)spectrum->slot[place.bin++].count;
+    place.within = (rank - below) / (double)spectrum->slot[place.bin].count;
+    return place;
 }
 
-double mill_spectrum_quantile(const struct mill_spectrum_grid *grid,
-                              const struct mill_spectrum *spectrum, int slot, double level)
+double mill_spectrum_speed(const struct mill_spectrum_grid *grid,
+                           const struct mill_spectrum_place *place)
 {
-    const double total = (double)mill_spectrum_total(spectrum, slot).count, rank = level * total;
-    if (total == 0)
-        return (double)NAN;
-    /* counted in the slots before this one: a whole number, not more than `total` */
-    double below = 0;
-    while (spectrum->slot[slot].count == 0 || below + (double)spectrum->slot[slot].count < rank)
-        below += (double)spectrum->slot[slot++].count;
-    if (slot == 0)
-        return 0;
-    if (slot > MILL_SPECTRUM_BINS)
+    if (place->count == 0 || place->bin == 0)
+        return place->count == 0 ? (double)NAN : 0;
+    if (place->bin > MILL_SPECTRUM_BINS)
         return grid->edge[MILL_SPECTRUM_BINS];
-    return mill_spectrum_within(grid, slot, (rank - below) / (double)spectrum->slot[slot].count);
+    return grid->edge[place->bin - 1] * mill_elementary_exp(place->within * MILL_SPECTRUM_LOG_BIN);
 }

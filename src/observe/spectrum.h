@@ -75,14 +75,26 @@ struct mill_spectrum_slot mill_spectrum_total(const struct mill_spectrum *spectr
 /* Mean of all speeds [m/s]; NaN if there are none. */
 double mill_spectrum_mean(const struct mill_spectrum *spectrum);
 
-/* The speed [m/s] at the fraction `share` (0..1) of the bin of `slot` (1 to MILL_SPECTRUM_BINS), on
- * the logarithmic scale. */
-double mill_spectrum_within(const struct mill_spectrum_grid *grid, int slot, double share);
+/* A quantile of the speeds in `slot` and all slots above it: at the fraction `within` of slot
+ * `bin`. count: of all these speeds */
+struct mill_spectrum_place {
+    int slot, bin;
+    double within, count;
+};
+struct mill_spectrum_place mill_spectrum_place(const struct mill_spectrum *spectrum, int slot,
+                                               double level);
 
-/* The quantile `level` (0..1) of the speeds [m/s] in `slot` and all slots above it. Log-linear
- * within a bin; 0 within the underflow; the highest edge within the overflow. NaN if there are
- * none. */
-double mill_spectrum_quantile(const struct mill_spectrum_grid *grid,
-                              const struct mill_spectrum *spectrum, int slot, double level);
+/* [m/s] The speed there: log-linear within a bin; 0 within the underflow; the highest edge within
+ * the overflow. NaN if there are no speeds. */
+double mill_spectrum_speed(const struct mill_spectrum_grid *grid,
+                           const struct mill_spectrum_place *place);
+
+static inline double mill_spectrum_quantile(const struct mill_spectrum_grid *grid,
+                                            const struct mill_spectrum *spectrum, int slot,
+                                            double level)
+{
+    const struct mill_spectrum_place place = mill_spectrum_place(spectrum, slot, level);
+    return mill_spectrum_speed(grid, &place);
+}
 
 #endif
