@@ -88,9 +88,6 @@ struct mill_pose mill_motion_pose(const struct mill_motion *motion, double t);
  * from that pose */
 vec3 mill_motion_point(const struct mill_motion *motion, double t, vec3 point, vec3 *velocity);
 
-/* [m] The place of the laboratory in coordinates of the motion's frame, at local time t */
-vec3 mill_motion_place(const struct mill_motion *motion, double t, vec3 place);
-
 /* Bounds, valid at all times, for a point of the motion's frame; home and axis are in the
  * laboratory. */
 struct mill_motion_bounds mill_motion_bounds(const struct mill_motion *motion, vec3 point);

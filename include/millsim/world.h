@@ -169,10 +169,8 @@ vec3 mill_world_velocity(const struct mill_world *world, int32_t i, double t);
 /* Energies of all balls at local time t. */
 struct mill_energy mill_world_energy(const struct mill_world *world, double t);
 
-/* The container's frame at local time t, and a position of the laboratory in coordinates of this
- * frame [m] */
+/* The container's frame at local time t */
 struct mill_pose mill_world_frame(const struct mill_world *world, double t);
-vec3 mill_world_place(const struct mill_world *world, vec3 position, double t);
 
 /* [J] error: |work - change of energy - dissipation|; turnover: the energy turned over; both until
  * local time t. */

@@ -61,12 +61,6 @@ struct mill_pose mill_world_frame(const struct mill_world *w, double t)
     return pose;
 }
 
-vec3 mill_world_place(const struct mill_world *w, vec3 position, double t)
-{
-    const struct mill_container *c = &w->container;
-    return c->still ? position : mill_pose_in(&c->frame, mill_motion_place(c->motion, t, position));
-}
-
 struct mill_energy mill_world_energy(const struct mill_world *w, double t)
 {
     struct mill_energy e = {0.0, 0.0, 0.0};

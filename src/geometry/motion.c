@@ -56,14 +56,6 @@ vec3 mill_motion_point(const struct mill_motion *motion, double t, vec3 point, v
     return point;
 }
 
-vec3 mill_motion_place(const struct mill_motion *motion, double t, vec3 place)
-{
-    if (!motion)
-        return place;
-    const struct mill_pose pose = motion->type->pose(motion, t);
-    return mill_pose_in(&pose, mill_motion_place(motion->on, t, place));
-}
-
 /* Bounds for a point of a frame (bounds i) on a carrier (bounds o, for the place from which the
  * point never moves far). They are sums of the effect of each motion, and of the outer motion on
  * the inner one (centrifugal, Coriolis and Euler terms). */

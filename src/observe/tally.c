@@ -146,11 +146,23 @@ static enum mill_status count_strike(struct mill_tally *tally, const struct mill
     return MILL_OK;
 }
 
+/* [m] A place of the laboratory in the motion's frame, at local time t */
+static vec3 place_in(const struct mill_motion *motion, double t, vec3 place)
+{
+    if (!motion)
+        return place;
+    const struct mill_pose pose = motion->type->pose(motion, t);
+    return mill_pose_in(&pose, place_in(motion->on, t, place));
+}
+
 /* Counts the impact at its place in the container's frame. */
 static void map_impact(struct mill_tally *tally, const struct mill_impact *impact)
 {
-    const struct mill_world *world = tally->world;
-    const vec3 place = mill_world_place(world, impact->position, impact->time - world->base);
+    const struct mill_container *in = &tally->world->container;
+    vec3 place = impact->position;
+    if (!in->still)
+        place = mill_pose_in(&in->frame,
+                             place_in(in->motion, impact->time - tally->world->base, place));
     mill_maps_impact(&tally->plan.maps, tally->gathered.hits, impact, &place);
 }
 
