@@ -1,9 +1,9 @@
 /* Numbers as texts; the mill as a few lines, and its impacts as a table: a row for each kind, one
  * unit a column. */
 #include "app/summary.h"
-#include "geometry/body.h"
 #include "geometry/mesh.h"
 #include "millsim/start.h"
+#include "observe/outline.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -127,7 +127,7 @@ static void print_motions(const struct mill_world *world, const char *lead, FILE
         double speed = 0, acceleration = 0;
         for (int i = 0; i < world->shapes; i++)
             if (world->shape[i]->motion == world->motion[k])
-                mill_body_draw(world->shape[i], 1e-2 * world->drum_radius, &mesh);
+                mill_outline_draw(world->shape[i], 1e-2 * world->drum_radius, &mesh);
         for (size_t i = 0; i < mesh.points; i++) {
             const struct mill_motion_bounds b = mill_motion_bounds(world->motion[k], mesh.point[i]);
             speed = fmax(speed, b.speed);

@@ -129,11 +129,6 @@ bool mill_body_create(struct mill_bodied *b, const struct mill_reach *places)
     return !c->base.type->create || c->base.type->create(&c->base);
 }
 
-void mill_body_draw(const struct mill_shape *shape, double tolerance, struct mill_mesh *mesh)
-{
-    shape->solid->outline(mill_body_is(shape), shape->wall, tolerance, mesh);
-}
-
 /* The maximum distance of points of a box with these half sides from its centre, normal to a
  * direction */
 static double across_of(vec3 half, vec3 axis)

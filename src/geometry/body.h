@@ -36,9 +36,6 @@ bool mill_body_create(struct mill_bodied *b, const struct mill_reach *places);
 struct mill_wall mill_body_wall(const struct mill_solid *solid, const struct mill_body *is,
                                 int wall);
 
-/* Adds the triangles that this surface shows; none: another wall of the body shows them */
-void mill_body_draw(const struct mill_shape *shape, double tolerance, struct mill_mesh *mesh);
-
 /* reachable of struct mill_shape_type */
 bool mill_body_reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, double radius);
 

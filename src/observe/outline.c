@@ -1,7 +1,6 @@
 /* Collects the triangles of all surfaces that a motion carries. */
 #include "observe/outline.h"
 
-#include "geometry/body.h"
 #include "observe/kinds.h"
 
 #include <stdlib.h>
@@ -21,7 +20,7 @@ bool mill_outline_make(const struct mill_world *world, const struct mill_motion 
         const size_t before = mesh->triangles;
         if (shape->motion != motion)
             continue;
-        mill_body_draw(shape, FLAT * world->container.radius, mesh);
+        mill_outline_draw(shape, FLAT * world->container.radius, mesh);
         uint8_t *kind = realloc(outline->kind, mesh->triangles + 1);
         outline->kind = kind ? kind : outline->kind;
         int32_t *number = realloc(outline->number, (mesh->triangles + 1) * sizeof *number);

@@ -2,8 +2,16 @@
 #ifndef MILL_OUTLINE_H
 #define MILL_OUTLINE_H
 
+#include "geometry/body.h"
 #include "geometry/mesh.h"
 #include "millsim/world.h"
+
+/* Adds the triangles that this surface shows; none: another wall of the body shows them */
+static inline void mill_outline_draw(const struct mill_shape *shape, double tolerance,
+                                     struct mill_mesh *mesh)
+{
+    shape->solid->outline(mill_body_is(shape), shape->wall, tolerance, mesh);
+}
 
 /* The surfaces that one motion carries */
 struct mill_outline {

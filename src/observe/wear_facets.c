@@ -5,7 +5,7 @@
 #include "observe/wear.h"
 
 #include "base/elementary.h"
-#include "geometry/shapes.h"
+#include "observe/outline.h"
 
 #include <stdlib.h>
 
@@ -172,7 +172,7 @@ void mill_wear_facets_draw(const struct mill_wear_plan *plan, int part, struct m
 {
     const struct mill_world *w = plan->world;
     *mesh = (struct mill_mesh){0};
-    mill_body_draw(w->shape[plan->part[part].shape], FLAT * w->container.radius, mesh);
+    mill_outline_draw(w->shape[plan->part[part].shape], FLAT * w->container.radius, mesh);
 }
 
 /* Sets the lattice of a part, whose coordinates `reach` has measured, for cells of this size.

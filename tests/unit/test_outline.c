@@ -11,7 +11,7 @@
 static struct mill_mesh drawn(const struct mill_shape *shape)
 {
     struct mill_mesh mesh = {0};
-    mill_body_draw(shape, TOLERANCE, &mesh);
+    mill_outline_draw(shape, TOLERANCE, &mesh);
     ck_assert(!mesh.failed && mesh.triangles > 0);
     return mesh;
 }

@@ -239,7 +239,7 @@ TEST(its_outline_is_closed_and_encloses_its_volume)
     struct one o;
     struct mill_mesh mesh = {0};
     open_one(&seed, &o, 0);
-    mill_body_draw(o.shape[0], 1e-3, &mesh);
+    mill_outline_draw(o.shape[0], 1e-3, &mesh);
     assert_closed(&mesh, 1);
     ck_assert_double_eq_tol(enclosed_by(&mesh) / wedge.volume(&o.body), 1.0, 1e-12);
     mill_mesh_free(&mesh);
