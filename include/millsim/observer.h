@@ -39,12 +39,12 @@ struct mill_observer_type {
      * runs. It must not change `next`, nor read more of a world than shapes, motions and `base`. */
     enum mill_status (*impact)(struct mill_observer *, const struct mill_impact *,
                                struct mill_error *);
-    /* A relief of this ball begins, or ends, at simulated time `time` [s]; as `impact`. */
-    enum mill_status (*relief)(struct mill_observer *, int32_t ball, double time, bool begins,
-                               struct mill_error *);
     /* The world is at simulated time `next` = world->base + t. The function must set `next` to a
      * later time. The sample includes every event before its time and no event at its time. */
     enum mill_status (*sample)(struct mill_observer *, const struct mill_world *, double t,
+                               struct mill_error *);
+    /* A relief of this ball begins, or ends, at simulated time `time` [s]; as `impact`. */
+    enum mill_status (*relief)(struct mill_observer *, int32_t ball, double time, bool begins,
                                struct mill_error *);
 };
 
