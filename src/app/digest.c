@@ -1,7 +1,6 @@
 /* The deck gives the mill, the balls and the motions. The stream on standard input gives states,
  * impacts, works and losses, as records: a type, a length, and that many bytes. The observers
  * process both as in a run. docs/file-format.md describes the stream. */
-#include "app/asked.h"
 #include "app/facts.h"
 #include "app/run.h"
 #include "observe/replay.h"
@@ -152,7 +151,7 @@ static enum mill_status build(struct digest *d)
     mill_progress_end(&d->order->display);
     if (status != MILL_OK)
         return status;
-    d->observe = mill_asked_observe(deck, d->world);
+    d->observe = deck->observe;
     d->observe.sample_found = false;
     d->observe.precision = d->observe.max_collisions = 0;
     return MILL_OK;

@@ -89,8 +89,8 @@ static enum mill_status check_inputs(const struct mill_run_order *o, const char 
     const char *output = o->asked->output;
     struct mill_draft draft;
     mill_draft_init(&draft, output, NULL);
-    for (int i = -1; i < deck->text.files; i++) {
-        const char *input = i < 0 ? o->asked->deck : deck->text.file_named[i];
+    for (int i = -1; i < (int)deck->text.files.count; i++) {
+        const char *input = i < 0 ? o->asked->deck : ((const char **)deck->text.files.item)[i];
         const char *met = mill_draft_meets(&draft, input);
         if (met)
             return mill_error_set(o->error, MILL_BAD_DECK, "%s: %s the deck%s; %s another name",
@@ -176,7 +176,7 @@ static void tell_forecast(const struct mill_deck *deck, struct mill_world *world
 {
     const bool braked = !deck->mill.rotor || deck->given.wavy ||
                         deck->mill.contact[MILL_BALL_DRUM].law.friction > 0;
-    const bool whole = deck->given.precision == 0 && deck->given.max_collisions == 0;
+    const bool whole = deck->observe.precision == 0 && deck->observe.max_collisions == 0;
     struct mill_forecast f;
     struct mill_error why;
     if (mill_forecast_make(deck, world, &f, &why) == MILL_OK)

@@ -3,7 +3,6 @@
 #define _GNU_SOURCE /* the cores that this process may use */
 #include "app/run.h"
 
-#include "app/asked.h"
 #include "app/checkpoint.h"
 #include "app/forecast.h"
 #include "app/summary.h"
@@ -27,7 +26,6 @@ struct run {
     const struct mill_deck *deck;
     const char *output; /* path */
     struct mill_error *error;
-    struct mill_observe observe; /* what the deck asks of the observers */
     struct mill_world *world;
     struct mill_sim *sim;
     struct mill_h5 *file;
@@ -111,11 +109,9 @@ static enum mill_status build(struct run *r)
     const struct mill_start_watch watch = {mill_progress_stage, &r->order->display};
     enum mill_status status = mill_deck_setup_world(r->deck, &watch, &r->world, r->error);
     if (status == MILL_OK)
-        r->observe = mill_asked_observe(r->deck, r->world);
-    if (status == MILL_OK)
         status = mill_sim_create(r->world, &r->sim, r->error);
     if (status == MILL_OK)
-        status = mill_observers_create(&r->observe, r->world, &r->observers, r->error);
+        status = mill_observers_create(&r->deck->observe, r->world, &r->observers, r->error);
     return status;
 }
 
@@ -161,7 +157,7 @@ static enum mill_status take_up(struct run *r)
 static void show(const struct run *r, bool begins, const char *state)
 {
     const char *running = mill_summary_samples(&r->observers) ? "sampling" : "settling";
-    const double time = mill_sim_time(r->sim), end = r->deck->given.time;
+    const double time = mill_sim_time(r->sim), end = r->deck->observe.end;
     struct mill_progress p = {time,
                               end,
                               mill_forecast_work(&r->growth, time),
@@ -196,8 +192,8 @@ static int threads_of(const struct mill_deck *deck)
 /* Notes what the run will cost, if that is probably more than was meant. */
 static void note_cost(struct run *r)
 {
-    const double interval = r->deck->given.frames,
-                 frames = interval > 0 ? r->deck->given.time / interval : 0;
+    const double interval = r->deck->observe.frames,
+                 frames = interval > 0 ? r->deck->observe.end / interval : 0;
     const struct mill_energies *energies = &mill_observers_tally(&r->observers)->plan.energies;
     if (frames > 1e6) /* probably a mistake in a unit */
         mill_error_set(&r->note, MILL_OK, "output.frames = %g s makes %.3g frames, %.3g GB or more",
@@ -220,8 +216,8 @@ static enum mill_status prepare(struct run *r)
     if (status == MILL_OK && r->resumes)
         status = take_up(r);
     if (status == MILL_OK)
-        status =
-            mill_observers_open(&r->observers, &r->observe, r->file, r->world, r->sim, r->error);
+        status = mill_observers_open(&r->observers, &r->deck->observe, r->file, r->world, r->sim,
+                                     r->error);
     if (status != MILL_OK)
         return status;
     r->growth = mill_forecast_growth(r->world);
@@ -252,7 +248,7 @@ static struct mill_record_cost cost_of(const struct run *r)
 
 static struct mill_facts facts_of(const struct run *r, const char *status)
 {
-    const bool asked = r->deck->given.precision > 0 || r->deck->given.max_collisions > 0;
+    const bool asked = r->deck->observe.precision > 0 || r->deck->observe.max_collisions > 0;
     const char *by = strcmp(status, "complete") == 0 ? r->ended_by.text : "none";
     return (struct mill_facts){.status = status,
                                .ended_by = asked ? by : NULL,
@@ -328,7 +324,7 @@ static enum mill_status save(struct run *r)
 static enum mill_status advance(struct run *r)
 {
     const double aim = fmin(MILL_PROGRESS_EVERY, r->deck->given.checkpoint),
-                 end = r->deck->given.time;
+                 end = r->deck->observe.end;
     uint64_t slice = 1000;
     enum mill_status status = MILL_OK;
     r->due = mill_record_clock(CLOCK_MONOTONIC) + r->deck->given.checkpoint;
@@ -369,8 +365,8 @@ static bool goes_on(void *self, double done, double all)
 static enum mill_status conclude(struct run *r, enum mill_status ended, struct mill_error *error)
 {
     const struct mill_going going = {goes_on, r};
-    const bool many =
-        r->deck->given.frames > 0 && mill_sim_time(r->sim) / r->deck->given.frames > MANY_FRAMES;
+    const bool many = r->deck->observe.frames > 0 &&
+                      mill_sim_time(r->sim) / r->deck->observe.frames > MANY_FRAMES;
     const bool slow = many && ended == MILL_OK;
     show(r, false, "writing");
     if (ended == MILL_STOPPED || slow)

@@ -10,68 +10,81 @@
 
 /* Converts what is given instead of the number of balls to that number. volume: [m^3] the free one;
  * < 0: not known yet */
-static enum mill_status count_balls(const struct mill_deck *deck, struct mill_deck_balls *balls,
-                                    double *volume)
+static bool count_balls(const struct mill_deck *deck, struct mill_deck_balls *balls, double *volume)
 {
     const double d = balls->diameter, one = MILL_PI / 6.0 * d * d * d;
-    double given = balls->mass / balls->density / one;
-    balls->given = "mass";
+    double given = (double)balls->count;
     if (balls->fill > 0.0) {
         balls->given = "fill";
-        given = balls->fill * mill_deck_mill_volume(deck) / one;
+        given = balls->fill * mill_deck_checks_volume(deck) / one;
     } else if (balls->bulk_fill > 0.0) {
-        enum mill_status status = MILL_OK;
         balls->given = "bulk_fill";
-        if (*volume < 0.0)
-            status = mill_deck_setup_free_volume(deck, volume, deck->text.reading->error);
-        if (status != MILL_OK)
-            return status;
+        if (*volume < 0.0 && !mill_deck_setup_free_volume(deck, volume))
+            return false;
         given = BULK_SOLID * balls->bulk_fill * *volume / one;
-    } else if (balls->mass == 0.0) {
+    } else if (balls->mass > 0.0) {
+        balls->given = "mass";
+        given = balls->mass / balls->density / one;
+    } else {
         balls->given = "count";
-        return MILL_OK;
     }
-    const double count = round(given);
-    if (!(count >= 1.0 && count <= MILL_DECK_MOST_BALLS))
+    if (!(given >= 0.5 && given < MILL_DECK_MOST_BALLS + 0.5))
         return mill_deck_wrong(&deck->text, balls->section, balls->given,
                                "gives %.3g balls of %g m; expected 1 to %d", given, d,
                                MILL_DECK_MOST_BALLS);
-    balls->count = (long)count;
-    return MILL_OK;
+    balls->count = lround(given);
+    return true;
 }
 
-enum mill_status mill_deck_balls_list(struct mill_deck *deck)
+/* Sets the density of balls whose section gives only a material. */
+static bool find_density(const struct mill_deck *deck, struct mill_deck_balls *balls)
+{
+    struct mill_deck_found found = {.is = {.density = 0.0}};
+    if (balls->material &&
+        !mill_deck_materials_find(deck, balls->section, "material", balls->material, &found))
+        return false;
+    if (!(balls->density > 0.0))
+        balls->density = found.is.density;
+    return balls->density > 0.0 ||
+           mill_deck_wrong(&deck->text, balls->section, "material",
+                           "the density of '%s' is not known: give 'density'", found.name);
+}
+
+void mill_deck_balls_list(struct mill_deck *deck)
 {
     const struct mill_deck_section *s = NULL;
     struct mill_deck_mill *mill = &deck->mill;
+    size_t most = 1;
     double volume = -1.0;
-    mill->balls = calloc((size_t)deck->text.sections, sizeof *mill->balls);
-    if (!mill->balls)
-        return mill_deck_memory(&deck->text);
-    while ((s = mill_deck_next_balls(&deck->text, s))) {
+    while ((s = mill_deck_next_balls(&deck->text, s)))
+        most++;
+    struct mill_setup_balls *all = mill_deck_keep(&deck->text, calloc(most, sizeof *all));
+    mill->balls = mill_deck_keep(&deck->text, calloc(most, sizeof *mill->balls));
+    deck->setup.balls = all;
+    while (all && mill->balls && (s = mill_deck_next_balls(&deck->text, s))) {
         struct mill_deck_balls *balls = s->form;
         balls->section = s->title;
-        balls->name = strchr(s->title, '.') ? strchr(s->title, '.') + 1 : s->title;
-        enum mill_status status = mill_deck_materials_density(deck, balls);
-        if (status == MILL_OK)
-            status = count_balls(deck, balls, &volume);
-        if (status != MILL_OK)
-            return status;
-        mill->balls[mill->kinds++] = *balls;
+        if (!find_density(deck, balls) || !count_balls(deck, balls, &volume))
+            return;
         mill->all += balls->count;
+        all[deck->setup.species] = (struct mill_setup_balls){.name = mill_deck_name(s),
+                                                             .diameter = balls->diameter,
+                                                             .density = balls->density,
+                                                             .count = (int32_t)balls->count};
+        mill->balls[deck->setup.species++] = *balls;
     }
-    return mill_deck_files_find(&deck->text, "balls", "start", &deck->given.start);
+    mill_deck_files_find(&deck->text, "balls", "start", &deck->given.start);
 }
 
 /* Converts the ratio of the masses of balls and powder to a mass of powder, and finds its table. */
-enum mill_status mill_deck_balls_powder(struct mill_deck *deck)
+void mill_deck_balls_powder(struct mill_deck *deck)
 {
     struct mill_deck_powder *powder = &deck->given.powder;
     double mass = 0.0;
-    for (int k = 0; k < deck->mill.kinds; k++)
+    for (int k = 0; k < deck->setup.species; k++)
         mass += (double)deck->mill.balls[k].count * deck->mill.balls[k].density * MILL_PI / 6.0 *
                 pow(deck->mill.balls[k].diameter, 3);
     if (powder->ball_to_powder > 0.0)
         powder->mass = mass / powder->ball_to_powder;
-    return mill_deck_files_find(&deck->text, "powder", "table", &powder->table);
+    mill_deck_files_find(&deck->text, "powder", "table", &powder->table);
 }

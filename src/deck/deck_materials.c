@@ -43,9 +43,8 @@ static bool is_among(const char *names, const char *name)
     return false;
 }
 
-enum mill_status mill_deck_materials_find(const struct mill_deck *deck, const char *section,
-                                          const char *key, const char *name,
-                                          struct mill_deck_found *found)
+bool mill_deck_materials_find(const struct mill_deck *deck, const char *section, const char *key,
+                              const char *name, struct mill_deck_found *found)
 {
     char title[MILL_NAME_LENGTH + 16], list[400] = "";
     const struct known *k = known;
@@ -84,24 +83,7 @@ enum mill_status mill_deck_materials_find(const struct mill_deck *deck, const ch
                                "[material.%.63s]",
                                name, list, name);
     }
-    return MILL_OK;
-}
-
-enum mill_status mill_deck_materials_density(const struct mill_deck *deck,
-                                             struct mill_deck_balls *balls)
-{
-    struct mill_deck_found found = {.is = {.density = 0.0}};
-    const enum mill_status status =
-        balls->material
-            ? mill_deck_materials_find(deck, balls->section, "material", balls->material, &found)
-            : MILL_OK;
-    if (status != MILL_OK || balls->density > 0.0)
-        return status;
-    balls->density = found.is.density;
-    if (balls->density > 0.0)
-        return MILL_OK;
-    return mill_deck_wrong(&deck->text, balls->section, "material",
-                           "the density of '%s' is not known: give 'density'", found.name);
+    return true;
 }
 
 const struct mill_fall *mill_deck_materials_fall(const char *name)

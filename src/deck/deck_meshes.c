@@ -3,21 +3,18 @@
 #include "deck/stl.h"
 #include "mesh/facets_unite.h"
 
-/* Who hears of the faults of a mesh */
+/* Who hears of a mesh */
 struct hearing {
     struct mill_deck *deck;
     const struct mill_deck_section *section;
-    enum mill_status status; /* of the last fault, which is not kept yet */
 };
 
 static void hear(void *self, const char *text)
 {
-    struct hearing *h = self;
-    const struct mill_deck_body *given = h->section->form;
-    if (h->status == MILL_OK || mill_deck_faults_keep(&h->deck->text, h->status) == MILL_OK)
-        h->status =
-            mill_deck_wrong(&h->deck->text, h->section->title, "file",
-                            "%s; mend it with 'mill mesh %s -o OUT.stl'", text, given->file);
+    const struct hearing *h = self;
+    mill_deck_wrong(&h->deck->text, h->section->title, "file",
+                    "%s; mend it with 'mill mesh %s -o OUT.stl'", text,
+                    ((struct mill_deck_body *)h->section->form)->file);
 }
 
 static void pass_on(void *self, const char *what, int32_t done, int32_t all)
@@ -26,46 +23,42 @@ static void pass_on(void *self, const char *what, int32_t done, int32_t all)
     watch->tell(watch->self, what, done, all);
 }
 
-static void warn_of(const struct hearing *h, const struct mill_facets_report *found)
+bool mill_deck_meshes_read(struct mill_deck *deck, const struct mill_deck_section *section,
+                           struct mill_body *is)
 {
-    if (found->hollow)
-        mill_deck_faults_warn(h->deck, h->section->title, "file",
-                              "it is a solid with a room in it, and the balls are in this room, "
-                              "which is larger than the solid");
-    if (found->closed > 0.0)
-        mill_deck_faults_warn(
-            h->deck, h->section->title, "file",
-            "it encloses %.4g cm3 that no ball can reach, and that are not filled",
-            1e6 * found->closed);
-}
-
-enum mill_status mill_deck_meshes_read(struct mill_deck *deck,
-                                       const struct mill_deck_section *section,
-                                       struct mill_body *is)
-{
+    const struct mill_deck_text *text = &deck->text;
     struct mill_deck_body *given = section->form;
-    struct hearing h = {deck, section, MILL_OK};
+    struct hearing h = {deck, section};
     struct mill_facets_report found = {.unit = given->unit,
                                        .fault = hear,
-                                       .tell = deck->text.reading->watch ? pass_on : NULL,
+                                       .tell = text->reading->watch ? pass_on : NULL,
                                        .self = &h};
+    struct mill_error why;
     vec3(*facet)[3] = NULL;
-    enum mill_status status =
-        mill_deck_files_find(&deck->text, section->title, "file", &given->file);
-    if (status == MILL_OK)
-        status = mill_deck_files_told(&deck->text, section->title, "file",
-                                      mill_stl_read(given->file, given->unit, &facet, &is->facets,
-                                                    deck->text.reading->error));
-    mill_deck_files_keep(&deck->text, facet);
-    is->facet = (const vec3(*)[3])facet;
+    if (!mill_deck_files_find(&deck->text, section->title, "file", &given->file))
+        return false;
+    const enum mill_status status =
+        mill_stl_read(given->file, given->unit, &facet, &is->facets, &why);
+    if (status == MILL_BAD_DECK)
+        return mill_deck_wrong(text, section->title, "file", "%s", why.text);
     if (status != MILL_OK)
-        return status;
+        return mill_deck_failed(text, "%s", why.text);
+    is->facet = (const vec3(*)[3])mill_deck_keep(text, facet);
+    if (!is->facet)
+        return false;
     if (!mill_facets_unite(is, facet, &found))
-        return mill_error_set(deck->text.reading->error, MILL_FAILED,
-                              "out of memory for the %zu facets of '%s'", is->facets, given->file);
+        return mill_deck_failed(text, "out of memory for the %zu facets of '%s'", is->facets,
+                                given->file);
     if (found.faults > MILL_FACETS_TOLD)
-        mill_deck_faults_more(&deck->text, found.faults - MILL_FACETS_TOLD);
-    if (h.status == MILL_OK)
-        warn_of(&h, &found);
-    return h.status;
+        text->reading->more += found.faults - MILL_FACETS_TOLD;
+    if (found.faults == 0 && found.hollow)
+        mill_deck_faults_warn(deck, section->title, "file",
+                              "it is a solid with a room in it, and the balls are in this room, "
+                              "which is larger than the solid");
+    if (found.faults == 0 && found.closed > 0.0)
+        mill_deck_faults_warn(
+            deck, section->title, "file",
+            "it encloses %.4g cm3 that no ball can reach, and that are not filled",
+            1e6 * found.closed);
+    return found.faults == 0;
 }

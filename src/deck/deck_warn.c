@@ -14,11 +14,11 @@
 
 static void warn_of_frames(const struct mill_deck *deck)
 {
-    const double frames = mill_deck_run_count(deck);
+    const double frames = mill_deck_checks_count(deck);
     if (frames > MANY_FRAMES)
         mill_deck_faults_warn(deck, "output", "frames",
                               "%.3g frames until %g s take %.3g GB; consider a longer interval",
-                              frames, deck->given.time, mill_deck_run_size(deck));
+                              frames, deck->observe.end, mill_deck_checks_size(deck));
 }
 
 /* A random start puts balls into all free room, also into buckles with a narrow opening. */
@@ -26,12 +26,12 @@ static void warn_of_mouths(const struct mill_deck *deck)
 {
     if (!deck->mill.drum || !deck->given.wavy || deck->given.start)
         return;
-    const struct mill_profile p = mill_deck_mill_profile(deck);
+    const struct mill_profile p = mill_deck_checks_profile(deck);
     /* opening between the inner arcs on both sides of a buckle */
     const double mouth = 2.0 * (p.inner * mill_elementary_sin(MILL_PI / p.buckles) - p.arc);
     if (p.half_outer <= 0.5 * MILL_PI)
         return;
-    for (int k = 0; k < deck->mill.kinds; k++) {
+    for (int k = 0; k < deck->setup.species; k++) {
         const double d = deck->mill.balls[k].diameter;
         if (d <= mouth || d >= 2.0 * p.arc)
             continue;
@@ -47,13 +47,13 @@ static void warn_of_mouths(const struct mill_deck *deck)
 /* A motion that carries nothing: the user has probably forgotten `on` or `motion`. */
 static void warn_of_idle(const struct mill_deck *deck)
 {
-    for (int k = deck->mill.rotor; k < deck->mill.motions; k++) {
+    for (int k = deck->mill.rotor; k < deck->setup.motions; k++) {
         char section[MILL_NAME_LENGTH + 16];
-        bool carries = deck->mill.drum_rides == 1 + k;
-        for (int i = 0; i < deck->mill.motions; i++)
+        bool carries = deck->setup.drum.rides == 1 + k;
+        for (int i = 0; i < deck->setup.motions; i++)
             carries = carries || deck->mill.motion[i].on == k;
-        for (int i = 0; i < deck->mill.bodies.count; i++)
-            carries = carries || deck->mill.bodies.surface[i].motion == k;
+        for (int i = deck->mill.parts; i < deck->setup.surfaces; i++)
+            carries = carries || deck->setup.surface[i].motion == k;
         if (carries)
             continue;
         snprintf(section, sizeof section, "motion.%s", deck->mill.motion[k].name);
@@ -80,7 +80,7 @@ static void warn_of_axes(const struct mill_deck *deck)
     if (vec3_norm(vec3_cross(turn->axis, is->z)) > 1e-6 || away <= 1e-6 * is->length)
         return;
     mill_deck_faults_warn(
-        deck, deck->mill.bodies.section[deck->mill.container - deck->mill.bodies.surface], "centre",
+        deck, mill_deck_holder(deck), "centre",
         "the container's axis is %.3g mm away from the axis of [motion.%s]: give a "
         "planetary jar and its motion the same 'centre'",
         1e3 * away, motion->name);
@@ -90,7 +90,7 @@ static void warn_of_axes(const struct mill_deck *deck)
 static void warn_of_table(const struct mill_deck *deck, const struct mill_setup_motion *motion)
 {
     const struct mill_table *table = motion->form;
-    const double size = cbrt(mill_deck_mill_volume(deck)), g = 9.80665;
+    const double size = cbrt(mill_deck_checks_volume(deck)), g = 9.80665;
     char section[MILL_NAME_LENGTH + 16];
     vec3 before = {0.0, 0.0, 0.0}, first = {0.0, 0.0, 0.0};
     double speed = 0.0, push = 0.0, far = 0.0, since = 0.0;
@@ -127,10 +127,10 @@ static void warn_of_materials(const struct mill_deck *deck)
     const char *of_balls = NULL;
     bool given = all->rows || !isnan(all->restitution);
     struct mill_deck_found found;
-    for (int k = 0; k < deck->mill.kinds; k++) {
+    for (int k = 0; k < deck->setup.species; k++) {
         const struct mill_deck_balls *b = &deck->mill.balls[k];
         if (!b->material ||
-            mill_deck_materials_find(deck, b->section, "material", b->material, &found) != MILL_OK)
+            !mill_deck_materials_find(deck, b->section, "material", b->material, &found))
             continue;
         of_balls = b->section;
         if (!(found.is.density > 0.0) || fabs(b->density / found.is.density - 1.0) < 0.01)
@@ -156,13 +156,11 @@ static void warn_of_materials(const struct mill_deck *deck)
 
 void mill_deck_warn(const struct mill_deck *deck)
 {
-    if (!deck->warn)
-        return;
     warn_of_frames(deck);
     warn_of_mouths(deck);
     warn_of_idle(deck);
     warn_of_axes(deck);
-    for (int k = 0; k < deck->mill.motions; k++)
+    for (int k = 0; k < deck->setup.motions; k++)
         if (deck->mill.motion[k].type == &mill_table_type)
             warn_of_table(deck, &deck->mill.motion[k]);
     warn_of_materials(deck);

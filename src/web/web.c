@@ -1,7 +1,6 @@
 #include "web/web.h"
 #include "web/web_tell.h"
 
-#include "app/asked.h"
 #include "deck/deck.h"
 #include "deck/textfile.h"
 #include "millsim/sim.h"
@@ -133,8 +132,7 @@ static enum mill_status build(struct mill_error *error)
         status = mill_sim_create(now.world, &now.sim, error);
     if (status != MILL_OK)
         return status;
-    const struct mill_observe asked = mill_asked_observe(now.deck, now.world);
-    now.tally = mill_observers_one(&mill_tally_type, &asked, now.world, error);
+    now.tally = mill_observers_one(&mill_tally_type, &now.deck->observe, now.world, error);
     return now.tally ? mill_sim_observe(now.sim, now.tally) : MILL_FAILED;
 }
 
@@ -162,12 +160,12 @@ DOOR(mill_web_load) enum mill_status mill_web_load(void)
 DOOR(mill_web_run) enum mill_status mill_web_run(double until, double events)
 {
     struct mill_error error = {""};
-    const double end = fmin(until, now.deck->given.time);
+    const double end = fmin(until, now.deck->observe.end);
     const enum mill_status status = mill_sim_run(now.sim, end, (uint64_t)events, NULL, &error);
     begin_text();
     say(error.text);
     end_text(status);
-    const bool over = status == MILL_OK && mill_sim_time(now.sim) >= now.deck->given.time;
+    const bool over = status == MILL_OK && mill_sim_time(now.sim) >= now.deck->observe.end;
     return over ? MILL_ENDED : status;
 }
 
