@@ -4,11 +4,7 @@
  * deck_table.c lists what it may contain, deck_value.c converts between text and numbers. */
 #include "deck/deck_private.h"
 
-#include <assert.h>
 #include <limits.h>
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
 
 enum { UNKNOWN = -1 }; /* word of a choice */
 

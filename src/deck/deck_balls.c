@@ -2,10 +2,6 @@
  * a filling; the mass of the powder, if it is given as a share of theirs. */
 #include "deck/deck_private.h"
 
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
 #define BULK_SOLID 0.6 /* solid part of balls at rest that lie at random, with their voids */
 
 /* Converts what is given instead of the number of balls to that number. volume: [m^3] the free one;

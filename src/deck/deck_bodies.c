@@ -5,9 +5,6 @@
 
 #include "base/elementary.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 enum {
     MOST_BODIES = 20000,  /* limit of the engine's numbers of surfaces, with the blades */
     MOST_FACETS = 5000000 /* of all copies of a mesh: 3 GB of memory */

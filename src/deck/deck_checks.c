@@ -3,8 +3,6 @@
 #include "base/elementary.h"
 #include "deck/deck_private.h"
 
-#include <math.h>
-
 #define MOST_SAMPLES 1e8
 #define MOST_FRAMES 1e7
 /* relative to the drum's reach; more than the tolerance of wavy.c */

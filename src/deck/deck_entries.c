@@ -1,8 +1,6 @@
 /* Finds rows of the tables of keys, and sections and entries of a deck that has been read. */
 #include "deck/deck_private.h"
 
-#include <string.h>
-
 const struct mill_key *mill_deck_table_keys(const struct mill_deck_block *block)
 {
     return block->solid && block->solid->key ? block->solid->key : block->key;

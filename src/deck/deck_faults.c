@@ -6,8 +6,6 @@
 
 #include <limits.h>
 #include <stdarg.h>
-#include <stdlib.h>
-#include <string.h>
 
 enum { KEPT = 100, SHOWN = 20 };
 /* place of what is missing altogether: before that of the overrides */

@@ -3,10 +3,6 @@
  * speed. */
 #include "deck/deck_private.h"
 
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
 /* ---- falling restitution ---- */
 
 /* Takes the rows of a table. */

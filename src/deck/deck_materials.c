@@ -1,9 +1,6 @@
 /* The table of materials. docs/deck.md gives the source of each number. */
 #include "deck/deck_private.h"
 
-#include <assert.h>
-#include <math.h>
-#include <string.h>
 #include <strings.h>
 
 /* Elastic-plastic spheres of hardened bearing steel with a yield speed of 0.78 m/s (C. Thornton, J.

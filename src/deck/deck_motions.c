@@ -2,9 +2,6 @@
  * it, and reads the tables of measured motions. */
 #include "deck/deck_private.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 enum { MOST_ROWS = 10000000, COLUMNS = 7 };
 #define NEARLY 1e-3  /* a rotation this near to whole turns, relative to them, is meant as these */
 #define ROUNDED 1e-5 /* [rad] error of 2 pi with five decimals or more */

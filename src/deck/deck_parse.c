@@ -9,8 +9,6 @@
 
 #include <assert.h>
 #include <ctype.h>
-#include <stdlib.h>
-#include <string.h>
 
 #define PREFIX "ball_" /* prefix of kinds of contact */
 enum { MOST_SECTIONS = 10000, LARGEST = 1 << 24 /* [B] of a deck */ };

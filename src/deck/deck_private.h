@@ -7,6 +7,10 @@
 #include "deck/units.h"
 #include "geometry/solid.h"
 
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
 /* Where a value of the deck comes from. line 0 and no override: it is a default */
 struct mill_deck_origin {
     int line;             /* in the file, from 1; 0: not from the file */

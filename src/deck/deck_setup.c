@@ -4,9 +4,6 @@
 #include "geometry/shapes.h"
 
 #include <assert.h>
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
 
 /* Relative to a ball's diameter: gaps between bodies are known to 10 %. Those to a drum are known
  * better, and one that equals the diameter also pinches a ball. */

@@ -3,7 +3,6 @@
 #include "deck/deck_private.h"
 
 #include <stdio.h>
-#include <string.h>
 
 static char lower(char c)
 {

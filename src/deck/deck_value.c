@@ -8,9 +8,6 @@
 #include <assert.h>
 #include <ctype.h>
 #include <errno.h>
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
 
 #define SHORTEST 1e-9 /* length of a direction; a shorter one is zero */
 
@@ -204,27 +201,27 @@ static bool read_unit(struct mill_units **units, const struct mill_key *key, con
         return true;
     if (key->unit && !*units && mill_units_create(units, why) != MILL_OK)
         return false;
+    const char *si = key->unit ? key->unit : "";
+    const bool turns = strcmp(si, "rad/s") == 0, cycles = strcmp(si, "Hz") == 0;
     const enum mill_units_verdict verdict =
-        key->unit ? mill_units_scale(*units, unit, key->unit, scale) : MILL_UNITS_MISMATCH;
+        key->unit ? mill_units_scale(*units, unit, si, scale) : MILL_UNITS_MISMATCH;
     if (verdict == MILL_UNITS_GOOD)
         return true;
-    if (unit[0] == 'l' && unit[1] == '/' &&
-        (strcmp(key->unit ? key->unit : "", "rad/s") == 0 ||
-         strcmp(key->unit ? key->unit : "", "Hz") == 0))
+    if (unit[0] == 'l' && unit[1] == '/' && (turns || cycles))
         snprintf(remark, sizeof remark, " (the letter l; with the digit one: 1%.60s)", unit + 1);
-    else if (strcmp(unit, "g") == 0 && strcmp(key->unit ? key->unit : "", "m/s^2") == 0)
+    else if (strcmp(unit, "g") == 0 && strcmp(si, "m/s^2") == 0)
         snprintf(remark, sizeof remark,
                  " (g is the gram; the unit 'gravity' is 9.80665 m/s^2: write '%.*sgravity')",
                  (int)strlen(text) - 1, text);
     else if (verdict == MILL_UNITS_UNKNOWN)
         snprintf(remark, sizeof remark, " (unknown unit '%.60s'%s)", unit,
-                 mill_units_known(key->unit, known, sizeof known));
-    else if (verdict == MILL_UNITS_NO_ANGLE && strcmp(key->unit, "rad/s") == 0)
-        snprintf(remark, sizeof remark, " (%.40s: turns or radians? write rpm or rad/s)", unit);
+                 mill_units_known(si, known, sizeof known));
     else if (verdict == MILL_UNITS_NO_ANGLE)
         snprintf(remark, sizeof remark,
-                 " (%.40s does not say which angle: rad, deg or revolutions)", unit);
-    else if (verdict == MILL_UNITS_ANGLE && strcmp(key->unit, "Hz") == 0)
+                 turns ? " (%.40s: turns or radians? write rpm or rad/s)"
+                       : " (%.40s does not say which angle: rad, deg or revolutions)",
+                 unit);
+    else if (verdict == MILL_UNITS_ANGLE && cycles)
         snprintf(remark, sizeof remark,
                  " (%.40s is an angular speed; cycles are counted in Hz or 1/min)", unit);
     return refuse(key, *remark, text, remark, why);

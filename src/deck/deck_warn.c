@@ -3,7 +3,6 @@
 #include "base/profile.h"
 #include "deck/deck_private.h"
 
-#include <math.h>
 #include <stdio.h>
 
 #define MANY_FRAMES 1e5 /* more frames are probably a mistake */
