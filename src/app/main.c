@@ -182,7 +182,7 @@ static void tell_forecast(const struct mill_deck *deck, struct mill_world *world
     if (mill_forecast_make(deck, world, &f, &why) == MILL_OK)
         fprintf(
             out,
-            "millsim: forecast: %s%g contacts, %g s of processor time, %g MB of "
+            "forecast: %s%g contacts, %g s of processor time, %g MB of "
             "memory, a file of %g MB; from a trial of %g s of simulated "
             "time; right within a factor of 2 if the balls fill at most 40 %% of the container\n",
             !whole   ? "at most "
@@ -191,10 +191,10 @@ static void tell_forecast(const struct mill_deck *deck, struct mill_world *world
             rounded(f.contacts), rounded(f.cpu), rounded(1e-6 * f.memory), rounded(1e-6 * f.file),
             rounded(f.trial));
     else
-        fprintf(out, "millsim: no forecast, because the trial failed: %s\n", why.text);
+        fprintf(out, "no forecast, because the trial failed: %s\n", why.text);
     for (int i = 0; i < f.notes.count; i++)
         if (f.notes.note[i].text[0])
-            fprintf(out, "millsim: note: %s\n", f.notes.note[i].text);
+            fprintf(out, "note: %s\n", f.notes.note[i].text);
 }
 
 /* Makes the start, and writes it or prints the deck. --check also makes the start, because only
@@ -208,7 +208,7 @@ static enum mill_status make_start(struct mill_run_order *o, FILE *aside)
     if (status == MILL_OK && a->given[MILL_CHECK]) {
         mill_deck_print(o->deck, o->page);
         if (!a->given[MILL_QUIET]) {
-            mill_summary_mill(world, o->deck, "millsim: ", aside);
+            mill_summary_mill(world, o->deck, aside);
             tell_forecast(o->deck, world, aside);
         }
     } else if (status == MILL_OK) {
@@ -312,7 +312,8 @@ int main(int argc, char **argv)
         fprintf(stderr, "millsim: cannot write to standard output: %s\n", strerror(errno));
         result = result ? result : (int)MILL_FAILED;
     } else if (status == MILL_OK) {
-        fputs(remarks, stderr);
+        for (char *line = strtok(remarks, "\n"); line; line = strtok(NULL, "\n"))
+            say(line);
     }
     if (status != MILL_OK)
         say(error.text);

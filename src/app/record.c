@@ -210,6 +210,12 @@ double mill_record_clock(clockid_t clock)
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
+void mill_record_name(FILE *out, const char *name)
+{
+    for (; *name; name++)
+        putc((unsigned char)*name < 32 || *name == 127 ? '?' : *name, out);
+}
+
 /* ---- the deck ---- */
 
 static void write_entry(void *self, const char *section, const struct mill_key *key,
@@ -392,9 +398,7 @@ static int write_rows(const struct mill_world *world, const char *deck, FILE *ou
     errno = 0;
     fprintf(out, "# x y z [m] vx vy vz [m/s]%s, one ball a line: start of ",
             spins ? " wx wy wz [rad/s]" : "");
-    /* the name may contain any characters, but this must be one line */
-    for (const char *p = deck; *p; p++)
-        putc((unsigned char)*p < 32 || *p == 127 ? '?' : *p, out);
+    mill_record_name(out, deck);
     putc('\n', out);
     for (int32_t i = 0; i < world->balls && !ferror(out); i++) {
         const vec3 r = world->ball[i].r, v = world->ball[i].v, w = world->spin[i];
