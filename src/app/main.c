@@ -65,19 +65,17 @@ static void occupy_standard_streams(void)
             _exit(MILL_FAILED);
 }
 
-static struct mill_progress_display *display; /* its line ends before other output */
+static struct mill_run_order order; /* the line of its display ends before other output */
 
 static void say(const char *line)
 {
-    if (display)
-        mill_progress_end(display);
+    mill_progress_end(&order.display);
     fprintf(stderr, "millsim: %s\n", line);
 }
 
 static void warn(const char *line)
 {
-    if (display)
-        mill_progress_end(display);
+    mill_progress_end(&order.display);
     fprintf(stderr, "millsim: warning: %s\n", line);
 }
 
@@ -227,8 +225,7 @@ static enum mill_status act(const struct mill_command *a, FILE *page, FILE *asid
                             struct mill_error *error)
 {
     const bool check = a->given[MILL_CHECK] != NULL;
-    struct mill_run_order order = {a,          .stop = &stop, .begun = &begun,
-                                   .say = say, .page = page,  .error = error};
+    const struct mill_start_watch watch = {mill_progress_stage, &order.display};
     struct mill_deck *deck = NULL;
     if (mill_command_answer(a, page))
         return MILL_OK;
@@ -236,12 +233,12 @@ static enum mill_status act(const struct mill_command *a, FILE *page, FILE *asid
         return mill_deck_tell(a->values, a->value, page, error);
     if (a->given[MILL_EXAMPLES])
         return mill_examples_copy(a->given[MILL_EXAMPLES], page, error);
+    order = (struct mill_run_order){a,          .stop = &stop, .begun = &begun,
+                                    .say = say, .page = page,  .error = error};
     mill_progress_init(&order.display, check || a->given[MILL_QUIET] ? NULL : stderr,
                        a->given[MILL_PROGRESS] ? MILL_PROGRESS_OBJECTS
                        : isatty(STDERR_FILENO) ? MILL_PROGRESS_TERMINAL
                                                : MILL_PROGRESS_LOG);
-    display = &order.display;
-    const struct mill_start_watch watch = {mill_progress_stage, display};
     enum mill_status status =
         mill_deck_read(a->deck, a->sets, a->set, warn, say, &watch, &deck, error);
     order.deck = deck;
@@ -252,8 +249,7 @@ static enum mill_status act(const struct mill_command *a, FILE *page, FILE *asid
                  : a->given[MILL_DIGEST]              ? mill_digest(&order)
                                                       : run(&order);
     mill_deck_free(deck);
-    mill_progress_end(display);
-    display = NULL;
+    mill_progress_end(&order.display);
     return status;
 }
 

@@ -154,10 +154,13 @@ static void fill_block(struct mill_deck *deck, const struct mill_deck_block *blo
         check_entries(deck, section, keys);
 }
 
-/* What follows from several keys, and its checks */
+/* What follows from several keys, and its checks; each with the sections whose values it uses */
 #define MOVED "rotor motion drum"
 #define MILL MOVED " body blades blade"
-static const struct mill_deck_step steps[] = {
+static const struct {
+    void (*run)(struct mill_deck *deck);
+    const char *sections;
+} steps[] = {
     {mill_deck_motions_list, MOVED},
     {mill_deck_bodies_parts, "drum rotor blades blade"},
     {mill_deck_bodies_list, MOVED " body"},
@@ -191,7 +194,8 @@ static void fill(struct mill_deck *deck)
     deck->setup.horizon = deck->observe.end;
     deck->mill.rotor = mill_deck_section(&deck->text, "rotor") != NULL;
     for (size_t i = 0; i < sizeof steps / sizeof *steps; i++)
-        mill_deck_faults_step(deck, &steps[i]);
+        if (!deck->text.reading->over && !mill_deck_faults_concern(&deck->text, steps[i].sections))
+            steps[i].run(deck);
 }
 
 void mill_deck_free(struct mill_deck *deck)

@@ -103,8 +103,7 @@ void mill_deck_release(struct mill_memory_list *memory)
     free(memory->item);
 }
 
-/* Is there a fault in one of these sections, or is it perhaps one that could not be read? */
-static bool concerns(const struct mill_deck_text *text, const char *sections)
+bool mill_deck_faults_concern(const struct mill_deck_text *text, const char *sections)
 {
     for (const char *word = sections; *word; word += strspn(word, " ")) {
         const size_t length = strcspn(word, " ");
@@ -121,12 +120,6 @@ static bool concerns(const struct mill_deck_text *text, const char *sections)
         word += length;
     }
     return false;
-}
-
-void mill_deck_faults_step(struct mill_deck *deck, const struct mill_deck_step *step)
-{
-    if (!deck->text.reading->over && !concerns(&deck->text, step->sections))
-        step->run(deck);
 }
 
 void mill_deck_faults_warn(const struct mill_deck *deck, const char *section, const char *key,

@@ -112,14 +112,9 @@ void mill_deck_release(struct mill_memory_list *memory);
 /* A body leaves the container: " by 2 mm" or "", time [s] */
 #define MILL_DECK_LEAVES "leaves the container%s at t = %.6g s: make it smaller, or move it"
 
-/* A part of reading that uses the values of these sections */
-struct mill_deck_step {
-    void (*run)(struct mill_deck *deck);
-    const char *sections; /* "drum blade" stands for [drum], [blade.NAME] */
-};
-
-/* Carries out the step, if none of its sections has a fault. */
-void mill_deck_faults_step(struct mill_deck *deck, const struct mill_deck_step *step);
+/* Is there a fault in one of these sections, or is it perhaps one that could not be read? "drum
+ * blade" stands for [drum], [blade.NAME]. */
+bool mill_deck_faults_concern(const struct mill_deck_text *text, const char *sections);
 
 /* Warns of what is allowed but is probably a mistake. */
 void mill_deck_faults_warn(const struct mill_deck *deck, const char *section, const char *key,
@@ -212,12 +207,6 @@ const char *mill_deck_value_word(const struct mill_key *key, int n, int *length)
 /* Writes the value in SI with its unit; it reads back to the same bits. */
 void mill_deck_value_print(const struct mill_key *key, const void *form, char *out, size_t size);
 
-/* ---- meshes (deck_meshes.c) ---- */
-
-/* Reads the mesh of a body, which is placed already. */
-bool mill_deck_meshes_read(struct mill_deck *deck, const struct mill_deck_section *section,
-                           struct mill_body *is);
-
 /* ---- files that a deck names (deck_files.c) ---- */
 
 /* Makes the name of a file, *path, absolute. Relative names start from the deck's folder. The deck
@@ -290,12 +279,8 @@ void mill_deck_checks_balls(struct mill_deck *deck);
 void mill_deck_checks_frames(struct mill_deck *deck);
 void mill_deck_checks_powder(struct mill_deck *deck);
 
-/* Number of frames in the whole run, and the size of their ball states [GB] */
-double mill_deck_checks_count(const struct mill_deck *deck);
-double mill_deck_checks_size(const struct mill_deck *deck);
-
-/* The drum's wall */
-struct mill_profile mill_deck_checks_profile(const struct mill_deck *deck);
+/* Warns of what is allowed but is probably a mistake. */
+void mill_deck_warn(const struct mill_deck *deck);
 
 /* [m^3] of the empty container: what is inside is not subtracted */
 double mill_deck_checks_volume(const struct mill_deck *deck);
@@ -340,10 +325,5 @@ void mill_deck_setup_inside(struct mill_deck *deck);
 
 /* [m^3] The container without what is in it at the start. The balls need not be known yet. */
 bool mill_deck_setup_free_volume(const struct mill_deck *deck, double *volume);
-
-/* ---- deck_warn.c ---- */
-
-/* Warns of what is allowed but is probably a mistake. */
-void mill_deck_warn(const struct mill_deck *deck);
 
 #endif

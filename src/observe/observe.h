@@ -27,7 +27,7 @@ struct mill_observe {
     double frames;         /* [s] between stored states of the balls; 0: none */
     double series;         /* [s] between rows of the time series */
     int log_impacts;       /* 1: yes */
-    double rotor_angle; /* [rad] at t = 0 */
+    double rotor_angle;    /* [rad] at t = 0 */
     /* [J] energy in the springs of contacts, for another program's run; NULL: no springs. The
      * series reads the number at every row. */
     const double *elastic;

@@ -1,5 +1,4 @@
 #include "web/web.h"
-#include "web/web_tell.h"
 
 #include "deck/deck.h"
 #include "deck/textfile.h"

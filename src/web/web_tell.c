@@ -1,5 +1,6 @@
-#include "web/web_tell.h"
+#include "web/web.h"
 
+#include "deck/deck.h"
 #include "observe/energies.h"
 #include "observe/sink_json.h"
 
