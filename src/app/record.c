@@ -47,29 +47,23 @@ static void tell_kinds(struct mill_sink *sink, const char *name, const struct mi
     sink->close(sink);
 }
 
-/* For the summary only: the file has works as series. */
-static void tell_works(struct mill_sink *sink, const struct mill_world *world)
-{
-    const struct mill_account *a = &world->account;
-    if (world->rotor >= 0)
-        mill_tell_number(sink, "rotor_work", a->motion[world->rotor].work, "J", "");
-    mill_tell_number(sink, "drive_work", a->work, "J", "");
-    sink->open(sink, "motion_work");
-    for (int k = 0; k < world->motions; k++)
-        mill_tell_number(sink, world->motion_name[k], a->motion[k].work, "J", "");
-    sink->close(sink);
-}
-
 static void tell_balance(struct mill_sink *sink, const struct mill_world *world,
                          const struct mill_totals *totals)
 {
     const struct mill_counts *c = &world->counts;
+    const struct mill_account *a = &world->account;
     const double turnover = totals->turnover;
-    if (!sink->full) {
+    if (!sink->full) { /* the file has these as series */
         mill_tell_number(sink, "kinetic_energy", totals->energy.kinetic, "J", "");
         mill_tell_number(sink, "rotational_energy", totals->energy.rotational, "J", "");
         mill_tell_number(sink, "potential_energy", totals->energy.potential, "J", "");
-        tell_works(sink, world);
+        if (world->rotor >= 0)
+            mill_tell_number(sink, "rotor_work", a->motion[world->rotor].work, "J", "");
+        mill_tell_number(sink, "drive_work", a->work, "J", "");
+        sink->open(sink, "motion_work");
+        for (int k = 0; k < world->motions; k++)
+            mill_tell_number(sink, world->motion_name[k], a->motion[k].work, "J", "");
+        sink->close(sink);
         mill_tell_number(sink, "dissipation", totals->dissipation, "J", "");
     }
     mill_tell_number(sink, "energy_balance_error",
@@ -81,7 +75,7 @@ static void tell_balance(struct mill_sink *sink, const struct mill_world *world,
     mill_tell_count(
         sink, "not_closing", c->not_closing,
         "anomaly: contacts whose bodies were already separating; the rebound floor was applied");
-    mill_tell_number(sink, "pinch_work", world->account.pinch_work, "J",
+    mill_tell_number(sink, "pinch_work", a->pinch_work, "J",
                      "part of the work of all motions that was done on pressed balls");
     mill_tell_count(sink, "pinch_contacts", c->pinch_contacts,
                     "contacts of balls while they were pressed: parts of one long contact, not "
@@ -113,29 +107,27 @@ static void tell_sleep(struct mill_sink *sink, const struct mill_world *world, d
                      "sum of the times for which balls were at rest, without events");
 }
 
-static void tell_search(struct mill_sink *sink, const struct mill_counts *c)
-{
-    mill_tell_count(sink, "cell_crossings", c->cell_crossings, "balls changing their cell");
-    mill_tell_count(
-        sink, "stale", c->stale,
-        "events dropped: the partner had changed its path, or a search had to be continued");
-    mill_tell_count(sink, "predictions", c->predictions, "full predictions of a ball's next event");
-    mill_tell_count(sink, "pair_tests", c->pair_tests, "pairs of balls tested for a contact");
-    mill_tell_count(sink, "quartics", c->quartics.solves, "quartic equations solved");
-    mill_tell_count(
-        sink, "quartic_fallbacks", c->quartics.fallbacks,
-        "of these: solved by a Sturm sequence, because rounding left the fast search undecided");
-}
-
 /* foreign: the events of millsim's own search are those of no other program */
 static void tell_events(struct mill_sink *sink, const struct mill_world *world, bool foreign)
 {
+    const struct mill_counts *c = &world->counts;
     if (sink->full)
         sink->open(sink, "events");
     tell_kinds(sink, "collisions", world, world->account.collisions,
                "impacts of this kind, from t = 0");
-    if (sink->full && !foreign)
-        tell_search(sink, &world->counts);
+    if (sink->full && !foreign) {
+        mill_tell_count(sink, "cell_crossings", c->cell_crossings, "balls changing their cell");
+        mill_tell_count(
+            sink, "stale", c->stale,
+            "events dropped: the partner had changed its path, or a search had to be continued");
+        mill_tell_count(sink, "predictions", c->predictions,
+                        "full predictions of a ball's next event");
+        mill_tell_count(sink, "pair_tests", c->pair_tests, "pairs of balls tested for a contact");
+        mill_tell_count(sink, "quartics", c->quartics.solves, "quartic equations solved");
+        mill_tell_count(sink, "quartic_fallbacks", c->quartics.fallbacks,
+                        "of these: solved by a Sturm sequence, because rounding left the fast "
+                        "search undecided");
+    }
     if (sink->full)
         sink->close(sink);
 }
@@ -390,11 +382,9 @@ enum mill_status mill_record_compare(struct mill_h5 *file, const char *name,
 static int write_rows(const struct mill_world *world, const char *deck, FILE *out)
 {
     bool spins = false;
-    for (int32_t i = 0; i < world->balls && !spins; i++) {
-        const vec3 w = world->spin[i];
-        spins =
-            w.x != 0.0 || w.y != 0.0 || w.z != 0.0 || signbit(w.x) || signbit(w.y) || signbit(w.z);
-    }
+    const vec3 none = {0.0, 0.0, 0.0};
+    for (int32_t i = 0; i < world->balls && !spins; i++)
+        spins = memcmp(&world->spin[i], &none, sizeof none) != 0; /* -0 counts */
     errno = 0;
     fprintf(out, "# x y z [m] vx vy vz [m/s]%s, one ball a line: start of ",
             spins ? " wx wy wz [rad/s]" : "");

@@ -149,31 +149,30 @@ const struct mill_deck_synonym mill_deck_suggest_synonyms[] = {
 };
 /* clang-format on */
 
-/* Is `text`, of this length, one of the words? */
-static bool is_one_of(const char *words, const char *text, size_t length)
+/* Is `text` one of the words? */
+static bool is_one_of(const char *words, const char *text)
 {
-    for (const char *word = words; *word; word += strspn(word, " ")) {
-        const size_t size = strcspn(word, " ");
-        size_t same = 0;
-        while (same < size && same < length &&
-               (word[same] == lower(text[same]) || (word[same] == '_' && strchr("- ", text[same]))))
-            same++;
-        if (size == length && same == size)
-            return true;
-        word += size;
-    }
-    return false;
+    const size_t length = strlen(text);
+    const char *at = words;
+    while ((at = strstr(at, text)) &&
+           ((at > words && at[-1] != ' ') || (at[length] && at[length] != ' ')))
+        at++;
+    return at && length > 0;
 }
 
 /* The row for a wrong section (name: NULL) or key, or NULL */
 static const struct mill_deck_synonym *find_synonym(const char *title, const char *name)
 {
     const size_t stem = strcspn(title, ".");
+    char word[80];
+    snprintf(word, sizeof word, "%.*s", name ? 79 : (int)stem, name ? name : title);
+    for (char *p = word; *p; p++)
+        *p = strchr("- ", *p) ? '_' : lower(*p);
     for (const struct mill_deck_synonym *s = mill_deck_suggest_synonyms; s->of; s++) {
         const bool section = name ? strcmp(s->of, "*") == 0 ||
                                         (strlen(s->of) == stem && !strncmp(s->of, title, stem))
                                   : !*s->of;
-        if (section && is_one_of(s->words, name ? name : title, name ? strlen(name) : stem))
+        if (section && is_one_of(s->words, word))
             return s;
     }
     return NULL;

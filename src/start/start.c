@@ -47,14 +47,6 @@ static bool are_bodies_sound(const struct mill_setup *s)
     return good;
 }
 
-static int count_containers(const struct mill_setup *s)
-{
-    int containers = 0;
-    for (int k = 0; k < s->surfaces; k++)
-        containers += s->surface[k].body->inside != 0;
-    return containers;
-}
-
 static bool is_fall_sound(const struct mill_fall *fall)
 {
     bool good = fall->points >= 0 && fall->points <= MILL_FALL_POINTS &&
@@ -89,9 +81,12 @@ static bool is_sound(const struct mill_setup *s)
 
 static enum mill_fault_code check_mill(const struct mill_setup *s)
 {
+    int containers = 0;
     if (!are_bodies_sound(s))
         return MILL_FAULT_NUMBER;
-    return count_containers(s) == 1 ? MILL_FAULT_NONE : MILL_FAULT_CONTAINER;
+    for (int k = 0; k < s->surfaces; k++)
+        containers += s->surface[k].body->inside != 0;
+    return containers == 1 ? MILL_FAULT_NONE : MILL_FAULT_CONTAINER;
 }
 
 static bool make_motions(const struct mill_setup *setup, struct mill_world *w)
