@@ -268,7 +268,7 @@ void mill_deck_each(const struct mill_deck *deck,
     for (const struct mill_deck_block *first = b; first->title; first = b) {
         while (b->title && strcmp(b->title, first->title) == 0 && b->named == first->named)
             b++;
-        for (const struct mill_deck_section *s = deck->mill.printed.section; s; s = s->next)
+        for (const struct mill_deck_section *s = deck->text.section; s; s = s->next)
             for (const struct mill_deck_block *block = first; block < b; block++)
                 if (applies(block, s) && !is_elsewhere(deck, block))
                     tell_block(deck, block, s, entry, self);

@@ -157,7 +157,6 @@ struct mill_deck_mill {
     struct mill_kinds contacts;        /* kinds of contact */
     const char *kind[MILL_KINDS_MOST]; /* names of those of bodies, without "ball_" */
     struct mill_deck_contact contact[MILL_KINDS_MOST];
-    struct mill_deck_text printed; /* the sections of the printed deck */
 };
 
 struct mill_deck {

@@ -1,7 +1,97 @@
 /* Gives each kind of contact its law: what [contact] and [contact.KIND] give comes first, then the
- * materials of the balls and of what they hit. Reads the tables of restitutions that fall with the
- * speed. */
+ * materials of the balls and of what they hit, which this file knows. Reads the tables of
+ * restitutions that fall with the speed. */
 #include "deck/deck_private.h"
+
+#include <strings.h>
+
+/* ---- the table of materials; docs/deck.md gives the source of each number ---- */
+
+/* Elastic-plastic spheres of hardened bearing steel with a yield speed of 0.78 m/s (C. Thornton, J.
+ * Appl. Mech. 64 (1997) 383), at most 0.97 */
+static const struct mill_fall steel = {
+    10,
+    {1, 1.5, 2, 3, 5, 7, 10, 15, 20, 30},
+    {0.97, 0.937, 0.89, 0.819, 0.731, 0.676, 0.621, 0.562, 0.524, 0.474}};
+
+/* The value, or where it is not given (NaN) the other one */
+static double first_of(double given, double other)
+{
+    return isnan(given) ? other : given;
+}
+
+/* What millsim knows of a material, in contact with itself */
+static const struct known {
+    const char *names; /* the first one is used in messages */
+    double density, restitution, friction, tangential;
+    const char *remark;
+    const struct mill_fall
+        *fall; /* in place of the restitution; NULL: it is the same at any speed */
+} known[] = {
+    {"steel", 7800, NAN, 0.2, 0.35, "e computed by Thornton 1997; others estimated", &steel},
+    {"tungsten_carbide|WC|WC-Co", 14900, 0.92, 0.15, 0.4, "estimates", NULL},
+    {"zirconia|ZrO2|YSZ|Y-TZP", 6050, 0.92, 0.15, 0.4, "values of other simulations, not measured",
+     NULL},
+    {"alumina|Al2O3|corundum", 3850, 0.98, 0.09, 0.4, "Kharaz 2001, on glass, below 2 m/s", NULL},
+    {"agate", 2650, 0.9, 0.15, 0.4, "estimates", NULL},
+    {"glass|soda-lime", 2500, 0.97, 0.092, 0.44, "Foerster 1994, 3 mm balls, near 1 m/s", NULL},
+    {"PTFE|teflon", 2200, 0.7, 0.08, 0.4, "estimates", NULL},
+    {"powder", 0, 0.5, 0.5, 0, "estimates (0.3 to 0.75, friction 0.3 to 0.8)", NULL},
+};
+enum { KNOWN = sizeof known / sizeof *known };
+
+/* Is `name` one of "first|second"? Upper and lower case are equal. */
+static bool is_among(const char *names, const char *name)
+{
+    const size_t length = strlen(name);
+    for (const char *p = names; p; p = strchr(p, '|'), p += p != NULL)
+        if (strcspn(p, "|") == length && strncasecmp(p, name, length) == 0)
+            return true;
+    return false;
+}
+
+bool mill_deck_materials_find(const struct mill_deck *deck, const char *section, const char *key,
+                              const char *name, struct mill_deck_found *found)
+{
+    char title[MILL_NAME_LENGTH + 16], list[400] = "";
+    const struct known *k = known;
+    while (k < known + KNOWN && !is_among(k->names, name))
+        k++;
+    snprintf(title, sizeof title, "material.%.63s", name);
+    const struct mill_deck_section *own = mill_deck_section(&deck->text, title);
+    if (!own && k < known + KNOWN) { /* under its first name: [material.steel] also for "Steel" */
+        snprintf(title, sizeof title, "material.%.*s", (int)strcspn(k->names, "|"), k->names);
+        own = mill_deck_section(&deck->text, title);
+    }
+    *found = (struct mill_deck_found){
+        .is = own ? *(struct mill_deck_material *)own->form : deck->given.unknown, .remark = ""};
+    snprintf(found->name, sizeof found->name, "%s", name);
+    if (k < known + KNOWN) {
+        struct mill_deck_law *law = &found->is.law;
+        if (isnan(law->restitution) && !law->table)
+            found->remark = k->remark;
+        if (!law->table && isnan(law->restitution) && k->fall) {
+            law->table = "steel";
+            law->rows = k->fall;
+        } else if (!law->table) {
+            law->restitution = first_of(law->restitution, k->restitution);
+        }
+        law->friction = first_of(law->friction, k->friction);
+        law->tangential = first_of(law->tangential, k->tangential);
+        if (found->is.density == 0.0)
+            found->is.density = k->density;
+        snprintf(found->name, sizeof found->name, "%.*s", (int)strcspn(k->names, "|"), k->names);
+    } else if (!own) {
+        for (k = known; k < known + KNOWN; k++)
+            snprintf(list + strlen(list), sizeof list - strlen(list), "%s%.*s", *list ? ", " : "",
+                     (int)strcspn(k->names, "|"), k->names);
+        return mill_deck_wrong(&deck->text, section, key,
+                               "unknown material '%.63s'; there are %s, or add a section "
+                               "[material.%.63s]",
+                               name, list, name);
+    }
+    return true;
+}
 
 /* ---- falling restitution ---- */
 
@@ -46,7 +136,7 @@ static bool settle(struct mill_deck_text *text, const struct mill_deck_section *
         return mill_deck_wrong(text, s->title, twice,
                                "the 'restitution_table' already gives the restitution at each "
                                "speed; give only one of them");
-    law->rows = mill_deck_materials_fall(law->table);
+    law->rows = strcmp(law->table, "steel") == 0 ? &steel : NULL;
     if (law->rows)
         return true;
     struct mill_fall *fall = mill_deck_keep(text, calloc(1, sizeof *fall));
@@ -120,12 +210,6 @@ static struct mill_deck_law pair(const struct mill_deck_found *a, const struct m
     return law;
 }
 
-static bool are_equal(const struct mill_deck_law *a, const struct mill_deck_law *b)
-{
-    return restitution_of(a) == restitution_of(b) && a->speed == b->speed && a->rows == b->rows &&
-           a->friction == b->friction && a->tangential == b->tangential;
-}
-
 /* The law of a kind of contact by its materials */
 struct search {
     const struct mill_deck *deck;
@@ -155,7 +239,10 @@ static bool add_pairs(struct search *by, const char *section, const char *materi
         if (!mill_deck_materials_find(deck, s->title, "material", balls->material, &ball))
             return false;
         const struct mill_deck_law law = pair(&ball, &with, remark);
-        if (*by->remark && !are_equal(&law, &by->law))
+        if (*by->remark &&
+            (restitution_of(&law) != restitution_of(&by->law) || law.speed != by->law.speed ||
+             law.rows != by->law.rows || law.friction != by->law.friction ||
+             law.tangential != by->law.tangential))
             return mill_deck_wrong(&deck->text, s->title, "material",
                                    "contacts %s have one law, but join several pairs of materials: "
                                    "give the law in [contact.%s]",
@@ -254,11 +341,11 @@ static bool resolve(const struct mill_deck *deck, int kind, const struct mill_de
         const double speed = law->speed > 0.0 ? law->speed : by.law.speed;
         *law = falls ? *law : by.law;
         law->speed = falls ? law->speed : speed;
-        law->friction = mill_deck_laws_first(given->friction, by.law.friction);
-        law->tangential = mill_deck_laws_first(given->tangential, by.law.tangential);
+        law->friction = first_of(given->friction, by.law.friction);
+        law->tangential = first_of(given->tangential, by.law.tangential);
     }
-    law->friction = mill_deck_laws_first(law->friction, 0.0);
-    law->tangential = mill_deck_laws_first(law->tangential, 0.0);
+    law->friction = first_of(law->friction, 0.0);
+    law->tangential = first_of(law->tangential, 0.0);
     if (isnan(restitution_of(law)))
         return tell_missing(deck);
     if (law->rows && law->speed > 0.0)
@@ -270,39 +357,27 @@ static bool resolve(const struct mill_deck *deck, int kind, const struct mill_de
     return true;
 }
 
-/* The sections of the printed deck: those of the text, and if laws follow from materials, one for
- * each kind of contact. The [contact.KIND] have the laws. */
+/* The deck prints laws instead of materials: if some follow from these, there is a [contact.KIND]
+ * for each kind of contact. */
 static void list_printed(struct mill_deck *deck)
 {
     struct mill_deck_mill *mill = &deck->mill;
-    struct mill_deck_text *printed = &mill->printed;
     struct mill_deck_law *general = &deck->given.general;
-    struct mill_deck_section **end = &printed->section, *copy;
     bool assumed = false;
-    printed->reading = deck->text.reading;
-    for (const struct mill_deck_section *s = deck->text.section; s; s = s->next) {
-        *end = copy = mill_deck_keep(&deck->text, malloc(sizeof *copy));
-        if (!copy)
-            return;
-        *copy = *s;
-        end = &copy->next;
-    }
-    *end = NULL;
     for (int kind = 0; kind < mill->contacts.count; kind++)
         assumed = assumed || mill->contact[kind].assumed[0];
     for (int kind = 0; kind < mill->contacts.count; kind++) {
         struct mill_deck_contact *contact = &mill->contact[kind];
-        struct mill_deck_section *s = mill_deck_section(printed, contact->section);
+        struct mill_deck_section *s = mill_deck_section(&deck->text, contact->section);
         if (contact->occurs && assumed && !s)
-            s = mill_deck_section_add(printed, contact->section);
+            s = mill_deck_section_add(&deck->text, contact->section);
         if (contact->occurs && s)
             s->form = &contact->law;
     }
     if (!assumed && restitution_of(general) >= 0.0) {
-        general->friction = mill_deck_laws_first(general->friction, 0.0);
-        general->tangential = mill_deck_laws_first(general->tangential, 0.0);
+        general->friction = first_of(general->friction, 0.0);
+        general->tangential = first_of(general->tangential, 0.0);
     }
-    printed->reading = NULL;
 }
 
 /* The values of the section [TITLE.KIND], or `general` */
@@ -322,16 +397,16 @@ static void check_kinds(struct mill_deck *deck, const char *title)
     const struct mill_kinds *kinds = &deck->mill.contacts;
     const struct mill_deck_section *s = NULL;
     while ((s = mill_deck_named(&deck->text, title, s))) {
-        char known[MILL_KINDS_MOST * (MILL_KINDS_LENGTH + 2)] = "";
+        char names[MILL_KINDS_MOST * (MILL_KINDS_LENGTH + 2)] = "";
         bool there = false;
         for (int kind = 0; kind < kinds->count; kind++)
             if (deck->mill.contact[kind].occurs) {
-                strcat(strcat(known, kind > 0 ? ", " : ""), kinds->name[kind]);
+                strcat(strcat(names, kind > 0 ? ", " : ""), kinds->name[kind]);
                 there = there || strcmp(mill_deck_name(s), kinds->name[kind]) == 0;
             }
         if (!there)
             mill_deck_wrong(&deck->text, s->title, NULL, "unknown kind of contact; there are %s",
-                            known);
+                            names);
     }
 }
 
@@ -361,6 +436,6 @@ void mill_deck_laws_list(struct mill_deck *deck)
         deck->observe.wear[kind] =
             *(const struct mill_wear_law *)find_values(deck, "wear", kind, &deck->given.worn);
     }
-    list_printed(deck);
     check_kinds(deck, "wear");
+    list_printed(deck);
 }

@@ -246,7 +246,7 @@ bool mill_deck_motions_find(const struct mill_deck *deck, const char *section, c
 /* The vector scaled to length 1; exactly 1 along x, y or z */
 vec3 mill_deck_motions_unit(vec3 a);
 
-/* ---- materials (deck_materials.c) ---- */
+/* ---- materials and contact laws (deck_laws.c) ---- */
 
 /* A material of the deck, or of the table, or of both */
 struct mill_deck_found {
@@ -258,17 +258,6 @@ struct mill_deck_found {
 /* Finds the material that [section] names with `key`. */
 bool mill_deck_materials_find(const struct mill_deck *deck, const char *section, const char *key,
                               const char *name, struct mill_deck_found *found);
-
-/* The table of the restitution of this material, which `restitution_table` can name; NULL: none */
-const struct mill_fall *mill_deck_materials_fall(const char *name);
-
-/* ---- contact laws (deck_laws.c) ---- */
-
-/* The value, or where it is not given (NaN) the other one */
-static inline double mill_deck_laws_first(double given, double other)
-{
-    return isnan(given) ? other : given;
-}
 
 /* ---- values that must agree with others (deck_checks.c) ---- */
 
@@ -320,10 +309,7 @@ void mill_deck_laws_list(struct mill_deck *deck);
 void mill_deck_balls_list(struct mill_deck *deck);
 void mill_deck_balls_powder(struct mill_deck *deck);
 
-/* ---- blades beyond the drum, all told, and the free volume (deck_setup.c) ---- */
+/* Tells all blades beyond the drum. */
 void mill_deck_setup_inside(struct mill_deck *deck);
-
-/* [m^3] The container without what is in it at the start. The balls need not be known yet. */
-bool mill_deck_setup_free_volume(const struct mill_deck *deck, double *volume);
 
 #endif
