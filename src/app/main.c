@@ -315,6 +315,7 @@ int main(int argc, char **argv)
         say(error.text);
     free(text);
     free(remarks);
-    mill_command_free(&a);
+    free(a.set);
+    free(a.line);
     return result;
 }

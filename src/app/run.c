@@ -157,7 +157,9 @@ static bool take_up(struct run *r)
 /* state: NULL during the event loop */
 static void show(const struct run *r, bool begins, const char *state)
 {
-    const char *running = mill_summary_samples(&r->observers) ? "sampling" : "settling";
+    const struct mill_tally *tally = mill_observers_tally(&r->observers);
+    /* not before run.sample_from, and not during the start-up if it is to be cut off */
+    const bool samples = tally->at.open && (!tally->search || tally->at.settled);
     const double time = mill_sim_time(r->sim), end = r->deck->observe.end;
     struct mill_progress p = {time,
                               end,
@@ -165,7 +167,9 @@ static void show(const struct run *r, bool begins, const char *state)
                               mill_forecast_work(&r->growth, end),
                               .wall = mill_record_clock(CLOCK_MONOTONIC) - r->order->display.began,
                               .begins = begins,
-                              .state = state ? state : running,
+                              .state = state     ? state
+                                       : samples ? "sampling"
+                                                 : "settling",
                               .known = mill_summary_known(&r->observers)};
     for (int k = 0; k < r->world->kinds.count; k++)
         p.collisions += r->world->account.collisions[k];

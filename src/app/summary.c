@@ -35,12 +35,6 @@ const char *mill_summary_known(const struct mill_observers *observers)
     return tally->at.settled && tally->at.known.enough ? say_known(&tally->at.known) : "start-up";
 }
 
-bool mill_summary_samples(const struct mill_observers *observers)
-{
-    const struct mill_tally *tally = mill_observers_tally(observers);
-    return tally->at.open && (!tally->search || tally->at.settled);
-}
-
 /* Prints what was cut off and why the run ended; nothing if only its time could end it. */
 static void print_end(const struct mill_summary *s)
 {

@@ -40,10 +40,6 @@ void mill_summary_table(const struct mill_summary *s);
  * run.precision. The text is valid until a few more numbers are formatted. */
 const char *mill_summary_known(const struct mill_observers *observers);
 
-/* Are statistics gathered now? Not before run.sample_from, and not during the start-up if it is to
- * be cut off. */
-bool mill_summary_samples(const struct mill_observers *observers);
-
 /* ---- numbers as texts, and lines ---- */
 
 enum { MILL_SUMMARY_WIDTH = 80, MILL_SUMMARY_LABEL = 15 };

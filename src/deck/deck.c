@@ -236,42 +236,34 @@ enum mill_status mill_deck_read(const char *path, int count, const char *const *
     return status;
 }
 
-/* Calls `entry` for the keys of a section that this block has. */
-static void tell_block(const struct mill_deck *deck, const struct mill_deck_block *block,
-                       const struct mill_deck_section *section,
-                       void (*entry)(void *self, const char *section, const struct mill_key *key,
-                                     const char *value),
-                       void *self)
+/* Is there nothing to print: is the key off, replaced by another one, or found in the run? */
+static bool is_silent(const struct mill_key *key, const void *values)
 {
-    char value[2 * PATH_MAX + 8];
-    const void *values = values_of(deck, block, section);
-    for (const struct mill_key *key = mill_deck_table_keys(block); key->name; key++) {
-        const void *value_at = (const char *)values + key->offset;
-        /* skip keys that are off, replaced by another key, or found in the run */
-        if (key->instead || (key->hidden && key->hidden(values)) ||
-            (key->zero_is_off && *(const double *)value_at == 0.0) ||
-            (key->type == MILL_KEY_NUMBER && isnan(*(const double *)value_at)) ||
-            ((key->type == MILL_KEY_NAME || (key->type == MILL_KEY_FILE && key->derived)) &&
-             !*(const char *const *)value_at))
-            continue;
-        mill_deck_value_print(key, values, value, sizeof value);
-        entry(self, section->title, key, value);
-    }
+    const void *at = (const char *)values + key->offset;
+    const bool text = key->type == MILL_KEY_NAME || (key->type == MILL_KEY_FILE && key->derived);
+    return key->instead || (key->hidden && key->hidden(values)) ||
+           (key->zero_is_off && *(const double *)at == 0.0) ||
+           (key->type == MILL_KEY_NUMBER && isnan(*(const double *)at)) ||
+           (text && !*(const char *const *)at);
 }
 
-void mill_deck_each(const struct mill_deck *deck,
-                    void (*entry)(void *self, const char *section, const struct mill_key *key,
-                                  const char *value),
-                    void *self)
+void mill_deck_each(const struct mill_deck *deck, mill_deck_entry_fn *entry, void *self)
 {
-    const struct mill_deck_block *b = mill_deck_table;
-    for (const struct mill_deck_block *first = b; first->title; first = b) {
-        while (b->title && strcmp(b->title, first->title) == 0 && b->named == first->named)
-            b++;
+    char value[2 * PATH_MAX + 8];
+    const struct mill_deck_block *end = mill_deck_table;
+    for (const struct mill_deck_block *first = end; first->title; first = end) {
+        while (end->title && strcmp(end->title, first->title) == 0 && end->named == first->named)
+            end++;
         for (const struct mill_deck_section *s = deck->text.section; s; s = s->next)
-            for (const struct mill_deck_block *block = first; block < b; block++)
-                if (applies(block, s) && !is_elsewhere(deck, block))
-                    tell_block(deck, block, s, entry, self);
+            for (const struct mill_deck_block *b = first; b < end; b++) {
+                const void *values = values_of(deck, b, s);
+                const struct mill_key *key = mill_deck_table_keys(b);
+                for (; applies(b, s) && !is_elsewhere(deck, b) && key->name; key++)
+                    if (!is_silent(key, values)) {
+                        mill_deck_value_print(key, values, value, sizeof value);
+                        entry(self, s->title, key, value);
+                    }
+            }
     }
 }
 

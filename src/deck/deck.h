@@ -187,12 +187,11 @@ void mill_deck_free(struct mill_deck *deck);
  * number `n` of these, from 0. NULL: there are no more. */
 const struct mill_key *mill_deck_table_key(const char *title, const char *name, int n);
 
-/* Calls `entry` for every entry of the full deck (with defaults), in the order of the table:
- * section, key, value with unit. The value is a text that reads back to the same bits. */
-void mill_deck_each(const struct mill_deck *deck,
-                    void (*entry)(void *self, const char *section, const struct mill_key *key,
-                                  const char *value),
-                    void *self);
+/* Calls `entry` for every entry of the full deck (with defaults), in the order of the table. The
+ * value with its unit is a text that reads back to the same bits. */
+typedef void mill_deck_entry_fn(void *self, const char *section, const struct mill_key *key,
+                                const char *value);
+void mill_deck_each(const struct mill_deck *deck, mill_deck_entry_fn *entry, void *self);
 
 /* Prints a line for each of `count` values "SECTION.KEY=VALUE". It has six columns with tabs
  * between them: key, kind (number, whole, choice, vector or file), value in SI that reads back to
