@@ -287,36 +287,34 @@ void mill_record_start(struct mill_h5 *file, const struct mill_deck *deck, const
 
 /* A printed deck that is being compared */
 struct lines {
-    const char *at;
+    char *rest;
     bool skips; /* the lines of this section do not change the run */
 };
 
-/* Copies the next line that matters for the comparison, without its comment. Skips empty lines, the
+/* The next line that matters for the comparison, without its comment. Skips empty lines, the
  * interval of checkpoints, the number of threads, [powder] and [heat] and the values of [wear],
- * which do not change the run. For a file only its name is copied, because its folder may have
+ * which do not change the run. Of a file only its name is left, because its folder may have
  * changed. "" at the end of the text. */
-static void next_line(struct lines *text, char *line, size_t size)
+static const char *next_line(struct lines *text)
 {
-    do {
-        const size_t length = strcspn(text->at, "\n");
-        snprintf(line, size, "%.*s", (int)length, text->at);
-        text->at += length + (text->at[length] == '\n');
-        char *comment = strstr(line, " #");
-        if (comment)
-            *comment = '\0';
-        for (size_t end = strlen(line); end > 0 && line[end - 1] == ' '; end--)
-            line[end - 1] = '\0';
-        const char *folder = strrchr(line, '/');
-        char *path = strstr(line, " = /");
-        if (path)
-            memmove(path + strlen(" = "), folder + 1, strlen(folder));
-        const bool title = line[0] == '[', wear = strncmp(line, "[wear", 5) == 0;
-        if (title)
+    while (*text->rest) {
+        char *line = text->rest, *end = line + strcspn(line, "\n"), *comment, *path;
+        text->rest = end + (*end == '\n');
+        *end = '\0';
+        if ((comment = strstr(line, " #")))
+            *(end = comment) = '\0';
+        while (end > line && end[-1] == ' ')
+            *--end = '\0';
+        if ((path = strstr(line, " = /")))
+            memmove(path + strlen(" = "), strrchr(line, '/') + 1, strlen(strrchr(line, '/')));
+        const bool wear = strncmp(line, "[wear", 5) == 0;
+        if (*line == '[')
             text->skips = wear || strcmp(line, "[powder]") == 0 || strcmp(line, "[heat]") == 0;
-        if (line[0] == '#' || (text->skips && !wear) || strncmp(line, "checkpoint = ", 13) == 0 ||
-            strncmp(line, "threads = ", 10) == 0)
-            line[0] = '\0';
-    } while (!line[0] && *text->at);
+        if (*line && *line != '#' && (!text->skips || wear) &&
+            strncmp(line, "checkpoint = ", 13) != 0 && strncmp(line, "threads = ", 10) != 0)
+            return line;
+    }
+    return "";
 }
 
 /* The tables and meshes may have changed under the same names. */
@@ -339,31 +337,29 @@ static enum mill_status compare_files(struct mill_h5 *file, const char *name,
 enum mill_status mill_record_compare(struct mill_h5 *file, const char *name,
                                      const struct mill_deck *deck, struct mill_error *error)
 {
-    enum { LINE = 4500 }; /* long enough for a path and the words around it */
-    char there[LINE] = "", here[LINE] = "", section[LINE] = "";
-    char *old = NULL, *new = print_deck(deck);
+    const char *there = "", *here = "", *section = "", *more = "nothing more";
+    char *old = NULL, *new = print_deck(deck), *cut[2] = {NULL, new ? strdup(new) : NULL};
     struct mill_error what;
-    if (!new)
-        return mill_error_set(error, MILL_FAILED, "out of memory for the deck's text");
     enum mill_status status = mill_h5_read_text(file, "/deck/text", &old, NULL);
     if (status != MILL_OK)
         mill_error_set(error, status, "%s: is not an output file of millsim", name);
-    struct lines from = {old, false}, to = {new, false};
-    while (status == MILL_OK && (*from.at || *to.at) && strcmp(there, here) == 0) {
-        next_line(&from, there, LINE);
-        next_line(&to, here, LINE);
-        if (here[0] == '[' || !here[0])
-            strcpy(section, here);
+    else if (!cut[1] || !(cut[0] = strdup(old)))
+        status = mill_error_set(error, MILL_FAILED, "out of memory for the deck's text");
+    struct lines from = {cut[0], false}, to = {cut[1], false};
+    while (status == MILL_OK && (*from.rest || *to.rest) && strcmp(there, here) == 0) {
+        there = next_line(&from);
+        here = next_line(&to);
+        section = *here == '[' || !*here ? here : section;
     }
-    if (there[0] == '[' && !strstr(new, there))
+    if (*there == '[' && !strstr(new, there))
         mill_error_set(&what, MILL_OK, "its deck has a section %s, and the given deck has none",
                        there);
-    else if (here[0] == '[' && !strstr(old, here))
+    else if (*here == '[' && !strstr(old, here))
         mill_error_set(&what, MILL_OK, "its deck has no section %s, and the given deck has one",
                        here);
     else
         mill_error_set(&what, MILL_OK, "%s '%.400s' in the file, '%.400s' in the deck", section,
-                       there[0] ? there : "nothing more", here[0] ? here : "nothing more");
+                       *there ? there : more, *here ? here : more);
     if (strcmp(there, here) != 0)
         status = mill_error_set(error, MILL_BAD_DECK,
                                 "%s: is of another deck: %s; resume it with its own deck, or start "
@@ -371,6 +367,8 @@ enum mill_status mill_record_compare(struct mill_h5 *file, const char *name,
                                 name, what.text);
     free(old);
     free(new);
+    free(cut[0]);
+    free(cut[1]);
     return status == MILL_OK ? compare_files(file, name, deck, error) : status;
 }
 
