@@ -242,7 +242,8 @@ static bool is_silent(const struct mill_key *key, const void *values)
     const void *at = (const char *)values + key->offset;
     const bool text = key->type == MILL_KEY_NAME || (key->type == MILL_KEY_FILE && key->derived);
     return key->instead || (key->hidden && key->hidden(values)) ||
-           (key->zero_is_off && *(const double *)at == 0.0) ||
+           (key->zero_is_off &&
+            (key->type == MILL_KEY_WHOLE ? *(const long *)at == 0 : *(const double *)at == 0.0)) ||
            (key->type == MILL_KEY_NUMBER && isnan(*(const double *)at)) ||
            (text && !*(const char *const *)at);
 }

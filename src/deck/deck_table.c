@@ -26,11 +26,6 @@ static bool sample_found(const void *deck)
     return ((const struct mill_deck *)deck)->observe.sample_found;
 }
 
-static bool threads_chosen(const void *deck)
-{
-    return ((const struct mill_deck *)deck)->given.threads == 0;
-}
-
 static bool is_circle(const void *deck)
 {
     return !((const struct mill_deck *)deck)->given.wavy;
@@ -84,7 +79,7 @@ static const struct mill_key run_key[] = {
      .preset = "1", DECK(setup.seed)},
     {"threads", "threads of the run at most; 0: 1 below 20 000 balls, else one for each core",
      .type = MILL_KEY_WHOLE, .lo = 0, .hi = MOST_THREADS, .preset = "0", DECK(given.threads),
-     .hidden = threads_chosen},
+     .zero_is_off = true},
     {.name = NULL},
 };
 

@@ -348,7 +348,7 @@ enum mill_fault_code mill_start_world(const struct mill_setup *setup,
                                       const struct mill_start_watch *watch,
                                       struct mill_world **world, struct mill_fault *fault)
 {
-    struct mill_fault unread;
+    struct mill_fault unread = {.code = MILL_FAULT_NONE};
     struct written out;
     struct mill_world *w = calloc(1, sizeof *w);
     fault = fault ? fault : &unread;
