@@ -153,11 +153,10 @@ const struct mill_deck_synonym mill_deck_suggest_synonyms[] = {
 static bool is_one_of(const char *words, const char *text)
 {
     const size_t length = strlen(text);
-    const char *at = words;
-    while ((at = strstr(at, text)) &&
-           ((at > words && at[-1] != ' ') || (at[length] && at[length] != ' ')))
-        at++;
-    return at && length > 0;
+    const char *at = length > 0 ? strstr(words, text) : NULL;
+    while (at && ((at > words && at[-1] != ' ') || (at[length] && at[length] != ' ')))
+        at = strstr(at + 1, text);
+    return at != NULL;
 }
 
 /* The row for a wrong section (name: NULL) or key, or NULL */
