@@ -23,16 +23,16 @@ struct mill_setup_ball {
 /* The drum with its two flat end walls. Its axis is x, its centre the origin. */
 struct mill_setup_drum {
     double radius, length; /* [m] inner dimensions */
-    int buckles;           /* of a wavy profile; 0: a circle */
+    long buckles;          /* of a wavy profile; 0: a circle */
     double buckle_height;  /* [m] the wall is between radius - buckle_height and radius +
                               buckle_height */
     double buckle_angle;   /* [rad] of one outermost point, from +y towards +z */
     /* 1 + the number of the motion that moves the drum, whose x axis is then the drum's axis; 0:
      * the drum does not move */
     int rides;
-    /* It has no end walls: it is a slice of a long mill. Balls that leave it at one end enter it at
-     * the other end. */
-    bool periodic;
+    /* 1: it has no end walls: it is a slice of a long mill. Balls that leave it at one end enter it
+     * at the other end. */
+    int periodic;
 };
 
 struct mill_setup_motion {
@@ -120,7 +120,7 @@ struct mill_setup {
     const struct mill_setup_balls *balls; /* [species] */
     const struct mill_setup_ball *start;  /* of all balls, species by species; NULL: random */
     double speed;                         /* [m/s] of every ball, for a random start */
-    bool at_rest;       /* random start in a moving container: the balls do not move with it */
+    int at_rest;        /* 1: random start in a moving container: the balls do not move with it */
     unsigned long seed; /* of a random start */
     int kinds;          /* number of kinds of contact in addition to the MILL_KINDS of every mill */
     const char *const *kind;                /* [kinds] their names, without "ball_" */

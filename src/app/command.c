@@ -177,19 +177,6 @@ static enum mill_status check(struct mill_command *a, char *const *more, struct 
     return MILL_OK;
 }
 
-static void name_output(struct mill_command *a)
-{
-    const char *start = a->given[MILL_EXPORT_START];
-    const char *given = start ? start : a->given[MILL_OUTPUT];
-    const char *slash = strrchr(a->deck, '/'), *base = slash ? slash + 1 : a->deck;
-    const char *dot = strrchr(base, '.');
-    const size_t stem = dot && dot > base ? (size_t)(dot - base) : strlen(base);
-    if (given)
-        snprintf(a->output, sizeof a->output, "%s", given);
-    else
-        snprintf(a->output, sizeof a->output, "%.*s.h5", (int)stem, base);
-}
-
 /* NULL: out of memory */
 static char *quote(int argc, char **argv)
 {
@@ -222,13 +209,14 @@ enum mill_status mill_command_read(int argc, char **argv, struct mill_command *a
     if (status != MILL_OK || a->given[MILL_HELP] || a->given[MILL_VERSION_LINE])
         return status;
     status = check(a, argv + optind, error);
-    if (status == MILL_OK && a->deck)
-        name_output(a);
-    return status;
-}
-
-void mill_command_free(struct mill_command *a)
-{
-    free(a->set);
-    free(a->line);
+    if (status != MILL_OK || !a->deck)
+        return status;
+    const char *start = a->given[MILL_EXPORT_START];
+    const char *given = start ? start : a->given[MILL_OUTPUT];
+    const char *slash = strrchr(a->deck, '/'), *base = slash ? slash + 1 : a->deck;
+    const char *dot = strrchr(base, '.');
+    const size_t stem = dot && dot > base ? (size_t)(dot - base) : strlen(base);
+    snprintf(a->output, sizeof a->output, "%.*s%s", (int)(given ? strlen(given) : stem),
+             given ? given : base, given ? "" : ".h5");
+    return MILL_OK;
 }

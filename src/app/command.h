@@ -42,9 +42,6 @@ struct mill_command {
 enum mill_status mill_command_read(int argc, char **argv, struct mill_command *command,
                                    struct mill_error *error);
 
-/* Frees the lists and the line. */
-void mill_command_free(struct mill_command *command);
-
 /* Prints the text for --help or --version. false: neither was given. */
 bool mill_command_answer(const struct mill_command *command, FILE *out);
 

@@ -1,7 +1,6 @@
 /* The deck gives the mill, the balls and the motions. The stream on standard input gives states,
  * impacts, works and losses, as records: a type, a length, and that many bytes. The observers
  * process both as in a run. docs/file-format.md describes the stream. */
-#include "app/asked.h"
 #include "app/facts.h"
 #include "app/run.h"
 #include "observe/replay.h"
@@ -152,7 +151,7 @@ static enum mill_status build(struct digest *d)
     mill_progress_end(&d->order->display);
     if (status != MILL_OK)
         return status;
-    d->observe = mill_asked_observe(deck, d->world);
+    d->observe = deck->observe;
     d->observe.sample_found = false;
     d->observe.precision = d->observe.max_collisions = 0;
     return MILL_OK;
@@ -225,34 +224,6 @@ static void write_results(const struct digest *d, const char *status)
 
 /* ---- records: their functions say in d->why what is wrong with one ---- */
 
-static enum mill_status take_fact(struct digest *d)
-{
-    return mill_facts_take(&d->facts, d->stream.bytes, d->stream.length, &d->why);
-}
-
-static enum mill_status take_state(struct digest *d)
-{
-    const double *values = (const void *)d->stream.bytes;
-    return mill_replay_state(&d->replay, values[0], values + 1, &d->why);
-}
-
-static enum mill_status take_impacts(struct digest *d)
-{
-    const size_t count = d->stream.length / sizeof(struct mill_replay_impact);
-    return mill_replay_impacts(&d->replay, count, (const void *)d->stream.bytes, &d->why);
-}
-
-static enum mill_status take_account(struct digest *d)
-{
-    return mill_replay_account(&d->replay, (const void *)d->stream.bytes, &d->why);
-}
-
-static enum mill_status publish(struct digest *d)
-{
-    write_results(d, "running");
-    return mill_h5_flush(d->file, &d->why);
-}
-
 static enum mill_status take_end(struct digest *d)
 {
     static const char *const known[] = {"complete", "stopped", "failed"};
@@ -266,12 +237,32 @@ static enum mill_status take_end(struct digest *d)
     return mill_replay_end(&d->replay, time, &d->why);
 }
 
-/* Type of a record, its function, and its length in bytes: minimum, step, maximum */
-struct record {
-    const char *type;
-    enum mill_status (*take)(struct digest *);
-    uint64_t least, step, most;
-};
+enum record { BEGIN, FACT, STATE, IMPACTS, ACCOUNT, PUBLISH, END, UNKNOWN };
+
+/* Does what the record says. Faults of the record are in d->why. */
+static enum mill_status take(struct digest *d, enum record what)
+{
+    const void *bytes = d->stream.bytes;
+    const double *values = bytes;
+    switch (what) {
+    case BEGIN:
+        return begin(d);
+    case FACT:
+        return mill_facts_take(&d->facts, d->stream.bytes, d->stream.length, &d->why);
+    case STATE:
+        return mill_replay_state(&d->replay, values[0], values + 1, &d->why);
+    case IMPACTS:
+        return mill_replay_impacts(&d->replay, d->stream.length / sizeof(struct mill_replay_impact),
+                                   bytes, &d->why);
+    case ACCOUNT:
+        return mill_replay_account(&d->replay, bytes, &d->why);
+    case PUBLISH:
+        write_results(d, "running");
+        return mill_h5_flush(d->file, &d->why);
+    default:
+        return take_end(d);
+    }
+}
 
 /* Reads the next record. *over: it was the last one. */
 static enum mill_status take_record(struct digest *d, bool *over)
@@ -279,15 +270,19 @@ static enum mill_status take_record(struct digest *d, bool *over)
     const uint64_t f8 = sizeof(double), row = sizeof(struct mill_replay_impact);
     const uint64_t state = f8 * (1 + 9 * (uint64_t)d->world->balls);
     const uint64_t account = f8 * 2 * (uint64_t)(1 + d->world->motions + d->world->kinds.count);
-    const struct record known[] = {{"begin", begin, 5 * f8, 1, 5 * f8},
-                                   {"fact", take_fact, 6, 1, 1 << 20},
-                                   {"state", take_state, state, 1, state},
-                                   {"impacts", take_impacts, 0, row, row << 20},
-                                   {"account", take_account, account, 1, account},
-                                   {"publish", publish, 0, 1, 0},
-                                   {"end", take_end, f8 + 6, 1, f8 + 8}};
-    const struct record *r = known, *none = known + sizeof known / sizeof *known;
+    const struct {
+        const char *type;
+        uint64_t least, step, most; /* [byte] */
+    } known[] = {[BEGIN] = {"begin", 5 * f8, 1, 5 * f8},
+                 [FACT] = {"fact", 6, 1, 1 << 20},
+                 [STATE] = {"state", state, 1, state},
+                 [IMPACTS] = {"impacts", 0, row, row << 20},
+                 [ACCOUNT] = {"account", account, 1, account},
+                 [PUBLISH] = {"publish", 0, 1, 0},
+                 [END] = {"end", f8 + 6, 1, f8 + 8}},
+      *r = known;
     const struct stream *s = &d->stream;
+    enum record what = BEGIN;
     enum mill_status status = next_record(d);
     if (status != MILL_OK)
         return status;
@@ -295,13 +290,14 @@ static enum mill_status take_record(struct digest *d, bool *over)
         return mill_error_set(
             d->error, MILL_FAILED,
             "standard input: ends without the record 'end', after %" PRIu64 " records", s->records);
-    while (r < none && strcmp(r->type, s->type) != 0)
-        r++;
-    if (r == none || (r == known) == d->begun)
+    while (what < UNKNOWN && strcmp(known[what].type, s->type) != 0)
+        what++;
+    if (what == UNKNOWN || (what == BEGIN) == d->begun)
         return refuse(d, MILL_FAILED,
-                      r == none  ? "unknown record"
-                      : d->begun ? "a second record of this type"
-                                 : "expected the record 'begin' first");
+                      what == UNKNOWN ? "unknown record"
+                      : d->begun      ? "a second record of this type"
+                                      : "expected the record 'begin' first");
+    r += what;
     if (s->length < r->least || s->length > r->most || (s->length - r->least) % r->step != 0) {
         mill_error_set(&d->why, MILL_FAILED, "%" PRIu64 " bytes: expected %" PRIu64 "%s", s->length,
                        r->step > 1 ? r->step : r->least,
@@ -311,12 +307,12 @@ static enum mill_status take_record(struct digest *d, bool *over)
         return refuse(d, MILL_FAILED, d->why.text);
     }
     status = read_record(d);
-    if (status == MILL_OK && !d->file && r->take != begin && r->take != take_fact)
+    if (status == MILL_OK && !d->file && what > FACT)
         status = open_output(d);
     if (status != MILL_OK)
         return status;
-    *over = r->take == take_end;
-    status = r->take(d);
+    *over = what == END;
+    status = take(d, what);
     if (d->file && mill_h5_status(d->file, d->error) != MILL_OK)
         return MILL_FAILED; /* a failure to write is of the file, all others are of the stream */
     return status == MILL_OK ? status : refuse(d, status, d->why.text);

@@ -20,10 +20,9 @@ static enum mill_status fail(struct mill_error *error, const char *path)
                           strerror(errno));
 }
 
-static enum mill_status look(const char *from, const char *to, struct mill_error *error)
+static enum mill_status look(const char *to, struct mill_error *error)
 {
     struct stat there;
-    (void)from;
     if (lstat(to, &there) == 0)
         return mill_error_set(error, MILL_BAD_DECK,
                               "%s exists, and --examples replaces no file; name another folder",
@@ -48,33 +47,14 @@ static enum mill_status copy(const char *from, const char *to, struct mill_error
     return good ? MILL_OK : fail(error, to);
 }
 
-/* Calls `each` for every file of the folder `from` and its name in the folder `to`. */
-static enum mill_status visit(const char *from, const char *to, int *files,
-                              enum mill_status (*each)(const char *, const char *,
-                                                       struct mill_error *),
-                              struct mill_error *error)
+static int is_visible(const struct dirent *entry)
 {
-    DIR *folder = opendir(from);
-    enum mill_status status = folder ? MILL_OK : fail(error, from);
-    *files = 0;
-    for (struct dirent *entry; status == MILL_OK && (entry = readdir(folder));) {
-        char source[LONGEST], target[LONGEST];
-        if (entry->d_name[0] == '.')
-            continue;
-        snprintf(source, sizeof source, "%s/%s", from, entry->d_name);
-        snprintf(target, sizeof target, "%.*s/%s", MILL_SHARE_PATH, to, entry->d_name);
-        status = each(source, target, error);
-        ++*files;
-    }
-    if (folder)
-        closedir(folder);
-    return status;
+    return entry->d_name[0] != '.';
 }
 
 enum mill_status mill_examples_copy(const char *folder, FILE *out, struct mill_error *error)
 {
     char from[MILL_SHARE_PATH], name[64];
-    int files = 0;
     struct stat there;
     if (stat(folder, &there) == 0 && !S_ISDIR(there.st_mode))
         return mill_error_set(error, MILL_BAD_DECK, "%s: is a file, not a folder", folder);
@@ -84,13 +64,24 @@ enum mill_status mill_examples_copy(const char *folder, FILE *out, struct mill_e
                               "no example decks beside this program; they are the folder input of "
                               "its source");
     *strrchr(from, '/') = '\0';
-    enum mill_status status = visit(from, folder, &files, look, error);
-    if (status == MILL_OK && mkdir(folder, 0777) != 0 && errno != EEXIST)
-        status = fail(error, folder);
-    if (status == MILL_OK)
-        status = visit(from, folder, &files, copy, error);
+    struct dirent **list = NULL;
+    const int files = scandir(from, &list, is_visible, alphasort);
+    enum mill_status status = files < 0 ? fail(error, from) : MILL_OK;
+    for (int k = 0; k < 2 * files && status == MILL_OK; k++) {
+        char source[LONGEST], target[LONGEST];
+        snprintf(source, sizeof source, "%s/%s", from, list[k % files]->d_name);
+        snprintf(target, sizeof target, "%.*s/%s", MILL_SHARE_PATH, folder,
+                 list[k % files]->d_name);
+        if (k == files && mkdir(folder, 0777) != 0 && errno != EEXIST)
+            status = fail(error, folder);
+        else
+            status = k < files ? look(target, error) : copy(source, target, error);
+    }
     if (status == MILL_OK)
         fprintf(out, "%s: %d files; the reference mill runs with: millsim %s/%s\n", folder, files,
                 folder, first);
+    for (int k = 0; k < files; k++)
+        free(list[k]);
+    free(list);
     return status;
 }

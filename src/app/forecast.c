@@ -6,7 +6,6 @@
  * fifteen others). */
 #include "app/forecast.h"
 
-#include "app/asked.h"
 #include "app/record.h"
 #include "millsim/sim.h"
 #include "observe/observers.h"
@@ -76,15 +75,15 @@ static enum mill_status try(const struct mill_deck *deck, struct mill_world *wor
                             struct point ends[2], struct mill_observer **tally,
                             struct mill_tally_results **results, struct mill_error *error)
 {
-    const struct mill_observe asked = {.end = deck->given.time,
-                                       .strike_window = deck->given.strike_window};
+    const struct mill_observe asked = {.end = deck->observe.end,
+                                       .strike_window = deck->observe.strike_window};
     struct mill_sim *sim = NULL;
     *tally = mill_observers_one(&mill_tally_type, &asked, world, error);
     enum mill_status status = *tally ? mill_sim_create(world, &sim, error) : MILL_FAILED;
     if (status == MILL_OK)
         status = mill_sim_observe(sim, *tally);
     if (status == MILL_OK)
-        status = go(sim, deck->given.time, ends, error);
+        status = go(sim, deck->observe.end, ends, error);
     if (status == MILL_OK)
         status = mill_tally_results_make((struct mill_tally *)*tally, world,
                                          mill_sim_local_time(sim), results, error);
@@ -138,9 +137,9 @@ static double work_out(const struct mill_deck *deck, const struct mill_world *wo
                        struct mill_forecast *forecast)
 {
     struct mill_forecast f = {.trial = ends[1].time, .contacts = ends[1].contacts};
-    const double met = ends[1].contacts - ends[0].contacts, end = deck->given.time;
+    const double met = ends[1].contacts - ends[0].contacts, end = deck->observe.end;
     const double most =
-        deck->given.max_collisions > 0 ? deck->given.max_collisions : (double)INFINITY;
+        deck->observe.max_collisions > 0 ? deck->observe.max_collisions : (double)INFINITY;
     const struct mill_forecast_growth growth = mill_forecast_growth(world);
     const double from = mill_forecast_work(&growth, ends[0].time);
     const double work = mill_forecast_work(&growth, ends[1].time) - from;
@@ -148,10 +147,10 @@ static double work_out(const struct mill_deck *deck, const struct mill_world *wo
     double rest = rate * (mill_forecast_work(&growth, end) - from) - met;
     rest = fmax(0, fmin(rest, most - f.contacts));
     f.contacts = fmin(f.contacts + rest, most);
-    f.file = STATISTICS + mill_energies_cost(energies) + end / deck->given.series * ROW +
-             (deck->given.log_impacts ? f.contacts * IMPACT : 0);
-    if (deck->given.frames > 0)
-        f.file += (floor(end / deck->given.frames) + 1) *
+    f.file = STATISTICS + mill_energies_cost(energies) + end / deck->observe.series * ROW +
+             (deck->observe.log_impacts ? f.contacts * IMPACT : 0);
+    if (deck->observe.frames > 0)
+        f.file += (floor(end / deck->observe.frames) + 1) *
                   (world->balls * FRAME + points_of(world) * POINT);
     /* without contacts only the simulated time can be used */
     const double cost = ends[1].cpu - ends[0].cpu;

@@ -65,19 +65,17 @@ static void occupy_standard_streams(void)
             _exit(MILL_FAILED);
 }
 
-static struct mill_progress_display *display; /* its line ends before other output */
+static struct mill_run_order order; /* the line of its display ends before other output */
 
 static void say(const char *line)
 {
-    if (display)
-        mill_progress_end(display);
+    mill_progress_end(&order.display);
     fprintf(stderr, "millsim: %s\n", line);
 }
 
 static void warn(const char *line)
 {
-    if (display)
-        mill_progress_end(display);
+    mill_progress_end(&order.display);
     fprintf(stderr, "millsim: warning: %s\n", line);
 }
 
@@ -89,8 +87,8 @@ static enum mill_status check_inputs(const struct mill_run_order *o, const char 
     const char *output = o->asked->output;
     struct mill_draft draft;
     mill_draft_init(&draft, output, NULL);
-    for (int i = -1; i < deck->text.files; i++) {
-        const char *input = i < 0 ? o->asked->deck : deck->text.file_named[i];
+    for (int i = -1; i < (int)deck->text.files.count; i++) {
+        const char *input = i < 0 ? o->asked->deck : ((const char **)deck->text.files.item)[i];
         const char *met = mill_draft_meets(&draft, input);
         if (met)
             return mill_error_set(o->error, MILL_BAD_DECK, "%s: %s the deck%s; %s another name",
@@ -176,13 +174,13 @@ static void tell_forecast(const struct mill_deck *deck, struct mill_world *world
 {
     const bool braked = !deck->mill.rotor || deck->given.wavy ||
                         deck->mill.contact[MILL_BALL_DRUM].law.friction > 0;
-    const bool whole = deck->given.precision == 0 && deck->given.max_collisions == 0;
+    const bool whole = deck->observe.precision == 0 && deck->observe.max_collisions == 0;
     struct mill_forecast f;
     struct mill_error why;
     if (mill_forecast_make(deck, world, &f, &why) == MILL_OK)
         fprintf(
             out,
-            "millsim: forecast: %s%g contacts, %g s of processor time, %g MB of "
+            "forecast: %s%g contacts, %g s of processor time, %g MB of "
             "memory, a file of %g MB; from a trial of %g s of simulated "
             "time; right within a factor of 2 if the balls fill at most 40 %% of the container\n",
             !whole   ? "at most "
@@ -191,10 +189,10 @@ static void tell_forecast(const struct mill_deck *deck, struct mill_world *world
             rounded(f.contacts), rounded(f.cpu), rounded(1e-6 * f.memory), rounded(1e-6 * f.file),
             rounded(f.trial));
     else
-        fprintf(out, "millsim: no forecast, because the trial failed: %s\n", why.text);
+        fprintf(out, "no forecast, because the trial failed: %s\n", why.text);
     for (int i = 0; i < f.notes.count; i++)
         if (f.notes.note[i].text[0])
-            fprintf(out, "millsim: note: %s\n", f.notes.note[i].text);
+            fprintf(out, "note: %s\n", f.notes.note[i].text);
 }
 
 /* Makes the start, and writes it or prints the deck. --check also makes the start, because only
@@ -208,7 +206,7 @@ static enum mill_status make_start(struct mill_run_order *o, FILE *aside)
     if (status == MILL_OK && a->given[MILL_CHECK]) {
         mill_deck_print(o->deck, o->page);
         if (!a->given[MILL_QUIET]) {
-            mill_summary_mill(world, o->deck, "millsim: ", aside);
+            mill_summary_mill(world, o->deck, aside);
             tell_forecast(o->deck, world, aside);
         }
     } else if (status == MILL_OK) {
@@ -227,8 +225,7 @@ static enum mill_status act(const struct mill_command *a, FILE *page, FILE *asid
                             struct mill_error *error)
 {
     const bool check = a->given[MILL_CHECK] != NULL;
-    struct mill_run_order order = {a,          .stop = &stop, .begun = &begun,
-                                   .say = say, .page = page,  .error = error};
+    const struct mill_start_watch watch = {mill_progress_stage, &order.display};
     struct mill_deck *deck = NULL;
     if (mill_command_answer(a, page))
         return MILL_OK;
@@ -236,12 +233,12 @@ static enum mill_status act(const struct mill_command *a, FILE *page, FILE *asid
         return mill_deck_tell(a->values, a->value, page, error);
     if (a->given[MILL_EXAMPLES])
         return mill_examples_copy(a->given[MILL_EXAMPLES], page, error);
+    order = (struct mill_run_order){a,          .stop = &stop, .begun = &begun,
+                                    .say = say, .page = page,  .error = error};
     mill_progress_init(&order.display, check || a->given[MILL_QUIET] ? NULL : stderr,
                        a->given[MILL_PROGRESS] ? MILL_PROGRESS_OBJECTS
                        : isatty(STDERR_FILENO) ? MILL_PROGRESS_TERMINAL
                                                : MILL_PROGRESS_LOG);
-    display = &order.display;
-    const struct mill_start_watch watch = {mill_progress_stage, display};
     enum mill_status status =
         mill_deck_read(a->deck, a->sets, a->set, warn, say, &watch, &deck, error);
     order.deck = deck;
@@ -252,8 +249,7 @@ static enum mill_status act(const struct mill_command *a, FILE *page, FILE *asid
                  : a->given[MILL_DIGEST]              ? mill_digest(&order)
                                                       : run(&order);
     mill_deck_free(deck);
-    mill_progress_end(display);
-    display = NULL;
+    mill_progress_end(&order.display);
     return status;
 }
 
@@ -312,12 +308,14 @@ int main(int argc, char **argv)
         fprintf(stderr, "millsim: cannot write to standard output: %s\n", strerror(errno));
         result = result ? result : (int)MILL_FAILED;
     } else if (status == MILL_OK) {
-        fputs(remarks, stderr);
+        for (char *line = strtok(remarks, "\n"); line; line = strtok(NULL, "\n"))
+            say(line);
     }
     if (status != MILL_OK)
         say(error.text);
     free(text);
     free(remarks);
-    mill_command_free(&a);
+    free(a.set);
+    free(a.line);
     return result;
 }

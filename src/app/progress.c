@@ -78,34 +78,35 @@ void mill_progress_format(const struct mill_progress *then, const struct mill_pr
     snprintf(line, room + 1, "%s", whole);
 }
 
-/* "name": value, or null where it is not known */
-static void put(FILE *out, const char *name, double value)
-{
-    fprintf(out, isfinite(value) ? ", \"%s\": %.9g" : ", \"%s\": null", name, value);
-}
-
 /* The words are fixed and need no escapes. Tasks before and after the run count balls or frames,
  * not simulated time. */
 static void show_object(struct mill_progress_display *display, const struct mill_progress *now)
 {
     const struct mill_progress *then = &display->then[0];
     const char *state = now->stage ? display->begun ? "writing" : "starting" : now->state;
-    const double share = now->end > 0.0 ? fmin(now->time / now->end, 1.0) : 0.0;
     const double wall = now->wall - then->wall, unknown = (double)NAN;
     const bool run = !now->stage, rates = run && wall > 0.0;
+    const struct {
+        const char *name;
+        double value; /* null where it is not known */
+    } numbers[] = {
+        {"time", run ? now->time : unknown},
+        {"end", run ? now->end : unknown},
+        {"share", now->end > 0.0 ? fmin(now->time / now->end, 1.0) : 0.0},
+        {"left", rates ? left(then, now) : unknown},
+        {"contacts", run ? (double)now->collisions : unknown},
+        {"contacts_per_second",
+         rates ? (double)(now->collisions - then->collisions) / wall : unknown},
+        {"wall", now->wall},
+    };
     if (display->state && !strcmp(state, display->state) && now->wall < display->due)
         return;
     display->state = state;
     display->due = now->wall + MILL_PROGRESS_JSON;
     fprintf(display->out, "{\"state\": \"%s\"", state);
-    put(display->out, "time", run ? now->time : unknown);
-    put(display->out, "end", run ? now->end : unknown);
-    put(display->out, "share", share);
-    put(display->out, "left", rates ? left(then, now) : unknown);
-    put(display->out, "contacts", run ? (double)now->collisions : unknown);
-    put(display->out, "contacts_per_second",
-        rates ? (double)(now->collisions - then->collisions) / wall : unknown);
-    put(display->out, "wall", now->wall);
+    for (size_t k = 0; k < sizeof numbers / sizeof *numbers; k++)
+        fprintf(display->out, isfinite(numbers[k].value) ? ", \"%s\": %.9g" : ", \"%s\": null",
+                numbers[k].name, numbers[k].value);
     fprintf(display->out, ", \"what\": \"%s\"}\n",
             now->stage   ? now->stage
             : now->known ? now->known

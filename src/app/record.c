@@ -47,29 +47,23 @@ static void tell_kinds(struct mill_sink *sink, const char *name, const struct mi
     sink->close(sink);
 }
 
-/* For the summary only: the file has works as series. */
-static void tell_works(struct mill_sink *sink, const struct mill_world *world)
-{
-    const struct mill_account *a = &world->account;
-    if (world->rotor >= 0)
-        mill_tell_number(sink, "rotor_work", a->motion[world->rotor].work, "J", "");
-    mill_tell_number(sink, "drive_work", a->work, "J", "");
-    sink->open(sink, "motion_work");
-    for (int k = 0; k < world->motions; k++)
-        mill_tell_number(sink, world->motion_name[k], a->motion[k].work, "J", "");
-    sink->close(sink);
-}
-
 static void tell_balance(struct mill_sink *sink, const struct mill_world *world,
                          const struct mill_totals *totals)
 {
     const struct mill_counts *c = &world->counts;
+    const struct mill_account *a = &world->account;
     const double turnover = totals->turnover;
-    if (!sink->full) {
+    if (!sink->full) { /* the file has these as series */
         mill_tell_number(sink, "kinetic_energy", totals->energy.kinetic, "J", "");
         mill_tell_number(sink, "rotational_energy", totals->energy.rotational, "J", "");
         mill_tell_number(sink, "potential_energy", totals->energy.potential, "J", "");
-        tell_works(sink, world);
+        if (world->rotor >= 0)
+            mill_tell_number(sink, "rotor_work", a->motion[world->rotor].work, "J", "");
+        mill_tell_number(sink, "drive_work", a->work, "J", "");
+        sink->open(sink, "motion_work");
+        for (int k = 0; k < world->motions; k++)
+            mill_tell_number(sink, world->motion_name[k], a->motion[k].work, "J", "");
+        sink->close(sink);
         mill_tell_number(sink, "dissipation", totals->dissipation, "J", "");
     }
     mill_tell_number(sink, "energy_balance_error",
@@ -81,7 +75,7 @@ static void tell_balance(struct mill_sink *sink, const struct mill_world *world,
     mill_tell_count(
         sink, "not_closing", c->not_closing,
         "anomaly: contacts whose bodies were already separating; the rebound floor was applied");
-    mill_tell_number(sink, "pinch_work", world->account.pinch_work, "J",
+    mill_tell_number(sink, "pinch_work", a->pinch_work, "J",
                      "part of the work of all motions that was done on pressed balls");
     mill_tell_count(sink, "pinch_contacts", c->pinch_contacts,
                     "contacts of balls while they were pressed: parts of one long contact, not "
@@ -113,29 +107,27 @@ static void tell_sleep(struct mill_sink *sink, const struct mill_world *world, d
                      "sum of the times for which balls were at rest, without events");
 }
 
-static void tell_search(struct mill_sink *sink, const struct mill_counts *c)
-{
-    mill_tell_count(sink, "cell_crossings", c->cell_crossings, "balls changing their cell");
-    mill_tell_count(
-        sink, "stale", c->stale,
-        "events dropped: the partner had changed its path, or a search had to be continued");
-    mill_tell_count(sink, "predictions", c->predictions, "full predictions of a ball's next event");
-    mill_tell_count(sink, "pair_tests", c->pair_tests, "pairs of balls tested for a contact");
-    mill_tell_count(sink, "quartics", c->quartics.solves, "quartic equations solved");
-    mill_tell_count(
-        sink, "quartic_fallbacks", c->quartics.fallbacks,
-        "of these: solved by a Sturm sequence, because rounding left the fast search undecided");
-}
-
 /* foreign: the events of millsim's own search are those of no other program */
 static void tell_events(struct mill_sink *sink, const struct mill_world *world, bool foreign)
 {
+    const struct mill_counts *c = &world->counts;
     if (sink->full)
         sink->open(sink, "events");
     tell_kinds(sink, "collisions", world, world->account.collisions,
                "impacts of this kind, from t = 0");
-    if (sink->full && !foreign)
-        tell_search(sink, &world->counts);
+    if (sink->full && !foreign) {
+        mill_tell_count(sink, "cell_crossings", c->cell_crossings, "balls changing their cell");
+        mill_tell_count(
+            sink, "stale", c->stale,
+            "events dropped: the partner had changed its path, or a search had to be continued");
+        mill_tell_count(sink, "predictions", c->predictions,
+                        "full predictions of a ball's next event");
+        mill_tell_count(sink, "pair_tests", c->pair_tests, "pairs of balls tested for a contact");
+        mill_tell_count(sink, "quartics", c->quartics.solves, "quartic equations solved");
+        mill_tell_count(sink, "quartic_fallbacks", c->quartics.fallbacks,
+                        "of these: solved by a Sturm sequence, because rounding left the fast "
+                        "search undecided");
+    }
     if (sink->full)
         sink->close(sink);
 }
@@ -208,6 +200,12 @@ double mill_record_clock(clockid_t clock)
     struct timespec now = {0};
     clock_gettime(clock, &now);
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+void mill_record_name(FILE *out, const char *name)
+{
+    for (; *name; name++)
+        putc((unsigned char)*name < 32 || *name == 127 ? '?' : *name, out);
 }
 
 /* ---- the deck ---- */
@@ -289,36 +287,34 @@ void mill_record_start(struct mill_h5 *file, const struct mill_deck *deck, const
 
 /* A printed deck that is being compared */
 struct lines {
-    const char *at;
+    char *rest;
     bool skips; /* the lines of this section do not change the run */
 };
 
-/* Copies the next line that matters for the comparison, without its comment. Skips empty lines, the
+/* The next line that matters for the comparison, without its comment. Skips empty lines, the
  * interval of checkpoints, the number of threads, [powder] and [heat] and the values of [wear],
- * which do not change the run. For a file only its name is copied, because its folder may have
+ * which do not change the run. Of a file only its name is left, because its folder may have
  * changed. "" at the end of the text. */
-static void next_line(struct lines *text, char *line, size_t size)
+static const char *next_line(struct lines *text)
 {
-    do {
-        const size_t length = strcspn(text->at, "\n");
-        snprintf(line, size, "%.*s", (int)length, text->at);
-        text->at += length + (text->at[length] == '\n');
-        char *comment = strstr(line, " #");
-        if (comment)
-            *comment = '\0';
-        for (size_t end = strlen(line); end > 0 && line[end - 1] == ' '; end--)
-            line[end - 1] = '\0';
-        const char *folder = strrchr(line, '/');
-        char *path = strstr(line, " = /");
-        if (path)
-            memmove(path + strlen(" = "), folder + 1, strlen(folder));
-        const bool title = line[0] == '[', wear = strncmp(line, "[wear", 5) == 0;
-        if (title)
+    while (*text->rest) {
+        char *line = text->rest, *end = line + strcspn(line, "\n"), *comment, *path;
+        text->rest = end + (*end == '\n');
+        *end = '\0';
+        if ((comment = strstr(line, " #")))
+            *(end = comment) = '\0';
+        while (end > line && end[-1] == ' ')
+            *--end = '\0';
+        if ((path = strstr(line, " = /")))
+            memmove(path + strlen(" = "), strrchr(line, '/') + 1, strlen(strrchr(line, '/')));
+        const bool wear = strncmp(line, "[wear", 5) == 0;
+        if (*line == '[')
             text->skips = wear || strcmp(line, "[powder]") == 0 || strcmp(line, "[heat]") == 0;
-        if (line[0] == '#' || (text->skips && !wear) || strncmp(line, "checkpoint = ", 13) == 0 ||
-            strncmp(line, "threads = ", 10) == 0)
-            line[0] = '\0';
-    } while (!line[0] && *text->at);
+        if (*line && *line != '#' && (!text->skips || wear) &&
+            strncmp(line, "checkpoint = ", 13) != 0 && strncmp(line, "threads = ", 10) != 0)
+            return line;
+    }
+    return "";
 }
 
 /* The tables and meshes may have changed under the same names. */
@@ -341,31 +337,29 @@ static enum mill_status compare_files(struct mill_h5 *file, const char *name,
 enum mill_status mill_record_compare(struct mill_h5 *file, const char *name,
                                      const struct mill_deck *deck, struct mill_error *error)
 {
-    enum { LINE = 4500 }; /* long enough for a path and the words around it */
-    char there[LINE] = "", here[LINE] = "", section[LINE] = "";
-    char *old = NULL, *new = print_deck(deck);
+    const char *there = "", *here = "", *section = "", *more = "nothing more";
+    char *old = NULL, *new = print_deck(deck), *cut[2] = {NULL, new ? strdup(new) : NULL};
     struct mill_error what;
-    if (!new)
-        return mill_error_set(error, MILL_FAILED, "out of memory for the deck's text");
     enum mill_status status = mill_h5_read_text(file, "/deck/text", &old, NULL);
     if (status != MILL_OK)
         mill_error_set(error, status, "%s: is not an output file of millsim", name);
-    struct lines from = {old, false}, to = {new, false};
-    while (status == MILL_OK && (*from.at || *to.at) && strcmp(there, here) == 0) {
-        next_line(&from, there, LINE);
-        next_line(&to, here, LINE);
-        if (here[0] == '[' || !here[0])
-            strcpy(section, here);
+    else if (!cut[1] || !(cut[0] = strdup(old)))
+        status = mill_error_set(error, MILL_FAILED, "out of memory for the deck's text");
+    struct lines from = {cut[0], false}, to = {cut[1], false};
+    while (status == MILL_OK && (*from.rest || *to.rest) && strcmp(there, here) == 0) {
+        there = next_line(&from);
+        here = next_line(&to);
+        section = *here == '[' || !*here ? here : section;
     }
-    if (there[0] == '[' && !strstr(new, there))
+    if (*there == '[' && !strstr(new, there))
         mill_error_set(&what, MILL_OK, "its deck has a section %s, and the given deck has none",
                        there);
-    else if (here[0] == '[' && !strstr(old, here))
+    else if (*here == '[' && !strstr(old, here))
         mill_error_set(&what, MILL_OK, "its deck has no section %s, and the given deck has one",
                        here);
     else
         mill_error_set(&what, MILL_OK, "%s '%.400s' in the file, '%.400s' in the deck", section,
-                       there[0] ? there : "nothing more", here[0] ? here : "nothing more");
+                       *there ? there : more, *here ? here : more);
     if (strcmp(there, here) != 0)
         status = mill_error_set(error, MILL_BAD_DECK,
                                 "%s: is of another deck: %s; resume it with its own deck, or start "
@@ -373,6 +367,8 @@ enum mill_status mill_record_compare(struct mill_h5 *file, const char *name,
                                 name, what.text);
     free(old);
     free(new);
+    free(cut[0]);
+    free(cut[1]);
     return status == MILL_OK ? compare_files(file, name, deck, error) : status;
 }
 
@@ -384,17 +380,13 @@ enum mill_status mill_record_compare(struct mill_h5 *file, const char *name,
 static int write_rows(const struct mill_world *world, const char *deck, FILE *out)
 {
     bool spins = false;
-    for (int32_t i = 0; i < world->balls && !spins; i++) {
-        const vec3 w = world->spin[i];
-        spins =
-            w.x != 0.0 || w.y != 0.0 || w.z != 0.0 || signbit(w.x) || signbit(w.y) || signbit(w.z);
-    }
+    const vec3 none = {0.0, 0.0, 0.0};
+    for (int32_t i = 0; i < world->balls && !spins; i++)
+        spins = memcmp(&world->spin[i], &none, sizeof none) != 0; /* -0 counts */
     errno = 0;
     fprintf(out, "# x y z [m] vx vy vz [m/s]%s, one ball a line: start of ",
             spins ? " wx wy wz [rad/s]" : "");
-    /* the name may contain any characters, but this must be one line */
-    for (const char *p = deck; *p; p++)
-        putc((unsigned char)*p < 32 || *p == 127 ? '?' : *p, out);
+    mill_record_name(out, deck);
     putc('\n', out);
     for (int32_t i = 0; i < world->balls && !ferror(out); i++) {
         const vec3 r = world->ball[i].r, v = world->ball[i].v, w = world->spin[i];

@@ -7,6 +7,7 @@
 #include "millsim/world.h"
 #include "observe/sink.h"
 
+#include <stdio.h>
 #include <time.h>
 
 /* What a run has used so far, including the parts before --resume */
@@ -67,6 +68,9 @@ void mill_record_tell(const struct mill_world *world, const struct mill_facts *f
  * appears complete or not at all. MILL_BAD_DECK: the file exists, and `over` is false. */
 enum mill_status mill_record_export(const struct mill_world *world, const char *deck,
                                     const char *path, bool over, struct mill_error *error);
+
+/* Prints the name of a file; replaces control characters, as in messages: it stays on one line. */
+void mill_record_name(FILE *out, const char *name);
 
 /* Peak resident memory of this process [byte]. */
 double mill_record_peak_memory(void);

@@ -3,7 +3,6 @@
 #define _GNU_SOURCE /* the cores that this process may use */
 #include "app/run.h"
 
-#include "app/asked.h"
 #include "app/checkpoint.h"
 #include "app/forecast.h"
 #include "app/summary.h"
@@ -27,7 +26,7 @@ struct run {
     const struct mill_deck *deck;
     const char *output; /* path */
     struct mill_error *error;
-    struct mill_observe observe; /* what the deck asks of the observers */
+    enum mill_status status; /* of the last step */
     struct mill_world *world;
     struct mill_sim *sim;
     struct mill_h5 *file;
@@ -55,45 +54,49 @@ static void say(struct run *r)
     r->note.text[0] = '\0';
 }
 
+/* Notes the status of a step; false: it is not MILL_OK, so the steps end here */
+static bool ok(struct run *r, enum mill_status status)
+{
+    r->status = status;
+    return status == MILL_OK;
+}
+
 /* ---- the start ---- */
 
 /* Finds out whether the file's run is complete, why it ended, and whether there is a state to
  * continue from. */
-static enum mill_status read_earlier(struct run *r, struct mill_h5 *file)
+static bool read_earlier(struct run *r, struct mill_h5 *file)
 {
     char *text = NULL, *ended_by = NULL;
-    enum mill_status status = mill_h5_read_text(file, "/run/status", &text, r->error);
-    if (status == MILL_OK && strcmp(text, "failed") == 0)
-        status = mill_error_set(r->error, MILL_FAILED,
-                                "%s: its run failed and would fail again; change the deck and "
-                                "start again with --force",
-                                r->output);
-    r->complete = status == MILL_OK && strcmp(text, "complete") == 0;
-    if (status == MILL_OK)
-        status = mill_checkpoint_find(file, r->output, &r->resumes, r->error);
-    if (status == MILL_OK && r->complete && mill_h5_exists(file, "/run/ended_by"))
-        status = mill_h5_read_text(file, "/run/ended_by", &ended_by, r->error);
+    bool good = ok(r, mill_h5_read_text(file, "/run/status", &text, r->error));
+    if (good && strcmp(text, "failed") == 0)
+        good = ok(r, mill_error_set(r->error, MILL_FAILED,
+                                    "%s: its run failed and would fail again; change the deck and "
+                                    "start again with --force",
+                                    r->output));
+    r->complete = good && strcmp(text, "complete") == 0;
+    good = good && ok(r, mill_checkpoint_find(file, r->output, &r->resumes, r->error)) &&
+           (!r->complete || !mill_h5_exists(file, "/run/ended_by") ||
+            ok(r, mill_h5_read_text(file, "/run/ended_by", &ended_by, r->error)));
     mill_error_set(&r->ended_by, MILL_OK, "%s", ended_by ? ended_by : "time");
     free(text);
     free(ended_by);
-    return status;
+    return good;
 }
 
 /* Finds out what --resume can do: continue from a state, or start from the beginning. A complete
  * run without a state needs nothing. */
-static enum mill_status find_earlier(struct run *r)
+static bool find_earlier(struct run *r)
 {
     struct mill_h5 *file = NULL;
     if (access(r->output, F_OK) != 0) {
         mill_error_set(&r->note, MILL_OK, "does not exist yet: starting from the beginning");
-        return MILL_OK;
+        return true;
     }
-    enum mill_status status = mill_h5_create(r->output, MILL_H5_READ, &file, r->error);
-    if (status == MILL_OK)
-        status = mill_record_compare(file, r->output, r->deck, r->error);
-    if (status == MILL_OK)
-        status = read_earlier(r, file);
-    if (status == MILL_OK && r->complete && !r->resumes) {
+    const bool good = ok(r, mill_h5_create(r->output, MILL_H5_READ, &file, r->error)) &&
+                      ok(r, mill_record_compare(file, r->output, r->deck, r->error)) &&
+                      read_earlier(r, file);
+    if (good && r->complete && !r->resumes) {
         mill_draft_clear(r->output);
         mill_error_set(&r->note, MILL_OK, "is complete: nothing to resume");
         say(r);
@@ -102,102 +105,96 @@ static enum mill_status find_earlier(struct run *r)
                        "ended before its first checkpoint: starting from the beginning");
     }
     mill_h5_close(file, NULL);
-    return status;
+    return good;
 }
 
 /* Makes the mill and its observers, at t = 0 */
-static enum mill_status build(struct run *r)
+static bool build(struct run *r)
 {
     const struct mill_start_watch watch = {mill_progress_stage, &r->order->display};
-    enum mill_status status = mill_deck_setup_world(r->deck, &watch, &r->world, r->error);
-    if (status == MILL_OK)
-        r->observe = mill_asked_observe(r->deck, r->world);
-    if (status == MILL_OK)
-        status = mill_sim_create(r->world, &r->sim, r->error);
-    if (status == MILL_OK)
-        status = mill_observers_create(&r->observe, r->world, &r->observers, r->error);
-    return status;
+    return ok(r, mill_deck_setup_world(r->deck, &watch, &r->world, r->error)) &&
+           ok(r, mill_sim_create(r->world, &r->sim, r->error)) &&
+           ok(r, mill_observers_create(&r->deck->observe, r->world, &r->observers, r->error));
 }
 
-static enum mill_status open_output(struct run *r)
+static bool open_output(struct run *r)
 {
     const enum mill_h5_open how = r->resumes              ? MILL_H5_UPDATE
                                   : r->given[MILL_FORCE]  ? MILL_H5_OVERWRITE
                                   : r->given[MILL_RESUME] ? MILL_H5_RESTART
                                                           : MILL_H5_NEW;
     *r->order->begun = 1;
-    enum mill_status status = mill_h5_create(r->output, how, &r->file, r->error);
-    if (status == MILL_OK && !r->resumes) {
+    bool good = ok(r, mill_h5_create(r->output, how, &r->file, r->error));
+    if (good && !r->resumes) {
         mill_record_start(r->file, r->deck, r->order->asked->line);
-        status = mill_h5_status(r->file, r->error);
+        good = ok(r, mill_h5_status(r->file, r->error));
     }
-    if (status == MILL_OK)
+    if (good)
         say(r);
-    return status;
+    return good;
 }
 
 /* Loads the state into loop and observers. The file is locked, so no other run writes to it. From
  * now on the file is that of an unfinished run. */
-static enum mill_status take_up(struct run *r)
+static bool take_up(struct run *r)
 {
     const struct mill_checkpoint to = {r->sim, &r->observers, &r->cost};
-    enum mill_status status = read_earlier(r, r->file);
-    if (status == MILL_OK && !r->resumes)
-        status = mill_error_set(r->error, MILL_FAILED,
-                                "%s: another run has written to it meanwhile; see whether it still "
-                                "needs --resume",
-                                r->output);
-    if (status == MILL_OK)
-        status = mill_checkpoint_load(&to, r->file, r->output, r->error);
-    if (status == MILL_OK) {
-        mill_checkpoint_remove(r->file);
-        mill_record_deck(r->file, r->deck);
-    }
     r->saved = true;
-    return status;
+    if (!read_earlier(r, r->file))
+        return false;
+    if (!r->resumes)
+        return ok(r, mill_error_set(r->error, MILL_FAILED,
+                                    "%s: another run has written to it meanwhile; see whether it "
+                                    "still needs --resume",
+                                    r->output));
+    if (!ok(r, mill_checkpoint_load(&to, r->file, r->output, r->error)))
+        return false;
+    mill_checkpoint_remove(r->file);
+    mill_record_deck(r->file, r->deck);
+    return true;
 }
 
 /* state: NULL during the event loop */
 static void show(const struct run *r, bool begins, const char *state)
 {
-    const char *running = mill_summary_samples(&r->observers) ? "sampling" : "settling";
-    const double time = mill_sim_time(r->sim), end = r->deck->given.time;
+    const struct mill_tally *tally = mill_observers_tally(&r->observers);
+    /* not before run.sample_from, and not during the start-up if it is to be cut off */
+    const bool samples = tally->at.open && (!tally->search || tally->at.settled);
+    const double time = mill_sim_time(r->sim), end = r->deck->observe.end;
     struct mill_progress p = {time,
                               end,
                               mill_forecast_work(&r->growth, time),
                               mill_forecast_work(&r->growth, end),
                               .wall = mill_record_clock(CLOCK_MONOTONIC) - r->order->display.began,
                               .begins = begins,
-                              .state = state ? state : running,
+                              .state = state     ? state
+                                       : samples ? "sampling"
+                                                 : "settling",
                               .known = mill_summary_known(&r->observers)};
     for (int k = 0; k < r->world->kinds.count; k++)
         p.collisions += r->world->account.collisions[k];
     mill_progress_show(&r->order->display, &p);
 }
 
-/* The cores that this process may use: a batch system gives it some of the machine's */
-static long cores(void)
+/* run.threads; if the program chooses: small mills leave the cores to other runs, large ones use
+ * all that this process may use, because a batch system gives it some of the machine's */
+static int threads_of(const struct mill_deck *deck)
 {
+    if (deck->given.threads > 0 || deck->mill.all < MANY_BALLS)
+        return deck->given.threads > 0 ? (int)deck->given.threads : 1;
 #ifdef CPU_COUNT
     cpu_set_t set;
     if (sched_getaffinity(0, sizeof set, &set) == 0)
         return CPU_COUNT(&set);
 #endif
-    return sysconf(_SC_NPROCESSORS_ONLN);
-}
-
-/* run.threads; if the program chooses, small mills leave the cores to other runs */
-static int threads_of(const struct mill_deck *deck)
-{
-    const long chosen = deck->mill.all < MANY_BALLS ? 1 : cores();
-    return (int)(deck->given.threads > 0 ? deck->given.threads : chosen);
+    return (int)sysconf(_SC_NPROCESSORS_ONLN);
 }
 
 /* Notes what the run will cost, if that is probably more than was meant. */
 static void note_cost(struct run *r)
 {
-    const double interval = r->deck->given.frames,
-                 frames = interval > 0 ? r->deck->given.time / interval : 0;
+    const double interval = r->deck->observe.frames,
+                 frames = interval > 0 ? r->deck->observe.end / interval : 0;
     const struct mill_energies *energies = &mill_observers_tally(&r->observers)->plan.energies;
     if (frames > 1e6) /* probably a mistake in a unit */
         mill_error_set(&r->note, MILL_OK, "output.frames = %g s makes %.3g frames, %.3g GB or more",
@@ -212,18 +209,12 @@ static void note_cost(struct run *r)
 }
 
 /* Makes the mill from the deck or the state, and a file that holds what is known so far */
-static enum mill_status prepare(struct run *r)
+static bool prepare(struct run *r)
 {
-    enum mill_status status = build(r);
-    if (status == MILL_OK)
-        status = open_output(r);
-    if (status == MILL_OK && r->resumes)
-        status = take_up(r);
-    if (status == MILL_OK)
-        status =
-            mill_observers_open(&r->observers, &r->observe, r->file, r->world, r->sim, r->error);
-    if (status != MILL_OK)
-        return status;
+    if (!build(r) || !open_output(r) || (r->resumes && !take_up(r)) ||
+        !ok(r, mill_observers_open(&r->observers, &r->deck->observe, r->file, r->world, r->sim,
+                                   r->error)))
+        return false;
     r->growth = mill_forecast_growth(r->world);
     mill_sim_use_threads(r->sim, threads_of(r->deck));
     show(r, true, NULL);
@@ -234,9 +225,9 @@ static enum mill_status prepare(struct run *r)
     say(r);
     /* with --force the old file stays until there are results to replace it */
     if (r->resumes || (r->given[MILL_FORCE] && access(r->output, F_OK) == 0))
-        return MILL_OK;
+        return true;
     /* this shows now whether the disk can be written, and a killed run leaves a file */
-    return mill_h5_flush(r->file, r->error);
+    return ok(r, mill_h5_flush(r->file, r->error));
 }
 
 /* ---- results into the file ---- */
@@ -252,7 +243,7 @@ static struct mill_record_cost cost_of(const struct run *r)
 
 static struct mill_facts facts_of(const struct run *r, const char *status)
 {
-    const bool asked = r->deck->given.precision > 0 || r->deck->given.max_collisions > 0;
+    const bool asked = r->deck->observe.precision > 0 || r->deck->observe.max_collisions > 0;
     const char *by = strcmp(status, "complete") == 0 ? r->ended_by.text : "none";
     return (struct mill_facts){.status = status,
                                .ended_by = asked ? by : NULL,
@@ -328,7 +319,7 @@ static enum mill_status save(struct run *r)
 static enum mill_status advance(struct run *r)
 {
     const double aim = fmin(MILL_PROGRESS_EVERY, r->deck->given.checkpoint),
-                 end = r->deck->given.time;
+                 end = r->deck->observe.end;
     uint64_t slice = 1000;
     enum mill_status status = MILL_OK;
     r->due = mill_record_clock(CLOCK_MONOTONIC) + r->deck->given.checkpoint;
@@ -369,8 +360,8 @@ static bool goes_on(void *self, double done, double all)
 static enum mill_status conclude(struct run *r, enum mill_status ended, struct mill_error *error)
 {
     const struct mill_going going = {goes_on, r};
-    const bool many =
-        r->deck->given.frames > 0 && mill_sim_time(r->sim) / r->deck->given.frames > MANY_FRAMES;
+    const bool many = r->deck->observe.frames > 0 &&
+                      mill_sim_time(r->sim) / r->deck->observe.frames > MANY_FRAMES;
     const bool slow = many && ended == MILL_OK;
     show(r, false, "writing");
     if (ended == MILL_STOPPED || slow)
@@ -423,22 +414,20 @@ enum mill_status mill_run(struct mill_run_order *order)
 {
     const struct mill_command *asked = order->asked;
     struct run r = {order, asked->given, order->deck, asked->output, order->error, .due = 0.0};
-    enum mill_status status = asked->given[MILL_RESUME] ? find_earlier(&r) : MILL_OK;
-    if (status != MILL_OK || (r.complete && !r.resumes))
-        return status;
-    status = prepare(&r);
-    if (status == MILL_OK)
-        status = carry_out(&r);
+    if ((asked->given[MILL_RESUME] && !find_earlier(&r)) || (r.complete && !r.resumes))
+        return r.status;
+    if (prepare(&r))
+        r.status = carry_out(&r);
     mill_h5_abandon(r.file); /* still open after a failure: the file stays as last published */
-    if (status == MILL_OK || status == MILL_STOPPED) {
+    if (r.status == MILL_OK || r.status == MILL_STOPPED) {
         const struct mill_facts facts = facts_of(&r, r.complete ? "complete" : "stopped");
         struct mill_summary s = {order->page, r.world, &r.observers,
                                  &facts,      r.deck,  .results = NULL};
         if (mill_summary_write(&s, asked->given[MILL_JSON], r.error) != MILL_OK)
-            status = MILL_FAILED;
+            r.status = MILL_FAILED;
     }
     mill_observers_free(&r.observers);
     mill_sim_free(r.sim);
     mill_world_free(r.world);
-    return status;
+    return r.status;
 }

@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { ABOVE_1 = 1, TEXT = MILL_SUMMARY_TEXT }; /* mill_world_fast[1] is 1 m/s */
+enum { ABOVE_1 = 1 }; /* mill_world_fast[1] is 1 m/s */
 
 /* ---- accuracy of the results: for runs with run.precision ---- */
 
@@ -16,19 +16,15 @@ enum { ABOVE_1 = 1, TEXT = MILL_SUMMARY_TEXT }; /* mill_world_fast[1] is 1 m/s *
 static const char *error_of(const struct mill_precision_mean *mean)
 {
     const double error = mean->value != 0 ? mean->error / fabs(mean->value) : (double)NAN;
-    char *text = mill_summary_text_room();
-    if (isnan(error)) /* not known, or the value is 0 */
-        return "unknown";
-    snprintf(text, TEXT, error < 10 ? "+- %.2g %%" : "+- %.0f %%", 100 * error);
-    return text;
+    return isnan(error) ? "unknown" /* or the value is 0 */
+                        : mill_summary_text(error < 10 ? "+- %.2g %%" : "+- %.0f %%", 100 * error);
 }
 
 static const char *say_known(const struct mill_precision_known *known)
 {
-    char *text = mill_summary_text_room();
-    snprintf(text, TEXT, "median %s%s%s", error_of(&known->median_fast),
-             known->idle ? "" : ", power ", known->idle ? "" : error_of(&known->drive));
-    return text;
+    return mill_summary_text("median %s%s%s", error_of(&known->median_fast),
+                             known->idle ? "" : ", power ",
+                             known->idle ? "" : error_of(&known->drive));
 }
 
 const char *mill_summary_known(const struct mill_observers *observers)
@@ -37,12 +33,6 @@ const char *mill_summary_known(const struct mill_observers *observers)
     if (tally->precision == 0)
         return "";
     return tally->at.settled && tally->at.known.enough ? say_known(&tally->at.known) : "start-up";
-}
-
-bool mill_summary_samples(const struct mill_observers *observers)
-{
-    const struct mill_tally *tally = mill_observers_tally(observers);
-    return tally->at.open && (!tally->search || tally->at.settled);
 }
 
 /* Prints what was cut off and why the run ended; nothing if only its time could end it. */
@@ -77,15 +67,6 @@ static void print_end(const struct mill_summary *s)
 
 /* ---- what the mill does ---- */
 
-/* Prints a line, or its beginning: a label, a mean with its error, and words. */
-static void print_mean(FILE *out, const char *label, const struct mill_precision_mean *mean,
-                       const char *unit, const char *words)
-{
-    mill_summary_text_label(out, label);
-    mill_summary_text_value(out, mean, unit);
-    fputs(words, out);
-}
-
 /* Prints what the motions do; for a single rotor in the words for a rotor */
 static void print_drive(const struct mill_summary *s)
 {
@@ -96,34 +77,30 @@ static void print_drive(const struct mill_summary *s)
     const double times = r->duration / world->period, mass = mill_summary_mass(world);
     const struct mill_precision_mean specific = {known->drive.value / mass,
                                                  known->drive.error / mass, 0};
-    print_mean(s->out, rotor ? "rotor power" : "drive power", &known->drive, "W", ", ");
-    mill_summary_text_value(s->out, &specific, "W/kg");
-    fprintf(s->out, " of balls\n");
+    mill_summary_line(s->out, rotor ? "rotor power" : "drive power", "%s, %s of balls\n",
+                      mill_summary_text_mean(&known->drive, "W"),
+                      mill_summary_text_mean(&specific, "W/kg"));
     if (isnan(known->drive.error)) {
-        mill_summary_text_label(s->out, "");
-        fprintf(s->out, "(its error is not known: %.3g %ss", times,
-                rotor ? "revolution" : "period");
+        mill_summary_line(s->out, "", "(its error is not known: %.3g %ss", times,
+                          rotor ? "revolution" : "period");
         if (times < MILL_PRECISION_PERIODS)
             fprintf(s->out, ", %d needed", MILL_PRECISION_PERIODS);
         fprintf(s->out, ")\n");
     }
     if (rotor || (world->motions == 1 && !isnan(known->motion_torque[0].value)))
-        print_mean(s->out, rotor ? "rotor torque" : "drive torque", &known->motion_torque[0], "N m",
-                   "\n");
+        mill_summary_line(s->out, rotor ? "rotor torque" : "drive torque", "%s\n",
+                          mill_summary_text_mean(&known->motion_torque[0], "N m"));
     for (int k = 0; world->motions > 1 && k < world->motions; k++) {
-        print_mean(s->out, world->motion_name[k], &known->motion_power[k], "W", "");
-        if (!isnan(known->motion_torque[k].value)) {
-            fprintf(s->out, ", torque ");
-            mill_summary_text_value(s->out, &known->motion_torque[k], "N m");
-        }
-        fputc('\n', s->out);
+        const bool turns = !isnan(known->motion_torque[k].value);
+        mill_summary_line(s->out, world->motion_name[k], "%s%s%s\n",
+                          mill_summary_text_mean(&known->motion_power[k], "W"),
+                          turns ? ", torque " : "",
+                          turns ? mill_summary_text_mean(&known->motion_torque[k], "N m") : "");
     }
-    if (r->pinch_power > 0) {
-        mill_summary_text_label(s->out, "pinches");
-        fprintf(s->out, "%s (%.2g %%) go to balls that parts press; harmless below 20 %%\n",
-                mill_summary_text_si(r->pinch_power, "W"),
-                100 * r->pinch_power / known->drive.value);
-    }
+    if (r->pinch_power > 0)
+        mill_summary_line(
+            s->out, "pinches", "%s (%.2g %%) go to balls that parts press; harmless below 20 %%\n",
+            mill_summary_text_si(r->pinch_power, "W"), 100 * r->pinch_power / known->drive.value);
 }
 
 /* Prints where the power goes: by direction, and by kind, the largest first. */
@@ -136,10 +113,9 @@ static void print_losses(const struct mill_summary *s)
     int column = MILL_SUMMARY_LABEL;
     if (!(all > 0))
         return;
-    mill_summary_text_label(s->out, "losses");
-    fprintf(s->out, "%.1f %% by sliding, %.1f %% along the normal\n", 100 * (1 - normal),
-            100 * normal);
-    mill_summary_text_label(s->out, "");
+    mill_summary_line(s->out, "losses", "%.1f %% by sliding, %.1f %% along the normal\n",
+                      100 * (1 - normal), 100 * normal);
+    mill_summary_line(s->out, "", "%s", "");
     for (int kind = 0; kind < r->all; kind++) {
         int n = kind;
         for (; n > 0 && loss[order[n - 1]].value < loss[kind].value; n--)
@@ -153,7 +129,7 @@ static void print_losses(const struct mill_summary *s)
         const int width = (int)strlen(s->world->kinds.name[most]) + 9;
         if (n > 0 && column + width > MILL_SUMMARY_WIDTH) {
             fprintf(s->out, ",\n");
-            mill_summary_text_label(s->out, "");
+            mill_summary_line(s->out, "", "%s", "");
             column = MILL_SUMMARY_LABEL;
         } else if (n > 0) {
             fprintf(s->out, ", ");
@@ -164,29 +140,25 @@ static void print_losses(const struct mill_summary *s)
     fputc('\n', s->out);
 }
 
-static void print_hard(const struct mill_summary *s)
-{
-    const struct mill_tally_results *r = s->results;
-    print_mean(s->out, "hard impacts", &r->hard, "/s", " of 1 mJ or more\n");
-    if (!isnan(r->hard_per_joule.value))
-        print_mean(s->out, "", &r->hard_per_joule, "/J",
-                   " of 1 mJ or more, per work of the drive\n");
-    if (r->hard.value > 0 && isnan(r->hard.error) && !isnan(r->at.known.drive.error))
-        fprintf(s->out, "%-*s (their error is not known: they vary too slowly; run longer)\n",
-                MILL_SUMMARY_LABEL, "");
-    print_mean(s->out, "", &r->at.known.fast[r->all][ABOVE_1], "/s", " at 1 m/s or more\n");
-}
-
 static void print_means(const struct mill_summary *s)
 {
     const struct mill_tally_results *r = s->results;
     const struct mill_precision_known *known = &r->at.known;
     if (s->world->period < (double)INFINITY)
         print_drive(s);
-    print_hard(s);
-    print_mean(s->out, "median v_n", &known->median_fast, "m/s", " above 50 mm/s, ");
-    mill_summary_text_value(s->out, &known->median, "m/s");
-    fprintf(s->out, " of all\n");
+    mill_summary_line(s->out, "hard impacts", "%s of 1 mJ or more\n",
+                      mill_summary_text_mean(&r->hard, "/s"));
+    if (!isnan(r->hard_per_joule.value))
+        mill_summary_line(s->out, "", "%s of 1 mJ or more, per work of the drive\n",
+                          mill_summary_text_mean(&r->hard_per_joule, "/J"));
+    if (r->hard.value > 0 && isnan(r->hard.error) && !isnan(known->drive.error))
+        mill_summary_line(s->out, "",
+                          "(their error is not known: they vary too slowly; run longer)\n");
+    mill_summary_line(s->out, "", "%s at 1 m/s or more\n",
+                      mill_summary_text_mean(&known->fast[r->all][ABOVE_1], "/s"));
+    mill_summary_line(s->out, "median v_n", "%s above 50 mm/s, %s of all\n",
+                      mill_summary_text_mean(&known->median_fast, "m/s"),
+                      mill_summary_text_mean(&known->median, "m/s"));
     print_losses(s);
 }
 
@@ -195,15 +167,15 @@ static void print_window(const struct mill_summary *s)
     const struct mill_tally_results *r = s->results;
     const bool rotor = s->world->motions == 1 && s->world->rotor == 0;
     const double times = r->duration / s->world->period;
-    mill_summary_text_label(s->out, "sampled");
-    fprintf(s->out, "for %s, from %s to %s", mill_summary_text_si(r->duration, "s"),
-            mill_summary_text_si(r->begin, "s"), mill_summary_text_si(r->begin + r->duration, "s"));
+    mill_summary_line(s->out, "sampled", "for %s, from %s to %s",
+                      mill_summary_text_si(r->duration, "s"), mill_summary_text_si(r->begin, "s"),
+                      mill_summary_text_si(r->begin + r->duration, "s"));
     if (times > 0)
         fprintf(s->out, " (%.3g %s%s)", times, rotor ? "revolution" : "period",
                 fabs(times - 1) < 5e-3 ? "" : "s");
     fputc('\n', s->out);
     print_end(s);
-    fprintf(s->out, "%-*s +- is one standard error\n\n", MILL_SUMMARY_LABEL, "");
+    mill_summary_line(s->out, "", "+- is one standard error\n\n");
 }
 
 static void print_anomalies(FILE *out, const struct mill_counts *counts, double balance_error)
@@ -220,8 +192,7 @@ static void print_anomalies(FILE *out, const struct mill_counts *counts, double 
     for (size_t i = 0; i < sizeof list / sizeof *list; i++)
         if (list[i].count > 0) {
             fprintf(out, "%s\n", comma);
-            mill_summary_text_label(out, "");
-            fprintf(out, "%llu %s", (unsigned long long)list[i].count, list[i].what);
+            mill_summary_line(out, "", "%llu %s", (unsigned long long)list[i].count, list[i].what);
             comma = ",";
         }
     if (counts->overlaps > 0)
@@ -231,29 +202,19 @@ static void print_anomalies(FILE *out, const struct mill_counts *counts, double 
 
 static void print_state(const struct mill_summary *s, const struct mill_totals *totals)
 {
-    mill_summary_text_label(s->out, "kinetic energy");
-    fprintf(s->out, "%s at the end, and %s in the balls' spin\n",
-            mill_summary_text_si(totals->energy.kinetic, "J"),
-            mill_summary_text_si(totals->energy.rotational, "J"));
-    if (s->world->counts.asleep > 0) {
-        mill_summary_text_label(s->out, "at rest");
-        fprintf(s->out, "%lld of %ld balls asleep at the end\n", (long long)s->world->counts.asleep,
-                (long)s->world->balls);
-    }
-    mill_summary_text_label(s->out, "solver");
-    fprintf(s->out, "energy error %s of %s", mill_summary_text_si(totals->balance_error, "J"),
-            mill_summary_text_si(totals->turnover, "J"));
+    mill_summary_line(s->out, "kinetic energy", "%s at the end, and %s in the balls' spin\n",
+                      mill_summary_text_si(totals->energy.kinetic, "J"),
+                      mill_summary_text_si(totals->energy.rotational, "J"));
+    if (s->world->counts.asleep > 0)
+        mill_summary_line(s->out, "at rest", "%lld of %ld balls asleep at the end\n",
+                          (long long)s->world->counts.asleep, (long)s->world->balls);
+    mill_summary_line(s->out, "solver", "energy error %s of %s",
+                      mill_summary_text_si(totals->balance_error, "J"),
+                      mill_summary_text_si(totals->turnover, "J"));
     if (totals->turnover > 0)
         fprintf(s->out, " (%.1e)", totals->balance_error / totals->turnover);
     fprintf(s->out, "; anomalies:");
     print_anomalies(s->out, &s->world->counts, totals->balance_error);
-}
-
-/* Prints a name of a file; replaces control characters, as in messages. */
-static void print_name(FILE *out, const char *name)
-{
-    for (; *name; name++)
-        fputc((unsigned char)*name < 32 || *name == 127 ? '?' : *name, out);
 }
 
 /* Prints "note: ...", with line breaks between words */
@@ -276,33 +237,33 @@ static void print_all(const struct mill_summary *s)
     const struct mill_facts *facts = s->facts;
     const struct mill_totals totals = mill_record_add(s->world, facts->local);
     const double wall = facts->cost.wall, cpu = facts->cost.cpu;
+    const unsigned long long anomalies = totals.anomalies;
     char threads[32] = "";
     if (facts->threads > 1)
         snprintf(threads, sizeof threads, " of %d threads", facts->threads);
-    mill_summary_mill(s->world, s->deck, "", s->out);
+    mill_summary_mill(s->world, s->deck, s->out);
     print_window(s);
     print_means(s);
     mill_summary_table(s);
     print_state(s, &totals);
-    fprintf(s->out, "%-*s %s contacts per CPU second, %s simulated per s\n", MILL_SUMMARY_LABEL,
-            "speed",
-            mill_summary_text_si(cpu > 0 ? (double)totals.contacts / cpu : (double)NAN, ""),
-            mill_summary_text_si(wall > 0 ? facts->time / wall : (double)NAN, "s"));
-    fprintf(s->out, "%-*s %s wall, %s CPU%s, %s memory at most\n", MILL_SUMMARY_LABEL, "cost",
-            mill_summary_text_si(wall, "s"), mill_summary_text_si(cpu, "s"), threads,
-            mill_summary_text_si(facts->peak_memory, "B"));
-    fprintf(s->out, "%-*s ", MILL_SUMMARY_LABEL, "output");
-    print_name(s->out, facts->output);
+    mill_summary_line(
+        s->out, "speed", "%s contacts per CPU second, %s simulated per s\n",
+        mill_summary_text_si(cpu > 0 ? (double)totals.contacts / cpu : (double)NAN, ""),
+        mill_summary_text_si(wall > 0 ? facts->time / wall : (double)NAN, "s"));
+    mill_summary_line(s->out, "cost", "%s wall, %s CPU%s, %s memory at most\n",
+                      mill_summary_text_si(wall, "s"), mill_summary_text_si(cpu, "s"), threads,
+                      mill_summary_text_si(facts->peak_memory, "B"));
+    mill_summary_line(s->out, "output", "%s", "");
+    mill_record_name(s->out, facts->output);
     fputc('\n', s->out);
     for (int i = 0; i < s->notes.count; i++)
         if (s->notes.note[i].text[0])
             print_note(s->out, s->notes.note[i].text);
     fprintf(s->out, "\nmillsim %s ", facts->version);
-    print_name(s->out, facts->deck);
+    mill_record_name(s->out, facts->deck);
     fprintf(s->out, ": %.6g s in %s wall, ", facts->time, mill_summary_text_si(wall, "s"));
-    if (totals.anomalies > 0)
-        fprintf(s->out, "%llu anomal%s\n", (unsigned long long)totals.anomalies,
-                totals.anomalies == 1 ? "y" : "ies");
+    if (anomalies > 0)
+        fprintf(s->out, "%llu anomal%s\n", anomalies, anomalies == 1 ? "y" : "ies");
     else
         fprintf(s->out, "no anomalies\n");
 }

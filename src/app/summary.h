@@ -27,10 +27,8 @@ struct mill_summary {
 enum mill_status mill_summary_write(struct mill_summary *s, bool json, struct mill_error *error);
 
 /* Prints the balls, how much of the mill they fill, how fast its surfaces move, and the contact
- * laws that follow from materials; `lead` begins each line. deck: NULL if the laws are to be left
- * out */
-void mill_summary_mill(const struct mill_world *world, const struct mill_deck *deck,
-                       const char *lead, FILE *out);
+ * laws that follow from materials. deck: NULL if the laws are to be left out */
+void mill_summary_mill(const struct mill_world *world, const struct mill_deck *deck, FILE *out);
 
 /* [kg] of all balls */
 double mill_summary_mass(const struct mill_world *world);
@@ -42,38 +40,22 @@ void mill_summary_table(const struct mill_summary *s);
  * run.precision. The text is valid until a few more numbers are formatted. */
 const char *mill_summary_known(const struct mill_observers *observers);
 
-/* Are statistics gathered now? Not before run.sample_from, and not during the start-up if it is to
- * be cut off. */
-bool mill_summary_samples(const struct mill_observers *observers);
+/* ---- numbers as texts, and lines ---- */
 
-/* ---- numbers as texts, in a room that is used again after a few calls, and labels ---- */
+enum { MILL_SUMMARY_WIDTH = 80, MILL_SUMMARY_LABEL = 15 };
 
-enum { MILL_SUMMARY_WIDTH = 80, MILL_SUMMARY_LABEL = 15, MILL_SUMMARY_TEXT = 64 };
-
-/* Format of a number with four significant digits: in units of `one`, with `decimals` decimals */
-struct mill_summary_scale {
-    double one;
-    const char *prefix;
-    int decimals;
-};
-
-/* A buffer for a short text; eight calls later it is used again */
-char *mill_summary_text_room(void);
-
-/* Sets the scale of a value; false: none fits. */
-bool mill_summary_text_fits(double value, const char *unit, struct mill_summary_scale *scale);
+/* A short text, until eight more are made */
+const char *mill_summary_text(const char *format, ...) __attribute__((format(printf, 1, 2)));
 
 /* "12.34 mm/s", "8.956 million/s": four significant digits with a suitable prefix; "-" for NaN */
 const char *mill_summary_text_si(double value, const char *unit);
 
-/* A value on the scale of its column; what rounds to 0 but is not 0 gets a "<". */
-const char *mill_summary_text_cell(double value, struct mill_summary_scale scale);
+/* Mean and error with the prefix of the larger one: "8.213 +- 0.090 N m". An error that would be
+ * printed as 0 gets more digits. */
+const char *mill_summary_text_mean(const struct mill_precision_mean *mean, const char *unit);
 
-/* Prints mean and error with the prefix of the larger one: "8.213 +- 0.090 N m". An error that
- * would be printed as 0 gets more digits. */
-void mill_summary_text_value(FILE *out, const struct mill_precision_mean *mean, const char *unit);
-
-/* A label at the left, or "" below it */
-void mill_summary_text_label(FILE *out, const char *label);
+/* Prints a label at the left, or "" below it, and a text beside it. */
+void mill_summary_line(FILE *out, const char *label, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
 
 #endif

@@ -6,31 +6,41 @@
 #include "observe/outline.h"
 
 #include <math.h>
+#include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { TEXT = MILL_SUMMARY_TEXT };
+enum { TEXT = 64 };
 #define RANDOM_PACKING 0.6 /* share that balls fill in a heap of balls: bulk density / density */
 
 /* ---- numbers as texts ---- */
 
-char *mill_summary_text_room(void)
+/* Format of a number with four significant digits: in units of `one`, with `decimals` decimals */
+struct scale {
+    double one;
+    const char *prefix;
+    int decimals;
+};
+
+const char *mill_summary_text(const char *format, ...)
 {
     static char texts[8][TEXT];
     static unsigned turn;
-    return texts[turn++ % 8];
+    char *text = texts[turn++ % 8];
+    va_list list;
+    va_start(list, format);
+    vsnprintf(text, TEXT, format, list);
+    va_end(list);
+    return text;
 }
 
-/* Numbers of things and their rates have words: "M/s" would look like metres per second. */
-static bool is_counted(const char *unit)
-{
-    return !*unit || strcmp(unit, "/s") == 0 || strcmp(unit, "/J") == 0;
-}
-
-bool mill_summary_text_fits(double value, const char *unit, struct mill_summary_scale *scale)
+/* Sets the scale of a value; false: none fits. Numbers of things and their rates have words: "M/s"
+ * would look like metres per second. */
+static bool fits(double value, const char *unit, struct scale *scale)
 {
     static const char *const prefix[] = {"p", "n", "u", "m", "", "k", "M", "G", "T"};
     static const char *const word[] = {"", "thousand", "million", "billion", "trillion"};
+    const bool counted = !*unit || strcmp(unit, "/s") == 0 || strcmp(unit, "/J") == 0;
     char digits[TEXT];
     if (isinf(value))
         return false;
@@ -39,79 +49,71 @@ bool mill_summary_text_fits(double value, const char *unit, struct mill_summary_
     if (exponent < -12 || exponent > 14)
         return false;
     int thousands = (exponent + 15) / 3 - 5; /* division rounded towards minus infinity */
-    thousands = is_counted(unit) && thousands < 0 ? 0 : thousands;
-    *scale = (struct mill_summary_scale){.one = pow(10, 3 * thousands),
-                                         .prefix = is_counted(unit) ? word[thousands]
-                                                                    : prefix[thousands + 4],
-                                         .decimals = 3 - (exponent - 3 * thousands)};
+    thousands = counted && thousands < 0 ? 0 : thousands;
+    *scale = (struct scale){.one = pow(10, 3 * thousands),
+                            .prefix = counted ? word[thousands] : prefix[thousands + 4],
+                            .decimals = 3 - (exponent - 3 * thousands)};
     return true;
 }
 
 const char *mill_summary_text_si(double value, const char *unit)
 {
-    struct mill_summary_scale scale;
-    char *text = mill_summary_text_room();
-    if (isnan(value))
-        snprintf(text, TEXT, "-");
-    else if (value == 0)
-        snprintf(text, TEXT, "0%s%s", *unit ? " " : "", unit);
-    else if (!*unit && value < 1000 && value == floor(value)) /* a count */
-        snprintf(text, TEXT, "%.0f", value);
-    else if (!mill_summary_text_fits(value, unit, &scale))
-        snprintf(text, TEXT, "%.3e %s", value, unit);
-    else
-        snprintf(text, TEXT, "%.*f%s%s%s", scale.decimals, value / scale.one,
-                 *scale.prefix || *unit ? " " : "", scale.prefix, unit);
-    return text;
-}
-
-const char *mill_summary_text_cell(double value, struct mill_summary_scale scale)
-{
-    const double least = pow(10, -scale.decimals), shown = value / scale.one;
-    char *text = mill_summary_text_room();
+    struct scale scale;
     if (isnan(value))
         return "-";
-    if (shown > 0 && shown < 0.5 * least)
-        snprintf(text, TEXT, "<%.*f", scale.decimals, least);
-    else
-        snprintf(text, TEXT, "%.*f", scale.decimals, shown);
-    return text;
+    if (value == 0)
+        return mill_summary_text("0%s%s", *unit ? " " : "", unit);
+    if (!*unit && value < 1000 && value == floor(value)) /* a count */
+        return mill_summary_text("%.0f", value);
+    if (!fits(value, unit, &scale))
+        return mill_summary_text("%.3e %s", value, unit);
+    return mill_summary_text("%.*f%s%s%s", scale.decimals, value / scale.one,
+                             *scale.prefix || *unit ? " " : "", scale.prefix, unit);
 }
 
-void mill_summary_text_value(FILE *out, const struct mill_precision_mean *mean, const char *unit)
+const char *mill_summary_text_mean(const struct mill_precision_mean *mean, const char *unit)
 {
-    struct mill_summary_scale scale;
+    struct scale scale;
     const double most = fmax(fabs(mean->value), mean->error);
-    const bool known =
-        !isnan(mean->value) && !isnan(mean->error) && mill_summary_text_fits(most, unit, &scale);
-    while (known && mean->error > 0 && scale.decimals < 9 &&
+    if (isnan(mean->value) || isnan(mean->error) || !fits(most, unit, &scale))
+        return mill_summary_text_si(mean->value, unit);
+    while (mean->error > 0 && scale.decimals < 9 &&
            mean->error / scale.one < pow(10, -scale.decimals))
         scale.decimals++;
-    if (known)
-        fprintf(out, "%.*f +- %.*f %s%s", scale.decimals, mean->value / scale.one, scale.decimals,
-                mean->error / scale.one, scale.prefix, unit);
-    else
-        fprintf(out, "%s", mill_summary_text_si(mean->value, unit));
+    return mill_summary_text("%.*f +- %.*f %s%s", scale.decimals, mean->value / scale.one,
+                             scale.decimals, mean->error / scale.one, scale.prefix, unit);
 }
 
-void mill_summary_text_label(FILE *out, const char *label)
+/* A value on the scale of its column; what rounds to 0 but is not 0 gets a "<". */
+static const char *cell(double value, struct scale scale)
 {
+    const double least = pow(10, -scale.decimals), shown = value / scale.one;
+    if (isnan(value))
+        return "-";
+    return shown > 0 && shown < 0.5 * least ? mill_summary_text("<%.*f", scale.decimals, least)
+                                            : mill_summary_text("%.*f", scale.decimals, shown);
+}
+
+void mill_summary_line(FILE *out, const char *label, const char *format, ...)
+{
+    va_list list;
+    va_start(list, format);
     fprintf(out, "%-*s ", MILL_SUMMARY_LABEL, label);
+    vfprintf(out, format, list);
+    va_end(list);
 }
 
 /* ---- the mill ---- */
 
 /* Prints number and mass of the balls, and how much of the free volume they fill. */
-static void print_balls(const struct mill_world *world, const char *lead, FILE *out)
+static void print_balls(const struct mill_world *world, FILE *out)
 {
     const double room = mill_start_free_volume(world);
-    const double mass = mill_summary_mass(world);
     double volume = 0;
     for (int32_t i = 0; i < world->balls; i++)
         volume += 4 * MILL_PI / 3 * pow(world->species[world->ball[i].species].radius, 3);
-    fputs(lead, out);
-    mill_summary_text_label(out, "balls");
-    fprintf(out, "%ld, %s", (long)world->balls, mill_summary_text_si(1e3 * mass, "g"));
+    mill_summary_line(out, "balls", "%ld, %s", (long)world->balls,
+                      mill_summary_text_si(1e3 * mill_summary_mass(world), "g"));
     if (room > 0)
         fprintf(out, ": %.3g %% of the free room, %.3g %% with 40 %% voids", 100 * volume / room,
                 100 * volume / (room * RANDOM_PACKING));
@@ -119,7 +121,7 @@ static void print_balls(const struct mill_world *world, const char *lead, FILE *
 }
 
 /* Prints the highest speed and acceleration of the surfaces of each motion. */
-static void print_motions(const struct mill_world *world, const char *lead, FILE *out)
+static void print_motions(const struct mill_world *world, FILE *out)
 {
     const double g = vec3_norm(world->g);
     for (int k = 0; k < world->motions; k++) {
@@ -137,10 +139,9 @@ static void print_motions(const struct mill_world *world, const char *lead, FILE
         mill_mesh_free(&mesh);
         if (speed == 0)
             continue;
-        fputs(lead, out);
-        mill_summary_text_label(out, world->motion_name[k]);
-        fprintf(out, "%s %s", k == world->rotor ? "tip speed" : "surfaces at up to",
-                mill_summary_text_si(speed, "m/s"));
+        mill_summary_line(out, world->motion_name[k], "%s %s",
+                          k == world->rotor ? "tip speed" : "surfaces at up to",
+                          mill_summary_text_si(speed, "m/s"));
         if (g > 0)
             fprintf(out, ", Froude number %.3g", acceleration / g);
         fputc('\n', out);
@@ -170,34 +171,31 @@ static void say_law(const struct mill_deck *deck, int kind, char text[2 * TEXT])
 }
 
 /* Prints what contact laws take from materials, each once. */
-static void print_laws(const struct mill_deck *deck, const char *lead, FILE *out)
+static void print_laws(const struct mill_deck *deck, FILE *out)
 {
+    const struct mill_deck_contact *contact = deck->mill.contact;
     char text[2 * TEXT], other[2 * TEXT];
     for (int kind = 0; kind < deck->mill.contacts.count; kind++) {
-        bool said = !deck->mill.contact[kind].assumed[0];
+        bool said = !contact[kind].assumed[0];
         say_law(deck, kind, text);
         for (int k = 0; k < kind && !said; k++) {
             say_law(deck, k, other);
-            said = strcmp(deck->mill.contact[k].assumed, deck->mill.contact[kind].assumed) == 0 &&
-                   strcmp(other, text) == 0;
+            said =
+                strcmp(contact[k].assumed, contact[kind].assumed) == 0 && strcmp(other, text) == 0;
         }
         if (said)
             continue;
-        fputs(lead, out);
-        mill_summary_text_label(out, "contacts");
-        fprintf(out, "assumed: %s\n%s", text + strlen(", "), lead);
-        mill_summary_text_label(out, "");
-        fprintf(out, "%s\n", deck->mill.contact[kind].assumed);
+        mill_summary_line(out, "contacts", "assumed: %s\n", text + strlen(", "));
+        mill_summary_line(out, "", "%s\n", contact[kind].assumed);
     }
 }
 
-void mill_summary_mill(const struct mill_world *world, const struct mill_deck *deck,
-                       const char *lead, FILE *out)
+void mill_summary_mill(const struct mill_world *world, const struct mill_deck *deck, FILE *out)
 {
-    print_balls(world, lead, out);
-    print_motions(world, lead, out);
+    print_balls(world, out);
+    print_motions(world, out);
     if (deck)
-        print_laws(deck, lead, out);
+        print_laws(deck, out);
 }
 
 double mill_summary_mass(const struct mill_world *world)
@@ -210,31 +208,12 @@ double mill_summary_mass(const struct mill_world *world)
 
 /* ---- the table: one unit a column ---- */
 
-/* Name, and units with their decimals, of the columns of rates, speeds and powers */
-struct columns {
-    int name;
-    struct mill_summary_scale rate, speed, power;
-};
-
-static struct mill_summary_scale scale_of(double value, const char *unit)
+static struct scale scale_of(double value, const char *unit)
 {
-    struct mill_summary_scale scale = {1, "", 3};
+    struct scale scale = {1, "", 3};
     if (value > 0)
-        mill_summary_text_fits(value, unit, &scale);
+        fits(value, unit, &scale);
     return scale;
-}
-
-static void print_row(FILE *out, const struct mill_tally_results *r, int n, const struct columns *c)
-{
-    const struct mill_tally_row *row = &r->impacts[r->kinds.kind[n]];
-    const double floored = 100 * r->floor_share[r->kinds.kind[n]];
-    fprintf(out, "%-*s %12llu %11s %8s %9s %8s %6s %9s\n", c->name, r->kinds.name[n],
-            (unsigned long long)row->count, mill_summary_text_cell(row->rate, c->rate),
-            mill_summary_text_cell(row->normal.median, c->speed),
-            mill_summary_text_cell(row->normal.median_fast, c->speed),
-            mill_summary_text_cell(row->normal.mean, c->speed),
-            mill_summary_text_cell(floored, (struct mill_summary_scale){1, "", 1}),
-            mill_summary_text_cell(row->power, c->power));
 }
 
 /* Is the row shown in the table? Kinds without contacts are left out. */
@@ -247,33 +226,41 @@ void mill_summary_table(const struct mill_summary *s)
 {
     const struct mill_tally_results *r = s->results;
     const struct mill_tally_row *all = &r->impacts[r->all], *strikes = &r->strikes[r->all];
-    struct columns c = {10, scale_of(all->rate, "/s"), {1, "", 3}, scale_of(all->power, "W")};
+    const struct scale rate = scale_of(all->rate, "/s"), power = scale_of(all->power, "W");
+    const struct scale share = {1, "", 1};
     char unit[3][TEXT];
+    int name = 10;      /* width of the names */
     double fastest = 0; /* in the table */
     for (int n = 0; n <= r->kinds.count; n++) {
-        const struct mill_tally_speed *speed = &r->impacts[r->kinds.kind[n]].normal;
+        const struct mill_tally_speed *v = &r->impacts[r->kinds.kind[n]].normal;
         const int width = (int)strlen(r->kinds.name[n]);
-        c.name = is_shown(r, n) && width > c.name ? width : c.name;
-        fastest = fmax(fastest, fmax(speed->mean, speed->median_fast)); /* fmax ignores NaN */
+        name = is_shown(r, n) && width > name ? width : name;
+        fastest = fmax(fastest, fmax(v->mean, v->median_fast)); /* fmax ignores NaN */
     }
-    c.speed = scale_of(fastest, "m/s");
-    snprintf(unit[0], TEXT, "%s/s", c.rate.prefix);
-    snprintf(unit[1], TEXT, "%sm/s", c.speed.prefix);
-    snprintf(unit[2], TEXT, "%sW", c.power.prefix);
+    const struct scale speed = scale_of(fastest, "m/s");
+    snprintf(unit[0], TEXT, "%s/s", rate.prefix);
+    snprintf(unit[1], TEXT, "%sm/s", speed.prefix);
+    snprintf(unit[2], TEXT, "%sW", power.prefix);
     const char *const head[3][7] = {{"", "rate", "median", "median", "mean", "at the", "power"},
                                     {"", "", "v_n", ">50 mm/s", "v_n", "floor", "lost"},
                                     {"impacts", unit[0], unit[1], unit[1], unit[1], "%", unit[2]}};
     fputc('\n', s->out);
     for (int i = 0; i < 3; i++)
-        fprintf(s->out, "%-*s %12s %11s %8s %9s %8s %6s %9s\n", c.name, i < 2 ? "" : "kind",
+        fprintf(s->out, "%-*s %12s %11s %8s %9s %8s %6s %9s\n", name, i < 2 ? "" : "kind",
                 head[i][0], head[i][1], head[i][2], head[i][3], head[i][4], head[i][5], head[i][6]);
-    for (int n = 0; n <= r->kinds.count; n++)
+    for (int n = 0; n <= r->kinds.count; n++) {
+        const int kind = r->kinds.kind[n];
+        const struct mill_tally_row *row = &r->impacts[kind];
         if (is_shown(r, n))
-            print_row(s->out, r, n, &c);
+            fprintf(s->out, "%-*s %12llu %11s %8s %9s %8s %6s %9s\n", name, r->kinds.name[n],
+                    (unsigned long long)row->count, cell(row->rate, rate),
+                    cell(row->normal.median, speed), cell(row->normal.median_fast, speed),
+                    cell(row->normal.mean, speed), cell(100 * r->floor_share[kind], share),
+                    cell(row->power, power));
+    }
     if (r->tally->pairs.window > 0)
-        fprintf(s->out, "%-*s %12llu %11s  impacts of a pair within %s are one\n", c.name,
-                "strikes", (unsigned long long)strikes->count,
-                mill_summary_text_cell(strikes->rate, c.rate),
+        fprintf(s->out, "%-*s %12llu %11s  impacts of a pair within %s are one\n", name, "strikes",
+                (unsigned long long)strikes->count, cell(strikes->rate, rate),
                 mill_summary_text_si(r->tally->pairs.window, "s"));
     fputc('\n', s->out);
 }

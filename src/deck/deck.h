@@ -4,7 +4,9 @@
 #define MILLSIM_DECK_H
 
 #include "base/key.h"
+#include "base/memory.h"
 #include "millsim/start.h"
+#include "observe/observe.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -15,7 +17,6 @@ enum { MILL_DECK_REMARK = 200 };
 
 struct mill_deck_balls {
     const char *section; /* "balls", "balls.NAME" */
-    const char *name;    /* NAME; "balls" for the plain section */
     long count;
     /* Given instead of the count; 0: not given. Parts of the container's volume, and of the free
      * volume with the voids between the balls; [kg] of all of them */
@@ -31,14 +32,6 @@ struct mill_deck_blades {
     long count;             /* 0: there is no such section */
     double angle_step;      /* [rad] */
     struct mill_blade form; /* of all blades; only place and angle depend on a blade's number */
-};
-
-/* Bodies as the engine needs them */
-struct mill_deck_bodies {
-    int count;
-    struct mill_setup_surface *surface;
-    struct mill_body *form; /* of each */
-    const char **section;   /* of each */
 };
 
 /* [motion.NAME], as given; the values of `kind` have the order of the words of its key */
@@ -57,12 +50,12 @@ enum { MILL_DECK_TURN, MILL_DECK_SWING, MILL_DECK_SHIFT, MILL_DECK_TABLE };
 
 /* [body.NAME], as given */
 struct mill_deck_body {
+    struct mill_body is;  /* first: its side, centre and sizes */
     int shape;            /* number in the list of solids */
     const char *motion;   /* the motion that carries it; NULL: it stands still */
     vec3 axis;            /* of any length */
     double angle;         /* [rad] */
     const char *material; /* NULL: not given */
-    struct mill_body is;  /* its side, centre and sizes */
     const char *file;     /* of a mesh */
     double unit;          /* [m] length of one unit in the file */
     long copies;          /* number of all copies; 0 for a container */
@@ -94,8 +87,8 @@ struct mill_deck_material {
     double density; /* [kg/m^3] */
 };
 
-/* [powder], [heat], [wear] and [wear.KIND], as given, in SI; 0 or NULL: not given. They do not
- * influence the run: programs compute from them. deck_uses.c says what each value is. */
+/* [powder] and [heat], as given, in SI; 0 or NULL: not given. They do not influence the run:
+ * programs compute from them. deck_table.c says what each value is. */
 struct mill_deck_powder {
     double mass, ball_to_powder, density, size, packing, layer, modulus, threshold;
     double coefficient, exponent, strength, least;
@@ -108,10 +101,6 @@ struct mill_deck_heat {
     double ball_capacity, powder_capacity, jar_capacity, jar_mass;
     double ball_to_jar, jar_to_room, room, share;
 };
-struct mill_deck_wear {
-    double archard, hardness, erosion;
-};
-
 /* A kind of contact: its law, and where it comes from */
 struct mill_deck_contact {
     bool occurs; /* surfaces of the mill have this kind */
@@ -119,39 +108,24 @@ struct mill_deck_contact {
     /* where values of materials are used: of what pair, and where they come from; "": nowhere */
     char assumed[MILL_DECK_REMARK];
     struct mill_deck_takes takes;
-    char section[MILL_NAME_LENGTH + 16]; /* "contact.KIND", which gives or prints it */
-    struct mill_deck_wear wear;
+    char section[MILL_KINDS_LENGTH + 8]; /* "contact.KIND", which gives or prints it */
 };
 
 /* The text of a deck, and where each of its values comes from */
 struct mill_deck_text {
-    const char *file; /* name as the user gave it; the caller keeps the string */
-    char *bytes;      /* contents of the file; keys and values point into it */
-    int overrides;    /* keys and values point into these, too */
-    char **override;
-    int sections;
-    struct mill_deck_section *section; /* each with its entries */
-    int files;                         /* that the deck names: start, tables, meshes */
-    const char **file_named;           /* their paths */
-    int keeps;                         /* other memory that the deck owns */
-    void **kept;
+    const char *file;                  /* name as the user gave it; the caller keeps the string */
+    struct mill_deck_section *section; /* the first of a list, each with its entries */
+    struct mill_memory_list files;     /* const char *: paths that the deck names */
     struct mill_deck_reading *reading; /* NULL: the deck has been read */
 };
 
 /* The values that keys give, or their defaults, in SI; the tables of keys say what each value is.
- * Those of [motion.NAME], [body.NAME] and of other sections with a name are with their sections. */
+ * Those that the engine or the observers need are in `setup` and `observe`; those of [motion.NAME],
+ * [body.NAME] and of other sections with a name are with their sections. */
 struct mill_deck_given {
-    double time, sample_from, precision, max_collisions; /* [run]; 0: not used */
-    long seed, threads;                                  /* 0: the program chooses */
-    vec3 gravity;
+    long threads;      /* 0: the program chooses */
     const char *start; /* [balls] path of the start file; NULL: a random start */
-    double speed;      /* of every ball of a random start */
-    int at_rest;       /* 1: it does not move with the container */
-    double drum_radius, drum_length;
-    int periodic; /* 1: the drum has no end walls */
-    int wavy;     /* 0: the drum is a circle, and the buckles are 0 */
-    long buckles;
-    double buckle_height, buckle_angle;
+    int wavy;          /* 0: the drum is a circle, and the buckles are 0 */
     const char *drum_motion, *drum_material, *rotor_material; /* NULL: not given */
     struct mill_turn rotor; /* its speed follows from the tip speed, where that is given */
     double tip_speed;       /* 0: not given, or at rest */
@@ -160,39 +134,38 @@ struct mill_deck_given {
     struct mill_deck_material unknown; /* all that a [material.NAME] does not give */
     struct mill_deck_law general;      /* [contact], for kinds that have no value of their own */
     const char *between;               /* material between the surfaces; NULL: none */
-    double rebound_floor;
     struct mill_deck_powder powder;
     struct mill_deck_heat heat;
-    struct mill_deck_wear worn; /* for kinds that have no values of their own */
-    double frames, series, strike_window, checkpoint; /* [output]; frames 0: none */
-    int log_impacts;                                  /* 1: yes */
+    struct mill_wear_law worn; /* for kinds that have no values of their own */
+    double checkpoint;         /* [output] */
 };
 
 /* What follows from the values: the mill */
 struct mill_deck_mill {
-    bool sample_found; /* the run finds sample_from (only run.precision is given) */
-    int kinds;         /* of balls */
-    struct mill_deck_balls *balls;
-    int64_t all; /* balls of all kinds */
-    bool drum;   /* true: a drum holds the balls; false: a body does */
+    struct mill_deck_balls *balls; /* of each kind */
+    int64_t all;                   /* balls of all kinds */
+    bool drum;                     /* true: a drum holds the balls; false: a body does */
     const struct mill_setup_surface *container; /* the body that holds the balls, or NULL */
     bool carried;                               /* true: a motion carries the container */
-    int drum_rides;                             /* 1 + number of the drum's motion; 0: none */
     bool rotor;
-    int motions; /* the rotor's first; each motion after the one that carries it */
     struct mill_setup_motion motion[MILL_MOTIONS_MOST];
     struct mill_deck_motion form[MILL_MOTIONS_MOST]; /* the numbers of the motions */
-    struct mill_deck_bodies parts;  /* shaft and blades: those of [blades], then the [blade.NAME] */
-    struct mill_deck_bodies bodies; /* of the [body.NAME], with each copy */
-    struct mill_kinds contacts;     /* kinds of contact */
+    /* of each: struct mill_setup_surface, and const char *, its section. Shaft, those of [blades],
+     * then the [blade.NAME]: so many parts; then the [body.NAME] with each copy */
+    struct mill_memory_list surface, section;
+    int parts;
+    struct mill_kinds contacts;        /* kinds of contact */
+    const char *kind[MILL_KINDS_MOST]; /* names of those of bodies, without "ball_" */
     struct mill_deck_contact contact[MILL_KINDS_MOST];
-    struct mill_deck_text printed; /* the sections of the printed deck */
 };
 
 struct mill_deck {
     struct mill_deck_text text;
     struct mill_deck_given given;
     struct mill_deck_mill mill;
+    struct mill_setup setup;        /* of the world, without the balls of a start file */
+    struct mill_observe observe;    /* what the observers are asked for */
+    struct mill_memory_list memory; /* void *: all that the deck owns */
     void (*warn)(const char *line); /* NULL: warnings are dropped */
 };
 
@@ -201,8 +174,8 @@ struct mill_deck {
  * (MILL_BAD_DECK for a wrong deck; MILL_FAILED for a file that cannot be read or for lack of
  * memory). `warn` (may be NULL) is called for each warning, with one line. If the deck has several
  * faults, `fault` is called for each of them but the last, which is in `error`, in the order of the
- * lines; with more than 20 faults, `error` says how many more there are. NULL for `fault`: reading
- * ends at the first one. watch (may be NULL) hears of the progress of checking meshes. Owner: the
+ * lines; with more than 20 faults, `error` says how many more there are. NULL for `fault`: `error`
+ * is the first one. watch (may be NULL) hears of the progress of checking meshes. Owner: the
  * caller. */
 enum mill_status mill_deck_read(const char *path, int count, const char *const *overrides,
                                 void (*warn)(const char *line), void (*fault)(const char *line),
@@ -210,19 +183,15 @@ enum mill_status mill_deck_read(const char *path, int count, const char *const *
                                 struct mill_error *error);
 void mill_deck_free(struct mill_deck *deck);
 
-/* The drum in numbers */
-struct mill_setup_drum mill_deck_drum(const struct mill_deck *deck);
-
 /* The key of this name in section [title]. Where several kinds of the section have such a key:
  * number `n` of these, from 0. NULL: there are no more. */
 const struct mill_key *mill_deck_table_key(const char *title, const char *name, int n);
 
-/* Calls `entry` for every entry of the full deck (with defaults), in the order of the table:
- * section, key, value with unit. The value is a text that reads back to the same bits. */
-void mill_deck_each(const struct mill_deck *deck,
-                    void (*entry)(void *self, const char *section, const struct mill_key *key,
-                                  const char *value),
-                    void *self);
+/* Calls `entry` for every entry of the full deck (with defaults), in the order of the table. The
+ * value with its unit is a text that reads back to the same bits. */
+typedef void mill_deck_entry_fn(void *self, const char *section, const struct mill_key *key,
+                                const char *value);
+void mill_deck_each(const struct mill_deck *deck, mill_deck_entry_fn *entry, void *self);
 
 /* Prints a line for each of `count` values "SECTION.KEY=VALUE". It has six columns with tabs
  * between them: key, kind (number, whole, choice, vector or file), value in SI that reads back to

@@ -1,12 +1,10 @@
-/* Bodies: converts the [body.NAME], with their axes, copies and kinds of contact, to the engine's
- * form, and finds the one that holds the balls. */
-#include "deck/deck_private.h"
-#include "geometry/shapes.h"
-
+/* Bodies: converts shaft, blades and the [body.NAME], with their axes, copies and kinds of contact,
+ * to the engine's form, and finds the one that holds the balls. */
 #include "base/elementary.h"
-
-#include <stdlib.h>
-#include <string.h>
+#include "deck/deck_private.h"
+#include "deck/stl.h"
+#include "geometry/shapes.h"
+#include "mesh/facets_unite.h"
 
 enum {
     MOST_BODIES = 20000,  /* limit of the engine's numbers of surfaces, with the blades */
@@ -66,11 +64,10 @@ static void move_on(const struct mill_deck_body *given, struct mill_body *is)
 
 /* ---- kinds of contact ---- */
 
-static enum mill_status find_kind(struct mill_deck *deck, const struct mill_deck_section *section,
-                                  int *kind)
+static bool find_kind(struct mill_deck *deck, const struct mill_deck_section *section, int *kind)
 {
     const char *given = ((struct mill_deck_body *)section->form)->kind;
-    const char *name = given ? given : strchr(section->title, '.') + 1;
+    const char *name = given ? given : mill_deck_name(section);
     struct mill_kinds *kinds = &deck->mill.contacts;
     if (given && strncmp(given, PREFIX, strlen(PREFIX)) != 0)
         return mill_deck_wrong(&deck->text, section->title, "kind",
@@ -95,22 +92,87 @@ static enum mill_status find_kind(struct mill_deck *deck, const struct mill_deck
                                "there are more than %d kinds of contact: give bodies that belong "
                                "together a common 'kind'",
                                MILL_KINDS_MOST);
-    if (*kind == kinds->count)
+    if (*kind == kinds->count) {
         mill_kinds_add(kinds, name);
-    return MILL_OK;
+        deck->mill.kind[deck->setup.kinds++] = kinds->name[*kind] + strlen(PREFIX);
+    }
+    return true;
+}
+
+/* ---- meshes ---- */
+
+/* Who hears of a mesh */
+struct hearing {
+    struct mill_deck *deck;
+    const struct mill_deck_section *section;
+};
+
+static void hear(void *self, const char *text)
+{
+    const struct hearing *h = self;
+    mill_deck_wrong(&h->deck->text, h->section->title, "file",
+                    "%s; mend it with 'mill mesh %s -o OUT.stl'", text,
+                    ((struct mill_deck_body *)h->section->form)->file);
+}
+
+static void pass_on(void *self, const char *what, int32_t done, int32_t all)
+{
+    const struct mill_start_watch *watch = ((struct hearing *)self)->deck->text.reading->watch;
+    watch->tell(watch->self, what, done, all);
+}
+
+/* Reads the mesh of a body, which is placed already; leaves of its facets those that balls can
+ * meet. */
+static bool read_mesh(struct mill_deck *deck, const struct mill_deck_section *section,
+                      struct mill_body *is)
+{
+    const struct mill_deck_text *text = &deck->text;
+    struct mill_deck_body *given = section->form;
+    struct hearing h = {deck, section};
+    struct mill_facets_report found = {.unit = given->unit,
+                                       .fault = hear,
+                                       .tell = text->reading->watch ? pass_on : NULL,
+                                       .self = &h};
+    struct mill_error why;
+    vec3(*facet)[3] = NULL;
+    if (!mill_deck_files_find(&deck->text, section->title, "file", &given->file))
+        return false;
+    const enum mill_status status =
+        mill_stl_read(given->file, given->unit, &facet, &is->facets, &why);
+    if (status == MILL_BAD_DECK)
+        return mill_deck_wrong(text, section->title, "file", "%s", why.text);
+    if (status != MILL_OK)
+        return mill_deck_failed(text, "%s", why.text);
+    is->facet = (const vec3(*)[3])mill_deck_keep(text, facet);
+    if (!is->facet)
+        return false;
+    if (!mill_facets_unite(is, facet, &found))
+        return mill_deck_failed(text, "out of memory for the %zu facets of '%s'", is->facets,
+                                given->file);
+    if (found.faults > MILL_FACETS_TOLD)
+        text->reading->more += found.faults - MILL_FACETS_TOLD;
+    if (found.faults == 0 && found.hollow)
+        mill_deck_faults_warn(deck, section->title, "file",
+                              "it is a solid with a room in it, and the balls are in this room, "
+                              "which is larger than the solid");
+    if (found.faults == 0 && found.closed > 0.0)
+        mill_deck_faults_warn(
+            deck, section->title, "file",
+            "it encloses %.4g cm3 that no ball can reach, and that are not filled",
+            1e6 * found.closed);
+    return found.faults == 0;
 }
 
 /* ---- the list ---- */
 
 /* Checks what the ranges of single keys do not cover */
-static enum mill_status check_form(const struct mill_deck *deck,
-                                   const struct mill_deck_section *section,
-                                   const struct mill_solid *solid, const struct mill_body *is)
+static bool check_form(const struct mill_deck *deck, const struct mill_deck_section *section,
+                       const struct mill_solid *solid, const struct mill_body *is)
 {
     struct mill_body sharp = *is;
     sharp.rounding = 0.0;
     if (mill_solid_is_sound(solid, is))
-        return MILL_OK;
+        return true;
     if (is->inside && solid->support && !solid->walls)
         return mill_deck_wrong(&deck->text, section->title, "side",
                                "a body of this shape cannot hold the balls: set 'side = outside'");
@@ -125,146 +187,108 @@ static enum mill_status check_form(const struct mill_deck *deck,
                                           "length and size");
 }
 
-static enum mill_status check_container(const struct mill_deck *deck,
-                                        const struct mill_deck_section *section)
+static void add(struct mill_deck *deck, const char *section, struct mill_setup_surface surface,
+                struct mill_body is)
 {
-    if (deck->mill.drum)
-        return mill_deck_wrong(&deck->text, section->title, "side",
-                               "[drum] holds the balls, and a mill has one container: leave [drum] "
-                               "out, or set 'side = outside'");
-    if (deck->mill.container)
-        return mill_deck_wrong(
-            &deck->text, section->title, "side",
-            "[%s] holds the balls, and a mill has one container: set "
-            "'side = outside' here or there",
-            deck->mill.bodies.section[deck->mill.container - deck->mill.bodies.surface]);
-    return MILL_OK;
-}
-
-static bool make_list(struct mill_deck_bodies *list, size_t most)
-{
-    list->surface = calloc(most + 1, sizeof *list->surface);
-    list->form = calloc(most + 1, sizeof *list->form);
-    list->section = calloc(most + 1, sizeof *list->section);
-    return list->surface && list->form && list->section;
-}
-
-void mill_deck_bodies_free(struct mill_deck_bodies *list)
-{
-    free(list->surface);
-    free(list->form);
-    free(list->section);
-}
-
-static const struct mill_setup_surface *add(struct mill_deck_bodies *list, const char *section,
-                                            struct mill_setup_surface surface,
-                                            const struct mill_body *is)
-{
-    const int k = list->count++;
-    list->form[k] = *is;
-    list->section[k] = section;
-    list->surface[k] = surface;
-    list->surface[k].body = &list->form[k];
-    return &list->surface[k];
+    struct mill_body *body = mill_deck_keep(&deck->text, malloc(sizeof *body));
+    struct mill_setup_surface *made = mill_memory_add(&deck->mill.surface);
+    const char **of = mill_memory_add(&deck->mill.section);
+    if (!body || !made || !of) {
+        mill_deck_failed(&deck->text, "out of memory");
+        return;
+    }
+    *of = section;
+    *body = is;
+    surface.body = body;
+    *made = surface;
+    deck->setup.surface = deck->mill.surface.item;
+    deck->setup.surfaces++;
 }
 
 /* The body and its copies */
-static enum mill_status add_body(struct mill_deck *deck, const struct mill_deck_section *section)
+static bool add_body(struct mill_deck *deck, const struct mill_deck_section *section)
 {
     const struct mill_deck_body *given = section->form;
     struct mill_setup_surface surface = {.solid = mill_shapes_solid(given->shape)};
     struct mill_body is;
-    enum mill_status status =
-        mill_deck_motions_find(deck, section->title, "motion", given->motion, &surface.motion);
-    if (status == MILL_OK)
-        status = find_kind(deck, section, &surface.kind);
-    if (status == MILL_OK && given->is.inside)
-        status = check_container(deck, section);
-    if (status != MILL_OK)
-        return status;
+    if (!mill_deck_motions_find(deck, section->title, "motion", given->motion, &surface.motion) ||
+        !find_kind(deck, section, &surface.kind))
+        return false;
+    if (given->is.inside)
+        deck->mill.container = mill_shapes_container(&deck->setup);
+    if (given->is.inside && (deck->mill.drum || deck->mill.container))
+        return mill_deck_wrong(&deck->text, section->title, "side",
+                               "[%s] holds the balls, and a mill has one container: %s",
+                               mill_deck_holder(deck),
+                               deck->mill.drum ? "leave [drum] out, or set 'side = outside'"
+                                               : "set 'side = outside' here or there");
     place(given, &is);
-    if (!surface.solid->key)
-        status = mill_deck_meshes_read(deck, section, &is);
-    if (status == MILL_OK)
-        status = check_form(deck, section, surface.solid, &is);
-    if (status == MILL_OK && is.facets > 0 && given->copies > MOST_FACETS / (long)is.facets)
+    if ((!surface.solid->key && !read_mesh(deck, section, &is)) ||
+        !check_form(deck, section, surface.solid, &is))
+        return false;
+    if (is.facets > 0 && given->copies > MOST_FACETS / (long)is.facets)
         return mill_deck_wrong(&deck->text, section->title, "copies",
                                "%ld copies of %zu facets are more than %d: simplify the mesh, or "
                                "put all copies into one",
                                given->copies, is.facets, MOST_FACETS);
-    for (long k = 0; k < (given->is.inside ? 1 : given->copies) && status == MILL_OK; k++) {
-        if (k > 0)
+    for (; surface.number < (given->is.inside ? 1 : given->copies); surface.number++) {
+        if (surface.number > 0)
             move_on(given, &is);
-        surface.number = (int)k;
-        const struct mill_setup_surface *body =
-            add(&deck->mill.bodies, section->title, surface, &is);
-        if (given->is.inside)
-            deck->mill.container = body;
+        add(deck, section->title, surface, is);
     }
-    return status;
+    return true;
 }
 
-enum mill_status mill_deck_bodies_list(struct mill_deck *deck)
+void mill_deck_bodies_list(struct mill_deck *deck)
 {
     const struct mill_deck_section *s = NULL;
     long all = 0;
+    bool good = true;
     while ((s = mill_deck_named(&deck->text, "body", s))) {
         const long copies = ((struct mill_deck_body *)s->form)->copies;
         all += copies > 1 ? copies : 1;
-        if (all > MOST_BODIES)
-            return mill_deck_wrong(&deck->text, s->title, copies > 1 ? "copies" : NULL,
-                                   "more than %d bodies in all", MOST_BODIES);
+        if (all > MOST_BODIES) {
+            mill_deck_wrong(&deck->text, s->title, copies > 1 ? "copies" : NULL,
+                            "more than %d bodies in all", MOST_BODIES);
+            return;
+        }
     }
     mill_kinds_init(&deck->mill.contacts);
-    if (!make_list(&deck->mill.bodies, (size_t)all))
-        return mill_deck_memory(&deck->text);
-    enum mill_status status = MILL_OK;
-    bool good = true;
-    while (status == MILL_OK && (s = mill_deck_named(&deck->text, "body", s))) {
-        status = add_body(deck, s);
-        good = good && status == MILL_OK;
-        status = mill_deck_faults_keep(&deck->text, status);
-    }
+    deck->setup.kind = deck->mill.kind;
+    while ((s = mill_deck_named(&deck->text, "body", s)))
+        good = add_body(deck, s) && good;
+    deck->mill.container = mill_shapes_container(&deck->setup);
     if (good && !deck->mill.drum && !deck->mill.container)
-        return mill_deck_wrong(&deck->text, NULL, NULL,
-                               "nothing holds the balls: add [drum], or a [body.NAME] with "
-                               "'side = inside'");
+        mill_deck_wrong(&deck->text, NULL, NULL,
+                        "nothing holds the balls: add [drum], or a [body.NAME] with "
+                        "'side = inside'");
     deck->mill.carried =
-        deck->mill.container ? deck->mill.container->motion >= 0 : deck->mill.drum_rides > 0;
-    return status;
+        deck->mill.container ? deck->mill.container->motion >= 0 : deck->setup.drum.rides > 0;
 }
 
 /* Equal blades: number k = 0.. has its centre at x = -L/2 + (k + 1/2) L/count and points at the
  * angle k angle_step. */
-enum mill_status mill_deck_bodies_parts(struct mill_deck *deck)
+void mill_deck_bodies_parts(struct mill_deck *deck)
 {
     const struct mill_setup_surface shaft = {
         .solid = &mill_prism_solid, .number = -1, .kind = MILL_BALL_SHAFT};
     struct mill_setup_surface surface = {.solid = &mill_box_solid, .kind = MILL_BALL_BLADE};
     struct mill_deck_blades *all = &deck->given.blades;
-    const double length = deck->given.drum_length, count = (double)all->count;
-    if (!make_list(&deck->mill.parts, (size_t)all->count + (size_t)deck->text.sections + 1))
-        return mill_deck_memory(&deck->text);
-    if (deck->mill.rotor && deck->given.shaft_radius > 0.0) {
-        const struct mill_body is = mill_setup_shaft(deck->given.shaft_radius, length);
-        add(&deck->mill.parts, "rotor", shaft, &is);
-    }
+    const double length = deck->setup.drum.length, count = (double)all->count;
+    const struct mill_deck_section *s = NULL;
+    if (deck->mill.rotor && deck->given.shaft_radius > 0.0)
+        add(deck, "rotor", shaft, mill_setup_shaft(deck->given.shaft_radius, length));
     if (all->count > 0 && !mill_deck_entry(mill_deck_section(&deck->text, "blades"), "angle_step"))
         all->angle_step = 2.0 * MILL_PI / count;
     for (; surface.number < all->count; surface.number++) {
         struct mill_blade blade = all->form;
         blade.position = (surface.number + 0.5 - 0.5 * count) * (length / count);
         blade.angle = surface.number * all->angle_step;
-        const struct mill_body is = mill_setup_blade(&blade);
-        add(&deck->mill.parts, "blades", surface, &is);
+        add(deck, "blades", surface, mill_setup_blade(&blade));
     }
-    for (const struct mill_deck_section *s = NULL;
-         (s = mill_deck_named(&deck->text, "blade", s));) {
-        const struct mill_body is = mill_setup_blade(s->form);
-        add(&deck->mill.parts, s->title, surface, &is);
-        surface.number++;
-    }
-    return MILL_OK;
+    for (; (s = mill_deck_named(&deck->text, "blade", s)); surface.number++)
+        add(deck, s->title, surface, mill_setup_blade(s->form));
+    deck->mill.parts = deck->setup.surfaces;
 }
 
 /* The farthest point of a convex part is also the farthest one in its own direction. The search
@@ -303,27 +327,26 @@ double mill_deck_bodies_reach(const struct mill_solid *solid, const struct mill_
 }
 
 /* The speed of the rotor, where the speed of its tips is given */
-enum mill_status mill_deck_bodies_turn(struct mill_deck *deck)
+void mill_deck_bodies_turn(struct mill_deck *deck)
 {
-    const struct mill_deck_bodies *bodies = &deck->mill.bodies;
     double tip = deck->given.blades.count > 0 ? deck->given.blades.form.tip_radius : 0.0;
     if (deck->given.tip_speed == 0.0)
-        return MILL_OK;
+        return;
     for (const struct mill_deck_section *s = NULL; (s = mill_deck_named(&deck->text, "blade", s));)
         tip = fmax(tip, ((const struct mill_blade *)s->form)->tip_radius);
-    for (int k = 0; k < bodies->count; k++) {
-        const struct mill_setup_surface *body = &bodies->surface[k];
+    for (int k = deck->mill.parts; k < deck->setup.surfaces; k++) {
+        const struct mill_setup_surface *body = &deck->setup.surface[k];
         const double far =
             body->motion == 0 ? mill_deck_bodies_reach(body->solid, body->body) : 0.0;
         if (far < 0.0)
-            return mill_deck_memory(&deck->text);
+            mill_deck_failed(&deck->text, "out of memory");
         tip = fmax(tip, far);
     }
     if (tip == 0.0)
-        return mill_deck_wrong(&deck->text, "rotor", "tip_speed",
-                               "needs blades, or bodies with 'motion = rotor': their largest "
-                               "distance from the axis is the radius of the tip; without them give "
-                               "'speed'");
-    deck->given.rotor.speed = deck->given.tip_speed / tip;
-    return MILL_OK;
+        mill_deck_wrong(&deck->text, "rotor", "tip_speed",
+                        "needs blades, or bodies with 'motion = rotor': their largest "
+                        "distance from the axis is the radius of the tip; without them give "
+                        "'speed'");
+    else
+        deck->given.rotor.speed = deck->given.tip_speed / tip;
 }

@@ -1,50 +1,51 @@
-/* Finds sections and entries of a deck that has been read. */
+/* Finds rows of the tables of keys, and sections and entries of a deck that has been read. */
 #include "deck/deck_private.h"
 
-#include <assert.h>
-#include <stdlib.h>
-#include <string.h>
+const struct mill_key *mill_deck_table_keys(const struct mill_deck_block *block)
+{
+    return block->solid && block->solid->key ? block->solid->key : block->key;
+}
+
+bool mill_deck_table_belongs(const struct mill_deck_block *block, const char *title)
+{
+    const size_t length = strlen(block->title);
+    return strncmp(title, block->title, length) == 0 &&
+           title[length] == (block->named ? '.' : '\0');
+}
+
+const struct mill_deck_block *mill_deck_table_find(const char *title)
+{
+    const struct mill_deck_block *b = mill_deck_table;
+    while (b->title && !mill_deck_table_belongs(b, title))
+        b++;
+    return b->title ? b : NULL;
+}
+
+const struct mill_key *mill_deck_table_key(const char *title, const char *name, int n)
+{
+    for (const struct mill_deck_block *b = mill_deck_table; b->title; b++)
+        for (const struct mill_key *key = mill_deck_table_keys(b); key->name; key++)
+            if (mill_deck_table_belongs(b, title) && strcmp(key->name, name) == 0 && n-- == 0)
+                return key;
+    return NULL;
+}
 
 struct mill_deck_section *mill_deck_section(const struct mill_deck_text *text, const char *title)
 {
-    for (int i = 0; i < text->sections; i++)
-        if (strcmp(text->section[i].title, title) == 0)
-            return &text->section[i];
-    return NULL;
-}
-
-enum mill_status mill_deck_memory(const struct mill_deck_text *text)
-{
-    return mill_error_set(text->reading->error, MILL_FAILED, "out of memory");
-}
-
-enum mill_status mill_deck_section_add(struct mill_deck_text *text, const char *title)
-{
-    const size_t size = ((size_t)text->sections + 1) * sizeof *text->section;
-    struct mill_deck_section *more = realloc(text->section, size);
-    if (!more)
-        return mill_deck_memory(text);
-    text->section = more;
-    more[text->sections++] =
-        (struct mill_deck_section){.title = title, .origin = text->reading->at};
-    return MILL_OK;
-}
-
-struct mill_deck_section *mill_deck_next(const struct mill_deck_text *text,
-                                         const struct mill_deck_block *block,
-                                         const struct mill_deck_section *last)
-{
-    assert(!last || (last >= text->section && last < text->section + text->sections));
-    for (int i = last ? (int)(last - text->section) + 1 : 0; i < text->sections; i++)
-        if (mill_deck_table_belongs(block, text->section[i].title))
-            return &text->section[i];
-    return NULL;
+    struct mill_deck_section *s = text->section;
+    while (s && strcmp(s->title, title) != 0)
+        s = s->next;
+    return s;
 }
 
 struct mill_deck_section *mill_deck_named(const struct mill_deck_text *text, const char *title,
                                           const struct mill_deck_section *last)
 {
-    return mill_deck_next(text, &(struct mill_deck_block){.title = title, .named = true}, last);
+    const struct mill_deck_block block = {.title = title, .named = true};
+    struct mill_deck_section *s = last ? last->next : text->section;
+    while (s && !mill_deck_table_belongs(&block, s->title))
+        s = s->next;
+    return s;
 }
 
 struct mill_deck_section *mill_deck_next_balls(const struct mill_deck_text *text,
@@ -52,6 +53,12 @@ struct mill_deck_section *mill_deck_next_balls(const struct mill_deck_text *text
 {
     struct mill_deck_section *next = mill_deck_named(text, "balls", last);
     return next || last ? next : mill_deck_section(text, "balls");
+}
+
+const char *mill_deck_name(const struct mill_deck_section *section)
+{
+    const char *point = strchr(section->title, '.');
+    return point ? point + 1 : section->title;
 }
 
 bool mill_deck_is_name(const char *name)
@@ -63,8 +70,8 @@ bool mill_deck_is_name(const char *name)
 
 struct mill_deck_entry *mill_deck_entry(const struct mill_deck_section *section, const char *key)
 {
-    for (int i = 0; section && i < section->entries; i++)
-        if (strcmp(section->entry[i].key, key) == 0)
-            return &section->entry[i];
-    return NULL;
+    struct mill_deck_entry *e = section ? section->entry : NULL;
+    while (e && strcmp(e->key, key) != 0)
+        e = e->next;
+    return e;
 }

@@ -8,8 +8,6 @@
 #include <limits.h>
 #include <stdarg.h>
 #include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
 #include <unistd.h>
 
 enum { LONGEST_ROW = 4096 };
@@ -23,23 +21,16 @@ static bool is_missing(const char *path)
     return fd < 0 && errno == ENOENT;
 }
 
-void mill_deck_files_keep(struct mill_deck_text *text, void *memory)
+bool mill_deck_files_find(struct mill_deck_text *text, const char *section, const char *key,
+                          const char **path)
 {
-    text->kept[text->keeps++] = memory;
-}
-
-enum mill_status mill_deck_files_find(struct mill_deck_text *text, const char *section,
-                                      const char *key, const char **path)
-{
-    const char *name = *path;
-    const char *file = text->file, *slash = strrchr(file, '/');
+    const char *name = *path, *file = text->file, *slash = strrchr(file, '/');
     char here[PATH_MAX] = "", whole_path[PATH_MAX];
     if (!name)
-        return MILL_OK;
+        return true;
     const bool whole = name[0] == '/';
     if (!whole && file[0] != '/' && !getcwd(here, sizeof here))
-        return mill_error_set(text->reading->error, MILL_FAILED,
-                              "the current folder has no name: %s", strerror(errno));
+        return mill_deck_failed(text, "the current folder has no name: %s", strerror(errno));
     const char *apart = here[0] && here[1] ? "/" : ""; /* "/" already ends with one */
     const int folder = whole || !slash ? 0 : (int)(slash - file + 1);
     if (snprintf(whole_path, sizeof whole_path, "%s%s%.*s%s", here, apart, folder, file, name) >=
@@ -51,19 +42,11 @@ enum mill_status mill_deck_files_find(struct mill_deck_text *text, const char *s
             text, section, key,
             "cannot read '%s': %s; what follows it is a comment: " MILL_DECK_QUOTE, whole_path,
             strerror(ENOENT));
-    char *copy = strdup(whole_path);
-    if (!copy)
-        return mill_deck_memory(text);
-    mill_deck_files_keep(text, copy);
-    text->file_named[text->files++] = *path = copy;
-    return MILL_OK;
-}
-
-enum mill_status mill_deck_files_told(const struct mill_deck_text *text, const char *section,
-                                      const char *key, enum mill_status status)
-{
-    const struct mill_error what = *text->reading->error;
-    return status == MILL_BAD_DECK ? mill_deck_wrong(text, section, key, "%s", what.text) : status;
+    const char **listed = mill_memory_add(&text->files);
+    char *copy = mill_deck_keep(text, listed ? strdup(whole_path) : NULL);
+    if (copy)
+        *listed = *path = copy;
+    return copy != NULL;
 }
 
 /* FNV-1a hash of 64 bits (G. Fowler, L. C. Noll & K.-P. Vo, 1991) */
@@ -78,21 +61,22 @@ static uint64_t digest(uint64_t of, size_t count, const double *value)
 uint64_t mill_deck_files_digest(const struct mill_deck *deck)
 {
     const uint64_t none = 0xcbf29ce484222325U;
-    const struct mill_fall *rows;
     uint64_t all = none;
-    for (int k = 0; k < deck->mill.motions; k++)
+    for (int k = 0; k < deck->setup.motions; k++)
         if (deck->mill.motion[k].type == &mill_table_type)
             all = digest(all, 7 * deck->mill.form[k].as.table.rows,
                          &deck->mill.form[k].as.table.row[0][0]);
-    for (int k = 0; k < deck->mill.bodies.count; k++)
-        /* copies have the same facets */
-        if (deck->mill.bodies.surface[k].number == 0 && deck->mill.bodies.form[k].facets > 0)
-            all = digest(all, 9 * deck->mill.bodies.form[k].facets,
-                         &deck->mill.bodies.form[k].facet[0][0].x);
-    for (int k = 0; k < deck->mill.contacts.count; k++)
-        if ((rows = deck->mill.contact[k].law.rows))
+    for (int k = 0; k < deck->setup.surfaces; k++) {
+        const struct mill_setup_surface *s = &deck->setup.surface[k];
+        if (s->number == 0 && s->body->facets > 0) /* copies have the same facets */
+            all = digest(all, 9 * s->body->facets, &s->body->facet[0][0].x);
+    }
+    for (int k = 0; k < deck->mill.contacts.count; k++) {
+        const struct mill_fall *rows = deck->mill.contact[k].law.rows;
+        if (rows)
             all = digest(digest(all, (size_t)rows->points, rows->speed), (size_t)rows->points,
                          rows->restitution);
+    }
     return all == none ? 0 : all;
 }
 
@@ -142,7 +126,7 @@ static const char *find_mend(const struct mill_deck_rows *rows, const char *row)
 {
     static const char numbers[] = "+-.0123456789eE \t\r,;";
     const bool table = strspn(row, numbers) == strlen(row);
-    if (rows->count == 0 && isalpha((unsigned char)row[strspn(row, " \t\"'")]))
+    if (rows->row.count == 0 && isalpha((unsigned char)row[strspn(row, " \t\"'")]))
         return "; is this a header? put a '#' in front of it";
     if (table && strchr(row, ';'))
         return "; it has ';' between them: write blanks, and decimal points";
@@ -170,69 +154,58 @@ static int next_numbers(const struct mill_deck_rows *rows, FILE *in, long *line,
     return n;
 }
 
-enum mill_status mill_deck_files_wrong(const struct mill_deck_rows *rows, long line,
-                                       struct mill_error *error, const char *format, ...)
+bool mill_deck_files_wrong(const struct mill_deck_rows *rows, long line, const char *format, ...)
 {
     char what[256];
     va_list list;
     va_start(list, format);
     vsnprintf(what, sizeof what, format, list);
     va_end(list);
-    mill_error_set(error, MILL_BAD_DECK, "%s:%ld: %s", rows->path, line, what);
-    return rows->alone ? MILL_BAD_DECK
-                       : mill_deck_files_told(rows->text, rows->section, rows->key, MILL_BAD_DECK);
+    if (!rows->alone)
+        return mill_deck_wrong(rows->text, rows->section, rows->key, "%s:%ld: %s", rows->path, line,
+                               what);
+    struct mill_deck_text text = *rows->text;
+    text.file = rows->path;
+    text.reading->at.line = (int)line;
+    return mill_deck_wrong(&text, NULL, NULL, "%s", what);
 }
 
-/* Makes room for one more row: for twice as many as before. */
-static bool make_room(struct mill_deck_rows *rows)
-{
-    if (rows->count < rows->room)
-        return true;
-    rows->room = 2 * rows->room < rows->most ? 2 * rows->room + 1 : rows->most;
-    double(*row)[MILL_DECK_COLUMNS] = realloc(rows->row, (size_t)rows->room * sizeof *row);
-    if (!row)
-        return false;
-    rows->row = row;
-    long *line = realloc(rows->line, (size_t)rows->room * sizeof *line);
-    if (!line)
-        return false;
-    rows->line = line;
-    return true;
-}
-
-enum mill_status mill_deck_files_read(struct mill_deck_rows *rows, struct mill_error *error)
+bool mill_deck_files_read(struct mill_deck_rows *rows)
 {
     enum { TOLD = 8192 /* rows between two progress reports */ };
     double value[MILL_DECK_COLUMNS + 1] = {0.0};
-    const struct mill_start_watch *watch = rows->watch;
-    enum mill_status status = MILL_OK;
+    const struct mill_start_watch *watch = rows->text->reading->watch;
     const char *wrong, *mend;
     long line = 0;
+    bool good = true;
     FILE *in = mill_textfile_open(rows->path, &wrong);
     if (!in)
-        return mill_deck_fault(rows->text, error, rows->section, rows->key,
+        return mill_deck_wrong(rows->text, rows->section, rows->key,
                                wrong ? "'%s' %s" : "cannot read '%s': %s", rows->path,
                                wrong ? wrong : strerror(errno));
+    rows->row.size = sizeof(double[MILL_DECK_COLUMNS]);
+    rows->line.size = sizeof line;
     errno = 0;
-    for (int n; status == MILL_OK && (n = next_numbers(rows, in, &line, value, &mend)) != 0;) {
+    for (int n; good && (n = next_numbers(rows, in, &line, value, &mend)) != 0;) {
         if (n < 0 || !(rows->columns >> n & 1u))
-            status = mill_deck_files_wrong(rows, line, error, "expected %s%s", rows->form, mend);
-        else if (rows->count == rows->most)
-            status = mill_deck_files_wrong(rows, line, error, rows->many, rows->most);
-        else if (!make_room(rows))
-            status =
-                mill_error_set(error, MILL_FAILED, "out of memory for the rows of %s", rows->path);
-        if (status != MILL_OK)
+            good = mill_deck_files_wrong(rows, line, "expected %s%s", rows->form, mend);
+        else if (rows->row.count == (size_t)rows->most)
+            good = mill_deck_files_wrong(rows, line, rows->many, rows->most);
+        void *row = good ? mill_memory_add(&rows->row) : NULL;
+        long *at = good ? mill_memory_add(&rows->line) : NULL;
+        if (good && (!row || !at))
+            good = mill_deck_failed(rows->text, "out of memory for the rows of %s", rows->path);
+        if (!good)
             break;
-        memcpy(rows->row[rows->count], value, sizeof *rows->row);
-        rows->line[rows->count++] = line;
+        memcpy(row, value, rows->row.size);
+        *at = line;
         memset(value, 0, sizeof value);
-        if (watch && rows->count % TOLD == 0)
-            watch->tell(watch->self, "reading the start file", (int32_t)rows->count,
+        if (watch && rows->alone && rows->row.count % TOLD == 0)
+            watch->tell(watch->self, "reading the start file", (int32_t)rows->row.count,
                         (int32_t)rows->most);
     }
-    if (status == MILL_OK && ferror(in))
-        status = mill_error_set(error, MILL_FAILED, "%s: %s", rows->path, strerror(errno));
+    if (good && ferror(in))
+        good = mill_deck_failed(rows->text, "%s: %s", rows->path, strerror(errno));
     fclose(in);
-    return status;
+    return good;
 }

@@ -1,99 +1,173 @@
 /* Gives each kind of contact its law: what [contact] and [contact.KIND] give comes first, then the
- * materials of the balls and of what they hit. Reads the tables of restitutions that fall with the
- * speed. */
+ * materials of the balls and of what they hit, which this file knows. Reads the tables of
+ * restitutions that fall with the speed. */
 #include "deck/deck_private.h"
-#include "deck/textfile.h"
 
-#include <assert.h>
-#include <errno.h>
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
+#include <strings.h>
 
-enum { SECTION = sizeof((struct mill_deck_contact *)0)->section };
+/* ---- the table of materials; docs/deck.md gives the source of each number ---- */
+
+/* Elastic-plastic spheres of hardened bearing steel with a yield speed of 0.78 m/s (C. Thornton, J.
+ * Appl. Mech. 64 (1997) 383), at most 0.97 */
+static const struct mill_fall steel = {
+    10,
+    {1, 1.5, 2, 3, 5, 7, 10, 15, 20, 30},
+    {0.97, 0.937, 0.89, 0.819, 0.731, 0.676, 0.621, 0.562, 0.524, 0.474}};
+
+/* The value, or where it is not given (NaN) the other one */
+static double first_of(double given, double other)
+{
+    return isnan(given) ? other : given;
+}
+
+/* What millsim knows of a material, in contact with itself */
+static const struct known {
+    const char *names; /* the first one is used in messages */
+    double density, restitution, friction, tangential;
+    const char *remark;
+    const struct mill_fall
+        *fall; /* in place of the restitution; NULL: it is the same at any speed */
+} known[] = {
+    {"steel", 7800, NAN, 0.2, 0.35, "e computed by Thornton 1997; others estimated", &steel},
+    {"tungsten_carbide|WC|WC-Co", 14900, 0.92, 0.15, 0.4, "estimates", NULL},
+    {"zirconia|ZrO2|YSZ|Y-TZP", 6050, 0.92, 0.15, 0.4, "values of other simulations, not measured",
+     NULL},
+    {"alumina|Al2O3|corundum", 3850, 0.98, 0.09, 0.4, "Kharaz 2001, on glass, below 2 m/s", NULL},
+    {"agate", 2650, 0.9, 0.15, 0.4, "estimates", NULL},
+    {"glass|soda-lime", 2500, 0.97, 0.092, 0.44, "Foerster 1994, 3 mm balls, near 1 m/s", NULL},
+    {"PTFE|teflon", 2200, 0.7, 0.08, 0.4, "estimates", NULL},
+    {"powder", 0, 0.5, 0.5, 0, "estimates (0.3 to 0.75, friction 0.3 to 0.8)", NULL},
+};
+enum { KNOWN = sizeof known / sizeof *known };
+
+/* Is `name` one of "first|second"? Upper and lower case are equal. */
+static bool is_among(const char *names, const char *name)
+{
+    const size_t length = strlen(name);
+    for (const char *p = names; p; p = strchr(p, '|'), p += p != NULL)
+        if (strcspn(p, "|") == length && strncasecmp(p, name, length) == 0)
+            return true;
+    return false;
+}
+
+bool mill_deck_materials_find(const struct mill_deck *deck, const char *section, const char *key,
+                              const char *name, struct mill_deck_found *found)
+{
+    char title[MILL_NAME_LENGTH + 16], list[400] = "";
+    const struct known *k = known;
+    while (k < known + KNOWN && !is_among(k->names, name))
+        k++;
+    snprintf(title, sizeof title, "material.%.63s", name);
+    const struct mill_deck_section *own = mill_deck_section(&deck->text, title);
+    if (!own && k < known + KNOWN) { /* under its first name: [material.steel] also for "Steel" */
+        snprintf(title, sizeof title, "material.%.*s", (int)strcspn(k->names, "|"), k->names);
+        own = mill_deck_section(&deck->text, title);
+    }
+    *found = (struct mill_deck_found){
+        .is = own ? *(struct mill_deck_material *)own->form : deck->given.unknown, .remark = ""};
+    snprintf(found->name, sizeof found->name, "%s", name);
+    if (k < known + KNOWN) {
+        struct mill_deck_law *law = &found->is.law;
+        if (isnan(law->restitution) && !law->table)
+            found->remark = k->remark;
+        if (!law->table && isnan(law->restitution) && k->fall) {
+            law->table = "steel";
+            law->rows = k->fall;
+        } else if (!law->table) {
+            law->restitution = first_of(law->restitution, k->restitution);
+        }
+        law->friction = first_of(law->friction, k->friction);
+        law->tangential = first_of(law->tangential, k->tangential);
+        if (found->is.density == 0.0)
+            found->is.density = k->density;
+        snprintf(found->name, sizeof found->name, "%.*s", (int)strcspn(k->names, "|"), k->names);
+    } else if (!own) {
+        for (k = known; k < known + KNOWN; k++)
+            snprintf(list + strlen(list), sizeof list - strlen(list), "%s%.*s", *list ? ", " : "",
+                     (int)strcspn(k->names, "|"), k->names);
+        return mill_deck_wrong(&deck->text, section, key,
+                               "unknown material '%.63s'; there are %s, or add a section "
+                               "[material.%.63s]",
+                               name, list, name);
+    }
+    return true;
+}
 
 /* ---- falling restitution ---- */
 
-/* Reads a table into *fall. */
-static enum mill_status read_table(struct mill_deck_rows *rows, struct mill_fall *fall,
-                                   struct mill_error *error)
+/* Takes the rows of a table. */
+static bool take_rows(const struct mill_deck_rows *rows, struct mill_fall *fall)
 {
-    enum mill_status status = mill_deck_files_read(rows, error);
-    for (long k = 0; k < rows->count && status == MILL_OK; k++) {
-        const double *x = rows->row[k];
+    const double(*row)[MILL_DECK_COLUMNS] = rows->row.item;
+    fall->points = (int)rows->row.count;
+    for (int k = 0; k < fall->points; k++) {
+        const double *x = row[k];
         const char *wrong = !(x[0] >= 0.0 && x[0] < 1e9) ? "the speed must be 0 m/s or more"
                             : k > 0 && x[0] <= fall->speed[k - 1] ? "the speeds must ascend"
                             : !(x[1] >= 0.0 && x[1] <= 1.0) ? "a restitution is between 0 and 1"
                                                             : NULL;
         if (wrong)
-            return mill_deck_files_wrong(rows, rows->line[k], error, "%s", wrong);
+            return mill_deck_files_wrong(rows, ((long *)rows->line.item)[k], "%s", wrong);
         fall->speed[k] = x[0];
         fall->restitution[k] = x[1];
     }
-    fall->points = (int)rows->count;
-    if (status != MILL_OK || rows->count > 1)
-        return status;
-    mill_error_set(error, MILL_BAD_DECK, "%s: expected 2 to 16 rows 'v e'", rows->path);
-    return mill_deck_files_told(rows->text, rows->section, rows->key, MILL_BAD_DECK);
+    return fall->points > 1 || mill_deck_wrong(rows->text, rows->section, rows->key,
+                                               "%s: expected 2 to 16 rows 'v e'", rows->path);
 }
 
 /* Finds and reads the table of a section, and checks that the section gives the restitution once.
  * general: what the section has inherited, as read before */
-static enum mill_status settle(struct mill_deck_text *text, const char *section,
-                               struct mill_deck_law *law, const struct mill_deck_law *general)
+static bool settle(struct mill_deck_text *text, const struct mill_deck_section *s,
+                   struct mill_deck_law *law, const struct mill_deck_law *general)
 {
     static const char key[] = "restitution_table";
-    const struct mill_deck_section *s = mill_deck_section(text, section);
     const char *twice = mill_deck_entry(s, "restitution")         ? "restitution"
                         : mill_deck_entry(s, "restitution_speed") ? "restitution_speed"
                                                                   : NULL;
     if (!mill_deck_entry(s, key)) {
         law->table = twice ? NULL : general->table;
         law->rows = twice ? NULL : general->rows;
-        return MILL_OK;
+        return true;
     }
     law->restitution = twice ? law->restitution : (double)NAN; /* not the inherited one */
     if (!law->table)                                           /* "none" */
-        return MILL_OK;
+        return true;
     if (twice)
-        return mill_deck_wrong(text, section, twice,
+        return mill_deck_wrong(text, s->title, twice,
                                "the 'restitution_table' already gives the restitution at each "
                                "speed; give only one of them");
-    law->rows = mill_deck_materials_fall(law->table);
+    law->rows = strcmp(law->table, "steel") == 0 ? &steel : NULL;
     if (law->rows)
-        return MILL_OK;
-    enum mill_status status = mill_deck_files_find(text, section, key, &law->table);
-    struct mill_fall *fall = status == MILL_OK ? calloc(1, sizeof *fall) : NULL;
-    if (!fall)
-        return status == MILL_OK ? mill_deck_memory(text) : status;
-    mill_deck_files_keep(text, fall);
+        return true;
+    struct mill_fall *fall = mill_deck_keep(text, calloc(1, sizeof *fall));
     law->rows = fall;
+    if (!fall || !mill_deck_files_find(text, s->title, key, &law->table))
+        return false;
     struct mill_deck_rows rows = {.text = text,
-                                  .section = section,
+                                  .section = s->title,
                                   .key = key,
                                   .path = law->table,
                                   .form = "2 numbers 'v e': speed in m/s, restitution",
                                   .columns = 1u << 2,
                                   .most = MILL_FALL_POINTS,
                                   .many = "there are more than %ld rows"};
-    status = read_table(&rows, fall, text->reading->error);
-    free(rows.row);
-    free(rows.line);
-    return status;
+    const bool good = mill_deck_files_read(&rows) && take_rows(&rows, fall);
+    free(rows.row.item);
+    free(rows.line.item);
+    return good;
 }
 
-static enum mill_status settle_all(struct mill_deck *deck)
+static bool settle_all(struct mill_deck *deck)
 {
     const struct mill_deck_law none = {.table = NULL};
     struct mill_deck_law *general = &deck->given.general;
-    enum mill_status status = settle(&deck->text, "contact", general, &none);
-    for (int i = 0; i < deck->text.sections && status == MILL_OK; i++) {
-        const struct mill_deck_section *s = &deck->text.section[i];
-        const bool kind = strncmp(s->title, "contact.", 8) == 0;
-        if (kind || strncmp(s->title, "material.", 9) == 0)
-            status = settle(&deck->text, s->title, s->form, kind ? general : &none);
-    }
-    return status;
+    const struct mill_deck_section *s = NULL;
+    bool good = settle(&deck->text, mill_deck_section(&deck->text, "contact"), general, &none);
+    while (good && (s = mill_deck_named(&deck->text, "contact", s)))
+        good = settle(&deck->text, s, s->form, general);
+    while (good && (s = mill_deck_named(&deck->text, "material", s)))
+        good = settle(&deck->text, s, s->form, &none);
+    return good;
 }
 
 /* ---- pairs of materials ---- */
@@ -136,12 +210,6 @@ static struct mill_deck_law pair(const struct mill_deck_found *a, const struct m
     return law;
 }
 
-static bool are_equal(const struct mill_deck_law *a, const struct mill_deck_law *b)
-{
-    return restitution_of(a) == restitution_of(b) && a->speed == b->speed && a->rows == b->rows &&
-           a->friction == b->friction && a->tangential == b->tangential;
-}
-
 /* The law of a kind of contact by its materials */
 struct search {
     const struct mill_deck *deck;
@@ -153,26 +221,28 @@ struct search {
 
 /* Adds the laws of all kinds of balls with a partner of this material, which `section` gives. They
  * must not differ. */
-static enum mill_status add_pairs(struct search *by, const char *section, const char *material)
+static bool add_pairs(struct search *by, const char *section, const char *material)
 {
     const struct mill_deck *deck = by->deck;
     const struct mill_deck_section *s = NULL;
     const char *kind = deck->mill.contacts.name[by->kind];
     struct mill_deck_found with, ball;
-    enum mill_status status = MILL_OK;
     by->known = by->known && material;
-    if (by->known)
-        status = mill_deck_materials_find(deck, section, "material", material, &with);
-    while (status == MILL_OK && by->known && (s = mill_deck_next_balls(&deck->text, s))) {
+    if (by->known && !mill_deck_materials_find(deck, section, "material", material, &with))
+        return false;
+    while (by->known && (s = mill_deck_next_balls(&deck->text, s))) {
         const struct mill_deck_balls *balls = s->form;
         char remark[MILL_DECK_REMARK];
         by->known = balls->material != NULL;
-        if (by->known)
-            status = mill_deck_materials_find(deck, s->title, "material", balls->material, &ball);
-        if (status != MILL_OK || !by->known)
+        if (!by->known)
             break;
+        if (!mill_deck_materials_find(deck, s->title, "material", balls->material, &ball))
+            return false;
         const struct mill_deck_law law = pair(&ball, &with, remark);
-        if (*by->remark && !are_equal(&law, &by->law))
+        if (*by->remark &&
+            (restitution_of(&law) != restitution_of(&by->law) || law.speed != by->law.speed ||
+             law.rows != by->law.rows || law.friction != by->law.friction ||
+             law.tangential != by->law.tangential))
             return mill_deck_wrong(&deck->text, s->title, "material",
                                    "contacts %s have one law, but join several pairs of materials: "
                                    "give the law in [contact.%s]",
@@ -180,92 +250,90 @@ static enum mill_status add_pairs(struct search *by, const char *section, const 
         by->law = law;
         memcpy(by->remark, remark, sizeof remark);
     }
-    return status;
+    return true;
 }
 
 /* The material of body k, or with k = -1 of drum, walls, shaft and blades, and the section that
  * gives it. NULL: not given */
 static const char *material_of(const struct mill_deck *deck, int kind, int k, const char **section)
 {
-    const struct mill_deck_mill *mill = &deck->mill;
-    const struct mill_deck_body *own =
-        k < 0 ? NULL : mill_deck_section(&deck->text, mill->bodies.section[k])->form;
-    const bool rides = k < 0 ? kind == MILL_BALL_SHAFT || kind == MILL_BALL_BLADE
-                             : mill->rotor && mill->bodies.surface[k].motion == 0;
-    const char *container = NULL;
-    if (mill->container)
-        container = mill->bodies.section[mill->container - mill->bodies.surface];
-    if (own && own->material) {
-        *section = mill->bodies.section[k];
-        return own->material;
+    const struct mill_deck_body *own = NULL;
+    const char *holder = mill_deck_holder(deck);
+    bool rides = kind == MILL_BALL_SHAFT || kind == MILL_BALL_BLADE;
+    if (k >= 0) {
+        *section = mill_deck_section_of(deck, k);
+        own = mill_deck_section(&deck->text, *section)->form;
+        rides = deck->mill.rotor && deck->setup.surface[k].motion == 0;
     }
+    if (own && own->material)
+        return own->material;
     *section = rides && deck->given.rotor_material ? "rotor" : "drum";
     if (rides && deck->given.rotor_material)
         return deck->given.rotor_material;
-    own = container ? mill_deck_section(&deck->text, container)->form : NULL;
+    own = deck->mill.container ? mill_deck_section(&deck->text, holder)->form : NULL;
     return deck->given.drum_material ? deck->given.drum_material : own ? own->material : NULL;
 }
 
-static enum mill_status find_pair(struct search *by)
+static bool find_pair(struct search *by)
 {
     const struct mill_deck *deck = by->deck;
     const struct mill_deck_section *first = mill_deck_next_balls(&deck->text, NULL);
     const char *section = first->title, *between = deck->given.between;
     struct mill_deck_found with;
-    enum mill_status status = MILL_OK;
+    bool good = true;
     if (between) {
-        status = mill_deck_materials_find(deck, "contact", "between", between, &with);
+        good = mill_deck_materials_find(deck, "contact", "between", between, &with);
         by->law = with.is.law;
-        if (status == MILL_OK)
+        if (good)
             snprintf(by->remark, MILL_DECK_REMARK, "%s between%s%s", with.name,
                      *with.remark ? ": " : "", with.remark);
     } else if (by->kind == MILL_BALL_BALL) {
-        status = add_pairs(by, section, ((const struct mill_deck_balls *)first->form)->material);
+        good = add_pairs(by, section, ((const struct mill_deck_balls *)first->form)->material);
     } else {
-        for (int k = -1; k < deck->mill.bodies.count && status == MILL_OK; k++)
-            if (k < 0 ? deck->mill.drum && by->kind < MILL_KINDS
-                      : deck->mill.bodies.surface[k].kind == by->kind) {
-                const char *material = material_of(deck, by->kind, k, &section);
-                status = add_pairs(by, section, material);
+        for (int k = deck->mill.parts - 1; k < deck->setup.surfaces && good; k++) {
+            const bool part = k < deck->mill.parts;
+            if (part ? deck->mill.drum && by->kind < MILL_KINDS
+                     : deck->setup.surface[k].kind == by->kind) {
+                const char *material = material_of(deck, by->kind, part ? -1 : k, &section);
+                good = add_pairs(by, section, material);
             }
+        }
     }
     if (!by->known)
         by->remark[0] = '\0';
-    return status;
+    return good;
 }
 
 /* ---- the law of each kind ---- */
 
-static enum mill_status tell_missing(const struct mill_deck *deck)
+static bool tell_missing(const struct mill_deck *deck)
 {
     return mill_deck_wrong(&deck->text, "contact", "restitution",
                            "missing (normal coefficient of restitution); expected a plain number "
                            "such as '0.8', or 'material' of the balls and of what they hit");
 }
 
-enum mill_status mill_deck_laws_require(struct mill_deck *deck)
+void mill_deck_laws_require(struct mill_deck *deck)
 {
     const struct mill_deck_given *given = &deck->given;
-    bool other = given->between || given->general.table || !isnan(given->general.restitution);
-    for (int i = 0; i < deck->text.sections; i++)
-        other = other || mill_deck_entry(&deck->text.section[i], "material") ||
-                strncmp(deck->text.section[i].title, "contact.", 8) == 0;
-    return other ? MILL_OK : tell_missing(deck);
+    bool other = given->between || given->general.table || !isnan(given->general.restitution) ||
+                 mill_deck_named(&deck->text, "contact", NULL);
+    for (const struct mill_deck_section *s = deck->text.section; s; s = s->next)
+        other = other || mill_deck_entry(s, "material");
+    if (!other)
+        tell_missing(deck);
 }
 
 /* The law of a kind of contact: as given, by its materials, or without friction */
-static enum mill_status resolve(const struct mill_deck *deck, int kind,
-                                const struct mill_deck_law *given, struct mill_deck_contact *is)
+static bool resolve(const struct mill_deck *deck, int kind, const struct mill_deck_law *given,
+                    struct mill_deck_contact *is)
 {
     const bool falls = given->rows || !isnan(given->restitution);
     struct search by = {deck, kind, true, deck->given.unknown.law, ""};
     struct mill_deck_law *law = &is->law;
     *law = *given;
-    if (!falls || isnan(law->friction) || isnan(law->tangential)) {
-        const enum mill_status status = find_pair(&by);
-        if (status != MILL_OK)
-            return status;
-    }
+    if ((!falls || isnan(law->friction) || isnan(law->tangential)) && !find_pair(&by))
+        return false;
     if (by.remark[0]) {
         is->takes = (struct mill_deck_takes){!falls, isnan(law->friction), isnan(law->tangential)};
         snprintf(is->assumed, MILL_DECK_REMARK, "%.*s",
@@ -273,11 +341,11 @@ static enum mill_status resolve(const struct mill_deck *deck, int kind,
         const double speed = law->speed > 0.0 ? law->speed : by.law.speed;
         *law = falls ? *law : by.law;
         law->speed = falls ? law->speed : speed;
-        law->friction = mill_deck_laws_first(given->friction, by.law.friction);
-        law->tangential = mill_deck_laws_first(given->tangential, by.law.tangential);
+        law->friction = first_of(given->friction, by.law.friction);
+        law->tangential = first_of(given->tangential, by.law.tangential);
     }
-    law->friction = mill_deck_laws_first(law->friction, 0.0);
-    law->tangential = mill_deck_laws_first(law->tangential, 0.0);
+    law->friction = first_of(law->friction, 0.0);
+    law->tangential = first_of(law->tangential, 0.0);
     if (isnan(restitution_of(law)))
         return tell_missing(deck);
     if (law->rows && law->speed > 0.0)
@@ -286,114 +354,88 @@ static enum mill_status resolve(const struct mill_deck *deck, int kind,
                                deck->mill.contacts.name[kind]);
     if (law->rows)
         law->restitution = (double)NAN; /* the table gives it */
-    return MILL_OK;
+    return true;
 }
 
-/* The sections of the printed deck: those of the text, and if laws follow from materials, one for
- * each kind of contact. The [contact.KIND] have the laws. */
-static enum mill_status list_printed(struct mill_deck *deck)
+/* The deck prints laws instead of materials: if some follow from these, there is a [contact.KIND]
+ * for each kind of contact. */
+static void list_printed(struct mill_deck *deck)
 {
     struct mill_deck_mill *mill = &deck->mill;
-    struct mill_deck_text *printed = &mill->printed;
     struct mill_deck_law *general = &deck->given.general;
-    const size_t most = (size_t)deck->text.sections + MILL_KINDS_MOST;
     bool assumed = false;
-    printed->section = calloc(most, sizeof *printed->section);
-    if (!printed->section)
-        return mill_deck_memory(&deck->text);
-    printed->sections = deck->text.sections;
-    for (int i = 0; i < deck->text.sections; i++)
-        printed->section[i] = deck->text.section[i];
     for (int kind = 0; kind < mill->contacts.count; kind++)
         assumed = assumed || mill->contact[kind].assumed[0];
     for (int kind = 0; kind < mill->contacts.count; kind++) {
         struct mill_deck_contact *contact = &mill->contact[kind];
-        struct mill_deck_section *s = mill_deck_section(printed, contact->section);
-        if (contact->occurs && assumed && !s) {
-            s = &printed->section[printed->sections++];
-            s->title = contact->section;
-        }
+        struct mill_deck_section *s = mill_deck_section(&deck->text, contact->section);
+        if (contact->occurs && assumed && !s)
+            s = mill_deck_section_add(&deck->text, contact->section);
         if (contact->occurs && s)
             s->form = &contact->law;
     }
     if (!assumed && restitution_of(general) >= 0.0) {
-        general->friction = mill_deck_laws_first(general->friction, 0.0);
-        general->tangential = mill_deck_laws_first(general->tangential, 0.0);
+        general->friction = first_of(general->friction, 0.0);
+        general->tangential = first_of(general->tangential, 0.0);
     }
-    return MILL_OK;
-}
-
-/* Does any surface of the mill have this kind of contact? */
-static bool occurs(const struct mill_deck_mill *mill, int kind)
-{
-    bool has = mill->drum || kind == MILL_BALL_BALL || kind >= MILL_KINDS;
-    for (int k = 0; k < mill->bodies.count && !has; k++)
-        has = mill->bodies.surface[k].kind == kind;
-    return has;
-}
-
-/* Names the section [TITLE.KIND]. */
-static void name_section(const struct mill_deck *deck, const char *title, int kind,
-                         char name[SECTION])
-{
-    char kind_name[MILL_KINDS_LENGTH];
-    memcpy(kind_name, deck->mill.contacts.name[kind], sizeof kind_name);
-    snprintf(name, SECTION, "%s.%s", title, kind_name);
 }
 
 /* The values of the section [TITLE.KIND], or `general` */
 static const void *find_values(const struct mill_deck *deck, const char *title, int kind,
                                const void *general)
 {
-    char name[SECTION];
-    name_section(deck, title, kind, name);
-    const struct mill_deck_section *s = mill_deck_section(&deck->text, name);
+    const struct mill_deck_section *s = NULL;
+    while ((s = mill_deck_named(&deck->text, title, s)) &&
+           strcmp(mill_deck_name(s), deck->mill.contacts.name[kind]) != 0)
+        continue;
     return s ? s->form : general;
 }
 
 /* Checks that the kinds of all [TITLE.KIND] occur. */
-static enum mill_status check_kinds(struct mill_deck *deck, const char *title)
+static void check_kinds(struct mill_deck *deck, const char *title)
 {
     const struct mill_kinds *kinds = &deck->mill.contacts;
     const struct mill_deck_section *s = NULL;
-    enum mill_status status = MILL_OK;
-    while (status == MILL_OK && (s = mill_deck_named(&deck->text, title, s))) {
-        char known[MILL_KINDS_MOST * (MILL_KINDS_LENGTH + 2)] = "";
+    while ((s = mill_deck_named(&deck->text, title, s))) {
+        char names[MILL_KINDS_MOST * (MILL_KINDS_LENGTH + 2)] = "";
         bool there = false;
         for (int kind = 0; kind < kinds->count; kind++)
             if (deck->mill.contact[kind].occurs) {
-                strcat(strcat(known, kind > 0 ? ", " : ""), kinds->name[kind]);
-                there = there || strcmp(strchr(s->title, '.') + 1, kinds->name[kind]) == 0;
+                strcat(strcat(names, kind > 0 ? ", " : ""), kinds->name[kind]);
+                there = there || strcmp(mill_deck_name(s), kinds->name[kind]) == 0;
             }
-        if (there)
-            continue;
-        mill_deck_wrong(&deck->text, s->title, NULL, "unknown kind of contact; there are %s",
-                        known);
-        status = mill_deck_faults_keep(&deck->text, MILL_BAD_DECK);
+        if (!there)
+            mill_deck_wrong(&deck->text, s->title, NULL, "unknown kind of contact; there are %s",
+                            names);
     }
-    return status;
 }
 
-enum mill_status mill_deck_laws_list(struct mill_deck *deck)
+void mill_deck_laws_list(struct mill_deck *deck)
 {
     struct mill_deck_mill *mill = &deck->mill;
-    enum mill_status status = settle_all(deck);
+    if (!settle_all(deck))
+        return;
     for (int kind = 0; kind < mill->contacts.count; kind++) {
-        mill->contact[kind].occurs = occurs(mill, kind);
-        name_section(deck, "contact", kind, mill->contact[kind].section);
+        struct mill_deck_contact *is = &mill->contact[kind];
+        /* does any surface of the mill have this kind of contact? */
+        is->occurs = mill->drum || kind == MILL_BALL_BALL || kind >= MILL_KINDS;
+        for (int k = mill->parts; k < deck->setup.surfaces && !is->occurs; k++)
+            is->occurs = deck->setup.surface[k].kind == kind;
+        snprintf(is->section, sizeof is->section, "contact.%s", mill->contacts.name[kind]);
     }
-    if (status == MILL_OK)
-        status = check_kinds(deck, "contact");
-    for (int kind = 0; kind < mill->contacts.count && status == MILL_OK; kind++)
-        if (mill->contact[kind].occurs)
-            status = resolve(deck, kind, find_values(deck, "contact", kind, &deck->given.general),
-                             &mill->contact[kind]);
-    if (status == MILL_OK)
-        status = list_printed(deck);
-    if (status == MILL_OK)
-        status = check_kinds(deck, "wear");
-    for (int kind = 0; kind < mill->contacts.count; kind++)
-        memcpy(&mill->contact[kind].wear, find_values(deck, "wear", kind, &deck->given.worn),
-               sizeof mill->contact[kind].wear);
-    return status;
+    check_kinds(deck, "contact");
+    for (int kind = 0; kind < mill->contacts.count; kind++) {
+        struct mill_deck_law *law = &mill->contact[kind].law;
+        if (mill->contact[kind].occurs &&
+            !resolve(deck, kind, find_values(deck, "contact", kind, &deck->given.general),
+                     &mill->contact[kind]))
+            return;
+        deck->setup.law[kind] =
+            (struct mill_law){restitution_of(law), law->friction, law->tangential};
+        deck->setup.fall[kind] = mill_deck_laws_fall(law);
+        deck->observe.wear[kind] =
+            *(const struct mill_wear_law *)find_values(deck, "wear", kind, &deck->given.worn);
+    }
+    check_kinds(deck, "wear");
+    list_printed(deck);
 }

@@ -3,7 +3,6 @@
 #include "deck/deck_private.h"
 
 #include <stdio.h>
-#include <string.h>
 
 static char lower(char c)
 {
@@ -46,7 +45,7 @@ static void name_block(const struct mill_deck_block *block, const char *name, ch
 #define RIDES "a part of the rotor is a [body.NAME] with 'motion = rotor'"
 #define HARD "balls are hard spheres: leave it out"
 /* clang-format off */
-static const struct mill_deck_synonym synonyms[] = {
+const struct mill_deck_synonym mill_deck_suggest_synonyms[] = {
     {"", "jar vial bowl beaker cup pot vessel container chamber tank mill geometry cylinder barrel", "drum", HOLDS},
     {"", "media medium beads bead grinding_media charge particles particle grains spheres sphere", "balls", NULL},
     {"", "stirrer agitator impeller shaft drive motor", "rotor", NULL},
@@ -146,40 +145,33 @@ static const struct mill_deck_synonym synonyms[] = {
     {"*", "young youngs_modulus young_modulus elastic_modulus poisson poissons_ratio poisson_ratio stiffness kn k_n damping",
      NULL, "; " HARD},
     {"*", "timestep time_step dt", NULL, "; millsim has no time step: leave it out"},
+    {.of = NULL},
 };
 /* clang-format on */
 
-const struct mill_deck_synonym *mill_deck_suggest_synonym(int i)
+/* Is `text` one of the words? */
+static bool is_one_of(const char *words, const char *text)
 {
-    return i < (int)(sizeof synonyms / sizeof *synonyms) ? &synonyms[i] : NULL;
-}
-
-/* Is `text`, of this length, one of the words? */
-static bool is_one_of(const char *words, const char *text, size_t length)
-{
-    for (const char *word = words; *word; word += strspn(word, " ")) {
-        const size_t size = strcspn(word, " ");
-        size_t same = 0;
-        while (same < size && same < length &&
-               (word[same] == lower(text[same]) || (word[same] == '_' && strchr("- ", text[same]))))
-            same++;
-        if (size == length && same == size)
-            return true;
-        word += size;
-    }
-    return false;
+    const size_t length = strlen(text);
+    const char *at = length > 0 ? strstr(words, text) : NULL;
+    while (at && ((at > words && at[-1] != ' ') || (at[length] && at[length] != ' ')))
+        at = strstr(at + 1, text);
+    return at != NULL;
 }
 
 /* The row for a wrong section (name: NULL) or key, or NULL */
 static const struct mill_deck_synonym *find_synonym(const char *title, const char *name)
 {
     const size_t stem = strcspn(title, ".");
-    const struct mill_deck_synonym *s;
-    for (int i = 0; (s = mill_deck_suggest_synonym(i)); i++) {
+    char word[80];
+    snprintf(word, sizeof word, "%.*s", name ? 79 : (int)stem, name ? name : title);
+    for (char *p = word; *p; p++)
+        *p = strchr("- ", *p) ? '_' : lower(*p);
+    for (const struct mill_deck_synonym *s = mill_deck_suggest_synonyms; s->of; s++) {
         const bool section = name ? strcmp(s->of, "*") == 0 ||
                                         (strlen(s->of) == stem && !strncmp(s->of, title, stem))
                                   : !*s->of;
-        if (section && is_one_of(s->words, name ? name : title, name ? strlen(name) : stem))
+        if (section && is_one_of(s->words, word))
             return s;
     }
     return NULL;
@@ -214,23 +206,22 @@ const char *mill_deck_suggest_key(const char *title, const char *name, char *hin
     char stem[40], word[40];
     const char *meant = NULL;
     const struct mill_deck_synonym *synonym = find_synonym(title, name);
-    struct mill_deck_block block;
     int edits, best = MILL_DECK_MOST_EDITS;
     if (synonym)
         return tell_synonym(synonym, title, name, hint, size);
     snprintf(stem, sizeof stem, "%.*s", stem_length, title);
     hint[0] = '\0';
-    for (int i = 0; mill_deck_table_block(i, &block); i++) {
-        name_block(&block, "", word);
+    for (const struct mill_deck_block *b = mill_deck_table; b->title; b++) {
+        name_block(b, "", word);
         if (!name && (edits = mill_deck_suggest_edits(word, stem)) < best) {
             best = edits;
-            meant = block.named ? NULL : block.title;
-            name_block(&block, "NAME", word);
+            meant = b->named ? NULL : b->title;
+            name_block(b, "NAME", word);
             snprintf(hint, size, "; did you mean [%s]?", word);
         }
-        name_block(&block, "NAME", word);
-        for (const struct mill_key *key = block.key; name && key->name; key++) {
-            if (!mill_deck_table_belongs(&block, title)) {
+        name_block(b, "NAME", word);
+        for (const struct mill_key *key = mill_deck_table_keys(b); name && key->name; key++) {
+            if (!mill_deck_table_belongs(b, title)) {
                 if (!hint[0] && strcmp(key->name, name) == 0)
                     snprintf(hint, size, "; '%s' belongs to [%s]", name, word);
             } else if ((edits = mill_deck_suggest_edits(key->name, name)) < best) {

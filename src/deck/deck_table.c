@@ -1,14 +1,47 @@
 /* What a deck may contain: every section with its keys, each with type, SI unit, range, default,
  * meaning and place in a struct. Reading, checking, printing and messages all use these tables, in
- * their order. Keys that must agree with others are with their checks in deck_run.c, deck_mill.c
- * and deck_uses.c, the sizes of solids with the code of the solids. */
-#include "deck/deck_keys.h"
-#include "geometry/shapes.h"
+ * their order. Keys that must agree with others have their checks in deck_checks.c; the sizes of
+ * solids are with the code of the solids. */
+#include "deck/deck_private.h"
 
-#include <assert.h>
-#include <string.h>
+enum {
+    MOST_FRICTION = 10,
+    MOST_THREADS = 1024,
+    /* More buckles would be finer than the few hundred points with which maps and outlines show a
+     * drum. */
+    MOST_BUCKLES = 500
+};
+#define SEED_MAX 4294967295.0 /* the random generator distinguishes as many seeds */
+#define MOST_COLLISIONS 1e15  /* a double holds counts up to here exactly */
+/* [m] far smaller than anything that flies freely in air */
+#define LEAST_DIAMETER 1e-9
+/* [kg/m^3] A thousandth of the density of air. It allows balls of almost no mass, and the energies
+ * of the smallest balls are still far above the smallest double. */
+#define LEAST_DENSITY 1e-3
 
-enum { MOST_FRICTION = 10 };
+/* ---- keys that have no meaning in some decks ---- */
+
+static bool sample_found(const void *deck)
+{
+    return ((const struct mill_deck *)deck)->observe.sample_found;
+}
+
+static bool is_circle(const void *deck)
+{
+    return !((const struct mill_deck *)deck)->given.wavy;
+}
+
+static bool no_drum(const void *deck)
+{
+    return !((const struct mill_deck *)deck)->mill.drum;
+}
+
+/* True if the balls do not start at random, or the container does not move */
+static bool starts_alike(const void *deck)
+{
+    const struct mill_deck *d = deck;
+    return d->given.start || !d->mill.carried;
+}
 
 static bool is_inside(const void *body)
 {
@@ -20,7 +53,158 @@ static bool is_single(const void *body)
     return ((const struct mill_deck_body *)body)->copies < 2;
 }
 
+/* ---- the keys; a row has two lines at most ---- */
+
+/* In a mill of ten kilometres the resolution of a place is 2e-12 m. In a larger mill, overlaps
+ * could exceed a nanometre. */
+#define SIZE_OF_MILL .lo = MILL_SOLID_LEAST, .hi = 1e4
+#define ANY MILL_KEY_ANY
+#define TEXT .type = MILL_KEY_NAME, .derived = true
+#define POSITIVE MILL_KEY_POSITIVE
+#define NOT_NEGATIVE MILL_KEY_NOT_NEGATIVE
+#define IN(type, member) .offset = offsetof(struct type, member)
+#define DECK(member) IN(mill_deck, member)
+
 /* clang-format off */
+static const struct mill_key run_key[] = {
+    {"time", "end of the run", .unit = "s", POSITIVE, DECK(observe.end)},
+    {"sample_from", "statistics are gathered from here to the end", .unit = "s", NOT_NEGATIVE,
+     .preset = "0 s", DECK(observe.sample_from), .hidden = sample_found},
+    {"precision", "the run ends when median speed and rotor power are known to this relative "
+     "error; 0: at run.time", .unit = "1", .lo = 0, .hi = 1, .preset = "0", DECK(observe.precision),
+     .zero_is_off = true},
+    {"max_collisions", "the run ends after this number of impacts; 0: at run.time", .lo = 0,
+     .hi = MOST_COLLISIONS, .preset = "0", DECK(observe.max_collisions), .zero_is_off = true},
+    {"seed", "seed of every random choice", .type = MILL_KEY_WHOLE, .lo = 0, .hi = SEED_MAX,
+     .preset = "1", DECK(setup.seed)},
+    {"threads", "threads of the run at most; 0: 1 below 20 000 balls, else one for each core",
+     .type = MILL_KEY_WHOLE, .lo = 0, .hi = MOST_THREADS, .preset = "0", DECK(given.threads),
+     .zero_is_off = true},
+    {.name = NULL},
+};
+
+static const struct mill_key gravity_key[] = {
+    {"acceleration", "acceleration of gravity along x, y and z", .type = MILL_KEY_VECTOR,
+     .unit = "m/s^2", ANY, .preset = "0 0 -9.81 m/s^2", DECK(setup.gravity)},
+    {.name = NULL},
+};
+
+static const struct mill_key output_key[] = {
+    {"frames", "interval of stored ball states; 0 s: none", .unit = "s", NOT_NEGATIVE,
+     .preset = "10 ms", DECK(observe.frames)},
+    {"series", "interval of the time series", .unit = "s", POSITIVE, .preset = "1 ms",
+     DECK(observe.series)},
+    {"impacts", "statistics, or all to log every impact", .type = MILL_KEY_CHOICE,
+     .preset = "statistics", DECK(observe.log_impacts), .words = "statistics|all"},
+    {"strike_window", "contacts of a pair closer in time than this are one strike", .unit = "s",
+     NOT_NEGATIVE, .preset = "10 us", DECK(observe.strike_window)},
+    {"checkpoint", "wall-clock interval of checkpoints", .unit = "s", POSITIVE, .preset = "60 s",
+     DECK(given.checkpoint)},
+    {.name = NULL},
+};
+
+#define DIAMETER(of) .lo = 2.0 * MILL_SOLID_LEAST, .hi = 2e4, .instead = (of), .factor = 0.5
+#define SHARE .lo = 0, .above = true, .hi = 1
+static const struct mill_key ball_key[] = {
+    {"count", "number of balls", .type = MILL_KEY_WHOLE, .lo = 1, .hi = MILL_DECK_MOST_BALLS,
+     IN(mill_deck_balls, count)},
+    {"fill", "volume of the balls divided by that of the container; gives their number",
+     .instead = "count", .unit = "1", SHARE, IN(mill_deck_balls, fill)},
+    {"bulk_fill", "share of the free volume that the balls fill with the voids between them, "
+     "of which 60 % is solid; gives their number", .instead = "count", .unit = "1", SHARE,
+     IN(mill_deck_balls, bulk_fill)},
+    {"mass", "total mass of the balls of this kind; gives their number", .instead = "count",
+     .unit = "kg", POSITIVE, IN(mill_deck_balls, mass)},
+    {"diameter", "diameter of a ball", .unit = "m", .lo = LEAST_DIAMETER, .hi = MILL_KEY_LARGEST,
+     IN(mill_deck_balls, diameter)},
+    {"material", "material of the balls: gives density and contacts that are not given", TEXT,
+     IN(mill_deck_balls, material)},
+    {"density", "density of the balls' material", .unit = "kg/m^3", .lo = LEAST_DENSITY,
+     .hi = MILL_KEY_LARGEST, .unless = "material", IN(mill_deck_balls, density)},
+    {.name = NULL},
+};
+
+static const struct mill_key start_key[] = {
+    {"start", "random, or a file with one ball a line: x y z [vx vy vz [wx wy wz]] in SI",
+     .type = MILL_KEY_FILE, .preset = "random", DECK(given.start), .words = "random"},
+    {"speed", "speed of every ball of a random start, in a random direction", .unit = "m/s",
+     NOT_NEGATIVE, .preset = "0 m/s", DECK(setup.speed)},
+    {"start_motion", "balls of a random start move with the container, or are still",
+     .type = MILL_KEY_CHOICE, .preset = "container", DECK(setup.at_rest), .words = "container|still",
+     .hidden = starts_alike},
+    {.name = NULL},
+};
+
+#define WAVY                                                                                       \
+    .hidden = is_circle,                                                                           \
+    .needs = "belongs to the wavy profile: add 'profile = wavy', or leave it out"
+static const struct mill_key drum_key[] = {
+    {"radius", "inner radius of the drum", .unit = "m", SIZE_OF_MILL, DECK(setup.drum.radius)},
+    {"diameter", "inner diameter of the drum", .unit = "m", DIAMETER("radius"), DECK(setup.drum.radius)},
+    {"length", "inner length of the drum", .unit = "m", SIZE_OF_MILL, DECK(setup.drum.length)},
+    {"ends", "end walls, or periodic: a slice of a long mill, which balls leave at one end and enter at "
+     "the other", .type = MILL_KEY_CHOICE, .preset = "walls", DECK(setup.drum.periodic),
+     .words = "walls|periodic"},
+    {"profile", "shape of the drum's wall", .type = MILL_KEY_CHOICE, .preset = "circle", DECK(given.wavy),
+     .words = "circle|wavy"},
+    {"buckles", "number of buckles around the drum", .type = MILL_KEY_WHOLE, .lo = 2,
+     .hi = MOST_BUCKLES, DECK(setup.drum.buckles), WAVY},
+    {"buckle_height", "height of the buckles: the wall lies between radius - height and "
+     "radius + height", .unit = "m", NOT_NEGATIVE, DECK(setup.drum.buckle_height), WAVY},
+    {"buckle_angle", "angle of one outermost point, from +y towards +z", .unit = "rad", ANY,
+     .preset = "0 deg", DECK(setup.drum.buckle_angle), WAVY},
+    {"motion", "name of the motion that carries the drum, or rotor; the drum's axis is x of its frame",
+     TEXT, DECK(given.drum_motion)},
+    {"material", "material of drum, end walls, and parts without a material of their own", TEXT,
+     DECK(given.drum_material)},
+    {.name = NULL},
+};
+
+static const struct mill_key rotor_key[] = {
+    {"speed", "constant speed of the rotor, positive about +x", .unit = "rad/s", ANY,
+     DECK(given.rotor.speed)},
+    {"tip_speed", "speed of the point of blades and bodies on the rotor that is farthest from its "
+     "axis; gives the speed of the rotor", .instead = "speed", .unit = "m/s", ANY, DECK(given.tip_speed)},
+    {"shaft_radius", "radius of the shaft; 0 m: none", .unit = "m", NOT_NEGATIVE,
+     DECK(given.shaft_radius), .hidden = no_drum},
+    {"shaft_diameter", "diameter of the shaft; 0 m: none", .instead = "shaft_radius", .factor = 0.5,
+     .unit = "m", NOT_NEGATIVE, DECK(given.shaft_radius), .hidden = no_drum},
+    {"angle", "angle of the rotor at t = 0, from +y towards +z", .unit = "rad", ANY,
+     .preset = "0 deg", DECK(given.rotor.angle)},
+    {"material", "material of shaft, blades and bodies on the rotor", TEXT, DECK(given.rotor_material)},
+    {.name = NULL},
+};
+
+static const struct mill_key blades_key[] = {
+    {"count", "number of equal blades, evenly spaced along the drum", .type = MILL_KEY_WHOLE,
+     .lo = 1, .hi = MILL_DECK_MOST_BLADES, IN(mill_deck_blades, count)},
+    {.name = NULL},
+};
+
+static const struct mill_key spread_key[] = {
+    {"angle_step", "angle from one blade to the next", .unit = "rad", ANY, .derived = true,
+     IN(mill_deck_blades, angle_step)},
+    {.name = NULL},
+};
+
+#define BLADE(member) IN(mill_blade, member)
+static const struct mill_key blade_key[] = {
+    {"position", "x of the blade's centre", .unit = "m", ANY, BLADE(position)},
+    {"angle", "angle of the blade on the rotor, from +y towards +z", .unit = "rad", ANY,
+     BLADE(angle)},
+    {.name = NULL},
+};
+
+static const struct mill_key blade_form_key[] = {
+    {"tip_radius", "reach of a blade from the axis", .unit = "m", SIZE_OF_MILL, BLADE(tip_radius)},
+    {"width", "width of a blade along the axis, before pitching", .unit = "m", SIZE_OF_MILL,
+     BLADE(width)},
+    {"thickness", "thickness of a blade around the axis, before pitching", .unit = "m", SIZE_OF_MILL,
+     BLADE(thickness)},
+    {"pitch", "turn of a blade about its radial mid-line", .unit = "rad", ANY,
+     .preset = "0 deg", BLADE(pitch)},
+    {.name = NULL},
+};
 #define LAW(member) .derived = true, IN(mill_deck_law, member)
 static const struct mill_key law_key[] = {
     {"restitution", "normal coefficient of restitution", .lo = 0, .hi = 1, LAW(restitution)},
@@ -44,9 +228,9 @@ static const struct mill_key material_key[] = {
 
 static const struct mill_key floor_key[] = {
     {"rebound_floor", "minimum normal speed after any contact", .unit = "m/s", .lo = 0, .hi = 10,
-     .preset = "5 mm/s", DECK(rebound_floor)},
+     .preset = "5 mm/s", DECK(setup.rebound_floor)},
     {"between", "material between the surfaces, such as powder; its contacts replace those of the "
-     "materials", TEXT, DECK(between)},
+     "materials", TEXT, DECK(given.between)},
     {.name = NULL},
 };
 
@@ -130,6 +314,75 @@ static const struct mill_key copies_key[] = {
     {.name = NULL},
 };
 
+#define OPTIONAL NOT_NEGATIVE, .zero_is_off = true
+#define POWDER(member) IN(mill_deck_powder, member)
+static const struct mill_key powder_key[] = {
+    {"mass", "mass of the powder", .unit = "kg", POSITIVE, POWDER(mass)},
+    {"ball_to_powder", "mass of the balls divided by that of the powder; gives its mass", POSITIVE,
+     .instead = "mass", POWDER(ball_to_powder)},
+    {"density", "density of the powder's material", .unit = "kg/m^3", .lo = 1e-3,
+     .hi = MILL_KEY_LARGEST, POWDER(density)},
+    {"size", "diameter of a particle; 0 m: not known", .unit = "m", OPTIONAL, .preset = "0 m",
+     POWDER(size)},
+    {"packing", "share of a layer of powder that the particles fill", .unit = "1", .lo = 0,
+     .above = true, .hi = 1, .preset = "0.6", POWDER(packing)},
+    {"capture", "powder that an impact catches: a layer of one particle, the volume between the "
+     "surfaces, or a layer on the Hertz contact", .type = MILL_KEY_CHOICE, .preset = "monolayer",
+     POWDER(capture), .words = "monolayer|volume|layer"},
+    {"layer", "thickness of the powder on a surface; 0 m: not known", .unit = "m", OPTIONAL,
+     .preset = "0 m", POWDER(layer)},
+    {"modulus", "reduced elastic modulus of the surfaces, for the Hertz contact", .unit = "Pa",
+     .lo = 1, .hi = 1e13, .preset = "115 GPa", POWDER(modulus)},
+    {"energy", "energy of an impact: of the normal approach, with the slip, or lost",
+     .type = MILL_KEY_CHOICE, .preset = "normal", POWDER(energy),
+     .words = "normal|total|dissipated"},
+    {"threshold", "impacts with this energy or more are hard", .unit = "J", POSITIVE,
+     .preset = "1 mJ", POWDER(threshold)},
+    {"law", "what an impact of energy E does: c (E / 1 J)^n, c from the threshold on, breakage after "
+     "Vogel & Peukert, or a table", .type = MILL_KEY_CHOICE, .preset = "none", POWDER(law),
+     .words = "none|power|threshold|vogel_peukert|table"},
+    {"coefficient", "c of the law", OPTIONAL, .preset = "0", POWDER(coefficient)},
+    {"exponent", "n of the law", OPTIONAL, .preset = "0", POWDER(exponent)},
+    {"strength", "f_Mat of Vogel & Peukert", .unit = "kg/J/m", OPTIONAL, .preset = "0 kg/J/m",
+     POWDER(strength)},
+    {"least", "x W_m,min of Vogel & Peukert", .unit = "J m/kg", OPTIONAL, .preset = "0 J m/kg",
+     POWDER(least)},
+    {"table", "a file with a row 'E k' for each energy [J], ascending", .type = MILL_KEY_FILE,
+     .preset = "none", POWDER(table), .words = "none"},
+    {.name = NULL},
+};
+
+#define HEAT(member) IN(mill_deck_heat, member)
+#define CAPACITY .unit = "J/kg/K"
+static const struct mill_key heat_key[] = {
+    {"ball_heat_capacity", "specific heat capacity of the balls", CAPACITY, POSITIVE,
+     HEAT(ball_capacity)},
+    {"powder_heat_capacity", "specific heat capacity of the powder; 0: it is not counted", CAPACITY,
+     OPTIONAL, .preset = "0 J/kg/K", HEAT(powder_capacity)},
+    {"jar_heat_capacity", "specific heat capacity of the jar or drum", CAPACITY, POSITIVE,
+     HEAT(jar_capacity)},
+    {"jar_mass", "mass of the jar or drum", .unit = "kg", POSITIVE, HEAT(jar_mass)},
+    {"ball_to_jar", "heat that flows from the balls to the jar, for each kelvin", .unit = "W/K",
+     POSITIVE, HEAT(ball_to_jar)},
+    {"jar_to_room", "heat that flows from the jar to the room, for each kelvin", .unit = "W/K",
+     NOT_NEGATIVE, HEAT(jar_to_room)},
+    {"room", "temperature of the room, and of everything at the start", .unit = "K", POSITIVE,
+     .preset = "293.15 K", HEAT(room)},
+    {"share", "share of the power that heats the balls; the rest heats the jar", .unit = "1",
+     .lo = 0, .hi = 1, .preset = "0.5", HEAT(share)},
+    {.name = NULL},
+};
+
+static const struct mill_key wear_key[] = {
+    {"archard", "Archard's coefficient K; 0: not known", OPTIONAL, .preset = "0",
+     IN(mill_wear_law, archard)},
+    {"hardness", "hardness of the surface", .unit = "Pa", .lo = 0, .hi = 1e12, .zero_is_off = true,
+     .preset = "0 Pa", IN(mill_wear_law, hardness)},
+    {"erosion", "Finnie's coefficient k: mass removed for each joule; 0: not known",
+     .unit = "kg/J", OPTIONAL, .preset = "0 kg/J", IN(mill_wear_law, erosion)},
+    {.name = NULL},
+};
+
 #define VALUES(member) .values = offsetof(struct mill_deck, given.member)
 #define OF_MOTION "motion", .named = true, .size = sizeof(struct mill_deck_motion)
 #define OF_BLADE "blade", .named = true, .size = sizeof(struct mill_blade)
@@ -137,26 +390,30 @@ static const struct mill_key copies_key[] = {
 #define OF_MATERIAL                                                                                \
     "material", .named = true, .inherits = true, VALUES(unknown),                                  \
         .size = sizeof(struct mill_deck_material)
-static const struct mill_deck_block blocks[] = {
-    {"run", .key = mill_deck_run_key},
-    {"gravity", .key = mill_deck_run_gravity},
-    {"balls", .key = mill_deck_mill_ball, .unless_named = true, .size = sizeof(struct mill_deck_balls)},
-    {"balls", .key = mill_deck_mill_start},
-    {"balls", .named = true, .key = mill_deck_mill_ball, .size = sizeof(struct mill_deck_balls)},
-    {"drum", .spared_by = "body", .key = mill_deck_mill_drum},
-    {"rotor", .optional = true, .key = mill_deck_mill_rotor},
-    {"blades", .optional = true, .key = mill_deck_mill_blades, VALUES(blades)},
-    {"blades", .optional = true, .key = mill_deck_mill_blade_form, VALUES(blades.form)},
-    {"blades", .optional = true, .key = mill_deck_mill_spread, VALUES(blades)},
-    {OF_BLADE, .key = mill_deck_mill_blade},
-    {OF_BLADE, .key = mill_deck_mill_blade_form},
+/* a block for each solid that a deck can name; the keys of one whose facets are in a file */
+#define NUMBER(word, solid) NUMBER_##word,
+#define OF_SOLID(word, is) {OF_BODY, .key = mesh_key, .solid = &(is), .words = 1u << NUMBER_##word},
+enum { MILL_SOLID_LIST(NUMBER) };
+const struct mill_deck_block mill_deck_table[] = {
+    {"run", .key = run_key},
+    {"gravity", .key = gravity_key},
+    {"balls", .key = ball_key, .unless_named = true, .size = sizeof(struct mill_deck_balls)},
+    {"balls", .key = start_key},
+    {"balls", .named = true, .key = ball_key, .size = sizeof(struct mill_deck_balls)},
+    {"drum", .spared_by = "body", .key = drum_key},
+    {"rotor", .optional = true, .key = rotor_key},
+    {"blades", .optional = true, .key = blades_key, VALUES(blades)},
+    {"blades", .optional = true, .key = blade_form_key, VALUES(blades.form)},
+    {"blades", .optional = true, .key = spread_key, VALUES(blades)},
+    {OF_BLADE, .key = blade_key},
+    {OF_BLADE, .key = blade_form_key},
     {OF_MOTION, .key = motion_key},
     {OF_MOTION, .key = turn_key, .words = 1u << MILL_DECK_TURN},
     {OF_MOTION, .key = swing_key, .words = 1u << MILL_DECK_SWING},
     {OF_MOTION, .key = shift_key, .words = 1u << MILL_DECK_SHIFT},
     {OF_MOTION, .key = table_key, .words = 1u << MILL_DECK_TABLE},
     {OF_BODY, .key = body_key},
-    /* the blocks of the solids are inserted here */
+    MILL_SOLID_LIST(OF_SOLID)
     {OF_BODY, .key = copies_key},
     {"contact", .key = law_key, VALUES(general)},
     {"contact", .key = floor_key},
@@ -164,51 +421,12 @@ static const struct mill_deck_block blocks[] = {
      .size = sizeof(struct mill_deck_law)},
     {OF_MATERIAL, .key = material_key},
     {OF_MATERIAL, .key = law_key},
-    {"powder", .optional = true, .key = mill_deck_uses_powder, VALUES(powder)},
-    {"heat", .optional = true, .key = mill_deck_uses_heat, VALUES(heat)},
-    {"wear", .optional = true, .key = mill_deck_uses_wear, VALUES(worn)},
-    {"wear", .named = true, .inherits = true, .key = mill_deck_uses_wear, VALUES(worn),
-     .size = sizeof(struct mill_deck_wear)},
-    {"output", .key = mill_deck_run_output},
+    {"powder", .optional = true, .key = powder_key, VALUES(powder)},
+    {"heat", .optional = true, .key = heat_key, VALUES(heat)},
+    {"wear", .optional = true, .key = wear_key, VALUES(worn)},
+    {"wear", .named = true, .inherits = true, .key = wear_key, VALUES(worn),
+     .size = sizeof(struct mill_wear_law)},
+    {"output", .key = output_key},
+    {.title = NULL},
 };
-enum { BLOCKS = sizeof blocks / sizeof *blocks };
 /* clang-format on */
-
-bool mill_deck_table_block(int i, struct mill_deck_block *block)
-{
-    int solids = 0, before = 0;
-    while (mill_shapes_solid(solids))
-        solids++;
-    while (blocks[before].key != copies_key)
-        before++;
-    const int k = i - before;
-    if (k >= 0 && k < solids) {
-        *block = (struct mill_deck_block){OF_BODY, .words = 1u << k};
-        block->key = mill_shapes_solid(k)->key;
-        block->at = offsetof(struct mill_deck_body, is);
-        if (!block->key) { /* its facets are in a file */
-            block->key = mesh_key;
-            block->at = 0;
-        }
-    } else if (i < BLOCKS + solids) {
-        *block = blocks[k < 0 ? i : i - solids];
-    }
-    return i < BLOCKS + solids;
-}
-
-bool mill_deck_table_belongs(const struct mill_deck_block *block, const char *title)
-{
-    const size_t length = strlen(block->title);
-    return strncmp(title, block->title, length) == 0 &&
-           title[length] == (block->named ? '.' : '\0');
-}
-
-const struct mill_key *mill_deck_table_key(const char *title, const char *name, int n)
-{
-    struct mill_deck_block block;
-    for (int i = 0; mill_deck_table_block(i, &block); i++)
-        for (const struct mill_key *key = block.key; key->name; key++)
-            if (mill_deck_table_belongs(&block, title) && strcmp(key->name, name) == 0 && n-- == 0)
-                return key;
-    return NULL;
-}

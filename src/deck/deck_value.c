@@ -8,9 +8,6 @@
 #include <assert.h>
 #include <ctype.h>
 #include <errno.h>
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
 
 #define SHORTEST 1e-9 /* length of a direction; a shorter one is zero */
 
@@ -49,8 +46,7 @@ static const char *unit_of(const struct mill_key *key)
     return key->unit && strcmp(key->unit, "1") != 0 ? key->unit : "";
 }
 
-/* Word number `n` of a choice, from 0, and its length; NULL: there are fewer. */
-static const char *word_of(const struct mill_key *key, int n, int *length)
+const char *mill_deck_value_word(const struct mill_key *key, int n, int *length)
 {
     const char *word = key->words;
     for (; word && n > 0; n--) {
@@ -61,24 +57,16 @@ static const char *word_of(const struct mill_key *key, int n, int *length)
     return word;
 }
 
-void mill_deck_value_word(const struct mill_key *key, int n, char *out, size_t size)
-{
-    int length;
-    const char *word = word_of(key, n, &length);
-    assert(word);
-    snprintf(out, size, "%.*s", length, word);
-}
-
 /* "'circle' or 'wavy'" */
 static void print_words(const struct mill_key *key, char *out, size_t size)
 {
     int length, next, used = 0;
     const char *word;
-    for (int n = 0; (word = word_of(key, n, &length)) && used < (int)size; n++)
+    for (int n = 0; (word = mill_deck_value_word(key, n, &length)) && used < (int)size; n++)
         used += snprintf(out + used, size - (size_t)used, "%s'%.*s'",
-                         n == 0                       ? ""
-                         : word_of(key, n + 1, &next) ? ", "
-                                                      : " or ",
+                         n == 0                                    ? ""
+                         : mill_deck_value_word(key, n + 1, &next) ? ", "
+                                                                   : " or ",
                          length, word);
 }
 
@@ -213,27 +201,27 @@ static bool read_unit(struct mill_units **units, const struct mill_key *key, con
         return true;
     if (key->unit && !*units && mill_units_create(units, why) != MILL_OK)
         return false;
+    const char *si = key->unit ? key->unit : "";
+    const bool turns = strcmp(si, "rad/s") == 0, cycles = strcmp(si, "Hz") == 0;
     const enum mill_units_verdict verdict =
-        key->unit ? mill_units_scale(*units, unit, key->unit, scale) : MILL_UNITS_MISMATCH;
+        key->unit ? mill_units_scale(*units, unit, si, scale) : MILL_UNITS_MISMATCH;
     if (verdict == MILL_UNITS_GOOD)
         return true;
-    if (unit[0] == 'l' && unit[1] == '/' &&
-        (strcmp(key->unit ? key->unit : "", "rad/s") == 0 ||
-         strcmp(key->unit ? key->unit : "", "Hz") == 0))
+    if (unit[0] == 'l' && unit[1] == '/' && (turns || cycles))
         snprintf(remark, sizeof remark, " (the letter l; with the digit one: 1%.60s)", unit + 1);
-    else if (strcmp(unit, "g") == 0 && strcmp(key->unit ? key->unit : "", "m/s^2") == 0)
+    else if (strcmp(unit, "g") == 0 && strcmp(si, "m/s^2") == 0)
         snprintf(remark, sizeof remark,
                  " (g is the gram; the unit 'gravity' is 9.80665 m/s^2: write '%.*sgravity')",
                  (int)strlen(text) - 1, text);
     else if (verdict == MILL_UNITS_UNKNOWN)
         snprintf(remark, sizeof remark, " (unknown unit '%.60s'%s)", unit,
-                 mill_units_known(key->unit, known, sizeof known));
-    else if (verdict == MILL_UNITS_NO_ANGLE && strcmp(key->unit, "rad/s") == 0)
-        snprintf(remark, sizeof remark, " (%.40s: turns or radians? write rpm or rad/s)", unit);
+                 mill_units_known(si, known, sizeof known));
     else if (verdict == MILL_UNITS_NO_ANGLE)
         snprintf(remark, sizeof remark,
-                 " (%.40s does not say which angle: rad, deg or revolutions)", unit);
-    else if (verdict == MILL_UNITS_ANGLE && strcmp(key->unit, "Hz") == 0)
+                 turns ? " (%.40s: turns or radians? write rpm or rad/s)"
+                       : " (%.40s does not say which angle: rad, deg or revolutions)",
+                 unit);
+    else if (verdict == MILL_UNITS_ANGLE && cycles)
         snprintf(remark, sizeof remark,
                  " (%.40s is an angular speed; cycles are counted in Hz or 1/min)", unit);
     return refuse(key, *remark, text, remark, why);
@@ -296,7 +284,7 @@ static bool read_word(const struct mill_key *key, const char *text, void *out,
     int length, n = 0;
     if (!*text)
         return refuse(key, false, text, "", why);
-    while ((word = word_of(key, n, &length)) &&
+    while ((word = mill_deck_value_word(key, n, &length)) &&
            (strlen(text) != (size_t)length || strncmp(text, word, (size_t)length) != 0))
         n++;
     if (key->type == MILL_KEY_CHOICE && !word)
@@ -329,6 +317,7 @@ void mill_deck_value_print(const struct mill_key *key, const void *form, char *o
     const void *where = (const char *)form + key->offset;
     const int numbers = key->type == MILL_KEY_VECTOR ? 3 : key->type == MILL_KEY_NUMBER;
     char number[32];
+    int length;
     for (int i = 0; i < numbers; i++) {
         print_shortest(((const double *)where)[i], number);
         const int used = snprintf(out, size, "%s%s", i > 0 ? " " : "", number);
@@ -339,8 +328,10 @@ void mill_deck_value_print(const struct mill_key *key, const void *form, char *o
         snprintf(out, size, "%s%s", *unit_of(key) ? " " : "", unit_of(key));
     else if (key->type == MILL_KEY_WHOLE)
         snprintf(out, size, "%ld", *(const long *)where);
-    else if (key->type == MILL_KEY_CHOICE)
-        mill_deck_value_word(key, *(const int *)where, out, size);
+    else if (key->type == MILL_KEY_CHOICE &&
+             mill_deck_value_word(key, *(const int *)where, &length))
+        snprintf(out, size, "%.*s", length,
+                 mill_deck_value_word(key, *(const int *)where, &length));
     else if (*(const char *const *)where)
         mill_deck_parse_quote(*(const char *const *)where, out, size);
     else
@@ -348,12 +339,12 @@ void mill_deck_value_print(const struct mill_key *key, const void *form, char *o
 }
 
 /* Prints the line for one parsed override */
-static enum mill_status tell(const struct mill_deck_text *text, FILE *out, struct mill_error *error)
+static bool tell(const struct mill_deck_text *text, FILE *out)
 {
     static const char *const type[] = {"number", "vector", "whole",
                                        "choice", "file",   "name"}; /* mill_key_type */
-    const struct mill_deck_section *section = &text->section[0];
-    const struct mill_deck_entry *entry = &section->entry[0];
+    const struct mill_deck_section *section = text->section;
+    const struct mill_deck_entry *entry = section->entry;
     const struct mill_key *row;
     struct mill_key key;
     union {
@@ -377,33 +368,33 @@ static enum mill_status tell(const struct mill_deck_text *text, FILE *out, struc
             first = why;
     }
     if (!good)
-        return mill_deck_fault(text, error, section->title, entry->key, "%s", first.text);
+        return mill_deck_wrong(text, section->title, entry->key, "%s", first.text);
     const char *unit = key.unit ? key.unit : "1", *file = NULL;
     key.unit = NULL; /* the unit has a column of its own */
     if (key.type == MILL_KEY_FILE || key.type == MILL_KEY_NAME)
         file = value.file;
-    if (file)
-        number[0] = '\0';
-    else
+    if (!file)
         mill_deck_value_print(&key, &value, number, sizeof number);
     fprintf(out, "%s.%s\t%s\t%s\t%s\t%s\t%s%s%s\n", section->title, key.name, type[key.type],
             file ? file : number, unit, key.meaning, key.words ? key.words : "",
             key.known ? "|" : "", key.known ? key.known : "");
-    return MILL_OK;
+    return true;
 }
 
 enum mill_status mill_deck_tell(int count, const char *const *values, FILE *out,
                                 struct mill_error *error)
 {
-    struct mill_deck_reading reading = {.open = -1, .error = error};
-    enum mill_status status = MILL_OK;
-    for (int i = 0; i < count && status == MILL_OK; i++) {
-        struct mill_deck_text text = {.reading = &reading};
-        status = mill_deck_parse(&text, NULL, 1, &values[i]);
-        if (status == MILL_OK)
-            status = tell(&text, out, error);
-        mill_deck_parse_free(&text);
+    struct mill_memory_list memory = {.size = sizeof(void *)};
+    struct mill_deck_reading reading = {.error = error, .memory = &memory};
+    struct mill_deck_text text = {.reading = &reading};
+    for (int i = 0; i < count && !reading.fault && !reading.over; i++) {
+        text.section = NULL;
+        mill_deck_parse(&text, NULL, 1, &values[i]);
+        if (!reading.fault && !reading.over)
+            tell(&text, out);
     }
+    const enum mill_status status = mill_deck_faults_tell(&text, NULL);
     mill_units_free(reading.units);
+    mill_deck_release(&memory);
     return status;
 }

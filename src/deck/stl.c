@@ -5,6 +5,7 @@
  * its number of facets. */
 #include "deck/stl.h"
 
+#include "base/memory.h"
 #include "deck/textfile.h"
 
 #include <assert.h>
@@ -34,15 +35,13 @@ struct reading {
     const char *word;     /* the last word and its length; length 0: the file has ended */
     size_t length;
     long line;
-    /* the result: */
-    vec3 (*facet)[3];
-    size_t facets, room;
+    struct mill_memory_list facet; /* the result: vec3[3] */
 };
 
 static __attribute__((format(printf, 2, 3))) enum mill_status fault(const struct reading *in,
                                                                     const char *format, ...)
 {
-    char what[400];
+    char what[400], line[32] = "";
     const size_t length = strlen(in->path), shown = 400;
     const char *path = in->path + (length > shown ? length - shown : 0);
     va_list list;
@@ -50,29 +49,21 @@ static __attribute__((format(printf, 2, 3))) enum mill_status fault(const struct
     vsnprintf(what, sizeof what, format, list);
     va_end(list);
     if (in->line > 0)
-        return mill_error_set(in->error, MILL_BAD_DECK, "%s:%ld: %s", path, in->line, what);
-    return mill_error_set(in->error, MILL_BAD_DECK, "%s: %s", path, what);
+        snprintf(line, sizeof line, ":%ld", in->line);
+    return mill_error_set(in->error, MILL_BAD_DECK, "%s%s: %s", path, line, what);
 }
 
-/* Room for one more facet, not counted yet; NULL: *status says why there is none. */
+/* One more facet; NULL: *status says why there is none. */
 static vec3 *next_facet(struct reading *in, enum mill_status *status)
 {
-    if (in->facets == MILL_STL_MOST) {
+    const bool many = in->facet.count == MILL_STL_MOST;
+    vec3 *corner = many ? NULL : mill_memory_add(&in->facet);
+    if (many)
         *status = fault(in, "more than %d facets: simplify the mesh", MILL_STL_MOST);
-        return NULL;
-    }
-    if (in->facets == in->room) {
-        const size_t room = 2 * in->room + 1024;
-        vec3(*more)[3] = realloc(in->facet, room * sizeof *more);
-        if (!more) {
-            *status = mill_error_set(in->error, MILL_FAILED, "out of memory for the facets of '%s'",
-                                     in->path);
-            return NULL;
-        }
-        in->facet = more;
-        in->room = room;
-    }
-    return in->facet[in->facets];
+    else if (!corner)
+        *status = mill_error_set(in->error, MILL_FAILED, "out of memory for the facets of '%s'",
+                                 in->path);
+    return corner;
 }
 
 /* ---- binary ---- */
@@ -111,7 +102,6 @@ static enum mill_status read_binary(struct reading *in)
                           k + 1);
             corner[i] = vec3_scale(at, in->unit);
         }
-        in->facets++;
     }
     return status;
 }
@@ -126,13 +116,6 @@ static void next_word(struct reading *in)
     while (in->at < in->end && !isspace((unsigned char)*in->at))
         in->at++;
     in->length = (size_t)(in->at - in->word);
-}
-
-/* Skips the rest of a line, which may be a name. */
-static void leave_line(struct reading *in)
-{
-    while (in->at < in->end && *in->at != '\n' && *in->at != '\r')
-        in->at++;
 }
 
 static bool is_word(const struct reading *in, const char *word)
@@ -152,62 +135,40 @@ static enum mill_status expected(const struct reading *in, const char *what)
                  in->word, in->length > LONG ? "..." : "");
 }
 
-static enum mill_status take(struct reading *in, const char *word)
+/* strtod alone would also accept "0x1p3", "inf" and "nan", and would stop at a NUL. */
+static bool take_number(const struct reading *in, double *value)
 {
-    char quoted[20];
-    next_word(in);
-    if (is_word(in, word))
-        return MILL_OK;
-    snprintf(quoted, sizeof quoted, "'%s'", word);
-    return expected(in, quoted);
-}
-
-/* Reads a number. strtod alone would also accept "0x1p3", "inf" and "nan", and would
- * stop at a NUL. */
-static enum mill_status take_number(struct reading *in, double *value)
-{
-    next_word(in);
     char *end = NULL;
     bool good = in->length > 0;
     for (size_t k = 0; k < in->length; k++)
         good = good && in->word[k] && strchr("+-.0123456789eE", in->word[k]);
     const double read = good ? strtod(in->word, &end) : 0.0;
-    good = good && end == in->at && fabs(read) <= (double)FLT_MAX;
-    *value = good ? (double)(float)read : 0.0;
-    if (good)
-        return MILL_OK;
-    return expected(in, "a number");
+    *value = (double)(float)read;
+    return good && end == in->at && fabs(read) <= (double)FLT_MAX;
 }
 
 /* Reads from after "facet" to "endfacet" */
 static enum mill_status read_facet(struct reading *in)
 {
+    /* "#": a number; "*": a number of the normal, for which some programs write "nan" */
+    static const char *const form[] = {"normal", "*", "*", "*",      "outer",   "loop",    "vertex",
+                                       "#",      "#", "#", "vertex", "#",       "#",       "#",
+                                       "vertex", "#", "#", "#",      "endloop", "endfacet"};
     enum mill_status status = MILL_OK;
     vec3 *corner = next_facet(in, &status);
-    if (status == MILL_OK)
-        status = take(in, "normal");
-    for (int i = 0; i < 3; i++)
-        next_word(in); /* skip the normal: some programs write "nan" */
-    if (status == MILL_OK)
-        status = take(in, "outer");
-    if (status == MILL_OK)
-        status = take(in, "loop");
-    for (int i = 0; i < 3 && status == MILL_OK; i++) {
-        double x = 0.0, y = 0.0, z = 0.0;
-        status = take(in, "vertex");
-        if (status == MILL_OK)
-            status = take_number(in, &x);
-        if (status == MILL_OK)
-            status = take_number(in, &y);
-        if (status == MILL_OK)
-            status = take_number(in, &z);
-        corner[i] = vec3_scale(vec3_make(x, y, z), in->unit);
+    double value[9];
+    int n = 0;
+    for (size_t k = 0; corner && k < sizeof form / sizeof *form; k++) {
+        char quoted[20];
+        next_word(in);
+        snprintf(quoted, sizeof quoted, "'%s'", form[k]);
+        if (*form[k] == '#' ? !take_number(in, &value[n++])
+                            : *form[k] != '*' && !is_word(in, form[k]))
+            return expected(in, *form[k] == '#' ? "a number" : quoted);
     }
-    if (status == MILL_OK)
-        status = take(in, "endloop");
-    if (status == MILL_OK)
-        status = take(in, "endfacet");
-    in->facets++;
+    for (int i = 0; corner && i < 3; i++)
+        corner[i] =
+            vec3_scale(vec3_make(value[3 * i], value[3 * i + 1], value[3 * i + 2]), in->unit);
     return status;
 }
 
@@ -225,19 +186,17 @@ static enum mill_status read_ascii(struct reading *in)
     in->at = (const char *)in->bytes + mark_of(in);
     in->end = (const char *)in->bytes + in->size;
     in->line = 1;
-    for (next_word(in); in->length > 0 && status == MILL_OK; next_word(in)) {
+    for (next_word(in); status == MILL_OK && (in->length > 0 || within); next_word(in)) {
         if (within && is_word(in, "facet")) {
             status = read_facet(in);
         } else if (is_word(in, within ? "endsolid" : "solid")) {
             within = !within;
-            leave_line(in);
+            in->at += strcspn(in->at, "\r\n"); /* what follows may be a name */
         } else {
-            return expected(in, within ? "'facet' or 'endsolid'" : "'solid'");
+            status = expected(in, within ? "'facet' or 'endsolid'" : "'solid'");
         }
-        if (status != MILL_OK)
-            return status;
     }
-    return within ? expected(in, "'facet' or 'endsolid'") : MILL_OK;
+    return status;
 }
 
 /* ---- both ---- */
@@ -292,7 +251,7 @@ static enum mill_status read_bytes(struct reading *in)
                      (unsigned long)word_at(in->bytes + HEAD - 4),
                      HEAD + EACH * (unsigned long long)word_at(in->bytes + HEAD - 4), in->size);
     in->line = 0;
-    if (status == MILL_OK && in->facets == 0)
+    if (status == MILL_OK && in->facet.count == 0)
         return fault(in, "has no facets");
     return status;
 }
@@ -302,7 +261,8 @@ enum mill_status mill_stl_read(const char *path, double unit, vec3 (**facet)[3],
 {
     assert(unit > 0.0);
     const char *wrong;
-    struct reading in = {.path = path, .unit = unit, .error = error};
+    struct reading in = {
+        .path = path, .unit = unit, .error = error, .facet = {.size = sizeof **facet}};
     char *bytes = mill_textfile_read(path, LARGEST, &in.size, &wrong);
     *facet = NULL;
     *facets = 0;
@@ -314,11 +274,11 @@ enum mill_status mill_stl_read(const char *path, double unit, vec3 (**facet)[3],
     in.bytes = (const unsigned char *)bytes;
     const enum mill_status status = read_bytes(&in);
     free(bytes);
-    if (status != MILL_OK) {
-        free(in.facet);
-        return status;
+    if (status == MILL_OK) {
+        *facet = in.facet.item;
+        *facets = in.facet.count;
+    } else {
+        free(in.facet.item);
     }
-    *facet = in.facet;
-    *facets = in.facets;
-    return MILL_OK;
+    return status;
 }

@@ -60,15 +60,13 @@ char *mill_textfile_read(const char *path, size_t most, size_t *size, const char
     FILE *file = mill_textfile_open(path, wrong);
     if (!file)
         return NULL;
-    char *bytes = malloc(4096), *more = bytes;
     size_t room = 4096;
-    int c;
-    for (*size = 0; more && *size <= most && (c = mill_textfile_next(file)) != EOF;) {
+    char *bytes = malloc(room), *more = bytes;
+    *size = 0;
+    for (int c; more && *size <= most && (c = mill_textfile_next(file)) != EOF;) {
         bytes[(*size)++] = (char)c;
-        if (*size < room)
-            continue;
-        more = realloc(bytes, room *= 2);
-        bytes = more ? more : bytes;
+        if (*size == room && (more = realloc(bytes, room *= 2)))
+            bytes = more;
     }
     const int why = more ? errno : ENOMEM;
     const bool failed = !more || ferror(file);

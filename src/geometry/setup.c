@@ -19,7 +19,7 @@ struct mill_body mill_setup_drum_body(const struct mill_setup_drum *drum)
     struct mill_body body = along_x(drum->radius, drum->length);
     body.inside = 1;
     body.open = drum->periodic;
-    body.buckles = drum->buckles;
+    body.buckles = (int)drum->buckles;
     body.buckle_height = drum->buckles != 0 ? drum->buckle_height : 0.0;
     body.buckle_angle = drum->buckles != 0 ? drum->buckle_angle : 0.0;
     return body;

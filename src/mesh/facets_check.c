@@ -35,18 +35,15 @@ void mill_facets_report_fault(struct mill_facets_report *r, vec3 place, const ch
     r->fault(r->self, text);
 }
 
-static bool has_area(const vec3 p[3])
-{
-    const vec3 ab = vec3_sub(p[1], p[0]), ac = vec3_sub(p[2], p[0]), bc = vec3_sub(p[2], p[1]);
-    const double longest = fmax(vec3_dot(ab, ab), fmax(vec3_dot(ac, ac), vec3_dot(bc, bc)));
-    return vec3_norm(vec3_cross(ab, ac)) > NO_AREA * longest;
-}
-
 void mill_facets_check_areas(struct mill_facets_check *c)
 {
-    for (size_t k = 0; k < c->n; k++)
-        if (!has_area(c->facet[k]))
-            mill_facets_report_fault(c->report, c->facet[k][0], "facet %zu has no area", k + 1);
+    for (size_t k = 0; k < c->n; k++) {
+        const vec3 *p = c->facet[k];
+        const vec3 ab = vec3_sub(p[1], p[0]), ac = vec3_sub(p[2], p[0]), bc = vec3_sub(p[2], p[1]);
+        const double longest = fmax(vec3_dot(ab, ab), fmax(vec3_dot(ac, ac), vec3_dot(bc, bc)));
+        if (!(vec3_norm(vec3_cross(ab, ac)) > NO_AREA * longest))
+            mill_facets_report_fault(c->report, p[0], "facet %zu has no area", k + 1);
+    }
 }
 
 /* ---- edges ---- */

@@ -24,8 +24,8 @@ struct mill_observe {
     double strike_window;  /* [s] contacts of a pair closer in time than this are one strike */
     double frames;         /* [s] between stored states of the balls; 0: none */
     double series;         /* [s] between rows of the time series */
-    bool log_impacts;
-    double rotor_angle; /* [rad] at t = 0 */
+    int log_impacts;       /* 1: yes */
+    double rotor_angle;    /* [rad] at t = 0 */
     /* [J] energy in the springs of contacts, for another program's run; NULL: no springs. The
      * series reads the number at every row. */
     const double *elastic;

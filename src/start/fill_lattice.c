@@ -210,12 +210,6 @@ bool mill_fill_room_push(const struct mill_fill_room *room, vec3 *r, double radi
 
 /* ---- balls by place ---- */
 
-static int16_t class_of(double radius, double widest)
-{
-    const double k = floor(log(widest / radius) / log(CLASS_RATIO) + 1e-9);
-    return (int16_t)fmin(k, MILL_FILL_CLASSES - 1);
-}
-
 static bool make_grid(struct mill_fill_grid *g, const struct mill_world *w)
 {
     double extent[3];
@@ -245,7 +239,8 @@ bool mill_fill_grids_init(struct mill_fill_grids *s, const struct mill_world *w)
     for (int32_t i = 0; i < w->balls; i++) {
         struct mill_fill_place *p = &s->place[i];
         p->radius = w->species[w->ball[i].species].radius;
-        p->class = class_of(p->radius, widest);
+        const double k = floor(log(widest / p->radius) / log(CLASS_RATIO) + 1e-9);
+        p->class = (int16_t)fmin(k, MILL_FILL_CLASSES - 1);
         struct mill_fill_grid *g = &s->grid[p->class];
         g->widest = fmax(g->widest, p->radius);
         g->balls++;

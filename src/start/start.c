@@ -47,14 +47,6 @@ static bool are_bodies_sound(const struct mill_setup *s)
     return good;
 }
 
-static int count_containers(const struct mill_setup *s)
-{
-    int containers = 0;
-    for (int k = 0; k < s->surfaces; k++)
-        containers += s->surface[k].body->inside != 0;
-    return containers;
-}
-
 static bool is_fall_sound(const struct mill_fall *fall)
 {
     bool good = fall->points >= 0 && fall->points <= MILL_FALL_POINTS &&
@@ -89,9 +81,12 @@ static bool is_sound(const struct mill_setup *s)
 
 static enum mill_fault_code check_mill(const struct mill_setup *s)
 {
+    int containers = 0;
     if (!are_bodies_sound(s))
         return MILL_FAULT_NUMBER;
-    return count_containers(s) == 1 ? MILL_FAULT_NONE : MILL_FAULT_CONTAINER;
+    for (int k = 0; k < s->surfaces; k++)
+        containers += s->surface[k].body->inside != 0;
+    return containers == 1 ? MILL_FAULT_NONE : MILL_FAULT_CONTAINER;
 }
 
 static bool make_motions(const struct mill_setup *setup, struct mill_world *w)
@@ -349,28 +344,35 @@ static bool write_out(const struct mill_setup *setup, struct written *w)
     return true;
 }
 
-/* The same for a setup that is written out */
-static enum mill_fault_code start_world(const struct mill_setup *setup,
-                                        const struct mill_start_watch *watch,
-                                        struct mill_world **world, struct mill_fault *fault)
+enum mill_fault_code mill_start_world(const struct mill_setup *setup,
+                                      const struct mill_start_watch *watch,
+                                      struct mill_world **world, struct mill_fault *fault)
 {
-    fault->code = is_sound(setup) ? check_mill(setup) : MILL_FAULT_NUMBER;
-    if (fault->code != MILL_FAULT_NONE)
-        return fault->code;
+    struct mill_fault unread = {.code = MILL_FAULT_NONE};
+    struct written out;
     struct mill_world *w = calloc(1, sizeof *w);
-    if (!w || !make_mill(setup, w) || !make_balls(setup, w)) {
-        mill_world_free(w);
-        return fault->code = MILL_FAULT_MEMORY;
-    }
-    mill_kinds_init(&w->kinds);
-    for (int k = 0; k < setup->kinds; k++)
-        mill_kinds_add(&w->kinds, setup->kind[k]);
-    w->g = setup->gravity;
-    memcpy(w->law, setup->law, sizeof w->law);
-    memcpy(w->fall, setup->fall, sizeof w->fall);
-    w->rebound_floor = setup->rebound_floor;
-    if (mill_ends_fit(setup, w->motion, fault) && !mill_clash_find(setup, watch, w->motion, fault))
+    fault = fault ? fault : &unread;
+    *fault = (struct mill_fault){.code = MILL_FAULT_MEMORY, .unchecked.when = INFINITY};
+    for (int k = 0; k < MILL_FAULT_PASSINGS; k++)
+        fault->narrowest[k].gap = INFINITY;
+    *world = NULL;
+    if (write_out(setup, &out) && w)
+        fault->code = is_sound(&out.setup) ? check_mill(&out.setup) : MILL_FAULT_NUMBER;
+    setup = &out.setup;
+    if (fault->code == MILL_FAULT_NONE && !(make_mill(setup, w) && make_balls(setup, w)))
         fault->code = MILL_FAULT_MEMORY;
+    if (fault->code == MILL_FAULT_NONE) {
+        mill_kinds_init(&w->kinds);
+        for (int k = 0; k < setup->kinds; k++)
+            mill_kinds_add(&w->kinds, setup->kind[k]);
+        w->g = setup->gravity;
+        memcpy(w->law, setup->law, sizeof w->law);
+        memcpy(w->fall, setup->fall, sizeof w->fall);
+        w->rebound_floor = setup->rebound_floor;
+        if (mill_ends_fit(setup, w->motion, fault) &&
+            !mill_clash_find(setup, watch, w->motion, fault))
+            fault->code = MILL_FAULT_MEMORY;
+    }
     if (fault->code == MILL_FAULT_NONE)
         place_balls(setup, watch, w, fault);
     if (fault->code == MILL_FAULT_NONE) {
@@ -379,24 +381,6 @@ static enum mill_fault_code start_world(const struct mill_setup *setup,
     } else {
         mill_world_free(w);
     }
-    return fault->code;
-}
-
-enum mill_fault_code mill_start_world(const struct mill_setup *setup,
-                                      const struct mill_start_watch *watch,
-                                      struct mill_world **world, struct mill_fault *fault)
-{
-    struct mill_fault unread = {.code = MILL_FAULT_NONE};
-    struct written out;
-    fault = fault ? fault : &unread;
-    *fault = (struct mill_fault){.code = MILL_FAULT_NONE, .unchecked.when = INFINITY};
-    for (int k = 0; k < MILL_FAULT_PASSINGS; k++)
-        fault->narrowest[k].gap = INFINITY;
-    *world = NULL;
-    if (write_out(setup, &out))
-        start_world(&out.setup, watch, world, fault);
-    else
-        fault->code = MILL_FAULT_MEMORY;
     free(out.surface);
     return fault->code;
 }
@@ -404,15 +388,15 @@ enum mill_fault_code mill_start_world(const struct mill_setup *setup,
 enum mill_fault_code mill_start_free_volume_of(const struct mill_setup *setup, double *volume)
 {
     struct written out;
+    struct mill_world *w = calloc(1, sizeof *w);
     enum mill_fault_code code = MILL_FAULT_MEMORY;
-    if (write_out(setup, &out))
+    if (write_out(setup, &out) && w)
         code = check_mill(&out.setup);
     if (code == MILL_FAULT_NONE) {
-        struct mill_world *w = calloc(1, sizeof *w);
-        *volume = w && make_mill(&out.setup, w) ? mill_start_free_volume(w) : -1.0;
-        mill_world_free(w);
+        *volume = make_mill(&out.setup, w) ? mill_start_free_volume(w) : -1.0;
         code = *volume < 0.0 ? MILL_FAULT_MEMORY : MILL_FAULT_NONE;
     }
+    mill_world_free(w);
     free(out.surface);
     return code;
 }

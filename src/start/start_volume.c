@@ -29,11 +29,6 @@ struct measuring {
     struct level level[DEEPEST + 1];
 };
 
-static double clamped(double x)
-{
-    return fmin(fmax(x, 0.0), 1.0);
-}
-
 /* Sets the levels, for smallest boxes with these half sides. */
 static void set_levels(struct measuring *m, vec3 half, vec3 least)
 {
@@ -72,7 +67,7 @@ static double volume_in(const struct measuring *m, int level, vec3 centre, int *
             continue;
         const vec3 n = c.normal;
         const double thick = l->half.x * fabs(n.x) + l->half.y * fabs(n.y) + l->half.z * fabs(n.z);
-        part = fmin(part, clamped(0.5 + 0.5 * c.gap / thick));
+        part = fmin(part, fmax(0.5 + 0.5 * c.gap / thick, 0.0));
     }
     if (left == 0 || level == m->last)
         return part * l->volume;

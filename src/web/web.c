@@ -1,7 +1,5 @@
 #include "web/web.h"
-#include "web/web_tell.h"
 
-#include "app/asked.h"
 #include "deck/deck.h"
 #include "deck/textfile.h"
 #include "millsim/sim.h"
@@ -88,18 +86,13 @@ static void end_mill(const struct mill *mill)
     free(mill->set);
 }
 
-static char *warnings;
-static size_t warned;
+static FILE *warnings;
 
 /* Keeps warnings until the deck is read, a line each */
 static void warn(const char *line)
 {
-    const size_t more = strlen(line) + 1;
-    char *grown = realloc(warnings, warned + more + 1);
-    if (!grown)
-        return;
-    warnings = grown;
-    warned += (size_t)sprintf(warnings + warned, "%s\n", line);
+    if (warnings)
+        fprintf(warnings, "%s\n", line);
 }
 
 /* Splits the lines of /set in place; returns their number */
@@ -122,9 +115,6 @@ static enum mill_status build(struct mill_error *error)
     char *set = now.set = mill_textfile_read("/set", LONGEST_SET, &size, &wrong);
     if (set)
         set[size] = '\0';
-    free(warnings);
-    warnings = NULL;
-    warned = 0;
     enum mill_status status = mill_deck_read(deck_file, set ? split(set, line) : 0, line, warn, say,
                                              NULL, &now.deck, error);
     if (status == MILL_OK)
@@ -133,8 +123,7 @@ static enum mill_status build(struct mill_error *error)
         status = mill_sim_create(now.world, &now.sim, error);
     if (status != MILL_OK)
         return status;
-    const struct mill_observe asked = mill_asked_observe(now.deck, now.world);
-    now.tally = mill_observers_one(&mill_tally_type, &asked, now.world, error);
+    now.tally = mill_observers_one(&mill_tally_type, &now.deck->observe, now.world, error);
     return now.tally ? mill_sim_observe(now.sim, now.tally) : MILL_FAILED;
 }
 
@@ -143,17 +132,23 @@ DOOR(mill_web_load) enum mill_status mill_web_load(void)
 {
     const struct mill before = now;
     struct mill_error error = {""};
+    char *warned = NULL;
+    size_t size;
     memset(&now, 0, sizeof now);
     begin_text();
     if (!out)
         return MILL_FAILED;
+    warnings = open_memstream(&warned, &size);
     const enum mill_status status = build(&error);
+    if (warnings)
+        fclose(warnings);
     if (status == MILL_OK)
-        mill_web_tell(out, now.deck, now.world, warnings ? warnings : "");
+        mill_web_tell(out, now.deck, now.world, warned ? warned : "");
     else
         say(error.text);
     end_mill(status == MILL_OK ? &before : &now);
     now = status == MILL_OK ? now : before;
+    free(warned);
     return end_text(status);
 }
 
@@ -162,12 +157,12 @@ DOOR(mill_web_load) enum mill_status mill_web_load(void)
 DOOR(mill_web_run) enum mill_status mill_web_run(double until, double events)
 {
     struct mill_error error = {""};
-    const double end = fmin(until, now.deck->given.time);
+    const double end = fmin(until, now.deck->observe.end);
     const enum mill_status status = mill_sim_run(now.sim, end, (uint64_t)events, NULL, &error);
     begin_text();
     say(error.text);
     end_text(status);
-    const bool over = status == MILL_OK && mill_sim_time(now.sim) >= now.deck->given.time;
+    const bool over = status == MILL_OK && mill_sim_time(now.sim) >= now.deck->observe.end;
     return over ? MILL_ENDED : status;
 }
 

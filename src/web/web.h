@@ -8,6 +8,7 @@
 #include "millsim/status.h"
 
 #include <stdint.h>
+#include <stdio.h>
 
 /* Reads the deck /deck.ini, with the lines "SECTION.KEY=VALUE" of /set instead of its values, and
  * builds its mill. Then mill_web_text is a JSON object: "deck" (the full deck), "keys" (of the
@@ -54,5 +55,11 @@ struct mill_web_outline {
     const uint8_t *kind;    /* kind of contact of each triangle */
 };
 const struct mill_web_outline *mill_web_outline(int k);
+
+/* Writes the JSON object of mill_web_load (web_tell.c). warnings: a line each */
+struct mill_deck;
+struct mill_world;
+void mill_web_tell(FILE *out, const struct mill_deck *deck, const struct mill_world *world,
+                   const char *warnings);
 
 #endif

@@ -1,5 +1,6 @@
-#include "web/web_tell.h"
+#include "web/web.h"
 
+#include "deck/deck.h"
 #include "observe/energies.h"
 #include "observe/sink_json.h"
 
@@ -40,7 +41,7 @@ static void tell_keys(struct mill_sink_json *json, const struct mill_deck *deck)
     static const char *const amount[] = {"fill", "bulk_fill", "mass"};
     mill_sink_json_open_array(json, "keys");
     mill_deck_each(deck, tell_key, json);
-    for (int k = 0; k < deck->mill.kinds; k++)
+    for (int k = 0; k < deck->setup.species; k++)
         for (size_t i = 0; i < sizeof amount / sizeof *amount; i++) {
             const char *section = deck->mill.balls[k].section;
             const struct mill_key *key = mill_deck_table_key(section, amount[i], 0);
@@ -120,7 +121,7 @@ static void tell_container(struct mill_sink_json *json, const struct mill_deck *
     mill_tell_number(sink, "slice", c->period, "m", "");
     mill_tell_array(sink, "gravity", 3, gravity, "", "");
     mill_tell_number(sink, "period", world->period, "s", "");
-    mill_tell_number(sink, "end", deck->given.time, "s", "");
+    mill_tell_number(sink, "end", deck->observe.end, "s", "");
 }
 
 /* The full deck */

@@ -99,8 +99,8 @@ static enum mill_status record(struct mill_observer *self, const struct mill_imp
 /* It samples from 0 on. */
 static struct mill_observer *new_tally(const struct bench *b)
 {
-    const struct mill_observe asked = {.end = b->deck->given.time,
-                                       .strike_window = b->deck->given.strike_window};
+    const struct mill_observe asked = {.end = b->deck->observe.end,
+                                       .strike_window = b->deck->observe.strike_window};
     struct mill_observer *tally = mill_observers_one(&mill_tally_type, &asked, b->world, NULL);
     need(tally != NULL, "out of memory");
     return tally;

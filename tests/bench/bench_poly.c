@@ -109,7 +109,7 @@ static bool record_run(const struct workload *w, struct recording *tape)
             continue;
         recorder[n] = (struct recorder){
             *real, real,
-            kind == MILL_BALL_DRUM ? deck->given.drum_radius : deck->given.shaft_radius, tape};
+            kind == MILL_BALL_DRUM ? deck->setup.drum.radius : deck->given.shaft_radius, tape};
         recorder[n].type.next_contact = record_contact;
         world->shape[k]->type = &recorder[n++].type;
     }

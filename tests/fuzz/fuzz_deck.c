@@ -42,39 +42,38 @@ static char *printed(const struct mill_deck *deck, size_t *size)
     return text;
 }
 
-static void check_surfaces(const struct mill_deck *d, const struct mill_deck_bodies *list)
+static void check_surfaces(const struct mill_deck *d)
 {
-    for (int k = 0; k < list->count; k++) {
-        const struct mill_setup_surface *s = &list->surface[k];
-        fuzz_require(s->motion < d->mill.motions && s->kind > MILL_BALL_BALL &&
+    for (int k = 0; k < d->setup.surfaces; k++) {
+        const struct mill_setup_surface *s = &d->setup.surface[k];
+        fuzz_require(s->motion < d->setup.motions && s->kind > MILL_BALL_BALL &&
                          s->kind < d->mill.contacts.count && mill_solid_is_sound(s->solid, s->body),
-                     "the body of [%s]", list->section[k]);
+                     "surface %d", k);
     }
 }
 
 static void check_numbers(const struct mill_deck *d)
 {
-    fuzz_require(d->mill.kinds > 0, "%d kinds", d->mill.kinds);
-    fuzz_require(d->given.time > 0.0 && d->given.series > 0.0 && d->given.sample_from >= 0.0 &&
-                     d->given.sample_from < d->given.time && isfinite(d->given.time),
-                 "times %g %g %g", d->given.time, d->given.sample_from, d->given.series);
-    fuzz_require(isfinite(vec3_norm(d->given.gravity)) && isfinite(d->given.rotor.speed) &&
+    fuzz_require(d->setup.species > 0, "%d kinds", d->setup.species);
+    fuzz_require(d->observe.end > 0.0 && d->observe.series > 0.0 && d->observe.sample_from >= 0.0 &&
+                     d->observe.sample_from < d->observe.end && isfinite(d->observe.end),
+                 "times %g %g %g", d->observe.end, d->observe.sample_from, d->observe.series);
+    fuzz_require(isfinite(vec3_norm(d->setup.gravity)) && isfinite(d->given.rotor.speed) &&
                      isfinite(d->given.rotor.angle),
                  "gravity or rotor is not a number");
-    for (int k = 0; k < d->mill.kinds; k++)
+    for (int k = 0; k < d->setup.species; k++)
         fuzz_require(
             d->mill.balls[k].count > 0 && d->mill.balls[k].diameter > 0.0 &&
-                (!d->mill.drum || (d->mill.balls[k].diameter < 2.0 * d->given.drum_radius &&
-                                   d->mill.balls[k].diameter < d->given.drum_length)) &&
+                (!d->mill.drum || (d->mill.balls[k].diameter < 2.0 * d->setup.drum.radius &&
+                                   d->mill.balls[k].diameter < d->setup.drum.length)) &&
                 d->mill.balls[k].density > 0.0,
             "kind %d", k);
     fuzz_require(d->mill.drum == !d->mill.container, "one container");
-    for (int k = 0; k < d->mill.motions; k++)
+    for (int k = 0; k < d->setup.motions; k++)
         fuzz_require(d->mill.motion[k].on < k &&
                          d->mill.motion[k].type->is_sound(d->mill.motion[k].form),
                      "motion %d", k);
-    check_surfaces(d, &d->mill.parts);
-    check_surfaces(d, &d->mill.bodies);
+    check_surfaces(d);
     for (int k = 0; k < d->mill.contacts.count; k++) {
         const struct mill_deck_law *law = &d->mill.contact[k].law;
         fuzz_require((law->rows || (law->restitution >= 0.0 && law->restitution <= 1.0)) &&

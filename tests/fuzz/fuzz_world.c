@@ -149,7 +149,7 @@ static void say_rotor(struct script *s, struct fuzz_bytes *b, double radius, dou
 static double say_buckles(struct script *s, struct fuzz_bytes *b, double radius)
 {
     const int buckles = 2 + fuzz_choice(b, 20);
-    const double height = mill_deck_mill_highest(buckles, radius) * part(b);
+    const double height = mill_deck_checks_highest(buckles, radius) * part(b);
     say(s, "profile = wavy\nbuckles = %d\nbuckle_height = %.17g m\nbuckle_angle = %.17g rad\n",
         buckles, height, angle(b));
     return height;
@@ -210,8 +210,9 @@ struct placing {
 /* The centre of a ball that touches a wavy drum: on an arc's middle, at a joint, anywhere on it */
 static vec3 at_wavy_wall(const struct mill_deck *d, struct fuzz_bytes *b, double x, double radius)
 {
-    const struct mill_profile p = mill_profile_make((int)d->given.buckles, d->given.drum_radius,
-                                                    d->given.buckle_height, d->given.buckle_angle);
+    const struct mill_profile p =
+        mill_profile_make((int)d->setup.drum.buckles, d->setup.drum.radius,
+                          d->setup.drum.buckle_height, d->setup.drum.buckle_angle);
     const int arc = fuzz_choice(b, 2 * p.buckles);
     const bool outer = arc % 2 == 0;
     const double at = p.angle + arc * MILL_PI / p.buckles, far = outer ? p.outer : p.inner;
@@ -225,7 +226,7 @@ static vec3 at_wavy_wall(const struct mill_deck *d, struct fuzz_bytes *b, double
 static vec3 somewhere(const struct placing *p, struct fuzz_bytes *b, double radius)
 {
     const struct mill_deck *d = p->deck;
-    const struct mill_setup_drum drum = mill_deck_drum(d);
+    const struct mill_setup_drum drum = d->setup.drum;
     const double rho = drum.radius + drum.buckle_height - radius;
     const double half = 0.5 * drum.length - radius;
     const int how = fuzz_choice(b, 6);
@@ -241,7 +242,7 @@ static vec3 somewhere(const struct placing *p, struct fuzz_bytes *b, double radi
         x = fuzz_choice(b, 2) ? half : -half;
     if (how == 3)
         far = d->given.shaft_radius + radius;
-    if (d->given.wavy && d->given.buckle_height > 0.0 && (how == 1 || how == 4))
+    if (d->given.wavy && d->setup.drum.buckle_height > 0.0 && (how == 1 || how == 4))
         return at_wavy_wall(d, b, x, radius);
     return vec3_make(x, far * cos(a), far * sin(a));
 }
@@ -292,14 +293,14 @@ static void make_surfaces(struct placing *p)
     const struct mill_deck *d = p->deck;
     const struct mill_turn turn = {
         .axis = {1.0, 0.0, 0.0}, .speed = d->given.rotor.speed, .angle = d->given.rotor.angle};
-    const struct mill_setup_drum drum = mill_deck_drum(d);
+    const struct mill_setup_drum drum = d->setup.drum;
     const struct mill_body around = mill_setup_drum_body(&drum);
     const struct mill_reach places = drum_places(&drum);
     struct mill_setup setup = {.motions = d->mill.rotor, .surface = surface};
-    fuzz_require(d->mill.parts.count <= MOST_PARTS, "%d parts", d->mill.parts.count);
+    fuzz_require(d->mill.parts <= MOST_PARTS, "%d parts", d->mill.parts);
     surface[setup.surfaces++] = drum_surface(&around, MILL_STILL);
-    for (int k = 0; k < d->mill.parts.count; k++)
-        surface[setup.surfaces++] = d->mill.parts.surface[k];
+    for (int k = 0; k < d->mill.parts; k++)
+        surface[setup.surfaces++] = d->setup.surface[k];
     p->rotor = mill_turn_type.create(&turn);
     fuzz_require(p->rotor && mill_shapes_create(&setup, &places, &p->rotor, &p->shape, &p->shapes),
                  "no surfaces");
@@ -314,8 +315,10 @@ static bool place_balls(struct mill_deck *deck, struct fuzz_bytes *b)
     p.rows.length = 0;
     make_surfaces(&p);
     bool all = true;
-    for (int k = 0; k < deck->mill.kinds && all; k++) {
+    for (int k = 0; k < deck->setup.species && all; k++) {
         place_kind(&p, b, &deck->mill.balls[k]);
+        ((struct mill_setup_balls *)deck->setup.balls)[k].count =
+            (int32_t)deck->mill.balls[k].count;
         all = deck->mill.balls[k].count > 0;
     }
     mill_shapes_free(p.shape, p.shapes);
@@ -403,11 +406,11 @@ static uint64_t run(const struct mill_deck *deck, const struct way *way, struct 
     uint64_t events = way->events / fewer;
     if (way->paranoid && !swift)
         fuzz_require(mill_paranoid_start(m.sim, NULL, &error) == MILL_OK, "%s", error.text);
-    if (way->saved && mill_run_checked(m.sim, deck->given.time, events / 2, piece)) {
+    if (way->saved && mill_run_checked(m.sim, deck->observe.end, events / 2, piece)) {
         hand_over(deck, &m);
         events -= events / 2;
     }
-    mill_run_checked(m.sim, deck->given.time, events, piece);
+    mill_run_checked(m.sim, deck->observe.end, events, piece);
     memcpy(state, m.world->ball, sizeof *state * (size_t)m.world->balls);
     const uint64_t predictions = m.world->counts.predictions;
     close_mill(&m);
@@ -417,7 +420,7 @@ static uint64_t run(const struct mill_deck *deck, const struct way *way, struct 
 static long mill_balls(const struct mill_deck *deck)
 {
     long balls = 0;
-    for (int k = 0; k < deck->mill.kinds; k++)
+    for (int k = 0; k < deck->setup.species; k++)
         balls += deck->mill.balls[k].count;
     return balls;
 }
@@ -427,7 +430,7 @@ static struct mill_deck *deck_from(struct fuzz_bytes *b, const uint8_t *data, si
     if (size > 0 && (*data == '[' || *data == '#')) {
         struct mill_deck *deck = read_deck((const char *)data, size);
         if (deck && !deck->given.start && mill_balls(deck) <= MOST_BALLS &&
-            deck->mill.parts.count <= MOST_PARTS)
+            deck->mill.parts <= MOST_PARTS)
             return deck;
         mill_deck_free(deck);
         return NULL;

@@ -17,10 +17,10 @@
 /* Blade k, behind the shaft */
 static const struct mill_body *blade_of(const struct mill_deck *deck, int k)
 {
-    ck_assert_int_lt(1 + k, deck->mill.parts.count);
-    ck_assert_int_eq(deck->mill.parts.surface[1 + k].number, k);
-    ck_assert_int_eq(deck->mill.parts.surface[1 + k].kind, MILL_BALL_BLADE);
-    return deck->mill.parts.surface[1 + k].body;
+    ck_assert_int_lt(1 + k, deck->mill.parts);
+    ck_assert_int_eq(deck->setup.surface[1 + k].number, k);
+    ck_assert_int_eq(deck->setup.surface[1 + k].kind, MILL_BALL_BLADE);
+    return deck->setup.surface[1 + k].body;
 }
 
 static bool is_blade(const struct mill_body *body, double position, double angle, double tip)
@@ -33,7 +33,7 @@ static bool is_blade(const struct mill_body *body, double position, double angle
 TEST(equal_blades_are_spread_along_the_drum_and_around_the_rotor)
 {
     struct mill_deck *deck = read_good(BASE BALLS ROTOR BLADES);
-    ck_assert_int_eq(deck->mill.parts.count, 1 + 5);
+    ck_assert_int_eq(deck->mill.parts, 1 + 5);
     for (int k = 0; k < 5; k++)
         ck_assert(
             is_blade(blade_of(deck, k), -0.06 + (k + 0.5) * 0.024, k * 2 * MILL_PI / 5, 0.067));
@@ -50,47 +50,49 @@ TEST(equal_blades_come_before_single_ones_in_the_decks_order)
 {
     struct mill_deck *deck =
         read_good(BLADE("zebra", "10") BASE BALLS ROTOR BLADE("ant", "-10") BLADES);
-    ck_assert_int_eq(deck->mill.parts.count, 1 + 7);
-    ck_assert_str_eq(deck->mill.parts.section[0], "rotor");
-    ck_assert_str_eq(deck->mill.parts.section[5], "blades");
-    ck_assert_str_eq(deck->mill.parts.section[6], "blade.zebra");
-    ck_assert_str_eq(deck->mill.parts.section[7], "blade.ant");
+    ck_assert_int_eq(deck->mill.parts, 1 + 7);
+    ck_assert_str_eq(mill_deck_section_of(deck, 0), "rotor");
+    ck_assert_str_eq(mill_deck_section_of(deck, 5), "blades");
+    ck_assert_str_eq(mill_deck_section_of(deck, 6), "blade.zebra");
+    ck_assert_str_eq(mill_deck_section_of(deck, 7), "blade.ant");
     ck_assert(blade_of(deck, 5)->centre.x == 0.01 && blade_of(deck, 6)->centre.x == -0.01);
 }
 
 /* All that a run is made from, to the bit. */
 static void assert_same(const struct mill_deck *a, const struct mill_deck *b)
 {
-    ck_assert(a->given.time == b->given.time && a->given.sample_from == b->given.sample_from &&
-              a->given.seed == b->given.seed);
-    ck_assert_mem_eq(&a->given.gravity, &b->given.gravity, sizeof a->given.gravity);
-    ck_assert_int_eq(a->mill.kinds, b->mill.kinds);
-    for (int k = 0; k < a->mill.kinds; k++) {
-        ck_assert_str_eq(a->mill.balls[k].name, b->mill.balls[k].name);
+    ck_assert(a->observe.end == b->observe.end &&
+              a->observe.sample_from == b->observe.sample_from && a->setup.seed == b->setup.seed);
+    ck_assert_mem_eq(&a->setup.gravity, &b->setup.gravity, sizeof a->setup.gravity);
+    ck_assert_int_eq(a->setup.species, b->setup.species);
+    for (int k = 0; k < a->setup.species; k++) {
+        ck_assert_str_eq(a->setup.balls[k].name, b->setup.balls[k].name);
         ck_assert(a->mill.balls[k].count == b->mill.balls[k].count);
         ck_assert(a->mill.balls[k].diameter == b->mill.balls[k].diameter);
         ck_assert(a->mill.balls[k].density == b->mill.balls[k].density);
     }
     ck_assert(!a->given.start == !b->given.start &&
               (!a->given.start || strcmp(a->given.start, b->given.start) == 0));
-    ck_assert(a->given.speed == b->given.speed && a->mill.rotor == b->mill.rotor);
+    ck_assert(a->setup.speed == b->setup.speed && a->mill.rotor == b->mill.rotor);
     ck_assert(a->given.rotor.speed == b->given.rotor.speed);
-    ck_assert(a->given.drum_radius == b->given.drum_radius &&
-              a->given.drum_length == b->given.drum_length);
+    ck_assert(a->setup.drum.radius == b->setup.drum.radius &&
+              a->setup.drum.length == b->setup.drum.length);
     ck_assert(a->given.shaft_radius == b->given.shaft_radius &&
               a->given.rotor.angle == b->given.rotor.angle);
-    ck_assert_int_eq(a->mill.parts.count, b->mill.parts.count);
-    ck_assert_mem_eq(a->mill.parts.form, b->mill.parts.form,
-                     sizeof *a->mill.parts.form * (size_t)a->mill.parts.count);
+    ck_assert_int_eq(a->mill.parts, b->mill.parts);
+    for (int k = 0; k < a->mill.parts; k++)
+        ck_assert_mem_eq(a->setup.surface[k].body, b->setup.surface[k].body,
+                         sizeof(struct mill_body));
     for (int k = 0; k < a->mill.contacts.count; k++) {
         const struct mill_deck_law *x = &a->mill.contact[k].law, *y = &b->mill.contact[k].law;
         ck_assert(x->restitution == y->restitution && x->speed == y->speed && !x->rows && !y->rows);
         ck_assert(x->friction == y->friction && x->tangential == y->tangential);
     }
-    ck_assert(a->given.rebound_floor == b->given.rebound_floor &&
-              a->given.frames == b->given.frames);
-    ck_assert(a->given.series == b->given.series && a->given.log_impacts == b->given.log_impacts);
-    ck_assert(a->given.strike_window == b->given.strike_window &&
+    ck_assert(a->setup.rebound_floor == b->setup.rebound_floor &&
+              a->observe.frames == b->observe.frames);
+    ck_assert(a->observe.series == b->observe.series &&
+              a->observe.log_impacts == b->observe.log_impacts);
+    ck_assert(a->observe.strike_window == b->observe.strike_window &&
               a->given.checkpoint == b->given.checkpoint);
 }
 
@@ -128,8 +130,8 @@ TEST(a_tip_speed_gives_the_rotors_motion)
     }
 }
 
-/* The printed deck has a section for each kind, the text that was read has none. */
-TEST(a_law_of_materials_says_where_it_comes_from_and_is_not_written_into_the_text)
+/* The printed deck has a section for each kind, also where the text that was read has none. */
+TEST(a_law_of_materials_says_where_it_comes_from_and_is_printed)
 {
     struct mill_deck *deck = read_good(
         "[run]\ntime = 1 s\n[drum]\nradius = 75 mm\nlength = 120 mm\nmaterial = agate\n"
@@ -147,7 +149,6 @@ TEST(a_law_of_materials_says_where_it_comes_from_and_is_not_written_into_the_tex
     ck_assert(wall->law.friction == 0.1 && !wall->takes.friction);
     ck_assert(wall->law.tangential == drum->law.tangential && wall->takes.tangential);
     ck_assert_str_eq(wall->assumed, "steel on agate");
-    ck_assert_ptr_null(mill_deck_section(&deck->text, "contact.ball_ball"));
     const char *printed = print(deck), *first = strstr(printed, "[contact.ball_wall]");
     ck_assert_ptr_nonnull(first);
     ck_assert(first < strstr(printed, "[contact.ball_ball]"));
@@ -206,22 +207,17 @@ TEST(a_damaged_deck_is_read_or_refused_in_one_line)
 /* "drum.diameter": is it a key, or without a point a section, of the table? */
 static bool is_here(const char *here, const char *key)
 {
-    struct mill_deck_block block;
     char title[64];
     snprintf(title, sizeof title, "%.*s", key ? (int)(key - 1 - here) : 60, here);
-    bool known = false;
-    for (int i = 0; !known && mill_deck_table_block(i, &block); i++)
-        known = mill_deck_table_belongs(&block, title);
-    return known && (!key || mill_deck_table_key(title, key, 0));
+    return mill_deck_table_find(title) && (!key || mill_deck_table_key(title, key, 0));
 }
 
 /* Every mend of a word of the trade names a key or section that exists, and is said for this word.
  */
 TEST(every_word_of_the_trade_leads_to_a_key_or_section_that_exists)
 {
-    const struct mill_deck_synonym *row;
     int words = 0;
-    for (int i = 0; (row = mill_deck_suggest_synonym(i)); i++) {
+    for (const struct mill_deck_synonym *row = mill_deck_suggest_synonyms; row->of; row++) {
         const bool section = !*row->of, any = strcmp(row->of, "*") == 0;
         const char *key = row->here && !section ? strrchr(row->here, '.') + 1 : NULL;
         char title[64], all[400], hint[400];

@@ -42,8 +42,8 @@ static bool is_near(vec3 a, double x, double y, double z)
 
 static const struct mill_body *form_of(const struct mill_deck *deck, int k)
 {
-    ck_assert_int_lt(k, deck->mill.bodies.count);
-    return deck->mill.bodies.surface[k].body;
+    ck_assert_int_lt(k, deck->setup.surfaces);
+    return deck->setup.surface[k].body;
 }
 
 /* ---- motions ---- */
@@ -54,7 +54,7 @@ TEST(a_turn_has_its_numbers_and_an_axis_of_length_one)
                                                 "centre = 1 2 3 mm\nspeed = 30 U/min\n"
                                                 "angle = 90 deg\n");
     const struct mill_turn *turn = deck->mill.motion[0].form;
-    ck_assert_int_eq(deck->mill.motions, 1);
+    ck_assert_int_eq(deck->setup.motions, 1);
     ck_assert_str_eq(deck->mill.motion[0].name, "a");
     ck_assert(deck->mill.motion[0].type == &mill_turn_type &&
               deck->mill.motion[0].on == MILL_STILL);
@@ -98,7 +98,7 @@ TEST(a_table_is_read_beside_the_deck)
     ck_assert(deck->mill.motion[0].type == &mill_table_type && is->rows == 5);
     ck_assert(is->row[0][0] == -1.0 && is->row[1][1] == 1.0 && is->row[1][6] == 0.5);
     ck_assert(is->row[3][2] == -1e-3);
-    ck_assert(deck->text.files == 1 && strcmp(deck->text.file_named[0], table) == 0);
+    ck_assert(deck->text.files.count == 1 && strcmp(*(char **)deck->text.files.item, table) == 0);
     char *printed = print(deck), line[64];
     snprintf(line, sizeof line, "file = %s", table);
     ck_assert_ptr_nonnull(strstr(printed, line));
@@ -173,7 +173,7 @@ TEST(carriers_come_before_what_they_carry_and_the_rotor_first)
         read_good(BASE JAR TURN("jar") "on = wheel\n" TURN("wheel") "on = sun\n" TURN("sun")
                       TURN("other") TURN("rider") "on = rotor\n"
                                                   "[rotor]\nspeed = 10 rpm\n");
-    ck_assert_int_eq(deck->mill.motions, 6);
+    ck_assert_int_eq(deck->setup.motions, 6);
     for (int k = 0; k < 6; k++) {
         int at = 0;
         while (strcmp(deck->mill.motion[at].name, name[k]) != 0)
@@ -212,8 +212,7 @@ TEST(own_x_is_the_projection_of_the_frames_x)
     ck_assert(equals(form_of(deck, 5)->x, 0.0, 1.0, 0.0));
     ck_assert(equals(form_of(deck, 5)->y, -1.0, 0.0, 0.0));
     for (int k = 0; k < 6; k++)
-        ck_assert(form_of(deck, k)->radius == 0.001 &&
-                  deck->mill.bodies.surface[k].motion == MILL_STILL);
+        ck_assert(form_of(deck, k)->radius == 0.001 && deck->setup.surface[k].motion == MILL_STILL);
 }
 
 TEST(quarter_turns_of_copies_are_exact)
@@ -224,14 +223,14 @@ TEST(quarter_turns_of_copies_are_exact)
                             "centre = 10 0 -40 mm\ncopies = 12\nturn_by = 90 deg\n"
                             "shift_by = 0 0 5 mm\n");
     double z = -0.04;
-    ck_assert_int_eq(deck->mill.bodies.count, 12);
+    ck_assert_int_eq(deck->setup.surfaces, 12);
     for (int k = 0; k < 12; k++, z += 0.005) {
         const struct mill_body *is = form_of(deck, k);
         ck_assert(equals(is->centre, c[k % 4] * 0.01, s[k % 4] * 0.01, z));
         ck_assert(equals(is->x, c[k % 4], s[k % 4], 0.0) && equals(is->z, 0.0, 0.0, 1.0));
         ck_assert(equals(is->size, 0.02, 0.004, 0.006));
-        ck_assert_int_eq(deck->mill.bodies.surface[k].number, k);
-        ck_assert_int_eq(deck->mill.bodies.surface[k].kind, MILL_KINDS);
+        ck_assert_int_eq(deck->setup.surface[k].number, k);
+        ck_assert_int_eq(deck->setup.surface[k].kind, MILL_KINDS);
     }
     ck_assert_str_eq(deck->mill.contacts.name[MILL_KINDS], "ball_arm");
 }
@@ -267,8 +266,8 @@ TEST(every_shape_has_its_sizes)
                                               &mill_round_cone_solid, &mill_round_capsule_solid,
                                               &mill_round_sphere_solid};
     for (int k = 0; k < 5; k++) {
-        ck_assert(deck->mill.bodies.surface[k].solid == solid[k] && !form_of(deck, k)->inside);
-        ck_assert_int_eq(deck->mill.bodies.surface[k].kind, MILL_KINDS + k);
+        ck_assert(deck->setup.surface[k].solid == solid[k] && !form_of(deck, k)->inside);
+        ck_assert_int_eq(deck->setup.surface[k].kind, MILL_KINDS + k);
     }
     ck_assert(equals(form_of(deck, 0)->size, 0.001, 0.002, 0.003));
     ck_assert(form_of(deck, 0)->rounding == 0.0005 && form_of(deck, 1)->rounding == 0.001);
@@ -291,11 +290,10 @@ TEST(bodies_share_a_kind_and_take_fixed_ones_by_name)
     ck_assert_int_eq(deck->mill.contacts.count, MILL_KINDS + 2);
     ck_assert_str_eq(deck->mill.contacts.name[MILL_KINDS], "ball_jar");
     ck_assert_str_eq(deck->mill.contacts.name[MILL_KINDS + 1], "ball_pins");
-    ck_assert(deck->mill.bodies.surface[1].kind == MILL_KINDS + 1 &&
-              deck->mill.bodies.surface[2].kind == MILL_KINDS + 1);
-    ck_assert_int_eq(deck->mill.bodies.surface[3].kind, MILL_BALL_SHAFT);
-    ck_assert(deck->mill.bodies.surface[2].motion == 0 &&
-              deck->mill.bodies.surface[1].motion == MILL_STILL);
+    ck_assert(deck->setup.surface[1].kind == MILL_KINDS + 1 &&
+              deck->setup.surface[2].kind == MILL_KINDS + 1);
+    ck_assert_int_eq(deck->setup.surface[3].kind, MILL_BALL_SHAFT);
+    ck_assert(deck->setup.surface[2].motion == 0 && deck->setup.surface[1].motion == MILL_STILL);
     ck_assert(deck->mill.contact[MILL_KINDS + 1].law.friction == 0.25 &&
               deck->mill.contact[MILL_KINDS].law.friction == 0.0);
     ck_assert(deck->mill.contact[MILL_KINDS + 1].law.restitution == 0.8);
@@ -324,7 +322,7 @@ LOOP_TEST(a_fill_counts_the_containers_volume, COUNT(containers))
              "diameter = 1 mm\ndensity = 7800 kg/m^3\n[body.jar]\nside = inside\n%s",
              containers[_i].text);
     struct mill_deck *deck = read_good(text);
-    ck_assert_ptr_eq(deck->mill.container, &deck->mill.bodies.surface[0]);
+    ck_assert_ptr_eq(deck->mill.container, &deck->setup.surface[0]);
     ck_assert(!deck->mill.drum && form_of(deck, 0)->inside);
     ck_assert_int_eq(deck->mill.all, lround(0.1 * containers[_i].volume / (MILL_PI / 6.0 * 1e-9)));
 }
@@ -332,9 +330,8 @@ LOOP_TEST(a_fill_counts_the_containers_volume, COUNT(containers))
 TEST(a_drum_rides_on_a_motion)
 {
     struct mill_deck *deck = read_good(BASE DRUM "motion = roll\n" TURN("a") TURN("roll"));
-    ck_assert_int_eq(deck->mill.drum_rides, 2);
-    ck_assert_int_eq(mill_deck_drum(deck).rides, 2);
-    ck_assert(deck->mill.carried && deck->given.at_rest == 0);
+    ck_assert_int_eq(deck->setup.drum.rides, 2);
+    ck_assert(deck->mill.carried && deck->setup.at_rest == 0);
 }
 
 TEST(a_rotor_without_a_drum_has_no_shaft)
@@ -342,7 +339,7 @@ TEST(a_rotor_without_a_drum_has_no_shaft)
     struct mill_deck *deck =
         read_good(BASE JAR "[rotor]\nspeed = 10 rpm\n[body.arm]\nmotion = rotor\nshape = sphere\n"
                            "radius = 1 mm\n");
-    ck_assert(deck->given.shaft_radius == 0.0 && deck->mill.bodies.surface[1].motion == 0);
+    ck_assert(deck->given.shaft_radius == 0.0 && deck->setup.surface[1].motion == 0);
     char *text = print(deck);
     ck_assert_ptr_null(strstr(text, "shaft_radius"));
 }
@@ -368,14 +365,14 @@ TEST(a_printed_deck_prints_the_same_again)
     struct mill_deck *again = read_good(first);
     char *second = print(again);
     ck_assert_str_eq(first, second);
-    ck_assert_int_eq(deck->mill.bodies.count, again->mill.bodies.count);
-    for (int k = 0; k < deck->mill.bodies.count; k++) {
+    ck_assert_int_eq(deck->setup.surfaces, again->setup.surfaces);
+    for (int k = 0; k < deck->setup.surfaces; k++) {
         /* sections of the text are printed in their order */
         ck_assert_int_eq(memcmp(form_of(deck, k), form_of(again, k), sizeof(struct mill_body)), 0);
-        ck_assert_int_eq(deck->mill.bodies.surface[k].kind, again->mill.bodies.surface[k].kind);
-        ck_assert_int_eq(deck->mill.bodies.surface[k].motion, again->mill.bodies.surface[k].motion);
+        ck_assert_int_eq(deck->setup.surface[k].kind, again->setup.surface[k].kind);
+        ck_assert_int_eq(deck->setup.surface[k].motion, again->setup.surface[k].motion);
     }
-    for (int k = 0; k < deck->mill.motions; k++)
+    for (int k = 0; k < deck->setup.motions; k++)
         ck_assert_int_eq(
             memcmp(&deck->mill.form[k].as, &again->mill.form[k].as, sizeof deck->mill.form[k].as),
             0);
@@ -399,7 +396,7 @@ TEST(balls_at_rest_are_told_where_it_makes_a_difference)
 {
     struct mill_deck *deck = read_good(BASE "start_motion = still\n" JAR "motion = a\n" TURN("a"));
     char *text = print(deck);
-    ck_assert_int_eq(deck->given.at_rest, 1);
+    ck_assert_int_eq(deck->setup.at_rest, 1);
     ck_assert_ptr_nonnull(strstr(text, "start_motion = still"));
     deck = read_good(BASE "start_motion = still\n" JAR);
     text = print(deck);

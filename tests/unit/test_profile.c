@@ -114,7 +114,7 @@ static bool keeps_within(const struct mill_profile *p)
 TEST(a_profile_is_sound_up_to_the_height_at_which_neighbouring_bulges_meet)
 {
     for (int n = 2; n <= 300; n = n < 24 ? n + 1 : 2 * n) {
-        const double highest = mill_deck_mill_highest(n, R);
+        const double highest = mill_deck_checks_highest(n, R);
         const struct mill_profile below = mill_profile_make(n, R, 0.998 * highest, 0.0);
         const struct mill_profile above = mill_profile_make(n, R, 1.002 * highest, 0.0);
         ck_assert(mill_profile_is_sound(&below));

@@ -121,7 +121,6 @@ TEST(a_usual_unit_has_the_very_factor_of_the_database)
 /* The studio has no database. */
 TEST(every_unit_of_the_decks_table_is_a_usual_one)
 {
-    struct mill_deck_block block;
     struct mill_units *none = NULL;
     struct mill_error error = {""};
     union {
@@ -130,8 +129,8 @@ TEST(every_unit_of_the_decks_table_is_a_usual_one)
         const char *file;
     } value;
     setenv("UDUNITS2_XML_PATH", "/nowhere/udunits2.xml", 1);
-    for (int i = 0; mill_deck_table_block(i, &block); i++)
-        for (const struct mill_key *key = block.key; key->name; key++) {
+    for (const struct mill_deck_block *b = mill_deck_table; b->title; b++)
+        for (const struct mill_key *key = mill_deck_table_keys(b); key->name; key++) {
             struct mill_key one = *key;
             char wanted[120], *example = NULL;
             one.offset = 0;
@@ -145,7 +144,7 @@ TEST(every_unit_of_the_decks_table_is_a_usual_one)
                 ck_assert_msg(!texts[k] ||
                                   mill_deck_value_read(&none, &one, texts[k], &value, &error) ||
                                   !strstr(error.text, "database"),
-                              "[%s] %s = %s: %s", block.title, key->name, texts[k], error.text);
+                              "[%s] %s = %s: %s", b->title, key->name, texts[k], error.text);
             ck_assert(!key->unit || mill_units_usual(key->unit, key->unit, value.number));
         }
     unsetenv("UDUNITS2_XML_PATH");

@@ -45,7 +45,7 @@ static inline void build_random_with(uint64_t *seed, struct wavy_mill *m,
                                      const struct mill_blade *blade)
 {
     const int n = (int)uniform(seed, 2.0, 25.0);
-    const double most = 0.99 * fmin(mill_deck_mill_highest(n, R), 0.06);
+    const double most = 0.99 * fmin(mill_deck_checks_highest(n, R), 0.06);
     const double kind = uniform(seed, 0.0, 1.0);
     const double h = kind < 0.2   ? log_uniform(seed, 1e-13, 1e-3)
                      : kind < 0.6 ? uniform(seed, 1e-3, fmin(1e-2, most))

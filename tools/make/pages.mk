@@ -7,7 +7,7 @@ WASM_FLAGS := --target=wasm32-wasi -msimd128 -O3 -std=c99 -D_POSIX_C_SOURCE=2008
     -DNDEBUG -D_WASI_EMULATED_SIGNAL
 NOT_WASM := src/engine/crew.c src/deck/units.c $(foreach f,frames impactlog observers replay \
     series sink_file vtkhdf,src/observe/$f.c)
-WASM_OBJECTS := $(patsubst %.c,$(WASM)/%.o,src/app/asked.c $(wildcard src/web/*.c) $(filter-out $(NOT_WASM),$(wildcard \
+WASM_OBJECTS := $(patsubst %.c,$(WASM)/%.o,$(wildcard src/web/*.c) $(filter-out $(NOT_WASM),$(wildcard \
     $(foreach f,base geometry engine start mesh deck observe,src/$f/*.c))))
 $(WASM)/%.o: %.c
 	@mkdir -p $(@D)
