@@ -121,6 +121,17 @@ static void pass_on(void *self, const char *what, int32_t done, int32_t all)
     watch->tell(watch->self, what, done, all);
 }
 
+vec3 mill_deck_bodies_size(const struct mill_body *mesh)
+{
+    vec3 lo = {INFINITY, INFINITY, INFINITY}, hi = {-INFINITY, -INFINITY, -INFINITY};
+    for (size_t k = 0; k < 3 * mesh->facets; k++) {
+        const vec3 at = mesh->facet[k / 3][k % 3];
+        lo = vec3_make(fmin(lo.x, at.x), fmin(lo.y, at.y), fmin(lo.z, at.z));
+        hi = vec3_make(fmax(hi.x, at.x), fmax(hi.y, at.y), fmax(hi.z, at.z));
+    }
+    return vec3_sub(hi, lo);
+}
+
 /* Reads the mesh of a body, which is placed already; leaves of its facets those that balls can
  * meet. */
 static bool read_mesh(struct mill_deck *deck, const struct mill_deck_section *section,
@@ -146,6 +157,14 @@ static bool read_mesh(struct mill_deck *deck, const struct mill_deck_section *se
     is->facet = (const vec3(*)[3])mill_deck_keep(text, facet);
     if (!is->facet)
         return false;
+    const vec3 size = mill_deck_bodies_size(is);
+    const double least = fmin(size.x, fmin(size.y, size.z));
+    if (least > 0.0 && least < MILL_SOLID_LEAST)
+        return mill_deck_wrong(
+            text, section->title, "unit",
+            "the mesh measures %.3g x %.3g x %.3g m, and no length of a body may "
+            "be below %g m",
+            size.x, size.y, size.z, MILL_SOLID_LEAST);
     if (!mill_facets_unite(is, facet, &found))
         return mill_deck_failed(text, "out of memory for the %zu facets of '%s'", is->facets,
                                 given->file);

@@ -305,6 +305,9 @@ void mill_deck_bodies_turn(struct mill_deck *deck);
  * memory */
 double mill_deck_bodies_reach(const struct mill_solid *solid, const struct mill_body *body);
 
+/* [m] The sides of the box around a mesh */
+vec3 mill_deck_bodies_size(const struct mill_body *mesh);
+
 /* Something gives the restitution: a number, a table or materials. The law of each kind of contact,
  * and its values of [wear] */
 void mill_deck_laws_require(struct mill_deck *deck);

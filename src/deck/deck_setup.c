@@ -55,16 +55,11 @@ static void tell_no_room(const struct mill_deck *deck, const struct mill_deck_te
  * thousand times too large. */
 static void say_size(const struct mill_body *is, char text[128])
 {
-    vec3 lo = {INFINITY, INFINITY, INFINITY}, hi = {-INFINITY, -INFINITY, -INFINITY};
-    for (size_t k = 0; k < 3 * is->facets; k++) {
-        const vec3 at = is->facet[k / 3][k % 3];
-        lo = vec3_make(fmin(lo.x, at.x), fmin(lo.y, at.y), fmin(lo.z, at.z));
-        hi = vec3_make(fmax(hi.x, at.x), fmax(hi.y, at.y), fmax(hi.z, at.z));
-    }
+    const vec3 size = mill_deck_bodies_size(is);
     if (is->facets > 0)
         snprintf(text, 128,
-                 "; with this 'unit' the mesh measures %.3g x %.3g x %.3g m: check 'unit'",
-                 hi.x - lo.x, hi.y - lo.y, hi.z - lo.z);
+                 "; with this 'unit' the mesh measures %.3g x %.3g x %.3g m: check 'unit'", size.x,
+                 size.y, size.z);
 }
 
 /* Describes faults of bodies: they run into each other or leave the container, or a drum cannot

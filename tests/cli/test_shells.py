@@ -122,6 +122,14 @@ def test_all_faults_of_a_mesh_are_told_with_places_of_the_file_and_the_mend(refu
     assert any("cross at (9, " in what for what in words[2:])
 
 
+@pytest.mark.parametrize("sides", [(4e-7, 4e-7, 4e-7), (20, 20, 4e-7)])
+def test_no_mesh_measures_less_than_a_nanometre(sides, refused, rotor):
+    rotor(box(sides))
+    line = refused("deck.ini")
+    assert line.startswith("deck.ini:20: [body.rotor] unit: the mesh measures ")
+    assert line.endswith(" m, and no length of a body may be below 1e-09 m")
+
+
 def test_twenty_faults_of_a_mesh_are_told_and_the_others_counted(refused, rotor):
     rotor(*(box((2, 2, 2), (3 * k, 0, 0))[1:] for k in range(30)))
     lines = refused("deck.ini", most=21)
@@ -149,4 +157,4 @@ def test_a_file_of_another_format_is_told_how_to_convert_it(refused, write_deck,
 @pytest.mark.slow
 def test_that_not_a_single_ball_fits_is_told_soon(refused, rotor):
     rotor(cylinder(18, 30, 2000))
-    assert "not a single ball fits" in refused("deck.ini", "-s", "balls.diameter=20 mm", "-s", "balls.bulk_fill=60 %")
+    assert "not a single ball fits" in refused("-q", "deck.ini", "-s", "balls.diameter=20 mm", "-s", "balls.bulk_fill=60 %")
