@@ -81,16 +81,21 @@ struct mill_spectrum_place mill_spectrum_place(const struct mill_spectrum *spect
 {
     struct mill_spectrum_place place = {.slot = slot, .bin = slot};
     place.count = (double)mill_spectrum_total(spectrum, slot).count;
-    const double rank = level * place.count;
-    /* counted in the slots before this one: a whole number, not more than all */
-    double below = 0;
-    if (place.count == 0)
-        return place;
-    while (spectrum->slot[place.bin].count == 0 ||
-           below + (double)spectrum->slot[place.bin].count < rank)
-        below += (double)spectrum->slot[place.bin++].count;
-    place.within = (rank - below) / (double)spectrum->slot[place.bin].count;
+    mill_spectrum_raise(spectrum, level, &place);
     return place;
+}
+
+void mill_spectrum_raise(const struct mill_spectrum *spectrum, double level,
+                         struct mill_spectrum_place *place)
+{
+    const struct mill_spectrum_slot *slot = &spectrum->slot[place->bin];
+    const double rank = level * place->count;
+    if (place->count == 0)
+        return;
+    for (; slot->count == 0 || place->below + (double)slot->count < rank; slot++)
+        place->below += (double)slot->count; /* a whole number, not more than all */
+    place->bin = (int)(slot - spectrum->slot);
+    place->within = (rank - place->below) / (double)slot->count;
 }
 
 double mill_spectrum_speed(const struct mill_spectrum_grid *grid,

@@ -76,13 +76,17 @@ struct mill_spectrum_slot mill_spectrum_total(const struct mill_spectrum *spectr
 double mill_spectrum_mean(const struct mill_spectrum *spectrum);
 
 /* A quantile of the speeds in `slot` and all slots above it: at the fraction `within` of slot
- * `bin`. count: of all these speeds */
+ * `bin`. count, below: of all these speeds; of those in slots before `bin` */
 struct mill_spectrum_place {
     int slot, bin;
-    double within, count;
+    double within, count, below;
 };
 struct mill_spectrum_place mill_spectrum_place(const struct mill_spectrum *spectrum, int slot,
                                                double level);
+
+/* Moves the place to a higher level. */
+void mill_spectrum_raise(const struct mill_spectrum *spectrum, double level,
+                         struct mill_spectrum_place *place);
 
 /* [m/s] The speed there: log-linear within a bin; 0 within the underflow; the highest edge within
  * the overflow. NaN if there are no speeds. */

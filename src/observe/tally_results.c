@@ -30,9 +30,13 @@ static void set_speed(struct mill_tally_speed *to, const struct mill_spectrum_gr
                       int slot)
 {
     to->mean = mill_spectrum_mean(spectrum);
-    for (int i = 0; i < MILL_TALLY_LEVELS; i++) {
-        to->quantile[i] = mill_spectrum_quantile(grid, spectrum, 0, mill_tally_level[i]);
-        to->quantile_fast[i] = mill_spectrum_quantile(grid, fast, slot, mill_tally_level[i]);
+    struct mill_spectrum_place at = mill_spectrum_place(spectrum, 0, 0.0);
+    struct mill_spectrum_place above = mill_spectrum_place(fast, slot, 0.0);
+    for (int i = 0; i < MILL_TALLY_LEVELS; i++) { /* ascending */
+        mill_spectrum_raise(spectrum, mill_tally_level[i], &at);
+        mill_spectrum_raise(fast, mill_tally_level[i], &above);
+        to->quantile[i] = mill_spectrum_speed(grid, &at);
+        to->quantile_fast[i] = mill_spectrum_speed(grid, &above);
     }
     to->median = to->quantile[MEDIAN];
     to->median_fast = to->quantile_fast[MEDIAN];
