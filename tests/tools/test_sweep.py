@@ -282,7 +282,7 @@ def test_a_study_of_which_no_design_is_taken_ends_at_once(sweep, write_study, st
     before = sorted(tmp_path.iterdir())
     done = sweep("a.study")
     assert (done.returncode, done.stdout) == (2, "")
-    assert "[balls] diameter: a ball of 0.005 m does not fit between the shaft and the drum" in done.stderr
+    assert "[blades]: leaves the container by 12 mm" in done.stderr
     assert done.stderr.endswith("(4 other designs were refused too)\n")
     assert sorted(tmp_path.iterdir()) == before
 

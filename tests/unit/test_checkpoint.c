@@ -53,7 +53,7 @@ static void assert_alike(const struct all *a, struct run *r)
     static struct all b;
     keep_all(r, &b);
     ck_assert(kept_alike(&a->loop, &b.loop));
-    ck_assert(a->observers == 4 && b.observers == 4);
+    ck_assert(a->observers == 5 && b.observers == 5);
     for (int k = 0; k < a->observers; k++)
         ck_assert_msg(kept_alike(&a->observer[k], &b.observer[k]), "%s",
                       r->observers.each[k]->type->name);
