@@ -16,23 +16,18 @@
 #define LOOKS 4000 /* before a thread sleeps: some 100 microseconds */
 #define POLITE 250 /* looks after which another thread may have the core */
 
-struct member {
-    struct mill_crew *crew;
-    pthread_t id;
-    int part;
-};
-
 struct mill_crew {
     int parts;
     int started; /* threads, without the caller's */
-    struct member *member;
+    pthread_t *thread;
     mill_crew_fn *part;
     void *work;
     pthread_mutex_t lock;
     pthread_cond_t change;
     /* ---- shared ---- */
     uint64_t round; /* number of the present work */
-    int left;       /* threads that have not done their part yet */
+    uint64_t left;  /* threads that have not done their part yet */
+    int joined;     /* threads that know their part */
     int asleep;     /* threads that wait for `change` */
     bool over;      /* there is no more work */
 };
@@ -43,10 +38,10 @@ struct mill_crew *mill_crew_create(int parts)
     if (!c)
         return NULL;
     c->parts = parts;
-    c->member = calloc((size_t)parts, sizeof *c->member);
+    c->thread = calloc((size_t)parts, sizeof *c->thread);
     pthread_mutex_init(&c->lock, NULL);
     pthread_cond_init(&c->change, NULL);
-    if (c->member)
+    if (c->thread)
         return c;
     mill_crew_free(c);
     return NULL;
@@ -58,27 +53,15 @@ void mill_crew_free(struct mill_crew *c)
         return;
     pthread_cond_destroy(&c->change);
     pthread_mutex_destroy(&c->lock);
-    free(c->member);
+    free(c->thread);
     free(c);
 }
 
-static bool has_begun(const struct mill_crew *c, uint64_t round)
-{
-    return __atomic_load_n(&c->round, __ATOMIC_SEQ_CST) != round;
-}
-
-static bool is_done(const struct mill_crew *c, uint64_t none)
-{
-    (void)none;
-    return __atomic_load_n(&c->left, __ATOMIC_SEQ_CST) == 0;
-}
-
-/* Waits until `ready` is true. */
-static void await(struct mill_crew *c, bool (*ready)(const struct mill_crew *, uint64_t),
-                  uint64_t round)
+/* Waits until a shared word has this value. */
+static void await(struct mill_crew *c, const uint64_t *word, uint64_t value)
 {
     for (int k = 0; k < LOOKS; k++) {
-        if (ready(c, round))
+        if (__atomic_load_n(word, __ATOMIC_SEQ_CST) == value)
             return;
         if (k % POLITE == POLITE - 1)
             sched_yield();
@@ -88,7 +71,7 @@ static void await(struct mill_crew *c, bool (*ready)(const struct mill_crew *, u
     }
     pthread_mutex_lock(&c->lock);
     __atomic_add_fetch(&c->asleep, 1, __ATOMIC_SEQ_CST);
-    while (!ready(c, round))
+    while (__atomic_load_n(word, __ATOMIC_SEQ_CST) != value)
         pthread_cond_wait(&c->change, &c->lock);
     __atomic_sub_fetch(&c->asleep, 1, __ATOMIC_SEQ_CST);
     pthread_mutex_unlock(&c->lock);
@@ -104,15 +87,15 @@ static void wake(struct mill_crew *c)
     pthread_mutex_unlock(&c->lock);
 }
 
-static void *serve(void *self)
+static void *serve(void *crew)
 {
-    const struct member *m = self;
-    struct mill_crew *c = m->crew;
+    struct mill_crew *c = crew;
+    const int part = __atomic_add_fetch(&c->joined, 1, __ATOMIC_SEQ_CST);
     for (uint64_t round = 1;; round++) {
-        await(c, has_begun, round - 1);
+        await(c, &c->round, round);
         if (c->over)
             return NULL;
-        c->part(c->work, m->part);
+        c->part(c->work, part);
         if (__atomic_sub_fetch(&c->left, 1, __ATOMIC_SEQ_CST) == 0)
             wake(c);
     }
@@ -124,20 +107,18 @@ int mill_crew_begin(struct mill_crew *c)
     sigfillset(&all); /* signals are for the caller's thread alone */
     pthread_sigmask(SIG_SETMASK, &all, &before);
     c->round = 0;
+    c->joined = 0;
     c->over = false;
-    for (c->started = 0; c->started + 1 < c->parts; c->started++) {
-        struct member *m = &c->member[c->started];
-        *m = (struct member){.crew = c, .part = c->started + 1};
-        if (pthread_create(&m->id, NULL, serve, m) != 0)
+    for (c->started = 0; c->started + 1 < c->parts; c->started++)
+        if (pthread_create(&c->thread[c->started], NULL, serve, c) != 0)
             break;
-    }
     pthread_sigmask(SIG_SETMASK, &before, NULL);
     return c->started + 1;
 }
 
 static void begin_round(struct mill_crew *c)
 {
-    __atomic_store_n(&c->left, c->started, __ATOMIC_SEQ_CST);
+    __atomic_store_n(&c->left, (uint64_t)c->started, __ATOMIC_SEQ_CST);
     __atomic_add_fetch(&c->round, 1, __ATOMIC_SEQ_CST);
     wake(c);
 }
@@ -147,7 +128,7 @@ void mill_crew_end(struct mill_crew *c)
     c->over = true;
     begin_round(c);
     for (int k = 0; k < c->started; k++)
-        pthread_join(c->member[k].id, NULL);
+        pthread_join(c->thread[k], NULL);
     c->started = 0;
 }
 
@@ -157,7 +138,5 @@ void mill_crew_do(struct mill_crew *c, mill_crew_fn *part, void *work)
     c->work = work;
     begin_round(c);
     part(work, 0);
-    for (int k = c->started + 1; k < c->parts; k++)
-        part(work, k);
-    await(c, is_done, 0);
+    await(c, &c->left, 0);
 }

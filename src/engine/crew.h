@@ -11,9 +11,8 @@ typedef void mill_crew_fn(void *work, int part);
 struct mill_crew *mill_crew_create(int parts);
 void mill_crew_free(struct mill_crew *crew);
 
-/* Starts and ends the threads. Between these calls there are none: the process may fork. If threads
- * cannot be started, the caller's thread does their parts. Returns the number of threads, the
- * caller's included. */
+/* Starts and ends the threads. Between these calls there are none: the process may fork. Returns
+ * the number of threads, the caller's included; the crew can only work if each part has one. */
 int mill_crew_begin(struct mill_crew *crew);
 void mill_crew_end(struct mill_crew *crew);
 

@@ -17,7 +17,6 @@
 #define PATIENCE 64 /* windows after a failed one until they grow again */
 #define WINDOWS 200 /* after so many, the work of the threads is compared */
 #define UNEVEN 1.15 /* times as much as the mean for one thread: the mill is cut again */
-#define IDLE 0.7    /* times as much as for another thread: there is time to settle */
 /* Several threads are compared with one by stretches of so long [s]. The other way is better if it
  * needs less than BETTER times as long. One thread looks at the clock after CHUNK events. */
 #define STRETCH 0.01
@@ -42,15 +41,12 @@ struct mill_sim_slabs {
     bool refused; /* not all threads could be started: one goes on alone */
     struct mill_window now, last;
     bool pending;    /* the last window has not been settled yet */
-    int idle;        /* a thread that has far less to do than another one; -1: none */
     bool good;       /* nothing in the present window came too early */
     bool settled;    /* it has been settled, and the run goes on */
     double duration; /* [s] of the next window */
     struct mill_pace pace;
-    bool cut_short;                      /* the present window is shorter */
-    int patience;                        /* windows until it may grow */
-    const struct mill_sim_entry **order; /* the entries of a window in order */
-    size_t order_room;
+    bool cut_short; /* the present window is shorter */
+    int patience;   /* windows until it may grow */
 };
 
 /* Events of a window */
@@ -59,87 +55,63 @@ static double aim_of(const struct mill_sim_slabs *s)
     return SHARE * (double)s->of.sim->world->balls + FEWEST;
 }
 
-/* Lists the entries of the last window in the order in which one thread comes to them; each lane
- * has its own in this order. Returns their number. -1: the order is not certain, or one thread
- * would not have done the same. *watch, *now: of the loop afterwards */
-static long put_in_order(struct mill_sim_slabs *s, struct mill_watch *watch, double *now)
-{
-    const int log = (int)(s->last.number % 2);
-    const uint64_t events = mill_sim_lane_events(&s->of, &s->last);
-    size_t at[MILL_SLABS_MOST + 1] = {0}, entry[MILL_SLABS_MOST + 1] = {0}, entries = 0;
-    long count = 0;
-    for (int k = 0; k < s->of.count; k++)
-        entries += s->of.lane[k].log[log].entry.count;
-    if (entries > s->order_room) {
-        free(s->order);
-        s->order = malloc(2 * entries * sizeof *s->order);
-        s->order_room = s->order ? 2 * entries : 0;
-    }
-    for (uint64_t n = 0; n < events; n++) {
-        const int k = mill_sim_lane_first(&s->of, &s->last, at);
-        if (k < 0 || entries > s->order_room)
-            return -1;
-        const struct mill_lane_log *l = &s->of.lane[k].log[log];
-        const struct mill_lane_event *e = (const struct mill_lane_event *)l->event.item + at[k]++;
-        mill_sim_watch(watch, e->t);
-        if (mill_sim_hastes(watch))
-            return -1;
-        *now = e->t;
-        for (int32_t m = 0; m < e->entries; m++)
-            s->order[count++] = (const struct mill_sim_entry *)l->entry.item + entry[k]++;
-    }
-    return count;
-}
-
-/* Enters the contacts of the last window into the account and tells them to the observers. false:
- * the run ends at one of them, or their order is not certain. */
+/* Enters the contacts of the last window into the account and tells them to the observers, in the
+ * order in which one thread comes to them; each lane has its own in this order. false: the run ends
+ * at one of them, their order is not certain from there on, or one thread would then not have done
+ * the same. One thread does the window again, and must not tell these contacts a second time. */
 static bool settle(struct mill_sim_slabs *s)
 {
     struct mill_sim *sim = s->of.sim;
+    struct mill_world *w = sim->world;
     struct mill_watch watch = sim->watch;
+    const struct mill_account account = w->account;
+    const struct mill_counts counts = w->counts;
+    size_t at[MILL_SLABS_MOST + 1] = {0}, entry[MILL_SLABS_MOST + 1] = {0};
+    uint64_t told = 0, left = mill_sim_lane_events(&s->of, &s->last);
     double now = sim->now;
-    const struct mill_account account = sim->world->account;
-    const struct mill_counts counts = sim->world->counts;
-    const long contacts = put_in_order(s, &watch, &now);
-    for (long n = 0; n < contacts; n++) {
-        mill_sim_record(sim, s->order[n]);
-        if (sim->status == MILL_OK)
-            continue;
-        /* one thread comes here again; it must not tell these contacts a second time */
-        sim->told = (uint64_t)n + 1;
+    for (; left > 0 && sim->status == MILL_OK; left--) {
+        const int k = mill_sim_lane_first(&s->of, &s->last, at);
+        if (k < 0)
+            break;
+        const struct mill_lane_log *l = &s->of.lane[k].log[s->last.number % 2];
+        const struct mill_lane_event *e = (const struct mill_lane_event *)l->event.item + at[k]++;
+        now = e->t;
+        mill_sim_watch(&watch, now);
+        if (mill_sim_hastes(&watch))
+            break;
+        for (int32_t m = 0; m < e->entries && sim->status == MILL_OK; m++, told++)
+            mill_sim_record(sim, (const struct mill_sim_entry *)l->entry.item + entry[k]++);
+    }
+    if (left > 0 || sim->status != MILL_OK) {
+        sim->told = told;
         sim->told_status = sim->status;
         sim->status = MILL_OK;
-        sim->world->account = account;
-        sim->world->counts = counts;
+        w->account = account;
+        w->counts = counts;
         return false;
     }
-    if (contacts < 0)
-        return false;
     for (int k = 0; k < s->of.count; k++)
-        mill_world_add_counts(&sim->world->counts, &s->of.lane[k].log[s->last.number % 2].counts);
+        mill_world_add_counts(&w->counts, &s->of.lane[k].log[s->last.number % 2].counts);
     sim->watch = watch;
     sim->now = now;
     return true;
 }
 
-/* First part of a window: every thread carries out the events inside its slab. One that has far
- * less to do than another one also settles the last window. */
-static void do_inside(void *all, int k)
+/* First part of a window: every thread carries out the events inside its slab. */
+static void do_inside(void *slabs, int k)
 {
-    struct mill_sim_slabs *s = all;
+    struct mill_sim_slabs *s = slabs;
     mill_sim_lane_work(&s->of, k, &s->now, RUNAWAY * aim_of(s));
-    if (k == s->idle && s->pending)
-        s->settled = settle(s);
 }
 
 /* Second part: one thread carries out the events that were put off. A second one settles the last
- * window, if this has not been done. */
+ * window. */
 static void do_rest(void *slabs, int k)
 {
     struct mill_sim_slabs *s = slabs;
     if (k == 0)
         s->good = mill_sim_lane_work_off(&s->of, &s->now);
-    else if (k == 1 && s->pending && s->idle < 0)
+    else if (k == 1 && s->pending)
         s->settled = settle(s);
 }
 
@@ -179,16 +151,13 @@ static void choose_duration(struct mill_sim_slabs *s, uint64_t events)
 /* Compares what the threads had to do, and cuts the mill again if it was not the same. */
 static void balance(struct mill_sim_slabs *s)
 {
-    uint64_t most = 0, least = UINT64_MAX, all = 0;
+    uint64_t most = 0, all = 0;
     for (int k = 0; k < s->of.slabs->count; k++) {
         const uint64_t done = s->of.lane[k].done;
-        s->idle = done < least ? k : s->idle;
-        least = done < least ? done : least;
         most = done > most ? done : most;
         all += done;
         s->of.lane[k].done = 0;
     }
-    s->idle = (double)least < IDLE * (double)most ? s->idle : -1;
     if ((double)most > UNEVEN * (double)all / s->of.slabs->count)
         mill_slabs_cut(s->of.slabs);
 }
@@ -306,7 +275,6 @@ struct mill_sim_slabs *mill_sim_slabs_create(struct mill_sim *sim, int threads, 
     bool made = s && mill_slabs_create(sim->schedule, threads, &slabs) && slabs;
     if (made) {
         s->duration = 1e-6; /* any value: it is adapted */
-        s->idle = -1;
         s->pace.hold = LEAST_HOLD;
         s->pace.insists = insists;
         s->crew = mill_crew_create(slabs->count);
@@ -325,7 +293,6 @@ void mill_sim_slabs_free(struct mill_sim_slabs *s)
     mill_sim_lane_free(&s->of);
     mill_crew_free(s->crew);
     mill_slabs_free(s->of.slabs);
-    free(s->order);
     free(s);
 }
 
