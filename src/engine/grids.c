@@ -133,23 +133,6 @@ static bool make_view(struct mill_grids_view *v, const struct mill_cells *c, boo
     return next != NULL;
 }
 
-/* Index of the cells of a coarser grid by that of the finest, along each axis */
-static bool make_indices(struct mill_grids *g, int in, int32_t factor)
-{
-    const struct mill_cells *fine = &g->own[0], *c = &g->own[in];
-    bool made = true;
-    for (int axis = 0; axis < 3; axis++) {
-        int32_t *index = g->coarse[in][axis] =
-            mill_memory_get((size_t)fine->n[axis], sizeof *index);
-        made = made && index;
-        for (int32_t i = 0; index && i < fine->n[axis]; i++) {
-            const int32_t inner = i - fine->margin + factor * c->margin;
-            index[i] = inner < 0 ? -1 : inner / factor;
-        }
-    }
-    return made;
-}
-
 static int32_t ceil_of(double x)
 {
     return (int32_t)ceil(x);
@@ -223,8 +206,9 @@ bool mill_grids_init(struct mill_grids *g, const struct mill_world *w, double wi
     bool made = true;
     for (int a = 0; a < n && made; a++) {
         made = mill_cells_init(&g->own[a], lo, hi, l.inner, l.factor[a], l.margin[a], of[a].least,
-                               w->balls) &&
-               (a == 0 || make_indices(g, a, l.factor[a]));
+                               w->balls);
+        g->before[a] = l.factor[a] * (l.margin[0] + l.margin[a]) - l.margin[0];
+        g->per_factor[a] = 1.0 / l.factor[a];
     }
     if (made && g->period > 0.0) { /* balls leave the outermost cells */
         g->own[0].edge[0][l.margin[0]] = lo.x;
@@ -243,23 +227,21 @@ void mill_grids_release(struct mill_grids *g)
             mill_cells_release(&g->own[a]);
         for (int b = 0; b < MILL_GRIDS_MOST; b++)
             free(g->view[a][b].around);
-        for (int axis = 0; axis < 3; axis++)
-            free(g->coarse[a][axis]);
     }
     free(g->own);
     free(g->class_of);
     memset(g, 0, sizeof *g);
 }
 
-/* The cell of a class's grid around a cell of the finest grid, by its indices */
+/* The cell of a class's grid around a cell of the finest grid, by its indices. The result is exact:
+ * see mill_cells_index. */
 static int32_t cell_in(const struct mill_grids *g, int in, const int32_t fine[3])
 {
     const struct mill_cells *c = &g->own[in];
     int32_t i[3];
-    for (int axis = 0; axis < 3; axis++) {
-        const int32_t *coarse = g->coarse[in][axis]; /* the finest grid has none */
-        i[axis] = coarse ? coarse[fine[axis]] : fine[axis];
-    }
+    for (int axis = 0; axis < 3; axis++)
+        i[axis] = (int32_t)(((double)(fine[axis] + g->before[in]) + 0.5) * g->per_factor[in]) -
+                  g->own[0].margin;
     return (i[0] * c->n[1] + i[1]) * c->n[2] + i[2];
 }
 

@@ -38,7 +38,10 @@ struct mill_grids {
     int classes;            /* from the smallest balls to the largest */
     struct mill_cells *own; /* [classes] of each class; own[0].cell: the finest cell of each ball */
     int8_t *class_of;       /* of each species */
-    int32_t *coarse[MILL_GRIDS_MOST][3]; /* index in each grid by index in the finest, per axis */
+    /* Along each axis, cell i of the finest grid is in cell (i + before) / factor of a class's
+     * grid, less the margin of the finest */
+    int32_t before[MILL_GRIDS_MOST];
+    double per_factor[MILL_GRIDS_MOST];
     struct mill_grids_view view[MILL_GRIDS_MOST][MILL_GRIDS_MOST]; /* of a class, in a grid */
     /* [m] length of a periodic box along x; the cells of each grid divide it evenly. 0: none */
     double period;

@@ -11,6 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { AROUND = 27 };           /* a block and those next to it */
 #define STRIP 2                 /* layers at the border of a slab where its thread does not work */
 #define LEAST 7                 /* layers of a slab: STRIP on both sides, and some to work in */
 #define CUT 5                   /* layers, see mill_slabs_worth */
@@ -259,17 +260,30 @@ static bool widens(const struct mill_slabs *s, int32_t i)
                mill_grids_across(&p->grids, p->cells->cell[i], plan->face, &shift));
 }
 
+/* Lists a block and those next to it, in a periodic mill also at its other end. */
+static void look_around(const struct mill_slabs *s, int32_t place, int32_t block[AROUND])
+{
+    const struct mill_grids *g = &s->schedule->grids;
+    const int32_t row = g->own[g->classes - 1].n[2], inner = s->layers - 2 * s->margin;
+    int n = 0;
+    for (int32_t x = -1; x <= 1; x++) {
+        int32_t layer = place / s->layer + x;
+        if (g->period > 0.0)
+            layer += layer < s->margin ? inner : layer >= s->margin + inner ? -inner : 0;
+        for (int32_t y = -1; y <= 1; y++)
+            for (int32_t z = -1; z <= 1; z++)
+                block[n++] = layer * s->layer + place % s->layer + y * row + z;
+    }
+}
+
 /* Events in this block and next to it must wait. */
 static void mark_around(struct mill_slabs *s, const struct mill_slab *slab, int32_t place)
 {
-    const int32_t row = s->schedule->grids.own[s->schedule->grids.classes - 1].n[2];
-    for (int32_t x = -1; x <= 1; x++)
-        for (int32_t y = -1; y <= 1; y++) {
-            const int32_t at = place + x * s->layer + y * row;
-            for (int32_t z = at - 1; z <= at + 1; z++)
-                if (z >= slab->lo && z < slab->hi)
-                    s->mark[z].waits = s->tag;
-        }
+    int32_t block[AROUND];
+    look_around(s, place, block);
+    for (int n = 0; n < AROUND; n++)
+        if (block[n] >= slab->lo && block[n] < slab->hi)
+            s->mark[block[n]].waits = s->tag;
 }
 
 bool mill_slabs_claim(struct mill_slabs *s, const struct mill_slab *slab, int32_t i, double t)
@@ -294,32 +308,17 @@ bool mill_slabs_claim(struct mill_slabs *s, const struct mill_slab *slab, int32_
     return may;
 }
 
-/* Has a thread carried out an event later than t in this block or next to it? */
-static bool passed_at(const struct mill_slabs *s, int32_t place, double t)
-{
-    const struct mill_grids *g = &s->schedule->grids;
-    const int32_t row = g->own[g->classes - 1].n[2], inner = s->layers - 2 * s->margin;
-    bool passed = false;
-    for (int32_t x = -1; x <= 1; x++) {
-        int32_t layer = place / s->layer + x;
-        if (g->period > 0.0)
-            layer += layer < s->margin ? inner : layer >= s->margin + inner ? -inner : 0;
-        const int32_t middle = layer * s->layer + place % s->layer;
-        for (int32_t y = -1; y <= 1; y++)
-            for (int32_t z = -1; z <= 1; z++) {
-                const struct mill_slab_mark *m = &s->mark[middle + y * row + z];
-                passed = passed || (m->window == s->tag && (double)m->done > t - s->begin);
-            }
-    }
-    return passed;
-}
-
 bool mill_slabs_passed(const struct mill_slabs *s, int32_t i, double t)
 {
-    int32_t place[2];
+    int32_t place[2], block[AROUND];
     const int places = places_of(s, i, place);
-    bool passed = false;
-    for (int k = 0; k < places && !passed; k++)
-        passed = passed_at(s, place[k], t);
-    return passed;
+    for (int k = 0; k < places; k++) {
+        look_around(s, place[k], block);
+        for (int n = 0; n < AROUND; n++) {
+            const struct mill_slab_mark *m = &s->mark[block[n]];
+            if (m->window == s->tag && (double)m->done > t - s->begin)
+                return true;
+        }
+    }
+    return false;
 }
