@@ -51,31 +51,26 @@ static int make_classes(struct mill_grids *g, const struct mill_world *w, struct
             }
     }
     free(count);
-    /* unite classes that are too few balls */
-    for (int c = 0; c + 1 < n;) {
+    return n;
+}
+
+/* Unites each class that has fewer than `crowd` balls in a cell of the next class with this one. */
+static void unite(struct mill_grids *g, const struct mill_world *w, struct sizes *of, double crowd)
+{
+    for (int c = 0; c + 1 < g->classes;) {
         const double wide = of[c + 1].widest;
-        if (of[c].balls * wide * wide * wide >= CROWD * w->container.volume) {
+        if (of[c].balls * wide * wide * wide >= crowd * w->container.volume) {
             c++;
             continue;
         }
         of[c + 1].least = of[c].least;
         of[c + 1].balls += of[c].balls;
         of[c + 1].equal = false;
-        memmove(&of[c], &of[c + 1], sizeof *of * (size_t)(n - c - 1));
+        memmove(&of[c], &of[c + 1], sizeof *of * (size_t)(g->classes - c - 1));
         for (int k = 0; k < w->species_count; k++)
             g->class_of[k] = (int8_t)(g->class_of[k] - (g->class_of[k] > c));
-        n--;
+        g->classes--;
     }
-    return n;
-}
-
-/* Unites all classes. */
-static void unite(struct mill_grids *g, const struct mill_world *w, struct sizes *of)
-{
-    of[0].equal = g->classes == 1 && of[0].equal;
-    of[0].widest = of[g->classes - 1].widest;
-    memset(g->class_of, 0, sizeof *g->class_of * (size_t)w->species_count);
-    g->classes = 1;
 }
 
 /* In words of the rows */
@@ -196,8 +191,9 @@ bool mill_grids_init(struct mill_grids *g, const struct mill_world *w, double wi
     g->classes = make_classes(g, w, of);
     if (g->classes == 0)
         return false; /* out of memory */
+    unite(g, w, of, CROWD);
     if (!lay_out(g, w, of, widening, &l)) {
-        unite(g, w, of);
+        unite(g, w, of, INFINITY);
         if (!lay_out(g, w, of, widening, &l))
             return false; /* the start refuses such short boxes */
     }

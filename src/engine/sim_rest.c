@@ -76,28 +76,26 @@ static int by_number(const void *a, const void *b)
 }
 
 /* If ball i has moved away from its place, gives it a new one and wakes the balls that it may have
- * held up: those that touched it there, and that friction did not keep from leaning on it. They are
- * listed in pairs->near, in ascending order; returns how many. */
-static int32_t leave_place(struct mill_sim *sim, int32_t i)
+ * held up: those that touched it there, and that friction did not keep from leaning on it. Lists
+ * them in ascending order and returns how many; to plan one ball does not change the list. */
+static int32_t leave_place(struct mill_sim *sim, int32_t i, int32_t **list)
 {
     struct mill_schedule *q = sim->schedule;
     const struct mill_ball *ball = &sim->world->ball[i];
     const vec3 place = q->rest.place[i], way = vec3_sub(ball->r, place);
     const double room = mill_rest_room(&q->rest, radius_of(sim, i));
+    int32_t *near = *list = q->pairs[1].near, woken = 0;
     if (vec3_dot(way, way) <= room * room)
         return 0;
-    const int32_t n =
-        mill_rest_near(&q->rest, ball->species, mill_cells_at(q->cells, place), q->pairs->near);
-    int32_t woken = 0;
+    const int32_t n = mill_rest_near(&q->rest, ball->species, mill_cells_at(q->cells, place), near);
     for (int32_t k = 0; k < n; k++) {
-        const int32_t j = q->pairs->near[k];
-        const struct mill_ball *other = &sim->world->ball[j];
+        const struct mill_ball *other = &sim->world->ball[near[k]];
         if (mill_rest_holds(q, ball->species, place, other->species, other->r))
-            q->pairs->near[woken++] = j;
+            near[woken++] = near[k];
     }
-    qsort(q->pairs->near, (size_t)woken, sizeof *q->pairs->near, by_number);
+    qsort(near, (size_t)woken, sizeof *near, by_number);
     for (int32_t k = 0; k < woken; k++)
-        wake(sim, q->pairs->near[k]);
+        wake(sim, near[k]);
     q->rest.place[i] = ball->r;
     q->rest.calm_epochs[i] = -1; /* the end of an epoch counts from the next one on */
     return woken;
@@ -105,22 +103,10 @@ static int32_t leave_place(struct mill_sim *sim, int32_t i)
 
 void mill_sim_rest_follow(struct mill_sim *sim, int32_t i)
 {
-    struct mill_schedule *q = sim->schedule;
-    if (mill_world_asleep(sim->world, i))
-        return;
-    const int32_t n = leave_place(sim, i);
-    if (n == 0)
-        return;
-    /* planning uses the list */
-    int32_t *woken = malloc(sizeof *woken * (size_t)n);
-    if (!woken)
-        sim->status =
-            mill_error_set(sim->error, MILL_FAILED, "out of memory for the balls at rest");
-    for (int32_t k = 0; woken && k < n; k++)
-        woken[k] = q->pairs->near[k];
-    for (int32_t k = 0; woken && k < n; k++)
-        mill_schedule_ball(q, woken[k], sim->now, MILL_NOBODY);
-    free(woken);
+    int32_t *list;
+    const int32_t woken = mill_world_asleep(sim->world, i) ? 0 : leave_place(sim, i, &list);
+    for (int32_t k = 0; k < woken; k++)
+        mill_schedule_ball(sim->schedule, list[k], sim->now, MILL_NOBODY);
 }
 
 int32_t mill_sim_rest_meet(struct mill_sim *sim, int32_t i, int32_t j, double speed)
@@ -149,6 +135,7 @@ void mill_sim_rest_settle(struct mill_sim *sim)
 {
     struct mill_rest *rest = &sim->schedule->rest;
     const struct mill_world *w = sim->world;
+    int32_t *list;
     int64_t ready = 0;
     if (!(rest->calm > 0.0))
         return;
@@ -158,7 +145,7 @@ void mill_sim_rest_settle(struct mill_sim *sim)
                 wake(sim, i);
             continue;
         }
-        leave_place(sim, i);
+        leave_place(sim, i, &list);
         rest->calm_epochs[i] = is_calm(sim, i) ? rest->calm_epochs[i] + 1 : 0;
         ready += rest->calm_epochs[i] >= rest->epochs;
     }

@@ -243,7 +243,6 @@ static bool create(struct mill_shape *shape)
         return false;
     memcpy(m->corner, is->facet, is->facets * sizeof *m->corner);
     is->facet = (const vec3(*)[3])m->corner;
-    m->count = (int32_t)is->facets;
     return arrange(m);
 }
 

@@ -23,10 +23,9 @@ struct mill_facets_side {
 
 struct mill_facets {
     struct mill_bodied body;
-    int32_t count;
     vec3 (*corner)[3]; /* [m] as given, in the body's own frame */
     struct mill_facets_tree tree;
-    struct mill_facets_flat *flat; /* [count] in the tree's order, as all members below */
+    struct mill_facets_flat *flat; /* in the tree's order, as all members below */
     struct mill_facets_side *side;
     vec3 *at_corner; /* sum of the normals around a corner, weighted by angles; at the end, see
                         find_across() */
