@@ -12,15 +12,15 @@
 #include "start/fill.h"
 
 #include "base/elementary.h"
-#include "geometry/body.h"
+#include "geometry/shape.h"
 
 #include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* About the number of points of the lattice; the minimum along an axis; cells along each axis of a
- * block, which are checked together */
-enum { POINTS = 200000, FEWEST = 8, BLOCK = 4 };
+/* About the number of points of the lattice; the minimum along an axis; more than the halvings of
+ * all cells until a single one is left */
+enum { POINTS = 200000, FEWEST = 8, HALVINGS = 64 };
 #define CLASS_RATIO 1.5 /* largest over smallest diameter of the balls in one grid */
 
 static int32_t along(const struct mill_fill_room *l, int axis, double x)
@@ -70,59 +70,49 @@ static vec3 centre_of(const struct mill_fill_room *l, const int32_t at[3])
                      l->lo.z + (at[2] + 0.5) * l->side[2]);
 }
 
-/* A surface in reach of a block */
-struct in_reach {
-    int shape;
-    double gap; /* [m] at the middle of the block; INFINITY: the cells' gaps differ */
-};
-
-/* Notes for a cell which surfaces are nearer than `near` to its centre. Returns whether the centre
- * is clear of all surfaces. */
-static bool look_at(struct mill_fill_room *room, const int32_t at[3], double near,
-                    const struct in_reach *found, int count)
+/* Notes for the cells from `first` to `last` which surfaces are nearer than `reach` to their
+ * centres. `deep`: those that all the centres are behind. The first `count` of `near` can be near;
+ * behind them there is room for those of its halves: few are in reach of a box of cells, and of
+ * most boxes none. Returns the number of centres that are clear of all surfaces. */
+static size_t look_around(struct mill_fill_room *room, const int32_t first[3],
+                          const int32_t last[3], double reach, uint64_t deep, int *near, int count)
 {
     const int32_t *n = room->n;
-    const vec3 centre = centre_of(room, at);
-    bool clear = true;
-    for (int i = 0; i < count; i++) {
-        const int k = found[i].shape;
-        const double gap = found[i].gap < (double)INFINITY
-                               ? found[i].gap
-                               : mill_shape_gap(room->world->shape[k], centre, 0.0, &room->pose[k]);
-        room->near[(at[0] * n[1] + at[1]) * n[2] + at[2]] |= (uint64_t)(gap < near) << k % 64;
-        clear = clear && gap > 0.0;
-    }
-    return clear;
-}
-
-/* The same for the cells of the block that begins at `first`. Few surfaces are in reach of a block,
- * and most blocks are far from all surfaces. Returns the number of centres that are clear of all
- * surfaces. found: room for all surfaces */
-static size_t look_around(struct mill_fill_room *room, const int32_t first[3], double near,
-                          struct in_reach *found)
-{
-    int32_t last[3], at[3];
-    for (int axis = 0; axis < 3; axis++)
-        last[axis] =
-            (first[axis] + BLOCK < room->n[axis] ? first[axis] + BLOCK : room->n[axis]) - 1;
     const vec3 lo = centre_of(room, first), hi = centre_of(room, last);
     const vec3 middle = vec3_scale(vec3_add(lo, hi), 0.5);
     const double size = 0.501 * vec3_norm(vec3_sub(hi, lo));
-    int count = 0;
-    for (int k = 0; k < room->world->shapes; k++) {
-        const struct mill_shape *s = room->world->shape[k];
-        /* deep within a body no ball can touch it */
-        if (!(s->wall < 0 ? mill_body_reachable : s->type->reachable)(s, lo, hi, near))
-            continue;
-        const double there = mill_shape_gap(s, middle, 0.0, &room->pose[k]);
-        if (there < near + size)
-            found[count++] = (struct in_reach){k, there <= -size ? there : (double)INFINITY};
+    uint64_t mask = 0;
+    size_t cells = 1, inside = 0;
+    int left = 0;
+    for (int axis = 0; axis < 3; axis++)
+        cells *= (size_t)(last[axis] - first[axis] + 1);
+    for (int i = 0; i < count; i++) {
+        const int k = near[i];
+        const double gap = mill_shape_gap(room->world->shape[k], middle, 0.0, &room->pose[k]);
+        const uint64_t bit = (uint64_t)1 << k % 64;
+        if (gap <= -size)
+            deep |= bit;
+        else if (gap < reach + size)
+            near[count + left++] = k;
+        mask |= gap < reach + size ? bit : 0;
     }
-    size_t inside = 0;
-    for (at[0] = first[0]; at[0] <= last[0]; at[0]++)
-        for (at[1] = first[1]; at[1] <= last[1]; at[1]++)
-            for (at[2] = first[2]; at[2] <= last[2]; at[2]++)
-                inside += look_at(room, at, near, found, count);
+    if (cells == 1 || left == 0) {
+        for (int32_t x = first[0]; x <= last[0]; x++)
+            for (int32_t y = first[1]; y <= last[1]; y++)
+                for (int32_t z = first[2]; z <= last[2]; z++)
+                    room->near[(x * n[1] + y) * n[2] + z] = mask | deep;
+        return deep == 0 ? cells : 0;
+    }
+    for (int part = 0; part < 8; part++) {
+        int32_t from[3], to[3];
+        for (int axis = 0; axis < 3; axis++) {
+            const int32_t middle_of = (first[axis] + last[axis]) / 2;
+            from[axis] = part >> axis & 1 ? middle_of + 1 : first[axis];
+            to[axis] = part >> axis & 1 ? last[axis] : middle_of;
+        }
+        if (from[0] <= to[0] && from[1] <= to[1] && from[2] <= to[2])
+            inside += look_around(room, from, to, reach, deep, near + count, left);
+    }
     return inside;
 }
 
@@ -141,21 +131,19 @@ bool mill_fill_room_init(struct mill_fill_room *room, const struct mill_world *w
     room->world = w;
     room->near = calloc(cells, sizeof *room->near);
     room->pose = calloc((size_t)w->shapes, sizeof *room->pose);
-    struct in_reach *found = calloc((size_t)w->shapes, sizeof *found);
-    if (!room->near || !room->pose || !found) {
+    int *all = calloc((size_t)w->shapes * HALVINGS, sizeof *all);
+    if (!room->near || !room->pose || !all) {
         mill_fill_room_free(room);
-        free(found);
+        free(all);
         return false;
     }
-    for (int k = 0; k < w->shapes; k++)
+    for (int k = 0; k < w->shapes; k++) {
         room->pose[k] = mill_shape_pose(w->shape[k], 0.0);
-    size_t inside = 0;
-    int32_t from[3];
-    for (from[0] = 0; from[0] < n[0]; from[0] += BLOCK)
-        for (from[1] = 0; from[1] < n[1]; from[1] += BLOCK)
-            for (from[2] = 0; from[2] < n[2]; from[2] += BLOCK)
-                inside += look_around(room, from, near, found);
-    free(found);
+        all[k] = k;
+    }
+    const int32_t first[3] = {0, 0, 0}, last[3] = {n[0] - 1, n[1] - 1, n[2] - 1};
+    const size_t inside = look_around(room, first, last, near, 0, all, w->shapes);
+    free(all);
     room->volume = extent[0] * extent[1] * extent[2] * (double)inside / (double)cells;
     return true;
 }
