@@ -162,21 +162,33 @@ static inline void mill_cells_set(struct mill_cells *c, int32_t ball, int32_t ce
 
 /* Copies the balls of `count` cells (offsets from `cell`, in words) to `out`, each number times
  * `scale`, and returns how many balls. `out` must have room for all of them plus MILL_CELL_ROW. It
- * always copies whole rows, so that the processor has no branch to mispredict. */
+ * always copies whole rows, so that the processor has no branch to mispredict. threes: the rows are
+ * the shortest and the cells in threes along z, so that their rows are neighbours in memory; only
+ * the first offset of each three is read. */
 static inline __attribute__((always_inline)) int32_t
 mill_cells_gather(const struct mill_cells *cells, int32_t cell, const int64_t *restrict offset,
-                  int32_t count, int32_t scale, int32_t *restrict out)
+                  int32_t count, bool threes, int32_t scale, int32_t *restrict out)
 {
     const int32_t row = cells->row;
     const int64_t at = (int64_t)cell * row;
     int64_t n = 0; /* as wide as an address, because the next store waits for it */
-    if (cells->form == MILL_CELLS_PACKED) {
+    if (threes) {
+        const uint16_t *first = (const uint16_t *)cells->bucket + (int64_t)cell * MILL_CELL_ROW;
+        for (int32_t k = 0; k < count; k += 3) {
+            const uint16_t *b = first + offset[k];
+            for (int32_t next = 0; next < 3; next++, b += MILL_CELL_ROW) {
+                for (int32_t m = 0; m < MILL_CELL_ROW; m++)
+                    out[n + m] = b[m] * scale;
+                n += b[MILL_CELL_ROW - 1];
+            }
+        }
+    } else if (cells->form == MILL_CELLS_PACKED) {
         MILL_CELLS_COPY(uint32_t, MILL_CELLS_PACK, b[0] >> MILL_CELLS_BITS, MILL_CELLS_BALL)
     } else if (cells->form == MILL_CELLS_WIDE) {
         MILL_CELLS_COPY(uint32_t, MILL_CELL_ROW, b[row - 1], UINT32_MAX)
     } else if (row > MILL_CELL_ROW) {
         MILL_CELLS_COPY(uint16_t, MILL_CELL_ROW, b[row - 1], UINT16_MAX)
-    } else { /* the most frequent form: no row is longer */
+    } else { /* no row is longer */
         const uint16_t *first = (const uint16_t *)cells->bucket + at;
         for (int32_t k = 0; k < count; k++) {
             const uint16_t *b = first + offset[k];
@@ -188,25 +200,5 @@ mill_cells_gather(const struct mill_cells *cells, int32_t cell, const int64_t *r
     return (int32_t)n;
 }
 #undef MILL_CELLS_COPY
-
-/* The same for the shortest rows and cells in threes along z, whose rows are neighbours in memory:
- * only the first offset of each three is read. */
-static inline __attribute__((always_inline)) int32_t
-mill_cells_gather_threes(const struct mill_cells *cells, int32_t cell,
-                         const int64_t *restrict offset, int32_t count, int32_t scale,
-                         int32_t *restrict out)
-{
-    const uint16_t *first = (const uint16_t *)cells->bucket + (int64_t)cell * MILL_CELL_ROW;
-    int64_t n = 0;
-    for (int32_t k = 0; k < count; k += 3) {
-        const uint16_t *b = first + offset[k];
-        for (int32_t row = 0; row < 3; row++, b += MILL_CELL_ROW) {
-            for (int32_t m = 0; m < MILL_CELL_ROW; m++)
-                out[n + m] = b[m] * scale;
-            n += b[MILL_CELL_ROW - 1];
-        }
-    }
-    return (int32_t)n;
-}
 
 #endif

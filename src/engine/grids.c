@@ -394,7 +394,7 @@ int32_t mill_grids_gather(const struct mill_grids *g, int32_t species, int32_t c
     const int looks = mill_grids_look(g, species, cell, -1, look);
     int32_t n = 0;
     for (int k = 0; k < looks; k++)
-        n += mill_cells_gather(look[k].cells, look[k].cell, look[k].offset, look[k].count, 1,
+        n += mill_cells_gather(look[k].cells, look[k].cell, look[k].offset, look[k].count, false, 1,
                                near + n);
     return n;
 }

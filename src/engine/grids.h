@@ -21,7 +21,7 @@ struct mill_grids_look {
     double sum;   /* [m] of the radii of the ball and of all balls in this grid; 0: they differ */
     double shift; /* [m] to add to x of the ball: these cells are at the other end of the box */
     int32_t cell, count;
-    bool threes; /* see mill_cells_gather_threes */
+    bool threes; /* see mill_cells_gather */
 };
 
 /* What balls of one class see in the grid of a class: the cells within reach, and those that may

@@ -14,7 +14,7 @@
 #endif
 
 #define RECORD 8 /* doubles in a ball's record */
-#define MOST_LANES 4
+enum { LANES2 = 2, LANES4 = 4 };
 #define INLINE static inline __attribute__((always_inline))
 
 #if defined(__clang__) || __GNUC__ >= 12
@@ -39,14 +39,14 @@ typedef int64_t flags2 __attribute__((vector_size(16)));
         a = PICK(flags2, p, q, 0, 2);                                                              \
         b = PICK(flags2, p, q, 1, 3);                                                              \
     } while (0)
-#define TRANSPOSE()                                                                                \
+#define SPLAT2(x) ((lanes2){x, x})
+#define TRANSPOSE2()                                                                               \
     do {                                                                                           \
         COLUMNS2(0, x, y);                                                                         \
         COLUMNS2(2, z, vx);                                                                        \
         COLUMNS2(4, vy, vz);                                                                       \
         COLUMNS2(6, t, rest);                                                                      \
     } while (0)
-#define SPLAT(x) ((lanes2){x, x})
 
 /* Writes the numbers from k on whose flag is set (all bits) and returns how many */
 INLINE int32_t keep2(const flags2 *flag, int32_t k, int32_t *kept)
@@ -64,9 +64,8 @@ INLINE int32_t list(const struct mill_pairs *pairs, const struct mill_pairs_sear
 {
     int32_t *restrict near = pairs->near + k;
     const int32_t n =
-        l->threes ? mill_cells_gather_threes(l->cells, l->cell, l->offset, l->count, RECORD, near)
-                  : mill_cells_gather(l->cells, l->cell, l->offset, l->count, RECORD, near);
-    for (int32_t m = n; m < n + MOST_LANES - 1; m++)
+        mill_cells_gather(l->cells, l->cell, l->offset, l->count, l->threes, RECORD, near);
+    for (int32_t m = n; m < n + LANES4 - 1; m++)
         near[m] = search->ball * RECORD; /* fills the last group; a ball never closes on itself */
     return n;
 }
@@ -95,14 +94,8 @@ INLINE void choose(const struct mill_pairs *pairs, int32_t lanes, int64_t surviv
     }
 }
 
-#define SEARCH search_plain
-#define EXAMINE examine_plain
-#define TOGETHER together_plain
-#define TARGET
-#define LANES 2
-#define LANES_T lanes2
-#define FLAGS_T flags2
-#define KEEP keep2
+#define TARGET2 /* any */
+#define OF(name) name##2
 #include "engine/pairs_lanes.h"
 
 #ifdef __x86_64__
@@ -129,12 +122,12 @@ typedef int64_t flags4 __attribute__((vector_size(32)));
         c = PICK(flags4, pq0, rs0, 2, 3, 6, 7);                                                    \
         d = PICK(flags4, pq1, rs1, 2, 3, 6, 7);                                                    \
     } while (0)
-#define TRANSPOSE()                                                                                \
+#define SPLAT4(x) ((lanes4){x, x, x, x})
+#define TRANSPOSE4()                                                                               \
     do {                                                                                           \
         COLUMNS4(0, x, y, z, vx);                                                                  \
         COLUMNS4(4, vy, vz, t, rest);                                                              \
     } while (0)
-#define SPLAT(x) ((lanes4){x, x, x, x})
 
 /* The positions of the bits that are set in a number below 16, lowest first */
 static const int32_t places[16][4] = {
@@ -143,10 +136,10 @@ static const int32_t places[16][4] = {
     {2, 3, 0, 0}, {0, 2, 3, 0}, {1, 2, 3, 0}, {0, 1, 2, 3},
 };
 
-#define AVX2 __attribute__((target("avx2,popcnt")))
+#define TARGET4 __attribute__((target("avx2,popcnt")))
 
 /* keep2() for four */
-AVX2 INLINE int32_t keep4(const flags4 *flag, int32_t k, int32_t *kept)
+TARGET4 INLINE int32_t keep4(const flags4 *flag, int32_t k, int32_t *kept)
 {
     const int mask = _mm256_movemask_pd((__m256d)*flag);
     const __m128i place = _mm_loadu_si128((const __m128i *)places[mask]);
@@ -154,14 +147,7 @@ AVX2 INLINE int32_t keep4(const flags4 *flag, int32_t k, int32_t *kept)
     return _mm_popcnt_u32((unsigned)mask);
 }
 
-#define SEARCH search_avx2
-#define EXAMINE examine_avx2
-#define TOGETHER together_avx2
-#define TARGET AVX2
-#define LANES 4
-#define LANES_T lanes4
-#define FLAGS_T flags4
-#define KEEP keep4
+#define OF(name) name##4
 #include "engine/pairs_lanes.h"
 
 #endif
@@ -170,10 +156,10 @@ mill_pairs_fn *mill_pairs_variant(int k, const char **name)
 {
     *name = k == 0 ? "plain" : "avx2";
     if (k == 0)
-        return search_plain;
+        return search2;
 #ifdef __x86_64__
     if (k == 1 && __builtin_cpu_supports("avx2") && __builtin_cpu_supports("popcnt"))
-        return search_avx2;
+        return search4;
 #endif
     return NULL;
 }

@@ -1,15 +1,15 @@
-/* The pair search for one width of vectors. pairs.c includes this file once for each variant and
- * defines: SEARCH, its name, and EXAMINE and TOGETHER, those of its parts; TARGET, the instructions
- * that the compiler may use; LANES, the number of lanes; LANES_T and FLAGS_T, vectors of doubles
- * and of 64-bit words; SPLAT, TRANSPOSE and KEEP. There is no include guard. */
+/* The pair search for one width of vectors. pairs.c includes this file once for each and defines
+ * OF(name), which adds the width to a name: LANES, the number of lanes; lanes and flags, vectors of
+ * doubles and of 64-bit words; TARGET, the instructions that the compiler may use; SPLAT, TRANSPOSE
+ * and keep. There is no include guard. */
 
 /* Examines the candidates from k to n - 1, of one look, and returns the number of survivors so far.
  * plain: all balls are equal, and gravity has no part along x and y. Leaving out what is 0 saves
  * time. */
-TARGET INLINE int64_t EXAMINE(const struct mill_pairs *pairs,
-                              const struct mill_pairs_search *search,
-                              const struct mill_grids_look *look, int32_t k, int32_t n,
-                              int64_t survivors, double now, const bool plain)
+OF(TARGET)
+INLINE int64_t OF(examine)(const struct mill_pairs *pairs, const struct mill_pairs_search *search,
+                           const struct mill_grids_look *look, int32_t k, int32_t n,
+                           int64_t survivors, double now, const bool plain)
 {
     const int32_t *restrict near = pairs->near;
     double *restrict terms = pairs->terms;
@@ -20,47 +20,50 @@ TARGET INLINE int64_t EXAMINE(const struct mill_pairs *pairs,
     const struct mill_ball *me = &pairs->ball[search->ball];
     const double *base = (const double *)pairs->ball;
     const double *radius = pairs->radius, mine = radius[me->species];
-    const LANES_T mx = SPLAT(me->r.x + look->shift), my = SPLAT(me->r.y), mz = SPLAT(me->r.z);
-    const LANES_T mvx = SPLAT(me->v.x), mvy = SPLAT(me->v.y), mvz = SPLAT(me->v.z);
-    const LANES_T gx = SPLAT(pairs->g.x), gy = SPLAT(pairs->g.y), gz = SPLAT(pairs->g.z);
-    const LANES_T t_now = SPLAT(now), window = SPLAT(-2.0 * search->best.dt);
+    const OF(lanes) mx = OF(SPLAT)(me->r.x + look->shift);
+    const OF(lanes) my = OF(SPLAT)(me->r.y), mz = OF(SPLAT)(me->r.z);
+    const OF(lanes) mvx = OF(SPLAT)(me->v.x), mvy = OF(SPLAT)(me->v.y), mvz = OF(SPLAT)(me->v.z);
+    const OF(lanes) gx = OF(SPLAT)(pairs->g.x), gy = OF(SPLAT)(pairs->g.y),
+                    gz = OF(SPLAT)(pairs->g.z);
+    const OF(lanes) t_now = OF(SPLAT)(now), window = OF(SPLAT)(-2.0 * search->best.dt);
     const bool mixture = !plain && look->sum == 0.0;
-    LANES_T square_sum = SPLAT(look->sum * look->sum);
-    for (; k < n; k += LANES) {
-        LANES_T x, y, z, vx, vy, vz, t, rest;
-        TRANSPOSE();
+    OF(lanes) square_sum = OF(SPLAT)(look->sum * look->sum);
+    for (; k < n; k += OF(LANES)) {
+        OF(lanes) x, y, z, vx, vy, vz, t, rest;
+        OF(TRANSPOSE)();
         (void)rest;
         if (mixture) {
-            for (int32_t m = 0; m < LANES; m++)
+            for (int32_t m = 0; m < OF(LANES); m++)
                 square_sum[m] = mine + radius[pairs->ball[near[k + m] / RECORD].species];
             square_sum *= square_sum;
         }
-        const LANES_T dt = t_now - t;
-        const LANES_T half = SPLAT(0.5) * dt * dt;
-        const LANES_T dx = (plain ? x + vx * dt : x + vx * dt + gx * half) - mx;
-        const LANES_T dy = (plain ? y + vy * dt : y + vy * dt + gy * half) - my;
-        const LANES_T dz = z + vz * dt + gz * half - mz;
-        const LANES_T ux = (plain ? vx : vx + gx * dt) - mvx;
-        const LANES_T uy = (plain ? vy : vy + gy * dt) - mvy;
-        const LANES_T uz = vz + gz * dt - mvz;
-        const LANES_T b = dx * ux + dy * uy + dz * uz;
-        const LANES_T c = dx * dx + dy * dy + dz * dz - square_sum;
-        const LANES_T square = b * b - (ux * ux + uy * uy + uz * uz) * c;
+        const OF(lanes) dt = t_now - t;
+        const OF(lanes) half = 0.5 * dt * dt;
+        const OF(lanes) dx = (plain ? x + vx * dt : x + vx * dt + gx * half) - mx;
+        const OF(lanes) dy = (plain ? y + vy * dt : y + vy * dt + gy * half) - my;
+        const OF(lanes) dz = z + vz * dt + gz * half - mz;
+        const OF(lanes) ux = (plain ? vx : vx + gx * dt) - mvx;
+        const OF(lanes) uy = (plain ? vy : vy + gy * dt) - mvy;
+        const OF(lanes) uz = vz + gz * dt - mvz;
+        const OF(lanes) b = dx * ux + dy * uy + dz * uz;
+        const OF(lanes) c = dx * dx + dy * dy + dz * dz - square_sum;
+        const OF(lanes) square = b * b - (ux * ux + uy * uy + uz * uz) * c;
         STORE(&terms[3 * k], b);
-        STORE(&terms[3 * k + LANES], c);
-        STORE(&terms[3 * k + 2 * LANES], square);
+        STORE(&terms[3 * k + OF(LANES)], c);
+        STORE(&terms[3 * k + 2 * OF(LANES)], square);
         /* the contact is not earlier than c / -2b: keep those that may be earlier than the best
          * so far */
-        const FLAGS_T flag = (b < SPLAT(0.0)) & (square > SPLAT(0.0)) & (c < b * window);
-        survivors += KEEP(&flag, k, kept + survivors);
+        const OF(flags) flag = (b < 0.0) & (square > 0.0) & (c < b * window);
+        survivors += OF(keep)(&flag, k, kept + survivors);
     }
     return survivors;
 }
 
 /* The same step of all searches, then the next step: the processor works on one search while it
  * waits for another. plain: see EXAMINE; and each search has one look. */
-TARGET INLINE int32_t TOGETHER(const struct mill_pairs *pairs, struct mill_pairs_search *search,
-                               const int together, double now, const bool plain)
+OF(TARGET)
+INLINE int32_t OF(together)(const struct mill_pairs *pairs, struct mill_pairs_search *search,
+                            const int together, double now, const bool plain)
 {
     int64_t survivors[MILL_PAIRS_TOGETHER] = {0};
     int32_t begin[MILL_PAIRS_TOGETHER] = {0}, end[MILL_PAIRS_TOGETHER], examined = 0;
@@ -69,39 +72,31 @@ TARGET INLINE int32_t TOGETHER(const struct mill_pairs *pairs, struct mill_pairs
         for (int s = 0; s < together; s++)
             end[s] = begin[s] + list(&pairs[s], &search[s], &search[s].look[l], begin[s]);
         for (int s = 0; s < together; s++) {
-            survivors[s] = EXAMINE(&pairs[s], &search[s], &search[s].look[l], begin[s], end[s],
-                                   survivors[s], now, plain);
+            survivors[s] = OF(examine)(&pairs[s], &search[s], &search[s].look[l], begin[s], end[s],
+                                       survivors[s], now, plain);
             examined += end[s] - begin[s];
-            begin[s] += (end[s] - begin[s] + LANES - 1) / LANES * LANES;
+            begin[s] += (end[s] - begin[s] + OF(LANES) - 1) / OF(LANES) * OF(LANES);
         }
     }
     for (int s = 0; s < together; s++)
-        choose(&pairs[s], LANES, survivors[s], &search[s].best);
+        choose(&pairs[s], OF(LANES), survivors[s], &search[s].best);
     return examined;
 }
 
-TARGET static int32_t SEARCH(const struct mill_pairs *pairs, struct mill_pairs_search *search,
-                             int together, double now)
+OF(TARGET)
+static int32_t OF(search)(const struct mill_pairs *pairs, struct mill_pairs_search *search,
+                          int together, double now)
 {
     bool plain = pairs->g.x == 0.0 && pairs->g.y == 0.0;
     int32_t examined = 0;
     for (int s = 0; s < together; s++)
         plain = plain && search[s].looks == 1 && search[s].look->sum > 0.0;
     if (plain)
-        return together == 1 ? TOGETHER(pairs, search, 1, now, true)
-                             : TOGETHER(pairs, search, MILL_PAIRS_TOGETHER, now, true);
+        return together == 1 ? OF(together)(pairs, search, 1, now, true)
+                             : OF(together)(pairs, search, MILL_PAIRS_TOGETHER, now, true);
     for (int s = 0; s < together; s++)
-        examined += TOGETHER(pairs + s, search + s, 1, now, false);
+        examined += OF(together)(pairs + s, search + s, 1, now, false);
     return examined;
 }
 
-#undef SEARCH
-#undef EXAMINE
-#undef TOGETHER
-#undef TARGET
-#undef LANES
-#undef LANES_T
-#undef FLAGS_T
-#undef SPLAT
-#undef TRANSPOSE
-#undef KEEP
+#undef OF

@@ -46,7 +46,8 @@ static void fetch_cells(const struct mill_schedule *p, const struct mill_grids_l
 static void fetch_neighbours(const struct mill_schedule *p, const struct mill_grids_look *l)
 {
     const int32_t *near = p->pairs->near;
-    const int32_t n = mill_cells_gather(l->cells, l->cell, l->offset, l->count, 1, p->pairs->near);
+    const int32_t n =
+        mill_cells_gather(l->cells, l->cell, l->offset, l->count, false, 1, p->pairs->near);
     for (int32_t k = 0; k < n; k++)
         fetch(&p->world->ball[near[k]]);
 }

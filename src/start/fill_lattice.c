@@ -298,8 +298,8 @@ int32_t mill_fill_grids_near(const struct mill_fill_grids *s, vec3 r, double rad
         for (int32_t x = to[0]; x >= from[0]; x--)
             for (int32_t y = to[1]; y >= from[1]; y--)
                 for (int32_t z = to[2]; z >= from[2]; z--)
-                    n +=
-                        mill_cells_gather(c, (x * c->n[1] + y) * c->n[2] + z, &here, 1, 1, out + n);
+                    n += mill_cells_gather(c, (x * c->n[1] + y) * c->n[2] + z, &here, 1, false, 1,
+                                           out + n);
     }
     return n;
 }

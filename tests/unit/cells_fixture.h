@@ -36,7 +36,7 @@ static inline int32_t gather(const struct mill_cells *c, int32_t cell, int32_t s
 {
     int64_t offset[27];
     const int32_t n = list_near(c, -1, offset);
-    return mill_cells_gather(c, cell, offset, n, scale, near);
+    return mill_cells_gather(c, cell, offset, n, false, scale, near);
 }
 
 struct swarm {

@@ -248,8 +248,7 @@ static void gather(struct heap *h, int32_t i, int32_t face)
         const double mine = species_of(h, i)->radius;
         const struct mill_grids_look *k = &look[l];
         const int32_t n =
-            k->threes ? mill_cells_gather_threes(k->cells, k->cell, k->offset, k->count, 1, h->near)
-                      : mill_cells_gather(k->cells, k->cell, k->offset, k->count, 1, h->near);
+            mill_cells_gather(k->cells, k->cell, k->offset, k->count, k->threes, 1, h->near);
         for (int32_t m = 0; m < n; m++) {
             h->seen[h->near[m]]++;
             ck_assert_msg(k->sum == 0.0 || k->sum == mine + species_of(h, h->near[m])->radius,
