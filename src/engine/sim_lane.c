@@ -3,49 +3,64 @@
 
 #include <stdlib.h>
 
-static bool create(struct mill_lane *l, struct mill_sim *sim, struct mill_slabs *slabs, int k)
+bool mill_sim_lane_create(struct mill_lanes *s, struct mill_sim *sim, struct mill_slabs *slabs)
 {
-    for (int n = 0; n < 2; n++) {
-        l->log[n].event.size = sizeof(struct mill_lane_event);
-        l->log[n].entry.size = sizeof(struct mill_sim_entry);
-        l->log[n].before.size = sizeof(struct mill_lane_before);
-        l->log[n].late.size = sizeof(int32_t);
+    s->sim = sim;
+    s->slabs = slabs;
+    s->lane = calloc((size_t)slabs->count + 1, sizeof *s->lane);
+    for (s->count = 0; s->lane && s->count <= slabs->count; s->count++) {
+        struct mill_lane *l = &s->lane[s->count];
+        for (int n = 0; n < 2; n++) {
+            l->log[n].event.size = sizeof(struct mill_lane_event);
+            l->log[n].entry.size = sizeof(struct mill_sim_entry);
+            l->log[n].before.size = sizeof(struct mill_lane_before);
+            l->log[n].late.size = sizeof(int32_t);
+        }
+        l->world = *sim->world;
+        if (!mill_schedule_share(sim->schedule, &l->world, &l->schedule))
+            return false;
+        const bool last = s->count == slabs->count;
+        l->schedule.calendar = last ? slabs->late : slabs->slab[s->count].calendar;
+        l->schedule.slabs = last ? slabs : NULL;
+        l->sim =
+            (struct mill_sim){.world = &l->world, .schedule = &l->schedule, .error = &l->error};
     }
-    l->world = *sim->world;
-    if (!mill_schedule_share(sim->schedule, &l->world, &l->schedule))
-        return false;
-    l->schedule.calendar = k < slabs->count ? slabs->slab[k].calendar : slabs->late;
-    l->schedule.slabs = k < slabs->count ? NULL : slabs;
-    l->sim = (struct mill_sim){.world = &l->world, .schedule = &l->schedule, .error = &l->error};
-    return true;
+    return s->lane;
 }
 
-static void release(struct mill_lane *l)
+void mill_sim_lane_free(struct mill_lanes *s)
 {
-    mill_schedule_unshare(&l->schedule);
-    for (int n = 0; n < 2; n++) {
-        free(l->log[n].event.item);
-        free(l->log[n].entry.item);
-        free(l->log[n].before.item);
-        free(l->log[n].late.item);
+    for (int k = 0; s->lane && k <= s->slabs->count; k++) {
+        struct mill_lane *l = &s->lane[k];
+        mill_schedule_unshare(&l->schedule);
+        for (int n = 0; n < 2; n++) {
+            free(l->log[n].event.item);
+            free(l->log[n].entry.item);
+            free(l->log[n].before.item);
+            free(l->log[n].late.item);
+        }
     }
+    free(s->lane);
 }
 
-static void begin(struct mill_lane *l, const struct mill_sim *sim, const struct mill_window *window)
+void mill_sim_lane_begin(struct mill_lanes *s, const struct mill_window *window)
 {
-    struct mill_lane_log *log = &l->log[window->number % 2];
-    log->event.count = log->entry.count = log->before.count = log->late.count = 0;
-    l->failed = false;
-    if (l->world.base != sim->world->base)
-        mill_schedule_forget(&l->schedule);
-    l->world.base = sim->world->base;
-    l->world.counts = (struct mill_counts){.largest_overlap = -INFINITY};
-    l->sim.pinches = sim->pinches;
-    l->sim.now = window->begin;
-    l->sim.status = MILL_OK;
-    l->sim.log = &log->entry;
-    l->schedule.horizon = sim->schedule->horizon;
-    mill_schedule_ahead_again(&l->schedule);
+    for (int k = 0; k < s->count; k++) {
+        struct mill_lane *l = &s->lane[k];
+        struct mill_lane_log *log = &l->log[window->number % 2];
+        log->event.count = log->entry.count = log->before.count = log->late.count = 0;
+        l->failed = false;
+        if (l->world.base != s->sim->world->base)
+            mill_schedule_forget(&l->schedule);
+        l->world.base = s->sim->world->base;
+        l->world.counts = (struct mill_counts){.largest_overlap = -INFINITY};
+        l->sim.pinches = s->sim->pinches;
+        l->sim.now = window->begin;
+        l->sim.status = MILL_OK;
+        l->sim.log = &log->entry;
+        l->schedule.horizon = s->sim->schedule->horizon;
+        mill_schedule_ahead_again(&l->schedule);
+    }
 }
 
 /* Can the event of this plan change how its ball is pressed? */
@@ -88,32 +103,6 @@ static void carry_out(struct mill_lane *l, struct mill_lane_log *log, int32_t i,
     *e = (struct mill_lane_event){t, i, (int32_t)(log->entry.count - before)};
     l->failed = l->sim.status != MILL_OK || mill_plan_time(&plan[i]) < t ||
                 (partner != MILL_NOBODY && mill_plan_time(&plan[partner]) < t);
-}
-
-bool mill_sim_lane_create(struct mill_lanes *s, struct mill_sim *sim, struct mill_slabs *slabs)
-{
-    s->sim = sim;
-    s->slabs = slabs;
-    s->count = slabs->count + 1;
-    s->lane = calloc((size_t)s->count, sizeof *s->lane);
-    bool made = s->lane != NULL;
-    for (int k = 0; k < s->count && made; k++)
-        made = create(&s->lane[k], sim, slabs, k);
-    return made;
-}
-
-void mill_sim_lane_free(struct mill_lanes *s)
-{
-    for (int k = 0; s->lane && k < s->count; k++)
-        release(&s->lane[k]);
-    free(s->lane);
-    s->lane = NULL;
-}
-
-void mill_sim_lane_begin(struct mill_lanes *s, const struct mill_window *window)
-{
-    for (int k = 0; k < s->count; k++)
-        begin(&s->lane[k], s->sim, window);
 }
 
 void mill_sim_lane_work(struct mill_lanes *s, int k, const struct mill_window *window, double most)
@@ -184,11 +173,6 @@ static void take_back(struct mill_sim *sim, const struct mill_lane_before *b)
     mill_pinches_hold(&sim->pinches, sim->world, b->ball);
 }
 
-static void enter_again(struct mill_schedule *p, int32_t i)
-{
-    mill_schedule_enter(p, i, mill_plan_time(&p->plan[i]));
-}
-
 void mill_sim_lane_undo(struct mill_lanes *s, const struct mill_window *window)
 {
     struct mill_schedule *p = s->sim->schedule;
@@ -199,10 +183,12 @@ void mill_sim_lane_undo(struct mill_lanes *s, const struct mill_window *window)
     }
     for (int k = 0; k < s->count; k++) {
         const struct mill_lane_log *log = &s->lane[k].log[window->number % 2];
-        for (size_t n = 0; n < log->before.count; n++)
-            enter_again(p, ((const struct mill_lane_before *)log->before.item)[n].ball);
-        for (size_t n = 0; n < log->late.count; n++)
-            enter_again(p, ((const int32_t *)log->late.item)[n]);
+        const struct mill_lane_before *before = log->before.item;
+        const int32_t *late = log->late.item;
+        for (size_t n = 0; n < log->before.count + log->late.count; n++) {
+            const int32_t i = n < log->before.count ? before[n].ball : late[n - log->before.count];
+            mill_schedule_enter(p, i, mill_plan_time(&p->plan[i]));
+        }
     }
 }
 
