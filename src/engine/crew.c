@@ -19,7 +19,7 @@
 struct mill_crew {
     int parts;
     int started; /* threads, without the caller's */
-    pthread_t *thread;
+    pthread_t thread[MILL_CREW_MOST];
     mill_crew_fn *part;
     void *work;
     pthread_mutex_t lock;
@@ -38,13 +38,9 @@ struct mill_crew *mill_crew_create(int parts)
     if (!c)
         return NULL;
     c->parts = parts;
-    c->thread = calloc((size_t)parts, sizeof *c->thread);
     pthread_mutex_init(&c->lock, NULL);
     pthread_cond_init(&c->change, NULL);
-    if (c->thread)
-        return c;
-    mill_crew_free(c);
-    return NULL;
+    return c;
 }
 
 void mill_crew_free(struct mill_crew *c)
@@ -53,7 +49,6 @@ void mill_crew_free(struct mill_crew *c)
         return;
     pthread_cond_destroy(&c->change);
     pthread_mutex_destroy(&c->lock);
-    free(c->thread);
     free(c);
 }
 

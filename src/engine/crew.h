@@ -4,6 +4,8 @@
 
 struct mill_crew;
 
+enum { MILL_CREW_MOST = 64 }; /* parts */
+
 /* Does part `part` of the work. */
 typedef void mill_crew_fn(void *work, int part);
 

@@ -8,7 +8,6 @@
 #include "geometry/shape.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 #define CALM 4.0   /* rebound floors */
 #define SWIFT 10.0 /* rebound floors: maximum speed of each body that moves at all */
@@ -16,39 +15,35 @@
 /* [sqrt(radius / g)] minimum duration of rest. A ball on top of another one falls off sooner. */
 #define WHILE 6.0
 
-/* Marks the shapes that move. True: each of them moves fast enough. A slower one would push balls
- * so gently that they would not wake others. */
-static bool find_moving(struct mill_rest *p, const struct mill_world *w)
+/* Does each shape that moves at all move fast enough? A slower one would push balls so gently that
+ * they would not wake others. */
+static bool is_swift(const struct mill_schedule *q)
 {
+    const struct mill_world *w = q->world;
     bool swift = true;
     for (int k = 0; k < w->shapes; k++) {
         const struct mill_motion *motion = w->shape[k]->motion;
-        const struct mill_motion_bounds b = mill_motion_bounds(motion, vec3_make(0.0, 0.0, 0.0));
-        const double reach = mill_motion_reach(motion, &w->container.places);
-        const double speed = b.speed + b.turning * reach;
-        p->moves[k] = motion && speed > 0.0;
-        swift = swift && (!p->moves[k] ||
+        const double speed = motion ? q->lately[motion->number].drift : 0.0;
+        swift = swift && (speed == 0.0 ||
                           (speed > SWIFT * w->rebound_floor && motion != w->container.motion));
     }
     return swift;
 }
 
-bool mill_rest_create(struct mill_rest *p, const struct mill_world *w, double widening)
+bool mill_rest_create(struct mill_schedule *q, double widening)
 {
-    const double g = vec3_norm(w->g), calm = CALM * w->rebound_floor;
+    struct mill_rest *p = &q->rest;
+    const struct mill_world *w = q->world;
+    const double g = q->pull, calm = CALM * w->rebound_floor;
     double thinnest = INFINITY, widest = 0.0;
-    memset(p, 0, sizeof *p);
     p->widening = widening;
-    p->moves = mill_memory_get((size_t)w->shapes + 1, sizeof *p->moves);
-    if (!p->moves)
-        return false;
     for (int k = 0; k < w->species_count; k++) {
-        thinnest = fmin(thinnest, w->species[k].radius);
-        widest = fmax(widest, w->species[k].radius);
+        thinnest = fmin(thinnest, q->radius[k]);
+        widest = fmax(widest, q->radius[k]);
     }
     p->hop = 0.5 * calm * calm / g;
     if (w->container.period > 0.0 || !(g > 0.0) || !(calm > 0.0) || !(p->hop <= LIFT * thinnest) ||
-        !find_moving(p, w))
+        !is_swift(q))
         return true;
     p->calm = calm;
     p->up = vec3_scale(w->g, -1.0 / g);
@@ -63,7 +58,6 @@ bool mill_rest_create(struct mill_rest *p, const struct mill_world *w, double wi
 void mill_rest_release(struct mill_rest *p)
 {
     mill_grids_release(&p->grids);
-    free(p->moves);
     free(p->place);
     free(p->calm_epochs);
 }

@@ -19,7 +19,6 @@ struct mill_rest {
     int32_t epochs;  /* for which a ball must stay where it is before it falls asleep */
     double widening; /* of the grids, see mill_grids_init */
     vec3 up;         /* against gravity */
-    bool *moves;     /* [shapes] */
     /* Of each ball. place: where it has stayed [m]; a ball that moves away gets a new one, and what
      * it has held up wakes up. calm_epochs: it has been there, and calm, at the ends of so many */
     vec3 *place;
@@ -27,8 +26,8 @@ struct mill_rest {
     struct mill_grids grids; /* sleeping balls in their rows; classes 0: not made yet */
 };
 
-/* widening: that of the grids of the mill. False when out of memory */
-bool mill_rest_create(struct mill_rest *rest, const struct mill_world *world, double widening);
+/* Which balls of a new schedule can rest? widening: that of its grids. False when out of memory */
+bool mill_rest_create(struct mill_schedule *schedule, double widening);
 void mill_rest_release(struct mill_rest *rest);
 
 /* [m] How far a ball of this radius may move from its place and still count as being there */

@@ -154,7 +154,7 @@ static bool build(struct mill_schedule *p, struct mill_world *w)
     for (int k = 0; k < w->motions; k++)
         p->lately[k] = bounds_of(w, k, thinnest);
     const double widening = widening_of(w, 2.0 * widest);
-    bool made = mill_grids_init(&p->grids, w, widening) && mill_rest_create(&p->rest, w, widening);
+    bool made = mill_grids_init(&p->grids, w, widening) && mill_rest_create(p, widening);
     p->cells = p->grids.own;
     made = made && list_surfaces(p, widest);
     for (int32_t i = 0; i < w->balls && made; i++)

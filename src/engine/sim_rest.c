@@ -45,8 +45,10 @@ static bool is_secluded(const struct mill_sim *sim, int32_t i)
     const struct mill_schedule *q = sim->schedule;
     const int32_t cell = q->cells->cell[i];
     bool secluded = !sim->world->ball[i].relief;
-    for (int32_t k = q->surface_start[cell]; k < q->surface_start[cell + 1]; k++)
-        secluded = secluded && !q->rest.moves[q->surface[k].shape];
+    for (int32_t k = q->surface_start[cell]; k < q->surface_start[cell + 1]; k++) {
+        const struct mill_motion *motion = sim->world->shape[q->surface[k].shape]->motion;
+        secluded = secluded && (!motion || q->lately[motion->number].drift == 0.0);
+    }
     return secluded;
 }
 

@@ -66,7 +66,7 @@ static bool settle(struct mill_sim_slabs *s)
     struct mill_watch watch = sim->watch;
     const struct mill_account account = w->account;
     const struct mill_counts counts = w->counts;
-    size_t at[MILL_SLABS_MOST + 1] = {0}, entry[MILL_SLABS_MOST + 1] = {0};
+    size_t at[MILL_CREW_MOST + 1] = {0}, entry[MILL_CREW_MOST + 1] = {0};
     uint64_t told = 0, left = mill_sim_lane_events(&s->of, &s->last);
     double now = sim->now;
     for (; left > 0 && sim->status == MILL_OK; left--) {

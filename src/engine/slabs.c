@@ -124,7 +124,7 @@ int mill_slabs_worth(const struct mill_schedule *p, int threads)
 {
     const int32_t layers = layers_of(p);
     int n = 1;
-    while (n < threads && n < MILL_SLABS_MOST && (n + 1) * (n + 1) * CUT <= layers)
+    while (n < threads && n < MILL_CREW_MOST && (n + 1) * (n + 1) * CUT <= layers)
         n++;
     return n;
 }
@@ -132,7 +132,7 @@ int mill_slabs_worth(const struct mill_schedule *p, int threads)
 bool mill_slabs_create(struct mill_schedule *p, int threads, struct mill_slabs **slabs)
 {
     const struct mill_cells *c = &p->grids.own[p->grids.classes - 1];
-    const int most = threads < MILL_SLABS_MOST ? threads : MILL_SLABS_MOST;
+    const int most = threads < MILL_CREW_MOST ? threads : MILL_CREW_MOST;
     const int fit = layers_of(p) / LEAST, count = most < fit ? most : fit;
     struct mill_slabs *s = *slabs = NULL;
     if (count < 2)
@@ -147,11 +147,10 @@ bool mill_slabs_create(struct mill_schedule *p, int threads, struct mill_slabs *
     s->layer = c->n[1] * c->n[2];
     s->margin = c->margin;
     s->end = -INFINITY;
-    s->slab = calloc((size_t)s->count, sizeof *s->slab);
     s->home = mill_memory_get((size_t)p->world->balls, sizeof *s->home);
     s->mark = mill_memory_get((size_t)mill_cells_count(c), sizeof *s->mark);
     s->contacts = mill_memory_get((size_t)p->world->balls, sizeof *s->contacts);
-    bool made = s->slab && s->home && s->mark && s->contacts;
+    bool made = s->home && s->mark && s->contacts;
     for (int k = 0; k < s->count && made; k++) {
         s->slab[k].calendar =
             mill_calendar_create(p->world->balls, &p->plan->event, sizeof *p->plan);
@@ -176,9 +175,8 @@ void mill_slabs_free(struct mill_slabs *s)
     s->schedule->slabs = NULL;
     mill_calendar_clear(s->late, 0.0);
     enter_all(s->schedule);
-    for (int k = 0; k < s->count && s->slab; k++)
+    for (int k = 0; k < s->count; k++)
         mill_calendar_free(s->slab[k].calendar);
-    free(s->slab);
     free(s->home);
     free(s->mark);
     free(s->contacts);

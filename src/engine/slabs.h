@@ -8,6 +8,7 @@
 #ifndef MILLSIM_SLABS_H
 #define MILLSIM_SLABS_H
 
+#include "engine/crew.h"
 #include "engine/schedule.h"
 
 struct mill_slab {
@@ -28,7 +29,7 @@ struct mill_slab_mark {
 struct mill_slabs {
     struct mill_schedule *schedule;
     int count;
-    struct mill_slab *slab;      /* [count] */
+    struct mill_slab slab[MILL_CREW_MOST];
     struct mill_calendar *late;  /* events that were put off: the schedule's calendar */
     int8_t *home;                /* of each ball: number of its slab's calendar; count: `late` */
     struct mill_slab_mark *mark; /* of each block */
@@ -39,8 +40,6 @@ struct mill_slabs {
     double begin;                /* [s] local time of its begin */
     double end;                  /* [s] local time: earlier events are late. -INFINITY: none are */
 };
-
-enum { MILL_SLABS_MOST = 64 };
 
 /* The number of slabs with which the run is fastest on so many threads */
 int mill_slabs_worth(const struct mill_schedule *schedule, int threads);

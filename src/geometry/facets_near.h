@@ -35,54 +35,34 @@ struct mill_facets {
  * of a corner */
 enum { MILL_FACETS_INSIDE = 0, MILL_FACETS_SIDE = 1, MILL_FACETS_CORNER = 4 };
 
-/* The vector to the place from the nearest point of a side. The side begins at the place - q and
- * has the vector `way`. */
-static inline vec3 mill_facets_from_side(vec3 q, vec3 way, double per, double *along)
-{
-    const double share = vec3_dot(q, way) * per;
-    *along = share > 0.0 ? (share < 1.0 ? share : 1.0) : 0.0;
-    return vec3_axpy(q, -*along, way);
-}
-
 /* The vector from the nearest point of the facet to `place` [m]; *part: where this point is. If the
  * place is outside of the facet's prism, the nearest point is on one of the sides that the place is
  * beyond. For a facet so thin that u and v are inexact, the result is exact to second order. */
 static inline vec3 mill_facets_look(const struct mill_facets_flat *f, vec3 place, int *part)
 {
+    static const int end[3][2] = {{0, 1}, {1, 2}, {0, 2}}; /* corners of each side */
     const vec3 q = vec3_sub(place, f->a);
     const double u = vec3_dot(f->u, q), v = vec3_dot(f->v, q);
+    const bool beyond[3] = {!(v >= 0.0), !(u + v <= 1.0), !(u >= 0.0)};
     vec3 best = vec3_axpy(vec3_axpy(q, -u, f->ab), -v, f->ac);
+    double least = INFINITY;
     *part = MILL_FACETS_INSIDE;
-    if (u >= 0.0 && v >= 0.0 && u + v <= 1.0)
-        return best;
-    double least = INFINITY, along;
-    if (!(v >= 0.0)) {
-        best = mill_facets_from_side(q, f->ab, f->per[0], &along);
-        least = vec3_dot(best, best);
-        *part = along <= 0.0   ? MILL_FACETS_CORNER
-                : along >= 1.0 ? MILL_FACETS_CORNER + 1
-                               : MILL_FACETS_SIDE;
-    }
-    if (!(u + v <= 1.0)) {
-        const vec3 way =
-            mill_facets_from_side(vec3_sub(q, f->ab), vec3_sub(f->ac, f->ab), f->per[1], &along);
-        const double square = vec3_dot(way, way);
-        if (square < least) {
-            best = way;
-            least = square;
-            *part = along <= 0.0   ? MILL_FACETS_CORNER + 1
-                    : along >= 1.0 ? MILL_FACETS_CORNER + 2
-                                   : MILL_FACETS_SIDE + 1;
-        }
-    }
-    if (!(u >= 0.0)) {
-        const vec3 way = mill_facets_from_side(q, f->ac, f->per[2], &along);
-        if (vec3_dot(way, way) < least) {
-            best = way;
-            *part = along <= 0.0   ? MILL_FACETS_CORNER
-                    : along >= 1.0 ? MILL_FACETS_CORNER + 2
-                                   : MILL_FACETS_SIDE + 2;
-        }
+    for (int k = 0; k < 3; k++) {
+        if (!beyond[k])
+            continue;
+        const vec3 from = k == 1 ? vec3_sub(q, f->ab) : q;
+        const vec3 way = k == 0 ? f->ab : k == 1 ? vec3_sub(f->ac, f->ab) : f->ac;
+        const double share = vec3_dot(from, way) * f->per[k];
+        const double along = share > 0.0 ? (share < 1.0 ? share : 1.0) : 0.0;
+        const vec3 off = vec3_axpy(from, -along, way);
+        const double square = vec3_dot(off, off);
+        if (!(square < least))
+            continue;
+        best = off;
+        least = square;
+        *part = along <= 0.0   ? MILL_FACETS_CORNER + end[k][0]
+                : along >= 1.0 ? MILL_FACETS_CORNER + end[k][1]
+                               : MILL_FACETS_SIDE + k;
     }
     return best;
 }
