@@ -94,7 +94,7 @@ static bool find_symmetry(const struct mill_bodied *b, vec3 *symmetry)
 static void find_hull(struct mill_bodied *b)
 {
     const struct mill_solid *solid = b->convex.base.solid;
-    b->hull = b->is.inside ? mill_solid_hull(solid, &b->is) : mill_solid_slim_hull(solid, &b->is);
+    b->hull = mill_solid_hull(solid, &b->is);
     b->along = b->hull.axis == 0 ? b->is.z : b->hull.axis == 1 ? b->is.x : b->is.y;
     if (solid->core)
         b->core = solid->core(&b->is);

@@ -42,9 +42,7 @@ vec3 mill_solid_extents(const struct mill_solid *solid, const struct mill_core *
     return vec3_make(far[0], far[1], far[2]);
 }
 
-/* slim: about the axis along which it is longest */
-static struct mill_hull hull_of(const struct mill_solid *solid, const struct mill_body *is,
-                                bool slim)
+struct mill_hull mill_solid_hull(const struct mill_solid *solid, const struct mill_body *is)
 {
     if (solid->hull)
         return solid->hull(is);
@@ -52,18 +50,8 @@ static struct mill_hull hull_of(const struct mill_solid *solid, const struct mil
     const vec3 most = mill_solid_extents(solid, &core);
     const double far[3] = {core.grown + most.x, core.grown + most.y, core.grown + most.z};
     int k = 2;
-    if (slim && (far[2] < far[0] || far[2] < far[1]))
+    if (!is->inside && (far[2] < far[0] || far[2] < far[1]))
         k = far[0] >= far[1] ? 0 : 1;
     const double one = far[(k + 1) % 3], other = far[(k + 2) % 3];
     return (struct mill_hull){far[k], sqrt(one * one + other * other), (k + 1) % 3};
-}
-
-struct mill_hull mill_solid_hull(const struct mill_solid *solid, const struct mill_body *is)
-{
-    return hull_of(solid, is, false);
-}
-
-struct mill_hull mill_solid_slim_hull(const struct mill_solid *solid, const struct mill_body *is)
-{
-    return hull_of(solid, is, true);
 }

@@ -112,9 +112,10 @@ struct mill_profile mill_solid_profile(const struct mill_body *prism);
 /* [m] How far the core reaches along each of its own axes */
 vec3 mill_solid_extents(const struct mill_solid *solid, const struct mill_core *core);
 
-/* The hull about its own z, or about the axis along which the solid is longest */
+/* The hull: of a container about its own z, of another body about the axis along which it is
+ * longest
+ */
 struct mill_hull mill_solid_hull(const struct mill_solid *solid, const struct mill_body *body);
-struct mill_hull mill_solid_slim_hull(const struct mill_solid *solid, const struct mill_body *body);
 
 /* Conversion between the body's own axes and its motion's frame */
 static inline vec3 mill_body_turn_in(const struct mill_body *b, vec3 a)

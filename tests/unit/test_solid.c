@@ -105,8 +105,10 @@ LOOP_TEST(hulls_enclose_the_outline, KINDS + 1)
     for (int n = 0; n < unit_draws(300); n++) {
         struct lone o;
         lone_open(&seed, &o, _i, any_place(&seed));
-        const struct mill_hull hull[] = {mill_solid_hull(o.kind, &o.body),
-                                         mill_solid_slim_hull(o.kind, &o.body)};
+        struct mill_body container = o.body;
+        container.inside = 1;
+        const struct mill_hull hull[] = {mill_solid_hull(o.kind, &container),
+                                         mill_solid_hull(o.kind, &o.body)};
         const double size = hull[0].half + hull[0].radius;
         struct mill_mesh mesh = outline_of(&o, 1e-2 * size);
         ck_assert_int_eq(hull[0].axis, 0);
@@ -129,7 +131,7 @@ LOOP_TEST(hulls_enclose_the_outline, KINDS + 1)
     }
 }
 
-TEST(the_slim_hull_of_a_box_is_about_its_longest_side)
+TEST(the_hull_of_a_box_is_about_its_longest_side)
 {
     uint64_t seed = 21;
     for (int n = 0; n < 300; n++) {
@@ -139,7 +141,7 @@ TEST(the_slim_hull_of_a_box_is_about_its_longest_side)
         is.rounding = below(&seed, 2) ? 4e-4 : 0.0;
         const vec3 s = is.size;
         const double longest = fmax(s.x, fmax(s.y, s.z));
-        const struct mill_hull hull = mill_solid_slim_hull(&mill_box_solid, &is);
+        const struct mill_hull hull = mill_solid_hull(&mill_box_solid, &is);
         ck_assert(((const double[]){s.z, s.x, s.y})[hull.axis] == longest);
         ck_assert_double_eq_tol(hull.half, 0.5 * longest, 1e-16);
         ck_assert_double_eq_tol(
