@@ -269,23 +269,17 @@ static enum mill_fault_code pack(struct pack *p)
     return code;
 }
 
-/* Fills `fewer` with this part of the balls of each kind, rounded down but at least one, in
- * the order in which a setup with these counts would have them. count: the number left of
- * each species. */
-static void thin_out(const struct mill_world *w, double part, struct mill_world *fewer,
+/* Fills `fewer` with this part of the balls of each kind, rounded down but at least one. count: the
+ * number left of each species. */
+static void thin_out(const struct mill_setup *setup, double part, struct mill_world *fewer,
                      int32_t *count)
 {
-    memset(count, 0, sizeof *count * (size_t)w->species_count);
-    for (int32_t i = 0; i < w->balls; i++)
-        count[w->ball[i].species]++;
-    for (int k = 0; k < w->species_count; k++)
-        count[k] = (int32_t)fmax(floor(part * (double)count[k]), 1.0);
     fewer->balls = 0;
-    for (int32_t i = 0, in_kind = 0; i < w->balls; i++) {
-        const int32_t species = w->ball[i].species;
-        in_kind = i > 0 && w->ball[i - 1].species == species ? in_kind + 1 : 0;
-        if (in_kind < count[species])
-            fewer->ball[fewer->balls++].species = species;
+    for (int k = 0; k < setup->species; k++) {
+        const double left = floor(part * (double)setup->balls[k].count);
+        count[k] = setup->balls[k].count > 0 ? (int32_t)fmax(left, 1.0) : 0;
+        for (int32_t n = 0; n < count[k]; n++)
+            fewer->ball[fewer->balls++].species = (int16_t)k;
     }
 }
 
@@ -301,11 +295,11 @@ static enum mill_fault_code find_what_fits(struct pack *p, struct mill_fault *fa
     fault->amount = solid_fraction(p);
     p->world = &fewer;
     if (code == MILL_FAULT_NO_ROOM) /* where not even one of each kind fits, no number does */
-        thin_out(w, 0.0, &fewer, count);
+        thin_out(p->setup, 0.0, &fewer, count);
     const bool one = code == MILL_FAULT_NO_ROOM && pack(p) == MILL_FAULT_NONE;
     for (double part = fmin(0.97, LIKELY / fault->amount);
          one && code == MILL_FAULT_NO_ROOM && tried > w->species_count; part *= 0.95) {
-        thin_out(w, part, &fewer, count);
+        thin_out(p->setup, part, &fewer, count);
         if (fewer.balls < tried) {
             tried = fewer.balls;
             code = pack(p);
