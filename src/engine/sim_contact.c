@@ -192,9 +192,7 @@ void mill_sim_happen(struct mill_sim *sim, int32_t i)
         ball_meets_ball(sim, i, plan->partner);
     } else if (plan->next == MILL_NEXT_EXIT) {
         arrive(sim, i);
-        if (!mill_schedule_cross(sim->schedule, i, sim->now))
-            sim->status =
-                mill_error_set(sim->error, MILL_FAILED, "out of memory for the cell grid");
+        mill_sim_need(sim, mill_schedule_cross(sim->schedule, i, sim->now));
     } else if (plan->next == MILL_NEXT_SURFACE) {
         ball_meets_shape(sim, i, plan->shape);
     } else { /* the plan is stale, or a search continues: make a new plan from here */

@@ -96,6 +96,13 @@ static inline bool mill_sim_heed(struct mill_sim *sim, enum mill_status status)
     return sim->status == MILL_OK || sim->status == MILL_ENDED;
 }
 
+/* The grids have found memory for a ball or, if not `found`, the run ends. */
+static inline void mill_sim_need(struct mill_sim *sim, bool found)
+{
+    if (!found)
+        sim->status = mill_error_set(sim->error, MILL_FAILED, "out of memory for the cell grid");
+}
+
 /* Moves ball i along its flight to local time t. A ball that is asleep remains where it is. */
 static inline void mill_sim_move(struct mill_world *w, int32_t i, double t)
 {

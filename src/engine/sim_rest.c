@@ -61,14 +61,12 @@ static void fall_asleep(struct mill_sim *sim, int32_t i)
     w->account.dissipation[MILL_BALL_BALL] += all;
     w->account.dissipation_normal[MILL_BALL_BALL] += kinetic;
     w->account.dissipation_gross += all;
-    if (!mill_rest_sleep(sim->schedule, i))
-        sim->status = mill_error_set(sim->error, MILL_FAILED, "out of memory for the cell grid");
+    mill_sim_need(sim, mill_rest_sleep(sim->schedule, i));
 }
 
 static void wake(struct mill_sim *sim, int32_t i)
 {
-    if (!mill_rest_wake(sim->schedule, i, sim->now))
-        sim->status = mill_error_set(sim->error, MILL_FAILED, "out of memory for the cell grid");
+    mill_sim_need(sim, mill_rest_wake(sim->schedule, i, sim->now));
 }
 
 static int by_number(const void *a, const void *b)

@@ -11,7 +11,6 @@
 #include "start/clash_solid.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 /* Relative to the size: bodies nearer than this touch */
 #define TOUCH 1e-6
@@ -91,20 +90,15 @@ static bool alike(const struct mill_passing *p, const struct mill_passing *q)
 }
 
 /* Of each two kinds of contact the narrowest place is kept, in the order of the gaps. */
-static void keep_narrowest(struct mill_fault *fault, struct mill_passing p)
+static void keep_narrowest(struct mill_passing *list, struct mill_passing p)
 {
-    struct mill_passing *list = fault->narrowest;
-    int k = 0;
-    for (; k < MILL_FAULT_PASSINGS && list[k].gap <= p.gap; k++)
-        if (alike(&list[k], &p))
-            return;
-    int end = k;
-    while (end < MILL_FAULT_PASSINGS - 1 && list[end].gap < (double)INFINITY &&
-           !alike(&list[end], &p))
-        end++;
-    if (k == MILL_FAULT_PASSINGS)
+    int k = 0; /* the place of these kinds, or a free one, or the last */
+    while (k < MILL_FAULT_PASSINGS - 1 && list[k].gap < (double)INFINITY && !alike(&list[k], &p))
+        k++;
+    if (p.gap >= list[k].gap)
         return;
-    memmove(&list[k + 1], &list[k], (size_t)(end - k) * sizeof p);
+    for (; k > 0 && p.gap < list[k - 1].gap; k--)
+        list[k] = list[k - 1];
     list[k] = p;
 }
 
@@ -127,7 +121,7 @@ static void march(struct check *c, const struct march *m, double end, enum mill_
         if (gap <= (m->slides ? -m->near : m->near))
             break;
         if (gap > m->near)
-            keep_narrowest(c->fault, passing_of(c, m, gap, t));
+            keep_narrowest(c->fault->narrowest, passing_of(c, m, gap, t));
         if (m->speed == 0.0)
             return;
         t += fmax(gap, late ? COARSE * (double)c->looks * m->near / TOUCH : 0.0) / m->speed;

@@ -25,7 +25,7 @@ enum { POINTS = 200000, FEWEST = 8, HALVINGS = 64 };
 
 static int32_t along(const struct mill_fill_room *l, int axis, double x)
 {
-    const double cell = x * l->per_side[axis], last = (double)(l->n[axis] - 1);
+    const double cell = x / l->side[axis], last = (double)(l->n[axis] - 1);
     return cell > 0.0 ? (int32_t)(cell < last ? cell : last) : 0;
 }
 
@@ -47,7 +47,6 @@ static void lay_out(struct mill_fill_room *l, const double extent[3])
         for (int axis = 0; axis < 3; axis++) {
             l->n[axis] = (int32_t)fmin(fmax(ceil(extent[axis] / side), FEWEST), POINTS);
             l->side[axis] = extent[axis] / l->n[axis];
-            l->per_side[axis] = l->n[axis] / extent[axis];
             points *= l->n[axis];
         }
         side *= 1.25;
