@@ -73,12 +73,6 @@ static void unite(struct mill_grids *g, const struct mill_world *w, struct sizes
     }
 }
 
-/* In words of the rows */
-static int64_t offset_of(const struct mill_cells *c, const int32_t d[3])
-{
-    return (((int64_t)d[0] * c->n[1] + d[1]) * c->n[2] + d[2]) * c->row;
-}
-
 /* Is a cell this far away closer than `sum`? */
 static bool is_within(const struct mill_cells *c, const int32_t d[3], double sum)
 {
@@ -107,7 +101,7 @@ static bool make_view(struct mill_grids_view *v, const struct mill_cells *c, boo
         const int32_t way = face % 2 ? 1 : -1;
         for (int32_t k = 0; k < all; k++) {
             int32_t d[3] = {k / (wide * wide) - m, k / wide % wide - m, k % wide - m};
-            const int64_t offset = offset_of(c, d);
+            const int64_t cells = ((int64_t)d[0] * c->n[1] + d[1]) * c->n[2] + d[2];
             bool sees = !down || is_within(c, d, v->widest);
             if (face >= 0 && !down)
                 sees = d[face / 2] * way >= nearest;
@@ -116,7 +110,7 @@ static bool make_view(struct mill_grids_view *v, const struct mill_cells *c, boo
                 sees = !is_within(c, d, v->widest);
             }
             if (sees)
-                *next++ = offset;
+                *next++ = cells * c->row; /* in words of the rows */
         }
         if (face < 0) {
             v->count = (int32_t)(next - begin);

@@ -91,15 +91,6 @@ static bool find_symmetry(const struct mill_bodied *b, vec3 *symmetry)
     return base->solid->ball;
 }
 
-static void find_hull(struct mill_bodied *b)
-{
-    const struct mill_solid *solid = b->convex.base.solid;
-    b->hull = mill_solid_hull(solid, &b->is);
-    b->along = b->hull.axis == 0 ? b->is.z : b->hull.axis == 1 ? b->is.x : b->is.y;
-    if (solid->core)
-        b->core = solid->core(&b->is);
-}
-
 bool mill_body_create(struct mill_bodied *b, const struct mill_reach *places)
 {
     struct mill_convex *c = &b->convex;
@@ -107,7 +98,10 @@ bool mill_body_create(struct mill_bodied *b, const struct mill_reach *places)
     vec3 symmetry;
     const bool ball = find_symmetry(b, &symmetry);
     b->places = *places;
-    find_hull(b);
+    b->hull = mill_solid_hull(c->base.solid, &b->is);
+    b->along = b->hull.axis == 0 ? b->is.z : b->hull.axis == 1 ? b->is.x : b->is.y;
+    if (c->base.solid->core)
+        b->core = c->base.solid->core(&b->is);
     c->centre = b->is.centre;
     *bounds = mill_motion_bounds(c->base.motion, c->centre);
     bool in_itself = ball; /* it turns about an axis of symmetry */

@@ -11,6 +11,7 @@
 #include "start/clash_solid.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 /* Relative to the size: bodies nearer than this touch */
 #define TOUCH 1e-6
@@ -84,16 +85,12 @@ static struct mill_passing passing_of(const struct check *c, const struct march 
                                  .when = t};
 }
 
-static bool alike(const struct mill_passing *p, const struct mill_passing *q)
-{
-    return p->kind[0] == q->kind[0] && p->kind[1] == q->kind[1];
-}
-
 /* Of each two kinds of contact the narrowest place is kept, in the order of the gaps. */
 static void keep_narrowest(struct mill_passing *list, struct mill_passing p)
 {
     int k = 0; /* the place of these kinds, or a free one, or the last */
-    while (k < MILL_FAULT_PASSINGS - 1 && list[k].gap < (double)INFINITY && !alike(&list[k], &p))
+    while (k < MILL_FAULT_PASSINGS - 1 && list[k].gap < (double)INFINITY &&
+           memcmp(list[k].kind, p.kind, sizeof p.kind) != 0)
         k++;
     if (p.gap >= list[k].gap)
         return;
