@@ -3,6 +3,7 @@
 #include "millsim/start.h"
 
 #include "base/memory.h"
+#include "engine/grids.h"
 #include "geometry/shapes.h"
 #include "start/clash.h"
 #include "start/fill.h"
@@ -265,32 +266,26 @@ static void check_balls(const struct mill_world *w, struct mill_fault *fault)
  * first of these. */
 static void check_pairs(const struct mill_world *w, struct mill_fault *fault)
 {
-    struct mill_fill_grids grids = {.balls = 0};
+    struct mill_grids grids;
     int32_t *near = malloc(sizeof *near * ((size_t)w->balls + MILL_CELL_ROW));
-    const int images = w->container.period > 0.0;
-    if (!near || !mill_fill_grids_init(&grids, w))
-        fault->code = MILL_FAULT_MEMORY;
-    for (int32_t i = 0; i < w->balls && fault->code == MILL_FAULT_NONE; i++) {
-        grids.place[i].r = w->ball[i].r;
-        for (int image = -images; image <= images; image++) {
-            vec3 r = w->ball[i].r;
-            r.x += image * w->container.period;
-            const int32_t n = mill_fill_grids_near(&grids, r, radius_of(w, i), near);
-            for (int32_t k = 0; k < n; k++) {
-                const double distance = vec3_norm(vec3_sub(r, w->ball[near[k]].r));
-                const double gap = distance - (radius_of(w, i) + radius_of(w, near[k]));
-                if (!(gap >= -SLACK) && (fault->code == MILL_FAULT_NONE || near[k] < fault->other))
-                    *fault = (struct mill_fault){.code = MILL_FAULT_BALL_IN_BALL,
-                                                 .ball = i,
-                                                 .other = near[k],
-                                                 .amount = -gap};
-            }
+    bool made = mill_grids_init(&grids, w, 1.0) && near;
+    for (int32_t i = 0; i < w->balls && made && fault->code == MILL_FAULT_NONE; i++) {
+        const struct mill_ball *ball = &w->ball[i];
+        const int32_t cell = mill_cells_at(grids.own, ball->r);
+        const int32_t n = mill_grids_gather(&grids, ball->species, cell, near);
+        for (int32_t k = 0; k < n; k++) {
+            vec3 d = vec3_sub(ball->r, w->ball[near[k]].r);
+            d.x = mill_world_image(w, d.x);
+            const double gap = vec3_norm(d) - (radius_of(w, i) + radius_of(w, near[k]));
+            if (!(gap >= -SLACK) && (fault->code == MILL_FAULT_NONE || near[k] < fault->other))
+                *fault = (struct mill_fault){
+                    .code = MILL_FAULT_BALL_IN_BALL, .ball = i, .other = near[k], .amount = -gap};
         }
-        mill_fill_grids_place(&grids, i);
+        made = mill_grids_insert(&grids, i, ball->species, cell);
     }
-    if (grids.failed)
+    if (!made)
         fault->code = MILL_FAULT_MEMORY;
-    mill_fill_grids_free(&grids);
+    mill_grids_release(&grids);
     free(near);
 }
 
