@@ -26,12 +26,9 @@ void mill_sums_clear(struct mill_sums *sums)
     memset(sums->record, 0, sums->count * sums->list->size);
 }
 
-static void add_row(const struct mill_sum *sum, char *to, const char *more)
+static void add_row(enum mill_h5_type type, size_t n, size_t step, char *to, const char *more)
 {
-    const size_t n = sum->n > 0 ? sum->n : 1, step = sum->step;
-    to += sum->at;
-    more += sum->at;
-    if (sum->type == MILL_H5_U64)
+    if (type == MILL_H5_U64)
         for (size_t i = 0; i < n; i++, to += step, more += step)
             *(uint64_t *)(void *)to += *(const uint64_t *)(const void *)more;
     else
@@ -42,11 +39,14 @@ static void add_row(const struct mill_sum *sum, char *to, const char *more)
 void mill_sums_add_records(const struct mill_sums_list *list, size_t count, void *into,
                            const void *from)
 {
-    char *to = into;
-    const char *more = from;
-    for (size_t i = 0; i < count; i++, to += list->size, more += list->size)
-        for (int k = 0; k < list->count; k++)
-            add_row(&list->sum[k], to, more);
+    for (const struct mill_sum *sum = list->sum; sum < list->sum + list->count; sum++) {
+        char *to = (char *)into + sum->at;
+        const char *more = (const char *)from + sum->at;
+        if (sum->n == 0)
+            add_row(sum->type, count, list->size, to, more);
+        for (size_t i = 0; i < count && sum->n > 0; i++, to += list->size, more += list->size)
+            add_row(sum->type, sum->n, sum->step, to, more);
+    }
 }
 
 void mill_sums_add(struct mill_sums *into, const struct mill_sums *from)
