@@ -4,8 +4,7 @@
 
 #include <assert.h>
 
-/* Its own z is the x axis of its motion's frame. */
-static struct mill_body along_x(double radius, double length)
+struct mill_body mill_setup_shaft(double radius, double length)
 {
     return (struct mill_body){.x = {0.0, 1.0, 0.0},
                               .y = {0.0, 0.0, 1.0},
@@ -16,18 +15,13 @@ static struct mill_body along_x(double radius, double length)
 
 struct mill_body mill_setup_drum_body(const struct mill_setup_drum *drum)
 {
-    struct mill_body body = along_x(drum->radius, drum->length);
+    struct mill_body body = mill_setup_shaft(drum->radius, drum->length);
     body.inside = 1;
     body.open = drum->periodic;
     body.buckles = (int)drum->buckles;
     body.buckle_height = drum->buckles != 0 ? drum->buckle_height : 0.0;
     body.buckle_angle = drum->buckles != 0 ? drum->buckle_angle : 0.0;
     return body;
-}
-
-struct mill_body mill_setup_shaft(double radius, double length)
-{
-    return along_x(radius, length);
 }
 
 struct mill_body mill_setup_blade(const struct mill_blade *blade)
