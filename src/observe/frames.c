@@ -246,7 +246,7 @@ static void free_frames(struct mill_observer *self)
     free(((struct frames *)self)->row);
 }
 
-const struct mill_observing mill_frames_type = {.type = {"frames", NULL, sample},
+const struct mill_observing mill_frames_type = {.type = {"frames", NULL, sample, NULL},
                                                 .size = sizeof(struct frames),
                                                 .state = tell_state,
                                                 .open = open_file,

@@ -89,7 +89,7 @@ static void open_file(struct mill_observer *self, const struct mill_observe *ask
     mill_h5_attribute(file, "/impacts/kind", "kinds", MILL_H5_TEXT, kinds, log->kinds.name);
 }
 
-const struct mill_observing mill_impactlog_type = {.type = {"impacts", log_impact, NULL},
+const struct mill_observing mill_impactlog_type = {.type = {"impacts", log_impact, NULL, NULL},
                                                    .size = sizeof(struct impactlog),
                                                    .wanted = is_wanted,
                                                    .state = tell_state,

@@ -162,7 +162,7 @@ static void open_file(struct mill_observer *self, const struct mill_observe *ask
         open_elements(series, world, i);
 }
 
-const struct mill_observing mill_series_type = {.type = {"series", NULL, sample},
+const struct mill_observing mill_series_type = {.type = {"series", NULL, sample, NULL},
                                                 .size = sizeof(struct series),
                                                 .state = tell_state,
                                                 .open = open_file};

@@ -388,7 +388,7 @@ static enum mill_status results(const struct mill_observer *observer,
     return status;
 }
 
-const struct mill_observing mill_tally_type = {.type = {"statistics", on_impact, on_sample},
+const struct mill_observing mill_tally_type = {.type = {"statistics", on_impact, on_sample, NULL},
                                                .size = sizeof(struct mill_tally),
                                                .create = create,
                                                .state = tell_state,
