@@ -16,7 +16,7 @@
 /* A ball that a blade pinched is let go: it may be inside blades until it is clear of them. */
 static inline bool mill_let_go(const struct mill_sim *sim, int32_t i)
 {
-    return sim && sim->schedule->plan[i].let_go;
+    return sim && sim->world->ball[i].relief;
 }
 
 /* How deep two bodies may overlap: at the start, or later */
