@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from milltools.base.errors import UserError
-from milltools.mesh import mend, read
+from milltools.mesh import mend, read, surface
 from milltools.mesh import threemf as threemf_limits
 
 # ---- meshes: triangles (N, 3, 3), counter-clockwise as seen from outside
@@ -343,6 +343,18 @@ def test_a_wall_within_a_solid_is_taken_out(made):
     said, found = made(stl(left, right[2:]))
     assert said.splitlines()[0] == "in.stl: 2 facets of walls within the solid dropped"
     assert volume(found) == pytest.approx(16000)
+
+
+def test_a_facet_that_comes_back_to_where_it_was_ends_mending(monkeypatch):
+    """A tetrahedron with a corner within rounding of the end of a side: the facet between them has no area, nor has
+    the one that its neighbour gets from it."""
+    found, asked = surface.Surface._flat, []
+    monkeypatch.setattr(surface.Surface, "_flat", lambda self: asked.append(0) or found(self))
+    points = [(0, 0, 0), (0, 0, 1.9e-9), (0, 0, -2.8e-6), (0.0018, 0.0012, 0.0747), (-0.05, 0.01, 0.03)]
+    facets = [(3, 1, 0), (3, 0, 2), (4, 0, 1), (4, 2, 0), (3, 2, 4), (3, 4, 1)]
+    one = surface.Surface(np.array(points, "f4").astype(float), np.array(facets))
+    one.close(1e-8, 0.0)
+    assert (one.partner >= 0).all() and len(asked) < 30
 
 
 # ---- formats

@@ -110,10 +110,11 @@ class Surface:
         before = len(self.facets)
         points = [self.facets[:, k] == self.facets[:, (k + 1) % 3] for k in range(3)]
         self.facets = self.facets[~np.any(points, axis=0)]
-        flat, passes = self._flat(), 0
+        flat, seen = self._flat(), set()
         self.changes.dropped += before - len(self.facets) + len(flat)
-        while len(flat) and passes < MOST_PASSES and self._hand_over(flat):
-            flat, passes = self._flat(), passes + 1
+        while len(flat) and (now := self.facets[flat].tobytes()) not in seen and self._hand_over(flat):
+            seen.add(now)  # a facet may come back to where it was
+            flat = self._flat()
         self.facets = np.delete(self.facets, flat, axis=0)
         first = np.argmin(self.facets, axis=1)
         begun = np.take_along_axis(self.facets, (first[:, None] + np.arange(3)) % 3, axis=1)
@@ -227,16 +228,20 @@ class Surface:
 
     # ---- gaps
 
-    def close(self, weld: float, hole: float):
+    def close(self, weld: float, hole: float, step=lambda: None):
         """Mends what is not closed; sets `partner`, the partner of each side. What fits within the rounding of the
-        coordinates is joined first, wider gaps later."""
+        coordinates is joined first, wider gaps later. `step` is called now and then."""
         self.drop()
         for most in (weld * share for share in (0.01, 0.1, 1.0)):
-            for _ in range(MOST_PASSES):
+            seen = set()
+            while len(seen) < MOST_PASSES:
+                step()
                 order, begins, counts = self.edges()
                 lone = order[begins[counts % 2 == 1]]
-                if not len(lone) or not (self._weld_near(lone, most) or self._split(lone, most)):
+                now = np.sort(np.stack(self.sides())[:, lone], axis=0).tobytes()
+                if now in seen or not len(lone) or not (self._weld_near(lone, most) or self._split(lone, most)):
                     break
+                seen.add(now)
                 self.drop()
         self._pair()
         if (self.partner < 0).any() and not self.has_one_side and self._fill(hole):
