@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from milltools.base.errors import UserError
-from milltools.mesh import mend, read
+from milltools.mesh import judge, mend, read, surface
 from milltools.mesh import threemf as threemf_limits
 
 # ---- meshes: triangles (N, 3, 3), counter-clockwise as seen from outside
@@ -151,7 +151,7 @@ def test_the_progress_names_each_step(tmp_path):
     told = []
     asked = types.SimpleNamespace(input=[str(tmp_path / "in.stl")], unit=None, hole=None, weld=None)
     mend.mended(asked, told.append)
-    steps = [re.sub(r" \S*in\.stl|, \d+ of \d+ to go", "", text) for text, _ in itertools.groupby(told)]
+    steps = [re.sub(r" \S*in\.stl|, \d+ of \d+ to go|, try \d of \d", "", text) for text, _ in itertools.groupby(told)]
     assert [step for step, _ in itertools.groupby(steps)] == [
         "reading", "mending", "finding which shells lie within others", "uniting solids",
         "checking that millsim accepts it",
@@ -223,6 +223,11 @@ def test_faces_that_lie_upon_each_other_only_nearly_are_united(made, solids, rig
     assert volume(found - found.mean(axis=(0, 1))) == pytest.approx(right, rel=1e-4)
 
 
+def test_nothing_is_said_of_solids_of_which_none_was_joined(made):
+    said, _ = made(stl(ring(20, 10, -5, 5), box(8, 8, 8)))
+    assert said.count("solid around") == 2 and "solids:" not in said
+
+
 def test_several_files_become_one(made):
     _, found = made(("a.stl", stl(box(30, 30, 30))), ("b.stl", stl(box(20, 20, 20, at=(15, 0, 0)))))
     assert volume(found) == pytest.approx(27000 + 4000, rel=1e-6)
@@ -276,7 +281,8 @@ def test_a_large_hole_is_closed_only_on_demand(made, refusal):
     mesh = box(30, 20, 10)[2:]  # without a side of 20 by 10
     (line,) = refusal(stl(mesh))
     assert line == (
-        "in.stl: a hole of 4 sides, 20 across, around (-15, 0, 0): if a face is missing there, close it with --hole 20"
+        "in.stl: a hole of 4 sides, 20 across, around (-15, 0, 0): if a face is missing there, close it with "
+        "--hole 20; else give the sheet that ends there a thickness"
     )
     _, found = made(stl(mesh), "--hole", "20")
     assert volume(found) == pytest.approx(6000)
@@ -343,6 +349,31 @@ def test_a_wall_within_a_solid_is_taken_out(made):
     said, found = made(stl(left, right[2:]))
     assert said.splitlines()[0] == "in.stl: 2 facets of walls within the solid dropped"
     assert volume(found) == pytest.approx(16000)
+
+
+def test_a_facet_that_comes_back_to_where_it_was_ends_mending(monkeypatch):
+    """A tetrahedron with a corner within rounding of the end of a side: the facet between them has no area, nor has
+    the one that its neighbour gets from it."""
+    found, asked = surface.Surface._flat, []
+    monkeypatch.setattr(surface.Surface, "_flat", lambda self: asked.append(0) or found(self))
+    points = [(0, 0, 0), (0, 0, 1.9e-9), (0, 0, -2.8e-6), (0.0018, 0.0012, 0.0747), (-0.05, 0.01, 0.03)]
+    facets = [(3, 1, 0), (3, 0, 2), (4, 0, 1), (4, 2, 0), (3, 2, 4), (3, 4, 1)]
+    one = surface.Surface(np.array(points, "f4").astype(float), np.array(facets))
+    one.close(1e-8, 0.0)
+    assert (one.partner >= 0).all() and len(asked) < 30
+
+
+def fin(mesh, height):
+    """A facet that stands on an edge of a ball."""
+    a, b, _ = mesh[len(mesh) // 2]
+    return np.array([(a, b, a * (1 + height / np.linalg.norm(a)))])
+
+
+def test_a_small_sheet_that_sticks_out_is_dropped(made):
+    mesh = ball(20, around=96, rings=48)
+    said, found = made(stl(mesh, fin(mesh, 1)))
+    assert said.splitlines()[0] == "in.stl: 1 facet dropped of small sheets that stuck out"
+    assert len(found) == len(mesh)
 
 
 # ---- formats
@@ -475,6 +506,8 @@ def test_bytes_after_the_last_facet_are_left_out(made):
 
 # ---- refusals
 
+ITSELF = "in.stl: this solid crosses or touches itself: mend it in the program that made the mesh"
+
 
 def test_all_faults_are_told_with_their_places_the_first_twenty(refusal):
     boxes = [box(10, 10, 10, at=(20 * k, 0, 0))[2:] for k in range(25)]
@@ -492,8 +525,31 @@ def test_a_surface_that_crosses_itself_is_refused(refusal):
     mesh = box(20, 20, 20)
     a, b, c = mesh[0]
     tip = np.array([40.0, 3.0, 2.0])
-    lines = refusal(stl(np.array([(a, b, tip), (b, c, tip), (c, a, tip)]), mesh[1:]))
-    assert lines and all("cross" in line and "mill mesh" not in line for line in lines)
+    crossing = np.array([(a, b, tip), (b, c, tip), (c, a, tip)])
+    lines = refusal(stl(crossing, mesh[1:]))
+    assert len(lines) > 1 and all("cross" in line and "mill mesh" not in line for line in lines)
+    assert lines[-1] == ITSELF
+    # ... also where it is one of several, before all are united in other ways
+    assert refusal(stl(crossing, mesh[1:], box(30, 30, 30, at=(0, 20, 0)))) == lines
+
+
+def test_a_sheet_that_sticks_out_is_told_as_such(refusal):
+    mesh = ball(20)
+    lines = refusal(stl(mesh, fin(mesh, 10)), "--hole", "20")
+    assert len(lines) == 2 and all("give the sheet that" in line and "inner walls" not in line for line in lines)
+
+
+def test_of_solids_that_cannot_be_united_the_fewest_faults_are_told(monkeypatch, tmp_path):
+    (tmp_path / "in.stl").write_bytes(stl(box(30, 30, 30), box(20, 20, 20, at=(15, 0, 0))))
+    faults = iter([name] * 20 + [f"{more} more faults"] for name, more in zip("abcdef", (99, 98, 67, 98, 99, 68)))
+    monkeypatch.setattr(judge, "complaints", lambda corners, step: step() or (len(corners) > 12 and next(faults)))
+    told, asked = [], types.SimpleNamespace(input=[str(tmp_path / "in.stl")], unit=None, hole=None, weld=None)
+    with pytest.raises(UserError, match="accepts each of the solids.*unite them in the program that made") as refused:
+        mend.mended(asked, told.append)
+    assert [line.split(": ")[1] for line in refused.value.lines[:-1]] == ["c"] * 20 + ["and 67 more faults"]
+    checks = [text.split("accepts ")[1] for text, _ in itertools.groupby(told) if "accepts" in text]
+    solids = [f"solid {k} of 2, try 1 of 7" for k in (1, 2)]
+    assert checks == ["it, try 1 of 6", *solids, *(f"it, try {k} of 6" for k in range(2, 7))]
 
 
 def test_a_strip_with_one_side_is_refused(refusal):

@@ -30,8 +30,8 @@ friction = 0.1
 """
 
 
-def complaints(corners, progress) -> list[str]:
-    """What millsim says against a mesh; nothing if it accepts it."""
+def complaints(corners, step) -> list[str]:
+    """What millsim says against a mesh; nothing if it accepts it. `step` is called now and then."""
     low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
     unit = 1.0 / float((high - low).max())
     x, y, z = (float(-unit * one) for one in (low + high) / 2)
@@ -44,7 +44,7 @@ def complaints(corners, progress) -> list[str]:
         child = subprocess.Popen(words, cwd=folder, stdout=subprocess.DEVNULL, stderr=said)
         try:
             while (status := _waited(child)) is None:
-                progress("checking that millsim accepts it")
+                step()
         finally:
             child.kill()
             child.wait()

@@ -1,15 +1,18 @@
 """Leads the steps of `mill mesh`, and says what they changed."""
 
 import dataclasses
+import functools
+import re
 
 import numpy as np
 
 from milltools.base.errors import UserError
 from milltools.base.text import plain, plural
-from milltools.mesh import judge, solids
+from milltools.mesh import judge, left, solids
+from milltools.mesh.left import OUT, place
 from milltools.mesh.parts import METRES, SHORT, check_count, single
 from milltools.mesh.read import read
-from milltools.mesh.surface import Changes, Surface, place
+from milltools.mesh.surface import Changes, Surface
 
 HOLE, WELD = 0.05, 1e-5  # over the largest dimension of a file, as the help of --hole and --weld says
 MOST_TOLD = 20  # faults, shells
@@ -49,7 +52,7 @@ def mended(arguments, progress) -> Mended:
             its[:] = [shell for shell in its if not shell.is_empty]
     every = [shell for its in shells for shell in its]
     if not every:
-        raise UserError([f"{plain(one.path)}: encloses no volume" for one in files])
+        raise UserError([f"{plain(one.path)}: encloses no volume: give sheets a thickness{OUT}" for one in files])
 
     def step(items, text):
         for item in items:
@@ -66,9 +69,9 @@ def mended(arguments, progress) -> Mended:
         raise UserError([f"{names}: {line}" for line in fault.lines], fault.status) from None
     rooms = sum(len(body.rooms) for body in bodies)
     before = sum(shell.volume for shell in every)
-    if len(bodies) > 1:
-        count = sum(shell.volume > 0 for shell in after)
-        how = "united" if solids.need_uniting(bodies) else "apart from each other, none touches another"
+    count = sum(shell.volume > 0 for shell in after)
+    if count != len(bodies) or (len(bodies) > 1 and not solids.need_uniting(bodies)):
+        how = "united" if count != len(bodies) else "apart from each other, none touches another"
         lines.append(f"solids: {len(bodies)} {how}, now {count}; volume {before:.6g}, now {_volume(after):.6g}")
     if rooms or any(shell.volume < 0 for shell in after):
         inner = [shell for shell in after if shell.volume < 0]
@@ -116,9 +119,8 @@ def _closed(one, arguments, progress):
         alone.append(Surface(np.concatenate([surface.points for surface in pooled]), facets))
     shells, changes, faults = [], Changes(), []
     for surface in alone:
-        progress(f"mending {plain(one.path)}")
-        surface.close(weld, hole)
-        wrong = surface.faults()
+        surface.close(weld, hole, functools.partial(progress, f"mending {plain(one.path)}"))
+        wrong = left.faults(surface)
         faults += wrong
         changes.add(surface.changes)
         if not wrong and len(surface.facets):
@@ -126,18 +128,28 @@ def _closed(one, arguments, progress):
     return shells, changes, faults
 
 
-def _accepted(bodies, progress):
-    """(corners, shells, lines) of what the solids fill together, in the first form that millsim accepts."""
+def _accepted(bodies, progress, what="it"):
+    """(corners, shells, lines) of what the solids fill together, in the first form that millsim accepts; else a
+    UserError with the faults of a single solid as it is, or of the form of several that has the fewest."""
     faults, reach = [], max(float(abs(body.points).max()) for body in bodies)
-    for shells, moved, wrong in _forms(bodies, reach, progress):
+    tries = len(FORMS) + (not solids.need_uniting(bodies))
+    for k, (shells, moved, wrong) in enumerate(_forms(bodies, reach, progress), 1):
         if not wrong:
             corners = np.concatenate([shell.corners() for shell in shells])
-            progress("checking that millsim accepts it")
-            wrong = judge.complaints(corners, progress)
+            text = f"checking that millsim accepts {what}, try {k} of {tries}"
+            progress(text)
+            wrong = judge.complaints(corners, functools.partial(progress, text))
         if not wrong:
             return corners, shells, [f"surfaces moved by up to {moved:.3g}, so that no facets cross"] if moved else []
-        faults = faults or wrong
-    raise UserError(_first(faults))
+        if not faults or (len(bodies) > 1 and _count(wrong) < _count(faults)):
+            faults = wrong
+        for number, body in enumerate(bodies if k == 1 < len(bodies) else [], 1):
+            # one that crosses itself is told here: no form of all would help
+            _accepted([body], progress, f"solid {number} of {len(bodies)}")
+    if len(bodies) == 1:
+        raise UserError([*_first(faults), f"this solid crosses or touches itself: mend it{OUT}"])
+    why = "millsim accepts each of the solids, but not what they fill together, whose faults these are"
+    raise UserError([*_first(faults), f"{why}: unite them{OUT}"])
 
 
 def _forms(bodies, reach, progress):
@@ -151,8 +163,9 @@ def _forms(bodies, reach, progress):
         if grow not in wholes:
             wholes[grow] = solids.united(bodies, grow * reach, progress)
         surface = Surface(*solids.facets_of(wholes[grow], share * reach))
-        surface.close(1e-7 * reach, 0.0)
-        wrong = surface.faults() or ["uniting the solids leaves nothing"] * (not len(surface.facets))
+        surface.close(1e-7 * reach, 0.0, functools.partial(progress, "uniting solids"))
+        wrong = [line.split(": ")[0] for line in left.faults(surface)]
+        wrong += ["uniting the solids leaves nothing"] * (not len(surface.facets))
         shells = [] if wrong else [one for one in solids.shells_of(surface) if not one.is_empty]
         moved = (grow + share) * reach
         if not wrong:
@@ -165,7 +178,9 @@ def _check_volume(bodies, shells, moved):
     own = [body.volume + sum(room.volume for room in body.rooms) for body in bodies]
     slack = 1e-5 * sum(body.volume for body in bodies) + moved * sum(body.area for body in bodies)
     if not max(own) - slack <= _volume(shells) <= sum(body.volume for body in bodies) + slack:
-        raise UserError(f"uniting failed: the solids of {sum(own):.6g} in all would fill {_volume(shells):.6g}")
+        raise UserError(
+            f"uniting failed: the solids of {sum(own):.6g} in all would fill {_volume(shells):.6g}: unite them{OUT}"
+        )
 
 
 def _volume(shells) -> float:
@@ -173,8 +188,14 @@ def _volume(shells) -> float:
 
 
 def _first(faults):
-    more = len(faults) - MOST_TOLD
+    more = _count(faults) - MOST_TOLD
     return faults[:MOST_TOLD] + [f"and {plural(more, 'more fault')}"] * (more > 0)
+
+
+def _count(faults):
+    """How many there are: a line of millsim stands for those that it does not tell."""
+    many = (re.match(r"(\d+)(?: or)? more faults$", line) for line in faults)
+    return sum(int(found[1]) if found else 1 for found in many)
 
 
 def _told(change: Changes):
@@ -191,6 +212,8 @@ def _told(change: Changes):
         yield f"{plural(change.turned, 'facet')} turned to face as the others around"
     if change.walls:
         yield f"{plural(change.walls, 'facet')} of walls within the solid dropped"
+    if change.fins:
+        yield f"{plural(change.fins, 'facet')} dropped of small sheets that stuck out"
     for across, sides in change.holes[:MOST_TOLD]:
         yield f"a hole of {sides} sides closed, {across:.3g} across"
     if len(change.holes) > MOST_TOLD:

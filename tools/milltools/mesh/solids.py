@@ -10,7 +10,8 @@ import manifold3d
 import numpy as np
 
 from milltools.base.errors import UserError
-from milltools.mesh.surface import Surface, place
+from milltools.mesh.left import OUT, place
+from milltools.mesh.surface import Surface
 
 MOST_SHELLS = 5000
 NO_VOLUME = 1e-9  # of a shell, over its area times its size
@@ -147,7 +148,8 @@ def _manifold(shell: Shell, grow: float):
     mesh = manifold3d.Mesh(points.astype("<f4"), facets.astype("<u4"))
     found = manifold3d.Manifold(mesh)
     if found.status() != manifold3d.Error.NoError:
-        raise UserError(f"the shell around {place(shell.points[0])} cannot be united: {found.status().name}")
+        why = f"cannot be united ({found.status().name})"
+        raise UserError(f"the shell around {place(shell.points[0])} {why}: mend it{OUT}")
     return found
 
 

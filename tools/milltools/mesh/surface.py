@@ -13,12 +13,12 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from milltools.base.text import plural
 from milltools.mesh import fill
 
 NO_AREA = 1e-9  # height over longest side: millsim's own limit is this
 SAME_ANGLE = 1e-5  # [rad] facets at an edge that lie upon each other
 MOST_PATCHES = 10  # that meet three at a time
+FIN = 0.05  # over the largest dimension: larger sheets that stick out are parts of what is meant, such as lifters
 MOST_PASSES = 40  # of one step of mending
 
 
@@ -33,6 +33,7 @@ class Changes:
     split: int = 0  # sides at corners that lay on them
     turned: int = 0
     walls: int = 0  # facets of walls within the solid
+    fins: int = 0  # facets of small sheets that stuck out
     holes: list = dataclasses.field(default_factory=list)  # (size, sides) of each that was closed
 
     def add(self, other: "Changes"):
@@ -110,10 +111,11 @@ class Surface:
         before = len(self.facets)
         points = [self.facets[:, k] == self.facets[:, (k + 1) % 3] for k in range(3)]
         self.facets = self.facets[~np.any(points, axis=0)]
-        flat, passes = self._flat(), 0
+        flat, seen = self._flat(), set()
         self.changes.dropped += before - len(self.facets) + len(flat)
-        while len(flat) and passes < MOST_PASSES and self._hand_over(flat):
-            flat, passes = self._flat(), passes + 1
+        while len(flat) and (now := self.facets[flat].tobytes()) not in seen and self._hand_over(flat):
+            seen.add(now)  # a facet may come back to where it was
+            flat = self._flat()
         self.facets = np.delete(self.facets, flat, axis=0)
         first = np.argmin(self.facets, axis=1)
         begun = np.take_along_axis(self.facets, (first[:, None] + np.arange(3)) % 3, axis=1)
@@ -227,19 +229,25 @@ class Surface:
 
     # ---- gaps
 
-    def close(self, weld: float, hole: float):
+    def close(self, weld: float, hole: float, step=lambda: None):
         """Mends what is not closed; sets `partner`, the partner of each side. What fits within the rounding of the
-        coordinates is joined first, wider gaps later."""
+        coordinates is joined first, wider gaps later. `step` is called now and then."""
         self.drop()
         for most in (weld * share for share in (0.01, 0.1, 1.0)):
-            for _ in range(MOST_PASSES):
+            seen = set()
+            while len(seen) < MOST_PASSES:
+                step()
                 order, begins, counts = self.edges()
                 lone = order[begins[counts % 2 == 1]]
-                if not len(lone) or not (self._weld_near(lone, most) or self._split(lone, most)):
+                now = np.sort(np.stack(self.sides())[:, lone], axis=0).tobytes()
+                if now in seen or not len(lone) or not (self._weld_near(lone, most) or self._split(lone, most)):
                     break
+                seen.add(now)
                 self.drop()
         self._pair()
         if (self.partner < 0).any() and not self.has_one_side and self._fill(hole):
+            self._pair()
+        if (self.partner < 0).any() and self._drop_fins(min(hole, FIN * self.size)):
             self._pair()
         if (self.partner < 0).any() and self._take_out_walls():
             self._pair()
@@ -339,6 +347,23 @@ class Surface:
             self.facets = np.concatenate([self.facets, np.array(fresh)])
         return bool(fresh)
 
+    def loose(self) -> np.ndarray:
+        """Whether a facet is of a patch that ends at lone sides and meets two others: a sheet that sticks out."""
+        order, _, counts = self.edges()
+        lone, meet = (self.patch[order[np.repeat(is_so, counts)] // 3] for is_so in (counts == 1, counts > 2))
+        return np.isin(self.patch, np.intersect1d(lone, meet))
+
+    def _drop_fins(self, most) -> bool:
+        """Drops sheets that stick out, up to this size: they bound nothing."""
+        loose, corners = self.loose(), self.corners()
+        low, high = np.full((2, self.patch.max() + 1, 3), [[[np.inf]], [[-np.inf]]])
+        np.minimum.at(low, self.patch, corners.min(axis=1))
+        np.maximum.at(high, self.patch, corners.max(axis=1))
+        fins = loose & ((high - low)[self.patch].max(axis=1) <= most)
+        self.changes.fins += int(fins.sum())
+        self.facets = self.facets[~fins]
+        return bool(fins.any())
+
     def _take_out_walls(self) -> bool:
         """Drops patches where three meet, as at a wall between two rooms of a solid, so that all is closed and encloses
         as much as possible."""
@@ -379,45 +404,7 @@ class Surface:
                 best, most = out, volume
         return best
 
-    # ---- what is left
-
-    def faults(self) -> list[str]:
-        """What is not closed or not a surface, a line each."""
-        said = []
-        for loop in self.holes():
-            middle = self.points[loop].mean(axis=0)
-            said.append(
-                f"a hole of {len(loop)} sides, {self.across(loop):.6g} across, around {place(middle)}: if a face is "
-                f"missing there, close it with --hole {_above(self.across(loop))}"
-            )
-        for many, ends in self._unfit():
-            points = self.points[ends]
-            across = np.ptp(points, axis=(0, 1)).max()
-            where = f"{plural(len(ends), 'edge')}, {across:.6g} across, from {place(points[0, 0])}"
-            if many == 1:
-                said.append(f"not closed along {where}")
-            elif many == 2:
-                said.append(f"has one side only, as a Moebius strip, at {where}")
-            else:
-                said.append(
-                    f"{many} facets meet at each of {where}, and bound no solid between them: take out inner walls"
-                )
-        return said
-
-    def _unfit(self):
-        """(number of facets, ends (N, 2) of edges) of edges that hang together, at which sides have no partner and
-        which are not around a hole."""
-        start, end = self.sides()
-        order, begins, counts = self.edges()
-        alone = np.add.reduceat(self.partner[order] < 0, begins) > 0
-        around = {frozenset(pair) for loop in self.holes() for pair in zip(loop, [*loop[1:], loop[0]])}
-        for many in np.unique(counts[alone]):
-            sides = [s for s in order[begins[alone & (counts == many)]] if frozenset((start[s], end[s])) not in around]
-            if sides:
-                ends = np.stack([start[sides], end[sides]], axis=1)
-                group = components(len(self.points), *ends.T)[ends[:, 0]]
-                for one in np.unique(group):
-                    yield int(many), ends[group == one]
+    # ---- what hangs together
 
     def shells(self) -> np.ndarray:
         """The shell of each facet: those that hang together by partners."""
@@ -434,13 +421,3 @@ class Surface:
         points = np.empty((corner.max() + 1, 3))
         points[corner] = self.points[self.facets.ravel()]
         return points, corner.reshape(-1, 3)
-
-
-def place(point) -> str:
-    return "({:.6g}, {:.6g}, {:.6g})".format(*(float(x) + 0.0 for x in point))
-
-
-def _above(length: float) -> str:
-    """A short number that is not smaller."""
-    text = f"{length:.3g}"
-    return text if float(text) >= length else f"{length * 1.005:.3g}"
