@@ -145,10 +145,11 @@ enum mill_status mill_deck_faults_tell(const struct mill_deck_text *text,
         return r->failed ? MILL_FAILED : MILL_OK;
     for (int i = 0; fault && i < shown; i++, f = f->next)
         fault(f->what.text);
+    const long others = r->faults + r->more - shown;
     if (!fault || !many)
         *r->error = f->what;
     else
-        mill_error_set(r->error, MILL_BAD_DECK, "%.400s: %ld%s more faults", text->file,
-                       r->faults + r->more - shown, r->faults == KEPT ? " or" : "");
+        mill_error_set(r->error, MILL_BAD_DECK, "%.400s: %ld%s more fault%s", text->file, others,
+                       r->faults == KEPT ? " or" : "", others == 1 ? "" : "s");
     return MILL_BAD_DECK;
 }

@@ -130,6 +130,7 @@ def test_of_many_faults_twenty_are_told_and_the_rest_counted(faults):
     lines = faults(SMALL + "".join(f"x{i} = 1\n" for i in range(30)))
     assert places(lines[:20]) == [f"{23 + i}: [output] x{i}" for i in range(20)]
     assert lines[20:] == [" 10 more faults"]
+    assert faults(SMALL + "".join(f"x{i} = 1\n" for i in range(21)))[20:] == [" 1 more fault"]
 
 
 def test_of_very_many_faults_reading_ends_at_a_hundred(faults):

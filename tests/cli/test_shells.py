@@ -157,4 +157,6 @@ def test_a_file_of_another_format_is_told_how_to_convert_it(refused, write_deck,
 @pytest.mark.slow
 def test_that_not_a_single_ball_fits_is_told_soon(refused, rotor):
     rotor(cylinder(18, 30, 2000))
-    assert "not a single ball fits" in refused("-q", "deck.ini", "-s", "balls.diameter=20 mm", "-s", "balls.bulk_fill=60 %")
+    assert "not a single ball fits" in refused(
+        "-q", "deck.ini", "-s", "balls.diameter=20 mm", "-s", "balls.bulk_fill=60 %"
+    )

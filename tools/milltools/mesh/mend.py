@@ -194,7 +194,7 @@ def _first(faults):
 
 def _count(faults):
     """How many there are: a line of millsim stands for those that it does not tell."""
-    many = (re.match(r"(\d+)(?: or)? more faults$", line) for line in faults)
+    many = (re.match(r"(\d+)(?: or)? more faults?$", line) for line in faults)
     return sum(int(found[1]) if found else 1 for found in many)
 
 
