@@ -275,10 +275,10 @@ void mill_run_write(struct mill_h5 *file, const struct mill_observers *observers
     struct mill_error error;
     mill_sink_file(&to, file, "");
     to.sink.part = others ? MILL_FACTS_PART : NULL;
-    if (mill_observers_results(observers, world, facts->local, &to.sink, &error) != MILL_OK ||
-        mill_tally_results_make(mill_observers_tally(observers), world, facts->local, &results,
-                                &error) != MILL_OK) {
+    if (mill_observers_results(observers, world, facts->local, &to.sink, &results, &error) !=
+        MILL_OK) {
         mill_h5_spend(file, error.text);
+        mill_tally_results_free(results);
         return;
     }
     mill_notes_take(&notes, world, results, facts->local, stopped, others);

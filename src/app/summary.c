@@ -293,8 +293,9 @@ static enum mill_status print_json(const struct mill_summary *s, struct mill_err
             mill_tell_text(sink, s->deck->mill.contacts.name[kind],
                            s->deck->mill.contact[kind].assumed, "");
     sink->close(sink);
+    struct mill_tally_results *known = s->results;
     const enum mill_status status =
-        mill_observers_results(s->observers, s->world, facts->local, sink, error);
+        mill_observers_results(s->observers, s->world, facts->local, sink, &known, error);
     mill_notes_write(&s->notes, sink);
     mill_sink_json_end(&json);
     return status;

@@ -67,9 +67,14 @@ enum mill_status mill_observers_open(const struct mill_observers *observers,
 
 enum mill_status mill_observers_results(const struct mill_observers *observers,
                                         const struct mill_world *world, double t,
-                                        struct mill_sink *sink, struct mill_error *error)
+                                        struct mill_sink *sink, struct mill_tally_results **known,
+                                        struct mill_error *error)
 {
     enum mill_status status = MILL_OK;
+    if (!*known)
+        status = mill_tally_results_make(mill_observers_tally(observers), world, t, known, error);
+    if (status == MILL_OK)
+        mill_tally_results_tell(*known, sink);
     for (int k = 0; k < observers->count && status == MILL_OK; k++) {
         const struct mill_observer *one = observers->each[k];
         if (mill_observe_type(one)->results)

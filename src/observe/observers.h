@@ -7,7 +7,9 @@
 #include "observe/observe.h"
 #include "observe/sink.h"
 
-struct mill_tally; /* observe/tally.h */
+/* observe/tally.h */
+struct mill_tally;
+struct mill_tally_results;
 
 enum { MILL_OBSERVERS = 8 }; /* maximum number */
 
@@ -41,9 +43,12 @@ enum mill_status mill_observers_open(const struct mill_observers *observers,
                                      const struct mill_world *world, struct mill_sim *sim,
                                      struct mill_error *error);
 
+/* Reports all results, as if the run ended at local time t. *known: those of the statistics; NULL:
+ * they are made. Owner: the caller, also after a failure; mill_tally_results_free(). */
 enum mill_status mill_observers_results(const struct mill_observers *observers,
                                         const struct mill_world *world, double t,
-                                        struct mill_sink *sink, struct mill_error *error);
+                                        struct mill_sink *sink, struct mill_tally_results **known,
+                                        struct mill_error *error);
 
 /* Adds what only a finished file has. false: `going` has stopped it, and the result
  * is incomplete. */

@@ -375,22 +375,8 @@ static enum mill_status create(struct mill_observer *observer, const struct mill
     return MILL_OK;
 }
 
-static enum mill_status results(const struct mill_observer *observer,
-                                const struct mill_world *world, double t, struct mill_sink *sink,
-                                struct mill_error *error)
-{
-    struct mill_tally_results *results;
-    const struct mill_tally *tally = (const struct mill_tally *)observer;
-    const enum mill_status status = mill_tally_results_make(tally, world, t, &results, error);
-    if (status == MILL_OK)
-        mill_tally_results_tell(results, sink);
-    mill_tally_results_free(results);
-    return status;
-}
-
 const struct mill_observing mill_tally_type = {.type = {"statistics", on_impact, on_sample, NULL},
                                                .size = sizeof(struct mill_tally),
                                                .create = create,
                                                .state = tell_state,
-                                               .results = results,
                                                .free = free_tally};

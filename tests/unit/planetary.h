@@ -102,11 +102,13 @@ static inline void planetary_run(struct planetary *p, double until)
 static inline void planetary_finish(struct planetary *p)
 {
     struct mill_error error = {""};
+    struct mill_tally_results *results = NULL;
     struct mill_sink_file to;
     mill_sink_file(&to, p->file, "");
     ck_assert_int_eq(mill_observers_results(&p->observers, p->world, mill_sim_local_time(p->sim),
-                                            &to.sink, &error),
+                                            &to.sink, &results, &error),
                      MILL_OK);
+    mill_tally_results_free(results);
     ck_assert(mill_observers_finish(&p->observers, p->world, NULL));
     ck_assert_int_eq(mill_h5_close(p->file, &error), MILL_OK);
 }
