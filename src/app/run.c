@@ -275,14 +275,15 @@ void mill_run_write(struct mill_h5 *file, const struct mill_observers *observers
     struct mill_error error;
     mill_sink_file(&to, file, "");
     to.sink.part = others ? MILL_FACTS_PART : NULL;
-    if (mill_observers_results(observers, world, facts->local, &to.sink, &results, &error) !=
-        MILL_OK) {
+    const bool made = mill_observers_results(observers, world, facts->local, &to.sink, &results,
+                                             &error) == MILL_OK;
+    if (made)
+        mill_notes_take(&notes, world, results, facts->local, stopped, others);
+    mill_tally_results_free(results);
+    if (!made) {
         mill_h5_spend(file, error.text);
-        mill_tally_results_free(results);
         return;
     }
-    mill_notes_take(&notes, world, results, facts->local, stopped, others);
-    mill_tally_results_free(results);
     mill_sink_file(&to, file, "/run");
     mill_record_tell(world, facts, &to.sink);
     if (others)

@@ -8,8 +8,8 @@
 /* Fraction of the size of the mill; larger than rounding errors of a place. */
 #define MARGIN 1e-6
 
-/* [m] Maximum of way . p over all points p of a convex body, seen from the line. way: of length 1
- */
+/* [m] Maximum of way . p over all points p of a convex body, seen from the line. way: a unit
+ * vector */
 static double reach_of(const struct mill_bodied *b, vec3 way)
 {
     const vec3 own = mill_body_turn_in(&b->is, way);
@@ -27,7 +27,8 @@ static void narrow_ring(struct mill_bodied *b)
         return;
     const double across = fmax(reach_of(b, side), reach_of(b, vec3_scale(side, -1.0)));
     const double far = reach_of(b, e), back = reach_of(b, vec3_scale(e, -1.0));
-    b->beyond = fmin(b->beyond, sqrt(far * far + across * across));
+    const double most = fmax(far, back);
+    b->beyond = fmin(b->beyond, sqrt(most * most + across * across));
     if (back <= MARGIN * far) /* none of it is behind the line */
         b->across = across;
 }

@@ -112,9 +112,7 @@ struct mill_profile mill_solid_profile(const struct mill_body *prism);
 /* [m] How far the core reaches along each of its own axes */
 vec3 mill_solid_extents(const struct mill_solid *solid, const struct mill_core *core);
 
-/* The hull: of a container about its own z, of another body about the axis along which it is
- * longest
- */
+/* The hull: of a container about its own z, of another body about its longest axis */
 struct mill_hull mill_solid_hull(const struct mill_solid *solid, const struct mill_body *body);
 
 /* Conversion between the body's own axes and its motion's frame */

@@ -31,7 +31,7 @@ static inline void mill_facets_merge(int32_t *root, int32_t one, int32_t other)
     root[a < b ? b : a] = a < b ? a : b;
 }
 
-/* ---- lines (facets_shells.c) ---- */
+/* ---- lines (facets_line.c) ---- */
 
 /* A walk through all facets that the line from `from` to from + way may meet, in a tree with
  * sheaths. It leaves out nodes with one of the hubs `skip`; -1: none. It begins with zeros in the

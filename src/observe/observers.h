@@ -11,6 +11,44 @@
 struct mill_tally;
 struct mill_tally_results;
 
+/* An observer of the program. A function may be NULL if there is nothing to do. */
+struct mill_observing {
+    /* first: what the event loop calls. Its name is also that of the group of the file that
+     * contains the observer's state. */
+    struct mill_observer_type type;
+    size_t size; /* of its struct */
+
+    /* ---- called outside of the loop, in this order ---- */
+
+    /* Is this observer requested? NULL: always. */
+    bool (*wanted)(const struct mill_observe *);
+    /* Fills its struct, which is zero except for type and next = INFINITY. The world is at t = 0
+     * and exists longer than the observer. The function must not keep a pointer to the request.
+     * MILL_FAILED: out of memory; free is called in any case. */
+    enum mill_status (*create)(struct mill_observer *, const struct mill_observe *,
+                               const struct mill_world *, struct mill_error *);
+    /* Saves or loads its state (millsim/state.h). */
+    void (*state)(struct mill_observer *, struct mill_state *);
+    /* Creates the datasets that it writes to, or continues after the rows that its state counts.
+     * The file exists longer than the observer. */
+    void (*open)(struct mill_observer *, const struct mill_observe *, struct mill_h5 *file,
+                 const struct mill_world *);
+    /* Reports the results so far, as if the run ended at local time t. The run may continue. A
+     * result without memory: mill_sink_fail. */
+    enum mill_status (*results)(const struct mill_observer *, const struct mill_world *, double t,
+                                struct mill_sink *, struct mill_error *);
+    /* Adds the data that only the file of a finished run has. The last argument can stop this long
+     * work: the result is then false. NULL: never stop. */
+    bool (*finish)(struct mill_observer *, const struct mill_world *, const struct mill_going *);
+    /* Frees all that it allocated, except its struct. */
+    void (*free)(struct mill_observer *);
+};
+
+static inline const struct mill_observing *mill_observe_type(const struct mill_observer *observer)
+{
+    return (const struct mill_observing *)observer->type;
+}
+
 enum { MILL_OBSERVERS = 8 }; /* maximum number */
 
 /* Makes an observer of this type. NULL: out of memory. Owner: the caller. */

@@ -37,9 +37,11 @@ static enum mill_status on_relief(struct mill_observer *self, int32_t ball, doub
             return mill_error_set(error, MILL_FAILED, "out of memory for the reliefs");
         *row = (struct row){ball, time, INFINITY};
     }
-    for (size_t k = begins ? 0 : rows->count; k > 0; k--)
-        if (isinf(row[k - 1].until) && row[k - 1].ball == ball)
-            row[k - 1].until = time;
+    size_t k = begins ? 0 : rows->count;
+    while (k > 0 && !(isinf(row[k - 1].until) && row[k - 1].ball == ball))
+        k--;
+    if (k > 0)
+        row[k - 1].until = time;
     return MILL_OK;
 }
 

@@ -93,12 +93,4 @@ void mill_spectrum_raise(const struct mill_spectrum *spectrum, double level,
 double mill_spectrum_speed(const struct mill_spectrum_grid *grid,
                            const struct mill_spectrum_place *place);
 
-static inline double mill_spectrum_quantile(const struct mill_spectrum_grid *grid,
-                                            const struct mill_spectrum *spectrum, int slot,
-                                            double level)
-{
-    const struct mill_spectrum_place place = mill_spectrum_place(spectrum, slot, level);
-    return mill_spectrum_speed(grid, &place);
-}
-
 #endif

@@ -3,6 +3,7 @@
  * times: when the window opens, at the ends of batches, for the samples of the maps, and at the
  * end. All these times depend on the deck alone. */
 #include "observe/tally.h"
+#include "observe/observers.h"
 
 #include "millsim/state.h"
 

@@ -1,6 +1,7 @@
 /* Claims about what is known of a run, and about the window that is found for it. */
 #include "mill_fixture.h"
 #include "observe/precision.h"
+#include "quantile.h"
 #include "unit.h"
 
 #include <gsl/gsl_cdf.h>
@@ -568,8 +569,8 @@ TEST(nothing_from_before_the_cut_is_in_the_statistics)
     ck_assert_double_eq_tol((double)impacts_of(&f, MILL_BALL_BALL), impacts, 1.01);
     ck_assert_double_eq_tol(mill_spectrum_total(normal_speed, 0).dissipation, 0.01 * impacts,
                             0.011);
-    ck_assert_double_eq_tol(mill_spectrum_quantile(&f.tally->grid, normal_speed, 0, 0.5), 1, 0.05);
-    ck_assert_double_lt(mill_spectrum_quantile(&f.tally->grid, normal_speed, 0, 0.999), 4);
+    ck_assert_double_eq_tol(quantile_of(&f.tally->grid, normal_speed, 0, 0.5), 1, 0.05);
+    ck_assert_double_lt(quantile_of(&f.tally->grid, normal_speed, 0, 0.999), 4);
     ck_assert_double_eq_tol(f.results->at.known.motion_power[0].value, 100, 5);
     uint64_t hits = 0;
     for (int i = 0; i < f.tally->plan.maps.cross.n[0] * f.tally->plan.maps.cross.n[1]; i++)

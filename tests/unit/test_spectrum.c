@@ -1,6 +1,7 @@
 /* Claims about the logarithmic bins of speeds. */
 #include "draws.h"
 #include "observe/spectrum.h"
+#include "quantile.h"
 
 static struct mill_spectrum_grid grid;
 static struct mill_spectrum spectrum;
@@ -104,18 +105,17 @@ TEST(quantiles_of_a_rayleigh_distribution_are_as_good_as_the_interpolation_allow
     for (size_t i = 0; i < sizeof levels / sizeof *levels; i++) {
         const double exact = s * sqrt(-2 * log(1 - levels[i]));
         const double bound = d * d / 8 * fabs(2 - exact * exact / (s * s)) + 1e-5;
-        ck_assert_double_eq_tol(mill_spectrum_quantile(&grid, &spectrum, 0, levels[i]) / exact, 1,
-                                bound);
+        ck_assert_double_eq_tol(quantile_of(&grid, &spectrum, 0, levels[i]) / exact, 1, bound);
     }
 }
 
 TEST(a_quantile_never_leaves_the_bin_it_belongs_to)
 {
     fill(0.3);
-    const double v = mill_spectrum_quantile(&grid, &spectrum, 0, 0.5);
+    const double v = quantile_of(&grid, &spectrum, 0, 0.5);
     ck_assert_int_eq(mill_spectrum_find(&grid, v), mill_spectrum_find(&grid, 0.3));
     fill(7);
-    ck_assert_int_eq(mill_spectrum_find(&grid, mill_spectrum_quantile(&grid, &spectrum, 0, 0.75)),
+    ck_assert_int_eq(mill_spectrum_find(&grid, quantile_of(&grid, &spectrum, 0, 0.75)),
                      mill_spectrum_find(&grid, 7));
 }
 
@@ -127,9 +127,8 @@ TEST(quantiles_above_a_speed_leave_out_the_slower_ones)
     for (int i = 0; i < 3; i++)
         fill(2);
     ck_assert_uint_eq(mill_spectrum_total(&spectrum, MILL_SPECTRUM_FAST).count, 3);
-    ck_assert_double_eq_tol(mill_spectrum_quantile(&grid, &spectrum, MILL_SPECTRUM_FAST, 0.5) / 2,
-                            1, 0.02);
-    ck_assert_double_lt(mill_spectrum_quantile(&grid, &spectrum, 0, 0.5), 0.0011);
+    ck_assert_double_eq_tol(quantile_of(&grid, &spectrum, MILL_SPECTRUM_FAST, 0.5) / 2, 1, 0.02);
+    ck_assert_double_lt(quantile_of(&grid, &spectrum, 0, 0.5), 0.0011);
 }
 
 TEST(speeds_outside_the_bins_weigh_in_the_quantiles)
@@ -138,8 +137,8 @@ TEST(speeds_outside_the_bins_weigh_in_the_quantiles)
         fill(0);
     for (int i = 0; i < 4; i++)
         fill(1e6);
-    ck_assert(mill_spectrum_quantile(&grid, &spectrum, 0, 0.5) == 0);
-    ck_assert(mill_spectrum_quantile(&grid, &spectrum, 0, 0.7) == grid.edge[MILL_SPECTRUM_BINS]);
+    ck_assert(quantile_of(&grid, &spectrum, 0, 0.5) == 0);
+    ck_assert(quantile_of(&grid, &spectrum, 0, 0.7) == grid.edge[MILL_SPECTRUM_BINS]);
 }
 
 TEST(the_mean_is_that_of_the_speeds_not_of_the_bins)
@@ -154,9 +153,9 @@ TEST(the_mean_is_that_of_the_speeds_not_of_the_bins)
 TEST(without_speeds_there_is_no_mean_and_no_quantile)
 {
     ck_assert_double_nan(mill_spectrum_mean(&spectrum));
-    ck_assert_double_nan(mill_spectrum_quantile(&grid, &spectrum, 0, 0.5));
+    ck_assert_double_nan(quantile_of(&grid, &spectrum, 0, 0.5));
     fill(0.001);
-    ck_assert_double_nan(mill_spectrum_quantile(&grid, &spectrum, MILL_SPECTRUM_FAST, 0.5));
+    ck_assert_double_nan(quantile_of(&grid, &spectrum, MILL_SPECTRUM_FAST, 0.5));
 }
 
 TEST(a_merged_spectrum_holds_both)

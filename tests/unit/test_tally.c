@@ -1,6 +1,7 @@
 /* Claims about the statistics that the tally gathers. */
 #include "mill_fixture.h"
 #include "observe/sink.h"
+#include "quantile.h"
 #include "state_fixture.h"
 
 #include <stdio.h>
@@ -62,8 +63,8 @@ TEST(a_kind_without_impacts_has_rate_zero_and_no_median)
     fixture_create(&f);
     fixture_finish(&f, 1.5);
     ck_assert_uint_eq(impacts_of(&f, MILL_BALL_SHAFT), 0);
-    ck_assert_double_nan(mill_spectrum_quantile(
-        &f.tally->grid, &f.results->sums.impacts[MILL_BALL_SHAFT].normal, 0, 0.5));
+    ck_assert_double_nan(
+        quantile_of(&f.tally->grid, &f.results->sums.impacts[MILL_BALL_SHAFT].normal, 0, 0.5));
     ck_assert_double_nan(f.results->floor_share[MILL_BALL_SHAFT]);
 }
 
@@ -135,7 +136,7 @@ TEST(tangential_speeds_above_50_mm_per_s_are_chosen_by_the_normal_speed)
     fixture_play(&f, fast);
     fixture_finish(&f, 1.5);
     const struct mill_spectrum *tangential = f.results->sums.impacts[MILL_BALL_WALL].tangential;
-    const double v = mill_spectrum_quantile(&f.tally->grid, &tangential[1], 0, 0.5);
+    const double v = quantile_of(&f.tally->grid, &tangential[1], 0, 0.5);
     ck_assert_double_eq_tol(v / 0.001, 1, 0.02);
     ck_assert_uint_eq(mill_spectrum_total(&tangential[1], 0).count, 1);
     ck_assert_uint_eq(mill_spectrum_total(&tangential[0], 0).count, 2); /* of all */

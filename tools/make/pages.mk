@@ -5,8 +5,8 @@ WASM := build/wasm
 # Clang 14 makes wrong code of geometry/wall.c with vectors (tests/web/engine.test.mjs finds it).
 WASM_FLAGS := --target=wasm32-wasi -msimd128 -O3 -std=c99 -D_POSIX_C_SOURCE=200809L -ffp-contract=off -fno-math-errno \
     -DNDEBUG -D_WASI_EMULATED_SIGNAL
-NOT_WASM := src/engine/crew.c src/deck/units.c $(foreach f,frames impactlog observers replay \
-    series sink_file vtkhdf,src/observe/$f.c)
+NOT_WASM := src/engine/crew.c src/deck/units.c $(foreach f,frames impactlog observers \
+    reliefs replay series sink_file vtkhdf,src/observe/$f.c)
 WASM_OBJECTS := $(patsubst %.c,$(WASM)/%.o,$(wildcard src/web/*.c) $(filter-out $(NOT_WASM),$(wildcard \
     $(foreach f,base geometry engine start mesh deck observe,src/$f/*.c))))
 $(WASM)/%.o: %.c

@@ -8,11 +8,11 @@ import numpy as np
 
 from milltools.base.errors import UserError
 from milltools.base.text import plain, plural
-from milltools.mesh import judge, left, solids
-from milltools.mesh.left import OUT, place
+from milltools.mesh import judge, solids, unclosed
 from milltools.mesh.parts import METRES, SHORT, check_count, single
 from milltools.mesh.read import read
 from milltools.mesh.surface import Changes, Surface
+from milltools.mesh.unclosed import OUT, place
 
 HOLE, WELD = 0.05, 1e-5  # over the largest dimension of a file, as the help of --hole and --weld says
 MOST_TOLD = 20  # faults, shells
@@ -120,7 +120,7 @@ def _closed(one, arguments, progress):
     shells, changes, faults = [], Changes(), []
     for surface in alone:
         surface.close(weld, hole, functools.partial(progress, f"mending {plain(one.path)}"))
-        wrong = left.faults(surface)
+        wrong = unclosed.faults(surface)
         faults += wrong
         changes.add(surface.changes)
         if not wrong and len(surface.facets):
@@ -164,7 +164,7 @@ def _forms(bodies, reach, progress):
             wholes[grow] = solids.united(bodies, grow * reach, progress)
         surface = Surface(*solids.facets_of(wholes[grow], share * reach))
         surface.close(1e-7 * reach, 0.0, functools.partial(progress, "uniting solids"))
-        wrong = [line.split(": ")[0] for line in left.faults(surface)]
+        wrong = [line.split(": ")[0] for line in unclosed.faults(surface)]
         wrong += ["uniting the solids leaves nothing"] * (not len(surface.facets))
         shells = [] if wrong else [one for one in solids.shells_of(surface) if not one.is_empty]
         moved = (grow + share) * reach

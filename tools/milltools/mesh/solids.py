@@ -10,8 +10,8 @@ import manifold3d
 import numpy as np
 
 from milltools.base.errors import UserError
-from milltools.mesh.left import OUT, place
 from milltools.mesh.surface import Surface
+from milltools.mesh.unclosed import OUT, place
 
 MOST_SHELLS = 5000
 NO_VOLUME = 1e-9  # of a shell, over its area times its size

@@ -165,9 +165,9 @@ def threemf(path, data) -> Foreign:
     archive.model(root)
     unit = archive.units[root]
     parts, other, total, left = [], 0, 0, MOST_PLACES
-    todo = [(*item, 0) for item in reversed(archive.builds[root])]
-    while todo:
-        name, number, move, depth = todo.pop()
+    waiting = [(*item, 0) for item in reversed(archive.builds[root])]
+    while waiting:
+        name, number, move, depth = waiting.pop()
         left -= 1
         if left < 0 or depth > DEEPEST:
             limit = f"{DEEPEST} objects within each other" if left >= 0 else f"{MOST_PLACES} objects"
@@ -179,7 +179,7 @@ def threemf(path, data) -> Foreign:
         if thing.kind != "model":
             other += 1
             continue
-        todo.extend((file, one, _then(its, move), depth + 1) for file, one, its in reversed(thing.places))
+        waiting.extend((file, one, _then(its, move), depth + 1) for file, one, its in reversed(thing.places))
         points = np.array(thing.points).reshape(-1, 3) * (archive.units[name] / unit)
         facets = np.array(thing.facets, "i8").reshape(-1, 3)
         if np.linalg.det(move[:3]) < 0:
