@@ -34,8 +34,6 @@ struct mill_motion_type {
     /* Converts a point and its velocity from this frame to the carrier's frame. The result equals
      * that of the pose, with fewer operations. NULL: the pose is used. */
     void (*carry)(const struct mill_motion *, double t, vec3 *point, vec3 *velocity);
-    /* The line about which it turns; false: it has none. NULL: motions of this kind have none. */
-    bool (*axis)(const struct mill_motion *, vec3 *through, vec3 *direction);
     /* Local time is reset: local time 0 is now the simulated time `base` [s], which is `by` [s]
      * later than before. Phases are computed again from the base, so that they stay exact in a run
      * of any length. */
@@ -48,6 +46,8 @@ struct mill_motion {
     const struct mill_motion *on; /* its carrier; NULL: the laboratory */
     int number;                   /* in the mill's list */
     double period;                /* [s] after which it repeats; INFINITY: it does not move */
+    bool axial;                   /* it turns about a line of the carrier's frame: */
+    vec3 through, axis;           /* [m], unit */
 };
 
 /* A turn at constant speed about an axis through `centre`, right-handed: angle + speed t. */

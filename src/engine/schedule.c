@@ -96,10 +96,9 @@ static struct mill_lately bounds_of(const struct mill_world *w, int motion, doub
         .coriolis = coriolis * (1.0 + 1e-9),
         .margin = 1e-9 * reach};
     const struct mill_motion *m = w->motion[motion];
-    vec3 through, axis;
-    l.turns = !m->on && m->type->axis && m->type->axis(m, &through, &axis);
+    l.turns = !m->on && m->axial;
     if (l.turns) { /* for a rotor: y and z */
-        const struct mill_pose frame = mill_part_frame(through, axis);
+        const struct mill_pose frame = mill_part_frame(m->through, m->axis);
         l.p = frame.x;
         l.q = frame.y;
     }

@@ -18,14 +18,13 @@ static void book_work(struct mill_account *a, const struct mill_motion *motion,
     for (const struct mill_motion *m = motion; m; m = m->on) {
         const struct mill_pose carrier = mill_motion_pose(m->on, entry->now);
         const double rest = m->on ? vec3_dot(impulse, mill_pose_velocity(&carrier, point)) : 0.0;
-        vec3 through, axis;
         a->motion[m->number].work += left - rest;
         left = rest;
-        if (!m->type->axis || !m->type->axis(m, &through, &axis))
+        if (!m->axial)
             continue;
-        const vec3 arm = vec3_sub(point, mill_pose_out(&carrier, through));
+        const vec3 arm = vec3_sub(point, mill_pose_out(&carrier, m->through));
         a->motion[m->number].impulse +=
-            vec3_dot(mill_pose_turn_out(&carrier, axis), vec3_cross(arm, impulse));
+            vec3_dot(mill_pose_turn_out(&carrier, m->axis), vec3_cross(arm, impulse));
     }
 }
 

@@ -38,10 +38,11 @@ static void find_ring(struct mill_bodied *b)
 {
     const struct mill_motion *motion = b->convex.base.motion;
     const vec3 z = b->along, centre = b->is.centre;
-    b->rings = motion && !motion->on && motion->type->axis &&
-               motion->type->axis(motion, &b->through, &b->axis);
+    b->rings = motion && !motion->on && motion->axial;
     if (!b->rings)
         return;
+    b->through = motion->through;
+    b->axis = motion->axis;
     const vec3 a = vec3_sub(vec3_axpy(centre, -b->hull.half, z), b->through);
     const vec3 way = vec3_scale(z, 2.0 * b->hull.half);
     const double a_along = vec3_dot(a, b->axis), way_along = vec3_dot(way, b->axis);

@@ -124,6 +124,25 @@ static inline double mill_convex_step(double d, double d1, double a, bool glides
     return (d1 + sqrt(d1 * d1 + 2.0 * a * room)) / a;
 }
 
+/* The end of a step of a search: goes on to the time `next` before which there is no contact, given
+ * the rate of the gap now. true: the search has ended with *hit. */
+MILL_CONVEX_INLINE bool mill_convex_ends(double next, double rate, double horizon, double *t,
+                                         struct mill_hit *hit)
+{
+    const double end = horizon < MILL_CONVEX_FARTHEST ? horizon : MILL_CONVEX_FARTHEST;
+    if (next > end) {
+        *hit = end < horizon ? (struct mill_hit){MILL_HIT_ASK_AGAIN, end}
+                             : (struct mill_hit){MILL_HIT_NONE, INFINITY};
+        return true;
+    }
+    if (!(next > *t) && rate <= 0.0) { /* the contact is nearer than the resolution of t */
+        *hit = (struct mill_hit){MILL_HIT_CONTACT, *t};
+        return true;
+    }
+    *t = next > *t ? next : nextafter(*t, INFINITY);
+    return false;
+}
+
 /* next_contact of struct mill_shape_type. After a contact that was computed now, the gap opens, so
  * the steps lead away from it. */
 MILL_CONVEX_INLINE struct mill_hit mill_convex_search(const struct mill_convex *c,
@@ -133,7 +152,7 @@ MILL_CONVEX_INLINE struct mill_hit mill_convex_search(const struct mill_convex *
 {
     assert(horizon >= 0.0);
     const double end = horizon < MILL_CONVEX_FARTHEST ? horizon : MILL_CONVEX_FARTHEST;
-    const struct mill_hit none = {MILL_HIT_NONE, INFINITY}, later = {MILL_HIT_ASK_AGAIN, end};
+    struct mill_hit hit = {MILL_HIT_NONE, INFINITY};
     const bool still = c->bounds.turning == 0.0 && c->bounds.speed == 0.0;
     double t = 0.0;
     for (int step = 0; step < MILL_CONVEX_MOST; step++) {
@@ -144,27 +163,20 @@ MILL_CONVEX_INLINE struct mill_hit mill_convex_search(const struct mill_convex *
         const double d = k.d - radius;
         const double d1 = vec3_dot(k.n, vec3_sub(v, mill_pose_velocity(&pose, r)));
         if (still && d1 >= 0.0 && d >= -MILL_SHAPE_CLOSED && vec3_dot(k.n, f->g) >= 0.0)
-            return none; /* a plane at rest is between body and ball: the ball never comes nearer */
+            return hit; /* a plane at rest is between body and ball: the ball never comes nearer */
         if (d <= MILL_SHAPE_CLOSED && d1 <= MILL_CONVEX_SLOWEST)
             return (struct mill_hit){MILL_HIT_CONTACT, t};
         const bool glides = step >= MILL_CONVEX_PATIENCE && d > -MILL_SHAPE_CLOSED;
         const vec3 centre = mill_pose_out(&pose, c->centre), q = vec3_sub(r, centre);
         const vec3 u = vec3_sub(v, mill_pose_velocity(&pose, centre));
-        if (mill_convex_stays_open(c, f, q, u, end - t, d, d1))
-            return end < horizon ? later : none;
-        const struct mill_seen seen = mill_convex_see_from(c, f, q, u, end - t);
-        const double longest = seen.within < end - t ? seen.within : (double)INFINITY;
-        const double next =
-            t + mill_least(mill_convex_step(d, d1, seen.acceleration, glides), longest);
-        if (next > end)
-            return end < horizon ? later : none;
-        if (next > t)
-            t = next;
-        else if (d1 <= 0.0)
-            /* the contact is nearer than the resolution of t */
-            return (struct mill_hit){MILL_HIT_CONTACT, t};
-        else
-            t = nextafter(t, INFINITY);
+        double next = INFINITY;
+        if (!mill_convex_stays_open(c, f, q, u, end - t, d, d1)) {
+            const struct mill_seen seen = mill_convex_see_from(c, f, q, u, end - t);
+            const double longest = seen.within < end - t ? seen.within : (double)INFINITY;
+            next = t + mill_least(mill_convex_step(d, d1, seen.acceleration, glides), longest);
+        }
+        if (mill_convex_ends(next, d1, horizon, &t, &hit))
+            return hit;
     }
     /* the ball makes many small hops along the body */
     return (struct mill_hit){MILL_HIT_ASK_AGAIN, t};

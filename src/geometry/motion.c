@@ -103,8 +103,10 @@ double mill_motion_reach(const struct mill_motion *motion, const struct mill_rea
     double reach = 0.0, far = 0.0;
     if (places->radius < (double)INFINITY && (!motion || mill_motion_pose(motion, 0.0).about_x))
         return places->radius;
-    if (motion &&
-        (motion->on || !motion->type->axis || !motion->type->axis(motion, &through, &direction))) {
+    if (motion && !motion->on && motion->axial) {
+        through = motion->through;
+        direction = motion->axis;
+    } else if (motion) {
         const struct mill_motion_bounds b = mill_motion_bounds(motion, through);
         through = b.home;
         far = b.far;
@@ -121,12 +123,9 @@ double mill_motion_reach(const struct mill_motion *motion, const struct mill_rea
 bool mill_motion_keeps(const struct mill_motion *motion, vec3 direction)
 {
     for (const struct mill_motion *m = motion; m; m = m->on) {
-        vec3 through, axis;
-        if (!m->type->axis || !m->type->axis(m, &through, &axis))
-            return false;
         const struct mill_pose pose = m->type->pose(m, 0.0);
         direction = mill_pose_turn_out(&pose, direction);
-        if (vec3_norm(vec3_cross(axis, direction)) > 1e-15)
+        if (!m->axial || vec3_norm(vec3_cross(m->axis, direction)) > 1e-15)
             return false;
     }
     return true;
@@ -134,9 +133,9 @@ bool mill_motion_keeps(const struct mill_motion *motion, vec3 direction)
 
 const struct mill_motion *mill_motion_that_moves(const struct mill_motion *motion, vec3 point)
 {
-    vec3 through, axis;
-    while (motion && motion->type->axis && motion->type->axis(motion, &through, &axis) &&
-           vec3_norm(vec3_cross(axis, vec3_sub(point, through))) <= 1e-15 * vec3_norm(point))
+    while (motion && motion->axial &&
+           vec3_norm(vec3_cross(motion->axis, vec3_sub(point, motion->through))) <=
+               1e-15 * vec3_norm(point))
         motion = motion->on;
     return motion;
 }

@@ -26,11 +26,15 @@ static struct mill_motion *create(const void *form)
     struct swing *swing = calloc(1, sizeof *swing);
     if (!swing)
         return NULL;
-    swing->base.type = &mill_swing_type;
     swing->is = *(const struct mill_swing *)form;
     assert(vec3_norm(swing->is.axis) > 0.0);
     swing->is.axis = vec3_scale(swing->is.axis, 1.0 / vec3_norm(swing->is.axis));
-    swing->base.period = swing->is.amplitude != 0.0 ? 1.0 / swing->is.frequency : (double)INFINITY;
+    swing->base = (struct mill_motion){
+        .type = &mill_swing_type,
+        .period = swing->is.amplitude != 0.0 ? 1.0 / swing->is.frequency : (double)INFINITY,
+        .axial = true,
+        .through = swing->is.centre,
+        .axis = swing->is.axis};
     swing->start = swing->phase = mill_phase_turns(swing->is.phase / (2.0 * MILL_PI), 0.0, 0.0);
     return &swing->base;
 }
@@ -77,14 +81,6 @@ static struct mill_motion_bounds bounds(const struct mill_motion *motion, vec3 p
     };
 }
 
-static bool axis(const struct mill_motion *motion, vec3 *through, vec3 *direction)
-{
-    const struct mill_swing *is = &((const struct swing *)motion)->is;
-    *through = is->centre;
-    *direction = is->axis;
-    return true;
-}
-
 static void restart(struct mill_motion *motion, double base, double by)
 {
     struct swing *swing = (struct swing *)motion;
@@ -92,9 +88,5 @@ static void restart(struct mill_motion *motion, double base, double by)
     swing->phase = mill_phase_turns(swing->start, swing->is.frequency, base);
 }
 
-const struct mill_motion_type mill_swing_type = {.is_sound = is_sound,
-                                                 .create = create,
-                                                 .pose = pose,
-                                                 .bounds = bounds,
-                                                 .axis = axis,
-                                                 .restart = restart};
+const struct mill_motion_type mill_swing_type = {
+    .is_sound = is_sound, .create = create, .pose = pose, .bounds = bounds, .restart = restart};

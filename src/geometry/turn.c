@@ -34,8 +34,11 @@ static struct mill_motion *create(const void *form)
         return NULL;
     assert(vec3_norm(asked->axis) > 0.0);
     const vec3 axis = vec3_scale(asked->axis, 1.0 / vec3_norm(asked->axis));
-    turn->base.type = &mill_turn_type;
-    turn->base.period = 2.0 * MILL_PI / fabs(asked->speed);
+    turn->base = (struct mill_motion){.type = &mill_turn_type,
+                                      .period = 2.0 * MILL_PI / fabs(asked->speed),
+                                      .axial = true,
+                                      .through = asked->centre,
+                                      .axis = axis};
     turn->is = *asked;
     turn->is.axis = axis;
     turn->about_x = vec3_norm(asked->centre) == 0.0 && axis.x == 1.0;
@@ -108,14 +111,6 @@ static struct mill_motion_bounds bounds(const struct mill_motion *motion, vec3 p
     };
 }
 
-static bool axis(const struct mill_motion *motion, vec3 *through, vec3 *direction)
-{
-    const struct mill_turn *is = &((const struct turn *)motion)->is;
-    *through = is->centre;
-    *direction = is->axis;
-    return true;
-}
-
 /* For a rotor the angle is added up from restart to restart, so that runs give the same bits as in
  * earlier versions; the error is 2e-15 rad per turn. */
 static void restart(struct mill_motion *motion, double base, double by)
@@ -131,5 +126,4 @@ const struct mill_motion_type mill_turn_type = {.is_sound = is_sound,
                                                 .pose = pose,
                                                 .bounds = bounds,
                                                 .carry = carry,
-                                                .axis = axis,
                                                 .restart = restart};

@@ -98,7 +98,7 @@ static struct mill_hit search(const struct wall *w, const struct mill_flight *fl
                               double now, double horizon)
 {
     const double end = horizon < MILL_CONVEX_FARTHEST ? horizon : MILL_CONVEX_FARTHEST;
-    const struct mill_hit none = {MILL_HIT_NONE, INFINITY}, later = {MILL_HIT_ASK_AGAIN, end};
+    struct mill_hit hit;
     const double slope = w->is.slope, lean = sqrt(1.0 + slope * slope);
     double t = 0.0;
     for (int step = 0; step < MILL_CONVEX_MOST; step++) {
@@ -121,15 +121,8 @@ static struct mill_hit search(const struct wall *w, const struct mill_flight *fl
         const double next =
             t + mill_least(step_of(f + room, f1, 2.0 * (most * most + m * a * lean)),
                            h < end - t ? h : (double)INFINITY);
-        if (next > end)
-            return end < horizon ? later : none;
-        if (next > t)
-            t = next;
-        else if (f1 <= 0.0)
-            /* the contact is nearer than the resolution of t */
-            return (struct mill_hit){MILL_HIT_CONTACT, t};
-        else
-            t = nextafter(t, INFINITY);
+        if (mill_convex_ends(next, f1, horizon, &t, &hit))
+            return hit;
     }
     return (struct mill_hit){MILL_HIT_ASK_AGAIN, t}; /* the ball makes many small hops along the
                                                         wall */

@@ -80,7 +80,7 @@ struct mill_hit mill_wavy_moving_contact(const struct mill_wavy *w, const struct
                                          double radius, double now, double horizon)
 {
     const double end = horizon < MILL_CONVEX_FARTHEST ? horizon : MILL_CONVEX_FARTHEST;
-    const struct mill_hit none = {MILL_HIT_NONE, INFINITY}, later = {MILL_HIT_ASK_AGAIN, end};
+    struct mill_hit hit;
     double t = 0.0;
     for (int step = 0; step < MILL_CONVEX_MOST; step++) {
         const struct sight s = look(w, f, now, t, end - t);
@@ -89,15 +89,8 @@ struct mill_hit mill_wavy_moving_contact(const struct mill_wavy *w, const struct
         if (b.gap <= MILL_SHAPE_CLOSED && b.rate <= MILL_CONVEX_SLOWEST)
             return (struct mill_hit){MILL_HIT_CONTACT, t};
         const double next = t + mill_least(safe, s.within < end - t ? s.within : (double)INFINITY);
-        if (next > end)
-            return end < horizon ? later : none;
-        if (next > t)
-            t = next;
-        else if (b.rate <= 0.0)
-            /* the contact is nearer than the resolution of t */
-            return (struct mill_hit){MILL_HIT_CONTACT, t};
-        else
-            t = nextafter(t, INFINITY);
+        if (mill_convex_ends(next, b.rate, horizon, &t, &hit))
+            return hit;
     }
     return (struct mill_hit){MILL_HIT_ASK_AGAIN, t};
 }

@@ -89,9 +89,7 @@ static void sum_account(struct mill_tally_results *r)
     r->pinch_power =
         (to->pinch_work - from->pinch_work) / (r->duration > 0 ? r->duration : (double)NAN);
     for (int k = 0; k < r->world->motions; k++) {
-        const struct mill_motion *m = r->world->motion[k];
-        vec3 through, axis;
-        if (!m->type->axis || !m->type->axis(m, &through, &axis))
+        if (!r->world->motion[k]->axial)
             known->motion_torque[k] = (struct mill_precision_mean){NAN, NAN, 0};
     }
     known->median.value = r->impacts[r->all].normal.median;

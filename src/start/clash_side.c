@@ -23,21 +23,15 @@ static double turning_size(const struct mill_clash_side *s)
     return fmin(-mill_clash_gap_wall(&line, s->is, &in, 1e-3 * s->size).least, s->size);
 }
 
-static bool axis_of(const struct mill_motion *m, vec3 *through, vec3 *direction)
-{
-    return m && !m->on && m->type->axis && m->type->axis(m, through, direction);
-}
-
 struct mill_clash_line mill_clash_side_line(const struct mill_motion *own,
                                             const struct mill_motion *other)
 {
-    struct mill_clash_line line = {.is = false};
-    vec3 through, direction;
-    line.is = axis_of(own ? own : other, &line.through, &line.direction);
-    if (line.is && own && other)
-        line.is = axis_of(other, &through, &direction) &&
-                  vec3_norm(vec3_cross(direction, line.direction)) < ROUNDING;
-    return line;
+    const struct mill_motion *m = own ? own : other;
+    if (!m || m->on || !m->axial)
+        return (struct mill_clash_line){.is = false};
+    const bool alike = !other || (!other->on && other->axial &&
+                                  vec3_norm(vec3_cross(other->axis, m->axis)) < ROUNDING);
+    return (struct mill_clash_line){.is = alike, .through = m->through, .direction = m->axis};
 }
 
 /* Finds the ring about the line that the solid never leaves */
@@ -81,14 +75,13 @@ struct mill_clash_side mill_clash_side_of(const struct mill_clash_solid *is,
 bool mill_clash_side_turns_about(const struct mill_clash_side *s,
                                  const struct mill_clash_side *round)
 {
-    vec3 through, direction;
-    if (!s->motion)
+    const struct mill_motion *m = s->motion;
+    if (!m)
         return true;
-    if (!axis_of(s->motion, &through, &direction))
-        return false;
-    const vec3 off = vec3_sub(round->centre, through);
-    return vec3_norm(vec3_cross(off, direction)) <= ROUNDING * (s->size + round->size) &&
-           (round->is->ball || vec3_norm(vec3_cross(round->axis, direction)) < ROUNDING);
+    const vec3 off = vec3_sub(round->centre, m->through);
+    return !m->on && m->axial &&
+           vec3_norm(vec3_cross(off, m->axis)) <= ROUNDING * (s->size + round->size) &&
+           (round->is->ball || vec3_norm(vec3_cross(round->axis, m->axis)) < ROUNDING);
 }
 
 bool mill_clash_side_are_steady(const struct mill_clash_side *a, const struct mill_clash_side *b)

@@ -41,13 +41,13 @@ static bool goes_through(const struct mill_part *p, double half)
 static bool is_clear(const struct mill_clash_solid *solid, double half, double room)
 {
     const vec3 x = {1.0, 0.0, 0.0}, back = {-1.0, 0.0, 0.0};
-    bool clear = true;
-    for (int32_t k = 0; clear && k < solid->parts; k++) {
+    for (int32_t k = 0; k < solid->parts; k++) {
         const struct mill_part *p = &solid->part[k];
-        clear = (solid->convex && goes_through(p, half)) ||
-                fmax(mill_part_extent(p, x), mill_part_extent(p, back)) <= half - room;
+        if (fmax(mill_part_extent(p, x), mill_part_extent(p, back)) > half - room &&
+            !(solid->convex && goes_through(p, half)))
+            return false;
     }
-    return clear;
+    return true;
 }
 
 static bool fail(struct mill_fault *fault, enum mill_fault_code code, int surface, double amount)

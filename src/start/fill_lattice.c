@@ -19,8 +19,8 @@
 #include <string.h>
 
 /* About the number of points of the lattice; the minimum along an axis; more than the halvings of
- * all cells until a single one is left */
-enum { POINTS = 200000, FEWEST = 8, HALVINGS = 64 };
+ * all cells; cells that are looked at one by one */
+enum { POINTS = 200000, FEWEST = 8, HALVINGS = 64, BLOCK = 64 };
 #define CLASS_RATIO 1.5 /* largest over smallest diameter of the balls in one grid */
 
 static int32_t along(const struct mill_fill_room *l, int axis, double x)
@@ -53,15 +53,6 @@ static void lay_out(struct mill_fill_room *l, const double extent[3])
     } while (points > FEWEST * (double)POINTS);
 }
 
-/* Size of the box around the container at the start */
-static void extent_of(const struct mill_world *w, double extent[3])
-{
-    const vec3 size = vec3_sub(w->container.hi, w->container.lo);
-    extent[0] = size.x;
-    extent[1] = size.y;
-    extent[2] = size.z;
-}
-
 /* The centre of a cell */
 static vec3 centre_of(const struct mill_fill_room *l, const int32_t at[3])
 {
@@ -69,18 +60,33 @@ static vec3 centre_of(const struct mill_fill_room *l, const int32_t at[3])
                      l->lo.z + (at[2] + 0.5) * l->side[2]);
 }
 
-/* Notes for the cells from `first` to `last` which surfaces are nearer than `reach` to their
- * centres. `deep`: those that all the centres are behind. The first `count` of `near` can be near;
- * behind them there is room for those of its halves: few are in reach of a box of cells, and of
- * most boxes none. Returns the number of centres that are clear of all surfaces. */
+/* Notes for a cell which of the first `count` surfaces of `near` are nearer than `reach` to its
+ * centre. Is the centre clear of all surfaces? */
+static bool look_at(struct mill_fill_room *room, const int32_t at[3], double reach, uint64_t deep,
+                    const int *near, int count)
+{
+    const vec3 centre = centre_of(room, at);
+    uint64_t mask = deep;
+    bool clear = deep == 0;
+    for (int i = 0; i < count; i++) {
+        const int k = near[i];
+        const double gap = mill_shape_gap(room->world->shape[k], centre, 0.0, &room->pose[k]);
+        mask |= (uint64_t)(gap < reach) << k % 64;
+        clear = clear && gap > 0.0;
+    }
+    room->near[(at[0] * room->n[1] + at[1]) * room->n[2] + at[2]] = mask;
+    return clear;
+}
+
+/* The same for the cells from `first` to `last`. `deep`: the surfaces that all the centres are
+ * behind. Behind the first `count` of `near` there is room for those of its halves: few are in
+ * reach of a box of cells, and of most boxes none. Returns the number of clear centres. */
 static size_t look_around(struct mill_fill_room *room, const int32_t first[3],
                           const int32_t last[3], double reach, uint64_t deep, int *near, int count)
 {
-    const int32_t *n = room->n;
     const vec3 lo = centre_of(room, first), hi = centre_of(room, last);
     const vec3 middle = vec3_scale(vec3_add(lo, hi), 0.5);
     const double size = 0.501 * vec3_norm(vec3_sub(hi, lo));
-    uint64_t mask = 0;
     size_t cells = 1, inside = 0;
     int left = 0;
     for (int axis = 0; axis < 3; axis++)
@@ -88,19 +94,18 @@ static size_t look_around(struct mill_fill_room *room, const int32_t first[3],
     for (int i = 0; i < count; i++) {
         const int k = near[i];
         const double gap = mill_shape_gap(room->world->shape[k], middle, 0.0, &room->pose[k]);
-        const uint64_t bit = (uint64_t)1 << k % 64;
         if (gap <= -size)
-            deep |= bit;
+            deep |= (uint64_t)1 << k % 64;
         else if (gap < reach + size)
             near[count + left++] = k;
-        mask |= gap < reach + size ? bit : 0;
     }
-    if (cells == 1 || left == 0) {
-        for (int32_t x = first[0]; x <= last[0]; x++)
-            for (int32_t y = first[1]; y <= last[1]; y++)
-                for (int32_t z = first[2]; z <= last[2]; z++)
-                    room->near[(x * n[1] + y) * n[2] + z] = mask | deep;
-        return deep == 0 ? cells : 0;
+    if (cells <= BLOCK || left == 0) {
+        int32_t at[3];
+        for (at[0] = first[0]; at[0] <= last[0]; at[0]++)
+            for (at[1] = first[1]; at[1] <= last[1]; at[1]++)
+                for (at[2] = first[2]; at[2] <= last[2]; at[2]++)
+                    inside += look_at(room, at, reach, deep, near + count, left);
+        return inside;
     }
     for (int part = 0; part < 8; part++) {
         int32_t from[3], to[3];
@@ -119,13 +124,12 @@ bool mill_fill_room_init(struct mill_fill_room *room, const struct mill_world *w
 {
     assert(reach > 0.0);
     const int32_t *n = room->n;
-    double extent[3], square = 0.0;
-    extent_of(w, extent);
+    const vec3 size = vec3_sub(w->container.hi, w->container.lo);
+    const double extent[3] = {size.x, size.y, size.z};
     lay_out(room, extent);
     room->lo = w->container.lo;
-    for (int axis = 0; axis < 3; axis++)
-        square += room->side[axis] * room->side[axis];
-    const double near = reach * (1.0 + 2.0 * MILL_FILL_SPACING) + 0.501 * sqrt(square);
+    const vec3 side = {room->side[0], room->side[1], room->side[2]};
+    const double near = reach * (1.0 + 2.0 * MILL_FILL_SPACING) + 0.501 * vec3_norm(side);
     const size_t cells = (size_t)n[0] * (size_t)n[1] * (size_t)n[2];
     room->world = w;
     room->near = calloc(cells, sizeof *room->near);
@@ -199,9 +203,9 @@ bool mill_fill_room_push(const struct mill_fill_room *room, vec3 *r, double radi
 
 static bool make_grid(struct mill_fill_grid *g, const struct mill_world *w)
 {
-    double extent[3];
+    const vec3 size = vec3_sub(w->container.hi, w->container.lo);
+    const double extent[3] = {size.x, size.y, size.z};
     int32_t inner[3];
-    extent_of(w, extent);
     const double most = 16.0 * (double)g->balls + 4096.0;
     const double wide = 2.0 * g->widest * (1.0 + MILL_FILL_SPACING);
     const double side = fmax(wide, mill_elementary_cbrt(extent[0] * extent[1] * extent[2] / most));
