@@ -86,9 +86,9 @@ static void tell_bodies(const struct mill_deck *deck, const struct mill_deck_tex
                         "%smay only turn about the x axis if the drum's ends are periodic", copy);
     else
         mill_deck_wrong(text, section, NULL,
-                        "%smust keep a ball's radius, %g m, away from the periodic ends of "
+                        "%smust keep a ball's radius, %.4g mm, away from the periodic ends of "
                         "the drum, or reach from end to end with one cross-section",
-                        copy, fault->amount);
+                        copy, 1e3 * fault->amount);
 }
 
 /* Describes a fault of a ball of the start file. */

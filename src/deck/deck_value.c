@@ -33,7 +33,7 @@ static const struct quantity {
     {"kg/J/m", "f_Mat", "0.9 kg/J/m", false},
     {"J m/kg", "x W_m,min", "0.1 J m/kg", false},
     {"m/s^2", "three numbers and a unit of acceleration", "0 0 -9.81 m/s^2", true},
-    {"m", "three lengths in one unit", "0 0 10 mm", true},
+    {"m", "three lengths in one unit", "60 20 10 mm", true},
     {"rad", "three angles in one unit", "90 0 0 deg", true},
     {"", "three numbers, not all of them 0,", "0 0 1", true},
     {"1", "a share", "1 %", false},
@@ -227,6 +227,12 @@ static bool read_unit(struct mill_units **units, const struct mill_key *key, con
     return refuse(key, *remark, text, remark, why);
 }
 
+/* A bound that is given in another unit differs in its last bits. */
+static double at_bound(double value, double bound)
+{
+    return fabs(value - bound) <= 1e-15 * fabs(bound) ? bound : value;
+}
+
 /* Reads `count` numbers and the unit after them. */
 static bool read_numbers(struct mill_units **units, const struct mill_key *key, const char *text,
                          int count, double *out, struct mill_error *why)
@@ -251,7 +257,7 @@ static bool read_numbers(struct mill_units **units, const struct mill_key *key, 
     if (!read_unit(units, key, text, p + strspn(p, " \t"), &scale, why))
         return false;
     for (int i = 0; i < count; i++) {
-        value[i] = mill_units_convert(value[i], scale);
+        value[i] = at_bound(at_bound(mill_units_convert(value[i], scale), key->lo), key->hi);
         if (!isfinite(value[i]))
             return refuse(key, true, text, " (too large)", why);
         /* for a vector the range limits the size of its components */

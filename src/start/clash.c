@@ -23,6 +23,7 @@
  * MOST_LOOKS, about 10 s, the check ends. */
 enum { PATIENCE = 1000000, MOST_LOOKS = 20000000 };
 #define COARSE 1e-10
+#define PASSING 0.1 /* of a ball: steps of two solids that pass each other */
 
 struct check {
     const struct mill_setup *setup;
@@ -48,6 +49,7 @@ struct march {
     int wall;           /* -1: none */
     double near, speed; /* [m] at which they touch, [m/s] */
     bool slides;        /* along the wall, which it may touch */
+    double least;       /* [m] no step is shorter; above 0 for solids that certainly never touch */
 };
 
 static double gap_at(struct check *c, const struct march *m, double t)
@@ -107,7 +109,8 @@ static void march(struct check *c, const struct march *m, double end, enum mill_
     for (;;) {
         const double first = c->fault->code == MILL_FAULT_NONE ? (double)INFINITY : c->fault->when;
         const bool late = c->looks > PATIENCE;
-        if (t > end || t >= first || (late && horizon > 0.0 && t > horizon))
+        if (t > end || t >= first || (late && horizon > 0.0 && t > horizon) ||
+            (late && m->least > 0.0))
             return;
         if (c->looks > MOST_LOOKS && t > 0.0) { /* the start is always checked */
             if (t < c->fault->unchecked.when)
@@ -115,13 +118,14 @@ static void march(struct check *c, const struct march *m, double end, enum mill_
             return;
         }
         gap = gap_at(c, m, t);
-        if (gap <= (m->slides ? -m->near : m->near))
+        if (m->least == 0.0 && gap <= (m->slides ? -m->near : m->near))
             break;
         if (gap > m->near)
             keep_narrowest(c->fault->narrowest, passing_of(c, m, gap, t));
         if (m->speed == 0.0)
             return;
-        t += fmax(gap, late ? COARSE * (double)c->looks * m->near / TOUCH : 0.0) / m->speed;
+        const double coarse = late ? COARSE * (double)c->looks * m->near / TOUCH : m->least;
+        t += fmax(gap, coarse) / m->speed;
     }
     *c->fault = (struct mill_fault){.code = code,
                                     .other = number_of(c, m->b),
@@ -149,18 +153,21 @@ static void check_pair(struct check *c, const struct mill_clash_side *a,
     const bool holds = b->is == c->container;
     const enum mill_fault_code code = holds ? MILL_FAULT_OUTSIDE : MILL_FAULT_CLASH;
     const double near = TOUCH * (a->size + b->size);
-    if (a->keeps && b->keeps)
+    double ball = near;
+    for (int k = 0; k < c->setup->species; k++)
+        ball = fmax(ball, c->setup->balls[k].diameter);
+    if ((a->keeps && b->keeps) || (!holds && mill_clash_side_are_apart(a, b, ball)))
         return;
-    if (!holds && mill_clash_side_are_apart(a, b, near))
-        return;
+    /* they never touch, but a ball can be pinched between them */
+    const bool apart = !holds && mill_clash_side_are_apart(a, b, near);
     /* a body inside a mesh, far from its facets */
-    const struct march hidden = {a, b, -1, INFINITY, 0.0, false};
-    if (!b->is->convex && is_in_mesh(a, b) != holds)
+    const struct march hidden = {a, b, -1, INFINITY, 0.0, false, 0.0};
+    if (!apart && !b->is->convex && is_in_mesh(a, b) != holds)
         march(c, &hidden, 0.0, code);
-    else if (!a->is->convex && !holds && is_in_mesh(b, a))
+    else if (!apart && !a->is->convex && !holds && is_in_mesh(b, a))
         march(c, &hidden, 0.0, code);
-    const bool steady = mill_clash_side_are_steady(a, b);
-    const struct march open = {a, b, -1, near, steady ? 0.0 : a->speed + b->speed, false};
+    const double speed = mill_clash_side_are_steady(a, b) ? 0.0 : a->speed + b->speed;
+    const struct march open = {a, b, -1, near, speed, false, apart ? PASSING * ball : 0.0};
     march(c, &open, c->end, code);
 }
 
@@ -239,18 +246,8 @@ static void take_sides(struct check *c, int which, const struct mill_motion *mot
             c->side[which][c->sides[which]++] = mill_clash_side_of(&c->solid[k], own, &line);
 }
 
-static bool carries(const struct check *c, const struct mill_motion *motion)
-{
-    bool any = false;
-    for (int k = 0; k < c->solids && !any; k++)
-        any = c->solid[k].motion == motion;
-    return any;
-}
-
 static void check_motions(struct check *c, const struct mill_motion *a, const struct mill_motion *b)
 {
-    if (!carries(c, a) || !carries(c, b))
-        return;
     const struct mill_motion *under = common(a, b);
     struct mill_motion *cut[2] = {next_to(c, a, under), next_to(c, b, under)};
     for (int k = 0; k < 2; k++)

@@ -91,7 +91,7 @@ WRONG_VALUES = [
     ("motion.sun", "speed", "10", "expected an angular speed with its unit such as '1000 rpm'"),
     ("motion.sun", "axis", "0 0 0", "expected three numbers, not all of them 0, such as '0 0 1'"),
     ("motion.sun", "axis", "0 0 1 m", "expected three numbers, not all of them 0"),
-    ("motion.sun", "centre", "5 mm", "expected three lengths in one unit such as '0 0 10 mm'"),
+    ("motion.sun", "centre", "5 mm", "expected three lengths in one unit such as '60 20 10 mm'"),
     ("motion.sun", "centre", "0 0 -11 km", "must be at most 10000 m, got '0 0 -11 km'"),
     ("motion.sun", "on", "moon", "there is no section [motion.moon]"),
     ("motion.sun", "on", "", "expected a name, got nothing"),
@@ -110,13 +110,13 @@ WRONG_VALUES = [
     ("motion.shake", "amplitude", "5 mm", "expected three lengths in one unit"),
     ("motion.shake", "phase", "1 0 deg", "expected three angles in one unit such as '90 0 0 deg'"),
     ("motion.shake", "axis", "0 0 1", "does not belong to 'kind = shift' (only to: turn, swing)"),
-    ("body.jar", "shape", "tube", "expected 'box', 'cylinder', 'cone', 'capsule', 'sphere' or"),
+    ("body.jar", "shape", "tube", "expected 'box', 'cylinder', 'cone', 'capsule', 'sphere'"),
     ("body.jar", "side", "in", "expected 'outside' or 'inside', got 'in'"),
     ("body.jar", "motion", "jra", "there is no section [motion.jra]; did you mean 'jar'?"),
     ("body.jar", "motion", "rotor", "there is no section [rotor]"),
     ("body.jar", "axis", "0 0 1e-10", "expected three numbers, not all of them 0"),
     ("body.jar", "radius", "0 mm", "must be between 1e-09 and 10000 m"),
-    ("body.jar", "size", "1 1 1 mm", "does not belong to 'shape = cylinder' (only to: box)"),
+    ("body.jar", "size", "1 1 1 mm", "does not belong to 'shape = cylinder' (only to: box"),
     ("body.jar", "end_radius", "1 mm", "does not belong to 'shape = cylinder' (only to: cone)"),
     ("body.jar", "rounding", "1 mm", "a container's edges are not rounded: leave it out"),
     ("body.jar", "copies", "2", "a mill has one container: leave it out"),
@@ -360,6 +360,51 @@ def test_bodies_that_pass_each_other_closer_than_a_ball_are_a_warning(millsim):
     assert "[body.arm]: its copy 0 comes as near as 3 mm to [body.tank] at t = 0 s" in text
     assert text.endswith("no more than a ball's diameter of 5 mm: balls can be pinched there\n")
     assert len(text.splitlines()) == 1
+
+
+# the plate begins 30 mm from the axis about which the bar turns; the bar's corners are at 29.4 mm
+PASSING = """\
+[run]
+time = 20 ms
+[drum]
+radius = 60 mm
+length = 80 mm
+[rotor]
+speed = 300 rpm
+shaft_radius = 0 mm
+[body.plate]
+shape = box
+centre = 0 0 -40 mm
+size = 40 16 20 mm
+[body.bar]
+shape = box
+motion = rotor
+centre = 0 9 0 mm
+size = 10 40 10 mm
+[balls]
+count = 9
+diameter = 3 mm
+density = 7800 kg/m^3
+[contact]
+restitution = 0.8
+"""
+
+
+def test_bodies_that_can_never_touch_are_a_warning_if_a_ball_can_be_pinched_between_them(millsim, write_deck):
+    def warned(place):
+        done = millsim("--check", "-q", "-s", f"body.bar.centre=0 {place} 0 mm", write_deck(PASSING))
+        assert done.returncode == 0
+        return done.stderr
+
+    assert "[body.plate]: comes as near as 0.57 mm to [body.bar] at t = 0." in warned(9)
+    assert "[body.plate]: comes as near as 2.5 mm to [body.bar] at t = 0." in warned(7)
+    assert warned(5) == ""
+
+
+def test_a_bound_in_another_unit_is_still_within_the_bounds(refused, millsim, write_deck):
+    deck = write_deck(PASSING)
+    assert millsim("--check", "-q", "-s", "body.plate.size=1e-6 10 10 mm", deck).returncode == 0
+    assert "between 1e-09 and 10000 m, got '0.9e-6" in refused("-s", "body.plate.size=0.9e-6 10 10 mm", deck)
 
 
 SHAKEN = """\
