@@ -69,16 +69,17 @@ static bool find_kind(struct mill_deck *deck, const struct mill_deck_section *se
     const char *given = ((struct mill_deck_body *)section->form)->kind;
     const char *name = given ? given : mill_deck_name(section);
     struct mill_kinds *kinds = &deck->mill.contacts;
-    if (given && strncmp(given, PREFIX, strlen(PREFIX)) != 0)
-        return mill_deck_wrong(&deck->text, section->title, "kind",
-                               "a kind of contact begins with 'ball_': write '" PREFIX "%.60s'",
-                               given);
-    name += given ? strlen(PREFIX) : 0;
+    const bool prefixed = given && strncmp(given, PREFIX, strlen(PREFIX)) == 0;
+    name += prefixed ? strlen(PREFIX) : 0;
     if (!mill_deck_is_name(name) || strlen(name) >= MILL_NAME_LENGTH)
         return mill_deck_wrong(
             &deck->text, section->title, "kind",
             "'%.80s' is not allowed: a name consists of letters, digits, '_', '-', '+' and '.'",
             given);
+    if (given && !prefixed)
+        return mill_deck_wrong(&deck->text, section->title, "kind",
+                               "a kind of contact begins with 'ball_': write '" PREFIX "%.60s'",
+                               given);
     for (*kind = 0; *kind < kinds->count; ++*kind)
         if (strcmp(kinds->name[*kind] + strlen(PREFIX), name) == 0)
             break;

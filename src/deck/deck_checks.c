@@ -154,6 +154,10 @@ void mill_deck_checks_parts(struct mill_deck *deck)
         hidden++;
     if (shaft && !still)
         mill_deck_wrong(text, "rotor", "shaft_radius", "shafts %s", need);
+    else if (shaft && radius < MILL_SOLID_LEAST)
+        mill_deck_wrong(text, "rotor", "shaft_radius",
+                        "must be 0 m (no shaft), or at least %g m; got %g m", MILL_SOLID_LEAST,
+                        radius);
     else if (wide)
         mill_deck_wrong(text, "rotor", "shaft_radius",
                         "must be less than the drum's radius%s, %g m",

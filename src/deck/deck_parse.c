@@ -159,6 +159,7 @@ static void read_title(struct mill_deck_text *text, char *line)
         return;
     }
     *end = '\0';
+    title = trim(title);
     struct mill_deck_section *first = mill_deck_section(text, title);
     text->reading->open = first;
     if (first && !first->guessed) {

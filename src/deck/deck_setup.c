@@ -87,7 +87,8 @@ static void tell_bodies(const struct mill_deck *deck, const struct mill_deck_tex
     else
         mill_deck_wrong(text, section, NULL,
                         "%smust keep a ball's radius, %.4g mm, away from the periodic ends of "
-                        "the drum, or reach from end to end with one cross-section",
+                        "the drum, or reach from end to end with one cross-section, "
+                        "without a rounding",
                         copy, 1e3 * fault->amount);
 }
 

@@ -258,7 +258,9 @@ static void tell_map(const struct mill_map *map, const struct words *of,
     const struct mill_sums some = {hits->list, cells,
                                    (struct mill_map_hits *)hits->record + map->first};
     const struct mill_sums_view view = {.rank = 2, .dims = {dims[0], dims[1]}};
-    double value[MILL_MAPS_MOST];
+    double *value = mill_sink_room(sink, MILL_MAPS_MOST, sizeof *value);
+    if (!value)
+        return;
     sink->open(sink, of->name);
     for (int axis = 0; axis < 2; axis++) {
         for (int i = 0; i <= map->n[axis]; i++)
@@ -280,6 +282,7 @@ static void tell_map(const struct mill_map *map, const struct words *of,
                               "weighted by their volume in the cell; NaN where none ever was");
     }
     sink->close(sink);
+    free(value);
 }
 
 void mill_maps_tell(const struct mill_maps *maps, const struct mill_sums *hits,

@@ -549,6 +549,13 @@ def test_sections_may_come_in_any_order(millsim, write_deck):
     assert millsim("--check", "-q", "deck.ini").stdout == plain
 
 
+def test_blanks_within_the_brackets_of_a_section_do_not_count(millsim, write_deck):
+    write_deck()
+    plain = millsim("--check", "-q", "deck.ini").stdout
+    write_deck(SMALL.replace("[drum]", "[ drum\t]"))
+    assert millsim("--check", "-q", "deck.ini").stdout == plain
+
+
 # ---- files that are no decks ----
 
 

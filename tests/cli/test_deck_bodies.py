@@ -128,6 +128,7 @@ WRONG_VALUES = [
     ("body.bar", "kind", "bars", "a kind of contact begins with 'ball_': write 'ball_bars'"),
     ("body.bar", "kind", "ball_ball", "'ball_ball' is the kind of contact of two balls"),
     ("body.bar", "kind", "ball_a/b", "'ball_a/b' is not allowed: a name consists of letters, digits"),
+    ("body.bar", "kind", "a/b", "'a/b' is not allowed: a name consists of letters, digits"),
     ("body.bar", "kind", "ball_", "'ball_' is not allowed: a name consists of letters, digits"),
     ("body.bar", "radius", "1 mm", "(only to: cylinder, cone, capsule, sphere): leave it out"),
     ("body.bar", "unit", "mm", "does not belong to 'shape = box' (only to: mesh)"),

@@ -67,6 +67,11 @@ def test_a_body_that_is_too_small_is_refused_before_anything_is_written(text, tm
     assert [one.name for one in tmp_path.iterdir()] == ["deck.ini"]
 
 
+def test_a_shaft_that_is_too_thin_is_refused_with_its_key(refused, small_deck):
+    line = refused("-s", "rotor.shaft_radius=1e-10 m", small_deck)
+    assert line.endswith("[rotor] shaft_radius: must be 0 m (no shaft), or at least 1e-09 m; got 1e-10 m")
+
+
 def test_the_smallest_body_runs(tmp_path):
     done = run(tmp_path, body("shape = sphere\nradius = 1e-9 m"))
     assert done.returncode == 0, done.stderr

@@ -21,6 +21,7 @@ import pytest
 from conftest import PROGRAM, ROOT, some
 from scipy.special import stdtrit
 
+from milltools.base.errors import UserError
 from milltools.compare import agreement, finding, load, map_deviation, pictures, rows, terminal
 from milltools.compare.agreement import Estimate
 from milltools.read import sums
@@ -155,6 +156,18 @@ def test_errors_of_old_files_without_degrees_of_freedom_are_used(copy):
         error = told["standard_error"][()]
     row = table(path, path)["median_above_50mm_s"]
     assert (row.a.error, row.a.dof) == (error, np.inf)
+
+
+@pytest.mark.parametrize("part", ["value", "standard_error", "degrees_of_freedom"])
+def test_a_result_with_too_few_values_is_named(copy, part):
+    path = copy("one", to="short.h5")
+    place = f"statistics/precision/fast_rate/all/{part}"
+    with h5py.File(path, "r+") as file:
+        values = file[place][:2]
+        del file[place]
+        file[place] = values
+    with pytest.raises(UserError, match=f"short.h5: damaged: /{place}: it has the shape"):
+        table(path, path)
 
 
 @pytest.mark.slow

@@ -393,6 +393,13 @@ def test_obj_has_faces_of_any_number_of_corners(made):
     assert volume(found) == pytest.approx(500 * 40)
 
 
+def test_the_contents_tell_the_format_whatever_the_name_says(made):
+    """millsim advises `mill mesh` for such a file."""
+    text = "# a tetrahedron\n" + "".join(f"v {x} {y} {z}\n" for x, y, z in [(0, 0, 0), (9, 0, 0), (0, 9, 0), (0, 0, 9)])
+    _, found = made(("in.stl", (text + "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n").encode()))
+    assert volume(found) == pytest.approx(9**3 / 6)
+
+
 def test_parts_of_an_obj_that_are_closed_are_solids_and_others_belong_together(made):
     sides = "".join(f"g side{k}\n{line}\n" for k, line in enumerate(QUADS.splitlines()))
     other = "".join(f"v {x} {y} {z}\n" for x, y, z in itertools.product((5, 25), repeat=3))
@@ -518,6 +525,14 @@ def test_all_faults_are_told_with_their_places_the_first_twenty(refusal):
         for line in lines[:20]
     }
     assert len(told) == 20 and told <= {20 * k - 5.0 for k in range(25)}
+
+
+@pytest.mark.parametrize("far", [1e3, 1e6])
+def test_a_corner_far_from_all_others_does_not_widen_the_welds(refusal, far):
+    mesh = ball(10)
+    mesh[7, 0] = far
+    (line,) = refusal(stl(mesh))
+    assert re.match(r"in\.stl: a hole of 4 sides, ", line)
 
 
 def test_a_surface_that_crosses_itself_is_refused(refusal):

@@ -106,7 +106,9 @@ def _closed(one, arguments, progress):
     together, as some programs write each face as a part."""
     low = np.min([part.points.min(axis=0) for part in one.parts], axis=0)
     high = np.max([part.points.max(axis=0) for part in one.parts], axis=0)
-    size = float((high - low).max())
+    ends = np.quantile(np.concatenate([part.points for part in one.parts]), (0.01, 0.99), axis=0)
+    # a few corners far from all others, of a damaged file, must not make all tolerances large
+    size = min(float((high - low).max()), 10.0 * float((ends[1] - ends[0]).max()))
     hole = HOLE * size if arguments.hole is None else arguments.hole
     weld = WELD * size if arguments.weld is None else arguments.weld
     alone, pooled = [], []

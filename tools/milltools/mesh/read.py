@@ -19,6 +19,21 @@ LARGEST = 400_000_000  # bytes of a file
 READERS = {".stl": stl, ".obj": obj, ".ply": ply, ".3mf": threemf}
 
 
+def _format(suffix: str, data: bytes) -> str:
+    """The format of the contents, where they show it, as millsim sees it; else that of the name."""
+    head = data[:65536].lstrip()
+    while head.startswith(b"#"):
+        head = head.partition(b"\n")[2].lstrip()
+    if len(data) > 84 and len(data) == 84 + 50 * int.from_bytes(data[80:84], "little"):
+        return suffix  # a binary STL may begin with anything
+    if data.startswith(b"PK\x03\x04"):
+        return ".3mf"
+    if head.startswith((b"ply\n", b"ply\r")):
+        return ".ply"
+    words = (b"v ", b"vn ", b"vt ", b"mtllib ", b"o ", b"g ")
+    return ".obj" if suffix == ".stl" and head.startswith(words) else suffix
+
+
 def read(path: str) -> Foreign:
     """Reads a mesh. A UserError for what is not one, is too large, or is damaged."""
     suffix = pathlib.Path(path).suffix.lower()
@@ -29,7 +44,7 @@ def read(path: str) -> Foreign:
     if len(data) > LARGEST:
         raise UserError(f"{plain(path)}: is larger than {size(LARGEST)}: simplify the mesh")
     try:
-        found = READERS[suffix](path, data)
+        found = READERS[_format(suffix, data)](path, data)
     except MemoryError:
         raise UserError(f"{plain(path)}: out of memory", status=1) from None
     found.parts = [part for part in found.parts if len(part.facets)]

@@ -455,10 +455,16 @@ class Run(Store):
         place = f"precision/{group}"
         if not self.has(f"statistics/{place}/standard_error"):
             return None
-        value, error = (float(self.statistic(f"{place}/{part}")[column]) for part in ("value", "standard_error"))
-        if not self.has(f"statistics/{place}/degrees_of_freedom"):  # files of old versions do not say how many
-            return value, error, math.inf
-        return value, error, float(self.statistic(f"{place}/degrees_of_freedom")[column])
+
+        def part(name: str) -> float:
+            values = np.asarray(self.statistic(f"{place}/{name}"))
+            if values.shape != (() if column == () else (len(THRESHOLDS),)):
+                raise self.damaged(f"statistics/{place}/{name}", f"it has the shape {values.shape}")
+            return float(values[column])
+
+        # files of old versions do not say how many degrees of freedom
+        old = not self.has(f"statistics/{place}/degrees_of_freedom")
+        return part("value"), part("standard_error"), math.inf if old else part("degrees_of_freedom")
 
     def histogram(
         self, row: str, group: str = "impacts", speed: str = "normal_speed", species: Any = None
