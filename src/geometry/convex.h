@@ -57,6 +57,8 @@ MILL_CONVEX_INLINE struct mill_view mill_convex_look(const struct mill_convex *c
                                                      mill_convex_view_fn *view, vec3 r,
                                                      const struct mill_pose *pose)
 {
+    if (!c->base.motion)
+        return view(c, r);
     struct mill_view k = view(c, mill_pose_in(pose, r));
     k.n = mill_pose_turn_out(pose, k.n);
     return k;
