@@ -208,7 +208,7 @@ BODY = "[motion.arm]\nkind = {kind}\n[body.bar]\nshape = box\nsize = {size}\nmot
 WRONG = {
     "drum.length=14 mm": ("[drum] length", "at least three diameters of a ball, 0.015 m"),
     "gravity.acceleration=1 0 -9 m/s^2": ("[gravity] acceleration", "0 along x"),
-    "blades.width=20 mm": ("[blades]", "keep a ball's radius, 0.0025 m, away from the periodic ends"),
+    "blades.width=20 mm": ("[blades]", "keep a ball's radius, 2.5 mm, away from the periodic ends"),
     "drum.ends=open": ("[drum] ends", "walls"),
     "body.bar.motion=tilt": ("[body.bar] motion", "may only turn about the x axis"),
     "body.bar.size=23 2 2 mm": ("[body.bar]", "away from the periodic ends"),
