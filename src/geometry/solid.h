@@ -57,14 +57,13 @@ struct mill_solid {
     vec3 (*support)(const struct mill_core *, vec3 way);
     double (*volume)(const struct mill_body *); /* [m^3] */
     /* Adds its outline in its motion's frame, seen from the side of the balls, with flats about
-     * `tolerance` [m] from the surface; their number is limited (mesh.h). wall: adds only what this
+     * `tolerance` [m] from the surface; their number is limited. wall: adds only what this
      * wall of a container shows; or MILL_SOLID_WHOLE */
     void (*outline)(const struct mill_body *, int wall, double tolerance, struct mill_mesh *);
     /* Its walls, if it is a container; returns their number. NULL: it is one surface, also from
      * inside, or it can only be met from outside (is_sound). */
     int (*walls)(const struct mill_body *, struct mill_wall wall[MILL_WALLS]);
-    /* A hull that is narrower than the one from the support, about any of its own axes; NULL: there
-     * is none */
+    /* A hull of its own, narrower than the one from the support. NULL: from the support */
     struct mill_hull (*hull)(const struct mill_body *);
     const char *sizes; /* what its sizes must be, beyond the ranges of the keys; NULL: not known */
     /* What replaces it, unless it has buckles, where it moves in another way than by turning about

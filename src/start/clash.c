@@ -37,7 +37,8 @@ struct check {
     struct mill_wall wall[MILL_WALLS];
     struct mill_clash_side *side[2]; /* the solids on each of the two motions */
     int sides[2];
-    double end; /* [s] */
+    double end;  /* [s] */
+    double ball; /* [m] largest diameter */
     long looks;
 };
 
@@ -153,9 +154,7 @@ static void check_pair(struct check *c, const struct mill_clash_side *a,
     const bool holds = b->is == c->container;
     const enum mill_fault_code code = holds ? MILL_FAULT_OUTSIDE : MILL_FAULT_CLASH;
     const double near = TOUCH * (a->size + b->size);
-    double ball = near;
-    for (int k = 0; k < c->setup->species; k++)
-        ball = fmax(ball, c->setup->balls[k].diameter);
+    const double ball = fmax(near, c->ball);
     if ((a->keeps && b->keeps) || (!holds && mill_clash_side_are_apart(a, b, ball)))
         return;
     /* they never touch, but a ball can be pinched between them */
@@ -293,6 +292,8 @@ bool mill_clash_find(const struct mill_setup *setup, const struct mill_start_wat
 {
     const size_t room = (size_t)setup->surfaces + 1;
     struct check c = {.setup = setup, .watch = watch, .motion = motion, .fault = fault};
+    for (int k = 0; k < setup->species; k++)
+        c.ball = fmax(c.ball, setup->balls[k].diameter);
     c.solid = calloc(room, sizeof *c.solid);
     c.side[0] = malloc(room * sizeof **c.side);
     c.side[1] = malloc(room * sizeof **c.side);
