@@ -5,6 +5,7 @@
 
 #include "millsim/impact.h"
 #include "millsim/motion.h"
+#include "millsim/soft.h"
 
 #include <stdint.h>
 
@@ -129,6 +130,7 @@ struct mill_setup {
     /* [m/s] minimum normal speed after any contact. With 0, inelastic balls at rest can have
      * infinitely many contacts in a finite time; then the run fails. */
     double rebound_floor;
+    struct mill_soft_setup soft; /* zeros: the spheres are hard */
     /* [s] Motions without a common period are checked for clashes of their bodies during this time;
      * 0: 1 s */
     double horizon;

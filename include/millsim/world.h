@@ -6,6 +6,7 @@
 #include "millsim/impact.h"
 #include "millsim/motion.h"
 #include "millsim/poly.h"
+#include "millsim/soft.h"
 #include "millsim/status.h"
 
 #include <stdint.h>
@@ -39,7 +40,7 @@ extern const double mill_world_fast[MILL_WORLD_FAST];
 
 enum { MILL_MOTIONS_MOST = 16 }; /* in one mill */
 
-/* Sums since t = 0. Work = change of energy + dissipation. A motion's own work is the work of the
+/* Sums since t = 0. Work = change of energy + dissipation + elastic energy. A motion's own work is the work of the
  * velocity that this motion alone adds, at the contacts of all bodies that it moves. */
 struct mill_account {
     double work;       /* [J] done on the balls by all motions */
@@ -52,6 +53,7 @@ struct mill_account {
     double dissipation[MILL_KINDS_MOST];        /* [J] all of it */
     double dissipation_normal[MILL_KINDS_MOST]; /* [J] its normal part */
     double dissipation_gross;                   /* [J] sum of |dissipation| */
+    double elastic; /* [J] in the springs of soft spheres now */
     double incident; /* [J] sum of the energies of normal approach, m* v_n^2 / 2 */
     uint64_t collisions[MILL_KINDS_MOST];
     uint64_t floored[MILL_KINDS_MOST];               /* at the rebound floor */
@@ -127,6 +129,8 @@ struct mill_world {
     struct mill_law law[MILL_KINDS_MOST];
     struct mill_fall fall[MILL_KINDS_MOST]; /* with points: in place of the law's restitution */
     double rebound_floor;                   /* [m/s] */
+    struct mill_soft_setup soft;
+    struct mill_soft_facts soft_facts;
     struct mill_energy start;               /* at t = 0 */
     struct mill_account account;
     struct mill_counts counts;

@@ -43,6 +43,11 @@ static bool starts_alike(const void *deck)
     return d->given.start || !d->mill.carried;
 }
 
+static bool is_hard(const void *deck)
+{
+    return !((const struct mill_deck *)deck)->setup.soft.on;
+}
+
 static bool is_inside(const void *body)
 {
     return ((const struct mill_deck_body *)body)->is.inside != 0;
@@ -77,9 +82,21 @@ static const struct mill_key run_key[] = {
      .hi = MOST_COLLISIONS, .preset = "0", DECK(observe.max_collisions), .zero_is_off = true},
     {"seed", "seed of every random choice", .type = MILL_KEY_WHOLE, .lo = 0, .hi = SEED_MAX,
      .preset = "1", DECK(setup.seed)},
+    {"spheres", "hard, or soft: springs and dashpots in time steps (--soft)", .type = MILL_KEY_CHOICE,
+     .preset = "hard", DECK(setup.soft.on), .words = "hard|soft"},
     {"threads", "threads of the run at most; 0: 1 below 20 000 balls, else one for each core",
      .type = MILL_KEY_WHOLE, .lo = 0, .hi = MOST_THREADS, .preset = "0", DECK(given.threads),
      .zero_is_off = true},
+    {.name = NULL},
+};
+
+static const struct mill_key soft_key[] = {
+    {"modulus", "Young's modulus of all bodies of soft spheres; 'steel' is 210 GPa", .unit = "Pa", .lo = 1e5,
+     .hi = 1e13, .unit_alone = true, .preset = "1 GPa", DECK(setup.soft.modulus), .hidden = is_hard},
+    {"law", "force of a soft contact: linear in the depth, or Hertz' law", .type = MILL_KEY_CHOICE,
+     .preset = "linear", DECK(setup.soft.hertz), .words = "linear|hertz", .hidden = is_hard},
+    {"steps", "time steps in the shortest contact of soft spheres", .type = MILL_KEY_WHOLE, .lo = 10, .hi = 10000,
+     .preset = "40", DECK(setup.soft.steps), .hidden = is_hard},
     {.name = NULL},
 };
 
@@ -396,6 +413,7 @@ static const struct mill_key wear_key[] = {
 enum { MILL_SOLID_LIST(NUMBER) };
 const struct mill_deck_block mill_deck_table[] = {
     {"run", .key = run_key},
+    {"soft", .key = soft_key},
     {"gravity", .key = gravity_key},
     {"balls", .key = ball_key, .unless_named = true, .size = sizeof(struct mill_deck_balls)},
     {"balls", .key = start_key},

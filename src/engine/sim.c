@@ -5,6 +5,7 @@
  * when an epoch ends, so no output option can change the run. */
 #include "engine/sim_private.h"
 #include "engine/slabs.h"
+#include "engine/soft.h"
 
 #include <assert.h>
 #include <stdlib.h>
@@ -27,7 +28,7 @@ static void begin_epoch(struct mill_sim *sim)
 void mill_sim_audit(struct mill_sim *sim)
 {
     struct mill_counts *counts = &sim->world->counts;
-    for (int32_t i = 0; i < sim->world->balls; i++) {
+    for (int32_t i = 0; i < sim->world->balls && !sim->soft; i++) {
         const double overlap = mill_schedule_overlap(sim->schedule, i, sim->now);
         counts->largest_overlap = mill_greatest(overlap, counts->largest_overlap);
         counts->overlaps += overlap > DEEP;
@@ -38,10 +39,22 @@ void mill_sim_audit(struct mill_sim *sim)
     }
 }
 
+static void end_soft_epoch(struct mill_sim *sim)
+{
+    mill_world_restart(sim->world);
+    sim->now = 0.0;
+    if (!mill_soft_restart(sim->soft))
+        sim->status = mill_error_set(sim->error, MILL_FAILED, "out of memory for the soft spheres");
+}
+
 /* Ends the epoch and begins the next one. */
 static void end_epoch(struct mill_sim *sim)
 {
     struct mill_world *w = sim->world;
+    if (sim->soft) {
+        end_soft_epoch(sim);
+        return;
+    }
     sim->now = MILL_WORLD_EPOCH;
     mill_sim_audit(sim);
     for (int32_t i = 0; i < w->balls; i++) {
@@ -69,14 +82,18 @@ enum mill_status mill_sim_create(struct mill_world *world, struct mill_sim **sim
                                  struct mill_error *error)
 {
     struct mill_sim *s = *sim = calloc(1, sizeof *s);
-    const enum mill_status status =
-        s && mill_pinches_create(&s->pinches, world)
-            ? mill_schedule_create(world, &s->schedule, error)
-            : mill_error_set(error, MILL_FAILED, "out of memory for the event loop");
-    if (status == MILL_OK) {
+    enum mill_status status =
+        mill_error_set(error, MILL_FAILED, "out of memory for the %s",
+                       world->soft.on ? "soft spheres" : "event loop");
+    if (s)
         s->world = world;
+    if (s && world->soft.on)
+        status = (s->soft = mill_soft_create(world)) ? MILL_OK : status;
+    else if (s && mill_pinches_create(&s->pinches, world))
+        status = mill_schedule_create(world, &s->schedule, error);
+    if (status == MILL_OK && !s->soft) {
         begin_epoch(s);
-    } else {
+    } else if (status != MILL_OK) {
         mill_sim_free(s);
         *sim = NULL;
     }
@@ -88,6 +105,7 @@ void mill_sim_free(struct mill_sim *sim)
     if (!sim)
         return;
     mill_sim_slabs_free(sim->slabs);
+    mill_soft_free(sim->soft);
     mill_schedule_free(sim->schedule);
     mill_pinches_free(&sim->pinches);
     free(sim->proof);
@@ -110,13 +128,17 @@ void mill_sim_use_threads(struct mill_sim *sim, int threads)
 {
     mill_sim_slabs_free(sim->slabs);
     sim->slabs = NULL;
-    if (!sim->proof)
+    if (sim->soft)
+        mill_soft_use_threads(sim->soft, threads);
+    else if (!sim->proof)
         sim->slabs = mill_sim_slabs_create(sim, mill_slabs_worth(sim->schedule, threads), false);
 }
 
 int mill_sim_threads(const struct mill_sim *sim)
 {
-    return sim->slabs ? mill_sim_slabs_count(sim->slabs) : 1;
+    return sim->soft    ? sim->soft->threads
+           : sim->slabs ? mill_sim_slabs_count(sim->slabs)
+                        : 1;
 }
 
 const struct mill_world *mill_sim_world(const struct mill_sim *sim)
@@ -172,7 +194,9 @@ enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budge
         const double sample = next_sample(sim);
         const double halt = mill_least(sample, until) - sim->world->base;
         const double limit = mill_least(mill_greatest(halt, sim->now), MILL_WORLD_EPOCH);
-        if (sim->slabs)
+        if (sim->soft)
+            mill_soft_run(sim, limit, &budget, stop);
+        else if (sim->slabs)
             mill_sim_slabs_run(sim, limit, &budget, stop);
         else
             mill_sim_take_events(sim, limit, &budget, stop);

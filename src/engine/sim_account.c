@@ -28,6 +28,17 @@ static void book_work(struct mill_account *a, const struct mill_motion *motion,
     }
 }
 
+/* Counts an impact by its speed. */
+static void count(struct mill_account *a, const struct mill_sim_entry *entry)
+{
+    const int kind = entry->impact.kind;
+    const double speed = entry->impact.normal_speed;
+    a->collisions[kind]++;
+    a->floored[kind] += entry->floored;
+    for (int k = 0; k < MILL_WORLD_FAST; k++)
+        a->fast[kind][k] += speed >= mill_world_fast[k];
+}
+
 static void book(struct mill_world *w, const struct mill_sim_entry *entry)
 {
     struct mill_account *a = &w->account;
@@ -35,14 +46,10 @@ static void book(struct mill_world *w, const struct mill_sim_entry *entry)
     const int kind = impact->kind;
     const double speed = impact->normal_speed;
     w->counts.pinch_time += entry->pressed;
-    if (impact->lasting) {
+    if (impact->lasting)
         w->counts.pinch_contacts++;
-    } else {
-        a->collisions[kind]++;
-        a->floored[kind] += entry->floored;
-        for (int k = 0; k < MILL_WORLD_FAST; k++)
-            a->fast[kind][k] += speed >= mill_world_fast[k];
-    }
+    else
+        count(a, entry);
     a->dissipation[kind] += impact->dissipation;
     a->dissipation_normal[kind] += impact->dissipation_normal;
     a->dissipation_gross += fabs(impact->dissipation);
@@ -77,6 +84,14 @@ static void tell(struct mill_sim *sim, const struct mill_sim_entry *entry)
 {
     if ((entry->clear || tell_impact(sim, &entry->impact)) && (entry->clear || entry->let_go))
         tell_relief(sim, entry);
+}
+
+void mill_sim_count(struct mill_sim *sim, const struct mill_sim_entry *entry)
+{
+    const double speed = entry->impact.normal_speed;
+    count(&sim->world->account, entry);
+    sim->world->account.incident += 0.5 * entry->reduced_mass * speed * speed;
+    tell_impact(sim, &entry->impact);
 }
 
 struct mill_sim_entry *mill_sim_next_entry(struct mill_sim *sim)

@@ -43,8 +43,12 @@ struct mill_sim_proof {
     bool (*account)(struct mill_sim *sim); /* a call of mill_sim_run ends */
 };
 
+struct mill_soft;
+
 struct mill_sim {
     struct mill_world *world;
+    struct mill_soft *soft; /* instead of the schedule and all that belongs to it; NULL: the spheres
+                               are hard */
     struct mill_schedule *schedule;
     struct mill_pinches pinches;
     struct mill_watch watch;
@@ -87,6 +91,10 @@ struct mill_sim_entry *mill_sim_next_entry(struct mill_sim *sim);
 /* This has happened: it goes into the account and to the observers, if there is no log
  * (sim_account.c). */
 void mill_sim_record(struct mill_sim *sim, const struct mill_sim_entry *entry);
+
+/* A contact of soft spheres has ended: as mill_sim_record, but works and losses are in the account
+ * already. */
+void mill_sim_count(struct mill_sim *sim, const struct mill_sim_entry *entry);
 
 /* An observer has returned this status. false: it has failed, and no other one is called any more.
  * If it ends the run, the others still get this event. */

@@ -3,6 +3,7 @@
  * cells are made from the stored cell of each ball, because a rounded position does not give the
  * cell. No random numbers are drawn after the start, so none are stored. */
 #include "engine/sim_private.h"
+#include "engine/soft.h"
 #include "millsim/state.h"
 
 #include <math.h>
@@ -59,21 +60,54 @@ static void tell_fields(struct mill_sim *s, int32_t *cell, struct mill_state *st
                      rest->calm_epochs);
 }
 
+/* Restarts the motions once per epoch, as the run did: their phases contain the sum of the rounding
+ * errors. */
+static void restart_motions(const struct mill_world *w)
+{
+    for (double t = 0.0; t < w->base; t += MILL_WORLD_EPOCH)
+        for (int k = 0; k < w->motions; k++)
+            w->motion[k]->type->restart(w->motion[k], t + MILL_WORLD_EPOCH, MILL_WORLD_EPOCH);
+}
+
+/* The state of soft spheres */
+static void tell_soft(struct mill_sim *sim, struct mill_state *state)
+{
+    struct mill_world *w = sim->world;
+    const size_t n = (size_t)w->balls;
+    mill_state_field(state, "base", MILL_FIELD_F64, 1, &w->base);
+    mill_state_field(state, "now", MILL_FIELD_F64, 1, &sim->now);
+    mill_state_structs(state, "start", sizeof w->start, 1, &w->start);
+    mill_state_structs(state, "account", sizeof w->account, 1, &w->account);
+    mill_state_structs(state, "counts", sizeof w->counts, 1, &w->counts);
+    mill_state_structs(state, "ball", sizeof *w->ball, n, w->ball);
+    mill_state_structs(state, "spin", sizeof *w->spin, n, w->spin);
+    for (int32_t i = 0; i < w->balls && state->loads; i++)
+        if (w->ball[i].species < 0 || w->ball[i].species >= w->species_count)
+            mill_state_refuse(state, "the saved balls are damaged");
+    if (state->loads && state->status == MILL_OK)
+        restart_motions(w);
+    mill_soft_state(sim->soft, state);
+}
+
 void mill_sim_state(struct mill_sim *sim, struct mill_state *state)
 {
-    const struct mill_cells *cells = sim->schedule->cells;
     const struct mill_world *w = sim->world;
+    const struct mill_cells *cells = sim->soft ? NULL : sim->schedule->cells;
     /* these numbers come first; they must agree before the rest is loaded */
-    const uint64_t own[3] = {(uint64_t)w->balls, (uint64_t)mill_cells_count(cells),
+    const uint64_t own[3] = {(uint64_t)w->balls, cells ? (uint64_t)mill_cells_count(cells) : 0,
                              (uint64_t)w->shapes};
     uint64_t sizes[3] = {own[0], own[1], own[2]};
     mill_state_structs(state, "sizes", sizeof sizes, 1, sizes);
-    if (!state->loads) {
+    if (!state->loads && !sim->soft) {
         tell_fields(sim, cells->cell, state);
         return;
     }
     if (memcmp(sizes, own, sizeof own) != 0)
         mill_state_refuse(state, "the saved balls are of another deck");
+    if (sim->soft) {
+        tell_soft(sim, state);
+        return;
+    }
     int32_t *cell = malloc(sizeof *cell * ((size_t)w->balls + 1));
     if (!cell)
         mill_state_refuse(state, "out of memory for the saved balls");
@@ -90,10 +124,7 @@ void mill_sim_state(struct mill_sim *sim, struct mill_state *state)
         mill_state_refuse(state, "the saved balls are damaged");
     if (state->status == MILL_OK && !mill_schedule_restore(sim->schedule, cell))
         mill_state_refuse(state, "out of memory for the cell grid");
-    /* Restart the motions once per epoch, as the run did: their phases contain the sum of the
-     * rounding errors. */
-    for (double t = 0.0; state->status == MILL_OK && t < w->base; t += MILL_WORLD_EPOCH)
-        for (int k = 0; k < w->motions; k++)
-            w->motion[k]->type->restart(w->motion[k], t + MILL_WORLD_EPOCH, MILL_WORLD_EPOCH);
+    if (state->status == MILL_OK)
+        restart_motions(w);
     free(cell);
 }

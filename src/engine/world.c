@@ -82,7 +82,7 @@ void mill_world_balance(const struct mill_world *w, double t, double *error, dou
     double dissipation = 0.0;
     for (int k = 0; k < w->kinds.count; k++)
         dissipation += w->account.dissipation[k];
-    *error = fabs(w->account.work - change - dissipation);
+    *error = fabs(w->account.work - change - dissipation - w->account.elastic);
     *turnover = w->start.kinetic + w->start.rotational + fabs(w->start.potential) +
                 fabs(e.potential - w->start.potential) + w->account.work_gross +
                 w->account.dissipation_gross + w->account.incident;

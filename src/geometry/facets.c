@@ -69,6 +69,52 @@ static bool beside(const struct mill_shape *shape, vec3 centre, vec3 v, double r
     return found;
 }
 
+/* Has facet k the edge or the corner on which a facet is nearest? */
+static bool shares(const struct mill_facets *m, const struct mill_facets_near *near, int32_t k)
+{
+    static const int end[3][2] = {{0, 1}, {1, 2}, {0, 2}}; /* corners of each side */
+    const int32_t *own = m->side[near->facet].corner, *other = m->side[k].corner;
+    const bool corner = near->part >= MILL_FACETS_CORNER;
+    const int side = near->part - MILL_FACETS_SIDE;
+    const int32_t first = own[corner ? near->part - MILL_FACETS_CORNER : end[side][0]];
+    const int32_t last = corner ? first : own[end[side][1]];
+    return (first == other[0] || first == other[1] || first == other[2]) &&
+           (last == other[0] || last == other[1] || last == other[2]);
+}
+
+/* The nearest place of a facet on its edge or corner counts if no facet there is nearer; then it
+ * is found at several facets, and the first of them has it. */
+static int places(const struct mill_shape *shape, vec3 centre, double radius,
+                  const struct mill_pose *pose, struct mill_contact *contacts, int most)
+{
+    enum { MOST = 64 };
+    const struct mill_facets *m = (const struct mill_facets *)shape;
+    const vec3 place = mill_pose_in(pose, centre);
+    struct mill_facets_walk walk = mill_facets_set_out(&m->tree, place, radius);
+    struct mill_facets_near near[MOST];
+    int count = 0, found = 0;
+    for (int32_t k; (k = mill_facets_walk_on(&walk)) >= 0 && count < MOST;) {
+        struct mill_facets_near *one = &near[count];
+        *one = (struct mill_facets_near){.facet = k};
+        one->way = mill_facets_look(&m->flat[k], place, &one->part);
+        one->d = vec3_norm(one->way);
+        one->behind = vec3_dot(one->way, mill_facets_outwards(m, one)) < 0.0;
+        count += one->d < radius && one->d > 0.0;
+    }
+    for (int a = 0; a < count && found < most; a++) {
+        bool counts = !near[a].behind;
+        for (int b = 0; counts && b < count && near[a].part != MILL_FACETS_INSIDE; b++)
+            counts = b == a || !shares(m, &near[a], near[b].facet) ||
+                     near[a].d < near[b].d - SNUG || (near[a].d < near[b].d + SNUG && a < b);
+        if (counts)
+            contacts[found++] = contact_at(m, &near[a], centre, radius, pose);
+    }
+    if (found > 0)
+        return found;
+    contacts[0] = contact(shape, centre, radius, pose);
+    return 1;
+}
+
 static struct mill_hit next_contact(const struct mill_shape *shape, const struct mill_flight *f,
                                     double radius, double now, double horizon, bool touching)
 {
@@ -262,7 +308,8 @@ static const struct mill_shape_type surface = {.size = sizeof(struct mill_facets
                                                .next_contact = next_contact,
                                                .contact = contact,
                                                .reachable = reachable,
-                                               .beside = beside};
+                                               .beside = beside,
+                                               .places = places};
 
 const struct mill_solid mill_facets_solid = {
     .surface = &surface, .is_sound = is_sound, .volume = volume, .outline = outline, .hull = hull};

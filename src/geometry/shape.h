@@ -118,6 +118,11 @@ struct mill_shape_type {
      * *contact is the contact there. NULL: no ball ever touches this shape at two places. */
     bool (*beside)(const struct mill_shape *, vec3 centre, vec3 v, double radius,
                    const struct mill_pose *, struct mill_contact *contact);
+    /* The contacts with all places of the shape that the ball overlaps and that are nearer to its
+     * centre than all places around them, `most` at most; returns how many. If it overlaps none:
+     * 1, the nearest place. NULL: there is one at most, and `contact` gives it. */
+    int (*places)(const struct mill_shape *, vec3 centre, double radius, const struct mill_pose *,
+                  struct mill_contact *contact, int most);
 };
 
 struct mill_solid;
@@ -147,6 +152,17 @@ static inline double mill_shape_gap(const struct mill_shape *shape, vec3 centre,
                                     const struct mill_pose *pose)
 {
     return shape->type->contact(shape, centre, radius, pose).gap;
+}
+
+/* All contacts of a ball that may overlap the shape: see `places` of struct mill_shape_type */
+static inline int mill_shape_places(const struct mill_shape *shape, vec3 centre, double radius,
+                                    const struct mill_pose *pose, struct mill_contact *contact,
+                                    int most)
+{
+    if (shape->type->places)
+        return shape->type->places(shape, centre, radius, pose, contact, most);
+    *contact = shape->type->contact(shape, centre, radius, pose);
+    return 1;
 }
 
 /* The contact of a ball that is due to meet the shape. If the ball touches two places, it is the

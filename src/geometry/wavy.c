@@ -79,6 +79,21 @@ static bool beside(const struct mill_shape *shape, vec3 centre, vec3 v, double r
     return k->gap <= slack && vec3_dot(vec3_sub(v, k->velocity), k->normal) < 0.0;
 }
 
+static int places(const struct mill_shape *shape, vec3 centre, double radius,
+                  const struct mill_pose *pose, struct mill_contact *k, int most)
+{
+    const struct mill_wavy *w = (const struct mill_wavy *)shape;
+    const vec3 r = mill_pose_in(pose, centre);
+    const struct mill_wavy_near near = mill_wavy_nearest(w, r.y, r.z);
+    const bool fits = mill_wavy_inward(near.arc) > 0.0 && w->radius > radius;
+    k[0] = contact(shape, centre, radius, pose);
+    if (fits || most < 2)
+        return 1;
+    const struct mill_contact other = mill_wavy_arc_contact(w, near.beside, r, radius);
+    k[1] = seen(pose, &other);
+    return 1 + (k[1].gap < 0.0);
+}
+
 /* ---- the first contact of a flight ---- */
 
 /* The first time after `from` at which the flight crosses an edge of one of the wedges; `to` if
@@ -365,4 +380,5 @@ const struct mill_shape_type mill_wavy_type = {.size = sizeof(struct mill_wavy),
                                                .contact = contact,
                                                .reachable = reachable,
                                                .parts = arcs_in_reach,
-                                               .beside = beside};
+                                               .beside = beside,
+                                               .places = places};

@@ -364,6 +364,7 @@ enum mill_fault_code mill_start_world(const struct mill_setup *setup,
         memcpy(w->law, setup->law, sizeof w->law);
         memcpy(w->fall, setup->fall, sizeof w->fall);
         w->rebound_floor = setup->rebound_floor;
+        w->soft = setup->soft;
         if (mill_ends_fit(setup, w->motion, fault) &&
             !mill_clash_find(setup, watch, w->motion, fault))
             fault->code = MILL_FAULT_MEMORY;

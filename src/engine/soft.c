@@ -1,0 +1,439 @@
+/* Soft spheres, step by step. A step is one of velocity Verlet: half of the change of velocity, the
+ * change of place, the forces, the other half. Forces need velocities at the end of the step; these
+ * are predicted with the accelerations of its beginning, so that the error of the dashpots, too, is
+ * of second order.
+ *
+ * The parts of the mill do each phase of a step on any number of threads. A part sends the forces on
+ * balls of other parts, which add what they got in the order of the parts. */
+#include "engine/soft.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- phases ---- */
+
+/* Half of the change of velocity, then the change of place */
+static void drift(struct mill_soft *s, struct mill_soft_part *p)
+{
+    const struct mill_world *w = s->world;
+    const double half = 0.5 * s->dt, period = w->container.period;
+    const struct mill_soft_load none = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
+    double fastest = 0.0;
+    for (int32_t i = p->first; i < p->last; i++) {
+        struct mill_soft_ball *b = &s->ball[i];
+        struct mill_soft_place *at = &s->place[i];
+        b->v = vec3_axpy(b->v, half, b->gain);
+        b->w = vec3_axpy(b->w, half, b->turn);
+        at->r = vec3_axpy(at->r, s->dt, b->v);
+        if (period > 0.0) {
+            at->r.x = mill_world_image(w, at->r.x);
+        }
+        s->course[i].v = vec3_axpy(b->v, half, b->gain);
+        s->course[i].w = vec3_axpy(b->w, half, b->turn);
+        s->load[i] = none;
+        fastest = mill_greatest(fastest, vec3_dot(b->v, b->v));
+    }
+    p->fastest = fastest;
+}
+
+/* The other half of the change of velocity, by the new forces */
+static void kick(struct mill_soft *s, struct mill_soft_part *p)
+{
+    const struct mill_world *w = s->world;
+    const double half = 0.5 * s->dt;
+    for (int from = 0; from < p->number; from++) {
+        struct mill_memory_list *sent = &s->part[from].sent[p->number];
+        const struct mill_soft_sent *each = sent->item;
+        for (size_t k = 0; k < sent->count; k++) {
+            struct mill_soft_load *to = &s->load[each[k].slot];
+            to->force = vec3_add(to->force, each[k].load.force);
+            to->torque = vec3_add(to->torque, each[k].load.torque);
+            to->kick = vec3_add(to->kick, each[k].load.kick);
+            to->twist = vec3_add(to->twist, each[k].load.twist);
+        }
+        sent->count = 0;
+    }
+    for (int32_t i = p->first; i < p->last; i++) {
+        struct mill_soft_ball *b = &s->ball[i];
+        const struct mill_soft_load *load = &s->load[i];
+        const double per_mass = 1.0 / b->mass, per_inertia = 1.0 / b->inertia;
+        b->touched = vec3_dot(load->force, load->force) > 0.0;
+        b->gain = vec3_axpy(w->g, per_mass, load->force);
+        b->turn = vec3_scale(load->torque, per_inertia);
+        b->v = vec3_axpy(vec3_axpy(b->v, half, b->gain), per_mass, load->kick);
+        b->w = vec3_axpy(vec3_axpy(b->w, half, b->turn), per_inertia, load->twist);
+    }
+}
+
+static void kick_and_drift(struct mill_soft *s, struct mill_soft_part *p)
+{
+    kick(s, p);
+    drift(s, p);
+}
+
+static void work(void *self, int part)
+{
+    struct mill_soft *s = self;
+    int k;
+    (void)part;
+    while ((k = __atomic_fetch_add(&s->next, 1, __ATOMIC_RELAXED)) < s->parts)
+        s->phase(s, &s->part[k]);
+}
+
+void mill_soft_do(struct mill_soft *s, void (*phase)(struct mill_soft *, struct mill_soft_part *))
+{
+    s->phase = phase;
+    s->next = 0;
+    if (s->shared)
+        mill_crew_do(s->crew, work, s);
+    else
+        work(s, 0);
+}
+
+/* ---- one step ---- */
+
+/* [s] local time of a step in this epoch; the last one ends exactly with the epoch */
+static double time_of(const struct mill_soft *s, int64_t step)
+{
+    return step == s->steps ? MILL_WORLD_EPOCH : (double)step * s->dt;
+}
+
+/* The balls have moved: poses and lists of now. false: out of memory */
+static bool arrive(struct mill_soft *s)
+{
+    const struct mill_world *w = s->world;
+    double fastest = 0.0;
+    s->step++;
+    for (int k = 0; k < s->parts; k++)
+        fastest = mill_greatest(fastest, s->part[k].fastest);
+    s->path += s->dt * sqrt(fastest);
+    s->passed += s->dt;
+    for (int k = 0; k < w->motions; k++)
+        s->pose[k] = mill_motion_pose(w->motion[k], time_of(s, s->step));
+    return s->path - s->listed < 0.5 * s->skin || mill_soft_list(s);
+}
+
+/* Contacts that have ended go to the account and to the observers. false: out of memory */
+static bool tell(struct mill_sim *sim)
+{
+    struct mill_soft *s = sim->soft;
+    bool good = true;
+    for (int k = 0; k < s->parts; k++) {
+        struct mill_soft_part *p = &s->part[k];
+        const struct mill_sim_entry *entry = p->told.item;
+        for (size_t n = 0; n < p->told.count; n++)
+            mill_sim_count(sim, &entry[n]);
+        p->told.count = 0;
+        good = good && !p->failed;
+    }
+    return good;
+}
+
+/* ---- the world at a step ---- */
+
+static void add_account(struct mill_account *all, const struct mill_account *a, int kinds, int motions)
+{
+    all->work += a->work;
+    all->work_gross += a->work_gross;
+    all->dissipation_gross += a->dissipation_gross;
+    for (int k = 0; k < motions; k++) {
+        all->motion[k].work += a->motion[k].work;
+        all->motion[k].impulse += a->motion[k].impulse;
+    }
+    for (int k = 0; k < kinds; k++) {
+        all->dissipation[k] += a->dissipation[k];
+        all->dissipation_normal[k] += a->dissipation_normal[k];
+    }
+}
+
+/* Balls and account of the world, for all that look at it between two steps */
+static void publish(struct mill_soft *s)
+{
+    struct mill_world *w = s->world;
+    struct mill_account *a = &w->account;
+    a->work = a->work_gross = a->dissipation_gross = a->elastic = 0.0;
+    memset(a->motion, 0, sizeof a->motion);
+    memset(a->dissipation, 0, sizeof a->dissipation);
+    memset(a->dissipation_normal, 0, sizeof a->dissipation_normal);
+    w->soft_facts.contacts = w->soft_facts.crowded = 0;
+    for (int k = 0; k < s->parts; k++) {
+        const struct mill_soft_part *p = &s->part[k];
+        add_account(a, &p->tally.account, w->kinds.count, w->motions);
+        w->soft_facts.contacts += p->tally.contacts;
+        w->soft_facts.crowded += p->tally.crowded;
+        w->soft_facts.force = mill_greatest(w->soft_facts.force, p->tally.force);
+        w->counts.largest_overlap = mill_greatest(w->counts.largest_overlap, p->tally.deepest);
+        for (size_t n = 0; n < p->touch.count; n++) {
+            const struct mill_soft_touch *t = mill_soft_touch(p, (int32_t)n);
+            a->elastic += t->a >= 0 ? t->energy : 0.0;
+        }
+    }
+    for (int32_t i = 0; i < w->balls; i++) {
+        const struct mill_soft_ball *b = &s->ball[i];
+        struct mill_ball *to = &w->ball[b->number];
+        to->r = s->place[i].r;
+        to->v = b->v;
+        to->t = time_of(s, s->step);
+        w->spin[b->number] = b->w;
+    }
+}
+
+void mill_soft_run(struct mill_sim *sim, double limit, uint64_t *budget,
+                   const volatile sig_atomic_t *stop)
+{
+    struct mill_soft *s = sim->soft;
+    bool good = true, moved = false; /* balls have moved into the next step */
+    s->shared = s->crew && mill_crew_begin(s->crew) == s->threads;
+    while (good && sim->status == MILL_OK && *budget > 0 && time_of(s, s->step + 1) <= limit) {
+        if (stop && *stop)
+            sim->status = MILL_STOPPED;
+        if (sim->status != MILL_OK)
+            break;
+        if (!moved)
+            mill_soft_do(s, drift);
+        good = arrive(s);
+        mill_soft_do(s, mill_soft_press);
+        sim->now = time_of(s, s->step);
+        good = good && tell(sim);
+        --*budget;
+        s->world->soft_facts.steps++;
+        /* at the last step before the limit the balls must not move on */
+        moved = good && sim->status == MILL_OK && *budget > 0 &&
+                time_of(s, s->step + 1) <= limit && !(stop && *stop);
+        mill_soft_do(s, moved ? kick_and_drift : kick);
+    }
+    if (s->crew)
+        mill_crew_end(s->crew);
+    s->shared = false;
+    publish(s);
+    if (!good)
+        sim->status = mill_error_set(sim->error, MILL_FAILED, "out of memory for the soft spheres");
+}
+
+/* ---- from the start to the end ---- */
+
+/* Sets the balls of the slots, from the world and the balls' accelerations [by ball] */
+static void seat(struct mill_soft *s, const struct mill_soft_ball *from)
+{
+    const struct mill_world *w = s->world;
+    for (int32_t i = 0; i < w->balls; i++) {
+        const struct mill_species *kind = &w->species[w->ball[i].species];
+        const int32_t k = s->slot[i];
+        s->ball[k] = from[i];
+        s->ball[k].v = w->ball[i].v;
+        s->ball[k].w = w->spin[i];
+        s->ball[k].mass = kind->mass;
+        s->ball[k].inertia = kind->inertia;
+        s->ball[k].number = i;
+        s->ball[k].species = w->ball[i].species;
+        s->ball[k].walls = -1;
+        s->place[k] = (struct mill_soft_place){w->ball[i].r, kind->radius};
+    }
+}
+
+/* Puts contacts into the pools of the balls that now have them, and makes the lists. */
+static bool pool(struct mill_soft *s, const struct mill_soft_touch *touch, size_t count)
+{
+    for (int k = 0; k < s->parts; k++) {
+        s->part[k].touch.count = 0;
+        s->part[k].unused = -1;
+    }
+    for (size_t n = 0; n < count; n++) {
+        const int32_t slot = mill_soft_owner(s, &touch[n]);
+        struct mill_soft_part *p = mill_soft_part_of(s, slot);
+        const int32_t at = mill_soft_touch_get(p);
+        if (at < 0)
+            return false;
+        struct mill_soft_touch *t = mill_soft_touch(p, at);
+        *t = touch[n];
+        if (t->b < 0) {
+            t->next = s->ball[slot].walls;
+            s->ball[slot].walls = at;
+        }
+    }
+    return mill_soft_list(s);
+}
+
+/* All contacts, in the order of the pools, into an array. NULL: out of memory */
+static struct mill_soft_touch *collect(const struct mill_soft *s, size_t *count)
+{
+    size_t most = 0;
+    for (int k = 0; k < s->parts; k++)
+        most += s->part[k].touch.count;
+    struct mill_soft_touch *all = malloc((most + 1) * sizeof *all);
+    *count = 0;
+    for (int k = 0; k < s->parts && all; k++)
+        for (size_t n = 0; n < s->part[k].touch.count; n++) {
+            const struct mill_soft_touch *t = mill_soft_touch(&s->part[k], (int32_t)n);
+            if (t->a >= 0)
+                all[(*count)++] = *t;
+        }
+    return all;
+}
+
+/* New slots for all balls, and the contacts to where they belong */
+static bool resettle(struct mill_soft *s, bool sorts, const struct mill_soft_touch *touch,
+                     size_t count)
+{
+    for (int32_t i = 0; i < s->world->balls; i++)
+        s->spare[s->ball[i].number] = s->ball[i];
+    if (sorts)
+        mill_soft_sort(s);
+    seat(s, s->spare);
+    return pool(s, touch, count);
+}
+
+bool mill_soft_restart(struct mill_soft *s)
+{
+    size_t count;
+    struct mill_soft_touch *touch = collect(s, &count);
+    for (size_t n = 0; touch && n < count; n++)
+        touch[n].begin -= MILL_WORLD_EPOCH;
+    s->step = 0;
+    for (int32_t i = 0; i < s->world->balls; i++)
+        s->world->ball[i].t = 0.0;
+    const bool good = touch && resettle(s, true, touch, count);
+    free(touch);
+    return good;
+}
+
+/* Bounds of the speeds of surfaces, where balls can be */
+static void find_speeds(struct mill_soft *s)
+{
+    const struct mill_world *w = s->world;
+    for (int k = 0; k < w->shapes; k++) {
+        const struct mill_motion *m = w->shape[k]->motion;
+        const struct mill_motion_bounds b = mill_motion_bounds(m, vec3_make(0.0, 0.0, 0.0));
+        if (m && !w->shape[k]->fixed)
+            s->speed[k] = b.speed + b.turning * mill_motion_reach(m, &w->container.places);
+        s->swiftest = mill_greatest(s->swiftest, s->speed[k]);
+    }
+}
+
+struct mill_soft *mill_soft_create(struct mill_world *w)
+{
+    const size_t n = (size_t)w->balls, shapes = (size_t)w->shapes;
+    struct mill_soft *s = calloc(1, sizeof *s);
+    if (!s)
+        return NULL;
+    s->world = w;
+    s->spring = mill_soft_springs(w);
+    s->place = mill_memory_get(n, sizeof *s->place);
+    s->course = mill_memory_get(n, sizeof *s->course);
+    s->load = mill_memory_get(n, sizeof *s->load);
+    s->ball = mill_memory_get(n, sizeof *s->ball);
+    s->spare = mill_memory_get(n, sizeof *s->spare);
+    s->due = calloc(n * shapes + 1, sizeof *s->due);
+    s->look = calloc(n + 1, sizeof *s->look);
+    s->speed = calloc(shapes + 1, sizeof *s->speed);
+    s->pose = calloc((size_t)w->motions + 1, sizeof *s->pose);
+    bool good = s->spring && s->place && s->course && s->load && s->ball && s->spare && s->due &&
+                s->look && s->speed && s->pose && mill_soft_lists_create(s);
+    if (good) {
+        s->steps = (int64_t)ceil(MILL_WORLD_EPOCH * (double)w->soft.steps / w->soft_facts.duration);
+        s->dt = w->soft_facts.step = MILL_WORLD_EPOCH / (double)s->steps;
+        for (int32_t i = 0; i < w->balls; i++) {
+            s->ball[i].number = i;
+            s->ball[i].gain = w->g;
+        }
+        find_speeds(s);
+        good = resettle(s, true, NULL, 0);
+    }
+    if (good)
+        return s;
+    mill_soft_free(s);
+    return NULL;
+}
+
+void mill_soft_free(struct mill_soft *s)
+{
+    if (!s)
+        return;
+    mill_soft_lists_free(s);
+    mill_soft_springs_free(s->spring, s->world);
+    mill_crew_free(s->crew);
+    free(s->place);
+    free(s->course);
+    free(s->load);
+    free(s->ball);
+    free(s->spare);
+    free(s->due);
+    free(s->look);
+    free(s->speed);
+    free(s->pose);
+    free(s);
+}
+
+void mill_soft_use_threads(struct mill_soft *s, int threads)
+{
+    const int most = s->parts < MILL_CREW_MOST ? s->parts : MILL_CREW_MOST;
+    mill_crew_free(s->crew);
+    s->threads = threads < most ? threads : most;
+    s->crew = s->threads > 1 ? mill_crew_create(s->threads) : NULL;
+    s->threads = s->crew ? s->threads : 1;
+}
+
+/* ---- the state ---- */
+
+static bool is_ball(const struct mill_soft *s, int32_t i)
+{
+    return i >= 0 && i < s->world->balls;
+}
+
+/* Can the loaded numbers be right? */
+static bool is_sane(const struct mill_soft *s, const struct mill_soft_touch *touch, size_t count)
+{
+    bool good = s->step >= 0 && s->step < s->steps;
+    for (int32_t i = 0; i < s->world->balls; i++)
+        s->order[i].ball = 0;
+    for (int32_t i = 0; i < s->world->balls && good; i++)
+        good = is_ball(s, s->slot[i]) && s->order[s->slot[i]].ball++ == 0;
+    for (size_t n = 0; n < count && good; n++) {
+        const struct mill_soft_touch *t = &touch[n];
+        good = is_ball(s, t->a) && (is_ball(s, t->b) ? t->a < t->b : t->b == MILL_NOBODY) &&
+               (t->b >= 0 || (t->shape >= 0 && t->shape < s->world->shapes));
+    }
+    return good;
+}
+
+void mill_soft_state(struct mill_soft *s, struct mill_state *state)
+{
+    struct mill_world *w = s->world;
+    const size_t n = (size_t)w->balls;
+    size_t count = 0;
+    struct mill_soft_touch *touch = collect(s, &count);
+    uint64_t told = count;
+    mill_state_structs(state, "contacts", sizeof told, 1, &told);
+    if (state->loads && state->status == MILL_OK) {
+        free(touch);
+        count = told < SIZE_MAX / sizeof *touch / 2 ? (size_t)told : 0;
+        touch = malloc((count + 1) * sizeof *touch);
+    }
+    if (!touch)
+        mill_state_refuse(state, "out of memory for the contacts");
+    else
+        mill_state_structs(state, "touch", sizeof *touch, count, touch);
+    mill_state_field(state, "slot", MILL_FIELD_I32, n, s->slot);
+    mill_state_structs(state, "step", sizeof s->step, 1, &s->step);
+    mill_state_structs(state, "facts", sizeof w->soft_facts, 1, &w->soft_facts);
+    for (int32_t i = 0; i < w->balls && !state->loads; i++)
+        s->spare[s->ball[i].number] = s->ball[i];
+    mill_state_structs(state, "soft_ball", sizeof *s->spare, n, s->spare);
+    for (int k = 0; k < s->parts; k++) {
+        char name[32];
+        snprintf(name, sizeof name, "part%d", k);
+        mill_state_structs(state, name, sizeof s->part[k].tally, 1, &s->part[k].tally);
+    }
+    if (state->loads && state->status == MILL_OK) {
+        if (!is_sane(s, touch, count)) {
+            mill_state_refuse(state, "the saved contacts are damaged");
+        } else {
+            seat(s, s->spare);
+            if (!pool(s, touch, count))
+                mill_state_refuse(state, "out of memory for the contacts");
+        }
+    }
+    free(touch);
+}

@@ -1,0 +1,221 @@
+/* Declarations shared by the parts of the soft spheres (soft*.c) */
+#ifndef MILL_ENGINE_SOFT_H
+#define MILL_ENGINE_SOFT_H
+
+#include "base/memory.h"
+#include "engine/crew.h"
+#include "engine/grids.h"
+#include "engine/sim_private.h"
+#include "geometry/shape.h"
+
+/* ---- the law (soft_law.c) ---- */
+
+/* Numbers without a dimension: forces are these, times the spring or the square root of spring and
+ * reduced mass */
+struct mill_soft_damping {
+    double normal;     /* dashpot */
+    double spring;     /* tangential spring, as a share of the normal one */
+    double tangential; /* tangential dashpot */
+    double duration;   /* of an impact, in units of sqrt(mass / spring) */
+};
+
+enum { MILL_SOFT_ROWS = 33 };
+
+/* Contacts of one kind of two species */
+struct mill_soft_spring {
+    double mass;     /* [kg] reduced */
+    double stiff;    /* [N/m]; of Hertz' law [N/m^1.5] */
+    double root;     /* sqrt(mass * stiff) */
+    double friction; /* Coulomb's coefficient */
+    struct mill_soft_damping damping;
+    const struct mill_fall *fall;           /* restitution that falls with the speed; NULL: none */
+    const struct mill_soft_damping *damped; /* [MILL_SOFT_ROWS] for restitutions from
+                                               MILL_SOFT_LEAST to 1 */
+};
+
+/* a smaller restitution is taken as this one */
+#define MILL_SOFT_LEAST 0.05
+
+/* The damping that gives single impacts this restitution and this tangential restitution */
+struct mill_soft_damping mill_soft_damp(double restitution, double tangential, bool hertz);
+
+/* The damping of a contact that begins with this normal speed [m/s] */
+struct mill_soft_damping mill_soft_damping_at(const struct mill_soft_spring *spring, double speed);
+
+/* Springs of all kinds and species: of balls a and b [a * species + b], then of each other kind
+ * [kind * species * species + a]. Sets the step and the duration of the world's facts. NULL: out of
+ * memory. Owner: the caller; mill_soft_springs_free(). */
+struct mill_soft_spring *mill_soft_springs(struct mill_world *world);
+void mill_soft_springs_free(struct mill_soft_spring *springs, const struct mill_world *world);
+
+/* ---- contacts ---- */
+
+/* A contact that lasts. It is directed from ball a, the one with the smaller number, to its
+ * partner. */
+struct mill_soft_touch {
+    int32_t a, b; /* balls; b: MILL_NOBODY for a surface */
+    int32_t shape, next; /* of a surface: its number; the ball's next contact with surfaces, or -1 */
+    double begin;        /* [s] local */
+    vec3 spring;         /* [m] tangential */
+    vec3 creep;          /* [m/s] tangential velocity at the last step */
+    vec3 normal;         /* from a, at the last step */
+    struct mill_soft_damping damping;
+    double power, power_normal;   /* [W] into the contact at the last step */
+    double energy, energy_normal; /* [J] in its springs at the last step */
+    double lost, lost_normal;     /* [J] so far */
+    /* at the beginning: */
+    double speed;                    /* [m/s] normal */
+    vec3 slip, point, facing;        /* as in struct mill_impact: slip, position, normal */
+    vec3 place, inward;              /* place and facing */
+    vec3 impulse;                    /* [N s] given to a so far */
+    int64_t flags; /* 1: it slides; 2: seen in this step; 4: one ball had another contact */
+};
+enum { MILL_SOFT_SLIDES = 1, MILL_SOFT_SEEN = 2, MILL_SOFT_CROWDED = 4 };
+
+/* ---- balls, in the order of their slots: balls near each other have slots near each other ---- */
+
+struct mill_soft_place {
+    vec3 r; /* [m] */
+    double radius;
+};
+
+/* Velocities at the end of the step, as far as they are known before its forces */
+struct mill_soft_course {
+    vec3 v, w; /* [m/s], [rad/s] */
+};
+
+struct mill_soft_load {
+    vec3 force, torque; /* [N], [N m] of the contacts */
+    vec3 kick, twist;   /* [N s], [N m s] more in this step, of contacts that begin in it */
+};
+
+struct mill_soft_ball {
+    vec3 v, w;              /* [m/s], [rad/s] */
+    vec3 gain, turn;        /* [m/s^2], [rad/s^2] accelerations */
+    double mass, inertia;
+    int32_t number, species; /* of the ball */
+    int32_t walls;           /* its first contact with a surface in the pool of its part; -1: none */
+    int32_t touched;         /* 1: it had a contact in the last step */
+};
+
+/* A neighbour of a ball: one with a higher slot */
+struct mill_soft_near {
+    int32_t slot, touch; /* the contact in the pool of the part; -1: they do not touch */
+};
+
+struct mill_soft_sent {
+    int32_t slot;
+    struct mill_soft_load load;
+};
+
+/* What the contacts of a part have done so far */
+struct mill_soft_tally {
+    struct mill_account account;
+    double deepest, force; /* [m], [N] the greatest */
+    uint64_t contacts, crowded;
+};
+
+/* Some of the slots. Each part does its steps alone; how many there are depends on the balls only.
+ * So all sums have the same order on any number of threads. */
+struct mill_soft_part {
+    int32_t number, first, last;   /* its slots, without `last` */
+    double fastest;                /* [m/s] square of the greatest speed in this step */
+    struct mill_memory_list near;  /* struct mill_soft_near, of all its balls */
+    struct mill_memory_list touch; /* struct mill_soft_touch */
+    int32_t unused;                /* the first free place of `touch`; -1: none */
+    struct mill_memory_list *sent; /* [parts] struct mill_soft_sent, for balls of other parts */
+    struct mill_memory_list told;  /* struct mill_sim_entry: contacts that have ended */
+    int32_t *around;               /* buffer for a search */
+    bool failed;                   /* out of memory */
+    struct mill_soft_tally tally;
+};
+
+enum { MILL_SOFT_PARTS = 64 };
+
+struct mill_soft_order {
+    int32_t cell, ball;
+};
+
+struct mill_soft {
+    struct mill_world *world;
+    struct mill_soft_spring *spring;
+    double dt;       /* [s] */
+    int64_t steps;   /* in an epoch */
+    int64_t step;    /* in this epoch, so far */
+    double skin;     /* [m] lists hold pairs with smaller gaps */
+    double path;     /* [m] no ball has gone farther since t = 0 */
+    double listed;   /* [m] the path when the lists were made */
+    double passed;   /* [s] since t = 0 */
+    double swiftest; /* [m/s] no surface is faster, where balls can be */
+    struct mill_world wide; /* as the world, with balls that are larger by the skin */
+    struct mill_grids grids;
+    struct mill_soft_place *place;
+    struct mill_soft_course *course;
+    struct mill_soft_load *load;
+    struct mill_soft_ball *ball;
+    int32_t *begin; /* [balls + 1] of a slot's neighbours in the list of its part */
+    int32_t *slot;  /* of each ball */
+    struct mill_soft_order *order; /* buffer to sort */
+    struct mill_soft_ball *spare;  /* buffer, as `ball` */
+    /* [balls * shapes] on the shape's clock: the ball cannot touch it before; [balls] of all */
+    double *due, *look;
+    double *speed;          /* [m/s] of each shape, at most */
+    struct mill_pose *pose; /* of each shape's motion at the end of the step */
+    int parts;
+    struct mill_soft_part part[MILL_SOFT_PARTS];
+    struct mill_crew *crew; /* NULL: one thread */
+    int threads;
+    bool shared; /* the threads are there */
+    int next;               /* the next part to be done; shared */
+    void (*phase)(struct mill_soft *, struct mill_soft_part *);
+};
+
+/* Makes them from the world at t = 0. NULL: out of memory */
+struct mill_soft *mill_soft_create(struct mill_world *world);
+void mill_soft_free(struct mill_soft *soft);
+void mill_soft_use_threads(struct mill_soft *soft, int threads);
+
+/* Takes all steps that end until local time `limit` [s], as mill_sim_take_events; the world is then
+ * at the last of them. */
+void mill_soft_run(struct mill_sim *sim, double limit, uint64_t *budget,
+                   const volatile sig_atomic_t *stop);
+
+/* A new epoch begins; the world's motions have been restarted. false: out of memory */
+bool mill_soft_restart(struct mill_soft *soft);
+
+void mill_soft_state(struct mill_soft *soft, struct mill_state *state);
+
+/* Does the phase for all parts, on all threads. */
+void mill_soft_do(struct mill_soft *soft, void (*phase)(struct mill_soft *, struct mill_soft_part *));
+
+/* ---- lists (soft_list.c) ---- */
+
+bool mill_soft_lists_create(struct mill_soft *soft);
+void mill_soft_lists_free(struct mill_soft *soft);
+
+/* Gives the balls their slots, by place. The contacts must be in no list. */
+void mill_soft_sort(struct mill_soft *soft);
+
+/* Makes new lists of neighbours and puts the contacts into them. */
+bool mill_soft_list(struct mill_soft *soft);
+
+/* The part that has a slot, and the slot that has a contact: the lower one of two balls */
+struct mill_soft_part *mill_soft_part_of(struct mill_soft *soft, int32_t slot);
+int32_t mill_soft_owner(const struct mill_soft *soft, const struct mill_soft_touch *touch);
+
+/* A place for a new contact in a part's pool, or -1: out of memory; and back */
+int32_t mill_soft_touch_get(struct mill_soft_part *part);
+void mill_soft_touch_put(struct mill_soft_part *part, int32_t touch);
+
+static inline struct mill_soft_touch *mill_soft_touch(const struct mill_soft_part *part,
+                                                      int32_t touch)
+{
+    return (struct mill_soft_touch *)part->touch.item + touch;
+}
+
+/* ---- forces (soft_force.c) ---- */
+
+/* All forces of a part's contacts at the end of the step */
+void mill_soft_press(struct mill_soft *soft, struct mill_soft_part *part);
+
+#endif

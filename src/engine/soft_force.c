@@ -1,0 +1,407 @@
+/* The forces of contacts. Spring and dashpot push along the normal, but never pull. Along the
+ * surface spring and dashpot act together, at most with Coulomb's share of the normal force.
+ *
+ * A contact begins within a step. Its impulse in this step is that of the part of the step for
+ * which it lasted; so the restitution does not depend on when in a step an impact begins. */
+#include "engine/soft.h"
+
+#include "geometry/shape.h"
+
+#include <math.h>
+
+#define SAME 0.7 /* cosine of normals: a contact of a body with many facets goes on at the next */
+enum { PLACES = 8 }; /* of one ball at one shape */
+
+/* A pair that overlaps now */
+struct meeting {
+    const struct mill_soft_spring *spring;
+    vec3 normal, point; /* from ball a into its partner; [m] where the contact is */
+    vec3 rate;          /* [m/s] of the surface of a relative to that of its partner */
+    vec3 wall;          /* [m/s] of a shape's surface there */
+    double depth;       /* [m] */
+    bool begins;
+};
+
+/* What it pushes with */
+struct push {
+    vec3 force; /* [N] on the partner; the opposite on a */
+    vec3 kick;  /* [N s] more than that, in this step */
+};
+
+static void begin(const struct mill_soft *s, const struct meeting *m, struct mill_soft_touch *t,
+                  double closing, vec3 along, double age)
+{
+    t->spring = vec3_scale(along, age);
+    t->damping = mill_soft_damping_at(m->spring, closing);
+    t->power = t->power_normal = t->energy = t->energy_normal = t->lost = t->lost_normal = 0.0;
+    t->impulse = vec3_make(0.0, 0.0, 0.0);
+    t->speed = mill_greatest(closing, 0.0);
+    t->slip = along;
+    t->point = m->point;
+    t->facing = vec3_scale(m->normal, -1.0);
+    t->begin = (double)s->step * s->dt - age;
+}
+
+static struct push press(const struct mill_soft *s, const struct meeting *m,
+                         struct mill_soft_touch *t, struct mill_soft_part *p, int kind)
+{
+    const struct mill_soft_spring *spring = m->spring;
+    const bool hertz = s->world->soft.hertz != 0;
+    const double dt = s->dt, closing = vec3_dot(m->rate, m->normal);
+    const vec3 along = vec3_axpy(m->rate, -closing, m->normal);
+    const double grown = hertz ? sqrt(m->depth) : 1.0;
+    const double stiff = spring->stiff * grown;
+    const double root = spring->root * (hertz ? sqrt(grown) : 1.0);
+    /* [s] since it began, if it began in this step */
+    const double age = closing * dt > m->depth ? m->depth / closing : dt;
+    if (m->begins)
+        begin(s, m, t, closing, along, age);
+    const struct mill_soft_damping *d = &t->damping;
+    const double pressing =
+        mill_greatest(stiff * m->depth + d->normal * root * closing, 0.0);
+    const double limit = spring->friction * pressing;
+    double strained = 0.0; /* [J] */
+    vec3 drag = {0.0, 0.0, 0.0};
+    t->flags &= ~(int64_t)MILL_SOFT_SLIDES;
+    if (spring->friction > 0.0) {
+        const double rigid = d->spring * stiff, damped = d->tangential * root;
+        vec3 shift = t->spring;
+        if (!m->begins)
+            shift = vec3_axpy(shift, 0.5 * dt, vec3_add(t->creep, along));
+        shift = vec3_axpy(shift, -vec3_dot(shift, m->normal), m->normal);
+        drag = vec3_axpy(vec3_scale(shift, rigid), damped, along);
+        const double size = vec3_norm(drag);
+        if (size > limit) {
+            drag = vec3_scale(drag, limit / size);
+            if (rigid > 0.0)
+                shift = vec3_scale(vec3_axpy(drag, -damped, along), 1.0 / rigid);
+            t->flags |= MILL_SOFT_SLIDES;
+        }
+        t->spring = shift;
+        strained = 0.5 * rigid * vec3_dot(shift, shift);
+    }
+    t->creep = along;
+    t->normal = m->normal;
+    const double power_normal = pressing * closing;
+    const double power = power_normal + vec3_dot(drag, along);
+    const double energy_normal = (hertz ? 0.4 : 0.5) * stiff * m->depth * m->depth;
+    const double energy = energy_normal + strained;
+    struct push push = {vec3_axpy(drag, pressing, m->normal), {0.0, 0.0, 0.0}};
+    vec3 impulse = vec3_scale(push.force, dt);
+    double work = 0.5 * dt * (t->power + power), work_normal = 0.5 * dt * (t->power_normal + power_normal);
+    if (m->begins) {
+        /* the force at the first moment is that of the dashpots */
+        const double first = hertz || closing <= 0.0 ? 0.0 : d->normal * root * closing;
+        const double most = spring->friction * first, slip = vec3_norm(along);
+        const double slides = slip > 0.0 && !hertz ? mill_least(d->tangential * root * slip, most) : 0.0;
+        const vec3 before = vec3_axpy(vec3_scale(m->normal, first), slip > 0.0 ? slides / slip : 0.0, along);
+        const vec3 within = vec3_scale(vec3_add(before, push.force), 0.5 * age);
+        push.kick = vec3_axpy(within, -0.5 * dt, push.force);
+        impulse = vec3_axpy(within, 0.5 * dt, push.force);
+        work_normal = 0.5 * age * (first * closing + power_normal);
+        work = 0.5 * age * (first * closing + slides * slip + power);
+    }
+    const double lost_normal = work_normal - (energy_normal - t->energy_normal);
+    const double lost = work - (energy - t->energy);
+    struct mill_account *a = &p->tally.account;
+    a->dissipation[kind] += lost;
+    a->dissipation_normal[kind] += lost_normal;
+    a->dissipation_gross += fabs(lost);
+    t->lost += lost;
+    t->lost_normal += lost_normal;
+    t->power = power;
+    t->power_normal = power_normal;
+    t->energy = energy;
+    t->energy_normal = energy_normal;
+    t->impulse = vec3_sub(t->impulse, impulse);
+    p->tally.deepest = mill_greatest(p->tally.deepest, m->depth);
+    p->tally.force = mill_greatest(p->tally.force, pressing);
+    return push;
+}
+
+/* ---- the end of a contact ---- */
+
+/* The contact is over: the rest of its energy is lost, and it is told as an impact. */
+static void end(struct mill_soft *s, struct mill_soft_part *p, int32_t touch)
+{
+    const struct mill_world *w = s->world;
+    struct mill_soft_touch *t = mill_soft_touch(p, touch);
+    const struct mill_shape *shape = t->b < 0 ? w->shape[t->shape] : NULL;
+    const int kind = shape ? shape->kind : MILL_BALL_BALL;
+    const double lost = 0.5 * s->dt * t->power + t->energy;
+    const double lost_normal = 0.5 * s->dt * t->power_normal + t->energy_normal;
+    struct mill_sim_entry *entry = mill_memory_add(&p->told);
+    p->tally.account.dissipation[kind] += lost;
+    p->tally.account.dissipation_normal[kind] += lost_normal;
+    p->tally.account.dissipation_gross += fabs(lost);
+    if (!entry) {
+        p->failed = true;
+        return;
+    }
+    const int16_t one = w->ball[t->a].species, other = shape ? -1 : w->ball[t->b].species;
+    const double mass = w->species[one].mass, met = shape ? 0.0 : w->species[other].mass;
+    *entry = (struct mill_sim_entry){
+        .reduced_mass = shape ? mass : mass * met / (mass + met),
+        .impact = {.time = w->base + (double)s->step * s->dt,
+                   .kind = kind,
+                   .ball = t->a,
+                   .partner = shape ? shape->number : t->b,
+                   .species = one,
+                   .partner_species = other,
+                   .position = t->point,
+                   .normal = t->facing,
+                   .impulse = t->impulse,
+                   .slip = t->slip,
+                   .normal_speed = t->speed,
+                   .tangential_speed = vec3_norm(t->slip),
+                   .dissipation = t->lost + lost,
+                   .dissipation_normal = t->lost_normal + lost_normal,
+                   .surface = shape ? t->shape : -1,
+                   .place = t->place,
+                   .facing = t->inward,
+                   .slid = (t->flags & MILL_SOFT_SLIDES) != 0}};
+    mill_soft_touch_put(p, touch);
+}
+
+/* A new contact between these. NULL: out of memory */
+static struct mill_soft_touch *make(struct mill_soft_part *p, int32_t *touch, int32_t a, int32_t b,
+                                    bool crowded)
+{
+    *touch = mill_soft_touch_get(p);
+    if (*touch < 0) {
+        p->failed = true;
+        return NULL;
+    }
+    struct mill_soft_touch *t = mill_soft_touch(p, *touch);
+    t->a = a;
+    t->b = b;
+    t->next = -1;
+    t->place = t->inward = vec3_make(0.0, 0.0, 0.0);
+    t->flags = crowded ? MILL_SOFT_CROWDED : 0;
+    p->tally.contacts++;
+    p->tally.crowded += crowded;
+    return t;
+}
+
+/* ---- two balls ---- */
+
+static void add(struct mill_soft_load *to, const struct mill_soft_load *load)
+{
+    to->force = vec3_add(to->force, load->force);
+    to->torque = vec3_add(to->torque, load->torque);
+    to->kick = vec3_add(to->kick, load->kick);
+    to->twist = vec3_add(to->twist, load->twist);
+}
+
+/* The load on a ball: sign times the push at this arm along the normal */
+static struct mill_soft_load load_of(const struct push *push, double sign, vec3 arm)
+{
+    const vec3 force = vec3_scale(push->force, sign), kick = vec3_scale(push->kick, sign);
+    return (struct mill_soft_load){force, vec3_cross(arm, force), kick, vec3_cross(arm, kick)};
+}
+
+static void press_pair(struct mill_soft *s, struct mill_soft_part *p, int32_t i,
+                       struct mill_soft_near *near, vec3 d, double distance)
+{
+    const struct mill_world *w = s->world;
+    const int32_t j = near->slot;
+    const struct mill_soft_ball *one = &s->ball[i], *other = &s->ball[j];
+    const bool turned = one->number > other->number;
+    const int32_t a = turned ? j : i, b = turned ? i : j;
+    const vec3 n = vec3_scale(d, (turned ? -1.0 : 1.0) / distance); /* from a to b */
+    const double sum = s->place[a].radius + s->place[b].radius, half = 0.5 * (sum - distance);
+    const double arm_a = s->place[a].radius - half, arm_b = s->place[b].radius - half;
+    const struct mill_soft_course *ca = &s->course[a], *cb = &s->course[b];
+    const vec3 spin = vec3_axpy(vec3_scale(ca->w, arm_a), arm_b, cb->w);
+    struct meeting m = {
+        .spring = &s->spring[s->ball[a].species * w->species_count + s->ball[b].species],
+        .normal = n,
+        .rate = vec3_add(vec3_sub(ca->v, cb->v), vec3_cross(spin, n)),
+        .depth = sum - distance,
+        .begins = near->touch < 0};
+    struct mill_soft_touch *t;
+    if (m.begins) {
+        m.point = vec3_axpy(s->place[a].r, arm_a, n);
+        m.point.x = mill_world_image(w, m.point.x);
+        t = make(p, &near->touch, s->ball[a].number, s->ball[b].number,
+                 one->touched || other->touched);
+        if (!t)
+            return;
+    } else {
+        t = mill_soft_touch(p, near->touch);
+    }
+    const struct push push = press(s, &m, t, p, MILL_BALL_BALL);
+    const struct mill_soft_load on_a = load_of(&push, -1.0, vec3_scale(n, arm_a));
+    const struct mill_soft_load on_b = load_of(&push, 1.0, vec3_scale(n, -arm_b));
+    add(&s->load[i], turned ? &on_b : &on_a);
+    if (j < p->last) {
+        add(&s->load[j], turned ? &on_a : &on_b);
+        return;
+    }
+    int to = p->number + 1;
+    while (j >= s->part[to].last)
+        to++;
+    struct mill_soft_sent *sent = mill_memory_add(&p->sent[to]);
+    if (sent)
+        *sent = (struct mill_soft_sent){j, turned ? on_a : on_b};
+    else
+        p->failed = true;
+}
+
+static void press_pairs(struct mill_soft *s, struct mill_soft_part *p, int32_t i, int32_t first,
+                        int32_t last)
+{
+    const struct mill_world *w = s->world;
+    const bool periodic = w->container.period > 0.0;
+    const struct mill_soft_place own = s->place[i];
+    struct mill_soft_near *near = p->near.item;
+    for (int32_t k = first; k < last; k++) {
+        const struct mill_soft_place *other = &s->place[near[k].slot];
+        const double sum = own.radius + other->radius;
+        vec3 d = vec3_sub(other->r, own.r);
+        if (periodic)
+            d.x = mill_world_image(w, d.x);
+        const double square = vec3_dot(d, d);
+        if (square < sum * sum) {
+            press_pair(s, p, i, &near[k], d, sqrt(square));
+        } else if (near[k].touch >= 0) {
+            end(s, p, near[k].touch);
+            near[k].touch = -1;
+        }
+    }
+}
+
+/* ---- a ball and a surface ---- */
+
+/* Work of a moving surface, and the part of each motion (as the account of hard spheres) */
+static void book_work(const struct mill_soft *s, struct mill_account *a,
+                      const struct mill_shape *shape, vec3 impulse, vec3 point, vec3 velocity)
+{
+    const double work = vec3_dot(impulse, velocity);
+    double left = work;
+    a->work += work;
+    a->work_gross += fabs(work);
+    for (const struct mill_motion *m = shape->motion; m; m = m->on) {
+        const struct mill_pose *carrier = m->on ? &s->pose[m->on->number] : &mill_pose_still;
+        const double rest = m->on ? vec3_dot(impulse, mill_pose_velocity(carrier, point)) : 0.0;
+        a->motion[m->number].work += left - rest;
+        left = rest;
+        if (!m->axial)
+            continue;
+        const vec3 arm = vec3_sub(point, mill_pose_out(carrier, m->through));
+        a->motion[m->number].impulse +=
+            vec3_dot(mill_pose_turn_out(carrier, m->axis), vec3_cross(arm, impulse));
+    }
+}
+
+/* The contact of the ball with this shape that has a similar normal and was not seen in this step;
+ * or -1 */
+static int32_t find(const struct mill_soft_part *p, const struct mill_soft_ball *ball,
+                    int32_t shape, vec3 normal)
+{
+    double nearest = SAME;
+    int32_t best = -1;
+    for (int32_t k = ball->walls; k >= 0; k = mill_soft_touch(p, k)->next) {
+        const struct mill_soft_touch *t = mill_soft_touch(p, k);
+        const double cosine = vec3_dot(t->normal, normal);
+        if (t->shape == shape && !(t->flags & MILL_SOFT_SEEN) && cosine > nearest) {
+            nearest = cosine;
+            best = k;
+        }
+    }
+    return best;
+}
+
+static void press_place(struct mill_soft *s, struct mill_soft_part *p, int32_t i, int32_t number,
+                        const struct mill_contact *c)
+{
+    const struct mill_world *w = s->world;
+    const struct mill_shape *shape = w->shape[number];
+    struct mill_soft_ball *ball = &s->ball[i];
+    const vec3 n = vec3_scale(c->normal, -1.0);
+    const double arm = s->place[i].radius + c->gap;
+    const size_t pairs = (size_t)w->species_count * (size_t)w->species_count;
+    int32_t touch = find(p, ball, number, n);
+    struct meeting m = {.spring = &s->spring[(size_t)shape->kind * pairs + (size_t)ball->species],
+                        .normal = n,
+                        .point = c->point,
+                        .rate = vec3_add(vec3_sub(s->course[i].v, c->velocity),
+                                         vec3_cross(s->course[i].w, vec3_scale(n, arm))),
+                        .depth = -c->gap,
+                        .begins = touch < 0};
+    struct mill_soft_touch *t;
+    if (m.begins) {
+        t = make(p, &touch, ball->number, MILL_NOBODY, ball->touched);
+        if (!t)
+            return;
+        const struct mill_pose *pose =
+            shape->motion ? &s->pose[shape->motion->number] : &mill_pose_still;
+        t->shape = number;
+        t->place = mill_pose_in(pose, c->point);
+        t->inward = mill_pose_turn_in(pose, c->normal);
+        t->next = ball->walls;
+        ball->walls = touch;
+    } else {
+        t = mill_soft_touch(p, touch);
+    }
+    const vec3 before = m.begins ? vec3_make(0.0, 0.0, 0.0) : t->impulse;
+    const struct push push = press(s, &m, t, p, shape->kind);
+    const struct mill_soft_load load = load_of(&push, -1.0, vec3_scale(n, arm));
+    t->flags |= MILL_SOFT_SEEN;
+    add(&s->load[i], &load);
+    if (shape->motion)
+        book_work(s, &p->tally.account, shape, vec3_sub(t->impulse, before), c->point, c->velocity);
+}
+
+/* Ends the contacts with surfaces that are over. */
+static void sweep(struct mill_soft *s, struct mill_soft_part *p, struct mill_soft_ball *ball)
+{
+    int32_t *link = &ball->walls;
+    while (*link >= 0) {
+        const int32_t touch = *link;
+        struct mill_soft_touch *t = mill_soft_touch(p, touch);
+        if (t->flags & MILL_SOFT_SEEN) {
+            t->flags &= ~(int64_t)MILL_SOFT_SEEN;
+            link = &t->next;
+        } else {
+            *link = t->next;
+            end(s, p, touch);
+        }
+    }
+}
+
+static void press_walls(struct mill_soft *s, struct mill_soft_part *p, int32_t i)
+{
+    const struct mill_world *w = s->world;
+    struct mill_soft_ball *ball = &s->ball[i];
+    double *due = &s->due[(size_t)ball->number * (size_t)w->shapes], next = INFINITY;
+    for (int32_t k = 0; k < w->shapes; k++) {
+        const struct mill_shape *shape = w->shape[k];
+        const double clock = s->path + s->speed[k] * s->passed;
+        if (clock >= due[k]) {
+            struct mill_contact c[PLACES];
+            const struct mill_pose *pose =
+                shape->motion ? &s->pose[shape->motion->number] : &mill_pose_still;
+            const int places = mill_shape_places(shape, s->place[i].r, s->place[i].radius, pose, c, PLACES);
+            for (int at = 0; at < places && c[at].gap < 0.0; at++)
+                press_place(s, p, i, k, &c[at]);
+            due[k] = clock + mill_greatest(c[0].gap, 0.0);
+        }
+        /* on the common clock, which is never slower */
+        next = mill_least(next, due[k] - clock);
+    }
+    s->look[ball->number] = s->path + s->swiftest * s->passed + next;
+    if (ball->walls >= 0)
+        sweep(s, p, ball);
+}
+
+void mill_soft_press(struct mill_soft *s, struct mill_soft_part *p)
+{
+    const double clock = s->path + s->swiftest * s->passed;
+    for (int32_t i = p->first; i < p->last; i++) {
+        const int32_t last = i + 1 < p->last ? s->begin[i + 1] : (int32_t)p->near.count;
+        press_pairs(s, p, i, s->begin[i], last);
+        if (clock >= s->look[s->ball[i].number])
+            press_walls(s, p, i);
+    }
+}

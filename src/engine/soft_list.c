@@ -1,0 +1,209 @@
+/* Who may touch whom. Balls get slots by the place of their cells once in an epoch, so that
+ * neighbours are near each other in memory. Lists of neighbours hold all pairs with a gap below the
+ * skin, and are made again when a ball may have gone half of it. In what order forces are summed
+ * depends on the slots only, not on when lists were made. */
+#include "engine/soft.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Of the largest diameter. Wider lists hold more pairs that do not touch (measured). */
+#define SKIN 0.15
+/* Balls of a part, for small and for large mills: fewer have more neighbours in other parts */
+enum { SMALL = 48, SMALL_PARTS = 8, LARGE = 1000 };
+
+bool mill_soft_lists_create(struct mill_soft *s)
+{
+    const struct mill_world *w = s->world;
+    const size_t n = (size_t)w->balls;
+    const int many = w->balls / SMALL, most = many < SMALL_PARTS ? many : SMALL_PARTS;
+    double widest = 0.0;
+    for (int k = 0; k < w->species_count; k++)
+        widest = mill_greatest(widest, 2.0 * w->species[k].radius);
+    s->skin = SKIN * widest;
+    if (w->container.period > 0.0) /* a slice must stay longer than three of the wider balls */
+        s->skin = mill_least(s->skin, 0.9 * (w->container.period / 3.0 - widest));
+    s->skin = mill_greatest(s->skin, 1e-3 * widest);
+    s->parts = w->balls / LARGE > most ? w->balls / LARGE : most;
+    s->parts = s->parts < 1 ? 1 : s->parts > MILL_SOFT_PARTS ? MILL_SOFT_PARTS : s->parts;
+    s->wide = *w;
+    s->wide.species = malloc((size_t)w->species_count * sizeof *s->wide.species);
+    s->begin = calloc(n + 1, sizeof *s->begin);
+    s->slot = calloc(n + 1, sizeof *s->slot);
+    s->order = calloc(n + 1, sizeof *s->order);
+    if (!s->wide.species || !s->begin || !s->slot || !s->order)
+        return false;
+    for (int k = 0; k < w->species_count; k++) {
+        s->wide.species[k] = w->species[k];
+        s->wide.species[k].radius += 0.5 * s->skin;
+    }
+    for (int k = 0; k < s->parts; k++) {
+        struct mill_soft_part *p = &s->part[k];
+        p->number = k;
+        p->first = (int32_t)((int64_t)w->balls * k / s->parts);
+        p->last = (int32_t)((int64_t)w->balls * (k + 1) / s->parts);
+        p->near.size = sizeof(struct mill_soft_near);
+        p->touch.size = sizeof(struct mill_soft_touch);
+        p->told.size = sizeof(struct mill_sim_entry);
+        p->unused = -1;
+        p->around = malloc((n + MILL_CELL_ROW) * sizeof *p->around);
+        p->sent = calloc((size_t)s->parts, sizeof *p->sent);
+        if (!p->around || !p->sent)
+            return false;
+        for (int to = 0; to < s->parts; to++)
+            p->sent[to].size = sizeof(struct mill_soft_sent);
+    }
+    for (int32_t i = 0; i < w->balls; i++)
+        s->slot[i] = i;
+    return mill_grids_init(&s->grids, &s->wide, 1.0);
+}
+
+void mill_soft_lists_free(struct mill_soft *s)
+{
+    for (int k = 0; k < s->parts; k++) {
+        struct mill_soft_part *p = &s->part[k];
+        for (int to = 0; p->sent && to < s->parts; to++)
+            free(p->sent[to].item);
+        free(p->sent);
+        free(p->near.item);
+        free(p->touch.item);
+        free(p->told.item);
+        free(p->around);
+    }
+    mill_grids_release(&s->grids);
+    free(s->wide.species);
+    free(s->begin);
+    free(s->slot);
+    free(s->order);
+}
+
+/* ---- contacts and their places ---- */
+
+int32_t mill_soft_touch_get(struct mill_soft_part *p)
+{
+    const int32_t touch = p->unused;
+    if (touch < 0)
+        return mill_memory_add(&p->touch) ? (int32_t)p->touch.count - 1 : -1;
+    p->unused = mill_soft_touch(p, touch)->next;
+    return touch;
+}
+
+void mill_soft_touch_put(struct mill_soft_part *p, int32_t touch)
+{
+    struct mill_soft_touch *t = mill_soft_touch(p, touch);
+    t->a = MILL_NOBODY;
+    t->next = p->unused;
+    p->unused = touch;
+}
+
+struct mill_soft_part *mill_soft_part_of(struct mill_soft *s, int32_t slot)
+{
+    int k = (int)((int64_t)slot * s->parts / s->world->balls);
+    k += slot >= s->part[k].last;
+    return &s->part[k];
+}
+
+int32_t mill_soft_owner(const struct mill_soft *s, const struct mill_soft_touch *t)
+{
+    const int32_t a = s->slot[t->a], b = t->b < 0 ? a : s->slot[t->b];
+    return a < b ? a : b;
+}
+
+/* ---- slots ---- */
+
+static int by_cell(const void *one, const void *other)
+{
+    const struct mill_soft_order *a = one, *b = other;
+    return a->cell != b->cell ? (a->cell > b->cell) - (a->cell < b->cell)
+                              : (a->ball > b->ball) - (a->ball < b->ball);
+}
+
+void mill_soft_sort(struct mill_soft *s)
+{
+    const struct mill_world *w = s->world;
+    for (int32_t i = 0; i < w->balls; i++)
+        s->order[i] =
+            (struct mill_soft_order){mill_cells_at(&s->grids.own[0], w->ball[i].r), i};
+    qsort(s->order, (size_t)w->balls, sizeof *s->order, by_cell);
+    for (int32_t k = 0; k < w->balls; k++)
+        s->slot[s->order[k].ball] = k;
+}
+
+/* ---- lists ---- */
+
+/* Puts a slot into its place among `count` slots. */
+static void put_in_order(int32_t *slot, int32_t count, int32_t one)
+{
+    for (; count > 0 && slot[count - 1] > one; count--)
+        slot[count] = slot[count - 1];
+    slot[count] = one;
+}
+
+/* Lists the neighbours of a part's balls. */
+static void list_part(struct mill_soft *s, struct mill_soft_part *p)
+{
+    const struct mill_world *w = s->world;
+    p->near.count = 0;
+    for (int32_t i = p->first; i < p->last; i++) {
+        const struct mill_soft_place *own = &s->place[i];
+        const int32_t n = mill_grids_gather(&s->grids, s->ball[i].species,
+                                            s->grids.own[0].cell[i], p->around);
+        int32_t kept = 0;
+        s->begin[i] = (int32_t)p->near.count;
+        for (int32_t k = 0; k < n; k++) {
+            const int32_t j = p->around[k];
+            const struct mill_soft_place *other = &s->place[j];
+            const double sum = own->radius + other->radius + s->skin;
+            vec3 d = vec3_sub(other->r, own->r);
+            d.x = mill_world_image(w, d.x);
+            if (j > i && vec3_dot(d, d) < sum * sum)
+                put_in_order(p->around, kept++, j);
+        }
+        for (int32_t k = 0; k < kept; k++) {
+            struct mill_soft_near *near = mill_memory_add(&p->near);
+            if (!near) {
+                p->failed = true;
+                return;
+            }
+            *near = (struct mill_soft_near){p->around[k], -1};
+        }
+    }
+}
+
+/* Where the neighbours of a slot end in the list of its part */
+static int32_t end_of(const struct mill_soft *s, const struct mill_soft_part *p, int32_t slot)
+{
+    return slot + 1 < p->last ? s->begin[slot + 1] : (int32_t)p->near.count;
+}
+
+bool mill_soft_list(struct mill_soft *s)
+{
+    struct mill_world *w = s->world;
+    bool good = true;
+    for (int k = 0; k < s->grids.classes; k++)
+        mill_cells_clear(&s->grids.own[k]);
+    for (int32_t i = 0; i < w->balls && good; i++)
+        good = mill_grids_insert(&s->grids, i, s->ball[i].species,
+                                 mill_cells_at(&s->grids.own[0], s->place[i].r));
+    mill_soft_do(s, list_part);
+    for (int k = 0; k < s->parts && good; k++) {
+        struct mill_soft_part *p = &s->part[k];
+        good = !p->failed;
+        for (int32_t n = 0; n < (int32_t)p->touch.count && good; n++) {
+            const struct mill_soft_touch *t = mill_soft_touch(p, n);
+            if (t->a < 0 || t->b < 0)
+                continue;
+            const int32_t slot = mill_soft_owner(s, t), other = s->slot[t->a] + s->slot[t->b] - slot;
+            struct mill_soft_near *near = p->near.item;
+            int32_t at = s->begin[slot];
+            while (at < end_of(s, p, slot) && near[at].slot != other)
+                at++;
+            assert(at < end_of(s, p, slot));
+            near[at].touch = n;
+        }
+    }
+    s->listed = s->path;
+    w->soft_facts.lists++;
+    return good;
+}
