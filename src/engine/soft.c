@@ -19,7 +19,7 @@ static void drift(struct mill_soft *s, struct mill_soft_part *p)
 {
     const struct mill_world *w = s->world;
     const double half = 0.5 * s->dt, period = w->container.period;
-    const struct mill_soft_load none = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
+    const struct mill_soft_load none = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
     double fastest = 0.0;
     for (int32_t i = p->first; i < p->last; i++) {
         struct mill_soft_ball *b = &s->ball[i];
@@ -27,11 +27,8 @@ static void drift(struct mill_soft *s, struct mill_soft_part *p)
         b->v = vec3_axpy(b->v, half, b->gain);
         b->w = vec3_axpy(b->w, half, b->turn);
         at->r = vec3_axpy(at->r, s->dt, b->v);
-        if (period > 0.0) {
+        if (period > 0.0)
             at->r.x = mill_world_image(w, at->r.x);
-        }
-        s->course[i].v = vec3_axpy(b->v, half, b->gain);
-        s->course[i].w = vec3_axpy(b->w, half, b->turn);
         s->load[i] = none;
         fastest = mill_greatest(fastest, vec3_dot(b->v, b->v));
     }
@@ -43,27 +40,27 @@ static void kick(struct mill_soft *s, struct mill_soft_part *p)
 {
     const struct mill_world *w = s->world;
     const double half = 0.5 * s->dt;
-    for (int from = 0; from < p->number; from++) {
+    for (int from = 0; from <= p->number; from++) {
         struct mill_memory_list *sent = &s->part[from].sent[p->number];
         const struct mill_soft_sent *each = sent->item;
         for (size_t k = 0; k < sent->count; k++) {
             struct mill_soft_load *to = &s->load[each[k].slot];
+            struct mill_soft_ball *b = &s->ball[each[k].slot];
             to->force = vec3_add(to->force, each[k].load.force);
             to->torque = vec3_add(to->torque, each[k].load.torque);
-            to->kick = vec3_add(to->kick, each[k].load.kick);
-            to->twist = vec3_add(to->twist, each[k].load.twist);
+            b->v = vec3_axpy(b->v, b->per_mass, each[k].kick.force);
+            b->w = vec3_axpy(b->w, b->per_inertia, each[k].kick.torque);
         }
         sent->count = 0;
     }
     for (int32_t i = p->first; i < p->last; i++) {
         struct mill_soft_ball *b = &s->ball[i];
         const struct mill_soft_load *load = &s->load[i];
-        const double per_mass = 1.0 / b->mass, per_inertia = 1.0 / b->inertia;
         b->touched = vec3_dot(load->force, load->force) > 0.0;
-        b->gain = vec3_axpy(w->g, per_mass, load->force);
-        b->turn = vec3_scale(load->torque, per_inertia);
-        b->v = vec3_axpy(vec3_axpy(b->v, half, b->gain), per_mass, load->kick);
-        b->w = vec3_axpy(vec3_axpy(b->w, half, b->turn), per_inertia, load->twist);
+        b->gain = vec3_axpy(w->g, b->per_mass, load->force);
+        b->turn = vec3_scale(load->torque, b->per_inertia);
+        b->v = vec3_axpy(b->v, half, b->gain);
+        b->w = vec3_axpy(b->w, half, b->turn);
     }
 }
 
@@ -73,19 +70,40 @@ static void kick_and_drift(struct mill_soft *s, struct mill_soft_part *p)
     drift(s, p);
 }
 
-static void work(void *self, int part)
+static double cost_of(const struct mill_soft_part *p)
+{
+    return 0.4 * (double)(p->last - p->first) + 0.1 * (double)p->near.count + 4.0 * (double)p->touch.count;
+}
+
+/* A thread has the same parts in each step, so they stay in the cache of its core. */
+static void work(void *self, int thread)
 {
     struct mill_soft *s = self;
-    int k;
-    (void)part;
-    while ((k = __atomic_fetch_add(&s->next, 1, __ATOMIC_RELAXED)) < s->parts)
+    for (int k = s->share[thread]; k < s->share[thread + 1]; k++)
         s->phase(s, &s->part[k]);
+}
+
+/* Shares the parts among the threads, by what their steps cost: contacts more than balls */
+static void share(struct mill_soft *s)
+{
+    const int threads = s->shared ? s->threads : 1;
+    double all = 0.0, so_far = 0.0;
+    int thread = 0;
+    for (int k = 0; k < s->parts; k++)
+        all += cost_of(&s->part[k]);
+    for (int k = 0; k < s->parts; k++) {
+        while (thread < threads && so_far + 0.5 * cost_of(&s->part[k]) >= thread * all / threads)
+            s->share[thread++] = k;
+        so_far += cost_of(&s->part[k]);
+    }
+    while (thread <= threads)
+        s->share[thread++] = s->parts;
+    s->share[0] = 0;
 }
 
 void mill_soft_do(struct mill_soft *s, void (*phase)(struct mill_soft *, struct mill_soft_part *))
 {
     s->phase = phase;
-    s->next = 0;
     if (s->shared)
         mill_crew_do(s->crew, work, s);
     else
@@ -186,6 +204,7 @@ void mill_soft_run(struct mill_sim *sim, double limit, uint64_t *budget,
     struct mill_soft *s = sim->soft;
     bool good = true, moved = false; /* balls have moved into the next step */
     s->shared = s->crew && mill_crew_begin(s->crew) == s->threads;
+    share(s);
     while (good && sim->status == MILL_OK && *budget > 0 && time_of(s, s->step + 1) <= limit) {
         if (stop && *stop)
             sim->status = MILL_STOPPED;
@@ -207,6 +226,7 @@ void mill_soft_run(struct mill_sim *sim, double limit, uint64_t *budget,
     if (s->crew)
         mill_crew_end(s->crew);
     s->shared = false;
+    share(s);
     publish(s);
     if (!good)
         sim->status = mill_error_set(sim->error, MILL_FAILED, "out of memory for the soft spheres");
@@ -218,14 +238,16 @@ void mill_soft_run(struct mill_sim *sim, double limit, uint64_t *budget,
 static void seat(struct mill_soft *s, const struct mill_soft_ball *from)
 {
     const struct mill_world *w = s->world;
+    memset(s->look, 0, (size_t)w->balls * sizeof *s->look); /* slots have other balls now */
+    memset(s->due, 0, (size_t)w->balls * (size_t)w->shapes * sizeof *s->due);
     for (int32_t i = 0; i < w->balls; i++) {
         const struct mill_species *kind = &w->species[w->ball[i].species];
         const int32_t k = s->slot[i];
         s->ball[k] = from[i];
         s->ball[k].v = w->ball[i].v;
         s->ball[k].w = w->spin[i];
-        s->ball[k].mass = kind->mass;
-        s->ball[k].inertia = kind->inertia;
+        s->ball[k].per_mass = 1.0 / kind->mass;
+        s->ball[k].per_inertia = 1.0 / kind->inertia;
         s->ball[k].number = i;
         s->ball[k].species = w->ball[i].species;
         s->ball[k].walls = -1;
@@ -321,7 +343,6 @@ struct mill_soft *mill_soft_create(struct mill_world *w)
     s->world = w;
     s->spring = mill_soft_springs(w);
     s->place = mill_memory_get(n, sizeof *s->place);
-    s->course = mill_memory_get(n, sizeof *s->course);
     s->load = mill_memory_get(n, sizeof *s->load);
     s->ball = mill_memory_get(n, sizeof *s->ball);
     s->spare = mill_memory_get(n, sizeof *s->spare);
@@ -329,7 +350,7 @@ struct mill_soft *mill_soft_create(struct mill_world *w)
     s->look = calloc(n + 1, sizeof *s->look);
     s->speed = calloc(shapes + 1, sizeof *s->speed);
     s->pose = calloc((size_t)w->motions + 1, sizeof *s->pose);
-    bool good = s->spring && s->place && s->course && s->load && s->ball && s->spare && s->due &&
+    bool good = s->spring && s->place && s->load && s->ball && s->spare && s->due &&
                 s->look && s->speed && s->pose && mill_soft_lists_create(s);
     if (good) {
         s->steps = (int64_t)ceil(MILL_WORLD_EPOCH * (double)w->soft.steps / w->soft_facts.duration);
@@ -339,6 +360,7 @@ struct mill_soft *mill_soft_create(struct mill_world *w)
             s->ball[i].gain = w->g;
         }
         find_speeds(s);
+        share(s);
         good = resettle(s, true, NULL, 0);
     }
     if (good)
@@ -355,7 +377,6 @@ void mill_soft_free(struct mill_soft *s)
     mill_soft_springs_free(s->spring, s->world);
     mill_crew_free(s->crew);
     free(s->place);
-    free(s->course);
     free(s->load);
     free(s->ball);
     free(s->spare);

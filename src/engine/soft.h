@@ -60,6 +60,8 @@ struct mill_soft_touch {
     vec3 creep;          /* [m/s] tangential velocity at the last step */
     vec3 normal;         /* from a, at the last step */
     struct mill_soft_damping damping;
+    double pressing;              /* [N] along the normal at the last step */
+    vec3 drag;                    /* [N] and across it */
     double power, power_normal;   /* [W] into the contact at the last step */
     double energy, energy_normal; /* [J] in its springs at the last step */
     double lost, lost_normal;     /* [J] so far */
@@ -79,20 +81,15 @@ struct mill_soft_place {
     double radius;
 };
 
-/* Velocities at the end of the step, as far as they are known before its forces */
-struct mill_soft_course {
-    vec3 v, w; /* [m/s], [rad/s] */
-};
-
+/* Forces and torques, or impulses and angular impulses, of contacts */
 struct mill_soft_load {
-    vec3 force, torque; /* [N], [N m] of the contacts */
-    vec3 kick, twist;   /* [N s], [N m s] more in this step, of contacts that begin in it */
+    vec3 force, torque; /* [N], [N m]; or times s */
 };
 
 struct mill_soft_ball {
     vec3 v, w;              /* [m/s], [rad/s] */
     vec3 gain, turn;        /* [m/s^2], [rad/s^2] accelerations */
-    double mass, inertia;
+    double per_mass, per_inertia;
     int32_t number, species; /* of the ball */
     int32_t walls;           /* its first contact with a surface in the pool of its part; -1: none */
     int32_t touched;         /* 1: it had a contact in the last step */
@@ -103,9 +100,11 @@ struct mill_soft_near {
     int32_t slot, touch; /* the contact in the pool of the part; -1: they do not touch */
 };
 
+/* For a ball of another part; or only a kick, for one of this part */
 struct mill_soft_sent {
     int32_t slot;
     struct mill_soft_load load;
+    struct mill_soft_load kick; /* more in this step, of contacts that begin in it */
 };
 
 /* What the contacts of a part have done so far */
@@ -123,7 +122,7 @@ struct mill_soft_part {
     struct mill_memory_list near;  /* struct mill_soft_near, of all its balls */
     struct mill_memory_list touch; /* struct mill_soft_touch */
     int32_t unused;                /* the first free place of `touch`; -1: none */
-    struct mill_memory_list *sent; /* [parts] struct mill_soft_sent, for balls of other parts */
+    struct mill_memory_list *sent; /* [parts] struct mill_soft_sent, for balls of each part */
     struct mill_memory_list told;  /* struct mill_sim_entry: contacts that have ended */
     int32_t *around;               /* buffer for a search */
     bool failed;                   /* out of memory */
@@ -150,14 +149,13 @@ struct mill_soft {
     struct mill_world wide; /* as the world, with balls that are larger by the skin */
     struct mill_grids grids;
     struct mill_soft_place *place;
-    struct mill_soft_course *course;
     struct mill_soft_load *load;
     struct mill_soft_ball *ball;
     int32_t *begin; /* [balls + 1] of a slot's neighbours in the list of its part */
     int32_t *slot;  /* of each ball */
     struct mill_soft_order *order; /* buffer to sort */
     struct mill_soft_ball *spare;  /* buffer, as `ball` */
-    /* [balls * shapes] on the shape's clock: the ball cannot touch it before; [balls] of all */
+    /* [slots * shapes] on the shape's clock: the ball cannot touch it before; [slots] of all */
     double *due, *look;
     double *speed;          /* [m/s] of each shape, at most */
     struct mill_pose *pose; /* of each shape's motion at the end of the step */
@@ -166,7 +164,7 @@ struct mill_soft {
     struct mill_crew *crew; /* NULL: one thread */
     int threads;
     bool shared; /* the threads are there */
-    int next;               /* the next part to be done; shared */
+    int share[MILL_CREW_MOST + 1]; /* the first part of each thread */
     void (*phase)(struct mill_soft *, struct mill_soft_part *);
 };
 

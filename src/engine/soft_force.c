@@ -33,6 +33,8 @@ static void begin(const struct mill_soft *s, const struct meeting *m, struct mil
 {
     t->spring = vec3_scale(along, age);
     t->damping = mill_soft_damping_at(m->spring, closing);
+    t->pressing = 0.0;
+    t->drag = vec3_make(0.0, 0.0, 0.0);
     t->power = t->power_normal = t->energy = t->energy_normal = t->lost = t->lost_normal = 0.0;
     t->impulse = vec3_make(0.0, 0.0, 0.0);
     t->speed = mill_greatest(closing, 0.0);
@@ -82,8 +84,13 @@ static struct push press(const struct mill_soft *s, const struct meeting *m,
     }
     t->creep = along;
     t->normal = m->normal;
-    const double power_normal = pressing * closing;
-    const double power = power_normal + vec3_dot(drag, along);
+    /* the velocities were predicted without the change of the forces, which the power feels */
+    const double late = 0.5 * dt / spring->mass;
+    const double power_normal = pressing * (closing - late * (pressing - t->pressing));
+    const vec3 slower = vec3_axpy(along, -3.5 * late, vec3_sub(drag, t->drag));
+    const double power = power_normal + vec3_dot(drag, slower);
+    t->pressing = pressing;
+    t->drag = drag;
     const double energy_normal = (hertz ? 0.4 : 0.5) * stiff * m->depth * m->depth;
     const double energy = energy_normal + strained;
     struct push push = {vec3_axpy(drag, pressing, m->normal), {0.0, 0.0, 0.0}};
@@ -185,19 +192,46 @@ static struct mill_soft_touch *make(struct mill_soft_part *p, int32_t *touch, in
 
 /* ---- two balls ---- */
 
-static void add(struct mill_soft_load *to, const struct mill_soft_load *load)
+/* Velocities at the end of the step, without the change of its forces */
+struct course {
+    vec3 v, w; /* [m/s], [rad/s] */
+};
+
+static struct course course_of(const struct mill_soft *s, int32_t slot)
 {
-    to->force = vec3_add(to->force, load->force);
-    to->torque = vec3_add(to->torque, load->torque);
-    to->kick = vec3_add(to->kick, load->kick);
-    to->twist = vec3_add(to->twist, load->twist);
+    const struct mill_soft_ball *b = &s->ball[slot];
+    const double half = 0.5 * s->dt;
+    return (struct course){vec3_axpy(b->v, half, b->gain), vec3_axpy(b->w, half, b->turn)};
 }
 
-/* The load on a ball: sign times the push at this arm along the normal */
-static struct mill_soft_load load_of(const struct push *push, double sign, vec3 arm)
+static struct mill_soft_load load_of(vec3 force, vec3 arm)
 {
-    const vec3 force = vec3_scale(push->force, sign), kick = vec3_scale(push->kick, sign);
-    return (struct mill_soft_load){force, vec3_cross(arm, force), kick, vec3_cross(arm, kick)};
+    return (struct mill_soft_load){force, vec3_cross(arm, force)};
+}
+
+/* The push on a ball, `sign` times, at this arm from its centre */
+static void load(struct mill_soft *s, struct mill_soft_part *p, int32_t slot,
+                 const struct push *push, bool begins, double sign, vec3 arm)
+{
+    const struct mill_soft_load steady = load_of(vec3_scale(push->force, sign), arm);
+    const bool own = slot < p->last;
+    int to = p->number;
+    if (own) {
+        struct mill_soft_load *of = &s->load[slot];
+        of->force = vec3_add(of->force, steady.force);
+        of->torque = vec3_add(of->torque, steady.torque);
+        if (!begins)
+            return;
+    }
+    while (slot >= s->part[to].last)
+        to++;
+    struct mill_soft_sent *sent = mill_memory_add(&p->sent[to]);
+    const struct mill_soft_load none = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
+    if (sent)
+        *sent = (struct mill_soft_sent){slot, own ? none : steady,
+                                        load_of(vec3_scale(push->kick, sign), arm)};
+    else
+        p->failed = true;
 }
 
 static void press_pair(struct mill_soft *s, struct mill_soft_part *p, int32_t i,
@@ -211,12 +245,12 @@ static void press_pair(struct mill_soft *s, struct mill_soft_part *p, int32_t i,
     const vec3 n = vec3_scale(d, (turned ? -1.0 : 1.0) / distance); /* from a to b */
     const double sum = s->place[a].radius + s->place[b].radius, half = 0.5 * (sum - distance);
     const double arm_a = s->place[a].radius - half, arm_b = s->place[b].radius - half;
-    const struct mill_soft_course *ca = &s->course[a], *cb = &s->course[b];
-    const vec3 spin = vec3_axpy(vec3_scale(ca->w, arm_a), arm_b, cb->w);
+    const struct course ca = course_of(s, a), cb = course_of(s, b);
+    const vec3 spin = vec3_axpy(vec3_scale(ca.w, arm_a), arm_b, cb.w);
     struct meeting m = {
         .spring = &s->spring[s->ball[a].species * w->species_count + s->ball[b].species],
         .normal = n,
-        .rate = vec3_add(vec3_sub(ca->v, cb->v), vec3_cross(spin, n)),
+        .rate = vec3_add(vec3_sub(ca.v, cb.v), vec3_cross(spin, n)),
         .depth = sum - distance,
         .begins = near->touch < 0};
     struct mill_soft_touch *t;
@@ -231,21 +265,8 @@ static void press_pair(struct mill_soft *s, struct mill_soft_part *p, int32_t i,
         t = mill_soft_touch(p, near->touch);
     }
     const struct push push = press(s, &m, t, p, MILL_BALL_BALL);
-    const struct mill_soft_load on_a = load_of(&push, -1.0, vec3_scale(n, arm_a));
-    const struct mill_soft_load on_b = load_of(&push, 1.0, vec3_scale(n, -arm_b));
-    add(&s->load[i], turned ? &on_b : &on_a);
-    if (j < p->last) {
-        add(&s->load[j], turned ? &on_a : &on_b);
-        return;
-    }
-    int to = p->number + 1;
-    while (j >= s->part[to].last)
-        to++;
-    struct mill_soft_sent *sent = mill_memory_add(&p->sent[to]);
-    if (sent)
-        *sent = (struct mill_soft_sent){j, turned ? on_a : on_b};
-    else
-        p->failed = true;
+    load(s, p, a, &push, m.begins, -1.0, vec3_scale(n, arm_a));
+    load(s, p, b, &push, m.begins, 1.0, vec3_scale(n, -arm_b));
 }
 
 static void press_pairs(struct mill_soft *s, struct mill_soft_part *p, int32_t i, int32_t first,
@@ -320,13 +341,14 @@ static void press_place(struct mill_soft *s, struct mill_soft_part *p, int32_t i
     struct mill_soft_ball *ball = &s->ball[i];
     const vec3 n = vec3_scale(c->normal, -1.0);
     const double arm = s->place[i].radius + c->gap;
+    const struct course course = course_of(s, i);
     const size_t pairs = (size_t)w->species_count * (size_t)w->species_count;
     int32_t touch = find(p, ball, number, n);
     struct meeting m = {.spring = &s->spring[(size_t)shape->kind * pairs + (size_t)ball->species],
                         .normal = n,
                         .point = c->point,
-                        .rate = vec3_add(vec3_sub(s->course[i].v, c->velocity),
-                                         vec3_cross(s->course[i].w, vec3_scale(n, arm))),
+                        .rate = vec3_add(vec3_sub(course.v, c->velocity),
+                                         vec3_cross(course.w, vec3_scale(n, arm))),
                         .depth = -c->gap,
                         .begins = touch < 0};
     struct mill_soft_touch *t;
@@ -346,9 +368,8 @@ static void press_place(struct mill_soft *s, struct mill_soft_part *p, int32_t i
     }
     const vec3 before = m.begins ? vec3_make(0.0, 0.0, 0.0) : t->impulse;
     const struct push push = press(s, &m, t, p, shape->kind);
-    const struct mill_soft_load load = load_of(&push, -1.0, vec3_scale(n, arm));
     t->flags |= MILL_SOFT_SEEN;
-    add(&s->load[i], &load);
+    load(s, p, i, &push, m.begins, -1.0, vec3_scale(n, arm));
     if (shape->motion)
         book_work(s, &p->tally.account, shape, vec3_sub(t->impulse, before), c->point, c->velocity);
 }
@@ -374,7 +395,7 @@ static void press_walls(struct mill_soft *s, struct mill_soft_part *p, int32_t i
 {
     const struct mill_world *w = s->world;
     struct mill_soft_ball *ball = &s->ball[i];
-    double *due = &s->due[(size_t)ball->number * (size_t)w->shapes], next = INFINITY;
+    double *due = &s->due[(size_t)i * (size_t)w->shapes], next = INFINITY;
     for (int32_t k = 0; k < w->shapes; k++) {
         const struct mill_shape *shape = w->shape[k];
         const double clock = s->path + s->speed[k] * s->passed;
@@ -390,7 +411,7 @@ static void press_walls(struct mill_soft *s, struct mill_soft_part *p, int32_t i
         /* on the common clock, which is never slower */
         next = mill_least(next, due[k] - clock);
     }
-    s->look[ball->number] = s->path + s->swiftest * s->passed + next;
+    s->look[i] = s->path + s->swiftest * s->passed + next;
     if (ball->walls >= 0)
         sweep(s, p, ball);
 }
@@ -401,7 +422,7 @@ void mill_soft_press(struct mill_soft *s, struct mill_soft_part *p)
     for (int32_t i = p->first; i < p->last; i++) {
         const int32_t last = i + 1 < p->last ? s->begin[i + 1] : (int32_t)p->near.count;
         press_pairs(s, p, i, s->begin[i], last);
-        if (clock >= s->look[s->ball[i].number])
+        if (clock >= s->look[i])
             press_walls(s, p, i);
     }
 }

@@ -11,7 +11,7 @@
 /* Of the largest diameter. Wider lists hold more pairs that do not touch (measured). */
 #define SKIN 0.15
 /* Balls of a part, for small and for large mills: fewer have more neighbours in other parts */
-enum { SMALL = 48, SMALL_PARTS = 8, LARGE = 1000 };
+enum { SMALL = 22, SMALL_PARTS = 16, LARGE = 1000 };
 
 bool mill_soft_lists_create(struct mill_soft *s)
 {
@@ -119,12 +119,37 @@ static int by_cell(const void *one, const void *other)
                               : (a->ball > b->ball) - (a->ball < b->ball);
 }
 
+/* The charge is cut across its longest side: so few neighbours as possible are in other parts. */
 void mill_soft_sort(struct mill_soft *s)
 {
     const struct mill_world *w = s->world;
-    for (int32_t i = 0; i < w->balls; i++)
-        s->order[i] =
-            (struct mill_soft_order){mill_cells_at(&s->grids.own[0], w->ball[i].r), i};
+    const struct mill_cells *c = &s->grids.own[0];
+    int32_t index[3], low[3] = {INT32_MAX, INT32_MAX, INT32_MAX}, high[3] = {0, 0, 0};
+    double length[3];
+    int axis[3] = {0, 1, 2};
+    for (int32_t i = 0; i < w->balls; i++) {
+        s->order[i] = (struct mill_soft_order){mill_cells_at(c, w->ball[i].r), i};
+        mill_cells_index(c, s->order[i].cell, index);
+        for (int k = 0; k < 3; k++) {
+            low[k] = index[k] < low[k] ? index[k] : low[k];
+            high[k] = index[k] > high[k] ? index[k] : high[k];
+        }
+    }
+    for (int k = 0; k < 3; k++)
+        length[k] = (double)(high[k] - low[k]) * c->side[k];
+    for (int k = 0; k < 3; k++) { /* axis[0]: the longest */
+        const int other = k < 2 ? k + 1 : 1, from = k < 2 ? k : 0;
+        if (length[axis[other]] > length[axis[from]]) {
+            const int swap = axis[other];
+            axis[other] = axis[from];
+            axis[from] = swap;
+        }
+    }
+    for (int32_t i = 0; i < w->balls; i++) {
+        mill_cells_index(c, s->order[i].cell, index);
+        s->order[i].cell = (index[axis[0]] * c->n[axis[1]] + index[axis[1]]) * c->n[axis[2]] +
+                           index[axis[2]];
+    }
     qsort(s->order, (size_t)w->balls, sizeof *s->order, by_cell);
     for (int32_t k = 0; k < w->balls; k++)
         s->slot[s->order[k].ball] = k;
