@@ -21,6 +21,9 @@ static const struct row {
     [MILL_SET] = {"set", 's', "SECTION.KEY=VALUE",
                   "\n                       override a value of the deck: -s 'rotor.speed=800 rpm';"
                   "\n                       may be repeated"},
+    [MILL_SOFT] = {"soft", 0, NULL,
+                   "compute with soft spheres, as a check: springs and dashpots in\n"
+                   "                       time steps; as -s run.spheres=soft (docs/soft.md)"},
     [MILL_CHECK] =
         {"check", 'c', NULL,
          "do not run; check the deck, print it with all defaults, forecast\n"
@@ -66,6 +69,7 @@ static const struct {
     {MILL_PROGRESS, "quiet check", "--quiet and --check show no progress"},
     {MILL_EXPORT_START, "output check resume json progress paranoid",
      "--export-start only writes the start and runs nothing"},
+    {MILL_SOFT, "digest value examples paranoid", "soft spheres have time steps and no events"},
     {MILL_DIGEST, "check resume json progress export-start paranoid",
      "--digest runs nothing; another program has run the deck"},
     {MILL_VALUE, "output check resume json progress paranoid set force export-start digest", told},
@@ -135,8 +139,8 @@ static enum mill_status read_options(int argc, char **argv, struct mill_command 
         while (option != LONG + k && option != rows[k].letter)
             k++;
         a->given[k] = optarg ? optarg : "";
-        if (k == MILL_SET)
-            a->set[a->sets++] = optarg;
+        if (k == MILL_SET || k == MILL_SOFT)
+            a->set[a->sets++] = optarg ? optarg : "run.spheres=soft";
         if (k == MILL_VALUE)
             a->value[a->values++] = optarg;
     }

@@ -10,6 +10,7 @@
 enum mill_option {
     MILL_OUTPUT,
     MILL_SET,
+    MILL_SOFT,
     MILL_CHECK,
     MILL_RESUME,
     MILL_FORCE,

@@ -177,7 +177,7 @@ static enum mill_status begin(struct digest *d)
     if (!(told.apart >= 0) || isinf(told.apart) || told.springs > 1)
         return mill_error_set(&d->why, MILL_BAD_DECK,
                               "expected a time of 0 s or more, and 0 or 1 for springs");
-    d->observe.elastic = told.springs ? &d->replay.elastic : NULL;
+    d->observe.springs = told.springs != 0;
     mill_replay_init(&d->replay, d->world, &d->observers, told.apart, d->observe.end);
     d->begun = true;
     return MILL_OK;

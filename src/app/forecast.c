@@ -17,7 +17,8 @@
  * same notes on any machine, slow or busy. Where contacts are rare, it ends after so much time. */
 #define CONTACTS 1.5e6
 #define PATIENCE 20.0 /* [s] of processor time */
-#define SLICE 5000    /* events between two readings of the clock */
+#define SHORT 2.0     /* [s] the same of soft spheres, whose steps all cost the same */
+#define SLICE 5000    /* events between two readings of the clock; time steps: a hundredth */
 /* turns until the charge is swept up: SWEPT over the part of the drum that it fills, */
 #define SWEPT 0.15
 /* maximum of these turns; the rate grows by exp(1 + LOSS (1 - restitution)) */
@@ -55,9 +56,10 @@ static enum mill_status go(struct mill_sim *sim, double until, struct point ends
     struct point now = look(sim), then[2] = {now, now};
     const double cpu = now.cpu;
     enum mill_status status = MILL_OK;
+    const bool soft = mill_sim_world(sim)->soft.on;
     while (status == MILL_OK && now.time < until && now.contacts < CONTACTS &&
-           now.cpu - cpu < PATIENCE) {
-        status = mill_sim_run(sim, until, SLICE, NULL, error);
+           now.cpu - cpu < (soft ? SHORT : PATIENCE)) {
+        status = mill_sim_run(sim, until, soft ? SLICE / 100 : SLICE, NULL, error);
         now = look(sim);
         if (now.contacts - then[1].contacts > 0.2 * now.contacts) {
             then[0] = then[1];
@@ -154,7 +156,8 @@ static double work_out(const struct mill_deck *deck, const struct mill_world *wo
                   (world->balls * FRAME + points_of(world) * POINT);
     /* without contacts only the simulated time can be used */
     const double cost = ends[1].cpu - ends[0].cpu;
-    f.cpu = ends[1].cpu + (met > 0 ? rest / met * cost : (end / f.trial - 1) * cost);
+    const bool by_contacts = met > 0 && !world->soft.on;
+    f.cpu = ends[1].cpu + (by_contacts ? rest / met * cost : (end / f.trial - 1) * cost);
     f.cpu += f.file * WRITING;
     f.memory = mill_record_peak_memory() + LATER;
     *forecast = f;

@@ -107,6 +107,27 @@ static void tell_sleep(struct mill_sink *sink, const struct mill_world *world, d
                      "sum of the times for which balls were at rest, without events");
 }
 
+/* Only of soft spheres */
+static void tell_soft(struct mill_sink *sink, const struct mill_world *world)
+{
+    const struct mill_soft_facts *s = &world->soft_facts;
+    sink->open(sink, "soft");
+    mill_tell_number(sink, "time_step", s->step, "s", "time step");
+    mill_tell_number(sink, "contact_duration", s->duration, "s", "of the shortest contact");
+    mill_tell_number(sink, "speed", s->speed, "m s-1",
+                     "speed of the fastest surface, at which linear springs are as stiff as "
+                     "Hertz' law");
+    mill_tell_number(sink, "largest_force", s->force, "N", "greatest normal force of a contact");
+    mill_tell_count(sink, "steps", s->steps, "time steps taken");
+    mill_tell_count(sink, "lists", s->lists, "lists of neighbours made");
+    mill_tell_count(sink, "contacts", s->contacts, "contacts begun, from t = 0");
+    mill_tell_count(sink, "crowded", s->crowded,
+                    "of these: a ball had another contact at the same time");
+    mill_tell_number(sink, "elastic_energy", world->account.elastic, "J",
+                     "energy in the springs of all contacts at the end");
+    sink->close(sink);
+}
+
 /* foreign: the events of millsim's own search are those of no other program */
 static void tell_events(struct mill_sink *sink, const struct mill_world *world, bool foreign)
 {
@@ -174,6 +195,8 @@ void mill_record_tell(const struct mill_world *world, const struct mill_facts *f
         sink, "floored", world, world->account.floored,
         "impacts of this kind, from t = 0, after which the normal speed was the rebound floor");
     tell_balance(sink, world, &totals);
+    if (world->soft.on)
+        tell_soft(sink, world);
     tell_sleep(sink, world, facts->local);
     tell_cost(sink, facts, totals.contacts);
 }

@@ -200,8 +200,23 @@ static void print_anomalies(FILE *out, const struct mill_counts *counts, double 
     fprintf(out, *comma ? "\n" : " none\n");
 }
 
+static void print_soft(const struct mill_summary *s)
+{
+    const struct mill_soft_facts *facts = &s->world->soft_facts;
+    mill_summary_line(s->out, "soft spheres", "modulus %s, steps of %s",
+                      mill_summary_text_si(s->world->soft.modulus, "Pa"),
+                      mill_summary_text_si(facts->step, "s"));
+    fprintf(s->out, ", pressed in by up to %s\n",
+            mill_summary_text_si(s->world->counts.largest_overlap, "m"));
+    if (facts->contacts > 0)
+        mill_summary_line(s->out, "", "%.0f %% of the contacts beside another one of the ball\n",
+                          100.0 * (double)facts->crowded / (double)facts->contacts);
+}
+
 static void print_state(const struct mill_summary *s, const struct mill_totals *totals)
 {
+    if (s->world->soft.on)
+        print_soft(s);
     mill_summary_line(s->out, "kinetic energy", "%s at the end, and %s in the balls' spin\n",
                       mill_summary_text_si(totals->energy.kinetic, "J"),
                       mill_summary_text_si(totals->energy.rotational, "J"));

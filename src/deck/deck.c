@@ -192,6 +192,7 @@ static void fill(struct mill_deck *deck)
         deck->observe.precision > 0.0 && !mill_deck_entry(run, "sample_from");
     deck->observe.rotor_angle = deck->given.rotor.angle;
     deck->setup.horizon = deck->observe.end;
+    deck->observe.springs = deck->setup.soft.on;
     deck->mill.rotor = mill_deck_section(&deck->text, "rotor") != NULL;
     for (size_t i = 0; i < sizeof steps / sizeof *steps; i++)
         if (!deck->text.reading->over && !mill_deck_faults_concern(&deck->text, steps[i].sections))

@@ -40,6 +40,12 @@
 #define CHANCES 2.0
 enum { DOZEN = 12 };
 
+/* Soft spheres that are pressed together by more than this part of a diameter are other balls */
+#define SOFT 0.05
+/* [Pa] Below this modulus rates of impacts differ from those of steel by a tenth and more
+ * (validation/dem) */
+#define STIFF 1e11
+
 /* Adds a rule's value; if `noted`, also its sentence. */
 __attribute__((format(printf, 6, 7))) static void add(struct mill_notes *notes, const char *code,
                                                       double value, double limit, bool noted,
@@ -148,6 +154,8 @@ void mill_notes_expect(struct mill_notes *notes, const struct mill_world *world,
                        const struct mill_tally_results *trial, double rate)
 {
     notes->count = 0;
+    if (world->soft.on)
+        return;
     judge_locks(notes, world);
     judge_law(notes, world, false);
     double hits = 0, all = 0; /* hits on balls in the contacts so far */
@@ -297,6 +305,23 @@ static void judge_time(struct mill_notes *notes, const struct mill_tally_results
         "nothing was sampled: the run ended before run.sample_from = %.6g s.", r->tally->begin);
 }
 
+/* Rules for soft spheres */
+static void judge_soft(struct mill_notes *notes, const struct mill_world *world)
+{
+    double least = INFINITY;
+    for (int k = 0; k < world->species_count; k++)
+        least = fmin(least, 2 * world->species[k].radius);
+    const double pressed = world->counts.largest_overlap / least;
+    add(notes, "softness", pressed, SOFT, pressed > SOFT,
+        "balls are pressed in by up to %.2g %% of a diameter: a larger soft.modulus makes them "
+        "stiffer.",
+        100 * pressed);
+    add(notes, NULL, world->soft.modulus, STIFF, world->soft.modulus < STIFF,
+        "at %.3g Pa slow impacts merge into longer contacts: compare rates of impacts at "
+        "soft.modulus = steel.",
+        world->soft.modulus);
+}
+
 void mill_notes_take(struct mill_notes *notes, const struct mill_world *world,
                      const struct mill_tally_results *r, double t, bool stopped, bool foreign)
 {
@@ -307,9 +332,13 @@ void mill_notes_take(struct mill_notes *notes, const struct mill_world *world,
     }
     notes->count = 0;
     judge_time(notes, r, world->base + t, stopped);
-    if (foreign) {
+    if (foreign || world->soft.on) {
         judge_motion(notes, world, r, t);
         judge_reach(notes, world, r);
+        if (!foreign) {
+            judge_drift(notes, world, r, t);
+            judge_soft(notes, world);
+        }
         return;
     }
     judge_locks(notes, world);

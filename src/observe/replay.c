@@ -116,7 +116,7 @@ static void set_account(struct mill_replay *r, double time)
     const double *motion = now + 2, *loss = motion + 2 * w->motions;
     for (size_t i = 0; i < length_of(w); i++)
         now[i] = share == 1.0 ? r->last[i] : r->before[i] + share * (r->last[i] - r->before[i]);
-    r->elastic = now[1];
+    a->elastic = now[1];
     a->work = 0.0;
     for (int k = 0; k < w->motions; k++) {
         a->motion[k].work = motion[2 * k];

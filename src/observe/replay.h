@@ -41,7 +41,6 @@ struct mill_replay {
     double at;        /* [s] of the state that the balls are in; -INFINITY: no state yet */
     double impact_at; /* [s] of the last impact received */
     double state_at;  /* [s] of the last state received */
-    double elastic;   /* [J] now */
     uint64_t accounts;
     double before[MILL_REPLAY_ACCOUNT], last[MILL_REPLAY_ACCOUNT]; /* accounts */
     struct mill_replay_queue impacts, states;

@@ -15,7 +15,6 @@
 struct row {
     struct mill_energy energy;
     double work, torque; /* [J], [N m] of the rotor */
-    double elastic;      /* [J] */
     struct mill_account account;
 };
 
@@ -58,7 +57,7 @@ static const struct {
      MILL_WORLD_FAST, MILL_H5_U64,
      "impacts of this kind with a normal speed at or above each of `thresholds` (m s-1), "
      "cumulative from t = 0"},
-    {"elastic_energy", "J", FROM(elastic), SPRINGS, 0, 1, MILL_H5_F64,
+    {"elastic_energy", "J", FROM(account.elastic), SPRINGS, 0, 1, MILL_H5_F64,
      "energy stored in the springs of all contacts"}};
 enum { TABLE = sizeof table / sizeof *table };
 
@@ -70,7 +69,6 @@ struct series {
     double rotor_impulse;  /* [N m s] at the row before */
     int many[SPRINGS + 1]; /* number of series of a line of the table */
     struct mill_listed kinds;
-    const double *elastic; /* [J] now; NULL: no springs */
     /* the file's: step and time */
     struct mill_h5_column *shared[2], *column[TABLE][MILL_KINDS_MOST];
 };
@@ -120,7 +118,6 @@ static enum mill_status sample(struct mill_observer *self, const struct mill_wor
     const struct row row = {.energy = mill_world_energy(world, t),
                             .work = rotor < 0 ? 0 : world->account.motion[rotor].work,
                             .torque = series->rows > 0 ? impulse / series->interval : 0,
-                            .elastic = series->elastic ? *series->elastic : 0,
                             .account = world->account};
     series->rotor_impulse = now;
     mill_h5_column_append(series->shared[0], 1, &series->rows);
@@ -153,8 +150,7 @@ static void open_file(struct mill_observer *self, const struct mill_observe *ask
     series->many[KIND] = series->kinds.count;
     series->many[ROTOR] = world->rotor >= 0;
     series->many[MOTION] = world->motions;
-    series->many[SPRINGS] = asked->elastic != NULL;
-    series->elastic = asked->elastic;
+    series->many[SPRINGS] = asked->springs;
     series->interval = asked->series;
     series->end = asked->end;
     self->next = mill_observe_due(asked->series, asked->end, series->rows);
