@@ -22,7 +22,6 @@ struct mill_soft_facts {
                            Hertz' law */
     double force;       /* [N] greatest of all contacts so far */
     uint64_t steps;     /* so far */
-    uint64_t lists;     /* lists of neighbours made so far */
     uint64_t contacts;  /* begun so far */
     uint64_t crowded;   /* of these: a ball had another contact at the same time */
 };

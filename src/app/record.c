@@ -119,7 +119,6 @@ static void tell_soft(struct mill_sink *sink, const struct mill_world *world)
                      "Hertz' law");
     mill_tell_number(sink, "largest_force", s->force, "N", "greatest normal force of a contact");
     mill_tell_count(sink, "steps", s->steps, "time steps taken");
-    mill_tell_count(sink, "lists", s->lists, "lists of neighbours made");
     mill_tell_count(sink, "contacts", s->contacts, "contacts begun, from t = 0");
     mill_tell_count(sink, "crowded", s->crowded,
                     "of these: a ball had another contact at the same time");

@@ -166,6 +166,19 @@ static void add_account(struct mill_account *all, const struct mill_account *a, 
     }
 }
 
+/* [J] in the springs of a part, in an order that does not depend on its pool */
+static double stored_in(const struct mill_soft *s, const struct mill_soft_part *p)
+{
+    const struct mill_soft_near *near = p->near.item;
+    double energy = 0.0;
+    for (size_t n = 0; n < p->near.count; n++)
+        energy += near[n].touch < 0 ? 0.0 : mill_soft_touch(p, near[n].touch)->energy;
+    for (int32_t i = p->first; i < p->last; i++)
+        for (int32_t k = s->ball[i].walls; k >= 0; k = mill_soft_touch(p, k)->next)
+            energy += mill_soft_touch(p, k)->energy;
+    return energy;
+}
+
 /* Balls and account of the world, for all that look at it between two steps */
 static void publish(struct mill_soft *s)
 {
@@ -183,10 +196,7 @@ static void publish(struct mill_soft *s)
         w->soft_facts.crowded += p->tally.crowded;
         w->soft_facts.force = mill_greatest(w->soft_facts.force, p->tally.force);
         w->counts.largest_overlap = mill_greatest(w->counts.largest_overlap, p->tally.deepest);
-        for (size_t n = 0; n < p->touch.count; n++) {
-            const struct mill_soft_touch *t = mill_soft_touch(p, (int32_t)n);
-            a->elastic += t->a >= 0 ? t->energy : 0.0;
-        }
+        a->elastic += stored_in(s, p);
     }
     for (int32_t i = 0; i < w->balls; i++) {
         const struct mill_soft_ball *b = &s->ball[i];
@@ -202,26 +212,24 @@ void mill_soft_run(struct mill_sim *sim, double limit, uint64_t *budget,
                    const volatile sig_atomic_t *stop)
 {
     struct mill_soft *s = sim->soft;
-    bool good = true, moved = false; /* balls have moved into the next step */
+    bool good = true;
     s->shared = s->crew && mill_crew_begin(s->crew) == s->threads;
     share(s);
-    while (good && sim->status == MILL_OK && *budget > 0 && time_of(s, s->step + 1) <= limit) {
-        if (stop && *stop)
-            sim->status = MILL_STOPPED;
-        if (sim->status != MILL_OK)
-            break;
-        if (!moved)
-            mill_soft_do(s, drift);
+    bool goes_on = *budget > 0 && time_of(s, s->step + 1) <= limit;
+    if (goes_on)
+        mill_soft_do(s, drift);
+    while (goes_on) {
         good = arrive(s);
         mill_soft_do(s, mill_soft_press);
         sim->now = time_of(s, s->step);
+        s->world->soft_facts.steps++;
         good = good && tell(sim);
         --*budget;
-        s->world->soft_facts.steps++;
-        /* at the last step before the limit the balls must not move on */
-        moved = good && sim->status == MILL_OK && *budget > 0 &&
-                time_of(s, s->step + 1) <= limit && !(stop && *stop);
-        mill_soft_do(s, moved ? kick_and_drift : kick);
+        if (stop && *stop && sim->status == MILL_OK)
+            sim->status = MILL_STOPPED;
+        goes_on = good && sim->status == MILL_OK && *budget > 0 &&
+                  time_of(s, s->step + 1) <= limit;
+        mill_soft_do(s, goes_on ? kick_and_drift : kick);
     }
     if (s->crew)
         mill_crew_end(s->crew);
@@ -268,12 +276,9 @@ static bool pool(struct mill_soft *s, const struct mill_soft_touch *touch, size_
         const int32_t at = mill_soft_touch_get(p);
         if (at < 0)
             return false;
-        struct mill_soft_touch *t = mill_soft_touch(p, at);
-        *t = touch[n];
-        if (t->b < 0) {
-            t->next = s->ball[slot].walls;
-            s->ball[slot].walls = at;
-        }
+        *mill_soft_touch(p, at) = touch[n];
+        if (touch[n].b < 0)
+            mill_soft_touch_link(p, &s->ball[slot], at);
     }
     return mill_soft_list(s);
 }

@@ -205,6 +205,9 @@ int32_t mill_soft_owner(const struct mill_soft *soft, const struct mill_soft_tou
 int32_t mill_soft_touch_get(struct mill_soft_part *part);
 void mill_soft_touch_put(struct mill_soft_part *part, int32_t touch);
 
+/* Adds a contact to those of the ball with surfaces, which are in the order of shapes and times */
+void mill_soft_touch_link(struct mill_soft_part *part, struct mill_soft_ball *ball, int32_t touch);
+
 static inline struct mill_soft_touch *mill_soft_touch(const struct mill_soft_part *part,
                                                       int32_t touch)
 {

@@ -361,14 +361,14 @@ static void press_place(struct mill_soft *s, struct mill_soft_part *p, int32_t i
         t->shape = number;
         t->place = mill_pose_in(pose, c->point);
         t->inward = mill_pose_turn_in(pose, c->normal);
-        t->next = ball->walls;
-        ball->walls = touch;
     } else {
         t = mill_soft_touch(p, touch);
     }
     const vec3 before = m.begins ? vec3_make(0.0, 0.0, 0.0) : t->impulse;
     const struct push push = press(s, &m, t, p, shape->kind);
     t->flags |= MILL_SOFT_SEEN;
+    if (m.begins)
+        mill_soft_touch_link(p, ball, touch);
     load(s, p, i, &push, m.begins, -1.0, vec3_scale(n, arm));
     if (shape->motion)
         book_work(s, &p->tally.account, shape, vec3_sub(t->impulse, before), c->point, c->velocity);

@@ -97,6 +97,20 @@ void mill_soft_touch_put(struct mill_soft_part *p, int32_t touch)
     p->unused = touch;
 }
 
+void mill_soft_touch_link(struct mill_soft_part *p, struct mill_soft_ball *ball, int32_t touch)
+{
+    struct mill_soft_touch *t = mill_soft_touch(p, touch);
+    int32_t *link = &ball->walls;
+    while (*link >= 0) {
+        struct mill_soft_touch *other = mill_soft_touch(p, *link);
+        if (other->shape > t->shape || (other->shape == t->shape && other->begin > t->begin))
+            break;
+        link = &other->next;
+    }
+    t->next = *link;
+    *link = touch;
+}
+
 struct mill_soft_part *mill_soft_part_of(struct mill_soft *s, int32_t slot)
 {
     int k = (int)((int64_t)slot * s->parts / s->world->balls);
@@ -204,7 +218,7 @@ static int32_t end_of(const struct mill_soft *s, const struct mill_soft_part *p,
 
 bool mill_soft_list(struct mill_soft *s)
 {
-    struct mill_world *w = s->world;
+    const struct mill_world *w = s->world;
     bool good = true;
     for (int k = 0; k < s->grids.classes; k++)
         mill_cells_clear(&s->grids.own[k]);
@@ -229,6 +243,5 @@ bool mill_soft_list(struct mill_soft *s)
         }
     }
     s->listed = s->path;
-    w->soft_facts.lists++;
     return good;
 }
