@@ -157,7 +157,8 @@ static double work_out(const struct mill_deck *deck, const struct mill_world *wo
     /* without contacts only the simulated time can be used */
     const double cost = ends[1].cpu - ends[0].cpu;
     const bool by_contacts = met > 0 && !world->soft.on;
-    f.cpu = ends[1].cpu + (by_contacts ? rest / met * cost : (end / f.trial - 1) * cost);
+    const double took = ends[1].time - ends[0].time;
+    f.cpu = ends[1].cpu + (by_contacts ? rest / met * cost : (end - f.trial) / took * cost);
     f.cpu += f.file * WRITING;
     f.memory = mill_record_peak_memory() + LATER;
     *forecast = f;

@@ -190,6 +190,9 @@ static void tell_forecast(const struct mill_deck *deck, struct mill_world *world
             rounded(f.trial));
     else
         fprintf(out, "no forecast, because the trial failed: %s\n", why.text);
+    if (world->soft.on)
+        fprintf(out, "soft spheres: the shortest contact lasts %.6g s, in steps of %.6g s\n",
+                world->soft_facts.duration, world->soft_facts.step);
     for (int i = 0; i < f.notes.count; i++)
         if (f.notes.note[i].text[0])
             fprintf(out, "note: %s\n", f.notes.note[i].text);

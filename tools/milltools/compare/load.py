@@ -20,7 +20,7 @@ USUAL = {"rad/s": ("rpm", 30 / math.pi), "rad": ("deg", 180 / math.pi)}
 # keys that may differ between replicates: they do not describe the mill
 OWN = re.compile(r"run\.seed|balls\.start|output\..*")
 # keys that say how a mill is run and observed, not which mill it is
-CONDUCT = re.compile(r"(run|output)\..*|balls\.start(_motion)?")
+CONDUCT = re.compile(r"(run|output|soft)\..*|balls\.start(_motion)?")
 GEOMETRY = re.compile(r"(drum|blades|blade\.[^.]*|body\.[^.]*)\..*|rotor\.shaft_radius")
 
 
@@ -114,7 +114,7 @@ class Member(Run):
     def made_by(self) -> str:
         """Program, version and, of soft spheres, stiffness in a few words."""
         name = self.version if self.program in self.version else f"{self.program} {self.version}"
-        modulus = float(self.about("modulus", math.nan))
+        modulus = self.modulus
         return name + (f" at {modulus:.3g} Pa" if modulus > 0 else "")
 
     def same_data(self, other) -> bool:
@@ -158,8 +158,8 @@ class Side:
         self.name = pathlib.PurePath(self.first.path).name.removesuffix(".h5")
         self.label = f"{letter}: {self.name}{more}"
         self.steady = all(run.steady for run in runs)
-        # not made by millsim: contacts take time, and re-contacts of a pair merge
-        self.soft = any(run.program != "millsim" for run in runs)
+        # contacts take time, and re-contacts of a pair merge
+        self.soft = any(run.soft for run in runs)
         for other in runs[1:]:
             _check_replicate(self.first, other)
         seen = [(r.program, r.version, r.text("run/seed", ""), r.text("balls/start", "")) for r in runs]

@@ -145,6 +145,17 @@ class Run(Store):
         return self.about("program", "millsim")
 
     @property
+    def soft(self) -> bool:
+        """Whether the balls are soft spheres, whose contacts take time."""
+        return self.program != "millsim" or self.text("run/spheres", "hard") == "soft"
+
+    @property
+    def modulus(self) -> float:
+        """Young's modulus of soft spheres [Pa]; NaN of hard ones."""
+        own = self.quantity("soft/modulus", math.nan) if self.soft else math.nan
+        return float(self.about("modulus", own))
+
+    @property
     def version(self) -> str:
         return self.about("version", "?")
 

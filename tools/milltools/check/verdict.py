@@ -1,0 +1,102 @@
+"""What a check has found: differences between hard and soft spheres, and one sentence."""
+
+import math
+
+from milltools.base.text import MINUS, columns, quantity
+
+from milltools.compare import agreement, rows
+
+SPEEDS = (0.5, 1.0, 2.0)  # [m/s]
+DECIDES = ("power", "kinetic_energy", "impacts_above_1")
+CERTAIN = 2.6  # standard errors: one difference in a hundred is as large by chance
+RARE = 30  # impacts in all runs of a side: fewer say nothing
+
+
+class Finding:
+    """One watched quantity. `difference`: hard minus soft, relative to soft, with its standard `error`; `state`:
+    "holds", "off" or "open" (not known well enough)."""
+
+    def __init__(self, key, words, matters, hard, soft, unit, difference, error):
+        self.key, self.words, self.matters = key, words, matters
+        self.hard, self.soft, self.unit, self.difference, self.error = hard, soft, unit, difference, error
+        if not math.isfinite(difference) or not error <= max(matters, abs(difference) / CERTAIN):
+            self.state = "open"
+        elif abs(difference) <= max(matters, 2 * error):
+            self.state = "holds"
+        else:
+            self.state = "off" if abs(difference) > CERTAIN * error else "open"
+
+    @property
+    def told(self):
+        """ "+0.6 +- 1.2 %" """
+        if not math.isfinite(self.difference):
+            return "not known"
+        error = f" +- {100 * self.error:.2g}" if math.isfinite(self.error) else ""
+        places = 1 if abs(self.difference) < 0.1 and self.error < 0.1 else 0
+        return f"{100 * self.difference:+.{places}f}{error} %".replace("-", MINUS).replace(f"+{MINUS}", "+-")
+
+
+def strikes(speed):
+    """Rate of impacts at or above a speed; re-contacts within the duration of a soft contact are one impact."""
+    return lambda run: run.histogram("all", "strikes").above(speed) / run.duration
+
+
+def watched(run):
+    """(key, words, unit, measure(run), the relative difference that matters) of what is compared."""
+    if any(run.drive_work()[1]):
+        yield "power", "power", "W", lambda run: run.rates("drive_work")[0], 0.03
+    else:
+        yield "power", "lost power", "W", lambda run: rows.added(run, "dissipation/{kind}", "all")[0], 0.03
+    yield "kinetic_energy", "kinetic energy", "J", lambda run: run.means("kinetic_energy")[0], 0.03
+    yield "rotational_energy", "energy in the spin", "J", lambda run: run.means("rotational_energy")[0], 0.10
+    for speed in SPEEDS:
+        yield f"impacts_above_{speed:g}", f"impacts above {speed:g} m/s", "1/s", strikes(speed), 0.10
+
+
+def findings(hard, soft):
+    """A Finding of each quantity; `hard`, `soft`: the runs, as compare opens them (Member)."""
+    found = []
+    for key, words, unit, measure, matters in watched(hard[0]):
+        sides = [[agreement.Estimate(measure(run)) for run in side] for side in (soft, hard)]
+        seen = min(sum(e.value for e in side) for side in sides) * hard[0].duration
+        if not any(e.value for side in sides for e in side) or (key.startswith("impacts") and seen < RARE):
+            continue
+        one, other = agreement.from_replicates(*sides)
+        off = agreement.difference(one, other, "")
+        found.append(Finding(key, words, matters, other.value, one.value, unit, off.relative, off.error))
+    return found
+
+
+def sentence(found, modulus):
+    """The finding in one sentence, and the verdict: holds, off, open, or "energy": impacts are off, the rest holds."""
+    told = {one.key: f"{one.words} {one.told}" for one in found}
+    state = {one.key: one.state for one in found if one.key in DECIDES}
+    off, unknown = ([key for key in state if state[key] == what] for what in ("off", "open"))
+    impacts = DECIDES[-1]
+    stiff = "" if modulus >= 1e11 else f" (soft spheres of {quantity(modulus, 'Pa')})"
+    every = ", ".join(told[key] for key in state)
+    if not state:
+        return "not decided: there is too little to compare", "open"
+    if off == [impacts] and not unknown:
+        rest = ", ".join(told[key] for key in state if key != impacts)
+        return (
+            f"hard spheres hold for power and energies of this mill, {rest}, and less for impacts: {told[impacts]}{stiff}",
+            "energy",
+        )
+    if off:
+        return f"hard spheres do not hold for this mill: {', '.join(told[key] for key in off)}{stiff}", "off"
+    if unknown:
+        why = ", ".join(told[key] for key in unknown)
+        return f"not decided: {why}{stiff}: more starts (--starts) or more time (--minutes) tell", "open"
+    return f"hard spheres hold for this mill: {every}{stiff}", "holds"
+
+
+def lines(found):
+    """The table in the terminal."""
+    head = ("", "hard spheres", "soft spheres", "difference", "")
+    words = {"holds": "agrees", "off": "differs", "open": "not known well enough"}
+    rows = [
+        (one.words, quantity(one.hard, one.unit), quantity(one.soft, one.unit), one.told, words[one.state])
+        for one in found
+    ]
+    return columns([head, *rows], left=(0, 4))
