@@ -46,6 +46,7 @@ struct mill_account {
     double work;       /* [J] done on the balls by all motions */
     double work_gross; /* [J] sum of |work| of the single impacts */
     double pinch_work; /* [J] part of work: on pressed balls */
+    double bridge_work; /* [J] part of work, at most: on pairs that bridge sliding surfaces */
     struct {
         double work;    /* [J] */
         double impulse; /* [N m s] angular impulse about its axis, given to the balls; 0: no axis */
@@ -66,6 +67,7 @@ struct mill_counts {
     uint64_t predictions; /* plans over all cells around the ball */
     uint64_t pair_tests;
     uint64_t not_closing; /* anomaly: the gap of a due contact was opening; the floor was applied */
+    uint64_t bridges;        /* pairs between sliding surfaces that gave way */
     uint64_t pinch_contacts; /* contacts of pressed balls, not counted as impacts */
     double pinch_time;       /* [s] sum of the times in which balls were pressed */
     uint64_t reliefs;        /* anomaly: balls let go that a moving body had pinched */

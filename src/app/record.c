@@ -82,6 +82,10 @@ static void tell_balance(struct mill_sink *sink, const struct mill_world *world,
                     "counted as impacts");
     mill_tell_number(sink, "pinch_time", c->pinch_time, "s",
                      "sum of the times in which balls were pressed");
+    mill_tell_count(sink, "bridges", c->bridges,
+                    "pairs of balls that gave way between surfaces that slide past each other");
+    mill_tell_number(sink, "bridge_work", a->bridge_work, "J",
+                     "upper bound of the work of all motions on such pairs");
     mill_tell_count(
         sink, "reliefs", c->reliefs,
         "anomaly: pinched balls let go: contacts with what pinched them were ignored for a while");

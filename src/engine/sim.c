@@ -63,6 +63,7 @@ static void end_epoch(struct mill_sim *sim)
     }
     w->counts.sleep += (double)w->counts.asleep * MILL_WORLD_EPOCH;
     mill_pinches_restart(&sim->pinches, w, MILL_WORLD_EPOCH);
+    mill_bridges_restart(&sim->bridges, w, MILL_WORLD_EPOCH);
     mill_world_restart(w);
     sim->watch.last -= MILL_WORLD_EPOCH;
     sim->watch.since -= MILL_WORLD_EPOCH;
@@ -89,7 +90,8 @@ enum mill_status mill_sim_create(struct mill_world *world, struct mill_sim **sim
         s->world = world;
     if (s && world->soft.on)
         status = (s->soft = mill_soft_create(world)) ? MILL_OK : status;
-    else if (s && mill_pinches_create(&s->pinches, world))
+    else if (s && mill_pinches_create(&s->pinches, world) &&
+             mill_bridges_create(&s->bridges, world))
         status = mill_schedule_create(world, &s->schedule, error);
     if (status == MILL_OK && !s->soft) {
         begin_epoch(s);
@@ -108,6 +110,7 @@ void mill_sim_free(struct mill_sim *sim)
     mill_soft_free(sim->soft);
     mill_schedule_free(sim->schedule);
     mill_pinches_free(&sim->pinches);
+    mill_bridges_free(&sim->bridges);
     free(sim->proof);
     free(sim);
 }

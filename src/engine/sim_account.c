@@ -46,6 +46,7 @@ static void book(struct mill_world *w, const struct mill_sim_entry *entry)
     const int kind = impact->kind;
     const double speed = impact->normal_speed;
     w->counts.pinch_time += entry->pressed;
+    a->bridge_work += entry->bridge;
     if (impact->lasting)
         w->counts.pinch_contacts++;
     else

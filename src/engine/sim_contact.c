@@ -42,6 +42,9 @@ static void resolve(struct mill_sim *sim, int32_t i, int32_t j, double reduced_m
      * the floor gives back the energy that friction takes. If time does not advance, contacts are
      * therefore computed without friction until it advances again. Then the floor separates the
      * bodies. */
+    if (mill_bridges_give(&sim->bridges, w, i, sim->now) &&
+        (j == MILL_NOBODY || mill_bridges_give(&sim->bridges, w, j, sim->now)))
+        law.friction = 0.0;
     if (sim->watch.standing > STILL && law.friction > 0.0) {
         law.friction = 0.0;
         w->counts.smoothed++;
@@ -82,7 +85,7 @@ static struct mill_sim_entry *begin_entry(struct mill_sim *sim, int kind, int32_
     impact->position = position;
     impact->surface = -1;
     impact->place = impact->facing = entry->velocity = zero;
-    entry->pressed = 0.0;
+    entry->pressed = entry->bridge = 0.0;
     entry->let_go = entry->clear = false;
     return entry;
 }
@@ -130,6 +133,10 @@ static void ball_meets_ball(struct mill_sim *sim, int32_t one, int32_t other)
         impact->impulse = vec3_scale(impact->impulse, -1.0);
         impact->slip = vec3_scale(impact->slip, -1.0);
     }
+    bool gives;
+    entry->bridge = mill_bridges_push(&sim->bridges, w, i, j, n,
+                                      -vec3_dot(impact->impulse, n), sim->now, &gives);
+    w->counts.bridges += gives;
     mill_sim_record(sim, entry);
     if (wall == MILL_NOBODY)
         mill_schedule_two(sim->schedule, i, j, sim->now);
@@ -163,6 +170,8 @@ static void ball_meets_shape(struct mill_sim *sim, int32_t i, int32_t s)
         entry->pressed = mill_pinches_meet(&sim->pinches, w, i, sim->now);
     else
         mill_pinches_lean(&sim->pinches, i, c.normal, friction);
+    if (!shape->pinches)
+        mill_bridges_touch(&sim->bridges, i, s, c.normal, sim->now);
     resolve(sim, i, MILL_NOBODY, sb->mass, n, slip, entry);
     if (pinches && mill_pinches_push(&sim->pinches, w, i, vec3_dot(entry->impact.impulse, c.normal),
                                      c.normal, friction)) {

@@ -55,6 +55,7 @@ void mill_sim_lane_begin(struct mill_lanes *s, const struct mill_window *window)
         l->world.base = s->sim->world->base;
         l->world.counts = (struct mill_counts){.largest_overlap = -INFINITY};
         l->sim.pinches = s->sim->pinches;
+        l->sim.bridges = s->sim->bridges;
         l->sim.now = window->begin;
         l->sim.status = MILL_OK;
         l->sim.log = &log->entry;
@@ -81,6 +82,8 @@ static void remember(struct mill_lane *l, struct mill_lane_log *log, int32_t i)
     b->record = l->world.ball[i];
     b->spin = l->world.spin[i];
     b->plan = l->schedule.plan[i];
+    if (l->sim.bridges.ball)
+        b->bridge = l->sim.bridges.ball[i];
     if (presses(&l->sim, &b->plan))
         b->pinch = l->sim.pinches.ball[i];
 }
@@ -167,6 +170,8 @@ static void take_back(struct mill_sim *sim, const struct mill_lane_before *b)
     sim->world->spin[b->ball] = b->spin;
     p->plan[b->ball] = b->plan;
     p->plan[b->ball].event = event;
+    if (sim->bridges.ball)
+        sim->bridges.ball[b->ball] = b->bridge;
     if (!presses(sim, &b->plan))
         return;
     sim->pinches.ball[b->ball] = b->pinch;

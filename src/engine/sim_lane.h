@@ -20,6 +20,7 @@ struct mill_lane_before {
     struct mill_ball record;
     vec3 spin;
     struct mill_plan plan;
+    struct mill_bridge bridge; /* in a mill that can have bridges */
     struct mill_pinch pinch; /* if it meets a surface, in a mill that can pinch balls */
 };
 

@@ -3,6 +3,7 @@
 #ifndef MILL_SIM_PRIVATE_H
 #define MILL_SIM_PRIVATE_H
 
+#include "engine/bridge.h"
 #include "engine/pinch.h"
 #include "engine/schedule.h"
 #include "millsim/sim.h"
@@ -22,6 +23,7 @@ struct mill_sim_entry {
     double now;                /* [s] local time */
     double reduced_mass;       /* [kg] */
     vec3 velocity;             /* [m/s] of the surface, at the contact */
+    double bridge;             /* [J] work of surfaces that slide past a bridge, at most */
     double pressed;            /* [s] for which the ball was pressed since its last contact */
     bool floored;              /* at the rebound floor */
     bool let_go, clear; /* a relief begins with this contact; it ends, and this is no contact */
@@ -51,6 +53,7 @@ struct mill_sim {
                                are hard */
     struct mill_schedule *schedule;
     struct mill_pinches pinches;
+    struct mill_bridges bridges;
     struct mill_watch watch;
     struct mill_sim_proof *proof; /* NULL: none. The sim frees it. */
     double now;                   /* [s] local */

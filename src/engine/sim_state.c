@@ -28,6 +28,7 @@ static bool is_sane(const struct mill_sim *sim, int32_t i, int32_t cell)
            w->ball[i].species < w->species_count &&
            (w->ball[i].relief == MILL_RELIEF_NONE || w->ball[i].relief == MILL_RELIEF_LASTS) &&
            is_index(plan->partner, w->balls, plan->pair_t) && plan->partner != i &&
+           (!sim->bridges.ball || (sim->bridges.ball[i].shape >= -1 && sim->bridges.ball[i].shape < w->shapes)) &&
            is_index(plan->shape, w->shapes, plan->shape_t) && plan->face >= 0 && plan->face <= 5 &&
            (!mill_world_asleep(w, i) ||
             (sim->schedule->rest.calm > 0.0 && isinf(mill_plan_time(plan)))) &&
@@ -54,6 +55,8 @@ static void tell_fields(struct mill_sim *s, int32_t *cell, struct mill_state *st
     mill_state_structs(state, "plan", sizeof *s->schedule->plan, n, s->schedule->plan);
     mill_state_structs(state, "pinch", sizeof *s->pinches.ball, s->pinches.ball ? n : 0,
                        s->pinches.ball);
+    mill_state_structs(state, "bridge", sizeof *s->bridges.ball, s->bridges.ball ? n : 0,
+                       s->bridges.ball);
     mill_state_field(state, "cell", MILL_FIELD_I32, n, cell);
     mill_state_structs(state, "place", sizeof *rest->place, rest->calm > 0.0 ? n : 0, rest->place);
     mill_state_field(state, "calm_epochs", MILL_FIELD_I32, rest->calm > 0.0 ? n : 0,

@@ -95,6 +95,7 @@ void mill_world_add_counts(struct mill_counts *all, const struct mill_counts *c)
     all->predictions += c->predictions;
     all->pair_tests += c->pair_tests;
     all->not_closing += c->not_closing;
+    all->bridges += c->bridges;
     all->pinch_contacts += c->pinch_contacts;
     all->pinch_time += c->pinch_time;
     all->reliefs += c->reliefs;

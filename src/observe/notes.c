@@ -73,7 +73,7 @@ static void judge_law(struct mill_notes *notes, const struct mill_world *world, 
     add(notes, "restitution", value, INELASTIC, value < INELASTIC,
         "contacts with friction have a restitution of %.3g (%s): hard spheres are valid for 0.7 "
         "and more. Below this, their power in dense beds no longer agrees with that of soft "
-        "spheres.",
+        "spheres. Check it: mill check.",
         value, world->kinds.name[least < 0 ? 0 : least]);
 }
 
@@ -95,27 +95,41 @@ static void judge_rate(struct mill_notes *notes, const struct mill_world *world,
     add(notes, "contacts_at_once", rate * contact, AT_ONCE, rate * contact > AT_ONCE,
         "a ball is hit every %.3g us, and a contact of such balls, if they are as stiff as steel, "
         "lasts %.3g us: soft spheres would have several contacts at once, so rates and power of "
-        "hard spheres are not valid.",
+        "hard spheres may not be valid. Check it: mill check.",
         1e6 / rate, 1e6 * contact);
 }
 
-/* Contacts without friction end contacts without end. How many there were before, and the work that
- * they did, depends on the program (STILL in engine/sim_contact.c) and not on the mill. Friction
- * locks two balls between two surfaces if the angle between their line of centres and the normals
- * is below the sum of the two angles of friction. */
-static void judge_locks(struct mill_notes *notes, const struct mill_world *world)
+/* [1] In diameters, the narrowest gap in which friction locks two balls between two surfaces: the
+ * angle between their line of centres and the normals is then below the sum of the two angles of
+ * friction. The widest is 2. */
+static double locking_gap(const struct mill_world *world)
 {
-    const double smoothed = (double)world->counts.smoothed;
     double friction = 0;
     for (int kind = MILL_BALL_BALL + 1; kind < world->kinds.count; kind++)
         friction = fmax(friction, world->law[kind].friction);
     const double angle = atan(friction) + atan(world->law[MILL_BALL_BALL].friction);
+    return 1 + fmax(cos(angle), 0);
+}
+
+/* What balls do that lock between surfaces. Contacts without friction end contacts without end: how
+ * many there were before, and the work that they did, depends on the program (STILL in
+ * engine/sim_contact.c) and not on the mill. Bridges give way as stiff balls do. */
+static void judge_locks(struct mill_notes *notes, const struct mill_world *world)
+{
+    const double smoothed = (double)world->counts.smoothed, work = fabs(world->account.work);
+    const double share = work > 0 ? world->account.bridge_work / work : 0;
     add(notes, "locks", smoothed, 0, smoothed > 0,
         "time did not advance between contacts, so %.0f of them were computed without friction: "
         "balls are locked in a corner, or between surfaces that move past each other. Power and "
         "rates are not to be trusted. Two balls lock in gaps of 1 + cos(2 atan mu) to 2 diameters, "
-        "here %.3g to 2: change gap or friction, or check with soft spheres (mill dem).",
-        smoothed, 1 + fmax(cos(angle), 0));
+        "here %.3g to 2: change gap or friction, or check with soft spheres (mill check).",
+        smoothed, locking_gap(world));
+    add(notes, "bridges", share, PINCHED, share > PINCHED,
+        "up to %.0f %% of the work is done on pairs of balls that bridge surfaces sliding past "
+        "each other, in gaps of %.3g to 2 diameters. Balls as stiff as steel are assumed, and this "
+        "power depends on the stiffness, by a factor of 2 and more where many pairs jam. Another "
+        "gap or less friction avoids it; mill check compares with soft spheres.",
+        100 * fmin(share, 1), locking_gap(world));
 }
 
 bool mill_notes_of_rotor(const struct mill_world *world)
