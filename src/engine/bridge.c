@@ -11,10 +11,11 @@
  * duration. */
 #define IMPACTS 40.0
 
-/* The fraction of the force at the top that is lost by a pair that passes alone: it gives the rest
- * back. Fitted to two balls of steel (validation/referee). A pair that another ball has touched on
- * its way loses all. */
-#define LOST 0.01
+/* The fraction of the force at the top that is lost by a pair that passes alone, which gives the
+ * rest back, and by one that another ball has touched on its way. Fitted to balls of steel
+ * (validation/referee). */
+#define LOST 0.008
+#define CROWDED 0.5
 
 bool mill_bridges_create(struct mill_bridges *p, const struct mill_world *w)
 {
@@ -111,7 +112,7 @@ static double bearing(const struct mill_bridges *p, const struct wedge *w, bool 
     /* of two equal balls the reduced radius is half of theirs */
     const double most = IMPACTS * w->mass * p->speed / w->duration;
     const double unlock = mill_least(mill_impact_force(0.5 * w->radius, grip), most);
-    const double passing = (crowded ? 1.0 : LOST) * mill_impact_force(0.5 * w->radius, room);
+    const double passing = (crowded ? CROWDED : LOST) * mill_impact_force(0.5 * w->radius, room);
     return 2.0 * w->mass * w->slide + w->duration * (unlock + passing);
 }
 
