@@ -16,14 +16,14 @@ struct mill_soft_setup {
 
 /* What a run of soft spheres tells of itself */
 struct mill_soft_facts {
-    double step;        /* [s] */
-    double duration;    /* [s] of the shortest contact */
-    double speed;       /* [m/s] of the fastest surface, at which a linear spring is as stiff as
-                           Hertz' law */
-    double force;       /* [N] greatest of all contacts so far */
-    uint64_t steps;     /* so far */
-    uint64_t contacts;  /* begun so far */
-    uint64_t crowded;   /* of these: a ball had another contact at the same time */
+    double step;       /* [s] */
+    double duration;   /* [s] of the shortest contact */
+    double speed;      /* [m/s] of the fastest surface, at which a linear spring is as stiff as
+                          Hertz' law */
+    double force;      /* [N] greatest of all contacts so far */
+    uint64_t steps;    /* so far */
+    uint64_t contacts; /* begun so far */
+    uint64_t crowded;  /* of these: a ball had another contact at the same time */
 };
 
 #endif

@@ -40,12 +40,13 @@ extern const double mill_world_fast[MILL_WORLD_FAST];
 
 enum { MILL_MOTIONS_MOST = 16 }; /* in one mill */
 
-/* Sums since t = 0. Work = change of energy + dissipation + elastic energy. A motion's own work is the work of the
- * velocity that this motion alone adds, at the contacts of all bodies that it moves. */
+/* Sums since t = 0. Work = change of energy + dissipation + elastic energy. A motion's own work is
+ * the work of the velocity that this motion alone adds, at the contacts of all bodies that it
+ * moves. */
 struct mill_account {
-    double work;       /* [J] done on the balls by all motions */
-    double work_gross; /* [J] sum of |work| of the single impacts */
-    double pinch_work; /* [J] part of work: on pressed balls */
+    double work;        /* [J] done on the balls by all motions */
+    double work_gross;  /* [J] sum of |work| of the single impacts */
+    double pinch_work;  /* [J] part of work: on pressed balls */
     double bridge_work; /* [J] part of work, at most: on pairs that bridge sliding surfaces */
     struct {
         double work;    /* [J] */
@@ -54,7 +55,7 @@ struct mill_account {
     double dissipation[MILL_KINDS_MOST];        /* [J] all of it */
     double dissipation_normal[MILL_KINDS_MOST]; /* [J] its normal part */
     double dissipation_gross;                   /* [J] sum of |dissipation| */
-    double elastic; /* [J] in the springs of soft spheres now */
+    double elastic;                             /* [J] in the springs of soft spheres now */
     double incident; /* [J] sum of the energies of normal approach, m* v_n^2 / 2 */
     uint64_t collisions[MILL_KINDS_MOST];
     uint64_t floored[MILL_KINDS_MOST];               /* at the rebound floor */
@@ -67,7 +68,7 @@ struct mill_counts {
     uint64_t predictions; /* plans over all cells around the ball */
     uint64_t pair_tests;
     uint64_t not_closing; /* anomaly: the gap of a due contact was opening; the floor was applied */
-    uint64_t bridges;        /* pairs between sliding surfaces that gave way */
+    uint64_t bridges;     /* pairs between sliding surfaces that gave way */
     uint64_t pinch_contacts; /* contacts of pressed balls, not counted as impacts */
     double pinch_time;       /* [s] sum of the times in which balls were pressed */
     uint64_t reliefs;        /* anomaly: balls let go that a moving body had pinched */
@@ -133,7 +134,7 @@ struct mill_world {
     double rebound_floor;                   /* [m/s] */
     struct mill_soft_setup soft;
     struct mill_soft_facts soft_facts;
-    struct mill_energy start;               /* at t = 0 */
+    struct mill_energy start; /* at t = 0 */
     struct mill_account account;
     struct mill_counts counts;
 };

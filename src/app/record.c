@@ -82,18 +82,15 @@ static void tell_balance(struct mill_sink *sink, const struct mill_world *world,
                     "counted as impacts");
     mill_tell_number(sink, "pinch_time", c->pinch_time, "s",
                      "sum of the times in which balls were pressed");
-    mill_tell_count(sink, "bridges", c->bridges,
-                    "pairs of balls that gave way between surfaces that slide past each other");
-    mill_tell_number(sink, "bridge_work", a->bridge_work, "J",
-                     "upper bound of the work of all motions on such pairs");
+    mill_tell_count(sink, "bridges", c->bridges, "pairs of balls that gave way between surfaces");
+    mill_tell_number(sink, "bridge_work", a->bridge_work, "J", "most work done on such pairs");
     mill_tell_count(
         sink, "reliefs", c->reliefs,
         "anomaly: pinched balls let go: contacts with what pinched them were ignored for a while");
     mill_tell_count(sink, "smoothed", c->smoothed,
-                    "anomaly: contacts computed without friction, because contacts followed each "
-                    "other without any time between them");
-    mill_tell_count(sink, "overlaps", c->overlaps,
-                    "anomaly: balls found deeper than 1e-9 m in another body");
+                    "anomaly: contacts computed without friction, because there was no time "
+                    "between them");
+    mill_tell_count(sink, "overlaps", c->overlaps, "anomaly: balls deeper than 1e-9 m in a body");
     mill_tell_number(sink, "largest_overlap", c->largest_overlap, "m",
                      "largest overlap seen at a contact or a check");
 }
@@ -111,23 +108,18 @@ static void tell_sleep(struct mill_sink *sink, const struct mill_world *world, d
                      "sum of the times for which balls were at rest, without events");
 }
 
-/* Only of soft spheres */
 static void tell_soft(struct mill_sink *sink, const struct mill_world *world)
 {
     const struct mill_soft_facts *s = &world->soft_facts;
     sink->open(sink, "soft");
     mill_tell_number(sink, "time_step", s->step, "s", "time step");
     mill_tell_number(sink, "contact_duration", s->duration, "s", "of the shortest contact");
-    mill_tell_number(sink, "speed", s->speed, "m s-1",
-                     "speed of the fastest surface, at which linear springs are as stiff as "
-                     "Hertz' law");
-    mill_tell_number(sink, "largest_force", s->force, "N", "greatest normal force of a contact");
+    mill_tell_number(sink, "speed", s->speed, "m s-1", "at which linear springs are like Hertz'");
+    mill_tell_number(sink, "largest_force", s->force, "N", "greatest normal force");
     mill_tell_count(sink, "steps", s->steps, "time steps taken");
     mill_tell_count(sink, "contacts", s->contacts, "contacts begun, from t = 0");
-    mill_tell_count(sink, "crowded", s->crowded,
-                    "of these: a ball had another contact at the same time");
-    mill_tell_number(sink, "elastic_energy", world->account.elastic, "J",
-                     "energy in the springs of all contacts at the end");
+    mill_tell_count(sink, "crowded", s->crowded, "of these: a ball had another one, too");
+    mill_tell_number(sink, "elastic_energy", world->account.elastic, "J", "in springs, at the end");
     sink->close(sink);
 }
 

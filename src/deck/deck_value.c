@@ -79,8 +79,9 @@ void mill_deck_value_wanted(const struct mill_key *key, bool with_unit, char *ou
         q++;
     with_unit = with_unit && key->type == MILL_KEY_NUMBER && *unit_of(key);
     if (key->unit_alone)
-        snprintf(out, size, *key->unit == 'm' ? "a unit of length such as 'mm'"
-                                              : "a modulus such as '10 GPa', or 'steel'");
+        snprintf(out, size,
+                 *key->unit == 'm' ? "a unit of length such as 'mm'"
+                                   : "a modulus such as '10 GPa', or 'steel'");
     else if (key->type == MILL_KEY_WHOLE)
         snprintf(out, size, "a whole number such as '4000'");
     else if (key->type == MILL_KEY_CHOICE)

@@ -29,9 +29,8 @@ bool mill_bridges_create(struct mill_bridges *p, const struct mill_world *w)
         first = first ? first : s;
         two = two || s->motion != first->motion;
         if (s->motion)
-            p->speed = mill_greatest(p->speed, b.speed + b.turning * mill_motion_reach(
-                                                                         s->motion,
-                                                                         &w->container.places));
+            p->speed = mill_greatest(
+                p->speed, b.speed + b.turning * mill_motion_reach(s->motion, &w->container.places));
     }
     if (!two || p->speed <= 0.0)
         return true;
@@ -42,12 +41,8 @@ bool mill_bridges_create(struct mill_bridges *p, const struct mill_world *w)
     for (int k = 0; k < w->species_count; k++)
         p->duration[k] = mill_impact_duration(w->species[k].mass, w->species[k].radius, p->speed);
     for (int32_t i = 0; i < w->balls; i++)
-        p->ball[i] = (struct mill_bridge){.touched = -1.0,
-                                          .met = -1.0,
-                                          .last = -1.0,
-                                          .other = -1.0,
-                                          .shape = -1,
-                                          .partner = -1};
+        p->ball[i] = (struct mill_bridge){
+            .touched = -1.0, .met = -1.0, .last = -1.0, .other = -1.0, .shape = -1, .partner = -1};
     return true;
 }
 
@@ -87,12 +82,12 @@ static void gather(struct mill_bridge *b, double impulse, double t, double durat
     b->met = t;
 }
 
-static vec3 velocity_at(const struct mill_world *w, const struct mill_bridge *b, int32_t i, double t)
+static vec3 velocity_at(const struct mill_world *w, const struct mill_bridge *b, int32_t i,
+                        double t)
 {
     const struct mill_pose pose = mill_shape_pose(w->shape[b->shape], t);
     const double radius = w->species[w->ball[i].species].radius;
-    return mill_pose_velocity(&pose,
-                              vec3_axpy(w->ball[i].r, -radius, vec3_make(b->x, b->y, b->z)));
+    return mill_pose_velocity(&pose, vec3_axpy(w->ball[i].r, -radius, vec3_make(b->x, b->y, b->z)));
 }
 
 /* Two balls between their surfaces */
@@ -107,7 +102,8 @@ struct wedge {
 /* [N s] above which the pair gives way */
 static double bearing(const struct mill_bridges *p, const struct wedge *w, bool crowded)
 {
-    const double grip = mill_greatest(w->radius * (w->held - w->least) / (1.0 + 0.5 * w->least), 0.0);
+    const double grip =
+        mill_greatest(w->radius * (w->held - w->least) / (1.0 + 0.5 * w->least), 0.0);
     const double room = 2.0 / 3.0 * w->radius * (1.0 - w->mean);
     /* of two equal balls the reduced radius is half of theirs */
     const double most = IMPACTS * w->mass * p->speed / w->duration;
@@ -139,14 +135,14 @@ double mill_bridges_push(struct mill_bridges *p, const struct mill_world *w, int
                  g = mill_greatest(w->law[one->kind].friction, w->law[other->kind].friction);
     const vec3 slide = vec3_sub(velocity_at(w, a, i, t), velocity_at(w, b, j, t));
     const vec3 normal = vec3_make(a->x, a->y, a->z);
-    const struct wedge wedge = {
-        .mass = sa->mass * sb->mass / (sa->mass + sb->mass),
-        .radius = 0.5 * (sa->radius + sb->radius),
-        .least = mill_least(cos_a, cos_b),
-        .mean = 0.5 * (cos_a + cos_b),
-        .held = (1.0 - f * g) / sqrt((1.0 + f * f) * (1.0 + g * g)),
-        .slide = vec3_norm(vec3_axpy(slide, -vec3_dot(slide, normal), normal)),
-        .duration = mill_greatest(ta, tb)};
+    const struct wedge wedge = {.mass = sa->mass * sb->mass / (sa->mass + sb->mass),
+                                .radius = 0.5 * (sa->radius + sb->radius),
+                                .least = mill_least(cos_a, cos_b),
+                                .mean = 0.5 * (cos_a + cos_b),
+                                .held = (1.0 - f * g) / sqrt((1.0 + f * f) * (1.0 + g * g)),
+                                .slide =
+                                    vec3_norm(vec3_axpy(slide, -vec3_dot(slide, normal), normal)),
+                                .duration = mill_greatest(ta, tb)};
     const double sine = sqrt(mill_greatest(1.0 - wedge.mean * wedge.mean, 0.0));
     const double passage = 2.0 * wedge.radius * sine * (1.0 + wedge.mean) / wedge.slide;
     const bool crowded = t - a->other < passage || t - b->other < passage;

@@ -83,9 +83,8 @@ enum mill_status mill_sim_create(struct mill_world *world, struct mill_sim **sim
                                  struct mill_error *error)
 {
     struct mill_sim *s = *sim = calloc(1, sizeof *s);
-    enum mill_status status =
-        mill_error_set(error, MILL_FAILED, "out of memory for the %s",
-                       world->soft.on ? "soft spheres" : "event loop");
+    enum mill_status status = mill_error_set(error, MILL_FAILED, "out of memory for the %s",
+                                             world->soft.on ? "soft spheres" : "event loop");
     if (s)
         s->world = world;
     if (s && world->soft.on)
@@ -139,9 +138,7 @@ void mill_sim_use_threads(struct mill_sim *sim, int threads)
 
 int mill_sim_threads(const struct mill_sim *sim)
 {
-    return sim->soft    ? sim->soft->threads
-           : sim->slabs ? mill_sim_slabs_count(sim->slabs)
-                        : 1;
+    return sim->soft ? sim->soft->threads : sim->slabs ? mill_sim_slabs_count(sim->slabs) : 1;
 }
 
 const struct mill_world *mill_sim_world(const struct mill_sim *sim)

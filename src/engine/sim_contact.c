@@ -134,8 +134,8 @@ static void ball_meets_ball(struct mill_sim *sim, int32_t one, int32_t other)
         impact->slip = vec3_scale(impact->slip, -1.0);
     }
     bool gives;
-    entry->bridge = mill_bridges_push(&sim->bridges, w, i, j, n,
-                                      -vec3_dot(impact->impulse, n), sim->now, &gives);
+    entry->bridge = mill_bridges_push(&sim->bridges, w, i, j, n, -vec3_dot(impact->impulse, n),
+                                      sim->now, &gives);
     w->counts.bridges += gives;
     mill_sim_record(sim, entry);
     if (wall == MILL_NOBODY)

@@ -21,7 +21,7 @@ struct mill_lane_before {
     vec3 spin;
     struct mill_plan plan;
     struct mill_bridge bridge; /* in a mill that can have bridges */
-    struct mill_pinch pinch; /* if it meets a surface, in a mill that can pinch balls */
+    struct mill_pinch pinch;   /* if it meets a surface, in a mill that can pinch balls */
 };
 
 /* What a thread writes down in a window. late: balls whose events it has put off */

@@ -28,7 +28,8 @@ static bool is_sane(const struct mill_sim *sim, int32_t i, int32_t cell)
            w->ball[i].species < w->species_count &&
            (w->ball[i].relief == MILL_RELIEF_NONE || w->ball[i].relief == MILL_RELIEF_LASTS) &&
            is_index(plan->partner, w->balls, plan->pair_t) && plan->partner != i &&
-           (!sim->bridges.ball || (sim->bridges.ball[i].shape >= -1 && sim->bridges.ball[i].shape < w->shapes)) &&
+           (!sim->bridges.ball ||
+            (sim->bridges.ball[i].shape >= -1 && sim->bridges.ball[i].shape < w->shapes)) &&
            is_index(plan->shape, w->shapes, plan->shape_t) && plan->face >= 0 && plan->face <= 5 &&
            (!mill_world_asleep(w, i) ||
             (sim->schedule->rest.calm > 0.0 && isinf(mill_plan_time(plan)))) &&

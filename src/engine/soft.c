@@ -3,8 +3,8 @@
  * are predicted with the accelerations of its beginning, so that the error of the dashpots, too, is
  * of second order.
  *
- * The parts of the mill do each phase of a step on any number of threads. A part sends the forces on
- * balls of other parts, which add what they got in the order of the parts. */
+ * The parts of the mill do each phase of a step on any number of threads. A part sends the forces
+ * on balls of other parts, which add what they got in the order of the parts. */
 #include "engine/soft.h"
 
 #include <math.h>
@@ -70,46 +70,6 @@ static void kick_and_drift(struct mill_soft *s, struct mill_soft_part *p)
     drift(s, p);
 }
 
-static double cost_of(const struct mill_soft_part *p)
-{
-    return 0.4 * (double)(p->last - p->first) + 0.1 * (double)p->near.count + 4.0 * (double)p->touch.count;
-}
-
-/* A thread has the same parts in each step, so they stay in the cache of its core. */
-static void work(void *self, int thread)
-{
-    struct mill_soft *s = self;
-    for (int k = s->share[thread]; k < s->share[thread + 1]; k++)
-        s->phase(s, &s->part[k]);
-}
-
-/* Shares the parts among the threads, by what their steps cost: contacts more than balls */
-static void share(struct mill_soft *s)
-{
-    const int threads = s->shared ? s->threads : 1;
-    double all = 0.0, so_far = 0.0;
-    int thread = 0;
-    for (int k = 0; k < s->parts; k++)
-        all += cost_of(&s->part[k]);
-    for (int k = 0; k < s->parts; k++) {
-        while (thread < threads && so_far + 0.5 * cost_of(&s->part[k]) >= thread * all / threads)
-            s->share[thread++] = k;
-        so_far += cost_of(&s->part[k]);
-    }
-    while (thread <= threads)
-        s->share[thread++] = s->parts;
-    s->share[0] = 0;
-}
-
-void mill_soft_do(struct mill_soft *s, void (*phase)(struct mill_soft *, struct mill_soft_part *))
-{
-    s->phase = phase;
-    if (s->shared)
-        mill_crew_do(s->crew, work, s);
-    else
-        work(s, 0);
-}
-
 /* ---- one step ---- */
 
 /* [s] local time of a step in this epoch; the last one ends exactly with the epoch */
@@ -151,7 +111,8 @@ static bool tell(struct mill_sim *sim)
 
 /* ---- the world at a step ---- */
 
-static void add_account(struct mill_account *all, const struct mill_account *a, int kinds, int motions)
+static void add_account(struct mill_account *all, const struct mill_account *a, int kinds,
+                        int motions)
 {
     all->work += a->work;
     all->work_gross += a->work_gross;
@@ -213,8 +174,7 @@ void mill_soft_run(struct mill_sim *sim, double limit, uint64_t *budget,
 {
     struct mill_soft *s = sim->soft;
     bool good = true;
-    s->shared = s->crew && mill_crew_begin(s->crew) == s->threads;
-    share(s);
+    mill_soft_begin(s);
     bool goes_on = *budget > 0 && time_of(s, s->step + 1) <= limit;
     if (goes_on)
         mill_soft_do(s, drift);
@@ -227,14 +187,10 @@ void mill_soft_run(struct mill_sim *sim, double limit, uint64_t *budget,
         --*budget;
         if (stop && *stop && sim->status == MILL_OK)
             sim->status = MILL_STOPPED;
-        goes_on = good && sim->status == MILL_OK && *budget > 0 &&
-                  time_of(s, s->step + 1) <= limit;
+        goes_on = good && sim->status == MILL_OK && *budget > 0 && time_of(s, s->step + 1) <= limit;
         mill_soft_do(s, goes_on ? kick_and_drift : kick);
     }
-    if (s->crew)
-        mill_crew_end(s->crew);
-    s->shared = false;
-    share(s);
+    mill_soft_end(s);
     publish(s);
     if (!good)
         sim->status = mill_error_set(sim->error, MILL_FAILED, "out of memory for the soft spheres");
@@ -355,8 +311,8 @@ struct mill_soft *mill_soft_create(struct mill_world *w)
     s->look = calloc(n + 1, sizeof *s->look);
     s->speed = calloc(shapes + 1, sizeof *s->speed);
     s->pose = calloc((size_t)w->motions + 1, sizeof *s->pose);
-    bool good = s->spring && s->place && s->load && s->ball && s->spare && s->due &&
-                s->look && s->speed && s->pose && mill_soft_lists_create(s);
+    bool good = s->spring && s->place && s->load && s->ball && s->spare && s->due && s->look &&
+                s->speed && s->pose && mill_soft_lists_create(s);
     if (good) {
         s->steps = (int64_t)ceil(MILL_WORLD_EPOCH * (double)w->soft.steps / w->soft_facts.duration);
         s->dt = w->soft_facts.step = MILL_WORLD_EPOCH / (double)s->steps;
@@ -365,7 +321,6 @@ struct mill_soft *mill_soft_create(struct mill_world *w)
             s->ball[i].gain = w->g;
         }
         find_speeds(s);
-        share(s);
         good = resettle(s, true, NULL, 0);
     }
     if (good)
@@ -390,15 +345,6 @@ void mill_soft_free(struct mill_soft *s)
     free(s->speed);
     free(s->pose);
     free(s);
-}
-
-void mill_soft_use_threads(struct mill_soft *s, int threads)
-{
-    const int most = s->parts < MILL_CREW_MOST ? s->parts : MILL_CREW_MOST;
-    mill_crew_free(s->crew);
-    s->threads = threads < most ? threads : most;
-    s->crew = s->threads > 1 ? mill_crew_create(s->threads) : NULL;
-    s->threads = s->crew ? s->threads : 1;
 }
 
 /* ---- the state ---- */

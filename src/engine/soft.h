@@ -54,11 +54,12 @@ void mill_soft_springs_free(struct mill_soft_spring *springs, const struct mill_
  * partner. */
 struct mill_soft_touch {
     int32_t a, b; /* balls; b: MILL_NOBODY for a surface */
-    int32_t shape, next; /* of a surface: its number; the ball's next contact with surfaces, or -1 */
-    double begin;        /* [s] local */
-    vec3 spring;         /* [m] tangential */
-    vec3 creep;          /* [m/s] tangential velocity at the last step */
-    vec3 normal;         /* from a, at the last step */
+    int32_t shape,
+        next;     /* of a surface: its number; the ball's next contact with surfaces, or -1 */
+    double begin; /* [s] local */
+    vec3 spring;  /* [m] tangential */
+    vec3 creep;   /* [m/s] tangential velocity at the last step */
+    vec3 normal;  /* from a, at the last step */
     struct mill_soft_damping damping;
     double pressing;              /* [N] along the normal at the last step */
     vec3 drag;                    /* [N] and across it */
@@ -66,10 +67,10 @@ struct mill_soft_touch {
     double energy, energy_normal; /* [J] in its springs at the last step */
     double lost, lost_normal;     /* [J] so far */
     /* at the beginning: */
-    double speed;                    /* [m/s] normal */
-    vec3 slip, point, facing;        /* as in struct mill_impact: slip, position, normal */
-    vec3 place, inward;              /* place and facing */
-    vec3 impulse;                    /* [N s] given to a so far */
+    double speed;             /* [m/s] normal */
+    vec3 slip, point, facing; /* as in struct mill_impact: slip, position, normal */
+    vec3 place, inward;       /* place and facing */
+    vec3 impulse;             /* [N s] given to a so far */
     int64_t flags; /* 1: it slides; 2: seen in this step; 4: one ball had another contact */
 };
 enum { MILL_SOFT_SLIDES = 1, MILL_SOFT_SEEN = 2, MILL_SOFT_CROWDED = 4 };
@@ -87,12 +88,12 @@ struct mill_soft_load {
 };
 
 struct mill_soft_ball {
-    vec3 v, w;              /* [m/s], [rad/s] */
-    vec3 gain, turn;        /* [m/s^2], [rad/s^2] accelerations */
+    vec3 v, w;       /* [m/s], [rad/s] */
+    vec3 gain, turn; /* [m/s^2], [rad/s^2] accelerations */
     double per_mass, per_inertia;
     int32_t number, species; /* of the ball */
-    int32_t walls;           /* its first contact with a surface in the pool of its part; -1: none */
-    int32_t touched;         /* 1: it had a contact in the last step */
+    int32_t walls;   /* its first contact with a surface in the pool of its part; -1: none */
+    int32_t touched; /* 1: it had a contact in the last step */
 };
 
 /* A neighbour of a ball: one with a higher slot */
@@ -138,21 +139,21 @@ struct mill_soft_order {
 struct mill_soft {
     struct mill_world *world;
     struct mill_soft_spring *spring;
-    double dt;       /* [s] */
-    int64_t steps;   /* in an epoch */
-    int64_t step;    /* in this epoch, so far */
-    double skin;     /* [m] lists hold pairs with smaller gaps */
-    double path;     /* [m] no ball has gone farther since t = 0 */
-    double listed;   /* [m] the path when the lists were made */
-    double passed;   /* [s] since t = 0 */
-    double swiftest; /* [m/s] no surface is faster, where balls can be */
+    double dt;              /* [s] */
+    int64_t steps;          /* in an epoch */
+    int64_t step;           /* in this epoch, so far */
+    double skin;            /* [m] lists hold pairs with smaller gaps */
+    double path;            /* [m] no ball has gone farther since t = 0 */
+    double listed;          /* [m] the path when the lists were made */
+    double passed;          /* [s] since t = 0 */
+    double swiftest;        /* [m/s] no surface is faster, where balls can be */
     struct mill_world wide; /* as the world, with balls that are larger by the skin */
     struct mill_grids grids;
     struct mill_soft_place *place;
     struct mill_soft_load *load;
     struct mill_soft_ball *ball;
-    int32_t *begin; /* [balls + 1] of a slot's neighbours in the list of its part */
-    int32_t *slot;  /* of each ball */
+    int32_t *begin;                /* [balls + 1] of a slot's neighbours in the list of its part */
+    int32_t *slot;                 /* of each ball */
     struct mill_soft_order *order; /* buffer to sort */
     struct mill_soft_ball *spare;  /* buffer, as `ball` */
     /* [slots * shapes] on the shape's clock: the ball cannot touch it before; [slots] of all */
@@ -163,7 +164,7 @@ struct mill_soft {
     struct mill_soft_part part[MILL_SOFT_PARTS];
     struct mill_crew *crew; /* NULL: one thread */
     int threads;
-    bool shared; /* the threads are there */
+    bool shared;                   /* the threads are there */
     int share[MILL_CREW_MOST + 1]; /* the first part of each thread */
     void (*phase)(struct mill_soft *, struct mill_soft_part *);
 };
@@ -171,8 +172,6 @@ struct mill_soft {
 /* Makes them from the world at t = 0. NULL: out of memory */
 struct mill_soft *mill_soft_create(struct mill_world *world);
 void mill_soft_free(struct mill_soft *soft);
-void mill_soft_use_threads(struct mill_soft *soft, int threads);
-
 /* Takes all steps that end until local time `limit` [s], as mill_sim_take_events; the world is then
  * at the last of them. */
 void mill_soft_run(struct mill_sim *sim, double limit, uint64_t *budget,
@@ -183,8 +182,17 @@ bool mill_soft_restart(struct mill_soft *soft);
 
 void mill_soft_state(struct mill_soft *soft, struct mill_state *state);
 
+/* ---- threads (soft_threads.c) ---- */
+
+void mill_soft_use_threads(struct mill_soft *soft, int threads);
+
+/* Starts and ends the threads; between these calls one thread does all. */
+void mill_soft_begin(struct mill_soft *soft);
+void mill_soft_end(struct mill_soft *soft);
+
 /* Does the phase for all parts, on all threads. */
-void mill_soft_do(struct mill_soft *soft, void (*phase)(struct mill_soft *, struct mill_soft_part *));
+void mill_soft_do(struct mill_soft *soft,
+                  void (*phase)(struct mill_soft *, struct mill_soft_part *));
 
 /* ---- lists (soft_list.c) ---- */
 

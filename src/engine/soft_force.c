@@ -24,111 +24,134 @@ struct meeting {
 
 /* What it pushes with */
 struct push {
-    vec3 force; /* [N] on the partner; the opposite on a */
-    vec3 kick;  /* [N s] more than that, in this step */
+    double stiff, root, damped; /* [N/m], [kg/s]: spring, its root, the normal dashpot, now */
+    double closing, pressing;   /* [m/s], [N] along the normal */
+    vec3 along, drag;           /* [m/s], [N] across it */
+    double strained;            /* [J] in the tangential spring */
+    vec3 force;                 /* [N] on the partner; the opposite on a */
+    vec3 kick;                  /* [N s] more than that, in this step */
+    vec3 impulse;               /* [N s] of the whole step */
+    double work, work_normal;   /* [J] into the contact in this step */
 };
 
-static void begin(const struct mill_soft *s, const struct meeting *m, struct mill_soft_touch *t,
-                  double closing, vec3 along, double age)
+static const vec3 zero = {0.0, 0.0, 0.0};
+
+/* A contact begins: `age` [s] ago. */
+static void begin(const struct mill_soft *s, const struct meeting *m, const struct push *u,
+                  struct mill_soft_touch *t, double age)
 {
-    t->spring = vec3_scale(along, age);
-    t->damping = mill_soft_damping_at(m->spring, closing);
-    t->pressing = 0.0;
-    t->drag = vec3_make(0.0, 0.0, 0.0);
-    t->power = t->power_normal = t->energy = t->energy_normal = t->lost = t->lost_normal = 0.0;
-    t->impulse = vec3_make(0.0, 0.0, 0.0);
-    t->speed = mill_greatest(closing, 0.0);
-    t->slip = along;
+    t->spring = vec3_scale(u->along, age);
+    t->damping = mill_soft_damping_at(m->spring, u->closing);
+    t->pressing = t->power = t->power_normal = 0.0;
+    t->energy = t->energy_normal = t->lost = t->lost_normal = 0.0;
+    t->drag = t->impulse = zero;
+    t->speed = mill_greatest(u->closing, 0.0);
+    t->slip = u->along;
     t->point = m->point;
     t->facing = vec3_scale(m->normal, -1.0);
     t->begin = (double)s->step * s->dt - age;
 }
 
-static struct push press(const struct mill_soft *s, const struct meeting *m,
-                         struct mill_soft_touch *t, struct mill_soft_part *p, int kind)
+/* The force along the surface: spring and dashpot, at most Coulomb's */
+static void rub(const struct mill_soft *s, const struct meeting *m, struct push *u,
+                struct mill_soft_touch *t)
 {
-    const struct mill_soft_spring *spring = m->spring;
-    const bool hertz = s->world->soft.hertz != 0;
-    const double dt = s->dt, closing = vec3_dot(m->rate, m->normal);
-    const vec3 along = vec3_axpy(m->rate, -closing, m->normal);
-    const double grown = hertz ? sqrt(m->depth) : 1.0;
-    const double stiff = spring->stiff * grown;
-    const double root = spring->root * (hertz ? sqrt(grown) : 1.0);
-    /* [s] since it began, if it began in this step */
-    const double age = closing * dt > m->depth ? m->depth / closing : dt;
-    if (m->begins)
-        begin(s, m, t, closing, along, age);
-    const struct mill_soft_damping *d = &t->damping;
-    const double pressing =
-        mill_greatest(stiff * m->depth + d->normal * root * closing, 0.0);
-    const double limit = spring->friction * pressing;
-    double strained = 0.0; /* [J] */
-    vec3 drag = {0.0, 0.0, 0.0};
+    const double rigid = t->damping.spring * u->stiff, damped = t->damping.tangential * u->root;
+    const double limit = m->spring->friction * u->pressing;
+    vec3 shift = t->spring;
+    if (!m->begins)
+        shift = vec3_axpy(shift, 0.5 * s->dt, vec3_add(t->creep, u->along));
+    shift = vec3_axpy(shift, -vec3_dot(shift, m->normal), m->normal);
+    u->drag = vec3_axpy(vec3_scale(shift, rigid), damped, u->along);
+    const double size = vec3_norm(u->drag);
     t->flags &= ~(int64_t)MILL_SOFT_SLIDES;
-    if (spring->friction > 0.0) {
-        const double rigid = d->spring * stiff, damped = d->tangential * root;
-        vec3 shift = t->spring;
-        if (!m->begins)
-            shift = vec3_axpy(shift, 0.5 * dt, vec3_add(t->creep, along));
-        shift = vec3_axpy(shift, -vec3_dot(shift, m->normal), m->normal);
-        drag = vec3_axpy(vec3_scale(shift, rigid), damped, along);
-        const double size = vec3_norm(drag);
-        if (size > limit) {
-            drag = vec3_scale(drag, limit / size);
-            if (rigid > 0.0)
-                shift = vec3_scale(vec3_axpy(drag, -damped, along), 1.0 / rigid);
-            t->flags |= MILL_SOFT_SLIDES;
-        }
-        t->spring = shift;
-        strained = 0.5 * rigid * vec3_dot(shift, shift);
+    if (size > limit) {
+        u->drag = vec3_scale(u->drag, limit / size);
+        if (rigid > 0.0)
+            shift = vec3_scale(vec3_axpy(u->drag, -damped, u->along), 1.0 / rigid);
+        t->flags |= MILL_SOFT_SLIDES;
     }
-    t->creep = along;
-    t->normal = m->normal;
-    /* the velocities were predicted without the change of the forces, which the power feels */
-    const double late = 0.5 * dt / spring->mass;
-    const double power_normal = pressing * (closing - late * (pressing - t->pressing));
-    const vec3 slower = vec3_axpy(along, -3.5 * late, vec3_sub(drag, t->drag));
-    const double power = power_normal + vec3_dot(drag, slower);
-    t->pressing = pressing;
-    t->drag = drag;
-    const double energy_normal = (hertz ? 0.4 : 0.5) * stiff * m->depth * m->depth;
-    const double energy = energy_normal + strained;
-    struct push push = {vec3_axpy(drag, pressing, m->normal), {0.0, 0.0, 0.0}};
-    vec3 impulse = vec3_scale(push.force, dt);
-    double work = 0.5 * dt * (t->power + power), work_normal = 0.5 * dt * (t->power_normal + power_normal);
-    if (m->begins) {
-        /* the force at the first moment is that of the dashpots */
-        const double first = hertz || closing <= 0.0 ? 0.0 : d->normal * root * closing;
-        const double most = spring->friction * first, slip = vec3_norm(along);
-        const double slides = slip > 0.0 && !hertz ? mill_least(d->tangential * root * slip, most) : 0.0;
-        const vec3 before = vec3_axpy(vec3_scale(m->normal, first), slip > 0.0 ? slides / slip : 0.0, along);
-        const vec3 within = vec3_scale(vec3_add(before, push.force), 0.5 * age);
-        push.kick = vec3_axpy(within, -0.5 * dt, push.force);
-        impulse = vec3_axpy(within, 0.5 * dt, push.force);
-        work_normal = 0.5 * age * (first * closing + power_normal);
-        work = 0.5 * age * (first * closing + slides * slip + power);
-    }
-    const double lost_normal = work_normal - (energy_normal - t->energy_normal);
-    const double lost = work - (energy - t->energy);
+    t->spring = shift;
+    u->strained = 0.5 * rigid * vec3_dot(shift, shift);
+}
+
+/* The first step of a contact: it begins with the force of the dashpots, and within the step. */
+static void start(const struct mill_soft *s, const struct meeting *m, struct push *u,
+                  const struct mill_soft_touch *t, double age)
+{
+    const bool damped = !s->world->soft.hertz && u->closing > 0.0;
+    const double first = damped ? u->damped * u->closing : 0.0, slip = vec3_norm(u->along);
+    const double drag = mill_least(damped ? t->damping.tangential * u->root * slip : 0.0,
+                                   m->spring->friction * first);
+    const vec3 before =
+        vec3_axpy(vec3_scale(m->normal, first), slip > 0.0 ? drag / slip : 0.0, u->along);
+    const vec3 within = vec3_scale(vec3_add(before, u->force), 0.5 * age);
+    u->kick = vec3_axpy(within, -0.5 * s->dt, u->force);
+    u->impulse = vec3_axpy(within, 0.5 * s->dt, u->force);
+    u->work_normal = 0.5 * age * (first * u->closing + t->power_normal);
+    u->work = 0.5 * age * (first * u->closing + drag * slip + t->power);
+}
+
+/* Adds what dashpots and sliding took: work into the contact less the change of its energy. */
+static void book(struct mill_soft_part *p, int kind, struct mill_soft_touch *t,
+                 const struct push *u, double energy_normal)
+{
     struct mill_account *a = &p->tally.account;
+    const double lost_normal = u->work_normal - (energy_normal - t->energy_normal);
+    const double lost = u->work - (energy_normal + u->strained - t->energy);
     a->dissipation[kind] += lost;
     a->dissipation_normal[kind] += lost_normal;
     a->dissipation_gross += fabs(lost);
     t->lost += lost;
     t->lost_normal += lost_normal;
-    t->power = power;
-    t->power_normal = power_normal;
-    t->energy = energy;
+    t->energy = energy_normal + u->strained;
     t->energy_normal = energy_normal;
-    t->impulse = vec3_sub(t->impulse, impulse);
+    t->impulse = vec3_sub(t->impulse, u->impulse);
+}
+
+static struct push press(const struct mill_soft *s, const struct meeting *m,
+                         struct mill_soft_touch *t, struct mill_soft_part *p, int kind)
+{
+    const bool hertz = s->world->soft.hertz != 0;
+    const double dt = s->dt, grown = hertz ? sqrt(m->depth) : 1.0;
+    struct push u = {.stiff = m->spring->stiff * grown,
+                     .root = m->spring->root * (hertz ? sqrt(grown) : 1.0),
+                     .closing = vec3_dot(m->rate, m->normal)};
+    /* [s] since it began, if it began in this step */
+    const double age = u.closing * dt > m->depth ? m->depth / u.closing : dt;
+    u.along = vec3_axpy(m->rate, -u.closing, m->normal);
+    if (m->begins)
+        begin(s, m, &u, t, age);
+    u.damped = t->damping.normal * u.root;
+    u.pressing = mill_greatest(u.stiff * m->depth + u.damped * u.closing, 0.0);
+    if (m->spring->friction > 0.0)
+        rub(s, m, &u, t);
+    u.force = vec3_axpy(u.drag, u.pressing, m->normal);
+    u.impulse = vec3_scale(u.force, dt);
+    /* the velocities were predicted without the change of the forces, which the power feels */
+    const double late = 0.5 * dt / m->spring->mass;
+    const vec3 slower = vec3_axpy(u.along, -3.5 * late, vec3_sub(u.drag, t->drag));
+    const double normal = u.pressing * (u.closing - late * (u.pressing - t->pressing));
+    const double power = normal + vec3_dot(u.drag, slower);
+    u.work_normal = 0.5 * dt * (t->power_normal + normal);
+    u.work = 0.5 * dt * (t->power + power);
+    t->power = power;
+    t->power_normal = normal;
+    if (m->begins)
+        start(s, m, &u, t, age);
+    book(p, kind, t, &u, (hertz ? 0.4 : 0.5) * u.stiff * m->depth * m->depth);
+    t->pressing = u.pressing;
+    t->drag = u.drag;
+    t->creep = u.along;
+    t->normal = m->normal;
     p->tally.deepest = mill_greatest(p->tally.deepest, m->depth);
-    p->tally.force = mill_greatest(p->tally.force, pressing);
-    return push;
+    p->tally.force = mill_greatest(p->tally.force, u.pressing);
+    return u;
 }
 
 /* ---- the end of a contact ---- */
 
-/* The contact is over: the rest of its energy is lost, and it is told as an impact. */
+/* The rest of the contact's energy is lost, and it is told as an impact. */
 static void end(struct mill_soft *s, struct mill_soft_part *p, int32_t touch)
 {
     const struct mill_world *w = s->world;
@@ -147,26 +170,25 @@ static void end(struct mill_soft *s, struct mill_soft_part *p, int32_t touch)
     }
     const int16_t one = w->ball[t->a].species, other = shape ? -1 : w->ball[t->b].species;
     const double mass = w->species[one].mass, met = shape ? 0.0 : w->species[other].mass;
-    *entry = (struct mill_sim_entry){
-        .reduced_mass = shape ? mass : mass * met / (mass + met),
-        .impact = {.time = w->base + (double)s->step * s->dt,
-                   .kind = kind,
-                   .ball = t->a,
-                   .partner = shape ? shape->number : t->b,
-                   .species = one,
-                   .partner_species = other,
-                   .position = t->point,
-                   .normal = t->facing,
-                   .impulse = t->impulse,
-                   .slip = t->slip,
-                   .normal_speed = t->speed,
-                   .tangential_speed = vec3_norm(t->slip),
-                   .dissipation = t->lost + lost,
-                   .dissipation_normal = t->lost_normal + lost_normal,
-                   .surface = shape ? t->shape : -1,
-                   .place = t->place,
-                   .facing = t->inward,
-                   .slid = (t->flags & MILL_SOFT_SLIDES) != 0}};
+    *entry = (struct mill_sim_entry){.reduced_mass = shape ? mass : mass * met / (mass + met),
+                                     .impact = {.time = w->base + (double)s->step * s->dt,
+                                                .kind = kind,
+                                                .ball = t->a,
+                                                .partner = shape ? shape->number : t->b,
+                                                .species = one,
+                                                .partner_species = other,
+                                                .position = t->point,
+                                                .normal = t->facing,
+                                                .impulse = t->impulse,
+                                                .slip = t->slip,
+                                                .normal_speed = t->speed,
+                                                .tangential_speed = vec3_norm(t->slip),
+                                                .dissipation = t->lost + lost,
+                                                .dissipation_normal = t->lost_normal + lost_normal,
+                                                .surface = shape ? t->shape : -1,
+                                                .place = t->place,
+                                                .facing = t->inward,
+                                                .slid = (t->flags & MILL_SOFT_SLIDES) != 0}};
     mill_soft_touch_put(p, touch);
 }
 
@@ -240,19 +262,19 @@ static void press_pair(struct mill_soft *s, struct mill_soft_part *p, int32_t i,
     const struct mill_world *w = s->world;
     const int32_t j = near->slot;
     const struct mill_soft_ball *one = &s->ball[i], *other = &s->ball[j];
-    const bool turned = one->number > other->number;
+    const bool turned = one->number > other->number; /* the contact is from a to b */
     const int32_t a = turned ? j : i, b = turned ? i : j;
-    const vec3 n = vec3_scale(d, (turned ? -1.0 : 1.0) / distance); /* from a to b */
+    const vec3 n = vec3_scale(d, (turned ? -1.0 : 1.0) / distance);
     const double sum = s->place[a].radius + s->place[b].radius, half = 0.5 * (sum - distance);
     const double arm_a = s->place[a].radius - half, arm_b = s->place[b].radius - half;
     const struct course ca = course_of(s, a), cb = course_of(s, b);
     const vec3 spin = vec3_axpy(vec3_scale(ca.w, arm_a), arm_b, cb.w);
-    struct meeting m = {
-        .spring = &s->spring[s->ball[a].species * w->species_count + s->ball[b].species],
-        .normal = n,
-        .rate = vec3_add(vec3_sub(ca.v, cb.v), vec3_cross(spin, n)),
-        .depth = sum - distance,
-        .begins = near->touch < 0};
+    struct meeting m = {.spring =
+                            &s->spring[s->ball[a].species * w->species_count + s->ball[b].species],
+                        .normal = n,
+                        .rate = vec3_add(vec3_sub(ca.v, cb.v), vec3_cross(spin, n)),
+                        .depth = sum - distance,
+                        .begins = near->touch < 0};
     struct mill_soft_touch *t;
     if (m.begins) {
         m.point = vec3_axpy(s->place[a].r, arm_a, n);
@@ -315,8 +337,7 @@ static void book_work(const struct mill_soft *s, struct mill_account *a,
     }
 }
 
-/* The contact of the ball with this shape that has a similar normal and was not seen in this step;
- * or -1 */
+/* The ball's contact with this shape with a similar normal, not seen in this step; or -1 */
 static int32_t find(const struct mill_soft_part *p, const struct mill_soft_ball *ball,
                     int32_t shape, vec3 normal)
 {
@@ -344,13 +365,13 @@ static void press_place(struct mill_soft *s, struct mill_soft_part *p, int32_t i
     const struct course course = course_of(s, i);
     const size_t pairs = (size_t)w->species_count * (size_t)w->species_count;
     int32_t touch = find(p, ball, number, n);
-    struct meeting m = {.spring = &s->spring[(size_t)shape->kind * pairs + (size_t)ball->species],
-                        .normal = n,
-                        .point = c->point,
-                        .rate = vec3_add(vec3_sub(course.v, c->velocity),
-                                         vec3_cross(course.w, vec3_scale(n, arm))),
-                        .depth = -c->gap,
-                        .begins = touch < 0};
+    struct meeting m = {
+        .spring = &s->spring[(size_t)shape->kind * pairs + (size_t)ball->species],
+        .normal = n,
+        .point = c->point,
+        .rate = vec3_add(vec3_sub(course.v, c->velocity), vec3_cross(course.w, vec3_scale(n, arm))),
+        .depth = -c->gap,
+        .begins = touch < 0};
     struct mill_soft_touch *t;
     if (m.begins) {
         t = make(p, &touch, ball->number, MILL_NOBODY, ball->touched);
@@ -364,14 +385,14 @@ static void press_place(struct mill_soft *s, struct mill_soft_part *p, int32_t i
     } else {
         t = mill_soft_touch(p, touch);
     }
-    const vec3 before = m.begins ? vec3_make(0.0, 0.0, 0.0) : t->impulse;
     const struct push push = press(s, &m, t, p, shape->kind);
     t->flags |= MILL_SOFT_SEEN;
     if (m.begins)
         mill_soft_touch_link(p, ball, touch);
     load(s, p, i, &push, m.begins, -1.0, vec3_scale(n, arm));
     if (shape->motion)
-        book_work(s, &p->tally.account, shape, vec3_sub(t->impulse, before), c->point, c->velocity);
+        book_work(s, &p->tally.account, shape, vec3_scale(push.impulse, -1.0), c->point,
+                  c->velocity);
 }
 
 /* Ends the contacts with surfaces that are over. */
@@ -403,7 +424,8 @@ static void press_walls(struct mill_soft *s, struct mill_soft_part *p, int32_t i
             struct mill_contact c[PLACES];
             const struct mill_pose *pose =
                 shape->motion ? &s->pose[shape->motion->number] : &mill_pose_still;
-            const int places = mill_shape_places(shape, s->place[i].r, s->place[i].radius, pose, c, PLACES);
+            const int places =
+                mill_shape_places(shape, s->place[i].r, s->place[i].radius, pose, c, PLACES);
             for (int at = 0; at < places && c[at].gap < 0.0; at++)
                 press_place(s, p, i, k, &c[at]);
             due[k] = clock + mill_greatest(c[0].gap, 0.0);

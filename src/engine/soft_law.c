@@ -11,7 +11,7 @@
 #include <stdlib.h>
 
 #define POISSON 0.3
-#define PACE 0.01       /* of the integration */
+#define PACE 0.004      /* of the integration */
 #define ROUGH 0.01      /* below this tangential restitution the damping is that of this one */
 enum { HALVINGS = 40 }; /* of an interval in which a damping is searched */
 #define PI 3.14159265358979323846
@@ -50,20 +50,15 @@ static struct motion after(const struct motion *m, double dt, const struct motio
                            m->shift + dt * c->shift, m->slip + dt * c->slip};
 }
 
-/* An impact with normal speed 1 and slip 1 (Runge & Kutta): the motion at its end. Sets the
+/* An impact with normal speed 1 and slip 1 (by the midpoint rule): the motion at its end. Sets the
  * duration. */
 static struct motion strike(struct mill_soft_damping *d, bool hertz)
 {
     struct motion m = {0.0, 1.0, 0.0, 1.0};
     double force = force_of(&m, d, hertz), t = 0.0;
     for (;;) {
-        const struct motion a = change(&m, d, hertz), at_b = after(&m, 0.5 * PACE, &a);
-        const struct motion b = change(&at_b, d, hertz), at_c = after(&m, 0.5 * PACE, &b);
-        const struct motion c = change(&at_c, d, hertz), at_d = after(&m, PACE, &c);
-        const struct motion e = change(&at_d, d, hertz), first = after(&m, PACE / 6.0, &a);
-        const struct motion second = after(&first, PACE / 3.0, &b);
-        const struct motion third = after(&second, PACE / 3.0, &c);
-        const struct motion next = after(&third, PACE / 6.0, &e);
+        const struct motion now = change(&m, d, hertz), half = after(&m, 0.5 * PACE, &now);
+        const struct motion middle = change(&half, d, hertz), next = after(&m, PACE, &middle);
         const double last = force;
         force = force_of(&next, d, hertz);
         if (next.rate < 0.0 && force <= 0.0) {
@@ -135,10 +130,9 @@ struct mill_soft_damping mill_soft_damping_at(const struct mill_soft_spring *spr
     const int row = (int)mill_least(within, MILL_SOFT_ROWS - 2.0);
     const struct mill_soft_damping *a = &spring->damped[row], *b = a + 1;
     const double share = within - row;
-    return (struct mill_soft_damping){mix(a->normal, b->normal, share),
-                                      mix(a->spring, b->spring, share),
-                                      mix(a->tangential, b->tangential, share),
-                                      mix(a->duration, b->duration, share)};
+    return (struct mill_soft_damping){
+        mix(a->normal, b->normal, share), mix(a->spring, b->spring, share),
+        mix(a->tangential, b->tangential, share), mix(a->duration, b->duration, share)};
 }
 
 /* [m/s] The fastest surface; else the fastest ball at the start; else a fall through the mill */
@@ -176,9 +170,9 @@ static double stiffness(const struct mill_world *w, double mass, double radius)
 static double lasts(const struct mill_world *w, const struct mill_soft_spring *s)
 {
     const double inertia = s->mass / s->stiff;
-    return s->damping.duration * (w->soft.hertz ? mill_elementary_root5(inertia * inertia /
-                                                                        w->soft_facts.speed)
-                                                : sqrt(inertia));
+    return s->damping.duration *
+           (w->soft.hertz ? mill_elementary_root5(inertia * inertia / w->soft_facts.speed)
+                          : sqrt(inertia));
 }
 
 /* The damping at the restitutions of the table. NULL: out of memory */
@@ -220,7 +214,8 @@ struct mill_soft_spring *mill_soft_springs(struct mill_world *w)
             mill_soft_springs_free(all, w);
             return NULL;
         }
-        if (!falls && (law->restitution != last.restitution || law->tangential != last.tangential)) {
+        if (!falls &&
+            (law->restitution != last.restitution || law->tangential != last.tangential)) {
             damping = mill_soft_damp(law->restitution, law->tangential, hertz);
             last = *law;
         }
@@ -230,10 +225,12 @@ struct mill_soft_spring *mill_soft_springs(struct mill_world *w)
             struct mill_soft_spring *s = &all[(size_t)kind * pairs + k];
             const bool pair = kind == MILL_BALL_BALL;
             const double mass = pair ? a->mass * b->mass / (a->mass + b->mass) : b->mass;
-            const double radius = pair ? a->radius * b->radius / (a->radius + b->radius) : b->radius;
+            const double radius =
+                pair ? a->radius * b->radius / (a->radius + b->radius) : b->radius;
             const double stiff = stiffness(w, mass, radius);
-            *s = (struct mill_soft_spring){mass, stiff, sqrt(mass * stiff), law->friction, damping,
-                                           falls ? &w->fall[kind] : NULL, damped};
+            *s = (struct mill_soft_spring){mass,          stiff,   sqrt(mass * stiff),
+                                           law->friction, damping, falls ? &w->fall[kind] : NULL,
+                                           damped};
             if (falls)
                 s->damping = damped[MILL_SOFT_ROWS - 1];
             w->soft_facts.duration = mill_least(w->soft_facts.duration, lasts(w, s));

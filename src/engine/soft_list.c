@@ -161,8 +161,8 @@ void mill_soft_sort(struct mill_soft *s)
     }
     for (int32_t i = 0; i < w->balls; i++) {
         mill_cells_index(c, s->order[i].cell, index);
-        s->order[i].cell = (index[axis[0]] * c->n[axis[1]] + index[axis[1]]) * c->n[axis[2]] +
-                           index[axis[2]];
+        s->order[i].cell =
+            (index[axis[0]] * c->n[axis[1]] + index[axis[1]]) * c->n[axis[2]] + index[axis[2]];
     }
     qsort(s->order, (size_t)w->balls, sizeof *s->order, by_cell);
     for (int32_t k = 0; k < w->balls; k++)
@@ -186,8 +186,8 @@ static void list_part(struct mill_soft *s, struct mill_soft_part *p)
     p->near.count = 0;
     for (int32_t i = p->first; i < p->last; i++) {
         const struct mill_soft_place *own = &s->place[i];
-        const int32_t n = mill_grids_gather(&s->grids, s->ball[i].species,
-                                            s->grids.own[0].cell[i], p->around);
+        const int32_t n =
+            mill_grids_gather(&s->grids, s->ball[i].species, s->grids.own[0].cell[i], p->around);
         int32_t kept = 0;
         s->begin[i] = (int32_t)p->near.count;
         for (int32_t k = 0; k < n; k++) {
@@ -233,7 +233,8 @@ bool mill_soft_list(struct mill_soft *s)
             const struct mill_soft_touch *t = mill_soft_touch(p, n);
             if (t->a < 0 || t->b < 0)
                 continue;
-            const int32_t slot = mill_soft_owner(s, t), other = s->slot[t->a] + s->slot[t->b] - slot;
+            const int32_t slot = mill_soft_owner(s, t),
+                          other = s->slot[t->a] + s->slot[t->b] - slot;
             struct mill_soft_near *near = p->near.item;
             int32_t at = s->begin[slot];
             while (at < end_of(s, p, slot) && near[at].slot != other)

@@ -55,7 +55,9 @@ def forecast(deck, *options):
     found = FORECAST.search(done.stderr)
     if not found:
         said = [line for line in done.stderr.splitlines() if "forecast" in line]
-        raise UserError(engine.own_words(said[0]) if said else f"millsim --check ended with status {done.returncode}", 1)
+        raise UserError(
+            engine.own_words(said[0]) if said else f"millsim --check ended with status {done.returncode}", 1
+        )
     lasts = CONTACT.search(done.stderr)
     return float(found[1]) / deck.number("run.time"), float(lasts[1]) if lasts else 0.0
 

@@ -3,7 +3,6 @@
 import math
 
 from milltools.base.text import MINUS, columns, quantity
-
 from milltools.compare import agreement, rows
 
 SPEEDS = (0.5, 1.0, 2.0)  # [m/s]
