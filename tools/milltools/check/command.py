@@ -15,8 +15,8 @@ from milltools.base.text import duration, plural, quantity
 
 NAME = "mill check"
 SUMMARY = (
-    "Runs a deck with hard spheres and with soft spheres, on a stretch that takes some minutes, from several starts, and "
-    "says in one sentence whether hard spheres hold for this mill. After an interruption the same command continues."
+    "Runs a deck with hard and with soft spheres, on a stretch that takes some minutes, from several starts, and says "
+    "in one sentence whether hard spheres hold for this mill. After an interruption the same command continues."
 )
 
 
@@ -50,21 +50,21 @@ def run(arguments) -> Answer:
         raise UserError(f"--minutes {arguments.minutes:g}: expected more than 0")
     modulus, end = value("soft.modulus", arguments.modulus), value("run.time", arguments.time)
     deck = plans.read(arguments.deck, arguments.set)
-    if not arguments.quiet:
-        say(NAME, f"{arguments.deck}: trying what a simulated second costs")
-    plan = plans.make(deck, arguments.minutes, modulus, arguments.starts, end)
     folder = pathlib.Path(arguments.output or f"{pathlib.Path(arguments.deck).stem}-check")
+    asked = [deck.text, arguments.minutes, modulus, arguments.starts, end]
+    plan = None if arguments.force else plans.load(folder, asked)
+    if not plan:
+        if not arguments.quiet:
+            say(NAME, f"{arguments.deck}: trying what a simulated second costs")
+        plan = plans.make(deck, arguments.minutes, modulus, arguments.starts, end)
+    stretch = f"{quantity(plan.time, 's')}, sampled from {quantity(plan.sample_from, 's')}"
     said = (
-        f"{plural(plan.starts, 'start')} of {quantity(plan.time, 's')}, sampled from {quantity(plan.sample_from, 's')}, "
-        f"with hard spheres and with soft ones of {quantity(plan.modulus, 'Pa')}: about {duration(plan.wall)} on "
-        f"{plural(processes.cores(), 'core')}"
+        f"{plural(plan.starts, 'start')} of {stretch}, with hard spheres and with soft ones of "
+        f"{quantity(plan.modulus, 'Pa')}: about {duration(plan.wall)} on {plural(processes.cores(), 'core')}"
     )
     if not arguments.quiet:
         say(NAME, said)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as fault:
-        raise UserError(f"{folder}: cannot be made: {fault.strerror}") from None
+    plans.save(folder, asked, plan)
     jobs = _jobs(arguments, deck, plan, folder)
     _run_all(jobs, plan, arguments)
     return _judge(arguments, plan, folder, jobs)

@@ -1,6 +1,7 @@
 """What `mill check` runs: which stretch of the mill, how stiff, from how many starts, so that it ends in time."""
 
 import dataclasses
+import json
 import math
 import pathlib
 import re
@@ -10,6 +11,7 @@ import numpy as np
 
 from milltools.base import engine
 from milltools.base.errors import UserError
+from milltools.base.files import write_text
 from milltools.base.processes import cores
 from milltools.read.deck import Deck
 
@@ -91,6 +93,34 @@ def make(deck, minutes, modulus=None, starts=None, time=None):
     begin = begin if 0 < begin <= EARLY * length else EARLY * length if begin > 0 else 0.0
     rounds = math.ceil(2 * many / cores()) / 2
     return Plan(length, begin, stiff, lasts * (stiff / SOFTEST) ** -0.4, many, rounds * length * price(stiff))
+
+
+# ---- kept, so that the same command continues: what a second costs is not the same twice
+
+PLAN = "plan.json"
+
+
+def load(folder, asked):
+    """The Plan of an earlier check in this folder, or None; UserError if something else was `asked` then."""
+    try:
+        kept = json.loads((folder / PLAN).read_text())
+        plan = Plan(**kept["plan"])
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError, KeyError, TypeError):
+        raise UserError(f"{folder / PLAN}: is not the plan of a check; --force starts again") from None
+    if kept["asked"] != asked:
+        raise UserError(f"{folder}: has another check; -o gives another folder, --force starts again")
+    return plan
+
+
+def save(folder, asked, plan):
+    """Makes the folder, with the plan."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        write_text(folder / PLAN, json.dumps({"asked": asked, "plan": dataclasses.asdict(plan)}))
+    except OSError as fault:
+        raise UserError(f"{folder}: cannot be written: {fault.strerror}") from None
 
 
 def start_files(deck, folder, count):

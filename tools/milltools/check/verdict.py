@@ -1,5 +1,6 @@
 """What a check has found: differences between hard and soft spheres, and one sentence."""
 
+import dataclasses
 import math
 
 from milltools.base.text import MINUS, columns, quantity
@@ -11,19 +12,27 @@ CERTAIN = 2.6  # standard errors: one difference in a hundred is as large by cha
 RARE = 30  # impacts in all runs of a side: fewer say nothing
 
 
+@dataclasses.dataclass(frozen=True)
 class Finding:
-    """One watched quantity. `difference`: hard minus soft, relative to soft, with its standard `error`; `state`:
-    "holds", "off" or "open" (not known well enough)."""
+    """One watched quantity of both sides. `difference`: hard minus soft, relative to soft, with its standard `error`;
+    `matters`: a smaller one counts as none."""
 
-    def __init__(self, key, words, matters, hard, soft, unit, difference, error):
-        self.key, self.words, self.matters = key, words, matters
-        self.hard, self.soft, self.unit, self.difference, self.error = hard, soft, unit, difference, error
-        if not math.isfinite(difference) or not error <= max(matters, abs(difference) / CERTAIN):
-            self.state = "open"
-        elif abs(difference) <= max(matters, 2 * error):
-            self.state = "holds"
-        else:
-            self.state = "off" if abs(difference) > CERTAIN * error else "open"
+    key: str
+    words: str
+    unit: str
+    hard: float
+    soft: float
+    difference: float
+    error: float
+    matters: float
+
+    @property
+    def state(self):
+        """ "holds", "off", or "open": not known well enough."""
+        off, error = abs(self.difference), self.error
+        if error <= self.matters and off <= max(self.matters, 2 * error):
+            return "holds"
+        return "off" if off > max(self.matters, CERTAIN * error) else "open"
 
     @property
     def told(self):
@@ -32,7 +41,7 @@ class Finding:
             return "not known"
         error = f" +- {100 * self.error:.2g}" if math.isfinite(self.error) else ""
         places = 1 if abs(self.difference) < 0.1 and self.error < 0.1 else 0
-        return f"{100 * self.difference:+.{places}f}{error} %".replace("-", MINUS).replace(f"+{MINUS}", "+-")
+        return f"{100 * self.difference:+.{places}f}".replace("-", MINUS) + f"{error} %"
 
 
 def strikes(speed):
@@ -62,7 +71,7 @@ def findings(hard, soft):
             continue
         one, other = agreement.from_replicates(*sides)
         off = agreement.difference(one, other, "")
-        found.append(Finding(key, words, matters, other.value, one.value, unit, off.relative, off.error))
+        found.append(Finding(key, words, unit, other.value, one.value, off.relative, off.error, matters))
     return found
 
 
@@ -78,10 +87,8 @@ def sentence(found, modulus):
         return "not decided: there is too little to compare", "open"
     if off == [impacts] and not unknown:
         rest = ", ".join(told[key] for key in state if key != impacts)
-        return (
-            f"hard spheres hold for power and energies of this mill, {rest}, and less for impacts: {told[impacts]}{stiff}",
-            "energy",
-        )
+        words = f"hard spheres hold for power and energies of this mill, {rest}, and less for impacts: {told[impacts]}"
+        return words + stiff, "energy"
     if off:
         return f"hard spheres do not hold for this mill: {', '.join(told[key] for key in off)}{stiff}", "off"
     if unknown:
