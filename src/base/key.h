@@ -46,6 +46,7 @@ struct mill_key {
                           its place; 0: the value has a place of its own */
     size_t offset;     /* of the value, in the struct of its table */
     const char *words; /* CHOICE: "first|second"; FILE: the word for "no file", or NULL */
+    double named;      /* NUMBER: what the only word of `words` stands for */
     const char *known; /* FILE: "first|second": of the names, those that are no file's; or NULL */
     /* Called with the struct of the table; NULL: never hidden. true: the key has no meaning here,
      * needs no value and is not printed. */

@@ -92,7 +92,7 @@ static const struct mill_key run_key[] = {
 
 static const struct mill_key soft_key[] = {
     {"modulus", "Young's modulus of all bodies of soft spheres; 'steel' is 210 GPa", .unit = "Pa", .lo = 1e5,
-     .hi = 1e13, .unit_alone = true, .preset = "1 GPa", DECK(setup.soft.modulus), .hidden = is_hard},
+     .hi = 1e13, .words = "steel", .named = 2.1e11, .preset = "1 GPa", DECK(setup.soft.modulus), .hidden = is_hard},
     {"law", "force of a soft contact: linear in the depth, or Hertz' law", .type = MILL_KEY_CHOICE,
      .preset = "linear", DECK(setup.soft.hertz), .words = "linear|hertz", .hidden = is_hard},
     {"steps", "time steps in the shortest contact of soft spheres", .type = MILL_KEY_WHOLE, .lo = 10, .hi = 10000,

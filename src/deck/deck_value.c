@@ -79,9 +79,7 @@ void mill_deck_value_wanted(const struct mill_key *key, bool with_unit, char *ou
         q++;
     with_unit = with_unit && key->type == MILL_KEY_NUMBER && *unit_of(key);
     if (key->unit_alone)
-        snprintf(out, size,
-                 *key->unit == 'm' ? "a unit of length such as 'mm'"
-                                   : "a modulus such as '10 GPa', or 'steel'");
+        snprintf(out, size, "a unit of length such as 'mm'");
     else if (key->type == MILL_KEY_WHOLE)
         snprintf(out, size, "a whole number such as '4000'");
     else if (key->type == MILL_KEY_CHOICE)
@@ -91,8 +89,9 @@ void mill_deck_value_wanted(const struct mill_key *key, bool with_unit, char *ou
     else if (key->type == MILL_KEY_FILE || key->type == MILL_KEY_NAME)
         snprintf(out, size, "%s", key->type == MILL_KEY_FILE ? "the name of a file" : "a name");
     else
-        snprintf(out, size, "%s%s such as '%s'", q->name, with_unit ? " with its unit" : "",
-                 q->example);
+        snprintf(out, size, "%s%s such as '%s'%s%s%s", q->name, with_unit ? " with its unit" : "",
+                 q->example, key->words ? ", or '" : "", key->words ? key->words : "",
+                 key->words ? "'" : "");
 }
 
 /* For numbers with commas: "; write 37.5 mm with a decimal point". A comma may also separate the
@@ -310,6 +309,10 @@ bool mill_deck_value_read(struct mill_units **units, const struct mill_key *key,
     void *out = (char *)form + key->offset;
     if (key->type == MILL_KEY_VECTOR)
         return read_numbers(units, key, text, 3, out, why);
+    if (key->type == MILL_KEY_NUMBER && key->words && strcmp(text, key->words) == 0) {
+        *(double *)out = key->named;
+        return true;
+    }
     if (key->type == MILL_KEY_NUMBER) {
         const bool good = read_numbers(units, key, text, 1, out, why);
         if (good && key->factor > 0.0)

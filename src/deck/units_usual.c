@@ -52,7 +52,6 @@ const struct mill_units_row mill_units_usual_rows[] = {
     {"MPa", "Pa", 1e6},
     {"GPa", "Pa", 1e9},
     {"N/mm^2", "Pa", 1e6},
-    {"steel", "Pa", 2.1e11},
     {"K", "K", 1.0},
     {"J/kg/K", "J/kg/K", 1.0},
     {"J/(kg K)", "J/kg/K", 1.0},
