@@ -77,7 +77,7 @@ struct mill_soft_damping mill_soft_damp(double restitution, double tangential, b
 {
     struct mill_soft_damping d = {0.0, 0.0, 0.0, 0.0};
     const double e = mill_greatest(restitution, MILL_SOFT_LEAST);
-    double low = 0.0, high = 4.0;
+    double low = 0.0, high = 8.0;
     for (int k = 0; e < 1.0 && k < HALVINGS; k++) {
         d.normal = 0.5 * (low + high);
         const bool more = -strike(&d, hertz).rate > e;
