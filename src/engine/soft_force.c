@@ -67,8 +67,10 @@ static void rub(const struct mill_soft *s, const struct meeting *m, struct push 
     t->flags &= ~(int64_t)MILL_SOFT_SLIDES;
     if (size > limit) {
         u->drag = vec3_scale(u->drag, limit / size);
-        if (rigid > 0.0)
-            shift = vec3_scale(vec3_axpy(u->drag, -damped, u->along), 1.0 / rigid);
+        /* the spring bears what the dashpot does not bear alone; a spring strained the other way
+         * would take from the friction of the next steps */
+        const vec3 left = vec3_axpy(u->drag, -damped, u->along);
+        shift = vec3_scale(left, rigid > 0.0 && vec3_dot(left, u->drag) > 0.0 ? 1.0 / rigid : 0.0);
         t->flags |= MILL_SOFT_SLIDES;
     }
     t->spring = shift;
