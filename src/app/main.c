@@ -245,6 +245,10 @@ static enum mill_status act(const struct mill_command *a, FILE *page, FILE *asid
     enum mill_status status =
         mill_deck_read(a->deck, a->sets, a->set, warn, say, &watch, &deck, error);
     order.deck = deck;
+    if (status == MILL_OK && a->given[MILL_PARANOID] && deck->setup.soft.on)
+        status = mill_error_set(error, MILL_BAD_DECK,
+                                "option '--paranoid' checks the events of hard spheres: omit it, "
+                                "or set run.spheres=hard");
     if (status == MILL_OK && !check)
         status = check_output(&order);
     if (status == MILL_OK)
