@@ -82,8 +82,19 @@ static bool shares(const struct mill_facets *m, const struct mill_facets_near *n
            (last == other[0] || last == other[1] || last == other[2]);
 }
 
-/* The nearest place of a facet on its edge or corner counts if no facet there is nearer; then it
- * is found at several facets, and the first of them has it. */
+/* Is one of these the same place of the surface as the other, which has it? A place on an edge or a
+ * corner counts if no facet there is nearer; then it is found at several facets, and the first of
+ * them has it, or one that has it within. On a seam, rounding lets two facets have it within. */
+static bool is_other(const struct mill_facets *m, const struct mill_facets_near *one,
+                     const struct mill_facets_near *other)
+{
+    const bool within = other->part == MILL_FACETS_INSIDE;
+    if (one->part == MILL_FACETS_INSIDE)
+        return within && other < one && vec3_norm(vec3_sub(one->way, other->way)) < SNUG;
+    return shares(m, one, other->facet) && one->d >= other->d - SNUG &&
+           (one->d >= other->d + SNUG || within || other < one);
+}
+
 static int places(const struct mill_shape *shape, vec3 centre, double radius,
                   const struct mill_pose *pose, struct mill_contact *contacts, int most)
 {
@@ -103,9 +114,8 @@ static int places(const struct mill_shape *shape, vec3 centre, double radius,
     }
     for (int a = 0; a < count && found < most; a++) {
         bool counts = !near[a].behind;
-        for (int b = 0; counts && b < count && near[a].part != MILL_FACETS_INSIDE; b++)
-            counts = b == a || !shares(m, &near[a], near[b].facet) ||
-                     near[a].d < near[b].d - SNUG || (near[a].d < near[b].d + SNUG && a < b);
+        for (int b = 0; counts && b < count; b++)
+            counts = b == a || !is_other(m, &near[a], &near[b]);
         if (counts)
             contacts[found++] = contact_at(m, &near[a], centre, radius, pose);
     }
