@@ -313,6 +313,7 @@ struct mill_soft *mill_soft_create(struct mill_world *w)
     s->pose = calloc((size_t)w->motions + 1, sizeof *s->pose);
     bool good = s->spring && s->place && s->load && s->ball && s->spare && s->due && s->look &&
                 s->speed && s->pose && mill_soft_lists_create(s);
+    s->threads = 1;
     if (good) {
         s->steps = (int64_t)ceil(MILL_WORLD_EPOCH * (double)w->soft.steps / w->soft_facts.duration);
         s->dt = w->soft_facts.step = MILL_WORLD_EPOCH / (double)s->steps;
@@ -354,6 +355,16 @@ static bool is_ball(const struct mill_soft *s, int32_t i)
     return i >= 0 && i < s->world->balls;
 }
 
+/* Contacts are in the lists of neighbours, which hold no balls that are far apart. */
+static bool are_near(const struct mill_soft *s, const struct mill_soft_touch *t)
+{
+    const struct mill_ball *a = &s->world->ball[t->a], *b = &s->world->ball[t->b];
+    const double sum = s->world->species[a->species].radius + s->world->species[b->species].radius;
+    vec3 d = vec3_sub(b->r, a->r);
+    d.x = mill_world_image(s->world, d.x);
+    return vec3_dot(d, d) < sum * sum;
+}
+
 /* Can the loaded numbers be right? */
 static bool is_sane(const struct mill_soft *s, const struct mill_soft_touch *touch, size_t count)
 {
@@ -364,7 +375,8 @@ static bool is_sane(const struct mill_soft *s, const struct mill_soft_touch *tou
         good = is_ball(s, s->slot[i]) && s->order[s->slot[i]].ball++ == 0;
     for (size_t n = 0; n < count && good; n++) {
         const struct mill_soft_touch *t = &touch[n];
-        good = is_ball(s, t->a) && (is_ball(s, t->b) ? t->a < t->b : t->b == MILL_NOBODY) &&
+        good = is_ball(s, t->a) &&
+               (is_ball(s, t->b) ? t->a < t->b && are_near(s, t) : t->b == MILL_NOBODY) &&
                (t->b >= 0 || (t->shape >= 0 && t->shape < s->world->shapes));
     }
     return good;
