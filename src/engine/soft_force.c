@@ -206,7 +206,7 @@ static struct mill_soft_touch *make(struct mill_soft_part *p, int32_t *touch, in
     struct mill_soft_touch *t = mill_soft_touch(p, *touch);
     t->a = a;
     t->b = b;
-    t->next = -1;
+    t->shape = t->next = -1;
     t->place = t->inward = vec3_make(0.0, 0.0, 0.0);
     t->flags = crowded ? MILL_SOFT_CROWDED : 0;
     p->tally.contacts++;
