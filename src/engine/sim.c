@@ -83,15 +83,19 @@ enum mill_status mill_sim_create(struct mill_world *world, struct mill_sim **sim
                                  struct mill_error *error)
 {
     struct mill_sim *s = *sim = calloc(1, sizeof *s);
-    enum mill_status status = mill_error_set(error, MILL_FAILED, "out of memory for the %s",
-                                             world->soft.on ? "soft spheres" : "event loop");
-    if (s)
+    const bool soft = world->soft.on != 0;
+    bool fits = s != NULL;
+    if (fits)
         s->world = world;
-    if (s && world->soft.on)
-        status = (s->soft = mill_soft_create(world)) ? MILL_OK : status;
-    else if (s && mill_pinches_create(&s->pinches, world) &&
-             mill_bridges_create(&s->bridges, world))
-        status = mill_schedule_create(world, &s->schedule, error);
+    if (fits && soft)
+        fits = (s->soft = mill_soft_create(world)) != NULL;
+    else if (fits)
+        fits = mill_pinches_create(&s->pinches, world) && mill_bridges_create(&s->bridges, world);
+    const enum mill_status status =
+        !fits  ? mill_error_set(error, MILL_FAILED, "out of memory for the %s",
+                               soft ? "soft spheres" : "event loop")
+        : soft ? MILL_OK
+               : mill_schedule_create(world, &s->schedule, error);
     if (status == MILL_OK && !s->soft) {
         begin_epoch(s);
     } else if (status != MILL_OK) {
