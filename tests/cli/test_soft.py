@@ -180,7 +180,7 @@ def test_threads_change_no_result(tmp_path):
     files = []
     for threads in (1, 2):
         (tmp_path / str(threads)).mkdir()
-        folder = Folder(tmp_path / str(threads), SHORT.replace("time = 0.45 s", "time = 0.05 s"))
+        folder = Folder(tmp_path / str(threads), SHORT.replace("time = 0.45 s", "time = 0.06 s"))
         folder.finish("--soft", "-s", f"run.threads={threads}")
         files.append(folder.file)
     apart = (*OWN, "/deck/run/threads", "/deck/text")
