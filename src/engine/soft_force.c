@@ -17,7 +17,6 @@ struct meeting {
     const struct mill_soft_spring *spring;
     vec3 normal, point; /* from ball a into its partner; [m] where the contact is */
     vec3 rate;          /* [m/s] of the surface of a relative to that of its partner */
-    vec3 wall;          /* [m/s] of a shape's surface there */
     double depth;       /* [m] */
     bool begins;
 };
@@ -67,8 +66,7 @@ static void rub(const struct mill_soft *s, const struct meeting *m, struct push 
     t->flags &= ~(int64_t)MILL_SOFT_SLIDES;
     if (size > limit) {
         u->drag = vec3_scale(u->drag, limit / size);
-        /* the spring bears what the dashpot does not bear alone; a spring strained the other way
-         * would take from the friction of the next steps */
+        /* a spring strained the other way would take from the friction of the next steps */
         const vec3 left = vec3_axpy(u->drag, -damped, u->along);
         shift = vec3_scale(left, rigid > 0.0 && vec3_dot(left, u->drag) > 0.0 ? 1.0 / rigid : 0.0);
         t->flags |= MILL_SOFT_SLIDES;
@@ -318,7 +316,7 @@ static void press_pairs(struct mill_soft *s, struct mill_soft_part *p, int32_t i
 
 /* ---- a ball and a surface ---- */
 
-/* Work of a moving surface, and the part of each motion (as the account of hard spheres) */
+/* Work of a moving surface, and the part of each motion */
 static void book_work(const struct mill_soft *s, struct mill_account *a,
                       const struct mill_shape *shape, vec3 impulse, vec3 point, vec3 velocity)
 {
