@@ -424,6 +424,9 @@ static struct mean mean_of(const double *x, int count)
 SLOW_TEST(power_and_energies_of_a_dense_mill_are_those_of_hard_spheres, 1)
 {
     enum { STARTS = 4, FIGURES = 3 };
+    /* at 1 GPa, less than 5 % of the power and a tenth of the spin is the softness's (docs/soft.md)
+     */
+    static const double softer[FIGURES] = {0.0, 0.1, 0.05};
     double x[2][FIGURES][STARTS] = {{{0.0}}};
     for (int soft = 0; soft < 2; soft++)
         for (int k = 0; k < STARTS; k++) {
@@ -446,8 +449,8 @@ SLOW_TEST(power_and_energies_of_a_dense_mill_are_those_of_hard_spheres, 1)
     for (int k = 0; k < FIGURES; k++) {
         const struct mean hard = mean_of(x[0][k], STARTS), soft = mean_of(x[1][k], STARTS);
         const double error = hypot(hard.error, soft.error), off = fabs(hard.value - soft.value);
-        fprintf(stderr, "%d %g %g %g %g\n", k, hard.value, hard.error, soft.value, soft.error);
-        ck_assert_msg(off < 3.0 * error, "%g and %g +- %g", hard.value, soft.value, error);
+        ck_assert_msg(off < 3.0 * error + softer[k] * soft.value, "%g and %g +- %g", hard.value,
+                      soft.value, error);
         ck_assert_double_lt(error, 0.1 * soft.value); /* not for nothing */
     }
 }

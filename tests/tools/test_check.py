@@ -1,0 +1,327 @@
+"""mill check: hard and soft spheres from several starts, what is found in words, and a second call that goes on."""
+
+import json
+import math
+import re
+
+import h5py
+import numpy as np
+import pytest
+from conftest import SMALL, SMALL_START, once, run_mill
+
+from milltools.base.errors import UserError
+from milltools.check import plan as plans
+from milltools.check import verdict
+from milltools.compare import load
+from milltools.read.deck import Deck
+from milltools.read.runfile import Run
+
+# 60 balls, so that there are impacts in 20 ms
+DECK = SMALL.replace("count = 20\n", "count = 60\n")
+QUICK = ("--time", "20 ms", "--starts", "2", "--modulus", "100 MPa")
+
+
+@pytest.fixture(scope="module")
+def checked(tmp_path_factory):
+    """The folder of a check that has been made, and what it printed"""
+
+    def make(folder):
+        (folder / "deck.ini").write_text(DECK)
+        done = run_mill(folder, "check", "deck.ini", "--json", *QUICK)
+        (folder / "said").write_text(json.dumps([done.returncode, done.stdout, done.stderr]))
+
+    folder = once(tmp_path_factory, "checked", make)
+    return folder, json.loads((folder / "said").read_text())
+
+
+def runs(folder):
+    return sorted(path.name for path in (folder / "deck-check").glob("*.h5"))
+
+
+# ---- the runs ----
+
+
+@pytest.mark.slow
+def test_each_start_is_run_with_hard_and_with_soft_spheres(checked):
+    folder, (status, _, said) = checked
+    assert status == 0, said
+    assert runs(folder) == ["hard-1.h5", "hard-2.h5", "soft-1.h5", "soft-2.h5"]
+    decks = {name: Run(str(folder / "deck-check" / name)) for name in runs(folder)}
+    for name, run in decks.items():
+        assert run.soft == name.startswith("soft")
+        assert run.deck()["run.time"] == "0.02 s"
+        assert run.status == "complete"
+    assert decks["hard-1.h5"].deck()["run.seed"] != decks["hard-2.h5"].deck()["run.seed"]
+    assert decks["hard-2.h5"].deck()["run.seed"] == decks["soft-2.h5"].deck()["run.seed"]
+    # re-contacts within a soft contact count as one strike on both sides
+    with h5py.File(folder / "deck-check/soft-1.h5") as f:
+        lasts = f["run/soft/contact_duration"][()]
+    windows = {run.deck()["output.strike_window"] for run in decks.values()}
+    assert len(windows) == 1 and float(windows.pop().split()[0]) == pytest.approx(lasts, rel=0.01)
+
+
+@pytest.mark.slow
+def test_modulus_is_that_of_the_soft_runs_and_unknown_of_the_hard_ones(checked):
+    folder, _ = checked
+    assert Run(str(folder / "deck-check/soft-1.h5")).modulus == 1e8
+    assert math.isnan(Run(str(folder / "deck-check/hard-1.h5")).modulus)
+
+
+@pytest.mark.slow
+def test_the_facts_are_those_of_the_files(checked):
+    folder, (_, text, _) = checked
+    facts = json.loads(text)
+    assert (facts["starts"], facts["modulus"], facts["time"]) == (2, 1e8, 0.02)
+    assert facts["verdict"] in ("holds", "off", "open", "energy")
+    for kind in ("hard", "soft"):
+        energy = []
+        for k in (1, 2):
+            with h5py.File(folder / f"deck-check/{kind}-{k}.h5") as f:
+                energy.append(f["observables/kinetic_energy/value"][:].mean())
+        assert facts["quantities"]["kinetic_energy"][kind] == pytest.approx(np.mean(energy), rel=0.02)
+    power = facts["quantities"]["power"]
+    assert power["difference"] == pytest.approx(power["hard"] / power["soft"] - 1)
+
+
+@pytest.mark.slow
+def test_the_same_command_again_runs_nothing_again(checked):
+    folder, (_, text, _) = checked
+    before = {name: (folder / "deck-check" / name).stat().st_mtime_ns for name in runs(folder)}
+    again = run_mill(folder, "check", "deck.ini", "--json", *QUICK)
+    assert (again.returncode, json.loads(again.stdout)) == (0, json.loads(text))
+    assert before == {name: (folder / "deck-check" / name).stat().st_mtime_ns for name in runs(folder)}
+
+
+@pytest.mark.slow
+def test_what_is_missing_is_run_and_another_check_is_not_mixed_with_it(checked, tmp_path):
+    folder, (_, text, _) = checked
+    (tmp_path / "deck.ini").write_text(DECK)
+    (tmp_path / "deck-check").mkdir()
+    for path in (folder / "deck-check").iterdir():
+        if path.name != "soft-2.h5":
+            (tmp_path / "deck-check" / path.name).write_bytes(path.read_bytes())
+    again = run_mill(tmp_path, "check", "deck.ini", "--json", *QUICK)
+    assert (again.returncode, json.loads(again.stdout)) == (0, json.loads(text))
+    other = run_mill(tmp_path, "check", "deck.ini", *QUICK[:-1], "1 GPa")
+    assert other.returncode == 2
+    assert "has another check; -o gives another folder, --force starts again" in other.stderr
+
+
+@pytest.mark.slow
+def test_the_table_ends_with_the_sentence(checked):
+    folder, (_, text, _) = checked
+    done = run_mill(folder, "check", "deck.ini", *QUICK)
+    *table, empty, sentence = done.stdout.rstrip("\n").split("\n")
+    assert (empty, sentence) == ("", json.loads(text)["sentence"])
+    assert re.match(r" +hard spheres +soft spheres +difference", table[0])
+    assert table[-1].startswith("everything else: mill compare ")
+
+
+# The seed gives no other start to balls that a file places.
+@pytest.mark.slow
+def test_balls_of_a_start_file_get_nudged_starts(tmp_path):
+    (tmp_path / "start.txt").write_text(SMALL_START)
+    (tmp_path / "deck.ini").write_text(SMALL.replace("count = 20\n", "count = 20\nstart = start.txt\n"))
+    done = run_mill(tmp_path, "check", "deck.ini", "--json", *QUICK)
+    assert done.returncode == 0, done.stderr
+    first, second = (np.loadtxt(tmp_path / f"deck-check/start-{k}.txt") for k in (1, 2))
+    assert (first[:, :3] == np.loadtxt(tmp_path / "start.txt")).all()
+    assert (second[:, :3] == first[:, :3]).all() and (first[:, 3:6] == 0).all()
+    assert 0.2e-5 < second[:, 3:6].std() < 5e-5
+    seen = []
+    for k in (1, 2):
+        with h5py.File(tmp_path / f"deck-check/soft-{k}.h5") as f:
+            seen.append(f["observables/kinetic_energy/value"][-1])
+    assert seen[0] != seen[1]
+
+
+# ---- what is refused ----
+
+
+@pytest.mark.parametrize(
+    "words, complaint",
+    [
+        (["--starts", "1"], "--starts 1: expected 2 or more: their scatter gives the errors"),
+        (["--minutes", "0"], "--minutes 0: expected more than 0"),
+        (["--minutes", "nan"], "--minutes nan: expected more than 0"),
+        (["--modulus", "3"], "expected a pressure with its unit such as '8 GPa', or 'steel', got '3'"),
+        (["--time", "3"], "time: expected a time with its unit"),
+        (["-s", "soft.law=cubic"], "expected 'linear' or 'hertz', got 'cubic'"),
+    ],
+)
+def test_a_wrong_argument_is_status_2_and_makes_nothing(mill, small_deck, tmp_path, words, complaint):
+    done = mill("check", "deck.ini", *words)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert complaint in done.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["deck.ini"]
+
+
+def test_a_deck_that_is_not_there_is_told(mill, tmp_path):
+    done = mill("check", "none.ini")
+    assert (done.returncode, done.stdout) == (1, "")
+    assert "none.ini" in done.stderr
+
+
+def test_a_folder_that_is_a_file_is_told(mill, small_deck, tmp_path):
+    (tmp_path / "deck-check").write_text("")
+    done = mill("check", "deck.ini", *QUICK)
+    assert done.returncode != 0 and "deck-check" in done.stderr
+
+
+# ---- the plan ----
+
+
+@pytest.fixture
+def forecasts(monkeypatch, small_deck, the_program):
+    """The deck, with processor seconds for a simulated second of soft (of SOFTEST) and hard spheres as given"""
+
+    def set_(soft, hard):
+        monkeypatch.setattr(plans, "forecast", lambda deck, *options: (soft, 1e-4) if options else (hard, 0.0))
+        monkeypatch.setattr(plans, "cores", lambda: 2)
+        return Deck.check(str(small_deck), ["run.time=10 s"])
+
+    return set_
+
+
+def test_the_stiffest_balls_for_which_there_is_time_are_taken(forecasts):
+    for cheap, stiff in ((0.1, 2.1e11), (100.0, 1e10), (1e4, 1e9)):
+        assert plans.make(forecasts(cheap, 1.0), 3.0).modulus == stiff
+
+
+def test_what_is_asked_for_is_kept(forecasts):
+    plan = plans.make(forecasts(1e4, 1.0), 3.0, modulus=5e10, starts=3, time=0.7)
+    assert (plan.modulus, plan.starts, plan.time) == (5e10, 3, 0.7)
+
+
+@pytest.mark.parametrize("soft", [0.01, 1.0, 30.0, 1e3])
+def test_a_plan_takes_no_more_than_the_time_that_there_is(forecasts, soft):
+    plan = plans.make(forecasts(soft, 0.1), 3.0)
+    assert plan.time <= 10 and plans.FEWEST <= plan.starts <= plans.MOST
+    assert plan.wall <= 1.3 * 180 or plan.time <= plans.LEAST
+    assert plan.contact == pytest.approx(1e-4 * (plan.modulus / 1e9) ** -0.4)
+
+
+def test_the_first_half_is_sampled_only_if_the_deck_does(forecasts):
+    deck = forecasts(0.1, 0.1)
+    assert plans.make(deck, 3.0, time=0.2).sample_from == (0.1 if deck.number("run.sample_from", 0.0) > 0 else 0.0)
+
+
+def test_the_longest_period_counts(write_deck, the_program):
+    deck = Deck.check(str(write_deck()), [])
+    assert plans.period_of(deck) == pytest.approx(0.1)  # 600 rpm
+
+
+# ---- the words ----
+
+
+def finding(key="power", difference=0.0, error=0.01, matters=0.03, **more):
+    known = dict(words=key.replace("_", " "), unit="W", hard=1.0 + difference, soft=1.0)
+    return verdict.Finding(key=key, difference=difference, error=error, matters=matters, **{**known, **more})
+
+
+@pytest.mark.parametrize(
+    "difference, error, state",
+    [
+        (0.0, 0.01, "holds"),
+        (0.029, 0.001, "holds"),  # less than matters, however certain
+        (-0.029, 0.001, "holds"),
+        (0.04, 0.025, "holds"),  # within the noise
+        (0.1, 0.01, "off"),
+        (-0.1, 0.01, "off"),
+        (0.1, 0.05, "open"),
+        (0.0, 0.2, "open"),  # nothing would be noticed
+        (0.5, 0.1, "off"),
+        (math.nan, math.nan, "open"),
+        (0.01, math.inf, "open"),
+    ],
+)
+def test_a_difference_holds_is_off_or_is_open(difference, error, state):
+    assert finding(difference=difference, error=error).state == state
+
+
+def test_a_difference_is_told_with_its_error():
+    assert finding(difference=0.0061, error=0.012).told == "+0.6 +- 1.2 %"
+    assert finding(difference=-0.0061, error=0.012).told == "−0.6 +- 1.2 %"
+    assert finding(difference=-0.33, error=0.035).told == "−33 +- 3.5 %"
+    assert finding(difference=math.nan).told == "not known"
+
+
+def said(**differences):
+    found = [finding(key, **({"difference": d} if isinstance(d, float) else d)) for key, d in differences.items()]
+    return verdict.sentence(found, 2.1e11)
+
+
+def test_all_three_hold():
+    words, state = said(power=0.01, kinetic_energy=-0.01, impacts_above_1=0.02)
+    assert state == "holds"
+    assert words == (
+        "hard spheres hold for this mill: power +1.0 +- 1 %, kinetic energy −1.0 +- 1 %, impacts above 1 +2.0 +- 1 %"
+    )
+
+
+def test_only_impacts_are_off():
+    words, state = said(power=0.01, kinetic_energy=-0.01, impacts_above_1=0.3)
+    assert state == "energy"
+    assert words.startswith("hard spheres hold for power and energies of this mill, power +1.0")
+    assert words.endswith("and less for impacts: impacts above 1 +30 +- 1 %")
+
+
+def test_what_is_off_is_named_alone():
+    words, state = said(power=0.2, kinetic_energy=-0.01, impacts_above_1=0.3)
+    assert state == "off"
+    assert words == "hard spheres do not hold for this mill: power +20 +- 1 %, impacts above 1 +30 +- 1 %"
+
+
+def test_what_is_not_known_is_named_with_the_mend():
+    words, state = said(power={"difference": 0.1, "error": 0.05}, kinetic_energy=0.0)
+    assert state == "open"
+    assert words == "not decided: power +10 +- 5 %: more starts (--starts) or more time (--minutes) tell"
+
+
+# One that is off decides, whatever is not known of the others.
+def test_off_comes_before_open():
+    assert said(power=0.2, kinetic_energy={"difference": 0.1, "error": 0.05})[1] == "off"
+    assert said(power={"difference": 0.1, "error": 0.05}, impacts_above_1=0.3)[1] == "off"
+
+
+# The spin is told, but hard spheres are not rejected for it.
+def test_what_does_not_decide_is_not_in_the_sentence():
+    words, state = said(power=0.0, rotational_energy=0.5, impacts_above_2=0.5)
+    assert state == "holds" and "rotational" not in words and "above 2" not in words
+    assert said(rotational_energy=0.0) == ("not decided: there is too little to compare", "open")
+
+
+def test_softer_balls_than_steel_are_told_with_their_modulus():
+    assert "(soft spheres of 10" in verdict.sentence([finding()], 1e10)[0]
+    assert "soft spheres of" not in verdict.sentence([finding()], 2.1e11)[0]
+
+
+def test_every_line_says_whether_it_agrees():
+    found = [finding(), finding(difference=0.3), finding(difference=0.1, error=0.05)]
+    *_, one, two, three = verdict.lines(found)
+    assert one.endswith("agrees") and two.endswith("differs") and three.endswith("not known well enough")
+
+
+# ---- compare ----
+
+
+@pytest.mark.slow
+def test_hard_and_soft_runs_of_a_mill_are_the_same_mill_by_two_programs(checked):
+    folder, _ = checked
+    names = [",".join(f"deck-check/{kind}-{k}.h5" for k in (1, 2)) for kind in ("soft", "hard")]
+    sides = load.sides([[str(folder / name) for name in side.split(",")] for side in names])
+    assert not load.designs(*sides)
+    done = run_mill(folder, "compare", *names)
+    assert done.returncode == 0, done.stderr
+
+
+def test_the_plan_of_something_else_is_not_taken(tmp_path):
+    plan = plans.Plan(1.0, 0.5, 1e9, 1e-4, 6, 100.0)
+    plans.save(tmp_path / "a", ["deck", 3.0], plan)
+    assert plans.load(tmp_path / "a", ["deck", 3.0]) == plan
+    with pytest.raises(UserError, match="has another check"):
+        plans.load(tmp_path / "a", ["deck", 4.0])
+    (tmp_path / "a" / plans.PLAN).write_text("{}")
+    with pytest.raises(UserError, match="is not the plan of a check"):
+        plans.load(tmp_path / "a", ["deck", 3.0])
+    assert plans.load(tmp_path / "b", ["deck", 3.0]) is None
