@@ -127,6 +127,7 @@ CALLS = {
     "wear": ("a.h5", {"files": [], "run": "a.h5"}),
     "render": ("a.h5 a.png --size 160x120 --quality draft", {"files": ["a.png"], "pictures": 1, "size": [160, 120]}),
     "dem": ("deck.ini --script dem", {"folder": "dem"}),
+    "check": ("deck.ini --time 5ms --starts 2 --modulus 100MPa", {"starts": 2, "folder": "deck-check"}),
     "compare": ("a.h5 b.h5 --csv c.csv", {"files": ["c.csv"]}),
     "sweep": ("a.study -o s.parquet --workers 1 --no-picture", {"files": ["s.parquet"]}),
     "optimize": ("a.study -o o.parquet --runs 1 --workers 1", {"files": ["o.parquet"]}),
@@ -150,7 +151,7 @@ def place(tmp_path_factory):
     return folder
 
 
-MARKS = {"compare": pytest.mark.slow, "optimize": pytest.mark.slow, "sweep": pytest.mark.slow, "plot": pytest.mark.slow}
+MARKS = {"check": pytest.mark.slow, "compare": pytest.mark.slow, "optimize": pytest.mark.slow, "sweep": pytest.mark.slow, "plot": pytest.mark.slow}
 MARKS |= {"render": pytest.mark.render, "report": pytest.mark.thorough}
 
 
