@@ -141,7 +141,8 @@ def _judge(arguments, plan, folder, jobs) -> Answer:
         words,
     ]
     facts = {
-        "files": [file for file, _ in jobs], "deck": arguments.deck, "folder": folder, "verdict": state, "sentence": words, "modulus": plan.modulus,
+        "files": [file for file, _ in jobs], "deck": arguments.deck, "folder": folder, "verdict": state,
+        "sentence": words, "modulus": plan.modulus,
         "time": plan.time, "sample_from": plan.sample_from, "starts": plan.starts,
         "quantities": {
             one.key: {"hard": one.hard, "soft": one.soft, "difference": one.difference, "error": one.error,

@@ -9,6 +9,8 @@ from milltools.compare import agreement, rows
 SPEEDS = (0.5, 1.0, 2.0)  # [m/s]
 DECIDES = ("power", "kinetic_energy", "impacts_above_1")
 CERTAIN = 2.6  # standard errors: one difference in a hundred is as large by chance
+NOTHING = 1e-3  # of the kinetic energy: a smaller loss is that of a mill that loses none
+TINY = 1e-6  # of the kinetic energy: the spin of smooth balls is rounding
 RARE = 30  # impacts in all runs of a side: fewer say nothing
 
 
@@ -51,9 +53,10 @@ def strikes(speed):
 
 def watched(run):
     """(key, words, unit, measure(run), the relative difference that matters) of what is compared."""
+    lost = rows.added(run, "dissipation/{kind}", "all")[0] * run.duration
     if any(run.drive_work()[1]):
         yield "power", "power", "W", lambda run: run.rates("drive_work")[0], 0.03
-    else:
+    elif lost > NOTHING * run.means("kinetic_energy")[0]:
         yield "power", "lost power", "W", lambda run: rows.added(run, "dissipation/{kind}", "all")[0], 0.03
     yield "kinetic_energy", "kinetic energy", "J", lambda run: run.means("kinetic_energy")[0], 0.03
     yield "rotational_energy", "energy in the spin", "J", lambda run: run.means("rotational_energy")[0], 0.10
@@ -66,6 +69,9 @@ def findings(hard, soft):
     found = []
     for key, words, unit, measure, matters in watched(hard[0]):
         sides = [[agreement.Estimate(measure(run)) for run in side] for side in (soft, hard)]
+        kinetic = max(run.means("kinetic_energy")[0] for run in (*soft, *hard))
+        if key == "rotational_energy" and max(e.value for side in sides for e in side) < TINY * kinetic:
+            continue
         seen = min(sum(e.value for e in side) for side in sides) * hard[0].duration
         if not any(e.value for side in sides for e in side) or (key.startswith("impacts") and seen < RARE):
             continue
