@@ -27,7 +27,7 @@ struct mill_observe {
     double series;         /* [s] between rows of the time series */
     int log_impacts;       /* 1: yes */
     double rotor_angle;    /* [rad] at t = 0 */
-    bool springs; /* the run has contacts that store energy: there is a series of it */
+    bool springs;          /* the run has contacts that store energy: there is a series of it */
     struct mill_wear_law wear[MILL_KINDS_MOST];
 };
 

@@ -22,8 +22,8 @@ import pytest
 from conftest import PROGRAM, ROOT, SMALL, SMALL_START
 
 OPTIONS = (
-    "output set soft check resume force json quiet progress export-start value digest examples paranoid help version".split()
-)
+    "output set soft check resume force json quiet progress export-start value digest examples paranoid help version"
+).split()
 FULL = pathlib.Path("/dev/full")
 
 

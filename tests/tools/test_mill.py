@@ -151,7 +151,7 @@ def place(tmp_path_factory):
     return folder
 
 
-MARKS = {"check": pytest.mark.slow, "compare": pytest.mark.slow, "optimize": pytest.mark.slow, "sweep": pytest.mark.slow, "plot": pytest.mark.slow}
+MARKS = {name: pytest.mark.slow for name in ("check", "compare", "optimize", "sweep", "plot")}
 MARKS |= {"render": pytest.mark.render, "report": pytest.mark.thorough}
 
 

@@ -195,7 +195,7 @@ static double borne(double angle, double lost)
 }
 
 /* An angle that locks, 2 atan(0.3) = 0.583, and ones that do not */
-static const double angles[] = {0.5, 0.584, 0.6};
+static const double angles[] = {0.5, 0.584, 0.6, 0.9};
 
 LOOP_TEST(a_pair_gives_way_once_it_has_got_what_it_bears, 2 * COUNT(angles))
 {
@@ -225,6 +225,9 @@ TEST(impulses_add_up_within_a_duration_and_are_forgotten_after_it)
         lean(1.0, 2.0 * k * duration);
         ck_assert(!push(angle, 0.9 * all, 2.0 * k * duration));
     }
+    lean(1.0, 39.5 * duration);
+    ck_assert(push(angle, 1.001 * all, 39.5 * duration)); /* and they do not count backwards */
+    bridges.ball[ONE].impulse = bridges.ball[OTHER].impulse = 0.0;
     lean(1.0, 100.0 * duration);
     ck_assert(!push(angle, 0.6 * all, 100.0 * duration));
     ck_assert(push(angle, 0.6 * all, 100.1 * duration));
@@ -251,6 +254,10 @@ TEST(balls_that_surfaces_do_not_press_together_are_no_bridge)
     ck_assert(!push(angles[0], plenty, 0.0));
     lean(1.0, 0.0);
     ck_assert(!push(PI - angles[0], plenty, 0.0));
+    int turns;
+    shape_on(true, &turns);
+    mill_bridges_touch(&bridges, ONE, turns, vec3_make(-1.0, 0.0, 0.0), 0.0);
+    ck_assert(!push(angles[0], plenty, 0.0));
     lean(1.0, 0.0);
     ck_assert(!push(angles[0], plenty, 1.1 * duration)); /* they have left the surfaces */
 }

@@ -459,6 +459,29 @@ TEST(a_linear_spring_is_pressed_as_deep_as_one_of_hertz_at_the_fastest_speed)
 }
 END_TEST
 
+/* What is not in motion is in the springs. */
+LOOP_TEST(an_elastic_impact_loses_nothing_at_any_moment, 2)
+{
+    uint64_t seed = 3;
+    struct throw t;
+    double before, until, most = 0.0;
+    prepare(&t, &seed, NULL, 0, (struct mill_law){1.0, 0.0, 0.0});
+    t.setup.soft.hertz = _i;
+    t.setup.soft.steps = 400;
+    aim(&t, &seed, 0.0, 0.0, &before, &until);
+    struct bench b = {.world = open_world(&t, true)};
+    ck_assert_int_eq(mill_sim_create(b.world, &b.sim, &b.error), MILL_OK);
+    const double all = b.world->species[0].mass / 4.0; /* at 1 m/s, with the reduced mass */
+    for (int k = 1; k <= 20; k++) {
+        bench_run(&b, until * k / 20.0);
+        most = fmax(most, b.world->account.elastic);
+        ck_assert_double_lt(fabs(b.world->account.dissipation[MILL_BALL_BALL]), 1e-3 * all);
+    }
+    ck_assert_double_gt(most, 0.8 * all);
+    bench_close(&b);
+}
+END_TEST
+
 LOOP_TEST(two_balls_keep_momentum_and_angular_momentum, 2)
 {
     uint64_t seed = 11;
