@@ -221,12 +221,12 @@ END_TEST
 TEST(impulses_add_up_within_a_duration_and_are_forgotten_after_it)
 {
     const double angle = angles[0], all = borne(angle, 0.008);
-    for (int k = 0; k < 20; k++) {
+    for (int k = 0; k <= 20; k++) {
         lean(1.0, 2.0 * k * duration);
         ck_assert(!push(angle, 0.9 * all, 2.0 * k * duration));
     }
-    lean(1.0, 39.5 * duration);
-    ck_assert(push(angle, 1.001 * all, 39.5 * duration)); /* and they do not count backwards */
+    lean(1.0, 41.5 * duration);
+    ck_assert(push(angle, 1.001 * all, 41.5 * duration)); /* and they do not count backwards */
     bridges.ball[ONE].impulse = bridges.ball[OTHER].impulse = 0.0;
     lean(1.0, 100.0 * duration);
     ck_assert(!push(angle, 0.6 * all, 100.0 * duration));
