@@ -88,7 +88,7 @@ enum mill_status mill_sim_create(struct mill_world *world, struct mill_sim **sim
     if (fits)
         s->world = world;
     if (fits && soft)
-        fits = (s->soft = mill_soft_create(world)) != NULL;
+        fits = (s->soft = mill_soft_create(world, mill_soft_springs(world))) != NULL;
     else if (fits)
         fits = mill_pinches_create(&s->pinches, world) && mill_bridges_create(&s->bridges, world);
     const enum mill_status status =

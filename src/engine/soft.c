@@ -295,14 +295,16 @@ static void find_speeds(struct mill_soft *s)
     }
 }
 
-struct mill_soft *mill_soft_create(struct mill_world *w)
+struct mill_soft *mill_soft_create(struct mill_world *w, struct mill_soft_spring *spring)
 {
     const size_t n = (size_t)w->balls, shapes = (size_t)w->shapes;
     struct mill_soft *s = calloc(1, sizeof *s);
-    if (!s)
+    if (!s) {
+        mill_soft_springs_free(spring, w);
         return NULL;
+    }
     s->world = w;
-    s->spring = mill_soft_springs(w);
+    s->spring = spring;
     s->place = mill_memory_get(n, sizeof *s->place);
     s->load = mill_memory_get(n, sizeof *s->load);
     s->ball = mill_memory_get(n, sizeof *s->ball);
@@ -315,8 +317,11 @@ struct mill_soft *mill_soft_create(struct mill_world *w)
                 s->speed && s->pose && mill_soft_lists_create(s);
     s->threads = 1;
     if (good) {
-        s->steps = (int64_t)ceil(MILL_WORLD_EPOCH * (double)w->soft.steps / w->soft_facts.duration);
-        s->dt = w->soft_facts.step = MILL_WORLD_EPOCH / (double)s->steps;
+        if (w->soft.on) {
+            s->steps =
+                (int64_t)ceil(MILL_WORLD_EPOCH * (double)w->soft.steps / w->soft_facts.duration);
+            s->dt = w->soft_facts.step = MILL_WORLD_EPOCH / (double)s->steps;
+        }
         for (int32_t i = 0; i < w->balls; i++) {
             s->ball[i].number = i;
             s->ball[i].gain = w->g;
@@ -345,6 +350,11 @@ void mill_soft_free(struct mill_soft *s)
     free(s->look);
     free(s->speed);
     free(s->pose);
+    if (s->watch) {
+        free(s->watch->before);
+        free(s->watch->seen);
+    }
+    free(s->watch);
     free(s);
 }
 

@@ -75,6 +75,8 @@ struct mill_soft_touch {
 };
 enum { MILL_SOFT_SLIDES = 1, MILL_SOFT_SEEN = 2, MILL_SOFT_CROWDED = 4 };
 
+enum { MILL_SOFT_PLACES = 8 }; /* of one ball at one shape */
+
 /* ---- balls, in the order of their slots: balls near each other have slots near each other ---- */
 
 struct mill_soft_place {
@@ -136,8 +138,38 @@ struct mill_soft_order {
     int32_t cell, ball;
 };
 
+/* Another program's run: see soft_watch.c */
+struct mill_soft_watch {
+    double interval;   /* [s] between two samples */
+    double now, last;  /* [s] time of this sample, and of the one before; NAN: there was none */
+    vec3 velocity;     /* [m/s] of the samples' frame */
+    vec3 (*before)[2]; /* [slots] velocity and spin at the sample before */
+    uint64_t *seen;    /* [slots] number of the last sample that has the ball */
+    uint64_t samples;
+    double elastic; /* [J] in the springs now */
+    double deepest; /* [m] greatest overlap since the springs were given */
+    /* of all samples so far: */
+    double normal[MILL_KINDS_MOST];   /* [J] lost in the dashpots */
+    double rubbed[MILL_KINDS_MOST];   /* [J] lost to friction, only of surfaces */
+    double isolated[MILL_KINDS_MOST]; /* [J] would be lost if every impact happened alone */
+    double work[MILL_MOTIONS_MOST];   /* [J] of the motions that move the container */
+    vec3 momentum, middle, whirl;     /* sums over the balls: m v, m r, angular momentum */
+};
+
+/* Two that overlap now */
+struct mill_soft_meeting {
+    const struct mill_soft_spring *spring;
+    vec3 normal, point; /* from ball a into its partner; [m] where the contact is */
+    vec3 rate;          /* [m/s] of the surface of a relative to that of its partner */
+    double depth;       /* [m] */
+    bool begins;
+    vec3 earlier; /* the rate with the velocities of the sample before, of a watched contact that
+                     begins */
+};
+
 struct mill_soft {
     struct mill_world *world;
+    struct mill_soft_watch *watch; /* NULL: this program computes the run */
     struct mill_soft_spring *spring;
     double dt;              /* [s] */
     int64_t steps;          /* in an epoch */
@@ -169,8 +201,9 @@ struct mill_soft {
     void (*phase)(struct mill_soft *, struct mill_soft_part *);
 };
 
-/* Makes them from the world at t = 0. NULL: out of memory */
-struct mill_soft *mill_soft_create(struct mill_world *world);
+/* Makes them from the world at t = 0, with these springs, which it then owns. NULL: out of memory
+ */
+struct mill_soft *mill_soft_create(struct mill_world *world, struct mill_soft_spring *spring);
 void mill_soft_free(struct mill_soft *soft);
 /* Takes all steps that end until local time `limit` [s], as mill_sim_take_events; the world is then
  * at the last of them. */
@@ -224,7 +257,43 @@ static inline struct mill_soft_touch *mill_soft_touch(const struct mill_soft_par
 
 /* ---- forces (soft_force.c) ---- */
 
-/* All forces of a part's contacts at the end of the step */
+/* All forces of a part's contacts at the end of the step; or the contacts of a sample */
 void mill_soft_press(struct mill_soft *soft, struct mill_soft_part *part);
+
+/* ---- another program's run (soft_watch.c) ---- */
+
+/* For the run of a program that computes the contacts of the world's balls with linear springs and
+ * dashpots, and gives the state of all balls several times in each contact. NULL: out of memory */
+struct mill_soft *mill_soft_watch_create(struct mill_world *world);
+
+/* The springs from now on. spring: stiffness [N/m] and dashpot [kg/s] of all kinds and species, in
+ * the order of mill_soft_springs; shear: their shares for a tangential spring and dashpot. All
+ * contacts are over. */
+void mill_soft_watch_springs(struct mill_soft *soft, double interval, const double shear[2],
+                             const double (*spring)[2]);
+
+/* Where the samples' frame is in the laboratory: a point p of it at origin + p.x x + p.y y + p.z z.
+ * It does not turn. */
+struct mill_soft_frame {
+    vec3 origin, velocity, x, y, z;
+};
+
+/* A sample: rows of number, from 1, position, velocity, spin of all balls in any order. Contacts
+ * that have begun since the last one are in `told` of the parts. */
+enum mill_status mill_soft_watch_sample(struct mill_soft *soft, double time,
+                                        const struct mill_soft_frame *frame,
+                                        const double (*row)[10], struct mill_error *error);
+
+/* A contact in a sample (mill_soft_press) */
+void mill_soft_watch_touch(struct mill_soft *soft, struct mill_soft_part *part,
+                           const struct mill_soft_meeting *meeting, struct mill_soft_touch *touch);
+
+/* Moves balls of the last sample that overlap apart, and leaves their velocities. Between soft
+ * springs and stiffer ones: these would throw the balls apart with much more energy. Returns the
+ * greatest overlap [m] that is left, 0: none; NAN: out of memory. */
+double mill_soft_watch_part(struct mill_soft *soft);
+
+/* Positions, velocities, spins (balls, 3) in the laboratory */
+void mill_soft_watch_state(const struct mill_soft *soft, double *state);
 
 #endif

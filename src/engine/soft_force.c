@@ -10,16 +10,6 @@
 #include <math.h>
 
 #define SAME 0.7 /* cosine of normals: a contact of a body with many facets goes on at the next */
-enum { PLACES = 8 }; /* of one ball at one shape */
-
-/* A pair that overlaps now */
-struct meeting {
-    const struct mill_soft_spring *spring;
-    vec3 normal, point; /* from ball a into its partner; [m] where the contact is */
-    vec3 rate;          /* [m/s] of the surface of a relative to that of its partner */
-    double depth;       /* [m] */
-    bool begins;
-};
 
 /* What it pushes with */
 struct push {
@@ -36,8 +26,8 @@ struct push {
 static const vec3 zero = {0.0, 0.0, 0.0};
 
 /* A contact begins: `age` [s] ago. */
-static void begin(const struct mill_soft *s, const struct meeting *m, const struct push *u,
-                  struct mill_soft_touch *t, double age)
+static void begin(const struct mill_soft *s, const struct mill_soft_meeting *m,
+                  const struct push *u, struct mill_soft_touch *t, double age)
 {
     t->spring = vec3_scale(u->along, age);
     t->damping = mill_soft_damping_at(m->spring, u->closing);
@@ -52,7 +42,7 @@ static void begin(const struct mill_soft *s, const struct meeting *m, const stru
 }
 
 /* The force along the surface: spring and dashpot, at most Coulomb's */
-static void rub(const struct mill_soft *s, const struct meeting *m, struct push *u,
+static void rub(const struct mill_soft *s, const struct mill_soft_meeting *m, struct push *u,
                 struct mill_soft_touch *t)
 {
     const double rigid = t->damping.spring * u->stiff, damped = t->damping.tangential * u->root;
@@ -76,7 +66,7 @@ static void rub(const struct mill_soft *s, const struct meeting *m, struct push 
 }
 
 /* The first step of a contact: it begins with the force of the dashpots, and within the step. */
-static void start(const struct mill_soft *s, const struct meeting *m, struct push *u,
+static void start(const struct mill_soft *s, const struct mill_soft_meeting *m, struct push *u,
                   const struct mill_soft_touch *t, double age)
 {
     const bool damped = !s->world->soft.hertz && u->closing > 0.0;
@@ -109,7 +99,7 @@ static void book(struct mill_soft_part *p, int kind, struct mill_soft_touch *t,
     t->impulse = vec3_sub(t->impulse, u->impulse);
 }
 
-static struct push press(const struct mill_soft *s, const struct meeting *m,
+static struct push press(const struct mill_soft *s, const struct mill_soft_meeting *m,
                          struct mill_soft_touch *t, struct mill_soft_part *p, int kind)
 {
     const bool hertz = s->world->soft.hertz != 0;
@@ -156,6 +146,10 @@ static void end(struct mill_soft *s, struct mill_soft_part *p, int32_t touch)
 {
     const struct mill_world *w = s->world;
     struct mill_soft_touch *t = mill_soft_touch(p, touch);
+    if (s->watch) { /* it was told when it began */
+        mill_soft_touch_put(p, touch);
+        return;
+    }
     const struct mill_shape *shape = t->b < 0 ? w->shape[t->shape] : NULL;
     const int kind = shape ? shape->kind : MILL_BALL_BALL;
     const double lost = 0.5 * s->dt * t->power + t->energy;
@@ -219,11 +213,24 @@ struct course {
     vec3 v, w; /* [m/s], [rad/s] */
 };
 
+/* At the sample before */
+static struct course course_before(const struct mill_soft *s, int32_t slot)
+{
+    return (struct course){s->watch->before[slot][0], s->watch->before[slot][1]};
+}
+
 static struct course course_of(const struct mill_soft *s, int32_t slot)
 {
     const struct mill_soft_ball *b = &s->ball[slot];
     const double half = 0.5 * s->dt;
     return (struct course){vec3_axpy(b->v, half, b->gain), vec3_axpy(b->w, half, b->turn)};
+}
+
+/* Of the surface of a relative to that of b; the arms are from the centres to the contact */
+static vec3 rate_of(struct course a, struct course b, double arm_a, double arm_b, vec3 normal)
+{
+    const vec3 spin = vec3_axpy(vec3_scale(a.w, arm_a), arm_b, b.w);
+    return vec3_add(vec3_sub(a.v, b.v), vec3_cross(spin, normal));
 }
 
 static struct mill_soft_load load_of(vec3 force, vec3 arm)
@@ -268,13 +275,12 @@ static void press_pair(struct mill_soft *s, struct mill_soft_part *p, int32_t i,
     const double sum = s->place[a].radius + s->place[b].radius, half = 0.5 * (sum - distance);
     const double arm_a = s->place[a].radius - half, arm_b = s->place[b].radius - half;
     const struct course ca = course_of(s, a), cb = course_of(s, b);
-    const vec3 spin = vec3_axpy(vec3_scale(ca.w, arm_a), arm_b, cb.w);
-    struct meeting m = {.spring =
-                            &s->spring[s->ball[a].species * w->species_count + s->ball[b].species],
-                        .normal = n,
-                        .rate = vec3_add(vec3_sub(ca.v, cb.v), vec3_cross(spin, n)),
-                        .depth = sum - distance,
-                        .begins = near->touch < 0};
+    struct mill_soft_meeting m = {
+        .spring = &s->spring[s->ball[a].species * w->species_count + s->ball[b].species],
+        .normal = n,
+        .rate = rate_of(ca, cb, arm_a, arm_b, n),
+        .depth = sum - distance,
+        .begins = near->touch < 0};
     struct mill_soft_touch *t;
     if (m.begins) {
         m.point = vec3_axpy(s->place[a].r, arm_a, n);
@@ -285,6 +291,13 @@ static void press_pair(struct mill_soft *s, struct mill_soft_part *p, int32_t i,
             return;
     } else {
         t = mill_soft_touch(p, near->touch);
+    }
+    if (s->watch) {
+        if (m.begins)
+            m.earlier = rate_of(course_before(s, a), course_before(s, b), s->place[a].radius,
+                                s->place[b].radius, n);
+        mill_soft_watch_touch(s, p, &m, t);
+        return;
     }
     const struct push push = press(s, &m, t, p, MILL_BALL_BALL);
     load(s, p, a, &push, m.begins, -1.0, vec3_scale(n, arm_a));
@@ -354,6 +367,18 @@ static int32_t find(const struct mill_soft_part *p, const struct mill_soft_ball 
     return best;
 }
 
+/* The rate at the sample before, where the ball's surface would be without the overlap */
+static vec3 rate_before(const struct mill_soft *s, int32_t slot, const struct mill_shape *shape,
+                        vec3 normal, const struct mill_contact *c)
+{
+    const struct course then = course_before(s, slot);
+    const vec3 arm = vec3_scale(normal, s->place[slot].radius);
+    const vec3 surface = shape->motion ? mill_pose_velocity(&s->pose[shape->motion->number],
+                                                            vec3_add(s->place[slot].r, arm))
+                                       : c->velocity;
+    return vec3_add(vec3_sub(then.v, surface), vec3_cross(then.w, arm));
+}
+
 static void press_place(struct mill_soft *s, struct mill_soft_part *p, int32_t i, int32_t number,
                         const struct mill_contact *c)
 {
@@ -365,7 +390,7 @@ static void press_place(struct mill_soft *s, struct mill_soft_part *p, int32_t i
     const struct course course = course_of(s, i);
     const size_t pairs = (size_t)w->species_count * (size_t)w->species_count;
     int32_t touch = find(p, ball, number, n);
-    struct meeting m = {
+    struct mill_soft_meeting m = {
         .spring = &s->spring[(size_t)shape->kind * pairs + (size_t)ball->species],
         .normal = n,
         .point = c->point,
@@ -385,10 +410,18 @@ static void press_place(struct mill_soft *s, struct mill_soft_part *p, int32_t i
     } else {
         t = mill_soft_touch(p, touch);
     }
-    const struct push push = press(s, &m, t, p, shape->kind);
     t->flags |= MILL_SOFT_SEEN;
+    if (s->watch && m.begins)
+        m.earlier = rate_before(s, i, shape, n, c);
+    struct push push;
+    if (s->watch)
+        mill_soft_watch_touch(s, p, &m, t);
+    else
+        push = press(s, &m, t, p, shape->kind);
     if (m.begins)
         mill_soft_touch_link(p, ball, touch);
+    if (s->watch)
+        return;
     load(s, p, i, &push, m.begins, -1.0, vec3_scale(n, arm));
     if (shape->motion)
         book_work(s, &p->tally.account, shape, vec3_scale(push.impulse, -1.0), c->point,
@@ -421,11 +454,11 @@ static void press_walls(struct mill_soft *s, struct mill_soft_part *p, int32_t i
         const struct mill_shape *shape = w->shape[k];
         const double clock = s->path + s->speed[k] * s->passed;
         if (clock >= due[k]) {
-            struct mill_contact c[PLACES];
+            struct mill_contact c[MILL_SOFT_PLACES];
             const struct mill_pose *pose =
                 shape->motion ? &s->pose[shape->motion->number] : &mill_pose_still;
-            const int places =
-                mill_shape_places(shape, s->place[i].r, s->place[i].radius, pose, c, PLACES);
+            const int places = mill_shape_places(shape, s->place[i].r, s->place[i].radius, pose, c,
+                                                 MILL_SOFT_PLACES);
             for (int at = 0; at < places && c[at].gap < 0.0; at++)
                 press_place(s, p, i, k, &c[at]);
             due[k] = clock + mill_greatest(c[0].gap, 0.0);

@@ -239,8 +239,11 @@ bool mill_soft_list(struct mill_soft *s)
             int32_t at = s->begin[slot];
             while (at < end_of(s, p, slot) && near[at].slot != other)
                 at++;
-            assert(at < end_of(s, p, slot));
-            near[at].touch = n;
+            assert(s->watch || at < end_of(s, p, slot));
+            if (at < end_of(s, p, slot))
+                near[at].touch = n;
+            else /* balls of another program can jump */
+                mill_soft_touch_put(p, n);
         }
     }
     s->listed = s->path;

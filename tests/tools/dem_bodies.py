@@ -1,8 +1,14 @@
 """Mills of bodies for the tests of `mill dem`: decks in SI, and single balls followed in LIGGGHTS without millsim."""
 
+import pathlib
+import tempfile
+
+import h5py
 import numpy as np
+from foreign import RUN
 
 from milltools.dem.soft_mill import SoftMill
+from milltools.foreign.digest import Digest
 from milltools.read.deck import Deck
 
 HEAD = """\
@@ -46,23 +52,31 @@ def deck_of(text, **changes):
     for name, value in changes.items():
         section, _, key = name.rpartition("__")
         deck.sections.setdefault(section.replace("__", "."), {})[key] = value
+    deck.given = HEAD + text, [f"{name.replace('__', '.')}={value}" for name, value in changes.items()]
     return deck
 
 
-class Recorder:
-    """In the place of milltools.foreign.digest.Digest: keeps all that it is given."""
+def laboratory(frame, time, place, velocity, spin):
+    """The state (N, 3) in the laboratory of balls in a Frame."""
+    return place @ frame.rows + frame.track(time), velocity @ frame.rows + frame.track(time, 1), spin @ frame.rows
 
-    def __init__(self):
-        self.rows, self.told, self.states = [], [], []
+
+class Recorder(Digest):
+    """A Digest that keeps its accounts, and the velocities at them; `told`: columns of all impacts, at the end."""
+
+    def __init__(self, *arguments):
+        super().__init__(*arguments, apart=1.0, springs=True)
+        self.rows, self.velocities, self.told = [], [], {}
+
+    def ask(self):
+        answer = super().ask()
+        self.velocity = answer.state[1].copy()
+        return answer
 
     def account(self, time, values):
+        super().account(time, values)
         self.rows.append({"time": time, **values})
-
-    def impacts(self, rows):
-        self.told.append(rows)
-
-    def state(self, time, *state):
-        self.states.append((time, *(values.copy() for values in state)))
+        self.velocities.append(self.velocity)
 
     def column(self, name):
         """Of the accounts."""
@@ -70,23 +84,30 @@ class Recorder:
 
     def kinetic(self, mass):
         """Kinetic energy [J] of the balls at the accounts."""
-        velocity = {time: velocity for time, _, velocity, _ in self.states}
-        times = np.array(list(velocity))
-        at = [velocity[times[np.argmin(np.abs(times - row["time"]))]] for row in self.rows]
-        return np.array([0.5 * mass @ np.einsum("ij,ij->i", v, v) for v in at])
+        return np.array([0.5 * mass @ np.einsum("ij,ij->i", v, v) for v in self.velocities])
 
     def all(self, name):
         """Of all impacts."""
-        return np.concatenate([part[name] for part in self.told]) if self.told else np.empty(0)
+        return self.told[name]
 
 
-def follow(deck, place, velocity, until, modulus=1e9, spin=None):
+def follow(deck, place, velocity, until, modulus=1e9, spin=None, watch=None):
     """Runs balls from places and velocities in the laboratory (N, 3); the SoftMill at the end, and the Recorder."""
     place, velocity = np.atleast_2d(place).astype(float), np.atleast_2d(velocity).astype(float)
     spin = np.zeros_like(place) if spin is None else np.atleast_2d(spin).astype(float)
-    seen = Recorder()
-    mill = SoftMill(deck, None, True, seen)
-    mill.state = mill.setup.frame.from_laboratory(0.0, place, velocity, spin)
-    mill.run(modulus, until)
-    mill.flush()
+    text, changes = deck.given
+    with tempfile.TemporaryDirectory() as folder:
+        path = pathlib.Path(folder) / "deck.ini"
+        path.write_text(text)
+        deck = Deck.check(path, [*changes, f"run.time={until!r} s", "output.impacts=all"])
+        with Recorder(deck, path.with_name("out.h5")) as seen:
+            seen.facts(RUN)
+            mill = SoftMill(deck, None, True, seen, watch=watch)
+            mill.state = mill.setup.frame.from_laboratory(0.0, place, velocity, spin)
+            mill.run(modulus, until)
+            seen.end("complete", until)
+        with h5py.File(path.with_name("out.h5")) as file:
+            log = file["impacts"]
+            seen.told = {name: log[name][:] for name in ("time", "normal_speed", "tangential_speed")}
+            seen.kinds = [str(log.attrs["kinds"][kind]) for kind in log["kind"][:]]
     return mill, seen

@@ -1,11 +1,16 @@
-"""Decks and independent answers for the tests of `mill dem`: contacts by brute force, springs integrated."""
+"""Decks and independent answers for the tests of `mill dem`: contacts by brute force, springs integrated; and what
+millsim sees in samples."""
 
+import contextlib
 import math
 
+import h5py
 import numpy as np
 from conftest import SMALL
+from foreign import RUN
 from scipy.integrate import solve_ivp
 
+from milltools.foreign.digest import Digest
 from milltools.read.kinds import KINDS
 
 BLADES = """
@@ -83,3 +88,40 @@ def brute(deck, place, time):
     for kind, partner, overlap in surfaces:
         found[kind].update({(int(i), partner): overlap[i] for i in np.nonzero(overlap > 0)[0]})
     return found
+
+
+class Watched(contextlib.AbstractContextManager):
+    """Hands samples in the laboratory to `millsim --digest`, in the springs of a Model; `seen`: what it then answers;
+    ended(): the impacts in its file, a dictionary of columns. The deck must log all impacts."""
+
+    def __init__(self, deck, model, file):
+        self.deck, self.file, self.rng = deck, file, np.random.default_rng(9)
+        self.digest = Digest(deck, file, apart=1e3, springs=True, force=True)
+        self.digest.facts(RUN)
+        self.digest.springs(model.sample_interval, True, model.springs())
+        self.frame = np.concatenate([np.zeros(6), np.eye(3).ravel()])
+        self.told = False
+
+    def __exit__(self, *_):
+        self.digest.close()
+
+    def sample(self, time, place, velocity, spin=None):
+        spin = np.zeros_like(place) if spin is None else spin
+        rows = np.column_stack([1.0 + np.arange(len(place)), place, velocity, spin])
+        self.digest.sample(time, not self.told, self.frame, self.rng.permutation(rows))
+        if not self.told:
+            self.digest.account(0.0, {})
+        self.told = True
+
+    @property
+    def seen(self):
+        return self.digest.ask()
+
+    def ended(self):
+        self.digest.account(self.deck.number("run.time"), {})
+        self.digest.end("complete", self.deck.number("run.time"))
+        with h5py.File(self.file) as file:
+            log = file["impacts"]
+            columns = {name: log[name][:] for name in log if name != "species"}
+            kinds = [self.deck.kinds.index(str(kind)) for kind in log.attrs["kinds"]]
+        return columns | {"kind": np.array(kinds)[columns["kind"]]}

@@ -532,15 +532,15 @@ def test_the_script_runs_in_plain_liggghts_and_keeps_every_ball(dem, tmp_path):
 
 @pytest.mark.dem
 def test_a_failure_in_mid_run_keeps_the_results_up_to_then(dem, monkeypatch):
-    state = milltools.dem.soft_mill.Liggghts.state
+    samples = milltools.dem.soft_mill.Liggghts.samples
 
-    def lose(process, into):
-        step = state(process, into)
-        if step is not None and step > 300:
-            raise UserError("LIGGGHTS lost 1 of 20 balls", 1)
-        return step
+    def lose(process, count):
+        for step, rows in samples(process, count):
+            if step > 300:
+                raise UserError("LIGGGHTS lost 1 of 20 balls", 1)
+            yield step, rows
 
-    monkeypatch.setattr(milltools.dem.soft_mill.Liggghts, "state", lose)
+    monkeypatch.setattr(milltools.dem.soft_mill.Liggghts, "samples", lose)
     done = dem(SMALL, *QUICK, "--set", "contact.friction=0")
     assert (done.status, done.out) == (1, "")
     told = "mill dem: LIGGGHTS lost 1 of 20 balls; results up to 2.4 ms are in deck-dem.h5\n"

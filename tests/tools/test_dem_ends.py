@@ -11,7 +11,7 @@ import tempfile
 import time
 
 import pytest
-from conftest import PROGRAM, ROOT, SMALL, some
+from conftest import PROGRAM, ROOT, SMALL, SMALL_START, some
 
 import milltools.base.progress
 import milltools.dem.command
@@ -246,12 +246,13 @@ def test_on_a_terminal_a_bar_moves_and_the_cursor_comes_back(start, tmp_path, en
     assert "Traceback" not in text
 
 
-def test_a_start_that_is_refused_leaves_the_terminal_alone(dem, monkeypatch):
-    monkeypatch.setattr(milltools.dem.command, "LARGEST_START_OVERLAP", -1.0)
+def test_a_start_that_is_refused_leaves_the_terminal_alone(dem, monkeypatch, tmp_path):
+    (tmp_path / "start.txt").write_text(SMALL_START.replace("0.016 0.027", "0.012 0.027"))
     stopped = []
     monkeypatch.setattr(milltools.dem.command, "Progress", lambda *_: stopped.append("a bar was begun"))
-    status, out, err = dem()
+    status, out, err = dem("--set", "balls.start=start.txt")
     assert (status, out, err.count("\n"), stopped) == (2, "", 1, [])
+    assert "overlap" in err
 
 
 # ---- full disks ----

@@ -1,4 +1,4 @@
-"""The parts of `mill dem`: springs, blades, the data file and the deck, against independent answers."""
+"""The parts of `mill dem`: springs, meshes, the data file and the deck, against independent answers."""
 
 import math
 
@@ -10,9 +10,7 @@ from scipy.integrate import solve_ivp
 
 from milltools.base.errors import UserError
 from milltools.dem import script
-from milltools.dem.contacts import solve_back
 from milltools.dem.model import Model, spring, sticking_restitution, tangential_damping
-from milltools.dem.walls import Blades
 from milltools.geometry.solids import blade_triangles
 from milltools.read.deck import Deck
 from milltools.read.kinds import KINDS
@@ -35,17 +33,6 @@ def test_a_contact_ends_when_and_as_fast_as_the_spring_says(restitution):
     scale = 3.0 / contact.frequency
     assert overlap[-1] / scale == pytest.approx(0, abs=1e-8)
     assert -closing[-1] / 3.0 == pytest.approx(restitution, abs=1e-8)
-
-
-@pytest.mark.parametrize("restitution", [0.06, 0.5, 0.8, 1.0])
-def test_the_impact_is_solved_back_from_any_moment_of_the_contact(restitution):
-    contact = spring(1e9, 7.0, restitution, 5e-4, 2.5e-3)
-    times = contact.duration * np.linspace(0.001, 0.99, 37)
-    overlap, closing = flown(contact, 3.0, times)
-    assert closing.min() < 0 < closing.max()
-    speed, age = solve_back(overlap, closing, contact.decay, contact.frequency)
-    assert speed == pytest.approx(np.full(37, 3.0), rel=1e-6)
-    assert age == pytest.approx(times, rel=1e-6)
 
 
 @pytest.mark.parametrize("restitution", [0.1, 0.3, 0.6, 0.8, 0.95, 1.0])
@@ -118,27 +105,6 @@ def points_in_drum(count, seed=1):
         rng.uniform(0, 7, count),
     )
     return np.column_stack([x, rho * np.cos(phi), rho * np.sin(phi)])  # fmt: skip
-
-
-def test_blades_are_boxes_at_their_place_angle_and_pitch(deck):
-    deck = deck(SMALL + BLADES, "blades.pitch=30 deg", "rotor.angle=20 deg")
-    boxes, points, time = Blades(deck), points_in_drum(3000), 0.0123
-    for k, blade in enumerate(deck.blades):
-        distance, normal = boxes.look(points, np.full(len(points), k), time)
-        wanted = box_distance(blade, blade.angle + deck.rotor_speed * time, points)
-        outside = wanted > 0
-        assert outside.sum() > 2000 and (~outside).any()
-        assert distance[outside] == pytest.approx(wanted[outside], abs=1e-15)
-        assert (distance[~outside] <= 0).all()
-        assert np.linalg.norm(normal, axis=1) == pytest.approx(np.ones(len(points)))
-        surface = points - (distance * (1 + 1e-9))[:, None] * normal
-        assert box_distance(blade, blade.angle + deck.rotor_speed * time, surface).max() < 1e-10
-
-
-def test_no_corner_of_a_blade_is_farther_out_than_the_reach(deck):
-    deck = deck(SMALL + BLADES.replace("18 mm", "25 mm"))
-    corners = blade_triangles(deck, 0.0).reshape(-1, 3)
-    assert Blades(deck).reach == pytest.approx(np.hypot(corners[:, 1], corners[:, 2]).max(), rel=1e-12)
 
 
 def test_triangles_are_the_boxes_wherever_a_ball_can_touch_them(deck):

@@ -21,12 +21,11 @@ from milltools.base.processes import Stopped, between_steps, stops_in_order
 from milltools.base.progress import Progress, say
 from milltools.base.text import plain
 from milltools.dem import script, singles
-from milltools.dem.contacts import Contacts
 from milltools.dem.liggghts import command
+from milltools.dem.meshes import ADDS_UP
 from milltools.dem.model import STEEL, Model, sticking_restitution, tangential_damping
 from milltools.dem.setup import setup_of
 from milltools.dem.soft_mill import HALF_AN_INTERVAL, SoftMill
-from milltools.dem.walls import ADDS_UP
 from milltools.foreign.digest import Digest
 from milltools.read.deck import Deck
 from milltools.read.runfile import Run
@@ -40,7 +39,6 @@ PREFIXES = {"": 1.0, "Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9}
 LEAST_RESTITUTION = 0.05  # LIGGGHTS accepts no smaller value
 LEAST_WITH_FRICTION = 0.7  # below this restitution, friction in LIGGGHTS differs much from the deck's
 OFF = {1e9: "energies, power and rates of impacts", 1e11: "rates of impacts"}  # below this modulus [Pa]
-LARGEST_START_OVERLAP = 1e-3  # of a diameter
 RESTITUTION_OFF = 0.02  # if single impacts differ more than this from the deck's restitution, something is wrong
 SINGLES = {
     "restitution": "normal restitution",
@@ -130,6 +128,11 @@ def cautions(deck, missed):
     return found
 
 
+def start_of(deck):
+    """The state of the balls in the setup's frame. millsim refuses balls that overlap anything."""
+    return setup_of(deck).frame.from_laboratory(0.0, *deck.start())
+
+
 class Job:
     """One run of `mill dem`, from the checked deck to the output file."""
 
@@ -167,15 +170,6 @@ class Job:
         self.begin = self.published = time.monotonic()
         self.measured, self.price = {}, math.nan
 
-    def start(self):
-        """The state of the balls in the setup's frame. Overlapping bodies would fly apart, without a warning."""
-        state = setup_of(self.deck).frame.from_laboratory(0.0, *self.deck.start())
-        found = Contacts(self.deck, self.model).find(0.0, state[0], state[1])
-        deepest = max((f.overlap.max() for f in found if len(f.ball)), default=0.0)
-        if deepest > LARGEST_START_OVERLAP * min(kind.diameter for kind in self.deck.species):
-            raise UserError(f"{self.deck.path}: balls overlap by {deepest:.3g} m at the start: correct [balls] start")
-        return state
-
     def write_script(self, folder) -> Answer:
         """Writes LIGGGHTS' files for the whole run, for users who run LIGGGHTS themselves."""
         folder, step, deck = pathlib.Path(folder), self.model.time_step, self.deck
@@ -183,7 +177,7 @@ class Job:
             raise UserError("--script writes a run of one stiffness: omit --warm-up")
         if (folder / "in.mill").exists() and not self.arguments.force:
             raise UserError(f"{folder}: contains an in.mill already; --force overwrites it")
-        state, run = self.start(), "liggghts -in in.mill -screen screen.txt -log none"
+        state, run = start_of(deck), "liggghts -in in.mill -screen screen.txt -log none"
         types = ", ".join(f"{k} {kind.name}" for k, kind in enumerate(deck.species, start=1))
         head = [
             f"{pathlib.Path(deck.path).name} as LIGGGHTS reads it, SI units, by mill dem of millsim {engine.version()}",
@@ -196,9 +190,7 @@ class Job:
         try:
             folder.mkdir(parents=True, exist_ok=True)
             steps, frames = (round(time / step) for time in (self.end, self.frames))  # all samples would need gigabytes
-            text, meshes = script.write(
-                folder, deck, self.model, self.damped, steps, 0, 0.0, state, states_every=frames
-            )
+            text, meshes = script.write(folder, deck, self.model, self.damped, steps, 0.0, state, states_every=frames)
             (folder / "in.mill").write_text("".join(lines) + text)
         except OSError as fault:
             raise UserError(f"{folder}: cannot write: {fault.strerror}", 1) from None
@@ -252,7 +244,6 @@ class Job:
 
     def finish(self, mill, status):
         """The file is complete when this returns."""
-        mill.flush()
         self.results.facts(self.facts(mill))
         # the times of a sample and of its account differ by rounding
         self.results.end(status, self.end if status == "complete" else max(mill.time, mill.told, 0.0))
@@ -277,7 +268,7 @@ class Job:
             raise UserError(f"{self.output}: exists already; --force overwrites it")
         for caution in self.cautions:
             say("mill dem", f"note: {caution}")
-        state = self.start()
+        state = start_of(self.deck)
         with stops_in_order(), between_steps(patient=True):
             try:
                 apart = self.interval * HALF_AN_INTERVAL

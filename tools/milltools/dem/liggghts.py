@@ -10,6 +10,7 @@ import os
 import pathlib
 import re
 import signal
+import struct
 import subprocess
 import time
 
@@ -21,6 +22,8 @@ from milltools.base.processes import at_once, guard
 
 HEADER = 100  # bytes before the numbers of a binary dump
 PIPE = 1 << 20  # [bytes] capacity of a pipe: a few samples
+COLUMNS = 10  # of a sample
+TOGETHER = 32  # samples that are read at once, at most
 
 
 def command(ranks):
@@ -48,21 +51,27 @@ def _pipe(path):
     return open(reader, "rb"), open(writer, "wb")
 
 
+def states(rows):
+    """[place, velocity, spin] (N, 3) of the balls in their order, from the rows of a sample."""
+    ordered = rows[np.argsort(rows[:, 0])]
+    if not np.isfinite(rows).all() or not np.array_equal(ordered[:, 0], np.arange(1, len(rows) + 1)):
+        raise _garbled("a sample has numbers that are not finite, or not every ball once")
+    return [ordered[:, k : k + 3].copy() for k in (1, 4, 7)]
+
+
 class Liggghts:
     """LIGGGHTS running `in.txt` in `folder`; `balls`: their number, which must stay; `triangles`: of each mesh.
 
-    state() and walls() return the content of the next dump of that name, None at the end. Use it as a context manager:
-    at its exit no process is left, also after an error.
+    Use it as a context manager: at its exit no process is left, also after an error.
     """
 
-    def __init__(self, folder, script, balls, triangles=(), ranks=1, dumps=("state.bin",)):
+    def __init__(self, folder, script, balls, triangles=(), ranks=1):
         self.folder, self.balls, self.ranks = folder, balls, ranks
         self.triangles = [int(count) for count in np.atleast_1d(triangles) if count]
         self.cpu = 0.0  # [s] of processor time, once it has ended
-        self.begun, self.told = False, None
+        self.begun, self.told = False, {}
         (folder / "in.txt").write_text(script)
-        pipes = {name: _pipe(folder / name) for name in dumps}
-        self.pipes = {name: reader for name, (reader, _) in pipes.items()}
+        self.pipe, writer = _pipe(folder / "state.bin")
         words = [*command(ranks), *"-in in.txt -screen screen.txt -log none -nocite".split()]
         # The files of Open MPI are removed with the folder. One rank alone needs no daemon of Open MPI, which would
         # still clear up in the folder after us
@@ -71,13 +80,13 @@ class Liggghts:
             mpi["OMPI_MCA_ess_singleton_isolated"] = "1"
         with contextlib.ExitStack() as ours:
             errors = ours.enter_context(open(folder / "stderr.txt", "wb"))
-            writers = [ours.enter_context(writer).fileno() for _, writer in pipes.values()]
+            ours.enter_context(writer)
             # a session of its own: Ctrl-C at the terminal reaches only this tool, which then ends LIGGGHTS
             self.process = subprocess.Popen(
                 [*guard("KILL" if ranks == 1 else "TERM"), *words], cwd=folder, start_new_session=True,
                 stdin=subprocess.DEVNULL, stdout=errors, stderr=errors,
                 env={**os.environ, **mpi, "OMP_NUM_THREADS": "1"},
-                pass_fds=writers,  # so the pipe ends when the process ends, even if LIGGGHTS never opened it
+                pass_fds=[writer.fileno()],  # so the pipe ends when the process ends, even if LIGGGHTS never opened it
             )  # fmt: skip
 
     def __enter__(self):
@@ -86,10 +95,8 @@ class Liggghts:
     def __exit__(self, *_):
         if self._wait(os.WNOHANG) is None:
             self._end()
-        for pipe in self.pipes.values():
-            pipe.close()
-        if self.told:
-            self.told.close()
+        for file in (self.pipe, *self.told.values()):
+            file.close()
 
     def _end(self):
         """Kills all processes of its session: mpirun puts its ranks into process groups of their own, which do not end
@@ -125,67 +132,57 @@ class Liggghts:
                 self.cpu += used.ru_utime + used.ru_stime
         return self.process.returncode
 
-    def _read(self, name, size):
-        whole = self.pipes[name].read(size)
-        if len(whole) < size:
-            raise EOFError
-        return whole
+    def samples(self, count):
+        """Yields step and rows (N, 10) of so many samples, or fewer if LIGGGHTS ends before: number, place, velocity
+        and spin of each ball, in any order. Later samples overwrite the rows. Many are read at once, which is
+        cheaper."""
+        size = HEADER + 4 * self.ranks + 8 * COLUMNS * self.balls
+        most = max(1, min(TOGETHER, PIPE // size))
+        read = memoryview(bytearray(size * most))
+        while count > 0:
+            wanted = min(most, count)
+            with at_once():
+                got = self.pipe.readinto(read[: size * wanted])
+            for begin in range(0, got - HEADER + 1, size):
+                step, rows = self._sample(read[begin : min(begin + size, got)], size)
+                if rows is None:
+                    return
+                yield step, rows
+            count = count - wanted if got == size * wanted else 0
 
-    def _dump(self, name, into):
-        """The step of the next dump, whose rows go into the array `into` (N, K), one a ball; None: it has ended."""
-        with contextlib.suppress(EOFError), at_once():
-            return self._binary(name, into)
-
-    def _binary(self, name, into):
-        columns = into.shape[1] + 1
-        head = self._read(name, HEADER)
-        step, rows = (int(n) for n in np.frombuffer(head, np.int64, 2))
-        width, chunks = (int(n) for n in np.frombuffer(head, np.int32, 2, HEADER - 8))
-        if width != columns or not 0 < chunks <= self.ranks or rows > self.balls:
-            raise _garbled(f"{name} begins a dump of {rows} x {width} numbers in {chunks} parts")
-        parts = []
-        for _ in range(chunks):
-            count = int(np.frombuffer(self._read(name, 4), np.int32)[0])
-            if count % columns or not 0 <= count <= self.balls * columns:
-                raise _garbled(f"{name} has a part of {count} numbers at step {step}")
-            parts.append(np.frombuffer(self._read(name, 8 * count), np.float64).reshape(-1, columns))
-        table = np.concatenate(parts) if chunks > 1 else parts[0]
+    def _sample(self, dump, size):
+        step, rows, width, chunks = struct.unpack_from(f"<qq{HEADER - 24}xii", dump)
+        if width != COLUMNS or chunks != self.ranks or rows > self.balls:
+            raise _garbled(f"state.bin begins a dump of {rows} x {width} numbers in {chunks} parts")
         if rows != self.balls:
             lost = f"LIGGGHTS lost {self.balls - rows} of {self.balls} balls by step {step}"
             raise UserError(f"{lost}: use a stiffer --modulus (it also shortens the time step)", 1)
-        if not np.array_equal(np.sort(table[:, 0]), np.arange(1, self.balls + 1)):
-            raise _garbled(f"{name} does not name every ball once at step {step}")
-        into[table[:, 0].astype(np.int64) - 1] = table[:, 1:]
-        return step
-
-    def state(self, into):
-        """The step of the next sample; its state goes into the array (N, 9): place, velocity, spin. None: the end."""
-        if (step := self._dump("state.bin", into)) is None:
-            return None
-        if not np.isfinite(into).all():
-            raise UserError(f"LIGGGHTS has failed: a ball's place or speed is not a number at step {step}", 1)
+        if len(dump) < size:
+            return step, None
+        parts, at = [], HEADER
+        for _ in range(chunks):
+            (numbers,) = struct.unpack_from("<i", dump, at)
+            if numbers % COLUMNS or not 0 <= numbers <= (size - at - 4) // 8:
+                raise _garbled(f"state.bin has a part of {numbers} numbers at step {step}")
+            parts.append(np.frombuffer(dump, "<f8", numbers, at + 4))
+            at += 4 + 8 * numbers
+        if at != size:
+            raise _garbled(f"state.bin does not name every ball once at step {step}")
         if not self.begun:
             self.begun = True
             self._assert_mesh(self.screen(), over=False)
-        return step
+        return step, (parts[0] if chunks == 1 else np.concatenate(parts)).reshape(-1, COLUMNS)
 
-    def walls(self, count):
-        """Forces (N, 3 W) [N] of the W = `count` walls on each ball; None: LIGGGHTS has ended."""
-        forces = np.empty((self.balls, 3 * count))
-        return None if self._dump("walls.bin", forces) is None else forces
-
-    def told_of(self, row, columns):
-        """The mean values of the meshes over the `row`-th interval of the series, one after the other: as many as
-        `columns`."""
-        if not columns:
-            return []
+    def told_of(self, file, row, columns):
+        """The mean values in `file` over the `row`-th interval of the series: as many as `columns`."""
         try:
-            self.told = self.told or open(self.folder / "torque.txt")
-            line = next(line for line in self.told if not line.startswith("#"))
+            if file not in self.told:
+                self.told[file] = open(self.folder / file)
+            line = next(line for line in self.told[file] if not line.startswith("#"))
             means = [float(word) for word in line.split()[1 : 1 + columns]]
             means[columns - 1]
         except (OSError, ValueError, IndexError, StopIteration):
-            raise _garbled(f"torque.txt has no row {row}") from None
+            raise _garbled(f"{file} has no row {row}") from None
         return means
 
     def screen(self):
@@ -201,8 +198,7 @@ class Liggghts:
     def finish(self):
         """Waits for the end and returns the processor time [s] of LIGGGHTS; raises UserError for every known kind of
         failure."""
-        for pipe in self.pipes.values():
-            pipe.close()
+        self.pipe.close()
         with at_once():
             status = self._wait()
         text = self.screen()

@@ -7,7 +7,6 @@ Restitution does not depend on speed: the contact ends with the overlap, attract
 
 import dataclasses
 import math
-import operator
 
 import numpy as np
 
@@ -101,10 +100,11 @@ class Model:
         self.sample_interval = series / self.samples_per_row
         self.time_step = self.sample_interval / STEPS_PER_SAMPLE
 
-    def table(self, attribute):
-        """`attribute` of the Springs as arrays, by kind of contact: (S, S) for pairs, (S,) for walls."""
-        read = np.vectorize(operator.attrgetter(attribute), otypes=[float])
-        return [read(springs) for springs in (self.pair, *self.wall.values())]
+    def springs(self):
+        """Stiffness and damping (K, S, S, 2) of all kinds of contact; of two balls, or of a surface and the second."""
+        size = len(self.pair)
+        rows = [self.pair, *([wall] * size for wall in self.wall.values())]
+        return np.array([[[(s.stiffness, s.damping) for s in row] for row in kind] for kind in rows])
 
 
 def tangential_damping(deck):

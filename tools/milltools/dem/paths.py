@@ -59,7 +59,6 @@ class Harmonics:
     def __call__(self, t, order=0):
         """The derivative of this order at the time t, or at times (T,): (T, ...)."""
         wave = self._phase**order * np.exp(np.multiply.outer(t, self._phase))
-        # np.tensordot takes four times as long
         return (wave @ self._flat).real.reshape(np.shape(t) + self.value.shape[1:])
 
     def times(self, inner):
@@ -76,12 +75,6 @@ def _translation(by):
     return whole
 
 
-def _field(pose, rate):
-    """(..., 3, 4): takes a point of a body to its velocity, from the pose (..., 4, 4) and its derivative."""
-    turning = rate[..., :3, :3] @ pose[..., :3, :3].swapaxes(-1, -2)
-    return np.concatenate([turning, rate[..., :3, 3:] - turning @ pose[..., :3, 3:]], axis=-1)
-
-
 class Motion:
     """harmonics: of its matrix (4, 4); fastest(): its largest angular velocity [rad/s] or velocity [m/s];
     seen(pose): the same motion if its carrier's frame is at a fixed pose."""
@@ -93,11 +86,6 @@ class Motion:
     def path(self, t):
         """The pose relative to t = 0."""
         return after(self.pose(t), self.pose(0.0))
-
-    def velocity(self, t, points):
-        """[m/s] of points (M, 3) that it carries, all in the carrier's frame."""
-        field = _field(self.harmonics(t), self.harmonics(t, 1))
-        return points @ field[:, :3].T + field[:, 3]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -208,12 +196,6 @@ class Chain:
     def pose(self, t):
         """The pose (3, 4) in the laboratory."""
         return self.whole(t)[:3]
-
-    def fields(self, t):
-        """(3, 4) for each motion alone, or (T, 3, 4) at times (T,): takes a point in the laboratory to the velocity
-        that this motion gives to the body there."""
-        each = zip((carrier(t) for carrier in self.carriers), self.motions, strict=True)
-        return [_field(around @ one.harmonics(t), around @ one.harmonics(t, 1)) for around, one in each]
 
     def point(self, place):
         """The Harmonics (3,) of a point at `place` in the innermost frame."""

@@ -12,14 +12,14 @@ import numpy as np
 from milltools.dem.model import POISSON, STEPS_PER_SAMPLE
 from milltools.dem.paths import digits
 from milltools.dem.setup import setup_of
-from milltools.dem.walls import normals
+from milltools.geometry.bodies import facing
 
 FACET = "facet normal %.9g %.9g %.9g\n outer loop\n" + 3 * "  vertex %.12g %.12g %.12g\n" + " endloop\nendfacet\n"
 
 
 def stl(triangles):
     """ASCII STL of (T, 3, 3) corners, the only STL that LIGGGHTS reads."""
-    rows = np.hstack([normals(triangles), triangles.reshape(-1, 9)])
+    rows = np.hstack([facing(triangles)[0], triangles.reshape(-1, 9)])
     return "".join(["solid blades\n", *(FACET % tuple(row) for row in rows), "endsolid blades\n"])
 
 
@@ -62,7 +62,7 @@ def fill(deck, model, damped, steps, row, states_every, walls, **mill):
         keep_trailing_newline=True,
     )
     environment.filters["g"] = digits
-    nothing = {"frame": None, "meshes": (), "driven": (), "columns": (), "acting": (), "forces_every": 0}
+    nothing = {"frame": None, "meshes": (), "driven": (), "columns": (), "shafts": (), "sampled": STEPS_PER_SAMPLE}
     return environment.get_template("in.mill.jinja").render(
         nothing | mill, model=model, damped=damped, steps=steps, row=row, states_every=states_every, walls=walls,
         types=types(deck), species_count=len(deck.species), skin=0.3 * max(kind.diameter for kind in deck.species),
@@ -70,14 +70,13 @@ def fill(deck, model, damped, steps, row, states_every, walls, **mill):
     )  # fmt: skip
 
 
-def write(folder, deck, model, damped, steps, forces_every, begin, state, told=True, states_every=STEPS_PER_SAMPLE):
+def write(folder, deck, model, damped, steps, begin, state, told=True, states_every=STEPS_PER_SAMPLE):
     """Writes balls and meshes into `folder`; returns the input script and the meshes of a part of a run that begins at
     `begin` [s] with a state (place, velocity, spin).
 
-    steps: their number; told: False leaves out all output, to measure the cost; forces_every, states_every: interval
-    in steps of the output of the walls' forces and of the balls' states (0: never). States go to `state.bin`, the
-    forces of the walls to `walls.bin`. `torque.txt` gets one row for each row of the series: the mean torque on the
-    blades and the mean powers of the other meshes.
+    steps: their number; told: False leaves out all output, to measure the cost; states_every: interval in steps of the
+    output of the balls' states (0: never), to `state.bin`. `torque.txt` gets one row for each row of the series: the
+    mean torque on the blades and the mean powers of the other meshes; `shaft.txt` the mean torque of the shaft.
     """
     setup = setup_of(deck)
     meshes, driven = setup.meshes(begin), [mesh.name for mesh in setup.driven]
@@ -87,6 +86,6 @@ def write(folder, deck, model, damped, steps, forces_every, begin, state, told=T
     columns = ["f_rotor[4]"] * bool(deck.blades) + [f"v_power_{name}" for name in driven]
     mill = {"begin": begin, "frame": setup.frame, "meshes": meshes, "driven": driven}
     if told:
-        mill |= {"columns": columns, "forces_every": forces_every, "acting": setup.acting}
+        mill |= {"columns": columns, "shafts": setup.shafts}
     row = model.samples_per_row * STEPS_PER_SAMPLE
     return fill(deck, model, damped, steps, row, states_every if told else 0, setup.walls, **mill), meshes

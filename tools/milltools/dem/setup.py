@@ -13,9 +13,10 @@ import typing
 import numpy as np
 
 from milltools.base.errors import UserError
+from milltools.dem.meshes import ADDS_UP, BLADE, SHAFT, Wall, axes, copies, cylinder, ends, fault, own_triangles
 from milltools.dem.paths import Chain, Rotation, motion
-from milltools.dem.walls import ADDS_UP, BLADE, SHAFT, Blades, Cylinder, Ends, Flats, axes, copies, fault, own_triangles
 from milltools.geometry.bodies import moved
+from milltools.geometry.solids import blade_triangles
 
 CURVED = f"LIGGGHTS has no such primitive, and on a curved wall of triangles {ADDS_UP.replace('LIGGGHTS', 'it')}"
 ALONE = "mill dem can then compute only the sum of the forces on all walls"
@@ -28,14 +29,14 @@ class Frame:
         self.rows, self.track, self.g = rows, track, np.array(gravity)
         self.moves = bool(np.abs(track.rate).max() > 0)
 
-    def to_laboratory(self, time, place, velocity, spin):
-        """The state (N, 3) in the laboratory of balls in the frame."""
-        return place @ self.rows + self.track(time), velocity @ self.rows + self.track(time, 1), spin @ self.rows
-
     def from_laboratory(self, time, place, velocity, spin):
-        """The inverse of to_laboratory."""
+        """The state (N, 3) in the frame of balls in the laboratory."""
         place, velocity = place - self.track(time), velocity - self.track(time, 1)
         return [values @ self.rows.T for values in (place, velocity, spin)]
+
+    def of(self, time):
+        """Its origin (3,), velocity (3,) and directions (3, 3), one after the other: (15,)."""
+        return np.concatenate([self.track(time), self.track(time, 1), self.rows.ravel()])
 
     def gravity(self, time):
         """(3,) [m/s^2], or (T, 3) at times (T,), in the frame, with the inertial force of the frame's motion."""
@@ -64,15 +65,11 @@ class Mesh(typing.NamedTuple):
         """The name of its file."""
         return "blades.stl" if self.name == "rotor" else f"{self.name}.stl"
 
-    @property
-    def centre(self):
-        """(3,) [m] the reference point of LIGGGHTS' torques."""
-        return self.motion.centre if self.motion else np.zeros(3)
-
 
 class Setup:
-    """walls: of milltools.dem.walls; frame: a Frame; chain: the motions that carry the container; spin: its Rotation in
-    the frame, or None; half (3,) [m]: of the box that holds all; speed [m/s]: of the fastest surface."""
+    """walls: of milltools.dem.meshes; frame: a Frame; chain: the motions that carry the container; spin: its Rotation
+    in the frame, or None; half (3,) [m]: of the box that holds all; speed [m/s]: of the fastest surface;
+    shafts: names of the primitives of a shaft that has friction."""
 
     def __init__(self, deck):
         self.deck = deck
@@ -98,6 +95,8 @@ class Setup:
             self.walls += self._body(name) if name != self.vessel else []
         self.half += max(kind.diameter for kind in deck.species)
         self.speed = self._fastest()
+        rubs = deck.contact(deck.kinds[SHAFT]).friction > 0
+        self.shafts = [name for wall in self.walls if wall.kind == SHAFT and rubs for name, *_ in wall.primitives]
 
     def _refused(self, reason):
         return UserError(f"{self.deck.path}: [{self.place}] motion: {reason}")
@@ -111,13 +110,13 @@ class Setup:
         if shape not in ("box", "mesh"):
             raise fault(self.deck, self.vessel, "shape", f"expected cylinder, box or mesh, got {shape}: {CURVED}")
         triangles = own_triangles(self.deck, self.vessel)
-        corner, still, planes = np.abs(triangles).reshape(-1, 3), self.spin is None, None
+        corner, still = np.abs(triangles).reshape(-1, 3), self.spin is None
         self.half = corner.max(axis=0) if still else np.full(3, np.linalg.norm(corner, axis=1).max())
-        if shape == "box" and still:
-            places = zip("xxyyzz", np.repeat(self.half, 2) * [-1, 1, -1, 1, -1, 1], strict=True)
-            planes = [(f"side{k}", f"{axis}plane {at:.17g}", "", None) for k, (axis, at) in enumerate(places)]
         kind = self.deck.kinds.index(self.deck.kind_of(self.vessel))
-        return [Flats(kind, triangles, -1, motion=self.spin, planes=planes)]
+        if shape == "mesh" or not still:
+            return [Wall(kind, (), self.spin, triangles)]
+        places = zip("xxyyzz", np.repeat(self.half, 2) * [-1, 1, -1, 1, -1, 1], strict=True)
+        return [Wall(kind, [(f"side{k}", f"{axis}plane {at:.17g}", "", None) for k, (axis, at) in enumerate(places)])]
 
     def _round(self):
         deck, spin = self.deck, self.spin
@@ -136,10 +135,9 @@ class Setup:
                 )
             self.half[1:] = 4.5 * radius if rubs[1] else radius  # with large facets at the ends
         rolling = [radius - kind.diameter / 2 for kind in deck.species] if spin and rubs[0] else ()
-        partners = (0, 0) if self.vessel else (-1, None)
         return [
-            Cylinder(kinds[0], "drum", radius, -1.0, spin, rolling, partners[0]),
-            Ends(kinds[1], length / 2, partners[1], spin, radius if spin and rubs[1] else None),
+            cylinder(kinds[0], "drum", radius, spin, rolling),
+            ends(kinds[1], length / 2, spin, radius if spin and rubs[1] else None),
         ]
 
     # ---- bodies in the container
@@ -149,10 +147,11 @@ class Setup:
         if self.moves and (deck.shaft_radius > 0 or deck.blades):
             raise self._refused(f"cannot run a rotor in a moving container: {ALONE}")
         if deck.shaft_radius > 0:
-            turning = motion(deck, "rotor")
             rolling = [deck.shaft_radius + kind.diameter / 2 for kind in deck.species]
-            walls.append(Cylinder(SHAFT, "shaft", deck.shaft_radius, 1.0, turning, rolling))
-        return walls + ([Blades(deck)] if deck.blades else [])
+            walls.append(cylinder(SHAFT, "shaft", deck.shaft_radius, motion(deck, "rotor"), rolling))
+        if deck.blades:
+            walls.append(Wall(BLADE, (), motion(deck, "rotor"), blade_triangles(deck, 0.0)))
+        return walls
 
     def _body(self, name):
         deck, place = self.deck, f"body.{name}"
@@ -171,10 +170,7 @@ class Setup:
             )
         path = self.spin if self.moves else next((one.seen(self._pose(carrier)) for one, carrier in moving), None)
         kind = deck.kinds.index(deck.kind_of(name))
-        walls = [
-            Flats(kind, moved(self._pose(chain.whole), triangles), 1, k, path)
-            for k, triangles in enumerate(copies(deck, name))
-        ]
+        walls = [Wall(kind, (), path, moved(self._pose(chain.whole), triangles)) for triangles in copies(deck, name)]
         for wall in walls:
             self.half = np.maximum(self.half, wall.reach())
         return walls
@@ -195,12 +191,6 @@ class Setup:
             Mesh("rotor" if kind == BLADE else f"mesh{k}", kind, motion, np.concatenate(triangles))
             for k, ((kind, _), (motion, triangles)) in enumerate(found.items())
         ]
-
-    @functools.cached_property
-    def acting(self):
-        """Names of the walls in the order in which LIGGGHTS writes their forces: one for each primitive, one for all
-        meshes."""
-        return [name for wall in self.walls for name, *_ in wall.primitives] + ["blades"] * bool(self.meshes(0.0))
 
     @functools.cached_property
     def driven(self):

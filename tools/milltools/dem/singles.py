@@ -13,10 +13,10 @@ import tempfile
 import numpy as np
 
 from milltools.dem import script
-from milltools.dem.liggghts import Liggghts
+from milltools.dem.liggghts import Liggghts, states
+from milltools.dem.meshes import Wall
 from milltools.dem.model import STEPS_PER_SAMPLE
 from milltools.dem.setup import setup_of
-from milltools.dem.walls import Wall
 
 ANGLES = np.concatenate([np.linspace(0.1, 0.6, 6), np.linspace(0.8, 2.4, 9), np.linspace(2.8, 4.4, 5)])  # slip / v_n
 PHASES = 4  # for each angle, contacts begin at this number of different fractions of a time step
@@ -64,21 +64,20 @@ def throw(deck, model, damped, kind):
     """Throws balls of the deck's first species at each other (ball_ball) or at a plane with the contact law of
     `kind`."""
     state, half = _thrown(deck, kind)
-    count, flat = len(state[0]), np.empty((len(state[0]), 9))
+    count = len(state[0])
     contact = model.pair[0][0] if kind == "ball_ball" else model.wall[kind][0]
     flight = 1.2 * GAP * deck.species[0].diameter / SPEED
     steps = STEPS_PER_SAMPLE * math.ceil((flight + 1.5 * contact.duration) / model.sample_interval)
-    floor = Wall()
-    floor.kind, floor.primitives = deck.kinds.index(kind), [("floor", "zplane 0", "", None)]
-    text = script.fill(deck, model, damped, steps, steps, steps, [] if kind == "ball_ball" else [floor])
+    floor = [] if kind == "ball_ball" else [Wall(deck.kinds.index(kind), [("floor", "zplane 0", "", None)])]
+    text = script.fill(deck, model, damped, steps, steps, steps, floor)
     with tempfile.TemporaryDirectory(prefix="mill-dem-", ignore_cleanup_errors=True) as name:
         folder = pathlib.Path(name)
         (folder / "balls.data").write_text(script.data_file(deck, np.zeros(count, int), state, half))
         with Liggghts(folder, text, count) as process:
-            while process.state(flat) is not None:
+            for _, last in process.samples(steps):  # noqa: B007
                 pass
             process.finish()
-    return _measure(deck, kind, state, np.split(flat, 3, axis=1))
+    return _measure(deck, kind, state, states(last))
 
 
 def _measure(deck, kind, before, after):

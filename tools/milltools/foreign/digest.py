@@ -8,6 +8,7 @@ import math
 import struct
 import subprocess
 import tempfile
+import typing
 
 import numpy as np
 
@@ -20,6 +21,7 @@ IMPACT = np.dtype([
     ("kind", "<i4"), ("ball", "<i4"), ("partner", "<i4"), ("nothing", "<i4"),
 ])  # fmt: skip
 MOST = 1 << 20  # impacts in a record
+PIPE = 1 << 20  # [bytes] that wait before they are written: many samples at once are cheaper
 FACTS = {  # of /run: unit, meaning
     "program": ("", "program that made the run"),
     "version": ("", "version of the program"),
@@ -57,6 +59,20 @@ def _bytes(text):
     return text.encode("utf-8", "surrogateescape")  # command lines may hold any byte
 
 
+class Answer(typing.NamedTuple):
+    """elastic: energy in the springs [J]; deepest: largest overlap with these springs [m]; since the first sample, [J]:
+    work of the motions that move the container, and by kind normal: loss in the dashpots, rubbed: by friction, only of
+    surfaces, isolated: if every impact had happened alone; state: place, velocity, spin (3, N, 3) in the laboratory."""
+
+    elastic: float
+    deepest: float
+    work: np.ndarray
+    normal: np.ndarray
+    rubbed: np.ndarray
+    isolated: np.ndarray
+    state: np.ndarray
+
+
 class Digest(contextlib.AbstractContextManager):
     """Takes a run of `deck` (milltools.read.deck.Deck, read from its path) and writes the file `output`; a context
     manager.
@@ -69,12 +85,12 @@ class Digest(contextlib.AbstractContextManager):
 
     def __init__(self, deck, output, apart=0.0, springs=False, force=False):
         self.motions, self.kinds = deck.motions, deck.kinds
-        self.balls, self.springs = len(deck.species_of_ball), springs
+        self.balls = len(deck.species_of_ball)
         sets = [word for override in deck.overrides for word in ("--set", override)]
         words = [program(), "--digest", "--quiet", "-o", output, *["-f"] * force, *sets, "--", deck.path]  # fmt: skip
         self.said = tempfile.TemporaryFile()  # a file: a pipe that nobody reads could fill up and block
         self.engine = subprocess.Popen(
-            words, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=self.said,
+            words, PIPE, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self.said,
             start_new_session=True,  # Ctrl-C is for the program that makes the run
         )  # fmt: skip
         self._write(b"millsim stream 1\n")
@@ -118,6 +134,38 @@ class Digest(contextlib.AbstractContextManager):
         for first in range(0, len(rows), MOST):
             part = np.ascontiguousarray(rows[first : first + MOST], IMPACT)
             self._record("impacts", part.view(np.uint8))
+
+    # ---- a program that computes soft spheres: it gives samples, and millsim finds the impacts
+
+    def springs(self, interval, damped, springs):
+        """The linear springs from now on, and the time [s] between samples. springs (K, S, S, 2): stiffness [N/m] and
+        dashpot [kg/s] of all kinds of contact and species. The tangential spring is 2/7 of the normal one;
+        damped: with the same dashpot, or with none."""
+        self._record("springs", struct.pack("<3d", interval, 2 / 7, damped), np.array(springs, "<f8"))
+
+    def sample(self, time, keep, frame, rows):
+        """The balls at `time` as rows (N, 10) of float64: number from 1, place, velocity, spin, in any order. frame
+        (15,): origin, velocity and directions of their frame. keep: the observers may need it, as a state."""
+        self._record("sample", struct.pack("<17d", time, keep, *frame), rows)
+
+    def part(self):
+        """Moves balls of the last sample that overlap apart; their velocities stay."""
+        self._record("part")
+
+    def ask(self):
+        """The Answer: what the samples so far have shown."""
+        self._record("ask")
+        self._write(flush=True)
+        motions, kinds = len(self.motions), len(self.kinds)
+        size = 8 * (2 + motions + 3 * kinds + 9 * self.balls)
+        told = self.engine.stdout.read(size)
+        if len(told) < size:
+            self._check()
+        elastic, deepest, *_ = told = np.frombuffer(told, "<f8")
+        losses = told[2 + motions :][: 3 * kinds].reshape(kinds, 3).T
+        return Answer(elastic, deepest, told[2 : 2 + motions], *losses, told[-9 * self.balls :].reshape(3, -1, 3))
+
+    # ---- sums over time
 
     def account(self, time, values):
         """Work done and energy lost from t = 0 to `time`; all earlier impacts and states must have been given.
