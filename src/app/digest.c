@@ -331,7 +331,9 @@ static enum mill_status take_sample(struct digest *d, const double *values)
 
 static enum mill_status take_part(struct digest *d)
 {
-    const double left = d->soft ? mill_soft_watch_part(d->soft) : 0.0;
+    if (!d->soft)
+        return mill_error_set(&d->why, MILL_FAILED, "expected samples before");
+    const double left = mill_soft_watch_part(d->soft);
     return left == 0.0 ? MILL_OK
                        : mill_error_set(&d->why, MILL_FAILED,
                                         "overlaps of %.2g m that cannot be removed", left);

@@ -90,6 +90,18 @@ def end(when=0.2, how="complete"):
     return record("end", struct.pack("<d", when), how.encode())
 
 
+def springs(interval=1e-5, shear=(2 / 7, 1.0), stiffness=1e5, dashpot=1.0):
+    return record("springs", struct.pack("<13d", interval, *shear, *(stiffness, dashpot) * 5))
+
+
+STILL = (0.0,) * 6 + (1.0, 0, 0, 0, 1, 0, 0, 0, 1)
+
+
+def sample(when, place=PLACES, velocity=(0.0, 0, 0), number=(1, 2, 3, 4), keep=0, frame=STILL):
+    rows = np.column_stack([number, place, np.tile(velocity, (N, 1)), np.zeros((N, 3))])
+    return record("sample", struct.pack("<17d", when, keep, *frame), np.asarray(rows, "<f8").tobytes())
+
+
 HEAD = MAGIC + begin() + facts()
 
 
@@ -377,6 +389,70 @@ def test_an_older_file_is_not_overwritten_unasked(digest, tmp_path):
     assert (done.returncode, (tmp_path / "out.h5").read_bytes()) == (2, b"mine")
     assert digest(GOOD + end(0.1), "--force").returncode == 0
     assert h5py.is_hdf5(tmp_path / "out.h5")
+
+
+# ---- samples of soft spheres
+
+
+WRONG = "expected finite numbers, and each ball from 1 to 4 once"
+
+
+@pytest.mark.parametrize(
+    "more, line",
+    [
+        (springs(interval=0), "1 (springs): expected an interval and springs above 0, and dashpots of 0 or more"),
+        (springs(stiffness=-1), "1 (springs): expected an interval and springs above 0, and dashpots of 0 or more"),
+        (springs(dashpot=math.inf), "1 (springs): expected an interval and springs above 0, and dashpots of 0 or more"),
+        (springs()[:-8], "1 (springs): "),
+        (sample(0.15), "1 (sample): expected the record 'springs' before"),
+        (record("part"), "1 (part): expected samples before"),
+        (record("ask"), "1 (ask): expected samples before"),
+        (springs() + sample(math.nan), "2 (sample): expected numbers"),
+        (springs() + sample(0.15, frame=(math.inf, *STILL[1:])), "2 (sample): expected numbers"),
+        (springs() + sample(0.15) + sample(0.14), "3 (sample): its time is 0.14 s, that of the last one 0.15"),
+        (springs() + sample(0.15, BAD), f"2 (sample): row 2: {WRONG}"),
+        (springs() + sample(0.15, number=(1, 2, 5, 4)), f"2 (sample): row 2: {WRONG}"),
+        (springs() + sample(0.15, number=(0, 2, 3, 4)), f"2 (sample): row 0: {WRONG}"),
+        (springs() + sample(0.15, number=(1, 2, 3, 2)), f"2 (sample): row 3: {WRONG}"),
+    ],
+    ids=range(14),
+)  # fmt: skip
+def test_a_sample_that_cannot_be_is_one_line(digest, tmp_path, more, line):
+    done = digest(GOOD + more)
+    assert done.returncode == 1
+    number, _, why = line.partition(" ")
+    said = f"standard input: record {212 + int(number)} {why}"
+    assert done.said.startswith(said) and done.said.endswith(KEPT)
+    with h5py.File(tmp_path / "out.h5") as file:
+        assert file["run/status"].asstr()[()] == "failed"
+
+
+def test_a_frame_that_moves_changes_nothing(digest, tmp_path):
+    """Two balls that meet, told from a frame that flies past, on its side."""
+    turned, past = np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]]), np.array([3.0, -2, 1])
+    seen = []
+    for moving in (False, True):
+        stream, velocity = HEAD + springs() + sample(0.0, keep=1) + account(0.0), np.zeros((N, 3))
+        velocity[0], place = [-1.0, 0, 0], PLACES + [[-0.0049, 0, 0], [0.01, 0, 0], [0, 0, 0], [0, 0, 0]]
+        for k in range(20):
+            when, at = 1e-5 * (1 + k), place + 1e-5 * k * velocity
+            frame, told, moves = STILL, at, velocity
+            if moving:
+                origin = past * when
+                frame = (*origin, *past, *turned.ravel())
+                told, moves = (at - origin) @ turned.T, (velocity - past) @ turned.T
+            rows = np.column_stack([[1, 2, 3, 4], told, moves, np.zeros((N, 3))])
+            stream += record("sample", struct.pack("<17d", when, 0, *frame), np.asarray(rows, "<f8").tobytes())
+        done = digest(stream + record("ask") + states()[len(state(0.0)) :] + account(0.2) + end(), "-f", "-q")
+        assert done.returncode == 0, done.said
+        with h5py.File(tmp_path / "out.h5") as file:
+            log = [file[f"impacts/{name}"][:] for name in ("time", "normal_speed", "ball", "partner", "position")]
+        seen.append((np.frombuffer(done.stdout), log))
+    assert len(seen[0][1][0]) == 1 and seen[0][1][1] == pytest.approx([1.0], rel=0.1)
+    assert len(seen[0][0]) == 2 + 1 + 3 * 5 + 9 * N
+    assert seen[1][0] == pytest.approx(seen[0][0], abs=1e-11)
+    for mine, other in zip(*(log for _, log in seen), strict=True):
+        assert mine == pytest.approx(other, rel=1e-6, abs=1e-9)
 
 
 @pytest.mark.parametrize("option", ["--check", "--resume", "--json", "--paranoid"])
