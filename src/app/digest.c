@@ -3,11 +3,10 @@
  * process both as in a run. docs/file-format.md describes the stream. */
 #include "app/facts.h"
 #include "app/run.h"
-#include "engine/soft.h"
+#include "app/samples.h"
 #include "observe/replay.h"
 
 #include <errno.h>
-#include <float.h>
 #include <inttypes.h>
 #include <math.h>
 #include <poll.h>
@@ -37,9 +36,7 @@ struct digest {
     struct mill_world *world;
     struct mill_observers observers;
     struct mill_replay replay;
-    struct mill_soft *soft;          /* finds the contacts in samples; NULL: there are none */
-    struct mill_memory_list impacts; /* struct mill_replay_impact, of one sample */
-    double *answer;                  /* see answer() */
+    struct mill_samples samples;
     struct mill_facts_list facts;
     struct stream stream;
     struct mill_h5 *file;  /* NULL: not made yet */
@@ -242,128 +239,6 @@ static enum mill_status take_end(struct digest *d)
     return mill_replay_end(&d->replay, time, &d->why);
 }
 
-/* ---- samples of a program that computes soft spheres ---- */
-
-static enum mill_status out_of_memory(struct digest *d)
-{
-    return mill_error_set(&d->why, MILL_FAILED, "out of memory for the contacts");
-}
-
-/* Numbers of the answer before the state of the balls */
-static size_t numbers_of(const struct mill_world *w)
-{
-    return 2 + (size_t)w->motions + 3 * (size_t)w->kinds.count;
-}
-
-static enum mill_status take_springs(struct digest *d, const double *values, size_t count)
-{
-    const struct mill_world *w = d->world;
-    bool good = true;
-    for (size_t i = 0; i < count; i++) /* 0 is possible for a dashpot and for `shear` */
-        good = good && isfinite(values[i]) &&
-               values[i] >= (i == 1 || (i > 0 && i % 2 == 0) ? 0.0 : DBL_MIN);
-    if (!good)
-        return mill_error_set(
-            &d->why, MILL_FAILED,
-            "expected an interval and springs above 0, and dashpots of 0 or more");
-    if (!d->soft) {
-        d->soft = mill_soft_watch_create(d->world);
-        d->answer = calloc(numbers_of(w) + 9 * (size_t)w->balls, sizeof *d->answer);
-        d->impacts.size = sizeof(struct mill_replay_impact);
-        if (!d->soft || !d->answer)
-            return out_of_memory(d);
-    }
-    mill_soft_watch_springs(d->soft, values[0], values + 1, (const double(*)[2])(values + 3));
-    return MILL_OK;
-}
-
-/* Adds an impact of a sample in the order of time. false: out of memory */
-static bool add_impact(struct digest *d, const struct mill_impact *i)
-{
-    const double known = d->replay.accounts > 0 ? d->replay.now : i->time;
-    const struct mill_replay_impact one = {
-        .time = fmax(i->time, known),
-        .normal_speed = i->normal_speed,
-        .tangential_speed = i->tangential_speed,
-        .dissipation = i->dissipation_normal,
-        .position = {i->position.x, i->position.y, i->position.z},
-        .normal = {i->normal.x, i->normal.y, i->normal.z},
-        .kind = i->kind,
-        .ball = i->ball,
-        .partner = i->partner};
-    if (!mill_memory_add(&d->impacts))
-        return false;
-    struct mill_replay_impact *all = d->impacts.item;
-    size_t at = d->impacts.count - 1;
-    for (; at > 0 && all[at - 1].time > one.time; at--)
-        all[at] = all[at - 1];
-    all[at] = one;
-    return true;
-}
-
-static enum mill_status take_sample(struct digest *d, const double *values)
-{
-    enum { TIME, KEEP, FRAME, ROWS = 17 };
-    struct mill_soft_frame frame;
-    if (!d->soft)
-        return mill_error_set(&d->why, MILL_FAILED, "expected the record 'springs' before");
-    for (int i = 0; i < ROWS; i++)
-        if (!isfinite(values[i]))
-            return mill_error_set(&d->why, MILL_FAILED, "expected numbers");
-    memcpy(&frame, values + FRAME, sizeof frame);
-    enum mill_status status = mill_soft_watch_sample(d->soft, values[TIME], &frame,
-                                                     (const double(*)[10])(values + ROWS), &d->why);
-    d->impacts.count = 0;
-    for (int k = 0; k < d->soft->parts && status == MILL_OK; k++) {
-        struct mill_memory_list *told = &d->soft->part[k].told;
-        const struct mill_sim_entry *entry = told->item;
-        for (size_t n = 0; n < told->count && status == MILL_OK; n++)
-            status = add_impact(d, &entry[n].impact) ? MILL_OK : out_of_memory(d);
-        told->count = 0;
-    }
-    if (status == MILL_OK)
-        status = mill_replay_impacts(&d->replay, d->impacts.count, d->impacts.item, &d->why);
-    if (status != MILL_OK || values[KEEP] == 0.0)
-        return status;
-    mill_soft_watch_state(d->soft, d->answer);
-    return mill_replay_state(&d->replay, values[TIME], d->answer, &d->why);
-}
-
-static enum mill_status take_part(struct digest *d)
-{
-    if (!d->soft)
-        return mill_error_set(&d->why, MILL_FAILED, "expected samples before");
-    const double left = mill_soft_watch_part(d->soft);
-    return left == 0.0 ? MILL_OK
-                       : mill_error_set(&d->why, MILL_FAILED,
-                                        "overlaps of %.2g m that cannot be removed", left);
-}
-
-/* Tells on standard output what the samples have shown so far. */
-static enum mill_status answer(struct digest *d)
-{
-    const struct mill_world *w = d->world;
-    if (!d->soft)
-        return mill_error_set(&d->why, MILL_FAILED, "expected samples before");
-    const struct mill_soft_watch *watch = d->soft->watch;
-    double *to = d->answer;
-    *to++ = watch->elastic;
-    *to++ = watch->deepest;
-    for (int k = 0; k < w->motions; k++)
-        *to++ = watch->work[k];
-    for (int k = 0; k < w->kinds.count; k++) {
-        *to++ = watch->normal[k];
-        *to++ = watch->rubbed[k];
-        *to++ = watch->isolated[k];
-    }
-    mill_soft_watch_state(d->soft, to);
-    const size_t count = numbers_of(w) + 9 * (size_t)w->balls;
-    if (fwrite(d->answer, sizeof *d->answer, count, stdout) != count || fflush(stdout) != 0)
-        return mill_error_set(&d->why, MILL_FAILED, "standard output: cannot write: %s",
-                              strerror(errno));
-    return MILL_OK;
-}
-
 enum record {
     BEGIN,
     FACT,
@@ -397,13 +272,13 @@ static enum mill_status take(struct digest *d, enum record what)
     case ACCOUNT:
         return mill_replay_account(&d->replay, bytes, &d->why);
     case SPRINGS:
-        return take_springs(d, values, d->stream.length / sizeof *values);
+        return mill_samples_springs(&d->samples, d->world, values, &d->why);
     case SAMPLE:
-        return take_sample(d, values);
+        return mill_samples_take(&d->samples, &d->replay, values, &d->why);
     case PART:
-        return take_part(d);
+        return mill_samples_part(&d->samples, &d->why);
     case ASK:
-        return answer(d);
+        return mill_samples_answer(&d->samples, stdout, &d->why);
     case PUBLISH:
         write_results(d, "running");
         return mill_h5_flush(d->file, &d->why);
@@ -417,9 +292,8 @@ static enum mill_status take_record(struct digest *d, bool *over)
 {
     const uint64_t f8 = sizeof(double), row = sizeof(struct mill_replay_impact);
     const uint64_t state = f8 * (1 + 9 * (uint64_t)d->world->balls);
-    const uint64_t sample = f8 * (17 + 10 * (uint64_t)d->world->balls);
-    const uint64_t species = (uint64_t)d->world->species_count;
-    const uint64_t springs = f8 * (3 + 2 * species * species * (uint64_t)d->world->kinds.count);
+    const uint64_t sample = f8 * mill_samples_length(d->world);
+    const uint64_t springs = f8 * mill_samples_springs_length(d->world);
     const uint64_t account = f8 * 2 * (uint64_t)(1 + d->world->motions + d->world->kinds.count);
     const struct {
         const char *type;
@@ -534,9 +408,7 @@ enum mill_status mill_digest(struct mill_run_order *order)
     mill_replay_free(&d.replay);
     mill_observers_free(&d.observers);
     mill_facts_free(&d.facts);
-    mill_soft_free(d.soft);
-    free(d.impacts.item);
-    free(d.answer);
+    mill_samples_free(&d.samples);
     free(d.stream.bytes);
     mill_world_free(d.world);
     return status;

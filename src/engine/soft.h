@@ -163,8 +163,6 @@ struct mill_soft_meeting {
     vec3 rate;          /* [m/s] of the surface of a relative to that of its partner */
     double depth;       /* [m] */
     bool begins;
-    vec3 earlier; /* the rate with the velocities of the sample before, of a watched contact that
-                     begins */
 };
 
 struct mill_soft {

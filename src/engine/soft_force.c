@@ -139,15 +139,13 @@ static struct push press(const struct mill_soft *s, const struct mill_soft_meeti
     return u;
 }
 
-/* ---- the end of a contact ---- */
-
 /* The rest of the contact's energy is lost, and it is told as an impact. */
 static void end(struct mill_soft *s, struct mill_soft_part *p, int32_t touch)
 {
     const struct mill_world *w = s->world;
     struct mill_soft_touch *t = mill_soft_touch(p, touch);
-    if (s->watch) { /* it was told when it began */
-        mill_soft_touch_put(p, touch);
+    if (s->watch) {
+        mill_soft_touch_put(p, touch); /* it was told when it began */
         return;
     }
     const struct mill_shape *shape = t->b < 0 ? w->shape[t->shape] : NULL;
@@ -213,24 +211,11 @@ struct course {
     vec3 v, w; /* [m/s], [rad/s] */
 };
 
-/* At the sample before */
-static struct course course_before(const struct mill_soft *s, int32_t slot)
-{
-    return (struct course){s->watch->before[slot][0], s->watch->before[slot][1]};
-}
-
 static struct course course_of(const struct mill_soft *s, int32_t slot)
 {
     const struct mill_soft_ball *b = &s->ball[slot];
     const double half = 0.5 * s->dt;
     return (struct course){vec3_axpy(b->v, half, b->gain), vec3_axpy(b->w, half, b->turn)};
-}
-
-/* Of the surface of a relative to that of b; the arms are from the centres to the contact */
-static vec3 rate_of(struct course a, struct course b, double arm_a, double arm_b, vec3 normal)
-{
-    const vec3 spin = vec3_axpy(vec3_scale(a.w, arm_a), arm_b, b.w);
-    return vec3_add(vec3_sub(a.v, b.v), vec3_cross(spin, normal));
 }
 
 static struct mill_soft_load load_of(vec3 force, vec3 arm)
@@ -275,10 +260,11 @@ static void press_pair(struct mill_soft *s, struct mill_soft_part *p, int32_t i,
     const double sum = s->place[a].radius + s->place[b].radius, half = 0.5 * (sum - distance);
     const double arm_a = s->place[a].radius - half, arm_b = s->place[b].radius - half;
     const struct course ca = course_of(s, a), cb = course_of(s, b);
+    const vec3 spin = vec3_axpy(vec3_scale(ca.w, arm_a), arm_b, cb.w);
     struct mill_soft_meeting m = {
         .spring = &s->spring[s->ball[a].species * w->species_count + s->ball[b].species],
         .normal = n,
-        .rate = rate_of(ca, cb, arm_a, arm_b, n),
+        .rate = vec3_add(vec3_sub(ca.v, cb.v), vec3_cross(spin, n)),
         .depth = sum - distance,
         .begins = near->touch < 0};
     struct mill_soft_touch *t;
@@ -293,9 +279,6 @@ static void press_pair(struct mill_soft *s, struct mill_soft_part *p, int32_t i,
         t = mill_soft_touch(p, near->touch);
     }
     if (s->watch) {
-        if (m.begins)
-            m.earlier = rate_of(course_before(s, a), course_before(s, b), s->place[a].radius,
-                                s->place[b].radius, n);
         mill_soft_watch_touch(s, p, &m, t);
         return;
     }
@@ -367,18 +350,6 @@ static int32_t find(const struct mill_soft_part *p, const struct mill_soft_ball 
     return best;
 }
 
-/* The rate at the sample before, where the ball's surface would be without the overlap */
-static vec3 rate_before(const struct mill_soft *s, int32_t slot, const struct mill_shape *shape,
-                        vec3 normal, const struct mill_contact *c)
-{
-    const struct course then = course_before(s, slot);
-    const vec3 arm = vec3_scale(normal, s->place[slot].radius);
-    const vec3 surface = shape->motion ? mill_pose_velocity(&s->pose[shape->motion->number],
-                                                            vec3_add(s->place[slot].r, arm))
-                                       : c->velocity;
-    return vec3_add(vec3_sub(then.v, surface), vec3_cross(then.w, arm));
-}
-
 static void press_place(struct mill_soft *s, struct mill_soft_part *p, int32_t i, int32_t number,
                         const struct mill_contact *c)
 {
@@ -410,22 +381,18 @@ static void press_place(struct mill_soft *s, struct mill_soft_part *p, int32_t i
     } else {
         t = mill_soft_touch(p, touch);
     }
-    t->flags |= MILL_SOFT_SEEN;
-    if (s->watch && m.begins)
-        m.earlier = rate_before(s, i, shape, n, c);
-    struct push push;
-    if (s->watch)
+    if (s->watch) {
         mill_soft_watch_touch(s, p, &m, t);
-    else
-        push = press(s, &m, t, p, shape->kind);
+    } else {
+        const struct push push = press(s, &m, t, p, shape->kind);
+        load(s, p, i, &push, m.begins, -1.0, vec3_scale(n, arm));
+        if (shape->motion)
+            book_work(s, &p->tally.account, shape, vec3_scale(push.impulse, -1.0), c->point,
+                      c->velocity);
+    }
+    t->flags |= MILL_SOFT_SEEN;
     if (m.begins)
         mill_soft_touch_link(p, ball, touch);
-    if (s->watch)
-        return;
-    load(s, p, i, &push, m.begins, -1.0, vec3_scale(n, arm));
-    if (shape->motion)
-        book_work(s, &p->tally.account, shape, vec3_scale(push.impulse, -1.0), c->point,
-                  c->velocity);
 }
 
 /* Ends the contacts with surfaces that are over. */

@@ -67,6 +67,25 @@ void mill_soft_watch_springs(struct mill_soft *s, double interval, const double 
 
 /* ---- a contact ---- */
 
+/* The slip [m/s] just before the contact, while the ball still flew freely: from the velocities of
+ * the sample before, and without the overlap */
+static vec3 slip_before(const struct mill_soft *s, const struct mill_soft_touch *t, vec3 n)
+{
+    const int32_t a = s->slot[t->a];
+    const vec3 *own = s->watch->before[a], arm = vec3_scale(n, s->place[a].radius);
+    vec3 rate = vec3_add(own[0], vec3_cross(own[1], arm));
+    if (t->b >= 0) {
+        const int32_t b = s->slot[t->b];
+        const vec3 *its = s->watch->before[b];
+        rate =
+            vec3_sub(rate, vec3_sub(its[0], vec3_cross(its[1], vec3_scale(n, s->place[b].radius))));
+    } else if (s->world->shape[t->shape]->motion) {
+        const struct mill_pose *pose = &s->pose[s->world->shape[t->shape]->motion->number];
+        rate = vec3_sub(rate, mill_pose_velocity(pose, vec3_add(s->place[a].r, arm)));
+    }
+    return vec3_axpy(rate, -vec3_dot(rate, n), n);
+}
+
 /* The contact has begun since the last sample. Returns its age [s]. */
 static double begin(struct mill_soft *s, struct mill_soft_part *p,
                     const struct mill_soft_meeting *m, struct mill_soft_touch *t, double closing,
@@ -86,7 +105,6 @@ static double begin(struct mill_soft *s, struct mill_soft_part *p,
     /* it began after the last sample; rounding and third bodies can give an earlier time */
     const double time = mill_greatest(watch->now - age, watch->last);
     const struct mill_shape *shape = t->b < 0 ? w->shape[t->shape] : NULL;
-    const vec3 slip = vec3_axpy(m->earlier, -vec3_dot(m->earlier, m->normal), m->normal);
     struct mill_sim_entry *entry = mill_memory_add(&p->told);
     watch->isolated[kind] += lost;
     t->begin = time;
@@ -103,7 +121,7 @@ static double begin(struct mill_soft *s, struct mill_soft_part *p,
                    .position = vec3_axpy(m->point, time - watch->now, watch->velocity),
                    .normal = vec3_scale(m->normal, -1.0),
                    .normal_speed = speed,
-                   .tangential_speed = vec3_norm(slip),
+                   .tangential_speed = vec3_norm(slip_before(s, t, m->normal)),
                    .dissipation_normal = lost}};
     return age;
 }
