@@ -138,8 +138,22 @@ struct mill_soft_order {
     int32_t cell, ball;
 };
 
+/* Two that overlap now */
+struct mill_soft_meeting {
+    const struct mill_soft_spring *spring;
+    vec3 normal, point; /* from ball a into its partner; [m] where the contact is */
+    vec3 rate;          /* [m/s] of the surface of a relative to that of its partner */
+    double depth;       /* [m] */
+    bool begins;
+};
+
+struct mill_soft;
+
 /* Another program's run: see soft_watch.c */
 struct mill_soft_watch {
+    /* a contact in a sample */
+    void (*touch)(struct mill_soft *, struct mill_soft_part *, const struct mill_soft_meeting *,
+                  struct mill_soft_touch *);
     double interval;   /* [s] between two samples */
     double now, last;  /* [s] time of this sample, and of the one before; NAN: there was none */
     vec3 velocity;     /* [m/s] of the samples' frame */
@@ -154,15 +168,6 @@ struct mill_soft_watch {
     double isolated[MILL_KINDS_MOST]; /* [J] would be lost if every impact happened alone */
     double work[MILL_MOTIONS_MOST];   /* [J] of the motions that move the container */
     vec3 momentum, middle, whirl;     /* sums over the balls: m v, m r, angular momentum */
-};
-
-/* Two that overlap now */
-struct mill_soft_meeting {
-    const struct mill_soft_spring *spring;
-    vec3 normal, point; /* from ball a into its partner; [m] where the contact is */
-    vec3 rate;          /* [m/s] of the surface of a relative to that of its partner */
-    double depth;       /* [m] */
-    bool begins;
 };
 
 struct mill_soft {
@@ -281,10 +286,6 @@ struct mill_soft_frame {
 enum mill_status mill_soft_watch_sample(struct mill_soft *soft, double time,
                                         const struct mill_soft_frame *frame,
                                         const double (*row)[10], struct mill_error *error);
-
-/* A contact in a sample (mill_soft_press) */
-void mill_soft_watch_touch(struct mill_soft *soft, struct mill_soft_part *part,
-                           const struct mill_soft_meeting *meeting, struct mill_soft_touch *touch);
 
 /* Moves balls of the last sample that overlap apart, and leaves their velocities. Between soft
  * springs and stiffer ones: these would throw the balls apart with much more energy. Returns the

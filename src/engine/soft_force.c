@@ -279,7 +279,7 @@ static void press_pair(struct mill_soft *s, struct mill_soft_part *p, int32_t i,
         t = mill_soft_touch(p, near->touch);
     }
     if (s->watch) {
-        mill_soft_watch_touch(s, p, &m, t);
+        s->watch->touch(s, p, &m, t);
         return;
     }
     const struct push push = press(s, &m, t, p, MILL_BALL_BALL);
@@ -382,7 +382,7 @@ static void press_place(struct mill_soft *s, struct mill_soft_part *p, int32_t i
         t = mill_soft_touch(p, touch);
     }
     if (s->watch) {
-        mill_soft_watch_touch(s, p, &m, t);
+        s->watch->touch(s, p, &m, t);
     } else {
         const struct push push = press(s, &m, t, p, shape->kind);
         load(s, p, i, &push, m.begins, -1.0, vec3_scale(n, arm));

@@ -16,25 +16,6 @@ enum { ROW = 10 };     /* numbers of a ball in a sample */
 #define CLOSED 1e-7    /* of the largest radius */
 #define MOST 1e12      /* upper limit of places, speeds and spins */
 
-struct mill_soft *mill_soft_watch_create(struct mill_world *w)
-{
-    const size_t n = (size_t)w->balls, pairs = (size_t)(w->species_count * w->species_count);
-    struct mill_soft_spring *spring = calloc(pairs * (size_t)w->kinds.count, sizeof *spring);
-    struct mill_soft *s = spring ? mill_soft_create(w, spring) : NULL;
-    if (!s)
-        return NULL;
-    s->watch = calloc(1, sizeof *s->watch);
-    if (s->watch) {
-        s->watch->last = s->watch->now = NAN;
-        s->watch->before = calloc(n + 1, sizeof *s->watch->before);
-        s->watch->seen = calloc(n + 1, sizeof *s->watch->seen);
-        if (s->watch->before && s->watch->seen)
-            return s;
-    }
-    mill_soft_free(s);
-    return NULL;
-}
-
 void mill_soft_watch_springs(struct mill_soft *s, double interval, const double shear[2],
                              const double (*spring)[2])
 {
@@ -149,8 +130,8 @@ static double rub(const struct mill_soft_watch *watch, const struct mill_soft_me
     return vec3_dot(drag, along);
 }
 
-void mill_soft_watch_touch(struct mill_soft *s, struct mill_soft_part *p,
-                           const struct mill_soft_meeting *m, struct mill_soft_touch *t)
+static void touch(struct mill_soft *s, struct mill_soft_part *p, const struct mill_soft_meeting *m,
+                  struct mill_soft_touch *t)
 {
     struct mill_soft_watch *watch = s->watch;
     const struct mill_soft_spring *spring = m->spring;
@@ -376,4 +357,26 @@ void mill_soft_watch_state(const struct mill_soft *s, double *state)
             to[2] = is[k].z;
         }
     }
+}
+
+/* ---- from the start ---- */
+
+struct mill_soft *mill_soft_watch_create(struct mill_world *w)
+{
+    const size_t n = (size_t)w->balls, pairs = (size_t)(w->species_count * w->species_count);
+    struct mill_soft_spring *spring = calloc(pairs * (size_t)w->kinds.count, sizeof *spring);
+    struct mill_soft *s = spring ? mill_soft_create(w, spring) : NULL;
+    if (!s)
+        return NULL;
+    s->watch = calloc(1, sizeof *s->watch);
+    if (s->watch) {
+        s->watch->touch = touch;
+        s->watch->last = s->watch->now = NAN;
+        s->watch->before = calloc(n + 1, sizeof *s->watch->before);
+        s->watch->seen = calloc(n + 1, sizeof *s->watch->seen);
+        if (s->watch->before && s->watch->seen)
+            return s;
+    }
+    mill_soft_free(s);
+    return NULL;
 }
