@@ -176,7 +176,7 @@ def forecasts(monkeypatch, small_deck, the_program):
     """The deck, with processor seconds for a simulated second of soft (of SOFTEST) and hard spheres as given"""
 
     def set_(soft, hard):
-        monkeypatch.setattr(plans, "forecast", lambda deck, *options: (soft, 1e-4) if options else (hard, 0.0))
+        monkeypatch.setattr(plans, "forecast", lambda deck, seconds, *sets: (soft, 1e-4) if sets else (hard, 0.0))
         monkeypatch.setattr(plans, "cores", lambda: 2)
         return Deck.check(str(small_deck), ["run.time=10 s"])
 

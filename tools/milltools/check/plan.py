@@ -4,21 +4,22 @@ import dataclasses
 import json
 import math
 import pathlib
-import re
+import signal
 import subprocess
+import tempfile
 
 import numpy as np
 
 from milltools.base import engine
 from milltools.base.errors import UserError
 from milltools.base.files import write_text
-from milltools.base.processes import cores
+from milltools.base.processes import cores, guard
 from milltools.read.deck import Deck
+from milltools.read.runfile import Run
 
 SOFTEST = 1e9
 STIFF = (2.1e11, 1e10, SOFTEST)  # [Pa] the stiffest that leaves enough time is taken
-FORECAST = re.compile(r"forecast: .*?([0-9.e+-]+) s of processor time")
-CONTACT = re.compile(r"contact lasts ([0-9.e+-]+) s")
+TRIAL, LEAST_TRIAL = 0.04, 2.0  # of the time, [s]: what each of the two trials may take
 FEWEST, MOST = 6, 24  # starts, if their number is not given
 PERIODS = 2  # of the mill: a shorter stretch is taken only if nothing else fits
 LEAST = 0.05  # [s] the same for a mill that does not move
@@ -49,19 +50,24 @@ class Plan:
         ]  # fmt: skip
 
 
-def forecast(deck, *options):
-    """Processor seconds for a simulated second of a deck, from a trial of millsim, and the duration [s] of a contact of
-    soft spheres."""
-    words = [engine.program(), "--check", *(word for one in deck.overrides for word in ("-s", one)), *options]
-    done = subprocess.run([*words, "--", deck.path], capture_output=True, text=True, errors="replace")
-    found = FORECAST.search(done.stderr)
-    if not found:
-        said = [line for line in done.stderr.splitlines() if "forecast" in line]
-        raise UserError(
-            engine.own_words(said[0]) if said else f"millsim --check ended with status {done.returncode}", 1
-        )
-    lasts = CONTACT.search(done.stderr)
-    return float(found[1]) / deck.number("run.time"), float(lasts[1]) if lasts else 0.0
+def forecast(deck, seconds, *sets):
+    """Processor seconds for a simulated second of a deck, from a run of so many seconds: a shorter trial would not see
+    the charge move. And the duration [s] of a contact of soft spheres; 0 of hard ones."""
+    sets = [*deck.overrides, "output.frames=0 s", "run.threads=1", *sets]
+    with tempfile.TemporaryDirectory(prefix="mill-check-") as folder:
+        file = pathlib.Path(folder, "trial.h5")
+        words = [*guard(), engine.program(), "-q", "-o", file, *(word for one in sets for word in ("-s", one))]
+        with subprocess.Popen([*words, "--", deck.path], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE) as process:
+            try:
+                said = process.communicate(timeout=seconds)[1]
+            except subprocess.TimeoutExpired:
+                process.send_signal(signal.SIGINT)  # millsim then saves its results
+                said = process.communicate()[1]
+        if process.returncode not in (0, 128 + signal.SIGINT):
+            raise UserError(engine.complaints(process.returncode, said.decode(errors="replace")), 1)
+        with Run(file) as run:
+            lasts = run.read("run/soft/contact_duration") if run.soft else 0.0
+            return float(run.read("run/cpu_time") / run.time), float(lasts)
 
 
 def period_of(deck):
@@ -76,7 +82,9 @@ def period_of(deck):
 
 def make(deck, minutes, modulus=None, starts=None, time=None):
     """The Plan for this number of minutes on all cores; what is given is kept."""
-    (soft, lasts), (hard, _) = forecast(deck, "--soft", "-s", f"soft.modulus={SOFTEST} Pa"), forecast(deck)
+    seconds = max(TRIAL * 60 * minutes, LEAST_TRIAL)
+    soft, lasts = forecast(deck, seconds, "run.spheres=soft", f"soft.modulus={SOFTEST} Pa")
+    hard, _ = forecast(deck, seconds)
     whole = deck.number("run.time")
     wanted = min(whole, PERIODS * period_of(deck))
     many, budget = starts or FEWEST, 60 * minutes * cores()

@@ -32,6 +32,8 @@ class Finding:
     def state(self):
         """ "holds", "off", or "open": not known well enough."""
         off, error = abs(self.difference), self.error
+        if not math.isfinite(error):
+            return "open"
         if error <= self.matters and off <= max(self.matters, 2 * error):
             return "holds"
         return "off" if off > max(self.matters, CERTAIN * error) else "open"
@@ -41,7 +43,8 @@ class Finding:
         """ "+0.6 +- 1.2 %" """
         if not math.isfinite(self.difference):
             return "not known"
-        error = f" +- {100 * self.error:.2g}" if math.isfinite(self.error) else ""
+        error = 100 * self.error
+        error = "" if not math.isfinite(error) else f" +- {error:.0f}" if error >= 10 else f" +- {error:.2g}"
         places = 1 if abs(self.difference) < 0.1 and self.error < 0.1 else 0
         return f"{100 * self.difference:+.{places}f}".replace("-", MINUS) + f"{error} %"
 
