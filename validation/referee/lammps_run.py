@@ -7,9 +7,8 @@ import sys
 import time
 
 import numpy as np
-from script import AXES
 
-EVERY = 8  # steps from sample to sample
+EVERY = 8  # steps from sample to sample; a contact takes 40
 FEW = 60  # impacts are counted among at most so many balls
 SPEEDS = (0.5, 1.0, 2.0)  # [m/s]
 
@@ -36,7 +35,9 @@ class Mill:
         self.spin, self.torque = (self.lmp.numpy.extract_atom(name) for name in ("omega", "torque"))
         self.mask = self.lmp.numpy.extract_atom("mask")
         self.caps = [wall for wall in made.walls if wall.group != "all"]
-        self.moves = [wall for wall in made.walls if wall.course.angle != "0" or any(s != "0" for s in wall.course.shift)]
+        self.moves = [
+            wall for wall in made.walls if wall.course.angle != "0" or any(s != "0" for s in wall.course.shift)
+        ]
         self.whole = next((wall.course for wall in self.moves if wall.holds), None)
         self.touched = [] if self.whole else [self.lmp.numpy.extract_fix(w.name, 1, 2) for w in self.moves]
         inertia = 0.4 * made.mass * made.radius**2
@@ -125,7 +126,7 @@ class Impacts:
 
 
 def measure(made, deck, begin, end, rows=()):
-    """Runs to `end` [s] and returns what it measures from `begin` on; rows: times [s] at which the work so far is kept."""
+    """Runs to `end` [s] and returns what it measures from `begin` on, and the work at the times `rows` [s]."""
     mill, clock = Mill(made), time.process_time()
     impacts = Impacts(mill) if len(mill.place) < FEW else None
     weight = made.mass * np.array(deck.numbers("gravity.acceleration"))
@@ -148,6 +149,3 @@ def measure(made, deck, begin, end, rows=()):
         speeds, lasting = np.array(impacts.speeds), samples * EVERY * made.step
         found |= {f"above {s:g}": (speeds > s).sum() / lasting for s in SPEEDS}
     return found | {f"work {t:g}": w for t, w in zip(rows, kept)} | {"cpu": time.process_time() - clock}
-
-
-__all__ = ["AXES", "Impacts", "Mill", "measure"]

@@ -251,7 +251,9 @@ def body_walls(deck, name):
     elif shape == "capsule" and holds:
         end = np.eye(3)[along(axis)] * length / 2
         words = [(name, cylinder(centre, axis, radius, length - 2 * CAP_MARGIN, " open 1 open 2"), "all")]
-        words += [(f"{name}{k}", f"sphere {vector(centre + s * end)} {radius:.17g}", f"cap{k}") for k, s in ((0, -1), (1, 1))]
+        words += [
+            (f"{name}{k}", f"sphere {vector(centre + s * end)} {radius:.17g}", f"cap{k}") for k, s in ((0, -1), (1, 1))
+        ]
     else:
         raise Refused(f"{name}: {shape}")
     return [Wall(own, region + side, kind, course_, holds, group=group) for own, region, group in words]
@@ -366,7 +368,7 @@ def write(deck, start, modulus, speed, step, law="limited"):
 
 
 def bounds(deck, start, walls):
-    """A box (low, high) [m] that no ball leaves: the container's size around all places to which its motion takes it."""
+    """A box (low, high) [m] that no ball leaves: the container's size around all places on its way."""
     whole = [deck.number(f"body.{name}.{key}", 0.0) for name in deck.bodies for key in ("radius", "length")]
     reach = sum(whole[:2]) + deck.number("drum.radius", 0.0) + deck.number("drum.buckle_height", 0.0)
     carrier = next(wall.course for wall in walls if wall.holds)
