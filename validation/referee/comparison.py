@@ -9,13 +9,14 @@ from script import write
 
 HERE = pathlib.Path(__file__).resolve().parent
 INPUT = HERE.parent.parent / "input"
+NUDGE = 0.02  # [m/s]
 SLICE = (
     "balls.count=800", "drum.length=24 mm", "blades.count=1", "blades.tip_radius=60 mm", "drum.buckles=6",
     "drum.buckle_height=8 mm", "contact.friction=0", "run.precision=0",
 )  # fmt: skip
 DECKS = {
     **{name: (INPUT / f"{name}.ini", ()) for name in ("vibratory", "planetary", "emax", "mixer")},
-    **{name: (HERE / f"{name}.ini", ()) for name in ("j1", "attritor", "discs")},
+    **{name: (HERE / f"{name}.ini", ()) for name in ("j1", "attritor", "discs", "bridge")},
     "wavy": (INPUT / "wavy.ini", SLICE),
 }
 
@@ -38,6 +39,9 @@ MILLS = [
     Mill("emax", "emax", 1e10, 6, 0.1, 0.3),
     Mill("attritor", "attritor", 1e9, 6, 0.2, 0.4),
     Mill("discs", "discs", 1e9, 6, 0.02, 0.06),
+    Mill("discs, from rest", "discs", 1e10, 6, 0.0, 0.03),
+    Mill("discs in 40 mm, from rest", "discs", 1e10, 6, 0.0, 0.03, ("body.chamber.length=40 mm", "balls.count=800")),
+    Mill("bridge of two balls", "bridge", 2.1e11, 12, 0.0, 0.005),
     Mill("wavy slice", "wavy", 1e9, 6, 0.02, 0.06),
     Mill("vibratory", "vibratory", 1e10, 8, 0.5, 1.5),
     Mill("J1", "j1", 1e10, 8, 0.24, 0.72),
@@ -60,13 +64,25 @@ def of_file(run):
     return found | {f"above {s:g}": strikes.above(s) / run.duration for s in SPEEDS} | {"cpu": run.about("cpu_time")}
 
 
+def nudged(runner, path, sets, seed):
+    """Other starts of a deck that names the balls: the same places, speeds that differ by NUDGE. As overrides."""
+    deck = runner.deck(path, sets)
+    if deck.value("balls.start") == "random" or seed == 1:
+        return []
+    place, velocity, spin = deck.start()
+    velocity += NUDGE * np.random.default_rng(seed).standard_normal(velocity.shape)
+    file = pathlib.Path(runner.folder, "start.txt")
+    np.savetxt(file, np.hstack([place, velocity, spin]), fmt="%.17g")
+    return [f"balls.start={file}"]
+
+
 def compare(runner, mill, law="limited"):
     """{program: [quantities of each start]}"""
     path, sets = DECKS[mill.deck]
     found = {"LAMMPS": [], "soft": [], "hard": []}
     for seed in range(1, mill.starts + 1):
         own = [*sets, *mill.sets, f"run.seed={seed}", f"run.time={mill.end} s", f"run.sample_from={mill.begin} s"]
-        own += ["output.frames=0 s"]
+        own += [f"output.series={mill.end / 1000:.9g} s", "output.frames=0 s", *nudged(runner, path, own, seed)]
         with runner.soft(path, own, mill.modulus) as run:
             speed, step, lasts = (float(run.read(f"run/soft/{k}")) for k in ("speed", "time_step", "contact_duration"))
         window = f"output.strike_window={lasts:.9g} s"
@@ -87,13 +103,19 @@ def told(values):
     return mean, error
 
 
+def pair(mean, error):
+    """A mean with as many places as its error deserves."""
+    places = max(0, 1 - int(np.floor(np.log10(error)))) if error > 0 else 2
+    return f"{mean:.{places}f} +- {error:.{places}f}"
+
+
 def judge(found, key):
-    """(off [%], error [%]) of soft and of hard millsim, relative to LAMMPS"""
-    mean, error = told([one[key] for one in found["LAMMPS"]])
+    """(off [%], error [%]) of soft and of hard millsim, relative to LAMMPS: differences of runs from the same start."""
+    reference = np.array([one[key] for one in found["LAMMPS"]])
     pairs = []
     for program in ("soft", "hard"):
-        other, its = told([one[key] for one in found[program]])
-        pairs.append((100 * (other / mean - 1), 100 * np.hypot(error, its) / mean))
+        off, error = told(np.array([one[key] for one in found[program]]) - reference)
+        pairs.append((100 * off / reference.mean(), 100 * error / reference.mean()))
     return pairs
 
 
@@ -115,9 +137,9 @@ def table(runner, mills=MILLS, law="limited"):
             cells = []
             for program in ("LAMMPS", "soft", "hard"):
                 mean, error = told([SCALE.get(key, 1) * one[key] for one in found[program]])
-                cells.append(f"{mean:.4g} +- {error:.2g}")
+                cells.append(pair(mean, error))
             pairs = judge(found, key)
-            cells += [f"{value:+.1f} +- {error:.1f}" for value, error in pairs]
+            cells += [f"{value:+.2g} +- {error:.2g}" for value, error in pairs]
             if key in ("power", "kinetic") and not (abs(pairs[0][0]) <= max(1.0, 2 * pairs[0][1])):
                 off.append((mill.name, name, cells[3]))
             lines.append(f"| {label} | {name} | {' | '.join(cells)} |")

