@@ -90,9 +90,13 @@ def compare(runner, mill, law="limited"):
             with start(path, [*own, window], *([mill.modulus] if program == "soft" else [])) as run:
                 found[program].append(of_file(run))
         deck = runner.deck(path, own)
-        found["LAMMPS"].append(
-            measure(write(deck, deck.start(), mill.modulus, speed, step, law), deck, mill.begin, mill.end)
+        made = write(deck, deck.start(), mill.modulus, speed, step, law)
+        one = runner.kept(
+            f"{mill.name} {law} {seed}",
+            "\n".join([f"{mill.begin} {mill.end}", *made.lines]),
+            lambda own=(made, deck): measure(*own, mill.begin, mill.end),
         )
+        found["LAMMPS"].append(one)
         runner.say(f"{mill.name}: start {seed} of {mill.starts}")
     return found
 
@@ -127,9 +131,7 @@ def table(runner, mills=MILLS, law="limited"):
     ]
     off = []
     for mill in mills:
-        found = runner.kept(
-            f"{mill.name} {law}", repr((mill, DECKS[mill.deck])), lambda m=mill: compare(runner, m, law)
-        )
+        found = compare(runner, mill, law)
         label = f"{mill.name}, {mill.modulus:.2g} Pa, {mill.starts} starts, {mill.begin:g} to {mill.end:g} s"
         for key, name in NAMES.items():
             if key not in found["LAMMPS"][0] or not any(one[key] for one in found["LAMMPS"]):

@@ -5,6 +5,8 @@ from comparison import DECKS
 from lammps_run import Mill
 from script import write
 
+from milltools.base.engine import version
+
 STIFF = 1e12  # [Pa] five times that of steel: surfaces hardly move during an impact
 SPEED = "3 m/s"
 LASTS = 1.7  # [contacts] until the states are compared
@@ -79,7 +81,7 @@ def table(runner):
     for name, count in THROWS.items():
         thrown = runner.kept(
             f"impacts {name}",
-            repr((count, STIFF, DECKS[name])),
+            repr((version(), count, STIFF, DECKS[name])),
             lambda n=name, many=count: [throw(runner, n, seed) for seed in range(1, many + 1)],
         )
         found = [one for one in thrown if one]
