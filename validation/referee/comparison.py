@@ -35,18 +35,17 @@ class Mill:
 
 
 MILLS = [
-    Mill("planetary", "planetary", 1e10, 6, 0.1, 0.4),
-    Mill("emax", "emax", 1e10, 6, 0.1, 0.3),
-    Mill("attritor", "attritor", 1e9, 6, 0.2, 0.4),
-    Mill("discs", "discs", 1e9, 6, 0.02, 0.06),
-    Mill("discs, from rest", "discs", 1e10, 6, 0.0, 0.03),
-    Mill("discs in 40 mm, from rest", "discs", 1e10, 6, 0.0, 0.03, ("body.chamber.length=40 mm", "balls.count=800")),
     Mill("bridge of two balls", "bridge", 2.1e11, 12, 0.0, 0.005),
-    Mill("wavy slice", "wavy", 1e9, 6, 0.02, 0.06),
-    Mill("vibratory", "vibratory", 1e10, 8, 0.5, 1.5),
-    Mill("J1", "j1", 1e10, 8, 0.24, 0.72),
-    Mill("mixer", "mixer", 1e10, 8, 0.3, 1.2),
-    Mill("planetary, steel", "planetary", 2.1e11, 6, 0.1, 0.25),
+    Mill("vibratory", "vibratory", 1e10, 6, 0.5, 1.2),
+    Mill("planetary", "planetary", 1e10, 6, 0.1, 0.4),
+    Mill("planetary, steel", "planetary", 2.1e11, 6, 0.1, 0.2),
+    Mill("emax", "emax", 1e10, 6, 0.1, 0.3),
+    Mill("mixer", "mixer", 1e10, 6, 0.3, 0.9),
+    Mill("J1", "j1", 1e10, 6, 0.24, 0.72),
+    Mill("attritor", "attritor", 1e9, 6, 0.2, 0.4),
+    Mill("discs, from rest", "discs", 1e9, 6, 0.0, 0.03),
+    Mill("discs in 40 mm, from rest", "discs", 1e9, 6, 0.0, 0.03, ("body.chamber.length=40 mm", "balls.count=800")),
+    Mill("wavy slice", "wavy", 1e9, 6, 0.01, 0.03),
 ]
 NAMES = {"power": "power, W", "kinetic": "kinetic energy, mJ", "rotation": "energy of rotation, mJ"}
 NAMES |= {f"above {s:g}": f"ball-ball impacts above {s:g} m/s, 1/s" for s in SPEEDS}
