@@ -30,7 +30,7 @@ class Runner:
     """Runs millsim in a folder of its own."""
 
     def __init__(self, folder):
-        self.folder, self.decks = folder, {}
+        self.folder = folder
 
     def millsim(self, deck, sets, *options):
         """The Run of a deck, open."""
