@@ -17,6 +17,15 @@ COLUMNS = ("power", "kinetic_energy", "rotational_energy", "impacts_above_0.5", 
 HEAD = ("deck", "soft spheres", "power", "kinetic energy", "spin", "> 0.5 m/s", "> 1 m/s", "> 2 m/s", "verdict")
 MODULUS = {2.1e11: "steel", 1e10: "10 GPa", 1e9: "1 GPa"}
 MARK = "<!-- the table of decks.py -->\n"
+PAGE = f"""# Hard against soft spheres: every deck of `input/`
+
+    python validation/referee/decks.py
+
+Difference of hard spheres from soft ones, relative to the soft ones, +- one standard error over the starts; what
+differs by more than it may (3 % of power and kinetic energy, 10 % of the rest) is in bold type. Impacts are strikes:
+re-contacts within the duration of a soft contact are one impact.
+
+{MARK}{MARK}"""
 
 
 def check(deck, minutes, folder):
@@ -57,7 +66,7 @@ def main():
         print(f"{deck.name}: {told['sentence']}", flush=True)
     table = "\n".join(f"| {' | '.join(line)} |" for line in [HEAD, ["---"] * len(HEAD), *rows]) + "\n"
     page = HERE / "RESULTS.md"
-    text = page.read_text() if page.exists() else MARK + MARK
+    text = page.read_text() if page.exists() else PAGE
     before, _, after = text.split(MARK)
     page.write_text(f"{before}{MARK}{table}{MARK}{after}")
 
