@@ -97,13 +97,13 @@ tangential_restitution = 0.4
 """
 
 
-def test_two_balls_locked_between_a_disc_and_a_wall_are_said_to_spoil_the_power(millsim, tmp_path):
+def test_two_balls_that_bridge_a_disc_and_a_wall_are_said_to_make_the_power_depend_on_stiffness(millsim, tmp_path):
     (tmp_path / "deck.ini").write_text(BRIDGE)
     (tmp_path / "start.txt").write_text("0.002001 -0.00378 0.00954 -0.3 -0.4 -0.8\n0.0055 -0.00572 0.00972 0.4 -0.3 0")
     done = millsim("deck.ini", "--json", "--quiet")
     run, said = json.loads(done.stdout)["run"], notes(done)
-    assert run["smoothed"] == run["reach"]["locks"]["value"] > 0
-    assert "Power and rates are not to be trusted" in said and "2 diameters, here 1.83 to 2: change gap" in said
-    assert "of such balls, if they are as stiff as steel, lasts" in said  # these are of zirconia
+    assert run["smoothed"] == 0 and run["bridges"] == 1
+    assert run["reach"]["bridges"]["value"] == run["bridge_work"] / run["drive_work"] > run["reach"]["bridges"]["limit"]
+    assert "in gaps of 1.83 to 2 diameters" in said and "depends on the stiffness" in said and "mill check" in said
     with h5py.File(tmp_path / "deck.h5") as file:
         assert " ".join(file["run/notes"].asstr()[()].splitlines()) == said

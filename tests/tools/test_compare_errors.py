@@ -289,7 +289,7 @@ def test_two_replicates_of_one_side_are_enough_for_the_errors_of_both():
 
 @pytest.mark.parametrize("modulus, words", [(5e6, "LIGGGHTS 3.8 at 5e+06 Pa"), (math.nan, "LIGGGHTS 3.8")])
 def test_a_run_of_soft_spheres_says_how_stiff_they_were(modulus, words):
-    run = SimpleNamespace(program="LIGGGHTS", version="3.8", about=lambda name, otherwise: modulus)
+    run = SimpleNamespace(program="LIGGGHTS", version="3.8", modulus=modulus)
     assert load.Member.made_by.fget(run) == words
 
 

@@ -48,7 +48,7 @@ COMMANDS = (
             "wear reference.h5"),
     Command("render", "3D pictures and films of a run, in slow motion or next to a film of a camera",
             "render reference.h5 movie.mp4 --slow 50"),
-    Command("check", "do hard spheres hold for a mill? runs it with soft spheres, too, and says so in one sentence",
+    Command("check", "do hard spheres hold for a mill? runs it with soft ones, too, and says so in a sentence",
             "check input/planetary.ini"),
     Command("dem", "runs the same deck with soft spheres in LIGGGHTS, into a file of the same format",
             "dem input/simoloyer.ini -o soft.h5"),

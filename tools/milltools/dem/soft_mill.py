@@ -97,8 +97,7 @@ class SoftMill:
             if sample == 0:
                 self.version = process.version()
             self.time = begin + sample * model.sample_interval
-            if frame.moves:
-                place = frame.of(self.time)
+            place = frame.of(self.time) if frame.moves else place
             # the observers get the sample nearest to each time that they need
             after = self.time + HALF_AN_INTERVAL * model.sample_interval
             row = sample % model.samples_per_row == 0 and after > self.rows * self.series
@@ -114,6 +113,7 @@ class SoftMill:
         if sample == samples:
             self.state = states(rows)
         process.finish()
+        self.version = process.version()
         if sample < samples:
             raise UserError("LIGGGHTS ended before its run was over", 1)
 
