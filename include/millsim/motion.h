@@ -103,6 +103,9 @@ struct mill_reach {
  * origin of its frame if it has no axis at rest. */
 double mill_motion_reach(const struct mill_motion *motion, const struct mill_reach *places);
 
+/* [m/s] Nothing that the motion moves is ever faster at these places. */
+double mill_motion_fastest(const struct mill_motion *motion, const struct mill_reach *places);
+
 /* True if a plane normal to this direction of the motion's frame does not move: the motion and its
  * carriers only turn about this direction. */
 bool mill_motion_keeps(const struct mill_motion *motion, vec3 direction);

@@ -141,6 +141,9 @@ struct mill_world {
 
 void mill_world_free(struct mill_world *world);
 
+/* Can contacts of this kind happen: has the mill a surface of it, or is it that of two balls? */
+bool mill_world_has(const struct mill_world *world, int kind);
+
 /* [m] A coordinate along x, or the difference of two. In a periodic mill: of the image that is
  * nearest to 0 */
 static inline double mill_world_image(const struct mill_world *world, double x)

@@ -23,14 +23,13 @@ bool mill_bridges_create(struct mill_bridges *p, const struct mill_world *w)
     const struct mill_shape *first = NULL;
     for (int k = 0; k < w->shapes; k++) {
         const struct mill_shape *s = w->shape[k];
-        const struct mill_motion_bounds b = mill_motion_bounds(s->motion, vec3_make(0.0, 0.0, 0.0));
         if (s->pinches)
             continue;
         first = first ? first : s;
         two = two || s->motion != first->motion;
         if (s->motion)
-            p->speed = mill_greatest(
-                p->speed, b.speed + b.turning * mill_motion_reach(s->motion, &w->container.places));
+            p->speed =
+                mill_greatest(p->speed, mill_motion_fastest(s->motion, &w->container.places));
     }
     if (!two || p->speed <= 0.0)
         return true;

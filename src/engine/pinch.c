@@ -27,10 +27,8 @@ bool mill_pinches_create(struct mill_pinches *p, const struct mill_world *w)
     double speed = 0.0;
     for (int k = 0; k < w->shapes; k++) {
         const struct mill_shape *s = w->shape[k];
-        const struct mill_motion_bounds b = mill_motion_bounds(s->motion, vec3_make(0.0, 0.0, 0.0));
-        const double reach = mill_motion_reach(s->motion, &w->container.places);
         if (s->pinches)
-            speed = fmax(speed, b.speed + b.turning * reach);
+            speed = fmax(speed, mill_motion_fastest(s->motion, &w->container.places));
     }
     if (speed <= 0.0)
         return true;

@@ -3,20 +3,17 @@
 #include "engine/sim_private.h"
 #include "geometry/shape.h"
 
-/* Adds the work of the surface on the ball to the account, and the part of each motion: the work of
- * the impulse at the velocity that this motion adds to the velocity of its carriers. Also adds the
- * angular impulse about the motion's axis. */
-static void book_work(struct mill_account *a, const struct mill_motion *motion,
-                      const struct mill_sim_entry *entry)
+void mill_sim_book_work(struct mill_account *a, const struct mill_motion *motion,
+                        const struct mill_pose *poses, double now, vec3 impulse, vec3 point,
+                        vec3 velocity)
 {
-    const vec3 impulse = entry->impact.impulse, point = entry->impact.position; /* on the ball */
-    const double work = vec3_dot(impulse, entry->velocity);
+    const double work = vec3_dot(impulse, velocity);
     double left = work; /* work of the motion and its carriers */
     a->work += work;
-    a->pinch_work += entry->impact.lasting ? work : 0.0;
     a->work_gross += fabs(work);
     for (const struct mill_motion *m = motion; m; m = m->on) {
-        const struct mill_pose carrier = mill_motion_pose(m->on, entry->now);
+        const struct mill_pose carrier =
+            m->on && poses ? poses[m->on->number] : mill_motion_pose(m->on, now);
         const double rest = m->on ? vec3_dot(impulse, mill_pose_velocity(&carrier, point)) : 0.0;
         a->motion[m->number].work += left - rest;
         left = rest;
@@ -55,8 +52,11 @@ static void book(struct mill_world *w, const struct mill_sim_entry *entry)
     a->dissipation_normal[kind] += impact->dissipation_normal;
     a->dissipation_gross += fabs(impact->dissipation);
     a->incident += 0.5 * entry->reduced_mass * speed * speed;
-    if (impact->surface >= 0 && w->shape[impact->surface]->motion)
-        book_work(a, w->shape[impact->surface]->motion, entry);
+    if (impact->surface < 0 || !w->shape[impact->surface]->motion)
+        return;
+    a->pinch_work += impact->lasting ? vec3_dot(impact->impulse, entry->velocity) : 0.0;
+    mill_sim_book_work(a, w->shape[impact->surface]->motion, NULL, entry->now, impact->impulse,
+                       impact->position, entry->velocity);
 }
 
 static bool tell_impact(struct mill_sim *sim, const struct mill_impact *impact)

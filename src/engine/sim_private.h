@@ -95,6 +95,13 @@ struct mill_sim_entry *mill_sim_next_entry(struct mill_sim *sim);
  * (sim_account.c). */
 void mill_sim_record(struct mill_sim *sim, const struct mill_sim_entry *entry);
 
+/* Adds the work of a surface that gives this impulse [N s] to a ball, to the account and the part
+ * of each motion: the work at the velocity that it adds to that of its carriers. Also the angular
+ * impulse about its axis. poses: of all motions at local time `now`; NULL: they are computed. */
+void mill_sim_book_work(struct mill_account *account, const struct mill_motion *motion,
+                        const struct mill_pose *poses, double now, vec3 impulse, vec3 point,
+                        vec3 velocity);
+
 /* A contact of soft spheres has ended: as mill_sim_record, but works and losses are in the account
  * already. */
 void mill_sim_count(struct mill_sim *sim, const struct mill_sim_entry *entry);

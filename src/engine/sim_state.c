@@ -38,21 +38,28 @@ static bool is_sane(const struct mill_sim *sim, int32_t i, int32_t cell)
             (shape && plan->shape != MILL_NOBODY));
 }
 
-/* cell: the cell of each ball. When saving, it is the grid's array; when loading, an array of the
- * caller. */
-static void tell_fields(struct mill_sim *s, int32_t *cell, struct mill_state *state)
+/* What all spheres have */
+static void tell_world(struct mill_sim *s, struct mill_state *state)
 {
     struct mill_world *w = s->world;
-    const struct mill_rest *rest = &s->schedule->rest;
     const size_t n = (size_t)w->balls;
     mill_state_field(state, "base", MILL_FIELD_F64, 1, &w->base);
     mill_state_field(state, "now", MILL_FIELD_F64, 1, &s->now);
-    mill_state_structs(state, "watch", sizeof s->watch, 1, &s->watch);
     mill_state_structs(state, "start", sizeof w->start, 1, &w->start);
     mill_state_structs(state, "account", sizeof w->account, 1, &w->account);
     mill_state_structs(state, "counts", sizeof w->counts, 1, &w->counts);
     mill_state_structs(state, "ball", sizeof *w->ball, n, w->ball);
     mill_state_structs(state, "spin", sizeof *w->spin, n, w->spin);
+}
+
+/* cell: the cell of each ball. When saving, it is the grid's array; when loading, an array of the
+ * caller. */
+static void tell_fields(struct mill_sim *s, int32_t *cell, struct mill_state *state)
+{
+    const struct mill_rest *rest = &s->schedule->rest;
+    const size_t n = (size_t)s->world->balls;
+    tell_world(s, state);
+    mill_state_structs(state, "watch", sizeof s->watch, 1, &s->watch);
     mill_state_structs(state, "plan", sizeof *s->schedule->plan, n, s->schedule->plan);
     mill_state_structs(state, "pinch", sizeof *s->pinches.ball, s->pinches.ball ? n : 0,
                        s->pinches.ball);
@@ -76,15 +83,8 @@ static void restart_motions(const struct mill_world *w)
 /* The state of soft spheres */
 static void tell_soft(struct mill_sim *sim, struct mill_state *state)
 {
-    struct mill_world *w = sim->world;
-    const size_t n = (size_t)w->balls;
-    mill_state_field(state, "base", MILL_FIELD_F64, 1, &w->base);
-    mill_state_field(state, "now", MILL_FIELD_F64, 1, &sim->now);
-    mill_state_structs(state, "start", sizeof w->start, 1, &w->start);
-    mill_state_structs(state, "account", sizeof w->account, 1, &w->account);
-    mill_state_structs(state, "counts", sizeof w->counts, 1, &w->counts);
-    mill_state_structs(state, "ball", sizeof *w->ball, n, w->ball);
-    mill_state_structs(state, "spin", sizeof *w->spin, n, w->spin);
+    const struct mill_world *w = sim->world;
+    tell_world(sim, state);
     for (int32_t i = 0; i < w->balls && state->loads; i++)
         if (w->ball[i].species < 0 || w->ball[i].species >= w->species_count)
             mill_state_refuse(state, "the saved balls are damaged");

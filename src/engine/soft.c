@@ -288,9 +288,8 @@ static void find_speeds(struct mill_soft *s)
     const struct mill_world *w = s->world;
     for (int k = 0; k < w->shapes; k++) {
         const struct mill_motion *m = w->shape[k]->motion;
-        const struct mill_motion_bounds b = mill_motion_bounds(m, vec3_make(0.0, 0.0, 0.0));
         if (m && !w->shape[k]->fixed)
-            s->speed[k] = b.speed + b.turning * mill_motion_reach(m, &w->container.places);
+            s->speed[k] = mill_motion_fastest(m, &w->container.places);
         s->swiftest = mill_greatest(s->swiftest, s->speed[k]);
     }
 }

@@ -312,27 +312,6 @@ static void press_pairs(struct mill_soft *s, struct mill_soft_part *p, int32_t i
 
 /* ---- a ball and a surface ---- */
 
-/* Work of a moving surface, and the part of each motion */
-static void book_work(const struct mill_soft *s, struct mill_account *a,
-                      const struct mill_shape *shape, vec3 impulse, vec3 point, vec3 velocity)
-{
-    const double work = vec3_dot(impulse, velocity);
-    double left = work;
-    a->work += work;
-    a->work_gross += fabs(work);
-    for (const struct mill_motion *m = shape->motion; m; m = m->on) {
-        const struct mill_pose *carrier = m->on ? &s->pose[m->on->number] : &mill_pose_still;
-        const double rest = m->on ? vec3_dot(impulse, mill_pose_velocity(carrier, point)) : 0.0;
-        a->motion[m->number].work += left - rest;
-        left = rest;
-        if (!m->axial)
-            continue;
-        const vec3 arm = vec3_sub(point, mill_pose_out(carrier, m->through));
-        a->motion[m->number].impulse +=
-            vec3_dot(mill_pose_turn_out(carrier, m->axis), vec3_cross(arm, impulse));
-    }
-}
-
 /* The ball's contact with this shape with a similar normal, not seen in this step; or -1 */
 static int32_t find(const struct mill_soft_part *p, const struct mill_soft_ball *ball,
                     int32_t shape, vec3 normal)
@@ -387,8 +366,8 @@ static void press_place(struct mill_soft *s, struct mill_soft_part *p, int32_t i
         const struct push push = press(s, &m, t, p, shape->kind);
         load(s, p, i, &push, m.begins, -1.0, vec3_scale(n, arm));
         if (shape->motion)
-            book_work(s, &p->tally.account, shape, vec3_scale(push.impulse, -1.0), c->point,
-                      c->velocity);
+            mill_sim_book_work(&p->tally.account, shape->motion, s->pose, 0.0,
+                               vec3_scale(push.impulse, -1.0), c->point, c->velocity);
     }
     t->flags |= MILL_SOFT_SEEN;
     if (m.begins)

@@ -185,15 +185,6 @@ static struct mill_soft_damping *damp_all(const struct mill_law *law, bool hertz
     return all;
 }
 
-/* Has the mill contacts of this kind? */
-static bool occurs(const struct mill_world *w, int kind)
-{
-    bool has = kind == MILL_BALL_BALL;
-    for (int k = 0; k < w->shapes && !has; k++)
-        has = w->shape[k]->kind == kind;
-    return has;
-}
-
 struct mill_soft_spring *mill_soft_springs(struct mill_world *w)
 {
     const int species = w->species_count;
@@ -207,7 +198,7 @@ struct mill_soft_spring *mill_soft_springs(struct mill_world *w)
     for (int kind = 0; all && kind < w->kinds.count; kind++) {
         const struct mill_law *law = &w->law[kind];
         const bool falls = w->fall[kind].points > 0;
-        if (!occurs(w, kind))
+        if (!mill_world_has(w, kind))
             continue;
         const struct mill_soft_damping *damped = falls ? damp_all(law, hertz) : NULL;
         if (falls && !damped) {

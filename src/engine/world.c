@@ -23,6 +23,14 @@ void mill_world_free(struct mill_world *w)
     free(w);
 }
 
+bool mill_world_has(const struct mill_world *w, int kind)
+{
+    bool has = kind == MILL_BALL_BALL;
+    for (int k = 0; k < w->shapes && !has; k++)
+        has = w->shape[k]->kind == kind;
+    return has;
+}
+
 void mill_world_restart(struct mill_world *w)
 {
     w->base += MILL_WORLD_EPOCH;

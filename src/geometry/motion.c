@@ -120,6 +120,12 @@ double mill_motion_reach(const struct mill_motion *motion, const struct mill_rea
     return reach + far;
 }
 
+double mill_motion_fastest(const struct mill_motion *motion, const struct mill_reach *places)
+{
+    const struct mill_motion_bounds b = mill_motion_bounds(motion, vec3_make(0.0, 0.0, 0.0));
+    return b.speed + b.turning * mill_motion_reach(motion, places);
+}
+
 bool mill_motion_keeps(const struct mill_motion *motion, vec3 direction)
 {
     for (const struct mill_motion *m = motion; m; m = m->on) {

@@ -17,9 +17,7 @@ static inline struct mill_listed mill_kinds_listed(const struct mill_world *worl
 {
     struct mill_listed l = {.count = 0};
     for (int kind = 0; kind < world->kinds.count; kind++) {
-        bool has = kind == MILL_BALL_BALL;
-        for (int k = 0; k < world->shapes && !has; k++)
-            has = world->shape[k]->kind == kind;
+        const bool has = mill_world_has(world, kind);
         l.number[kind] = has ? l.count : -1;
         l.kind[l.count] = kind;
         l.name[l.count] = world->kinds.name[kind];
