@@ -25,11 +25,16 @@ struct mill_crew {
     pthread_mutex_t lock;
     pthread_cond_t change;
     /* ---- shared ---- */
+    /* All threads look at these two words all the time: no other one is in their lines of the
+     * cache. */
+    char apart[128];
     uint64_t round; /* number of the present work */
-    uint64_t left;  /* threads that have not done their part yet */
-    int joined;     /* threads that know their part */
-    int asleep;     /* threads that wait for `change` */
-    bool over;      /* there is no more work */
+    char from[128];
+    uint64_t left; /* threads that have not done their part yet */
+    char others[128];
+    int joined; /* threads that know their part */
+    int asleep; /* threads that wait for `change` */
+    bool over;  /* there is no more work */
 };
 
 struct mill_crew *mill_crew_create(int parts)

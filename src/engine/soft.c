@@ -31,6 +31,9 @@ static void drift(struct mill_soft *s, struct mill_soft_part *p)
             at->r.x = mill_world_image(w, at->r.x);
         s->load[i] = none;
         fastest = mill_greatest(fastest, vec3_dot(b->v, b->v));
+        s->course[i].v = vec3_axpy(b->v, half, b->gain);
+        s->course[i].w = vec3_axpy(b->w, half, b->turn);
+        s->course[i].touched = b->touched;
     }
     p->fastest = fastest;
 }
@@ -41,17 +44,19 @@ static void kick(struct mill_soft *s, struct mill_soft_part *p)
     const struct mill_world *w = s->world;
     const double half = 0.5 * s->dt;
     for (int from = 0; from <= p->number; from++) {
-        struct mill_memory_list *sent = &s->part[from].sent[p->number];
-        const struct mill_soft_sent *each = sent->item;
-        for (size_t k = 0; k < sent->count; k++) {
-            struct mill_soft_load *to = &s->load[each[k].slot];
-            struct mill_soft_ball *b = &s->ball[each[k].slot];
-            to->force = vec3_add(to->force, each[k].load.force);
-            to->torque = vec3_add(to->torque, each[k].load.torque);
-            b->v = vec3_axpy(b->v, b->per_mass, each[k].kick.force);
-            b->w = vec3_axpy(b->w, b->per_inertia, each[k].kick.torque);
+        struct mill_memory_list *sent = &s->part[from].sent[p->number],
+                                *kicks = &s->part[from].kick[p->number];
+        const struct mill_soft_sent *each = sent->item, *other = kicks->item;
+        for (; sent->count > 0; sent->count--, each++) {
+            struct mill_soft_load *to = &s->load[each->slot];
+            to->force = vec3_add(to->force, each->load.force);
+            to->torque = vec3_add(to->torque, each->load.torque);
         }
-        sent->count = 0;
+        for (; kicks->count > 0; kicks->count--, other++) {
+            struct mill_soft_ball *b = &s->ball[other->slot];
+            b->v = vec3_axpy(b->v, b->per_mass, other->load.force);
+            b->w = vec3_axpy(b->w, b->per_inertia, other->load.torque);
+        }
     }
     for (int32_t i = p->first; i < p->last; i++) {
         struct mill_soft_ball *b = &s->ball[i];
@@ -82,31 +87,27 @@ static double time_of(const struct mill_soft *s, int64_t step)
 static bool arrive(struct mill_soft *s)
 {
     const struct mill_world *w = s->world;
-    double fastest = 0.0;
     s->step++;
-    for (int k = 0; k < s->parts; k++)
-        fastest = mill_greatest(fastest, s->part[k].fastest);
-    s->path += s->dt * sqrt(fastest);
+    s->path += s->dt * sqrt(s->fastest);
     s->passed += s->dt;
     for (int k = 0; k < w->motions; k++)
         s->pose[k] = mill_motion_pose(w->motion[k], time_of(s, s->step));
     return s->path - s->listed < 0.5 * s->skin || mill_soft_list(s);
 }
 
-/* Contacts that have ended go to the account and to the observers. false: out of memory */
-static bool tell(struct mill_sim *sim)
+void mill_soft_tell(struct mill_sim *sim)
 {
     struct mill_soft *s = sim->soft;
-    bool good = true;
-    for (int k = 0; k < s->parts; k++) {
-        struct mill_soft_part *p = &s->part[k];
+    struct mill_soft_part *p = s->part;
+    for (uint64_t left = s->told; left != 0; left >>= 1, p++) {
+        if (!(left & 1))
+            continue;
         const struct mill_sim_entry *entry = p->told.item;
         for (size_t n = 0; n < p->told.count; n++)
             mill_sim_count(sim, &entry[n]);
+        s->tells += p->told.count;
         p->told.count = 0;
-        good = good && !p->failed;
     }
-    return good;
 }
 
 /* ---- the world at a step ---- */
@@ -161,11 +162,12 @@ static void publish(struct mill_soft *s)
     }
     for (int32_t i = 0; i < w->balls; i++) {
         const struct mill_soft_ball *b = &s->ball[i];
-        struct mill_ball *to = &w->ball[b->number];
+        const int32_t number = s->course[i].number;
+        struct mill_ball *to = &w->ball[number];
         to->r = s->place[i].r;
         to->v = b->v;
         to->t = time_of(s, s->step);
-        w->spin[b->number] = b->w;
+        w->spin[number] = b->w;
     }
 }
 
@@ -174,23 +176,22 @@ void mill_soft_run(struct mill_sim *sim, double limit, uint64_t *budget,
 {
     struct mill_soft *s = sim->soft;
     bool good = true;
-    mill_soft_begin(s);
+    mill_soft_share(s);
     bool goes_on = *budget > 0 && time_of(s, s->step + 1) <= limit;
     if (goes_on)
         mill_soft_do(s, drift);
     while (goes_on) {
-        good = arrive(s);
-        mill_soft_do(s, mill_soft_press);
+        good = arrive(s) && mill_soft_do(s, mill_soft_press);
         sim->now = time_of(s, s->step);
         s->world->soft_facts.steps++;
-        good = good && tell(sim);
         --*budget;
         if (stop && *stop && sim->status == MILL_OK)
             sim->status = MILL_STOPPED;
         goes_on = good && sim->status == MILL_OK && *budget > 0 && time_of(s, s->step + 1) <= limit;
+        s->teller = sim; /* what this tells an observer can end the run after the next step */
         mill_soft_do(s, goes_on ? kick_and_drift : kick);
+        s->teller = NULL;
     }
-    mill_soft_end(s);
     publish(s);
     if (!good)
         sim->status = mill_error_set(sim->error, MILL_FAILED, "out of memory for the soft spheres");
@@ -212,9 +213,9 @@ static void seat(struct mill_soft *s, const struct mill_soft_ball *from)
         s->ball[k].w = w->spin[i];
         s->ball[k].per_mass = 1.0 / kind->mass;
         s->ball[k].per_inertia = 1.0 / kind->inertia;
-        s->ball[k].number = i;
-        s->ball[k].species = w->ball[i].species;
         s->ball[k].walls = -1;
+        s->course[k].number = i;
+        s->course[k].species = w->ball[i].species;
         s->place[k] = (struct mill_soft_place){w->ball[i].r, kind->radius};
     }
 }
@@ -236,6 +237,7 @@ static bool pool(struct mill_soft *s, const struct mill_soft_touch *touch, size_
         if (touch[n].b < 0)
             mill_soft_touch_link(p, &s->ball[slot], at);
     }
+    s->listed = -INFINITY; /* there are other balls in the slots */
     return mill_soft_list(s);
 }
 
@@ -261,7 +263,7 @@ static bool resettle(struct mill_soft *s, bool sorts, const struct mill_soft_tou
                      size_t count)
 {
     for (int32_t i = 0; i < s->world->balls; i++)
-        s->spare[s->ball[i].number] = s->ball[i];
+        s->spare[s->course[i].number] = s->ball[i];
     if (sorts)
         mill_soft_sort(s);
     seat(s, s->spare);
@@ -306,14 +308,15 @@ struct mill_soft *mill_soft_create(struct mill_world *w, struct mill_soft_spring
     s->spring = spring;
     s->place = mill_memory_get(n, sizeof *s->place);
     s->load = mill_memory_get(n, sizeof *s->load);
+    s->course = mill_memory_get(n, sizeof *s->course);
     s->ball = mill_memory_get(n, sizeof *s->ball);
     s->spare = mill_memory_get(n, sizeof *s->spare);
     s->due = calloc(n * shapes + 1, sizeof *s->due);
     s->look = calloc(n + 1, sizeof *s->look);
     s->speed = calloc(shapes + 1, sizeof *s->speed);
     s->pose = calloc((size_t)w->motions + 1, sizeof *s->pose);
-    bool good = s->spring && s->place && s->load && s->ball && s->spare && s->due && s->look &&
-                s->speed && s->pose && mill_soft_lists_create(s);
+    bool good = s->spring && s->place && s->load && s->course && s->ball && s->spare && s->due &&
+                s->look && s->speed && s->pose && mill_soft_lists_create(s);
     s->threads = 1;
     if (good) {
         if (w->soft.on) {
@@ -322,7 +325,7 @@ struct mill_soft *mill_soft_create(struct mill_world *w, struct mill_soft_spring
             s->dt = w->soft_facts.step = MILL_WORLD_EPOCH / (double)s->steps;
         }
         for (int32_t i = 0; i < w->balls; i++) {
-            s->ball[i].number = i;
+            s->course[i].number = i;
             s->ball[i].gain = w->g;
         }
         find_speeds(s);
@@ -338,11 +341,12 @@ void mill_soft_free(struct mill_soft *s)
 {
     if (!s)
         return;
+    mill_soft_use_threads(s, 1);
     mill_soft_lists_free(s);
     mill_soft_springs_free(s->spring, s->world);
-    mill_crew_free(s->crew);
     free(s->place);
     free(s->load);
+    free(s->course);
     free(s->ball);
     free(s->spare);
     free(s->due);
@@ -412,7 +416,7 @@ void mill_soft_state(struct mill_soft *s, struct mill_state *state)
     mill_state_structs(state, "step", sizeof s->step, 1, &s->step);
     mill_state_structs(state, "facts", sizeof w->soft_facts, 1, &w->soft_facts);
     for (int32_t i = 0; i < w->balls && !state->loads; i++)
-        s->spare[s->ball[i].number] = s->ball[i];
+        s->spare[s->course[i].number] = s->ball[i];
     mill_state_structs(state, "soft_ball", sizeof *s->spare, n, s->spare);
     for (int k = 0; k < s->parts; k++) {
         char name[32];

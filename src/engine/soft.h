@@ -89,13 +89,21 @@ struct mill_soft_load {
     vec3 force, torque; /* [N], [N m]; or times s */
 };
 
+/* What contacts need of a ball besides its place; of its size is a line of the cache, because
+ * those of other parts come from other cores. Velocities are predicted: at the end of the step,
+ * without the change of its forces. */
+struct mill_soft_course {
+    vec3 v, w;               /* [m/s], [rad/s] */
+    int32_t number, species; /* of the ball */
+    int64_t touched;         /* 1: it had a contact in the last step */
+};
+
 struct mill_soft_ball {
     vec3 v, w;       /* [m/s], [rad/s] */
     vec3 gain, turn; /* [m/s^2], [rad/s^2] accelerations */
     double per_mass, per_inertia;
-    int32_t number, species; /* of the ball */
     int32_t walls;   /* its first contact with a surface in the pool of its part; -1: none */
-    int32_t touched; /* 1: it had a contact in the last step */
+    int32_t touched; /* as in its course */
 };
 
 /* A neighbour of a ball: one with a higher slot */
@@ -103,11 +111,10 @@ struct mill_soft_near {
     int32_t slot, touch; /* the contact in the pool of the part; -1: they do not touch */
 };
 
-/* For a ball of another part; or only a kick, for one of this part */
+/* For a ball of another part */
 struct mill_soft_sent {
-    int32_t slot;
+    int64_t slot;
     struct mill_soft_load load;
-    struct mill_soft_load kick; /* more in this step, of contacts that begin in it */
 };
 
 /* What the contacts of a part have done so far */
@@ -125,14 +132,24 @@ struct mill_soft_part {
     struct mill_memory_list near;  /* struct mill_soft_near, of all its balls */
     struct mill_memory_list touch; /* struct mill_soft_touch */
     int32_t unused;                /* the first free place of `touch`; -1: none */
-    struct mill_memory_list *sent; /* [parts] struct mill_soft_sent, for balls of each part */
-    struct mill_memory_list told;  /* struct mill_sim_entry: contacts that have ended */
-    int32_t *around;               /* buffer for a search */
-    bool failed;                   /* out of memory */
+    /* [parts] struct mill_soft_sent, for balls of each part: loads; and impulses more than that, of
+     * contacts that begin in this step, for balls of this part too */
+    struct mill_memory_list *sent, *kick;
+    struct mill_memory_list told; /* struct mill_sim_entry: contacts that have ended */
+    int32_t *around;              /* buffer for a search */
+    bool failed;                  /* out of memory */
     struct mill_soft_tally tally;
 };
 
 enum { MILL_SOFT_PARTS = 64 };
+
+/* What the parts of a thread have shown. Other threads write into other lines of the cache. */
+struct mill_soft_gist {
+    double fastest;  /* [m/s] square of the greatest speed in this step */
+    uint64_t told;   /* its parts that have contacts to tell, one bit each */
+    uint64_t failed; /* parts */
+    char apart[104];
+};
 
 struct mill_soft_order {
     int32_t cell, ball;
@@ -186,6 +203,7 @@ struct mill_soft {
     struct mill_grids grids;
     struct mill_soft_place *place;
     struct mill_soft_load *load;
+    struct mill_soft_course *course;
     struct mill_soft_ball *ball;
     int32_t *begin;                /* [balls + 1] of a slot's neighbours in the list of its part */
     int32_t *slot;                 /* of each ball */
@@ -199,9 +217,13 @@ struct mill_soft {
     struct mill_soft_part part[MILL_SOFT_PARTS];
     struct mill_crew *crew; /* NULL: one thread */
     int threads;
-    bool shared;                   /* the threads are there */
     int share[MILL_CREW_MOST + 1]; /* the first part of each thread */
+    struct mill_soft_gist gist[MILL_CREW_MOST];
+    double fastest; /* of all parts, and their contacts to tell */
+    uint64_t told;
     void (*phase)(struct mill_soft *, struct mill_soft_part *);
+    struct mill_sim *teller; /* its ended contacts are told beside the phase; NULL: none */
+    uint64_t tells;          /* so far */
 };
 
 /* Makes them from the world at t = 0, with these springs, which it then owns. NULL: out of memory
@@ -218,16 +240,19 @@ bool mill_soft_restart(struct mill_soft *soft);
 
 void mill_soft_state(struct mill_soft *soft, struct mill_state *state);
 
+/* Contacts that have ended go to the account and to the observers. */
+void mill_soft_tell(struct mill_sim *sim);
+
 /* ---- threads (soft_threads.c) ---- */
 
+/* Starts the threads; of 1: ends them. They sleep when there is nothing to do. */
 void mill_soft_use_threads(struct mill_soft *soft, int threads);
 
-/* Starts and ends the threads; between these calls one thread does all. */
-void mill_soft_begin(struct mill_soft *soft);
-void mill_soft_end(struct mill_soft *soft);
+/* Shares the parts among the threads, by what their steps cost: contacts more than balls */
+void mill_soft_share(struct mill_soft *soft);
 
-/* Does the phase for all parts, on all threads. */
-void mill_soft_do(struct mill_soft *soft,
+/* Does the phase for all parts, on all threads. false: one is out of memory */
+bool mill_soft_do(struct mill_soft *soft,
                   void (*phase)(struct mill_soft *, struct mill_soft_part *));
 
 /* ---- lists (soft_list.c) ---- */
@@ -256,6 +281,13 @@ static inline struct mill_soft_touch *mill_soft_touch(const struct mill_soft_par
                                                       int32_t touch)
 {
     return (struct mill_soft_touch *)part->touch.item + touch;
+}
+
+/* Where the neighbours of a slot end in the list of its part */
+static inline int32_t mill_soft_near_end(const struct mill_soft *s, const struct mill_soft_part *p,
+                                         int32_t slot)
+{
+    return slot + 1 < p->last ? s->begin[slot + 1] : (int32_t)p->near.count;
 }
 
 /* ---- forces (soft_force.c) ---- */

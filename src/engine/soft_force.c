@@ -206,46 +206,34 @@ static struct mill_soft_touch *make(struct mill_soft_part *p, int32_t *touch, in
 
 /* ---- two balls ---- */
 
-/* Velocities at the end of the step, without the change of its forces */
-struct course {
-    vec3 v, w; /* [m/s], [rad/s] */
-};
-
-static struct course course_of(const struct mill_soft *s, int32_t slot)
+/* A force or an impulse at this arm, to the ball's part */
+static void send(struct mill_soft *s, struct mill_soft_part *p, bool kicks, int32_t slot,
+                 vec3 force, vec3 arm)
 {
-    const struct mill_soft_ball *b = &s->ball[slot];
-    const double half = 0.5 * s->dt;
-    return (struct course){vec3_axpy(b->v, half, b->gain), vec3_axpy(b->w, half, b->turn)};
-}
-
-static struct mill_soft_load load_of(vec3 force, vec3 arm)
-{
-    return (struct mill_soft_load){force, vec3_cross(arm, force)};
+    int to = p->number;
+    while (slot >= s->part[to].last)
+        to++;
+    struct mill_soft_sent *sent = mill_memory_add(kicks ? &p->kick[to] : &p->sent[to]);
+    if (sent)
+        *sent = (struct mill_soft_sent){slot, {force, vec3_cross(arm, force)}};
+    else
+        p->failed = true;
 }
 
 /* The push on a ball, `sign` times, at this arm from its centre */
 static void load(struct mill_soft *s, struct mill_soft_part *p, int32_t slot,
                  const struct push *push, bool begins, double sign, vec3 arm)
 {
-    const struct mill_soft_load steady = load_of(vec3_scale(push->force, sign), arm);
-    const bool own = slot < p->last;
-    int to = p->number;
-    if (own) {
+    const vec3 force = vec3_scale(push->force, sign);
+    if (slot < p->last) {
         struct mill_soft_load *of = &s->load[slot];
-        of->force = vec3_add(of->force, steady.force);
-        of->torque = vec3_add(of->torque, steady.torque);
-        if (!begins)
-            return;
+        of->force = vec3_add(of->force, force);
+        of->torque = vec3_add(of->torque, vec3_cross(arm, force));
+    } else {
+        send(s, p, false, slot, force, arm);
     }
-    while (slot >= s->part[to].last)
-        to++;
-    struct mill_soft_sent *sent = mill_memory_add(&p->sent[to]);
-    const struct mill_soft_load none = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
-    if (sent)
-        *sent = (struct mill_soft_sent){slot, own ? none : steady,
-                                        load_of(vec3_scale(push->kick, sign), arm)};
-    else
-        p->failed = true;
+    if (begins)
+        send(s, p, true, slot, vec3_scale(push->kick, sign), arm);
 }
 
 static void press_pair(struct mill_soft *s, struct mill_soft_part *p, int32_t i,
@@ -253,26 +241,25 @@ static void press_pair(struct mill_soft *s, struct mill_soft_part *p, int32_t i,
 {
     const struct mill_world *w = s->world;
     const int32_t j = near->slot;
-    const struct mill_soft_ball *one = &s->ball[i], *other = &s->ball[j];
-    const bool turned = one->number > other->number; /* the contact is from a to b */
+    /* the contact is from a to b */
+    const bool turned = s->course[i].number > s->course[j].number;
     const int32_t a = turned ? j : i, b = turned ? i : j;
+    const struct mill_soft_course *ca = &s->course[a], *cb = &s->course[b];
     const vec3 n = vec3_scale(d, (turned ? -1.0 : 1.0) / distance);
     const double sum = s->place[a].radius + s->place[b].radius, half = 0.5 * (sum - distance);
     const double arm_a = s->place[a].radius - half, arm_b = s->place[b].radius - half;
-    const struct course ca = course_of(s, a), cb = course_of(s, b);
-    const vec3 spin = vec3_axpy(vec3_scale(ca.w, arm_a), arm_b, cb.w);
-    struct mill_soft_meeting m = {
-        .spring = &s->spring[s->ball[a].species * w->species_count + s->ball[b].species],
-        .normal = n,
-        .rate = vec3_add(vec3_sub(ca.v, cb.v), vec3_cross(spin, n)),
-        .depth = sum - distance,
-        .begins = near->touch < 0};
+    const vec3 spin = vec3_axpy(vec3_scale(ca->w, arm_a), arm_b, cb->w);
+    struct mill_soft_meeting m = {.spring =
+                                      &s->spring[ca->species * w->species_count + cb->species],
+                                  .normal = n,
+                                  .rate = vec3_add(vec3_sub(ca->v, cb->v), vec3_cross(spin, n)),
+                                  .depth = sum - distance,
+                                  .begins = near->touch < 0};
     struct mill_soft_touch *t;
     if (m.begins) {
         m.point = vec3_axpy(s->place[a].r, arm_a, n);
         m.point.x = mill_world_image(w, m.point.x);
-        t = make(p, &near->touch, s->ball[a].number, s->ball[b].number,
-                 one->touched || other->touched);
+        t = make(p, &near->touch, ca->number, cb->number, ca->touched || cb->touched);
         if (!t)
             return;
     } else {
@@ -337,19 +324,20 @@ static void press_place(struct mill_soft *s, struct mill_soft_part *p, int32_t i
     struct mill_soft_ball *ball = &s->ball[i];
     const vec3 n = vec3_scale(c->normal, -1.0);
     const double arm = s->place[i].radius + c->gap;
-    const struct course course = course_of(s, i);
+    const struct mill_soft_course *course = &s->course[i];
     const size_t pairs = (size_t)w->species_count * (size_t)w->species_count;
     int32_t touch = find(p, ball, number, n);
     struct mill_soft_meeting m = {
-        .spring = &s->spring[(size_t)shape->kind * pairs + (size_t)ball->species],
+        .spring = &s->spring[(size_t)shape->kind * pairs + (size_t)course->species],
         .normal = n,
         .point = c->point,
-        .rate = vec3_add(vec3_sub(course.v, c->velocity), vec3_cross(course.w, vec3_scale(n, arm))),
+        .rate =
+            vec3_add(vec3_sub(course->v, c->velocity), vec3_cross(course->w, vec3_scale(n, arm))),
         .depth = -c->gap,
         .begins = touch < 0};
     struct mill_soft_touch *t;
     if (m.begins) {
-        t = make(p, &touch, ball->number, MILL_NOBODY, ball->touched);
+        t = make(p, &touch, course->number, MILL_NOBODY, course->touched);
         if (!t)
             return;
         const struct mill_pose *pose =
@@ -421,8 +409,7 @@ void mill_soft_press(struct mill_soft *s, struct mill_soft_part *p)
 {
     const double clock = s->path + s->swiftest * s->passed;
     for (int32_t i = p->first; i < p->last; i++) {
-        const int32_t last = i + 1 < p->last ? s->begin[i + 1] : (int32_t)p->near.count;
-        press_pairs(s, p, i, s->begin[i], last);
+        press_pairs(s, p, i, s->begin[i], mill_soft_near_end(s, p, i));
         if (clock >= s->look[i])
             press_walls(s, p, i);
     }

@@ -9,7 +9,7 @@
 #include <string.h>
 
 /* Of the largest diameter. Wider lists hold more pairs that do not touch (measured). */
-#define SKIN 0.15
+#define SKIN 0.35
 /* Balls of a part, for small and for large mills: fewer have more neighbours in other parts */
 enum { SMALL = 22, SMALL_PARTS = 16, LARGE = 1000 };
 
@@ -26,7 +26,9 @@ bool mill_soft_lists_create(struct mill_soft *s)
         s->skin = mill_least(s->skin, 0.9 * (w->container.period / 3.0 - widest));
     s->skin = mill_greatest(s->skin, 1e-3 * widest);
     s->parts = w->balls / LARGE > most ? w->balls / LARGE : most;
-    s->parts = s->parts < 1 ? 1 : s->parts > MILL_SOFT_PARTS ? MILL_SOFT_PARTS : s->parts;
+    s->share[1] = s->parts = s->parts < 1                 ? 1
+                             : s->parts > MILL_SOFT_PARTS ? MILL_SOFT_PARTS
+                                                          : s->parts;
     s->wide = *w;
     s->wide.species = malloc((size_t)w->species_count * sizeof *s->wide.species);
     s->begin = calloc(n + 1, sizeof *s->begin);
@@ -48,10 +50,11 @@ bool mill_soft_lists_create(struct mill_soft *s)
         p->told.size = sizeof(struct mill_sim_entry);
         p->unused = -1;
         p->around = malloc((n + MILL_CELL_ROW) * sizeof *p->around);
-        p->sent = calloc((size_t)s->parts, sizeof *p->sent);
+        p->sent = calloc(2 * (size_t)s->parts, sizeof *p->sent);
         if (!p->around || !p->sent)
             return false;
-        for (int to = 0; to < s->parts; to++)
+        p->kick = p->sent + s->parts;
+        for (int to = 0; to < 2 * s->parts; to++)
             p->sent[to].size = sizeof(struct mill_soft_sent);
     }
     for (int32_t i = 0; i < w->balls; i++)
@@ -63,7 +66,7 @@ void mill_soft_lists_free(struct mill_soft *s)
 {
     for (int k = 0; k < s->parts; k++) {
         struct mill_soft_part *p = &s->part[k];
-        for (int to = 0; p->sent && to < s->parts; to++)
+        for (int to = 0; p->sent && to < 2 * s->parts; to++)
             free(p->sent[to].item);
         free(p->sent);
         free(p->near.item);
@@ -179,6 +182,27 @@ static void put_in_order(int32_t *slot, int32_t count, int32_t one)
     slot[count] = one;
 }
 
+/* Puts the contacts of a part's balls into their lists. */
+static void join_part(struct mill_soft *s, struct mill_soft_part *p)
+{
+    struct mill_soft_near *near = p->near.item;
+    for (int32_t n = 0; n < (int32_t)p->touch.count; n++) {
+        const struct mill_soft_touch *t = mill_soft_touch(p, n);
+        if (t->a < 0 || t->b < 0)
+            continue;
+        const int32_t slot = mill_soft_owner(s, t), other = s->slot[t->a] + s->slot[t->b] - slot;
+        const int32_t end = mill_soft_near_end(s, p, slot);
+        int32_t at = s->begin[slot];
+        while (at < end && near[at].slot != other)
+            at++;
+        assert(s->watch || at < end);
+        if (at < end)
+            near[at].touch = n;
+        else /* balls of another program can jump */
+            mill_soft_touch_put(p, n);
+    }
+}
+
 /* Lists the neighbours of a part's balls. */
 static void list_part(struct mill_soft *s, struct mill_soft_part *p)
 {
@@ -187,7 +211,7 @@ static void list_part(struct mill_soft *s, struct mill_soft_part *p)
     for (int32_t i = p->first; i < p->last; i++) {
         const struct mill_soft_place *own = &s->place[i];
         const int32_t n =
-            mill_grids_gather(&s->grids, s->ball[i].species, s->grids.own[0].cell[i], p->around);
+            mill_grids_gather(&s->grids, s->course[i].species, s->grids.own[0].cell[i], p->around);
         int32_t kept = 0;
         s->begin[i] = (int32_t)p->near.count;
         for (int32_t k = 0; k < n; k++) {
@@ -208,44 +232,24 @@ static void list_part(struct mill_soft *s, struct mill_soft_part *p)
             *near = (struct mill_soft_near){p->around[k], -1};
         }
     }
-}
-
-/* Where the neighbours of a slot end in the list of its part */
-static int32_t end_of(const struct mill_soft *s, const struct mill_soft_part *p, int32_t slot)
-{
-    return slot + 1 < p->last ? s->begin[slot + 1] : (int32_t)p->near.count;
+    join_part(s, p);
 }
 
 bool mill_soft_list(struct mill_soft *s)
 {
     const struct mill_world *w = s->world;
+    const bool anew = isinf(s->listed);
     bool good = true;
-    for (int k = 0; k < s->grids.classes; k++)
+    for (int k = 0; k < s->grids.classes && anew; k++)
         mill_cells_clear(&s->grids.own[k]);
-    for (int32_t i = 0; i < w->balls && good; i++)
-        good = mill_grids_insert(&s->grids, i, s->ball[i].species,
-                                 mill_cells_at(&s->grids.own[0], s->place[i].r));
-    mill_soft_do(s, list_part);
-    for (int k = 0; k < s->parts && good; k++) {
-        struct mill_soft_part *p = &s->part[k];
-        good = !p->failed;
-        for (int32_t n = 0; n < (int32_t)p->touch.count && good; n++) {
-            const struct mill_soft_touch *t = mill_soft_touch(p, n);
-            if (t->a < 0 || t->b < 0)
-                continue;
-            const int32_t slot = mill_soft_owner(s, t),
-                          other = s->slot[t->a] + s->slot[t->b] - slot;
-            struct mill_soft_near *near = p->near.item;
-            int32_t at = s->begin[slot];
-            while (at < end_of(s, p, slot) && near[at].slot != other)
-                at++;
-            assert(s->watch || at < end_of(s, p, slot));
-            if (at < end_of(s, p, slot))
-                near[at].touch = n;
-            else /* balls of another program can jump */
-                mill_soft_touch_put(p, n);
-        }
+    for (int32_t i = 0; i < w->balls && good; i++) {
+        const int32_t cell = mill_cells_at(&s->grids.own[0], s->place[i].r);
+        if (!anew && cell == s->grids.own[0].cell[i])
+            continue;
+        if (!anew)
+            mill_grids_remove(&s->grids, i, s->course[i].species);
+        good = mill_grids_insert(&s->grids, i, s->course[i].species, cell);
     }
     s->listed = s->path;
-    return good;
+    return good && mill_soft_do(s, list_part);
 }

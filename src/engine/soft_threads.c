@@ -2,6 +2,9 @@
  */
 #include "engine/soft.h"
 
+/* Costs have the unit of 10 ns, more or less. */
+#define TELLING 80.0 /* cost of one contact */
+
 static double cost_of(const struct mill_soft_part *p)
 {
     return 0.4 * (double)(p->last - p->first) + 0.1 * (double)p->near.count +
@@ -12,15 +15,24 @@ static double cost_of(const struct mill_soft_part *p)
 static void work(void *self, int thread)
 {
     struct mill_soft *s = self;
-    for (int k = s->share[thread]; k < s->share[thread + 1]; k++)
+    if (thread == 0 && s->teller)
+        mill_soft_tell(s->teller);
+    struct mill_soft_gist gist = {.fastest = 0.0};
+    for (int k = s->share[thread]; k < s->share[thread + 1]; k++) {
+        const struct mill_soft_part *p = &s->part[k];
         s->phase(s, &s->part[k]);
+        gist.fastest = mill_greatest(gist.fastest, p->fastest);
+        gist.told |= (uint64_t)(p->told.count > 0) << k;
+        gist.failed += p->failed;
+    }
+    s->gist[thread] = gist;
 }
 
-/* Shares the parts among the threads, by what their steps cost: contacts more than balls */
-static void share(struct mill_soft *s)
+void mill_soft_share(struct mill_soft *s)
 {
-    const int threads = s->shared ? s->threads : 1;
-    double all = 0.0, so_far = 0.0;
+    const int threads = s->threads;
+    const double steps = (double)s->world->soft_facts.steps + 1.0;
+    double so_far = TELLING * (double)s->tells / steps, all = so_far;
     int thread = 0;
     for (int k = 0; k < s->parts; k++)
         all += cost_of(&s->part[k]);
@@ -34,34 +46,40 @@ static void share(struct mill_soft *s)
     s->share[0] = 0;
 }
 
-void mill_soft_do(struct mill_soft *s, void (*phase)(struct mill_soft *, struct mill_soft_part *))
+bool mill_soft_do(struct mill_soft *s, void (*phase)(struct mill_soft *, struct mill_soft_part *))
 {
+    uint64_t failed = 0;
     s->phase = phase;
-    if (s->shared)
+    if (s->crew)
         mill_crew_do(s->crew, work, s);
     else
-        for (int k = 0; k < s->parts; k++)
-            phase(s, &s->part[k]);
+        work(s, 0);
+    s->fastest = 0.0;
+    s->told = 0;
+    for (int k = 0; k < s->threads; k++) {
+        s->fastest = mill_greatest(s->fastest, s->gist[k].fastest);
+        s->told |= s->gist[k].told;
+        failed += s->gist[k].failed;
+    }
+    return failed == 0;
 }
 
-void mill_soft_begin(struct mill_soft *s)
-{
-    s->shared = s->crew && mill_crew_begin(s->crew) == s->threads;
-    share(s);
-}
-
-void mill_soft_end(struct mill_soft *s)
+static void drop(struct mill_soft *s)
 {
     if (s->crew)
         mill_crew_end(s->crew);
-    s->shared = false;
+    mill_crew_free(s->crew);
+    s->crew = NULL;
+    s->threads = 1;
 }
 
 void mill_soft_use_threads(struct mill_soft *s, int threads)
 {
     const int most = s->parts < MILL_CREW_MOST ? s->parts : MILL_CREW_MOST;
-    mill_crew_free(s->crew);
-    s->threads = threads < most ? threads : most;
-    s->crew = s->threads > 1 ? mill_crew_create(s->threads) : NULL;
-    s->threads = s->crew ? s->threads : 1;
+    drop(s);
+    s->crew = threads > 1 ? mill_crew_create(threads < most ? threads : most) : NULL;
+    s->threads = s->crew ? mill_crew_begin(s->crew) : 1;
+    if (s->threads < threads && s->threads < most)
+        drop(s); /* there are no more threads: one does all */
+    mill_soft_share(s);
 }

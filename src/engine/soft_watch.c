@@ -232,7 +232,8 @@ static double seat(struct mill_soft *s, const struct mill_soft_frame *f, const d
         s->place[k].r = r;
         ball->v = vec3_add(f->velocity, outside(f, is + 4));
         ball->w = outside(f, is + 7);
-        ball->gain = ball->turn = vec3_make(0.0, 0.0, 0.0);
+        s->course[k].v = ball->v;
+        s->course[k].w = ball->w;
     }
     return sqrt(farthest);
 }
@@ -269,9 +270,7 @@ enum mill_status mill_soft_watch_sample(struct mill_soft *s, double time,
     if (s->path - s->listed >= 0.5 * s->skin)
         good = mill_soft_list(s);
     watch->elastic = 0.0;
-    mill_soft_do(s, mill_soft_press);
-    for (int k = 0; k < s->parts; k++)
-        good = good && !s->part[k].failed;
+    good = mill_soft_do(s, mill_soft_press) && good;
     return good ? MILL_OK : mill_error_set(error, MILL_FAILED, "out of memory for the contacts");
 }
 
@@ -300,7 +299,7 @@ static void part_them(struct mill_soft *s, struct mill_soft_part *p)
     const struct mill_soft_near *near = p->near.item;
     for (int32_t i = p->first; i < p->last; i++) {
         const struct mill_soft_place *own = &s->place[i];
-        const int32_t last = i + 1 < p->last ? s->begin[i + 1] : (int32_t)p->near.count;
+        const int32_t last = mill_soft_near_end(s, p, i);
         for (int32_t n = s->begin[i]; n < last; n++) {
             const struct mill_soft_place *other = &s->place[near[n].slot];
             vec3 d = vec3_sub(own->r, other->r);
@@ -351,7 +350,7 @@ void mill_soft_watch_state(const struct mill_soft *s, double *state)
         const struct mill_soft_ball *b = &s->ball[i];
         const vec3 is[3] = {s->place[i].r, b->v, b->w};
         for (size_t k = 0; k < 3; k++) {
-            double *to = state + k * n + 3 * (size_t)b->number;
+            double *to = state + k * n + 3 * (size_t)s->course[i].number;
             to[0] = is[k].x;
             to[1] = is[k].y;
             to[2] = is[k].z;
