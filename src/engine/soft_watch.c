@@ -285,62 +285,40 @@ static double closed(const struct mill_soft *s)
     return CLOSED * largest;
 }
 
-/* [m] The ball shifts away from what it overlaps this far, and a little more. */
-static void shift(struct mill_soft *s, int32_t slot, double deep, double share, vec3 away)
+/* Collects how far the two move apart, and a little more: each half of an overlap, or a ball all of
+ * it at a surface. */
+static void part(struct mill_soft *s, struct mill_soft_part *p, const struct mill_soft_meeting *m,
+                 struct mill_soft_touch *t)
 {
-    s->load[slot].force = vec3_axpy(s->load[slot].force, share * (deep + 0.5 * closed(s)), away);
-    s->watch->deepest = mill_greatest(s->watch->deepest, deep);
-}
-
-/* All shifts of a part's contacts: half of an overlap to each ball, all of it at a surface */
-static void part_them(struct mill_soft *s, struct mill_soft_part *p)
-{
-    const struct mill_world *w = s->world;
-    const struct mill_soft_near *near = p->near.item;
-    for (int32_t i = p->first; i < p->last; i++) {
-        const struct mill_soft_place *own = &s->place[i];
-        const int32_t last = mill_soft_near_end(s, p, i);
-        for (int32_t n = s->begin[i]; n < last; n++) {
-            const struct mill_soft_place *other = &s->place[near[n].slot];
-            vec3 d = vec3_sub(own->r, other->r);
-            d.x = mill_world_image(w, d.x);
-            const double distance = vec3_norm(d), deep = own->radius + other->radius - distance;
-            const double half = distance > 0.0 ? 0.5 / distance : 0.0;
-            if (!(deep > 0.0))
-                continue;
-            shift(s, i, deep, half, d);
-            shift(s, near[n].slot, deep, -half, d);
-        }
-        for (int k = 0; k < w->shapes; k++) {
-            struct mill_contact c[MILL_SOFT_PLACES];
-            const struct mill_motion *m = w->shape[k]->motion;
-            const int places =
-                mill_shape_places(w->shape[k], own->r, own->radius,
-                                  m ? &s->pose[m->number] : &mill_pose_still, c, MILL_SOFT_PLACES);
-            for (int at = 0; at < places && c[at].gap < 0.0; at++)
-                shift(s, i, -c[at].gap, 1.0, c[at].normal);
-        }
+    const double far = m->depth + 0.5 * closed(s), share = t->b < 0 ? 1.0 : 0.5;
+    (void)p;
+    for (int k = 0; k < (t->b < 0 ? 1 : 2); k++) {
+        vec3 *shift = &s->load[s->slot[k ? t->b : t->a]].force;
+        *shift = vec3_axpy(*shift, (k ? share : -share) * far, m->normal);
     }
+    s->watch->deepest = mill_greatest(s->watch->deepest, m->depth);
 }
 
 double mill_soft_watch_part(struct mill_soft *s)
 {
+    const size_t n = (size_t)s->world->balls;
     double left = INFINITY;
-    for (int round = 0; round < ROUNDS && left > closed(s); round++) {
-        memset(s->load, 0, (size_t)s->world->balls * sizeof *s->load);
+    bool good = true;
+    s->watch->touch = part;
+    for (int round = 0; round < ROUNDS && good && left > closed(s); round++) {
+        memset(s->load, 0, n * sizeof *s->load);
+        memset(s->look, 0, n * sizeof *s->look); /* they may be anywhere */
+        memset(s->due, 0, n * (size_t)s->world->shapes * sizeof *s->due);
         s->watch->deepest = 0.0;
-        if (!mill_soft_list(s))
-            return NAN;
-        mill_soft_do(s, part_them);
+        good = mill_soft_list(s) && mill_soft_do(s, mill_soft_press);
         left = s->watch->deepest;
         for (int32_t i = 0; i < s->world->balls && left > closed(s); i++)
             s->place[i].r = vec3_add(s->place[i].r, s->load[i].force);
     }
-    memset(s->look, 0, (size_t)s->world->balls * sizeof *s->look); /* they may be anywhere */
-    memset(s->due, 0, (size_t)s->world->balls * (size_t)s->world->shapes * sizeof *s->due);
+    s->watch->touch = touch;
     s->listed = -INFINITY;
     s->watch->deepest = 0.0;
-    return left > closed(s) ? left : 0.0;
+    return !good ? (double)NAN : left > closed(s) ? left : 0.0;
 }
 
 void mill_soft_watch_state(const struct mill_soft *s, double *state)
