@@ -1,4 +1,4 @@
-"""The mills that are compared: LAMMPS, soft millsim and hard millsim, from the same starts."""
+"""The mills that are compared: another program, soft millsim and hard millsim, from the same starts."""
 
 import dataclasses
 import pathlib
@@ -15,8 +15,7 @@ SLICE = (
     "drum.buckle_height=8 mm", "contact.friction=0", "run.precision=0",
 )  # fmt: skip
 DECKS = {
-    **{name: (INPUT / f"{name}.ini", ()) for name in ("vibratory", "planetary", "emax", "mixer")},
-    **{name: (HERE / f"{name}.ini", ()) for name in ("j1", "attritor", "discs", "bridge")},
+    **{one.stem: (one, ()) for folder in (INPUT, HERE) for one in sorted(folder.glob("*.ini"))},
     "wavy": (INPUT / "wavy.ini", SLICE),
 }
 
@@ -55,7 +54,7 @@ SCALE = {"kinetic": 1e3, "rotation": 1e3}
 def of_file(run):
     """The same quantities of an output file of millsim."""
     begin, _ = run.window
-    found = {"power": float(run.statistic(f"{run.drive}/power"))}
+    found = {"power": float(run.statistic(f"{run.drive}/power"))} if run.driven else {}
     for key, series in (("kinetic", "kinetic_energy"), ("rotation", "rotational_energy")):
         time, values = run.series(series)
         found[key] = values[time >= begin].mean()
@@ -75,27 +74,32 @@ def nudged(runner, path, sets, seed):
     return [f"balls.start={file}"]
 
 
-def compare(runner, mill, law="limited"):
-    """{program: [quantities of each start]}"""
+def lammps(runner, mill, path, own, soft, law="limited"):
+    """The quantities of LAMMPS' run of a deck with these overrides; `soft`: facts of the run of soft millsim."""
+    deck = runner.deck(path, own)
+    made = write(deck, deck.start(), mill.modulus, soft["speed"], soft["time_step"], law)
+    return runner.kept(
+        f"{mill.name} {law} {own[0]}",
+        "\n".join([f"{mill.begin} {mill.end}", *made.lines]),
+        lambda: measure(made, deck, mill.begin, mill.end),
+    )
+
+
+def compare(runner, mill, referee):
+    """{program: [quantities of each start]}; "other" is that of `referee`, called as lammps()."""
     path, sets = DECKS[mill.deck]
-    found = {"LAMMPS": [], "soft": [], "hard": []}
+    found = {"other": [], "soft": [], "hard": []}
     for seed in range(1, mill.starts + 1):
-        own = [*sets, *mill.sets, f"run.seed={seed}", f"run.time={mill.end} s", f"run.sample_from={mill.begin} s"]
-        own += [f"output.series={mill.end / 1000:.9g} s", "output.frames=0 s", *nudged(runner, path, own, seed)]
+        own = [f"run.seed={seed}", f"run.time={mill.end} s", f"run.sample_from={mill.begin} s", "run.precision=0"]
+        own += [f"output.series={mill.end / 1000:.9g} s", "output.frames=0 s", *sets, *mill.sets]
+        own += nudged(runner, path, own, seed)
         with runner.soft(path, own, mill.modulus) as run:
-            speed, step, lasts = (float(run.read(f"run/soft/{k}")) for k in ("speed", "time_step", "contact_duration"))
-        window = f"output.strike_window={lasts:.9g} s"
+            soft = {key: float(run.read(f"run/soft/{key}")) for key in ("speed", "time_step", "contact_duration")}
+        window = f"output.strike_window={soft['contact_duration']:.9g} s"
         for program, start in (("soft", runner.soft), ("hard", runner.millsim)):
             with start(path, [*own, window], *([mill.modulus] if program == "soft" else [])) as run:
                 found[program].append(of_file(run))
-        deck = runner.deck(path, own)
-        made = write(deck, deck.start(), mill.modulus, speed, step, law)
-        one = runner.kept(
-            f"{mill.name} {law} {seed}",
-            "\n".join([f"{mill.begin} {mill.end}", *made.lines]),
-            lambda own=(made, deck): measure(*own, mill.begin, mill.end),
-        )
-        found["LAMMPS"].append(one)
+        found["other"].append(referee(runner, mill, path, [*own, window], soft))
         runner.say(f"{mill.name}: start {seed} of {mill.starts}")
     return found
 
@@ -113,8 +117,10 @@ def pair(mean, error):
 
 
 def judge(found, key):
-    """(off [%], error [%]) of soft and of hard millsim, relative to LAMMPS: differences of runs from the same start."""
-    reference = np.array([one[key] for one in found["LAMMPS"]])
+    """(off [%], error [%]) of soft and of hard millsim, relative to the other program: differences of runs from one
+    start.
+    """
+    reference = np.array([one[key] for one in found["other"]])
     pairs = []
     for program in ("soft", "hard"):
         off, error = told(np.array([one[key] for one in found[program]]) - reference)
@@ -122,28 +128,28 @@ def judge(found, key):
     return pairs
 
 
-def table(runner, mills=MILLS, law="limited"):
-    """The lines of a table, and the (mill, quantity) that are off."""
+def table(runner, mills=MILLS, referee=lammps, name="LAMMPS"):
+    """The lines of a table, and the (mill, quantity) that are off. name: of the other program."""
     lines = [
-        "| mill | quantity | LAMMPS | soft millsim | hard millsim | soft/LAMMPS - 1, % | hard/LAMMPS - 1, % |",
+        f"| mill | quantity | {name} | soft millsim | hard millsim | soft/{name} - 1, % | hard/{name} - 1, % |",
         "| --- | --- | --- | --- | --- | --- | --- |",
     ]
     off = []
     for mill in mills:
-        found = compare(runner, mill, law)
+        found = compare(runner, mill, referee)
         label = f"{mill.name}, {mill.modulus:.2g} Pa, {mill.starts} starts, {mill.begin:g} to {mill.end:g} s"
-        for key, name in NAMES.items():
-            if key not in found["LAMMPS"][0] or not any(one[key] for one in found["LAMMPS"]):
+        for key, words in NAMES.items():
+            if key not in found["other"][0] or not any(one[key] for one in found["other"]):
                 continue
             cells = []
-            for program in ("LAMMPS", "soft", "hard"):
+            for program in found:
                 mean, error = told([SCALE.get(key, 1) * one[key] for one in found[program]])
                 cells.append(pair(mean, error))
             pairs = judge(found, key)
             cells += [f"{value:+.2g} +- {error:.2g}" for value, error in pairs]
             if key in ("power", "kinetic") and not (abs(pairs[0][0]) <= max(1.0, 2 * pairs[0][1])):
-                off.append((mill.name, name, cells[3]))
-            lines.append(f"| {label} | {name} | {' | '.join(cells)} |")
+                off.append((mill.name, words, cells[3]))
+            lines.append(f"| {label} | {words} | {' | '.join(cells)} |")
             label = ""
         cost = {program: np.sum([one["cpu"] for one in found[program]]) for program in found}
         cells = " | ".join(f"{value:.3g}" for value in cost.values())
