@@ -22,7 +22,8 @@ static void work(void *self, int thread)
         const struct mill_soft_part *p = &s->part[k];
         s->phase(s, &s->part[k]);
         gist.fastest = mill_greatest(gist.fastest, p->fastest);
-        gist.told |= (uint64_t)(p->told.count > 0) << k;
+        if (!s->teller) /* else the first thread takes them now */
+            gist.told |= (uint64_t)(p->told.count > 0) << k;
         gist.failed += p->failed;
     }
     s->gist[thread] = gist;

@@ -151,7 +151,7 @@ static void judge_shares(struct mill_notes *notes, const struct mill_tally_resul
     add(notes, "pinches", pinched, PINCHED, fabs(pinched) > PINCHED,
         "%.0f %% of the %s power goes to balls that %s against others and walls. This is computed "
         "for bodies as stiff as steel; softer ones take less. The rates of %s impacts are less "
-        "accurate. Wider gaps around %s reduce this power.",
+        "accurate. Wider gaps around %s reduce this power; mill check compares with soft spheres.",
         100 * pinched, rotor ? "rotor's" : "drive's", rotor ? "it presses" : "moving bodies press",
         rotor ? "drum and blade" : "wall and body", rotor ? "the blades" : "the moving bodies");
     add(notes, "floor_share", floored, FLOORED, floored > FLOORED,
