@@ -2,7 +2,8 @@
 
     python validation/referee/decks.py [--minutes 3] [DECK ...]
 
-It calls `mill check` for each deck, in a folder of its own, and continues where it was interrupted.
+It calls `mill check` for each deck, in a folder of its own, and continues where it was interrupted. The rows of other
+decks stay.
 """
 
 import argparse
@@ -59,16 +60,17 @@ def main():
     arguments = parser.parse_args()
     arguments.folder.mkdir(parents=True, exist_ok=True)
     decks = [pathlib.Path(deck).resolve() for deck in arguments.decks] or sorted((ROOT / "input").glob("*.ini"))
-    rows = []
+    page = HERE / "RESULTS.md"
     for deck in decks:
         told = check(deck, arguments.minutes, arguments.folder.resolve())
-        rows.append(row(deck.name, told))
         print(f"{deck.name}: {told['sentence']}", flush=True)
-    table = "\n".join(f"| {' | '.join(line)} |" for line in [HEAD, ["---"] * len(HEAD), *rows]) + "\n"
-    page = HERE / "RESULTS.md"
-    text = page.read_text() if page.exists() else PAGE
-    before, _, after = text.split(MARK)
-    page.write_text(f"{before}{MARK}{table}{MARK}{after}")
+        before, table, after = (page.read_text() if page.exists() else PAGE).split(MARK)
+        rows = {line.split(" | ")[0]: line for line in table.splitlines()[2:]}
+        line = f"| {' | '.join(row(deck.name, told))} |"
+        rows[line.split(" | ")[0]] = line
+        head = [f"| {' | '.join(line)} |" for line in (HEAD, ["---"] * len(HEAD))]
+        table = "".join(f"{line}\n" for line in [*head, *sorted(rows.values())])
+        page.write_text(f"{before}{MARK}{table}{MARK}{after}")
 
 
 if __name__ == "__main__":
