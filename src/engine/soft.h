@@ -61,8 +61,9 @@ struct mill_soft_touch {
     vec3 creep;   /* [m/s] tangential velocity at the last step */
     vec3 normal;  /* from a, at the last step */
     struct mill_soft_damping damping;
-    double pressing;              /* [N] along the normal at the last step */
-    vec3 drag;                    /* [N] and across it */
+    double rest;     /* [s] for which the force of the last step acts after it, falling to zero */
+    double pressing; /* [N] along the normal at the last step */
+    vec3 drag;       /* [N] and across it */
     double power, power_normal;   /* [W] into the contact at the last step */
     double energy, energy_normal; /* [J] in its springs at the last step */
     double lost, lost_normal;     /* [J] so far */
@@ -133,7 +134,7 @@ struct mill_soft_part {
     struct mill_memory_list touch; /* struct mill_soft_touch */
     int32_t unused;                /* the first free place of `touch`; -1: none */
     /* [parts] struct mill_soft_sent, for balls of each part: loads; and impulses more than that, of
-     * contacts that begin in this step, for balls of this part too */
+     * contacts that begin or end in this step, for balls of this part too */
     struct mill_memory_list *sent, *kick;
     struct mill_memory_list told; /* struct mill_sim_entry: contacts that have ended */
     int32_t *around;              /* buffer for a search */

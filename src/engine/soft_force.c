@@ -1,8 +1,9 @@
 /* The forces of contacts. Spring and dashpot push along the normal, but never pull. Along the
  * surface spring and dashpot act together, at most with Coulomb's share of the normal force.
  *
- * A contact begins within a step. Its impulse in this step is that of the part of the step for
- * which it lasted; so the restitution does not depend on when in a step an impact begins. */
+ * A contact begins within a step, and its force ends within one. The impulse in these steps is that
+ * of the part of the step for which there was a force; so the restitution does not depend on when
+ * in a step an impact begins, and elastic impacts keep their energy. */
 #include "engine/soft.h"
 
 #include "geometry/shape.h"
@@ -17,6 +18,7 @@ struct push {
     double closing, pressing;   /* [m/s], [N] along the normal */
     vec3 along, drag;           /* [m/s], [N] across it */
     double strained;            /* [J] in the tangential spring */
+    double rest;                /* [s] in which it ends after this step; the step: it goes on */
     vec3 force;                 /* [N] on the partner; the opposite on a */
     vec3 kick;                  /* [N s] more than that, in this step */
     vec3 impulse;               /* [N s] of the whole step */
@@ -31,7 +33,7 @@ static void begin(const struct mill_soft *s, const struct mill_soft_meeting *m,
 {
     t->spring = vec3_scale(u->along, age);
     t->damping = mill_soft_damping_at(m->spring, u->closing);
-    t->pressing = t->power = t->power_normal = 0.0;
+    t->pressing = t->power = t->power_normal = t->rest = 0.0;
     t->energy = t->energy_normal = t->lost = t->lost_normal = 0.0;
     t->drag = t->impulse = zero;
     t->speed = mill_greatest(u->closing, 0.0);
@@ -76,8 +78,8 @@ static void start(const struct mill_soft *s, const struct mill_soft_meeting *m, 
     const vec3 before =
         vec3_axpy(vec3_scale(m->normal, first), slip > 0.0 ? drag / slip : 0.0, u->along);
     const vec3 within = vec3_scale(vec3_add(before, u->force), 0.5 * age);
-    u->kick = vec3_axpy(within, -0.5 * s->dt, u->force);
-    u->impulse = vec3_axpy(within, 0.5 * s->dt, u->force);
+    u->kick = vec3_axpy(vec3_add(u->kick, within), -0.5 * s->dt, u->force);
+    u->impulse = vec3_axpy(within, 0.5 * u->rest, u->force);
     u->work_normal = 0.5 * age * (first * u->closing + t->power_normal);
     u->work = 0.5 * age * (first * u->closing + drag * slip + t->power);
 }
@@ -103,7 +105,7 @@ static struct push press(const struct mill_soft *s, const struct mill_soft_meeti
                          struct mill_soft_touch *t, struct mill_soft_part *p, int kind)
 {
     const bool hertz = s->world->soft.hertz != 0;
-    const double dt = s->dt, grown = hertz ? sqrt(m->depth) : 1.0;
+    const double dt = s->dt, mass = m->spring->mass, grown = hertz ? sqrt(m->depth) : 1.0;
     struct push u = {.stiff = m->spring->stiff * grown,
                      .root = m->spring->root * (hertz ? sqrt(grown) : 1.0),
                      .closing = vec3_dot(m->rate, m->normal)};
@@ -117,19 +119,24 @@ static struct push press(const struct mill_soft *s, const struct mill_soft_meeti
     if (m->spring->friction > 0.0)
         rub(s, m, &u, t);
     u.force = vec3_axpy(u.drag, u.pressing, m->normal);
-    u.impulse = vec3_scale(u.force, dt);
+    /* [N/s] of the force; the spring pushes back, and the dashpot follows the acceleration */
+    const double slope = (hertz ? 1.5 : 1.0) * u.stiff * u.closing - u.damped * u.pressing / mass;
+    u.rest = u.pressing + slope * dt < 0.0 ? u.pressing / -slope : dt;
+    u.kick = vec3_scale(u.force, 0.5 * (u.rest - dt));
+    u.impulse = vec3_scale(u.force, 0.5 * (dt + u.rest));
     /* the velocities were predicted without the change of the forces, which the power feels */
-    const double late = 0.5 * dt / m->spring->mass;
+    const double late = 0.5 * dt / mass;
     const vec3 slower = vec3_axpy(u.along, -3.5 * late, vec3_sub(u.drag, t->drag));
     const double normal = u.pressing * (u.closing - late * (u.pressing - t->pressing));
     const double power = normal + vec3_dot(u.drag, slower);
-    u.work_normal = 0.5 * dt * (t->power_normal + normal);
-    u.work = 0.5 * dt * (t->power + power);
+    u.work_normal = 0.5 * (t->rest * t->power_normal + dt * normal);
+    u.work = 0.5 * (t->rest * t->power + dt * power);
     t->power = power;
     t->power_normal = normal;
     if (m->begins)
         start(s, m, &u, t, age);
     book(p, kind, t, &u, (hertz ? 0.4 : 0.5) * u.stiff * m->depth * m->depth);
+    t->rest = u.rest;
     t->pressing = u.pressing;
     t->drag = u.drag;
     t->creep = u.along;
@@ -150,8 +157,8 @@ static void end(struct mill_soft *s, struct mill_soft_part *p, int32_t touch)
     }
     const struct mill_shape *shape = t->b < 0 ? w->shape[t->shape] : NULL;
     const int kind = shape ? shape->kind : MILL_BALL_BALL;
-    const double lost = 0.5 * s->dt * t->power + t->energy;
-    const double lost_normal = 0.5 * s->dt * t->power_normal + t->energy_normal;
+    const double lost = 0.5 * t->rest * t->power + t->energy;
+    const double lost_normal = 0.5 * t->rest * t->power_normal + t->energy_normal;
     struct mill_sim_entry *entry = mill_memory_add(&p->told);
     p->tally.account.dissipation[kind] += lost;
     p->tally.account.dissipation_normal[kind] += lost_normal;
@@ -222,7 +229,7 @@ static void send(struct mill_soft *s, struct mill_soft_part *p, bool kicks, int3
 
 /* The push on a ball, `sign` times, at this arm from its centre */
 static void load(struct mill_soft *s, struct mill_soft_part *p, int32_t slot,
-                 const struct push *push, bool begins, double sign, vec3 arm)
+                 const struct push *push, bool kicks, double sign, vec3 arm)
 {
     const vec3 force = vec3_scale(push->force, sign);
     if (slot < p->last) {
@@ -232,7 +239,7 @@ static void load(struct mill_soft *s, struct mill_soft_part *p, int32_t slot,
     } else {
         send(s, p, false, slot, force, arm);
     }
-    if (begins)
+    if (kicks)
         send(s, p, true, slot, vec3_scale(push->kick, sign), arm);
 }
 
@@ -270,8 +277,9 @@ static void press_pair(struct mill_soft *s, struct mill_soft_part *p, int32_t i,
         return;
     }
     const struct push push = press(s, &m, t, p, MILL_BALL_BALL);
-    load(s, p, a, &push, m.begins, -1.0, vec3_scale(n, arm_a));
-    load(s, p, b, &push, m.begins, 1.0, vec3_scale(n, -arm_b));
+    const bool kicks = m.begins || (push.rest < s->dt && push.pressing > 0.0);
+    load(s, p, a, &push, kicks, -1.0, vec3_scale(n, arm_a));
+    load(s, p, b, &push, kicks, 1.0, vec3_scale(n, -arm_b));
 }
 
 static void press_pairs(struct mill_soft *s, struct mill_soft_part *p, int32_t i, int32_t first,
@@ -352,7 +360,7 @@ static void press_place(struct mill_soft *s, struct mill_soft_part *p, int32_t i
         s->watch->touch(s, p, &m, t);
     } else {
         const struct push push = press(s, &m, t, p, shape->kind);
-        load(s, p, i, &push, m.begins, -1.0, vec3_scale(n, arm));
+        load(s, p, i, &push, m.begins || push.rest < s->dt, -1.0, vec3_scale(n, arm));
         if (shape->motion)
             mill_sim_book_work(&p->tally.account, shape->motion, s->pose, 0.0,
                                vec3_scale(push.impulse, -1.0), c->point, c->velocity);
