@@ -1,6 +1,7 @@
 """`mill check`: runs a deck with hard and with soft spheres from several starts, and says whether they agree."""
 
 import concurrent.futures
+import json
 import math
 import pathlib
 import shlex
@@ -10,6 +11,7 @@ import time
 from milltools.base import engine, processes
 from milltools.base.answer import Answer
 from milltools.base.errors import UserError
+from milltools.base.files import write_text
 from milltools.base.progress import Progress, say
 from milltools.base.text import duration, plural, quantity
 
@@ -28,7 +30,7 @@ def add_arguments(parser):
         "-s", "--set", action="append", default=[], metavar="SECTION.KEY=VALUE",
         help="override one value of the deck; may be repeated",
     )  # fmt: skip
-    add("--minutes", type=float, default=3.0, help="of wall-clock time, about; default %(default)g")
+    add("--minutes", type=float, help="of wall-clock time, about; default 3, and at most 24 starts")
     add("--modulus", help="of the soft spheres: '10 GPa' or 'steel'; default: the stiffest for which there is time")
     add("--starts", type=int, help="of each kind of spheres; default: 6 or more")
     add("--time", help="end of all runs, such as '0.5 s'; default: what there is time for")
@@ -43,15 +45,17 @@ def value(key, text):
 
 def run(arguments) -> Answer:
     from milltools.check import plan as plans
+    from milltools.check import verdict
 
     if arguments.starts is not None and arguments.starts < 2:
         raise UserError(f"--starts {arguments.starts}: expected 2 or more: their scatter gives the errors")
-    if not 0 < arguments.minutes < math.inf:
+    if arguments.minutes is not None and not 0 < arguments.minutes < math.inf:
         raise UserError(f"--minutes {arguments.minutes:g}: expected more than 0")
     modulus, end = value("soft.modulus", arguments.modulus), value("run.time", arguments.time)
     deck = plans.read(arguments.deck, arguments.set)
     folder = pathlib.Path(arguments.output or f"{pathlib.Path(arguments.deck).stem}-check")
-    asked = [deck.text, arguments.minutes, modulus, arguments.starts, end]
+    asked = {"minutes": arguments.minutes, "modulus": modulus, "starts": arguments.starts, "time": end}
+    asked["deck"] = deck.text
     plan = None if arguments.force else plans.load(folder, asked)
     if not plan:
         if not arguments.quiet:
@@ -60,7 +64,7 @@ def run(arguments) -> Answer:
     stretch = f"{quantity(plan.time, 's')}, sampled from {quantity(plan.sample_from, 's')}"
     said = (
         f"{plural(plan.starts, 'start')} of {stretch}, with hard spheres and with soft ones of "
-        f"{quantity(plan.modulus, 'Pa')}: about {duration(plan.wall)} on {plural(processes.cores(), 'core')}"
+        f"{verdict.stuff(plan.modulus)}: about {duration(plan.wall)} on {plural(processes.cores(), 'core')}"
     )
     if not arguments.quiet:
         say(NAME, said)
@@ -115,7 +119,9 @@ def _run_all(jobs, plan, arguments):
                 for future in waiting:
                     if future.done():
                         future.result()
-        except BaseException:
+        except BaseException as fault:
+            if not isinstance(fault, UserError):
+                say(NAME, "stopped: the same command continues")
             pool.shutdown(wait=False, cancel_futures=True)
             for process in list(running):
                 process.terminate()
@@ -135,7 +141,8 @@ def _judge(arguments, plan, folder, jobs) -> Answer:
     both = " ".join(f"$(echo {shlex.quote(str(folder))}/{kind}-*.h5 | tr ' ' ,)" for kind in ("soft", "hard"))
     text = [
         *verdict.lines(found),
-        "+- is one standard error, from the scatter between starts",
+        "+- is one standard error, from the scatter between starts; agrees: within 3 % (powers and kinetic energy) or",
+        "10 % (the rest), and known to half of that. Re-contacts within the time of a soft contact are one impact.",
         f"everything else: {engine.called()} compare {both}",
         "",
         words,
@@ -150,4 +157,5 @@ def _judge(arguments, plan, folder, jobs) -> Answer:
             for one in found
         },
     }  # fmt: skip
+    write_text(folder / "check.json", json.dumps(facts, default=str, indent=1))
     return Answer("\n".join(text), facts)

@@ -20,7 +20,8 @@ from milltools.read.runfile import Run
 SOFTEST = 1e9
 STIFF = (2.1e11, 1e10, SOFTEST)  # [Pa] the stiffest that leaves enough time is taken
 TRIAL, LEAST_TRIAL = 0.04, 2.0  # of the time, [s]: what each of the two trials may take
-FEWEST, MOST = 6, 24  # starts, if their number is not given
+MINUTES = 3.0
+FEWEST, MOST = 6, 24  # starts, if neither their number nor the time is given
 PERIODS = 2  # of the mill: a shorter stretch is taken only if nothing else fits
 LEAST = 0.05  # [s] the same for a mill that does not move
 ROWS = 400  # of the series
@@ -82,6 +83,8 @@ def period_of(deck):
 
 def make(deck, minutes, modulus=None, starts=None, time=None):
     """The Plan for this number of minutes on all cores; what is given is kept."""
+    most = MOST if minutes is None else math.inf
+    minutes = minutes or MINUTES
     seconds = max(TRIAL * 60 * minutes, LEAST_TRIAL)
     soft, lasts = forecast(deck, seconds, "run.spheres=soft", f"soft.modulus={SOFTEST} Pa")
     hard, _ = forecast(deck, seconds)
@@ -96,7 +99,7 @@ def make(deck, minutes, modulus=None, starts=None, time=None):
     stiff = modulus or next((one for one in STIFF if price(one) * many * wanted <= budget), STIFF[-1])
     length = time or min(whole, max(budget / (many * price(stiff)), min(wanted, LEAST)))
     if not starts:
-        many = int(np.clip(budget // (length * price(stiff)), FEWEST, MOST))
+        many = int(np.clip(budget // (length * price(stiff)), FEWEST, most))
     begin = deck.number("run.sample_from", 0.0)
     begin = begin if 0 < begin <= EARLY * length else EARLY * length if begin > 0 else 0.0
     rounds = math.ceil(2 * many / cores()) / 2
@@ -109,23 +112,30 @@ PLAN = "plan.json"
 
 
 def load(folder, asked):
-    """The Plan of an earlier check in this folder, or None; UserError if something else was `asked` then."""
+    """The Plan of an earlier check in this folder, or None. If more minutes or starts are `asked` for now, it has more
+    starts of the same stretch; UserError if anything else is."""
     try:
         kept = json.loads((folder / PLAN).read_text())
-        plan = Plan(**kept["plan"])
+        plan, before = Plan(**kept["plan"]), kept["asked"]
+        same = before["deck"] == asked["deck"]
+        same &= all(asked[key] in (before[key], getattr(plan, key)) for key in ("modulus", "time"))
+        longer = max((asked["minutes"] or MINUTES) / before["minutes"], 1.0)
     except FileNotFoundError:
         return None
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, KeyError, TypeError, ZeroDivisionError):
         raise UserError(f"{folder / PLAN}: is not the plan of a check; --force starts again") from None
-    if kept["asked"] != asked:
+    starts = asked["starts"] or int(plan.starts * longer)
+    if not same or starts < plan.starts:
         raise UserError(f"{folder}: has another check; -o gives another folder, --force starts again")
-    return plan
+    asked["minutes"] = before["minutes"] * longer
+    return dataclasses.replace(plan, starts=starts, wall=plan.wall * starts / plan.starts)
 
 
 def save(folder, asked, plan):
     """Makes the folder, with the plan."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
+        asked["minutes"] = asked["minutes"] or MINUTES
         write_text(folder / PLAN, json.dumps({"asked": asked, "plan": dataclasses.asdict(plan)}))
     except OSError as fault:
         raise UserError(f"{folder}: cannot be written: {fault.strerror}") from None

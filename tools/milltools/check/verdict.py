@@ -12,12 +12,14 @@ CERTAIN = 2.6  # standard errors: one difference in a hundred is as large by cha
 NOTHING = 1e-3  # of the kinetic energy: a smaller loss is that of a mill that loses none
 TINY = 1e-6  # of the kinetic energy: the spin of smooth balls is rounding
 RARE = 30  # impacts in all runs of a side: fewer say nothing
+STEEL = 1e11  # [Pa] softer balls merge impacts that are several for bodies as stiff as steel
 
 
 @dataclasses.dataclass(frozen=True)
 class Finding:
     """One watched quantity of both sides. `difference`: hard minus soft, relative to soft, with its standard `error`;
-    `matters`: a smaller one counts as none."""
+    `matters`: a smaller one counts as none. `bound`: the difference if re-contacts of hard spheres count, too; the
+    truth lies between, if the soft spheres are softer than steel. `rare`: too few impacts to compare."""
 
     key: str
     words: str
@@ -27,16 +29,19 @@ class Finding:
     difference: float
     error: float
     matters: float
+    bound: float = math.nan
+    rare: bool = False
 
     @property
     def state(self):
-        """ "holds", "off", or "open": not known well enough."""
-        off, error = abs(self.difference), self.error
-        if not math.isfinite(error):
-            return "open"
-        if error <= self.matters and off <= max(self.matters, 2 * error):
+        """ "holds", "off", "rare", or "open": not known well enough."""
+        if self.rare or not math.isfinite(self.error):
+            return "rare" if self.rare else "open"
+        if abs(self.difference) <= self.matters and self.error <= 0.5 * self.matters:
             return "holds"
-        return "off" if off > max(self.matters, CERTAIN * error) else "open"
+        bound = self.difference if math.isnan(self.bound) else self.bound
+        sure = min(abs(self.difference), abs(bound)) if self.difference * bound > 0 else 0.0
+        return "off" if sure > max(self.matters, CERTAIN * self.error) else "open"
 
     @property
     def told(self):
@@ -46,12 +51,17 @@ class Finding:
         error = 100 * self.error
         error = "" if not math.isfinite(error) else f" +- {error:.0f}" if error >= 10 else f" +- {error:.2g}"
         places = 1 if abs(self.difference) < 0.1 and self.error < 0.1 else 0
-        return f"{100 * self.difference:+.{places}f}".replace("-", MINUS) + f"{error} %"
+        return f"{round(100 * self.difference, places) + 0.0:+.{places}f}".replace("-", MINUS) + f"{error} %"
 
 
-def strikes(speed):
-    """Rate of impacts at or above a speed; re-contacts within the duration of a soft contact are one impact."""
-    return lambda run: run.histogram("all", "strikes").above(speed) / run.duration
+def stuff(modulus):
+    """ "steel", or the modulus with its unit."""
+    return "steel" if modulus == 2.1e11 else quantity(modulus, "Pa")
+
+
+def rate(speed, group="strikes"):
+    """Rate of impacts at or above a speed; of strikes: re-contacts within the duration of a soft contact are one."""
+    return lambda run: run.histogram("all", group).above(speed) / run.duration
 
 
 def watched(run):
@@ -64,7 +74,7 @@ def watched(run):
     yield "kinetic_energy", "kinetic energy", "J", lambda run: run.means("kinetic_energy")[0], 0.03
     yield "rotational_energy", "energy in the spin", "J", lambda run: run.means("rotational_energy")[0], 0.10
     for speed in SPEEDS:
-        yield f"impacts_above_{speed:g}", f"impacts above {speed:g} m/s", "1/s", strikes(speed), 0.10
+        yield f"impacts_above_{speed:g}", f"impacts above {speed:g} m/s", "1/s", rate(speed), 0.10
 
 
 def findings(hard, soft):
@@ -76,40 +86,46 @@ def findings(hard, soft):
         if key == "rotational_energy" and max(e.value for side in sides for e in side) < TINY * kinetic:
             continue
         seen = min(sum(e.value for e in side) for side in sides) * hard[0].duration
-        if not any(e.value for side in sides for e in side) or (key.startswith("impacts") and seen < RARE):
+        if not any(e.value for side in sides for e in side):
             continue
         one, other = agreement.from_replicates(*sides)
         off = agreement.difference(one, other, "")
-        found.append(Finding(key, words, unit, other.value, one.value, off.relative, off.error, matters))
+        bound, impacts = math.nan, key.startswith("impacts")
+        if impacts and soft[0].modulus < STEEL and one.value:
+            bound = sum(map(rate(float(key.split("_")[-1]), "impacts"), hard)) / len(hard) / one.value - 1
+        values = (other.value, one.value, off.relative, off.error, matters, bound, impacts and seen < RARE)
+        found.append(Finding(key, words, unit, *values))
     return found
 
 
 def sentence(found, modulus):
     """The finding in one sentence, and the verdict: holds, off, open, or "energy": impacts are off, the rest holds."""
     told = {one.key: f"{one.words} {one.told}" for one in found}
-    state = {one.key: one.state for one in found if one.key in DECIDES}
+    state = {one.key: one.state for one in found if one.key in DECIDES and not one.rare}
     off, unknown = ([key for key in state if state[key] == what] for what in ("off", "open"))
     impacts = DECIDES[-1]
-    stiff = "" if modulus >= 1e11 else f" (soft spheres of {quantity(modulus, 'Pa')})"
+    stiff = f" (soft spheres of {stuff(modulus)})"
+    stiffer = "" if modulus >= STEEL else ": stiffer ones can differ less (--modulus, --minutes)"
     every = ", ".join(told[key] for key in state)
     if not state:
         return "not decided: there is too little to compare", "open"
     if off == [impacts] and not unknown:
         rest = ", ".join(told[key] for key in state if key != impacts)
         words = f"hard spheres hold for power and energies of this mill, {rest}, and less for impacts: {told[impacts]}"
-        return words + stiff, "energy"
+        return words + stiff + stiffer, "energy"
     if off:
-        return f"hard spheres do not hold for this mill: {', '.join(told[key] for key in off)}{stiff}", "off"
+        return f"hard spheres do not hold for this mill: {', '.join(told[key] for key in off)}{stiff}{stiffer}", "off"
     if unknown:
         why = ", ".join(told[key] for key in unknown)
-        return f"not decided: {why}{stiff}: more starts (--starts) or more time (--minutes) tell", "open"
+        balls = "" if modulus >= STEEL else ", and stiffer balls (--modulus)"
+        return f"not decided: {why}{stiff}: more starts (--starts, --minutes) tell{balls}", "open"
     return f"hard spheres hold for this mill: {every}{stiff}", "holds"
 
 
 def lines(found):
     """The table in the terminal."""
     head = ("", "hard spheres", "soft spheres", "difference", "")
-    words = {"holds": "agrees", "off": "differs", "open": "not known well enough"}
+    words = {"holds": "agrees", "off": "differs", "open": "not known well enough", "rare": "too rare to compare"}
     rows = [
         (one.words, quantity(one.hard, one.unit), quantity(one.soft, one.unit), one.told, words[one.state])
         for one in found

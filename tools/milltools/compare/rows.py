@@ -400,17 +400,21 @@ def deck_differences(sides: list[Side]) -> list[tuple[str, list[str]]]:
     does not have it."""
     decks = [side.first.deck() for side in sides]
     keys = dict.fromkeys(key for other in decks[1:] for key in different_keys(decks[0], other))
+    if any(side.first.program != "millsim" for side in sides):  # its spheres are not what the deck says
+        keys = [key for key in keys if key != "run.spheres" and not key.startswith("soft.")]
     return [(key, [usual(deck.get(key, "")) for deck in decks]) for key in keys]
 
 
 def strike_notes(a: Side, b: Side, keys: list[str]) -> list[str]:
     """Notes if the sides merge re-contacts differently. A soft contact merges the re-contacts within its duration."""
-    window = float(a.first.text("output/strike_window", "nan").split()[0])
-    lasts = float(b.first.about("contact_duration", math.nan))
-    if not a.soft and not 0.67 * lasts < window < 1.5 * lasts and math.isfinite(lasts):
+    hard, soft = (b, a) if a.soft else (a, b)
+    window = float(hard.first.text("output/strike_window", "nan").split()[0])
+    lasts = soft.first.contact_duration
+    if not hard.soft and not 0.67 * lasts < window < 1.5 * lasts and math.isfinite(lasts):
         return [
-            f"Contacts last {1e6 * lasts:.3g} us in {b.letter}, A counts impacts within {1e6 * window:.3g} us as one "
-            f"strike: to compare strikes, set output.strike_window = {1e6 * lasts:.3g} us in both decks."
+            f"Contacts last {1e6 * lasts:.3g} us in {soft.letter}, {hard.letter} counts impacts within "
+            f"{1e6 * window:.3g} us as one strike: to compare strikes, set output.strike_window = {1e6 * lasts:.3g} us "
+            "in both decks."
         ]
     if "output.strike_window" in keys:
         return [f"A and {b.letter} have different output.strike_window: do not compare their strikes."]
@@ -451,7 +455,9 @@ def warnings(sides: list[Side]) -> list[str]:
 
 def methods(sides: list[Side], tables: list[Comparison]) -> list[str]:
     said = []
-    if all(side.steady for side in sides):
+    if all(len(sides[0].runs) + len(side.runs) >= 5 for side in sides[1:]):
+        said.append("Errors come from the scatter between the runs of a side.")
+    elif all(side.steady for side in sides):
         cuts = dict.fromkeys(f"{s.letter} {r.cut}" for s in sides for r in s.runs[:1])
         said.append(
             "Errors of drive power, medians and rates come from the files. All other errors, and those of files "

@@ -116,8 +116,8 @@ class Flow(Figure):
     name, group, title = "flow", "energy", "Energy balance"
     caption = (
         "Mean powers over the sampled window, widths true to scale. Left: the sources of energy (each motion; the "
-        "charge, if its kinetic or potential energy falls; the rebound floor at slow impacts). Right: the sinks. The "
-        "sum of the sources is 100 %."
+        "charge, if its kinetic or potential energy falls; the rebound floor at slow impacts of hard spheres). Right: "
+        "the sinks. The sum of the sources is 100 %."
     )
 
     def why_not(self, run):

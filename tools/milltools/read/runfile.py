@@ -156,6 +156,12 @@ class Run(Store):
         return float(self.about("modulus", own))
 
     @property
+    def contact_duration(self) -> float:
+        """Of a contact of soft spheres [s]; NaN of hard ones."""
+        own = self.about("soft/contact_duration", math.nan) if self.soft else math.nan
+        return float(self.about("contact_duration", own))
+
+    @property
     def version(self) -> str:
         return self.about("version", "?")
 

@@ -62,6 +62,9 @@ def strikes(run) -> str:
 def balance(run) -> list[tuple[str, object, str]]:
     """(name, value, remark): drive, each motion with its description, energies, energy balance."""
     found = []
+    if run.soft:
+        lasts = f"contacts last {scaled(run.contact_duration, 's')} and more; no rebound floor"
+        found.append(("soft spheres", scaled(run.modulus, "Pa"), f"Young's modulus; {lasts}"))
     for name, unit in facts.DRIVE:
         mean = facts.mean(run, f"{run.driven}/{name}", unit)
         if mean is not None:
@@ -241,6 +244,9 @@ def render(run, watch, rerun: str = "auto", printed: bool = False) -> str:
         balance=balance(run),
         figures=figures,
         anomalies=facts.anomalies(run),
+        no_anomaly="those that are counted are of hard spheres"
+        if run.soft
+        else "no contact found opening, no pinched ball let go, no contact made smooth, no overlap beyond 1 nm",
         uncounted=f"{plain(run.program)} does not count them."
         if run.time > 0
         else "None counted yet: the run has not reached its first checkpoint.",
