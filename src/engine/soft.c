@@ -27,8 +27,12 @@ static void drift(struct mill_soft *s, struct mill_soft_part *p)
         b->v = vec3_axpy(b->v, half, b->gain);
         b->w = vec3_axpy(b->w, half, b->turn);
         at->r = vec3_axpy(at->r, s->dt, b->v);
-        if (period > 0.0)
-            at->r.x = mill_world_image(w, at->r.x);
+        const double x = period > 0.0 ? mill_world_image(w, at->r.x) : at->r.x;
+        if (x != at->r.x) { /* it is at the other end now: all surfaces can be near */
+            at->r.x = x;
+            s->look[i] = 0.0;
+            memset(s->due + (size_t)i * (size_t)w->shapes, 0, (size_t)w->shapes * sizeof *s->due);
+        }
         s->load[i] = none;
         fastest = mill_greatest(fastest, vec3_dot(b->v, b->v));
         s->course[i].v = vec3_axpy(b->v, half, b->gain);

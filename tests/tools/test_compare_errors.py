@@ -432,7 +432,7 @@ def test_a_cost_that_differs_by_less_than_a_hundredth_is_the_same(cost, said):
     ],
 )
 def test_strikes_are_alike_if_their_window_is_about_the_duration_of_a_contact(soft, lasts, keys, said):
-    first = SimpleNamespace(text=lambda *_: "10e-6 s", about=lambda *_: lasts)
+    first = SimpleNamespace(text=lambda *_: "10e-6 s", contact_duration=float(lasts))
     a, b = (SimpleNamespace(soft=soft, letter=letter, first=first) for letter in "AB")
     found = rows.strike_notes(a, b, keys)
     assert found[0].startswith(said) if said else found == []
@@ -445,7 +445,7 @@ def test_windows_that_differ_are_told(begin, duration, differ):
     def side(letter, begin, duration):
         run = SimpleNamespace(
             path="a.h5", window=(begin, 2), duration=duration, status="complete", notes=[], steady=True,
-            program="millsim", deck=dict, text=lambda *_: "nan", about=lambda *_: "nan",
+            program="millsim", deck=dict, text=lambda *_: "nan", contact_duration=math.nan,
         )  # fmt: skip
         return SimpleNamespace(letter=letter, first=run, runs=[run], soft=False)
 
