@@ -67,7 +67,7 @@ static void tell_balance(struct mill_sink *sink, const struct mill_world *world,
         mill_tell_number(sink, "dissipation", totals->dissipation, "J", "");
     }
     mill_tell_number(sink, "energy_balance_error",
-                     turnover > 0 ? totals->balance_error / turnover : 0, "1",
+                     turnover == 0 ? 0 : totals->balance_error / turnover, "1",
                      "|work of all motions - change of energy - dissipation| over the energy "
                      "turned over");
     mill_tell_number(sink, "energy_turnover", turnover, "J",

@@ -9,6 +9,7 @@
 
 enum { TIME, KEEP, FRAME, ROWS = 17, ROW = 10 }; /* where they are in a sample */
 enum { INTERVAL, SHEAR, SPRINGS = 3 };           /* where they are in springs */
+#define SKEW 1e-6                                /* of a frame's directions, at most */
 
 void mill_samples_free(struct mill_samples *s)
 {
@@ -43,7 +44,7 @@ enum mill_status mill_samples_springs(struct mill_samples *s, struct mill_world 
                                       const double *values, struct mill_error *error)
 {
     const uint64_t count = mill_samples_springs_length(w);
-    bool good = true;
+    bool good = values[SHEAR + 1] == 0.0 || values[SHEAR + 1] == 1.0;
     for (uint64_t i = 0; i < count; i++) { /* 0 is possible for shares and dashpots */
         const bool zero = i == SHEAR || (i > 0 && i % 2 == 0);
         good = good && isfinite(values[i]) && values[i] >= (zero ? 0.0 : DBL_MIN);
@@ -51,7 +52,7 @@ enum mill_status mill_samples_springs(struct mill_samples *s, struct mill_world 
     if (!good)
         return mill_error_set(
             error, MILL_FAILED,
-            "expected an interval and springs above 0, and dashpots of 0 or more");
+            "expected an interval and springs above 0, dashpots of 0 or more, and damped 0 or 1");
     if (!s->soft) {
         s->soft = mill_soft_watch_create(w);
         s->answer = calloc(numbers_of(w) + 9 * (size_t)w->balls, sizeof *s->answer);
@@ -98,6 +99,11 @@ enum mill_status mill_samples_take(struct mill_samples *s, struct mill_replay *r
         if (!isfinite(values[i]))
             return mill_error_set(error, MILL_FAILED, "expected numbers");
     memcpy(&frame, values + FRAME, sizeof frame);
+    const vec3 skew = vec3_sub(vec3_cross(frame.x, frame.y), frame.z);
+    if (!(fabs(vec3_norm(frame.x) - 1.0) + fabs(vec3_norm(frame.y) - 1.0) + vec3_norm(skew) < SKEW))
+        return mill_error_set(error, MILL_FAILED,
+                              "expected directions x, y, z of the frame with length 1, at right "
+                              "angles, z = x cross y");
     enum mill_status status = mill_soft_watch_sample(s->soft, values[TIME], &frame,
                                                      (const double(*)[ROW])(values + ROWS), error);
     const double known = replay->accounts > 0 ? replay->now : -(double)INFINITY;

@@ -10,6 +10,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#define MOST 1e7 /* [s] no run takes longer */
+
 /* Valid: an index below `count` with a time, or MILL_NOBODY with the time INFINITY */
 static bool is_index(int32_t index, int32_t count, double time)
 {
@@ -85,6 +87,8 @@ static void tell_soft(struct mill_sim *sim, struct mill_state *state)
 {
     const struct mill_world *w = sim->world;
     tell_world(sim, state);
+    if (state->loads && !(sim->now >= 0.0 && w->base >= 0.0 && w->base <= MOST))
+        mill_state_refuse(state, "the saved time is damaged");
     for (int32_t i = 0; i < w->balls && state->loads; i++)
         if (w->ball[i].species < 0 || w->ball[i].species >= w->species_count)
             mill_state_refuse(state, "the saved balls are damaged");

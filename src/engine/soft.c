@@ -8,6 +8,7 @@
 #include "engine/soft.h"
 
 #include <math.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -199,6 +200,11 @@ void mill_soft_run(struct mill_sim *sim, double limit, uint64_t *budget,
     publish(s);
     if (!good)
         sim->status = mill_error_set(sim->error, MILL_FAILED, "out of memory for the soft spheres");
+    else if (s->world->counts.largest_overlap > s->thinnest)
+        sim->status = mill_error_set(
+            sim->error, MILL_FAILED,
+            "balls are pressed in by %.2g m, more than a radius: they need a larger soft.modulus",
+            s->world->counts.largest_overlap);
 }
 
 /* ---- from the start to the end ---- */
@@ -382,6 +388,14 @@ static bool are_near(const struct mill_soft *s, const struct mill_soft_touch *t)
     return vec3_dot(d, d) < sum * sum;
 }
 
+static bool is_finite(const void *numbers, size_t count)
+{
+    bool good = true;
+    for (size_t k = 0; k < count; k++)
+        good = good && isfinite(((const double *)numbers)[k]);
+    return good;
+}
+
 /* Can the loaded numbers be right? */
 static bool is_sane(const struct mill_soft *s, const struct mill_soft_touch *touch, size_t count)
 {
@@ -389,12 +403,16 @@ static bool is_sane(const struct mill_soft *s, const struct mill_soft_touch *tou
     for (int32_t i = 0; i < s->world->balls; i++)
         s->order[i].ball = 0;
     for (int32_t i = 0; i < s->world->balls && good; i++)
-        good = is_ball(s, s->slot[i]) && s->order[s->slot[i]].ball++ == 0;
+        good = is_ball(s, s->slot[i]) && s->order[s->slot[i]].ball++ == 0 &&
+               is_finite(&s->world->ball[i].r, 3) && is_finite(&s->world->ball[i].v, 3) &&
+               is_finite(&s->world->spin[i], 3) && is_finite(&s->spare[i].gain, 6);
     for (size_t n = 0; n < count && good; n++) {
         const struct mill_soft_touch *t = &touch[n];
-        good = is_ball(s, t->a) &&
-               (is_ball(s, t->b) ? t->a < t->b && are_near(s, t) : t->b == MILL_NOBODY) &&
-               (t->b >= 0 || (t->shape >= 0 && t->shape < s->world->shapes));
+        good =
+            is_finite(&t->begin, offsetof(struct mill_soft_touch, flags) / sizeof t->begin - 2) &&
+            is_ball(s, t->a) &&
+            (is_ball(s, t->b) ? t->a < t->b && are_near(s, t) : t->b == MILL_NOBODY) &&
+            (t->b >= 0 || (t->shape >= 0 && t->shape < s->world->shapes));
     }
     return good;
 }

@@ -196,6 +196,7 @@ struct mill_soft {
     int64_t steps;          /* in an epoch */
     int64_t step;           /* in this epoch, so far */
     double skin;            /* [m] lists hold pairs with smaller gaps */
+    double thinnest;        /* [m] smallest radius */
     double path;            /* [m] no ball has gone farther since t = 0 */
     double listed;          /* [m] the path when the lists were made */
     double passed;          /* [s] since t = 0 */

@@ -12,6 +12,7 @@
 
 #define POISSON 0.3
 #define PACE 0.004      /* of the integration */
+#define FALL 0.3        /* below the surfaces' speed in all mills that lift their balls well */
 #define ROUGH 0.01      /* below this tangential restitution the damping is that of this one */
 enum { HALVINGS = 40 }; /* of an interval in which a damping is searched */
 #define PI 3.14159265358979323846
@@ -135,7 +136,8 @@ struct mill_soft_damping mill_soft_damping_at(const struct mill_soft_spring *spr
         mix(a->tangential, b->tangential, share), mix(a->duration, b->duration, share)};
 }
 
-/* [m/s] The fastest surface; else the fastest ball at the start; else a fall through the mill */
+/* [m/s] The fastest surface, or the fastest ball at the start; at least FALL of a fall through the
+ * mill */
 static double find_speed(const struct mill_world *w)
 {
     double speed = 0.0;
@@ -147,10 +149,9 @@ static double find_speed(const struct mill_world *w)
             speed = mill_greatest(speed, at.speed + at.turning * b->hull.radius);
         }
     }
-    for (int32_t i = 0; speed == 0.0 && i < w->balls; i++)
+    for (int32_t i = 0; i < w->balls; i++)
         speed = mill_greatest(speed, vec3_norm(w->ball[i].v));
-    if (speed == 0.0)
-        speed = sqrt(2.0 * vec3_norm(w->g) * w->drum_radius);
+    speed = mill_greatest(speed, FALL * sqrt(4.0 * vec3_norm(w->g) * w->drum_radius));
     return speed > 0.0 ? speed : 1.0;
 }
 

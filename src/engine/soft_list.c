@@ -19,8 +19,11 @@ bool mill_soft_lists_create(struct mill_soft *s)
     const size_t n = (size_t)w->balls;
     const int many = w->balls / SMALL, most = many < SMALL_PARTS ? many : SMALL_PARTS;
     double widest = 0.0;
-    for (int k = 0; k < w->species_count; k++)
+    s->thinnest = INFINITY;
+    for (int k = 0; k < w->species_count; k++) {
         widest = mill_greatest(widest, 2.0 * w->species[k].radius);
+        s->thinnest = mill_least(s->thinnest, w->species[k].radius);
+    }
     s->skin = SKIN * widest;
     if (w->container.period > 0.0) /* a slice must stay longer than three of the wider balls */
         s->skin = mill_least(s->skin, 0.9 * (w->container.period / 3.0 - widest));

@@ -392,9 +392,18 @@ static void damage(struct kept *kept, const struct bench *b, int how)
         pair->a = 0;
         pair->b = balls - 1; /* which is far from it */
         break;
+    case 14:
+        ball[42].v.x = NAN;
+        break;
+    case 15:
+        wall->drag.z = INFINITY;
+        break;
+    case 16:
+        ((struct mill_soft_ball *)(void *)kept_find(kept, "soft_ball")->value)[42].turn.y = NAN;
+        break;
     }
 }
-enum { DAMAGES = 14 };
+enum { DAMAGES = 17 };
 
 LOOP_TEST(a_damaged_state_is_refused, DAMAGES)
 {
@@ -411,6 +420,37 @@ LOOP_TEST(a_damaged_state_is_refused, DAMAGES)
     kept_free(&kept);
     bench_close(&to);
     bench_close(&from);
+}
+END_TEST
+
+/* ---- too soft ---- */
+
+/* Balls that are pressed into each other by a radius can pass each other. */
+TEST(a_run_of_balls_that_are_too_soft_ends)
+{
+    struct model m = softened(&mills[0], 1e5, 40);
+    struct bench b;
+    m.rotor.speed = 1e5 * RPM;
+    bench_open(&b, &m);
+    ck_assert_int_eq(mill_sim_run(b.sim, 0.05, UINT64_MAX, NULL, &b.error), MILL_FAILED);
+    ck_assert_msg(strstr(b.error.text, "need a larger soft.modulus"), "%s", b.error.text);
+    bench_close(&b);
+}
+END_TEST
+
+/* A surface that hardly moves does not say how fast the balls are. */
+TEST(springs_are_made_for_the_fastest_of_surfaces_balls_and_falls)
+{
+    struct model m = softened(&mills[0], 1e9, 40);
+    struct bench b;
+    m.rotor.speed = 1e-9;
+    for (int k = 0; k < 2; k++) {
+        m.setup.speed = 20.0 * k;
+        bench_open(&b, &m);
+        const double fall = 0.3 * sqrt(2.0 * 9.81 * 2.0 * m.setup.drum.radius);
+        ck_assert_double_eq_tol(b.world->soft_facts.speed, k ? 20.0 : fall, 1e-9);
+        bench_close(&b);
+    }
 }
 END_TEST
 
