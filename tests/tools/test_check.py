@@ -145,6 +145,7 @@ def test_balls_of_a_start_file_get_nudged_starts(tmp_path):
         (["--starts", "1"], "--starts 1: expected 2 or more: their scatter gives the errors"),
         (["--minutes", "0"], "--minutes 0: expected more than 0"),
         (["--minutes", "nan"], "--minutes nan: expected more than 0"),
+        (["--minutes", "1e300"], "--minutes 1e+300: expected more than 0, and at most 100000"),
         (["--modulus", "3"], "expected a pressure with its unit such as '8 GPa', or 'steel', got '3'"),
         (["--time", "3"], "time: expected a time with its unit"),
         (["-s", "soft.law=cubic"], "expected 'linear' or 'hertz', got 'cubic'"),
@@ -356,6 +357,24 @@ def test_the_plan_of_something_else_is_not_taken(tmp_path):
     with pytest.raises(UserError, match="is not the plan of a check"):
         plans.load(tmp_path / "a", asked())
     assert plans.load(tmp_path / "b", asked()) is None
+
+
+def test_two_checks_in_a_folder_do_not_run_at_once(tmp_path):
+    with plans.alone(tmp_path), pytest.raises(UserError, match="another check is running there"), plans.alone(tmp_path):
+        pass
+    with plans.alone(tmp_path):
+        pass
+
+
+@pytest.mark.slow
+def test_a_link_in_the_folder_is_not_followed(checked, tmp_path):
+    (tmp_path / "deck.ini").write_text(DECK)
+    (tmp_path / "precious").write_text("mine")
+    (tmp_path / "deck-check").mkdir()
+    (tmp_path / "deck-check/hard-1.h5").symlink_to(tmp_path / "precious")
+    done = run_mill(tmp_path, "check", "deck.ini", "-f", *QUICK)
+    assert done.returncode == 2 and "hard-1.h5: is a link" in done.stderr
+    assert (tmp_path / "precious").read_text() == "mine"
 
 
 def test_more_starts_or_minutes_go_on_with_the_same_stretch(tmp_path):

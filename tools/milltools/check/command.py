@@ -2,7 +2,6 @@
 
 import concurrent.futures
 import json
-import math
 import pathlib
 import shlex
 import subprocess
@@ -20,6 +19,9 @@ SUMMARY = (
     "Runs a deck with hard and with soft spheres, on a stretch that takes some minutes, from several starts, and says "
     "in one sentence whether hard spheres hold for this mill. After an interruption the same command continues."
 )
+
+
+MOST_MINUTES = 1e5
 
 
 def add_arguments(parser):
@@ -49,8 +51,8 @@ def run(arguments) -> Answer:
 
     if arguments.starts is not None and arguments.starts < 2:
         raise UserError(f"--starts {arguments.starts}: expected 2 or more: their scatter gives the errors")
-    if arguments.minutes is not None and not 0 < arguments.minutes < math.inf:
-        raise UserError(f"--minutes {arguments.minutes:g}: expected more than 0")
+    if arguments.minutes is not None and not 0 < arguments.minutes <= MOST_MINUTES:
+        raise UserError(f"--minutes {arguments.minutes:g}: expected more than 0, and at most {MOST_MINUTES:g}")
     modulus, end = value("soft.modulus", arguments.modulus), value("run.time", arguments.time)
     deck = plans.read(arguments.deck, arguments.set)
     folder = pathlib.Path(arguments.output or f"{pathlib.Path(arguments.deck).stem}-check")
@@ -69,9 +71,13 @@ def run(arguments) -> Answer:
     if not arguments.quiet:
         say(NAME, said)
     plans.save(folder, asked, plan)
-    jobs = _jobs(arguments, deck, plan, folder)
-    _run_all(jobs, plan, arguments)
-    return _judge(arguments, plan, folder, jobs)
+    with plans.alone(folder):
+        jobs = _jobs(arguments, deck, plan, folder)
+        for file, _ in jobs:
+            if file.is_symlink():
+                raise UserError(f"{file}: is a link: expected a file of this check, or none")
+        _run_all(jobs, plan, arguments)
+        return _judge(arguments, plan, folder, jobs)
 
 
 def _jobs(arguments, deck, plan, folder):

@@ -1,8 +1,11 @@
 """What `mill check` runs: which stretch of the mill, how stiff, from how many starts, so that it ends in time."""
 
+import contextlib
 import dataclasses
+import fcntl
 import json
 import math
+import os
 import pathlib
 import signal
 import subprocess
@@ -139,6 +142,22 @@ def save(folder, asked, plan):
         write_text(folder / PLAN, json.dumps({"asked": asked, "plan": dataclasses.asdict(plan)}))
     except OSError as fault:
         raise UserError(f"{folder}: cannot be written: {fault.strerror}") from None
+
+
+@contextlib.contextmanager
+def alone(folder):
+    """While no other check runs in this folder; UserError if one does."""
+    try:
+        file = os.open(folder / "lock", os.O_CREAT | os.O_RDWR | os.O_NOFOLLOW, 0o666)
+    except OSError as fault:
+        raise UserError(f"{folder / 'lock'}: cannot be opened: {fault.strerror}") from None
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        yield
+    except BlockingIOError:
+        raise UserError(f"{folder}: another check is running there") from None
+    finally:
+        os.close(file)
 
 
 def start_files(deck, folder, count):
