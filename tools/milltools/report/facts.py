@@ -275,7 +275,8 @@ def subject(run) -> str:
     assumed = dict.fromkeys(run.read(f"run/assumed/{kind}") for kind in run.names("run/assumed"))
     pairs = [f"{pair} ({remark})" if remark else pair for pair, _, remark in (text.partition(": ") for text in assumed)]
     laws = f" Contact laws are assumed: {plain(joined(pairs))}." if pairs else ""
-    return f"{charge(run)} in {mill(run)}.{laws}"
+    soft = f" The balls are soft spheres of {scaled(run.modulus, 'Pa')}." if run.soft else ""
+    return f"{charge(run)} in {mill(run)}.{soft}{laws}"
 
 
 def window(run) -> str:
