@@ -100,21 +100,6 @@ static bool arrive(struct mill_soft *s)
     return s->path - s->listed < 0.5 * s->skin || mill_soft_list(s);
 }
 
-void mill_soft_tell(struct mill_sim *sim)
-{
-    struct mill_soft *s = sim->soft;
-    struct mill_soft_part *p = s->part;
-    for (uint64_t left = s->told; left != 0; left >>= 1, p++) {
-        if (!(left & 1))
-            continue;
-        const struct mill_sim_entry *entry = p->told.item;
-        for (size_t n = 0; n < p->told.count; n++)
-            mill_sim_count(sim, &entry[n]);
-        s->tells += p->told.count;
-        p->told.count = 0;
-    }
-}
-
 /* ---- the world at a step ---- */
 
 static void add_account(struct mill_account *all, const struct mill_account *a, int kinds,

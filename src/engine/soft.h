@@ -242,9 +242,6 @@ bool mill_soft_restart(struct mill_soft *soft);
 
 void mill_soft_state(struct mill_soft *soft, struct mill_state *state);
 
-/* Contacts that have ended go to the account and to the observers. */
-void mill_soft_tell(struct mill_sim *sim);
-
 /* ---- threads (soft_threads.c) ---- */
 
 /* Starts the threads; of 1: ends them. They sleep when there is nothing to do. */

@@ -11,12 +11,28 @@ static double cost_of(const struct mill_soft_part *p)
            4.0 * (double)p->touch.count;
 }
 
+/* Contacts that have ended go to the account and to the observers. */
+static void tell(struct mill_sim *sim)
+{
+    struct mill_soft *s = sim->soft;
+    struct mill_soft_part *p = s->part;
+    for (uint64_t left = s->told; left != 0; left >>= 1, p++) {
+        if (!(left & 1))
+            continue;
+        const struct mill_sim_entry *entry = p->told.item;
+        for (size_t n = 0; n < p->told.count; n++)
+            mill_sim_count(sim, &entry[n]);
+        s->tells += p->told.count;
+        p->told.count = 0;
+    }
+}
+
 /* A thread has the same parts in each step, so they stay in the cache of its core. */
 static void work(void *self, int thread)
 {
     struct mill_soft *s = self;
     if (thread == 0 && s->teller)
-        mill_soft_tell(s->teller);
+        tell(s->teller);
     struct mill_soft_gist gist = {.fastest = 0.0};
     for (int k = s->share[thread]; k < s->share[thread + 1]; k++) {
         const struct mill_soft_part *p = &s->part[k];
