@@ -112,7 +112,7 @@ def told(values):
 
 def pair(mean, error):
     """A mean with as many places as its error deserves."""
-    places = max(0, 1 - int(np.floor(np.log10(error)))) if error > 0 else 2
+    places = max(0, 1 - int(np.floor(np.log10(error)))) if error > 1e-9 * abs(mean) else 2
     return f"{mean:.{places}f} +- {error:.{places}f}"
 
 
