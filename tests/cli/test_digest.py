@@ -370,6 +370,11 @@ def test_a_stream_that_ends_before_its_first_account_leaves_no_file(digest, tmp_
     assert [path.name for path in tmp_path.iterdir()] == ["deck.ini"]
 
 
+def test_a_complete_run_has_an_account(digest, tmp_path):
+    done = digest(HEAD + end(0.0))
+    assert done.returncode == 1 and "(end): expected an account before" in done.said
+
+
 def test_a_run_that_stopped_before_anything_happened_has_a_file_that_says_so(made):
     with made(HEAD + end(0.0, "stopped")) as file:
         assert file["run/status"].asstr()[()] == "stopped"
@@ -395,14 +400,18 @@ def test_an_older_file_is_not_overwritten_unasked(digest, tmp_path):
 
 
 WRONG = "expected finite numbers, and each ball from 1 to 4 once"
+SPRINGS = "expected an interval and springs above 0, dashpots of 0 or more, and damped 0 or 1"
+SKEWED = (0.0,) * 6 + (1.0, 0, 0, 1, 0, 0, 0, 0, 1)
 
 
 @pytest.mark.parametrize(
     "more, line",
     [
-        (springs(interval=0), "1 (springs): expected an interval and springs above 0, and dashpots of 0 or more"),
-        (springs(stiffness=-1), "1 (springs): expected an interval and springs above 0, and dashpots of 0 or more"),
-        (springs(dashpot=math.inf), "1 (springs): expected an interval and springs above 0, and dashpots of 0 or more"),
+        (springs(interval=0), f"1 (springs): {SPRINGS}"),
+        (springs(stiffness=-1), f"1 (springs): {SPRINGS}"),
+        (springs(dashpot=math.inf), f"1 (springs): {SPRINGS}"),
+        (springs(shear=(2 / 7, 0.5)), f"1 (springs): {SPRINGS}"),
+        (springs() + sample(0.15, frame=SKEWED), "2 (sample): expected directions x, y, z of the frame with length 1"),
         (record("springs", bytes(96)), "1 (springs): 96 bytes: expected 104"),
         (sample(0.15), "1 (sample): expected the record 'springs' before"),
         (record("part"), "1 (part): expected samples before"),
@@ -415,7 +424,7 @@ WRONG = "expected finite numbers, and each ball from 1 to 4 once"
         (springs() + sample(0.15, number=(0, 2, 3, 4)), f"2 (sample): row 0: {WRONG}"),
         (springs() + sample(0.15, number=(1, 2, 3, 2)), f"2 (sample): row 3: {WRONG}"),
     ],
-    ids=range(14),
+    ids=range(16),
 )  # fmt: skip
 def test_a_sample_that_cannot_be_is_one_line(digest, tmp_path, more, line):
     done = digest(GOOD + more)
