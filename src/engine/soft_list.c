@@ -9,7 +9,7 @@
 #include <string.h>
 
 /* Of the largest diameter. Wider lists hold more pairs that do not touch (measured). */
-#define SKIN 0.35
+#define SKIN 0.22
 /* Balls of a part, for small and for large mills: fewer have more neighbours in other parts */
 enum { SMALL = 22, SMALL_PARTS = 16, LARGE = 1000 };
 
