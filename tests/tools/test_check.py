@@ -16,6 +16,7 @@ from milltools.check import verdict
 from milltools.compare import load
 from milltools.read.deck import Deck
 from milltools.read.runfile import Run
+from milltools.report import run_page
 
 # 60 balls, so that there are impacts in 20 ms
 DECK = SMALL.replace("count = 20\n", "count = 60\n")
@@ -66,6 +67,15 @@ def test_modulus_is_that_of_the_soft_runs_and_unknown_of_the_hard_ones(checked):
     folder, _ = checked
     assert Run(str(folder / "deck-check/soft-1.h5")).modulus == 1e8
     assert math.isnan(Run(str(folder / "deck-check/hard-1.h5")).modulus)
+
+
+@pytest.mark.slow
+def test_the_report_has_a_column_of_the_rebound_floor_only_where_there_is_one(checked):
+    folder, _ = checked
+    for kind, has in (("hard", True), ("soft", False)):
+        heads, rows = run_page.contacts(Run(str(folder / f"deck-check/{kind}-1.h5")))
+        assert ("at the rebound floor" in heads) is has
+        assert all(len(cells) == len(heads) for _, cells in rows)
 
 
 @pytest.mark.slow

@@ -56,7 +56,7 @@ def test_kinds_that_a_mill_has_no_surface_of_are_left_out(runs):
     assert runs["planetary"].kinds == ("ball_ball", "ball_jar")
     assert runs["attritor"].kinds == ("ball_ball", "ball_tank", "ball_pin")  # as in the deck
     for run in runs.values():
-        assert [name for name, _ in run_page.contacts(run)][:2] == ["ball-ball", f"ball-{run.vessel}"]
+        assert [name for name, _ in run_page.contacts(run)[1]][:2] == ["ball-ball", f"ball-{run.vessel}"]
         assert not any("drum" in name for name in run.series_names())
         told = [name for name, *_ in run_page.everything(run) if "ball_" in name]
         assert any("ball_ball" in name for name in told)

@@ -24,29 +24,30 @@ CONTENTS = (
 )  # fmt: skip
 FACES = 6  # of the table of wear are shown at once
 SPEED = "v\N{LATIN SUBSCRIPT SMALL LETTER N}"
-CONTACT_HEADS = (
-    "contacts", "rate", f"median {SPEED} of all", f"median {SPEED} above 50 mm/s", f"mean {SPEED}",
-    "at the rebound floor", "dissipated power", "share",
-)  # fmt: skip
 
 
-def contacts(run) -> list[tuple[str, list[Number]]]:
-    """Rows by kind of contact, then all; kinds without contacts are left out, as on the terminal."""
+def contacts(run) -> tuple[list[str], list[tuple[str, list[Number]]]]:
+    """Heads of the columns; rows by kind of contact, then all. Kinds without contacts are left out, as on the
+    terminal; the rebound floor, where balls are soft and have none."""
     rows = [kind for kind in run.kinds if int(run.statistic(f"impacts/{kind}/count"))] + ["all"]
 
     def values(name):
         return [float(run.statistic(f"impacts/{row}/{name}")) for row in rows]
 
-    power, speeds = values("dissipated_power"), ("median", "median_above_50mm_s", "mean")
-    columns = [
-        [count(times) for times in values("count")],
-        column(values("rate"), "/s"),
-        *(column(values(f"normal_speed/{name}"), "m/s") for name in speeds),
-        [share(float(run.statistic(f"floor_share/{row}"))) for row in rows],
-        column(power, "W"),
-        [share(one / power[-1] if power[-1] > 0 else math.nan) for one in power],
-    ]
-    return [(kinds.label(row), cells) for row, *cells in zip(rows, *columns)]
+    power = values("dissipated_power")
+    columns = {
+        "contacts": [count(times) for times in values("count")],
+        "rate": column(values("rate"), "/s"),
+        f"median {SPEED} of all": column(values("normal_speed/median"), "m/s"),
+        f"median {SPEED} above 50 mm/s": column(values("normal_speed/median_above_50mm_s"), "m/s"),
+        f"mean {SPEED}": column(values("normal_speed/mean"), "m/s"),
+        "at the rebound floor": [share(float(run.statistic(f"floor_share/{row}"))) for row in rows],
+        "dissipated power": column(power, "W"),
+        "share": [share(one / power[-1] if power[-1] > 0 else math.nan) for one in power],
+    }
+    if run.soft:
+        del columns["at the rebound floor"]
+    return list(columns), [(kinds.label(row), cells) for row, *cells in zip(rows, *columns.values())]
 
 
 def strikes(run) -> str:
@@ -220,6 +221,7 @@ def render(run, watch, rerun: str = "auto", printed: bool = False) -> str:
         figures = {one["anchor"]: one for one in parts.sections(draw_all(watch))}
     unsampled = run.unsampled
     known, doses = [] if unsampled else precision(run), dosed(run)
+    heads, rows = ([], []) if unsampled else contacts(run)
     deck = run.deck_text()
     return parts.page(
         HERE,
@@ -237,8 +239,8 @@ def render(run, watch, rerun: str = "auto", printed: bool = False) -> str:
         worn=worn(run),
         faces=FACES,
         doses=doses,
-        contacts=[] if unsampled else contacts(run),
-        contact_heads=CONTACT_HEADS,
+        contact_heads=heads,
+        contacts=rows,
         strikes="" if unsampled else strikes(run),
         unsampled=unsampled,
         balance=balance(run),
