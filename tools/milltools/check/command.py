@@ -139,9 +139,8 @@ def _run_all(jobs, plan, arguments):
 
 def _judge(arguments, plan, folder, jobs) -> Answer:
     from milltools.check import verdict
-    from milltools.compare.load import Member
 
-    soft, hard = ([Member(str(file)) for file, _ in jobs if file.name.startswith(kind)] for kind in ("soft", "hard"))
+    soft, hard = ([str(file) for file, _ in jobs if file.name.startswith(kind)] for kind in ("soft", "hard"))
     found = verdict.findings(hard, soft)
     words, state = verdict.sentence(found, plan.modulus)
     both = " ".join(f"$(echo {shlex.quote(str(folder))}/{kind}-*.h5 | tr ' ' ,)" for kind in ("soft", "hard"))

@@ -1,10 +1,12 @@
 """What a check has found: differences between hard and soft spheres, and one sentence."""
 
+import contextlib
 import dataclasses
 import math
 
 from milltools.base.text import MINUS, columns, quantity
 from milltools.compare import agreement, rows
+from milltools.compare.load import Sampled
 
 SPEEDS = (0.5, 1.0, 2.0)  # [m/s]
 DECIDES = ("power", "kinetic_energy", "impacts_above_1")
@@ -77,22 +79,48 @@ def watched(run):
         yield f"impacts_above_{speed:g}", f"impacts above {speed:g} m/s", "1/s", rate(speed), 0.10
 
 
+@dataclasses.dataclass(frozen=True)
+class Values:
+    """What is watched of the runs of one kind of spheres; dictionaries by key, one value for each run."""
+
+    duration: float  # [s] of the window of each
+    modulus: float  # [Pa]; NaN: hard
+    kinetic: float  # [J] the greatest
+    values: dict[str, list[float]]
+    gross: dict[str, list[float]]  # rates with re-contacts
+
+
+def values_of(paths, watch):
+    """Values of these files; `watch`: of `watched`."""
+    values, gross, kinetic = {one[0]: [] for one in watch}, {}, 0.0
+    for path in paths:
+        with contextlib.closing(Sampled(path)) as run:
+            for key, _, _, measure, _ in watch:
+                values[key].append(measure(run))
+            for speed in SPEEDS:
+                gross.setdefault(f"impacts_above_{speed:g}", []).append(rate(speed, "impacts")(run))
+            kinetic = max(kinetic, run.means("kinetic_energy")[0])
+            duration, modulus = run.duration, run.modulus
+    return Values(duration, modulus, kinetic, values, gross)
+
+
 def findings(hard, soft):
-    """A Finding of each quantity; `hard`, `soft`: the runs, as compare opens them (Member)."""
+    """A Finding of each quantity; `hard`, `soft`: the files of the runs."""
+    with contextlib.closing(Sampled(hard[0])) as run:
+        watch = list(watched(run))
+        hard, soft = values_of(hard, watch), values_of(soft, watch)
     found = []
-    for key, words, unit, measure, matters in watched(hard[0]):
-        sides = [[agreement.Estimate(measure(run)) for run in side] for side in (soft, hard)]
-        kinetic = max(run.means("kinetic_energy")[0] for run in (*soft, *hard))
-        if key == "rotational_energy" and max(e.value for side in sides for e in side) < TINY * kinetic:
+    for key, words, unit, _, matters in watch:
+        both = soft.values[key] + hard.values[key]
+        if not any(both) or (key == "rotational_energy" and max(both) < TINY * max(soft.kinetic, hard.kinetic)):
             continue
-        seen = min(sum(e.value for e in side) for side in sides) * hard[0].duration
-        if not any(e.value for side in sides for e in side):
-            continue
+        seen = min(sum(soft.values[key]), sum(hard.values[key])) * hard.duration
+        sides = ([agreement.Estimate(value) for value in side.values[key]] for side in (soft, hard))
         one, other = agreement.from_replicates(*sides)
         off = agreement.difference(one, other, "")
-        bound, impacts = math.nan, key.startswith("impacts")
-        if impacts and soft[0].modulus < STEEL and one.value:
-            bound = sum(map(rate(float(key.split("_")[-1]), "impacts"), hard)) / len(hard) / one.value - 1
+        bound, impacts = math.nan, key in hard.gross
+        if impacts and soft.modulus < STEEL and one.value:
+            bound = sum(hard.gross[key]) / len(hard.gross[key]) / one.value - 1
         values = (other.value, one.value, off.relative, off.error, matters, bound, impacts and seen < RARE)
         found.append(Finding(key, words, unit, *values))
     return found

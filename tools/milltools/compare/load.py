@@ -24,41 +24,17 @@ CONDUCT = re.compile(r"(run|output|soft)\..*|balls\.start(_motion)?")
 GEOMETRY = re.compile(r"(drum|blades|blade\.[^.]*|body\.[^.]*)\..*|rotor\.shaft_radius")
 
 
-class Member(Run):
-    """One open run: its window in blocks of time, the speeds and the noise of the maps from its frames, and why the
-    run is not steady ("" if it is)."""
+class Sampled(Run):
+    """One open run: its window in blocks of time, and why it is not steady ("" if it is)."""
 
     def __init__(self, path: str):
         super().__init__(path)
         self.need_statistics()
         if not self.has_series("kinetic_energy") or len(self.series("kinetic_energy")[0]) < 2:
             raise UserError(f"{self.path}: its time series /observables/kinetic_energy is missing or too short")
-        self.container = vessel.of(self)
         self._cut()
-        self._load_balls()
         self.trend = self._trend()
         self.steady = not self.trend
-
-    def _load_balls(self):
-        """The speeds of the balls and the noise of the maps, from the frames within the window."""
-        times = self.frame_times()
-        first, last = self.span
-        inside = np.flatnonzero((times >= first - 1e-9) & (times <= last + 1e-9))
-        radius = self.balls("diameter").astype(float) / 2
-        inside = inside[:: max(1, math.ceil(len(radius) * len(inside) / MOST_STATES))]
-        block = np.clip(np.searchsorted(self.bounds, times[inside], "right") - 1, 0, self.blocks - 1)
-        parts = [self.container.noise for _ in range(self.blocks)]
-        self.speed_counts = np.zeros(len(SPEED_EDGES) - 1)
-        measures = np.zeros((len(inside), 2 + len(LEVELS)))
-        for row, (index, part) in enumerate(zip(inside, block)):
-            velocity = self.frame(int(index), "velocity").astype(float)
-            speed = np.linalg.norm(velocity, axis=1)
-            measures[row] = speed.mean(), (speed**2).mean(), *np.quantile(speed, LEVELS)
-            self.speed_counts += np.histogram(speed, SPEED_EDGES)[0]
-            if parts[part]:
-                parts[part].sample(self.frame(int(index), "position").astype(float), velocity, radius)
-        self.speeds, self.speed_blocks = measures, block
-        self.map_noise, self.map_frames = maps.noise(self, parts), len(inside)
 
     # ---- blocks of time
 
@@ -104,26 +80,6 @@ class Member(Run):
         span = self.span[1] - self.span[0]
         return (at[1] - at[0]) / span if span > 0 else math.nan, np.diff(at[2:]) / np.diff(self.bounds)
 
-    def speed_blocks_of(self, column: int) -> np.ndarray:
-        """Block means of a column of `speeds`; NaN in a block without frames."""
-        count = np.bincount(self.speed_blocks, minlength=self.blocks)
-        with np.errstate(invalid="ignore"):
-            return np.bincount(self.speed_blocks, self.speeds[:, column], self.blocks) / count
-
-    @property
-    def made_by(self) -> str:
-        """Program, version and, of soft spheres, stiffness in a few words."""
-        name = self.version if self.program in self.version else f"{self.program} {self.version}"
-        modulus = self.modulus
-        return name + (f" at {modulus:.3g} Pa" if modulus > 0 else "")
-
-    def same_data(self, other) -> bool:
-        """Whether the other is the same run: every row of the time series is equal."""
-        names = self.series_names()
-        return names == other.series_names() and all(
-            np.array_equal(self.series(name)[1], other.series(name)[1]) for name in names
-        )
-
     # ---- is it steady?
 
     def _trend(self) -> str:
@@ -146,6 +102,56 @@ class Member(Run):
             share = off / abs(rest.mean())
             return f"kinetic energy in the first quarter differs from the rest by {100 * share:.0f} %"
         return ""
+
+
+class Member(Sampled):
+    """One of the runs that are compared: with the speeds and the noise of the maps from its frames."""
+
+    def __init__(self, path: str):
+        super().__init__(path)
+        self.container = vessel.of(self)
+        self._load_balls()
+
+    def _load_balls(self):
+        """The speeds of the balls and the noise of the maps, from the frames within the window."""
+        times = self.frame_times()
+        first, last = self.span
+        inside = np.flatnonzero((times >= first - 1e-9) & (times <= last + 1e-9))
+        radius = self.balls("diameter").astype(float) / 2
+        inside = inside[:: max(1, math.ceil(len(radius) * len(inside) / MOST_STATES))]
+        block = np.clip(np.searchsorted(self.bounds, times[inside], "right") - 1, 0, self.blocks - 1)
+        parts = [self.container.noise for _ in range(self.blocks)]
+        self.speed_counts = np.zeros(len(SPEED_EDGES) - 1)
+        measures = np.zeros((len(inside), 2 + len(LEVELS)))
+        for row, (index, part) in enumerate(zip(inside, block)):
+            velocity = self.frame(int(index), "velocity").astype(float)
+            speed = np.linalg.norm(velocity, axis=1)
+            measures[row] = speed.mean(), (speed**2).mean(), *np.quantile(speed, LEVELS)
+            self.speed_counts += np.histogram(speed, SPEED_EDGES)[0]
+            if parts[part]:
+                parts[part].sample(self.frame(int(index), "position").astype(float), velocity, radius)
+        self.speeds, self.speed_blocks = measures, block
+        self.map_noise, self.map_frames = maps.noise(self, parts), len(inside)
+
+    def speed_blocks_of(self, column: int) -> np.ndarray:
+        """Block means of a column of `speeds`; NaN in a block without frames."""
+        count = np.bincount(self.speed_blocks, minlength=self.blocks)
+        with np.errstate(invalid="ignore"):
+            return np.bincount(self.speed_blocks, self.speeds[:, column], self.blocks) / count
+
+    @property
+    def made_by(self) -> str:
+        """Program, version and, of soft spheres, stiffness in a few words."""
+        name = self.version if self.program in self.version else f"{self.program} {self.version}"
+        modulus = self.modulus
+        return name + (f" at {modulus:.3g} Pa" if modulus > 0 else "")
+
+    def same_data(self, other) -> bool:
+        """Whether the other is the same run: every row of the time series is equal."""
+        names = self.series_names()
+        return names == other.series_names() and all(
+            np.array_equal(self.series(name)[1], other.series(name)[1]) for name in names
+        )
 
 
 class Side:
