@@ -70,6 +70,27 @@ def test_modulus_is_that_of_the_soft_runs_and_unknown_of_the_hard_ones(checked):
 
 
 @pytest.mark.slow
+def test_two_files_at_most_are_open_at_a_time(checked, monkeypatch):
+    folder, _ = checked
+    opened = []
+
+    class Counted(verdict.Sampled):
+        def __init__(self, path):
+            opened.append(path)
+            assert len(opened) <= 2  # one tells what is watched of all
+            super().__init__(path)
+
+        def close(self):
+            opened.remove(self.path)
+            super().close()
+
+    monkeypatch.setattr(verdict, "Sampled", Counted)
+    hard, soft = ([str(folder / f"deck-check/{kind}-{k}.h5") for k in (1, 2)] for kind in ("hard", "soft"))
+    assert verdict.findings(hard, soft)
+    assert not opened
+
+
+@pytest.mark.slow
 def test_the_report_has_a_column_of_the_rebound_floor_only_where_there_is_one(checked):
     folder, _ = checked
     for kind, has in (("hard", True), ("soft", False)):

@@ -4,6 +4,7 @@ import importlib.machinery
 import importlib.util
 import os
 import re
+import shlex
 import subprocess
 import sys
 
@@ -109,6 +110,14 @@ def test_lock_files_agree():
     for name in ("tools/requirements.lock", "tests/requirements.lock"):
         for package, version in re.findall(r"^([\w.-]+)==(\S+)$", (ROOT / name).read_text(), re.MULTILINE):
             assert pinned.setdefault(package.lower(), version) == version, f"{name}: {package}"
+
+
+def test_what_the_page_of_soft_spheres_measures_its_costs_with_is_accepted():
+    text = " ".join((ROOT / "docs/soft.md").read_text().split())
+    (words,) = re.findall(r"`millsim (--check --soft [^`]*input/[a-z]+\.ini)`", text)
+    words = [*shlex.split(words), "-s", "run.time=1 ms"]  # this shortens the trial
+    done = subprocess.run([PROGRAM, *words], capture_output=True, text=True, cwd=ROOT)
+    assert done.returncode == 0, done.stderr
 
 
 def test_every_unit_on_the_pages_is_known_without_the_database_that_the_studio_lacks():

@@ -89,7 +89,7 @@ def _jobs(arguments, deck, plan, folder):
     jobs = []
     for kind in ("soft", "hard"):
         own = [f"run.spheres={kind}", f"output.strike_window={plan.contact:.9g} s"]
-        own += [f"soft.modulus={plan.modulus / 1e9:.9g} GPa"] * (kind == "soft")
+        own += [f"soft.modulus={plan.modulus:.9g} Pa"] * (kind == "soft")
         for k in range(plan.starts):
             file = folder / f"{kind}-{k + 1}.h5"
             seed = deck.count("run.seed") + k

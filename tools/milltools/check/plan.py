@@ -115,8 +115,8 @@ PLAN = "plan.json"
 
 
 def load(folder, asked):
-    """The Plan of an earlier check in this folder, or None. If more minutes or starts are `asked` for now, it has more
-    starts of the same stretch; UserError if anything else is."""
+    """The Plan of an earlier check in this folder, or None. It has more starts of the same stretch if the present check
+    is `asked` for more minutes or starts; UserError if for anything else."""
     try:
         kept = json.loads((folder / PLAN).read_text())
         plan, before = Plan(**kept["plan"]), kept["asked"]

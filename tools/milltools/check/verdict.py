@@ -85,23 +85,21 @@ class Values:
 
     duration: float  # [s] of the window of each
     modulus: float  # [Pa]; NaN: hard
-    kinetic: float  # [J] the greatest
     values: dict[str, list[float]]
     gross: dict[str, list[float]]  # rates with re-contacts
 
 
 def values_of(paths, watch):
     """Values of these files; `watch`: of `watched`."""
-    values, gross, kinetic = {one[0]: [] for one in watch}, {}, 0.0
+    values, gross = {one[0]: [] for one in watch}, {}
     for path in paths:
         with contextlib.closing(Sampled(path)) as run:
             for key, _, _, measure, _ in watch:
                 values[key].append(measure(run))
             for speed in SPEEDS:
                 gross.setdefault(f"impacts_above_{speed:g}", []).append(rate(speed, "impacts")(run))
-            kinetic = max(kinetic, run.means("kinetic_energy")[0])
             duration, modulus = run.duration, run.modulus
-    return Values(duration, modulus, kinetic, values, gross)
+    return Values(duration, modulus, values, gross)
 
 
 def findings(hard, soft):
@@ -110,9 +108,10 @@ def findings(hard, soft):
         watch = list(watched(run))
         hard, soft = values_of(hard, watch), values_of(soft, watch)
     found = []
+    tiny = TINY * max(soft.values["kinetic_energy"] + hard.values["kinetic_energy"])
     for key, words, unit, _, matters in watch:
         both = soft.values[key] + hard.values[key]
-        if not any(both) or (key == "rotational_energy" and max(both) < TINY * max(soft.kinetic, hard.kinetic)):
+        if not any(both) or (key == "rotational_energy" and max(both) < tiny):
             continue
         seen = min(sum(soft.values[key]), sum(hard.values[key])) * hard.duration
         sides = ([agreement.Estimate(value) for value in side.values[key]] for side in (soft, hard))
