@@ -80,6 +80,9 @@ struct mill_counts {
     double largest_overlap; /* [m] of all contacts and audits */
 };
 
+/* Adds another account to `all`. */
+void mill_world_add_account(struct mill_account *all, const struct mill_account *account);
+
 /* Adds counts of other events to `all`. */
 void mill_world_add_counts(struct mill_counts *all, const struct mill_counts *counts);
 

@@ -14,7 +14,8 @@
 struct carrier {
     struct mill_state state; /* first */
     struct mill_h5 *file;
-    const char *owner; /* of the fields */
+    int start;      /* its number, from 0 */
+    char owner[40]; /* of the fields */
 };
 
 static void carry(struct mill_state *state, const char *name, enum mill_field type, size_t count,
@@ -35,18 +36,29 @@ static void carry(struct mill_state *state, const char *name, enum mill_field ty
 
 static void set_owner(struct mill_state *state, const char *name)
 {
-    ((struct carrier *)state)->owner = name;
+    struct carrier *carrier = (struct carrier *)state;
+    if (carrier->start > 0)
+        snprintf(carrier->owner, sizeof carrier->owner, "start_%d_%s", carrier->start + 1, name);
+    else
+        snprintf(carrier->owner, sizeof carrier->owner, "%s", name);
 }
 
 static enum mill_status carry_all(const struct mill_checkpoint *all, struct mill_h5 *file,
                                   bool loads, struct mill_error *error)
 {
-    struct carrier carrier = {{carry, loads, MILL_OK, error}, file, "run"};
+    struct carrier carrier = {{carry, loads, MILL_OK, error}, file, 0, "run"};
     struct mill_state *state = &carrier.state;
     mill_state_structs(state, "cost", sizeof *all->cost, 1, all->cost);
-    set_owner(state, "loop");
-    mill_sim_state(all->sim, state);
-    mill_observers_state(all->observers, state, set_owner);
+    mill_state_structs(state, "plan", sizeof all->starts->plan, 1, &all->starts->plan);
+    if (state->loads && state->status == MILL_OK &&
+        mill_starts_grow(all->starts, state->error) != MILL_OK)
+        state->status = MILL_FAILED;
+    for (; carrier.start < all->starts->count && state->status == MILL_OK; carrier.start++) {
+        const struct mill_starts_one *one = &all->starts->one[carrier.start];
+        set_owner(state, "loop");
+        mill_sim_state(one->sim, state);
+        mill_observers_state(&one->observers, state, set_owner);
+    }
     return state->status;
 }
 

@@ -6,12 +6,11 @@
 #define MILL_CHECKPOINT_H
 
 #include "app/record.h"
-#include "observe/observers.h"
+#include "app/starts.h"
 
 /* The objects that have a state */
 struct mill_checkpoint {
-    struct mill_sim *sim;
-    const struct mill_observers *observers;
+    struct mill_starts *starts;
     struct mill_record_cost *cost;
 };
 

@@ -215,6 +215,8 @@ static void write_results(const struct digest *d, const char *status)
     const struct mill_facts facts = {.status = status,
                                      .time = d->replay.now,
                                      .local = d->replay.now - d->world->base,
+                                     .totals =
+                                         mill_record_add(d->world, d->replay.now - d->world->base),
                                      .foreign = &d->facts};
     for (int k = 0; k < 2; k++) {
         const char *value = mill_facts_text(&d->facts, k ? "version" : "program");

@@ -31,7 +31,7 @@
 #define ROW 300.0        /* [byte] for a row of the series */
 #define IMPACT 80.0      /* [byte] for a row of the log */
 #define STATISTICS 3.5e6 /* [byte] for a file's histograms, maps and wear */
-#define LATER 10e6       /* [byte] of memory for observers and HDF5, which --check does not start */
+#define LATER 10e6       /* [byte] of memory for a start's observers, which --check does not make */
 #define WRITING 1e-9     /* [s/byte] of processor time */
 
 /* Progress of the trial at some moment */
@@ -159,8 +159,9 @@ static double work_out(const struct mill_deck *deck, const struct mill_world *wo
     const bool by_contacts = met > 0 && !world->soft.on;
     const double took = ends[1].time - ends[0].time;
     f.cpu = ends[1].cpu + (by_contacts ? rest / met * cost : (end - f.trial) / took * cost);
-    f.cpu += f.file * WRITING;
-    f.memory = mill_record_peak_memory() + LATER;
+    f.contacts *= (double)deck->given.starts;
+    f.cpu = f.cpu * (double)deck->given.starts + f.file * WRITING;
+    f.memory = mill_record_peak_memory() + (double)deck->given.starts * LATER;
     *forecast = f;
     return rate;
 }

@@ -177,17 +177,20 @@ static void tell_forecast(const struct mill_deck *deck, struct mill_world *world
     const bool whole = deck->observe.precision == 0 && deck->observe.max_collisions == 0;
     struct mill_forecast f;
     struct mill_error why;
+    char starts[32] = "";
+    if (deck->given.starts > 1)
+        snprintf(starts, sizeof starts, " in %ld starts", deck->given.starts);
     if (mill_forecast_make(deck, world, &f, &why) == MILL_OK)
         fprintf(
             out,
-            "forecast: %s%g contacts, %g s of processor time, %g MB of "
+            "forecast: %s%g contacts%s, %g s of processor time, %g MB of "
             "memory, a file of %g MB; from a trial of %g s of simulated "
             "time; right within a factor of 2 if the balls fill at most 40 %% of the container\n",
             !whole   ? "at most "
             : braked ? ""
                      : "at least ",
-            rounded(f.contacts), rounded(f.cpu), rounded(1e-6 * f.memory), rounded(1e-6 * f.file),
-            rounded(f.trial));
+            rounded(f.contacts), starts, rounded(f.cpu), rounded(1e-6 * f.memory),
+            rounded(1e-6 * f.file), rounded(f.trial));
     else
         fprintf(out, "no forecast, because the trial failed: %s\n", why.text);
     if (world->soft.on)

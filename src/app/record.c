@@ -163,14 +163,15 @@ static void tell_cost(struct mill_sink *sink, const struct mill_facts *facts, ui
         mill_tell_number(sink, "contacts_per_cpu_second",
                          cost->cpu > 0 ? (double)contacts / cost->cpu : (double)NAN, "s-1", "");
         mill_tell_number(sink, "simulated_per_wall_second",
-                         cost->wall > 0 ? facts->time / cost->wall : (double)NAN, "1", "");
+                         cost->wall > 0 ? facts->starts * facts->time / cost->wall : (double)NAN,
+                         "1", "");
     }
 }
 
 void mill_record_tell(const struct mill_world *world, const struct mill_facts *facts,
                       struct mill_sink *sink)
 {
-    const struct mill_totals totals = mill_record_add(world, facts->local);
+    const struct mill_totals totals = facts->totals;
     char hdf5[32];
     if (sink->full) {
         mill_tell_text(sink, "status", facts->status, status_meaning);

@@ -17,6 +17,13 @@ struct mill_record_cost {
     uint64_t checkpoints; /* number of checkpoints */
 };
 
+/* Sums over the whole run; `local` is the present time */
+struct mill_totals {
+    uint64_t contacts, anomalies;
+    struct mill_energy energy; /* now */
+    /* [J] turnover: the energy that the balance error is relative to */
+    double dissipation, balance_error, turnover;
+};
 /* Progress of a run, or how it ended */
 struct mill_facts {
     const char *status; /* "running", "complete", "stopped" (by a signal), "failed" */
@@ -25,7 +32,9 @@ struct mill_facts {
     const char *ended_by;
     double time, local; /* [s] simulated time reached; the same as local time of the world */
     struct mill_record_cost cost;
-    int threads;               /* used by the run */
+    int threads; /* used by the run */
+    int starts;
+    struct mill_totals totals; /* of all starts */
     double peak_memory;        /* [byte] */
     const char *deck, *output; /* paths as given */
     const char *version;       /* of millsim */
@@ -33,13 +42,6 @@ struct mill_facts {
     const struct mill_facts_list *foreign;
 };
 
-/* Sums over the whole run; `local` is the present time */
-struct mill_totals {
-    uint64_t contacts, anomalies;
-    struct mill_energy energy; /* now */
-    /* [J] turnover: the energy that the balance error is relative to */
-    double dissipation, balance_error, turnover;
-};
 struct mill_totals mill_record_add(const struct mill_world *world, double local);
 
 /* Writes what is known before the first event. /deck: every entry of the deck with all defaults as

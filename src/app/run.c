@@ -1,22 +1,20 @@
 /* A run: deck -> world -> event loop -> observers -> HDF5 file -> summary. Only this file connects
  * all of these. */
-#define _GNU_SOURCE /* the cores that this process may use */
 #include "app/run.h"
 
 #include "app/checkpoint.h"
 #include "app/forecast.h"
+#include "app/starts.h"
 #include "app/summary.h"
 #include "store/draft.h"
 #include "store/version.h"
 
 #include <math.h>
-#include <sched.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
 #define MOST_SHARE 0.02   /* maximum part of the wall time for checkpoints, for any interval */
-#define MANY_BALLS 20000  /* from this number on, a run uses all cores */
 #define MANY_FRAMES 10000 /* from this number on, /VTKHDF takes long */
 
 /* A run from its start to its end */
@@ -27,10 +25,9 @@ struct run {
     const char *output; /* path */
     struct mill_error *error;
     enum mill_status status; /* of the last step */
-    struct mill_world *world;
-    struct mill_sim *sim;
+    struct mill_starts starts;
+    struct mill_starts_one *first; /* its frames and time series are those of the file */
     struct mill_h5 *file;
-    struct mill_observers observers;
     struct mill_forecast_growth growth; /* for the estimate of the time left */
     bool resumes;                       /* there is a state to continue from */
     /* the end is reached; the file may still have to be finished */
@@ -112,9 +109,8 @@ static bool find_earlier(struct run *r)
 static bool build(struct run *r)
 {
     const struct mill_start_watch watch = {mill_progress_stage, &r->order->display};
-    return ok(r, mill_deck_setup_world(r->deck, &watch, &r->world, r->error)) &&
-           ok(r, mill_sim_create(r->world, &r->sim, r->error)) &&
-           ok(r, mill_observers_create(&r->deck->observe, r->world, &r->observers, r->error));
+    r->first = r->starts.one;
+    return ok(r, mill_starts_make(&r->starts, r->deck, &watch, r->error));
 }
 
 static bool open_output(struct run *r)
@@ -138,7 +134,7 @@ static bool open_output(struct run *r)
  * now on the file is that of an unfinished run. */
 static bool take_up(struct run *r)
 {
-    const struct mill_checkpoint to = {r->sim, &r->observers, &r->cost};
+    const struct mill_checkpoint to = {&r->starts, &r->cost};
     r->saved = true;
     if (!read_earlier(r, r->file))
         return false;
@@ -157,10 +153,10 @@ static bool take_up(struct run *r)
 /* state: NULL during the event loop */
 static void show(const struct run *r, bool begins, const char *state)
 {
-    const struct mill_tally *tally = mill_observers_tally(&r->observers);
+    const struct mill_tally *tally = mill_observers_tally(&r->first->observers);
     /* not before run.sample_from, and not during the start-up if it is to be cut off */
     const bool samples = tally->at.open && (!tally->search || tally->at.settled);
-    const double time = mill_sim_time(r->sim), end = r->deck->observe.end;
+    const double time = mill_starts_time(&r->starts), end = r->deck->observe.end;
     struct mill_progress p = {time,
                               end,
                               mill_forecast_work(&r->growth, time),
@@ -170,24 +166,11 @@ static void show(const struct run *r, bool begins, const char *state)
                               .state = state     ? state
                                        : samples ? "sampling"
                                                  : "settling",
-                              .known = mill_summary_known(&r->observers)};
-    for (int k = 0; k < r->world->kinds.count; k++)
-        p.collisions += r->world->account.collisions[k];
+                              .known = mill_summary_known(&r->first->observers)};
+    for (int n = 0; n < r->starts.count; n++)
+        for (int k = 0; k < r->first->world->kinds.count; k++)
+            p.collisions += r->starts.one[n].world->account.collisions[k];
     mill_progress_show(&r->order->display, &p);
-}
-
-/* run.threads; if the program chooses: small mills leave the cores to other runs, large ones use
- * all that this process may use, because a batch system gives it some of the machine's */
-static int threads_of(const struct mill_deck *deck)
-{
-    if (deck->given.threads > 0 || deck->mill.all < MANY_BALLS)
-        return deck->given.threads > 0 ? (int)deck->given.threads : 1;
-#ifdef CPU_COUNT
-    cpu_set_t set;
-    if (sched_getaffinity(0, sizeof set, &set) == 0)
-        return CPU_COUNT(&set);
-#endif
-    return (int)sysconf(_SC_NPROCESSORS_ONLN);
 }
 
 /* Notes what the run will cost, if that is probably more than was meant. */
@@ -195,16 +178,17 @@ static void note_cost(struct run *r)
 {
     const double interval = r->deck->observe.frames,
                  frames = interval > 0 ? r->deck->observe.end / interval : 0;
-    const struct mill_energies *energies = &mill_observers_tally(&r->observers)->plan.energies;
+    const struct mill_energies *energies =
+        &mill_observers_tally(&r->first->observers)->plan.energies;
     if (frames > 1e6) /* probably a mistake in a unit */
         mill_error_set(&r->note, MILL_OK, "output.frames = %g s makes %.3g frames, %.3g GB or more",
-                       interval, frames, frames * r->world->balls * 9 * sizeof(float) / 1e9);
-    else if (energies->classes < (size_t)r->world->species_count)
+                       interval, frames, frames * r->first->world->balls * 9 * sizeof(float) / 1e9);
+    else if (energies->classes < (size_t)r->first->world->species_count)
         mill_error_set(&r->note, MILL_OK,
                        "the impacts of %d kinds of balls are counted in %d classes of about the "
                        "same mass, with %.0f MB of memory and up to as much in the file; with at "
                        "most %d kinds each is counted apart",
-                       r->world->species_count, MILL_ENERGIES_CLASSES,
+                       r->first->world->species_count, MILL_ENERGIES_CLASSES,
                        mill_energies_cost(energies) / 1e6, MILL_ENERGIES_CLASSES);
 }
 
@@ -212,14 +196,13 @@ static void note_cost(struct run *r)
 static bool prepare(struct run *r)
 {
     if (!build(r) || !open_output(r) || (r->resumes && !take_up(r)) ||
-        !ok(r, mill_observers_open(&r->observers, &r->deck->observe, r->file, r->world, r->sim,
-                                   r->error)))
+        !ok(r, mill_observers_open(&r->first->observers, &r->deck->observe, r->file,
+                                   r->first->world, r->first->sim, r->error)))
         return false;
-    r->growth = mill_forecast_growth(r->world);
-    mill_sim_use_threads(r->sim, threads_of(r->deck));
+    r->growth = mill_forecast_growth(r->first->world);
     show(r, true, NULL);
     if (r->resumes)
-        mill_error_set(&r->note, MILL_OK, "resuming at t = %.6g s", mill_sim_time(r->sim));
+        mill_error_set(&r->note, MILL_OK, "resuming at t = %.6g s", mill_sim_time(r->first->sim));
     else
         note_cost(r);
     say(r);
@@ -247,10 +230,12 @@ static struct mill_facts facts_of(const struct run *r, const char *status)
     const char *by = strcmp(status, "complete") == 0 ? r->ended_by.text : "none";
     return (struct mill_facts){.status = status,
                                .ended_by = asked ? by : NULL,
-                               .time = mill_sim_time(r->sim),
-                               .local = mill_sim_local_time(r->sim),
+                               .time = mill_sim_time(r->first->sim),
+                               .local = mill_sim_local_time(r->first->sim),
                                .cost = cost_of(r),
-                               .threads = mill_sim_threads(r->sim),
+                               .starts = r->starts.count,
+                               .threads = r->starts.count > 1 ? r->starts.workers
+                                                              : mill_sim_threads(r->first->sim),
                                .peak_memory = mill_record_peak_memory(),
                                .deck = r->order->asked->deck,
                                .output = r->output,
@@ -258,10 +243,10 @@ static struct mill_facts facts_of(const struct run *r, const char *status)
 }
 
 /* Writes the state that the run can continue from */
-static void keep(const struct run *r)
+static void keep(struct run *r)
 {
     struct mill_record_cost cost = cost_of(r);
-    mill_checkpoint_write(&(struct mill_checkpoint){r->sim, &r->observers, &cost}, r->file);
+    mill_checkpoint_write(&(struct mill_checkpoint){&r->starts, &cost}, r->file);
 }
 
 void mill_run_write(struct mill_h5 *file, const struct mill_observers *observers,
@@ -293,10 +278,12 @@ void mill_run_write(struct mill_h5 *file, const struct mill_observers *observers
         mill_h5_spend(file, to.sink.failed);
 }
 
-static void write_results(const struct run *r, const char *status)
+static void write_results(struct run *r, const char *status)
 {
-    const struct mill_facts facts = facts_of(r, status);
-    mill_run_write(r->file, &r->observers, r->world, &facts);
+    struct mill_facts facts = facts_of(r, status);
+    const struct mill_world sum = mill_starts_sum(&r->starts, &facts.totals);
+    mill_starts_join(&r->starts);
+    mill_run_write(r->file, &r->first->observers, &sum, &facts);
 }
 
 /* Publishes all results up to now, as if the run ended here, and the state. */
@@ -315,31 +302,27 @@ static enum mill_status save(struct run *r)
     return status;
 }
 
-/* Runs in slices of events. The clock determines their size, so that progress is shown regularly
- * for any cost of an event. */
+/* Runs all starts in rounds, so that progress is shown regularly. */
 static enum mill_status advance(struct run *r)
 {
-    const double aim = fmin(MILL_PROGRESS_EVERY, r->deck->given.checkpoint),
-                 end = r->deck->observe.end;
-    uint64_t slice = 1000;
+    const double wall = fmin(MILL_PROGRESS_EVERY, r->deck->given.checkpoint);
     enum mill_status status = MILL_OK;
     r->due = mill_record_clock(CLOCK_MONOTONIC) + r->deck->given.checkpoint;
-    while (status == MILL_OK) {
-        const double before = mill_record_clock(CLOCK_MONOTONIC), reached = mill_sim_time(r->sim);
-        status = mill_sim_run(r->sim, end, slice, r->order->stop, r->error);
-        const double took = mill_record_clock(CLOCK_MONOTONIC) - before;
-        /* true: the slice was not cut off by the end */
-        const bool whole = mill_sim_time(r->sim) < end;
+    while (status == MILL_OK && !r->starts.plan.known) {
+        status = mill_starts_go(&r->starts, wall, r->order->stop, r->error);
         show(r, false, NULL);
-        /* the end was reached before this slice, too: nothing that is due at the end is left */
-        if (!whole && reached >= end)
-            break;
+        if (status == MILL_OK && mill_starts_there(&r->starts)) {
+            if (!mill_starts_extend(&r->starts))
+                break;
+            status = mill_starts_grow(&r->starts, r->error);
+        }
         if (status == MILL_OK && mill_record_clock(CLOCK_MONOTONIC) > r->due)
             status = save(r);
-        if (whole)
-            slice = (uint64_t)fmin(fmax((double)slice * aim / fmax(took, 1e-6), 100.0), 1e8);
     }
-    mill_error_set(&r->ended_by, MILL_OK, "%s", status == MILL_ENDED ? r->error->text : "time");
+    mill_error_set(&r->ended_by, MILL_OK, "%s",
+                   status == MILL_ENDED   ? r->error->text
+                   : r->starts.plan.known ? "precision"
+                                          : "time");
     r->complete = status == MILL_OK || status == MILL_ENDED;
     return r->complete ? MILL_OK : status;
 }
@@ -362,18 +345,21 @@ static enum mill_status conclude(struct run *r, enum mill_status ended, struct m
 {
     const struct mill_going going = {goes_on, r};
     const bool many = r->deck->observe.frames > 0 &&
-                      mill_sim_time(r->sim) / r->deck->observe.frames > MANY_FRAMES;
+                      mill_sim_time(r->first->sim) / r->deck->observe.frames > MANY_FRAMES;
     const bool slow = many && ended == MILL_OK;
     show(r, false, "writing");
     if (ended == MILL_STOPPED || slow)
         keep(r);
-    mill_sim_audit(r->sim); /* after the state, because an uninterrupted run has no audit here */
+    for (int k = 0; k < r->starts.count; k++)
+        /* after the state, because an uninterrupted run has no audit here */
+        mill_sim_audit(r->starts.one[k].sim);
     write_results(r, ended == MILL_OK ? "complete" : ended == MILL_STOPPED ? "stopped" : "failed");
     const enum mill_status status = slow ? mill_h5_flush(r->file, error) : MILL_OK;
     if (status != MILL_OK)
         return status;
     r->saved = r->saved || slow;
-    if ((slow || !many) && !mill_observers_finish(&r->observers, r->world, slow ? &going : NULL))
+    if ((slow || !many) &&
+        !mill_observers_finish(&r->first->observers, r->first->world, slow ? &going : NULL))
         return mill_error_set(error, MILL_STOPPED,
                               "stopped by a signal; %s holds all results but not the frames "
                               "for ParaView (/VTKHDF), which --resume adds",
@@ -390,10 +376,10 @@ static enum mill_status carry_out(struct run *r)
 {
     enum mill_status status = MILL_OK;
     if (r->given[MILL_PARANOID])
-        status = mill_paranoid_start(r->sim, mill_opinion_agrees, r->error);
+        status = mill_paranoid_start(r->first->sim, mill_opinion_agrees, r->error);
     if (status == MILL_OK && !r->complete)
         status = advance(r);
-    r->order->checks = mill_paranoid_done(r->sim);
+    r->order->checks = mill_paranoid_done(r->first->sim);
     /* the first failure is reported */
     struct mill_error *why = status == MILL_OK || status == MILL_STOPPED ? r->error : NULL;
     /* a failed checkpoint does not end the run: the one before it is still valid */
@@ -421,14 +407,14 @@ enum mill_status mill_run(struct mill_run_order *order)
         r.status = carry_out(&r);
     mill_h5_abandon(r.file); /* still open after a failure: the file stays as last published */
     if (r.status == MILL_OK || r.status == MILL_STOPPED) {
-        const struct mill_facts facts = facts_of(&r, r.complete ? "complete" : "stopped");
-        struct mill_summary s = {order->page, r.world, &r.observers,
-                                 &facts,      r.deck,  .results = NULL};
+        struct mill_facts facts = facts_of(&r, r.complete ? "complete" : "stopped");
+        const struct mill_world sum = mill_starts_sum(&r.starts, &facts.totals);
+        mill_starts_join(&r.starts);
+        struct mill_summary s = {order->page, &sum,   &r.first->observers,
+                                 &facts,      r.deck, .results = NULL};
         if (mill_summary_write(&s, asked->given[MILL_JSON], r.error) != MILL_OK)
             r.status = MILL_FAILED;
     }
-    mill_observers_free(&r.observers);
-    mill_sim_free(r.sim);
-    mill_world_free(r.world);
+    mill_starts_free(&r.starts);
     return r.status;
 }

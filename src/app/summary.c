@@ -13,7 +13,7 @@ enum { ABOVE_1 = 1 }; /* mill_world_fast[1] is 1 m/s */
 /* ---- accuracy of the results: for runs with run.precision ---- */
 
 /* "+- 1.3 %" */
-static const char *error_of(const struct mill_precision_mean *mean)
+static const char *error_of(const struct mill_spread_mean *mean)
 {
     const double error = mean->value != 0 ? mean->error / fabs(mean->value) : (double)NAN;
     return isnan(error) ? "unknown" /* or the value is 0 */
@@ -74,13 +74,14 @@ static void print_drive(const struct mill_summary *s)
     const struct mill_world *world = s->world;
     const struct mill_precision_known *known = &r->at.known;
     const bool rotor = world->motions == 1 && world->rotor == 0;
-    const double times = r->duration / world->period, mass = mill_summary_mass(world);
-    const struct mill_precision_mean specific = {known->drive.value / mass,
-                                                 known->drive.error / mass, 0};
+    const double times = r->duration / r->tally->starts / world->period,
+                 mass = mill_summary_mass(world);
+    const struct mill_spread_mean specific = {known->drive.value / mass, known->drive.error / mass,
+                                              0};
     mill_summary_line(s->out, rotor ? "rotor power" : "drive power", "%s, %s of balls\n",
                       mill_summary_text_mean(&known->drive, "W"),
                       mill_summary_text_mean(&specific, "W/kg"));
-    if (isnan(known->drive.error)) {
+    if (isnan(known->drive.error) && r->doubt == MILL_TALLY_KNOWN) {
         mill_summary_line(s->out, "", "(its error is not known: %.3g %ss", times,
                           rotor ? "revolution" : "period");
         if (times < MILL_PRECISION_PERIODS)
@@ -107,7 +108,7 @@ static void print_drive(const struct mill_summary *s)
 static void print_losses(const struct mill_summary *s)
 {
     const struct mill_tally_results *r = s->results;
-    const struct mill_precision_mean *loss = r->at.known.loss;
+    const struct mill_spread_mean *loss = r->at.known.loss;
     const double all = loss[r->all].value, normal = r->at.known.loss_normal[r->all].value / all;
     int order[MILL_KINDS_MOST]; /* of the kinds, by loss */
     int column = MILL_SUMMARY_LABEL;
@@ -140,6 +141,15 @@ static void print_losses(const struct mill_summary *s)
     fputc('\n', s->out);
 }
 
+/* A rate of impacts. Of a few, only their number is known. */
+static const char *text_rate(const struct mill_spread_mean *rate, double time)
+{
+    const double count = rate->value * time;
+    return count > 0.5 && count < MILL_SPREAD_SEEN - 0.5
+               ? mill_summary_text("%.0f seen in %s:", count, mill_summary_text_si(time, "s"))
+               : mill_summary_text_mean(rate, "/s");
+}
+
 static void print_means(const struct mill_summary *s)
 {
     const struct mill_tally_results *r = s->results;
@@ -147,15 +157,12 @@ static void print_means(const struct mill_summary *s)
     if (s->world->period < (double)INFINITY)
         print_drive(s);
     mill_summary_line(s->out, "hard impacts", "%s of 1 mJ or more\n",
-                      mill_summary_text_mean(&r->hard, "/s"));
-    if (!isnan(r->hard_per_joule.value))
+                      text_rate(&r->hard, r->duration));
+    if (r->hard_per_joule.value * known->drive.value * r->duration > MILL_SPREAD_SEEN - 0.5)
         mill_summary_line(s->out, "", "%s of 1 mJ or more, per work of the drive\n",
                           mill_summary_text_mean(&r->hard_per_joule, "/J"));
-    if (r->hard.value > 0 && isnan(r->hard.error) && !isnan(known->drive.error))
-        mill_summary_line(s->out, "",
-                          "(their error is not known: they vary too slowly; run longer)\n");
     mill_summary_line(s->out, "", "%s at 1 m/s or more\n",
-                      mill_summary_text_mean(&known->fast[r->all][ABOVE_1], "/s"));
+                      text_rate(&known->fast[r->all][ABOVE_1], r->duration));
     mill_summary_line(s->out, "median v_n", "%s above 50 mm/s, %s of all\n",
                       mill_summary_text_mean(&known->median_fast, "m/s"),
                       mill_summary_text_mean(&known->median, "m/s"));
@@ -166,16 +173,23 @@ static void print_window(const struct mill_summary *s)
 {
     const struct mill_tally_results *r = s->results;
     const bool rotor = s->world->motions == 1 && s->world->rotor == 0;
-    const double times = r->duration / s->world->period;
-    mill_summary_line(s->out, "sampled", "for %s, from %s to %s",
-                      mill_summary_text_si(r->duration, "s"), mill_summary_text_si(r->begin, "s"),
-                      mill_summary_text_si(r->begin + r->duration, "s"));
+    const double each = r->duration / r->tally->starts, times = each / s->world->period;
+    mill_summary_line(s->out, "sampled", "for %s, from %s to %s", mill_summary_text_si(each, "s"),
+                      mill_summary_text_si(r->begin, "s"),
+                      mill_summary_text_si(r->begin + each, "s"));
     if (times > 0)
         fprintf(s->out, " (%.3g %s%s)", times, rotor ? "revolution" : "period",
                 fabs(times - 1) < 5e-3 ? "" : "s");
+    if (r->tally->starts > 1)
+        fprintf(s->out, ", in %d starts", r->tally->starts);
     fputc('\n', s->out);
     print_end(s);
-    mill_summary_line(s->out, "", "+- is one standard error\n\n");
+    if (r->doubt == MILL_TALLY_KNOWN)
+        mill_summary_line(s->out, "", "+- is one standard error, from %d %s\n\n",
+                          r->tally->starts > 1 ? r->tally->starts : MILL_SPREAD_PIECES,
+                          r->tally->starts > 1 ? "starts" : "pieces of this time");
+    else
+        mill_summary_line(s->out, "", "no errors are given: see the note\n\n");
 }
 
 static void print_anomalies(FILE *out, const struct mill_counts *counts, double balance_error)
@@ -250,10 +264,13 @@ static void print_note(FILE *out, const char *text)
 static void print_all(const struct mill_summary *s)
 {
     const struct mill_facts *facts = s->facts;
-    const struct mill_totals totals = mill_record_add(s->world, facts->local);
+    const struct mill_totals totals = facts->totals;
     const double wall = facts->cost.wall, cpu = facts->cost.cpu;
     const unsigned long long anomalies = totals.anomalies;
-    char threads[32] = "";
+    const int starts = s->results->tally->starts;
+    char threads[32] = "", many[32] = "";
+    if (starts > 1)
+        snprintf(many, sizeof many, "%d starts of ", starts);
     if (facts->threads > 1)
         snprintf(threads, sizeof threads, " of %d threads", facts->threads);
     mill_summary_mill(s->world, s->deck, s->out);
@@ -264,7 +281,7 @@ static void print_all(const struct mill_summary *s)
     mill_summary_line(
         s->out, "speed", "%s contacts per CPU second, %s simulated per s\n",
         mill_summary_text_si(cpu > 0 ? (double)totals.contacts / cpu : (double)NAN, ""),
-        mill_summary_text_si(wall > 0 ? facts->time / wall : (double)NAN, "s"));
+        mill_summary_text_si(wall > 0 ? starts * facts->time / wall : (double)NAN, "s"));
     mill_summary_line(s->out, "cost", "%s wall, %s CPU%s, %s memory at most\n",
                       mill_summary_text_si(wall, "s"), mill_summary_text_si(cpu, "s"), threads,
                       mill_summary_text_si(facts->peak_memory, "B"));
@@ -276,7 +293,7 @@ static void print_all(const struct mill_summary *s)
             print_note(s->out, s->notes.note[i].text);
     fprintf(s->out, "\nmillsim %s ", facts->version);
     mill_record_name(s->out, facts->deck);
-    fprintf(s->out, ": %.6g s in %s wall, ", facts->time, mill_summary_text_si(wall, "s"));
+    fprintf(s->out, ": %s%.6g s in %s wall, ", many, facts->time, mill_summary_text_si(wall, "s"));
     if (anomalies > 0)
         fprintf(s->out, "%llu anomal%s\n", anomalies, anomalies == 1 ? "y" : "ies");
     else

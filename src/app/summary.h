@@ -52,7 +52,7 @@ const char *mill_summary_text_si(double value, const char *unit);
 
 /* Mean and error with the prefix of the larger one: "8.213 +- 0.090 N m". An error that would be
  * printed as 0 gets more digits. */
-const char *mill_summary_text_mean(const struct mill_precision_mean *mean, const char *unit);
+const char *mill_summary_text_mean(const struct mill_spread_mean *mean, const char *unit);
 
 /* Prints a label at the left, or "" below it, and a text beside it. */
 void mill_summary_line(FILE *out, const char *label, const char *format, ...)

@@ -71,7 +71,7 @@ const char *mill_summary_text_si(double value, const char *unit)
                              *scale.prefix || *unit ? " " : "", scale.prefix, unit);
 }
 
-const char *mill_summary_text_mean(const struct mill_precision_mean *mean, const char *unit)
+const char *mill_summary_text_mean(const struct mill_spread_mean *mean, const char *unit)
 {
     struct scale scale;
     const double most = fmax(fabs(mean->value), mean->error);

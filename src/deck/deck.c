@@ -174,6 +174,7 @@ static const struct {
     {mill_deck_balls_list, MILL " balls material"},
     {mill_deck_checks_balls, MILL " balls"},
     {mill_deck_checks_frames, MILL " balls run output"},
+    {mill_deck_checks_starts, MILL " balls run"},
     {mill_deck_balls_powder, MILL " balls powder"},
     {mill_deck_checks_powder, "powder"},
 };

@@ -3,6 +3,7 @@
 #include "base/elementary.h"
 #include "deck/deck_private.h"
 
+#define STARTS 8
 #define MOST_SAMPLES 1e8
 #define MOST_FRAMES 1e7
 /* relative to the drum's reach; more than the tolerance of wavy.c */
@@ -48,6 +49,20 @@ void mill_deck_checks_frames(struct mill_deck *deck)
         mill_deck_wrong(&deck->text, "output", "frames",
                         "too short: more than 1e7 frames until %g s (%.3g GB of ball states)",
                         deck->observe.end, size_of(deck));
+}
+
+void mill_deck_checks_starts(struct mill_deck *deck)
+{
+    const bool counted = deck->observe.max_collisions > 0.0, file = deck->given.start != NULL;
+    /* in a container that moves, a charge may keep its first arrangement for ever */
+    if (deck->given.starts == 0)
+        deck->given.starts = deck->mill.carried && !counted && !file ? STARTS : 1;
+    if (deck->given.starts > 1 && (file || counted))
+        mill_deck_wrong(&deck->text, "run", "starts",
+                        file ? "with [balls] start all starts would be the same: give 1, or leave "
+                               "out [balls] start"
+                             : "with max_collisions the starts would end at other times: give 1, "
+                               "or leave out max_collisions");
 }
 
 /* ---- the mill ---- */

@@ -267,6 +267,7 @@ void mill_deck_checks_buckles(struct mill_deck *deck);
 double mill_deck_checks_highest(int buckles, double radius);
 void mill_deck_checks_parts(struct mill_deck *deck);
 void mill_deck_checks_balls(struct mill_deck *deck);
+void mill_deck_checks_starts(struct mill_deck *deck);
 void mill_deck_checks_frames(struct mill_deck *deck);
 void mill_deck_checks_powder(struct mill_deck *deck);
 

@@ -96,6 +96,29 @@ void mill_world_balance(const struct mill_world *w, double t, double *error, dou
                 w->account.dissipation_gross + w->account.incident;
 }
 
+void mill_world_add_account(struct mill_account *all, const struct mill_account *a)
+{
+    all->work += a->work;
+    all->work_gross += a->work_gross;
+    all->pinch_work += a->pinch_work;
+    all->bridge_work += a->bridge_work;
+    for (int k = 0; k < MILL_MOTIONS_MOST; k++) {
+        all->motion[k].work += a->motion[k].work;
+        all->motion[k].impulse += a->motion[k].impulse;
+    }
+    for (int k = 0; k < MILL_KINDS_MOST; k++) {
+        all->dissipation[k] += a->dissipation[k];
+        all->dissipation_normal[k] += a->dissipation_normal[k];
+        all->collisions[k] += a->collisions[k];
+        all->floored[k] += a->floored[k];
+        for (int i = 0; i < MILL_WORLD_FAST; i++)
+            all->fast[k][i] += a->fast[k][i];
+    }
+    all->dissipation_gross += a->dissipation_gross;
+    all->elastic += a->elastic;
+    all->incident += a->incident;
+}
+
 void mill_world_add_counts(struct mill_counts *all, const struct mill_counts *c)
 {
     all->cell_crossings += c->cell_crossings;

@@ -226,25 +226,33 @@ void mill_energies_blocks_state(struct mill_energies_blocks *b, struct mill_stat
     mill_state_field(state, "block_counts", MILL_FIELD_I32, b->blocks * size_of(b), b->count);
 }
 
-/* Writes the blocks of a kind, in `room`. */
-static void tell_blocks(const struct mill_energies_blocks *b, const struct mill_energies *e,
-                        int kind, uint64_t first, int32_t *room, struct mill_sink *sink)
+/* Adds the blocks of a start from `first` on to sum[size_of(b)]. */
+static void add_up(const struct mill_energies_blocks *b, uint64_t first, int32_t *sum)
+{
+    for (uint64_t k = first; k < b->blocks; k++)
+        for (size_t i = 0; i < size_of(b); i++)
+            sum[i] = count_of((uint64_t)sum[i] + (uint64_t)b->count[k * size_of(b) + i]);
+}
+
+/* Writes the `n` blocks of a kind, in `room`. count: of all pairs in each block */
+static void tell_blocks(const struct mill_energies *e, int kind, size_t n, const int32_t *count,
+                        int32_t *room, struct mill_sink *sink)
 {
     int32_t which[MILL_ENERGIES_CLASSES * MILL_ENERGIES_CLASSES];
-    const size_t n = MILL_ENERGIES_COARSE, stride = MILL_ENERGIES_SORTS * n;
-    size_t dims[4] = {(size_t)(b->blocks - first)};
+    const size_t bins = MILL_ENERGIES_COARSE, stride = MILL_ENERGIES_SORTS * bins;
+    size_t dims[4] = {n};
     const int rank = list_pairs(e, kind, dims + 1, which);
     const size_t pairs = dims[1] * dims[2];
-    dims[1 + rank] = n;
+    dims[1 + rank] = bins;
     for (size_t sort = 0; sort < MILL_ENERGIES_SORTS; sort++) {
         int32_t *to = room;
-        for (uint64_t k = first; k < b->blocks; k++)
-            for (size_t i = 0; i < pairs; i++, to += n)
+        for (size_t k = 0; k < n; k++)
+            for (size_t i = 0; i < pairs; i++, to += bins)
                 if (which[i] >= 0)
-                    memcpy(to, b->count + k * size_of(b) + (size_t)which[i] * stride + sort * n,
-                           n * sizeof *to);
+                    memcpy(to, count + (k * e->pairs + (size_t)which[i]) * stride + sort * bins,
+                           bins * sizeof *to);
                 else
-                    memset(to, 0, n * sizeof *to);
+                    memset(to, 0, bins * sizeof *to);
         sink->values(sink, sum_of[sort].name, MILL_H5_I32, 2 + rank, dims, room, "1",
                      "impacts of each block, as in the histogram of this name" PAIR);
         if (sort >= DISSIPATED)
@@ -252,35 +260,40 @@ static void tell_blocks(const struct mill_energies_blocks *b, const struct mill_
     }
 }
 
-void mill_energies_blocks_tell(const struct mill_energies_blocks *b, const struct mill_energies *e,
-                               const struct mill_precision *batches, uint64_t from,
-                               struct mill_sink *sink)
+void mill_energies_blocks_tell(const struct mill_energies_blocks *const *starts, int several,
+                               const struct mill_energies *e, const struct mill_precision *batches,
+                               uint64_t from, struct mill_sink *sink)
 {
+    const struct mill_energies_blocks *b = starts[0];
     const struct mill_listed kinds = mill_kinds_listed(e->world);
     const uint64_t first = mill_energies_blocks_first(b, from);
     double edge[MILL_ENERGIES_COARSE + 1];
     if (first >= b->blocks)
         return;
-    int32_t *room = mill_sink_room(
-        sink, (b->blocks - first) * e->classes * e->classes * MILL_ENERGIES_COARSE, sizeof *room);
-    if (!room)
-        return;
+    const size_t n = several > 1 ? (size_t)several : b->blocks - first;
+    const double length = (double)b->length * batches->at.batch;
+    int32_t *room =
+        mill_sink_room(sink, n * e->classes * e->classes * MILL_ENERGIES_COARSE, sizeof *room);
+    int32_t *sums = several > 1 ? mill_sink_room(sink, n * size_of(b), sizeof *sums) : NULL;
+    for (int k = 0; sums && k < several; k++)
+        add_up(starts[k], first, sums + (size_t)k * size_of(b));
     for (int i = 0; i < MILL_ENERGIES_BINS; i++)
         edge[coarse(i)] = mill_energies_edge(i - (i > 0 ? (i - 1) % MILL_ENERGIES_JOINED : 0));
     edge[MILL_ENERGIES_COARSE] = mill_energies_edge(MILL_ENERGIES_BINS);
     sink->open(sink, "blocks");
     mill_tell_array(sink, "edges", MILL_ENERGIES_COARSE + 1, edge, "J",
                     "edges of the bins of the blocks: four bins of the histograms each");
-    mill_tell_number(sink, "duration", (double)b->length * batches->at.batch, "s",
-                     "length of a block");
+    mill_tell_number(sink, "duration", several > 1 ? (double)(b->blocks - first) * length : length,
+                     "s", "length of a block; of several starts each is a block");
     mill_tell_count(sink, "period", mill_energies_blocks_period(b, batches->at.period),
                     "blocks in a period of the motions; 0: a block is one or more periods, or "
                     "nothing moves");
-    for (int k = 0; k < kinds.count; k++) {
+    for (int k = 0; room && (sums || several == 1) && k < kinds.count; k++) {
         sink->open(sink, kinds.name[k]);
-        tell_blocks(b, e, kinds.kind[k], first, room, sink);
+        tell_blocks(e, kinds.kind[k], n, sums ? sums : b->count + first * size_of(b), room, sink);
         sink->close(sink);
     }
     sink->close(sink);
+    free(sums);
     free(room);
 }

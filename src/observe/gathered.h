@@ -19,6 +19,7 @@ enum { MILL_GATHERED_SPECTRA = sizeof(struct mill_speeds) / sizeof(struct mill_s
 struct mill_gathered_counts {
     uint64_t recontacts; /* impacts after the pair's last one within the duration of a contact */
     uint64_t samples;    /* of the flow, for the maps */
+    double kinetic, rotational; /* [J] energies at the samples, added up */
 };
 
 /* What is counted where: the same for all statistics of a mill */

@@ -29,16 +29,10 @@
  * (validation/dem). */
 #define PINCHED 0.2
 
-/* A note on the start needs this part of all contacts at the floor, and an error that is smaller
- * than the scatter between starts. */
-#define RUNNING 0.8 /* for fewer than DOZEN balls */
-#define RESTING 0.4
-#define KNOWN 0.03
 /* Mean speed along a periodic mill, relative to the balls' own speed. The mean of N balls that fly
  * at random is about sqrt(3 N) times slower than each of them. */
 #define DRIFT 0.05
 #define CHANCES 2.0
-enum { DOZEN = 12 };
 
 /* Soft spheres that are pressed together by more than this part of a diameter are other balls */
 #define SOFT 0.05
@@ -239,32 +233,29 @@ static void judge_motion(struct mill_notes *notes, const struct mill_world *worl
         world->law[MILL_BALL_DRUM].friction > 0
             ? ""
             : ": nothing brakes the balls in a smooth drum without friction");
-    add(notes, "unsteady", off, UNSTEADY, ring == 0 && off > UNSTEADY,
+    add(notes, "unsteady", off, UNSTEADY,
+        ring == 0 && off > UNSTEADY && r->doubt != MILL_TALLY_DRIFTS,
         "not steady: the %s power and the dissipated power differ by more than 5 %% over the "
         "sampled window. Sample later or for longer.",
         mill_notes_of_rotor(world) ? "rotor's" : "drive's");
 }
 
-/* A charge that rests on the wall of a moving container keeps its first arrangement, and the error
- * from batches is valid for this arrangement only. In planetary mills with a dozen balls or more
- * the power differs by 3 to 8 % between starts (docs/mills.md). A single ball of a mixer mill
- * either flies from end to end, or always rolls along the wall. */
-static void judge_start(struct mill_notes *notes, const struct mill_world *world,
-                        const struct mill_tally_results *r)
+/* Why no errors are given, and what gives them */
+static void judge_start(struct mill_notes *notes, const struct mill_tally_results *r)
 {
-    const struct mill_precision_mean *drive = &r->at.known.drive;
-    const double share = r->floor_share[r->all];
-    const bool few = world->balls < DOZEN;
-    const bool known = few || drive->error < KNOWN * fabs(drive->value);
-    add(notes, NULL, share, few ? RUNNING : RESTING,
-        world->container.motion && known && share > (few ? RUNNING : RESTING),
-        few ? "%.0f %% of the contacts are at the rebound floor, because balls run along the wall: "
-              "other starts may end in another state. Run several starts: -s run.seed=2, or a "
-              "study."
-            : "%.0f %% of the contacts are at the rebound floor, because balls rest on the wall: "
-              "the errors are valid for their present arrangement only, and the power of other "
-              "starts may differ by 3 to 8 %%. Run several starts: -s run.seed=2, or a study.",
-        100 * share);
+    static const char *const why[] = {
+        [MILL_TALLY_KNOWN] = "",
+        [MILL_TALLY_ONE_START] =
+            "no errors are known from one start: the container moves, and balls rest on its wall, "
+            "so the charge may keep its first arrangement for ever, and other starts differ. Run "
+            "several: run.starts = 8.",
+        [MILL_TALLY_FEW_STARTS] =
+            "the scatter of fewer than 4 starts gives no errors: run.starts = 8.",
+        [MILL_TALLY_DRIFTS] =
+            "not settled: from the first quarter of the sampled window to its last half the starts "
+            "drift all in one direction, so no errors are given. Sample later "
+            "(run.sample_from), and for longer."};
+    add(notes, NULL, r->tally->starts, 1, r->doubt != MILL_TALLY_KNOWN, "%s", why[r->doubt]);
 }
 
 /* A body that no ball reaches is probably a mistake: its place is wrong, or the
@@ -346,6 +337,7 @@ void mill_notes_take(struct mill_notes *notes, const struct mill_world *world,
     }
     notes->count = 0;
     judge_time(notes, r, world->base + t, stopped);
+    judge_start(notes, r);
     if (foreign || world->soft.on) {
         judge_motion(notes, world, r, t);
         judge_reach(notes, world, r);
@@ -360,7 +352,6 @@ void mill_notes_take(struct mill_notes *notes, const struct mill_world *world,
     judge_law(notes, world, true);
     judge_rate(notes, world, r->duration > 0 ? hits / world->balls / r->duration : (double)NAN);
     judge_shares(notes, r);
-    judge_start(notes, world, r);
     judge_reach(notes, world, r);
     judge_drift(notes, world, r, t);
 }

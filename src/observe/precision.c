@@ -8,17 +8,9 @@
  * revolution. So what the motions cause repeats in each period, and over whole periods it does not
  * contribute to the error.
  *
- * Where does the start-up end in a series of batch means? MSER-5 (White, Simulation 69 (1997) 323;
- * White, Cobb & Spratt, Proc. Winter Simulation Conf. 2000, 755) cuts where the standard error of
- * the mean of the rest, as if it were independent, is smallest. Cuts within the last five batches
- * are excluded, because so few batches give a poor estimate (Hoad, Robinson & Davies, J. Oper. Res.
- * Soc. 61 (2010) 1632).
- *
- * How accurate is the mean of the rest? Batches are joined as the series grows, so that 24 or more
- * remain. Their remaining correlation is treated as that of an autoregressive process of first
- * order, which multiplies the variance by (1 + phi)/(1 - phi) (Lada, Steiger & Wilson, Eur. J.
- * Oper. Res. 184 (2008) 707; Tafazzoli & Wilson, IIE Trans. 43 (2011) 110). phi is corrected for
- * its bias in short series (Kendall, Biometrika 41 (1954) 403). */
+ * Whether the window is settled is asked of each start: the difference of its first quarter and its
+ * last half. A t test of the mean of these differences finds a drift that all starts share, and
+ * that their scatter does not show. */
 #include "observe/precision.h"
 
 #include <assert.h>
@@ -34,14 +26,12 @@ static const double shortest = 1e-3, usual = 5e-3, longest = 25e-3, standing = 1
  * or scatter is rounding */
 static const double rounding = 1e-9;
 
-/* A correlation phi ("memory") outside these limits is not believed: few batches determine it only
- * to about 0.2. */
-static const double least_memory = -0.25, most_memory = 0.9;
+enum { PARTS = 12 };
 
-/* With fewer degrees of freedom there is no error: the batches are too few. */
-static const double least_freedom = 3;
-
-enum { PARTS = 12, LAST = 5, FEWEST = 24 };
+/* Normal quantiles of a two-sided test for a drift, where a cut is chosen, and where one is refused
+ */
+#define SURE 0.8416    /* 40 % */
+#define REFUSED 2.5758 /* 1 % */
 
 /* Batches for motions that repeat after `turn` [s]. They must not depend on run.time, because they
  * influence where the run ends. */
@@ -112,122 +102,17 @@ uint64_t mill_precision_join(struct mill_precision *p)
     return many;
 }
 
-/* ---- series ---- */
-
-size_t mill_precision_mser(const double *x, size_t n)
-{
-    size_t best = 0;
-    double least = INFINITY, mean = 0, squares = 0;
-    for (size_t d = n; d-- > 0;) { /* from the end, so that each step adds one value */
-        const double left = (double)(n - d), step = x[d] - mean;
-        mean += step / left;
-        squares += step * (x[d] - mean);
-        if (n - d > LAST && squares / (left * left) <= least) {
-            least = squares / (left * left);
-            best = d;
-        }
-    }
-    return best;
-}
-
-/* How many batches are joined into one so that at least FEWEST are left. The numbers divide a
- * period, or are one or two periods. */
-static size_t size_of_batch(size_t n)
-{
-    static const size_t size[] = {1, 2, 3, 4, 6, 12, 24};
-    size_t best = 1;
-    for (size_t i = 0; i < sizeof size / sizeof *size; i++)
-        if (n / size[i] >= FEWEST)
-            best = size[i];
-    return best;
-}
-
-/* Student's quantile for 95 % over that of the normal distribution: an expansion in 1/freedom
- * (Fisher & Cornish, Technometrics 2 (1960) 209), accurate to 2e-3 for freedom >= least_freedom */
-static double widening(double freedom)
-{
-    const double u = 1 / freedom;
-    return 1 + u * (1.21036 + u * (1.44008 + u * (1.30403 + u * 0.81100)));
-}
-
-/* rest[n]: x minus the mean of all values of the same phase. Returns by how much an incomplete last
- * period shifts the mean. */
-static double remove_phases(const double *x, size_t n, size_t phases, double *rest)
-{
-    double shift = 0;
-    for (size_t phase = 0; phase < phases; phase++) {
-        const double times = (double)((n - phase + phases - 1) / phases);
-        double sum = 0;
-        for (size_t i = phase; i < n; i += phases)
-            sum += x[i];
-        for (size_t i = phase; i < n; i += phases)
-            rest[i] = x[i] - sum / times;
-        shift += sum / (double)n - sum / times / (double)phases;
-    }
-    return shift;
-}
-
-/* Correlation of neighbours in a series of n values without its mean, corrected for bias. left:
- * only their mean was subtracted, not that of each phase. */
-static double memory_of(const double *x, size_t n, double squares, bool left)
-{
-    double products = 0;
-    for (size_t k = 1; k < n; k++)
-        products += x[k] * x[k - 1];
-    const double memory = products / squares, many = (double)n;
-    const double bias = left ? (1 + 4 * memory) / many : memory / (many - 1);
-    return fmin(fmax(memory + bias, least_memory), most_memory);
-}
-
-struct mill_precision_mean mill_precision_mean(const double *x, size_t n, size_t period)
-{
-    double rest[MILL_PRECISION_BATCHES];
-    struct mill_precision_mean mean = {0, NAN, 0};
-    assert(n <= MILL_PRECISION_BATCHES);
-    for (size_t i = 0; i < n; i++)
-        mean.value += x[i] / (double)n;
-    if (n < MILL_PRECISION_FEWEST)
-        return mean;
-    const size_t size = size_of_batch(n), batches = n / size, skipped = n - batches * size;
-    const bool repeats = period > size && n / period >= 2;
-    const double shift = remove_phases(x, n, repeats ? period : 1, rest);
-    double squares = 0;
-    for (size_t k = 0; k < batches; k++) {
-        double sum = 0;
-        for (size_t i = 0; i < size; i++)
-            sum += rest[skipped + k * size + i];
-        rest[k] = sum / (double)size; /* overwrites only values that have been read */
-        squares += rest[k] * rest[k];
-    }
-    mean.freedom = INFINITY;
-    mean.error = fabs(shift);
-    if (!(squares > rounding * rounding * mean.value * mean.value))
-        return mean;
-    const double memory = memory_of(rest, batches, squares, !repeats), m2 = memory * memory;
-    /* subtracting the means of the phases has removed a part of the scatter */
-    const double turns = repeats ? (double)(n / period) : (double)INFINITY;
-    const double left = (double)batches, share = 1 - 1 / turns;
-    const double variance = squares / share / (left - 1) / left * (1 + memory) / (1 - memory);
-    /* Degrees of freedom of a variance of which scatter and memory are both estimated. Skart, by
-     * the same authors, uses left - 1, which is too many if the memory is large. Counting the
-     * uncertainty of the memory in full (3 instead of 1.5) gives too few. With this formula,
-     * between the two, 95 % of the intervals contain the true mean, in series of 36 to 1000 batches
-     * with memories from 0 to 0.8 and in those of mills (validation/precision). */
-    mean.freedom = left * share * (1 - m2) / (1.5 + m2);
-    mean.error = sqrt(variance + shift * shift) * widening(mean.freedom);
-    return mean.freedom < least_freedom ? (struct mill_precision_mean){mean.value, NAN, 0} : mean;
-}
-
 /* ---- the median ---- */
 
 /* Finds the median of the impacts in the slots from `slot` up, in the batches from `from` on. sum:
  * zeros; set to their numbers by speed */
-static struct mill_spectrum_place find_median(const struct mill_precision *p, uint64_t from,
+static struct mill_spectrum_place find_median(const struct mill_precision_set *set, uint64_t from,
                                               int slot, struct mill_spectrum *sum)
 {
-    for (uint64_t k = from; k < p->at.batches; k++)
-        for (int i = slot; i < MILL_SPECTRUM_SLOTS; i++)
-            sum->slot[i].count += p->counts[k][i];
+    for (int s = 0; s < set->count; s++)
+        for (uint64_t k = from; k < set->of[s]->at.batches; k++)
+            for (int i = slot; i < MILL_SPECTRUM_SLOTS; i++)
+                sum->slot[i].count += set->of[s]->counts[k][i];
     return mill_spectrum_place(sum, slot, 0.5);
 }
 
@@ -259,23 +144,50 @@ static double density(const struct mill_spectrum *sum, const struct mill_spectru
     return share / ((high - low) * MILL_SPECTRUM_LOG_BIN);
 }
 
-static struct mill_precision_mean tell_median(const struct mill_precision *p, uint64_t from,
-                                              int slot)
+/* The same for the batches of a start from one to another, added up */
+static double excess_of(const struct mill_precision *p, uint64_t from, uint64_t to,
+                        const struct mill_spectrum_place *place, double *all)
 {
+    double below = 0, more;
+    *all = 0;
+    for (uint64_t k = from; k < to; k++) {
+        below += excess(p->counts[k], place, &more);
+        *all += more;
+    }
+    return below;
+}
+
+/* Values that an error comes from: of the starts, or of the batches of a single one */
+static uint64_t values_of(const struct mill_precision_set *set, uint64_t from)
+{
+    const uint64_t batches = set->of[0]->at.batches - from;
+    return set->count > 1 && batches > 0 ? (uint64_t)set->count : batches;
+}
+
+static size_t period_of(const struct mill_precision_set *set)
+{
+    return set->count > 1 ? MILL_SPREAD_APART : set->of[0]->at.period;
+}
+
+static struct mill_spread_mean tell_median(const struct mill_precision_set *set, uint64_t from,
+                                           int slot)
+{
+    const struct mill_precision *p = set->of[0];
     double below[MILL_PRECISION_BATCHES] = {0}, all;
     struct mill_spectrum sum = {0};
-    const uint64_t n = p->at.batches - from;
-    const struct mill_spectrum_place place = find_median(p, from, slot, &sum);
-    struct mill_precision_mean median = {NAN, NAN, 0};
+    const uint64_t n = values_of(set, from);
+    const struct mill_spectrum_place place = find_median(set, from, slot, &sum);
+    struct mill_spread_mean median = {NAN, NAN, 0};
     if (!(place.count > 0) || place.bin == 0)
         return median;
     for (uint64_t k = 0; k < n; k++)
-        below[k] = excess(p->counts[from + k], &place, &all);
-    const struct mill_precision_mean scatter = mill_precision_mean(below, n, p->at.period);
+        below[k] = set->count > 1 ? excess_of(set->of[k], from, p->at.batches, &place, &all)
+                                  : excess(p->counts[from + k], &place, &all);
+    const struct mill_spread_mean scatter = mill_spread_mean(below, n, period_of(set));
     /* error of the fraction below; for n independent impacts it is 1/2 over the root of n */
     const double share = fmax(scatter.error * (double)n / place.count, 0.5 / sqrt(place.count));
     median.value = mill_spectrum_speed(p->grid, &place);
-    if (scatter.freedom > 0) {
+    if (scatter.freedom > 0 && place.count >= MILL_SPREAD_SEEN) {
         median.error = median.value * share / density(&sum, &place);
         median.freedom = scatter.freedom;
     }
@@ -283,29 +195,6 @@ static struct mill_precision_mean tell_median(const struct mill_precision *p, ui
 }
 
 /* ---- results of the batches ---- */
-
-static double work(const struct mill_precision *p, uint64_t from, uint64_t to)
-{
-    return p->accounts[to].work - p->accounts[from].work;
-}
-
-uint64_t mill_precision_cut(const struct mill_precision *p, bool *settled)
-{
-    double power[MILL_PRECISION_BATCHES] = {0}, below[MILL_PRECISION_BATCHES] = {0}, all;
-    struct mill_spectrum sum = {0};
-    const uint64_t n = p->at.batches;
-    const struct mill_spectrum_place place = find_median(p, n / 2, MILL_SPECTRUM_FAST, &sum);
-    for (uint64_t k = 0; k < n; k++) {
-        const double more = excess(p->counts[k], &place, &all);
-        below[k] = all > 0 ? more / all : 0;
-        power[k] = work(p, k, k + 1);
-    }
-    const uint64_t of_power = mill_precision_mser(power, n),
-                   of_median = mill_precision_mser(below, n);
-    const uint64_t cut = of_power > of_median ? of_power : of_median;
-    *settled = n >= MILL_PRECISION_FEWEST && 2 * cut <= n;
-    return cut < n / 2 ? cut : n / 2;
-}
 
 #define FROM(member) offsetof(struct mill_account, member)
 #define OF_MOTION FROM(motion[1]) - FROM(motion[0]), false, 1
@@ -360,44 +249,107 @@ static double change(const struct mill_precision *p, const struct mill_account *
     return sum;
 }
 
-static struct mill_precision_mean rate_of(const struct mill_precision *p, uint64_t from,
-                                          const struct mill_precision_rate *rate, int row, size_t k)
+double mill_precision_one(const struct mill_precision *p, uint64_t from, uint64_t to,
+                          const struct mill_precision_rate *rate, int row, size_t k)
+{
+    return change(p, &p->accounts[from], &p->accounts[to], rate, row, k) /
+           ((double)(to - from) * p->at.batch);
+}
+
+static struct mill_spread_mean rate_of(const struct mill_precision_set *set, uint64_t from,
+                                       const struct mill_precision_rate *rate, int row, size_t k)
 {
     double each[MILL_PRECISION_BATCHES] = {0};
-    const uint64_t n = p->at.batches - from;
-    double last = change(p, NULL, &p->accounts[from], rate, row, k);
-    for (uint64_t i = 0; i < n; i++) {
-        const double next = change(p, NULL, &p->accounts[from + i + 1], rate, row, k);
-        each[i] = (next - last) / p->at.batch;
-        last = next;
-    }
-    struct mill_precision_mean mean = mill_precision_mean(each, n, p->at.period);
+    const struct mill_precision *p = set->of[0];
+    const uint64_t end = p->at.batches, n = values_of(set, from);
+    for (uint64_t i = 0; i < n; i++)
+        each[i] = set->count > 1 ? mill_precision_one(set->of[i], from, end, rate, row, k)
+                                 : mill_precision_one(p, from + i, from + i + 1, rate, row, k);
+    if (rate->counts)
+        return mill_spread_counted(each, n, period_of(set),
+                                   set->count * (double)(end - from) * p->at.batch);
+    struct mill_spread_mean mean = mill_spread_mean(each, n, period_of(set));
     if (rate->each != MILL_PRECISION_KIND && p->at.period == 0) /* nothing moves */
         mean.error = NAN;
-    if (!rate->counts)
-        return mean;
-    /* the error is at least that of independent impacts; without impacts there is none */
-    if (!(mean.value > 0))
-        return (struct mill_precision_mean){mean.value, NAN, 0};
-    if (mean.freedom > 0)
-        mean.error = fmax(mean.error, sqrt(mean.value / ((double)n * p->at.batch)));
     return mean;
 }
 
-struct mill_precision_known mill_precision_tell(const struct mill_precision *p, uint64_t from)
+/* ---- the start-up ---- */
+
+/* Do the starts drift from the first quarter to the last half of their batches from `from` on: what
+ * they lose, or the share of their impacts below the median? z: quantile of the test */
+static bool drifts(const struct mill_precision_set *set, uint64_t from, double z)
 {
+    const struct mill_precision *p = set->of[0];
+    const struct mill_precision_rate *loss = &mill_precision_rates[MILL_PRECISION_LOSS];
+    const uint64_t end = p->at.batches, first = from + (end - from + 3) / 4,
+                   last = end - (end - from) / 2;
+    double off[2][MILL_PRECISION_STARTS], all[2];
+    struct mill_spectrum sum = {0};
+    const struct mill_spectrum_place place = find_median(set, from, MILL_SPECTRUM_FAST, &sum);
+    if (set->count < MILL_SPREAD_SEVERAL || end - from < 4)
+        return false;
+    for (int s = 0; s < set->count; s++) {
+        const struct mill_precision *one = set->of[s];
+        const double below = excess_of(one, from, first, &place, &all[0]);
+        const double late = excess_of(one, last, end, &place, &all[1]);
+        off[0][s] = mill_precision_one(one, from, first, loss, p->kinds, 0) -
+                    mill_precision_one(one, last, end, loss, p->kinds, 0);
+        off[1][s] = (all[0] > 0 ? below / all[0] : 0) - (all[1] > 0 ? late / all[1] : 0);
+    }
+    bool found = false;
+    for (int k = 0; k < 2; k++) {
+        const struct mill_spread_mean mean =
+            mill_spread_mean(off[k], (size_t)set->count, MILL_SPREAD_APART);
+        found = found || (isfinite(mean.freedom) &&
+                          fabs(mean.value) * mill_spread_student(1.96, mean.freedom) >
+                              1.96 * mean.error * mill_spread_student(z, mean.freedom));
+    }
+    return found;
+}
+
+uint64_t mill_precision_cut(const struct mill_precision_set *set, bool *settled)
+{
+    double power[MILL_PRECISION_BATCHES] = {0}, below[MILL_PRECISION_BATCHES] = {0}, all;
+    struct mill_spectrum sum = {0};
+    const uint64_t n = set->of[0]->at.batches;
+    const bool several = set->count >= MILL_SPREAD_SEVERAL;
+    const struct mill_spectrum_place place = find_median(set, n / 2, MILL_SPECTRUM_FAST, &sum);
+    for (int s = 0; s < set->count; s++)
+        for (uint64_t k = 0; k < n; k++) {
+            const struct mill_precision *p = set->of[s];
+            const double more = excess(p->counts[k], &place, &all);
+            below[k] += all > 0 ? more / all : 0;
+            power[k] += p->accounts[k + 1].work - p->accounts[k].work;
+        }
+    const uint64_t of_power = mill_spread_mser(power, n), of_median = mill_spread_mser(below, n);
+    const uint64_t found = of_power > of_median ? of_power : of_median;
+    uint64_t cut = several ? 2 * found : found;
+    *settled = (several || n >= MILL_SPREAD_FEWEST) && 2 * found <= n;
+    cut = cut < n / 2 ? cut : n / 2;
+    for (uint64_t later = 2; later <= 8 && drifts(set, cut, SURE); later += later < 4 ? 1 : 2)
+        cut = cut > later * n / 16 ? cut : later * n / 16;
+    return cut;
+}
+
+struct mill_precision_known mill_precision_tell(const struct mill_precision_set *set, uint64_t from)
+{
+    const struct mill_precision *p = set->of[0];
     const struct mill_account *now = &p->accounts[p->at.batches];
     struct mill_precision_known known = {.batches = p->at.batches - from};
     known.idle = now->work_gross <= rounding * now->incident;
-    known.enough = known.batches >= MILL_PRECISION_FEWEST &&
-                   (known.idle || known.batches >= MILL_PRECISION_PERIODS * p->at.period);
-    known.median = tell_median(p, from, 0);
-    known.median_fast = tell_median(p, from, MILL_SPECTRUM_FAST);
+    known.enough = set->count > 1
+                       ? set->count >= MILL_SPREAD_SEVERAL && known.batches > 0
+                       : known.batches >= MILL_SPREAD_FEWEST &&
+                             (known.idle || known.batches >= MILL_PRECISION_PERIODS * p->at.period);
+    known.drifts = drifts(set, from, REFUSED);
+    known.median = tell_median(set, from, 0);
+    known.median_fast = tell_median(set, from, MILL_SPECTRUM_FAST);
     for (int i = 0; i < MILL_PRECISION_RATES; i++) {
         const struct mill_precision_rate *rate = &mill_precision_rates[i];
         for (int row = 0; row < rows_of(p, rate); row++)
             for (size_t k = 0; k < rate->width; k++)
-                mill_precision_of(&known, rate, row)[k] = rate_of(p, from, rate, row, k);
+                mill_precision_of(&known, rate, row)[k] = rate_of(set, from, rate, row, k);
     }
     return known;
 }
@@ -413,6 +365,18 @@ void mill_precision_whole(struct mill_precision_known *known, const struct mill_
             for (size_t k = 0; k < rate->width; k++)
                 mill_precision_of(known, rate, row)[k].value =
                     duration > 0 ? change(p, from, to, rate, row, k) / duration : none;
+    }
+}
+
+void mill_precision_forget(struct mill_precision_known *known, const struct mill_precision *p)
+{
+    for (int i = 0; i < MILL_PRECISION_RATES; i++) {
+        const struct mill_precision_rate *rate = &mill_precision_rates[i];
+        for (int row = 0; row < rows_of(p, rate); row++)
+            for (size_t k = 0; k < rate->width; k++) {
+                struct mill_spread_mean *mean = &mill_precision_of(known, rate, row)[k];
+                *mean = (struct mill_spread_mean){mean->value, NAN, 0};
+            }
     }
 }
 

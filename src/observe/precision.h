@@ -6,15 +6,16 @@
 
 #include "millsim/world.h"
 #include "observe/spectrum.h"
+#include "observe/spread.h"
 
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
 enum {
-    MILL_PRECISION_BATCHES = 1152, /* maximum number; then batches are joined */
-    MILL_PRECISION_PERIODS = 3,    /* periods of the motions that an error needs */
-    MILL_PRECISION_FEWEST = 36,    /* batches that any error needs */
+    MILL_PRECISION_BATCHES = MILL_SPREAD_MOST, /* then batches are joined */
+    MILL_PRECISION_PERIODS = 3,                /* periods of the motions that an error needs */
+    MILL_PRECISION_STARTS = 64,                /* maximum number of starts of a run */
     /* one for each kind of the mill, then all kinds together */
     MILL_PRECISION_ROWS = MILL_KINDS_MOST + 1
 };
@@ -37,28 +38,28 @@ struct mill_precision {
     uint32_t (*counts)[MILL_SPECTRUM_SLOTS]; /* [batches] impacts by normal speed */
 };
 
-/* A number with its standard error, in its own unit. The error includes the factor of Student's t,
- * so that value +- 1.96 error is the 95 % interval for any number of batches. NaN: not known. */
-struct mill_precision_mean {
-    double value, error;
-    double freedom; /* degrees of freedom of the error; 0 where there is none */
+/* The starts of a run: their batches are of the same times. */
+struct mill_precision_set {
+    int count; /* at least 1 */
+    const struct mill_precision *of[MILL_PRECISION_STARTS];
 };
 
 struct mill_precision_known {
-    struct mill_precision_mean drive; /* [W] power of all motions */
+    struct mill_spread_mean drive; /* [W] power of all motions */
     /* [W], [N m] */
-    struct mill_precision_mean motion_power[MILL_MOTIONS_MOST], motion_torque[MILL_MOTIONS_MOST];
+    struct mill_spread_mean motion_power[MILL_MOTIONS_MOST], motion_torque[MILL_MOTIONS_MOST];
     /* [m/s] normal speed: all impacts; those above 0.05 m/s */
-    struct mill_precision_mean median, median_fast;
-    struct mill_precision_mean rate[MILL_PRECISION_ROWS]; /* [1/s] of impacts */
+    struct mill_spread_mean median, median_fast;
+    struct mill_spread_mean rate[MILL_PRECISION_ROWS]; /* [1/s] of impacts */
     /* with speeds above mill_world_fast */
-    struct mill_precision_mean fast[MILL_PRECISION_ROWS][MILL_WORLD_FAST];
+    struct mill_spread_mean fast[MILL_PRECISION_ROWS][MILL_WORLD_FAST];
     /* [W] lost in impacts: all of it, and its normal part */
-    struct mill_precision_mean loss[MILL_PRECISION_ROWS], loss_normal[MILL_PRECISION_ROWS];
+    struct mill_spread_mean loss[MILL_PRECISION_ROWS], loss_normal[MILL_PRECISION_ROWS];
     /* number of batches that the results come from */
     uint64_t batches;
     bool idle;   /* no motion has ever done work, so that there is no power to know */
-    bool enough; /* enough batches, and three periods of working motions, for valid errors */
+    bool enough; /* enough starts, or of one start batches and periods of motions, for errors */
+    bool drifts; /* the first quarter of the batches differs from the last half */
 };
 
 /* One number for the mill, for each motion, or for each kind of contact and for all together */
@@ -86,11 +87,11 @@ enum {
 extern const struct mill_precision_rate mill_precision_rates[MILL_PRECISION_RATES];
 
 /* The mean of a rate: of this motion, or of this kind; `kinds`: of all kinds */
-static inline struct mill_precision_mean *
-mill_precision_of(const struct mill_precision_known *known, const struct mill_precision_rate *rate,
-                  int row)
+static inline struct mill_spread_mean *mill_precision_of(const struct mill_precision_known *known,
+                                                         const struct mill_precision_rate *rate,
+                                                         int row)
 {
-    return (struct mill_precision_mean *)(void *)((char *)known + rate->to) +
+    return (struct mill_spread_mean *)(void *)((char *)known + rate->to) +
            (size_t)row * rate->width;
 }
 
@@ -115,13 +116,18 @@ void mill_precision_close(struct mill_precision *precision, const uint64_t *coun
  * Returns how many became one; 1: nothing was joined. */
 uint64_t mill_precision_join(struct mill_precision *precision);
 
-/* Number of batches of the start-up by MSER-5, searched in the first half. *settled: the start-up
- * is over, because the rule finds no better cut in the second half. */
-uint64_t mill_precision_cut(const struct mill_precision *precision, bool *settled);
+/* Number of batches of the start-up, searched in the first half: by MSER-5; of several starts twice
+ * that of their mean, or later, until nothing drifts any more. *settled: the start-up is over, for
+ * MSER-5 finds no better cut in the second half, and nothing drifts. */
+uint64_t mill_precision_cut(const struct mill_precision_set *set, bool *settled);
 
 /* Computes the results of the batches from `from` on. */
-struct mill_precision_known mill_precision_tell(const struct mill_precision *precision,
+struct mill_precision_known mill_precision_tell(const struct mill_precision_set *set,
                                                 uint64_t from);
+
+/* A rate of one start alone, number k of its row, over the batches from `from` to `to` */
+double mill_precision_one(const struct mill_precision *precision, uint64_t from, uint64_t to,
+                          const struct mill_precision_rate *rate, int row, size_t k);
 
 /* Sets the values of all rates to those between two accounts that are `duration` [s] apart. At
  * duration 0 powers and torques are NaN, and what belongs to impacts is 0. */
@@ -129,19 +135,12 @@ void mill_precision_whole(struct mill_precision_known *known,
                           const struct mill_precision *precision, const struct mill_account *from,
                           const struct mill_account *to, double duration);
 
+/* Takes the errors of all rates away. */
+void mill_precision_forget(struct mill_precision_known *known,
+                           const struct mill_precision *precision);
+
 /* True if there are enough batches, and both errors are at most `wanted` times their values. A
  * power that is always 0 is not tested. */
 bool mill_precision_reached(const struct mill_precision_known *known, double wanted);
-
-/* ---- series ---- */
-
-/* The d that minimises the sum of (x_i - mean)^2 over i >= d, divided by (n - d)^2. The last five
- * values of d are not allowed. 0 for n <= 5. */
-size_t mill_precision_mser(const double *x, size_t n);
-
-/* Mean of x[n], a stationary series with correlated values. If n is at least two `period`s, what
- * repeats in each period does not count as scatter; it enters the error only through an incomplete
- * last period. No error for n < MILL_PRECISION_FEWEST. n <= MILL_PRECISION_BATCHES. */
-struct mill_precision_mean mill_precision_mean(const double *x, size_t n, size_t period);
 
 #endif

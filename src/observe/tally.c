@@ -98,7 +98,7 @@ static bool end_batch(struct mill_tally *t, const struct mill_account *account)
     const uint64_t joined = mill_precision_join(&t->batches);
     t->at.length /= joined;
     t->blocks.length /= joined;
-    if (t->precision > 0) {
+    if (t->precision > 0 && !t->several) {
         mill_tally_window(t, &t->at);
         if (t->at.settled && mill_precision_reached(&t->at.known, t->precision))
             t->at.ended = MILL_TALLY_PRECISION;
@@ -240,9 +240,13 @@ static enum mill_status on_sample(struct mill_observer *observer, const struct m
     unsigned snapshots = 0;
     while (at->open && mill_tally_snapshot(tally, snapshots) <= now)
         snapshots++;
-    if (snapshots > 0)
+    if (snapshots > 0) {
+        const struct mill_energy energy = mill_world_energy(world, t);
         mill_maps_sample(&tally->plan.maps, tally->gathered.flow, world, t, snapshots);
-    tally->gathered.counts->samples += snapshots;
+        tally->gathered.counts->samples += snapshots;
+        tally->gathered.counts->kinetic += snapshots * energy.kinetic;
+        tally->gathered.counts->rotational += snapshots * energy.rotational;
+    }
     at->snapshots += snapshots;
     if (at->open && next_batch(tally) <= now && !end_batch(tally, &world->account))
         return mill_error_set(error, MILL_FAILED, "out of memory for the statistics");
@@ -359,6 +363,8 @@ static enum mill_status create(struct mill_observer *observer, const struct mill
     tally->interval = duration > 0 ? fmin(1e-3, duration / 100) : (double)INFINITY;
     mill_spectrum_grid_init(&tally->grid);
     tally->world = world;
+    tally->starts = 1;
+    tally->start[0] = tally;
     for (int kind = 0; kind < world->kinds.count; kind++) /* equal for all surfaces */
         tally->contact[kind] =
             kind < 2 ? mill_tally_contact(world, kind) : tally->contact[kind - 1];

@@ -49,6 +49,11 @@ struct mill_tally {
     struct mill_precision batches;
     uint64_t before[MILL_SPECTRUM_SLOTS]; /* impacts by speed at the end of the last batch */
     struct mill_gathered *portion;        /* [MILL_TALLY_PORTIONS], or NULL */
+    /* the starts of the run that results are made of, at the same time; the first is this one */
+    bool several;       /* a start of several, so that it cannot end the run alone */
+    unsigned long seed; /* of this start */
+    int starts;
+    const struct mill_tally *start[MILL_PRECISION_STARTS];
 };
 
 extern const struct mill_observing mill_tally_type;
@@ -68,6 +73,10 @@ double mill_tally_contact(const struct mill_world *world, int kind);
 
 /* ---- results ---- */
 
+/* Part of all impacts at the rebound floor, in a container that moves: then balls rest on its wall
+ * and keep their first arrangement, and no error of a single start is right (docs/precision.md) */
+#define MILL_TALLY_RESTING 0.4
+
 enum { MILL_TALLY_LEVELS = 10 };
 extern const double mill_tally_level[MILL_TALLY_LEVELS]; /* of the quantiles */
 
@@ -83,15 +92,22 @@ struct mill_tally_row {
     struct mill_tally_speed normal, tangential;
 };
 
-/* Results of the window, as if the run ended now. If the window has not begun, the duration is 0
- * and the statistics are empty. */
+enum mill_tally_doubt {
+    MILL_TALLY_KNOWN,
+    MILL_TALLY_ONE_START,
+    MILL_TALLY_FEW_STARTS,
+    MILL_TALLY_DRIFTS
+};
+
+/* Results of the windows of all starts, as if the run ended now. If the window has not begun, the
+ * duration is 0 and the statistics are empty. Accounts are sums over the starts. */
 struct mill_tally_results {
     /* sources of the results; they must outlive the results, unchanged */
     const struct mill_tally *tally;
     const struct mill_world *world;
     /* known: values are of the whole window, errors from its batches */
     struct mill_tally_progress at;
-    double begin, duration; /* [s] of the window */
+    double begin, duration; /* [s] of the window; of all starts together */
     uint64_t from;          /* its first batch */
     /* number of the row for all kinds together; it follows those of the kinds */
     int all;
@@ -105,8 +121,10 @@ struct mill_tally_results {
     double block;       /* [s] shortest time of whole periods and whole batches; NaN: no rotor */
     double revolutions; /* of the rotor in a block */
     size_t blocks;      /* in the window */
+    /* Why there are no errors: only one start, or fewer than their scatter needs, or a drift */
+    enum mill_tally_doubt doubt;
     /* Impacts of 1 mJ or more: [1/s], and [1/J] of work of the drive; NaN: no drive does work */
-    struct mill_precision_mean hard, hard_per_joule;
+    struct mill_spread_mean hard, hard_per_joule;
     /* account at the start of the window's last tenth, rounded to a batch */
     struct mill_account late;
     /* the start-up is over, and both quantities have the accuracy that was asked for */

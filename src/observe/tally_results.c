@@ -90,67 +90,130 @@ static void sum_account(struct mill_tally_results *r)
         (to->pinch_work - from->pinch_work) / (r->duration > 0 ? r->duration : (double)NAN);
     for (int k = 0; k < r->world->motions; k++) {
         if (!r->world->motion[k]->axial)
-            known->motion_torque[k] = (struct mill_precision_mean){NAN, NAN, 0};
+            known->motion_torque[k] = (struct mill_spread_mean){NAN, NAN, 0};
     }
     known->median.value = r->impacts[r->all].normal.median;
     known->median_fast.value = r->impacts[r->all].normal.median_fast;
 }
 
-/* Sets the mean of `count` impacts, whose error is at least that of independent ones; without
- * impacts there is no error. */
-static void set_rare(struct mill_precision_mean *mean, double value, double error, uint64_t count)
-{
-    mean->value = value;
-    if (count == 0 || isnan(value))
-        mean->freedom = 0;
-    mean->error = mean->freedom > 0 ? fmax(error, value / sqrt((double)count)) : (double)NAN;
-}
-
-/* Rate of hard impacts, and their number per work of the drive. The errors come from blocks, the
- * values from the whole window. In the mean, the work of the drive is what all impacts lose. So the
- * relative error of the quotient is that of hard impacts over losses, which varies less. */
+/* Rate of hard impacts, and their number per work of the drive. The errors come from blocks (of
+ * several starts: from the starts), the values from the whole window. In the mean, the work of the
+ * drive is what all impacts lose. So the relative error of the quotient is that of hard impacts
+ * over losses, which varies less. */
 static void sum_hard(struct mill_tally_results *r)
 {
-    const struct mill_precision *batches = &r->tally->batches;
-    const struct mill_energies_blocks *blocks = &r->tally->blocks;
-    const uint64_t first = mill_energies_blocks_first(blocks, r->from), length = blocks->length;
-    const size_t period = (size_t)mill_energies_blocks_period(blocks, batches->at.period);
-    double hard[MILL_ENERGIES_BLOCKS], rest[MILL_ENERGIES_BLOCKS];
-    const size_t n = mill_energies_blocks_hard(blocks, first, hard);
+    const struct mill_precision_rate *loss = &mill_precision_rates[MILL_PRECISION_LOSS];
     const double lost = r->at.known.loss[r->all].value, drive = r->at.known.drive.value;
+    const bool apart = r->tally->starts > 1;
+    double hard[MILL_ENERGIES_BLOCKS], rest[MILL_ENERGIES_BLOCKS], series[MILL_ENERGIES_BLOCKS];
     uint64_t count = 0;
+    size_t n = 0, period = MILL_SPREAD_APART;
     for (size_t i = 0; i < r->tally->plan.energies.pairs; i++)
         for (uint64_t bin = mill_energies_bin(1); bin < MILL_ENERGIES_BINS; bin++)
             count += r->sums.pair[i].normal[bin].count;
     const double rate = mill_tally_per_second(r, (double)count);
-    for (size_t k = 0; k < n; k++) {
-        const struct mill_account *from = &batches->accounts[(first + k) * length];
-        double loss = 0;
-        for (int kind = 0; kind < r->all; kind++)
-            loss += from[length].dissipation[kind] - from->dissipation[kind];
-        hard[k] /= (double)length * batches->at.batch;
-        rest[k] = hard[k] - rate / lost * loss / ((double)length * batches->at.batch);
+    for (int s = 0; s < r->tally->starts; s++) {
+        const struct mill_energies_blocks *blocks = &r->tally->start[s]->blocks;
+        const struct mill_precision *batches = &r->tally->start[s]->batches;
+        const uint64_t first = mill_energies_blocks_first(blocks, r->from), length = blocks->length;
+        const size_t many = mill_energies_blocks_hard(blocks, first, series);
+        const uint64_t each = apart ? many * length : length; /* batches of a value */
+        if (!apart)
+            period = (size_t)mill_energies_blocks_period(blocks, batches->at.period);
+        for (size_t k = 0; k < many; k++) {
+            const uint64_t from = (first + (apart ? 0 : k)) * length;
+            const size_t at = apart ? (size_t)s : k;
+            hard[at] =
+                (apart && k > 0 ? hard[at] : 0) + series[k] / ((double)each * batches->at.batch);
+            rest[at] =
+                hard[at] -
+                rate / lost * mill_precision_one(batches, from, from + each, loss, r->all, 0);
+            n = at + 1;
+        }
     }
-    r->hard = mill_precision_mean(hard, n, period);
-    r->hard_per_joule = mill_precision_mean(rest, n, period);
-    set_rare(&r->hard, rate, r->hard.error, count);
-    set_rare(&r->hard_per_joule, drive > 0 ? rate / drive : (double)NAN,
-             r->hard_per_joule.error / drive, count);
+    r->hard = mill_spread_counted(hard, n, period, r->duration);
+    r->hard_per_joule = mill_spread_mean(rest, n, period);
+    r->hard.value = rate;
+    r->hard_per_joule.value = drive > 0 ? rate / drive : (double)NAN;
+    r->hard_per_joule.error =
+        fmax(r->hard_per_joule.error / drive, r->hard_per_joule.value / sqrt((double)count));
+    if (r->hard.freedom == 0 || !(drive > 0))
+        r->hard_per_joule = (struct mill_spread_mean){r->hard_per_joule.value, NAN, 0};
+}
+
+/* The batches of all starts */
+static struct mill_precision_set set_of(const struct mill_tally *t)
+{
+    struct mill_precision_set set = {.count = t->starts};
+    for (int s = 0; s < t->starts; s++)
+        set.of[s] = &t->start[s]->batches;
+    return set;
 }
 
 uint64_t mill_tally_window(const struct mill_tally *t, struct mill_tally_progress *at)
 {
     const uint64_t n = t->batches.at.batches, period = t->batches.at.period, length = t->at.length;
+    const struct mill_precision_set set = set_of(t);
     uint64_t from = 0;
     at->settled = true;
     if (t->search)
-        from = (mill_precision_cut(&t->batches, &at->settled) + length - 1) / length * length;
+        from = (mill_precision_cut(&set, &at->settled) + length - 1) / length * length;
     const uint64_t turns = period > 0 && n > from ? (n - from) / period : 0;
     const uint64_t start = n - turns * period;
     if (t->search && turns >= 2 && start % length == 0)
         from = start;
-    at->known = mill_precision_tell(&t->batches, from);
+    at->known = mill_precision_tell(&set, from);
+    at->settled = at->settled && !at->known.drifts;
     return from;
+}
+
+/* Adds what the starts have gathered in the window that begins with batch `from`. */
+static void add_starts(struct mill_tally_results *r)
+{
+    const struct mill_tally *first = r->tally;
+    const uint64_t batches = first->batches.at.batches;
+    struct mill_account begin = {0}, end = {0};
+    r->late = begin;
+    for (int s = 0; s < first->starts; s++) {
+        const struct mill_tally *t = first->start[s];
+        const struct mill_account *at = t->batches.accounts;
+        const struct mill_account *now = t->at.closed ? &t->at.at_end : &t->world->account;
+        const struct mill_account *then = !t->at.open ? now
+                                          : t->search ? &at[r->from]
+                                                      : &t->at.at_begin;
+        mill_world_add_account(&begin, then);
+        mill_world_add_account(&end, now);
+        mill_world_add_account(&r->late,
+                               t->at.open ? &at[r->from + 9 * (batches - r->from) / 10] : now);
+        const uint64_t portions = t->search ? t->at.portions : 0;
+        mill_gathered_add(&r->sums, &t->gathered);
+        for (uint64_t i = portions > 0 ? r->from / t->at.length : 0; i < portions; i++)
+            mill_gathered_add(&r->sums, &t->portion[i]);
+    }
+    r->at.at_begin = begin;
+    r->at.at_end = end;
+}
+
+/* Without an error a number says how it is not known; with a wrong one it misleads. */
+static void doubt(struct mill_tally_results *r)
+{
+    struct mill_precision_known *known = &r->at.known;
+    /* soft spheres have no floor that would tell */
+    const bool rests = r->world->soft.on || r->floor_share[r->all] > MILL_TALLY_RESTING;
+    const bool moves = r->world->container.motion && rests;
+    r->doubt = r->tally->starts == 1 && moves           ? MILL_TALLY_ONE_START
+               : r->tally->starts == 1                  ? MILL_TALLY_KNOWN
+               : r->tally->starts < MILL_SPREAD_SEVERAL ? MILL_TALLY_FEW_STARTS
+               : known->drifts                          ? MILL_TALLY_DRIFTS
+                                                        : MILL_TALLY_KNOWN;
+    if (r->doubt != MILL_TALLY_ONE_START && r->doubt != MILL_TALLY_DRIFTS)
+        return;
+    struct mill_spread_mean *const own[] = {&known->median, &known->median_fast, &r->hard,
+                                            &r->hard_per_joule};
+    for (int i = 0; i < 4; i++)
+        *own[i] = (struct mill_spread_mean){own[i]->value, NAN, 0};
+    mill_precision_forget(known, &r->tally->batches);
+    known->enough = false;
 }
 
 enum mill_status mill_tally_results_make(const struct mill_tally *tally,
@@ -166,38 +229,26 @@ enum mill_status mill_tally_results_make(const struct mill_tally *tally,
     r->kinds = mill_kinds_listed(world);
     r->at = tally->at;
     r->begin = tally->begin;
-    if (!r->at.closed) {
+    if (!r->at.closed)
         r->at.over = world->base + t;
-        r->at.at_end = world->account;
-    }
-    if (!r->at.open)
-        r->at.at_begin = r->at.at_end;
-    const struct mill_precision *batches = &tally->batches;
-    const uint64_t from = r->at.open ? mill_tally_window(tally, &r->at) : 0;
-    const double asked = tally->precision;
-    r->late =
-        r->at.open ? batches->accounts[from + 9 * (batches->at.batches - from) / 10] : r->at.at_end;
-    if (r->at.open && tally->search) {
-        r->begin = batches->origin + (double)from * batches->at.batch;
-        r->at.at_begin = batches->accounts[from];
-    }
-    r->from = from;
-    r->reached = asked > 0 && r->at.settled && mill_precision_reached(&r->at.known, asked);
-    r->duration = r->at.open ? fmax(0, r->at.over - r->begin) : 0;
+    r->from = r->at.open ? mill_tally_window(tally, &r->at) : 0;
+    if (r->at.open && tally->search)
+        r->begin = tally->batches.origin + (double)r->from * tally->batches.at.batch;
+    r->duration = r->at.open ? tally->starts * fmax(0, r->at.over - r->begin) : 0;
     if (!mill_gathered_make(&r->sums, &tally->plan, r->all + 1)) {
         mill_tally_results_free(r);
         *out = NULL;
         return mill_error_set(error, MILL_FAILED, "out of memory for the results");
     }
-    mill_gathered_add(&r->sums, &tally->gathered);
-    const uint64_t portions = tally->search ? r->at.portions : 0;
-    for (uint64_t i = portions > 0 ? from / r->at.length : 0; i < portions; i++)
-        mill_gathered_add(&r->sums, &tally->portion[i]);
+    add_starts(r);
     set_blocks(r);
     set_rows(r, r->sums.impacts, r->impacts);
     set_rows(r, r->sums.strikes, r->strikes);
     sum_account(r);
     sum_hard(r);
+    doubt(r);
+    r->reached = tally->precision > 0 && r->at.settled &&
+                 mill_precision_reached(&r->at.known, tally->precision);
     return MILL_OK;
 }
 

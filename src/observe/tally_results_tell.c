@@ -96,7 +96,7 @@ static void tell_motion(struct mill_sink *sink, const struct mill_precision_know
                                             "mean torque of the rotor on the balls about +x"};
     for (int i = 0; i < 2; i++) {
         const struct mill_precision_rate *rate = &mill_precision_rates[MILL_PRECISION_POWER + i];
-        const struct mill_precision_mean *mean = mill_precision_of(known, rate, k);
+        const struct mill_spread_mean *mean = mill_precision_of(known, rate, k);
         char name[32];
         snprintf(name, sizeof name, "%s_error", rate->name);
         mill_tell_number(sink, rate->name, mean->value, rate->unit,
@@ -170,7 +170,7 @@ static void tell_motions(struct mill_sink *sink, const struct mill_tally_results
 
 /* Writes means as a group of arrays; a single one as numbers. */
 static void tell_means(struct mill_sink *sink, const char *name,
-                       const struct mill_precision_mean *mean, size_t count, const char *unit,
+                       const struct mill_spread_mean *mean, size_t count, const char *unit,
                        const char *meaning)
 {
     double value[3][MILL_WORLD_FAST];
@@ -185,8 +185,9 @@ static void tell_means(struct mill_sink *sink, const char *name,
     if (rank > 0 && sink->full)
         sink->attribute(sink, "thresholds", MILL_H5_F64, MILL_WORLD_FAST, mill_world_fast);
     sink->values(sink, "standard_error", MILL_H5_F64, rank, &count, value[1], unit,
-                 "its standard error, from batches and their memory, widened by Student's t: value "
-                 "+- 1.96 times this is the 95 % interval; NaN: too few batches");
+                 "its standard error, from the scatter of the starts (of a single start: of eight "
+                 "pieces of the window), widened by Student's t: value +- 1.96 times this is the "
+                 "95 % interval; NaN: not known");
     sink->values(sink, "degrees_of_freedom", MILL_H5_F64, rank, &count, value[2], "1",
                  "of the standard error, for which it is widened; 0: none");
     sink->close(sink);
@@ -250,11 +251,98 @@ static void tell_precision(struct mill_sink *sink, const struct mill_tally_resul
     sink->close(sink);
 }
 
+/* ---- the starts ---- */
+
+static void tell_each(struct mill_sink *sink, const struct mill_tally_results *r, const char *name,
+                      const struct mill_precision_rate *rate, int row)
+{
+    const struct mill_tally *t = r->tally;
+    const size_t dims[2] = {(size_t)t->starts, rate->width};
+    double *value = mill_sink_room(sink, dims[0] * rate->width, sizeof *value);
+    for (size_t i = 0; value && i < dims[0] * rate->width; i++)
+        value[i] = mill_precision_one(&t->start[i / rate->width]->batches, r->from,
+                                      t->batches.at.batches, rate, row, i % rate->width);
+    if (value)
+        sink->values(sink, name, MILL_H5_F64, rate->width > 1 ? 2 : 1, dims, value, rate->unit,
+                     rate->meaning);
+    if (value && rate->width > 1)
+        sink->attribute(sink, "thresholds", MILL_H5_F64, MILL_WORLD_FAST, mill_world_fast);
+    free(value);
+}
+
+/* Mean energies of each start in its window, and its impacts by speed */
+static void tell_gathered(struct mill_sink *sink, const struct mill_tally_results *r)
+{
+    const size_t n = (size_t)r->tally->starts, dims[2] = {n, MILL_SPECTRUM_SLOTS};
+    uint64_t *seed = mill_sink_room(sink, n, sizeof *seed);
+    uint64_t *speeds = mill_sink_room(sink, n * MILL_SPECTRUM_SLOTS, sizeof *speeds);
+    double *energy = mill_sink_room(sink, 2 * n, sizeof *energy);
+    for (size_t k = 0; seed && speeds && energy && k < n; k++) {
+        const struct mill_tally *t = r->tally->start[k];
+        const uint64_t portions = t->search ? t->at.portions : 0;
+        struct mill_gathered_counts sum = *t->gathered.counts;
+        for (uint64_t i = portions > 0 ? r->from / t->at.length : 0; i < portions; i++) {
+            sum.samples += t->portion[i].counts->samples;
+            sum.kinetic += t->portion[i].counts->kinetic;
+            sum.rotational += t->portion[i].counts->rotational;
+        }
+        seed[k] = t->seed;
+        energy[k] = sum.kinetic / (double)sum.samples;
+        energy[n + k] = sum.rotational / (double)sum.samples;
+        for (uint64_t b = r->from; b < t->batches.at.batches; b++)
+            for (int i = 0; i < MILL_SPECTRUM_SLOTS; i++)
+                speeds[k * MILL_SPECTRUM_SLOTS + (size_t)i] += t->batches.counts[b][i];
+    }
+    if (seed && speeds && energy) {
+        sink->values(sink, "seed", MILL_H5_U64, 1, dims, seed, "1", "run.seed of each start");
+        mill_tell_array(sink, "kinetic_energy", n, energy, "J", "mean over the window");
+        mill_tell_array(sink, "rotational_energy", n, energy + n, "J", "mean over the window");
+        sink->values(sink, "speeds", MILL_H5_U64, 2, dims, speeds, "1",
+                     "impacts of all kinds by normal speed: below the edges of a histogram of "
+                     "speeds, in its bins, above them");
+    }
+    free(seed);
+    free(speeds);
+    free(energy);
+}
+
+/* Writes what errors of any sum or quotient can be computed from again. */
+static void tell_starts(struct mill_sink *sink, const struct mill_tally_results *r)
+{
+    const struct mill_precision *batches = &r->tally->batches;
+    if (!sink->full || r->tally->starts < 2 || r->from >= batches->at.batches)
+        return;
+    sink->open(sink, "starts");
+    mill_tell_number(sink, "begin", r->begin, "s", "of the window of each start");
+    mill_tell_number(sink, "end", batches->origin + (double)batches->at.batches * batches->at.batch,
+                     "s", "of its last whole batch: values of starts are up to here");
+    tell_gathered(sink, r);
+    for (int i = 0; i < MILL_PRECISION_RATES; i++) {
+        const struct mill_precision_rate *rate = &mill_precision_rates[i];
+        const bool one = rate->each == MILL_PRECISION_ONE,
+                   of_kind = rate->each == MILL_PRECISION_KIND;
+        if (!one)
+            sink->open(sink, rate->name);
+        for (int n = 0; n < (one ? 1 : of_kind ? r->kinds.count + 1 : r->world->motions); n++)
+            tell_each(sink, r,
+                      one       ? rate->name
+                      : of_kind ? r->kinds.name[n]
+                                : r->world->motion_name[n],
+                      rate, of_kind ? r->kinds.kind[n] : n);
+        if (!one)
+            sink->close(sink);
+    }
+    sink->close(sink);
+}
+
 void mill_tally_results_tell(const struct mill_tally_results *r, struct mill_sink *sink)
 {
     const struct mill_gathered_plan *plan = &r->tally->plan;
     const struct mill_gathered *sums = &r->sums;
+    const struct mill_energies_blocks *blocks[MILL_PRECISION_STARTS];
     sink->open(sink, "statistics");
+    mill_tell_count(sink, "starts", (uint64_t)r->tally->starts,
+                    "starts of the mill that the statistics are of");
     mill_tell_number(sink, "duration", r->duration, "s",
                      r->tally->search ? "length of the window that the statistics cover: from the "
                                         "end of the start-up to the end"
@@ -275,8 +363,10 @@ void mill_tally_results_tell(const struct mill_tally_results *r, struct mill_sin
     if (sink->full) {
         sink->open(sink, "energies");
         mill_energies_tell(&plan->energies, &sums->part[MILL_GATHERED_PAIRS], sink);
-        mill_energies_blocks_tell(&r->tally->blocks, &plan->energies, &r->tally->batches, r->from,
-                                  sink);
+        for (int s = 0; s < r->tally->starts; s++)
+            blocks[s] = &r->tally->start[s]->blocks;
+        mill_energies_blocks_tell(blocks, r->tally->starts, &plan->energies, &r->tally->batches,
+                                  r->from, sink);
         sink->close(sink);
         mill_maps_tell(&plan->maps, &sums->part[MILL_GATHERED_HITS], sums->flow,
                        sums->counts->samples, sink);
@@ -287,4 +377,5 @@ void mill_tally_results_tell(const struct mill_tally_results *r, struct mill_sin
     tell_motions(sink, r);
     tell_precision(sink, r);
     sink->close(sink);
+    tell_starts(sink, r);
 }

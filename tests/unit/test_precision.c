@@ -41,7 +41,7 @@ static double held(size_t n, double memory, size_t period, double swing, double 
     chance = 7;
     for (int k = 0; k < SERIES; k++) {
         fill(n, memory, period, swing);
-        const struct mill_precision_mean mean = mill_precision_mean(x, n, period);
+        const struct mill_spread_mean mean = mill_precision_mean(x, n, period);
         if (isnan(mean.error))
             continue;
         known++;
@@ -127,7 +127,7 @@ TEST(a_revolution_that_is_not_whole_has_its_part_in_the_error)
 }
 
 /* The error as the comments of precision.c define it, step by step, and Student's t of GSL */
-static struct mill_precision_mean by_formula(size_t n, size_t period)
+static struct mill_spread_mean by_formula(size_t n, size_t period)
 {
     size_t size = 24;
     while (size > 1 && (n / size < 24 || size == 5 || (size > 6 && size % 12)))
@@ -155,7 +155,7 @@ static struct mill_precision_mean by_formula(size_t n, size_t period)
     const double freedom = many * share * (1 - m * m) / (1.5 + m * m);
     const double variance = squares / share / (many - 1) / many * (1 + m) / (1 - m);
     const double widened = gsl_cdf_tdist_Pinv(0.975, freedom) / gsl_cdf_ugaussian_Pinv(0.975);
-    return (struct mill_precision_mean){sum / (double)n, sqrt(variance + shift * shift) * widened,
+    return (struct mill_spread_mean){sum / (double)n, sqrt(variance + shift * shift) * widened,
                                         freedom};
 }
 
@@ -170,8 +170,8 @@ TEST(the_error_is_that_of_its_formula)
     chance = 11;
     for (size_t i = 0; i < sizeof of / sizeof *of; i++) {
         fill(of[i].n, of[i].memory, of[i].period, 3);
-        const struct mill_precision_mean mean = mill_precision_mean(x, of[i].n, of[i].period);
-        const struct mill_precision_mean own = by_formula(of[i].n, of[i].period);
+        const struct mill_spread_mean mean = mill_precision_mean(x, of[i].n, of[i].period);
+        const struct mill_spread_mean own = by_formula(of[i].n, of[i].period);
         const double close = 1e-6 + 0.4 / pow(own.freedom, 5); /* of the expansion of Student's t */
         ck_assert_double_eq_tol(mean.value, own.value, 1e-12);
         if (own.freedom < 3) {
@@ -184,7 +184,7 @@ TEST(the_error_is_that_of_its_formula)
     }
     for (size_t i = 0; i < MOST; i++)
         x[i] = (double)(i % 12);
-    const struct mill_precision_mean swing = mill_precision_mean(x, 66, 12); /* nothing but it */
+    const struct mill_spread_mean swing = mill_precision_mean(x, 66, 12); /* nothing but it */
     ck_assert_double_eq_tol(swing.error, fabs(swing.value - 5.5), 1e-12);
     ck_assert(swing.value < 5.3 && isinf(swing.freedom));
     for (size_t i = 0; i < MOST; i++)
@@ -197,7 +197,7 @@ TEST(the_error_is_that_of_its_formula)
 TEST(too_few_batches_have_no_error)
 {
     fill(MILL_PRECISION_FEWEST, 0, 0, 0);
-    const struct mill_precision_mean few = mill_precision_mean(x, MILL_PRECISION_FEWEST - 1, 0);
+    const struct mill_spread_mean few = mill_precision_mean(x, MILL_PRECISION_FEWEST - 1, 0);
     ck_assert_double_eq_tol(few.value, 10, 1);
     ck_assert_double_nan(few.error);
     ck_assert(few.freedom == 0);
@@ -298,7 +298,7 @@ TEST(median_and_power_are_told_with_their_errors)
     ck_assert(!mill_precision_reached(&known, 0.005));
 }
 
-static void ck_same(struct mill_precision_mean found, struct mill_precision_mean own)
+static void ck_same(struct mill_spread_mean found, struct mill_spread_mean own)
 {
     ck_assert(fabs(found.value - own.value) <= 1e-9 * fabs(own.value));
     ck_assert(found.freedom == own.freedom || fabs(found.freedom / own.freedom - 1) < 1e-6);
@@ -336,11 +336,11 @@ TEST(each_number_of_the_account_is_told_with_the_error_of_its_own_series)
     const struct mill_precision_known known = mill_precision_tell(&batches, from);
     for (int row = 0; row < ROWS; row++)
         for (int sort = 0; sort < SORTS; sort++) {
-            struct mill_precision_mean mean = mill_precision_mean(own[sort][row] + from, 55, 12);
+            struct mill_spread_mean mean = mill_precision_mean(own[sort][row] + from, 55, 12);
             if (sort < LOSS) /* as independent impacts scatter */
                 mean.error = fmax(mean.error, sqrt(mean.value / (55 * batches.at.batch)));
             if (sort < LOSS && mean.value == 0)
-                mean = (struct mill_precision_mean){0, NAN, 0};
+                mean = (struct mill_spread_mean){0, NAN, 0};
             ck_same(sort == RATE     ? known.rate[row]
                     : sort < LOSS    ? known.fast[row][sort - FAST]
                     : sort == NORMAL ? known.loss_normal[row]
@@ -381,9 +381,9 @@ TEST(the_error_of_a_median_is_that_of_the_share_below_it_over_the_density)
             const double density =
                 within * (reach < 5 ? 2 * reach + 1 : 11) / many / (seen * MILL_SPECTRUM_LOG_BIN);
             const double value = grid.edge[middle[i] - 1] * exp(0.5 * MILL_SPECTRUM_LOG_BIN);
-            const struct mill_precision_mean scatter = mill_precision_mean(x, 48, 0);
+            const struct mill_spread_mean scatter = mill_precision_mean(x, 48, 0);
             const struct mill_precision_known known = mill_precision_tell(&batches, 0);
-            const struct mill_precision_mean median = i > 0 ? known.median_fast : known.median;
+            const struct mill_spread_mean median = i > 0 ? known.median_fast : known.median;
             ck_assert_double_eq_tol(median.value / value, 1, 1e-12);
             ck_assert_double_eq_tol(median.error / value * density,
                                     scatters ? scatter.error * 48 / many : 0.5 / sqrt(many), 1e-9);
