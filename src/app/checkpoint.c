@@ -50,9 +50,12 @@ static enum mill_status carry_all(const struct mill_checkpoint *all, struct mill
     struct mill_state *state = &carrier.state;
     mill_state_structs(state, "cost", sizeof *all->cost, 1, all->cost);
     mill_state_structs(state, "plan", sizeof all->starts->plan, 1, &all->starts->plan);
-    if (state->loads && state->status == MILL_OK &&
-        mill_starts_grow(all->starts, state->error) != MILL_OK)
-        state->status = MILL_FAILED;
+    const struct mill_starts_plan *plan = &all->starts->plan;
+    if (state->loads &&
+        !(plan->count > 0 && plan->count <= MILL_PRECISION_STARTS && plan->until >= 0))
+        mill_state_refuse(state, "the saved plan is damaged");
+    if (state->loads && state->status == MILL_OK)
+        state->status = mill_starts_grow(all->starts, state->error);
     for (; carrier.start < all->starts->count && state->status == MILL_OK; carrier.start++) {
         const struct mill_starts_one *one = &all->starts->one[carrier.start];
         set_owner(state, "loop");

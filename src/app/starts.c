@@ -108,13 +108,16 @@ static enum mill_status first_of(const struct mill_starts *s, struct mill_error 
 
 enum mill_status mill_starts_grow(struct mill_starts *s, struct mill_error *error)
 {
-    const int made = s->count, threads = threads_of(s->deck, (int)s->plan.count);
+    const int made = s->count;
     struct mill_random random;
+    if (made >= (int)s->plan.count)
+        return MILL_OK;
     s->count = (int)s->plan.count;
     mill_random_seed(&random, s->deck->setup.seed);
     for (int k = 1; k < s->count; k++)
         s->one[k].seed = (unsigned long)ldexp(mill_random_uniform(&random), 32);
     if (made == 0) {
+        const int threads = threads_of(s->deck, s->count);
         s->workers = threads < s->count ? threads : s->count;
         s->workers = s->workers < MILL_CREW_MOST ? s->workers : MILL_CREW_MOST;
         if (s->workers > 1 && !(s->crew = mill_crew_create(s->workers)))

@@ -226,7 +226,16 @@ static void tell_precision(struct mill_sink *sink, const struct mill_tally_resul
 {
     const struct mill_precision_known *known = &r->at.known;
     const int rotor = r->world->rotor;
+    static const char *const doubt[] = {
+        [MILL_TALLY_KNOWN] = "none",
+        [MILL_TALLY_ONE_START] = "one start",
+        [MILL_TALLY_FEW_STARTS] = "few starts",
+        [MILL_TALLY_DRIFTS] = "not settled",
+    };
     sink->open(sink, "precision");
+    mill_tell_text(sink, "doubt", doubt[r->doubt],
+                   "why no errors are given: none; one start, whose errors would be wrong; few "
+                   "starts; not settled: the starts drift");
     tell_means(sink, "median", &known->median, 1, "m s-1", "median normal speed of all impacts");
     tell_means(sink, "median_above_50mm_s", &known->median_fast, 1, "m s-1",
                "median normal speed of all impacts at 0.05 m/s or more");

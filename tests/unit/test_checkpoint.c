@@ -14,6 +14,7 @@ struct run {
     struct mill_h5 *file;
     struct mill_observers observers;
     struct mill_record_cost cost;
+    struct mill_starts starts;
     struct mill_checkpoint parts;
 };
 
@@ -79,11 +80,15 @@ static const char *open_run(struct run *r, bool update)
                                        .log_impacts = true};
     memset(r, 0, sizeof *r);
     bench_open(&r->bench, &mills[0]);
-    r->parts = (struct mill_checkpoint){r->bench.sim, &r->observers, &r->cost};
+    r->parts = (struct mill_checkpoint){&r->starts, &r->cost};
+    r->starts.count = 1;
+    r->starts.plan.count = 1;
+    r->starts.one[0].sim = r->bench.sim;
     enum mill_status status =
         mill_h5_create(path, update ? MILL_H5_UPDATE : MILL_H5_NEW, &r->file, &error);
     if (status == MILL_OK)
         status = mill_observers_create(&asked, r->bench.world, &r->observers, &error);
+    r->starts.one[0].observers = r->observers;
     if (status == MILL_OK && update)
         status = mill_checkpoint_load(&r->parts, r->file, "mill.h5", &error);
     if (status == MILL_OK)

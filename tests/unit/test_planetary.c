@@ -78,7 +78,6 @@ TEST(the_motions_add_up_to_the_drive)
         power += told("/statistics/motions/%s/power", name);
         snprintf(path, sizeof path, "/observables/motion_work/%s/value", name);
         work += look_at(p.path, path, 1, 75);
-        ck_assert_double_gt(told("/statistics/motions/%s/power_error", name), 0);
         const double torque = told("/statistics/motions/%s/torque", name);
         ck_assert(k == SHAKE ? isnan(torque) : fabs(torque) > 0);
     }
@@ -87,8 +86,9 @@ TEST(the_motions_add_up_to_the_drive)
     ck_assert_double_eq_tol(power, drive, 1e-9 * drive);
     ck_assert_double_eq_tol(work, p.world->account.work, 1e-9 * p.world->account.work_gross);
     ck_assert_double_eq(look_at(p.path, "/statistics/precision/drive_power/value", 0, 0), drive);
-    ck_assert_double_eq(look_at(p.path, "/statistics/precision/drive_power/standard_error", 0, 0),
-                        look_at(p.path, "/statistics/drive/power_error", 0, 0));
+    /* balls rest on the wall of a container that moves: one start gives no error */
+    ck_assert_double_nan(look_at(p.path, "/statistics/precision/drive_power/standard_error", 0, 0));
+    ck_assert_double_nan(look_at(p.path, "/statistics/drive/power_error", 0, 0));
     /* the sun turns at constant speed about an axis that stands: its own power is torque times it
      */
     ck_assert_double_eq_tol(told("/statistics/motions/%s/power", "sun"),
@@ -218,6 +218,7 @@ static char *summary_of(bool json)
     struct mill_facts facts = {.status = "complete",
                                .time = p.asked.end,
                                .local = mill_sim_local_time(p.sim),
+                               .totals = mill_record_add(p.world, mill_sim_local_time(p.sim)),
                                .version = "0",
                                .deck = "jar.ini",
                                .output = "jar.h5"};
@@ -290,13 +291,16 @@ SLOW_TEST(a_run_taken_up_again_has_the_same_poses_and_pictures, 1)
     ck_assert_int_eq(mill_observers_open(&p.observers, &p.asked, p.file, p.world, p.sim, NULL),
                      MILL_OK);
     planetary_run(&p, 0.43);
-    mill_checkpoint_write(&(struct mill_checkpoint){p.sim, &p.observers, &cost}, p.file);
+    struct mill_starts alone = {.plan = {0, 1, false}, .count = 1};
+    alone.one[0] = (struct mill_starts_one){.sim = p.sim, .observers = p.observers};
+    mill_checkpoint_write(&(struct mill_checkpoint){&alone, &cost}, p.file);
     ck_assert_int_eq(mill_h5_flush(p.file, NULL), MILL_OK);
     planetary_run(&p, 0.6); /* lost */
     mill_h5_abandon(p.file);
     planetary_free(&p);
     planetary_open(&p, MILL_H5_UPDATE);
-    const struct mill_checkpoint to = {p.sim, &p.observers, &cost};
+    alone.one[0] = (struct mill_starts_one){.sim = p.sim, .observers = p.observers};
+    const struct mill_checkpoint to = {&alone, &cost};
     ck_assert_int_eq(mill_checkpoint_load(&to, p.file, p.path, NULL), MILL_OK);
     ck_assert_int_eq(mill_observers_open(&p.observers, &p.asked, p.file, p.world, p.sim, NULL),
                      MILL_OK);

@@ -32,7 +32,8 @@ def facts(result: Any) -> dict[str, str]:
         found["statistics"] = f"none: status '{run.status}', nothing sampled so far"
         return found
     begin, end = run.window
-    found["sampled"] = f"{run.duration:.4g} s, from {begin:.4g} s to {end:.4g} s"
+    each = f", in each of {run.starts} starts" if run.starts > 1 else ""
+    found["sampled"] = f"{end - begin:.4g} s, from {begin:.4g} s to {end:.4g} s{each}"
     found["impact speed"] = f"{result.median_impact_speed}, median v_n of impacts above 50 mm/s"
     for head, name, unit, what in (
         ("median", "median", "m/s", "of all impacts"),

@@ -88,7 +88,7 @@ def _jobs(arguments, deck, plan, folder):
     sets = [*arguments.set, *plan.sets(deck)]
     jobs = []
     for kind in ("soft", "hard"):
-        own = [f"run.spheres={kind}", f"output.strike_window={plan.contact:.9g} s"]
+        own = [f"run.spheres={kind}", "run.starts=1", f"output.strike_window={plan.contact:.9g} s"]
         own += [f"soft.modulus={plan.modulus:.9g} Pa"] * (kind == "soft")
         for k in range(plan.starts):
             file = folder / f"{kind}-{k + 1}.h5"

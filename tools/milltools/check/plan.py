@@ -57,7 +57,7 @@ class Plan:
 def forecast(deck, seconds, *sets):
     """Processor seconds for a simulated second of a deck, from a run of so many seconds: a shorter trial would not see
     the charge move. And the duration [s] of a contact of soft spheres; 0 of hard ones."""
-    sets = [*deck.overrides, "output.frames=0 s", "run.threads=1", *sets]
+    sets = [*deck.overrides, "output.frames=0 s", "run.threads=1", "run.starts=1", *sets]
     with tempfile.TemporaryDirectory(prefix="mill-check-") as folder:
         file = pathlib.Path(folder, "trial.h5")
         words = [*guard(), engine.program(), "-q", "-o", file, *(word for one in sets for word in ("-s", one))]

@@ -19,6 +19,8 @@ import typing
 
 import numpy as np
 
+from milltools.read import sums
+
 NORMAL = 1.96  # errors in files are scaled so that +- this multiple of them is the 95 % interval
 CONFIDENCE = 0.99  # two-sided: of equal runs, one row in a hundred gets the verdict "differ"
 FEWEST_FOR_CORRELATION = 8
@@ -81,12 +83,18 @@ def lag_correlation(blocks: np.ndarray) -> float:
     return float(np.clip(off[1:] @ off[:-1] / power + 1 / count, 0, 0.9))
 
 
+class Starts(np.ndarray):
+    """Values of several starts of a run, which are independent, in place of those of blocks of time."""
+
+
 def from_blocks(value: float, blocks: np.ndarray, remark: str = "") -> Estimate:
-    """A mean over the window with its error from the block means."""
-    blocks = np.asarray(blocks, float)
+    """A mean over the window with its error from the block means, or from the values of Starts."""
+    apart, blocks = isinstance(blocks, Starts), np.asarray(blocks, float)
+    if apart and len(blocks) < sums.SEVERAL:
+        return Estimate(value, remark=remark)
     if len(blocks) < 2 or not np.all(np.isfinite(blocks)):
         return Estimate(value, remark=remark)
-    r = lag_correlation(blocks)
+    r = 0.0 if apart else lag_correlation(blocks)
     effective = len(blocks) * (1 - r) / (1 + r)
     error = float(np.std(blocks, ddof=1)) / math.sqrt(effective)
     return Estimate(value, error, max(effective - 1, 1.0), remark)

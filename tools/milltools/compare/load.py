@@ -9,6 +9,7 @@ import numpy as np
 from milltools.base.errors import UserError
 from milltools.base.text import plural
 from milltools.compare import map_deviation as maps
+from milltools.compare.agreement import Starts
 from milltools.geometry import vessel
 from milltools.read.runfile import FORMS, Run
 
@@ -64,13 +65,33 @@ class Sampled(Run):
         """A time series as Run gives it; "drive_work" is the work of all motions."""
         return self.drive_work() if name == "drive_work" else super().series(name)
 
+    def _starts(self, name: str, column: int | None = None):
+        """(mean, value of each start) of what a series of this name gives; None if it is of the first start only."""
+        group, _, kind = name.partition("/")
+        own = {
+            "drive_work": "drive_power", "rotor_work": "power/rotor", "motion_work": f"power/{kind}",
+            "dissipation": f"dissipated_power/{kind}", "dissipation_normal": f"dissipated_power_normal/{kind}",
+            "collisions": f"rate/{kind}", "fast_collisions": f"fast_rate/{kind}",
+            "kinetic_energy": name, "rotational_energy": name,
+        }.get(group)  # fmt: skip
+        if self.starts == 1 or not own or not self.has(f"starts/{own}"):
+            return None
+        value = self.read(f"starts/{own}").astype(float).view(Starts)
+        value = value if column is None else value[:, column]
+        return float(value.mean()), value
+
     def rates(self, name: str, column: int | None = None):
-        """Rate of a cumulative series: (over the whole span, (K,) by block)."""
+        """Rate of a cumulative series: (over the whole span, (K,) by block), or of all starts."""
+        if found := self._starts(name, column):
+            return found
         time, value = self.series(name)
         return self._rates(time, value if column is None else value[:, column])
 
     def means(self, name: str):
-        """Mean of an instantaneous series: (over the span, (K,) by block), from the trapezoidal rule."""
+        """Mean of an instantaneous series: (over the span, (K,) by block), from the trapezoidal rule; or of all
+        starts."""
+        if found := self._starts(name):
+            return found
         time, value = self.series(name)
         steps = np.diff(time) * (value[1:] + value[:-1]) / 2
         return self._rates(time, np.concatenate([[0], np.cumsum(steps)]))
@@ -83,7 +104,10 @@ class Sampled(Run):
     # ---- is it steady?
 
     def _trend(self) -> str:
-        """Why the run is not steady over its window; empty if it is."""
+        """Why the run is not steady over its window; empty if it is. Several starts tell more than this series of the
+        first one."""
+        if self.starts > 1:
+            return "its starts drift all in one direction" if self.doubt == "not settled" else ""
         energies = [np.interp(self.span, *self.series(n)) for n in FORMS if self.has_series(n)]
         change = abs(sum(end - begin for begin, end in energies))
         work = float(np.diff(np.interp(self.span, *self.series("drive_work")))[0])

@@ -91,7 +91,8 @@ def noise(run, parts) -> dict:
     over its components; empty where frames are too few to tell. `parts`: cells.Maps of the frames of each block of
     time, or None."""
     frames = np.array([part.samples if part else 0 for part in parts])
-    if len(frames) < 4 or frames.min() < 1 or frames.sum() < FEWEST_FRAMES:
+    few = len(frames) < 4 or frames.min() < 1 or frames.sum() < FEWEST_FRAMES
+    if few or run.starts > 1:  # frames are of the first start, the map is of all
         return {}
     found = {}
     for view in VIEWS:

@@ -224,8 +224,7 @@ def energetic(run: Member):
     if not run.has("statistics/energies/edges"):
         return None
     found = sums.total(run, sums.above(ENERGETIC))
-    error, freedom = (math.nan, 0) if found.series is None else sums.spread(found.series, found.period)
-    return errors.from_file((found.value, max(error, found.least) if error == error else error, freedom))
+    return errors.from_file((found.value, *found.spread))
 
 
 def per_joule(measured, weight):
@@ -236,7 +235,7 @@ def per_joule(measured, weight):
         if not (rate and power.value > 0):
             return None
         value = rate.value / power.value
-        if not (rate.value and run.has(sums.BLOCKS)):
+        if not (rate.value and sums.has_errors(run)):
             return Estimate(value)
         found, error, freedom = sums.per_work(run, sums.total(run, weight))
         return errors.from_file((value, value * error / found, freedom))
@@ -265,7 +264,8 @@ def ball_speed(column):
         value, blocks = float(run.speeds[:, column].mean()), run.speed_blocks_of(column)
         if column == 1:
             blocks, value = blocks**0.5, value**0.5
-        return errors.from_blocks(value, blocks) if len(run.speeds) >= 8 else Estimate(value)
+        # frames are of the first start, which tells nothing of the scatter between starts
+        return errors.from_blocks(value, blocks) if len(run.speeds) >= 8 and run.starts == 1 else Estimate(value)
 
     return measure
 
@@ -319,6 +319,11 @@ def _label(kind: str) -> str:
     return "all kinds" if kind == "all" else label_of(kind)
 
 
+def _trusted(found: Estimate | None, run: Member) -> Estimate | None:
+    """The estimate without an error, if errors of this run would be wrong."""
+    return dataclasses.replace(found, error=math.nan, dof=0) if found and run.doubt else found
+
+
 def compare(a: Side, b: Side) -> Comparison:
     """The table of side b against side a."""
     two_designs = designs(a, b)
@@ -329,9 +334,11 @@ def compare(a: Side, b: Side) -> Comparison:
     if not steady:
         several = any(len(side.runs) > 1 for side in (a, b))
         unknown = "error unknown: " + ("too few replicates" if several else "not steady, no replicates")
+    elif doubt := next((f"{side.letter} {run.doubt}" for side in (a, b) for run in side.runs if run.doubt), ""):
+        unknown = f"error unknown: {doubt}"
     rows = []
     for *what, measure in quantities(steady, kinds, a.first, b.first):
-        sides = [[measure(run) for run in side.runs] for side in (a, b)]
+        sides = [[_trusted(measure(run), run) for run in side.runs] for side in (a, b)]
         held = [all(e is not None for e in side) for side in sides]
         if not any(held) or all(e.value == 0 for s, h in zip(sides, held) if h for e in s):
             continue

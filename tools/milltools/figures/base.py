@@ -111,7 +111,8 @@ def labels(runs) -> list[str]:
 def sampled(run) -> str:
     """The sampled window in words."""
     begin, end = run.window
-    return f"sampled {number(run.duration, 4)} s ({number(begin, 4)} to {number(end, 4)} s)"
+    each = f", {run.starts} starts" if run.starts > 1 else ""
+    return f"sampled {number(run.duration / run.starts, 4)} s ({number(begin, 4)} to {number(end, 4)} s{each})"
 
 
 def subtitle(ax, text: str, most: int = 52):

@@ -83,7 +83,7 @@ def _joules(run, kind, edges, group="impacts", speed="normal_speed", abscissa="s
     """The edges of bins as normal energies [J], for which the file has the numbers of impacts in blocks of time; None
     where it has not."""
     mass = energies.one_mass(run)
-    if group != "impacts" or speed != "normal_speed" or not run.has("statistics/energies/blocks/edges"):
+    if group != "impacts" or speed != "normal_speed" or not sums.has_errors(run):
         return None
     if abscissa == "energy":
         return edges

@@ -106,6 +106,7 @@ def frames_only(until, interval) -> dict[str, str]:
         "run.time": f"{until + beyond!r} s",
         "run.sample_from": "0 s",  # the old value can be after the new end; it has no influence on the states
         "run.precision": "0",
+        "run.starts": "1",  # frames are of the first
         "run.max_collisions": "0",
         "output.frames": f"{float(interval)!r} s",
         "output.impacts": "statistics",

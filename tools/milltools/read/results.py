@@ -78,7 +78,7 @@ class Results:
                 continue
             data["bins"][unit] = _law(spectra["all"].edges)
             data["counts"][unit] = {kind: _sparse(spectrum) for kind, spectrum in spectra.items()}
-        if run.has(sums.BLOCKS):
+        if sums.has_errors(run):
             data["blocks"] = _blocks(run)
         return cls(data)
 
@@ -169,7 +169,7 @@ def _blocks(run) -> dict:
         lost[kind] = sums.total(run, sums.itself, "dissipated", [kind]).series
     mean = sum(series.mean() for series in lost.values()) or 1.0
     lost = {kind: np.rint(1e4 * series / mean).astype(int).tolist() for kind, series in lost.items()}
-    return {"period": int(run.read(f"{sums.BLOCKS}/period")), "counts": counts, "lost": lost}
+    return {"period": sums.period(run), "counts": counts, "lost": lost}
 
 
 def _sparse(spectrum) -> list:

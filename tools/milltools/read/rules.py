@@ -79,6 +79,7 @@ FRAMES = "particles/trajectory/position/time"
 SPECIES = "species"  # as many as the deck has
 CLASSES = "classes"  # of species, by which energies are counted
 ENERGIES = "statistics/energies"
+STARTS = "starts/seed"
 BLOCKS, EACH = f"{ENERGIES}/blocks", f"{ENERGIES}/blocks/ball_ball/normal"
 PARTS, FACETS = "statistics/wear/parts/kind", "statistics/wear/area"
 # What datasets of indices refer to, one for all columns or one for each: the rows of a dataset, the names in the
@@ -129,6 +130,11 @@ RULES = [
         (r"VTKHDF/(.*)/CellData/kind", WHOLE, (None,), _not_negative),
         (r"VTKHDF/(.*)/CellData/number", WHOLE, (r"VTKHDF/\1/CellData/kind",), None),
         (r"statistics/duration", NUMBER, (), _not_negative),
+        (STARTS, WHOLE, (None,), _not_negative),
+        (r"starts/(begin|end)", NUMBER, (), _not_negative),
+        (r"starts/speeds", WHOLE, (STARTS, None), _not_negative),
+        (r"starts/fast_rate/.*", NUMBER, (STARTS, None), _no_infinity),
+        (r"starts/.*", NUMBER, (STARTS,), _no_infinity),
         (r"statistics/maps/samples", NUMBER, (), _not_negative),
         (r"statistics/maps/\w+/\w_edges", NUMBER, (None,), _bins),
         (r"(statistics/maps/cross_section/)\w+", NUMBER, (r"\1y_edges -1", r"\1z_edges -1"), _no_infinity),
@@ -160,6 +166,7 @@ RULES = [
         (f"{ENERGIES}/.*/dissipation", NUMBER, (CLASSES, f"{ENERGIES}/edges -1"), _no_infinity),
         (f"{ENERGIES}/.*", NUMBER, (CLASSES, f"{ENERGIES}/edges -1"), _not_negative),
         (r"statistics/(.*/quantiles\w*|rotor/block_(power|torque))", NUMBER, (None,), _no_infinity),
+        (r"statistics/precision/doubt", TEXT, (), None),
         (r"statistics/precision/fast_rate/.*", NUMBER, (None,), None),
         (r"statistics/precision/.*", NUMBER, (), None),  # an exact value has infinitely many degrees of freedom
         (r"statistics/impacts/.*/(count|rate)", NUMBER, (), _not_negative),

@@ -182,11 +182,11 @@ class Run(Store):
 
     @property
     def cost(self) -> float:
-        """CPU seconds per simulated second: from /run/price, or, if that is not there, from the CPU time; NaN if the
+        """CPU seconds per simulated second of a start: from /run/price, or, if that is not there, from the CPU time; NaN if the
         run has not begun."""
         if self.has("run/price"):
             return float(self.read("run/price"))
-        return float(self.read("run/cpu_time")) / self.time if self.time > 0 else float("nan")
+        return float(self.read("run/cpu_time")) / self.time / self.starts if self.time > 0 else float("nan")
 
     # ---- the deck
 
@@ -419,7 +419,7 @@ class Run(Store):
 
     @property
     def duration(self) -> float:
-        """Length of the sampled window [s]."""
+        """Sampled time [s], of all starts together."""
         return float(self.read("statistics/duration", why="the run has no statistics yet"))
 
     @property
@@ -428,7 +428,19 @@ class Run(Store):
         begin = self.quantity("run/sample_from", 0.0)
         if self.has("statistics/precision/warm_up"):  # the start that the run itself found, or run.sample_from
             begin = float(self.read("statistics/precision/warm_up"))
-        return begin, begin + self.duration
+        return begin, begin + self.duration / self.starts
+
+    @property
+    def starts(self) -> int:
+        """Starts of the mill that the statistics are of; frames, time series and impacts are of the first one."""
+        return max(int(self.read("statistics/starts")), 1) if self.has("statistics/starts") else 1
+
+    @property
+    def doubt(self) -> str:
+        """Why errors of this run would be wrong: "one start", "few starts", "not settled"; "" if they are known."""
+        path = "statistics/precision/doubt"
+        found = self.read(path) if self.has(path) else "none"
+        return "" if found == "none" else found
 
     def statistic(self, path: str) -> Any:
         """A scalar or array under /statistics, such as "impacts/ball_ball/rate" or "rotor/power"."""

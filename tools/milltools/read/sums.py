@@ -1,10 +1,12 @@
 """Sums over all impacts of a run, such as the impacts above 1 mJ each second, with their standard errors.
 
-The histograms of energy in the file give the sum. Its error comes from the same histograms of short blocks of time.
+The histograms of energy in the file give the sum. Its error comes from the same histograms of each start of the mill,
+or, if there is only one, of short blocks of time.
 """
 
 import dataclasses
 import functools
+import itertools
 import math
 from collections.abc import Callable, Iterable, Iterator
 
@@ -18,9 +20,10 @@ OCTAVE = 4  # bins of the blocks from an energy to twice this energy
 SORTS = ("normal", "total", "dissipated")  # energies of an impact
 POINTS = 8  # at which a function of energy is taken within a bin
 FEWEST = 36  # blocks that an error needs
-SIZES = (24, 12, 6, 4, 3, 2, 1)  # blocks that are joined so that at least JOINED remain
-JOINED = 24
-MEMORY = (-0.25, 0.9)  # limits of the correlation of neighbours
+PIECES = 8  # in which they are joined
+SEVERAL = 4  # starts that an error needs
+SEEN = 10  # impacts that an error needs
+APART = -1  # as a period: each block is a start
 ROUNDING = 1e-9
 
 
@@ -56,18 +59,27 @@ def pairs(run: Run, kinds: Iterable[str] | None = None) -> Iterator[Pair]:
 @dataclasses.dataclass(frozen=True)
 class Sum:
     """A sum over impacts for each second of the window: its value, its value in each block of time (None: the file has
-    no blocks), blocks in a period, and the error that independent impacts would give."""
+    no blocks), blocks in a period, the error that independent impacts would give, and the number of impacts."""
 
     value: float
     series: np.ndarray | None
     period: int
     least: float
+    seen: float = math.inf
 
     @property
     def error(self) -> float:
-        """Standard error; NaN if the run is too short or its file has no blocks."""
-        found = math.nan if self.series is None or not self.value else standard_error(self.series, self.period)
-        return max(found, self.least) if found == found else math.nan
+        """Standard error; NaN if the run is too short, its file has no blocks, or too few impacts were seen."""
+        return self.spread[0]
+
+    @property
+    def spread(self) -> tuple[float, float]:
+        """The error and its degrees of freedom."""
+        rare = self.seen < SEEN or (self.period == APART and self.series is not None and np.median(self.series) == 0)
+        if self.series is None or not self.value or rare:
+            return math.nan, 0
+        error, freedom = spread(self.series, self.period)
+        return (max(error, self.least), freedom) if error == error else (math.nan, 0)
 
     def over(self, other: "Sum") -> tuple[float, float, float]:
         """(value, standard error, degrees of freedom) of this sum divided by another one of the same run."""
@@ -87,9 +99,9 @@ def total(run: Run, weight: Weight, energy: str = "normal", kinds: Iterable[str]
     if not run.has(f"{place}/edges"):
         raise UserError(f"{run.path}: has no energies of impacts: an older version or another program wrote it")
     run.need_statistics()
-    value, squares, series = 0.0, 0.0, None
+    value, squares, seen, series = 0.0, 0.0, 0.0, None
     points = _points(run.read(f"{place}/edges"))
-    known = run.has(f"{BLOCKS}/edges")
+    known = has_errors(run)
     coarse = _points(run.read(f"{BLOCKS}/edges")) if known else None
     read = functools.lru_cache(2)(run.read)  # the pairs of a kind follow each other
     for pair in pairs(run, kinds):
@@ -97,15 +109,26 @@ def total(run: Run, weight: Weight, energy: str = "normal", kinds: Iterable[str]
         weights = np.mean(weight(points, pair), axis=1)
         value += float(count @ weights)
         squares += float(count @ weights**2)
+        seen += float(count @ (weights > 0))
         if known:
             rows = read(f"{BLOCKS}/{pair.kind}/{energy}")[(slice(None), *pair.index)]
             part = rows @ np.mean(weight(coarse, pair), axis=1)
             series = part if series is None else series + part
     time = run.duration
     if series is None:
-        return Sum(value / time, None, 0, math.sqrt(squares) / time)
-    length, period = float(run.read(f"{BLOCKS}/duration")), int(run.read(f"{BLOCKS}/period"))
-    return Sum(value / time, series / length, period, math.sqrt(squares) / time)
+        return Sum(value / time, None, 0, math.sqrt(squares) / time, seen)
+    length = float(run.read(f"{BLOCKS}/duration"))
+    return Sum(value / time, series / length, period(run), math.sqrt(squares) / time, seen)
+
+
+def has_errors(run: Run) -> bool:
+    """Whether the file has what errors of sums follow from, and they would be right."""
+    return run.has(f"{BLOCKS}/edges") and not run.doubt
+
+
+def period(run: Run) -> int:
+    """Blocks in a period of the motions, for `spread`; APART if each block is a start."""
+    return APART if run.starts > 1 else int(run.read(f"{BLOCKS}/period"))
 
 
 def per_work(run: Run, hard: Sum) -> tuple[float, float, float]:
@@ -130,8 +153,8 @@ def errors(run: Run, edges: np.ndarray, kind: str, above: bool = False) -> np.nd
     found = (run.read(f"{blocks}/{one}/normal") for one in kinds)
     rows = sum(counts.sum(axis=tuple(range(1, counts.ndim - 1))) for counts in found)
     series = rows @ weights / float(run.read(f"{blocks}/duration"))
-    period, rates = int(run.read(f"{blocks}/period")), series.mean(axis=0)
-    found = [standard_error(x, period) if x.any() else math.nan for x in series.T]
+    rates, least = series.mean(axis=0), SEEN / run.duration
+    found = [standard_error(x, period(run)) if rate >= least else math.nan for x, rate in zip(series.T, rates)]
     return np.maximum(found, np.sqrt(rates / run.duration))
 
 
@@ -170,31 +193,31 @@ def standard_error(x: np.ndarray, period: int) -> float:
 
 
 def spread(x: np.ndarray, period: int) -> tuple[float, float]:
-    """Standard error of the mean of a stationary series with correlated values, widened by Student's t so that +- 1.96
-    errors is the 95 % interval, and its degrees of freedom; what repeats each `period` values (0: none) is not scatter.
-    NaN: fewer than FEWEST values, or too strong a correlation. The same estimate as in src/observe/precision.c."""
+    """Standard error of the mean of x, widened by Student's t so that +- 1.96 errors is the 95 % interval, and its
+    degrees of freedom. APART: the values are independent. Else they are a stationary series, of which PIECES pieces are
+    independent; what repeats each `period` values (0: none) is not scatter. NaN: too few values. The same estimate as
+    in src/observe/spread.c."""
     n = len(x)
-    if n < FEWEST:
+    if n < (SEVERAL if period == APART else FEWEST):
         return math.nan, 0
-    size = next(size for size in SIZES if n // size >= JOINED)
-    count = n // size
-    repeats = period > size and n // period >= 2
+    if period == APART:
+        return _scatter(x)
+    repeats = period > 1 and n // period >= 2
     phases = period if repeats else 1
     means = np.array([x[phase::phases].mean() for phase in range(phases)])
     times = np.array([len(x[phase::phases]) for phase in range(phases)])
     shift = float(np.sum(means * times) / n - means.mean())
-    rest = (x - means[np.arange(n) % phases])[n - count * size :].reshape(count, size).mean(axis=1)
-    squares = float(rest @ rest)
-    if not squares > (ROUNDING * x.mean()) ** 2:
-        return abs(shift), math.inf
-    memory = float(rest[1:] @ rest[:-1]) / squares
-    memory += memory / (count - 1) if repeats else (1 + 4 * memory) / count
-    memory = min(max(memory, MEMORY[0]), MEMORY[1])
+    rest = x - means[np.arange(n) % phases]
+    ends = np.arange(PIECES + 1) * n // PIECES
+    error, freedom = _scatter(x.mean() + np.array([rest[a:b].mean() for a, b in itertools.pairwise(ends)]))
     share = 1 - period / (n // period * period) if repeats else 1.0
-    variance = squares / share / (count - 1) / count * (1 + memory) / (1 - memory)
-    freedom = count * share * (1 - memory**2) / (1.5 + memory**2)
-    if freedom < 3:
-        return math.nan, 0
-    u = 1 / freedom
+    return math.hypot(error / math.sqrt(share), shift), freedom
+
+
+def _scatter(x: np.ndarray) -> tuple[float, float]:
+    squares, count = float(np.sum((x - x.mean()) ** 2)), len(x)
+    if not squares > (ROUNDING * x.mean()) ** 2:
+        return 0.0, math.inf
+    u = 1 / (count - 1)
     widening = 1 + u * (1.21036 + u * (1.44008 + u * (1.30403 + u * 0.81100)))
-    return math.sqrt(variance + shift**2) * widening, freedom
+    return math.sqrt(squares / (count - 1) / count) * widening, count - 1

@@ -109,7 +109,7 @@ def mean(run, name: str, unit: str) -> Number | None:
 def drive_remark(run) -> str:
     """The time over which the mean is taken, in words."""
     what = "revolution" if run.driven == "rotor" else "period"
-    turns = run.duration / run.period if math.isfinite(run.period) else math.nan
+    turns = run.duration / run.starts / run.period if math.isfinite(run.period) else math.nan
     words = f"over {turns:.3g} {what}{'s'[: abs(turns - 1) >= 5e-3]}" if turns == turns else "over the window"
     if run.driven == "drive" and len(run.motions) > 1 and turns == turns:
         words += " of the slowest motion"
@@ -163,6 +163,9 @@ def rubbed(run) -> tuple[float, float]:
     blocks, sliding = "statistics/energies/blocks", next(power for power, words in losses(run) if words == RUBBED)
     value = sliding / float(run.statistic("impacts/all/dissipated_power"))
     names = [f"{part}/{kind}" for part in ("dissipation", "dissipation_normal") for kind in run.kinds]
+    if run.starts > 1:
+        every, normal = (run.read(f"starts/dissipated_power{part}/all") for part in ("", "_normal"))
+        return value, sums.standard_error(every - normal - value * every, sums.APART) / every.mean()
     if not (run.has(f"{blocks}/duration") and all(map(run.has_series, names))):
         return value, math.nan
     block, period = float(run.read(f"{blocks}/duration")), int(run.read(f"{blocks}/period"))
@@ -259,9 +262,10 @@ def checks(run) -> str:
         told = [f"{times} \N{MULTIPLICATION SIGN} {what}" for what, times, _ in found]
         words.append("anomalies: " + joined(told) if told else "no anomalies")
     if not run.unsampled:
-        turns = run.duration / run.period if math.isfinite(run.period) else 0.0
+        turns = run.duration / run.starts / run.period if math.isfinite(run.period) else 0.0
         periods = f" ({turns:.3g} {'revolutions' if run.driven == 'rotor' else 'periods'})" if turns else ""
-        words.append(f"{quantity(run.duration, 's')} sampled{periods}")
+        each = f" in each of {run.starts} starts" if run.starts > 1 else ""
+        words.append(f"{quantity(run.duration / run.starts, 's')} sampled{each}{periods}")
         total, error = power_drawn(run)
         if error == error and total > 0:
             words.append(f"power known to {100 * error / total:.2g}{SPACE}%")
@@ -285,7 +289,8 @@ def window(run) -> str:
     if run.unsampled:
         return f"{reached}; nothing was sampled."
     first, last = run.window
-    return f"{reached} and sampled for {scaled(run.duration, 's')}, from {scaled(first, 's')} to {scaled(last, 's')}."
+    each = f", in each of {run.starts} starts" if run.starts > 1 else ""
+    return f"{reached} and sampled for {scaled(run.duration / run.starts, 's')}, from {scaled(first, 's')} to {scaled(last, 's')}{each}."
 
 
 def notes(run) -> list[str]:

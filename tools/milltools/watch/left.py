@@ -36,7 +36,7 @@ class Precision:
             if name != "drive_power" or run.driven:
                 errors[words] = abs(error / value) if value else math.nan
         asked, warm_up = (float(run.statistic(f"{place}/{name}")) for name in ("asked", "warm_up"))
-        return cls(asked, errors, run.duration, warm_up, bool(run.statistic(f"{place}/settled")))
+        return cls(asked, errors, run.duration / run.starts, warm_up, bool(run.statistic(f"{place}/settled")))
 
     def ends(self, latest: float) -> tuple[float, float]:
         """The earliest and latest simulated time [s] at which the run will probably end."""

@@ -153,7 +153,7 @@ def read(job, path) -> dict:
                 row[name], row[f"{name}:error"] = float(found.value), float(found.error)
             row["results"] = results.pack()
             row["time"], row["collisions"], row["version"] = run.time, run.contacts, run.version
-            row["sample_from"] = run.time - float(run.read("statistics/duration"))
+            row["sample_from"] = run.window[0]
             row["cpu"], row["wall"] = (float(run.read(f"run/{name}_time")) for name in ("cpu", "wall"))
             if run.has("run/ended_by") and run.read("run/ended_by") == "max_collisions":
                 why = "stopped at run.max_collisions"
