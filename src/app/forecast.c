@@ -159,9 +159,9 @@ static double work_out(const struct mill_deck *deck, const struct mill_world *wo
     const bool by_contacts = met > 0 && !world->soft.on;
     const double took = ends[1].time - ends[0].time;
     f.cpu = ends[1].cpu + (by_contacts ? rest / met * cost : (end - f.trial) / took * cost);
-    f.contacts *= (double)deck->given.starts;
-    f.cpu = f.cpu * (double)deck->given.starts + f.file * WRITING;
-    f.memory = mill_record_peak_memory() + (double)deck->given.starts * LATER;
+    f.contacts *= (double)deck->observe.starts;
+    f.cpu = f.cpu * (double)deck->observe.starts + f.file * WRITING;
+    f.memory = mill_record_peak_memory() + (double)deck->observe.starts * LATER;
     *forecast = f;
     return rate;
 }

@@ -178,8 +178,8 @@ static void tell_forecast(const struct mill_deck *deck, struct mill_world *world
     struct mill_forecast f;
     struct mill_error why;
     char starts[32] = "";
-    if (deck->given.starts > 1)
-        snprintf(starts, sizeof starts, " in %ld starts", deck->given.starts);
+    if (deck->observe.starts > 1)
+        snprintf(starts, sizeof starts, " in %ld starts", deck->observe.starts);
     if (mill_forecast_make(deck, world, &f, &why) == MILL_OK)
         fprintf(
             out,

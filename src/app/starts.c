@@ -16,8 +16,10 @@
 /* With run.precision: batches until the results are looked at first; by how much starts become
  * longer then, at least and at most */
 #define FIRST 72
+#define ENOUGH 2 /* times these, until the starts may become more */
 #define LONGER 1.2
 #define LONGEST 2.0
+#define MORE 1.5 /* the same of their number */
 /* Variance between starts over that which their own errors imply: above it, more starts help and
  * longer ones do not. It is the quantile for 75 % of F with 7 and 56 degrees of freedom. */
 #define APART 1.4
@@ -124,9 +126,6 @@ enum mill_status mill_starts_grow(struct mill_starts *s, struct mill_error *erro
             return mill_error_set(error, MILL_FAILED, "out of memory for the starts");
     }
     share(s, make_part, made > 0 ? made : 1);
-    for (int k = 0; k < s->count && s->count > 1; k++)
-        if (s->one[k].observers.count > 0)
-            tally_of(&s->one[k])->several = true;
     return first_of(s, error);
 }
 
@@ -134,7 +133,7 @@ enum mill_status mill_starts_make(struct mill_starts *s, const struct mill_deck 
                                   const struct mill_start_watch *watch, struct mill_error *error)
 {
     *s = (struct mill_starts){.deck = deck,
-                              .plan = {deck->observe.end, (uint64_t)deck->given.starts, false}};
+                              .plan = {deck->observe.end, (uint64_t)deck->observe.starts, false}};
     s->one[0].seed = deck->setup.seed;
     enum mill_status status = make(deck, &s->one[0], true, watch, error);
     if (status == MILL_OK)
@@ -147,6 +146,7 @@ enum mill_status mill_starts_make(struct mill_starts *s, const struct mill_deck 
         mill_sim_use_threads(s->one[0].sim, threads_of(deck, 1));
     else if (deck->observe.precision > 0)
         s->plan.until = fmin(deck->observe.end, batches->origin + FIRST * batches->at.batch);
+    s->least = ENOUGH * FIRST * batches->at.batch;
     return MILL_OK;
 }
 
@@ -244,17 +244,17 @@ bool mill_starts_extend(struct mill_starts *s)
     const double power = known->idle ? 0 : known->drive.error / fabs(known->drive.value);
     const double off = fmax(power, known->median_fast.error / known->median_fast.value) / wanted;
     const double begin = first->batches.origin + (double)from * first->batches.at.batch;
-    if (first->at.settled && off > 1 && s->count < MILL_PRECISION_STARTS &&
-        variance_ratio(s, from) > APART) {
-        const double most = fmin(2.0 * s->count, MILL_PRECISION_STARTS);
-        plan->count = (uint64_t)fmin(ceil(s->count * off * off), most);
-        return true;
-    }
-    const double times = isfinite(off) ? fmin(fmax(off * off, LONGER), LONGEST) : LONGEST;
+    /* Pieces may still be shorter than what the mill remembers, so that starts seem to be apart:
+     * they become longer in any case. */
+    const bool apart = first->at.settled && off > 1 && plan->until - begin >= s->least &&
+                       variance_ratio(s, from) > APART;
+    const double many = apart ? fmin(off * off, MORE) : 1;
+    plan->count = (uint64_t)fmin(ceil(s->count * many), MILL_PRECISION_STARTS);
+    const double times = isfinite(off) ? fmin(fmax(off * off / many, LONGER), LONGEST) : LONGEST;
     const double until = fmin(begin + times * (plan->until - begin), end);
-    const bool longer = until > plan->until;
+    const bool more = until > plan->until || plan->count > (uint64_t)s->count;
     plan->until = until;
-    return longer;
+    return more;
 }
 
 /* ---- results ---- */

@@ -32,7 +32,8 @@ struct mill_starts_plan {
 struct mill_starts {
     const struct mill_deck *deck;
     struct mill_starts_plan plan;
-    int count; /* that are made */
+    int count;    /* that are made */
+    double least; /* [s] window of starts that may become more */
     struct mill_starts_one one[MILL_PRECISION_STARTS];
     struct mill_crew *crew; /* NULL: one thread does all */
     int workers;            /* threads */

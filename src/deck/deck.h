@@ -124,7 +124,6 @@ struct mill_deck_text {
  * [body.NAME] and of other sections with a name are with their sections. */
 struct mill_deck_given {
     long threads;      /* 0: the program chooses */
-    long starts;       /* of the run */
     const char *start; /* [balls] path of the start file; NULL: a random start */
     int wavy;          /* 0: the drum is a circle, and the buckles are 0 */
     const char *drum_motion, *drum_material, *rotor_material; /* NULL: not given */

@@ -55,9 +55,9 @@ void mill_deck_checks_starts(struct mill_deck *deck)
 {
     const bool counted = deck->observe.max_collisions > 0.0, file = deck->given.start != NULL;
     /* in a container that moves, a charge may keep its first arrangement for ever */
-    if (deck->given.starts == 0)
-        deck->given.starts = deck->mill.carried && !counted && !file ? STARTS : 1;
-    if (deck->given.starts > 1 && (file || counted))
+    if (deck->observe.starts == 0)
+        deck->observe.starts = deck->mill.carried && !counted && !file ? STARTS : 1;
+    if (deck->observe.starts > 1 && (file || counted))
         mill_deck_wrong(&deck->text, "run", "starts",
                         file ? "with [balls] start all starts would be the same: give 1, or leave "
                                "out [balls] start"

@@ -83,7 +83,7 @@ static const struct mill_key run_key[] = {
     {"seed", "seed of every random choice", .type = MILL_KEY_WHOLE, .lo = 0, .hi = SEED_MAX,
      .preset = "1", DECK(setup.seed)},
     {"starts", "starts of the mill with other seeds, side by side: their scatter gives the errors",
-     .type = MILL_KEY_WHOLE, .lo = 1, .hi = 64, .derived = true, DECK(given.starts)},
+     .type = MILL_KEY_WHOLE, .lo = 1, .hi = 64, .derived = true, DECK(observe.starts)},
     {"spheres", "hard, or soft: springs and dashpots in time steps (--soft)", .type = MILL_KEY_CHOICE,
      .preset = "hard", DECK(setup.soft.on), .words = "hard|soft"},
     {"threads", "threads at most; 0: one for each core if there are several starts, or 20 000 balls, else 1",

@@ -21,6 +21,7 @@ struct mill_observe {
     double sample_from;
     bool sample_found;     /* true: the start of the statistics is found in the run */
     double precision;      /* relative standard error that ends the run; 0: not used */
+    long starts;           /* of the run */
     double max_collisions; /* number of collisions that ends the run; 0: not used */
     double strike_window;  /* [s] contacts of a pair closer in time than this are one strike */
     double frames;         /* [s] between stored states of the balls; 0: none */

@@ -54,6 +54,7 @@ bool mill_precision_init(struct mill_precision *p, double origin, const struct m
     *p = (struct mill_precision){.origin = origin,
                                  .kinds = world->kinds.count,
                                  .motions = world->motions,
+                                 .most = MILL_PRECISION_BATCHES,
                                  .at = plan(world->period),
                                  .grid = grid};
     p->accounts = calloc(MILL_PRECISION_BATCHES + 1, sizeof *p->accounts);
@@ -83,7 +84,7 @@ void mill_precision_close(struct mill_precision *p, const uint64_t *count,
 
 uint64_t mill_precision_join(struct mill_precision *p)
 {
-    if (p->at.batches < MILL_PRECISION_BATCHES)
+    if (p->at.batches < p->most)
         return 1;
     const uint64_t many = p->at.period == 3 ? 3 : 2, joined = p->at.batches / many;
     for (uint64_t k = 0; k < joined; k++) {

@@ -13,7 +13,8 @@
 #include <stdint.h>
 
 enum {
-    MILL_PRECISION_BATCHES = MILL_SPREAD_MOST, /* then batches are joined */
+    MILL_PRECISION_BATCHES = MILL_SPREAD_MOST, /* maximum number */
+    MILL_PRECISION_FEWER = 288,                /* the same of each of several starts */
     MILL_PRECISION_PERIODS = 3,                /* periods of the motions that an error needs */
     MILL_PRECISION_STARTS = 64,                /* maximum number of starts of a run */
     /* one for each kind of the mill, then all kinds together */
@@ -31,6 +32,7 @@ struct mill_precision_progress {
 struct mill_precision {
     double origin; /* [s] simulated time at which batch 0 begins */
     int kinds, motions;
+    uint64_t most; /* batches; then they are joined */
     struct mill_precision_progress at;
     const struct mill_spectrum_grid *grid;
     struct mill_account

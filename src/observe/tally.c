@@ -93,7 +93,7 @@ static bool end_batch(struct mill_tally *t, const struct mill_account *account)
         memset(t->before, 0, sizeof t->before);
         mill_energies_blocks_restart(&t->blocks);
     }
-    if (++t->at.portions == MILL_TALLY_PORTIONS)
+    if (++t->at.portions == (t->several ? MILL_TALLY_FEWER : MILL_TALLY_PORTIONS))
         join_portions(t);
     const uint64_t joined = mill_precision_join(&t->batches);
     t->at.length /= joined;
@@ -288,7 +288,7 @@ static void tell_state(struct mill_observer *observer, struct mill_state *state)
     mill_state_structs(state, "progress", sizeof t->at, 1, &t->at);
     mill_state_structs(state, "batches", sizeof batches->at, 1, &batches->at);
     /* these numbers give the lengths of what follows and indices into it */
-    const bool sane = batches->at.batches < MILL_PRECISION_BATCHES && t->at.length > 0 &&
+    const bool sane = batches->at.batches < batches->most && t->at.length > 0 &&
                       t->at.portions < MILL_TALLY_PORTIONS;
     if (state->loads && !sane)
         mill_state_refuse(state, "the saved statistics are damaged");
@@ -348,6 +348,8 @@ static bool plan_batches(struct mill_tally *t, const struct mill_observe *asked,
     if (!mill_precision_init(&t->batches, t->begin, world, &t->grid))
         return false;
     t->at.length = 1;
+    t->several = asked->starts > 1;
+    t->batches.most = t->several ? MILL_PRECISION_FEWER : MILL_PRECISION_BATCHES;
     t->portion = t->search ? calloc(MILL_TALLY_PORTIONS, sizeof *t->portion) : NULL;
     return !t->search || t->portion;
 }

@@ -7,7 +7,7 @@
 #include "observe/observe.h"
 #include "observe/strikes.h"
 
-enum { MILL_TALLY_PORTIONS = 24 };
+enum { MILL_TALLY_PORTIONS = 24, MILL_TALLY_FEWER = 8 /* of each of several starts */ };
 
 /* Why the window ended */
 enum mill_tally_end { MILL_TALLY_TIME, MILL_TALLY_PRECISION, MILL_TALLY_COLLISIONS };

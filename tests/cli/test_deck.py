@@ -420,6 +420,7 @@ def test_sections_with_names_are_read(printed, write_deck, name):
 DEFAULTS = """\
 run.sample_from = 0 s
 run.seed = 1
+run.starts = 1
 run.spheres = hard
 gravity.acceleration = 0 0 -9.81 m/s^2
 balls.start = random

@@ -374,13 +374,14 @@ def test_power_is_torque_times_speed(file):
 def test_every_dataset_has_a_unit_and_a_description(file):
     def look(name, item):
         if isinstance(item, h5py.Dataset):
-            assert item.attrs["unit"], name
+            assert item.attrs["unit"] or item.dtype.kind == "O", name
             assert len(item.attrs["description"]) > 10, name
 
     file["statistics"].visititems(look)
 
 
 def equal(a, b):
+    a = a.decode() if isinstance(a, bytes) else a
     return (b is None and np.isnan(a)) or a == b
 
 
@@ -444,7 +445,7 @@ def same(a, b):
     for name in names:
         if isinstance(a["statistics"][name], h5py.Dataset):
             x, y = a["statistics"][name][()], b["statistics"][name][()]
-            assert np.array_equal(x, y, equal_nan=True), name
+            assert x == y if isinstance(x, bytes) else np.array_equal(x, y, equal_nan=True), name
     return len(names)
 
 

@@ -156,35 +156,42 @@ def test_an_error_of_a_sum_is_the_error_that_the_engine_computes(run):
 
 
 @pytest.mark.parametrize(
-    "x, period, count, memory, share, shift",
+    "x, period, share",
     [
-        ([-1, 1] * 18, 0, 36, -0.25, 1, 0),  # of memory -1, which is not believed
-        (range(37), 0, 37, 0.9, 1, 0),
-        ([7, *[1, 1, -1, -1] * 12], 0, 24, -0.25, 1, 0),  # 49 values: the first is not in the 24 pairs
-        ([1] * 12 + [-1] * 12 + [1] * 12 + [-1] * 12, 12, 24, 17 / 24 * 24 / 23, 0.75, 0),
-        ([2, 2, 1, 0, 0, 1] * 6, 24, 36, None, 1, 0),  # fewer than two periods are none
-        ([3 * (k % 12 == 0) for k in range(40)], 12, 40, None, 0, 4 * 3 / 40 - 3 / 12),
-        (range(36), 0, 36, None, None, 0),  # of 2.96 degrees of freedom
-        ([-1, 1] * 17, 0, 34, None, None, 0),
+        ([-1, 1] * 18, 0, 1),
+        (range(37), 0, 1),
+        ([1] * 12 + [-1] * 12 + [1] * 12 + [-1] * 12, 12, 0.75),
+        ([2, 2, 1, 0, 0, 1] * 6, 24, 1),  # fewer than two periods are none
+        (range(36), 1, 1),
     ],
 )
-def test_the_error_of_a_series_is_that_of_its_formula(x, period, count, memory, share, shift):
+def test_the_error_of_a_series_is_that_of_eight_pieces(x, period, share):
     x = np.array(x, float)
     error, freedom = sums.spread(x, period)
-    if share is None:
-        assert math.isnan(error) and freedom == 0
-        return
-    if share == 0:  # all of it repeats
-        assert (error, freedom) == (pytest.approx(abs(shift)), math.inf)
-        return
-    rest = (x - x.mean())[len(x) % count :].reshape(count, -1).mean(axis=1)
-    if memory is None:
-        memory = rest[1:] @ rest[:-1] / (rest @ rest)
-        memory += (1 + 4 * memory) / count
-    variance = rest @ rest / share / (count - 1) / count * (1 + memory) / (1 - memory)
-    assert freedom == pytest.approx(count * share * (1 - memory**2) / (1.5 + memory**2))
-    close = 1e-6 + 0.4 / freedom**5  # of the expansion of Student's t
-    assert error == pytest.approx(math.sqrt(variance) * stdtrit(freedom, 0.975) / ndtri(0.975), rel=close)
+    ends = [k * len(x) // 8 for k in range(9)]
+    pieces = np.array([x[a:b].mean() for a, b in zip(ends, ends[1:])])
+    assert freedom == 7
+    assert error == pytest.approx(
+        pieces.std(ddof=1) / math.sqrt(8 * share) * stdtrit(7, 0.975) / ndtri(0.975), rel=1e-4
+    )
+
+
+def test_the_error_of_a_series_that_only_repeats_is_that_of_its_incomplete_period():
+    x = np.array([3 * (k % 12 == 0) for k in range(40)], float)
+    assert sums.spread(x, 12) == (pytest.approx(abs(4 * 3 / 40 - 3 / 12)), math.inf)
+
+
+def test_the_error_of_starts_is_their_scatter_with_students_t():
+    x = np.array([3.0, 1.0, 4.0, 1.0, 5.0])
+    error, freedom = sums.spread(x, sums.APART)
+    wanted = x.std(ddof=1) / math.sqrt(5) * stdtrit(4, 0.975) / ndtri(0.975)
+    assert (error, freedom) == (pytest.approx(wanted, rel=1e-3), 4)
+
+
+@pytest.mark.parametrize("n, period", [(35, 0), (35, 12), (3, sums.APART)])
+def test_too_few_blocks_or_starts_have_no_error(n, period):
+    error, freedom = sums.spread(np.arange(n) * 1.0, period)
+    assert math.isnan(error) and freedom == 0
 
 
 def test_a_ratio_of_equal_sums_has_no_error(run):

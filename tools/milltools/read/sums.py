@@ -25,6 +25,7 @@ SEVERAL = 4  # starts that an error needs
 SEEN = 10  # impacts that an error needs
 APART = -1  # as a period: each block is a start
 ROUNDING = 1e-9
+NORMAL = 1.96
 
 
 @dataclasses.dataclass(frozen=True)
@@ -218,6 +219,8 @@ def _scatter(x: np.ndarray) -> tuple[float, float]:
     squares, count = float(np.sum((x - x.mean()) ** 2)), len(x)
     if not squares > (ROUNDING * x.mean()) ** 2:
         return 0.0, math.inf
-    u = 1 / (count - 1)
-    widening = 1 + u * (1.21036 + u * (1.44008 + u * (1.30403 + u * 0.81100)))
+    u, q = 1 / (count - 1), NORMAL**2
+    fourth = ((((79 * q + 776) * q + 1482) * q - 1920) * q - 945) / 92160
+    third = (((3 * q + 19) * q + 17) * q - 15) / 384
+    widening = 1 + u * ((q + 1) / 4 + u * (((5 * q + 16) * q + 3) / 96 + u * (third + u * fourth)))
     return math.sqrt(squares / (count - 1) / count) * widening, count - 1
