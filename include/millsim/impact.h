@@ -51,6 +51,7 @@ struct mill_rebound mill_impact_resolve(const struct mill_law *law, double rebou
  * 9). E = 1.15e11 Pa is the reduced modulus of steel on steel. At a wall, the reduced mass [kg] and
  * radius [m] are the values of the ball. The impacts of hard spheres take no time; where this
  * duration matters, the model is not valid. */
+#define MILL_IMPACT_SLOW 0.1 /* [m/s] the speed in a dense bed */
 double mill_impact_duration(double reduced_mass, double reduced_radius, double normal_speed);
 
 /* [N] The force that presses a steel sphere into a wall of steel by this depth [m]: 4/3 E r^(1/2)

@@ -79,6 +79,20 @@ static void end_epoch(struct mill_sim *sim)
 
 /* ---- the loop ---- */
 
+/* For contacts that follow each other within the duration of one. false: out of memory */
+static bool remember_contacts(struct mill_sim *s)
+{
+    const struct mill_world *w = s->world;
+    s->met = calloc((size_t)w->balls, sizeof *s->met);
+    s->touch = calloc((size_t)w->species_count, sizeof *s->touch);
+    for (int32_t i = 0; s->met && i < w->balls; i++)
+        s->met[i] = -(double)INFINITY;
+    for (int k = 0; s->touch && k < w->species_count; k++)
+        s->touch[k] = mill_impact_duration(0.5 * w->species[k].mass, 0.5 * w->species[k].radius,
+                                           MILL_IMPACT_SLOW);
+    return s->met && s->touch;
+}
+
 enum mill_status mill_sim_create(struct mill_world *world, struct mill_sim **sim,
                                  struct mill_error *error)
 {
@@ -90,7 +104,8 @@ enum mill_status mill_sim_create(struct mill_world *world, struct mill_sim **sim
     if (fits && soft)
         fits = (s->soft = mill_soft_create(world, mill_soft_springs(world))) != NULL;
     else if (fits)
-        fits = mill_pinches_create(&s->pinches, world) && mill_bridges_create(&s->bridges, world);
+        fits = mill_pinches_create(&s->pinches, world) && mill_bridges_create(&s->bridges, world) &&
+               remember_contacts(s);
     const enum mill_status status =
         !fits  ? mill_error_set(error, MILL_FAILED, "out of memory for the %s",
                                soft ? "soft spheres" : "event loop")
@@ -114,6 +129,8 @@ void mill_sim_free(struct mill_sim *sim)
     mill_schedule_free(sim->schedule);
     mill_pinches_free(&sim->pinches);
     mill_bridges_free(&sim->bridges);
+    free(sim->met);
+    free(sim->touch);
     free(sim->proof);
     free(sim);
 }

@@ -56,6 +56,8 @@ void mill_sim_lane_begin(struct mill_lanes *s, const struct mill_window *window)
         l->world.counts = (struct mill_counts){.largest_overlap = -INFINITY};
         l->sim.pinches = s->sim->pinches;
         l->sim.bridges = s->sim->bridges;
+        l->sim.met = s->sim->met;
+        l->sim.touch = s->sim->touch;
         l->sim.now = window->begin;
         l->sim.status = MILL_OK;
         l->sim.log = &log->entry;
@@ -81,6 +83,7 @@ static void remember(struct mill_lane *l, struct mill_lane_log *log, int32_t i)
     b->cell = l->schedule.cells->cell[i];
     b->record = l->world.ball[i];
     b->spin = l->world.spin[i];
+    b->met = l->sim.met[i];
     b->plan = l->schedule.plan[i];
     if (l->sim.bridges.ball)
         b->bridge = l->sim.bridges.ball[i];
@@ -168,6 +171,7 @@ static void take_back(struct mill_sim *sim, const struct mill_lane_before *b)
     }
     sim->world->ball[b->ball] = b->record;
     sim->world->spin[b->ball] = b->spin;
+    sim->met[b->ball] = b->met;
     p->plan[b->ball] = b->plan;
     p->plan[b->ball].event = event;
     if (sim->bridges.ball)

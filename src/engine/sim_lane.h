@@ -19,6 +19,7 @@ struct mill_lane_before {
     int32_t ball, cell;
     struct mill_ball record;
     vec3 spin;
+    double met;
     struct mill_plan plan;
     struct mill_bridge bridge; /* in a mill that can have bridges */
     struct mill_pinch pinch;   /* if it meets a surface, in a mill that can pinch balls */

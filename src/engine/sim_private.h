@@ -61,6 +61,8 @@ struct mill_sim {
     struct mill_observer *observer[MILL_SIM_OBSERVERS];
     int impact_observers; /* those of them that look at each impact */
     struct mill_observer *impact_observer[MILL_SIM_OBSERVERS];
+    double *met;   /* [balls] [s] simulated time of the last contact; NULL: soft spheres */
+    double *touch; /* [species] [s] how long a contact of two of its balls lasts */
     struct mill_sim_slabs *slabs; /* other threads that carry out events; NULL: none */
     struct mill_memory_list *log; /* of one of these threads: contacts only go there */
     struct mill_sim_entry entry;  /* the present contact, if there is no log */

@@ -322,7 +322,7 @@ double mill_tally_contact(const struct mill_world *world, int kind)
         mass += world->species[world->ball[i].species].mass / world->balls;
         radius += world->species[world->ball[i].species].radius / world->balls;
     }
-    return mill_impact_duration(part * mass, part * radius, MILL_TALLY_SLOW);
+    return mill_impact_duration(part * mass, part * radius, MILL_IMPACT_SLOW);
 }
 
 static void free_tally(struct mill_observer *observer)

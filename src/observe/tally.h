@@ -66,9 +66,9 @@ static inline double mill_tally_snapshot(const struct mill_tally *tally, unsigne
 }
 
 /* [s] Duration of a contact of this kind, for balls of the mean size and mass that are as stiff as
- * steel, at a normal speed of MILL_TALLY_SLOW. This is the speed in a dense bed; ten times the
+ * steel, at a normal speed of MILL_IMPACT_SLOW. This is the speed in a dense bed; ten times the
  * speed makes the contact only 1.6 times shorter. */
-#define MILL_TALLY_SLOW 0.1 /* [m/s] */
+
 double mill_tally_contact(const struct mill_world *world, int kind);
 
 /* ---- results ---- */
