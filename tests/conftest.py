@@ -57,7 +57,7 @@ SMALL_START = "".join(
 STUDY = """\
 [study]
 deck = deck.ini
-maximise = impacts/all/normal_speed/median_above_50mm_s
+maximise = impacts/all/normal_speed/median_above_floor
 record = rotor/power
 [set]
 run.time = 60 ms

@@ -22,7 +22,7 @@ from milltools.study.show.data import opened
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 KEPT = ROOT / "build" / "study"
 FIGURE7 = ROOT / "input" / "figure7.study"
-MEDIAN = "impacts/all/normal_speed/median_above_50mm_s"
+MEDIAN = "impacts/all/normal_speed/median_above_floor"
 N, H = "drum.buckles", "drum.buckle_height"
 MADE = set()  # names of the tables of this call
 FRICTION = ("contact.friction=0.3", "contact.tangential_restitution=0.484")  # the reference mill's

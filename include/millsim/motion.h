@@ -92,6 +92,9 @@ vec3 mill_motion_point(const struct mill_motion *motion, double t, vec3 point, v
  * laboratory. */
 struct mill_motion_bounds mill_motion_bounds(const struct mill_motion *motion, vec3 point);
 
+/* [m] A place of the laboratory in the motion's frame, at local time t; motion NULL: the same */
+vec3 mill_motion_in(const struct mill_motion *motion, double t, vec3 place);
+
 /* Where balls may be: the part of a box of the laboratory that is inside a cylinder about the
  * laboratory's x axis */
 struct mill_reach {

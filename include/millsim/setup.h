@@ -127,7 +127,8 @@ struct mill_setup {
     const char *const *kind;                /* [kinds] their names, without "ball_" */
     struct mill_law law[MILL_KINDS_MOST];   /* for each kind of contact; zeros: no rebound */
     struct mill_fall fall[MILL_KINDS_MOST]; /* with points: in place of the law's restitution */
-    /* [m/s] minimum normal speed after any contact. With 0, inelastic balls at rest can have
+    /* [m/s] minimum normal speed after any contact; NAN: it follows from accelerations and depth of
+     * the charge. With 0, inelastic balls at rest can have
      * infinitely many contacts in a finite time; then the run fails. */
     double rebound_floor;
     struct mill_soft_setup soft; /* zeros: the spheres are hard */

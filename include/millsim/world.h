@@ -38,6 +38,11 @@ struct mill_species {
 enum { MILL_WORLD_FAST = 3 };
 extern const double mill_world_fast[MILL_WORLD_FAST];
 
+/* Results of impacts do not depend on the rebound floor from so many floors on; a floor that
+ * follows from the mill keeps this below a speed [m/s]. */
+#define MILL_WORLD_FLOORS 6.0
+#define MILL_WORLD_SLOW 0.2
+
 enum { MILL_MOTIONS_MOST = 16 }; /* in one mill */
 
 /* Sums since t = 0. Work = change of energy + dissipation + elastic energy. A motion's own work is

@@ -187,6 +187,8 @@ void mill_record_tell(const struct mill_world *world, const struct mill_facts *f
         mill_tell_text(sink, "hdf5", hdf5, "version of the HDF5 library");
         return;
     }
+    mill_tell_number(sink, "rebound_floor", world->rebound_floor, "m s-1",
+                     "minimum normal speed after any contact");
     tell_kinds(
         sink, "floored", world, world->account.floored,
         "impacts of this kind, from t = 0, after which the normal speed was the rebound floor");

@@ -163,9 +163,13 @@ static void print_means(const struct mill_summary *s)
                           mill_summary_text_mean(&r->hard_per_joule, "/J"));
     mill_summary_line(s->out, "", "%s at 1 m/s or more\n",
                       text_rate(&known->fast[r->all][ABOVE_1], r->duration));
-    mill_summary_line(s->out, "median v_n", "%s above 50 mm/s, %s of all\n",
+    mill_summary_line(s->out, "median v_n", "%s above %s, %s of all\n",
                       mill_summary_text_mean(&known->median_fast, "m/s"),
+                      mill_summary_text("%.3g mm/s", 1e3 * r->above_floor),
                       mill_summary_text_mean(&known->median, "m/s"));
+    if (known->median.value < r->above_floor && r->above_floor > 1.01 * MILL_TALLY_FAST)
+        mill_summary_line(s->out, "", "(of all: set by the rebound floor of %s)\n",
+                          mill_summary_text_si(s->world->rebound_floor, "m/s"));
     print_losses(s);
 }
 

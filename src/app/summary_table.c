@@ -228,7 +228,7 @@ void mill_summary_table(const struct mill_summary *s)
     const struct mill_tally_row *all = &r->impacts[r->all], *strikes = &r->strikes[r->all];
     const struct scale rate = scale_of(all->rate, "/s"), power = scale_of(all->power, "W");
     const struct scale share = {1, "", 1};
-    char unit[3][TEXT];
+    char unit[4][TEXT];
     int name = 10;      /* width of the names */
     double fastest = 0; /* in the table */
     for (int n = 0; n <= r->kinds.count; n++) {
@@ -241,8 +241,9 @@ void mill_summary_table(const struct mill_summary *s)
     snprintf(unit[0], TEXT, "%s/s", rate.prefix);
     snprintf(unit[1], TEXT, "%sm/s", speed.prefix);
     snprintf(unit[2], TEXT, "%sW", power.prefix);
+    snprintf(unit[3], TEXT, ">%.3g", r->above_floor / speed.one);
     const char *const head[3][7] = {{"", "rate", "median", "median", "mean", "at the", "power"},
-                                    {"", "", "v_n", ">50 mm/s", "v_n", "floor", "lost"},
+                                    {"", "", "v_n", unit[3], "v_n", "floor", "lost"},
                                     {"impacts", unit[0], unit[1], unit[1], unit[1], "%", unit[2]}};
     fputc('\n', s->out);
     for (int i = 0; i < 3; i++)

@@ -246,7 +246,7 @@ static bool is_silent(const struct mill_key *key, const void *values)
     return key->instead || (key->hidden && key->hidden(values)) ||
            (key->zero_is_off &&
             (key->type == MILL_KEY_WHOLE ? *(const long *)at == 0 : *(const double *)at == 0.0)) ||
-           (key->type == MILL_KEY_NUMBER && isnan(*(const double *)at)) ||
+           (key->type == MILL_KEY_NUMBER && !key->words && isnan(*(const double *)at)) ||
            (text && !*(const char *const *)at);
 }
 

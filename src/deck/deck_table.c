@@ -246,8 +246,8 @@ static const struct mill_key material_key[] = {
 };
 
 static const struct mill_key floor_key[] = {
-    {"rebound_floor", "minimum normal speed after any contact", .unit = "m/s", .lo = 0, .hi = 10,
-     .preset = "5 mm/s", DECK(setup.rebound_floor)},
+    {"rebound_floor", "minimum normal speed after any contact; 'auto' follows from the mill", .unit = "m/s", .lo = 0,
+     .hi = 10, .words = "auto", .named = NAN, .preset = "auto", DECK(setup.rebound_floor)},
     {"between", "material between the surfaces, such as powder; its contacts replace those of the "
      "materials", TEXT, DECK(given.between)},
     {.name = NULL},

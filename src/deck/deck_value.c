@@ -329,6 +329,10 @@ void mill_deck_value_print(const struct mill_key *key, const void *form, char *o
     const int numbers = key->type == MILL_KEY_VECTOR ? 3 : key->type == MILL_KEY_NUMBER;
     char number[32];
     int length;
+    if (numbers == 1 && isnan(*(const double *)where)) {
+        snprintf(out, size, "%s", key->words);
+        return;
+    }
     for (int i = 0; i < numbers; i++) {
         print_shortest(((const double *)where)[i], number);
         const int used = snprintf(out, size, "%s%s", i > 0 ? " " : "", number);

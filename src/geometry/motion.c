@@ -177,3 +177,11 @@ struct mill_motion_cycle mill_motion_cycle(struct mill_motion *const *motion, in
     cycle.period = (cycle.singles > 0 ? cycle.singles : 1) * cycle.single;
     return cycle;
 }
+
+vec3 mill_motion_in(const struct mill_motion *motion, double t, vec3 place)
+{
+    if (!motion)
+        return place;
+    const struct mill_pose pose = motion->type->pose(motion, t);
+    return mill_pose_in(&pose, mill_motion_in(motion->on, t, place));
+}

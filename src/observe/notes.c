@@ -12,9 +12,6 @@
 /* Below this restitution, dense beds with friction collapse inelastically. At 0.6, half of the
  * contacts are at the rebound floor; at 0.5 the power differs by 15 % from that of soft spheres. */
 #define INELASTIC 0.7
-/* Three tenths of the contacts are at the floor, as at a restitution of 0.6. Then the floor
- * influences medians over all contacts. */
-#define FLOORED 0.3
 /* There are a quarter more contacts than strikes. In the reference mill this is how much the hard
  * spheres' impacts on blades exceed those of soft spheres, until re-contacts are merged
  * (validation/dem). */
@@ -137,7 +134,7 @@ bool mill_notes_of_rotor(const struct mill_world *world)
 /* Parts of the window's power and contacts */
 static void judge_shares(struct mill_notes *notes, const struct mill_tally_results *r)
 {
-    const double power = r->at.known.drive.value, floored = r->floor_share[MILL_BALL_BALL];
+    const double power = r->at.known.drive.value;
     const double pinched = power != 0 ? r->pinch_power / power : 0;
     const double impacts = (double)r->impacts[r->all].count;
     const double share = impacts > 0 ? (double)r->sums.counts->recontacts / impacts : (double)NAN;
@@ -148,10 +145,6 @@ static void judge_shares(struct mill_notes *notes, const struct mill_tally_resul
         "accurate. Wider gaps around %s reduce this power; mill check compares with soft spheres.",
         100 * pinched, rotor ? "rotor's" : "drive's", rotor ? "it presses" : "moving bodies press",
         rotor ? "drum and blade" : "wall and body", rotor ? "the blades" : "the moving bodies");
-    add(notes, "floor_share", floored, FLOORED, floored > FLOORED,
-        "%.0f %% of the ball-ball contacts are at the rebound floor: medians over all contacts "
-        "depend on the floor. Use the medians above 50 mm/s.",
-        100 * floored);
     add(notes, "recontact_share", share, RECONTACTS, share > RECONTACTS,
         "%.0f %% of the contacts follow the last one of the same two bodies so soon that soft "
         "balls, if they are as stiff as steel, would still touch. Use strikes for rates.",

@@ -55,6 +55,7 @@ bool mill_precision_init(struct mill_precision *p, double origin, const struct m
                                  .kinds = world->kinds.count,
                                  .motions = world->motions,
                                  .most = MILL_PRECISION_BATCHES,
+                                 .fast = grid ? mill_spectrum_from(grid, world) : 0,
                                  .at = plan(world->period),
                                  .grid = grid};
     p->accounts = calloc(MILL_PRECISION_BATCHES + 1, sizeof *p->accounts);
@@ -287,7 +288,7 @@ static bool drifts(const struct mill_precision_set *set, uint64_t from, double z
                    last = end - (end - from) / 2;
     double off[2][MILL_PRECISION_STARTS], all[2];
     struct mill_spectrum sum = {0};
-    const struct mill_spectrum_place place = find_median(set, from, MILL_SPECTRUM_FAST, &sum);
+    const struct mill_spectrum_place place = find_median(set, from, p->fast, &sum);
     if (set->count < MILL_SPREAD_SEVERAL || end - from < 4)
         return false;
     for (int s = 0; s < set->count; s++) {
@@ -315,7 +316,7 @@ uint64_t mill_precision_cut(const struct mill_precision_set *set, bool *settled)
     struct mill_spectrum sum = {0};
     const uint64_t n = set->of[0]->at.batches;
     const bool several = set->count >= MILL_SPREAD_SEVERAL;
-    const struct mill_spectrum_place place = find_median(set, n / 2, MILL_SPECTRUM_FAST, &sum);
+    const struct mill_spectrum_place place = find_median(set, n / 2, set->of[0]->fast, &sum);
     for (int s = 0; s < set->count; s++)
         for (uint64_t k = 0; k < n; k++) {
             const struct mill_precision *p = set->of[s];
@@ -345,7 +346,7 @@ struct mill_precision_known mill_precision_tell(const struct mill_precision_set 
                              (known.idle || known.batches >= MILL_PRECISION_PERIODS * p->at.period);
     known.drifts = drifts(set, from, REFUSED);
     known.median = tell_median(set, from, 0);
-    known.median_fast = tell_median(set, from, MILL_SPECTRUM_FAST);
+    known.median_fast = tell_median(set, from, p->fast);
     for (int i = 0; i < MILL_PRECISION_RATES; i++) {
         const struct mill_precision_rate *rate = &mill_precision_rates[i];
         for (int row = 0; row < rows_of(p, rate); row++)

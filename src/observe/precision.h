@@ -33,6 +33,7 @@ struct mill_precision_progress {
 struct mill_precision {
     double origin; /* [s] simulated time at which batch 0 begins */
     int kinds, motions;
+    int fast;      /* slot of the spectra from which on impacts are fast */
     uint64_t most; /* batches; then they are joined */
     struct mill_precision_progress at;
     const struct mill_spectrum_grid *grid;
@@ -51,7 +52,7 @@ struct mill_precision_known {
     struct mill_spread_mean drive; /* [W] power of all motions */
     /* [W], [N m] */
     struct mill_spread_mean motion_power[MILL_MOTIONS_MOST], motion_torque[MILL_MOTIONS_MOST];
-    /* [m/s] normal speed: all impacts; those above 0.05 m/s */
+    /* [m/s] normal speed: all impacts; fast ones */
     struct mill_spread_mean median, median_fast;
     struct mill_spread_mean rate[MILL_PRECISION_ROWS]; /* [1/s] of impacts */
     /* with speeds above mill_world_fast */

@@ -107,3 +107,12 @@ double mill_spectrum_speed(const struct mill_spectrum_grid *grid,
         return grid->edge[MILL_SPECTRUM_BINS];
     return grid->edge[place->bin - 1] * mill_elementary_exp(place->within * MILL_SPECTRUM_LOG_BIN);
 }
+
+int mill_spectrum_from(const struct mill_spectrum_grid *grid, const struct mill_world *world)
+{
+    const double least = MILL_WORLD_FLOORS * world->rebound_floor * (1 - 1e-9);
+    int slot = MILL_SPECTRUM_FAST;
+    while (slot < MILL_SPECTRUM_BINS && grid->edge[slot - 1] < least)
+        slot++;
+    return slot;
+}

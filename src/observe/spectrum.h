@@ -2,6 +2,7 @@
 #ifndef MILL_SPECTRUM_H
 #define MILL_SPECTRUM_H
 
+#include "millsim/world.h"
 #include "observe/sums.h"
 
 #include <stdint.h>
@@ -13,7 +14,7 @@ enum {
     MILL_SPECTRUM_HIGHEST = 380, /* the highest edge is 20^(380/152) = 1789 m/s */
     MILL_SPECTRUM_BINS = MILL_SPECTRUM_HIGHEST - MILL_SPECTRUM_LOWEST,
     MILL_SPECTRUM_SLOTS = MILL_SPECTRUM_BINS + 2, /* slot 0: underflow, the last one: overflow */
-    MILL_SPECTRUM_FAST = 1 + (-152 - MILL_SPECTRUM_LOWEST), /* slot that starts at 0.05 m/s */
+    MILL_SPECTRUM_FAST = 1 + (-152 - MILL_SPECTRUM_LOWEST), /* slot that starts at 0.05 m/s: fast */
     /* Table of first guesses: speeds from 2^-22 to 2^11 m/s, 64 cells an octave (a factor of 2) */
     MILL_SPECTRUM_SHIFT = 52 - 6,
     MILL_SPECTRUM_CELLS = (11 + 22) * 64
@@ -39,6 +40,10 @@ struct mill_spectrum {
 };
 
 void mill_spectrum_grid_init(struct mill_spectrum_grid *grid);
+
+/* The slot from which on impacts are fast: at 0.05 m/s or more, and at least six rebound floors, so
+ * that nothing that is said of them depends on the floor */
+int mill_spectrum_from(const struct mill_spectrum_grid *grid, const struct mill_world *world);
 
 /* The slot of a speed v [m/s]. Slot 0: below the lowest edge (also zero, negative and NaN). Slot
  * MILL_SPECTRUM_BINS + 1: from the highest edge on. A cell of the table has a relative width of at

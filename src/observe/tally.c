@@ -108,10 +108,10 @@ static bool end_batch(struct mill_tally *t, const struct mill_account *account)
 
 /* ---- impacts ---- */
 
-static void count(struct mill_speeds *speeds, const struct mill_impact *impact, int normal,
-                  int tangential)
+static void count(const struct mill_tally *tally, struct mill_speeds *speeds,
+                  const struct mill_impact *impact, int normal, int tangential)
 {
-    const int fast = normal >= MILL_SPECTRUM_FAST;
+    const int fast = normal >= tally->batches.fast;
     const uint64_t once = !impact->lasting;
     mill_spectrum_add(&speeds->normal, normal, once, impact->normal_speed, impact->dissipation);
     mill_spectrum_add(&speeds->tangential[fast], tangential, once, impact->tangential_speed,
@@ -136,24 +136,15 @@ static enum mill_status count_strike(struct mill_tally *tally, const struct mill
         strike->normal = tally->at.open ? (int16_t)normal : -1;
         strike->tangential = (int16_t)tangential;
         if (tally->at.open)
-            count(speeds, impact, normal, tangential);
+            count(tally, speeds, impact, normal, tangential);
     } else if (strike->normal >= 0) {
         if (strike->portion != tally->gathered.last)
             speeds = &strikes_of(tally, strike->portion)[impact->kind];
-        const int fast = strike->normal >= MILL_SPECTRUM_FAST;
+        const int fast = strike->normal >= tally->batches.fast;
         speeds->normal.slot[strike->normal].dissipation += impact->dissipation;
         speeds->tangential[fast].slot[strike->tangential].dissipation += impact->dissipation;
     }
     return MILL_OK;
-}
-
-/* [m] A place of the laboratory in the motion's frame, at local time t */
-static vec3 place_in(const struct mill_motion *motion, double t, vec3 place)
-{
-    if (!motion)
-        return place;
-    const struct mill_pose pose = motion->type->pose(motion, t);
-    return mill_pose_in(&pose, place_in(motion->on, t, place));
 }
 
 /* Counts the impact at its place in the container's frame. */
@@ -163,7 +154,7 @@ static void map_impact(struct mill_tally *tally, const struct mill_impact *impac
     vec3 place = impact->position;
     if (!in->still)
         place = mill_pose_in(&in->frame,
-                             place_in(in->motion, impact->time - tally->world->base, place));
+                             mill_motion_in(in->motion, impact->time - tally->world->base, place));
     mill_maps_impact(&tally->plan.maps, tally->gathered.hits, impact, &place);
 }
 
@@ -179,7 +170,7 @@ static enum mill_status on_impact(struct mill_observer *observer, const struct m
         const int tangential = mill_spectrum_find(&tally->grid, impact->tangential_speed);
         if (tally->at.open) {
             mill_energies_impact(&tally->plan.energies, tally->gathered.pair, impact);
-            count(&tally->gathered.impacts[impact->kind], impact, normal, tangential);
+            count(tally, &tally->gathered.impacts[impact->kind], impact, normal, tangential);
             map_impact(tally, impact);
             if (wear)
                 mill_wear_impact(&tally->plan.wear, wear, impact);

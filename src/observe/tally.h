@@ -80,7 +80,9 @@ double mill_tally_contact(const struct mill_world *world, int kind);
 enum { MILL_TALLY_LEVELS = 10 };
 extern const double mill_tally_level[MILL_TALLY_LEVELS]; /* of the quantiles */
 
-/* [m/s] fast: of the impacts whose normal speed is 0.05 m/s or more */
+#define MILL_TALLY_FAST 0.05 /* [m/s] */
+
+/* [m/s] fast: of the impacts from above_floor on */
 struct mill_tally_speed {
     double mean, median, median_fast, quantile[MILL_TALLY_LEVELS], quantile_fast[MILL_TALLY_LEVELS];
 };
@@ -114,6 +116,8 @@ struct mill_tally_results {
     struct mill_gathered sums; /* speeds: [all + 1] */
     struct mill_listed kinds;  /* those of the mill: only their rows are filled */
     struct mill_tally_row impacts[MILL_PRECISION_ROWS], strikes[MILL_PRECISION_ROWS];
+    /* [m/s] from here on nothing depends on the rebound floor; MILL_TALLY_FAST or more */
+    double above_floor;
     double floor_share[MILL_PRECISION_ROWS]; /* of the impacts in the window, those at which the
                                                 rebound floor acted; NaN when there were none */
     /* [W] part of the drive's power that goes to pressed balls; NaN at duration 0 */

@@ -58,7 +58,7 @@ static void set_rows(struct mill_tally_results *r, struct mill_speeds *speeds,
         row->count = all.count;
         row->rate = mill_tally_per_second(r, (double)all.count);
         row->power = mill_tally_per_second(r, all.dissipation);
-        set_speed(&row->normal, grid, &of->normal, &of->normal, MILL_SPECTRUM_FAST);
+        set_speed(&row->normal, grid, &of->normal, &of->normal, r->tally->batches.fast);
         set_speed(&row->tangential, grid, &of->tangential[0], &of->tangential[1], 0);
     }
 }
@@ -229,6 +229,7 @@ enum mill_status mill_tally_results_make(const struct mill_tally *tally,
     r->kinds = mill_kinds_listed(world);
     r->at = tally->at;
     r->begin = tally->begin;
+    r->above_floor = tally->grid.edge[tally->batches.fast - 1];
     if (!r->at.closed)
         r->at.over = world->base + t;
     r->from = r->at.open ? mill_tally_window(tally, &r->at) : 0;

@@ -10,12 +10,11 @@
 static const struct mill_sum speed_of[] = {
     {"mean", "m s-1", "mean, from the speeds themselves; NaN without impacts", SPEED(mean, 0)},
     {"median", "m s-1", "median, log-linear within its bin; NaN without impacts", SPEED(median, 0)},
-    {"median_above_50mm_s", "m s-1",
-     "median over the impacts whose normal speed is 0.05 m/s or more", SPEED(median_fast, 0)},
+    {"median_above_floor", "m s-1", "median over the impacts from statistics/above_floor on",
+     SPEED(median_fast, 0)},
     {"quantiles", "m s-1", "quantiles at the attribute levels, log-linear within their bins",
      SPEED(quantile, MILL_TALLY_LEVELS)},
-    {"quantiles_above_50mm_s", "m s-1",
-     "quantiles over the impacts whose normal speed is 0.05 m/s or more",
+    {"quantiles_above_floor", "m s-1", "quantiles over the impacts from statistics/above_floor on",
      SPEED(quantile_fast, MILL_TALLY_LEVELS)}};
 static const struct mill_sums_list speed_list = {"speed", sizeof(struct mill_tally_speed), 5,
                                                  speed_of};
@@ -217,7 +216,7 @@ static void tell_asked(struct mill_sink *sink, const struct mill_tally_results *
                     "1: the start-up is over; 0: the best cut might lie in the second half of the "
                     "run, or the run is too short to tell");
     mill_tell_count(sink, "reached", r->reached,
-                    "1: settled, and the standard errors of median_above_50mm_s and drive_power "
+                    "1: settled, and the standard errors of median_above_floor and drive_power "
                     "are at most `asked` times their values (the power's only if the motions do "
                     "any work)");
 }
@@ -237,8 +236,8 @@ static void tell_precision(struct mill_sink *sink, const struct mill_tally_resul
                    "why no errors are given: none; one start, whose errors would be wrong; few "
                    "starts; not settled: the starts drift");
     tell_means(sink, "median", &known->median, 1, "m s-1", "median normal speed of all impacts");
-    tell_means(sink, "median_above_50mm_s", &known->median_fast, 1, "m s-1",
-               "median normal speed of all impacts at 0.05 m/s or more");
+    tell_means(sink, "median_above_floor", &known->median_fast, 1, "m s-1",
+               "median normal speed of the impacts from above_floor on");
     tell_rate(sink, r, MILL_PRECISION_DRIVE);
     if (rotor >= 0) {
         tell_means(sink, "rotor_power", &known->motion_power[rotor], 1, "W",
@@ -357,6 +356,9 @@ void mill_tally_results_tell(const struct mill_tally_results *r, struct mill_sin
                                         "end of the start-up to the end"
                                       : "length of the window that the statistics cover: from "
                                         "run.sample_from to the end");
+    mill_tell_number(sink, "above_floor", r->above_floor, "m s-1",
+                     "normal speed from which on impacts do not depend on the rebound floor: six "
+                     "floors, at least 0.05 m/s");
     if (!sink->full)
         mill_tell_array(sink, "quantile_levels", MILL_TALLY_LEVELS, mill_tally_level, "1",
                         "levels of the quantiles");

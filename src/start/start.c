@@ -2,6 +2,7 @@
  * into each other (clash.h). Given positions are checked in this order: speeds, surfaces, pairs. */
 #include "millsim/start.h"
 
+#include "base/elementary.h"
 #include "base/memory.h"
 #include "engine/grids.h"
 #include "geometry/shapes.h"
@@ -9,6 +10,7 @@
 #include "start/fill.h"
 
 #include <assert.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -23,6 +25,9 @@ enum { MOST_SINGLES = 12 };
 #define ON_END 1e-6
 /* [m/s] a higher speed is a mistake in the units, and its square may overflow */
 #define LIGHT 299792458.0
+#define BULK 0.6           /* share of a heap that balls fill */
+#define FLOOR 0.03         /* of the speed of a fall through the charge */
+#define FLOOR_AT_REST 5e-3 /* [m/s] where nothing pushes the balls */
 
 static bool positive(double x)
 {
@@ -65,7 +70,7 @@ static bool is_sound(const struct mill_setup *s)
 {
     int64_t balls = 0;
     bool good = s->speed >= 0.0 && isfinite(s->speed) && isfinite(vec3_norm(s->gravity)) &&
-                s->rebound_floor >= 0.0 && isfinite(s->rebound_floor) && s->horizon >= 0.0 &&
+                !(s->rebound_floor < 0.0) && !isinf(s->rebound_floor) && s->horizon >= 0.0 &&
                 isfinite(s->horizon) && s->species > 0;
     for (int k = 0; good && k < s->species; k++) {
         const struct mill_setup_balls *b = &s->balls[k];
@@ -339,6 +344,40 @@ static bool write_out(const struct mill_setup *setup, struct written *w)
     return true;
 }
 
+/* [m/s^2] The greatest acceleration of a motion, of places as far from the container's centre as
+ * its wall */
+static double push_of(const struct mill_world *w, const struct mill_motion *motion)
+{
+    const vec3 centre = vec3_scale(vec3_add(w->container.lo, w->container.hi), 0.5);
+    const double r = w->container.radius;
+    double most = 0.0;
+    for (int k = 0; k < 6; k++) {
+        const double side = k % 2 ? r : -r;
+        const vec3 out = {k / 2 == 0 ? side : 0.0, k / 2 == 1 ? side : 0.0,
+                          k / 2 == 2 ? side : 0.0};
+        const vec3 place = mill_motion_in(motion, 0.0, vec3_add(centre, out));
+        most = fmax(most, mill_motion_bounds(motion, place).acceleration);
+    }
+    return most;
+}
+
+/* [m/s] A small part of the speed that a ball gets when it falls through the charge; but low enough
+ * that impacts from MILL_WORLD_SLOW on do not depend on it (docs/physics.md) */
+static double floor_of(const struct mill_world *w)
+{
+    double bulk = 0.0, push = 0.0; /* [m^3] of the heap of balls, [m/s^2] */
+    for (int32_t i = 0; i < w->balls; i++) {
+        const double a = radius_of(w, i);
+        bulk += 4.0 / 3.0 * MILL_PI * a * a * a / BULK;
+    }
+    for (int k = 0; k < w->motions; k++)
+        push = fmax(push, push_of(w, w->motion[k]));
+    push += vec3_norm(w->g);
+    const double depth = fmin(w->container.radius, mill_elementary_cbrt(bulk));
+    const double most = MILL_WORLD_SLOW / MILL_WORLD_FLOORS;
+    return push > 0.0 ? fmin(FLOOR * sqrt(push * depth), most) : FLOOR_AT_REST;
+}
+
 enum mill_fault_code mill_start_world(const struct mill_setup *setup,
                                       const struct mill_start_watch *watch,
                                       struct mill_world **world, struct mill_fault *fault)
@@ -363,7 +402,7 @@ enum mill_fault_code mill_start_world(const struct mill_setup *setup,
         w->g = setup->gravity;
         memcpy(w->law, setup->law, sizeof w->law);
         memcpy(w->fall, setup->fall, sizeof w->fall);
-        w->rebound_floor = setup->rebound_floor;
+        w->rebound_floor = isnan(setup->rebound_floor) ? floor_of(w) : setup->rebound_floor;
         w->soft = setup->soft;
         if (mill_ends_fit(setup, w->motion, fault) &&
             !mill_clash_find(setup, watch, w->motion, fault))

@@ -48,7 +48,6 @@ def test_the_error_of_a_charge_pressed_to_a_moving_wall_is_said_to_be_that_of_on
 
 def test_balls_that_a_bowl_presses_are_not_said_to_be_hit_several_times_at_once(millsim):
     said = notes(millsim("--json", ROOT / "input/vibratory.ini", "-s", "run.time=1 s"))
-    assert "at the rebound floor" in said
     assert "a ball is hit every" not in said
 
 

@@ -30,6 +30,7 @@ pitch = {pitch} deg
 [contact]
 restitution = 0.8
 friction = 0.3
+rebound_floor = 5 mm/s
 """
 
 

@@ -222,7 +222,7 @@ def test_a_precision_is_reached_by_longer_starts_where_balls_mix(run, tmp_path):
     known = found["statistics"]["precision"]
     assert found["run"]["ended_by"] == "precision" and known["reached"] == 1
     assert found["statistics"]["starts"] == 8 and 1 < found["time"] < 60
-    for name in ("drive_power", "median_above_50mm_s"):
+    for name in ("drive_power", "median_above_floor"):
         assert known[name]["standard_error"] <= 0.03 * known[name]["value"]
 
 

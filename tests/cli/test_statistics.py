@@ -176,11 +176,11 @@ class TestRows:
     @pytest.mark.parametrize("speed", SPEEDS)
     def test_means_medians_and_quantiles_are_those_of_the_log(self, file, families, family, row, speed):
         mine, theirs = members(families[family], row), file[f"statistics/{family}/{row}/{speed}"]
-        fast = mine[speed][mine["normal_speed"] >= 0.05]
+        fast = mine[speed][mine["normal_speed"] >= theirs.file["statistics/above_floor"][()]]
         levels = theirs["quantiles"].attrs["levels"]
         assert np.allclose(levels, [0.01, 0.05, 0.1, 0.25, 0.5, 0.75, 0.9, 0.95, 0.99, 0.999])
         assert theirs["mean"][()] == pytest.approx(mine[speed].mean(), rel=1e-10)
-        for values, suffix in ((mine[speed], ""), (fast, "_above_50mm_s")):
+        for values, suffix in ((mine[speed], ""), (fast, "_above_floor")):
             exact = np.quantile(values, levels, method="inverted_cdf")
             ratio = theirs["quantiles" + suffix][:] / exact
             assert np.all((ratio > 1 / BIN) & (ratio < BIN)), ratio
@@ -196,7 +196,11 @@ def test_the_bins_are_logarithmic_and_50_mm_per_s_is_an_edge(file):
 @pytest.mark.parametrize("row", ROWS)
 def test_the_floor_share_is_that_of_the_log(file, families, row):
     speed = members(families["impacts"], row)["normal_speed"]
-    assert file[f"statistics/floor_share/{row}"][()] == np.mean(RESTITUTION * speed < FLOOR)
+    share, plain = file[f"statistics/floor_share/{row}"][()], np.mean(RESTITUTION * speed < FLOOR)
+    if row in ("ball_ball", "all"):  # in bursts the floor is three times as high
+        assert plain < share < np.mean(RESTITUTION * speed < 3 * FLOOR)
+    else:
+        assert share == plain
 
 
 # ---- maps ----

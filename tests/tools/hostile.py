@@ -45,7 +45,7 @@ DATASETS = (
     "statistics/duration", "statistics/impacts/all/count", "statistics/impacts/ball_ball/rate",
     "statistics/impacts/ball_ball/normal_speed/histogram/edges",
     "statistics/impacts/ball_ball/normal_speed/histogram/count", "statistics/impacts/all/normal_speed/quantiles",
-    "statistics/impacts/all/normal_speed/median_above_50mm_s", "statistics/maps/samples",
+    "statistics/impacts/all/normal_speed/median_above_floor", "statistics/maps/samples",
     "statistics/maps/cross_section/solid_fraction", "statistics/maps/cross_section/y_edges",
     "statistics/maps/axial/dissipation", "statistics/energies/edges", "statistics/energies/ball_ball/normal",
     "statistics/rotor/power", "statistics/precision/rate/all/standard_error", "VTKHDF/drum/Points",

@@ -1,6 +1,6 @@
 """What the tests of studies share."""
 
-MEDIAN = "impacts/all/normal_speed/median_above_50mm_s"
+MEDIAN = "impacts/all/normal_speed/median_above_floor"
 
 
 def runs(folder):

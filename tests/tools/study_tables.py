@@ -9,7 +9,7 @@ import pyarrow.parquet
 
 from milltools.study.plan import table
 
-SPEED = "impacts/all/normal_speed/median_above_50mm_s"
+SPEED = "impacts/all/normal_speed/median_above_floor"
 POWER = "rotor/power"
 UNITS = {SPEED: "m/s", POWER: "W"}
 KEYS = {

@@ -188,7 +188,7 @@ def test_the_summary_is_that_of_the_file(result, file):
             ("dissipated_power", "dissipated_power"),
             ("mean", "normal_speed/mean"),
             ("median", "normal_speed/median"),
-            ("median_above_50mm_s", "normal_speed/median_above_50mm_s"),
+            ("median_above_floor", "normal_speed/median_above_floor"),
         ):
             same(table[column][kind], stored[path][()])
             assert table.attrs["units"][column] == stored[path].attrs["unit"]
@@ -234,9 +234,9 @@ def test_numbers_come_with_their_errors_and_units(result, file):
     assert result.power.error == pytest.approx(rotor["power_error"][()], nan_ok=True)
     assert (result.torque.value, result.torque.unit) == (rotor["torque"][()], "N m")
     assert result.torque.error == pytest.approx(rotor["torque_error"][()], nan_ok=True)
-    stored = file["statistics/impacts/all/normal_speed/median_above_50mm_s"][()]
+    stored = file["statistics/impacts/all/normal_speed/median_above_floor"][()]
     assert result.median_impact_speed.value == stored
-    told = file["statistics/precision/median_above_50mm_s/standard_error"][()]
+    told = file["statistics/precision/median_above_floor/standard_error"][()]
     assert result.median_impact_speed.error == pytest.approx(told, nan_ok=True)
 
 
@@ -284,7 +284,7 @@ def test_all_that_is_known_with_an_error_is_in_one_table(result, file):
 def test_where_a_run_knows_its_precision_that_is_the_error():
     result = milltools.run(SMALL, run__time="1 s", run__precision=0.1)
     known = "statistics/precision/{}/standard_error"
-    median = result.read(known.format("median_above_50mm_s"))
+    median = result.read(known.format("median_above_floor"))
     assert result.median_impact_speed.error == pytest.approx(median, nan_ok=True)
     assert result.power.error == result.read(known.format("rotor_power")) > 0
 

@@ -10,7 +10,7 @@ from conftest import STUDY
 import milltools
 
 pytestmark = [pytest.mark.usefixtures("the_program"), pytest.mark.filterwarnings("ignore:not steady:UserWarning")]
-MEDIAN = "impacts/all/normal_speed/median_above_50mm_s"
+MEDIAN = "impacts/all/normal_speed/median_above_floor"
 
 
 @pytest.fixture(scope="module")

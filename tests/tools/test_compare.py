@@ -51,6 +51,7 @@ width = 4 mm
 thickness = 4 mm
 [contact]
 restitution = 0.8
+rebound_floor = 5 mm/s
 friction = 0.3
 tangential_restitution = 0.484
 """
@@ -151,10 +152,10 @@ def test_the_same_mill_in_another_program_agrees_or_differs(runs, copy):
 def test_errors_of_old_files_without_degrees_of_freedom_are_used(copy):
     path = copy("one", to="old.h5")
     with h5py.File(path, "r+") as file:
-        told = file["statistics/precision/median_above_50mm_s"]
+        told = file["statistics/precision/median_above_floor"]
         del told["degrees_of_freedom"]
         error = told["standard_error"][()]
-    row = table(path, path)["median_above_50mm_s"]
+    row = table(path, path)["median_above_floor"]
     assert (row.a.error, row.a.dof) == (error, np.inf)
 
 
@@ -201,7 +202,7 @@ def test_values_are_those_of_the_file(runs):
                 "cost": file["run/cpu_time"][()] / file["run/time"][()],
             }
             expected |= {
-                n: file[f"statistics/impacts/all/normal_speed/{n}"][()] for n in ("median", "median_above_50mm_s")
+                n: file[f"statistics/impacts/all/normal_speed/{n}"][()] for n in ("median", "median_above_floor")
             }
             expected |= {
                 f"{n}_energy": np.diff(time) @ (v[1:] + v[:-1]) / 2 / (time[-1] - time[0]) for n, v in energy.items()
@@ -232,7 +233,7 @@ def test_values_are_those_of_the_file(runs):
         ("rotor_power", "rotor_power", ()),
         ("rotor_torque", "rotor_torque", ()),
         ("median", "median", ()),
-        ("median_above_50mm_s", "median_above_50mm_s", ()),
+        ("median_above_floor", "median_above_floor", ()),
         ("rate_all", "rate/all", ()),
         ("rate_ball_ball_above_1", "fast_rate/ball_ball", 1),
         ("rate_all_above_2", "fast_rate/all", 2),
@@ -328,7 +329,7 @@ def test_warnings_name_what_is_not_alike(mill, runs, copy):
 def test_soft_spheres_are_not_judged_by_what_depends_on_softness(runs, copy):
     soft = copy("two", run__program="LIGGGHTS", run__price=500.0)
     found = table(runs["one"], soft)
-    for key in ("rate_all", "median", "median_above_50mm_s"):
+    for key in ("rate_all", "median", "median_above_floor"):
         assert found[key].verdict == "not comparable between hard and soft spheres"
     assert found["ball_speed_mean"].verdict == "agree"
     ratio = 500 / found["cost"].a.value

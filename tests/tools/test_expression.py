@@ -190,7 +190,7 @@ def test_words_are_those_of_people():
     assert Expression("power * 2").words == "(power * 2)" and Expression("-power").words == "-power"
     assert Expression("mass / 2 kg").words == "mass of the balls per 2 kg"
     assert Expression("dissipation(ball_wall)").words == "dissipated power (ball-wall)"
-    path = "impacts/ball_ball/normal_speed/median_above_50mm_s"
+    path = "impacts/ball_ball/normal_speed/median_above_floor"
     assert Expression(path).words == "median normal ball-ball impact speed above 50 mm/s"
 
 

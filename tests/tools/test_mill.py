@@ -187,7 +187,7 @@ def test_json_of_a_comparison_and_a_study_has_the_numbers(place):
     assert power["verdict"] and "reference_error" in power
     found = json.loads(run_mill(place, "study", "a.parquet", "--json").stdout)
     (best,) = found["best"]
-    assert best["objective"] == "impacts/all/normal_speed/median_above_50mm_s"
+    assert best["objective"] == "impacts/all/normal_speed/median_above_floor"
     assert best["value"] == best["objectives"][best["objective"]]["value"] > 0
     assert best["design"].keys() == found["varied"].keys() == {"rotor.speed"}
     assert best["half_95"] is None  # single runs without an error

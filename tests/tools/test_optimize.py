@@ -29,7 +29,7 @@ from milltools.study.show import optimum, summary
 STUDY = """\
 [study]
 deck = deck.ini
-maximise = impacts/all/normal_speed/median_above_50mm_s
+maximise = impacts/all/normal_speed/median_above_floor
 [set]
 run.time = 5 ms
 [vary]

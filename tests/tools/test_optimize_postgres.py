@@ -15,7 +15,7 @@ BIN = max(pathlib.Path("/usr/lib/postgresql").glob("*/bin/initdb"), default=None
 STUDY = """\
 [study]
 deck = deck.ini
-maximise = impacts/all/normal_speed/median_above_50mm_s
+maximise = impacts/all/normal_speed/median_above_floor
 [set]
 run.time = 20 ms
 [vary]

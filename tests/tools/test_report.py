@@ -77,7 +77,7 @@ def test_every_number_of_the_contact_table_is_the_files(page, folder):
                 row["count"][()],
                 row["rate"][()],
                 normal["median"][()],
-                normal["median_above_50mm_s"][()],
+                normal["median_above_floor"][()],
                 normal["mean"][()],
                 statistics[f"floor_share/{kind}"][()],
                 power,
@@ -351,7 +351,7 @@ def test_a_mill_without_a_rotor_has_no_rotor_power(millsim, write_deck, tmp_path
     [
         (lambda file: None, "N % of N ± N mW is lost by sliding, N % goes into ball-drum hits, N % is the rest"),
         (lambda file: file.__delitem__("statistics/precision"),
-         "N % of N mW is lost in ball-drum impacts, N % is lost in ball-ball impacts, N % is the rest"),
+         "N % of N mW is lost in ball-drum impacts, N % is lost in ball-blade impacts, N % is the rest"),
         (lambda file: file["statistics/precision/dissipated_power/all/standard_error"].__setitem__((), np.nan),
          "N % of N mW is lost by sliding, N % goes into ball-drum hits, N % is the rest"),
         (lambda file: file["run/status"].__setitem__((), "running"),

@@ -519,7 +519,7 @@ def test_csv_reads_back_with_units(figure7, tmp_path):
 @pytest.mark.parametrize(
     "path, words",
     [
-        ("impacts/ball_ball/normal_speed/median_above_50mm_s", "median normal impact speed above 50 mm/s, ball-ball"),
+        ("impacts/ball_ball/normal_speed/median_above_floor", "median normal impact speed above the floor, ball-ball"),
         ("impacts/ball_wall/rate", "rate of impacts, ball-end wall"),
         ("impacts/all/rate", "rate of impacts"),
         ("strikes/all/rate", "strikes all rate"),

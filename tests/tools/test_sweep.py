@@ -363,7 +363,7 @@ def test_a_run_that_computed_contacts_without_friction_is_done_and_its_message_s
 def test_the_error_of_a_run_with_precision_is_the_one_it_found(one_job):
     done = one_job()
     extra = {
-        "statistics/precision/median_above_50mm_s/standard_error": 0.004,
+        "statistics/precision/median_above_floor/standard_error": 0.004,
         "statistics/precision/reached": 0,
     }
     row = job.read(done, finished(done, extra))

@@ -14,7 +14,7 @@ import pytest
 from milltools.base.errors import UserError
 from milltools.study.plan.table import Table, Writer, journal_of, schema
 
-PATH = "impacts/all/normal_speed/median_above_50mm_s"
+PATH = "impacts/all/normal_speed/median_above_floor"
 META = {
     "study": "[study]\n", "file": "a.study", "deck": "", "fingerprint": "0123456789abcdef",
     "objectives": [{"path": PATH, "goal": "maximise", "unit": "m s-1", "description": "median"}],

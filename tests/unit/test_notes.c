@@ -138,7 +138,6 @@ TEST(what_is_not_known_is_not_noted)
     fixture_create(&f);
     take();
     ck_assert(isnan(note_of("recontact_share")->value) && !noted("recontact_share"));
-    ck_assert(isnan(note_of("floor_share")->value) && !noted("floor_share"));
 }
 
 int main(void)

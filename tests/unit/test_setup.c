@@ -47,7 +47,6 @@ static const struct {
     {offsetof(struct model, setup.drum.buckle_height), false, true},
     {offsetof(struct model, setup.drum.buckle_angle), false, false},
     {offsetof(struct model, setup.speed), false, true},
-    {offsetof(struct model, setup.rebound_floor), false, true},
     {offsetof(struct model, balls[0].diameter), true, true},
     {offsetof(struct model, balls[0].density), true, true},
     {offsetof(struct model, law.restitution), false, true},

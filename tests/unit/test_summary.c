@@ -193,7 +193,6 @@ TEST(the_summary_fits_80_columns_with_every_note_and_large_numbers)
     const char *table = printed(false);
     assert_holds(table, "note: stopped at 1.5 s");
     assert_holds(table, "note: contacts with friction have a restitution of 0.5");
-    assert_holds(table, "note: 100 % of the ball-ball contacts");
     assert_fits(table);
 }
 

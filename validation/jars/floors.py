@@ -31,7 +31,7 @@ def run(case, floor, count, diameter, seed):
         fast = (fast[-1].astype(float) - fast[row]) / (TIME - FROM)
         whole = f["statistics/impacts/all"]
         return [f["statistics/drive/power"][()], f["observables/kinetic_energy/value"][row:].mean(),
-                whole["normal_speed/median_above_50mm_s"][()], fast[0], fast[1], whole["rate"][()],
+                whole["normal_speed/median_above_floor"][()], fast[0], fast[1], whole["rate"][()],
                 f["run/cpu_time"][()] / TIME]  # fmt: skip
 
 

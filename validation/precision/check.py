@@ -14,9 +14,9 @@ ASKED = 0.02
 MILLS = {1000: (0.3, 1.5, 8), 300: (0.8, 3.0, 6)}
 MEANS = {
     "rotor_power": ("mean power of the rotor", "rotor/power"),
-    "median_above_50mm_s": (
+    "median_above_floor": (
         "median v_n above 50 mm/s",
-        "impacts/all/normal_speed/median_above_50mm_s",
+        "impacts/all/normal_speed/median_above_floor",
     ),
 }
 # Root mean square of the true errors over that of those told
@@ -122,7 +122,7 @@ def claim(case, rpm, mill):
 def draw(case, found):
     figure, axes = plt.subplots(1, len(found), figsize=(12, 5), layout="constrained")
     for axis, (rpm, mill) in zip(axes, found.items(), strict=True):
-        for name, colour, shift in (("rotor_power", "C0", -4), ("median_above_50mm_s", "C1", 4)):
+        for name, colour, shift in (("rotor_power", "C0", -4), ("median_above_floor", "C1", 4)):
             true, told = errors_of(mill, name)
             axis.errorbar(
                 1000 * np.array(mill["end"]) + shift,

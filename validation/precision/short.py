@@ -10,7 +10,7 @@ SEEDS = 50  # of each window
 LEAST, MOST = 92, 98  # [%] of the runs that tell an error
 QUANTITIES = {  # name -> (group below /statistics/precision, column, unit)
     "rotor power": ("rotor_power", (), "W"),
-    "median v_n above 50 mm/s": ("median_above_50mm_s", (), "m/s"),
+    "median v_n above 50 mm/s": ("median_above_floor", (), "m/s"),
     "rate of impacts above 1 m/s": ("fast_rate/all", 1, "1/s"),
 }
 HISTOGRAM = "statistics/impacts/all/normal_speed/histogram"

@@ -66,7 +66,7 @@ def measure(file, floor):
         "power_error": statistics["rotor/power_error"][()],
         "block_power": statistics["rotor/block_power"][:],
         "median": speed["median"][()],
-        "fast": speed["median_above_50mm_s"][()],
+        "fast": speed["median_above_floor"][()],
         "strikes": statistics["strikes/all/normal_speed/median"][()],
         "share": statistics["floor_share/all"][()],
         "given": given_power(statistics, floor) / statistics["impacts/all/dissipated_power"][()],

@@ -151,7 +151,7 @@ class Result:
 
     @property
     def median_impact_speed(self) -> Measurement:
-        """Median normal speed of all impacts above 50 mm/s [m/s]; error as for power."""
+        """Median normal speed of the impacts that do not depend on the rebound floor (`above_floor` of the file) [m/s]; error as for power."""
         return self._measured(MEDIAN)
 
     def read(self, path: str, index: Any = ()) -> Any:
@@ -164,7 +164,7 @@ class Result:
     @property
     def summary(self) -> pandas.DataFrame:
         """One row per contact kind and "all"; columns count, rate [1/s], dissipated_power [W], mean, median and
-        median_above_50mm_s of the normal speed [m/s], floor_share. `attrs["units"]` names the units."""
+        median_above_floor of the normal speed [m/s], floor_share. `attrs["units"]` names the units."""
         run = self.file
         run.need_statistics()
         units = {name: run.attribute(f"statistics/{path.format('all')}", "unit") for name, path in SUMMARY.items()}
@@ -173,7 +173,7 @@ class Result:
     @property
     def estimates(self) -> pandas.DataFrame:
         """All values of the file that have a standard error, one per row: rotor_power, rotor_torque, median,
-        median_above_50mm_s, rate/KIND, rate_above_0.5/KIND, rate_above_1/KIND, rate_above_2/KIND, KIND also "all";
+        median_above_floor, rate/KIND, rate_above_0.5/KIND, rate_above_1/KIND, rate_above_2/KIND, KIND also "all";
         rate_above_1mJ and above_1mJ_per_joule (of the drive's work);
         columns value, error (value +- 1.96 errors is the 95 % interval; NaN: not known), degrees_of_freedom,
         unit."""

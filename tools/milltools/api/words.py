@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 COLUMNS = (  # of Result.summary: head, column, format, unit
     ("contacts", "count", ",.0f", ""),
     ("rate", "rate", ".4g", "1/s"),
-    ("median v_n > 50 mm/s", "median_above_50mm_s", ".4g", "m/s"),
+    ("median v_n above the floor", "median_above_floor", ".4g", "m/s"),
     ("mean v_n", "mean", ".4g", "m/s"),
     ("at the floor", "floor_share", ".1%", ""),
     ("dissipated power", "dissipated_power", ".4g", "W"),
@@ -34,7 +34,7 @@ def facts(result: Any) -> dict[str, str]:
     begin, end = run.window
     each = f", in each of {run.starts} starts" if run.starts > 1 else ""
     found["sampled"] = f"{end - begin:.4g} s, from {begin:.4g} s to {end:.4g} s{each}"
-    found["impact speed"] = f"{result.median_impact_speed}, median v_n of impacts above 50 mm/s"
+    found["impact speed"] = f"{result.median_impact_speed}, median v_n of impacts above {1e3 * run.above_floor:.3g} mm/s"
     for head, name, unit, what in (
         ("median", "median", "m/s", "of all impacts"),
         ("rate", "rate_above_1/all", "1/s", "of impacts above 1 m/s"),

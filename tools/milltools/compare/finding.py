@@ -10,7 +10,7 @@ from milltools.base.text import MINUS, number, plain, plural, prefix
 from milltools.compare.agreement import NORMAL
 from milltools.read.runfile import THRESHOLDS
 
-TOLD = ("rotor_power", "drive_power", "median_above_50mm_s", "kinetic_energy")  # of two programs
+TOLD = ("rotor_power", "drive_power", "median_above_floor", "kinetic_energy")  # of two programs
 NAMED = 4  # keys at most
 INTERVALS = "Ranges are 95 % intervals."
 KNOWN = ("apart", "tied")  # moods
@@ -107,12 +107,12 @@ def sentences(table) -> list[str]:
     a, b = plain(table.a.name), plain(table.b.name)
     words, rate, per_joule = table.hard
     above = f"impacts {words}"
-    median, said = table.row("median_above_50mm_s"), []
+    median, said = table.row("median_above_floor"), []
     for row, words, way in (
         (per_joule, "Per joule of work {b} makes {} {above}, {a} makes {}", MANY),
         (table.power, "{b} draws {}, {a} draws {}", MUCH),
         (rate, "Per second {b} makes {} {above}, {a} makes {}", MANY),
-        (median, "The median speed of the impacts above 50 mm/s is {} in {b}, {} in {a}", FAST),
+        (median, "The median speed of the impacts above the floor is {} in {b}, {} in {a}", FAST),
     ):
         if row and (math.isfinite(row.difference) or row.bare):
             values = _values(row.b.value, row.a.value, row.unit)

@@ -16,7 +16,7 @@ from milltools.read.runfile import HARD_PER_JOULE, HARD_RATE, THRESHOLDS
 
 HARD_SOFT = "not comparable between hard and soft spheres"
 STIFFNESS = "depends on the stiffness"
-SOFT = ("rate_all", "median", "median_above_50mm_s")  # keys of rows that depend on the stiffness of spheres
+SOFT = ("rate_all", "median", "median_above_floor")  # keys of rows that depend on the stiffness of spheres
 IDENTICAL = "agree: the same data"
 ZERO = "zero within the errors of both"
 NOT_COMPARED = (ZERO, HARD_SOFT, STIFFNESS)
@@ -29,7 +29,7 @@ NAMES = {
     "normal_dissipation": "lost power, normal part", "tangential_dissipation": "lost power, tangential part",
     "rate_all": "all impacts, per s",
     "dissipated_power": "lost power, all",
-    "median": "median impact speed, all", "median_above_50mm_s": "median above 50 mm/s",
+    "median": "median impact speed, all", "median_above_floor": "median above the floor",
 }  # fmt: skip  # of the important rows
 
 
@@ -116,7 +116,7 @@ class Comparison:
         least = [LEAST_SHARE * abs(e.value) for e in (whole.a, whole.b)] if whole else (0, 0)
         keys = [
             "drive_power", "rotor_power", HARD_PER_JOULE, *(f"hard_per_joule_{speed:g}" for speed in THRESHOLDS),
-            *(row.key for row in self.hard[1:2] if row), "rate_all", "median_above_50mm_s", "median",
+            *(row.key for row in self.hard[1:2] if row), "rate_all", "median_above_floor", "median",
             "normal_dissipation", "tangential_dissipation",
         ]  # fmt: skip
         lost = [
@@ -309,7 +309,7 @@ def quantities(steady: bool, kinds, first: Member, second: Member):
     yield group, HARD_PER_JOULE, "impacts >= 1 mJ, per joule", "1/J", measure
     yield group, "rate_all", "impacts, all", "1/s", told("rate/all", all_impacts)
     yield group, "median", "median v_n, all impacts", "m/s", median("median")
-    yield group, "median_above_50mm_s", "median v_n above 50 mm/s", "m/s", median("median_above_50mm_s")
+    yield group, "median_above_floor", "median v_n above the floor", "m/s", median("median_above_floor")
     names = [("mean", "mean"), ("rms", "rms"), *((f"{100 * p:g}", f"{100 * p:g} % are slower") for p in LEVELS)]
     for column, (name, words) in enumerate(names):
         yield "balls", f"ball_speed_{name}", f"speed of balls, {words}", "m/s", ball_speed(column)

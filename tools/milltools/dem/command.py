@@ -346,10 +346,10 @@ def summarize(path, deck, measured):
             f"{sampled}; LIGGGHTS, E = {read('run/modulus'):.3g} Pa{warm}",
             "",
             "                                       median v_n  median v_n    mean v_n   dissipated",
-            "                                           of all   > 50 mm/s      of all        power",
+            "                                           of all  above floor     of all        power",
             "kind           contacts     rate [/s]       [m/s]       [m/s]       [m/s]          [W]",
         ]
-        speeds = [f"normal_speed/{name}" for name in ("median", "median_above_50mm_s", "mean")]
+        speeds = [f"normal_speed/{name}" for name in ("median", "median_above_floor", "mean")]
         columns = [("rate", 14), *((name, 12) for name in speeds), ("dissipated_power", 13)]
         for kind in (*run.kinds, "all"):
             row = f"statistics/impacts/{kind}"

@@ -197,7 +197,7 @@ HEADS = {  # columns of runfile.SUMMARY
     "rate": "impacts",
     "mean": "mean impact speed",
     "median": "median impact speed",
-    "median_above_50mm_s": "median impact speed above 50 mm/s",
+    "median_above_floor": "median impact speed above the floor",
     "floor_share": "share at the rebound floor",
 }
 

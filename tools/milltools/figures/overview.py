@@ -86,7 +86,7 @@ def draw_spectra(ax, run):
     if not ax.lines:
         ax.text(0.5, 0.5, "too few impacts for a spectrum", ha="center", transform=ax.transAxes)
         return
-    floor = run.quantity("contact/rebound_floor", 0.0)
+    floor = run.rebound_floor
     if floor and not run.soft:  # soft spheres have none
         ax.axvline(floor, color="0.6", lw=1, ls=":", label="rebound floor", zorder=0)
     ax.set_xlim(1e-3, 20)

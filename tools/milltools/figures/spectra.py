@@ -146,7 +146,7 @@ def _marks(ax, run, drawn, speed, abscissa, weight, share, position):
     """Draws lines at the rebound floor and at the height of a bin with a single impact."""
     if weight == "energy":
         return
-    floor = run.quantity("contact/rebound_floor", 0.0) if not run.soft else 0.0
+    floor = run.rebound_floor if not run.soft else 0.0
     first = position in (None, 0)
     if floor and first and abscissa == "speed" and speed == "normal_speed":
         ax.axvline(floor, **QUIET, lw=0.9, ls=":", label=f"rebound floor, {number(floor)} m/s")

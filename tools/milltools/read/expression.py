@@ -26,7 +26,7 @@ from milltools.base.text import spoken_unit
 from milltools.read.results import Results
 from milltools.read.sums import standard_error
 
-MEDIAN = "normal_speed/median_above_50mm_s"
+MEDIAN = "normal_speed/median_above_floor"
 # name: (path below /statistics, words); KIND is the argument of the name, "all" without one
 NAMES = {
     "power": ("drive/power", "power"),
@@ -34,7 +34,7 @@ NAMES = {
     "mass": ("", "mass of the balls"),
     "rate": ("impacts/KIND/rate", "rate of impacts"),
     "rate_above": ("", "rate of impacts of ... or more"),
-    "median_speed": (f"impacts/KIND/{MEDIAN}", "median normal impact speed above 50 mm/s"),
+    "median_speed": (f"impacts/KIND/{MEDIAN}", "median normal impact speed above the floor"),
     "dissipation": ("impacts/KIND/dissipated_power", "dissipated power"),
 }
 OTHERS = {"drive/power": "rotor/power"}  # of a run without the first

@@ -41,17 +41,17 @@ SUMMARY = {  # column of the summary of impacts: path below /statistics, with th
     "dissipated_power": "impacts/{}/dissipated_power",
     "mean": "impacts/{}/normal_speed/mean",
     "median": "impacts/{}/normal_speed/median",
-    "median_above_50mm_s": "impacts/{}/normal_speed/median_above_50mm_s",
+    "median_above_floor": "impacts/{}/normal_speed/median_above_floor",
     "floor_share": "floor_share/{}",
 }
-MEDIAN = "impacts/all/normal_speed/median_above_50mm_s"
+MEDIAN = "impacts/all/normal_speed/median_above_floor"
 # path below /statistics -> name below /statistics/precision with its standard error; impacts/ROW/rate has one too
 PRECISION = {
     "rotor/power": "rotor_power",
     "rotor/torque": "rotor_torque",
     "drive/power": "drive_power",
     "impacts/all/normal_speed/median": "median",
-    MEDIAN: "median_above_50mm_s",
+    MEDIAN: "median_above_floor",
 }
 HARD_RATE, HARD_PER_JOULE = "rate_above_1mJ", "above_1mJ_per_joule"  # below /statistics/precision
 RATE = re.compile(r"impacts/([^/]+)/rate")
@@ -434,6 +434,16 @@ class Run(Store):
     def starts(self) -> int:
         """Starts of the mill that the statistics are of; frames, time series and impacts are of the first one."""
         return max(int(self.read("statistics/starts")), 1) if self.has("statistics/starts") else 1
+
+    @property
+    def above_floor(self) -> float:
+        """Normal speed [m/s] from which on impacts do not depend on the rebound floor."""
+        return float(self.read("statistics/above_floor")) if self.has("statistics/above_floor") else 0.05
+
+    @property
+    def rebound_floor(self) -> float:
+        """Minimum normal speed after any contact [m/s]; 0 where there is none."""
+        return float(self.about("rebound_floor", 0.0))
 
     @property
     def doubt(self) -> str:

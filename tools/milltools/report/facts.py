@@ -246,8 +246,8 @@ def tiles(run) -> list[tuple[str, Number, str]]:
         rest = [f"; {share(part / dose.loss(run)[0])} {words}" for part, words in losses(run) if words != RUBBED]
         remark = "of the lost power" + "".join(rest[:1])
         found.append(("lost by sliding", Number(str(brief(100 * value, 100 * error, "%")), value), remark))
-    _, error, _ = run.known("median_above_50mm_s") or (0, math.nan, 0)
-    median = brief(float(run.statistic("impacts/all/normal_speed/median_above_50mm_s")), error, "m/s")
+    _, error, _ = run.known("median_above_floor") or (0, math.nan, 0)
+    median = brief(float(run.statistic("impacts/all/normal_speed/median_above_floor")), error, "m/s")
     found.append(("median impact speed", median, f"normal, of the impacts above 50{SPACE}mm/s"))
     return found[:3]
 

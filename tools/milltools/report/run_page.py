@@ -34,12 +34,12 @@ def contacts(run) -> tuple[list[str], list[tuple[str, list[Number]]]]:
     def values(name):
         return [float(run.statistic(f"impacts/{row}/{name}")) for row in rows]
 
-    power = values("dissipated_power")
+    power, above = values("dissipated_power"), scaled(run.above_floor, "m/s")
     columns = {
         "contacts": [count(times) for times in values("count")],
         "rate": column(values("rate"), "/s"),
         f"median {SPEED} of all": column(values("normal_speed/median"), "m/s"),
-        f"median {SPEED} above 50 mm/s": column(values("normal_speed/median_above_50mm_s"), "m/s"),
+        f"median {SPEED} above {above}": column(values("normal_speed/median_above_floor"), "m/s"),
         f"mean {SPEED}": column(values("normal_speed/mean"), "m/s"),
         "at the rebound floor": [share(float(run.statistic(f"floor_share/{row}"))) for row in rows],
         "dissipated power": column(power, "W"),
@@ -95,7 +95,7 @@ def _of_window(run):
         yield "pinches", scaled(pinches, "W"), f"part of the {run.driven} power, on balls that moving bodies press"
     for name, label, what, unit in (
         ("median", "median normal speed", "all impacts", "m/s"),
-        ("median_above_50mm_s", "median normal speed", "impacts above 50 mm/s", "m/s"),
+        ("median_above_floor", "median normal speed", "impacts above the floor", "m/s"),
         ("rate_above_1/all", "rate", "impacts above 1 m/s", "/s"),
     ):
         if known := run.known(name):
@@ -114,7 +114,7 @@ def precision(run) -> list[tuple[str, object, str]]:
 
     found = [("requested precision", share(value("asked")), "run.precision: standard error divided by value")]
     for name, label, unit in (
-        ("median_above_50mm_s", "median normal speed above 50 mm/s", "m/s"),
+        ("median_above_floor", "median normal speed above the floor", "m/s"),
         (f"{run.driven}_power", f"{run.driven} power", "W"),
     ):
         if not run.has(f"statistics/precision/{name}/value"):

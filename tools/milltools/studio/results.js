@@ -133,7 +133,7 @@ const MillResults = (() => {
       return wider * Math.sqrt(sum(rates.map((rate) => (rate - mean) ** 2)) / (BATCHES - 1) / BATCHES);
     }
 
-    /** An entry of the engine's table of precision, such as "median_above_50mm_s". */
+    /** An entry of the engine's table of precision, such as "median_above_floor". */
     precise(name) {
       const one = name.split('.').reduce((part, word) => part?.[word], this.statistics?.precision);
       return this.begun ? found(one?.value, one?.standard_error) : found(null);
@@ -202,7 +202,7 @@ const MillResults = (() => {
       ['Power of the drive', 'W', here.power(), there.power(), 0],
       [`Impacts of ${energy} or more`, '/s', a.rate, b.rate, 1],
       [`Impacts of ${energy} or more per work`, '/J', a.perJoule, b.perJoule, 1],
-      ['Median impact speed above 50 mm/s', 'm/s', here.precise('median_above_50mm_s'), there.precise('median_above_50mm_s'), 1],
+      ['Median impact speed above the floor', 'm/s', here.precise('median_above_floor'), there.precise('median_above_floor'), 1],
       ['Contacts', '/s', here.precise('rate.all'), there.precise('rate.all'), 0],
     ].map(([name, unit, one, other, good]) => ({ name, unit, here: one, there: other, ...verdict(one, other, good) }));
   }

@@ -12,7 +12,7 @@ ALIKE = 1.2  # two ends of an estimate closer than this factor are said as one
 LATE = 2.0  # news that is older than so many intervals widens the estimate
 # of the window that a precision needs, if the error falls with its root: errors are themselves known to some 20 %
 ROOT = (0.6, 1.7)
-MEASURES = {"median_above_50mm_s": "median", "drive_power": "power"}
+MEASURES = {"median_above_floor": "median", "drive_power": "power"}
 
 
 @dataclasses.dataclass(frozen=True)

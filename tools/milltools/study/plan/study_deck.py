@@ -316,7 +316,7 @@ class _Lines:
         if not found:
             raise UserError(
                 f"{self.path}: [study] maximise: missing, and so is minimise; expected at least one, such as "
-                "'maximise = impacts/all/normal_speed/median_above_50mm_s'"
+                "'maximise = impacts/all/normal_speed/median_above_floor'"
             )
         paths = [objective.path for objective in found]
         for path in paths:
