@@ -104,11 +104,14 @@ enum { MILL_MOTION_NAME = 64 };
  * frame are its x and y axes. */
 struct mill_container {
     const struct mill_motion *motion; /* the motion that moves it; NULL: none */
-    struct mill_pose frame;           /* in the frame of that motion */
-    bool still;                       /* the frame is always that of the laboratory */
-    vec3 lo, hi;                      /* [m] the box of the laboratory around it at t = 0 */
-    struct mill_reach places;         /* all places of the laboratory that it reaches */
-    double volume;                    /* [m^3] enclosed, including the bodies inside */
+    /* The charge is steady in the frame of this motion: that of `motion`, or of its carrier, if the
+     * container is round and only turns about its own axis there */
+    const struct mill_motion *mapped;
+    struct mill_pose frame;   /* in the frame of that motion */
+    bool still;               /* the frame is always that of the laboratory */
+    vec3 lo, hi;              /* [m] the box of the laboratory around it at t = 0 */
+    struct mill_reach places; /* all places of the laboratory that it reaches */
+    double volume;            /* [m^3] enclosed, including the bodies inside */
     double radius; /* [m] of the circle around its cross-section, without a drum's buckles */
     bool drum;     /* its cross-section is the same along x, between flat ends of another kind */
     /* [m] The length along x of a mill without end walls. Balls that leave it at one end enter it
@@ -187,8 +190,10 @@ vec3 mill_world_velocity(const struct mill_world *world, int32_t i, double t);
 /* Energies of all balls at local time t. */
 struct mill_energy mill_world_energy(const struct mill_world *world, double t);
 
-/* The container's frame at local time t */
+/* The container's frame at local time t; and the one in which the charge is steady: without a turn
+ * of a round container about its own axis */
 struct mill_pose mill_world_frame(const struct mill_world *world, double t);
+struct mill_pose mill_world_steady_frame(const struct mill_world *world, double t);
 
 /* [J] error: |work - change of energy - dissipation|; turnover: the energy turned over; both until
  * local time t. */

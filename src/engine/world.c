@@ -52,10 +52,11 @@ vec3 mill_world_velocity(const struct mill_world *w, int32_t i, double t)
     return vec3_axpy(b->v, mill_world_flown(b, t), w->g);
 }
 
-struct mill_pose mill_world_frame(const struct mill_world *w, double t)
+static struct mill_pose frame_on(const struct mill_world *w, const struct mill_motion *motion,
+                                 double t)
 {
     const struct mill_container *c = &w->container;
-    struct mill_pose pose = c->still ? mill_pose_still : mill_motion_pose(c->motion, t);
+    struct mill_pose pose = c->still || !motion ? mill_pose_still : mill_motion_pose(motion, t);
     if (c->still)
         return pose;
     const vec3 place = mill_pose_out(&pose, c->frame.place);
@@ -67,6 +68,16 @@ struct mill_pose mill_world_frame(const struct mill_world *w, double t)
     pose.place = place;
     pose.about_x = false;
     return pose;
+}
+
+struct mill_pose mill_world_frame(const struct mill_world *w, double t)
+{
+    return frame_on(w, w->container.motion, t);
+}
+
+struct mill_pose mill_world_steady_frame(const struct mill_world *w, double t)
+{
+    return frame_on(w, w->container.mapped, t);
 }
 
 struct mill_energy mill_world_energy(const struct mill_world *w, double t)

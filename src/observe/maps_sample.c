@@ -198,7 +198,7 @@ sample(const struct mill_maps *maps, struct mill_map_flow *flow, const struct mi
     char *const cross = (char *)(flow + maps->cross.first);
     char *const axial = (char *)(flow + maps->axial.first);
     const bool still = world->container.still;
-    const struct mill_pose frame = mill_world_frame(world, t);
+    const struct mill_pose frame = mill_world_steady_frame(world, t);
     struct block b __attribute__((aligned(64)));
     for (int32_t first = 0; first < world->balls; first += BLOCK) {
         take(&b, world, first, t, times);

@@ -154,7 +154,7 @@ static void map_impact(struct mill_tally *tally, const struct mill_impact *impac
     vec3 place = impact->position;
     if (!in->still)
         place = mill_pose_in(&in->frame,
-                             mill_motion_in(in->motion, impact->time - tally->world->base, place));
+                             mill_motion_in(in->mapped, impact->time - tally->world->base, place));
     mill_maps_impact(&tally->plan.maps, tally->gathered.hits, impact, &place);
 }
 

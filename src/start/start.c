@@ -137,6 +137,13 @@ static void make_container(const struct mill_setup *setup, struct mill_world *w)
     c->radius = c->drum ? is->radius : hull.radius;
     c->period = is->open ? is->length : 0.0;
     c->still = c->drum && !c->motion;
+    const struct mill_motion *m = c->motion;
+    const bool round = s->solid->round || (c->drum && is->buckle_height == 0.0);
+    const double off =
+        m ? vec3_norm(vec3_cross(vec3_sub(c->frame.place, m->through), m->axis)) : 0.0;
+    const bool turns = m && m->axial && round && off <= 1e-9 * c->radius &&
+                       vec3_norm(vec3_cross(m->axis, c->frame.x)) <= 1e-9;
+    c->mapped = turns ? m->on : m;
 }
 
 /* Extends the box [lo, hi] to contain the cylinder in this frame. */

@@ -227,9 +227,9 @@ def test_a_precision_is_reached_by_longer_starts_where_balls_mix(run, tmp_path):
 
 
 def test_a_precision_is_reached_by_more_starts_where_each_keeps_its_arrangement(run, tmp_path):
-    text = HEAP.replace("time = 0.6 s", "time = 2 s").replace("count = 25", "count = 12")
-    found = run(text, "mill.h5", "run.precision=0.7 %", "run.seed=2")
+    text = HEAP.replace("time = 0.6 s", "time = 3 s").replace("count = 25", "count = 12").replace("100 mm/s", "60 mm/s")
+    found = run(text, "mill.h5", "run.precision=1.2 %")
     assert found["run"]["ended_by"] == "precision"
     assert 8 < found["statistics"]["starts"] <= 64
-    run(text, "again.h5", "run.precision=0.7 %", "run.seed=2", "run.threads=1")
+    run(text, "again.h5", "run.precision=1.2 %", "run.threads=1")
     assert_same(tmp_path / "mill.h5", tmp_path / "again.h5", (*OWN, "/deck/run/threads", "/deck/text"))

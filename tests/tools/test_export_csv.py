@@ -222,7 +222,7 @@ def test_the_summary_has_a_row_a_kind_and_the_power_in_the_last_row(export, run_
         ("impacts [1/s]", "rate"),
         ("dissipated power [W]", "dissipated_power"),
         ("median impact speed [m/s]", "normal_speed/median"),
-        ("median impact speed above 50 mm/s [m/s]", "normal_speed/median_above_floor"),
+        ("median impact speed above the floor [m/s]", "normal_speed/median_above_floor"),
     ):
         assert bits(table[head], [statistics[f"impacts/{kind}/{path}"][()] for kind in table.index]), head
     assert table["power [W]"]["all"] == statistics["rotor/power"][()]

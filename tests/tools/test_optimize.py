@@ -101,7 +101,7 @@ def test_the_best_is_found_and_told_with_its_intervals(study, tmp_path):
     path = tmp_path / "t.parquet"
     rows = searched(study, path, Pretended(hill), Budget(24, seed=1))
     text = "\n".join(summary.of_search(Table.open(path)))
-    value, low, high = map(float, re.search(r"above 50 mm/s: (\S+?)[, ].*95 %: (\S+) \.\. (\S+)", text).groups())
+    value, low, high = map(float, re.search(r"above the floor: (\S+?)[, ].*95 %: (\S+) \.\. (\S+)", text).groups())
     assert low < 1 < high and (low + high) / 2 == pytest.approx(value, rel=1e-3)
     count = int(re.search(r"balls.count +(\d+)", text).group(1))
     assert abs(count - 10) <= 2
@@ -281,7 +281,7 @@ def test_the_command_runs_the_mill_and_goes_on_with_more_runs(mill, write_study,
     assert done.returncode == 0, done.stderr
     frame = pandas.read_parquet(tmp_path / "a-optimize.parquet")
     assert len(frame) == 2 and set(frame["status"]) == {"done"} and np.isfinite(frame[MEDIAN]).all()
-    assert done.stdout.splitlines()[0].startswith("the largest median normal impact speed above 50 mm/s: ")
+    assert done.stdout.splitlines()[0].startswith("the largest median normal impact speed above the floor: ")
     assert "see them with: mill study a-optimize.parquet" in done.stdout
     more = mill("optimize", "a.study", "--runs", "3", "--workers", "1")
     assert "2 runs are there already" in more.stderr

@@ -167,7 +167,7 @@ def _density(f: Face) -> str:
     value, error = f.density / 1e3, f.sliding_error / f.area / 1e3
     if value < 1e-3 or not error > 0:
         return _short(value)
-    places = max(0, -math.floor(math.log10(error)))
+    places = min(max(0, -math.floor(math.log10(error))), 3)  # the table fits 80 columns
     return f"{value:.{places}f} ± {error:.{places}f}"
 
 
