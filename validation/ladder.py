@@ -89,12 +89,14 @@ class Case:
     def run(self, deck: str | pathlib.Path = "deck.ini", output: str | None = None, **settings) -> pathlib.Path:
         """Runs a deck of the case's folder, or a path, and returns the output file.
 
-        settings: deck values with `__` for the dot: run(run__time="1 s", contact__ball_ball__friction=0).
+        settings: deck values with `__` for the dot: run(run__time="1 s", contact__ball_ball__friction=0). One start
+        unless they say otherwise.
         The summary that --json prints is saved beside the output as .json.
         """
         self.runs += 1
         deck = self.folder / deck
         path = self.scratch / (output or f"run{self.runs}.h5")
+        settings = {"run__starts": 1} | settings  # cases choose their own seeds
         options = [f"--set={key.replace('__', '.')}={value}" for key, value in settings.items()]
         result = subprocess.run(
             [self.program, "--json", "--quiet", "--force", "-o", path, *options, deck],

@@ -155,6 +155,7 @@ static enum mill_status build(struct digest *d)
         return status;
     d->observe = deck->observe;
     d->observe.sample_found = false;
+    d->observe.starts = 1;
     d->observe.precision = d->observe.max_collisions = 0;
     return MILL_OK;
 }

@@ -123,6 +123,7 @@ static enum mill_status build(struct mill_error *error)
         status = mill_sim_create(now.world, &now.sim, error);
     if (status != MILL_OK)
         return status;
+    now.deck->observe.starts = 1; /* a page shows one mill */
     now.tally = mill_observers_one(&mill_tally_type, &now.deck->observe, now.world, error);
     return now.tally ? mill_sim_observe(now.sim, now.tally) : MILL_FAILED;
 }

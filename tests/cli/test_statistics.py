@@ -560,3 +560,44 @@ def test_edges_of_energies_are_sixteenths_of_octaves_between_infinities(file):
     assert np.array_equal(edges[1:-2], 2.0 ** (octave - 44) * (1 + part / 16) / 1e3)
     assert np.isin([1e-3, 1e-2, 1e-1], edges).all()
     assert edges[-2] == 2**20 / 1e3 and edges[0] == -np.inf and edges[-1] == np.inf
+
+
+TUMBLING = """\
+[run]
+time = 2 s
+sample_from = 1 s
+starts = 1
+[balls]
+bulk_fill = 25 %
+diameter = 12 mm
+density = 7800 kg/m^3
+[motion.roll]
+kind = turn
+axis = 1 0 0
+speed = 60 rpm
+[drum]
+radius = 60 mm
+length = 40 mm
+motion = roll
+[contact]
+restitution = 0.8
+friction = 0.5
+[output]
+frames = 10 ms
+"""
+
+
+def test_the_map_of_a_drum_that_turns_shows_where_the_charge_is(millsim, write_deck, tmp_path):
+    done = millsim("-q", "-o", "run.h5", write_deck(TUMBLING))
+    assert done.returncode == 0, done.stderr
+    with h5py.File(tmp_path / "run.h5") as file:
+        group = file["statistics/maps/cross_section"]
+        solid = np.nan_to_num(group["solid_fraction"][:])
+        y, z = ((edges[1:] + edges[:-1]) / 2 for edges in (group["y_edges"][:], group["z_edges"][:]))
+        times = file["particles/trajectory/position/time"][:]
+        places = file["particles/trajectory/position/value"][:][times >= 1.0]
+        drawn = np.array([(solid.sum(axis=1) @ y), (solid.sum(axis=0) @ z)]) / solid.sum()
+        flow = [np.nansum(group[f"velocity_{axis}"][:] * solid) / solid.sum() for axis in "yz"]
+    assert drawn == pytest.approx(places[:, :, 1:].mean(axis=(0, 1)), abs=1e-3)
+    assert drawn[1] < -0.02  # it lies at the bottom, in the laboratory
+    assert np.hypot(*flow) < 0.1  # where it stays

@@ -410,7 +410,7 @@ TEST(maps_of_a_turning_container_are_those_of_the_still_one)
     ck_assert(mill_sums_make(&other_flow, &mill_maps_flow, other.cells));
     throw_balls(13);
     mill_maps_sample(&maps, flow.record, &f.world, 0.01, 1);
-    f.world.container.motion = motion;
+    f.world.container.motion = f.world.container.mapped = motion;
     f.world.container.still = false;
     const struct mill_pose pose = mill_world_frame(&f.world, 0.01);
     for (int i = 0; i < FIXTURE_BALLS; i++) {
@@ -438,7 +438,7 @@ TEST(impacts_in_a_turning_container_are_counted_where_it_has_them)
 {
     struct mill_turn form = {.axis = {1, 0, 0}, .speed = 2 * PI};
     struct mill_motion *motion = mill_turn_type.create(&form);
-    f.world.container.motion = motion;
+    f.world.container.motion = f.world.container.mapped = motion;
     f.world.container.still = false;
     fixture_create(&f);
     struct mill_impact impact = impact_of(0.75, MILL_BALL_DRUM, 1, -1, 1, 0.1);
