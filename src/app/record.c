@@ -20,8 +20,7 @@
 
 #define DIGEST "/deck/digest"
 
-static const char status_meaning[] =
-    "complete, stopped (by a signal), failed, or running (or killed while it ran)";
+static const char status_meaning[] = "complete, stopped (by a signal), failed, running (or killed)";
 
 struct mill_totals mill_record_add(const struct mill_world *world, double local)
 {
@@ -68,8 +67,7 @@ static void tell_balance(struct mill_sink *sink, const struct mill_world *world,
     }
     mill_tell_number(sink, "energy_balance_error",
                      turnover == 0 ? 0 : totals->balance_error / turnover, "1",
-                     "|work of all motions - change of energy - dissipation| over the energy "
-                     "turned over");
+                     "|work of all motions - change of energy - dissipation| / energy turned over");
     mill_tell_number(sink, "energy_turnover", turnover, "J",
                      "energy turned over: what the balance's error is measured against");
     mill_tell_count(
@@ -148,9 +146,10 @@ static void tell_events(struct mill_sink *sink, const struct mill_world *world, 
         sink->close(sink);
 }
 
-static void tell_cost(struct mill_sink *sink, const struct mill_facts *facts, uint64_t contacts)
+static void tell_cost(struct mill_sink *sink, const struct mill_facts *facts)
 {
     const struct mill_record_cost *cost = &facts->cost;
+    const double contacts = (double)facts->totals.contacts;
     mill_tell_number(sink, "wall_time", cost->wall, "s", "wall-clock time");
     mill_tell_number(sink, "cpu_time", cost->cpu, "s", "processor time");
     mill_tell_count(sink, "threads", (uint64_t)facts->threads, "threads that the run used");
@@ -161,7 +160,7 @@ static void tell_cost(struct mill_sink *sink, const struct mill_facts *facts, ui
         mill_tell_count(sink, "checkpoints", cost->checkpoints, "checkpoints taken");
     } else {
         mill_tell_number(sink, "contacts_per_cpu_second",
-                         cost->cpu > 0 ? (double)contacts / cost->cpu : (double)NAN, "s-1", "");
+                         cost->cpu > 0 ? contacts / cost->cpu : (double)NAN, "s-1", "");
         mill_tell_number(sink, "simulated_per_wall_second",
                          cost->wall > 0 ? facts->starts * facts->time / cost->wall : (double)NAN,
                          "1", "");
@@ -171,8 +170,6 @@ static void tell_cost(struct mill_sink *sink, const struct mill_facts *facts, ui
 void mill_record_tell(const struct mill_world *world, const struct mill_facts *facts,
                       struct mill_sink *sink)
 {
-    const struct mill_totals totals = facts->totals;
-    char hdf5[32];
     if (sink->full) {
         mill_tell_text(sink, "status", facts->status, status_meaning);
         mill_tell_number(sink, "time", facts->time, "s", "simulated time reached");
@@ -183,20 +180,20 @@ void mill_record_tell(const struct mill_world *world, const struct mill_facts *f
                        "max_collisions, or none as yet");
     tell_events(sink, world, facts->foreign);
     if (facts->foreign) {
+        char hdf5[32];
         mill_h5_version(hdf5, sizeof hdf5);
         mill_tell_text(sink, "hdf5", hdf5, "version of the HDF5 library");
         return;
     }
     mill_tell_number(sink, "rebound_floor", world->rebound_floor, "m s-1",
                      "minimum normal speed after any contact");
-    tell_kinds(
-        sink, "floored", world, world->account.floored,
-        "impacts of this kind, from t = 0, after which the normal speed was the rebound floor");
-    tell_balance(sink, world, &totals);
+    tell_kinds(sink, "floored", world, world->account.floored,
+               "impacts of this kind, from t = 0, that the rebound floor ended");
+    tell_balance(sink, world, &facts->totals);
     if (world->soft.on)
         tell_soft(sink, world);
     tell_sleep(sink, world, facts->local);
-    tell_cost(sink, facts, totals.contacts);
+    tell_cost(sink, facts);
 }
 
 double mill_record_peak_memory(void)

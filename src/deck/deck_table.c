@@ -75,9 +75,8 @@ static const struct mill_key run_key[] = {
     {"time", "end of the run", .unit = "s", POSITIVE, DECK(observe.end)},
     {"sample_from", "statistics are gathered from here to the end", .unit = "s", NOT_NEGATIVE,
      .preset = "0 s", DECK(observe.sample_from), .hidden = sample_found},
-    {"precision", "the run ends when median speed and rotor power are known to this relative "
-     "error; 0: at run.time", .unit = "1", .lo = 0, .hi = 1, .preset = "0", DECK(observe.precision),
-     .zero_is_off = true},
+    {"precision", "the run ends when median speed and power are known to this relative error; 0: at run.time",
+     .unit = "1", .lo = 0, .hi = 1, .preset = "0", DECK(observe.precision), .zero_is_off = true},
     {"max_collisions", "the run ends after this number of impacts; 0: at run.time", .lo = 0,
      .hi = MOST_COLLISIONS, .preset = "0", DECK(observe.max_collisions), .zero_is_off = true},
     {"seed", "seed of every random choice", .type = MILL_KEY_WHOLE, .lo = 0, .hi = SEED_MAX,
@@ -87,8 +86,7 @@ static const struct mill_key run_key[] = {
     {"spheres", "hard, or soft: springs and dashpots in time steps (--soft)", .type = MILL_KEY_CHOICE,
      .preset = "hard", DECK(setup.soft.on), .words = "hard|soft"},
     {"threads", "threads at most; 0: one for each core if there are several starts, or 20 000 balls, else 1",
-     .type = MILL_KEY_WHOLE, .lo = 0, .hi = MOST_THREADS, .preset = "0", DECK(given.threads),
-     .zero_is_off = true},
+     .type = MILL_KEY_WHOLE, .lo = 0, .hi = MOST_THREADS, .preset = "0", DECK(given.threads), .zero_is_off = true},
     {.name = NULL},
 };
 
@@ -248,8 +246,8 @@ static const struct mill_key material_key[] = {
 static const struct mill_key floor_key[] = {
     {"rebound_floor", "minimum normal speed after any contact; 'auto' follows from the mill", .unit = "m/s", .lo = 0,
      .hi = 10, .words = "auto", .named = NAN, .preset = "auto", DECK(setup.rebound_floor)},
-    {"between", "material between the surfaces, such as powder; its contacts replace those of the "
-     "materials", TEXT, DECK(given.between)},
+    {"between", "material between the surfaces, such as powder; its contacts replace those of the materials",
+     TEXT, DECK(given.between)},
     {.name = NULL},
 };
 

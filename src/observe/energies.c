@@ -260,35 +260,35 @@ static void tell_blocks(const struct mill_energies *e, int kind, size_t n, const
     }
 }
 
-void mill_energies_blocks_tell(const struct mill_energies_blocks *const *starts, int several,
+void mill_energies_blocks_tell(const struct mill_energies_blocks *const *blocks, int starts,
                                const struct mill_energies *e, const struct mill_precision *batches,
                                uint64_t from, struct mill_sink *sink)
 {
-    const struct mill_energies_blocks *b = starts[0];
+    const struct mill_energies_blocks *b = blocks[0];
     const struct mill_listed kinds = mill_kinds_listed(e->world);
     const uint64_t first = mill_energies_blocks_first(b, from);
     double edge[MILL_ENERGIES_COARSE + 1];
     if (first >= b->blocks)
         return;
-    const size_t n = several > 1 ? (size_t)several : b->blocks - first;
+    const size_t n = starts > 1 ? (size_t)starts : b->blocks - first;
     const double length = (double)b->length * batches->at.batch;
     int32_t *room =
         mill_sink_room(sink, n * e->classes * e->classes * MILL_ENERGIES_COARSE, sizeof *room);
-    int32_t *sums = several > 1 ? mill_sink_room(sink, n * size_of(b), sizeof *sums) : NULL;
-    for (int k = 0; sums && k < several; k++)
-        add_up(starts[k], first, sums + (size_t)k * size_of(b));
+    int32_t *sums = starts > 1 ? mill_sink_room(sink, n * size_of(b), sizeof *sums) : NULL;
+    for (int k = 0; sums && k < starts; k++)
+        add_up(blocks[k], first, sums + (size_t)k * size_of(b));
     for (int i = 0; i < MILL_ENERGIES_BINS; i++)
         edge[coarse(i)] = mill_energies_edge(i - (i > 0 ? (i - 1) % MILL_ENERGIES_JOINED : 0));
     edge[MILL_ENERGIES_COARSE] = mill_energies_edge(MILL_ENERGIES_BINS);
     sink->open(sink, "blocks");
     mill_tell_array(sink, "edges", MILL_ENERGIES_COARSE + 1, edge, "J",
                     "edges of the bins of the blocks: four bins of the histograms each");
-    mill_tell_number(sink, "duration", several > 1 ? (double)(b->blocks - first) * length : length,
+    mill_tell_number(sink, "duration", starts > 1 ? (double)(b->blocks - first) * length : length,
                      "s", "length of a block; of several starts each is a block");
     mill_tell_count(sink, "period", mill_energies_blocks_period(b, batches->at.period),
                     "blocks in a period of the motions; 0: a block is one or more periods, or "
                     "nothing moves");
-    for (int k = 0; room && (sums || several == 1) && k < kinds.count; k++) {
+    for (int k = 0; room && (sums || starts == 1) && k < kinds.count; k++) {
         sink->open(sink, kinds.name[k]);
         tell_blocks(e, kinds.kind[k], n, sums ? sums : b->count + first * size_of(b), room, sink);
         sink->close(sink);

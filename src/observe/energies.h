@@ -114,7 +114,7 @@ static inline uint64_t mill_energies_blocks_period(const struct mill_energies_bl
 size_t mill_energies_blocks_hard(const struct mill_energies_blocks *blocks, uint64_t first,
                                  double series[MILL_ENERGIES_BLOCKS]);
 
-/* Writes the group "blocks" within the group "energies". from: the first batch that counts. of
+/* Writes the group "blocks" within the group "energies". from: the first batch that counts. Of
  * several starts: one block for each start, the sum of its blocks */
 void mill_energies_blocks_tell(const struct mill_energies_blocks *const *blocks, int starts,
                                const struct mill_energies *energies,

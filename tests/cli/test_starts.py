@@ -101,7 +101,9 @@ def run(tmp_path):
         (SHAKEN, ["run.starts=3"], "3"),
     ],
 )
-def test_a_container_that_moves_is_started_eight_times_and_one_that_stands_once(printed, write_deck, text, sets, starts):
+def test_a_container_that_moves_is_started_eight_times_and_one_that_stands_once(
+    printed, write_deck, text, sets, starts
+):
     words = [word for one in sets for word in ("-s", one)]
     assert printed(write_deck(text), *words)["run.starts"] == starts
 

@@ -123,7 +123,11 @@ def simulate(folder, text):
         pytest.fail(f"{MILLSIM} is not built; run make first")
     (folder / "mill.ini").write_text(text)
     subprocess.run(
-        [MILLSIM, "-q", "-s", "run.starts=1", "-o", "mill.h5", "mill.ini"], cwd=folder, capture_output=True, timeout=120, check=True
+        [MILLSIM, "-q", "-s", "run.starts=1", "-o", "mill.h5", "mill.ini"],
+        cwd=folder,
+        capture_output=True,
+        timeout=120,
+        check=True,
     )
     return Deck.check(folder / "mill.ini"), folder / "mill.h5"
 

@@ -463,7 +463,14 @@ def test_the_trend_of_a_run_is_told():
 
     def of(kinetic, work):
         series = {"kinetic_energy": (time, kinetic), "drive_work": (time, work * time)}
-        run = SimpleNamespace(span=(0.0, 1.0), drive="rotor", starts=1, _starts=lambda *_: None, series=series.get, has_series=series.__contains__)
+        run = SimpleNamespace(
+            span=(0.0, 1.0),
+            drive="rotor",
+            starts=1,
+            _starts=lambda *_: None,
+            series=series.get,
+            has_series=series.__contains__,
+        )
         run._rates = functools.partial(load.Member._rates, run)
         run.bounds, run.means = np.array([0.0, 1.0]), functools.partial(load.Member.means, run)
         return load.Member._trend(run)

@@ -1,6 +1,6 @@
 /* Claims about the mean of a series, of starts, and of counts. */
-#include "observe/spread.h"
 #include "draws.h"
+#include "observe/spread.h"
 #include "unit.h"
 
 #include <gsl/gsl_cdf.h>

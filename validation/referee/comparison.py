@@ -92,7 +92,14 @@ def compare(runner, mill, referee):
     found = {"other": [], "soft": [], "hard": []}
     for seed in range(1, mill.starts + 1):
         own = [f"run.seed={seed}", f"run.time={mill.end} s", f"run.sample_from={mill.begin} s"]
-        own += ["run.precision=0", "run.starts=1", f"output.series={mill.end / 1000:.9g} s", "output.frames=0 s", *sets, *mill.sets]
+        own += [
+            "run.precision=0",
+            "run.starts=1",
+            f"output.series={mill.end / 1000:.9g} s",
+            "output.frames=0 s",
+            *sets,
+            *mill.sets,
+        ]
         own += nudged(runner, path, own, seed)
         with runner.soft(path, own, mill.modulus) as run:
             soft = {key: float(run.read(f"run/soft/{key}")) for key in ("speed", "time_step", "contact_duration")}

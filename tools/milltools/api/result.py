@@ -151,7 +151,7 @@ class Result:
 
     @property
     def median_impact_speed(self) -> Measurement:
-        """Median normal speed of the impacts that do not depend on the rebound floor (`above_floor` of the file) [m/s]; error as for power."""
+        """Median normal speed [m/s] of the impacts that do not depend on the rebound floor; error as for power."""
         return self._measured(MEDIAN)
 
     def read(self, path: str, index: Any = ()) -> Any:

@@ -34,7 +34,9 @@ def facts(result: Any) -> dict[str, str]:
     begin, end = run.window
     each = f", in each of {run.starts} starts" if run.starts > 1 else ""
     found["sampled"] = f"{end - begin:.4g} s, from {begin:.4g} s to {end:.4g} s{each}"
-    found["impact speed"] = f"{result.median_impact_speed}, median v_n of impacts above {1e3 * run.above_floor:.3g} mm/s"
+    found["impact speed"] = (
+        f"{result.median_impact_speed}, median v_n of impacts above {1e3 * run.above_floor:.3g} mm/s"
+    )
     for head, name, unit, what in (
         ("median", "median", "m/s", "of all impacts"),
         ("rate", "rate_above_1/all", "1/s", "of impacts above 1 m/s"),

@@ -182,8 +182,8 @@ class Run(Store):
 
     @property
     def cost(self) -> float:
-        """CPU seconds per simulated second of a start: from /run/price, or, if that is not there, from the CPU time; NaN if the
-        run has not begun."""
+        """CPU seconds per simulated second of a start: from /run/price, or, if that is not there, from the CPU time;
+        NaN if the run has not begun."""
         if self.has("run/price"):
             return float(self.read("run/price"))
         return float(self.read("run/cpu_time")) / self.time / self.starts if self.time > 0 else float("nan")

@@ -290,7 +290,8 @@ def window(run) -> str:
         return f"{reached}; nothing was sampled."
     first, last = run.window
     each = f", in each of {run.starts} starts" if run.starts > 1 else ""
-    return f"{reached} and sampled for {scaled(run.duration / run.starts, 's')}, from {scaled(first, 's')} to {scaled(last, 's')}{each}."
+    span = f"for {scaled(run.duration / run.starts, 's')}, from {scaled(first, 's')} to {scaled(last, 's')}"
+    return f"{reached} and sampled {span}{each}."
 
 
 def notes(run) -> list[str]:
