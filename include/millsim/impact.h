@@ -17,16 +17,20 @@ enum { MILL_FALL_POINTS = 16 };
 
 /* How the restitution of a kind of contact falls with the normal speed */
 struct mill_fall {
-    /* 0: it does not. 1: 1 - e grows as v^(1/5) through this point (Kuwabara & Kono, Jpn. J. Appl.
-     * Phys. 26 (1987) 1230). More: linear between the points, constant outside. */
+    /* 0: it does not. 1: that of viscoelastic spheres (Kuwabara & Kono, Jpn. J. Appl. Phys. 26
+     * (1987) 1230) through this point. More: linear between the points, constant outside. */
     int points;
     double speed[MILL_FALL_POINTS]; /* [m/s] ascending; that of a single point is positive */
     double restitution[MILL_FALL_POINTS];
+    double loss; /* mill_impact_loss of a single point; 0: it is computed when needed */
 };
 
 /* The restitution at this normal speed [m/s]; at a negative one that of speed 0. fall->points > 0
  */
 double mill_impact_restitution(const struct mill_fall *fall, double normal_speed);
+
+/* By how much viscoelastic spheres with this restitution are damped */
+double mill_impact_loss(double restitution);
 
 struct mill_rebound {
     vec3 impulse;              /* [N s] taken from body 1, given to body 2 */

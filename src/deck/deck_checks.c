@@ -417,8 +417,19 @@ static void warn_of_materials(const struct mill_deck *deck)
             : "is not used: the balls have no 'material'");
 }
 
+/* Materials give the contacts of clean surfaces. */
+static void warn_of_powder(const struct mill_deck *deck)
+{
+    const bool clean = deck->mill.contact[MILL_BALL_BALL].assumed[0] && !deck->given.between;
+    if (clean && mill_deck_section(&deck->text, "powder"))
+        mill_deck_faults_warn(deck, "powder", "mass",
+                              "the contacts are those of clean surfaces; [contact] between = "
+                              "powder gives those of surfaces with powder");
+}
+
 void mill_deck_warn(const struct mill_deck *deck)
 {
+    warn_of_powder(deck);
     warn_of_frames(deck);
     warn_of_mouths(deck);
     warn_of_idle(deck);

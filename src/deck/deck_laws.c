@@ -12,7 +12,8 @@
 static const struct mill_fall steel = {
     10,
     {1, 1.5, 2, 3, 5, 7, 10, 15, 20, 30},
-    {0.97, 0.937, 0.89, 0.819, 0.731, 0.676, 0.621, 0.562, 0.524, 0.474}};
+    {0.97, 0.937, 0.89, 0.819, 0.731, 0.676, 0.621, 0.562, 0.524, 0.474},
+    0.0};
 
 /* The value, or where it is not given (NaN) the other one */
 static double first_of(double given, double other)
@@ -180,7 +181,7 @@ static double restitution_of(const struct mill_deck_law *law)
 
 struct mill_fall mill_deck_laws_fall(const struct mill_deck_law *law)
 {
-    const struct mill_fall power = {1, {law->speed}, {law->restitution}}, none = {0};
+    const struct mill_fall power = {1, {law->speed}, {law->restitution}, 0.0}, none = {0};
     return law->rows ? *law->rows : law->speed > 0.0 ? power : none;
 }
 

@@ -409,6 +409,9 @@ enum mill_fault_code mill_start_world(const struct mill_setup *setup,
         w->g = setup->gravity;
         memcpy(w->law, setup->law, sizeof w->law);
         memcpy(w->fall, setup->fall, sizeof w->fall);
+        for (int k = 0; k < w->kinds.count; k++)
+            if (w->fall[k].points == 1)
+                w->fall[k].loss = mill_impact_loss(w->fall[k].restitution[0]);
         w->rebound_floor = isnan(setup->rebound_floor) ? floor_of(w) : setup->rebound_floor;
         w->soft = setup->soft;
         if (mill_ends_fit(setup, w->motion, fault) &&

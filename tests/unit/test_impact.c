@@ -218,21 +218,47 @@ TEST(elastic_balls_that_rebound_with_all_their_slip_lose_nothing)
 TEST(a_falling_restitution_goes_through_its_points)
 {
     uint64_t seed = 7;
-    const struct mill_fall power = {1, {2.0}, {0.8}};
-    const struct mill_fall table = {3, {0.5, 1.0, 4.0}, {0.9, 0.7, 0.4}};
+    const struct mill_fall power = {1, {2.0}, {0.8}, 0.0};
+    const struct mill_fall table = {3, {0.5, 1.0, 4.0}, {0.9, 0.7, 0.4}, 0.0};
     ck_assert_double_eq(mill_impact_restitution(&power, 0.0), 1.0);
     ck_assert_double_eq(mill_impact_restitution(&power, -1e-18), 1.0);
-    ck_assert_double_eq(mill_impact_restitution(&power, 1e9), 0.0);
+    ck_assert_double_lt(mill_impact_restitution(&power, 1e9), 0.05);
+    ck_assert_double_eq_tol(mill_impact_restitution(&power, 2.0), 0.8, 1e-14);
+    struct mill_fall known = power; /* as a world keeps it */
+    known.loss = mill_impact_loss(0.8);
     for (int k = 0; k < 1000; k++) {
-        const double v = log_uniform(&seed, 1e-6, 30.0);
-        const double e = 1.0 - 0.2 * pow(v / 2.0, 0.2);
-        ck_assert_double_le(fabs(mill_impact_restitution(&power, v) - e), 1e-14);
+        const double v = log_uniform(&seed, 1e-6, 30.0), e = mill_impact_restitution(&power, v);
+        ck_assert(e > mill_impact_restitution(&power, 1.01 * v) && e < 1.0);
+        ck_assert_double_eq(e, mill_impact_restitution(&known, v));
+        /* slow impacts: the first term, 1 - e ~ v^(1/5) */
+        const double slow = (1.0 - mill_impact_restitution(&power, 1e-9 * v)) /
+                            (1.0 - mill_impact_restitution(&power, 1e-11 * v));
+        ck_assert_double_eq_tol(slow, pow(100.0, 0.2), 0.03);
     }
+    const struct mill_fall elastic = {1, {2.0}, {1.0}, 0.0};
+    ck_assert_double_eq(mill_impact_restitution(&elastic, 5.0), 1.0);
     for (int k = 0; k < 3; k++)
         ck_assert_double_eq(mill_impact_restitution(&table, table.speed[k]), table.restitution[k]);
     ck_assert_double_eq(mill_impact_restitution(&table, 0.0), 0.9);
     ck_assert_double_eq(mill_impact_restitution(&table, 99.0), 0.4);
     ck_assert_double_eq_tol(mill_impact_restitution(&table, 2.0), 0.6, 1e-15);
+}
+
+/* At 0.001, 0.1 and 10 times the speed of the point: the equation of motion of viscoelastic spheres
+ * (force ~ x^1.5 + a x^0.5 x'), integrated until the force is zero (by Runge-Kutta, rtol 1e-10) */
+TEST(a_restitution_that_falls_is_that_of_the_integrated_contact)
+{
+    static const double integrated[][4] = {{0.9, 0.974, 0.935, 0.848},
+                                           {0.8, 0.944, 0.867, 0.709},
+                                           {0.7, 0.910, 0.794, 0.582},
+                                           {0.5, 0.822, 0.629, 0.365}};
+    for (int k = 0; k < 4; k++) {
+        const struct mill_fall fall = {1, {3.0}, {integrated[k][0]}, 0.0};
+        for (int i = 1; i < 4; i++) {
+            const double v = 3.0 * (i == 1 ? 1e-3 : i == 2 ? 0.1 : 10.0);
+            ck_assert_double_eq_tol(mill_impact_restitution(&fall, v), integrated[k][i], 0.005);
+        }
+    }
 }
 
 TEST(a_sticking_contact_reverses_the_slip_by_exactly_its_restitution)
