@@ -48,23 +48,24 @@ static void play_pairs(double gap)
     take();
 }
 
-TEST(friction_and_a_restitution_below_0_7_are_noted_before_the_run)
+/* Below what was compared with soft spheres: 0.3 in a charge that nothing stirs */
+TEST(friction_and_a_low_restitution_are_noted_before_the_run)
 {
-    f.world.law[MILL_BALL_DRUM] = (struct mill_law){.restitution = 0.69, .friction = 0.3};
+    f.world.law[MILL_BALL_DRUM] = (struct mill_law){.restitution = 0.29, .friction = 0.3};
     mill_notes_expect(&notes, &f.world, NULL, NAN);
     ck_assert(noted("restitution"));
     ck_assert_ptr_nonnull(strstr(note_of("restitution")->text, "ball_drum"));
-    f.world.law[MILL_BALL_DRUM].restitution = 0.7;
+    f.world.law[MILL_BALL_DRUM].restitution = 0.3;
     mill_notes_expect(&notes, &f.world, NULL, NAN);
     ck_assert(!noted("restitution"));
-    f.world.law[MILL_BALL_DRUM] = (struct mill_law){.restitution = 0.5};
+    f.world.law[MILL_BALL_DRUM] = (struct mill_law){.restitution = 0.2};
     mill_notes_expect(&notes, &f.world, NULL, NAN);
     ck_assert(!noted("restitution"));
 }
 
 TEST(a_law_that_no_contact_obeyed_is_not_noted_after_it)
 {
-    f.world.law[MILL_BALL_BLADE] = (struct mill_law){.restitution = 0.5, .friction = 0.3};
+    f.world.law[MILL_BALL_BLADE] = (struct mill_law){.restitution = 0.2, .friction = 0.3};
     play_pairs(1e-4);
     ck_assert(!noted("restitution"));
 }
