@@ -198,8 +198,9 @@ static void add_starts(struct mill_tally_results *r)
 static void doubt(struct mill_tally_results *r)
 {
     struct mill_precision_known *known = &r->at.known;
-    /* soft spheres have no floor that would tell */
-    const bool rests = r->world->soft.on || r->floor_share[r->all] > MILL_TALLY_RESTING;
+    /* where no floor acts (soft spheres, other programs) it does not tell */
+    const double share = r->floor_share[r->all];
+    const bool rests = r->world->soft.on || !(share > 0) || share > MILL_TALLY_RESTING;
     const bool moves = r->world->container.motion && rests;
     r->doubt = r->tally->starts == 1 && moves           ? MILL_TALLY_ONE_START
                : r->tally->starts == 1                  ? MILL_TALLY_KNOWN

@@ -184,8 +184,11 @@ def test_the_statistics_are_those_of_a_run_sampled_from_the_cut_to_the_end(known
         b.visititems(lambda name, item: names.append(name) if hasattr(item, "shape") else None)
         assert len(names) > 100
         for name in names:
-            # snapshots for the flow of the maps are taken at other times
-            if re.search("maps/.*(solid|velocity)|maps/samples", name):
+            # snapshots for the flow of the maps are taken at other times, and blocks begin at others
+            if re.search("maps/.*(solid|velocity)|maps/samples|energies/blocks", name):
+                continue
+            if a[name].dtype.kind == "O":
+                assert a[name][()] == b[name][()], name
                 continue
             if a[name].dtype.kind == "u":
                 assert np.array_equal(a[name][()], b[name][()]), name

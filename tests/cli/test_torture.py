@@ -149,7 +149,6 @@ def test_a_rotor_in_a_crystal_of_064_shears_it_and_what_it_lets_go_is_counted(ru
     orders = [f"run.time={ms(0.1)}", f"output.frames={ms(0.05)}", "balls.diameter=3 mm"]
     done = run(MILL, *orders, start=r, balls=len(r))
     assert done.run["floored"]["ball_ball"] > 0.3 * done.run["collisions"]["ball_ball"]
-    assert "at the rebound floor" in done.notes
 
 
 # ---- gaps, speeds, laws ----
@@ -213,7 +212,6 @@ def test_a_quarter_full_mill_of_restitution_a_half_with_friction_at_1500_rpm_run
     done = run(MILL, *orders, f"output.frames={ms(2)}", balls=1200)
     assert "contacts with friction have a restitution of 0.5" in done.notes
     assert done.run["floored"]["ball_ball"] > 0.3 * done.run["collisions"]["ball_ball"]
-    assert "of the ball-ball contacts are at the rebound floor" in done.notes
 
 
 # ---- few, many, unequal ----

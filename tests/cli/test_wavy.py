@@ -56,7 +56,7 @@ def datasets(path, groups):
         found = {}
         file.visititems(
             lambda name, item: (
-                found.update({name: item[()].tobytes()})
+                found.update({name: np.asarray(item[()]).tobytes()})
                 if isinstance(item, h5py.Dataset) and name.split("/")[0] in groups
                 else None
             )

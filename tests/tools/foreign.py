@@ -121,9 +121,9 @@ def simulate(folder, text):
     """A deck, and millsim's own file of it."""
     if not MILLSIM.exists():
         pytest.fail(f"{MILLSIM} is not built; run make first")
-    (folder / "mill.ini").write_text(text)
+    (folder / "mill.ini").write_text(text.replace("[run]\n", "[run]\nstarts = 1\n", 1))
     subprocess.run(
-        [MILLSIM, "-q", "-s", "run.starts=1", "-o", "mill.h5", "mill.ini"],
+        [MILLSIM, "-q", "-o", "mill.h5", "mill.ini"],
         cwd=folder,
         capture_output=True,
         timeout=120,

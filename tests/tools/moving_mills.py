@@ -28,7 +28,7 @@ centre = 60 0 0 mm
 radius = 20 mm
 length = 30 mm
 """
-PLANETARY = "[run]\ntime = 600 ms\nsample_from = 100 ms\n" + JAR_ON_A_DISK + CHARGE.format(count=12)
+PLANETARY = "[run]\ntime = 900 ms\nsample_from = 400 ms\n" + JAR_ON_A_DISK + CHARGE.format(count=12)
 ATTRITOR = """\
 [run]
 time = 250 ms

@@ -183,7 +183,7 @@ TEST(the_summary_fits_80_columns_with_every_note_and_large_numbers)
 {
     run_mill();
     for (int kind = 0; kind < MILL_KINDS; kind++) {
-        f.world.law[kind].restitution = 0.5;
+        f.world.law[kind].restitution = 0.2;
         f.world.law[kind].friction = 0.3;
         f.tally->gathered.impacts[kind].normal.slot[900].count = 123456789012;
         f.tally->gathered.impacts[kind].normal.slot[900].dissipation = 123456.789;
@@ -192,7 +192,7 @@ TEST(the_summary_fits_80_columns_with_every_note_and_large_numbers)
     facts.status = "stopped";
     const char *table = printed(false);
     assert_holds(table, "note: stopped at 1.5 s");
-    assert_holds(table, "note: contacts with friction have a restitution of 0.5");
+    assert_holds(table, "note: contacts with friction have a restitution of 0.2");
     assert_fits(table);
 }
 

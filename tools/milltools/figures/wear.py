@@ -190,7 +190,7 @@ class WearFigure(Figure):
                 if axes:
                     subtitle(ax, sheet.name, 52 if len(row) == 1 else 24)
                 ax.grid(False)
-                ax.locator_params(axis="x", nbins=5 if sheet.unrolled or height < 0.75 else 3)
+                ax.locator_params(axis="x", nbins=5 if sheet.unrolled or len(row) == 1 else 3)
                 axes.append(ax)
         return axes
 
