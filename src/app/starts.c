@@ -167,7 +167,9 @@ static void advance(const struct mill_starts *s, struct mill_starts_one *one)
 {
     double now = mill_record_clock(CLOCK_MONOTONIC);
     const double aim = s->due - now;
-    while (one->status == MILL_OK && one->reached < s->plan.until && now < s->due && !*s->stop) {
+    if (one->status != MILL_OK || one->reached >= s->plan.until)
+        return;
+    do { /* the first slice in any case: a run that is stopped at once has its first frame */
         const double before = now, reached = mill_sim_time(one->sim);
         one->status = mill_sim_run(one->sim, s->plan.until, one->slice, s->stop, &one->error);
         now = mill_record_clock(CLOCK_MONOTONIC);
@@ -177,16 +179,19 @@ static void advance(const struct mill_starts *s, struct mill_starts_one *one)
         else if (mill_sim_time(one->sim) < s->plan.until) /* the slice was not cut off by the end */
             one->slice = (uint64_t)fmin(
                 fmax((double)one->slice * aim / fmax(now - before, 1e-6), LEAST), MOST);
-    }
+    } while (one->status == MILL_OK && one->reached < s->plan.until && now < s->due);
 }
 
 static void run_part(void *self, int part)
 {
     struct mill_starts *s = self;
     (void)part;
-    for (int k; mill_record_clock(CLOCK_MONOTONIC) < s->due &&
-                (k = __atomic_fetch_add(&s->next, 1, __ATOMIC_SEQ_CST)) < s->count;)
-        advance(s, &s->one[k]);
+    int k;
+    do {
+        k = __atomic_fetch_add(&s->next, 1, __ATOMIC_SEQ_CST);
+        if (k < s->count)
+            advance(s, &s->one[k]);
+    } while (k < s->count && mill_record_clock(CLOCK_MONOTONIC) < s->due);
 }
 
 enum mill_status mill_starts_go(struct mill_starts *s, double wall,
