@@ -5,6 +5,9 @@
 #include "millsim/setup.h"
 #include "millsim/world.h"
 
+/* Share that the balls fill in a heap: bulk density over density */
+#define MILL_START_PACKING 0.6
+
 /* Receives frequent reports of the progress: `done` of `all` balls have a start position. */
 struct mill_start_watch {
     void (*tell)(void *self, const char *what, int32_t done, int32_t all);

@@ -46,7 +46,7 @@ static int threads_of(const struct mill_deck *deck, int starts)
 
 /* ---- making ---- */
 
-static struct mill_tally *tally_of(struct mill_starts_one *one)
+static struct mill_tally *tally_of(const struct mill_starts_one *one)
 {
     return (struct mill_tally *)one->observers.each[0];
 }
@@ -218,8 +218,7 @@ static double variance_ratio(const struct mill_starts *s, uint64_t from)
     const struct mill_precision_rate *loss = &mill_precision_rates[MILL_PRECISION_LOSS];
     double mean[MILL_PRECISION_STARTS], each[MILL_PRECISION_BATCHES], own = 0;
     for (int k = 0; k < s->count; k++) {
-        const struct mill_precision *p =
-            &((struct mill_tally *)s->one[k].observers.each[0])->batches;
+        const struct mill_precision *p = &tally_of(&s->one[k])->batches;
         const uint64_t n = p->at.batches - from;
         for (uint64_t i = 0; i < n; i++)
             each[i] = mill_precision_one(p, from + i, from + i + 1, loss, p->kinds, 0);

@@ -11,7 +11,6 @@
 #include <string.h>
 
 enum { TEXT = 64 };
-#define RANDOM_PACKING 0.6 /* share that balls fill in a heap of balls: bulk density / density */
 
 /* ---- numbers as texts ---- */
 
@@ -116,7 +115,7 @@ static void print_balls(const struct mill_world *world, FILE *out)
                       mill_summary_text_si(1e3 * mill_summary_mass(world), "g"));
     if (room > 0)
         fprintf(out, ": %.3g %% of the free room, %.3g %% with 40 %% voids", 100 * volume / room,
-                100 * volume / (room * RANDOM_PACKING));
+                100 * volume / (room * MILL_START_PACKING));
     fputc('\n', out);
 }
 

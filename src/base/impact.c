@@ -44,7 +44,7 @@ struct mill_rebound mill_impact_resolve(const struct mill_law *law, double rebou
 }
 
 /* The restitution of viscoelastic spheres that part when their force is zero, integrated over the
- * contact, in Pade form: within 5e-4 (Muller & Poschel, Phys. Rev. E 84 (2011) 021302). loss: the
+ * contact, in Pade form: within 0.005 (Muller & Poschel, Phys. Rev. E 84 (2011) 021302). loss: the
  * root of the damping, times v^(1/10) */
 static double viscoelastic(double loss)
 {

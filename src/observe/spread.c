@@ -10,7 +10,7 @@
  * over the root of their number is the standard error, with Student's t. A single start is cut into
  * eight pieces, which stand for starts: they are independent if they are much longer than what the
  * mill remembers. Where a container moves, a charge may keep its first arrangement for ever, and no
- * series of one start shows this (docs/precision.md has the measurements).
+ * series of one start shows this (docs/physics.md has the measurements).
  */
 #include "observe/spread.h"
 

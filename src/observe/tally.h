@@ -74,7 +74,7 @@ double mill_tally_contact(const struct mill_world *world, int kind);
 /* ---- results ---- */
 
 /* Part of all impacts at the rebound floor, in a container that moves: then balls rest on its wall
- * and keep their first arrangement, and no error of a single start is right (docs/precision.md) */
+ * and keep their first arrangement, and no error of a single start is right (docs/physics.md) */
 #define MILL_TALLY_RESTING 0.4
 
 enum { MILL_TALLY_LEVELS = 10 };

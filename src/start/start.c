@@ -25,7 +25,6 @@ enum { MOST_SINGLES = 12 };
 #define ON_END 1e-6
 /* [m/s] a higher speed is a mistake in the units, and its square may overflow */
 #define LIGHT 299792458.0
-#define BULK 0.6           /* share of a heap that balls fill */
 #define FLOOR 0.03         /* of the speed of a fall through the charge */
 #define FLOOR_AT_REST 5e-3 /* [m/s] where nothing pushes the balls */
 
@@ -375,7 +374,7 @@ static double floor_of(const struct mill_world *w)
     double bulk = 0.0, push = 0.0; /* [m^3] of the heap of balls, [m/s^2] */
     for (int32_t i = 0; i < w->balls; i++) {
         const double a = radius_of(w, i);
-        bulk += 4.0 / 3.0 * MILL_PI * a * a * a / BULK;
+        bulk += 4.0 / 3.0 * MILL_PI * a * a * a / MILL_START_PACKING;
     }
     for (int k = 0; k < w->motions; k++)
         push = fmax(push, push_of(w, w->motion[k]));
