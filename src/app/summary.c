@@ -150,19 +150,33 @@ static const char *text_rate(const struct mill_spread_mean *rate, double time)
                : mill_summary_text_mean(rate, "/s");
 }
 
+/* Prints the hard impacts: those that were asked for, or those that lose half of the energy. */
+static void print_hard(const struct mill_summary *s)
+{
+    const struct mill_tally_results *r = s->results;
+    const struct mill_precision_known *known = &r->at.known;
+    const char *sort = mill_energies_sums.sum[r->is_hard.sort].name;
+    if (isnan(r->is_hard.energy)) {
+        mill_summary_line(s->out, "fast impacts", "%s at 1 m/s or more\n",
+                          text_rate(&known->fast[r->all][ABOVE_1], r->duration));
+        return;
+    }
+    mill_summary_line(
+        s->out, "hard impacts", "%s of %s%s%s or more%s\n", text_rate(&r->hard, r->duration),
+        mill_summary_text_si(r->is_hard.energy, "J"), r->is_hard.sort > 0 ? " " : "",
+        r->is_hard.sort > 0 ? sort : "", isnan(r->tally->hard) ? ": half the losses" : "");
+    if (r->hard_per_joule.value * known->drive.value * r->duration > MILL_SPREAD_SEEN - 0.5)
+        mill_summary_line(s->out, "", "%s of work of the drive\n",
+                          mill_summary_text_mean(&r->hard_per_joule, "/J"));
+}
+
 static void print_means(const struct mill_summary *s)
 {
     const struct mill_tally_results *r = s->results;
     const struct mill_precision_known *known = &r->at.known;
     if (s->world->period < (double)INFINITY)
         print_drive(s);
-    mill_summary_line(s->out, "hard impacts", "%s of 1 mJ or more\n",
-                      text_rate(&r->hard, r->duration));
-    if (r->hard_per_joule.value * known->drive.value * r->duration > MILL_SPREAD_SEEN - 0.5)
-        mill_summary_line(s->out, "", "%s of 1 mJ or more, per work of the drive\n",
-                          mill_summary_text_mean(&r->hard_per_joule, "/J"));
-    mill_summary_line(s->out, "", "%s at 1 m/s or more\n",
-                      text_rate(&known->fast[r->all][ABOVE_1], r->duration));
+    print_hard(s);
     mill_summary_line(s->out, "median v_n", "%s above %s, %s of all\n",
                       mill_summary_text_mean(&known->median_fast, "m/s"),
                       mill_summary_text("%.3g mm/s", 1e3 * r->above_floor),

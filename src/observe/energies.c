@@ -80,6 +80,79 @@ double mill_energies_edge(int i)
            MILL_ENERGIES_MILLI;
 }
 
+/* Part of the impacts of a bin that have this energy or more */
+static double part_above(int bin, double energy)
+{
+    const double low = mill_energies_edge(bin), high = mill_energies_edge(bin + 1);
+    return energy <= low || bin == MILL_ENERGIES_BINS - 1 ? energy <= low
+           : energy >= high || bin == 0                   ? 0
+                                                          : log(high / energy) / log(high / low);
+}
+
+/* A bin of all pairs together */
+struct bin {
+    double count, lost;
+};
+
+static size_t coarse(int bin)
+{
+    return bin == 0 ? 0 : (size_t)((bin - 1) / MILL_ENERGIES_JOINED) + 1;
+}
+
+static struct bin bin_of(const struct mill_energies_pair *pair, size_t pairs, int bin, int sort)
+{
+    struct bin all = {0, 0};
+    for (const struct mill_energies_pair *end = pair + pairs; pair < end; pair++) {
+        all.count += (double)(sort == 0   ? pair->normal[bin].count
+                              : sort == 1 ? pair->total[bin]
+                                          : pair->dissipated[bin]);
+        all.lost += pair->normal[bin].dissipation;
+    }
+    return all;
+}
+
+/* The normal energy above which half of the energy is lost that impacts lose in the bins, and what
+ * an impact of this energy loses */
+static double find_half(const struct mill_energies_pair *pair, size_t pairs, double *each)
+{
+    double all = 0, above = 0;
+    for (int i = 1; i < MILL_ENERGIES_BINS - 1; i++)
+        all += bin_of(pair, pairs, i, 0).lost;
+    for (int i = MILL_ENERGIES_BINS - 2; i > 0 && all > 0; i--) {
+        const struct bin at = bin_of(pair, pairs, i, 0);
+        if (above + at.lost >= 0.5 * all && at.count > 0) {
+            const double low = mill_energies_edge(i), high = mill_energies_edge(i + 1);
+            *each = at.lost / at.count;
+            return high * pow(low / high, fmax(0, 0.5 * all - above) / at.lost);
+        }
+        above += at.lost;
+    }
+    return (double)NAN;
+}
+
+struct mill_energies_hard mill_energies_find_hard(const struct mill_energies_pair *pair,
+                                                  size_t pairs, double asked, int sort)
+{
+    double each = 0, count[MILL_ENERGIES_COARSE] = {0};
+    struct mill_energies_hard hard = {.energy = asked, .sort = sort};
+    if (isnan(asked)) {
+        hard.sort = 0;
+        hard.energy = find_half(pair, pairs, &each);
+    }
+    for (int i = 0; i < MILL_ENERGIES_BINS && !isnan(hard.energy); i++) {
+        const struct bin at = bin_of(pair, pairs, i, hard.sort);
+        const double part = part_above(i, hard.energy);
+        hard.count += part * at.count;
+        count[coarse(i)] += at.count;
+        hard.weight[coarse(i)] += part * at.count;
+        if (each > 0) /* more loss above the energy raises it, which leaves fewer impacts above */
+            hard.weight[coarse(i)] -= (part - 0.5) * at.lost / each;
+    }
+    for (size_t i = 0; i < MILL_ENERGIES_COARSE; i++)
+        hard.weight[i] = count[i] > 0 ? hard.weight[i] / count[i] : 0;
+    return hard;
+}
+
 /* The pairs of a kind in the order of the file, -1: none there. Returns the rank of their array. */
 static int list_pairs(const struct mill_energies *e, int kind, size_t dims[2],
                       int32_t which[MILL_ENERGIES_CLASSES * MILL_ENERGIES_CLASSES])
@@ -130,11 +203,6 @@ void mill_energies_tell(const struct mill_energies *e, const struct mill_sums *s
 static size_t size_of(const struct mill_energies_blocks *b)
 {
     return b->pairs * MILL_ENERGIES_SORTS * MILL_ENERGIES_COARSE;
-}
-
-static size_t coarse(int bin)
-{
-    return bin == 0 ? 0 : (size_t)((bin - 1) / MILL_ENERGIES_JOINED) + 1;
 }
 
 bool mill_energies_blocks_init(struct mill_energies_blocks *b, size_t pairs)
@@ -201,17 +269,17 @@ void mill_energies_blocks_close(struct mill_energies_blocks *b,
         join(b, period);
 }
 
-size_t mill_energies_blocks_hard(const struct mill_energies_blocks *b, uint64_t first,
-                                 double series[MILL_ENERGIES_BLOCKS])
+size_t mill_energies_blocks_weigh(const struct mill_energies_blocks *b, uint64_t first, int sort,
+                                  const double weight[MILL_ENERGIES_COARSE],
+                                  double series[MILL_ENERGIES_BLOCKS])
 {
-    enum { MILLIJOULE = -MILL_ENERGIES_LOWEST * 16 + 1 }; /* the bin that begins at 1 mJ */
-    const size_t low = coarse(MILLIJOULE), stride = MILL_ENERGIES_SORTS * MILL_ENERGIES_COARSE;
     size_t n = 0;
     for (uint64_t k = first; k < b->blocks; k++, n++) {
+        const int32_t *count = b->count + k * size_of(b) + (size_t)sort * MILL_ENERGIES_COARSE;
         series[n] = 0;
-        for (size_t i = 0; i < b->pairs; i++)
-            for (size_t bin = low; bin < MILL_ENERGIES_COARSE; bin++)
-                series[n] += b->count[k * size_of(b) + i * stride + bin];
+        for (size_t i = 0; i < b->pairs; i++, count += MILL_ENERGIES_SORTS * MILL_ENERGIES_COARSE)
+            for (size_t bin = 0; bin < MILL_ENERGIES_COARSE; bin++)
+                series[n] += weight[bin] * count[bin];
     }
     return n;
 }

@@ -109,10 +109,11 @@ static inline uint64_t mill_energies_blocks_period(const struct mill_energies_bl
     return period > blocks->length && period % blocks->length == 0 ? period / blocks->length : 0;
 }
 
-/* Impacts of all pairs with a normal energy of 1 mJ or more in each block from `first` on.
- * Returns the number of these blocks. */
-size_t mill_energies_blocks_hard(const struct mill_energies_blocks *blocks, uint64_t first,
-                                 double series[MILL_ENERGIES_BLOCKS]);
+/* Impacts of all pairs in each block from `first` on, each bin with its weight. Returns the number
+ * of these blocks. */
+size_t mill_energies_blocks_weigh(const struct mill_energies_blocks *blocks, uint64_t first,
+                                  int sort, const double weight[MILL_ENERGIES_COARSE],
+                                  double series[MILL_ENERGIES_BLOCKS]);
 
 /* Writes the group "blocks" within the group "energies". from: the first batch that counts. Of
  * several starts: one block for each start, the sum of its blocks */
@@ -120,6 +121,20 @@ void mill_energies_blocks_tell(const struct mill_energies_blocks *const *blocks,
                                const struct mill_energies *energies,
                                const struct mill_precision *batches, uint64_t from,
                                struct mill_sink *sink);
+
+/* Hard impacts: those of `energy` [J] or more. In a bin, impacts are spread evenly over the
+ * logarithm of energy. */
+struct mill_energies_hard {
+    double energy; /* NaN: nothing is lost, and nothing is hard */
+    int sort;      /* of the energy: normal, total, dissipated */
+    double count;
+    /* of an impact of a block in the variation of `count`; a found energy varies, too */
+    double weight[MILL_ENERGIES_COARSE];
+};
+
+/* asked [J]: NaN: the normal energy above which half of the lost energy falls */
+struct mill_energies_hard mill_energies_find_hard(const struct mill_energies_pair *pair,
+                                                  size_t pairs, double asked, int sort);
 
 /* [J] Lower edge of bin i; for i = MILL_ENERGIES_BINS the upper edge of the last bin */
 double mill_energies_edge(int i);

@@ -352,7 +352,6 @@ static enum mill_status create(struct mill_observer *observer, const struct mill
     const double duration = fmax(0, asked->end - asked->sample_from);
     tally->begin = asked->sample_from; /* 0 if it is to be found */
     tally->end = fmax(asked->end, asked->sample_from);
-    tally->watch = asked->sample_from - 2 * asked->strike_window; /* twice, because of rounding */
     tally->interval = duration > 0 ? fmin(1e-3, duration / 100) : (double)INFINITY;
     mill_spectrum_grid_init(&tally->grid);
     tally->world = world;
@@ -361,13 +360,17 @@ static enum mill_status create(struct mill_observer *observer, const struct mill
     for (int kind = 0; kind < world->kinds.count; kind++) /* equal for all surfaces */
         tally->contact[kind] =
             kind < 2 ? mill_tally_contact(world, kind) : tally->contact[kind - 1];
+    const double window =
+        isnan(asked->strike_window) ? tally->contact[MILL_BALL_BALL] : asked->strike_window;
+    tally->watch = asked->sample_from - 2 * window; /* twice, because of rounding */
+    tally->hard = asked->hard;
+    tally->hard_by = asked->hard_by;
     memcpy(tally->law, asked->wear, sizeof tally->law);
     if (!mill_gathered_plan(&tally->plan, world) ||
         !mill_gathered_make(&tally->gathered, &tally->plan, tally->plan.kinds) ||
         !mill_energies_blocks_init(&tally->blocks, tally->plan.energies.pairs))
         return mill_error_set(error, MILL_FAILED, "out of memory for maps, spectra and energies");
-    if (!mill_strikes_init(&tally->pairs, asked->strike_window) ||
-        !plan_batches(tally, asked, world))
+    if (!mill_strikes_init(&tally->pairs, window) || !plan_batches(tally, asked, world))
         return mill_error_set(error, MILL_FAILED, "out of memory for the statistics");
     if (tally->begin <= 0 && duration > 0)
         open_window(tally, &world->account);

@@ -29,9 +29,11 @@ struct mill_tally_progress {
 };
 
 struct mill_tally {
-    struct mill_observer observer;   /* first: the event loop only knows this member */
-    double begin, end;               /* [s] the planned window; begin 0 if it is to be found */
-    double watch;                    /* [s] pairs are recorded for strikes from here on */
+    struct mill_observer observer; /* first: the event loop only knows this member */
+    double begin, end;             /* [s] the planned window; begin 0 if it is to be found */
+    double watch;                  /* [s] pairs are recorded for strikes from here on */
+    double hard;                   /* [J] as asked for; NaN: to be found */
+    int hard_by;
     double contact[MILL_KINDS_MOST]; /* [s] duration of a contact as stiff as steel */
     double interval;                 /* [s] between the samples for the maps; INFINITY: none */
     const struct mill_world *world;
@@ -127,7 +129,8 @@ struct mill_tally_results {
     size_t blocks;      /* in the window */
     /* Why there are no errors: only one start, or fewer than their scatter needs, or a drift */
     enum mill_tally_doubt doubt;
-    /* Impacts of 1 mJ or more: [1/s], and [1/J] of work of the drive; NaN: no drive does work */
+    struct mill_energies_hard is_hard;
+    /* hard impacts: [1/s], and [1/J] of work of the drive; NaN: no drive does work */
     struct mill_spread_mean hard, hard_per_joule;
     /* account at the start of the window's last tenth, rounded to a batch */
     struct mill_account late;

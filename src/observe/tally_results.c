@@ -106,17 +106,16 @@ static void sum_hard(struct mill_tally_results *r)
     const double lost = r->at.known.loss[r->all].value, drive = r->at.known.drive.value;
     const bool apart = r->tally->starts > 1;
     double hard[MILL_ENERGIES_BLOCKS], rest[MILL_ENERGIES_BLOCKS], series[MILL_ENERGIES_BLOCKS];
-    uint64_t count = 0;
     size_t n = 0, period = MILL_SPREAD_APART;
-    for (size_t i = 0; i < r->tally->plan.energies.pairs; i++)
-        for (uint64_t bin = mill_energies_bin(1); bin < MILL_ENERGIES_BINS; bin++)
-            count += r->sums.pair[i].normal[bin].count;
-    const double rate = mill_tally_per_second(r, (double)count);
+    r->is_hard = mill_energies_find_hard(r->sums.pair, r->tally->plan.energies.pairs,
+                                         r->tally->hard, r->tally->hard_by);
+    const double count = r->is_hard.count, rate = mill_tally_per_second(r, count);
     for (int s = 0; s < r->tally->starts; s++) {
         const struct mill_energies_blocks *blocks = &r->tally->start[s]->blocks;
         const struct mill_precision *batches = &r->tally->start[s]->batches;
         const uint64_t first = mill_energies_blocks_first(blocks, r->from), length = blocks->length;
-        const size_t many = mill_energies_blocks_hard(blocks, first, series);
+        const size_t many =
+            mill_energies_blocks_weigh(blocks, first, r->is_hard.sort, r->is_hard.weight, series);
         const uint64_t each = apart ? many * length : length; /* batches of a value */
         if (!apart)
             period = (size_t)mill_energies_blocks_period(blocks, batches->at.period);
@@ -136,7 +135,7 @@ static void sum_hard(struct mill_tally_results *r)
     r->hard.value = rate;
     r->hard_per_joule.value = drive > 0 ? rate / drive : (double)NAN;
     r->hard_per_joule.error =
-        fmax(r->hard_per_joule.error / drive, r->hard_per_joule.value / sqrt((double)count));
+        fmax(r->hard_per_joule.error / drive, r->hard_per_joule.value / sqrt(count));
     if (r->hard.freedom == 0 || !(drive > 0))
         r->hard_per_joule = (struct mill_spread_mean){r->hard_per_joule.value, NAN, 0};
 }

@@ -247,9 +247,9 @@ static void tell_precision(struct mill_sink *sink, const struct mill_tally_resul
     }
     for (int which = MILL_PRECISION_RATE; which < MILL_PRECISION_RATES; which++)
         tell_rate(sink, r, which);
-    tell_means(sink, "rate_above_1mJ", &r->hard, 1, "s-1",
-               "impacts per second with a normal energy, m* v_n^2 / 2, of 1 mJ or more");
-    tell_means(sink, "above_1mJ_per_joule", &r->hard_per_joule, 1, "J-1",
+    tell_means(sink, "hard_rate", &r->hard, 1, "s-1",
+               "impacts per second of /statistics/hard_energy or more");
+    tell_means(sink, "hard_per_joule", &r->hard_per_joule, 1, "J-1",
                "these impacts per work of all motions; its relative error is that of these impacts "
                "per power lost in impacts");
     mill_tell_number(sink, "batch", r->tally->batches.at.batch, "s", "length of a batch");
@@ -359,6 +359,15 @@ void mill_tally_results_tell(const struct mill_tally_results *r, struct mill_sin
     mill_tell_number(sink, "above_floor", r->above_floor, "m s-1",
                      "normal speed from which on impacts do not depend on the rebound floor: six "
                      "floors, at least 0.05 m/s");
+    mill_tell_number(sink, "strike_window", r->tally->pairs.window, "s",
+                     "impacts of a pair within this time are one strike");
+    mill_tell_number(sink, "hard_energy", r->is_hard.energy, "J",
+                     isnan(r->tally->hard)
+                         ? "above it falls half of the energy that impacts lose; such impacts are "
+                           "hard"
+                         : "impacts of this energy or more are hard");
+    mill_tell_text(sink, "hard_by", mill_energies_sums.sum[r->is_hard.sort].name,
+                   "which energy of an impact hard_energy is: its histogram in `energies`");
     if (!sink->full)
         mill_tell_array(sink, "quantile_levels", MILL_TALLY_LEVELS, mill_tally_level, "1",
                         "levels of the quantiles");

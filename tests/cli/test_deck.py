@@ -421,6 +421,7 @@ DEFAULTS = """\
 run.sample_from = 0 s
 run.seed = 1
 run.starts = 1
+run.hard_impact = auto
 run.spheres = hard
 gravity.acceleration = 0 0 -9.81 m/s^2
 balls.start = random
@@ -433,7 +434,7 @@ contact.rebound_floor = auto
 output.frames = 0.01 s
 output.series = 0.001 s
 output.impacts = statistics
-output.strike_window = 1e-05 s
+output.strike_window = auto
 output.checkpoint = 60 s
 """
 

@@ -72,8 +72,8 @@ class FakeSource {
     const t = this.time, power = this.speed, error = t > 0.5 ? (0.02 * power) / Math.sqrt(t) : null, value = (x, relative = 0.02) => ({ value: x, standard_error: error && relative * x, degrees_of_freedom: 20 });
     const edges = Float64Array.from({ length: 61 }, (_, k) => 10 ** (-8 + k / 10)), bins = (scale) => Float64Array.from({ length: 60 }, (_, k) => Math.round(scale * t * Math.exp(-(((k - 35) / 12) ** 2))));
     const lost = (scale) => Float64Array.from(bins(scale), (n, k) => n * edges[k]), impact = (share) => ({ count: 1e5 * share * t, rate: 1e5 * share, dissipated_power: share * power, normal_speed: { median: 0.3 } });
-    this.on({ type: 'results', sample_from: 0, settled: 1, statistics: { duration: t, impacts: { ball_ball: impact(0.7), ball_drum: impact(0.3), all: impact(1) }, motions: { rotor: { power }, jar: { power: 0 } }, drive: { power, power_error: error },
-      precision: { drive_power: value(power, error / power), rate: { all: value(1e5) }, rate_above_1mJ: value(50 * power), above_1mJ_per_joule: value(50), median_above_floor: value(0.3, 0.1) } },
+    this.on({ type: 'results', sample_from: 0, settled: 1, statistics: { duration: t, hard_energy: 1e-3, impacts: { ball_ball: impact(0.7), ball_drum: impact(0.3), all: impact(1) }, motions: { rotor: { power }, jar: { power: 0 } }, drive: { power, power_error: error },
+      precision: { drive_power: value(power, error / power), rate: { all: value(1e5) }, hard_rate: value(50 * power), hard_per_joule: value(50), median_above_floor: value(0.3, 0.1) } },
       spectrum: { edges, count: { ball_ball: bins(7000), ball_drum: bins(3000), all: bins(10000) }, dissipation: { ball_ball: lost(7000), ball_drum: lost(3000), all: lost(10000) } } });
   }
 

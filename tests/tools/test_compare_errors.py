@@ -12,6 +12,7 @@ from milltools.compare import agreement as errors
 from milltools.compare import load, map_deviation, rows
 from milltools.compare.agreement import Estimate
 from milltools.read import sums
+from milltools.read.runfile import Hard
 
 
 def said_to_differ(make, trials, seed):
@@ -207,13 +208,13 @@ def run_of(hard, lost, power):
     return SimpleNamespace(
         kinds=("ball_ball",), classes=[SimpleNamespace(mass=1e-3, diameter=1e-3)],
         duration=0.1 * len(hard), driven="rotor", known=lambda name: None, has=data.__contains__, read=data.__getitem__,
-        need_statistics=lambda: None, doubt="", starts=1, has_series=lambda name: True, statistic=lambda path: power,
+        need_statistics=lambda: None, hard=Hard(math.nan), doubt="", starts=1, has_series=lambda name: True, statistic=lambda path: power,
         histogram=lambda *_: SimpleNamespace(above=lambda speed: hard.sum()),
         rates=lambda name, column: (10 * hard.mean(), 10 * hard.astype(float)),
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("measure", [rows.fast("all", 1), rows.energetic], ids=["fast", "energetic"])
+@pytest.mark.parametrize("measure", [rows.fast("all", 1), rows.energetic(Hard(1e-3))], ids=["fast", "energetic"])
 def test_a_rate_of_few_impacts_has_at_least_the_error_of_their_count(measure):
     """36 impacts in 3.6 s, one in each block, as regular as no chance would make them: 10 +- 36**0.5 / 3.6 per s."""
     hard = np.ones(36, int)
@@ -224,7 +225,7 @@ def test_a_rate_of_few_impacts_has_at_least_the_error_of_their_count(measure):
 
 def test_of_three_hard_impacts_only_the_number_is_known():
     hard = np.array(3 * [1, *11 * [0]])
-    found = rows.energetic(run_of(hard, hard, 1.0))
+    found = rows.energetic(Hard(1e-3))(run_of(hard, hard, 1.0))
     assert found.value == pytest.approx(3 / 3.6) and math.isnan(found.error)
 
 
@@ -425,21 +426,21 @@ def test_a_cost_that_differs_by_less_than_a_hundredth_is_the_same(cost, said):
 
 
 @pytest.mark.parametrize(
-    "soft, lasts, keys, said",
+    "soft, lasts, other, said",
     [
-        (False, "20e-6", [], "Contacts last 20 us in B, A counts impacts within 10 us as one strike"),
-        (False, "6e-6", [], "Contacts last 6 us in B"),
-        (False, "14e-6", [], None),
-        (False, "7e-6", [], None),
-        (True, "20e-6", [], None),
-        (False, "nan", [], None),
-        (True, "nan", ["output.strike_window"], "A and B have different output.strike_window"),
+        (False, "20e-6", 10e-6, "Contacts last 20 us in B, A counts impacts within 10 us as one strike"),
+        (False, "6e-6", 10e-6, "Contacts last 6 us in B"),
+        (False, "14e-6", 10e-6, None),
+        (False, "7e-6", 10e-6, None),
+        (True, "20e-6", 10e-6, None),
+        (False, "nan", 10e-6, None),
+        (True, "nan", 20e-6, "A counts impacts within 10 us as one strike, B within 20 us"),
     ],
 )
-def test_strikes_are_alike_if_their_window_is_about_the_duration_of_a_contact(soft, lasts, keys, said):
-    first = SimpleNamespace(text=lambda *_: "10e-6 s", contact_duration=float(lasts))
-    a, b = (SimpleNamespace(soft=soft, letter=letter, first=first) for letter in "AB")
-    found = rows.strike_notes(a, b, keys)
+def test_strikes_are_alike_if_their_window_is_about_the_duration_of_a_contact(soft, lasts, other, said):
+    firsts = (SimpleNamespace(strike_window=window, contact_duration=float(lasts)) for window in (10e-6, other))
+    a, b = (SimpleNamespace(soft=soft, letter=letter, first=first) for letter, first in zip("AB", firsts))
+    found = rows.strike_notes(a, b)
     assert found[0].startswith(said) if said else found == []
 
 
@@ -450,7 +451,7 @@ def test_windows_that_differ_are_told(begin, duration, differ):
     def side(letter, begin, duration):
         run = SimpleNamespace(
             path="a.h5", window=(begin, 2), duration=duration, status="complete", notes=[], steady=True,
-            program="millsim", deck=dict, text=lambda *_: "nan", contact_duration=math.nan,
+            program="millsim", deck=dict, strike_window=math.nan, contact_duration=math.nan,
         )  # fmt: skip
         return SimpleNamespace(letter=letter, first=run, runs=[run], soft=False)
 

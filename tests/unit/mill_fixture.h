@@ -59,6 +59,7 @@ static inline void fixture_init(struct fixture *f)
     f->asked.end = 1.5;
     f->asked.sample_from = 0.5;
     f->asked.strike_window = 1e-5;
+    f->asked.hard = 1e-3;
     f->species.radius = 0.0025;
     f->species.mass = 0.0005;
     f->species.inertia = 0.4 * 0.0005 * 0.0025 * 0.0025;

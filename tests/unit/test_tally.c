@@ -421,6 +421,34 @@ LOOP_TEST(hard_impacts_have_the_error_of_blocks_and_per_joule_that_of_impacts_wi
     ck_assert(_i != 0 || fabs(per.freedom / rest.freedom - 1) < 1e-9);
 }
 
+/* 3 impacts of 0.25 mJ lose 0.3 J, 8 of 1 mJ 0.4 J, 4 of 4 mJ 0.3 J */
+TEST(without_a_threshold_those_impacts_are_hard_that_lose_half_of_the_energy)
+{
+    static const int many[3] = {3, 8, 4};
+    f.asked.hard = NAN;
+    fixture_create(&f);
+    for (int group = 0; group < 3; group++)
+        for (int i = 0; i < many[group]; i++)
+            fixture_play(&f,
+                         impact_of(0.6 + 0.1 * group + 1e-3 * i, MILL_BALL_BLADE, i, 0,
+                                   1.0001 * pow(2, group), (group == 1 ? 0.4 : 0.3) / many[group]));
+    fixture_work(&f, 1);
+    fixture_finish(&f, 1.5);
+    /* in the middle of the logarithms of the bin of 1 mJ: half of its impacts are above */
+    ck_assert_double_eq_tol(f.results->is_hard.energy, 1e-3 * sqrt(17.0 / 16), 1e-12);
+    ck_assert_double_eq_tol(f.results->hard.value, 4 + 8 / 2, 1e-9);
+    ck_assert_double_eq_tol(f.results->hard_per_joule.value, 8, 1e-9);
+}
+
+TEST(without_losses_nothing_is_hard_unless_an_energy_is_given)
+{
+    f.asked.hard = NAN;
+    fixture_create(&f);
+    fixture_play(&f, impact_of(0.6, MILL_BALL_BLADE, 0, 0, 2, 0));
+    fixture_finish(&f, 1.5);
+    ck_assert(isnan(f.results->is_hard.energy) && f.results->hard.value == 0);
+}
+
 /* ---- save and load ---- */
 
 enum { TRACE = 20000 };

@@ -71,8 +71,8 @@ test('the power of a planetary mill is that of the program, and goes where it is
   const { value, error } = record.power(), { ins, outs } = record.flows(), total = (rows) => rows.reduce((sum, row) => sum + row.value, 0);
   assert.ok(Math.abs(value - 15.70) < 4 * error, `${value} +- ${error}`); // [W] of `millsim input/planetary.ini`: 15.70 +- 0.05
   assert.ok(Math.abs(total(outs) / total(ins) - 1) < 0.01);
-  const { statistics, spectrum, mill: { kinds } } = record, counted = R.above(spectrum, 1e-3) / statistics.duration;
-  assert.ok(Math.abs(counted / statistics.precision.rate_above_1mJ.value - 1) < 1e-6);
+  const { statistics, spectrum, mill: { kinds } } = record, counted = R.above(spectrum, statistics.hard_energy) / statistics.duration;
+  assert.ok(Math.abs(counted / statistics.precision.hard_rate.value - 1) < 1e-6);
   assert.deepEqual(kinds.map((kind) => spectrum.count[kind].reduce((a, b) => a + b)), kinds.map((kind) => statistics.impacts[kind].count));
 });
 
@@ -107,7 +107,7 @@ test('files have the names that the deck gives them', () => {
 test('powder, heat and wear are understood, and other units are told with the known ones', () => {
   const more = '[powder]\nmass = 5 g\ndensity = 4 g/cm^3\n[heat]\nball_heat_capacity = 460 J/kg/K\njar_heat_capacity = 0.46 kJ/kg/K\njar_mass = 2 kg\nball_to_jar = 1 W/K\njar_to_room = 0 W/K\n[wear]\nhardness = 3 GPa\n';
   const { mill } = run(SMALL + more, 0.001), value = (name) => mill.keys.find((one) => `${one.section}.${one.key}` === name).value;
-  assert.deepEqual(['powder.modulus', 'powder.threshold', 'heat.jar_heat_capacity', 'wear.hardness'].map(value), ['115000000000 Pa', '0.001 J', '460 J/kg/K', '3000000000 Pa']);
+  assert.deepEqual(['powder.modulus', 'powder.threshold', 'heat.jar_heat_capacity', 'wear.hardness'].map(value), ['115000000000 Pa', 'auto', '460 J/kg/K', '3000000000 Pa']);
   const [line] = refused(SMALL.replace('radius = 30 mm', 'radius = 0.02 fathom'), 0.01);
   assert.match(line, /got '0.02 fathom' \(unknown unit 'fathom'; the studio knows m, mm, cm, inch, in, um, nm\)$/);
 });

@@ -174,7 +174,7 @@ class Result:
     def estimates(self) -> pandas.DataFrame:
         """All values of the file that have a standard error, one per row: rotor_power, rotor_torque, median,
         median_above_floor, rate/KIND, rate_above_0.5/KIND, rate_above_1/KIND, rate_above_2/KIND, KIND also "all";
-        rate_above_1mJ and above_1mJ_per_joule (of the drive's work);
+        hard_rate and hard_per_joule (of the drive's work);
         columns value, error (value +- 1.96 errors is the 95 % interval; NaN: not known), degrees_of_freedom,
         unit."""
         run, found = self.file, {}

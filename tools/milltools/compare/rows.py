@@ -12,7 +12,7 @@ from milltools.compare.load import CONDUCT, GEOMETRY, LEVELS, Member, Side, desi
 from milltools.read import sums
 from milltools.read.kinds import KINDS
 from milltools.read.kinds import label as label_of
-from milltools.read.runfile import HARD_PER_JOULE, HARD_RATE, THRESHOLDS
+from milltools.read.runfile import HARD_PER_JOULE, HARD_RATE, THRESHOLDS, Hard
 
 HARD_SOFT = "not comparable between hard and soft spheres"
 STIFFNESS = "depends on the stiffness"
@@ -21,7 +21,6 @@ IDENTICAL = "agree: the same data"
 ZERO = "zero within the errors of both"
 NOT_COMPARED = (ZERO, HARD_SOFT, STIFFNESS)
 HARD = 1.0  # [m/s] one of THRESHOLDS
-ENERGETIC = 1e-3  # [J] normal energy from which the summary, doses and studies count impacts
 LEAST_SHARE = 0.01  # of the dissipated power: a kind of contact with less is not among the important rows
 
 
@@ -84,6 +83,7 @@ class Comparison:
     rows: list[Row]
     designs: bool = False
     keys: tuple[str, ...] = ()  # of the mill that differ
+    threshold: Hard = Hard(1e-3)
 
     @property
     def title(self) -> str:
@@ -98,11 +98,11 @@ class Comparison:
 
     @property
     def hard(self) -> tuple[str, Row | None, Row | None]:
-        """The impacts that are called hard, in words, and their rows per second and per joule of work of the drive: 1
-        mJ or more, also where one side has none; above 1 m/s where the error of that is not known; above a lower speed
+        """The impacts that are called hard, in words, and their rows per second and per joule of work of the drive:
+        those of the energy that A says, also where one side has none; above 1 m/s where the error of that is not known; above a lower speed
         in a slow mill. Where no error is known, the first of these with a row."""
         speeds = sorted(THRESHOLDS, key=lambda speed: (speed != HARD, speed))
-        kinds = [("of 1 mJ or more", HARD_RATE, HARD_PER_JOULE)] + [
+        kinds = [(self.threshold.words, HARD_RATE, HARD_PER_JOULE)] + [
             (f"above {speed:g} m/s", f"rate_all_above_{speed:g}", f"hard_per_joule_{speed:g}") for speed in speeds
         ]
         found = [(words, self.row(rate), self.row(per)) for words, rate, per in kinds]
@@ -217,18 +217,22 @@ def fast(kind, column, strikes=False):
     return measure
 
 
-def energetic(run: Member):
-    """Rate of impacts of ENERGETIC or more; None if the file has no energies."""
-    if known := run.known(HARD_RATE):
-        return errors.from_file(known)
-    if not run.has("statistics/energies/edges"):
-        return None
-    found = sums.total(run, sums.above(ENERGETIC))
-    return errors.from_file((found.value, *found.spread))
+def energetic(hard):
+    """Rate of `hard` impacts; None if the file has no energies."""
+
+    def measure(run: Member):
+        if run.hard == hard and not hard.found and (known := run.known(HARD_RATE)):
+            return errors.from_file(known)
+        if not run.has("statistics/energies/edges"):
+            return None
+        found = sums.total(run, sums.above(hard.energy), hard.by)
+        return errors.from_file((found.value, *found.spread))
+
+    return measure
 
 
-def per_joule(measured, weight):
-    """Impacts of a `measured` rate, which `weight` counts, divided by the work of the drive."""
+def per_joule(measured, weight, sort="normal"):
+    """Impacts of a `measured` rate, which `weight` counts by an energy of this sort, divided by the work of the drive."""
 
     def measure(run: Member):
         rate, power = measured(run), drive_power(run)
@@ -237,7 +241,7 @@ def per_joule(measured, weight):
         value = rate.value / power.value
         if not (rate.value and sums.has_errors(run)):
             return Estimate(value)
-        found, error, freedom = sums.per_work(run, sums.total(run, weight))
+        found, error, freedom = sums.per_work(run, sums.total(run, weight, sort))
         return errors.from_file((value, value * error / found, freedom))
 
     return measure
@@ -304,9 +308,14 @@ def quantities(steady: bool, kinds, first: Member, second: Member):
     for column, speed in enumerate(THRESHOLDS):
         measure = per_joule(fast("all", column), sums.faster(speed))
         yield group, f"hard_per_joule_{speed:g}", f"all kinds above {speed:g} m/s per joule", "1/J", measure
-    yield group, HARD_RATE, "impacts >= 1 mJ, per s", "1/s", energetic
-    measure = told(HARD_PER_JOULE, per_joule(energetic, sums.above(ENERGETIC)))
-    yield group, HARD_PER_JOULE, "impacts >= 1 mJ, per joule", "1/J", measure
+    if math.isfinite((hard := first.hard).energy):
+        rate = energetic(hard)
+        each = per_joule(rate, sums.above(hard.energy), hard.by)
+        yield group, HARD_RATE, f"impacts {hard.words}, per s", "1/s", rate
+        known = not hard.found and second.hard == hard
+        yield group, HARD_PER_JOULE, f"impacts {hard.words}, per joule", "1/J", (
+            told(HARD_PER_JOULE, each) if known else each
+        )
     yield group, "rate_all", "impacts, all", "1/s", told("rate/all", all_impacts)
     yield group, "median", "median v_n, all impacts", "m/s", median("median")
     yield group, "median_above_floor", "median v_n above the floor", "m/s", median("median_above_floor")
@@ -360,7 +369,7 @@ def compare(a: Side, b: Side) -> Comparison:
     rows += map_rows(a, b, steady, identical, two_designs)
     rows.append(price_row(a, b))
     keys = (key for key in different_keys(a.first.deck(), b.first.deck()) if not CONDUCT.fullmatch(key))
-    return Comparison(a, b, rows, two_designs, tuple(keys))
+    return Comparison(a, b, rows, two_designs, tuple(keys), a.first.hard)
 
 
 def is_zero(found: Estimate) -> bool:
@@ -412,10 +421,10 @@ def deck_differences(sides: list[Side]) -> list[tuple[str, list[str]]]:
     return [(key, [usual(deck.get(key, "")) for deck in decks]) for key in keys]
 
 
-def strike_notes(a: Side, b: Side, keys: list[str]) -> list[str]:
+def strike_notes(a: Side, b: Side) -> list[str]:
     """Notes if the sides merge re-contacts differently. A soft contact merges the re-contacts within its duration."""
     hard, soft = (b, a) if a.soft else (a, b)
-    window = float(hard.first.text("output/strike_window", "nan").split()[0])
+    window = hard.first.strike_window
     lasts = soft.first.contact_duration
     if not hard.soft and not 0.67 * lasts < window < 1.5 * lasts and math.isfinite(lasts):
         return [
@@ -423,8 +432,11 @@ def strike_notes(a: Side, b: Side, keys: list[str]) -> list[str]:
             f"{1e6 * window:.3g} us as one strike: to compare strikes, set output.strike_window = {1e6 * lasts:.3g} us "
             "in both decks."
         ]
-    if "output.strike_window" in keys:
-        return [f"A and {b.letter} have different output.strike_window: do not compare their strikes."]
+    if abs(a.first.strike_window / b.first.strike_window - 1) > 1e-6:
+        return [
+            f"A counts impacts within {1e6 * a.first.strike_window:.3g} us as one strike, {b.letter} within "
+            f"{1e6 * b.first.strike_window:.3g} us: to compare strikes, set output.strike_window in both decks."
+        ]
     return []
 
 
@@ -451,7 +463,7 @@ def warnings(sides: list[Side]) -> list[str]:
         shape = [key for key in keys if GEOMETRY.fullmatch(key)]
         if shape and not designs(a, side):
             said.append(f"The geometry of A and {side.letter} differs: {', '.join(shape)}.")
-        said += strike_notes(a, side, keys)
+        said += strike_notes(a, side)
         if a.soft != side.soft:
             said.append(
                 f"{(a if a.soft else side).letter} has soft spheres, whose impacts are counted differently: rates and "

@@ -12,7 +12,7 @@ from milltools.base.errors import UserError
 from milltools.base.text import SPACE, THIN, quantity, with_error
 from milltools.dose import laws
 from milltools.read import sums
-from milltools.read.runfile import HARD_PER_JOULE, Run
+from milltools.read.runfile import HARD_PER_JOULE, HARD_RATE, Hard, Run
 
 MINUTES = (1, 10, 60)
 HOUR = 3600.0
@@ -35,6 +35,7 @@ class Powder(typing.NamedTuple):
     exponent: float
     strength: float
     least: float
+    hard: Hard  # of the threshold
     rates: tuple[np.ndarray, np.ndarray] | None
 
 
@@ -76,7 +77,7 @@ def measured(row: Row) -> str:
 DEFAULTS = {
     "powder": {
         "size": "0", "packing": "0.6", "capture": "monolayer", "layer": "0", "modulus": "115e9", "energy": "normal",
-        "threshold": "1e-3", "law": "none", "coefficient": "0", "exponent": "0", "strength": "0", "least": "0",
+        "threshold": "auto", "law": "none", "coefficient": "0", "exponent": "0", "strength": "0", "least": "0",
         "table": "none",
     },
     "heat": {"powder_heat_capacity": "0", "room": "293.15", "share": "0.5"},
@@ -118,8 +119,10 @@ def powder(run: Run, sets: typing.Sequence[str] = ()) -> Powder | None:
         if key not in found:
             raise UserError(f"{run.path}: needs [powder] {key}: add it to the deck, or -s 'powder.{key}=...'")
     table = found.pop("table")
+    hard = run.hard if found["threshold"] == "auto" else Hard(float(found["threshold"]), found["energy"])
+    found["threshold"] = repr(hard.energy)
     words = {key: text if key in ("capture", "energy", "law") else float(text) for key, text in found.items()}
-    one = Powder(**words, rates=None if table == "none" else _table(table))
+    one = Powder(**words, hard=hard, rates=None if table == "none" else _table(table))
     needs = {
         "size": one.law == "vogel_peukert",
         "strength": one.law == "vogel_peukert",
@@ -165,7 +168,7 @@ def rows(run: Run, sets: typing.Sequence[str] = ()) -> list[Row]:
     run.need_statistics()
     stuff, heat = powder(run, sets), heating(run, sets)
     power, error = loss(run)
-    mass, sort, least = run.as_deck.mass, stuff.energy if stuff else "normal", stuff.threshold if stuff else 1e-3
+    mass, sort, is_hard = run.as_deck.mass, stuff.energy if stuff else "normal", stuff.hard if stuff else run.hard
     drive = run.known(f"{run.driven}_power") if run.driven else None
     drive = drive and drive[:2]
     found = [Row("power of the drive", *drive, "W", "that the motions give to the balls")] if drive else []
@@ -181,10 +184,7 @@ def rows(run: Run, sets: typing.Sequence[str] = ()) -> list[Row]:
             Row("dose in an hour", *(HOUR / per * x for x in (power, error)), "J/kg", "per powder mass", ("kJ/g", 1e6)),
         ]
     every, brought = (sums.total(run, weight, sort) for weight in (sums.every, sums.itself))
-    hard, in_hard = sums.total(run, sums.above(least), sort), sums.total(run, _energy_above(least), sort)
     work = "of work of the drive" if run.driven else "lost in all impacts"
-    told = run.known(HARD_PER_JOULE) if (least, sort) == (1e-3, "normal") else None
-    per_joule = (told or sums.per_work(run, hard))[:2]
     found += [
         Row("stress frequency", every.value, every.error, "/s", "impacts of all kinds"),
         Row(
@@ -193,15 +193,28 @@ def rows(run: Run, sets: typing.Sequence[str] = ()) -> list[Row]:
             "J",
             f"{sort} energy of an impact, mean" + ", of which a part is lost" * (sort != "dissipated"),
         ),
-        Row("hard impacts", hard.value, hard.error, "/s", f"of {quantity(least, 'J')} or more"),
-        Row("hard impacts per joule", *per_joule, "/J", f"per joule {work}"),
-        Row("power of hard impacts", in_hard.value, in_hard.error, "W", "energy that they bring"),
     ]
+    if math.isfinite(is_hard.energy):
+        found += _hard(run, is_hard, work)
     if stuff:
         found += _of_powder(run, stuff, sort)
     if heat:
         found += _temperatures(laws.Heat(power, mass, stuff.mass if stuff else 0.0, heat), error / power)
     return found
+
+
+def _hard(run: Run, which: Hard, work: str) -> list[Row]:
+    count = sums.total(run, sums.above(which.energy), which.by)
+    brought = sums.total(run, _energy_above(which.energy), which.by)
+    rate, per_joule = (count.value, count.error), sums.per_work(run, count)[:2]
+    if which == run.hard and (told := run.known(HARD_RATE)):
+        rate, per_joule = told[:2], (run.known(HARD_PER_JOULE) or per_joule)[:2]
+    words = which.words + ", which lose half of the energy" * which.found
+    return [
+        Row("hard impacts", *rate, "/s", words),
+        Row("hard impacts per joule", *per_joule, "/J", f"per joule {work}"),
+        Row("power of hard impacts", brought.value, brought.error, "W", f"{which.by} energy that they bring"),
+    ]
 
 
 def _energy_above(least: float) -> sums.Weight:

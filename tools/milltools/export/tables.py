@@ -215,9 +215,10 @@ def summary(run, arguments) -> Table:
         with contextlib.suppress(UserError):  # no torque of a drive
             mill[head(quantity, text)] = float(run.statistic(path))
             mill[head(f"standard error of {quantity}", text)] = run.standard_error(path)
+    mill[head("least energy of hard impacts", "J")] = run.hard.energy
     for path, unit in ((HARD_RATE, "1/s"), (HARD_PER_JOULE, "1/J")):
         if known := run.known(path):
-            hard = head("impacts of 1 mJ or more", unit)
+            hard = head("hard impacts", unit)
             mill |= {hard: known[0], f"standard error of {hard}": known[1]}
     block |= {name: [None] * len(run.kinds) + [value] for name, value in mill.items()}
     return Table(len(kinds), iter([block]))

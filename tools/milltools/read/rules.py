@@ -166,7 +166,8 @@ RULES = [
         (f"{ENERGIES}/.*/dissipation", NUMBER, (CLASSES, f"{ENERGIES}/edges -1"), _no_infinity),
         (f"{ENERGIES}/.*", NUMBER, (CLASSES, f"{ENERGIES}/edges -1"), _not_negative),
         (r"statistics/(.*/quantiles\w*|rotor/block_(power|torque))", NUMBER, (None,), _no_infinity),
-        (r"statistics/precision/doubt", TEXT, (), None),
+        (r"statistics/(precision/doubt|hard_by)", TEXT, (), None),
+        (r"statistics/hard_energy", NUMBER, (), None),  # NaN where nothing is hard
         (r"statistics/precision/fast_rate/.*", NUMBER, (None,), None),
         (r"statistics/precision/.*", NUMBER, (), None),  # an exact value has infinitely many degrees of freedom
         (r"statistics/impacts/.*/(count|rate)", NUMBER, (), _not_negative),

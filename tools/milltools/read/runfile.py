@@ -13,12 +13,13 @@ import functools
 import math
 import re
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, NamedTuple
 
 import h5py
 import numpy as np
 
 from milltools.base.errors import UserError
+from milltools.base.text import quantity
 from milltools.read import rules
 from milltools.read.deck import Deck, Species
 from milltools.read.hdf5 import Store
@@ -53,8 +54,22 @@ PRECISION = {
     "impacts/all/normal_speed/median": "median",
     MEDIAN: "median_above_floor",
 }
-HARD_RATE, HARD_PER_JOULE = "rate_above_1mJ", "above_1mJ_per_joule"  # below /statistics/precision
+HARD_RATE, HARD_PER_JOULE = "hard_rate", "hard_per_joule"  # below /statistics/precision
 RATE = re.compile(r"impacts/([^/]+)/rate")
+
+
+class Hard(NamedTuple):
+    """Impacts of `energy` [J] or more are hard; NaN: none are. `by`: normal, total or dissipated energy. `found`: half
+    of the energy that the impacts of this run lose falls above it; else the deck gives it."""
+
+    energy: float
+    by: str = "normal"
+    found: bool = False
+
+    @property
+    def words(self) -> str:
+        """Such as "of 1 mJ or more"."""
+        return f"of {quantity(self.energy, 'J')}{f' {self.by}' * (self.by != 'normal')} or more"
 
 
 def estimates(kinds: Iterable[str]) -> dict[str, tuple[str, Any]]:
@@ -439,6 +454,22 @@ class Run(Store):
     def above_floor(self) -> float:
         """Normal speed [m/s] from which on impacts do not depend on the rebound floor."""
         return float(self.read("statistics/above_floor")) if self.has("statistics/above_floor") else 0.05
+
+    @property
+    def hard(self) -> Hard:
+        """Which impacts are hard; in files of old versions those of 1 mJ."""
+        if not self.has("statistics/hard_energy"):
+            return Hard(1e-3)
+        energy, by = float(self.read("statistics/hard_energy")), self.read("statistics/hard_by")
+        if energy <= 0 or by not in ("normal", "total", "dissipated"):
+            raise self.damaged("statistics/hard_energy", f"{energy:g} J of {by} energy")
+        return Hard(energy, by, self.text("run/hard_impact", "auto") == "auto")
+
+    @property
+    def strike_window(self) -> float:
+        """Impacts of a pair within this time [s] are one strike; NaN: not known."""
+        known = self.has("statistics/strike_window")
+        return float(self.read("statistics/strike_window")) if known else self.quantity("output/strike_window", math.nan)
 
     @property
     def rebound_floor(self) -> float:

@@ -171,7 +171,14 @@ def itself(energy: np.ndarray, pair: Pair) -> np.ndarray:
 
 def above(least: float) -> Weight:
     """Counts impacts of this energy [J] or more; within a bin by its share of the logarithm of energy."""
-    return lambda energy, pair: (energy >= least * (1 - 1e-12)).astype(float)
+
+    def weight(energy: np.ndarray, pair: Pair) -> np.ndarray:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            part = energy[:, 1:2] / energy[:, :1]  # each point is in the middle of its part of the bin
+            share = np.clip(np.log(energy / least) / np.log(part) + 0.5, 0, 1)
+        return np.where(part > 1, share, energy >= least)
+
+    return weight
 
 
 def faster(least: float) -> Weight:

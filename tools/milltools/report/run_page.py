@@ -52,7 +52,7 @@ def contacts(run) -> tuple[list[str], list[tuple[str, list[Number]]]]:
 
 def strikes(run) -> str:
     """How many contacts there are when a pair's re-contacts count once; empty where none are merged."""
-    window = run.quantity("output/strike_window", 0.0)
+    window = run.strike_window
     if not window > 0 or not run.has("statistics/strikes/all/count"):
         return ""
     times, rate = run.statistic("strikes/all/count"), run.statistic("strikes/all/rate")

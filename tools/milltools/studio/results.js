@@ -105,16 +105,17 @@ const MillResults = (() => {
       return done.slice(1).map((one, k) => [begin + (k + 0.5) * wide, (one - done[k]) / wide]);
     }
 
-    /** Impacts at or above THRESHOLDS[which] per second, and per joule of the drive's work. */
+    /** [J] from which impacts are hard: THRESHOLDS[which]; beyond them what the deck or the engine says. */
+    threshold(which) { return THRESHOLDS[which] ?? this.statistics?.hard_energy ?? NaN; }
+
+    /** Impacts at or above this threshold per second, and per joule of the drive's work. */
     hard(which) {
       const nothing = { rate: found(null), perJoule: found(null) };
       if (!this.begun || !this.spectrum) return nothing;
       const { precision, duration } = this.statistics, power = this.power();
-      const at = THRESHOLDS[which] === 1e-3;
-      const rate = at && known(precision?.rate_above_1mJ?.value) ? found(precision.rate_above_1mJ.value, precision.rate_above_1mJ.standard_error)
-        : found(above(this.spectrum, THRESHOLDS[which]) / duration, this.#scatter(which));
-      const per = precision?.above_1mJ_per_joule;
-      if (at && known(per?.value)) return { rate, perJoule: found(per.value, per.standard_error) };
+      const [own, per] = [precision?.hard_rate, precision?.hard_per_joule];
+      if (!(which in THRESHOLDS)) return known(own?.value) ? { rate: found(own.value, own.standard_error), perJoule: found(per?.value ?? null, per?.standard_error) } : nothing;
+      const rate = found(above(this.spectrum, THRESHOLDS[which]) / duration, this.#scatter(which));
       if (!(power.value > 0)) return { rate, perJoule: found(null) };
       const both = rate.error !== null && power.error !== null && rate.value > 0;
       const relative = both ? Math.hypot(rate.error / rate.value, power.error / power.value) : NaN;
@@ -196,12 +197,12 @@ const MillResults = (() => {
 
   /** Rows of the comparison of two records: {name, unit, here, there, apart, error, words}. */
   function compare(here, there, which) {
-    const energy = ['0.1 mJ', '1 mJ', '10 mJ'][which];
+    const energy = which in THRESHOLDS ? `of ${MillWords.quantity(THRESHOLDS[which], 'J')} or more` : 'that lose half of the energy';
     const [a, b] = [here.hard(which), there.hard(which)];
     return [
       ['Power of the drive', 'W', here.power(), there.power(), 0],
-      [`Impacts of ${energy} or more`, '/s', a.rate, b.rate, 1],
-      [`Impacts of ${energy} or more per work`, '/J', a.perJoule, b.perJoule, 1],
+      [`Impacts ${energy}`, '/s', a.rate, b.rate, 1],
+      [`Impacts ${energy}, per work`, '/J', a.perJoule, b.perJoule, 1],
       ['Median impact speed above the floor', 'm/s', here.precise('median_above_floor'), there.precise('median_above_floor'), 1],
       ['Contacts', '/s', here.precise('rate.all'), there.precise('rate.all'), 0],
     ].map(([name, unit, one, other, good]) => ({ name, unit, here: one, there: other, ...verdict(one, other, good) }));

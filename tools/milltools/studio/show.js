@@ -3,7 +3,6 @@
 
 const MillShow = (() => {
   const W = MillWords, R = MillResults, C = MillCharts;
-  const ENERGY = ['0.1 mJ', '1 mJ', '10 mJ'];
   const UNKNOWN = 'not yet known';
 
   const part = (id) => document.getElementById(id);
@@ -67,7 +66,8 @@ const MillShow = (() => {
       write('power-more', power.value === null ? `statistics begin ${from === null ? 'when the mill is steady' : `at ${W.quantity(from, 's')}`}`
         : power.error === null ? 'its error is not yet known: too few turns' : `± ${spread(power, 'W')}, ${W.share(power.error / Math.abs(power.value))}`);
       const { rate, perJoule } = record.hard(this.which);
-      const off = spread(rate, '/s');
+      const off = spread(rate, '/s'), own = record.threshold(3);
+      write('own-threshold', own > 0 ? W.quantity(own, 'J') : 'half of losses');
       write('hard', rate.value === null ? UNKNOWN : W.quantity(rate.value, '/s'));
       write('hard-more', perJoule.value === null ? 'per work: not yet known' : `${off && `± ${off}; `}${sure(perJoule, '/J')} of work`);
       write('contacts', state ? W.count(state.contacts) : UNKNOWN);
@@ -127,8 +127,8 @@ const MillShow = (() => {
       const legend = shown.map((kind) => { const [colour, dashes] = looks[kind] ?? ['currentColor', '']; return `<span><svg viewBox="0 0 32 12" aria-hidden="true"><path class="curve" stroke="${colour}" stroke-dasharray="${dashes}" d="M0 6H32"/></svg> ${C.escape(kind === 'all' ? 'all' : W.kind(kind))}</span>`; }).join('')
         + (frozen ? '<span>dotted: frozen</span>' : '');
       if (this.kinds !== legend) part('spectrum-legend').innerHTML = this.kinds = legend;
-      return this.#draw('spectrum-chart', (width, height) => C.spectrum(width, height, designs, { what, shown, threshold: R.THRESHOLDS[this.which], kinds: record.mill.kinds, axes: this.axes.spectrum[what] ??= { x: {}, y: {} } }),
-        share === null ? '' : `${sure(rate, '/s')} impacts have ${ENERGY[this.which]} or more (dashed line), ${W.share(share)} of all. Normal energy: half of the reduced mass times the square of the normal speed.`);
+      return this.#draw('spectrum-chart', (width, height) => C.spectrum(width, height, designs, { what, shown, threshold: record.threshold(this.which), kinds: record.mill.kinds, axes: this.axes.spectrum[what] ??= { x: {}, y: {} } }),
+        share === null ? '' : `${sure(rate, '/s')} impacts have ${W.quantity(record.threshold(this.which), 'J')} or more (dashed line), ${W.share(share)} of all. Normal energy: half of the reduced mass times the square of the normal speed.`);
     }
 
     #balance(record) {
