@@ -1,9 +1,7 @@
-/* How long will the run take? The start of the run shows the speed. But in a drum at rest, a charge
- * at rest has few contacts until the rotor has swept it up. Their rate grows by a factor of 3 to 30
- * within a turn, faster in a fuller drum, and more for less elastic balls. Then it is constant. The
- * forecast assumes that the logarithm of the rate grows linearly with time. The three constants
- * below come from fifteen charges of the reference mill (validation/forecast tests them with
- * fifteen others). */
+/* How long will the run take? The start of the run shows it, if it lasts until the rate of contacts
+ * has settled: a charge at rest has few contacts until the mill has swept it up. So the trial lasts
+ * a period of the motions at least, and until the rate of its second half is that of its second
+ * quarter, or nearly so. Where it ends before that, the forecast is a lower bound. */
 #include "app/forecast.h"
 
 #include "app/record.h"
@@ -13,19 +11,17 @@
 
 #include <math.h>
 
-/* The trial ends after so many contacts: the same deck has the same forecast of contacts and the
- * same notes on any machine, slow or busy. Where contacts are rare, it ends after so much time. */
+/* The trial ends after so many contacts, or later, if the rate changes: the same deck has the same
+ * forecast of contacts and the same notes on any machine, slow or busy. Where contacts are rare, it
+ * ends after so much time. */
 #define CONTACTS 1.5e6
+#define MOST 4e6
 #define PATIENCE 20.0 /* [s] of processor time */
 #define SHORT 2.0     /* [s] the same of soft spheres, whose steps all cost the same */
 #define SLICE 5000    /* events between two readings of the clock; time steps: a hundredth */
-/* turns until the charge is swept up: SWEPT over the part of the drum that it fills, */
-#define SWEPT 0.15
-/* maximum of these turns; the rate grows by exp(1 + LOSS (1 - restitution)) */
-#define MOST_TURNS 1.2
-#define LOSS 6.0
-/* ratio of centripetal to gravitational acceleration; above it the charge is swept up */
-#define RAPID 10.0
+/* a rate is steady if it changes by less in a doubling of the time, or in all that are left */
+#define EACH 1.25
+#define ALL 1.5
 #define FRAME 36.0       /* [byte] for a ball in a frame */
 #define POINT 4.0        /* [byte] for a point of a moving body in a frame: between 1.5 and 9.5 */
 #define ROW 300.0        /* [byte] for a row of the series */
@@ -48,33 +44,79 @@ static struct point look(const struct mill_sim *sim)
     return p;
 }
 
-/* Runs the trial. ends: a point before its end and its end; between them were a fifth to two fifths
- * of the contacts. */
-static enum mill_status go(struct mill_sim *sim, double until, struct point ends[2],
+enum { POINTS = 512 };
+struct trial {
+    struct point at[POINTS + 1]; /* the last one is the end */
+    int n, every, missed;        /* points; of so many slices one is kept */
+};
+
+static void keep(struct trial *trial, const struct point *now)
+{
+    trial->at[trial->n] = *now;
+    if (++trial->missed < trial->every)
+        return;
+    trial->missed = 0;
+    if (++trial->n < POINTS)
+        return;
+    for (trial->n = 0; trial->n < POINTS / 2; trial->n++)
+        trial->at[trial->n] = trial->at[2 * trial->n];
+    trial->every *= 2;
+    trial->at[trial->n] = *now;
+}
+
+static const struct point *point_at(const struct trial *trial, double time)
+{
+    const struct point *p = trial->at;
+    while (p < trial->at + trial->n && p->time < time)
+        p++;
+    return p;
+}
+
+static double rate_between(const struct point *from, const struct point *to)
+{
+    return to->time > from->time ? (to->contacts - from->contacts) / (to->time - from->time) : 0;
+}
+
+/* By what factor the rate of contacts changes until `until`, if it goes on to change with each
+ * doubling of the time as in the last one. 1: it is steady */
+static double change(const struct trial *trial, double until)
+{
+    const struct point *end = trial->at + trial->n;
+    const struct point *half = point_at(trial, 0.5 * end->time);
+    const double one = rate_between(point_at(trial, 0.25 * end->time), half);
+    const double ratio = rate_between(half, end) / one, doublings = log2(until / end->time);
+    const double all = pow(ratio, fmax(0, doublings));
+    const bool steady = fabs(log(ratio)) < log(EACH) || fabs(log(all)) < log(ALL);
+    return steady || !(doublings > 0) ? 1 : one > 0 ? all : (double)INFINITY;
+}
+
+/* Runs the trial. */
+static enum mill_status go(struct mill_sim *sim, double until, struct trial *trial,
                            struct mill_error *error)
 {
-    struct point now = look(sim), then[2] = {now, now};
+    const struct mill_world *world = mill_sim_world(sim);
+    const double early = isfinite(world->period) ? fmin(world->period, until) : 0;
+    struct point now = look(sim);
     const double cpu = now.cpu;
     enum mill_status status = MILL_OK;
-    const bool soft = mill_sim_world(sim)->soft.on;
-    while (status == MILL_OK && now.time < until && now.contacts < CONTACTS &&
-           now.cpu - cpu < (soft ? SHORT : PATIENCE)) {
+    const bool soft = world->soft.on;
+    *trial = (struct trial){.every = 1};
+    keep(trial, &now);
+    while (status == MILL_OK && now.time < until && now.contacts < MOST &&
+           now.cpu - cpu < (soft ? SHORT : PATIENCE) &&
+           (now.contacts < CONTACTS || now.time < early || change(trial, until) != 1)) {
         status = mill_sim_run(sim, until, soft ? SLICE / 100 : SLICE, NULL, error);
         now = look(sim);
-        if (now.contacts - then[1].contacts > 0.2 * now.contacts) {
-            then[0] = then[1];
-            then[1] = now;
-        }
+        keep(trial, &now);
     }
-    ends[0] = then[0];
-    ends[1] = now;
+    trial->at[trial->n] = now;
     return status;
 }
 
 /* Runs the trial with its statistics, gathered from the start. The caller frees both
  * in all cases. */
 static enum mill_status try(const struct mill_deck *deck, struct mill_world *world,
-                            struct point ends[2], struct mill_observer **tally,
+                            struct trial *trial, struct mill_observer **tally,
                             struct mill_tally_results **results, struct mill_error *error)
 {
     const struct mill_observe asked = {.end = deck->observe.end,
@@ -85,38 +127,12 @@ static enum mill_status try(const struct mill_deck *deck, struct mill_world *wor
     if (status == MILL_OK)
         status = mill_sim_observe(sim, *tally);
     if (status == MILL_OK)
-        status = go(sim, deck->observe.end, ends, error);
+        status = go(sim, deck->observe.end, trial, error);
     if (status == MILL_OK)
         status = mill_tally_results_make((struct mill_tally *)*tally, world,
                                          mill_sim_local_time(sim), results, error);
     mill_sim_free(sim);
     return status;
-}
-
-struct mill_forecast_growth mill_forecast_growth(const struct mill_world *world)
-{
-    const double r = world->drum_radius, speed = fabs(world->rotor_speed);
-    double balls = 0, mass = 0; /* [m^3], [kg] */
-    for (int32_t i = 0; i < world->balls; i++) {
-        const struct mill_species *of = &world->species[world->ball[i].species];
-        balls += 4 * MILL_PI / 3 * pow(of->radius, 3);
-        mass += of->mass;
-    }
-    const bool rests =
-        world->container.still && world->start.kinetic <= 0.5 * mass * pow(0.1 * speed * r, 2);
-    if (!rests || !(speed * speed * r > RAPID * vec3_norm(world->g)))
-        return (struct mill_forecast_growth){0, 1};
-    const double turns = SWEPT * MILL_PI * r * r * world->drum_length / balls;
-    return (struct mill_forecast_growth){fmin(MOST_TURNS, turns) * 2 * MILL_PI / speed,
-                                         1 + LOSS * (1 - world->law[MILL_BALL_BALL].restitution)};
-}
-
-double mill_forecast_work(const struct mill_forecast_growth *growth, double time)
-{
-    const double swept = growth->swept, power = growth->power;
-    if (time >= swept)
-        return time - swept + swept / power;
-    return swept / power * exp(power * (time / swept - 1));
 }
 
 /* Number of points that are stored again in every frame */
@@ -132,22 +148,20 @@ static double points_of(const struct mill_world *world)
     return points;
 }
 
-/* Computes the forecast from the two points of a trial. Returns the rate of contacts [1/s] in the
- * steady mill. */
+/* Computes the forecast from a trial. Returns the rate of contacts [1/s] in the steady mill. */
 static double work_out(const struct mill_deck *deck, const struct mill_world *world,
-                       const struct point ends[2], const struct mill_energies *energies,
+                       const struct trial *trial, const struct mill_energies *energies,
                        struct mill_forecast *forecast)
 {
-    struct mill_forecast f = {.trial = ends[1].time, .contacts = ends[1].contacts};
-    const double met = ends[1].contacts - ends[0].contacts, end = deck->observe.end;
+    const struct point *to = trial->at + trial->n, *from = point_at(trial, 0.5 * to->time);
+    struct mill_forecast f = {.trial = to->time, .contacts = to->contacts};
+    const double end = deck->observe.end, rate = rate_between(from, to);
     const double most =
         deck->observe.max_collisions > 0 ? deck->observe.max_collisions : (double)INFINITY;
-    const struct mill_forecast_growth growth = mill_forecast_growth(world);
-    const double from = mill_forecast_work(&growth, ends[0].time);
-    const double work = mill_forecast_work(&growth, ends[1].time) - from;
-    const double rate = work > 0 ? met / work : 0;
-    double rest = rate * (mill_forecast_work(&growth, end) - from) - met;
-    rest = fmax(0, fmin(rest, most - f.contacts));
+    const double early = isfinite(world->period) ? fmin(world->period, end) : 0;
+    const double factor = world->soft.on ? 1 : change(trial, end);
+    f.bound = factor != 1 || to->time < early || (rate == 0 && to->time < end);
+    const double rest = fmax(0, fmin(rate * fmin(factor, 1) * (end - to->time), most - f.contacts));
     f.contacts = fmin(f.contacts + rest, most);
     f.file = STATISTICS + mill_energies_cost(energies) + end / deck->observe.series * ROW +
              (deck->observe.log_impacts ? f.contacts * IMPACT : 0);
@@ -155,10 +169,12 @@ static double work_out(const struct mill_deck *deck, const struct mill_world *wo
         f.file += (floor(end / deck->observe.frames) + 1) *
                   (world->balls * FRAME + points_of(world) * POINT);
     /* without contacts only the simulated time can be used */
-    const double cost = ends[1].cpu - ends[0].cpu;
+    const double cost = to->cpu - from->cpu, met = to->contacts - from->contacts;
     const bool by_contacts = met > 0 && !world->soft.on;
-    const double took = ends[1].time - ends[0].time;
-    f.cpu = ends[1].cpu + (by_contacts ? rest / met * cost : (end - f.trial) / took * cost);
+    const double took = to->time - from->time;
+    f.cpu = to->cpu + (by_contacts ? rest / met * cost
+                       : took > 0  ? (end - f.trial) / took * cost
+                                   : 0);
     f.contacts *= (double)deck->observe.starts;
     f.cpu = f.cpu * (double)deck->observe.starts + f.file * WRITING;
     f.memory = mill_record_peak_memory() + (double)deck->observe.starts * LATER;
@@ -171,11 +187,11 @@ enum mill_status mill_forecast_make(const struct mill_deck *deck, struct mill_wo
 {
     struct mill_observer *tally = NULL;
     struct mill_tally_results *results = NULL;
-    struct point ends[2];
-    const enum mill_status status = try(deck, world, ends, &tally, &results, error);
+    struct trial trial;
+    const enum mill_status status = try(deck, world, &trial, &tally, &results, error);
     const double rate =
         status == MILL_OK
-            ? work_out(deck, world, ends, &((struct mill_tally *)tally)->plan.energies, forecast)
+            ? work_out(deck, world, &trial, &((struct mill_tally *)tally)->plan.energies, forecast)
             : (double)NAN;
     mill_notes_expect(&forecast->notes, world, results, rate);
     mill_tally_results_free(results);

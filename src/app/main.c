@@ -181,16 +181,16 @@ static void tell_forecast(const struct mill_deck *deck, struct mill_world *world
     if (deck->observe.starts > 1)
         snprintf(starts, sizeof starts, " in %ld starts", deck->observe.starts);
     if (mill_forecast_make(deck, world, &f, &why) == MILL_OK)
-        fprintf(
-            out,
-            "forecast: %s%g contacts%s, %g s of processor time, %g MB of "
-            "memory, a file of %g MB; from a trial of %g s of simulated "
-            "time; right within a factor of 2 if the balls fill at most 40 %% of the container\n",
-            !whole   ? "at most "
-            : braked ? ""
-                     : "at least ",
-            rounded(f.contacts), starts, rounded(f.cpu), rounded(1e-6 * f.memory),
-            rounded(1e-6 * f.file), rounded(f.trial));
+        fprintf(out,
+                "forecast: %s%g contacts%s, %g s of processor time, %g MB of "
+                "memory, a file of %g MB; from a trial of %g s of simulated time; %s\n",
+                f.bound || !braked ? "at least "
+                : whole            ? ""
+                                   : "at most ",
+                rounded(f.contacts), starts, rounded(f.cpu), rounded(1e-6 * f.memory),
+                rounded(1e-6 * f.file), rounded(f.trial),
+                f.bound ? "how much more is not known, because the rate of contacts has not settled"
+                        : "right within a factor of 2");
     else
         fprintf(out, "no forecast, because the trial failed: %s\n", why.text);
     if (world->soft.on)

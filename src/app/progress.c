@@ -2,8 +2,7 @@
  * rewritten in place and cut to the terminal's width. In a log file there is a line after 2 s, then
  * after intervals that grow from 10 s to 10 min. For programs there is a JSON object per line, at a
  * constant rate. Rates are taken over at least the last fifth of the time, but over 10 s at most,
- * because they change while the rotor sweeps up the charge. The time left takes the rest of this
- * change into account. */
+ * because they change while the mill sweeps up its charge. */
 #include "app/progress.h"
 
 #include "app/record.h"
@@ -26,11 +25,12 @@ void mill_progress_init(struct mill_progress_display *display, FILE *out,
 /* [s] wall time until the end; infinite if there is no progress */
 static double left(const struct mill_progress *then, const struct mill_progress *now)
 {
-    const double done = now->work - then->work;
-    return done > 0.0 ? (now->works - now->work) * (now->wall - then->wall) / done : HUGE_VAL;
+    const double done = now->time - then->time;
+    return done > 0.0 ? (now->end - now->time) * (now->wall - then->wall) / done : HUGE_VAL;
 }
 
-static void format_left(double seconds, char *out, size_t size)
+/* early: the run becomes slower while the mill sweeps up its charge */
+static void format_left(double seconds, bool early, char *out, size_t size)
 {
     const int whole = (int)fmax(0.0, fmin(seconds, 1e9));
     if (!(seconds < 8.64e6)) /* 100 days; such an estimate would be useless */
@@ -43,6 +43,10 @@ static void format_left(double seconds, char *out, size_t size)
         snprintf(out, size, "%d min %02d s left", whole / 60, whole % 60);
     else
         snprintf(out, size, "%.0f s left", ceil(seconds));
+    if (early && strlen(out) + sizeof "at least " <= size) {
+        memmove(out + strlen("at least "), out, strlen(out) + 1);
+        memcpy(out, "at least ", strlen("at least "));
+    }
 }
 
 void mill_progress_format(const struct mill_progress *then, const struct mill_progress *now,
@@ -65,7 +69,7 @@ void mill_progress_format(const struct mill_progress *then, const struct mill_pr
         snprintf(field[2], FIELD, "%.3g contacts/s",
                  (double)(now->collisions - then->collisions) / wall);
         snprintf(field[3], FIELD, "%.3g simulated s per s", speed);
-        format_left(left(then, now), field[4], FIELD);
+        format_left(left(then, now), now->time < now->early, field[4], FIELD);
     }
     snprintf(field[5], FIELD, "%s", now->known ? now->known : "");
     for (int given = 0; given == 0 || (given < FIELDS && strlen(whole) > room); given++) {
@@ -93,7 +97,7 @@ static void show_object(struct mill_progress_display *display, const struct mill
         {"time", run ? now->time : unknown},
         {"end", run ? now->end : unknown},
         {"share", now->end > 0.0 ? fmin(now->time / now->end, 1.0) : 0.0},
-        {"left", rates ? left(then, now) : unknown},
+        {"left", rates && now->time >= now->early ? left(then, now) : unknown},
         {"contacts", run ? (double)now->collisions : unknown},
         {"contacts_per_second",
          rates ? (double)(now->collisions - then->collisions) / wall : unknown},

@@ -17,8 +17,8 @@ enum mill_progress_form {
 };
 
 struct mill_progress {
-    double time, end;   /* [s] simulated */
-    double work, works; /* [s] done; in all. In a steady mill these are time and end */
+    double time, end; /* [s] simulated */
+    double early;     /* [s] until then the rate of contacts may grow */
     uint64_t collisions;
     double wall;       /* [s] since this process started the run */
     bool begins;       /* true: the run starts here; rates count from now on */

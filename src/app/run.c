@@ -28,8 +28,7 @@ struct run {
     struct mill_starts starts;
     struct mill_starts_one *first; /* its frames and time series are those of the file */
     struct mill_h5 *file;
-    struct mill_forecast_growth growth; /* for the estimate of the time left */
-    bool resumes;                       /* there is a state to continue from */
+    bool resumes; /* there is a state to continue from */
     /* the end is reached; the file may still have to be finished */
     bool complete;
     struct mill_error ended_by; /* why it ended: "time", or an observer's reason */
@@ -159,8 +158,8 @@ static void show(const struct run *r, bool begins, const char *state)
     const double time = mill_starts_time(&r->starts), end = r->deck->observe.end;
     struct mill_progress p = {time,
                               end,
-                              mill_forecast_work(&r->growth, time),
-                              mill_forecast_work(&r->growth, end),
+                              .early =
+                                  isfinite(r->first->world->period) ? r->first->world->period : 0,
                               .wall = mill_record_clock(CLOCK_MONOTONIC) - r->order->display.began,
                               .begins = begins,
                               .state = state     ? state
@@ -199,7 +198,6 @@ static bool prepare(struct run *r)
         !ok(r, mill_observers_open(&r->first->observers, &r->deck->observe, r->file,
                                    r->first->world, r->first->sim, r->error)))
         return false;
-    r->growth = mill_forecast_growth(r->first->world);
     show(r, true, NULL);
     if (r->resumes)
         mill_error_set(&r->note, MILL_OK, "resuming at t = %.6g s", mill_sim_time(r->first->sim));

@@ -316,13 +316,13 @@ def test_three_files_are_compared_with_the_first(mill, runs):
 
 @pytest.mark.slow
 def test_warnings_name_what_is_not_alike(mill, runs, copy):
-    made = {"run__program": "LIGGGHTS", "run__contact_duration": "2e-5", "run__status": "stopped"}
+    made = {"run__program": "LIGGGHTS", "run__contact_duration": "5e-5", "run__status": "stopped"}
     other = copy("two", deck__drum__radius="0.031 m", **made)
     done = mill("compare", runs["transient1"], other)
     assert f"A ({runs['transient1']}) is not steady over its window: " in done.stdout
     assert f"B ({other}) is not complete (status 'stopped')" in done.stdout
     assert "The sampled windows of A and B differ." in done.stdout
-    assert "Contacts last 20 us in B, A counts impacts within 10 us as one strike" in " ".join(done.stdout.split())
+    assert "Contacts last 50 us in B, A counts impacts within 23.8 us as one strike" in " ".join(done.stdout.split())
     assert "The geometry of A and B differs: drum.radius." in done.stdout
 
 
@@ -372,7 +372,7 @@ def test_impacts_per_joule_have_the_scatter_of_impacts_minus_losses_in_blocks_of
 @pytest.mark.slow
 def test_impacts_of_a_millijoule_or_more_are_those_of_the_file_per_second_and_per_joule(millsim, write_deck, tmp_path):
     write_deck(MILL.replace("diameter = 5 mm", "diameter = 8 mm").replace("count = 150", "count = 30"))
-    assert millsim("deck.ini", "-q", "-o", "a.h5").returncode == 0
+    assert millsim("deck.ini", "-q", "-s", "run.hard_impact=1 mJ", "-o", "a.h5").returncode == 0
     path = tmp_path / "a.h5"
     sides = load.sides([[str(path)], [str(changed(path, tmp_path / "b.h5", statistics__precision=None))]])
     found = rows.compare(*sides)
@@ -400,7 +400,7 @@ def test_without_energies_or_impacts_of_a_millijoule_there_are_no_rows_of_them(r
     told = {f"statistics__precision__{name}": None for name in ("hard_rate", "hard_per_joule")}
     bare = copy("one", statistics__energies=None, **told)
     write_deck(MILL.replace("7800 kg/m^3", "100 kg/m^3"))
-    assert millsim("deck.ini", "-q", "-o", "light.h5").returncode == 0
+    assert millsim("deck.ini", "-q", "-s", "run.hard_impact=1 mJ", "-o", "light.h5").returncode == 0
     for path in (bare, bare.parent / "light.h5"):
         found = table(path, path)
         assert "hard_per_joule_0.5" in found and not {"hard_rate", "hard_per_joule"} & set(found)

@@ -95,7 +95,7 @@ def _look(study, job):
 
 # ---- the cost of a study
 
-SAID = re.compile(r"forecast: (?:at most )?(\S+) contacts, (\S+) s of processor time, (\S+) MB of memory")
+SAID = re.compile(r"forecast: (at least |at most )?(\S+) contacts, (\S+) s of processor time, (\S+) MB of memory")
 TABLE = 15e3  # [byte] of a row, with its spectra
 
 
@@ -113,8 +113,8 @@ def corners(study) -> list[dict]:
     return [dict(zip((r.key for r in study.vary), values)) for values in dict.fromkeys(found)]
 
 
-def _forecast(job) -> tuple[float, float] | str:
-    """CPU time [s] and memory [byte] of a run, or why millsim refuses it."""
+def _forecast(job) -> tuple[float, float, bool] | str:
+    """CPU time [s] and memory [byte] of a run, and whether this is a lower bound; or why millsim refuses it."""
     with _deck(job) as path:
         words = [word for text in job["set"] for word in ("-s", text)]
         done = subprocess.run([job["program"], "--check", "-s", "output.frames=0 s", *words, "--", path.name],
@@ -122,8 +122,8 @@ def _forecast(job) -> tuple[float, float] | str:
     found = SAID.search(done.stderr)
     if done.returncode or not found:
         return (done.stderr.strip().splitlines() or ["no forecast"])[-1].removeprefix("millsim: ")
-    cpu = float(found[2]) if job["limit"] is None else min(float(found[2]), job["limit"])
-    return cpu, 1e6 * float(found[3])
+    cpu = float(found[3]) if job["limit"] is None else min(float(found[3]), job["limit"])
+    return cpu, 1e6 * float(found[4]), found[1] == "at least "
 
 
 def answer(command, study, plan: str, missing: int, where, quiet=False) -> Answer:
@@ -149,12 +149,14 @@ def forecast(command, study, runs: int, workers: int, quiet=False) -> list[str]:
         for r in study.vary:
             value = f"{design[r.key] / sizes.get(r.key, 1):.5g}" if r.numeric else design[r.key]
             words.append(f"{r.key} = {value} {r.written or ('' if r.unit == '1' else r.unit)}".rstrip())
-        cost = told if isinstance(told, str) else f"{told[0]:.2g} s of CPU, {size(told[1])} of memory"
+        bound = "at least " if told[2] is True else ""
+        cost = told if isinstance(told, str) else f"{bound}{told[0]:.2g} s of CPU, {size(told[1])} of memory"
         lines.append(f"    {', '.join(words)}: {cost}")
     known = [told for told in found if not isinstance(told, str)]
     if not known:
         raise UserError(f"millsim refuses all of these designs: {found[0]}")
-    cpu, memory = zip(*known)
+    cpu, memory, bounds = zip(*known)
+    about = "at least" if any(bounds) else "about"
     mean = sum(cpu) / len(cpu)
     least, most = duration(runs * min(cpu)), duration(runs * max(cpu))
     between = f" (between {least} and {most} if all were like one of these)" if least != most else ""
@@ -162,8 +164,8 @@ def forecast(command, study, runs: int, workers: int, quiet=False) -> list[str]:
     return [
         f"forecast   from a trial of {plural(len(designs), 'design')} at the ends of the ranges (millsim --check):",
         *lines,
-        f"cost       about {duration(runs * mean)} of CPU{between}",
-        f"time       about {duration(runs * mean / many)} with {plural(many, 'run')} at a time",
+        f"cost       {about} {duration(runs * mean)} of CPU{between}",
+        f"time       {about} {duration(runs * mean / many)} with {plural(many, 'run')} at a time",
         f"memory     {size(many * max(memory))} at a time; the table: about {size(runs * TABLE)}",
         "no run was begun, and nothing was written",
     ]
