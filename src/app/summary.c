@@ -40,12 +40,13 @@ static void print_end(const struct mill_summary *s)
 {
     const struct mill_tally_results *r = s->results;
     const char *time = mill_summary_text_si(s->facts->time, "s");
-    if (r->tally->precision == 0 && r->tally->collisions == UINT64_MAX)
-        return;
-    if (r->tally->search)
-        fprintf(s->out, "left out the first %s (%s by MSER-5), ",
+    const bool open = r->tally->precision == 0 && r->tally->collisions == UINT64_MAX;
+    if (r->tally->search && r->begin > 0)
+        fprintf(s->out, "left out the first %s (%s by MSER-5)%s",
                 mill_summary_text_si(r->begin, "s"),
-                r->at.settled ? "start-up" : "best guess of the start-up");
+                r->at.settled ? "start-up" : "best guess of the start-up", open ? "\n" : ", ");
+    if (open)
+        return;
     if (r->tally->at.ended == MILL_TALLY_PRECISION)
         fprintf(s->out, "ended at %s", time);
     else if (strcmp(s->facts->status, "stopped") == 0)

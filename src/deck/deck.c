@@ -189,8 +189,7 @@ static void fill(struct mill_deck *deck)
         for (struct mill_deck_section *s = deck->text.section; s; s = s->next)
             if (!s->guessed && !deck->text.reading->over && applies(b, s))
                 fill_block(deck, b, s);
-    deck->observe.sample_found =
-        deck->observe.precision > 0.0 && !mill_deck_entry(run, "sample_from");
+    deck->observe.sample_found = !mill_deck_entry(run, "sample_from");
     deck->observe.rotor_angle = deck->given.rotor.angle;
     deck->setup.horizon = deck->observe.end;
     deck->observe.springs = deck->setup.soft.on;

@@ -73,8 +73,8 @@ static bool is_single(const void *body)
 /* clang-format off */
 static const struct mill_key run_key[] = {
     {"time", "end of the run", .unit = "s", POSITIVE, DECK(observe.end)},
-    {"sample_from", "statistics are gathered from here to the end", .unit = "s", NOT_NEGATIVE,
-     .preset = "0 s", DECK(observe.sample_from), .hidden = sample_found},
+    {"sample_from", "statistics are gathered from here to the end; if not given, the run finds it", .unit = "s",
+     NOT_NEGATIVE, .preset = "0 s", DECK(observe.sample_from), .hidden = sample_found},
     {"precision", "the run ends when median speed and power are known to this relative error; 0: at run.time",
      .unit = "1", .lo = 0, .hi = 1, .preset = "0", DECK(observe.precision), .zero_is_off = true},
     {"max_collisions", "the run ends after this number of impacts; 0: at run.time", .lo = 0,

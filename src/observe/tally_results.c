@@ -9,6 +9,7 @@
 const double mill_tally_level[MILL_TALLY_LEVELS] = {0.01, 0.05, 0.1,  0.25, 0.5,
                                                     0.75, 0.9,  0.95, 0.99, 0.999};
 enum { MEDIAN = 4 };
+enum { TURNS = 10 }; /* periods of a run in which a start-up is looked for */
 
 /* Sets the blocks of whole periods, for power and torque of the rotor. */
 static void set_blocks(struct mill_tally_results *r)
@@ -154,12 +155,13 @@ uint64_t mill_tally_window(const struct mill_tally *t, struct mill_tally_progres
     const uint64_t n = t->batches.at.batches, period = t->batches.at.period, length = t->at.length;
     const struct mill_precision_set set = set_of(t);
     uint64_t from = 0;
+    const bool found = t->search && (t->precision > 0 || (period > 0 && n >= TURNS * period));
     at->settled = true;
-    if (t->search)
+    if (found)
         from = (mill_precision_cut(&set, &at->settled) + length - 1) / length * length;
     const uint64_t turns = period > 0 && n > from ? (n - from) / period : 0;
     const uint64_t start = n - turns * period;
-    if (t->search && turns >= 2 && start % length == 0)
+    if (found && turns >= 2 && start % length == 0)
         from = start;
     at->known = mill_precision_tell(&set, from);
     at->settled = at->settled && !at->known.drifts;

@@ -209,12 +209,14 @@ static void tell_rate(struct mill_sink *sink, const struct mill_tally_results *r
 
 static void tell_asked(struct mill_sink *sink, const struct mill_tally_results *r)
 {
-    mill_tell_number(sink, "asked", r->tally->precision, "1", "run.precision");
     mill_tell_number(sink, "warm_up", r->begin, "s",
                      "time before the window, cut off: by MSER-5, or given as run.sample_from");
     mill_tell_count(sink, "settled", r->at.settled,
                     "1: the start-up is over; 0: the best cut might lie in the second half of the "
                     "run, or the run is too short to tell");
+    if (r->tally->precision == 0)
+        return;
+    mill_tell_number(sink, "asked", r->tally->precision, "1", "run.precision");
     mill_tell_count(sink, "reached", r->reached,
                     "1: settled, and the standard errors of median_above_floor and drive_power "
                     "are at most `asked` times their values (the power's only if the motions do "
@@ -254,7 +256,7 @@ static void tell_precision(struct mill_sink *sink, const struct mill_tally_resul
                "per power lost in impacts");
     mill_tell_number(sink, "batch", r->tally->batches.at.batch, "s", "length of a batch");
     mill_tell_count(sink, "batches", known->batches, "whole batches within the window");
-    if (r->tally->precision > 0)
+    if (r->tally->precision > 0 || r->tally->search)
         tell_asked(sink, r);
     sink->close(sink);
 }

@@ -418,7 +418,6 @@ def test_sections_with_names_are_read(printed, write_deck, name):
 
 
 DEFAULTS = """\
-run.sample_from = 0 s
 run.seed = 1
 run.starts = 1
 run.hard_impact = auto

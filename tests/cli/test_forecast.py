@@ -62,7 +62,9 @@ def test_the_forecast_of_a_trial_that_has_settled_is_right_within_a_factor_of_2(
     path = ROOT / f"input/{deck}.ini"
     longer = sets("run.time=4 s" if deck == "attritor" else "run.time=0.6 s", "run.starts=1", "output.frames=0 s")
     said = FORECAST.search(millsim("--check", *longer, path).stderr)
-    met = sum(json.loads(millsim("--json", "-q", *longer, "-o", f"{deck}.h5", path).stdout)["run"]["collisions"].values())
+    met = sum(
+        json.loads(millsim("--json", "-q", *longer, "-o", f"{deck}.h5", path).stdout)["run"]["collisions"].values()
+    )
     assert said.group(1) == "" and 0.5 < float(said.group(2)) / met < 2
 
 

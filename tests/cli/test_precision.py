@@ -349,8 +349,23 @@ def test_the_printed_deck_leaves_the_window_to_be_found(known, run):
     assert_same(again, known[0])
 
 
+@pytest.mark.slow
+def test_a_run_of_ten_turns_leaves_out_its_start_up_and_a_shorter_one_does_not(run):
+    long, summary = run("run.precision=0", "run.time=0.8 s", name="long.h5")
+    short, _ = run("run.precision=0", "run.time=0.45 s", name="short.h5")
+    with Run(long) as found, Run(short) as whole:
+        begin, end = found.window
+        assert 0.05 <= begin <= 0.4 and end == pytest.approx(0.8, abs=BATCH)
+        assert whole.window[0] == 0 and whole.duration == pytest.approx(0.45, abs=BATCH)
+        power = found.known("rotor_power")[:2]
+    given, _ = run("run.precision=0", "run.time=0.8 s", f"run.sample_from={begin!r} s", name="given.h5")
+    with Run(given) as known:
+        assert known.known("rotor_power")[:2] == pytest.approx(power, rel=1e-6)
+    assert "reached" not in summary["statistics"]["precision"]
+
+
 def test_a_run_without_the_keys_says_nothing_of_them(run):
-    path, summary = run("run.precision=0", "run.time=50 ms")
+    path, summary = run("run.precision=0", "run.time=50 ms", "run.sample_from=0 s")
     with h5py.File(path, "r") as file:
         names = []
         file.visit(names.append)

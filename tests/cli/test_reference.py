@@ -108,6 +108,13 @@ def test_the_books_of_every_deck_close_to_rounding(deck, tmp_path):
     assert run["overlaps"] == run["not_closing"] == run["smoothed"] == 0
 
 
+@pytest.mark.thorough
+@pytest.mark.parametrize("deck", sorted(path.name for path in (ROOT / "input").glob("*.ini")))
+def test_no_deck_samples_its_start_up(deck, tmp_path):
+    found = run_deck(deck, tmp_path)["notes"]
+    assert not [note for note in found if note.startswith(("not steady", "not settled"))]
+
+
 @pytest.mark.slow
 @pytest.mark.long
 def test_the_gas_keeps_its_energy_over_half_a_million_contacts(tmp_path):

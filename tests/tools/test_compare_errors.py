@@ -208,7 +208,8 @@ def run_of(hard, lost, power):
     return SimpleNamespace(
         kinds=("ball_ball",), classes=[SimpleNamespace(mass=1e-3, diameter=1e-3)],
         duration=0.1 * len(hard), driven="rotor", known=lambda name: None, has=data.__contains__, read=data.__getitem__,
-        need_statistics=lambda: None, hard=Hard(math.nan), doubt="", starts=1, has_series=lambda name: True, statistic=lambda path: power,
+        need_statistics=lambda: None, hard=Hard(math.nan), doubt="", starts=1,
+        has_series=lambda name: True, statistic=lambda path: power,
         histogram=lambda *_: SimpleNamespace(above=lambda speed: hard.sum()),
         rates=lambda name, column: (10 * hard.mean(), 10 * hard.astype(float)),
     )  # fmt: skip

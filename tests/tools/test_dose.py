@@ -385,7 +385,9 @@ def test_values_can_be_given_for_a_run_without_powder_and_its_notes_are_repeated
     assert found.stderr.startswith("mill dose: note: not steady: the rotor's power")
     assert mill("wear", "a.h5").stderr == found.stderr.replace("dose", "wear")
     bare = json.loads(mill("dose", "a.h5", "--json").stdout)["results"]
-    assert "dose rate" not in bare and bare["hard impacts"]["meaning"].endswith(" or more, which lose half of the energy")
+    assert "dose rate" not in bare and bare["hard impacts"]["meaning"].endswith(
+        " or more, which lose half of the energy"
+    )
 
 
 @pytest.mark.parametrize(

@@ -124,7 +124,7 @@ TEST(the_table_gives_power_with_its_standard_error)
     /* a speed that rises through the whole run has a median that is hardly known */
     assert_holds(text,
                  "median v_n      525.1 +- 218.4 mm/s above 50 mm/s, 500.7 +- 240.7 mm/s of all\n");
-    assert_holds(text, " 0 /s at 1 m/s or more\n");
+    assert_holds(text, "hard impacts    0 /s of 1.000 mJ or more\n");
 }
 
 TEST(the_table_says_why_there_is_no_standard_error)

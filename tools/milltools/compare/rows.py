@@ -98,9 +98,10 @@ class Comparison:
 
     @property
     def hard(self) -> tuple[str, Row | None, Row | None]:
-        """The impacts that are called hard, in words, and their rows per second and per joule of work of the drive:
-        those of the energy that A says, also where one side has none; above 1 m/s where the error of that is not known; above a lower speed
-        in a slow mill. Where no error is known, the first of these with a row."""
+        """The impacts that are called hard, in words, and their rows per second and per joule of work of the
+        drive: those of the energy that A says, also where one side has none; above 1 m/s where the error of
+        that is not known; above a lower speed in a slow mill. Where no error is known, the first of these with
+        a row."""
         speeds = sorted(THRESHOLDS, key=lambda speed: (speed != HARD, speed))
         kinds = [(self.threshold.words, HARD_RATE, HARD_PER_JOULE)] + [
             (f"above {speed:g} m/s", f"rate_all_above_{speed:g}", f"hard_per_joule_{speed:g}") for speed in speeds
@@ -232,7 +233,7 @@ def energetic(hard):
 
 
 def per_joule(measured, weight, sort="normal"):
-    """Impacts of a `measured` rate, which `weight` counts by an energy of this sort, divided by the work of the drive."""
+    """Impacts of a `measured` rate, divided by the work of the drive. `weight` counts them, by an energy of this sort."""
 
     def measure(run: Member):
         rate, power = measured(run), drive_power(run)
@@ -313,8 +314,12 @@ def quantities(steady: bool, kinds, first: Member, second: Member):
         each = per_joule(rate, sums.above(hard.energy), hard.by)
         yield group, HARD_RATE, f"impacts {hard.words}, per s", "1/s", rate
         known = not hard.found and second.hard == hard
-        yield group, HARD_PER_JOULE, f"impacts {hard.words}, per joule", "1/J", (
-            told(HARD_PER_JOULE, each) if known else each
+        yield (
+            group,
+            HARD_PER_JOULE,
+            f"impacts {hard.words}, per joule",
+            "1/J",
+            (told(HARD_PER_JOULE, each) if known else each),
         )
     yield group, "rate_all", "impacts, all", "1/s", told("rate/all", all_impacts)
     yield group, "median", "median v_n, all impacts", "m/s", median("median")

@@ -9,7 +9,7 @@ import numpy as np
 
 from milltools.base import engine
 from milltools.base.errors import UserError
-from milltools.base.text import SPACE, THIN, quantity, with_error
+from milltools.base.text import SPACE, THIN, with_error
 from milltools.dose import laws
 from milltools.read import sums
 from milltools.read.runfile import HARD_PER_JOULE, HARD_RATE, Hard, Run

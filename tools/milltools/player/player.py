@@ -130,7 +130,7 @@ def _head(run, packed, flashes):
     mill = Mill.of(run)
     poses = [run.poses(int(k)) for k in packed.index]
     names = list(poses[0])
-    begin = run.quantity("run/sample_from", 0.0)
+    begin = run.window[0]
     later = np.flatnonzero(times >= begin * (1 - 1e-9))
     shown = np.column_stack([flashes.time, flashes.place, flashes.radius]) if flashes else np.empty((0, 5))
     return {

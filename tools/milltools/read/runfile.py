@@ -469,7 +469,9 @@ class Run(Store):
     def strike_window(self) -> float:
         """Impacts of a pair within this time [s] are one strike; NaN: not known."""
         known = self.has("statistics/strike_window")
-        return float(self.read("statistics/strike_window")) if known else self.quantity("output/strike_window", math.nan)
+        return (
+            float(self.read("statistics/strike_window")) if known else self.quantity("output/strike_window", math.nan)
+        )
 
     @property
     def rebound_floor(self) -> float:
