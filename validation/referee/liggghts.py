@@ -2,6 +2,7 @@
 """Compares soft and hard millsim with LIGGGHTS, by `mill dem`, and writes RESULTS-liggghts.md.
 
 .venv/bin/python validation/referee/liggghts.py [MILL ...]      exit status 1 if soft millsim is off LIGGGHTS
+.venv/bin/python validation/referee/liggghts.py dense [MILL ...]    the dense charges, into RESULTS-dense.md
 """
 
 import contextlib
@@ -32,6 +33,38 @@ MILLS = [
 ]
 
 
+def drum(name, fill, speed, *sets, starts=4, end=4.5, modulus=1e9):
+    """The drum with eight bars at another filling [%] and another part of the critical speed [%]."""
+    turn = f"motion.roll.speed={9.81**0.5 / 0.094**0.5 * speed / 100:.6g} rad/s"
+    return Mill(name, "bars", modulus, starts, 1.5, end, (f"balls.bulk_fill={fill} %", turn, *sets))
+
+
+def stirred(name, balls, *sets):
+    return Mill(name, "attritor", 1e9, 4, 0.2, 0.6, (f"balls.count={balls}", "contact.rebound_floor=auto", *sets))
+
+
+DENSE = [
+    drum("drum 20 %, 70 % critical", 20, 70),
+    drum("drum 30 %, 50 % critical", 30, 50),
+    drum("drum 30 %, 70 % critical", 30, 70),
+    drum("drum 30 %, 90 % critical", 30, 90),
+    drum("drum 42 %, 60 % critical", 42, 60),
+    drum("drum 45 %, 70 % critical", 45, 70),
+    drum("drum 30 %, e 0.5", 30, 70, "contact.restitution=0.5"),
+    drum("drum 30 %, e 0.3", 30, 70, "contact.restitution=0.3"),
+    drum("drum 30 %, mu 0.1", 30, 70, "contact.friction=0.1"),
+    drum("drum 30 %, 10 GPa", 30, 70, modulus=1e10, starts=3, end=3.5),
+    stirred("attritor 30 %", 310),
+    stirred("attritor 55 %", 570),
+    stirred("attritor 70 %", 725),
+    stirred("attritor 55 %, e 0.5", 570, "contact.restitution=0.5"),
+    Mill("discs 38 mm", "discs", 1e9, 4, 0.03, 0.08),
+    Mill("planetary, with powder", "planetary", 1e10, 4, 0.1, 0.5,
+         ("contact.restitution=0.3", "contact.friction=0.6", "contact.restitution_speed=0 m/s")),
+    Mill("drum 30 %, 12 and 4 mm", "bars-mixed", 1e9, 3, 1.5, 3.0),
+]  # fmt: skip
+
+
 def measure(runner, mill, path, sets):
     """The quantities of LIGGGHTS' run of a deck with these overrides."""
     output = pathlib.Path(runner.folder, "liggghts.h5")
@@ -52,11 +85,14 @@ def liggghts(runner, mill, path, own, _):
 
 
 def main(names):
-    chosen = [mill for mill in MILLS if not names or mill.name in names]
+    dense = names[:1] == ["dense"]
+    all_mills, names = (DENSE, names[1:]) if dense else (MILLS, names)
+    chosen = [mill for mill in all_mills if not names or mill.name in names]
     with tempfile.TemporaryDirectory(prefix="millsim-liggghts-") as folder:
         table, off = comparison.table(Runner(folder), chosen, liggghts, "LIGGGHTS")
-    made = f"`liggghts.py{''.join(' ' + repr(n) for n in names)}` with millsim {version()}"
-    comparison.write_page("RESULTS-liggghts.md", "Compared with LIGGGHTS", made, ["", *table], off)
+    made = f"`liggghts.py{' dense' * dense}{''.join(' ' + repr(n) for n in names)}` with millsim {version()}"
+    page, title = ("dense", "Dense charges compared") if dense else ("liggghts", "Compared")
+    comparison.write_page(f"RESULTS-{page}.md", f"{title} with LIGGGHTS", made, ["", *table], off)
     return 1 if off else 0
 
 

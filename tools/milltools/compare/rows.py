@@ -233,7 +233,7 @@ def energetic(hard):
 
 
 def per_joule(measured, weight, sort="normal"):
-    """Impacts of a `measured` rate, divided by the work of the drive. `weight` counts them, by an energy of this sort."""
+    """Impacts of a `measured` rate, divided by the work of the drive. `weight` counts them, by this energy."""
 
     def measure(run: Member):
         rate, power = measured(run), drive_power(run)
