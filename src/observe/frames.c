@@ -28,6 +28,7 @@ struct frames {
     float *row;                                         /* one state of the balls */
     int motions;                                        /* whose poses have columns */
     struct mill_h5_column *pose[MILL_MOTIONS_MOST][2];  /* centre, rotation */
+    struct mill_h5_column *twist[2]; /* of the frame in which the charge is steady; NULL: still */
 };
 
 static const struct {
@@ -147,6 +148,35 @@ static void open_poses(struct frames *frames, const struct mill_world *world)
     }
 }
 
+/* How the frame moves in which the charge is steady: what a ball does in the mill is its velocity
+ * minus that of this frame in its place */
+static void open_twist(struct frames *frames, const struct mill_world *world)
+{
+    static const struct mill_h5_layout layout[2] = {
+        {MILL_H5_F64,
+         1,
+         {3},
+         0,
+         "m s-1",
+         "velocity, at the origin, of the frame in which the charge is steady",
+         false},
+        {MILL_H5_F64, 1, {3}, 0, "rad s-1", "angular velocity of this frame", false}};
+    if (!world->container.mapped)
+        return;
+    frames->twist[0] = open_element(frames, "/observables/frame_velocity", &layout[0]);
+    frames->twist[1] = open_element(frames, "/observables/frame_spin", &layout[1]);
+}
+
+static void append_twist(const struct frames *frames, const struct mill_world *world, double t)
+{
+    if (!frames->twist[0])
+        return;
+    const struct mill_pose p = mill_world_steady_frame(world, t);
+    const vec3 w = p.angular_velocity, v = mill_pose_velocity(&p, vec3_make(0, 0, 0));
+    mill_h5_column_append(frames->twist[0], 1, (const double[3]){v.x, v.y, v.z});
+    mill_h5_column_append(frames->twist[1], 1, (const double[3]){w.x, w.y, w.z});
+}
+
 /* In float64; computed for the frame's local time by the functions that also resolve impacts, so
  * the numbers are the same */
 static void append_poses(const struct frames *frames, const struct mill_world *world, double t)
@@ -180,6 +210,7 @@ static void open_columns(struct frames *frames, const struct mill_world *world)
         frames->value[i] = open_element(frames, element, &value);
     }
     open_poses(frames, world);
+    open_twist(frames, world);
 }
 
 static enum mill_status sample(struct mill_observer *self, const struct mill_world *world, double t,
@@ -201,6 +232,7 @@ static enum mill_status sample(struct mill_observer *self, const struct mill_wor
         mill_h5_column_append(frames->value[state], 1, frames->row);
     }
     append_poses(frames, world, t);
+    append_twist(frames, world, t);
     self->next = mill_observe_due(frames->asked.frames, frames->asked.end, ++frames->rows);
     return mill_h5_status(frames->file, error);
 }
@@ -238,6 +270,8 @@ static bool finish(struct mill_observer *self, const struct mill_world *world,
         mill_h5_column_close(frames->pose[k][0]);
         mill_h5_column_close(frames->pose[k][1]);
     }
+    for (int i = 0; i < 2 && frames->twist[i]; i++)
+        mill_h5_column_close(frames->twist[i]);
     return mill_vtkhdf_write(frames->file, &frames->asked, world, frames->rows, going);
 }
 

@@ -225,8 +225,10 @@ DOOR(mill_web_balls) const float *mill_web_balls(void)
     if (!more)
         return NULL;
     ball = more;
+    const struct mill_pose frame = mill_world_steady_frame(w, t);
     for (int32_t i = 0; i < w->balls; i++) {
-        const vec3 r = mill_world_position(w, i, t), v = mill_world_velocity(w, i, t);
+        const vec3 r = mill_world_position(w, i, t);
+        const vec3 v = vec3_sub(mill_world_velocity(w, i, t), mill_pose_velocity(&frame, r));
         const float state[4] = {(float)r.x, (float)r.y, (float)r.z, (float)sqrt(vec3_dot(v, v))};
         memcpy(ball + 4 * (size_t)i, state, sizeof state);
     }

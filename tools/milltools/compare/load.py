@@ -11,6 +11,7 @@ from milltools.base.text import plural
 from milltools.compare import map_deviation as maps
 from milltools.compare.agreement import Starts
 from milltools.geometry import vessel
+from milltools.geometry.trajectory import stored
 from milltools.read.runfile import FORMS, Run
 
 LEVELS = (0.1, 0.5, 0.9, 0.99)  # quantiles of the balls' speeds
@@ -149,7 +150,7 @@ class Member(Sampled):
         measures = np.zeros((len(inside), 2 + len(LEVELS)))
         for row, (index, part) in enumerate(zip(inside, block)):
             velocity = self.frame(int(index), "velocity").astype(float)
-            speed = np.linalg.norm(velocity, axis=1)
+            speed = stored(self, int(index)).speed
             measures[row] = speed.mean(), (speed**2).mean(), *np.quantile(speed, LEVELS)
             self.speed_counts += np.histogram(speed, SPEED_EDGES)[0]
             if parts[part]:

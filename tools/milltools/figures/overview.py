@@ -13,6 +13,7 @@ from milltools.figures import outlines
 from milltools.figures.bins import curve
 from milltools.figures.style import SPEEDS, colour_bar, lay_out, log_ticks, millimetres, rounded_up
 from milltools.geometry import bodies, vessel
+from milltools.geometry.trajectory import stored
 from milltools.read import kinds
 
 
@@ -48,7 +49,7 @@ def draw_balls(ax, run):
         return
     into = bodies.inverse(bodies.container(run, len(times) - 1))
     position = bodies.moved(into, run.frame(-1, "position").astype(float))
-    speed = np.linalg.norm(run.frame(-1, "velocity"), axis=1)
+    speed = stored(run, len(times) - 1).speed
     outlines.stand(ax, run, run.poses(len(times) - 1))
     order = np.argsort(position[:, 0])  # the ones in front last
     balls = EllipseCollection(

@@ -36,6 +36,17 @@ class State:
     flashes: np.ndarray | None = None
     poses: dict | None = None
     relieved: np.ndarray | None = None
+    twist: np.ndarray | None = None  # as from Run.twist
+
+    @property
+    def speed(self) -> np.ndarray:
+        """Speeds [m/s] (N,) in the frame in which the charge is steady."""
+        v = (
+            self.velocity
+            if self.twist is None
+            else self.velocity - self.twist[0] - np.cross(self.twist[1], self.position)
+        )
+        return np.linalg.norm(v, axis=1)
 
 
 def stored(run, index) -> State:
@@ -43,7 +54,7 @@ def stored(run, index) -> State:
     time = run.frame_time(index)
     names = ("position", "velocity", "angular_velocity")
     values = [run.frame(index, name).astype(np.float64) for name in names]
-    return State(time, *values, poses=run.poses(index), relieved=run.relieved(time))
+    return State(time, *values, poses=run.poses(index), relieved=run.relieved(time), twist=run.twist(index))
 
 
 def between(a, b, share) -> np.ndarray:
@@ -161,7 +172,8 @@ class Flights:
         if self.mill.slice_length:
             position[:, 0] -= self.mill.slice_length * np.rint(position[:, 0] / self.mill.slice_length)
         poses = {name: between(pose, self.b.poses[name], share) for name, pose in (self.a.poses or {}).items()}
-        return State(float(time), position, velocity, spin, poses=poses)
+        twist = None if self.a.twist is None else (1 - share) * self.a.twist + share * self.b.twist
+        return State(float(time), position, velocity, spin, poses=poses, twist=twist)
 
 
 class Trajectory:

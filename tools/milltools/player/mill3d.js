@@ -224,6 +224,7 @@ const Mill3D = (() => {
       this.on = head.carrier; // number of the motion that the camera can be fixed to
       this.world = new T.Group(); // everything that turns when the camera moves with the container
       this.world.matrixAutoUpdate = false;
+      this.twists = floats(head.twists ?? []);
       this.poses = floats(head.poses); // of all frames, or of the state that is shown
       this.start = this.poses.slice(0, 12 * head.motions.length);
       this.moving = head.motions.map(() => new T.Group());
@@ -508,7 +509,7 @@ const Mill3D = (() => {
     /** Places balls and bodies as at a time [s] at or after a frame, coloured by a quantity of the head (undefined: none
         that this run has), with flashes of impacts of the last `life` seconds; draw() shows them. */
     place(frame, time, by, life) {
-      const { head, count, colours, level } = this;
+      const { head, count, colours, level, twists } = this;
       const { position, velocity, spin } = this.frames;
       const [place, colour] = [this.places.array, this.tints.array];
       const s = time - head.times[frame], between = s > 0 && frame + 1 < head.times.length;
@@ -516,7 +517,14 @@ const Mill3D = (() => {
       const share = between ? s / flown.h : 0, [wa, wb, wc, wd] = hermite(share);
       const fast = (f, k) => {
         const from = 3 * (f * count + k);
-        return (Math.hypot(square(velocity[from]), square(velocity[from + 1]), square(velocity[from + 2])) * head.fastest) / 16129;
+        const v = [0, 1, 2].map((j) => (square(velocity[from + j]) * head.fastest) / 16129);
+        if (twists.length) { // as seen from the frame in which the charge is steady
+          const [x, y, z] = [0, 1, 2].map((j) => head.lower[j] + this.step[j] * position[from + j]), w = twists.subarray(6 * f, 6 * f + 6);
+          v[0] -= w[0] + w[4] * z - w[5] * y;
+          v[1] -= w[1] + w[5] * x - w[3] * z;
+          v[2] -= w[2] + w[3] * y - w[4] * x;
+        }
+        return Math.hypot(...v);
       };
       const spun = (f, k) => (spin[f * count + k] ** 2 * head.spinning) / 65025;
       const of = name === 'spin' ? spun : fast;

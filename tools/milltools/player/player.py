@@ -143,6 +143,8 @@ def _head(run, packed, flashes):
         "places": places,
         "interval": float(np.median(np.diff(times))) if len(times) > 1 else 0.0,
         "motions": names,
+        # per frame: velocity [m/s], at the origin, and angular velocity [rad/s] of the frame of the charge; or nothing
+        "twists": _numbers([t for k in packed.index if (t := run.twist(int(k))) is not None], "<f4"),
         "carrier": names.index(mill.carrier) if mill.carrier in names else -1,
         "rides": mill.wanders,
         "poses": _numbers([[pose[name] for name in names] for pose in poses], "<f4"),
@@ -162,7 +164,7 @@ def _head(run, packed, flashes):
         # time one is seen
         "flashes": _numbers(shown, "<f4"),
         "seen": states.SEEN,
-        "values": [_quantity(name, limit) for name, limit in packed.limits.items()],
+        "values": [_quantity(name, limit, colour.seen(run, name)) for name, limit in packed.limits.items()],
         "colours": _text(colour.TABLES["speeds"].tobytes()),
         "up": up,
         "views": views,
@@ -261,9 +263,9 @@ def views_of(run, first):
     return up.tolist(), views
 
 
-def _quantity(name, limit):
+def _quantity(name, limit, seen):
     """A quantity for the colours, with the ticks of its bar as [share, text]; mill3d.js has its values."""
-    label, (scale, unit) = colour.QUANTITIES[name].label, colour.Colour(name, (0.0, limit)).scale
+    label, (scale, unit) = colour.QUANTITIES[name].label + seen, colour.Colour(name, (0.0, limit)).scale
     end = limit / scale
     power = 10.0 ** np.floor(np.log10(end))
     step = next(m * power for m in (0.2, 0.25, 0.5, 1, 2, 5) if end / (m * power) <= 5 + 1e-9)

@@ -112,7 +112,7 @@ RULES = [
         (r"particles/trajectory/\w+/value", NUMBER, (FRAMES, BALLS, 3), _finite),
         (r"particles/trajectory/\w+/time", NUMBER, (None,), _rising),
         (r"particles/trajectory/\w+/step", NUMBER, (FRAMES,), _not_negative),
-        (r"observables/pose/.*/centre/value", NUMBER, (FRAMES, 3), _finite),
+        (r"observables/(pose/.*/centre|frame_velocity|frame_spin)/value", NUMBER, (FRAMES, 3), _finite),
         (r"observables/pose/.*/rotation/value", NUMBER, (FRAMES, 3, 3), _rotations),
         (r"observables/(fast_collisions/.*)/value", NUMBER, (r"observables/\1/time", None), _no_infinity),
         (r"observables/(.*)/value", NUMBER, (r"observables/\1/time",), _no_infinity),

@@ -616,6 +616,13 @@ class Run(Store):
             raise UserError(f"{self.path}: has no frame {index}")
         return float(times[index])
 
+    def twist(self, index: int) -> np.ndarray | None:
+        """In a stored frame: velocity [m/s], at the origin, and angular velocity [rad/s] (2, 3) of the frame in which
+        the charge is steady; None if it stands still."""
+        if not self.has("observables/frame_spin/value"):
+            return None
+        return np.array([self.read(f"observables/frame_{name}/value", index) for name in ("velocity", "spin")])
+
     def frame(self, index: int, name: str = "velocity") -> np.ndarray:
         """One frame of "position" [m], "velocity" [m/s] or "angular_velocity" [rad/s]; (N, 3)."""
         path = f"particles/trajectory/{name}/value"

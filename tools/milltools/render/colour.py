@@ -30,7 +30,7 @@ class Quantity:
 
 
 QUANTITIES = {
-    "speed": Quantity("speed", "m/s", lambda state, mass: np.linalg.norm(state.velocity, axis=1)),
+    "speed": Quantity("speed", "m/s", lambda state, mass: state.speed),
     "spin": Quantity("spin", "rad/s", lambda state, mass: np.linalg.norm(state.angular_velocity, axis=1)),
     "energy": Quantity("kinetic energy", "J", lambda state, mass: 0.5 * mass * (state.velocity**2).sum(axis=1)),
     "impact": Quantity("speed of last impact", "m/s", lambda state, mass: state.value),
@@ -45,6 +45,7 @@ class Colour:
     quantity: str
     limits: tuple[float, float]
     map: str = "speeds"
+    seen: str = ""  # from where, if not from the laboratory
 
     def values(self, state, run) -> np.ndarray:
         """The value of every ball (N,) [SI]; NaN where a ball has none yet."""
@@ -93,7 +94,7 @@ class Colour:
     def title(self) -> str:
         """Such as "speed [m/s]"."""
         label = WEAR[self.quantity][0] if self.worn else QUANTITIES[self.quantity].label
-        return f"{label} [{self.scale[1]}]"
+        return f"{label}{self.seen} [{self.scale[1]}]"
 
 
 def shared(runs, quantity: str) -> tuple[float, float]:
@@ -113,7 +114,12 @@ def of(run, quantity: str, limits=None, colours="speeds") -> Colour:
     low, high = map(float, limits or shared([run], quantity))
     if not (np.isfinite([low, high]).all() and low < high):
         raise UserError(f"--limits: expected two numbers, the lower first; got {low:g}, {high:g}")
-    return Colour(quantity, (low, high), colours)
+    return Colour(quantity, (low, high), colours, seen(run, quantity))
+
+
+def seen(run, quantity: str) -> str:
+    """From where a speed is seen, in words; "": from the laboratory."""
+    return " in the container" if quantity == "speed" and run.has("observables/frame_spin/value") else ""
 
 
 def _top(run, quantity) -> float:

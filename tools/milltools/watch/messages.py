@@ -12,6 +12,7 @@ import numpy as np
 from milltools.base.errors import UserError
 from milltools.base.text import plain
 from milltools.geometry.bodies import SAMPLED, Mill, bare
+from milltools.geometry.trajectory import stored
 from milltools.player.frames import MOST_BALLS
 
 LEFT_OUT = ("maps", "energies", "wear", "histogram")  # groups of /statistics that are no numbers of a summary
@@ -138,7 +139,6 @@ def states(run, index, kinds, pace) -> list[dict]:
 
     found = []
     for n, k in enumerate(map(int, index)):
-        velocity = run.frame(k)[balls].astype(float)
         counts, works = ([at(values, n) for values in some] for some in (hits, work))
         found.append(
             {
@@ -146,7 +146,7 @@ def states(run, index, kinds, pace) -> list[dict]:
                 "time": float(times[n]),
                 "contacts": sum(filter(None, counts)),
                 "positions": array(run.frame(k, "position")[balls], "f4"),
-                "speeds": array(np.linalg.norm(velocity, axis=1), "f4"),
+                "speeds": array(stored(run, k).speed[balls], "f4"),
                 "poses": array(list(run.poses(k).values()), "f4"),
                 "factor": pace[0],
                 "rate": pace[1],
