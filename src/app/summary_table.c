@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { TEXT = 64 };
+enum { TEXT = 64, LISTED = 8 }; /* species that are listed each */
 
 /* ---- numbers as texts ---- */
 
@@ -104,19 +104,40 @@ void mill_summary_line(FILE *out, const char *label, const char *format, ...)
 
 /* ---- the mill ---- */
 
-/* Prints number and mass of the balls, and how much of the free volume they fill. */
-static void print_balls(const struct mill_world *world, FILE *out)
+/* Prints number and mass of the balls of a species, and how much of the free volume they fill; of
+ * all: species -1. */
+static void print_species(const struct mill_world *world, int32_t species, FILE *out)
 {
     const double room = mill_start_free_volume(world);
-    double volume = 0;
-    for (int32_t i = 0; i < world->balls; i++)
-        volume += 4 * MILL_PI / 3 * pow(world->species[world->ball[i].species].radius, 3);
-    mill_summary_line(out, "balls", "%ld, %s", (long)world->balls,
-                      mill_summary_text_si(1e3 * mill_summary_mass(world), "g"));
+    double volume = 0, mass = 0;
+    long count = 0;
+    for (int32_t i = 0; i < world->balls; i++) {
+        const struct mill_species *own = &world->species[world->ball[i].species];
+        if (species >= 0 && world->ball[i].species != species)
+            continue;
+        volume += 4 * MILL_PI / 3 * pow(own->radius, 3);
+        mass += own->mass;
+        count++;
+    }
+    if (species < 0)
+        mill_summary_line(out, "balls", "%ld, ", count);
+    else
+        mill_summary_line(out, world->species[species].name, "%ld of %s, ", count,
+                          mill_summary_text_si(2 * world->species[species].radius, "m"));
+    fprintf(out, "%s", mill_summary_text_si(1e3 * mass, "g"));
     if (room > 0)
-        fprintf(out, ": %.3g %% of the free room, %.3g %% with 40 %% voids", 100 * volume / room,
-                100 * volume / (room * MILL_START_PACKING));
+        fprintf(out,
+                species < 0 ? ": %.3g %% of the free room, %.3g %% with 40 %% voids"
+                            : ": %.3g %%, %.3g %% with voids",
+                100 * volume / room, 100 * volume / (room * MILL_START_PACKING));
     fputc('\n', out);
+}
+
+static void print_balls(const struct mill_world *world, FILE *out)
+{
+    print_species(world, -1, out);
+    for (int32_t k = 0; k < world->species_count && world->species_count > 1 && k < LISTED; k++)
+        print_species(world, k, out);
 }
 
 /* Prints the highest speed and acceleration of the surfaces of each motion. */

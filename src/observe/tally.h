@@ -124,9 +124,6 @@ struct mill_tally_results {
                                                 rebound floor acted; NaN when there were none */
     /* [W] part of the drive's power that goes to pressed balls; NaN at duration 0 */
     double pinch_power;
-    double block;       /* [s] shortest time of whole periods and whole batches; NaN: no rotor */
-    double revolutions; /* of the rotor in a block */
-    size_t blocks;      /* in the window */
     /* Why there are no errors: only one start, or fewer than their scatter needs, or a drift */
     enum mill_tally_doubt doubt;
     struct mill_energies_hard is_hard;

@@ -11,20 +11,6 @@ const double mill_tally_level[MILL_TALLY_LEVELS] = {0.01, 0.05, 0.1,  0.25, 0.5,
 enum { MEDIAN = 4 };
 enum { TURNS = 10 }; /* periods of a run in which a start-up is looked for */
 
-/* Sets the blocks of whole periods, for power and torque of the rotor. */
-static void set_blocks(struct mill_tally_results *r)
-{
-    const struct mill_precision_progress *batches = &r->tally->batches.at;
-    const uint64_t period = r->world->rotor >= 0 ? batches->period : 0;
-    r->block = period > 0 ? (double)period * batches->batch : (double)NAN;
-    r->revolutions = 1;
-    if (period > 0) { /* several motions without a common period need not make whole revolutions */
-        const double turns = r->block * fabs(r->world->rotor_speed) / (2 * MILL_PI);
-        r->revolutions = fabs(turns - round(turns)) < 1e-6 * turns ? round(turns) : turns;
-    }
-    r->blocks = period > 0 && r->at.open ? (batches->batches - r->from) / period : 0;
-}
-
 /* spectrum: of all; fast: of the fast ones, in the slots from `slot` up */
 static void set_speed(struct mill_tally_speed *to, const struct mill_spectrum_grid *grid,
                       const struct mill_spectrum *spectrum, const struct mill_spectrum *fast,
@@ -244,7 +230,6 @@ enum mill_status mill_tally_results_make(const struct mill_tally *tally,
         return mill_error_set(error, MILL_FAILED, "out of memory for the results");
     }
     add_starts(r);
-    set_blocks(r);
     set_rows(r, r->sums.impacts, r->impacts);
     set_rows(r, r->sums.strikes, r->strikes);
     sum_account(r);

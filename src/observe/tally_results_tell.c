@@ -105,27 +105,6 @@ static void tell_motion(struct mill_sink *sink, const struct mill_precision_know
     }
 }
 
-/* Writes power and torque of the rotor in blocks of whole periods. */
-static void tell_blocks(struct mill_sink *sink, const struct mill_tally_results *r)
-{
-    const int rotor = r->world->rotor;
-    const uint64_t period = r->tally->batches.at.period;
-    const struct mill_account *from = &r->tally->batches.accounts[r->from];
-    double *power = mill_sink_room(sink, r->blocks, sizeof *power);
-    double *torque = mill_sink_room(sink, r->blocks, sizeof *torque);
-    for (size_t k = 0; power && torque && k < r->blocks; k++, from += period) {
-        power[k] = (from[period].motion[rotor].work - from->motion[rotor].work) / r->block;
-        torque[k] = (from[period].motion[rotor].impulse - from->motion[rotor].impulse) / r->block;
-    }
-    if (power && torque) {
-        mill_tell_array(sink, "block_power", r->blocks, power, "W", "mean power of each block");
-        mill_tell_array(sink, "block_torque", r->blocks, torque, "N m",
-                        "mean torque of each block");
-    }
-    free(power);
-    free(torque);
-}
-
 /* If there are other motions too, it is not known which of them pressed the balls. */
 static void tell_rotor(struct mill_sink *sink, const struct mill_tally_results *r)
 {
@@ -137,13 +116,6 @@ static void tell_rotor(struct mill_sink *sink, const struct mill_tally_results *
                      "W",
                      "of it: work on balls pressed between a blade and others / duration; NaN: not "
                      "known, as other motions press balls too");
-    mill_tell_count(sink, "blocks", r->blocks, "whole blocks within the duration");
-    mill_tell_number(sink, "block_revolutions", r->revolutions, "1",
-                     "revolutions of the rotor in a block");
-    mill_tell_number(sink, "block_duration", r->block, "s",
-                     "length of a block, whole periods of all motions; NaN where no rotor turns");
-    if (sink->full)
-        tell_blocks(sink, r);
     sink->close(sink);
 }
 

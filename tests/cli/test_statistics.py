@@ -354,13 +354,9 @@ def test_the_cells_of_the_maps_fill_the_drum(file):
 # ---- rotor ----
 
 
-def test_power_is_the_work_of_the_series_and_told_by_revolutions(file):
+def test_power_is_the_work_of_the_series(file):
     rotor, series = file["statistics/rotor"], file["observables/rotor_work"]
     work = dict(zip(np.round(series["time"][:] * 1e3).astype(int), series["value"][:]))
-    blocks = [(work[20 + 50 * (k + 1)] - work[20 + 50 * k]) / 0.05 for k in range(4)]
-    assert rotor["blocks"][()] == 4
-    assert rotor["block_duration"][()] == pytest.approx(0.05, rel=1e-12)
-    assert np.allclose(rotor["block_power"][:], blocks, rtol=1e-9)
     assert rotor["power"][()] == pytest.approx((work[220] - work[20]) / 0.2, rel=1e-9)
     assert rotor["power"][()] > 0
 
@@ -369,7 +365,6 @@ def test_power_is_torque_times_speed(file):
     rotor, speed = file["statistics/rotor"], 1200 * 2 * np.pi / 60
     for name in ("", "_error"):
         assert rotor[f"power{name}"][()] == pytest.approx(rotor[f"torque{name}"][()] * speed, rel=1e-9, nan_ok=True)
-    assert np.allclose(rotor["block_power"][:], rotor["block_torque"][:] * speed, rtol=1e-9)
 
 
 # ---- the file and the summary ----

@@ -505,12 +505,12 @@ def test_several_runs_share_one_scale(folder, plain, gas):
 # ---- over time
 
 
-def test_means_of_revolutions_are_the_files_blocks(plain):
+def test_means_of_revolutions_are_those_of_the_series(plain):
     table = pd.DataFrame(FIGURES["power"].tables(plain)[0].columns)
     turns = table[(table["mean over"] == "revolution") & (table["from [s]"] > 0.05 - 1e-9)]
-    blocks = plain.statistic("rotor/block_power")
-    assert len(turns) == len(blocks) == 2
-    assert np.allclose(turns["power [W]"], blocks, rtol=1e-9)
+    work = np.interp([*turns["from [s]"], turns["to [s]"].iloc[-1]], *plain.series("rotor_work"))
+    assert len(turns) == 2
+    assert np.allclose(turns["power [W]"], np.diff(work) / (turns["to [s]"] - turns["from [s]"]), rtol=1e-9)
     window = table[table["mean over"] == "window"].iloc[0]
     assert window["power [W]"] == near(plain.statistic("rotor/power"))
     assert window["standard error [W]"] == near(plain.statistic("rotor/power_error"))

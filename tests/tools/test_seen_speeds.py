@@ -27,7 +27,7 @@ def in_frame(run, index, motion):
 
 @pytest.mark.parametrize(("deck", "motion"), [("mixer", "arm"), ("planetary", "sun")])
 def test_speeds_are_those_of_the_places_in_the_frame_of_the_charge(tmp_path, deck, motion):
-    """Of balls that fly between two frames that are 20 us apart; a jar that turns about its axis is seen from its sun."""
+    """Of balls that fly between two frames that are 20 us apart; a jar is seen from its sun."""
     with Run(run_of(tmp_path, deck, "run.time=0.1 s", "output.frames=20 us")) as run:
         last = len(run.frame_times()) - 2
         moved = np.linalg.norm(in_frame(run, last + 1, motion) - in_frame(run, last, motion), axis=1) / 20e-6

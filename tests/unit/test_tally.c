@@ -172,63 +172,14 @@ static void turn(double from, double to, double even, double odd)
     }
 }
 
-/* ---- a sink that keeps the blocks of the power ---- */
-
-static double block_power[16];
-static size_t blocks;
-
-static void go(struct mill_sink *sink, const char *name)
-{
-    (void)sink, (void)name;
-}
-
-static void come(struct mill_sink *sink)
-{
-    (void)sink;
-}
-
-static void keep_blocks(struct mill_sink *sink, const char *name, enum mill_h5_type type, int rank,
-                        const size_t *dims, const void *values, const char *unit,
-                        const char *meaning)
-{
-    (void)sink, (void)type, (void)rank, (void)unit, (void)meaning;
-    if (strcmp(name, "block_power") != 0)
-        return;
-    blocks = dims[0];
-    memcpy(block_power, values, blocks * sizeof *block_power);
-}
-
-static void ignore_again(struct mill_sink *sink, const char *name, size_t count,
-                         const double *values, const char *unit, const char *meaning)
-{
-    (void)sink, (void)name, (void)count, (void)values, (void)unit, (void)meaning;
-}
-
-static void ignore_attribute(struct mill_sink *sink, const char *name, enum mill_h5_type type,
-                             size_t count, const void *values)
-{
-    (void)sink, (void)name, (void)type, (void)count, (void)values;
-}
-
-TEST(power_and_torque_are_told_by_revolutions_and_with_one_error)
+TEST(power_and_torque_are_told_with_one_error)
 {
     fixture_create(&f);
     turn(0, 1.5, 100, 300);
     fixture_finish(&f, 1.5);
     const struct mill_precision_known *known = &f.results->at.known;
-    ck_assert_uint_eq(f.results->blocks, 10);
     ck_assert_double_eq_tol(known->motion_power[0].value, 200, 1e-9);
     ck_assert_double_eq_tol(known->motion_torque[0].value, 3, 1e-9);
-    struct mill_sink sink = {.full = true,
-                             .open = go,
-                             .close = come,
-                             .values = keep_blocks,
-                             .again = ignore_again,
-                             .attribute = ignore_attribute};
-    mill_tally_results_tell(f.results, &sink);
-    ck_assert_uint_eq(blocks, 10);
-    for (int i = 0; i < 10; i++)
-        ck_assert_double_eq_tol(block_power[i], (i % 2 ? 300 : 100), 1e-6);
     /* ten revolutions that take turns scatter by 100 about the mean: 32 if they were independent */
     ck_assert_double_gt(known->motion_power[0].error, 10);
     ck_assert_double_lt(known->motion_power[0].error, 100);
@@ -242,53 +193,16 @@ TEST(with_fewer_than_three_revolutions_there_is_no_standard_error)
     fixture_create(&f);
     turn(0, 0.79, 100, 100);
     fixture_finish(&f, 0.79);
-    ck_assert_uint_eq(f.results->blocks, 2);
     ck_assert_double_eq_tol(f.results->at.known.motion_power[0].value, 100, 1e-9);
     ck_assert_double_nan(f.results->at.known.motion_power[0].error);
 }
 
-TEST(a_rotor_that_turns_the_other_way_has_revolutions_too)
-{
-    fixture_speed(&f, -f.world.rotor_speed);
-    fixture_create(&f);
-    fixture_finish(&f, 1.5);
-    ck_assert_uint_eq(f.results->blocks, 10);
-}
-
-TEST(a_mill_without_a_rotor_has_no_revolutions_and_no_power)
+TEST(a_mill_without_a_rotor_has_no_power)
 {
     fixture_speed(&f, 0);
     fixture_create(&f);
     fixture_finish(&f, 1.5);
-    ck_assert_uint_eq(f.results->blocks, 0);
     ck_assert(f.results->at.known.motion_power[0].value == 0);
-}
-
-SLOW_TEST(a_window_of_whole_revolutions_loses_none_to_rounding, 1)
-{
-    f.world.balls = 1; /* the snapshots are not looked at */
-    for (int revolutions = 1; revolutions < 200; revolutions += 7) {
-        f.asked.sample_from = 0.1 * revolutions;
-        fixture_speed(&f, 1 + 0.37 * revolutions);
-        f.asked.end = f.asked.sample_from + revolutions * 2 * PI / f.world.rotor_speed;
-        fixture_create(&f);
-        fixture_finish(&f, f.asked.end);
-        ck_assert_uint_eq(f.results->blocks, (size_t)revolutions);
-        fixture_free(&f);
-    }
-    f.tally = NULL;
-}
-
-TEST(very_many_revolutions_are_taken_together)
-{
-    f.asked.sample_from = 0;
-    f.asked.end = 20;
-    fixture_speed(&f, 2 * PI * 100);
-    f.world.balls = 1;
-    fixture_create(&f);
-    fixture_finish(&f, 20);
-    ck_assert(f.results->revolutions == 2);
-    ck_assert_uint_eq(f.results->blocks, 1000);
 }
 
 TEST(a_run_that_ends_early_is_averaged_over_what_it_reached)
@@ -300,7 +214,6 @@ TEST(a_run_that_ends_early_is_averaged_over_what_it_reached)
     fixture_finish(&f, 0.75);
     ck_assert_double_eq_tol(f.results->duration, 0.25, 1e-15);
     ck_assert_double_eq_tol(mill_tally_per_second(f.results, 2), 8, 1e-12);
-    ck_assert_uint_eq(f.results->blocks, 2);
 }
 
 TEST(a_run_stopped_before_the_window_has_empty_statistics)

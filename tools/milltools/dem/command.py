@@ -357,8 +357,7 @@ def summarize(path, deck, measured):
             lines.append(f"{kind:<12}{read(f'{row}/count'):>11}{cells}")
         drive = run.drive
         error = read(f"statistics/{drive}/power_error")
-        blocks = f" ({int(read('statistics/rotor/blocks'))} blocks)" if drive == "rotor" else ""
-        error = f"+- {_number(error)} W{blocks}" if math.isfinite(error) else "(no error: too short)"
+        error = f"+- {_number(error)} W" if math.isfinite(error) else "(no error: too short)"
         lines += ["", f"{drive} power        {_number(read(f'statistics/{drive}/power'))} W {error}"]
         moving, turning = (run.series(name)[1] for name in ("kinetic_energy", "rotational_energy"))
         if len(moving):  # empty if the run was stopped before its first row

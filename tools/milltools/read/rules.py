@@ -165,7 +165,7 @@ RULES = [
         (f"{ENERGIES}/ball_ball/.*", NUMBER, (CLASSES, CLASSES, f"{ENERGIES}/edges -1"), _not_negative),
         (f"{ENERGIES}/.*/dissipation", NUMBER, (CLASSES, f"{ENERGIES}/edges -1"), _no_infinity),
         (f"{ENERGIES}/.*", NUMBER, (CLASSES, f"{ENERGIES}/edges -1"), _not_negative),
-        (r"statistics/(.*/quantiles\w*|rotor/block_(power|torque))", NUMBER, (None,), _no_infinity),
+        (r"statistics/.*/quantiles\w*", NUMBER, (None,), _no_infinity),
         (r"statistics/(precision/doubt|hard_by)", TEXT, (), None),
         (r"statistics/hard_energy", NUMBER, (), None),  # NaN where nothing is hard
         (r"statistics/precision/fast_rate/.*", NUMBER, (None,), None),

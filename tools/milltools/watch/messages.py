@@ -16,7 +16,6 @@ from milltools.geometry.trajectory import stored
 from milltools.player.frames import MOST_BALLS
 
 LEFT_OUT = ("maps", "energies", "wear", "histogram")  # groups of /statistics that are no numbers of a summary
-BLOCKS = ("block_power", "block_torque")
 NEAR = 1e-6  # of an interval: a time this much before a row of the series is the row's
 FORMS = ("kinetic", "rotational", "potential")
 
@@ -178,7 +177,7 @@ def statistics(run) -> dict:
     found = {"precision": {}}
     for path in run.paths("statistics"):
         _, *groups, name = path.split("/")
-        if name in BLOCKS or set(LEFT_OUT).intersection(groups):
+        if set(LEFT_OUT).intersection(groups):
             continue
         here = found
         for group in groups:
