@@ -37,6 +37,9 @@ static const struct known {
     {"agate", 2650, 0.9, 0.15, 0.4, "estimates", NULL},
     {"glass|soda-lime", 2500, 0.97, 0.092, 0.44, "Foerster 1994, 3 mm balls, near 1 m/s", NULL},
     {"PTFE|teflon", 2200, 0.7, 0.08, 0.4, "estimates", NULL},
+    {"silicon_nitride|Si3N4", 3200, 0.95, 0.15, 0.4, "assumed", NULL},
+    {"stainless_steel|stainless", 7900, 0.7, 0.25, 0.35, "assumed", NULL},
+    {"rubber", 1150, 0.5, 0.7, 0.4, "assumed", NULL},
     {"powder", 0, 0.5, 0.5, 0, "estimates (0.3 to 0.75, friction 0.3 to 0.8)", NULL},
 };
 enum { KNOWN = sizeof known / sizeof *known };

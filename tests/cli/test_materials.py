@@ -206,6 +206,8 @@ class TestMaterials:
     def test_names_may_be_formulas(self, full):
         assert "density = 6050 kg/m^3" in full(STEEL, "balls.material=zro2")[0]
         assert "density = 14900 kg/m^3" in full(STEEL, "balls.material=WC")[0]
+        assert "density = 3200 kg/m^3" in full(STEEL, "balls.material=si3n4")[0]
+        assert "density = 7900 kg/m^3" in full(STEEL, "balls.material=stainless")[0]
 
     def test_an_unknown_material_gets_the_list(self, millsim, write_deck):
         write_deck(STEEL.replace("steel", "stele"))
