@@ -5,9 +5,6 @@
 #include <stdio.h>
 
 static const struct mill_sum count_of[] = {
-    {"recontacts", "1",
-     "impacts so soon after the last one of the pair that soft balls would touch", MILL_H5_U64,
-     offsetof(struct mill_gathered_counts, recontacts), 0, 0},
     {"samples", "1", "samples of the flow", MILL_H5_U64,
      offsetof(struct mill_gathered_counts, samples), 0, 0},
     {"kinetic", "J", "sum of the kinetic energies at the samples", MILL_H5_F64,
@@ -15,7 +12,7 @@ static const struct mill_sum count_of[] = {
     {"rotational", "J", "the same of the spins", MILL_H5_F64,
      offsetof(struct mill_gathered_counts, rotational), 0, 0}};
 
-static const struct mill_sums_list counts = {"counts", sizeof(struct mill_gathered_counts), 4,
+static const struct mill_sums_list counts = {"counts", sizeof(struct mill_gathered_counts), 3,
                                              count_of};
 
 /* In the order of the enum */

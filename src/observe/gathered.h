@@ -17,8 +17,7 @@ struct mill_speeds {
 enum { MILL_GATHERED_SPECTRA = sizeof(struct mill_speeds) / sizeof(struct mill_spectrum) };
 
 struct mill_gathered_counts {
-    uint64_t recontacts; /* impacts after the pair's last one within the duration of a contact */
-    uint64_t samples;    /* of the flow, for the maps */
+    uint64_t samples;           /* of the flow, for the maps */
     double kinetic, rotational; /* [J] energies at the samples, added up */
 };
 

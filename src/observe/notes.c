@@ -95,7 +95,7 @@ static double hits_of(const struct mill_world *world, int kind, double contacts,
  * on average */
 static void judge_rate(struct mill_notes *notes, const struct mill_world *world, double rate)
 {
-    const double contact = mill_tally_contact(world, MILL_BALL_BALL);
+    const double contact = mill_tally_contact(world);
     add(notes, "contacts_at_once", rate * contact, AT_ONCE, rate * contact > AT_ONCE,
         "a ball is hit every %.3g us, and a contact of such balls, if they are as stiff as steel, "
         "lasts %.3g us: soft spheres would have several contacts at once, so rates and power of "
@@ -149,8 +149,10 @@ static void judge_shares(struct mill_notes *notes, const struct mill_tally_resul
 {
     const double power = r->at.known.drive.value;
     const double pinched = power != 0 ? r->pinch_power / power : 0;
-    const double impacts = (double)r->impacts[r->all].count;
-    const double share = impacts > 0 ? (double)r->sums.counts->recontacts / impacts : (double)NAN;
+    const int fast = r->tally->batches.fast;
+    const uint64_t impacts = mill_spectrum_total(&r->sums.impacts[r->all].normal, fast).count;
+    const uint64_t strikes = mill_spectrum_total(&r->sums.strikes[r->all].normal, fast).count;
+    const double share = impacts > 0 ? 1 - (double)strikes / (double)impacts : (double)NAN;
     const bool rotor = mill_notes_of_rotor(r->world);
     add(notes, "pinches", pinched, PINCHED, fabs(pinched) > PINCHED,
         "%.0f %% of the %s power goes to balls that %s against others and walls. This is computed "
@@ -159,9 +161,9 @@ static void judge_shares(struct mill_notes *notes, const struct mill_tally_resul
         100 * pinched, rotor ? "rotor's" : "drive's", rotor ? "it presses" : "moving bodies press",
         rotor ? "drum and blade" : "wall and body", rotor ? "the blades" : "the moving bodies");
     add(notes, "recontact_share", share, RECONTACTS, share > RECONTACTS,
-        "%.0f %% of the contacts follow the last one of the same two bodies so soon that soft "
-        "balls, if they are as stiff as steel, would still touch. Use strikes for rates.",
-        100 * share);
+        "%.0f %% of the impacts above %.3g mm/s follow the last one of the same two bodies so soon "
+        "that it is one contact of soft balls. Use strikes for rates.",
+        100 * share, 1e3 * r->above_floor);
 }
 
 void mill_notes_expect(struct mill_notes *notes, const struct mill_world *world,

@@ -129,8 +129,6 @@ static enum mill_status count_strike(struct mill_tally *tally, const struct mill
                                    impact->time, &since);
     if (!strike)
         return mill_error_set(error, MILL_FAILED, "out of memory for the table of strikes");
-    tally->gathered.counts->recontacts +=
-        tally->at.open && !impact->lasting && since < tally->contact[impact->kind];
     if (isinf(since)) {
         strike->portion = (int32_t)tally->gathered.last;
         strike->normal = tally->at.open ? (int16_t)normal : -1;
@@ -305,15 +303,14 @@ static void tell_state(struct mill_observer *observer, struct mill_state *state)
 
 /* ---- creation ---- */
 
-double mill_tally_contact(const struct mill_world *world, int kind)
+double mill_tally_contact(const struct mill_world *world)
 {
-    const double part = kind == MILL_BALL_BALL ? 0.5 : 1.0;
     double mass = 0, radius = 0;
     for (int32_t i = 0; i < world->balls; i++) {
         mass += world->species[world->ball[i].species].mass / world->balls;
         radius += world->species[world->ball[i].species].radius / world->balls;
     }
-    return mill_impact_duration(part * mass, part * radius, MILL_IMPACT_SLOW);
+    return mill_impact_duration(0.5 * mass, 0.5 * radius, MILL_IMPACT_SLOW);
 }
 
 static void free_tally(struct mill_observer *observer)
@@ -357,11 +354,8 @@ static enum mill_status create(struct mill_observer *observer, const struct mill
     tally->world = world;
     tally->starts = 1;
     tally->start[0] = tally;
-    for (int kind = 0; kind < world->kinds.count; kind++) /* equal for all surfaces */
-        tally->contact[kind] =
-            kind < 2 ? mill_tally_contact(world, kind) : tally->contact[kind - 1];
     const double window =
-        isnan(asked->strike_window) ? tally->contact[MILL_BALL_BALL] : asked->strike_window;
+        isnan(asked->strike_window) ? mill_tally_contact(world) : asked->strike_window;
     tally->watch = asked->sample_from - 2 * window; /* twice, because of rounding */
     tally->hard = asked->hard;
     tally->hard_by = asked->hard_by;

@@ -34,8 +34,7 @@ struct mill_tally {
     double watch;                  /* [s] pairs are recorded for strikes from here on */
     double hard;                   /* [J] as asked for; NaN: to be found */
     int hard_by;
-    double contact[MILL_KINDS_MOST]; /* [s] duration of a contact as stiff as steel */
-    double interval;                 /* [s] between the samples for the maps; INFINITY: none */
+    double interval; /* [s] between the samples for the maps; INFINITY: none */
     const struct mill_world *world;
     struct mill_wear_law law[MILL_KINDS_MOST];
     struct mill_tally_progress at;
@@ -67,11 +66,10 @@ static inline double mill_tally_snapshot(const struct mill_tally *tally, unsigne
     return tally->begin + ((double)(tally->at.snapshots + more) + 0.5) * tally->interval;
 }
 
-/* [s] Duration of a contact of this kind, for balls of the mean size and mass that are as stiff as
- * steel, at a normal speed of MILL_IMPACT_SLOW. This is the speed in a dense bed; ten times the
- * speed makes the contact only 1.6 times shorter. */
-
-double mill_tally_contact(const struct mill_world *world, int kind);
+/* [s] Duration of a contact of two balls of the mean size and mass that are as stiff as steel, at a
+ * normal speed of MILL_IMPACT_SLOW. This is the speed in a dense bed; ten times the speed makes the
+ * contact only 1.6 times shorter. */
+double mill_tally_contact(const struct mill_world *world);
 
 /* ---- results ---- */
 
