@@ -311,8 +311,7 @@ struct lines {
 
 /* The next line that matters for the comparison, without its comment. Skips empty lines, the
  * interval of checkpoints, the number of threads, what is hard, [powder] and [heat] and the values
- * of [wear], which do not change the run. Of a file only its name is left, because its folder may
- * have changed. "" at the end of the text. */
+ * of [wear], which do not change the run. Of a file only its name is left. "" at the end. */
 static const char *next_line(struct lines *text)
 {
     while (*text->rest) {

@@ -79,8 +79,7 @@ static const struct mill_key run_key[] = {
      .unit = "1", .lo = 0, .hi = 1, .preset = "0", DECK(observe.precision), .zero_is_off = true},
     {"max_collisions", "the run ends after this number of impacts; 0: at run.time", .lo = 0,
      .hi = MOST_COLLISIONS, .preset = "0", DECK(observe.max_collisions), .zero_is_off = true},
-    {"seed", "seed of every random choice", .type = MILL_KEY_WHOLE, .lo = 0, .hi = SEED_MAX,
-     .preset = "1", DECK(setup.seed)},
+    {"seed", "seed of every random choice", .type = MILL_KEY_WHOLE, .lo = 0, .hi = SEED_MAX, .preset = "1", DECK(setup.seed)},
     {"starts", "starts of the mill with other seeds, side by side: their scatter gives the errors",
      .type = MILL_KEY_WHOLE, .lo = 1, .hi = 64, .derived = true, DECK(observe.starts)},
     {"hard_impact", "impacts with this energy or more are hard; auto: above it falls half of the lost energy",
@@ -111,8 +110,7 @@ static const struct mill_key gravity_key[] = {
 static const struct mill_key output_key[] = {
     {"frames", "interval of stored ball states; 0 s: none", .unit = "s", NOT_NEGATIVE,
      .preset = "10 ms", DECK(observe.frames)},
-    {"series", "interval of the time series", .unit = "s", POSITIVE, .preset = "1 ms",
-     DECK(observe.series)},
+    {"series", "interval of the time series", .unit = "s", POSITIVE, .preset = "1 ms", DECK(observe.series)},
     {"impacts", "statistics, or all to log every impact", .type = MILL_KEY_CHOICE,
      .preset = "statistics", DECK(observe.log_impacts), .words = "statistics|all"},
     {"strike_window", "contacts of a pair closer in time than this are one strike; auto: as long as a contact", .unit = "s",
@@ -180,8 +178,7 @@ static const struct mill_key drum_key[] = {
 };
 
 static const struct mill_key rotor_key[] = {
-    {"speed", "constant speed of the rotor, positive about +x", .unit = "rad/s", ANY,
-     DECK(given.rotor.speed)},
+    {"speed", "constant speed of the rotor, positive about +x", .unit = "rad/s", ANY, DECK(given.rotor.speed)},
     {"tip_speed", "speed of the point of blades and bodies on the rotor that is farthest from its "
      "axis; gives the speed of the rotor", .instead = "speed", .unit = "m/s", ANY, DECK(given.tip_speed)},
     {"shaft_radius", "radius of the shaft; 0 m: none", .unit = "m", NOT_NEGATIVE,
@@ -209,19 +206,16 @@ static const struct mill_key spread_key[] = {
 #define BLADE(member) IN(mill_blade, member)
 static const struct mill_key blade_key[] = {
     {"position", "x of the blade's centre", .unit = "m", ANY, BLADE(position)},
-    {"angle", "angle of the blade on the rotor, from +y towards +z", .unit = "rad", ANY,
-     BLADE(angle)},
+    {"angle", "angle of the blade on the rotor, from +y towards +z", .unit = "rad", ANY, BLADE(angle)},
     {.name = NULL},
 };
 
 static const struct mill_key blade_form_key[] = {
     {"tip_radius", "reach of a blade from the axis", .unit = "m", SIZE_OF_MILL, BLADE(tip_radius)},
-    {"width", "width of a blade along the axis, before pitching", .unit = "m", SIZE_OF_MILL,
-     BLADE(width)},
+    {"width", "width of a blade along the axis, before pitching", .unit = "m", SIZE_OF_MILL, BLADE(width)},
     {"thickness", "thickness of a blade around the axis, before pitching", .unit = "m", SIZE_OF_MILL,
      BLADE(thickness)},
-    {"pitch", "turn of a blade about its radial mid-line", .unit = "rad", ANY,
-     .preset = "0 deg", BLADE(pitch)},
+    {"pitch", "turn of a blade about its radial mid-line", .unit = "rad", ANY, .preset = "0 deg", BLADE(pitch)},
     {.name = NULL},
 };
 #define LAW(member) .derived = true, IN(mill_deck_law, member)
@@ -232,10 +226,8 @@ static const struct mill_key law_key[] = {
      LAW(speed)},
     {"restitution_table", "a file with a row 'v e' for each normal speed [m/s], ascending",
      .type = MILL_KEY_FILE, LAW(table), .words = "none", .known = "steel"},
-    {"friction", "Coulomb's coefficient of friction; 0: smooth", .lo = 0, .hi = MOST_FRICTION,
-     LAW(friction)},
-    {"tangential_restitution", "tangential restitution of a sticking contact", .lo = -1, .hi = 1,
-     LAW(tangential)},
+    {"friction", "Coulomb's coefficient of friction; 0: smooth", .lo = 0, .hi = MOST_FRICTION, LAW(friction)},
+    {"tangential_restitution", "tangential restitution of a sticking contact", .lo = -1, .hi = 1, LAW(tangential)},
     {.name = NULL},
 };
 
@@ -257,8 +249,7 @@ static const struct mill_key floor_key[] = {
 #define DIRECTION .type = MILL_KEY_VECTOR, ANY, .direction = true, .preset = "0 0 1"
 #define MOTION(member) IN(mill_deck_motion, member)
 static const struct mill_key motion_key[] = {
-    {"kind", "kind of motion", .type = MILL_KEY_CHOICE, MOTION(kind),
-     .words = "turn|swing|shift|table"},
+    {"kind", "kind of motion", .type = MILL_KEY_CHOICE, MOTION(kind), .words = "turn|swing|shift|table"},
     {"on", "the motion that carries this one", TEXT, MOTION(on)},
     {.name = NULL},
 };
@@ -266,8 +257,7 @@ static const struct mill_key motion_key[] = {
 static const struct mill_key turn_key[] = {
     {"centre", "a point of the axis", PLACE, .preset = "0 0 0 m", MOTION(as.turn.centre)},
     {"axis", "direction of the axis", DIRECTION, MOTION(as.turn.axis)},
-    {"speed", "constant speed, by the right-hand rule", .unit = "rad/s", ANY,
-     MOTION(as.turn.speed)},
+    {"speed", "constant speed, by the right-hand rule", .unit = "rad/s", ANY, MOTION(as.turn.speed)},
     {"angle", "angle at t = 0", .unit = "rad", ANY, .preset = "0 deg", MOTION(as.turn.angle)},
     {.name = NULL},
 };
@@ -276,8 +266,7 @@ static const struct mill_key swing_key[] = {
     {"centre", "a point of the axis", PLACE, .preset = "0 0 0 m", MOTION(as.swing.centre)},
     {"axis", "direction of the axis", DIRECTION, MOTION(as.swing.axis)},
     {"amplitude", "half of the whole swing", .unit = "rad", ANY, MOTION(as.swing.amplitude)},
-    {"frequency", "whole swings per time", .unit = "Hz", NOT_NEGATIVE,
-     MOTION(as.swing.frequency)},
+    {"frequency", "whole swings per time", .unit = "Hz", NOT_NEGATIVE, MOTION(as.swing.frequency)},
     {"phase", "the angle is amplitude sin(2 pi frequency t + phase)", .unit = "rad", ANY,
      .preset = "0 deg", MOTION(as.swing.phase)},
     {.name = NULL},
@@ -300,8 +289,7 @@ static const struct mill_key table_key[] = {
 
 #define BODY(member) IN(mill_deck_body, member)
 static const struct mill_key body_key[] = {
-    {"shape", "shape of the body", .type = MILL_KEY_CHOICE, BODY(shape),
-     .words = MILL_SOLID_WORDS},
+    {"shape", "shape of the body", .type = MILL_KEY_CHOICE, BODY(shape), .words = MILL_SOLID_WORDS},
     {"side", "where the balls are: outside of it, or inside", .type = MILL_KEY_CHOICE,
      .preset = "outside", BODY(is.inside), .words = "outside|inside"},
     {"motion", "what carries it: a motion's name, or rotor", TEXT, BODY(motion)},
@@ -341,8 +329,7 @@ static const struct mill_key powder_key[] = {
      .instead = "mass", POWDER(ball_to_powder)},
     {"density", "density of the powder's material", .unit = "kg/m^3", .lo = 1e-3,
      .hi = MILL_KEY_LARGEST, POWDER(density)},
-    {"size", "diameter of a particle; 0 m: not known", .unit = "m", OPTIONAL, .preset = "0 m",
-     POWDER(size)},
+    {"size", "diameter of a particle; 0 m: not known", .unit = "m", OPTIONAL, .preset = "0 m", POWDER(size)},
     {"packing", "share of a layer of powder that the particles fill", .unit = "1", .lo = 0,
      .above = true, .hi = 1, .preset = "0.6", POWDER(packing)},
     {"capture", "powder that an impact catches: a layer of one particle, the volume between the "
@@ -362,10 +349,8 @@ static const struct mill_key powder_key[] = {
      .words = "none|power|threshold|vogel_peukert|table"},
     {"coefficient", "c of the law", OPTIONAL, .preset = "0", POWDER(coefficient)},
     {"exponent", "n of the law", OPTIONAL, .preset = "0", POWDER(exponent)},
-    {"strength", "f_Mat of Vogel & Peukert", .unit = "kg/J/m", OPTIONAL, .preset = "0 kg/J/m",
-     POWDER(strength)},
-    {"least", "x W_m,min of Vogel & Peukert", .unit = "J m/kg", OPTIONAL, .preset = "0 J m/kg",
-     POWDER(least)},
+    {"strength", "f_Mat of Vogel & Peukert", .unit = "kg/J/m", OPTIONAL, .preset = "0 kg/J/m", POWDER(strength)},
+    {"least", "x W_m,min of Vogel & Peukert", .unit = "J m/kg", OPTIONAL, .preset = "0 J m/kg", POWDER(least)},
     {"table", "a file with a row 'E k' for each energy [J], ascending", .type = MILL_KEY_FILE,
      .preset = "none", POWDER(table), .words = "none"},
     {.name = NULL},
@@ -374,12 +359,10 @@ static const struct mill_key powder_key[] = {
 #define HEAT(member) IN(mill_deck_heat, member)
 #define CAPACITY .unit = "J/kg/K"
 static const struct mill_key heat_key[] = {
-    {"ball_heat_capacity", "specific heat capacity of the balls", CAPACITY, POSITIVE,
-     HEAT(ball_capacity)},
+    {"ball_heat_capacity", "specific heat capacity of the balls", CAPACITY, POSITIVE, HEAT(ball_capacity)},
     {"powder_heat_capacity", "specific heat capacity of the powder; 0: it is not counted", CAPACITY,
      OPTIONAL, .preset = "0 J/kg/K", HEAT(powder_capacity)},
-    {"jar_heat_capacity", "specific heat capacity of the jar or drum", CAPACITY, POSITIVE,
-     HEAT(jar_capacity)},
+    {"jar_heat_capacity", "specific heat capacity of the jar or drum", CAPACITY, POSITIVE, HEAT(jar_capacity)},
     {"jar_mass", "mass of the jar or drum", .unit = "kg", POSITIVE, HEAT(jar_mass)},
     {"ball_to_jar", "heat that flows from the balls to the jar, for each kelvin", .unit = "W/K",
      POSITIVE, HEAT(ball_to_jar)},
@@ -393,8 +376,7 @@ static const struct mill_key heat_key[] = {
 };
 
 static const struct mill_key wear_key[] = {
-    {"archard", "Archard's coefficient K; 0: not known", OPTIONAL, .preset = "0",
-     IN(mill_wear_law, archard)},
+    {"archard", "Archard's coefficient K; 0: not known", OPTIONAL, .preset = "0", IN(mill_wear_law, archard)},
     {"hardness", "hardness of the surface", .unit = "Pa", .lo = 0, .hi = 1e12, .zero_is_off = true,
      .preset = "0 Pa", IN(mill_wear_law, hardness)},
     {"erosion", "Finnie's coefficient k: mass removed for each joule; 0: not known",
@@ -444,8 +426,7 @@ const struct mill_deck_block mill_deck_table[] = {
     {"powder", .optional = true, .key = powder_key, VALUES(powder)},
     {"heat", .optional = true, .key = heat_key, VALUES(heat)},
     {"wear", .optional = true, .key = wear_key, VALUES(worn)},
-    {"wear", .named = true, .inherits = true, .key = wear_key, VALUES(worn),
-     .size = sizeof(struct mill_wear_law)},
+    {"wear", .named = true, .inherits = true, .key = wear_key, VALUES(worn), .size = sizeof(struct mill_wear_law)},
     {"output", .key = output_key},
     {.title = NULL},
 };

@@ -232,7 +232,8 @@ static void judge_motion(struct mill_notes *notes, const struct mill_world *worl
     dissipated = mill_tally_per_second(r, dissipated);
     const double power = r->at.known.drive.value;
     const double most = fmax(fabs(power), fabs(dissipated));
-    const bool works = world->period < (double)INFINITY && r->duration > 0 && most > 0;
+    const bool works = world->period < (double)INFINITY && r->duration > 0 && most > 0 &&
+                       r->impacts[r->all].count >= MILL_SPREAD_SEEN;
     const double off = works ? fabs(power - dissipated) / most : (double)NAN;
     add(notes, "ring", ring != 0 ? ring / world->rotor_speed : 0, 0, ring != 0,
         "the rotor no longer reaches the charge, which turns as a ring, at %.0f %% of the rotor's "
