@@ -184,12 +184,13 @@ static void tell_forecast(const struct mill_deck *deck, struct mill_world *world
         fprintf(out,
                 "forecast: %s%g contacts%s, %g s of processor time, %g MB of "
                 "memory, a file of %g MB; from a trial of %g s of simulated time; %s\n",
-                f.bound || !braked ? "at least "
-                : whole            ? ""
-                                   : "at most ",
+                f.bound && !whole   ? "about "
+                : f.bound || !braked ? "at least "
+                : whole              ? ""
+                                     : "at most ",
                 rounded(f.contacts), starts, rounded(f.cpu), rounded(1e-6 * f.memory),
                 rounded(1e-6 * f.file), rounded(f.trial),
-                f.bound ? "how much more is not known, because the rate of contacts has not settled"
+                f.bound ? "not known better, because the rate of contacts has not settled"
                         : "right within a factor of 2");
     else
         fprintf(out, "no forecast, because the trial failed: %s\n", why.text);

@@ -12,7 +12,7 @@ FORECAST = re.compile(
     r"millsim: balls .*\n(?:millsim: \w+ +(?:tip speed|surfaces) .*\n)*"
     r"millsim: forecast: (.*?)(\S+) contacts, (\S+) s of processor time, (\S+) MB of memory, "
     r"a file of (\S+) MB; from a trial of (\S+) s of simulated time; "
-    r"(?:right within a factor of 2|how much more is not known, because the rate of contacts has not settled)\n"
+    r"(?:right within a factor of 2|not known better, because the rate of contacts has not settled)\n"
 )
 
 

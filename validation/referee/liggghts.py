@@ -33,14 +33,14 @@ MILLS = [
 ]
 
 
-def drum(name, fill, speed, *sets, starts=4, end=4.5, modulus=1e9):
+def drum(name, fill, speed, *sets, starts=3, end=4.5, modulus=1e9):
     """The drum with eight bars at another filling [%] and another part of the critical speed [%]."""
     turn = f"motion.roll.speed={9.81**0.5 / 0.094**0.5 * speed / 100:.6g} rad/s"
     return Mill(name, "bars", modulus, starts, 1.5, end, (f"balls.bulk_fill={fill} %", turn, *sets))
 
 
 def stirred(name, balls, *sets):
-    return Mill(name, "attritor", 1e9, 4, 0.2, 0.6, (f"balls.count={balls}", "contact.rebound_floor=auto", *sets))
+    return Mill(name, "attritor", 1e9, 3, 0.2, 0.6, (f"balls.count={balls}", "contact.rebound_floor=auto", *sets))
 
 
 DENSE = [
@@ -58,8 +58,8 @@ DENSE = [
     stirred("attritor 55 %", 570),
     stirred("attritor 70 %", 725),
     stirred("attritor 55 %, e 0.5", 570, "contact.restitution=0.5"),
-    Mill("discs 38 mm", "discs", 1e9, 4, 0.03, 0.08),
-    Mill("planetary, with powder", "planetary", 1e10, 4, 0.1, 0.5,
+    Mill("discs 38 mm", "discs", 1e9, 3, 0.03, 0.08),
+    Mill("planetary, with powder", "planetary", 1e10, 3, 0.1, 0.5,
          ("contact.restitution=0.3", "contact.friction=0.6", "contact.restitution_speed=0 m/s")),
     Mill("drum 30 %, 12 and 4 mm", "bars-mixed", 1e9, 3, 1.5, 3.0),
 ]  # fmt: skip
