@@ -9,7 +9,7 @@ import numpy as np
 
 from milltools.base import engine
 from milltools.base.errors import UserError
-from milltools.base.text import SPACE, THIN, with_error
+from milltools.base.text import SPACE, THIN, quantity, with_error
 from milltools.dose import laws
 from milltools.read import sums
 from milltools.read.runfile import HARD_PER_JOULE, HARD_RATE, Hard, Run
@@ -73,6 +73,7 @@ def measured(row: Row) -> str:
     return f"{text} {unit or row.unit}"
 
 
+CARRIED = 0.9  # part of the energy that counted impacts bring: the slow ones beyond it hang on the rebound floor
 # defaults of keys that a deck can leave out; millsim prints them for a deck that has the section
 DEFAULTS = {
     "powder": {
@@ -183,21 +184,23 @@ def rows(run: Run, sets: typing.Sequence[str] = ()) -> list[Row]:
             Row("dose rate", power / per, error / per, "W/kg", "power per powder mass", ("W/g", 1e3)),
             Row("dose in an hour", *(HOUR / per * x for x in (power, error)), "J/kg", "per powder mass", ("kJ/g", 1e6)),
         ]
-    every, brought = (sums.total(run, weight, sort) for weight in (sums.every, sums.itself))
+    least = sums.carrying(run, CARRIED, sort)
+    frequent, brought = sums.total(run, sums.above(least), sort), sums.total(run, _energy_above(least), sort)
+    which = f"impacts of {quantity(least, 'J')} or more, which bring nine tenths of the energy"
     work = "of work of the drive" if run.driven else "lost in all impacts"
     found += [
-        Row("stress frequency", every.value, every.error, "/s", "impacts of all kinds"),
+        Row("stress frequency", frequent.value, frequent.error, "/s", which),
         Row(
             "mean stress energy",
-            *brought.over(every)[:2],
+            *brought.over(frequent)[:2],
             "J",
-            f"{sort} energy of an impact, mean" + ", of which a part is lost" * (sort != "dissipated"),
+            f"{sort} energy of one of them, mean" + ", of which a part is lost" * (sort != "dissipated"),
         ),
     ]
     if math.isfinite(is_hard.energy):
         found += _hard(run, is_hard, work)
     if stuff:
-        found += _of_powder(run, stuff, sort)
+        found += _of_powder(run, stuff, sort, sums.carrying(run, CARRIED))
     if heat:
         found += _temperatures(laws.Heat(power, mass, stuff.mass if stuff else 0.0, heat), error / power)
     return found
@@ -222,13 +225,21 @@ def _energy_above(least: float) -> sums.Weight:
     return lambda energy, pair: energy * counts(energy, pair)
 
 
-def _of_powder(run: Run, stuff: Powder, sort: str) -> list[Row]:
+def _of_powder(run: Run, stuff: Powder, sort: str, least: float) -> list[Row]:
     found = []
     if stuff.size or stuff.capture == "layer":
-        caught = sums.total(run, lambda energy, p: laws.captured(energy, p.radius, stuff), "normal")
+        above = sums.above(least)
+        caught = sums.total(run, lambda energy, p: laws.captured(energy, p.radius, stuff) * above(energy, p), "normal")
         share = caught.value / stuff.mass, caught.error / stuff.mass
         found = [
-            Row("powder caught", caught.value, caught.error, "kg/s", f"model: {stuff.capture}", ("g/s", 1e-3)),
+            Row(
+                "powder caught",
+                caught.value,
+                caught.error,
+                "kg/s",
+                f"by impacts of {quantity(least, 'J')} or more; model: {stuff.capture}",
+                ("g/s", 1e-3),
+            ),
             Row("stress number rate", *share, "/s", "times a second that each part of the powder is caught, mean"),
         ]
     if stuff.law != "none":

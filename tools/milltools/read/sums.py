@@ -122,6 +122,14 @@ def total(run: Run, weight: Weight, energy: str = "normal", kinds: Iterable[str]
     return Sum(value / time, series / length, period(run), math.sqrt(squares) / time, seen)
 
 
+def carrying(run: Run, share: float, energy: str = "normal") -> float:
+    """The energy [J] above which impacts bring this share of the energy that all bring; NaN without impacts."""
+    points = _points(run.read("statistics/energies/edges"))
+    count = sum(run.read(f"statistics/energies/{pair.kind}/{energy}")[pair.index] for pair in pairs(run))
+    brought = (points * (count / POINTS)[:, None]).ravel()[::-1].cumsum()
+    return float(points.ravel()[::-1][np.searchsorted(brought, share * brought[-1])]) if brought[-1] else math.nan
+
+
 def has_errors(run: Run) -> bool:
     """Whether the file has what errors of sums follow from, and they would be right."""
     return run.has(f"{BLOCKS}/edges") and not run.doubt

@@ -95,7 +95,9 @@ def _look(study, job):
 
 # ---- the cost of a study
 
-SAID = re.compile(r"forecast: (at least |at most |about )?(\S+) contacts, (\S+) s of processor time, (\S+) MB of memory")
+SAID = re.compile(
+    r"forecast: (at least |at most |about )?(\S+) contacts, (\S+) s of processor time, (\S+) MB of memory"
+)
 TABLE = 15e3  # [byte] of a row, with its spectra
 
 
