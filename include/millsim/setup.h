@@ -131,6 +131,9 @@ struct mill_setup {
      * the charge. With 0, inelastic balls at rest can have
      * infinitely many contacts in a finite time; then the run fails. */
     double rebound_floor;
+    /* [J] impacts of this energy and more are asked for: a floor that follows from the mill is low
+     * enough for them; 0: none */
+    double asked;
     struct mill_soft_setup soft; /* zeros: the spheres are hard */
     /* [s] Motions without a common period are checked for clashes of their bodies during this time;
      * 0: 1 s */

@@ -310,8 +310,8 @@ struct lines {
 };
 
 /* The next line that matters for the comparison, without its comment. Skips empty lines, the
- * interval of checkpoints, the number of threads, what is hard, [powder] and [heat] and the values
- * of [wear], which do not change the run. Of a file only its name is left. "" at the end. */
+ * interval of checkpoints, the number of threads, [powder] and [heat] and the values of [wear],
+ * which do not change the run. Of a file only its name is left. "" at the end. */
 static const char *next_line(struct lines *text)
 {
     while (*text->rest) {
@@ -328,8 +328,7 @@ static const char *next_line(struct lines *text)
         if (*line == '[')
             text->skips = wear || strcmp(line, "[powder]") == 0 || strcmp(line, "[heat]") == 0;
         if (*line && *line != '#' && (!text->skips || wear) &&
-            strncmp(line, "checkpoint = ", 13) != 0 && strncmp(line, "threads = ", 10) != 0 &&
-            strncmp(line, "hard_impact = ", 14) != 0)
+            strncmp(line, "checkpoint = ", 13) != 0 && strncmp(line, "threads = ", 10) != 0)
             return line;
     }
     return "";

@@ -323,16 +323,17 @@ void mill_deck_balls_powder(struct mill_deck *deck)
     if (powder->ball_to_powder > 0.0)
         powder->mass = mass / powder->ball_to_powder;
     mill_deck_files_find(&deck->text, "powder", "table", &powder->table);
-    if (!(powder->mass > 0.0))
-        return;
-    deck->observe.hard_by = powder->energy;
-    if (isnan(powder->threshold))
-        powder->threshold = deck->observe.hard;
-    else if (!isnan(deck->observe.hard) && deck->observe.hard != powder->threshold)
-        mill_deck_wrong(&deck->text, "powder", "threshold",
-                        "differs from run.hard_impact: give only one of them");
-    else
-        deck->observe.hard = powder->threshold;
+    if (powder->mass > 0.0) {
+        deck->observe.hard_by = powder->energy;
+        if (isnan(powder->threshold))
+            powder->threshold = deck->observe.hard;
+        else if (!isnan(deck->observe.hard) && deck->observe.hard != powder->threshold)
+            mill_deck_wrong(&deck->text, "powder", "threshold",
+                            "differs from run.hard_impact: give only one of them");
+        else
+            deck->observe.hard = powder->threshold;
+    }
+    deck->setup.asked = isnan(deck->observe.hard) ? 0.0 : deck->observe.hard;
 }
 
 /* ---- the world ---- */

@@ -368,19 +368,22 @@ static double push_of(const struct mill_world *w, const struct mill_motion *moti
 }
 
 /* [m/s] A small part of the speed that a ball gets when it falls through the charge; but low enough
- * that impacts from MILL_WORLD_SLOW on do not depend on it (docs/physics.md) */
-static double floor_of(const struct mill_world *w)
+ * that impacts from MILL_WORLD_SLOW on, and of the energy `asked` [J], do not depend on it
+ * (docs/physics.md) */
+static double floor_of(const struct mill_world *w, double asked)
 {
-    double bulk = 0.0, push = 0.0; /* [m^3] of the heap of balls, [m/s^2] */
+    double bulk = 0.0, push = 0.0, mass = 0.0; /* [m^3] of the heap of balls, [m/s^2], [kg] */
     for (int32_t i = 0; i < w->balls; i++) {
         const double a = radius_of(w, i);
         bulk += 4.0 / 3.0 * MILL_PI * a * a * a / MILL_START_PACKING;
+        mass = fmax(mass, w->species[w->ball[i].species].mass);
     }
     for (int k = 0; k < w->motions; k++)
         push = fmax(push, push_of(w, w->motion[k]));
     push += vec3_norm(w->g);
     const double depth = fmin(w->container.radius, mill_elementary_cbrt(bulk));
-    const double most = MILL_WORLD_SLOW / MILL_WORLD_FLOORS;
+    const double slow = asked > 0.0 ? sqrt(2.0 * asked / mass) : MILL_WORLD_SLOW;
+    const double most = fmax(fmin(slow, MILL_WORLD_SLOW) / MILL_WORLD_FLOORS, FLOOR_AT_REST);
     return push > 0.0 ? fmin(FLOOR * sqrt(push * depth), most) : FLOOR_AT_REST;
 }
 
@@ -411,7 +414,8 @@ enum mill_fault_code mill_start_world(const struct mill_setup *setup,
         for (int k = 0; k < w->kinds.count; k++)
             if (w->fall[k].points == 1)
                 w->fall[k].loss = mill_impact_loss(w->fall[k].restitution[0]);
-        w->rebound_floor = isnan(setup->rebound_floor) ? floor_of(w) : setup->rebound_floor;
+        w->rebound_floor =
+            isnan(setup->rebound_floor) ? floor_of(w, setup->asked) : setup->rebound_floor;
         w->soft = setup->soft;
         if (mill_ends_fit(setup, w->motion, fault) &&
             !mill_clash_find(setup, watch, w->motion, fault))

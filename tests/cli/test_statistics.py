@@ -367,6 +367,19 @@ def test_power_is_torque_times_speed(file):
         assert rotor[f"power{name}"][()] == pytest.approx(rotor[f"torque{name}"][()] * speed, rel=1e-9, nan_ok=True)
 
 
+def test_a_threshold_that_slow_impacts_reach_lowers_the_automatic_floor(folder):
+    """4 mm balls in a drum at 5 g of its blades: 33 mm/s, or a sixth of the speed of the heaviest ball at a wall."""
+    found = []
+    for sets in ([], ["run.hard_impact=2 uJ"], ["run.hard_impact=1 J"], ["run.hard_impact=1e-6 uJ"]):
+        words = [word for one in ("contact.rebound_floor=auto", "run.time=30 ms", *sets) for word in ("-s", one)]
+        simulate(folder, "floor.h5", "--force", *words)
+        with h5py.File(folder / "floor.h5") as file:
+            found.append(file["run/rebound_floor"][()])
+            heaviest = file["particles/trajectory/mass"][:].max()
+    assert found[0] == found[2] and found[3] == pytest.approx(5e-3)
+    assert found[1] == pytest.approx(np.sqrt(2 * 2e-6 / heaviest) / 6) and found[1] < found[0]
+
+
 # ---- the file and the summary ----
 
 
