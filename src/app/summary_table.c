@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { TEXT = 64, LISTED = 8 }; /* species that are listed each */
+enum { TEXT = 64, LISTED = 8 /* species */, MOMENTS = 60 /* of a period */ };
 
 /* ---- numbers as texts ---- */
 
@@ -140,6 +140,26 @@ static void print_balls(const struct mill_world *world, FILE *out)
         print_species(world, k, out);
 }
 
+/* Sets the highest speed and acceleration of points of a motion, at MOMENTS of a period. Edges of
+ * parts that stick out of the drum are where no ball is. */
+static void find_highest(const struct mill_world *world, const struct mill_motion *motion,
+                         const struct mill_mesh *mesh, double *speed, double *acceleration)
+{
+    const double period = isfinite(world->period) ? world->period : 1, step = 1e-4 * period;
+    for (int k = 0; k < MOMENTS; k++)
+        for (size_t i = 0; i < mesh->points; i++) {
+            const double t = k * period / MOMENTS;
+            vec3 v[3];
+            const vec3 at = mill_motion_point(motion, t, mesh->point[i], &v[0]);
+            if (world->container.drum && hypot(at.y, at.z) > 1.0001 * world->drum_radius)
+                continue;
+            mill_motion_point(motion, t - step, mesh->point[i], &v[1]);
+            mill_motion_point(motion, t + step, mesh->point[i], &v[2]);
+            *speed = fmax(*speed, vec3_norm(v[0]));
+            *acceleration = fmax(*acceleration, vec3_norm(vec3_sub(v[2], v[1])) / (2 * step));
+        }
+}
+
 /* Prints the highest speed and acceleration of the surfaces of each motion. */
 static void print_motions(const struct mill_world *world, FILE *out)
 {
@@ -150,11 +170,7 @@ static void print_motions(const struct mill_world *world, FILE *out)
         for (int i = 0; i < world->shapes; i++)
             if (world->shape[i]->motion == world->motion[k])
                 mill_outline_draw(world->shape[i], 1e-2 * world->drum_radius, &mesh);
-        for (size_t i = 0; i < mesh.points; i++) {
-            const struct mill_motion_bounds b = mill_motion_bounds(world->motion[k], mesh.point[i]);
-            speed = fmax(speed, b.speed);
-            acceleration = fmax(acceleration, b.acceleration);
-        }
+        find_highest(world, world->motion[k], &mesh, &speed, &acceleration);
         speed = mesh.failed ? (double)NAN : speed; /* out of memory: it is not known */
         mill_mesh_free(&mesh);
         if (speed == 0)

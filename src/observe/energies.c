@@ -146,8 +146,9 @@ struct mill_energies_hard mill_energies_find_hard(const struct mill_energies_pai
         count[coarse(i)] += at.count;
         hard.weight[coarse(i)] += part * at.count;
         if (each > 0) /* more loss above the energy raises it, which leaves fewer impacts above */
-            hard.weight[coarse(i)] -= (part - 0.5) * at.lost / each;
+            hard.weight[coarse(i)] -= part * at.lost / each;
     }
+    hard.of_loss = each > 0 ? 0.5 / each : 0;
     for (size_t i = 0; i < MILL_ENERGIES_COARSE; i++)
         hard.weight[i] = count[i] > 0 ? hard.weight[i] / count[i] : 0;
     return hard;

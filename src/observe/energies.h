@@ -128,8 +128,9 @@ struct mill_energies_hard {
     double energy; /* NaN: nothing is lost, and nothing is hard */
     int sort;      /* of the energy: normal, total, dissipated */
     double count;
-    /* of an impact of a block in the variation of `count`; a found energy varies, too */
-    double weight[MILL_ENERGIES_COARSE];
+    /* How `count` varies, as a found energy varies, too: the sum over impacts, each with its
+     * weight, plus this part [1/J] of the energy lost */
+    double weight[MILL_ENERGIES_COARSE], of_loss;
 };
 
 /* asked [J]: NaN: the normal energy above which half of the lost energy falls */

@@ -7,7 +7,8 @@
 #include "observe/observe.h"
 #include "observe/strikes.h"
 
-enum { MILL_TALLY_PORTIONS = 24, MILL_TALLY_FEWER = 8 /* of each of several starts */ };
+/* Two or three are joined, so both are multiples of six: no portion is left over. */
+enum { MILL_TALLY_PORTIONS = 24, MILL_TALLY_FEWER = 12 /* of each of several starts */ };
 
 /* Why the window ended */
 enum mill_tally_end { MILL_TALLY_TIME, MILL_TALLY_PRECISION, MILL_TALLY_COLLISIONS };

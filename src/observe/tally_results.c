@@ -109,11 +109,11 @@ static void sum_hard(struct mill_tally_results *r)
         for (size_t k = 0; k < many; k++) {
             const uint64_t from = (first + (apart ? 0 : k)) * length;
             const size_t at = apart ? (size_t)s : k;
-            hard[at] =
-                (apart && k > 0 ? hard[at] : 0) + series[k] / ((double)each * batches->at.batch);
-            rest[at] =
-                hard[at] -
-                rate / lost * mill_precision_one(batches, from, from + each, loss, r->all, 0);
+            const double now = mill_precision_one(batches, from, from + each, loss, r->all, 0);
+            if (!apart || k == 0)
+                hard[at] = r->is_hard.of_loss * now;
+            hard[at] += series[k] / ((double)each * batches->at.batch);
+            rest[at] = hard[at] - rate / lost * now;
             n = at + 1;
         }
     }

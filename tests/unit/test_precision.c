@@ -444,6 +444,8 @@ static void play(double from, double to)
     }
 }
 
+static long asked_starts = 1;
+
 static void find_window(double precision)
 {
     fixture_init(&f);
@@ -452,6 +454,7 @@ static void find_window(double precision)
     f.asked.sample_from = 0;
     f.asked.sample_found = true;
     f.asked.precision = precision;
+    f.asked.starts = asked_starts;
     fixture_create(&f);
 }
 
@@ -552,6 +555,21 @@ TEST(portions_are_joined_and_a_long_run_still_finds_its_cut)
                             1.01);
     ck_whole();
     fixture_free(&f);
+}
+
+/* Of several starts there are fewer portions. Three are joined when a period has three of them. */
+TEST(joined_portions_of_several_starts_keep_all_impacts)
+{
+    asked_starts = 8;
+    for (int end = 4; end < 60; end += 5) { /* tenths of a second: of a revolution, 12 batches */
+        find_window(1e-6);
+        play(0, 0.1 * end);
+        fixture_finish(&f, 0.1 * end);
+        ck_assert_double_eq_tol((double)impacts_of(&f, MILL_BALL_BALL), f.results->duration / 2e-4,
+                                1.01);
+        fixture_free(&f);
+    }
+    asked_starts = 1;
 }
 
 int main(void)

@@ -39,8 +39,9 @@ def drum(name, fill, speed, *sets, starts=3, end=4.5, modulus=1e9):
     return Mill(name, "bars", modulus, starts, 1.5, end, (f"balls.bulk_fill={fill} %", turn, *sets))
 
 
-def stirred(name, balls, *sets):
-    return Mill(name, "attritor", 1e9, 3, 0.2, 0.6, (f"balls.count={balls}", "contact.rebound_floor=auto", *sets))
+def stirred(name, fill, *sets):
+    """The attritor with boxes as arms."""
+    return Mill(name, "stirred", 1e9, 3, 0.6, 1.2, (f"balls.bulk_fill={fill} %", *sets))
 
 
 DENSE = [
@@ -54,11 +55,10 @@ DENSE = [
     drum("drum 30 %, e 0.3", 30, 70, "contact.restitution=0.3"),
     drum("drum 30 %, mu 0.1", 30, 70, "contact.friction=0.1"),
     drum("drum 30 %, 10 GPa", 30, 70, modulus=1e10, starts=3, end=3.5),
-    stirred("attritor 30 %", 310),
-    stirred("attritor 55 %", 570),
-    stirred("attritor 70 %", 725),
-    stirred("attritor 55 %, e 0.5", 570, "contact.restitution=0.5"),
-    Mill("discs 38 mm", "discs", 1e9, 3, 0.03, 0.08),
+    stirred("attritor 30 %", 30),
+    stirred("attritor 55 %", 55),
+    stirred("attritor 70 %", 70),
+    stirred("attritor 55 %, e 0.5", 55, "contact.restitution=0.5"),
     Mill("planetary, with powder", "planetary", 1e10, 3, 0.1, 0.5,
          ("contact.restitution=0.3", "contact.friction=0.6", "contact.restitution_speed=0 m/s")),
     Mill("drum 30 %, 12 and 4 mm", "bars-mixed", 1e9, 3, 1.5, 3.0),
