@@ -28,7 +28,9 @@
 #define IMPACT 80.0      /* [byte] for a row of the log */
 #define STATISTICS 3.5e6 /* [byte] for a file's histograms, maps and wear */
 #define LATER 10e6       /* [byte] of memory for a start's observers, which --check does not make */
-#define WRITING 1e-9     /* [s/byte] of processor time */
+#define SEARCH 7e6       /* [byte] of memory for a start's search of its start-up; alone: */
+#define SEARCH_ALONE 40e6
+#define WRITING 1e-9 /* [s/byte] of processor time */
 
 /* Progress of the trial at some moment */
 struct point {
@@ -178,6 +180,8 @@ static double work_out(const struct mill_deck *deck, const struct mill_world *wo
     f.contacts *= (double)deck->observe.starts;
     f.cpu = f.cpu * (double)deck->observe.starts + f.file * WRITING;
     f.memory = mill_record_peak_memory() + (double)deck->observe.starts * LATER;
+    if (deck->observe.sample_found)
+        f.memory += deck->observe.starts > 1 ? (double)deck->observe.starts * SEARCH : SEARCH_ALONE;
     *forecast = f;
     return rate;
 }

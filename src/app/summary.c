@@ -45,6 +45,8 @@ static void print_end(const struct mill_summary *s)
         fprintf(s->out, "left out the first %s (%s by MSER-5)%s",
                 mill_summary_text_si(r->begin, "s"),
                 r->at.settled ? "start-up" : "best guess of the start-up", open ? "\n" : ", ");
+    if (open && r->tally->search && r->begin == 0 && r->at.open)
+        fprintf(s->out, "the start-up is included: the run is shorter than ten periods\n");
     if (open)
         return;
     if (r->tally->at.ended == MILL_TALLY_PRECISION)

@@ -180,6 +180,16 @@ def test_one_start_of_a_heap_on_a_moving_wall_has_no_errors_and_says_what_gives_
         assert math.isnan(sums.total(file, sums.every).error)
 
 
+@pytest.mark.parametrize("end", [0.4, 0.7, 1.1, 1.9])
+def test_impacts_of_a_window_that_the_run_finds_are_those_of_the_window_that_a_deck_gives(run, end):
+    """12 batches are a period, so that two or three portions are joined."""
+    found = run(SHAKEN.replace("sample_from = 0.2 s\n", ""), "found.h5", f"run.time={end} s")["statistics"]
+    begin = found["precision"]["warm_up"]
+    given = run(SHAKEN, "given.h5", f"run.time={end} s", f"run.sample_from={begin!r} s")["statistics"]
+    for name in ("count", "dissipated_power"):
+        assert found["impacts"]["all"][name] == pytest.approx(given["impacts"]["all"][name], rel=1e-3), name
+
+
 def test_two_seeds_of_a_heap_agree_within_their_errors(run):
     found = [run(HEAP, f"{seed}.h5", f"run.seed={seed}")["statistics"]["precision"]["drive_power"] for seed in (1, 2)]
     off = abs(found[0]["value"] - found[1]["value"])

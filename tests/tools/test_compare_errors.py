@@ -402,7 +402,7 @@ def test_a_deviation_of_twice_the_noise_is_noise(deviation, noise, said):
     ],
 )
 def test_a_window_is_cut_into_whole_revolutions_or_equal_parts(window, end, period, rows, bounds, cut):
-    run = SimpleNamespace(window=window, period=period, drive="rotor")
+    run = SimpleNamespace(window=window, period=period, drive="rotor", starts=1)
     run.series = lambda name: (np.linspace(0, end, rows if end == 1 else 2001), None)
     load.Member._cut(run)
     assert (run.cut, run.blocks) == (cut, len(bounds) - 1)
@@ -424,6 +424,15 @@ def test_a_cost_that_differs_by_less_than_a_hundredth_is_the_same(cost, said):
     a, b = (SimpleNamespace(letter=x, runs=[SimpleNamespace(cost=c)]) for x, c in (("A", 3.0), ("B", 3 * cost)))
     found = rows.price_row(a, b)
     assert (found.verdict, found.difference) == (said, pytest.approx(cost - 1, nan_ok=True))
+
+
+@pytest.mark.parametrize(
+    "one, other, least",
+    [((1e-3, True), (2e-3, True), 1e-3), ((1e-3, True), (2e-3, False), 2e-3), ((1e-3, False), (2e-3, False), 1e-3)],
+)
+def test_hard_are_the_impacts_that_a_deck_names_else_those_of_the_first_side(one, other, least):
+    sides = [SimpleNamespace(hard=Hard(energy, found=found)) for energy, found in (one, other)]
+    assert rows.threshold(*sides).energy == least
 
 
 @pytest.mark.parametrize(

@@ -103,7 +103,10 @@ def sentences(table) -> list[str]:
                 known = f" {percent(row)}, {interval(row)}" if math.isfinite(row.difference_error) else ""
                 words.append(f"{row.label}{known} ({row.verdict})")
         open_ = [row.mood for row in table.shown].count("open")
-        return [f"{'; '.join(words)}. {INTERVALS}", f"{plural(open_, 'row')} of the table have no verdict."]
+        return [
+            f"{'; '.join(words)}. {INTERVALS}",
+            f"{plural(open_, 'row')} of the table {'has' if open_ == 1 else 'have'} no verdict.",
+        ]
     a, b = plain(table.a.name), plain(table.b.name)
     words, rate, per_joule = table.hard
     above = f"impacts {words}"

@@ -16,10 +16,11 @@ from milltools.read.runfile import HARD_PER_JOULE, HARD_RATE, THRESHOLDS, Hard
 
 HARD_SOFT = "not comparable between hard and soft spheres"
 STIFFNESS = "depends on the stiffness"
+OTHER_FLOORS = "counted from other speeds, because the rebound floors differ"
 SOFT = ("rate_all", "median", "median_above_floor")  # keys of rows that depend on the stiffness of spheres
 IDENTICAL = "agree: the same data"
 ZERO = "zero within the errors of both"
-NOT_COMPARED = (ZERO, HARD_SOFT, STIFFNESS)
+NOT_COMPARED = (ZERO, HARD_SOFT, STIFFNESS, OTHER_FLOORS)
 HARD = 1.0  # [m/s] one of THRESHOLDS
 LEAST_SHARE = 0.01  # of the dissipated power: a kind of contact with less is not among the important rows
 
@@ -275,6 +276,11 @@ def ball_speed(column):
     return measure
 
 
+def threshold(first: Member, second: Member):
+    """Which impacts are hard on both sides: those of the side whose deck says it, else of the first."""
+    return next((run.hard for run in (first, second) if not run.hard.found), first.hard)
+
+
 def quantities(steady: bool, kinds, first: Member, second: Member):
     """(group, key, label, unit, measure) of every row but maps and cost, for these kinds; `first` and `second` are the
     runs whose drives are compared."""
@@ -309,7 +315,7 @@ def quantities(steady: bool, kinds, first: Member, second: Member):
     for column, speed in enumerate(THRESHOLDS):
         measure = per_joule(fast("all", column), sums.faster(speed))
         yield group, f"hard_per_joule_{speed:g}", f"all kinds above {speed:g} m/s per joule", "1/J", measure
-    if math.isfinite((hard := first.hard).energy):
+    if math.isfinite((hard := threshold(first, second)).energy):
         rate = energetic(hard)
         each = per_joule(rate, sums.above(hard.energy), hard.by)
         yield group, HARD_RATE, f"impacts {hard.words}, per s", "1/s", rate
@@ -366,6 +372,8 @@ def compare(a: Side, b: Side) -> Comparison:
         found = errors.difference(one, two, unknown, two_designs)
         if identical and two.value == one.value:
             found = found._replace(verdict=IDENTICAL, mood="agree")
+        elif what[1] == "median_above_floor" and abs(a.first.above_floor / b.first.above_floor - 1) > 1e-3:
+            found = found._replace(verdict=OTHER_FLOORS, mood="open")
         elif what[1] in SOFT and (a.soft or b.soft):
             found = found._replace(verdict=STIFFNESS if a.soft and b.soft else HARD_SOFT, mood="open")
         elif is_zero(one) and is_zero(two):
@@ -374,7 +382,7 @@ def compare(a: Side, b: Side) -> Comparison:
     rows += map_rows(a, b, steady, identical, two_designs)
     rows.append(price_row(a, b))
     keys = (key for key in different_keys(a.first.deck(), b.first.deck()) if not CONDUCT.fullmatch(key))
-    return Comparison(a, b, rows, two_designs, tuple(keys), a.first.hard)
+    return Comparison(a, b, rows, two_designs, tuple(keys), threshold(a.first, b.first))
 
 
 def is_zero(found: Estimate) -> bool:
@@ -485,7 +493,7 @@ def methods(sides: list[Side], tables: list[Comparison]) -> list[str]:
         cuts = dict.fromkeys(f"{s.letter} {r.cut}" for s in sides for r in s.runs[:1])
         said.append(
             "Errors of drive power, medians and rates come from the files. All other errors, and those of files "
-            f"without errors, come from the scatter between blocks of time: {'; '.join(cuts)}. With "
+            f"without errors, come from the scatter between starts or blocks of time: {'; '.join(cuts)}. With "
             f"{errors.FEWEST_FOR_CORRELATION} or more blocks, correlation between neighbours makes the errors larger; "
             "fewer blocks count as independent."
         )

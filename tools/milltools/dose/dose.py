@@ -73,6 +73,7 @@ def measured(row: Row) -> str:
     return f"{text} {unit or row.unit}"
 
 
+HARD = "run.hard_impact"
 CARRIED = 0.9  # part of the energy that counted impacts bring: the slow ones beyond it hang on the rebound floor
 # defaults of keys that a deck can leave out; millsim prints them for a deck that has the section
 DEFAULTS = {
@@ -94,8 +95,8 @@ def given(sets: typing.Sequence[str], sections: typing.Collection[str]) -> list[
         except UserError as fault:
             raise UserError(str(fault).removeprefix("--value ")) from None
         part, _, key = name.rpartition(".")
-        if part.partition(".")[0] not in sections:
-            known = " and ".join(f"[{section}]" for section in sections)
+        if part.partition(".")[0] not in sections and name not in sections:
+            known = " and ".join(f"[{section}]" for section in sections if "." not in section)
             raise UserError(f"'{one}': only keys of {known} can be set for a run that is finished")
         found.append((part, key, row[1]))
     return found
@@ -104,7 +105,7 @@ def given(sets: typing.Sequence[str], sections: typing.Collection[str]) -> list[
 def values(run: Run, section: str, sets: typing.Sequence[str]) -> dict[str, str]:
     """The values of a section in SI, as texts: of the deck of the run, with "SECTION.KEY=VALUE" of `sets`."""
     found = {key: text.split()[0] for key, text in run.as_deck.sections.get(section, {}).items()}
-    found |= {key: value for part, key, value in given(sets, DEFAULTS) if part == section}
+    found |= {key: value for part, key, value in given(sets, (*DEFAULTS, HARD)) if part == section}
     return DEFAULTS[section] | found if found else {}
 
 
@@ -169,7 +170,9 @@ def rows(run: Run, sets: typing.Sequence[str] = ()) -> list[Row]:
     run.need_statistics()
     stuff, heat = powder(run, sets), heating(run, sets)
     power, error = loss(run)
+    asked = [value for part, _, value in given(sets, (*DEFAULTS, HARD)) if part == "run"]
     mass, sort, is_hard = run.as_deck.mass, stuff.energy if stuff else "normal", stuff.hard if stuff else run.hard
+    is_hard = Hard(float(asked[-1])) if asked else is_hard
     drive = run.known(f"{run.driven}_power") if run.driven else None
     drive = drive and drive[:2]
     found = [Row("power of the drive", *drive, "W", "that the motions give to the balls")] if drive else []

@@ -249,7 +249,7 @@ _ROUND = {
     "axial": ("Axial cut", "axial", "Averaged around the container's axis x; r is the distance from it."),
     "cross_section": (
         "Cross-section", "section",
-        "Averaged along the container's axis x, seen against the direction of x, in the frame of the container.",
+        "Averaged along the container's axis x, seen against the direction of x, as the charge is steady.",
     ),
 }  # fmt: skip
 FIGURES = tuple(

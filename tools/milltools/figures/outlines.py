@@ -84,7 +84,8 @@ def signs(run, view) -> str:
     if run.has_rotor:
         found.append("grey: the shaft")
     elif view != "axial" and any(body.motion == run.carrier for body in inner):
-        found.append("grey: bodies fixed to the container")
+        passing = run.carrier and not run.has("observables/frame_spin/value")
+        found.append("grey: bodies fixed to the container" + ", which turn with it" * bool(passing))
     said = "; ".join([*found, "blank: no impacts or balls in the cell during the window."])
     return said[0].upper() + said[1:]
 
