@@ -184,7 +184,7 @@ static void tell_forecast(const struct mill_deck *deck, struct mill_world *world
         fprintf(out,
                 "forecast: %s%g contacts%s, %g s of processor time, %g MB of "
                 "memory, a file of %g MB; from a trial of %g s of simulated time; %s\n",
-                f.bound && !whole   ? "about "
+                f.bound && !whole    ? "about "
                 : f.bound || !braked ? "at least "
                 : whole              ? ""
                                      : "at most ",

@@ -375,7 +375,8 @@ enum mill_status mill_record_compare(struct mill_h5 *file, const char *name,
         mill_error_set(&what, MILL_OK, "its deck has no section %s, and the given deck has one",
                        here);
     else
-        mill_error_set(&what, MILL_OK, "%s '%.400s' in the file, '%.400s' in the deck", section,
+        mill_error_set(&what, MILL_OK, "%s %s'%.400s' in the file, '%.400s' in the deck", section,
+                       strcspn(there, "=") == strcspn(here, "=") ? "" : "has other keys: ",
                        *there ? there : more, *here ? here : more);
     if (strcmp(there, here) != 0)
         status = mill_error_set(error, MILL_BAD_DECK,

@@ -284,6 +284,7 @@ struct mill_world mill_starts_sum(const struct mill_starts *s, struct mill_total
         const struct mill_totals more = mill_record_add(w, mill_sim_local_time(s->one[k].sim));
         mill_world_add_account(&sum.account, &w->account);
         mill_world_add_counts(&sum.counts, &w->counts);
+        sum.counts.asleep = s->one[0].world->counts.asleep; /* of the balls that are told */
         totals->contacts += more.contacts;
         totals->anomalies += more.anomalies;
         totals->dissipation += more.dissipation;

@@ -138,6 +138,8 @@ static void print_balls(const struct mill_world *world, FILE *out)
     print_species(world, -1, out);
     for (int32_t k = 0; k < world->species_count && world->species_count > 1 && k < LISTED; k++)
         print_species(world, k, out);
+    if (world->species_count > LISTED)
+        mill_summary_line(out, "", "and %d more kinds\n", (int)world->species_count - LISTED);
 }
 
 /* Sets the highest speed and acceleration of points of a motion, at MOMENTS of a period. Edges of

@@ -189,12 +189,13 @@ static void doubt(struct mill_tally_results *r)
     const double share = r->floor_share[r->all];
     const bool rests = r->world->soft.on || !(share > 0) || share > MILL_TALLY_RESTING;
     const bool moves = r->world->container.motion && rests;
-    r->doubt = r->tally->starts == 1 && moves           ? MILL_TALLY_ONE_START
-               : r->tally->starts == 1                  ? MILL_TALLY_KNOWN
-               : r->tally->starts < MILL_SPREAD_SEVERAL ? MILL_TALLY_FEW_STARTS
-               : known->drifts                          ? MILL_TALLY_DRIFTS
-                                                        : MILL_TALLY_KNOWN;
-    if (r->doubt != MILL_TALLY_ONE_START && r->doubt != MILL_TALLY_DRIFTS)
+    r->doubt = r->tally->starts == 1 && r->tally->several ? MILL_TALLY_FIRST_OF_ALL
+               : r->tally->starts == 1 && moves           ? MILL_TALLY_ONE_START
+               : r->tally->starts == 1                    ? MILL_TALLY_KNOWN
+               : r->tally->starts < MILL_SPREAD_SEVERAL   ? MILL_TALLY_FEW_STARTS
+               : known->drifts                            ? MILL_TALLY_DRIFTS
+                                                          : MILL_TALLY_KNOWN;
+    if (r->doubt == MILL_TALLY_KNOWN || r->doubt == MILL_TALLY_FEW_STARTS)
         return;
     struct mill_spread_mean *const own[] = {&known->median, &known->median_fast, &r->hard,
                                             &r->hard_per_joule};

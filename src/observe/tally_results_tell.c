@@ -202,6 +202,7 @@ static void tell_precision(struct mill_sink *sink, const struct mill_tally_resul
     static const char *const doubt[] = {
         [MILL_TALLY_KNOWN] = "none",
         [MILL_TALLY_ONE_START] = "one start",
+        [MILL_TALLY_FIRST_OF_ALL] = "one start",
         [MILL_TALLY_FEW_STARTS] = "few starts",
         [MILL_TALLY_DRIFTS] = "not settled",
     };

@@ -180,6 +180,18 @@ def test_one_start_of_a_heap_on_a_moving_wall_has_no_errors_and_says_what_gives_
         assert math.isnan(sums.total(file, sums.every).error)
 
 
+def test_a_run_that_is_stopped_before_all_starts_are_alike_gives_no_errors_and_says_why(run, tmp_path):
+    (tmp_path / "mill.ini").write_text(HEAP)
+    words = [PROGRAM, "-q", "-o", "cut.h5", "-s", "run.time=60 s", "-s", "run.threads=1", "mill.ini"]
+    process = subprocess.Popen(words, cwd=tmp_path, stdout=subprocess.PIPE, text=True)
+    time.sleep(1.0)
+    process.send_signal(signal.SIGINT)
+    said = " ".join(process.communicate()[0].split())
+    with Run(tmp_path / "cut.h5") as cut:
+        assert cut.starts == 1 and (cut.doubt == "one start" or not cut.has_statistics)
+    assert "results are of the first start alone, without errors" in said and "--resume goes on with all" in said
+
+
 @pytest.mark.parametrize("end", [0.4, 0.7, 1.1, 1.9])
 def test_impacts_of_a_window_that_the_run_finds_are_those_of_the_window_that_a_deck_gives(run, end):
     """12 batches are a period, so that two or three portions are joined."""

@@ -8,6 +8,7 @@ from conftest import PROGRAM, ROOT
 
 from milltools.compare import load
 from milltools.geometry.trajectory import stored
+from milltools.player import finer
 from milltools.read.runfile import Run
 from milltools.render import colour
 
@@ -43,3 +44,11 @@ def test_speeds_in_a_drum_that_turns_about_its_axis_are_those_in_the_laboratory(
         assert run.twist(1) is None
         assert (stored(run, 1).speed == np.linalg.norm(run.frame(1).astype(float), axis=1)).all()
         assert colour.of(run, "speed").title.startswith("speed [")
+
+
+def test_a_player_with_finer_frames_has_the_motion_of_the_frame_of_each(tmp_path):
+    with Run(run_of(tmp_path, "planetary", "run.time=0.1 s", "output.frames=50 ms")) as run:
+        other = Run(run_of(tmp_path, "mixer", "run.time=0.1 s", "output.frames=1 ms"))
+        fine = finer.Finer(run, other, 0.0)
+        assert len(fine.frame_times()) == 101
+        assert (fine.twist(100) == other.twist(100)).all() and fine.twist(0) is not None

@@ -146,7 +146,7 @@ def _mixed(keys) -> list[str]:
 
 
 def _better(row) -> str:
-    return "tied" if row.mood == "tied" else "better" if row.b.value > row.a.value else "worse"
+    return "tied" if row.mood not in ("apart", "differ") else "better" if row.b.value > row.a.value else "worse"
 
 
 def _values(one: float, two: float, unit: str) -> tuple[str, str]:

@@ -42,6 +42,9 @@ class Finer:
     def poses(self, index):
         return self._other.poses(int(index) + self._first)
 
+    def twist(self, index):
+        return self._other.twist(int(index) + self._first)
+
 
 def still_room(most_bytes) -> int:
     """Largest size [byte] of the PNG of the still picture in a player of `most_bytes`."""

@@ -168,6 +168,7 @@ RULES = [
         (r"statistics/.*/quantiles\w*", NUMBER, (None,), _no_infinity),
         (r"statistics/(precision/doubt|hard_by)", TEXT, (), None),
         (r"statistics/hard_energy", NUMBER, (), None),  # NaN where nothing is hard
+        (r"statistics/strike_window", NUMBER, (), _not_negative),
         (r"statistics/precision/fast_rate/.*", NUMBER, (None,), None),
         (r"statistics/precision/.*", NUMBER, (), None),  # an exact value has infinitely many degrees of freedom
         (r"statistics/impacts/.*/(count|rate)", NUMBER, (), _not_negative),

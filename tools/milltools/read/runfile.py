@@ -448,7 +448,10 @@ class Run(Store):
     @property
     def starts(self) -> int:
         """Starts of the mill that the statistics are of; frames, time series and impacts are of the first one."""
-        return max(int(self.read("statistics/starts")), 1) if self.has("statistics/starts") else 1
+        many = int(self.read("statistics/starts")) if self.has("statistics/starts") else 1
+        if many > 1 and not (self.has("starts/seed") and self.length("starts/seed") == many):
+            raise self.damaged("starts/seed", f"it is not of {many} starts")
+        return max(many, 1)
 
     @property
     def above_floor(self) -> float:
@@ -468,10 +471,10 @@ class Run(Store):
     @property
     def strike_window(self) -> float:
         """Impacts of a pair within this time [s] are one strike; NaN: not known."""
-        known = self.has("statistics/strike_window")
-        return (
-            float(self.read("statistics/strike_window")) if known else self.quantity("output/strike_window", math.nan)
-        )
+        if self.has("statistics/strike_window"):
+            return float(self.read("statistics/strike_window"))
+        given = self.text("output/strike_window", "auto") != "auto"
+        return self.quantity("output/strike_window") if given else math.nan
 
     @property
     def rebound_floor(self) -> float:
@@ -483,10 +486,14 @@ class Run(Store):
         """Why errors of this run would be wrong: "one start", "few starts", "not settled"; "" if they are known."""
         path = "statistics/precision/doubt"
         found = self.read(path) if self.has(path) else "none"
+        if found not in ("none", "one start", "few starts", "not settled"):
+            raise self.damaged(path, f"'{found}'")
         return "" if found == "none" else found
 
     def statistic(self, path: str) -> Any:
         """A scalar or array under /statistics, such as "impacts/ball_ball/rate" or "rotor/power"."""
+        if path.endswith("above_floor") and not self.has(f"statistics/{path}"):  # as files of old versions say it
+            path = path.replace("above_floor", "above_50mm_s")
         return self.read(f"statistics/{path}", why="" if self.has_statistics else "no statistics yet")
 
     def summary(self) -> dict[str, list[Any]]:
