@@ -118,7 +118,7 @@ def test_a_single_run_without_error_has_no_interval():
 def test_where_no_error_is_known_nothing_is_claimed():
     shown = view(*line_of([1.0, 1.2, 1.5], [math.nan] * 3, noise=False))
     said = "\n".join(summary.optimum_lines(shown, shown.objectives[0]))
-    assert "its error is not known: a single run has one only if its sampled window holds 3 revolutions" in said
+    assert "its error is not known: its window is shorter than 3 revolutions" in said
     assert "longer run.time" in said and "study.replicates" in said
     assert "95 %" not in said and "as good" not in said
     _, *lines = summary.best_table(shown, shown.objectives[0])

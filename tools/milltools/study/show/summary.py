@@ -184,8 +184,8 @@ def optimum_lines(view, objective) -> list[str]:
         more.append(f"this value is of a fit through all runs; its own runs alone give {own}")
     if not known:
         more.append(
-            "its error is not known: its window is shorter than 3 revolutions (periods, without a rotor), or not settled, "
-            "or of too few starts; a longer run.time gives one, or run.starts = 8, or study.replicates"
+            "its error is not known: its window is shorter than 3 revolutions (periods, without a rotor), or not "
+            "settled, or of too few starts; a longer run.time gives one, or run.starts = 8, or study.replicates"
         )
     elif best.open.sum() > 1:
         count = f"{best.open.sum()} of {len(view.designs)} designs, 95 %"
