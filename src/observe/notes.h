@@ -16,7 +16,7 @@ struct mill_note {
 
 struct mill_notes {
     int count;
-    struct mill_note note[14];
+    struct mill_note note[20];
 };
 
 /* True if only a shaft and blades move, in a drum at rest. The notes then speak of a rotor. */

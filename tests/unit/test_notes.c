@@ -131,6 +131,21 @@ TEST(shares_and_locks_of_a_trial_are_noted_before_the_run)
     ck_assert(isnan(note_of("contacts_at_once")->value) && !noted("contacts_at_once"));
 }
 
+LOOP_TEST(a_stirred_bed_that_rests_is_noted, 3)
+{
+    static struct mill_motion moves;
+    struct mill_shape blade = {.motion = _i < 2 ? &moves : NULL}, *shape[] = {&blade};
+    fixture_create(&f);
+    f.world.shapes = 1;
+    f.world.shape = shape;
+    for (int i = 0; i < 100; i++) {
+        fixture_play(&f, impact_of(0.6 + 0.001 * i, MILL_BALL_BALL, i % 40, 41, 0.1, 0.1));
+        f.world.account.floored[MILL_BALL_BALL] += i < (_i == 0 ? 9 : 11);
+    }
+    take();
+    ck_assert(noted("rubbing") == (_i == 1));
+}
+
 TEST(what_is_not_known_is_not_noted)
 {
     fixture_create(&f);
