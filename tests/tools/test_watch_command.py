@@ -60,7 +60,7 @@ def differences(one, other):
 
 @pytest.mark.slow
 def test_a_deck_is_run_to_the_same_bits(watch, millsim, small_deck, tmp_path):
-    options = ("-s", "run.time=40 s", "-s", "output.frames=200ms", "-s", "output.series=200ms")
+    options = ("-s", "run.time=200 s", "-s", "output.frames=1 s", "-s", "output.series=200ms")
     process, address = watch("-o", "a.h5", *options, *OFTEN, "--until-done", "deck.ini")
     said, complaints = process.communicate(timeout=120 * SLOWER)
     assert process.returncode == 0 and re.fullmatch(r"http://127\.0\.0\.1:\d+/[\w-]{32}/", address), complaints

@@ -76,8 +76,8 @@ def series(run: Run) -> xr.Dataset:
     members = {"kind": run.kinds, "motion": run.motions}
     found = {}
     for name in run.names("observables"):
-        if name in ("rotor_work", "rotor_torque") and not run.has_rotor:
-            continue
+        if name.startswith("frame_") or (name in ("rotor_work", "rotor_torque") and not run.has_rotor):
+            continue  # or at the times of the frames
         if run.has_series(name):
             found[name] = variable(run, ["time"], f"observables/{name}/value", long_name=words(name))
             continue

@@ -449,7 +449,7 @@ class Run(Store):
     def starts(self) -> int:
         """Starts of the mill that the statistics are of; frames, time series and impacts are of the first one."""
         many = int(self.read("statistics/starts")) if self.has("statistics/starts") else 1
-        if many > 1 and not (self.has("starts/seed") and self.length("starts/seed") == many):
+        if many > 1 and self.has("starts/seed") and self.length("starts/seed") != many:
             raise self.damaged("starts/seed", f"it is not of {many} starts")
         return max(many, 1)
 
