@@ -121,8 +121,11 @@ static void sum_hard(struct mill_tally_results *r)
     r->hard_per_joule = mill_spread_mean(rest, n, period);
     r->hard.value = rate;
     r->hard_per_joule.value = drive > 0 ? rate / drive : (double)NAN;
-    r->hard_per_joule.error =
-        fmax(r->hard_per_joule.error / drive, r->hard_per_joule.value / sqrt(count));
+    /* a found energy varies with the losses, and not in proportion: then the quotient is not known
+     * better than the rate (jars with a heap) */
+    const double least = isnan(r->tally->hard) && apart ? r->hard.error / rate : 0;
+    r->hard_per_joule.error = fmax(r->hard_per_joule.error / drive,
+                                   r->hard_per_joule.value * fmax(least, 1 / sqrt(count)));
     if (r->hard.freedom == 0 || !(drive > 0))
         r->hard_per_joule = (struct mill_spread_mean){r->hard_per_joule.value, NAN, 0};
 }
