@@ -445,6 +445,8 @@ def test_hard_are_the_impacts_that_a_deck_names_else_those_of_the_first_side(one
         (True, "20e-6", 10e-6, None),
         (False, "nan", 10e-6, None),
         (True, "nan", 20e-6, "A counts impacts within 10 us as one strike, B within 20 us"),
+        (True, "nan", 0.0, "A counts impacts within 10 us as one strike, B within 0 us"),
+        (True, "nan", 10e-6, None),
     ],
 )
 def test_strikes_are_alike_if_their_window_is_about_the_duration_of_a_contact(soft, lasts, other, said):

@@ -445,7 +445,7 @@ def strike_notes(a: Side, b: Side) -> list[str]:
             f"{1e6 * window:.3g} us as one strike: to compare strikes, set output.strike_window = {1e6 * lasts:.3g} us "
             "in both decks."
         ]
-    if abs(a.first.strike_window / b.first.strike_window - 1) > 1e-6:
+    if abs(a.first.strike_window - b.first.strike_window) > 1e-6 * a.first.strike_window:
         return [
             f"A counts impacts within {1e6 * a.first.strike_window:.3g} us as one strike, {b.letter} within "
             f"{1e6 * b.first.strike_window:.3g} us: to compare strikes, set output.strike_window in both decks."
