@@ -190,7 +190,7 @@ def test_progress_is_plain_lines_where_there_is_no_terminal(dem, monkeypatch):
     monkeypatch.setattr(milltools.base.progress, "PATIENCE", 0.0)
     status, _, err = dem()
     lines = err.splitlines()
-    assert status == 0 and len(lines) > 3
+    assert status == 0 and len(lines) > 1
     form = r"mill dem: LIGGGHTS at (\d\.\d\d) of 6 ms, (\d+) %(, [\d.]+ (s|min|h) left)?"
     told = [tuple(map(float, re.fullmatch(form, line).groups()[:2])) for line in lines]
     assert told == sorted(told)
