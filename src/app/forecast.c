@@ -92,12 +92,17 @@ static double change(const struct trial *trial, double until)
     return steady || !(doublings > 0) ? 1 : one > 0 ? all : (double)INFINITY;
 }
 
+double mill_forecast_early(const struct mill_world *world)
+{
+    return isfinite(world->period) ? world->period : 0;
+}
+
 /* Runs the trial. */
 static enum mill_status go(struct mill_sim *sim, double until, struct trial *trial,
                            struct mill_error *error)
 {
     const struct mill_world *world = mill_sim_world(sim);
-    const double early = isfinite(world->period) ? fmin(world->period, until) : 0;
+    const double early = fmin(mill_forecast_early(world), until);
     struct point now = look(sim);
     const double cpu = now.cpu;
     enum mill_status status = MILL_OK;
@@ -160,7 +165,7 @@ static double work_out(const struct mill_deck *deck, const struct mill_world *wo
     const double end = deck->observe.end, rate = rate_between(from, to);
     const double most =
         deck->observe.max_collisions > 0 ? deck->observe.max_collisions : (double)INFINITY;
-    const double early = isfinite(world->period) ? fmin(world->period, end) : 0;
+    const double early = fmin(mill_forecast_early(world), end);
     const double factor = world->soft.on ? 1 : change(trial, end);
     f.bound = factor != 1 || to->time < early || (rate == 0 && to->time < end);
     const double rest = fmax(0, fmin(rate * fmin(factor, 1) * (end - to->time), most - f.contacts));

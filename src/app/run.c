@@ -159,8 +159,7 @@ static void show(const struct run *r, bool begins, const char *state)
     const double time = mill_starts_time(&r->starts), end = r->deck->observe.end;
     struct mill_progress p = {time,
                               end,
-                              .early =
-                                  isfinite(r->first->world->period) ? r->first->world->period : 0,
+                              .early = mill_forecast_early(r->first->world),
                               .wall = mill_record_clock(CLOCK_MONOTONIC) - r->order->display.began,
                               .begins = begins,
                               .state = state     ? state

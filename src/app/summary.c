@@ -45,7 +45,8 @@ static void print_end(const struct mill_summary *s)
         fprintf(s->out, "left out the first %s (%s by MSER-5)%s",
                 mill_summary_text_si(r->begin, "s"),
                 r->at.settled ? "start-up" : "best guess of the start-up", open ? "\n" : ", ");
-    if (open && r->tally->search && r->begin == 0 && r->at.open)
+    if (open && r->tally->search && r->at.open && r->begin == 0 &&
+        r->at.over < MILL_TALLY_TURNS * s->world->period && isfinite(s->world->period))
         fprintf(s->out, "the start-up is included: the run is shorter than ten periods\n");
     if (open)
         return;

@@ -78,6 +78,7 @@ double mill_tally_contact(const struct mill_world *world);
  * and keep their first arrangement, and no error of a single start is right (docs/physics.md) */
 #define MILL_TALLY_RESTING 0.4
 
+enum { MILL_TALLY_TURNS = 10 }; /* periods of a run in which a start-up is looked for */
 enum { MILL_TALLY_LEVELS = 10 };
 extern const double mill_tally_level[MILL_TALLY_LEVELS]; /* of the quantiles */
 

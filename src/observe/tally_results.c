@@ -9,7 +9,6 @@
 const double mill_tally_level[MILL_TALLY_LEVELS] = {0.01, 0.05, 0.1,  0.25, 0.5,
                                                     0.75, 0.9,  0.95, 0.99, 0.999};
 enum { MEDIAN = 4 };
-enum { TURNS = 10 }; /* periods of a run in which a start-up is looked for */
 
 /* spectrum: of all; fast: of the fast ones, in the slots from `slot` up */
 static void set_speed(struct mill_tally_speed *to, const struct mill_spectrum_grid *grid,
@@ -144,7 +143,8 @@ uint64_t mill_tally_window(const struct mill_tally *t, struct mill_tally_progres
     const uint64_t n = t->batches.at.batches, period = t->batches.at.period, length = t->at.length;
     const struct mill_precision_set set = set_of(t);
     uint64_t from = 0;
-    const bool found = t->search && (t->precision > 0 || (period > 0 && n >= TURNS * period));
+    const bool found =
+        t->search && (t->precision > 0 || (period > 0 && n >= MILL_TALLY_TURNS * period));
     at->settled = true;
     if (found)
         from = (mill_precision_cut(&set, &at->settled) + length - 1) / length * length;

@@ -60,10 +60,11 @@ test('hard impacts: the errors are those of the engine, else of the scatter of t
   assert.equal(few.hard(2).rate.error, null);
 });
 
-test('a part of a bin counts by its share of the logarithm; half of the loss is above an edge', () => {
+test('a part of a bin counts by its share of the logarithm; half of the loss is above an energy', () => {
   const spectrum = { edges: [1e-3, 1e-2, 1e-1, 1], count: { all: [8, 4, 2] }, dissipation: { all: [1, 2, 3] } };
   for (const [energy, wanted] of [[1e-3, 14], [10 ** -1.5, 4], [1e-1, 2], [1, 0]]) close(R.above(spectrum, energy), wanted, 1e-9);
   assert.deepEqual([R.halfAbove(spectrum), R.halfAbove({ edges: [0, 1], dissipation: { all: [0] } })], [1e-1, null]);
+  close(R.halfAbove({ ...spectrum, dissipation: { all: [1, 2, 4] } }), 10 ** -0.875); // an eighth of the bin's loss is below
 });
 
 test('two designs are told apart beyond 1.96 standard errors of their difference', async () => {

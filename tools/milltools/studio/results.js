@@ -48,7 +48,9 @@ const MillResults = (() => {
     let seen = 0;
     for (let k = all.length - 1; k >= 0; k--) {
       seen += all[k];
-      if (half > 0 && seen >= half) return edges[k];
+      if (!(half > 0 && seen >= half)) continue;
+      const share = (seen - half) / all[k]; // of the bin's loss below it, as the engine has it
+      return edges[k] > 0 && edges[k + 1] < Infinity ? edges[k] * (edges[k + 1] / edges[k]) ** share : edges[k];
     }
     return null;
   }

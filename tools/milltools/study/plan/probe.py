@@ -151,8 +151,9 @@ def forecast(command, study, runs: int, workers: int, quiet=False) -> list[str]:
         for r in study.vary:
             value = f"{design[r.key] / sizes.get(r.key, 1):.5g}" if r.numeric else design[r.key]
             words.append(f"{r.key} = {value} {r.written or ('' if r.unit == '1' else r.unit)}".rstrip())
-        bound = "at least " if told[2] is True else ""
-        cost = told if isinstance(told, str) else f"{bound}{told[0]:.2g} s of CPU, {size(told[1])} of memory"
+        cost = told
+        if not isinstance(told, str):
+            cost = f"{'at least ' * told[2]}{told[0]:.2g} s of CPU, {size(told[1])} of memory"
         lines.append(f"    {', '.join(words)}: {cost}")
     known = [told for told in found if not isinstance(told, str)]
     if not known:
