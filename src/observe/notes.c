@@ -278,7 +278,15 @@ static void judge_start(struct mill_notes *notes, const struct mill_tally_result
             "not settled: from the first quarter of the sampled window to its last half the starts "
             "drift all in one direction, so no errors are given. Sample later "
             "(run.sample_from), and for longer."};
+    const double all = (double)r->impacts[r->all].count;
+    const int fast = r->tally->batches.fast;
     add(notes, NULL, r->tally->starts, 1, r->doubt != MILL_TALLY_KNOWN, "%s", why[r->doubt]);
+    add(notes, NULL, r->tally->starts, 1, r->at.known.slips && all > 0,
+        "only %.3g of %.3g impacts are faster than %.3g mm/s: rare slips of the charge, which no "
+        "start or one may have seen, so their median has no error. Compare power, losses and rates "
+        "of all impacts, or a threshold that is lower (run.hard_impact).",
+        (double)mill_spectrum_total(&r->sums.impacts[r->all].normal, fast).count, all,
+        1e3 * r->above_floor);
 }
 
 /* A body that no ball reaches is probably a mistake: its place is wrong, or the

@@ -63,6 +63,7 @@ struct mill_precision_known {
     uint64_t batches;
     bool idle;   /* no motion has ever done work, so that there is no power to know */
     bool enough; /* enough starts, or of one start batches and periods of motions, for errors */
+    bool slips;  /* so few impacts are fast that their median is not known */
     bool drifts; /* the first quarter of the batches differs from the last half */
 };
 
@@ -144,7 +145,7 @@ void mill_precision_forget(struct mill_precision_known *known,
                            const struct mill_precision *precision);
 
 /* True if there are enough batches, and both errors are at most `wanted` times their values. A
- * power that is always 0 is not tested. */
+ * power that is always 0 is not tested, nor a median that cannot be known. */
 bool mill_precision_reached(const struct mill_precision_known *known, double wanted);
 
 #endif

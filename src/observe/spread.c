@@ -114,14 +114,23 @@ struct mill_spread_mean mill_spread_mean(const double *x, size_t n, size_t perio
     return mean;
 }
 
+double mill_spread_effective(const double *weight, size_t n)
+{
+    double sum = 0, squares = 0;
+    for (size_t i = 0; i < n; i++) {
+        sum += weight[i];
+        squares += weight[i] * weight[i];
+    }
+    return squares > 0 ? sum * sum / squares : 0;
+}
+
 struct mill_spread_mean mill_spread_counted(const double *x, size_t n, size_t period, double time)
 {
     struct mill_spread_mean mean = mill_spread_mean(x, n, period);
-    size_t none = 0;
-    for (size_t i = 0; i < n && period == MILL_SPREAD_APART; i++)
-        none += !(x[i] > 0);
+    const bool few =
+        period == MILL_SPREAD_APART && mill_spread_effective(x, n) < MILL_SPREAD_SEVERAL;
     /* a count: compare with half of one less, because rates are rounded */
-    if (mean.value * time < MILL_SPREAD_SEEN - 0.5 || 2 * none > n)
+    if (few || mean.value * time < MILL_SPREAD_SEEN - 0.5)
         return (struct mill_spread_mean){mean.value, NAN, 0};
     if (mean.freedom > 0)
         mean.error = fmax(mean.error, sqrt(mean.value / time));

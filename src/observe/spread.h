@@ -35,9 +35,13 @@ size_t mill_spread_mser(const double *x, size_t n);
  * MILL_SPREAD_MOST. */
 struct mill_spread_mean mill_spread_mean(const double *x, size_t n, size_t period);
 
+/* To how many values of the same weight these are equal: few, if few of them have most of it (Kish,
+ * Survey Sampling, Wiley 1965, section 11.7) */
+double mill_spread_effective(const double *weight, size_t n);
+
 /* The same for rates of counted things, within `time` in all: the error is at least that of
- * independent ones. There is none if fewer than MILL_SPREAD_SEEN were counted, or none in half of
- * the starts. */
+ * independent ones. There is none if fewer than MILL_SPREAD_SEEN were counted, or if the starts
+ * that saw most of them are equal to fewer than MILL_SPREAD_SEVERAL. */
 struct mill_spread_mean mill_spread_counted(const double *x, size_t n, size_t period, double time);
 
 /* Student's quantile for `freedom` >= 3, where that of the normal distribution is z */

@@ -331,6 +331,43 @@ TEST(the_start_up_of_several_starts_is_cut_where_their_mean_is_steady)
     free_several();
 }
 
+/* Impacts of a start become `times` as many, and each batch of all has `slow` more below the floor.
+ */
+static void change_speeds(int start, uint32_t times, uint32_t slow)
+{
+    for (int k = 0; k < STARTS; k++)
+        for (int i = 0; i < 64; i++) {
+            for (int slot = 0; slot < MILL_SPECTRUM_SLOTS && k == start; slot++)
+                starts[k].counts[i][slot] *= times;
+            starts[k].counts[i][MILL_SPECTRUM_FAST - 9] += slow;
+        }
+}
+
+TEST(a_median_has_no_error_where_few_starts_have_most_of_the_impacts)
+{
+    const struct mill_precision_set set = several(settled);
+    struct mill_precision_known known = mill_precision_tell(&set, 0);
+    ck_assert(known.median_fast.error > 0 && known.median_fast.freedom == 7);
+    change_speeds(5, 9, 0); /* nine of sixteen: as good as 16^2 / (9^2 + 7) = 2.9 equal starts */
+    known = mill_precision_tell(&set, 0);
+    ck_assert(isnan(known.median_fast.error) && known.median_fast.freedom == 0);
+    ck_assert(known.drive.freedom == 7 && !known.slips);
+    free_several();
+}
+
+TEST(a_median_of_rare_slips_has_no_error_and_no_run_waits_for_it)
+{
+    const struct mill_precision_set set = several(settled);
+    change_speeds(0, 1, 100 * 900);
+    struct mill_precision_known known = mill_precision_tell(&set, 0);
+    ck_assert(known.median_fast.error > 0 && !known.slips);
+    change_speeds(0, 1, 100 * 200);
+    known = mill_precision_tell(&set, 0);
+    ck_assert(isnan(known.median_fast.error) && known.slips);
+    ck_assert(mill_precision_reached(&known, 0.1) && !mill_precision_reached(&known, 1e-4));
+    free_several();
+}
+
 TEST(a_power_near_zero_is_never_known)
 {
     struct mill_account account;

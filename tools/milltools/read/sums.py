@@ -76,8 +76,10 @@ class Sum:
     @property
     def spread(self) -> tuple[float, float]:
         """The error and its degrees of freedom."""
-        rare = self.seen < SEEN or (self.period == APART and self.series is not None and np.median(self.series) == 0)
-        if self.series is None or not self.value or rare:
+        if self.series is None or not self.value or self.seen < SEEN:
+            return math.nan, 0
+        # of starts: a few may have seen most of the impacts (Kish, Survey Sampling, Wiley 1965)
+        if self.period == APART and self.series.sum() ** 2 < SEVERAL * np.sum(self.series**2):
             return math.nan, 0
         error, freedom = spread(self.series, self.period)
         return (max(error, self.least), freedom) if error == error else (math.nan, 0)
