@@ -246,8 +246,7 @@ static double number(const struct mill_account *account, const struct mill_preci
     return rate->counts ? (double)count : value;
 }
 
-/* The same minus that of an earlier account (NULL: none); in the last row of kinds the sum of all
- */
+/* The same minus that of an earlier account; in the last row of kinds the sum of all */
 static double change(const struct mill_precision *p, const struct mill_account *from,
                      const struct mill_account *to, const struct mill_precision_rate *rate, int row,
                      size_t k)
@@ -255,7 +254,7 @@ static double change(const struct mill_precision *p, const struct mill_account *
     const bool all = rate->each == MILL_PRECISION_KIND && row == p->kinds;
     double sum = 0;
     for (int i = all ? 0 : row; i < (all ? p->kinds : row + 1); i++)
-        sum += number(to, rate, i, k) - (from ? number(from, rate, i, k) : 0);
+        sum += number(to, rate, i, k) - number(from, rate, i, k);
     return sum;
 }
 
@@ -378,16 +377,13 @@ void mill_precision_whole(struct mill_precision_known *known, const struct mill_
     }
 }
 
-void mill_precision_forget(struct mill_precision_known *known, const struct mill_precision *p)
+void mill_precision_forget(struct mill_precision_known *known)
 {
-    for (int i = 0; i < MILL_PRECISION_RATES; i++) {
-        const struct mill_precision_rate *rate = &mill_precision_rates[i];
-        for (int row = 0; row < rows_of(p, rate); row++)
-            for (size_t k = 0; k < rate->width; k++) {
-                struct mill_spread_mean *mean = &mill_precision_of(known, rate, row)[k];
-                *mean = (struct mill_spread_mean){mean->value, NAN, 0};
-            }
-    }
+    enum { MEANS = offsetof(struct mill_precision_known, batches) / sizeof known->drive };
+    struct mill_spread_mean *mean = (void *)known;
+    for (int i = 0; i < MEANS; i++)
+        mean[i] = (struct mill_spread_mean){mean[i].value, NAN, 0};
+    known->enough = false;
 }
 
 bool mill_precision_reached(const struct mill_precision_known *known, double wanted)

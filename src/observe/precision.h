@@ -48,6 +48,7 @@ struct mill_precision_set {
     const struct mill_precision *of[MILL_PRECISION_STARTS];
 };
 
+/* First all means, in a row */
 struct mill_precision_known {
     struct mill_spread_mean drive; /* [W] power of all motions */
     /* [W], [N m] */
@@ -140,9 +141,8 @@ void mill_precision_whole(struct mill_precision_known *known,
                           const struct mill_precision *precision, const struct mill_account *from,
                           const struct mill_account *to, double duration);
 
-/* Takes the errors of all rates away. */
-void mill_precision_forget(struct mill_precision_known *known,
-                           const struct mill_precision *precision);
+/* Takes all errors away. */
+void mill_precision_forget(struct mill_precision_known *known);
 
 /* True if there are enough batches, and both errors are at most `wanted` times their values. A
  * power that is always 0 is not tested, nor a median that cannot be known. */

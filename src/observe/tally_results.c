@@ -200,12 +200,9 @@ static void doubt(struct mill_tally_results *r)
                                                           : MILL_TALLY_KNOWN;
     if (r->doubt == MILL_TALLY_KNOWN || r->doubt == MILL_TALLY_FEW_STARTS)
         return;
-    struct mill_spread_mean *const own[] = {&known->median, &known->median_fast, &r->hard,
-                                            &r->hard_per_joule};
-    for (int i = 0; i < 4; i++)
-        *own[i] = (struct mill_spread_mean){own[i]->value, NAN, 0};
-    mill_precision_forget(known, &r->tally->batches);
-    known->enough = false;
+    r->hard = (struct mill_spread_mean){r->hard.value, NAN, 0};
+    r->hard_per_joule = (struct mill_spread_mean){r->hard_per_joule.value, NAN, 0};
+    mill_precision_forget(known);
 }
 
 enum mill_status mill_tally_results_make(const struct mill_tally *tally,

@@ -24,12 +24,9 @@ static const struct mill_sum sum_of[] = {
     {"normal", "J", "lost along the normal", MILL_H5_F64, FACET(normal)},
     {"sliding", "J", "lost in the surface", MILL_H5_F64, FACET(sliding)},
     {"slid", "J", "part of it of impacts that did not stick", MILL_H5_F64, FACET(slid)},
-    {"carved", "J", "m g^2 f(angle) of Finnie's law", MILL_H5_F64, FACET(carved)},
-    {"normal_squares", "J2", "of single impacts", MILL_H5_F64, FACET(normal_squares)},
-    {"sliding_squares", "J2", "of single impacts", MILL_H5_F64, FACET(sliding_squares)},
-    {"slid_squares", "J2", "of single impacts", MILL_H5_F64, FACET(slid_squares)}};
+    {"carved", "J", "m g^2 f(angle) of Finnie's law", MILL_H5_F64, FACET(carved)}};
 
-const struct mill_sums_list mill_wear_sums = {"wear", sizeof(struct mill_wear_sum), 8, sum_of};
+const struct mill_sums_list mill_wear_sums = {"wear", sizeof(struct mill_wear_sum), 5, sum_of};
 
 bool mill_wear_init(struct mill_wear_plan *plan, const struct mill_world *world)
 {
@@ -64,9 +61,6 @@ void mill_wear_impact(const struct mill_wear_plan *plan, struct mill_wear_sum *s
     sum->slid += slid;
     sum->carved += plan->world->species[impact->species].mass *
                    (3 * n < t ? 2 * n * t - 3 * n * n : t * t / 3);
-    sum->normal_squares += normal * normal;
-    sum->sliding_squares += sliding * sliding;
-    sum->slid_squares += slid * slid;
 }
 
 /* ---- telling ---- */
@@ -102,13 +96,11 @@ static const struct mill_sums_list place_list = {"facets", sizeof(struct mill_we
 
 /* The results of a facet */
 struct worn {
-    double rate, normal, normal_error, sliding, sliding_error, slid, carved, depth, depth_error;
-    double erosion;
+    double rate, normal, sliding, slid, carved, depth, erosion;
     int32_t count;
 };
 
 #define WORN(member) MILL_H5_F64, offsetof(struct worn, member), 0, 0
-#define ERROR "its standard error, as if single impacts were independent"
 static const struct mill_sum worn_of[] = {
     /* ---- first those of the pictures ---- */
     {"rate", "m-2 s-1", "impacts per area and time", WORN(rate)},
@@ -122,16 +114,13 @@ static const struct mill_sum worn_of[] = {
      "mass removed per area and time by erosion (Finnie): k m g^2 f(angle); NaN without k",
      WORN(erosion)},
     /* ---- then the others ---- */
-    {"normal_power_error", "W m-2", ERROR, WORN(normal_error)},
-    {"sliding_power_error", "W m-2", ERROR, WORN(sliding_error)},
     {"slid_power", "W m-2",
      "part of sliding_power of the impacts that slide to the end: the work W of Archard's law, per "
      "area and time",
      WORN(slid)},
     {"carved_power", "W m-2", "m g^2 f(angle) of Finnie's law, per area and time", WORN(carved)},
-    {"archard_rate_error", "m s-1", ERROR, WORN(depth_error)},
     {"count", "1", "impacts on the facet", MILL_H5_I32, offsetof(struct worn, count), 0, 0}};
-static const struct mill_sums_list worn_list = {"worn", sizeof(struct worn), 11, worn_of};
+static const struct mill_sums_list worn_list = {"worn", sizeof(struct worn), 8, worn_of};
 
 const char *mill_wear_shown(int k)
 {
@@ -152,13 +141,10 @@ static struct worn results_of(const struct mill_wear_plan *plan, int32_t i,
     return (struct worn){
         .rate = (double)sum->count * per,
         .normal = sum->normal * per,
-        .normal_error = sqrt(sum->normal_squares) * per,
         .sliding = sum->sliding * per,
-        .sliding_error = sqrt(sum->sliding_squares) * per,
         .slid = sum->slid * per,
         .carved = sum->carved * per,
         .depth = archard * sum->slid * per,
-        .depth_error = archard * sqrt(sum->slid_squares) * per,
         .erosion = law->erosion > 0 ? law->erosion * sum->carved * per : (double)NAN,
         .count = (int32_t)fmin((double)sum->count, INT32_MAX),
     };

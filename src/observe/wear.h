@@ -89,7 +89,6 @@ struct mill_wear_sum {
     double normal, sliding; /* [J] lost along the normal, and in the surface */
     double slid;            /* [J] part of `sliding` of impacts that did not stick */
     double carved;          /* [J] Finnie's m g^2 f(angle); see wear.c */
-    double normal_squares, sliding_squares, slid_squares; /* [J^2] of single impacts */
 };
 
 extern const struct mill_sums_list mill_wear_sums;

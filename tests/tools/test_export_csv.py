@@ -241,7 +241,7 @@ def test_doses_and_wear_are_the_numbers_of_their_commands(export, run_file, tmp_
         rows, faces = dose.rows(run, powder), wear.faces(run, hard)
     assert dosed["value"].tolist() == [row.value for row in rows] and "dose rate" in dosed["result"].tolist()
     assert worn["depth [m/s]"].tolist() == pytest.approx([face.depth for face in faces], nan_ok=True)
-    assert worn["standard error of power lost by sliding [W]"].tolist() == [face.sliding_error for face in faces]
+    assert worn["power lost by sliding [W]"].tolist() == [face.sliding for face in faces]
 
 
 def sheets(path):

@@ -39,7 +39,7 @@ SUCH_AS = "-s wear.archard=1e-4 -s 'wear.hardness=2 GPa'"
 @dataclasses.dataclass(frozen=True)
 class Face:
     """A face of a part, several of one name, or all of a part: area [m^2], impacts per second [1/s], power lost along
-    the normal and by sliding [W] with errors, the largest power lost by sliding per area [W/m^2] of a facet with ENOUGH
+    the normal and by sliding [W], the largest power lost by sliding per area [W/m^2] of a facet with ENOUGH
     impacts (peak), depth [m/s] removed by sliding wear (mean over the face) and its largest value on such a facet, mass
     removed by erosion [kg/s]; NaN where coefficients are not known."""
 
@@ -48,9 +48,7 @@ class Face:
     area: float
     rate: float
     normal: float
-    normal_error: float
     sliding: float
-    sliding_error: float
     depth: float
     deepest: float
     peak: float
@@ -71,7 +69,6 @@ def faces(run: Run, sets: typing.Sequence[str] = ()) -> list[Face]:
     wear = Wear(run)
     area = wear.area
     column = {name: wear[name] for name in ("rate", "normal_power", "sliding_power", "archard_rate", "finnie_rate")}
-    error = {name: wear[f"{name}_error"] for name in ("normal_power", "sliding_power")}
     if sets:
         _recompute(wear, column, sets)
     found, enough = [], wear["count"] >= ENOUGH
@@ -82,11 +79,10 @@ def faces(run: Run, sets: typing.Sequence[str] = ()) -> list[Face]:
             if not column["rate"][own].any():
                 continue
             total = {what: float(values[own] @ area[own]) for what, values in column.items()}
-            squares = {what: math.sqrt(float(values[own] ** 2 @ area[own] ** 2)) for what, values in error.items()}
             size, deep = float(area[own].sum()), column["archard_rate"][own & enough]
             deepest = float(np.fmax.reduce(deep, initial=math.nan))
             peak = float(column["sliding_power"][own & enough].max(initial=0.0))
-            powers = (total["normal_power"], squares["normal_power"], total["sliding_power"], squares["sliding_power"])
+            powers = total["normal_power"], total["sliding_power"]
             worn = total["archard_rate"] / size, deepest, peak, total["finnie_rate"]
             found.append(Face(wear.part_name(part), name, size, total["rate"], *powers, *worn))
     return sorted(found, key=lambda face: -face.power)
@@ -127,7 +123,6 @@ def parts(found: list[Face]) -> list[tuple[Face, Face]]:
     for name, own in itertools.groupby(sorted(found, key=lambda f: f.part), operator.attrgetter("part")):
         own = list(own)
         add = {key: sum(getattr(f, key) for f in own) for key in ("area", "rate", "normal", "sliding", "erosion")}
-        add |= {key: math.hypot(*(getattr(f, key) for f in own)) for key in ("normal_error", "sliding_error")}
         deepest = float(np.fmax.reduce([f.deepest for f in own]))
         depth = sum(f.depth * f.area for f in own) / add["area"]
         whole = Face(name, "", **add, depth=depth, deepest=deepest, peak=max(f.peak for f in own))
@@ -163,20 +158,12 @@ def _short(value: float) -> str:
     return "<0.001" if 0 < value < 1e-3 else number(value).replace("?", "–")
 
 
-def _density(f: Face) -> str:
-    value, error = f.density / 1e3, f.sliding_error / f.area / 1e3
-    if value < 1e-3 or not error > 0:
-        return _short(value)
-    places = min(max(0, -math.floor(math.log10(error))), 3)  # the table fits 80 columns
-    return f"{value:.{places}f} ± {error:.{places}f}"
-
-
 def cells(found: list[Face]) -> tuple[list[str], list[list[str]]]:
     """Heads with units, and rows of texts, of faces."""
     more, worn = _worn(found)
     heads = ["part", "face", "area [cm²]", "impacts [1/s]", "normal [W]", "sliding [W]", "sliding [kW/m²]", *more]
-    numbers = ((1e4 * f.area, f.rate, f.normal, f.sliding) for f in found)
-    return heads, [[f.part, f.face, *map(_short, n), _density(f), *w] for f, n, w in zip(found, numbers, worn)]
+    numbers = ((1e4 * f.area, f.rate, f.normal, f.sliding, f.density / 1e3) for f in found)
+    return heads, [[f.part, f.face, *map(_short, n), *w] for f, n, w in zip(found, numbers, worn)]
 
 
 def sums(found: list[Face]) -> tuple[list[str], list[list[str]]]:
@@ -185,8 +172,8 @@ def sums(found: list[Face]) -> tuple[list[str], list[list[str]]]:
     more, worn = _worn([whole for whole, _ in pairs])
     power = sum(face.power for face in found) or 1.0
     heads = ["part", "normal [W]", "sliding [W]", "share [%]", "densest [kW/m²]", *more]
-    numbers = ((f.normal, f.sliding, 100 * f.power / power) for f, _ in pairs)
-    return heads, [[f.part, *map(_short, n), _density(top), *w] for (f, top), n, w in zip(pairs, numbers, worn)]
+    numbers = ((f.normal, f.sliding, 100 * f.power / power, top.density / 1e3) for f, top in pairs)
+    return heads, [[f.part, *map(_short, n), *w] for (f, _), n, w in zip(pairs, numbers, worn)]
 
 
 def _table(heads, *rows, left) -> list[str]:
@@ -216,8 +203,7 @@ def run(arguments) -> Answer:
         text += [*_table(*([*row[:2], *row[4:]] for row in (heads, *rows)), left=(0, 1)), ""]  # within 80 columns
     else:
         text += ["--faces prints the faces of each part."]
-    text += ["densest: power lost by sliding, per area, mean of the face where it is highest.",
-             "±: one standard error as if impacts were independent; the true one is larger."]  # fmt: skip
+    text += ["densest: power lost by sliding, per area, mean of the face where it is highest."]
     if not any(face.depth == face.depth for face in found):
         text += [f"For depths add coefficients: {SUCH_AS}"]
     power = sum(face.power for face in found) or 1.0

@@ -243,9 +243,9 @@ def worn(run, arguments) -> Table:
     words["peak"] = "power lost by sliding at the worst spot"
     block = {}
     for name in (field.name for field in dataclasses.fields(wear.Face)):
-        key, values = name.removesuffix("_error"), [getattr(face, name) for face in found]
-        heading = head(words.get(key, key), "" if key in ("part", "face") else units.get(key, "W"))
-        block["standard error of " * (key != name) + heading] = cells(values) if key in ("part", "face") else values
+        named, values = name in ("part", "face"), [getattr(face, name) for face in found]
+        heading = head(words.get(name, name), "" if named else units.get(name, "W"))
+        block[heading] = cells(values) if named else values
     return Table(len(found), iter([block]))
 
 

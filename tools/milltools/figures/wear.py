@@ -206,9 +206,7 @@ class WearFigure(Figure):
             "area [m2]": found.area,
             "impacts [1]": found["count"],
             "power lost along the normal [W/m2]": found["normal_power"],
-            "error of the power lost along the normal [W/m2]": found["normal_power_error"],
             "power lost by sliding [W/m2]": found["sliding_power"],
-            "error of the power lost by sliding [W/m2]": found["sliding_power_error"],
             "depth removed by sliding wear [m/s]": found["archard_rate"],
             "mass removed by erosion [kg/(m2 s)]": found["finnie_rate"],
         }
