@@ -15,10 +15,10 @@
 #define MOST 1e8
 /* With run.precision: batches until the results are looked at first; by how much starts become
  * longer then, at least and at most */
-#define FIRST 72
+#define FIRST 60
 #define ENOUGH 2 /* times these, until the starts may become more */
 #define LONGER 1.2
-#define LONGEST 2.0
+#define LONGEST 1.5
 #define MORE 1.5 /* the same of their number */
 /* Variance between starts over that which their own errors imply: above it, more starts help and
  * longer ones do not. It is the quantile for 75 % of F with 7 and 56 degrees of freedom. */
@@ -144,7 +144,7 @@ enum mill_status mill_starts_make(struct mill_starts *s, const struct mill_deck 
     const struct mill_precision *batches = &tally_of(&s->one[0])->batches;
     if (s->count == 1)
         mill_sim_use_threads(s->one[0].sim, threads_of(deck, 1));
-    else if (deck->observe.precision > 0)
+    if (deck->observe.precision > 0)
         s->plan.until = fmin(deck->observe.end, batches->origin + FIRST * batches->at.batch);
     s->least = ENOUGH * FIRST * batches->at.batch;
     return MILL_OK;
@@ -222,11 +222,13 @@ static double variance_ratio(const struct mill_starts *s, uint64_t from)
         const uint64_t n = p->at.batches - from;
         for (uint64_t i = 0; i < n; i++)
             each[i] = mill_precision_one(p, from + i, from + i + 1, loss, p->kinds, 0);
-        const struct mill_spread_mean of = mill_spread_mean(each, n, p->at.period);
+        const struct mill_spread_mean of =
+            mill_spread_mean(each, (struct mill_spread_of){1, n, p->at.period});
         own += of.error * of.error;
         mean[k] = of.value;
     }
-    const double error = mill_spread_mean(mean, (size_t)s->count, MILL_SPREAD_APART).error;
+    const struct mill_spread_of starts = {(size_t)s->count, 1, 0};
+    const double error = mill_spread_mean(mean, starts).error;
     return s->count * error * s->count * error / own;
 }
 
@@ -235,7 +237,7 @@ bool mill_starts_extend(struct mill_starts *s)
     struct mill_tally *first = tally_of(&s->one[0]);
     struct mill_starts_plan *plan = &s->plan;
     const double wanted = s->deck->observe.precision, end = s->deck->observe.end;
-    if (s->count == 1 || !(wanted > 0))
+    if (!(wanted > 0))
         return false;
     mill_starts_join(s);
     const uint64_t from = mill_tally_window(first, &first->at);

@@ -295,12 +295,12 @@ void mill_energies_blocks_state(struct mill_energies_blocks *b, struct mill_stat
     mill_state_field(state, "block_counts", MILL_FIELD_I32, b->blocks * size_of(b), b->count);
 }
 
-/* Adds the blocks of a start from `first` on to sum[size_of(b)]. */
-static void add_up(const struct mill_energies_blocks *b, uint64_t first, int32_t *sum)
+/* Adds the blocks of a start from `first` on to rows[size_of(b)]: to one, or each to its own. */
+static void add_up(const struct mill_energies_blocks *b, uint64_t first, bool one, int32_t *row)
 {
-    for (uint64_t k = first; k < b->blocks; k++)
+    for (uint64_t k = first; k < b->blocks; k++, row += one ? 0 : size_of(b))
         for (size_t i = 0; i < size_of(b); i++)
-            sum[i] = count_of((uint64_t)sum[i] + (uint64_t)b->count[k * size_of(b) + i]);
+            row[i] = count_of((uint64_t)row[i] + (uint64_t)b->count[k * size_of(b) + i]);
 }
 
 /* Writes the `n` blocks of a kind, in `room`. count: of all pairs in each block */
@@ -339,30 +339,31 @@ void mill_energies_blocks_tell(const struct mill_energies_blocks *const *blocks,
     double edge[MILL_ENERGIES_COARSE + 1];
     if (first >= b->blocks)
         return;
-    const size_t n = starts > 1 ? (size_t)starts : b->blocks - first;
+    const bool one = starts >= MILL_SPREAD_SEVERAL;
+    const size_t each = one ? 1 : b->blocks - first, n = (size_t)starts * each;
     const double length = (double)b->length * batches->at.batch;
     int32_t *room =
         mill_sink_room(sink, n * e->classes * e->classes * MILL_ENERGIES_COARSE, sizeof *room);
-    int32_t *sums = starts > 1 ? mill_sink_room(sink, n * size_of(b), sizeof *sums) : NULL;
-    for (int k = 0; sums && k < starts; k++)
-        add_up(blocks[k], first, sums + (size_t)k * size_of(b));
+    int32_t *rows = mill_sink_room(sink, n * size_of(b), sizeof *rows);
+    for (int k = 0; rows && k < starts; k++)
+        add_up(blocks[k], first, one, rows + (size_t)k * each * size_of(b));
     for (int i = 0; i < MILL_ENERGIES_BINS; i++)
         edge[coarse(i)] = mill_energies_edge(i - (i > 0 ? (i - 1) % MILL_ENERGIES_JOINED : 0));
     edge[MILL_ENERGIES_COARSE] = mill_energies_edge(MILL_ENERGIES_BINS);
     sink->open(sink, "blocks");
     mill_tell_array(sink, "edges", MILL_ENERGIES_COARSE + 1, edge, "J",
                     "edges of the bins of the blocks: four bins of the histograms each");
-    mill_tell_number(sink, "duration", starts > 1 ? (double)(b->blocks - first) * length : length,
-                     "s", "length of a block; of several starts each is a block");
+    mill_tell_number(sink, "duration", one ? (double)(b->blocks - first) * length : length, "s",
+                     "length of a block; each of four starts or more is a block");
     mill_tell_count(sink, "period", mill_energies_blocks_period(b, batches->at.period),
                     "blocks in a period of the motions; 0: a block is one or more periods, or "
                     "nothing moves");
-    for (int k = 0; room && (sums || starts == 1) && k < kinds.count; k++) {
+    for (int k = 0; room && rows && k < kinds.count; k++) {
         sink->open(sink, kinds.name[k]);
-        tell_blocks(e, kinds.kind[k], n, sums ? sums : b->count + first * size_of(b), room, sink);
+        tell_blocks(e, kinds.kind[k], n, rows, room, sink);
         sink->close(sink);
     }
     sink->close(sink);
-    free(sums);
+    free(rows);
     free(room);
 }

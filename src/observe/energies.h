@@ -116,7 +116,8 @@ size_t mill_energies_blocks_weigh(const struct mill_energies_blocks *blocks, uin
                                   double series[MILL_ENERGIES_BLOCKS]);
 
 /* Writes the group "blocks" within the group "energies". from: the first batch that counts. Of
- * several starts: one block for each start, the sum of its blocks */
+ * MILL_SPREAD_SEVERAL starts: one block for each, the sum of its blocks; of fewer all, one start
+ * after the other */
 void mill_energies_blocks_tell(const struct mill_energies_blocks *const *blocks, int starts,
                                const struct mill_energies *energies,
                                const struct mill_precision *batches, uint64_t from,

@@ -164,40 +164,48 @@ static double excess_of(const struct mill_precision *p, uint64_t from, uint64_t 
     return below;
 }
 
-/* Values that an error comes from: of the starts, or of the batches of a single one */
-static uint64_t values_of(const struct mill_precision_set *set, uint64_t from)
+/* Values that an error comes from: one of each of several starts, or all batches of a few */
+static struct mill_spread_of values_of(const struct mill_precision_set *set, uint64_t from)
 {
-    const uint64_t batches = set->of[0]->at.batches - from;
-    return set->count > 1 && batches > 0 ? (uint64_t)set->count : batches;
+    const struct mill_precision_progress *at = &set->of[0]->at;
+    const bool apart = set->count >= MILL_SPREAD_SEVERAL && at->batches > from;
+    return (struct mill_spread_of){(size_t)set->count, apart ? 1 : at->batches - from, at->period};
 }
 
-static size_t period_of(const struct mill_precision_set *set)
+/* Value i of them is of the batches from *from to *to of the start that is returned. */
+static const struct mill_precision *value_of(const struct mill_precision_set *set,
+                                             struct mill_spread_of of, size_t i, uint64_t *from,
+                                             uint64_t *to)
 {
-    return set->count > 1 ? MILL_SPREAD_APART : set->of[0]->at.period;
+    *from += i % of.each;
+    *to = of.each > 1 ? *from + 1 : set->of[0]->at.batches;
+    return set->of[i / of.each];
 }
 
 /* *rare: there are too few such impacts to know it */
 static struct mill_spread_mean tell_median(const struct mill_precision_set *set, uint64_t from,
                                            int slot, bool *rare)
 {
-    const struct mill_precision *p = set->of[0];
-    double below[MILL_PRECISION_BATCHES] = {0}, all[MILL_PRECISION_BATCHES];
+    const struct mill_spread_of of = values_of(set, from);
+    const size_t n = of.starts * of.each;
+    double below[MILL_SPREAD_MOST] = {0}, all[MILL_SPREAD_MOST];
     struct mill_spectrum sum = {0};
-    const uint64_t n = values_of(set, from);
     const struct mill_spectrum_place place = find_median(set, from, slot, &sum);
     struct mill_spread_mean median = {NAN, NAN, 0};
     if (!(place.count > 0) || place.bin == 0)
         return median;
-    for (uint64_t k = 0; k < n; k++)
-        below[k] = set->count > 1 ? excess_of(set->of[k], from, p->at.batches, &place, &all[k])
-                                  : excess(p->counts[from + k], &place, &all[k]);
-    const struct mill_spread_mean scatter = mill_spread_mean(below, n, period_of(set));
+    for (size_t i = 0; i < n; i++) {
+        uint64_t first = from, end;
+        const struct mill_precision *p = value_of(set, of, i, &first, &end);
+        below[i] = excess_of(p, first, end, &place, &all[i]);
+    }
+    const struct mill_spread_mean scatter = mill_spread_mean(below, of);
     /* error of the fraction below; for n independent impacts it is 1/2 over the root of n */
     const double share = fmax(scatter.error * (double)n / place.count, 0.5 / sqrt(place.count));
-    median.value = mill_spectrum_speed(p->grid, &place);
+    median.value = mill_spectrum_speed(set->of[0]->grid, &place);
     *rare = place.count < RARE * (double)mill_spectrum_total(&sum, 0).count;
-    const bool few = set->count > 1 && mill_spread_effective(all, n) < MILL_SPREAD_SEVERAL;
-    if (scatter.freedom > 0 && place.count >= MILL_SPREAD_SEEN && !few && !*rare) {
+    if (scatter.freedom > 0 && place.count >= MILL_SPREAD_SEEN && !*rare &&
+        !mill_spread_few(all, of)) {
         median.error = median.value * share / density(&sum, &place);
         median.freedom = scatter.freedom;
     }
@@ -268,17 +276,18 @@ double mill_precision_one(const struct mill_precision *p, uint64_t from, uint64_
 static struct mill_spread_mean rate_of(const struct mill_precision_set *set, uint64_t from,
                                        const struct mill_precision_rate *rate, int row, size_t k)
 {
-    double each[MILL_PRECISION_BATCHES] = {0};
-    const struct mill_precision *p = set->of[0];
-    const uint64_t end = p->at.batches, n = values_of(set, from);
-    for (uint64_t i = 0; i < n; i++)
-        each[i] = set->count > 1 ? mill_precision_one(set->of[i], from, end, rate, row, k)
-                                 : mill_precision_one(p, from + i, from + i + 1, rate, row, k);
+    const struct mill_spread_of of = values_of(set, from);
+    const struct mill_precision_progress *at = &set->of[0]->at;
+    double each[MILL_SPREAD_MOST] = {0};
+    for (size_t i = 0; i < of.starts * of.each; i++) {
+        uint64_t first = from, end;
+        const struct mill_precision *p = value_of(set, of, i, &first, &end);
+        each[i] = mill_precision_one(p, first, end, rate, row, k);
+    }
     if (rate->counts)
-        return mill_spread_counted(each, n, period_of(set),
-                                   set->count * (double)(end - from) * p->at.batch);
-    struct mill_spread_mean mean = mill_spread_mean(each, n, period_of(set));
-    if (rate->each != MILL_PRECISION_KIND && p->at.period == 0) /* nothing moves */
+        return mill_spread_counted(each, of, set->count * (double)(at->batches - from) * at->batch);
+    struct mill_spread_mean mean = mill_spread_mean(each, of);
+    if (rate->each != MILL_PRECISION_KIND && at->period == 0) /* nothing moves */
         mean.error = NAN;
     return mean;
 }
@@ -308,8 +317,8 @@ static bool drifts(const struct mill_precision_set *set, uint64_t from, double z
     }
     bool found = false;
     for (int k = 0; k < 2; k++) {
-        const struct mill_spread_mean mean =
-            mill_spread_mean(off[k], (size_t)set->count, MILL_SPREAD_APART);
+        const struct mill_spread_of each = {(size_t)set->count, 1, 0};
+        const struct mill_spread_mean mean = mill_spread_mean(off[k], each);
         found = found || (isfinite(mean.freedom) &&
                           fabs(mean.value) * mill_spread_student(1.96, mean.freedom) >
                               1.96 * mean.error * mill_spread_student(z, mean.freedom));
@@ -347,8 +356,8 @@ struct mill_precision_known mill_precision_tell(const struct mill_precision_set 
     const struct mill_account *now = &p->accounts[p->at.batches];
     struct mill_precision_known known = {.batches = p->at.batches - from};
     known.idle = now->work_gross <= rounding * now->incident;
-    known.enough = set->count > 1
-                       ? set->count >= MILL_SPREAD_SEVERAL && known.batches > 0
+    known.enough = set->count >= MILL_SPREAD_SEVERAL
+                       ? known.batches > 0
                        : known.batches >= MILL_SPREAD_FEWEST &&
                              (known.idle || known.batches >= MILL_PRECISION_PERIODS * p->at.period);
     known.drifts = drifts(set, from, REFUSED);

@@ -7,10 +7,10 @@
  * Soc. 61 (2010) 1632).
  *
  * How accurate is the mean of the rest? Several starts of a mill are independent: their scatter
- * over the root of their number is the standard error, with Student's t. A single start is cut into
- * eight pieces, which stand for starts: they are independent if they are much longer than what the
- * mill remembers. Where a container moves, a charge may keep its first arrangement for ever, and no
- * series of one start shows this (docs/physics.md has the measurements).
+ * over the root of their number is the standard error, with Student's t. Fewer starts are cut into
+ * eight pieces each, which stand for starts: they are independent if they are much longer than what
+ * the mill remembers. Where a container moves, a charge may keep its first arrangement for ever,
+ * and no series of one start shows this (docs/physics.md has the measurements).
  */
 #include "observe/spread.h"
 
@@ -87,50 +87,57 @@ static struct mill_spread_mean mean_of(const double *x, size_t n)
     return mean;
 }
 
-struct mill_spread_mean mill_spread_mean(const double *x, size_t n, size_t period)
+struct mill_spread_mean mill_spread_mean(const double *x, struct mill_spread_of of)
 {
-    double rest[MILL_SPREAD_MOST], piece[MILL_SPREAD_PIECES];
+    const size_t n = of.each;
+    double rest[MILL_SPREAD_MOST], piece[MILL_SPREAD_SEVERAL * MILL_SPREAD_PIECES] = {0};
     struct mill_spread_mean mean = {0, NAN, 0};
-    assert(n <= MILL_SPREAD_MOST);
-    if (period == MILL_SPREAD_APART)
-        return mean_of(x, n);
-    for (size_t i = 0; i < n; i++)
-        mean.value += x[i] / (double)n;
-    if (n < MILL_SPREAD_FEWEST)
+    double shift = 0;
+    assert(n * of.starts <= MILL_SPREAD_MOST);
+    if (n == 1)
+        return mean_of(x, of.starts);
+    for (size_t i = 0; i < n * of.starts; i++)
+        mean.value += x[i] / (double)(n * of.starts);
+    if (n < MILL_SPREAD_FEWEST || of.starts >= MILL_SPREAD_SEVERAL)
         return mean;
-    const bool repeats = period > 1 && n / period >= 2;
-    const double shift = remove_phases(x, n, repeats ? period : 1, rest);
-    for (size_t k = 0; k < MILL_SPREAD_PIECES; k++) {
-        const size_t first = k * n / MILL_SPREAD_PIECES, next = (k + 1) * n / MILL_SPREAD_PIECES;
-        piece[k] = mean.value;
-        for (size_t i = first; i < next; i++)
-            piece[k] += rest[i] / (double)(next - first);
+    const bool repeats = of.period > 1 && n / of.period >= 2;
+    for (size_t s = 0; s < of.starts; s++, x += n) {
+        double own = 0;
+        shift += remove_phases(x, n, repeats ? of.period : 1, rest) / (double)of.starts;
+        for (size_t i = 0; i < n; i++)
+            own += x[i] / (double)n;
+        for (size_t k = 0; k < MILL_SPREAD_PIECES; k++) {
+            const size_t first = k * n / MILL_SPREAD_PIECES;
+            const size_t next = (k + 1) * n / MILL_SPREAD_PIECES;
+            double *to = &piece[s * MILL_SPREAD_PIECES + k];
+            *to = own;
+            for (size_t i = first; i < next; i++)
+                *to += rest[i] / (double)(next - first);
+        }
     }
-    const struct mill_spread_mean of = mean_of(piece, MILL_SPREAD_PIECES);
+    const struct mill_spread_mean all = mean_of(piece, of.starts * MILL_SPREAD_PIECES);
     /* subtracting the means of the phases has removed a part of the scatter */
-    const double share = repeats ? 1 - 1 / (double)(n / period) : 1;
-    mean.error = sqrt(of.error * of.error / share + shift * shift);
-    mean.freedom = of.freedom;
+    const double share = repeats ? 1 - 1 / (double)(n / of.period) : 1;
+    mean.error = sqrt(all.error * all.error / share + shift * shift);
+    mean.freedom = all.freedom;
     return mean;
 }
 
-double mill_spread_effective(const double *weight, size_t n)
+bool mill_spread_few(const double *count, struct mill_spread_of of)
 {
     double sum = 0, squares = 0;
-    for (size_t i = 0; i < n; i++) {
-        sum += weight[i];
-        squares += weight[i] * weight[i];
+    for (size_t i = 0; i < of.starts; i++) {
+        sum += count[i];
+        squares += count[i] * count[i];
     }
-    return squares > 0 ? sum * sum / squares : 0;
+    return of.each == 1 && !(sum * sum >= MILL_SPREAD_SEVERAL * squares);
 }
 
-struct mill_spread_mean mill_spread_counted(const double *x, size_t n, size_t period, double time)
+struct mill_spread_mean mill_spread_counted(const double *x, struct mill_spread_of of, double time)
 {
-    struct mill_spread_mean mean = mill_spread_mean(x, n, period);
-    const bool few =
-        period == MILL_SPREAD_APART && mill_spread_effective(x, n) < MILL_SPREAD_SEVERAL;
+    struct mill_spread_mean mean = mill_spread_mean(x, of);
     /* a count: compare with half of one less, because rates are rounded */
-    if (few || mean.value * time < MILL_SPREAD_SEEN - 0.5)
+    if (mill_spread_few(x, of) || mean.value * time < MILL_SPREAD_SEEN - 0.5)
         return (struct mill_spread_mean){mean.value, NAN, 0};
     if (mean.freedom > 0)
         mean.error = fmax(mean.error, sqrt(mean.value / time));

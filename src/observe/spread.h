@@ -2,6 +2,7 @@
 #ifndef MILL_SPREAD_H
 #define MILL_SPREAD_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -24,25 +25,27 @@ struct mill_spread_mean {
  * values of d are not allowed. 0 for n <= 5. */
 size_t mill_spread_mser(const double *x, size_t n);
 
-/* As a period: the values are those of several starts */
-#define MILL_SPREAD_APART SIZE_MAX
+/* What a mean is of: values of each start, one start after the other. A single one of each start is
+ * independent of the others; more are a stationary series of correlated values. */
+struct mill_spread_of {
+    size_t starts, each;
+    size_t period; /* of what repeats in a series; 0: nothing */
+};
 
-/* Mean of x[n] with its standard error. For MILL_SPREAD_APART they are independent, and there is
- * no error for n < MILL_SPREAD_SEVERAL. Else they are a stationary series with correlated
- * values: the error is from the scatter of MILL_SPREAD_PIECES pieces. If n is at least two
- * `period`s, what repeats in each period does not count as scatter; it enters the error only
- * through an incomplete last period. No error for n < MILL_SPREAD_FEWEST. n <=
- * MILL_SPREAD_MOST. */
-struct mill_spread_mean mill_spread_mean(const double *x, size_t n, size_t period);
+/* Mean with its standard error. Of independent values there is no error for starts <
+ * MILL_SPREAD_SEVERAL. Of series the error is from the scatter of MILL_SPREAD_PIECES pieces of
+ * each. If a series is at least two periods, what repeats in each period does not count as scatter;
+ * it enters the error only through an incomplete last period. Series have no error for each <
+ * MILL_SPREAD_FEWEST, nor for MILL_SPREAD_SEVERAL starts. starts * each <= MILL_SPREAD_MOST. */
+struct mill_spread_mean mill_spread_mean(const double *x, struct mill_spread_of of);
 
-/* To how many values of the same weight these are equal: few, if few of them have most of it (Kish,
- * Survey Sampling, Wiley 1965, section 11.7) */
-double mill_spread_effective(const double *weight, size_t n);
+/* Have a few starts counted most of it, as good as fewer than MILL_SPREAD_SEVERAL equal ones?
+ * (Kish, Survey Sampling, Wiley 1965, section 11.7) */
+bool mill_spread_few(const double *count, struct mill_spread_of of);
 
 /* The same for rates of counted things, within `time` in all: the error is at least that of
- * independent ones. There is none if fewer than MILL_SPREAD_SEEN were counted, or if the starts
- * that saw most of them are equal to fewer than MILL_SPREAD_SEVERAL. */
-struct mill_spread_mean mill_spread_counted(const double *x, size_t n, size_t period, double time);
+ * independent ones. There is none if fewer than MILL_SPREAD_SEEN were counted, or by few starts. */
+struct mill_spread_mean mill_spread_counted(const double *x, struct mill_spread_of of, double time);
 
 /* Student's quantile for `freedom` >= 3, where that of the normal distribution is z */
 double mill_spread_student(double z, double freedom);

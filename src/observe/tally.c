@@ -98,11 +98,6 @@ static bool end_batch(struct mill_tally *t, const struct mill_account *account)
     const uint64_t joined = mill_precision_join(&t->batches);
     t->at.length /= joined;
     t->blocks.length /= joined;
-    if (t->precision > 0 && !t->several) {
-        mill_tally_window(t, &t->at);
-        if (t->at.settled && mill_precision_reached(&t->at.known, t->precision))
-            t->at.ended = MILL_TALLY_PRECISION;
-    }
     return true;
 }
 
@@ -239,14 +234,13 @@ static enum mill_status on_sample(struct mill_observer *observer, const struct m
     at->snapshots += snapshots;
     if (at->open && next_batch(tally) <= now && !end_batch(tally, &world->account))
         return mill_error_set(error, MILL_FAILED, "out of memory for the statistics");
-    const bool known = at->ended == MILL_TALLY_PRECISION;
-    if (known || tally->end <= now) {
+    if (tally->end <= now) {
         at->at_end = world->account;
-        at->over = known ? now : tally->end;
+        at->over = tally->end;
         at->closed = true;
     }
     plan(tally);
-    return known ? mill_error_set(error, MILL_ENDED, "precision") : MILL_OK;
+    return MILL_OK;
 }
 
 /* ---- state: only what gathering changes; everything else is made again from the deck ---- */

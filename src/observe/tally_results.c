@@ -90,34 +90,34 @@ static void sum_hard(struct mill_tally_results *r)
 {
     const struct mill_precision_rate *loss = &mill_precision_rates[MILL_PRECISION_LOSS];
     const double lost = r->at.known.loss[r->all].value, drive = r->at.known.drive.value;
-    const bool apart = r->tally->starts > 1;
-    double hard[MILL_ENERGIES_BLOCKS], rest[MILL_ENERGIES_BLOCKS], series[MILL_ENERGIES_BLOCKS];
-    size_t n = 0, period = MILL_SPREAD_APART;
+    const struct mill_energies_blocks *blocks = &r->tally->blocks;
+    const uint64_t first = mill_energies_blocks_first(blocks, r->from), length = blocks->length;
+    const size_t many = blocks->blocks > first ? blocks->blocks - first : 0;
+    const bool apart = r->tally->starts >= MILL_SPREAD_SEVERAL && many > 0;
+    const struct mill_spread_of of = {
+        (size_t)r->tally->starts, apart ? 1 : many,
+        mill_energies_blocks_period(blocks, r->tally->batches.at.period)};
+    const uint64_t each = apart ? many * length : length; /* batches of a value */
+    double hard[MILL_SPREAD_MOST] = {0}, rest[MILL_SPREAD_MOST], part[MILL_ENERGIES_BLOCKS];
     r->is_hard = mill_energies_find_hard(r->sums.pair, r->tally->plan.energies.pairs,
                                          r->tally->hard, r->tally->hard_by);
     const double count = r->is_hard.count, rate = mill_tally_per_second(r, count);
-    for (int s = 0; s < r->tally->starts; s++) {
-        const struct mill_energies_blocks *blocks = &r->tally->start[s]->blocks;
-        const struct mill_precision *batches = &r->tally->start[s]->batches;
-        const uint64_t first = mill_energies_blocks_first(blocks, r->from), length = blocks->length;
-        const size_t many =
-            mill_energies_blocks_weigh(blocks, first, r->is_hard.sort, r->is_hard.weight, series);
-        const uint64_t each = apart ? many * length : length; /* batches of a value */
-        if (!apart)
-            period = (size_t)mill_energies_blocks_period(blocks, batches->at.period);
-        for (size_t k = 0; k < many; k++) {
-            const uint64_t from = (first + (apart ? 0 : k)) * length;
-            const size_t at = apart ? (size_t)s : k;
-            const double now = mill_precision_one(batches, from, from + each, loss, r->all, 0);
-            if (!apart || k == 0)
-                hard[at] = r->is_hard.of_loss * now;
-            hard[at] += series[k] / ((double)each * batches->at.batch);
-            rest[at] = hard[at] - rate / lost * now;
-            n = at + 1;
+    for (size_t s = 0; s < of.starts; s++) {
+        const struct mill_tally *t = r->tally->start[s];
+        const struct mill_precision *batches = &t->batches;
+        mill_energies_blocks_weigh(&t->blocks, first, r->is_hard.sort, r->is_hard.weight, part);
+        double *to = &hard[s * of.each];
+        for (size_t k = 0; k < many; k++)
+            to[apart ? 0 : k] += part[k] / ((double)each * batches->at.batch);
+        for (size_t k = 0; k < of.each; k++) {
+            const uint64_t from = first * length + k * each;
+            const double lost_now = mill_precision_one(batches, from, from + each, loss, r->all, 0);
+            to[k] += r->is_hard.of_loss * lost_now;
+            rest[s * of.each + k] = to[k] - rate / lost * lost_now;
         }
     }
-    r->hard = mill_spread_counted(hard, n, period, r->duration);
-    r->hard_per_joule = mill_spread_mean(rest, n, period);
+    r->hard = mill_spread_counted(hard, of, r->duration);
+    r->hard_per_joule = mill_spread_mean(rest, of);
     r->hard.value = rate;
     r->hard_per_joule.value = drive > 0 ? rate / drive : (double)NAN;
     /* a found energy varies with the losses, and not in proportion: then the quotient is not known
@@ -192,13 +192,13 @@ static void doubt(struct mill_tally_results *r)
     const double share = r->floor_share[r->all];
     const bool rests = r->world->soft.on || !(share > 0) || share > MILL_TALLY_RESTING;
     const bool moves = r->world->container.motion && rests;
-    r->doubt = r->tally->starts == 1 && r->tally->several ? MILL_TALLY_FIRST_OF_ALL
-               : r->tally->starts == 1 && moves           ? MILL_TALLY_ONE_START
-               : r->tally->starts == 1                    ? MILL_TALLY_KNOWN
-               : r->tally->starts < MILL_SPREAD_SEVERAL   ? MILL_TALLY_FEW_STARTS
-               : known->drifts                            ? MILL_TALLY_DRIFTS
-                                                          : MILL_TALLY_KNOWN;
-    if (r->doubt == MILL_TALLY_KNOWN || r->doubt == MILL_TALLY_FEW_STARTS)
+    const bool few = r->tally->starts < MILL_SPREAD_SEVERAL;
+    r->doubt = few && moves    ? r->tally->starts > 1 ? MILL_TALLY_FEW_STARTS
+                                 : r->tally->several  ? MILL_TALLY_FIRST_OF_ALL
+                                                      : MILL_TALLY_ONE_START
+               : known->drifts ? MILL_TALLY_DRIFTS
+                               : MILL_TALLY_KNOWN;
+    if (r->doubt == MILL_TALLY_KNOWN)
         return;
     r->hard = (struct mill_spread_mean){r->hard.value, NAN, 0};
     r->hard_per_joule = (struct mill_spread_mean){r->hard_per_joule.value, NAN, 0};

@@ -151,9 +151,12 @@ TEST(each_number_of_the_account_is_told_with_the_error_of_its_own_series)
     const struct mill_precision_known known = mill_precision_tell(&alone, from);
     for (int row = 0; row < ROWS; row++)
         for (int sort = 0; sort < SORTS; sort++) {
-            struct mill_spread_mean mean = mill_spread_mean(own[sort][row] + from, 55, 12);
+            struct mill_spread_mean mean =
+                mill_spread_mean(own[sort][row] + from, (struct mill_spread_of){1, 55, 12});
             if (sort < LOSS) /* as independent impacts scatter, if there are ten */
-                mean = mill_spread_counted(own[sort][row] + from, 55, 12, 55 * batches.at.batch);
+                mean =
+                    mill_spread_counted(own[sort][row] + from, (struct mill_spread_of){1, 55, 12},
+                                        55 * batches.at.batch);
             ck_same(sort == RATE     ? known.rate[row]
                     : sort < LOSS    ? known.fast[row][sort - FAST]
                     : sort == NORMAL ? known.loss_normal[row]
@@ -165,8 +168,10 @@ TEST(each_number_of_the_account_is_told_with_the_error_of_its_own_series)
             for (int i = 0; i < 2; i++)
                 moved[k][i][n] /= batches.at.batch;
     for (int k = 0; k < 2; k++) {
-        ck_same(known.motion_power[k], mill_spread_mean(moved[k][0] + from, 55, 12));
-        ck_same(known.motion_torque[k], mill_spread_mean(moved[k][1] + from, 55, 12));
+        ck_same(known.motion_power[k],
+                mill_spread_mean(moved[k][0] + from, (struct mill_spread_of){1, 55, 12}));
+        ck_same(known.motion_torque[k],
+                mill_spread_mean(moved[k][1] + from, (struct mill_spread_of){1, 55, 12}));
     }
     mill_precision_free(&batches);
 }
@@ -194,7 +199,8 @@ TEST(the_error_of_a_median_is_that_of_the_share_below_it_over_the_density)
             const double density =
                 within * (reach < 5 ? 2 * reach + 1 : 11) / many / (seen * MILL_SPECTRUM_LOG_BIN);
             const double value = grid.edge[middle[i] - 1] * exp(0.5 * MILL_SPECTRUM_LOG_BIN);
-            const struct mill_spread_mean scatter = mill_spread_mean(x, 48, 0);
+            const struct mill_spread_mean scatter =
+                mill_spread_mean(x, (struct mill_spread_of){1, 48, 0});
             const struct mill_precision_known known = mill_precision_tell(&alone, 0);
             const struct mill_spread_mean median = i > 0 ? known.median_fast : known.median;
             ck_assert_double_eq_tol(median.value / value, 1, 1e-12);
@@ -518,24 +524,6 @@ TEST(nothing_from_before_the_cut_is_in_the_statistics)
         hits += f.results->sums.hits[i].count;
     ck_assert_uint_eq(hits, impacts_of(&f, f.results->all));
     ck_whole();
-    fixture_free(&f);
-}
-
-TEST(the_window_ends_when_it_is_known)
-{
-    find_window(0.03);
-    double time = 0;
-    for (; time < 10 && !f.tally->at.closed; time += 0.05)
-        play(time, time + 0.05);
-    ck_assert(f.tally->at.closed);
-    ck_assert_int_eq(f.tally->at.ended, MILL_TALLY_PRECISION);
-    const uint64_t then = f.world.account.collisions[MILL_BALL_BALL];
-    fixture_finish(&f, time);
-    const struct mill_precision_known *known = &f.results->at.known;
-    ck_assert(f.results->reached);
-    ck_assert_double_le(known->median_fast.error, 0.03 * known->median_fast.value);
-    ck_assert_double_le(known->motion_power[0].error, 0.03 * known->motion_power[0].value);
-    ck_assert_uint_lt(impacts_of(&f, MILL_BALL_BALL), then);
     fixture_free(&f);
 }
 

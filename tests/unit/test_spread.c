@@ -20,28 +20,40 @@ static double normal(void)
     return sum;
 }
 
-/* x[n]: an autoregressive process of first order with variance 1, and a swing of the period */
-static void fill(size_t n, double memory, size_t period, double swing)
+/* n values from x[from] on: an autoregressive process of first order with variance 1, and a swing
+ * of the period */
+static void fill(size_t from, size_t n, double memory, size_t period, double swing)
 {
     double last = normal();
     for (size_t i = 0; i < n; i++) {
         last = memory * last + sqrt(1 - memory * memory) * normal();
-        x[i] =
+        x[from + i] =
             10 + last + (period ? swing * sin(2 * PI * (double)(i % period) / (double)period) : 0);
     }
 }
 
+static struct mill_spread_of alone(size_t n, size_t period)
+{
+    return (struct mill_spread_of){1, n, period};
+}
+
+static struct mill_spread_of apart(size_t n)
+{
+    return (struct mill_spread_of){n, 1, 0};
+}
+
 /* Share of 2000 series whose true mean lies within the 95 % interval told; *reach: half its width
  * over that of the true one, rms */
-static double held(size_t n, double memory, size_t period, double swing, double *reach)
+static double held(struct mill_spread_of of, double memory, double swing, double *reach)
 {
     double told = 0, scatter = 0;
     int within = 0, known = 0;
     enum { SERIES = 2000 };
     chance = 7;
     for (int k = 0; k < SERIES; k++) {
-        fill(n, memory, period, swing);
-        const struct mill_spread_mean mean = mill_spread_mean(x, n, period);
+        for (size_t s = of.starts; s-- > 0;)
+            fill(s * of.each, of.each, memory, of.period, swing);
+        const struct mill_spread_mean mean = mill_spread_mean(x, of);
         if (isnan(mean.error))
             continue;
         known++;
@@ -59,7 +71,7 @@ static double held(size_t n, double memory, size_t period, double swing, double 
 TEST(mser_is_the_minimum_of_its_formula)
 {
     chance = 2;
-    fill(60, 0.5, 0, 0);
+    fill(0, 60, 0.5, 0, 0);
     for (size_t i = 0; i < 12; i++)
         x[i] -= (double)(12 - i) / 2;
     size_t best = 0;
@@ -90,7 +102,7 @@ TEST(the_error_told_is_the_scatter_of_the_means)
     const double memory[] = {-0.2, 0, 0.5, 0.8};
     for (int i = 0; i < 4; i++) {
         double reach;
-        const double share = held(480, memory[i], 0, 0, &reach);
+        const double share = held(alone(480, 0), memory[i], 0, &reach);
         ck_assert_msg(share > 0.93 && share < 0.97, "memory %g: %g", memory[i], share);
         ck_assert_msg(reach > 0.95 && reach < 1.3, "memory %g: %g", memory[i], reach);
     }
@@ -106,7 +118,7 @@ TEST(in_short_series_the_interval_is_widened_so_that_it_still_holds)
             double reach;
             if (n * (1 - memory[i]) < 24)
                 continue;
-            const double share = held((size_t)n, memory[i], 0, 0, &reach);
+            const double share = held(alone((size_t)n, 0), memory[i], 0, &reach);
             ck_assert_msg(share > 0.91 && share < 0.97, "%d, %g: %g", n, memory[i], share);
             ck_assert_msg(reach > 0.95 && reach < 1.35, "%d, %g: %g", n, memory[i], reach);
         }
@@ -116,7 +128,7 @@ TEST(what_repeats_every_revolution_has_no_part_in_the_error)
 {
     for (size_t turns = 3; turns <= 24; turns *= 2) {
         double reach;
-        const double share = held(12 * turns, 0, 12, 30, &reach);
+        const double share = held(alone(12 * turns, 12), 0, 30, &reach);
         ck_assert_msg(share > 0.93 && share < 0.98, "%zu revolutions: %g", turns, share);
         ck_assert_msg(reach > 1 && reach < 2, "%zu revolutions: %g", turns, reach);
     }
@@ -126,7 +138,7 @@ TEST(what_repeats_every_revolution_has_no_part_in_the_error)
 TEST(a_revolution_that_is_not_whole_has_its_part_in_the_error)
 {
     double reach;
-    ck_assert_double_gt(held(66, 0, 12, 30, &reach), 0.98);
+    ck_assert_double_gt(held(alone(66, 12), 0, 30, &reach), 0.98);
     ck_assert_msg(reach > 0.95 && reach < 1.8, "%g", reach);
 }
 
@@ -167,8 +179,8 @@ TEST(the_error_is_that_of_its_formula)
               {600, 24, 0}, {611, 48, 0},  {MOST, 12, 0.99}, {95, 48, 0},    {96, 48, -0.5}};
     chance = 11;
     for (size_t i = 0; i < sizeof of / sizeof *of; i++) {
-        fill(of[i].n, of[i].memory, of[i].period, 3);
-        const struct mill_spread_mean mean = mill_spread_mean(x, of[i].n, of[i].period);
+        fill(0, of[i].n, of[i].memory, of[i].period, 3);
+        const struct mill_spread_mean mean = mill_spread_mean(x, alone(of[i].n, of[i].period));
         const struct mill_spread_mean own = by_formula(of[i].n, of[i].period);
         ck_assert_double_eq_tol(mean.value, own.value, 1e-12);
         ck_assert_msg(fabs(mean.error / own.error - 1) < 1e-4, "%zu of %zu: %.9g, not %.9g",
@@ -177,7 +189,7 @@ TEST(the_error_is_that_of_its_formula)
     }
     for (size_t i = 0; i < MOST; i++)
         x[i] = (double)(i % 12);
-    const struct mill_spread_mean swing = mill_spread_mean(x, 66, 12); /* nothing but it */
+    const struct mill_spread_mean swing = mill_spread_mean(x, alone(66, 12)); /* nothing but it */
     ck_assert_double_eq_tol(swing.error, fabs(swing.value - 5.5), 1e-12);
     ck_assert(swing.value < 5.3 && isinf(swing.freedom));
 }
@@ -189,16 +201,29 @@ TEST(the_interval_of_several_starts_holds_whatever_they_remember)
     for (size_t n = MILL_SPREAD_SEVERAL; n <= 16; n *= 2) {
         double reach;
         chance = 13;
-        const double share = held(n, 0, MILL_SPREAD_APART, 0, &reach);
+        const double share = held(apart(n), 0, 0, &reach);
         ck_assert_msg(share > 0.935 && share < 0.965, "%zu starts: %g", n, share);
         ck_assert_msg(reach > 1.05 && reach < 1.75, "%zu starts: %g", n, reach);
     }
 }
 
+TEST(two_starts_in_pieces_are_known_as_well_as_one_that_is_twice_as_long)
+{
+    for (size_t period = 0; period <= 12; period += 12) {
+        double reach;
+        const double share = held((struct mill_spread_of){2, 96, period}, 0.5, 30, &reach);
+        ck_assert_msg(share > 0.93 && share < 0.98, "%g", share);
+        ck_assert_msg(reach > 1 && reach < 1.3, "%g", reach);
+    }
+    fill(0, 192, 0.5, 0, 0);
+    ck_assert(mill_spread_mean(x, (struct mill_spread_of){2, 96, 0}).freedom == 15);
+    ck_assert(isnan(mill_spread_mean(x, (struct mill_spread_of){6, 32, 0}).error));
+}
+
 TEST(fewer_than_four_starts_have_a_mean_and_no_error)
 {
-    fill(3, 0, 0, 0);
-    const struct mill_spread_mean mean = mill_spread_mean(x, 3, MILL_SPREAD_APART);
+    fill(0, 3, 0, 0, 0);
+    const struct mill_spread_mean mean = mill_spread_mean(x, apart(3));
     ck_assert_double_eq_tol(mean.value, (x[0] + x[1] + x[2]) / 3, 1e-12);
     ck_assert(isnan(mean.error) && mean.freedom == 0);
 }
@@ -207,7 +232,7 @@ TEST(equal_starts_are_known_exactly)
 {
     for (size_t i = 0; i < 8; i++)
         x[i] = 0.1;
-    const struct mill_spread_mean mean = mill_spread_mean(x, 8, MILL_SPREAD_APART);
+    const struct mill_spread_mean mean = mill_spread_mean(x, apart(8));
     ck_assert(mean.error == 0 && isinf(mean.freedom));
 }
 
@@ -216,12 +241,12 @@ TEST(of_a_few_impacts_only_their_number_is_known)
     for (size_t i = 0; i < 8; i++)
         x[i] = (double)(i % 3);
     const double seen = 7; /* within 8 s, in x */
-    ck_assert(isnan(mill_spread_counted(x, 8, MILL_SPREAD_APART, 8).error));
-    const struct mill_spread_mean mean = mill_spread_counted(x, 8, MILL_SPREAD_APART, 16);
+    ck_assert(isnan(mill_spread_counted(x, apart(8), 8).error));
+    const struct mill_spread_mean mean = mill_spread_counted(x, apart(8), 16);
     ck_assert(mean.error >= sqrt(seen / 8 / 16) && mean.freedom == 7);
     for (size_t i = 0; i < 8; i++)
         x[i] = i < 3 ? 100 : 0; /* many, but none in most of the starts */
-    ck_assert(isnan(mill_spread_counted(x, 8, MILL_SPREAD_APART, 8).error));
+    ck_assert(isnan(mill_spread_counted(x, apart(8), 8).error));
 }
 
 TEST(quantiles_of_student_are_those_of_gsl)
@@ -239,12 +264,12 @@ TEST(quantiles_of_student_are_those_of_gsl)
 
 TEST(too_few_batches_have_no_error)
 {
-    fill(MILL_SPREAD_FEWEST, 0, 0, 0);
-    const struct mill_spread_mean few = mill_spread_mean(x, MILL_SPREAD_FEWEST - 1, 0);
+    fill(0, MILL_SPREAD_FEWEST, 0, 0, 0);
+    const struct mill_spread_mean few = mill_spread_mean(x, alone(MILL_SPREAD_FEWEST - 1, 0));
     ck_assert_double_eq_tol(few.value, 10, 1);
     ck_assert_double_nan(few.error);
     ck_assert(few.freedom == 0);
-    ck_assert(mill_spread_mean(x, MILL_SPREAD_FEWEST, 0).error > 0);
+    ck_assert(mill_spread_mean(x, alone(MILL_SPREAD_FEWEST, 0)).error > 0);
 }
 
 int main(void)

@@ -312,13 +312,15 @@ LOOP_TEST(hard_impacts_have_the_error_of_blocks_and_per_joule_that_of_impacts_wi
     }
     fixture_finish(&f, 1.5);
     ck_assert_uint_eq(f.tally->blocks.length, 2);
-    const struct mill_spread_mean own = mill_spread_mean(hard, BLOCKS, 6);
+    const struct mill_spread_mean own =
+        mill_spread_mean(hard, (struct mill_spread_of){1, BLOCKS, 6});
     const struct mill_spread_mean rate = f.results->hard, per = f.results->hard_per_joule;
     ck_assert(fabs(rate.value - (double)count) < 1e-9);
     ck_assert(fabs(per.value - (double)count / 0.05) < 1e-7);
     for (int k = 0; k < BLOCKS; k++)
         hard[k] -= (double)count / lost * loss[k];
-    const struct mill_spread_mean rest = mill_spread_mean(hard, BLOCKS, 6);
+    const struct mill_spread_mean rest =
+        mill_spread_mean(hard, (struct mill_spread_of){1, BLOCKS, 6});
     if (_i == 0) {
         ck_assert(own.error > 1.2 * sqrt((double)count) && rest.error < 0.9 * own.error);
         ck_assert_double_eq_tol(rate.error / own.error, 1, 1e-9);

@@ -12,6 +12,7 @@ from milltools.compare import map_deviation as maps
 from milltools.compare.agreement import Starts
 from milltools.geometry import vessel
 from milltools.geometry.trajectory import stored
+from milltools.read import sums
 from milltools.read.runfile import FORMS, Run
 
 LEVELS = (0.1, 0.5, 0.9, 0.99)  # quantiles of the balls' speeds
@@ -84,31 +85,33 @@ class Sampled(Run):
 
     def rates(self, name: str, column: int | None = None):
         """Rate of a cumulative series: (over the whole span, (K,) by block), or of all starts."""
-        if found := self._starts(name, column):
+        if (found := self._starts(name, column)) and self.starts >= sums.SEVERAL:
             return found
         time, value = self.series(name)
-        return self._rates(time, value if column is None else value[:, column])
+        return self._rates(time, value if column is None else value[:, column], found)
 
     def means(self, name: str):
         """Mean of an instantaneous series: (over the span, (K,) by block), from the trapezoidal rule; or of all
         starts."""
-        if found := self._starts(name):
+        if (found := self._starts(name)) and self.starts >= sums.SEVERAL:
             return found
         time, value = self.series(name)
         steps = np.diff(time) * (value[1:] + value[:-1]) / 2
-        return self._rates(time, np.concatenate([[0], np.cumsum(steps)]))
+        return self._rates(time, np.concatenate([[0], np.cumsum(steps)]), found)
 
-    def _rates(self, time, total):
+    def _rates(self, time, total, few):
+        """`few`: the mean of a few starts, of which only the first has series: its blocks show the scatter."""
         at = np.interp([*self.span, *self.bounds], time, total)
         span = self.span[1] - self.span[0]
-        return (at[1] - at[0]) / span if span > 0 else math.nan, np.diff(at[2:]) / np.diff(self.bounds)
+        rate, blocks = (at[1] - at[0]) / span if span > 0 else math.nan, np.diff(at[2:]) / np.diff(self.bounds)
+        return (few[0], blocks + few[0] - rate) if few else (rate, blocks)
 
     # ---- is it steady?
 
     def _trend(self) -> str:
         """Why the run is not steady over its window; empty if it is. Several starts tell more than this series of the
         first one."""
-        if self.starts > 1:
+        if self.starts >= sums.SEVERAL:
             return "its starts drift all in one direction" if self.doubt == "not settled" else ""
         energies = [np.interp(self.span, *self.series(n)) for n in FORMS if self.has_series(n)]
         change = abs(sum(end - begin for begin, end in energies))

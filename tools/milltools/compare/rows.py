@@ -289,17 +289,25 @@ def quantities(steady: bool, kinds, first: Member, second: Member):
     yield group, f"{who}_power", f"{who} power", "W", drive_power
     shared = [name for name in first.motions if name in second.motions] if who == "drive" else []
     for name in shared if len(shared) > 1 else ():
-        yield group, f"motion_power_{name}", f"  of motion {name}", "W", power(f"motion_work/{name}")
+        yield (
+            group,
+            f"motion_power_{name}",
+            f"  of motion {name}",
+            "W",
+            told(f"power/{name}", power(f"motion_work/{name}")),
+        )
     if all(run.rotor_speed for run in both):
         yield group, "rotor_torque", "rotor torque", "N m", torque
-    yield group, "dissipated_power", "dissipated power, all", "W", power("dissipation/{kind}", "all")
-    for kind in kinds:
-        yield group, f"dissipated_power_{kind}", f"  {_label(kind)}", "W", power("dissipation/{kind}", kind)
+    for kind in ("all", *kinds):
+        key = "dissipated_power" + (f"_{kind}" if kind != "all" else "")
+        label = "dissipated power, all" if kind == "all" else f"  {_label(kind)}"
+        yield group, key, label, "W", told(f"dissipated_power/{kind}", power("dissipation/{kind}", kind))
     yield group, "tangential_dissipation", "  tangential part, all kinds", "W", tangential
     for kind in ("all", *kinds):
         key = "normal_dissipation" + (f"_{kind}" if kind != "all" else "")
         label = f"  normal part, {_label(kind)}"
-        yield group, key, label, "W", power("dissipation_normal/{kind}", kind)
+        measure = told(f"dissipated_power_normal/{kind}", power("dissipation_normal/{kind}", kind))
+        yield group, key, label, "W", measure
     group = "energy"
     for name in ("kinetic", "rotational", "elastic"):
         yield group, f"{name}_energy", f"{name} energy, mean", "J", mean(f"{name}_energy")
@@ -492,7 +500,7 @@ def methods(sides: list[Side], tables: list[Comparison]) -> list[str]:
     elif all(side.steady for side in sides):
         cuts = dict.fromkeys(f"{s.letter} {r.cut}" for s in sides for r in s.runs[:1])
         said.append(
-            "Errors of drive power, medians and rates come from the files. All other errors, and those of files "
+            "Errors of powers, medians and rates come from the files. All other errors, and those of files "
             f"without errors, come from the scatter between starts or blocks of time: {'; '.join(cuts)}. With "
             f"{errors.FEWEST_FOR_CORRELATION} or more blocks, correlation between neighbours makes the errors larger; "
             "fewer blocks count as independent."

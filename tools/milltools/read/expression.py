@@ -97,20 +97,21 @@ def spelled(powers) -> str:
 class Quantity:
     """`value` in SI, exponents `powers` of kg, m, s, and `shares` {number: array of what it contributes to the error,
     then to each block of time if it is known there}; `own`: the unit in the file of a number that is not computed;
-    `period`: blocks in a period."""
+    `period`: blocks in a period; `starts`: of how many starts the blocks are, one after the other."""
 
     value: float
     powers: tuple = (0, 0, 0)
     shares: dict = dataclasses.field(default_factory=dict)
     own: str = ""
     period: int = 0
+    starts: int = 1
 
     @classmethod
-    def told(cls, value, powers, own, name, error, blocks, period) -> "Quantity":
+    def told(cls, value, powers, own, name, error, blocks, results) -> "Quantity":
         """A number of a run with its name, its standard error and, but for a factor, its values in blocks of time
-        (None: not known)."""
+        (None: not known), of these results."""
         series = np.empty(0) if blocks is None or not blocks.any() else value * (blocks / blocks.mean() - 1)
-        return cls(value, powers, {name: np.array([error, *series])}, own, period)
+        return cls(value, powers, {name: np.array([error, *series])}, own, results.period, results.starts)
 
     @property
     def error(self) -> float:
@@ -121,7 +122,7 @@ class Quantity:
         if len(together) < 2:
             return math.hypot(*(share[0] for share in self.shares.values()))
         alone = [share[0] for share in self.shares.values() if not share[1:].any()]
-        return math.hypot(standard_error(sum(together), self.period), *alone)
+        return math.hypot(standard_error(sum(together), self.period, self.starts), *alone)
 
     @property
     def unit(self) -> str:
@@ -131,7 +132,8 @@ class Quantity:
         names, value = dict.fromkeys([*self.shares, *other.shares]), value if math.isfinite(value) else math.nan
         with np.errstate(over="ignore", invalid="ignore"):
             shares = {n: mine * self.shares.get(n, 0.0) + its * other.shares.get(n, 0.0) for n in names}
-        return Quantity(value, powers, shares, period=max(self.period, other.period))
+        told = self if self.shares else other
+        return Quantity(value, powers, shares, period=told.period, starts=told.starts)
 
     def __add__(self, other):
         return self._with(other, self.value + other.value, 1, 1, self.powers)
@@ -289,7 +291,7 @@ class Expression:
             unit = "J" if limit.powers[0] else "m/s"
             value, *known = results.above(limit.value, unit, kind)
             name = f"{kind} above {limit.value:g} {unit}"
-            return Quantity.told(value, (0, 0, -1), "s-1", name, *known, results.period)
+            return Quantity.told(value, (0, 0, -1), "s-1", name, *known, results)
         path = NAMES[name][0].replace("KIND", kind) if name in NAMES else name.replace(".", "/")
         path = path if path in results.units else OTHERS.get(path, path)
         try:
@@ -299,7 +301,7 @@ class Expression:
                 raise KeyError(path)
         except KeyError:
             raise self.fault(f"'{path}' is not a scalar of /statistics in this run{_near(path, results)}") from None
-        return Quantity.told(value, powers, results.units[path], path, error, results.history(path), results.period)
+        return Quantity.told(value, powers, results.units[path], path, error, results.history(path), results)
 
     # ---- in words
 

@@ -33,9 +33,9 @@ class Results:
     """`data`, JSON-able: "duration" [s]; "mass" of all balls [kg]; "scalars" {unit: {path below /statistics: [value,
     standard error or None]}}; "known" {kind: [[rate [1/s], standard error], ...]} of impacts above some speeds;
     "bins" {"m/s" or "J": edges as LAWS}; "counts" {"m/s" or "J": {kind: [below, first, counts ..., above]}}, where
-    `first` is the number of the first bin with a count; "blocks": {"period": of sums.standard_error, "counts" {kind:
-    impacts (octaves of energy, blocks)}, "lost" {kind: power lost in each block, in units of 1e-4 of the mean of all}},
-    without it if the file has none."""
+    `first` is the number of the first bin with a count; "blocks": {"period", "starts": of sums.standard_error, "counts"
+    {kind: impacts (octaves of energy, blocks)}, "lost" {kind: power lost in each block, in units of 1e-4 of the mean of
+    all}}, without it if the file has none."""
 
     def __init__(self, data: dict):
         self.data = data
@@ -123,7 +123,7 @@ class Results:
         elif series is None or not count:
             error = math.nan
         else:
-            found = sums.standard_error(rate * series / series.mean(), self.period)
+            found = sums.standard_error(rate * series / series.mean(), self.period, self.starts)
             error = max(found, rate / math.sqrt(count)) if math.isfinite(found) else math.nan
         return rate, error, series
 
@@ -132,6 +132,11 @@ class Results:
     @property
     def period(self) -> int:
         return self.blocks["period"] if self.blocks else 0
+
+    @property
+    def starts(self) -> int:
+        """Of how many starts the blocks are, one after the other."""
+        return self.blocks.get("starts", 1) if self.blocks else 1
 
     def _tails(self, kind: str) -> list[np.ndarray]:
         """Impacts above each power of two of energy in each block; the first ones are all impacts."""
@@ -169,7 +174,7 @@ def _blocks(run) -> dict:
         lost[kind] = sums.total(run, sums.itself, "dissipated", [kind]).series
     mean = sum(series.mean() for series in lost.values()) or 1.0
     lost = {kind: np.rint(1e4 * series / mean).astype(int).tolist() for kind, series in lost.items()}
-    return {"period": sums.period(run), "counts": counts, "lost": lost}
+    return {"period": sums.period(run), "starts": sums.few(run), "counts": counts, "lost": lost}
 
 
 def _sparse(spectrum) -> list:

@@ -528,9 +528,10 @@ class Run(Store):
         return float("nan")
 
     def known(self, name: str) -> tuple[float, float, float] | None:
-        """(value, standard error, degrees of freedom) of one of estimates(); None if the file does not have them. The
-        degrees of freedom are infinite if the file does not contain them."""
-        group, column = estimates(self.kinds)[name]
+        """(value, standard error, degrees of freedom) of one of estimates(), or of another single number below
+        /statistics/precision; None if the file does not have them. The degrees of freedom are infinite if the file does
+        not contain them."""
+        group, column = estimates(self.kinds).get(name, (name, ()))
         place = f"precision/{group}"
         if not self.has(f"statistics/{place}/standard_error"):
             return None

@@ -1,7 +1,7 @@
 """Sums over all impacts of a run, such as the impacts above 1 mJ each second, with their standard errors.
 
 The histograms of energy in the file give the sum. Its error comes from the same histograms of each start of the mill,
-or, if there is only one, of short blocks of time.
+or, of fewer than SEVERAL starts, of short blocks of time of each.
 """
 
 import dataclasses
@@ -60,13 +60,15 @@ def pairs(run: Run, kinds: Iterable[str] | None = None) -> Iterator[Pair]:
 @dataclasses.dataclass(frozen=True)
 class Sum:
     """A sum over impacts for each second of the window: its value, its value in each block of time (None: the file has
-    no blocks), blocks in a period, the error that independent impacts would give, and the number of impacts."""
+    no blocks), blocks in a period, the error that independent impacts would give, the number of impacts, and of how
+    many starts the blocks are, one after the other."""
 
     value: float
     series: np.ndarray | None
     period: int
     least: float
     seen: float = math.inf
+    starts: int = 1
 
     @property
     def error(self) -> float:
@@ -81,7 +83,7 @@ class Sum:
         # of starts: a few may have seen most of the impacts (Kish, Survey Sampling, Wiley 1965)
         if self.period == APART and self.series.sum() ** 2 < SEVERAL * np.sum(self.series**2):
             return math.nan, 0
-        error, freedom = spread(self.series, self.period)
+        error, freedom = spread(self.series, self.period, self.starts)
         return (max(error, self.least), freedom) if error == error else (math.nan, 0)
 
     def over(self, other: "Sum") -> tuple[float, float, float]:
@@ -91,7 +93,7 @@ class Sum:
         ratio = self.value / other.value
         if self.series is None or other.series is None:
             return ratio, math.nan, 0
-        error, freedom = spread(self.series - ratio * other.series, self.period)
+        error, freedom = spread(self.series - ratio * other.series, self.period, self.starts)
         return ratio, error / abs(other.value), freedom
 
 
@@ -121,7 +123,7 @@ def total(run: Run, weight: Weight, energy: str = "normal", kinds: Iterable[str]
     if series is None:
         return Sum(value / time, None, 0, math.sqrt(squares) / time, seen)
     length = float(run.read(f"{BLOCKS}/duration"))
-    return Sum(value / time, series / length, period(run), math.sqrt(squares) / time, seen)
+    return Sum(value / time, series / length, period(run), math.sqrt(squares) / time, seen, few(run))
 
 
 def carrying(run: Run, share: float, energy: str = "normal") -> float:
@@ -139,7 +141,12 @@ def has_errors(run: Run) -> bool:
 
 def period(run: Run) -> int:
     """Blocks in a period of the motions, for `spread`; APART if each block is a start."""
-    return APART if run.starts > 1 else int(run.read(f"{BLOCKS}/period"))
+    return APART if run.starts >= SEVERAL else int(run.read(f"{BLOCKS}/period"))
+
+
+def few(run: Run) -> int:
+    """Of how many starts the blocks are, one after the other, for `spread`."""
+    return run.starts if run.starts < SEVERAL else 1
 
 
 def per_work(run: Run, hard: Sum) -> tuple[float, float, float]:
@@ -165,7 +172,8 @@ def errors(run: Run, edges: np.ndarray, kind: str, above: bool = False) -> np.nd
     rows = sum(counts.sum(axis=tuple(range(1, counts.ndim - 1))) for counts in found)
     series = rows @ weights / float(run.read(f"{blocks}/duration"))
     rates, least = series.mean(axis=0), SEEN / run.duration
-    found = [standard_error(x, period(run)) if rate >= least else math.nan for x, rate in zip(series.T, rates)]
+    of = period(run), few(run)
+    found = [standard_error(x, *of) if rate >= least else math.nan for x, rate in zip(series.T, rates)]
     return np.maximum(found, np.sqrt(rates / run.duration))
 
 
@@ -205,29 +213,31 @@ def _points(edges: np.ndarray) -> np.ndarray:
     return np.vstack([np.zeros(POINTS), within, np.full(POINTS, edges[-2])])
 
 
-def standard_error(x: np.ndarray, period: int) -> float:
+def standard_error(x: np.ndarray, period: int, starts: int = 1) -> float:
     """The error of spread()."""
-    return spread(x, period)[0]
+    return spread(x, period, starts)[0]
 
 
-def spread(x: np.ndarray, period: int) -> tuple[float, float]:
+def spread(x: np.ndarray, period: int, starts: int = 1) -> tuple[float, float]:
     """Standard error of the mean of x, widened by Student's t so that +- 1.96 errors is the 95 % interval, and its
-    degrees of freedom. APART: the values are independent. Else they are a stationary series, of which PIECES pieces are
-    independent; what repeats each `period` values (0: none) is not scatter. NaN: too few values. The same estimate as
-    in src/observe/spread.c."""
-    n = len(x)
+    degrees of freedom. APART: the values are independent. Else they are the stationary series of so many starts, one
+    after the other; PIECES pieces of each are independent, and what repeats each `period` values (0: none) is not
+    scatter. NaN: too few values. The same estimate as in src/observe/spread.c."""
+    n = len(x) if period == APART else len(x) // starts
     if n < (SEVERAL if period == APART else FEWEST):
         return math.nan, 0
     if period == APART:
         return _scatter(x)
     repeats = period > 1 and n // period >= 2
     phases = period if repeats else 1
-    means = np.array([x[phase::phases].mean() for phase in range(phases)])
-    times = np.array([len(x[phase::phases]) for phase in range(phases)])
-    shift = float(np.sum(means * times) / n - means.mean())
-    rest = x - means[np.arange(n) % phases]
-    ends = np.arange(PIECES + 1) * n // PIECES
-    error, freedom = _scatter(x.mean() + np.array([rest[a:b].mean() for a, b in itertools.pairwise(ends)]))
+    ends, pieces, shift = np.arange(PIECES + 1) * n // PIECES, [], 0.0
+    for own in x.reshape(starts, n):
+        means = np.array([own[phase::phases].mean() for phase in range(phases)])
+        times = np.array([len(own[phase::phases]) for phase in range(phases)])
+        shift += float(np.sum(means * times) / n - means.mean()) / starts
+        rest = own - means[np.arange(n) % phases]
+        pieces += [own.mean() + rest[a:b].mean() for a, b in itertools.pairwise(ends)]
+    error, freedom = _scatter(np.array(pieces))
     share = 1 - period / (n // period * period) if repeats else 1.0
     return math.hypot(error / math.sqrt(share), shift), freedom
 

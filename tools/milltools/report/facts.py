@@ -158,12 +158,13 @@ def losses(run) -> list[tuple[float, str]]:
 
 
 def rubbed(run) -> tuple[float, float]:
-    """The share of the lost power that sliding takes, which `losses` must have, and its standard error, from the time
-    series in the blocks of the energies; NaN where the file does not have them."""
+    """The share of the lost power that sliding takes, which `losses` must have, and its standard error, from the
+    starts, or from the time series of the first one in the blocks of the energies; NaN where the file does not have
+    them."""
     blocks, sliding = "statistics/energies/blocks", next(power for power, words in losses(run) if words == RUBBED)
     value = sliding / float(run.statistic("impacts/all/dissipated_power"))
     names = [f"{part}/{kind}" for part in ("dissipation", "dissipation_normal") for kind in run.kinds]
-    if run.starts > 1:
+    if run.starts >= sums.SEVERAL:
         every, normal = (run.read(f"starts/dissipated_power{part}/all") for part in ("", "_normal"))
         return value, sums.standard_error(every - normal - value * every, sums.APART) / every.mean()
     if not (run.has(f"{blocks}/duration") and all(map(run.has_series, names))):
