@@ -249,7 +249,8 @@ bool mill_starts_extend(struct mill_starts *s)
     }
     const double power = known->idle ? 0 : known->drive.error / fabs(known->drive.value);
     const double off = fmax(power, known->median_fast.error / known->median_fast.value) / wanted;
-    const double begin = first->batches.origin + (double)from * first->batches.at.batch;
+    const double origin = first->batches.origin, batch = first->batches.at.batch;
+    const double begin = origin + (double)from * batch;
     /* Pieces may still be shorter than what the mill remembers, so that starts seem to be apart:
      * they become longer in any case. */
     const bool apart = first->at.settled && off > 1 && plan->until - begin >= s->least &&
@@ -257,7 +258,8 @@ bool mill_starts_extend(struct mill_starts *s)
     const double many = apart ? fmin(off * off, MORE) : 1;
     plan->count = (uint64_t)fmin(ceil(s->count * many), MILL_PRECISION_STARTS);
     const double times = isfinite(off) ? fmin(fmax(off * off / many, LONGER), LONGEST) : LONGEST;
-    const double until = fmin(begin + times * (plan->until - begin), end);
+    const double aim = begin + times * (plan->until - begin);
+    const double until = fmin(origin + ceil((aim - origin) / batch - 1e-9) * batch, end);
     const bool more = until > plan->until || plan->count > (uint64_t)s->count;
     plan->until = until;
     return more;

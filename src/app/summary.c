@@ -195,6 +195,7 @@ static void print_window(const struct mill_summary *s)
 {
     const struct mill_tally_results *r = s->results;
     const bool rotor = s->world->motions == 1 && s->world->rotor == 0;
+    const bool apart = r->tally->starts >= MILL_SPREAD_SEVERAL;
     const double each = r->duration / r->tally->starts, times = each / s->world->period;
     mill_summary_line(s->out, "sampled", "for %s, from %s to %s", mill_summary_text_si(each, "s"),
                       mill_summary_text_si(r->begin, "s"),
@@ -210,8 +211,8 @@ static void print_window(const struct mill_summary *s)
         mill_summary_line(s->out, "", "no errors are known: the window is too short\n\n");
     else if (r->doubt == MILL_TALLY_KNOWN)
         mill_summary_line(s->out, "", "+- is one standard error, from %d %s\n\n",
-                          r->tally->starts > 1 ? r->tally->starts : MILL_SPREAD_PIECES,
-                          r->tally->starts > 1 ? "starts" : "pieces of this time");
+                          r->tally->starts * (apart ? 1 : MILL_SPREAD_PIECES),
+                          apart ? "starts" : "pieces of this time");
     else
         mill_summary_line(s->out, "", "no errors are given: see the note\n\n");
 }

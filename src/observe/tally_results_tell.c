@@ -156,8 +156,8 @@ static void tell_means(struct mill_sink *sink, const char *name,
     if (rank > 0 && sink->full)
         sink->attribute(sink, "thresholds", MILL_H5_F64, MILL_WORLD_FAST, mill_world_fast);
     sink->values(sink, "standard_error", MILL_H5_F64, rank, &count, value[1], unit,
-                 "its standard error, from the scatter of the starts (of a single start: of eight "
-                 "pieces of the window), widened by Student's t: value +- 1.96 times this is the "
+                 "its standard error, from the scatter of the starts (of fewer than four: of eight "
+                 "pieces of each), widened by Student's t: value +- 1.96 times this is the "
                  "95 % interval; NaN: not known");
     sink->values(sink, "degrees_of_freedom", MILL_H5_F64, rank, &count, value[2], "1",
                  "of the standard error, for which it is widened; 0: none");

@@ -209,10 +209,23 @@ def test_two_seeds_of_a_heap_agree_within_their_errors(run):
     assert off < 3 * error and error > 0.01 * found[0]["value"]
 
 
-def test_three_starts_have_means_and_no_errors(run):
-    found = run(SHAKEN, "mill.h5", "run.starts=3")
+def test_three_starts_have_means_and_no_errors_where_balls_rest(run):
+    found = run(HEAP, "mill.h5", "run.starts=3")
     assert found["statistics"]["drive"]["power_error"] is None
     assert "the scatter of fewer than 4 starts gives no errors: run.starts = 8." in found["notes"]
+
+
+def test_the_errors_of_a_few_starts_come_from_eight_pieces_of_each_where_balls_mix(run, tmp_path):
+    found = run(SHAKEN, "mill.h5", "run.starts=3", "run.time=4 s")["statistics"]["precision"]
+    assert found["drive_power"]["degrees_of_freedom"] == 23 and found["doubt"] == "none"
+    with Run(str(tmp_path / "mill.h5")) as opened:
+        hard = sums.total(opened, sums.above(1e-4))
+        assert hard.starts == 3 and hard.spread[1] == 23
+        again = sums.total(opened, sums.above(opened.statistic("hard_energy")))
+    one = run(SHAKEN, "one.h5", "run.starts=1", "run.time=4 s")["statistics"]["precision"]
+    for name in ("drive_power", "median_above_floor"):  # a third of the time, and of the square of the error
+        assert 1 < one[name]["standard_error"] / found[name]["standard_error"] < 4, name
+    assert again.error > 0
 
 
 def test_a_start_up_that_all_starts_share_is_told_and_errors_are_not(run):
