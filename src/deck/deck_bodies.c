@@ -29,14 +29,6 @@ static struct mill_heading heading(double angle)
     return at;
 }
 
-/* a turned about the unit vector n (Rodrigues) */
-static vec3 turned(vec3 a, vec3 n, struct mill_heading at)
-{
-    const vec3 along = vec3_scale(n, vec3_dot(n, a));
-    const vec3 across = vec3_sub(a, along);
-    return vec3_axpy(vec3_axpy(along, at.cos, across), at.sin, vec3_cross(n, a));
-}
-
 /* Sets unit vectors at right angles: z as given, x as near to the given x as possible */
 static void set_axes(struct mill_body *is, vec3 z, vec3 x)
 {
@@ -51,15 +43,16 @@ static void place(const struct mill_deck_body *given, struct mill_body *is)
     const bool along_x = hypot(z.y, z.z) < ALONG;
     *is = given->is;
     set_axes(is, z, vec3_make(!along_x, along_x, 0.0));
-    set_axes(is, is->z, turned(is->x, is->z, heading(given->angle)));
+    const struct mill_heading at = heading(given->angle);
+    set_axes(is, is->z, vec3_turned(is->x, is->z, at.cos, at.sin));
 }
 
 static void move_on(const struct mill_deck_body *given, struct mill_body *is)
 {
     const struct mill_heading at = heading(given->turn_by);
     const vec3 n = mill_deck_motions_unit(given->turn_about);
-    is->centre = vec3_add(turned(is->centre, n, at), given->shift_by);
-    set_axes(is, turned(is->z, n, at), turned(is->x, n, at));
+    is->centre = vec3_add(vec3_turned(is->centre, n, at.cos, at.sin), given->shift_by);
+    set_axes(is, vec3_turned(is->z, n, at.cos, at.sin), vec3_turned(is->x, n, at.cos, at.sin));
 }
 
 /* ---- kinds of contact ---- */
