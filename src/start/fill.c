@@ -326,8 +326,8 @@ void mill_fill_random(const struct mill_setup *setup, const struct mill_start_wa
         fault->code = pack(&p);
         if (fault->code == MILL_FAULT_NO_ROOM)
             fault->code = find_what_fits(&p, fault);
-        mill_fill_room_free(&p.room);
     }
+    mill_fill_room_free(&p.room);
     for (int32_t i = 0; fault->code == MILL_FAULT_NONE && i < world->balls && setup->speed > 0.0;
          i++)
         world->ball[i].v = vec3_scale(mill_random_direction(&p.random), setup->speed);

@@ -35,7 +35,8 @@ struct mill_fill_room {
     uint64_t *near; /* bit k of a cell: one of the shapes k, k + 64, ... is within reach */
 };
 
-/* reach [m]: the largest radius that the functions below are called with. false: out of memory. */
+/* reach [m]: the largest radius that the functions below are called with. false: out of memory; it
+ * is freed in any case. */
 bool mill_fill_room_init(struct mill_fill_room *room, const struct mill_world *world, double reach);
 void mill_fill_room_free(struct mill_fill_room *room);
 
@@ -70,7 +71,8 @@ struct mill_fill_grids {
     struct mill_fill_grid grid[MILL_FILL_CLASSES];
 };
 
-/* With the balls and radii of the world; no ball is placed yet. false: out of memory. */
+/* With the balls and radii of the world; no ball is placed yet. false: out of memory; they are
+ * freed in any case. */
 bool mill_fill_grids_init(struct mill_fill_grids *grids, const struct mill_world *world);
 void mill_fill_grids_free(struct mill_fill_grids *grids);
 void mill_fill_grids_clear(struct mill_fill_grids *grids);

@@ -135,20 +135,16 @@ bool mill_fill_room_init(struct mill_fill_room *room, const struct mill_world *w
     room->near = calloc(cells, sizeof *room->near);
     room->pose = calloc((size_t)w->shapes, sizeof *room->pose);
     int *all = calloc((size_t)w->shapes * HALVINGS, sizeof *all);
-    if (!room->near || !room->pose || !all) {
-        mill_fill_room_free(room);
-        free(all);
-        return false;
-    }
-    for (int k = 0; k < w->shapes; k++) {
+    const bool good = room->near && room->pose && all;
+    for (int k = 0; good && k < w->shapes; k++) {
         room->pose[k] = mill_shape_pose(w->shape[k], 0.0);
         all[k] = k;
     }
     const int32_t first[3] = {0, 0, 0}, last[3] = {n[0] - 1, n[1] - 1, n[2] - 1};
-    const size_t inside = look_around(room, first, last, near, 0, all, w->shapes);
+    const size_t inside = good ? look_around(room, first, last, near, 0, all, w->shapes) : 0;
     free(all);
     room->volume = extent[0] * extent[1] * extent[2] * (double)inside / (double)cells;
-    return true;
+    return good;
 }
 
 void mill_fill_room_free(struct mill_fill_room *room)
@@ -236,13 +232,10 @@ bool mill_fill_grids_init(struct mill_fill_grids *s, const struct mill_world *w)
         g->widest = fmax(g->widest, p->radius);
         g->balls++;
     }
-    for (int k = 0; k < MILL_FILL_CLASSES; k++) {
-        if (s->grid[k].balls > 0 && !make_grid(&s->grid[k], w)) {
-            mill_fill_grids_free(s);
-            return false;
-        }
-    }
-    return true;
+    bool good = true;
+    for (int k = 0; good && k < MILL_FILL_CLASSES; k++)
+        good = s->grid[k].balls == 0 || make_grid(&s->grid[k], w);
+    return good;
 }
 
 void mill_fill_grids_free(struct mill_fill_grids *s)
