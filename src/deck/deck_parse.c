@@ -235,8 +235,6 @@ static bool check_text(struct mill_deck_text *text, const char *bytes, size_t si
 
 static void read_file(struct mill_deck_text *text)
 {
-    /* byte order mark of UTF-8, written by Windows editors */
-    static const char mark[] = "\xef\xbb\xbf";
     const char *wrong;
     size_t size = 0;
     struct mill_deck_reading *r = text->reading;
@@ -255,8 +253,7 @@ static void read_file(struct mill_deck_text *text)
         next = line + length + 1;
         line[length] = '\0';
         line[strcspn(line, "\r")] = '\0';
-        if (++r->at.line == 1 && strncmp(line, mark, strlen(mark)) == 0)
-            line += strlen(mark);
+        line += ++r->at.line == 1 ? mill_textfile_mark(line) : 0;
         line += strspn(line, " \t");
         if (*line == '[')
             read_title(text, line);

@@ -5,7 +5,6 @@
 
 #include <assert.h>
 
-#define BULK_SOLID 0.6 /* solid part of balls at rest that lie at random, with their voids */
 /* Relative to a ball's diameter: gaps between bodies are known to 10 %. Those to a drum are known
  * better, and one that equals the diameter also pinches a ball. */
 #define NARROW 0.9
@@ -193,9 +192,8 @@ static void warn_of(const struct mill_deck *deck, const struct mill_passing *pla
  * about the axis. The check of a whole mill also finds what is not told here. */
 static double beyond(const struct mill_body *drum, bool wavy, const struct mill_body *blade)
 {
-    const struct mill_pose lab = {.x = {1.0, 0.0, 0.0}, .y = {0.0, 1.0, 0.0}, .z = {0.0, 0.0, 1.0}};
     const struct mill_pose own = {.place = drum->centre, .x = drum->x, .y = drum->y, .z = drum->z};
-    const struct mill_pose in = mill_pose_relative(&lab, &own);
+    const struct mill_pose in = mill_pose_relative(&mill_pose_still, &own);
     struct mill_wall wall[MILL_WALLS];
     struct mill_part *box;
     int32_t count;
@@ -257,7 +255,7 @@ static bool count_balls(const struct mill_deck *deck, struct mill_deck_balls *ba
         balls->given = "bulk_fill";
         if (*volume < 0.0 && !find_free_volume(deck, volume))
             return false;
-        given = BULK_SOLID * balls->bulk_fill * *volume / one;
+        given = MILL_START_PACKING * balls->bulk_fill * *volume / one;
     } else if (balls->mass > 0.0) {
         balls->given = "mass";
         given = balls->mass / balls->density / one;

@@ -21,42 +21,19 @@ enum {
 
 /* ---- keys that have no meaning in some decks ---- */
 
-static bool sample_found(const void *deck)
-{
-    return ((const struct mill_deck *)deck)->observe.sample_found;
-}
-
-static bool is_circle(const void *deck)
-{
-    return !((const struct mill_deck *)deck)->given.wavy;
-}
-
-static bool no_drum(const void *deck)
-{
-    return !((const struct mill_deck *)deck)->mill.drum;
-}
-
-/* True if the balls do not start at random, or the container does not move */
-static bool starts_alike(const void *deck)
-{
-    const struct mill_deck *d = deck;
-    return d->given.start || !d->mill.carried;
-}
-
-static bool is_hard(const void *deck)
-{
-    return !((const struct mill_deck *)deck)->setup.soft.on;
-}
-
-static bool is_inside(const void *body)
-{
-    return ((const struct mill_deck_body *)body)->is.inside != 0;
-}
-
-static bool is_single(const void *body)
-{
-    return ((const struct mill_deck_body *)body)->copies < 2;
-}
+#define HIDDEN(NAME, TYPE, CONDITION)                                                              \
+    static bool NAME(const void *values)                                                           \
+    {                                                                                              \
+        const struct TYPE *is = values;                                                            \
+        return CONDITION;                                                                          \
+    }
+HIDDEN(sample_found, mill_deck, is->observe.sample_found)
+HIDDEN(is_circle, mill_deck, !is->given.wavy)
+HIDDEN(no_drum, mill_deck, !is->mill.drum)
+/* The balls do not start at random, or the container does not move. */
+HIDDEN(starts_alike, mill_deck, is->given.start || !is->mill.carried)
+HIDDEN(is_hard, mill_deck, !is->setup.soft.on)
+HIDDEN(is_single, mill_deck_body, is->copies < 2)
 
 /* ---- the keys; a row has two lines at most ---- */
 
@@ -309,7 +286,7 @@ static const struct mill_key mesh_key[] = {
 
 static const struct mill_key copies_key[] = {
     {"copies", "number of equal bodies in all", .type = MILL_KEY_WHOLE, .lo = 1, .hi = MILL_DECK_MOST_BLADES,
-     .preset = "1", BODY(copies), .hidden = is_inside,
+     .preset = "1", BODY(copies), .hidden = mill_solid_is_inside,
      .needs = "a mill has one container: leave it out"},
     {"turn_by", "angle by which each copy is turned from the one before it", .unit = "rad", ANY,
      .preset = "0 deg", BODY(turn_by), .hidden = is_single},

@@ -26,13 +26,13 @@ enum {
 
 struct reading {
     const char *path;
-    const unsigned char *bytes; /* [size], and a zero after them */
+    const char *bytes; /* [size], and a zero after them */
     size_t size;
     double unit;
     struct mill_error *error;
+    const char *at, *end; /* of a text: the beginning, then after the last word; the end */
     /* state of reading an ASCII file: */
-    const char *at, *end; /* after the last word; the end of the file */
-    const char *word;     /* the last word and its length; length 0: the file has ended */
+    const char *word; /* the last word and its length; length 0: the file has ended */
     size_t length;
     long line;
     struct mill_memory_list facet; /* the result: vec3[3] */
@@ -68,14 +68,15 @@ static vec3 *next_facet(struct reading *in, enum mill_status *status)
 
 /* ---- binary ---- */
 
-static uint32_t word_at(const unsigned char *p)
+static uint32_t word_at(const char *at)
 {
+    const unsigned char *p = (const unsigned char *)at;
     return (uint32_t)p[0] | (uint32_t)p[1] << 8 | (uint32_t)p[2] << 16 | (uint32_t)p[3] << 24;
 }
 
-static double number_at(const unsigned char *p)
+static double number_at(const char *at)
 {
-    const uint32_t bits = word_at(p);
+    const uint32_t bits = word_at(at);
     float x;
     memcpy(&x, &bits, sizeof x);
     return (double)x;
@@ -91,7 +92,7 @@ static enum mill_status read_binary(struct reading *in)
     const size_t facets = (in->size - HEAD) / EACH;
     enum mill_status status = MILL_OK;
     for (size_t k = 0; k < facets && status == MILL_OK; k++) {
-        const unsigned char *p = in->bytes + HEAD + EACH * k + 12;
+        const char *p = in->bytes + HEAD + EACH * k + 12;
         vec3 *corner = next_facet(in, &status);
         for (int i = 0; corner && i < 3; i++) {
             const vec3 at = {number_at(p + 12 * i), number_at(p + 12 * i + 4),
@@ -172,19 +173,11 @@ static enum mill_status read_facet(struct reading *in)
     return status;
 }
 
-/* [B] length of the byte order mark of UTF-8 at the start of a text */
-static size_t mark_of(const struct reading *in)
-{
-    return in->size >= 3 && memcmp(in->bytes, "\xef\xbb\xbf", 3) == 0 ? 3 : 0;
-}
-
 /* Several solids in a file are one surface. */
 static enum mill_status read_ascii(struct reading *in)
 {
     enum mill_status status = MILL_OK;
     bool within = false;
-    in->at = (const char *)in->bytes + mark_of(in);
-    in->end = (const char *)in->bytes + in->size;
     in->line = 1;
     for (next_word(in); status == MILL_OK && (in->length > 0 || within); next_word(in)) {
         if (within && is_word(in, "facet")) {
@@ -204,10 +197,10 @@ static enum mill_status read_ascii(struct reading *in)
 /* A text contains no zero byte. */
 static bool is_text(const struct reading *in)
 {
-    size_t first = mark_of(in);
-    while (first < in->size && isspace(in->bytes[first]))
+    const char *first = in->at;
+    while (first < in->end && isspace((unsigned char)*first))
         first++;
-    return in->size - first >= 5 && memchr("sS", in->bytes[first], 2) &&
+    return in->end - first >= 5 && memchr("sS", *first, 2) &&
            !memchr(in->bytes, 0, in->size < 1000 ? in->size : 1000);
 }
 
@@ -220,9 +213,8 @@ static const struct {
 /* The format that a file seems to have, if it is another one; comments come first in some. */
 static const char *other_format(const struct reading *in)
 {
-    const char *at = (const char *)in->bytes + mark_of(in),
-               *end = (const char *)in->bytes + in->size;
-    while (at < end && (*at == '#' || isspace((unsigned char)*at)))
+    const char *at = in->at;
+    while (at < in->end && (*at == '#' || isspace((unsigned char)*at)))
         at = *at == '#' ? at + strcspn(at, "\r\n") : at + 1;
     for (size_t k = 0; k < sizeof others / sizeof *others; k++)
         if (strncmp(at, others[k].begin, strlen(others[k].begin)) == 0)
@@ -271,7 +263,9 @@ enum mill_status mill_stl_read(const char *path, double unit, vec3 (**facet)[3],
     if (!bytes)
         return fault(&in, "cannot be read: %s", strerror(errno));
     bytes[in.size] = '\0';
-    in.bytes = (const unsigned char *)bytes;
+    in.bytes = bytes;
+    in.at = bytes + mill_textfile_mark(bytes);
+    in.end = bytes + in.size;
     const enum mill_status status = read_bytes(&in);
     free(bytes);
     if (status == MILL_OK) {
