@@ -311,7 +311,6 @@ static void warn_of_mouths(const struct mill_deck *deck)
 static void warn_of_idle(const struct mill_deck *deck)
 {
     for (int k = deck->mill.rotor; k < deck->setup.motions; k++) {
-        char section[MILL_NAME_LENGTH + 16];
         bool carries = deck->setup.drum.rides == 1 + k;
         for (int i = 0; i < deck->setup.motions; i++)
             carries = carries || deck->mill.motion[i].on == k;
@@ -319,9 +318,8 @@ static void warn_of_idle(const struct mill_deck *deck)
             carries = carries || deck->setup.surface[i].motion == k;
         if (carries)
             continue;
-        snprintf(section, sizeof section, "motion.%s", deck->mill.motion[k].name);
         mill_deck_faults_warn(
-            deck, section, "kind",
+            deck, mill_deck_find(&deck->text, "motion", deck->mill.motion[k].name)->title, "kind",
             "this motion carries nothing: name it as 'on' of another motion or as "
             "'motion' of a body, or leave it out");
     }
@@ -354,7 +352,6 @@ static void warn_of_table(const struct mill_deck *deck, const struct mill_setup_
 {
     const struct mill_table *table = motion->form;
     const double size = cbrt(mill_deck_checks_volume(deck)), g = 9.80665;
-    char section[MILL_NAME_LENGTH + 16];
     vec3 before = {0.0, 0.0, 0.0}, first = {0.0, 0.0, 0.0};
     double speed = 0.0, push = 0.0, far = 0.0, since = 0.0;
     for (size_t k = 0; k + 1 < table->rows; k++) {
@@ -371,9 +368,8 @@ static void warn_of_table(const struct mill_deck *deck, const struct mill_setup_
     }
     if (speed <= FAST && push <= HARD * g && far <= WIDE * size)
         return;
-    snprintf(section, sizeof section, "motion.%s", motion->name);
     mill_deck_faults_warn(
-        deck, section, "file",
+        deck, mill_deck_find(&deck->text, "motion", motion->name)->title, "file",
         "the table moves by %.3g m, at up to %.3g m/s and %.3g g: its rows are in "
         "s, m and rad; divide lengths in mm and times in ms by 1000",
         far, speed, push / g);

@@ -48,6 +48,15 @@ struct mill_deck_section *mill_deck_named(const struct mill_deck_text *text, con
     return s;
 }
 
+struct mill_deck_section *mill_deck_find(const struct mill_deck_text *text, const char *title,
+                                         const char *name)
+{
+    struct mill_deck_section *s = NULL;
+    while ((s = mill_deck_named(text, title, s)) && strcmp(mill_deck_name(s), name) != 0)
+        continue;
+    return s;
+}
+
 struct mill_deck_section *mill_deck_next_balls(const struct mill_deck_text *text,
                                                const struct mill_deck_section *last)
 {

@@ -57,34 +57,30 @@ static bool is_among(const char *names, const char *name)
 bool mill_deck_materials_find(const struct mill_deck *deck, const char *section, const char *key,
                               const char *name, struct mill_deck_found *found)
 {
-    char title[MILL_NAME_LENGTH + 16], list[400] = "";
+    char list[400] = "";
     const struct known *k = known;
     while (k < known + KNOWN && !is_among(k->names, name))
         k++;
-    snprintf(title, sizeof title, "material.%.63s", name);
-    const struct mill_deck_section *own = mill_deck_section(&deck->text, title);
-    if (!own && k < known + KNOWN) { /* under its first name: [material.steel] also for "Steel" */
-        snprintf(title, sizeof title, "material.%.*s", (int)strcspn(k->names, "|"), k->names);
-        own = mill_deck_section(&deck->text, title);
-    }
-    *found = (struct mill_deck_found){
-        .is = own ? *(struct mill_deck_material *)own->form : deck->given.unknown, .remark = ""};
-    snprintf(found->name, sizeof found->name, "%s", name);
-    if (k < known + KNOWN) {
+    const bool is_known = k < known + KNOWN;
+    snprintf(found->name, sizeof found->name, "%.*s",
+             (int)(is_known ? strcspn(k->names, "|") : strlen(name)), is_known ? k->names : name);
+    const struct mill_deck_section *own = mill_deck_find(&deck->text, "material", name);
+    if (!own) /* under its first name: [material.steel] also for "Steel" */
+        own = mill_deck_find(&deck->text, "material", found->name);
+    found->is = own ? *(struct mill_deck_material *)own->form : deck->given.unknown;
+    found->remark = "";
+    if (is_known) {
         struct mill_deck_law *law = &found->is.law;
-        if (isnan(law->restitution) && !law->table)
+        if (isnan(law->restitution) && !law->table) {
             found->remark = k->remark;
-        if (!law->table && isnan(law->restitution) && k->fall) {
-            law->table = "steel";
+            law->restitution = k->restitution;
+            law->table = k->fall ? "steel" : NULL;
             law->rows = k->fall;
-        } else if (!law->table) {
-            law->restitution = first_of(law->restitution, k->restitution);
         }
         law->friction = first_of(law->friction, k->friction);
         law->tangential = first_of(law->tangential, k->tangential);
         if (found->is.density == 0.0)
             found->is.density = k->density;
-        snprintf(found->name, sizeof found->name, "%.*s", (int)strcspn(k->names, "|"), k->names);
     } else if (!own) {
         for (k = known; k < known + KNOWN; k++)
             snprintf(list + strlen(list), sizeof list - strlen(list), "%s%.*s", *list ? ", " : "",
@@ -388,10 +384,8 @@ static void list_printed(struct mill_deck *deck)
 static const void *find_values(const struct mill_deck *deck, const char *title, int kind,
                                const void *general)
 {
-    const struct mill_deck_section *s = NULL;
-    while ((s = mill_deck_named(&deck->text, title, s)) &&
-           strcmp(mill_deck_name(s), deck->mill.contacts.name[kind]) != 0)
-        continue;
+    const struct mill_deck_section *s =
+        mill_deck_find(&deck->text, title, deck->mill.contacts.name[kind]);
     return s ? s->form : general;
 }
 

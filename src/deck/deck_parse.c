@@ -169,8 +169,7 @@ static void read_title(struct mill_deck_text *text, char *line)
         first->guessed = false;
         first->origin = text->reading->at;
     } else {
-        first = open_section(text, title);
-        text->reading->open = first;
+        text->reading->open = open_section(text, title);
     }
 }
 

@@ -179,6 +179,10 @@ struct mill_deck_section *mill_deck_named(const struct mill_deck_text *text, con
 struct mill_deck_section *mill_deck_next_balls(const struct mill_deck_text *text,
                                                const struct mill_deck_section *last);
 
+/* The section [TITLE.NAME], or NULL */
+struct mill_deck_section *mill_deck_find(const struct mill_deck_text *text, const char *title,
+                                         const char *name);
+
 /* The NAME in its title; of a section without a name: the title */
 const char *mill_deck_name(const struct mill_deck_section *section);
 
