@@ -50,17 +50,6 @@ static void tell_no_room(const struct mill_deck *deck, const struct mill_deck_te
                         (long)deck->mill.all, fault->amount, counts);
 }
 
-/* Writes "; with this 'unit' the mesh measures 84 x 84 x 64 m ...": a mesh in the wrong unit is a
- * thousand times too large. */
-static void say_size(const struct mill_body *is, char text[128])
-{
-    const vec3 size = mill_deck_bodies_size(is);
-    if (is->facets > 0)
-        snprintf(text, 128,
-                 "; with this 'unit' the mesh measures %.3g x %.3g x %.3g m: check 'unit'", size.x,
-                 size.y, size.z);
-}
-
 /* Describes faults of bodies: they run into each other or leave the container, or a drum cannot
  * have periodic ends */
 static void tell_bodies(const struct mill_deck *deck, const struct mill_deck_text *text,
@@ -68,8 +57,13 @@ static void tell_bodies(const struct mill_deck *deck, const struct mill_deck_tex
 {
     char copy[32], other_copy[32], size[128] = "", by[32] = "";
     const char *section = find_section(deck, fault->other, copy);
-    if (fault->other >= 0)
-        say_size(deck->setup.surface[fault->other].body, size);
+    const struct mill_body *is = fault->other >= 0 ? deck->setup.surface[fault->other].body : NULL;
+    if (is && is->facets > 0) { /* a mesh in the wrong unit is a thousand times too large */
+        const vec3 m = mill_deck_bodies_size(is);
+        snprintf(size, sizeof size,
+                 "; with this 'unit' the mesh measures %.3g x %.3g x %.3g m: check 'unit'", m.x,
+                 m.y, m.z);
+    }
     if (fault->code == MILL_FAULT_OUTSIDE && fault->amount > 0.0)
         snprintf(by, sizeof by, " by %.2g mm", 1e3 * fault->amount);
     if (fault->code == MILL_FAULT_OUTSIDE)
@@ -233,15 +227,6 @@ void mill_deck_setup_inside(struct mill_deck *deck)
 
 /* ---- the balls ---- */
 
-/* [m^3] The container without what is in it at the start. The balls need not be known yet. */
-static bool find_free_volume(const struct mill_deck *deck, double *volume)
-{
-    const struct mill_deck_rows none = {.text = &deck->text};
-    const struct mill_fault fault = {.code = mill_start_free_volume_of(&deck->setup, volume)};
-    tell(deck, &none, &fault);
-    return fault.code == MILL_FAULT_NONE;
-}
-
 /* Converts what is given instead of the number of balls to that number. volume: [m^3] the free one;
  * < 0: not known yet */
 static bool count_balls(const struct mill_deck *deck, struct mill_deck_balls *balls, double *volume)
@@ -253,7 +238,11 @@ static bool count_balls(const struct mill_deck *deck, struct mill_deck_balls *ba
         given = balls->fill * mill_deck_checks_volume(deck) / one;
     } else if (balls->bulk_fill > 0.0) {
         balls->given = "bulk_fill";
-        if (*volume < 0.0 && !find_free_volume(deck, volume))
+        const struct mill_fault fault = {
+            .code =
+                *volume < 0.0 ? mill_start_free_volume_of(&deck->setup, volume) : MILL_FAULT_NONE};
+        tell(deck, &(struct mill_deck_rows){.text = &deck->text}, &fault);
+        if (fault.code != MILL_FAULT_NONE)
             return false;
         given = MILL_START_PACKING * balls->bulk_fill * *volume / one;
     } else if (balls->mass > 0.0) {

@@ -188,10 +188,12 @@ struct mill_part_gap mill_part_to_wall(const struct mill_part *p, const struct m
                        .bound = -INFINITY,
                        .share = isinf(w->half) ? CLOSE_ENOUGH : CLOSE_AT_ENDS,
                        .slack = TOUCHING * near};
+    static const vec3 way[6] = {{1, 0, 0},  {0, 1, 0}, {-1, 0, 0},
+                                {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
     struct look at[6];
     if (w->flat) {
-        const vec3 way = vec3_scale(w->normal, -1.0);
-        const double gap = -vec3_dot(w->normal, w->point) - mill_part_extent(p, way);
+        const double gap =
+            -vec3_dot(w->normal, w->point) - mill_part_extent(p, vec3_scale(w->normal, -1.0));
         return (struct mill_part_gap){gap, gap, 1};
     }
     const bool ends = !isinf(w->half);
@@ -199,9 +201,7 @@ struct mill_part_gap mill_part_to_wall(const struct mill_part *p, const struct m
     if (w->slope != 0.0)
         s.lift = mill_part_extent(&s.part, vec3_make(0.0, 0.0, w->slope));
     for (int k = 0; k < (ends ? 6 : 4); k++)
-        at[k] = look(&s, vec3_make(k == 0 ? 1.0 : (k == 2 ? -1.0 : 0.0),
-                                   k == 1 ? 1.0 : (k == 3 ? -1.0 : 0.0),
-                                   k == 4 ? 1.0 : (k == 5 ? -1.0 : 0.0)));
+        at[k] = look(&s, way[k]);
     for (int k = 0; k < 4; k++) {
         for (int end = 4; ends && end < 6; end++)
             divide_triangle(&s, at[k], at[(k + 1) % 4], at[end], 0);

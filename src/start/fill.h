@@ -27,11 +27,9 @@ void mill_fill_random(const struct mill_setup *setup, const struct mill_start_wa
 /* For every cell of a lattice over the container's box: which surfaces are near */
 struct mill_fill_room {
     const struct mill_world *world;
-    struct mill_pose *pose; /* [shapes] at the start */
-    double volume;          /* [m^3] not taken by the rotor */
-    vec3 lo;                /* [m] corner of the first cell */
-    double side[3];         /* [m] */
-    int32_t n[3];
+    struct mill_pose *pose;    /* [shapes] at the start */
+    double volume;             /* [m^3] not taken by the rotor */
+    struct mill_cells lattice; /* only its lo, side and n: it holds no balls */
     uint64_t *near; /* bit k of a cell: one of the shapes k, k + 64, ... is within reach */
 };
 
