@@ -194,10 +194,9 @@ static bool check_form(const struct mill_deck *deck, const struct mill_deck_sect
                                "%g m is too large for the sizes of the body, or smaller than "
                                "%g m: change it",
                                is->rounding, MILL_SOLID_LEAST);
-    return mill_deck_wrong(&deck->text, section->title, NULL, "%s",
-                           solid->sizes ? solid->sizes
-                                        : "a size of the body is out of range: look at its radius, "
-                                          "length and size");
+    return mill_deck_wrong(&deck->text, section->title, NULL,
+                           "a size of the body is out of range: look at its radius, length and "
+                           "size");
 }
 
 static void add(struct mill_deck *deck, const char *section, struct mill_setup_surface surface,

@@ -37,9 +37,6 @@ HIDDEN(is_single, mill_deck_body, is->copies < 2)
 
 /* ---- the keys; a row has two lines at most ---- */
 
-/* In a mill of ten kilometres the resolution of a place is 2e-12 m. In a larger mill, overlaps
- * could exceed a nanometre. */
-#define SIZE_OF_MILL .lo = MILL_SOLID_LEAST, .hi = 1e4
 #define ANY MILL_KEY_ANY
 #define TEXT .type = MILL_KEY_NAME, .derived = true
 #define POSITIVE MILL_KEY_POSITIVE
@@ -97,7 +94,6 @@ static const struct mill_key output_key[] = {
     {.name = NULL},
 };
 
-#define DIAMETER(of) .lo = 2.0 * MILL_SOLID_LEAST, .hi = 2e4, .instead = (of), .factor = 0.5
 #define SHARE .lo = 0, .above = true, .hi = 1
 static const struct mill_key ball_key[] = {
     {"count", "number of balls", .type = MILL_KEY_WHOLE, .lo = 1, .hi = MILL_DECK_MOST_BALLS,
@@ -133,9 +129,9 @@ static const struct mill_key start_key[] = {
     .hidden = is_circle,                                                                           \
     .needs = "belongs to the wavy profile: add 'profile = wavy', or leave it out"
 static const struct mill_key drum_key[] = {
-    {"radius", "inner radius of the drum", .unit = "m", SIZE_OF_MILL, DECK(setup.drum.radius)},
-    {"diameter", "inner diameter of the drum", .unit = "m", DIAMETER("radius"), DECK(setup.drum.radius)},
-    {"length", "inner length of the drum", .unit = "m", SIZE_OF_MILL, DECK(setup.drum.length)},
+    {"radius", "inner radius of the drum", MILL_SOLID_SIZE, DECK(setup.drum.radius)},
+    {"diameter", "inner diameter of the drum", MILL_SOLID_WIDTH, .instead = "radius", DECK(setup.drum.radius)},
+    {"length", "inner length of the drum", MILL_SOLID_SIZE, DECK(setup.drum.length)},
     {"ends", "end walls, or periodic: a slice of a long mill, which balls leave at one end and enter at "
      "the other", .type = MILL_KEY_CHOICE, .preset = "walls", DECK(setup.drum.periodic),
      .words = "walls|periodic"},
@@ -188,9 +184,9 @@ static const struct mill_key blade_key[] = {
 };
 
 static const struct mill_key blade_form_key[] = {
-    {"tip_radius", "reach of a blade from the axis", .unit = "m", SIZE_OF_MILL, BLADE(tip_radius)},
-    {"width", "width of a blade along the axis, before pitching", .unit = "m", SIZE_OF_MILL, BLADE(width)},
-    {"thickness", "thickness of a blade around the axis, before pitching", .unit = "m", SIZE_OF_MILL,
+    {"tip_radius", "reach of a blade from the axis", MILL_SOLID_SIZE, BLADE(tip_radius)},
+    {"width", "width of a blade along the axis, before pitching", MILL_SOLID_SIZE, BLADE(width)},
+    {"thickness", "thickness of a blade around the axis, before pitching", MILL_SOLID_SIZE,
      BLADE(thickness)},
     {"pitch", "turn of a blade about its radial mid-line", .unit = "rad", ANY, .preset = "0 deg", BLADE(pitch)},
     {.name = NULL},

@@ -111,7 +111,7 @@ static void outline(const struct mill_body *is, int wall, double tolerance, stru
 static const struct mill_key key[] = {
     {"size", "lengths along its own x, y and z", .type = MILL_KEY_VECTOR, MILL_SOLID_SIZE,
      MILL_SOLID_AT(size)},
-    MILL_SOLID_ROUNDING,
+    {MILL_SOLID_ROUNDING},
     {.name = NULL},
 };
 

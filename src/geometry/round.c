@@ -207,17 +207,22 @@ static void outline(const struct mill_body *is, const struct mill_core *c, doubl
     mill_mesh_turned(mesh, is, line, n, tolerance);
 }
 
-static const struct mill_key key_sphere[] = {MILL_SOLID_RADIUS, {.name = NULL}};
-static const struct mill_key key_capsule[] = {MILL_SOLID_RADIUS, MILL_SOLID_LENGTH, {.name = NULL}};
-static const struct mill_key key_cylinder[] = {
-    MILL_SOLID_RADIUS, MILL_SOLID_LENGTH, MILL_SOLID_ROUNDING, {.name = NULL}};
+static const struct mill_key key_sphere[] = {
+    {MILL_SOLID_RADIUS}, {MILL_SOLID_DIAMETER}, {.name = NULL}};
+static const struct mill_key key_capsule[] = {
+    {MILL_SOLID_RADIUS}, {MILL_SOLID_DIAMETER}, {MILL_SOLID_LENGTH}, {.name = NULL}};
+static const struct mill_key key_cylinder[] = {{MILL_SOLID_RADIUS},
+                                               {MILL_SOLID_DIAMETER},
+                                               {MILL_SOLID_LENGTH},
+                                               {MILL_SOLID_ROUNDING},
+                                               {.name = NULL}};
 static const struct mill_key key_cone[] = {
     {"radius", "radius at its own z = -length/2", .unit = "m", .lo = 0, .hi = 1e4,
      MILL_SOLID_AT(radius)},
     {"end_radius", "radius at its own z = length/2", .unit = "m", .lo = 0, .hi = 1e4,
      MILL_SOLID_AT(end_radius)},
-    MILL_SOLID_LENGTH,
-    MILL_SOLID_ROUNDING,
+    {MILL_SOLID_LENGTH},
+    {MILL_SOLID_ROUNDING},
     {.name = NULL},
 };
 
