@@ -10,7 +10,6 @@ enum {
     MOST_BODIES = 20000,  /* limit of the engine's numbers of surfaces, with the blades */
     MOST_FACETS = 5000000 /* of all copies of a mesh: 3 GB of memory */
 };
-#define PREFIX "ball_"
 /* an axis nearer than this to x: its part across x is only rounding */
 #define ALONG 1e-6
 
@@ -62,19 +61,19 @@ static bool find_kind(struct mill_deck *deck, const struct mill_deck_section *se
     const char *given = ((struct mill_deck_body *)section->form)->kind;
     const char *name = given ? given : mill_deck_name(section);
     struct mill_kinds *kinds = &deck->mill.contacts;
-    const bool prefixed = given && strncmp(given, PREFIX, strlen(PREFIX)) == 0;
-    name += prefixed ? strlen(PREFIX) : 0;
+    const bool prefixed = given && strncmp(given, MILL_DECK_BALL, strlen(MILL_DECK_BALL)) == 0;
+    name += prefixed ? strlen(MILL_DECK_BALL) : 0;
     if (!mill_deck_is_name(name) || strlen(name) >= MILL_NAME_LENGTH)
         return mill_deck_wrong(
             &deck->text, section->title, "kind",
             "'%.80s' is not allowed: a name consists of letters, digits, '_', '-', '+' and '.'",
             given);
     if (given && !prefixed)
-        return mill_deck_wrong(&deck->text, section->title, "kind",
-                               "a kind of contact begins with 'ball_': write '" PREFIX "%.60s'",
-                               given);
+        return mill_deck_wrong(
+            &deck->text, section->title, "kind",
+            "a kind of contact begins with 'ball_': write '" MILL_DECK_BALL "%.60s'", given);
     for (*kind = 0; *kind < kinds->count; ++*kind)
-        if (strcmp(kinds->name[*kind] + strlen(PREFIX), name) == 0)
+        if (strcmp(kinds->name[*kind] + strlen(MILL_DECK_BALL), name) == 0)
             break;
     if (*kind == MILL_BALL_BALL)
         return mill_deck_wrong(
@@ -88,7 +87,7 @@ static bool find_kind(struct mill_deck *deck, const struct mill_deck_section *se
                                MILL_KINDS_MOST);
     if (*kind == kinds->count) {
         mill_kinds_add(kinds, name);
-        deck->mill.kind[deck->setup.kinds++] = kinds->name[*kind] + strlen(PREFIX);
+        deck->mill.kind[deck->setup.kinds++] = kinds->name[*kind] + strlen(MILL_DECK_BALL);
     }
     return true;
 }
@@ -338,7 +337,6 @@ double mill_deck_bodies_reach(const struct mill_solid *solid, const struct mill_
     return far;
 }
 
-/* The speed of the rotor, where the speed of its tips is given */
 void mill_deck_bodies_turn(struct mill_deck *deck)
 {
     double tip = deck->given.blades.count > 0 ? deck->given.blades.form.tip_radius : 0.0;

@@ -95,7 +95,6 @@ bool mill_deck_materials_find(const struct mill_deck *deck, const char *section,
 
 /* ---- falling restitution ---- */
 
-/* Takes the rows of a table. */
 static bool take_rows(const struct mill_deck_rows *rows, struct mill_fall *fall)
 {
     const double(*row)[MILL_DECK_COLUMNS] = rows->row.item;

@@ -10,7 +10,6 @@
 #include <assert.h>
 #include <ctype.h>
 
-#define PREFIX "ball_" /* prefix of kinds of contact */
 enum { MOST_SECTIONS = 10000, LARGEST = 1 << 24 /* [B] of a deck */ };
 
 struct mill_deck_section *mill_deck_section_add(struct mill_deck_text *text, const char *title)
@@ -48,8 +47,8 @@ static struct mill_deck_section *open_section(struct mill_deck_text *text, const
     if (block->named) {
         const char *name = strchr(title, '.') + 1;
         const bool kind = strcmp(block->title, "contact") == 0 || strcmp(block->title, "wear") == 0;
-        const bool prefixed = kind && strncmp(name, PREFIX, strlen(PREFIX)) == 0;
-        name += prefixed ? strlen(PREFIX) : 0;
+        const bool prefixed = kind && strncmp(name, MILL_DECK_BALL, strlen(MILL_DECK_BALL)) == 0;
+        name += prefixed ? strlen(MILL_DECK_BALL) : 0;
         wrong = strcmp(title, "motion.rotor") == 0
                     ? "'rotor' is the motion of [rotor]; give this one another name"
                 : kind && !prefixed

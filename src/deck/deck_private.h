@@ -37,6 +37,7 @@ struct mill_deck_reading {
 
 /* ---- what a deck may contain (deck_table.c, deck_entries.c) ---- */
 
+#define MILL_DECK_BALL "ball_" /* prefix of kinds of contact */
 enum { MILL_DECK_MOST_BALLS = 50000000, MILL_DECK_MOST_BLADES = 10000 };
 
 /* A block: keys of one kind of section whose values are in one struct. A section may have several

@@ -85,7 +85,6 @@ static void tell_bodies(const struct mill_deck *deck, const struct mill_deck_tex
                         copy, 1e3 * fault->amount);
 }
 
-/* Describes a fault of a ball of the start file. */
 static void tell_ball(const struct mill_deck *deck, const struct mill_deck_rows *rows,
                       const struct mill_fault *fault)
 {
@@ -98,7 +97,7 @@ static void tell_ball(const struct mill_deck *deck, const struct mill_deck_rows 
     else if (fault->code == MILL_FAULT_BALL_IN_SHAPE)
         mill_deck_files_wrong(
             rows, at, "ball overlaps %s%s by %.4g m: move the ball", own ? "the body " : "",
-            own ? deck->mill.contacts.name[fault->kind] + strlen("ball_") : met[fault->kind],
+            own ? deck->mill.contacts.name[fault->kind] + strlen(MILL_DECK_BALL) : met[fault->kind],
             fault->amount);
     else if (fault->code == MILL_FAULT_BALL_IN_BALL)
         mill_deck_files_wrong(rows, at,

@@ -149,7 +149,6 @@ const struct mill_deck_synonym mill_deck_suggest_synonyms[] = {
 };
 /* clang-format on */
 
-/* Is `text` one of the words? */
 static bool is_one_of(const char *words, const char *text)
 {
     const size_t length = strlen(text);

@@ -234,7 +234,6 @@ static double at_bound(double value, double bound)
     return fabs(value - bound) <= 1e-15 * fabs(bound) ? bound : value;
 }
 
-/* Reads `count` numbers and the unit after them. */
 static bool read_numbers(struct mill_units **units, const struct mill_key *key, const char *text,
                          int count, double *out, struct mill_error *why)
 {
@@ -353,7 +352,6 @@ void mill_deck_value_print(const struct mill_key *key, const void *form, char *o
         snprintf(out, size, "%s", key->words ? key->words : "");
 }
 
-/* Prints the line for one parsed override */
 static bool tell(const struct mill_deck_text *text, FILE *out)
 {
     static const char *const type[] = {"number", "vector", "whole",

@@ -23,7 +23,6 @@ static void *more(void *array, size_t count, size_t size)
     return full ? realloc(array, (count > 0 ? 2 * count : 1) * size) : array;
 }
 
-/* Adds a point and returns its number */
 static int64_t add_point(struct mill_mesh *mesh, vec3 point)
 {
     vec3 *grown = more(mesh->point, mesh->points, sizeof *grown);

@@ -40,7 +40,6 @@ static void lay_out(struct mill_cells *l, const double extent[3])
     } while (points > FEWEST * (double)POINTS);
 }
 
-/* The centre of a cell */
 static vec3 centre_of(const struct mill_cells *l, const int32_t at[3])
 {
     return vec3_make(l->lo.x + (at[0] + 0.5) * l->side[0], l->lo.y + (at[1] + 0.5) * l->side[1],

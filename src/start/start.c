@@ -201,7 +201,6 @@ static void find_places(struct mill_world *w)
     places->hi = vec3_make(b.home.x + far, b.home.y + far, b.home.z + far);
 }
 
-/* Makes what the balls move in. */
 static bool make_mill(const struct mill_setup *setup, struct mill_world *w)
 {
     if (!make_motions(setup, w))
