@@ -275,15 +275,6 @@ void mill_deck_checks_powder(struct mill_deck *deck)
 
 /* ---- warnings of what is allowed but is probably a mistake ---- */
 
-static void warn_of_frames(const struct mill_deck *deck)
-{
-    const double frames = frames_of(deck);
-    if (frames > MANY_FRAMES)
-        mill_deck_faults_warn(deck, "output", "frames",
-                              "%.3g frames until %g s take %.3g GB; consider a longer interval",
-                              frames, deck->observe.end, size_of(deck));
-}
-
 /* A random start puts balls into all free room, also into buckles with a narrow opening. */
 static void warn_of_mouths(const struct mill_deck *deck)
 {
@@ -413,20 +404,19 @@ static void warn_of_materials(const struct mill_deck *deck)
             : "is not used: the balls have no 'material'");
 }
 
-/* Materials give the contacts of clean surfaces. */
-static void warn_of_powder(const struct mill_deck *deck)
+void mill_deck_warn(const struct mill_deck *deck)
 {
+    const double frames = frames_of(deck);
+    /* materials give the contacts of clean surfaces */
     const bool clean = deck->mill.contact[MILL_BALL_BALL].assumed[0] && !deck->given.between;
     if (clean && mill_deck_section(&deck->text, "powder"))
         mill_deck_faults_warn(deck, "powder", "mass",
                               "the contacts are those of clean surfaces; [contact] between = "
                               "powder gives those of surfaces with powder");
-}
-
-void mill_deck_warn(const struct mill_deck *deck)
-{
-    warn_of_powder(deck);
-    warn_of_frames(deck);
+    if (frames > MANY_FRAMES)
+        mill_deck_faults_warn(deck, "output", "frames",
+                              "%.3g frames until %g s take %.3g GB; consider a longer interval",
+                              frames, deck->observe.end, size_of(deck));
     warn_of_mouths(deck);
     warn_of_idle(deck);
     warn_of_axes(deck);

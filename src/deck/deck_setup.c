@@ -114,40 +114,30 @@ static void tell(const struct mill_deck *deck, const struct mill_deck_rows *rows
                  const struct mill_fault *fault)
 {
     const struct mill_deck_text *text = rows->text;
-    switch (fault->code) {
-    case MILL_FAULT_NONE:
-        break;
-    case MILL_FAULT_MEMORY:
+    const enum mill_fault_code code = fault->code;
+    if (code == MILL_FAULT_NONE)
+        return;
+    if (code == MILL_FAULT_MEMORY)
         mill_deck_failed(text, "out of memory for the mill and its balls");
-        break;
-    case MILL_FAULT_NUMBER:
-    case MILL_FAULT_CONTAINER:
+    else if (code == MILL_FAULT_NUMBER || code == MILL_FAULT_CONTAINER)
         mill_deck_failed(text, "a number of the deck is out of range");
-        break;
-    case MILL_FAULT_SPEED:
-    case MILL_FAULT_BALL_IN_SHAPE:
-    case MILL_FAULT_BALL_IN_BALL:
-    case MILL_FAULT_BALL_OUTSIDE:
+    else if (code == MILL_FAULT_SPEED || code == MILL_FAULT_BALL_IN_SHAPE ||
+             code == MILL_FAULT_BALL_IN_BALL || code == MILL_FAULT_BALL_OUTSIDE)
         tell_ball(deck, rows, fault);
-        break;
-    case MILL_FAULT_SHORT:
+    else if (code == MILL_FAULT_SHORT)
         mill_deck_wrong(text, "drum", "length",
                         "with periodic ends, must be at least three diameters of a ball, "
                         "%.6g m; got %g m",
                         3.0 * fault->amount, deck->setup.drum.length);
-        break;
-    case MILL_FAULT_TILT:
+    else if (code == MILL_FAULT_TILT)
         mill_deck_wrong(text, "gravity", "acceleration",
                         "must be 0 along x if the drum's ends are periodic, or the balls fall "
                         "without end; got %g m/s^2",
                         deck->setup.gravity.x);
-        break;
-    case MILL_FAULT_NO_ROOM:
+    else if (code == MILL_FAULT_NO_ROOM)
         tell_no_room(deck, text, fault);
-        break;
-    default:
+    else
         tell_bodies(deck, text, fault);
-    }
 }
 
 /* Warns of a place where a moving body comes nearer to another than a ball's diameter. unchecked:
@@ -159,11 +149,8 @@ static void warn_of(const struct mill_deck *deck, const struct mill_passing *pla
     for (int k = 0; k < deck->setup.species; k++)
         d = fmax(d, deck->mill.balls[k].diameter);
     const bool wall = place->kind[1] == MILL_BALL_WALL, drum = place->other < 0;
-    if (unchecked ? isinf(place->when)
-                  : !(place->gap < (wall   ? 1.0 + EQUAL
-                                    : drum ? 1.0 - EQUAL
-                                           : NARROW) *
-                                       d))
+    const double near = (wall ? 1.0 + EQUAL : drum ? 1.0 - EQUAL : NARROW) * d;
+    if (unchecked ? isinf(place->when) : !(place->gap < near))
         return;
     const char *section = find_section(deck, place->one, copy);
     const char *met = find_section(deck, place->other, other_copy);
@@ -188,17 +175,13 @@ static double beyond(const struct mill_body *drum, bool wavy, const struct mill_
     const struct mill_pose own = {.place = drum->centre, .x = drum->x, .y = drum->y, .z = drum->z};
     const struct mill_pose in = mill_pose_relative(&mill_pose_still, &own);
     struct mill_wall wall[MILL_WALLS];
-    struct mill_part *box;
-    int32_t count;
     double most = 0.0;
     const int walls = mill_prism_solid.walls(drum, wall);
-    if (!mill_part_list(&mill_box_solid, blade, &box, &count))
-        return NAN;
-    const struct mill_part part = mill_part_move(box, &in);
+    const struct mill_part box = mill_part_of(&mill_box_solid, blade),
+                           part = mill_part_move(&box, &in);
     for (int k = 0; k < walls; k++)
         if (wall[k].flat || !wavy)
             most = fmin(most, mill_part_to_wall(&part, &wall[k], SNUG * drum->radius).most);
-    free(box);
     return most;
 }
 
@@ -214,8 +197,6 @@ void mill_deck_setup_inside(struct mill_deck *deck)
         if (strcmp(section, told) == 0)
             continue;
         const double by = -beyond(&drum, deck->given.wavy, deck->setup.surface[k].body);
-        if (isnan(by))
-            mill_deck_failed(&deck->text, "out of memory");
         if (!(by > TOUCHING * drum.radius))
             continue;
         told = section;
@@ -232,6 +213,7 @@ static bool count_balls(const struct mill_deck *deck, struct mill_deck_balls *ba
 {
     const double d = balls->diameter, one = MILL_PI / 6.0 * d * d * d;
     double given = (double)balls->count;
+    balls->given = "count";
     if (balls->fill > 0.0) {
         balls->given = "fill";
         given = balls->fill * mill_deck_checks_volume(deck) / one;
@@ -247,8 +229,6 @@ static bool count_balls(const struct mill_deck *deck, struct mill_deck_balls *ba
     } else if (balls->mass > 0.0) {
         balls->given = "mass";
         given = balls->mass / balls->density / one;
-    } else {
-        balls->given = "count";
     }
     if (!(given >= 0.5 && given < MILL_DECK_MOST_BALLS + 0.5))
         return mill_deck_wrong(&deck->text, balls->section, balls->given,

@@ -288,12 +288,10 @@ static bool read_word(const struct mill_key *key, const char *text, void *out,
 {
     const char *word;
     int length, n = 0;
-    if (!*text)
-        return refuse(key, false, text, "", why);
     while ((word = mill_deck_value_word(key, n, &length)) &&
            (strlen(text) != (size_t)length || strncmp(text, word, (size_t)length) != 0))
         n++;
-    if (key->type == MILL_KEY_CHOICE && !word)
+    if (!*text || (key->type == MILL_KEY_CHOICE && !word))
         return refuse(key, false, text, "", why);
     if (key->type == MILL_KEY_CHOICE)
         *(int *)out = n;

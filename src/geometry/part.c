@@ -23,7 +23,7 @@ enum { DEEPEST = 40 };
 
 /* ---- making parts ---- */
 
-static struct mill_part part_of(const struct mill_solid *solid, const struct mill_body *is)
+struct mill_part mill_part_of(const struct mill_solid *solid, const struct mill_body *is)
 {
     struct mill_part p = {.support = solid->support, .x = is->x, .y = is->y, .z = is->z};
     p.core = solid->core(is);
@@ -75,7 +75,7 @@ bool mill_part_list(const struct mill_solid *solid, const struct mill_body *is,
                 mill_part_facet(mesh.point[c[0]], mesh.point[c[1]], mesh.point[c[2]], flat);
         }
     } else if ((*part = malloc(sizeof **part))) {
-        **part = part_of(solid, is);
+        **part = mill_part_of(solid, is);
     }
     const bool good = *part && !mesh.failed;
     mill_mesh_free(&mesh);

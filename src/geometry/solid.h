@@ -139,6 +139,9 @@ struct mill_part {
     double around;        /* [m] no point of the part is farther from the centre */
 };
 
+/* A convex body as its own part */
+struct mill_part mill_part_of(const struct mill_solid *solid, const struct mill_body *body);
+
 /* The parts of a body: itself, or the facets of its outline. false: out of memory. Owner: the
  * caller; free(). */
 bool mill_part_list(const struct mill_solid *solid, const struct mill_body *body,

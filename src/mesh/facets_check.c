@@ -97,11 +97,11 @@ static void tell_edges(struct mill_facets_check *c, enum trouble what, int32_t *
 
 bool mill_facets_check_edges(struct mill_facets_check *c, bool united)
 {
+    const enum trouble last = united ? SEAM : KNOT;
     int32_t *count = malloc(c->joints.edges * sizeof *count);
     int32_t *root = malloc(c->joints.edges * sizeof *root);
-    for (enum trouble what = united ? SEAM : HOLE; count && root && what <= SEAM; what++)
-        if (united || what != SEAM)
-            tell_edges(c, what, count, root);
+    for (enum trouble what = united ? SEAM : HOLE; count && root && what <= last; what++)
+        tell_edges(c, what, count, root);
     free(count);
     free(root);
     return count && root;

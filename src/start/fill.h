@@ -69,9 +69,10 @@ struct mill_fill_grids {
     struct mill_fill_grid grid[MILL_FILL_CLASSES];
 };
 
-/* With the balls and radii of the world; no ball is placed yet. false: out of memory; they are
- * freed in any case. */
-bool mill_fill_grids_init(struct mill_fill_grids *grids, const struct mill_world *world);
+/* With the balls and radii of the world, of which `widest` [m] is the largest; no ball is placed
+ * yet. false: out of memory; they are freed in any case. */
+bool mill_fill_grids_init(struct mill_fill_grids *grids, const struct mill_world *world,
+                          double widest);
 void mill_fill_grids_free(struct mill_fill_grids *grids);
 void mill_fill_grids_clear(struct mill_fill_grids *grids);
 

@@ -199,16 +199,13 @@ static bool make_grid(struct mill_fill_grid *g, const struct mill_world *w)
         fmax(extent[0] / inner[0], fmax(extent[1] / inner[1], extent[2] / inner[2])), w->balls);
 }
 
-bool mill_fill_grids_init(struct mill_fill_grids *s, const struct mill_world *w)
+bool mill_fill_grids_init(struct mill_fill_grids *s, const struct mill_world *w, double widest)
 {
-    double widest = 0.0;
     memset(s, 0, sizeof *s);
     s->balls = w->balls;
     s->place = calloc((size_t)w->balls, sizeof *s->place);
     if (!s->place)
         return false;
-    for (int k = 0; k < w->species_count; k++)
-        widest = fmax(widest, w->species[k].radius);
     for (int32_t i = 0; i < w->balls; i++) {
         struct mill_fill_place *p = &s->place[i];
         p->radius = w->species[w->ball[i].species].radius;
