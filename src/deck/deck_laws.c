@@ -3,8 +3,6 @@
  * restitutions that fall with the speed. */
 #include "deck/deck_private.h"
 
-#include <strings.h>
-
 /* ---- the table of materials; docs/deck.md gives the source of each number ---- */
 
 /* Elastic-plastic spheres of hardened bearing steel with a yield speed of 0.78 m/s (C. Thornton, J.
@@ -44,22 +42,12 @@ static const struct known {
 };
 enum { KNOWN = sizeof known / sizeof *known };
 
-/* Is `name` one of "first|second"? Upper and lower case are equal. */
-static bool is_among(const char *names, const char *name)
-{
-    const size_t length = strlen(name);
-    for (const char *p = names; p; p = strchr(p, '|'), p += p != NULL)
-        if (strcspn(p, "|") == length && strncasecmp(p, name, length) == 0)
-            return true;
-    return false;
-}
-
 bool mill_deck_materials_find(const struct mill_deck *deck, const char *section, const char *key,
                               const char *name, struct mill_deck_found *found)
 {
     char list[400] = "";
     const struct known *k = known;
-    while (k < known + KNOWN && !is_among(k->names, name))
+    while (k < known + KNOWN && !mill_deck_is_among(k->names, '|', name))
         k++;
     const bool is_known = k < known + KNOWN;
     snprintf(found->name, sizeof found->name, "%.*s",

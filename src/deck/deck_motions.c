@@ -8,9 +8,7 @@ enum { MOST_ROWS = 10000000, COLUMNS = 7 };
 
 /* ---- tables ---- */
 
-/* Whole turns from the first rotation vector to the last, if all of them are along one axis; 0:
- * none
- */
+/* Whole turns from the first rotation vector to the last, if all are along one axis; 0: none */
 static double turns_of(const double (*row)[MILL_DECK_COLUMNS], size_t rows)
 {
     const double *first = row[0] + 4, *last = row[rows - 1] + 4;

@@ -190,6 +190,9 @@ const char *mill_deck_name(const struct mill_deck_section *section);
 /* May a section be called [TITLE.NAME]? */
 bool mill_deck_is_name(const char *name);
 
+/* Is `text` one of the words, which are `apart`? Upper and lower case are equal. */
+bool mill_deck_is_among(const char *words, char apart, const char *text);
+
 /* NULL: there is no such entry, or `section` is NULL. */
 struct mill_deck_entry *mill_deck_entry(const struct mill_deck_section *section, const char *key);
 
@@ -319,8 +322,7 @@ vec3 mill_deck_bodies_size(const struct mill_body *mesh);
 void mill_deck_laws_require(struct mill_deck *deck);
 void mill_deck_laws_list(struct mill_deck *deck);
 
-/* The kinds of balls with their numbers, and the start file; the mass of the powder, and its table
- */
+/* The kinds of balls with their numbers, and the start file; mass and table of the powder */
 void mill_deck_balls_list(struct mill_deck *deck);
 void mill_deck_balls_powder(struct mill_deck *deck);
 

@@ -149,15 +149,6 @@ const struct mill_deck_synonym mill_deck_suggest_synonyms[] = {
 };
 /* clang-format on */
 
-static bool is_one_of(const char *words, const char *text)
-{
-    const size_t length = strlen(text);
-    const char *at = length > 0 ? strstr(words, text) : NULL;
-    while (at && ((at > words && at[-1] != ' ') || (at[length] && at[length] != ' ')))
-        at = strstr(at + 1, text);
-    return at != NULL;
-}
-
 /* The row for a wrong section (name: NULL) or key, or NULL */
 static const struct mill_deck_synonym *find_synonym(const char *title, const char *name)
 {
@@ -170,7 +161,7 @@ static const struct mill_deck_synonym *find_synonym(const char *title, const cha
         const bool section = name ? strcmp(s->of, "*") == 0 ||
                                         (strlen(s->of) == stem && !strncmp(s->of, title, stem))
                                   : !*s->of;
-        if (section && is_one_of(s->words, word))
+        if (section && mill_deck_is_among(s->words, ' ', word))
             return s;
     }
     return NULL;

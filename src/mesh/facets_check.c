@@ -138,8 +138,7 @@ static bool is_within(const struct meeting *m, const vec3 p[3], double least, do
 }
 
 /* Does the side go through the third facet? Where it meets an edge of it, it must also come from
- * the same side of the facet across this edge: otherwise it only touches. A corner is only touched.
- */
+ * the same side of the facet across this edge: else it only touches. A corner is only touched. */
 static bool pierces(const struct mill_facets_check *c, const struct meeting *m, double at)
 {
     const vec3 *p = c->facet[m->facet[2]];
