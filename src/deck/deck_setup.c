@@ -1,7 +1,6 @@
 /* Builds a world from a deck: how many balls there are, where a mass or a filling is given; the
  * start file; the faults of the world in the deck's terms. */
 #include "deck/deck_private.h"
-#include "geometry/shapes.h"
 
 #include <assert.h>
 

@@ -7,7 +7,6 @@
 
 #include <assert.h>
 #include <ctype.h>
-#include <errno.h>
 
 #define SHORTEST 1e-9 /* length of a direction; a shorter one is zero */
 

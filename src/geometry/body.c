@@ -1,8 +1,6 @@
 /* Bodies: their places, their movement, and the cells that they reach. */
 #include "geometry/body.h"
 
-#include "base/elementary.h"
-
 #include <assert.h>
 
 /* Fraction of the size of the mill; larger than rounding errors of a place. */

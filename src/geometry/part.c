@@ -7,7 +7,6 @@
  * between two directions, or three, e is at most the same combination of their values. The search
  * divides the circle or sphere of directions until this bound is close enough to the greatest e
  * found. */
-#include "base/elementary.h"
 #include "geometry/mesh.h"
 
 #include <stdlib.h>

@@ -3,7 +3,6 @@
  * walls, where no ball touches them. The centres of touching balls are at R - a in a drum and at
  * R + a at a shaft. A prism with a circle turns about its axis or does not move at all; elsewhere a
  * cylinder stands for it. wavy.c has the buckles. */
-#include "base/elementary.h"
 #include "geometry/mesh.h"
 #include "geometry/shapes.h"
 

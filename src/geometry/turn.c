@@ -6,7 +6,6 @@
 #include "millsim/motion.h"
 
 #include <assert.h>
-#include <stdbool.h>
 #include <stdlib.h>
 
 struct turn {

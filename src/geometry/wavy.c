@@ -12,7 +12,6 @@
  * closes. There is no time between the pieces, so no contact at a joint is missed, for any
  * rounding. Most flights cross no line, and usually one arc is in reach of a cell: one quartic. */
 #include "geometry/wavy.h"
-#include "base/elementary.h"
 
 #include <stdlib.h>
 

@@ -10,7 +10,6 @@
 
 #include <assert.h>
 #include <stdlib.h>
-#include <string.h>
 
 #define DROP_FRACTION 0.20 /* of the room: single drops fill this much quickly */
 #define DENSEST 0.59       /* of the room: no random packing is tried above this */
