@@ -229,7 +229,7 @@ void mill_mesh_turned(struct mill_mesh *mesh, const struct mill_body *is, const 
 /* ---- boxes ---- */
 
 /* Corner i has the greater coordinate along the first, second, third axis if bit 0, 1, 2 of i is
- * set; it is mirrored, to be seen from inside. */
+ * set. A container is mirrored, to be seen from inside. */
 void mill_mesh_box(struct mill_mesh *mesh, const struct mill_body *is)
 {
     static const int face[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},

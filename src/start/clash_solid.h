@@ -17,7 +17,7 @@ struct mill_clash_solid {
     int surface; /* its number in the setup's list */
     int kind;    /* of contact */
     const struct mill_motion *motion;
-    const struct mill_solid *solid; /* not convex: the parts are only the surface; empty within */
+    const struct mill_solid *solid; /* if not convex, the parts are only the surface of it */
     const struct mill_body *body;
     vec3 axis; /* unit vector in its motion's frame */
     int32_t parts;

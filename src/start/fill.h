@@ -33,8 +33,8 @@ struct mill_fill_room {
     uint64_t *near; /* bit k of a cell: one of the shapes k, k + 64, ... is within reach */
 };
 
-/* reach [m]: the largest radius that the functions below are called with. false: out of memory; it
- * is freed in any case. */
+/* reach [m]: the largest radius that the functions below are called with. false: out of
+ * memory. The caller frees it in any case. */
 bool mill_fill_room_init(struct mill_fill_room *room, const struct mill_world *world, double reach);
 void mill_fill_room_free(struct mill_fill_room *room);
 
@@ -70,7 +70,7 @@ struct mill_fill_grids {
 };
 
 /* With the balls and radii of the world, of which `widest` [m] is the largest; no ball is placed
- * yet. false: out of memory; they are freed in any case. */
+ * yet. false: out of memory. The caller frees them in any case. */
 bool mill_fill_grids_init(struct mill_fill_grids *grids, const struct mill_world *world,
                           double widest);
 void mill_fill_grids_free(struct mill_fill_grids *grids);
