@@ -50,13 +50,13 @@ bool mill_deck_materials_find(const struct mill_deck *deck, const char *section,
     while (k < known + KNOWN && !mill_deck_is_among(k->names, '|', name))
         k++;
     const bool is_known = k < known + KNOWN;
+    *found = (struct mill_deck_found){.remark = ""};
     snprintf(found->name, sizeof found->name, "%.*s",
              (int)(is_known ? strcspn(k->names, "|") : strlen(name)), is_known ? k->names : name);
     const struct mill_deck_section *own = mill_deck_find(&deck->text, "material", name);
     if (!own) /* under its first name: [material.steel] also for "Steel" */
         own = mill_deck_find(&deck->text, "material", found->name);
     found->is = own ? *(struct mill_deck_material *)own->form : deck->given.unknown;
-    found->remark = "";
     if (is_known) {
         struct mill_deck_law *law = &found->is.law;
         if (isnan(law->restitution) && !law->table) {
